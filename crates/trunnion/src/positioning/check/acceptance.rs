@@ -23,18 +23,19 @@ pub(crate) fn accept_proposal(
     probe: &mut FaceProbe,
 ) -> Result<CutterLocation, PositioningError> {
     let strip = measure_proposal(request, frame, proposal, probe)?;
-    accept_measured(request, frame, (proposal, &strip), probe)
+    accept_measured(request, frame, proposal, &strip, probe)
 }
 
 /// Accepts a proposal whose strip is measured already.
 pub(crate) fn accept_measured(
     request: &LocationRequest,
     frame: &EndPointFrame,
-    (proposal, strip): (&PoseProposal, &MeasuredStrip),
+    proposal: &PoseProposal,
+    strip: &MeasuredStrip,
     probe: &mut FaceProbe,
 ) -> Result<CutterLocation, PositioningError> {
     let (setting, pose) = (cutting_context(request), &proposal.pose);
-    let findings = PoseFindings::new(request, frame, (proposal, strip), probe)?;
+    let findings = PoseFindings::new(request, frame, proposal, strip, probe)?;
     let depth = gouge_depth(request.band, strip).max(request.band.lower - findings.least);
     if depth > 0.0 {
         let front = strip.front_min.min(findings.least);

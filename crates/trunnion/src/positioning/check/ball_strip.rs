@@ -13,7 +13,8 @@ use nalgebra::{Point3, Vector3};
 pub(crate) fn ball_strip(
     setting: &CuttingContext,
     center: Point3<f64>,
-    (v, near): (&Vector3<f64>, &DistanceReading),
+    v: &Vector3<f64>,
+    near: &DistanceReading,
     mut probe: FaceProbe,
 ) -> Result<MeasuredStrip, PositioningError> {
     let minor = setting.cutter.minor();

@@ -60,7 +60,7 @@ pub(crate) fn check_body(
         let radius = body.widest(stretch);
         let middle = 0.5 * (low + high);
         let needed = radius.hypot(0.5 * (high - low));
-        let free = body.free(pose.tip + pose.axis.scale(middle), (middle, needed), probe)?;
+        let free = body.free(pose.tip + pose.axis.scale(middle), middle, needed, probe)?;
         if free >= needed {
             continue;
         }
@@ -127,7 +127,8 @@ impl BodyCheck<'_> {
     fn free(
         &self,
         p: Point3<f64>,
-        (height, needed): (f64, f64),
+        height: f64,
+        needed: f64,
         probe: &mut FaceProbe,
     ) -> Result<f64, PositioningError> {
         let lower = self.setting.band.lower;
@@ -164,7 +165,7 @@ impl BodyCheck<'_> {
             let p = self.pose.tip + axis.scale(height) + out * radius;
             let [tall, wide] = [high - low, radius * (to - from)];
             let needed = 0.5 * tall.hypot(wide);
-            let free = self.free(p, (height, needed), probe)?;
+            let free = self.free(p, height, needed, probe)?;
             if free >= needed {
                 continue;
             }

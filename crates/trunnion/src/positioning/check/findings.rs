@@ -43,7 +43,8 @@ impl PoseFindings {
     pub(crate) fn new(
         request: &LocationRequest,
         frame: &EndPointFrame,
-        (proposal, strip): (&PoseProposal, &MeasuredStrip),
+        proposal: &PoseProposal,
+        strip: &MeasuredStrip,
         probe: &mut FaceProbe,
     ) -> Result<Self, PositioningError> {
         let (setting, pose) = (cutting_context(request), &proposal.pose);

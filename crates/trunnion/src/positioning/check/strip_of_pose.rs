@@ -1,7 +1,7 @@
 //! Independent measurement of the strip that a pose leaves.
 
 use crate::positioning::check::ball_strip::ball_strip;
-use crate::positioning::check::survey::CircleSurvey;
+use crate::positioning::check::survey::{CircleSurvey, GapRefinement};
 use crate::positioning::distance::circle::ErrorCircle;
 use crate::positioning::distance::curve::circle_of_pose;
 use crate::positioning::distance::probe::FaceProbe;
@@ -63,11 +63,18 @@ pub fn strip_of_pose(
     let middle = probe.read(&look.contact, look.uv)?;
     let (ring, v) = circle_of_pose(setting, pose, look, &middle)?;
     if ring.radius <= 0.0 {
-        return ball_strip(setting, ring.center, (&v, &middle), probe);
+        return ball_strip(setting, ring.center, &v, &middle, probe);
     }
     let circle = ErrorCircle { ring, minor };
     let (axis, v) = (pose.axis, v.into_inner());
-    let survey =
-        CircleSurvey { setting, circle, axis, v, half_arc: 0.0, seen: &[], thorough: true };
+    let survey = CircleSurvey {
+        setting,
+        circle,
+        axis,
+        v,
+        half_arc: 0.0,
+        seen: &[],
+        refinement: GapRefinement::Thorough,
+    };
     survey.strip(middle.foot.uv, &mut probe)
 }

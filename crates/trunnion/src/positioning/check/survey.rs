@@ -21,6 +21,15 @@ const SHARE: f64 = 0.05;
 /// Bisections of one gap: each quarters the distance of bound and value.
 const DEPTH: u32 = 6;
 
+/// Refinement of the gaps between samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum GapRefinement {
+    /// Until no extremum can hide in a gap, even where bounds take many points.
+    Thorough,
+    /// As far, but only where curvature has a bounded rate.
+    WhereBounded,
+}
+
 /// A circle, sampled all round.
 pub(crate) struct CircleSurvey<'a> {
     pub(crate) setting: &'a CuttingContext<'a>,
@@ -32,8 +41,8 @@ pub(crate) struct CircleSurvey<'a> {
     pub(crate) half_arc: f64,
     /// Samples read before, over `[-pi, pi]` in any order.
     pub(crate) seen: &'a [ErrorSample],
-    /// `true` to refine gaps until no extremum can hide there, even where bounds take many points.
-    pub(crate) thorough: bool,
+    /// Refinement of the gaps between samples.
+    pub(crate) refinement: GapRefinement,
 }
 
 /// One side of the strip: its end, and the samples up to it.
@@ -81,7 +90,7 @@ impl CircleSurvey<'_> {
         let disc = self.disc(&seed, probe)?;
         let front_max = near.max.max(far.max);
         let highest = inside.windows(2).map(|pair| match pair {
-            [a, b] => gaps.known(a, b).range[1],
+            [a, b] => gaps.range_between(a, b).range[1],
             _ => f64::NEG_INFINITY,
         });
         let front_max_bound = highest.fold(front_max, f64::max);
@@ -172,7 +181,7 @@ impl CircleSurvey<'_> {
     ) -> Result<(Vec<ErrorSample>, f64), PositioningError> {
         self.add_extrema(&mut points, probe)?;
         let least = points.iter().map(ErrorSample::low).fold(self.setting.band.lower, f64::min);
-        let thorough = self.thorough || gaps.under.rate.is_finite();
+        let thorough = self.refinement == GapRefinement::Thorough || gaps.under.rate.is_finite();
         let mut found = Vec::with_capacity(2 * points.len());
         let mut lowest = f64::INFINITY;
         let mut ahead: Vec<(ErrorSample, u32)> = Vec::with_capacity(DEPTH as usize + 1);
@@ -183,7 +192,7 @@ impl CircleSurvey<'_> {
             };
             ahead.push((*point, 0));
             while let Some((next, depth)) = ahead.last().copied() {
-                let known = gaps.known(&last, &next);
+                let known = gaps.range_between(&last, &next);
                 let hides = self.hides([&last, &next], &known, least)
                     || (thorough && self.may_gouge([&last, &next], &known));
                 if depth < DEPTH && hides {
@@ -335,7 +344,7 @@ impl CircleSurvey<'_> {
         let lowest = disc.lowest(&centre, &[&seed.reading], probe)?;
         let lowest = lowest.map_or(f64::INFINITY, |(_, reading)| reading.distance);
         let enough = lowest.min(lower) - SHARE * (upper - lower);
-        let [least, bound] = disc.floor((enough, self.setting.face), &centre, probe)?;
+        let [least, bound] = disc.floor(enough, self.setting.face, &centre, probe)?;
         Ok([lowest.min(least), lowest.min(bound)])
     }
 
@@ -359,6 +368,6 @@ impl CircleSurvey<'_> {
         let way = 0.5 * self.circle.ring.radius * steps.fold(0.0, f64::max);
         let highest = points.iter().map(|point| point.reading.distance).fold(0.0, f64::max);
         let readings = points.iter().map(|point| &point.reading);
-        curvatures_under(self.setting.face, &readings, (way, highest + way))
+        curvatures_under(self.setting.face, &readings, way, highest + way)
     }
 }

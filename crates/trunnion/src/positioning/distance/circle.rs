@@ -154,7 +154,8 @@ impl ErrorCircle {
     /// together towards the ends (Chebyshev's abscissas).
     pub(crate) fn front(
         &self,
-        (half, count): (f64, u32),
+        half: f64,
+        count: u32,
         first: &DistanceReading,
         probe: &mut FaceProbe,
     ) -> Result<Vec<ErrorSample>, PositioningError> {
@@ -170,7 +171,8 @@ impl ErrorCircle {
     /// minimum next to it; `from` is the sample at the second end point.
     pub(crate) fn rear(
         &self,
-        (half, count): (f64, u32),
+        half: f64,
+        count: u32,
         from: &ErrorSample,
         probe: &mut FaceProbe,
     ) -> Result<Vec<ErrorSample>, PositioningError> {

@@ -51,7 +51,7 @@ impl FlatDisc {
     ) -> Result<Option<(Point3<f64>, DistanceReading)>, PositioningError> {
         let convex = |reading: &DistanceReading| reading.curvatures()[1] < 0.0;
         if convex(centre) {
-            return self.descend((self.center, *centre), probe);
+            return self.descend(self.center, *centre, probe);
         }
         for end in nearby.iter().filter(|end| convex(end)) {
             let out = end.foot.point - self.center;
@@ -59,7 +59,7 @@ impl FlatDisc {
             let Some(out) = out.try_normalize(f64::MIN_POSITIVE) else { continue };
             let start = self.center + out * (TOWARDS * self.radius);
             let reading = probe.read(&start, end.foot.uv)?;
-            if let Some(found) = self.descend((start, reading), probe)? {
+            if let Some(found) = self.descend(start, reading, probe)? {
                 return Ok(Some(found));
             }
         }
@@ -76,7 +76,8 @@ impl FlatDisc {
     /// Descends from a point of the disc; `None` where that leads over the rim.
     fn descend(
         &self,
-        (mut point, mut reading): (Point3<f64>, DistanceReading),
+        mut point: Point3<f64>,
+        mut reading: DistanceReading,
         probe: &mut FaceProbe,
     ) -> Result<Option<(Point3<f64>, DistanceReading)>, PositioningError> {
         let plane = self.plane();
@@ -107,13 +108,14 @@ impl FlatDisc {
     /// `s` exceeds `h` times the largest second derivative, no minimum lies within.
     pub(crate) fn floor(
         &self,
-        (enough, face): (f64, &FaceIndex),
+        enough: f64,
+        face: &FaceIndex,
         centre: &DistanceReading,
         probe: &mut FaceProbe,
     ) -> Result<[f64; 2], PositioningError> {
         let [mut least, mut bound] = [f64::INFINITY; 2];
         let far = centre.distance + self.radius;
-        let under = curvatures_under(face, &std::iter::once(centre), (self.radius, far));
+        let under = curvatures_under(face, &std::iter::once(centre), self.radius, far);
         let [low, high] = under.curvatures;
         if low >= 0.0 {
             return Ok([least, bound]);

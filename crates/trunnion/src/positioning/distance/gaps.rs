@@ -63,7 +63,7 @@ struct DerivativeBounds {
 
 impl GapBounds {
     /// Returns the proven range of the error between two samples.
-    pub(crate) fn known(&self, a: &ErrorSample, b: &ErrorSample) -> GapRange {
+    pub(crate) fn range_between(&self, a: &ErrorSample, b: &ErrorSample) -> GapRange {
         let h = b.psi - a.psi;
         let Some(bounds) = self.bounds([a, b], h) else {
             return GapRange { range: [f64::NEG_INFINITY, f64::INFINITY], plain: false };
@@ -234,7 +234,8 @@ fn peak([a, b]: [&ErrorSample; 2], sign: f64, bend: f64) -> f64 {
 pub(crate) fn curvatures_under<'a>(
     face: &FaceIndex,
     readings: &(impl Iterator<Item = &'a DistanceReading> + Clone),
-    (way, far): (f64, f64),
+    way: f64,
+    far: f64,
 ) -> CurvatureRange {
     /// Each widens the reach to what the last one asked for; more than twice is rare.
     const WIDENINGS: u32 = 8;

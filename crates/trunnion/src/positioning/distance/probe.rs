@@ -66,7 +66,7 @@ impl<'a> FaceProbe<'a> {
         p: &Point3<f64>,
         guess: [f64; 2],
     ) -> Result<DistanceReading, PositioningError> {
-        match self.glide(p, guess) {
+        match self.newton_to_foot(p, guess) {
             Some(reading) => {
                 self.queries += 1;
                 Ok(reading)
@@ -95,7 +95,7 @@ impl<'a> FaceProbe<'a> {
 
     /// Takes Newton's steps to the foot, the last of them by Taylor's formula alone; `None` where they
     /// do not lead straight to a minimum of the distance.
-    fn glide(&self, p: &Point3<f64>, guess: [f64; 2]) -> Option<DistanceReading> {
+    fn newton_to_foot(&self, p: &Point3<f64>, guess: [f64; 2]) -> Option<DistanceReading> {
         /// Each at least halves what is left: from 1 mm nine do, from usual guesses one or two.
         const STEPS: u32 = 9;
         let face = self.face.face();

@@ -42,7 +42,7 @@ pub(crate) fn ball_location(
     let pose = ToolPose { tip: center - axis.scale(minor), axis };
     let setting = CuttingContext { face: request.face, cutter: request.cutter, band: request.band };
     check_body(&setting, &pose, request.at, &mut probe)?;
-    let strip = ball_strip(&setting, center, (&frame.v, &touch), probe)?;
+    let strip = ball_strip(&setting, center, &frame.v, &touch, probe)?;
     cuts_there(&setting, &pose, &strip)?;
     let chord = nalgebra::distance(&strip.near.1, &strip.far.1);
     let half = (0.5 * chord / minor).min(1.0).asin();

@@ -55,7 +55,7 @@ pub(crate) fn curvature_matched(
     };
     let least = (frame.major * bend).clamp(0.0, MOST_ROTATION.sin()).asin();
     let (proposal, strip) = touch.clear(least, 0.0, &mut probe)?;
-    accept_measured(request, frame, (&proposal, &strip), &mut probe)
+    accept_measured(request, frame, &proposal, &strip, &mut probe)
 }
 
 /// Places the cutter in contact at `request.at` with the swivel, at most `most` to either side, and the lead that give
@@ -101,7 +101,7 @@ pub(crate) fn lead_and_swivel(
         let proposal = touch.at(MOST_ROTATION, 0.0);
         return accept_proposal(request, &touch.frame, &proposal, &mut probe);
     };
-    accept_measured(request, &touch.frame, (&proposal, &strip), &mut probe)
+    accept_measured(request, &touch.frame, &proposal, &strip, &mut probe)
 }
 
 /// Places the cutter in contact at `request.at` with a given tool axis, as on three axes.

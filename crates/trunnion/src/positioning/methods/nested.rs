@@ -105,7 +105,7 @@ pub(crate) fn nested_location(
         let depth = gouge_depth(request.band, &strip);
         let over = search.overshoot(&best, request.band, &mut probe)?;
         if depth <= 0.0 && over <= 0.0 {
-            return accept_measured(request, &frame, (&proposal, &strip), &mut probe);
+            return accept_measured(request, &frame, &proposal, &strip, &mut probe);
         }
         // Between the samples the error falls a little below what touches there, only a
         // pseudo-contact, and rises a little above the highest.
@@ -253,7 +253,7 @@ impl NestedSearch<'_> {
     ) -> Result<f64, PositioningError> {
         let circle = self.circle(placement);
         let half = placement.half_arc;
-        let samples = circle.front((half, self.grid.front), &self.frame.first, probe)?;
+        let samples = circle.front(half, self.grid.front, &self.frame.first, probe)?;
         let extrema = circle.extrema(&samples, probe)?;
         let inside = extrema.iter().filter(|e| e.maximum && e.sample.psi.abs() <= AT_END * half);
         Ok(inside.map(|extremum| extremum.value - band.upper).fold(0.0, f64::max))

@@ -231,7 +231,7 @@ impl PairSearch<'_> {
         circle: &ErrorCircle,
         probe: &mut FaceProbe,
     ) -> Result<Option<[ErrorExtremum; 3]>, PositioningError> {
-        let samples = circle.front((placement.half_arc, INTERVALS), &self.frame.first, probe)?;
+        let samples = circle.front(placement.half_arc, INTERVALS, &self.frame.first, probe)?;
         let extrema = circle.extrema(&samples, probe)?;
         let lowest = |some: &[ErrorExtremum]| {
             let minima = some.iter().filter(|extremum| !extremum.maximum);

@@ -3,7 +3,7 @@
 use crate::positioning::active::ActiveConstraint;
 use crate::positioning::check::body::check_body;
 use crate::positioning::check::cutting_zone::{TOUCHING, cuts_there, within_cutting};
-use crate::positioning::check::survey::CircleSurvey;
+use crate::positioning::check::survey::{CircleSurvey, GapRefinement};
 use crate::positioning::distance::circle::ErrorCircle;
 use crate::positioning::distance::probe::FaceProbe;
 use crate::positioning::error::PositioningError;
@@ -12,7 +12,7 @@ use crate::positioning::request::{ContactSide, LocationRequest, ToleranceBand};
 use crate::positioning::solve::climb::ARRIVED;
 use crate::positioning::solve::conditions::{FINE, StripProblem};
 use crate::positioning::solve::follow::extremum_marks;
-use crate::positioning::solve::initial_guesses::restart_from;
+use crate::positioning::solve::initial_guesses::{SearchRanges, restart_from};
 use crate::positioning::solve::optimum::LocalOptimum;
 use crate::positioning::solve::placement::EndPointFrame;
 use crate::positioning::strip::{CuttingContext, MeasuredStrip};
@@ -29,11 +29,12 @@ pub(crate) fn settle(
     side: ContactSide,
     problem: &StripProblem,
     mut optimum: LocalOptimum,
-    (ranges, mut probe): ([[f64; 2]; 2], FaceProbe),
+    (ranges, mut probe): (SearchRanges, FaceProbe),
 ) -> Result<CutterLocation, PositioningError> {
     let mut problem = StripProblem { ..*problem };
     for _ in 0..NARROWINGS {
-        let strip = measure_optimum((request, false), &problem, &optimum, &mut probe)?;
+        let strip =
+            measure_optimum(request, GapRefinement::WhereBounded, &problem, &optimum, &mut probe)?;
         if keeps(request.band, &strip, &optimum) {
             return finish(request, (side, &problem), &optimum, &strip, probe);
         }
@@ -47,7 +48,8 @@ pub(crate) fn settle(
             None => break,
         }
     }
-    let strip = measure_optimum((request, false), &problem, &optimum, &mut probe)?;
+    let strip =
+        measure_optimum(request, GapRefinement::WhereBounded, &problem, &optimum, &mut probe)?;
     if is_clear(request.band, &strip) && strip.width > 0.0 {
         return finish(request, (side, &problem), &optimum, &strip, probe);
     }
@@ -83,7 +85,8 @@ pub(crate) fn no_strip(
 
 /// Measures the strip of the optimum densely.
 pub(crate) fn measure_optimum(
-    (request, thorough): (&LocationRequest, bool),
+    request: &LocationRequest,
+    refinement: GapRefinement,
     problem: &StripProblem,
     optimum: &LocalOptimum,
     probe: &mut FaceProbe,
@@ -99,7 +102,7 @@ pub(crate) fn measure_optimum(
         v: frame.v,
         half_arc: placement.half_arc,
         seen: &optimum.state.samples,
-        thorough,
+        refinement,
     };
     let [u1, v1] = frame.first.foot.uv;
     let [u2, v2] = placement.second.foot.uv;

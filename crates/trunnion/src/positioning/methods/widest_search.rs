@@ -1,5 +1,6 @@
 //! Search for the widest strip on one side of the cutter: initial guesses, climbs, choice.
 
+use crate::positioning::check::survey::GapRefinement;
 use crate::positioning::distance::probe::FaceProbe;
 use crate::positioning::error::PositioningError;
 use crate::positioning::location::CutterLocation;
@@ -7,9 +8,10 @@ use crate::positioning::methods::settle::{finish, keeps, measure_optimum};
 use crate::positioning::methods::settle::{no_strip, settle};
 use crate::positioning::request::{ContactSide, LocationRequest, ToleranceBand};
 use crate::positioning::solve::climb::{ARRIVED, BADLY, ROUGHLY};
+use crate::positioning::solve::conditions::ExtremaSource;
 use crate::positioning::solve::conditions::{COARSE, StripProblem};
 use crate::positioning::solve::initial_guesses::{
-    START_SPACING, TILTS, cold_starts, inclined_start, restart_from, warm_start,
+    START_SPACING, SearchRanges, TILTS, cold_starts, inclined_start, restart_from, warm_start,
 };
 use crate::positioning::solve::optimum::LocalOptimum;
 use crate::positioning::solve::placement::EndPointFrame;
@@ -37,8 +39,9 @@ pub(crate) fn search_side(
         return Err(PositioningError::ConcaveRadius { uv, concave, minor: frame.minor });
     }
     let (axis_cone, intervals) = (request.axis_cone, COARSE);
-    let problem = StripProblem { frame, band, axis_cone, intervals, swift: false };
-    let ranges = [request.offset_range, rotation_range];
+    let problem =
+        StripProblem { frame, band, axis_cone, intervals, extrema: ExtremaSource::Sampled };
+    let ranges = SearchRanges { offset: request.offset_range, rotation: rotation_range };
     let side_search = WidestSearch { request, side, problem: &problem, margin, ranges };
     let warm = warm.filter(|warm| warm.side == side && warm.strip == request.strip);
     let mut found = Vec::new();
@@ -63,8 +66,8 @@ struct WidestSearch<'a> {
     problem: &'a StripProblem,
     /// By how much conditions may be broken \[mm\].
     margin: f64,
-    /// Of offset direction and rotation.
-    ranges: [[f64; 2]; 2],
+    /// Ranges of offset direction and rotation.
+    ranges: SearchRanges,
 }
 
 impl WidestSearch<'_> {
@@ -94,14 +97,14 @@ impl WidestSearch<'_> {
         probe: &mut FaceProbe,
     ) -> Result<Option<CutterLocation>, PositioningError> {
         let start = warm_start(warm, self.ranges);
-        let glided = self.problem.glide((&start, &warm.marks), ARRIVED, probe)?;
-        if let Some(optimum) = &glided
+        let followed = self.problem.climb_following(&start, &warm.marks, ARRIVED, probe)?;
+        if let Some(optimum) = &followed
             && let Some(location) = self.proven(warm, optimum, probe)?
         {
             return Ok(Some(location));
         }
-        let sampled = match glided {
-            Some(optimum) => self.problem.sampled(optimum, probe)?,
+        let sampled = match followed {
+            Some(optimum) => self.problem.sampled_all_round(optimum, probe)?,
             None => None,
         };
         let climbed = match sampled {
@@ -143,8 +146,9 @@ impl WidestSearch<'_> {
         if !wide {
             return Ok(None);
         }
-        let Some(optimum) = self.problem.known(optimum, probe) else { return Ok(None) };
-        let strip = measure_optimum((self.request, true), self.problem, &optimum, probe)?;
+        let Some(optimum) = self.problem.proven(optimum, probe) else { return Ok(None) };
+        let strip =
+            measure_optimum(self.request, GapRefinement::Thorough, self.problem, &optimum, probe)?;
         if !keeps(self.request.band, &strip, &optimum) {
             return Ok(None);
         }
@@ -161,9 +165,9 @@ impl WidestSearch<'_> {
     ) -> Result<(), PositioningError> {
         if !found.iter().any(|optimum| self.fits(optimum)) {
             let start = inclined_start(self.problem, warm, self.ranges);
-            let glided = self.problem.glide((&start, &[]), ROUGHLY, probe)?;
-            let sampled = match glided {
-                Some(optimum) => self.problem.sampled(optimum, probe)?,
+            let followed = self.problem.climb_following(&start, &[], ROUGHLY, probe)?;
+            let sampled = match followed {
+                Some(optimum) => self.problem.sampled_all_round(optimum, probe)?,
                 None => None,
             };
             found.extend(match sampled {

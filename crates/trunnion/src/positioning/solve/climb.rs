@@ -9,6 +9,7 @@
 
 use crate::positioning::distance::probe::FaceProbe;
 use crate::positioning::error::PositioningError;
+use crate::positioning::solve::conditions::ExtremaSource;
 use crate::positioning::solve::conditions::{ProblemState, StripProblem};
 use crate::positioning::solve::initial_guesses::InitialGuess;
 use crate::positioning::solve::model::{QuadraticModel, TrustStep, curved_values};
@@ -65,7 +66,7 @@ impl StripProblem {
         for _ in 0..STEPS {
             let Some(step) = model.step(&state, trust) else { break };
             multipliers.clone_from(&step.multipliers);
-            if self.swift && self.is_stuck(&state, &step, trust) {
+            if self.extrema == ExtremaSource::Followed && self.is_stuck(&state, &step, trust) {
                 break;
             }
             if step.gain <= arrived * start.scale[0] || trust < SMALLEST {
@@ -111,7 +112,7 @@ impl StripProblem {
         probe: &mut FaceProbe,
         from: &ProblemState,
     ) -> Result<Option<ProblemState>, PositioningError> {
-        if self.swift
+        if self.extrema == ExtremaSource::Followed
             && let Some(state) = self.followed(x, probe, from)?
         {
             return Ok(Some(state));

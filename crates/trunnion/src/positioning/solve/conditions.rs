@@ -44,6 +44,15 @@ pub(crate) struct StripCondition {
     pub(crate) contact: Option<([f64; 2], Point3<f64>)>,
 }
 
+/// Source of the extrema of the error round the circle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ExtremaSource {
+    /// Sampling round the circle.
+    Sampled,
+    /// The extrema of the state before, each followed; samples are kept for later proofs.
+    Followed,
+}
+
 /// The problem to be solved at one end point.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct StripProblem {
@@ -53,8 +62,8 @@ pub(crate) struct StripProblem {
     pub(crate) axis_cone: Option<AxisCone>,
     /// Intervals of front and rear that are sampled.
     pub(crate) intervals: [u32; 2],
-    /// Whether steps follow the extrema of the state before instead of sampling.
-    pub(crate) swift: bool,
+    /// Source of the extrema of a state.
+    pub(crate) extrema: ExtremaSource,
 }
 
 /// Lists in which conditions and samples are collected.
@@ -65,7 +74,7 @@ type GatheredConditions<'a> = (&'a mut Vec<StripCondition>, &'a mut Vec<ErrorSam
 pub(crate) struct ProblemState {
     pub(crate) placement: TorusPlacement,
     pub(crate) conditions: Vec<StripCondition>,
-    /// What was read round the circle, over `[-pi, pi]` in no order; nothing unless `swift`.
+    /// Samples read round the circle, over `[-pi, pi]` in no order; none unless extrema are followed.
     pub(crate) samples: Vec<ErrorSample>,
 }
 
@@ -100,9 +109,10 @@ impl StripProblem {
         let Some(placement) = self.placement(x, probe, near)? else { return Ok(None) };
         let circle = ErrorCircle { ring: placement.ring, minor: self.frame.minor };
         let front =
-            circle.front((placement.half_arc, self.intervals[0]), &self.frame.first, probe)?;
+            circle.front(placement.half_arc, self.intervals[0], &self.frame.first, probe)?;
         let mut conditions = vec![self.chord(&placement)];
-        let mut samples = if self.swift { front.clone() } else { Vec::new() };
+        let mut samples =
+            if self.extrema == ExtremaSource::Followed { front.clone() } else { Vec::new() };
         if let (Some(first), Some(last)) = (front.first(), front.last()) {
             let at = (&placement, &circle);
             let ends = [
@@ -182,7 +192,7 @@ impl StripProblem {
         probe: &mut FaceProbe,
     ) -> Result<(), PositioningError> {
         let extrema = circle.extrema(front, probe)?;
-        if self.swift {
+        if self.extrema == ExtremaSource::Followed {
             samples.extend(extrema.iter().map(|extremum| extremum.sample));
         }
         for extremum in &extrema {
@@ -243,11 +253,11 @@ impl StripProblem {
         probe: &mut FaceProbe,
     ) -> Result<(), PositioningError> {
         let mut rear = vec![*last];
-        rear.extend(circle.rear((placement.half_arc, self.intervals[1]), last, probe)?);
+        rear.extend(circle.rear(placement.half_arc, self.intervals[1], last, probe)?);
         rear.push(ErrorSample { psi: first.psi + TAU, ..*first });
         let extrema = circle.extrema(&rear, probe)?;
         let inner = rear.get(1..rear.len() - 1).unwrap_or_default();
-        let kept = if self.swift { usize::MAX } else { 0 };
+        let kept = if self.extrema == ExtremaSource::Followed { usize::MAX } else { 0 };
         let read = inner.iter().chain(extrema.iter().map(|extremum| &extremum.sample));
         samples.extend(read.take(kept).map(|sample| {
             let turn = if sample.psi > PI { TAU } else { 0.0 };
@@ -375,7 +385,13 @@ mod tests {
         let frame = EndPointFrame::new(&request, side, &mut probe).unwrap();
         let axis = UnitVector3::new_normalize(Vector3::new(0.05, 0.02, 1.0));
         let axis_cone = Some(AxisCone { axis, max_turn: 0.3 });
-        let problem = StripProblem { frame, band, axis_cone, intervals: COARSE, swift: false };
+        let problem = StripProblem {
+            frame,
+            band,
+            axis_cone,
+            intervals: COARSE,
+            extrema: ExtremaSource::Sampled,
+        };
         let at = problem.state(x, &mut probe, None).unwrap().unwrap();
         for (entry, h) in [1e-4, 1e-5, 1e-5].into_iter().enumerate() {
             let mut moved = |step: f64| {

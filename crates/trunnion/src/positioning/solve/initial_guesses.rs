@@ -5,6 +5,15 @@ use crate::positioning::solve::conditions::{StripProblem, offset_curvature};
 use crate::positioning::solve::optimum::LocalOptimum;
 use std::f64::consts::FRAC_PI_2;
 
+/// Ranges of the unknowns of a search \[rad\].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SearchRanges {
+    /// Range of the offset direction.
+    pub(crate) offset: [f64; 2],
+    /// Range of the rotation about the chord.
+    pub(crate) rotation: [f64; 2],
+}
+
 /// Initial guess of a climb, and the box it stays in.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct InitialGuess {
@@ -26,7 +35,7 @@ pub(crate) const START_SPACING: f64 = 0.27;
 /// Returns a neighbour's location, clamped to the ranges, with small steps.
 pub(crate) fn warm_start(
     warm: &CutterLocation,
-    [offset_range, rotation_range]: [[f64; 2]; 2],
+    SearchRanges { offset: offset_range, rotation: rotation_range }: SearchRanges,
 ) -> InitialGuess {
     let alpha = warm.offset_direction.clamp(offset_range[0], offset_range[1]);
     let theta = warm.rotation.clamp(rotation_range[0], rotation_range[1]);
@@ -44,7 +53,7 @@ pub(crate) fn warm_start(
 pub(crate) fn inclined_start(
     problem: &StripProblem,
     warm: &CutterLocation,
-    [offset_range, rotation_range]: [[f64; 2]; 2],
+    SearchRanges { offset: offset_range, rotation: rotation_range }: SearchRanges,
 ) -> InitialGuess {
     let frame = &problem.frame;
     let alpha = warm.offset_direction.clamp(offset_range[0], offset_range[1]);
@@ -61,7 +70,7 @@ pub(crate) fn inclined_start(
 /// Returns the end of a rough climb as the guess of a fine one.
 pub(crate) fn restart_from(
     rough: &LocalOptimum,
-    [offset_range, rotation_range]: [[f64; 2]; 2],
+    SearchRanges { offset: offset_range, rotation: rotation_range }: SearchRanges,
 ) -> InitialGuess {
     let x = rough.state.placement.x;
     InitialGuess { x, trust: 0.3, scale: scales(x[0], x[2]), offset_range, rotation_range }
@@ -82,7 +91,7 @@ pub(crate) const TILTS: [f64; 3] = [0.05, 0.2, 0.5];
 pub(crate) fn cold_starts(
     problem: &StripProblem,
     tilt: f64,
-    [offset_range, rotation_range]: [[f64; 2]; 2],
+    SearchRanges { offset: offset_range, rotation: rotation_range }: SearchRanges,
 ) -> Vec<InitialGuess> {
     let frame = &problem.frame;
     let [low, high] = offset_range;

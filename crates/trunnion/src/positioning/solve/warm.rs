@@ -5,6 +5,7 @@ use crate::positioning::distance::gaps::curvatures_under;
 use crate::positioning::distance::probe::FaceProbe;
 use crate::positioning::error::PositioningError;
 use crate::positioning::location::ExtremumMark;
+use crate::positioning::solve::conditions::ExtremaSource;
 use crate::positioning::solve::conditions::{ProblemState, StripCondition, StripProblem};
 use crate::positioning::solve::initial_guesses::InitialGuess;
 use crate::positioning::solve::optimum::LocalOptimum;
@@ -13,27 +14,28 @@ impl StripProblem {
     /// Climbs as [`StripProblem::climb`] does from a neighbour's optimum, whose extrema are followed: the
     /// `marks` it left, where they lead into the band, else those that sampling shows. Extrema that are
     /// new on the way go unnoticed.
-    pub(crate) fn glide(
+    pub(crate) fn climb_following(
         &self,
-        (start, marks): (&InitialGuess, &[ExtremumMark]),
+        start: &InitialGuess,
+        marks: &[ExtremumMark],
         arrived: f64,
         probe: &mut FaceProbe,
     ) -> Result<Option<LocalOptimum>, PositioningError> {
-        let swift = Self { swift: true, ..*self };
+        let following = Self { extrema: ExtremaSource::Followed, ..*self };
         if !marks.is_empty()
-            && let Some(state) = swift.recalled(start.x, marks, probe)?
+            && let Some(state) = following.recalled(start.x, marks, probe)?
         {
-            let optimum = swift.ascend(state, start, arrived, probe)?;
+            let optimum = following.ascend(state, start, arrived, probe)?;
             if optimum.state.breach() <= self.margin() {
                 return Ok(Some(optimum));
             }
         }
-        swift.climb(start, arrived, probe)
+        following.climb(start, arrived, probe)
     }
 
     /// Returns the end of a followed climb, with its samples, where bounds can prove that nothing was
     /// overlooked.
-    pub(crate) fn known(&self, optimum: &LocalOptimum, probe: &FaceProbe) -> Option<LocalOptimum> {
+    pub(crate) fn proven(&self, optimum: &LocalOptimum, probe: &FaceProbe) -> Option<LocalOptimum> {
         let known = optimum.state.breach() <= self.margin() && self.is_known(&optimum.state, probe);
         known.then(|| {
             let state =
@@ -44,13 +46,13 @@ impl StripProblem {
 
     /// Samples the end of a followed climb all round. The second value is `true` if that shows nothing
     /// worse than what was followed; `None` where the cutter cannot be placed.
-    pub(crate) fn sampled(
+    pub(crate) fn sampled_all_round(
         &self,
         LocalOptimum { state, multipliers, at_range_end }: LocalOptimum,
         probe: &mut FaceProbe,
     ) -> Result<Option<(LocalOptimum, bool)>, PositioningError> {
-        let swift = Self { swift: true, ..*self };
-        let Some(last) = swift.state(state.placement.x, probe, Some(&state))? else {
+        let following = Self { extrema: ExtremaSource::Followed, ..*self };
+        let Some(last) = following.state(state.placement.x, probe, Some(&state))? else {
             return Ok(None);
         };
         let mut carried = vec![0.0; last.conditions.len()];
@@ -75,6 +77,6 @@ impl StripProblem {
         let ends = [&self.frame.first, &state.placement.second];
         let readings = ends.into_iter().chain(samples.map(|sample| &sample.reading));
         let way = 0.5 * SPACING * self.frame.major;
-        curvatures_under(probe.face(), &readings, (way, self.frame.lift + way)).rate.is_finite()
+        curvatures_under(probe.face(), &readings, way, self.frame.lift + way).rate.is_finite()
     }
 }
