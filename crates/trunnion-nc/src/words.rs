@@ -1,10 +1,10 @@
-//! What an axis word looks like; shared by [`read`](super::read) and [`write`](mod@super::write).
+//! Letters, decimals and signs of axis words; shared by [`read`](super::read) and [`write`](mod@super::write).
 
 use crate::machine::{AxisKind, Machine};
 use crate::types::{AXES, AxisVector};
 use std::fmt;
 
-/// How one axis is written.
+/// Word of one axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisWord {
     /// Upper-case letter.
@@ -17,7 +17,7 @@ pub struct AxisWord {
     pub reversed: bool,
 }
 
-/// Why a machine's axes cannot be written as words.
+/// Reason why a machine's axes cannot be written as words.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WordsError {
@@ -40,7 +40,7 @@ pub enum WordsError {
     Decimals {
         /// Axis of the machine.
         name: String,
-        /// What was asked for.
+        /// Decimals requested.
         decimals: u8,
     },
 }
@@ -99,7 +99,7 @@ impl AxisWords {
         AxisVector::from_iterator(self.0.iter().map(|word| word.rounding()))
     }
 
-    /// Which axis a letter names.
+    /// Returns the index of the axis that a letter names.
     pub fn index_of(&self, letter: char) -> Option<usize> {
         self.0.iter().position(|word| word.letter == letter)
     }

@@ -13,7 +13,7 @@ const SAME_PLACE: f64 = 1e-6;
 const ROUNDED: f64 = 0.0127;
 const ROUNDED_SHARE: f64 = 1e-3;
 
-/// How the centre is given.
+/// Form in which the centre is given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum ArcForm {
     /// From the start \[mm\].

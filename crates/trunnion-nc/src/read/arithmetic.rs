@@ -14,7 +14,7 @@ const EQUAL: f64 = 1e-10;
 /// An expression and where it stands.
 pub(super) struct FormulaText<'a> {
     pub(super) text: &'a str,
-    /// Where in the text it begins.
+    /// Offset in the text at which it begins.
     pub(super) from: usize,
     /// Byte offset of the text in its line.
     pub(super) at: usize,
@@ -41,7 +41,7 @@ pub(super) fn value(
 struct FormulaScan<'a> {
     text: &'a str,
     at: usize,
-    /// Where the text stands in its line.
+    /// Offset of the text in its line.
     offset: usize,
     depth: u32,
     comma: bool,

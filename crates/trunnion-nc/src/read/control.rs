@@ -1,4 +1,4 @@
-//! What a control of any dialect remembers, and the steps it makes.
+//! Modal state of a control of any dialect, and the steps it makes.
 
 use super::log::ReadRemark;
 use super::options::ReadOptions;
@@ -21,7 +21,7 @@ pub(super) const INCH: f64 = 25.4;
 /// Digits of a value that was computed: it has none.
 pub(super) const COMPUTED: u8 = u8::MAX;
 
-/// What an F word counts.
+/// Meaning of an F word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum FeedMode {
     PerMinute,
@@ -29,7 +29,7 @@ pub(super) enum FeedMode {
     PerRevolution,
 }
 
-/// Where a move of one block leads to.
+/// Target of the move of one block.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MoveTarget {
     /// \[mm, rad\]
@@ -89,18 +89,18 @@ pub(super) struct ControlState {
     slots: [u8; 26],
     /// Slots of X, Y, Z.
     pub(super) xyz: [usize; 3],
-    /// Where the words stand in the present frame, with `shift`; `None`: the text does not tell.
+    /// Current words in the present frame, with `shift`; `None`: the text does not determine them.
     pub(super) place: [Option<f64>; SLOTS],
     /// Axis positions, as far as the text tells.
     pub(super) machine: [Option<f64>; SLOTS],
-    /// What `G52`, `TRANS` and the like add to words.
+    /// Shift that `G52`, `TRANS` and the like add to words.
     pub(super) local: [f64; SLOTS],
-    /// What `G92` adds to words.
+    /// Shift that `G92` adds to words.
     pub(super) set_by_92: [f64; SLOTS],
     pub(super) offset: u8,
     pub(super) length: bool,
     pub(super) tcp: bool,
-    /// How the tool turns; `None`: the program does not say.
+    /// Interpolation of the tool axis; `None`: not programmed.
     pub(super) turning: Option<Turning>,
     pub(super) tilted: Option<ActivePlane>,
     planes: u16,
@@ -193,7 +193,7 @@ impl ControlState {
         self.axes.0.get(slot).map(|word| word.letter).or(self.sixth)
     }
 
-    /// Why a letter is no axis.
+    /// Explains why a letter is no axis.
     pub(super) fn no_axis(&self, at: usize, text: &str) -> ReadRemark {
         let axes = &self.axes;
         let message = format!("{text} is not understood: the machine's axes are {axes}");
@@ -240,7 +240,7 @@ impl ControlState {
         }
     }
 
-    /// What is added to an absolute word.
+    /// Returns the shift added to an absolute word.
     #[inline]
     pub(super) fn shift(&self, slot: usize) -> f64 {
         if self.tilted.is_some() {
@@ -250,7 +250,7 @@ impl ControlState {
             + self.set_by_92.get(slot).copied().unwrap_or(0.0)
     }
 
-    /// Where a word stands as the program would write it \[mm, rad\], without shift.
+    /// Returns the current value of a word as the program would write it \[mm, rad\], without shift.
     pub(super) fn reading(&self, slot: usize) -> Option<f64> {
         let place = self.place.get(slot).copied().flatten()?;
         Some(place - self.shift(slot))
@@ -316,7 +316,7 @@ impl ControlState {
         self.planes
     }
 
-    /// What absolute words refer to now.
+    /// Returns the frame of absolute words.
     pub(super) fn frame(&self) -> Frame {
         let tcp = self.tcp || self.tilted.is_some();
         Frame::Work { offset: self.offset, length: self.length, tcp }

@@ -208,7 +208,7 @@ fn is_program_number(line: &str) -> bool {
     })
 }
 
-/// What a line says, without blanks.
+/// Returns a line without comments and blanks.
 fn without_comments(line: &str) -> String {
     let mut depth = 0_u32;
     let mut said = String::with_capacity(line.len());

@@ -4,7 +4,7 @@ use super::control::{ActivePlane, ControlState, FeedMode, INCH, MoveTarget, SLOT
 use super::log::ReadRemark;
 use super::step::{Frame, Move, Pace, Step, Turning, Way};
 impl ControlState {
-    /// How fast a feed move is run; `feed` is the F word of its own block.
+    /// Returns the pace of a feed move; `feed` is the F word of its own block.
     pub(super) fn pace(&self, target: &MoveTarget, feed: Option<f64>) -> Result<Pace, ReadRemark> {
         let missing = |help: &str| ReadRemark::new(target.at, "feed move without a feed", help);
         match self.feed_mode {

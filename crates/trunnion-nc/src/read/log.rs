@@ -27,7 +27,7 @@ const MOST_WARNINGS: usize = 100;
 /// Most characters of a line in a message.
 const EXCERPT: usize = 40;
 
-/// What was found wrong or odd so far, and the line being read.
+/// Defects and warnings so far, and the line being read.
 #[derive(Debug)]
 pub(super) struct ReadLog {
     pub(super) line: u32,

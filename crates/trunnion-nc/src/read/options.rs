@@ -4,7 +4,7 @@ use super::dialect::Dialect;
 use crate::types::AXES;
 use crate::words::AxisWords;
 
-/// How a program is to be understood.
+/// Options that decide the meaning of a program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReadOptions {
     /// The control's language.

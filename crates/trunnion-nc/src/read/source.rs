@@ -13,7 +13,7 @@ pub trait ProgramSource: Debug + Sync {
     /// Everything in order, from the start.
     fn steps(&self) -> Box<dyn Iterator<Item = Step> + '_>;
 
-    /// How many steps there are.
+    /// Returns the number of steps.
     fn count(&self) -> usize;
 
     /// Largest rounding error of each axis word, see [`Program::rounding`] \[mm, rad\].
@@ -82,7 +82,7 @@ impl ProgramText {
         Ok(Self { text, options, said, count })
     }
 
-    /// What was kept but not understood, or looks like a slip.
+    /// Warnings: words kept but not understood, and likely slips.
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.said.warnings
     }
@@ -116,10 +116,10 @@ pub trait ClSource: Debug + Sync {
     /// Locations in order, from the start.
     fn records(&self) -> Box<dyn Iterator<Item = ClRecord> + '_>;
 
-    /// How many there are.
+    /// Returns the number of locations.
     fn count(&self) -> usize;
 
-    /// Which tool is at them, from each change on.
+    /// Returns the tool of the locations, from each change on.
     fn tools(&self) -> &[ClTool];
 }
 
@@ -164,7 +164,7 @@ impl ClText {
         Ok(Self { text, most_faults, said, count })
     }
 
-    /// What was kept but not understood, or looks like a slip.
+    /// Warnings: words kept but not understood, and likely slips.
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.said.warnings
     }

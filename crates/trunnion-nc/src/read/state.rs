@@ -5,7 +5,7 @@ use super::log::{ReadLog, ReadRemark};
 use super::tape::Tape;
 use std::sync::Arc;
 
-/// What all dialects share.
+/// State that all dialects share.
 #[derive(Debug)]
 pub(super) struct ReaderState {
     pub(super) control: ControlState,

@@ -1,9 +1,9 @@
-//! What a program says, one step at a time, whatever the dialect.
+//! Steps of a program, the same for every dialect.
 
 use crate::types::{AXES, AxisVector};
 use nalgebra::{Isometry3, UnitVector3};
 
-/// What the control is told to do, in order.
+/// Steps of the control, in order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
     /// Everything in order.
@@ -15,7 +15,7 @@ pub struct Program {
     pub feed_rounding: f64,
     /// Numbers of the tools called, in order.
     pub tools: Vec<u32>,
-    /// What was kept but not understood, or looks like a slip.
+    /// Warnings: words kept but not understood, and likely slips.
     pub warnings: Vec<crate::types::Diagnostic>,
 }
 
@@ -28,7 +28,7 @@ pub enum Step {
     Dwell {
         /// Line, counted from 1.
         line: u32,
-        /// How long \[s\].
+        /// Time \[s\].
         seconds: f64,
     },
     /// A tool goes into the spindle: `M6`, `TOOL CALL`.
@@ -65,29 +65,29 @@ pub struct Move {
     pub line: u32,
     /// Column of the first axis word in characters, counted from 1.
     pub column: u32,
-    /// What the block says about each axis \[mm, rad\]; `None`: nothing.
+    /// Word of the block for each axis \[mm, rad\]; `None`: nothing.
     pub words: [Option<f64>; AXES],
     /// An axis beyond the machine's five, if [`ReadOptions::sixth`](super::ReadOptions::sixth)
     /// allows one: its letter, and its word \[mm, rad\].
     pub sixth: Option<(char, f64)>,
     /// The words are distances from where the axes stand (`G91`); `axis` never is.
     pub incremental: bool,
-    /// What the words refer to.
+    /// Frame of the words.
     pub frame: Frame,
     /// Number of the tilted plane ([`Step::Plane`]) whose coordinates X Y Z are; 0: none.
     pub plane: u16,
     /// Where the tool axis (tip to spindle) is to point, in the coordinates without tilted plane, instead
     /// of rotary words: `A3= B3= C3=`, `TX TY TZ`, `I J K` of `G43.5`, the normal of a plane at `G53.1`.
     pub axis: Option<UnitVector3<f64>>,
-    /// How fast.
+    /// Speed or time of the move.
     pub pace: Pace,
     /// On which way the linear axes, or the tip, get there.
     pub way: Way,
-    /// How the tool turns meanwhile.
+    /// Interpolation of the tool axis.
     pub turning: Turning,
 }
 
-/// What axis words refer to.
+/// Frame of axis words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Frame {
     /// `G53`: axis positions.
@@ -103,7 +103,7 @@ pub enum Frame {
     },
 }
 
-/// How fast a block is run.
+/// Speed or time of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pace {
     /// `G0`.
@@ -133,7 +133,7 @@ pub enum Way {
 /// linear in the angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arc {
-    /// Which of X Y Z are the plane, so that the positive sense turns the first into the second.
+    /// Indices of the two of X Y Z that span the plane, so that the positive sense turns the first into the second.
     pub plane: [usize; 2],
     /// From where the arc begins to its centre \[mm\], in the two words of the plane.
     pub center: [f64; 2],
@@ -141,7 +141,7 @@ pub struct Arc {
     pub sweep: f64,
 }
 
-/// How the tool turns within a block.
+/// Interpolation of the tool axis within a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Turning {
     /// Rotary axes linear: without TCP together with the linear axes, with TCP together with the tip.
@@ -160,16 +160,16 @@ pub struct Offset {
     pub offset: u8,
     /// Values \[mm, rad\]; `None`: this axis stays.
     pub words: [Option<f64>; AXES],
-    /// What the values are.
+    /// Kind of the values.
     pub kind: OffsetKind,
 }
 
-/// What the values of an [`Offset`] are.
+/// Kind of the values of an [`Offset`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OffsetKind {
     /// Axis positions of the origin (`G10 L2`).
     Origin,
-    /// What the present position is to read as (`G10 L20`).
+    /// Words that the present position shall read as (`G10 L20`).
     Reading,
 }
 
@@ -178,14 +178,14 @@ pub enum OffsetKind {
 pub struct Plane {
     /// Line, counted from 1.
     pub line: u32,
-    /// What [`Move::plane`] calls it, counted from 1.
+    /// Number by which [`Move::plane`] refers to it, counted from 1.
     pub number: u16,
     /// From its coordinates to those without it \[mm\].
     pub work_from_plane: Isometry3<f64>,
 }
 
 impl Move {
-    /// What a consumer cannot ignore beyond five straight axis words, if there is any.
+    /// Names the first feature beyond five straight axis words that a consumer cannot ignore.
     pub fn special(&self) -> Option<&'static str> {
         match self {
             Self { sixth: Some(_), .. } => Some("a sixth axis"),

@@ -8,6 +8,22 @@ use crate::types::{Diagnostic, Diagnostics};
 
 /// Reads a program whole; see [`steps`].
 ///
+/// # Example
+///
+/// ```
+/// use trunnion_nc::read::{AxisWord, AxisWords, Dialect, ReadOptions, Step, read};
+///
+/// let word = |letter: char| {
+///     AxisWord { letter, rotary: "AC".contains(letter), decimals: 3, reversed: false }
+/// };
+/// let axes = AxisWords(['X', 'Y', 'Z', 'A', 'C'].map(word));
+/// let options = ReadOptions::new(Dialect::LinuxCnc, axes, 10);
+/// let program = read("G21 G90 G94\nG0 X1 Y2 Z3\nM2\n", &options)?;
+/// let moves = program.steps.iter().filter(|step| matches!(step, Step::Move(_)));
+/// assert_eq!(moves.count(), 1);
+/// # Ok::<(), trunnion_types::types::Diagnostics>(())
+/// ```
+///
 /// # Errors
 ///
 /// Every fault found, up to `options.most_faults`.
@@ -58,7 +74,7 @@ impl LineReader {
         if faults.is_empty() { Ok(()) } else { Err(faults.to_vec().into()) }
     }
 
-    /// What was kept but not understood, or looks like a slip, so far.
+    /// Warnings: words kept but not understood, and likely slips, so far.
     pub fn warnings(&self) -> &[Diagnostic] {
         self.reader.warnings()
     }
@@ -110,7 +126,7 @@ impl<I> Steps<I> {
         self.reader.tools()
     }
 
-    /// What was kept but not understood, or looks like a slip, so far.
+    /// Warnings: words kept but not understood, and likely slips, so far.
     pub fn warnings(&self) -> &[Diagnostic] {
         self.reader.warnings()
     }

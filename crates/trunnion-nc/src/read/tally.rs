@@ -1,4 +1,4 @@
-//! What a program comes to: blocks, lengths, time as programmed, ranges.
+//! Totals of a program: blocks, lengths, time as programmed, ranges.
 
 use super::step::{Frame, Move, Pace, Step, Way};
 use crate::types::AXES;

@@ -3,7 +3,7 @@
 use super::template::TemplateError;
 use std::fmt;
 
-/// Why a text cannot be written.
+/// Reason why a text cannot be written.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {

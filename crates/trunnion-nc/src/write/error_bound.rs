@@ -1,4 +1,4 @@
-//! What rounding a program's words does at the tool.
+//! Bounds on the error that rounding a program's words causes at the tool.
 
 use crate::machine::Kinematics;
 use crate::types::AxisVector;
@@ -6,7 +6,7 @@ use crate::words::AxisWords;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 
-/// What X Y Z mean in a program.
+/// Meaning of X Y Z in a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Coordinates {
     /// The tip: TCP on.

@@ -1,4 +1,4 @@
-//! What tells dialects apart: what X Y Z and F mean, how numbers look, what a move is called.
+//! Output formats: the meaning of X Y Z and F, the form of numbers, the words of moves.
 
 use super::error_bound::Coordinates;
 use super::number::NumberForm;
@@ -30,7 +30,7 @@ pub enum OutputFormat {
     Apt,
 }
 
-/// How a block says where the tool points.
+/// Words that give the tool orientation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum OrientationWords {
     /// Rotary axis words.
@@ -39,7 +39,7 @@ pub(super) enum OrientationWords {
     Vector([&'static str; 3]),
 }
 
-/// How moves are written.
+/// Syntax of a move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct BlockSyntax {
     pub(super) form: NumberForm,
@@ -68,7 +68,7 @@ pub const OUTPUT_FORMATS: [(&str, OutputFormat); 10] = [
     ("apt", OutputFormat::Apt),
 ];
 
-/// What machine files call some of them.
+/// Further names that machine files use.
 const ALIASES: [(&str, OutputFormat); 6] = [
     ("haas-ngc", OutputFormat::Haas),
     ("siemens-840d", OutputFormat::Siemens),
@@ -85,7 +85,7 @@ impl OutputFormat {
         known.into_iter().find(|(of, _)| name.eq_ignore_ascii_case(of)).map(|&(_, one)| one)
     }
 
-    /// What the machine file says, `G93` where it names none that is known.
+    /// Returns the format that the machine file names, `G93` if it names none that is known.
     pub fn of(machine: &Machine) -> Self {
         Self::from_name(&machine.dialect.name).unwrap_or(Self::G93)
     }
@@ -95,7 +95,7 @@ impl OutputFormat {
         OUTPUT_FORMATS.iter().find(|(_, one)| *one == self).map_or("", |(name, _)| name)
     }
 
-    /// How its files end.
+    /// Returns the extension of its files.
     pub fn extension(self) -> &'static str {
         match self {
             Self::LinuxCnc => "ngc",
@@ -156,12 +156,12 @@ impl OutputFormat {
         if self == Self::G93 { Coordinates::Axes } else { Coordinates::Tip }
     }
 
-    /// Whether blocks have the tool vector, not rotary angles.
+    /// Returns true if blocks carry the tool vector, not rotary angles.
     pub fn is_vector(self) -> bool {
         matches!(self.syntax().pointing, OrientationWords::Vector(_))
     }
 
-    /// Whether F is one over the time of the block unless the machine file says otherwise.
+    /// Returns true if F is one over the time of the block, unless the machine file chooses otherwise.
     pub(super) fn by_time(self) -> bool {
         matches!(self, Self::LinuxCnc | Self::G93)
     }

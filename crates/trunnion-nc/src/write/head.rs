@@ -1,4 +1,4 @@
-//! What a program's template is filled with: where it starts, and what it assumes.
+//! Values for a program's template: its starting position and its assumptions.
 
 use super::error::WriteError;
 use super::format::{OrientationWords, OutputFormat};

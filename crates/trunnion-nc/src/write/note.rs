@@ -1,6 +1,6 @@
 //! Facts about the job that programs carry as comments.
 
-/// What the texts say about the job besides its motion.
+/// Facts about the job besides its motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Note<'a> {
     /// Name of the job.
@@ -17,7 +17,7 @@ pub struct Note<'a> {
     pub budget: &'a [(String, f64)],
     /// Planned time \[s\].
     pub duration: f64,
-    /// What happens where that a reader of the program would not expect, in order of blocks.
+    /// Events that a reader of the program would not expect, in order of blocks.
     pub remarks: &'a [Remark],
 }
 
@@ -26,7 +26,7 @@ pub struct Note<'a> {
 pub struct Remark {
     /// Index of the block it stands before.
     pub block: usize,
-    /// What it says.
+    /// Text of the comment.
     pub text: String,
 }
 

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// How a number looks.
+/// Written form of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum NumberForm {
     /// Always with a point: `3.`, which some controls need.
@@ -106,7 +106,7 @@ impl FixedNumber {
         Self { digits: (self.digits - low).rem_euclid(turn) + low, ..self }
     }
 
-    /// Whether all digits are 0.
+    /// Returns true if all digits are 0.
     pub(super) fn is_zero(self) -> bool {
         self.digits == 0
     }

@@ -19,7 +19,7 @@ use nalgebra::Vector3;
 /// Largest inverse-time word; a quicker block is written with it, and takes longer.
 const LARGEST_FEED: f64 = 99_999.999;
 
-/// Time of the quickest block that inverse time can say \[s\].
+/// Time of the quickest block that inverse time can express \[s\].
 pub const BRIEFEST_BLOCK: f64 = 60.0 / LARGEST_FEED;
 
 /// Decimals of feed words.
@@ -28,7 +28,7 @@ const FEED_DECIMALS: u8 = 3;
 /// Decimals of inverse-time words below 1, of blocks longer than a minute: three would be too coarse.
 const SLOW_DECIMALS: u8 = 6;
 
-/// How a block is run.
+/// Feed or time of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum BlockPace {
     /// As fast as the machine can.
@@ -44,7 +44,7 @@ pub enum BlockPace {
     },
 }
 
-/// What waits for the next block: blocks whose words all round to those before.
+/// Time and travel of blocks whose words all round to those before; the next block takes them over.
 #[derive(Debug, Clone, Copy, Default)]
 struct PendingBlock {
     seconds: f64,

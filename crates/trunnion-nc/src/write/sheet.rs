@@ -121,7 +121,7 @@ pub fn program_sheet(
     Ok(())
 }
 
-/// What has to be entered at the control.
+/// Writes the values to enter at the control.
 fn entries(
     out: &mut impl Write,
     kinematics: &Kinematics,
@@ -158,7 +158,7 @@ fn entries(
     Ok(())
 }
 
-/// What the numbers of the programs mean.
+/// Writes the meaning of the numbers in the programs.
 fn meanings(out: &mut impl Write, kinematics: &Kinematics) -> Result<(), WriteError> {
     let [roll, pitch, yaw] = turns(kinematics);
     writeln!(out, "Coordinates")?;

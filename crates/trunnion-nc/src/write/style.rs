@@ -4,7 +4,7 @@ use super::format::OutputFormat;
 use crate::machine::{FeedMode, Kinematics};
 use crate::words::AxisWords;
 
-/// How a program is written. No `Default`: the caller knows the machine.
+/// Style in which a program is written. No `Default`: the caller knows the machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Style {
     /// Format.
@@ -17,12 +17,12 @@ pub struct Style {
     pub numbers: u32,
     /// Number of the program.
     pub program: u32,
-    /// How far the control may leave the path to keep its speed: tip \[mm\], tool axis \[rad\].
+    /// Deviation from the path that the control may use to keep its speed: tip \[mm\], tool axis \[rad\].
     pub blend: Option<[f64; 2]>,
 }
 
 impl Style {
-    /// What a machine file asks for.
+    /// Returns the style that a machine file requests.
     ///
     /// Further strings of `[dialect]` are taken in: `numbers` (step of block numbers), `program` (its number),
     /// `tcp_on` and `tcp_off`.

@@ -12,13 +12,13 @@ pub struct Template {
     environment: Environment<'static>,
 }
 
-/// Why a template cannot be used.
+/// Reason why a template cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("template, line {line}: {message}")]
 pub struct TemplateError {
     /// Line, counted from 1; 0 if not known.
     pub line: usize,
-    /// What is wrong.
+    /// Description of the defect.
     pub message: String,
 }
 
@@ -36,7 +36,7 @@ const OWN: &str = "template";
 /// Stands for what is put in later; no template has it.
 const HOLE: &str = "\u{1}";
 
-/// What a template is filled with.
+/// Values that fill a template.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct TemplateContext {
     pub(super) name: String,

@@ -45,7 +45,7 @@ pub fn program(
     Ok(ends)
 }
 
-/// How a block is run.
+/// Feed or time of a block.
 pub fn pace(before: &Block, block: &Block) -> BlockPace {
     let length = (block.pose.tip - before.pose.tip).norm();
     let turn = (block.q - before.q).fixed_rows::<2>(FIRST_ROTARY).norm();
@@ -65,7 +65,7 @@ impl PassComments {
         self.interrupted = self.motion == Some(Motion::Cut);
     }
 
-    /// What is said where a block is the first of a pass.
+    /// Returns the comment before the first block of a pass.
     fn line(&mut self, motion: Motion) -> Option<String> {
         let begins = self.motion.replace(motion) != Some(motion) && motion == Motion::Cut;
         if !begins {

@@ -5,7 +5,7 @@ use super::reader::{ClReader, no_number, shortened};
 use super::setting::INCH;
 use super::state::{ClCycle, ClResult};
 use super::statement::{ClWord, Statement};
-/// What a number in a cycle is.
+/// Role of a number in a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum CycleRole {
     Depth,

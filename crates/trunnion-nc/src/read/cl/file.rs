@@ -13,9 +13,9 @@ pub struct ClFile {
     pub cutter: Option<[f64; 2]>,
     /// Number of the last tool loaded.
     pub tool: Option<u32>,
-    /// Which tool is at the locations, from each change on; empty if the file loads none before one.
+    /// Tool of the locations, from each change on; empty if the file loads none before one.
     pub tools: Vec<ClTool>,
-    /// What was kept but not understood, or looks like a slip.
+    /// Warnings: words kept but not understood, and likely slips.
     pub warnings: Vec<Diagnostic>,
 }
 
@@ -37,13 +37,13 @@ pub struct ClRecord {
     pub line: u32,
     /// Tip and tool axis.
     pub pose: ToolPose,
-    /// How fast the tool gets there; of a hole, the feed in it.
+    /// Speed of the approach; of a hole, the feed in it.
     pub motion: ClMotion,
     /// On which way.
     pub way: ClPath,
 }
 
-/// How a cutter location is approached.
+/// Speed at which a cutter location is approached.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ClMotion {
     /// After `RAPID`, and to the first location of a file that does not say.
@@ -52,7 +52,7 @@ pub enum ClMotion {
     Feed(f64),
 }
 
-/// What a statement is.
+/// Kind of a statement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ClItem {
     /// Moves the tool.

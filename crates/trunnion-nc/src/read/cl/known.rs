@@ -1,6 +1,6 @@
-//! What the major words mean to a reader of motion.
+//! Meaning of the major words to a reader of motion.
 
-/// What a word does.
+/// Effect of a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum WordMeaning {
     Goto,

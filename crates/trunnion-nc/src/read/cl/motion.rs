@@ -81,7 +81,7 @@ impl ClReader {
         self.locate(of, place.tip + way * self.state.scale)
     }
 
-    /// Where the tool is; it does not move.
+    /// Sets the pose of the tool without a move.
     pub(super) fn from(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<()> {
         let numbers = Numbers::of(rest).map_err(|word| no_number(of, word))?;
         if let [x, y, z, ref axis @ ..] = *numbers.as_slice() {

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Rotation3, UnitVector3, Vector3};
 
-/// What the tool does on its way to a location.
+/// Path of the tool to a location.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ClPath {
     /// The tip moves straight, the tool axis on a great circle.
@@ -16,7 +16,7 @@ pub enum ClPath {
 /// An arc, or one turn at most of a helix.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClArc {
-    /// Where the tip starts \[mm\].
+    /// Tip at the start \[mm\].
     pub start: Point3<f64>,
     /// A point of the axis of the arc \[mm\].
     pub center: Point3<f64>,

@@ -132,12 +132,12 @@ impl ClReader {
         &self.faults
     }
 
-    /// Whether so many faults were found that nothing is read any more.
+    /// Returns true once so many defects were found that reading has stopped.
     pub fn is_full(&self) -> bool {
         self.faults.len() >= self.most
     }
 
-    /// What was kept but not understood up to now.
+    /// Returns the warnings so far: words kept but not understood.
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.warnings
     }
@@ -167,7 +167,7 @@ impl ClReader {
         self.state.feed
     }
 
-    /// Where the tool is, in the coordinates that hold; `None` before the first location, and after a change of
+    /// Returns the pose of the tool in the active coordinates; `None` before the first location, and after a change of
     /// coordinates.
     pub fn place(&self) -> Option<ToolPose> {
         self.state.place

@@ -6,6 +6,16 @@ use crate::types::Diagnostics;
 
 /// Reads an APT/CL file whole; see [`ClReader`] for what is understood.
 ///
+/// # Example
+///
+/// ```
+/// use trunnion_nc::read::cl;
+///
+/// let file = cl("UNITS/INCHES\nGOTO/1,2,3,0,0,1\nFINI\n", 10)?;
+/// assert_eq!(file.records[0].pose.tip.x, 25.4);
+/// # Ok::<(), trunnion_types::types::Diagnostics>(())
+/// ```
+///
 /// # Errors
 ///
 /// Every fault found, up to `most_faults`.

@@ -1,4 +1,4 @@
-//! What CL files say about units, tools, feeds and frames.
+//! Units, tools, feeds and frames of CL files.
 
 use super::file::ClItem;
 use super::reader::{ClReader, no_number, shortened};

@@ -5,11 +5,11 @@ use super::path::ClHole;
 use crate::types::{Diagnostic, ToolPose};
 use nalgebra::{Isometry3, UnitVector3, Vector3};
 
-/// What holds for the next statement.
+/// Modal state for the next statement.
 #[derive(Debug)]
 pub(super) struct ClState {
     pub(super) scale: f64,
-    /// Whether the file has said so.
+    /// True once the file has declared its units.
     pub(super) units: bool,
     pub(super) axis: UnitVector3<f64>,
     /// Tool axis of the frame.
@@ -23,7 +23,7 @@ pub(super) struct ClState {
     /// `INDIRV`: direction in which a curve starts.
     pub(super) direction: Option<Vector3<f64>>,
     pub(super) cycle: Option<ClCycle>,
-    /// Where the tool is.
+    /// Current pose of the tool.
     pub(super) place: Option<ToolPose>,
     pub(super) frame: Isometry3<f64>,
     pub(super) first_frame: Option<Isometry3<f64>>,
@@ -35,17 +35,17 @@ pub(super) struct ClState {
     pub(super) end: Option<FileEnd>,
 }
 
-/// How the file ends, up to now.
+/// End of the file or path, as far as it was read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum FileEnd {
     File,
     Path,
 }
 
-/// What a statement comes to: a fault stands where it was found.
+/// Result of a statement: a diagnostic stands where it was found.
 pub(super) type ClResult<T> = Result<T, Box<Diagnostic>>;
 
-/// What the next location is reached on.
+/// Path on which the next location is reached.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum PathShape {
     Straight,

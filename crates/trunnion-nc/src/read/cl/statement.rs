@@ -9,7 +9,7 @@ const LONGEST: usize = 1 << 16;
 /// Largest coordinate, feed or number of any kind: beyond it is a slip.
 pub(super) const LARGEST: f64 = 1e6;
 
-/// Where a line begins in the text of its statement.
+/// Start of a line in the text of its statement.
 #[derive(Debug, Clone, Copy)]
 struct LineStart {
     at: usize,
@@ -40,7 +40,7 @@ pub(super) struct JoinedLines {
 /// Major words whose line is text to its end, whatever it contains.
 const TEXT: [&str; 7] = ["PARTNO", "PPRINT", "INSERT", "REMARK", "DISPLY", "TITLES", "LETTER"];
 
-/// What a line is.
+/// Kind of a line.
 pub(super) enum ClLine<'a> {
     /// A whole statement, or the end of one.
     Whole(&'a str),

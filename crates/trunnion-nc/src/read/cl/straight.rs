@@ -62,7 +62,7 @@ impl ClRecord {
         moves
     }
 
-    /// Where the tool is afterwards.
+    /// Pose of the tool afterwards.
     pub fn end(&self) -> ToolPose {
         match self.way {
             ClPath::Hole(hole) => {

@@ -1,4 +1,4 @@
-//! What a CL file comes to: counts, lengths, ranges.
+//! Totals of a CL file: counts, lengths, ranges.
 
 use super::file::{ClMotion, ClRecord};
 use super::path::ClPath;

@@ -10,7 +10,7 @@ use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
 use crate::read::step::{Step, Turning};
 impl GcodeReader {
-    /// Does what a block says, up to its motion.
+    /// Runs a block up to its motion.
     pub(super) fn words(
         &mut self,
         state: &mut ReaderState,

@@ -21,7 +21,7 @@ struct DrilledHole {
     axis: usize,
     r: f64,
     bottom: f64,
-    /// Where the tool goes afterwards.
+    /// Height to which the tool retracts.
     clear: f64,
     feed: Pace,
     at: usize,

@@ -11,7 +11,7 @@ const DEEPEST: u32 = 60;
 /// Two values closer than this are equal, as `LinuxCNC`'s interpreter compares.
 const EQUAL: f64 = 1e-6;
 
-/// What values are read from.
+/// Environment of an expression.
 pub(super) struct ExpressionEnv<'a> {
     pub(super) parameters: &'a Parameters,
     pub(super) control: &'a ControlState,
@@ -272,7 +272,7 @@ impl<'a> ExpressionScan<'a> {
         found.map(|&(name, operator)| (name.len(), operator))
     }
 
-    /// What stands behind `#`, which is at the cursor.
+    /// Reads the parameter after `#`, which is at the cursor.
     pub(super) fn key(&mut self, env: &ExpressionEnv<'_>) -> Result<ParameterKey, ReadRemark> {
         let at = self.at;
         self.expect(b'#')?;

@@ -1,4 +1,4 @@
-//! Which line comes next: subprograms, loops, conditions.
+//! Order of lines: subprograms, loops, conditions.
 
 use super::label;
 use super::label::{OKeyword, OWord};
@@ -21,7 +21,7 @@ pub(super) struct OpenLoop {
     pub(super) start: usize,
 }
 
-/// What kind of loop.
+/// Kind of loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum LoopKind {
     While,
@@ -39,7 +39,7 @@ pub(super) struct CallFrame {
     pub(super) of: FrameKind,
 }
 
-/// What the lines are.
+/// Kind of the lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum FrameKind {
     /// A loop or condition of the file.
@@ -90,7 +90,7 @@ pub(super) struct GcodeFlow {
     wanted: Option<AwaitedSub>,
 }
 
-/// Whether a line of the file was collected.
+/// Result of collecting a line of the file.
 pub(super) enum LineCollection {
     No,
     Yes,
@@ -98,7 +98,7 @@ pub(super) enum LineCollection {
     Called(CallOutcome),
 }
 
-/// What a call came to.
+/// Outcome of a call.
 pub(super) enum CallOutcome {
     /// It runs now, with these arguments if it has its own parameters.
     Runs(Option<Vec<f64>>),

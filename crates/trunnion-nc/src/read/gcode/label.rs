@@ -1,6 +1,6 @@
 //! O-words: `o<name> sub`, `O100 while [..]`, `O1000`.
 
-/// What an O-word says.
+/// Contents of an O-word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum OKeyword {
     Sub,

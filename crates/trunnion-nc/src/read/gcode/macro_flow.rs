@@ -23,12 +23,12 @@ pub(super) const WORDS: [(&str, MacroWord); 4] = [
 #[derive(Debug)]
 pub(super) struct MacroLoop {
     pub(super) number: u32,
-    /// How many calls deep, and its line there.
+    /// Depth of calls, and its line there.
     pub(super) level: usize,
     pub(super) line: usize,
 }
 
-/// What lines of the file are passed over for.
+/// Target up to which lines of the file are skipped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum MacroSeek {
     /// `N10`.
@@ -50,7 +50,7 @@ impl MacroFlow {
         Self { tape: Tape::new(most), seek: None, loops: Vec::new() }
     }
 
-    /// Whether a line of the file is passed over.
+    /// Returns true if a line of the file is skipped.
     pub(super) fn passes(&mut self, text: &str) -> bool {
         let Some((seek, _)) = self.seek else { return false };
         let end = end_of(text);
@@ -78,7 +78,7 @@ impl MacroFlow {
         self.loops.retain(|inner| inner.level <= level);
     }
 
-    /// What is still looked for when the file is over.
+    /// Returns the target that is still missing at the end of the file.
     pub(super) fn open(&self) -> Option<(u32, ReadRemark)> {
         let (seek, line) = self.seek?;
         let remark = match seek {

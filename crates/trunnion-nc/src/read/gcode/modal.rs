@@ -2,7 +2,7 @@
 
 use super::block::CodeWord;
 use crate::read::control::SLOTS;
-/// What axis words do.
+/// Motion that axis words make.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum GcodeMotion {
     Rapid,
@@ -15,7 +15,7 @@ pub(super) enum GcodeMotion {
     Cycle(u32),
 }
 
-/// What holds from line to line beside [`ControlState`](super::control::Control).
+/// Modal state that holds from line to line, beside [`ControlState`](super::control::Control).
 #[derive(Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "modal switches are what a control has")]
 pub(super) struct ModalState {
@@ -57,7 +57,7 @@ pub(super) mod group {
     pub(in crate::read::gcode) const TILT: u32 = 1 << 15;
 }
 
-/// What a line says beside its motion.
+/// Actions of a line besides its motion.
 #[derive(Debug, Default)]
 #[expect(clippy::struct_excessive_bools, reason = "what a line may say")]
 pub(super) struct BlockActions {
@@ -92,7 +92,7 @@ impl BlockActions {
     }
 }
 
-/// What stays from hole to hole.
+/// Values that stay from hole to hole.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct CycleState {
     pub(super) r: Option<f64>,
@@ -102,7 +102,7 @@ pub(super) struct CycleState {
     pub(super) q: Option<f64>,
     /// \[s\]
     pub(super) dwell: f64,
-    /// Where the drill axis stood before the first hole.
+    /// Position of the drill axis before the first hole.
     pub(super) initial: Option<f64>,
     pub(super) running: bool,
 }
@@ -112,7 +112,7 @@ pub(super) struct CycleState {
 pub(super) struct ModalCall {
     pub(super) program: Box<str>,
     pub(super) arguments: Vec<f64>,
-    /// How many calls deep it was given: moves of the macro itself make none.
+    /// Depth of calls at which it was given: moves of the macro itself make none.
     pub(super) level: usize,
     pub(super) at: usize,
 }

@@ -1,4 +1,4 @@
-//! What a block's axis words do.
+//! Moves that a block's axis words make.
 
 use super::block::{BlockWord, GcodeBlock};
 use super::modal::{BlockActions, GcodeMotion};
@@ -187,7 +187,7 @@ impl GcodeReader {
         }
     }
 
-    /// What P is \[s\]: seconds in `LinuxCNC`, milliseconds at Fanuc, at Haas by its point.
+    /// Returns the dwell time of P \[s\]: seconds in `LinuxCNC`, milliseconds at Fanuc, at Haas by its point.
     pub(super) fn dwell_seconds(&self, word: BlockWord) -> f64 {
         match self.dialect {
             Dialect::Fanuc => 1e-3 * word.value,

@@ -198,7 +198,7 @@ impl GcodeReader {
     }
 }
 
-/// Where words of the offset in use now stand.
+/// Updates the words of the active offset.
 fn offset_changed(state: &mut ReaderState, target: &MoveTarget, kind: OffsetKind) {
     for slot in 0..SLOTS {
         let Some(value) = target.get(slot) else { continue };

@@ -1,4 +1,4 @@
-//! What O-words do.
+//! Effects of O-words.
 
 use super::expression::{ExpressionEnv, ExpressionScan};
 use super::flow::{CallFrame, CallOutcome, FrameKind, LoopKind, OpenLoop, SubCall, closer};

@@ -199,7 +199,7 @@ impl GcodeReader {
         }
     }
 
-    /// Where a line begins, and its O-word; `None`: nothing to run.
+    /// Returns the start of a line and its O-word; `None`: nothing to run.
     #[inline]
     pub(super) fn beginning(
         &mut self,
@@ -258,7 +258,7 @@ impl GcodeReader {
         self.block = Some(block);
     }
 
-    /// Does what the words of a line say.
+    /// Runs the words of a line.
     pub(super) fn run(&mut self, state: &mut ReaderState, block: &mut GcodeBlock, text: &str) {
         self.ran = true;
         let mut now = BlockActions::default();
@@ -284,7 +284,7 @@ impl GcodeReader {
         self.after(state, &now, text);
     }
 
-    /// What happens once a block has moved: stops, ends, calls.
+    /// Runs the actions after the motion of a block: stops, ends, calls.
     pub(super) fn after(&mut self, state: &mut ReaderState, now: &BlockActions, text: &str) {
         for &(at, end) in now.stops.iter().flatten() {
             state.control.keep(state.log.line, text.get(at..end).unwrap_or_default());
@@ -324,7 +324,7 @@ impl GcodeReader {
         }
     }
 
-    /// What is missing at the end; a file of subprograms has no end of its own.
+    /// Reports a missing end; a file of subprograms has no end of its own.
     pub(in crate::read) fn finish(&mut self, state: &mut ReaderState) {
         if let Some(((line, text), open)) = self.flow.open().filter(|_| !state.control.ended) {
             state.log.line = *line;

@@ -1,4 +1,4 @@
-//! Which block comes next: `LBL`, `CALL LBL`, `FN 9` to `FN 12`.
+//! Order of blocks: `LBL`, `CALL LBL`, `FN 9` to `FN 12`.
 
 use super::flow::same;
 use super::flow::{LabelCall, upper};

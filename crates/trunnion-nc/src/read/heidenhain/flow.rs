@@ -30,12 +30,12 @@ impl KlartextFlow {
         Self { tape: Tape::new(most), seek: None, calls: Vec::new(), known: HashMap::new() }
     }
 
-    /// Notes where a label stands.
+    /// Records the line of a label.
     pub(super) fn note(&mut self, label: &str, line: u32) {
         self.known.entry(upper(label)).or_insert(line);
     }
 
-    /// Whether a block is passed over on the way to a label.
+    /// Returns true if a block is skipped on the way to a label.
     pub(super) fn passes(&mut self, label: Option<&str>) -> bool {
         let Some((wanted, _)) = &self.seek else { return false };
         if label.is_some_and(|label| same(label, wanted)) {
@@ -44,7 +44,7 @@ impl KlartextFlow {
         true
     }
 
-    /// What is still looked for when the file is over.
+    /// Returns the target that is still missing at the end of the file.
     pub(super) fn open(&self) -> Option<(u32, ReadRemark)> {
         let (label, line) = self.seek.as_ref()?;
         let message = format!("LBL {label} is not in the file");

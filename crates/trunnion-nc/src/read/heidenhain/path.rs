@@ -12,7 +12,7 @@ use crate::read::step::{Arc, Pace, Way};
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 
-/// What a block says.
+/// Words of a block.
 #[derive(Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "words that stand in a block or do not")]
 struct PathBlock {

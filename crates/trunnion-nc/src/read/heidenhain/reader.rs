@@ -67,7 +67,7 @@ impl HeidenhainReader {
         }
     }
 
-    /// What is missing at the end.
+    /// Reports a missing end.
     pub(in crate::read) fn finish(&self, state: &mut ReaderState) {
         state.unended(self.flow.open(), "end it with END PGM or M30");
     }
@@ -124,7 +124,7 @@ impl HeidenhainReader {
         }
     }
 
-    /// Where a block begins behind `/` and its number; `None`: it says nothing.
+    /// Returns the start of a block after `/` and its number; `None`: it is skipped or empty.
     pub(super) fn skips(&self, code: &str) -> Result<Option<usize>, ReadRemark> {
         let mut from = code.len() - code.trim_start().len();
         let digits = |from: usize| {

@@ -7,7 +7,7 @@ use crate::read::control::FeedMode;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
 use crate::read::step::Turning;
-/// Words that say how, not where.
+/// Words without a target: modes, tools, calls.
 const KEPT: [&str; 41] = [
     "MSG",
     "CYCLE832",

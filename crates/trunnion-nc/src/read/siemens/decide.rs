@@ -1,4 +1,4 @@
-//! Which line comes next: `GOTOF`, `GOTOB`, `IF`, `WHILE`, `FOR`, `LOOP`, `REPEAT`.
+//! Order of lines: `GOTOF`, `GOTOB`, `IF`, `WHILE`, `FOR`, `LOOP`, `REPEAT`.
 
 use super::flow::{SiemensLoop, SiemensSeek};
 use super::head::{BlockHead, FlowWord, StructureKind, blanks, jump_in, name_at};
@@ -12,7 +12,7 @@ use crate::read::state::ReaderState;
 const DEEPEST: usize = 100;
 
 impl SiemensReader {
-    /// Does what a line says that decides which comes next.
+    /// Runs a statement that decides the order of lines.
     pub(super) fn decide(
         &mut self,
         state: &ReaderState,

@@ -13,7 +13,7 @@ pub(super) struct SiemensLoop {
     pub(super) last: f64,
 }
 
-/// What lines are passed over for.
+/// Target up to which lines are skipped.
 #[derive(Debug)]
 pub(super) enum SiemensSeek {
     /// A label or block number, upper case.
@@ -51,7 +51,7 @@ impl SiemensFlow {
         (self.seek, self.depth, self.asked) = (Some(what), 0, line);
     }
 
-    /// Whether a line is passed over.
+    /// Returns true if a line is skipped.
     pub(super) fn passes(&mut self, head: &BlockHead<'_>) -> bool {
         let Some(seek) = &self.seek else { return false };
         match (seek, head.word) {
@@ -85,7 +85,7 @@ impl SiemensFlow {
         true
     }
 
-    /// What is still looked for when the file is over.
+    /// Returns the target that is still missing at the end of the file.
     pub(super) fn open(&self) -> Option<(u32, ReadRemark)> {
         let remark = match self.seek.as_ref()? {
             SiemensSeek::Label(label) => {

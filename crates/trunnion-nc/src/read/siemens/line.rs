@@ -1,7 +1,7 @@
 //! Words of one Sinumerik block.
 
 use crate::read::control::MoveTarget;
-/// What axis words do.
+/// Motion that axis words make.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum SiemensMotion {
     Rapid,
@@ -9,7 +9,7 @@ pub(super) enum SiemensMotion {
     Arc { clockwise: bool },
 }
 
-/// What one block says.
+/// Words of one block.
 #[derive(Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "what a block may say")]
 pub(super) struct SiemensBlock {

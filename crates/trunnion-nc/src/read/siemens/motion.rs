@@ -12,7 +12,7 @@ use crate::read::step::{Pace, Step, Way};
 use nalgebra::Vector3;
 
 impl SiemensReader {
-    /// Does what a block says.
+    /// Runs a block.
     pub(super) fn run(
         &mut self,
         state: &mut ReaderState,

@@ -54,7 +54,7 @@ impl SiemensReader {
         }
     }
 
-    /// What is missing at the end.
+    /// Reports a missing end.
     pub(in crate::read) fn finish(&self, state: &mut ReaderState) {
         state.unended(self.flow.open(), "end it with M30, M17 or RET");
     }

@@ -1,7 +1,7 @@
 //! Values of words, and their modes: `AC(..)` and its kin.
 
 use crate::read::log::ReadRemark;
-/// How a word counts.
+/// Mode of a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ValueMode {
     /// As `G90` or `G91` says.
