@@ -31,7 +31,7 @@ use nalgebra::{Isometry3, Vector3};
 /// # Example
 ///
 /// ```
-/// use trunnion::nc::read::{ClItem, ClReader};
+/// use trunnion_nc::read::{ClItem, ClReader};
 ///
 /// let mut reader = ClReader::new(10);
 /// for line in ["RAPID", "GOTO/1.,2.,.5,0,0,1", "FEDRAT/MMPM,600.", "GOTO/2.,2.,.5", "FINI"] {
@@ -40,7 +40,7 @@ use nalgebra::{Isometry3, Vector3};
 ///     }
 /// }
 /// assert!(reader.finish()?.is_empty());
-/// # Ok::<(), trunnion::types::Diagnostics>(())
+/// # Ok::<(), trunnion_types::types::Diagnostics>(())
 /// ```
 #[derive(Debug)]
 pub struct ClReader {
