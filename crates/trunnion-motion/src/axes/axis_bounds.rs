@@ -74,7 +74,7 @@ impl AxisBounds {
         self.include(&(q + q1 * (length * 0.4) + q2 * (length * length / 20.0)));
     }
 
-    /// How far beyond other bounds \[mm or rad\].
+    /// Returns the excess over other bounds \[mm or rad\].
     fn exceeds(&self, other: &Self) -> f64 {
         let pairs = self.0.iter().zip(&other.0);
         pairs.map(|(own, other)| (other[0] - own[0]).max(own[1] - other[1])).fold(0.0, f64::max)

@@ -13,7 +13,7 @@ use crate::types::ToolPose;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// What was chosen.
+/// Choice of branches, turns and retracts for a whole path.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct BranchPlan {
     /// In order; at least one for each segment.
@@ -25,7 +25,7 @@ pub(super) struct BranchPlan {
 /// Cells of one branch, run without a break.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct PlannedRun {
-    /// How it is come to.
+    /// Entry into this part.
     pub(super) entry: RunEntry,
     pub(super) segment: usize,
     pub(super) branch: usize,
@@ -34,7 +34,7 @@ pub(super) struct PlannedRun {
     pub(super) offset: [f64; 2],
 }
 
-/// How the tool comes to a part of the path.
+/// Entry of the tool into a part of the path.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum RunEntry {
     /// The path starts.
@@ -54,7 +54,7 @@ struct BranchState {
     record: Option<usize>,
 }
 
-/// Where a state was entered, and from which.
+/// Entry of a state, with the state before.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct EntryRecord {
     segment: usize,
@@ -80,7 +80,7 @@ impl PathRank {
     }
 }
 
-/// The cheapest choice for the whole path.
+/// Returns the cheapest choice for the whole path.
 pub(super) fn plan_branches(
     follower: &PathFollower<'_>,
     segments: &[PathSegment],
@@ -230,13 +230,13 @@ impl BranchPlanner<'_> {
         Ok(states)
     }
 
-    /// Whether it is certain that on a block no state has to be left, or is better come to anew.
+    /// Returns `true` if certainly no state has to be left on a block, or is cheaper to enter anew.
     fn goes_on(&self, segment: &PathSegment, block: usize, states: &[BranchState]) -> bool {
         let mut known = 0;
         for (index, branch) in segment.branches.iter().enumerate() {
             let Some(of) = branch.blocks.get(block) else { return false };
             let all = || self.travel.turns(&of.bounds);
-            // What is inside on any cell is inside on all of them, and is a state.
+            // Turns that fit on any cell fit on all of them, and are states.
             let on = |turns: [f64; 2]| {
                 states.iter().any(|state| state.branch == index && equal(state.turns, turns))
             };
@@ -248,7 +248,7 @@ impl BranchPlanner<'_> {
         known == states.len() && self.none_anew(segment, block, states)
     }
 
-    /// Whether it is certain that no state on a block is better come to by a retract.
+    /// Returns `true` if certainly no state on a block is cheaper to enter by a retract.
     fn none_anew(&self, segment: &PathSegment, block: usize, states: &[BranchState]) -> bool {
         let (Some(retractor), Some(best)) = (&self.retractor, cheapest(states)) else {
             return true;
@@ -272,7 +272,7 @@ impl BranchPlanner<'_> {
         })
     }
 
-    /// Whether one state may lead to another anew on a block, at a place where that is cheaper, or as
+    /// Returns `true` if a retract on a block may lead from one state to another, where that is cheaper, or as
     /// cheap and preferred.
     fn may_be_before(
         &self,

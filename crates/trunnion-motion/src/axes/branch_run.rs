@@ -20,14 +20,14 @@ pub(super) struct PathSegment {
     pub(super) branches: Vec<BranchRun>,
 }
 
-/// A place between two cells, where one way may be left for another.
+/// Point between two cells, where one branch may be left for another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct SwitchPoint {
     /// Index of the tool-path piece that ends here or goes on.
     pub(super) piece: usize,
     /// Its parameter here.
     pub(super) u: f64,
-    /// Whether the tool cuts before and after.
+    /// `true` if the tool cuts before and after.
     pub(super) inside: bool,
 }
 
@@ -36,7 +36,7 @@ pub(super) struct SwitchPoint {
 pub(super) struct BranchRun {
     /// Nodes and their piece, in order.
     runs: Vec<CurveRun>,
-    /// Where its cells start.
+    /// Starts of its cells.
     starts: CellStarts,
     /// Axes at a point.
     point_axes: Option<AxisVector>,
@@ -46,7 +46,7 @@ pub(super) struct BranchRun {
     pub(super) blocks: Vec<CellBlock>,
 }
 
-/// Where the cells of a branch start.
+/// Starts of the cells of a branch.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct CellStarts {
     /// First cell of each run.
@@ -60,7 +60,7 @@ struct CellStarts {
 /// A part of a branch that is run without a break.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RunCell {
-    /// How far the axes go.
+    /// Extent of the axes.
     pub(super) bounds: AxisBounds,
     /// Weighted rotary travel \[rad\].
     pub(super) travel: f64,
@@ -69,16 +69,16 @@ pub(super) struct RunCell {
 /// Some cells after each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct CellBlock {
-    /// How far the axes go on all of them.
+    /// Extent of the axes on all of them.
     pub(super) bounds: AxisBounds,
     /// Highest of the low ends and lowest of the high ends of the cells: no cell is inside where this
     /// is outside.
     pub(super) least: AxisBounds,
     /// Weighted rotary travel \[rad\].
     pub(super) travel: f64,
-    /// Whether the rotaries jump at the start of a cell.
+    /// `true` if the rotaries jump at the start of a cell.
     pub(super) jumps: bool,
-    /// Whether the tool cuts before and after every switch of it.
+    /// `true` if the tool cuts before and after every switch point.
     pub(super) inside: bool,
 }
 
@@ -96,7 +96,7 @@ impl CellStarts {
 }
 
 impl PathSegment {
-    /// How many cells it has.
+    /// Returns the number of cells.
     pub(super) fn count(&self) -> usize {
         self.branches.first().map_or(0, |branch| branch.starts.count)
     }
@@ -114,7 +114,7 @@ impl PathSegment {
         self.branches.iter().map(|branch| branch.cells(range.clone(), options)).collect()
     }
 
-    /// Whether the rotaries of a branch jump at the start of a cell.
+    /// Returns `true` if the rotaries of a branch jump at the start of a cell.
     pub(super) fn jumps_at(&self, branch: usize, cell: usize) -> bool {
         self.branches.get(branch).is_some_and(|branch| branch.jumps_at(cell))
     }
@@ -170,13 +170,13 @@ impl BranchRun {
         last.map_or_else(|| self.start_of(cell), |node| rotaries(&node.q[0]))
     }
 
-    /// Whether the rotaries jump at the start of a cell.
+    /// `true` if the rotaries jump at the start of a cell.
     pub(super) fn jumps_at(&self, cell: usize) -> bool {
         let [run, node] = self.starts.at(cell);
         node == 0 && self.runs.get(run).is_some_and(|run| run.jumps)
     }
 
-    /// Whether the tool cuts before and after the start of a cell.
+    /// Returns `true` if the tool cuts before and after the start of a cell.
     fn is_inside(&self, cell: usize) -> bool {
         let [run, node] = self.starts.at(cell);
         node > 0 && self.runs.get(run).is_some_and(|run| run.motion == Motion::Cut)
@@ -285,7 +285,7 @@ fn common(candidates: &[CandidateRun]) -> Vec<CellStarts> {
     all
 }
 
-/// Whether all have the same nodes.
+/// Returns `true` if all have the same nodes.
 fn same_places(nodes: &[&[AxisNode]]) -> bool {
     let Some((first, others)) = nodes.split_first() else { return true };
     others.iter().all(|other| {

@@ -27,7 +27,7 @@ pub(super) struct CurveRun {
     pub(super) piece: usize,
     pub(super) motion: Motion,
     pub(super) track: AxisTrack,
-    /// Whether the rotaries jump before it: only a retract can do that.
+    /// `true` if the rotaries jump before it, which takes a retract.
     pub(super) jumps: bool,
 }
 

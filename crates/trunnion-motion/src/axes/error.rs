@@ -1,11 +1,11 @@
-//! What can go wrong between tool path and axes.
+//! Errors between tool path and axes.
 
 use super::options::AxesOptions;
 use crate::inverse::InverseError;
 use crate::types::Cancelled;
 use nalgebra::Point3;
 
-/// Why a tool path has no axis path.
+/// Reason why a tool path has no axis path.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AxesError {
@@ -23,7 +23,7 @@ pub enum AxesError {
         low.to_degrees(), high.to_degrees()
     )]
     BadBounds {
-        /// Which angle.
+        /// Name of the angle.
         what: &'static str,
         /// Lower bound \[rad\].
         low: f64,
@@ -37,10 +37,10 @@ pub enum AxesError {
         piece: usize,
         /// Curve parameter.
         u: f64,
-        /// Why.
+        /// Reason.
         source: InverseError,
     },
-    /// A stretch leaves travel on every branch and turn; the nearest is told.
+    /// A segment leaves travel on every branch and turn; the error has the nearest.
     #[error(
         "piece {piece}, node {node} (u = {u:.4}): axis {axis} would have to go to {}, beyond its end of travel {} by {} on the best branch; {remedy}",
         in_unit(*rotary, *value), in_unit(*rotary, *limit), in_unit(*rotary, *excess)
@@ -54,15 +54,15 @@ pub enum AxesError {
         u: f64,
         /// Name of the axis.
         axis: String,
-        /// Whether it turns.
+        /// `true` for a rotary axis.
         rotary: bool,
-        /// Where it would have to be \[mm or rad\].
+        /// Position it would need \[mm or rad\].
         value: f64,
         /// End of travel \[mm or rad\].
         limit: f64,
-        /// How far beyond; positive.
+        /// Distance beyond; positive.
         excess: f64,
-        /// What would help.
+        /// Remedy.
         remedy: String,
     },
     /// The axes cannot be followed within tolerance by steps of any size.
@@ -112,9 +112,9 @@ pub enum AxesError {
     NoRetract {
         /// Index of the piece.
         piece: usize,
-        /// Where \[mm\].
+        /// Tip there \[mm\].
         tip: Point3<f64>,
-        /// What stands in the way.
+        /// Obstacle.
         why: &'static str,
     },
     /// The caller asked for a stop.

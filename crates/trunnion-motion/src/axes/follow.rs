@@ -22,7 +22,7 @@ use crate::types::{Progress, ToolPath};
 /// what the axes prefer), every segment inside travel. Where the tool stays in the singular
 /// direction the free rotary is held.
 ///
-/// Where a rotary's travel ends on a segment, the tool leaves the part, the rotaries turn, and it
+/// If a rotary's travel ends on a segment, the tool leaves the part, the rotaries turn, and it
 /// comes back to the same place ([`RetractOptions`]); where that is best done is part of the choice.
 ///
 /// # Errors

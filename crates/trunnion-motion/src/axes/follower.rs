@@ -17,7 +17,7 @@ use nalgebra::Point3;
 /// than a tenth, and the rest is for what is not leading order.
 const SHARE: f64 = 0.5;
 
-/// Where an interval is checked, as shares of it.
+/// Check points of an interval, as shares of it.
 const CHECKED: [f64; 5] = [0.15, 0.325, 0.5, 0.675, 0.85];
 
 /// Intervals shorter than this share of the piece give up.
@@ -54,7 +54,7 @@ pub(super) struct AxisTrack {
     pub(super) deviation: PathDeviation,
 }
 
-/// Why a motion cannot be followed, with the parameter.
+/// Reason why a motion cannot be followed, with the parameter.
 pub(super) enum FollowError {
     Inverse(f64, InverseError),
     NotFollowed(f64, PathDeviation),
@@ -258,7 +258,7 @@ impl<'a> PathFollower<'a> {
         }
     }
 
-    /// Whether the singular direction is passed so close on an interval that passing through it may be
+    /// Returns `true` if an interval passes the singular direction so close that passing through it may be
     /// within tolerance: straight from end to end, and also by its middle.
     fn passes(
         &self,
@@ -297,8 +297,8 @@ impl<'a> PathFollower<'a> {
             && deviation.axis <= share * self.options.axis_tolerance
     }
 
-    /// How far the quintic between two nodes is from the motion, at the checked points: in the
-    /// middle only, where that and what the third derivatives say, if they are `known`, is next to
+    /// Returns the deviation of the quintic between two nodes from the motion, at the check points: in the
+    /// middle only, where that and the error by the third derivatives, if they are `known`, is next to
     /// nothing. Infinite where there is no pose.
     fn deviation(
         &self,
@@ -335,7 +335,7 @@ impl<'a> PathFollower<'a> {
         })
     }
 
-    /// Whether the third derivatives of a quintic are so close to the exact ones that its error is
+    /// Returns `true` if the third derivatives of a quintic are so close to the exact ones that its error is
     /// next to nothing.
     ///
     /// The error `k (x (l - x))³` has third derivatives `6 k l³` and `-6 k l³` at the ends and its
@@ -363,10 +363,10 @@ impl<'a> PathFollower<'a> {
     }
 }
 
-/// What a place on the way has for all that come along.
+/// Exact kinematics at one path parameter, shared by all branches being followed.
 struct EvaluationCache<'a> {
     motion: &'a dyn PathMotion,
-    /// The last place looked at, and from which span.
+    /// Span of the last evaluation.
     span: usize,
     evaluation: Evaluation,
     /// The pose in the middle of the last interval, and its parameter.
@@ -374,7 +374,7 @@ struct EvaluationCache<'a> {
 }
 
 impl EvaluationCache<'_> {
-    /// Looks at a place, unless that is known.
+    /// Evaluates the motion at a parameter, unless that is known.
     fn evaluate_at(
         &mut self,
         (u, span): (f64, usize),
@@ -395,10 +395,10 @@ impl EvaluationCache<'_> {
     }
 }
 
-/// One way along a motion, as far as it has come.
+/// One branch along a motion, up to the last node.
 struct BranchTracker {
     span: usize,
-    /// Where to, the nearest last.
+    /// Parameters still to reach, the nearest last.
     targets: Vec<f64>,
     track: AxisTrack,
     /// Nodes whose highest derivatives are not known.
@@ -406,14 +406,14 @@ struct BranchTracker {
     state: TrackerState,
 }
 
-/// How a way stands at its last node.
+/// State of a branch at its last node.
 #[derive(Debug, Clone, Copy, Default)]
 struct TrackerState {
-    /// Which branch it is on, if any.
+    /// Branch of the inverse, if determined.
     branch: Option<usize>,
     /// Part of the tool axis square to the singular direction.
     across: [f64; 2],
-    /// Whether the highest derivatives are not known.
+    /// `true` if the highest derivatives are unknown.
     lost: bool,
 }
 
@@ -484,7 +484,7 @@ impl AxisTrack {
         Self { nodes, deviation: PathDeviation::default() }
     }
 
-    /// How far the axes go from each node to the next.
+    /// Returns the extent of the axes from each node to the next.
     pub(super) fn bounds(&self) -> impl Iterator<Item = AxisBounds> {
         self.nodes.windows(2).map(|pair| AxisBounds::between(&pair[0], &pair[1]))
     }

@@ -3,7 +3,7 @@
 use crate::types::AxisVector;
 use nalgebra::UnitVector3;
 
-/// Which point the programmed feed refers to.
+/// Point that the programmed feed refers to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum FeedPoint {
     /// The tool tip.
@@ -12,7 +12,7 @@ pub enum FeedPoint {
     Contact,
 }
 
-/// How closely axes follow a tool path. No `Default`: the caller knows the part.
+/// Options for following a tool path. There is no `Default`: the caller knows the part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxesOptions {
     /// Largest distance between the tip of the axis path and that of the tool path \[mm\].
@@ -22,31 +22,31 @@ pub struct AxesOptions {
     pub axis_tolerance: f64,
     /// Largest rotary move between two nodes \[rad\].
     pub max_rotary_step: f64,
-    /// What `feed_rate` of the nodes refers to.
+    /// Point that `feed_rate` of the nodes refers to.
     pub feed_at: FeedPoint,
-    /// Price of a radian of each rotary, workpiece side first; the whole path is made as cheap
+    /// Cost of a radian of each rotary, workpiece side first; the whole path is made as cheap
     /// as possible.
     pub rotary_weights: [f64; 2],
-    /// Where the rotaries stand before the path; usually [`crate::machine::Machine::home`].
+    /// Position of the axes before the path; usually [`crate::machine::Machine::home`].
     pub start: AxisVector,
-    /// How to leave the part where travel ends on a segment between two links; `None`: that is an
+    /// Retract to use where travel ends on a segment between two links; `None`: that is an
     /// error.
     pub retract: Option<RetractOptions>,
-    /// How far the tool axis may be moved where a cut passes a singular direction; `None`: not at all.
+    /// Permitted change of the tool axis where a cut passes a singular direction; `None`: no change.
     pub singular: Option<SingularOptions>,
 }
 
-/// How the tool leaves the part to unwind a rotary axis, and what that is worth. The way of the
+/// Retract that unwinds a rotary axis, and its cost. The move of the
 /// machine itself is [`crate::machine::RetractPolicy`]. No `Default`: the caller knows part and tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RetractOptions {
-    /// Way out of the part.
+    /// Direction out of the part.
     pub up: UnitVector3<f64>,
     /// Height of the tip along `up` at which the tool may turn \[mm\]; reached along the tool axis.
     pub plane: f64,
-    /// Least way along the tool axis \[mm\].
+    /// Least distance along the tool axis \[mm\].
     pub least: f64,
-    /// Of this way, what next to the part is run as a lead \[mm\]; infinite: all of it.
+    /// Part of this distance, next to the part, that is run as a lead \[mm\]; infinite: all of it.
     pub approach: f64,
     /// Distance kept from the ends of travel of the retracting axis \[mm\]: what blocks of a link may
     /// be off.
@@ -58,13 +58,13 @@ pub struct RetractOptions {
     pub price_in_cut: f64,
 }
 
-/// What may be done inside the singular cone. No `Default`: it costs tolerance.
+/// Permitted changes inside the singular cone. There is no `Default`: they cost tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SingularOptions {
     /// Half angle of the cone about the singular direction in which the tool axis may be moved \[rad\].
     pub cone: f64,
     /// Turn of the workpiece-side rotary inside the cone below which nothing is done \[rad\].
     pub min_rotary: f64,
-    /// How far the tool axis may be turned \[rad\]; the tip stays.
+    /// Largest turn of the tool axis \[rad\]; the tip stays.
     pub tilt: f64,
 }

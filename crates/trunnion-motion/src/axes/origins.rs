@@ -1,4 +1,4 @@
-//! Where the workpiece origin may be: the linear axes are affine in it.
+//! Feasible workpiece origins: the linear axes are affine in the origin.
 
 use super::assemble::assemble;
 use super::branch_plan;
@@ -13,7 +13,7 @@ use crate::types::AxisVector;
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 
 /// Room kept to the ends of travel \[mm\]: more than axes bow between two nodes, and than the digits
-/// in which an origin is told.
+/// in which an origin is reported.
 const ROOM: f64 = 1.0;
 
 /// Constraints of the small programs that are solved on the way; each adds one that was broken by
@@ -49,7 +49,7 @@ type OriginConstraint = (Vector4<f64>, f64, Option<usize>);
 ///
 /// With the rotaries as they are, a shift `d` of the origin moves the slides by `J⁻¹ R⁻¹ d`, `J` being
 /// the derivative of the tip by the slides and `R` the rotation of the setup: each end of travel at
-/// each node is a half-space of origins. Retracts are left out: they go where the machine says.
+/// each node is a half-space of origins. Retracts are left out: the machine file fixes their target.
 /// `None` if the path has no nodes, or the slides lie in one plane.
 pub fn origins(kinematics: &Kinematics, followed: &FollowedPath) -> Option<OriginRanges> {
     let ends = ends(kinematics, followed)?;
@@ -90,7 +90,7 @@ fn ends(kinematics: &Kinematics, followed: &FollowedPath) -> Option<Vec<TravelEn
     (!ends.is_empty()).then_some(ends)
 }
 
-/// How the slides follow the tip, rotaries as at `q`. The tip is affine in the slides.
+/// Returns the derivative of the slides by the tip, rotaries as at `q`. The tip is affine in the slides.
 fn slides_by_tip(kinematics: &Kinematics, q: &AxisVector) -> Option<Matrix3<f64>> {
     let at = |slide: Option<usize>| {
         let mut q = *q;
@@ -174,7 +174,7 @@ fn corner(some: &[OriginConstraint]) -> Option<(Vector4<f64>, Vec<usize>)> {
     best
 }
 
-/// Where four constraints meet, and what the height there gains by loosening each.
+/// Returns the point where four constraints meet, and the gain in height from loosening each.
 fn crossing(some: &[OriginConstraint], pick: [usize; 4]) -> Option<(Vector4<f64>, Vector4<f64>)> {
     let mut rows = Matrix4::zeros();
     let mut most = Vector4::zeros();
@@ -188,14 +188,14 @@ fn crossing(some: &[OriginConstraint], pick: [usize; 4]) -> Option<(Vector4<f64>
     x.iter().all(|x| x.is_finite()).then(|| (x, inverse.row(3).transpose()))
 }
 
-/// Whether a corner keeps all constraints, to rounding.
+/// Returns `true` if a corner satisfies all constraints, to rounding.
 fn keeps(some: &[OriginConstraint], x: &Vector4<f64>) -> bool {
     let size = 1.0 + x.amax();
     some.iter()
         .all(|(row, most, _)| row.dot(x) <= most + 1024.0 * f64::EPSILON * (size + most.abs()))
 }
 
-/// Where a path that was found without regard to the ends of the linear axes can stand.
+/// Origin for a path that was found without regard to the ends of the linear axes.
 pub(super) enum OriginFit {
     /// With this origin: the one it has if that will do, else moved along one direction by as little
     /// as can be, else where there is most room.
@@ -204,7 +204,7 @@ pub(super) enum OriginFit {
     Short { by: f64, axes: Vec<String> },
 }
 
-/// Where a path can stand; `None` as [`origins`].
+/// Returns the origin for a path; `None` as [`origins`].
 pub(super) fn place(kinematics: &Kinematics, followed: &FollowedPath) -> Option<OriginFit> {
     let now = kinematics.setup().origin;
     if ends(kinematics, followed)?.iter().all(|end| end.most >= 0.0) {
@@ -268,7 +268,7 @@ pub(super) fn endless(machine: &Machine) -> Machine {
     machine
 }
 
-/// What to write into the job file.
+/// Returns the advice for the job file.
 fn advice(kinematics: &Kinematics, origins: &OriginRanges) -> String {
     let now = kinematics.setup().origin;
     let [x, y, z] = now.into();

@@ -1,4 +1,4 @@
-//! What the axes have to follow: a curve, or a link between two segments.
+//! Motions that the axes follow: a curve, or a link between two segments.
 
 use super::options::FeedPoint;
 use crate::inverse::{AxisJets, Branch, Inverse, InverseError};
@@ -20,16 +20,16 @@ pub(super) struct Evaluation {
     pub(super) more: Vec<AxisJets>,
     /// Part of the tool axis square to the singular direction.
     pub(super) across: [f64; 2],
-    /// Whether the first rotary is free, and was put where it stood before: the tool stays in the
+    /// `true` if the first rotary is free and keeps its position: the tool stays in the
     /// singular direction.
     pub(super) held: bool,
-    /// Whether the rotaries are prescribed, whole turns and all.
+    /// `true` if the rotaries are prescribed, whole turns included.
     prescribed: bool,
 }
 
 /// Something with exact axes at every parameter.
 pub(super) trait PathMotion {
-    /// Where derivatives may jump; nodes stand there.
+    /// Returns the parameters at which derivatives may jump; each gets a node.
     fn knots(&self) -> &[f64];
     /// Exact axes at `u` seen from span `span`; a free rotary is held where `near` has it.
     fn evaluate(

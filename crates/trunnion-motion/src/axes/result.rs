@@ -22,9 +22,9 @@ pub struct FollowedPath {
     /// Weighted rotary travel of the whole path \[rad\] with the prices of retracts, the least of
     /// all choices of branch, turn and place of retracts.
     pub rotary_travel: f64,
-    /// Where the tool left the part to unwind, in order.
+    /// Retracts to unwind, in order.
     pub retracts: Vec<RetractMove>,
-    /// Where a singular direction is passed otherwise than the tool path says, within what
+    /// Passages of a singular direction that differ from the tool path, within what
     /// [`SingularOptions`] allow.
     pub passages: Vec<SingularPassage>,
 }
@@ -37,9 +37,9 @@ pub struct RetractMove {
     pub source: usize,
     /// Parameter of that piece.
     pub u: f64,
-    /// Whether the tool cuts before and after.
+    /// `true` if the tool cuts before and after.
     pub in_cut: bool,
-    /// Where the tool leaves and comes back.
+    /// Pose at which the tool leaves and comes back.
     pub pose: ToolPose,
     /// Rotaries before and after \[rad\].
     pub rotaries: [[f64; 2]; 2],

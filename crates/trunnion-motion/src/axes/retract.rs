@@ -38,7 +38,7 @@ pub(super) struct RetractPlanner<'a> {
 
 impl RetractPlanner<'_> {
     /// From the rotaries `from` at `pose` to the rotaries `to` at the same pose: up along the tool
-    /// axis, away as the machine file says, rotaries round, and all the way back.
+    /// axis, away as in the machine file, rotaries turned, and back the same way.
     pub(super) fn legs(
         &self,
         piece: usize,
@@ -72,7 +72,7 @@ impl RetractPlanner<'_> {
         let tips = [0.0, near, length].map(|way| pose.tip + pose.axis.scale(way));
         let [out, back] = rotaries;
         let [from, to] = [self.at(piece, tips[2], out)?, self.at(piece, tips[2], back)?];
-        // Where nothing leads farther away, the tip stays above the part while the tool turns.
+        // If no axis leads farther away, the tip stays above the part while the tool turns.
         let turned = || vec![RetractStep::Turn(tips[2], [out, back])];
         let over = self.over(from, to).unwrap_or_else(turned);
         let mut steps = vec![
@@ -93,7 +93,7 @@ impl RetractPlanner<'_> {
         }
     }
 
-    /// Whether there is a way, or why not: as [`RetractPlanner::legs`] without the nodes.
+    /// Checks that a retract is possible: like [`RetractPlanner::legs`] without the nodes.
     pub(super) fn check(
         &self,
         piece: usize,
@@ -112,7 +112,7 @@ impl RetractPlanner<'_> {
         link.map_err(|trouble| trouble.of(piece))
     }
 
-    /// How far the axes go: with the rotaries at rest, and in proportion, no farther than at the ends.
+    /// Includes the extent of the axes: with rotaries at rest, and in proportion, the ends are the extremes.
     fn include(
         &self,
         piece: usize,

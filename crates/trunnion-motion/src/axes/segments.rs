@@ -18,7 +18,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What lies between two links.
+/// Shape of the path between two links.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum SegmentShape {
     /// Curves that meet.
@@ -27,7 +27,7 @@ pub(super) enum SegmentShape {
     Point {
         /// Index of the link it belongs to.
         piece: usize,
-        /// Where.
+        /// The pose.
         pose: ToolPose,
     },
 }
@@ -118,7 +118,7 @@ pub(super) fn candidates(
             determined(follower, path, shape)
         })
         .collect::<Result<_, AxesError>>()?;
-    // Where the tool stays in the singular direction the first rotary may point_axes anywhere; what
+    // Where the tool stays in the singular direction the first rotary may take any angle; what
     // can save travel is where the neighbours have it, or home.
     for index in 0..all.len() {
         if all.get(index).is_some_and(Option::is_none) {
@@ -194,7 +194,7 @@ fn run_all(
     }
 }
 
-/// Where the free rotary may point_axes: as at the nearest determined shapes on both sides, and home and
+/// Returns angles for the free rotary: those of the nearest determined shapes on both sides, home, and
 /// quarter turns from it.
 fn held_values(
     follower: &PathFollower<'_>,

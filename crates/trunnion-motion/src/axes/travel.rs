@@ -47,7 +47,7 @@ impl TravelLimits<'_> {
         [first + 0.0, ((high + TRAVEL_ROUNDING - to) / TAU).floor() + 0.0]
     }
 
-    /// Whether the linear axes stay inside travel.
+    /// Returns `true` if the linear axes stay inside travel.
     pub(super) fn slides_inside(self, bounds: &AxisBounds) -> bool {
         self.axes.iter().zip(&bounds.0).take(FIRST_ROTARY).all(|(axis, [low, high])| {
             let [least, most] = axis.limits;
@@ -76,7 +76,7 @@ impl TravelLimits<'_> {
         })
     }
 
-    /// How many rotaries stand on the side they do not prefer.
+    /// Counts the rotaries on the side that they do not prefer.
     pub(super) fn unpreferred(self, at: [f64; 2]) -> usize {
         let rotaries = self.axes.iter().skip(FIRST_ROTARY).zip(at);
         rotaries.filter(|(axis, value)| wrong_side(axis, *value)).count()
@@ -94,7 +94,7 @@ impl TravelLimits<'_> {
         })
     }
 
-    /// How many rotaries stand on the side they do not prefer on all of a part of a path.
+    /// Counts the rotaries on the side that they do not prefer on all of a part of a path.
     pub(super) fn unpreferred_all_over(self, bounds: &AxisBounds, turns: [f64; 2]) -> usize {
         let [.., first, second] = bounds.0;
         let end = |end: usize| [first[end] + TAU * turns[0], second[end] + TAU * turns[1]];
@@ -134,7 +134,7 @@ impl TravelLimits<'_> {
     }
 
     /// The way out of travel that is least bad: of all branches the one whose worst place is best.
-    /// Where the path may be broken, each cell has its own turns.
+    /// If the path may be interrupted, each cell has its own turns.
     pub(super) fn outside(self, segment: &PathSegment, options: &AxesOptions) -> AxesError {
         let whole = options.retract.is_none();
         let worst_of = |branch: &BranchRun| {
@@ -182,7 +182,7 @@ fn each([first, last]: [f64; 2]) -> impl Iterator<Item = f64> {
     successors(until(first), move |turn| until(turn + 1.0))
 }
 
-/// Whether an axis stands on the side it does not prefer.
+/// Returns `true` if an axis is on the side that it does not prefer.
 fn wrong_side(axis: &Axis, value: f64) -> bool {
     match axis.prefer {
         Some(PreferredSign::Positive) => value < 0.0,

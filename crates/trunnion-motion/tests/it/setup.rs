@@ -110,7 +110,7 @@ fn find(
     path: &ToolPath,
     search: &SetupOptions,
 ) -> Result<SetupSearch, AxesError> {
-    setup(kinematics, path, (&OPTIONS, search), &Silent)
+    setup(kinematics, path, &OPTIONS, search, &Silent)
 }
 
 fn poses(path: &ToolPath, count: u32) -> Vec<ToolPose> {
@@ -410,6 +410,6 @@ fn nonsense_is_refused_and_a_stop_obeyed() {
     assert!(error.to_string().starts_with("tilt from 28.648 to 11.459 deg"), "{error}");
     let bad = SetupOptions { grid: 0.0, ..search(wide()) };
     assert!(matches!(find(&kinematics, &cone, &bad), Err(AxesError::BadOption { .. })));
-    let stopped = setup(&kinematics, &cone, (&OPTIONS, &search(wide())), &Stop);
+    let stopped = setup(&kinematics, &cone, &OPTIONS, &search(wide()), &Stop);
     assert!(matches!(stopped, Err(AxesError::Cancelled(_))));
 }

@@ -246,7 +246,7 @@ pub(super) fn search(
         most: SETUP_MOST,
         digits: SETUP_DIGITS,
     };
-    Ok(axes::setup(&job.kinematics, path, (&axes_options(job), &search), progress)?)
+    Ok(axes::setup(&job.kinematics, path, &axes_options(job), &search, progress)?)
 }
 
 /// Returns the time saved by moving the tool axis at singular directions: the same path is planned without.

@@ -1,4 +1,4 @@
-//! How near a path comes to the singular directions, for many rotations of the workpiece.
+//! Distance of a path from the singular directions, for many rotations of the workpiece.
 
 use super::rotary_triangle::{AxisTrail, RotaryTriangle, RotationBall};
 use crate::inverse::Inverse;
@@ -12,16 +12,16 @@ use std::f64::consts::PI;
 /// Samples of one span at most, however its axis turns.
 const MOST_SAMPLES: f64 = 1e3;
 
-/// What the machine can do with a tool direction, whatever the setup.
+/// Reach of the machine by tool direction, independent of the setup.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct AngleCheck {
     /// Direction of the workpiece-side rotary, machine frame.
     pub(super) first: Vector3<f64>,
     /// Angles from it that the travel of the tool-side rotary allows \[rad\].
     band: [f64; 2],
-    /// Whether the tool can stand along it, and against it.
+    /// `true` if the tool can point along it, and against it.
     poles: [bool; 2],
-    /// How the rotaries turn.
+    /// Rotary angles by tool direction.
     pub(super) turning: RotaryTriangle,
     /// Whether a stretch must be run without a retract, so that the ends of travel of the rotaries say
     /// which rotations fit.
@@ -33,16 +33,16 @@ pub(super) struct AngleCheck {
 pub(super) struct AngleResult {
     /// Least angle between tool axis and singular directions \[rad\].
     pub(super) least: f64,
-    /// How far the tool would have to lean beyond the travel of the tool-side rotary \[rad\]; 0 if
+    /// Tilt of the tool needed beyond the travel of the tool-side rotary \[rad\]; 0 if
     /// it need not.
     pub(super) leans: f64,
-    /// How far a rotary would have to turn beyond its travel on the way \[rad\]; 0 if it need not, or
+    /// Turn of a rotary needed beyond its travel along the path \[rad\]; 0 if it need not, or
     /// if that is not known.
     pub(super) turns: f64,
 }
 
 impl AngleResult {
-    /// Whether the rotaries stay inside travel, as far as angles tell.
+    /// Returns `true` if the rotaries stay inside travel, judged by angles.
     pub(super) fn fits(&self) -> bool {
         self.leans <= 0.0 && self.turns <= 0.0
     }
@@ -82,7 +82,7 @@ impl SampleLevels {
         Self(views)
     }
 
-    /// Fine enough to tell rotations apart that differ by `radius`.
+    /// Returns samples fine enough to distinguish rotations that differ by `radius`.
     pub(super) fn within(&self, radius: f64) -> &AxisSamples {
         let fine = self.0.iter().find(|view| view.step <= 0.25 * radius);
         fine.unwrap_or_else(|| self.finest())
@@ -148,7 +148,7 @@ impl AngleCheck {
         }
     }
 
-    /// How far rotaries would have to turn beyond their travel on the way, for every rotation of a
+    /// Returns the turn that rotaries need beyond their travel along the path, for every rotation of a
     /// ball \[rad\].
     pub(super) fn turns(
         &self,

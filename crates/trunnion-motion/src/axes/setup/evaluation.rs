@@ -26,12 +26,12 @@ pub(super) struct SetupTask<'a> {
     pub(super) progress: SearchProgress<'a>,
 }
 
-/// What was planned.
+/// Setups whose axes were planned.
 #[derive(Debug, Default)]
 pub(super) struct PlannedSetups {
-    /// What fits.
+    /// Setups that fit.
     pub(super) fitting: Vec<EvaluatedSetup>,
-    /// What does not.
+    /// Setups that do not fit.
     pub(super) others: Vec<EvaluatedSetup>,
 }
 

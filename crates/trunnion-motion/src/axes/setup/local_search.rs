@@ -54,7 +54,7 @@ impl SetupTask<'_> {
         let top = climbed.first().map_or(0.0, |one| one.best.seen.least);
         let alike = climbed.partition_point(|one| one.best.seen.least >= top - self.search.alike);
         let (top, below) = climbed.split_at(alike);
-        // Those below tell what else there is.
+        // Those below add variety.
         let mut tried = spread(top, self.search.batch);
         tried.extend(spread(below, self.search.batch));
         let all: Result<Vec<Vec<EvaluatedSetup>>, Cancelled> =
@@ -91,7 +91,7 @@ impl SetupTask<'_> {
         Ok(vec![best, found])
     }
 
-    /// Where better rotations fell, what fits lies at the edge of what the travel allows: from there on
+    /// If better rotations do not fit, the best that fits lies at the edge of travel: searches from there
     /// to the best that fits near it, ever closer.
     pub(super) fn polish(&self, planned: &mut PlannedSetups) -> Result<(), Cancelled> {
         let by_least = |a: &&EvaluatedSetup, b: &&EvaluatedSetup| a.least.total_cmp(&b.least);

@@ -19,7 +19,7 @@ const BATCH: usize = 8;
 /// Cells smaller than this share of what is asked for are not halved if their centre does not fit.
 const SMALLEST: f64 = 0.25;
 
-/// What arc cosines of the least angles lose next to 1 \[rad\].
+/// Error of arc cosines of the least angles next to 1 \[rad\].
 const ROUNDING: f64 = 1e-7;
 
 /// A cell that may hold a better rotation.
@@ -33,7 +33,7 @@ struct OpenCell {
     bound: f64,
 }
 
-/// What became of a cell.
+/// Result of halving a cell.
 #[derive(Debug, Default)]
 struct HalvedCell {
     planned: Vec<EvaluatedSetup>,
@@ -45,7 +45,7 @@ struct HalvedCell {
     looked: usize,
 }
 
-/// How far things are, for what a change of rotation moves the linear axes by \[mm\].
+/// Lever arms, which bound how far a change of rotation moves the linear axes \[mm\].
 #[derive(Debug, Clone, Copy)]
 struct TravelLevers {
     /// Of the linear axes by the tip.
@@ -114,7 +114,7 @@ impl<'a> OptimalityProof<'a> {
         Ok(self.sum)
     }
 
-    /// What a cell must be able to hold to be looked at further.
+    /// Returns the least angle that a cell must be able to contain to be halved.
     fn target(&self, best: Option<f64>) -> f64 {
         best.map_or(f64::NEG_INFINITY, |best| best + self.task.search.within)
     }
@@ -169,7 +169,7 @@ impl<'a> OptimalityProof<'a> {
                 return Ok(halved);
             }
         }
-        // What the workpiece-side rotary may turn as it likes depends on its direction alone.
+        // With an endless workpiece-side rotary, only its direction matters.
         let by_direction =
             !in_vain && (fine.turns <= 0.0 || self.task.sight.turning.endless_first());
         let size = if by_direction { open.ball.drift } else { open.ball.radius };
@@ -185,7 +185,7 @@ impl<'a> OptimalityProof<'a> {
         Ok(halved)
     }
 
-    /// The centre of a cell, or the best near it; what is planned last tells of the cell.
+    /// Plans the centre of a cell, or the best near it; the last one planned represents the cell.
     fn plan(&self, centre: &SetupCandidate, first: bool) -> Result<Vec<EvaluatedSetup>, Cancelled> {
         if first {
             self.task.improve(&self.task.climb(centre))
@@ -194,7 +194,7 @@ impl<'a> OptimalityProof<'a> {
         }
     }
 
-    /// Whether linear travel is too short for every rotation of a cell, rotaries as they were planned
+    /// Returns `true` if linear travel is too short for every rotation of a cell, rotaries as they were planned
     /// for its centre: a smaller rotation moves the linear axes by less than what is missing.
     fn too_short(&self, open: &OpenCell, verdict: &SetupVerdict) -> bool {
         let SetupVerdict::Short { by, .. } = verdict else { return false };

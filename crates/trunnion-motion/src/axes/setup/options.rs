@@ -8,14 +8,14 @@ use std::f64::consts::{FRAC_PI_4, PI};
 /// workpiece then moves its direction every way, and turning it adds nothing.
 const UPRIGHT: f64 = FRAC_PI_4;
 
-/// What is looked for, and how finely. No `Default`: the caller knows the fixture.
+/// Options of the setup search. There is no `Default`: the caller knows the fixture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SetupOptions {
-    /// How the workpiece may be clamped.
+    /// Bounds on the clamping of the workpiece.
     pub bounds: TiltBounds,
     /// Distance of neighbours of the first grid \[rad\].
     pub grid: f64,
-    /// To which the best of the grid are improved, and tool axes of the path are told apart \[rad\].
+    /// Precision of the improved rotations, and spacing of the tool axes sampled from the path \[rad\].
     pub tolerance: f64,
     /// Rotations whose least angles differ by less than this are equally good \[rad\]; rotary travel
     /// decides.
@@ -32,7 +32,7 @@ pub struct SetupOptions {
 }
 
 impl TiltBounds {
-    /// AxisBounds for a machine when nothing is said: the workpiece leans up to 45 degrees, or by up to 45
+    /// Returns the default bounds for a machine: the workpiece is tilted up to 45 degrees, or by up to 45
     /// degrees more or less than it does, any way. It is turned as it is; any way where that can help,
     /// which is on a machine whose workpiece-side rotary is not upright, or has ends of travel.
     pub fn usual(kinematics: &Kinematics) -> Self {

@@ -4,7 +4,7 @@ use crate::types::{Progress, Stage};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// How far the search is, whatever is told of the paths it tries.
+/// Progress of the search itself, without that of the paths it tries.
 pub(super) struct SearchProgress<'a> {
     pub(super) progress: &'a dyn Progress,
     pub(super) done: AtomicU64,

@@ -16,11 +16,11 @@ pub struct EvaluatedSetup {
     pub lean: WorkpieceTilt,
     /// Least angle between tool axis and singular directions \[rad\].
     pub least: f64,
-    /// How the axes do.
+    /// Verdict on the axes.
     pub verdict: SetupVerdict,
 }
 
-/// How the axes do with a setup.
+/// Verdict on the axes in a setup.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SetupVerdict {
     /// The path is inside travel.
@@ -49,7 +49,7 @@ pub struct PathTravel {
     pub retracts: usize,
 }
 
-/// What a search found.
+/// Result of a setup search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SetupSearch {
     /// The setup of the job.
@@ -64,14 +64,14 @@ pub struct SetupSearch {
     pub looked: usize,
     /// Of these, how many need the tool-side rotary beyond its travel.
     pub beyond_tilt: usize,
-    /// What is known of all others.
+    /// Bound on all other rotations.
     pub assurance: SearchAssurance,
 }
 
-/// What is known of all rotations within the bounds.
+/// Bound on all rotations within the search bounds.
 ///
 /// RotaryTriangle the workpiece by an angle changes the angle between tool axis and singular directions by
-/// that angle at most, and bounds how far the rotaries move; so one rotation tells of all about it. The
+/// that angle at most, and bounds how far the rotaries move; so one rotation bounds all near it. The
 /// bounds are halved until no part of them can hold a better rotation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SearchAssurance {

@@ -47,7 +47,7 @@ type AngleRange = [f64; 2];
 /// Cosine of angles that are right angles but for rounding.
 const SQUARE: f64 = 1e-9;
 
-/// What arc cosines lose next to 1 \[rad\].
+/// Error of arc cosines next to 1 \[rad\].
 const ROUNDING: f64 = 1e-7;
 
 impl RotaryTriangle {
@@ -69,14 +69,14 @@ impl RotaryTriangle {
         }
     }
 
-    /// Whether there is an end of travel at all.
+    /// Returns `true` if any rotary has an end of travel.
     pub(super) fn ends(&self) -> bool {
         self.limits.iter().flatten().any(|end| end.is_finite())
     }
 
-    /// How far the rotaries would have to go beyond their travel \[rad\], branch and turns of each
+    /// Returns the move of the rotaries needed beyond their travel \[rad\], branch and turns of each
     /// stretch the best, for every rotation of a ball; 0 where one of them may do with less, or where
-    /// nothing can be said because a stretch comes too near the singular directions.
+    /// nothing is known because a segment comes too close to the singular directions.
     pub(super) fn beyond(
         &self,
         trail: &AxisTrail,
@@ -157,7 +157,7 @@ impl RotaryTriangle {
         self.frame.map(|row| rotation.inverse() * row)
     }
 
-    /// Whether the travel of the tool-side rotary alone, or none, says which rotations fit: then the
+    /// Returns `true` if the travel of the tool-side rotary alone, or none, decides which rotations fit: then the
     /// direction of the workpiece-side rotary seen from the workpiece is all that counts.
     pub(super) fn endless_first(&self) -> bool {
         !self.limits[0].iter().all(|end| end.is_finite())
@@ -174,7 +174,7 @@ impl RotaryTriangle {
         };
         let [low, high] = around.map(at);
         let range = [low.min(high), low.max(high)];
-        // Where the angle turns back.
+        // The polar angle at which the angle turns back.
         let turn = self.cos[0] / self.cos[1];
         if turn.abs() < 1.0 {
             let polar = turn.acos();
@@ -195,7 +195,7 @@ impl RotaryTriangle {
     }
 }
 
-/// Where a tool axis stands about the workpiece-side rotary.
+/// Direction of a tool axis about the workpiece-side rotary.
 #[derive(Debug, Clone, Copy)]
 struct AxisDirection {
     azimuth: f64,
@@ -204,7 +204,7 @@ struct AxisDirection {
 }
 
 impl AxisDirection {
-    /// `None` next to the singular directions, where the azimuth says nothing.
+    /// Returns `None` next to the singular directions, where the azimuth is undefined.
     fn of(rows: &[Vector3<f64>; 3], axis: &Vector3<f64>, clear: f64) -> Option<Self> {
         let [x, y, z] = rows.map(|row| row.dot(axis));
         let sine = x.hypot(y);
@@ -212,7 +212,9 @@ impl AxisDirection {
         (polar.min(PI - polar) > clear).then(|| Self { azimuth: y.atan2(x), polar, sine })
     }
 
-    /// What a ball of rotations changes its azimuth by: a turn by at most the radius sees the direction inside a cone that clears the pole.
+    /// Returns the largest change of its azimuth in a ball of rotations.
+    ///
+    /// A turn by at most the radius keeps the direction inside a cone that clears the pole.
     fn slack(&self, ball: RotationBall) -> f64 {
         (ball.radius.sin() / self.sine).clamp(0.0, 1.0).asin()
     }
@@ -236,7 +238,7 @@ fn minus(value: f64, sign: f64, [low, high]: AngleRange) -> AngleRange {
     [a.min(b), a.max(b)]
 }
 
-/// How far positions up to `far` and down to `near` are beyond an axis' travel at the best whole turn.
+/// Returns the excess of positions up to `far` and down to `near` over an axis' travel at the best whole turn.
 fn beyond([far, near]: AngleRange, [low, high]: [f64; 2]) -> f64 {
     if !(low.is_finite() && high.is_finite()) {
         return 0.0;

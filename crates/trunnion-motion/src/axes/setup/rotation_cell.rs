@@ -19,7 +19,7 @@ impl RotationCell {
         Self { centre, half: ranges.map(|[low, high]| 0.5 * (high - low)) }
     }
 
-    /// What each angle turns the workpiece by at most \[rad\].
+    /// Returns the largest turn of the workpiece by each angle \[rad\].
     ///
     /// On the straight way from the centre to a rotation of the cell the tilt turns about a line
     /// across both z, the turn about the workpiece's z, and the direction about the difference of the
@@ -36,14 +36,14 @@ impl RotationCell {
         tilt.hypot(towards + turn).min(PI)
     }
 
-    /// What each angle moves a direction of the machine by, seen from the workpiece \[rad\]: as
+    /// Returns the largest change of a machine direction by each angle, seen from the workpiece \[rad\]: as
     /// [`Self::turns`], but only across that direction.
     pub(super) fn moves(&self, direction: &Vector3<f64>) -> [f64; 3] {
         let [tilt, towards, turn] = self.half;
         let (steep, about) = self.centre.tilt.sin_cos();
         let (sin, cos) = self.centre.towards.sin_cos();
         let z = Vector3::new(steep * cos, steep * sin, about);
-        // How far the workpiece's z gets from where it is at the centre.
+        // Largest angle of the workpiece's z from its direction at the centre.
         let off = tilt + towards * sine_up_to(self.steepest());
         let own = z.cross(direction);
         let between = Vector3::z().cross(direction) - own;

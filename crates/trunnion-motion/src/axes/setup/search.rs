@@ -26,7 +26,7 @@ use std::sync::atomic::{AtomicU64, Ordering as AtomicOrdering};
 /// within bounds, the best are improved, and for those the axes are planned over the whole path as
 /// [`follow`](super::follow) does; where linear travel ends, the origin is moved as little as can be. Then boxes of
 /// rotations are halved until no rotation that fits can be better by more than
-/// [`SetupOptions::within`]; what is left open is told ([`SearchAssurance`]). Of rotations with (nearly) the
+/// [`SetupOptions::within`]; the rest is reported ([`SearchAssurance`]). Of rotations with (nearly) the
 /// same least angle that were planned the one with the least rotary travel wins. What is returned was
 /// followed with the very numbers of its setup, rounded to [`SetupOptions::digits`].
 ///
@@ -44,7 +44,8 @@ use std::sync::atomic::{AtomicU64, Ordering as AtomicOrdering};
 pub fn setup(
     kinematics: &Kinematics,
     path: &ToolPath,
-    (options, search): (&AxesOptions, &SetupOptions),
+    options: &AxesOptions,
+    search: &SetupOptions,
     progress: &dyn Progress,
 ) -> Result<SetupSearch, AxesError> {
     error::options(options)?;
@@ -91,7 +92,7 @@ fn check(search: &SetupOptions) -> Result<(), AxesError> {
     Ok(())
 }
 
-/// Setups beside the best that are told.
+/// Setups beside the best that are reported.
 const OTHERS: usize = 64;
 
 impl SetupTask<'_> {
@@ -127,7 +128,7 @@ impl SetupTask<'_> {
         Ok(SetupSearch { before, before_axes, best, others, looked, beyond_tilt, assurance })
     }
 
-    /// Where the best was only found after those of the grid had been planned: rotations of the grid
+    /// Plans, if the best was found only after those of the grid had been planned, the rotations of the grid
     /// that are as good.
     fn alike(
         &self,

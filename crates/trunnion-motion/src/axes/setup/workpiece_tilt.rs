@@ -1,5 +1,4 @@
-//! How a workpiece is clamped, as the one who clamps it sees it: how it is turned, how far it leans,
-//! and where to.
+//! Tilt of a workpiece as it is clamped: turn about its own z, tilt angle, and direction of the tilt.
 
 use crate::axes::error::AxesError;
 use crate::math::angle::{unwrap_near, wrap};
@@ -16,7 +15,7 @@ const UPRIGHT: f64 = 1e-12;
 pub struct WorkpieceTilt {
     /// Angle between the workpiece's z and the machine's z \[rad\], in `[0, π]`.
     pub tilt: f64,
-    /// Where to the workpiece's z leans, about the machine's z from x towards y \[rad\].
+    /// Direction towards which the workpiece's z is tilted, about the machine's z from x towards y \[rad\].
     pub towards: f64,
     /// Turn of the workpiece about its own z, before it is tilted \[rad\].
     pub turn: f64,
@@ -99,7 +98,7 @@ impl TiltBounds {
         Ok(())
     }
 
-    /// Whether a rotation is inside.
+    /// Returns `true` if a rotation is inside.
     pub(super) fn holds(&self, lean: &WorkpieceTilt) -> bool {
         let turned = |value: f64, [low, high]: [f64; 2]| {
             let middle = 0.5 * (low + high);
@@ -145,7 +144,7 @@ impl TiltBounds {
     }
 }
 
-/// What angles lose on the way from degrees and back \[rad\]: a few ulps of a turn.
+/// Rounding of angles converted from degrees and back \[rad\]: a few ulps of a turn.
 const ROUNDING: f64 = 16.0 * f64::EPSILON * PI;
 
 /// The nearest value inside; round a whole turn everything is.
