@@ -135,7 +135,7 @@ impl FaceIndex {
     /// let points =
     ///     vec![vec![point(0.0, 0.0), point(0.0, 40.0)], vec![point(40.0, 0.0), point(40.0, 40.0)]];
     /// let knots = vec![0.0, 0.0, 1.0, 1.0];
-    /// let plane = NurbsSurface::new([1, 1], [knots.clone(), knots], points, None)?;
+    /// let plane = NurbsSurface::new([1, 1], [knots.clone(), knots], points, None).unwrap();
     /// let index = FaceIndex::new(Face::new(1, Surface::Nurbs(plane), vec![], false)?)?;
     /// let foot = index.closest(&Point3::new(10.0, 20.0, 3.0))?;
     /// assert!((foot.distance - 3.0).abs() < 1e-12);

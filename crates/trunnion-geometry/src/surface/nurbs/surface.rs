@@ -62,7 +62,7 @@ impl NurbsSurface {
     /// let points =
     ///     vec![vec![point(0.0, 0.0), point(0.0, 40.0)], vec![point(40.0, 0.0), point(40.0, 40.0)]];
     /// let knots = vec![0.0, 0.0, 1.0, 1.0];
-    /// let plane = NurbsSurface::new([1, 1], [knots.clone(), knots], points, None)?;
+    /// let plane = NurbsSurface::new([1, 1], [knots.clone(), knots], points, None).unwrap();
     /// let surface = Surface::Nurbs(plane);
     /// assert_eq!(surface.domain(), [[0.0, 1.0], [0.0, 1.0]]);
     /// assert_eq!(surface.point(0.25, 0.5), Point3::new(10.0, 20.0, 0.0));

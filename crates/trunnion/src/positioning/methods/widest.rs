@@ -33,7 +33,7 @@ use crate::positioning::solve::placement::MOST_ROTATION;
 /// let points =
 ///     vec![vec![point(0.0, 0.0), point(0.0, 40.0)], vec![point(40.0, 0.0), point(40.0, 40.0)]];
 /// let knots = vec![0.0, 0.0, 1.0, 1.0];
-/// let plane = NurbsSurface::new([1, 1], [knots.clone(), knots], points, None)?;
+/// let plane = NurbsSurface::new([1, 1], [knots.clone(), knots], points, None).unwrap();
 /// let face = FaceIndex::new(Face::new(1, Surface::Nurbs(plane), vec![], false)?)?;
 ///
 /// let cutter = Cutter::new(CutterSpec::ball(10.0))?;
@@ -91,7 +91,7 @@ pub fn widest_strip(
 /// # let point = |x, y| nalgebra::Point3::new(x, y, 0.0);
 /// # let points = vec![vec![point(0.0, 0.0), point(0.0, 40.0)], vec![point(40.0, 0.0), point(40.0, 40.0)]];
 /// # let knots = vec![0.0, 0.0, 1.0, 1.0];
-/// # let plane = NurbsSurface::new([1, 1], [knots.clone(), knots], points, None)?;
+/// # let plane = NurbsSurface::new([1, 1], [knots.clone(), knots], points, None).unwrap();
 /// # let face = FaceIndex::new(Face::new(1, Surface::Nurbs(plane), vec![], false)?)?;
 /// use trunnion::cutter::{Cutter, CutterSpec};
 /// use trunnion::positioning::{
