@@ -42,7 +42,7 @@ pub(crate) struct MeasuredMap {
     pub(crate) deciding: Vec<Option<DecidingPose>>,
 }
 
-/// Measures faces at the points of their grids; `advance` is told which share is done.
+/// Measures faces at the points of their grids; `advance` receives the share done.
 pub(crate) fn maps(
     chunks: &MotionChunks<'_>,
     faces: &[Face],

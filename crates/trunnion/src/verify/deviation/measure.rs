@@ -87,7 +87,7 @@ impl MeasureTask<'_> {
         self.subject.faces.iter().map(|face| FaceGrid::over(face, self.options)).collect()
     }
 
-    /// Adds the gouges of rapids, and finds places that only rapids finish. The material left over the faces stays as
+    /// Adds the gouges of rapids, and finds points that only rapids finish. The material left over the faces stays as
     /// measured without them.
     fn rapids(
         &self,
@@ -128,7 +128,7 @@ impl MeasureTask<'_> {
         Ok(())
     }
 
-    /// Bounds the heights between the points, and records worse places that this finds.
+    /// Bounds the heights between the points, and records worse points that this finds.
     fn promised(
         &self,
         chunks: &MotionChunks<'_>,

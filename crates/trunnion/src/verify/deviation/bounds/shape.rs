@@ -179,12 +179,12 @@ fn cuts(breaks: &[f64], [low, high]: [f64; 2]) -> Vec<[f64; 2]> {
 }
 
 /// Control points in rows.
-struct ControlNet {
+struct HomogeneousNet {
     points: Vec<Vector4<f64>>,
     columns: usize,
 }
 
-impl ControlNet {
+impl HomogeneousNet {
     /// Returns the control net of the derivative by parameter `k`; all zero for degree 0.
     fn derivative(&self, k: usize) -> Self {
         let rows = self.points.len() / self.columns;
@@ -212,11 +212,11 @@ impl ControlNet {
 
 /// Centres control points, in rows of a given length, on their middle; returns the least weight and the largest
 /// distance from the middle as well.
-fn centred(points: &[Vector4<f64>], columns: usize) -> (ControlNet, f64, f64) {
+fn centred(points: &[Vector4<f64>], columns: usize) -> (HomogeneousNet, f64, f64) {
     let count = points.len().max(1) as f64;
     let middle = points.iter().map(|p| p.xyz() / p.w).sum::<Vector3<f64>>() / count;
     let shifted = points.iter().map(|p| (p.xyz() - middle * p.w).push(p.w));
-    let net = ControlNet { points: shifted.collect(), columns };
+    let net = HomogeneousNet { points: shifted.collect(), columns };
     let least = net.points.iter().map(|p| p.w).fold(f64::INFINITY, f64::min);
     let far = net.points.iter().map(|p| p.xyz().norm() / p.w).fold(0.0, f64::max);
     (net, least, far)
@@ -231,7 +231,7 @@ fn second(patch: &BezierPatch<'_>, degree: [usize; 2]) -> [f64; 3] {
     let [u, v] = [net.derivative(0), net.derivative(1)];
     let first = [u.size(), v.size()];
     let slope = first.map(|[vector, weight]| (vector + weight * far) / least);
-    let bound = |net: ControlNet, j: usize, k: usize| {
+    let bound = |net: HomogeneousNet, j: usize, k: usize| {
         let [vector, weight] = net.size();
         let mixed = first[j][1] * slope[k] + first[k][1] * slope[j];
         (vector + mixed + weight * far) / least
