@@ -6,7 +6,7 @@ use crate::progress::Bars;
 use crate::{machine, material, motion, part, report, text};
 use std::path::{Path, PathBuf};
 use trunnion::files;
-use trunnion::files::job::{Fixture, JobFile, Solid, Stock};
+use trunnion::files::job::{JobFile, JobFixture, JobSolid, JobStock};
 use trunnion::files::summary::{
     CheckSummary, CoverSummary, ProgramSummary, SingularSummary, Summary, ToleranceSummary,
     TurnLimitSummary,
@@ -128,7 +128,7 @@ struct Solids {
 /// Reads the files of stock and fixtures; what is wrong is told where the job names them.
 fn solids(path: &Path, file: &JobFile) -> Result<Solids, Failure> {
     let mut faults = Vec::new();
-    let mut read = |key: &str, solid: &Solid| {
+    let mut read = |key: &str, solid: &JobSolid| {
         let name = solid.file()?;
         let found = material::mesh_of(&beside(path, name), solid.chord());
         let refused = |what: String| {
@@ -144,9 +144,9 @@ fn solids(path: &Path, file: &JobFile) -> Result<Solids, Failure> {
         };
         found.map_err(refused).ok()
     };
-    let stock = file.stock.as_ref().and_then(Stock::solid);
+    let stock = file.stock.as_ref().and_then(JobStock::solid);
     let stock = stock.and_then(|solid| read("stock.file", solid));
-    let of = |(number, fixture): (usize, &Fixture)| {
+    let of = |(number, fixture): (usize, &JobFixture)| {
         Some((number, read(&format!("fixture.{number}.file"), &fixture.solid)?))
     };
     let fixtures = file.fixtures.iter().enumerate().filter_map(of).collect();

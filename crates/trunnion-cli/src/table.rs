@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, BufWriter, IsTerminal, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use tempfile::SpooledTempFile;
-use trunnion::files::table::{Columns, Header, is_row};
+use trunnion::files::table::{TableColumns, TableHeader, is_row};
 use trunnion::types::{Diagnostic, Diagnostics};
 
 /// Longest line of a table \[bytes\]; a guard against a file that is no table.
@@ -31,7 +31,7 @@ pub(crate) struct Ends {
 /// A table read whole.
 #[derive(Debug)]
 pub(crate) struct Rows {
-    /// Columns, in the order of the values.
+    /// TableColumns, in the order of the values.
     pub(crate) names: Vec<String>,
     /// Line of each row.
     pub(crate) lines: Vec<u32>,
@@ -41,9 +41,9 @@ pub(crate) struct Rows {
 
 /// What is done with every row.
 pub(crate) trait Work {
-    /// Columns that are read.
+    /// TableColumns that are read.
     fn columns(&self) -> Vec<String>;
-    /// Header line of the result.
+    /// TableHeader line of the result.
     fn header(&self) -> String;
     /// Appends the result of one row, with its line end; `None` for a row that says "none".
     fn row(&mut self, values: Option<&[f64]>, out: &mut String) -> Result<(), Refusal>;
@@ -106,7 +106,7 @@ impl Ends {
     /// Reads the whole table; `choose` names the columns, in order.
     pub(crate) fn read(
         &self,
-        choose: impl Fn(&Header) -> Result<Vec<String>, Diagnostics>,
+        choose: impl Fn(&TableHeader) -> Result<Vec<String>, Diagnostics>,
     ) -> Result<Rows, Failure> {
         let (mut lines, mut all) = (Vec::new(), Vec::new());
         let names = each(self.name(), self.open()?, choose, |line, _, _, values| {
@@ -168,7 +168,7 @@ impl Ends {
     /// The columns that `choose` takes from the header.
     pub(crate) fn columns(
         &self,
-        choose: impl Fn(&Header) -> Result<Vec<String>, Diagnostics>,
+        choose: impl Fn(&TableHeader) -> Result<Vec<String>, Diagnostics>,
     ) -> Result<Vec<String>, Failure> {
         let name = self.name();
         first(&mut Lines { source: self.open()?, number: 0, bytes: Vec::new() }, name, choose)
@@ -270,8 +270,8 @@ fn open(path: &Path) -> Result<Box<dyn BufRead>, Failure> {
 /// in order; they are returned.
 pub(crate) fn each_of(
     path: &Path,
-    choose: impl Fn(&Header) -> Result<Vec<String>, Diagnostics>,
-    row: impl FnMut(u32, &str, &Columns, &[f64]) -> Result<(), Failure>,
+    choose: impl Fn(&TableHeader) -> Result<Vec<String>, Diagnostics>,
+    row: impl FnMut(u32, &str, &TableColumns, &[f64]) -> Result<(), Failure>,
 ) -> Result<Vec<String>, Failure> {
     each(path, open(path)?, choose, row)
 }
@@ -279,8 +279,8 @@ pub(crate) fn each_of(
 fn each(
     name: &Path,
     source: Box<dyn BufRead>,
-    choose: impl Fn(&Header) -> Result<Vec<String>, Diagnostics>,
-    mut row: impl FnMut(u32, &str, &Columns, &[f64]) -> Result<(), Failure>,
+    choose: impl Fn(&TableHeader) -> Result<Vec<String>, Diagnostics>,
+    mut row: impl FnMut(u32, &str, &TableColumns, &[f64]) -> Result<(), Failure>,
 ) -> Result<Vec<String>, Failure> {
     let mut lines = Lines { source, number: 0, bytes: Vec::new() };
     let (names, columns) = first(&mut lines, name, choose)?;
@@ -304,13 +304,13 @@ fn each(
 fn first(
     lines: &mut Lines,
     name: &Path,
-    choose: impl Fn(&Header) -> Result<Vec<String>, Diagnostics>,
-) -> Result<(Vec<String>, Columns), Failure> {
+    choose: impl Fn(&TableHeader) -> Result<Vec<String>, Diagnostics>,
+) -> Result<(Vec<String>, TableColumns), Failure> {
     let failure = |faults: &[Diagnostic]| Failure::faults(name, faults);
     let Some((number, line)) = lines.next(name).map_err(|stop| stop.failure(name))? else {
         return Err(failure(&[Diagnostic::whole("the table is empty")]));
     };
-    let header = Header::parse(number, line).map_err(|fault| failure(&[fault]))?;
+    let header = TableHeader::parse(number, line).map_err(|fault| failure(&[fault]))?;
     let names = choose(&header).map_err(|faults| failure(&faults))?;
     let wanted: Vec<&str> = names.iter().map(String::as_str).collect();
     let columns = header.columns(&wanted).map_err(|faults| failure(&faults))?;
@@ -319,7 +319,7 @@ fn first(
 
 /// The columns that a row is read from.
 struct Reading {
-    columns: Columns,
+    columns: TableColumns,
     /// Whether rows without numbers may stand in the table: one that `pose inverse` wrote.
     has_none: bool,
 }
@@ -342,7 +342,7 @@ fn header(lines: &mut Lines, name: &Path, work: &dyn Work) -> Result<Reading, Fa
         let help = format!("for example {}", wanted.join(","));
         if fault.help.is_empty() { fault.with_help(help) } else { fault }
     };
-    let header = Header::parse(number, line).map_err(|fault| failure(&[help(fault)]))?;
+    let header = TableHeader::parse(number, line).map_err(|fault| failure(&[help(fault)]))?;
     let has_none = ["pose", "solution"].iter().all(|name| header.names().iter().any(|n| n == name));
     let columns = header.columns(&wanted).map_err(|faults| failure(&faults))?;
     Ok(Reading { columns, has_none })

@@ -8,7 +8,7 @@ use crate::progress::Bars;
 use crate::{machine, report, run, table, text};
 use std::path::{Path, PathBuf};
 use trunnion::files::job::MotionMethod;
-use trunnion::files::table::Header;
+use trunnion::files::table::TableHeader;
 use trunnion::machine::{AxisKind, Machine};
 use trunnion::types::{AXES, AxisVector, Diagnostic, Diagnostics};
 use trunnion::verify::{
@@ -231,7 +231,7 @@ impl Looks {
             last: 0.0,
         };
         // As many derivatives as have a column: one that lacks an axis is told as such.
-        let choose = |header: &Header| -> Result<Vec<String>, Diagnostics> {
+        let choose = |header: &TableHeader| -> Result<Vec<String>, Diagnostics> {
             let has = |order: &usize| {
                 let wanted = columns(machine, *order);
                 let wanted = &wanted[wanted.len() - AXES..];

@@ -5,7 +5,7 @@ use crate::table::Faults;
 use nalgebra::SVector;
 use trunnion::feed::{FeedError, Limits, MinusLimits};
 use trunnion::files::limits::{AxisLimits, LimitsFile};
-use trunnion::files::table::Header;
+use trunnion::files::table::TableHeader;
 use trunnion::types::{AxisNode, AxisPiece, Diagnostic, Diagnostics};
 
 /// A limit that never binds: its square is still a number.
@@ -262,7 +262,7 @@ fn rounding<const N: usize>(pair: &[AxisNode<N>], axis: usize, h: f64) -> f64 {
 /// Columns to read: s, the axes with limits in the table's order, `feed` if it is there, `speed` if it is
 /// asked for.
 pub(super) fn columns(
-    header: &Header,
+    header: &TableHeader,
     limits: &LimitsFile,
     speed: bool,
 ) -> Result<Vec<String>, Diagnostics> {

@@ -3,7 +3,8 @@
 //! The schema is the only description of a layout: it is what `trunnion schema` prints, what the
 //! walk in [`super::walk`] checks, and, being derived from the raw types, what is read.
 
-use super::places::{Place, Places};
+use super::path::join;
+use super::places::{KeyPositions, TextPosition};
 use super::walk;
 use crate::types::{Diagnostic, Diagnostics};
 use serde::de::DeserializeOwned;
@@ -14,36 +15,43 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 /// Byte offsets to lines and columns.
 #[derive(Debug)]
-struct Lines<'t> {
+struct LineIndex<'t> {
     text: &'t str,
     starts: Vec<usize>,
 }
 
-impl<'t> Lines<'t> {
+impl<'t> LineIndex<'t> {
     fn new(text: &'t str) -> Self {
         let after =
             text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(at, _)| at + 1);
         Self { text, starts: std::iter::once(0).chain(after).collect() }
     }
 
-    fn place(&self, offset: usize) -> Place {
+    fn place(&self, offset: usize) -> TextPosition {
         let offset = offset.min(self.text.len());
         let line = self.starts.partition_point(|&start| start <= offset).max(1);
         let start = self.starts.get(line - 1).copied().unwrap_or(0);
         let before = self.text.as_bytes().get(start..offset).unwrap_or_default();
         let column = String::from_utf8_lossy(before).chars().count() + 1;
         let narrow = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
-        Place { line: narrow(line), column: narrow(column) }
+        TextPosition { line: narrow(line), column: narrow(column) }
     }
+}
+
+/// Diagnostic with the dotted path of the key that it is about.
+#[derive(Debug)]
+struct PathDiagnostic {
+    path: String,
+    diagnostic: Diagnostic,
 }
 
 /// A parsed file, and what was found wrong with it so far.
 #[derive(Debug)]
 pub(super) struct Document<'t> {
-    lines: Lines<'t>,
+    lines: LineIndex<'t>,
     root: DeTable<'t>,
-    places: Places,
-    faults: Vec<(String, Diagnostic)>,
+    places: KeyPositions,
+    faults: Vec<PathDiagnostic>,
 }
 
 impl<'t> Document<'t> {
@@ -53,17 +61,17 @@ impl<'t> Document<'t> {
     ///
     /// All syntax faults; or one, if the file is something else altogether.
     pub(super) fn open(text: &'t str, layout: &str, schema: &Value) -> Result<Self, Diagnostics> {
-        let lines = Lines::new(text);
+        let lines = LineIndex::new(text);
         let (root, errors) = DeTable::parse_recoverable(text);
         let root = root.into_inner();
-        let mut faults: Vec<(String, Diagnostic)> = errors
+        let mut faults: Vec<PathDiagnostic> = errors
             .iter()
             .map(|error| {
                 let place = lines.place(error.span().map_or(0, |span| span.start));
-                (String::new(), syntax(place, error.message()))
+                PathDiagnostic { path: String::new(), diagnostic: syntax(place, error.message()) }
             })
             .collect();
-        if faults.iter().any(|(_, fault)| fault.message != DUPLICATE) {
+        if faults.iter().any(|fault| fault.diagnostic.message != DUPLICATE) {
             if let Some(fault) = something_else(text, layout) {
                 return Err(fault.into());
             }
@@ -72,15 +80,15 @@ impl<'t> Document<'t> {
         if let Some(fault) = other_layout(&root, layout, &lines) {
             return Err(fault.into());
         }
-        let mut places = Vec::new();
+        let mut places = KeyPositions::default();
         collect_places(&root, "", &lines, &mut places);
-        let places: Places = places.into_iter().collect();
         let found = walk::check(schema, &root);
         faults.extend(found.into_iter().map(|finding| {
-            let place = finding.offset.map_or(Place { line: 1, column: 1 }, |at| lines.place(at));
-            let Place { line, column } = place;
-            let walk::Finding { path, message, help, .. } = finding;
-            (path, Diagnostic { line, column, message, help })
+            let place =
+                finding.offset.map_or(TextPosition { line: 1, column: 1 }, |at| lines.place(at));
+            let TextPosition { line, column } = place;
+            let walk::SchemaFinding { path, message, help, .. } = finding;
+            PathDiagnostic { path, diagnostic: Diagnostic { line, column, message, help } }
         }));
         Ok(Self { lines, root, places, faults })
     }
@@ -95,10 +103,10 @@ impl<'t> Document<'t> {
             Ok(section) => Some(section),
             Err(error) => {
                 let offset = error.span().unwrap_or_else(|| value.span()).start;
-                let Place { line, column } = self.lines.place(offset);
+                let TextPosition { line, column } = self.lines.place(offset);
                 let message = error.message().to_owned();
-                self.faults
-                    .push((key.into(), Diagnostic { line, column, message, help: String::new() }));
+                let diagnostic = Diagnostic { line, column, message, help: String::new() };
+                self.faults.push(PathDiagnostic { path: key.to_owned(), diagnostic });
                 None
             }
         }
@@ -123,10 +131,10 @@ impl<'t> Document<'t> {
                     let path = join(key, &name);
                     if !self.is_faulty(&path) {
                         let offset = error.span().unwrap_or_else(|| value.span()).start;
-                        let Place { line, column } = self.lines.place(offset);
+                        let TextPosition { line, column } = self.lines.place(offset);
                         let message = error.message().to_owned();
-                        let fault = Diagnostic { line, column, message, help: String::new() };
-                        self.faults.push((path, fault));
+                        let diagnostic = Diagnostic { line, column, message, help: String::new() };
+                        self.faults.push(PathDiagnostic { path, diagnostic });
                     }
                     unread.push(name);
                 }
@@ -150,9 +158,10 @@ impl<'t> Document<'t> {
             let entry = T::deserialize(ValueDeserializer::from(item.clone()));
             if let Err(error) = &entry {
                 let offset = error.span().unwrap_or_else(|| item.span()).start;
-                let Place { line, column } = self.lines.place(offset);
+                let TextPosition { line, column } = self.lines.place(offset);
                 let message = error.message().to_owned();
-                self.faults.push((path, Diagnostic { line, column, message, help: String::new() }));
+                let diagnostic = Diagnostic { line, column, message, help: String::new() };
+                self.faults.push(PathDiagnostic { path, diagnostic });
             }
             read.push(entry.ok());
         }
@@ -169,12 +178,12 @@ impl<'t> Document<'t> {
         let inside = |path: &str| {
             path.strip_prefix(key).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         };
-        self.faults.iter().any(|(path, _)| inside(path))
+        self.faults.iter().any(|fault| inside(&fault.path))
     }
 
     /// Whether a table itself is faulty: a key in it was meant to be another.
     pub(super) fn is_misspelt(&self, table: &str) -> bool {
-        self.faults.iter().any(|(path, _)| path == table)
+        self.faults.iter().any(|fault| fault.path == table)
     }
 
     /// Adds a fault at a key.
@@ -184,8 +193,8 @@ impl<'t> Document<'t> {
         message: impl Into<String>,
         help: impl Into<String>,
     ) {
-        let fault = self.places.fault(path, message).with_help(help);
-        self.faults.push((path.to_owned(), fault));
+        let diagnostic = self.places.fault(path, message).with_help(help);
+        self.faults.push(PathDiagnostic { path: path.to_owned(), diagnostic });
     }
 
     /// Where the keys stand, or everything that was wrong, in order of lines.
@@ -193,7 +202,7 @@ impl<'t> Document<'t> {
     /// # Errors
     ///
     /// If there was any fault.
-    pub(super) fn finish(self) -> Result<Places, Diagnostics> {
+    pub(super) fn finish(self) -> Result<KeyPositions, Diagnostics> {
         if self.faults.is_empty() { Ok(self.places) } else { Err(sorted(self.faults)) }
     }
 }
@@ -201,8 +210,8 @@ impl<'t> Document<'t> {
 /// The parser's message for a key that is defined twice; the rest of such a file can be read.
 const DUPLICATE: &str = "duplicate key";
 
-fn syntax(place: Place, message: &str) -> Diagnostic {
-    let Place { line, column } = place;
+fn syntax(place: TextPosition, message: &str) -> Diagnostic {
+    let TextPosition { line, column } = place;
     let help = if message == DUPLICATE {
         "it stands above already; keep one of the two"
     } else {
@@ -211,8 +220,9 @@ fn syntax(place: Place, message: &str) -> Diagnostic {
     Diagnostic { line, column, message: message.to_owned(), help: help.to_owned() }
 }
 
-fn sorted(faults: Vec<(String, Diagnostic)>) -> Diagnostics {
-    let mut faults: Vec<Diagnostic> = faults.into_iter().map(|(_, fault)| fault).collect();
+/// Sorts diagnostics by position, without duplicates.
+fn sorted(faults: Vec<PathDiagnostic>) -> Diagnostics {
+    let mut faults: Vec<Diagnostic> = faults.into_iter().map(|fault| fault.diagnostic).collect();
     faults.sort_by(|a, b| (a.line, a.column, &a.message).cmp(&(b.line, b.column, &b.message)));
     faults.dedup();
     faults.into()
@@ -251,13 +261,13 @@ fn kind(layout: &str) -> &str {
 }
 
 /// A file with another `schema` than wanted: nothing else in it is worth a message.
-fn other_layout(root: &DeTable<'_>, layout: &str, lines: &Lines<'_>) -> Option<Diagnostic> {
+fn other_layout(root: &DeTable<'_>, layout: &str, lines: &LineIndex<'_>) -> Option<Diagnostic> {
     let value = root.get("schema")?;
     let DeValue::String(found) = value.get_ref() else { return None };
     if found == layout {
         return None;
     }
-    let Place { line, column } = lines.place(value.span().start);
+    let TextPosition { line, column } = lines.place(value.span().start);
     let (message, help) = match found.split_once('/') {
         Some((name, version)) if layout.starts_with(&format!("{name}/")) => (
             format!("version {version} of the {} file is not known here", kind(layout)),
@@ -275,15 +285,15 @@ fn other_layout(root: &DeTable<'_>, layout: &str, lines: &Lines<'_>) -> Option<D
 fn collect_places(
     table: &DeTable<'_>,
     path: &str,
-    lines: &Lines<'_>,
-    places: &mut Vec<(String, Place)>,
+    lines: &LineIndex<'_>,
+    places: &mut KeyPositions,
 ) {
     for (key, value) in table {
         let path = join(path, key.get_ref());
         match value.get_ref() {
             DeValue::Table(inner) => {
                 collect_places(inner, &path, lines, places);
-                places.push((path, lines.place(key.span().start)));
+                places.insert(path, lines.place(key.span().start));
             }
             DeValue::Array(items) => {
                 for (index, item) in items.iter().enumerate() {
@@ -291,27 +301,11 @@ fn collect_places(
                     if let DeValue::Table(inner) = item.get_ref() {
                         collect_places(inner, &path, lines, places);
                     }
-                    places.push((path, lines.place(item.span().start)));
+                    places.insert(path, lines.place(item.span().start));
                 }
-                places.push((path, lines.place(value.span().start)));
+                places.insert(path, lines.place(value.span().start));
             }
-            _ => places.push((path, lines.place(value.span().start))),
+            _ => places.insert(path, lines.place(value.span().start)),
         }
-    }
-}
-
-/// Dotted path of a key.
-pub(super) fn join(path: &str, key: &str) -> String {
-    if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
-}
-
-/// Offset at which a value is blamed: its key if it is a table, whose own span may be its header.
-pub(super) fn blame(
-    key: &Spanned<std::borrow::Cow<'_, str>>,
-    value: &Spanned<DeValue<'_>>,
-) -> usize {
-    match value.get_ref() {
-        DeValue::Table(_) => key.span().start,
-        _ => value.span().start,
     }
 }

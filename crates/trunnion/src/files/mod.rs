@@ -4,6 +4,7 @@ mod document;
 pub mod job;
 pub mod limits;
 pub mod machine;
+mod path;
 mod places;
 pub mod schema;
 pub mod setups;
@@ -11,4 +12,4 @@ pub mod summary;
 pub mod table;
 mod walk;
 
-pub use places::{Place, Places};
+pub use places::{KeyPositions, TextPosition};

@@ -1,8 +1,8 @@
 //! The layouts as JSON schema: what `trunnion schema` prints and what the readers check.
 
-use super::job::RawJob;
-use super::limits::RawLimits;
-use super::machine::RawMachine;
+use super::job::raw::RawJob;
+use super::limits::raw::RawLimits;
+use super::machine::raw::RawMachine;
 use super::setups::SetupSummary;
 use super::summary::Summary;
 use schemars::JsonSchema;

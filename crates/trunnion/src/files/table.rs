@@ -11,14 +11,14 @@ const SEPARATORS: &str = "separate names and numbers by commas, with a decimal p
 
 /// The column names of a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Header {
+pub struct TableHeader {
     line: u64,
     names: Vec<String>,
 }
 
 /// Some columns of a table, in an order of the caller's choice.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Columns {
+pub struct TableColumns {
     /// Place of each in a row, and its name.
     wanted: Vec<(usize, String)>,
     width: usize,
@@ -30,7 +30,7 @@ pub fn is_row(line: &str) -> bool {
     !line.is_empty() && !line.starts_with('#')
 }
 
-impl Header {
+impl TableHeader {
     /// Reads the header line; `line` is its number, counted from 1.
     ///
     /// # Errors
@@ -62,7 +62,7 @@ impl Header {
     /// # Errors
     ///
     /// Every column that is missing or stands there twice.
-    pub fn columns(&self, wanted: &[&str]) -> Result<Columns, Diagnostics> {
+    pub fn columns(&self, wanted: &[&str]) -> Result<TableColumns, Diagnostics> {
         let mut faults = Vec::new();
         let mut found = Vec::new();
         for name in wanted {
@@ -76,7 +76,7 @@ impl Header {
             }
         }
         if faults.is_empty() {
-            Ok(Columns { wanted: found, width: self.names.len() })
+            Ok(TableColumns { wanted: found, width: self.names.len() })
         } else {
             Err(faults.into())
         }
@@ -99,7 +99,7 @@ impl Header {
     }
 }
 
-impl Columns {
+impl TableColumns {
     /// Reads the wanted numbers of row `line` into `values`, which it empties first.
     ///
     /// # Errors
@@ -121,7 +121,7 @@ impl Columns {
                 count += 1;
             }
             let Some((start, word)) = field else { return Err(self.width_fault(line, text)) };
-            values.push(number(line, text, start, (name, word))?);
+            values.push(number(line, text, start, &NamedWord { name, word })?);
         }
         while field.is_some() {
             field = rest.next();
@@ -158,13 +158,15 @@ impl Columns {
     }
 }
 
+/// Field of a row with the name of its column.
+struct NamedWord<'a> {
+    name: &'a str,
+    word: &'a str,
+}
+
 /// One number of a row.
-fn number(
-    line: u64,
-    text: &str,
-    start: usize,
-    (name, word): (&str, &str),
-) -> Result<f64, Diagnostic> {
+fn number(line: u64, text: &str, start: usize, field: &NamedWord<'_>) -> Result<f64, Diagnostic> {
+    let NamedWord { name, word } = *field;
     let column = || text.get(..start).map_or(0, |before| before.chars().count()) + 1;
     let wrong = |what: String| Err(fault(line, column(), what));
     match word.parse::<f64>() {
@@ -222,7 +224,7 @@ mod tests {
     use super::*;
 
     fn read(header: &str, wanted: &[&str], row: &str) -> Result<Vec<f64>, String> {
-        let columns = Header::parse(1, header)
+        let columns = TableHeader::parse(1, header)
             .map_err(Diagnostics::from)
             .and_then(|header| header.columns(wanted))
             .map_err(|faults| faults.to_string())?;
@@ -259,7 +261,7 @@ mod tests {
 
     #[test]
     fn decimals_are_counted_as_they_are_written() {
-        let columns = Header::parse(1, "a,b,c,d").unwrap().columns(&["d", "a", "b"]).unwrap();
+        let columns = TableHeader::parse(1, "a,b,c,d").unwrap().columns(&["d", "a", "b"]).unwrap();
         let mut most = [0, 2, 9];
         columns.decimals("-1.250, 3. ,x,\"2.5E-4\"", &mut most);
         columns.decimals("1e3,1,1,1", &mut most);
@@ -268,7 +270,7 @@ mod tests {
 
     #[test]
     fn a_row_can_say_none() {
-        let columns = Header::parse(1, "pose,x,y").unwrap().columns(&["x", "y"]).unwrap();
+        let columns = TableHeader::parse(1, "pose,x,y").unwrap().columns(&["x", "y"]).unwrap();
         assert!(columns.are_empty("7,,") && !columns.are_empty("7,,1") && !columns.are_empty(","));
     }
 

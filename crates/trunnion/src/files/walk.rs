@@ -1,6 +1,6 @@
 //! Checks a TOML tree against a JSON schema: the part of JSON schema that derived layouts use.
 
-use super::document::{blame, join};
+use super::path::{blame, join};
 use serde_json::{Map, Value};
 use std::borrow::Cow;
 use toml::Spanned;
@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue};
 
 /// Something wrong, by byte offset; no offset for the file as a whole.
 #[derive(Debug)]
-pub(super) struct Finding {
+pub(super) struct SchemaFinding {
     /// Dotted path of the table or value that cannot be read because of it.
     pub(super) path: String,
     pub(super) offset: Option<usize>,
@@ -20,7 +20,7 @@ pub(super) struct Finding {
 const ELSEWHERE: &str = "?";
 
 /// All that is wrong with `root`.
-pub(super) fn check(schema: &Value, root: &DeTable<'_>) -> Vec<Finding> {
+pub(super) fn check(schema: &Value, root: &DeTable<'_>) -> Vec<SchemaFinding> {
     let mut walk = Walk { top: schema, found: Vec::new() };
     walk.table(schema, root, "", None);
     walk.found
@@ -28,12 +28,12 @@ pub(super) fn check(schema: &Value, root: &DeTable<'_>) -> Vec<Finding> {
 
 struct Walk<'s> {
     top: &'s Value,
-    found: Vec<Finding>,
+    found: Vec<SchemaFinding>,
 }
 
 impl Walk<'_> {
     fn add(&mut self, path: &str, offset: Option<usize>, message: String, help: String) {
-        self.found.push(Finding { path: path.to_owned(), offset, message, help });
+        self.found.push(SchemaFinding { path: path.to_owned(), offset, message, help });
     }
 
     fn table(&mut self, schema: &Value, table: &DeTable<'_>, path: &str, offset: Option<usize>) {

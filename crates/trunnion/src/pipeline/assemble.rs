@@ -64,7 +64,7 @@ impl Job {
     }
 }
 
-fn cutter_spec(tool: &job::Tool) -> CutterSpec {
+fn cutter_spec(tool: &job::JobTool) -> CutterSpec {
     CutterSpec {
         kind: match tool.kind {
             job::ToolKind::Flat => CutterKind::Flat,
@@ -75,8 +75,8 @@ fn cutter_spec(tool: &job::Tool) -> CutterSpec {
         minor: tool.minor,
         length: tool.length,
         construction: match tool.construction {
-            job::Construction::Solid => CutterConstruction::Solid,
-            job::Construction::Insert { inner_cutting_radius } => {
+            job::ToolConstruction::Solid => CutterConstruction::Solid,
+            job::ToolConstruction::Insert { inner_cutting_radius } => {
                 CutterConstruction::Insert { inner_cutting_radius }
             }
         },
@@ -100,21 +100,21 @@ fn other_tools(file: &JobFile) -> (Vec<(u32, Cutter)>, Vec<Diagnostic>) {
 }
 
 /// Returns shank and holder as one profile; the shank continues straight up to the holder.
-fn above_the_cutting_end(tool: &job::Tool) -> Vec<[f64; 2]> {
+fn above_the_cutting_end(tool: &job::JobTool) -> Vec<[f64; 2]> {
     let radius = tool.shank.last().map_or(tool.major + tool.minor, |&[_, radius]| radius);
     let joint = tool.holder.first().map(|&[height, _]| [height, radius]);
     tool.shank.iter().copied().chain(joint).chain(tool.holder.iter().copied()).collect()
 }
 
 fn setup(file: &JobFile) -> Setup {
-    let job::Setup { origin, angles, .. } = file.setup;
+    let job::JobSetup { origin, angles, .. } = file.setup;
     Setup::new(origin, angles, file.tool.length)
 }
 
-fn numbers(wanted: &job::Faces, faces: &[Face]) -> Vec<usize> {
+fn numbers(wanted: &job::FaceSelection, faces: &[Face]) -> Vec<usize> {
     match wanted {
-        job::Faces::All => faces.iter().map(|face| face.number).collect(),
-        job::Faces::Numbers(numbers) => numbers.clone(),
+        job::FaceSelection::All => faces.iter().map(|face| face.number).collect(),
+        job::FaceSelection::Numbers(numbers) => numbers.clone(),
     }
 }
 
@@ -130,7 +130,7 @@ fn available(faces: &[Face]) -> String {
 type UnguardedFaces = Vec<(usize, SurfaceError)>;
 
 /// Returns the faces that the tool must avoid, and those of them that cannot be worked with.
-fn others(part: &job::Part, faces: &[Face]) -> Result<(Vec<FaceIndex>, UnguardedFaces), JobError> {
+fn others(part: &job::JobPart, faces: &[Face]) -> Result<(Vec<FaceIndex>, UnguardedFaces), JobError> {
     let cut = numbers(&part.faces, faces);
     let (mut others, mut unguarded) = (Vec::new(), Vec::new());
     for number in numbers(&part.avoid, faces) {
@@ -149,7 +149,7 @@ fn others(part: &job::Part, faces: &[Face]) -> Result<(Vec<FaceIndex>, Unguarded
 }
 
 /// Returns the faces to cut, in the order of the job, with normals flipped if the job asks for it.
-fn choose(part: &job::Part, faces: &[Face]) -> Result<Vec<FaceIndex>, Vec<JobError>> {
+fn choose(part: &job::JobPart, faces: &[Face]) -> Result<Vec<FaceIndex>, Vec<JobError>> {
     let numbers = numbers(&part.faces, faces);
     if numbers.is_empty() {
         return Err(vec![JobError::EmptyPart]);
@@ -180,7 +180,7 @@ const ROUNDING_RESERVE: f64 = 1.2;
 
 /// Splits the tolerance; `needed` is the estimated effect of rounding \[mm\].
 fn budget(file: &JobFile, needed: f64) -> Result<Budget, BudgetError> {
-    let job::Tolerance { total, gouge, split } = file.tolerance;
+    let job::JobTolerance { total, gouge, split } = file.tolerance;
     let usual = BudgetShares::usual(total);
     let shares = BudgetShares {
         path: split.path.unwrap_or(usual.path),

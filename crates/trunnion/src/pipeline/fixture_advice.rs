@@ -36,11 +36,11 @@ fn over(job: &Job) -> String {
         );
     }
     match file.strategy.links {
-        job::Links::Hop => {
+        job::JobLinks::Hop => {
             "links come too near below the height at which they travel: strategy.links = \"retract\" keeps them up from pass \
              to pass; where they come down to one, move the fixture or the part"
         }
-        job::Links::Retract => {
+        job::JobLinks::Retract => {
             "links come too near where they come down to a pass: move the fixture or the part"
         }
     }

@@ -42,7 +42,7 @@ pub(super) fn lines(Lines { count, first, last }: Lines) -> LinesSummary {
 }
 
 impl Held {
-    pub(super) fn of(fixture: &job::Fixture) -> Self {
+    pub(super) fn of(fixture: &job::JobFixture) -> Self {
         Self {
             name: fixture.name.clone(),
             solid: plain_solid(&fixture.solid),

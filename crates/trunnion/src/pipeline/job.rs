@@ -94,8 +94,8 @@ impl Job {
     /// Sets the stock from its file, moved to its place in the job.
     #[must_use]
     pub fn with_stock(self, mesh: Mesh) -> Self {
-        let solid = self.file.stock.as_ref().and_then(job::Stock::solid);
-        let place = solid.map_or_else(Isometry3::identity, job::Solid::place);
+        let solid = self.file.stock.as_ref().and_then(job::JobStock::solid);
+        let place = solid.map_or_else(Isometry3::identity, job::JobSolid::place);
         Self { stock: Some(Solid::Mesh(mesh.moved(&place))), ..self }
     }
 
@@ -142,7 +142,7 @@ impl Job {
     /// Returns the thickness of even stock on the part \[mm\]; 0 for other stock.
     pub(super) fn thickness(&self) -> f64 {
         match &self.file.stock {
-            Some(job::Stock::Offset { thickness }) => *thickness,
+            Some(job::JobStock::Offset { thickness }) => *thickness,
             _ => 0.0,
         }
     }
@@ -154,7 +154,7 @@ impl Job {
         let above = 0.5 * self.cutter.radius();
         match &self.file.stock {
             None => above,
-            Some(job::Stock::Offset { thickness }) => above + thickness,
+            Some(job::JobStock::Offset { thickness }) => above + thickness,
             Some(_) => f64::INFINITY,
         }
     }

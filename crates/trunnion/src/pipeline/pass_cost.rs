@@ -3,7 +3,7 @@
 use super::estimate::rest_to_rest;
 use super::job::Job;
 use crate::cover::PassCost;
-use crate::files::job::Reference;
+use crate::files::job::FeedReference;
 use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, Kinematics};
 use crate::types::{AXES, AxisVector, Station, ToolPose};
@@ -41,7 +41,7 @@ impl JobPassCost {
             inside: Inverse::new(&inset(&job.kinematics)).ok(),
             home: machine.home(),
             feed,
-            at_contact: job.file.cutting.reference == Reference::Contact,
+            at_contact: job.file.cutting.reference == FeedReference::Contact,
             tip: machine.cycle.tip_speed_max.unwrap_or(f64::INFINITY),
             velocity: machine.vector(|axis| axis.vel),
             link: link / feed,

@@ -70,27 +70,27 @@ pub(super) fn cover_turning(
     let tolerance = FinishTolerance { excess: job.budget.total, gouge: job.budget.gouge };
     let preset = CoverOptions::finishing(&job.cutter, tolerance);
     let (method, lean) = match strategy.method {
-        file::Method::Widest => (PlacementMethod::Widest, preset.lean),
-        file::Method::Fixed { lead, tilt } => {
+        file::JobPlacement::Widest => (PlacementMethod::Widest, preset.lean),
+        file::JobPlacement::Fixed { lead, tilt } => {
             (PlacementMethod::Inclined, ToolInclination::of(lead, tilt))
         }
     };
     let options = CoverOptions {
         feed_direction: match strategy.along {
-            file::Along::U => FeedDirection::U,
-            file::Along::V => FeedDirection::V,
-            file::Along::Curvature => FeedDirection::Curvature,
-            file::Along::Adaptive => FeedDirection::Adaptive,
+            file::JobFeedDirection::U => FeedDirection::U,
+            file::JobFeedDirection::V => FeedDirection::V,
+            file::JobFeedDirection::Curvature => FeedDirection::Curvature,
+            file::JobFeedDirection::Adaptive => FeedDirection::Adaptive,
         },
         pattern: match strategy.direction {
-            file::Direction::Zigzag => CutPattern::ZigZag,
-            file::Direction::OneWay => CutPattern::OneWay,
+            file::JobCutPattern::Zigzag => CutPattern::ZigZag,
+            file::JobCutPattern::OneWay => CutPattern::OneWay,
         },
         method,
         side: match strategy.side {
-            file::Side::Ahead => ContactSide::Ahead,
-            file::Side::Behind => ContactSide::Behind,
-            file::Side::Either => ContactSide::Either,
+            file::JobContactSide::Ahead => ContactSide::Ahead,
+            file::JobContactSide::Behind => ContactSide::Behind,
+            file::JobContactSide::Either => ContactSide::Either,
         },
         band: ToleranceBand { lower: job.budget.lower, upper: job.budget.upper },
         link: link_length(job),
@@ -111,7 +111,7 @@ pub(super) fn cover_turning(
 
 /// Returns true if the tool may hop; where stock may be anywhere, it links above all of it.
 fn hop(job: &Job) -> bool {
-    job.file.strategy.links == file::Links::Hop && job.approach().is_finite()
+    job.file.strategy.links == file::JobLinks::Hop && job.approach().is_finite()
 }
 
 /// Estimates the time between two passes, as the length cut in that time \[mm\].
@@ -140,8 +140,8 @@ pub(super) fn legs(
     progress: &dyn Progress,
 ) -> Result<Vec<Leg>, PipelineError> {
     let lead = match job.file.strategy.lead {
-        file::LeadKind::Axis => cover::LeadKind::Axis,
-        file::LeadKind::Tangent => cover::LeadKind::Tangent { length: job.cutter.radius() },
+        file::JobLead::Axis => cover::LeadKind::Axis,
+        file::JobLead::Tangent => cover::LeadKind::Tangent { length: job.cutter.radius() },
     };
     let approach = job.approach();
     let options = LinkOptions {
@@ -283,8 +283,8 @@ fn axes_options(job: &Job) -> AxesOptions {
         axis_tolerance: tip_tolerance / cover::lever(&job.cutter),
         max_rotary_step: MAX_ROTARY_STEP,
         feed_at: match job.file.cutting.reference {
-            file::Reference::Contact => FeedPoint::Contact,
-            file::Reference::Tip => FeedPoint::Tip,
+            file::FeedReference::Contact => FeedPoint::Contact,
+            file::FeedReference::Tip => FeedPoint::Tip,
         },
         rotary_weights: [3, 4].map(|axis| slowest / machine.axes[axis].vel),
         start: machine.home(),

@@ -8,23 +8,23 @@ use std::collections::BTreeSet;
 
 /// Returns the stock of a job as a solid; `None` if it is in a file. `faces` are those of the part.
 pub(super) fn stock_solid<'a>(
-    stock: &job::Stock,
+    stock: &job::JobStock,
     faces: impl Iterator<Item = &'a Face>,
 ) -> Option<Solid> {
     match stock {
-        job::Stock::Offset { thickness } => Some(Solid::Mesh(skin(faces, *thickness)?)),
-        job::Stock::Solid(solid) => plain_solid(solid),
+        job::JobStock::Offset { thickness } => Some(Solid::Mesh(skin(faces, *thickness)?)),
+        job::JobStock::Solid(solid) => plain_solid(solid),
     }
 }
 
 /// Returns a solid as the check needs it; `None` if it is in a file.
-pub(super) fn plain_solid(solid: &job::Solid) -> Option<Solid> {
+pub(super) fn plain_solid(solid: &job::JobSolid) -> Option<Solid> {
     match *solid {
-        job::Solid::Box { min, max } => Some(Solid::Box { low: min, high: max }),
-        job::Solid::Cylinder { base, radius, height } => {
+        job::JobSolid::Box { min, max } => Some(Solid::Box { low: min, high: max }),
+        job::JobSolid::Cylinder { base, radius, height } => {
             Some(Solid::Cylinder { base, radius, height })
         }
-        job::Solid::Stl { .. } | job::Solid::Step { .. } => None,
+        job::JobSolid::Stl { .. } | job::JobSolid::Step { .. } => None,
     }
 }
 
@@ -81,7 +81,7 @@ mod tests {
             let trim = TrimLoop::new(vec![curve], [None, None], 1e-9).unwrap();
             let surface = Surface::Cylinder(CylinderSurface::new(frame, 10.0).unwrap());
             let face = Face::new(1, surface, vec![trim], flip).unwrap();
-            let stock = job::Stock::Offset { thickness: 2.0 };
+            let stock = job::JobStock::Offset { thickness: 2.0 };
             let solid = stock_solid(&stock, std::iter::once(&face)).unwrap();
             let volume = Stock::new(&solid, 0.1, 1_000_000).unwrap().volume();
             let exact = 0.5 * 1.6 * 8.0 * (radii[1] * radii[1] - radii[0] * radii[0]);

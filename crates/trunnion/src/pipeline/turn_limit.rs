@@ -4,7 +4,7 @@ use super::error::PipelineError;
 use super::job::Job;
 use super::stages;
 use crate::cover::CoverReport;
-use crate::files::job::Method;
+use crate::files::job::JobPlacement;
 use crate::files::summary::TurnLimitSummary;
 use crate::types::Progress;
 
@@ -24,7 +24,7 @@ pub(super) fn cost(
 ) -> Result<Option<TurnLimitSummary>, PipelineError> {
     let strategy = &job.file.strategy;
     let wanted = strategy.turn_cost.unwrap_or(report.work <= LITTLE && job.others.is_empty());
-    if strategy.method != Method::Widest || strategy.max_axis_turn >= FREE || !wanted {
+    if strategy.method != JobPlacement::Widest || strategy.max_axis_turn >= FREE || !wanted {
         return Ok(None);
     }
     let free = stages::cover_turning(job, FREE, progress)?;

@@ -1,7 +1,8 @@
 //! A job as the stages want it: mm, rad, s; every value checked.
 
-use super::super::Places;
-use super::solid::{Fixture, Stock};
+use super::super::places::KeyPositions;
+use super::super::summary::ChordSummary;
+use super::solid::{JobFixture, JobSolid, JobStock};
 use crate::nc::write::OutputFormat;
 use nalgebra::{Rotation3, Vector3};
 
@@ -11,27 +12,27 @@ pub struct JobFile {
     /// Name of the job.
     pub name: String,
     /// What to machine.
-    pub part: Part,
+    pub part: JobPart,
     /// Where it stands on the machine.
-    pub setup: Setup,
+    pub setup: JobSetup,
     /// What it is cut from; `None`: nothing is known of the stock.
-    pub stock: Option<Stock>,
+    pub stock: Option<JobStock>,
     /// What the tool must not touch: programs are checked against it, planning does not avoid it.
-    pub fixtures: Vec<Fixture>,
+    pub fixtures: Vec<JobFixture>,
     /// What cuts it.
-    pub tool: Tool,
+    pub tool: JobTool,
     /// Tools that other programs call beside it, for their check.
-    pub other_tools: Vec<Tool>,
+    pub other_tools: Vec<JobTool>,
     /// How well.
-    pub tolerance: Tolerance,
+    pub tolerance: JobTolerance,
     /// How the surface is covered.
-    pub strategy: Strategy,
+    pub strategy: JobStrategy,
     /// Feed and spindle.
-    pub cutting: Cutting,
+    pub cutting: CuttingData,
     /// Machine file.
     pub machine: String,
     /// How the speed along the path is planned.
-    pub motion: Motion,
+    pub motion: MotionSettings,
     /// Programs to write; never empty.
     pub dialects: Vec<OutputFormat>,
     /// Largest distance between two measured points of the final check \[mm\].
@@ -41,25 +42,49 @@ pub struct JobFile {
     /// How far any part of the tool must keep off fixtures \[mm\]; at 0 only what runs into one is told.
     pub fixture_clearance: f64,
     /// Where each key stands in the file.
-    pub places: Places,
+    pub places: KeyPositions,
+}
+
+impl JobFile {
+    /// With triangles of all STEP solids within `chord` \[mm\] of their faces.
+    #[must_use]
+    pub fn with_chord(mut self, chord: f64) -> Self {
+        if let Some(JobStock::Solid(solid)) = &mut self.stock {
+            solid.set_chord(chord);
+        }
+        for fixture in &mut self.fixtures {
+            fixture.solid.set_chord(chord);
+        }
+        self
+    }
+
+    /// How far the triangles of each of its STEP solids may be off their faces: the stock, then fixtures by name.
+    pub fn chords(&self) -> Vec<ChordSummary> {
+        let stock = self.stock.iter().filter_map(JobStock::solid).map(|solid| ("stock", solid));
+        let held = self.fixtures.iter().map(|fixture| (fixture.name.as_str(), &fixture.solid));
+        let of = |(name, solid): (&str, &JobSolid)| {
+            solid.chord().map(|chord| ChordSummary { solid: name.to_owned(), chord })
+        };
+        stock.chain(held).filter_map(of).collect()
+    }
 }
 
 /// The surface to machine.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Part {
+pub struct JobPart {
     /// Surface JSON or STEP file.
     pub file: String,
     /// Which of its faces.
-    pub faces: Faces,
+    pub faces: FaceSelection,
     /// Whether the cutter works on the other side of the faces.
     pub flip: bool,
     /// Which of the other faces the tool keeps off.
-    pub avoid: Faces,
+    pub avoid: FaceSelection,
 }
 
 /// Faces of a part.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Faces {
+pub enum FaceSelection {
     /// Every one.
     All,
     /// These numbers, in this order; never empty, no number twice.
@@ -68,7 +93,7 @@ pub enum Faces {
 
 /// Where the workpiece stands.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Setup {
+pub struct JobSetup {
     /// Workpiece origin in machine coordinates with all axes at zero \[mm\].
     pub origin: Vector3<f64>,
     /// Turns of the workpiece about the machine's fixed x, then y, then z \[rad\].
@@ -77,7 +102,7 @@ pub struct Setup {
     pub clearance: f64,
 }
 
-impl Setup {
+impl JobSetup {
     /// `machine_from_workpiece` without the origin: `Rz Ry Rx`.
     pub fn rotation(&self) -> Rotation3<f64> {
         let [x, y, z] = self.angles;
@@ -87,7 +112,7 @@ impl Setup {
 
 /// The tool.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Tool {
+pub struct JobTool {
     /// Number in the magazine.
     pub number: u32,
     /// Form of the cutting end.
@@ -99,7 +124,7 @@ pub struct Tool {
     /// From the gauge point to the tip \[mm\].
     pub length: f64,
     /// Where it cuts.
-    pub construction: Construction,
+    pub construction: ToolConstruction,
     /// Profile above the cutting part, `[height above the tip, radius]` \[mm\], heights ascending.
     pub shank: Vec<[f64; 2]>,
     /// Holder in the same way.
@@ -119,7 +144,7 @@ pub enum ToolKind {
 
 /// Where the tool cuts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Construction {
+pub enum ToolConstruction {
     /// To the centre.
     Solid,
     /// With inserts: not inside this radius.
@@ -131,18 +156,18 @@ pub enum Construction {
 
 /// What the finished part may deviate.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tolerance {
+pub struct JobTolerance {
     /// Most material left \[mm\].
     pub total: f64,
     /// Deepest gouge \[mm\]; not above `total`.
     pub gouge: f64,
     /// Shares the user fixed.
-    pub split: Split,
+    pub split: ToleranceSplit,
 }
 
 /// Shares of the tolerance \[mm\]; `None` leaves a share to the pipeline. Their sum is within `total`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Split {
+pub struct ToleranceSplit {
     /// Scallops of the strips.
     pub strip: Option<f64>,
     /// Curves through the cutter locations.
@@ -161,23 +186,23 @@ pub struct Split {
 
 /// How the surface is covered.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Strategy {
+pub struct JobStrategy {
     /// How the tool is placed.
-    pub method: Method,
+    pub method: JobPlacement,
     /// What the passes follow.
-    pub along: Along,
+    pub along: JobFeedDirection,
     /// Whether every second pass runs back.
-    pub direction: Direction,
+    pub direction: JobCutPattern,
     /// Where the contact arc may lie, seen along the feed from the cutter centre.
-    pub side: Side,
+    pub side: JobContactSide,
     /// Most turn of the tool axis along a pass \[rad/mm\].
     pub max_axis_turn: f64,
     /// Whether a run finds out what that costs; `None`: where it takes little.
     pub turn_cost: Option<bool>,
     /// How the tool comes down to a pass.
-    pub lead: LeadKind,
+    pub lead: JobLead,
     /// How it goes from pass to pass.
-    pub links: Links,
+    pub links: JobLinks,
     /// Offset directions to search, from the strip side towards the feed \[rad\]; `None`: the
     /// method's own range.
     pub offset_range: Option<[f64; 2]>,
@@ -185,7 +210,7 @@ pub struct Strategy {
 
 /// How the tool is placed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Method {
+pub enum JobPlacement {
     /// Every cutter location with the widest strip.
     Widest,
     /// Leaning by fixed angles.
@@ -199,7 +224,7 @@ pub enum Method {
 
 /// What a pass follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Along {
+pub enum JobFeedDirection {
     /// The first parameter.
     U,
     /// The second one.
@@ -212,7 +237,7 @@ pub enum Along {
 
 /// Order of passes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Direction {
+pub enum JobCutPattern {
     /// There and back.
     Zigzag,
     /// All the same way.
@@ -221,7 +246,7 @@ pub enum Direction {
 
 /// Where the contact arc lies along the feed, from the cutter centre.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
+pub enum JobContactSide {
     /// In front.
     Ahead,
     /// At the back: needs a centre-cutting tool.
@@ -232,7 +257,7 @@ pub enum Side {
 
 /// How the tool comes down to a pass and leaves it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LeadKind {
+pub enum JobLead {
     /// Along the tool axis.
     Axis,
     /// Tangentially to the pass.
@@ -241,7 +266,7 @@ pub enum LeadKind {
 
 /// How the tool goes from pass to pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Links {
+pub enum JobLinks {
     /// Over, close to the part, where that is quicker and free.
     Hop,
     /// Up to the clearance.
@@ -250,18 +275,18 @@ pub enum Links {
 
 /// Feed and spindle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cutting {
+pub struct CuttingData {
     /// Feed of `reference` \[mm/s\].
     pub feed: f64,
     /// The point whose speed is the feed.
-    pub reference: Reference,
+    pub reference: FeedReference,
     /// Spindle speed \[rad/s\].
     pub spindle: f64,
     /// Whether coolant is on.
     pub coolant: bool,
 }
 
-impl Cutting {
+impl CuttingData {
     /// Spindle speed as programs state it \[rev/min\].
     pub fn spindle_rpm(&self) -> f64 {
         self.spindle * 60.0 / std::f64::consts::TAU
@@ -270,7 +295,7 @@ impl Cutting {
 
 /// The point whose speed is the feed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reference {
+pub enum FeedReference {
     /// Cutter contact.
     Contact,
     /// Tool tip.
@@ -279,7 +304,7 @@ pub enum Reference {
 
 /// How the speed along the path is planned and sampled.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion {
+pub struct MotionSettings {
     /// Planner.
     pub method: MotionMethod,
     /// Servo period \[s\].

@@ -15,7 +15,7 @@ use serde::Deserialize;
 #[expect(dead_code, reason = "read section by section; the whole describes the layout")]
 pub(in super::super) struct RawJob {
     /// The layout of this file.
-    #[schemars(extend("const" = super::LAYOUT))]
+    #[schemars(extend("const" = super::layout::LAYOUT))]
     schema: String,
     /// Name of the job.
     #[schemars(length(min = 1))]

@@ -2,10 +2,11 @@
 
 use super::super::document::Document;
 use super::super::schema;
-use super::LAYOUT;
 use super::data::{
-    Cutting, Faces, JobFile, Motion, MotionMethod, Part, Reference, Setup, Split, Tolerance,
+    CuttingData, FaceSelection, FeedReference, JobFile, JobPart, JobSetup, JobTolerance,
+    MotionMethod, MotionSettings, ToleranceSplit,
 };
+use super::layout::LAYOUT;
 use super::raw::{
     RawCutting, RawDialect, RawFaces, RawMachineRef, RawMotion, RawMotionMethod, RawOutput,
     RawPart, RawReference, RawSetup, RawStock, RawStrategy, RawTolerance, RawTool, RawVerify,
@@ -78,18 +79,18 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
         verify_grid: verify.grid,
         stock_cell: verify.stock_cell,
         fixture_clearance: verify.fixture_clearance,
-        places: super::super::Places::default(),
+        places: super::super::places::KeyPositions::default(),
     })
 }
 
-fn part(raw: RawPart, doc: &mut Document<'_>) -> Option<Part> {
+fn part(raw: RawPart, doc: &mut Document<'_>) -> Option<JobPart> {
     let faces = faces(raw.faces, "part.faces", doc);
     let avoid = faces_of(raw.avoid, "part.avoid", doc);
-    Some(Part { file: raw.file, faces: faces?, flip: raw.flip, avoid: avoid? })
+    Some(JobPart { file: raw.file, faces: faces?, flip: raw.flip, avoid: avoid? })
 }
 
 /// Faces, one at least.
-fn faces(raw: RawFaces, path: &str, doc: &mut Document<'_>) -> Option<Faces> {
+fn faces(raw: RawFaces, path: &str, doc: &mut Document<'_>) -> Option<FaceSelection> {
     if matches!(&raw, RawFaces::Numbers(numbers) if numbers.is_empty()) {
         let help = "write `faces = \"all\"`, or numbers from `trunnion inspect`";
         doc.fault(path, "no face is named", help);
@@ -98,8 +99,8 @@ fn faces(raw: RawFaces, path: &str, doc: &mut Document<'_>) -> Option<Faces> {
     faces_of(raw, path, doc)
 }
 
-fn faces_of(raw: RawFaces, path: &str, doc: &mut Document<'_>) -> Option<Faces> {
-    let RawFaces::Numbers(numbers) = raw else { return Some(Faces::All) };
+fn faces_of(raw: RawFaces, path: &str, doc: &mut Document<'_>) -> Option<FaceSelection> {
+    let RawFaces::Numbers(numbers) = raw else { return Some(FaceSelection::All) };
     for (at, number) in numbers.iter().enumerate() {
         if numbers.iter().take(at).any(|other| other == number) {
             let path = format!("{path}.{at}");
@@ -107,21 +108,21 @@ fn faces_of(raw: RawFaces, path: &str, doc: &mut Document<'_>) -> Option<Faces> 
             return None;
         }
     }
-    Some(Faces::Numbers(numbers))
+    Some(FaceSelection::Numbers(numbers))
 }
 
-fn setup(raw: &RawSetup) -> Setup {
+fn setup(raw: &RawSetup) -> JobSetup {
     let origin = Vector3::from(raw.origin);
-    Setup { origin, angles: raw.rotation.map(f64::to_radians), clearance: raw.clearance }
+    JobSetup { origin, angles: raw.rotation.map(f64::to_radians), clearance: raw.clearance }
 }
 
-fn tolerance(raw: &RawTolerance, doc: &mut Document<'_>) -> Option<Tolerance> {
+fn tolerance(raw: &RawTolerance, doc: &mut Document<'_>) -> Option<JobTolerance> {
     let RawTolerance { total, gouge, ref split } = *raw;
     if gouge > total {
         let message = format!("gouge {gouge} mm is above total {total} mm");
         doc.fault("tolerance.gouge", message, "lower gouge or raise total");
     }
-    let split = Split {
+    let split = ToleranceSplit {
         strip: split.strip,
         path: split.path,
         linearisation: split.linearisation,
@@ -144,15 +145,15 @@ fn tolerance(raw: &RawTolerance, doc: &mut Document<'_>) -> Option<Tolerance> {
         let message = format!("the shares add up to {sum} mm, more than total {total} mm");
         doc.fault("tolerance.split", message, "lower a share or raise total");
     }
-    (gouge <= total && sum <= total).then_some(Tolerance { total, gouge, split })
+    (gouge <= total && sum <= total).then_some(JobTolerance { total, gouge, split })
 }
 
-fn cutting(raw: &RawCutting) -> Cutting {
-    Cutting {
+fn cutting(raw: &RawCutting) -> CuttingData {
+    CuttingData {
         feed: raw.feed / 60.0,
         reference: match raw.reference {
-            RawReference::Contact => Reference::Contact,
-            RawReference::Tip => Reference::Tip,
+            RawReference::Contact => FeedReference::Contact,
+            RawReference::Tip => FeedReference::Tip,
         },
         spindle: raw.spindle * TAU / 60.0,
         coolant: raw.coolant,
@@ -160,7 +161,7 @@ fn cutting(raw: &RawCutting) -> Cutting {
 }
 
 /// Planners the chain has; a further one is a further arm here.
-fn motion(raw: &RawMotion, doc: &mut Document<'_>) -> Option<Motion> {
+fn motion(raw: &RawMotion, doc: &mut Document<'_>) -> Option<MotionSettings> {
     let method = match raw.method {
         RawMotionMethod::Optimal => MotionMethod::Optimal,
         RawMotionMethod::Jerk => MotionMethod::Jerk,
@@ -172,7 +173,7 @@ fn motion(raw: &RawMotion, doc: &mut Document<'_>) -> Option<Motion> {
             return None;
         }
     };
-    Some(Motion {
+    Some(MotionSettings {
         method,
         servo_period: raw.servo_period,
         chord: [raw.chord, raw.chord_angle.map(f64::to_radians)],
@@ -202,7 +203,7 @@ fn dialects(raw: &RawOutput) -> Vec<OutputFormat> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::data::Method;
+    use super::super::data::JobPlacement;
     use super::*;
 
     const EXAMPLE: &str = include_str!("../../../../../examples/bezier-patch/job.toml");
@@ -342,7 +343,7 @@ mod tests {
     #[test]
     fn leads_and_tilts_are_read() {
         let text = |by: &str| parse(&with("method = \"widest\"", by)).unwrap().strategy.method;
-        let fixed = |lead: f64, tilt: f64| Method::Fixed {
+        let fixed = |lead: f64, tilt: f64| JobPlacement::Fixed {
             lead: lead.to_radians(),
             tilt: tilt.to_radians(),
         };

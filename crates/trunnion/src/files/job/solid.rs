@@ -1,8 +1,6 @@
 //! The job's `[stock]` and `[[fixture]]`.
 
 use super::super::document::Document;
-use super::super::summary::ChordSummary;
-use super::data::JobFile;
 use super::raw::{RawFixture, RawSolid, RawSolidKind, RawStock};
 use crate::machine::Setup;
 use nalgebra::{Isometry3, Point3};
@@ -13,28 +11,28 @@ pub const STEP_CHORD: f64 = 0.01;
 
 /// Stock in the workpiece frame.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Stock {
+pub enum JobStock {
     /// The part with this much left on \[mm\].
     Offset {
         /// Thickness \[mm\].
         thickness: f64,
     },
     /// A solid of its own shape.
-    Solid(Solid),
+    Solid(JobSolid),
 }
 
 /// What the tool must not touch.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fixture {
+pub struct JobFixture {
     /// What findings call it: as said, or the solid in words.
     pub name: String,
     /// What it is.
-    pub solid: Solid,
+    pub solid: JobSolid,
 }
 
 /// A solid in the workpiece frame.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Solid {
+pub enum JobSolid {
     /// A box parallel to the workpiece frame.
     Box {
         /// Corner with the smallest coordinates \[mm\].
@@ -76,9 +74,9 @@ pub fn placement(origin: [f64; 3], angles: [f64; 3]) -> Isometry3<f64> {
     Isometry3::from_parts(origin.into(), rotation.into())
 }
 
-impl Stock {
+impl JobStock {
     /// The solid; `None` for what stands on the part.
-    pub fn solid(&self) -> Option<&Solid> {
+    pub fn solid(&self) -> Option<&JobSolid> {
         match self {
             Self::Offset { .. } => None,
             Self::Solid(solid) => Some(solid),
@@ -86,7 +84,7 @@ impl Stock {
     }
 }
 
-impl Solid {
+impl JobSolid {
     /// The file it is in, as written in the job.
     pub fn file(&self) -> Option<&str> {
         match self {
@@ -111,14 +109,14 @@ impl Solid {
         }
     }
 
-    fn set_chord(&mut self, value: f64) {
+    pub(super) fn set_chord(&mut self, value: f64) {
         if let Self::Step { chord, .. } = self {
             *chord = value;
         }
     }
 }
 
-impl fmt::Display for Solid {
+impl fmt::Display for JobSolid {
     /// In the words of the command line.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -133,32 +131,15 @@ impl fmt::Display for Solid {
     }
 }
 
-impl JobFile {
-    /// With triangles of all STEP solids within `chord` \[mm\] of their faces.
-    #[must_use]
-    pub fn with_chord(mut self, chord: f64) -> Self {
-        if let Some(Stock::Solid(solid)) = &mut self.stock {
-            solid.set_chord(chord);
-        }
-        for fixture in &mut self.fixtures {
-            fixture.solid.set_chord(chord);
-        }
-        self
-    }
-
-    /// How far the triangles of each of its STEP solids may be off their faces: the stock, then fixtures by name.
-    pub fn chords(&self) -> Vec<ChordSummary> {
-        let stock = self.stock.iter().filter_map(Stock::solid).map(|solid| ("stock", solid));
-        let held = self.fixtures.iter().map(|fixture| (fixture.name.as_str(), &fixture.solid));
-        let of = |(name, solid): (&str, &Solid)| {
-            solid.chord().map(|chord| ChordSummary { solid: name.to_owned(), chord })
-        };
-        stock.chain(held).filter_map(of).collect()
-    }
+/// Keys that go with a kind of solid.
+struct KindKeys {
+    kind: &'static str,
+    needed: &'static [&'static str],
+    others: &'static [&'static str],
 }
 
 /// A table whose `kind` says which keys go with it.
-struct Table<'a> {
+struct KindTable<'a> {
     /// What it is, in words, and its path.
     what: &'a str,
     path: &'a str,
@@ -166,40 +147,54 @@ struct Table<'a> {
     more: &'a [(&'a str, bool)],
 }
 
-pub(super) fn stock(raw: &RawStock, doc: &mut Document<'_>) -> Option<Stock> {
+pub(super) fn stock(raw: &RawStock, doc: &mut Document<'_>) -> Option<JobStock> {
     let more = [("thickness", raw.thickness.is_some())];
-    let table = Table { what: "stock", path: "stock", more: &more };
+    let table = KindTable { what: "stock", path: "stock", more: &more };
     if let Some(kind) = raw.kind.solid() {
-        return table.solid(kind, &raw.solid, doc).map(Stock::Solid);
+        return table.solid(kind, &raw.solid, doc).map(JobStock::Solid);
     }
-    table.keys(&raw.solid, ("offset", &["thickness"], &[]), doc);
-    Some(Stock::Offset { thickness: raw.thickness? })
+    let rule = KindKeys { kind: "offset", needed: &["thickness"], others: &[] };
+    table.keys(&raw.solid, &rule, doc);
+    Some(JobStock::Offset { thickness: raw.thickness? })
 }
 
 /// All fixtures, every one looked at.
-pub(super) fn fixtures(doc: &mut Document<'_>) -> Option<Vec<Fixture>> {
+pub(super) fn fixtures(doc: &mut Document<'_>) -> Option<Vec<JobFixture>> {
     let mut all = Vec::new();
     for (number, raw) in doc.list::<RawFixture>("fixture").into_iter().enumerate() {
         let path = format!("fixture.{number}");
-        let table = Table { what: "a fixture", path: &path, more: &[] };
+        let table = KindTable { what: "a fixture", path: &path, more: &[] };
         let fixture = raw.and_then(|raw| {
             let solid = table.solid(raw.kind, &raw.solid, doc)?;
-            Some(Fixture { name: raw.name.unwrap_or_else(|| solid.to_string()), solid })
+            Some(JobFixture { name: raw.name.unwrap_or_else(|| solid.to_string()), solid })
         });
         all.push(fixture);
     }
     all.into_iter().collect()
 }
 
-impl Table<'_> {
-    fn solid(&self, kind: RawSolidKind, raw: &RawSolid, doc: &mut Document<'_>) -> Option<Solid> {
-        let words: (&str, &[&str], &[&str]) = match kind {
-            RawSolidKind::Box => ("box", &["min", "max"], &[]),
-            RawSolidKind::Cylinder => ("cylinder", &["base", "radius", "height"], &[]),
-            RawSolidKind::Stl => ("stl", &["file"], &["origin", "rotation"]),
-            RawSolidKind::Step => ("step", &["file"], &["chord", "origin", "rotation"]),
+impl KindTable<'_> {
+    fn solid(
+        &self,
+        kind: RawSolidKind,
+        raw: &RawSolid,
+        doc: &mut Document<'_>,
+    ) -> Option<JobSolid> {
+        let rule = match kind {
+            RawSolidKind::Box => KindKeys { kind: "box", needed: &["min", "max"], others: &[] },
+            RawSolidKind::Cylinder => {
+                KindKeys { kind: "cylinder", needed: &["base", "radius", "height"], others: &[] }
+            }
+            RawSolidKind::Stl => {
+                KindKeys { kind: "stl", needed: &["file"], others: &["origin", "rotation"] }
+            }
+            RawSolidKind::Step => KindKeys {
+                kind: "step",
+                needed: &["file"],
+                others: &["chord", "origin", "rotation"],
+            },
         };
-        self.keys(raw, words, doc);
+        self.keys(raw, &rule, doc);
         let angles = raw.rotation.unwrap_or_default().map(f64::to_radians);
         let place = placement(raw.origin.unwrap_or_default(), angles);
         Some(match kind {
@@ -210,27 +205,23 @@ impl Table<'_> {
                     let help = "every coordinate of max is above that of min";
                     doc.fault(&format!("{}.max", self.path), message, help);
                 }
-                Solid::Box { min, max }
+                JobSolid::Box { min, max }
             }
             RawSolidKind::Cylinder => {
                 let base = Point3::from(raw.base?);
-                Solid::Cylinder { base, radius: raw.radius?, height: raw.height? }
+                JobSolid::Cylinder { base, radius: raw.radius?, height: raw.height? }
             }
-            RawSolidKind::Stl => Solid::Stl { file: raw.file.clone()?, place },
+            RawSolidKind::Stl => JobSolid::Stl { file: raw.file.clone()?, place },
             RawSolidKind::Step => {
                 let chord = raw.chord.unwrap_or(STEP_CHORD);
-                Solid::Step { file: raw.file.clone()?, chord, place }
+                JobSolid::Step { file: raw.file.clone()?, chord, place }
             }
         })
     }
 
     /// Faults of keys that do not go with a kind, and of those that it needs; others it may have.
-    fn keys(
-        &self,
-        raw: &RawSolid,
-        (kind, needed, others): (&str, &[&str], &[&str]),
-        doc: &mut Document<'_>,
-    ) {
+    fn keys(&self, raw: &RawSolid, rule: &KindKeys, doc: &mut Document<'_>) {
+        let KindKeys { kind, needed, others } = *rule;
         let of_all = [
             ("min", raw.min.is_some()),
             ("max", raw.max.is_some()),
@@ -264,6 +255,7 @@ impl Table<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::data::JobFile;
     use super::super::parse;
     use super::*;
 
@@ -301,7 +293,7 @@ mod tests {
         assert_eq!(job.places.get("fixture.4.chord").line, 72);
         for (solid, fixture) in solids.iter().zip(&job.fixtures) {
             let job = parse(&format!("{EXAMPLE}[stock]\n{solid}")).unwrap();
-            assert_eq!(job.stock.as_ref().and_then(Stock::solid), Some(&fixture.solid));
+            assert_eq!(job.stock.as_ref().and_then(JobStock::solid), Some(&fixture.solid));
             assert_eq!((job.fixtures.len(), job.fixture_clearance), (0, 0.0));
         }
         assert_eq!(told(&job.with_chord(0.002)), [vise(0.002), vise(0.002)]);

@@ -2,7 +2,8 @@
 
 use super::super::document::Document;
 use super::data::{
-    Along, Construction, Direction, LeadKind, Links, Method, Side, Strategy, Tool, ToolKind,
+    JobContactSide, JobCutPattern, JobFeedDirection, JobLead, JobLinks, JobPlacement, JobStrategy,
+    JobTool, ToolConstruction, ToolKind,
 };
 use super::raw::{RawAlong, RawDirection, RawLead, RawLinks, RawMethod, RawSide, RawStrategy};
 
@@ -11,13 +12,13 @@ pub(super) fn strategy(
     raw: &RawStrategy,
     tool: Option<ToolKind>,
     doc: &mut Document<'_>,
-) -> Option<Strategy> {
+) -> Option<JobStrategy> {
     let method = method(raw, tool, doc);
     let along = match raw.along {
-        RawAlong::U => Along::U,
-        RawAlong::V => Along::V,
-        RawAlong::Curvature => Along::Curvature,
-        RawAlong::Adaptive => Along::Adaptive,
+        RawAlong::U => JobFeedDirection::U,
+        RawAlong::V => JobFeedDirection::V,
+        RawAlong::Curvature => JobFeedDirection::Curvature,
+        RawAlong::Adaptive => JobFeedDirection::Adaptive,
     };
     if let Some([low, high]) = raw.offset_range
         && low >= high
@@ -25,27 +26,27 @@ pub(super) fn strategy(
         let message = format!("offset_range [{low}, {high}] deg is empty");
         doc.fault("strategy.offset_range", message, "the smaller angle comes first");
     }
-    Some(Strategy {
+    Some(JobStrategy {
         method: method?,
         along,
         direction: match raw.direction {
-            RawDirection::Zigzag => Direction::Zigzag,
-            RawDirection::OneWay => Direction::OneWay,
+            RawDirection::Zigzag => JobCutPattern::Zigzag,
+            RawDirection::OneWay => JobCutPattern::OneWay,
         },
         side: match raw.side {
-            RawSide::Ahead => Side::Ahead,
-            RawSide::Behind => Side::Behind,
-            RawSide::Either => Side::Either,
+            RawSide::Ahead => JobContactSide::Ahead,
+            RawSide::Behind => JobContactSide::Behind,
+            RawSide::Either => JobContactSide::Either,
         },
         max_axis_turn: raw.max_axis_turn.to_radians(),
         turn_cost: raw.turn_cost,
         lead: match raw.lead {
-            RawLead::Axis => LeadKind::Axis,
-            RawLead::Tangent => LeadKind::Tangent,
+            RawLead::Axis => JobLead::Axis,
+            RawLead::Tangent => JobLead::Tangent,
         },
         links: match raw.links {
-            RawLinks::Hop => Links::Hop,
-            RawLinks::Retract => Links::Retract,
+            RawLinks::Hop => JobLinks::Hop,
+            RawLinks::Retract => JobLinks::Retract,
         },
         offset_range: raw.offset_range.map(|range| range.map(f64::to_radians)),
     })
@@ -60,7 +61,11 @@ const MOST_LEAN: f64 = 34.0;
 /// A strip's chord may turn by this much \[deg\] from across the feed.
 const MOST_TURN: f64 = 60.0;
 
-fn method(raw: &RawStrategy, tool: Option<ToolKind>, doc: &mut Document<'_>) -> Option<Method> {
+fn method(
+    raw: &RawStrategy,
+    tool: Option<ToolKind>,
+    doc: &mut Document<'_>,
+) -> Option<JobPlacement> {
     let angles = [("lead_angle", raw.lead_angle), ("tilt_angle", raw.tilt_angle)];
     if raw.method == RawMethod::Widest {
         for (key, _) in angles.iter().filter(|(_, angle)| angle.is_some()) {
@@ -68,7 +73,7 @@ fn method(raw: &RawStrategy, tool: Option<ToolKind>, doc: &mut Document<'_>) -> 
             let message = "method \"widest\" finds how the tool leans itself";
             doc.fault(&format!("strategy.{key}"), message, &help);
         }
-        return angles.iter().all(|(_, angle)| angle.is_none()).then_some(Method::Widest);
+        return angles.iter().all(|(_, angle)| angle.is_none()).then_some(JobPlacement::Widest);
     }
     let ball = tool.is_none_or(|kind| kind == ToolKind::Ball);
     if raw.method == RawMethod::Ball && !ball {
@@ -110,12 +115,12 @@ fn method(raw: &RawStrategy, tool: Option<ToolKind>, doc: &mut Document<'_>) -> 
         doc.fault("strategy.lead_angle", message, "lower lead_angle and tilt_angle");
         return None;
     }
-    Some(Method::Fixed { lead: lead.to_radians(), tilt: tilt.to_radians() })
+    Some(JobPlacement::Fixed { lead: lead.to_radians(), tilt: tilt.to_radians() })
 }
 
 /// What cuts behind the centre must cut at the centre.
-pub(super) fn side_of(tool: &Tool, strategy: &Strategy, doc: &mut Document<'_>) {
-    if strategy.side != Side::Ahead && tool.construction != Construction::Solid {
+pub(super) fn side_of(tool: &JobTool, strategy: &JobStrategy, doc: &mut Document<'_>) {
+    if strategy.side != JobContactSide::Ahead && tool.construction != ToolConstruction::Solid {
         let message = "a tool with inserts cannot cut behind its centre";
         let help = "write `side = \"ahead\"`, or use a tool with construction = \"solid\"";
         doc.fault("strategy.side", message, help);

@@ -1,7 +1,7 @@
 //! The job's `[tool]`, and the tools of other programs that are checked.
 
 use super::super::document::Document;
-use super::data::{Construction, Tool, ToolKind};
+use super::data::{JobTool, ToolConstruction, ToolKind};
 use super::raw::{RawConstruction, RawTool, RawToolKind};
 
 /// Tools that programs other than the job's own call beside its tool, which is `own`.
@@ -9,7 +9,7 @@ pub(super) fn others(
     raw: Vec<RawTool>,
     own: Option<u32>,
     doc: &mut Document<'_>,
-) -> Option<Vec<Tool>> {
+) -> Option<Vec<JobTool>> {
     let mut known: Vec<u32> = own.into_iter().collect();
     let mut all = Vec::new();
     for (at, raw) in raw.into_iter().enumerate() {
@@ -26,7 +26,7 @@ pub(super) fn others(
 }
 
 /// The tool at `path`, if its entries go together.
-pub(super) fn tool(raw: RawTool, path: &str, doc: &mut Document<'_>) -> Option<Tool> {
+pub(super) fn tool(raw: RawTool, path: &str, doc: &mut Document<'_>) -> Option<JobTool> {
     let kind = match raw.kind {
         RawToolKind::Flat => Some(ToolKind::Flat),
         RawToolKind::Ball => Some(ToolKind::Ball),
@@ -64,7 +64,7 @@ pub(super) fn tool(raw: RawTool, path: &str, doc: &mut Document<'_>) -> Option<T
             "length runs from the gauge point to the tip, in mm",
         );
     }
-    Some(Tool {
+    Some(JobTool {
         number: raw.number,
         kind,
         major,
@@ -143,10 +143,10 @@ fn construction(
     radii: Option<[f64; 2]>,
     path: &str,
     doc: &mut Document<'_>,
-) -> Option<Construction> {
+) -> Option<ToolConstruction> {
     let inner = format!("{path}.inner_cutting_radius");
     match (raw.construction, raw.inner_cutting_radius) {
-        (RawConstruction::Solid, None) => Some(Construction::Solid),
+        (RawConstruction::Solid, None) => Some(ToolConstruction::Solid),
         (RawConstruction::Solid, Some(_)) => {
             let message = "a solid tool cuts to its centre: it has no inner_cutting_radius";
             doc.fault(&inner, message, "remove it, or write construction = \"insert\"");
@@ -168,7 +168,7 @@ fn construction(
                 );
                 doc.fault(&inner, message, "it must be below R + r");
             }
-            Some(Construction::Insert { inner_cutting_radius })
+            Some(ToolConstruction::Insert { inner_cutting_radius })
         }
     }
 }

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 #[expect(dead_code, reason = "read section by section; the whole describes the layout")]
 pub(in super::super) struct RawMachine {
     /// The layout of this file.
-    #[schemars(extend("const" = super::LAYOUT))]
+    #[schemars(extend("const" = super::layout::LAYOUT))]
     schema: String,
     /// Name of the machine.
     #[schemars(length(min = 1))]

@@ -1,10 +1,10 @@
 //! From the layout to a checked machine: units, and faults of the whole blamed on their lines.
 
-use super::super::Places;
 use super::super::document::Document;
+use super::super::places::KeyPositions;
 use super::super::schema;
 use super::super::walk::nearest;
-use super::LAYOUT;
+use super::layout::LAYOUT;
 use super::raw::{
     RawAngle, RawAxis, RawCycle, RawDialect, RawFeed, RawFrame, RawInterpolation, RawKind,
     RawLength, RawModulo, RawOutput, RawPrefer, RawRetract, RawSingular, RawTime, RawUnits,
@@ -25,7 +25,7 @@ pub struct MachineFile {
     /// What the file says, in mm, rad, s.
     pub spec: MachineSpec,
     /// Where each key stands in the file.
-    pub places: Places,
+    pub places: KeyPositions,
 }
 
 /// Reads a machine file and checks the machine as a whole.
