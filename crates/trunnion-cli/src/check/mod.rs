@@ -5,6 +5,7 @@ mod left_open;
 mod model;
 mod offset;
 mod page;
+mod remedy;
 mod setpoints;
 mod setting;
 mod stock;

@@ -1,7 +1,7 @@
 //! What is checked, against what.
 
-use super::Args;
 use super::setting::Setting;
+use super::{Args, remedy};
 use crate::outcome::Failure;
 use crate::path::MOST_FAULTS;
 use crate::progress::Bars;
@@ -134,12 +134,13 @@ impl Subject {
         verify::track(&self.input(&tools), DRAWN_STEP).map_err(|error| self.failure(&error))
     }
 
+    /// Puts an error into words, with the options that help.
     fn failure(&self, error: &VerifyError) -> Failure {
+        let remedy = remedy::words(error);
         match error {
             VerifyError::Cancelled(_) => Failure::Stopped,
             VerifyError::FromBehind { from_back, examined } => Failure::input(format!(
-                "{}: the tool cuts the faces of {} from behind, at {from_back} of {examined} places that were looked at\n  \
-                 help: turn the faces over with --flip, or leave it out; in a job, part.flip",
+                "{}: the tool cuts the faces of {} from behind, at {from_back} of {examined} places that were looked at{remedy}",
                 self.program, self.part
             )),
             error => {
@@ -147,7 +148,9 @@ impl Subject {
                     Motion::Program(program, _) => Some(&**program),
                     Motion::Locations(_) => None,
                 };
-                Failure::faults(Path::new(&self.program), &[error.fault(program)])
+                let mut fault = error.fault(program);
+                fault.message += &remedy;
+                Failure::faults(Path::new(&self.program), &[fault])
             }
         }
     }

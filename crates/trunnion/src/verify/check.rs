@@ -1,22 +1,22 @@
 //! Measures the faces that motion cuts, and audits the axes of a program.
 
-use super::audit::{self, Audited};
 use super::deviation::measure::{self, MeasureSubject};
 use super::error::VerifyError;
 use super::findings::{broken_limits, broken_tolerances};
 use super::input::CheckInput;
 use super::options::{CHORD_SHARE, CheckOptions};
-use super::report::{Finding, Report};
-use super::turns::Choices;
 use crate::types::Progress;
+use crate::verify::axes::audit::{self, Audited};
+use crate::verify::replay::orient::Choices;
+use crate::verify::report::{Finding, Report};
 
 /// Checks motion against the faces it cuts and, for a program, against the limits of the machine.
 ///
 /// Heights are relative to the faces as given; smoothing by the control and the speed of rapids beyond their limit are not
 /// modelled. Rapids are checked for gouges with all axes together and with each axis at its own speed: a control does
 /// one or the other. A point that only a rapid finishes is [`Finding::Rapid`]. Where the program states a direction of the tool and
-/// not the rotaries, they turn as [`Choice`](super::turns::Choice) states. After a tool change nothing is measured until the
-/// program has stated X, Y and Z, see [`Changes`](super::tools::Changes). A broken limit is a finding, not an error.
+/// not the rotaries, they turn as [`Choice`](crate::verify::replay::orient::Choice) states. After a tool change nothing is measured until the
+/// program has stated X, Y and Z, see [`Changes`](crate::verify::Changes). A broken limit is a finding, not an error.
 ///
 /// # Errors
 ///

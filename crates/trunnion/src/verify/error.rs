@@ -1,7 +1,8 @@
 //! Errors of checks.
 
-use super::tools;
-use crate::types::Cancelled;
+use super::replay::offset_names::offset_name;
+use crate::nc::read::{Move, ProgramSource, Step};
+use crate::types::{Cancelled, Diagnostic};
 
 /// Why a program cannot be checked.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -22,7 +23,7 @@ pub enum VerifyError {
     },
     /// The tool cuts the faces from their backs.
     #[error(
-        "the tool cuts the faces from behind, at {from_back} of {examined} points that were examined; turn the faces over"
+        "the tool cuts the faces from behind, at {from_back} of {examined} points that were examined"
     )]
     FromBehind {
         /// Points that the tool reaches from the back alone.
@@ -35,7 +36,7 @@ pub enum VerifyError {
     NoMotion,
     /// More than one tool, and no table of them.
     #[error(
-        "line {line}: tool {} after tool {}: say what each is, --cutter {}=R=..,r=.. and --tool-length {}=L, and so on", numbers[1], numbers[0], numbers[0], numbers[0]
+        "line {line}: tool {} after tool {}", numbers[1], numbers[0]
     )]
     Tools {
         /// Line of the program.
@@ -44,9 +45,7 @@ pub enum VerifyError {
         numbers: [u32; 2],
     },
     /// A tool that the table does not have.
-    #[error(
-        "line {line}: tool {number} is not known; say what it is: --cutter {number}=R=..,r=.. --tool-length {number}=L"
-    )]
+    #[error("line {line}: tool {number} is not known")]
     UnknownTool {
         /// Line of the program.
         line: u32,
@@ -62,7 +61,7 @@ pub enum VerifyError {
         line: u32,
     },
     /// A work offset that the table does not have.
-    #[error("line {line}: work offset {} is not known; say where it is, --offset {}=X,Y,Z, or that it is where G54 is, --offset {}=G54", tools::name(*number), tools::plain_name(*number), tools::plain_name(*number))]
+    #[error("line {line}: work offset {} is not known", offset_name(*number))]
     WorkOffset {
         /// Line of the program.
         line: u32,
@@ -131,4 +130,110 @@ pub enum VerifyError {
         /// Points allowed.
         most: usize,
     },
+}
+
+/// Way out of a [`VerifyError`]; a shell names its own options for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum VerifyRemedy {
+    /// The text of the error has all there is.
+    None,
+    /// Describe every tool of the program in [`Tables::tools`](super::Tables::tools), this one first.
+    DescribeTools {
+        /// Number of the first tool.
+        first: u32,
+    },
+    /// Describe this tool in [`Tables::tools`](super::Tables::tools).
+    DescribeTool {
+        /// Number of the tool.
+        number: u32,
+    },
+    /// Give this work offset in [`Tables::offsets`](super::Tables::offsets).
+    GiveOffset {
+        /// Number of the offset: 0 for `G54`, 1 for `G55` and so on.
+        number: u8,
+    },
+    /// Turn the faces over.
+    FlipFaces,
+}
+
+impl VerifyError {
+    /// Returns the way out, for a shell to put into words.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion::verify::{VerifyError, VerifyRemedy};
+    ///
+    /// let error = VerifyError::UnknownTool { line: 3, number: 2 };
+    /// assert_eq!(error.to_string(), "line 3: tool 2 is not known");
+    /// assert_eq!(error.remedy(), VerifyRemedy::DescribeTool { number: 2 });
+    /// ```
+    pub fn remedy(&self) -> VerifyRemedy {
+        match *self {
+            Self::Tools { numbers: [first, _], .. } => VerifyRemedy::DescribeTools { first },
+            Self::UnknownTool { number, .. } => VerifyRemedy::DescribeTool { number },
+            Self::WorkOffset { number, .. } => VerifyRemedy::GiveOffset { number },
+            Self::FromBehind { .. } => VerifyRemedy::FlipFaces,
+            _ => VerifyRemedy::None,
+        }
+    }
+
+    /// Line of the program, counted from 1; `None` if it lies in none.
+    pub fn line(&self) -> Option<u32> {
+        match *self {
+            Self::Tools { line, .. }
+            | Self::UnknownTool { line, .. }
+            | Self::NoTool { line }
+            | Self::WorkOffset { line, .. }
+            | Self::Offset { line, .. }
+            | Self::OutOfReach { line, .. }
+            | Self::Special { line, .. }
+            | Self::Unfollowed { line }
+            | Self::TurnsTooFar { line } => Some(line).filter(|line| *line > 0),
+            _ => None,
+        }
+    }
+
+    /// As a fault of the program's text: at the axis words of its line, or at the line as a whole if it has none, or
+    /// `program` is `None` (cutter locations).
+    pub fn fault(&self, program: Option<&dyn ProgramSource>) -> Diagnostic {
+        let text = self.to_string();
+        let Some(line) = self.line() else { return Diagnostic::whole(text) };
+        let column = program.and_then(|program| {
+            program.steps().find_map(|step| match step {
+                Step::Move(Move { line: of, column, .. }) if of == line => Some(column),
+                _ => None,
+            })
+        });
+        let message = text.strip_prefix(&format!("line {line}: ")).unwrap_or(&text).to_owned();
+        Diagnostic { line, column: column.unwrap_or(0), message, help: String::new() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::nc::read::{AxisWord, AxisWords, Dialect, ReadOptions, read};
+
+    #[test]
+    fn an_error_points_at_the_words_of_its_line() {
+        let word = |letter: char| AxisWord {
+            letter,
+            rotary: "AC".contains(letter),
+            decimals: 4,
+            reversed: false,
+        };
+        let axes = AxisWords(['X', 'Y', 'Z', 'A', 'C'].map(word));
+        let options = ReadOptions::new(Dialect::LinuxCnc, axes, 20);
+        let text = "G21 G90 G94 G54\nT1 M6\nG0 X0\nN4 (in) G1 F100 X1\nM2\n";
+        let program = read(text, &options).unwrap();
+        let told = |error: VerifyError| error.fault(Some(&program)).to_string();
+        let far = VerifyError::TurnsTooFar { line: 4 };
+        assert_eq!(told(far.clone()), "4:17: the block turns too far to be followed; break it up");
+        assert!(told(VerifyError::UnknownTool { line: 2, number: 1 }).starts_with("2: tool 1 is"));
+        assert!(far.fault(None).to_string().starts_with("4: the block"));
+        assert_eq!(told(VerifyError::NoMotion), " the program has no moves");
+        assert!(VerifyError::NoTool { line: 0 }.line().is_none());
+    }
 }

@@ -1,7 +1,7 @@
 //! Findings: broken tolerances and limits.
 
 use super::options::CheckOptions;
-use super::report::{Audit, Deviation, FaceMap, Finding};
+use crate::verify::report::{Audit, Deviation, FaceMap, Finding};
 
 /// Findings of broken tolerances. A gouge is judged with the ray tolerance against it.
 pub(super) fn broken_tolerances(

@@ -1,13 +1,14 @@
 //! The motion that is checked, with tools and faces.
 
 use super::error::VerifyError;
-use super::run::Run;
-use super::tools::{self, Controls, Tables, Tool, WorkOffset};
 use crate::cutter::Cutter;
 use crate::machine::Kinematics;
 use crate::nc::read::{ClSource, ProgramSource};
 use crate::surface::Face;
 use crate::types::UncutRegion;
+use crate::verify::replay::controls::{self, Controls};
+use crate::verify::replay::segments::Run;
+use crate::verify::replay::tables::{Tables, Tool, WorkOffset};
 
 /// Source of the motion.
 #[derive(Debug, Clone, Copy)]
@@ -109,15 +110,15 @@ impl<'a> CheckInput<'a> {
 
     /// Cutters by their places in the table of tools.
     pub(super) fn cutters(&self) -> Vec<&'a Cutter> {
-        tools::cutters(self.cutter, self.tables.tools)
+        controls::cutters(self.cutter, self.tables.tools)
     }
 
     /// The control with each tool; `None` for cutter locations.
     pub(super) fn controls(&self) -> Result<Option<Controls>, VerifyError> {
         match self.motion {
             MotionSource::Program { program, control, machine } => {
-                tools::known(program, &self.tables)?;
-                Controls::new([control, machine], &self.tables).map(Some)
+                controls::known(program, &self.tables)?;
+                Controls::new(control, machine, &self.tables).map(Some)
             }
             MotionSource::Locations(_) => Ok(None),
         }

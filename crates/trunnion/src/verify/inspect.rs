@@ -6,10 +6,10 @@ use super::error::VerifyError;
 use super::fixture::{ClearanceOptions, ClearanceReport, Fixture, FixtureApproach, clearance};
 use super::input::CheckInput;
 use super::options::{BoundOptions, CheckOptions};
-use super::report::{Finding, Report};
 use super::stock::{CollisionKind, Stock, StockOptions, StockReport, simulate};
 use crate::surface::Face;
 use crate::types::Progress;
+use crate::verify::report::{Finding, Report};
 
 /// Grid on the faces that are not cut, over that on those that are.
 const OTHERS_GRID: f64 = 3.0;
@@ -31,15 +31,38 @@ pub enum FeedMeaning {
 ///
 /// # Example
 ///
-/// A ball of 4 mm leaves a plane at height 0 untouched but for one plunge of 0.05 mm:
+/// A ball-end mill of radius 3 mm runs along the middle of a plate, 0.01 mm too deep:
 ///
 /// ```
-/// use trunnion::cutter::{Construction, Cutter, CutterSpec, Kind};
+/// use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+/// use trunnion::nalgebra::Point3;
 /// use trunnion::nc::read::ClText;
-/// use trunnion::surface::{Elementary, Face, Surface};
-/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// # Ok(())
-/// # }
+/// use trunnion::surface::{Face, NurbsSurface, Surface};
+/// use trunnion::types::Silent;
+/// use trunnion::verify::{CheckInput, CheckOptions, DeviationTolerance, Finding, Inspection};
+///
+/// let cutter = Cutter::new(CutterSpec {
+///     kind: CutterKind::Ball,
+///     major: 0.0,
+///     minor: 3.0,
+///     length: 50.0,
+///     construction: CutterConstruction::Solid,
+///     shank: vec![],
+/// })?;
+/// let corner = |x, y| Point3::new(x, y, 0.0);
+/// let net = vec![vec![corner(0.0, -0.1), corner(0.0, 0.1)], vec![corner(9.0, -0.1), corner(9.0, 0.1)]];
+/// let knots = || vec![0.0, 0.0, 1.0, 1.0];
+/// let plate = NurbsSurface::new([1, 1], [knots(), knots()], net, None)?;
+/// let faces = [Face::new(1, Surface::Nurbs(plate), vec![], false)?];
+/// let text = "FEDRAT/600,MMPM\nGOTO/-1,0,-0.01,0,0,1\nGOTO/10,0,-0.01,0,0,1\nFINI\n";
+/// let locations = ClText::new(text.to_owned(), 20)?;
+///
+/// let tolerance = DeviationTolerance { excess: 0.02, gouge: 0.002 };
+/// let input = CheckInput::locations(&locations, &cutter).faces(&faces);
+/// let found = Inspection::new(input, CheckOptions::of_tolerance(tolerance, 0.2)).run(&Silent)?;
+/// let [Finding::Gouge(gouge)] = found.report.findings.as_slice() else { panic!("one gouge") };
+/// assert!((gouge.height + 0.01).abs() < 1e-4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct Inspection<'a> {

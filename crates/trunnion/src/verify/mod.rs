@@ -13,53 +13,44 @@
 //! (`docs/sources.md`, verification). Moves are taken so many at a time: memory is that of the measured points and
 //! of the program's source, [`ProgramText`](crate::nc::read::ProgramText) for a long one.
 
-mod audit;
-mod blocks;
+mod axes;
 mod check;
-mod control_model;
 mod deviation;
 mod error;
 mod findings;
 mod fixture;
-mod inner;
 mod input;
 mod inspect;
-mod known;
-mod ledger;
-mod motion;
+mod line_stats;
 mod options;
-mod place;
 mod replay;
 mod report;
-mod run;
+mod setpoints;
 mod stock;
 mod swept;
-mod tools;
-mod track;
-mod turns;
 
 pub use check::check;
-pub use control_model::{AxisRatio, ModelAudit};
 pub use deviation::side::{FacesFromBehind, behind};
-pub use error::VerifyError;
+pub use error::{VerifyError, VerifyRemedy};
 pub use fixture::{
     ClearanceOptions, ClearanceReport, DEPTH_SHARE, Fixture, FixtureApproach, clearance,
 };
 pub use input::CheckInput;
 pub use inspect::{CutStock, FeedMeaning, Inspection, InspectionReport, OtherFaces};
-pub use ledger::Lines;
-pub use motion::{
+pub use line_stats::Lines;
+pub use options::{BoundOptions, CheckOptions, DeviationTolerance, LEAST_GOUGE};
+pub use replay::{
+    Changes, Choice, Choices, Tables, Tool, Track, WorkOffset, offset_name, offset_short_name,
+    track,
+};
+pub use report::{
+    Audit, AxisAudit, AxisRatio, Bin, Bounds, Brief, Deviation, Extreme, FaceMap, Finding,
+    ModelAudit, Overrun, Ratio, Report, Sample, Sensitivity, Singular,
+};
+pub use setpoints::{
     AxisMotion, MotionAudit, MotionError, MotionFinding, MotionOptions, MotionReport, MotionRow,
     RowRatio, Unevenness,
-};
-pub use options::{BoundOptions, CheckOptions, DeviationTolerance, LEAST_GOUGE};
-pub use report::{
-    Audit, AxisAudit, Bin, Bounds, Brief, Deviation, Extreme, FaceMap, Finding, Overrun, Ratio,
-    Report, Sample, Sensitivity, Singular,
 };
 pub use stock::{
     Collision, CollisionKind, Solid, Stock, StockOptions, StockReport, UndecidedCollision, simulate,
 };
-pub use tools::{Changes, Tables, Tool, WorkOffset};
-pub use track::{Track, track};
-pub use turns::{Choice, Choices};

@@ -1,4 +1,4 @@
-//! CheckOptions of a check.
+//! Resolution, tolerances and bounds of a check.
 
 use super::error::VerifyError;
 

@@ -1,11 +1,10 @@
 //! What verification found.
 
-use super::control_model::ModelAudit;
-use super::tools::Changes;
-use super::turns::Choices;
 use crate::machine::AxisKind;
 use crate::types::AXES;
 use crate::types::UncutRegion;
+use crate::verify::replay::orient::Choices;
+use crate::verify::replay::tables::Changes;
 use nalgebra::Point3;
 use std::fmt;
 
@@ -481,6 +480,34 @@ impl fmt::Display for Ratio {
             self.worst, self.line, self.broken
         )
     }
+}
+
+/// A program on `LinuxCNC` 2.9: a block of length L in which a rotary moves is passed at `sqrt(a L / 2)` at most, whatever
+/// comes next, `a` being what the axes named in the block allow along it.
+///
+/// What it limits are the words. With tool-centre-point control those are the tip's, and slides may be asked for more than
+/// they can.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelAudit {
+    /// Time of all blocks \[s\]; rapids at rapid speed.
+    pub seconds: f64,
+    /// Largest velocity in a feed move.
+    pub velocity: AxisRatio,
+    /// Largest acceleration between feed moves in which rotaries move, or from and to rest, as the divided difference of
+    /// mean velocities.
+    pub acceleration: AxisRatio,
+    /// Largest jerk, as the divided difference of three mean velocities of such moves, from and to rest without
+    /// acceleration. `LinuxCNC` 2.9 limits none: it is what the machine has to bear.
+    pub jerk: AxisRatio,
+}
+
+/// The axis that is nearest to its limit, or farthest beyond.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AxisRatio {
+    /// Name of the axis.
+    pub axis: String,
+    /// Its rate against the limit.
+    pub ratio: Ratio,
 }
 
 #[cfg(test)]

@@ -12,8 +12,8 @@ use crate::surface::Face;
 use crate::types::{Cancelled, Progress, Stage, UncutRegion};
 use crate::verify::error::VerifyError;
 use crate::verify::options::{BoundOptions, CheckOptions};
+use crate::verify::replay::segments::Run;
 use crate::verify::report::{Audit, Bounds, Deviation, Extreme, FaceMap, Sensitivity};
-use crate::verify::run::Run;
 use std::f64::consts::PI;
 
 /// Faces, cutters and declared rest material of a measurement.

@@ -4,8 +4,8 @@ use crate::cutter::Cutter;
 use crate::surface::Face;
 use crate::verify::error::VerifyError;
 use crate::verify::input::CheckInput;
+use crate::verify::replay::track::{Track, track};
 use crate::verify::swept::tool::{BodyPose, bodies};
-use crate::verify::track::{Track, track};
 use nalgebra::{Point3, Vector3};
 
 /// Points tested along either parameter of a face, and in all at most.

@@ -2,9 +2,7 @@
 
 use super::super::error::VerifyError;
 use super::super::input::CheckInput;
-use super::super::ledger::{Ledger, Lines};
 use super::super::options::CHORD_SHARE;
-use super::super::run::Run;
 use super::between_rays::boxes::{self, CloseBox};
 use super::between_rays::inspect::{self, BoxFinding};
 use super::broad_phase;
@@ -17,6 +15,8 @@ use super::material::Stock;
 use super::moving_tools::MovingTools;
 use crate::cutter::Cutter;
 use crate::types::{Progress, Stage};
+use crate::verify::line_stats::{Ledger, Lines};
+use crate::verify::replay::segments::Run;
 use crate::verify::swept::mesh::ClosedMesh;
 use rayon::prelude::*;
 use std::collections::BTreeMap;

@@ -6,7 +6,8 @@
 
 use super::tool::{BodyPose, BodyProbe, ConvexBody, NormalRay};
 use crate::verify::VerifyError;
-use crate::verify::replay::{Mover, Segment, Swing};
+use crate::verify::replay::mover::{Mover, Swing};
+use crate::verify::replay::segment::Segment;
 use nalgebra::{Point3, Vector3};
 
 /// Piece of a move with quadratic motion, over `u` in -1..=1.

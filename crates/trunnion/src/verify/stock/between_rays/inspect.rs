@@ -4,7 +4,7 @@ use super::boxes::{CloseBox, EarlierBody, halves};
 use super::search::{DepthSearch, SearchOutcome, SearchScale};
 use crate::types::{Progress, Stage};
 use crate::verify::VerifyError;
-use crate::verify::run::Run;
+use crate::verify::replay::segments::Run;
 use crate::verify::stock::broad_phase::MovingPart;
 use crate::verify::stock::collision::{Collision, CollisionKind};
 use crate::verify::stock::moving_tools::MovingTools;

@@ -220,7 +220,8 @@ impl BodyMotion<'_> {
 mod tests {
     use super::*;
     use crate::types::{AxisVector, ToolPose};
-    use crate::verify::replay::{Block, Course, Mover, Segment};
+    use crate::verify::replay::mover::Mover;
+    use crate::verify::replay::segment::{Block, Course, Segment};
     use crate::verify::stock::broad_phase::{BoundedPiece, MovingPart};
     use crate::verify::stock::clip::front::BodyPlane;
     use crate::verify::swept::quadratic;

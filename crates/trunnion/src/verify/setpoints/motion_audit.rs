@@ -1,29 +1,10 @@
 //! A table of axis setpoints against the machine: every row, and what no motion through the rows can avoid.
 
-mod least;
-mod rate;
-
-pub use rate::{AxisMotion, MotionFinding, MotionReport, RowRatio, Unevenness};
-
-use crate::machine::{AxisKind, Machine};
+use super::least::{self, JerkErrors};
+use super::options::MotionOptions;
+use super::rate::{AxisState, MotionFinding, MotionReport, Unevenness};
+use crate::machine::Machine;
 use crate::types::{AXES, AxisVector};
-use least::JerkErrors;
-use rate::AxisState;
-
-/// What a table of setpoints holds, and how exactly.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MotionOptions {
-    /// Time from row to row \[s\]; the last row may come sooner.
-    pub period: f64,
-    /// How many derivatives by time the rows hold: 0 (positions alone) to 3 (jerk).
-    pub derivatives: usize,
-    /// What the decimals of the table can have changed: times \[s\].
-    pub time_rounding: f64,
-    /// Likewise positions and their derivatives of every axis \[mm, rad and s\].
-    pub rounding: [AxisVector; 4],
-    /// Whether jerk is judged: not where it was never limited.
-    pub jerk: bool,
-}
 
 /// One row of a table of setpoints.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -347,9 +328,4 @@ impl<'a> MotionAudit<'a> {
             axis.take(3, least, line, true);
         }
     }
-}
-
-/// In the units people read.
-fn shown(kind: AxisKind, value: f64) -> f64 {
-    if kind == AxisKind::Rotary { value.to_degrees() } else { value }
 }

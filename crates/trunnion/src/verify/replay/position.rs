@@ -1,16 +1,16 @@
 //! Where the machine stands, as far as a program tells.
 
-use super::VerifyError;
-use super::replay::{Control, Counted, TipFrame};
-use super::turns::Turned;
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
 use crate::nc::read::Move;
 use crate::types::{AXES, AxisVector};
+use crate::verify::error::VerifyError;
+use crate::verify::replay::control::{Control, Counted, TipFrame};
+use crate::verify::replay::orient::Turned;
 use nalgebra::Point3;
 
 /// Where the machine stands.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Known {
+pub(crate) enum Known {
     /// All axes.
     Axes(AxisVector),
     /// After a tool change, what was told since.
@@ -19,7 +19,7 @@ pub(super) enum Known {
 
 /// Some of the axes, or what the tip reads.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Part {
+pub(crate) struct Part {
     axes: [Option<f64>; AXES],
     /// X, Y and Z of the tip \[mm\], and in what they count.
     tip: [Option<f64>; 3],
@@ -28,7 +28,7 @@ pub(super) struct Part {
 
 impl Known {
     /// After a tool change: the rotaries stand as before.
-    pub(super) fn changed(&self) -> Self {
+    pub(crate) fn changed(&self) -> Self {
         let [.., first, second] = match self {
             Self::Axes(q) => (*q).map(Some).into(),
             Self::Part(part) => part.axes,
@@ -40,7 +40,7 @@ impl Known {
 
 impl Part {
     /// Where a straight block leads to.
-    pub(super) fn after(
+    pub(crate) fn after(
         &self,
         control: &Control,
         (step, counted): (&Move, &Counted),

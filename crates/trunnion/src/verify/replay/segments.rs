@@ -1,20 +1,22 @@
-//! Programs and cutter locations as moves, from the start as often as it takes.
+//! Segments of a program or CL file, from its start as often as needed.
 
-use super::error::VerifyError;
-use super::known::Known;
-use super::replay::{Block, Control, Counted, Course, Mover, Segment, TipFrame, apply};
-use super::tools;
-use super::tools::{Changes, Controls, Offsets, Tables, Tool, WorkOffset};
-use super::turns::{Choices, Turned};
 use crate::nc::read::{
     Arc, ClMotion, ClSource, Frame, Move, Offset, OffsetKind, Pace, Plane, ProgramSource, Step, Way,
 };
 use crate::types::{AXES, AxisVector, ToolPose};
+use crate::verify::error::VerifyError;
+use crate::verify::replay::control::{Control, Counted, TipFrame, apply};
+use crate::verify::replay::controls::{self, Controls, Offsets};
+use crate::verify::replay::mover::Mover;
+use crate::verify::replay::orient::{Choices, Turned};
+use crate::verify::replay::position::Known;
+use crate::verify::replay::segment::{Block, Course, Segment};
+use crate::verify::replay::tables::{Changes, Tables, Tool, WorkOffset};
 use nalgebra::{Isometry3, Translation3, Vector3};
 
 /// All that moves the tool, from the start as often as it is asked for.
-pub(super) struct Run<'a> {
-    pub(super) mover: Mover<'a>,
+pub(crate) struct Run<'a> {
+    pub(crate) mover: Mover<'a>,
     source: Source<'a>,
     /// How far chords of arcs may be off \[mm\].
     tolerance: f64,
@@ -28,11 +30,11 @@ enum Source<'a> {
 }
 
 /// Moves one by one.
-pub(super) type Segments<'a> = Box<dyn Iterator<Item = Result<Segment, VerifyError>> + 'a>;
+pub(crate) type Segments<'a> = Box<dyn Iterator<Item = Result<Segment, VerifyError>> + 'a>;
 
 impl<'a> Run<'a> {
     /// A program from the machine's home position; arcs in chords within `tolerance` \[mm\].
-    pub(super) fn program(
+    pub(crate) fn program(
         controls: &'a Controls,
         program: &'a dyn ProgramSource,
         tables: &Tables<'_>,
@@ -45,18 +47,18 @@ impl<'a> Run<'a> {
 
     /// Cutter locations: straight, arcs and holes in chords within `tolerance` \[mm\]. Rapid moves take no
     /// time: nothing is known of a machine.
-    pub(super) fn locations(
+    pub(crate) fn locations(
         file: &'a dyn ClSource,
         table: &[Tool<'_>],
         tolerance: f64,
     ) -> Result<Self, VerifyError> {
-        let places = tools::places(file, table)?;
+        let places = controls::places(file, table)?;
         let source = Source::Locations(file, places);
         Ok(Self { mover: Mover::Locations, source, tolerance })
     }
 
     /// The moves, from the start.
-    pub(super) fn segments(&self) -> Segments<'_> {
+    pub(crate) fn segments(&self) -> Segments<'_> {
         match &self.source {
             Source::Locations(file, places) => Box::new(locations((*file, places), self.tolerance)),
             Source::Program(..) => Box::new(self.replay().into_iter().flatten()),
@@ -64,7 +66,7 @@ impl<'a> Run<'a> {
     }
 
     /// A program from its start; `None` for cutter locations.
-    pub(super) fn replay(&self) -> Option<Replay<'_>> {
+    pub(crate) fn replay(&self) -> Option<Replay<'_>> {
         let (Mover::Machine(controls), Source::Program(program, offsets)) =
             (&self.mover, &self.source)
         else {
@@ -88,7 +90,7 @@ impl<'a> Run<'a> {
     }
 
     /// About how many moves there are.
-    pub(super) fn steps(&self) -> usize {
+    pub(crate) fn steps(&self) -> usize {
         match &self.source {
             Source::Program(program, _) => program.count(),
             Source::Locations(file, _) => file.count(),
@@ -97,7 +99,7 @@ impl<'a> Run<'a> {
 }
 
 /// A program being run, move by move.
-pub(super) struct Replay<'a> {
+pub(crate) struct Replay<'a> {
     controls: &'a Controls,
     steps: Box<dyn Iterator<Item = Step> + 'a>,
     at: Known,
@@ -117,9 +119,9 @@ pub(super) struct Replay<'a> {
     /// Which solution the last vector was on.
     branch: Option<bool>,
     /// What the control was left to choose so far.
-    pub(super) choices: Choices,
+    pub(crate) choices: Choices,
     /// What tool changes left unknown so far.
-    pub(super) changes: Changes,
+    pub(crate) changes: Changes,
 }
 
 /// An arc of which some chords were run.

@@ -1,30 +1,31 @@
 //! What a control has to get by with, block by block: short blocks, singular directions, time.
 
-use super::VerifyError;
-use super::replay::{Control, Segment};
-use super::report::{Brief, Singular};
 use crate::machine::Kinematics;
 use crate::types::AxisVector;
+use crate::verify::error::VerifyError;
+use crate::verify::replay::control::Control;
+use crate::verify::replay::segment::Segment;
+use crate::verify::report::{Brief, Singular};
 use std::f64::consts::PI;
 
 /// What is summed up over the blocks of a program.
-pub(super) struct Blocks<'a> {
+pub(crate) struct Blocks<'a> {
     kinematics: &'a Kinematics,
     /// Whether the tool axis was within the singular cone last.
     within: bool,
     /// Time with no axis above its velocity \[s\].
-    pub(super) held: f64,
-    pub(super) brief: Option<Brief>,
-    pub(super) singular: Option<Singular>,
+    pub(crate) held: f64,
+    pub(crate) brief: Option<Brief>,
+    pub(crate) singular: Option<Singular>,
 }
 
 impl<'a> Blocks<'a> {
-    pub(super) fn new(control: &'a Control) -> Self {
+    pub(crate) fn new(control: &'a Control) -> Self {
         Self { kinematics: control.real(), within: false, held: 0.0, brief: None, singular: None }
     }
 
     /// Takes in a feed move and its largest velocities.
-    pub(super) fn take(
+    pub(crate) fn take(
         &mut self,
         control: &Control,
         segment: &Segment,

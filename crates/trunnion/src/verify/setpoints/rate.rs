@@ -1,6 +1,6 @@
 //! Axes of a table of setpoints against their limits.
 
-use super::{MotionOptions, shown};
+use super::options::{MotionOptions, shown};
 use crate::machine::{Axis, AxisKind};
 use crate::types::AXES;
 use std::fmt;

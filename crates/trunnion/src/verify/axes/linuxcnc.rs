@@ -1,38 +1,11 @@
 //! What a program is on a control that is known by measurement: `LinuxCNC` 2.9, which does not look ahead where rotaries
 //! move.
 
-use super::replay::{Control, Course, Segment};
-use super::report::Ratio;
 use crate::machine::{FIRST_ROTARY, Machine};
 use crate::types::{AXES, AxisVector};
-
-/// A program on `LinuxCNC` 2.9: a block of length L in which a rotary moves is passed at `sqrt(a L / 2)` at most, whatever
-/// comes next, `a` being what the axes named in the block allow along it.
-///
-/// What it limits are the words. With tool-centre-point control those are the tip's, and slides may be asked for more than
-/// they can.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ModelAudit {
-    /// Time of all blocks \[s\]; rapids at rapid speed.
-    pub seconds: f64,
-    /// Largest velocity in a feed move.
-    pub velocity: AxisRatio,
-    /// Largest acceleration between feed moves in which rotaries move, or from and to rest, as the divided difference of
-    /// mean velocities.
-    pub acceleration: AxisRatio,
-    /// Largest jerk, as the divided difference of three mean velocities of such moves, from and to rest without
-    /// acceleration. `LinuxCNC` 2.9 limits none: it is what the machine has to bear.
-    pub jerk: AxisRatio,
-}
-
-/// The axis that is nearest to its limit, or farthest beyond.
-#[derive(Debug, Clone, PartialEq)]
-pub struct AxisRatio {
-    /// Name of the axis.
-    pub axis: String,
-    /// Its rate against the limit.
-    pub ratio: Ratio,
-}
+use crate::verify::replay::control::Control;
+use crate::verify::replay::segment::{Course, Segment};
+use crate::verify::report::{AxisRatio, ModelAudit, Ratio};
 
 /// A block so far.
 #[derive(Debug, Default)]
@@ -75,7 +48,7 @@ struct Mean {
 }
 
 /// Runs the model block by block.
-pub(super) struct Model<'a> {
+pub(crate) struct Model<'a> {
     machine: &'a Machine,
     way: Way,
     before: Before,
@@ -103,7 +76,7 @@ impl Change {
 }
 
 impl<'a> Model<'a> {
-    pub(super) fn new(control: &'a Control) -> Self {
+    pub(crate) fn new(control: &'a Control) -> Self {
         Self {
             machine: control.real().machine(),
             way: Way::default(),
@@ -118,7 +91,7 @@ impl<'a> Model<'a> {
     }
 
     /// A feed move that is a block or part of one, and its largest velocities at the time programmed.
-    pub(super) fn chord(&mut self, control: &Control, segment: &Segment, fastest: &AxisVector) {
+    pub(crate) fn chord(&mut self, control: &Control, segment: &Segment, fastest: &AxisVector) {
         if segment.block.begins {
             self.way = Way::default();
         }
@@ -138,7 +111,7 @@ impl<'a> Model<'a> {
     }
 
     /// The block ends that is programmed to take `seconds`, with a mean velocity and what rounding can have added to it.
-    pub(super) fn end(&mut self, line: u32, seconds: f64, [velocity, slack]: [AxisVector; 2]) {
+    pub(crate) fn end(&mut self, line: u32, seconds: f64, [velocity, slack]: [AxisVector; 2]) {
         let modelled = self.way.seconds(seconds);
         let slower = seconds / modelled;
         let fastest = self.way.fastest * slower;
@@ -156,7 +129,7 @@ impl<'a> Model<'a> {
     }
 
     /// The machine rests before and after what takes `seconds`.
-    pub(super) fn rest(&mut self, seconds: f64) {
+    pub(crate) fn rest(&mut self, seconds: f64) {
         self.change(None);
         (self.before, self.change) = (Before::Rest, Some(Change::standstill()));
         self.seconds += seconds;
@@ -191,7 +164,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    pub(super) fn finish(mut self) -> ModelAudit {
+    pub(crate) fn finish(mut self) -> ModelAudit {
         self.rest(0.0);
         let worst = |ratios: [Ratio; AXES]| {
             let named = ratios.into_iter().zip(&self.machine.axes);

@@ -1,17 +1,19 @@
 //! Axes against travel, velocity and acceleration limits, from the text's own times.
 
-use super::blocks::Blocks;
-use super::control_model::Model;
-use super::error::VerifyError;
-use super::inner::Inner;
-use super::replay::{Block, Control, Course, Segment};
-use super::report::{Audit, AxisAudit, Overrun, Ratio};
-use super::run::Run;
-use super::tools::{Changes, Controls};
-use super::turns::Choices;
 use crate::machine::{Axis, FIRST_ROTARY};
 use crate::nc::read::ProgramSource;
-use crate::types::{AXES, AxisVector};
+use crate::types::{AXES, AxisVector, TRAVEL_ROUNDING};
+use crate::verify::axes::blocks::Blocks;
+use crate::verify::axes::linuxcnc::Model;
+use crate::verify::axes::within_block::Inner;
+use crate::verify::error::VerifyError;
+use crate::verify::replay::control::Control;
+use crate::verify::replay::controls::Controls;
+use crate::verify::replay::orient::Choices;
+use crate::verify::replay::segment::{Block, Course, Segment};
+use crate::verify::replay::segments::Run;
+use crate::verify::replay::tables::Changes;
+use crate::verify::report::{Audit, AxisAudit, Overrun, Ratio};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
 
@@ -27,14 +29,14 @@ struct Stretch {
 }
 
 /// What running a program once tells.
-pub(super) struct Audited {
-    pub(super) audit: Audit,
-    pub(super) choices: Choices,
-    pub(super) changes: Changes,
+pub(crate) struct Audited {
+    pub(crate) audit: Audit,
+    pub(crate) choices: Choices,
+    pub(crate) changes: Changes,
 }
 
 /// Audits all moves.
-pub(super) fn audit(
+pub(crate) fn audit(
     controls: &Controls,
     run: &Run<'_>,
     program: &dyn ProgramSource,
@@ -292,18 +294,16 @@ impl<'a> AxisState<'a> {
     }
 }
 
-/// Joints of some 1e3 mm come out of a 3 x 3 solve with a few dozen roundings of 1e-13.
-pub(super) const TRAVEL_ROUNDING: f64 = 1e-9;
 /// A difference of joints (rounding 1e-12 mm) over the shortest step worth a block (1e-4 mm) is
 /// known to 1e-8 of itself.
 const RATE_ROUNDING: f64 = 1e-8;
 
 impl Ratio {
     /// Nothing moves.
-    pub(super) const NONE: Self = Self { raw: 0.0, worst: 0.0, line: 0, broken: 0 };
+    pub(crate) const NONE: Self = Self { raw: 0.0, worst: 0.0, line: 0, broken: 0 };
 
     /// Takes a rate in.
-    pub(super) fn take(&mut self, rate: f64, slack: f64, limit: f64, line: u32) {
+    pub(crate) fn take(&mut self, rate: f64, slack: f64, limit: f64, line: u32) {
         let raw = rate.abs() / limit;
         let worst = (rate.abs() - slack).max(0.0) / limit;
         self.raw = self.raw.max(raw);

@@ -5,9 +5,10 @@
 //! while the tip moves has `|q'''| <= w² (w lever + 3 v)`: with half of [`TURN`] a ten-thousandth of `w lever + v`. A move
 //! that turns by less than [`LITTLE`] keeps its mean to a thousandth of that (`h/2 |q''|`).
 
-use super::VerifyError;
-use super::replay::{Control, Course, Segment};
 use crate::types::AxisVector;
+use crate::verify::error::VerifyError;
+use crate::verify::replay::control::Control;
+use crate::verify::replay::segment::{Course, Segment};
 
 /// Turn from the first to the last of three places at most \[rad\].
 const TURN: f64 = 0.02;
@@ -27,14 +28,14 @@ type Place = (f64, AxisVector);
 
 /// The places of a move that are looked at.
 #[derive(Default)]
-pub(super) struct Inner {
+pub(crate) struct Inner {
     /// Every second one is the middle of three.
     places: Vec<Place>,
 }
 
 impl Inner {
     /// Looks at a move.
-    pub(super) fn look(&mut self, control: &Control, segment: &Segment) -> Result<(), VerifyError> {
+    pub(crate) fn look(&mut self, control: &Control, segment: &Segment) -> Result<(), VerifyError> {
         let [from, to] = segment.joints;
         self.places.clear();
         self.places.push((0.0, from));
@@ -88,12 +89,12 @@ impl Inner {
     }
 
     /// Where the axes come.
-    pub(super) fn joints(&self) -> impl Iterator<Item = &AxisVector> {
+    pub(crate) fn joints(&self) -> impl Iterator<Item = &AxisVector> {
         self.places.iter().map(|(_, q)| q)
     }
 
     /// Largest velocities, if the move takes so long \[s\].
-    pub(super) fn fastest(&self, seconds: f64) -> AxisVector {
+    pub(crate) fn fastest(&self, seconds: f64) -> AxisVector {
         if let [(_, from), (_, to)] = self.places.as_slice() {
             return (to - from).abs() / seconds;
         }

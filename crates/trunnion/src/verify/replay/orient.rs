@@ -2,10 +2,10 @@
 //!
 //! Written for the check alone: the makers' inverse is not asked.
 
-use super::VerifyError;
 use crate::machine::{Axis, FIRST_ROTARY, Kinematics, PreferredSign, SECOND_ROTARY};
 use crate::math::angle::angle_between;
 use crate::types::AxisVector;
+use crate::verify::error::VerifyError;
 use nalgebra::{UnitVector3, Vector3};
 use std::f64::consts::TAU;
 
@@ -42,7 +42,7 @@ const MOST_TOLD: usize = 50;
 
 impl Choices {
     /// Notes a solution.
-    pub(super) fn note(&mut self, line: u32, plane: bool, turned: &Turned, changed: bool) {
+    pub(crate) fn note(&mut self, line: u32, plane: bool, turned: &Turned, changed: bool) {
         let count = if plane { &mut self.planes } else { &mut self.vectors };
         *count += 1;
         if !plane && *count > 1 && !changed {
@@ -59,11 +59,11 @@ impl Choices {
 
 /// Rotary axes for a direction.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Turned {
-    pub(super) rotaries: [f64; 2],
-    pub(super) other: Option<[f64; 2]>,
+pub(crate) struct Turned {
+    pub(crate) rotaries: [f64; 2],
+    pub(crate) other: Option<[f64; 2]>,
     /// Which of both it is; `None` where there is no telling.
-    pub(super) branch: Option<bool>,
+    pub(crate) branch: Option<bool>,
 }
 
 /// Below this sine the tool stands along the first rotary's axis \[rad\]: directions are known to some 1e-15.
@@ -78,7 +78,7 @@ const TIE: f64 = 1e-9;
 ///
 /// With `z = R2 a = R1' w`, both `z d1 = w d1` and `z d2 = a d2` hold; so that `z` lies on the line where two planes
 /// meet, and is where that leaves the unit sphere (subproblem 2 of Paden and Kahan).
-pub(super) fn turned(
+pub(crate) fn turned(
     kinematics: &Kinematics,
     direction: &UnitVector3<f64>,
     (near, line): (&AxisVector, u32),

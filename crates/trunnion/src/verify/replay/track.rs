@@ -1,12 +1,12 @@
 //! Where the tool goes, for pictures.
 
-use super::error::VerifyError;
-use super::input::CheckInput;
-use super::options::CHORD_SHARE;
-use super::replay::{Course, Segment};
-use super::run::Run;
 use crate::math::angle::angle_between;
 use crate::types::ToolPose;
+use crate::verify::error::VerifyError;
+use crate::verify::input::CheckInput;
+use crate::verify::options::CHORD_SHARE;
+use crate::verify::replay::segment::{Course, Segment};
+use crate::verify::replay::segments::Run;
 
 /// Consecutive moves of one kind with one tool as a chain of tool positions.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,177 +1,17 @@
 //! What the machine does when a control runs a program: joints, tool, time.
 
-use super::VerifyError;
-use super::audit::TRAVEL_ROUNDING;
-use super::tools::{self, Controls};
-use super::turns::{self, Turned};
 use crate::machine::{Axis, FIRST_ROTARY, Kinematics, Setup};
-use crate::math::angle::{angle_between, great_circle};
 use crate::nc::read::{Move, Turning};
+use crate::types::TRAVEL_ROUNDING;
 use crate::types::{AxisVector, ToolPose};
+use crate::verify::error::VerifyError;
+use crate::verify::replay::orient::{self, Turned};
+use crate::verify::replay::segment::{Course, Segment, on_circle};
 use nalgebra::{Isometry3, Matrix3, Point3, UnitVector3, Vector3};
 use std::f64::consts::PI;
 
-/// One move of the machine.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Segment {
-    /// Line of the program.
-    pub(super) line: u32,
-    /// Place of the tool in the table.
-    pub(super) tool: usize,
-    /// Axes at both ends.
-    pub(super) joints: [AxisVector; 2],
-    /// How the axes get from one end to the other.
-    pub(super) course: Course,
-    /// Time \[s\].
-    pub(super) duration: f64,
-    /// Of which block it is.
-    pub(super) block: Block,
-    /// Run at rapid speed: its time is an estimate.
-    pub(super) rapid: bool,
-}
-
-/// The block that a move is a part of, as the chords of an arc are.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Block {
-    /// Time of all of it \[s\].
-    pub(super) duration: f64,
-    /// Angle of an arc \[rad\].
-    pub(super) sweep: f64,
-    /// It begins with this move.
-    pub(super) begins: bool,
-    /// It ends with this move.
-    pub(super) ends: bool,
-    /// Its time is what the program says, and not its length over a speed.
-    pub(super) timed: bool,
-}
-
-impl Block {
-    /// A block of one move.
-    pub(super) fn of_one(duration: f64) -> Self {
-        Self { duration, sweep: 0.0, begins: true, ends: true, timed: false }
-    }
-}
-
-/// What is linear in a move.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Course {
-    /// All axes.
-    Joints,
-    /// The rotaries, and the tip in the table frame as the control knows it.
-    Tip {
-        /// Tip at both ends \[mm\].
-        ends: [Point3<f64>; 2],
-        /// The tool length counts.
-        length: bool,
-    },
-    /// The tip, and the tool axis on the great circle, in the workpiece frame.
-    Circle {
-        /// The tool at both ends.
-        ends: [ToolPose; 2],
-    },
-    /// Nothing moves.
-    Rest,
-    /// A rapid move of axes whose places a tool change left unknown, or before the first tool.
-    Unknown,
-}
-
-impl Segment {
-    /// Whether its way is not known.
-    pub(super) fn is_unknown(&self) -> bool {
-        matches!(self.course, Course::Unknown)
-    }
-}
-
-/// What carries the tool out: a machine under its control, or the cutter locations themselves.
-pub(super) enum Mover<'a> {
-    /// A machine.
-    Machine(&'a Controls),
-    /// Tip straight, tool axis on the great circle from location to location.
-    Locations,
-}
-
-/// What bounds how far a move is from a quadratic.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Swing {
-    /// Sum of all turns \[rad\].
-    pub(super) turn: f64,
-    /// Largest distance of the tip from what turns it \[mm\].
-    pub(super) lever: f64,
-    /// Travel of the linear axes while it is turned \[mm\].
-    pub(super) travel: f64,
-}
-
-impl Mover<'_> {
-    /// The tool as it really stands at `t` in 0..=1.
-    pub(super) fn pose(&self, segment: &Segment, t: f64) -> Result<ToolPose, VerifyError> {
-        match (self, &segment.course) {
-            (_, Course::Circle { ends }) => on_circle(ends, t, segment.line),
-            (Self::Machine(controls), _) => controls.of(segment.tool).pose(segment, t),
-            (Self::Locations, _) => Err(VerifyError::NoMotion),
-        }
-    }
-
-    /// A rapid move as each axis runs it at its own speed: straight from where one axis arrives to where the
-    /// next one does. Nothing for other moves, and for cutter locations.
-    pub(super) fn dog_leg(&self, segment: &Segment) -> Vec<Segment> {
-        let (Self::Machine(controls), true, false) = (self, segment.rapid, segment.is_unknown())
-        else {
-            return Vec::new();
-        };
-        let control = controls.of(segment.tool);
-        let [from, to] = segment.joints;
-        let change = to - from;
-        let times = change.abs().component_div(&control.rapid());
-        let mut stops: Vec<f64> = times.iter().copied().filter(|time| *time > 0.0).collect();
-        stops.sort_by(f64::total_cmp);
-        stops.dedup();
-        let at = |time: f64| {
-            let share = times.map(|whole| if whole > time { time / whole } else { 1.0 });
-            from + change.component_mul(&share)
-        };
-        let mut before = (0.0, from);
-        let legs = stops.into_iter().map(|time| {
-            let (start, joints) = std::mem::replace(&mut before, (time, at(time)));
-            let (joints, duration) = ([joints, before.1], time - start);
-            let block = Block::of_one(duration);
-            Segment { joints, duration, block, course: Course::Joints, ..*segment }
-        });
-        let legs: Vec<Segment> = legs.collect();
-        // One leg of all axes is the move itself, unless the tip was to run straight.
-        if legs.len() == 1 && matches!(segment.course, Course::Joints) { Vec::new() } else { legs }
-    }
-
-    /// What bounds a segment's third derivatives; `None` if nothing moves.
-    pub(super) fn swing(&self, segment: &Segment) -> Option<Swing> {
-        let change = segment.joints[1] - segment.joints[0];
-        let turn = change[3].abs() + change[4].abs();
-        match (self, &segment.course) {
-            (_, Course::Circle { ends: [from, to] }) => {
-                let turn = angle_between(&from.axis, &to.axis);
-                Some(Swing { turn, lever: 0.0, travel: 0.0 })
-            }
-            (Self::Machine(controls), Course::Tip { length, .. }) => {
-                let control = controls.of(segment.tool);
-                Some(Swing { turn, lever: control.error_lever(*length), travel: 0.0 })
-            }
-            (Self::Machine(controls), Course::Joints) => {
-                let control = controls.of(segment.tool);
-                let travel = change.fixed_rows::<3>(0).lp_norm(1);
-                Some(Swing { turn, lever: control.lever(segment) + travel, travel })
-            }
-            (_, Course::Rest | Course::Unknown) | (Self::Locations, _) => None,
-        }
-    }
-}
-
-/// Between two poses.
-fn on_circle([from, to]: &[ToolPose; 2], t: f64, line: u32) -> Result<ToolPose, VerifyError> {
-    let axis = great_circle(&from.axis, &to.axis, t).ok_or(VerifyError::TurnsTooFar { line })?;
-    Ok(ToolPose { tip: from.tip + (to.tip - from.tip) * t, axis })
-}
-
 /// A control's belief about the machine, and the machine.
-pub(super) struct Control {
+pub(crate) struct Control {
     /// As the control believes it to be, with the tool length.
     believed: Kinematics,
     /// The same without a tool length, for `G49`.
@@ -184,7 +24,7 @@ pub(super) struct Control {
 
 impl Control {
     /// A control with one tool.
-    pub(super) fn new(believed: Kinematics, real: Kinematics) -> Result<Self, VerifyError> {
+    pub(crate) fn new(believed: Kinematics, real: Kinematics) -> Result<Self, VerifyError> {
         let setup = Setup { tool_length: 0.0, ..*believed.setup() };
         let bare = Kinematics::new(believed.machine(), &setup);
         // The work offset puts the gauge point on the workpiece origin, rotaries at zero.
@@ -194,27 +34,27 @@ impl Control {
     }
 
     /// `G54` of the setup \[mm\].
-    pub(super) fn offset(&self) -> Vector3<f64> {
+    pub(crate) fn offset(&self) -> Vector3<f64> {
         self.offset
     }
 
     /// What the tool length adds to Z \[mm\].
-    pub(super) fn length(&self, counts: bool) -> f64 {
+    pub(crate) fn length(&self, counts: bool) -> f64 {
         if counts { self.believed.setup().tool_length } else { 0.0 }
     }
 
     /// Where an offset puts the origin in the table frame \[mm\].
-    pub(super) fn in_table(&self, offset: &Vector3<f64>) -> Vector3<f64> {
-        tools::origin(&self.bare, offset)
+    pub(crate) fn in_table(&self, offset: &Vector3<f64>) -> Vector3<f64> {
+        origin(&self.bare, offset)
     }
 
     /// The kinematics a control reckons with.
-    pub(super) fn reckons(&self, length: bool) -> &Kinematics {
+    pub(crate) fn reckons(&self, length: bool) -> &Kinematics {
         if length { &self.believed } else { &self.bare }
     }
 
     /// Joints of a segment at `t` in 0..=1.
-    pub(super) fn joints(&self, segment: &Segment, t: f64) -> Result<AxisVector, VerifyError> {
+    pub(crate) fn joints(&self, segment: &Segment, t: f64) -> Result<AxisVector, VerifyError> {
         let [from, to] = segment.joints;
         let mut q = from + (to - from) * t;
         let linear = match &segment.course {
@@ -224,7 +64,7 @@ impl Control {
             Course::Circle { ends } if t > 0.0 && t < 1.0 => {
                 let pose = on_circle(ends, t, segment.line)?;
                 let anywhere = |_: [f64; 2]| false;
-                let turned = turns::turned(&self.real, &pose.axis, (&q, segment.line), &anywhere)?;
+                let turned = orient::turned(&self.real, &pose.axis, (&q, segment.line), &anywhere)?;
                 q.fixed_rows_mut::<2>(FIRST_ROTARY).copy_from_slice(&turned.rotaries);
                 linear_joints(&self.real, &pose.tip, &q).ok_or(VerifyError::LinearAxes)?
             }
@@ -235,13 +75,13 @@ impl Control {
     }
 
     /// The tool as it really stands at `t` in 0..=1.
-    pub(super) fn pose(&self, segment: &Segment, t: f64) -> Result<ToolPose, VerifyError> {
+    pub(crate) fn pose(&self, segment: &Segment, t: f64) -> Result<ToolPose, VerifyError> {
         Ok(self.real.forward(&self.joints(segment, t)?))
     }
 
     /// Largest distance between the tip a control reckons with and the real one, up to a constant
     /// shift \[mm\]: what tool length and origin can differ by.
-    pub(super) fn error_lever(&self, length: bool) -> f64 {
+    pub(crate) fn error_lever(&self, length: bool) -> f64 {
         let [believed, real] = [self.reckons(length).setup(), self.real.setup()];
         (believed.tool_length - real.tool_length).abs()
             + 2.0 * (believed.origin - real.origin).norm()
@@ -249,7 +89,7 @@ impl Control {
 
     /// Largest distance of the tip from a rotary axis at either end: half the way to where it is
     /// half a turn further.
-    fn lever(&self, segment: &Segment) -> f64 {
+    pub(crate) fn lever(&self, segment: &Segment) -> f64 {
         let forward = |q: &AxisVector| self.real.forward(q).tip;
         let mut largest = 0.0f64;
         for q in &segment.joints {
@@ -263,12 +103,12 @@ impl Control {
     }
 
     /// Rapid speeds of the axes.
-    pub(super) fn rapid(&self) -> AxisVector {
+    pub(crate) fn rapid(&self) -> AxisVector {
         self.real.machine().vector(|axis| axis.rapid)
     }
 
     /// The real machine.
-    pub(super) fn real(&self) -> &Kinematics {
+    pub(crate) fn real(&self) -> &Kinematics {
         &self.real
     }
 
@@ -277,7 +117,7 @@ impl Control {
         self.believed.setup().rotation.inverse() * axis
     }
 
-    pub(super) fn linear_joints(
+    pub(crate) fn linear_joints(
         &self,
         tip: &Point3<f64>,
         q: &AxisVector,
@@ -295,7 +135,7 @@ impl Control {
     }
 
     /// What words are for the joints: positions, or the tip and the rotaries.
-    pub(super) fn words(&self, q: &AxisVector, counted: &Counted) -> AxisVector {
+    pub(crate) fn words(&self, q: &AxisVector, counted: &Counted) -> AxisVector {
         match counted {
             Counted::From(shift) => q - shift,
             Counted::Tip(frame) => {
@@ -306,7 +146,7 @@ impl Control {
     }
 
     /// Where a straight block leads to, and how.
-    pub(super) fn target(
+    pub(crate) fn target(
         &self,
         q: &AxisVector,
         (step, counted): (&Move, &Counted),
@@ -333,7 +173,7 @@ impl Control {
 
     /// The rotaries for a direction in the table frame. Where the tip is told, X, Y and Z are to be in their travel
     /// there.
-    pub(super) fn turned(
+    pub(crate) fn turned(
         &self,
         axis: &UnitVector3<f64>,
         (near, step): (&AxisVector, &Move),
@@ -351,7 +191,7 @@ impl Control {
             };
             linear.is_ok_and(|linear| linear.iter().zip(&self.real.machine().axes).all(inside))
         };
-        turns::turned(&self.real, &self.in_workpiece(axis), (near, step.line), &slides)
+        orient::turned(&self.real, &self.in_workpiece(axis), (near, step.line), &slides)
     }
 
     /// To the tip and the rotaries that words say.
@@ -378,7 +218,7 @@ impl Control {
 
 /// What words count from.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Counted {
+pub(crate) enum Counted {
     /// Joints less these.
     From(AxisVector),
     /// The tip, and the rotaries.
@@ -387,16 +227,16 @@ pub(super) enum Counted {
 
 /// Coordinates of the tip.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct TipFrame {
+pub(crate) struct TipFrame {
     /// Whether the tool length counts.
-    pub(super) length: bool,
+    pub(crate) length: bool,
     /// From the coordinates of X Y Z to the table frame; `None` where they are that.
-    pub(super) table_from_words: Option<Isometry3<f64>>,
+    pub(crate) table_from_words: Option<Isometry3<f64>>,
 }
 
 impl TipFrame {
     /// From the words to the table frame.
-    pub(super) fn place(&self, words: &Point3<f64>) -> Point3<f64> {
+    pub(crate) fn place(&self, words: &Point3<f64>) -> Point3<f64> {
         self.table_from_words.map_or(*words, |frame| frame * words)
     }
 
@@ -407,7 +247,7 @@ impl TipFrame {
 }
 
 /// Coordinates with a block's words put in; `shift` is what words are short of them.
-pub(super) fn apply(mut q: AxisVector, step: &Move, shift: &AxisVector) -> AxisVector {
+pub(crate) fn apply(mut q: AxisVector, step: &Move, shift: &AxisVector) -> AxisVector {
     for ((value, word), shift) in q.iter_mut().zip(step.words).zip(shift.iter()) {
         match word {
             Some(word) if step.incremental => *value += word,
@@ -429,4 +269,11 @@ fn linear_joints(
     let start = at(0.0, 0.0, 0.0);
     let columns = [at(1.0, 0.0, 0.0) - start, at(0.0, 1.0, 0.0) - start, at(0.0, 0.0, 1.0) - start];
     Matrix3::from_columns(&columns).lu().solve(&(tip - start))
+}
+
+/// Where an offset puts the origin in the table frame: the gauge point, with the rotaries at zero.
+pub(crate) fn origin(bare: &Kinematics, joints: &Vector3<f64>) -> Vector3<f64> {
+    let q = crate::types::AxisVector::new(joints.x, joints.y, joints.z, 0.0, 0.0);
+    let place: Point3<f64> = bare.forward(&q).tip;
+    bare.setup().rotation * place.coords
 }

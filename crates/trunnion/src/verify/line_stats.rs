@@ -15,7 +15,7 @@ pub struct Lines {
 
 /// The worst of what was found on lines, in a number that is given.
 #[derive(Debug)]
-pub(super) struct Ledger<T> {
+pub(crate) struct Ledger<T> {
     most: usize,
     lines: Option<Lines>,
     kept: BTreeMap<u32, (f64, T)>,
@@ -23,12 +23,12 @@ pub(super) struct Ledger<T> {
 
 impl<T: Copy> Ledger<T> {
     /// Keeps the `most` worst.
-    pub(super) fn new(most: usize) -> Self {
+    pub(crate) fn new(most: usize) -> Self {
         Self { most, lines: None, kept: BTreeMap::new() }
     }
 
     /// Takes in what was found on a line, and how bad it is. Lines come in the order of the program.
-    pub(super) fn note(&mut self, line: u32, bad: f64, what: T) {
+    pub(crate) fn note(&mut self, line: u32, bad: f64, what: T) {
         let lines = self.lines.get_or_insert(Lines { count: 0, first: line, last: line });
         let again = lines.count > 0 && (lines.last == line || self.kept.contains_key(&line));
         lines.count += usize::from(!again);
@@ -44,7 +44,7 @@ impl<T: Copy> Ledger<T> {
     }
 
     /// Takes in what was found on a line that may have been passed; `known`: it had been noted.
-    pub(super) fn note_late(&mut self, line: u32, bad: f64, what: T, known: bool) {
+    pub(crate) fn note_late(&mut self, line: u32, bad: f64, what: T, known: bool) {
         let lines = self.lines.get_or_insert(Lines { count: 0, first: line, last: line });
         lines.count += usize::from(!known && !self.kept.contains_key(&line));
         (lines.first, lines.last) = (lines.first.min(line), lines.last.max(line));
@@ -72,7 +72,7 @@ impl<T: Copy> Ledger<T> {
     }
 
     /// The worst in the order of lines, and the count of all.
-    pub(super) fn finish(mut self) -> (Vec<T>, Option<Lines>) {
+    pub(crate) fn finish(mut self) -> (Vec<T>, Option<Lines>) {
         self.prune();
         (self.kept.into_values().map(|(_, what)| what).collect(), self.lines)
     }

@@ -1,0 +1,17 @@
+//! Replays a program or CL file as a restartable stream of motion segments.
+
+pub(crate) mod control;
+pub(crate) mod controls;
+pub(crate) mod mover;
+pub(crate) mod offset_names;
+pub(crate) mod orient;
+pub(crate) mod position;
+pub(crate) mod segment;
+pub(crate) mod segments;
+pub(crate) mod tables;
+pub(crate) mod track;
+
+pub use offset_names::{offset_name, offset_short_name};
+pub use orient::{Choice, Choices};
+pub use tables::{Changes, Tables, Tool, WorkOffset};
+pub use track::{Track, track};

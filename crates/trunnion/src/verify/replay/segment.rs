@@ -1,0 +1,87 @@
+//! One move of the machine, as the control runs it.
+
+use crate::math::angle::great_circle;
+use crate::types::{AxisVector, ToolPose};
+use crate::verify::error::VerifyError;
+use nalgebra::Point3;
+
+/// One move of the machine.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Segment {
+    /// Line of the program.
+    pub(crate) line: u32,
+    /// Place of the tool in the table.
+    pub(crate) tool: usize,
+    /// Axes at both ends.
+    pub(crate) joints: [AxisVector; 2],
+    /// How the axes get from one end to the other.
+    pub(crate) course: Course,
+    /// Time \[s\].
+    pub(crate) duration: f64,
+    /// Of which block it is.
+    pub(crate) block: Block,
+    /// Run at rapid speed: its time is an estimate.
+    pub(crate) rapid: bool,
+}
+
+/// The block that a move is a part of, as the chords of an arc are.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Block {
+    /// Time of all of it \[s\].
+    pub(crate) duration: f64,
+    /// Angle of an arc \[rad\].
+    pub(crate) sweep: f64,
+    /// It begins with this move.
+    pub(crate) begins: bool,
+    /// It ends with this move.
+    pub(crate) ends: bool,
+    /// Its time is what the program says, and not its length over a speed.
+    pub(crate) timed: bool,
+}
+
+impl Block {
+    /// A block of one move.
+    pub(crate) fn of_one(duration: f64) -> Self {
+        Self { duration, sweep: 0.0, begins: true, ends: true, timed: false }
+    }
+}
+
+/// What is linear in a move.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Course {
+    /// All axes.
+    Joints,
+    /// The rotaries, and the tip in the table frame as the control knows it.
+    Tip {
+        /// Tip at both ends \[mm\].
+        ends: [Point3<f64>; 2],
+        /// The tool length counts.
+        length: bool,
+    },
+    /// The tip, and the tool axis on the great circle, in the workpiece frame.
+    Circle {
+        /// The tool at both ends.
+        ends: [ToolPose; 2],
+    },
+    /// Nothing moves.
+    Rest,
+    /// A rapid move of axes whose places a tool change left unknown, or before the first tool.
+    Unknown,
+}
+
+impl Segment {
+    /// Whether its way is not known.
+    pub(crate) fn is_unknown(&self) -> bool {
+        matches!(self.course, Course::Unknown)
+    }
+}
+
+/// Between two poses.
+pub(crate) fn on_circle(
+    [from, to]: &[ToolPose; 2],
+    t: f64,
+    line: u32,
+) -> Result<ToolPose, VerifyError> {
+    let axis = great_circle(&from.axis, &to.axis, t).ok_or(VerifyError::TurnsTooFar { line })?;
+    Ok(ToolPose { tip: from.tip + (to.tip - from.tip) * t, axis })
+}

@@ -1,0 +1,51 @@
+//! Tools and work offsets as a control has them in its tables, beyond those of the setup.
+
+use crate::cutter::Cutter;
+use nalgebra::Vector3;
+
+/// What stands in the tables of a control beside the setup's own tool and `G54`.
+#[derive(Debug, Clone, Copy)]
+pub struct Tables<'a> {
+    /// Tools of a program that calls several; empty: it has one, whatever its number.
+    pub tools: &'a [Tool<'a>],
+    /// Work offsets; `G54` is that of the setup if it is not here.
+    pub offsets: &'a [WorkOffset],
+}
+
+impl Tables<'_> {
+    /// One tool, and `G54`.
+    pub const NONE: Tables<'static> = Tables { tools: &[], offsets: &[] };
+}
+
+/// A tool by its number.
+#[derive(Debug, Clone, Copy)]
+pub struct Tool<'a> {
+    /// What the program calls it.
+    pub number: u32,
+    /// The tool, from tip to gauge point: its length is the tool length.
+    pub cutter: &'a Cutter,
+}
+
+/// A work offset.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WorkOffset {
+    /// 0 for `G54`, 1 for `G55` and so on, see [`Frame::Work`](crate::nc::read::Frame::Work).
+    pub number: u8,
+    /// Positions of X, Y, Z as they stand in the table: with the gauge point on the origin and the rotaries at
+    /// zero \[mm\].
+    pub origin: Vector3<f64>,
+}
+
+/// How often the tool is changed, and what is not known of the ways there: where a change leaves X, Y and Z is the
+/// machine's own. They are known again once the program tells them; the rotaries are taken to stand as before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Changes {
+    /// Tools put in after the first move.
+    pub count: usize,
+    /// Line of the first.
+    pub line: u32,
+    /// Rapid moves that were not measured: before X, Y and Z were told, or before the first tool.
+    pub unmeasured: usize,
+    /// Line of the first of them.
+    pub first: Option<u32>,
+}
