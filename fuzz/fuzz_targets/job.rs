@@ -1,0 +1,8 @@
+//! Job files: no panic.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|text: &str| {
+    let _ = trunnion::files::job::parse(text);
+});
