@@ -5,7 +5,7 @@ use divan::{Bencher, black_box};
 use trunnion::blocks::BlockInterpolation;
 use trunnion::files::machine::{built_in, parse};
 use trunnion::machine::{Kinematics, Setup};
-use trunnion::nc::write::{AxisWords, OutputFormat, Note, Style, Template, ToolNote};
+use trunnion::nc::write::{AxisWords, Note, OutputFormat, Style, Template, ToolNote};
 use trunnion::post::{
     POST_WINDOW, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostSource, Poster,
     ProgramHead, control_of,

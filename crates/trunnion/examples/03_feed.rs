@@ -8,7 +8,13 @@ use trunnion::types::{AxisPath, Silent};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Three axes; any number works.
-    let waypoints = [[0.0, 0.0, 0.0], [20.0, 5.0, 0.1], [40.0, 30.0, 0.4], [60.0, 20.0, 0.2], [100.0, 0.0, 0.0]];
+    let waypoints = [
+        [0.0, 0.0, 0.0],
+        [20.0, 5.0, 0.1],
+        [40.0, 30.0, 0.4],
+        [60.0, 20.0, 0.2],
+        [100.0, 0.0, 0.0],
+    ];
     let path = AxisPath::through(&waypoints.map(Vector3::from))?;
     let limits = Limits::symmetric(
         Vector3::new(200.0, 200.0, 2.0), // per second
@@ -23,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut count = 0;
     for point in setpoint::sample(&path, &plan.schedule, 0.001)? {
         if count % 100 == 0 {
-            println!("{:.3} s  {:8.3?}", point.time, point.position.as_slice());
+            println!("{:.3} s  {:8.3?}", point.t, point.position.as_slice());
         }
         count += 1;
     }

@@ -1,7 +1,9 @@
 //! Passes of a ball over a plane of 20 mm.
 #![expect(clippy::print_stdout, reason = "an example prints its result")]
 
-use trunnion::cover::{CoverOptions, CoverRequest, FeedDirection, FinishTolerance, PlacementMethod, cover};
+use trunnion::cover::{
+    CoverOptions, CoverRequest, FeedDirection, FinishTolerance, PlacementMethod, cover,
+};
 use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::nalgebra::Point3;
 use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
@@ -20,7 +22,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..CoverOptions::finishing(&cutter, FinishTolerance { excess: 0.1, gouge: 0.01 })
     };
     let covering = cover(&CoverRequest::new(&faces, &cutter, &options), &Silent)?;
-    println!("{} passes, unfinished regions: {}", covering.passes.len(), covering.report.rest.len());
+    println!(
+        "{} passes, unfinished regions: {}",
+        covering.passes.len(),
+        covering.report.rest.len()
+    );
     // A cusp of 0.1 mm between passes of a ball of radius 5 mm: strips of 2 mm.
     assert!((10..=13).contains(&covering.passes.len()));
     Ok(())

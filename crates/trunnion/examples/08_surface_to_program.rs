@@ -1,17 +1,20 @@
 //! The whole chain: a surface and a job become a checked program.
 #![expect(clippy::print_stdout, reason = "an example prints its result")]
 
-use trunnion::import::{Reader, surface_json::SurfaceJson};
+use trunnion::import::surface_json;
+use trunnion::surface::Face;
 use trunnion::types::Silent;
 use trunnion::{files, pipeline};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let job = files::job::parse(include_str!("../../../fixtures/small-patch/job.toml"))?;
     let patch = include_bytes!("../../../fixtures/small-patch/patch.json");
-    let part = SurfaceJson.read(patch, &Silent)?;
-    let machine = files::machine::parse(include_str!("../../../machines/bc-trunnion.toml"))?.machine;
+    let surface = surface_json::read(patch)?;
+    let machine =
+        files::machine::parse(include_str!("../../../machines/bc-trunnion.toml"))?.machine;
 
-    let job = pipeline::Job::new(job, &part.faces, &machine)?;
+    let faces = [Face::new(1, surface, Vec::new(), job.part.flip)?];
+    let job = pipeline::Job::new(job, &faces, &machine)?;
     let outcome = pipeline::run(&job, &Silent)?;
     for program in &outcome.programs {
         println!("{}: {} blocks", program.file, program.blocks.len());

@@ -3,7 +3,7 @@
 use super::profile::Profile;
 use std::collections::VecDeque;
 use std::io::{self, Write};
-use trunnion::nc::read::{ClItem, ClMotion, ClReader, ClRecord, ClPath};
+use trunnion::nc::read::{ClItem, ClMotion, ClPath, ClReader, ClRecord};
 use trunnion::post::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS};
 use trunnion::toolpath::{
     PathSmoother, SmoothError, SmoothOptions, SmoothReference, SmoothReport, SmoothSpan,

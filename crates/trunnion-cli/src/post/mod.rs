@@ -16,7 +16,7 @@ use tools::{ToolLength, Tools};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read;
 use trunnion::nc::write::{
-    AxisWords, OUTPUT_FORMATS, OutputFormat, Note, Style, Template, ToolNote, program_sheet,
+    AxisWords, Note, OUTPUT_FORMATS, OutputFormat, Style, Template, ToolNote, program_sheet,
 };
 use trunnion::post::{
     POST_WINDOW, PostError, PostFilter, PostMethod, PostOptions, PostReport, Poster, ProgramHead,

@@ -161,8 +161,8 @@ impl Told {
             );
             lines.push(row("rotaries go round", text));
         }
-        let capped =
-            self.feed_word == "tip feed" && OutputFormat::from_name(self.dialect) != Some(OutputFormat::Apt);
+        let capped = self.feed_word == "tip feed"
+            && OutputFormat::from_name(self.dialect) != Some(OutputFormat::Apt);
         if capped {
             lines.push(row(
                 "F",

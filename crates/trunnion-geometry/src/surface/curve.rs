@@ -2,7 +2,7 @@
 
 use super::analytic::SurfaceFrame;
 use super::beyond::SplineExtension;
-use super::error::SurfaceError;
+use super::error::{SurfaceError, SurfaceErrors};
 use super::nurbs::curve_quotient;
 use crate::math::bspline::KnotVector;
 use crate::math::bspline::bernstein;
@@ -136,13 +136,13 @@ impl NurbsCurve {
         knots: Vec<f64>,
         points: &[Point3<f64>],
         weights: Option<&[f64]>,
-    ) -> Result<Self, Vec<SurfaceError>> {
+    ) -> Result<Self, SurfaceErrors> {
         let mut faults = curve_faults(points, weights);
         let knots = KnotVector::new(degree, points.len(), knots).map_err(|errors| {
             let named = |error| SurfaceError::Knots { direction: "curve", error };
             faults.extend(errors.into_iter().map(named));
         });
-        let (Ok(knots), true) = (knots, faults.is_empty()) else { return Err(faults) };
+        let (Ok(knots), true) = (knots, faults.is_empty()) else { return Err(faults.into()) };
         let weight = |i: usize| weights.and_then(|all| all.get(i)).copied().unwrap_or(1.0);
         let lift = |(i, point): (usize, &Point3<f64>)| (point.coords * weight(i)).push(weight(i));
         let net: Vec<Vector4<f64>> = points.iter().enumerate().map(lift).collect();

@@ -1,6 +1,7 @@
 //! Errors of surfaces, trims and closest-point queries.
 
 use crate::math::bspline::KnotError;
+use crate::types::ErrorList;
 
 /// Reason for which a surface, curve, trim loop or face is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -143,3 +144,6 @@ pub enum ClosestError {
         bound: f64,
     },
 }
+
+/// Several faults of one surface or curve, reported together.
+pub type SurfaceErrors = ErrorList<SurfaceError>;

@@ -3,7 +3,7 @@
 use super::bounds::ParameterBox;
 use super::curvatures::CurvatureTree;
 use super::error::ClosestError;
-use super::error::SurfaceError;
+use super::error::{SurfaceError, SurfaceErrors};
 use super::face::Face;
 use super::geometry::Surface;
 use super::hull::HullTree;
@@ -77,7 +77,7 @@ impl FaceIndex {
         let face = Face::new(number, surface, loops, flip)?;
         let bounds = search_bounds(&face);
         let [u, v] = bounds;
-        let whole = |faults: Vec<SurfaceError>| {
+        let whole = |faults: SurfaceErrors| {
             let degenerate = SurfaceError::DegeneratePatch { u, v };
             faults.into_iter().next().unwrap_or(degenerate)
         };

@@ -50,7 +50,7 @@ pub use analytic::{
     ConeSurface, CylinderSurface, PlaneSurface, SphereSurface, SurfaceFrame, TorusSurface,
 };
 pub use curve::{CurveJet, NurbsCurve, SpaceCurve};
-pub use error::{ClosestError, SurfaceError};
+pub use error::{ClosestError, SurfaceError, SurfaceErrors};
 pub use face::Face;
 pub use geometry::Surface;
 pub use grid::FaceSample;

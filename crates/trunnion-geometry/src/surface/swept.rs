@@ -1,7 +1,7 @@
 //! Linear extrusion and revolution of a curve, parametrised as in ISO 10303-42.
 
 use super::curve::SpaceCurve;
-use super::error::SurfaceError;
+use super::error::{SurfaceError, SurfaceErrors};
 use super::jet::DerivativeTable;
 use super::nurbs::NurbsSurface;
 use nalgebra::Point3;
@@ -71,10 +71,7 @@ impl ExtrusionSurface {
     }
 
     /// The same surface over `bounds` as NURBS; see [`NurbsConversion`].
-    pub(crate) fn to_nurbs(
-        &self,
-        [u, v]: [[f64; 2]; 2],
-    ) -> Result<NurbsConversion, Vec<SurfaceError>> {
+    pub(crate) fn to_nurbs(&self, [u, v]: [[f64; 2]; 2]) -> Result<NurbsConversion, SurfaceErrors> {
         let strip = SweptStrip::of_curve(&self.curve, u);
         let ends = v.map(|v| self.direction * v);
         let net = strip.net.iter().map(|point| {
@@ -145,10 +142,7 @@ impl RevolutionSurface {
     }
 
     /// The same surface over `bounds` as NURBS; see [`NurbsConversion`].
-    pub(crate) fn to_nurbs(
-        &self,
-        [u, v]: [[f64; 2]; 2],
-    ) -> Result<NurbsConversion, Vec<SurfaceError>> {
+    pub(crate) fn to_nurbs(&self, [u, v]: [[f64; 2]; 2]) -> Result<NurbsConversion, SurfaceErrors> {
         let strip = SweptStrip::of_curve(&self.curve, v);
         let (breaks, half) = arcs(u);
         let turned = |point: &Vector4<f64>, angle: f64, weight: f64| {
@@ -264,7 +258,7 @@ fn from_net(
     degree: [usize; 2],
     knots: [Vec<f64>; 2],
     net: impl Iterator<Item = Vec<Vector4<f64>>>,
-) -> Result<NurbsSurface, Vec<SurfaceError>> {
+) -> Result<NurbsSurface, SurfaceErrors> {
     let (mut points, mut weights) = (Vec::new(), Vec::new());
     for row in net {
         points.push(row.iter().map(|point| Point3::from(point.xyz() / point.w)).collect());

@@ -1,7 +1,7 @@
 //! Trim loops: closed chains of curves in u, v.
 
 use super::crossing::crossing;
-use super::error::SurfaceError;
+use super::error::{SurfaceError, SurfaceErrors};
 use crate::math::bspline::KnotVector;
 use crate::math::bspline::MAX_DEGREE;
 use nalgebra::Vector3;
@@ -47,14 +47,14 @@ impl TrimCurve {
     /// # Errors
     ///
     /// Numbers that are not finite; fewer than two points.
-    pub fn polyline(points: &[[f64; 2]]) -> Result<Self, Vec<SurfaceError>> {
+    pub fn polyline(points: &[[f64; 2]]) -> Result<Self, SurfaceErrors> {
         let faults = point_faults(points, None);
         if !faults.is_empty() {
-            return Err(faults);
+            return Err(faults.into());
         }
         if points.len() < 2 {
             let reason = "a trim polyline needs two points or more";
-            return Err(vec![SurfaceError::DegenerateLoop { reason }]);
+            return Err(vec![SurfaceError::DegenerateLoop { reason }].into());
         }
         let lift = |[u, v]: [f64; 2]| Vector3::new(u, v, 1.0);
         let pieces = points.windows(2).map(|pair| vec![lift(pair[0]), lift(pair[1])]).collect();
@@ -71,13 +71,13 @@ impl TrimCurve {
         knots: Vec<f64>,
         points: &[[f64; 2]],
         weights: Option<&[f64]>,
-    ) -> Result<Self, Vec<SurfaceError>> {
+    ) -> Result<Self, SurfaceErrors> {
         let mut faults = point_faults(points, weights);
         let knots = KnotVector::new(degree, points.len(), knots).map_err(|errors| {
             let named = |error| SurfaceError::Knots { direction: "curve", error };
             faults.extend(errors.into_iter().map(named));
         });
-        let (Ok(knots), true) = (knots, faults.is_empty()) else { return Err(faults) };
+        let (Ok(knots), true) = (knots, faults.is_empty()) else { return Err(faults.into()) };
         let weight = |i: usize| weights.and_then(|all| all.get(i)).copied().unwrap_or(1.0);
         let lift = |(i, &[u, v]): (usize, &[f64; 2])| Vector3::new(u, v, 1.0) * weight(i);
         let net: Vec<Vector3<f64>> = points.iter().enumerate().map(lift).collect();
@@ -123,10 +123,10 @@ impl TrimLoop {
         curves: Vec<TrimCurve>,
         periods: [Option<f64>; 2],
         tolerance: f64,
-    ) -> Result<Self, Vec<SurfaceError>> {
+    ) -> Result<Self, SurfaceErrors> {
         let count = curves.len();
         let Some(start) = curves.first().map(TrimCurve::start) else {
-            return Err(vec![SurfaceError::DegenerateLoop { reason: "it has no curves" }]);
+            return Err(vec![SurfaceError::DegenerateLoop { reason: "it has no curves" }].into());
         };
         let mut faults = Vec::new();
         let mut gap_at = |curve: usize, at: [f64; 2], to: [f64; 2]| {
@@ -155,10 +155,10 @@ impl TrimLoop {
             join(&mut pieces, end, goal);
         }
         if !faults.is_empty() {
-            return Err(faults);
+            return Err(faults.into());
         }
         let trim = Self::closed(pieces, turn, turns(turn, periods));
-        trim.fault(tolerance).map_or(Ok(trim), |fault| Err(vec![fault]))
+        trim.fault(tolerance).map_or(Ok(trim), |fault| Err(vec![fault].into()))
     }
 
     fn closed(mut pieces: Vec<TrimPiece>, advance: [f64; 2], turns: [i32; 2]) -> Self {

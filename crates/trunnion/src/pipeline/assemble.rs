@@ -130,7 +130,10 @@ fn available(faces: &[Face]) -> String {
 type UnguardedFaces = Vec<(usize, SurfaceError)>;
 
 /// Returns the faces that the tool must avoid, and those of them that cannot be worked with.
-fn others(part: &job::JobPart, faces: &[Face]) -> Result<(Vec<FaceIndex>, UnguardedFaces), JobError> {
+fn others(
+    part: &job::JobPart,
+    faces: &[Face],
+) -> Result<(Vec<FaceIndex>, UnguardedFaces), JobError> {
     let cut = numbers(&part.faces, faces);
     let (mut others, mut unguarded) = (Vec::new(), Vec::new());
     for number in numbers(&part.avoid, faces) {

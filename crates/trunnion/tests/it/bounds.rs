@@ -4,7 +4,7 @@
 
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
-use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClPath};
+use trunnion::nc::read::{ClFile, ClMotion, ClPath, ClRecord};
 use trunnion::surface::{
     ExtrusionSurface, Face, NurbsCurve, NurbsSurface, RevolutionSurface, SpaceCurve, Surface,
     TrimCurve, TrimLoop,

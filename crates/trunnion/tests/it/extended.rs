@@ -8,7 +8,7 @@ use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use proptest::prelude::*;
 use std::ops::{Add, Div, Mul, Sub};
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
-use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClPath};
+use trunnion::nc::read::{ClFile, ClMotion, ClPath, ClRecord};
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{Silent, ToolPose};
 use trunnion::verify::{self, CheckInput, CheckOptions};

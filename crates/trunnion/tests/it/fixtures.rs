@@ -12,7 +12,7 @@ use shop::Layout;
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{
-    self, AxisWords, ClFile, ClMotion, ClRecord, ClPath, Dialect, ReadOptions,
+    self, AxisWords, ClFile, ClMotion, ClPath, ClRecord, Dialect, ReadOptions,
 };
 use trunnion::types::{Mesh, Silent, ToolPose};
 use trunnion::verify::{
@@ -29,8 +29,12 @@ fn cutter(kind: CutterKind, major: f64, minor: f64, shank: Vec<[f64; 2]>) -> Cut
 }
 
 fn file(path: &[ToolPose]) -> ClFile {
-    let record =
-        |(line, &pose)| ClRecord { line, pose, motion: ClMotion::Feed(10.0), way: ClPath::Straight };
+    let record = |(line, &pose)| ClRecord {
+        line,
+        pose,
+        motion: ClMotion::Feed(10.0),
+        way: ClPath::Straight,
+    };
     ClFile { records: (1..).zip(path).map(record).collect(), ..ClFile::default() }
 }
 

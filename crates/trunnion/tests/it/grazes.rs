@@ -9,7 +9,7 @@ use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use property::cases;
 use proptest::prelude::*;
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
-use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClPath};
+use trunnion::nc::read::{ClFile, ClMotion, ClPath, ClRecord};
 use trunnion::types::{Silent, ToolPose};
 use trunnion::verify::{self, CheckInput, CollisionKind, Solid, Stock, StockOptions, StockReport};
 

@@ -122,7 +122,8 @@ fn so_it_is_between_vectors() {
         let from = home + AxisVector::from([10.0, 20.0, 30.0, random.within(-0.5, 0.5), near]);
         let by = |axis: usize| if axis < 3 { 20.0 } else { 0.3 * turn };
         let to = from + AxisVector::from_fn(|axis, _| by(axis) * random.within(0.0, 1.0));
-        let way = (OutputFormat::FanucVector, read::Dialect::Fanuc, BlockInterpolation::GreatCircle);
+        let way =
+            (OutputFormat::FanucVector, read::Dialect::Fanuc, BlockInterpolation::GreatCircle);
         // Half of the last of seven decimals, three times; so near to the axis it turns C by more.
         let rounding = 0.5e-7 * 3_f64.sqrt() / f64::sin(near);
         compare(&kinematics, way, [from, to], (random.within(0.1, 10.0), rounding));

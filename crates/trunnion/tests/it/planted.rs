@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Kinematics, Machine, Setup};
-use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClPath, Dialect, Program, ReadOptions};
+use trunnion::nc::read::{self, ClFile, ClMotion, ClPath, ClRecord, Dialect, Program, ReadOptions};
 use trunnion::nc::write::AxisWords;
 use trunnion::surface::{
     Face, NurbsSurface, PlaneSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop,

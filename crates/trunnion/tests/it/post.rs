@@ -12,7 +12,7 @@ use trunnion::machine::{Kinematics, Setup};
 use trunnion::math::angle::great_circle;
 use trunnion::nc::read::{self, Frame, Move, Pace, ReadOptions, Step};
 use trunnion::nc::write::{
-    AxisWords, OUTPUT_FORMATS, OutputFormat, Note, Style, Template, ToolNote, work_offset,
+    AxisWords, Note, OUTPUT_FORMATS, OutputFormat, Style, Template, ToolNote, work_offset,
 };
 use trunnion::post::{
     PostError, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource,
@@ -191,7 +191,13 @@ fn off(pose: &ToolPose, [from, to]: [&ToolPose; 2]) -> [f64; 2] {
 }
 
 /// Blocks of a program against the moves it was posted from.
-fn compare(kinematics: &Kinematics, dialect: OutputFormat, ran: &[Ran], moves: &[PostMove], name: &str) {
+fn compare(
+    kinematics: &Kinematics,
+    dialect: OutputFormat,
+    ran: &[Ran],
+    moves: &[PostMove],
+    name: &str,
+) {
     let control = control_of(kinematics, dialect);
     // Words of the starting position come one by one: what counts is where the first block starts.
     let start = ran.iter().position(|one| (one.pose.tip - moves[0].pose.tip).norm() < ROUNDING);
@@ -287,7 +293,8 @@ fn programs_read_back_are_the_moves_they_were_posted_from() {
         let rotation = [0.0, 0.0, random.within(-1.0, 1.0)];
         let kinematics = Kinematics::new(&machine, &Setup::new(origin, rotation, 120.0));
         let moves = path(&kinematics, &mut random, 40);
-        for (format, dialect) in OUTPUT_FORMATS.into_iter().filter(|(_, dialect)| is_read(*dialect)) {
+        for (format, dialect) in OUTPUT_FORMATS.into_iter().filter(|(_, dialect)| is_read(*dialect))
+        {
             let name = format!("{built_in}, {format}");
             let (text, report) = posted(&kinematics, PostSource::Locations, dialect, &moves);
             let axes = AxisWords::of(&machine, false).unwrap();

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::import::ImportError;
 use trunnion::import::step::StepReader;
-use trunnion::nc::read::{ClFile, ClMotion, ClRecord, ClPath};
+use trunnion::nc::read::{ClFile, ClMotion, ClPath, ClRecord};
 use trunnion::types::{Mesh, Silent, ToolPose};
 use trunnion::verify::{self, CheckInput, ClearanceOptions, Fixture, Solid, Stock};
 

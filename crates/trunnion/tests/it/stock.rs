@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{
-    self, AxisWords, ClFile, ClMotion, ClRecord, ClPath, Dialect, ReadOptions,
+    self, AxisWords, ClFile, ClMotion, ClPath, ClRecord, Dialect, ReadOptions,
 };
 use trunnion::types::{Silent, ToolPose};
 use trunnion::verify::{self, CheckInput, CollisionKind, Solid, Stock, StockOptions, StockReport};

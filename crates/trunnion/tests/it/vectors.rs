@@ -8,7 +8,7 @@ use nalgebra::{Point3, Rotation3, UnitVector3, Vector3};
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::files::machine;
 use trunnion::machine::{Kinematics, Setup};
-use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClPath, Dialect, Program, ReadOptions};
+use trunnion::nc::read::{self, ClFile, ClMotion, ClPath, ClRecord, Dialect, Program, ReadOptions};
 use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{AxisVector, Silent, ToolPose};

@@ -11,13 +11,13 @@ use crate::surface::Face;
 use crate::surface::NurbsCurve;
 use crate::surface::NurbsSurface;
 use crate::surface::Surface;
-use crate::surface::SurfaceError;
+use crate::surface::{SurfaceError, SurfaceErrors};
 use nalgebra::Point3;
 
 /// The surface, with the same parametrisation.
 pub(super) fn surface(shape: &Shape, id: u64) -> Read<Surface> {
     let named = |fault: SurfaceError| Loss { entity: id, message: fault.to_string() };
-    let several = |faults: Vec<SurfaceError>| joined(&faults, id);
+    let several = |faults: SurfaceErrors| joined(&faults, id);
     match shape {
         Shape::Plane(at) => Ok(Surface::Plane(surface::PlaneSurface { frame: frame(at, id)? })),
         Shape::Cylinder { frame: at, radius } => {

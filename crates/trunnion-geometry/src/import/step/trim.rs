@@ -66,7 +66,7 @@ pub(super) fn trim_loop(
         return Ok(None);
     }
     let curves = chain(chart, boundary.id, &mut tracks, exactness)?;
-    let named = |faults: Vec<crate::surface::SurfaceError>| {
+    let named = |faults: crate::surface::SurfaceErrors| {
         let all: Vec<String> = faults.iter().map(ToString::to_string).collect();
         Loss { entity: boundary.id, message: all.join("; ") }
     };

@@ -7,7 +7,7 @@ use super::net::net_faults;
 use super::net::net_size;
 use crate::math::bspline::KnotVector;
 use crate::surface::beyond::SplineExtension;
-use crate::surface::error::SurfaceError;
+use crate::surface::error::{SurfaceError, SurfaceErrors};
 use nalgebra::Point3;
 use nalgebra::Vector4;
 
@@ -78,7 +78,7 @@ impl NurbsSurface {
         knots: [Vec<f64>; 2],
         points: Vec<Vec<Point3<f64>>>,
         weights: Option<Vec<Vec<f64>>>,
-    ) -> Result<Self, Vec<SurfaceError>> {
+    ) -> Result<Self, SurfaceErrors> {
         let mut faults = net_faults(&points, weights.as_deref());
         let columns = points.first().map_or(0, Vec::len);
         let [u, v] = knots;
@@ -92,7 +92,7 @@ impl NurbsSurface {
                     let named = |error| SurfaceError::Knots { direction, error };
                     faults.extend(errors.into_iter().map(named));
                 }
-                return Err(faults);
+                return Err(faults.into());
             }
         };
         let rational =
@@ -105,7 +105,7 @@ impl NurbsSurface {
             Self { knots, points, weights, patches, rational, closed, collapsed, beyond };
         let flat = surface.degenerate_patches();
         if !flat.is_empty() {
-            return Err(flat);
+            return Err(flat.into());
         }
         surface.closed = [surface.closes(0), surface.closes(1)];
         surface.collapsed = [0, 1].map(|k| [0, 1].map(|end| surface.is_point(k, end)));

@@ -9,7 +9,7 @@ use nalgebra::{Point3, Unit, Vector3};
 use trunnion::cutter::Cutter;
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::machine::{Kinematics, Setup};
-use trunnion::nc::read::{self, ClFile, ClMotion, ClRecord, ClPath, Dialect, Program, ReadOptions};
+use trunnion::nc::read::{self, ClFile, ClMotion, ClPath, ClRecord, Dialect, Program, ReadOptions};
 use trunnion::nc::write::AxisWords;
 use trunnion::types::{AxisVector, Block, Motion, ToolPose};
 

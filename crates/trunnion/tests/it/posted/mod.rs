@@ -4,7 +4,9 @@
 #![allow(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 use trunnion::machine::Kinematics;
-use trunnion::nc::write::{self, AxisWords, OutputFormat, Note, Style, Template, ToolNote, WriteError};
+use trunnion::nc::write::{
+    self, AxisWords, Note, OutputFormat, Style, Template, ToolNote, WriteError,
+};
 use trunnion::types::Block;
 
 /// What a program says of a job that has nothing to say.
