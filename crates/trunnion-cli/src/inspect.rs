@@ -1,4 +1,4 @@
-//! `trunnion inspect`: the faces of a part, so that a job can name them; what a CL file or a program comes to.
+//! `trunnion inspect`: lists the faces of a part for a job, or summarises a CL file or program.
 
 mod cl;
 mod program;
@@ -23,7 +23,7 @@ pub(crate) struct Args {
     program: program::ProgramArgs,
 }
 
-/// Whether a file is called as cutter locations are.
+/// Returns true if the file name is that of a CL file.
 pub(crate) fn is_cl(path: &std::path::Path) -> bool {
     cl::is_one(path)
 }

@@ -1,4 +1,4 @@
-//! `trunnion machine`: help with machine files. And machines as arguments of other verbs.
+//! `trunnion machine`: lists, shows and checks machine files; loads machines for other verbs.
 
 use crate::outcome::{Done, Failure};
 use crate::{output, text};
@@ -10,23 +10,23 @@ use trunnion::types::{Diagnostic, Diagnostics};
 
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Action {
-    /// The built-in machines, and the given files.
+    /// List the built-in machines, and the given files.
     List {
-        /// Machine files to list too.
+        /// Further machine files to list.
         files: Vec<String>,
     },
-    /// One machine in words: chain, travel, limits, reach, singular directions, a check of signs.
+    /// Describe one machine: chain, travel, limits, reach, singular directions, a check of signs.
     Show {
         /// Machine file, or name of a built-in machine.
         machine: String,
         /// Also draw the chain into this SVG file.
         #[arg(short, long, value_name = "SVG")]
         output: Option<PathBuf>,
-        /// Print the file itself: a start for one of your own.
+        /// Print the machine file itself, as a start for your own.
         #[arg(long, conflicts_with = "output")]
         file: bool,
     },
-    /// Everything that is wrong with machine files, with line and column.
+    /// Report all errors in machine files, with line and column.
     Check {
         /// Machine files.
         #[arg(required = true)]
@@ -73,7 +73,7 @@ fn source(argument: &str) -> Result<String, Failure> {
             None => "`trunnion machine list` names the built-in ones".to_owned(),
         };
         Failure::input(format!(
-            "{argument}: no machine file, and no built-in machine of that name\n  help: {help}"
+            "{argument}: no such machine file, and no built-in machine of that name\n  help: {help}"
         ))
     })
 }

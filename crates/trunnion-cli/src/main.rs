@@ -36,7 +36,7 @@ use std::process::ExitCode;
 #[derive(Debug, Parser)]
 #[command(name = "trunnion", version, arg_required_else_help = true)]
 struct Arguments {
-    /// One machine-readable summary on stdout, and nothing else there.
+    /// Print one machine-readable summary on stdout, and nothing else there.
     #[arg(long, global = true)]
     json: bool,
     #[command(subcommand)]
@@ -45,44 +45,43 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
-    /// The whole chain: surface to passes, axis motion, programs, check and report.
+    /// Run the whole chain: surface to passes, axis motion, programs, check and report.
     Run(run::Args),
-    /// An NC program or CL file, simulated and measured against the part and the machine.
+    /// Check an NC program or CL file: simulate it and measure it against the part and the machine.
     Check(Box<check::Args>),
-    /// The rotation of the workpiece that keeps a job's path off the singular directions.
+    /// Search the rotation of the workpiece that keeps a job's path off the singular directions.
     ///
-    /// Next to a singular direction (the tool parallel to the workpiece-side rotary axis) that axis must
-    /// turn fast, and holds the feed back. Turning the workpiece moves the path away from there.
-    /// Prints the [setup] lines to paste into the job file. The part alone is looked at: see that it
-    /// clears table and fixture.
+    /// Near a singular direction (the tool parallel to the workpiece-side rotary axis) that axis must turn fast, which
+    /// limits the feed. Turning the workpiece moves the path away from there. The command prints the [setup] lines to
+    /// paste into the job file. It considers the part alone: check that the turned part clears table and fixture.
     Setup(setup::Args),
-    /// Cutter locations of a job, or of a CL file, as a CL file; smoothed with --smooth.
+    /// Write the cutter locations of a job or of a CL file as a CL file; smoothed with --smooth.
     ///
-    /// Smoothing lays a C3 path through the locations between rapid moves: corners are found first, and rounded
-    /// within the tolerance or kept. Lines that move nothing stay as they stand.
+    /// Smoothing fits a C3 path through the locations between rapid moves. Corners are found first, and rounded within
+    /// the tolerance or kept. Lines without motion stay unchanged.
     Path(path::Args),
-    /// Faces of a part with number, kind, size and smallest concave radius; a picture with -o.
+    /// List the faces of a part with number, kind, size and smallest concave radius; draw them with -o.
     Inspect(inspect::Args),
-    /// Machine files: those built in, what is in one, what is wrong with one.
+    /// List, show and check machine files.
     Machine {
         #[command(subcommand)]
         action: machine::Action,
     },
-    /// Tables of tool poses to tables of machine axes, and back.
+    /// Convert tables of tool poses to tables of machine axes, and back.
     Pose(pose::Args),
-    /// One cutter location: the widest strip from a point of a face, explained.
+    /// Compute one cutter location: the widest strip from a point of a face, explained.
     Position(position::Args),
-    /// A CL file or program to a program for a machine, with feeds that its axes can follow.
+    /// Post a CL file or program for a machine, with feeds that its axes can follow.
     ///
-    /// Poses become axis positions, moves are cut as finely as the control needs to stay within tolerance, and every
-    /// block gets a feed at which no axis exceeds its velocity or acceleration. Memory stays the same however long
-    /// the file is.
+    /// Poses become axis positions. Moves are divided as finely as the control needs to stay within tolerance. Every
+    /// block gets a feed at which no axis exceeds its velocity or acceleration. Memory does not grow with the length of
+    /// the file.
     Post(Box<post::Args>),
-    /// Speed along a table of axis positions: as fast as the axes allow, with or without jerk limits.
+    /// Plan the speed along a table of axis positions: as fast as the axes allow, with or without jerk limits.
     Feed(feed::Args),
-    /// JSON schema of a file format, for editors and scripts.
+    /// Print the JSON schema of a file format, for editors and scripts.
     Schema {
-        /// Which format.
+        /// File format.
         format: Format,
     },
     /// Open the report of a run in the browser.
@@ -90,9 +89,9 @@ enum Verb {
         /// Output folder of a run, or the report itself.
         folder: PathBuf,
     },
-    /// Completions for a shell: `trunnion completions bash > ...`.
+    /// Print completions for a shell: `trunnion completions bash > ...`.
     Completions {
-        /// Which shell.
+        /// Shell.
         shell: clap_complete::Shell,
     },
 }
@@ -146,7 +145,7 @@ fn schema(format: Format) -> Result<Done, Failure> {
     })
 }
 
-/// Hands the report to whatever the desktop opens HTML files with.
+/// Opens the report with the program of the desktop for HTML files.
 fn view(folder: &std::path::Path) -> Result<Done, Failure> {
     let page = if folder.is_dir() { folder.join("report.html") } else { folder.to_owned() };
     if !page.is_file() {

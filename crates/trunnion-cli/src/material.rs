@@ -83,21 +83,21 @@ fn undecided(stock: &StockSummary) -> String {
     })
 }
 
-/// What is told of STEP solids, those with one chord together.
+/// Describes the chord tolerances of STEP solids, those with the same chord together.
 pub(crate) fn chord_words(all: &[ChordSummary]) -> String {
-    let mut told: Vec<(f64, Vec<&str>)> = Vec::new();
+    let mut lines: Vec<(f64, Vec<&str>)> = Vec::new();
     for ChordSummary { solid, chord } in all {
-        match told.iter_mut().find(|(known, _)| known.total_cmp(chord).is_eq()) {
+        match lines.iter_mut().find(|(known, _)| known.total_cmp(chord).is_eq()) {
             Some((_, solids)) => solids.push(solid),
-            None => told.push((*chord, vec![solid])),
+            None => lines.push((*chord, vec![solid])),
         }
     }
     let of = |(chord, solids): &(f64, Vec<&str>)| format!("{chord} mm of {}", solids.join(", "));
-    let told: Vec<String> = told.iter().map(of).collect();
-    format!("triangles within about {}; fixtures larger by that", told.join("; "))
+    let lines: Vec<String> = lines.iter().map(of).collect();
+    format!("triangles within about {}; fixtures larger by that", lines.join("; "))
 }
 
-/// How near a program comes to fixtures; `label` says which program.
+/// Describes the clearance of a program from fixtures; `label` names the program.
 pub(crate) fn clearance_number(fixtures: &FixturesSummary, label: &str) -> Number {
     let least = fixtures.least.as_ref().map_or(0.0, |least| least.distance);
     let note = pipeline::nearest_fixture(fixtures);

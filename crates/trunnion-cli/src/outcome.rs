@@ -11,7 +11,7 @@ pub(crate) enum Done {
     Kept,
     /// Done, but the result breaks a tolerance or a limit.
     Broken,
-    /// The input was to be judged, and is faulty; all is told.
+    /// The input was to be checked, and is faulty; everything is reported.
     Refused,
 }
 
@@ -58,7 +58,7 @@ impl From<anyhow::Error> for Failure {
     }
 }
 
-/// Exit code of a verb; failures are told on stderr first.
+/// Returns the exit code of a verb; failures are reported on stderr first.
 pub(crate) fn exit(result: Result<Done, Failure>) -> ExitCode {
     match result {
         Ok(Done::Kept) => ExitCode::SUCCESS,

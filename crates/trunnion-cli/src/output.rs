@@ -85,7 +85,7 @@ impl Outputs {
 fn unusable(folder: &Path, error: &std::io::Error) -> Failure {
     let why = match folder.ancestors().find(|place| place.is_file()) {
         Some(file) => format!("{} is a file", file.display()),
-        // A temporary file's own name says nothing to the user.
+        // The name of a temporary file means nothing to the user.
         None => error.kind().to_string(),
     };
     let folder = folder.display();

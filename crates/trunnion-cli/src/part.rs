@@ -1,4 +1,4 @@
-//! Reading a part: surface JSON or STEP, told apart by content.
+//! Reads a part: surface JSON or STEP, distinguished by content.
 
 use crate::outcome::Failure;
 use crate::text;

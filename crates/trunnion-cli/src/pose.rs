@@ -18,7 +18,7 @@ const POSE: [&str; 6] = ["x", "y", "z", "i", "j", "k"];
 pub(crate) struct Args {
     /// Machine file, or name of a built-in machine (see `trunnion machine list`).
     machine: String,
-    /// What to compute from what.
+    /// Direction of the conversion.
     direction: Direction,
     #[command(flatten)]
     ends: Ends,
@@ -34,10 +34,10 @@ pub(crate) struct Args {
     /// inverse: every branch, rotaries in (-180, 180], travel ignored.
     #[arg(long)]
     all: bool,
-    /// inverse, jets: where the axes stand before the first row; home if left out.
+    /// inverse, jets: position of the axes before the first row [default: home].
     #[arg(long, value_name = "C=10,B=20", allow_hyphen_values = true)]
     near: Option<String>,
-    /// jets: derivatives by the tip's arc length (t, K, L) instead of the table's parameter.
+    /// jets: derivatives by the arc length of the tip (t, K, L) instead of the parameter of the table.
     #[arg(long)]
     arc_length: bool,
 }
@@ -45,7 +45,7 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Columns are matched by name, others ignored; mm and degrees. Lines starting with # are comments.
   inverse  x,y,z,i,j,k -> pose,solution,X,Y,Z and the rotaries; the tool axis i,j,k points from the
-           tip to the spindle and may have any length. One row a pose, inside travel, continuing
+           tip to the spindle and may have any length. One row per pose, inside travel, continuing
            from the row before. A pose out of reach gives a row with empty axis fields.
   forward  X,Y,Z and the rotaries -> x,y,z,i,j,k
   jets     x,y,z,i,j,k,x1,..,k1,x2,..,k2,x3,..,k3 (derivatives by any parameter) -> the axes and
@@ -68,13 +68,13 @@ enum Direction {
 fn finite(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
-        _ => Err("a finite number is wanted".into()),
+        _ => Err("a finite number is expected".into()),
     }
 }
 
 fn three(text: &str) -> Result<[f64; 3], String> {
     let numbers: Result<Vec<f64>, String> = text.split(',').map(finite).collect();
-    let wanted = "three numbers separated by commas are wanted".to_owned();
+    let wanted = "three numbers separated by commas are expected".to_owned();
     numbers?.try_into().map_err(|_| wanted)
 }
 
@@ -141,7 +141,7 @@ fn usage(args: &Args, json: bool) -> Result<(), Failure> {
     }
     if args.near.is_some() && (args.all || args.direction == Direction::Forward) {
         return refuse(
-            "--near says where to continue from: it goes with `inverse` and `jets`, without --all",
+            "--near sets the starting position: it goes with `inverse` and `jets`, without --all",
         );
     }
     Ok(())

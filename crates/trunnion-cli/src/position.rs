@@ -25,7 +25,7 @@ pub(crate) struct Args {
     /// Number of the face, see `trunnion inspect`.
     #[arg(long, value_name = "N", default_value_t = 1)]
     face: usize,
-    /// The cutter is on the other side of the face.
+    /// Place the cutter on the other side of the face.
     #[arg(long)]
     flip: bool,
     /// Radii in mm: R of the centre circle, r of the corner. Optional: L, length of the tool that
@@ -35,7 +35,7 @@ pub(crate) struct Args {
     /// Largest error of the strip in mm; nothing may gouge.
     #[arg(long, value_name = "MM")]
     tolerance: f64,
-    /// Knot parameters of the point where the strip begins.
+    /// Parameters of the point where the strip begins, as in the knots of the surface.
     #[arg(long, value_name = "U,V", value_parser = two, allow_hyphen_values = true)]
     at: [f64; 2],
     /// Feed direction in parameters; its sign counts.
@@ -51,10 +51,10 @@ pub(crate) struct Args {
     /// Range of the offset direction in degrees, from the strip's side towards the feed.
     #[arg(long, value_name = "LO,HI", value_parser = two, default_value = "-75,75", allow_hyphen_values = true)]
     offset_range: [f64; 2],
-    /// How the cutter is placed.
+    /// Method of placing the cutter.
     #[arg(long, default_value = "end-point")]
     method: Method,
-    /// Places the cutter by every method and prints them side by side.
+    /// Place the cutter by every method, and print the results side by side.
     #[arg(long, conflicts_with = "method")]
     compare: bool,
     /// sturz, ball: lead angle in degrees.
@@ -63,7 +63,7 @@ pub(crate) struct Args {
     /// lead-swivel: largest swivel to either side of the feed in degrees.
     #[arg(long, value_name = "DEG", default_value_t = 20.0)]
     swivel: f64,
-    /// Also draw the error round the cutting circle into this SVG file; with --compare, the strips of
+    /// Also draw the error along the cutting circle into this SVG file; with --compare, the strips of
     /// all methods.
     #[arg(short, long, value_name = "SVG")]
     output: Option<PathBuf>,
@@ -71,20 +71,20 @@ pub(crate) struct Args {
 
 const EXAMPLES: &str = "\
 The strip begins at the point --at, where the error is the tolerance, and lies to the right of the feed
-(seen along it, the normal up); `left` is what the return pass of a zigzag needs.
+(seen along it, the normal up); `left` is for the return pass of a zigzag.
   end-point    the widest strip: error within [0, tolerance] on it, no gouge anywhere (default)
-  nested       the same by the search of the paper the method comes from: slow, and within its grid only
+  nested       the same by the grid search of the original paper: slow, and only as good as its grid
   mpm          two contacts, the error between them at the tolerance (multi-point machining)
-  hermite      the same with the contacts taken to lie at Chebyshev's nodes
+  hermite      the same with the contacts assumed at Chebyshev nodes
   ball         a ball as large as the cutter
 These touch at --at, and their strip lies around it:
   lead-swivel  one contact with the lead and swivel that give the widest strip
-  curvature    leans until the circle bends like the surface, farther where that gouges
+  curvature    inclined until the circle has the curvature of the surface, more if that gouges
   sturz        fixed lead
   three-axis   the tool axis along z
-Whatever the method, its pose is looked at anew: what gouges, or touches where the cutter does not cut, is
-refused with the reason and what would help.
-Exit codes: 0 found; 1 there is none (and why, and what would help); 2 malformed input.
+Every pose is checked independently of its method: one that gouges, or touches where the cutter does not cut,
+is refused with the reason and a remedy.
+Exit codes: 0 found; 1 none exists (with reason and remedy); 2 malformed input.
 
   trunnion position --surface patch.json --cutter R=10,r=6 --tolerance 0.01 --at 0.4,0.5 --feed 0,1
   trunnion position --surface patch.json --cutter R=10,r=6 --tolerance 0.01 --at 0.4,0.5 --feed 0,1 --compare -o strips.svg
@@ -178,7 +178,7 @@ fn two(text: &str) -> Result<[f64; 2], String> {
     let numbers: Vec<f64> = numbers.filter_map(Result::ok).filter(|x| x.is_finite()).collect();
     let count = text.split(',').count();
     let pair = numbers.try_into().ok().filter(|_| count == 2);
-    pair.ok_or_else(|| "two numbers separated by a comma are wanted".to_owned())
+    pair.ok_or_else(|| "two numbers separated by a comma are expected".to_owned())
 }
 
 pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
@@ -292,7 +292,7 @@ fn cutter(args: &Args) -> Result<Cutter, Failure> {
     };
     let (mut major, mut minor, mut length, mut inner) = (None, None, None, None);
     for entry in args.cutter.split(',') {
-        let (name, value) = entry.split_once('=').ok_or_else(|| wrong("name=value is wanted"))?;
+        let (name, value) = entry.split_once('=').ok_or_else(|| wrong("name=value is expected"))?;
         let value = value.trim().parse::<f64>();
         let value = value.map_err(|_| wrong(&format!("{entry} is no number")))?;
         let place = match name.trim() {

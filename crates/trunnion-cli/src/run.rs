@@ -21,7 +21,7 @@ pub(crate) struct Args {
     /// Folder for the outputs [default: out/ beside the job].
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Check the job and its files, and stop before the work.
+    /// Check the job and its files, and stop before the passes are placed.
     #[arg(long)]
     dry_run: bool,
 }
@@ -34,7 +34,7 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
         None => args.job.parent().unwrap_or(Path::new("")).join("out"),
     };
     Outputs::probe(&folder)?;
-    // Where the job says them.
+    // Defects of stock and fixtures are reported at their lines of the job.
     let refused = |error| match error {
         PipelineError::Solids(faults) => Failure::faults(&args.job, &faults),
         error => failure(error),
@@ -62,8 +62,8 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     Ok(if summary.passed { Done::Kept } else { Done::Broken })
 }
 
-/// Reads the job and the files it names, STEP solids within `chord` \[mm\] of their faces if that is told. All
-/// faults of the files it names are told together.
+/// Reads the job and the files it names, STEP solids within `chord` \[mm\] of their faces if it is given. All
+/// faults of the files it names are reported together.
 pub(crate) fn load(
     path: &Path,
     chord: Option<f64>,
@@ -106,13 +106,14 @@ fn beside(job: &Path, name: &str) -> PathBuf {
     job.parent().unwrap_or(Path::new("")).join(name)
 }
 
-/// What is wrong with a file that a job names, told where it does so if the file is not there.
+/// Returns the error of a file that a job names, at its line of the job if the file does not exist.
 fn at_key((path, file): (&Path, &JobFile), (key, name): (&str, &str), what: Failure) -> Failure {
     match what {
         Failure::Input(messages) if !beside(path, name).is_file() => {
             let at = file.places.get(key);
-            let told = |message| format!("{}:{}:{}: {message}", path.display(), at.line, at.column);
-            Failure::Input(messages.into_iter().map(told).collect())
+            let detail =
+                |message| format!("{}:{}:{}: {message}", path.display(), at.line, at.column);
+            Failure::Input(messages.into_iter().map(detail).collect())
         }
         other => other,
     }
@@ -125,7 +126,7 @@ struct Solids {
     fixtures: Vec<(usize, Mesh)>,
 }
 
-/// Reads the files of stock and fixtures; what is wrong is told where the job names them.
+/// Reads the files of stock and fixtures; errors are reported at their lines of the job.
 fn solids(path: &Path, file: &JobFile) -> Result<Solids, Failure> {
     let mut faults = Vec::new();
     let mut read = |key: &str, solid: &JobSolid| {
@@ -166,7 +167,7 @@ pub(crate) fn failure(error: PipelineError) -> Failure {
     }
 }
 
-/// What `--dry-run --json` says: the job as it would be worked, its budget shared out \[mm\].
+/// Answer of `--dry-run --json`: the job as it would run, with its budget \[mm\].
 #[derive(Debug, serde::Serialize)]
 struct DryRun {
     schema: &'static str,
@@ -311,9 +312,9 @@ fn table(summary: &Summary, places: &[PathBuf]) -> String {
 fn program(program: &ProgramSummary) -> Vec<(&str, String)> {
     let mut rows = Vec::new();
     if let Some(other) = &program.same_as {
-        let told =
+        let detail =
             format!("{} blocks; the same as those of {other}, whose check holds", program.blocks);
-        rows.push((program.dialect.as_str(), told));
+        rows.push((program.dialect.as_str(), detail));
     }
     let Some(check) = &program.check else { return rows };
     rows.push((&program.dialect, checked(program.blocks, check)));
@@ -341,21 +342,21 @@ fn covered(cover: &CoverSummary) -> Vec<(&'static str, String)> {
     ];
     if let Some(TurnLimitSummary { free_passes, free_length, length, time }) = &cover.turn_limit {
         let [length, time] = [length, time].map(|share| 100.0 * share);
-        let told = format!(
+        let detail = format!(
             "{length:+.1} % of length, {time:+.1} % of time (estimated) against {free_passes} passes of {free_length:.0} mm \
              with the axis free to turn"
         );
-        rows.push(("turn limit costs", told));
+        rows.push(("turn limit costs", detail));
     }
     if !cover.fixed.is_empty() {
         let share: f64 = cover.fixed.iter().map(|region| region.share).sum();
-        let told = format!("{:.1} % of the faces, regions: {}", 100.0 * share, cover.fixed.len());
-        rows.push(("at a fixed lean", told));
+        let detail = format!("{:.1} % of the faces, regions: {}", 100.0 * share, cover.fixed.len());
+        rows.push(("at a fixed lean", detail));
     }
     if !cover.rest.is_empty() {
         let area: f64 = cover.rest.iter().map(|rest| rest.area).sum();
-        let told = format!("{area:.2} of {:.1} mm2, parts: {}", cover.area, cover.rest.len());
-        rows.push(("not finished", told));
+        let detail = format!("{area:.2} of {:.1} mm2, parts: {}", cover.area, cover.rest.len());
+        rows.push(("not finished", detail));
     }
     rows
 }
@@ -407,15 +408,15 @@ mod tests {
 
     #[test]
     fn passages_are_counted_and_time_has_a_side() {
-        let told = |passages, through, seconds_saved| {
+        let detail = |passages, through, seconds_saved| {
             let (tilt, turn_saved) = (0.0125, 180.0);
             super::passages(&SingularSummary { passages, through, tilt, turn_saved, seconds_saved })
         };
         let start = "tool axis moved at 1 passage (straight through) by up to 0.0125 deg: 180 deg less turn,";
-        assert_eq!(told(1, 1, -0.001), format!("{start} no time saved"));
-        assert_eq!(told(1, 1, -0.25), format!("{start} 0.25 s lost"));
-        assert!(told(1, 0, 0.0).contains("1 passage (farther off)"));
-        assert!(told(3, 2, 1.5).contains("3 passages (2 straight through)"));
-        assert!(told(3, 2, 1.5).ends_with("1.50 s saved"));
+        assert_eq!(detail(1, 1, -0.001), format!("{start} no time saved"));
+        assert_eq!(detail(1, 1, -0.25), format!("{start} 0.25 s lost"));
+        assert!(detail(1, 0, 0.0).contains("1 passage (farther off)"));
+        assert!(detail(3, 2, 1.5).contains("3 passages (2 straight through)"));
+        assert!(detail(3, 2, 1.5).ends_with("1.50 s saved"));
     }
 }

@@ -13,23 +13,23 @@ use trunnion::files::setups::{
 use trunnion::machine::{FIRST_ROTARY, Machine};
 use trunnion::pipeline::{self, Job, SetupResult};
 
-/// Other setups that are told.
+/// Most other setups that are listed.
 const OTHERS: usize = 12;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Job file (TOML); paths in it are relative to it.
     job: PathBuf,
-    /// How far the part's z may lean from the machine's z, in degrees [default: 0..45, or 45 either
-    /// way of the job's where that leans more].
+    /// Range of the tilt of the part's z from the machine's z, in degrees [default: 0..45, or 45 to either
+    /// side of the job's tilt if that is larger].
     #[arg(long, value_name = "LO..HI", value_parser = interval, allow_hyphen_values = true)]
     tilt: Option<[f64; 2]>,
-    /// Where to it may lean, in degrees about the machine's z from x (0) towards y (90)
+    /// Range of the direction of the tilt, in degrees about the machine's z from x (0) towards y (90)
     /// [default: -180..180].
     #[arg(long, value_name = "LO..HI", value_parser = interval, allow_hyphen_values = true)]
     towards: Option<[f64; 2]>,
-    /// How it may be turned about its own z before it is tilted, in degrees [default: as in the job;
-    /// any way where the workpiece-side rotary is not upright or has ends of travel].
+    /// Range of the rotation about the part's own z before the tilt, in degrees [default: as in the job;
+    /// any rotation if the workpiece-side rotary is not upright or has ends of travel].
     #[arg(long, value_name = "LO..HI", value_parser = interval, allow_hyphen_values = true)]
     turn: Option<[f64; 2]>,
 }
@@ -56,7 +56,7 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     if json {
         text::print_json(&answer(&job, &bounds, &found, warnings))?;
     } else {
-        text::print(&words(&job, &bounds, &found, &warnings))?;
+        text::print(&describe(&job, &bounds, &found, &warnings))?;
     }
     Ok(if found.search.best.is_some() { Done::Kept } else { Done::Broken })
 }
@@ -74,7 +74,7 @@ fn bounds(args: &Args, job: &Job) -> Result<TiltBounds, Failure> {
     })
 }
 
-/// What `--json` says.
+/// Returns the answer of `--json`.
 fn answer(
     job: &Job,
     bounds: &TiltBounds,
@@ -83,7 +83,7 @@ fn answer(
 ) -> SetupSummary {
     let machine = job.kinematics.machine();
     let search = &found.search;
-    let degrees = |range: [f64; 2]| range.map(|angle| told(angle.to_degrees()));
+    let degrees = |range: [f64; 2]| range.map(|angle| rounded(angle.to_degrees()));
     let SearchAssurance { bound, except, looked, planned } = search.assurance;
     SetupSummary {
         schema: LAYOUT.to_owned(),
@@ -118,9 +118,9 @@ fn entry(judged: &EvaluatedSetup, machine: &Machine, seconds: Option<f64>) -> Se
     SetupEntry {
         origin: judged.setup.origin.into(),
         rotation: rotation(judged),
-        tilt: told(judged.lean.tilt.to_degrees()),
-        towards: told(judged.lean.towards.to_degrees()),
-        turn: told(judged.lean.turn.to_degrees()),
+        tilt: rounded(judged.lean.tilt.to_degrees()),
+        towards: rounded(judged.lean.towards.to_degrees()),
+        turn: rounded(judged.lean.turn.to_degrees()),
         least_angle: judged.least.to_degrees(),
         fits: fits.is_some(),
         why_not: why_not(judged, machine),
@@ -142,7 +142,7 @@ fn shown(found: &SetupResult) -> bool {
     }
 }
 
-/// What is known of all rotations within the bounds, for people.
+/// Describes the assurance over all rotations within the bounds.
 fn assured(found: &SetupResult) -> String {
     let SearchAssurance { bound, except, .. } = found.search.assurance;
     let apart = if except > 0.0 {
@@ -199,8 +199,8 @@ fn why_not(judged: &EvaluatedSetup, machine: &Machine) -> Option<String> {
     }
 }
 
-/// For people.
-fn words(job: &Job, bounds: &TiltBounds, found: &SetupResult, warnings: &[String]) -> String {
+/// Describes the result.
+fn describe(job: &Job, bounds: &TiltBounds, found: &SetupResult, warnings: &[String]) -> String {
     let search = &found.search;
     let machine = job.kinematics.machine();
     let mut lines = vec![headline(job, found)];
@@ -238,7 +238,7 @@ fn headline(job: &Job, found: &SetupResult) -> String {
     let Some((best, _)) = &search.best else {
         let help = "allow more tilt or turn, take a shorter tool or clearance, or split the job";
         return format!(
-            "{name}: NO SETUP FITS within the bounds; {help}. What comes nearest is told below"
+            "{name}: NO SETUP FITS within the bounds; {help}. The nearest setups are listed below"
         );
     };
     let [before, after] = [search.before.least, best.least].map(f64::to_degrees);
@@ -262,7 +262,7 @@ fn paste(job: &Job, best: &EvaluatedSetup) -> [String; 4] {
         .map(|angle| (angle.to_degrees() * 100.0).round() / 100.0 + 0.0);
     [
         "[setup]".to_owned(),
-        format!("origin = {}", list(best.setup.origin.map(told).into())),
+        format!("origin = {}", list(best.setup.origin.map(rounded).into())),
         format!(
             "rotation = {}  # leans {tilt} deg towards {towards} deg, turned by {turn} deg",
             list(rotation(best))
@@ -272,7 +272,7 @@ fn paste(job: &Job, best: &EvaluatedSetup) -> [String; 4] {
 }
 
 /// Without what adding tenths leaves behind.
-fn told(value: f64) -> f64 {
+fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6 + 0.0
 }
 
@@ -311,7 +311,7 @@ fn compare(machine: &Machine, found: &SetupResult, best: &EvaluatedSetup) -> Vec
 }
 
 fn span([low, high]: [f64; 2]) -> String {
-    let [low, high] = [low, high].map(|angle| told(angle.to_degrees()));
+    let [low, high] = [low, high].map(|angle| rounded(angle.to_degrees()));
     if low < high { format!("{low}..{high}") } else { format!("{low}") }
 }
 

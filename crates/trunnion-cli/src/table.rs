@@ -12,7 +12,7 @@ use trunnion::types::{Diagnostic, Diagnostics};
 
 /// Longest line of a table \[bytes\]; a guard against a file that is no table.
 const LONGEST: u64 = 1 << 20;
-/// How many faults or refusals are told one by one.
+/// Most faults or refusals that are listed one by one.
 const TOLD: usize = 20;
 /// Output up to this size waits in memory, more in a temporary file \[bytes\].
 const IN_MEMORY: usize = 16 << 20;
@@ -45,16 +45,16 @@ pub(crate) trait Work {
     fn columns(&self) -> Vec<String>;
     /// TableHeader line of the result.
     fn header(&self) -> String;
-    /// Appends the result of one row, with its line end; `None` for a row that says "none".
+    /// Appends the result of one row, with its line end; `None` for a row without numbers.
     fn row(&mut self, values: Option<&[f64]>, out: &mut String) -> Result<(), Refusal>;
 }
 
 /// Why a row has no result.
 #[derive(Debug)]
 pub(crate) enum Refusal {
-    /// The row makes no sense: the table is refused.
+    /// The row is malformed: the table is refused.
     Malformed(String),
-    /// The row has no answer: told, and the work goes on. A row without numbers was appended.
+    /// The row has no answer, which is reported; the work continues. A row without numbers was appended.
     Unsolved(String),
 }
 
@@ -65,7 +65,7 @@ pub(crate) struct Tally {
     pub(crate) rows: u64,
     /// Rows without an answer.
     pub(crate) unsolved: u64,
-    /// The first of them, as told on stderr.
+    /// The first of them, as reported on stderr.
     pub(crate) told: Vec<String>,
 }
 
@@ -191,7 +191,7 @@ impl Ends {
             return Ok(tempfile::spooled_tempfile(IN_MEMORY));
         }
         if self.output.is_dir() {
-            let message = format!("{}: is a folder; a file is wanted", self.output.display());
+            let message = format!("{}: is a folder; a file is expected", self.output.display());
             return Err(Failure::input(message));
         }
         let folder = self.output.parent().filter(|folder| folder.is_dir());
@@ -261,7 +261,7 @@ fn open(path: &Path) -> Result<Box<dyn BufRead>, Failure> {
         |what: &dyn std::fmt::Display| Failure::input(format!("{}: {what}", path.display()));
     let file = File::open(path).map_err(|error| fault(&error))?;
     if file.metadata().is_ok_and(|data| data.is_dir()) {
-        return Err(fault(&"is a folder; a file is wanted"));
+        return Err(fault(&"is a folder; a file is expected"));
     }
     Ok(Box::new(BufReader::with_capacity(1 << 16, file)))
 }

@@ -30,11 +30,11 @@ pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     bytes(path).map_err(|what| Failure::input(format!("{}: {what}", path.display())))
 }
 
-/// Reads a file whole, or says what is wrong with it.
+/// Reads a whole file, or reports the error.
 pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, String> {
     let size = std::fs::metadata(path).map_err(|error| error.to_string())?;
     if size.is_dir() {
-        return Err("is a folder; a file is wanted".into());
+        return Err("is a folder; a file is expected".into());
     }
     if size.len() > LARGEST {
         return Err(format!("has {} bytes; at most {LARGEST} are read", size.len()));

@@ -3,7 +3,6 @@
 use super::setting::Setting;
 use super::{Args, remedy};
 use crate::outcome::Failure;
-use crate::path::MOST_FAULTS;
 use crate::progress::Bars;
 use crate::{inspect, text};
 use std::path::Path;
@@ -15,6 +14,7 @@ use trunnion::nc::read::{
 };
 use trunnion::nc::write::work_offset;
 use trunnion::pipeline::{Fixtures, MOST_COLLISIONS};
+use trunnion::post::MOST_FAULTS;
 use trunnion::surface::Face;
 use trunnion::types::Progress;
 use trunnion::verify::{

@@ -196,25 +196,25 @@ impl Layout {
         let Some(pair) = piece.nodes.get(interval..interval + 2) else { return };
         let h = pair[1].s - pair[0].s;
         for ((line, node), x) in lines.into_iter().zip(pair).zip([0.0, h]) {
-            let [told, got] = [node.q[3][axis], quintic.at(x)[3][axis]];
+            let [given, quintic_value] = [node.q[3][axis], quintic.at(x)[3][axis]];
             let noticed = noticed(node, (axis, h), limits, args.method);
             let share = args.third_tolerance * largest.max(noticed);
-            if (got - told).abs() > share + rounding(pair, axis, h) {
-                faults.add(self.disagrees(line, axis, [told, got]));
+            if (quintic_value - given).abs() > share + rounding(pair, axis, h) {
+                faults.add(self.disagrees(line, axis, [given, quintic_value]));
             }
         }
     }
 
-    fn disagrees(&self, line: u32, axis: usize, [told, got]: [f64; 2]) -> Diagnostic {
+    fn disagrees(&self, line: u32, axis: usize, [given, quintic_value]: [f64; 2]) -> Diagnostic {
         let name = self.axis(axis);
         fault(
             line,
             format!(
-                "{name}3 = {told}, but the quintic through {name}, {name}1, {name}2 of this row and its \
-                 neighbour has {got:.6}"
+                "{name}3 = {given}, but the quintic through {name}, {name}1, {name}2 of this row and its \
+                 neighbour has {quintic_value:.6}"
             ),
             "are all derivatives by s? Otherwise: more decimals, or rows closer together; \
-             --third-tolerance says how much is allowed",
+             --third-tolerance sets the limit",
         )
     }
 

@@ -25,31 +25,31 @@ pub(crate) struct Args {
     /// Limits of the axes: [axis.X] vel, acc, jerk; see `trunnion schema limits`.
     #[arg(long, value_name = "FILE")]
     limits: PathBuf,
-    /// How to plan: `jerk` is fastest within jerk limits too, `optimal` within velocity and
-    /// acceleration limits alone; `blocks` and `given` are run whatever the limits, and told what breaks.
+    /// Planning method. `jerk` is the fastest schedule within velocity, acceleration and jerk limits, `optimal`
+    /// within velocity and acceleration limits alone; `blocks` and `given` may break limits, which is reported.
     #[arg(long, value_enum, default_value = "jerk")]
     method: Method,
-    /// optimal: look at the limits at rows only, not in between; for comparison with other planners.
+    /// optimal: keep the limits at rows only, not in between; for comparison with other planners.
     #[arg(long)]
     no_guarantee: bool,
-    /// Plan row by row through a window of so many rows that can always stop, as a control does; with jerk
-    /// limits up to eight times as many where the way to stop is longer.
+    /// Plan row by row with a look-ahead of so many rows, inside which the axes can always stop, as a control does;
+    /// with jerk limits up to eight times as many rows if stopping takes longer.
     #[arg(long, value_name = "ROWS", value_parser = clap::value_parser!(u32).range(4..))]
     window: Option<u32>,
-    /// With --window: read, plan and write row by row as well, whatever the length of the table; it is read twice. Numbers
-    /// that need the whole path are left out: the certified bound, what binds.
+    /// With --window: read, plan and write row by row, for tables of any length; the table is read twice. Numbers that
+    /// need the whole path are left out: the certified bound and the binding limits.
     #[arg(long, requires = "window", conflicts_with = "motion")]
     stream: bool,
-    /// Stop searching when less than this share of the time is to gain; 5e-3 for optimal, which
-    /// takes long to come below, 1e-3 for jerk, unless given.
+    /// Stop searching when less than this share of the time can still be gained [default: 1e-3 for jerk; 5e-3 for
+    /// optimal, which takes long to get below].
     #[arg(long, value_name = "SHARE", value_parser = share)]
     time_tolerance: Option<f64>,
-    /// Largest disagreement of NAME3 with the quintic through NAME, NAME1, NAME2, as a share of the
-    /// largest NAME3 or of what the limits notice.
+    /// Largest difference of NAME3 from the quintic through NAME, NAME1, NAME2, as a share of the
+    /// largest NAME3, or of the smallest value that matters for the limits.
     #[arg(long, value_name = "SHARE", default_value = "0.1", value_parser = share)]
     third_tolerance: f64,
     /// Also write the axes at every servo period: position, velocity, acceleration, jerk. As CSV, or as Parquet
-    /// where the name ends in .parquet and trunnion is built with that feature.
+    /// if the name ends in .parquet and trunnion is built with that feature.
     #[arg(long, value_name = "FILE")]
     motion: Option<PathBuf>,
     /// Servo period of --motion, of chord errors and of the junctions of --method blocks, in s.
@@ -58,12 +58,12 @@ pub(crate) struct Args {
 }
 
 const EXAMPLES: &str = "\
-Columns: s, and for each axis of the limits file NAME, NAME1, NAME2 (value and derivatives by s) and,
-if there, NAME3, which is checked. Between rows the path is the quintic through all three. Two rows
+Columns: s, and for each axis of the limits file NAME, NAME1, NAME2 (value and derivatives by s) and
+optionally NAME3, which is checked. Between rows the path is the quintic through all three. Two rows
 with the same s mark a jump of the derivatives: the axes rest there. A column `feed` limits ds/dt row
 by row; with --method given a column `speed` is ds/dt. Units are those of the columns, per second.
-Limits (TOML):  [axis.X]  vel = 500  acc = 5000  jerk = 1e5     one table an axis
-                          vel_minus = 400  acc_minus = 4000     optional: towards minus
+Limits (TOML):  [axis.X]  vel = 500  acc = 5000  jerk = 1e5     one table per axis
+                          vel_minus = 400  acc_minus = 4000     optional: in minus direction
                           chord = 0.001                         optional: largest distance from the
                                                                 line between two setpoints, --period
                 [path]    feed = 50  acc, jerk, start, end      optional, along s
@@ -84,14 +84,14 @@ pub(crate) enum Method {
     Jerk,
     /// Velocity and acceleration limits.
     Optimal,
-    /// The classical look-ahead over straight blocks from row to row, to compare with.
+    /// Classical look-ahead over straight blocks from row to row, for comparison.
     Blocks,
-    /// The speeds of the column `speed`: what the axes do, and where which limit breaks.
+    /// Speeds of the column `speed`: reports the axis motion, and each broken limit with its place.
     Given,
 }
 
 impl Method {
-    /// Share of the time below which searching is not worth its while.
+    /// Returns the share of the time below which the search stops.
     fn time_tolerance(self) -> f64 {
         match self {
             Self::Jerk => 1e-3,
@@ -112,7 +112,7 @@ impl Method {
 fn share(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err("a positive number is wanted".into()),
+        _ => Err("a positive number is expected".into()),
     }
 }
 

@@ -19,8 +19,8 @@ use trunnion::setpoint;
 pub(super) const ROUNDING: f64 = 1.490_116_119_384_765_6e-8;
 /// What to do about a broken limit.
 const HINT: &str = " between rows; plan without --no-guarantee";
-/// Rests that are told one by one.
-pub(super) const TOLD: usize = 10;
+/// Most rests that are listed one by one.
+pub(super) const MOST_LISTED: usize = 10;
 /// Columns of a schedule.
 pub(super) const HEADER: &str = "s,t,speed,acceleration,jerk";
 
@@ -182,8 +182,8 @@ pub(super) fn tell<const N: usize>(
 ) -> Result<Done, Failure> {
     let plan = &planned.plan;
     let rests = table.rests(&planned.path);
-    let told = rests.len().min(TOLD);
-    tell_rests(&rests[..told], rests.len() - told);
+    let listed = rests.len().min(MOST_LISTED);
+    report_rests(&rests[..listed], rests.len() - listed);
     let kept = |ratio: f64| ratio <= 1.0 + ROUNDING;
     let jerk_kept = args.method != Method::Jerk || plan.bounds.jerk.is_none_or(kept);
     let within = if args.method == Method::Given {
@@ -208,28 +208,28 @@ pub(super) fn tell<const N: usize>(
         within_limits: within,
         output: args.ends.output().display().to_string(),
     };
-    say((args, json), &summary, words)?;
+    print((args, json), &summary, describe)?;
     Ok(if within { Done::Kept } else { Done::Broken })
 }
 
-/// Prints a summary: as JSON, or in words where the schedule itself does not go.
-pub(super) fn say<S: serde::Serialize>(
+/// Prints a summary: as JSON, or in words on the stream that the schedule does not use.
+pub(super) fn print<S: serde::Serialize>(
     (args, json): (&Args, bool),
     summary: &S,
-    words: impl Fn(&S) -> String,
+    describe: impl Fn(&S) -> String,
 ) -> Result<(), Failure> {
     if json {
         text::print_json(summary)?;
     } else if args.ends.to_stdout() {
-        eprint!("{}", words(summary));
+        eprint!("{}", describe(summary));
     } else {
-        text::print(&words(summary))?;
+        text::print(&describe(summary))?;
     }
     Ok(())
 }
 
 /// Tells where the axes rest, and in how many places `more`.
-pub(super) fn tell_rests(rests: &[Rest], more: usize) {
+pub(super) fn report_rests(rests: &[Rest], more: usize) {
     for Rest { s, line, jump } in rests {
         match jump {
             Some((name, by)) => {
@@ -244,12 +244,17 @@ pub(super) fn tell_rests(rests: &[Rest], more: usize) {
 }
 
 fn tell_breaches(breaches: &[LimitBreach], table: &Table) {
-    for LimitBreach { s: [from, to], limit: name, ratio, worst, .. } in breaches.iter().take(TOLD) {
+    for LimitBreach { s: [from, to], limit: name, ratio, worst, .. } in
+        breaches.iter().take(MOST_LISTED)
+    {
         let name = limit(*name, table);
         eprintln!("s = {from} to {to}: {name} is {ratio:.4} of its limit at s = {worst}");
     }
-    if breaches.len() > TOLD {
-        eprintln!("and {} more stretches; lower the column `speed` there", breaches.len() - TOLD);
+    if breaches.len() > MOST_LISTED {
+        eprintln!(
+            "and {} more stretches; lower the column `speed` there",
+            breaches.len() - MOST_LISTED
+        );
     }
 }
 
@@ -281,7 +286,7 @@ fn limit(name: BindingLimit, table: &Table) -> String {
     }
 }
 
-fn words(summary: &Summary) -> String {
+fn describe(summary: &Summary) -> String {
     let mut out = String::new();
     let Summary { duration, lower_bound, points, inserted, .. } = summary;
     let above = 100.0 * (duration / lower_bound.max(f64::MIN_POSITIVE) - 1.0);

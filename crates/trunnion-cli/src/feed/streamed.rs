@@ -1,7 +1,7 @@
 //! `trunnion feed --stream`: a table of any length, planned row by row through a window.
 
 use super::layout::{Layout, Next, columns};
-use super::out::{HEADER, ROUNDING, Share, TOLD, say, tell_rests, write_row};
+use super::out::{HEADER, MOST_LISTED, ROUNDING, Share, print, report_rests, write_row};
 use super::path::Rest;
 use super::plan::LEAST_ROWS;
 use super::{Args, Method};
@@ -30,7 +30,7 @@ struct Survey {
     more_rests: usize,
 }
 
-/// A row, and those before it that tell what it is.
+/// A row, and the rows before it that define it.
 #[derive(Clone, Copy)]
 struct Last<const N: usize> {
     line: u32,
@@ -95,7 +95,7 @@ pub(super) fn run<const N: usize>(
     let limits: Result<(Limits<N>, _), _> = survey.layout.limits(file, args.period);
     let (limits, _) =
         limits.map_err(|error| Failure::input(format!("{}: {error}", args.limits.display())))?;
-    tell_rests(&survey.rests, survey.more_rests);
+    report_rests(&survey.rests, survey.more_rests);
     let Outcome { duration, points, bounds } =
         args.ends.write_checked(|out| planned(args, file, (&survey, &limits), out))?;
     let kept = |ratio: f64| ratio <= 1.0 + ROUNDING;
@@ -117,11 +117,11 @@ pub(super) fn run<const N: usize>(
         within_limits: within,
         output: args.ends.output().display().to_string(),
     };
-    say((args, json), &summary, words)?;
+    print((args, json), &summary, describe)?;
     Ok(if within { Done::Kept } else { Done::Broken })
 }
 
-fn words(summary: &Summary) -> String {
+fn describe(summary: &Summary) -> String {
     let Summary { duration, seconds, read, points, within_limits, .. } = summary;
     let kept = if *within_limits { "every limit is kept" } else { "a limit is broken" };
     let wrote = &summary.output;
@@ -151,7 +151,7 @@ fn survey<const N: usize>(args: &Args, file: &LimitsFile) -> Result<Survey, Fail
             if layout.next(line, pair, *up_to >= 2, &mut faults) == Next::On {
                 of_piece = up_to + 1;
                 length += node.s - before.s;
-            } else if rests.len() < TOLD {
+            } else if rests.len() < MOST_LISTED {
                 rests.push(Rest { s: node.s, line, jump: layout.jump(pair) });
             } else {
                 more_rests += 1;

@@ -1,7 +1,6 @@
 //! What a CL file comes to.
 
 use crate::outcome::{Done, Failure};
-use crate::path::MOST_FAULTS;
 use crate::path::lines::{self, Lines};
 use crate::text;
 use anyhow::Context;
@@ -9,6 +8,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 use trunnion::nc::read::{ClItem, ClReader, ClTally};
+use trunnion::post::MOST_FAULTS;
 
 /// How files of cutter locations are called.
 const ENDINGS: [&str; 7] = ["cls", "clsf", "apt", "aptsource", "ncl", "cl", "clt"];
@@ -21,9 +21,9 @@ pub(super) fn is_one(path: &Path) -> bool {
     ENDINGS.iter().any(|known| ending.eq_ignore_ascii_case(known))
 }
 
-/// What `--json` says; mm, degrees, s.
+/// Answer of `--json`; mm, degrees, s.
 #[derive(Debug, serde::Serialize)]
-struct Told {
+struct ClSummary {
     schema: &'static str,
     lines: u64,
     locations: usize,
@@ -48,17 +48,17 @@ struct Told {
 }
 
 pub(super) fn run(path: &Path, json: bool) -> Result<Done, Failure> {
-    let told = read(path)?;
-    for warning in &told.warnings {
+    let summary = read(path)?;
+    for warning in &summary.warnings {
         eprintln!("warning: {warning}");
     }
-    if told.locations == 0 {
+    if summary.locations == 0 {
         return Err(Failure::input(format!("{}: no cutter locations", path.display())));
     }
-    if json { text::print_json(&told) } else { text::print(&words(&told)) }
+    if json { text::print_json(&summary) } else { text::print(&describe(&summary)) }
 }
 
-fn read(path: &Path) -> Result<Told, Failure> {
+fn read(path: &Path) -> Result<ClSummary, Failure> {
     let file =
         File::open(path).map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
     let mut lines = Lines::new(BufReader::new(file));
@@ -80,7 +80,7 @@ fn read(path: &Path) -> Result<Told, Failure> {
     let warnings = warnings.iter().map(|warning| format!("{}:{warning}", path.display()));
     let tip = |at: usize| tally.tip.map(|end| end[at]);
     let axis = |at: usize| tally.axis.map(|end| end[at]);
-    Ok(Told {
+    Ok(ClSummary {
         schema: "trunnion-inspect-cl/1",
         lines: count,
         locations: tally.locations,
@@ -101,23 +101,27 @@ fn read(path: &Path) -> Result<Told, Failure> {
     })
 }
 
-fn words(told: &Told) -> String {
+fn describe(summary: &ClSummary) -> String {
     let row = |name: &str, value: String| format!("{name:<12}{value}");
     let range = |name: &str, [low, high]: [f64; 2], decimals: usize| {
         row(name, format!("{low:.decimals$} .. {high:.decimals$}"))
     };
-    let Told { lines, locations, arcs, holes, length: [rapid, feed], seconds, .. } = told;
+    let ClSummary { lines, locations, arcs, holes, length: [rapid, feed], seconds, .. } = summary;
     let mut rows = vec![
         row("lines", lines.to_string()),
         row("locations", format!("{locations}, {arcs} reached on arcs, {holes} of them holes")),
         row("length", format!("{feed:.3} mm with feed, {rapid:.3} mm rapid")),
         row("time", format!("{seconds:.1} s at the feeds written, without rapid moves")),
     ];
-    rows.extend([("x", told.x), ("y", told.y), ("z", told.z)].map(|(name, of)| range(name, of, 4)));
-    rows.extend([("i", told.i), ("j", told.j), ("k", told.k)].map(|(name, of)| range(name, of, 6)));
-    rows.push(row("turns", format!("{:.2} deg of the tool axis in all", told.turn)));
-    if let Some([diameter, corner]) = told.cutter {
-        let tool = told.tool.map_or(String::new(), |tool| format!(", tool {tool}"));
+    rows.extend(
+        [("x", summary.x), ("y", summary.y), ("z", summary.z)].map(|(name, of)| range(name, of, 4)),
+    );
+    rows.extend(
+        [("i", summary.i), ("j", summary.j), ("k", summary.k)].map(|(name, of)| range(name, of, 6)),
+    );
+    rows.push(row("turns", format!("{:.2} deg of the tool axis in all", summary.turn)));
+    if let Some([diameter, corner]) = summary.cutter {
+        let tool = summary.tool.map_or(String::new(), |tool| format!(", tool {tool}"));
         rows.push(row(
             "cutter",
             format!("D {diameter} mm, corner radius {corner} mm{tool}: the last"),

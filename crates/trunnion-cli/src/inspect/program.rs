@@ -1,19 +1,19 @@
 //! What an NC program comes to.
 
 use crate::outcome::{Done, Failure};
-use crate::path::MOST_FAULTS;
 use crate::path::lines::{self, Lines};
 use crate::text;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 use trunnion::nc::read::{self, AxisWord, AxisWords, Dialect, ReadOptions, Step, Tally};
+use trunnion::post::MOST_FAULTS;
 
 /// How programs are called.
 const ENDINGS: [&str; 11] =
     ["ngc", "nc", "cnc", "tap", "gcode", "mpf", "spf", "h", "eia", "min", "ptp"];
 
-/// Lines that are looked at to tell the dialect.
+/// Lines from which the dialect is detected.
 const FIRST: usize = 500;
 
 pub(super) fn is_one(path: &Path) -> bool {
@@ -24,13 +24,13 @@ pub(super) fn is_one(path: &Path) -> bool {
 /// How a program is to be read.
 #[derive(Debug, clap::Args)]
 pub(super) struct ProgramArgs {
-    /// Dialect of a program: linuxcnc, fanuc, haas, siemens, heidenhain. Without it, its first lines tell.
+    /// Dialect of a program: linuxcnc, fanuc, haas, siemens, heidenhain. Without it, the first lines decide.
     #[arg(long, value_name = "DIALECT", value_parser = dialect)]
     from: Option<Dialect>,
-    /// A parameter that the program does not set itself, such as `500=0`, `_hal[x]=3`, `R1=5`. May be repeated.
+    /// Value of a parameter that the program does not set, such as `500=0`, `_hal[x]=3`, `R1=5`. May be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = parameter)]
     parameters: Vec<(String, f64)>,
-    /// Whether lines that begin with / are run.
+    /// Run the lines that begin with / (true), or skip them (false).
     #[arg(long, value_name = "RUN")]
     block_delete: Option<bool>,
 }
@@ -76,9 +76,9 @@ impl ByTool {
     }
 }
 
-/// What `--json` says; mm, degrees, s.
+/// Answer of `--json`; mm, degrees, s.
 #[derive(Debug, serde::Serialize)]
-struct Told {
+struct ProgramSummary {
     schema: &'static str,
     dialect: &'static str,
     lines: u64,
@@ -97,11 +97,11 @@ struct Told {
 }
 
 pub(super) fn run(path: &Path, args: &ProgramArgs, json: bool) -> Result<Done, Failure> {
-    let told = read(path, args)?;
-    for warning in &told.warnings {
+    let summary = read(path, args)?;
+    for warning in &summary.warnings {
         eprintln!("warning: {warning}");
     }
-    if json { text::print_json(&told) } else { text::print(&words(&told)) }
+    if json { text::print_json(&summary) } else { text::print(&describe(&summary)) }
 }
 
 /// Lines of a file; a failure to read ends them, and is kept.
@@ -136,7 +136,7 @@ impl Iterator for FileLines {
     }
 }
 
-fn read(path: &Path, args: &ProgramArgs) -> Result<Told, Failure> {
+fn read(path: &Path, args: &ProgramArgs) -> Result<ProgramSummary, Failure> {
     let dialect = match args.from {
         Some(dialect) => dialect,
         None => Dialect::guess(FileLines::open(path)?.take(FIRST)),
@@ -176,7 +176,7 @@ fn read(path: &Path, args: &ProgramArgs) -> Result<Told, Failure> {
         let unit = |value: f64| if "ABC".contains(name) { value.to_degrees() } else { value };
         range.map(|range| Axis { name, range: range.map(unit) })
     });
-    Ok(Told {
+    Ok(ProgramSummary {
         schema: "trunnion-inspect-program/1",
         dialect: dialect.name(),
         lines: source.count,
@@ -225,28 +225,28 @@ fn letters(lines: impl Iterator<Item = String>) -> (AxisWords, char) {
     (AxisWords(['X', 'Y', 'Z', rotary[0], rotary[1]].map(word)), sixth.unwrap_or(rotary[2]))
 }
 
-fn words(told: &Told) -> String {
+fn describe(summary: &ProgramSummary) -> String {
     let row = |name: &str, value: String| format!("{name:<12}{value}");
-    let [rapid, feed] = told.length;
+    let [rapid, feed] = summary.length;
     let mut rows = vec![
-        row("dialect", told.dialect.to_owned()),
-        row("lines", told.lines.to_string()),
+        row("dialect", summary.dialect.to_owned()),
+        row("lines", summary.lines.to_string()),
         row(
             "blocks",
-            format!("{}, {} of them rapid, {} arcs", told.blocks, told.rapids, told.arcs),
+            format!("{}, {} of them rapid, {} arcs", summary.blocks, summary.rapids, summary.arcs),
         ),
         row("length", format!("{feed:.3} mm of words with feed, {rapid:.3} mm rapid")),
-        row("time", format!("{:.1} s at the feeds written, without rapid moves", told.seconds)),
+        row("time", format!("{:.1} s at the feeds written, without rapid moves", summary.seconds)),
     ];
-    for Axis { name, range: [low, high] } in &told.axes {
+    for Axis { name, range: [low, high] } in &summary.axes {
         let unit = if "ABC".contains(*name) { "deg" } else { "mm" };
         rows.push(row(&name.to_string(), format!("{low:.4} .. {high:.4} {unit}")));
     }
-    if !told.tools.is_empty() {
-        let tools: Vec<_> = told.tools.iter().map(ToString::to_string).collect();
+    if !summary.tools.is_empty() {
+        let tools: Vec<_> = summary.tools.iter().map(ToString::to_string).collect();
         rows.push(row("tools", tools.join(", ")));
     }
-    for own in told.by_tool.iter().filter(|_| told.by_tool.len() > 1) {
+    for own in summary.by_tool.iter().filter(|_| summary.by_tool.len() > 1) {
         let ByTool { tool, blocks, length: [_, feed], seconds } = own;
         let text = format!("{blocks} blocks, {feed:.3} mm with feed, {seconds:.1} s");
         rows.push(row(&format!("tool {tool}"), text));

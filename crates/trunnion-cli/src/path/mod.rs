@@ -17,16 +17,14 @@ use std::io::{BufRead, BufReader, BufWriter, Cursor, Seek, Write};
 use std::path::{Path, PathBuf};
 use trunnion::nc::read::{ClItem, ClReader};
 use trunnion::pipeline;
+use trunnion::post::MOST_FAULTS;
 use trunnion::toolpath::SAME;
 use trunnion::types::{Progress, Stage};
-
-/// Most faults of a CL file that are told.
-pub(crate) const MOST_FAULTS: usize = 20;
 
 /// Bytes read at a time.
 const BUFFER: usize = 1 << 16;
 
-/// Lines between two looks at whether the user wants to stop.
+/// Lines between two checks for cancellation.
 const LINES_A_STEP: u64 = 4096;
 
 #[derive(Debug, clap::Args)]
@@ -36,8 +34,8 @@ pub(crate) struct Args {
     /// CL file to write [default: stdout].
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Lay a C3 path within these of the cutter locations: mm at the tip, degrees of the tool axis.
-    /// What is written stays within them everywhere.
+    /// Fit a C3 path within these tolerances of the cutter locations: mm at the tip, degrees of the tool axis.
+    /// The written locations stay within them everywhere.
     #[arg(long, value_name = "TIP,AXIS", value_parser = tolerances, allow_hyphen_values = true)]
     smooth: Option<[f64; 2]>,
     /// Draw tip and axis deviation along the path (SVG); with --smooth.
@@ -54,7 +52,7 @@ fn tolerances(text: &str) -> Result<[f64; 2], String> {
     }
 }
 
-/// What `--json` says.
+/// Answer of `--json`.
 #[derive(Debug, Default, Serialize)]
 struct Answer {
     schema: &'static str,
@@ -63,7 +61,7 @@ struct Answer {
     smoothing: Option<Smoothing>,
 }
 
-/// What smoothing did; mm and degrees.
+/// Result of smoothing; mm and degrees.
 #[derive(Debug, Serialize)]
 struct Smoothing {
     tip_tolerance: f64,
@@ -88,8 +86,8 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     let Some(place) = &args.output else {
         // Whole or not at all: what is refused in the last line has not gone out before.
         let mut spool = tempfile::tempfile().context("making a temporary file")?;
-        let told = rewrite(input, &bars, args.smooth, BufWriter::new(&mut spool))?;
-        chart(args, &told)?;
+        let done_sheet = rewrite(input, &bars, args.smooth, BufWriter::new(&mut spool))?;
+        chart(args, &done_sheet)?;
         spool.rewind().context("reading a temporary file")?;
         let copied = std::io::copy(&mut spool, &mut std::io::stdout().lock());
         return match copied {
@@ -99,24 +97,24 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
             _ => Ok(Done::Kept),
         };
     };
-    let mut told = None;
+    let mut done_sheet = None;
     let written = output::file(place, |out| match rewrite(input, &bars, args.smooth, out) {
         Ok(done) => {
-            told = Some(Ok(done));
+            done_sheet = Some(Ok(done));
             Ok(())
         }
         Err(failure) => {
-            told = Some(Err(failure));
+            done_sheet = Some(Err(failure));
             Err(std::io::Error::other("refused"))
         }
     });
-    let told = told.transpose()?;
+    let done_sheet = done_sheet.transpose()?;
     written?;
     bars.finish();
-    let Some(told) = told else { return Ok(Done::Kept) };
-    chart(args, &told)?;
-    let answer = answer(&told, args.smooth);
-    if json { text::print_json(&answer) } else { text::print(&words(&answer, place)) }
+    let Some(done_sheet) = done_sheet else { return Ok(Done::Kept) };
+    chart(args, &done_sheet)?;
+    let answer = answer(&done_sheet, args.smooth);
+    if json { text::print_json(&answer) } else { text::print(&describe(&answer, place)) }
 }
 
 /// A CL file, line by line.
@@ -142,7 +140,7 @@ impl<'a> Input<'a> {
             let fault = |what: String| Failure::input(format!("{}: {what}", name.display()));
             let size = std::fs::metadata(name).map_err(|error| fault(error.to_string()))?;
             if size.is_dir() {
-                return Err(fault("is a folder; a file is wanted".into()));
+                return Err(fault("is a folder; a file is expected".into()));
             }
             let file = File::open(name).map_err(|error| fault(error.to_string()))?;
             (Box::new(BufReader::with_capacity(BUFFER, file)), size.len())
@@ -269,7 +267,7 @@ fn smoothing(sheet: &Sheet, [tip, axis]: [f64; 2]) -> Smoothing {
     }
 }
 
-fn words(answer: &Answer, place: &Path) -> String {
+fn describe(answer: &Answer, place: &Path) -> String {
     let [read, written] = answer.locations;
     let mut lines = vec![format!("{}: {written} cutter locations", place.display())];
     if let Some(of) = &answer.smoothing {

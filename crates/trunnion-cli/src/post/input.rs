@@ -22,10 +22,10 @@ use trunnion::types::{Diagnostic, Progress, Stage};
 /// Bytes read at a time, and those of the beginning by which a dialect is known.
 const BUFFER: usize = 1 << 16;
 
-/// Lines between two looks at whether the user wants to stop.
+/// Lines between two checks for cancellation.
 const LINES_A_STEP: u64 = 4096;
 
-/// Arcs become straight moves this close to them \[mm\].
+/// Chord tolerance of arcs \[mm\].
 pub(super) const ARC_TOLERANCE: f64 = 1e-3;
 
 /// A text file that is read line by line.
@@ -52,7 +52,7 @@ impl Source<'_> {
     }
 }
 
-/// What is taken of an input, and how a program is read.
+/// Selection from the input, and options of the program reader.
 pub(super) struct Taken {
     /// Its dialect.
     pub(super) from: Option<Dialect>,
@@ -62,11 +62,11 @@ pub(super) struct Taken {
     pub(super) lengths: Vec<(u32, f64)>,
     /// Values of parameters.
     pub(super) parameters: Vec<(String, f64)>,
-    /// Whether lines that begin with / are run.
+    /// True runs the lines that begin with /, false skips them.
     pub(super) block_delete: Option<bool>,
 }
 
-/// What is read.
+/// Input of one of both kinds.
 pub(super) enum Input<'a> {
     Locations(Box<Locations<'a>>),
     Program(Box<Program<'a>>),
@@ -86,7 +86,7 @@ impl<'a> Input<'a> {
             let fault = |what: String| Failure::input(format!("{}: {what}", path.display()));
             let size = std::fs::metadata(path).map_err(|error| fault(error.to_string()))?;
             if size.is_dir() {
-                return Err(fault("is a folder; a file is wanted".into()));
+                return Err(fault("is a folder; a file is expected".into()));
             }
             let file = File::open(path).map_err(|error| fault(error.to_string()))?;
             (Box::new(BufReader::with_capacity(BUFFER, file)), size.len())
@@ -107,7 +107,7 @@ impl<'a> Input<'a> {
         Ok(Self::Program(Box::new(Program::new(source, dialect, (machine, words), taken)?)))
     }
 
-    /// What the moves come from, with the tool that is in the spindle.
+    /// Returns the source of the moves, with the tool in the spindle.
     pub(super) fn source(&self) -> PostSource {
         match self {
             Self::Locations(_) => PostSource::Locations,
@@ -131,7 +131,7 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// What has been told of tool and spindle.
+    /// Adds tool and spindle of the input so far.
     pub(super) fn head(&self, head: &mut Head) {
         match self {
             Self::Locations(of) => of.head(head),
@@ -188,7 +188,7 @@ fn help(remedy: PostRemedy) -> &'static str {
     }
 }
 
-/// Name of what is posted.
+/// Returns the name of the input.
 fn stem(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }

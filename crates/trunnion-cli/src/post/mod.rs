@@ -1,7 +1,7 @@
-//! `trunnion post`: cutter locations or a program to a program for a machine, with new feeds.
+//! `trunnion post`: writes a program for a machine from cutter locations or another program, with new feeds.
 
 mod input;
-mod told;
+mod summary;
 pub(crate) mod tools;
 
 use crate::outcome::{Done, Failure};
@@ -11,7 +11,7 @@ use crate::{inspect, machine, text};
 use input::{Input, Taken};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use told::Told;
+use summary::PostSummary;
 use tools::{ToolLength, Tools};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read;
@@ -30,63 +30,64 @@ const CHUNK: usize = 1 << 16;
 #[command(after_help = EXAMPLES)]
 #[expect(clippy::struct_excessive_bools, reason = "switches of a command line")]
 pub(crate) struct Args {
-    /// CL file (APT/CL as NX, CATIA, Creo, SOLIDWORKS and Autodesk write it) or NC program; - is stdin.
+    /// CL file (APT/CL as written by NX, CATIA, Creo, SOLIDWORKS and Autodesk) or NC program; - is stdin.
     #[arg(required_unless_present = "print_template")]
     input: Option<PathBuf>,
     /// Machine file, or name of a built-in machine (see `trunnion machine list`).
     #[arg(short, long, required_unless_present = "print_template")]
     machine: Option<String>,
-    /// Program to write; its setup sheet comes beside it, OUT.setup.txt.
+    /// Program to write; its setup sheet is written beside it, OUT.setup.txt.
     #[arg(short, long, value_name = "OUT", required_unless_present = "print_template")]
     output: Option<PathBuf>,
-    /// Format of the program [default: what the machine file says].
+    /// Dialect of the program [default: that of the machine file].
     #[arg(short, long, value_parser = dialect)]
     dialect: Option<OutputFormat>,
-    /// How far the program may stray from the input: mm at the tip, degrees of the tool axis.
+    /// Largest deviation of the program from the input: mm at the tip, degrees of the tool axis.
     #[arg(long, value_name = "TIP,AXIS", value_parser = tolerances, default_value = "0.01,0.05", allow_hyphen_values = true)]
     tolerance: [f64; 2],
-    /// OutputFormat of the input [default: seen from its text]: apt linuxcnc fanuc haas siemens heidenhain.
+    /// Dialect of the input [default: detected from its text]: apt linuxcnc fanuc haas siemens heidenhain.
     #[arg(long, value_name = "DIALECT", value_parser = read_dialect)]
     from: Option<read::Dialect>,
-    /// Machine that a program is for [default: that of --machine].
+    /// Machine of the input program [default: that of --machine].
     #[arg(long, value_name = "MACHINE")]
     from_machine: Option<String>,
-    /// Workpiece origin that a program assumes [default: --origin].
+    /// Workpiece origin assumed by the input program [default: --origin].
     #[arg(long, value_name = "X,Y,Z", value_parser = three, allow_hyphen_values = true)]
     from_origin: Option<[f64; 3]>,
-    /// Rotation of the workpiece that a program assumes [default: --rotation].
+    /// Workpiece rotation assumed by the input program [default: --rotation].
     #[arg(long, value_name = "RX,RY,RZ", value_parser = three, allow_hyphen_values = true)]
     from_rotation: Option<[f64; 3]>,
-    /// Tool length that a program assumes [default: --tool-length]; NUMBER=L for each of several tools.
+    /// Tool length assumed by the input program [default: --tool-length]; NUMBER=L for each of several tools.
     #[arg(long, value_name = "L|NUMBER=L", value_parser = tools::length, allow_hyphen_values = true)]
     from_tool_length: Vec<ToolLength>,
-    /// Rotaries of the program read count against ISO 841.
+    /// Rotaries of the input program count against ISO 841.
     #[arg(long)]
     from_reversed_rotaries: bool,
-    /// Take the moves of this tool only; --tool-length and --from-tool-length are its own.
+    /// Post the moves of this tool only; --tool-length and --from-tool-length are those of this tool.
     #[arg(long, value_name = "NUMBER")]
     tool: Option<u32>,
-    /// A parameter that a program does not set itself, such as `500=0`, `_hal[x]=3`, `R1=5`. May be repeated.
+    /// Value of a parameter that the input program does not set, such as `500=0`, `_hal[x]=3`, `R1=5`. May be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = inspect::parameter)]
     parameters: Vec<(String, f64)>,
-    /// Whether lines of a program that begin with / are run.
+    /// Run the lines that begin with / (true), or skip them (false).
     #[arg(long, value_name = "RUN")]
     block_delete: Option<bool>,
-    /// Lay a C3 path through the moves between rapid ones: fewer and longer blocks, and no corners that hold the
-    /// axes back.
+    /// Fit a C3 path through the moves between rapid moves: fewer and longer blocks, and no corners that slow the
+    /// axes down.
     #[arg(long, conflicts_with = "reduce")]
     smooth: bool,
-    /// Leave out moves that a longer one stands for.
+    /// Leave out moves that a longer one replaces within tolerance.
     #[arg(long)]
     reduce: bool,
-    /// Where a rotary axis comes to the end of its travel inside a cut: go out along the tool so far, in mm, let the
-    /// rotaries go round, and come back. Without it such a cut is refused.
+    /// Retract so far along the tool, in mm, if a rotary axis reaches the end of its travel inside a cut; the rotaries
+    /// unwind and the tool returns. Without this option such a cut is refused.
     #[arg(long, value_name = "MM", value_parser = positive, allow_hyphen_values = true)]
     unwind: Option<f64>,
-    /// Feed in mm/min to which feeds may be raised where the axes allow; without it those of the input stay the most.
+    /// Feed in mm/min to which feeds may be raised if the axes allow it [default: feeds of the input are the upper
+    /// limit].
     #[arg(long, value_name = "F", value_parser = positive, allow_hyphen_values = true)]
     max_feed: Option<f64>,
-    /// How the times of blocks are found, and with them F.
+    /// Method for the times of blocks, and with them F.
     #[arg(long, value_enum, default_value_t = Method::Optimal)]
     feed: Method,
     /// Workpiece origin in machine coordinates with all axes at zero, in mm.
@@ -95,11 +96,11 @@ pub(crate) struct Args {
     /// Rotation of the workpiece about the fixed x, then y, then z, in degrees.
     #[arg(long, value_name = "RX,RY,RZ", default_value = "0,0,0", value_parser = three, allow_hyphen_values = true)]
     rotation: [f64; 3],
-    /// Length of the tool, gauge point to tip, in mm [default: 0]. NUMBER=L, once for each tool, posts an input with
-    /// several tools as one program.
+    /// Length of the tool, gauge point to tip, in mm [default: 0]. With NUMBER=L, once for each tool, an input with
+    /// several tools becomes one program.
     #[arg(long, value_name = "L|NUMBER=L", value_parser = tools::length, allow_hyphen_values = true)]
     tool_length: Vec<ToolLength>,
-    /// Rotaries are written against ISO 841, as trunnion kinematics of `LinuxCNC` count them by default.
+    /// Write rotaries against ISO 841, as the trunnion kinematics of `LinuxCNC` count them by default.
     #[arg(long)]
     reversed_rotaries: bool,
     /// Spindle speed in 1/min [default: that of the input].
@@ -108,7 +109,7 @@ pub(crate) struct Args {
     /// Switch the coolant on at the start and off at the end.
     #[arg(long)]
     coolant: bool,
-    /// Template for what stands around the blocks; print one to start from with --print-template.
+    /// Template of the text around the blocks; --print-template prints one to start from.
     #[arg(long, value_name = "FILE")]
     template: Option<PathBuf>,
     /// Print the template of a dialect, and do nothing else.
@@ -117,8 +118,8 @@ pub(crate) struct Args {
 }
 
 const EXAMPLES: &str = "\
-Feeds never exceed those of the input unless --max-feed says so; rapid moves stay rapid. With tool-centre-point
-control F is a cap: the control plans its own speed below it. Without (g93) each block has its time.
+Feeds never exceed those of the input unless --max-feed allows it; rapid moves stay rapid. With tool-centre-point
+control F is an upper limit: the control plans its own speed below it. Without it (g93) each block has its time.
 Dialects: linuxcnc g93 fanuc fanuc-vector haas siemens siemens-axes heidenhain heidenhain-axes apt.
 Exit codes: 0 done; 1 written, but a limit is broken; 2 bad input, or poses out of reach: nothing written.
 
@@ -131,13 +132,13 @@ Exit codes: 0 done; 1 written, but a limit is broken; 2 bad input, or poses out 
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Method {
-    /// Quickest within velocities and accelerations.
+    /// Shortest time within velocity and acceleration limits.
     Optimal,
-    /// Jerks as well: gentler, and a little longer.
+    /// Jerk limits as well: gentler, and a little slower.
     Jerk,
-    /// Block after block with look-ahead, as classical controls run them: what to expect of one that does not smooth.
+    /// Block after block with look-ahead, as a classical control without smoothing runs them.
     Blocks,
-    /// As the input says; what that asks of the axes is told. For controls with a tip feed that plan by themselves.
+    /// Times of the input; the load on the axes is reported. For controls with a tip feed that plan by themselves.
     Programmed,
 }
 
@@ -156,19 +157,19 @@ fn read_dialect(name: &str) -> Result<read::Dialect, String> {
 fn finite(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
-        _ => Err("a finite number is wanted".into()),
+        _ => Err("a finite number is expected".into()),
     }
 }
 
 fn positive(text: &str) -> Result<f64, String> {
     finite(text).and_then(|value| {
-        if value > 0.0 { Ok(value) } else { Err("a number above 0 is wanted".into()) }
+        if value > 0.0 { Ok(value) } else { Err("a number above 0 is expected".into()) }
     })
 }
 
 fn three(text: &str) -> Result<[f64; 3], String> {
     let numbers: Result<Vec<f64>, String> = text.split(',').map(finite).collect();
-    numbers?.try_into().map_err(|_| "three numbers separated by commas are wanted".to_owned())
+    numbers?.try_into().map_err(|_| "three numbers separated by commas are expected".to_owned())
 }
 
 /// Two positive numbers; the angle as radians.
@@ -217,13 +218,13 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     outputs.text(&sheet_name(&name), &sheet)?;
     outputs.commit()?;
     bars.finish();
-    let told = Told::new(&plan, (&report, &note.tools), output);
+    let summary = PostSummary::new(&plan, &report, &note.tools, output);
     if json {
-        text::print_json(&told)?
+        text::print_json(&summary)?
     } else {
-        text::print(&told.words())?
+        text::print(&summary.describe())?
     };
-    Ok(if told.kept() { Done::Kept } else { Done::Broken })
+    Ok(if summary.kept() { Done::Kept } else { Done::Broken })
 }
 
 /// `part.nc` has `part.setup.txt` beside it.
@@ -232,7 +233,7 @@ fn sheet_name(name: &str) -> String {
     format!("{stem}.setup.txt")
 }
 
-/// Everything that is known before the input is read.
+/// Settings that are known before the input is read.
 struct Plan {
     kinematics: Kinematics,
     options: PostOptions,
@@ -248,7 +249,7 @@ struct Plan {
     from_words: AxisWords,
 }
 
-/// What the program's head says, owned.
+/// Texts and numbers at the head of the program.
 #[derive(Debug, Clone, Default)]
 struct Head {
     name: String,
@@ -372,7 +373,7 @@ impl Plan {
             input.head(&mut head);
             head.spindle = self.spindle.unwrap_or(head.spindle);
             head.coolant = self.coolant;
-            // The head says what holds where the program starts, whenever it is written.
+            // The head holds the state at the start of the program, whenever it is written.
             let first: &Head = first.get_or_insert_with(|| head.clone());
             let texts = ProgramHead { note: &first.note(), template: &self.template };
             if let Some(number) = head.tool.filter(|number| tools.last() != Some(number)) {

@@ -1,4 +1,4 @@
-//! Lengths of tools as the command line says them.
+//! Tool lengths from the command line.
 
 use super::finite;
 

@@ -149,6 +149,7 @@ fn too_near(
 }
 
 /// Duration and remarks at the head of a program.
+#[derive(Clone, Copy)]
 struct ProgramRemarks<'a> {
     duration: f64,
     remarks: &'a [Remark],

@@ -36,7 +36,7 @@ const COVERING: f64 = 2.2;
 /// 20 degrees.
 const FARTHER: f64 = 15.0;
 
-/// FaceSample that is out of reach: by which share of the travel, of which axes, and the error.
+/// Sample that is out of reach: by which share of the travel, of which axes, and the error.
 struct ReachMiss {
     sample: FaceSample,
     by: f64,
@@ -119,7 +119,7 @@ fn measured(error: &InverseError) -> Option<(f64, String)> {
     }
 }
 
-/// ReachMargins that a sample out of reach is granted before it is refused.
+/// Margins that a sample out of reach is granted before it is refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct ReachMargins {
     /// Additional inclination \[deg\].

@@ -2,11 +2,11 @@
 
 use super::{ARC_TOLERANCE, Source, Taken, stem};
 use crate::outcome::Failure;
-use crate::path::MOST_FAULTS;
 use crate::post::Head;
 use std::collections::VecDeque;
 use trunnion::blocks::BlockInterpolation;
 use trunnion::nc::read::{ClItem, ClMotion, ClReader, ClRecord};
+use trunnion::post::MOST_FAULTS;
 use trunnion::post::{PostMove, PostPace};
 use trunnion::types::{Diagnostic, ToolPose};
 

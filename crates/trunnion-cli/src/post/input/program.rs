@@ -2,13 +2,13 @@
 
 use super::{ARC_TOLERANCE, Source, Taken, failure, stem};
 use crate::outcome::Failure;
-use crate::path::MOST_FAULTS;
 use crate::post::Head;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{AxisWords, Dialect, ReadOptions, Steps, steps};
+use trunnion::post::MOST_FAULTS;
 use trunnion::post::{PostMove, PostPace, ProgramMoves};
 
 /// Lines of a file for a reader that knows no failures; one ends them, and is kept.

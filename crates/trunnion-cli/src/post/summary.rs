@@ -1,4 +1,4 @@
-//! What posting did, for people and for scripts.
+//! Summary of posting, for people and for scripts.
 
 use super::Plan;
 use serde::Serialize;
@@ -6,27 +6,27 @@ use std::path::Path;
 use trunnion::nc::write::OutputFormat;
 use trunnion::post::{PostMethod, PostReport};
 
-/// A limit is kept if it is to within this: times are sums of rounded ones.
+/// Largest ratio that counts as within the limit: times are sums of rounded ones.
 const KEPT: f64 = 1.0 + 1e-6;
 
-/// What `--json` says; mm, degrees, s.
+/// Answer of `--json`; mm, degrees, s.
 #[derive(Debug, Serialize)]
-pub(super) struct Told {
+pub(super) struct PostSummary {
     schema: &'static str,
     output: String,
     machine: String,
     dialect: &'static str,
-    /// Whether F is a cap under the control's own planning, or the time of the block.
+    /// Meaning of F: an upper limit for the control's own planning, or the time of the block.
     feed_word: &'static str,
-    /// Numbers of the tools, in order; several are in a program that was posted whole.
+    /// Numbers of the tools, in order; a program posted as a whole may have several.
     tools: Vec<u32>,
-    /// Of the input and of the output, here and below.
+    /// Blocks of the input and of the output; the same order below.
     blocks: [usize; 2],
-    /// Way of the tip with feed.
+    /// Travel of the tip with feed.
     length: f64,
     /// Time with feed: as programmed, and with the limits of the axes kept.
     seconds: [f64; 2],
-    /// What the second of them is.
+    /// Meaning of the second of them.
     #[serde(skip)]
     timed: &'static str,
     rapid_seconds: f64,
@@ -37,16 +37,16 @@ pub(super) struct Told {
     ratios_after: [f64; 2],
     tip_tolerance: f64,
     axis_tolerance: f64,
-    /// Bounds on how far the program strays from the input, and on what rounding adds at the tip.
+    /// Bounds on the deviation of the program from the input, and on the tip movement by rounding.
     tip_bound: f64,
     axis_bound: f64,
     rounding: f64,
-    /// What `--smooth` chose.
+    /// Choices of `--smooth`.
     #[serde(skip_serializing_if = "Option::is_none")]
     smoothing: Option<Smoothing>,
-    /// Lines of the input before which the tool went out of the cut, so that rotaries could go round.
+    /// Lines of the input before which the tool retracts so that rotaries can unwind.
     unwound: Vec<u32>,
-    /// The text was read back and says what was meant; false where it has words that are not understood.
+    /// True if the text was read back and means what was intended; false if it has words that are not understood.
     read_back: bool,
     kept: bool,
 }
@@ -58,12 +58,12 @@ struct Smoothing {
     cuts: [usize; 3],
     /// Time with nothing changed, and as chosen.
     seconds: [f64; 2],
-    /// Which time decided: `linuxcnc` (the control model) or `axes` (their limits).
+    /// Time that decided: `linuxcnc` (the control model) or `axes` (their limits).
     by: &'static str,
 }
 
 impl Smoothing {
-    fn words(&self) -> String {
+    fn describe(&self) -> String {
         let [kept, part, whole] = self.cuts;
         let [before, after] = self.seconds;
         let by =
@@ -74,8 +74,8 @@ impl Smoothing {
     }
 }
 
-impl Told {
-    pub(super) fn new(plan: &Plan, (report, tools): (&PostReport, &[u32]), output: &Path) -> Self {
+impl PostSummary {
+    pub(super) fn new(plan: &Plan, report: &PostReport, tools: &[u32], output: &Path) -> Self {
         let style = &plan.style;
         let [tip, axis] = plan.options.tolerance;
         Self {
@@ -110,7 +110,7 @@ impl Told {
             }),
             unwound: report.unwound.clone(),
             read_back: report.unread.is_none(),
-            // A tip feed is a cap: the control keeps the limits itself.
+            // A tip feed is an upper limit: the control keeps the limits itself.
             kept: (plan.options.method == PostMethod::Programmed && !style.inverse_time)
                 || report.ratios_after.iter().all(|&ratio| ratio <= KEPT),
         }
@@ -120,7 +120,7 @@ impl Told {
         self.kept
     }
 
-    pub(super) fn words(&self) -> String {
+    pub(super) fn describe(&self) -> String {
         let row = |name: &str, value: String| format!("  {name:<22}{value}");
         let pair = |[a, b]: [f64; 2], unit: &str| format!("{a:>12.2} -> {b:<12.2}{unit}");
         let ratio = |which: usize| {
@@ -150,7 +150,7 @@ impl Told {
             lines.push(row("tools", tools.join(", ")));
         }
         if let Some(smoothing) = &self.smoothing {
-            lines.push(row("smoothed", smoothing.words()));
+            lines.push(row("smoothed", smoothing.describe()));
         }
         if let Some(first) = self.unwound.first() {
             let count = self.unwound.len();
@@ -166,7 +166,8 @@ impl Told {
         if capped {
             lines.push(row(
                 "F",
-                "mm/min of the tip, a cap: the control plans its own speed below it".to_owned(),
+                "mm/min of the tip, an upper limit: the control plans its own speed below it"
+                    .to_owned(),
             ));
         }
         lines.join("\n") + "\n"
