@@ -31,7 +31,7 @@ pub(crate) struct Ends {
 /// A table read whole.
 #[derive(Debug)]
 pub(crate) struct Rows {
-    /// TableColumns, in the order of the values.
+    /// Columns, in the order of the values.
     pub(crate) names: Vec<String>,
     /// Line of each row.
     pub(crate) lines: Vec<u32>,
@@ -41,9 +41,9 @@ pub(crate) struct Rows {
 
 /// What is done with every row.
 pub(crate) trait Work {
-    /// TableColumns that are read.
+    /// Columns that are read.
     fn columns(&self) -> Vec<String>;
-    /// TableHeader line of the result.
+    /// Header line of the result.
     fn header(&self) -> String;
     /// Appends the result of one row, with its line end; `None` for a row without numbers.
     fn row(&mut self, values: Option<&[f64]>, out: &mut String) -> Result<(), Refusal>;

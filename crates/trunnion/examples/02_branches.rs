@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 println!("C {:9.4} B {:9.4}", q[3].to_degrees(), q[4].to_degrees());
             }
         }
-        other => println!("{other:?}"),
+        InverseSolutions::Singular(q) => println!("B {:9.4}, C is free", q[4].to_degrees()),
     }
     Ok(())
 }

@@ -26,12 +26,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let gap = plan.schedule.duration() / plan.lower_bound - 1.0;
     println!("{:.4} s, at most {:.1} % above the best", plan.schedule.duration(), 100.0 * gap);
 
-    let mut count = 0;
-    for point in setpoint::sample(&path, &plan.schedule, 0.001)? {
+    for (count, point) in setpoint::sample(&path, &plan.schedule, 0.001)?.enumerate() {
         if count % 100 == 0 {
             println!("{:.3} s  {:8.3?}", point.t, point.position.as_slice());
         }
-        count += 1;
     }
     assert!(plan.bounds.velocity <= 1.0 && plan.bounds.acceleration <= 1.0);
     Ok(())

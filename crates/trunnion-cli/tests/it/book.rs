@@ -1,5 +1,7 @@
 //! Links and pictures of the book and of the pages beside it lead somewhere.
 
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
 use crate::binary::root;
 use std::fs;
 use std::path::{Path, PathBuf};

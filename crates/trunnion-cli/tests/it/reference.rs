@@ -2,6 +2,8 @@
 //!
 //! `UPDATE_EXPECT=1 cargo test -p trunnion-cli reference` writes them again.
 
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
 use crate::binary;
 use binary::{root, trunnion};
 use serde_json::Value;

@@ -43,7 +43,7 @@ impl AxisBounds {
         }
     }
 
-    /// AxisBounds of the quintic between two nodes: it stays between the lowest and the highest of its
+    /// Bounds of the quintic between two nodes: it stays between the lowest and the highest of its
     /// control points. Where an axis turns back on the way, the control points of its parts.
     pub(super) fn between(from: &AxisNode, to: &AxisNode) -> Self {
         let mut ends = Self::NONE;

@@ -209,7 +209,7 @@ impl BranchPlanner<'_> {
         }
     }
 
-    /// CurveMotion a segment: states go on while they fit, others are come to by a retract where that is
+    /// Follows a segment: states go on while they fit, others are come to by a retract where that is
     /// cheaper. By the block where nothing of that happens, else cell by cell.
     fn run(
         &mut self,

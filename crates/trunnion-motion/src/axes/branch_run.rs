@@ -83,7 +83,7 @@ pub(super) struct CellBlock {
 }
 
 impl CellStarts {
-    /// CurveRun and node at the start of a cell, or behind the last one.
+    /// Run and node at the start of a cell, or behind the last one.
     fn at(&self, cell: usize) -> [usize; 2] {
         if cell >= self.count {
             return [self.first.len(), 0];

@@ -17,7 +17,7 @@ pub enum AxesError {
         /// Its value.
         value: f64,
     },
-    /// AxisBounds of a setup search are in the wrong order, or wider than there is.
+    /// Bounds of a setup search are in the wrong order, or wider than there is.
     #[error(
         "{what} from {:.3} to {:.3} deg: the smaller angle comes first; a tilt is within 0 .. 180 deg, the others span a whole turn at most",
         low.to_degrees(), high.to_degrees()
@@ -104,7 +104,7 @@ pub enum AxesError {
         /// Rotary move \[rad\].
         turn: f64,
     },
-    /// TravelLimits ends on the path, and the tool cannot be retracted there.
+    /// Travel ends on the path, and the tool cannot be retracted there.
     #[error(
         "piece {piece}: travel of a rotary axis ends on the way, and the tool cannot be retracted at X {:.3} Y {:.3} Z {:.3} (workpiece) to unwind: {why}; turn the setup, move its origin, or change [retract] of the machine file",
         tip.x, tip.y, tip.z

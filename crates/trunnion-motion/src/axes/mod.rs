@@ -1,6 +1,6 @@
 //! Tool path to axis path: branch over the whole path, unwinding, singular cone.
 //!
-//! CurveMotion a curve the axes follow by continuity: nodes carry exact derivatives and stand so close
+//! Along a curve the axes follow by continuity: nodes carry exact derivatives and stand so close
 //! that the quintic between them stays within tolerance of the exact kinematics. Which branch and
 //! which whole turn each segment between two links takes is chosen over the whole path
 //! ([`follow`]), because a greedy choice can run into the end of a rotary's travel.

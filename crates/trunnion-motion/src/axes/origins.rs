@@ -45,7 +45,7 @@ struct TravelEnd {
 /// `row · (shift, room) <= most`, and the axis whose end it is.
 type OriginConstraint = (Vector4<f64>, f64, Option<usize>);
 
-/// OriginRanges for axes along a path that were found without regard to the ends of the linear axes.
+/// Ranges of origins for axes along a path that were found without regard to the ends of the linear axes.
 ///
 /// With the rotaries as they are, a shift `d` of the origin moves the slides by `J⁻¹ R⁻¹ d`, `J` being
 /// the derivative of the tip by the slides and `R` the rotation of the setup: each end of travel at

@@ -26,7 +26,7 @@ pub enum BindingLimit {
 pub struct LimitRatios {
     /// Velocities, programmed feed and tip speed.
     pub velocity: f64,
-    /// CellAccelerations.
+    /// Accelerations.
     pub acceleration: f64,
     /// Jerks between rows; `None` without jerk limits. In a plan of [`optimal()`](crate::feed::optimal())
     /// accelerations step at rows, which does not count here.

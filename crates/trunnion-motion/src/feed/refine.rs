@@ -145,7 +145,7 @@ fn utilisation<const N: usize>(
     0.25 * (from + to) + 0.5 * middle
 }
 
-/// SquaredShares of the shares of the limits that are used at the start of a cell, in its middle and at its
+/// Squares of the shares of the limits that are used at the start of a cell, in its middle and at its
 /// end. Time goes with the root of the acceleration, so an acceleration's share is its root.
 struct SquaredShares<const N: usize> {
     accelerations: [[f64; N]; 3],

@@ -91,7 +91,7 @@ impl KinematicChain {
 }
 
 impl From<KinematicChain> for MachineSpec {
-    /// Adds the presets: no limits of the control, the standard policies, the format of LinuxCNC.
+    /// Adds the presets: no limits of the control, the standard policies, the format of `LinuxCNC`.
     fn from(chain: KinematicChain) -> Self {
         let ends = |word: &str| std::iter::once(word.to_owned());
         Self {

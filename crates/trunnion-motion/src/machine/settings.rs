@@ -138,7 +138,7 @@ pub struct ProgramFormat {
 }
 
 impl ProgramFormat {
-    /// Returns the format of LinuxCNC: rotary axes in proportion, inverse-time feed, standard strings.
+    /// Returns the format of `LinuxCNC`: rotary axes in proportion, inverse-time feed, standard strings.
     pub fn linuxcnc() -> Self {
         Self {
             name: "linuxcnc".to_owned(),

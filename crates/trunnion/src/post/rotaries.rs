@@ -150,6 +150,7 @@ impl RotaryPlanner {
 }
 
 /// Cut that is still to be planned.
+#[derive(Clone, Copy)]
 struct CutAhead<'a> {
     moves: &'a [PostMove],
     /// Number of moves that can be followed inside travel.

@@ -76,9 +76,9 @@ fn posted_with(
     let mut poster = Poster::new(kinematics, source, options, &style).unwrap();
     let mut text = String::new();
     for one in moves {
-        poster.push(&mut text, one, ProgramHead { note: &note(), template: template })?;
+        poster.push(&mut text, one, ProgramHead { note: &note(), template })?;
     }
-    let report = poster.finish(&mut text, ProgramHead { note: &note(), template: template })?;
+    let report = poster.finish(&mut text, ProgramHead { note: &note(), template })?;
     Ok((text, report))
 }
 

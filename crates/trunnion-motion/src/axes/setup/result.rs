@@ -70,7 +70,7 @@ pub struct SetupSearch {
 
 /// Bound on all rotations within the search bounds.
 ///
-/// RotaryTriangle the workpiece by an angle changes the angle between tool axis and singular directions by
+/// Turning the workpiece by an angle changes the angle between tool axis and singular directions by
 /// that angle at most, and bounds how far the rotaries move; so one rotation bounds all near it. The
 /// bounds are halved until no part of them can hold a better rotation.
 #[derive(Debug, Clone, Copy, PartialEq)]

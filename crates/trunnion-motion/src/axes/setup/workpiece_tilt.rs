@@ -21,7 +21,7 @@ pub struct WorkpieceTilt {
     pub turn: f64,
 }
 
-/// AxisBounds `[low, high]` of a [`WorkpieceTilt`] \[rad\].
+/// Bounds `[low, high]` of a [`WorkpieceTilt`] \[rad\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TiltBounds {
     /// Of the tilt; inside `[0, π]`.

@@ -3,7 +3,7 @@
 use crate::feed::accelerations::CellAccelerations;
 use nalgebra::SVector;
 
-/// ConstraintSource `-minus <= a x0 + b x1 <= 1` of one cell: one per axis and Bernstein coefficient (`K` = 5), or
+/// Constraints `-minus <= a x0 + b x1 <= 1` of one cell: one per axis and Bernstein coefficient (`K` = 5), or
 /// per axis and row alone (`K` = 2).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CellConstraints<const N: usize, const K: usize = 5> {

@@ -36,7 +36,7 @@ impl BoundLine {
 
 /// Upper and lower bounds of `x` as lines in `y`, one pair per strip.
 ///
-/// CellConstraints that hardly depend on `x` bound `y` instead.
+/// Constraints that hardly depend on `x` bound `y` instead.
 struct LineBounds<const N: usize, const K: usize> {
     /// Upper lines at `y = 0`, and lower ones' opposites.
     at_zero: [[[f64; N]; K]; 2],

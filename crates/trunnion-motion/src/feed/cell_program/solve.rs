@@ -77,7 +77,7 @@ fn corner<const N: usize, const K: usize>(
     [x_max, y_max]: [f64; 2],
     guess: &WarmStart,
 ) -> Option<f64> {
-    /// DirectionalLimits nearer to parallel than this meet where rounding will have it.
+    /// Lines nearer to parallel than this have an intersection that rounding decides.
     const PARALLEL: f64 = 1e-6;
     let [p, q] = guess.corner?;
     let [[a, b], [c, d]] = [p, q].map(|side| cell.constraint::<K>(side.place));

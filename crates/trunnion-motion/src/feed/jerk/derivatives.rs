@@ -80,7 +80,7 @@ impl<const N: usize> Default for RowSlacks<N> {
     }
 }
 
-/// RowLanes that are added up apart from one another, for the processor to do so at once.
+/// Number of sums that run side by side, so that the processor adds them at once.
 const APART: usize = 2;
 
 #[inline]

@@ -1,4 +1,4 @@
-//! ConstraintSource of one cell on the Bernstein coefficients of its squared speed.
+//! Constraints of one cell on the Bernstein coefficients of its squared speed.
 //!
 //! With `x` quadratic, `u = x'/2` linear and `c = x''/2` constant over a cell, and `q'` a quartic,
 //! * accelerations `q' u + q'' x` are polynomials of degree 5,

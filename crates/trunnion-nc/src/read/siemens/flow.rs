@@ -69,7 +69,7 @@ impl SiemensFlow {
                 }
             }
             (SiemensSeek::End { kind, .. }, Some(FlowWord::Open(other))) if *kind == other => {
-                self.depth += 1
+                self.depth += 1;
             }
             (SiemensSeek::End { kind, .. }, Some(FlowWord::Close(other))) if *kind == other => {
                 match self.depth.checked_sub(1) {

@@ -13,7 +13,7 @@ use crate::positioning::strip::CuttingContext;
 use crate::types::ToolPose;
 use nalgebra::UnitVector3;
 
-/// CutterLocation of a ball whose strip begins at the end point: it touches at the lower end of the band
+/// Location of a ball whose strip begins at the end point: it touches at the lower end of the band
 /// where the end point lies at the upper end. The tool axis
 /// is inclined along the feed unless a direction is given.
 pub(crate) fn ball_location(

@@ -120,7 +120,7 @@ impl PairSearch<'_> {
         Ok(found)
     }
 
-    /// QuadraticSolution for a surface of constant curvature: with `s = sin^2(psi/2)` the error is
+    /// Solution for a surface of constant curvature: with `s = sin^2(psi/2)` the error is
     /// `b s + c s^2` above that of the arc's middle, `c = 2 R^2 (k_chord - k_feed)` of the offset
     /// surface; end points and middle are level, and a band deep, for `c s_end^2 = 4 band` and
     /// `b = -c s_end`.

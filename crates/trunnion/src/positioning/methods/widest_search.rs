@@ -52,7 +52,7 @@ pub(crate) fn search_side(
     }
     match warm {
         Some(warm) if side_search.is_held() => {
-            side_search.from_inclined_start(warm, &mut found, &mut probe)?
+            side_search.climb_from_inclined_start(warm, &mut found, &mut probe)?;
         }
         _ => side_search.everywhere(&mut found, &mut probe)?,
     }
@@ -157,7 +157,7 @@ impl WidestSearch<'_> {
     }
 
     /// Climbs from the one other guess that is worth it next to a neighbour.
-    fn from_inclined_start(
+    fn climb_from_inclined_start(
         &self,
         warm: &CutterLocation,
         found: &mut Vec<LocalOptimum>,

@@ -262,7 +262,7 @@ impl PlotPanel {
         );
     }
 
-    /// ToleranceBand, border, ticks and names of the axes.
+    /// Tolerance band, border, ticks and names of the axes.
     fn frame(&self, svg: &mut String, band: ToleranceBand, [x_name, y_name]: [&str; 2]) {
         self.shade(svg, band);
         let [left, top] = self.origin;

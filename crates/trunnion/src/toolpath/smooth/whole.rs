@@ -64,7 +64,7 @@ pub fn smooth(
     let mut smoother = PathSmoother::new(options)?;
     match options.reference {
         SmoothReference::Chords => {
-            stations.iter().try_for_each(|station| smoother.push(station))?
+            stations.iter().try_for_each(|station| smoother.push(station))?;
         }
         SmoothReference::Curve => along(stations, &mut smoother)?,
     }

@@ -388,11 +388,10 @@ impl ClipBatch<'_> {
             let near = moving.nearest(ray.line, s, guess);
             near.bound > -self.touch && near.slope * way >= moving.shear
         };
-        if end.s > span[0] {
-            holds(span[1], -1.0) || holds(span[0], 1.0)
-        } else {
-            holds(span[0], 1.0) || holds(span[1], -1.0)
-        }
+        // The end away from the followed one decides more often: it is tried first.
+        let [low, high] = [(span[0], 1.0), (span[1], -1.0)];
+        let order = if end.s > span[0] { [high, low] } else { [low, high] };
+        order.into_iter().any(|(s, way)| holds(s, way))
     }
 }
 
