@@ -76,3 +76,86 @@ fn on_circles(program: &mut read::Program) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::{job, machine};
+    use crate::import::surface_json;
+    use crate::nc::read::{ProgramText, ReadOptions};
+    use crate::surface::{NurbsSurface, Surface};
+    use crate::types::Silent;
+    use crate::verify::{Finding, Report};
+
+    const PATCH: &str = include_str!("../../../../fixtures/small-patch/patch.json");
+    const JOB: &str = include_str!("../../../../fixtures/small-patch/job.toml");
+    const MACHINE: &str = include_str!("../../../../machines/bc-trunnion.toml");
+
+    /// Flat neighbour over the middle of a face, a distance above it \[mm\].
+    fn neighbour(face: &Face, above: f64) -> Face {
+        let ([u, v], near) = (face.bounds(), 0.45);
+        let at = |[low, high]: [f64; 2], share: f64| low + share * (high - low);
+        let normal = face.normal(at(u, 0.5), at(v, 0.5)).unwrap().into_inner();
+        let corner = |a: f64, b: f64| face.point(at(u, a), at(v, b)) + normal * above;
+        let far = 1.0 - near;
+        let net = vec![
+            vec![corner(near, near), corner(near, far)],
+            vec![corner(far, near), corner(far, far)],
+        ];
+        let knots = || vec![0.0, 0.0, 1.0, 1.0];
+        let surface = NurbsSurface::new([1, 1], [knots(), knots()], net, None).unwrap();
+        let plate = |flip| Face::new(2, Surface::Nurbs(surface.clone()), Vec::new(), flip).unwrap();
+        let along = plate(false).normal(0.5, 0.5).unwrap().dot(&normal);
+        plate(along < 0.0)
+    }
+
+    fn gouges(report: &Report) -> Vec<Finding> {
+        let is_gouge = |finding: &&Finding| matches!(finding, Finding::Gouge(_));
+        report.findings.iter().filter(is_gouge).cloned().collect()
+    }
+
+    #[test]
+    fn run_and_check_find_the_same_fault_on_a_neighbour() {
+        let dialects = r#"dialects = ["linuxcnc", "g93", "fanuc"]"#;
+        let text = JOB.replacen(r#"dialects = ["linuxcnc", "g93"]"#, dialects, 1);
+        let text = text.replacen("grid = 0.5", "grid = 2.0", 1);
+        let machine = machine::parse(MACHINE).unwrap().machine;
+        let surface = surface_json::read(PATCH.as_bytes()).unwrap();
+        let face = Face::new(1, surface, Vec::new(), false).unwrap();
+        let faces = std::slice::from_ref(&face);
+        let mut job = Job::new(job::parse(&text).unwrap(), faces, &machine).unwrap();
+        let programs = crate::pipeline::run(&job, &Silent).unwrap().programs;
+        // The neighbour comes after the plan, which would keep off it.
+        let others = [neighbour(&face, 0.05)];
+        job.others = others.iter().cloned().map(|face| FaceIndex::new(face).unwrap()).collect();
+        let axes = AxisWords::of(job.kinematics.machine(), false).unwrap();
+        let (solids, rest) = (Solids { stock: None, fixtures: None }, []);
+        let against = CheckedAgainst { rest: &rest, solids: &solids };
+        for (program, dialect) in programs.iter().zip(&job.file.dialects) {
+            let form = crate::pipeline::program_format::format_of(*dialect);
+            let written = WrittenProgram { form: &form, text: &program.text, axes };
+            let by_run = run(&job, &written, &against, &Silent).unwrap();
+
+            let options = ReadOptions::new(form.dialect.dialect(), axes, MOST_FAULTS);
+            let source = ProgramText::new(program.text.clone(), options).unwrap();
+            let input = CheckInput::program(&source, &job.kinematics, &job.cutter).faces(faces);
+            let tolerance =
+                DeviationTolerance { excess: job.budget.total, gouge: job.budget.gouge };
+            let options = CheckOptions::of_tolerance(tolerance, job.file.verify_grid);
+            let by_check = Inspection::new(input, options).others(&others).run(&Silent).unwrap();
+
+            let [Finding::Gouge(gouge)] = &gouges(&by_run.report)[..] else {
+                panic!("{:?}", by_run.report.findings)
+            };
+            assert_eq!(gouge.face, 2);
+            assert_eq!(by_run.others, by_check.others);
+            assert!(by_run.others.gouge_bound.unwrap() >= by_run.others.deepest);
+            assert_eq!(gouges(&by_run.report), gouges(&by_check.report));
+            assert_eq!(by_run.report.deviation, by_check.report.deviation);
+            if is_timed(form.dialect) {
+                assert_eq!(by_run.report.findings, by_check.report.findings);
+                assert_eq!(by_run.report.audit, by_check.report.audit);
+            }
+        }
+    }
+}
