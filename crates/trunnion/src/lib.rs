@@ -12,7 +12,7 @@
 //! Read [`types`] first: it is the vocabulary that stages hand on. Units everywhere: **mm, rad, s**.
 //! This crate does no I/O, reads no clock, holds no global state and never panics on user data;
 //! the same input gives the same bytes on any number of threads.
-//! Which module may use which is written down, and checked, in `tests/layers.rs`.
+//! Which module may use which is written down, and checked, in `tests/it/layers.rs`.
 
 pub mod blocks;
 pub mod cover;
@@ -30,3 +30,8 @@ pub use trunnion_geometry::{cutter, import, surface};
 pub use trunnion_motion::{axes, feed, inverse, machine, setpoint};
 pub use trunnion_nc as nc;
 pub use trunnion_types::{math, types};
+
+/// The README's Rust lines compile.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+mod readme {}

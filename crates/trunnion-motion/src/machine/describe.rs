@@ -276,7 +276,7 @@ mod tests {
         machine.sign_checks().into_iter().map(|check| check.words).collect()
     }
 
-    /// docs/frames.md: A +30 leans the spindle end to -y, seen from the part.
+    /// docs/book/src/concepts/frames.md: A +30 leans the spindle end to -y, seen from the part.
     #[test]
     fn a_trunnion_jogged() {
         let found = words(ac_trunnion());

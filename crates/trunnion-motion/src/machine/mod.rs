@@ -8,7 +8,7 @@
 //! tip_w = M1(q1) M2(q2) ... M5(q5) tip,   axis_w likewise
 //! ```
 //!
-//! wherever the bed sits. Frames and signs are drawn in `docs/frames.md`.
+//! wherever the bed sits. Frames and signs are drawn in `docs/book/src/concepts/frames.md`.
 
 //!
 //! # Example

@@ -50,7 +50,7 @@ fn a_name_that_is_near_is_suggested() {
     assert_eq!(built_in("lathe"), Err(None));
 }
 
-/// docs/frames.md: seen from the part, +30 on a rotary about x leans the spindle end to -y, about y to
+/// docs/book/src/concepts/frames.md: seen from the part, +30 on a rotary about x leans the spindle end to -y, about y to
 /// +x; about z, with a lean, it turns the lean by the right hand.
 #[test]
 fn signs_in_words_are_those_of_the_frames() {
