@@ -12,4 +12,5 @@ mod post;
 mod reference;
 mod rs274;
 mod setpoints;
+mod snapshots;
 mod stock;
