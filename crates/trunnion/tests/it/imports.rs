@@ -81,6 +81,10 @@ fn expand(path: &str) -> Vec<String> {
 /// Paths in a line of code that begin with `crate::` or `super::`.
 fn inline_paths(line: &str) -> Vec<String> {
     let part_of_path = |c: char| c.is_alphanumeric() || matches!(c, '_' | ':');
+    // `pub(in path)` states who may look in; it imports nothing.
+    if line.trim_start().starts_with("pub(in ") {
+        return Vec::new();
+    }
     line.split(|c: char| !part_of_path(c))
         .filter(|word| word.starts_with("crate::") || word.starts_with("super::"))
         .map(str::to_owned)

@@ -3,11 +3,13 @@
 use super::part21::Exchange;
 use super::part21::Instance;
 use super::part21::Value;
-use super::units;
 use nalgebra::Isometry3;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
+
+/// mm and rad, assumed of a file that states no units.
+pub(super) const ASSUMED: Scale = Scale { length: 1.0, angle: 1.0 };
 
 /// How long a chain of references may be before it is taken for a circle. Curves on surfaces on
 /// curves nest three or four deep in real files.
@@ -156,7 +158,7 @@ impl<'a> Fields<'a> {
 impl<'a> Model<'a> {
     /// The file as it is: its own numbers, its own frame.
     pub(super) fn plain(exchange: &'a Exchange) -> Self {
-        Self { exchange, scale: units::ASSUMED, place: Isometry3::identity() }
+        Self { exchange, scale: ASSUMED, place: Isometry3::identity() }
     }
 
     pub(super) fn instance(&self, id: u64, from: u64) -> Read<&'a Instance> {

@@ -175,7 +175,7 @@ fn isometry(
         Some(context) => units::scale(exchange, context)?,
         None => None,
     };
-    let scale = scale.or_else(|| units::first(exchange)).unwrap_or(units::ASSUMED);
+    let scale = scale.or_else(|| units::first(exchange)).unwrap_or(super::model::ASSUMED);
     let model = Model { scale, ..Model::plain(exchange) };
     let frame = model.frame(frame, from)?;
     let axes = [frame.x.into_inner(), frame.y.into_inner(), frame.z.into_inner()];

@@ -66,7 +66,7 @@ pub(super) fn outlines(exchange: &Exchange) -> (Vec<Outline>, Vec<Loss>) {
             LOOSE
         });
         let (scale, places) = known.of(used);
-        let scale = scale.or(default).unwrap_or(units::ASSUMED);
+        let scale = scale.or(default).unwrap_or(super::model::ASSUMED);
         let placed = |&place| Outline { id, scale, reversed: used.reversed, place };
         outlines.extend(places.iter().map(placed));
     }

@@ -1,5 +1,6 @@
 //! Units: what one of the file's lengths is in mm, and one of its angles in rad.
 
+use super::model::ASSUMED;
 use super::model::MAX_CHAIN;
 use super::model::Model;
 use super::model::Read;
@@ -7,9 +8,6 @@ use super::model::Scale;
 use super::model::loss;
 use super::part21::Exchange;
 use super::part21::Instance;
-
-/// mm and rad: what is assumed of a file that states no units.
-pub(super) const ASSUMED: Scale = Scale { length: 1.0, angle: 1.0 };
 
 /// Millimetres in a metre.
 const METRE: f64 = 1000.0;

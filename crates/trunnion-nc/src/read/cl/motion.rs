@@ -3,7 +3,7 @@
 use super::file::{ClItem, ClMotion, ClRecord};
 use super::path::{ClArc, ClPath};
 use super::reader::{ClReader, no_number};
-use super::state::{ClResult, PathShape};
+use super::state::{AnnouncedCircle, ClResult, PathShape};
 use super::statement::{ClWord, Numbers, Statement};
 use crate::types::ToolPose;
 use nalgebra::{Point3, UnitVector3, Vector3};
@@ -17,29 +17,6 @@ const AXIS_SLACK: f64 = 1e-4;
 /// Two ends of an arc may differ in their distance from its axis by what three decimals of an inch leave
 /// \[mm\], or by a thousandth of it where angles were rounded.
 const RADIUS_SLACK: [f64; 2] = [0.05, 1e-3];
-
-/// A circle that was announced.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct AnnouncedCircle {
-    center: Point3<f64>,
-    normal: UnitVector3<f64>,
-    radius: Option<f64>,
-    /// Angle of the turn as written \[rad\].
-    sweep: Option<f64>,
-    /// Holds for all locations on it, of which this angle has been turned.
-    turned: Option<f64>,
-}
-
-impl PathShape {
-    /// A circle that holds for several locations ends with the next statement of another kind.
-    pub(super) fn leave(&mut self) {
-        if let Self::Circle(AnnouncedCircle { turned: Some(turned), .. }) = self
-            && *turned > 0.0
-        {
-            *self = Self::Straight;
-        }
-    }
-}
 
 impl ClReader {
     pub(super) fn goto(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<ClItem> {

@@ -1,9 +1,8 @@
 //! State of a CL file from statement to statement.
 
-use super::motion::AnnouncedCircle;
 use super::path::ClHole;
 use crate::types::{Diagnostic, ToolPose};
-use nalgebra::{Isometry3, UnitVector3, Vector3};
+use nalgebra::{Isometry3, Point3, UnitVector3, Vector3};
 
 /// Modal state for the next statement.
 #[derive(Debug)]
@@ -58,4 +57,27 @@ pub(super) struct ClCycle {
     pub(super) hole: ClHole,
     /// Feed in the hole \[mm/s\]; that of `FEDRAT` if there is none.
     pub(super) feed: Option<f64>,
+}
+
+/// A circle that was announced.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct AnnouncedCircle {
+    pub(super) center: Point3<f64>,
+    pub(super) normal: UnitVector3<f64>,
+    pub(super) radius: Option<f64>,
+    /// Angle of the turn as written \[rad\].
+    pub(super) sweep: Option<f64>,
+    /// Holds for all locations on it, of which this angle has been turned.
+    pub(super) turned: Option<f64>,
+}
+
+impl PathShape {
+    /// A circle that holds for several locations ends with the next statement of another kind.
+    pub(super) fn leave(&mut self) {
+        if let Self::Circle(AnnouncedCircle { turned: Some(turned), .. }) = self
+            && *turned > 0.0
+        {
+            *self = Self::Straight;
+        }
+    }
 }

@@ -5,7 +5,7 @@ use super::grid::FaceGrid;
 use super::ray::{DecidingPose, LowestEntry};
 use crate::surface::Face;
 use crate::types::Cancelled;
-use crate::verify::VerifyError;
+use crate::verify::error::VerifyError;
 use crate::verify::report::{FaceMap, Sample};
 use crate::verify::swept::bvh::BoundingBox;
 use crate::verify::swept::rays::RayBundle;

@@ -4,7 +4,7 @@ use super::broad_phase::{BoundedPiece, MovingPart};
 use super::clip::ray;
 use super::collision::CollisionKind;
 use crate::cutter::Cutter;
-use crate::verify::VerifyError;
+use crate::verify::error::VerifyError;
 use crate::verify::replay::mover::Mover;
 use crate::verify::replay::segment::Segment;
 use crate::verify::swept::quadratic;

@@ -5,7 +5,7 @@
 //! `y` a point relative to the tip, `d` its distance from the body, `g` the gradient of `d`.
 
 use super::tool::{BodyPose, BodyProbe, ConvexBody, NormalRay};
-use crate::verify::VerifyError;
+use crate::verify::error::VerifyError;
 use crate::verify::replay::mover::{Mover, Swing};
 use crate::verify::replay::segment::Segment;
 use nalgebra::{Point3, Vector3};

@@ -5,9 +5,9 @@ use super::margin::{MarginRule, TileBound};
 use super::shape::{FaceShape, TrimSegments};
 use super::survey::{MeasuredFace, TileTask};
 use crate::surface::Face;
-use crate::verify::VerifyError;
 use crate::verify::deviation::chunks::MotionChunks;
 use crate::verify::deviation::map::MeasuredMap;
+use crate::verify::error::VerifyError;
 use crate::verify::report::{Bounds, Extreme};
 
 /// Most pieces of a tile at first, for each bound: several times the average of a tile on which strips of round corners

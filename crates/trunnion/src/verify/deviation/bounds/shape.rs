@@ -1,7 +1,7 @@
 //! Splits a face into pieces that are flat to within a stated error.
 
 use crate::surface::{BezierPatch, Face, NurbsSurface, SpaceCurve, Surface};
-use crate::verify::VerifyError;
+use crate::verify::error::VerifyError;
 use crate::verify::swept::rays::RayBundle;
 use nalgebra::{Point3, Vector3, Vector4};
 

@@ -3,7 +3,7 @@
 use super::boxes::{CloseBox, EarlierBody, halves};
 use super::search::{DepthSearch, SearchOutcome, SearchScale};
 use crate::types::{Progress, Stage};
-use crate::verify::VerifyError;
+use crate::verify::error::VerifyError;
 use crate::verify::replay::segments::Run;
 use crate::verify::stock::broad_phase::MovingPart;
 use crate::verify::stock::collision::{Collision, CollisionKind};

@@ -2,7 +2,7 @@
 
 use super::solid::Solid;
 use crate::types::Mesh;
-use crate::verify::VerifyError;
+use crate::verify::error::VerifyError;
 use crate::verify::stock::dexel::{DexelGrid, RayFamily, RaySpans, across};
 use crate::verify::stock::material::Stock;
 use crate::verify::swept::crossing::crossing;
