@@ -12,6 +12,7 @@ pub(crate) fn distance(
     stand: &BodyPose,
     point: &Point3<f64>,
 ) -> (f64, Vector3<f64>) {
+    // The body is a solid of revolution: the half plane through the axis and the point decides.
     let y = point - stand.tip;
     let height = stand.axis.dot(&y);
     let aside = y - stand.axis * height;
@@ -19,6 +20,7 @@ pub(crate) fn distance(
     let (distance, out, up) = match body {
         ConvexBody::Nose { major, minor, top } => nose([rho, height], [major, minor, top]),
         ConvexBody::Frustum { low, high, radius, slope } => {
+            // Signed distance from the line of the cone, whose outward unit normal is (1, -slope) / steep.
             let steep = slope.hypot(1.0);
             let side = (rho - radius - slope * (height - low)) / steep;
             let ends = [[radius, low], [radius + slope * (high - low), high]];
@@ -30,8 +32,9 @@ pub(crate) fn distance(
     (distance, across * out + stand.axis * up)
 }
 
-/// Returns directions towards other sides of a body that a point may be about as near to as to its nearest side: across
-/// and along the axis, both ways.
+/// Returns the directions across and along the axis, with both signs.
+///
+/// They point to other sides of a body, which may be about as near to a point as its nearest side.
 pub(crate) fn other_sides(stand: &BodyPose, point: &Point3<f64>) -> [Vector3<f64>; 4] {
     let y = point - stand.tip;
     let aside = y - stand.axis * stand.axis.dot(&y);
@@ -51,6 +54,7 @@ pub(crate) fn sides(body: ConvexBody, stand: &BodyPose, point: &Point3<f64>) -> 
 
 fn any_across(axis: &Vector3<f64>) -> Vector3<f64> {
     let mut way = Vector3::zeros();
+    // The coordinate axis farthest from parallel gives the best conditioned product.
     way[axis.iamin()] = 1.0;
     way.cross(axis).normalize()
 }
@@ -60,6 +64,7 @@ fn nose([rho, height]: [f64; 2], [major, minor, top]: [f64; 3]) -> ProfileDistan
     if above > 0.0 {
         return from_disc([rho - major - minor, above]);
     }
+    // Relative to the centre of the corner arc: its quadrant, the cylinder above, or the flat end inside.
     let [out, down] = [rho - major, minor - height];
     let side = if out > 0.0 && down > 0.0 {
         let away = out.hypot(down);
@@ -69,6 +74,7 @@ fn nose([rho, height]: [f64; 2], [major, minor, top]: [f64; 3]) -> ProfileDistan
     } else {
         (down - minor, 0.0, -1.0)
     };
+    // Below the top end, the side with the smallest depth counts.
     if above > side.0 { (above, 0.0, 1.0) } else { side }
 }
 
@@ -98,6 +104,7 @@ fn frustum(
 
 /// Returns the distance from a disc's face or rim, from `out` beyond the rim and `up` above it; one of them is positive.
 fn from_disc([out, up]: [f64; 2]) -> ProfileDistance {
+    // Over the disc the face is nearest, beside it the rim.
     let out = out.max(0.0);
     let away = out.hypot(up);
     (away, out / away, up / away)
@@ -113,6 +120,7 @@ pub(crate) fn farthest(body: ConvexBody, stand: &BodyPose, way: &Vector3<f64>) -
         ConvexBody::Nose { major, minor, top } if up > 0.0 => stand.tip + rim(major + minor, top),
         ConvexBody::Nose { major, minor, .. } => stand.tip + rim(major, minor) + way * minor,
         ConvexBody::Frustum { low, high, radius, slope } => {
+            // A linear function on a frustum is largest on one of its rims.
             let [lower, upper] = [rim(radius, low), rim(radius + slope * (high - low), high)];
             stand.tip + if lower.dot(way) > upper.dot(way) { lower } else { upper }
         }

@@ -69,15 +69,20 @@ impl<'a> FaceShape<'a> {
                 plain([radius, 0.0, 0.0], 1.0 / radius)
             }
             Surface::Cone(_) => {
+                // |S_uu| is the local radius and |S_uv| the constant slope of the radius. The curvature is at
+                // most 1 / radius.
                 let radii = v.map(|v| size(jet(u[0], v).suu));
                 let second = [radii[0].max(radii[1]), size(jet(u[0], v[0]).suv), 0.0];
                 plain(second, 1.0 / radii[0].min(radii[1]))
             }
             Surface::Sphere(_) => {
+                // |S_uu| = r cos v, |S_uv| = r |sin v| and |S_vv| = r: all at most r.
                 let radius = size(jet(0.0, 0.0).svv);
                 plain([radius; 3], 1.0 / radius)
             }
             Surface::Torus(_) => {
+                // |S_uu| is largest at the outer equator, |S_uv| and |S_vv| are at most the minor radius. The
+                // curvature is that of the tube or that of the inner equator.
                 let [outer, minor] = [size(jet(0.0, 0.0).suu), size(jet(0.0, 0.0).svv)];
                 let inner = outer - 2.0 * minor;
                 let curvature = (1.0 / minor).max(if inner > 0.0 { 1.0 / inner } else { 0.0 });
@@ -85,12 +90,14 @@ impl<'a> FaceShape<'a> {
             }
             Surface::Nurbs(surface) => Self::of_nurbs(face, surface),
             Surface::Extrusion(surface) => {
+                // Straight along v: only the second derivative of the curve remains.
                 let ControlStrip { breaks, bounds } =
                     ControlStrip::new(surface.curve(), u, |_| 0.0);
                 let bends = bounds.iter().map(|[_, second, _]| [*second, 0.0, 0.0]).collect();
                 Self::of_pieces(face, [breaks, ends(v)], bends)
             }
             Surface::Revolution(surface) => {
+                // |S_uu| is the distance from the axis; the curve's derivatives bound |S_uv| and |S_vv|.
                 let radius = |place: &Vector3<f64>| surface.radius(place);
                 let ControlStrip { breaks, bounds } = ControlStrip::new(surface.curve(), v, radius);
                 let bends = bounds.iter().map(|[first, second, radius]| [*radius, *first, *second]);
@@ -145,12 +152,14 @@ impl<'a> FaceShape<'a> {
         let [uu, uv, vv] = self.bend(u, v);
         // Taylor's theorem with remainder, plus the change of both tangents from those in the middle.
         let bulge = 0.5 * (uu * du * du + 2.0 * uv * du * dv + vv * dv * dv);
+        // `a` and `b` bound the changes of S_u and S_v, `spread` that of their cross product.
         let [a, b] = [uu * du + uv * dv, uv * du + vv * dv];
         let spread = a * jet.sv.norm() + b * jet.su.norm() + a * b;
         // |x/|x| - y/|y|| <= 2 |x - y| / |x|.
         let turn = (2.0 * spread / cross.norm()).min(2.0);
         let mut cell =
             FlatCell { centre: jet.s, normal, half: [jet.su * du, jet.sv * dv], bulge, turn };
+        // A known curvature bounds the turn as well; the smaller bound counts.
         if let Some(curvature) = self.curvature {
             cell.turn = cell.turn.min(curvature * cell.radius());
         }
@@ -214,6 +223,8 @@ impl HomogeneousNet {
 /// distance from the middle as well.
 fn centred(points: &[Vector4<f64>], columns: usize) -> (HomogeneousNet, f64, f64) {
     let count = points.len().max(1) as f64;
+    // The bounds grow with |S|, so the origin moves to the middle m of the points. The homogeneous point
+    // (w x, w) becomes (w (x - m), w).
     let middle = points.iter().map(|p| p.xyz() / p.w).sum::<Vector3<f64>>() / count;
     let shifted = points.iter().map(|p| (p.xyz() - middle * p.w).push(p.w));
     let net = HomogeneousNet { points: shifted.collect(), columns };
@@ -228,14 +239,18 @@ fn centred(points: &[Vector4<f64>], columns: usize) -> (HomogeneousNet, f64, f64
 /// `S_uv = (A_uv - w_u S_v - w_v S_u - w_uv S) / w`, each derivative within the hull of its net.
 fn second(patch: &BezierPatch<'_>, degree: [usize; 2]) -> [f64; 3] {
     let (net, least, far) = centred(patch.points, degree[1] + 1);
+    // Step 1: each derivative is in the convex hull of its net, so its largest control value bounds it.
     let [u, v] = [net.derivative(0), net.derivative(1)];
     let first = [u.size(), v.size()];
+    // Step 2: |S_u| <= (|A_u| + |w_u| |S|) / w, with |S| <= far and w >= least; the same for S_v.
     let slope = first.map(|[vector, weight]| (vector + weight * far) / least);
+    // Step 3: the same for the second derivatives. For j = k the mixed term counts twice, as 2 w_u S_u.
     let bound = |net: HomogeneousNet, j: usize, k: usize| {
         let [vector, weight] = net.size();
         let mixed = first[j][1] * slope[k] + first[k][1] * slope[j];
         (vector + mixed + weight * far) / least
     };
+    // Step 4: convert from the unit square to the parameters of the surface.
     let [du, dv] = patch.bounds.map(|[low, high]| high - low);
     [
         bound(u.derivative(0), 0, 0) / (du * du),
@@ -264,6 +279,8 @@ impl ControlStrip {
                 plain([direction.norm(), 0.0, distance(&at(low)).max(distance(&at(high)))])
             }
             SpaceCurve::Ellipse { frame, radii } => {
+                // Both derivatives of (a cos t, b sin t) are at most the larger radius, as is the distance
+                // from the centre.
                 let most = radii[0].max(radii[1]);
                 plain([most, most, distance(&frame.origin().coords) + most])
             }
@@ -287,6 +304,7 @@ fn along(points: &[Vector4<f64>], length: f64) -> [f64; 2] {
     let first = net.derivative(0);
     let [vector, weight] = first.size();
     let slope = (vector + weight * far) / least;
+    // S'' = (A'' - 2 w' S' - w'' S) / w.
     let [bend, flare] = first.derivative(0).size();
     let second = (bend + 2.0 * weight * slope + flare * far) / least;
     [slope / length, second / (length * length)]
@@ -311,6 +329,7 @@ impl TrimSegments {
     /// Approximates the trims within `tolerance`, on every turn of a periodic surface.
     pub(crate) fn new(face: &Face, tolerance: [f64; 2]) -> Result<Self, VerifyError> {
         let periods = face.surface.periods().map(|period| period.unwrap_or(0.0));
+        // Copies one period off on both sides meet rectangles across the seam.
         let turns =
             periods.map(|period| if period > 0.0 { vec![-period, 0.0, period] } else { vec![0.0] });
         let mut segments = Vec::new();
@@ -358,6 +377,7 @@ fn meets([from, to]: &[[f64; 2]; 2], rectangle: &UvRectangle) -> bool {
     let (mut enter, mut leave) = (0.0f64, 1.0f64);
     for k in 0..2 {
         let ([low, high], start, way) = (rectangle[k], from[k], to[k] - from[k]);
+        // The segment is in the slab between two parameters; a parallel one is inside all along, or nowhere.
         if way.abs() > 0.0 {
             let [a, b] = [(low - start) / way, (high - start) / way];
             enter = enter.max(a.min(b));

@@ -64,6 +64,7 @@ impl ClipBatch<'_> {
         let beside = self.beside(line);
         let mut rivals = RayCandidates { work: self, chain, line: *line, beside, all, planes };
         let mut cuts = Vec::new();
+        // Each round evaluates the bodies still open and cuts with the deepest one; a body cuts only once.
         while spans.len() > 0 {
             rivals.look(spans);
             let Some(part) = rivals.deepest() else { break };
@@ -88,6 +89,7 @@ impl ClipBatch<'_> {
     ) -> BodyPlane {
         let along = self.frame.along;
         let plane = |s: f64| BodyPlane::new(number, part, along, &line.at(s));
+        // Only the part of the span within the range of the body can meet it.
         let [least, most] = part.extent(along);
         let [low, high] = [low.clamp(least, most), high.clamp(least, most)];
         let mut upper = plane(high);
@@ -99,8 +101,11 @@ impl ClipBatch<'_> {
         if lower.rises() || lower.height <= -self.touch {
             return lower;
         }
+        // Cutting planes: the next point is that at which the two planes intersect; its plane replaces the
+        // one on its side.
         for _ in 0..PLANES {
             let Some(meet) = lower.meet(&upper) else { break };
+            // The level mean bounds the whole span. It is taken if it loses little against both points.
             if meet.height >= ENOUGH * lower.height.min(upper.height) {
                 return meet;
             }
@@ -143,11 +148,13 @@ impl RayCandidates<'_> {
             };
             let mut height = f64::INFINITY;
             for span in spans.iter() {
+                // A plane of a longer span holds for its remainder as well.
                 if self.holding(last, span).is_none() {
                     height = height.min(self.lay(index, span).unwrap_or(height));
                 }
             }
             if let Some(rival) = self.all.get_mut(index) {
+                // A body that all spans exclude stays closed, since spans only shrink.
                 (rival.height, rival.open) = (height, height <= least);
             }
         }
@@ -166,6 +173,7 @@ impl RayCandidates<'_> {
         let mut below = Vec::with_capacity(self.all.len());
         for index in 0..self.all.len() {
             let Some(&RayCandidate { last, .. }) = self.all.get(index) else { continue };
+            // For a ray that is gone, the last plane of each body remains a hint for the rays around it.
             if spans.len() == 0 {
                 below.extend(last.and_then(|at| self.planes.get(at)).map(|(plane, _)| *plane));
             }

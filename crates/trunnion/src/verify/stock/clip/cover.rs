@@ -34,6 +34,7 @@ impl ClipBatch<'_> {
             let moving = self.moving(motion);
             let [from, to] = motion.part.extent(self.frame.along);
             let middle = 0.5 * (low + high);
+            // Newton steps from both ends of the range of the motion approach the body from outside.
             let holds = [
                 moving.through(line, [from, middle], 0.0)?.0,
                 moving.through(line, [to, middle], 0.0)?.0,
@@ -42,6 +43,7 @@ impl ClipBatch<'_> {
         };
         let mut links: Vec<CoverLink<'a>> = cuts.iter().filter_map(link).collect();
         links.sort_by(|a, b| a.holds[0].total_cmp(&b.holds[0]));
+        // An interval within that of the instant before it adds nothing.
         links.dedup_by(|next, link| next.holds[1] <= link.holds[1]);
         links
     }
@@ -59,6 +61,7 @@ pub(crate) fn cover(links: &[CoverLink<'_>], line: &RayLine, spans: &mut RaySpan
             if from >= to || !link.takes(line, [from, to]) {
                 continue;
             }
+            // Only one connected interval is removed; a gap ends it.
             match &mut taken {
                 Some(taken) if taken[1] >= from => taken[1] = to,
                 Some(_) => break,

@@ -57,11 +57,14 @@ impl BodyPlane {
         if !(self.slope < 0.0 && other.slope > 0.0) {
             return None;
         }
+        // Step 1: choose the weight for which the slopes along the ray cancel.
         let share = other.slope / (other.slope - self.slope);
         let mean = |a: f64, b: f64| share * a + (1.0 - share) * b;
+        // Step 2: find the point on the ray at which both lower planes have the same height.
         let [from, to] = [self.at[2], other.at[2]];
         let rise = other.height - self.height + other.slope * (from - to);
         let s = (from + rise / (self.slope - other.slope)).clamp(from.min(to), from.max(to));
+        // Step 3: move both pairs to that point and average them, each side with its own.
         let side = |k: usize| {
             let [(one, a), (two, b)] = [self.sides[k], other.sides[k]];
             let height = mean(one + a[2] * (s - from), two + b[2] * (s - to));
@@ -97,11 +100,13 @@ impl BodyPlane {
     #[inline]
     pub(crate) fn along(&self, [a, b]: [f64; 2], [low, high]: [f64; 2]) -> f64 {
         let Self { at, sides, extent, .. } = self;
+        // Outside its range along the rays the body cannot meet the span.
         let [low, high] = [low.max(extent[0]), high.min(extent[1])];
         if low >= high {
             return f64::INFINITY;
         }
         let [a, b, low, high] = [a - at[0], b - at[1], low - at[2], high - at[2]];
+        // A plane is linear along the ray, so its least height is at one end of the span.
         let over = |&(height, slopes): &(f64, [f64; 3])| {
             height + slopes[0] * a + slopes[1] * b + (slopes[2] * low).min(slopes[2] * high)
         };
@@ -129,6 +134,9 @@ impl BodyPlane {
 
     fn over_sheet(&self, sheet: &FrontSheet) -> f64 {
         let FrontSheet { middle, half, slopes: lean, off } = sheet;
+        // Across the rays by x, the sheet rises by `lean x`. The plane therefore has the slope `slopes[k] +
+        // slopes[2] lean[k]` over the sheet, and is least at a corner; the deviations of the rays add their
+        // worst.
         let by = [0, 1, 2].map(|k: usize| middle[k] - self.at[k]);
         let over = |&(mut height, slopes): &(f64, [f64; 3])| {
             height += slopes[2] * by[2] + (slopes[2] * off[0]).min(slopes[2] * off[1]);
@@ -166,6 +174,7 @@ impl ClipBatch<'_> {
         let half = [0, 1].map(|k: usize| 0.5 * (high[k] - low[k]));
         let mut slopes = [0.0; 2];
         let mut middle = None;
+        // Step 1: fit the slopes to the four corners by least squares; without all four, the sheet is level.
         if let [Some(a), Some(b), Some(c), Some(d)] = square.corners().map(place) {
             let slope = |rise: f64, half: f64| if half > 0.0 { 0.25 * rise / half } else { 0.0 };
             slopes = [slope(c + d - a - b, half[0]), slope(b + d - a - c, half[1])];
@@ -173,6 +182,8 @@ impl ClipBatch<'_> {
         }
         let middle = middle.or_else(|| square.rays().find_map(place)).unwrap_or(0.0);
         let centre = [0, 1].map(|k: usize| low[k] + half[k]);
+        // Step 2: record the extreme deviations of all rays. The plane rises by a constant step from ray to
+        // ray.
         let steps = across(self.frame.along).map(|axis| self.frame.lattice.cell[axis]);
         let steps = [0, 1].map(|k: usize| slopes[k] * steps[k]);
         let corner = middle - slopes[0] * half[0] - slopes[1] * half[1];

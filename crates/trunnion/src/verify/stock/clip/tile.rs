@@ -19,7 +19,7 @@ use nalgebra::Point3;
 /// Rays along the side of a square.
 const SIDE: usize = 8;
 
-/// End of a ray, with the piece that made it and the time.
+/// End of a ray, with the piece that made it and the time of the chain: piece k covers 2 k - 1 to 2 k + 1.
 #[derive(Clone, Copy)]
 struct RayEnd {
     number: usize,
@@ -70,6 +70,7 @@ impl HeldPoint {
 
     /// Tests if another point, at a slightly different time, is certainly in the body as well.
     fn holds(&self, at: &Point3<f64>, number: usize, u: f64) -> bool {
+        // Depth is 1-Lipschitz in the point, and changes in time by at most the speed of the point.
         let left = self.depth - self.point_speed * (u - self.u).abs();
         number == self.number && left > 0.0 && (at - self.at).norm_squared() < left * left
     }
@@ -99,6 +100,7 @@ impl ClipBatch<'_> {
         let all: Vec<usize> = (0..parts.len()).collect();
         let mut ends: Vec<FollowedEnds> = vec![[None; 2]; tile.rays.len()];
         let mut planes = Vec::new();
+        // Step 1: decide rays one by one until bodies made the ends of one; follow these over the whole tile.
         for ray in tile.places() {
             let (below, followers, _) = self.decided(tile, ray, &chain, &all);
             if !below.is_empty() {
@@ -112,6 +114,7 @@ impl ClipBatch<'_> {
                 break;
             }
         }
+        // Step 2: settle what the followers left, square by square.
         for square in tile.squares(SIDE) {
             self.square(tile, square, &chain, &planes, &mut ends);
         }
@@ -126,17 +129,21 @@ impl ClipBatch<'_> {
         planes: &[BodyPlane],
         ends: &mut [FollowedEnds],
     ) {
+        // A plane above `-touch` all over a layer keeps its body off: a shallower contact does not cut.
         let off = |planes: &[BodyPlane], layer: &FrontLayer| {
             planes.iter().any(|plane| plane.over(layer) > -self.touch)
         };
         let layers = self.layers(tile, square);
+        // Step 1: keep the bodies that some layer does not exclude.
         let by_part = || planes.chunk_by(|a, b| a.part == b.part);
         let close = by_part().filter(|planes| !layers.iter().all(|layer| off(planes, layer)));
         let close: Vec<usize> = close.filter_map(|planes| Some(planes.first()?.part)).collect();
+        // Step 2: decide one ray that still has material, preferably the middle one.
         let holds = |ray: &usize| tile.rays.get(*ray).is_some_and(|spans| spans.len() > 0);
         let middle = Some(square.middle()).filter(holds).or_else(|| square.rays().find(holds));
         let Some(middle) = middle.filter(|_| !close.is_empty()) else { return };
         let (mut near, followers, cuts) = self.decided(tile, middle, chain, &close);
+        // Step 3: the surfaces and the instants found there remove material from the other rays cheaply.
         let links = self.links(&self.line(tile, middle), &cuts, chain);
         if near.is_empty() {
             near = planes.iter().filter(|plane| close.contains(&plane.part)).copied().collect();
@@ -150,6 +157,7 @@ impl ClipBatch<'_> {
                 cover(&links, &line, spans);
             }
         }
+        // Step 4: the front has receded, so the planes now exclude more bodies; test the others ray by ray.
         let layers = self.layers(tile, square);
         let near = near.chunk_by(|a, b| a.part == b.part);
         let near = near.filter(|planes| !layers.iter().all(|layer| off(planes, layer)));
@@ -177,6 +185,7 @@ impl ClipBatch<'_> {
         let (line, place) = (self.line(tile, ray), tile.place(ray));
         let Some(spans) = tile.rays.get_mut(ray) else { return Default::default() };
         let (planes, cuts) = self.decide(&line, spans, chain, parts);
+        // An end that is bit by bit an end of a cut was made by that cut; the latest such cut counts.
         let last = |end: f64| {
             let made = |cut: &&RayCut| cut.span.iter().any(|s| s.total_cmp(&end).is_eq());
             cuts.iter().rev().find(made).map(|cut| (cut.number, end))
@@ -235,7 +244,10 @@ impl ClipBatch<'_> {
         line: &RayLine,
         spans: &mut RaySpans,
     ) -> Option<RayEnd> {
+        // Step 1: intersect the tangent plane at the previous ray with this ray.
         let plain = follower.trace.on(line)?;
+        // Step 2: extrapolate over single steps between rays. The curvature of the surface takes both
+        // directions off the plane alike, while the delay changes its sign with the direction.
         let by = [0, 1].map(|k: usize| ray[k].cast_signed() - follower.ray[k].cast_signed());
         let (axis, way) = match by {
             [0, 1] => (1, 1.0),
@@ -248,14 +260,17 @@ impl ClipBatch<'_> {
         let goes_on = f64::abs(way) > 0.0 && (way - follower.way[axis]).abs() < 0.5;
         let trend = if goes_on { follower.more[axis] * way } else { 0.0 };
         let time = follower.time + (follower.later[axis] + trend) * way;
+        // Step 3: convert the time of the chain to a piece and its local time.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
         let number = (0.5 * time).round().clamp(0.0, chain.pieces.len() as f64 - 1.0) as usize;
         let u = time - 2.0 * number as f64;
         let expected = ExpectedSurface { s, guess: TimeGuess { u, ..plain.guess }, ..plain };
+        // Step 4: correct the piece and cut the ray.
         let found = self.seek(chain, number, line, &expected)?;
         let number = found.number;
         let (s, near) = self.end(chain, &found, &mut follower.held, line, spans)?;
         let time = 2.0 * number as f64 + near.least;
+        // Step 5: learn the deviation from the plane, the delay and its trend for the next ray.
         if f64::abs(way) > 0.0 {
             follower.off[axis] = s - plain.s;
             let later = way * (time - follower.time);
@@ -282,6 +297,8 @@ impl ClipBatch<'_> {
         loop {
             let &motion = chain.pieces.get(number)?;
             let here = self.moving(motion).nearest(line, expected.s, guess);
+            // A nearest instant at an end of the piece leads to the neighbour. The direction never reverses,
+            // so the loop ends.
             let ends = here.u.abs() >= 1.0 && way * here.u >= 0.0;
             let next = if here.u > 0.0 { number.checked_add(1) } else { number.checked_sub(1) };
             match next.filter(|next| ends && *next < chain.pieces.len()) {
@@ -304,6 +321,8 @@ impl ClipBatch<'_> {
         let (number, here) = (*number, *here);
         let &motion = chain.pieces.get(number)?;
         let span = spans.iter().find(|span| span[0] < expected.s && expected.s < span[1])?;
+        // The end of the span on the side of the body: a depth known from the previous ray may prove that it
+        // is inside.
         let at = line.at(span[usize::from(expected.way < 0.0)]);
         let is_held = |u: f64| held.is_some_and(|held| held.holds(&at, number, u));
         let moving = self.moving(motion);
@@ -327,6 +346,7 @@ impl ClipBatch<'_> {
         let Some(which) = planes.first().map(|plane| plane.part) else { return };
         let beside = self.beside(ray.line);
         let off = |span| planes.iter().any(|plane| plane.along(beside, span) > -self.touch);
+        // From the last span back: cutting one renumbers only those after it.
         for at in (0..spans.len()).rev() {
             if !spans.get(at).is_none_or(off) {
                 self.cut_by_all(chain, which, ray, spans, at);
@@ -343,6 +363,7 @@ impl ClipBatch<'_> {
         spans: &mut RaySpans,
         at: usize,
     ) {
+        // Cuts split or remove this span only; the spans above it keep their number from the end.
         let above = spans.len() - at - 1;
         let pieces = chain.of(which);
         // No piece meets what the whole motion does not meet.
@@ -395,9 +416,11 @@ impl ClipBatch<'_> {
     }
 }
 
-/// Reorders by bisection: the middle first, then the middles of both halves, and so on. Of the bodies that sweep a ray
-/// lengthwise, a few then leave nothing to the others.
+/// Reorders by bisection: the first, the middle, then the middles of both halves, and so on. Where bodies sweep along a
+/// ray, a few of them then remove all of its material.
 fn halving<T>(all: Vec<T>) -> Vec<T> {
+    // Counting with reversed bits visits the list in van der Corput order; numbers beyond its end are
+    // skipped.
     let bits = usize::BITS - all.len().leading_zeros();
     let order = (0..1usize << bits).map(|at| (at.reverse_bits() >> 1) >> (usize::BITS - 1 - bits));
     let mut left: Vec<Option<T>> = all.into_iter().map(Some).collect();

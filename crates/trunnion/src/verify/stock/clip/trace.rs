@@ -69,6 +69,8 @@ impl BodyMotion<'_> {
         if here.slope * way <= self.shear {
             return None;
         }
+        // A point outside leads in to the surface at once; from a point inside, a step out along the plane
+        // comes first.
         let (s, here) = if here.bound >= -TOUCH * self.tolerance {
             self.enter(line, [s, inside], here)?
         } else {
@@ -105,6 +107,8 @@ impl BodyMotion<'_> {
             first = first.or(Some(here.distance));
             let fall = -here.by_s * way;
             s += way * here.distance / fall;
+            // The distance does not fall towards `to`, or the step passes it: the body is not met on the
+            // interval.
             if fall <= 0.0 || (to - s) * way <= 0.0 {
                 return None;
             }
