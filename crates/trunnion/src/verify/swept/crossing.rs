@@ -17,6 +17,8 @@ pub(crate) fn crossing(
         let forward = (p[a], p[b], p[along]) <= (q[a], q[b], q[along]);
         let (from, to) = if forward { (p, q) } else { (q, p) };
         let [du, dv] = [to[a] - from[a], to[b] - from[b]];
+        // Cross product of the edge and the vector to the point. Zero means that the point is on the edge;
+        // the direction of the edge then decides.
         let turn = du * (point[b] - from[b]) - dv * (point[a] - from[a]);
         let left = turn > 0.0 || (turn == 0.0 && (du > 0.0 || (du == 0.0 && dv < 0.0)));
         (if forward { turn } else { -turn }, left == forward)
@@ -27,6 +29,7 @@ pub(crate) fn crossing(
     if !left && sides.iter().any(|(_, left)| *left) {
         return None;
     }
+    // The cross products are barycentric weights, up to their sum.
     let total: f64 = sides.iter().map(|(weight, _)| weight).sum();
     let weighted: f64 = sides.iter().zip(corners).map(|((weight, _), p)| weight * p[along]).sum();
     // A triangle seen edge-on has no weights; any of its points serves, so take a corner.

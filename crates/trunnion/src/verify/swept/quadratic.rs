@@ -60,6 +60,8 @@ pub(crate) fn pieces(
     let error = |theta: f64, travel: f64| {
         INTERPOLATION * theta.powi(2) * (theta * (lever + reach) + 3.0 * travel)
     };
+    // Step 1: limit the turn of a piece, then halve the pieces until the interpolation error is within the
+    // tolerance.
     let mut count = (turn / LARGEST_TURN).ceil().max(1.0);
     while error(turn / count, travel / count) > tolerance {
         count *= 2.0;
@@ -69,6 +71,7 @@ pub(crate) fn pieces(
     }
     let mut index = 0.0;
     while index < count {
+        // Step 2: interpolate each piece through both ends and the middle.
         let [a, b, c] = [index / count, (index + 0.5) / count, (index + 1.0) / count];
         out.push(MotionPiece::through(mover, segment, [a, b, c])?);
         index += 1.0;
@@ -117,7 +120,9 @@ fn quadratic([low, mid, high]: [Vector3<f64>; 3]) -> [Vector3<f64>; 3] {
 /// `a'' = 2 a2` is nearly along `n`, and `a a'` is a cubic in `u` with small coefficients.
 fn turn_change(axis: &[Vector3<f64>; 3], length: f64, turn: f64) -> f64 {
     let [a0, a1, a2] = axis;
+    // Step 1: the part of a2 across the axis, at the middle of the piece and as the axis turns away from it.
     let aside = (a2 - a0 * (a0.dot(a2) / a0.norm_squared())).norm() + turn * a2.norm();
+    // Step 2: bound the cubic a a' on -1..=1 by the sum of its coefficients.
     let stretch = a0.dot(a1).abs()
         + (a1.norm_squared() + 2.0 * a0.dot(a2)).abs()
         + 3.0 * a1.dot(a2).abs()
@@ -137,6 +142,8 @@ pub(crate) struct MotionInstant {
 #[inline]
 fn instant(tip: &[Vector3<f64>; 3], axis: &[Vector3<f64>; 3], u: f64) -> MotionInstant {
     let raw = axis[0] + (axis[1] + axis[2] * u) * u;
+    // The quadratic axis vector is not quite a unit vector: divide its value and its rate by its length, and
+    // project the rate across the axis.
     let scale = 1.0 / raw.norm();
     let unit = raw * scale;
     let rate = (axis[1] + axis[2] * (2.0 * u)) * scale;
@@ -160,9 +167,11 @@ impl MotionInstant {
     fn distance(&self, body: ConvexBody, point: &Point3<f64>) -> (f64, f64, Vector3<f64>) {
         let Self { stand, tip_rate, axis_rate } = self;
         let y = point - stand.tip;
+        // Gradient g = f_rho / rho (y - height axis) + f_height axis, sorted by y and the axis.
         let probe = body.probe(&y, &stand.axis);
         let along = probe.axial - probe.radial * probe.height;
         let gradient = y * probe.radial + stand.axis * along;
+        // A fixed point drifts backwards as seen from the tool; the turn changes only its height.
         let drift = y.dot(axis_rate) * along - gradient.dot(tip_rate);
         (probe.distance, drift, gradient)
     }
@@ -188,7 +197,7 @@ impl SupportPlanes {
     }
 }
 
-/// Question whether `body` meets `ray` below `limit`, as seen from the point at `s`.
+/// Query for the first point at which `body` meets `ray` below `limit`, evaluated at `s`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RayQuery<'a> {
     pub(crate) body: ConvexBody,
@@ -300,6 +309,8 @@ impl MotionPiece {
         let by_s = probe.slope(&y, &stand.axis, &ray.normal);
         let turning = y.dot(axis_rate) * (probe.axial - probe.radial * probe.height);
         let drift = turning - probe.slope(&y, &stand.axis, tip_rate);
+        // The linear part is least at one end of the ray: the slope may be off by the shear in both
+        // directions.
         let [bend, shear] = self.beyond(half, y.norm());
         let down = (shear + by_s).max(0.0) * (s + ray.below);
         let up = (shear - by_s).max(0.0) * (limit - s);
@@ -312,6 +323,7 @@ impl MotionPiece {
     /// Returns the part of its own motion \[mm\], and the turn of the tool under it \[mm per mm beside the point\].
     #[inline]
     pub(super) fn beyond(&self, half: f64, far: f64) -> [f64; 2] {
+        // The tip moves at most `speed * half` away from the point, which adds to the lever.
         let square = 0.5 * half * half;
         let far = far + self.speed * half;
         let bend = self.acceleration + 2.0 * self.turn * self.speed + self.turn_change * far;
@@ -372,6 +384,7 @@ impl MotionPiece {
     pub(crate) fn support_planes(&self, body: ConvexBody, point: &Point3<f64>) -> SupportPlanes {
         let (distance, drift, gradient) = self.middle.distance(body, point);
         let MotionInstant { stand, axis_rate, .. } = &self.middle;
+        // With w = axis x axis_rate, -g (w x by) = turn by. The ends u = 1 and u = -1 give the two planes.
         let turn = axis_rate * gradient.dot(&stand.axis) - stand.axis * gradient.dot(axis_rate);
         SupportPlanes {
             sides: [(distance + drift, gradient + turn), (distance - drift, gradient - turn)],
@@ -419,6 +432,7 @@ impl MotionPiece {
         let mut low = Vector3::repeat(f64::INFINITY);
         let mut high = -low;
         for height in heights {
+            // A point of the axis is quadratic in time as well.
             let [p0, p1, p2] = [0, 1, 2].map(|k: usize| self.tip[k] + self.axis[k] * height);
             // The Bezier control points of the quadratic contain it.
             for corner in [p0 - p1 + p2, p0 - p2, p0 + p1 + p2] {

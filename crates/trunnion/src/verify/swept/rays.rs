@@ -55,8 +55,11 @@ impl MotionPiece {
         let along = probe.axial - probe.radial * probe.height;
         let gradient = y * probe.radial + stand.axis * along;
         let drift = y.dot(axis_rate) * along - gradient.dot(tip_rate);
+        // From the top of the middle ray, other rays change the distance by the slope across, and lower
+        // points by the slope along the rays if the distance falls downwards.
         let up = gradient.dot(&disc.normal);
         let aside = (gradient - disc.normal * up).norm();
+        // A ray that is inclined by `turn` departs from parallel in proportion to its length.
         let bulge = disc.bulge + below.max(top.abs()) * disc.turn;
         let radius = disc.radius + top + below + bulge;
         let [bend, shear] = self.beyond(half, y.norm() + radius);
@@ -96,6 +99,7 @@ impl MotionPiece {
             if distance - place - time > slack {
                 continue;
             }
+            // Shorter intervals would gain less than the extent of the bundle loses: the body may come.
             if time <= place || half < SHORTEST {
                 return Some(distance);
             }

@@ -80,6 +80,7 @@ impl ConvexBody {
         let out = (way - axis * up).norm();
         match self {
             Self::Nose { major, minor, top } => {
+                // Upwards the rim of the top end reaches farthest, otherwise the torus of the corner.
                 if up > 0.0 {
                     (major + minor) * out + top * up
                 } else {
@@ -127,6 +128,7 @@ fn nose([rho, height]: [f64; 2], [major, minor, top]: [f64; 3]) -> (f64, f64, f6
     } else {
         (down - minor, 0.0, -1.0)
     };
+    // Beyond the upper rim the distance is that of the rim; elsewhere the largest of the pieces counts.
     let [beyond, above] = [rho - major - minor, height - top];
     if beyond > 0.0 && above > 0.0 {
         return from_rim([beyond, above]);

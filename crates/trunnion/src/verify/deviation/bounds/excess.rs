@@ -47,12 +47,14 @@ pub(crate) fn tile(survey: &TileSurvey<'_>, at: [usize; 2], most: usize) -> Tile
             halve(next, None, &mut open);
             continue;
         };
+        // Step 1: drop the piece if a pose that decided nearby holds it up to the bound, or passes over it.
         let aim = known.aim();
         if next.poses.iter().any(|pose| holds(survey, &piece, aim, pose))
             || next.found.is_some_and(|pose| passes(survey, &piece, aim, &pose))
         {
             continue;
         }
+        // Step 2: abandon the piece at the limit, as area without a proof.
         if count > most {
             known.end(piece.area());
             continue;
@@ -104,6 +106,8 @@ fn cell(
 fn holds(survey: &TileSurvey<'_>, cell: &FlatCell, height: f64, pose: &DecidingPose) -> bool {
     let Some(body) = survey.parts.body(pose.body) else { return false };
     let stand = pose.stand;
+    // Departure of the offset piece from the flat one: its bulge, and the turn of its normals times the
+    // offset.
     let room = cell.bulge + height * cell.turn + survey.parts.scope.error();
     let [a, b] = cell.half;
     let middle = cell.centre + cell.normal * height - stand.tip;
@@ -169,9 +173,11 @@ fn search(
     }
     let ray =
         NormalRay { origin: piece.centre, normal: piece.normal, below: survey.parts.scope.reach };
+    // Step 1: keep the bodies that may come to the piece, and measure its middle against them.
     next.items = coming(survey, piece, &next.items);
     let lowest = survey.parts.lowest(next.items.iter().copied(), &ray);
     let inside = survey.holds_middle(&next.rectangle, &place);
+    // Moves above `top` were not gathered, but may count here: the tile is inspected again with more of them.
     if inside && lowest.s > survey.top {
         known.short = true;
         open.clear();
@@ -179,6 +185,7 @@ fn search(
     }
     match (lowest.by, lowest.line) {
         (Some(pose), Some(line)) => {
+            // Step 2: the pose just found is the most probable one for the parts of the piece as well.
             next.poses.insert(0, pose);
             next.poses.truncate(MOST_POSES);
             if inside && lowest.s > known.worst {
@@ -212,6 +219,7 @@ fn search(
         beyond(survey, piece, &next, known);
         return;
     }
+    // Step 3: quarter the piece, with the trim segments that still cross it.
     let border = match place {
         CellLocation::Border(segments) => Some(segments),
         _ => None,

@@ -32,6 +32,8 @@ pub(crate) fn each(
 ) -> Result<Vec<[TileBound; 2]>, VerifyError> {
     let mut done: Vec<[TileBound; 2]> = Vec::with_capacity(tasks.len());
     let mut count = tasks.len();
+    // Each round replays the program for as many tiles as fit into memory. A round that served fewer sets the
+    // number for the next.
     while let Some(left) = tasks.get(done.len()..).filter(|left| !left.is_empty()) {
         let some = left.get(..count).unwrap_or(left);
         let GatheredMoves { count: taken, pieces, lists, crowded } = gather(chunks, some)?;
@@ -86,6 +88,7 @@ impl GatheredMoves {
                     continue;
                 };
                 let next = u32::try_from(self.pieces.len()).unwrap_or(u32::MAX);
+                // A piece that comes to several tiles is stored once.
                 let number = *number.get_or_insert(next);
                 if number == next {
                     self.pieces.push(*piece);
@@ -93,6 +96,7 @@ impl GatheredMoves {
                 list.push(number);
             }
         }
+        // Too many pieces: serve half of the tiles, and drop the pieces that only the others need.
         while self.pieces.len() > most && self.count > 1 {
             self.count = self.count.div_ceil(2);
             self.shrink();
@@ -111,6 +115,7 @@ impl GatheredMoves {
                 *wanted = true;
             }
         }
+        // Compact the pieces in order, and renumber the lists alike.
         let mut next = 0;
         let renumbered: Vec<u32> = wanted
             .iter()

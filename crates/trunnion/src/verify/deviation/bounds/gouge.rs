@@ -121,6 +121,7 @@ fn coming(
     depth: f64,
     items: &[OpenBody],
 ) -> Vec<OpenBody> {
+    // Offset inwards, a point is off the flat piece by the turn of its normal times the depth as well.
     let slack = depth * cell.turn;
     let patch = SurfacePatch {
         centre: cell.centre - cell.normal * depth,

@@ -29,6 +29,8 @@ impl MarginRule {
     /// margin the bound never rises by less than the worst height does.
     pub(super) fn margin(&self, worst: f64) -> f64 {
         let (Self { margin, .. }, room) = (*self, self.tolerance - worst.max(0.0));
+        // Half of the room up to the tolerance, but neither more than the largest margin nor less than the
+        // least.
         let least = (LEAST_MARGIN * margin).max(LEAST_TOLERANCES * self.exact).min(margin);
         let share = margin.min(0.5 * room).max(least);
         if room > 0.0 { share } else { margin.max(-BROKEN_SHARE * room) }

@@ -37,8 +37,10 @@ impl Polytope {
             return;
         }
         for face in &mut self.faces {
+            // Step 1: clip every face to the half space.
             *face = kept(face, over);
         }
+        // Step 2: close the polytope with the polygon of all corners on the plane.
         let rim = different(self.faces.iter().flatten().filter(|p| over(p) > -SAME));
         self.faces.retain(|face| !face.is_empty());
         if rim.len() > 2 && !self.faces.is_empty() {
@@ -67,6 +69,7 @@ fn different<'a>(points: impl Iterator<Item = &'a Point3<f64>>) -> Vec<Point3<f6
 fn in_order(mut rim: Vec<Point3<f64>>, way: &Vector3<f64>) -> Vec<Point3<f64>> {
     let middle = mean(&rim);
     let mut unit = Vector3::zeros();
+    // The coordinate axis farthest from `way` gives two directions across it, of equal length.
     unit[way.iamin()] = 1.0;
     let [a, b] = [way.cross(&unit), way.cross(&way.cross(&unit))];
     let angle = |p: &Point3<f64>| (p - middle).dot(&a).atan2((p - middle).dot(&b));

@@ -221,6 +221,7 @@ impl<'a> DepthSearch<'a> {
     fn held(&self, bounds: &BoundingBox, time: [f64; 2], goal: f64) -> Option<HeldBox> {
         let RelativeMotion { body, piece, .. } = self.passing;
         let middle = nalgebra::center(&bounds.low, &bounds.high);
+        // Step 1: take the planes of the body at the time at which it is nearest to the middle of the box.
         let u = self.passing.nearest_time(&middle, time);
         let stand = piece.instant(u).stand;
         let (_, gradient) = distance::distance(body, &stand, &middle);
@@ -228,16 +229,20 @@ impl<'a> DepthSearch<'a> {
         let mut planes = Vec::new();
         let mut in_time = false;
         for way in [gradient].into_iter().chain(distance::sides(body, &stand, &middle)) {
+            // `long` is what the reach gains over the interval of time, `wide` the extent of the box along
+            // the plane normal.
             let reach = self.passing.reach(&way, time);
             let long = reach - stand.tip.coords.dot(&way) - body.extent(&stand.axis, &way);
             let wide = (0..3).map(|k| (way[k] * (bounds.high[k] - bounds.low[k])).abs()).sum();
             in_time |= planes.is_empty() && long > f64::max(wide, FINEST * self.scale.least);
+            // A point deeper than the goal is behind every support plane by more than the goal.
             polytope.keep(&way, reach - goal);
             planes.push((way, reach));
             if polytope.is_empty() {
                 return None;
             }
         }
+        // Step 2: clip by the faces of the uncut stock around the box.
         match self.shell.within(bounds) {
             BoxContent::Nothing => return None,
             BoxContent::Behind(faces) => {
@@ -250,6 +255,7 @@ impl<'a> DepthSearch<'a> {
         if corners.is_empty() {
             return None;
         }
+        // Step 3: the least depth below any one plane, at the worst corner, bounds the depth in the polytope.
         let under = |(way, reach): &(Vector3<f64>, f64)| {
             corners.iter().map(|p| reach - way.dot(&p.coords)).fold(f64::NEG_INFINITY, f64::max)
         };
@@ -279,9 +285,12 @@ impl<'a> DepthSearch<'a> {
             let by = now.tip - was.tip;
             let along = was.axis.dot(&by);
             let apart = by - was.axis * along;
+            // Advance of the nearest surface: the translation resolved into the directions that face the box.
             let angle = if half < aside.norm() { aside.angle(&apart) - round } else { 0.0 };
             let [out, back] = [apart.norm() * angle.max(0.0).cos(), -along];
             let on = if out > 0.0 && back > 0.0 { out.hypot(back) } else { out.max(back) };
+            // The turn of the axis moves points by at most angle times reach; the sag and the error of the
+            // bodies add to it.
             on + (now.axis - was.axis).norm() * top.hypot(body.radius()) + sag + off <= goal
         })
     }

@@ -83,6 +83,7 @@ fn plain_spans(solid: &Solid, along: usize, point: &Point3<f64>) -> RaySpans {
         }
         Solid::Cylinder { base, radius, height } => {
             let side = point[1 - along] - base[1 - along];
+            // Half the chord of the circle at the distance of the ray from the axis.
             let half = (radius * radius - side * side).max(0.0).sqrt();
             if (base.z..=base.z + height).contains(&point.z) {
                 spans.push([base[along] - half, base[along] + half]);
@@ -166,6 +167,7 @@ impl<'a> TriangleRows<'a> {
                 list.extend(crossing([p, q, r], [a, b, self.along], &ray));
             }
         }
+        // A ray that is still inside after its last crossing shows that the mesh is open.
         let ends =
             |all: &Vec<(f64, i32)>| inside(all.iter().map(|(_, sense)| sense).sum(), all.len());
         let lost = crossings.iter().position(ends);

@@ -108,14 +108,16 @@ impl BodyMotion<'_> {
     ) -> Option<[TimedEnd; 2]> {
         let touch = -TOUCH * self.tolerance;
         let length = high - low;
+        // Step 1: if the body holds the upper end of the span, search for its other end only.
         let top = self.nearest(line, high, guess);
         if top.distance <= touch {
             return Some([self.other_end(line, [high, low], &top), TimedEnd { s: high, u: top.u }]);
         }
-        // The body gets no nearer farther down.
+        // The plane at the upper end excludes the whole span.
         if top.bound - (top.slope + self.shear).max(0.0) * length > touch {
             return None;
         }
+        // Step 2: the same from the lower end.
         let bottom = self.nearest(line, low, top.guess());
         if bottom.distance <= touch {
             return Some([
@@ -123,6 +125,8 @@ impl BodyMotion<'_> {
                 self.other_end(line, [low, high], &bottom),
             ]);
         }
+        // Step 3: neither end is in the body: approach its surface from both. Between them it must be deeper
+        // than `touch`.
         let time = |(s, here): (f64, NearestInstant)| TimedEnd { s, u: here.u };
         let from = self.enter(line, [low, high], bottom).map(time)?;
         let to = self.enter(line, [high, low], top).map(time)?;
