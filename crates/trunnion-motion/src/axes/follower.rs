@@ -27,20 +27,20 @@ const SHORTEST: f64 = 1e-10;
 /// the deviation counts. So a free axis can settle while the tool leaves the singular direction.
 const SETTLING: f64 = 1e-4;
 
-/// Halvings of an interval after which a way may go over to the other branch where both meet, at the rim
+/// Halvings of an interval after which a track may change to the other branch where both meet, at the rim
 /// of reach: a thousandth of it cannot be followed on one.
 const OVER: usize = 10;
 
-/// Share of the tolerance below which the error of an interval is not looked at any closer.
+/// Share of the tolerance below which the error of an interval is not checked further.
 const SMALL: f64 = 0.01;
 
-/// Ways at a place: both branches through a singular direction, and both beside it.
+/// Solutions at one parameter: both branches through a singular direction, and both beside it.
 const WAYS: usize = 4;
 
 /// A pose without an axis.
 const NO_AXIS: InverseError = InverseError::NotFinite { what: "the tool axis" };
 
-/// Follows courses with an inverse and tolerances.
+/// Follower of motions with an inverse and tolerances.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PathFollower<'a> {
     pub(super) inverse: &'a Inverse,
@@ -61,7 +61,7 @@ pub(super) enum FollowError {
 }
 
 impl FollowError {
-    /// As the error of a piece.
+    /// Converts to the error of a piece.
     pub(super) fn of(self, piece: usize) -> AxesError {
         match self {
             Self::Inverse(u, source) => AxesError::Inverse { piece, u, source },
@@ -79,13 +79,13 @@ impl<'a> PathFollower<'a> {
         0.1 * self.options.axis_tolerance
     }
 
-    /// A curve as a motion.
+    /// Returns a curve as a motion.
     pub(super) fn along(&self, curve: &'a PoseCurve) -> CurveMotion<'a> {
         let feed_at = self.options.feed_at;
         CurveMotion { inverse: self.inverse, curve, feed_at, pole: self.pole() }
     }
 
-    /// Nodes along a curve, for each start from where its rotaries are nearest.
+    /// Returns nodes along a curve, one track for each start, from the solution with the nearest rotaries.
     pub(super) fn curve(
         &self,
         curve: &'a PoseCurve,
@@ -94,7 +94,7 @@ impl<'a> PathFollower<'a> {
         self.march(&self.along(curve), starts)
     }
 
-    /// Nodes along a link; no node if nothing moves.
+    /// Returns nodes along a link; none if nothing moves.
     pub(super) fn link(
         &self,
         tips: [Point3<f64>; 2],
@@ -111,8 +111,8 @@ impl<'a> PathFollower<'a> {
         self.march(&motion, &[AxisVector::zeros()]).pop().unwrap_or(Ok(AxisTrack::nothing()))
     }
 
-    /// From every start along a motion. The one that is behind takes the next step, so that what all
-    /// of them need at a place is computed once.
+    /// Follows a motion from every start. The track that is furthest behind takes the next step, so
+    /// that the kinematics at one parameter are computed once for all.
     fn march(
         &self,
         motion: &dyn PathMotion,
@@ -137,7 +137,7 @@ impl<'a> PathFollower<'a> {
         trackers.into_iter().map(|tracker| tracker.map(BranchTracker::finish)).collect()
     }
 
-    /// The start of a way: what is nearest to `start`.
+    /// Starts a track at the solution nearest to `start`.
     fn set_out(
         &self,
         cache: &mut EvaluationCache<'_>,
@@ -163,7 +163,7 @@ impl<'a> PathFollower<'a> {
         Ok(tracker)
     }
 
-    /// One step on, or a nearer target.
+    /// Takes one step, or sets a nearer target.
     fn advance(
         &self,
         cache: &mut EvaluationCache<'_>,
@@ -177,6 +177,7 @@ impl<'a> PathFollower<'a> {
         };
         let Some(&to) = tracker.targets.last() else { return Ok(()) };
         let span = tracker.span;
+        // The last target is the knot at the end of the span, where the next span begins.
         let next = if tracker.targets.len() == 1 { (span + 1).min(spans - 1) } else { span };
         let start = tracker.at();
         match self.step(cache, tracker, (to, [span, next]), whole)? {
@@ -190,13 +191,14 @@ impl<'a> PathFollower<'a> {
             Some(worst) if to - start <= SHORTEST * whole => {
                 return Err(FollowError::NotFollowed(start, worst));
             }
+            // Too far for one quintic: halve the interval.
             Some(_) => tracker.targets.push(start + 0.5 * (to - start)),
         }
         Ok(())
     }
 
-    /// One step: to the node at `to` on the first way that stays within tolerance; if there is none,
-    /// how far the best is off. Spans are those of the interval and of the node.
+    /// Takes one step to the node at `to`, on the first solution that stays within tolerance; if none
+    /// does, returns the least deviation. Spans are those of the interval and of the node.
     fn step(
         &self,
         cache: &mut EvaluationCache<'_>,
@@ -234,8 +236,8 @@ impl<'a> PathFollower<'a> {
         Ok(Some(least))
     }
 
-    /// The ways at a place in the order they are tried: on the same branch. Where the singular direction
-    /// lies between, what turns least from `near` first: straight through is on the other.
+    /// Returns the solutions at a parameter in the order they are tried: the same branch first. Where the
+    /// singular direction lies between, the least turn comes first: straight through is the other branch.
     fn in_order<'l>(
         &self,
         motion: (&dyn PathMotion, usize),
@@ -276,7 +278,7 @@ impl<'a> PathFollower<'a> {
         middle.is_none_or(|middle| nearest(from, middle).min(nearest(middle, to)) <= close)
     }
 
-    /// The ways at a place with their indices, the one that turns least from `near` first.
+    /// Returns the solutions at a parameter with their indices, the least turn from `near` first.
     fn by_turn<'l>(
         &self,
         evaluation: &'l Evaluation,
@@ -291,7 +293,7 @@ impl<'a> PathFollower<'a> {
         order.map(|(_, way)| way)
     }
 
-    /// Within a share of the tolerances.
+    /// Returns `true` if a deviation is within a share of the tolerances.
     fn small(&self, deviation: PathDeviation, share: f64) -> bool {
         deviation.tip <= share * self.options.tip_tolerance
             && deviation.axis <= share * self.options.axis_tolerance
@@ -349,6 +351,7 @@ impl<'a> PathFollower<'a> {
     ) -> bool {
         let length = to.s - from.s;
         let [start, end] = quintic.thirds();
+        // Largest absolute error of the third derivatives at both ends, axis by axis.
         let off = (start - from.q[3]).sup(&(from.q[3] - start));
         let off = off.sup(&(end - to.q[3])).sup(&(to.q[3] - end));
         let top = off * (length.powi(3) / 384.0);
@@ -356,6 +359,7 @@ impl<'a> PathFollower<'a> {
         let turn = top[FIRST_ROTARY] + top[SECOND_ROTARY];
         let chain = self.inverse.kinematics().chain();
         let [first, second] = &chain.rotary;
+        // Longest lever: tip to first rotary, first to second, second to tool, and the linear axes.
         let at = wanted.map_or(f64::INFINITY, |pose| (pose.tip.coords - first.point).norm());
         let lever = at + (second.point - first.point).norm() + (chain.tip - second.point).norm();
         let lever = lever + to.q[0].fixed_rows::<FIRST_ROTARY>(0).norm();

@@ -1,7 +1,7 @@
 //! Rows where the schedule gains from them.
 //!
 //! Limits hold on any grid; rows only make the schedule faster. The fastest motion uses some limit
-//! fully at every place, so the unused share of a cell, times its time, measures what is to gain.
+//! fully at every point, so the unused share of a cell, times its time, measures what is to gain.
 
 use super::cell::{FeedCell, MIDDLE};
 use super::directional::DirectionalLimits;
@@ -142,6 +142,7 @@ fn utilisation<const N: usize>(
     x: [f64; 2],
 ) -> f64 {
     let [from, middle, to] = SquaredShares::of(cell, limits, x).most().map(f64::sqrt);
+    // Trapezoids over both halves.
     0.25 * (from + to) + 0.5 * middle
 }
 

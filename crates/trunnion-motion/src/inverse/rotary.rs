@@ -108,6 +108,7 @@ impl RotaryTriangle {
         let [m, v] = [w1.dot(&w2), w2.dot(&o0)];
         let [s1, s2] = [w1.cross(&w2).norm(), w2.cross(&o0).norm()];
         let snap = |sin: f64| if sin.abs() <= ROUNDING { 0.0 } else { sin };
+        // Cosine and sine of a1 - a2 and a1 + a2 by the addition theorems.
         let difference = [v * m + s1 * s2, snap(s1 * v - m * s2)];
         let sum = [m * v - s1 * s2, snap(s1 * v + m * s2)];
         // `a1 - a2` can only be near 0, never near π; `a1 + a2` near π but not near 0: both sides
@@ -206,6 +207,8 @@ impl RotaryTriangle {
     fn angles<T: Real>(&self, seen: FrameDirection<T>) -> TriangleAngles<T> {
         let FrameDirection { x, y, u } = seen;
         let sin2 = x * x + y * y;
+        // Sine law: sin a1 sin φ sin B1 = sin a1 sin a2 sin B2, the root of
+        // (cos(a1 - a2) - cos φ)(cos φ - cos(a1 + a2)).
         let root = (self.below(u, sin2) * self.above(u, sin2)).sqrt_clamped();
         let b1 = [self.cos_b1(u, sin2), root];
         TriangleAngles { seen, b1, b2: [u + -self.m * self.v, root] }
@@ -229,6 +232,7 @@ impl RotaryTriangle {
         let TriangleAngles { seen: FrameDirection { x, y, .. }, b1: [c1, s1], b2: [c2, s2] } =
             *angles;
         let [s1, s2] = [s1 * g, s2 * g];
+        // Azimuth less B1, by the addition theorems.
         let first = RotaryAngle::of(y * c1 - x * s1, x * c1 + y * s1);
         [first, self.second(c2, s2)]
     }

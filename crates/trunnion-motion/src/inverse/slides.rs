@@ -53,6 +53,7 @@ impl SlideSolver {
         let frame = Matrix3::from_rows(&frame.map(|row| row.transpose()));
         let [first, second] = &chain.rotary;
         let turned = |v: Vector3<f64>| {
+            // Rodrigues: the part along the axis stays, the part across it turns.
             let along = second.dir.scale(second.dir.dot(&v));
             TurnedVector {
                 still: frame * along,
@@ -92,6 +93,7 @@ impl SlideSolver {
         let [first, second] = turns;
         let p = &self.point;
         let tip = apply(&self.frame, [tip[0] + -p.x, tip[1] + -p.y, tip[2] + -p.z]);
+        // Turn the first rotary back and take off the offset: what remains is linear in the linear axes.
         let y = minus(back(first, tip), self.offset.at(second));
         match &self.layout {
             SlideLayout::Between(inverse) => Some(apply(inverse, y)),
@@ -104,7 +106,8 @@ impl SlideSolver {
     }
 }
 
-/// Frame of the second rotary, in which it turns its x-y plane.
+/// Returns the layout with all linear axes after both rotaries: in a frame of the second rotary, whose
+/// x-y plane it turns.
 fn after(
     chain: &ChainGeometry,
     frame: &Matrix3<f64>,
@@ -197,6 +200,7 @@ fn cramer<T: Real>(columns: [[T; 3]; 3], y: [T; 3]) -> Option<[T; 3]> {
     let solve = |y: [T; 3]| rows.map(|row| dot(row, y) * inverse);
     let [l, m, n] = solve(y);
     let at = |row: usize| a[row] * l + b[row] * m + c[row] * n;
+    // One step of refinement: solve for the residual.
     let [dl, dm, dn] = solve(minus(y, [at(0), at(1), at(2)]));
     Some([l + dl, m + dm, n + dn])
 }

@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 pub(crate) const TRAVEL_TIE: f64 = 1e-9;
 
 /// Error of forward after inverse \[mm, rad\] (`tests/kinematics.rs`): a linear or rotary axis outside
-/// its travel by no more than this stands at its end.
+/// its travel by no more than this counts as at its end.
 const ACCURACY: [f64; 2] = [1e-9, 1e-12];
 
 /// An axis position inside travel.
@@ -135,6 +135,7 @@ impl<'m> NearestChoice<'m> {
         let [value, near] = [q[axis], self.near[axis]];
         let [low, high] = self.machine.axes.get(axis).map_or([0.0; 2], |axis| axis.limits);
         let [_, slack] = ACCURACY;
+        // Whole turns that keep the axis inside its travel.
         let [first, last] =
             [((low - slack - value) / TAU).ceil(), ((high + slack - value) / TAU).floor()];
         let inside = first <= last;

@@ -130,6 +130,7 @@ impl<'a> OptimalityProof<'a> {
         if seen.leans > drift + ROUNDING {
             return;
         }
+        // Within the cell the least angle grows by at most the drift.
         let bound = above.min(seen.least + drift + ROUNDING);
         if bound <= target {
             into.floor = into.floor.max(bound);
@@ -247,6 +248,7 @@ fn stiffness(kinematics: &Kinematics) -> f64 {
             moved[slide] = 1.0;
             kinematics.forward(&moved).tip - zero
         };
+        // Derivatives of the tip by the linear axes; a row of the inverse gives one axis per tip move.
         let columns = Matrix3::from_columns(&[column(0), column(1), column(2)]);
         let Some(inverse) = columns.try_inverse() else { return f64::INFINITY };
         most = inverse.row_iter().fold(most, |most, row| most.max(row.norm()));
@@ -288,7 +290,7 @@ impl CellQueue {
         }
     }
 
-    /// Some of the first that may be better than `target`.
+    /// Takes up to [`BATCH`] of the first cells that may be better than `target`.
     fn take(&mut self, target: f64) -> Vec<OpenCell> {
         let mut taken = Vec::new();
         while taken.len() < BATCH && self.heap.peek().is_some_and(|entry| entry.open.bound > target)
@@ -298,7 +300,7 @@ impl CellQueue {
         taken
     }
 
-    /// Largest bound of all.
+    /// Returns the largest bound of all cells.
     fn bound(&self) -> Option<f64> {
         self.heap.iter().map(|entry| entry.open.bound).reduce(f64::max)
     }
@@ -319,7 +321,7 @@ impl PartialOrd for QueueEntry {
 }
 
 impl Ord for QueueEntry {
-    /// Of equal ones the first.
+    /// Orders by key; of equal keys the cell added first.
     fn cmp(&self, other: &Self) -> Ordering {
         self.key.total_cmp(&other.key).then(other.order.cmp(&self.order))
     }

@@ -124,7 +124,7 @@ impl RotaryTriangle {
                 range[0] = [range[0][0].max(low - slack), range[0][1].min(high + slack)];
             }
         }
-        // It grows with the polar angle.
+        // `b2` grows with the polar angle, so the extreme directions give the range.
         let [near, far] = polars.map(|polar| self.b2([polar - ball.drift, polar + ball.drift]));
         for (range, sign) in ranges.iter_mut().zip([1.0, -1.0]) {
             let ends = [near, far].map(|b2| minus(-self.azimuth2, sign, b2));
@@ -152,7 +152,7 @@ impl RotaryTriangle {
         Some(most)
     }
 
-    /// The frame seen from the workpiece.
+    /// Returns the frame seen from the workpiece.
     fn rows(&self, rotation: &Rotation3<f64>) -> [Vector3<f64>; 3] {
         self.frame.map(|row| rotation.inverse() * row)
     }
@@ -232,7 +232,7 @@ fn polars(stretch: &[Vector3<f64>], from: &Vector3<f64>) -> AngleRange {
     [high, low].map(|along| along.clamp(-1.0, 1.0).acos())
 }
 
-/// `value - sign * range`.
+/// Returns `value - sign * range`.
 fn minus(value: f64, sign: f64, [low, high]: AngleRange) -> AngleRange {
     let [a, b] = [value - sign * low, value - sign * high];
     [a.min(b), a.max(b)]
@@ -243,6 +243,7 @@ fn beyond([far, near]: AngleRange, [low, high]: [f64; 2]) -> f64 {
     if !(low.is_finite() && high.is_finite()) {
         return 0.0;
     }
+    // Middle of the interval onto the middle of the travel: the whole turn below or above.
     let best = (0.5 * (low + high - far - near) / TAU).floor();
     let at = |turns: f64| (far + TAU * turns - high).max(low - near - TAU * turns).max(0.0);
     at(best).min(at(best + 1.0))

@@ -1,4 +1,4 @@
-//! The linear program of a cell wherever its answer lies.
+//! General solution of a cell's linear program, for answers off the upper border.
 
 use super::constraints::CellConstraints;
 
@@ -128,7 +128,7 @@ pub(super) fn search<const N: usize, const K: usize>(
     for _ in 0..ROUNDS {
         let [upper, lower] = [bounds.upper(y), bounds.lower(y)];
         // The gap closes between 0 and y: both lines leave some room at 0. Where rounding opens it
-        // again at the very place where it closes, it is closed.
+        // again at the point where it closes, it counts as closed.
         let closer = (upper.at_zero - lower.at_zero) / (lower.slope - upper.slope);
         if lower.at(y) <= upper.at(y) || closer >= y {
             let below = upper.slope <= 0.0 || y < y_max;

@@ -88,6 +88,7 @@ fn corner<const N: usize, const K: usize>(
     if !best || across.abs() <= PARALLEL * (ad.abs() + bc.abs()) {
         return None;
     }
+    // The corner solves a x + b y = e and c x + d y = f.
     let per = 1.0 / across;
     let limits = [p, q].map(|side| cell.limit(side.place[1], side.sign));
     let [e, f] = [p.sign * limits[0], q.sign * limits[1]];
@@ -98,7 +99,7 @@ fn corner<const N: usize, const K: usize>(
     (inside && kept::<N, K>(cell, [x, y], term)).then_some(x)
 }
 
-/// The same by looking at all strips.
+/// Solves the same program by checking every strip.
 #[inline(never)]
 fn anywhere<const N: usize, const K: usize>(
     strips: &CellConstraints<N, K>,
@@ -130,6 +131,7 @@ fn largest_at<const N: usize, const K: usize>(
     x_max: f64,
     y: f64,
 ) -> Option<(f64, f64, Option<[usize; 2]>)> {
+    // Step 1: the lowest upper bound of x at this y, and its slope.
     let [mut x, mut slope] = [x_max, 0.0];
     let mut place = None;
     for k in 0..K {
@@ -145,6 +147,7 @@ fn largest_at<const N: usize, const K: usize>(
     if !(x >= 0.0 && slope >= 0.0) {
         return None;
     }
+    // Step 2: no lower bound may lie above it.
     let mut least = f64::INFINITY;
     for k in 0..K {
         for axis in 0..N {
@@ -186,7 +189,7 @@ pub(crate) fn forward<const N: usize, const K: usize>(
     (y, cell.most::<K>([x, y]))
 }
 
-/// The same by looking at all strips.
+/// Solves the same program by checking every strip.
 #[inline(never)]
 fn onward<const N: usize, const K: usize>(
     strips: &CellConstraints<N, K>,

@@ -1,4 +1,4 @@
-//! Weights of the barrier, which fall place by place.
+//! Weights of the barrier, lowered stretch by stretch.
 //!
 //! A weight that falls before the profile has followed leaves the profile against rows that are
 //! not its last ones, and steps are short from there on: a path that bends to and fro would stall

@@ -57,6 +57,7 @@ impl CellDerivatives {
         const MIDDLE: [f64; 3] = [0.25, 0.5, 0.25];
         let square = middle(x);
         let time = h / square.sqrt();
+        // T = h x^(-1/2), so T' = -T / 2x and T'' = 3 T / 4x².
         let curvature = 0.75 * time / (square * square);
         let slope =
             target.map_or(-0.5 * time / square, |target| curvature * (square - target).max(0.0));
@@ -173,7 +174,10 @@ impl RowForces {
         let mut forces = Self { pressure: zero, force: zero, square: zero, difference: zero };
         for lane in 0..LANES {
             let [inverse, other] = [near[lane].abs(), far[lane]];
+            // The nearer side has its own multiplier, the other that of the central path, weight / slack.
             let [w, v] = [multipliers[lane] * inverse, weight * other * other];
+            // A larger x takes room from both sides, so their forces add; a larger value takes slack
+            // from one and gives it to the other, so theirs subtract.
             forces.pressure[lane] = weight * (inverse + other);
             forces.force[lane] = (weight * (inverse - other)).copysign(near[lane]);
             forces.square[lane] = w + v;
@@ -250,6 +254,7 @@ impl RoomSums {
             }
             RAISED.map(|raised| half * half * dot(&raised, &lifted))
         });
+        // A side has the gradient e ± v. `RowSums` holds v v^T; this adds e e^T, v e^T and e v^T.
         let entry = |i: usize, j: usize| lifted[i][j] + (mixed[i][j] + mixed[j][i]);
         let entries =
             [entry(0, 0), entry(1, 0), entry(1, 1), entry(2, 0), entry(2, 1), entry(2, 2)];
@@ -274,6 +279,7 @@ pub(super) fn turns<const N: usize>(
     let mut most = [0.0; LANES];
     let mut lifts = values(&RAISED, d);
     for lift in &mut lifts {
+        // Derivative of x / 2r, by which x lessens the room.
         *lift *= 0.5 / state.reference;
     }
     let kinds = [(JERK, state.reference.sqrt(), lifts), (ACCELERATION, 1.0, [0.0; LANES])];
@@ -284,6 +290,7 @@ pub(super) fn turns<const N: usize>(
             let turns = &mut turns[axis][*kind];
             for lane in 0..LANES {
                 let change = scale * changes[lane];
+                // `near` has the sign of the value: a change of the same sign uses up the nearer slack.
                 let turn = change * near[lane] + lifts[lane] * near[lane].abs();
                 let other = (lifts[lane] - change * 1.0_f64.copysign(near[lane])) * far[lane];
                 turns[lane] = turn;
@@ -306,7 +313,9 @@ pub(super) fn bring_along(
 ) -> f64 {
     // On the central path the multiplier would be this; the step is kept near it.
     let centre = weight * inverse / (1.0 - length * turn);
+    // Newton's step for multiplier * slack = weight.
     let change = weight * inverse + multiplier * turn - multiplier;
+    // A falling multiplier takes the share of the step, a rising one the whole change.
     let next = multiplier + if change < 0.0 { length * change } else { change };
     let [low, high] = [centre * LEAST, centre * MOST];
     let raised = if next < low { low } else { next };

@@ -1,6 +1,6 @@
 //! A profile inside all limits to start from, within a small factor of the fastest everywhere.
 //!
-//! In `y = x^(3/4)` constant jerk from rest is a straight line, so a steady speed that some place
+//! In `y = x^(3/4)` constant jerk from rest is a straight line, so a steady speed that some point
 //! allows may grow from there along a line of limited slope: two passes make the largest profile
 //! below all of them. Its kinks are then rounded off by means over a share of the distance in which it
 //! could have come to rest, which bounds the jerk they need. What still breaks a limit is lowered at
@@ -102,15 +102,18 @@ fn bound<const N: usize>(
         rate = rate.max(cell.rates[k].component_mul(&limits.acceleration.plus).amax());
         brisk = brisk.max(cell.rates[k].component_mul(&jerk).amax());
         if k < 4 {
+            // Bernstein coefficients of q'': 4 D / h.
             let rise = (cell.rates[k + 1] - cell.rates[k]).component_mul(&jerk);
             bend = bend.max(4.0 / cell.h * rise.amax());
         }
     }
     let [accelerations, jerks] = CellRows::new(cell, limits).shares([1.0; 3], 1.0);
     let cap = caps.control[index].min(caps.row[index]).min(caps.row[index + 1]);
+    // At constant x accelerations go with x, jerks with x^(3/2).
     let steady = (of_cap * cap).min(SHARE / accelerations).min((SHARE / jerks).cbrt().powi(2));
     GrowthBound {
         steady: steady.powf(0.75),
+        // Constant jerk from rest: 2/9 q' (dy/ds)² = J.
         slope: GENTLE * (4.5 / brisk).sqrt(),
         // u = 2/3 y^(1/3) y' and 3 q'' u v: a third of the limits.
         by_acceleration: 0.5 / rate,
@@ -135,6 +138,7 @@ fn envelope<const N: usize>(
     }
     let mut pass = |from: usize, to: usize| {
         let distance = 0.5 * (grid.cells[from].h + grid.cells[to].h);
+        // Growth allowed by both cells, at the lower end of the line.
         let growth = bounds[from].growth(y[from]).min(bounds[to].growth(y[from]));
         y[to] = y[to].min(y[from] + distance * growth);
     };
@@ -176,10 +180,12 @@ fn smooth<const N: usize>(
         })
         .collect();
     let mut pass = |from: usize, to: usize| {
+        // Widths change slower than the middles, so the ends of the means keep their order.
         width[to] = width[to].min(width[from] + share * (middle(to) - middle(from)).abs());
     };
     (0..last).for_each(|cell| pass(cell, cell + 1));
     (0..last).rev().for_each(|cell| pass(cell + 1, cell));
+    // Integral of the piecewise constant y: each mean is a difference of two of its values.
     let mut area = vec![0.0];
     for (cell, y) in grid.cells.iter().zip(y) {
         area.push(area.last().copied().unwrap_or(0.0) + cell.h * y);
@@ -212,6 +218,7 @@ fn excess<const N: usize>(
         let x = spline.coefficients(cell);
         let [acceleration, jerk] = CellRows::new(&grid.cells[cell], limits).shares(x, reference(x));
         let speed = (x[1] / caps.control[cell]).max(x[2] / caps.row[cell + 1]);
+        // Accelerations go with x, jerks with x^(3/2).
         acceleration.max(jerk.cbrt().powi(2)).max(speed)
     });
     // Rest cells are limited by the controls next to them.

@@ -17,7 +17,7 @@ struct MomentRatios<const N: usize> {
 }
 
 /// Calls `look` with the row and the state, evenly in time; the path in the power basis, so that
-/// neither the places nor the basis of the planner are used.
+/// neither the points nor the basis of the planner are used.
 fn each_moment<const N: usize>(
     piece: &AxisPiece<N>,
     schedule: &SchedulePiece,

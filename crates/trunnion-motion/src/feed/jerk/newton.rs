@@ -163,6 +163,7 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
                 jerk = jerk.max(control.powf(1.5));
             }
         }
+        // Caps bound squared speeds, so the ratio of speeds is the root.
         LimitRatios { velocity: square.sqrt(), acceleration, jerk: Some(jerk) }
     }
 
@@ -310,6 +311,7 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
         let columns = [[s[0], 0.0, 0.0], [s[1], 1.0, e[0]], [0.0, 0.0, e[1]]];
         let h = &out.hessian;
         let full = [[h[0], h[1], h[3]], [h[1], h[2], h[4]], [h[3], h[4], h[5]]];
+        // Chain rule: with `C` the columns, add `C^T H C` and `C^T g`; first `H C`.
         let times = columns.map(|c| full.map(|row| row[0] * c[0] + row[1] * c[1] + row[2] * c[2]));
         for i in 0..3 {
             let Some(row) = (cell + i).checked_sub(1 + range.start).filter(|r| *r < range.len())
@@ -318,6 +320,7 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
             };
             let c = columns[i];
             let g = &out.gradient;
+            // The right side of a Newton system is the negative gradient.
             band.right[row] -= c[0] * g[0] + c[1] * g[1] + c[2] * g[2];
             for j in 0..=i.min(row) {
                 let product = &times[i - j];
@@ -338,6 +341,7 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
             }
             let x = self.spline.coefficients(cell);
             let border = if rest == 0 { x[0] } else { x[2] };
+            // The border is a fixed share of the control, so the time goes with control^(-1/2).
             let time = 3.0 * self.spline.lengths[rest] / border.sqrt();
             let control = self.spline.controls[cell];
             band.right[row] += 0.5 * time / control;

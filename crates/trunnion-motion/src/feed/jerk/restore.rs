@@ -54,6 +54,7 @@ pub(super) fn restore<const N: usize>(
         if worst <= INSIDE {
             return (caps.given <= 1.0).then_some(FeasibleSpline { spline, references });
         }
+        // Give up once the excess has stopped falling.
         if worst < FALL * before {
             (before, waited) = (worst, 0);
         } else {

@@ -82,6 +82,7 @@ impl<const N: usize> CellRows<N> {
         let jerk = limits.jerk.unwrap_or_else(SVector::zeros);
         let mut factors = [[[[0.0; LANES]; 3]; 2]; N];
         for (axis, kinds) in factors.iter_mut().enumerate() {
+            // Rows of a unit cell go with h^-2 for jerks and h^-1 for accelerations.
             let scales = [jerk[axis] / (cell.h * cell.h), limits.acceleration.plus[axis] / cell.h];
             for ((unit, scale), factors) in UNIT.iter().zip(scales).zip(kinds) {
                 for (unit, rates) in unit.iter().zip(&cell.rates) {
@@ -198,6 +199,7 @@ const fn jerk_row(r: &[f64; 5], k: usize) -> [f64; 3] {
 /// Returns Bernstein coefficient `k` of `h (q' u + q'' x)`; see [`jerk_row`].
 const fn acceleration_row(r: &[f64; 5], k: usize) -> [f64; 3] {
     let mut row = [0.0; 3];
+    // The term q' u: a quartic times a line, both neighbours in degree 5.
     if k < ACCELERATIONS - 1 {
         let term = 0.2 * (5 - k) as f64 * r[k];
         row[0] -= term;
@@ -208,6 +210,7 @@ const fn acceleration_row(r: &[f64; 5], k: usize) -> [f64; 3] {
         row[1] -= term;
         row[2] += term;
     }
+    // The term q'' x: a cubic with coefficients 4 D times a quadratic.
     let mut j = k.saturating_sub(3);
     while j <= k && j <= 2 {
         let at = k - j;
@@ -244,6 +247,7 @@ pub(super) fn rest_cap<const N: usize>(
             r.reverse();
         }
         for k in 0..5 {
+            // 4 D C(3, k - 1) / C(4, k) = k D: the product of τ and q'' h.
             let rise = if k > 0 { k as f64 * (r[k] - r[k - 1]) } else { 0.0 };
             // 12 E C(2, k - 2) / C(4, k): the product of τ² and q''' h².
             let bend = match k {
@@ -259,6 +263,7 @@ pub(super) fn rest_cap<const N: usize>(
     }
     let [start, end] = cell.caps(limits);
     let speed = if side == RestSide::End { start } else { end };
+    // With k = x / h^(4/3), accelerations are at most x / h and jerks x^(3/2) / h² times these.
     speed.min(cell.h / most[0]).min((cell.h * cell.h / most[1]).cbrt().powi(2))
 }
 

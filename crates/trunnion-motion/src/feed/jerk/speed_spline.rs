@@ -81,6 +81,7 @@ impl SpeedSpline {
         let last = lengths.len().saturating_sub(1);
         for (end, cell, sign) in [(ends[0], 0, 1.0), (ends[1], last, -1.0)] {
             if let (EndMotion::Moving([x, u]), Some(control)) = (end, controls.get_mut(cell)) {
+                // u = x'/2 = (control - x) / h at a start, with the other sign at an end.
                 *control = x + sign * u * lengths[cell];
             }
         }
@@ -100,6 +101,7 @@ impl SpeedSpline {
             0 => [0.0; 2],
             1 if !self.ends[0].moves() => [0.0, Self::rest_share(self.lengths[0], own)],
             _ => {
+                // Equal slopes on both sides of the row.
                 let before = self.lengths[cell - 1];
                 [own / (before + own), before / (before + own)]
             }
@@ -145,6 +147,7 @@ impl SpeedSpline {
         for cell in cells.clone() {
             let [x, control, _] = self.coefficients(cell);
             speed.push(x.sqrt());
+            // x'/2 at the start of the parabola.
             acceleration.push((control - x) / self.lengths[cell]);
         }
         let [_, control, x] = self.coefficients(cells.end - 1);

@@ -68,6 +68,7 @@ impl StraightStop {
         let [most, jerk] = [(share * self.largest).max(self.before), share * self.jerk];
         // The speed falls by (most² - before²) / 2j, most t and most² / 2j.
         let half = 0.5 * self.before * self.before;
+        // Without a constant phase, (2 peak² - before²) / 2j is the whole speed.
         let peak = (jerk * self.speed + half).sqrt().max(self.before);
         if peak < most {
             return ([(peak - self.before) / jerk, 0.0, peak / jerk], peak);
@@ -90,6 +91,7 @@ impl StraightStop {
         let mut rows = vec![[0.0, speed * speed]];
         for ((time, slope), deceleration) in times.into_iter().zip(slopes).zip(decelerations) {
             let at = |t: f64| {
+                // The deceleration grows by slope t: one integral for the speed, two for the distance.
                 let lost = t * (deceleration + 0.5 * slope * t);
                 let behind = t * t * (0.5 * deceleration + slope * t / 6.0);
                 [way + t * speed - behind, (speed - lost).max(0.0)]
@@ -105,6 +107,7 @@ impl StraightStop {
 
     /// Returns the stop that is gentle enough to be as long as `distance`.
     fn over(&self, distance: f64) -> Vec<[f64; 2]> {
+        // Bisection: the stop becomes shorter as the share grows.
         let [mut gentle, mut hard] = [0.0, 1.0];
         for _ in 0..HALVINGS {
             let middle = 0.5 * (gentle + hard);
