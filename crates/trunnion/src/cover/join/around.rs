@@ -1,9 +1,9 @@
-//! Links round the part, where no plane lies above all passes.
+//! Links around the part, for passes that no common plane clears.
 //!
 //! A tool with its axis along `n` and its tip on a plane square to `n` is on the far side of that
 //! plane with everything it has, however wide its holder. So it keeps off a part wherever its tip
 //! is higher, seen along its own axis, than all of the part. The planes that touch the part and its
-//! stock, raised by the clearance, envelop the way round.
+//! stock, raised by the clearance, envelop the link.
 
 use crate::cover::join::axis_reach::AxisReach;
 use crate::cover::join::leads::LinkPlanner;
@@ -37,9 +37,9 @@ impl LinkPlanner<'_> {
     /// another, with its ends. The axis turns on a great circle; the tip goes straight but for its
     /// lift along the axis.
     ///
-    /// Where the machine does not reach the axes on the way, the link turns over another axis, by
-    /// the shortest way. The curve through stations so far apart leaves the great circle by some
-    /// tenths of a degree next to its ends, so it is the curve that is checked.
+    /// If the machine does not reach the axes in between, the link turns over a further axis, the
+    /// one with the shortest turn. A curve through stations so far apart leaves the great circle by
+    /// some tenths of a degree near its ends, so the curve itself is checked.
     pub(crate) fn around(
         &self,
         from: &Station,
@@ -60,8 +60,8 @@ impl LinkPlanner<'_> {
         let Some(reach) = reach else { return over(&direct, None) };
         let first = reach.holds(&direct).then(|| over(&direct, Some(reach))).flatten();
         let others = || corners(ends, reach).iter().find_map(|axes| over(axes, Some(reach)));
-        // Without a way within reach the direct one is returned; the axes then report the travel
-        // that is missing.
+        // If no turn is within reach, the direct one is returned; the check of the axes then reports
+        // the missing travel.
         first.or_else(others).or_else(|| over(&direct, None))
     }
 
@@ -71,6 +71,7 @@ impl LinkPlanner<'_> {
         axes: &[UnitVector3<f64>],
         raise: f64,
     ) -> Vec<Station> {
+        // The tip advances in proportion to the angle turned so far.
         let turns: Vec<f64> = axes.windows(2).map(|a| angle_between(&a[0], &a[1])).collect();
         let all: f64 = turns.iter().sum();
         let tips = [from.pose.tip, to.pose.tip];
@@ -86,12 +87,13 @@ impl LinkPlanner<'_> {
             }
             gone += turn;
         }
+        // The last of them is at the end of the link, which takes its place.
         stations.pop();
         stations.push(*to);
         stations
     }
 
-    /// Returns the point itself, lifted along the axis as far as it takes to be above the part.
+    /// Returns a station at the point, raised along the axis until it is above the part.
     fn lifted(&self, tip: Point3<f64>, axis: UnitVector3<f64>, raise: f64) -> Station {
         let missing = self.height(&axis) + raise - tip.coords.dot(&axis);
         let tip = tip + axis.scale(missing.max(0.0));
@@ -114,7 +116,7 @@ impl LinkPlanner<'_> {
     }
 }
 
-/// Returns the axes of the shortest way, with its ends.
+/// Returns the axes of the shortest turn, ends included.
 fn direct([from, to]: [&UnitVector3<f64>; 2]) -> Vec<UnitVector3<f64>> {
     match corner(from, to) {
         Some(corner) => vec![*from, corner, *to],
@@ -122,8 +124,8 @@ fn direct([from, to]: [&UnitVector3<f64>; 2]) -> Vec<UnitVector3<f64>> {
     }
 }
 
-/// Returns ways over one axis about home, with their ends, the shortest first. All axes between are
-/// within reach.
+/// Returns the turns over one axis near home, ends included, the shortest first. The machine
+/// reaches all axes in between.
 fn corners(
     [from, to]: [&UnitVector3<f64>; 2],
     reach: &AxisReach<'_>,
@@ -140,6 +142,7 @@ fn corners(
 /// Returns a direction between two opposite ones, which no great circle joins.
 fn corner(from: &UnitVector3<f64>, to: &UnitVector3<f64>) -> Option<UnitVector3<f64>> {
     (angle_between(from, to) > PI - STEP).then(|| {
+        // The two are nearly parallel, so any direction square to one serves for both.
         let side = from.cross(&Vector3::ith(from.iamin(), 1.0));
         Unit::new_normalize(side)
     })

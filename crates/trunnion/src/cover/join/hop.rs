@@ -16,7 +16,7 @@ pub struct HopOptions<'a> {
     /// Least distance from the faces in the middle of a hop \[mm\]: the material that may be left
     /// on them.
     pub clear: f64,
-    /// Returns about the seconds that the machine takes through poses, from rest to rest. A hop is
+    /// Estimates the time of the machine through poses, from rest to rest \[s\]. A hop is
     /// taken if it is quicker than three straight moves up, over and down.
     pub seconds: &'a (dyn Fn(&[ToolPose]) -> f64 + Sync),
 }
@@ -62,6 +62,7 @@ impl HopPath<'_> {
         if angle_between(&from.axis, &to.axis) >= FRAC_PI_2 {
             return None;
         }
+        // Time of the three straight moves that the hop replaces.
         let link = match self.over {
             [Some(above), Some(beyond)] => [[from, above], [above, beyond], [beyond, to]]
                 .iter()
@@ -77,6 +78,8 @@ impl HopPath<'_> {
             let stations = self.stations(share * hops.height);
             let sweep = PassSweep::of(PoseCurve::through(&stations, self.lever), self.lever);
             let spans = sweep.curve.spans.len();
+            // Near its ends the tool may touch the face within the gouge tolerance; in the middle it clears
+            // the material.
             let kept = |span: usize| {
                 let middle = (NEAR..spans - NEAR).contains(&span);
                 free(&sweep, span, if middle { hops.clear } else { -gouge })
@@ -93,6 +96,7 @@ impl HopPath<'_> {
             if step == 0 || step == STEPS {
                 return if step == 0 { *from } else { *to };
             }
+            // Half an ellipse: the distance advances by (1 - cos) / 2 while the height follows the sine.
             let (sin, cos) = (PI * f64::from(step) / f64::from(STEPS)).sin_cos();
             let share = 0.5 * (1.0 - cos);
             let between = |a: &Point3<f64>, b: &Point3<f64>| a + (b - a) * share;

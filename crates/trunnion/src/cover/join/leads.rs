@@ -1,4 +1,4 @@
-//! Leads: straight ways from the end of a pass up to the height of the links.
+//! Leads: straight moves from the end of a pass up to the height of the links.
 
 use super::request::{LeadKind, LinkOptions, LinkRequest};
 use crate::cover::layout::chart::Chart;
@@ -68,7 +68,7 @@ impl<'a> LinkPlanner<'a> {
 }
 
 impl LinkPlanner<'_> {
-    /// Returns the end of the shortest possible lead from `end`, whether the tool may go there or not.
+    /// Returns the end of the shortest possible lead from `end`, without a check for gouges.
     pub(crate) fn shortest(&self, end: &Station) -> Option<Station> {
         let step = self.ups(end, ClearLevel::Plane).next()?;
         Some(moved(end, &step.direction.scale(step.length)))
@@ -92,6 +92,8 @@ impl LinkPlanner<'_> {
             _ => return Ok(Vec::new()),
         };
         let [end, before] = pair;
+        // Candidates by preference: first those that leave along the pass, if requested, then the straight
+        // ones.
         let mut leads: Vec<Vec<LeadStep>> = Vec::new();
         if let LeadKind::Tangent { length } = self.options.lead
             && let Some(direction) = Unit::try_new(end.pose.tip - before.pose.tip, 0.0)
@@ -110,8 +112,8 @@ impl LinkPlanner<'_> {
         Err(deepest)
     }
 
-    /// Returns steps up to the height of the links: along the tool axis, and leaning more and more straight up.
-    /// Where the axis counts as up, they lean straight away from the part.
+    /// Returns candidate steps up to the height of the links: along the tool axis, halfway towards `up`, and along
+    /// `up`. If the axis itself counts as up, the last two are inclined away from the part instead.
     fn ups(&self, end: &Station, level: ClearLevel) -> impl Iterator<Item = LeadStep> {
         let (axis, tip) = (end.pose.axis, end.pose.tip);
         let radius = self.cutter.radius();
@@ -127,6 +129,7 @@ impl LinkPlanner<'_> {
         [0.0, 0.5, 1.0].into_iter().filter_map(move |share| {
             let direction = Unit::try_new(axis.lerp(&aside, share), 0.0)?;
             let climb = direction.dot(&up);
+            // Even from above the level, a lead is at least a radius long.
             let length = (height / climb).max(radius);
             (climb >= LEAST_CLIMB).then_some(LeadStep { direction, length })
         })
@@ -201,7 +204,7 @@ fn tree(face: &FaceIndex, chart: &Chart, cutter: &Cutter) -> FaceTree {
     FaceTree::adaptive(face, chart, &region, sizes)
 }
 
-/// Returns a station moved by a vector, at the same attitude.
+/// Returns a station moved by a vector, with the same tool axis.
 pub(crate) fn moved(station: &Station, by: &Vector3<f64>) -> Station {
     let pose = ToolPose { tip: station.pose.tip + by, axis: station.pose.axis };
     Station { pose, contact: station.contact + by }

@@ -10,9 +10,8 @@ use crate::types::{Leg, Motion, Pass, Progress, Stage, Station};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Climb from which on the tool stands rather than lies on the plane \[60 deg from its normal\]. Farther over, leads
-/// along the tool axis get longer than twice the height they gain, and the flank and the holder come next to the
-/// plane.
+/// Least cosine between tool axis and plane normal for links over the plane \[60 deg\]. At larger angles, leads along
+/// the tool axis are longer than twice the height that they gain, and flank and holder come close to the plane.
 const UPRIGHT: f64 = 0.5;
 
 /// Joins passes: down to the first, along it, over to the next, and up from the last. Passes are run in
@@ -20,17 +19,17 @@ const UPRIGHT: f64 = 0.5;
 ///
 /// From pass to pass the tool hops if [`LinkRequest::hops`] allows it and that is quicker. Otherwise it goes up by a
 /// lead, over at a height where it may turn, and down again. Each hop and each lead is proven to keep off all faces,
-/// with the whole tool up to the gauge point. Where a lead along the tool axis is barred, one leaning towards
+/// with the whole tool up to the gauge point. If a lead along the tool axis gouges, one inclined towards
 /// [`LinkOptions::up`](super::request::LinkOptions::up) is taken.
 ///
-/// Where no lead leads up to the plane over the part, or the tool would lie on it, as on the sides of a shaft, leads
-/// end over the part as seen along the tool axis. The link between them leads round the part on a curve, the
-/// axis turning on the way, that is proven likewise.
+/// Where no lead reaches the plane over the part, or the tool would be nearly parallel to it, as on the sides of a
+/// shaft, leads end above the part as seen along the tool axis. A curve around the part links them. The tool axis turns
+/// along it, and its clearance is proven likewise.
 ///
 /// # Errors
 ///
-/// [`CoverError::LeadGouges`] where every lead gouges or does not lead up, [`CoverError::NoWayRound`] where no link
-/// leads round the part, [`CoverError::Cancelled`] on request.
+/// [`CoverError::LeadGouges`] if every lead gouges or gains no height, [`CoverError::NoWayRound`] if no link around
+/// the part is free, [`CoverError::Cancelled`] on request.
 ///
 /// # Example
 ///
@@ -78,6 +77,7 @@ pub fn legs(request: &LinkRequest<'_>, progress: &dyn Progress) -> Result<Vec<Le
     let passes = request.passes;
     let done = AtomicU64::new(0);
     let total = passes.len() as u64;
+    // One join before each pass, and one after the last.
     let joins: Vec<Vec<Leg>> = (0..=passes.len())
         .into_par_iter()
         .map(|next| {
@@ -191,8 +191,9 @@ impl LinkPlanner<'_> {
         first.or_else(|depth| second.map_err(|other| gouges(depth.max(other))))
     }
 
-    /// Joins two passes by the plane if both have leads to it, round the part if not; the other way about where the
-    /// tool would come to lie flat on the plane.
+    /// Joins two passes over the plane if both have leads to it, otherwise around the part.
+    ///
+    /// The order is reversed if the tool would be nearly parallel to the plane.
     fn join(
         &self,
         one: NumberedPass<'_>,
@@ -205,7 +206,7 @@ impl LinkPlanner<'_> {
         by(first).or_else(|error| by(second).map_err(|_| error))
     }
 
-    /// Returns the order in which levels are tried: the plane first if the tool stands upright at all ends.
+    /// Returns the order in which levels are tried: the plane first if the tool is upright at all ends.
     fn order(&self, ends: &[Option<&Station>]) -> [ClearLevel; 2] {
         let mut climbs =
             ends.iter().flatten().map(|station| station.pose.axis.dot(&self.options.up));

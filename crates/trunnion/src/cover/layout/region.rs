@@ -87,6 +87,8 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
     }
 
     fn crossings(&self, along: f64) -> impl Iterator<Item = f64> {
+        // Half-open test: a corner on the line counts for one of two edges that cross, and for none or both
+        // of two that turn back.
         let edges = self.polylines().flat_map(|points| {
             let next = points.iter().cycle().skip(1);
             points.iter().zip(next)
@@ -117,6 +119,7 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
         for [a, b] in self.edges([across, everywhere]) {
             let way = b[0] - a[0];
+            // Clip the edge to the interval across; its ends and the corners within give the extremes along.
             let at = |across: f64| {
                 let share = if way.abs() > 0.0 { (across - a[0]) / way } else { 0.0 };
                 a[1] + share.clamp(0.0, 1.0) * (b[1] - a[1])

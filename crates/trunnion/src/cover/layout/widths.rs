@@ -9,7 +9,7 @@ use nalgebra::{Unit, Vector3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Points each way.
+/// Points per parameter.
 const PLACES: u32 = 13;
 
 /// Feed directions over half a turn.
@@ -47,6 +47,8 @@ fn step([su, sv]: [Vector3<f64>; 2], angle: f64) -> Option<[f64; 2]> {
     let first = Unit::try_new(su, f64::MIN_POSITIVE)?;
     let second = Unit::try_new(sv - first.scale(first.dot(&sv)), f64::MIN_POSITIVE)?;
     let (sin, cos) = angle.sin_cos();
+    // The direction is du S_u + dv S_v: its component along `second` gives dv, then that along `first` gives
+    // du.
     let dv = sin / sv.dot(&second);
     Some([(cos - dv * sv.dot(&first)) / su.norm(), dv])
 }
@@ -83,6 +85,8 @@ impl StripWidthTable {
         let at = |index: u32| {
             let uv = place(bounds, index);
             let jet = face.face().surface.jet1(uv[0], uv[1]);
+            // The location for one direction is the initial guess for the next; if it misleads, a search
+            // without it follows.
             let mut warm = None;
             (0..DIRECTIONS)
                 .map(|k| {
@@ -123,6 +127,7 @@ impl StripWidthTable {
         tangents: [Vector3<f64>; 2],
         way: &Vector3<f64>,
     ) -> Option<f64> {
+        // Directions repeat after half a turn.
         let turned = angle(tangents, way)? / PI;
         let (k, s) = cell((turned - turned.floor()) * f64::from(DIRECTIONS), DIRECTIONS);
         let [(i, a), (j, b)] = [0, 1].map(|k| {

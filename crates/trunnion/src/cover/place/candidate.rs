@@ -156,6 +156,7 @@ impl CandidatePass<'_> {
         if self.track.over_face(arc) {
             return false;
         }
+        // A step across against that just inside the face shows that the surface has turned over.
         let across = |arc: f64| self.steps(arc)[0];
         let margin = INSIDE * (end - start);
         across(arc).dot(&across(arc.clamp(start + margin, end - margin))) <= 0.0

@@ -98,6 +98,7 @@ impl PlacedPasses {
             return;
         }
         self.recent.extend(sweeps.map(Arc::new));
+        // Only the last sweeps are compared with new candidates; older ones serve the final proof.
         let old = self.recent.len().saturating_sub(MEMORY);
         self.swept.extend(self.recent.drain(..old));
         if !self.forward {

@@ -175,6 +175,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         if !(far && zigzag && method == PlacementMethod::Inclined) {
             return Ok(trial);
         }
+        // The other feed direction wins if it leaves less of the length without a strip.
         let forward = !self.placed.forward;
         let back = self.placed.turned();
         let other = self.context.lay(region, across, method, &back)?;
@@ -233,6 +234,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         for &advance in advances {
             self.placed = before.clone();
             let next = self.take(trial, advance, across, rectangle)?;
+            // Compare by the ranges left unfinished first, then by the cost per parameter across.
             let cost = self.placed.price() - before.price();
             let rank = (self.placed.missed.len(), cost / (next - across));
             if best.as_ref().is_none_or(|best| rank < best.rank) {
@@ -247,8 +249,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         Ok(next)
     }
 
-    /// Returns `true` if the work up to `next` would, at this rate, exceed [`PACE`] of what is allowed. Then other
-    /// advances are not tried.
+    /// Tests if the work up to `next` exceeds its share of [`PACE`] times the work allowed. Other advances are then
+    /// not tried.
     fn falls_behind(&self, next: f64) -> bool {
         let [first, last] = self.context.whole.bounds[0];
         self.work as f64 > PACE * self.limits.all as f64 * ((next - first) / (last - first))
@@ -314,8 +316,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         self.cover_part(&FaceRectangle { bounds, worth: f64::INFINITY, ..part })
     }
 
-    /// Goes on from a pass that would finish too little: it is placed at the fixed inclination, or added as it is and
-    /// the remainder of a narrow step is left.
+    /// Continues after a pass that would finish too little: places it at the fixed inclination, or adds it as it is and
+    /// leaves the remainder of a narrow step.
     fn pass_without_advance(
         &mut self,
         region: &TrimmedRegion<&Inside>,

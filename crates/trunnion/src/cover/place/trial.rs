@@ -221,6 +221,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
             return region.bounds[1];
         }
         let [first, last] = region.bounds[0];
+        // Convert the window from mm to the parameter across, by the extent of the face.
         let window = WINDOW * self.setup.cutter.radius() / self.extent(0) * (last - first);
         region.range_along([across, across + window]).unwrap_or(region.bounds[1])
     }

@@ -93,6 +93,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
                 self.laid(&self.samples(&arcs, places), extension, &mut segments);
             }
         }
+        // A refusal counts only where the strip has something to cut.
         let refused = samples.iter().filter(|sample| sample.touched).find_map(TrackSample::refused);
         (segments, refused)
     }
@@ -116,6 +117,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
             samples[first..=last].iter().filter_map(|sample| sample.place.clone().ok()).collect();
         let mut shortened = [false; 2];
         let end = samples.len() - 1;
+        // Extend the end only if nothing was dropped there. Only the outermost run is run out as far as the
+        // samples reach.
         if last == run[1] && last < end {
             let target =
                 runs(samples).iter().all(|other| other[1] <= last).then(|| samples[end].arc);
@@ -131,8 +134,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         self.keep(placed, shortened, CUTS, segments);
     }
 
-    /// Drops the stations at the ends of a run that lie farther out than one whose strip is off the
-    /// region already.
+    /// Drops the stations at the ends of a run beyond the first whose strip is off the region.
     fn without_surplus(&self, samples: &[TrackSample], [first, last]: [usize; 2]) -> [usize; 2] {
         let [low, high] = self.region.bounds[1];
         let chart = self.candidate.chart;
@@ -153,8 +155,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         [first, last]
     }
 
-    /// Makes segments of the stations between bad spans: these are cut out, and the rest is laid
-    /// anew.
+    /// Makes segments from the stations between bad spans. These spans are removed, and the
+    /// stations on both sides are refined again.
     fn keep(
         &self,
         placed: Vec<PlacedStation>,
@@ -176,6 +178,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         if cuts == 0 {
             return;
         }
+        // Each bad span separates the stations before it from those after it.
         let mut start = 0;
         for &span in bad.iter().chain(&[placed.len() - 1]) {
             if span > start {
@@ -240,6 +243,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         let (candidate, chart) = (self.candidate, self.candidate.chart);
         let along = |index: usize| candidate.track.at(arcs[index]);
         let sample = |(i, place): (usize, LocationResult)| {
+            // The strip serves the slab between its neighbours, widened to its own far end.
             let mut slab = [along(i.saturating_sub(1)), along((i + 1).min(arcs.len() - 1))];
             let mut across = [candidate.across, candidate.across];
             if let Ok(placed) = &place {
@@ -252,8 +256,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         places.into_iter().enumerate().map(sample).collect()
     }
 
-    /// Carries a row on past its last location: as near as locations are found to `bad`, where
-    /// there is none, then by a run-out to `target`. Returns `true` if it ends short of the target.
+    /// Extends a run past its last location: first as close to `bad`, which has none, as locations
+    /// are found, then by a run-out to `target`. Returns `true` if it ends short of the target.
     fn finish_end(&self, placed: &mut Vec<PlacedStation>, bad: f64, target: Option<f64>) -> bool {
         let Some(last) = placed.last() else { return true };
         let end = self.towards(last, bad);
@@ -269,6 +273,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
     /// Finds the location nearest to `bad`, where there is none, to within the least spacing.
     fn towards(&self, good: &PlacedStation, bad: f64) -> PlacedStation {
         let (mut good, mut bad) = (good.clone(), bad);
+        // Bisect between a point with a location and one without.
         while (bad - good.arc).abs() > self.candidate.options.spacing[0] {
             let middle = 0.5 * (good.arc + bad);
             match self.candidate.beside(middle, &good) {
@@ -279,9 +284,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         good
     }
 
-    /// Carries a row on to `target` from its last location, or from one before it if the last, at
-    /// the edge of what is possible, cannot be carried on as far. Returns the arc length that it
-    /// reaches.
+    /// Extends a run to `target` from its last location, or from an earlier one if that gets
+    /// closer: the last one is at the limit of what is possible. Returns the arc length reached.
     fn run_out(&self, placed: &mut Vec<PlacedStation>, target: f64) -> f64 {
         let between = self.checker();
         let to_go = |arc: f64| (target - arc).abs();
@@ -374,6 +378,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
             return None;
         }
         let mut finer = placed.to_vec();
+        // From the last one back, so that the other indices stay valid.
         for (index, station) in new.into_iter().rev() {
             finer.insert(index, station);
         }
@@ -387,6 +392,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         // Small and positive.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]
         let slabs = (length / (SLAB * self.candidate.cutter.radius())).ceil().max(1.0) as u32;
+        // The gouge is the depth of the least clearance, from this face and the others, below the target. The
+        // precision of the proof is allowed for.
         let target = self.clearance.target;
         let others = self.candidate.keep_off.clearance(sweep, span, slabs, target);
         let least = self.clearance.least(sweep, span, slabs).min(others);
@@ -437,6 +444,7 @@ fn runs(samples: &[TrackSample]) -> Vec<[usize; 2]> {
 fn kept(samples: &[TrackSample], distance: f64) -> Vec<[usize; 2]> {
     let mut kept: Vec<[usize; 2]> = Vec::new();
     for sample in samples.iter().filter(|sample| sample.touched) {
+        // Include one sample at or beyond the distance on either side.
         let before = samples.partition_point(|other| other.arc <= sample.arc - distance);
         let last = samples.partition_point(|other| other.arc < sample.arc + distance);
         let [first, last] = [before.saturating_sub(1), last.min(samples.len() - 1)];

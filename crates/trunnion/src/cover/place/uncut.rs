@@ -23,7 +23,7 @@ const FINEST: f64 = 0.125;
 /// Approximate number of points of one region at which height and fit are evaluated.
 const LOOKS: usize = 48;
 
-/// Points each way in a cell at the face's edge, by which its area is measured; parts each way of a
+/// Points per side of a cell at the edge of the face, which measure its area; parts per side of a
 /// range on a bent chart.
 const PARTS: u32 = 4;
 
@@ -52,7 +52,9 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
         let region = self.whole.complete();
         let swept = self.coverage(&region, &sweeps);
         let sizes = [CELL * self.narrow(), FINEST * self.options.spacing[0]];
+        // Step 1: find the cells of the missed ranges that no pass finishes.
         let open = swept.open(&boxes, sizes);
+        // Step 2: join them to connected regions and measure each.
         let mut rest: Vec<UncutRegion> = parts(&open)
             .into_par_iter()
             .filter_map(|cells| self.part(&region, &swept, &cells))
@@ -96,6 +98,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
         };
         let mut area = 0.0;
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        // The area counts the share of a cell inside the region; the bounds hold all of its corners.
         for &range in cells {
             let cell = FaceCell::new(range, &at);
             area += cell.area() * inside(region, range);
@@ -174,6 +177,7 @@ struct LookedAt {
 fn spread<'a>(cells: &[&'a ParameterBox]) -> Vec<&'a ParameterBox> {
     let area = |range: &ParameterBox| range.iter().map(|[low, high]| high - low).product::<f64>();
     let step = cells.iter().map(|range| area(range)).sum::<f64>() / LOOKS as f64;
+    // A cell is chosen when the area summed up passes the next threshold; a large cell is chosen once.
     let (mut sum, mut next) = (0.0, 0.0);
     let mut chosen = Vec::new();
     for range in cells {

@@ -32,6 +32,7 @@ pub(crate) fn parts(cells: &[ParameterBox]) -> Vec<Vec<ParameterBox>> {
         });
         front.add(cells, i);
     }
+    // Collect the cells by root, in the order of the first cell of each part.
     let mut parts: Vec<(usize, Vec<ParameterBox>)> = Vec::new();
     let mut known = std::collections::HashMap::new();
     for (i, cell) in cells.iter().enumerate() {
@@ -57,6 +58,7 @@ impl CellFront {
     fn add(&mut self, cells: &[ParameterBox], i: usize) {
         let [low, high] = cells[i][1];
         let height = high - low;
+        // The exponent bits of the height group heights within a factor of two.
         let kind = self.kinds.entry(height.to_bits() >> (f64::MANTISSA_DIGITS - 1)).or_default();
         kind.0 = kind.0.max(height);
         kind.1.insert((TotalOrder(low), i));
@@ -112,6 +114,7 @@ impl Ord for TotalOrder {
 
 fn root(parent: &mut [usize], mut i: usize) -> usize {
     while parent[i] != i {
+        // Path halving keeps the trees flat.
         parent[i] = parent[parent[i]];
         i = parent[i];
     }

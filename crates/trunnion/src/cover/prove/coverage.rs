@@ -169,6 +169,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
             if whole && !self.region.holds(cell.middle()) {
                 continue;
             }
+            // Parts of a cell inherit its poses, so the list shrinks with the cells.
             let near = self.near(&cell, &near);
             let [a, b] = [0, 1].map(|k| cell.extent(k));
             if a <= self.end.width() && !near.is_empty() && self.finished(&cell, &near) {

@@ -147,6 +147,8 @@ impl NearestSearch<'_> {
         let holds = |[u, v]: [f64; 2]| self.face.face().contains(u, v);
         let mut waiting = vec![(self.tree.cells[index], CellShare::Cut(false), 0)];
         while let Some((cell, before, depth)) = waiting.pop() {
+            // Only a cell that a trim may cut is compared with the trims again; its halves inherit a known
+            // share.
             let share = match before {
                 CellShare::Cut(_) => self.tree.share(index, &cell, holds),
                 known => known,
@@ -157,10 +159,13 @@ impl NearestSearch<'_> {
             let point = cell.centre();
             let gap = self.solid.gap(&point, self.pose);
             let known = found.map_or(self.query.within, |near| near.distance);
+            // Upper bound: some point of the face is within that distance of the middle.
             let some = cell.some_within(share).map(|away| gap.distance + away);
             if let Some(distance) = some.filter(|distance| *distance < known) {
                 *found = Some(NearestPoint { distance, face: self.index, point });
             }
+            // Lower bound: a plane below the distance at the middle is least at a corner, less the sags in
+            // both directions. The planes along the normal of the cell often bound more sharply.
             let sags = [cell.sag(0), cell.sag(1)];
             let lowest = |plane: &crate::cutter::SignedDistance| {
                 let over = |corner: &Point3<f64>| plane.gradient.dot(&(corner - point));
@@ -173,6 +178,7 @@ impl NearestSearch<'_> {
             if enough || least - sags[0] - sags[1] >= self.limit(found.as_ref()) || depth == DEPTH {
                 continue;
             }
+            // Halve the edge along which the bound loses more.
             let slopes =
                 [0, 1].map(|k| 0.5 * gap.gradient.dot(&cell.across_edges(k)).abs() + sags[k]);
             let halves = cell.halves(usize::from(slopes[1] > slopes[0]), &at);

@@ -140,6 +140,7 @@ impl SpanCheck<'_> {
             // Root of the slope along the descent by the secant.
             let turned = next.slope.dot(&down) + slope;
             let way = if turned > 0.0 { step * slope / turned } else { step };
+            // Stay inside the circle: a step beyond it ends on it.
             let flat = lowest.point + down.scale(way) - c.centre;
             let inside = flat * (c.radius / flat.norm().max(c.radius));
             let settled = self.under(c, axis, c.centre + inside, lowest.uv)?;
@@ -248,6 +249,7 @@ impl SpanCheck<'_> {
     ) -> Result<CircleSample, ClosestError> {
         let upper = self.band.upper;
         for _ in 0..STEPS {
+            // Secant between the last points on both sides of the band.
             let share = (upper - inside.error) / (outside.error - inside.error);
             let angle = inside.angle + share * (outside.angle - inside.angle);
             let sample = self.sample(c, angle, inside.uv)?;
@@ -260,6 +262,7 @@ impl SpanCheck<'_> {
 /// Returns the least value of the parabola through three evenly spaced values with a dip in the
 /// middle.
 fn dip(a: f64, b: f64, c: f64) -> Option<f64> {
+    // The parabola b + slope x + bend x² / 2 is least at x = -slope / bend.
     let (slope, bend) = (0.5 * (c - a), a - 2.0 * b + c);
     (b <= a && b <= c && bend > 0.0).then(|| b - 0.5 * slope * slope / bend)
 }
