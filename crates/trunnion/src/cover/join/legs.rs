@@ -22,7 +22,7 @@ const UPRIGHT: f64 = 0.5;
 /// with the whole tool up to the gauge point. If a lead along the tool axis gouges, one inclined towards
 /// [`LinkOptions::up`](super::request::LinkOptions::up) is taken.
 ///
-/// Where no lead reaches the plane over the part, or the tool would be nearly parallel to it, as on the sides of a
+/// If no lead reaches the plane over the part, or the tool would be nearly parallel to it, as on the sides of a
 /// shaft, leads end above the part as seen along the tool axis. A curve around the part links them. The tool axis turns
 /// along it, and its clearance is proven likewise.
 ///
