@@ -41,7 +41,7 @@ pub(super) enum RunEntry {
     Start,
     /// Over the link before.
     Link(AxisTrack),
-    /// Out of the part and back to the same place.
+    /// Out of the part and back to the same point.
     Retract { switch: SwitchPoint, pose: ToolPose, rotaries: [[f64; 2]; 2], legs: RetractLegs },
 }
 
@@ -151,7 +151,7 @@ impl BranchPlanner<'_> {
         self.travel.outside(segment, self.follower.options)
     }
 
-    /// The first segment, from where the rotaries stand before the path.
+    /// The first segment, from the position of the rotaries before the path.
     fn begin(&self, segment: &PathSegment, states: &mut [BranchState]) {
         let start = &self.follower.options.start;
         let from = [start[FIRST_ROTARY], start[FIRST_ROTARY + 1]];

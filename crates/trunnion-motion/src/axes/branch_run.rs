@@ -11,7 +11,7 @@ use std::ops::Range;
 /// go far on it.
 const CELLS_PER_BLOCK: usize = 64;
 
-/// All ways to run what lies between two links.
+/// Candidate motions between two links.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct PathSegment {
     /// Index of the tool-path piece it starts with.
@@ -31,7 +31,7 @@ pub(super) struct SwitchPoint {
     pub(super) inside: bool,
 }
 
-/// One way to run a segment. Whole turns may be added.
+/// Candidate motion along a segment. Whole turns may be added.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct BranchRun {
     /// Nodes and their piece, in order.

@@ -6,7 +6,7 @@ use super::options::AxesOptions;
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
 use crate::types::{AxisVector, Motion};
 
-/// One way to run a shape: a branch, followed by continuity.
+/// Candidate motion along a shape: a branch, followed by continuity.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct CandidateRun {
     /// Index of the tool-path piece it starts with.

@@ -91,7 +91,7 @@ pub enum AxesError {
         /// Angle between the tool axes \[rad\].
         axis: f64,
     },
-    /// Two curves meet in the singular direction, but leave it different ways.
+    /// Two curves meet in the singular direction, but leave it in different directions.
     #[error(
         "between pieces {before} and {piece} a rotary axis must turn by {:.4} deg while the tool stands in the singular direction; put a link between them, or turn the setup so that the path keeps off that direction",
         turn.to_degrees()

@@ -8,7 +8,7 @@ use crate::math::jet::{Jet, Real};
 use crate::types::{AxisNode, AxisVector, PoseCurve, PoseRates, ToolPose};
 use nalgebra::{Point3, Vector3};
 
-/// Exact axes at a parameter, whole turns left open: what all ways along a motion have in common.
+/// Exact axes at a parameter, whole turns left open: shared by all branches along a motion.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Evaluation {
     pub(super) u: f64,
@@ -16,7 +16,7 @@ pub(super) struct Evaluation {
     speeds: [f64; 2],
     /// Each branch.
     pub(super) both: Option<[AxisJets; 2]>,
-    /// Other ways on.
+    /// Further solutions from which the motion may go on.
     pub(super) more: Vec<AxisJets>,
     /// Part of the tool axis square to the singular direction.
     pub(super) across: [f64; 2],
@@ -27,11 +27,11 @@ pub(super) struct Evaluation {
     prescribed: bool,
 }
 
-/// Something with exact axes at every parameter.
+/// Motion with exact axes at every parameter.
 pub(super) trait PathMotion {
     /// Returns the parameters at which derivatives may jump; each gets a node.
     fn knots(&self) -> &[f64];
-    /// Exact axes at `u` seen from span `span`; a free rotary is held where `near` has it.
+    /// Computes the exact axes at `u` seen from span `span`; a free rotary is held where `near` has it.
     fn evaluate(
         &self,
         u: f64,
@@ -39,7 +39,7 @@ pub(super) trait PathMotion {
         near: &AxisVector,
         evaluation: &mut Evaluation,
     ) -> Result<(), InverseError>;
-    /// The pose at `u` in span `span`.
+    /// Returns the pose at `u` in span `span`.
     fn pose(&self, u: f64, span: usize) -> Option<ToolPose>;
 }
 
@@ -58,19 +58,19 @@ impl Evaluation {
         }
     }
 
-    /// For another place.
+    /// Clears the evaluation for another parameter.
     fn begin(&mut self, u: f64, speeds: [f64; 2]) {
         (self.u, self.speeds, self.both) = (u, speeds, None);
         self.more.clear();
         (self.held, self.prescribed) = (false, false);
     }
 
-    /// All ways.
+    /// Returns all solutions.
     pub(super) fn ways(&self) -> impl Iterator<Item = &AxisJets> {
         self.both.iter().flatten().chain(&self.more)
     }
 
-    /// Axes of a way, rotaries unwound to `near`.
+    /// Returns the axes of a solution, rotaries unwound to `near`.
     pub(super) fn unwound(&self, way: &AxisJets, near: &AxisVector) -> AxisVector {
         let mut q = way.q[0];
         if self.prescribed {
@@ -82,7 +82,7 @@ impl Evaluation {
         q
     }
 
-    /// The node of a way, rotaries unwound to `near`.
+    /// Returns the node of a solution, rotaries unwound to `near`.
     pub(super) fn node(&self, way: &AxisJets, near: &AxisVector) -> AxisNode {
         let [_, q1, q2, q3] = way.q;
         let [tip_rate, feed_rate] = self.speeds;
@@ -117,7 +117,7 @@ impl CurveMotion<'_> {
         self.inverse.both_jets_through(rates, self.pole, end - start)
     }
 
-    /// Axes that stand still but for the slides: the tool stays in the singular direction.
+    /// Axes at rest but for the slides: the tool stays in the singular direction.
     fn held(&self, rates: &PoseRates, near: &AxisVector) -> Result<AxisJets, InverseError> {
         let second =
             rates.pose().and_then(|pose| self.inverse.second_at_pole(&pose.axis, self.pole));

@@ -28,7 +28,7 @@ enum RetractStep {
 /// one would run over the part for more than ten times the height it has to gain.
 const LEAST_CLIMB: f64 = 0.1;
 
-/// Retracts at a place of a path.
+/// Retracts at a point of a path.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RetractPlanner<'a> {
     pub(super) follower: &'a PathFollower<'a>,

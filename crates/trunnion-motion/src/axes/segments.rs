@@ -77,7 +77,7 @@ fn meet(path: &ToolPath, options: &AxesOptions) -> Result<(), AxesError> {
     for (before, pair) in path.pieces.windows(2).enumerate() {
         let [Some([_, end]), Some([start, _])] = [ends(&pair[0].geometry), ends(&pair[1].geometry)]
         else {
-            continue; // A vanishing tool axis is reported with its place where it is followed.
+            continue; // A vanishing tool axis is reported with its parameter where it is followed.
         };
         let tip = (start.tip - end.tip).norm();
         let axis = angle_between(&start.axis, &end.axis);
@@ -99,7 +99,7 @@ fn ends(geometry: &PieceGeometry) -> Option<[ToolPose; 2]> {
     }
 }
 
-/// All ways to run each shape, travel not yet looked at.
+/// Returns all candidates of each shape; travel is not checked yet.
 pub(super) fn candidates(
     follower: &PathFollower<'_>,
     path: &ToolPath,

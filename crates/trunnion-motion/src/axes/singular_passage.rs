@@ -17,7 +17,7 @@ const HALVINGS: u32 = 40;
 /// (nearly) a unit vector.
 const LENGTH_SHARE: f64 = 0.99;
 
-/// One way through the cone.
+/// One route through the cone.
 #[derive(Debug, Clone, Copy)]
 struct ConeVisit {
     /// Parameters of entry, closest approach and exit.

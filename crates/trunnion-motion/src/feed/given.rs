@@ -190,7 +190,7 @@ fn breaches<const N: usize>(
         }
     }
     closed.extend(open.into_iter().flatten());
-    // Stable: breaches that begin at the same place stay in order of limits.
+    // Stable: breaches that begin at the same point stay in order of limits.
     closed.sort_by(|a, b| a.s[0].total_cmp(&b.s[0]));
     closed
 }

@@ -225,7 +225,7 @@ fn split<const N: usize>(
 }
 
 /// Returns the fraction of a cell at which the profiles of its two neighbours, continued, cross
-/// above its own. At an end of the piece the fastest start from rest stands for the neighbour.
+/// above its own. At an end of the piece the fastest start from rest replaces the neighbour.
 fn kink<const N: usize>(
     grid: &FeedGrid<N>,
     profile: &SpeedProfile,

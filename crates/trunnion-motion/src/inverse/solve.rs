@@ -47,7 +47,7 @@ impl Branch {
 pub enum InverseSolutions {
     /// Two solutions: branch `Plus`, then `Minus`. They are equal at the rim of reach.
     Regular([AxisVector; 2]),
-    /// The tool is parallel to the workpiece-side rotary, which is free; it stands at its home.
+    /// The tool is parallel to the workpiece-side rotary, which is free; it is at its home.
     Singular(AxisVector),
 }
 

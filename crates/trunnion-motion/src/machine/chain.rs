@@ -8,7 +8,7 @@ use super::spec::{AxisSpec, MachineSpec};
 
 /// The axes of a machine in order from the workpiece to the tool: geometry alone.
 ///
-/// Every axis is added at the end of the chain; [`KinematicChain::bed`] stands between the axes that
+/// Every axis is added at the end of the chain; [`KinematicChain::bed`] is between the axes that
 /// move the workpiece and those that move the tool. Directions and points are in the machine frame with
 /// all axes at zero; signs are ISO 841. Limits are the presets of [`AxisSpec::linear`] and
 /// [`AxisSpec::rotary`].

@@ -5,7 +5,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// Number of coefficients of a [`Jet`]: value and three derivatives.
 pub const ORDERS: usize = 4;
 
-/// What a formula must be able to do with its numbers, plain or [`Jet`].
+/// Number type of a formula: a plain number or a [`Jet`].
 pub trait Real:
     Copy
     + Add<Output = Self>
@@ -16,24 +16,24 @@ pub trait Real:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// A number that does not vary.
+    /// Returns a number that does not vary.
     fn constant(value: f64) -> Self;
-    /// The number itself, without derivatives; for decisions only.
+    /// Returns the number itself, without derivatives; for decisions only.
     fn value(self) -> f64;
-    /// Square root. At zero the derivatives of a jet are infinite or NaN.
+    /// Returns the square root. At zero the derivatives of a jet are infinite or NaN.
     #[must_use]
     fn sqrt(self) -> Self;
-    /// Square root of a number that cannot be negative but for rounding: zero there. The
+    /// Returns the square root of a number that only rounding makes negative: zero there. The
     /// derivatives of a jet are then NaN, unless it does not vary at all.
     #[must_use]
     fn sqrt_clamped(self) -> Self;
-    /// Angle of the point (`x`, `self`) \[rad\], in `[-π, π]`.
+    /// Returns the angle of the point (`x`, `self`) \[rad\], in `[-π, π]`.
     #[must_use]
     fn atan2(self, x: Self) -> Self;
-    /// Sine and cosine.
+    /// Returns sine and cosine.
     fn sin_cos(self) -> (Self, Self);
-    /// Of the point (`x`, `self`), at any distance from zero: sine and cosine of its angle, and the
-    /// angle itself \[rad\], in `[-π, π]`.
+    /// Returns sine and cosine of the angle of the point (`x`, `self`), at any distance from zero, and
+    /// the angle itself \[rad\], in `[-π, π]`.
     #[must_use]
     fn polar(self, x: Self) -> [Self; 3];
 }
@@ -79,32 +79,32 @@ pub struct Jet {
 }
 
 impl Jet {
-    /// From value and derivatives.
+    /// Creates a jet from value and derivatives.
     #[inline]
     pub fn from_derivatives([f, f1, f2, f3]: [f64; ORDERS]) -> Self {
         Self { c: [f, f1, f2 / 2.0, f3 / 6.0] }
     }
 
-    /// Value and derivatives.
+    /// Returns value and derivatives.
     #[inline]
     pub fn derivatives(self) -> [f64; ORDERS] {
         let [f, f1, f2, f3] = self.c;
         [f, f1, 2.0 * f2, 6.0 * f3]
     }
 
-    /// The path parameter itself at `value`.
+    /// Returns the path parameter itself at `value`.
     pub fn variable(value: f64) -> Self {
         Self { c: [value, 1.0, 0.0, 0.0] }
     }
 
-    /// Derivative by the parameter. The last coefficient is unknown and set to zero.
+    /// Returns the derivative by the parameter. The last coefficient is unknown and set to zero.
     #[must_use]
     pub fn derivative(self) -> Self {
         let [_, c1, c2, c3] = self.c;
         Self { c: [c1, 2.0 * c2, 3.0 * c3, 0.0] }
     }
 
-    /// Divided by the parameter's distance `h` from the point of expansion, for a quantity that
+    /// Divides by the parameter's distance `h` from the point of expansion, for a quantity that
     /// vanishes there. The last coefficient is unknown and set to zero.
     #[must_use]
     pub fn deflated(self) -> Self {
@@ -112,46 +112,49 @@ impl Jet {
         Self { c: [c1, c2, c3, 0.0] }
     }
 
-    /// Multiplied by `h`: undoes [`Jet::deflated`].
+    /// Multiplies by `h`: undoes [`Jet::deflated`].
     #[must_use]
     pub fn inflated(self) -> Self {
         let [c0, c1, c2, _] = self.c;
         Self { c: [0.0, c0, c1, c2] }
     }
 
-    /// The jet whose derivative has coefficients `d` and whose value is `value`.
+    /// Returns the jet whose derivative has coefficients `d` and whose value is `value`.
     #[inline]
     fn integral(value: f64, d: [f64; 3]) -> Self {
         Self { c: [value, d[0], d[1] / 2.0, d[2] / 3.0] }
     }
 
-    /// Coefficients of the derivative.
+    /// Returns the coefficients of the derivative.
     #[inline]
     fn rate(self) -> [f64; 3] {
         [self.c[1], 2.0 * self.c[2], 3.0 * self.c[3]]
     }
 
-    /// Coefficients of the derivative of `atan2(self, x)`, from `w' = (x y' - y x') / (x² + y²)`.
+    /// Returns the coefficients of the derivative of `atan2(self, x)`, from `w' = (x y' - y x') / (x² + y²)`.
     #[inline]
     fn turning(self, x: Self) -> [f64; 3] {
         let y = self;
         let ([x0, x1, x2, _], [y0, y1, y2, _]) = (x.c, y.c);
         let ([dx0, dx1, dx2], [dy0, dy1, dy2]) = (x.rate(), y.rate());
+        // Numerator and, below, denominator as Cauchy products.
         let n0 = x0 * dy0 - y0 * dx0;
         let n1 = x0 * dy1 + x1 * dy0 - y0 * dx1 - y1 * dx0;
         let n2 = x0 * dy2 + x1 * dy1 + x2 * dy0 - y0 * dx2 - y1 * dx1 - y2 * dx0;
         let inverse = 1.0 / (x0 * x0 + y0 * y0);
         let m1 = 2.0 * (x0 * x1 + y0 * y1);
         let m2 = 2.0 * (x0 * x2 + y0 * y2) + x1 * x1 + y1 * y1;
+        // The quotient, coefficient by coefficient.
         let w0 = n0 * inverse;
         let w1 = (n1 - w0 * m1) * inverse;
         [w0, w1, (n2 - w0 * m2 - w1 * m1) * inverse]
     }
 
-    /// Sine and cosine of an angle from their values and the coefficients of the angle's derivative:
+    /// Returns sine and cosine of an angle from their values and the coefficients of the angle's derivative:
     /// `sin' = cos · a'` and `cos' = -sin · a'`.
     #[inline]
     fn turned([s0, c0]: [f64; 2], [d0, d1, d2]: [f64; 3]) -> [Self; 2] {
+        // Coefficient k of each is 1/k of coefficient k - 1 of the product of the other and `a'`.
         let (s1, c1) = (c0 * d0, -s0 * d0);
         let (s2, c2) = (0.5 * (c0 * d1 + c1 * d0), -0.5 * (s0 * d1 + s1 * d0));
         let s3 = (c0 * d2 + c1 * d1 + c2 * d0) / 3.0;
@@ -205,7 +208,7 @@ impl Mul<f64> for Jet {
 
 impl Mul for Jet {
     type Output = Self;
-    /// Cauchy product.
+    /// Multiplies by the Cauchy product.
     #[inline]
     fn mul(self, other: Self) -> Self {
         let ([a, b, c, d], [e, f, g, h]) = (self.c, other.c);
@@ -215,7 +218,7 @@ impl Mul for Jet {
 
 impl Div for Jet {
     type Output = Self;
-    /// From `quotient * other = self`, coefficient by coefficient.
+    /// Divides by `quotient * other = self`, coefficient by coefficient.
     #[inline]
     fn div(self, other: Self) -> Self {
         let ([a, b, c, d], [e, f, g, h]) = (self.c, other.c);

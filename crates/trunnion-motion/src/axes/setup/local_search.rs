@@ -11,7 +11,7 @@ use rayon::prelude::*;
 /// Rotations of a level that are improved.
 const SEEDS: usize = 64;
 
-/// Halvings of the way from a rotation that fits towards a better one that does not.
+/// Halvings of the distance from a rotation that fits towards a better one that does not.
 const HALVINGS: u32 = 4;
 
 /// A rotation and how it shows the path.

@@ -60,7 +60,7 @@ pub struct SetupSearch {
     pub best: Option<(EvaluatedSetup, FollowedPath)>,
     /// Others that were planned, best first.
     pub others: Vec<EvaluatedSetup>,
-    /// Rotations looked at on the grid.
+    /// Rotations evaluated on the grid.
     pub looked: usize,
     /// Of these, how many need the tool-side rotary beyond its travel.
     pub beyond_tilt: usize,
@@ -80,7 +80,7 @@ pub struct SearchAssurance {
     /// This does not hold for rotations nearer than this \[rad\] to one that was planned in vain for
     /// another reason than the ends of travel of the rotaries.
     pub except: f64,
-    /// Rotations that were looked at.
+    /// Rotations that were evaluated.
     pub looked: usize,
     /// Rotations whose axes were planned.
     pub planned: usize,

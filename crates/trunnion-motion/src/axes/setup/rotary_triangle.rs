@@ -264,7 +264,7 @@ mod tests {
         spec
     }
 
-    /// With ends, so that all is looked at.
+    /// With ends of travel, so that every axis is checked.
     fn limited(mut spec: MachineSpec) -> Machine {
         for axis in &mut spec.axes[3..] {
             (axis.limits, axis.cyclic) = (Some([-1.0, 1.0]), None);

@@ -106,7 +106,7 @@ impl TiltBounds {
         };
         let [low, high] = self.tilt;
         let tilt = low - ROUNDING <= lean.tilt && lean.tilt <= high + ROUNDING;
-        // An upright workpiece leans nowhere.
+        // An upright workpiece has no direction of tilt.
         let towards = lean.tilt.sin() <= UPRIGHT || turned(lean.towards, self.towards);
         tilt && towards && turned(lean.turn, self.turn)
     }

@@ -21,7 +21,7 @@ impl LookAheadOptions {
     }
 }
 
-/// Number of blocks that the planner looks at before one is run.
+/// Number of blocks that the planner considers before one is run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LookAhead {
     /// No look-ahead: the motion stops at every junction.

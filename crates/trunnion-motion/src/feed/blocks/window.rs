@@ -80,7 +80,7 @@ pub(super) fn junctions<const N: usize>(
 ///
 /// The planner goes block by block: it brings the backward pass from rest at the window's end up
 /// to date, and commits the end speed of the block. A longer window only raises what the backward
-/// pass allows, and the pass ends where it raises nothing. So every block is looked at a few
+/// pass allows, and the pass ends where it raises nothing. So every block is visited a few
 /// times, however long the window.
 pub(super) fn speeds<const N: usize>(
     rows: &[BlockRow<N>],

@@ -6,7 +6,7 @@ use crate::feed::reciprocal::ReciprocalLimits;
 use crate::types::{AxisPiece, SchedulePiece};
 use nalgebra::SVector;
 
-/// Even steps in time per row; their ends are looked at too, as jerk steps at rows.
+/// Even steps in time per row; their ends are measured too, as jerk steps at rows.
 const STEPS: u32 = 4;
 
 /// Ratios of velocities, accelerations and jerks at one time.

@@ -113,7 +113,7 @@ impl<const N: usize> NodeQueue<N> {
 
     /// Ends the plan at `s`: what comes after is not planned any more.
     pub(super) fn end_at(&mut self, s: f64) {
-        // The node at the end of the plan stands in both lists.
+        // The node at the end of the plan is in both lists.
         let mut after = self.planned.pop_back();
         while let Some(last) = self.planned.back() {
             if last.node.s < s {
@@ -137,7 +137,7 @@ impl<const N: usize> NodeQueue<N> {
         }
     }
 
-    /// Puts a node in front of the queue, unless it stands there.
+    /// Puts a node in front of the queue, unless it is there already.
     fn give_back(&mut self, entry: NodeEntry<N>) {
         let stands =
             |first: &NodeEntry<N>| first.piece == entry.piece && first.node.s <= entry.node.s;

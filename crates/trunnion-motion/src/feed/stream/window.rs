@@ -201,7 +201,7 @@ impl<const N: usize> RowWindow<N> {
             let met = index < self.planned && reach.to_bits() == row.reach.to_bits();
             row.reach = reach;
             next = reach;
-            // A row that only rested because the window ended there is no meeting place.
+            // A row that only rested because the window ended there does not count as met.
             if met && reach > 0.0 {
                 break;
             }
