@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 /// Ends closer to the start than this are the start \[mm\]: below the digits of any program.
 const SAME_PLACE: f64 = 1e-6;
 
-/// By so much the radii at both ends may differ \[mm\], or by so much of the radius: CAM rounds ends and
+/// Largest difference of the radii at both ends \[mm\], or as a share of the radius: CAM rounds ends and
 /// centres to the digits of the program.
 const ROUNDED: f64 = 0.0127;
 const ROUNDED_SHARE: f64 = 1e-3;
@@ -38,7 +38,7 @@ pub(super) fn unknown_start(at: usize) -> ReadRemark {
     ReadRemark::new(at, message, "program both axes of its plane absolutely before it")
 }
 
-/// The arc to a target.
+/// Returns the arc from the current position to a target.
 pub(super) fn way(
     control: &ControlState,
     target: &MoveTarget,
@@ -63,7 +63,7 @@ pub(super) fn way(
     }
     let sweep = sweep(end, center, given.clockwise);
     let sweep = sweep + sweep.signum() * TAU * (f64::from(given.turns) - 1.0);
-    // The order of the plane's axes says which sense is positive, whatever their slots.
+    // The order of the plane's axes defines the positive sense, whatever their slots.
     Ok(Way::Arc(Arc { plane: given.plane, center, sweep }))
 }
 
@@ -75,7 +75,7 @@ fn is_full(end: [f64; 2]) -> bool {
     norm(end) < SAME_PLACE
 }
 
-/// The centre, put where both ends are equally far from it.
+/// Moves the centre to the nearest point that is equally far from both ends.
 fn centered(end: [f64; 2], center: [f64; 2], at: usize) -> Result<[f64; 2], ReadRemark> {
     let radius = norm(center);
     let other = norm([end[0] - center[0], end[1] - center[1]]);
@@ -99,7 +99,7 @@ fn centered(end: [f64; 2], center: [f64; 2], at: usize) -> Result<[f64; 2], Read
     Ok([center[0] - along * end[0], center[1] - along * end[1]])
 }
 
-/// The centre of the arc with a radius: left of the chord or right.
+/// Returns the centre of an arc given by its radius: left or right of the chord.
 fn by_radius(
     end: [f64; 2],
     radius: f64,
@@ -115,6 +115,7 @@ fn by_radius(
         let message = format!("the ends are {:.4} mm apart, more than twice R{radius}", 2.0 * half);
         return Err(ReadRemark::new(at, message, "look at the end and the radius"));
     }
+    // The radius may round to slightly less than half the chord; the centre is then its midpoint.
     let height = (radius * radius - half * half).max(0.0).sqrt();
     // Counterclockwise and less than half a turn: the centre is left of the chord.
     let left = if clockwise == (radius < 0.0) { height } else { -height };
@@ -122,12 +123,13 @@ fn by_radius(
     Ok([0.5 * end[0] - left * v, 0.5 * end[1] + left * u])
 }
 
-/// Angle from start to end about a centre, both from the start; up to a full turn.
+/// Returns the signed angle from start to end, up to a full turn; end and centre are relative to the start.
 fn sweep(end: [f64; 2], center: [f64; 2], clockwise: bool) -> f64 {
     let from = [-center[0], -center[1]];
     let to = [end[0] - center[0], end[1] - center[1]];
     let cross = from[0] * to[1] - from[1] * to[0];
     let dot = from[0] * to[0] + from[1] * to[1];
+    // Coinciding ends are a full circle: a zero angle falls through to a full turn in either sense.
     let turn = if is_full(end) { 0.0 } else { cross.atan2(dot) };
     match clockwise {
         false if turn > 0.0 => turn,

@@ -91,7 +91,7 @@ pub(super) struct ControlState {
     pub(super) xyz: [usize; 3],
     /// Current words in the present frame, with `shift`; `None`: the text does not determine them.
     pub(super) place: [Option<f64>; SLOTS],
-    /// Axis positions, as far as the text tells.
+    /// Axis positions, as far as the program defines them.
     pub(super) machine: [Option<f64>; SLOTS],
     /// Shift that `G52`, `TRANS` and the like add to words.
     pub(super) local: [f64; SLOTS],

@@ -1,4 +1,4 @@
-//! The languages of controls, and how their programs are told apart.
+//! The languages of controls, and the detection of the language of a program.
 
 use std::fmt;
 

@@ -52,7 +52,7 @@ impl ReadLog {
         }
     }
 
-    /// A warning; the same message is told once.
+    /// Adds a warning; a repeated message is reported once.
     pub(super) fn warn(&mut self, text: &str, remark: ReadRemark) {
         let known = self.warnings.iter().any(|warning| warning.message == remark.message);
         if !known && self.warnings.len() < MOST_WARNINGS {

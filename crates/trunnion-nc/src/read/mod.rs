@@ -15,7 +15,7 @@
 //! * [`Move::axis`] stands in place of the rotary words: the consumer's inverse finds them.
 //! * [`Move::plane`]: X Y Z are the tip in that plane's coordinates; [`Step::Plane`] came before and has its frame.
 //! * [`Move::way`]: a straight line, or an arc that [`Arc::at`] and [`Arc::parts`] chop up.
-//! * [`Move::turning`] and the frame say what is linear: without TCP all axes; with TCP the tip, and the rotary
+//! * [`Move::turning`] and the frame define what is linear: without TCP all axes; with TCP the tip, and the rotary
 //!   axes ([`Turning::Rotary`]) or the tool axis on its great circle.
 //! * [`Step::Offset`] moves a work offset. A consumer that keeps none has to refuse it, not skip it.
 //!

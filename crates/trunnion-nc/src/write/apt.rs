@@ -58,7 +58,7 @@ pub fn apt(
     Ok(())
 }
 
-/// Records of cutter locations; the feed is said where it changes.
+/// Records of cutter locations; the feed is written where it changes.
 #[derive(Debug, Default)]
 pub(super) struct LocationWriter {
     feed: Option<FixedNumber>,

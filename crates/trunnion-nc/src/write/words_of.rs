@@ -1,4 +1,4 @@
-//! A place as the words of a program say it.
+//! One position as the words of a program.
 
 use super::apt;
 use super::error_bound::Coordinates;

@@ -9,7 +9,7 @@ use crate::read::control::MoveTarget;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
 impl GcodeReader {
-    /// Letters of a plane's axes and of its centre, and which of X Y Z they are.
+    /// Returns the axes of the active plane (G17, G18, G19) as indices of X Y Z, and the letters of its centre.
     pub(super) fn plane(&self) -> ([usize; 3], [char; 2]) {
         match self.modal.plane {
             1 => ([2, 0, 1], ['K', 'I']),
@@ -24,6 +24,7 @@ impl GcodeReader {
         block: &mut GcodeBlock,
         (target, clockwise, feed): (MoveTarget, bool, Option<f64>),
     ) -> Result<(), ReadRemark> {
+        // Under G43.5, I J K are the tool axis, so a centre would be ambiguous.
         if self.modal.vector && block.has_any("IJK") {
             let message = "I J K of an arc, or the tool axis (G43.5)";
             return Err(ReadRemark::new(target.at, message, "write arcs with R"));
@@ -56,13 +57,14 @@ impl GcodeReader {
         state.control.go(state.log.line, target, (pace, way))
     }
 
-    /// The centre as a distance from where the arc begins.
+    /// Returns the centre relative to the start of the arc.
     fn center(
         &self,
         state: &ReaderState,
         (slots, center): ([usize; 2], [Option<f64>; 2]),
         at: usize,
     ) -> Result<ArcForm, ReadRemark> {
+        // G91.1: the centre is relative to the start, whatever G90 or G91 is active; a missing word is zero.
         if !self.modal.arc_absolute {
             return Ok(ArcForm::Center(center.map(|value| value.unwrap_or(0.0))));
         }

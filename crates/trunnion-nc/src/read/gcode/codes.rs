@@ -46,7 +46,7 @@ impl GcodeReader {
         Ok(())
     }
 
-    /// A G code: takes it in, and says its group.
+    /// Applies a G code and returns its group.
     fn g_code(
         &mut self,
         state: &mut ReaderState,

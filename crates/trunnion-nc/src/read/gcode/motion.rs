@@ -14,7 +14,7 @@ use nalgebra::{UnitVector3, Vector3};
 const AXES: [char; 9] = ['X', 'Y', 'Z', 'A', 'B', 'C', 'U', 'V', 'W'];
 
 impl GcodeReader {
-    /// Moves, if the block says so.
+    /// Moves, if the block programs a motion.
     pub(super) fn motion(
         &mut self,
         state: &mut ReaderState,
@@ -84,7 +84,7 @@ impl GcodeReader {
                 "write G0 or G1 before it",
             ));
         }
-        // Under TCP the text does not say which of the two X Y Z are.
+        // Under TCP the text does not define which of the two X Y Z are.
         if state.control.tcp && target.axis.is_some() {
             return Err(ReadRemark::new(
                 target.at,
