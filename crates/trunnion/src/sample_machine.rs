@@ -1,39 +1,21 @@
 //! A machine for unit tests.
 
-use crate::files::machine::parse;
-use crate::machine::MachineSpec;
+use crate::machine::{AxisSpec, KinematicChain, MachineSpec};
+use std::f64::consts::TAU;
 
-/// Table C on A, both through the machine origin, with round limits.
-const AC_TRUNNION: &str = r#"
-schema = "trunnion-machine/1"
-name = "sample"
-units = { length = "mm", angle = "rad", time = "s" }
-chain = ["w", "C", "A", "b", "X", "Y", "Z", "t"]
-axis.X = { kind = "linear", dir = [1, 0, 0], limits = [-500, 500], vel = 2, acc = 10, jerk = 100 }
-axis.Y = { kind = "linear", dir = [0, 1, 0], limits = [-500, 500], vel = 2, acc = 10, jerk = 100 }
-axis.Z = { kind = "linear", dir = [0, 0, 1], limits = [-500, 500], vel = 2, acc = 10, jerk = 100 }
-dialect = { name = "linuxcnc", interpolation = "rotary-linear", feed = "inverse-time" }
-
-[axis.C]
-kind = "rotary"
-dir = [0, 0, 1]
-point = [0, 0, 0]
-cyclic = 6.283185307179586
-vel = 2
-acc = 10
-jerk = 100
-
-[axis.A]
-kind = "rotary"
-dir = [1, 0, 0]
-point = [0, 0, 0]
-limits = [-3, 3]
-vel = 2
-acc = 10
-jerk = 100
-"#;
-
-/// Specification of the sample machine.
+/// Returns the specification of a table C on a table A, both through the machine origin, with round limits.
 pub(crate) fn ac_trunnion() -> MachineSpec {
-    parse(AC_TRUNNION).unwrap().spec
+    let slow = |axis: AxisSpec| AxisSpec { vel: 2.0, acc: 10.0, jerk: 100.0, ..axis };
+    let linear =
+        |name, dir| AxisSpec { limits: Some([-500.0, 500.0]), ..slow(AxisSpec::linear(name, dir)) };
+    let c = slow(AxisSpec::rotary("C", [0.0, 0.0, 1.0], [0.0; 3]));
+    let a = slow(AxisSpec::rotary("A", [1.0, 0.0, 0.0], [0.0; 3]));
+    let chain = KinematicChain::new()
+        .with(AxisSpec { cyclic: Some(TAU), ..c })
+        .with(AxisSpec { limits: Some([-3.0, 3.0]), cyclic: None, ..a })
+        .bed()
+        .with(linear("X", [1.0, 0.0, 0.0]))
+        .with(linear("Y", [0.0, 1.0, 0.0]))
+        .with(linear("Z", [0.0, 0.0, 1.0]));
+    MachineSpec::from(chain)
 }

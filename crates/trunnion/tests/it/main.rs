@@ -17,6 +17,7 @@ mod dog_legs;
 #[path = "../../../trunnion-motion/tests/it/every_choice/mod.rs"]
 mod every_choice;
 mod extended;
+mod failures;
 mod files;
 mod fixtures;
 mod grazes;
