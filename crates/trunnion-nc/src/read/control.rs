@@ -261,12 +261,12 @@ impl ControlState {
         self.place.get(slot).copied().flatten()
     }
 
-    /// The text no longer tells where the linear words stand.
+    /// Marks the positions of the linear axes as unknown.
     pub(super) fn forget_linear(&mut self) {
         self.forget(|rotary| !rotary);
     }
 
-    /// Nor the rotary ones.
+    /// Marks the positions of all axes as unknown.
     pub(super) fn forget_all(&mut self) {
         self.place = [None; SLOTS];
     }

@@ -23,7 +23,8 @@ pub struct PlaceWords {
 }
 
 impl PlaceWords {
-    /// Words of a place in a program that tells the tip; `None` where it tells axes, or for a number no word can hold.
+    /// Returns the words of one position in a program of tip positions; `None` where it writes axes, or for a
+    /// number that no word can hold.
     pub fn new(
         kinematics: &Kinematics,
         style: &Style,
@@ -55,12 +56,13 @@ impl PlaceWords {
         Some(Self { tip: [x?, y?, z?], tool: [i?, j?, k?], rotaries })
     }
 
-    /// Way of the tip to another place \[mm\].
+    /// Returns the distance of the tip to another position \[mm\].
     pub fn way(&self, to: &Self) -> f64 {
         norm(&self.tip, &to.tip)
     }
 
-    /// Turn of both rotaries to another place, the root of the sum of squares \[rad\]; `None` where vectors are told.
+    /// Returns the rotation of both rotaries to another position, the root of the sum of squares \[rad\];
+    /// `None` where vectors are written.
     pub fn turn(&self, to: &Self) -> Option<f64> {
         self.rotaries.then(|| norm(&self.tool, &to.tool).to_radians())
     }
@@ -71,7 +73,7 @@ fn norm(from: &[FixedNumber; 3], to: &[FixedNumber; 3]) -> f64 {
     Vector3::new(by(0), by(1), by(2)).norm()
 }
 
-/// The tip as X Y Z tell it: in the table frame, in a CL file in the workpiece frame \[mm\].
+/// Returns the tip as written in X Y Z: in the table frame, in a CL file in the workpiece frame \[mm\].
 pub(super) fn tip(kinematics: &Kinematics, dialect: OutputFormat, pose: &ToolPose) -> Vector3<f64> {
     match dialect {
         OutputFormat::Apt => pose.tip.coords,

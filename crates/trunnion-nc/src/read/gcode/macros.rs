@@ -39,7 +39,7 @@ const ARGUMENTS: [(char, usize); 21] = [
 ];
 
 impl GcodeReader {
-    /// Does what a macro statement says, if a line is one; whether it was.
+    /// Executes a macro statement; returns false if the line is none. LinuxCNC has none: it uses O words.
     pub(super) fn statement(
         &mut self,
         state: &mut ReaderState,

@@ -24,7 +24,7 @@ impl GcodeReader {
         if let Some((code, at)) = now.nonmodal {
             return self.nonmodal(state, block, (text, code, at));
         }
-        // Most lines without axis words say nothing else either.
+        // Without words left, a motion code of this block or G53, nothing is to be moved.
         if block.none_left() && !now.motion && !now.machine {
             return Ok(());
         }
