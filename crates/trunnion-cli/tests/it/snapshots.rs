@@ -3,6 +3,8 @@
 //! `UPDATE_EXPECT=1 cargo test -p trunnion-cli snapshots` writes them again; read the difference line by line.
 //! Help texts have their snapshot in the reference page of the book.
 
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
 use crate::binary;
 use binary::{folder, stderr, trunnion};
 use expect_test::{ExpectFile, expect_file};
@@ -47,7 +49,7 @@ fn masked(text: &str) -> String {
     out.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ") + "\n").collect()
 }
 
-fn expect(file: ExpectFile, text: &str) {
+fn expect(file: &ExpectFile, text: &str) {
     file.assert_eq(text);
 }
 
@@ -72,20 +74,23 @@ fn a_run_prints_its_table_and_writes_programs_and_summary() {
     assert_ne!(job, all);
     fs::write(folder.path().join("job.toml"), all).unwrap();
     let table = printed(folder.path(), &["run", "job.toml"], 0);
-    expect(expect_file!["snapshots/run.txt"], &masked(&table));
+    expect(&expect_file!["snapshots/run.txt"], &masked(&table));
     let read = |name: &str| fs::read_to_string(folder.path().join("out").join(name)).unwrap();
     let program = |name: &str| ends(&masked(&read(name)));
-    expect(expect_file!["snapshots/program.linuxcnc.txt"], &program("program.linuxcnc.ngc"));
-    expect(expect_file!["snapshots/program.fanuc-vector.txt"], &program("program.fanuc-vector.nc"));
-    expect(expect_file!["snapshots/program.siemens.txt"], &program("program.siemens.mpf"));
-    expect(expect_file!["snapshots/program.heidenhain.txt"], &program("program.heidenhain.h"));
+    expect(&expect_file!["snapshots/program.linuxcnc.txt"], &program("program.linuxcnc.ngc"));
+    expect(
+        &expect_file!["snapshots/program.fanuc-vector.txt"],
+        &program("program.fanuc-vector.nc"),
+    );
+    expect(&expect_file!["snapshots/program.siemens.txt"], &program("program.siemens.mpf"));
+    expect(&expect_file!["snapshots/program.heidenhain.txt"], &program("program.heidenhain.h"));
     let mut summary: Value = serde_json::from_str(&read("summary.json")).unwrap();
     mask_numbers(&mut summary);
     let text = serde_json::to_string_pretty(&summary).unwrap();
-    expect(expect_file!["snapshots/summary.json.txt"], &masked_files(&text));
+    expect(&expect_file!["snapshots/summary.json.txt"], &masked_files(&text));
     let check = ["check", "out/program.linuxcnc.ngc", "--job", "job.toml"];
     let table = printed(folder.path(), &check, 0);
-    expect(expect_file!["snapshots/check.txt"], &masked(&table));
+    expect(&expect_file!["snapshots/check.txt"], &masked(&table));
 }
 
 /// Masks sizes and hashes of files, which follow every digit.
@@ -104,12 +109,12 @@ fn masked_files(text: &str) -> String {
 fn inspect_prints_the_faces() {
     let folder = folder();
     let table = printed(folder.path(), &["inspect", "patch.json"], 0);
-    expect(expect_file!["snapshots/inspect.txt"], &table);
+    expect(&expect_file!["snapshots/inspect.txt"], &table);
 }
 
 #[test]
 fn a_machine_is_described() {
     let folder = folder();
     let table = printed(folder.path(), &["machine", "show", "machine.toml"], 0);
-    expect(expect_file!["snapshots/machine-show.txt"], &table);
+    expect(&expect_file!["snapshots/machine-show.txt"], &table);
 }

@@ -1,6 +1,6 @@
 //! Inputs that once failed, or that a reader must survive: a result or a refusal, no panic, in bounded work.
 
-#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a test stops on surprise")]
 
 use std::fs;
 use std::path::Path;

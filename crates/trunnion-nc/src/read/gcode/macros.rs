@@ -39,7 +39,7 @@ const ARGUMENTS: [(char, usize); 21] = [
 ];
 
 impl GcodeReader {
-    /// Executes a macro statement; returns false if the line is none. LinuxCNC has none: it uses O words.
+    /// Executes a macro statement; returns false if the line is none. `LinuxCNC` has none: it uses O words.
     pub(super) fn statement(
         &mut self,
         state: &mut ReaderState,
