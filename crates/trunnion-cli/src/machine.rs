@@ -73,7 +73,7 @@ fn source(argument: &str) -> Result<String, Failure> {
             None => "`trunnion machine list` names the built-in ones".to_owned(),
         };
         Failure::input(format!(
-            "{argument}: no such machine file, and no built-in machine of that name\n  help: {help}"
+            "{argument}: no machine file, and no built-in machine of that name\n  help: {help}"
         ))
     })
 }

@@ -216,7 +216,7 @@ fn a_hollow_too_narrow_for_the_cutter_is_told_as_rest_with_the_ball_that_fits() 
     let text = fs::read_to_string(folder.path().join("out/summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
     let rest = summary["cover"]["rest"].as_array().unwrap();
-    let hollow = rest.iter().find(|part| part["why"].as_str().unwrap().contains("hollow"));
+    let hollow = rest.iter().find(|part| part["why"].as_str().unwrap().contains("too concave"));
     let ball = hollow.unwrap()["least_ball"].as_f64().unwrap();
     assert!((2.0..2.2).contains(&ball), "{ball}");
 }

@@ -23,7 +23,7 @@ use crate::types::{Progress, ToolPath};
 /// direction the free rotary is held.
 ///
 /// If a rotary's travel ends on a segment, the tool leaves the part, the rotaries turn, and it
-/// comes back to the same place ([`RetractOptions`]); where that is best done is part of the choice.
+/// comes back to the same place (`RetractOptions`); where that is best done is part of the choice.
 ///
 /// # Errors
 ///

@@ -25,7 +25,7 @@ pub struct FollowedPath {
     /// Retracts to unwind, in order.
     pub retracts: Vec<RetractMove>,
     /// Passages of a singular direction that differ from the tool path, within what
-    /// [`SingularOptions`] allow.
+    /// `SingularOptions` allow.
     pub passages: Vec<SingularPassage>,
 }
 

@@ -17,7 +17,7 @@ pub const SECOND_ROTARY: usize = 4;
 /// Axis positions come from lengths up to 10^5 mm, so that they are rounded by up to 10^-11 mm a step.
 pub const TRAVEL_ROUNDING: f64 = 1e-9;
 
-/// One axis of a checked machine; see [`AxisSpec`] for the meaning of each entry.
+/// One axis of a checked machine; see `AxisSpec` for the meaning of each entry.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     /// Name in the chain, such as `B`.

@@ -11,7 +11,7 @@ pub struct ReadOptions {
     pub dialect: Dialect,
     /// Letters, units and signs of the axes. The decimals are not used: the text shows them.
     pub axes: AxisWords,
-    /// One axis beyond those five may move, too: [`Move::sixth`].
+    /// One axis beyond those five may move, too: [`Move::sixth`](super::step::Move::sixth).
     pub sixth: bool,
     /// Faults after which reading stops.
     pub most_faults: usize,

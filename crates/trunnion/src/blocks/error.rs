@@ -9,7 +9,7 @@ pub enum BlocksError {
     /// An option is out of range.
     #[error("{name} is {value}; it must be {must} (mm, rad, s)")]
     BadOption {
-        /// Name of the field of [`BlockOptions`].
+        /// Name of the field of [`BlockOptions`](super::BlockOptions).
         name: &'static str,
         /// Value given.
         value: f64,

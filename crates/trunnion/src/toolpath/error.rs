@@ -79,7 +79,7 @@ pub enum ToolPathError {
         /// The reason.
         error: SmoothError,
     },
-    /// Stopped through [`Progress`].
+    /// Stopped through [`Progress`](crate::types::Progress).
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }

@@ -1,6 +1,6 @@
 //! Smooth curves through cutter locations; knows no surface and no machine.
 //!
-//! [`through`] turns the [`Leg`]s of a job into a [`ToolPath`]: a C2 cubic spline of tip, tool axis
+//! [`through`] turns the [`Leg`](crate::types::Leg)s of a job into a [`ToolPath`](crate::types::ToolPath): a C2 cubic spline of tip, tool axis
 //! and contact point through every station of a cutting leg, straight leads with a fixed axis,
 //! and links of which only the ends are prescribed. [`smooth`] lays a C3 path within tolerance of cutter
 //! locations, somebody else's among them, in one pass over any number of them ([`PathSmoother`]);

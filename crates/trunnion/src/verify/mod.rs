@@ -3,7 +3,7 @@
 //! Shares only surface, cutter, machine and `nc::read` with the makers and never calls their inverse (where a program tells
 //! a direction, `turns` has its own), so that a maker's mistake cannot hide in the checker.
 //!
-//! [`check`] runs a [program](ProgramSource) from the machine's home position: without TCP all axes are linear in
+//! [`check`] runs a [program](crate::nc::read::ProgramSource) from the machine's home position: without TCP all axes are linear in
 //! a block, with it the tip (table frame, see [`nc`](crate::nc)) and the rotaries. For every point
 //! `p` of a grid over the faces it finds the lowest `s` at which the normal `p + s n` meets the tool
 //! in any pose of any cut: below 0 a gouge, above 0 excess. Rapids gouge likewise, with all axes together and with each at

@@ -24,15 +24,15 @@ use std::sync::atomic::{AtomicU64, Ordering as AtomicOrdering};
 ///
 /// The least angle between tool axis and singular directions is looked at on a grid of rotations
 /// within bounds, the best are improved, and for those the axes are planned over the whole path as
-/// [`follow`](super::follow) does; where linear travel ends, the origin is moved as little as can be. Then boxes of
+/// `follow` does; where linear travel ends, the origin is moved as little as can be. Then boxes of
 /// rotations are halved until no rotation that fits can be better by more than
-/// [`SetupOptions::within`]; the rest is reported ([`SearchAssurance`]). Of rotations with (nearly) the
+/// [`SetupOptions::within`]; the rest is reported (`SearchAssurance`). Of rotations with (nearly) the
 /// same least angle that were planned the one with the least rotary travel wins. What is returned was
 /// followed with the very numbers of its setup, rounded to [`SetupOptions::digits`].
 ///
 /// Least angles are those of tool axes no more than [`SetupOptions::tolerance`] apart.
 ///
-/// `options` are those of [`follow`](super::follow) for the path.
+/// `options` are those of `follow` for the path.
 ///
 /// # Errors
 ///

@@ -44,7 +44,7 @@ pub struct TracePoint {
 const TRACE: u32 = 360;
 
 /// Traces the error of a location that was found for `request`, whose cutter it is
-/// ([`PlacementMethod::cutter`]).
+/// (`PlacementMethod::cutter`).
 ///
 /// # Errors
 ///
