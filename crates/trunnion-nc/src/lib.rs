@@ -1,4 +1,5 @@
-//! APT/CL and G-code: [`words`] shared by both sides, [`read`], [`write`](mod@write).
+//! APT/CL and G-code: [`words`] shared by both sides, [`read`], [`write`](mod@write), and the
+//! [`control`] that runs a program.
 //!
 //! # What X, Y, Z mean in a program
 //!
@@ -14,6 +15,7 @@
 //!
 //! Motion inside a block is linear in the words: tip and rotaries with TCP, all axes without.
 
+pub mod control;
 pub mod read;
 pub mod words;
 #[cfg(feature = "write")]

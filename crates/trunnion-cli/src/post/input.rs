@@ -180,6 +180,9 @@ fn help(remedy: PostRemedy) -> &'static str {
         PostRemedy::ToolLength => {
             "give its length: --tool-length NUMBER=L, and --from-tool-length where it differs"
         }
+        PostRemedy::GiveOrigin => {
+            "enter the work offset at the control, and give the origin with --from-origin"
+        }
         PostRemedy::InspectInput => {
             "`trunnion inspect` lists the contents of the file; with --tool, check which tools it calls"
         }

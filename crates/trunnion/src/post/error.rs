@@ -86,6 +86,8 @@ pub enum PostRemedy {
     ToolLengths,
     /// Give the length of this tool.
     ToolLength,
+    /// Enter the work offset at the control, and give the origin of the program.
+    GiveOrigin,
     /// Inspect the input.
     InspectInput,
     /// Plain advice that names no option.

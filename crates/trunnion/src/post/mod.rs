@@ -33,6 +33,7 @@ mod filter;
 mod options;
 mod poster;
 mod read_back;
+mod refusal;
 mod replay;
 mod report;
 mod rotaries;
@@ -50,6 +51,6 @@ pub use options::{
 };
 pub use poster::Poster;
 pub use read_back::{WrittenText, read_back};
-pub use replay::{Left, ProgramMoves};
+pub use replay::{LeftOut, ProgramMoves};
 pub use report::{PostChoice, PostReport};
 pub use smoothing::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS, smoothing_tolerance};

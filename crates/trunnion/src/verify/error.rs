@@ -1,6 +1,7 @@
 //! Errors of checks.
 
 use super::replay::offset_names::offset_name;
+use crate::nc::control::OffsetFault;
 use crate::nc::read::{Move, ProgramSource, Step};
 use crate::types::{Cancelled, Diagnostic};
 
@@ -70,13 +71,13 @@ pub enum VerifyError {
     },
     /// A work offset that the program writes in a way that is not followed.
     #[error(
-        "line {line}: {what} is not followed; write X, Y and Z of the offset as axis positions (G10 L2), and rotaries as 0"
+        "line {line}: {fault} is not followed; write X, Y and Z of the offset as axis positions (G10 L2), and rotaries as 0"
     )]
     Offset {
         /// Line of the program.
         line: u32,
-        /// What it is.
-        what: &'static str,
+        /// The reason.
+        fault: OffsetFault,
     },
     /// A direction that no position of the rotaries gives the tool.
     #[error("line {line}: no position of the rotary axes turns the tool along {:.6}, {:.6}, {:.6} (workpiece); check the vector or plane, and machine and rotation of the setup", axis[0], axis[1], axis[2])]

@@ -3,12 +3,13 @@
 use super::error::VerifyError;
 use crate::cutter::Cutter;
 use crate::machine::Kinematics;
+use crate::nc::control::WorkOffset;
 use crate::nc::read::{ClSource, ProgramSource};
 use crate::surface::Face;
 use crate::types::UncutRegion;
 use crate::verify::replay::controls::{self, Controls};
 use crate::verify::replay::segments::Run;
-use crate::verify::replay::tables::{Tables, Tool, WorkOffset};
+use crate::verify::replay::tables::{Tables, Tool};
 
 /// Source of the motion.
 #[derive(Debug, Clone, Copy)]

@@ -30,7 +30,7 @@ const ARROWS: &[(&str, &[&str])] = &[
 const TOP: &str = "pipeline";
 
 /// Checkers may use only these parts of a module they share with a maker.
-const ONLY: &[(&str, &str, &[&str])] = &[("verify", "nc", &["read"])];
+const ONLY: &[(&str, &str, &[&str])] = &[("verify", "nc", &["control", "read"])];
 
 /// What no module of the library imports: it does no I/O, reads no clock.
 const ABSENT_PATHS: &[&str] = &["fs", "io", "env", "time", "process", "net", "thread"];

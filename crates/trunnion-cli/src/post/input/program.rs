@@ -7,6 +7,7 @@ use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use trunnion::machine::Kinematics;
+use trunnion::nc::control::NumberedLength;
 use trunnion::nc::read::{AxisWords, Dialect, ReadOptions, Steps, steps};
 use trunnion::post::MOST_FAULTS;
 use trunnion::post::{PostMove, PostPace, ProgramMoves};
@@ -59,9 +60,11 @@ impl<'a> Program<'a> {
             block_delete: taken.block_delete,
             ..ReadOptions::new(dialect, words, MOST_FAULTS)
         };
+        let numbered = |&(number, length): &(u32, f64)| NumberedLength { number, length };
+        let lengths: Vec<NumberedLength> = taken.lengths.iter().map(numbered).collect();
         let moves = ProgramMoves::new(machine, ARC_TOLERANCE).map(|moves| match taken.tool {
             Some(tool) => moves.only(tool),
-            None => moves.with_lengths(&taken.lengths),
+            None => moves.with_lengths(&lengths),
         });
         Ok(Self {
             steps: steps(text, &options),

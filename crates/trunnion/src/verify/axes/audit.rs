@@ -168,7 +168,7 @@ fn joint_rounding(
     rounding: &AxisVector,
 ) -> Result<AxisVector, VerifyError> {
     let Course::Tip { length, .. } = segment.course else { return Ok(*rounding) };
-    let kinematics = control.reckons(length);
+    let kinematics = control.model(length);
     let q = segment.joints[1];
     let tip = |axis: usize, by: f64| {
         let mut moved = q;

@@ -1,13 +1,16 @@
 //! What the machine does when a control runs a program: joints, tool, time.
 
 use crate::machine::{Axis, FIRST_ROTARY, Kinematics, Setup};
+use crate::nc::control::{
+    BlockEnd, ControlKinematics, RotaryRequest, TipTarget, ToolLength, WordFrame, block_end,
+};
 use crate::nc::read::{Move, Turning};
 use crate::types::TRAVEL_ROUNDING;
 use crate::types::{AxisVector, ToolPose};
 use crate::verify::error::VerifyError;
 use crate::verify::replay::orient::{self, Turned};
 use crate::verify::replay::segment::{Course, Segment, on_circle};
-use nalgebra::{Isometry3, Matrix3, Point3, UnitVector3, Vector3};
+use nalgebra::{Matrix3, Point3, UnitVector3, Vector3};
 use std::f64::consts::PI;
 
 /// A control's belief about the machine, and the machine.
@@ -38,9 +41,9 @@ impl Control {
         self.offset
     }
 
-    /// What the tool length adds to Z \[mm\].
-    pub(crate) fn length(&self, counts: bool) -> f64 {
-        if counts { self.believed.setup().tool_length } else { 0.0 }
+    /// Length of the tool in the spindle \[mm\].
+    pub(crate) fn tool_length(&self) -> f64 {
+        self.believed.setup().tool_length
     }
 
     /// Where an offset puts the origin in the table frame \[mm\].
@@ -48,9 +51,12 @@ impl Control {
         origin(&self.bare, offset)
     }
 
-    /// The kinematics a control reckons with.
-    pub(crate) fn reckons(&self, length: bool) -> &Kinematics {
-        if length { &self.believed } else { &self.bare }
+    /// The kinematics that the control computes with.
+    pub(crate) fn model(&self, length: ToolLength) -> &Kinematics {
+        match length {
+            ToolLength::Active => &self.believed,
+            ToolLength::Cancelled => &self.bare,
+        }
     }
 
     /// Joints of a segment at `t` in 0..=1.
@@ -59,7 +65,8 @@ impl Control {
         let mut q = from + (to - from) * t;
         let linear = match &segment.course {
             Course::Tip { ends: [from, to], length } => {
-                self.linear_joints(&(from + (to - from) * t), &q, *length)?
+                let point = from + (to - from) * t;
+                self.linear_axes(&TipTarget { point, length: *length }, &q, segment.line)?
             }
             Course::Circle { ends } if t > 0.0 && t < 1.0 => {
                 let pose = on_circle(ends, t, segment.line)?;
@@ -81,8 +88,8 @@ impl Control {
 
     /// Largest distance between the tip a control reckons with and the real one, up to a constant
     /// shift \[mm\]: what tool length and origin can differ by.
-    pub(crate) fn error_lever(&self, length: bool) -> f64 {
-        let [believed, real] = [self.reckons(length).setup(), self.real.setup()];
+    pub(crate) fn error_lever(&self, length: ToolLength) -> f64 {
+        let [believed, real] = [self.model(length).setup(), self.real.setup()];
         (believed.tool_length - real.tool_length).abs()
             + 2.0 * (believed.origin - real.origin).norm()
     }
@@ -117,145 +124,69 @@ impl Control {
         self.believed.setup().rotation.inverse() * axis
     }
 
-    pub(crate) fn linear_joints(
-        &self,
-        tip: &Point3<f64>,
-        q: &AxisVector,
-        length: bool,
-    ) -> Result<Vector3<f64>, VerifyError> {
-        let reckons = self.reckons(length);
-        let tip = reckons.setup().rotation.inverse() * tip;
-        linear_joints(reckons, &tip, q).ok_or(VerifyError::LinearAxes)
-    }
-
-    /// Tip in the table frame as the control reckons it.
-    fn tip(&self, q: &AxisVector, length: bool) -> Point3<f64> {
-        let reckons = self.reckons(length);
-        reckons.setup().rotation * reckons.forward(q).tip
-    }
-
-    /// What words are for the joints: positions, or the tip and the rotaries.
-    pub(crate) fn words(&self, q: &AxisVector, counted: &Counted) -> AxisVector {
-        match counted {
-            Counted::From(shift) => q - shift,
-            Counted::Tip(frame) => {
-                let tip = frame.read(&self.tip(q, frame.length));
-                AxisVector::new(tip.x, tip.y, tip.z, q[3], q[4])
-            }
-        }
-    }
-
-    /// Where a straight block leads to, and how.
+    /// Where a straight block ends, and how the axes get there.
     pub(crate) fn target(
         &self,
         q: &AxisVector,
-        (step, counted): (&Move, &Counted),
-    ) -> Result<(AxisVector, Course, Option<Turned>), VerifyError> {
-        let turned = match step.axis {
-            Some(axis) => Some(self.turned(&axis, (q, step), counted)?),
-            None => None,
-        };
-        let put = |mut words: AxisVector| {
-            if let Some(Turned { rotaries, .. }) = turned {
-                words.fixed_rows_mut::<2>(FIRST_ROTARY).copy_from_slice(&rotaries);
+        block: &Move,
+        frame: &WordFrame,
+    ) -> Result<(BlockEnd<Turned>, Course), VerifyError> {
+        let end = block_end(self, q, block, frame)?;
+        let course = match (end.tip, block.turning) {
+            (None, _) => Course::Joints,
+            (Some(TipTarget { point, length }), Turning::Rotary) => {
+                Course::Tip { ends: [self.tip(q, length), point], length }
             }
-            words
-        };
-        let (to, course) = match counted {
-            Counted::From(shift) => (put(apply(*q, step, shift)), Course::Joints),
-            Counted::Tip(frame) => {
-                let words = apply(self.words(q, counted), step, &AxisVector::zeros());
-                self.to_tip(q, (&put(words), step.turning), frame)?
+            (Some(_), Turning::GreatCircle) => {
+                Course::Circle { ends: [q, &end.axes].map(|q| self.real.forward(q)) }
             }
         };
-        Ok((to, course, turned))
+        Ok((end, course))
     }
 
-    /// The rotaries for a direction in the table frame. Where the tip is told, X, Y and Z are to be in their travel
-    /// there.
-    pub(crate) fn turned(
+    /// X, Y, Z are in their travel where the tip is at its goal, with these rotaries.
+    fn reaches(&self, target: &TipTarget, rotaries: [f64; 2], line: u32) -> bool {
+        let mut axes = AxisVector::zeros();
+        axes.fixed_rows_mut::<2>(FIRST_ROTARY).copy_from_slice(&rotaries);
+        let inside = |(value, axis): (&f64, &Axis)| {
+            axis.limits[0] - TRAVEL_ROUNDING <= *value && *value <= axis.limits[1] + TRAVEL_ROUNDING
+        };
+        let linear = self.linear_axes(target, &axes, line);
+        linear.is_ok_and(|linear| linear.iter().zip(&self.real.machine().axes).all(inside))
+    }
+}
+
+impl ControlKinematics for Control {
+    type Error = VerifyError;
+    type Rotaries = Turned;
+
+    fn tip(&self, axes: &AxisVector, length: ToolLength) -> Point3<f64> {
+        let model = self.model(length);
+        model.setup().rotation * model.forward(axes).tip
+    }
+
+    fn linear_axes(
         &self,
-        axis: &UnitVector3<f64>,
-        (near, step): (&AxisVector, &Move),
-        counted: &Counted,
-    ) -> Result<Turned, VerifyError> {
-        let slides = |rotaries: [f64; 2]| {
-            let Counted::Tip(frame) = counted else { return true };
-            let mut words = apply(self.words(near, counted), step, &AxisVector::zeros());
-            words.fixed_rows_mut::<2>(FIRST_ROTARY).copy_from_slice(&rotaries);
-            let tip = frame.place(&Point3::new(words[0], words[1], words[2]));
-            let linear = self.linear_joints(&tip, &words, frame.length);
-            let inside = |(value, axis): (&f64, &Axis)| {
-                axis.limits[0] - TRAVEL_ROUNDING <= *value
-                    && *value <= axis.limits[1] + TRAVEL_ROUNDING
-            };
-            linear.is_ok_and(|linear| linear.iter().zip(&self.real.machine().axes).all(inside))
+        target: &TipTarget,
+        axes: &AxisVector,
+        _line: u32,
+    ) -> Result<Vector3<f64>, VerifyError> {
+        let model = self.model(target.length);
+        let tip = model.setup().rotation.inverse() * target.point;
+        linear_joints(model, &tip, axes).ok_or(VerifyError::LinearAxes)
+    }
+
+    fn rotaries(&self, request: &RotaryRequest<'_>) -> Result<Turned, VerifyError> {
+        let reaches = |rotaries| {
+            request.tip.is_none_or(|target| self.reaches(&target, rotaries, request.line))
         };
-        orient::turned(&self.real, &self.in_workpiece(axis), (near, step.line), &slides)
+        let direction = self.in_workpiece(&request.direction);
+        orient::turned(&self.real, &direction, (request.near, request.line), &reaches)
     }
 
-    /// To the tip and the rotaries that words say.
-    fn to_tip(
-        &self,
-        q: &AxisVector,
-        (words, turning): (&AxisVector, Turning),
-        frame: &TipFrame,
-    ) -> Result<(AxisVector, Course), VerifyError> {
-        let (mut there, length) = (*words, frame.length);
-        let from = self.tip(q, length);
-        let to = frame.place(&Point3::new(words[0], words[1], words[2]));
-        let linear = self.linear_joints(&to, &there, length)?;
-        there.fixed_rows_mut::<3>(0).copy_from(&linear);
-        let course = match turning {
-            Turning::Rotary => Course::Tip { ends: [from, to], length },
-            Turning::GreatCircle => {
-                Course::Circle { ends: [q, &there].map(|q| self.real.forward(q)) }
-            }
-        };
-        Ok((there, course))
+    fn positions(&self, rotaries: &Turned) -> [f64; 2] {
+        rotaries.rotaries
     }
-}
-
-/// What words count from.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Counted {
-    /// Joints less these.
-    From(AxisVector),
-    /// The tip, and the rotaries.
-    Tip(TipFrame),
-}
-
-/// Coordinates of the tip.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct TipFrame {
-    /// Whether the tool length counts.
-    pub(crate) length: bool,
-    /// From the coordinates of X Y Z to the table frame; `None` where they are that.
-    pub(crate) table_from_words: Option<Isometry3<f64>>,
-}
-
-impl TipFrame {
-    /// From the words to the table frame.
-    pub(crate) fn place(&self, words: &Point3<f64>) -> Point3<f64> {
-        self.table_from_words.map_or(*words, |frame| frame * words)
-    }
-
-    /// And back.
-    fn read(&self, place: &Point3<f64>) -> Point3<f64> {
-        self.table_from_words.map_or(*place, |frame| frame.inverse_transform_point(place))
-    }
-}
-
-/// Coordinates with a block's words put in; `shift` is what words are short of them.
-pub(crate) fn apply(mut q: AxisVector, step: &Move, shift: &AxisVector) -> AxisVector {
-    for ((value, word), shift) in q.iter_mut().zip(step.words).zip(shift.iter()) {
-        match word {
-            Some(word) if step.incremental => *value += word,
-            Some(word) => *value = word + shift,
-            None => {}
-        }
-    }
-    q
 }
 
 /// Linear axes that bring the tip (workpiece frame) to `tip` with the rotaries of `q`: the forward

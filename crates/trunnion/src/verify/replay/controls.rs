@@ -1,10 +1,10 @@
 //! Controls with the tools and work offsets of their tables.
 
 use super::control::Control;
-use super::offset_names::NO_OFFSET;
-use super::tables::{Tables, Tool, WorkOffset};
+use super::tables::{Tables, Tool};
 use crate::cutter::Cutter;
 use crate::machine::{Kinematics, Setup};
+use crate::nc::control::{NO_OFFSET, WorkOffset, WorkOffsets, position_of};
 use crate::nc::read::{ClSource, ClTool, ProgramSource, Step};
 use crate::verify::error::VerifyError;
 use nalgebra::Vector3;
@@ -55,13 +55,9 @@ impl Controls {
         !self.numbers.is_empty()
     }
 
-    /// Place of a tool in the table.
-    pub(crate) fn place(&self, line: u32, number: u32) -> Result<usize, VerifyError> {
-        if !self.are_several() {
-            return Ok(0);
-        }
-        let found = self.numbers.iter().position(|known| *known == number);
-        found.ok_or(VerifyError::UnknownTool { line, number })
+    /// Position of a tool in the table.
+    pub(crate) fn position(&self, line: u32, number: u32) -> Result<usize, VerifyError> {
+        position_of(&self.numbers, number).ok_or(VerifyError::UnknownTool { line, number })
     }
 }
 
@@ -113,32 +109,14 @@ pub(crate) fn known(program: &dyn ProgramSource, tables: &Tables<'_>) -> Result<
     Err(VerifyError::Tools { line, numbers: [first, number] })
 }
 
-/// Work offsets as a program finds and leaves them.
-#[derive(Debug, Clone)]
-pub(crate) struct Offsets(Vec<(WorkOffset, Vector3<f64>)>);
-
-impl Offsets {
-    /// Those of a table, and `G54` of the setup.
-    pub(crate) fn new(control: &Control, tables: &Tables<'_>) -> Self {
-        let mut offsets = Self(Vec::new());
-        let setup = WorkOffset { number: 0, origin: control.offset() };
-        // The setup's own is at the workpiece origin to the last digit.
-        offsets.0.push((setup, Vector3::zeros()));
-        offsets.set(control, WorkOffset { number: NO_OFFSET, origin: Vector3::zeros() });
-        tables.offsets.iter().for_each(|of| offsets.set(control, *of));
-        offsets
+/// Work offsets of a table, and `G54` of the setup.
+pub(crate) fn work_offsets(control: &Control, tables: &Tables<'_>) -> WorkOffsets {
+    let mut offsets = WorkOffsets::default();
+    // The setup's own is at the workpiece origin to the last digit.
+    offsets.set(WorkOffset { number: 0, origin: control.offset() }, Vector3::zeros());
+    let none = WorkOffset { number: NO_OFFSET, origin: Vector3::zeros() };
+    for offset in [none].iter().chain(tables.offsets) {
+        offsets.set(*offset, control.in_table(&offset.origin));
     }
-
-    /// Writes one.
-    pub(crate) fn set(&mut self, control: &Control, of: WorkOffset) {
-        self.0.retain(|(known, _)| known.number != of.number);
-        self.0.push((of, control.in_table(&of.origin)));
-    }
-
-    /// Its values, and its origin in the table frame \[mm\].
-    pub(crate) fn get(&self, line: u32, number: u8) -> Result<[Vector3<f64>; 2], VerifyError> {
-        let found = self.0.iter().find(|(known, _)| known.number == number);
-        let (of, place) = found.ok_or(VerifyError::WorkOffset { line, number })?;
-        Ok([of.origin, *place])
-    }
+    offsets
 }

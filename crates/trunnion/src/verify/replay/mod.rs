@@ -11,7 +11,8 @@ pub(crate) mod segments;
 pub(crate) mod tables;
 pub(crate) mod track;
 
+pub use crate::nc::control::WorkOffset;
 pub use offset_names::{offset_name, offset_short_name};
 pub use orient::{Choice, Choices};
-pub use tables::{Changes, Tables, Tool, WorkOffset};
+pub use tables::{Changes, Tables, Tool};
 pub use track::{Track, track};

@@ -1,7 +1,6 @@
 //! Names of work offsets.
 
-/// Siemens `G500`: words count from machine zero.
-pub(crate) const NO_OFFSET: u8 = u8::MAX;
+use crate::nc::control::NO_OFFSET;
 
 /// Returns the name of a work offset: `G54`, or what each family of controls calls an extended one.
 ///

@@ -1,12 +1,14 @@
 //! Where the machine stands, as far as a program tells.
 
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
+use crate::nc::control::{
+    ControlKinematics, RotaryRequest, TipFrame, WordFrame, end_words, read_words, tip_target,
+};
 use crate::nc::read::Move;
 use crate::types::{AXES, AxisVector};
 use crate::verify::error::VerifyError;
-use crate::verify::replay::control::{Control, Counted, TipFrame};
+use crate::verify::replay::control::Control;
 use crate::verify::replay::orient::Turned;
-use nalgebra::Point3;
 
 /// Where the machine stands.
 #[derive(Debug, Clone, Copy)]
@@ -43,17 +45,18 @@ impl Part {
     pub(crate) fn after(
         &self,
         control: &Control,
-        (step, counted): (&Move, &Counted),
+        step: &Move,
+        frame: &WordFrame,
     ) -> Result<(Known, Option<Turned>), VerifyError> {
-        let turned = self.turned(control, (step, counted))?;
-        let known = match counted {
-            Counted::From(shift) => {
+        let turned = self.turned(control, step, frame)?;
+        let known = match frame {
+            WordFrame::Axes(shift) => {
                 let mut part = Self { tip: [None; 3], ..*self };
                 put(&mut part.axes, step, |slot| shift[slot]);
                 part.turn(turned.as_ref());
                 all(&part.axes).map_or(Known::Part(part), Known::Axes)
             }
-            Counted::Tip(frame) => self.after_tip(control, (step, frame), turned.as_ref())?,
+            WordFrame::Tip(frame) => self.after_tip(control, step, frame, turned.as_ref())?,
         };
         Ok((known, turned))
     }
@@ -62,7 +65,8 @@ impl Part {
     fn after_tip(
         &self,
         control: &Control,
-        (step, frame): (&Move, &TipFrame),
+        step: &Move,
+        frame: &TipFrame,
         turned: Option<&Turned>,
     ) -> Result<Known, VerifyError> {
         let stood = if self.frame == Some(*frame) { self.tip } else { [None; 3] };
@@ -77,9 +81,8 @@ impl Part {
         else {
             return Ok(Known::Part(part));
         };
-        let tip = frame.place(&Point3::new(x, y, z));
         let mut q = AxisVector::new(x, y, z, first, second);
-        let linear = control.linear_joints(&tip, &q, frame.length)?;
+        let linear = control.linear_axes(&tip_target(frame, &q), &q, step.line)?;
         q.fixed_rows_mut::<3>(0).copy_from(&linear);
         Ok(Known::Axes(q))
     }
@@ -88,15 +91,24 @@ impl Part {
     fn turned(
         &self,
         control: &Control,
-        (step, counted): (&Move, &Counted),
+        step: &Move,
+        frame: &WordFrame,
     ) -> Result<Option<Turned>, VerifyError> {
-        let Some(axis) = step.axis else { return Ok(None) };
+        let Some(direction) = step.axis else { return Ok(None) };
         let mut near = control.real().machine().home();
         for slot in [FIRST_ROTARY, SECOND_ROTARY] {
             near[slot] = self.axes[slot].unwrap_or(near[slot]);
         }
         // X, Y and Z that are not told yet are taken to stand at home.
-        control.turned(&axis, (&near, step), counted).map(Some)
+        let tip = match frame {
+            WordFrame::Axes(_) => None,
+            WordFrame::Tip(tip) => {
+                let words = read_words(control, &near, frame);
+                Some(tip_target(tip, &end_words(words, step, &AxisVector::zeros())))
+            }
+        };
+        let request = RotaryRequest { line: step.line, direction, near: &near, tip };
+        control.rotaries(&request).map(Some)
     }
 
     fn turn(&mut self, turned: Option<&Turned>) {

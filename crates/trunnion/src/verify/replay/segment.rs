@@ -1,6 +1,7 @@
 //! One move of the machine, as the control runs it.
 
 use crate::math::angle::great_circle;
+use crate::nc::control::ToolLength;
 use crate::types::{AxisVector, ToolPose};
 use crate::verify::error::VerifyError;
 use nalgebra::Point3;
@@ -55,8 +56,8 @@ pub(crate) enum Course {
     Tip {
         /// Tip at both ends \[mm\].
         ends: [Point3<f64>; 2],
-        /// The tool length counts.
-        length: bool,
+        /// Tool or gauge point.
+        length: ToolLength,
     },
     /// The tip, and the tool axis on the great circle, in the workpiece frame.
     Circle {

@@ -1,18 +1,21 @@
 //! Segments of a program or CL file, from its start as often as needed.
 
+use crate::nc::control::{
+    ArcChords, BlockFrames, OffsetReading, ToolLength, UnknownOffset, WordFrame, WorkOffsets,
+    end_words, path_length, read_words,
+};
 use crate::nc::read::{
-    Arc, ClMotion, ClSource, Frame, Move, Offset, OffsetKind, Pace, Plane, ProgramSource, Step, Way,
+    Arc, ClMotion, ClSource, Frame, Move, Offset, Pace, ProgramSource, Step, Way,
 };
 use crate::types::{AXES, AxisVector, ToolPose};
 use crate::verify::error::VerifyError;
-use crate::verify::replay::control::{Control, Counted, TipFrame, apply};
-use crate::verify::replay::controls::{self, Controls, Offsets};
+use crate::verify::replay::control::Control;
+use crate::verify::replay::controls::{self, Controls};
 use crate::verify::replay::mover::Mover;
 use crate::verify::replay::orient::{Choices, Turned};
 use crate::verify::replay::position::Known;
 use crate::verify::replay::segment::{Block, Course, Segment};
-use crate::verify::replay::tables::{Changes, Tables, Tool, WorkOffset};
-use nalgebra::{Isometry3, Translation3, Vector3};
+use crate::verify::replay::tables::{Changes, Tables, Tool};
 
 /// All that moves the tool, from the start as often as it is asked for.
 pub(crate) struct Run<'a> {
@@ -24,7 +27,7 @@ pub(crate) struct Run<'a> {
 
 /// Where moves come from.
 enum Source<'a> {
-    Program(&'a dyn ProgramSource, Offsets),
+    Program(&'a dyn ProgramSource, WorkOffsets),
     /// And from which location on which place in the table of tools is that of the tool.
     Locations(&'a dyn ClSource, Vec<(usize, usize)>),
 }
@@ -40,7 +43,7 @@ impl<'a> Run<'a> {
         tables: &Tables<'_>,
         tolerance: f64,
     ) -> Self {
-        let offsets = Offsets::new(controls.first(), tables);
+        let offsets = controls::work_offsets(controls.first(), tables);
         let (mover, source) = (Mover::Machine(controls), Source::Program(program, offsets));
         Self { mover, source, tolerance }
     }
@@ -78,9 +81,8 @@ impl<'a> Run<'a> {
             at: Known::Axes(controls.first().real().machine().home()),
             moved: false,
             tool: if controls.are_several() { None } else { Some(0) },
-            offsets: offsets.clone(),
-            plane: None,
-            plain: Some(false),
+            frames: BlockFrames { offsets: offsets.clone(), plane: None },
+            length: Some(ToolLength::Cancelled),
             arc: None,
             tolerance: self.tolerance,
             branch: None,
@@ -107,11 +109,10 @@ pub(crate) struct Replay<'a> {
     moved: bool,
     /// Place of the tool in the table; `None` before the first of several.
     tool: Option<usize>,
-    offsets: Offsets,
-    /// The last tilted plane.
-    plane: Option<Plane>,
-    /// Without tool-centre-point control, whether the tool length counts; as the last move says.
-    plain: Option<bool>,
+    /// Work offsets, and the last tilted plane.
+    frames: BlockFrames,
+    /// Compensation of the last block; `None` under tool-centre-point control.
+    length: Option<ToolLength>,
     /// An arc on the way.
     arc: Option<OnArc>,
     /// How far chords may be off \[mm\].
@@ -126,18 +127,16 @@ pub(crate) struct Replay<'a> {
 
 /// An arc of which some chords were run.
 struct OnArc {
-    step: Move,
-    counted: Counted,
-    arc: Arc,
+    chords: ArcChords,
+    frame: WordFrame,
     /// Axes so far.
     q: AxisVector,
-    /// Words where it begins and ends.
-    ends: [AxisVector; 2],
-    /// Chords run, and in all.
-    done: u32,
-    parts: u32,
+    /// Angle run through \[rad\].
+    sweep: f64,
     /// Time of all of it \[s\].
     duration: f64,
+    /// Its time is what the program states.
+    timed: bool,
 }
 
 /// Chords of one arc; more only at a radius of kilometres.
@@ -154,7 +153,7 @@ impl<'a> Replay<'a> {
             Step::Dwell { line, seconds } => return Ok(Some(self.rest(*line, *seconds))),
             Step::Tool { line, number } => self.change(*line, *number)?,
             Step::Offset(offset) => self.write(offset)?,
-            Step::Plane(plane) => self.plane = Some(*plane),
+            Step::Plane(plane) => self.frames.plane = Some(*plane),
             Step::Spindle { .. } | Step::Words { .. } => {}
             Step::Move(step) => return self.go(step),
         }
@@ -166,12 +165,13 @@ impl<'a> Replay<'a> {
         if step.sixth.is_some() {
             return refused("a sixth axis");
         }
-        let counted = self.counted(step)?;
-        self.plain = match step.frame {
-            Frame::Machine => self.plain,
-            Frame::Work { length, tcp, .. } => (!tcp).then_some(length),
+        let frame = self.frame_of(step)?;
+        self.length = match step.frame {
+            Frame::Machine => self.length,
+            Frame::Work { tcp: true, .. } => None,
+            Frame::Work { tcp: false, .. } => ToolLength::in_frame(&step.frame),
         };
-        if step.axis.is_some() && matches!(counted, Counted::From(_)) && step.words != [None; AXES]
+        if step.axis.is_some() && matches!(frame, WordFrame::Axes(_)) && step.words != [None; AXES]
         {
             return refused("a tool vector without tool-centre-point control");
         }
@@ -179,14 +179,14 @@ impl<'a> Replay<'a> {
         match (step.way, self.at) {
             (Way::Arc(_), _) if step.axis.is_some() => refused("an arc between tool vectors"),
             (Way::Arc(arc), Known::Axes(q)) => {
-                self.arc = Some(self.enter(&q, (step, counted), arc)?);
+                self.arc = Some(self.enter(&q, step, frame, arc)?);
                 Ok(None)
             }
-            (Way::Line, Known::Axes(q)) => self.straight(&q, (step, counted), None).map(Some),
+            (Way::Line, Known::Axes(q)) => self.straight(&q, step, &frame, None).map(Some),
             (Way::Line, Known::Part(part)) if step.pace == Pace::Rapid => {
-                let (at, turned) = part.after(self.control(), (step, &counted))?;
+                let (at, turned) = part.after(self.control(), step, &frame)?;
                 self.at = at;
-                self.note(step, &counted, turned.as_ref());
+                self.note(step, &frame, turned.as_ref());
                 Ok(Some(self.unknown(step.line)))
             }
             (_, Known::Part(_)) => Err(VerifyError::Unfollowed { line: step.line }),
@@ -195,7 +195,7 @@ impl<'a> Replay<'a> {
 
     /// A tool goes into the spindle. What the change does to X, Y and Z is not known, unless nothing moved yet.
     fn change(&mut self, line: u32, number: u32) -> Result<(), VerifyError> {
-        let place = self.controls.place(line, number)?;
+        let place = self.controls.position(line, number)?;
         if self.tool.replace(place) == Some(place) || !self.moved {
             return Ok(());
         }
@@ -209,63 +209,25 @@ impl<'a> Replay<'a> {
 
     /// The program writes a work offset.
     fn write(&mut self, written: &Offset) -> Result<(), VerifyError> {
-        let Offset { line, offset: number, words: [x, y, z, turns @ ..], kind } = *written;
-        let refused = |what| Err(VerifyError::Offset { line, what });
-        if turns.iter().flatten().any(|turn| turn.abs() > 0.0) {
-            return refused("a work offset of a rotary axis");
-        }
-        let words = [x, y, z];
-        let mut origin = match self.offsets.get(line, number) {
-            Ok([origin, _]) => origin,
-            Err(_) if words.iter().all(Option::is_some) => Vector3::zeros(),
-            Err(_) => return refused("a part of a work offset whose other values are not known"),
+        let reading = match self.at {
+            Known::Axes(axes) => {
+                let tool_length = self.control().tool_length();
+                OffsetReading::Axes { axes, length: self.length, tool_length }
+            }
+            Known::Part(_) => OffsetReading::Unknown,
         };
-        for (slot, word) in words.into_iter().enumerate() {
-            let Some(word) = word else { continue };
-            origin[slot] = match (kind, self.at) {
-                (OffsetKind::Origin, _) => word,
-                (OffsetKind::Reading, Known::Axes(q)) => {
-                    let Some(length) = self.plain else {
-                        return refused(
-                            "a work offset by the position (G10 L20) under tool-centre-point control",
-                        );
-                    };
-                    let length = if slot == 2 { self.control().length(length) } else { 0.0 };
-                    q[slot] - length - word
-                }
-                (OffsetKind::Reading, Known::Part(_)) => {
-                    return refused(
-                        "a work offset by a position (G10 L20) that a tool change left unknown",
-                    );
-                }
-            };
-        }
-        self.offsets.set(self.controls.first(), WorkOffset { number, origin });
+        let refused = |fault| VerifyError::Offset { line: written.line, fault };
+        let offset = self.frames.offsets.written(written, &reading).map_err(refused)?;
+        let in_table = self.controls.first().in_table(&offset.origin);
+        self.frames.offsets.set(offset, in_table);
         Ok(())
     }
 
     /// What the words of a block count from.
-    fn counted(&self, step: &Move) -> Result<Counted, VerifyError> {
-        let Frame::Work { offset, length, tcp } = step.frame else {
-            return Ok(Counted::From(AxisVector::zeros()));
-        };
-        let [origin, place] = self.offsets.get(step.line, offset)?;
-        if !tcp {
-            let shift = origin + Vector3::z() * self.control().length(length);
-            return Ok(Counted::From(AxisVector::new(shift.x, shift.y, shift.z, 0.0, 0.0)));
-        }
-        let shift = (place != Vector3::zeros()).then(|| {
-            Isometry3::from_parts(Translation3::from(place), nalgebra::UnitQuaternion::identity())
-        });
-        let plane = self
-            .plane
-            .filter(|plane| plane.number == step.plane)
-            .map(|plane| plane.work_from_plane);
-        let table_from_words = match (shift, plane) {
-            (Some(shift), Some(plane)) => Some(shift * plane),
-            (shift, plane) => shift.or(plane),
-        };
-        Ok(Counted::Tip(TipFrame { length, table_from_words }))
+    fn frame_of(&self, step: &Move) -> Result<WordFrame, VerifyError> {
+        let unknown =
+            |of: UnknownOffset| VerifyError::WorkOffset { line: step.line, number: of.number };
+        self.frames.frame_of(step, self.control().tool_length()).map_err(unknown)
     }
 
     /// A stretch of time in which nothing moves.
@@ -289,11 +251,11 @@ impl<'a> Replay<'a> {
     }
 
     /// Notes which rotaries were taken for a direction.
-    fn note(&mut self, step: &Move, counted: &Counted, turned: Option<&Turned>) {
+    fn note(&mut self, step: &Move, frame: &WordFrame, turned: Option<&Turned>) {
         let Some(turned) = turned else { return };
         let changed = self.branch.zip(turned.branch).is_some_and(|(before, now)| before != now);
         // A turn to a plane has no words.
-        let plane = matches!(counted, Counted::From(_)) || step.words == [None; AXES];
+        let plane = matches!(frame, WordFrame::Axes(_)) || step.words == [None; AXES];
         self.choices.note(step.line, plane, turned, changed);
         self.branch = turned.branch.or(self.branch);
     }
@@ -302,15 +264,17 @@ impl<'a> Replay<'a> {
     fn straight(
         &mut self,
         q: &AxisVector,
-        (step, counted): (&Move, Counted),
+        step: &Move,
+        frame: &WordFrame,
         block: Option<Block>,
     ) -> Result<Segment, VerifyError> {
         let control = self.control();
-        let (to, course, turned) = control.target(q, (step, &counted))?;
+        let (end, course) = control.target(q, step, frame)?;
+        let to = end.axes;
         if !to.iter().all(|value| value.is_finite()) {
             return Err(VerifyError::LinearAxes);
         }
-        self.note(step, &counted, turned.as_ref());
+        self.note(step, frame, end.rotaries.as_ref());
         self.at = Known::Axes(to);
         let rapid = step.pace == Pace::Rapid;
         let Some(tool) = self.tool else {
@@ -331,54 +295,40 @@ impl<'a> Replay<'a> {
     fn enter(
         &self,
         q: &AxisVector,
-        (step, counted): (&Move, Counted),
+        step: &Move,
+        frame: WordFrame,
         arc: Arc,
     ) -> Result<OnArc, VerifyError> {
-        let from = self.control().words(q, &counted);
-        let to = apply(from, step, &AxisVector::zeros());
-        let parts = arc.parts(self.tolerance);
-        if parts > MOST_PARTS {
+        let from = read_words(self.control(), q, &frame);
+        let to = end_words(from, step, &AxisVector::zeros());
+        let count = arc.parts(self.tolerance);
+        if count > MOST_PARTS {
             return Err(VerifyError::TurnsTooFar { line: step.line });
         }
-        let across: f64 =
-            (0..3).filter(|axis| !arc.plane.contains(axis)).map(|axis| to[axis] - from[axis]).sum();
         let duration = match step.pace {
             Pace::Inverse { seconds } => seconds,
-            Pace::PerMinute { speed } => (arc.radius() * arc.sweep).hypot(across) / speed,
+            Pace::PerMinute { speed } => path_length(step, &from, &to) / speed,
             Pace::Rapid => {
                 let what = "an arc at rapid speed";
                 return Err(VerifyError::Special { line: step.line, what });
             }
         };
-        Ok(OnArc { step: *step, counted, arc, q: *q, ends: [from, to], done: 0, parts, duration })
+        let timed = matches!(step.pace, Pace::Inverse { .. });
+        let chords = ArcChords::new(step, arc, [from, to], count);
+        Ok(OnArc { chords, frame, q: *q, sweep: arc.sweep.abs(), duration, timed })
     }
 
-    /// The next chord of an arc.
-    fn chord(&mut self, on: &mut OnArc) -> Result<Segment, VerifyError> {
-        let OnArc { step, counted, arc, q, ends: [from, to], parts, duration, .. } = *on;
-        let timed = matches!(step.pace, Pace::Inverse { .. });
-        on.done += 1;
-        let share = f64::from(on.done) / f64::from(parts);
-        let mut words = to;
-        if on.done < parts {
-            words = from + (to - from) * share;
-            for (axis, by) in arc.plane.into_iter().zip(arc.at(share)) {
-                words[axis] = from[axis] + by;
-            }
-        }
-        let step = Move {
-            words: [0, 1, 2, 3, 4].map(|axis| Some(words[axis])),
-            incremental: false,
-            way: Way::Line,
-            pace: Pace::Inverse { seconds: duration / f64::from(parts) },
-            ..step
-        };
-        let (begins, ends) = (on.done == 1, on.done == parts);
-        let sweep = arc.sweep.abs();
-        let block = Block { duration, sweep, begins, ends, timed };
-        let segment = self.straight(&q, (&step, counted), Some(block))?;
+    /// The next chord of an arc; `None` behind the last.
+    fn chord(&mut self, on: &mut OnArc) -> Result<Option<Segment>, VerifyError> {
+        let begins = on.chords.is_at_start();
+        let Some(chord) = on.chords.next() else { return Ok(None) };
+        let seconds = on.duration / f64::from(on.chords.total());
+        let step = Move { pace: Pace::Inverse { seconds }, ..chord };
+        let OnArc { duration, sweep, timed, .. } = *on;
+        let block = Block { duration, sweep, begins, ends: on.chords.is_over(), timed };
+        let segment = self.straight(&on.q, &step, &on.frame, Some(block))?;
         [_, on.q] = segment.joints;
-        Ok(segment)
+        Ok(Some(segment))
     }
 }
 
@@ -389,8 +339,8 @@ impl Iterator for Replay<'_> {
         loop {
             let segment = if let Some(mut arc) = self.arc.take() {
                 let chord = self.chord(&mut arc);
-                self.arc = Some(arc).filter(|arc| arc.done < arc.parts);
-                chord.map(Some)
+                self.arc = Some(arc).filter(|arc| !arc.chords.is_over());
+                chord
             } else {
                 let step = self.steps.next()?;
                 self.segment(&step)

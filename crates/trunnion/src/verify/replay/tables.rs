@@ -1,7 +1,7 @@
 //! Tools and work offsets as a control has them in its tables, beyond those of the setup.
 
 use crate::cutter::Cutter;
-use nalgebra::Vector3;
+use crate::nc::control::WorkOffset;
 
 /// What stands in the tables of a control beside the setup's own tool and `G54`.
 #[derive(Debug, Clone, Copy)]
@@ -24,16 +24,6 @@ pub struct Tool<'a> {
     pub number: u32,
     /// The tool, from tip to gauge point: its length is the tool length.
     pub cutter: &'a Cutter,
-}
-
-/// A work offset.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WorkOffset {
-    /// 0 for `G54`, 1 for `G55` and so on, see [`Frame::Work`](crate::nc::read::Frame::Work).
-    pub number: u8,
-    /// Positions of X, Y, Z as they stand in the table: with the gauge point on the origin and the rotaries at
-    /// zero \[mm\].
-    pub origin: Vector3<f64>,
 }
 
 /// How often the tool is changed, and what is not known of the ways there: where a change leaves X, Y and Z is the

@@ -1,0 +1,60 @@
+//! The machine as a control knows it, behind a trait: the check and the makers each bring their own.
+
+use super::word_frame::ToolLength;
+use crate::types::AxisVector;
+use nalgebra::{Point3, UnitVector3, Vector3};
+
+/// The machine as a control knows it.
+pub trait ControlKinematics {
+    /// Error of the caller.
+    type Error;
+    /// Rotary axes for a tool direction, with what else the caller notes of them.
+    type Rotaries: Copy;
+
+    /// Returns the tool tip, or without tool length the gauge point, in the table frame \[mm\].
+    fn tip(&self, axes: &AxisVector, length: ToolLength) -> Point3<f64>;
+
+    /// Returns X, Y, Z that bring the tip to a point of the table frame with the rotaries of `axes` \[mm\].
+    ///
+    /// # Errors
+    ///
+    /// Where the linear axes cannot reach every point.
+    fn linear_axes(
+        &self,
+        target: &TipTarget,
+        axes: &AxisVector,
+        line: u32,
+    ) -> Result<Vector3<f64>, Self::Error>;
+
+    /// Returns the rotary axes that turn the tool into a direction.
+    ///
+    /// # Errors
+    ///
+    /// Where no position of the rotaries does.
+    fn rotaries(&self, request: &RotaryRequest<'_>) -> Result<Self::Rotaries, Self::Error>;
+
+    /// Returns the positions of two rotaries \[rad\].
+    fn positions(&self, rotaries: &Self::Rotaries) -> [f64; 2];
+}
+
+/// A point of the table frame that the tool has to reach.
+#[derive(Debug, Clone, Copy)]
+pub struct TipTarget {
+    /// The point \[mm\].
+    pub point: Point3<f64>,
+    /// Whether the tip or the gauge point goes there.
+    pub length: ToolLength,
+}
+
+/// A tool direction for which the control chooses the rotary axes.
+#[derive(Debug, Clone, Copy)]
+pub struct RotaryRequest<'a> {
+    /// Line of the program.
+    pub line: u32,
+    /// From tip to spindle, table frame.
+    pub direction: UnitVector3<f64>,
+    /// Axes before the block \[mm, rad\].
+    pub near: &'a AxisVector,
+    /// Goal of the tip under tool-centre-point control; otherwise X, Y, Z stand.
+    pub tip: Option<TipTarget>,
+}

@@ -1,0 +1,97 @@
+//! The machine model of a program that is posted: the makers' inverse, with the tool and without.
+
+use super::only_tool::ToolMotion;
+use crate::inverse::Inverse;
+use crate::machine::{FIRST_ROTARY, Kinematics, Setup};
+use crate::math::jet::{Jet, Real};
+use crate::nc::control::{ControlKinematics, RotaryRequest, TipTarget, ToolLength};
+use crate::post::error::PostError;
+use crate::types::{AxisVector, ToolPose};
+use nalgebra::{Point3, UnitVector3, Vector3};
+
+/// Control of the machine for which a program was made.
+#[derive(Debug)]
+pub(super) struct PostControl {
+    with_tool: Inverse,
+    /// Without tool length, for `G49`.
+    bare: Inverse,
+    pub(super) motion: ToolMotion,
+}
+
+impl PostControl {
+    pub(super) fn new(kinematics: &Kinematics) -> Result<Self, PostError> {
+        let bare = Setup { tool_length: 0.0, ..*kinematics.setup() };
+        let bare = Kinematics::new(kinematics.machine(), &bare);
+        let inverse =
+            |of: &Kinematics| Inverse::new(of).map_err(|error| PostError::reach(0, error));
+        let (with_tool, bare) = (inverse(kinematics)?, inverse(&bare)?);
+        Ok(Self { with_tool, bare, motion: ToolMotion::Unplaced })
+    }
+
+    /// The machine with the tool that is in the spindle.
+    pub(super) fn kinematics(&self) -> &Kinematics {
+        self.with_tool.kinematics()
+    }
+
+    pub(super) fn tool_length(&self) -> f64 {
+        self.kinematics().setup().tool_length
+    }
+
+    fn inverse(&self, length: ToolLength) -> &Inverse {
+        match length {
+            ToolLength::Active => &self.with_tool,
+            ToolLength::Cancelled => &self.bare,
+        }
+    }
+}
+
+impl ControlKinematics for PostControl {
+    type Error = PostError;
+    type Rotaries = [f64; 2];
+
+    fn tip(&self, axes: &AxisVector, length: ToolLength) -> Point3<f64> {
+        let kinematics = self.inverse(length).kinematics();
+        kinematics.setup().rotation * kinematics.forward(axes).tip
+    }
+
+    fn linear_axes(
+        &self,
+        target: &TipTarget,
+        axes: &AxisVector,
+        line: u32,
+    ) -> Result<Vector3<f64>, PostError> {
+        let inverse = self.inverse(target.length);
+        let tip = inverse.kinematics().setup().rotation.inverse() * target.point.coords;
+        // A point at rest: its derivatives are zero, and so are those of the rotaries.
+        let still = Vector3::zeros();
+        let rotaries = [axes[FIRST_ROTARY], axes[FIRST_ROTARY + 1]];
+        let turns = rotaries.map(<Jet as Real>::constant);
+        let found = inverse.with_rotaries(&[tip, still, still, still], turns);
+        let [at, ..] = found.map_err(|error| PostError::reach(line, error))?;
+        Ok(at.fixed_rows::<3>(0).into())
+    }
+
+    fn rotaries(&self, request: &RotaryRequest<'_>) -> Result<[f64; 2], PostError> {
+        let inverse = request.tip.map_or(&self.with_tool, |target| self.inverse(target.length));
+        let back = inverse.kinematics().setup().rotation.inverse();
+        let axis = UnitVector3::new_normalize(back * request.direction.into_inner());
+        let tip = match request.tip {
+            Some(target) => Point3::from(back * target.point.coords),
+            None => inverse.kinematics().forward(request.near).tip,
+        };
+        let pose = ToolPose { tip, axis };
+        // Travel counts only where the tip really goes: not in a turn of the rotaries alone, and not
+        // before the program has stated a position, when the tool may stand anywhere.
+        let keeps_travel = request.tip.is_some() && self.motion == ToolMotion::Moved;
+        let found = match inverse.near_inside(&pose, request.near) {
+            Err(_) if !keeps_travel => inverse.near(&pose, request.near),
+            found => found,
+        };
+        let axes = found.map_err(|error| PostError::reach(request.line, error))?;
+        Ok([axes[FIRST_ROTARY], axes[FIRST_ROTARY + 1]])
+    }
+
+    fn positions(&self, rotaries: &[f64; 2]) -> [f64; 2] {
+        *rotaries
+    }
+}
