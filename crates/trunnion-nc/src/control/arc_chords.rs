@@ -4,7 +4,7 @@ use crate::read::{Arc, Move, Way};
 use crate::types::AxisVector;
 
 /// An arc or helix of a program, divided into straight blocks of equal angle.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct ArcChords {
     block: Move,
     arc: Arc,

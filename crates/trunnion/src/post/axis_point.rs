@@ -1,6 +1,7 @@
 //! Points on the way of the axes, and the move they divide.
 
 use super::constants::SMALLEST_LENGTH;
+use crate::blocks::BlockEnd;
 use crate::machine::FIRST_ROTARY;
 use crate::types::{AxisVector, ToolPose};
 
@@ -12,6 +13,11 @@ pub(super) struct AxesPose {
 }
 
 impl AxesPose {
+    /// Borrows both parts as an end of a block.
+    pub(super) fn block_end(&self) -> BlockEnd<'_> {
+        BlockEnd { q: &self.q, pose: &self.pose }
+    }
+
     /// Borrows both parts.
     pub(super) fn pair(&self) -> (&AxisVector, &ToolPose) {
         (&self.q, &self.pose)

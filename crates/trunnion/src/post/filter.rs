@@ -9,7 +9,7 @@ use crate::math::angle::{angle_between, great_circle};
 use crate::toolpath::{
     PathSmoother, SmoothError, SmoothOptions, SmoothReference, SmoothReport, SmoothSpan,
 };
-use crate::types::{AxisVector, Station, ToolPose};
+use crate::types::{Station, ToolPose};
 use std::collections::VecDeque;
 
 /// Shares of the tolerance for the filter itself, for the chords of a smoothed path, and for the bows of the input.
@@ -77,10 +77,12 @@ const SLIVER: f64 = 1e-6;
 impl SmoothedRun {
     /// Returns the feed of a part of the path. Parts come in order: earlier feeds are dropped.
     fn feed(&mut self, [from, to]: [f64; 2]) -> f64 {
+        // Feeds that end before this part, but for the rounding of path lengths, are over.
         let sliver = SLIVER * (to - from);
         while self.feeds.get(1).is_some_and(|(next, _)| *next <= from + sliver) {
             self.feeds.pop_front();
         }
+        // Each feed holds up to where the next one starts; its share of the part is the overlap.
         let ends = self.feeds.iter().skip(1).map(|(start, _)| *start).chain([f64::INFINITY]);
         let parts = self.feeds.iter().zip(ends);
         let inside = parts.take_while(|((start, _), _)| *start < to - sliver);
@@ -103,6 +105,7 @@ fn common_feed(parts: impl Iterator<Item = (f64, f64)> + Clone) -> f64 {
     let (length, time) = parts
         .clone()
         .fold((0.0, 0.0), |(length, time), (part, feed)| (length + part, time + part / feed));
+    // The feed that takes as long as the moves did: total length over total time.
     let mean = length / time;
     let long = parts.filter(|(part, _)| *part >= SHORT * length).map(|(_, feed)| feed);
     let least = long.fold(f64::INFINITY, f64::min);
@@ -167,6 +170,7 @@ impl MoveFilter {
             self.start = Some(*one);
             return Ok(());
         };
+        // A move that keeps the tip in place has no feed, and ends a path just as a rapid move does.
         let length = (one.pose.tip - before.pose.tip).norm();
         let feed = match one.pace {
             PostPace::Feed(feed) => Some(feed),
@@ -179,6 +183,7 @@ impl MoveFilter {
             self.start = Some(*one);
             return Ok(());
         };
+        // The filters work on straight chords; a move that bows is divided into such chords first.
         for part in self.chords(&before, one, feed)? {
             match self.kind {
                 PostFilter::Smooth => self.smooth(&part, feed, out)?,
@@ -220,19 +225,22 @@ impl MoveFilter {
             _ => return Ok(vec![plain(to.pose)]),
         };
         let (kinematics, a, b) = ends;
-        let pair: [(&AxisVector, &ToolPose); 2] = [(&a, &from.pose), (&b, &to.pose)];
-        let [tip, axis] = bend(kinematics, to.way, pair.map(BlockEnd::from));
+        let pair = [BlockEnd { q: &a, pose: &from.pose }, BlockEnd { q: &b, pose: &to.pose }];
+        // A chord is off its arc by at most an eighth of the second derivative times the step squared. The
+        // axis of the chord turns on a great circle, which itself bends by the square of its turn.
+        let [tip, axis] = bend(kinematics, to.way, pair);
         let turn = angle_between(&from.pose.axis, &to.pose.axis);
         let [.., share] = self.shares;
         let [most_tip, most_axis] = self.tolerance.map(|most| share * most);
         let excess = (tip / most_tip).max((axis + turn * turn) / most_axis);
+        // Equal parts shrink that bound by the square of their number.
         let parts = (0.125 * excess).sqrt().ceil().clamp(1.0, 4096.0);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
         let parts = parts as u32;
         let mut chords = Vec::new();
         for part in 1..parts {
             let share = f64::from(part) / f64::from(parts);
-            let pose = moved(kinematics, to.way, pair.map(BlockEnd::from), share);
+            let pose = moved(kinematics, to.way, pair, share);
             chords.push(plain(pose.ok_or(PostError::Reversal { line: to.line })?));
         }
         chords.push(plain(to.pose));
@@ -251,11 +259,13 @@ impl MoveFilter {
             None => self.begin(one)?,
         };
         let at_line = |error: SmoothError| smoothing(&error, one.line);
+        // Feeds are kept by path length, because chords of the smoothed path fall across move ends.
         if run.feeds.back().is_none_or(|(_, last)| last.total_cmp(&feed).is_ne()) {
             run.feeds.push_back((run.smoother.along(), feed));
         }
         run.smoother.push(&station(&one.pose)).map_err(at_line)?;
         run.last = *one;
+        // Spans are final once later stations cannot move them any more.
         for span in &run.smoother.take() {
             self.cut(&mut run, span, out);
         }
@@ -305,6 +315,7 @@ impl MoveFilter {
 
     /// Appends the chords of a span, each at the feed of the moves it replaces.
     fn cut(&self, run: &mut SmoothedRun, span: &SmoothSpan, out: &mut Vec<PostMove>) {
+        // Chords of a span have their own share of the tolerance beside that of the smoothing.
         let [tip, axis] = self.tolerance.map(|most| self.shares[1] * most);
         let parts = span.chords(tip, axis);
         let [start, end] = span.range;
@@ -322,6 +333,7 @@ impl MoveFilter {
     fn reduce(&mut self, one: &PostMove, out: &mut Vec<PostMove>) {
         let Some(start) = self.start else { return out.push(*one) };
         self.chain.push(*one);
+        // Greedy: the chain grows while one straight move from its start stays within the share.
         let fits = self.chain.len() <= MOST && alike(&start, &self.chain);
         let off = if fits { chord_off(&start.pose, &self.chain) } else { [f64::INFINITY; 2] };
         let [tip, axis] = self.tolerance.map(|most| self.shares[0] * most);
@@ -329,6 +341,7 @@ impl MoveFilter {
             self.reduced = [0, 1].map(|k: usize| self.reduced[k].max(off[k]));
             return;
         }
+        // The move that does not fit begins the next chain.
         self.chain.pop();
         self.hand_out(out);
         self.chain.push(*one);
@@ -380,12 +393,14 @@ fn chord_off(start: &ToolPose, chain: &[PostMove]) -> [f64; 2] {
     let mut before = (0.0_f64, *start);
     for one in chain {
         let pose = &one.pose;
+        // Nearest point of the chord to this end of the chain.
         let share = if square > 0.0 { (pose.tip - start.tip).dot(&chord) / square } else { 1.0 };
         // Shares must not decrease: going back counts as standing still.
         let share = share.clamp(before.0, 1.0);
         let Some(axis) = great_circle(&start.axis, &end.axis, share) else {
             return [f64::INFINITY; 2];
         };
+        // Both axes turn on great circles between two ends, so the bound adds an eighth of both squares.
         let own = angle_between(&before.1.axis, &pose.axis);
         let turned = whole * (share - before.0);
         off[0] = off[0].max((start.tip + chord * share - pose.tip).norm());

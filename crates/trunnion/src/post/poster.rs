@@ -103,6 +103,7 @@ impl Poster {
         options: &PostOptions,
         style: &Style,
     ) -> Result<Self, PostError> {
+        // Filter and machine conversion divide the tolerance between them.
         let share = options.filter.left(options.control);
         let rest = PostOptions { tolerance: options.tolerance.map(|of| share * of), ..*options };
         Ok(Self {
@@ -146,17 +147,21 @@ impl Poster {
         head: ProgramHead<'_>,
     ) -> Result<(), PostError> {
         let asked = one.pace;
+        // The report compares with the feed as asked; the output is capped.
         let one = PostMove { pace: self.capped(one.pace), ..*one };
         if self.options.filter == PostFilter::None {
             self.asked.push_back(asked);
             return self.choose_rotaries(out, &one, head);
         }
+        // Filtered moves no longer match those of the input one to one, so the input is counted here, on its
+        // own way over the machine.
         let q = self.subdivider.near(&one, self.read.as_ref())?;
         let to = AxesPose { q, pose: one.pose };
         if let Some(from) = self.read.replace(to) {
             self.count_input(&from, &to, asked);
         }
         if self.options.filter == PostFilter::Smooth {
+            // Whether smoothing pays is decided for a whole cut, at its end.
             if self.group.ends_before(&one) {
                 self.decide(out, head)?;
             }
@@ -185,6 +190,7 @@ impl Poster {
             rotaries: &self.rotaries,
             subdivider: &self.subdivider,
         };
+        // The trial starts from copies of the state; the quickest one becomes the state.
         let mut decisions = self.report.smoothing.unwrap_or_default();
         let best = choice.quickest(&self.group, &mut decisions)?;
         self.report.smoothing = Some(decisions);
@@ -237,6 +243,7 @@ impl Poster {
         if let Some(asked) = asked {
             self.count_input(&from, &to, asked);
         }
+        // The first point of a retract carries the comment that explains it in the program.
         if let (Some(RetractPhase::Out), Some(first)) = (planned.phase, self.points.first_mut()) {
             first.goes_out = true;
         }
@@ -260,6 +267,7 @@ impl Poster {
         source: PostSource,
         head: ProgramHead<'_>,
     ) -> Result<(), PostError> {
+        // Everything of the tool before is written before its kinematics are replaced.
         self.settle(out, head)?;
         let fresh = Self::new(kinematics, source, &self.options, &self.style)?;
         self.report.unwound.append(&mut self.rotaries.unwound);
@@ -347,6 +355,7 @@ impl Poster {
             PostPace::Seconds(seconds) => seconds,
             PostPace::Rapid => 0.0,
         };
+        // Without a programmed time the axes run as fast as they can.
         // Without a programmed time the axes run as fast as they can.
         let seconds = if programmed > 0.0 { programmed } else { self.before.load.least(&travel) };
         self.report.length += length;

@@ -145,6 +145,7 @@ impl ReadBack {
     fn start(&mut self, text: &str, pose: &ToolPose) -> Result<(), ReadBackError> {
         self.moves.clear();
         self.take(text)?;
+        // The tool may approach the start in several moves: only where it ends counts.
         let found = match &self.language {
             ReadBackLanguage::Program(of) => Some(of.1.pose()),
             ReadBackLanguage::Locations(cl) => cl.place(),
@@ -179,6 +180,7 @@ impl ReadBack {
     ) -> Result<(), ReadBackError> {
         self.moves.clear();
         self.take(text)?;
+        // A block whose words all stay as they were is not written; its time belongs to the next one.
         if let BlockPace::Timed { seconds, length, turn } = pace {
             let [time, travel, turned] = self.waiting;
             self.waiting = [time + seconds, travel + length, turned + turn];
@@ -255,6 +257,7 @@ impl ReadBack {
         let words = &self.style.axes;
         let coordinates = self.style.dialect.coordinates();
         let half = words.rounding();
+        // Rounded axis words move the tip by up to this much; vectors have digits of their own.
         let tip = rounding(&self.kinematics, q, words, coordinates, 0.0) + POSITIONS + more[0];
         let axis = (half[3] + half[4]).max(VECTOR) * (1.0 + SUMS) + SUMS + more[1];
         let off = [(read.tip - pose.tip).norm(), angle_between(&read.axis, &pose.axis)];
@@ -277,7 +280,7 @@ impl ReadBack {
             (PostPace::Rapid, BlockPace::Rapid) => return Ok(()),
             (PostPace::Rapid, _) => return Err(self.differs("rapid instead of feed".to_owned())),
             (_, BlockPace::Rapid) => return Err(self.differs("feed instead of rapid".to_owned())),
-            // A CL file cannot say how fast the tool turns where its tip stands.
+            // A CL file has no word for the speed of a turn while the tip stands.
             (PostPace::Feed(_), _) if is_apt && length <= 0.0 => return Ok(()),
             (PostPace::Feed(feed), _) if length > 0.0 => (60.0 * feed, 60.0 * length / seconds),
             (PostPace::Seconds(time), _) if self.style.inverse_time => {
@@ -297,6 +300,7 @@ impl ReadBack {
             // Rounding moves the tip where none was meant.
             (PostPace::Feed(_), _) => return Ok(()),
         };
+        // An inverse time above the intended one would be too fast; a feed may round either way.
         let above = if self.style.inverse_time { 0.0 } else { FEED_DIGIT };
         let fits = read_feed <= meant * (1.0 + SUMS) + above
             && read_feed >= meant * (1.0 - SUMS) - FEED_DIGIT;

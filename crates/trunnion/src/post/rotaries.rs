@@ -67,6 +67,7 @@ impl RotaryPlanner {
             return out.push(plain(*one));
         }
         let cutting = self.pending.back().is_some_and(|last| last.pace != PostPace::Rapid);
+        // A cut ends where the next rapid move begins.
         let begins = one.pace == PostPace::Rapid && cutting;
         if begins || self.pending.len() >= WINDOW {
             self.finish(out);
@@ -130,13 +131,16 @@ impl RotaryPlanner {
     ) -> Option<AxisVector> {
         let CutAhead { moves: mut rest, mut reach } = ahead;
         loop {
+            // Follow the cut as far as travel allows.
             let (fits, left) = rest.split_at(reach.min(rest.len()));
             q = follow(inverse, q, fits).1;
             out.extend(fits.iter().map(|one| plain(*one)));
             let Some(next) = left.first() else { return Some(q) };
+            // Beyond, only a retract helps: choose again the rotaries that lead farthest.
             let length = self.unwind?;
             let pose = inverse.kinematics().forward(&q);
             let (to, further) = choose(inverse, &pose, &q, left)?;
+            // No solution leads on, so that a retract would not help either.
             if further == 0 {
                 return None;
             }
@@ -171,6 +175,7 @@ fn retract(
 ) -> Option<[PlannedMove; 4]> {
     let up = |by: f64| ToolPose { tip: pose.tip + pose.axis.scale(by), ..*pose };
     let far = up(length);
+    // The rotaries turn with the tip away from the part; the linear axes follow the tip.
     let turned = inverse.near_inside(&far, &to).ok()?;
     let rapid = |pose: ToolPose| PostMove { pose, q: None, pace: PostPace::Rapid, ..*next };
     let planned = |one: PostMove, axes, phase| PlannedMove { one, axes, phase: Some(phase) };
@@ -206,6 +211,7 @@ fn choose(
 ) -> Option<(AxisVector, usize)> {
     let first = inverse.near_inside(pose, near).ok()?;
     let mut best = (first, follow(inverse, first, moves).0);
+    // The nearest solution leads through the whole cut.
     if best.1 == moves.len() {
         return Some(best);
     }
@@ -227,6 +233,7 @@ fn solutions(inverse: &Inverse, pose: &ToolPose, near: &AxisVector) -> Vec<AxisV
         if !(low.is_finite() && high.is_finite()) {
             return vec![unwrap_near(value, near[axis])];
         }
+        // All turns inside the travel, from the lowest on.
         let first = value + TAU * ((low - value) / TAU).ceil();
         let next = std::iter::successors(Some(first), |turn| Some(turn + TAU));
         next.take_while(|turn| *turn <= high).collect()

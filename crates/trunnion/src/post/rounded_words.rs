@@ -57,7 +57,8 @@ impl RoundedWords {
         let (mut need, mut before) = (0.0_f64, self.at);
         for point in block.iter() {
             let end = point.end();
-            let fastest = subdivider.fastest([before.pair(), end.pair()]);
+            // The block runs at one speed: its time is the largest that any of its points asks for.
+            let fastest = subdivider.fastest([before.block_end(), end.block_end()]);
             need = need.max(fastest.component_div(&limits).amax() * whole / point.size());
             before = end;
         }
@@ -80,6 +81,7 @@ impl RoundedWords {
             return;
         }
         let since = std::mem::take(&mut self.since);
+        // Distance between the words as written, from which the control computes its speed.
         let written = [last.way(&to), last.turn(&to).unwrap_or(whole[1] + since[1])];
         self.last = now;
         let even = 1.0 / block.len() as f64;
@@ -87,6 +89,7 @@ impl RoundedWords {
             let planned = [point.tip, point.turn];
             let share = |k: usize| if whole[k] > 0.0 { planned[k] / whole[k] } else { even };
             point.written = [0, 1].map(|k: usize| (written[k] - since[k]) * share(k));
+            // A feed along a longer way takes longer; one along a shorter way less.
             let longer = point.per_way * (point.written[0] - point.tip);
             point.least = point.least.map(|least| (least + longer).max(0.0));
         }
@@ -102,6 +105,7 @@ fn lengthen(block: &mut [AxisPoint]) {
     let time: f64 = block.iter().map(|point| point.least.unwrap_or(f64::INFINITY)).sum();
     let size = |point: &AxisPoint| point.tip + point.turn;
     let whole: f64 = block.iter().map(size).sum();
+    // The largest F word of inverse time bounds how short a block can be.
     let more = BRIEFEST_BLOCK - time;
     if more <= 0.0 || whole <= 0.0 {
         return;

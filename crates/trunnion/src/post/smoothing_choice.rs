@@ -141,6 +141,7 @@ impl SmoothingChoice<'_> {
     ) -> Result<GroupTrial, PostError> {
         decisions.by_model = ControlTiming::by_model(self.kinematics, self.style);
         let cut = group.cut();
+        // The unchanged cut, timed part by part, is what every trial has to beat.
         let plain = self.run(group, &GroupParts::all(cut, PART, PostFilter::None))?;
         if cut == 0 {
             return Ok(plain);
@@ -156,11 +157,13 @@ impl SmoothingChoice<'_> {
                 (best, kind) = (trial, changed);
             }
         };
+        // One filter for the whole cut.
         if cut >= LEAST {
             for kind in KINDS {
                 offer(self.run(group, &GroupParts::all(cut, cut, kind)).ok(), 2);
             }
         }
+        // A filter of its own for each part.
         for size in PARTS.into_iter().filter(|size| PART * size < cut) {
             let plain: Vec<f64> = costs.chunks(size).map(|part| part.iter().sum()).collect();
             offer(self.mixed(group, PART * size, plain), 1);
@@ -176,6 +179,8 @@ impl SmoothingChoice<'_> {
         let mut kinds = vec![PostFilter::None; least.len()];
         for kind in KINDS {
             let all = GroupParts { size, kinds: vec![kind; least.len()] };
+            // Times of the parts with this filter everywhere; each part keeps the filter that is quickest for
+            // it.
             let Ok(trial) = self.run(group, &all) else { continue };
             for ((least, slot), cost) in least.iter_mut().zip(&mut kinds).zip(trial.costs) {
                 if cost < *least {
@@ -263,6 +268,7 @@ impl SmoothingChoice<'_> {
         let mut part = 0;
         let mut before: Option<PostMove> = None;
         for one in &group.moves {
+            // Parts are counted in moves with feed: rapid moves belong to the part before.
             let now = count / parts.size.max(1);
             count += usize::from(one.pace != PostPace::Rapid);
             if now != part {
@@ -294,6 +300,7 @@ impl SmoothingChoice<'_> {
     /// Adds up the times of the parts.
     fn time(&self, trial: &mut GroupTrial) -> Result<(), PostError> {
         let Some(start) = self.subdivider.position().or(trial.start) else { return Ok(()) };
+        // Times are those of the control that runs the program, from the rounded words it is given.
         let mut control = ControlTiming::new(self.kinematics, self.style, start);
         let mut timer = PointTimer::new(self.kinematics, self.options, start.q)?;
         let mut timed = Vec::new();

@@ -72,8 +72,12 @@ impl MoveGeometry<'_> {
     fn at(&self, share: f64) -> Option<ToolPose> {
         let [from, to] = &self.ends;
         if let Some((kinematics, control)) = self.run {
-            let ends = [(&from.source, &from.pose), (&to.source, &to.pose)];
-            return moved(kinematics, control, ends.map(BlockEnd::from), share);
+            // The input's own machine carries out its moves, with the axes as the input has them.
+            let ends = [
+                BlockEnd { q: &from.source, pose: &from.pose },
+                BlockEnd { q: &to.source, pose: &to.pose },
+            ];
+            return moved(kinematics, control, ends, share);
         }
         let tip = from.pose.tip + (to.pose.tip - from.pose.tip) * share;
         let axis = great_circle(&from.pose.axis, &to.pose.axis, share)?;
@@ -84,8 +88,11 @@ impl MoveGeometry<'_> {
     fn bend(&self) -> [f64; 2] {
         let [from, to] = &self.ends;
         if let Some((kinematics, control)) = self.run {
-            let ends = [(&from.source, &from.pose), (&to.source, &to.pose)];
-            return bend(kinematics, control, ends.map(BlockEnd::from));
+            let ends = [
+                BlockEnd { q: &from.source, pose: &from.pose },
+                BlockEnd { q: &to.source, pose: &to.pose },
+            ];
+            return bend(kinematics, control, ends);
         }
         let chord = (*to.pose.axis - *from.pose.axis).norm_squared();
         // The square of an angle up to a half turn is at most π²/4 times that of its chord.
@@ -104,6 +111,7 @@ impl Subdivider {
         let control = options.control;
         let own = matches!(&source, PostSource::Program(of) if **of == *kinematics);
         let rotaries = [FIRST_ROTARY, SECOND_ROTARY];
+        // A control that takes the shorter direction must never be asked for half a turn or more.
         let wound = rotaries.iter().all(|&axis| {
             kinematics
                 .machine()
@@ -155,6 +163,7 @@ impl Subdivider {
         };
         let same = self.own && one.q.is_some() && one.way == self.target.control;
         let bows = one.way == BlockInterpolation::Axes && !same;
+        // Linear axes make the tip of the input bow, which costs a share of the tolerance.
         let share = if bows { 0.5 } else { 1.0 };
         let mut target_move = DividedMove {
             line: one.line,
@@ -191,13 +200,15 @@ impl Subdivider {
     /// Returns the travel between two points of a block as if each axis kept its largest velocity between them.
     ///
     /// That velocity is the one at an end of the parabola through both points and the middle.
-    pub(super) fn fastest(&self, pair: [(&AxisVector, &ToolPose); 2]) -> AxisVector {
-        let [from, to] = pair.map(|(q, _)| q);
+    pub(super) fn fastest(&self, pair: [BlockEnd<'_>; 2]) -> AxisVector {
+        let [from, to] = pair.map(|end| end.q);
         let travel = to - from;
         let TargetMachine { inverse, control } = &self.target;
+        // Between two points the axes are a parabola in time; its slope is largest at an end, 3/2 of the
+        // first half less 1/2 of the second, times two. Small turns leave it straight.
         let turns = travel.fixed_rows::<2>(FIRST_ROTARY).lp_norm(1) > LITTLE;
         let middle = if turns && *control != BlockInterpolation::Axes {
-            let pose = moved(inverse.kinematics(), *control, pair.map(BlockEnd::from), 0.5);
+            let pose = moved(inverse.kinematics(), *control, pair, 0.5);
             pose.and_then(|pose| inverse.near(&pose, &from.lerp(to, 0.5)).ok())
         } else {
             None
@@ -243,6 +254,7 @@ impl Subdivider {
         geometry: &MoveGeometry<'_>,
         target_move: &mut DividedMove<'_>,
     ) -> Result<(), PostError> {
+        // For linear axes the tip's own bow is bounded afterwards, in `run_directly`.
         let poses = match self.target.control {
             BlockInterpolation::GreatCircle => BlockInterpolation::GreatCircle,
             _ => BlockInterpolation::RotaryLinear,
@@ -312,7 +324,8 @@ impl Subdivider {
         if parts == 1 {
             return Ok(vec![to]);
         }
-        let pair = [(&from.q, &from.pose), (&to.q, &to.pose)];
+        let pair =
+            [BlockEnd { q: &from.q, pose: &from.pose }, BlockEnd { q: &to.q, pose: &to.pose }];
         let mut points = Vec::new();
         let mut near = from.q;
         for part in 1..=parts {
@@ -343,6 +356,7 @@ impl Subdivider {
         enough: [f64; 2],
     ) -> [f64; 2] {
         let Portion { shares, ends } = *portion;
+        // The same interpolation on both sides: nothing deviates.
         let alike = match geometry.run {
             None => control == BlockInterpolation::GreatCircle,
             Some((_, run)) => self.own && run == control,
@@ -351,12 +365,11 @@ impl Subdivider {
             return [0.0; 2];
         }
         let kinematics = self.target.inverse.kinematics();
-        let pair = ends.map(|end| (&end.q, &end.pose));
+        let pair = ends.map(|end| BlockEnd { q: &end.q, pose: &end.pose });
         let width = shares[1] - shares[0];
-        let [path, run] = [
-            geometry.bend().map(|of| of * width * width),
-            bend(kinematics, control, pair.map(BlockEnd::from)),
-        ];
+        // Second derivatives by the share of the portion, which scales them by its width squared.
+        let [path, run] =
+            [geometry.bend().map(|of| of * width * width), bend(kinematics, control, pair)];
         // Between two samples the difference of both curves bends by at most an eighth of their second derivatives.
         let curved = [0, 1].map(|k: usize| 0.125 * (path[k] + run[k]));
         let mut samples = 1_u32;
@@ -365,15 +378,17 @@ impl Subdivider {
             for k in 1..samples {
                 let share = f64::from(k) / f64::from(samples);
                 let here = geometry.at(shares[0] + width * share);
-                let there = moved(kinematics, control, pair.map(BlockEnd::from), share);
+                let there = moved(kinematics, control, pair, share);
                 let (Some(here), Some(there)) = (here, there) else { return [f64::INFINITY; 2] };
                 off[0] = off[0].max((here.tip - there.tip).norm());
                 off[1] = off[1].max((*here.axis - *there.axis).norm());
             }
+            // Closer samples shrink what bends between them by the square of their number.
             let square = f64::from(samples * samples);
             let tip = off[0] + curved[0] / square;
             let bound = [tip, angle_of(off[1] + curved[1] / square)];
             let fits = bound[0] <= enough[0] && bound[1] <= enough[1];
+            // A sample beyond the tolerance settles it: more of them cannot lower the bound below it.
             let hopeless = off[0] > enough[0] || off[1] > enough[1];
             if fits || hopeless || samples >= MOST_SAMPLES {
                 return bound;
@@ -393,16 +408,14 @@ impl Subdivider {
         // Step 1: number of blocks, by the largest turn and by the bow of the tip.
         let turns = (to.q - from.q).fixed_rows::<2>(FIRST_ROTARY).abs();
         let mut blocks = (turns.amax() / self.most_turn).ceil().max(1.0);
-        let pair = [(&from.q, &from.pose), (&to.q, &to.pose)];
+        let pair =
+            [BlockEnd { q: &from.q, pose: &from.pose }, BlockEnd { q: &to.q, pose: &to.pose }];
         if self.target.control == BlockInterpolation::Axes && !target_move.same {
             let tolerance =
                 if target_move.rapid { RAPID_TOLERANCE } else { target_move.tolerance[0] };
-            let bow = 0.125
-                * bend(
-                    self.target.inverse.kinematics(),
-                    BlockInterpolation::Axes,
-                    pair.map(BlockEnd::from),
-                )[0];
+            let bow =
+                0.125 * bend(self.target.inverse.kinematics(), BlockInterpolation::Axes, pair)[0];
+            // A bow falls with the square of the number of blocks.
             let count = (bow / tolerance).sqrt().ceil();
             blocks = blocks.max(count);
             if !target_move.rapid {
@@ -419,6 +432,7 @@ impl Subdivider {
         // Step 2: points inside each block, where the axes curve.
         let points = match self.target.control {
             BlockInterpolation::Axes => 1.0,
+            // Points inside a block let the planner see how the linear axes curve while the rotaries turn.
             _ => (turns.sum() / blocks / TURN).ceil().max(1.0),
         };
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
@@ -441,7 +455,7 @@ impl Subdivider {
     /// Returns the position of the control inside a block: tip straight, rotaries linear or tool on a great circle.
     fn inside(
         &self,
-        pair: [(&AxisVector, &ToolPose); 2],
+        pair: [BlockEnd<'_>; 2],
         share: f64,
         target_move: &DividedMove<'_>,
         near: &AxisVector,
@@ -450,19 +464,14 @@ impl Subdivider {
         let kinematics = inverse.kinematics();
         match self.target.control {
             BlockInterpolation::GreatCircle => {
-                let pose = moved(
-                    kinematics,
-                    BlockInterpolation::GreatCircle,
-                    pair.map(BlockEnd::from),
-                    share,
-                );
+                let pose = moved(kinematics, BlockInterpolation::GreatCircle, pair, share);
                 let pose = pose.ok_or(PostError::Reversal { line: target_move.line })?;
                 let found = inverse.near(&pose, near);
                 let q = found.map_err(|error| PostError::reach(target_move.line, error))?;
                 Ok(MachinePoint { q, pose, source: q })
             }
             BlockInterpolation::Axes if target_move.same => {
-                let q = pair[0].0.lerp(pair[1].0, share);
+                let q = pair[0].q.lerp(pair[1].q, share);
                 Ok(MachinePoint { q, pose: kinematics.forward(&q), source: q })
             }
             _ => self.slid(pair, share, target_move.line),
@@ -472,13 +481,14 @@ impl Subdivider {
     /// Returns the position at a share of a move with a straight tip and linear rotaries.
     fn slid(
         &self,
-        pair: [(&AxisVector, &ToolPose); 2],
+        pair: [BlockEnd<'_>; 2],
         share: f64,
         line: u32,
     ) -> Result<MachinePoint, PostError> {
         let inverse = &self.target.inverse;
-        let mixed = pair[0].0.lerp(pair[1].0, share);
-        let tip = pair[0].1.tip + (pair[1].1.tip - pair[0].1.tip) * share;
+        // Rotaries at their share; the linear axes follow from the tip on its straight line.
+        let mixed = pair[0].q.lerp(pair[1].q, share);
+        let tip = pair[0].pose.tip + (pair[1].pose.tip - pair[0].pose.tip) * share;
         let zero = Vector3::zeros();
         let turns = [mixed[FIRST_ROTARY], mixed[SECOND_ROTARY]].map(<Jet as Real>::constant);
         let found = inverse.with_rotaries(&[tip.coords, zero, zero, zero], turns);

@@ -27,6 +27,7 @@ impl Poster {
         let begin = out.len();
         let style = &self.style;
         let texts = (head.note, style, head.template);
+        // The head depends on where the program starts, so it is written with the first position.
         let writer = ProgramWriter::new(out, &self.kinematics, texts, to.pair())?;
         let timer = PointTimer::new(&self.kinematics, &self.options, to.q)?;
         let text = out.get(begin..).unwrap_or_default();
@@ -77,6 +78,7 @@ impl Poster {
     pub(super) fn run(&mut self, out: &mut String, points: &[AxisPoint]) -> Result<(), PostError> {
         let mut points = points.to_vec();
         if let Some(output) = &mut self.output {
+            // Programmed times are kept even where an axis is too fast for them: the report shows it.
             let limited = self.options.method != PostMethod::Programmed;
             let subdivider = limited.then_some(&self.subdivider);
             output.words.take(&self.kinematics, &self.style, subdivider, &mut points);
@@ -94,6 +96,7 @@ impl Poster {
     /// Brings the machine to rest, and writes everything up to there.
     pub(super) fn rest(&mut self, out: &mut String) -> Result<(), PostError> {
         let Some(output) = self.output.take() else { return Ok(()) };
+        // A fresh timer starts from rest at the same place.
         let next = PointTimer::new(&self.kinematics, &self.options, output.at.q)?;
         output.timer.finish(&mut self.timed)?;
         self.output = Some(ProgramOutput { timer: next, ..output });
@@ -144,6 +147,7 @@ impl Poster {
                 self.after.model += self.model(&output.block, &output.at, seconds);
                 let words = &self.style.axes;
                 let coordinates = self.style.dialect.coordinates();
+                // Words are rounded in the axes; the report states what that does to the tip.
                 let off = rounding(&self.kinematics, &point.q, words, coordinates, 0.0);
                 self.report.rounding = self.report.rounding.max(off);
             }
@@ -153,6 +157,7 @@ impl Poster {
             }
             let end = point.end();
             output.writer.block(out, end.pair(), pace)?;
+            // What was just written must read back as the same block.
             if let Some(mut read) = output.read_back.take() {
                 let text = out.get(begin..).unwrap_or_default();
                 let done = read.block(text, &end, pace);
@@ -178,6 +183,7 @@ impl Poster {
         self.after.cutting = true;
         self.after.seconds += seconds;
         self.after.load.push(&(end.point.q - output.block.q), seconds);
+        // Points inside a block share its time by their size.
         let whole: f64 = inside.iter().map(|(_, size)| size).sum();
         for (travel, size) in &inside {
             self.after.load.inside(travel, seconds * size / whole);
@@ -191,7 +197,7 @@ impl ProgramOutput {
         let point = &one.point;
         let end = point.end();
         if point.least.is_some() {
-            let fastest = subdivider.fastest([self.at.pair(), end.pair()]);
+            let fastest = subdivider.fastest([self.at.block_end(), end.block_end()]);
             self.inside.push((fastest, point.size()));
         }
         self.at = end;

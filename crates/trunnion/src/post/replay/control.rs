@@ -72,6 +72,7 @@ impl ControlKinematics for PostControl {
     }
 
     fn rotaries(&self, request: &RotaryRequest<'_>) -> Result<[f64; 2], PostError> {
+        // Rotary positions do not depend on the tool length; only the travel of X, Y, Z does.
         let inverse = request.tip.map_or(&self.with_tool, |target| self.inverse(target.length));
         let back = inverse.kinematics().setup().rotation.inverse();
         let axis = UnitVector3::new_normalize(back * request.direction.into_inner());

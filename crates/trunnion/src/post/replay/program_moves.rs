@@ -35,7 +35,7 @@ pub struct ProgramMoves {
     /// Largest distance of chords from arcs \[mm\].
     arc_tolerance: f64,
     q: AxisVector,
-    /// Which of X, Y, Z words have stated.
+    /// X, Y, Z that words have stated.
     known: [bool; 3],
     /// Number of the work offset that the program uses.
     work: Option<u8>,
@@ -157,6 +157,7 @@ impl ProgramMoves {
             let help = "switch tool-centre-point control on before it";
             return Err(refused(block.line, what, help));
         }
+        // An incremental word states no position: the start of the motion needs absolute ones.
         for (known, word) in self.known.iter_mut().zip(block.words) {
             *known |= word.is_some() && !block.incremental;
         }
@@ -226,6 +227,7 @@ impl ProgramMoves {
             return Err(refused(line, "a second work offset", ONE_OFFSET));
         }
         if self.frames.offsets.get(number).is_none() {
+            // Whatever its number, the offset in use holds the workpiece origin of the setup.
             let mut offsets = WorkOffsets::default();
             offsets.set(WorkOffset { number, origin: self.offset }, Vector3::zeros());
             self.frames.offsets = offsets;
@@ -251,6 +253,7 @@ impl ProgramMoves {
 
     /// Speed of a straight block whose words run through `length` \[mm\].
     fn pace(&self, block: &Move, length: f64, before: &AxisVector) -> PostPace {
+        // The travel that F counts: X, Y, Z as programmed, or the rotaries where these stand.
         let turn = (self.q - before).fixed_rows::<2>(FIRST_ROTARY).norm();
         let tcp = matches!(block.frame, Frame::Work { tcp: true, .. });
         match block.pace {

@@ -29,10 +29,12 @@ impl ControlModel {
     pub(crate) fn seconds(&self, words: &AxisVector, seconds: f64) -> f64 {
         let tip = words.fixed_rows::<3>(0).norm();
         let turn = words.fixed_rows::<2>(FIRST_ROTARY).norm();
+        // F counts along X, Y, Z, and along the rotaries where these stand.
         let length = if tip > 0.0 { tip } else { turn };
         if length <= 0.0 {
             return seconds;
         }
+        // Largest speed or acceleration along the block that every axis allows.
         let along = |limits: &AxisVector| {
             (0..AXES)
                 .filter(|&axis| words[axis] != 0.0)
@@ -56,6 +58,7 @@ pub(crate) fn word_travel(
 ) -> AxisVector {
     let mut words = to.q - from.q;
     if dialect.coordinates() == Coordinates::Tip {
+        // Words of the tip are in the table frame, which the setup rotation turns.
         let tip = kinematics.setup().rotation * (to.pose.tip - from.pose.tip);
         words.fixed_rows_mut::<3>(0).copy_from(&tip);
     }

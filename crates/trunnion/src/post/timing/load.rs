@@ -36,6 +36,7 @@ impl AxisLoad {
         }
         let velocity = travel / seconds;
         self.worst[0] = self.worst[0].max(velocity.component_div(&self.velocity).amax());
+        // Mean velocities count in the middles of their blocks; at rest before the first.
         let (last, time) = self.before.unwrap_or((AxisVector::zeros(), 0.0));
         self.change(&(velocity - last), 0.5 * (time + seconds));
         self.before = Some((velocity, seconds));
@@ -52,6 +53,7 @@ impl AxisLoad {
     /// Brings the axes to rest.
     pub(crate) fn rest(&mut self) {
         if let Some((velocity, seconds)) = self.before.take() {
+            // From the middle of the last block to its end, where the axes stand.
             self.change(&velocity, 0.5 * seconds);
         }
     }

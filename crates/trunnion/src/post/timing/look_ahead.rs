@@ -78,6 +78,7 @@ impl LookAheadTimer {
         let travel = point.q - self.at;
         let turn = LEVER * travel.fixed_rows::<2>(3).norm();
         let rapid = point.least.is_none();
+        // The axes stop between rapid moves and moves with feed.
         if self.waiting.last().is_some_and(|last| last.least.is_none() != rapid) {
             self.rest(out)?;
         }
@@ -85,8 +86,10 @@ impl LookAheadTimer {
             return Ok(());
         }
         self.at = point.q;
+        // A largest tip speed of the control is a least time of the block.
         let slowest = self.tip.map_or(0.0, |most| point.tip / most);
         self.waiting.push(*point);
+        // The programmed time is one more coordinate, whose speed limit is one second a second.
         self.moves.push(travel.push(point.least.unwrap_or(0.0).max(slowest)));
         if self.waiting.len() >= 2 * self.window {
             // Behind the first half there is room for a stop inside the second half.

@@ -136,6 +136,7 @@ impl SmoothPathTimer {
     ) -> Result<(), PostError> {
         let motion = if point.least.is_some() { Motion::Cut } else { Motion::Link };
         let travel = point.q - self.at;
+        // The path parameter is a length: that of the tip, and of the rotaries at a lever.
         let turn = LEVER * travel.fixed_rows::<2>(3).norm();
         let length = point.tip.hypot(turn);
         if self.motion != Some(motion) {
@@ -155,6 +156,7 @@ impl SmoothPathTimer {
             bent: length,
             run_up: 0.0,
         };
+        // Rows at the ends of run-ups let the speed change inside a long segment.
         straight.run_up = self.run_up(&straight);
         self.at = point.q;
         match self.held.take() {
@@ -162,6 +164,7 @@ impl SmoothPathTimer {
                 self.motion = Some(motion);
                 self.planner.begin(motion);
                 (self.nodes, self.s) = (0, 0.0);
+                // A piece starts from rest, so its first node may be sharp.
                 let q = [straight.from, straight.rate, AxisVector::zeros(), AxisVector::zeros()];
                 self.last = None;
                 self.node(q, &straight, None, NodeSpeed::Slow)?;
@@ -213,12 +216,17 @@ impl SmoothPathTimer {
             length: before.length.max(after.length),
         };
         let reach = corner.reach(&self.kinematics, self.tolerance);
+        // Each half of a segment belongs to one of its corners, unless a corner may bend all of it.
         let within = |length: f64| if reach >= length { length } else { reach.min(0.5 * length) };
         let [near, far] = [within(before.length), within(after.length)];
+        // Parabola through the points at -near and far and the corner at 0: its slope there is the mean of
+        // both rates, each weighted with the other's distance; its second derivative twice their divided
+        // difference.
         let weight = 1.0 / (near + far);
         let rate = (before.rate * far + after.rate * near) * weight;
         let second = change * (2.0 * weight);
         let slower = |one: f64, other: f64| one > DIFFERENT * other;
+        // The quicker block keeps its own feed but for a brief part beside the slower one.
         let brief = |bent: f64, length: f64| bent.min(0.5 * length).min(CHANGE);
         let end = if slower(after.feed_rate, before.feed_rate) {
             brief(near, before.length)
@@ -229,6 +237,7 @@ impl SmoothPathTimer {
             if slower(before.feed_rate, after.feed_rate) { brief(far, after.length) } else { far };
         self.inner(before, end)?;
         let q = [before.point.q, rate, second, AxisVector::zeros()];
+        // At the node the slower programmed speed of both holds.
         let both = StraightSegment {
             feed_rate: before.feed_rate.max(after.feed_rate),
             tip_rate: before.tip_rate.max(after.tip_rate),
@@ -242,6 +251,7 @@ impl SmoothPathTimer {
     /// Adds the nodes at which the straight part of a segment begins and ends; `end` is the length bent at its end.
     fn inner(&mut self, of: &StraightSegment, end: f64) -> Result<(), PostError> {
         let start = self.s;
+        // Straight between the two bent ends.
         let [from, to] = [of.bent, of.length - end];
         // Two halves meet: rounding must not leave a sliver between them.
         let meet = to <= from * (1.0 + 4.0 * f64::EPSILON);
@@ -271,6 +281,7 @@ impl SmoothPathTimer {
 
     /// Returns `v² / 2a` along a segment, by the programmed speed and the limits of the axes.
     fn run_up(&self, of: &StraightSegment) -> f64 {
+        // Path speed and acceleration are bounded by the axis that comes first to its limit.
         let slowest = |limits: &AxisVector| of.rate.abs().component_div(limits).amax();
         let rate = slowest(&self.limits[0]).max(of.feed_rate);
         // A shorter run-up gains nothing, and rounding would show.
@@ -291,6 +302,8 @@ impl SmoothPathTimer {
         if let Some((last, before)) = self.last.replace((node, speed)) {
             let length = node.s - last.s;
             let run_up = of.run_up;
+            // Extra nodes lie on the quintic that the planner would use between the two, so the path stays as
+            // it is.
             let quintic = Quintic::new(length, jet(&last.q), jet(&node.q));
             let inside = [run_up, length - run_up];
             let fits = run_up < 0.45 * length && run_up > self.least_gap();
@@ -341,6 +354,7 @@ impl SmoothPathTimer {
             && [front.piece, front.interval] < next
         {
             if let Some(point) = front.ends {
+                // Steps add up to the time of the point; never less than programmed, whatever the rounding.
                 let seconds = self.seconds.max(point.least.unwrap_or(0.0));
                 out.push(TimedPoint { point, seconds });
                 self.seconds = 0.0;

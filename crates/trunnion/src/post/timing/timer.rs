@@ -83,6 +83,7 @@ impl ProgrammedTimer {
     fn timed(&mut self, point: &AxisPoint) -> TimedPoint {
         let travel = point.q - std::mem::replace(&mut self.at, point.q);
         let by = |limits: &AxisVector| travel.component_div(limits).amax();
+        // A move without a feed runs as fast as its slowest axis.
         let seconds = match point.least {
             None => by(&self.rapid),
             Some(least) if least > 0.0 => least,
