@@ -23,11 +23,11 @@ impl OnlyTool {
         Self { number, progress: ToolProgress::Before }
     }
 
-    pub(super) fn is_running(&self) -> bool {
+    pub(super) fn is_running(self) -> bool {
         self.progress == ToolProgress::Running
     }
 
-    pub(super) fn is_over(&self) -> bool {
+    pub(super) fn is_over(self) -> bool {
         self.progress == ToolProgress::Over
     }
 

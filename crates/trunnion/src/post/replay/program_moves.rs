@@ -129,7 +129,7 @@ impl ProgramMoves {
             Step::Dwell { .. } => self.left.dwells += 1,
             Step::Words { .. } => self.left.words += 1,
             Step::Spindle { speed, .. } => {
-                let over = self.only.is_some_and(|only| only.is_over());
+                let over = self.only.is_some_and(OnlyTool::is_over);
                 if *speed != 0.0 && !over {
                     self.spindle = *speed;
                 }
@@ -272,7 +272,7 @@ impl ProgramMoves {
 
     /// Moves are those of the tool that is wanted.
     fn is_wanted(&self) -> bool {
-        self.only.is_none_or(|only| only.is_running())
+        self.only.is_none_or(OnlyTool::is_running)
     }
 
     /// Another tool goes into the spindle.
