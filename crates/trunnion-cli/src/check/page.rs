@@ -6,7 +6,7 @@ use super::told::{Fraction, Told};
 use crate::outcome::Failure;
 use crate::{material, places, report};
 use trunnion::cutter::Cutter;
-use trunnion::verify::{InspectionReport, Sample, Track};
+use trunnion::verify::{InspectionReport, Sample, TimedPose, Track};
 use trunnion_report::{
     Budget, Check, Histogram, MotionKind, Number, PathPiece, PathPoint, ReportData, State, Surface,
 };
@@ -133,9 +133,9 @@ fn surface(found: &InspectionReport) -> Surface {
 }
 
 fn piece(track: &Track) -> PathPiece {
-    let point = |&(t, pose): &(f64, trunnion::types::ToolPose)| {
+    let point = |&TimedPose { time, pose }: &TimedPose| {
         let tip: [f64; 3] = pose.tip.coords.into();
-        PathPoint { t, tip, axis: pose.axis.into_inner().into(), contact: tip }
+        PathPoint { t: time, tip, axis: pose.axis.into_inner().into(), contact: tip }
     };
     PathPiece {
         motion: if track.rapid { MotionKind::Link } else { MotionKind::Cut },

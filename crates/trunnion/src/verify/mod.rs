@@ -40,8 +40,8 @@ pub use inspect::{CutStock, FeedMeaning, Inspection, InspectionReport, OtherFace
 pub use line_stats::Lines;
 pub use options::{BoundOptions, CheckOptions, DeviationTolerance, LEAST_GOUGE};
 pub use replay::{
-    Changes, Choice, Choices, Tables, Tool, Track, WorkOffset, offset_name, offset_short_name,
-    track,
+    Changes, Choice, Choices, Tables, TimedPose, Tool, Track, WorkOffset, offset_name,
+    offset_short_name, track,
 };
 pub use report::{
     Audit, AxisAudit, AxisRatio, Bin, Bounds, Brief, Deviation, Extreme, FaceMap, Finding,

@@ -4,7 +4,7 @@ use crate::cutter::Cutter;
 use crate::surface::Face;
 use crate::verify::error::VerifyError;
 use crate::verify::input::CheckInput;
-use crate::verify::replay::track::{Track, track};
+use crate::verify::replay::track::{TimedPose, Track, track};
 use crate::verify::swept::tool::{BodyPose, bodies};
 use nalgebra::{Point3, Vector3};
 
@@ -67,7 +67,7 @@ impl<'a> Scene<'a> {
             else {
                 continue;
             };
-            for (_, pose) in &track.poses {
+            for TimedPose { pose, .. } in &track.poses {
                 let stand = BodyPose { tip: pose.tip, axis: pose.axis.into_inner() };
                 for (pair, held) in self.pairs.iter().zip(&mut held) {
                     for (point, held) in pair.iter().zip(held) {

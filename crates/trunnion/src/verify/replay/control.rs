@@ -1,4 +1,4 @@
-//! What the machine does when a control runs a program: joints, tool, time.
+//! Axis positions and tool poses while a control runs a program.
 
 use crate::machine::{Axis, FIRST_ROTARY, Kinematics, Setup};
 use crate::nc::control::{
@@ -13,9 +13,9 @@ use crate::verify::replay::segment::{Course, Segment, on_circle};
 use nalgebra::{Matrix3, Point3, UnitVector3, Vector3};
 use std::f64::consts::PI;
 
-/// A control's belief about the machine, and the machine.
+/// A control: its model of the machine, and the machine as it is.
 pub(crate) struct Control {
-    /// As the control believes it to be, with the tool length.
+    /// The control's model, with the tool length.
     believed: Kinematics,
     /// The same without a tool length, for `G49`.
     bare: Kinematics,
@@ -46,7 +46,7 @@ impl Control {
         self.believed.setup().tool_length
     }
 
-    /// Where an offset puts the origin in the table frame \[mm\].
+    /// Returns the origin of a work offset in the table frame \[mm\].
     pub(crate) fn in_table(&self, offset: &Vector3<f64>) -> Vector3<f64> {
         origin(&self.bare, offset)
     }
@@ -63,6 +63,8 @@ impl Control {
     pub(crate) fn joints(&self, segment: &Segment, t: f64) -> Result<AxisVector, VerifyError> {
         let [from, to] = segment.joints;
         let mut q = from + (to - from) * t;
+        // With tool-centre-point control the tip moves straight in the table frame, and the linear axes
+        // follow it while the rotaries turn.
         let linear = match &segment.course {
             Course::Tip { ends: [from, to], length } => {
                 let point = from + (to - from) * t;
@@ -70,8 +72,9 @@ impl Control {
             }
             Course::Circle { ends } if t > 0.0 && t < 1.0 => {
                 let pose = on_circle(ends, t, segment.line)?;
+                // Between its ends a great circle takes the rotaries nearest to the chord of both ends.
                 let anywhere = |_: [f64; 2]| false;
-                let turned = orient::turned(&self.real, &pose.axis, (&q, segment.line), &anywhere)?;
+                let turned = orient::turned(&self.real, &pose.axis, &q, segment.line, &anywhere)?;
                 q.fixed_rows_mut::<2>(FIRST_ROTARY).copy_from_slice(&turned.rotaries);
                 linear_joints(&self.real, &pose.tip, &q).ok_or(VerifyError::LinearAxes)?
             }
@@ -81,13 +84,13 @@ impl Control {
         Ok(q)
     }
 
-    /// The tool as it really stands at `t` in 0..=1.
+    /// Returns the pose of the real tool at `t` in 0..=1.
     pub(crate) fn pose(&self, segment: &Segment, t: f64) -> Result<ToolPose, VerifyError> {
         Ok(self.real.forward(&self.joints(segment, t)?))
     }
 
-    /// Largest distance between the tip a control reckons with and the real one, up to a constant
-    /// shift \[mm\]: what tool length and origin can differ by.
+    /// Bounds how far the tip of the control's model is from the real one, up to a constant shift \[mm\]:
+    /// the difference of tool lengths and origins.
     pub(crate) fn error_lever(&self, length: ToolLength) -> f64 {
         let [believed, real] = [self.model(length).setup(), self.real.setup()];
         (believed.tool_length - real.tool_length).abs()
@@ -102,6 +105,7 @@ impl Control {
         for q in &segment.joints {
             for axis in [3, 4] {
                 let mut opposite = *q;
+                // The tip moves by twice its distance from the axis.
                 opposite[axis] += PI;
                 largest = largest.max(0.5 * (forward(&opposite) - forward(q)).norm());
             }
@@ -124,7 +128,7 @@ impl Control {
         self.believed.setup().rotation.inverse() * axis
     }
 
-    /// Where a straight block ends, and how the axes get there.
+    /// Returns the end of a straight block, and the interpolation up to there.
     pub(crate) fn target(
         &self,
         q: &AxisVector,
@@ -146,6 +150,7 @@ impl Control {
 
     /// X, Y, Z are in their travel where the tip is at its goal, with these rotaries.
     fn reaches(&self, target: &TipTarget, rotaries: [f64; 2], line: u32) -> bool {
+        // X, Y, Z follow from tip and rotaries alone.
         let mut axes = AxisVector::zeros();
         axes.fixed_rows_mut::<2>(FIRST_ROTARY).copy_from_slice(&rotaries);
         let inside = |(value, axis): (&f64, &Axis)| {
@@ -181,7 +186,7 @@ impl ControlKinematics for Control {
             request.tip.is_none_or(|target| self.reaches(&target, rotaries, request.line))
         };
         let direction = self.in_workpiece(&request.direction);
-        orient::turned(&self.real, &direction, (request.near, request.line), &reaches)
+        orient::turned(&self.real, &direction, request.near, request.line, &reaches)
     }
 
     fn positions(&self, rotaries: &Turned) -> [f64; 2] {
@@ -197,12 +202,13 @@ fn linear_joints(
     q: &AxisVector,
 ) -> Option<Vector3<f64>> {
     let at = |x: f64, y: f64, z: f64| kinematics.forward(&AxisVector::new(x, y, z, q[3], q[4])).tip;
+    // tip(x, y, z) = tip(0) + J (x, y, z), with J constant while the rotaries stand.
     let start = at(0.0, 0.0, 0.0);
     let columns = [at(1.0, 0.0, 0.0) - start, at(0.0, 1.0, 0.0) - start, at(0.0, 0.0, 1.0) - start];
     Matrix3::from_columns(&columns).lu().solve(&(tip - start))
 }
 
-/// Where an offset puts the origin in the table frame: the gauge point, with the rotaries at zero.
+/// Returns the origin of a work offset in the table frame \[mm\]: the gauge point with the rotaries at zero.
 pub(crate) fn origin(bare: &Kinematics, joints: &Vector3<f64>) -> Vector3<f64> {
     let q = crate::types::AxisVector::new(joints.x, joints.y, joints.z, 0.0, 0.0);
     let place: Point3<f64> = bare.forward(&q).tip;

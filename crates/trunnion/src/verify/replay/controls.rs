@@ -50,7 +50,7 @@ impl Controls {
         &self.first
     }
 
-    /// Whether tools are told apart by their numbers.
+    /// Returns true if the table gives tools by number.
     pub(crate) fn are_several(&self) -> bool {
         !self.numbers.is_empty()
     }
@@ -69,11 +69,20 @@ pub(crate) fn cutters<'a>(only: &'a Cutter, tools: &[Tool<'a>]) -> Vec<&'a Cutte
     tools.iter().map(|tool| tool.cutter).collect()
 }
 
-/// Places in the table of the tools of a CL file, each from a location on.
-pub(crate) fn places(
+/// First record of a tool in a CL file.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ToolStart {
+    /// Index of the record.
+    pub(crate) record: usize,
+    /// Position of the tool in the table.
+    pub(crate) tool: usize,
+}
+
+/// Returns the starts of the tools of a CL file.
+pub(crate) fn tool_starts(
     file: &dyn ClSource,
     tools: &[Tool<'_>],
-) -> Result<Vec<(usize, usize)>, VerifyError> {
+) -> Result<Vec<ToolStart>, VerifyError> {
     let loaded = file.tools();
     if tools.is_empty() {
         let Some(first) = loaded.first() else { return Ok(Vec::new()) };
@@ -89,8 +98,8 @@ pub(crate) fn places(
         return Err(VerifyError::NoTool { line });
     }
     let place = |&ClTool { record, line, number }: &ClTool| {
-        let place = tools.iter().position(|tool| tool.number == number);
-        Ok((record, place.ok_or(VerifyError::UnknownTool { line, number })?))
+        let tool = tools.iter().position(|tool| tool.number == number);
+        Ok(ToolStart { record, tool: tool.ok_or(VerifyError::UnknownTool { line, number })? })
     };
     loaded.iter().map(place).collect()
 }

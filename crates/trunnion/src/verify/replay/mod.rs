@@ -15,4 +15,4 @@ pub use crate::nc::control::WorkOffset;
 pub use offset_names::{offset_name, offset_short_name};
 pub use orient::{Choice, Choices};
 pub use tables::{Changes, Tables, Tool};
-pub use track::{Track, track};
+pub use track::{TimedPose, Track, track};

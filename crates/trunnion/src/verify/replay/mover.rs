@@ -6,7 +6,7 @@ use crate::math::angle::angle_between;
 use crate::types::ToolPose;
 use crate::verify::error::VerifyError;
 
-/// What carries the tool out: a machine under its control, or the cutter locations themselves.
+/// Carrier of the tool: a machine under its control, or the cutter locations themselves.
 pub(crate) enum Mover<'a> {
     /// A machine.
     Machine(&'a Controls),
@@ -14,7 +14,7 @@ pub(crate) enum Mover<'a> {
     Locations,
 }
 
-/// What bounds how far a move is from a quadratic.
+/// Quantities that bound how far a move is from a quadratic.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Swing {
     /// Sum of all turns \[rad\].
@@ -26,7 +26,7 @@ pub(crate) struct Swing {
 }
 
 impl Mover<'_> {
-    /// The tool as it really stands at `t` in 0..=1.
+    /// Returns the pose of the real tool at `t` in 0..=1.
     pub(crate) fn pose(&self, segment: &Segment, t: f64) -> Result<ToolPose, VerifyError> {
         match (self, &segment.course) {
             (_, Course::Circle { ends }) => on_circle(ends, t, segment.line),
@@ -35,8 +35,8 @@ impl Mover<'_> {
         }
     }
 
-    /// A rapid move as each axis runs it at its own speed: straight from where one axis arrives to where the
-    /// next one does. Nothing for other moves, and for cutter locations.
+    /// Divides a rapid move whose axes each run at their own speed, straight from the arrival of one axis to that
+    /// of the next. Returns nothing for other moves, and for cutter locations.
     pub(crate) fn dog_leg(&self, segment: &Segment) -> Vec<Segment> {
         let (Self::Machine(controls), true, false) = (self, segment.rapid, segment.is_unknown())
         else {
@@ -45,9 +45,11 @@ impl Mover<'_> {
         let control = controls.of(segment.tool);
         let [from, to] = segment.joints;
         let change = to - from;
+        // Each axis arrives after its own travel over its own speed.
         let times = change.abs().component_div(&control.rapid());
         let mut stops: Vec<f64> = times.iter().copied().filter(|time| *time > 0.0).collect();
         stops.sort_by(f64::total_cmp);
+        // The path bends only where an axis arrives.
         stops.dedup();
         let at = |time: f64| {
             let share = times.map(|whole| if whole > time { time / whole } else { 1.0 });
@@ -65,9 +67,10 @@ impl Mover<'_> {
         if legs.len() == 1 && matches!(segment.course, Course::Joints) { Vec::new() } else { legs }
     }
 
-    /// What bounds a segment's third derivatives; `None` if nothing moves.
+    /// Returns the quantities that bound a segment's third derivatives; `None` if nothing moves.
     pub(crate) fn swing(&self, segment: &Segment) -> Option<Swing> {
         let change = segment.joints[1] - segment.joints[0];
+        // Rotations through both angles turn the tool by no more than their sum.
         let turn = change[3].abs() + change[4].abs();
         match (self, &segment.course) {
             (_, Course::Circle { ends: [from, to] }) => {

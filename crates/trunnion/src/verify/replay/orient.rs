@@ -1,4 +1,4 @@
-//! Rotary axes that point the tool along a given direction: where a program tells a direction, and the control chooses.
+//! Rotary axes for a tool direction: the program states the direction, and the control chooses the axes.
 //!
 //! Written for the check alone: the makers' inverse is not asked.
 
@@ -9,16 +9,16 @@ use crate::verify::error::VerifyError;
 use nalgebra::{UnitVector3, Vector3};
 use std::f64::consts::TAU;
 
-/// Where the program leaves the rotaries to the control, and what was taken.
+/// Choices of rotary axes that the program leaves to the control.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Choices {
-    /// Blocks that tell the tool by a vector.
+    /// Blocks that give the tool as a vector.
     pub vectors: usize,
     /// Turns into tilted planes.
     pub planes: usize,
-    /// The first vector, every change to the other solution after it, and every turn into a plane: the first of them.
+    /// The first vector, every later change to the other solution, and every turn into a plane; only the first of them all.
     pub places: Vec<Choice>,
-    /// How many more there are.
+    /// Number of further ones.
     pub more: usize,
 }
 
@@ -37,18 +37,26 @@ pub struct Choice {
     pub other: Option<[f64; 2]>,
 }
 
-/// Choices that are told.
-const MOST_TOLD: usize = 50;
+/// Most choices that are listed.
+const MOST_LISTED: usize = 50;
 
 impl Choices {
     /// Notes a solution.
-    pub(crate) fn note(&mut self, line: u32, plane: bool, turned: &Turned, changed: bool) {
+    pub(crate) fn note(
+        &mut self,
+        line: u32,
+        by: DirectionSource,
+        turned: &Turned,
+        before: Option<RotaryBranch>,
+    ) {
+        let changed = before.zip(turned.branch).is_some_and(|(before, now)| before != now);
+        let plane = by == DirectionSource::Plane;
         let count = if plane { &mut self.planes } else { &mut self.vectors };
         *count += 1;
         if !plane && *count > 1 && !changed {
             return;
         }
-        if self.places.len() < MOST_TOLD {
+        if self.places.len() < MOST_LISTED {
             let Turned { rotaries: taken, other, .. } = *turned;
             self.places.push(Choice { line, plane, taken, other });
         } else {
@@ -57,31 +65,50 @@ impl Choices {
     }
 }
 
+/// Word of the program that gives a tool direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum DirectionSource {
+    /// A vector of a block.
+    Vector,
+    /// The normal of a tilted plane.
+    Plane,
+}
+
+/// Solution of the rotaries: the side of the plane of both rotary axes on which the tool axis passes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum RotaryBranch {
+    /// Along the cross product of both axes.
+    Positive,
+    /// Against it.
+    Negative,
+}
+
 /// Rotary axes for a direction.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Turned {
     pub(crate) rotaries: [f64; 2],
     pub(crate) other: Option<[f64; 2]>,
-    /// Which of both it is; `None` where there is no telling.
-    pub(crate) branch: Option<bool>,
+    /// Solution that was taken; `None` where both are the same.
+    pub(crate) branch: Option<RotaryBranch>,
 }
 
 /// Below this sine the tool stands along the first rotary's axis \[rad\]: directions are known to some 1e-15.
 const ALONG: f64 = 1e-9;
-/// How far beyond its reach a direction may be \[1\]: half of the last of six decimals in each component.
+/// Excess of a direction over the reach that counts as rounding \[1\]: half of the last of six decimals in each component.
 const REACH_ROUNDING: f64 = 1e-6;
 /// Travels of rotaries closer than this are equal \[rad\].
 const TIE: f64 = 1e-9;
 
 /// Rotaries that turn the tool along a direction of the workpiece frame, nearest to those of `near`; of those in travel
-/// for which `slides` says that X, Y and Z are, too, if there are any.
+/// for which X, Y and Z are in travel too (`slides`), if there are any.
 ///
 /// With `z = R2 a = R1' w`, both `z d1 = w d1` and `z d2 = a d2` hold; so that `z` lies on the line where two planes
 /// meet, and is where that leaves the unit sphere (subproblem 2 of Paden and Kahan).
 pub(crate) fn turned(
     kinematics: &Kinematics,
     direction: &UnitVector3<f64>,
-    (near, line): (&AxisVector, u32),
+    near: &AxisVector,
+    line: u32,
     slides: &dyn Fn([f64; 2]) -> bool,
 ) -> Result<Turned, VerifyError> {
     let chain = kinematics.chain();
@@ -89,26 +116,34 @@ pub(crate) fn turned(
     let (a, w) = (chain.axis.into_inner(), direction.into_inner());
     let (c, across) = (d1.dot(&d2), d1.cross(&d2));
     let square = across.norm_squared();
+    // z = first d1 + second d2 + out: its projections on both axes are those of w and a.
     let [along1, along2] = [w.dot(&d1), a.dot(&d2)];
     let [first, second] = [along1 - c * along2, along2 - c * along1].map(|share| share / square);
+    // What the unit length leaves for the part across both axes; below zero the direction is out of reach.
     let rest = 1.0 - (first * first + second * second + 2.0 * first * second * c);
     if rest < -REACH_ROUNDING || square <= 0.0 {
         return Err(VerifyError::OutOfReach { line, axis: w.into() });
     }
     let out = across * (rest.max(0.0) / square).sqrt();
+    // Along the first axis every turn of it gives the same direction.
     let free = angle_between(direction, &chain.rotary[0].dir).sin().abs() < ALONG;
     let solution = |sign: f64| {
         let z = d1 * first + d2 * second + out * sign;
         let turn = if free { near[FIRST_ROTARY] } else { angle(&d1, &z, &w) };
         [turn, angle(&d2, &a, &z)]
     };
+    // Each solution on its best turn; the better of both is taken.
     let near = [near[FIRST_ROTARY], near[SECOND_ROTARY]];
-    let best = |turns| nearest(kinematics, (turns, near), slides(turns));
+    let best = |turns| {
+        let linear = if slides(turns) { LinearTravel::Inside } else { LinearTravel::Outside };
+        nearest(kinematics, turns, near, linear)
+    };
     let [plus, minus] = [solution(1.0), solution(-1.0)].map(best);
     let is_plus = !minus.is_before(&plus);
     let (taken, other) = if is_plus { (plus, minus) } else { (minus, plus) };
     let other = (!free).then_some(other.rotaries);
-    Ok(Turned { rotaries: taken.rotaries, other, branch: (!free).then_some(is_plus) })
+    let branch = if is_plus { RotaryBranch::Positive } else { RotaryBranch::Negative };
+    Ok(Turned { rotaries: taken.rotaries, other, branch: (!free).then_some(branch) })
 }
 
 /// Turn about `axis` from the half-plane of one vector to that of another \[rad\].
@@ -118,7 +153,7 @@ fn angle(axis: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
 
 /// A position of the rotaries, and how good it is.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct RotaryCandidate {
     rotaries: [f64; 2],
     /// Some axis is outside its travel.
     outside: bool,
@@ -128,8 +163,9 @@ struct Place {
     disliked: usize,
 }
 
-impl Place {
+impl RotaryCandidate {
     fn is_before(&self, other: &Self) -> bool {
+        // Inside travel first, then the least travel, then the preferred side.
         if self.outside != other.outside {
             return other.outside;
         }
@@ -138,12 +174,20 @@ impl Place {
     }
 }
 
-/// The best of the turns about the nearest.
+/// X, Y and Z against their travel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum LinearTravel {
+    Inside,
+    Outside,
+}
+
+/// Returns the best of the turns about the nearest.
 fn nearest(
     kinematics: &Kinematics,
-    (turns, near): ([f64; 2], [f64; 2]),
-    slides_inside: bool,
-) -> Place {
+    turns: [f64; 2],
+    near: [f64; 2],
+    linear: LinearTravel,
+) -> RotaryCandidate {
     let [_, _, _, first, second] = &kinematics.machine().axes;
     let axes = [first, second];
     let place = |rotaries: [f64; 2]| {
@@ -151,14 +195,15 @@ fn nearest(
         let inside = |(axis, value): (&Axis, f64)| {
             axis.limits[0] - TIE <= value && value <= axis.limits[1] + TIE
         };
-        Place {
+        RotaryCandidate {
             rotaries,
-            outside: !(slides_inside && each().all(inside)),
+            outside: linear == LinearTravel::Outside || !each().all(inside),
             travel: (rotaries[0] - near[0]).abs() + (rotaries[1] - near[1]).abs(),
             disliked: each().filter(|(axis, value)| dislikes(axis, *value)).count(),
         }
     };
     let turned = |slot: usize, by: f64| {
+        // The turn next to where the axis stands, and others about it.
         let on_nearest = turns[slot] + TAU * ((near[slot] - turns[slot]) / TAU).round();
         on_nearest + TAU * by
     };

@@ -1,4 +1,4 @@
-//! Where the machine stands, as far as a program tells.
+//! Position of the machine, as far as the program states it.
 
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
 use crate::nc::control::{
@@ -10,12 +10,12 @@ use crate::verify::error::VerifyError;
 use crate::verify::replay::control::Control;
 use crate::verify::replay::orient::Turned;
 
-/// Where the machine stands.
+/// Position of the machine.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Known {
     /// All axes.
     Axes(AxisVector),
-    /// After a tool change, what was told since.
+    /// After a tool change, the words stated since.
     Part(Part),
 }
 
@@ -41,7 +41,7 @@ impl Known {
 }
 
 impl Part {
-    /// Where a straight block leads to.
+    /// Returns the position behind a straight block.
     pub(crate) fn after(
         &self,
         control: &Control,
@@ -69,6 +69,7 @@ impl Part {
         frame: &TipFrame,
         turned: Option<&Turned>,
     ) -> Result<Known, VerifyError> {
+        // Tip coordinates of another frame say nothing in this one.
         let stood = if self.frame == Some(*frame) { self.tip } else { [None; 3] };
         let ([x, y, z], [.., first, second]) = (stood, self.axes);
         let mut words = [x, y, z, first, second];
@@ -77,6 +78,7 @@ impl Part {
         let axes = [None, None, None, first, second];
         let mut part = Self { axes, tip: [x, y, z], frame: Some(*frame) };
         part.turn(turned);
+        // The axes are known again once all of the tip and both rotaries are.
         let ([Some(x), Some(y), Some(z)], [.., Some(first), Some(second)]) = (part.tip, part.axes)
         else {
             return Ok(Known::Part(part));
@@ -99,7 +101,7 @@ impl Part {
         for slot in [FIRST_ROTARY, SECOND_ROTARY] {
             near[slot] = self.axes[slot].unwrap_or(near[slot]);
         }
-        // X, Y and Z that are not told yet are taken to stand at home.
+        // X, Y and Z that are not stated yet are taken to stand at home.
         let tip = match frame {
             WordFrame::Axes(_) => None,
             WordFrame::Tip(tip) => {

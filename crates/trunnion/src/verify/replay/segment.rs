@@ -15,7 +15,7 @@ pub(crate) struct Segment {
     pub(crate) tool: usize,
     /// Axes at both ends.
     pub(crate) joints: [AxisVector; 2],
-    /// How the axes get from one end to the other.
+    /// Interpolation between both ends.
     pub(crate) course: Course,
     /// Time \[s\].
     pub(crate) duration: f64,
@@ -36,7 +36,7 @@ pub(crate) struct Block {
     pub(crate) begins: bool,
     /// It ends with this move.
     pub(crate) ends: bool,
-    /// Its time is what the program says, and not its length over a speed.
+    /// Its time is stated by the program, and not its length over a speed.
     pub(crate) timed: bool,
 }
 
@@ -47,7 +47,7 @@ impl Block {
     }
 }
 
-/// What is linear in a move.
+/// Coordinates that are linear in a move.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Course {
     /// All axes.
@@ -66,12 +66,12 @@ pub(crate) enum Course {
     },
     /// Nothing moves.
     Rest,
-    /// A rapid move of axes whose places a tool change left unknown, or before the first tool.
+    /// A rapid move of axes whose positions a tool change left unknown, or before the first tool.
     Unknown,
 }
 
 impl Segment {
-    /// Whether its way is not known.
+    /// Returns true if its path is not known.
     pub(crate) fn is_unknown(&self) -> bool {
         matches!(self.course, Course::Unknown)
     }

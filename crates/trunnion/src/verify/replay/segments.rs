@@ -10,9 +10,9 @@ use crate::nc::read::{
 use crate::types::{AXES, AxisVector, ToolPose};
 use crate::verify::error::VerifyError;
 use crate::verify::replay::control::Control;
-use crate::verify::replay::controls::{self, Controls};
+use crate::verify::replay::controls::{self, Controls, ToolStart};
 use crate::verify::replay::mover::Mover;
-use crate::verify::replay::orient::{Choices, Turned};
+use crate::verify::replay::orient::{Choices, DirectionSource, RotaryBranch, Turned};
 use crate::verify::replay::position::Known;
 use crate::verify::replay::segment::{Block, Course, Segment};
 use crate::verify::replay::tables::{Changes, Tables, Tool};
@@ -21,15 +21,15 @@ use crate::verify::replay::tables::{Changes, Tables, Tool};
 pub(crate) struct Run<'a> {
     pub(crate) mover: Mover<'a>,
     source: Source<'a>,
-    /// How far chords of arcs may be off \[mm\].
+    /// Largest distance of chords from arcs \[mm\].
     tolerance: f64,
 }
 
-/// Where moves come from.
+/// Origin of the moves.
 enum Source<'a> {
     Program(&'a dyn ProgramSource, WorkOffsets),
-    /// And from which location on which place in the table of tools is that of the tool.
-    Locations(&'a dyn ClSource, Vec<(usize, usize)>),
+    /// Cutter locations, and the first one of each tool.
+    Locations(&'a dyn ClSource, Vec<ToolStart>),
 }
 
 /// Moves one by one.
@@ -55,7 +55,7 @@ impl<'a> Run<'a> {
         table: &[Tool<'_>],
         tolerance: f64,
     ) -> Result<Self, VerifyError> {
-        let places = controls::places(file, table)?;
+        let places = controls::tool_starts(file, table)?;
         let source = Source::Locations(file, places);
         Ok(Self { mover: Mover::Locations, source, tolerance })
     }
@@ -63,7 +63,7 @@ impl<'a> Run<'a> {
     /// The moves, from the start.
     pub(crate) fn segments(&self) -> Segments<'_> {
         match &self.source {
-            Source::Locations(file, places) => Box::new(locations((*file, places), self.tolerance)),
+            Source::Locations(file, places) => Box::new(locations(*file, places, self.tolerance)),
             Source::Program(..) => Box::new(self.replay().into_iter().flatten()),
         }
     }
@@ -105,7 +105,7 @@ pub(crate) struct Replay<'a> {
     controls: &'a Controls,
     steps: Box<dyn Iterator<Item = Step> + 'a>,
     at: Known,
-    /// Whether anything moved yet.
+    /// True once anything moved.
     moved: bool,
     /// Place of the tool in the table; `None` before the first of several.
     tool: Option<usize>,
@@ -115,13 +115,13 @@ pub(crate) struct Replay<'a> {
     length: Option<ToolLength>,
     /// An arc on the way.
     arc: Option<OnArc>,
-    /// How far chords may be off \[mm\].
+    /// Largest distance of chords from arcs \[mm\].
     tolerance: f64,
-    /// Which solution the last vector was on.
-    branch: Option<bool>,
-    /// What the control was left to choose so far.
+    /// Solution of the last vector.
+    branch: Option<RotaryBranch>,
+    /// Choices left to the control so far.
     pub(crate) choices: Choices,
-    /// What tool changes left unknown so far.
+    /// Tool changes so far, with what they left unknown.
     pub(crate) changes: Changes,
 }
 
@@ -147,7 +147,7 @@ impl<'a> Replay<'a> {
         self.controls.of(self.tool.unwrap_or(0))
     }
 
-    /// What a step does; `None` if it moves nothing and takes no time, or is an arc to be run.
+    /// Runs a step; `None` if it moves nothing and takes no time, or is an arc to be run.
     fn segment(&mut self, step: &Step) -> Result<Option<Segment>, VerifyError> {
         match step {
             Step::Dwell { line, seconds } => return Ok(Some(self.rest(*line, *seconds))),
@@ -166,6 +166,7 @@ impl<'a> Replay<'a> {
             return refused("a sixth axis");
         }
         let frame = self.frame_of(step)?;
+        // `G10 L20` reads the position with the compensation of the last block in a work offset.
         self.length = match step.frame {
             Frame::Machine => self.length,
             Frame::Work { tcp: true, .. } => None,
@@ -196,6 +197,7 @@ impl<'a> Replay<'a> {
     /// A tool goes into the spindle. What the change does to X, Y and Z is not known, unless nothing moved yet.
     fn change(&mut self, line: u32, number: u32) -> Result<(), VerifyError> {
         let place = self.controls.position(line, number)?;
+        // The same tool again, or a tool before the first move, changes no position.
         if self.tool.replace(place) == Some(place) || !self.moved {
             return Ok(());
         }
@@ -223,7 +225,7 @@ impl<'a> Replay<'a> {
         Ok(())
     }
 
-    /// What the words of a block count from.
+    /// Returns the coordinates that the words of a block are.
     fn frame_of(&self, step: &Move) -> Result<WordFrame, VerifyError> {
         let unknown =
             |of: UnknownOffset| VerifyError::WorkOffset { line: step.line, number: of.number };
@@ -253,10 +255,10 @@ impl<'a> Replay<'a> {
     /// Notes which rotaries were taken for a direction.
     fn note(&mut self, step: &Move, frame: &WordFrame, turned: Option<&Turned>) {
         let Some(turned) = turned else { return };
-        let changed = self.branch.zip(turned.branch).is_some_and(|(before, now)| before != now);
         // A turn to a plane has no words.
         let plane = matches!(frame, WordFrame::Axes(_)) || step.words == [None; AXES];
-        self.choices.note(step.line, plane, turned, changed);
+        let by = if plane { DirectionSource::Plane } else { DirectionSource::Vector };
+        self.choices.note(step.line, by, turned, self.branch);
         self.branch = turned.branch.or(self.branch);
     }
 
@@ -285,6 +287,7 @@ impl<'a> Replay<'a> {
             };
         };
         let joints = [*q, to];
+        // Chords of an arc share the time of their block.
         let duration = duration(&joints, &course, step.pace, &control.rapid());
         let timed = matches!(step.pace, Pace::Inverse { .. });
         let block = block.unwrap_or(Block { timed, ..Block::of_one(duration) });
@@ -361,6 +364,7 @@ fn duration(joints: &[AxisVector; 2], course: &Course, pace: Pace, rapid: &AxisV
         Pace::Inverse { seconds } => seconds,
         Pace::Rapid => change.component_div(rapid).amax(),
         Pace::PerMinute { speed } => {
+            // F counts along the tip or X, Y, Z, and in degrees along the rotaries where these stand.
             let length = match course {
                 Course::Tip { ends: [from, to], .. } => (to - from).norm(),
                 Course::Circle { ends: [from, to] } => (to.tip - from.tip).norm(),
@@ -372,17 +376,18 @@ fn duration(joints: &[AxisVector; 2], course: &Course, pace: Pace, rapid: &AxisV
     }
 }
 
-/// Runs through cutter locations, each tool's from where it is first told to be.
+/// Runs through cutter locations; those of each tool begin with its first location.
 fn locations<'a>(
-    (file, places): (&'a dyn ClSource, &'a [(usize, usize)]),
+    file: &'a dyn ClSource,
+    starts: &'a [ToolStart],
     tolerance: f64,
 ) -> impl Iterator<Item = Result<Segment, VerifyError>> + 'a {
     let mut before: Option<ToolPose> = None;
-    let (mut next, mut tool) = (places.iter().peekable(), 0);
+    let (mut next, mut tool) = (starts.iter().peekable(), 0);
     file.records().enumerate().flat_map(move |(index, record)| {
-        if let Some(&(_, place)) = next.next_if(|(from, _)| *from <= index) {
-            // What lies between two tools is the machine's.
-            (before, tool) = (before.filter(|_| tool == place), place);
+        if let Some(start) = next.next_if(|start| start.record <= index) {
+            // The way from one tool to the next is the machine's own.
+            (before, tool) = (before.filter(|_| tool == start.tool), start.tool);
         }
         let parts = record.straight(before.as_ref(), tolerance).into_iter();
         let segments = parts.filter_map(|part| {

@@ -3,7 +3,7 @@
 use crate::cutter::Cutter;
 use crate::nc::control::WorkOffset;
 
-/// What stands in the tables of a control beside the setup's own tool and `G54`.
+/// Entries in the tables of a control beside the setup's own tool and `G54`.
 #[derive(Debug, Clone, Copy)]
 pub struct Tables<'a> {
     /// Tools of a program that calls several; empty: it has one, whatever its number.
@@ -20,21 +20,23 @@ impl Tables<'_> {
 /// A tool by its number.
 #[derive(Debug, Clone, Copy)]
 pub struct Tool<'a> {
-    /// What the program calls it.
+    /// Number that the program calls.
     pub number: u32,
     /// The tool, from tip to gauge point: its length is the tool length.
     pub cutter: &'a Cutter,
 }
 
-/// How often the tool is changed, and what is not known of the ways there: where a change leaves X, Y and Z is the
-/// machine's own. They are known again once the program tells them; the rotaries are taken to stand as before.
+/// Tool changes, and the rapid moves that they leave unknown.
+///
+/// The machine decides where a change leaves X, Y and Z; they are known again once the program states them. The
+/// rotaries are taken to stand as before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Changes {
     /// Tools put in after the first move.
     pub count: usize,
     /// Line of the first.
     pub line: u32,
-    /// Rapid moves that were not measured: before X, Y and Z were told, or before the first tool.
+    /// Rapid moves that were not measured: before X, Y and Z were stated, or before the first tool.
     pub unmeasured: usize,
     /// Line of the first of them.
     pub first: Option<u32>,

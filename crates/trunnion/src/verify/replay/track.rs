@@ -1,4 +1,4 @@
-//! Where the tool goes, for pictures.
+//! Path of the tool, for pictures.
 
 use crate::math::angle::angle_between;
 use crate::types::ToolPose;
@@ -17,8 +17,17 @@ pub struct Track {
     pub rapid: bool,
     /// Place of the tool in the table, 0 without one.
     pub tool: usize,
-    /// Time \[s\] and tool, workpiece frame.
-    pub poses: Vec<(f64, ToolPose)>,
+    /// Tool positions in order.
+    pub poses: Vec<TimedPose>,
+}
+
+/// Pose of the tool at a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimedPose {
+    /// Time from the start of the program \[s\].
+    pub time: f64,
+    /// Pose in the workpiece frame.
+    pub pose: ToolPose,
 }
 
 /// Turn of the tool axis between two positions at most \[rad\].
@@ -51,13 +60,15 @@ fn tracks(run: &Run<'_>, step: f64) -> Result<Vec<Track>, VerifyError> {
             drawing.broken = true;
         } else if !matches!(segment.course, Course::Rest) {
             let [from, to] = [mover.pose(segment, 0.0)?, mover.pose(segment, 1.0)?];
+            // As many positions as the longer of travel and turn asks for.
             let turn = angle_between(&from.axis, &to.axis) / TURN;
             let count = ((to.tip - from.tip).norm() / step).max(turn).ceil().clamp(1.0, MOST);
-            let track = drawing.track(segment, (now, from));
+            let track = drawing.track(segment, TimedPose { time: now, pose: from });
             let mut index = 1.0;
             while index <= count {
                 let t = index / count;
-                track.push((now + t * segment.duration, mover.pose(segment, t)?));
+                let time = now + t * segment.duration;
+                track.push(TimedPose { time, pose: mover.pose(segment, t)? });
                 index += 1.0;
             }
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small")]
@@ -83,7 +94,7 @@ struct Drawing {
 
 impl Drawing {
     /// The poses to which a move is added that begins at `from`.
-    fn track(&mut self, segment: &Segment, from: (f64, ToolPose)) -> &mut Vec<(f64, ToolPose)> {
+    fn track(&mut self, segment: &Segment, from: TimedPose) -> &mut Vec<TimedPose> {
         let Segment { line, rapid, tool, .. } = *segment;
         let broken = std::mem::take(&mut self.broken);
         let other = |track: &Track| track.rapid != rapid || track.tool != tool;
@@ -109,13 +120,14 @@ impl Drawing {
 
 /// Leaves out positions nearer to the last one than `spacing` \[mm\] along the path that turned little since; not
 /// the first, nor the last.
-fn thin(poses: &mut Vec<(f64, ToolPose)>, spacing: f64) {
-    let Some(&(_, first)) = poses.first() else { return };
+fn thin(poses: &mut Vec<TimedPose>, spacing: f64) {
+    let Some(&TimedPose { pose: first, .. }) = poses.first() else { return };
     let (mut kept, mut before, mut length, mut left) = (first, first, 0.0, poses.len());
-    poses.retain(|(_, pose)| {
+    poses.retain(|TimedPose { pose, .. }| {
         length += (pose.tip - before.tip).norm();
         before = *pose;
         left -= 1;
+        // The first and the last position, and every one that shows a turn, stay.
         let far = length >= spacing || angle_between(&kept.axis, &pose.axis) >= TURN;
         if far || left == 0 || pose == &first {
             (kept, length) = (*pose, 0.0);
@@ -132,11 +144,13 @@ mod tests {
 
     #[test]
     fn positions_close_together_are_left_out() {
-        let pose =
-            |x: f64| (x, ToolPose { tip: Point3::new(x, 0.0, 0.0), axis: Vector3::z_axis() });
+        let pose = |x: f64| TimedPose {
+            time: x,
+            pose: ToolPose { tip: Point3::new(x, 0.0, 0.0), axis: Vector3::z_axis() },
+        };
         let mut poses: Vec<_> = (0..=10).map(|k| pose(f64::from(k) * 0.1)).collect();
         thin(&mut poses, 0.35);
-        let left: Vec<f64> = poses.iter().map(|(t, _)| (10.0 * t).round()).collect();
+        let left: Vec<f64> = poses.iter().map(|at| (10.0 * at.time).round()).collect();
         assert_eq!(left, [0.0, 4.0, 8.0, 10.0]);
     }
 }
