@@ -84,8 +84,8 @@ impl CurvatureTree {
             let slack = CLOSE * size(piece.attained).max(FLAT * size(attained));
             low >= piece.attained[0] - slack && high <= piece.attained[1] + slack
         };
-        let rest = tree.refine(surface, queue, &mut attained, (PIECES[0], whole));
-        tree.refine(surface, rest, &mut attained, (PIECES[1], part));
+        let rest = tree.refine(surface, queue, &mut attained, PIECES[0], whole);
+        tree.refine(surface, rest, &mut attained, PIECES[1], part);
         tree.tighten();
         tree
     }
@@ -97,7 +97,8 @@ impl CurvatureTree {
         surface: &NurbsSurface,
         mut queue: BinaryHeap<CurvaturePiece>,
         attained: &mut [f64; 2],
-        (budget, close): (usize, impl Fn(&CurvaturePiece, [f64; 2], [f64; 2]) -> bool),
+        budget: usize,
+        close: impl Fn(&CurvaturePiece, [f64; 2], [f64; 2]) -> bool,
     ) -> BinaryHeap<CurvaturePiece> {
         let most = self.nodes.len() + budget;
         let mut done = BinaryHeap::new();
@@ -170,7 +171,7 @@ impl CurvatureTree {
         let columns = self.columns.iter().enumerate();
         let met = columns.filter(|(_, hull)| meets(hull, p, radius)).map(|(i, _)| i * rows);
         met.flat_map(|first| first..first + rows)
-            .fold([0.0; 2], |range, node| self.widened_near(range, node, (p, radius)))
+            .fold([0.0; 2], |range, node| self.widened_near(range, node, p, radius))
     }
 
     /// Returns `true` if curvature may jump, or the surface end, within `radius` of `p`.
@@ -185,29 +186,24 @@ impl CurvatureTree {
         let columns = self.columns.iter().enumerate();
         let met = columns.filter(|(_, hull)| meets(hull, p, radius)).map(|(i, _)| i * rows);
         met.flat_map(|first| first..first + rows)
-            .fold(0.0, |rate, node| self.raised_near(rate, node, (p, radius)))
+            .fold(0.0, |rate, node| self.raised_near(rate, node, p, radius))
     }
 
-    fn raised_near(&self, rate: f64, node: usize, (p, radius): (&Point3<f64>, f64)) -> f64 {
+    fn raised_near(&self, rate: f64, node: usize, p: &Point3<f64>, radius: f64) -> f64 {
         let node = &self.nodes[node];
         if node.rate <= rate || !meets(&node.hull, p, radius) {
             return rate;
         }
         match node.halves {
             Some(first) => {
-                let rate = self.raised_near(rate, first, (p, radius));
-                self.raised_near(rate, first + 1, (p, radius))
+                let rate = self.raised_near(rate, first, p, radius);
+                self.raised_near(rate, first + 1, p, radius)
             }
             None => node.rate,
         }
     }
 
-    fn widened_near(
-        &self,
-        range: [f64; 2],
-        node: usize,
-        (p, radius): (&Point3<f64>, f64),
-    ) -> [f64; 2] {
+    fn widened_near(&self, range: [f64; 2], node: usize, p: &Point3<f64>, radius: f64) -> [f64; 2] {
         let node = &self.nodes[node];
         let inside = range[0] <= node.range[0] && node.range[1] <= range[1];
         if inside || !meets(&node.hull, p, radius) {
@@ -215,8 +211,8 @@ impl CurvatureTree {
         }
         match node.halves {
             Some(first) => {
-                let range = self.widened_near(range, first, (p, radius));
-                self.widened_near(range, first + 1, (p, radius))
+                let range = self.widened_near(range, first, p, radius);
+                self.widened_near(range, first + 1, p, radius)
             }
             None => widen(range, node.range),
         }

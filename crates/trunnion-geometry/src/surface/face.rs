@@ -22,8 +22,9 @@ pub struct Face {
 }
 
 impl Face {
-    /// Creates a face. On a periodic surface the loops are moved by whole periods so that
-    /// the largest is centred in the domain and the others lie around it.
+    /// Creates a face with the cutter on the side of `S_u x S_v`; see [`Face::flipped`] for the other.
+    /// On a periodic surface the loops are moved by whole periods so that the largest is centred in
+    /// the domain and the others lie around it.
     ///
     /// # Errors
     ///
@@ -32,16 +33,37 @@ impl Face {
         number: usize,
         surface: Surface,
         mut loops: Vec<TrimLoop>,
-        flip: bool,
     ) -> Result<Self, SurfaceError> {
         centre_loops(&surface, &mut loops);
-        let face = Self { number, surface, loops, flip };
+        let face = Self { number, surface, loops, flip: false };
         for (bounds, direction) in face.bounds().into_iter().zip(["u", "v"]) {
             if !bounds.iter().all(|bound| bound.is_finite()) {
                 return Err(SurfaceError::Unbounded { face: number, direction });
             }
         }
         Ok(face)
+    }
+
+    /// Turns the face over: the cutter moves to the other side.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use nalgebra::{Point3, Vector3};
+    /// use trunnion_geometry::surface::{Face, SphereSurface, Surface, SurfaceFrame};
+    ///
+    /// let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x())?;
+    /// let ball = Face::new(1, Surface::Sphere(SphereSurface::new(frame, 10.0)?), vec![])?;
+    /// assert_eq!(ball.normal(0.0, 0.0), Some(Vector3::x_axis()));
+    ///
+    /// // The same sphere milled from inside, as a socket.
+    /// assert_eq!(ball.flipped().normal(0.0, 0.0), Some(-Vector3::x_axis()));
+    /// # Ok::<(), trunnion_geometry::surface::SurfaceError>(())
+    /// ```
+    #[must_use]
+    pub fn flipped(mut self) -> Self {
+        self.flip = !self.flip;
+        self
     }
 
     /// Returns the box in u, v of the trim loops, or the domain where there are none. By a periodic parameter

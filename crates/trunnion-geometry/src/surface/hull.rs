@@ -163,7 +163,7 @@ mod tests {
     fn clear_is_never_closer_and_hardly_ever_missed() {
         let surface = sea();
         let tree = HullTree::new(&surface);
-        let face = Face::new(1, Surface::Nurbs(surface), vec![], false).unwrap();
+        let face = Face::new(1, Surface::Nurbs(surface), vec![]).unwrap();
         let face = FaceIndex::new(face).unwrap();
         for k in 0..40 {
             let t = f64::from(k);
@@ -181,7 +181,7 @@ mod tests {
     fn a_ball_is_met_where_the_closest_point_is_nearer() {
         let surface = sea();
         let tree = HullTree::new(&surface);
-        let face = Face::new(1, Surface::Nurbs(surface), vec![], false).unwrap();
+        let face = Face::new(1, Surface::Nurbs(surface), vec![]).unwrap();
         let face = FaceIndex::new(face).unwrap();
         for k in 0..40 {
             let t = f64::from(k);

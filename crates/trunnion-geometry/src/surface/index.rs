@@ -74,7 +74,7 @@ impl FaceIndex {
     /// [`SurfaceError::DegeneratePatch`] for a sweep without area.
     pub fn new(face: Face) -> Result<Self, SurfaceError> {
         let Face { number, surface, loops, flip } = face;
-        let face = Face::new(number, surface, loops, flip)?;
+        let face = Face { flip, ..Face::new(number, surface, loops)? };
         let bounds = search_bounds(&face);
         let [u, v] = bounds;
         let whole = |faults: SurfaceErrors| {
@@ -136,7 +136,7 @@ impl FaceIndex {
     ///     vec![vec![point(0.0, 0.0), point(0.0, 40.0)], vec![point(40.0, 0.0), point(40.0, 40.0)]];
     /// let knots = vec![0.0, 0.0, 1.0, 1.0];
     /// let plane = NurbsSurface::new([1, 1], [knots.clone(), knots], points, None).unwrap();
-    /// let index = FaceIndex::new(Face::new(1, Surface::Nurbs(plane), vec![], false)?)?;
+    /// let index = FaceIndex::new(Face::new(1, Surface::Nurbs(plane), vec![])?)?;
     /// let foot = index.closest(&Point3::new(10.0, 20.0, 3.0))?;
     /// assert!((foot.distance - 3.0).abs() < 1e-12);
     /// assert!((foot.uv[0] - 0.25).abs() < 1e-9 && (foot.uv[1] - 0.5).abs() < 1e-9);
@@ -249,8 +249,8 @@ impl FaceIndex {
             let uv = on_turn(elementary.closest(p), guess, surface.periods());
             return self.foot(uv, surface.jet2(uv[0], uv[1]), p);
         }
-        if let Some((uv, jet)) = newton::free(surface, p, guess)
-            && let Ok(foot) = self.foot(uv, jet, p)
+        if let Some(found) = newton::free(surface, p, guess)
+            && let Ok(foot) = self.foot(found.uv, found.jet, p)
         {
             return Ok(foot);
         }

@@ -40,7 +40,7 @@ impl Face {
     ///
     /// let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x())?;
     /// let sphere = Surface::Sphere(SphereSurface::new(frame, 10.0)?);
-    /// let mesh = Face::new(1, sphere, vec![], false)?.tessellate(0.1)?.mesh;
+    /// let mesh = Face::new(1, sphere, vec![])?.tessellate(0.1)?.mesh;
     /// assert!(mesh.vertices.iter().all(|p| (p.coords.norm() - 10.0).abs() < 1e-9));
     /// # Ok::<(), trunnion_geometry::surface::SurfaceError>(())
     /// ```
@@ -63,10 +63,27 @@ struct FaceTessellation<'a> {
     bounds: [[f64; 2]; 2],
     cells: [u32; 2],
     inside: Vec<bool>,
-    /// Vertices made so far: grid points `(i, j, 0)`, cuts of the edge from it along u `(.., 1)`
-    /// or v `(.., 2)`.
-    known: BTreeMap<(u32, u32, u8), u32>,
+    /// Indices of the vertices made so far.
+    known: BTreeMap<VertexKey, u32>,
     out: FaceMesh,
+}
+
+/// Column and row of a point of the grid in u and v.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct GridPoint {
+    i: u32,
+    j: u32,
+}
+
+/// Place of a vertex: by this, neighbouring cells find the vertex they share.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum VertexKey {
+    /// At a point of the grid.
+    Corner(GridPoint),
+    /// Where a trim cuts the edge along u that starts at the point.
+    CutAlongU(GridPoint),
+    /// Where a trim cuts the edge along v that starts at the point.
+    CutAlongV(GridPoint),
 }
 
 /// Returns the numbers of cells for which neither the bend of a cell's edges nor its twist exceed half of `chord`:
@@ -104,7 +121,7 @@ impl<'a> FaceTessellation<'a> {
         let mut work = Self { face, bounds, cells, inside, known, out: mesh };
         for i in 0..=cells[0] {
             for j in 0..=cells[1] {
-                let [u, v] = work.at(i, j);
+                let [u, v] = work.at(GridPoint { i, j });
                 work.inside.push(face.contains(u, v));
             }
         }
@@ -123,7 +140,7 @@ impl<'a> FaceTessellation<'a> {
     }
 
     /// Returns the parameters of a grid point.
-    fn at(&self, i: u32, j: u32) -> [f64; 2] {
+    fn at(&self, point: GridPoint) -> [f64; 2] {
         let along = |k: usize, n: u32| {
             let [low, high] = self.bounds[k];
             if n == self.cells[k] {
@@ -132,18 +149,19 @@ impl<'a> FaceTessellation<'a> {
                 low + (high - low) * f64::from(n) / f64::from(self.cells[k])
             }
         };
-        [along(0, i), along(1, j)]
+        [along(0, point.i), along(1, point.j)]
     }
 
-    fn is_inside(&self, (i, j): (u32, u32)) -> bool {
-        let at = i as usize * (self.cells[1] as usize + 1) + j as usize;
+    fn is_inside(&self, point: GridPoint) -> bool {
+        let at = point.i as usize * (self.cells[1] as usize + 1) + point.j as usize;
         self.inside.get(at).copied().unwrap_or(false)
     }
 
     /// Returns the part of a cell inside the trims, counter-clockwise in u, v; two parts where opposite
     /// corners are inside and the middle is not.
     fn polygons(&mut self, i: u32, j: u32) -> Vec<Vec<u32>> {
-        let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+        let corners =
+            [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]].map(|[i, j]| GridPoint { i, j });
         let inside = corners.map(|corner| self.is_inside(corner));
         if inside == [false; 4] {
             return Vec::new();
@@ -160,7 +178,7 @@ impl<'a> FaceTessellation<'a> {
         }
         let opposite = inside[0] == inside[2] && inside[1] == inside[3] && inside[0] != inside[1];
         if opposite {
-            let [a, b] = [self.at(i, j), self.at(i + 1, j + 1)];
+            let [a, b] = [self.at(corners[0]), self.at(corners[2])];
             if !self.face.contains(0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])) {
                 // Around each inside corner: the cut before it, the corner, the cut after it.
                 if inside[0] {
@@ -173,20 +191,18 @@ impl<'a> FaceTessellation<'a> {
         vec![polygon]
     }
 
-    fn corner(&mut self, (i, j): (u32, u32)) -> u32 {
-        let uv = self.at(i, j);
-        self.vertex((i, j, 0), uv)
+    fn corner(&mut self, point: GridPoint) -> u32 {
+        let uv = self.at(point);
+        self.vertex(VertexKey::Corner(point), uv)
     }
 
     /// Returns the vertex where a trim crosses the edge between an inside and an outside grid point.
-    fn cut(&mut self, a: (u32, u32), b: (u32, u32)) -> u32 {
+    fn cut(&mut self, a: GridPoint, b: GridPoint) -> u32 {
         let first = a.min(b);
-        let key = (first.0, first.1, if a.0 == b.0 { 2 } else { 1 });
-        let (mut inner, mut outer) = if self.is_inside(a) {
-            (self.at(a.0, a.1), self.at(b.0, b.1))
-        } else {
-            (self.at(b.0, b.1), self.at(a.0, a.1))
-        };
+        let key =
+            if a.i == b.i { VertexKey::CutAlongV(first) } else { VertexKey::CutAlongU(first) };
+        let (mut inner, mut outer) =
+            if self.is_inside(a) { (self.at(a), self.at(b)) } else { (self.at(b), self.at(a)) };
         if !self.known.contains_key(&key) {
             for _ in 0..HALVINGS {
                 let middle = [0.5 * (inner[0] + outer[0]), 0.5 * (inner[1] + outer[1])];
@@ -200,7 +216,7 @@ impl<'a> FaceTessellation<'a> {
         self.vertex(key, inner)
     }
 
-    fn vertex(&mut self, key: (u32, u32, u8), uv: [f64; 2]) -> u32 {
+    fn vertex(&mut self, key: VertexKey, uv: [f64; 2]) -> u32 {
         if let Some(&index) = self.known.get(&key) {
             return index;
         }

@@ -14,7 +14,7 @@
 //! // A sphere of radius 10 mm about the origin; (u, v) = (longitude, latitude).
 //! let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x())?;
 //! let sphere = Surface::Sphere(SphereSurface::new(frame, 10.0)?);
-//! let face = Face::new(1, sphere, vec![], false)?;
+//! let face = Face::new(1, sphere, vec![])?;
 //! assert!((face.point(0.0, 0.0) - Point3::new(10.0, 0.0, 0.0)).norm() < 1e-12);
 //!
 //! // The closest point to (0, 0, 13) is the pole, 3 mm away.

@@ -2,7 +2,7 @@
 
 use super::error::ClosestError;
 use super::jet::SurfaceJet2;
-use super::newton;
+use super::newton::{self, SurfacePoint};
 use super::nurbs::BezierPatch;
 use super::nurbs::NurbsSurface;
 use super::proximity::{SolidDistance, SolidProximity};
@@ -103,7 +103,7 @@ impl PatchTree {
         p: &Point3<f64>,
     ) -> Result<[f64; 2], ClosestError> {
         let best = BestPoint { uv: [f64::NAN; 2], distance: f64::INFINITY };
-        self.search(surface, p, (best, 0.0)).map(|best| best.uv)
+        self.search(surface, p, best, 0.0).map(|best| best.uv)
     }
 
     /// Returns the distance of some point of the domain that is nearer than `enough`; `None` proves that there is none.
@@ -115,7 +115,7 @@ impl PatchTree {
     ) -> Result<Option<f64>, ClosestError> {
         // So that what the search leaves out is no nearer than `enough`.
         let none = BestPoint { uv: [f64::NAN; 2], distance: enough + self.slack(p) };
-        let best = self.search(surface, p, (none, enough))?;
+        let best = self.search(surface, p, none, enough)?;
         Ok(Some(best.distance).filter(|distance| *distance < enough))
     }
 
@@ -130,7 +130,8 @@ impl PatchTree {
         &self,
         surface: &NurbsSurface,
         p: &Point3<f64>,
-        (mut best, enough): (BestPoint, f64),
+        mut best: BestPoint,
+        enough: f64,
     ) -> Result<BestPoint, ClosestError> {
         let Some(root) = self.nodes.first() else { return Err(ClosestError::NotFinite) };
         let slack = self.slack(p);
@@ -142,7 +143,7 @@ impl PatchTree {
                 return Ok(best);
             }
             match look.kind {
-                QueueItem::Node(index) => self.open((surface, p), index, &best, &mut queue),
+                QueueItem::Node(index) => self.open(surface, p, index, &best, &mut queue),
                 QueueItem::Piece(piece) => split(surface, p, &piece, &mut best, &mut queue),
             }
         }
@@ -185,7 +186,8 @@ impl PatchTree {
     /// Replaces a node by its halves, or by the control points of its patch.
     fn open(
         &self,
-        (surface, p): (&NurbsSurface, &Point3<f64>),
+        surface: &NurbsSurface,
+        p: &Point3<f64>,
         index: usize,
         best: &BestPoint,
         queue: &mut BinaryHeap<QueueEntry>,
@@ -226,10 +228,11 @@ fn split(
     let at = |uv: [f64; 2]| SurfaceJet2::from_table(&surface.table::<2>(uv[0], uv[1]));
     let start = at(middle);
     if (start.s - p).norm() < best.distance {
-        let found = newton::minimise(at, p, middle, surface.domain()).unwrap_or((middle, start));
-        let distance = (found.1.s - p).norm();
+        let middle = SurfacePoint { uv: middle, jet: start };
+        let found = newton::minimise(at, p, middle.uv, surface.domain()).unwrap_or(middle);
+        let distance = (found.jet.s - p).norm();
         if distance < best.distance {
-            *best = BestPoint { uv: found.0, distance };
+            *best = BestPoint { uv: found.uv, distance };
         }
     }
     for half in piece.halves() {

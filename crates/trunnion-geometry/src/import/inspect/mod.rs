@@ -108,7 +108,7 @@ fn bounds(face: &Face, nodes: &[Node]) -> [Point3<f64>; 2] {
             let height = |uv: [f64; 2]| sign * face.point(uv[0], uv[1])[k];
             let inner = nodes.iter().map(|node| node.uv).chain(rims.iter().flatten().copied());
             let top = inner.max_by(|a, b| height(*a).total_cmp(&height(*b)));
-            let inside = top.map(|uv| extreme(face, k, sign, (face.point(uv[0], uv[1])[k], uv)));
+            let inside = top.map(|uv| extreme(face, k, sign, uv));
             let along = rims.iter().filter_map(|rim| along_rim(rim, &height));
             sign * along.chain(inside).fold(f64::NEG_INFINITY, f64::max)
         }))
@@ -143,9 +143,9 @@ fn along_rim(rim: &[[f64; 2]], height: &dyn Fn([f64; 2]) -> f64) -> Option<f64> 
 }
 
 /// Largest `sign * coordinate k` found from `start` by Newton's method inside the face.
-fn extreme(face: &Face, k: usize, sign: f64, start: (f64, [f64; 2])) -> f64 {
+fn extreme(face: &Face, k: usize, sign: f64, start: [f64; 2]) -> f64 {
     const STEPS: usize = 8;
-    let (mut best, mut uv) = (sign * start.0, start.1);
+    let (mut best, mut uv) = (sign * face.point(start[0], start[1])[k], start);
     for _ in 0..STEPS {
         let jet = face.surface.jet2(uv[0], uv[1]);
         let determinant = jet.suu[k] * jet.svv[k] - jet.suv[k] * jet.suv[k];

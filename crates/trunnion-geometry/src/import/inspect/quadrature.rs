@@ -34,7 +34,8 @@ pub(super) fn nodes(face: &Face) -> Vec<Node> {
     for [low, high] in stretches(&cuts(face, &rims, sweep), COLUMNS) {
         for (share, weight) in GAUSS {
             let (x, width) = (low + share * (high - low), weight * (high - low));
-            for [low, high] in inside(face, &rims, (sweep, x), bounds[1 - sweep]) {
+            let line = IsoparametricLine { parameter: sweep, value: x };
+            for [low, high] in inside(face, &rims, line, bounds[1 - sweep]) {
                 rows([low, high], |y, weight| {
                     let uv = if sweep == 0 { [x, y] } else { [y, x] };
                     nodes.push(Node { uv, weight: weight * width });
@@ -127,24 +128,33 @@ fn stretches(cuts: &[f64], count: usize) -> Vec<[f64; 2]> {
     all
 }
 
-/// Stretches of the line `sweep = x` that lie inside the trims.
+/// A line along which one parameter keeps its value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct IsoparametricLine {
+    /// The fixed parameter: 0 = u, 1 = v.
+    parameter: usize,
+    value: f64,
+}
+
+/// Returns the segments of a line over `[low, high]` that lie inside the trims.
 fn inside(
     face: &Face,
     rims: &[Vec<[f64; 2]>],
-    (sweep, x): (usize, f64),
+    line: IsoparametricLine,
     [low, high]: [f64; 2],
 ) -> Vec<[f64; 2]> {
     let periods = face.surface.periods();
     let mut cuts = vec![low, high];
     for rim in rims {
-        crossings(rim, (sweep, x), periods, &mut cuts);
+        crossings(rim, line, periods, &mut cuts);
     }
     cuts.retain(|y| (low..=high).contains(y));
     cuts.sort_by(f64::total_cmp);
     cuts.dedup();
     let kept = |pair: &[f64]| {
         let y = 0.5 * (pair[0] + pair[1]);
-        if sweep == 0 { face.contains(x, y) } else { face.contains(y, x) }
+        let [u, v] = if line.parameter == 0 { [line.value, y] } else { [y, line.value] };
+        face.contains(u, v)
     };
     cuts.windows(2).filter(|pair| kept(pair)).map(|pair| [pair[0], pair[1]]).collect()
 }
@@ -159,13 +169,14 @@ fn rows([low, high]: [f64; 2], mut node: impl FnMut(f64, f64)) {
     }
 }
 
-/// Where the line `sweep = x` meets a polyline or one of its copies on other turns.
+/// Adds the points at which a line meets a polyline or one of its copies on other turns.
 fn crossings(
     rim: &[[f64; 2]],
-    (sweep, x): (usize, f64),
+    line: IsoparametricLine,
     periods: [Option<f64>; 2],
     cuts: &mut Vec<f64>,
 ) {
+    let IsoparametricLine { parameter: sweep, value: x } = line;
     // A face is at most one period wide, and its loops lie within a period of each other.
     let turns = |k: usize| match periods[k] {
         Some(period) => vec![-2.0 * period, -period, 0.0, period, 2.0 * period],

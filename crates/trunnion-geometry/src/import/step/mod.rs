@@ -147,9 +147,10 @@ impl StepReader {
             }
             loops.push(trim);
         }
-        let flip = skin.same_sense == outline.reversed;
-        let face = Face::new(number, surface, loops, flip);
-        let face = face.map_err(|fault| Loss { entity: outline.id, message: fault.to_string() })?;
+        let face = Face::new(number, surface, loops);
+        let mut face =
+            face.map_err(|fault| Loss { entity: outline.id, message: fault.to_string() })?;
+        face.flip = skin.same_sense == outline.reversed;
         convert::inside_domain(&face, outline.id, self.same)?;
         Ok((face, notes))
     }
@@ -180,7 +181,7 @@ impl StepReader {
 /// Closest points for a surface whose parameters have no closed form.
 fn index(shape: &Shape, surface: &Surface, id: u64) -> Read<Option<FaceIndex>> {
     let Shape::Net(_) = shape else { return Ok(None) };
-    let whole = Face::new(1, surface.clone(), Vec::new(), false).and_then(FaceIndex::new);
+    let whole = Face::new(1, surface.clone(), Vec::new()).and_then(FaceIndex::new);
     whole.map(Some).map_err(|fault| Loss { entity: id, message: fault.to_string() })
 }
 

@@ -88,9 +88,9 @@ impl NurbsSurface {
             (Ok(u), Ok(v)) if faults.is_empty() => (u, v),
             (u, v) => {
                 for (direction, knots) in [("u", u), ("v", v)] {
-                    let errors = knots.err().unwrap_or_default();
+                    let errors = knots.err().into_iter().flatten();
                     let named = |error| SurfaceError::Knots { direction, error };
-                    faults.extend(errors.into_iter().map(named));
+                    faults.extend(errors.map(named));
                 }
                 return Err(faults.into());
             }

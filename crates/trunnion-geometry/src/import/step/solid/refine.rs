@@ -61,7 +61,7 @@ pub(super) fn refine(chart: &Chart<'_>, plain: Plain, chord: f64) -> Vec<Triangl
     for triangle in triangles {
         mesh.add(triangle);
     }
-    let all: Vec<(usize, usize)> = mesh.sides.keys().copied().collect();
+    let all: Vec<Side> = mesh.sides.keys().copied().collect();
     mesh.flip(all);
     mesh.part();
     let point = |k: usize| mesh.corners[k].point;
@@ -78,54 +78,78 @@ struct Work<'a> {
     /// `None` where one was replaced.
     triangles: Vec<Option<[usize; 3]>>,
     /// The triangle on the left of each side.
-    sides: BTreeMap<(usize, usize), usize>,
+    sides: BTreeMap<Side, usize>,
+}
+
+/// A directed side between two corners, with a triangle on its left.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Side {
+    from: usize,
+    to: usize,
+}
+
+impl Side {
+    fn new(from: usize, to: usize) -> Self {
+        Self { from, to }
+    }
+
+    /// Returns the same side run the other way: that of the neighbour.
+    fn opposite(self) -> Self {
+        Self { from: self.to, to: self.from }
+    }
+
+    fn of_triangle([a, b, c]: [usize; 3]) -> [Self; 3] {
+        [Self::new(a, b), Self::new(b, c), Self::new(c, a)]
+    }
 }
 
 impl Work<'_> {
     fn add(&mut self, triangle: [usize; 3]) {
-        let [a, b, c] = triangle;
-        for side in [(a, b), (b, c), (c, a)] {
+        for side in Side::of_triangle(triangle) {
             self.sides.insert(side, self.triangles.len());
         }
         self.triangles.push(Some(triangle));
     }
 
-    fn take(&mut self, side: (usize, usize)) -> Option<[usize; 3]> {
+    fn take(&mut self, side: Side) -> Option<[usize; 3]> {
         let at = *self.sides.get(&side)?;
-        let [a, b, c] = self.triangles.get_mut(at)?.take()?;
-        for side in [(a, b), (b, c), (c, a)] {
+        let triangle = self.triangles.get_mut(at)?.take()?;
+        for side in Side::of_triangle(triangle) {
             self.sides.remove(&side);
         }
-        Some([a, b, c])
+        Some(triangle)
     }
 
     /// The corner opposite a side of the triangle on its left.
-    fn opposite(&self, (a, b): (usize, usize)) -> Option<usize> {
-        let triangle = (*self.triangles.get(*self.sides.get(&(a, b))?)?)?;
-        triangle.into_iter().find(|&k| k != a && k != b)
+    fn opposite(&self, side: Side) -> Option<usize> {
+        let triangle = (*self.triangles.get(*self.sides.get(&side)?)?)?;
+        triangle.into_iter().find(|&k| k != side.from && k != side.to)
     }
 
     /// Turns over sides while that makes triangles rounder.
-    fn flip(&mut self, mut open: Vec<(usize, usize)>) {
+    fn flip(&mut self, mut open: Vec<Side>) {
         let mut left = FLIPS.max(u32::try_from(8 * open.len()).unwrap_or(u32::MAX));
-        while let Some((a, b)) = open.pop() {
-            let (Some(c), Some(d)) = (self.opposite((a, b)), self.opposite((b, a))) else {
+        while let Some(side) = open.pop() {
+            let [Some(c), Some(d)] = [side, side.opposite()].map(|side| self.opposite(side)) else {
                 continue;
             };
+            let Side { from: a, to: b } = side;
             let [pa, pb, pc, pd] = [a, b, c, d].map(|k| self.flat[k]);
             if c == d || !in_circle([pa, pb, pc], pd) || !is_convex([pa, pd, pb, pc]) {
                 continue;
             }
             // Another side may be there already, where corners are used twice.
-            if self.sides.contains_key(&(c, d)) || self.sides.contains_key(&(d, c)) || left == 0 {
+            let turned = Side::new(c, d);
+            let is_there = |side: Side| self.sides.contains_key(&side);
+            if is_there(turned) || is_there(turned.opposite()) || left == 0 {
                 continue;
             }
             left -= 1;
-            self.take((a, b));
-            self.take((b, a));
+            self.take(side);
+            self.take(side.opposite());
             self.add([c, a, d]);
             self.add([d, b, c]);
-            open.extend([(a, d), (d, b), (b, c), (c, a)]);
+            open.extend([Side::new(a, d), Side::new(d, b), Side::new(b, c), Side::new(c, a)]);
         }
     }
 
@@ -146,23 +170,22 @@ impl Work<'_> {
 
     /// The side of a triangle to be parted: the one that is farthest off the surface, or the longest where the middle
     /// of the triangle is.
-    fn worst(&self, [a, b, c]: [usize; 3]) -> Option<(usize, usize)> {
-        let length = |&(a, b): &(usize, usize)| {
-            let [p, q] = [a, b].map(|k| self.flat[k]);
+    fn worst(&self, triangle: [usize; 3]) -> Option<Side> {
+        let length = |side: &Side| {
+            let [p, q] = [side.from, side.to].map(|k| self.flat[k]);
             (p[0] - q[0]).hypot(p[1] - q[1])
         };
         // Beside a border that is not quite on the surface there is no end to parting.
-        let sides = [(a, b), (b, c), (c, a)];
+        let sides = Side::of_triangle(triangle);
         let longest = sides.iter().map(length).fold(0.0, f64::max);
-        if turn([a, b, c].map(|k| self.flat[k])) < THINNEST * longest {
+        if turn(triangle.map(|k| self.flat[k])) < THINNEST * longest {
             return None;
         }
-        let inner = |side: &(usize, usize)| {
-            self.sides.contains_key(&(side.1, side.0)) && length(side) > SHORTEST
-        };
+        let inner =
+            |side: &Side| self.sides.contains_key(&side.opposite()) && length(side) > SHORTEST;
         let sides = sides.into_iter().filter(inner);
-        let gap = |&(a, b): &(usize, usize)| {
-            let ends = [a, b].map(|k| self.corners[k]);
+        let gap = |side: &Side| {
+            let ends = [side.from, side.to].map(|k| self.corners[k]);
             let at = |share: f64| {
                 let [p, q] = ends.map(|end| end.uv);
                 self.chart.point([0, 1].map(|k| p[k] + (q[k] - p[k]) * share))
@@ -176,9 +199,9 @@ impl Work<'_> {
         if worst.is_some() {
             return worst.map(|(_, side)| side);
         }
-        let [p, q, r] = [a, b, c].map(|k| self.corners[k].point);
+        let [p, q, r] = triangle.map(|k| self.corners[k].point);
         let normal: Vector3<f64> = (q - p).cross(&(r - p)).try_normalize(0.0)?;
-        let gap = normal.dot(&(self.chart.point(self.middle(&[a, b, c])) - p)).abs();
+        let gap = normal.dot(&(self.chart.point(self.middle(&triangle)) - p)).abs();
         if gap <= 0.75 * self.chord {
             return None;
         }
@@ -189,18 +212,19 @@ impl Work<'_> {
         [0, 1].map(|k| of.iter().map(|&c| self.corners[c].uv[k]).sum::<f64>() / of.len() as f64)
     }
 
-    fn halve(&mut self, (a, b): (usize, usize)) {
-        let uv = self.middle(&[a, b]);
+    fn halve(&mut self, side: Side) {
+        let uv = self.middle(&[side.from, side.to]);
         let new = self.corners.len();
         self.corners.push(Corner { uv, point: self.chart.point(uv) });
         self.flat.push([0, 1].map(|k| uv[k] * self.scale[k]));
         let mut around = Vec::new();
-        for (from, to) in [(a, b), (b, a)] {
-            let Some(tip) = self.opposite((from, to)) else { continue };
-            self.take((from, to));
+        for side in [side, side.opposite()] {
+            let Some(tip) = self.opposite(side) else { continue };
+            let Side { from, to } = side;
+            self.take(side);
             self.add([from, new, tip]);
             self.add([new, to, tip]);
-            around.extend([(to, tip), (tip, from)]);
+            around.extend([Side::new(to, tip), Side::new(tip, from)]);
         }
         self.flip(around);
     }

@@ -105,12 +105,12 @@ fn chords(edge: &Edge, chord: f64) -> Vec<Point3<f64>> {
     if backward {
         range.reverse();
     }
-    let at = |t: f64| (t, edge.curve.point_around(t));
-    let mut points = vec![at(range[0]).1];
+    let at = |t: f64| CurveSample { t, point: edge.curve.point_around(t) };
+    let mut points = vec![at(range[0]).point];
     for pair in edge.curve.stations(range).windows(2) {
         let ends = [at(pair[0]), at(pair[1])];
-        halve(&edge.curve, ends, (chord, HALVINGS), &mut points);
-        points.push(ends[1].1);
+        halve(&edge.curve, ends, chord, HALVINGS, &mut points);
+        points.push(ends[1].point);
     }
     // Splines come in many short spans; of a small closed one something has to be left.
     if matches!(edge.curve, Curve::Spline(_)) && (end - start).norm() > SMALL * chord {
@@ -128,21 +128,29 @@ fn chords(edge: &Edge, chord: f64) -> Vec<Point3<f64>> {
 /// Ends of an edge that are this many chord tolerances apart are those of an open curve.
 const SMALL: f64 = 10.0;
 
-/// Adds the points between two of a curve.
+/// A point of a curve with its parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct CurveSample {
+    t: f64,
+    point: Point3<f64>,
+}
+
+/// Adds the points between two samples of a curve, by at most `left` halvings.
 fn halve(
     curve: &Curve,
-    [a, b]: [(f64, Point3<f64>); 2],
-    (chord, left): (f64, u32),
+    [a, b]: [CurveSample; 2],
+    chord: f64,
+    left: u32,
     out: &mut Vec<Point3<f64>>,
 ) {
-    let at = |share: f64| curve.point_around(a.0 + share * (b.0 - a.0));
-    if left == 0 || is_chord(&at, [&a.1, &b.1], CHORDS * chord) {
+    let at = |share: f64| curve.point_around(a.t + share * (b.t - a.t));
+    if left == 0 || is_chord(&at, [&a.point, &b.point], CHORDS * chord) {
         return;
     }
-    let middle = (0.5 * (a.0 + b.0), at(0.5));
-    halve(curve, [a, middle], (chord, left - 1), out);
-    out.push(middle.1);
-    halve(curve, [middle, b], (chord, left - 1), out);
+    let middle = CurveSample { t: 0.5 * (a.t + b.t), point: at(0.5) };
+    halve(curve, [a, middle], chord, left - 1, out);
+    out.push(middle.point);
+    halve(curve, [middle, b], chord, left - 1, out);
 }
 
 /// Without points that chords pass closely.

@@ -34,7 +34,7 @@ pub(super) fn polygons(chart: &Chart<'_>, rings: Vec<Ring>, chord: f64) -> Vec<P
     if outer.is_empty() && plain.is_empty() {
         outer.extend(seams.whole());
     }
-    let polygon = |outer| Polygon { outer: turned(outer, true), holes: Vec::new() };
+    let polygon = |outer| Polygon { outer: counter_clockwise(outer), holes: Vec::new() };
     let mut polygons: Vec<Polygon> = outer.into_iter().map(polygon).collect();
     // What an odd number of loops encloses is the face: the largest first, what is within one is a hole of it.
     let mut plain: Vec<Vec<Corner>> = plain.into_iter().map(|ring| ring.corners).collect();
@@ -47,7 +47,7 @@ pub(super) fn polygons(chart: &Chart<'_>, rings: Vec<Ring>, chord: f64) -> Vec<P
             free.then_some((placed, polygon))
         });
         match holder {
-            Some((placed, polygon)) => polygon.holes.push(turned(placed, false)),
+            Some((placed, polygon)) => polygon.holes.push(clockwise(placed)),
             None => polygons.push(polygon(ring)),
         }
     }
@@ -64,9 +64,18 @@ fn area(corners: &[Corner]) -> f64 {
     corners.iter().zip(next).map(|(a, b)| a.uv[0] * b.uv[1] - a.uv[1] * b.uv[0]).sum()
 }
 
-/// A polygon run counter-clockwise, or clockwise.
-fn turned(mut corners: Vec<Corner>, left: bool) -> Vec<Corner> {
-    if (area(&corners) > 0.0) != left {
+/// Returns the polygon run counter-clockwise.
+fn counter_clockwise(mut corners: Vec<Corner>) -> Vec<Corner> {
+    if area(&corners) > 0.0 {
+        return corners;
+    }
+    corners.reverse();
+    corners
+}
+
+/// Returns the polygon run clockwise.
+fn clockwise(mut corners: Vec<Corner>) -> Vec<Corner> {
+    if area(&corners) > 0.0 {
         corners.reverse();
     }
     corners
