@@ -1,6 +1,7 @@
 //! STL, binary and text: triangles of stock and fixtures. The format has no units; mm are taken.
 
-use super::{ImportError, looks_like, without_mark};
+use super::error::ImportError;
+use super::format::{looks_like, without_mark};
 use crate::types::Mesh;
 use nalgebra::Point3;
 

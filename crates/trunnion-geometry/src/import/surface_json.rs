@@ -1,7 +1,7 @@
 //! Surface JSON: `{"degree":[p,q], "knots":[[..],[..]], "points":[[[x,y,z],..],..],
 //! "weights":[[..],..]}`, `points[i][j]` with `i` along u, clamped knots, weights optional, mm.
 
-use super::without_mark;
+use super::format::without_mark;
 use crate::math::bspline::KnotError;
 use crate::surface::NurbsSurface;
 use crate::surface::Surface;

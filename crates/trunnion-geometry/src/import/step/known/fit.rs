@@ -3,7 +3,7 @@
 //! Every fit is linear, by singular values, so that samples of an exact surface give it to rounding;
 //! of other samples it gives something, which the proof refuses.
 
-use super::Sample;
+use super::sample::Sample;
 use crate::import::step::model::Frame;
 use crate::import::step::shape::Shape;
 use nalgebra::DMatrix;

@@ -1,10 +1,7 @@
 //! The grammar of Part 21: records out of bytes, with line and column for what breaks it.
 
-use super::Exchange;
-use super::Instance;
-use super::Record;
-use super::Value;
-use crate::import::ImportError;
+use super::data::{Exchange, Instance, Record, Value};
+use crate::import::error::ImportError;
 
 /// Deepest nesting of lists that is read. The deepest of the schema is 3 (rows of a control net
 /// inside a record); more is a damaged or hostile file, and would only serve to exhaust the stack.

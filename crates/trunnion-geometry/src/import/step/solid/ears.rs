@@ -1,6 +1,6 @@
 //! Polygons with holes into triangles at their corners.
 
-use super::Corner;
+use super::corner::Corner;
 use super::unroll::Polygon;
 
 /// A polygon in triangles, in a plane in which lengths by u and v are alike.

@@ -5,10 +5,10 @@
 //! what a chord of it would be off.
 
 use super::super::chart::Chart;
+use super::corner::{Corner, Triangle};
 use super::ears::{Plain, turn};
 use super::ring::off;
 use super::unroll::Polygon;
-use super::{Corner, Triangle};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 

@@ -5,7 +5,7 @@ use super::super::curve::Curve;
 use super::super::model::{Read, loss};
 use super::super::topology::{Boundary, Edge};
 use super::super::trim::{End, Exactness, Track, beside, chain};
-use super::Corner;
+use super::corner::Corner;
 use nalgebra::Point3;
 
 /// A loop, face on the left, each corner once.

@@ -1,7 +1,7 @@
 //! Faces as plain polygons of their parameters: what runs round a period is cut open along a seam.
 
 use super::super::chart::{Chart, Pole};
-use super::Corner;
+use super::corner::Corner;
 use super::ring::{CHORDS, Ring, is_chord};
 
 /// The outside of a polygon, counter-clockwise, and its holes, clockwise; corners on a seam are there twice.
