@@ -2,16 +2,16 @@
 
 use crate::types::Cancelled;
 
-/// Why a part file gives no faces. One message, with the place where there is one.
+/// Error of reading a part file: one message, with line and column if there are any.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImportError {
     /// The content is another format than expected.
     #[error("this is not a {expected} file: it looks like {found}")]
     WrongFormat {
-        /// What was expected.
+        /// Name of the format expected.
         expected: &'static str,
-        /// What the first bytes look like.
+        /// Format that the first bytes look like, in words.
         found: &'static str,
     },
     /// The text breaks the grammar of the format.
@@ -21,7 +21,7 @@ pub enum ImportError {
         line: usize,
         /// Column in bytes, from 1.
         column: usize,
-        /// What is wrong.
+        /// Description of the error.
         message: String,
     },
     /// The file stops in the middle.
@@ -36,23 +36,23 @@ pub enum ImportError {
     /// The file was read, but holds no face that can be machined.
     #[error("the file gives no face: {reason}")]
     NoFaces {
-        /// What was found instead.
+        /// Contents of the file, or the first warning.
         reason: String,
     },
-    /// A file of which a solid was wanted.
+    /// The faces of the file do not enclose a solid.
     #[error(
         "the solid is not closed: {reason}; heal it in the CAD system and export it as a solid, or as STL"
     )]
     NotClosed {
-        /// What is wrong, and where.
+        /// Defect and its position.
         reason: String,
     },
     /// A tolerance of the reader is not a positive length.
     #[error("the tolerance `{name}` is {value} mm; it must be positive")]
     Tolerance {
-        /// Which one.
+        /// Name of the tolerance.
         name: &'static str,
-        /// Its value.
+        /// Value given \[mm\].
         value: f64,
     },
     /// Stopped through [`Progress`].

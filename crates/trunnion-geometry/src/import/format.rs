@@ -1,13 +1,22 @@
 //! File formats recognised by their first bytes.
 
-/// The bytes after a byte order mark of UTF-8, which some editors put in front.
+/// Returns the bytes without the UTF-8 byte order mark that some editors put in front.
 pub fn without_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
 }
 
-/// What the first bytes look like, in words.
+/// Names the format that the first bytes look like, in words.
+///
+/// # Example
+///
+/// ```
+/// use trunnion_geometry::import::looks_like;
+///
+/// assert_eq!(looks_like(b"ISO-10303-21;"), "STEP");
+/// assert_eq!(looks_like(b"PK\x03\x04"), "a ZIP archive (3MF, FreeCAD and others)");
+/// ```
 pub fn looks_like(bytes: &[u8]) -> &'static str {
-    /// Beginnings by which formats are told apart.
+    /// First bytes of each format, and its name.
     const BEGINNINGS: [(&[u8], &str); 14] = [
         (b"ISO-10303-21", "STEP"),
         (b"solid", "STL (text)"),
@@ -28,7 +37,7 @@ pub fn looks_like(bytes: &[u8]) -> &'static str {
     if start.is_empty() {
         return "an empty file";
     }
-    // A binary STL may begin with anything, `solid` included: its length tells.
+    // A binary STL may begin with anything, `solid` included: its length follows from the count.
     let triangles = bytes.get(80..84).and_then(|count| <[u8; 4]>::try_from(count).ok());
     let length = triangles.map(|count| 84 + 50 * u64::from(u32::from_le_bytes(count)));
     if length == Some(bytes.len() as u64) {

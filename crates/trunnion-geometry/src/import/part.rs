@@ -14,7 +14,7 @@ pub struct Part {
     pub warnings: Vec<Warning>,
 }
 
-/// What a reader left out or doubts.
+/// Something that a reader left out or doubts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Warning {
     /// Number of the face it concerns.
@@ -23,7 +23,7 @@ pub struct Warning {
     pub entity: Option<u64>,
     /// Line of the file, from 1.
     pub line: Option<usize>,
-    /// What and why.
+    /// Thing left out, and the reason.
     pub message: String,
 }
 
@@ -44,16 +44,17 @@ impl fmt::Display for Warning {
 
 /// Reads one format.
 pub trait Reader {
-    /// Name of the format.
+    /// Returns the name of the format.
     fn format(&self) -> &'static str;
 
-    /// Whether the content begins like this format.
+    /// Returns `true` if the content begins like this format.
     fn recognises(&self, bytes: &[u8]) -> bool;
 
     /// Reads a whole file. Reports [`crate::types::Stage::Import`] face by face.
     ///
     /// # Errors
     ///
-    /// [`ImportError`]: not one face could be read, and why; or the caller asked for a stop.
+    /// [`ImportError`] if not one face could be read, with the reason, or if the caller asked for a
+    /// stop.
     fn read(&self, bytes: &[u8], progress: &dyn Progress) -> Result<Part, ImportError>;
 }

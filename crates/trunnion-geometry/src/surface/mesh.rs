@@ -28,9 +28,9 @@ pub struct FaceMesh {
 }
 
 impl Face {
-    /// Returns triangles within about `chord` \[mm\] of the surface: a grid in u and v as fine as the
-    /// sampled second derivatives ask, cut at the trims (marching squares). Trim details smaller
-    /// than a cell may be lost; at most 512 cells a parameter.
+    /// Returns triangles within about `chord` \[mm\] of the surface: a grid in u and v as fine as
+    /// the sampled second derivatives ask, cut at the trims (marching squares). Trim details
+    /// smaller than a cell may be lost; at most 512 cells a parameter.
     ///
     /// # Example
     ///
@@ -80,15 +80,15 @@ struct GridPoint {
 enum VertexKey {
     /// At a point of the grid.
     Corner(GridPoint),
-    /// Where a trim cuts the edge along u that starts at the point.
+    /// At the cut of a trim through the edge along u that starts at the point.
     CutAlongU(GridPoint),
-    /// Where a trim cuts the edge along v that starts at the point.
+    /// At the cut of a trim through the edge along v that starts at the point.
     CutAlongV(GridPoint),
 }
 
-/// Returns the numbers of cells for which neither the bend of a cell's edges nor its twist exceed half of `chord`:
-/// a parabola leaves its chord by `|S_uu| du^2 / 8`, a twisted cell its diagonal by
-/// `|S_uv| du dv / 4`.
+/// Returns the numbers of cells for which neither the bend of a cell's edges nor its twist exceed
+/// half of `chord`: a parabola leaves its chord by `|S_uu| du^2 / 8`, a twisted cell its diagonal
+/// by `|S_uv| du dv / 4`.
 fn cells(face: &Face, [u, v]: [[f64; 2]; 2], chord: f64) -> [u32; 2] {
     let mut bend = [0.0_f64; 3];
     for i in 0..=PROBES {
@@ -97,6 +97,7 @@ fn cells(face: &Face, [u, v]: [[f64; 2]; 2], chord: f64) -> [u32; 2] {
                 low + (high - low) * f64::from(k) / f64::from(PROBES)
             };
             let jet = face.surface.jet2(at(i, u), at(j, v));
+            // Only the normal part of a second derivative takes the surface off its chords.
             let Some(n) = jet.normal() else { continue };
             for (bend, d) in bend.iter_mut().zip([jet.suu, jet.suv, jet.svv]) {
                 *bend = bend.max(d.dot(&n).abs());
@@ -104,8 +105,10 @@ fn cells(face: &Face, [u, v]: [[f64; 2]; 2], chord: f64) -> [u32; 2] {
         }
     }
     let (width, height) = (u[1] - u[0], v[1] - v[0]);
+    // |S_uu| du^2 / 8 = chord / 2 gives du = sqrt(4 chord / |S_uu|).
     let count = |bend: f64, width: f64| (width * (bend / (4.0 * chord)).sqrt()).ceil();
     let mut counts = [count(bend[0], width), count(bend[2], height)];
+    // |S_uv| du dv / 4 over chord / 2. Where it exceeds 1, both directions take the root of it.
     let twist = bend[1] * width * height / (2.0 * chord * counts[0].max(1.0) * counts[1].max(1.0));
     counts = counts.map(|n| n.max(1.0) * twist.max(1.0).sqrt());
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
@@ -143,6 +146,7 @@ impl<'a> FaceTessellation<'a> {
     fn at(&self, point: GridPoint) -> [f64; 2] {
         let along = |k: usize, n: u32| {
             let [low, high] = self.bounds[k];
+            // The last line is the bound itself: a sum could be rounded to beyond the trims.
             if n == self.cells[k] {
                 high
             } else {
@@ -157,8 +161,8 @@ impl<'a> FaceTessellation<'a> {
         self.inside.get(at).copied().unwrap_or(false)
     }
 
-    /// Returns the part of a cell inside the trims, counter-clockwise in u, v; two parts where opposite
-    /// corners are inside and the middle is not.
+    /// Returns the part of a cell inside the trims, counter-clockwise in u, v; two parts where
+    /// opposite corners are inside and the middle is not.
     fn polygons(&mut self, i: u32, j: u32) -> Vec<Vec<u32>> {
         let corners =
             [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]].map(|[i, j]| GridPoint { i, j });
@@ -166,6 +170,8 @@ impl<'a> FaceTessellation<'a> {
         if inside == [false; 4] {
             return Vec::new();
         }
+        // Marching squares: inside corners, and cuts between unlike neighbours, in order round the
+        // cell.
         let mut polygon = Vec::new();
         for k in 0..4 {
             let next = (k + 1) % 4;
@@ -177,6 +183,7 @@ impl<'a> FaceTessellation<'a> {
             }
         }
         let opposite = inside[0] == inside[2] && inside[1] == inside[3] && inside[0] != inside[1];
+        // The ambiguous case: the middle of the cell decides if the inside corners are connected.
         if opposite {
             let [a, b] = [self.at(corners[0]), self.at(corners[2])];
             if !self.face.contains(0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])) {
@@ -196,14 +203,17 @@ impl<'a> FaceTessellation<'a> {
         self.vertex(VertexKey::Corner(point), uv)
     }
 
-    /// Returns the vertex where a trim crosses the edge between an inside and an outside grid point.
+    /// Returns the vertex where a trim crosses the edge between an inside and an outside grid
+    /// point.
     fn cut(&mut self, a: GridPoint, b: GridPoint) -> u32 {
+        // Named by its lower grid point, an edge gives both cells beside it the same vertex.
         let first = a.min(b);
         let key =
             if a.i == b.i { VertexKey::CutAlongV(first) } else { VertexKey::CutAlongU(first) };
         let (mut inner, mut outer) =
             if self.is_inside(a) { (self.at(a), self.at(b)) } else { (self.at(b), self.at(a)) };
         if !self.known.contains_key(&key) {
+            // Bisection; its inner end is taken, so that no vertex lies outside the trims.
             for _ in 0..HALVINGS {
                 let middle = [0.5 * (inner[0] + outer[0]), 0.5 * (inner[1] + outer[1])];
                 if self.face.contains(middle[0], middle[1]) {
@@ -223,6 +233,7 @@ impl<'a> FaceTessellation<'a> {
         let index = u32::try_from(self.out.uv.len()).unwrap_or(u32::MAX);
         self.out.mesh.vertices.push(self.face.point(uv[0], uv[1]));
         self.out.uv.push(uv);
+        // At a singular point without a limit; vertices and normals have to stay in step.
         let fallback = Vector3::z_axis();
         self.out.normals.push(self.face.normal(uv[0], uv[1]).unwrap_or(fallback));
         self.known.insert(key, index);

@@ -1,9 +1,9 @@
 //! Surfaces and faces: points, derivatives to order 3, normals, curvature and its bounds, closest
 //! points, trim loops.
 //!
-//! A [`Surface`] is geometry over a rectangle of parameters: NURBS, analytic or swept. A [`Face`] is
-//! a surface with trim loops and a side. A [`FaceIndex`] answers closest-point queries on a face.
-//! Lengths in mm.
+//! A [`Surface`] is geometry over a rectangle of parameters: NURBS, analytic or swept. A [`Face`]
+//! is a surface with trim loops and a side. A [`FaceIndex`] answers closest-point queries on a
+//! face. Lengths in mm.
 //!
 //! # Example
 //!

@@ -83,6 +83,7 @@ impl PatchTree {
             return index;
         }
         let (mut first, mut second) = (cells, cells);
+        // Across the direction of more patches, so that boxes stay compact.
         let k = usize::from(j1 - j0 > i1 - i0);
         let middle = usize::midpoint(cells[k][0], cells[k][1]);
         (first[k][1], second[k][0]) = (middle, middle);
@@ -106,7 +107,8 @@ impl PatchTree {
         self.search(surface, p, best, 0.0).map(|best| best.uv)
     }
 
-    /// Returns the distance of some point of the domain that is nearer than `enough`; `None` proves that there is none.
+    /// Returns the distance of some point of the domain that is nearer than `enough`; `None` proves
+    /// that there is none.
     pub(crate) fn nearer(
         &self,
         surface: &NurbsSurface,
@@ -125,7 +127,8 @@ impl PatchTree {
         EQUAL * (self.nodes.first().map_or(0.0, size) + p.coords.norm())
     }
 
-    /// Finds the closest point over the domain if it is nearer than `best`, or the first one nearer than `enough`.
+    /// Finds the closest point over the domain if it is nearer than `best`, or the first one nearer
+    /// than `enough`.
     fn search(
         &self,
         surface: &NurbsSurface,
@@ -139,6 +142,7 @@ impl PatchTree {
         queue.push(QueueEntry { bound: box_distance(p, root), kind: QueueItem::Node(0) });
         for _ in 0..LOOKS {
             let Some(look) = queue.pop() else { return Ok(best) };
+            // The queue gives the smallest bound first: if this one is no closer, nothing is.
             if look.bound >= best.distance - slack || best.distance < enough {
                 return Ok(best);
             }
@@ -153,8 +157,8 @@ impl PatchTree {
 
     /// Decides if the surface comes nearer than `limit` to a convex solid.
     ///
-    /// The distance from it is convex: over the hull of a piece's control points it lies above its tangent plane at
-    /// their middle.
+    /// The distance from it is convex: over the hull of a piece's control points it lies above its
+    /// tangent plane at their middle.
     pub(crate) fn meets(
         &self,
         surface: &NurbsSurface,
@@ -166,6 +170,8 @@ impl PatchTree {
         while let Some(index) = nodes.pop() {
             let node = &self.nodes[index];
             let centre = Point3::from(0.5 * (node.low + node.high));
+            // A distance is 1-Lipschitz: over a box it is at least that of the centre less half the
+            // diagonal.
             if gap(&centre).0 - 0.5 * (node.high - node.low).norm() >= limit {
                 continue;
             }
@@ -227,6 +233,7 @@ fn split(
     let middle = piece.bounds.map(|[low, high]| 0.5 * (low + high));
     let at = |uv: [f64; 2]| SurfaceJet2::from_table(&surface.table::<2>(uv[0], uv[1]));
     let start = at(middle);
+    // Newton's method costs as much as many halvings: only from where it is sure to improve.
     if (start.s - p).norm() < best.distance {
         let middle = SurfacePoint { uv: middle, jet: start };
         let found = newton::minimise(at, p, middle.uv, surface.domain()).unwrap_or(middle);
@@ -248,10 +255,13 @@ impl PatchPiece {
             let points = || piece.points.iter().map(|point| point.xyz() / point.w);
             let middle = points().sum::<Vector3<f64>>() / piece.points.len() as f64;
             let (distance, gradient) = gap(&Point3::from(middle));
+            // Convexity: gap(p) >= gap(m) + gradient . (p - m); over the hull this is least at a
+            // point of the net.
             let rise = points().map(|p| gradient.dot(&(p - middle)));
             if distance + rise.fold(f64::INFINITY, f64::min) >= limit {
                 continue;
             }
+            // Corners of the net lie on the surface: one within the limit is an answer.
             let near = |corner: &Point3<f64>| gap(corner).0 < limit;
             if let Some(corner) = piece.corners().into_iter().find(near) {
                 return SolidProximity::Nearer(corner);
@@ -282,6 +292,7 @@ impl PatchPiece {
         let rows = self.points.len() / self.columns;
         let last = self.points.len() - 1;
         let c = |i: usize| self.points[i].xyz() / self.points[i].w;
+        // Lengths of the two sides of the net along each parameter.
         let along_u =
             (c(last + 1 - self.columns) - c(0)).norm() + (c(last) - c(self.columns - 1)).norm();
         let along_v =
@@ -294,6 +305,8 @@ impl PatchPiece {
         } else {
             (rows, self.columns, self.columns, 1)
         };
+        // De Casteljau at one half: the first point of every level belongs to the low half, and the
+        // points that remain are the high half.
         for line in 0..lines {
             let at = |i: usize| line * step + i * stride;
             for level in 0..count {
@@ -314,9 +327,9 @@ impl PatchPiece {
     }
 }
 
-/// Returns a lower bound on the distance of the piece: the distance to the box of its control points, or to
-/// their plane of support across the direction to the net's middle, whichever is larger. The
-/// second is quadratically sharp where the surface faces `p`.
+/// Returns a lower bound on the distance of the piece: the distance to the box of its control
+/// points, or to their plane of support across the direction to the net's middle, whichever is
+/// larger. The second is quadratically sharp where the surface faces `p`.
 fn lower_bound(p: &Point3<f64>, piece: &PatchPiece) -> f64 {
     let points = || piece.points.iter().map(|point| point.xyz() / point.w - p.coords);
     let count = piece.points.len() as f64;
@@ -325,7 +338,9 @@ fn lower_bound(p: &Point3<f64>, piece: &PatchPiece) -> f64 {
         (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)),
         |(low, high), x| (low.inf(&x), high.sup(&x)),
     );
+    // Seen from p at the origin: the offset of the box in each coordinate, 0 where it spans it.
     let gap = low.sup(&-high).sup(&Vector3::zeros()).norm();
+    // The hull lies behind the plane square to d through its nearest point, at this distance.
     let support = middle
         .try_normalize(0.0)
         .map_or(0.0, |d| points().map(|x| x.dot(&d)).fold(f64::INFINITY, f64::min));

@@ -436,7 +436,7 @@ fn check_small_cells(index: &FaceIndex, face: &Face, bounds: [[f64; 2]; 2]) {
         let middle = bounds.map(|range| between(range, numbers.next()));
         let half = bounds.map(|[low, high]| 0.02 * (high - low) * numbers.next().abs());
         let cell = [0, 1].map(|k| [middle[k] - half[k], middle[k] + half[k]]);
-        let [low, high] = index.curvature_range(cell);
+        let [low, high] = index.curvature_range(cell).ends();
         let mut attained = 0.0_f64;
         for _ in 0..20 {
             let uv =
@@ -518,7 +518,7 @@ fn curvature_bounds_hold_and_are_close() {
     let sheets = [patch, waves].map(|face| (face.clone(), face.bounds()));
     for (face, bounds) in every_kind().into_iter().chain(sheets) {
         let index = FaceIndex::new(face.clone()).unwrap();
-        let [low, high] = index.curvature_range(bounds);
+        let [low, high] = index.curvature_range(bounds).ends();
         let mut attained = [0.0_f64; 2];
         for i in 0..=60 {
             for j in 0..=60 {

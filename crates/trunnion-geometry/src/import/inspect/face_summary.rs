@@ -24,7 +24,8 @@ pub struct FaceSummary {
     pub concave_radius: Option<f64>,
     /// Mean unit normal on the cutter's side; `None` where the face faces all ways alike.
     pub normal: Option<UnitVector3<f64>>,
-    /// Whether trims cut anything off the surface's own range (an endless surface always is cut).
+    /// `true` if trims cut anything off the surface's own range (of an endless surface they always
+    /// do).
     pub trimmed: bool,
 }
 
@@ -33,31 +34,49 @@ pub struct FaceSummary {
 pub struct AreaElement {
     /// Parameters.
     pub uv: [f64; 2],
-    /// Where \[mm\].
+    /// Point of the face \[mm\].
     pub point: Point3<f64>,
     /// Its area times the unit normal on the cutter's side \[mm²\].
     pub area: Vector3<f64>,
 }
 
-/// Elements that cover the trimmed face: sums over them are integrals over the face, such as
-/// `sum of |area|`, or `sum of point . area / 3`, a closed shell's volume.
+/// Returns elements that cover the trimmed face. Sums over them are integrals over the face, such
+/// as `sum of |area|`, or `sum of point . area / 3`, a closed shell's volume.
+///
+/// # Example
+///
+/// ```
+/// use nalgebra::{Point3, Vector3};
+/// use trunnion_geometry::import::inspect;
+/// use trunnion_geometry::surface::{Face, SphereSurface, Surface, SurfaceFrame};
+///
+/// let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x())?;
+/// let ball = Face::new(1, Surface::Sphere(SphereSurface::new(frame, 1.0)?), vec![])?;
+/// let volume: f64 =
+///     inspect::elements(&ball).iter().map(|e| e.point.coords.dot(&e.area) / 3.0).sum();
+/// assert!((volume - 4.0 / 3.0 * std::f64::consts::PI).abs() < 1e-6);
+/// # Ok::<(), trunnion_geometry::surface::SurfaceError>(())
+/// ```
 pub fn elements(face: &Face) -> Vec<AreaElement> {
     let element = |node: &Node| {
         let jet = face.surface.jet1(node.uv[0], node.uv[1]);
         let side = if face.flip { -node.weight } else { node.weight };
+        // dA = S_u x S_v du dv: the weight is the area in parameters.
         AreaElement { uv: node.uv, point: jet.s, area: jet.su.cross(&jet.sv) * side }
     };
     quadrature::nodes(face).iter().map(element).collect()
 }
 
-/// Measures a face.
+/// Measures area, extent, tightest hollow and mean normal of a face.
 pub fn summary(face: &Face) -> FaceSummary {
     let nodes = quadrature::nodes(face);
     let elements = elements(face);
     let area = elements.iter().map(|element| element.area.norm()).sum();
+    // The vector area: 0 for a closed surface, as long as the area for a plane.
     let mean = elements.iter().fold(Vector3::zeros(), |sum, element| sum + element.area);
     let towards = |node: &Node| {
         let curvature = face.surface.jet2(node.uv[0], node.uv[1]).curvature()?;
+        // Hollow is positive curvature towards the cutter; on the other side signs change.
         Some(if face.flip { -curvature.min } else { curvature.max })
     };
     let hollow = nodes.iter().filter_map(towards).fold(0.0, f64::max);
@@ -74,19 +93,21 @@ pub fn summary(face: &Face) -> FaceSummary {
     }
 }
 
-/// Rounding leaves about `1e-12 / size` of curvature on a plane; a hollow so shallow that it
-/// deviates by less than 1e-9 mm over the whole face is none: `area * curvature / 8`.
+/// Returns the radius of a hollow \[mm\], `None` if it is no deeper than rounding.
 fn hollow_radius(curvature: f64, area: f64) -> Option<f64> {
+    // Rounding leaves a curvature of about 1e-12 / size on a plane. Over a chord of length l a
+    // sphere sags by l^2 / (8 r): a hollow of less than 1e-9 mm over the whole face is none.
     (curvature * area > 8e-9).then(|| 1.0 / curvature)
 }
 
-/// `mean` is the vector area; a closed surface has none but rounding and the quadrature's error.
+/// Returns the direction of the vector area `mean`, unless this is only rounding and quadrature
+/// error.
 fn mean_normal(mean: &Vector3<f64>, area: f64) -> Option<UnitVector3<f64>> {
     UnitVector3::try_new(*mean, 1e-3 * area)
 }
 
 fn trimmed(face: &Face, covered: f64) -> bool {
-    /// What the quadrature may miss of a range that is covered whole.
+    /// Share of a range covered whole that the quadrature may miss.
     const MISSED: f64 = 1e-6;
     let [u, v] = face.surface.domain();
     let whole = (u[1] - u[0]) * (v[1] - v[0]);
@@ -94,7 +115,7 @@ fn trimmed(face: &Face, covered: f64) -> bool {
     !face.loops.is_empty() && !complete
 }
 
-/// Box of rims and nodes, each side then pushed out to the extreme, along the rim and inside.
+/// Returns the box of rims and nodes, each side pushed out to the extreme along the rim and inside.
 fn bounds(face: &Face, nodes: &[Node]) -> [Point3<f64>; 2] {
     let rims: Vec<Vec<[f64; 2]>> =
         quadrature::rims(face).iter().map(|rim| quadrature::dense(face, rim, RIM_CHORDS)).collect();
@@ -103,6 +124,8 @@ fn bounds(face: &Face, nodes: &[Node]) -> [Point3<f64>; 2] {
             let height = |uv: [f64; 2]| sign * face.point(uv[0], uv[1])[k];
             let inner = nodes.iter().map(|node| node.uv).chain(rims.iter().flatten().copied());
             let top = inner.max_by(|a, b| height(*a).total_cmp(&height(*b)));
+            // Inside the face the gradient of the coordinate vanishes at an extreme: found from the
+            // best node.
             let inside = top.map(|uv| extreme(face, k, sign, uv));
             let along = rims.iter().filter_map(|rim| along_rim(rim, &height));
             sign * along.chain(inside).fold(f64::NEG_INFINITY, f64::max)
@@ -114,7 +137,8 @@ fn bounds(face: &Face, nodes: &[Node]) -> [Point3<f64>; 2] {
 /// Chords a rim is divided into per range of the face.
 const RIM_CHORDS: f64 = 64.0;
 
-/// Largest height along a rim: the best corner, then golden sections on both chords beside it.
+/// Finds the largest height along a rim: the best corner, then golden sections on both chords
+/// beside it.
 fn along_rim(rim: &[[f64; 2]], height: &dyn Fn([f64; 2]) -> f64) -> Option<f64> {
     const SECTIONS: usize = 40;
     const GOLDEN: f64 = 0.618_033_988_749_894_8;
@@ -124,6 +148,7 @@ fn along_rim(rim: &[[f64; 2]], height: &dyn Fn([f64; 2]) -> f64) -> Option<f64> 
         let (Some(a), Some(b)) = (rim.get(best), rim.get(neighbour)) else { continue };
         let at = |t: f64| height([a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]);
         let (mut low, mut high) = (0.0, 1.0);
+        // Golden section search: 0.618^40 leaves 4e-9 of the chord.
         for _ in 0..SECTIONS {
             let (x, y) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
             if at(x) < at(y) {
@@ -137,12 +162,13 @@ fn along_rim(rim: &[[f64; 2]], height: &dyn Fn([f64; 2]) -> f64) -> Option<f64> 
     Some(largest)
 }
 
-/// Largest `sign * coordinate k` found from `start` by Newton's method inside the face.
+/// Finds the largest `sign * coordinate k` from `start` by Newton's method inside the face.
 fn extreme(face: &Face, k: usize, sign: f64, start: [f64; 2]) -> f64 {
     const STEPS: usize = 8;
     let (mut best, mut uv) = (sign * face.point(start[0], start[1])[k], start);
     for _ in 0..STEPS {
         let jet = face.surface.jet2(uv[0], uv[1]);
+        // Newton's method for the zero of the gradient of coordinate k, by Cramer's rule.
         let determinant = jet.suu[k] * jet.svv[k] - jet.suv[k] * jet.suv[k];
         let du = -(jet.svv[k] * jet.su[k] - jet.suv[k] * jet.sv[k]) / determinant;
         let dv = -(jet.suu[k] * jet.sv[k] - jet.suv[k] * jet.su[k]) / determinant;

@@ -27,13 +27,13 @@ use std::sync::atomic::Ordering;
 pub struct StepReader {
     /// Largest distance \[mm\] of a chord of a trim loop from the edge it stands for.
     pub chord: f64,
-    /// How far apart \[mm\] two points of the file may be and still be one: ends of neighbouring
-    /// edges, a collapsed side, an edge and the surface it lies on. Files state 1e-5 to 1e-2.
+    /// Distance \[mm\] up to which two points of the file count as one: ends of neighbouring edges,
+    /// a collapsed side, an edge and the surface it lies on. Files state 1e-5 to 1e-2.
     pub same: f64,
 }
 
-/// Share of [`StepReader::same`] within which a control net has to be an elementary surface all over to
-/// be read as one: far below what any cut is made to, far above the digits of a file.
+/// Share of [`StepReader::same`] within which a control net has to be an elementary surface all
+/// over to be read as one: far below what any cut is made to, far above the digits of a file.
 const KNOWN: f64 = 1e-3;
 
 impl Reader for StepReader {
@@ -52,6 +52,8 @@ impl Reader for StepReader {
             losses.iter().map(|loss| warning(&exchange, None, loss)).collect();
         let total = outlines.len() as u64;
         let done = AtomicU64::new(0);
+        // Faces do not depend on each other; the order of the file is kept, whatever finishes
+        // first.
         let read: Result<Vec<_>, ImportError> = outlines
             .par_iter()
             .enumerate()
@@ -81,7 +83,7 @@ impl Reader for StepReader {
 }
 
 impl StepReader {
-    /// The records of a file.
+    /// Parses the records of a file.
     pub(super) fn exchange(&self, bytes: &[u8]) -> Result<Exchange, ImportError> {
         let bytes = without_mark(bytes);
         if !self.recognises(bytes) {
@@ -119,13 +121,15 @@ impl StepReader {
         let face = Face::new(number, surface, loops);
         let mut face =
             face.map_err(|fault| Loss { entity: outline.id, message: fault.to_string() })?;
+        // Normal of the face: that of the surface if `same_sense`, turned over by a reversed shell.
         face.flip = skin.same_sense == outline.reversed;
+        // A face beyond the rim of its surface would be continued, not read.
         convert::inside_domain(&face, outline.id, self.same)?;
         Ok((face, notes))
     }
 }
 
-/// What a face says, and its surface as stated and as it is used.
+/// Topology of a face, and its surface as stated and as it is used.
 pub(super) type Geometry = (Skin, Shape, Surface);
 
 impl StepReader {
@@ -137,6 +141,7 @@ impl StepReader {
         if let Surface::Nurbs(net) = &surface
             && let Some(known) = known::known(net, KNOWN * self.same)
         {
+            // Loops run about the normal of the surface: they turn with it.
             if known.opposed {
                 skin.turn_over();
             }
@@ -147,7 +152,7 @@ impl StepReader {
     }
 }
 
-/// Closest points for a surface whose parameters have no closed form.
+/// Prepares closest-point queries for a surface whose parameters have no closed form.
 pub(super) fn index(shape: &Shape, surface: &Surface, id: u64) -> Read<Option<FaceIndex>> {
     let Shape::Net(_) = shape else { return Ok(None) };
     let whole = Face::new(1, surface.clone(), Vec::new()).and_then(FaceIndex::new);
@@ -160,7 +165,7 @@ pub(super) fn warning(exchange: &Exchange, face: Option<usize>, loss: &Loss) -> 
     Warning { face, entity, line, message: loss.message.clone() }
 }
 
-/// Why nothing came of it.
+/// Returns the reason for which a file gives no face.
 pub(super) fn reason(exchange: &Exchange, warnings: &[Warning]) -> String {
     match warnings {
         [] if exchange.instances.is_empty() => "its data section is empty".to_owned(),

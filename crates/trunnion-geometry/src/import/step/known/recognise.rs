@@ -12,11 +12,11 @@ use nalgebra::Vector3;
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::import::step) struct Known {
     pub(in crate::import::step) shape: Shape,
-    /// Whether its normal points the other way than the net's.
+    /// `true` if its normal points the other way than the net's.
     pub(in crate::import::step) opposed: bool,
 }
 
-/// The elementary surface that `net` is nowhere farther from than `tolerance` \[mm\].
+/// Finds the elementary surface that `net` is nowhere farther from than `tolerance` \[mm\].
 pub(in crate::import::step) fn known(net: &NurbsSurface, tolerance: f64) -> Option<Known> {
     let samples = samples(net);
     let middle = samples.get(samples.len() / 2)?;
@@ -32,7 +32,7 @@ pub(in crate::import::step) fn known(net: &NurbsSurface, tolerance: f64) -> Opti
     Some(Known { shape, opposed })
 }
 
-/// Normal of the shape near a point, on the side of `S_u x S_v`.
+/// Returns a normal of the shape near a point, on the side of `S_u x S_v`, of any length.
 fn outward(shape: &Shape, p: &Point3<f64>) -> Option<Vector3<f64>> {
     let out = |frame: &Frame, x: f64, y: f64, z: f64| {
         Some(frame.x.scale(x) + frame.y.scale(y) + frame.z.scale(z))
@@ -46,10 +46,12 @@ fn outward(shape: &Shape, p: &Point3<f64>) -> Option<Vector3<f64>> {
         }
         Shape::Cone { frame, angle, .. } => {
             let q = frame.local(p);
+            // Gradient of rho - z tan a.
             out(frame, q.x, q.y, -q.x.hypot(q.y) * angle.tan())
         }
         Shape::Torus { frame, major, .. } => {
             let q = frame.local(p);
+            // From the centre of the tube in the half plane of p: (rho - R) out, z up.
             let inner = 1.0 - major / q.x.hypot(q.y);
             out(frame, q.x * inner, q.y * inner, q.z)
         }

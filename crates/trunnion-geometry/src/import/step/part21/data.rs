@@ -52,7 +52,7 @@ pub(in crate::import::step) struct Exchange {
 }
 
 impl Value {
-    /// The number, whether written as a real, an integer or `TYPE(number)`.
+    /// Returns the number, written as a real, an integer or `TYPE(number)`.
     pub(in crate::import::step) fn number(&self) -> Option<f64> {
         match self {
             Self::Real(x) => Some(*x),
@@ -67,7 +67,7 @@ impl Value {
         }
     }
 
-    /// The whole number as a count or index.
+    /// Returns the whole number as a count or index.
     pub(in crate::import::step) fn count(&self) -> Option<usize> {
         match self {
             Self::Integer(x) => usize::try_from(*x).ok(),
@@ -75,7 +75,7 @@ impl Value {
         }
     }
 
-    /// The referenced entity.
+    /// Returns the referenced entity.
     pub(in crate::import::step) fn reference(&self) -> Option<u64> {
         match self {
             Self::Reference(id) => Some(*id),
@@ -83,7 +83,7 @@ impl Value {
         }
     }
 
-    /// `.T.` or `.F.`
+    /// Returns the truth value of `.T.` or `.F.`.
     pub(in crate::import::step) fn truth(&self) -> Option<bool> {
         match self {
             Self::Word(word) if word == "T" => Some(true),
@@ -92,7 +92,7 @@ impl Value {
         }
     }
 
-    /// The elements of a list.
+    /// Returns the elements of a list.
     pub(in crate::import::step) fn list(&self) -> Option<&[Self]> {
         match self {
             Self::List(values) => Some(values),
@@ -102,12 +102,12 @@ impl Value {
 }
 
 impl Instance {
-    /// The part of that name.
+    /// Returns the part of that name.
     pub(in crate::import::step) fn part(&self, name: &str) -> Option<&Record> {
         self.records.iter().find(|record| record.name == name)
     }
 
-    /// The name of a simple entity, the names of a complex one joined by `+`.
+    /// Returns the name of a simple entity, or the names of a complex one joined by `+`.
     pub(in crate::import::step) fn kind(&self) -> String {
         let names: Vec<&str> = self.records.iter().map(|record| record.name.as_str()).collect();
         names.join("+")
@@ -115,12 +115,12 @@ impl Instance {
 }
 
 impl Exchange {
-    /// The instance numbered `id`.
+    /// Returns the instance numbered `id`.
     pub(in crate::import::step) fn get(&self, id: u64) -> Option<&Instance> {
         self.index.get(&id).and_then(|&place| self.instances.get(place))
     }
 
-    /// Line of instance `id`; 0 if there is none.
+    /// Returns the line of instance `id`; 0 if there is none.
     pub(in crate::import::step) fn line(&self, id: u64) -> usize {
         self.get(id).map_or(0, |instance| instance.line)
     }

@@ -14,14 +14,15 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 impl StepReader {
-    /// The solids of a file as one closed mesh, triangles counter-clockwise seen from outside. Its corners lie on
-    /// the file's edges and faces; edges are within about `chord` \[mm\] of their curves, and triangles of their
-    /// faces, as far as points between them tell. Reports [`Stage::Import`] face by face.
+    /// Reads the solids of a file as one closed mesh, triangles counter-clockwise seen from
+    /// outside. Its corners lie on the file's edges and faces; edges are within about `chord`
+    /// \[mm\] of their curves, and triangles of their faces, as sampled between corners. Reports
+    /// [`Stage::Import`] face by face.
     ///
     /// # Errors
     ///
-    /// As [`Reader::read`](super::super::Reader::read), and [`ImportError::NotClosed`] where faces are lost or do
-    /// not share edges.
+    /// As [`Reader::read`](super::super::Reader::read), and [`ImportError::NotClosed`] where faces
+    /// are lost or do not share edges.
     pub fn mesh(
         &self,
         bytes: &[u8],
@@ -69,6 +70,7 @@ impl StepReader {
             };
             all.extend(refine::refine(&chart, plain, chord));
         }
+        // Counter-clockwise about the normal of the surface, which points inwards here.
         if skin.same_sense == outline.reversed {
             for triangle in &mut all {
                 triangle.swap(1, 2);
@@ -78,7 +80,8 @@ impl StepReader {
     }
 }
 
-/// Joins triangles at equal corners, and sees that every edge is run through as often one way as the other.
+/// Joins triangles at equal corners, and checks that every edge is used as often one way as the
+/// other.
 fn closed(faces: &[Vec<Triangle>]) -> Result<Mesh, ImportError> {
     let mut mesh = Mesh::default();
     let mut known = BTreeMap::new();
@@ -96,11 +99,13 @@ fn closed(faces: &[Vec<Triangle>]) -> Result<Mesh, ImportError> {
             })
         });
         let [a, b, c] = corners;
+        // Two corners of a sliver may be one vertex of the file; its neighbours then meet directly.
         if a == b || b == c || c == a {
             continue;
         }
         mesh.triangles.push(corners);
         for (from, to) in [(a, b), (b, c), (c, a)] {
+            // In a closed mesh neighbours run through their edge in opposite directions.
             let way = if from < to { 1 } else { -1 };
             edges.entry((from.min(to), from.max(to))).or_insert((0, index)).0 += way;
         }

@@ -1,8 +1,8 @@
 //! Triangles parted inside a face until they are close to its surface.
 //!
-//! Only sides within the face are parted, in their middle, so that its border stays as its neighbours have it. After
-//! each, sides are turned over where that makes triangles rounder (Lawson's flips), in a plane in which a length is
-//! what a chord of it would be off.
+//! Only sides within the face are parted, in their middle, so that its border stays as its
+//! neighbours have it. After each, sides are turned over where that makes triangles rounder
+//! (Lawson's flips), in a plane in which a length is what a chord of it would be off.
 
 use super::super::chart::Chart;
 use super::corner::{Corner, Triangle};
@@ -14,18 +14,21 @@ use std::collections::BTreeMap;
 
 /// Triangles of one face at most.
 const MOST: usize = 2_000_000;
-/// Sides shorter than this, in chords, are not parted: bends are sampled, and may be sharper between.
+/// Sides shorter than this, in chords, are not parted: bends are sampled, and may be sharper
+/// between.
 const SHORTEST: f64 = 0.1;
 /// Triangles less high than this, in chords, are not parted.
 const THINNEST: f64 = 0.05;
 /// Samples by either parameter from which the scale is taken.
 const PROBES: u32 = 8;
-/// Share of a straight direction's length that counts as bent: it keeps triangles from becoming needles.
+/// Share of a straight direction's length that counts as bent: it keeps triangles from becoming
+/// needles.
 const STRAIGHT: f64 = 0.05;
-/// Flips after one parting at most: far more than there ever are, so that rounding cannot turn in circles.
+/// Flips after one parting at most: far more than there ever are, so that rounding cannot turn in
+/// circles.
 const FLIPS: u32 = 10_000;
 
-/// Lengths by u and v in tolerances: how many chords a unit of each would take.
+/// Returns lengths by u and v in tolerances: the number of chords that a unit of each would take.
 pub(super) fn scale(chart: &Chart<'_>, polygons: &[Polygon], chord: f64) -> [f64; 2] {
     let corners = || polygons.iter().flat_map(|polygon| &polygon.outer);
     let ends = |k: usize| {
@@ -48,12 +51,13 @@ pub(super) fn scale(chart: &Chart<'_>, polygons: &[Polygon], chord: f64) -> [f64
     let long = (0..2).map(|k| speed[k] * (ranges[k][1] - ranges[k][0])).fold(0.0, f64::max);
     [0, 1].map(|k| {
         let straight = speed[k] / (STRAIGHT * long).max(chord);
+        // A chord over du sags by |S_uu| du^2 / 8: sqrt(|S_uu| / (8 chord)) chords a unit of u.
         let scale = (bend[k] / (8.0 * chord)).sqrt() + straight;
         if scale > 0.0 && scale.is_finite() { scale } else { 1.0 }
     })
 }
 
-/// Triangles of a face within about `chord` \[mm\] of its surface.
+/// Divides the triangles of a face until they are within about `chord` \[mm\] of its surface.
 pub(super) fn refine(chart: &Chart<'_>, plain: Plain, chord: f64) -> Vec<Triangle> {
     let Plain { corners, flat, triangles, scale } = plain;
     let mut mesh =
@@ -120,7 +124,7 @@ impl Work<'_> {
         Some(triangle)
     }
 
-    /// The corner opposite a side of the triangle on its left.
+    /// Returns the corner opposite a side of the triangle on its left.
     fn opposite(&self, side: Side) -> Option<usize> {
         let triangle = (*self.triangles.get(*self.sides.get(&side)?)?)?;
         triangle.into_iter().find(|&k| k != side.from && k != side.to)
@@ -135,6 +139,8 @@ impl Work<'_> {
             };
             let Side { from: a, to: b } = side;
             let [pa, pb, pc, pd] = [a, b, c, d].map(|k| self.flat[k]);
+            // Delaunay criterion (Lawson): the other tip inside the circle makes this the wrong
+            // diagonal.
             if c == d || !in_circle([pa, pb, pc], pd) || !is_convex([pa, pd, pb, pc]) {
                 continue;
             }
@@ -153,7 +159,7 @@ impl Work<'_> {
         }
     }
 
-    /// Parts sides until all are close to the surface, and what is between them.
+    /// Parts sides until these and the triangles between them are close to the surface.
     fn part(&mut self) {
         let mut at = 0;
         while at < self.triangles.len() && self.triangles.len() < MOST {
@@ -168,8 +174,8 @@ impl Work<'_> {
         }
     }
 
-    /// The side of a triangle to be parted: the one that is farthest off the surface, or the longest where the middle
-    /// of the triangle is.
+    /// Returns the side of a triangle to be parted: the one that is farthest off the surface, or
+    /// the longest if only the middle of the triangle is off.
     fn worst(&self, triangle: [usize; 3]) -> Option<Side> {
         let length = |side: &Side| {
             let [p, q] = [side.from, side.to].map(|k| self.flat[k]);
@@ -195,12 +201,14 @@ impl Work<'_> {
             gaps.into_iter().fold(0.0, f64::max)
         };
         let worst = sides.clone().map(|side| (gap(&side), side)).max_by(|a, b| a.0.total_cmp(&b.0));
+        // Half the tolerance for sides: between two sides that use it up the middle is off by more.
         let worst = worst.filter(|(gap, _)| *gap > 0.5 * self.chord);
         if worst.is_some() {
             return worst.map(|(_, side)| side);
         }
         let [p, q, r] = triangle.map(|k| self.corners[k].point);
         let normal: Vector3<f64> = (q - p).cross(&(r - p)).try_normalize(0.0)?;
+        // Of the middle only the height over the triangle counts, not a shift within it.
         let gap = normal.dot(&(self.chart.point(self.middle(&triangle)) - p)).abs();
         if gap <= 0.75 * self.chord {
             return None;
@@ -218,6 +226,7 @@ impl Work<'_> {
         self.corners.push(Corner { uv, point: self.chart.point(uv) });
         self.flat.push([0, 1].map(|k| uv[k] * self.scale[k]));
         let mut around = Vec::new();
+        // Two triangles share a side; at a border there is only one.
         for side in [side, side.opposite()] {
             let Some(tip) = self.opposite(side) else { continue };
             let Side { from, to } = side;
@@ -230,11 +239,12 @@ impl Work<'_> {
     }
 }
 
-/// Whether a point is well inside the circle through three others, counter-clockwise.
+/// Returns `true` if a point is well inside the circle through three others, counter-clockwise.
 fn in_circle(corners: [[f64; 2]; 3], p: [f64; 2]) -> bool {
     let [a, b, c] = corners.map(|q| [q[0] - p[0], q[1] - p[1]]);
     let square = |q: [f64; 2]| q[0] * q[0] + q[1] * q[1];
     let [x, y, z] = [a, b, c].map(square);
+    // In-circle determinant with rows (x, y, x^2 + y^2), p at the origin.
     let minor = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
     let det = x * minor(b, c) - y * minor(a, c) + z * minor(a, b);
     // Rounding of the products does not count.
@@ -242,7 +252,7 @@ fn in_circle(corners: [[f64; 2]; 3], p: [f64; 2]) -> bool {
     det > 1e-12 * size
 }
 
-/// Whether a quadrilateral turns left at all its corners.
+/// Returns `true` if a quadrilateral turns left at all its corners.
 fn is_convex([a, b, c, d]: [[f64; 2]; 4]) -> bool {
     let square = |p: [f64; 2], q: [f64; 2]| (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2);
     let least = 1e-10 * (square(a, c) + square(b, d));
