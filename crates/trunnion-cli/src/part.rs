@@ -19,7 +19,7 @@ pub(crate) fn read(path: &Path, progress: &dyn Progress) -> Result<Part, Failure
     if is_json(path, &bytes) {
         return surface_json::read(&bytes)
             .and_then(|surface| {
-                Face::new(1, surface, Vec::new(), false)
+                Face::new(1, surface, Vec::new())
                     .map_err(|error| Diagnostic::whole(error.to_string()).into())
             })
             .map(|face| Part { faces: vec![face], warnings: Vec::new() })

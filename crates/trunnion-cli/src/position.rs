@@ -14,7 +14,7 @@ use trunnion::positioning::{
     ContactSide, CutterLocation, LocationRequest, NestedGrid, PlacementMethod, PositioningError,
     StripSide, ToleranceBand, error_picture, place, trace,
 };
-use trunnion::surface::{Face, FaceIndex, Surface};
+use trunnion::surface::{FaceIndex, Surface};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -271,17 +271,16 @@ fn face(args: &Args) -> Result<FaceIndex, Failure> {
     }
     let count = part.faces.len();
     let wanted = part.faces.into_iter().find(|face| face.number == args.face);
-    let Some(Face { number, surface, loops, flip }) = wanted else {
+    let Some(mut face) = wanted else {
         let file = args.surface.display();
         let help = format!("trunnion inspect {file} lists them");
-        let face = args.face;
+        let number = args.face;
         return Err(Failure::input(format!(
-            "{file} has {count} faces, none with the number {face}\n  help: {help}"
+            "{file} has {count} faces, none with the number {number}\n  help: {help}"
         )));
     };
-    Face::new(number, surface, loops, flip != args.flip)
-        .and_then(FaceIndex::new)
-        .map_err(Failure::input)
+    face.flip ^= args.flip;
+    FaceIndex::new(face).map_err(Failure::input)
 }
 
 /// `R=10,r=6`, optionally `L=..` and `inner=..`.

@@ -34,7 +34,7 @@ fn main() {
 fn patch() -> FaceIndex {
     let bytes = std::fs::read(root().join("fixtures/bezier-patch/patch.json")).unwrap();
     let surface = trunnion::import::surface_json::read(&bytes).unwrap();
-    FaceIndex::new(Face::new(1, surface, Vec::new(), false).unwrap()).unwrap()
+    FaceIndex::new(Face::new(1, surface, Vec::new()).unwrap()).unwrap()
 }
 
 fn root() -> PathBuf {
@@ -176,7 +176,7 @@ fn face() -> FaceIndex {
         .collect();
     let knots = || vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
     let surface = NurbsSurface::new([3, 3], [knots(), knots()], points, None).unwrap();
-    FaceIndex::new(Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()).unwrap()
+    FaceIndex::new(Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap()).unwrap()
 }
 
 /// Budget: seconds a face, so that a user waits for the machine and not for the planner.

@@ -119,7 +119,7 @@ fn patch() -> Option<FaceIndex> {
     let points = (0..4).map(|i| (0..4).map(|j| point(i, j)).collect()).collect();
     let knots = || vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
     let surface = NurbsSurface::new([3, 3], [knots(), knots()], points, None).ok()?;
-    FaceIndex::new(Face::new(1, Surface::Nurbs(surface), Vec::new(), false).ok()?).ok()
+    FaceIndex::new(Face::new(1, Surface::Nurbs(surface), Vec::new()).ok()?).ok()
 }
 
 fn cutter() -> Option<Cutter> {

@@ -102,7 +102,7 @@ fn turns<T: Copy>(all: Vec<T>) -> impl FnMut() -> Option<T> {
 fn closest_cold(bencher: Bencher, height: f64) {
     let Some(surface) = ours(false) else { return };
     let queries = queries(&surface, height);
-    let face = Face::new(1, surface, Vec::new(), false).and_then(FaceIndex::new);
+    let face = Face::new(1, surface, Vec::new()).and_then(FaceIndex::new);
     let Ok(index) = face else { return };
     bencher
         .with_inputs(turns(queries))
@@ -122,7 +122,7 @@ fn closest_cold_curvo(bencher: Bencher, height: f64) {
 fn closest_warm(bencher: Bencher) {
     let Some(surface) = ours(false) else { return };
     let queries = queries(&surface, 2.0);
-    let face = Face::new(1, surface, Vec::new(), false).and_then(FaceIndex::new);
+    let face = Face::new(1, surface, Vec::new()).and_then(FaceIndex::new);
     let Ok(index) = face else { return };
     bencher.with_inputs(turns(queries)).bench_local_values(|query| {
         query.map(|([u, v], p)| index.closest_near(&p, [u + 2e-3, v - 2e-3]))

@@ -9,7 +9,7 @@ use trunnion::surface::{Face, FaceIndex};
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let patch = include_bytes!("../../../fixtures/bezier-patch/patch.json");
     let surface = surface_json::read(patch)?;
-    let face = FaceIndex::new(Face::new(1, surface, Vec::new(), false)?)?;
+    let face = FaceIndex::new(Face::new(1, surface, Vec::new())?)?;
     let cutter = Cutter::new(CutterSpec::bull(10.0, 6.0))?;
     let request = LocationRequest {
         face: &face,

@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let points = [0.0, 20.0].map(|x| [0.0, 20.0].map(|y| Point3::new(x, y, 0.0)).to_vec()).to_vec();
     let knots = [vec![0.0, 0.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
     let plane = Surface::Nurbs(NurbsSurface::new([1, 1], knots, points, None)?);
-    let faces = [FaceIndex::new(Face::new(1, plane, Vec::new(), false)?)?];
+    let faces = [FaceIndex::new(Face::new(1, plane, Vec::new())?)?];
 
     let cutter = Cutter::new(CutterSpec { length: 60.0, ..CutterSpec::ball(10.0) })?;
     let options = CoverOptions {

@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let machine =
         files::machine::parse(include_str!("../../../machines/bc-trunnion.toml"))?.machine;
 
-    let faces = [Face::new(1, surface, Vec::new(), job.part.flip)?];
+    let faces = [Face { flip: job.part.flip, ..Face::new(1, surface, Vec::new())? }];
     let job = pipeline::Job::new(job, &faces, &machine)?;
     let outcome = pipeline::run(&job, &Silent)?;
     for program in &outcome.programs {

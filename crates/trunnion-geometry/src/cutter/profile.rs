@@ -48,6 +48,7 @@ impl ProfilePiece {
 /// Returns the whole outline; pieces without length are left out.
 pub(super) fn lay_out(spec: &CutterSpec) -> Vec<ProfilePiece> {
     let [major, minor] = [spec.major, spec.minor];
+    // Flat bottom up to the centre circle, then the corner arc out to the largest radius.
     let mut pieces = vec![ProfilePiece::Line { from: [0.0, 0.0], to: [major, 0.0] }];
     if minor > 0.0 {
         pieces.push(ProfilePiece::Arc { center: [major, minor], radius: minor });
@@ -57,14 +58,17 @@ pub(super) fn lay_out(spec: &CutterSpec) -> Vec<ProfilePiece> {
         pieces.push(ProfilePiece::Line { from: at, to });
         at = to;
     };
+    // The flank keeps the radius of the cutter up to the first entry of the shank.
     if let Some(&[height, _]) = spec.shank.first() {
         line_to([major + minor, height]);
     }
     for &[height, radius] in &spec.shank {
         line_to([radius, height]);
     }
+    // From the last entry straight up to the gauge point.
     let last = spec.shank.last().map_or(major + minor, |&[_, radius]| radius);
     line_to([last, spec.length]);
+    // No disc on a ball, no flank where the shank begins at the corner.
     pieces.retain(|piece| piece.extent() > 0.0);
     pieces
 }

@@ -58,8 +58,10 @@ impl ToolBody {
     pub fn new(cutter: &Cutter) -> Self {
         let [major, minor] = [cutter.major(), cutter.minor()];
         let shank = cutter.spec().shank.first();
+        // The flank ends where the shank begins.
         let top = shank.map_or(cutter.length(), |&[height, _]| height).max(minor);
         let end = ConvexSolid { low: [major, minor], high: [major, top], rounding: minor };
+        // Horizontal shoulders are the discs of the solids below and above them.
         let above = cutter.profile().iter().filter_map(|piece| match *piece {
             ProfilePiece::Line { from, to } if from[1] >= top && to[1] > from[1] => {
                 Some(ConvexSolid { low: from, high: to, rounding: 0.0 })
@@ -80,6 +82,7 @@ impl ConvexSolid {
     pub fn above(cutter: &Cutter, bottom: f64) -> impl Iterator<Item = Self> {
         cutter.profile().iter().filter_map(move |piece| match *piece {
             ProfilePiece::Line { from, to } if to[1] > from[1].max(bottom) => {
+                // A line that begins below the height is cut there.
                 let up = ((bottom - from[1]) / (to[1] - from[1])).max(0.0);
                 let low = [from[0] + up * (to[0] - from[0]), from[1].max(bottom)];
                 Some(Self { low, high: to, rounding: 0.0 })
@@ -97,6 +100,7 @@ impl ConvexSolid {
     pub fn distance(&self, point: &Point3<f64>, pose: &ToolPose) -> f64 {
         let from_tip = point - pose.tip;
         let z = from_tip.dot(&pose.axis);
+        // Pythagoras; on the axis rounding may make the square negative.
         let rho = (from_tip.norm_squared() - z * z).max(0.0).sqrt();
         self.section([rho, z]).0
     }
@@ -138,6 +142,7 @@ impl ConvexSolid {
     ) -> SignedDistance {
         let up = normal.dot(&pose.axis);
         let out = (1.0 - up * up).max(0.0).sqrt();
+        // Support function: the farthest point of either rim along the normal, and the ball.
         let rim = |[rho, z]: [f64; 2]| rho * out + z * up;
         let reach = rim(self.low).max(rim(self.high)) + self.rounding;
         SignedDistance { distance: normal.dot(&(point - pose.tip)) - reach, gradient: normal }

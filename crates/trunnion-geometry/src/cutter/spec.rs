@@ -40,8 +40,9 @@ pub struct CutterSpec {
     pub length: f64,
     /// Part of the underside that cuts.
     pub construction: CutterConstruction,
-    /// Profile above the cutting part, `[height above the tip, radius]` \[mm\], heights not falling.
-    /// Below the first entry the tool has the cutter's radius, above the last the last radius.
+    /// Profile above the cutting part, `[height above the tip, radius]` \[mm\], heights not
+    /// falling. Below the first entry the tool has the cutter's radius, above the last the last
+    /// radius.
     pub shank: Vec<[f64; 2]>,
 }
 

@@ -28,6 +28,7 @@ impl Cutter {
     /// ```
     pub fn new(spec: CutterSpec) -> Result<Self, CutterErrors> {
         let mut errors = bad_lengths(&spec);
+        // Comparisons of radii mean nothing while one of them is no number.
         if errors.is_empty() {
             errors = bad_shape(&spec);
         }
@@ -50,7 +51,8 @@ impl Cutter {
         self.spec.major
     }
 
-    /// Returns the radius `r` of the rounding, and height of the centre circle above the tip \[mm\].
+    /// Returns the radius `r` of the rounding, and height of the centre circle above the tip
+    /// \[mm\].
     pub fn minor(&self) -> f64 {
         self.spec.minor
     }
@@ -83,13 +85,14 @@ impl Cutter {
         &self.spec
     }
 
-    /// Returns the profile of revolution from the tip outward and up to [`Cutter::length`], pieces end to end:
-    /// disc (flat, bull), arc (ball, bull), flank and shank lines.
+    /// Returns the profile of revolution from the tip outward and up to [`Cutter::length`], pieces
+    /// end to end: disc (flat, bull), arc (ball, bull), flank and shank lines.
     pub fn profile(&self) -> &[ProfilePiece] {
         &self.profile
     }
 
-    /// Returns the height below which the outline is the cutting end: `r` \[mm\]. Above are flank and shank.
+    /// Returns the height below which the outline is the cutting end: `r` \[mm\]. Above are flank
+    /// and shank.
     pub fn cutting_height(&self) -> f64 {
         self.spec.minor
     }
@@ -123,6 +126,7 @@ fn bad_shape(spec: &CutterSpec) -> Vec<CutterError> {
     if !fits {
         errors.push(CutterError::WrongKind { kind, major, minor, must });
     }
+    // The corner arc reaches up to the height r.
     if spec.length < minor {
         errors.push(CutterError::TooShort { length: spec.length, minor });
     }

@@ -1,6 +1,7 @@
 //! STL, binary and text: triangles of stock and fixtures. The format has no units; mm are taken.
 
-use super::{ImportError, looks_like, without_mark};
+use super::error::ImportError;
+use super::format::{looks_like, without_mark};
 use crate::types::Mesh;
 use nalgebra::Point3;
 
@@ -8,15 +9,26 @@ use nalgebra::Point3;
 const HEADER: usize = 84;
 const RECORD: usize = 50;
 
-/// Triangles of an STL file, corners as they stand there; normals are not read.
+/// Reads the triangles of an STL file, with corners as written there \[mm\]; normals are not read.
+///
+/// # Example
+///
+/// ```
+/// use trunnion_geometry::import::stl;
+///
+/// let text = "solid a\nvertex 0 0 0\nvertex 2 0 0\nvertex 0 3 1\nendsolid a\n";
+/// assert_eq!(stl::read(text.as_bytes())?.triangles, [[0, 1, 2]]);
+/// # Ok::<(), trunnion_geometry::import::ImportError>(())
+/// ```
 ///
 /// # Errors
 ///
-/// [`ImportError::WrongFormat`], or [`ImportError::Syntax`] for a text that is not what it says; of a binary
-/// file the line is 1 and the column the byte.
+/// [`ImportError::WrongFormat`], or [`ImportError::Syntax`] for triangles that cannot be read; in a
+/// binary file the line is 1 and the column the byte.
 pub fn read(bytes: &[u8]) -> Result<Mesh, ImportError> {
     let count = bytes.get(80..HEADER).and_then(|four| four.try_into().ok()).map(u32::from_le_bytes);
     let size = |count: u32| HEADER as u64 + RECORD as u64 * u64::from(count);
+    // The length first: a binary file may begin with `solid`, too.
     let corners = if count.is_some_and(|count| bytes.len() as u64 == size(count)) {
         binary(bytes)?
     } else if without_mark(bytes).trim_ascii_start().starts_with(b"solid") {
@@ -33,6 +45,7 @@ fn binary(bytes: &[u8]) -> Result<Vec<Point3<f64>>, ImportError> {
     let records = bytes.get(HEADER..).unwrap_or_default().chunks_exact(RECORD);
     let mut corners = Vec::with_capacity(3 * records.len());
     for (index, record) in records.enumerate() {
+        // Three floats of normal are passed over; 9 of corners follow, then 2 bytes of attributes.
         let number = |four: &[u8]| {
             four.try_into().map_or(f64::NAN, |four: [u8; 4]| f64::from(f32::from_le_bytes(four)))
         };
@@ -58,6 +71,7 @@ fn text(bytes: &[u8]) -> Result<Vec<Point3<f64>>, ImportError> {
     for (line, content) in (1..).zip(text.lines()) {
         last = line;
         let mut words = content.split_whitespace();
+        // `facet`, `outer loop` and their ends only enclose the vertices, three for every triangle.
         if words.next() != Some("vertex") {
             continue;
         }

@@ -1,7 +1,7 @@
 //! Surface JSON: `{"degree":[p,q], "knots":[[..],[..]], "points":[[[x,y,z],..],..],
 //! "weights":[[..],..]}`, `points[i][j]` with `i` along u, clamped knots, weights optional, mm.
 
-use super::without_mark;
+use super::format::without_mark;
 use crate::math::bspline::KnotError;
 use crate::surface::NurbsSurface;
 use crate::surface::Surface;
@@ -17,7 +17,7 @@ const KEYS: [&str; 4] = ["degree", "knots", "points", "weights"];
 /// Names at least this alike (Jaro-Winkler) are suggested for each other.
 const ALIKE: f64 = 0.7;
 
-/// More faults than this are not told one by one.
+/// Faults beyond this number are only counted.
 const MOST: usize = 50;
 
 /// Reads a surface from surface JSON.
@@ -37,6 +37,7 @@ pub fn read(bytes: &[u8]) -> Result<Surface, Diagnostics> {
     match surface {
         Some(surface) if reading.faults.is_empty() => Ok(Surface::Nurbs(surface)),
         _ => {
+            // A damaged file may have a fault at every point: the first ones are enough.
             let more = reading.faults.len().saturating_sub(MOST);
             reading.faults.truncate(MOST);
             if more > 0 {
@@ -47,7 +48,7 @@ pub fn read(bytes: &[u8]) -> Result<Surface, Diagnostics> {
     }
 }
 
-/// Text and what is wrong with it so far.
+/// Text and its faults so far.
 struct Reading<'a> {
     text: &'a str,
     faults: Vec<Diagnostic>,
@@ -79,12 +80,13 @@ impl Reading<'_> {
             Some(value) => Some(self.rows(value, "weights", Self::number)?),
         };
         let (degree, knots) = (degree?, knots?);
+        // The format is defined for clamped knots; the surface itself would take others.
         self.clamped(degree, &knots);
         let made = NurbsSurface::new(degree, knots, points?, weights);
         made.map_err(|errors| errors.iter().for_each(|error| self.refused(error))).ok()
     }
 
-    /// Of two equal keys the reader of JSON silently keeps the last.
+    /// Notes keys that stand twice: of two equal ones the reader of JSON silently keeps the last.
     fn repeated_keys(&mut self) {
         let mut scan = Scan { bytes: self.text.as_bytes(), at: 0 };
         scan.space();
@@ -100,6 +102,7 @@ impl Reading<'_> {
 
     fn unknown_keys(&mut self, map: &Map<String, Value>) {
         for key in map.keys().filter(|key| !KEYS.contains(&key.as_str())) {
+            // The most similar key, if it is similar at all, is likely the one that was meant.
             let alike = KEYS.iter().map(|known| (strsim::jaro_winkler(key, known), known));
             let best = alike.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|best| best.0 >= ALIKE);
             let help = match best {
@@ -199,7 +202,8 @@ impl Reading<'_> {
         number
     }
 
-    /// The format asks for clamped knots: a surface that ends in its corner points.
+    /// Notes end knots that are not clamped: the format wants a surface that ends in its corner
+    /// points.
     fn clamped(&mut self, degree: [usize; 2], knots: &[Vec<f64>; 2]) {
         for (k, (&degree, knots)) in degree.iter().zip(knots).enumerate() {
             let count = degree.saturating_add(1).min(knots.len());
@@ -219,7 +223,7 @@ impl Reading<'_> {
         }
     }
 
-    /// A fault found when the surface was put together.
+    /// Notes a fault found when the surface was put together.
     fn refused(&mut self, error: &SurfaceError) {
         let path = match error {
             SurfaceError::Knots { direction, error } => {
@@ -241,11 +245,12 @@ impl Reading<'_> {
     }
 }
 
-/// A syntax error of `serde_json` as a fault.
+/// Returns a syntax error of `serde_json` as a fault.
 fn syntax(error: &serde_json::Error) -> Diagnostic {
     let narrow = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
-    let said = error.to_string();
-    let message = said.split(" at line ").next().unwrap_or(&said).to_owned();
+    let whole = error.to_string();
+    // The position is reported apart.
+    let message = whole.split(" at line ").next().unwrap_or(&whole).to_owned();
     let help = if error.is_eof() {
         "the file is cut short"
     } else if message.contains("expected value") || message.contains("out of range") {
@@ -273,7 +278,7 @@ fn kind(value: &Value) -> &'static str {
     }
 }
 
-/// Short values as they stand, long ones by kind.
+/// Shows short values as they are written, long ones by kind.
 fn shown(value: &Value) -> String {
     match value {
         Value::Number(number) => number.to_string(),
@@ -282,8 +287,8 @@ fn shown(value: &Value) -> String {
     }
 }
 
-/// Byte offset of a value in valid JSON: `key[i][j]`; `key~key` for the key itself; empty for the
-/// whole. The last of equal keys counts, as for `serde_json`.
+/// Returns the byte offset of a value in valid JSON: `key[i][j]`; `key~key` for the key itself;
+/// empty for the whole. The last of equal keys counts, as for `serde_json`.
 fn locate(text: &str, path: &str) -> Option<usize> {
     let mut scan = Scan { bytes: text.as_bytes(), at: 0 };
     scan.space();
@@ -321,10 +326,11 @@ impl Scan<'_> {
         }
     }
 
-    /// Past a string that starts here.
+    /// Passes a string that starts here.
     fn string(&mut self) {
         self.at += 1;
         while let Some(byte) = self.peek() {
+            // A backslash hides the byte behind it, which may be a quote.
             self.at += if byte == b'\\' { 2 } else { 1 };
             if byte == b'"' {
                 return;
@@ -332,7 +338,7 @@ impl Scan<'_> {
         }
     }
 
-    /// Past a value that starts here: brackets are counted, strings skipped.
+    /// Passes a value that starts here: brackets are counted, strings skipped.
     fn value(&mut self) {
         let mut depth = 0_usize;
         while let Some(byte) = self.peek() {
@@ -348,13 +354,13 @@ impl Scan<'_> {
         }
     }
 
-    /// Offsets of the last member `key` of the object that starts here: of its name and value.
+    /// Finds the offsets of name and value of the last member `key` of the object that starts here.
     fn member(&mut self, key: &str) -> Option<(usize, usize)> {
         let last = self.members().into_iter().rfind(|(name, ..)| name == key);
         last.map(|(_, name, value)| (name, value))
     }
 
-    /// All members of the object that starts here: name, and offsets of name and value.
+    /// Lists all members of the object that starts here: name, and offsets of name and value.
     fn members(&mut self) -> Vec<(String, usize, usize)> {
         let mut found = Vec::new();
         self.at += 1;
@@ -362,6 +368,7 @@ impl Scan<'_> {
         while self.peek() == Some(b'"') {
             let offset = self.at;
             self.string();
+            // Decoded like a value, so that escapes in a key compare as they read.
             let quoted = self.bytes.get(offset..self.at).unwrap_or_default();
             let name = serde_json::from_slice(quoted).unwrap_or_default();
             self.space();

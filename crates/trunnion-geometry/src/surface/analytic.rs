@@ -33,6 +33,7 @@ impl SurfaceFrame {
         let z_axis = UnitVector3::try_new(z, f64::MIN_POSITIVE).filter(|_| finite);
         let x_axis = z_axis.and_then(|z| {
             let x = x.try_normalize(f64::MIN_POSITIVE)?;
+            // Gram-Schmidt: of a unit vector this leaves the sine of the angle to z.
             UnitVector3::try_new(x - z.scale(x.dot(&z)), PARALLEL)
         });
         let (Some(z), Some(x)) = (z_axis, x_axis) else {
@@ -44,22 +45,22 @@ impl SurfaceFrame {
         Ok(Self { origin, axes: [x, y, z] })
     }
 
-    /// Origin.
+    /// Returns the origin.
     pub fn origin(&self) -> Point3<f64> {
         self.origin
     }
 
-    /// x axis.
+    /// Returns the x axis.
     pub fn x(&self) -> UnitVector3<f64> {
         self.axes[0]
     }
 
-    /// y axis.
+    /// Returns the y axis.
     pub fn y(&self) -> UnitVector3<f64> {
         self.axes[1]
     }
 
-    /// z axis.
+    /// Returns the z axis.
     pub fn z(&self) -> UnitVector3<f64> {
         self.axes[2]
     }
@@ -124,7 +125,8 @@ impl ConeSurface {
     ///
     /// # Errors
     ///
-    /// [`SurfaceError::Size`] unless the radius is 0 or more, [`SurfaceError::ConeAngle`] unless the angle is between 0 and pi/2.
+    /// [`SurfaceError::Size`] unless the radius is 0 or more, [`SurfaceError::ConeAngle`] unless
+    /// the angle is between 0 and pi/2.
     pub fn new(frame: SurfaceFrame, radius: f64, angle: f64) -> Result<Self, SurfaceError> {
         if !(radius >= 0.0 && radius.is_finite()) {
             let need = "finite and 0 or more";
@@ -136,7 +138,7 @@ impl ConeSurface {
         Ok(Self { frame, radius, slope: angle.tan() })
     }
 
-    /// `v` of the apex.
+    /// Returns `v` of the apex.
     fn apex(&self) -> f64 {
         -self.radius / self.slope
     }
@@ -154,8 +156,8 @@ impl SphereSurface {
 }
 
 impl TorusSurface {
-    /// Creates the torus about the z axis of `frame`: a circle of radius `minor` swept at the distance
-    /// `major`.
+    /// Creates the torus about the z axis of `frame`: a circle of radius `minor` swept at the
+    /// distance `major`.
     ///
     /// # Errors
     ///
@@ -179,10 +181,10 @@ pub(crate) trait ElementarySurface {
     fn domain(&self) -> [[f64; 2]; 2];
     fn periods(&self) -> [Option<f64>; 2];
     fn table(&self, u: f64, v: f64) -> DerivativeTable;
-    /// Parameters of a closest point of the whole surface.
+    /// Returns the parameters of a closest point of the whole surface.
     fn closest(&self, p: &Point3<f64>) -> [f64; 2];
-    /// Bounds of the curvatures over `v` in the range: of the smaller (or 0) from below, of the
-    /// larger (or 0) from above; positive towards `S_u x S_v`.
+    /// Returns bounds of the curvatures over `v` in the range: of the smaller (or 0) from below, of
+    /// the larger (or 0) from above; positive towards `S_u x S_v`.
     fn curvatures(&self, v: [f64; 2]) -> [f64; 2];
 }
 
@@ -240,15 +242,18 @@ impl ElementarySurface for CylinderSurface {
 }
 
 impl CylinderSurface {
-    /// Distance of `p` from the part within ranges of u and v: an arc, drawn out.
+    /// Returns the distance of `p` from the part within ranges of u and v: an arc, drawn out.
     pub(crate) fn distance_over(&self, p: &Point3<f64>, [u, v]: [[f64; 2]; 2]) -> f64 {
         let local = self.frame.local(p);
         let rho = local.x.hypot(local.y);
         let width = u[1] - u[0];
         let after = (turn(&local) - u[0]).rem_euclid(TAU);
+        // Angle from the nearer end of the arc; 0 within it.
         let aside = if after <= width { 0.0 } else { (after - width).min(TAU - after) };
+        // Seen along the axis, with the nearest point of the arc at angle 0 and radius R.
         let (sin, cos) = aside.sin_cos();
         let across = (rho * sin).hypot(rho * cos - self.radius);
+        // Beyond the ends of the range of v the height counts besides.
         across.hypot((v[0] - local.z).max(local.z - v[1]).max(0.0))
     }
 }
@@ -267,16 +272,19 @@ impl ElementarySurface for ConeSurface {
         round(&self.frame, u, rho, [v, 1.0, 0.0, 0.0])
     }
 
-    /// Foot on the ruling through the half plane of `p`; the apex where it falls short of it.
+    /// Returns the foot on the ruling through the half plane of `p`; the apex where it falls short
+    /// of it.
     fn closest(&self, p: &Point3<f64>) -> [f64; 2] {
         let local = self.frame.local(p);
         let rho = local.x.hypot(local.y);
+        // Projection of (rho - R, z) on the ruling (tan a, 1).
         let v = ((rho - self.radius) * self.slope + local.z) / (1.0 + self.slope * self.slope);
         [turn(&local), v.max(self.apex())]
     }
 
     fn curvatures(&self, [low, _]: [f64; 2]) -> [f64; 2] {
         let rho = self.radius + low.max(self.apex()) * self.slope;
+        // Square to the rulings: cos a / rho, largest at the narrow end. S_u x S_v points outwards.
         [-(rho * 1.0_f64.hypot(self.slope)).recip(), 0.0]
     }
 }
@@ -322,11 +330,12 @@ impl ElementarySurface for TorusSurface {
         round(&self.frame, u, rho, z)
     }
 
-    /// Closest point of the two circles in the half plane of `p`: the far one matters only inside
-    /// a spindle torus.
+    /// Returns the closest point of the two circles in the half plane of `p`: the far one matters
+    /// only inside a spindle torus.
     fn closest(&self, p: &Point3<f64>) -> [f64; 2] {
         let local = self.frame.local(p);
         let rho = local.x.hypot(local.y);
+        // The half plane of p cuts the torus in a circle on its own side and one beyond the axis.
         let gap = |x: f64| (x.hypot(local.z) - self.minor).abs();
         let (near, far) = (rho - self.major, -rho - self.major);
         let u = turn(&local);
@@ -336,9 +345,11 @@ impl ElementarySurface for TorusSurface {
         [u, local.z.atan2(near).rem_euclid(TAU)]
     }
 
-    /// `-1/r` across and `-cos v / (R + r cos v)`, never below `-1/r`, round. Where the circle
-    /// reaches the axis (a spindle torus) there is no bound.
+    /// Returns `-1/r` across and `-cos v / (R + r cos v)`, never below `-1/r`, round. Where the
+    /// circle reaches the axis (a spindle torus) there is no bound.
     fn curvatures(&self, [low, high]: [f64; 2]) -> [f64; 2] {
+        // cos v is least at v = pi: at the first such turn above `low` if in the range, else at an
+        // end.
         let innermost = 0.5 * TAU + ((low - 0.5 * TAU) / TAU).ceil() * TAU;
         let smallest = if innermost <= high { -1.0 } else { low.cos().min(high.cos()) };
         let rho = self.major + self.minor * smallest;
@@ -350,15 +361,17 @@ impl ElementarySurface for TorusSurface {
     }
 }
 
-/// `[rho, z]` of a circle about the origin of the half plane, with derivatives by its angle.
+/// Returns `[rho, z]` of a circle about the origin of the half plane, with derivatives by its
+/// angle.
 fn circle(radius: f64, sin: f64, cos: f64) -> [[f64; 4]; 2] {
     [[cos, -sin, -cos, sin], [sin, cos, -sin, -cos]].map(|row| row.map(|x| radius * x))
 }
 
-/// `origin + rho(v) (cos u x + sin u y) + z(v) z` from the derivatives of `rho` and `z`.
+/// Returns `origin + rho(v) (cos u x + sin u y) + z(v) z` from the derivatives of `rho` and `z`.
 fn round(frame: &SurfaceFrame, u: f64, rho: [f64; 4], z: [f64; 4]) -> DerivativeTable {
     let (sin, cos) = u.sin_cos();
     let [x, y, axis] = frame.axes.map(UnitVector3::into_inner);
+    // Differentiation by u takes e to f, f to -e and -e to -f.
     let (e, f) = (x * cos + y * sin, y * cos - x * sin);
     let mut d = [e, f, -e, -f].map(|ring| rho.map(|rho| ring * rho));
     for (entry, z) in d[0].iter_mut().zip(z) {
@@ -368,7 +381,7 @@ fn round(frame: &SurfaceFrame, u: f64, rho: [f64; 4], z: [f64; 4]) -> Derivative
     d
 }
 
-/// Angle about z in [0, 2 pi); 0 on the axis.
+/// Returns the angle about z in [0, 2 pi); 0 on the axis.
 fn turn(local: &Vector3<f64>) -> f64 {
     local.y.atan2(local.x).rem_euclid(TAU)
 }

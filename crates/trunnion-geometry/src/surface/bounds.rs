@@ -44,6 +44,7 @@ impl PatchCell {
     }
 
     fn new(net: ControlNet, bounds: ParameterBox) -> Self {
+        // Without a bound on the turn of the tangents in the cell there is none on curvature.
         let (range, spread, rate) =
             net.curvatures().unwrap_or(([0.0; 2], f64::INFINITY, f64::INFINITY));
         Self { net, bounds, range, spread, rate }
@@ -71,8 +72,9 @@ impl PatchCell {
         [self.range[0] - self.spread, self.range[1] + self.spread]
     }
 
-    /// Returns the largest value of `|d II (t, t, t)|` in the cell for unit tangents `t`: of the covariant derivative of the
-    /// second fundamental form \[1/mm^2\]. Infinite where weights differ.
+    /// Returns the largest value of `|d II (t, t, t)|` in the cell for unit tangents `t`: of the
+    /// covariant derivative of the second fundamental form \[1/mm^2\]. Infinite where weights
+    /// differ.
     pub(super) fn rate(&self) -> f64 {
         self.rate
     }
@@ -126,11 +128,13 @@ impl ControlNet {
         Self { points, columns: n.max(1) }
     }
 
-    /// Returns the variation of first and second derivatives by parameters 0 and 1, relative to the first.
+    /// Returns the variation of first and second derivatives by parameters 0 and 1, relative to the
+    /// first.
     fn variation(&self) -> [f64; 2] {
         let size = |net: &Self| net.points.iter().map(Vector4::norm).fold(0.0, f64::max);
         let (u, v) = (self.numerator(0), self.numerator(1));
         let (a, b) = (size(&u), size(&v));
+        // N_uu, N_uv, N_vv, N_u and N_v, each with the size that its change is relative to.
         let both = [
             (u.differences(0), a),
             (u.differences(1), a.max(b)),
@@ -154,7 +158,8 @@ impl ControlNet {
         self.points.iter().map(Vector4::xyz).sum::<Vector3<f64>>() / count
     }
 
-    /// Returns a ball round all vectors of a derivative net, `normal` being the direction of its height.
+    /// Returns a ball round all vectors of a derivative net, `normal` being the direction of its
+    /// height.
     fn ball(&self, normal: &Vector3<f64>) -> DerivativeBall {
         let centre = self.middle();
         let off = || self.points.iter().map(|p| p.xyz() - centre);
@@ -163,28 +168,31 @@ impl ControlNet {
         DerivativeBall { centre, radius, height }
     }
 
-    /// For the net of a weight's derivative and the range of the weight itself: middle and half
-    /// width of an interval around `2 w_k / w`.
+    /// Returns middle and half width of an interval around `2 w_k / w`, of the net of a weight's
+    /// derivative and the range of the weight itself.
     fn pace(&self, [low, high]: [f64; 2]) -> [f64; 2] {
         let rates = || self.points.iter().map(|p| 2.0 * p.w);
+        // w_k / w is least for the least w_k: over the lowest weight if negative, else over the
+        // highest.
         let least = rates().map(|x| if x < 0.0 { x / low } else { x / high }).reduce(f64::min);
         let most = rates().map(|x| if x > 0.0 { x / low } else { x / high }).reduce(f64::max);
         let (least, most) = (least.unwrap_or(0.0), most.unwrap_or(0.0));
         [0.5 * (least + most), 0.5 * (most - least)]
     }
 
-    /// Returns the net of `A_k w - A w_k`: the numerator of `S_k`, of degree `2p` or `2p - 1`. Unlike `A_k`
-    /// and `w_k S` apart it does not depend on where the origin is.
+    /// Returns the net of `A_k w - A w_k`: the numerator of `S_k`, of degree `2p` or `2p - 1`.
+    /// Unlike `A_k` and `w_k S` apart it does not depend on where the origin is.
     fn numerator(&self, k: usize) -> Self {
         let d = self.differences(k);
+        // Quotient rule: S_k = (A_k w - A w_k) / w^2.
         let up = d.times(self, |d, p| (d.xyz() * p.w).push(0.0));
         let down = d.times(self, |d, p| (p.xyz() * d.w).push(0.0));
         let points = up.points.iter().zip(&down.points).map(|(a, b)| a - b).collect();
         Self { points, columns: up.columns }
     }
 
-    /// Returns the Bernstein form of a product: `c_k = sum C(m,i) C(n,j) / C(m+n,k) a_i b_j`, `i + j = k`, by
-    /// both parameters.
+    /// Returns the Bernstein form of a product: `c_k = sum C(m,i) C(n,j) / C(m+n,k) a_i b_j`,
+    /// `i + j = k`, by both parameters.
     fn times(
         &self,
         other: &Self,
@@ -208,11 +216,13 @@ impl ControlNet {
         Self { points, columns }
     }
 
-    /// Curvatures `[min or 0, max or 0]` of the shape operator made from the balls' centres, a bound
-    /// of its distance from the shape operator anywhere in the cell, and [`PatchCell::rate`].
+    /// Returns curvatures `[min or 0, max or 0]` of the shape operator made from the balls'
+    /// centres, a bound of its distance from the shape operator anywhere in the cell, and
+    /// [`PatchCell::rate`].
     fn curvatures(&self) -> Option<([f64; 2], f64, f64)> {
         let d = self.derivatives()?;
         let [su, sv, suu, suv, svv] = d;
+        // Shape operator of the mean derivatives; the point has no part in it.
         let jet = SurfaceJet2 {
             s: nalgebra::Point3::origin(),
             su: su.centre,
@@ -223,8 +233,10 @@ impl ControlNet {
         };
         let curvature = jet.curvature()?;
         let tangents = TangentBounds::new(&d)?;
+        // Weyl's inequality: principal curvatures differ by no more than the operators' distance.
         let spread = tangents.spread(&d);
         let range = [curvature.min.min(0.0), curvature.max.max(0.0)];
+        // Largest curvature of either sign in the cell: the rate has a term in proportion to it.
         let most = range[1].max(-range[0]) + spread;
         let rate = self.thirds(&tangents.unit).map(|thirds| tangents.rate(&d, &thirds, most));
         Some((range, spread, rate.unwrap_or(f64::INFINITY)))
@@ -250,12 +262,16 @@ impl ControlNet {
         let weights = self.points.iter().map(|p| p.w);
         let (low, high) = weights.fold((f64::INFINITY, 0.0_f64), |(a, b), w| (a.min(w), b.max(w)));
         let [wu, wv] = [0, 1].map(|k| self.differences(k).pace([low, high]));
+        // Equal weights cancel: derivatives are then those of a polynomial, of half the degree.
         let plain = [wu, wv].iter().all(|[middle, spread]| middle.abs() + spread <= 0.0);
         let [u, v] = [0, 1].map(|k| if plain { self.differences(k) } else { self.numerator(k) });
+        // N_k is divided by w^2, the derivative of a polynomial by the one weight.
         let range = if plain { [low, high] } else { [low * low, high * high] };
+        // Heights count from the tangent plane of the mean derivatives.
         let normal = u.middle().cross(&v.middle()).try_normalize(f64::MIN_POSITIVE)?;
         let ball = |net: &Self| divide(net.ball(&normal), &normal, range);
         let (su, sv) = (ball(&u), ball(&v));
+        // The middle of 2 w_l / w moves the centre, its half width widens the ball.
         let second = |net: Self, [middle, spread]: [f64; 2], first: &DerivativeBall| {
             let DerivativeBall { centre, radius, height } = ball(&net);
             DerivativeBall {
@@ -281,6 +297,7 @@ impl DerivativeBall {
 
 /// Returns a ball round `x / w` for `x` in `ball`, `w` in the range.
 fn divide(ball: DerivativeBall, normal: &Vector3<f64>, [low, high]: [f64; 2]) -> DerivativeBall {
+    // 1 / w = inverse +- spread: deviations are scaled, and the centre itself adds its share.
     let inverse = 0.5 * (low.recip() + high.recip());
     let spread = 0.5 * (low.recip() - high.recip());
     let grown = |off: f64, centre: f64| off * (inverse + spread) + centre * spread;
@@ -291,13 +308,13 @@ fn divide(ball: DerivativeBall, normal: &Vector3<f64>, [low, high]: [f64; 2]) ->
     }
 }
 
-/// `n` over `k`, exact in `f64` for the degrees in use.
+/// Returns `n` over `k`, exact in `f64` for the degrees in use.
 fn binomial(n: usize, k: usize) -> f64 {
     (0..k).fold(1.0, |product, i| product * (n - i) as f64 / (i + 1) as f64)
 }
 
-/// The tangents of a cell, as columns `J` scaled to unit length at the centres of their balls, so that
-/// `|J+| = 1 / sqrt(1 - |cos|)` there.
+/// The tangents of a cell, as columns `J` scaled to unit length at the centres of their balls, so
+/// that `|J+| = 1 / sqrt(1 - |cos|)` there.
 struct TangentBounds {
     /// Lengths at the centres.
     lengths: [f64; 2],
@@ -313,18 +330,21 @@ struct TangentBounds {
 }
 
 impl TangentBounds {
-    /// `None` where the tangents may become parallel. `|J+| <= m / (1 - m d)` for `|dJ| <= d`, `m = |J+|` at the
-    /// centres (Wedin, *Perturbation theory for pseudo-inverses*, 1973).
+    /// Bounds the tangents; `None` where they may become parallel. `|J+| <= m / (1 - m d)` for
+    /// `|dJ| <= d`, `m = |J+|` at the centres (Wedin, *Perturbation theory for pseudo-inverses*,
+    /// 1973).
     fn new([su, sv, ..]: &[DerivativeBall; 5]) -> Option<Self> {
         let (a, b) = (su.centre.norm(), sv.centre.norm());
+        // Columns of unit length have the Gram matrix [[1, c], [c, 1]], least eigenvalue 1 - |c|.
         let cosine = su.centre.dot(&sv.centre) / (a * b);
         let at_centre = (1.0 - cosine.abs()).sqrt().recip();
+        // Frobenius norm of the largest change of both columns.
         let change = (su.radius / a).hypot(sv.radius / b);
         let room = 1.0 - at_centre * change;
         let unit = su.centre.cross(&sv.centre).try_normalize(f64::MIN_POSITIVE)?;
         let anywhere = at_centre / room;
-        // A unit tangent is J x with |x| <= |J+|; its height over the middle plane is the sine of the
-        // normal's turn, and chord = sine / cos(turn/2).
+        // A unit tangent is J x with |x| <= |J+|; its height over the middle plane is the sine of
+        // the normal's turn, and chord = sine / cos(turn/2).
         let sine = anywhere * (su.height / a).hypot(sv.height / b);
         if !(room > 0.0 && sine < 1.0) {
             return None;
@@ -333,23 +353,25 @@ impl TangentBounds {
         Some(Self { lengths: [a, b], unit, at_centre, anywhere, change, chord })
     }
 
-    /// Bound of the distance between the shape operators `W = J+^T H J+`, `H_ij = n . S_ij`, of the centres and
-    /// of any vectors of the balls. By Weyl's inequality no curvature differs by more. Of other
-    /// pseudo-inverses, `|dJ+| <= sqrt 2 m |J+| d` (Wedin).
+    /// Bounds the distance between the shape operators `W = J+^T H J+`, `H_ij = n . S_ij`, of the
+    /// centres and of any vectors of the balls. By Weyl's inequality no curvature differs by more.
+    /// Of other pseudo-inverses, `|dJ+| <= sqrt 2 m |J+| d` (Wedin).
     fn spread(&self, [_, _, suu, suv, svv]: &[DerivativeBall; 5]) -> f64 {
         let Self { lengths: [a, b], at_centre, anywhere, .. } = *self;
+        // n . S_ij at the centres; elsewhere n is off by `chord` and S_ij by its height.
         let entry = |s: &DerivativeBall, scale: f64| {
             [self.unit.dot(&s.centre) / scale, (self.chord * s.reach() + s.height) / scale]
         };
         let all = [entry(suu, a * a), entry(suv, a * b), entry(suv, a * b), entry(svv, b * b)];
         let norm = |k: usize| all.iter().map(|entry| entry[k] * entry[k]).sum::<f64>().sqrt();
         let turned = std::f64::consts::SQRT_2 * at_centre * anywhere * self.change;
+        // |dW| <= |J+|^2 |dH| + |H| |dJ+| (|J+| + m), all in the Frobenius norm.
         norm(1) * anywhere * anywhere + norm(0) * turned * (anywhere + at_centre)
     }
 
-    /// Bound of the rate of curvature: `(d II)(t, t, t) = n . S_xxx - 3 II(P S_xx, t)` for the unit tangent `t = J x`,
-    /// `P` the projection on the tangent plane; curvatures are at most `most`. Norms of the tensors over `x`
-    /// are at most Frobenius'.
+    /// Bounds the rate of curvature: `(d II)(t, t, t) = n . S_xxx - 3 II(P S_xx, t)` for the unit
+    /// tangent `t = J x`, `P` the projection on the tangent plane; curvatures are at most `most`.
+    /// Norms of the tensors over `x` are at most Frobenius'.
     fn rate(
         &self,
         [_, _, suu, suv, svv]: &[DerivativeBall; 5],
@@ -359,6 +381,7 @@ impl TangentBounds {
         let [a, b] = self.lengths;
         let up =
             |s: &DerivativeBall| self.unit.dot(&s.centre).abs() + self.chord * s.reach() + s.height;
+        // Part in the tangent plane, which turns with the normal.
         let along = |s: &DerivativeBall| {
             let flat = s.centre - self.unit * self.unit.dot(&s.centre);
             flat.norm() + s.radius + self.chord * s.reach()
@@ -376,6 +399,8 @@ impl TangentBounds {
         let root = std::f64::consts::SQRT_2;
         let second =
             sum(&[along(suu) / (a * a), root * along(suv) / (a * b), along(svv) / (b * b)]);
+        // |x| <= m: the third derivative takes x three times, P S_xx twice and II is at most
+        // `most`.
         let m = self.anywhere;
         m * m * (m * third + 3.0 * most * second)
     }

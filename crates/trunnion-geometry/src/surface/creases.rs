@@ -51,11 +51,12 @@ impl CreaseIndex {
 }
 
 impl CreaseLine {
-    /// The line at a break of the parameter `direction`.
+    /// Creates the line at a break of the parameter `direction`.
     fn new(surface: &NurbsSurface, direction: usize, index: usize) -> Self {
         let counts = surface.patch_count();
         let [p, q] = surface.degree();
         let last = index == counts[direction];
+        // The last break is the far side of the last patch.
         let own = if last { index - 1 } else { index };
         let mut pieces = Vec::new();
         for other in 0..counts[1 - direction] {
@@ -78,13 +79,14 @@ impl CreaseLine {
     }
 }
 
-/// Boxes of the control points of the pieces of a Bezier curve, halved `times` times.
+/// Appends boxes of the control points of the pieces of a Bezier curve, halved `times` times.
 fn split(mut high: Vec<Vector4<f64>>, times: u32, pieces: &mut Vec<HullBox>) {
     if times == 0 {
         let (low, high) = hull_box(&high);
         pieces.push([low, high]);
         return;
     }
+    // De Casteljau at one half.
     let mut low = high.clone();
     let last = high.len() - 1;
     for (level, point) in low.iter_mut().enumerate() {
@@ -100,6 +102,7 @@ fn split(mut high: Vec<Vector4<f64>>, times: u32, pieces: &mut Vec<HullBox>) {
 /// Returns `true` if a box comes closer to `p` than `radius`, or if a value is not a number.
 pub(super) fn meets([low, high]: &[Vector3<f64>; 2], p: &Point3<f64>, radius: f64) -> bool {
     let gap = (low - p.coords).sup(&(p.coords - high)).sup(&Vector3::zeros());
+    // Not `<=`: a comparison with NaN is false, and must not count as apart.
     let apart = gap.norm_squared() > radius * radius;
     !apart
 }

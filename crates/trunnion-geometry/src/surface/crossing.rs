@@ -6,12 +6,13 @@ use std::cmp::Ordering;
 /// axes: smaller ones are what rounding leaves where neighbouring curves of a file overlap.
 const LOBE: f64 = 1e-3;
 
-/// A point where the polyline through `points` (its last one joins the first plus `advance`)
+/// Finds a point where the polyline through `points` (its last one joins the first plus `advance`)
 /// crosses itself, with loops on both sides larger than rounding and than `tolerance` (in u, v).
 pub(super) fn crossing(points: &[[f64; 2]], tolerance: f64) -> Option<[f64; 2]> {
     let count = points.len().saturating_sub(1);
     let low = |i: usize| points[i][0].min(points[i + 1][0]);
     let high = |i: usize| points[i][0].max(points[i + 1][0]);
+    // Sweep along u: chords are compared only while their ranges of u overlap.
     let mut order: Vec<usize> = (0..count).collect();
     order.sort_by(|&a, &b| low(a).total_cmp(&low(b)));
     let whole = extent(points.iter());
@@ -19,6 +20,7 @@ pub(super) fn crossing(points: &[[f64; 2]], tolerance: f64) -> Option<[f64; 2]> 
         for &j in order[place + 1..].iter().take_while(|&&j| low(j) <= high(i)) {
             let (first, second) = (i.min(j), i.max(j));
             let Some(at) = meet(chord(points, first), chord(points, second)) else { continue };
+            // The crossing parts the loop in two: from it round to itself, and the rest.
             let inner = extent(points[first + 1..=second].iter().chain([&at]));
             let outer = points[..=first].iter().chain(&points[second + 1..]).chain([&at]);
             let lobes = [inner, extent(outer)];
@@ -35,7 +37,7 @@ fn chord(points: &[[f64; 2]], i: usize) -> [[f64; 2]; 2] {
     [points[i], points[i + 1]]
 }
 
-/// Width and height of the box of `points`.
+/// Returns width and height of the box of `points`.
 fn extent<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> [f64; 2] {
     let start = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
     let bounds = points.fold(start, |bounds, point| {
@@ -50,11 +52,13 @@ fn meet([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> Option<[f64; 2]> {
     if apart(0) || apart(1) {
         return None;
     }
+    // Twice the area of the triangle p, q, r: its sign is the side of line pq on which r is.
     let side = |[p, q]: [[f64; 2]; 2], r: [f64; 2]| {
         (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
     };
     let (to_c, to_d) = (side([a, b], c), side([a, b], d));
     let (to_a, to_b) = (side([c, d], a), side([c, d], b));
+    // Strictly on both sides: a chord that ends on the other only touches it.
     let across = |x: f64, y: f64| {
         matches!(
             (x.total_cmp(&0.0), y.total_cmp(&0.0)),
@@ -65,6 +69,7 @@ fn meet([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> Option<[f64; 2]> {
     if !across(to_c, to_d) || !across(to_a, to_b) {
         return None;
     }
+    // Areas over the same base are as the heights of a and b over line cd.
     let t = to_a / (to_a - to_b);
     Some([a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])])
 }

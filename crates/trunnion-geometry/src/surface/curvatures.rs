@@ -13,8 +13,8 @@ use std::collections::BinaryHeap;
 /// surface to begin with, then above the largest in the middle of the same piece.
 const CLOSE: f64 = 0.1;
 
-/// Share of the surface's largest curvature below which a piece counts as flat. [`CLOSE`] then counts
-/// from this share: nobody needs sharp bounds of next to nothing.
+/// Share of the surface's largest curvature below which a piece counts as flat. [`CLOSE`] then
+/// counts from this share: nobody needs sharp bounds of next to nothing.
 const FLAT: f64 = 0.1;
 
 /// Pieces made for the whole surface, and for its parts, before bounds are left as they are.
@@ -76,16 +76,19 @@ impl CurvatureTree {
         }
         tree.columns = tree.nodes.chunks(rows).map(hull_of_all).collect();
         let mut attained = queue.iter().map(|piece| piece.attained).fold([0.0; 2], widen);
+        // First, bounds that are sharp against the largest curvature of the whole surface.
         let whole = |_: &CurvaturePiece, [low, high]: [f64; 2], attained: [f64; 2]| {
             let slack = CLOSE * size(attained);
             low >= attained[0] - slack && high <= attained[1] + slack
         };
+        // Then bounds sharp against the curvature of the same piece, unless this is next to
+        // nothing.
         let part = |piece: &CurvaturePiece, [low, high]: [f64; 2], attained: [f64; 2]| {
             let slack = CLOSE * size(piece.attained).max(FLAT * size(attained));
             low >= piece.attained[0] - slack && high <= piece.attained[1] + slack
         };
-        let rest = tree.refine(surface, queue, &mut attained, (PIECES[0], whole));
-        tree.refine(surface, rest, &mut attained, (PIECES[1], part));
+        let rest = tree.refine(surface, queue, &mut attained, PIECES[0], whole);
+        tree.refine(surface, rest, &mut attained, PIECES[1], part);
         tree.tighten();
         tree
     }
@@ -97,7 +100,8 @@ impl CurvatureTree {
         surface: &NurbsSurface,
         mut queue: BinaryHeap<CurvaturePiece>,
         attained: &mut [f64; 2],
-        (budget, close): (usize, impl Fn(&CurvaturePiece, [f64; 2], [f64; 2]) -> bool),
+        budget: usize,
+        close: impl Fn(&CurvaturePiece, [f64; 2], [f64; 2]) -> bool,
     ) -> BinaryHeap<CurvaturePiece> {
         let most = self.nodes.len() + budget;
         let mut done = BinaryHeap::new();
@@ -109,6 +113,7 @@ impl CurvatureTree {
                 done.push(piece);
                 continue;
             }
+            // Both halves are stored next, one behind the other.
             self.nodes[piece.node].halves = Some(self.nodes.len());
             for half in piece.cell.halves() {
                 let half = self.leaf(surface, half, piece.depth + 1);
@@ -134,7 +139,7 @@ impl CurvatureTree {
         CurvaturePiece { cell, node, depth, bound: size(range), attained }
     }
 
-    /// A piece keeps what its halves keep. They stand after it.
+    /// Narrows the bounds of every piece to those of its halves, which stand after it.
     fn tighten(&mut self) {
         for k in (0..self.nodes.len()).rev() {
             if let Some(first) = self.nodes[k].halves {
@@ -149,6 +154,7 @@ impl CurvatureTree {
 
     /// Returns a range that no normal curvature over `cell`, clipped to the domain, leaves.
     pub(super) fn range(&self, cell: ParameterBox) -> [f64; 2] {
+        // Beyond the domain there is the continuation, of which no bound is kept.
         let cell = [0, 1].map(|k| {
             let (low, high) = (self.breaks[k][0], self.breaks[k][self.breaks[k].len() - 1]);
             cell[k].map(|x| x.clamp(low, high))
@@ -168,9 +174,10 @@ impl CurvatureTree {
     pub(super) fn near(&self, p: &Point3<f64>, radius: f64) -> [f64; 2] {
         let rows = self.breaks[1].len() - 1;
         let columns = self.columns.iter().enumerate();
+        // Whole columns are rejected first: most of a long surface by a few boxes.
         let met = columns.filter(|(_, hull)| meets(hull, p, radius)).map(|(i, _)| i * rows);
         met.flat_map(|first| first..first + rows)
-            .fold([0.0; 2], |range, node| self.widened_near(range, node, (p, radius)))
+            .fold([0.0; 2], |range, node| self.widened_near(range, node, p, radius))
     }
 
     /// Returns `true` if curvature may jump, or the surface end, within `radius` of `p`.
@@ -178,51 +185,48 @@ impl CurvatureTree {
         self.creases.any_near(p, radius)
     }
 
-    /// Returns an upper bound on the rate of normal curvature \[1/mm^2\] on the surface within `radius` of
-    /// `p`, except where it jumps.
+    /// Returns an upper bound on the rate of normal curvature \[1/mm^2\] on the surface within
+    /// `radius` of `p`, except where it jumps.
     pub(super) fn rate_near(&self, p: &Point3<f64>, radius: f64) -> f64 {
         let rows = self.breaks[1].len() - 1;
         let columns = self.columns.iter().enumerate();
         let met = columns.filter(|(_, hull)| meets(hull, p, radius)).map(|(i, _)| i * rows);
         met.flat_map(|first| first..first + rows)
-            .fold(0.0, |rate, node| self.raised_near(rate, node, (p, radius)))
+            .fold(0.0, |rate, node| self.raised_near(rate, node, p, radius))
     }
 
-    fn raised_near(&self, rate: f64, node: usize, (p, radius): (&Point3<f64>, f64)) -> f64 {
+    fn raised_near(&self, rate: f64, node: usize, p: &Point3<f64>, radius: f64) -> f64 {
         let node = &self.nodes[node];
+        // A bound holds for all below it: a node that cannot raise the result ends the descent.
         if node.rate <= rate || !meets(&node.hull, p, radius) {
             return rate;
         }
         match node.halves {
             Some(first) => {
-                let rate = self.raised_near(rate, first, (p, radius));
-                self.raised_near(rate, first + 1, (p, radius))
+                let rate = self.raised_near(rate, first, p, radius);
+                self.raised_near(rate, first + 1, p, radius)
             }
             None => node.rate,
         }
     }
 
-    fn widened_near(
-        &self,
-        range: [f64; 2],
-        node: usize,
-        (p, radius): (&Point3<f64>, f64),
-    ) -> [f64; 2] {
+    fn widened_near(&self, range: [f64; 2], node: usize, p: &Point3<f64>, radius: f64) -> [f64; 2] {
         let node = &self.nodes[node];
+        // A node whose range is in the result already adds nothing, nor do its halves.
         let inside = range[0] <= node.range[0] && node.range[1] <= range[1];
         if inside || !meets(&node.hull, p, radius) {
             return range;
         }
         match node.halves {
             Some(first) => {
-                let range = self.widened_near(range, first, (p, radius));
-                self.widened_near(range, first + 1, (p, radius))
+                let range = self.widened_near(range, first, p, radius);
+                self.widened_near(range, first + 1, p, radius)
             }
             None => widen(range, node.range),
         }
     }
 
-    /// `range` widened by the part of a piece that meets `cell`.
+    /// Returns `range` widened by the part of a piece that meets `cell`.
     fn widened(&self, range: [f64; 2], node: usize, cell: &ParameterBox) -> [f64; 2] {
         let node = &self.nodes[node];
         let inside = range[0] <= node.range[0] && node.range[1] <= range[1];
@@ -231,6 +235,8 @@ impl CurvatureTree {
         if inside || apart {
             return range;
         }
+        // Of a piece wholly in the cell the own range is used: tightening made it as narrow as
+        // those of its halves.
         let whole =
             (0..2).all(|k| cell[k][0] <= node.bounds[k][0] && node.bounds[k][1] <= cell[k][1]);
         match node.halves {
@@ -243,8 +249,9 @@ impl CurvatureTree {
     }
 }
 
-/// Pieces between `breaks` that meet the closed range: first, and one after the last.
+/// Returns the pieces between `breaks` that meet the closed range: first, and one after the last.
 fn touched(breaks: &[f64], [low, high]: [f64; 2]) -> (usize, usize) {
+    // Both ends count: a range that ends on a break meets the pieces on both sides of it.
     let inner = &breaks[1..breaks.len() - 1];
     (inner.partition_point(|&b| b < low), inner.partition_point(|&b| b <= high) + 1)
 }
@@ -279,8 +286,8 @@ impl PartialOrd for CurvaturePiece {
 }
 
 impl Ord for CurvaturePiece {
-    /// The largest bound first: the pieces go where the surface bends most. Of two without bound
-    /// the larger piece.
+    /// Orders the largest bound first: the pieces go where the surface bends most. Of two without
+    /// bound the larger piece.
     fn cmp(&self, other: &Self) -> Ordering {
         self.bound.total_cmp(&other.bound).then(other.depth.cmp(&self.depth))
     }

@@ -52,7 +52,7 @@ pub struct NurbsCurve {
 }
 
 impl SpaceCurve {
-    /// A straight line.
+    /// Creates a straight line.
     ///
     /// # Errors
     ///
@@ -66,7 +66,7 @@ impl SpaceCurve {
         Ok(Self::Line { origin, direction })
     }
 
-    /// A circle or ellipse with half axes along x and y of `frame`.
+    /// Creates a circle or ellipse with half axes along x and y of `frame`.
     ///
     /// # Errors
     ///
@@ -81,7 +81,7 @@ impl SpaceCurve {
         Ok(Self::Ellipse { frame, radii })
     }
 
-    /// Range of the parameter; endless for a line.
+    /// Returns the range of the parameter; endless for a line.
     pub fn domain(&self) -> [f64; 2] {
         match self {
             Self::Line { .. } => [f64::NEG_INFINITY, f64::INFINITY],
@@ -90,7 +90,7 @@ impl SpaceCurve {
         }
     }
 
-    /// Period, where the curve closes smoothly.
+    /// Returns the period, where the curve closes smoothly.
     pub fn period(&self) -> Option<f64> {
         match self {
             Self::Line { .. } => None,
@@ -102,12 +102,12 @@ impl SpaceCurve {
         }
     }
 
-    /// Point at `t`.
+    /// Returns the point at `t` \[mm\].
     pub fn point(&self, t: f64) -> Point3<f64> {
         Point3::from(self.jet(t)[0])
     }
 
-    /// Point and derivatives to order 3.
+    /// Returns the point and derivatives to order 3.
     pub fn jet(&self, t: f64) -> CurveJet {
         match self {
             Self::Line { origin, direction } => {
@@ -115,6 +115,7 @@ impl SpaceCurve {
                 [origin.coords + direction * t, *direction, zero, zero]
             }
             Self::Ellipse { frame, radii: [a, b] } => {
+                // C = O + e, C' = f, C'' = -e, C''' = -f.
                 let (sin, cos) = t.sin_cos();
                 let (x, y) = (frame.x().scale(*a), frame.y().scale(*b));
                 let (e, f) = (x * cos + y * sin, y * cos - x * sin);
@@ -144,6 +145,7 @@ impl NurbsCurve {
         });
         let (Ok(knots), true) = (knots, faults.is_empty()) else { return Err(faults.into()) };
         let weight = |i: usize| weights.and_then(|all| all.get(i)).copied().unwrap_or(1.0);
+        // Homogeneous points (w x, w y, w z, w): the rational curve becomes a polynomial one.
         let lift = |(i, point): (usize, &Point3<f64>)| (point.coords * weight(i)).push(weight(i));
         let net: Vec<Vector4<f64>> = points.iter().enumerate().map(lift).collect();
         let pieces = knots.bezier(&net);
@@ -151,6 +153,7 @@ impl NurbsCurve {
         let mut curve = Self { knots, net, pieces, closed: false, beyond };
         curve.closed = curve.closes(points);
         let [low, high] = curve.knots.range();
+        // One continuation for each end; at the low one the parameter falls outwards.
         curve.beyond = [(low, -1.0), (high, 1.0)].map(|(end, outwards)| {
             let [_, first, second, _] = curve.inner(end);
             SplineExtension::with(SplineExtension::pace([first, second], outwards))
@@ -158,17 +161,18 @@ impl NurbsCurve {
         Ok(curve)
     }
 
-    /// Knot vector.
+    /// Returns the knot vector.
     pub fn knots(&self) -> &KnotVector {
         &self.knots
     }
 
-    /// Control points `(w x, w y, w z, w)`.
+    /// Returns the control points `(w x, w y, w z, w)`.
     pub(crate) fn net(&self) -> &[Vector4<f64>] {
         &self.net
     }
 
-    /// Control points of the Bezier pieces between the breaks, one piece after the other.
+    /// Returns the control points of the Bezier pieces between the breaks, one piece after the
+    /// other.
     pub fn pieces(&self) -> std::slice::ChunksExact<'_, Vector4<f64>> {
         self.pieces.chunks_exact(self.knots.degree() + 1)
     }
@@ -177,11 +181,12 @@ impl NurbsCurve {
         let [low, high] = self.knots.range();
         let size = points.iter().map(|p| (p - points[0]).norm()).fold(0.0, f64::max);
         let (a, b) = (self.jet(low), self.jet(high));
+        // Tangents are compared by the length they cover over the whole range, as points in mm.
         let rate = (high - low) * (a[1] - b[1]).norm();
         (a[0] - b[0]).norm() <= SEAM * size && rate <= SEAM * size.max((high - low) * a[1].norm())
     }
 
-    /// Point and derivatives to order 3.
+    /// Returns the point and derivatives to order 3.
     pub fn jet(&self, t: f64) -> CurveJet {
         let [low, high] = self.knots.range();
         if self.closed && !(low..=high).contains(&t) && t.is_finite() {
@@ -200,6 +205,7 @@ impl NurbsCurve {
         let piece = self.knots.piece(t);
         let [a, b] = [breaks[piece], breaks[piece + 1]];
         let rate = (b - a).recip();
+        // Derivatives of the homogeneous curve; the quotient rule makes them Cartesian.
         let basis = bernstein(degree, (t - a) * rate, rate, 3);
         let mut net = [Vector4::zeros(); 4];
         let points = &self.pieces[piece * (degree + 1)..(piece + 1) * (degree + 1)];

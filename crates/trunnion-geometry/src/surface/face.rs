@@ -22,8 +22,9 @@ pub struct Face {
 }
 
 impl Face {
-    /// Creates a face. On a periodic surface the loops are moved by whole periods so that
-    /// the largest is centred in the domain and the others lie around it.
+    /// Creates a face with the cutter on the side of `S_u x S_v`; see [`Face::flipped`] for the
+    /// other. On a periodic surface the loops are moved by whole periods so that the largest is
+    /// centred in the domain and the others lie around it.
     ///
     /// # Errors
     ///
@@ -32,10 +33,9 @@ impl Face {
         number: usize,
         surface: Surface,
         mut loops: Vec<TrimLoop>,
-        flip: bool,
     ) -> Result<Self, SurfaceError> {
         centre_loops(&surface, &mut loops);
-        let face = Self { number, surface, loops, flip };
+        let face = Self { number, surface, loops, flip: false };
         for (bounds, direction) in face.bounds().into_iter().zip(["u", "v"]) {
             if !bounds.iter().all(|bound| bound.is_finite()) {
                 return Err(SurfaceError::Unbounded { face: number, direction });
@@ -44,8 +44,30 @@ impl Face {
         Ok(face)
     }
 
-    /// Returns the box in u, v of the trim loops, or the domain where there are none. By a periodic parameter
-    /// it may reach outside the domain but is never wider than the period.
+    /// Turns the face over: the cutter moves to the other side.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use nalgebra::{Point3, Vector3};
+    /// use trunnion_geometry::surface::{Face, SphereSurface, Surface, SurfaceFrame};
+    ///
+    /// let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x())?;
+    /// let ball = Face::new(1, Surface::Sphere(SphereSurface::new(frame, 10.0)?), vec![])?;
+    /// assert_eq!(ball.normal(0.0, 0.0), Some(Vector3::x_axis()));
+    ///
+    /// // The same sphere milled from inside, as a socket.
+    /// assert_eq!(ball.flipped().normal(0.0, 0.0), Some(-Vector3::x_axis()));
+    /// # Ok::<(), trunnion_geometry::surface::SurfaceError>(())
+    /// ```
+    #[must_use]
+    pub fn flipped(mut self) -> Self {
+        self.flip = !self.flip;
+        self
+    }
+
+    /// Returns the box in u, v of the trim loops, or the domain where there are none. By a periodic
+    /// parameter it may reach outside the domain but is never wider than the period.
     pub fn bounds(&self) -> [[f64; 2]; 2] {
         let domain = self.surface.domain();
         let periods = self.surface.periods();
@@ -56,6 +78,8 @@ impl Face {
             let around = self.loops.iter().any(|trim| trim.turns()[k] != 0);
             let turns = self.loops.iter().map(|trim| trim.turns()[1 - k]).sum::<i32>();
             match periods[k] {
+                // With a loop that runs round, or loops that together span a period, all values of
+                // it may occur.
                 Some(period) if around || high - low > period => domain[k],
                 Some(_) => [low, high],
                 // A cap round a pole, on the left of its rim.
@@ -66,8 +90,9 @@ impl Face {
         })
     }
 
-    /// Returns `true` if `(u, v)` lies inside the trims; without trims, inside the domain. Points on a
-    /// trim curve itself may be either. Parameters of a periodic surface may be given on any turn.
+    /// Returns `true` if `(u, v)` lies inside the trims; without trims, inside the domain. Points
+    /// on a trim curve itself may be either. Parameters of a periodic surface may be given on any
+    /// turn.
     pub fn contains(&self, u: f64, v: f64) -> bool {
         let (domain, periods) = (self.surface.domain(), self.surface.periods());
         let in_domain = [u, v].iter().enumerate().all(|(k, x)| {
@@ -76,8 +101,10 @@ impl Face {
         if !in_domain || self.loops.is_empty() {
             return in_domain;
         }
+        // A loop that closes only after a period encloses nothing alone: such loops count together.
         let (plain, round): (Vec<_>, Vec<_>) =
             self.loops.iter().partition(|trim| trim.turns() == [0, 0]);
+        // Even-odd rule: every loop round the point changes its side.
         let odd = plain.iter().filter(|trim| inside_plain(trim, [u, v], periods)).count() % 2 == 1;
         odd != (!round.is_empty() && inside_round(&round, [u, v], periods))
     }
@@ -106,6 +133,7 @@ const TURNS: usize = 1000;
 
 /// Returns the values of a parameter, `x` plus whole periods, within `[low, high]`.
 fn copies(x: f64, [low, high]: [f64; 2], period: Option<f64>) -> impl Iterator<Item = f64> {
+    // The lowest copy not below `low`.
     let first = period.map_or(x, |period| low + (x - low).rem_euclid(period));
     let count = if period.is_some() { TURNS } else { 1 };
     (0..count)
@@ -114,11 +142,12 @@ fn copies(x: f64, [low, high]: [f64; 2], period: Option<f64>) -> impl Iterator<I
         .filter(move |x| *x >= low)
 }
 
-/// Returns the values as [`copies`] does for a loop that runs round the period, counted from its joint so that a point on
-/// the joint's line has copies exactly at the loop's ends.
+/// Returns the values as [`copies`] does for a loop that runs round the period, counted from its
+/// joint so that a point on the joint's line has copies exactly at the loop's ends.
 fn round_copies(x: f64, trim: &TrimLoop, across: usize, period: f64) -> impl Iterator<Item = f64> {
     let ([low, high], joint) = (trim.bounds()[across], trim.joint()[across]);
     let past = (x - joint).rem_euclid(period);
+    // Within rounding of the joint the copy is put on it: the half-open rule then counts it once.
     let on_joint = past.min(period - past) <= ROUNDING * (period + x.abs());
     let base = if on_joint { joint } else { joint + past };
     let first = ((low - base) / period).ceil();
@@ -135,15 +164,17 @@ fn inside_plain(trim: &TrimLoop, point: [f64; 2], periods: [Option<f64>; 2]) -> 
     points.map(|copy| trim.crossings(copy, 0)).sum::<u32>() % 2 == 1
 }
 
-/// Returns `true` if `point` lies inside loops that run round the period: parity of the crossings of a ray
-/// across them.
+/// Returns `true` if `point` lies inside loops that run round the period: parity of the crossings
+/// of a ray across them.
 ///
-/// A point beyond all of them belongs to the face or not by the sense of the outermost loop (the face is on a loop's left), where that can be: where the surface is periodic
-/// that way too, or the turns do not cancel (a cap round a pole).
+/// A point beyond all of them belongs to the face or not by the sense of the outermost loop (the
+/// face is on a loop's left), where that can be: where the surface is periodic that way too, or the
+/// turns do not cancel (a cap round a pole).
 fn inside_round(loops: &[&TrimLoop], mut point: [f64; 2], periods: [Option<f64>; 2]) -> bool {
     let along = usize::from(loops.iter().any(|trim| trim.turns()[0] != 0));
     let across = 1 - along;
     if let Some(period) = periods[along] {
+        // On the lowest turn, where the ray meets all that lies beyond the point.
         let low = loops.iter().map(|trim| trim.bounds()[along][0]).fold(f64::INFINITY, f64::min);
         point[along] = low + (point[along] - low).rem_euclid(period);
     }
@@ -162,11 +193,12 @@ fn inside_round(loops: &[&TrimLoop], mut point: [f64; 2], periods: [Option<f64>;
     let outermost = loops.iter().max_by(|a, b| high(a).total_cmp(&high(b)));
     let outermost = outermost.map_or(0, |trim| trim.turns()[across]);
     let sense = if periods[along].is_some() { outermost } else { net };
+    // Parity gives the side relative to the far end of the ray, `beyond` the side of that end.
     (count % 2 == 1) != beyond(sense, along)
 }
 
-/// Returns `true` if the high end of parameter `along` is on the left of loops that make these turns by
-/// the other one: left of a loop towards +u is +v, left of one towards +v is -u.
+/// Returns `true` if the high end of parameter `along` is on the left of loops that make these
+/// turns by the other one: left of a loop towards +u is +v, left of one towards +v is -u.
 fn beyond(turns: i32, along: usize) -> bool {
     turns != 0 && (turns > 0) == (along == 1)
 }
@@ -181,6 +213,7 @@ fn centre_loops(surface: &Surface, loops: &mut [TrimLoop]) {
         let Some(largest) = loops.iter().max_by(|a, b| width(a).total_cmp(&width(b))) else {
             return;
         };
+        // The largest loop goes into the domain, then every other within half a period of it.
         let turn = ((centre(largest) - domain[k][0]) / period).floor();
         let middle = centre(largest) - turn * period;
         for trim in loops.iter_mut() {

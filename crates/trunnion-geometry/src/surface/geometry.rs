@@ -62,8 +62,9 @@ impl Surface {
         }
     }
 
-    /// Returns the parameters beyond which there is nothing, by u and v; infinite where the surface goes on. A rim of a
-    /// spline surface that is a point has no continuation: it would turn over there.
+    /// Returns the parameters beyond which there is nothing, by u and v; infinite where the surface
+    /// goes on. A rim of a spline surface that is a point has no continuation: it would turn over
+    /// there.
     pub(crate) fn ends(&self) -> [[f64; 2]; 2] {
         match self {
             Self::Nurbs(surface) => surface.ends(),
@@ -71,8 +72,8 @@ impl Surface {
         }
     }
 
-    /// Returns `true` if the normal turns evenly everywhere: no parameter is an angle about a point of
-    /// the surface, and no rim is a point.
+    /// Returns `true` if the normal turns evenly everywhere: no parameter is an angle about a point
+    /// of the surface, and no rim is a point.
     pub fn is_regular(&self) -> bool {
         match self {
             Self::Nurbs(surface) => surface.ends().iter().flatten().all(|end| end.is_infinite()),

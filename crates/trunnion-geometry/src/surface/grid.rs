@@ -26,15 +26,16 @@ pub struct FaceSample {
 }
 
 impl Face {
-    /// Points inside the trims, at most about `spacing` \[mm\] apart along u and along v: rows of
-    /// constant v, laid by the longest step over u, and on each row points at equal arc length.
-    /// Points without a normal (poles) are left out.
+    /// Samples points inside the trims, at most about `spacing` \[mm\] apart along u and along v:
+    /// rows of constant v, laid by the longest step over u, and on each row points at equal arc
+    /// length. Points without a normal (poles) are left out.
     ///
     /// # Errors
     ///
     /// [`SurfaceError::Size`] unless `spacing` is positive and gives at most 5e7 points.
     pub fn grid(&self, spacing: f64) -> Result<Vec<FaceSample>, SurfaceError> {
         let [u, v] = self.bounds();
+        // Largest |S_v| over a few u: rows keep their distance where they are farthest apart.
         let across = |v: f64| {
             let step = |k: usize| {
                 let u = u[0] + (u[1] - u[0]) * k as f64 / LINES as f64;
@@ -45,6 +46,7 @@ impl Face {
         let rows = ArcLengthTable::new(v, across);
         let middle =
             ArcLengthTable::new(u, |u| self.surface.jet1(u, 0.5 * (v[0] + v[1])).su.norm());
+        // Estimated from the middle row, before any sample is stored.
         let estimate = (rows.length() / spacing + 1.0) * (middle.length() / spacing + 1.0);
         if !(spacing > 0.0 && estimate <= MOST) {
             let need = "above 0 and coarse enough for at most 5e7 points";
@@ -52,13 +54,14 @@ impl Face {
         }
         let mut samples = Vec::new();
         for v in rows.centres(spacing) {
+            // Every row has its own arc length: points stay evenly spaced where rows grow.
             let along = ArcLengthTable::new(u, |u| self.surface.jet1(u, v).su.norm());
             samples.extend(along.centres(spacing).filter_map(|u| self.sample([u, v])));
         }
         Ok(samples)
     }
 
-    /// The sample at `uv` if it lies inside the trims and has a normal.
+    /// Returns the sample at `uv` if it lies inside the trims and has a normal.
     fn sample(&self, uv: [f64; 2]) -> Option<FaceSample> {
         if !self.contains(uv[0], uv[1]) {
             return None;
@@ -94,7 +97,7 @@ impl ArcLengthTable {
         self.lengths.last().copied().unwrap_or(0.0)
     }
 
-    /// Middles of equal parts not longer than `spacing`; at least one.
+    /// Returns the middles of equal parts not longer than `spacing`; at least one.
     fn centres(&self, spacing: f64) -> impl Iterator<Item = f64> + '_ {
         let length = self.length();
         let count = (length / spacing).ceil().clamp(1.0, MOST);
@@ -104,10 +107,11 @@ impl ArcLengthTable {
             .map(move |part| self.parameter(length * (part + 0.5) / count))
     }
 
-    /// Parameter at a length.
+    /// Returns the parameter at a length.
     fn parameter(&self, length: f64) -> f64 {
         let after = self.lengths.partition_point(|&known| known < length).clamp(1, STEPS);
         let [a, b] = [self.lengths[after - 1], self.lengths[after]];
+        // A step without length, beside a pole, is represented by its middle.
         let share = if b > a { (length - a) / (b - a) } else { 0.5 };
         let step = (self.range[1] - self.range[0]) / STEPS as f64;
         self.range[0] + step * (after as f64 - 1.0 + share)

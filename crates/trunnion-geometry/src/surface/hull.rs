@@ -97,6 +97,7 @@ impl HullTree {
 
     fn node_meets(&self, index: usize, gap: SolidDistance<'_>, limit: f64) -> SolidProximity {
         let node = &self.nodes[index];
+        // 1-Lipschitz: over a box at least the distance of the centre less half the diagonal.
         let least = |node: &HullNode| {
             let centre = Point3::from(0.5 * (node.low + node.high));
             gap(&centre).0 - 0.5 * (node.high - node.low).norm()
@@ -105,6 +106,7 @@ impl HullTree {
             return SolidProximity::Clear;
         }
         if node.halves[0] == 0 {
+            // The box is too near; only a point of the surface can settle it.
             let nearer = gap(&node.corner).0 < limit;
             return if nearer {
                 SolidProximity::Nearer(node.corner)
@@ -163,7 +165,7 @@ mod tests {
     fn clear_is_never_closer_and_hardly_ever_missed() {
         let surface = sea();
         let tree = HullTree::new(&surface);
-        let face = Face::new(1, Surface::Nurbs(surface), vec![], false).unwrap();
+        let face = Face::new(1, Surface::Nurbs(surface), vec![]).unwrap();
         let face = FaceIndex::new(face).unwrap();
         for k in 0..40 {
             let t = f64::from(k);
@@ -181,7 +183,7 @@ mod tests {
     fn a_ball_is_met_where_the_closest_point_is_nearer() {
         let surface = sea();
         let tree = HullTree::new(&surface);
-        let face = Face::new(1, Surface::Nurbs(surface), vec![], false).unwrap();
+        let face = Face::new(1, Surface::Nurbs(surface), vec![]).unwrap();
         let face = FaceIndex::new(face).unwrap();
         for k in 0..40 {
             let t = f64::from(k);

@@ -13,6 +13,7 @@ use super::patches::PatchTree;
 use super::proximity::{SolidDistance, SolidProximity};
 use super::swept::NurbsConversion;
 use super::swept::RevolutionSurface;
+use crate::types::Interval;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
@@ -74,7 +75,7 @@ impl FaceIndex {
     /// [`SurfaceError::DegeneratePatch`] for a sweep without area.
     pub fn new(face: Face) -> Result<Self, SurfaceError> {
         let Face { number, surface, loops, flip } = face;
-        let face = Face::new(number, surface, loops, flip)?;
+        let face = Face { flip, ..Face::new(number, surface, loops)? };
         let bounds = search_bounds(&face);
         let [u, v] = bounds;
         let whole = |faults: SurfaceErrors| {
@@ -87,6 +88,8 @@ impl FaceIndex {
                 (ClosestSearch::Patches(PatchTree::new(surface)), CurvatureSource::Own(tree))
             }
             Surface::Extrusion(surface) => {
+                // Along v the curvature of an extrusion is constant: a short strip bounds it
+                // everywhere.
                 let strip = [u, [0.0, surface.thin()]];
                 let [all, thin] = [bounds, strip].map(|range| surface.to_nurbs(range));
                 (
@@ -95,6 +98,7 @@ impl FaceIndex {
                 )
             }
             Surface::Revolution(surface) => {
+                // So it is round the axis of a revolution: a short arc stands for the whole turn.
                 let strip = [[0.0, RevolutionSurface::THIN], v];
                 let [all, thin] = [bounds, strip].map(|range| surface.to_nurbs(range));
                 (
@@ -112,12 +116,12 @@ impl FaceIndex {
         Ok(Self { face, search, curvatures, hulls })
     }
 
-    /// The face.
+    /// Returns the face.
     pub fn face(&self) -> &Face {
         &self.face
     }
 
-    /// The surface point closest to `p` over the whole domain, trims disregarded. Where an
+    /// Finds the surface point closest to `p` over the whole domain, trims disregarded. Where an
     /// extrusion or revolution has no end, over the box of the trims that way.
     ///
     /// Guaranteed: whatever is left unsearched is proved to be no closer, up to rounding
@@ -136,7 +140,7 @@ impl FaceIndex {
     ///     vec![vec![point(0.0, 0.0), point(0.0, 40.0)], vec![point(40.0, 0.0), point(40.0, 40.0)]];
     /// let knots = vec![0.0, 0.0, 1.0, 1.0];
     /// let plane = NurbsSurface::new([1, 1], [knots.clone(), knots], points, None).unwrap();
-    /// let index = FaceIndex::new(Face::new(1, Surface::Nurbs(plane), vec![], false)?)?;
+    /// let index = FaceIndex::new(Face::new(1, Surface::Nurbs(plane), vec![])?)?;
     /// let foot = index.closest(&Point3::new(10.0, 20.0, 3.0))?;
     /// assert!((foot.distance - 3.0).abs() < 1e-12);
     /// assert!((foot.uv[0] - 0.25).abs() < 1e-9 && (foot.uv[1] - 0.5).abs() < 1e-9);
@@ -162,9 +166,9 @@ impl FaceIndex {
         self.foot(uv, surface.jet2(uv[0], uv[1]), p)
     }
 
-    /// Proof that the whole domain, trims disregarded, is at least `radius` away from `p`; `false`
-    /// where boxes round pieces of the surface do not show it, up to a few percent of the face's
-    /// size. Some hundred times as fast as [`FaceIndex::closest`].
+    /// Proves that the whole domain, trims disregarded, is at least `radius` \[mm\] away from `p`;
+    /// returns `false` where boxes round pieces of the surface do not show it, up to a few percent
+    /// of the face's size. Some hundred times as fast as [`FaceIndex::closest`].
     pub fn clear_of(&self, p: &Point3<f64>, radius: f64) -> bool {
         match &self.hulls {
             Some(hulls) => hulls.clear_of(p, radius),
@@ -176,9 +180,9 @@ impl FaceIndex {
         }
     }
 
-    /// Distance \[mm\] from `p` of a place of the domain, trims disregarded, that is nearer than `enough`: mostly of the
-    /// nearest one; `None` proves that there is none. Faster than [`FaceIndex::closest`], which looks for the nearest
-    /// among places that are about equally near.
+    /// Returns the distance \[mm\] from `p` of a point of the domain, trims disregarded, that is
+    /// nearer than `enough`: mostly of the nearest one; `None` proves that there is none. Faster
+    /// than [`FaceIndex::closest`], which finds the nearest of points that are about equally near.
     ///
     /// # Errors
     ///
@@ -205,8 +209,8 @@ impl FaceIndex {
         }
     }
 
-    /// Decides if the domain, trims disregarded, comes nearer than `limit` \[mm\] to a convex solid. Undecided on surfaces
-    /// whose closest point is known in closed form.
+    /// Decides if the domain, trims disregarded, comes nearer than `limit` \[mm\] to a convex
+    /// solid. Undecided on surfaces whose closest point is known in closed form.
     pub fn meets(&self, gap: SolidDistance<'_>, limit: f64) -> SolidProximity {
         let roughly = self.hulls.as_ref().map(|hulls| hulls.meets(gap, limit));
         match (roughly, &self.search, &self.face.surface) {
@@ -222,17 +226,18 @@ impl FaceIndex {
         }
     }
 
-    /// Unsigned distance of `p` from the surface over the box of the face's trims, where this is known in closed
-    /// form: of cylinders. Across a trimmed tube there is nothing, where the whole one has its other side.
+    /// Returns the unsigned distance \[mm\] of `p` from the surface over the box of the face's
+    /// trims, where this is known in closed form: of cylinders. Across a trimmed tube there is
+    /// nothing, where the whole one has its other side.
     pub fn distance_over_box(&self, p: &Point3<f64>) -> Option<f64> {
         let Surface::Cylinder(cylinder) = &self.face.surface else { return None };
         Some(cylinder.distance_over(p, self.face.bounds()))
     }
 
-    /// Foot of the perpendicular from `p` near `guess`, by Newton's method on the surface and its
-    /// continuation beyond the domain; in closed form on elementary surfaces. Parameters stay on the
-    /// turn of `guess` on a periodic surface. Where the method finds no minimum, or one at a rim that
-    /// is a point, the same as [`FaceIndex::closest`].
+    /// Finds the foot of the perpendicular from `p` near `guess`, by Newton's method on the surface
+    /// and its continuation beyond the domain; in closed form on elementary surfaces. Parameters
+    /// stay on the turn of `guess` on a periodic surface. Where the method finds no minimum, or one
+    /// at a rim that is a point, the same as [`FaceIndex::closest`].
     ///
     /// # Errors
     ///
@@ -249,22 +254,25 @@ impl FaceIndex {
             let uv = on_turn(elementary.closest(p), guess, surface.periods());
             return self.foot(uv, surface.jet2(uv[0], uv[1]), p);
         }
-        if let Some((uv, jet)) = newton::free(surface, p, guess)
-            && let Ok(foot) = self.foot(uv, jet, p)
+        // Newton's method finds a local minimum on the continuation. Where it fails, the search
+        // over all patches decides.
+        if let Some(found) = newton::free(surface, p, guess)
+            && let Ok(foot) = self.foot(found.uv, found.jet, p)
         {
             return Ok(foot);
         }
         self.closest(p)
     }
 
-    /// Bounds of the curvature \[1/mm\] over a rectangle of parameters (clipped to the domain):
-    /// no normal curvature there is below the first or above the second number. The first is at
-    /// most 0, the second at least 0; positive = the surface bends towards the cutter (concave).
+    /// Returns bounds of the curvature \[1/mm\] over a rectangle of parameters (clipped to the
+    /// domain): no normal curvature there is below the first or above the second number. The first
+    /// is at most 0, the second at least 0; positive = the surface bends towards the cutter
+    /// (concave).
     ///
     /// Guaranteed, from derivative control nets of pieces bounded once, and within 10 % of the
     /// largest curvature over the pieces the rectangle meets, unless the surface is singular there
     /// (infinite at a pole or a collapsed edge). Takes no longer than an evaluation or two.
-    pub fn curvature_range(&self, cell: [[f64; 2]; 2]) -> [f64; 2] {
+    pub fn curvature_range(&self, cell: [[f64; 2]; 2]) -> Interval {
         let [low, high] = match &self.curvatures {
             CurvatureSource::Closed => {
                 let elementary = self.face.surface.elementary();
@@ -272,40 +280,52 @@ impl FaceIndex {
             }
             CurvatureSource::Own(tree) => tree.range(cell),
             CurvatureSource::Thin { across, strip, tree } => {
+                // The parameter of the profile is clipped to its range; along the sweep all of the
+                // strip counts.
                 let mut within = strip.surface.domain();
                 let [least, most] = within[*across];
                 within[*across] = cell[*across].map(|x| x.clamp(least, most));
+                // Parameters of the NURBS form run at another pace in arcs, but increase with
+                // these: ends map to ends.
                 let [low, high] = [0, 1].map(|end| strip.converted(within.map(|x| x[end])));
                 tree.range([0, 1].map(|k| [low[k], high[k]]))
             }
         };
-        if self.face.flip { [-high, -low] } else { [low, high] }
+        self.towards_cutter(low, high)
     }
 
-    /// Bounds of the curvature as [`FaceIndex::curvature_range`] gives them, over all the surface
-    /// reaches from `feet` by ways of `reach` mm along it.
+    /// Returns the interval of curvatures as the cutter's side sees it.
+    fn towards_cutter(&self, low: f64, high: f64) -> Interval {
+        // Seen from the other side curvatures change their sign, and so their order.
+        if self.face.flip { Interval::new(-high, -low) } else { Interval::new(low, high) }
+    }
+
+    /// Returns bounds of the curvature as [`FaceIndex::curvature_range`] does, over all of the
+    /// surface within `reach` mm of `feet` along it.
     ///
     /// Guaranteed on spline surfaces (over all there is in a ball round the feet) and on the
     /// elementary ones (whose curvature depends on `v`, which runs at a constant pace). On
-    /// extrusions and revolutions, whose profile may run at any pace, if that does not more than
-    /// double beyond the feet. Of the continuation beyond the domain nothing is known but the
+    /// extrusions and revolutions, whose profile may run at any pace, if this does not fall to less
+    /// than half beyond the feet. Of the continuation beyond the domain nothing is known but the
     /// curvature at the feet.
     pub fn curvature_around<'a>(
         &self,
         feet: impl Iterator<Item = &'a FootPoint> + Clone,
         reach: f64,
-    ) -> [f64; 2] {
+    ) -> Interval {
         let empty = [f64::INFINITY, f64::NEG_INFINITY];
         if let CurvatureSource::Own(tree) = &self.curvatures {
             let (middle, far) = ball_round(feet);
             let [low, high] = tree.near(&middle, far + reach);
-            return if self.face.flip { [-high, -low] } else { [low, high] };
+            return self.towards_cutter(low, high);
         }
         let closed = matches!(self.curvatures, CurvatureSource::Closed);
+        // A profile may run at half the pace beyond the feet: twice the range of parameters then.
         let reach = if closed { reach } else { 2.0 * reach };
         let cell = feet.fold([empty; 2], |cell, foot| {
             let paces = [foot.jet.su.norm(), foot.jet.sv.norm()];
             [0, 1].map(|k| {
+                // reach / |S_k| is the range of the parameter that takes `reach` mm at the foot.
                 let ([low, high], margin) = (cell[k], reach / paces[k]);
                 [low.min(foot.uv[k] - margin), high.max(foot.uv[k] + margin)]
             })
@@ -313,11 +333,13 @@ impl FaceIndex {
         self.curvature_range(cell)
     }
 
-    /// Bound of the rate \[1/mm^2\] at which the normal curvature along a geodesic changes, over all the surface
-    /// reaches from `feet` by ways of `reach` mm along it: of `|(d II)(t, t, t)|` for unit tangents `t`.
+    /// Bounds the rate \[1/mm^2\] at which the normal curvature along a geodesic changes, over all
+    /// of the surface within `reach` mm of `feet` along it: of `|(d II)(t, t, t)|` for unit
+    /// tangents `t`.
     ///
-    /// Guaranteed; infinite where the curvature may jump (across knots of low continuity), where the surface ends
-    /// within reach, and for rational and swept surfaces, of which no bound is kept.
+    /// Guaranteed; infinite where the curvature may jump (across knots of low continuity), where
+    /// the surface ends within reach, and for rational and swept surfaces, of which no bound is
+    /// kept.
     pub fn curvature_rate_around<'a>(
         &self,
         feet: impl Iterator<Item = &'a FootPoint> + Clone,
@@ -331,6 +353,7 @@ impl FaceIndex {
                 };
                 let smooth =
                     |foot: &FootPoint| inside(foot) && !tree.jumps_near(&foot.point, reach);
+                // Third derivatives bound nothing across a crease or beyond the rim.
                 if !feet.clone().all(smooth) {
                     return f64::INFINITY;
                 }
@@ -342,21 +365,21 @@ impl FaceIndex {
         }
     }
 
-    /// Upper bound of |curvature| \[1/mm\] over a rectangle of parameters; see
+    /// Returns an upper bound of |curvature| \[1/mm\] over a rectangle of parameters; see
     /// [`FaceIndex::curvature_range`]. For the whole face pass [`Face::bounds`].
     pub fn curvature_bound(&self, cell: [[f64; 2]; 2]) -> f64 {
-        let [low, high] = self.curvature_range(cell);
+        let Interval { low, high } = self.curvature_range(cell);
         high.max(-low)
     }
 
-    /// Lower bound of the smallest radius \[mm\] by which the face bends towards the cutter, over
-    /// its bounds; infinite where it is nowhere concave. A cutter with a larger radius of
-    /// curvature cannot touch everywhere without gouging.
+    /// Returns a lower bound of the smallest radius \[mm\] by which the face bends towards the
+    /// cutter, over its bounds; infinite where it is nowhere concave. A cutter with a larger radius
+    /// of curvature cannot touch everywhere without gouging.
     pub fn smallest_concave_radius(&self) -> f64 {
-        self.curvature_range(self.face.bounds())[1].recip()
+        self.curvature_range(self.face.bounds()).high.recip()
     }
 
-    /// Side, normal and distance for parameters found.
+    /// Returns side, normal and distance for parameters found.
     fn foot(
         &self,
         uv: [f64; 2],
@@ -367,6 +390,7 @@ impl FaceIndex {
         let size = offset.norm();
         let normal = jet
             .normal()
+            // At a pole: the limit on the way to the middle of the face.
             .or_else(|| jet.normal_towards(self.face.inwards(uv[0], uv[1])))
             .map(|n| if self.face.flip { -n } else { n })
             .ok_or(ClosestError::NoNormal { uv, distance: size })?;
@@ -391,6 +415,7 @@ impl CurvatureSource {
 
 /// Returns the middle and radius of a ball that holds all feet.
 fn ball_round<'a>(feet: impl Iterator<Item = &'a FootPoint> + Clone) -> (Point3<f64>, f64) {
+    // About the middle of the box of the feet: not the smallest ball, but cheap, and it holds all.
     let empty = [f64::INFINITY, f64::NEG_INFINITY].map(Vector3::repeat);
     let [low, high] = feet.clone().fold(empty, |[low, high], foot| {
         [low.inf(&foot.point.coords), high.sup(&foot.point.coords)]

@@ -79,7 +79,7 @@ impl SurfaceJet1 {
         Self { s: Point3::from(d[0][0]), su: d[1][0], sv: d[0][1] }
     }
 
-    /// Unit of `S_u x S_v`; `None` where the two are parallel or vanish.
+    /// Returns the unit normal along `S_u x S_v`; `None` where the two are parallel or vanish.
     pub fn normal(&self) -> Option<UnitVector3<f64>> {
         unit_normal(&self.su, &self.sv)
     }
@@ -97,32 +97,35 @@ impl SurfaceJet2 {
         }
     }
 
-    /// Unit of `S_u x S_v`; `None` where the two are parallel or vanish.
+    /// Returns the unit normal along `S_u x S_v`; `None` where the two are parallel or vanish.
     pub fn normal(&self) -> Option<UnitVector3<f64>> {
         unit_normal(&self.su, &self.sv)
     }
 
-    /// As [`SurfaceJet2::normal`], and where `S_u x S_v` vanishes (a pole, a collapsed edge) its
-    /// limit along the step `[du, dv]` in parameters, from the first derivatives of `S_u x S_v`.
+    /// Returns the normal as [`SurfaceJet2::normal`] does, and where `S_u x S_v` vanishes (a pole,
+    /// a collapsed edge) its limit along the step `[du, dv]` in parameters, from the first
+    /// derivatives of `S_u x S_v`.
     pub fn normal_towards(&self, [du, dv]: [f64; 2]) -> Option<UnitVector3<f64>> {
         self.normal().or_else(|| {
+            // d(S_u x S_v), by the product rule.
             let by_u = self.suu.cross(&self.sv) + self.su.cross(&self.suv);
             let by_v = self.suv.cross(&self.sv) + self.su.cross(&self.svv);
             UnitVector3::try_new(by_u * du + by_v * dv, f64::MIN_POSITIVE)
         })
     }
 
-    /// Normal curvature in the tangent direction `du S_u + dv S_v` \[1/mm\]: second over first
-    /// fundamental form. Positive where the surface bends towards `S_u x S_v`.
+    /// Returns the normal curvature in the tangent direction `du S_u + dv S_v` \[1/mm\]: second
+    /// over first fundamental form. Positive where the surface bends towards `S_u x S_v`.
     pub fn normal_curvature(&self, [du, dv]: [f64; 2]) -> Option<f64> {
         let n = self.normal()?;
+        // II(t, t) / I(t, t) for the tangent t = du S_u + dv S_v.
         let first = (self.su * du + self.sv * dv).norm_squared();
         let second =
             n.dot(&(self.suu * (du * du) + self.suv * (2.0 * du * dv) + self.svv * (dv * dv)));
         (first > 0.0).then(|| second / first)
     }
 
-    /// Principal curvatures and directions; `None` where there is no normal.
+    /// Returns the principal curvatures and directions; `None` where there is no normal.
     ///
     /// The second fundamental form is written in an orthonormal tangent frame, where it is a
     /// symmetric 2 x 2 matrix; no difference of nearly equal numbers as in `H^2 - K`.
@@ -134,10 +137,12 @@ impl SurfaceJet2 {
         let (a, b, c) = (self.su.norm(), self.sv.dot(&e1), self.sv.dot(&e2));
         let (l, m, k) = (n.dot(&self.suu), n.dot(&self.suv), n.dot(&self.svv));
         let ratio = b / a;
+        // Second fundamental form in the orthonormal frame: h_ij = II(e_i, e_j).
         let h11 = l / (a * a);
         let h12 = (m - ratio * l) / (a * c);
         let h22 = (k - 2.0 * ratio * m + ratio * ratio * l) / (c * c);
         let (half_sum, half_difference) = (0.5 * (h11 + h22), 0.5 * (h11 - h22));
+        // Eigenvalues: half the trace, plus and minus the radius of Mohr's circle.
         let radius = half_difference.hypot(h12);
         // max lies at `angle` from e1, min a quarter turn before it.
         let angle = 0.5 * h12.atan2(half_difference);
@@ -165,23 +170,23 @@ impl SurfaceJet {
         }
     }
 
-    /// The part up to order 2.
+    /// Returns the part up to order 2.
     pub fn second(&self) -> SurfaceJet2 {
         let Self { s, su, sv, suu, suv, svv, .. } = *self;
         SurfaceJet2 { s, su, sv, suu, suv, svv }
     }
 
-    /// Unit of `S_u x S_v`; `None` where the two are parallel or vanish.
+    /// Returns the unit normal along `S_u x S_v`; `None` where the two are parallel or vanish.
     pub fn normal(&self) -> Option<UnitVector3<f64>> {
         unit_normal(&self.su, &self.sv)
     }
 
-    /// See [`SurfaceJet2::normal_curvature`].
+    /// Returns the normal curvature; see [`SurfaceJet2::normal_curvature`].
     pub fn normal_curvature(&self, direction: [f64; 2]) -> Option<f64> {
         self.second().normal_curvature(direction)
     }
 
-    /// See [`SurfaceJet2::curvature`].
+    /// Returns the principal curvatures; see [`SurfaceJet2::curvature`].
     pub fn curvature(&self) -> Option<PrincipalCurvatures> {
         self.second().curvature()
     }

@@ -28,9 +28,9 @@ pub struct FaceMesh {
 }
 
 impl Face {
-    /// Returns triangles within about `chord` \[mm\] of the surface: a grid in u and v as fine as the
-    /// sampled second derivatives ask, cut at the trims (marching squares). Trim details smaller
-    /// than a cell may be lost; at most 512 cells a parameter.
+    /// Returns triangles within about `chord` \[mm\] of the surface: a grid in u and v as fine as
+    /// the sampled second derivatives ask, cut at the trims (marching squares). Trim details
+    /// smaller than a cell may be lost; at most 512 cells a parameter.
     ///
     /// # Example
     ///
@@ -40,7 +40,7 @@ impl Face {
     ///
     /// let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x())?;
     /// let sphere = Surface::Sphere(SphereSurface::new(frame, 10.0)?);
-    /// let mesh = Face::new(1, sphere, vec![], false)?.tessellate(0.1)?.mesh;
+    /// let mesh = Face::new(1, sphere, vec![])?.tessellate(0.1)?.mesh;
     /// assert!(mesh.vertices.iter().all(|p| (p.coords.norm() - 10.0).abs() < 1e-9));
     /// # Ok::<(), trunnion_geometry::surface::SurfaceError>(())
     /// ```
@@ -63,15 +63,32 @@ struct FaceTessellation<'a> {
     bounds: [[f64; 2]; 2],
     cells: [u32; 2],
     inside: Vec<bool>,
-    /// Vertices made so far: grid points `(i, j, 0)`, cuts of the edge from it along u `(.., 1)`
-    /// or v `(.., 2)`.
-    known: BTreeMap<(u32, u32, u8), u32>,
+    /// Indices of the vertices made so far.
+    known: BTreeMap<VertexKey, u32>,
     out: FaceMesh,
 }
 
-/// Returns the numbers of cells for which neither the bend of a cell's edges nor its twist exceed half of `chord`:
-/// a parabola leaves its chord by `|S_uu| du^2 / 8`, a twisted cell its diagonal by
-/// `|S_uv| du dv / 4`.
+/// Column and row of a point of the grid in u and v.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct GridPoint {
+    i: u32,
+    j: u32,
+}
+
+/// Place of a vertex: by this, neighbouring cells find the vertex they share.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum VertexKey {
+    /// At a point of the grid.
+    Corner(GridPoint),
+    /// At the cut of a trim through the edge along u that starts at the point.
+    CutAlongU(GridPoint),
+    /// At the cut of a trim through the edge along v that starts at the point.
+    CutAlongV(GridPoint),
+}
+
+/// Returns the numbers of cells for which neither the bend of a cell's edges nor its twist exceed
+/// half of `chord`: a parabola leaves its chord by `|S_uu| du^2 / 8`, a twisted cell its diagonal
+/// by `|S_uv| du dv / 4`.
 fn cells(face: &Face, [u, v]: [[f64; 2]; 2], chord: f64) -> [u32; 2] {
     let mut bend = [0.0_f64; 3];
     for i in 0..=PROBES {
@@ -80,6 +97,7 @@ fn cells(face: &Face, [u, v]: [[f64; 2]; 2], chord: f64) -> [u32; 2] {
                 low + (high - low) * f64::from(k) / f64::from(PROBES)
             };
             let jet = face.surface.jet2(at(i, u), at(j, v));
+            // Only the normal part of a second derivative takes the surface off its chords.
             let Some(n) = jet.normal() else { continue };
             for (bend, d) in bend.iter_mut().zip([jet.suu, jet.suv, jet.svv]) {
                 *bend = bend.max(d.dot(&n).abs());
@@ -87,8 +105,10 @@ fn cells(face: &Face, [u, v]: [[f64; 2]; 2], chord: f64) -> [u32; 2] {
         }
     }
     let (width, height) = (u[1] - u[0], v[1] - v[0]);
+    // |S_uu| du^2 / 8 = chord / 2 gives du = sqrt(4 chord / |S_uu|).
     let count = |bend: f64, width: f64| (width * (bend / (4.0 * chord)).sqrt()).ceil();
     let mut counts = [count(bend[0], width), count(bend[2], height)];
+    // |S_uv| du dv / 4 over chord / 2. Where it exceeds 1, both directions take the root of it.
     let twist = bend[1] * width * height / (2.0 * chord * counts[0].max(1.0) * counts[1].max(1.0));
     counts = counts.map(|n| n.max(1.0) * twist.max(1.0).sqrt());
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
@@ -104,7 +124,7 @@ impl<'a> FaceTessellation<'a> {
         let mut work = Self { face, bounds, cells, inside, known, out: mesh };
         for i in 0..=cells[0] {
             for j in 0..=cells[1] {
-                let [u, v] = work.at(i, j);
+                let [u, v] = work.at(GridPoint { i, j });
                 work.inside.push(face.contains(u, v));
             }
         }
@@ -123,31 +143,35 @@ impl<'a> FaceTessellation<'a> {
     }
 
     /// Returns the parameters of a grid point.
-    fn at(&self, i: u32, j: u32) -> [f64; 2] {
+    fn at(&self, point: GridPoint) -> [f64; 2] {
         let along = |k: usize, n: u32| {
             let [low, high] = self.bounds[k];
+            // The last line is the bound itself: a sum could be rounded to beyond the trims.
             if n == self.cells[k] {
                 high
             } else {
                 low + (high - low) * f64::from(n) / f64::from(self.cells[k])
             }
         };
-        [along(0, i), along(1, j)]
+        [along(0, point.i), along(1, point.j)]
     }
 
-    fn is_inside(&self, (i, j): (u32, u32)) -> bool {
-        let at = i as usize * (self.cells[1] as usize + 1) + j as usize;
+    fn is_inside(&self, point: GridPoint) -> bool {
+        let at = point.i as usize * (self.cells[1] as usize + 1) + point.j as usize;
         self.inside.get(at).copied().unwrap_or(false)
     }
 
-    /// Returns the part of a cell inside the trims, counter-clockwise in u, v; two parts where opposite
-    /// corners are inside and the middle is not.
+    /// Returns the part of a cell inside the trims, counter-clockwise in u, v; two parts where
+    /// opposite corners are inside and the middle is not.
     fn polygons(&mut self, i: u32, j: u32) -> Vec<Vec<u32>> {
-        let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+        let corners =
+            [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]].map(|[i, j]| GridPoint { i, j });
         let inside = corners.map(|corner| self.is_inside(corner));
         if inside == [false; 4] {
             return Vec::new();
         }
+        // Marching squares: inside corners, and cuts between unlike neighbours, in order round the
+        // cell.
         let mut polygon = Vec::new();
         for k in 0..4 {
             let next = (k + 1) % 4;
@@ -159,8 +183,9 @@ impl<'a> FaceTessellation<'a> {
             }
         }
         let opposite = inside[0] == inside[2] && inside[1] == inside[3] && inside[0] != inside[1];
+        // The ambiguous case: the middle of the cell decides if the inside corners are connected.
         if opposite {
-            let [a, b] = [self.at(i, j), self.at(i + 1, j + 1)];
+            let [a, b] = [self.at(corners[0]), self.at(corners[2])];
             if !self.face.contains(0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])) {
                 // Around each inside corner: the cut before it, the corner, the cut after it.
                 if inside[0] {
@@ -173,21 +198,22 @@ impl<'a> FaceTessellation<'a> {
         vec![polygon]
     }
 
-    fn corner(&mut self, (i, j): (u32, u32)) -> u32 {
-        let uv = self.at(i, j);
-        self.vertex((i, j, 0), uv)
+    fn corner(&mut self, point: GridPoint) -> u32 {
+        let uv = self.at(point);
+        self.vertex(VertexKey::Corner(point), uv)
     }
 
-    /// Returns the vertex where a trim crosses the edge between an inside and an outside grid point.
-    fn cut(&mut self, a: (u32, u32), b: (u32, u32)) -> u32 {
+    /// Returns the vertex where a trim crosses the edge between an inside and an outside grid
+    /// point.
+    fn cut(&mut self, a: GridPoint, b: GridPoint) -> u32 {
+        // Named by its lower grid point, an edge gives both cells beside it the same vertex.
         let first = a.min(b);
-        let key = (first.0, first.1, if a.0 == b.0 { 2 } else { 1 });
-        let (mut inner, mut outer) = if self.is_inside(a) {
-            (self.at(a.0, a.1), self.at(b.0, b.1))
-        } else {
-            (self.at(b.0, b.1), self.at(a.0, a.1))
-        };
+        let key =
+            if a.i == b.i { VertexKey::CutAlongV(first) } else { VertexKey::CutAlongU(first) };
+        let (mut inner, mut outer) =
+            if self.is_inside(a) { (self.at(a), self.at(b)) } else { (self.at(b), self.at(a)) };
         if !self.known.contains_key(&key) {
+            // Bisection; its inner end is taken, so that no vertex lies outside the trims.
             for _ in 0..HALVINGS {
                 let middle = [0.5 * (inner[0] + outer[0]), 0.5 * (inner[1] + outer[1])];
                 if self.face.contains(middle[0], middle[1]) {
@@ -200,13 +226,14 @@ impl<'a> FaceTessellation<'a> {
         self.vertex(key, inner)
     }
 
-    fn vertex(&mut self, key: (u32, u32, u8), uv: [f64; 2]) -> u32 {
+    fn vertex(&mut self, key: VertexKey, uv: [f64; 2]) -> u32 {
         if let Some(&index) = self.known.get(&key) {
             return index;
         }
         let index = u32::try_from(self.out.uv.len()).unwrap_or(u32::MAX);
         self.out.mesh.vertices.push(self.face.point(uv[0], uv[1]));
         self.out.uv.push(uv);
+        // At a singular point without a limit; vertices and normals have to stay in step.
         let fallback = Vector3::z_axis();
         self.out.normals.push(self.face.normal(uv[0], uv[1]).unwrap_or(fallback));
         self.known.insert(key, index);

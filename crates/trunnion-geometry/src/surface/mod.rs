@@ -1,9 +1,9 @@
 //! Surfaces and faces: points, derivatives to order 3, normals, curvature and its bounds, closest
 //! points, trim loops.
 //!
-//! A [`Surface`] is geometry over a rectangle of parameters: NURBS, analytic or swept. A [`Face`] is
-//! a surface with trim loops and a side. A [`FaceIndex`] answers closest-point queries on a face.
-//! Lengths in mm.
+//! A [`Surface`] is geometry over a rectangle of parameters: NURBS, analytic or swept. A [`Face`]
+//! is a surface with trim loops and a side. A [`FaceIndex`] answers closest-point queries on a
+//! face. Lengths in mm.
 //!
 //! # Example
 //!
@@ -14,7 +14,7 @@
 //! // A sphere of radius 10 mm about the origin; (u, v) = (longitude, latitude).
 //! let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x())?;
 //! let sphere = Surface::Sphere(SphereSurface::new(frame, 10.0)?);
-//! let face = Face::new(1, sphere, vec![], false)?;
+//! let face = Face::new(1, sphere, vec![])?;
 //! assert!((face.point(0.0, 0.0) - Point3::new(10.0, 0.0, 0.0)).norm() < 1e-12);
 //!
 //! // The closest point to (0, 0, 13) is the pole, 3 mm away.

@@ -19,18 +19,22 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// fold of the continuation, a search over the surface takes less than going on.
 const EVALUATIONS: u32 = 64;
 
+/// Parameters with the point and the derivatives there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct SurfacePoint {
+    pub(crate) uv: [f64; 2],
+    pub(crate) jet: SurfaceJet2,
+}
+
 /// Finds parameters and derivatives of a local minimum of the distance from `p` on the continued
-/// surface; `None` where the method does not settle at one, or ends at a rim that is a point: another
-/// way down from there may lead on.
-pub(crate) fn free(
-    surface: &Surface,
-    p: &Point3<f64>,
-    guess: [f64; 2],
-) -> Option<([f64; 2], SurfaceJet2)> {
+/// surface; `None` where the method does not settle at one, or ends at a rim that is a point:
+/// another way down from there may lead on.
+pub(crate) fn free(surface: &Surface, p: &Point3<f64>, guess: [f64; 2]) -> Option<SurfacePoint> {
     let at = |uv: [f64; 2]| surface.jet2(uv[0], uv[1]);
     let ends = surface.ends();
     let found = minimise(at, p, guess, ends)?;
-    let inside = |k: usize| ends[k][0] < found.0[k] && found.0[k] < ends[k][1];
+    // At a rim that is a point the continuation turns over: a minimum there is not one of the face.
+    let inside = |k: usize| ends[k][0] < found.uv[k] && found.uv[k] < ends[k][1];
     (inside(0) && inside(1)).then_some(found)
 }
 
@@ -40,78 +44,108 @@ pub(crate) fn minimise(
     p: &Point3<f64>,
     guess: [f64; 2],
     bounds: [[f64; 2]; 2],
-) -> Option<([f64; 2], SurfaceJet2)> {
-    let clamp = |uv: [f64; 2]| [0, 1].map(|k| uv[k].clamp(bounds[k][0], bounds[k][1]));
-    let mut uv = clamp(guess);
-    let mut jet = at(uv);
-    let mut left = EVALUATIONS;
-    // Damped Newton steps, confined to the rectangle.
+) -> Option<SurfacePoint> {
+    let mut descent = Descent { at, p, bounds, left: EVALUATIONS };
+    let uv = descent.clamp(guess);
+    let mut current = SurfacePoint { uv, jet: (descent.at)(uv) };
     for _ in 0..STEPS {
-        let step = descent(&jet, p, uv, bounds)?;
-        let length = (jet.su * step[0] + jet.sv * step[1]).norm();
-        let scale = jet.s.coords.norm() + p.coords.norm();
-        let small = length <= LAST * scale;
-        (uv, jet) = advance(&at, p, (uv, &jet), step, (small, &clamp, &mut left))?;
-        if small {
-            return Some((uv, jet));
+        let step = descent.step(&current)?;
+        current = descent.advance(&current, &step)?;
+        if step.is_last {
+            return Some(current);
         }
     }
     None
 }
 
-/// Takes `step`, halved until the distance does not grow beyond its rounding (a last, small step is not questioned:
-/// rounding decides there).
-fn advance(
-    at: &impl Fn([f64; 2]) -> SurfaceJet2,
-    p: &Point3<f64>,
-    (uv, jet): ([f64; 2], &SurfaceJet2),
-    step: [f64; 2],
-    (small, clamp, left): (bool, &impl Fn([f64; 2]) -> [f64; 2], &mut u32),
-) -> Option<([f64; 2], SurfaceJet2)> {
-    // 2^-30 of a step above LAST is below rounding: no descent exists.
-    const HALVINGS: u32 = 30;
-    let scale = jet.s.coords.norm() + p.coords.norm();
-    let allowed = (jet.s - p).norm() + ROUNDING * scale;
-    let mut share = 1.0;
-    for _ in 0..HALVINGS.min(*left) {
-        *left -= 1;
-        let next = clamp([uv[0] + share * step[0], uv[1] + share * step[1]]);
-        let moved = at(next);
-        let after = (moved.s - p).norm();
-        if small || after <= allowed {
-            return after.is_finite().then_some((next, moved));
-        }
-        share *= 0.5;
-    }
-    None
+/// A step in parameters.
+struct NewtonStep {
+    by: [f64; 2],
+    /// `true` for a step so small that the next one would be below rounding.
+    is_last: bool,
 }
 
-/// Returns the Newton step for half the squared distance, Gauss-Newton where its Hessian is not positive; a
-/// parameter held at its bound by the gradient stays. `None` on a degenerate tangent plane.
+/// Damped Newton steps towards `p`, confined to a rectangle of parameters.
+struct Descent<'a, F> {
+    at: F,
+    p: &'a Point3<f64>,
+    bounds: [[f64; 2]; 2],
+    /// Evaluations left.
+    left: u32,
+}
+
+impl<F: Fn([f64; 2]) -> SurfaceJet2> Descent<'_, F> {
+    /// Moves parameters to the nearest ones of the rectangle.
+    fn clamp(&self, uv: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|k| uv[k].clamp(self.bounds[k][0], self.bounds[k][1]))
+    }
+
+    /// Returns the size of the coordinates, of which distances are known to a share.
+    fn scale(&self, jet: &SurfaceJet2) -> f64 {
+        jet.s.coords.norm() + self.p.coords.norm()
+    }
+
+    fn step(&self, from: &SurfacePoint) -> Option<NewtonStep> {
+        let jet = &from.jet;
+        let by = descent(jet, self.p, from.uv, self.bounds)?;
+        // Length of the step in the tangent plane, to be held against the rounding of coordinates.
+        let length = (jet.su * by[0] + jet.sv * by[1]).norm();
+        Some(NewtonStep { by, is_last: length <= LAST * self.scale(jet) })
+    }
+
+    /// Takes `step`, halved until the distance does not grow beyond its rounding (a last, small
+    /// step is not questioned: rounding decides there).
+    fn advance(&mut self, from: &SurfacePoint, step: &NewtonStep) -> Option<SurfacePoint> {
+        // 2^-30 of a step above LAST is below rounding: no descent exists.
+        const HALVINGS: u32 = 30;
+        let allowed = (from.jet.s - self.p).norm() + ROUNDING * self.scale(&from.jet);
+        let mut share = 1.0;
+        for _ in 0..HALVINGS.min(self.left) {
+            self.left -= 1;
+            let uv = self.clamp([from.uv[0] + share * step.by[0], from.uv[1] + share * step.by[1]]);
+            let jet = (self.at)(uv);
+            let after = (jet.s - self.p).norm();
+            if step.is_last || after <= allowed {
+                return after.is_finite().then_some(SurfacePoint { uv, jet });
+            }
+            share *= 0.5;
+        }
+        None
+    }
+}
+
+/// Returns the Newton step for half the squared distance, Gauss-Newton where its Hessian is not
+/// positive; a parameter held at its bound by the gradient stays. `None` on a degenerate tangent
+/// plane.
 fn descent(
     jet: &SurfaceJet2,
     p: &Point3<f64>,
     uv: [f64; 2],
     bounds: [[f64; 2]; 2],
 ) -> Option<[f64; 2]> {
+    // f = |S(u, v) - p|^2 / 2: gradient g_k = r . S_k, Hessian S_k . S_l + r . S_kl with r = S - p.
     let r = jet.s - p;
     let g = [r.dot(&jet.su), r.dot(&jet.sv)];
     // A parameter that the gradient presses against its bound stays there.
     let held = [0, 1]
         .map(|k| (uv[k] <= bounds[k][0] && g[k] > 0.0) || (uv[k] >= bounds[k][1] && g[k] < 0.0));
+    // Gauss-Newton leaves out r . S_kl: the first fundamental form, which is never indefinite.
     let first = [jet.su.norm_squared(), jet.su.dot(&jet.sv), jet.sv.norm_squared()];
     let full = [first[0] + r.dot(&jet.suu), first[1] + r.dot(&jet.suv), first[2] + r.dot(&jet.svv)];
     match held {
         [true, true] => Some([0.0, 0.0]),
         [true, false] => Some([0.0, single(g[1], full[2], [first[2], first[0]])?]),
         [false, true] => Some([single(g[0], full[0], [first[0], first[2]])?, 0.0]),
+        // Far from the surface or near a centre of curvature the full Hessian may not lead
+        // downhill.
         [false, false] => solve(&full, g, &first).or_else(|| solve(&first, g, &first)),
     }
 }
 
-/// Returns `-g / h` with the curvature term only where it leaves `h` positive; nothing along a rim that is a
-/// point, where the pace is rounding beside that across it.
+/// Returns `-g / h` with the curvature term only where it leaves `h` positive; nothing along a rim
+/// that is a point, where the pace is rounding beside that across it.
 fn single(g: f64, full: f64, [first, across]: [f64; 2]) -> Option<f64> {
+    // Both are squared speeds: along a rim that is a point this one is rounding.
     if first <= ROUNDING * across {
         return Some(0.0);
     }
@@ -125,6 +159,7 @@ const CONDITION: f64 = 1e-6;
 
 /// Solves the symmetric system `[[a, b], [b, c]] step = -g` if it is safely positive definite.
 fn solve([a, b, c]: &[f64; 3], g: [f64; 2], first: &[f64; 3]) -> Option<[f64; 2]> {
+    // Sylvester's criterion for a positive definite matrix, with a margin; then Cramer's rule.
     let determinant = a * c - b * b;
     let safe = CONDITION * CONDITION * first[0] * first[2];
     if *a > 0.0 && *c > 0.0 && determinant > safe {

@@ -2,7 +2,7 @@
 
 use super::error::ClosestError;
 use super::jet::SurfaceJet2;
-use super::newton;
+use super::newton::{self, SurfacePoint};
 use super::nurbs::BezierPatch;
 use super::nurbs::NurbsSurface;
 use super::proximity::{SolidDistance, SolidProximity};
@@ -83,6 +83,7 @@ impl PatchTree {
             return index;
         }
         let (mut first, mut second) = (cells, cells);
+        // Across the direction of more patches, so that boxes stay compact.
         let k = usize::from(j1 - j0 > i1 - i0);
         let middle = usize::midpoint(cells[k][0], cells[k][1]);
         (first[k][1], second[k][0]) = (middle, middle);
@@ -103,10 +104,11 @@ impl PatchTree {
         p: &Point3<f64>,
     ) -> Result<[f64; 2], ClosestError> {
         let best = BestPoint { uv: [f64::NAN; 2], distance: f64::INFINITY };
-        self.search(surface, p, (best, 0.0)).map(|best| best.uv)
+        self.search(surface, p, best, 0.0).map(|best| best.uv)
     }
 
-    /// Returns the distance of some point of the domain that is nearer than `enough`; `None` proves that there is none.
+    /// Returns the distance of some point of the domain that is nearer than `enough`; `None` proves
+    /// that there is none.
     pub(crate) fn nearer(
         &self,
         surface: &NurbsSurface,
@@ -115,7 +117,7 @@ impl PatchTree {
     ) -> Result<Option<f64>, ClosestError> {
         // So that what the search leaves out is no nearer than `enough`.
         let none = BestPoint { uv: [f64::NAN; 2], distance: enough + self.slack(p) };
-        let best = self.search(surface, p, (none, enough))?;
+        let best = self.search(surface, p, none, enough)?;
         Ok(Some(best.distance).filter(|distance| *distance < enough))
     }
 
@@ -125,12 +127,14 @@ impl PatchTree {
         EQUAL * (self.nodes.first().map_or(0.0, size) + p.coords.norm())
     }
 
-    /// Finds the closest point over the domain if it is nearer than `best`, or the first one nearer than `enough`.
+    /// Finds the closest point over the domain if it is nearer than `best`, or the first one nearer
+    /// than `enough`.
     fn search(
         &self,
         surface: &NurbsSurface,
         p: &Point3<f64>,
-        (mut best, enough): (BestPoint, f64),
+        mut best: BestPoint,
+        enough: f64,
     ) -> Result<BestPoint, ClosestError> {
         let Some(root) = self.nodes.first() else { return Err(ClosestError::NotFinite) };
         let slack = self.slack(p);
@@ -138,11 +142,12 @@ impl PatchTree {
         queue.push(QueueEntry { bound: box_distance(p, root), kind: QueueItem::Node(0) });
         for _ in 0..LOOKS {
             let Some(look) = queue.pop() else { return Ok(best) };
+            // The queue gives the smallest bound first: if this one is no closer, nothing is.
             if look.bound >= best.distance - slack || best.distance < enough {
                 return Ok(best);
             }
             match look.kind {
-                QueueItem::Node(index) => self.open((surface, p), index, &best, &mut queue),
+                QueueItem::Node(index) => self.open(surface, p, index, &best, &mut queue),
                 QueueItem::Piece(piece) => split(surface, p, &piece, &mut best, &mut queue),
             }
         }
@@ -152,8 +157,8 @@ impl PatchTree {
 
     /// Decides if the surface comes nearer than `limit` to a convex solid.
     ///
-    /// The distance from it is convex: over the hull of a piece's control points it lies above its tangent plane at
-    /// their middle.
+    /// The distance from it is convex: over the hull of a piece's control points it lies above its
+    /// tangent plane at their middle.
     pub(crate) fn meets(
         &self,
         surface: &NurbsSurface,
@@ -165,6 +170,8 @@ impl PatchTree {
         while let Some(index) = nodes.pop() {
             let node = &self.nodes[index];
             let centre = Point3::from(0.5 * (node.low + node.high));
+            // A distance is 1-Lipschitz: over a box it is at least that of the centre less half the
+            // diagonal.
             if gap(&centre).0 - 0.5 * (node.high - node.low).norm() >= limit {
                 continue;
             }
@@ -185,7 +192,8 @@ impl PatchTree {
     /// Replaces a node by its halves, or by the control points of its patch.
     fn open(
         &self,
-        (surface, p): (&NurbsSurface, &Point3<f64>),
+        surface: &NurbsSurface,
+        p: &Point3<f64>,
         index: usize,
         best: &BestPoint,
         queue: &mut BinaryHeap<QueueEntry>,
@@ -225,11 +233,13 @@ fn split(
     let middle = piece.bounds.map(|[low, high]| 0.5 * (low + high));
     let at = |uv: [f64; 2]| SurfaceJet2::from_table(&surface.table::<2>(uv[0], uv[1]));
     let start = at(middle);
+    // Newton's method costs as much as many halvings: only from where it is sure to improve.
     if (start.s - p).norm() < best.distance {
-        let found = newton::minimise(at, p, middle, surface.domain()).unwrap_or((middle, start));
-        let distance = (found.1.s - p).norm();
+        let middle = SurfacePoint { uv: middle, jet: start };
+        let found = newton::minimise(at, p, middle.uv, surface.domain()).unwrap_or(middle);
+        let distance = (found.jet.s - p).norm();
         if distance < best.distance {
-            *best = BestPoint { uv: found.0, distance };
+            *best = BestPoint { uv: found.uv, distance };
         }
     }
     for half in piece.halves() {
@@ -245,10 +255,13 @@ impl PatchPiece {
             let points = || piece.points.iter().map(|point| point.xyz() / point.w);
             let middle = points().sum::<Vector3<f64>>() / piece.points.len() as f64;
             let (distance, gradient) = gap(&Point3::from(middle));
+            // Convexity: gap(p) >= gap(m) + gradient . (p - m); over the hull this is least at a
+            // point of the net.
             let rise = points().map(|p| gradient.dot(&(p - middle)));
             if distance + rise.fold(f64::INFINITY, f64::min) >= limit {
                 continue;
             }
+            // Corners of the net lie on the surface: one within the limit is an answer.
             let near = |corner: &Point3<f64>| gap(corner).0 < limit;
             if let Some(corner) = piece.corners().into_iter().find(near) {
                 return SolidProximity::Nearer(corner);
@@ -279,6 +292,7 @@ impl PatchPiece {
         let rows = self.points.len() / self.columns;
         let last = self.points.len() - 1;
         let c = |i: usize| self.points[i].xyz() / self.points[i].w;
+        // Lengths of the two sides of the net along each parameter.
         let along_u =
             (c(last + 1 - self.columns) - c(0)).norm() + (c(last) - c(self.columns - 1)).norm();
         let along_v =
@@ -291,6 +305,8 @@ impl PatchPiece {
         } else {
             (rows, self.columns, self.columns, 1)
         };
+        // De Casteljau at one half: the first point of every level belongs to the low half, and the
+        // points that remain are the high half.
         for line in 0..lines {
             let at = |i: usize| line * step + i * stride;
             for level in 0..count {
@@ -311,9 +327,9 @@ impl PatchPiece {
     }
 }
 
-/// Returns a lower bound on the distance of the piece: the distance to the box of its control points, or to
-/// their plane of support across the direction to the net's middle, whichever is larger. The
-/// second is quadratically sharp where the surface faces `p`.
+/// Returns a lower bound on the distance of the piece: the distance to the box of its control
+/// points, or to their plane of support across the direction to the net's middle, whichever is
+/// larger. The second is quadratically sharp where the surface faces `p`.
 fn lower_bound(p: &Point3<f64>, piece: &PatchPiece) -> f64 {
     let points = || piece.points.iter().map(|point| point.xyz() / point.w - p.coords);
     let count = piece.points.len() as f64;
@@ -322,7 +338,9 @@ fn lower_bound(p: &Point3<f64>, piece: &PatchPiece) -> f64 {
         (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)),
         |(low, high), x| (low.inf(&x), high.sup(&x)),
     );
+    // Seen from p at the origin: the offset of the box in each coordinate, 0 where it spans it.
     let gap = low.sup(&-high).sup(&Vector3::zeros()).norm();
+    // The hull lies behind the plane square to d through its nearest point, at this distance.
     let support = middle
         .try_normalize(0.0)
         .map_or(0.0, |d| points().map(|x| x.dot(&d)).fold(f64::INFINITY, f64::min));

@@ -27,7 +27,7 @@ pub struct RevolutionSurface {
 }
 
 impl ExtrusionSurface {
-    /// The direction need not be a unit vector: `v` counts in its length.
+    /// Creates the extrusion. The direction need not be a unit vector: `v` counts in its length.
     ///
     /// # Errors
     ///
@@ -41,12 +41,12 @@ impl ExtrusionSurface {
         Ok(Self { curve, direction })
     }
 
-    /// Range of `v` that is short \[1e-3 mm\]: curvature is the same at every `v`.
+    /// Returns a range of `v` that is short \[1e-3 mm\]: curvature is the same at every `v`.
     pub(crate) fn thin(&self) -> f64 {
         1e-3 / self.direction.norm()
     }
 
-    /// The curve that is moved.
+    /// Returns the curve that is moved.
     pub fn curve(&self) -> &SpaceCurve {
         &self.curve
     }
@@ -60,6 +60,7 @@ impl ExtrusionSurface {
     }
 
     pub(crate) fn table(&self, u: f64, v: f64) -> DerivativeTable {
+        // S = C(u) + v D: derivatives by u are those of the curve, S_v = D, all others vanish.
         let jet = self.curve.jet(u);
         let mut d = [[Vector3::zeros(); 4]; 4];
         for (row, c) in d.iter_mut().zip(jet) {
@@ -70,9 +71,11 @@ impl ExtrusionSurface {
         d
     }
 
-    /// The same surface over `bounds` as NURBS; see [`NurbsConversion`].
+    /// Converts the surface over a range of parameters to NURBS; see [`NurbsConversion`].
     pub(crate) fn to_nurbs(&self, [u, v]: [[f64; 2]; 2]) -> Result<NurbsConversion, SurfaceErrors> {
         let strip = SweptStrip::of_curve(&self.curve, u);
+        // Degree 1 across: the homogeneous net of the curve, moved by v D times its weights, at
+        // both ends of v.
         let ends = v.map(|v| self.direction * v);
         let net = strip.net.iter().map(|point| {
             ends.iter().map(|end| (point.xyz() + end * point.w).push(point.w)).collect()
@@ -88,6 +91,8 @@ impl RevolutionSurface {
     /// tangents turn by no more than a thousandth.
     pub(crate) const THIN: f64 = 1e-3;
 
+    /// Creates the surface of revolution of `curve` about the axis through `origin`.
+    ///
     /// # Errors
     ///
     /// [`SurfaceError::NotFinite`] for an origin that is not finite.
@@ -103,14 +108,14 @@ impl RevolutionSurface {
         Ok(Self { curve, origin, axis })
     }
 
-    /// The curve that is turned.
+    /// Returns the curve that is turned.
     pub fn curve(&self) -> &SpaceCurve {
         &self.curve
     }
 
-    /// Distance of a place from the axis \[mm\].
-    pub fn radius(&self, place: &Vector3<f64>) -> f64 {
-        self.axis.cross(&(place - self.origin.coords)).norm()
+    /// Returns the distance of a point from the axis \[mm\].
+    pub fn radius(&self, point: &Vector3<f64>) -> f64 {
+        self.axis.cross(&(point - self.origin.coords)).norm()
     }
 
     pub(crate) fn domain(&self) -> [[f64; 2]; 2] {
@@ -121,7 +126,8 @@ impl RevolutionSurface {
         [Some(TAU), self.curve.period()]
     }
 
-    /// Axial and radial part of an offset from the origin, and the radial part a quarter further.
+    /// Splits an offset from the origin: axial part, radial part, and the radial part a quarter
+    /// turn further.
     fn split(&self, offset: &Vector3<f64>) -> [Vector3<f64>; 3] {
         let axial = self.axis.scale(offset.dot(&self.axis));
         [axial, offset - axial, self.axis.cross(offset)]
@@ -129,11 +135,13 @@ impl RevolutionSurface {
 
     pub(crate) fn table(&self, u: f64, v: f64) -> DerivativeTable {
         let (sin, cos) = u.sin_cos();
+        // The point is taken from the axis; derivatives do not depend on an origin.
         let mut jet = self.curve.jet(v);
         jet[0] -= self.origin.coords;
         let mut d = [[Vector3::zeros(); 4]; 4];
         for (l, c) in jet.iter().enumerate() {
             let [axial, radial, quarter] = self.split(c);
+            // S = O + axial + e(u): e' = f, e'' = -e, e''' = -f; the axial part does not turn.
             let (e, f) = (radial * cos + quarter * sin, quarter * cos - radial * sin);
             (d[0][l], d[1][l], d[2][l], d[3][l]) = (axial + e, f, -e, -f);
         }
@@ -141,9 +149,12 @@ impl RevolutionSurface {
         d
     }
 
-    /// The same surface over `bounds` as NURBS; see [`NurbsConversion`].
+    /// Converts the surface over a range of parameters to NURBS; see [`NurbsConversion`].
     pub(crate) fn to_nurbs(&self, [u, v]: [[f64; 2]; 2]) -> Result<NurbsConversion, SurfaceErrors> {
         let strip = SweptStrip::of_curve(&self.curve, v);
+        // A rational quadratic arc of half angle h: its middle control point is where the end
+        // tangents meet, 1 / cos h times the radius out, with weight cos h (Piegl and Tiller, *The
+        // NURBS Book*, chapter 7).
         let (breaks, half) = arcs(u);
         let turned = |point: &Vector4<f64>, angle: f64, weight: f64| {
             let offset = point.xyz() - self.origin.coords * point.w;
@@ -173,12 +184,12 @@ pub(crate) struct NurbsConversion {
 }
 
 impl NurbsConversion {
-    /// Parameters of the original surface.
+    /// Returns the parameters of the original surface.
     pub(crate) fn original(&self, uv: [f64; 2]) -> [f64; 2] {
         self.map(uv, |x, half| (2.0 * ((0.5 * half).tan() * x).atan()) / half)
     }
 
-    /// Parameters of the NURBS surface.
+    /// Returns the parameters of the NURBS surface.
     pub(crate) fn converted(&self, uv: [f64; 2]) -> [f64; 2] {
         self.map(uv, |x, half| (0.5 * half * x).tan() / (0.5 * half).tan())
     }
@@ -229,15 +240,16 @@ impl SweptStrip {
     }
 }
 
-/// Breaks of arcs of at most a right angle, and half the angle of each.
+/// Returns breaks of arcs of at most a right angle, and half the angle of each.
 fn arcs([low, high]: [f64; 2]) -> (Vec<f64>, f64) {
+    // The slack keeps a range of exactly n right angles at n arcs, whatever its last digits.
     let count = ((high - low) / FRAC_PI_2 - 1e-9).ceil().clamp(1.0, 8.0);
     let step = (high - low) / count;
     let breaks = (0..=8).take_while(|&i| f64::from(i) <= count).map(|i| low + step * f64::from(i));
     (breaks.collect(), 0.5 * step)
 }
 
-/// Angle and weight of every control point of the arcs.
+/// Returns angle and weight of every control point of the arcs.
 fn arc_angles(breaks: &[f64], half: f64) -> Vec<(f64, f64)> {
     let mut angles = vec![(breaks[0], 1.0)];
     for pair in breaks.windows(2) {
@@ -246,19 +258,20 @@ fn arc_angles(breaks: &[f64], half: f64) -> Vec<(f64, f64)> {
     angles
 }
 
-/// Quadratic knots with every break repeated twice, the ends thrice.
+/// Returns quadratic knots with every break repeated twice, the ends thrice.
 fn arc_knots(breaks: &[f64]) -> Vec<f64> {
     let ends = [breaks[0], breaks[breaks.len() - 1]];
     let inner = breaks.iter().flat_map(|&b| [b, b]);
     std::iter::once(ends[0]).chain(inner).chain([ends[1]]).collect()
 }
 
-/// A NURBS surface from homogeneous control points.
+/// Creates a NURBS surface from homogeneous control points.
 fn from_net(
     degree: [usize; 2],
     knots: [Vec<f64>; 2],
     net: impl Iterator<Item = Vec<Vector4<f64>>>,
 ) -> Result<NurbsSurface, SurfaceErrors> {
+    // The net is homogeneous; NURBS surfaces take points and weights apart.
     let (mut points, mut weights) = (Vec::new(), Vec::new());
     for row in net {
         points.push(row.iter().map(|point| Point3::from(point.xyz() / point.w)).collect());

@@ -42,7 +42,7 @@ pub struct TrimLoop {
 }
 
 impl TrimCurve {
-    /// Straight lines through `points`.
+    /// Creates straight lines through `points`.
     ///
     /// # Errors
     ///
@@ -61,7 +61,7 @@ impl TrimCurve {
         Ok(Self { pieces })
     }
 
-    /// B-spline curve, rational where `weights` are given, over its whole range of knots.
+    /// Creates a B-spline curve, rational where `weights` are given, over its whole range of knots.
     ///
     /// # Errors
     ///
@@ -85,7 +85,7 @@ impl TrimCurve {
         Ok(Self { pieces: bezier.chunks_exact(degree + 1).map(<[_]>::to_vec).collect() })
     }
 
-    /// The same curve run the other way.
+    /// Returns the same curve run the other way.
     #[must_use]
     pub fn reversed(mut self) -> Self {
         self.pieces.reverse();
@@ -93,18 +93,18 @@ impl TrimCurve {
         self
     }
 
-    /// First point.
+    /// Returns the first point.
     pub fn start(&self) -> [f64; 2] {
         cartesian(&self.pieces[0][0])
     }
 
-    /// Last point.
+    /// Returns the last point.
     pub fn end(&self) -> [f64; 2] {
         let piece = &self.pieces[self.pieces.len() - 1];
         cartesian(&piece[piece.len() - 1])
     }
 
-    /// Moved by `[du, dv]`.
+    /// Moves the curve by `[du, dv]`.
     fn moved(mut self, [du, dv]: [f64; 2]) -> Self {
         move_pieces(&mut self.pieces, [du, dv]);
         self
@@ -139,6 +139,8 @@ impl TrimLoop {
         let mut pieces: Vec<TrimPiece> = Vec::new();
         let mut end = start;
         for (index, curve) in curves.into_iter().enumerate() {
+            // Ends whole periods apart are one point of the surface: the curve moves to the turn of
+            // the last.
             let shift = whole_periods(curve.start(), end, periods);
             let curve = curve.moved(shift);
             if index > 0 {
@@ -148,6 +150,8 @@ impl TrimLoop {
             end = curve.end();
             pieces.extend(curve.pieces);
         }
+        // Likewise the end of the loop may lie whole periods from its start: it runs round the
+        // surface.
         let turn = whole_periods(start, end, periods);
         let goal = [start[0] + turn[0], start[1] + turn[1]];
         gap_at(count - 1, end, goal);
@@ -182,19 +186,20 @@ impl TrimLoop {
         flat.then_some(SurfaceError::DegenerateLoop { reason: "it encloses no area" })
     }
 
-    /// Box of the loop, `[[u low, u high], [v low, v high]]`: of control points, so that the loop
-    /// itself may be a little smaller.
+    /// Returns the box of the loop, `[[u low, u high], [v low, v high]]`: of control points, so
+    /// that the loop itself may be a little smaller.
     pub fn bounds(&self) -> [[f64; 2]; 2] {
         self.bounds
     }
 
-    /// Returns the number of periods by u and v between start and end of the loop: `[0, 0]` unless it runs
-    /// round a periodic surface.
+    /// Returns the number of periods by u and v between start and end of the loop: `[0, 0]` unless
+    /// it runs round a periodic surface.
     pub fn turns(&self) -> [i32; 2] {
         self.turns
     }
 
-    /// Returns the point in which the loop closes; on a periodic surface, the lower of its two ends.
+    /// Returns the point in which the loop closes; on a periodic surface, the lower of its two
+    /// ends.
     pub(crate) fn joint(&self) -> [f64; 2] {
         let start = cartesian(&self.pieces[0][0]);
         let last = &self.pieces[self.pieces.len() - 1];
@@ -202,8 +207,8 @@ impl TrimLoop {
         [start[0].min(end[0]), start[1].min(end[1])]
     }
 
-    /// Points of a polyline that stays within `tolerance` (by u and by v) of the loop; the last
-    /// point joins the first (or lies [`TrimLoop::turns`] periods further).
+    /// Returns the points of a polyline that stays within `tolerance` (by u and by v) of the loop;
+    /// the last point joins the first (or lies [`TrimLoop::turns`] periods further).
     pub fn polyline(&self, tolerance: [f64; 2]) -> Vec<[f64; 2]> {
         let mut points = vec![cartesian(&self.pieces[0][0])];
         for piece in &self.pieces {
@@ -219,11 +224,12 @@ impl TrimLoop {
         self.bounds = bounds_of(&self.pieces);
     }
 
-    /// Counts the crossings of the loop by the ray from `point` in the direction of growing u (`along = 0`) or
-    /// v (1).
+    /// Counts the crossings of the loop by the ray from `point` in the direction of growing u
+    /// (`along = 0`) or v (1).
     pub(crate) fn crossings(&self, point: [f64; 2], along: usize) -> u32 {
         let (px, py) = (point[along], point[1 - along]);
         let count = |piece: &TrimPiece| {
+            // With the start of the ray at the origin and the ray along +x; weights stay.
             let mut local = [Vector3::zeros(); MAX_DEGREE + 1];
             let local = &mut local[..piece.len()];
             for (to, from) in local.iter_mut().zip(piece) {
@@ -244,9 +250,12 @@ fn crossings(piece: &[Vector3<f64>], halvings: u32) -> u32 {
     let n = piece.len();
     let (first, last) = (&piece[0], &piece[n - 1]);
     let sides = piece.iter().filter(|point| above(point)).count();
+    // The curve lies in the hull of its points: all above, below or behind the start, it does not
+    // meet the ray.
     if sides == 0 || sides == n || piece.iter().all(|point| point.x < 0.0) {
         return 0;
     }
+    // Wholly in front of the start, only the ends decide: other crossings come in pairs.
     if piece.iter().all(|point| point.x > 0.0) {
         return u32::from(above(first) != above(last));
     }
@@ -262,7 +271,7 @@ fn crossings(piece: &[Vector3<f64>], halvings: u32) -> u32 {
     crossings(&left[..n], halvings + 1) + crossings(&right[..n], halvings + 1)
 }
 
-/// De Casteljau at one half.
+/// Halves a piece by de Casteljau's algorithm.
 fn halve(piece: &[Vector3<f64>], left: &mut [Vector3<f64>], right: &mut [Vector3<f64>]) {
     let n = piece.len();
     right.copy_from_slice(piece);
@@ -278,6 +287,8 @@ fn halve(piece: &[Vector3<f64>], left: &mut [Vector3<f64>], right: &mut [Vector3
 fn flatten(piece: &[Vector3<f64>], tolerance: [f64; 2], halvings: u32, out: &mut Vec<[f64; 2]>) {
     let n = piece.len();
     let (a, b) = (cartesian(&piece[0]), cartesian(&piece[n - 1]));
+    // Points of the chord at i / n are blended to points of the chord: the offsets of the control
+    // points from them bound that of the curve.
     let near = piece.iter().enumerate().all(|(i, point)| {
         let t = i as f64 / (n - 1) as f64;
         let p = cartesian(point);
@@ -306,7 +317,7 @@ fn move_pieces(pieces: &mut [TrimPiece], [du, dv]: [f64; 2]) {
     }
 }
 
-/// A straight piece over a gap, if there is one.
+/// Adds a straight piece over a gap, if there is one.
 fn join(pieces: &mut Vec<TrimPiece>, from: [f64; 2], to: [f64; 2]) {
     if from[0].total_cmp(&to[0]).is_ne() || from[1].total_cmp(&to[1]).is_ne() {
         pieces.push(vec![Vector3::new(from[0], from[1], 1.0), Vector3::new(to[0], to[1], 1.0)]);
@@ -337,6 +348,7 @@ fn unit_ends(pieces: &mut [TrimPiece]) {
     for piece in pieces {
         let n = piece.len() - 1;
         let (first, last) = (piece[0].z, piece[n].z);
+        // Weights times c^i with c^n = first / last, over the first weight: both ends become 1.
         let ratio = (first / last).powf(1.0 / n as f64);
         for (i, point) in piece.iter_mut().enumerate() {
             *point *= ratio.powf(i as f64) / first;
@@ -362,7 +374,7 @@ fn bounds_of(pieces: &[TrimPiece]) -> [[f64; 2]; 2] {
     bounds
 }
 
-/// Whole periods that bring `from` nearest to `to`.
+/// Returns the whole periods that bring `from` nearest to `to`.
 fn whole_periods(from: [f64; 2], to: [f64; 2], periods: [Option<f64>; 2]) -> [f64; 2] {
     [0, 1].map(|k| periods[k].map_or(0.0, |period| period * ((to[k] - from[k]) / period).round()))
 }
@@ -372,9 +384,10 @@ fn turns(shift: [f64; 2], periods: [Option<f64>; 2]) -> [i32; 2] {
     [0, 1].map(|k| periods[k].map_or(0, |period| (shift[k] / period).round() as i32))
 }
 
-/// Twice the signed area.
+/// Returns twice the signed area.
 fn shoelace(points: &[[f64; 2]]) -> f64 {
     let Some(&[u0, v0]) = points.first() else { return 0.0 };
+    // Relative to the first point, so that large coordinates do not cancel.
     let cross = |pair: &[[f64; 2]]| {
         (pair[0][0] - u0) * (pair[1][1] - v0) - (pair[1][0] - u0) * (pair[0][1] - v0)
     };

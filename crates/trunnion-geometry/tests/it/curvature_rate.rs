@@ -33,7 +33,7 @@ fn sheet(inner: [&[f64]; 2], height: f64, random: &mut Random) -> FaceIndex {
     };
     let points = (0..count[0]).map(|i| (0..count[1]).map(|j| point(i, j)).collect()).collect();
     let surface = NurbsSurface::new([3, 3], inner.map(knots), points, None).unwrap();
-    FaceIndex::new(Face::new(1, Surface::Nurbs(surface), vec![], false).unwrap()).unwrap()
+    FaceIndex::new(Face::new(1, Surface::Nurbs(surface), vec![]).unwrap()).unwrap()
 }
 
 /// Largest `|(d II)(t, t, t)|` at a place over unit tangents `t`, from the derivatives themselves.

@@ -247,7 +247,7 @@ fn closest_agrees_with_brute_force() {
     let wavy = |seed, rational| Surface::Nurbs(wavy(seed, [3, 3], [9, 8], rational));
     let surfaces = [wavy(21, false), wavy(22, true), potato(0.0), potato(0.4), bezier_patch()];
     for surface in surfaces {
-        let index = FaceIndex::new(Face::new(1, surface.clone(), vec![], false).unwrap()).unwrap();
+        let index = FaceIndex::new(Face::new(1, surface.clone(), vec![]).unwrap()).unwrap();
         let grid = dense(&surface);
         let mut numbers = Numbers(3);
         for query in 0..200 {
@@ -266,7 +266,7 @@ fn closest_agrees_with_brute_force() {
 /// The centre of a sphere has no one closest point: an answer that says so, or a right distance.
 #[test]
 fn the_centre_of_a_sphere_is_undecided() {
-    let index = FaceIndex::new(Face::new(1, potato(0.0), vec![], false).unwrap()).unwrap();
+    let index = FaceIndex::new(Face::new(1, potato(0.0), vec![]).unwrap()).unwrap();
     match index.closest(&Point3::new(50.0, 50.0, 0.0)) {
         Ok(foot) => assert!((foot.distance.abs() - 40.0).abs() < 1e-9, "{foot:?}"),
         Err(error) => assert!(matches!(error, ClosestError::Undecided { .. }), "{error}"),
@@ -326,7 +326,7 @@ proptest! {
     #[test]
     fn a_point_on_the_normal_has_that_foot(u in -0.15..1.15_f64, v in -0.15..1.15_f64, h in -20.0..20.0_f64, flip: bool) {
         let surface = bezier_patch();
-        let index = FaceIndex::new(Face::new(1, surface.clone(), vec![], flip).unwrap()).unwrap();
+        let index = FaceIndex::new(Face { flip, ..Face::new(1, surface.clone(), vec![]).unwrap() }).unwrap();
         let side = if flip { -1.0 } else { 1.0 };
         let p = surface.point(u, v) + surface.jet1(u, v).normal().unwrap().scale(h * side);
         let foot = index.closest_near(&p, [u + 0.02, v - 0.02]).unwrap();
@@ -393,7 +393,7 @@ fn every_kind() -> Vec<(Face, [[f64; 2]; 2])> {
         let corners = [[a, c], [b, c], [b, d], [a, d], [a, c]];
         let trim = TrimCurve::polyline(&corners).unwrap();
         let trim = TrimLoop::new(vec![trim], surface.periods(), 1e-9).unwrap();
-        (Face::new(number + 1, surface, vec![trim], false).unwrap(), bounds)
+        (Face::new(number + 1, surface, vec![trim]).unwrap(), bounds)
     };
     kinds.into_iter().enumerate().map(face).collect()
 }
@@ -436,7 +436,7 @@ fn check_small_cells(index: &FaceIndex, face: &Face, bounds: [[f64; 2]; 2]) {
         let middle = bounds.map(|range| between(range, numbers.next()));
         let half = bounds.map(|[low, high]| 0.02 * (high - low) * numbers.next().abs());
         let cell = [0, 1].map(|k| [middle[k] - half[k], middle[k] + half[k]]);
-        let [low, high] = index.curvature_range(cell);
+        let [low, high] = index.curvature_range(cell).ends();
         let mut attained = 0.0_f64;
         for _ in 0..20 {
             let uv =
@@ -512,12 +512,13 @@ fn beyond_the_border_a_surface_goes_on_and_does_not_turn_back() {
 
 #[test]
 fn curvature_bounds_hold_and_are_close() {
-    let patch = Face::new(1, bezier_patch(), vec![], false).unwrap();
-    let waves = Face::new(2, Surface::Nurbs(wavy(5, [3, 3], [8, 8], true)), vec![], true).unwrap();
+    let patch = Face::new(1, bezier_patch(), vec![]).unwrap();
+    let waves =
+        Face::new(2, Surface::Nurbs(wavy(5, [3, 3], [8, 8], true)), vec![]).unwrap().flipped();
     let sheets = [patch, waves].map(|face| (face.clone(), face.bounds()));
     for (face, bounds) in every_kind().into_iter().chain(sheets) {
         let index = FaceIndex::new(face.clone()).unwrap();
-        let [low, high] = index.curvature_range(bounds);
+        let [low, high] = index.curvature_range(bounds).ends();
         let mut attained = [0.0_f64; 2];
         for i in 0..=60 {
             for j in 0..=60 {
@@ -561,7 +562,7 @@ fn disc_with_hole() -> Face {
     let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
     let loops =
         vec![closed(circle([3.0, -4.0], 20.0)), closed(circle([5.0, -2.0], 8.0).reversed())];
-    Face::new(1, Surface::Plane(PlaneSurface { frame }), loops, true).unwrap()
+    Face::new(1, Surface::Plane(PlaneSurface { frame }), loops).unwrap().flipped()
 }
 
 proptest! {
@@ -601,7 +602,7 @@ proptest! {
             Ok(surface) => {
                 let [u, v] = surface.domain();
                 let _ = surface.jet(u[1], v[0]).normal();
-                if let Ok(index) = FaceIndex::new(Face::new(1, surface, vec![], false).unwrap()) {
+                if let Ok(index) = FaceIndex::new(Face::new(1, surface, vec![]).unwrap()) {
                     let _ = index.closest(&Point3::new(1.0, 2.0, 30.0));
                 }
             }
@@ -624,7 +625,7 @@ proptest! {
         let corners = [[0.0, -2.0], [1.0, -2.0], [1.0, 3.0], [0.0, 3.0], [0.0, -2.0]];
         let border = TrimCurve::polyline(&corners.map(|[u, v]| [start + width * u, v])).unwrap();
         let trim = TrimLoop::new(vec![border], [None, None], 1e-9).unwrap();
-        let index = FaceIndex::new(Face::new(1, tube, vec![trim], false).unwrap()).unwrap();
+        let index = FaceIndex::new(Face::new(1, tube, vec![trim]).unwrap()).unwrap();
         let p = Point3::from(p);
         let share = |i: u32| f64::from(i) / f64::from(N);
         let point = |i, j| index.face().point(start + width * share(i), -2.0 + 5.0 * share(j));
@@ -654,7 +655,7 @@ fn a_grid_covers_the_face_and_nothing_else() {
     assert!(grid.iter().all(|sample| sample.normal.z < 0.0), "flipped");
     assert!(face.grid(0.0).is_err() && face.grid(f64::NAN).is_err() && face.grid(1e-6).is_err());
     // Free-form: neighbours on the patch are about the spacing apart, none farther than it.
-    let patch = Face::new(1, bezier_patch(), vec![], false).unwrap();
+    let patch = Face::new(1, bezier_patch(), vec![]).unwrap();
     let grid = patch.grid(2.0).unwrap();
     let rows = grid.chunk_by(|a, b| a.uv[1].total_cmp(&b.uv[1]).is_eq());
     for row in rows {
@@ -690,8 +691,7 @@ fn a_tessellation_has_the_area_and_the_side_of_the_face() {
     );
     // A whole sphere: 4 pi r^2, a little less.
     let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
-    let sphere =
-        Face::new(1, Surface::Sphere(SphereSurface::new(frame, 10.0).unwrap()), vec![], false);
+    let sphere = Face::new(1, Surface::Sphere(SphereSurface::new(frame, 10.0).unwrap()), vec![]);
     let (area, sense) = area_and_sense(&sphere.unwrap(), 0.01);
     let exact = 400.0 * std::f64::consts::PI;
     assert!(area < exact && area > 0.995 * exact && sense > 0.99 * area, "{area} {exact}");
@@ -711,7 +711,7 @@ fn loops_round_a_period() {
     let periods = cylinder.periods();
     let loops = vec![round(1.0, true, periods), round(4.0, false, periods)];
     assert_eq!(loops[0].turns(), [1, 0]);
-    let band = Face::new(1, cylinder, loops, false).unwrap();
+    let band = Face::new(1, cylinder, loops).unwrap();
     for u in [0.0, 0.3, 3.0, 6.2, -20.0, 40.0] {
         assert!(band.contains(u, 2.0) && !band.contains(u, 0.9) && !band.contains(u, 4.1), "{u}");
     }
@@ -720,7 +720,7 @@ fn loops_round_a_period() {
     for (ahead, inside, outside) in [(true, 1.0, -1.0), (false, -1.0, 1.0)] {
         let sphere = Surface::Sphere(SphereSurface::new(frame, 5.0).unwrap());
         let loops = vec![round(0.5, ahead, sphere.periods())];
-        let cap = Face::new(1, sphere, loops, false).unwrap();
+        let cap = Face::new(1, sphere, loops).unwrap();
         assert!(cap.contains(2.0, inside) && !cap.contains(2.0, outside));
     }
     // Both bands of a torus between two circles of latitude: the loops' sense tells them apart.
@@ -728,7 +728,7 @@ fn loops_round_a_period() {
         let torus = Surface::Torus(TorusSurface::new(frame, 10.0, 2.0).unwrap());
         let periods = torus.periods();
         let loops = vec![round(1.0, ahead, periods), round(3.0, !ahead, periods)];
-        let face = Face::new(1, torus, loops, false).unwrap();
+        let face = Face::new(1, torus, loops).unwrap();
         for turns in [-1.0, 0.0, 1.0] {
             let v = turns * turn;
             assert!(face.contains(0.1, inside + v) && !face.contains(0.1, outside + v), "{ahead}");
@@ -738,7 +738,7 @@ fn loops_round_a_period() {
     let cylinder = Surface::Cylinder(CylinderSurface::new(frame, 5.0).unwrap());
     let across = [[6.0, 0.0], [6.8, 0.0], [6.8, 3.0], [6.0, 3.0], [6.0, 0.0]];
     let trim = closed(TrimCurve::polyline(&across).unwrap());
-    let patch = Face::new(1, cylinder, vec![trim], false).unwrap();
+    let patch = Face::new(1, cylinder, vec![trim]).unwrap();
     assert!(patch.contains(6.2, 1.0) && patch.contains(0.2, 1.0) && patch.contains(-0.1, 1.0));
     assert!(!patch.contains(1.0, 1.0) && !patch.contains(5.9, 1.0) && !patch.contains(0.2, 3.1));
 }

@@ -2,7 +2,10 @@
 //!
 //! Everything that runs per evaluation works on the stack; the degree is bounded by [`MAX_DEGREE`].
 
+use std::error::Error;
+use std::fmt;
 use std::ops::Add;
+use std::ops::Deref;
 use std::ops::Mul;
 
 /// Highest degree supported: the size of the stack arrays.
@@ -84,6 +87,38 @@ pub enum KnotError {
     },
 }
 
+/// All errors of a knot vector, as one error that displays one a line.
+///
+/// The list dereferences to a slice.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KnotErrors(Vec<KnotError>);
+
+impl Deref for KnotErrors {
+    type Target = [KnotError];
+
+    fn deref(&self) -> &[KnotError] {
+        &self.0
+    }
+}
+
+impl IntoIterator for KnotErrors {
+    type Item = KnotError;
+    type IntoIter = std::vec::IntoIter<KnotError>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.into_iter()
+    }
+}
+
+impl fmt::Display for KnotErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let lines: Vec<String> = self.iter().map(ToString::to_string).collect();
+        f.write_str(&lines.join("\n"))
+    }
+}
+
+impl Error for KnotErrors {}
+
 /// Degree and checked knots of a B-spline; clamped or not.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KnotVector {
@@ -98,19 +133,33 @@ pub struct KnotVector {
 impl KnotVector {
     /// Checks `knots` for `points` control points.
     ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion_types::math::bspline::{KnotError, KnotVector};
+    ///
+    /// // A quadratic B-spline of four control points: two pieces, clamped at both ends.
+    /// let knots = KnotVector::new(2, 4, vec![0.0, 0.0, 0.0, 1.0, 3.0, 3.0, 3.0])?;
+    /// assert_eq!(knots.breaks(), [0.0, 1.0, 3.0]);
+    ///
+    /// let errors = KnotVector::new(1, 2, vec![0.0, 0.0, 1.0]).unwrap_err();
+    /// assert!(matches!(errors[0], KnotError::Count { knots: 3, expected: 4, .. }));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     ///
-    /// Every fault found, as [`KnotError`].
-    pub fn new(degree: usize, points: usize, knots: Vec<f64>) -> Result<Self, Vec<KnotError>> {
+    /// All errors found, each a [`KnotError`].
+    pub fn new(degree: usize, points: usize, knots: Vec<f64>) -> Result<Self, KnotErrors> {
         let mut faults = shape_faults(degree, points, &knots);
         faults.extend(value_faults(&knots));
         if !faults.is_empty() {
-            return Err(faults);
+            return Err(KnotErrors(faults));
         }
         let (low, high) = (knots[degree], knots[points]);
         let starts: Vec<usize> = (degree..points).filter(|&i| knots[i] < knots[i + 1]).collect();
         if starts.is_empty() {
-            return Err(vec![KnotError::Empty { value: low }]);
+            return Err(KnotErrors(vec![KnotError::Empty { value: low }]));
         }
         let breaks: Vec<f64> = starts.iter().map(|&i| knots[i]).chain([high]).collect();
         let torn: Vec<KnotError> = breaks[1..breaks.len() - 1]
@@ -119,7 +168,11 @@ impl KnotVector {
             .filter(|&(_, multiplicity)| multiplicity > degree)
             .map(|(value, multiplicity)| KnotError::Torn { value, multiplicity, degree })
             .collect();
-        if torn.is_empty() { Ok(Self { degree, knots, breaks, starts }) } else { Err(torn) }
+        if torn.is_empty() {
+            Ok(Self { degree, knots, breaks, starts })
+        } else {
+            Err(KnotErrors(torn))
+        }
     }
 
     /// Degree.
@@ -452,6 +505,6 @@ mod tests {
         let torn = KnotVector::new(1, 4, vec![0.0, 0.0, 0.5, 0.5, 1.0, 1.0]).unwrap_err();
         assert!(matches!(torn[0], KnotError::Torn { multiplicity: 2, degree: 1, .. }));
         let degree = KnotVector::new(10, 11, vec![]).unwrap_err();
-        assert_eq!(degree, vec![KnotError::Degree { degree: 10 }]);
+        assert_eq!(*degree, [KnotError::Degree { degree: 10 }]);
     }
 }

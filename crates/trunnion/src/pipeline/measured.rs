@@ -104,9 +104,9 @@ mod tests {
         ];
         let knots = || vec![0.0, 0.0, 1.0, 1.0];
         let surface = NurbsSurface::new([1, 1], [knots(), knots()], net, None).unwrap();
-        let plate = |flip| Face::new(2, Surface::Nurbs(surface.clone()), Vec::new(), flip).unwrap();
-        let along = plate(false).normal(0.5, 0.5).unwrap().dot(&normal);
-        plate(along < 0.0)
+        let plate = Face::new(2, Surface::Nurbs(surface), Vec::new()).unwrap();
+        let along = plate.normal(0.5, 0.5).unwrap().dot(&normal);
+        if along < 0.0 { plate.flipped() } else { plate }
     }
 
     fn gouges(report: &Report) -> Vec<Finding> {
@@ -122,7 +122,7 @@ mod tests {
         let text = text.replacen("grid = 0.5", "grid = 2.0", 1);
         let machine = machine::parse(MACHINE).unwrap().machine;
         let surface = surface_json::read(PATCH.as_bytes()).unwrap();
-        let face = Face::new(1, surface, Vec::new(), false).unwrap();
+        let face = Face::new(1, surface, Vec::new()).unwrap();
         let faces = std::slice::from_ref(&face);
         let mut job = Job::new(job::parse(&text).unwrap(), faces, &machine).unwrap();
         let programs = crate::pipeline::run(&job, &Silent).unwrap().programs;

@@ -189,7 +189,7 @@ mod tests {
     fn what_overlaps_is_measured_once() {
         let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
         let sphere = Surface::Sphere(SphereSurface::new(frame, 10.0).unwrap());
-        let face = Face::new(1, sphere, Vec::new(), false).unwrap();
+        let face = Face::new(1, sphere, Vec::new()).unwrap();
         let parts = [[[0.0, 0.5 * PI], [-0.5 * PI, 0.5 * PI]], [[0.0, 0.25 * PI], [-1.0, 1.0]]];
         let quarter = 100.0 * PI;
         assert!((area(&face, &parts) / quarter - 1.0).abs() < 0.03, "{}", area(&face, &parts));

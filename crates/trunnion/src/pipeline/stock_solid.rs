@@ -80,7 +80,7 @@ mod tests {
             let curve = TrimCurve::polyline(&corners).unwrap();
             let trim = TrimLoop::new(vec![curve], [None, None], 1e-9).unwrap();
             let surface = Surface::Cylinder(CylinderSurface::new(frame, 10.0).unwrap());
-            let face = Face::new(1, surface, vec![trim], flip).unwrap();
+            let face = Face { flip, ..Face::new(1, surface, vec![trim]).unwrap() };
             let stock = job::JobStock::Offset { thickness: 2.0 };
             let solid = stock_solid(&stock, std::iter::once(&face)).unwrap();
             let volume = Stock::new(&solid, 0.1, 1_000_000).unwrap().volume();

@@ -53,7 +53,7 @@ pub enum FeedMeaning {
 /// let net = vec![vec![corner(0.0, -0.1), corner(0.0, 0.1)], vec![corner(9.0, -0.1), corner(9.0, 0.1)]];
 /// let knots = || vec![0.0, 0.0, 1.0, 1.0];
 /// let plate = NurbsSurface::new([1, 1], [knots(), knots()], net, None).expect("a plane");
-/// let faces = [Face::new(1, Surface::Nurbs(plate), vec![], false)?];
+/// let faces = [Face::new(1, Surface::Nurbs(plate), vec![])?];
 /// let text = "FEDRAT/600,MMPM\nGOTO/-1,0,-0.01,0,0,1\nGOTO/10,0,-0.01,0,0,1\nFINI\n";
 /// let locations = ClText::new(text.to_owned(), 20)?;
 ///

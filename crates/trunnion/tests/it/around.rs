@@ -32,13 +32,13 @@ fn shaft() -> FaceIndex {
         TrimLoop::new(vec![curve], surface.periods(), 1e-9).unwrap()
     };
     let loops = vec![rim(0.0, true), rim(LENGTH, false)];
-    FaceIndex::new(Face::new(1, surface, loops, false).unwrap()).unwrap()
+    FaceIndex::new(Face::new(1, surface, loops).unwrap()).unwrap()
 }
 
 fn ball() -> FaceIndex {
     let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
     let surface = Surface::Sphere(SphereSurface::new(frame, RADIUS).unwrap());
-    FaceIndex::new(Face::new(1, surface, Vec::new(), false).unwrap()).unwrap()
+    FaceIndex::new(Face::new(1, surface, Vec::new()).unwrap()).unwrap()
 }
 
 /// A pass along the shaft at `angle` round it, the tool leaning ahead.

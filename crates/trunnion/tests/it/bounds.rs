@@ -25,7 +25,7 @@ fn patch(loops: Vec<TrimLoop>) -> Face {
     let knots = || vec![0.0, 0.0, 0.0, 0.4, 1.0, 1.0, 1.0];
     let surface =
         NurbsSurface::new([2, 2], [knots(), knots()], (0..4).map(row).collect(), None).unwrap();
-    Face::new(1, Surface::Nurbs(surface), loops, false).unwrap()
+    Face::new(1, Surface::Nurbs(surface), loops).unwrap()
 }
 
 fn cutter(kind: CutterKind) -> Cutter {
@@ -41,8 +41,7 @@ fn extruded() -> Face {
     let curve = NurbsCurve::new(2, knots, &points.map(Point3::from), None).unwrap();
     let surface =
         ExtrusionSurface::new(SpaceCurve::Nurbs(curve), Vector3::new(0.0, 2.0, 0.1)).unwrap();
-    Face::new(1, Surface::Extrusion(surface), vec![rectangle([0.0, 1.0], [-3.0, 3.0])], false)
-        .unwrap()
+    Face::new(1, Surface::Extrusion(surface), vec![rectangle([0.0, 1.0], [-3.0, 3.0])]).unwrap()
 }
 
 /// An arc of a rational profile, turned about an axis.
@@ -55,7 +54,7 @@ fn revolved() -> Face {
         RevolutionSurface::new(SpaceCurve::Nurbs(curve), Point3::origin(), Vector3::z_axis())
             .unwrap();
     let trim = rectangle([0.5, 1.3], [0.0, 1.0]);
-    Face::new(1, Surface::Revolution(surface), vec![trim], false).unwrap()
+    Face::new(1, Surface::Revolution(surface), vec![trim]).unwrap()
 }
 
 fn rectangle([a, b]: [f64; 2], [c, d]: [f64; 2]) -> TrimLoop {

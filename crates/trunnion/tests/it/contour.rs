@@ -54,8 +54,7 @@ fn face() -> Face {
     let surface = Surface::Cylinder(CylinderSurface::new(frame, RADII[0]).unwrap());
     let corners = [[0.05, -8.0], [6.2, -8.0], [6.2, -2.0], [0.05, -2.0], [0.05, -8.0]];
     let curve = TrimCurve::polyline(&corners).unwrap();
-    Face::new(1, surface, vec![TrimLoop::new(vec![curve], [None, None], 1e-9).unwrap()], false)
-        .unwrap()
+    Face::new(1, surface, vec![TrimLoop::new(vec![curve], [None, None], 1e-9).unwrap()]).unwrap()
 }
 
 fn run<T>(text: &str, work: impl Fn(&CheckInput<'_>) -> T) -> T {

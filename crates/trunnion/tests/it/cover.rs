@@ -63,7 +63,7 @@ fn face(surface: Surface, loops: &[Vec<[f64; 2]>], flip: bool) -> FaceIndex {
             TrimLoop::new(vec![curve], [None, None], 1e-9).unwrap()
         })
         .collect();
-    FaceIndex::new(Face::new(1, surface, loops, flip).unwrap()).unwrap()
+    FaceIndex::new(Face { flip, ..Face::new(1, surface, loops).unwrap() }).unwrap()
 }
 
 fn cutter() -> Cutter {

@@ -42,7 +42,7 @@ fn face() -> Face {
     let knots = || vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
     let net = (0..3).map(row).collect();
     let surface = NurbsSurface::new([2, 2], [knots(), knots()], net, None).unwrap();
-    Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()
+    Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap()
 }
 
 struct Job {

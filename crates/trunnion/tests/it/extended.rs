@@ -215,7 +215,7 @@ fn plane() -> Face {
     let net =
         vec![vec![point(-2.0, -2.0), point(-2.0, 2.0)], vec![point(2.0, -2.0), point(2.0, 2.0)]];
     let surface = NurbsSurface::new([1, 1], [knots(), knots()], net, None).unwrap();
-    Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()
+    Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap()
 }
 
 proptest! {

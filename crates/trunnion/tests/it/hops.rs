@@ -37,7 +37,7 @@ fn floor(ridge: f64) -> FaceIndex {
     let points = points.map(|(x, z)| [-40.0, 40.0].map(|y| Point3::new(*x, y, z)).to_vec());
     let across = vec![0.0, 0.0, 1.0, 1.0];
     let surface = NurbsSurface::new([3, 1], [knots, across], points.collect(), None).unwrap();
-    FaceIndex::new(Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()).unwrap()
+    FaceIndex::new(Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap()).unwrap()
 }
 
 /// A pass along y on the floor at `x`, the tool leaning by `lean` towards +y.

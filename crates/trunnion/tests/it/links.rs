@@ -63,7 +63,7 @@ grid = 1.0
 fn face(number: usize, surface: Surface, [low, high]: [[f64; 2]; 2]) -> Face {
     let corners = [low, [high[0], low[1]], high, [low[0], high[1]], low];
     let trim = TrimLoop::new(vec![TrimCurve::polyline(&corners).unwrap()], [None, None], 1e-9);
-    Face::new(number, surface, vec![trim.unwrap()], false).unwrap()
+    Face::new(number, surface, vec![trim.unwrap()]).unwrap()
 }
 
 /// The wall x = 0 from y = -3 to 18 between two floors z = 0 from 7 to 15 mm beside it, y from 0 to 15.

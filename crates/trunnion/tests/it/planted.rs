@@ -66,7 +66,7 @@ fn patch() -> Face {
     let knots = || vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
     let net = (0..3).map(row).collect();
     let surface = NurbsSurface::new([2, 2], [knots(), knots()], net, None).unwrap();
-    Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()
+    Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap()
 }
 
 /// From above to the first row, over all rows, up again.
@@ -261,8 +261,7 @@ fn a_holder_grazing_by_five_micrometres() {
         SurfaceFrame::new(Point3::new(-12.001, 0.0, 0.0), Vector3::x(), Vector3::y()).unwrap();
     let corners = [[-20.0, 20.0], [20.0, 20.0], [20.0, 80.0], [-20.0, 80.0], [-20.0, 20.0]];
     let trim = TrimLoop::new(vec![TrimCurve::polyline(&corners).unwrap()], [None, None], 1e-9);
-    let face =
-        Face::new(2, Surface::Plane(PlaneSurface { frame }), vec![trim.unwrap()], false).unwrap();
+    let face = Face::new(2, Surface::Plane(PlaneSurface { frame }), vec![trim.unwrap()]).unwrap();
     let bounds = Some(BoundOptions { margin: [5e-4; 2], excess: false });
     let options = CheckOptions { grid: 1.0, bounds, ..OPTIONS };
     let check = |nearer: f64| {

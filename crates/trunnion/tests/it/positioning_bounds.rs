@@ -37,7 +37,7 @@ fn sheet(degree: usize, inner: [&[f64]; 2], height: f64, random: &mut Random) ->
     let ends = |end: f64| vec![end; degree + 1];
     let knots = inner.map(|inner| [ends(0.0), inner.to_vec(), ends(1.0)].concat());
     let surface = NurbsSurface::new([degree; 2], knots, points, None).unwrap();
-    FaceIndex::new(Face::new(1, Surface::Nurbs(surface), vec![], false).unwrap()).unwrap()
+    FaceIndex::new(Face::new(1, Surface::Nurbs(surface), vec![]).unwrap()).unwrap()
 }
 
 fn cutter() -> Cutter {

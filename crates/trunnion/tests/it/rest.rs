@@ -59,7 +59,7 @@ fn face(number: usize, surface: Surface, corners: &[[f64; 2]], flip: bool) -> Fa
     let closed: Vec<_> = corners.iter().chain(corners.first()).copied().collect();
     let curve = TrimCurve::polyline(&closed).unwrap();
     let trim = TrimLoop::new(vec![curve], [None, None], 1e-9).unwrap();
-    FaceIndex::new(Face::new(number, surface, vec![trim], flip).unwrap()).unwrap()
+    FaceIndex::new(Face { flip, ..Face::new(number, surface, vec![trim]).unwrap() }).unwrap()
 }
 
 fn plane(origin: Point3<f64>, z: Vector3<f64>, x: Vector3<f64>) -> Surface {

@@ -17,7 +17,7 @@ fn every_program_is_measured_once() {
     let text = text.replacen("grid = 0.5", "grid = 1.0", 1);
     let machine = machine::parse(MACHINE).unwrap().machine;
     let surface = surface_json::read(PATCH.as_bytes()).unwrap();
-    let face = Face::new(1, surface, Vec::new(), false).unwrap();
+    let face = Face::new(1, surface, Vec::new()).unwrap();
     let job = Job::new(job::parse(&text).unwrap(), &[face], &machine).unwrap();
     let outcome = pipeline::run(&job, &Silent).unwrap();
     assert!(outcome.summary.passed, "{:?}", outcome.summary.failures);

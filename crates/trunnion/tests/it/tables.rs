@@ -43,7 +43,7 @@ fn parallelogram(number: usize, [a, b, c]: [[f64; 3]; 3]) -> Face {
     let points = vec![vec![a, c], vec![b, b + (c - a)]];
     let knots = || vec![0.0, 0.0, 1.0, 1.0];
     let surface = NurbsSurface::new([1, 1], [knots(), knots()], points, None).unwrap();
-    Face::new(number, Surface::Nurbs(surface), Vec::new(), false).unwrap()
+    Face::new(number, Surface::Nurbs(surface), Vec::new()).unwrap()
 }
 
 /// A floor at height 0, and a wall on its far side.

@@ -19,7 +19,7 @@ fn outcome(c_travel: &str) -> Outcome {
     let text = text.replacen("cyclic = 360.0", c_travel, 1);
     let machine = machine::parse(&text).unwrap().machine;
     let surface = surface_json::read(PATCH.as_bytes()).unwrap();
-    let face = Face::new(1, surface, Vec::new(), false).unwrap();
+    let face = Face::new(1, surface, Vec::new()).unwrap();
     let job = Job::new(
         job::parse(&JOB.replacen("[0, 20, 0]", "[0, 0, 0]", 1)).unwrap(),
         &[face],

@@ -46,7 +46,7 @@ fn face() -> Face {
         vec![vec![at(-10.0, -10.0), at(-10.0, 10.0)], vec![at(10.0, -10.0), at(10.0, 10.0)]];
     let knots = || vec![0.0, 0.0, 1.0, 1.0];
     let surface = NurbsSurface::new([1, 1], [knots(), knots()], points, None).unwrap();
-    Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()
+    Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap()
 }
 
 /// Zigzag that leans this way and that, and dips by some hundredths.

@@ -49,7 +49,7 @@ fn patch(place: Point3<f64>, turn: Rotation3<f64>, size: f64, bulge: [f64; 3]) -
     let knots = || vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
     let surface =
         NurbsSurface::new([2, 2], [knots(), knots()], (0..3).map(row).collect(), None).unwrap();
-    Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()
+    Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap()
 }
 
 /// Blocks as text and back.
@@ -449,7 +449,7 @@ fn a_tool_behind_a_thin_wall_is_no_gouge_and_one_through_it_is() {
     let program = parse(&job.text, &job.machine);
     let gouge_at = |z: f64| {
         let front = patch(Point3::new(0.0, 0.0, z), Rotation3::identity(), 6.0, [0.1, -0.1, 0.0]);
-        let back = Face::new(2, front.surface, Vec::new(), true).unwrap();
+        let back = Face::new(2, front.surface, Vec::new()).unwrap().flipped();
         let input = CheckInput::program(&program, &kinematics, &job.cutter)
             .faces(std::slice::from_ref(&back));
         gouge(&verify::check(&input, &CheckOptions { grid: 0.2, ..OPTIONS }, &Silent).unwrap())

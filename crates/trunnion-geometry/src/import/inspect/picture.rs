@@ -20,10 +20,11 @@ struct Outline {
     depth: f64,
 }
 
-/// An SVG document: outlines of the faces in isometric view (from +x, -y, +z), the nearer over the
-/// farther, each with its number inside.
+/// Draws an SVG document: outlines of the faces in isometric view (from +x, -y, +z), the nearer
+/// over the farther, each with its number inside.
 pub fn picture(faces: &[Face]) -> String {
     let mut outlines: Vec<Outline> = faces.iter().map(outline).collect();
+    // Painter's algorithm: the farthest first.
     outlines.sort_by(|a, b| a.depth.total_cmp(&b.depth));
     let scale = fit(&outlines);
     let mut svg = format!(
@@ -85,8 +86,9 @@ fn projected(face: &Face, rim: &[[f64; 2]]) -> Vec<[f64; 2]> {
     quadrature::dense(face, rim, CHORDS).into_iter().map(flat).collect()
 }
 
-/// Isometric: the three axes appear equally long, z upright.
+/// Projects isometrically: the three axes appear equally long, z upright.
 fn project(p: &Point3<f64>) -> [f64; 3] {
+    // Orthonormal directions (1, 1, 0), (-1, 1, 2) and (1, -1, 1): right, up, towards the viewer.
     let (half, third, sixth) = (0.5_f64.sqrt(), 3.0_f64.sqrt(), 6.0_f64.sqrt());
     [(p.x + p.y) * half, (p.y - p.x + 2.0 * p.z) / sixth, (p.x - p.y + p.z) / third]
 }
@@ -101,6 +103,7 @@ impl Fit {
     fn apply(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [
             0.5 * SIZE + (x - self.middle[0]) * self.scale,
+            // SVG counts y downwards.
             0.5 * SIZE - (y - self.middle[1]) * self.scale,
         ]
     }

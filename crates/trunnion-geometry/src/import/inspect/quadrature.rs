@@ -2,9 +2,9 @@
 
 use crate::surface::Face;
 
-/// Stretches between columns of nodes, across the face.
+/// Intervals between columns of nodes, across the face.
 const COLUMNS: usize = 48;
-/// Stretches along a column, between two trims.
+/// Intervals along a column, between two trims.
 const ROWS: usize = 6;
 /// Chords of a trim are this share of the face's range.
 const RIM: f64 = 1.0 / 2048.0;
@@ -23,7 +23,7 @@ pub(super) struct Node {
     pub(super) weight: f64,
 }
 
-/// Nodes inside the trims: columns across the face, each cut at the trims it crosses.
+/// Returns nodes inside the trims: columns across the face, each cut at the trims it crosses.
 pub(super) fn nodes(face: &Face) -> Vec<Node> {
     let bounds = face.bounds();
     // Columns run across loops that run round the surface.
@@ -31,10 +31,12 @@ pub(super) fn nodes(face: &Face) -> Vec<Node> {
     let sweep = usize::from(round_v);
     let rims = rims(face);
     let mut nodes = Vec::new();
-    for [low, high] in stretches(&cuts(face, &rims, sweep), COLUMNS) {
+    for [low, high] in intervals(&cuts(face, &rims, sweep), COLUMNS) {
         for (share, weight) in GAUSS {
+            // Outer integral over the columns, inner one along each of them.
             let (x, width) = (low + share * (high - low), weight * (high - low));
-            for [low, high] in inside(face, &rims, (sweep, x), bounds[1 - sweep]) {
+            let line = IsoparametricLine { parameter: sweep, value: x };
+            for [low, high] in inside(face, &rims, line, bounds[1 - sweep]) {
                 rows([low, high], |y, weight| {
                     let uv = if sweep == 0 { [x, y] } else { [y, x] };
                     nodes.push(Node { uv, weight: weight * width });
@@ -45,7 +47,7 @@ pub(super) fn nodes(face: &Face) -> Vec<Node> {
     nodes
 }
 
-/// Loops as polylines, or the rim of the range where there are none.
+/// Returns the loops as polylines, or the rim of the range where there are none.
 pub(super) fn rims(face: &Face) -> Vec<Vec<[f64; 2]>> {
     let [u, v] = face.bounds();
     let tolerance = [(u[1] - u[0]) * RIM, (v[1] - v[0]) * RIM];
@@ -61,7 +63,7 @@ pub(super) fn rims(face: &Face) -> Vec<Vec<[f64; 2]>> {
     face.loops.iter().map(|trim| closed(trim.polyline(tolerance), trim.turns())).collect()
 }
 
-/// The same rim in steps of at most 1 / `chords` of the face's range: straight in (u, v) is not
+/// Divides a rim into steps of at most 1 / `chords` of the face's range: straight in (u, v) is not
 /// straight in space.
 pub(super) fn dense(face: &Face, rim: &[[f64; 2]], chords: f64) -> Vec<[f64; 2]> {
     let size = face.bounds().map(|[low, high]| high - low);
@@ -81,8 +83,8 @@ pub(super) fn dense(face: &Face, rim: &[[f64; 2]], chords: f64) -> Vec<[f64; 2]>
     points
 }
 
-/// Places along the sweep at which the face's width may change abruptly: corners of the rims, and
-/// where a rim turns back.
+/// Returns the values of the swept parameter at which the face's width may change abruptly: at
+/// corners of the rims, and where a rim turns back.
 fn cuts(face: &Face, rims: &[Vec<[f64; 2]>], sweep: usize) -> Vec<f64> {
     /// Cosine of the turn that makes a corner: 30 degrees, a good deal more than a chord's.
     const CORNER: f64 = 0.866;
@@ -94,11 +96,13 @@ fn cuts(face: &Face, rims: &[Vec<[f64; 2]>], sweep: usize) -> Vec<f64> {
         for triple in rim.windows(3) {
             let step = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|k| (b[k] - a[k]) / size[k]);
             let (a, b) = (step(triple[0], triple[1]), step(triple[1], triple[2]));
+            // In shares of the range, so that mm and rad compare.
             let cosine = (a[0] * b[0] + a[1] * b[1]) / (a[0].hypot(a[1]) * b[0].hypot(b[1]));
             if cosine < CORNER || a[sweep] * b[sweep] < 0.0 {
                 cuts.push(triple[1][sweep]);
             }
         }
+        // The first point has no chord before it; a loop may have its corner there.
         cuts.extend(rim.first().map(|point| point[sweep]));
     }
     cuts.retain(|x| (low..=high).contains(x));
@@ -107,8 +111,8 @@ fn cuts(face: &Face, rims: &[Vec<[f64; 2]>], sweep: usize) -> Vec<f64> {
     cuts
 }
 
-/// The intervals between `cuts`, each divided so that there are about `count` in all.
-fn stretches(cuts: &[f64], count: usize) -> Vec<[f64; 2]> {
+/// Divides the intervals between `cuts` so that there are about `count` in all.
+fn intervals(cuts: &[f64], count: usize) -> Vec<[f64; 2]> {
     let (Some(first), Some(last)) = (cuts.first(), cuts.last()) else { return Vec::new() };
     let step = (last - first) / count as f64;
     let mut all = Vec::new();
@@ -127,29 +131,39 @@ fn stretches(cuts: &[f64], count: usize) -> Vec<[f64; 2]> {
     all
 }
 
-/// Stretches of the line `sweep = x` that lie inside the trims.
+/// A line along which one parameter keeps its value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct IsoparametricLine {
+    /// The fixed parameter: 0 = u, 1 = v.
+    parameter: usize,
+    value: f64,
+}
+
+/// Returns the segments of a line over `[low, high]` that lie inside the trims.
 fn inside(
     face: &Face,
     rims: &[Vec<[f64; 2]>],
-    (sweep, x): (usize, f64),
+    line: IsoparametricLine,
     [low, high]: [f64; 2],
 ) -> Vec<[f64; 2]> {
     let periods = face.surface.periods();
     let mut cuts = vec![low, high];
     for rim in rims {
-        crossings(rim, (sweep, x), periods, &mut cuts);
+        crossings(rim, line, periods, &mut cuts);
     }
     cuts.retain(|y| (low..=high).contains(y));
     cuts.sort_by(f64::total_cmp);
     cuts.dedup();
+    // Between two crossings the line is inside or outside as a whole: the middle decides.
     let kept = |pair: &[f64]| {
         let y = 0.5 * (pair[0] + pair[1]);
-        if sweep == 0 { face.contains(x, y) } else { face.contains(y, x) }
+        let [u, v] = if line.parameter == 0 { [line.value, y] } else { [y, line.value] };
+        face.contains(u, v)
     };
     cuts.windows(2).filter(|pair| kept(pair)).map(|pair| [pair[0], pair[1]]).collect()
 }
 
-/// Gauss nodes and weights on an interval.
+/// Calls `node` with the Gauss nodes and weights of an interval.
 fn rows([low, high]: [f64; 2], mut node: impl FnMut(f64, f64)) {
     let step = (high - low) / ROWS as f64;
     for row in 0..ROWS {
@@ -159,13 +173,14 @@ fn rows([low, high]: [f64; 2], mut node: impl FnMut(f64, f64)) {
     }
 }
 
-/// Where the line `sweep = x` meets a polyline or one of its copies on other turns.
+/// Adds the points at which a line meets a polyline or one of its copies on other turns.
 fn crossings(
     rim: &[[f64; 2]],
-    (sweep, x): (usize, f64),
+    line: IsoparametricLine,
     periods: [Option<f64>; 2],
     cuts: &mut Vec<f64>,
 ) {
+    let IsoparametricLine { parameter: sweep, value: x } = line;
     // A face is at most one period wide, and its loops lie within a period of each other.
     let turns = |k: usize| match periods[k] {
         Some(period) => vec![-2.0 * period, -period, 0.0, period, 2.0 * period],
@@ -176,9 +191,11 @@ fn crossings(
         let [c, d] = [pair[0][1 - sweep], pair[1][1 - sweep]];
         for turn in turns(sweep) {
             let (a, b) = (a + turn, b + turn);
+            // Half-open: a line through a corner crosses one of the two chords there.
             if (a <= x) == (b <= x) {
                 continue;
             }
+            // A crossing counts on every turn; the caller keeps those within the range.
             let y = c + (d - c) * ((x - a) / (b - a));
             cuts.extend(turns(1 - sweep).iter().map(|other| y + other));
         }

@@ -11,14 +11,14 @@ use std::f64::consts::FRAC_PI_2;
 use std::f64::consts::PI;
 use std::f64::consts::TAU;
 
-/// A point at which one parameter is fixed and the other says nothing.
+/// A point of the surface at which one parameter is fixed and the other is arbitrary.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Pole {
-    /// Which parameter is fixed: 0 = u, 1 = v.
+    /// Fixed parameter: 0 = u, 1 = v.
     pub(super) fixed: usize,
     /// Its value.
     pub(super) at: f64,
-    /// Where.
+    /// Point \[mm\].
     pub(super) point: Point3<f64>,
 }
 
@@ -37,7 +37,7 @@ pub(super) struct Chart<'a> {
 }
 
 impl<'a> Chart<'a> {
-    /// `tolerance` \[mm\]: how far apart two points may be and still be one.
+    /// Creates the chart; points closer than `tolerance` \[mm\] count as one.
     pub(super) fn new(
         shape: &'a Shape,
         surface: &'a Surface,
@@ -56,13 +56,14 @@ impl<'a> Chart<'a> {
         Self { shape, surface, index, periods, poles, tolerance }
     }
 
-    /// The pole at `p`, if there is one.
+    /// Returns the pole at `p`, if there is one.
     pub(super) fn pole(&self, p: &Point3<f64>) -> Option<Pole> {
         self.poles.iter().copied().find(|pole| (pole.point - p).norm() <= self.tolerance)
     }
 
-    /// Parameters of the surface point at `p`, on the turn closest to `near`. `None` where the
-    /// search fails (it does not on points that lie on the surface and away from its poles).
+    /// Finds the parameters of the surface point at `p`, on the turn closest to `near`. `None`
+    /// where the search fails (it does not on points that lie on the surface and away from its
+    /// poles).
     pub(super) fn uv(&self, p: &Point3<f64>, near: Option<[f64; 2]>) -> Option<[f64; 2]> {
         let uv = self.any_turn(p, near)?;
         if !uv.iter().all(|x| x.is_finite()) {
@@ -71,7 +72,7 @@ impl<'a> Chart<'a> {
         Some(near.map_or(uv, |near| self.nearest_turn(uv, near)))
     }
 
-    /// `uv` moved by whole periods to lie closest to `near`.
+    /// Moves `uv` by whole periods to lie closest to `near`.
     pub(super) fn nearest_turn(&self, uv: [f64; 2], near: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|k| match self.periods[k] {
             Some(period) => uv[k] + period * ((near[k] - uv[k]) / period).round(),
@@ -79,13 +80,13 @@ impl<'a> Chart<'a> {
         })
     }
 
-    /// The surface point, with closed spline surfaces continued round their rim.
+    /// Returns the surface point, with closed spline surfaces continued round their rim.
     pub(super) fn point(&self, uv: [f64; 2]) -> Point3<f64> {
         let [u, v] = self.wrapped(uv);
         self.surface.point(u, v)
     }
 
-    /// Parameters brought into the domain by whole periods.
+    /// Brings parameters into the domain by whole periods.
     pub(super) fn wrapped(&self, uv: [f64; 2]) -> [f64; 2] {
         let domain = self.surface.domain();
         [0, 1].map(|k| match self.periods[k] {
@@ -105,6 +106,7 @@ impl<'a> Chart<'a> {
             }
             Shape::Cylinder { frame, .. } => {
                 let q = frame.local(p);
+                // S = O + R (cos u x + sin u y) + v z: longitude and height.
                 Some([q.y.atan2(q.x), q.z])
             }
             Shape::Cone { frame, radius, angle } => {
@@ -115,10 +117,12 @@ impl<'a> Chart<'a> {
             }
             Shape::Sphere { frame, .. } => {
                 let q = frame.local(p);
+                // Longitude, and latitude from the equator; both hold off the sphere, too.
                 Some([q.y.atan2(q.x), q.z.atan2(q.x.hypot(q.y))])
             }
             Shape::Torus { frame, major, .. } => {
                 let q = frame.local(p);
+                // In the half plane of p, the angle about the centre of the tube.
                 Some([q.y.atan2(q.x), q.z.atan2(q.x.hypot(q.y) - major)])
             }
             Shape::Extrusion { curve, direction } => Some(extrusion(curve, direction, p)),
@@ -140,6 +144,7 @@ impl<'a> Chart<'a> {
             foot = index.closest(p).ok().filter(|f| f.distance.abs() < foot.distance.abs())?;
         }
         let domain = self.surface.domain();
+        // A foot beyond the rim, by the tolerance of the file, is moved to the rim.
         Some([0, 1].map(|k| match self.periods[k] {
             Some(_) => foot.uv[k],
             None => foot.uv[k].clamp(domain[k][0], domain[k][1]),
@@ -147,30 +152,33 @@ impl<'a> Chart<'a> {
     }
 }
 
-/// Seen along the direction, the surface is its curve.
+/// Returns the parameters on an extrusion: seen along the direction, the surface is its curve.
 fn extrusion(curve: &Curve, direction: &Vector3<f64>, p: &Point3<f64>) -> [f64; 2] {
     let length = direction.norm_squared();
+    // Part of a vector square to the direction: what remains when it is seen along it.
     let across = |x: Vector3<f64>| x - direction * (direction.dot(&x) / length);
     let u = curve.nearest(window(curve, p), &|s, ds| (across(s - p), across(ds)));
     [u, direction.dot(&(p - curve.point(u))) / length]
 }
 
-/// Turned into the half plane of the axis, the surface is its curve.
+/// Returns the parameters on a revolution: turned into one half plane of the axis, it is its curve.
 fn revolution(curve: &Curve, axis: &Frame, p: &Point3<f64>) -> [f64; 2] {
     let q = axis.local(p);
     let radius = q.x.hypot(q.y);
     let v = curve.nearest(window(curve, p), &|s, ds| {
         let local = axis.local(&s);
         let along = Vector3::new(axis.x.dot(&ds), axis.y.dot(&ds), axis.z.dot(&ds));
+        // rho = |(x, y)| and d rho / dt = (x x' + y y') / rho; on the axis it has no derivative.
         let r = local.x.hypot(local.y);
         let slope = if r > 0.0 { (local.x * along.x + local.y * along.y) / r } else { 0.0 };
         (Vector3::new(r - radius, local.z - q.z, 0.0), Vector3::new(slope, along.z, 0.0))
     });
+    // The profile need not lie in the half plane u = 0: u counts from its own longitude.
     let s = axis.local(&curve.point(v));
     [q.y.atan2(q.x) - s.y.atan2(s.x), v]
 }
 
-/// Stretch of an endless profile that holds every point as far from its origin as `p`.
+/// Returns a range of an endless profile that holds every point as far from its origin as `p`.
 fn window(curve: &Curve, p: &Point3<f64>) -> [f64; 2] {
     let reach = match curve {
         Curve::Line { origin, direction } => 2.0 * (p - origin).norm() / direction.norm(),
@@ -181,7 +189,7 @@ fn window(curve: &Curve, p: &Point3<f64>) -> [f64; 2] {
     [-reach, reach]
 }
 
-/// Parameters at which rims are compared: enough to tell a rim from another of the same ends.
+/// Intervals of samples by which rims are compared: enough to distinguish rims of the same ends.
 const RIM: usize = 16;
 
 fn rim(domain: [[f64; 2]; 2], k: usize, end: usize) -> impl Iterator<Item = [f64; 2]> {
@@ -211,6 +219,7 @@ fn poles(shape: &Shape, surface: &Surface, tolerance: f64) -> Vec<Pole> {
             .map(|side| at_v(side * FRAC_PI_2, frame.point(0.0, 0.0, side * radius)))
             .to_vec(),
         Shape::Cone { frame, radius, angle } => {
+            // R + v tan a = 0.
             let apex = -radius / angle.tan();
             vec![at_v(apex, frame.point(0.0, 0.0, apex))]
         }
@@ -224,6 +233,7 @@ fn poles(shape: &Shape, surface: &Surface, tolerance: f64) -> Vec<Pole> {
             if !domain.iter().all(|v| v.is_finite()) {
                 return Vec::new();
             }
+            // A profile that starts or ends on the axis closes the surface there.
             let ends = domain.map(|v| (v, surface.point(surface.domain()[0][0], v)));
             let on_axis = |p: &Point3<f64>| axis.local(p).xy().norm() <= tolerance;
             ends.into_iter().filter(|(_, p)| on_axis(p)).map(|(v, p)| at_v(v, p)).collect()
@@ -235,6 +245,7 @@ fn poles(shape: &Shape, surface: &Surface, tolerance: f64) -> Vec<Pole> {
                 let points: Vec<_> =
                     rim(domain, k, end).map(|[u, v]| surface.point(u, v)).collect();
                 let Some(&point) = points.first() else { continue };
+                // A whole side of the control net that shrinks to one point.
                 if points.iter().all(|p| (p - point).norm() <= tolerance) {
                     poles.push(Pole { fixed: k, at: domain[k][end], point });
                 }

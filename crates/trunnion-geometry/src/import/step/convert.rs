@@ -14,7 +14,7 @@ use crate::surface::Surface;
 use crate::surface::{SurfaceError, SurfaceErrors};
 use nalgebra::Point3;
 
-/// The surface, with the same parametrisation.
+/// Converts a stated surface, keeping its parametrisation.
 pub(super) fn surface(shape: &Shape, id: u64) -> Read<Surface> {
     let named = |fault: SurfaceError| Loss { entity: id, message: fault.to_string() };
     let several = |faults: SurfaceErrors| joined(&faults, id);
@@ -98,6 +98,7 @@ pub(super) fn inside_domain(face: &Face, id: u64, tolerance: f64) -> Read<()> {
         let low = ends.clone().map(|end| end[0]).fold(f64::INFINITY, f64::min);
         let high = ends.map(|end| end[1]).fold(f64::NEG_INFINITY, f64::max);
         let [u, v] = face.bounds();
+        // Compared in space, in the middle of the other parameter: both ends may be one seam.
         let middle = [0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])];
         let point = |x: f64| {
             let mut uv = middle;

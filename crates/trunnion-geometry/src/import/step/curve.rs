@@ -38,7 +38,7 @@ pub(super) struct Spline {
 }
 
 impl Spline {
-    /// Point and first derivative.
+    /// Returns the point and the first derivative.
     fn jet(&self, t: f64) -> (Point3<f64>, Vector3<f64>) {
         let (first, basis) = self.knots.basis(t, 1);
         let local = self.points.get(first..=first + self.knots.degree()).unwrap_or_default();
@@ -46,6 +46,7 @@ impl Spline {
             local.iter().zip(&basis[row]).fold(Vector4::zeros(), |sum, (p, b)| sum + p * *b)
         };
         let (h, dh) = (sum(0), sum(1));
+        // Quotient rule on the homogeneous curve: p = h / w, p' = (h' - p w') / w.
         let p = h.xyz() / h.w;
         (Point3::from(p), (dh.xyz() - p * dh.w) / h.w)
     }
@@ -69,7 +70,7 @@ impl Curve {
         }
     }
 
-    /// Parameter of the point of the curve at (or, for a slightly wrong file, near) `p`.
+    /// Finds the parameter of the point of the curve at (or, for a slightly wrong file, near) `p`.
     fn parameter(&self, p: &Point3<f64>) -> f64 {
         match self {
             Self::Line { origin, direction } => {
@@ -77,6 +78,7 @@ impl Curve {
             }
             Self::Ellipse { frame, semi } => {
                 let q = frame.local(p);
+                // Scaled to the unit circle, the parameter is the angle.
                 (q.y / semi[1]).atan2(q.x / semi[0])
             }
             Self::Hyperbola { frame, semi } => (frame.local(p).y / semi[1]).asinh(),
@@ -85,7 +87,7 @@ impl Curve {
         }
     }
 
-    /// Point and first derivative.
+    /// Returns the point and the first derivative.
     fn jet(&self, t: f64) -> (Point3<f64>, Vector3<f64>) {
         let slope = |frame: &Frame, x: f64, y: f64| frame.x.scale(x) + frame.y.scale(y);
         let tangent = match self {
@@ -98,10 +100,10 @@ impl Curve {
         (self.point(t), tangent)
     }
 
-    /// Parameter where the residual that `measure` makes of point and tangent is least: the best
-    /// of `8 (degree + 1)` samples a polynomial piece (64 over `window` for a curve without end),
-    /// then Gauss-Newton. The samples only have to tell one stretch of the curve from another: the
-    /// points asked for lie on the curve, or on the surface it sweeps.
+    /// Finds the parameter where the residual that `measure` makes of point and tangent is least:
+    /// the best of `8 (degree + 1)` samples a polynomial piece (64 over `window` for a curve
+    /// without end), then Gauss-Newton. The samples only have to distinguish one part of the curve
+    /// from another: the points asked for lie on the curve, or on the surface it sweeps.
     pub(super) fn nearest(
         &self,
         window: [f64; 2],
@@ -122,8 +124,10 @@ impl Curve {
         for _ in 0..STEPS {
             let (s, ds) = self.jet(best);
             let (r, dr) = measure(s, ds);
+            // One unknown: the Gauss-Newton step is -(r' . r) / |r'|^2.
             let next = self.clamped(best - dr.dot(&r) / dr.norm_squared());
             let value = square(next);
+            // The residual no longer falls: rounding, or a minimum at the end of the range.
             if value.is_nan() || value >= least {
                 break;
             }
@@ -148,6 +152,7 @@ impl Curve {
         };
         match self {
             Self::Spline(spline) => {
+                // More samples than the square of the distance has extremes on a polynomial piece.
                 let per_piece = 8 * (spline.knots.degree() + 1);
                 let pieces = spline.knots.breaks().windows(2);
                 pieces.flat_map(|pair| even([pair[0], pair[1]], per_piece)).collect()
@@ -157,7 +162,7 @@ impl Curve {
         }
     }
 
-    /// Period of the parameter, if the curve is closed.
+    /// Returns the period of the parameter, if the curve is closed.
     pub(super) fn period(&self, tolerance: f64) -> Option<f64> {
         match self {
             Self::Ellipse { .. } => Some(TAU),
@@ -169,8 +174,8 @@ impl Curve {
         }
     }
 
-    /// Parameters from `start` to `end` along the curve; a closed curve is followed forward, all
-    /// the way round if both ends are one vertex.
+    /// Finds the parameters of `start` and `end` along the curve; a closed curve is followed
+    /// forward, all the way round if both ends are one vertex.
     pub(super) fn range(&self, start: &Point3<f64>, end: &Point3<f64>, tolerance: f64) -> [f64; 2] {
         let same = (start - end).norm() <= tolerance;
         if let (Self::Spline(spline), true) = (self, same)
@@ -182,13 +187,15 @@ impl Curve {
         let from = self.parameter(start);
         let to = self.parameter(end);
         match self.period(tolerance) {
+            // One vertex at both ends of a closed curve: once round, not a point.
             Some(period) if same => [from, from + period],
+            // The arc runs past the seam of the parameter.
             Some(period) if to <= from => [from, to + period],
             _ => [from, to],
         }
     }
 
-    /// The point at a parameter that may have run past the end of a closed spline.
+    /// Returns the point at a parameter that may have run past the end of a closed spline.
     pub(super) fn point_around(&self, t: f64) -> Point3<f64> {
         match self {
             Self::Spline(spline) => {
@@ -199,8 +206,8 @@ impl Curve {
         }
     }
 
-    /// Parameters in `[from, to]` (either order) between which the curve is tame enough for
-    /// bisection to see every bend.
+    /// Returns parameters in `[from, to]` (either order) close enough for bisection between them to
+    /// find every bend.
     pub(super) fn stations(&self, [from, to]: [f64; 2]) -> Vec<f64> {
         let even = |count: usize| -> Vec<f64> {
             (0..=count).map(|i| from + (to - from) * ratio(i, count)).collect()
@@ -212,6 +219,7 @@ impl Curve {
             Self::Spline(spline) => {
                 let [low, high] = spline.knots.range();
                 let breaks = spline.knots.breaks();
+                // A closed spline may be followed past its end: its breaks repeat a period later.
                 let again = breaks.iter().map(|knot| knot + (high - low));
                 let inner = breaks.iter().copied().chain(again);
                 let (a, b) = (from.min(to), from.max(to));
@@ -241,8 +249,8 @@ fn ratio(i: usize, count: usize) -> f64 {
 }
 
 impl<'a> Model<'a> {
-    /// A curve in space. Curves on surfaces give their curve in space, trimmed ones their basis:
-    /// the ends come from the vertices.
+    /// Reads a curve in space. Curves on surfaces give their curve in space, trimmed ones their
+    /// basis: the ends come from the vertices.
     pub(super) fn curve(&self, id: u64, from: u64) -> Read<Curve> {
         self.curve_in(id, from, 0)
     }
@@ -274,6 +282,7 @@ impl<'a> Model<'a> {
                 let focal = fields.radius(2, self)?;
                 Ok(Curve::Parabola { frame: self.frame(fields.reference(1)?, id)?, focal })
             }
+            // All of them refer to a curve in space first; curves in parameters are not needed.
             "SURFACE_CURVE" | "SEAM_CURVE" | "INTERSECTION_CURVE" | "TRIMMED_CURVE" => {
                 self.curve_in(fields.reference(1)?, id, depth + 1)
             }
@@ -290,7 +299,7 @@ impl<'a> Model<'a> {
         ids.iter().map(|&id| self.point(id, from)).collect()
     }
 
-    /// A polyline or any kind of B-spline curve; `None` if it is something else.
+    /// Reads a polyline or any kind of B-spline curve; `None` if it is something else.
     fn spline_curve(&self, instance: &'a Instance) -> Read<Option<Spline>> {
         let id = instance.id;
         if let Some(fields) = Self::part(instance, "POLYLINE") {
@@ -327,12 +336,13 @@ impl<'a> Model<'a> {
 
 fn spline(knots: KnotVector, points: &[Point3<f64>], weights: Option<&[f64]>) -> Spline {
     let weight = |i: usize| weights.and_then(|w| w.get(i)).copied().unwrap_or(1.0);
+    // (w x, w y, w z, w) for each point.
     let homogeneous = points.iter().enumerate().map(|(i, p)| p.coords.push(1.0) * weight(i));
     Spline { knots, points: homogeneous.collect() }
 }
 
-/// Weights, which must be as many as points and positive: else the curve leaves the hull of its
-/// points, and may run to infinity.
+/// Checks weights, which must be as many as points and positive: else the curve leaves the hull of
+/// its points, and may run to infinity.
 pub(super) fn positive(weights: &[f64], count: usize, id: u64) -> Read<Vec<f64>> {
     if weights.len() != count {
         return loss(id, format!("{} weights for {count} control points", weights.len()));
@@ -343,7 +353,7 @@ pub(super) fn positive(weights: &[f64], count: usize, id: u64) -> Read<Vec<f64>>
     Ok(weights.to_vec())
 }
 
-/// How a B-spline states its knots.
+/// Knots as a file states them.
 #[derive(Debug, Clone)]
 pub(super) enum Knots {
     /// Distinct values and how often each occurs.
@@ -355,11 +365,13 @@ pub(super) enum Knots {
 }
 
 impl Knots {
-    /// The full knot vector, checked.
+    /// Returns the full knot vector, checked.
     pub(super) fn expand(&self, degree: usize, points: usize, id: u64) -> Read<KnotVector> {
         if degree > MAX_DEGREE {
             return loss(id, KnotError::Degree { degree }.to_string());
         }
+        // Quasi-uniform and Bezier knots are given by name only; the width of their equal spacing
+        // does not change the curve in space.
         let full = match self {
             Self::Given { counts, values } => given(counts, values, degree + 1 + points, id)?,
             Self::Uniform => {

@@ -11,10 +11,10 @@
 //! convert  stated surface -> `Surface`
 //! ```
 //!
-//! Every layer trusts nothing below it: a reference may lead nowhere, to the wrong kind of entity or
-//! round in a circle, a count may be astronomical, a number out of range. What cannot be read is a
-//! [`Warning`] with the entity and its line, and the face it belongs to is left out; numbers of the
-//! other faces do not change.
+//! Every layer trusts nothing below it: a reference may lead nowhere, to the wrong kind of entity
+//! or round in a circle, a count may be astronomical, a number out of range. What cannot be read is
+//! a [`Warning`] with the entity and its line, and the face it belongs to is left out; numbers of
+//! the other faces do not change.
 
 mod chart;
 mod convert;
@@ -23,179 +23,11 @@ mod known;
 mod model;
 mod part21;
 mod placement;
+mod reader;
 mod shape;
 mod solid;
 mod topology;
 mod trim;
 mod units;
 
-use super::ImportError;
-use super::Part;
-use super::Reader;
-use super::Warning;
-use super::looks_like;
-use super::without_mark;
-use crate::surface::Face;
-use crate::surface::FaceIndex;
-use crate::surface::Surface;
-use crate::types::Progress;
-use crate::types::Stage;
-use chart::Chart;
-use model::Loss;
-use model::Model;
-use model::Read;
-use part21::Exchange;
-use rayon::prelude::*;
-use shape::Shape;
-use std::sync::atomic::AtomicU64;
-use std::sync::atomic::Ordering;
-use topology::Outline;
-use topology::Skin;
-use trim::Exactness;
-
-/// Reads STEP files.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StepReader {
-    /// Largest distance \[mm\] of a chord of a trim loop from the edge it stands for.
-    pub chord: f64,
-    /// How far apart \[mm\] two points of the file may be and still be one: ends of neighbouring
-    /// edges, a collapsed side, an edge and the surface it lies on. Files state 1e-5 to 1e-2.
-    pub same: f64,
-}
-
-/// Share of [`StepReader::same`] within which a control net has to be an elementary surface all over to
-/// be read as one: far below what any cut is made to, far above the digits of a file.
-const KNOWN: f64 = 1e-3;
-
-impl Reader for StepReader {
-    fn format(&self) -> &'static str {
-        "STEP"
-    }
-
-    fn recognises(&self, bytes: &[u8]) -> bool {
-        without_mark(bytes).trim_ascii_start().starts_with(b"ISO-10303-21")
-    }
-
-    fn read(&self, bytes: &[u8], progress: &dyn Progress) -> Result<Part, ImportError> {
-        let exchange = self.exchange(bytes)?;
-        let (outlines, losses) = topology::outlines(&exchange);
-        let mut warnings: Vec<Warning> =
-            losses.iter().map(|loss| warning(&exchange, None, loss)).collect();
-        let total = outlines.len() as u64;
-        let done = AtomicU64::new(0);
-        let read: Result<Vec<_>, ImportError> = outlines
-            .par_iter()
-            .enumerate()
-            .map(|(index, outline)| {
-                let face = self.face(&exchange, index + 1, outline);
-                let count = done.fetch_add(1, Ordering::Relaxed) + 1;
-                progress.step(Stage::Import, count, total)?;
-                Ok(face)
-            })
-            .collect();
-        let mut faces = Vec::new();
-        for (index, face) in read?.into_iter().enumerate() {
-            let number = Some(index + 1);
-            match face {
-                Ok((face, notes)) => {
-                    faces.push(face);
-                    warnings.extend(notes.iter().map(|note| warning(&exchange, number, note)));
-                }
-                Err(loss) => warnings.push(warning(&exchange, number, &loss)),
-            }
-        }
-        if faces.is_empty() {
-            return Err(ImportError::NoFaces { reason: reason(&exchange, &warnings) });
-        }
-        Ok(Part { faces, warnings })
-    }
-}
-
-impl StepReader {
-    /// The records of a file.
-    fn exchange(&self, bytes: &[u8]) -> Result<Exchange, ImportError> {
-        let bytes = without_mark(bytes);
-        if !self.recognises(bytes) {
-            return Err(ImportError::WrongFormat { expected: "STEP", found: looks_like(bytes) });
-        }
-        for (name, value) in [("chord", self.chord), ("same", self.same)] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(ImportError::Tolerance { name, value });
-            }
-        }
-        Exchange::parse(bytes)
-    }
-
-    fn face(
-        &self,
-        exchange: &Exchange,
-        number: usize,
-        outline: &Outline,
-    ) -> Read<(Face, Vec<Loss>)> {
-        let (skin, shape, surface) = self.geometry(exchange, outline)?;
-        let chart = Chart::new(&shape, &surface, index(&shape, &surface, skin.surface)?, self.same);
-        let exactness = Exactness { chord: self.chord, same: self.same };
-        let mut loops = Vec::new();
-        let mut notes = Vec::new();
-        for boundary in &skin.boundaries {
-            let Some((trim, off, edge)) = trim::trim_loop(&chart, boundary, exactness)? else {
-                continue;
-            };
-            if off > self.same {
-                let message = format!("the edge lies up to {off:.4} mm off its surface");
-                notes.push(Loss { entity: edge, message });
-            }
-            loops.push(trim);
-        }
-        let flip = skin.same_sense == outline.reversed;
-        let face = Face::new(number, surface, loops, flip);
-        let face = face.map_err(|fault| Loss { entity: outline.id, message: fault.to_string() })?;
-        convert::inside_domain(&face, outline.id, self.same)?;
-        Ok((face, notes))
-    }
-}
-
-/// What a face says, and its surface as stated and as it is used.
-type Geometry = (Skin, Shape, Surface);
-
-impl StepReader {
-    fn geometry(&self, exchange: &Exchange, outline: &Outline) -> Read<Geometry> {
-        let model = Model { exchange, scale: outline.scale, place: outline.place };
-        let mut skin = model.skin(outline.id, self.same)?;
-        let mut shape = model.shape(skin.surface, outline.id)?;
-        let mut surface = convert::surface(&shape, skin.surface)?;
-        if let Surface::Nurbs(net) = &surface
-            && let Some(known) = known::known(net, KNOWN * self.same)
-        {
-            if known.opposed {
-                skin.turn_over();
-            }
-            shape = known.shape;
-            surface = convert::surface(&shape, skin.surface)?;
-        }
-        Ok((skin, shape, surface))
-    }
-}
-
-/// Closest points for a surface whose parameters have no closed form.
-fn index(shape: &Shape, surface: &Surface, id: u64) -> Read<Option<FaceIndex>> {
-    let Shape::Net(_) = shape else { return Ok(None) };
-    let whole = Face::new(1, surface.clone(), Vec::new(), false).and_then(FaceIndex::new);
-    whole.map(Some).map_err(|fault| Loss { entity: id, message: fault.to_string() })
-}
-
-fn warning(exchange: &Exchange, face: Option<usize>, loss: &Loss) -> Warning {
-    let entity = (loss.entity != 0).then_some(loss.entity);
-    let line = entity.map(|id| exchange.line(id)).filter(|&line| line != 0);
-    Warning { face, entity, line, message: loss.message.clone() }
-}
-
-/// Why nothing came of it.
-fn reason(exchange: &Exchange, warnings: &[Warning]) -> String {
-    match warnings {
-        [] if exchange.instances.is_empty() => "its data section is empty".to_owned(),
-        [] => format!("none of its {} entities is a face", exchange.instances.len()),
-        [first] => first.to_string(),
-        [first, rest @ ..] => format!("{first} (and {} more)", rest.len()),
-    }
-}
+pub use reader::StepReader;

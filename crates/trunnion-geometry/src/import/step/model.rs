@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 /// mm and rad, assumed of a file that states no units.
 pub(super) const ASSUMED: Scale = Scale { length: 1.0, angle: 1.0 };
 
-/// How long a chain of references may be before it is taken for a circle. Curves on surfaces on
+/// Longest chain of references that is not taken for a circle. Curves on surfaces on
 /// curves nest three or four deep in real files.
 pub(super) const MAX_CHAIN: usize = 16;
 
@@ -20,7 +20,7 @@ pub(super) const MAX_CHAIN: usize = 16;
 pub(super) struct Loss {
     /// The entity it is about.
     pub(super) entity: u64,
-    /// What and why.
+    /// Thing lost, and the reason.
     pub(super) message: String,
 }
 
@@ -40,8 +40,8 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// `z` along `axis`, `x` as close to `reference` as that allows. STEP lets the reference be
-    /// left out, or be parallel to the axis; any perpendicular will do then.
+    /// Creates the frame with `z` along `axis` and `x` as close to `reference` as that allows. STEP
+    /// lets the reference be left out, or be parallel to the axis; any perpendicular will do then.
     pub(super) fn new(
         origin: Point3<f64>,
         axis: UnitVector3<f64>,
@@ -62,12 +62,12 @@ impl Frame {
         Self { origin, x, y, z: axis }
     }
 
-    /// The point with these coordinates along the axes.
+    /// Returns the point with these coordinates along the axes.
     pub(super) fn point(&self, x: f64, y: f64, z: f64) -> Point3<f64> {
         self.origin + self.x.scale(x) + self.y.scale(y) + self.z.scale(z)
     }
 
-    /// Coordinates along the axes.
+    /// Returns the coordinates of `p` along the axes.
     pub(super) fn local(&self, p: &Point3<f64>) -> Vector3<f64> {
         let d = p - self.origin;
         Vector3::new(self.x.dot(&d), self.y.dot(&d), self.z.dot(&d))
@@ -86,7 +86,7 @@ pub(super) struct Scale {
 pub(super) struct Model<'a> {
     pub(super) exchange: &'a Exchange,
     pub(super) scale: Scale,
-    /// Where the representation stands in the file's common frame.
+    /// Placement of the representation: `file_from_representation`.
     pub(super) place: Isometry3<f64>,
 }
 
@@ -145,8 +145,9 @@ impl<'a> Fields<'a> {
         ids.map_or_else(|| self.wrong(index, "a list of references"), Ok)
     }
 
-    /// A length that must be positive \[mm\].
+    /// Reads a length that must be positive \[mm\].
     pub(super) fn radius(&self, index: usize, model: &Model<'_>) -> Read<f64> {
+        // Scaled first: a positive number may underflow in mm.
         let radius = self.number(index)? * model.scale.length;
         if radius > 0.0 && radius.is_finite() {
             return Ok(radius);
@@ -156,7 +157,7 @@ impl<'a> Fields<'a> {
 }
 
 impl<'a> Model<'a> {
-    /// The file as it is: its own numbers, its own frame.
+    /// Creates the view of a file as it is: its own units, its own frame.
     pub(super) fn plain(exchange: &'a Exchange) -> Self {
         Self { exchange, scale: ASSUMED, place: Isometry3::identity() }
     }
@@ -168,13 +169,13 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// The fields of the part called `name`.
+    /// Returns the fields of the part called `name`.
     pub(super) fn part(instance: &'a Instance, name: &str) -> Option<Fields<'a>> {
         let record = instance.part(name)?;
         Some(Fields { id: instance.id, name: &record.name, values: &record.values })
     }
 
-    /// The fields of a simple entity, whatever its name.
+    /// Returns the fields of a simple entity, whatever its name.
     pub(super) fn simple(instance: &'a Instance) -> Option<Fields<'a>> {
         match instance.records.as_slice() {
             [record] => {
@@ -184,7 +185,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// The fields of an entity that must have one of these names.
+    /// Returns the fields of an entity that must have one of these names.
     pub(super) fn named(&self, id: u64, from: u64, names: &[&str]) -> Read<Fields<'a>> {
         let instance = self.instance(id, from)?;
         let found = names.iter().find_map(|name| Self::part(instance, name));
@@ -205,9 +206,10 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// A point \[mm\].
+    /// Reads a point \[mm\].
     pub(super) fn point(&self, id: u64, from: u64) -> Read<Point3<f64>> {
         let fields = self.named(id, from, &["CARTESIAN_POINT"])?;
+        // Units first: the placement is in mm.
         let p = self.place * Point3::from(Self::triple(fields)? * self.scale.length);
         if p.iter().all(|x| x.is_finite()) {
             return Ok(p);
@@ -215,7 +217,7 @@ impl<'a> Model<'a> {
         loss(id, "the point is not finite in mm")
     }
 
-    /// A direction; STEP does not ask for unit length.
+    /// Reads a direction; STEP does not ask for unit length.
     pub(super) fn direction(&self, id: u64, from: u64) -> Read<UnitVector3<f64>> {
         let fields = self.named(id, from, &["DIRECTION"])?;
         let vector = Self::triple(fields)?;
@@ -227,7 +229,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// A vector with length \[mm\].
+    /// Reads a vector with length \[mm\].
     pub(super) fn vector(&self, id: u64, from: u64) -> Read<Vector3<f64>> {
         let fields = self.named(id, from, &["VECTOR"])?;
         let direction = self.direction(fields.reference(1)?, id)?;
@@ -253,10 +255,12 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// `AXIS2_PLACEMENT_3D` or `AXIS1_PLACEMENT`.
+    /// Reads an `AXIS2_PLACEMENT_3D` or `AXIS1_PLACEMENT`.
     pub(super) fn frame(&self, id: u64, from: u64) -> Read<Frame> {
         let fields = self.named(id, from, &["AXIS2_PLACEMENT_3D", "AXIS1_PLACEMENT"])?;
         let origin = self.point(fields.reference(1)?, id)?;
+        // ISO 10303-42: an axis left out is z, a reference left out is x, both of the
+        // representation.
         let axis = self.optional_direction(fields, 2)?.unwrap_or_else(|| self.placed(Vector3::z()));
         let reference = self.optional_direction(fields, 3)?;
         let reference = reference.unwrap_or_else(|| self.placed(Vector3::x()));

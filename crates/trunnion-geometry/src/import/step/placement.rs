@@ -1,4 +1,4 @@
-//! Assemblies: where, and how often, a representation stands in the file's common frame.
+//! Assemblies: the placements of a representation in the file's common frame.
 
 use super::model::Loss;
 use super::model::MAX_CHAIN;
@@ -27,7 +27,7 @@ struct Step {
     parent_from_child: Isometry3<f64>,
 }
 
-/// How representations are placed in each other.
+/// Placements of representations in each other.
 #[derive(Debug, Default)]
 pub(super) struct Placements {
     /// Uses of a representation, in file order.
@@ -67,6 +67,8 @@ impl Placements {
         if let Some(fields) = Model::part(instance, "SHAPE_REPRESENTATION_RELATIONSHIP")
             && let (Ok(a), Ok(b)) = (fields.reference(2), fields.reference(3))
         {
+            // Equivalent both ways: files keep geometry and product structure in two
+            // representations.
             self.same.entry(a).or_default().push(b);
             self.same.entry(b).or_default().push(a);
         }
@@ -81,6 +83,7 @@ impl Placements {
             else {
                 continue;
             };
+            // A mapped item repeats a representation: its origin falls on the target of the map.
             let map = model.named(mapped.reference(1)?, item, &["REPRESENTATION_MAP"])?;
             let frames = [map.reference(0)?, mapped.reference(2)?];
             self.place(exchange, [map.reference(1)?, instance.id], frames, item)?;
@@ -88,7 +91,7 @@ impl Placements {
         Ok(())
     }
 
-    /// The first frame, in the child, stands on the second, in the parent.
+    /// Places the child so that its frame `inner` falls on the frame `outer` of the parent.
     fn place(
         &mut self,
         exchange: &Exchange,
@@ -98,12 +101,13 @@ impl Placements {
     ) -> Read<()> {
         let inner = isometry(exchange, child, inner, from)?;
         let outer = isometry(exchange, parent, outer, from)?;
+        // parent <- frame (outer), frame <- child (inverse of inner).
         let parent_from_child = outer * inner.inverse();
         self.steps.entry(child).or_default().push(Step { parent, parent_from_child });
         Ok(())
     }
 
-    /// `file_from_representation`, once for every use.
+    /// Returns `file_from_representation`, once for every use.
     pub(super) fn of(&self, representation: u64) -> Read<Vec<Isometry3<f64>>> {
         let mut found = Vec::new();
         self.climb(representation, Isometry3::identity(), 0, &mut found)?;
@@ -121,12 +125,14 @@ impl Placements {
             return loss(representation, "the assembly contains itself");
         }
         let mut top = true;
+        // A part used twice is reached on two paths, and read as two copies.
         for same in self.alike(representation) {
             for step in self.steps.get(&same).into_iter().flatten() {
                 top = false;
                 self.climb(step.parent, step.parent_from_child * here, depth + 1, found)?;
             }
         }
+        // No one uses it: its frame is that of the file.
         if top {
             found.push(here);
         }
@@ -136,7 +142,7 @@ impl Placements {
         Ok(())
     }
 
-    /// The representation and those that stand for the same thing.
+    /// Returns the representation and those equivalent to it.
     fn alike(&self, representation: u64) -> BTreeSet<u64> {
         let mut all = BTreeSet::from([representation]);
         let mut fresh = vec![representation];
@@ -151,7 +157,7 @@ impl Placements {
     }
 }
 
-/// Whether `item` is listed by the representation.
+/// Returns `true` if the representation lists `item`.
 fn holds(exchange: &Exchange, representation: u64, item: u64) -> bool {
     exchange
         .get(representation)
@@ -160,7 +166,7 @@ fn holds(exchange: &Exchange, representation: u64, item: u64) -> bool {
         .is_some_and(|items| items.contains(&Value::Reference(item)))
 }
 
-/// A frame of a representation, in the representation's units.
+/// Reads a frame of a representation, in the representation's units.
 fn isometry(
     exchange: &Exchange,
     representation: u64,
@@ -171,6 +177,7 @@ fn isometry(
         .get(representation)
         .and_then(Model::simple)
         .and_then(|fields| fields.values.get(2).and_then(Value::reference));
+    // A length in the child and one in the parent may have different units.
     let scale = match context {
         Some(context) => units::scale(exchange, context)?,
         None => None,
@@ -179,6 +186,7 @@ fn isometry(
     let model = Model { scale, ..Model::plain(exchange) };
     let frame = model.frame(frame, from)?;
     let axes = [frame.x.into_inner(), frame.y.into_inner(), frame.z.into_inner()];
+    // The axes are orthonormal and right-handed by construction.
     let rotation = Rotation3::from_basis_unchecked(&axes);
     let translation = Translation3::from(frame.origin.coords);
     Ok(Isometry3::from_parts(translation, UnitQuaternion::from_rotation_matrix(&rotation)))

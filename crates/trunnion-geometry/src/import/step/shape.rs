@@ -94,7 +94,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    /// The radius of a cone may be zero: its apex is the origin then.
+    /// Reads a cone. Its radius may be zero: its apex is the origin then.
     fn cone(&self, fields: Fields<'a>, frame: Frame) -> Read<Shape> {
         let radius = fields.number(2)? * self.scale.length;
         let angle = fields.number(3)? * self.scale.angle;
@@ -111,7 +111,7 @@ impl<'a> Model<'a> {
         Ok(Shape::Cone { frame, radius, angle })
     }
 
-    /// Any kind of B-spline surface; `None` if it is something else.
+    /// Reads any kind of B-spline surface; `None` if it is something else.
     fn net(&self, instance: &'a Instance) -> Read<Option<Net>> {
         let id = instance.id;
         let complex = Self::part(instance, "B_SPLINE_SURFACE");
@@ -124,12 +124,15 @@ impl<'a> Model<'a> {
         let Some(kind) = names.iter().find_map(|name| Self::part(instance, name)) else {
             return Ok(None);
         };
+        // A simple entity has its label first; the parts of a complex one have none.
         let (base, skip) = complex.map_or((kind, 1), |base| (base, 0));
         let degree = [base.count(skip)?, base.count(skip + 1)?];
         let points = self.net_points(base, skip + 2)?;
         let columns = points.first().map_or(0, Vec::len);
         let knots = match kind.name {
             "B_SPLINE_SURFACE_WITH_KNOTS" => {
+                // Label, two degrees, net, form, two flags of closure, self-intersection; then
+                // multiplicities.
                 let first = if complex.is_some() { 0 } else { 8 };
                 [0, 1].map(|k| {
                     let counts = kind.counts(first + k)?;

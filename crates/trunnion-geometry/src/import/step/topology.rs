@@ -1,4 +1,4 @@
-//! Which faces a file has, in what units, which way they look, and the edges around them.
+//! Faces of a file: their units, placements and orientation, and the edges around them.
 
 use super::curve::Curve;
 use super::model::Fields;
@@ -37,7 +37,7 @@ pub(super) struct Outline {
     pub(super) place: Isometry3<f64>,
 }
 
-/// Where a face is used.
+/// Use of a face by a shell.
 #[derive(Debug, Clone, Copy)]
 struct Use {
     /// Representation and its context.
@@ -48,7 +48,7 @@ struct Use {
 /// In no representation.
 const LOOSE: Use = Use { place: None, reversed: false };
 
-/// All faces in file order, as often as they are placed, and what was noticed on the way.
+/// Lists all faces in file order, once for every placement, and everything doubtful.
 pub(super) fn outlines(exchange: &Exchange) -> (Vec<Outline>, Vec<Loss>) {
     let (placements, mut losses) = Placements::read(exchange);
     let default = units::first(exchange);
@@ -65,6 +65,7 @@ pub(super) fn outlines(exchange: &Exchange) -> (Vec<Outline>, Vec<Loss>) {
             known.losses.push(Loss { entity: id, message: message.to_owned() });
             LOOSE
         });
+        // A representation without units takes the first units of the file.
         let (scale, places) = known.of(used);
         let scale = scale.or(default).unwrap_or(super::model::ASSUMED);
         let placed = |&place| Outline { id, scale, reversed: used.reversed, place };
@@ -109,7 +110,7 @@ impl Known<'_, '_> {
     }
 }
 
-/// Where each face is used first.
+/// Finds the first use of each face.
 fn uses(exchange: &Exchange, losses: &mut Vec<Loss>) -> HashMap<u64, Use> {
     let mut walk = Walk { exchange, uses: HashMap::new(), visited: HashSet::new(), losses };
     walk.representations();
@@ -137,7 +138,7 @@ impl Walk<'_, '_> {
         }
     }
 
-    /// `..._REPRESENTATION(name, (items), context)`.
+    /// Follows the items of every `..._REPRESENTATION(name, (items), context)`.
     fn representations(&mut self) {
         let exchange = self.exchange;
         for instance in &exchange.instances {
@@ -160,6 +161,7 @@ impl Walk<'_, '_> {
     fn item(&mut self, id: u64, representation: u64, context: u64) {
         let Some(instance) = self.exchange.get(id) else { return };
         let Some(fields) = Model::simple(instance) else { return };
+        // Solids and surface models alike are sets of shells.
         let shells = match fields.name {
             "MANIFOLD_SOLID_BREP" | "FACETED_BREP" => fields.reference(1).map(|id| vec![id]),
             "BREP_WITH_VOIDS" => fields.reference(1).and_then(|outer| {
@@ -189,11 +191,13 @@ impl Walk<'_, '_> {
             if depth < MAX_CHAIN
                 && let Some((inner, forward)) = self.note(inner)
             {
+                // Two reversals cancel: reversed once more unless the orientation is `.T.`.
                 let reversed = used.reversed == forward;
                 self.shell(inner, id, Use { reversed, ..used }, depth + 1);
             }
             return;
         }
+        // A shell shared by two solids is read once, with the sense of its first use.
         if !self.visited.insert(id) {
             return;
         }
@@ -212,6 +216,7 @@ impl Walk<'_, '_> {
         let model = Model::plain(self.exchange);
         let Some(instance) = self.note(model.instance(id, from)) else { return };
         if FACES.iter().any(|name| instance.part(name).is_some()) {
+            // A face of two shells keeps the first: its side would be ambiguous otherwise.
             self.uses.entry(id).or_insert(used);
             return;
         }
@@ -226,7 +231,7 @@ impl Walk<'_, '_> {
         }
     }
 
-    /// Shells that no representation reaches.
+    /// Reads shells that no representation reaches.
     fn loose_shells(&mut self) {
         let exchange = self.exchange;
         for instance in &exchange.instances {
@@ -259,7 +264,7 @@ pub(super) struct Boundary {
     pub(super) edges: Vec<Edge>,
 }
 
-/// What an `ADVANCED_FACE` says.
+/// Contents of an `ADVANCED_FACE`.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Skin {
     /// Entity of the surface.
@@ -271,7 +276,7 @@ pub(super) struct Skin {
 }
 
 impl Skin {
-    /// The same face on a surface whose normal points the other way.
+    /// Turns the face over to a surface whose normal points the other way.
     pub(super) fn turn_over(&mut self) {
         self.same_sense = !self.same_sense;
         for boundary in &mut self.boundaries {
@@ -291,7 +296,7 @@ impl Boundary {
 }
 
 impl<'a> Model<'a> {
-    /// Reads a face; `tolerance` \[mm\] is how far apart two points may be and still be one.
+    /// Reads a face; points closer than `tolerance` \[mm\] count as one.
     pub(super) fn skin(&self, id: u64, tolerance: f64) -> Read<Skin> {
         let fields = self.named(id, id, &FACES)?;
         let same_sense = fields.truth(3)?;
@@ -330,6 +335,7 @@ impl<'a> Model<'a> {
         let corners: Vec<Point3<f64>> =
             ids.iter().map(|&id| self.point(id, fields.id)).collect::<Read<_>>()?;
         let next = corners.iter().cycle().skip(1);
+        // Faceted solids: straight edges between the points, closed by the last.
         let sides = corners.iter().zip(next).map(|(a, b)| {
             let curve = Curve::Line { origin: *a, direction: b - a };
             Edge { id: fields.id, curve, range: [0.0, 1.0], ends: [*a, *b] }
@@ -354,12 +360,14 @@ impl<'a> Model<'a> {
         let curve = self.curve(edge.reference(3)?, edge.id)?;
         // The edge runs from start to end; the curve the same way only if its sense is the same.
         let same = edge.truth(4)?;
+        // On a closed curve the arc from start to end differs from that from end to start.
         let mut range = if same {
             curve.range(&start, &end, tolerance)
         } else {
             let [a, b] = curve.range(&end, &start, tolerance);
             [b, a]
         };
+        // The loop may use the edge against its own direction.
         let mut ends = [start, end];
         if !forward {
             range.reverse();

@@ -1,10 +1,10 @@
 //! Edge loops brought into the parameters of their surface.
 //!
 //! The curve in space is taken as the edge; parameter curves of the file, where there are any, are
-//! not needed and not read (they are often absent, and differ from the curve in space by as much
-//! as the file's tolerance). Every loop is followed *continuously*: parameters of a periodic surface
-//! are never brought back by a period, so that a seam, run along twice, needs no special case. At
-//! a pole, where one parameter is free, the loop runs along the pole's line; the face is on the left.
+//! not needed and not read (they are often absent, and differ from the curve in space by as much as
+//! the file's tolerance). Every loop is followed *continuously*: parameters of a periodic surface
+//! are never brought back by a period, so that a seam, run along twice, needs no special case. At a
+//! pole, where one parameter is free, the loop runs along the pole's line; the face is on the left.
 
 use super::chart::Chart;
 use super::chart::Pole;
@@ -17,18 +17,18 @@ use crate::surface::TrimCurve;
 use crate::surface::TrimLoop;
 use nalgebra::Point3;
 
-/// Bisections of one stretch of an edge: chords shrink to 1/1024, their sagitta to a millionth.
+/// Bisections of one interval of an edge: chords shrink to 1/1024, their sagitta to a millionth.
 const HALVINGS: u32 = 10;
 
 /// Points of one edge: a bound on memory that no sane edge reaches.
 const MAX_POINTS: usize = 20_000;
 
-/// How exact trims are.
+/// Tolerances of trims.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Exactness {
     /// Largest distance \[mm\] of a chord of the trim from the edge curve.
     pub(super) chord: f64,
-    /// How far apart \[mm\] two points may be and still be one.
+    /// Distance \[mm\] up to which two points count as one.
     pub(super) same: f64,
 }
 
@@ -45,8 +45,8 @@ pub(super) struct End {
     pub(super) pole: Option<Pole>,
 }
 
-/// The loop in parameters, and how far \[mm\] its edges are off the surface at worst, with the
-/// entity of the worst edge. `None` for a loop that bounds nothing: a single vertex.
+/// Returns the loop in parameters, and the largest distance \[mm\] of its edges from the surface
+/// with the entity of the worst edge. `None` for a loop that bounds nothing: a single vertex.
 pub(super) fn trim_loop(
     chart: &Chart<'_>,
     boundary: &Boundary,
@@ -99,7 +99,7 @@ struct Sample {
 }
 
 impl Tracer<'_> {
-    /// `None` for an edge that lies in a pole altogether.
+    /// Follows the edge in parameters; `None` if it lies in a pole altogether.
     fn track(mut self, near: Option<[f64; 2]>) -> Read<(Option<Track>, f64)> {
         let stations = self.edge.curve.stations(self.edge.range);
         let points: Vec<(f64, Point3<f64>)> =
@@ -113,6 +113,7 @@ impl Tracer<'_> {
             }
             let uv = self.uv(&point, guess)?;
             samples.push(Sample { t, point, uv });
+            // Each sample stays on the turn of the one before: the edge is continuous.
             guess = Some(uv);
         }
         let (Some(&first), Some(&last)) = (samples.first(), samples.last()) else {
@@ -126,6 +127,7 @@ impl Tracer<'_> {
             self.refine(pair[0], pair[1], HALVINGS, &mut fine)?;
         }
         let mut fine = self.simplified(&fine);
+        // At a pole the free parameter is taken from the nearest sample beside it.
         if let Some(pole) = poles.first().copied().flatten() {
             fine.insert(0, beside(pole, first.uv));
         }
@@ -158,6 +160,7 @@ impl Tracer<'_> {
         }
         let chord = b.point - a.point;
         let gap = self.chart.point(middle) - point;
+        // Only the part across the chord counts: parameters may run unevenly along it.
         let along = chord * (chord.dot(&gap) / chord.norm_squared().max(f64::MIN_POSITIVE));
         if (gap - along).norm() <= 0.5 * self.exactness.chord {
             out.push(b.uv);
@@ -187,6 +190,7 @@ impl Tracer<'_> {
                     (worst, place) = (gap, Some(middle));
                 }
             }
+            // The point farthest off is kept, and both halves are examined.
             if let Some(place) = place {
                 open.extend([(from, place), (place, to)]);
             }
@@ -194,7 +198,8 @@ impl Tracer<'_> {
         points.iter().zip(keep).filter(|(_, kept)| *kept).map(|(point, _)| *point).collect()
     }
 
-    /// Distance \[mm\] of a point from the chord's point at the same share of its length.
+    /// Returns the distance \[mm\] of a point from the chord's point at the same share of its
+    /// length.
     fn off_chord(&self, p: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
         let (step, from) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
         // Shares of u and v apart: they may be mm and rad.
@@ -205,7 +210,7 @@ impl Tracer<'_> {
     }
 }
 
-/// The parameters of a pole as met along an edge whose nearest other sample is `uv`.
+/// Returns the parameters of a pole as met along an edge whose nearest other sample is `uv`.
 pub(super) fn beside(pole: Pole, uv: [f64; 2]) -> [f64; 2] {
     let mut at = uv;
     at[pole.fixed] = pole.at;
@@ -231,6 +236,8 @@ pub(super) fn chain(
         let Some(&start) = next.points.first() else {
             return loss(id, "an edge has no points");
         };
+        // Two edges that meet in a pole are joined along it; others start where the last one ends,
+        // on its turn.
         let goal = match (from.pole, to.pole) {
             (Some(pole), Some(other)) if pole == other => {
                 along_pole(chart, pole, [before, end], start)
@@ -250,6 +257,7 @@ pub(super) fn chain(
         if gap > 0.0 {
             curves.push(vec![end, goal]);
         }
+        // The last edge is not moved back to the first: the difference is the turns of the loop.
         if i + 1 < count {
             let shift = [goal[0] - start[0], goal[1] - start[1]];
             for point in &mut tracks[i + 1].points {
@@ -260,8 +268,8 @@ pub(super) fn chain(
     Ok(curves)
 }
 
-/// Where the next edge starts when the loop arrives at a pole by `[before, end]` and its next edge
-/// leaves it at `start`, on some turn.
+/// Returns the parameters at which the next edge starts when the loop arrives at a pole by
+/// `[before, end]` and its next edge leaves it at `start`, on some turn.
 ///
 /// The face is on the left of the loop: along the upper line v = const the loop runs towards -u,
 /// along the lower towards +u; along the right line u = const towards +v, along the left towards
@@ -280,6 +288,7 @@ fn along_pole(
     let Some(period) = chart.periods[free] else { return goal };
     let high = before[pole.fixed] < pole.at;
     let forward = high == (pole.fixed == 0);
+    // Share of a period from the end of one edge forward to the start of the next.
     let ahead = ((start[free] - end[free]) / period).rem_euclid(1.0);
     let share = if forward { ahead } else { 1.0 - ahead };
     let share = if share < SAME { share + 1.0 } else { share };

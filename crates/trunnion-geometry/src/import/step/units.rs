@@ -1,4 +1,4 @@
-//! Units: what one of the file's lengths is in mm, and one of its angles in rad.
+//! Units: factors from the file's lengths to mm, and from its angles to rad.
 
 use super::model::ASSUMED;
 use super::model::MAX_CHAIN;
@@ -12,7 +12,7 @@ use super::part21::Instance;
 /// Millimetres in a metre.
 const METRE: f64 = 1000.0;
 
-/// The unit context `id`, if it is one: a representation context that assigns global units.
+/// Reads the unit context `id`, if it is one: a representation context that assigns global units.
 ///
 /// `Ok(None)` if `id` assigns no units at all.
 pub(super) fn scale(exchange: &Exchange, id: u64) -> Read<Option<Scale>> {
@@ -38,7 +38,7 @@ pub(super) fn scale(exchange: &Exchange, id: u64) -> Read<Option<Scale>> {
     loss(id, format!("the context names {lengths} units of length where one is due"))
 }
 
-/// What one of the unit is, if one of the SI unit behind it is `si`.
+/// Returns the factor of a unit, if that of the SI unit behind it is `si`.
 fn factor(model: &Model<'_>, unit: &Instance, si: f64, depth: usize) -> Read<f64> {
     if depth > MAX_CHAIN {
         return loss(unit.id, "the unit is defined by itself");
@@ -52,6 +52,7 @@ fn factor(model: &Model<'_>, unit: &Instance, si: f64, depth: usize) -> Read<f64
     let names = ["LENGTH_MEASURE_WITH_UNIT", "PLANE_ANGLE_MEASURE_WITH_UNIT", "MEASURE_WITH_UNIT"];
     let measure = model.named(fields.reference(1)?, unit.id, &names)?;
     let base = model.instance(measure.reference(1)?, measure.id)?;
+    // An inch is 2.54 of a centimetre, which is a hundredth of a metre: factors multiply.
     let factor = measure.number(0)? * factor(model, base, si, depth + 1)?;
     if factor > 0.0 && factor.is_finite() {
         return Ok(factor);
@@ -76,7 +77,7 @@ fn prefix(value: Option<&super::part21::Value>, id: u64) -> Read<f64> {
     Ok(10.0_f64.powi(power))
 }
 
-/// The first context of the file that states units.
+/// Finds the first context of the file that states units.
 pub(super) fn first(exchange: &Exchange) -> Option<Scale> {
     exchange.instances.iter().find_map(|instance| scale(exchange, instance.id).ok().flatten())
 }

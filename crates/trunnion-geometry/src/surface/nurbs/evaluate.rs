@@ -21,7 +21,7 @@ struct EvaluationWorkspace<'a> {
 }
 
 impl NurbsSurface {
-    /// Derivatives with total order up to `ORDER`.
+    /// Returns the derivatives with total order up to `ORDER`.
     #[inline]
     pub(crate) fn table<const ORDER: usize>(&self, u: f64, v: f64) -> DerivativeTable {
         let ([u, du], [v, dv]) = (self.inside(0, u), self.inside(1, v));
@@ -34,8 +34,8 @@ impl NurbsSurface {
         }
     }
 
-    /// Point and derivatives to order 2; what [`NurbsSurface::table`] gives, faster for the usual
-    /// degrees.
+    /// Returns the point and derivatives to order 2: the values of [`NurbsSurface::table`], faster
+    /// for the usual degrees.
     #[inline]
     pub(crate) fn jet2(&self, u: f64, v: f64) -> SurfaceJet2 {
         let ([x, du], [y, dv]) = (self.inside(0, u), self.inside(1, v));
@@ -52,9 +52,10 @@ impl NurbsSurface {
         }
     }
 
-    /// [`NurbsSurface::jet2`] inside the domain, `M` by `N` points a patch.
+    /// Evaluates [`NurbsSurface::jet2`] inside the domain, `M` by `N` points a patch.
     #[inline]
     fn unrolled<const M: usize, const N: usize>(&self, u: f64, v: f64) -> SurfaceJet2 {
+        // Parameter within the patch, in [0, 1], and its rate by the surface's.
         let at = |direction: usize, x: f64| {
             let breaks = self.knots[direction].breaks();
             let piece = piece_of(breaks, x);
@@ -71,16 +72,18 @@ impl NurbsSurface {
         if self.rational {
             return divided(&sums);
         }
+        // Equal weights: one factor instead of the quotient rule.
         let scale = self.patches[0].w.recip();
         let [s, su, sv, suu, suv, svv] = sums.map(|d| d.xyz() * scale);
         SurfaceJet2 { s: Point3::from(s), su, sv, suu, suv, svv }
     }
 
-    /// Continuation by each parameter that lies outside, from the border point `(u, v)`: the
-    /// product of both at a corner, so that second derivatives are continuous across all four
-    /// lines. Orders above 2 by the parameter that lies outside are not looked at.
+    /// Evaluates the continuation by each parameter that lies outside, from the border point
+    /// `(u, v)`: the product of both at a corner, so that second derivatives are continuous across
+    /// all four lines. Orders above 2 by the parameter that lies outside are not looked at.
     #[cold]
     fn extended<const ORDER: usize>(&self, u: f64, v: f64, by: [f64; 2]) -> DerivativeTable {
+        // A continuation needs value and two derivatives at the rim, whatever order is asked of it.
         let orders = by.map(|x| if x == 0.0 { ORDER } else { 2 });
         let local = self.local(u, v, orders);
         let net = contract_all(&local, self.knots[1].degree(), orders);
@@ -91,6 +94,7 @@ impl NurbsSurface {
         };
         let [du, dv] = by;
         let [along_u, along_v] = [0, 1].map(|k| self.beyond[k][usize::from(by[k] > 0.0)]);
+        // By u for every derivative by v, then by v for every derivative by u of the result.
         if du != 0.0 {
             for l in 0..=orders[1] {
                 let column = along_u.at(d.map(|row| row[l]), du);
@@ -107,11 +111,12 @@ impl NurbsSurface {
         d
     }
 
-    /// Parameter inside the range, and how far the given one lies outside.
+    /// Returns the parameter inside the range, and the signed distance of the given one outside.
     #[inline]
     fn inside(&self, direction: usize, x: f64) -> [f64; 2] {
         let [low, high] = self.knots[direction].range();
         if self.closed[direction] && !(low..=high).contains(&x) && x.is_finite() {
+            // The sum may be rounded to beyond the end.
             return [(low + (x - low).rem_euclid(high - low)).clamp(low, high), 0.0];
         }
         let nearest = x.clamp(low, high);
@@ -133,7 +138,7 @@ impl NurbsSurface {
     }
 }
 
-/// Coordinates `k` and `k + 1` of point, `u`, `v`, `uu`, `uv`, `vv` derivative: two lanes at a time,
+/// Sums coordinates `k` and `k + 1` of point, `u`, `v`, `uu`, `uv`, `vv` derivative: two at a time,
 /// so that all sums stay in registers.
 #[expect(clippy::inline_always, reason = "called, it spills: jets then take half as long again")]
 #[inline(always)]
@@ -149,6 +154,7 @@ fn sums<const M: usize, const N: usize>(
     };
     let mut sums = [[0.0; 2]; 6];
     for (row, i) in block.chunks_exact(N).zip(0..M) {
+        // Row by row: sums over v to order 2, then their products with the functions of u.
         let mut along = [[0.0; 2]; 3];
         for (point, j) in row.iter().zip(0..N) {
             let x = [point[k], point[k + 1]];
@@ -179,6 +185,7 @@ fn contract<const ORDER: usize>(local: &EvaluationWorkspace<'_>, q: usize) -> Co
             }
         }
         for k in 0..=ORDER {
+            // Orders k by u and l by v with k + l <= ORDER.
             for l in 0..=ORDER - k {
                 out[k][l] += sums[l] * bu[k][i];
             }
@@ -187,7 +194,7 @@ fn contract<const ORDER: usize>(local: &EvaluationWorkspace<'_>, q: usize) -> Co
     out
 }
 
-/// As [`contract`], all derivatives up to the order given by each parameter.
+/// Sums as [`contract`] does, all derivatives up to the order given by each parameter.
 #[inline]
 fn contract_all(local: &EvaluationWorkspace<'_>, q: usize, [by_u, by_v]: [usize; 2]) -> ControlNet {
     let [bu, bv] = &local.basis;
@@ -208,7 +215,7 @@ fn contract_all(local: &EvaluationWorkspace<'_>, q: usize, [by_u, by_v]: [usize;
     out
 }
 
-/// Derivatives of a net whose weights are all `weight`.
+/// Returns the derivatives of a net whose weights are all `weight`.
 #[inline]
 fn cartesian(net: &ControlNet, weight: f64) -> DerivativeTable {
     let scale = weight.recip();
@@ -218,7 +225,8 @@ fn cartesian(net: &ControlNet, weight: f64) -> DerivativeTable {
 const BINOMIAL: [[f64; 4]; 4] =
     [[1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0], [1.0, 2.0, 1.0, 0.0], [1.0, 3.0, 3.0, 1.0]];
 
-/// Leibniz' rule on `A = w S`, solved for the derivatives of `S` with total order up to `ORDER`.
+/// Applies Leibniz' rule to `A = w S`, solved for the derivatives of `S` with total order up to
+/// `ORDER`.
 #[inline]
 fn quotient<const ORDER: usize>(net: &ControlNet) -> DerivativeTable {
     let mut s = [[Vector3::zeros(); 4]; 4];
@@ -231,7 +239,7 @@ fn quotient<const ORDER: usize>(net: &ControlNet) -> DerivativeTable {
     s
 }
 
-/// As [`quotient`], all derivatives up to the order given by each parameter.
+/// Divides as [`quotient`] does, all derivatives up to the order given by each parameter.
 #[inline]
 fn quotient_all(net: &ControlNet, [by_u, by_v]: [usize; 2]) -> DerivativeTable {
     let mut s = [[Vector3::zeros(); 4]; 4];
@@ -244,9 +252,10 @@ fn quotient_all(net: &ControlNet, [by_u, by_v]: [usize; 2]) -> DerivativeTable {
     s
 }
 
-/// `w S_kl` from the derivatives of lower order.
+/// Returns `w S_kl` from the derivatives of lower order.
 #[inline]
 fn leibniz(net: &ControlNet, s: &DerivativeTable, [k, l]: [usize; 2]) -> Vector3<f64> {
+    // A_kl = sum C(k, i) C(l, j) w_ij S_(k-i)(l-j); the term i = j = 0 is the one looked for.
     let mut rest = net[k][l].xyz();
     for i in 0..=k {
         for j in 0..=l {
@@ -259,7 +268,8 @@ fn leibniz(net: &ControlNet, s: &DerivativeTable, [k, l]: [usize; 2]) -> Vector3
     rest
 }
 
-/// Leibniz' rule written out to order 2, bit for bit what [`quotient`] gives: `A, A_u, A_v, A_uu, A_uv, A_vv`.
+/// Applies Leibniz' rule, written out to order 2, bit for bit as [`quotient`] does:
+/// `A, A_u, A_v, A_uu, A_uv, A_vv`.
 #[inline]
 fn divided(net: &[Vector4<f64>; 6]) -> SurfaceJet2 {
     let [a, au, av, auu, auv, avv] = net;
@@ -273,7 +283,7 @@ fn divided(net: &[Vector4<f64>; 6]) -> SurfaceJet2 {
     SurfaceJet2 { s: Point3::from(s), su, sv, suu, suv, svv }
 }
 
-/// Leibniz' rule for a curve, to order 3.
+/// Applies Leibniz' rule to a curve, to order 3.
 #[inline]
 pub(crate) fn curve_quotient([a, b, c, d]: &[Vector4<f64>; 4]) -> [Vector3<f64>; 4] {
     let over = a.w.recip();

@@ -5,7 +5,7 @@ use crate::surface::error::SurfaceError;
 use nalgebra::Point3;
 use nalgebra::Vector4;
 
-/// Faults of the net's shape and numbers.
+/// Lists the faults of the net's shape and numbers.
 pub(super) fn net_faults(
     points: &[Vec<Point3<f64>>],
     weights: Option<&[Vec<f64>]>,
@@ -63,6 +63,7 @@ pub(super) fn homogeneous(
 ) -> Vec<Vec<Vector4<f64>>> {
     let weight =
         |i: usize, j: usize| weights.and_then(|rows| rows.get(i)?.get(j)).copied().unwrap_or(1.0);
+    // (w x, w y, w z, w): blending these is blending points by weight.
     let row = |(i, line): (usize, &Vec<Point3<f64>>)| {
         let lift = |(j, point): (usize, &Point3<f64>)| {
             let w = weight(i, j);
@@ -73,17 +74,19 @@ pub(super) fn homogeneous(
     points.iter().enumerate().map(row).collect()
 }
 
-/// Bezier form along v of every row, then along u of every column of the result.
+/// Converts a net to Bezier patches: along v every row, then along u every column of the result.
 pub(super) fn bezier_patches(
     knots: &[&KnotVector; 2],
     net: &[Vec<Vector4<f64>>],
 ) -> Vec<Vector4<f64>> {
     let [u, v] = knots;
+    // Knot insertion by one parameter does not depend on the other: rows first, then columns.
     let rows: Vec<Vec<Vector4<f64>>> = net.iter().map(|row| v.bezier(row)).collect();
     let across = rows.first().map_or(0, Vec::len);
     let columns: Vec<Vec<Vector4<f64>>> =
         (0..across).map(|j| u.bezier(&rows.iter().map(|row| row[j]).collect::<Vec<_>>())).collect();
     let [p, q] = [u.degree() + 1, v.degree() + 1];
+    // All points of a patch side by side, so that evaluation reads one block of memory.
     let mut patches = Vec::with_capacity(columns.iter().map(Vec::len).sum());
     for i in 0..u.breaks().len() - 1 {
         for j in 0..v.breaks().len() - 1 {
@@ -95,7 +98,7 @@ pub(super) fn bezier_patches(
     patches
 }
 
-/// Diagonal of the box of the Cartesian control points.
+/// Returns the diagonal of the box of the Cartesian control points.
 pub(super) fn net_size(points: &[Vector4<f64>]) -> f64 {
     let cartesian = || points.iter().map(|point| point.xyz() / point.w);
     let low = cartesian().reduce(|a, b| a.inf(&b));

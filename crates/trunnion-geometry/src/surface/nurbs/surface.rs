@@ -88,9 +88,9 @@ impl NurbsSurface {
             (Ok(u), Ok(v)) if faults.is_empty() => (u, v),
             (u, v) => {
                 for (direction, knots) in [("u", u), ("v", v)] {
-                    let errors = knots.err().unwrap_or_default();
+                    let errors = knots.err().into_iter().flatten();
                     let named = |error| SurfaceError::Knots { direction, error };
-                    faults.extend(errors.into_iter().map(named));
+                    faults.extend(errors.map(named));
                 }
                 return Err(faults.into());
             }
@@ -107,28 +107,29 @@ impl NurbsSurface {
         if !flat.is_empty() {
             return Err(flat.into());
         }
+        // Found by evaluation inside the domain, which does not use them.
         surface.closed = [surface.closes(0), surface.closes(1)];
         surface.collapsed = [0, 1].map(|k| [0, 1].map(|end| surface.is_point(k, end)));
         surface.beyond = [0, 1].map(|k| [surface.continuation(k, 0), surface.continuation(k, 1)]);
         Ok(surface)
     }
 
-    /// Degrees by u and v.
+    /// Returns the degrees by u and v.
     pub fn degree(&self) -> [usize; 2] {
         [self.knots[0].degree(), self.knots[1].degree()]
     }
 
-    /// Knot vectors by u and v.
+    /// Returns the knot vectors by u and v.
     pub fn knots(&self) -> &[KnotVector; 2] {
         &self.knots
     }
 
-    /// Control points, `points[i][j]` with `i` along u.
+    /// Returns the control points, `points[i][j]` with `i` along u \[mm\].
     pub fn points(&self) -> &[Vec<Point3<f64>>] {
         &self.points
     }
 
-    /// Weights as given.
+    /// Returns the weights as given.
     pub fn weights(&self) -> Option<&[Vec<f64>]> {
         self.weights.as_deref()
     }
@@ -138,18 +139,18 @@ impl NurbsSurface {
         self.rational
     }
 
-    /// Ranges of u and v.
+    /// Returns the ranges of u and v.
     pub fn domain(&self) -> [[f64; 2]; 2] {
         [self.knots[0].range(), self.knots[1].range()]
     }
 
-    /// Period by u and v where opposite rims meet with equal tangents.
+    /// Returns the periods by u and v where opposite rims meet with equal tangents.
     pub fn periods(&self) -> [Option<f64>; 2] {
         let [u, v] = self.domain();
         [self.closed[0].then(|| u[1] - u[0]), self.closed[1].then(|| v[1] - v[0])]
     }
 
-    /// Parameters beyond which there is nothing: at rims that are points.
+    /// Returns the parameters at which the surface ends: at rims that are points.
     pub(crate) fn ends(&self) -> [[f64; 2]; 2] {
         let outside = [f64::NEG_INFINITY, f64::INFINITY];
         let domain = self.domain();
@@ -159,12 +160,12 @@ impl NurbsSurface {
         [0, 1].map(|k| [end(k, 0), end(k, 1)])
     }
 
-    /// Number of Bezier patches along u and v.
+    /// Returns the number of Bezier patches along u and v.
     pub fn patch_count(&self) -> [usize; 2] {
         [self.knots[0].breaks().len() - 1, self.knots[1].breaks().len() - 1]
     }
 
-    /// The Bezier patch in column `i` (along u), row `j`; `None` beyond the last.
+    /// Returns the Bezier patch in column `i` (along u), row `j`; `None` beyond the last.
     pub fn patch(&self, i: usize, j: usize) -> Option<BezierPatch<'_>> {
         let [columns, rows] = self.patch_count();
         if i >= columns || j >= rows {
@@ -182,8 +183,8 @@ impl NurbsSurface {
         &self.patches[first..first + size]
     }
 
-    /// Continuation beyond one end (0 low, 1 high) of `direction`, after the place along that rim
-    /// where the parametrisation slows down most.
+    /// Returns the continuation beyond one end (0 low, 1 high) of `direction`, for the point of
+    /// that rim at which the parametrisation slows down most.
     fn continuation(&self, direction: usize, end: usize) -> SplineExtension {
         let x = self.knots[direction].range()[end];
         let pace = |y: f64| {
@@ -192,18 +193,20 @@ impl NurbsSurface {
             let slopes = if direction == 0 { [d[1][0], d[2][0]] } else { [d[0][1], d[0][2]] };
             SplineExtension::pace(slopes, if end == 0 { -1.0 } else { 1.0 })
         };
+        // One rate for the whole rim, so that the continuation is as smooth along it as the rim is.
         let places: Vec<[f64; 2]> = self.rim(direction).map(|y| [y, pace(y)]).collect();
         let largest = (0..places.len()).fold(0.0, |largest: f64, k| {
             let around = [k.saturating_sub(1), k, (k + 1).min(places.len() - 1)];
             let [[low, before], [_, here], [high, after]] = around.map(|k| places[k]);
+            // A sample not below its neighbours brackets a maximum.
             let refined = if here >= before.max(after) { peak(pace, [low, high]) } else { here };
             largest.max(here).max(refined)
         });
         SplineExtension::with(largest)
     }
 
-    /// Places along the rims across `direction`: more of them a piece than a polynomial of the
-    /// squared first derivative's degree has zeros.
+    /// Returns parameters along the rims across `direction`: more of them a piece than a polynomial
+    /// of the squared first derivative's degree has zeros.
     fn rim(&self, direction: usize) -> impl Iterator<Item = f64> {
         let across = &self.knots[1 - direction];
         let samples = 2 * across.degree() + 1;
@@ -213,7 +216,7 @@ impl NurbsSurface {
         })
     }
 
-    /// Patches whose points lie on a line or in one point.
+    /// Lists patches whose points lie on a line or in one point.
     fn degenerate_patches(&self) -> Vec<SurfaceError> {
         let [columns, rows] = self.patch_count();
         let all = (0..columns).flat_map(|i| (0..rows).filter_map(move |j| self.patch(i, j)));
@@ -222,7 +225,8 @@ impl NurbsSurface {
             .collect()
     }
 
-    /// `|S_u x S_v|`, a polynomial of bounded degree, vanishes on a whole grid denser than that.
+    /// Returns `true` if `|S_u x S_v|`, a polynomial of bounded degree, vanishes on a whole grid
+    /// denser than that.
     fn is_degenerate(&self, patch: &BezierPatch<'_>) -> bool {
         let [p, q] = self.degree();
         let [u, v] = patch.bounds;
@@ -233,12 +237,15 @@ impl NurbsSurface {
             let s = (i as f64 + 0.5) / m as f64;
             let t = (j as f64 + 0.5) / n as f64;
             let d = self.table::<1>(u[0] + s * (u[1] - u[0]), v[0] + t * (v[1] - v[0]));
+            // |S_u x S_v| by parameters in [0, 1]: mm^2, comparable with the square of the net's
+            // size.
             let area = d[1][0].cross(&d[0][1]).norm() * (u[1] - u[0]) * (v[1] - v[0]);
             area.is_nan() || area <= FLAT * size * size
         })
     }
 
-    /// Returns `true` if the rim at an end of `direction` is a point: all of its control points are equal.
+    /// Returns `true` if the rim at an end of `direction` is a point: all of its control points are
+    /// equal.
     fn is_point(&self, direction: usize, end: usize) -> bool {
         let at = |line: &[Point3<f64>]| if end == 0 { line.first() } else { line.last() }.copied();
         let rim: Vec<Point3<f64>> = if direction == 0 {
@@ -262,13 +269,14 @@ impl NurbsSurface {
         };
         self.rim(direction).all(|y| {
             let ((s0, d0), (s1, d1)) = (at(low, y), at(high, y));
+            // Tangents by the length they cover over the whole range, in mm as the points are.
             (s1 - s0).norm() <= SEAM * size
                 && (d1 - d0).norm() * (high - low) <= SEAM * size.max(d0.norm() * (high - low))
         })
     }
 }
 
-/// Largest value of a function with one maximum between the bounds.
+/// Returns the largest value of a function with one maximum between the bounds.
 fn peak(f: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
     // 2/3 of the range are left after a step: 1e-9 after 50.
     for _ in 0..50 {

@@ -355,7 +355,7 @@ mod tests {
             .to_vec();
         let knots = [vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
         let surface = NurbsSurface::new([2, 1], knots, points, None).unwrap();
-        FaceIndex::new(Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()).unwrap()
+        FaceIndex::new(Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap()).unwrap()
     }
 
     fn tool(shank: Vec<[f64; 2]>) -> ToolBody {

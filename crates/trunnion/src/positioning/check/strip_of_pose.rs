@@ -27,7 +27,7 @@ use crate::types::ToolPose;
 /// # let points = vec![vec![point(0.0, 0.0), point(0.0, 40.0)], vec![point(40.0, 0.0), point(40.0, 40.0)]];
 /// # let knots = vec![0.0, 0.0, 1.0, 1.0];
 /// # let plane = NurbsSurface::new([1, 1], [knots.clone(), knots], points, None).unwrap();
-/// # let face = FaceIndex::new(Face::new(1, Surface::Nurbs(plane), vec![], false)?)?;
+/// # let face = FaceIndex::new(Face::new(1, Surface::Nurbs(plane), vec![])?)?;
 /// use nalgebra::{Point3, Vector3};
 /// use trunnion::cutter::{Cutter, CutterSpec};
 /// use trunnion::positioning::{

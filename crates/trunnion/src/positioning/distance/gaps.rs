@@ -241,7 +241,8 @@ pub(crate) fn curvatures_under<'a>(
     const WIDENINGS: u32 = 8;
     let mut reach = 1.25 * way;
     for _ in 0..WIDENINGS {
-        let around = face.curvature_around(readings.clone().map(|reading| &reading.foot), reach);
+        let feet = readings.clone().map(|reading| &reading.foot);
+        let around = face.curvature_around(feet, reach).ends();
         // Of the continuation beyond the domain the feet are all there is to go by.
         let [low, high] = readings.clone().fold(around, |[low, high], reading| {
             let [least, most] = reading.curvatures();

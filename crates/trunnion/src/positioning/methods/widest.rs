@@ -34,7 +34,7 @@ use crate::positioning::solve::placement::MOST_ROTATION;
 ///     vec![vec![point(0.0, 0.0), point(0.0, 40.0)], vec![point(40.0, 0.0), point(40.0, 40.0)]];
 /// let knots = vec![0.0, 0.0, 1.0, 1.0];
 /// let plane = NurbsSurface::new([1, 1], [knots.clone(), knots], points, None).unwrap();
-/// let face = FaceIndex::new(Face::new(1, Surface::Nurbs(plane), vec![], false)?)?;
+/// let face = FaceIndex::new(Face::new(1, Surface::Nurbs(plane), vec![])?)?;
 ///
 /// let cutter = Cutter::new(CutterSpec::ball(10.0))?;
 /// let location = widest_strip(
@@ -92,7 +92,7 @@ pub fn widest_strip(
 /// # let points = vec![vec![point(0.0, 0.0), point(0.0, 40.0)], vec![point(40.0, 0.0), point(40.0, 40.0)]];
 /// # let knots = vec![0.0, 0.0, 1.0, 1.0];
 /// # let plane = NurbsSurface::new([1, 1], [knots.clone(), knots], points, None).unwrap();
-/// # let face = FaceIndex::new(Face::new(1, Surface::Nurbs(plane), vec![], false)?)?;
+/// # let face = FaceIndex::new(Face::new(1, Surface::Nurbs(plane), vec![])?)?;
 /// use trunnion::cutter::{Cutter, CutterSpec};
 /// use trunnion::positioning::{
 ///     ContactSide, LocationRequest, StripSide, ToleranceBand, with_lead,

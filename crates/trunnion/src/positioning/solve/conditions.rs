@@ -349,7 +349,7 @@ mod tests {
         let points = (0..3).map(|i| (0..3).map(|j| point(i, j)).collect()).collect();
         let knots = || vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
         let surface = NurbsSurface::new([2, 2], [knots(), knots()], points, None).unwrap();
-        FaceIndex::new(Face::new(1, Surface::Nurbs(surface), vec![], false).unwrap()).unwrap()
+        FaceIndex::new(Face::new(1, Surface::Nurbs(surface), vec![]).unwrap()).unwrap()
     }
 
     /// Central differences of every condition against its derivative.

@@ -212,7 +212,7 @@ mod tests {
         let knots = || vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
         let net = (0..3).map(row).collect();
         let surface = NurbsSurface::new([2, 2], [knots(), knots()], net, None).unwrap();
-        Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()
+        Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap()
     }
 
     /// Rows of a bull nose over the face; one location is too deep.

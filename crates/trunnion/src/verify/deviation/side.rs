@@ -114,7 +114,7 @@ mod tests {
         let net = vec![vec![at(0.0, 0.0), at(0.0, 20.0)], vec![at(40.0, 0.0), at(40.0, 20.0)]];
         let knots = || vec![0.0, 0.0, 1.0, 1.0];
         let surface = NurbsSurface::new([1, 1], [knots(), knots()], net, None).unwrap();
-        Face::new(1, Surface::Nurbs(surface), Vec::new(), flip).unwrap()
+        Face { flip, ..Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap() }
     }
 
     /// Rows 2 mm apart of a tool whose tip is at a height.

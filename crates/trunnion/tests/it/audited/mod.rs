@@ -16,7 +16,7 @@ fn face() -> Face {
     let point = |x: f64, y: f64| Point3::new(x, y, -9e3);
     let net = vec![vec![point(0.0, 0.0), point(0.0, 1.0)], vec![point(1.0, 0.0), point(1.0, 1.0)]];
     let surface = NurbsSurface::new([1, 1], [knots(), knots()], net, None).unwrap();
-    Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()
+    Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap()
 }
 
 /// What is told of the text: of its axes alone.

@@ -70,7 +70,7 @@ fn index(surface: Surface) -> FaceIndex {
 }
 
 fn sided(surface: Surface, flip: bool) -> FaceIndex {
-    FaceIndex::new(Face::new(1, surface, Vec::new(), flip).unwrap()).unwrap()
+    FaceIndex::new(Face { flip, ..Face::new(1, surface, Vec::new()).unwrap() }).unwrap()
 }
 
 impl Shape {

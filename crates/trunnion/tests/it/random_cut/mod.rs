@@ -57,7 +57,7 @@ pub(crate) fn any_face(random: &mut Random, way: &dyn Course, cutter: &Cutter) -
     let net = (0..4).map(|i| (0..4).map(|j| point(i, j)).collect()).collect();
     let knots = || vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
     let surface = NurbsSurface::new([3, 3], [knots(), knots()], net, None).unwrap();
-    Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap()
+    Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap()
 }
 
 /// How heights are looked for.

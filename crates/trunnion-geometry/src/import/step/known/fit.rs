@@ -1,9 +1,9 @@
 //! Elementary surfaces through samples of points and normals.
 //!
-//! Every fit is linear, by singular values, so that samples of an exact surface give it to rounding;
-//! of other samples it gives something, which the proof refuses.
+//! Every fit is linear, by singular values, so that samples of an exact surface give it to
+//! rounding; of other samples it gives something, which the proof refuses.
 
-use super::Sample;
+use super::sample::Sample;
 use crate::import::step::model::Frame;
 use crate::import::step::shape::Shape;
 use nalgebra::DMatrix;
@@ -17,8 +17,8 @@ use std::f64::consts::FRAC_PI_2;
 /// about 1e-16, and solutions with half of these digits are refused by any useful tolerance.
 const SINGULAR: f64 = 1e-9;
 
-/// Cosine of the cap \[75 deg\] that a net on a sphere may fill and still have its poles away from it:
-/// samples lie inside its rim.
+/// Cosine of the cap \[75 deg\] that a net on a sphere may fill and still have its poles away from
+/// it: samples lie inside its rim.
 const CAP: f64 = 0.26;
 
 pub(super) fn plane(samples: &[Sample], middle: &Sample) -> Option<Shape> {
@@ -27,9 +27,10 @@ pub(super) fn plane(samples: &[Sample], middle: &Sample) -> Option<Shape> {
     Some(Shape::Plane(Frame::new(middle.point, middle.normal, x)))
 }
 
-/// From `|p|^2 = 2 p . c + (R^2 - |c|^2)`. Poles lie off the net where that can be.
+/// Fits a sphere from `|p|^2 = 2 p . c + (R^2 - |c|^2)`. Poles lie off the net where that can be.
 pub(super) fn sphere(samples: &[Sample], middle: &Sample) -> Option<Shape> {
     let rows = samples.iter().map(|s| {
+        // About a sample, so that squares keep their digits.
         let p = s.point - middle.point;
         ([p.x, p.y, p.z], p.norm_squared())
     });
@@ -39,11 +40,12 @@ pub(super) fn sphere(samples: &[Sample], middle: &Sample) -> Option<Shape> {
     Some(Shape::Sphere { frame, radius })
 }
 
-/// Axes with the middle of the samples at u = pi, v = 0, where v runs about as it does on the net:
-/// no pole is near, if the samples lie within a cap.
+/// Chooses axes with the middle of the samples at u = pi, v = 0, where v runs about as it does on
+/// the net: no pole is near, if the samples lie within a cap.
 fn level(samples: &[Sample], origin: &Point3<f64>, middle: &Sample) -> Option<Frame> {
     let outs = || samples.iter().filter_map(|s| (s.point - origin).try_normalize(0.0));
     let out = UnitVector3::try_new(outs().sum::<Vector3<f64>>(), f64::MIN_POSITIVE)?;
+    // Beyond the cap a sample could come near a pole, 90 degrees from the middle.
     if outs().any(|other| other.dot(&out) < CAP) {
         return None;
     }
@@ -52,12 +54,14 @@ fn level(samples: &[Sample], origin: &Point3<f64>, middle: &Sample) -> Option<Fr
     Some(Frame::new(*origin, UnitVector3::try_new(up, f64::MIN_POSITIVE)?, Some(-out)))
 }
 
-/// Axes round which the net turns by one of its parameters.
+/// Finds axes round which the net turns by one of its parameters.
 fn banded(samples: &[Sample], origin: &Point3<f64>, middle: &Sample) -> Option<Frame> {
     let around = |k: usize| {
         let ways = samples.iter().filter_map(|s| s.tangents[k].try_normalize(0.0));
         let ways: Vec<[f64; 3]> = ways.map(|t| [t.x, t.y, t.z]).collect();
         let axis = Vector3::from(null(&ways)?);
+        // Circles round an axis have tangents square to it: any part along it rules this parameter
+        // out.
         let off = ways.iter().map(|t| Vector3::from(*t).dot(&axis).abs()).fold(0.0, f64::max);
         (off <= SINGULAR).then_some((axis, middle.tangents[1 - k]))
     };
@@ -67,7 +71,7 @@ fn banded(samples: &[Sample], origin: &Point3<f64>, middle: &Sample) -> Option<F
     Some(Frame::new(*origin, axis, back))
 }
 
-/// The axis is square to all normals.
+/// Fits a cylinder: its axis is square to all normals.
 pub(super) fn cylinder(samples: &[Sample], middle: &Sample) -> Option<Shape> {
     let normals: Vec<Vector3<f64>> = samples.iter().map(|s| s.normal.into_inner()).collect();
     let axis = Vector3::from(null(&normals.iter().map(|n| [n.x, n.y, n.z]).collect::<Vec<_>>())?);
@@ -81,19 +85,22 @@ pub(super) fn cylinder(samples: &[Sample], middle: &Sample) -> Option<Shape> {
     Some(Shape::Cylinder { frame, radius })
 }
 
-/// All normals make one angle with the axis, and all tangent planes meet in the apex.
+/// Fits a cone: all normals make one angle with the axis, and all tangent planes meet in the apex.
 pub(super) fn cone(samples: &[Sample], middle: &Sample) -> Option<Shape> {
     let count = samples.len() as f64;
     let mean = samples.iter().map(|s| s.normal.into_inner()).sum::<Vector3<f64>>() / count;
+    // Equal angles to the axis: differences of normals are square to it.
     let off = samples.iter().map(|s| s.normal.into_inner() - mean).map(|n| [n.x, n.y, n.z]);
     let axis = Vector3::from(null(&off.collect::<Vec<_>>())?);
     let rows = samples.iter().map(|s| {
         let n = s.normal;
+        // Tangent plane through the apex a: n . a = n . p.
         ([n.x, n.y, n.z], n.dot(&(s.point - middle.point)))
     });
     let apex = middle.point + Vector3::from(least_squares(rows)?);
     let from_apex = samples.iter().map(|s| s.point - apex).sum::<Vector3<f64>>() / count;
     let axis = towards(axis, &from_apex)?;
+    // The normals stand at the half angle to the plane across the axis.
     let angle = mean.dot(&axis).abs().clamp(0.0, 1.0).asin();
     let height = from_apex.dot(&axis);
     let frame = about(&Frame::new(apex, axis, None), apex + axis.scale(height), middle);
@@ -104,20 +111,22 @@ pub(super) fn cone(samples: &[Sample], middle: &Sample) -> Option<Shape> {
     })
 }
 
-/// All normals meet the axis: with `b = o x a` for its direction `a` and a point `o` of it,
-/// `(p x n) . a + n . b = 0` (Plücker).
+/// Fits a torus: all normals meet the axis. With `b = o x a` for its direction `a` and a point `o`
+/// of it, `(p x n) . a + n . b = 0` (Plücker).
 pub(super) fn torus(samples: &[Sample], middle: &Sample) -> Option<Shape> {
     let size = samples.iter().map(|s| (s.point - middle.point).norm()).fold(0.0, f64::max);
     let rows: Vec<[f64; 6]> = samples
         .iter()
         .map(|s| {
             let n = s.normal.into_inner();
+            // In units of the size, so that both halves of a row are of order 1.
             let moment = ((s.point - middle.point) / size).cross(&n);
             [moment.x, moment.y, moment.z, n.x, n.y, n.z]
         })
         .collect();
     let [ax, ay, az, bx, by, bz] = null(&rows)?;
     let (a, b) = (Vector3::new(ax, ay, az), Vector3::new(bx, by, bz));
+    // Point of the line closest to the middle: a x (o x a) / |a|^2 = o for o square to a.
     let origin = middle.point + a.cross(&b) * (size / a.norm_squared());
     let frame = Frame::new(origin, UnitVector3::try_new(a, f64::MIN_POSITIVE)?, None);
     let rows = samples.iter().map(|s| {
@@ -127,29 +136,32 @@ pub(super) fn torus(samples: &[Sample], middle: &Sample) -> Option<Shape> {
     });
     let ([major, height], minor) = round(rows)?;
     let frame = about(&frame, frame.point(0.0, 0.0, height), middle);
+    // A spindle torus meets its axis: the bound of the proof does not hold for it.
     (major > minor).then_some(Shape::Torus { frame, major, minor })
 }
 
-/// Axes at a sample with z along `axis`.
+/// Returns axes at a sample with z along `axis`.
 fn across(middle: &Sample, axis: UnitVector3<f64>) -> Frame {
     Frame::new(middle.point, axis, None)
 }
 
-/// Axes at `origin` with the z axis given and the middle of the samples at u = pi, far from the seam.
+/// Returns axes at `origin` with the z axis given and the middle of the samples at u = pi, far from
+/// the seam.
 fn about(frame: &Frame, origin: Point3<f64>, middle: &Sample) -> Frame {
     let back = UnitVector3::try_new(origin - middle.point, f64::MIN_POSITIVE);
     Frame::new(origin, frame.z, back)
 }
 
-/// A line's direction, the way that `along` points.
+/// Directs a line's axis the way that `along` points.
 fn towards(axis: Vector3<f64>, along: &Vector3<f64>) -> Option<UnitVector3<f64>> {
     let axis = UnitVector3::try_new(axis, f64::MIN_POSITIVE)?;
     Some(if axis.dot(along) < 0.0 { -axis } else { axis })
 }
 
-/// Centre and radius from coordinates and their squared norms.
+/// Fits centre and radius to coordinates and their squared norms.
 fn round<const N: usize>(rows: impl Iterator<Item = ([f64; N], f64)>) -> Option<([f64; N], f64)> {
     let rows: Vec<([f64; N], f64)> = rows.collect();
+    // Unknowns (c, R^2 - |c|^2): columns 2 x and 1.
     let matrix = DMatrix::from_fn(rows.len(), N + 1, |i, j| {
         rows.get(i).map_or(0.0, |(x, _)| x.get(j).map_or(1.0, |x| 2.0 * x))
     });
@@ -177,13 +189,14 @@ fn solve(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     }
     let parts = matrix.svd(true, true);
     let least = SINGULAR * parts.singular_values.max();
+    // Samples on a line or a circle leave a centre undetermined.
     if parts.singular_values.min() <= least {
         return None;
     }
     parts.solve(right, least).ok()
 }
 
-/// The direction in which all rows vanish best.
+/// Returns the unit vector on which all rows are closest to zero: the last right singular vector.
 fn null<const N: usize>(rows: &[[f64; N]]) -> Option<[f64; N]> {
     if rows.len() < N || !rows.iter().flatten().all(|x| x.is_finite()) {
         return None;

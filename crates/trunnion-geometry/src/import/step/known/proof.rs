@@ -1,8 +1,9 @@
-//! How far a rational surface is from an elementary one at most.
+//! Upper bound on the distance of a rational surface from an elementary one.
 //!
 //! An elementary surface is where a polynomial of the coordinates vanishes. Put in it, the
 //! homogeneous coordinates of a patch give a polynomial of the parameters; by its Bernstein
-//! coefficients it is bounded over all of the patch, and the value of the first bounds the distance.
+//! coefficients it is bounded over all of the patch, and the value of the first bounds the
+//! distance.
 
 use crate::import::step::model::Frame;
 use crate::import::step::shape::Shape;
@@ -24,7 +25,8 @@ struct Local {
     w: Poly,
 }
 
-/// Bound of the distance of the net's points from an elementary surface \[mm\]; `None` for other shapes.
+/// Bounds the distance of the net's points from an elementary surface \[mm\]; `None` for other
+/// shapes.
 pub(super) fn distance(net: &NurbsSurface, shape: &Shape) -> Option<f64> {
     let [columns, rows] = net.patch_count();
     let patches = (0..columns).flat_map(|i| (0..rows).filter_map(move |j| net.patch(i, j)));
@@ -42,6 +44,7 @@ fn of_patch(patch: &BezierPatch<'_>, columns: usize, shape: &Shape) -> Option<f6
     match shape {
         Shape::Plane(frame) => {
             let Local { z, w, .. } = local(frame);
+            // z = (w z) / w: the largest numerator over the least weight.
             Some(z.largest() / w.least())
         }
         // | |p| - R | = | |p|^2 - R^2 | / (|p| + R)
@@ -53,6 +56,7 @@ fn of_patch(patch: &BezierPatch<'_>, columns: usize, shape: &Shape) -> Option<f6
         }
         Shape::Cylinder { frame, radius } => {
             let l = local(frame);
+            // As for the sphere, with the distance from the axis: |rho - R| <= |rho^2 - R^2| / R.
             let square = l.x.square().plus(&l.y.square());
             let value = square.plus(&l.w.square().times_number(-radius * radius));
             Some(value.largest() / (l.w.least().powi(2) * radius))
@@ -63,13 +67,15 @@ fn of_patch(patch: &BezierPatch<'_>, columns: usize, shape: &Shape) -> Option<f6
     }
 }
 
-/// With `rho` the distance from the axis and `q = R + z tan a` that of the cone at the same height,
-/// `|rho - q| <= |rho^2 - q^2| / max(q, |rho - q|)`, where `q` is not negative.
+/// Bounds the distance from a cone. With `rho` the distance from the axis and `q = R + z tan a`
+/// that of the cone at the same height, `|rho - q| <= |rho^2 - q^2| / max(q, |rho - q|)`, where `q`
+/// is not negative.
 fn cone(l: &Local, radius: f64, slope: f64) -> f64 {
     let q = l.w.times_number(radius).plus(&l.z.times_number(slope));
     let value = l.x.square().plus(&l.y.square()).plus(&q.square().times_number(-1.0));
     let least = l.w.least();
     let off = value.largest() / (least * least);
+    // Least radius of the cone along the net; near the apex the root is the sharper bound.
     let narrowest = q.smallest() / l.w.largest();
     let by_apex = off.sqrt();
     let near = if narrowest > by_apex { off / narrowest } else { by_apex };
@@ -77,10 +83,12 @@ fn cone(l: &Local, radius: f64, slope: f64) -> f64 {
     near + (-q.smallest()).max(0.0) / least
 }
 
-/// `(|p|^2 + R^2 - r^2)^2 - 4 R^2 rho^2 = ((rho - R)^2 + z^2 - r^2) ((rho + R)^2 + z^2 - r^2)`. The second
-/// factor is at least `R^2 - r^2`, and the first at least `r` times the distance.
+/// Bounds the distance from a torus:
+/// `(|p|^2 + R^2 - r^2)^2 - 4 R^2 rho^2 = ((rho - R)^2 + z^2 - r^2) ((rho + R)^2 + z^2 - r^2)`. The
+/// second factor is at least `R^2 - r^2`, and the first at least `r` times the distance.
 fn torus(l: &Local, major: f64, minor: f64) -> f64 {
     let rho = l.x.square().plus(&l.y.square());
+    // All terms are brought to the fourth power of the weight.
     let room = major * major - minor * minor;
     let whole = rho.plus(&l.z.square()).plus(&l.w.square().times_number(room));
     let turned = rho.times(&l.w.square()).times_number(-4.0 * major * major);
@@ -106,17 +114,19 @@ impl Poly {
         self.coefficients.len() / self.columns
     }
 
-    /// Bound of the absolute value.
+    /// Bounds the absolute value.
     fn largest(&self) -> f64 {
+        // Values are convex combinations of the coefficients, so that the largest of these bounds
+        // them.
         self.coefficients.iter().fold(0.0, |most, x| if x.abs() <= most { most } else { x.abs() })
     }
 
-    /// Bound from below.
+    /// Bounds the value from below.
     fn smallest(&self) -> f64 {
         self.coefficients.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// The same of a polynomial that is positive.
+    /// Bounds a polynomial that is positive from below.
     fn least(&self) -> f64 {
         self.smallest().max(0.0)
     }
@@ -135,7 +145,7 @@ impl Poly {
         self.times(self)
     }
 
-    /// `c_k = sum C(m,i) C(n,j) / C(m+n,k) a_i b_j`, `i + j = k`, by both parameters.
+    /// Multiplies: `c_k = sum C(m,i) C(n,j) / C(m+n,k) a_i b_j`, `i + j = k`, by both parameters.
     fn times(&self, other: &Self) -> Self {
         let (m, n) = ([self.rows(), self.columns], [other.rows(), other.columns]);
         let columns = m[1] + n[1] - 1;
@@ -154,7 +164,7 @@ impl Poly {
     }
 }
 
-/// `n` over `k`, exact in `f64` for the degrees in use.
+/// Returns `n` over `k`, exact in `f64` for the degrees in use.
 fn binomial(n: usize, k: usize) -> f64 {
     (0..k).fold(1.0, |product, i| product * (n - i) as f64 / (i + 1) as f64)
 }

@@ -1,16 +1,13 @@
 //! The grammar of Part 21: records out of bytes, with line and column for what breaks it.
 
-use super::Exchange;
-use super::Instance;
-use super::Record;
-use super::Value;
-use crate::import::ImportError;
+use super::data::{Exchange, Instance, Record, Value};
+use crate::import::error::ImportError;
 
 /// Deepest nesting of lists that is read. The deepest of the schema is 3 (rows of a control net
 /// inside a record); more is a damaged or hostile file, and would only serve to exhaust the stack.
 const MAX_DEPTH: usize = 32;
 
-/// A place in the bytes, and the line it is on.
+/// A position in the bytes, and the line it is on.
 pub(super) struct Scanner<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -49,7 +46,7 @@ impl<'a> Scanner<'a> {
         Err(ImportError::Syntax { line: self.line, column, message: message.into() })
     }
 
-    /// What stands here, for a message.
+    /// Returns the word that stands here, for a message.
     fn found(&self) -> String {
         let rest = self.bytes.get(self.at..).unwrap_or_default();
         let word: String = rest
@@ -108,6 +105,7 @@ impl<'a> Scanner<'a> {
                 Some(b'\'') => {
                     self.text()?;
                 }
+                // Texts are skipped as a whole above: a `DATA` in one does not end the header.
                 Some(b'D') if self.starts_with("DATA") => return Ok(()),
                 Some(byte) if byte.is_ascii_alphanumeric() => {
                     self.keyword();
@@ -117,7 +115,8 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// One `DATA ... ENDSEC;`; `false` at `END-ISO-10303-21;` (a signature may follow it).
+    /// Reads one `DATA ... ENDSEC;`; returns `false` at `END-ISO-10303-21;` (a signature may follow
+    /// it).
     pub(super) fn data_section(&mut self, exchange: &mut Exchange) -> Read<bool> {
         self.skip()?;
         if self.starts_with("END-ISO-10303-21;") {
@@ -129,6 +128,7 @@ impl<'a> Scanner<'a> {
         }
         self.skip()?;
         if self.peek() == Some(b'(') {
+            // Since edition 2 a section may carry its name and schemas, which are not needed.
             self.values(0)?;
         }
         self.expect(b';', "after DATA")?;
@@ -159,6 +159,7 @@ impl<'a> Scanner<'a> {
         if self.peek() == Some(b'(') {
             self.advance();
             self.skip()?;
+            // A complex entity: records one after another, without commas.
             while self.peek() != Some(b')') {
                 records.push(self.record(0)?);
                 self.skip()?;
@@ -172,6 +173,7 @@ impl<'a> Scanner<'a> {
     }
 
     fn record(&mut self, depth: usize) -> Read<Record> {
+        // User-defined keywords begin with an exclamation mark.
         if self.peek() == Some(b'!') {
             self.advance();
         }
@@ -187,7 +189,7 @@ impl<'a> Scanner<'a> {
         Ok(Record { name, values: self.values(depth)? })
     }
 
-    /// `( value, ... )`
+    /// Reads `( value, ... )`.
     fn values(&mut self, depth: usize) -> Read<Vec<Value>> {
         if depth > MAX_DEPTH {
             return self.fault(format!("lists are nested more than {MAX_DEPTH} deep"));
@@ -270,6 +272,7 @@ impl<'a> Scanner<'a> {
         }
         let text = self.bytes.get(start..self.at).unwrap_or_default();
         let text = std::str::from_utf8(text).unwrap_or_default();
+        // An integer too large for 64 bits falls through to a real number.
         if let Ok(integer) = text.parse() {
             return Ok(Value::Integer(integer));
         }
@@ -283,8 +286,8 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// `'text'`, a quote inside doubled. Bytes above 127 are taken as Latin-1: such texts are only
-    /// ever labels.
+    /// Reads `'text'`, a quote inside doubled. Bytes above 127 are taken as Latin-1: such texts are
+    /// only ever labels.
     fn text(&mut self) -> Read<String> {
         self.advance();
         let mut text = String::new();
@@ -320,7 +323,7 @@ impl<'a> Scanner<'a> {
     }
 
     fn word(&mut self) -> Read<Value> {
-        // `.5` is not a number of this format, but a common slip; say so.
+        // `.5` is not a number of this format, but a common slip: the message names it.
         self.advance();
         let word = self.keyword();
         if word.is_empty() || self.peek() != Some(b'.') {

@@ -1,6 +1,6 @@
-//! Polygons with holes into triangles at their corners.
+//! Ear clipping: polygons with holes are cut into triangles at their corners.
 
-use super::Corner;
+use super::corner::Corner;
 use super::unroll::Polygon;
 
 /// A polygon in triangles, in a plane in which lengths by u and v are alike.
@@ -13,12 +13,12 @@ pub(super) struct Plain {
     pub(super) scale: [f64; 2],
 }
 
-/// Twice the area of a triangle, above 0 if it is counter-clockwise.
+/// Returns twice the area of a triangle, above 0 if it is counter-clockwise.
 pub(super) fn turn([a, b, c]: [[f64; 2]; 3]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Triangles of a polygon; `None` if it crosses itself.
+/// Cuts a polygon into triangles; `None` if it crosses itself.
 pub(super) fn cut(polygon: &Polygon, scale: [f64; 2]) -> Option<Plain> {
     let mut corners = polygon.outer.clone();
     let mut around: Vec<usize> = (0..corners.len()).collect();
@@ -29,7 +29,7 @@ pub(super) fn cut(polygon: &Polygon, scale: [f64; 2]) -> Option<Plain> {
     }
     let flat: Vec<[f64; 2]> =
         corners.iter().map(|c| [c.uv[0] * scale[0], c.uv[1] * scale[1]]).collect();
-    // The hole farthest to the right first: it sees the outside or one that is already joined to it.
+    // The hole farthest to the right first: it sees the outside, or one that is joined to it.
     let right = |hole: &[usize]| hole.iter().map(|&k| flat[k][0]).fold(f64::NEG_INFINITY, f64::max);
     holes.sort_by(|a, b| right(b).total_cmp(&right(a)));
     while !holes.is_empty() {
@@ -40,7 +40,7 @@ pub(super) fn cut(polygon: &Polygon, scale: [f64; 2]) -> Option<Plain> {
     Some(Plain { corners, flat, triangles, scale })
 }
 
-/// A polygon and a hole with a bridge between them that crosses no side.
+/// Joins a polygon and a hole by a bridge that crosses no side.
 fn joined(
     flat: &[[f64; 2]],
     around: &[usize],
@@ -55,6 +55,7 @@ fn joined(
         (x - from[0]).powi(2) + (y - from[1]).powi(2)
     };
     let mut order: Vec<usize> = (0..around.len()).collect();
+    // The nearest corner in sight makes the shortest bridge, and round triangles beside it.
     order.sort_by(|a, b| away(a).total_cmp(&away(b)));
     let sides = |ring: &[usize]| -> Vec<[[f64; 2]; 2]> {
         let next = ring.iter().cycle().skip(1);
@@ -70,6 +71,7 @@ fn joined(
         opens(flat, around, k, from) && !walls.iter().any(|wall| cross([from, to], *wall))
     };
     let at = order.into_iter().find(sees)?;
+    // The bridge is run along both ways: its two corners stand twice.
     let mut all = around[..=at].to_vec();
     all.extend(&hole[rightmost..]);
     all.extend(&hole[..=rightmost]);
@@ -77,15 +79,16 @@ fn joined(
     Some(all)
 }
 
-/// Whether a point is on the inner side of a corner.
+/// Returns `true` if a point is on the inner side of a corner.
 fn opens(flat: &[[f64; 2]], around: &[usize], k: usize, point: [f64; 2]) -> bool {
     let count = around.len();
     let [before, at, after] = [k + count - 1, k, k + 1].map(|k| flat[around[k % count]]);
     let [left, right] = [turn([before, at, point]) > 0.0, turn([at, after, point]) > 0.0];
+    // Inside a corner that turns left is left of both its sides, else left of either.
     if turn([before, at, after]) > 0.0 { left && right } else { left || right }
 }
 
-/// Whether two segments cross, or one ends on the other; ends they share do not count.
+/// Returns `true` if two segments cross, or one ends on the other; ends they share do not count.
 fn cross([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> bool {
     let same = |p: [f64; 2], q: [f64; 2]| {
         p[0].to_bits() == q[0].to_bits() && p[1].to_bits() == q[1].to_bits()
@@ -94,6 +97,7 @@ fn cross([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> bool {
         return false;
     }
     let apart = |p: f64, q: f64| (p > 0.0 && q > 0.0) || (p < 0.0 && q < 0.0);
+    // Neither segment has both ends of the other strictly on one side.
     !apart(turn([a, b, c]), turn([a, b, d])) && !apart(turn([c, d, a]), turn([c, d, b]))
 }
 
@@ -118,6 +122,7 @@ fn clip(flat: &[[f64; 2]], mut around: Vec<usize>) -> Option<Vec<[usize; 3]>> {
         around.remove(best);
         ears.remove(best);
         let count = around.len();
+        // Only the corners beside the ear have a new triangle.
         for k in [best + count - 1, best] {
             ears[k % count] = ear(flat, &around, k % count);
         }
@@ -126,6 +131,7 @@ fn clip(flat: &[[f64; 2]], mut around: Vec<usize>) -> Option<Vec<[usize; 3]>> {
     // What is left without an ear may be corners on a line, which rounding has put there.
     let [first, rest @ ..] = &around[..] else { return Some(triangles) };
     let fan = rest.windows(2).map(|pair| [*first, pair[0], pair[1]]);
+    // Three corners left may be any triangle that does not turn right; more only a line.
     let least = if around.len() > 3 { -LINE..=LINE } else { -LINE..=f64::INFINITY };
     let fits = |triangle: [usize; 3]| least.contains(&roundness(triangle.map(|k| flat[k])));
     if !fan.clone().all(fits) {
@@ -135,7 +141,7 @@ fn clip(flat: &[[f64; 2]], mut around: Vec<usize>) -> Option<Vec<[usize; 3]>> {
     Some(triangles)
 }
 
-/// How round the triangle at a corner is, if it may be cut off; else 0.
+/// Returns the roundness of the triangle at a corner, if it may be cut off; else 0.
 fn ear(flat: &[[f64; 2]], around: &[usize], k: usize) -> f64 {
     let count = around.len();
     let corners = [count - 1, 0, 1].map(|by| flat[around[(k + by) % count]]);
@@ -155,7 +161,7 @@ fn ear(flat: &[[f64; 2]], around: &[usize], k: usize) -> f64 {
     if around.iter().any(|&other| inside(flat[other])) { 0.0 } else { round }
 }
 
-/// Area of a triangle by the squares of its sides.
+/// Returns twice the area of a triangle over the sum of the squares of its sides.
 fn roundness([a, b, c]: [[f64; 2]; 3]) -> f64 {
     let square = |p: [f64; 2], q: [f64; 2]| (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2);
     turn([a, b, c]) / (square(a, b) + square(b, c) + square(c, a)).max(f64::MIN_POSITIVE)

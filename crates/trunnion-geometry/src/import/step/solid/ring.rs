@@ -5,25 +5,26 @@ use super::super::curve::Curve;
 use super::super::model::{Read, loss};
 use super::super::topology::{Boundary, Edge};
 use super::super::trim::{End, Exactness, Track, beside, chain};
-use super::Corner;
+use super::corner::Corner;
 use nalgebra::Point3;
 
 /// A loop, face on the left, each corner once.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Ring {
     pub(super) corners: Vec<Corner>,
-    /// How much further by u and v it ends than it starts: whole periods.
+    /// Difference of end and start by u and v: whole periods.
     pub(super) advance: [f64; 2],
 }
 
-/// Shares of the tolerance that the chords of an edge are off at most, and that leaving out points may add: less
-/// than inside a face, where triangles would be parted for ever if their border were worse than they may be.
+/// Shares of the tolerance that the chords of an edge are off at most, and that leaving out points
+/// may add: less than inside a face, where triangles would be parted for ever if their border were
+/// worse than they may be.
 pub(super) const CHORDS: f64 = 0.2;
 const THINNED: f64 = 0.1;
-/// Halvings of one stretch of an edge.
+/// Halvings of one interval of an edge.
 const HALVINGS: u32 = 10;
 
-/// A loop in parameters; `None` for one that bounds nothing: a single vertex.
+/// Brings a loop into parameters; `None` for one that bounds nothing: a single vertex.
 pub(super) fn ring(
     chart: &Chart<'_>,
     boundary: &Boundary,
@@ -59,7 +60,7 @@ pub(super) fn ring(
     Ok(Some(Ring { corners, advance: [turns(0), turns(1)] }))
 }
 
-/// An edge in parameters, and in space; `None` for one that lies in a pole altogether.
+/// Brings an edge into parameters; `None` for one that lies in a pole altogether.
 fn track(
     chart: &Chart<'_>,
     edge: &Edge,
@@ -94,23 +95,25 @@ fn track(
     Ok(Some((Track { edge: edge.id, points, ends }, places)))
 }
 
-/// Points of an edge from vertex to vertex, chords within about `chord` of it: the same ones for both its faces.
+/// Returns points of an edge from vertex to vertex, chords within about `chord` of it: the same
+/// ones for both its faces.
 fn chords(edge: &Edge, chord: f64) -> Vec<Point3<f64>> {
     let [start, end] = edge.ends;
     if matches!(edge.curve, Curve::Line { .. }) {
         return vec![start, end];
     }
+    // Always divided forward along the curve: both faces of the edge get the same points.
     let backward = edge.range[0] > edge.range[1];
     let mut range = edge.range;
     if backward {
         range.reverse();
     }
-    let at = |t: f64| (t, edge.curve.point_around(t));
-    let mut points = vec![at(range[0]).1];
+    let at = |t: f64| CurveSample { t, point: edge.curve.point_around(t) };
+    let mut points = vec![at(range[0]).point];
     for pair in edge.curve.stations(range).windows(2) {
         let ends = [at(pair[0]), at(pair[1])];
-        halve(&edge.curve, ends, (chord, HALVINGS), &mut points);
-        points.push(ends[1].1);
+        halve(&edge.curve, ends, chord, HALVINGS, &mut points);
+        points.push(ends[1].point);
     }
     // Splines come in many short spans; of a small closed one something has to be left.
     if matches!(edge.curve, Curve::Spline(_)) && (end - start).norm() > SMALL * chord {
@@ -119,6 +122,7 @@ fn chords(edge: &Edge, chord: f64) -> Vec<Point3<f64>> {
     if backward {
         points.reverse();
     }
+    // Vertices replace the ends of the curve, which may be off by the tolerance of the file.
     if let [first, .., last] = &mut points[..] {
         (*first, *last) = (start, end);
     }
@@ -128,29 +132,38 @@ fn chords(edge: &Edge, chord: f64) -> Vec<Point3<f64>> {
 /// Ends of an edge that are this many chord tolerances apart are those of an open curve.
 const SMALL: f64 = 10.0;
 
-/// Adds the points between two of a curve.
-fn halve(
-    curve: &Curve,
-    [a, b]: [(f64, Point3<f64>); 2],
-    (chord, left): (f64, u32),
-    out: &mut Vec<Point3<f64>>,
-) {
-    let at = |share: f64| curve.point_around(a.0 + share * (b.0 - a.0));
-    if left == 0 || is_chord(&at, [&a.1, &b.1], CHORDS * chord) {
-        return;
-    }
-    let middle = (0.5 * (a.0 + b.0), at(0.5));
-    halve(curve, [a, middle], (chord, left - 1), out);
-    out.push(middle.1);
-    halve(curve, [middle, b], (chord, left - 1), out);
+/// A point of a curve with its parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct CurveSample {
+    t: f64,
+    point: Point3<f64>,
 }
 
-/// Without points that chords pass closely.
+/// Adds the points between two samples of a curve, by at most `left` halvings.
+fn halve(
+    curve: &Curve,
+    [a, b]: [CurveSample; 2],
+    chord: f64,
+    left: u32,
+    out: &mut Vec<Point3<f64>>,
+) {
+    let at = |share: f64| curve.point_around(a.t + share * (b.t - a.t));
+    if left == 0 || is_chord(&at, [&a.point, &b.point], CHORDS * chord) {
+        return;
+    }
+    let middle = CurveSample { t: 0.5 * (a.t + b.t), point: at(0.5) };
+    halve(curve, [a, middle], chord, left - 1, out);
+    out.push(middle.point);
+    halve(curve, [middle, b], chord, left - 1, out);
+}
+
+/// Leaves out points that chords pass closely.
 fn thinned(all: &[Point3<f64>], chord: f64) -> Vec<Point3<f64>> {
     let mut kept = Vec::new();
     let mut from = 0;
     for at in 0..all.len() {
         let passes = |k: usize| off(&all[k], [&all[from], &all[at]]) <= THINNED * chord;
+        // The chord to this point passes one before it too far off: it has to end at the last.
         if at > from + 1 && !(from + 1..at).all(passes) {
             kept.push(all[from]);
             from = at - 1;
@@ -161,7 +174,8 @@ fn thinned(all: &[Point3<f64>], chord: f64) -> Vec<Point3<f64>> {
     kept
 }
 
-/// Whether a curve is within `chord` \[mm\] of its chord: at its quarters, since it may cross the chord in the middle.
+/// Returns `true` if a curve is within `chord` \[mm\] of its chord: at its quarters, too, since it
+/// may cross the chord in the middle.
 pub(super) fn is_chord(
     at: &dyn Fn(f64) -> Point3<f64>,
     ends: [&Point3<f64>; 2],
@@ -170,9 +184,10 @@ pub(super) fn is_chord(
     [0.5, 0.25, 0.75].iter().all(|&share| off(&at(share), ends) <= chord)
 }
 
-/// Distance of a point from a segment.
+/// Returns the distance of a point from a segment.
 pub(super) fn off(p: &Point3<f64>, [a, b]: [&Point3<f64>; 2]) -> f64 {
     let along = b - a;
+    // A segment without length is a point: the share is then 0.
     let share = along.dot(&(p - a)) / along.norm_squared().max(f64::MIN_POSITIVE);
     (p - (a + along * share.clamp(0.0, 1.0))).norm()
 }

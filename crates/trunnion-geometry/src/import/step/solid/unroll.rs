@@ -1,10 +1,11 @@
 //! Faces as plain polygons of their parameters: what runs round a period is cut open along a seam.
 
 use super::super::chart::{Chart, Pole};
-use super::Corner;
+use super::corner::Corner;
 use super::ring::{CHORDS, Ring, is_chord};
 
-/// The outside of a polygon, counter-clockwise, and its holes, clockwise; corners on a seam are there twice.
+/// The outside of a polygon, counter-clockwise, and its holes, clockwise; corners on a seam are
+/// there twice.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Polygon {
     pub(super) outer: Vec<Corner>,
@@ -16,7 +17,7 @@ const HALVINGS: u32 = 10;
 /// Pieces of a seam at least: its middle may lie on its chord by chance.
 const PIECES: u32 = 4;
 
-/// Polygons of a face, whatever its loops run round; none if its loops enclose nothing.
+/// Returns the polygons of a face, whatever its loops run round; none if its loops enclose nothing.
 pub(super) fn polygons(chart: &Chart<'_>, rings: Vec<Ring>, chord: f64) -> Vec<Polygon> {
     let seams = Seams { chart, chord };
     let runs_round = |ring: &Ring| ring.advance.iter().any(|by| by.abs() > 0.0);
@@ -34,20 +35,22 @@ pub(super) fn polygons(chart: &Chart<'_>, rings: Vec<Ring>, chord: f64) -> Vec<P
     if outer.is_empty() && plain.is_empty() {
         outer.extend(seams.whole());
     }
-    let polygon = |outer| Polygon { outer: turned(outer, true), holes: Vec::new() };
+    let polygon = |outer| Polygon { outer: counter_clockwise(outer), holes: Vec::new() };
     let mut polygons: Vec<Polygon> = outer.into_iter().map(polygon).collect();
-    // What an odd number of loops encloses is the face: the largest first, what is within one is a hole of it.
+    // What an odd number of loops encloses is the face: the largest first, what is within one is a
+    // hole of it.
     let mut plain: Vec<Vec<Corner>> = plain.into_iter().map(|ring| ring.corners).collect();
     plain.sort_by(|a, b| area(b).abs().total_cmp(&area(a).abs()));
     for ring in plain {
         let mut around = polygons.iter_mut();
         let holder = around.find_map(|polygon| {
             let placed = within(chart, &ring, &polygon.outer)?;
+            // A loop within a hole is an island of its own.
             let free = polygon.holes.iter().all(|hole| within(chart, &ring, hole).is_none());
             free.then_some((placed, polygon))
         });
         match holder {
-            Some((placed, polygon)) => polygon.holes.push(turned(placed, false)),
+            Some((placed, polygon)) => polygon.holes.push(clockwise(placed)),
             None => polygons.push(polygon(ring)),
         }
     }
@@ -58,15 +61,24 @@ fn opposed(a: &Ring, b: &Ring) -> bool {
     (0..2).all(|k| (a.advance[k] + b.advance[k]).abs() <= 1e-9 * a.advance[k].abs())
 }
 
-/// Twice the area of a polygon of parameters.
+/// Returns twice the area of a polygon of parameters.
 fn area(corners: &[Corner]) -> f64 {
     let next = corners.iter().cycle().skip(1);
     corners.iter().zip(next).map(|(a, b)| a.uv[0] * b.uv[1] - a.uv[1] * b.uv[0]).sum()
 }
 
-/// A polygon run counter-clockwise, or clockwise.
-fn turned(mut corners: Vec<Corner>, left: bool) -> Vec<Corner> {
-    if (area(&corners) > 0.0) != left {
+/// Returns the polygon run counter-clockwise.
+fn counter_clockwise(mut corners: Vec<Corner>) -> Vec<Corner> {
+    if area(&corners) > 0.0 {
+        return corners;
+    }
+    corners.reverse();
+    corners
+}
+
+/// Returns the polygon run clockwise.
+fn clockwise(mut corners: Vec<Corner>) -> Vec<Corner> {
+    if area(&corners) > 0.0 {
         corners.reverse();
     }
     corners
@@ -80,7 +92,7 @@ fn moved(corners: &[Corner], by: [f64; 2]) -> Vec<Corner> {
     corners.iter().map(shift).collect()
 }
 
-/// A hole on the turn on which it lies in a polygon.
+/// Moves a hole to the turn on which it lies in a polygon.
 fn within(chart: &Chart<'_>, hole: &[Corner], outer: &[Corner]) -> Option<Vec<Corner>> {
     let turns = |k: usize| -> Vec<f64> {
         chart.periods[k].map_or(vec![0.0], |period| {
@@ -97,6 +109,7 @@ fn holds(outer: &[Corner], [u, v]: [f64; 2]) -> bool {
     let next = outer.iter().cycle().skip(1);
     let crosses = |(a, b): &(&Corner, &Corner)| {
         let ([ua, va], [ub, vb]) = (a.uv, b.uv);
+        // Crossing of the side with the ray from the point towards +u, half-open in v.
         (va > v) != (vb > v) && u < ua + (ub - ua) * (v - va) / (vb - va)
     };
     outer.iter().zip(next).filter(crosses).count() % 2 == 1
@@ -108,7 +121,7 @@ struct Seams<'a> {
 }
 
 impl Seams<'_> {
-    /// Corners between two, along a straight line of parameters.
+    /// Returns corners between two, along a straight line of parameters.
     fn seam(&self, from: &Corner, to: &Corner) -> Vec<Corner> {
         let at = |t: f64| {
             let uv = [0, 1].map(|k| from.uv[k] + (to.uv[k] - from.uv[k]) * t);
@@ -125,7 +138,7 @@ impl Seams<'_> {
         corners
     }
 
-    /// Adds the corners between two places of a seam.
+    /// Adds the corners between two shares of a seam.
     fn halve(
         &self,
         at: &dyn Fn(f64) -> Corner,
@@ -143,11 +156,12 @@ impl Seams<'_> {
         self.halve(at, [middle, b], left - 1, out);
     }
 
-    /// Cuts open what lies between two loops that run round the opposite ways.
+    /// Cuts open the band between two loops that run round in opposite directions.
     fn between(&self, first: Ring, mate: Ring) -> Vec<Corner> {
         let by = first.advance;
         let k = usize::from(by[1].abs() > by[0].abs());
-        // From the first corner of one to the corner of the other that is nearest, whichever turn it is on.
+        // From the first corner of one to the corner of the other that is nearest, whichever turn
+        // it is on.
         let Some(&start) = first.corners.first() else { return Vec::new() };
         let away = |corner: &Corner| (corner.point - start.point).norm();
         let nearest = (0..mate.corners.len())
@@ -159,9 +173,12 @@ impl Seams<'_> {
         other.drain(..at);
         other.extend(late);
         let end = Corner { uv: [start.uv[0] + by[0], start.uv[1] + by[1]], ..start };
+        // The other loop on the turn on which its first corner faces the end of this one.
         let turn = other.first().map_or(0.0, |corner| ((end.uv[k] - corner.uv[k]) / by[k]).round());
         let other = moved(&other, by.map(|by| by * turn));
         let Some(&landing) = other.first() else { return Vec::new() };
+        // Along the first loop, over the seam, back along the other, and over the seam a period
+        // earlier.
         let seam = self.seam(&end, &landing);
         let back = Corner { uv: [0, 1].map(|k| landing.uv[k] - by[k]), ..landing };
         let mut polygon = first.corners;
@@ -173,7 +190,7 @@ impl Seams<'_> {
         polygon
     }
 
-    /// Cuts open what lies between a loop that runs round and the pole on its left.
+    /// Cuts open the cap between a loop that runs round and the pole on its left.
     fn up_to_pole(&self, ring: Ring) -> Option<Vec<Corner>> {
         let by = ring.advance;
         let k = usize::from(by[1].abs() > by[0].abs());
@@ -188,6 +205,7 @@ impl Seams<'_> {
             uv[pole.fixed] = pole.at;
             Corner { uv, point: pole.point }
         };
+        // Along the loop, up the seam, along the pole, and down the seam a period earlier.
         let seam = self.seam(&end, &top(&end));
         let mut polygon = ring.corners;
         polygon.push(end);
@@ -197,7 +215,7 @@ impl Seams<'_> {
         Some(polygon)
     }
 
-    /// A surface without a loop: its whole domain.
+    /// Returns the outline of a surface without a loop: its whole domain.
     fn whole(&self) -> Option<Vec<Corner>> {
         let [[u0, u1], [v0, v1]] = self.chart.surface.domain();
         if ![u0, u1, v0, v1].iter().all(|x| x.is_finite()) {

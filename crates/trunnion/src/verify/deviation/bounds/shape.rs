@@ -420,7 +420,7 @@ mod tests {
         let weights = rows.iter().map(|row| vec![row[2]; 2]).collect();
         let knots = [vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
         let surface = NurbsSurface::new([2, 1], knots, points, Some(weights)).unwrap();
-        let face = Face::new(1, Surface::Nurbs(surface), Vec::new(), false).unwrap();
+        let face = Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap();
         let shape = FaceShape::new(&face);
         let [uu, uv, vv] = shape.bend(0.5, 0.5);
         for k in 0..=20 {
@@ -442,7 +442,7 @@ mod tests {
         let knots = || vec![0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0];
         let surface =
             NurbsSurface::new([2, 2], [knots(), knots()], (0..4).map(row).collect(), None).unwrap();
-        let face = Face::new(1, Surface::Nurbs(surface), Vec::new(), true).unwrap();
+        let face = Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap().flipped();
         let shape = FaceShape::new(&face);
         let rectangle = [[0.1, 0.3], [0.55, 0.8]];
         assert_eq!(shape.smooth_parts([[0.4, 0.6], [0.0, 0.5]]).len(), 2);
