@@ -2,6 +2,7 @@
 
 use super::options::AxesOptions;
 use crate::inverse::InverseError;
+use crate::machine::AxisKind;
 use crate::types::Cancelled;
 use nalgebra::Point3;
 
@@ -43,7 +44,7 @@ pub enum AxesError {
     /// A segment leaves travel on every branch and turn; the error has the nearest.
     #[error(
         "piece {piece}, node {node} (u = {u:.4}): axis {axis} would have to go to {}, beyond its end of travel {} by {} on the best branch; {remedy}",
-        in_unit(*rotary, *value), in_unit(*rotary, *limit), in_unit(*rotary, *excess)
+        in_unit(*kind, *value), in_unit(*kind, *limit), in_unit(*kind, *excess)
     )]
     OutOfTravel {
         /// Index of the tool-path piece.
@@ -54,8 +55,8 @@ pub enum AxesError {
         u: f64,
         /// Name of the axis.
         axis: String,
-        /// `true` for a rotary axis.
-        rotary: bool,
+        /// Linear or rotary, which is the unit of the numbers.
+        kind: AxisKind,
         /// Position it would need \[mm or rad\].
         value: f64,
         /// End of travel \[mm or rad\].
@@ -122,12 +123,15 @@ pub enum AxesError {
     Cancelled(#[from] Cancelled),
 }
 
-/// A position or distance for people.
-fn in_unit(rotary: bool, value: f64) -> String {
-    if rotary { format!("{:.4} deg", value.to_degrees()) } else { format!("{value:.4} mm") }
+/// Formats a position or distance \[mm or rad\] in mm or degrees with four decimals.
+fn in_unit(kind: AxisKind, value: f64) -> String {
+    match kind {
+        AxisKind::Rotary => format!("{:.4} deg", value.to_degrees()),
+        AxisKind::Linear => format!("{value:.4} mm"),
+    }
 }
 
-/// All options positive and finite.
+/// Checks that all options are positive and finite.
 pub(super) fn options(options: &AxesOptions) -> Result<(), AxesError> {
     let [first, second] = options.rotary_weights;
     for (option, value) in [

@@ -8,7 +8,7 @@ use super::follower::PathFollower;
 use super::result::FollowedPath;
 use super::segments::LinkMove;
 use crate::inverse::Inverse;
-use crate::machine::{FIRST_ROTARY, Kinematics, Machine};
+use crate::machine::{AxisKind, FIRST_ROTARY, Kinematics, Machine};
 use crate::types::AxisVector;
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 
@@ -234,16 +234,17 @@ pub(super) fn explain(
     segments: &[PathSegment],
     links: &[LinkMove],
 ) -> AxesError {
-    let AxesError::OutOfTravel { piece, node, u, axis, rotary, value, limit, excess, remedy } =
-        error
+    let AxesError::OutOfTravel { piece, node, u, axis, kind, value, limit, excess, remedy } = error
     else {
         return error;
     };
     let kinematics = follower.inverse.kinematics();
-    let found = (!rotary).then(|| free(follower, segments, links)).flatten();
-    let told = found.and_then(|followed| origins(kinematics, &followed));
-    let remedy = told.map_or(remedy, |origins| advice(kinematics, &origins));
-    AxesError::OutOfTravel { piece, node, u, axis, rotary, value, limit, excess, remedy }
+    // The rotaries do not depend on the origin: no shift of it helps them.
+    let linear = kind == AxisKind::Linear;
+    let found = linear.then(|| free(follower, segments, links)).flatten();
+    let fitting = found.and_then(|followed| origins(kinematics, &followed));
+    let remedy = fitting.map_or(remedy, |origins| advice(kinematics, &origins));
+    AxesError::OutOfTravel { piece, node, u, axis, kind, value, limit, excess, remedy }
 }
 
 /// The path on the same machine without ends of the linear axes.

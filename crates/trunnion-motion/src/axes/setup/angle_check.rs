@@ -1,6 +1,7 @@
 //! Distance of a path from the singular directions, for many rotations of the workpiece.
 
 use super::rotary_triangle::{AxisTrail, RotaryTriangle, RotationBall};
+use crate::axes::options::RetractOptions;
 use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, Machine};
 use crate::math::angle::angle_between;
@@ -23,7 +24,7 @@ pub(super) struct AngleCheck {
     poles: [bool; 2],
     /// Rotary angles by tool direction.
     pub(super) turning: RotaryTriangle,
-    /// Whether a stretch must be run without a retract, so that the ends of travel of the rotaries say
+    /// `true` if segments must be run without a retract, so that the ends of travel of the rotaries decide
     /// which rotations fit.
     whole: bool,
 }
@@ -47,30 +48,30 @@ impl AngleResult {
         self.leans <= 0.0 && self.turns <= 0.0
     }
 
-    /// The better for the machine: inside travel before all, then the larger angle.
+    /// Returns `true` if this is the better for the machine: inside travel before all, then the larger angle.
     pub(super) fn before(&self, other: &Self) -> bool {
         let [own, others] = [self, other].map(|seen| seen.leans + seen.turns);
         own < others || (own <= others && self.least > other.least)
     }
 }
 
-/// A path as the search looks at it: some of its tool axes.
+/// Sampled tool axes of a path.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct AxisSamples {
-    /// Neighbours of both are about this far apart \[rad\].
+    /// Angle between neighbouring samples, about \[rad\].
     step: f64,
-    /// In no order, one of those nearer together.
+    /// Samples in no order; one of those nearer together than `step`.
     axes: Vec<Vector3<f64>>,
-    /// In order.
+    /// Samples in the order of the path.
     trail: AxisTrail,
 }
 
-/// The same path, coarse to fine.
+/// Samples of one path, coarse to fine.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct SampleLevels(Vec<AxisSamples>);
 
 impl SampleLevels {
-    /// From one step to another, each a quarter of the one before.
+    /// Samples a path with steps \[rad\] from `coarse` to `fine`, each a quarter of the one before.
     pub(super) fn new(path: &ToolPath, coarse: f64, fine: f64) -> Self {
         let mut views = Vec::new();
         let mut step = coarse;
@@ -84,11 +85,12 @@ impl SampleLevels {
 
     /// Returns samples fine enough to distinguish rotations that differ by `radius`.
     pub(super) fn within(&self, radius: f64) -> &AxisSamples {
+        // Sampling errs by half a step: a quarter of the radius is little beside their difference.
         let fine = self.0.iter().find(|view| view.step <= 0.25 * radius);
         fine.unwrap_or_else(|| self.finest())
     }
 
-    /// The finest.
+    /// Returns the finest samples.
     pub(super) fn finest(&self) -> &AxisSamples {
         const NONE: &AxisSamples = &AxisSamples {
             step: 0.0,
@@ -110,25 +112,31 @@ impl AxisSamples {
 }
 
 impl AngleCheck {
-    /// `whole`: a stretch between two links is run without a retract.
-    pub(super) fn new(inverse: &Inverse, whole: bool) -> Self {
+    /// Creates the check for a machine. Without a retract each segment must be inside travel as a whole.
+    pub(super) fn new(inverse: &Inverse, retract: Option<&RetractOptions>) -> Self {
         let machine: &Machine = inverse.kinematics().machine();
         let first = machine.axes.get(FIRST_ROTARY).map_or(Vector3::z(), |axis| *axis.dir);
         let [low, high] = inverse.reach();
         let turning = RotaryTriangle::new(inverse);
-        let whole = whole && turning.ends();
+        let whole = retract.is_none() && turning.ends();
         Self { first, band: machine.tilt_range(), poles: [low <= 0.0, high >= PI], turning, whole }
     }
 
-    /// The path, the workpiece rotated by `machine_from_workpiece`. The angles are good to 1e-8 rad,
-    /// what an arc cosine keeps next to 1.
-    pub(super) fn look(&self, view: &AxisSamples, rotation: &Rotation3<f64>) -> AngleResult {
-        let seen = self.glance(view, rotation);
+    /// Judges the path with the workpiece rotated by `machine_from_workpiece`. Angles are good to 1e-8 rad,
+    /// which is the accuracy of an arc cosine next to 1.
+    pub(super) fn check(&self, view: &AxisSamples, rotation: &Rotation3<f64>) -> AngleResult {
+        let seen = self.check_angles(view, rotation);
         AngleResult { turns: self.turns(view, rotation, RotationBall::POINT), ..seen }
     }
 
-    /// The same without what the rotaries do on the way, which takes longer to see.
-    pub(super) fn glance(&self, view: &AxisSamples, rotation: &Rotation3<f64>) -> AngleResult {
+    /// Judges the path as [`Self::check`], but leaves out the rotary travel, which takes longer.
+    pub(super) fn check_angles(
+        &self,
+        view: &AxisSamples,
+        rotation: &Rotation3<f64>,
+    ) -> AngleResult {
+        // Seen from the workpiece one direction is rotated instead of all tool axes. The cosine falls with
+        // the angle, so its range gives the farthest and the nearest tool axis.
         let first = rotation.inverse() * self.first;
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
         for axis in &view.axes {
@@ -136,6 +144,7 @@ impl AngleCheck {
             range = [range[0].min(along), range[1].max(along)];
         }
         let [farthest, nearest] = range.map(|along| along.clamp(-1.0, 1.0).acos());
+        // A direction parallel to the first rotary is singular only if the tool can point that way.
         let [up, down] = self.poles;
         let least = [(up, nearest), (down, PI - farthest)]
             .into_iter()
@@ -160,14 +169,14 @@ impl AngleCheck {
     }
 }
 
-/// Tool axes of all curves, neighbours about `step` \[rad\] apart, one of those nearer together.
+/// Samples the tool axes of all curves about `step` \[rad\] apart; of those nearer together one is kept.
 fn axes(path: &ToolPath, step: f64) -> Vec<Vector3<f64>> {
     let mut seen = BTreeSet::new();
     let mut axes = Vec::new();
     for piece in &path.pieces {
         let PieceGeometry::Curve(curve) = &piece.geometry else { continue };
         for axis in samples(curve, step) {
-            // + 0 turns -0 into 0.
+            // One sample for each cube of a grid; + 0 turns -0 into 0, which has other bits.
             let cell = [axis.x, axis.y, axis.z].map(|part| ((part / step).round() + 0.0).to_bits());
             if seen.insert(cell) {
                 axes.push(axis.into_inner());
@@ -177,7 +186,7 @@ fn axes(path: &ToolPath, step: f64) -> Vec<Vector3<f64>> {
     axes
 }
 
-/// Tool axes in order, cut at links.
+/// Samples the tool axes in the order of the path, cut at links.
 fn trail(path: &ToolPath, step: f64) -> AxisTrail {
     let mut stretches: Vec<Vec<Vector3<f64>>> = Vec::new();
     let mut open = false;
@@ -210,10 +219,12 @@ fn trail(path: &ToolPath, step: f64) -> AxisTrail {
     AxisTrail { step, stretches }
 }
 
+/// Samples the tool axis on each span of a curve, ends included.
 fn samples(curve: &PoseCurve, step: f64) -> impl Iterator<Item = UnitVector3<f64>> + use<'_> {
     curve.knots.windows(2).enumerate().flat_map(move |(span, pair)| {
         let [from, to] = [pair[0], pair[1]];
         let axis = move |u: f64| curve.rates_in(span, u).pose().map(|pose| pose.axis);
+        // The turn over both halves: an axis that returns to its start still counts.
         let turn = match (axis(from), axis(0.5 * (from + to)), axis(to)) {
             (Some(a), Some(b), Some(c)) => angle_between(&a, &b) + angle_between(&b, &c),
             _ => 0.0,

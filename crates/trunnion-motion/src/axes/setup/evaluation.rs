@@ -13,9 +13,10 @@ use crate::axes::result::FollowedPath;
 use crate::machine::{FIRST_ROTARY, Kinematics, Machine, SECOND_ROTARY, Setup};
 use crate::types::{Cancelled, ToolPath};
 
+/// Everything that a setup search works with.
 pub(super) struct SetupTask<'a> {
     pub(super) kinematics: &'a Kinematics,
-    /// The machine without ends of its linear axes.
+    /// The machine without ends of travel of its linear axes.
     pub(super) endless: Machine,
     pub(super) path: &'a ToolPath,
     pub(super) options: &'a AxesOptions,
@@ -47,6 +48,7 @@ impl PlannedSetups {
 }
 
 impl SetupTask<'_> {
+    /// Follows the path on given kinematics; only a cancelled run is an error.
     pub(super) fn followed(
         &self,
         on: &Kinematics,
@@ -58,14 +60,14 @@ impl SetupTask<'_> {
         }
     }
 
-    /// The rotation as it would be written, and what the axes do with it.
+    /// Rounds a rotation as it would be written, and plans the axes with it.
     pub(super) fn evaluate(&self, lean: &WorkpieceTilt) -> Result<EvaluatedSetup, Cancelled> {
         let [_, digit] = self.search.digits;
         let (x, y, z) = lean.rotation().euler_angles();
         let angles = [x, y, z].map(|angle| rounded(angle.to_degrees(), digit).to_radians());
         let before = self.kinematics.setup();
         let mut setup = Setup::new(before.origin, angles, before.tool_length);
-        let seen = self.sight.glance(self.views.finest(), &setup.rotation);
+        let seen = self.sight.check_angles(self.views.finest(), &setup.rotation);
         let verdict = if seen.leans > 0.0 {
             SetupVerdict::BeyondTilt(seen.leans)
         } else {
@@ -80,7 +82,9 @@ impl SetupTask<'_> {
         })
     }
 
+    /// Plans the axes of a setup, and moves its origin where linear travel is too short.
     fn verdict(&self, setup: &mut Setup) -> Result<SetupVerdict, Cancelled> {
+        // The linear axes are affine in the origin: one plan without their ends decides for all origins.
         let free = Kinematics::new(&self.endless, setup);
         let followed = match follow(&free, self.path, self.options, &self.progress) {
             Ok(followed) => followed,
@@ -102,6 +106,7 @@ impl SetupTask<'_> {
     }
 }
 
+/// Sums up the rotary travel of an axis path.
 fn travelled(followed: &FollowedPath) -> PathTravel {
     let mut rotary = [0.0; 2];
     for pair in followed.path.pieces.iter().flat_map(|piece| piece.nodes.windows(2)) {
@@ -113,6 +118,7 @@ fn travelled(followed: &FollowedPath) -> PathTravel {
     PathTravel { rotary, weighted, retracts }
 }
 
+/// Rounds to a multiple of `digit`.
 fn rounded(value: f64, digit: f64) -> f64 {
     // + 0 turns -0 into 0.
     (value / digit).round() * digit + 0.0

@@ -1,4 +1,4 @@
-//! Good rotations fast: the best of a grid, and the best near them.
+//! Local search: the best rotations of a grid, and the best near them.
 
 use super::angle_check::AngleResult;
 use super::evaluation::{PlannedSetups, SetupTask};
@@ -8,13 +8,13 @@ use crate::types::Cancelled;
 use nalgebra::Rotation3;
 use rayon::prelude::*;
 
-/// Rotations of a level that are improved.
+/// Rotations of the grid that are improved.
 const SEEDS: usize = 64;
 
 /// Halvings of the distance from a rotation that fits towards a better one that does not.
 const HALVINGS: u32 = 4;
 
-/// A rotation and how it shows the path.
+/// A rotation, judged by its angles.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SetupCandidate {
     pub(super) lean: WorkpieceTilt,
@@ -29,13 +29,14 @@ pub(super) struct ImprovedCandidate {
 }
 
 impl SetupTask<'_> {
+    /// Judges the rotations of the grid by their angles.
     pub(super) fn grid(&self, leans: Vec<WorkpieceTilt>) -> Vec<SetupCandidate> {
         let view = self.views.within(self.search.grid);
-        let look = |lean: WorkpieceTilt| SetupCandidate {
+        let check = |lean: WorkpieceTilt| SetupCandidate {
             lean,
-            seen: self.sight.look(view, &lean.rotation()),
+            seen: self.sight.check(view, &lean.rotation()),
         };
-        leans.into_par_iter().map(look).collect()
+        leans.into_par_iter().map(check).collect()
     }
 
     /// Plans the best of the grid; `inside` has the best first.
@@ -44,7 +45,8 @@ impl SetupTask<'_> {
         inside: &[SetupCandidate],
         planned: &mut PlannedSetups,
     ) -> Result<(), Cancelled> {
-        // A rotation of the grid is no farther than a step from the best near it.
+        // Turning the workpiece by an angle changes the least angle by that much at most: what is more than
+        // a grid step below the best cannot have a better rotation near it.
         let floor = inside.first().map_or(0.0, |best| best.seen.least - self.search.grid);
         let (level, _) = inside.split_at(inside.partition_point(|one| one.seen.least >= floor));
         let seeds = spread(level, SEEDS);
@@ -54,7 +56,7 @@ impl SetupTask<'_> {
         let top = climbed.first().map_or(0.0, |one| one.best.seen.least);
         let alike = climbed.partition_point(|one| one.best.seen.least >= top - self.search.alike);
         let (top, below) = climbed.split_at(alike);
-        // Those below add variety.
+        // The axes may not fit the best: others, far apart from each other, are planned as well.
         let mut tried = spread(top, self.search.batch);
         tried.extend(spread(below, self.search.batch));
         let all: Result<Vec<Vec<EvaluatedSetup>>, Cancelled> =
@@ -63,8 +65,8 @@ impl SetupTask<'_> {
         Ok(())
     }
 
-    /// The best rotation near one; where only that one fits, some way between. All that was planned,
-    /// what fits last.
+    /// Plans the best rotation near one; if only the one itself fits, rotations between both by bisection.
+    /// Returns all that was planned, what fits last.
     pub(super) fn improve(
         &self,
         climbed: &ImprovedCandidate,
@@ -78,6 +80,7 @@ impl SetupTask<'_> {
         if found.verdict.fits().is_none() {
             return Ok(vec![best, found]);
         }
+        // `low` fits and `high` does not: the least angle grows from one to the other.
         let [mut low, mut high] = [0.0, 1.0];
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
@@ -104,8 +107,9 @@ impl SetupTask<'_> {
         }
         let mut width = self.search.grid;
         while width > self.search.tolerance {
+            // Planning the axes takes long: only rotations that are better by their angles are planned.
             let promising = |lean: &WorkpieceTilt| {
-                let seen = self.sight.look(self.views.finest(), &lean.rotation());
+                let seen = self.sight.check(self.views.finest(), &lean.rotation());
                 seen.fits() && seen.least > best.least + self.search.tolerance
             };
             let near: Vec<WorkpieceTilt> =
@@ -124,38 +128,39 @@ impl SetupTask<'_> {
         Ok(())
     }
 
-    /// The best rotation near one: the best of those around, ever closer.
+    /// Finds the best rotation near one, by angles: the best of a small grid around it, which shrinks.
     pub(super) fn climb(&self, from: &SetupCandidate) -> ImprovedCandidate {
         let finest = self.views.finest();
-        let from = SetupCandidate { seen: self.sight.look(finest, &from.lean.rotation()), ..*from };
+        let seen = self.sight.check(finest, &from.lean.rotation());
+        let from = SetupCandidate { seen, ..*from };
         let mut best = from;
         let mut width = self.search.grid;
         while width > self.search.tolerance {
             let view = self.views.within(width);
-            best.seen = self.sight.look(view, &best.lean.rotation());
+            best.seen = self.sight.check(view, &best.lean.rotation());
             for lean in self.search.bounds.around(&best.lean, width) {
                 let rotation = lean.rotation();
-                let glance = self.sight.glance(view, &rotation);
-                // What the rotaries do makes nothing better.
-                if !glance.before(&best.seen) {
+                let angles = self.sight.check_angles(view, &rotation);
+                // Rotary travel can only make a rotation worse: what loses without it loses with it.
+                if !angles.before(&best.seen) {
                     continue;
                 }
-                let seen = self.sight.look(view, &rotation);
+                let seen = self.sight.check(view, &rotation);
                 if seen.before(&best.seen) {
                     best = SetupCandidate { lean, seen };
                 }
             }
             width *= 0.5;
         }
-        best.seen = self.sight.look(finest, &best.lean.rotation());
+        best.seen = self.sight.check(finest, &best.lean.rotation());
         // Whole degrees are easier to clamp.
         let lean = best.lean.whole_degrees();
-        let seen = self.sight.look(finest, &lean.rotation());
+        let seen = self.sight.check(finest, &lean.rotation());
         let as_good = seen.fits() && seen.least >= best.seen.least - self.search.tolerance;
         if as_good && self.search.bounds.holds(&lean) {
             best = SetupCandidate { lean, seen };
         }
-        // The path in more detail may show the start as the better.
+        // Coarse samples chose the way: on the finest ones the start may be the better.
         if from.seen.before(&best.seen) && !as_good {
             best = from;
         }
@@ -180,8 +185,9 @@ impl HasRotation for ImprovedCandidate {
     }
 }
 
-/// The first, and of the others those farthest from all taken before.
+/// Picks up to `count` rotations: the first, and then always the one farthest from all picked before.
 pub(super) fn spread<T: HasRotation>(all: &[T], count: usize) -> Vec<T> {
+    // Angle of each rotation to the nearest one picked (farthest-point sampling).
     let mut far = vec![f64::INFINITY; all.len()];
     let rotations: Vec<Rotation3<f64>> = all.iter().map(HasRotation::rotation).collect();
     let mut taken = Vec::new();
@@ -199,7 +205,7 @@ pub(super) fn spread<T: HasRotation>(all: &[T], count: usize) -> Vec<T> {
     taken
 }
 
-/// The first of those farthest off, if it is off at all.
+/// Returns the first of those farthest off, if it is farther than rounding.
 fn farthest(far: &[f64]) -> Option<usize> {
     let mut best: Option<(usize, f64)> = None;
     for (index, &far) in far.iter().enumerate() {

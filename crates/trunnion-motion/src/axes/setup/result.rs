@@ -5,7 +5,7 @@ use crate::axes::error::AxesError;
 use crate::axes::result::FollowedPath;
 use crate::machine::Setup;
 
-/// A setup and what came of it.
+/// A setup and its evaluation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EvaluatedSetup {
     /// The setup. Its origin is the one asked for, unless the path only fits with another.
@@ -75,10 +75,10 @@ pub struct SetupSearch {
 /// bounds are halved until no part of them can hold a better rotation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SearchAssurance {
-    /// The least angle of none that fits is larger \[rad\]; `None`: none fits.
+    /// Upper bound on the least angle of every rotation that fits \[rad\]; `None`: none fits.
     pub bound: Option<f64>,
-    /// This does not hold for rotations nearer than this \[rad\] to one that was planned in vain for
-    /// another reason than the ends of travel of the rotaries.
+    /// Radius \[rad\] of the exceptions: the bound does not cover rotations this near to one that did not fit
+    /// for another reason than the ends of travel of the rotaries.
     pub except: f64,
     /// Rotations that were evaluated.
     pub looked: usize,
@@ -87,12 +87,12 @@ pub struct SearchAssurance {
 }
 
 impl SetupVerdict {
-    /// The travel, if the path fits.
+    /// Returns the travel, if the path fits.
     pub fn fits(&self) -> Option<&PathTravel> {
         if let Self::Fits(travelled) = self { Some(travelled) } else { None }
     }
 
-    /// The nearer to fitting, the less.
+    /// Returns a rank that is smaller the nearer the setup is to fitting, and what is missing.
     pub(super) fn trouble(&self) -> (u8, f64) {
         match self {
             Self::Fits(_) => (0, 0.0),

@@ -22,13 +22,13 @@ use std::sync::atomic::{AtomicU64, Ordering as AtomicOrdering};
 /// Searches the rotation of the workpiece that keeps a path farthest from the singular directions and
 /// inside travel, and an origin for it.
 ///
-/// The least angle between tool axis and singular directions is looked at on a grid of rotations
+/// The least angle between tool axis and singular directions is evaluated on a grid of rotations
 /// within bounds, the best are improved, and for those the axes are planned over the whole path as
-/// `follow` does; where linear travel ends, the origin is moved as little as can be. Then boxes of
+/// `follow` does; where linear travel ends, the origin is moved as little as possible. Then boxes of
 /// rotations are halved until no rotation that fits can be better by more than
-/// [`SetupOptions::within`]; the rest is reported (`SearchAssurance`). Of rotations with (nearly) the
-/// same least angle that were planned the one with the least rotary travel wins. What is returned was
-/// followed with the very numbers of its setup, rounded to [`SetupOptions::digits`].
+/// [`SetupOptions::within`]; the rest is reported (`SearchAssurance`). Of planned rotations with
+/// (nearly) the same least angle the one with the least rotary travel wins. The setup returned was
+/// followed with exactly its own numbers, rounded to [`SetupOptions::digits`].
 ///
 /// Least angles are those of tool axes no more than [`SetupOptions::tolerance`] apart.
 ///
@@ -63,7 +63,7 @@ pub fn setup(
         path,
         options,
         search,
-        sight: AngleCheck::new(&inverse, options.retract.is_none()),
+        sight: AngleCheck::new(&inverse, options.retract.as_ref()),
         views: SampleLevels::new(path, COARSE * search.grid, search.tolerance),
         progress: SearchProgress { progress, done: AtomicU64::new(0), total },
     };
@@ -96,6 +96,7 @@ fn check(search: &SetupOptions) -> Result<(), AxesError> {
 const OTHERS: usize = 64;
 
 impl SetupTask<'_> {
+    /// Runs the search on the rotations of the grid.
     pub(super) fn run(&self, leans: Vec<WorkpieceTilt>) -> Result<SetupSearch, AxesError> {
         let (before, before_axes) = self.before()?;
         let grid = self.grid(leans);
@@ -105,10 +106,12 @@ impl SetupTask<'_> {
             grid.iter().filter(|one| one.seen.fits()).copied().collect();
         inside.sort_by(|a, b| b.seen.least.total_cmp(&a.seen.least));
         let mut planned = PlannedSetups::default();
+        // If the tool-side rotary is too short everywhere, the rotation that lacks least is reported.
         if let (true, Some(least)) = (beyond_tilt == looked, least_leaning(&grid)) {
             planned.others.push(self.without_axes(&least));
         }
         self.level(&inside, &mut planned)?;
+        // The setup of the job competes where it is within the bounds.
         if self.search.bounds.holds(&before.lean) && before.verdict.fits().is_some() {
             planned.fitting.push(before.clone());
         }
@@ -152,10 +155,10 @@ impl SetupTask<'_> {
         Ok(())
     }
 
-    /// The setup as it is, on the machine as it is.
+    /// Evaluates the setup of the job, origin and all.
     fn before(&self) -> Result<(EvaluatedSetup, Option<FollowedPath>), AxesError> {
         let setup = *self.kinematics.setup();
-        let seen = self.sight.glance(self.views.finest(), &setup.rotation);
+        let seen = self.sight.check_angles(self.views.finest(), &setup.rotation);
         let (verdict, followed) = self.followed(self.kinematics)?;
         let (x, y, z) = setup.rotation.euler_angles();
         let lean = WorkpieceTilt::of(&setup.rotation);
@@ -165,6 +168,7 @@ impl SetupTask<'_> {
         ))
     }
 
+    /// Reports a rotation that needs the tool-side rotary beyond its travel, without planning its axes.
     fn without_axes(&self, candidate: &SetupCandidate) -> EvaluatedSetup {
         let SetupCandidate { lean, seen } = *candidate;
         let before = self.kinematics.setup();
@@ -174,12 +178,14 @@ impl SetupTask<'_> {
         EvaluatedSetup { setup, angles: [x, y, z], lean, least: seen.least, verdict }
     }
 
-    /// Of those that fit the best whose axes are found on the machine as it is.
+    /// Returns the best of those that fit whose axes are found with all ends of travel; the others are
+    /// appended to `others`.
     fn confirm(
         &self,
         mut fitting: Vec<EvaluatedSetup>,
         others: &mut Vec<EvaluatedSetup>,
     ) -> Result<Option<(EvaluatedSetup, FollowedPath)>, AxesError> {
+        // Best least angle first; among those alike the least rotary travel first.
         fitting.sort_by(|a, b| b.least.total_cmp(&a.least));
         let top = fitting.first().map_or(0.0, |one| one.least);
         let alike = fitting.partition_point(|one| one.least >= top - self.search.alike);
@@ -204,7 +210,7 @@ impl SetupTask<'_> {
     }
 }
 
-/// Best first: what fits by its least angle, what does not by what is missing.
+/// Orders best first: setups that fit by their least angle, the others by what is missing.
 fn order(a: &EvaluatedSetup, b: &EvaluatedSetup) -> Ordering {
     let ([class_a, class_b], [by_a, by_b]) = {
         let (a, b) = (a.verdict.trouble(), b.verdict.trouble());

@@ -5,8 +5,8 @@ use crate::math::angle::{unwrap_near, wrap};
 use nalgebra::{Rotation3, Vector3};
 use std::f64::consts::{PI, TAU};
 
-/// Sine of a tilt below which there is no telling where to the workpiece leans: what rounding makes
-/// of an upright one.
+/// Sine of a tilt below which its direction is undetermined: the tilt that rounding gives an upright
+/// workpiece.
 const UPRIGHT: f64 = 1e-12;
 
 /// A rotation of the workpiece in the machine, all axes at zero:
@@ -33,8 +33,10 @@ pub struct TiltBounds {
 }
 
 impl WorkpieceTilt {
-    /// Of a rotation `machine_from_workpiece`.
+    /// Finds the tilt of a rotation `machine_from_workpiece`.
     pub fn of(rotation: &Rotation3<f64>) -> Self {
+        // The third column is where the workpiece's z points: tilt and direction are its polar angle and
+        // azimuth. What remains when both are undone is the turn about z.
         let z = rotation * Vector3::z();
         let across = z.x.hypot(z.y);
         let tilt = across.atan2(z.z);
@@ -44,7 +46,7 @@ impl WorkpieceTilt {
         Self { tilt, towards, turn }
     }
 
-    /// `machine_from_workpiece`.
+    /// Returns the rotation `machine_from_workpiece`.
     pub fn rotation(&self) -> Rotation3<f64> {
         let about_z = |angle| Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
         about_z(self.towards)
@@ -60,12 +62,12 @@ impl WorkpieceTilt {
         Self { tilt, towards, turn }
     }
 
-    /// The nearest in whole degrees.
+    /// Returns the nearest tilt in whole degrees.
     pub(super) fn whole_degrees(&self) -> Self {
         Self::from_angles(self.angles().map(|angle| angle.to_degrees().round().to_radians()))
     }
 
-    /// A part of the way to another, which is near.
+    /// Returns the tilt at a share of the way to another one nearby, angle by angle.
     pub(super) fn part_way(&self, to: &Self, share: f64) -> Self {
         let [from, to] = [self.angles(), to.angles()];
         Self::from_angles([0, 1, 2].map(|k| from[k] + share * (to[k] - from[k])))
@@ -77,7 +79,7 @@ impl TiltBounds {
         [self.tilt, self.towards, self.turn]
     }
 
-    /// Checks that they are finite, ascending, and no more than there is.
+    /// Checks that the bounds are finite and ascending, and cover each rotation once at most.
     ///
     /// # Errors
     ///
@@ -98,8 +100,9 @@ impl TiltBounds {
         Ok(())
     }
 
-    /// Returns `true` if a rotation is inside.
+    /// Returns `true` if a rotation is inside, to rounding.
     pub(super) fn holds(&self, lean: &WorkpieceTilt) -> bool {
+        // Angles are compared modulo whole turns: the turn nearest to the middle is the one that counts.
         let turned = |value: f64, [low, high]: [f64; 2]| {
             let middle = 0.5 * (low + high);
             (unwrap_near(value, middle) - middle).abs() <= 0.5 * (high - low) + ROUNDING
@@ -111,9 +114,9 @@ impl TiltBounds {
         tilt && towards && turned(lean.turn, self.turn)
     }
 
-    /// Rotations no more than `step` \[rad\] apart in each angle, ends included.
+    /// Returns rotations no more than `step` \[rad\] apart in each angle, ends included.
     pub(super) fn grid(&self, step: f64) -> Vec<WorkpieceTilt> {
-        let [tilts, towards, turns] = self.all().map(|range| places(range, step));
+        let [tilts, towards, turns] = self.all().map(|range| divided(range, step));
         let mut grid = Vec::new();
         for &tilt in &tilts {
             // Without a tilt all directions are one.
@@ -125,17 +128,18 @@ impl TiltBounds {
         grid
     }
 
-    /// Rotations about `lean` that differ from it by up to `width` in each angle, kept inside.
+    /// Returns rotations about `lean` that differ from it by up to `width` \[rad\] in each angle, kept inside.
     pub(super) fn around(
         &self,
         lean: &WorkpieceTilt,
         width: f64,
     ) -> impl Iterator<Item = WorkpieceTilt> + use<> {
         const SHARES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
-        let (ranges, centre) = (self.all(), lean.angles());
-        let values = [0, 1, 2]
-            .map(|k| SHARES.map(|share| inside(centre[k] + share * width, ranges[k], k > 0)));
-        let [tilts, towards, turns] = values;
+        let near = |centre: f64| SHARES.map(|share| centre + share * width);
+        let [low, high] = self.tilt;
+        let tilts = near(lean.tilt).map(|tilt| tilt.clamp(low, high));
+        let towards = near(lean.towards).map(|angle| inside_turn(angle, self.towards));
+        let turns = near(lean.turn).map(|angle| inside_turn(angle, self.turn));
         tilts.into_iter().flat_map(move |tilt| {
             towards.into_iter().flat_map(move |towards| {
                 turns.into_iter().map(move |turn| WorkpieceTilt { tilt, towards, turn })
@@ -147,13 +151,13 @@ impl TiltBounds {
 /// Rounding of angles converted from degrees and back \[rad\]: a few ulps of a turn.
 const ROUNDING: f64 = 16.0 * f64::EPSILON * PI;
 
-/// The nearest value inside; round a whole turn everything is.
-fn inside(value: f64, [low, high]: [f64; 2], circle: bool) -> f64 {
-    if circle && high - low >= TAU - ROUNDING { wrap(value) } else { value.clamp(low, high) }
+/// Returns the nearest angle inside; a range of a whole turn contains every angle.
+fn inside_turn(value: f64, [low, high]: [f64; 2]) -> f64 {
+    if high - low >= TAU - ROUNDING { wrap(value) } else { value.clamp(low, high) }
 }
 
-/// Evenly from end to end.
-fn places([low, high]: [f64; 2], step: f64) -> Vec<f64> {
+/// Divides a range evenly into steps of at most `step`, ends included.
+fn divided([low, high]: [f64; 2], step: f64) -> Vec<f64> {
     let count = ((high - low) / step).ceil();
     let mut places = vec![low];
     let mut index = 1.0;
