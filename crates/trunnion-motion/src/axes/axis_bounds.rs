@@ -1,9 +1,9 @@
 //! Extent of every axis on a part of a path.
 
 use super::options::AxesOptions;
-use crate::machine::{FIRST_ROTARY, SECOND_ROTARY, TRAVEL_ROUNDING};
+use crate::machine::{FIRST_ROTARY, RotaryPair, SECOND_ROTARY};
 use crate::math::quintic::Quintic;
-use crate::types::{AXES, AxisNode, AxisVector};
+use crate::types::{AXES, AxisNode, AxisVector, TRAVEL_ROUNDING};
 
 /// Parts an interval is cut into to bound its extent.
 const PARTS: u32 = 8;
@@ -83,7 +83,7 @@ impl AxisBounds {
 
 /// Returns the weighted rotary travel between two positions \[rad\].
 pub(super) fn rotary_cost(to: &AxisVector, from: &AxisVector, options: &AxesOptions) -> f64 {
-    let [first, second] = options.rotary_weights;
+    let RotaryPair { first, second } = options.rotary_weights;
     first * (to[FIRST_ROTARY] - from[FIRST_ROTARY]).abs()
         + second * (to[SECOND_ROTARY] - from[SECOND_ROTARY]).abs()
 }

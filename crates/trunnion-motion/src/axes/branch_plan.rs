@@ -7,7 +7,7 @@ use super::retract::{RetractLegs, RetractPlanner};
 use super::segments::LinkMove;
 use super::travel::TravelLimits;
 use crate::inverse::TRAVEL_TIE;
-use crate::machine::FIRST_ROTARY;
+use crate::machine::{FIRST_ROTARY, RotaryPair};
 use crate::math::angle::unwrap_near;
 use crate::types::ToolPose;
 use std::f64::consts::TAU;
@@ -414,7 +414,7 @@ impl BranchPlanner<'_> {
 
     /// Returns the cost of a move of both rotaries \[rad\].
     fn price(&self, moved: [f64; 2]) -> f64 {
-        let [first, second] = self.follower.options.rotary_weights;
+        let RotaryPair { first, second } = self.follower.options.rotary_weights;
         first * moved[0].abs() + second * moved[1].abs()
     }
 

@@ -49,7 +49,7 @@ impl CandidateRun {
         }
         // Curves meet in one pose: the rotaries can differ there only in the singular direction.
         let turn = (from[0] - self.end[0]).abs().max((from[1] - self.end[1]).abs());
-        run.jumps = turn > options.axis_tolerance;
+        run.jumps = turn > options.tolerance.axis;
         if run.jumps && options.retract.is_none() {
             let piece = run.piece;
             return Err(AxesError::TurnAtRest { piece, before: piece.saturating_sub(1), turn });

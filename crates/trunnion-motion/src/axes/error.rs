@@ -133,13 +133,12 @@ fn in_unit(kind: AxisKind, value: f64) -> String {
 
 /// Checks that all options are positive and finite.
 pub(super) fn options(options: &AxesOptions) -> Result<(), AxesError> {
-    let [first, second] = options.rotary_weights;
     for (option, value) in [
-        ("tip_tolerance", options.tip_tolerance),
-        ("axis_tolerance", options.axis_tolerance),
+        ("tolerance.tip", options.tolerance.tip),
+        ("tolerance.axis", options.tolerance.axis),
         ("max_rotary_step", options.max_rotary_step),
-        ("rotary_weights[0]", first),
-        ("rotary_weights[1]", second),
+        ("rotary_weights.first", options.rotary_weights.first),
+        ("rotary_weights.second", options.rotary_weights.second),
     ] {
         if !(value > 0.0 && value.is_finite()) {
             return Err(AxesError::BadOption { option, value });

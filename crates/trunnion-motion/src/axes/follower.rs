@@ -122,7 +122,7 @@ impl<'a> PathFollower<'a> {
     /// Returns the angle to the singular direction up to which a tool axis may be taken to be on it
     /// \[rad\]: a share of the tolerance that leaves the rest to the quintics beside it.
     pub(super) fn pole(&self) -> f64 {
-        0.1 * self.options.axis_tolerance
+        0.1 * self.options.tolerance.axis
     }
 
     /// Returns a curve as a motion.
@@ -326,7 +326,7 @@ impl<'a> PathFollower<'a> {
         // `across` is the tool axis projected along the singular direction: a point of the plane whose
         // distance from the origin is the sine of the angle to that direction.
         let [from, to] = [tracker.state.across, evaluation.across];
-        let close = SHARE * self.options.axis_tolerance;
+        let close = SHARE * self.options.tolerance.axis;
         if nearest(from, to) > close {
             return false;
         }
@@ -354,8 +354,8 @@ impl<'a> PathFollower<'a> {
 
     /// Returns `true` if a deviation is within a share of the tolerances.
     fn small(&self, deviation: PathDeviation, share: f64) -> bool {
-        deviation.tip <= share * self.options.tip_tolerance
-            && deviation.axis <= share * self.options.axis_tolerance
+        deviation.tip <= share * self.options.tolerance.tip
+            && deviation.axis <= share * self.options.tolerance.axis
     }
 
     /// Returns the largest deviation of the quintic between two nodes from the motion at the check points.

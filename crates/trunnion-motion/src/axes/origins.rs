@@ -9,7 +9,7 @@ use super::result::FollowedPath;
 use super::segments::LinkMove;
 use crate::inverse::Inverse;
 use crate::machine::{AxisKind, FIRST_ROTARY, Kinematics, Machine};
-use crate::types::AxisVector;
+use crate::types::{AxisVector, Interval};
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 
 /// Room kept to the ends of travel \[mm\]: more than axes bow between two nodes, and than the digits
@@ -22,10 +22,11 @@ const MOST_CONSTRAINTS: usize = 40;
 
 /// Workpiece origins that keep the linear axes of a path inside travel, the rotation as it is.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct OriginRanges {
-    /// Lowest and highest x, y, z of the origin \[mm\], the other two as they are; `None`: no value of
-    /// this one alone helps.
-    pub along: [Option<[f64; 2]>; 3],
+    /// Ranges of x, y and z of the origin \[mm\], the other two as they are; `None`: no value of this one
+    /// alone helps.
+    pub along: [Option<Interval>; 3],
     /// The origin that leaves most room on all sides \[mm\].
     pub best: Vector3<f64>,
     /// That room \[mm\]; negative: no origin fits, and by at least so much an axis is short.
@@ -55,8 +56,8 @@ pub fn origins(kinematics: &Kinematics, followed: &FollowedPath) -> Option<Origi
     let ends = ends(kinematics, followed)?;
     let origin = kinematics.setup().origin;
     let along = [0, 1, 2].map(|axis| {
-        let [low, high] = interval(&ends, axis);
-        (low <= high).then(|| [origin[axis] + low, origin[axis] + high])
+        let Interval { low, high } = interval(&ends, axis);
+        (low <= high).then(|| Interval::new(origin[axis] + low, origin[axis] + high))
     });
     let (shift, room, tight) = roomiest(&ends)?;
     let axes = &kinematics.machine().axes;
@@ -105,17 +106,18 @@ fn slides_by_tip(kinematics: &Kinematics, q: &AxisVector) -> Option<Matrix3<f64>
     Matrix3::from_columns(&[column(0), column(1), column(2)]).try_inverse()
 }
 
-/// Shifts along one direction of the machine.
-fn interval(ends: &[TravelEnd], axis: usize) -> [f64; 2] {
-    let mut range = [f64::NEG_INFINITY, f64::INFINITY];
+/// Returns the shifts along one direction of the machine that keep all ends; empty if none does.
+fn interval(ends: &[TravelEnd], axis: usize) -> Interval {
+    let mut range = Interval::UNBOUNDED;
     for end in ends {
         let slope = end.row[axis];
         if slope > 0.0 {
-            range[1] = range[1].min(end.most / slope);
+            range.high = range.high.min(end.most / slope);
         } else if slope < 0.0 {
-            range[0] = range[0].max(end.most / slope);
+            range.low = range.low.max(end.most / slope);
         } else if end.most < 0.0 {
-            return [f64::INFINITY, f64::NEG_INFINITY];
+            // Broken, and no shift in this direction changes it.
+            return Interval::new(f64::INFINITY, f64::NEG_INFINITY);
         }
     }
     range
@@ -215,7 +217,7 @@ pub(super) fn place(kinematics: &Kinematics, followed: &FollowedPath) -> Option<
         return Some(OriginFit::Short { by: -room, axes: tight });
     }
     let moves = along.iter().enumerate().filter_map(|(axis, range)| {
-        let [low, high] = (*range)?;
+        let Interval { low, high } = (*range)?;
         Some((axis, now[axis].clamp(low, high)))
     });
     let least = moves.min_by(|a, b| (a.1 - now[a.0]).abs().total_cmp(&(b.1 - now[b.0]).abs()));
@@ -278,7 +280,7 @@ fn advice(kinematics: &Kinematics, origins: &OriginRanges) -> String {
         .iter()
         .zip(&origins.along)
         .filter_map(|(name, range)| {
-            let [low, high] = (*range)?.map(|end| (end * 10.0).round() / 10.0);
+            let [low, high] = (*range)?.ends().map(|end| (end * 10.0).round() / 10.0);
             Some(format!("{name} between {low:.1} and {high:.1}"))
         })
         .collect();
@@ -323,7 +325,7 @@ mod tests {
         }
         let (shift, room, _) = roomiest(&ends).unwrap();
         assert!((room - 2.0).abs() < 1e-9 && (shift.y - 7.0).abs() < 1e-9);
-        let [low, high] = interval(&ends, 0);
+        let Interval { low, high } = interval(&ends, 0);
         assert!(low > high, "x alone does not help");
         // Too narrow for anything: short by one on both sides.
         ends.push(end([0.0, 1.0, 0.0], 3.0));

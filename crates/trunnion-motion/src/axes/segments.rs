@@ -81,7 +81,7 @@ fn meet(path: &ToolPath, options: &AxesOptions) -> Result<(), AxesError> {
         };
         let tip = (start.tip - end.tip).norm();
         let axis = angle_between(&start.axis, &end.axis);
-        if tip > options.tip_tolerance || axis > options.axis_tolerance {
+        if tip > options.tolerance.tip || axis > options.tolerance.axis {
             return Err(AxesError::Gap { piece: before + 1, before, tip, axis });
         }
     }

@@ -47,7 +47,7 @@ pub(super) fn smooth(
     options: &AxesOptions,
 ) -> Option<(ToolPath, Vec<SingularPassage>)> {
     let allowed = options.singular.as_ref()?;
-    let rule = PassageRule { allowed, straight: 0.1 * options.axis_tolerance };
+    let rule = PassageRule { allowed, straight: 0.1 * options.tolerance.axis };
     let mut path = path.clone();
     let mut passages = Vec::new();
     for (source, piece) in path.pieces.iter_mut().enumerate() {
@@ -168,8 +168,10 @@ fn pass(
     Some(SingularPassage {
         source,
         u,
-        distance: [closest, left],
-        turn: [turn.abs(), turned.abs()],
+        distance_before: closest,
+        distance_after: left,
+        turn_before: turn.abs(),
+        turn_after: turned.abs(),
         tilt: (closest - left).abs(),
     })
 }

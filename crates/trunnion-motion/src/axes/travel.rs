@@ -4,9 +4,9 @@ use super::axis_bounds::AxisBounds;
 use super::branch_run::{BranchRun, NodePosition, PathSegment};
 use super::error::AxesError;
 use super::options::AxesOptions;
-use crate::machine::{Axis, AxisKind, FIRST_ROTARY, PreferredSign, SECOND_ROTARY, TRAVEL_ROUNDING};
+use crate::machine::{Axis, AxisKind, FIRST_ROTARY, PreferredSign, SECOND_ROTARY};
 use crate::math::angle::{unwrap_near, wrap};
-use crate::types::AXES;
+use crate::types::{AXES, TRAVEL_ROUNDING};
 use std::f64::consts::TAU;
 use std::iter::successors;
 

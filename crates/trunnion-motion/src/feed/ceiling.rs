@@ -9,6 +9,7 @@ use nalgebra::SVector;
 
 /// Largest `ds/dt` at one point of a path, whatever happens elsewhere \[mm/s, or s-unit/s\].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct SpeedCeiling {
     /// From the axis velocities.
     pub velocity: f64,

@@ -93,6 +93,7 @@ impl KinematicChain {
 impl From<KinematicChain> for MachineSpec {
     /// Adds the presets: no limits of the control, the standard policies, the format of `LinuxCNC`.
     fn from(chain: KinematicChain) -> Self {
+        // The chain of a specification has the workpiece and the tool at its ends.
         let ends = |word: &str| std::iter::once(word.to_owned());
         Self {
             name: "machine".to_owned(),

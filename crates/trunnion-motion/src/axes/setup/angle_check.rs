@@ -5,7 +5,7 @@ use crate::axes::options::RetractOptions;
 use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, Machine};
 use crate::math::angle::angle_between;
-use crate::types::{PieceGeometry, PoseCurve, ToolPath};
+use crate::types::{Interval, PieceGeometry, PoseCurve, ToolPath};
 use nalgebra::{Rotation3, UnitVector3, Vector3};
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
@@ -19,7 +19,7 @@ pub(super) struct AngleCheck {
     /// Direction of the workpiece-side rotary, machine frame.
     pub(super) first: Vector3<f64>,
     /// Angles from it that the travel of the tool-side rotary allows \[rad\].
-    band: [f64; 2],
+    band: Interval,
     /// `true` if the tool can point along it, and against it.
     poles: [bool; 2],
     /// Rotary angles by tool direction.
@@ -116,7 +116,7 @@ impl AngleCheck {
     pub(super) fn new(inverse: &Inverse, retract: Option<&RetractOptions>) -> Self {
         let machine: &Machine = inverse.kinematics().machine();
         let first = machine.axes.get(FIRST_ROTARY).map_or(Vector3::z(), |axis| *axis.dir);
-        let [low, high] = inverse.reach();
+        let Interval { low, high } = inverse.reach();
         let turning = RotaryTriangle::new(inverse);
         let whole = retract.is_none() && turning.ends();
         Self { first, band: machine.tilt_range(), poles: [low <= 0.0, high >= PI], turning, whole }
@@ -149,7 +149,7 @@ impl AngleCheck {
         let least = [(up, nearest), (down, PI - farthest)]
             .into_iter()
             .filter_map(|(reached, angle)| reached.then_some(angle));
-        let [low, high] = self.band;
+        let Interval { low, high } = self.band;
         AngleResult {
             least: least.fold(PI, f64::min),
             leans: (low - nearest).max(farthest - high).max(0.0),

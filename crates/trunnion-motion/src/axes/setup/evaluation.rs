@@ -10,7 +10,7 @@ use crate::axes::follow::follow;
 use crate::axes::options::AxesOptions;
 use crate::axes::origins::{self, OriginFit};
 use crate::axes::result::FollowedPath;
-use crate::machine::{FIRST_ROTARY, Kinematics, Machine, SECOND_ROTARY, Setup};
+use crate::machine::{FIRST_ROTARY, Kinematics, Machine, RotaryPair, SECOND_ROTARY, Setup};
 use crate::types::{Cancelled, ToolPath};
 
 /// Everything that a setup search works with.
@@ -62,7 +62,7 @@ impl SetupTask<'_> {
 
     /// Rounds a rotation as it would be written, and plans the axes with it.
     pub(super) fn evaluate(&self, lean: &WorkpieceTilt) -> Result<EvaluatedSetup, Cancelled> {
-        let [_, digit] = self.search.digits;
+        let digit = self.search.rotation_digit;
         let (x, y, z) = lean.rotation().euler_angles();
         let angles = [x, y, z].map(|angle| rounded(angle.to_degrees(), digit).to_radians());
         let before = self.kinematics.setup();
@@ -94,7 +94,7 @@ impl SetupTask<'_> {
         let real = Kinematics::new(self.kinematics.machine(), setup);
         Ok(match origins::place(&real, &followed) {
             Some(OriginFit::Fits(origin)) => {
-                let [digit, _] = self.search.digits;
+                let digit = self.search.origin_digit;
                 if origin != setup.origin {
                     setup.origin = origin.map(|value| rounded(value, digit));
                 }
@@ -114,6 +114,7 @@ fn travelled(followed: &FollowedPath) -> PathTravel {
         rotary[0] += moved[FIRST_ROTARY].abs();
         rotary[1] += moved[SECOND_ROTARY].abs();
     }
+    let rotary = RotaryPair::from(rotary);
     let (weighted, retracts) = (followed.rotary_travel, followed.retracts.len());
     PathTravel { rotary, weighted, retracts }
 }

@@ -90,8 +90,9 @@ impl<'a> OptimalityProof<'a> {
         let progress: &dyn Progress = &self.task.progress;
         loop {
             progress.step(Stage::Axes, 0, 0)?;
-            let [looks, plans] = search.most;
-            if self.sum.looked >= looks || self.sum.planned >= plans {
+            let spent =
+                self.sum.looked >= search.most_evaluated || self.sum.planned >= search.most_planned;
+            if spent {
                 break;
             }
             let batch = self.queue.take(self.target(best));

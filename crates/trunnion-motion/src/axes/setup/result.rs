@@ -3,10 +3,11 @@
 use super::workpiece_tilt::WorkpieceTilt;
 use crate::axes::error::AxesError;
 use crate::axes::result::FollowedPath;
-use crate::machine::Setup;
+use crate::machine::{RotaryPair, Setup};
 
 /// A setup and its evaluation.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct EvaluatedSetup {
     /// The setup. Its origin is the one asked for, unless the path only fits with another.
     pub setup: Setup,
@@ -29,9 +30,9 @@ pub enum SetupVerdict {
     BeyondTilt(f64),
     /// Linear travel is too short, wherever the origin is.
     Short {
-        /// By so much \[mm\].
+        /// Missing travel \[mm\].
         by: f64,
-        /// These axes.
+        /// Names of the axes that are too short.
         axes: Vec<String>,
     },
     /// There is no axis path.
@@ -40,9 +41,10 @@ pub enum SetupVerdict {
 
 /// Rotary travel of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct PathTravel {
-    /// Of each rotary, workpiece side first \[rad\].
-    pub rotary: [f64; 2],
+    /// Travel of each rotary \[rad\].
+    pub rotary: RotaryPair,
     /// Weighted, with the prices of retracts \[rad\].
     pub weighted: f64,
     /// Retracts to unwind.
@@ -51,6 +53,7 @@ pub struct PathTravel {
 
 /// Result of a setup search.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct SetupSearch {
     /// The setup of the job.
     pub before: EvaluatedSetup,
@@ -74,6 +77,7 @@ pub struct SetupSearch {
 /// that angle at most, and bounds how far the rotaries move; so one rotation bounds all near it. The
 /// bounds are halved until no part of them can hold a better rotation.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct SearchAssurance {
     /// Upper bound on the least angle of every rotation that fits \[rad\]; `None`: none fits.
     pub bound: Option<f64>,

@@ -16,8 +16,8 @@ impl RotationCell {
     /// Creates the box of all rotations within bounds.
     pub(super) fn whole(bounds: &TiltBounds) -> Self {
         let ranges = bounds.all();
-        let centre = WorkpieceTilt::from_angles(ranges.map(|[low, high]| 0.5 * (low + high)));
-        Self { centre, half: ranges.map(|[low, high]| 0.5 * (high - low)) }
+        let centre = WorkpieceTilt::from_angles(ranges.map(|range| range.middle()));
+        Self { centre, half: ranges.map(|range| 0.5 * range.width()) }
     }
 
     /// Returns the largest turn of the workpiece by each angle \[rad\].
@@ -89,6 +89,7 @@ fn sine_up_to(angle: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::math::angle::angle_between;
+    use crate::types::Interval;
     use nalgebra::UnitVector3;
     use proptest::prelude::*;
 
@@ -105,7 +106,7 @@ mod tests {
         ) {
             let range = |[a, b]: [f64; 2]| {
                 let low = a.min(b);
-                [low, low + (a - b).abs() * scale]
+                Interval::new(low, low + (a - b).abs() * scale)
             };
             let bounds = TiltBounds { tilt: range(tilt), towards: range(towards), turn: range(turn) };
             let cell = RotationCell::whole(&bounds);

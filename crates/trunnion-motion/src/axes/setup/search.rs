@@ -28,7 +28,7 @@ use std::sync::atomic::{AtomicU64, Ordering as AtomicOrdering};
 /// rotations are halved until no rotation that fits can be better by more than
 /// [`SetupOptions::within`]; the rest is reported (`SearchAssurance`). Of planned rotations with
 /// (nearly) the same least angle the one with the least rotary travel wins. The setup returned was
-/// followed with exactly its own numbers, rounded to [`SetupOptions::digits`].
+/// followed with exactly its own numbers, rounded to the digits of [`SetupOptions`].
 ///
 /// Least angles are those of tool axes no more than [`SetupOptions::tolerance`] apart.
 ///
@@ -76,14 +76,13 @@ const COARSE: f64 = 0.1;
 
 fn check(search: &SetupOptions) -> Result<(), AxesError> {
     search.bounds.check()?;
-    let [origin, rotation] = search.digits;
     for (option, value) in [
         ("setup.grid", search.grid),
         ("setup.tolerance", search.tolerance),
         ("setup.alike", search.alike),
         ("setup.within", search.within),
-        ("setup.digits of the origin", origin),
-        ("setup.digits of the rotation", rotation),
+        ("setup.origin_digit", search.origin_digit),
+        ("setup.rotation_digit", search.rotation_digit),
     ] {
         if !(value > 0.0 && value.is_finite()) {
             return Err(AxesError::BadOption { option, value });

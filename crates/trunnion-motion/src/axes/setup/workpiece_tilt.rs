@@ -2,6 +2,7 @@
 
 use crate::axes::error::AxesError;
 use crate::math::angle::{unwrap_near, wrap};
+use crate::types::Interval;
 use nalgebra::{Rotation3, Vector3};
 use std::f64::consts::{PI, TAU};
 
@@ -21,15 +22,15 @@ pub struct WorkpieceTilt {
     pub turn: f64,
 }
 
-/// Bounds `[low, high]` of a [`WorkpieceTilt`] \[rad\].
+/// Bounds of a [`WorkpieceTilt`] \[rad\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TiltBounds {
-    /// Of the tilt; inside `[0, π]`.
-    pub tilt: [f64; 2],
-    /// Of its direction; a whole turn at most.
-    pub towards: [f64; 2],
-    /// Of the turn about the workpiece's own z; a whole turn at most.
-    pub turn: [f64; 2],
+    /// Range of the tilt; inside `[0, π]`.
+    pub tilt: Interval,
+    /// Range of its direction; a whole turn at most.
+    pub towards: Interval,
+    /// Range of the turn about the workpiece's own z; a whole turn at most.
+    pub turn: Interval,
 }
 
 impl WorkpieceTilt {
@@ -75,7 +76,7 @@ impl WorkpieceTilt {
 }
 
 impl TiltBounds {
-    pub(super) fn all(&self) -> [[f64; 2]; 3] {
+    pub(super) fn all(&self) -> [Interval; 3] {
         [self.tilt, self.towards, self.turn]
     }
 
@@ -86,7 +87,7 @@ impl TiltBounds {
     /// [`AxesError::BadBounds`].
     pub fn check(&self) -> Result<(), AxesError> {
         let names = ["tilt", "towards", "turn"];
-        for (what, [low, high]) in names.into_iter().zip(self.all()) {
+        for (what, Interval { low, high }) in names.into_iter().zip(self.all()) {
             let whole = if what == "tilt" {
                 low >= 0.0 && high <= PI
             } else {
@@ -103,11 +104,11 @@ impl TiltBounds {
     /// Returns `true` if a rotation is inside, to rounding.
     pub(super) fn holds(&self, lean: &WorkpieceTilt) -> bool {
         // Angles are compared modulo whole turns: the turn nearest to the middle is the one that counts.
-        let turned = |value: f64, [low, high]: [f64; 2]| {
-            let middle = 0.5 * (low + high);
-            (unwrap_near(value, middle) - middle).abs() <= 0.5 * (high - low) + ROUNDING
+        let turned = |value: f64, range: Interval| {
+            let middle = range.middle();
+            (unwrap_near(value, middle) - middle).abs() <= 0.5 * range.width() + ROUNDING
         };
-        let [low, high] = self.tilt;
+        let Interval { low, high } = self.tilt;
         let tilt = low - ROUNDING <= lean.tilt && lean.tilt <= high + ROUNDING;
         // An upright workpiece has no direction of tilt.
         let towards = lean.tilt.sin() <= UPRIGHT || turned(lean.towards, self.towards);
@@ -136,8 +137,7 @@ impl TiltBounds {
     ) -> impl Iterator<Item = WorkpieceTilt> + use<> {
         const SHARES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
         let near = |centre: f64| SHARES.map(|share| centre + share * width);
-        let [low, high] = self.tilt;
-        let tilts = near(lean.tilt).map(|tilt| tilt.clamp(low, high));
+        let tilts = near(lean.tilt).map(|tilt| tilt.clamp(self.tilt.low, self.tilt.high));
         let towards = near(lean.towards).map(|angle| inside_turn(angle, self.towards));
         let turns = near(lean.turn).map(|angle| inside_turn(angle, self.turn));
         tilts.into_iter().flat_map(move |tilt| {
@@ -152,12 +152,12 @@ impl TiltBounds {
 const ROUNDING: f64 = 16.0 * f64::EPSILON * PI;
 
 /// Returns the nearest angle inside; a range of a whole turn contains every angle.
-fn inside_turn(value: f64, [low, high]: [f64; 2]) -> f64 {
-    if high - low >= TAU - ROUNDING { wrap(value) } else { value.clamp(low, high) }
+fn inside_turn(value: f64, range: Interval) -> f64 {
+    if range.width() >= TAU - ROUNDING { wrap(value) } else { value.clamp(range.low, range.high) }
 }
 
 /// Divides a range evenly into steps of at most `step`, ends included.
-fn divided([low, high]: [f64; 2], step: f64) -> Vec<f64> {
+fn divided(Interval { low, high }: Interval, step: f64) -> Vec<f64> {
     let count = ((high - low) / step).ceil();
     let mut places = vec![low];
     let mut index = 1.0;
@@ -199,7 +199,11 @@ mod tests {
 
     #[test]
     fn bounds_hold_their_grid_and_nothing_beyond() {
-        let bounds = TiltBounds { tilt: [0.1, 0.5], towards: [3.0, 3.5], turn: [-PI, PI] };
+        let bounds = TiltBounds {
+            tilt: Interval::new(0.1, 0.5),
+            towards: Interval::new(3.0, 3.5),
+            turn: Interval::new(-PI, PI),
+        };
         bounds.check().unwrap();
         let grid = bounds.grid(0.1);
         assert_eq!(grid.len(), 5 * 6 * 64);
@@ -213,8 +217,8 @@ mod tests {
         assert!(!bounds.holds(&WorkpieceTilt { tilt: 0.6, towards: 3.2, turn: 0.0 }));
         assert!(!bounds.holds(&WorkpieceTilt { tilt: 0.2, towards: 2.9, turn: 0.0 }));
         for bad in [[-0.1, 0.5], [0.5, 0.1], [0.0, 4.0], [f64::NAN, 1.0]] {
-            assert!(TiltBounds { tilt: bad, ..bounds }.check().is_err(), "{bad:?}");
+            assert!(TiltBounds { tilt: bad.into(), ..bounds }.check().is_err(), "{bad:?}");
         }
-        assert!(TiltBounds { turn: [0.0, 7.0], ..bounds }.check().is_err());
+        assert!(TiltBounds { turn: Interval::new(0.0, 7.0), ..bounds }.check().is_err());
     }
 }

@@ -69,12 +69,14 @@ pub fn jerk_between<const N: usize>(
     Ok(assemble(planned))
 }
 
+/// Plans one piece between given end motions.
 fn plan_piece<const N: usize>(
     piece: &AxisPiece<N>,
     limits: &ReciprocalLimits<N>,
     options: &FeedOptions,
     ends: [EndMotion; 2],
 ) -> Result<PlannedPiece, FeedError> {
+    // Where nothing limits anything, nothing moves: the spline at rest is the schedule.
     let grid = graded_grid::graded(piece, limits, &ends);
     let mut spline = SpeedSpline::new(lengths(&grid), vec![0.0; grid.cells.len()], ends);
     let mut bounds = LimitRatios { jerk: Some(0.0), ..LimitRatios::default() };
@@ -99,6 +101,7 @@ pub(crate) fn known_of<const N: usize>(
     PlannedPiece { lower_bound, ..measured(piece, schedule, limits) }
 }
 
+/// Measures a schedule; lower bound and bounds are left for the caller.
 fn measured<const N: usize>(
     piece: &AxisPiece<N>,
     schedule: SchedulePiece,

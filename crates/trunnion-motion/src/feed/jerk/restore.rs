@@ -64,6 +64,7 @@ pub(super) fn restore<const N: usize>(
             }
         }
         let range = around(&strains, spline.len());
+        // Just enough looser that this profile is inside, so that the barrier can start from it.
         // One factor for all: cells with factors of their own would rest against one another.
         let used = strains.iter().fold(0.0_f64, |most, strain| most.max(strain[0]).max(strain[1]));
         let loose = vec![[(ROOM * used).max(1.0); 2]; spline.len()];

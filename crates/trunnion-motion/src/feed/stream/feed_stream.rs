@@ -131,6 +131,7 @@ impl<const N: usize> FeedStream<N> {
         match &self.last {
             None => self.window.rest(WindowRow::at([piece, 0], node.s, motion)),
             Some(last) => {
+                // Long intervals are cut so that the window resolves the way down to a stop.
                 let limits = &self.limits[usize::from(motion.is_free())];
                 let row = |s| WindowRow::at([piece, self.nodes - 1], s, motion);
                 let whole = FeedCell::between(last, &node);
@@ -236,6 +237,7 @@ impl<const N: usize> FeedStream<N> {
     /// Commits the first cell.
     fn step(&mut self, row: &WindowRow, h: f64, y: f64) -> Option<StreamStep> {
         let speed = [self.x.sqrt(), y.sqrt()];
+        // Constant u over the cell: time 2 h / (v0 + v1), u = (y - x) / 2h.
         let sum = speed[0] + speed[1];
         let duration = if sum > 0.0 { 2.0 * h / sum } else { 0.0 };
         let end = self.window.commit()?;

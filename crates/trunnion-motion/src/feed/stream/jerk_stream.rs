@@ -182,6 +182,7 @@ impl<const N: usize> JerkStream<N> {
 
     /// Plans the known nodes where it is time to.
     fn plan(&mut self) -> Option<()> {
+        // Another override: from the motion under way, before anything else.
         if self.factor.to_bits() != self.planned_for.to_bits() {
             self.plan_anew();
         }
@@ -195,6 +196,7 @@ impl<const N: usize> JerkStream<N> {
             self.plan = Some(self.extended(plan)?);
             return Some(());
         }
+        // At rest: a piece starts once two of its nodes are known.
         self.known.drop_ends();
         if self.known.of_a_piece() < 2 {
             return None;
@@ -216,6 +218,7 @@ impl<const N: usize> JerkStream<N> {
         let due = known > quarter || self.is_short() || plan.stops_within(quarter);
         if known >= 2 && due {
             let ahead = self.ahead();
+            // A plan that cannot be extended stays as it is, and so do the nodes.
             let before = self.known.clone();
             let piece = self.known.take(self.kept(ahead))?;
             let limits = [self.limits_on(piece.motion), self.axes_on(piece.motion)];
@@ -223,6 +226,7 @@ impl<const N: usize> JerkStream<N> {
                 self.known = before;
             }
         } else if known < 2 && self.ahead() == PathAhead::Nothing {
+            // The stop at the end is meant: its reserve for an extension can go.
             let motion = self.known.planned_motion()?;
             plan.end_here([&self.limits_on(motion), &self.axes_on(motion)]);
         }

@@ -53,6 +53,7 @@ impl StreamOptions {
     /// Returns the number of parts that a stretch between nodes is cut into: no more than fill a
     /// window.
     pub(super) fn parts(&self, length: f64) -> usize {
+        // The smallest number of equal parts that are short enough.
         let most = self.window;
         (1..most).find(|&parts| length <= self.step * parts as f64).unwrap_or(most)
     }
