@@ -85,7 +85,7 @@ fn answer(
     let machine = job.kinematics.machine();
     let search = &found.search;
     let degrees = |range: Interval| range.ends().map(|angle| rounded(angle.to_degrees()));
-    let SearchAssurance { bound, except, looked, planned, .. } = search.assurance;
+    let SearchAssurance { bound, except, evaluated, planned, .. } = search.assurance;
     SetupSummary {
         schema: LAYOUT.to_owned(),
         job: job.file.name.clone(),
@@ -102,11 +102,11 @@ fn answer(
             shown: shown(found),
             bound: bound.map(f64::to_degrees),
             except: except.to_degrees(),
-            looked,
+            looked: evaluated,
             planned,
         },
         clearance: job.file.setup.clearance,
-        looked: search.looked,
+        looked: search.evaluated,
         leaning: search.beyond_tilt,
         others: search.others.iter().map(|judged| entry(judged, machine, None)).collect(),
         warnings,
@@ -119,9 +119,9 @@ fn entry(judged: &EvaluatedSetup, machine: &Machine, seconds: Option<f64>) -> Se
     SetupEntry {
         origin: judged.setup.origin.into(),
         rotation: rotation(judged),
-        tilt: rounded(judged.lean.tilt.to_degrees()),
-        towards: rounded(judged.lean.towards.to_degrees()),
-        turn: rounded(judged.lean.turn.to_degrees()),
+        tilt: rounded(judged.workpiece.tilt.to_degrees()),
+        towards: rounded(judged.workpiece.towards.to_degrees()),
+        turn: rounded(judged.workpiece.turn.to_degrees()),
         least_angle: judged.least.to_degrees(),
         fits: fits.is_some(),
         why_not: why_not(judged, machine),
@@ -217,7 +217,7 @@ fn describe(job: &Job, bounds: &TiltBounds, found: &SetupResult, warnings: &[Str
     lines.push(format!(
         "looked at {} rotations: tilt {tilt}, towards {towards}, turn {turn} deg; {} of them need {} \
          beyond its travel",
-        search.looked,
+        search.evaluated,
         search.beyond_tilt,
         machine.axes.last().map_or("", |axis| axis.name.as_str())
     ));
@@ -259,7 +259,7 @@ fn paste(job: &Job, best: &EvaluatedSetup) -> [String; 4] {
         let [x, y, z] = values.map(|value| format!("{value}"));
         format!("[{x}, {y}, {z}]")
     };
-    let [tilt, towards, turn] = [best.lean.tilt, best.lean.towards, best.lean.turn]
+    let [tilt, towards, turn] = [best.workpiece.tilt, best.workpiece.towards, best.workpiece.turn]
         .map(|angle| (angle.to_degrees() * 100.0).round() / 100.0 + 0.0);
     [
         "[setup]".to_owned(),

@@ -22,6 +22,7 @@ pub(super) fn assemble(
             RunEntry::Link(track) => {
                 deviation = deviation.max(track.deviation);
                 let link = part.segment.checked_sub(1).and_then(|link| links.get(link));
+                // A link that moves nothing gives no piece.
                 if let (Some(link), Some(nodes)) = (link, track.into_nodes()) {
                     pieces.push(AxisPiece { motion: link.motion, source: link.piece, nodes });
                 }

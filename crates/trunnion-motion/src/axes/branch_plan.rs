@@ -52,7 +52,7 @@ struct BranchTurns {
     turns: [f64; 2],
 }
 
-/// State of the dynamic program: a branch with whole turns, and the cheapest way to have come to it.
+/// State of the dynamic program: a branch with whole turns, and the cheapest sequence that leads to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct BranchState {
     branch: usize,
@@ -91,7 +91,7 @@ impl PathRank {
 /// Returns the cheapest choice for the whole path.
 ///
 /// Dynamic programming over segments and their cells: a state is a branch with whole turns. What a
-/// state costs from here on does not depend on how it was come to, so that the cheapest entry of each
+/// state costs from here on does not depend on how it was reached, so that the cheapest entry of each
 /// state is enough (Bellman's principle of optimality).
 pub(super) fn plan_branches(
     follower: &PathFollower<'_>,

@@ -135,6 +135,7 @@ impl PathSegment {
 
     /// Returns the switch point at the start of a cell; `None` before the first, and behind the last.
     pub(super) fn switch(&self, cell: usize) -> Option<SwitchPoint> {
+        // The starts are common to all branches, so that the first one knows them.
         let first = self.branches.first().filter(|first| 0 < cell && cell < first.starts.count)?;
         let NodePosition { piece, u, .. } = first.position(cell)?;
         Some(SwitchPoint { cell, piece, u, inside: first.is_inside(cell) })
@@ -178,6 +179,7 @@ impl BranchRun {
         if !self.jumps_at(cell) {
             return self.start_of(cell);
         }
+        // The rotaries jump from the last node of the run before.
         let [run, _] = self.starts.at(cell);
         let before = run.checked_sub(1).and_then(|before| self.runs.get(before));
         let last = before.and_then(|run| run.track.nodes.last());
@@ -229,6 +231,8 @@ impl BranchRun {
         let mut at = self.starts.at(range.start);
         let mut cells = Vec::with_capacity(range.len());
         for cell in range {
+            // The next cell may start with the first node of the next run. Where the rotaries jump to it the
+            // travel is that of a retract, and not counted here.
             let to = self.starts.at(cell + 1);
             let mut bounds = AxisBounds::NONE;
             let mut travel = 0.0;
@@ -277,6 +281,7 @@ pub(super) fn segment(candidates: Vec<CandidateRun>, options: &AxesOptions) -> P
 /// Returns for each candidate the cell starts that all have in common, the end left out.
 fn common(candidates: &[CandidateRun]) -> Vec<CellStarts> {
     let runs = candidates.iter().map(|candidate| candidate.runs.len()).min().unwrap_or(0);
+    // Branches take steps of their own, so that nodes differ; only common ones let one take over from another.
     let mut all = vec![CellStarts::default(); candidates.len()];
     let mut count = 0;
     for run in 0..runs {

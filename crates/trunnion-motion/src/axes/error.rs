@@ -133,6 +133,7 @@ fn in_unit(kind: AxisKind, value: f64) -> String {
 
 /// Checks that all options are positive and finite.
 pub(super) fn options(options: &AxesOptions) -> Result<(), AxesError> {
+    // Comparisons are written so that a NaN is refused.
     for (option, value) in [
         ("tolerance.tip", options.tolerance.tip),
         ("tolerance.axis", options.tolerance.axis),
@@ -148,6 +149,7 @@ pub(super) fn options(options: &AxesOptions) -> Result<(), AxesError> {
         for (option, value) in [
             ("retract.plane", retract.plane.abs()),
             ("retract.least", retract.least),
+            // Infinite means that the whole retract is run as a lead.
             ("retract.approach", retract.approach.min(f64::MAX)),
             ("retract.margin", retract.margin),
             ("retract.price", retract.price),

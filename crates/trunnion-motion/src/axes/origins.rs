@@ -68,6 +68,7 @@ pub fn origins(kinematics: &Kinematics, followed: &FollowedPath) -> Option<Origi
     Some(OriginRanges { along, best: origin + shift, room, tight: names })
 }
 
+/// Collects the ends of travel at all nodes as half-spaces of shifts of the origin.
 fn ends(kinematics: &Kinematics, followed: &FollowedPath) -> Option<Vec<TravelEnd>> {
     let turn = kinematics.setup().rotation.inverse();
     let axes = &kinematics.machine().axes;
@@ -80,6 +81,7 @@ fn ends(kinematics: &Kinematics, followed: &FollowedPath) -> Option<Vec<TravelEn
             let q = &node.q[0];
             let moves = slides_by_tip(kinematics, q)? * turn.matrix();
             for axis in 0..FIRST_ROTARY {
+                // Slide i at this node moves by row · d: low + room <= q + row · d <= high - room.
                 let row: Vector3<f64> = moves.row(axis).transpose();
                 let [low, high] = axes.get(axis)?.limits;
                 let both = [(row, high - ROOM - q[axis]), (-row, q[axis] - low - ROOM)];
@@ -93,6 +95,7 @@ fn ends(kinematics: &Kinematics, followed: &FollowedPath) -> Option<Vec<TravelEn
 
 /// Returns the derivative of the slides by the tip, rotaries as at `q`. The tip is affine in the slides.
 fn slides_by_tip(kinematics: &Kinematics, q: &AxisVector) -> Option<Matrix3<f64>> {
+    // The columns are exact as differences: the tip is affine in the slides.
     let at = |slide: Option<usize>| {
         let mut q = *q;
         q.fixed_rows_mut::<3>(0).fill(0.0);
@@ -110,6 +113,7 @@ fn slides_by_tip(kinematics: &Kinematics, q: &AxisVector) -> Option<Matrix3<f64>
 fn interval(ends: &[TravelEnd], axis: usize) -> Interval {
     let mut range = Interval::UNBOUNDED;
     for end in ends {
+        // Only this coordinate moves: each half-space bounds it from one side.
         let slope = end.row[axis];
         if slope > 0.0 {
             range.high = range.high.min(end.most / slope);
@@ -123,9 +127,11 @@ fn interval(ends: &[TravelEnd], axis: usize) -> Interval {
     range
 }
 
-/// The shift with the most room, that room, and the axes that limit it: the largest `m` with
-/// `row · d + m <= most` for all ends. A linear program in four unknowns, solved on few of its
-/// constraints, to which the one broken by most is added until none is broken.
+/// Returns the shift with the most room, that room, and the axes that limit it: the largest `m` with
+/// `row · d + m <= most` for all ends.
+///
+/// It is a linear program in four unknowns, solved on few of its constraints, to which the one broken by
+/// most is added until none is broken.
 fn roomiest(ends: &[TravelEnd]) -> Option<(Vector3<f64>, f64, Vec<usize>)> {
     // Far enough for any machine, so that the first small program has a corner.
     let far = ends.iter().fold(1.0_f64, |far, end| far.max(end.most.abs())) * 8.0;
@@ -148,13 +154,14 @@ fn roomiest(ends: &[TravelEnd]) -> Option<(Vector3<f64>, f64, Vec<usize>)> {
             let tight = corner.iter().filter_map(|&at| some.get(at)?.2).collect();
             return Some((shift, room(worst), tight));
         }
+        // Cutting plane: the constraint broken by most joins the program.
         let row = Vector4::new(worst.row.x, worst.row.y, worst.row.z, 1.0);
         some.push((row, worst.most, Some(worst.axis)));
     }
 }
 
-/// The highest corner of a small program, by trying all, and the constraints that hold it down: those
-/// with a price above zero. None of a highest corner's prices is negative.
+/// Returns the highest corner of a small program, by trying all, and the constraints that hold it down:
+/// those with a price above zero. None of a highest corner's prices is negative.
 fn corner(some: &[OriginConstraint]) -> Option<(Vector4<f64>, Vec<usize>)> {
     let count = some.len();
     let picks = (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b])).flat_map(|[a, b]| {
@@ -162,6 +169,8 @@ fn corner(some: &[OriginConstraint]) -> Option<(Vector4<f64>, Vec<usize>)> {
     });
     let mut best: Option<(Vector4<f64>, Vec<usize>)> = None;
     for pick in picks {
+        // A vertex is optimal if the objective is a combination of its constraints with weights that are not
+        // negative (linear programming duality).
         let Some((x, prices)) = crossing(some, pick) else { continue };
         // Prices add up to one: the rows' last entries are 1.
         let dear = |price: f64| price > 1e3 * f64::EPSILON;
@@ -185,6 +194,7 @@ fn crossing(some: &[OriginConstraint], pick: [usize; 4]) -> Option<(Vector4<f64>
         rows.set_row(place, &row.transpose());
         most[place] = *value;
     }
+    // The last row of the inverse has the derivative of the height by the right-hand sides.
     let inverse = rows.try_inverse()?;
     let x = inverse * most;
     x.iter().all(|x| x.is_finite()).then(|| (x, inverse.row(3).transpose()))
@@ -192,6 +202,7 @@ fn crossing(some: &[OriginConstraint], pick: [usize; 4]) -> Option<(Vector4<f64>
 
 /// Returns `true` if a corner satisfies all constraints, to rounding.
 fn keeps(some: &[OriginConstraint], x: &Vector4<f64>) -> bool {
+    // A product of four terms, and the rounding of the corner itself.
     let size = 1.0 + x.amax();
     some.iter()
         .all(|(row, most, _)| row.dot(x) <= most + 1024.0 * f64::EPSILON * (size + most.abs()))
@@ -249,7 +260,7 @@ pub(super) fn explain(
     AxesError::OutOfTravel { piece, node, u, axis, kind, value, limit, excess, remedy }
 }
 
-/// The path on the same machine without ends of the linear axes.
+/// Plans the path on the same machine without ends of travel of the linear axes.
 fn free(
     follower: &PathFollower<'_>,
     segments: &[PathSegment],
@@ -263,6 +274,7 @@ fn free(
     Some(assemble(chosen, links, segments.to_vec()))
 }
 
+/// Returns a machine without ends of travel of its linear axes.
 pub(super) fn endless(machine: &Machine) -> Machine {
     let mut machine = machine.clone();
     for axis in machine.axes.iter_mut().take(FIRST_ROTARY) {

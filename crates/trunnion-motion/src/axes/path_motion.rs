@@ -144,6 +144,7 @@ impl PathMotion for CurveMotion<'_> {
         evaluation: &mut Evaluation,
     ) -> Result<(), InverseError> {
         let rates = self.curve.rates_in(span, u);
+        // Speed of the tip and of the feed point per unit of the parameter.
         let tip = rates.tip[1].norm();
         let feed = match self.feed_at {
             FeedPoint::Tip => tip,
@@ -205,6 +206,7 @@ impl PathMotion for LinkMotion<'_> {
         evaluation: &mut Evaluation,
     ) -> Result<(), InverseError> {
         let [from, to] = self.tips;
+        // Over the length of the link the tip moves at 1 mm per mm, or rests while the rotaries turn.
         let slope = (to - from) / self.length();
         let tip = [from.coords + slope * u, slope, Vector3::zeros(), Vector3::zeros()];
         let q = self.inverse.with_rotaries(&tip, self.rotaries(u))?;

@@ -51,10 +51,12 @@ pub(super) fn split(
     let mut curves: Option<Range<usize>> = None;
     for (piece, tool) in path.pieces.iter().enumerate() {
         match &tool.geometry {
+            // Curves without a link in between belong to one segment.
             PieceGeometry::Curve(_) => {
                 curves = Some(curves.map_or(piece..piece + 1, |range| range.start..piece + 1));
             }
             PieceGeometry::Reorient { from, to } => {
+                // A link at the start, or after another link, begins at a single pose.
                 shapes.push(
                     curves
                         .take()
@@ -180,6 +182,7 @@ fn run_all(
         }
         SegmentShape::Curves(range) => run_curves(follower, path, range.clone(), starts),
     };
+    // One branch may leave reach where the other goes on: only if none is left it is an error.
     let mut found = Vec::new();
     let mut fault = None;
     for candidate in all {
@@ -206,6 +209,7 @@ fn held_values(
     let after = all.iter().skip(index + 1).flatten().next().into_iter().flatten();
     let mut values: Vec<f64> =
         (0..4).map(|quarter| home + FRAC_PI_2 * f64::from(quarter)).collect();
+    // Where the rotary keeps the angle of a neighbour the link to it does not turn it.
     let ends = before.map(|candidate| candidate.end[0]);
     for value in ends.chain(after.map(|candidate| candidate.start[0])) {
         if values.iter().all(|other| other.to_bits() != value.to_bits()) {
@@ -221,6 +225,7 @@ fn point_starts(
     piece: usize,
     pose: &ToolPose,
 ) -> Result<Option<Vec<AxisVector>>, AxesError> {
+    // Within the cone of the follower a pose counts as singular, so that curves and points agree.
     if follower.inverse.second_at_pole(&pose.axis, follower.pole()).is_some() {
         return Ok(None);
     }

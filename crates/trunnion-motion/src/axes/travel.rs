@@ -1,4 +1,4 @@
-//! Ends of travel: which whole turns fit, and what is beyond.
+//! Ends of travel: the whole turns that fit, and the excess of those that do not.
 
 use super::axis_bounds::AxisBounds;
 use super::branch_run::{BranchRun, NodePosition, PathSegment};
@@ -52,6 +52,7 @@ impl TravelLimits<'_> {
     /// Returns `true` if the linear axes stay inside travel.
     pub(super) fn slides_inside(self, bounds: &AxisBounds) -> bool {
         self.axes.iter().zip(&bounds.0).take(FIRST_ROTARY).all(|(axis, [low, high])| {
+            // Bounds hold between nodes as well, so that the whole interval is inside.
             let [least, most] = axis.limits;
             *low >= least - TRAVEL_ROUNDING && *high <= most + TRAVEL_ROUNDING
         })
@@ -125,6 +126,7 @@ impl TravelLimits<'_> {
         let all = bounds.0.iter().enumerate().map(|(axis, [from, to])| {
             let offset = axis.checked_sub(FIRST_ROTARY).and_then(|at| offset.get(at)).copied();
             let [from, to] = [from, to].map(|value| value + offset.unwrap_or(0.0));
+            // The larger of both excesses; negative where the axis is inside.
             let [low, high] = self.limits(axis);
             if low - from > to - high {
                 TravelExcess { axis, value: from, limit: low, excess: low - from }
@@ -155,6 +157,7 @@ impl TravelLimits<'_> {
             for cell in &all {
                 bounds.merge(&cell.bounds);
             }
+            // Without a retract one turn has to serve the whole segment.
             let cells = all.iter().enumerate().filter_map(|(index, cell)| {
                 let offset = self.least_turns(if whole { &bounds } else { &cell.bounds });
                 Some((index, self.worst(&cell.bounds, offset)?))

@@ -52,7 +52,7 @@ pub struct LimitBreach {
     pub worst: f64,
 }
 
-/// Runs a path at given speeds, whatever the limits: one [`GivenSpeed`] a piece.
+/// Runs a path at given speeds, one [`GivenSpeed`] a piece, and reports where they break limits.
 ///
 /// `q' = t V`, `q'' = t A + K V²`, `q''' = t J + 3 K V A + L V³` with the derivatives of the path;
 /// the time between rows is `2 ds / (V0 + V1)`. Breaches are in order of `s`. `options.ends` does
@@ -66,6 +66,25 @@ pub struct LimitBreach {
 /// # Source
 ///
 /// `docs/sources.md#000`: (40)-(43), with (43) free of its singularity at V = 0.
+///
+/// # Example
+///
+/// 50 mm/s over 100 mm where the axis is allowed 40 mm/s:
+///
+/// ```
+/// use nalgebra::Vector1;
+/// use trunnion_motion::feed::{FeedOptions, GivenSpeed, Limits, given};
+/// use trunnion_motion::types::{AxisPath, Silent};
+///
+/// let path = AxisPath::through(&[Vector1::new(0.0), Vector1::new(100.0)])?;
+/// let [velocity, acceleration, jerk] = [40.0, 500.0, 1e4].map(Vector1::new);
+/// let limits = Limits::symmetric(velocity, acceleration, jerk);
+/// let speed = GivenSpeed { s: vec![0.0, 100.0], speed: vec![50.0; 2] };
+/// let (plan, breaches) = given(&path, &[speed], &limits, &FeedOptions::fastest(), &Silent)?;
+/// assert!((plan.schedule.duration() - 2.0).abs() < 1e-12);
+/// assert!((breaches[0].ratio - 1.25).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn given<const N: usize>(
     path: &AxisPath<N>,
     speeds: &[GivenSpeed],
@@ -134,6 +153,7 @@ fn grid<const N: usize>(
 
 /// Returns the squared speed at `s`.
 fn square_at(given: &GivenSpeed, s: f64) -> f64 {
+    // The interval of the given rows that holds s; the first or last one beyond them.
     let next = given.s.partition_point(|&row| row < s).clamp(1, given.s.len() - 1);
     let [from, to] = [given.s[next - 1], given.s[next]];
     let [before, after] = [given.speed[next - 1], given.speed[next]].map(|speed| speed * speed);

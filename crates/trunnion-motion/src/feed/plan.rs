@@ -75,6 +75,7 @@ impl FeedPlan {
     /// that of a chord error.
     pub fn name_chords<const N: usize>(&mut self, lowered: [bool; N]) {
         for binding in self.binding.iter_mut().flatten() {
+            // The lower limit is the chord error's, so what binds is that.
             if let BindingLimit::Acceleration(axis) = *binding
                 && lowered.get(usize::from(axis)).is_some_and(|lowered| *lowered)
             {

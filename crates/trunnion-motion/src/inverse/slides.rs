@@ -48,7 +48,7 @@ pub(super) struct SlideSolver {
 }
 
 impl SlideSolver {
-    /// `None` if the linear axes lie in one plane, or a number is not finite.
+    /// Prepares the solve; `None` if the linear axes lie in one plane, or a number is not finite.
     pub(super) fn new(chain: &ChainGeometry, frame: &[Vector3<f64>; 3]) -> Option<Self> {
         let frame = Matrix3::from_rows(&frame.map(|row| row.transpose()));
         let [first, second] = &chain.rotary;

@@ -77,6 +77,7 @@ impl KinematicChain {
     /// Sets the direction from tip to spindle, and the gauge point (spindle nose) \[mm\].
     #[must_use]
     pub fn tool(mut self, direction: [f64; 3], gauge: [f64; 3]) -> Self {
+        // Both are at q = 0; the tool length comes with the setup.
         (self.tool_axis, self.gauge) = (direction, gauge);
         self
     }

@@ -80,6 +80,7 @@ impl Machine {
         if compass(&self.tool_axis)? != "+z" {
             return None;
         }
+        // By the lines of the axes alone: a reversed axis is the same layout.
         let letter = |axis: &Axis| compass(&axis.dir)?.chars().last();
         let (tens, first, second) = match self.kind() {
             MachineKind::HeadHead => (10, first, second),
@@ -242,6 +243,7 @@ fn moved(q: &AxisVector, index: usize, by: f64) -> AxisVector {
 
 /// Returns a coordinate direction across `axis`, x if possible.
 fn side_of(axis: &Vector3<f64>) -> Vector3<f64> {
+    // More than 30 degrees from the axis.
     let across = |side: &Vector3<f64>| side.cross(axis).norm() > 0.5 * axis.norm();
     [Vector3::x(), Vector3::y()].into_iter().find(across).unwrap_or_else(Vector3::z)
 }

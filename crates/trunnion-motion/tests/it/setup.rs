@@ -265,7 +265,7 @@ impl Case {
         if Ok(followed) != follow(&again, &path, &OPTIONS, &Silent).as_ref() {
             return fault("other axes");
         }
-        if best.lean.tilt > self.tilt + 0.02 * DEGREE {
+        if best.workpiece.tilt > self.tilt + 0.02 * DEGREE {
             return fault("out of bounds");
         }
         Ok(())
@@ -371,7 +371,7 @@ fn what_leans_too_far_is_told() {
     spec.axes[4].limits = Some([-0.1, 0.1]);
     let cone = path(V3::new(1.0, 0.0, 1.0), 0.3, 1.0, 50.0);
     let found = find(&on(spec, [0.0; 3]), &cone, &search(wide())).unwrap();
-    assert!(found.best.is_none() && found.looked == found.beyond_tilt);
+    assert!(found.best.is_none() && found.evaluated == found.beyond_tilt);
     let SetupVerdict::BeyondTilt(by) = found.others[0].verdict else { panic!("{found:?}") };
     // Tilted back by 45 degrees the cone of 0.3 rad is 0.2 too wide.
     assert!((by - 0.2).abs() < 0.07, "{by}");
@@ -388,7 +388,7 @@ fn fixed_bounds_are_kept_and_the_best_is_not_left() {
         turn: Interval::point(0.0),
     };
     let (best, _) = find(&kinematics, &cone, &search(one)).unwrap().best.unwrap();
-    assert!((best.lean.tilt - 0.3).abs() < 0.01 * DEGREE);
+    assert!((best.workpiece.tilt - 0.3).abs() < 0.01 * DEGREE);
     assert!((best.angles[0] + 0.3).abs() < 0.01 * DEGREE && best.angles[1].abs() < 1e-12);
     let alike = SetupOptions { alike: DEGREE, ..search(wide()) };
     let found = find(&kinematics, &cone, &alike).unwrap();

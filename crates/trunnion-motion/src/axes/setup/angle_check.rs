@@ -36,21 +36,21 @@ pub(super) struct AngleResult {
     pub(super) least: f64,
     /// Tilt of the tool needed beyond the travel of the tool-side rotary \[rad\]; 0 if
     /// it need not.
-    pub(super) leans: f64,
+    pub(super) missing_tilt: f64,
     /// Turn of a rotary needed beyond its travel along the path \[rad\]; 0 if it need not, or
     /// if that is not known.
-    pub(super) turns: f64,
+    pub(super) missing_turn: f64,
 }
 
 impl AngleResult {
     /// Returns `true` if the rotaries stay inside travel, judged by angles.
     pub(super) fn fits(&self) -> bool {
-        self.leans <= 0.0 && self.turns <= 0.0
+        self.missing_tilt <= 0.0 && self.missing_turn <= 0.0
     }
 
     /// Returns `true` if this is the better for the machine: inside travel before all, then the larger angle.
     pub(super) fn before(&self, other: &Self) -> bool {
-        let [own, others] = [self, other].map(|seen| seen.leans + seen.turns);
+        let [own, others] = [self, other].map(|check| check.missing_tilt + check.missing_turn);
         own < others || (own <= others && self.least > other.least)
     }
 }
@@ -73,20 +73,20 @@ pub(super) struct SampleLevels(Vec<AxisSamples>);
 impl SampleLevels {
     /// Samples a path with steps \[rad\] from `coarse` to `fine`, each a quarter of the one before.
     pub(super) fn new(path: &ToolPath, coarse: f64, fine: f64) -> Self {
-        let mut views = Vec::new();
+        let mut samples = Vec::new();
         let mut step = coarse;
         while step > fine {
-            views.push(AxisSamples::new(path, step));
+            samples.push(AxisSamples::new(path, step));
             step *= 0.25;
         }
-        views.push(AxisSamples::new(path, fine));
-        Self(views)
+        samples.push(AxisSamples::new(path, fine));
+        Self(samples)
     }
 
     /// Returns samples fine enough to distinguish rotations that differ by `radius`.
     pub(super) fn within(&self, radius: f64) -> &AxisSamples {
         // Sampling errs by half a step: a quarter of the radius is little beside their difference.
-        let fine = self.0.iter().find(|view| view.step <= 0.25 * radius);
+        let fine = self.0.iter().find(|samples| samples.step <= 0.25 * radius);
         fine.unwrap_or_else(|| self.finest())
     }
 
@@ -95,7 +95,7 @@ impl SampleLevels {
         const NONE: &AxisSamples = &AxisSamples {
             step: 0.0,
             axes: Vec::new(),
-            trail: AxisTrail { step: 0.0, stretches: Vec::new() },
+            trail: AxisTrail { step: 0.0, segments: Vec::new() },
         };
         self.0.last().unwrap_or(NONE)
     }
@@ -124,22 +124,25 @@ impl AngleCheck {
 
     /// Judges the path with the workpiece rotated by `machine_from_workpiece`. Angles are good to 1e-8 rad,
     /// which is the accuracy of an arc cosine next to 1.
-    pub(super) fn check(&self, view: &AxisSamples, rotation: &Rotation3<f64>) -> AngleResult {
-        let seen = self.check_angles(view, rotation);
-        AngleResult { turns: self.turns(view, rotation, RotationBall::POINT), ..seen }
+    pub(super) fn check(&self, samples: &AxisSamples, rotation: &Rotation3<f64>) -> AngleResult {
+        let check = self.check_angles(samples, rotation);
+        AngleResult {
+            missing_turn: self.missing_turn(samples, rotation, RotationBall::POINT),
+            ..check
+        }
     }
 
     /// Judges the path as [`Self::check`], but leaves out the rotary travel, which takes longer.
     pub(super) fn check_angles(
         &self,
-        view: &AxisSamples,
+        samples: &AxisSamples,
         rotation: &Rotation3<f64>,
     ) -> AngleResult {
         // Seen from the workpiece one direction is rotated instead of all tool axes. The cosine falls with
         // the angle, so its range gives the farthest and the nearest tool axis.
         let first = rotation.inverse() * self.first;
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
-        for axis in &view.axes {
+        for axis in &samples.axes {
             let along = first.dot(axis);
             range = [range[0].min(along), range[1].max(along)];
         }
@@ -152,33 +155,33 @@ impl AngleCheck {
         let Interval { low, high } = self.band;
         AngleResult {
             least: least.fold(PI, f64::min),
-            leans: (low - nearest).max(farthest - high).max(0.0),
-            turns: 0.0,
+            missing_tilt: (low - nearest).max(farthest - high).max(0.0),
+            missing_turn: 0.0,
         }
     }
 
     /// Returns the turn that rotaries need beyond their travel along the path, for every rotation of a
     /// ball \[rad\].
-    pub(super) fn turns(
+    pub(super) fn missing_turn(
         &self,
-        view: &AxisSamples,
+        samples: &AxisSamples,
         rotation: &Rotation3<f64>,
         ball: RotationBall,
     ) -> f64 {
-        if self.whole { self.turning.beyond(&view.trail, rotation, ball) } else { 0.0 }
+        if self.whole { self.turning.beyond(&samples.trail, rotation, ball) } else { 0.0 }
     }
 }
 
 /// Samples the tool axes of all curves about `step` \[rad\] apart; of those nearer together one is kept.
 fn axes(path: &ToolPath, step: f64) -> Vec<Vector3<f64>> {
-    let mut seen = BTreeSet::new();
+    let mut taken = BTreeSet::new();
     let mut axes = Vec::new();
     for piece in &path.pieces {
         let PieceGeometry::Curve(curve) = &piece.geometry else { continue };
         for axis in samples(curve, step) {
             // One sample for each cube of a grid; + 0 turns -0 into 0, which has other bits.
             let cell = [axis.x, axis.y, axis.z].map(|part| ((part / step).round() + 0.0).to_bits());
-            if seen.insert(cell) {
+            if taken.insert(cell) {
                 axes.push(axis.into_inner());
             }
         }
@@ -188,35 +191,35 @@ fn axes(path: &ToolPath, step: f64) -> Vec<Vector3<f64>> {
 
 /// Samples the tool axes in the order of the path, cut at links.
 fn trail(path: &ToolPath, step: f64) -> AxisTrail {
-    let mut stretches: Vec<Vec<Vector3<f64>>> = Vec::new();
+    let mut segments: Vec<Vec<Vector3<f64>>> = Vec::new();
     let mut open = false;
     for (index, piece) in path.pieces.iter().enumerate() {
         match &piece.geometry {
             PieceGeometry::Curve(curve) => {
                 if !open {
-                    stretches.push(Vec::new());
+                    segments.push(Vec::new());
                     open = true;
                 }
-                let Some(stretch) = stretches.last_mut() else { continue };
+                let Some(segment) = segments.last_mut() else { continue };
                 for axis in samples(curve, step) {
                     let near = |last: &Vector3<f64>| last.cross(&axis).norm() < 0.5 * step;
-                    if !stretch.last().is_some_and(near) {
-                        stretch.push(axis.into_inner());
+                    if !segment.last().is_some_and(near) {
+                        segment.push(axis.into_inner());
                     }
                 }
             }
             PieceGeometry::Reorient { from, to } => {
                 if !open {
-                    stretches.push(vec![from.axis.into_inner()]);
+                    segments.push(vec![from.axis.into_inner()]);
                 }
                 open = false;
                 if index + 1 == path.pieces.len() {
-                    stretches.push(vec![to.axis.into_inner()]);
+                    segments.push(vec![to.axis.into_inner()]);
                 }
             }
         }
     }
-    AxisTrail { step, stretches }
+    AxisTrail { step, segments }
 }
 
 /// Samples the tool axis on each span of a curve, ends included.

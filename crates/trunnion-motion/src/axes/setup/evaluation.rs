@@ -21,9 +21,9 @@ pub(super) struct SetupTask<'a> {
     pub(super) path: &'a ToolPath,
     pub(super) options: &'a AxesOptions,
     pub(super) search: &'a SetupOptions,
-    pub(super) sight: AngleCheck,
+    pub(super) angles: AngleCheck,
     /// Tool axes of the path.
-    pub(super) views: SampleLevels,
+    pub(super) samples: SampleLevels,
     pub(super) progress: SearchProgress<'a>,
 }
 
@@ -37,7 +37,7 @@ pub(super) struct PlannedSetups {
 }
 
 impl PlannedSetups {
-    /// The largest least angle \[rad\].
+    /// Returns the largest least angle \[rad\].
     pub(super) fn least(&self) -> Option<f64> {
         self.fitting.iter().map(|one| one.least).reduce(f64::max)
     }
@@ -61,23 +61,24 @@ impl SetupTask<'_> {
     }
 
     /// Rounds a rotation as it would be written, and plans the axes with it.
-    pub(super) fn evaluate(&self, lean: &WorkpieceTilt) -> Result<EvaluatedSetup, Cancelled> {
+    pub(super) fn evaluate(&self, workpiece: &WorkpieceTilt) -> Result<EvaluatedSetup, Cancelled> {
         let digit = self.search.rotation_digit;
-        let (x, y, z) = lean.rotation().euler_angles();
+        let (x, y, z) = workpiece.rotation().euler_angles();
+        // Rounded before it is judged, so that the setup that is written is the one that was planned.
         let angles = [x, y, z].map(|angle| rounded(angle.to_degrees(), digit).to_radians());
         let before = self.kinematics.setup();
         let mut setup = Setup::new(before.origin, angles, before.tool_length);
-        let seen = self.sight.check_angles(self.views.finest(), &setup.rotation);
-        let verdict = if seen.leans > 0.0 {
-            SetupVerdict::BeyondTilt(seen.leans)
+        let check = self.angles.check_angles(self.samples.finest(), &setup.rotation);
+        let verdict = if check.missing_tilt > 0.0 {
+            SetupVerdict::BeyondTilt(check.missing_tilt)
         } else {
             self.verdict(&mut setup)?
         };
         Ok(EvaluatedSetup {
             setup,
             angles,
-            lean: WorkpieceTilt::of(&setup.rotation),
-            least: seen.least,
+            workpiece: WorkpieceTilt::of(&setup.rotation),
+            least: check.least,
             verdict,
         })
     }

@@ -17,8 +17,8 @@ const HALVINGS: u32 = 4;
 /// A rotation, judged by its angles.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SetupCandidate {
-    pub(super) lean: WorkpieceTilt,
-    pub(super) seen: AngleResult,
+    pub(super) workpiece: WorkpieceTilt,
+    pub(super) check: AngleResult,
 }
 
 /// A rotation, and the best near it.
@@ -30,13 +30,13 @@ pub(super) struct ImprovedCandidate {
 
 impl SetupTask<'_> {
     /// Judges the rotations of the grid by their angles.
-    pub(super) fn grid(&self, leans: Vec<WorkpieceTilt>) -> Vec<SetupCandidate> {
-        let view = self.views.within(self.search.grid);
-        let check = |lean: WorkpieceTilt| SetupCandidate {
-            lean,
-            seen: self.sight.check(view, &lean.rotation()),
+    pub(super) fn grid(&self, workpieces: Vec<WorkpieceTilt>) -> Vec<SetupCandidate> {
+        let samples = self.samples.within(self.search.grid);
+        let judge = |workpiece: WorkpieceTilt| SetupCandidate {
+            workpiece,
+            check: self.angles.check(samples, &workpiece.rotation()),
         };
-        leans.into_par_iter().map(check).collect()
+        workpieces.into_par_iter().map(judge).collect()
     }
 
     /// Plans the best of the grid; `inside` has the best first.
@@ -47,14 +47,14 @@ impl SetupTask<'_> {
     ) -> Result<(), Cancelled> {
         // Turning the workpiece by an angle changes the least angle by that much at most: what is more than
         // a grid step below the best cannot have a better rotation near it.
-        let floor = inside.first().map_or(0.0, |best| best.seen.least - self.search.grid);
-        let (level, _) = inside.split_at(inside.partition_point(|one| one.seen.least >= floor));
+        let floor = inside.first().map_or(0.0, |best| best.check.least - self.search.grid);
+        let (level, _) = inside.split_at(inside.partition_point(|one| one.check.least >= floor));
         let seeds = spread(level, SEEDS);
         let mut climbed: Vec<ImprovedCandidate> =
             seeds.par_iter().map(|from| self.climb(from)).collect();
-        climbed.sort_by(|a, b| b.best.seen.least.total_cmp(&a.best.seen.least));
-        let top = climbed.first().map_or(0.0, |one| one.best.seen.least);
-        let alike = climbed.partition_point(|one| one.best.seen.least >= top - self.search.alike);
+        climbed.sort_by(|a, b| b.best.check.least.total_cmp(&a.best.check.least));
+        let top = climbed.first().map_or(0.0, |one| one.best.check.least);
+        let alike = climbed.partition_point(|one| one.best.check.least >= top - self.search.alike);
         let (top, below) = climbed.split_at(alike);
         // The axes may not fit the best: others, far apart from each other, are planned as well.
         let mut tried = spread(top, self.search.batch);
@@ -71,7 +71,7 @@ impl SetupTask<'_> {
         &self,
         climbed: &ImprovedCandidate,
     ) -> Result<Vec<EvaluatedSetup>, Cancelled> {
-        let (from, to) = (climbed.from.lean, climbed.best.lean);
+        let (from, to) = (climbed.from.workpiece, climbed.best.workpiece);
         let best = self.evaluate(&to)?;
         if best.verdict.fits().is_some() || from == to {
             return Ok(vec![best]);
@@ -94,8 +94,8 @@ impl SetupTask<'_> {
         Ok(vec![best, found])
     }
 
-    /// If better rotations do not fit, the best that fits lies at the edge of travel: searches from there
-    /// to the best that fits near it, ever closer.
+    /// Searches from the best rotation that fits for better ones near it that fit as well, in ever smaller
+    /// steps. Where better rotations do not fit, the best lies at the edge of travel.
     pub(super) fn polish(&self, planned: &mut PlannedSetups) -> Result<(), Cancelled> {
         let by_least = |a: &&EvaluatedSetup, b: &&EvaluatedSetup| a.least.total_cmp(&b.least);
         let Some(mut best) = planned.fitting.iter().max_by(by_least).cloned() else {
@@ -108,14 +108,14 @@ impl SetupTask<'_> {
         let mut width = self.search.grid;
         while width > self.search.tolerance {
             // Planning the axes takes long: only rotations that are better by their angles are planned.
-            let promising = |lean: &WorkpieceTilt| {
-                let seen = self.sight.check(self.views.finest(), &lean.rotation());
-                seen.fits() && seen.least > best.least + self.search.tolerance
+            let promising = |workpiece: &WorkpieceTilt| {
+                let check = self.angles.check(self.samples.finest(), &workpiece.rotation());
+                check.fits() && check.least > best.least + self.search.tolerance
             };
             let near: Vec<WorkpieceTilt> =
-                self.search.bounds.around(&best.lean, width).filter(promising).collect();
+                self.search.bounds.around(&best.workpiece, width).filter(promising).collect();
             let judged: Result<Vec<EvaluatedSetup>, Cancelled> =
-                near.par_iter().map(|lean| self.evaluate(lean)).collect();
+                near.par_iter().map(|workpiece| self.evaluate(workpiece)).collect();
             let fits =
                 |one: &EvaluatedSetup| one.verdict.fits().is_some() && one.least > best.least;
             let found = judged?.into_iter().filter(fits).max_by(|a, b| a.least.total_cmp(&b.least));
@@ -130,38 +130,38 @@ impl SetupTask<'_> {
 
     /// Finds the best rotation near one, by angles: the best of a small grid around it, which shrinks.
     pub(super) fn climb(&self, from: &SetupCandidate) -> ImprovedCandidate {
-        let finest = self.views.finest();
-        let seen = self.sight.check(finest, &from.lean.rotation());
-        let from = SetupCandidate { seen, ..*from };
+        let finest = self.samples.finest();
+        let check = self.angles.check(finest, &from.workpiece.rotation());
+        let from = SetupCandidate { check, ..*from };
         let mut best = from;
         let mut width = self.search.grid;
         while width > self.search.tolerance {
-            let view = self.views.within(width);
-            best.seen = self.sight.check(view, &best.lean.rotation());
-            for lean in self.search.bounds.around(&best.lean, width) {
-                let rotation = lean.rotation();
-                let angles = self.sight.check_angles(view, &rotation);
+            let samples = self.samples.within(width);
+            best.check = self.angles.check(samples, &best.workpiece.rotation());
+            for workpiece in self.search.bounds.around(&best.workpiece, width) {
+                let rotation = workpiece.rotation();
+                let angles = self.angles.check_angles(samples, &rotation);
                 // Rotary travel can only make a rotation worse: what loses without it loses with it.
-                if !angles.before(&best.seen) {
+                if !angles.before(&best.check) {
                     continue;
                 }
-                let seen = self.sight.check(view, &rotation);
-                if seen.before(&best.seen) {
-                    best = SetupCandidate { lean, seen };
+                let check = self.angles.check(samples, &rotation);
+                if check.before(&best.check) {
+                    best = SetupCandidate { workpiece, check };
                 }
             }
             width *= 0.5;
         }
-        best.seen = self.sight.check(finest, &best.lean.rotation());
+        best.check = self.angles.check(finest, &best.workpiece.rotation());
         // Whole degrees are easier to clamp.
-        let lean = best.lean.whole_degrees();
-        let seen = self.sight.check(finest, &lean.rotation());
-        let as_good = seen.fits() && seen.least >= best.seen.least - self.search.tolerance;
-        if as_good && self.search.bounds.holds(&lean) {
-            best = SetupCandidate { lean, seen };
+        let workpiece = best.workpiece.whole_degrees();
+        let check = self.angles.check(finest, &workpiece.rotation());
+        let as_good = check.fits() && check.least >= best.check.least - self.search.tolerance;
+        if as_good && self.search.bounds.holds(&workpiece) {
+            best = SetupCandidate { workpiece, check };
         }
         // Coarse samples chose the way: on the finest ones the start may be the better.
-        if from.seen.before(&best.seen) && !as_good {
+        if from.check.before(&best.check) && !as_good {
             best = from;
         }
         ImprovedCandidate { from, best }
@@ -175,13 +175,13 @@ pub(super) trait HasRotation: Copy + Sync {
 
 impl HasRotation for SetupCandidate {
     fn rotation(&self) -> Rotation3<f64> {
-        self.lean.rotation()
+        self.workpiece.rotation()
     }
 }
 
 impl HasRotation for ImprovedCandidate {
     fn rotation(&self) -> Rotation3<f64> {
-        self.best.lean.rotation()
+        self.best.workpiece.rotation()
     }
 }
 

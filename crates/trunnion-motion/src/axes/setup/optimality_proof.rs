@@ -50,7 +50,7 @@ struct HalvedCell {
     floor: f64,
     /// Radius, if the centre was planned in vain and nothing more is known of the cell.
     except: f64,
-    looked: usize,
+    evaluated: usize,
 }
 
 /// Lever arms, which bound how far a change of rotation moves the linear axes \[mm\].
@@ -74,7 +74,7 @@ pub(super) struct OptimalityProof<'a> {
 
 impl<'a> OptimalityProof<'a> {
     pub(super) fn new(task: &'a SetupTask<'a>) -> Self {
-        let sum = SearchAssurance { bound: None, except: 0.0, looked: 0, planned: 0 };
+        let sum = SearchAssurance { bound: None, except: 0.0, evaluated: 0, planned: 0 };
         Self { task, levers: TravelLevers::of(task), queue: CellQueue::default(), sum }
     }
 
@@ -90,8 +90,8 @@ impl<'a> OptimalityProof<'a> {
         let progress: &dyn Progress = &self.task.progress;
         loop {
             progress.step(Stage::Axes, 0, 0)?;
-            let spent =
-                self.sum.looked >= search.most_evaluated || self.sum.planned >= search.most_planned;
+            let spent = self.sum.evaluated >= search.most_evaluated
+                || self.sum.planned >= search.most_planned;
             if spent {
                 break;
             }
@@ -110,7 +110,7 @@ impl<'a> OptimalityProof<'a> {
                 })
                 .collect();
             for one in halved? {
-                self.sum.looked += one.looked;
+                self.sum.evaluated += one.evaluated;
                 self.sum.planned += one.planned.len();
                 self.sum.except = self.sum.except.max(one.except);
                 floor = floor.max(one.floor);
@@ -140,27 +140,27 @@ impl<'a> OptimalityProof<'a> {
     /// Bounds a cell, and keeps it in `into` if it may hold a rotation better than `target` \[rad\]. `above`
     /// is the bound of the cell that it is a part of.
     fn bound_cell(&self, cell: RotationCell, above: f64, target: f64, into: &mut HalvedCell) {
-        let SetupTask { sight, views, .. } = self.task;
-        into.looked += 1;
+        let SetupTask { angles, samples, .. } = self.task;
+        into.evaluated += 1;
         let radius = cell.radius();
         // Along the cell the first rotary's direction, seen from the workpiece, moves by this at most; a
         // turn by the radius moves no direction farther than that.
-        let drift = cell.moves(&sight.first).iter().sum::<f64>().min(radius);
+        let drift = cell.moves(&angles.first).iter().sum::<f64>().min(radius);
         let rotation = cell.centre.rotation();
-        let seen = sight.check_angles(views.within(drift), &rotation);
+        let check = angles.check_angles(samples.within(drift), &rotation);
         // Needs more tilt at the centre than the cell can save: none of its rotations fits.
-        if seen.leans > drift + ROUNDING {
+        if check.missing_tilt > drift + ROUNDING {
             return;
         }
         // Within the cell the least angle grows by at most the drift.
-        let bound = above.min(seen.least + drift + ROUNDING);
+        let bound = above.min(check.least + drift + ROUNDING);
         if bound <= target {
             into.floor = into.floor.max(bound);
             return;
         }
         let ball = RotationBall { radius, drift };
-        let view = views.within(radius);
-        if sight.turns(view, &rotation, ball) > 0.0 {
+        let samples = samples.within(radius);
+        if angles.missing_turn(samples, &rotation, ball) > 0.0 {
             return;
         }
         into.open.push(OpenCell { cell, ball, bound });
@@ -175,7 +175,7 @@ impl<'a> OptimalityProof<'a> {
     ) -> Result<HalvedCell, Cancelled> {
         let search = self.task.search;
         let mut halved = HalvedCell::default();
-        let fine = self.task.sight.check(self.task.views.finest(), &open.cell.centre.rotation());
+        let fine = self.task.angles.check(self.task.samples.finest(), &open.cell.centre.rotation());
         let bound = open.bound.min(fine.least + open.ball.drift + ROUNDING);
         let target = self.target(best);
         if bound <= target {
@@ -186,7 +186,7 @@ impl<'a> OptimalityProof<'a> {
         let mut in_vain = false;
         if better && fine.fits() {
             halved.planned =
-                self.plan(&SetupCandidate { lean: open.cell.centre, seen: fine }, effort)?;
+                self.plan(&SetupCandidate { workpiece: open.cell.centre, check: fine }, effort)?;
             let last = halved.planned.last();
             in_vain = last.is_some_and(|one| one.verdict.fits().is_none());
             if last.is_some_and(|one| self.too_short(open, &one.verdict)) {
@@ -196,7 +196,7 @@ impl<'a> OptimalityProof<'a> {
         // With an endless workpiece-side rotary, only its direction matters.
         // Otherwise a cell is worth halving as long as any turn of the workpiece in it is large.
         let by_direction =
-            !in_vain && (fine.turns <= 0.0 || self.task.sight.turning.endless_first());
+            !in_vain && (fine.missing_turn <= 0.0 || self.task.angles.turning.endless_first());
         let size = if by_direction { open.ball.drift } else { open.ball.radius };
         // Too small to matter: its centre does not fit, and nothing is known of what is near it.
         if (in_vain || !fine.fits()) && size <= SMALLEST * search.within {
@@ -204,7 +204,7 @@ impl<'a> OptimalityProof<'a> {
             return Ok(halved);
         }
         let does =
-            if by_direction { open.cell.moves(&self.task.sight.first) } else { open.cell.turns() };
+            if by_direction { open.cell.moves(&self.task.angles.first) } else { open.cell.turns() };
         for half in open.cell.halves(does) {
             self.bound_cell(half, bound, target, &mut halved);
         }
@@ -219,7 +219,7 @@ impl<'a> OptimalityProof<'a> {
     ) -> Result<Vec<EvaluatedSetup>, Cancelled> {
         match effort {
             PlanEffort::BestNearby => self.task.improve(&self.task.climb(centre)),
-            PlanEffort::CentreOnly => Ok(vec![self.task.evaluate(&centre.lean)?]),
+            PlanEffort::CentreOnly => Ok(vec![self.task.evaluate(&centre.workpiece)?]),
         }
     }
 
@@ -229,8 +229,8 @@ impl<'a> OptimalityProof<'a> {
         let SetupVerdict::Short { by, .. } = verdict else { return false };
         let RotationBall { radius, .. } = open.ball;
         let rotation = open.cell.centre.rotation();
-        let trail = self.task.views.within(radius).trail();
-        let slack = self.task.sight.turning.slack(trail, &rotation, open.ball);
+        let trail = self.task.samples.within(radius).trail();
+        let slack = self.task.angles.turning.slack(trail, &rotation, open.ball);
         // A rotary that moves by δ moves the tip by no more than its lever times δ, and a turn of the
         // workpiece by r by no more than r times the path's distance from the origin. The slides follow
         // by `stiffness` times that: less than what is missing leaves it missing.

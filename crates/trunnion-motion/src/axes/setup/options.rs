@@ -79,6 +79,7 @@ impl TiltBounds {
     /// than now, in any direction. The turn stays as it is, or is free where it can help: on a machine whose
     /// workpiece-side rotary is not upright, or has ends of travel.
     pub fn usual(kinematics: &Kinematics) -> Self {
+        // An endless upright rotary turns the workpiece anyway, so that turning it in the fixture adds nothing.
         let now = WorkpieceTilt::of(&kinematics.setup().rotation);
         let (least, most) = (now.tilt - FRAC_PI_4, now.tilt + FRAC_PI_4);
         let tilt = if least > 0.0 {

@@ -14,7 +14,7 @@ pub struct EvaluatedSetup {
     /// Its rotation about the fixed x, then y, then z \[rad\].
     pub angles: [f64; 3],
     /// The same as it is clamped.
-    pub lean: WorkpieceTilt,
+    pub workpiece: WorkpieceTilt,
     /// Least angle between tool axis and singular directions \[rad\].
     pub least: f64,
     /// Verdict on the axes.
@@ -64,7 +64,7 @@ pub struct SetupSearch {
     /// Others that were planned, best first.
     pub others: Vec<EvaluatedSetup>,
     /// Rotations evaluated on the grid.
-    pub looked: usize,
+    pub evaluated: usize,
     /// Of these, how many need the tool-side rotary beyond its travel.
     pub beyond_tilt: usize,
     /// Bound on all other rotations.
@@ -85,7 +85,7 @@ pub struct SearchAssurance {
     /// for another reason than the ends of travel of the rotaries.
     pub except: f64,
     /// Rotations that were evaluated.
-    pub looked: usize,
+    pub evaluated: usize,
     /// Rotations whose axes were planned.
     pub planned: usize,
 }

@@ -26,7 +26,7 @@ impl RotationBall {
 pub(super) struct AxisTrail {
     /// Angle between neighbours, about \[rad\].
     pub(super) step: f64,
-    pub(super) stretches: Vec<Vec<Vector3<f64>>>,
+    pub(super) segments: Vec<Vec<Vector3<f64>>>,
 }
 
 /// The spherical triangle of the two rotaries and the tool, as [`crate::inverse`] has it, in the
@@ -77,7 +77,7 @@ impl RotaryTriangle {
     }
 
     /// Returns the move of the rotaries needed beyond their travel \[rad\], branch and turns of each
-    /// stretch the best, for every rotation of a ball; 0 where one of them may do with less, or where
+    /// segment the best, for every rotation of a ball; 0 where one of them may do with less, or where
     /// nothing is known because a segment comes too close to the singular directions.
     pub(super) fn beyond(
         &self,
@@ -87,8 +87,8 @@ impl RotaryTriangle {
     ) -> f64 {
         let mut most: f64 = 0.0;
         let rows = self.rows(rotation);
-        for stretch in &trail.stretches {
-            let Some(branches) = self.ranges(stretch, &rows, ball, trail.step) else {
+        for segment in &trail.segments {
+            let Some(branches) = self.ranges(segment, &rows, ball, trail.step) else {
                 continue;
             };
             let worse = |ranges: [AngleRange; 2]| {
@@ -101,11 +101,11 @@ impl RotaryTriangle {
         (most - ROUNDING).max(0.0)
     }
 
-    /// Returns, for both branches and rotaries, a lower bound of the largest position on a segment and an
+    /// Returns for both branches and rotaries a lower bound of the largest position on a segment and an
     /// upper bound of the smallest \[rad\]; `None` next to the singular directions.
     fn ranges(
         &self,
-        stretch: &[Vector3<f64>],
+        segment: &[Vector3<f64>],
         rows: &[Vector3<f64>; 3],
         ball: RotationBall,
         step: f64,
@@ -115,11 +115,11 @@ impl RotaryTriangle {
         // Between two samples, anywhere in the ball, the tool axis stays off the pole; otherwise the azimuth
         // cannot be unwound from sample to sample.
         let clear = ball.radius + 2.0 * step;
-        let polars = polars(stretch, &rows[2]);
+        let polars = polars(segment, &rows[2]);
         if polars[0].min(PI - polars[1]) <= clear {
             return None;
         }
-        let turned = if self.endless_first() { &[] } else { stretch };
+        let turned = if self.endless_first() { &[] } else { segment };
         for axis in turned {
             let place = AxisDirection::of(rows, axis, clear)?;
             let azimuth = last.map_or(place.azimuth, |last| unwrap_near(place.azimuth, last));
@@ -150,7 +150,7 @@ impl RotaryTriangle {
     ) -> Option<[f64; 2]> {
         let rows = self.rows(rotation);
         let mut most = [0.0_f64; 2];
-        for axis in trail.stretches.iter().flatten() {
+        for axis in trail.segments.iter().flatten() {
             let place = AxisDirection::of(&rows, axis, ball.radius + 2.0 * trail.step)?;
             let around = place.around(ball);
             let [b1, b2] = [self.b1(around), self.b2(around)].map(|[low, high]| high - low);
@@ -237,8 +237,8 @@ impl AxisDirection {
 }
 
 /// Returns the least and the largest angle from a direction \[rad\].
-fn polars(stretch: &[Vector3<f64>], from: &Vector3<f64>) -> AngleRange {
-    let along = stretch.iter().map(|axis| from.dot(axis));
+fn polars(segment: &[Vector3<f64>], from: &Vector3<f64>) -> AngleRange {
+    let along = segment.iter().map(|axis| from.dot(axis));
     let [low, high] =
         along.fold([1.0_f64, -1.0_f64], |[low, high], along| [low.min(along), high.max(along)]);
     [high, low].map(|along| along.clamp(-1.0, 1.0).acos())
@@ -324,10 +324,10 @@ mod tests {
             let near = Rotation3::from_axis_angle(&unit(by), radius) * centre;
             let ball = RotationBall { radius, drift: radius };
             for (rotation, ball) in [(centre, RotationBall::POINT), (near, ball)] {
-                let stretch = [axis.into_inner()];
+                let segment = [axis.into_inner()];
                 let rows = turning.rows(&centre);
                 let (Some(ranges), Some(both)) =
-                    (turning.ranges(&stretch, &rows, ball, 0.0), rotaries(&machine, rotation, axis))
+                    (turning.ranges(&segment, &rows, ball, 0.0), rotaries(&machine, rotation, axis))
                 else { continue };
                 for (range, q) in ranges.iter().zip(both) {
                     for ([far, near], q) in range.iter().zip(q) {

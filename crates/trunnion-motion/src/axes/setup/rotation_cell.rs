@@ -114,7 +114,7 @@ mod tests {
             for ((angle, half), place) in angles.iter_mut().zip(cell.half).zip(place) {
                 *angle += place * half;
             }
-            let [centre, other] = [cell.centre, WorkpieceTilt::from_angles(angles)].map(|lean| lean.rotation());
+            let [centre, other] = [cell.centre, WorkpieceTilt::from_angles(angles)].map(|workpiece| workpiece.rotation());
             prop_assert!(centre.angle_to(&other) <= cell.radius() + 1e-7);
             let direction = UnitVector3::new_normalize(Vector3::from(direction));
             let seen = |rotation: &nalgebra::Rotation3<f64>| rotation.inverse() * direction;

@@ -102,17 +102,17 @@ impl TiltBounds {
     }
 
     /// Returns `true` if a rotation is inside, to rounding.
-    pub(super) fn holds(&self, lean: &WorkpieceTilt) -> bool {
+    pub(super) fn holds(&self, workpiece: &WorkpieceTilt) -> bool {
         // Angles are compared modulo whole turns: the turn nearest to the middle is the one that counts.
         let turned = |value: f64, range: Interval| {
             let middle = range.middle();
             (unwrap_near(value, middle) - middle).abs() <= 0.5 * range.width() + ROUNDING
         };
         let Interval { low, high } = self.tilt;
-        let tilt = low - ROUNDING <= lean.tilt && lean.tilt <= high + ROUNDING;
+        let tilt = low - ROUNDING <= workpiece.tilt && workpiece.tilt <= high + ROUNDING;
         // An upright workpiece has no direction of tilt.
-        let towards = lean.tilt.sin() <= UPRIGHT || turned(lean.towards, self.towards);
-        tilt && towards && turned(lean.turn, self.turn)
+        let towards = workpiece.tilt.sin() <= UPRIGHT || turned(workpiece.towards, self.towards);
+        tilt && towards && turned(workpiece.turn, self.turn)
     }
 
     /// Returns rotations no more than `step` \[rad\] apart in each angle, ends included.
@@ -129,17 +129,17 @@ impl TiltBounds {
         grid
     }
 
-    /// Returns rotations about `lean` that differ from it by up to `width` \[rad\] in each angle, kept inside.
+    /// Returns rotations about `workpiece` that differ from it by up to `width` \[rad\] in each angle, kept inside.
     pub(super) fn around(
         &self,
-        lean: &WorkpieceTilt,
+        workpiece: &WorkpieceTilt,
         width: f64,
     ) -> impl Iterator<Item = WorkpieceTilt> + use<> {
         const SHARES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
         let near = |centre: f64| SHARES.map(|share| centre + share * width);
-        let tilts = near(lean.tilt).map(|tilt| tilt.clamp(self.tilt.low, self.tilt.high));
-        let towards = near(lean.towards).map(|angle| inside_turn(angle, self.towards));
-        let turns = near(lean.turn).map(|angle| inside_turn(angle, self.turn));
+        let tilts = near(workpiece.tilt).map(|tilt| tilt.clamp(self.tilt.low, self.tilt.high));
+        let towards = near(workpiece.towards).map(|angle| inside_turn(angle, self.towards));
+        let turns = near(workpiece.turn).map(|angle| inside_turn(angle, self.turn));
         tilts.into_iter().flat_map(move |tilt| {
             towards.into_iter().flat_map(move |towards| {
                 turns.into_iter().map(move |turn| WorkpieceTilt { tilt, towards, turn })
@@ -175,10 +175,10 @@ mod tests {
 
     #[test]
     fn a_lean_is_what_it_says() {
-        let lean = WorkpieceTilt { tilt: 0.3, towards: FRAC_PI_2, turn: 0.0 };
+        let workpiece = WorkpieceTilt { tilt: 0.3, towards: FRAC_PI_2, turn: 0.0 };
         // Leaning towards y is a turn about -x.
         let same = Rotation3::from_euler_angles(-0.3, 0.0, 0.0);
-        assert!(lean.rotation().angle_to(&same) < 1e-15);
+        assert!(workpiece.rotation().angle_to(&same) < 1e-15);
         let turned = Rotation3::from_euler_angles(0.0, 0.0, 0.7);
         let upright = WorkpieceTilt::of(&turned);
         assert!(upright.tilt < 1e-15 && (upright.turn - 0.7).abs() < 1e-15);
@@ -207,12 +207,12 @@ mod tests {
         bounds.check().unwrap();
         let grid = bounds.grid(0.1);
         assert_eq!(grid.len(), 5 * 6 * 64);
-        for lean in &grid {
+        for workpiece in &grid {
             assert!(
-                bounds.holds(lean) && bounds.holds(&WorkpieceTilt::of(&lean.rotation())),
-                "{lean:?}"
+                bounds.holds(workpiece) && bounds.holds(&WorkpieceTilt::of(&workpiece.rotation())),
+                "{workpiece:?}"
             );
-            assert!(bounds.around(lean, 0.3).all(|near| bounds.holds(&near)));
+            assert!(bounds.around(workpiece, 0.3).all(|near| bounds.holds(&near)));
         }
         assert!(!bounds.holds(&WorkpieceTilt { tilt: 0.6, towards: 3.2, turn: 0.0 }));
         assert!(!bounds.holds(&WorkpieceTilt { tilt: 0.2, towards: 2.9, turn: 0.0 }));

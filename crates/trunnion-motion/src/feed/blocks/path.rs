@@ -45,6 +45,7 @@ pub fn blocks<const N: usize>(
         let inverse = ReciprocalLimits::new(piece.motion, limits, feeds);
         let ends = EndSquares::of(index, count, feeds);
         let mut rows = rows(piece, limits, &inverse);
+        // The classical planner works with speeds, the others with their squares.
         let speeds = [ends.start.sqrt(), ends.end.sqrt()];
         let speeds = plan_rows(&mut rows, &limits.acceleration, options, speeds);
         run(piece, &inverse, &rows, &speeds, &ends)

@@ -49,6 +49,7 @@ pub(super) fn plan_rows<const N: usize>(
 pub(super) fn join_tiny<const N: usize>(rows: &mut [BlockRow<N>], tiny: TinyBlocks) {
     let is_tiny = |row: &BlockRow<N>| row.length < tiny.length;
     for run in rows.chunk_by_mut(|a, b| is_tiny(a) == is_tiny(b)) {
+        // Short runs keep limits of their own.
         if run.len() <= tiny.count || !run.first().is_some_and(is_tiny) {
             continue;
         }

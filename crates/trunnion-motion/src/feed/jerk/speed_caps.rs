@@ -22,7 +22,7 @@ pub(super) struct SpeedCaps {
 }
 
 impl SpeedCaps {
-    /// `None` where nothing limits anything: nothing moves.
+    /// Collects the caps of all cells; `None` where nothing limits anything, because nothing moves.
     pub(super) fn new<const N: usize>(
         grid: &FeedGrid<N>,
         spline: &SpeedSpline,

@@ -162,7 +162,7 @@ impl SpeedSpline {
         [speed, acceleration]
     }
 
-    /// Time from end to end, near enough to see whether it still falls.
+    /// Estimates the time from end to end, accurately enough to see whether it still falls.
     pub(super) fn time(&self) -> f64 {
         let cells = self.cells();
         cells.map(|cell| self.lengths[cell] / middle(self.coefficients(cell)).sqrt()).sum()

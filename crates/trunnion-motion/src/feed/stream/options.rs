@@ -22,13 +22,13 @@ pub struct StreamOptions {
 }
 
 impl StreamOptions {
-    /// As fast as the axes can, with a window of so many rows at most `step` apart in `s`.
+    /// Plans as fast as the axes can, with a window of so many rows at most `step` apart in `s`.
     #[must_use]
     pub const fn fastest(window: usize, step: f64) -> Self {
         Self { speeds: ProgrammedSpeeds::FASTEST, window, step }
     }
 
-    /// The same with a programmed feed \[mm/s\] on everything but links.
+    /// Sets the programmed feed \[mm/s\] on everything but links.
     #[must_use]
     pub const fn with_feed(mut self, feed: f64) -> Self {
         self.speeds.feed = Some(feed);

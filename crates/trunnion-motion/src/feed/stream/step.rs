@@ -1,8 +1,8 @@
-//! A stretch of committed schedule.
+//! A step of the committed schedule.
 
 use crate::types::{LinearSegment, PathState};
 
-/// A stretch of committed schedule: `d²s/dt²` is linear in `s` from its start to its end, and without jerk
+/// A step of the committed schedule: `d²s/dt²` is linear in `s` from its start to its end, and without jerk
 /// limits constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
