@@ -175,8 +175,8 @@ impl MachineJson {
             layout: machine.layout(),
             chain: machine.chain.clone(),
             axes: machine.axes.iter().map(AxisJson::of).collect(),
-            reach: degrees(inverse.reach()),
-            reach_in_travel: degrees(machine.tilt_range()),
+            reach: degrees(inverse.reach().ends()),
+            reach_in_travel: degrees(machine.tilt_range().ends()),
             singular_directions: singular.iter().map(|dir| dir.into_inner().into()).collect(),
             signs: signs.collect(),
         })

@@ -12,6 +12,7 @@ use trunnion::files::setups::{
 };
 use trunnion::machine::{FIRST_ROTARY, Machine};
 use trunnion::pipeline::{self, Job, SetupResult};
+use trunnion::types::Interval;
 
 /// Most other setups that are listed.
 const OTHERS: usize = 12;
@@ -64,9 +65,9 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
 fn bounds(args: &Args, job: &Job) -> Result<TiltBounds, Failure> {
     let usual = TiltBounds::usual(&job.kinematics);
     let bounds = TiltBounds {
-        tilt: args.tilt.unwrap_or(usual.tilt),
-        towards: args.towards.unwrap_or(usual.towards),
-        turn: args.turn.unwrap_or(usual.turn),
+        tilt: args.tilt.map_or(usual.tilt, Interval::from),
+        towards: args.towards.map_or(usual.towards, Interval::from),
+        turn: args.turn.map_or(usual.turn, Interval::from),
     };
     bounds.check().map(|()| bounds).map_err(|error| match error {
         AxesError::BadBounds { .. } => Failure::input(format!("--{error}")),
@@ -83,8 +84,8 @@ fn answer(
 ) -> SetupSummary {
     let machine = job.kinematics.machine();
     let search = &found.search;
-    let degrees = |range: [f64; 2]| range.map(|angle| rounded(angle.to_degrees()));
-    let SearchAssurance { bound, except, looked, planned } = search.assurance;
+    let degrees = |range: Interval| range.ends().map(|angle| rounded(angle.to_degrees()));
+    let SearchAssurance { bound, except, evaluated, planned, .. } = search.assurance;
     SetupSummary {
         schema: LAYOUT.to_owned(),
         job: job.file.name.clone(),
@@ -101,11 +102,11 @@ fn answer(
             shown: shown(found),
             bound: bound.map(f64::to_degrees),
             except: except.to_degrees(),
-            looked,
+            looked: evaluated,
             planned,
         },
         clearance: job.file.setup.clearance,
-        looked: search.looked,
+        looked: search.evaluated,
         leaning: search.beyond_tilt,
         others: search.others.iter().map(|judged| entry(judged, machine, None)).collect(),
         warnings,
@@ -118,14 +119,14 @@ fn entry(judged: &EvaluatedSetup, machine: &Machine, seconds: Option<f64>) -> Se
     SetupEntry {
         origin: judged.setup.origin.into(),
         rotation: rotation(judged),
-        tilt: rounded(judged.lean.tilt.to_degrees()),
-        towards: rounded(judged.lean.towards.to_degrees()),
-        turn: rounded(judged.lean.turn.to_degrees()),
+        tilt: rounded(judged.workpiece.tilt.to_degrees()),
+        towards: rounded(judged.workpiece.towards.to_degrees()),
+        turn: rounded(judged.workpiece.turn.to_degrees()),
         least_angle: judged.least.to_degrees(),
         fits: fits.is_some(),
         why_not: why_not(judged, machine),
         rotary_travel: fits.map(|travelled| {
-            let travels = travelled.rotary.map(f64::to_degrees);
+            let travels = <[f64; 2]>::from(travelled.rotary).map(f64::to_degrees);
             names.zip(travels).map(|(axis, travel)| RotaryTravel { axis, travel }).collect()
         }),
         retracts: fits.map(|travelled| travelled.retracts),
@@ -216,7 +217,7 @@ fn describe(job: &Job, bounds: &TiltBounds, found: &SetupResult, warnings: &[Str
     lines.push(format!(
         "looked at {} rotations: tilt {tilt}, towards {towards}, turn {turn} deg; {} of them need {} \
          beyond its travel",
-        search.looked,
+        search.evaluated,
         search.beyond_tilt,
         machine.axes.last().map_or("", |axis| axis.name.as_str())
     ));
@@ -258,7 +259,7 @@ fn paste(job: &Job, best: &EvaluatedSetup) -> [String; 4] {
         let [x, y, z] = values.map(|value| format!("{value}"));
         format!("[{x}, {y}, {z}]")
     };
-    let [tilt, towards, turn] = [best.lean.tilt, best.lean.towards, best.lean.turn]
+    let [tilt, towards, turn] = [best.workpiece.tilt, best.workpiece.towards, best.workpiece.turn]
         .map(|angle| (angle.to_degrees() * 100.0).round() / 100.0 + 0.0);
     [
         "[setup]".to_owned(),
@@ -293,8 +294,18 @@ fn compare(machine: &Machine, found: &SetupResult, best: &EvaluatedSetup) -> Vec
     let mut lines = vec![
         format!("  {:<22}{:>14}{:>14}", "", "now", "then"),
         line("least angle", "deg", [degrees(before), degrees(best)], 2),
-        line(&format!("travel of {}", first.name), "deg", both(|of| of.rotary[0].to_degrees()), 0),
-        line(&format!("travel of {}", second.name), "deg", both(|of| of.rotary[1].to_degrees()), 0),
+        line(
+            &format!("travel of {}", first.name),
+            "deg",
+            both(|of| of.rotary.first.to_degrees()),
+            0,
+        ),
+        line(
+            &format!("travel of {}", second.name),
+            "deg",
+            both(|of| of.rotary.second.to_degrees()),
+            0,
+        ),
         line("retracts to unwind", "", both(|of| of.retracts as f64), 0),
         line("planned time", "s", found.seconds, 1),
     ];
@@ -310,8 +321,8 @@ fn compare(machine: &Machine, found: &SetupResult, best: &EvaluatedSetup) -> Vec
     lines
 }
 
-fn span([low, high]: [f64; 2]) -> String {
-    let [low, high] = [low, high].map(|angle| rounded(angle.to_degrees()));
+fn span(range: Interval) -> String {
+    let [low, high] = range.ends().map(|angle| rounded(angle.to_degrees()));
     if low < high { format!("{low}..{high}") } else { format!("{low}") }
 }
 
@@ -319,8 +330,8 @@ fn row(judged: &EvaluatedSetup, machine: &Machine) -> String {
     let [x, y, z] = rotation(judged);
     let least = judged.least.to_degrees();
     let what = why_not(judged, machine).unwrap_or_else(|| {
-        let [first, second] =
-            judged.verdict.fits().map_or([0.0; 2], |of| of.rotary.map(f64::to_degrees));
+        let travels = judged.verdict.fits().map_or([0.0; 2], |of| of.rotary.into());
+        let [first, second] = travels.map(f64::to_degrees);
         let [.., a, b] = &machine.axes;
         format!("fits; {} travels {first:.0} deg, {} {second:.0} deg", a.name, b.name)
     });

@@ -13,11 +13,13 @@ mod chains;
 use chains::{V3, curve, knots};
 use nalgebra::Vector3;
 use std::time::Instant;
-use trunnion::axes::{AxesOptions, FeedPoint, RetractOptions, follow};
+use trunnion::axes::{AxesOptions, RetractOptions, follow};
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::math::jet::Real;
-use trunnion::types::{AxisPath, AxisVector, Motion, PieceGeometry, Silent, ToolPath, ToolPiece};
+use trunnion::types::{
+    AxisPath, AxisVector, Motion, PieceGeometry, PoseTolerance, Silent, ToolPath, ToolPiece,
+};
 
 /// Distance of two poses along a pass \[mm\].
 const STEP: f64 = 0.05;
@@ -114,14 +116,9 @@ fn measure(name: &str, what: &str, path: &ToolPath, retract: Option<RetractOptio
     let origin = at_zero.forward(&rest).tip.coords;
     let kinematics = Kinematics::new(&machine, &Setup::new(origin, [0.0; 3], 120.0));
     let options = AxesOptions {
-        tip_tolerance: 1e-3,
-        axis_tolerance: 1e-4,
         max_rotary_step: 0.05,
-        feed_at: FeedPoint::Tip,
-        rotary_weights: [1.0, 1.0],
-        start: machine.home(),
         retract,
-        singular: None,
+        ..AxesOptions::within(PoseTolerance::new(1e-3, 1e-4), machine.home())
     };
     let mut best = f64::INFINITY;
     let mut cpu = [f64::INFINITY, 0.0];

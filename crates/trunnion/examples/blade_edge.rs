@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write;
-use trunnion::axes::{AxesOptions, FeedPoint, follow};
+use trunnion::axes::{AxesOptions, follow};
 use trunnion::blocks::{BlockInterpolation, BlockOptions, blocks};
 use trunnion::feed::{FeedOptions, Limits, optimal};
 use trunnion::inverse::Inverse;
@@ -27,7 +27,8 @@ use trunnion::machine::{
 use trunnion::math::angle::angle_between;
 use trunnion::toolpath::{PathResolution, SmoothOptions, SmoothReference, densify, smooth};
 use trunnion::types::{
-    AxisVector, Motion, PieceGeometry, Silent, Station, ToolPath, ToolPiece, ToolPose,
+    AxisVector, Motion, PieceGeometry, PoseTolerance, Silent, Station, ToolPath, ToolPiece,
+    ToolPose,
 };
 
 /// Radius of the ball at the tool's end \[mm\].
@@ -198,14 +199,8 @@ fn bounded(kinematics: &Kinematics, path: &[ToolPose]) -> Result<Vec<AxisVector>
     let piece = |curve| ToolPiece { motion: Motion::Cut, geometry: PieceGeometry::Curve(curve) };
     let path = ToolPath { pieces: curves.into_iter().map(piece).collect() };
     let options = AxesOptions {
-        tip_tolerance: 1e-4,
-        axis_tolerance: 1e-5,
         max_rotary_step: 0.03,
-        feed_at: FeedPoint::Tip,
-        rotary_weights: [1.0; 2],
-        start: AxisVector::zeros(),
-        retract: None,
-        singular: None,
+        ..AxesOptions::within(PoseTolerance::new(1e-4, 1e-5), AxisVector::zeros())
     };
     let path = follow(kinematics, &path, &options, &Silent)?.path;
     let machine = kinematics.machine();

@@ -12,6 +12,7 @@ use std::path::Path;
 use trunnion::feed::{BindingLimit, FeedPlan, LimitBreach, LimitRatios};
 use trunnion::files::table::write_number;
 use trunnion::setpoint;
+use trunnion::types::Interval;
 
 /// Ratios above 1 by no more than this are rounding. An acceleration between rows `h` apart is a
 /// difference of terms as large as the distance to rest over `h`; rows keep half of their digits apart,
@@ -162,7 +163,7 @@ pub(super) struct Share {
 }
 
 impl From<LimitRatios> for Share {
-    fn from(LimitRatios { velocity, acceleration, jerk }: LimitRatios) -> Self {
+    fn from(LimitRatios { velocity, acceleration, jerk, .. }: LimitRatios) -> Self {
         Self { velocity, acceleration, jerk }
     }
 }
@@ -244,7 +245,7 @@ pub(super) fn report_rests(rests: &[Rest], more: usize) {
 }
 
 fn tell_breaches(breaches: &[LimitBreach], table: &Table) {
-    for LimitBreach { s: [from, to], limit: name, ratio, worst, .. } in
+    for LimitBreach { s: Interval { low: from, high: to }, limit: name, ratio, worst, .. } in
         breaches.iter().take(MOST_LISTED)
     {
         let name = limit(*name, table);

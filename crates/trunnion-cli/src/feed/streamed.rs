@@ -100,7 +100,7 @@ pub(super) fn run<const N: usize>(
         args.ends.write_checked(|out| planned(args, file, (&survey, &limits), out))?;
     let kept = |ratio: f64| ratio <= 1.0 + ROUNDING;
     let within = bounds.is_none_or(|bounds| {
-        let LimitRatios { velocity, acceleration, jerk } = bounds;
+        let LimitRatios { velocity, acceleration, jerk, .. } = bounds;
         kept(velocity) && kept(acceleration) && jerk.is_none_or(kept)
     });
     let summary = Summary {

@@ -4,9 +4,10 @@ use super::branch_plan::{BranchPlan, RunEntry};
 use super::branch_run::PathSegment;
 use super::result::{FollowedPath, PathDeviation, RetractMove};
 use super::segments::LinkMove;
+use crate::machine::RotaryPair;
 use crate::types::{AxisPath, AxisPiece};
 
-/// Stretches, links and retracts in order.
+/// Puts segments, links and retracts together in order.
 pub(super) fn assemble(
     chosen: BranchPlan,
     links: &[LinkMove],
@@ -21,6 +22,7 @@ pub(super) fn assemble(
             RunEntry::Link(track) => {
                 deviation = deviation.max(track.deviation);
                 let link = part.segment.checked_sub(1).and_then(|link| links.get(link));
+                // A link that moves nothing gives no piece.
                 if let (Some(link), Some(nodes)) = (link, track.into_nodes()) {
                     pieces.push(AxisPiece { motion: link.motion, source: link.piece, nodes });
                 }
@@ -33,7 +35,8 @@ pub(super) fn assemble(
                     pieces.push(AxisPiece { motion, source, nodes: track.nodes });
                 }
                 let (u, in_cut, pieces) = (switch.u, switch.inside, first..pieces.len());
-                retracts.push(RetractMove { source, u, in_cut, pose, rotaries, pieces });
+                let [before, after] = rotaries.map(RotaryPair::from);
+                retracts.push(RetractMove { source, u, in_cut, pose, before, after, pieces });
             }
         }
         let segment = segments.get_mut(part.segment);

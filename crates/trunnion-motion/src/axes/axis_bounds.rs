@@ -1,15 +1,15 @@
 //! Extent of every axis on a part of a path.
 
 use super::options::AxesOptions;
-use crate::machine::{FIRST_ROTARY, SECOND_ROTARY, TRAVEL_ROUNDING};
+use crate::machine::{FIRST_ROTARY, RotaryPair, SECOND_ROTARY};
 use crate::math::quintic::Quintic;
-use crate::types::{AXES, AxisNode, AxisVector};
+use crate::types::{AXES, AxisNode, AxisVector, TRAVEL_ROUNDING};
 
 /// Parts an interval is cut into to bound its extent.
 const PARTS: u32 = 8;
 
 /// Control points this far outside both ends of an interval \[mm or rad\] are taken as its bounds: a
-/// tenth of what is on an end of travel.
+/// tenth of the rounding allowed at ends of travel.
 const FLAT: f64 = 0.1 * TRAVEL_ROUNDING;
 
 /// Lowest and highest value of every axis on some part of a path.
@@ -20,6 +20,7 @@ impl AxisBounds {
     pub(super) const NONE: Self = Self([[f64::INFINITY, f64::NEG_INFINITY]; AXES]);
     pub(super) const ALL: Self = Self([[f64::NEG_INFINITY, f64::INFINITY]; AXES]);
 
+    /// Extends the bounds to a position.
     pub(super) fn include(&mut self, q: &AxisVector) {
         for ([low, high], &value) in self.0.iter_mut().zip(q.iter()) {
             *low = low.min(value);
@@ -27,6 +28,7 @@ impl AxisBounds {
         }
     }
 
+    /// Extends the bounds to others.
     pub(super) fn merge(&mut self, other: &Self) {
         for ([low, high], [l, h]) in self.0.iter_mut().zip(other.0) {
             *low = low.min(l);
@@ -34,8 +36,7 @@ impl AxisBounds {
         }
     }
 
-    /// The highest low ends and the lowest high ends of both; where they do not overlap, the wrong way
-    /// round.
+    /// Takes the intersection of both; the ends are in the wrong order where they do not overlap.
     pub(super) fn meet(&mut self, other: &Self) {
         for ([low, high], [l, h]) in self.0.iter_mut().zip(other.0) {
             *low = low.max(l);
@@ -43,9 +44,11 @@ impl AxisBounds {
         }
     }
 
-    /// Bounds of the quintic between two nodes: it stays between the lowest and the highest of its
-    /// control points. Where an axis turns back on the way, the control points of its parts.
+    /// Bounds the quintic between two nodes by its control points; where an axis turns back in between, by
+    /// the control points of its parts.
     pub(super) fn between(from: &AxisNode, to: &AxisNode) -> Self {
+        // Convex hull property: the Bezier control points q, q + q' l/5, q + 2 q' l/5 + q'' l²/20, from both
+        // ends.
         let mut ends = Self::NONE;
         ends.include(&from.q[0]);
         ends.include(&to.q[0]);
@@ -55,6 +58,7 @@ impl AxisBounds {
         if hull.exceeds(&ends) <= FLAT {
             return hull;
         }
+        // An axis that turns back leaves its ends: control points of eighths are 64 times nearer to the curve.
         let quintic = quintic_between(from, to);
         let part = (to.s - from.s) / f64::from(PARTS);
         for index in 0..PARTS {
@@ -68,7 +72,7 @@ impl AxisBounds {
         ends
     }
 
-    /// Second and third control point of a quintic that goes on for `length` from here.
+    /// Includes the second and third control point of a quintic that goes on for `length` from here.
     fn include_controls(&mut self, [q, q1, q2, _]: &[AxisVector; 4], length: f64) {
         self.include(&(q + q1 * (length / 5.0)));
         self.include(&(q + q1 * (length * 0.4) + q2 * (length * length / 20.0)));
@@ -83,7 +87,7 @@ impl AxisBounds {
 
 /// Returns the weighted rotary travel between two positions \[rad\].
 pub(super) fn rotary_cost(to: &AxisVector, from: &AxisVector, options: &AxesOptions) -> f64 {
-    let [first, second] = options.rotary_weights;
+    let RotaryPair { first, second } = options.rotary_weights;
     first * (to[FIRST_ROTARY] - from[FIRST_ROTARY]).abs()
         + second * (to[SECOND_ROTARY] - from[SECOND_ROTARY]).abs()
 }

@@ -1,19 +1,19 @@
 //! Branch, whole turns and retracts for the whole path, by dynamic programming.
 
-use super::branch_run::{BranchRun, CellBlock, PathSegment, RunCell, SwitchPoint};
+use super::branch_run::{BranchRun, CellBlock, NodePosition, PathSegment, RunCell, SwitchPoint};
 use super::error::AxesError;
 use super::follower::{AxisTrack, PathFollower};
 use super::retract::{RetractLegs, RetractPlanner};
 use super::segments::LinkMove;
 use super::travel::TravelLimits;
 use crate::inverse::TRAVEL_TIE;
-use crate::machine::FIRST_ROTARY;
+use crate::machine::{FIRST_ROTARY, RotaryPair};
 use crate::math::angle::unwrap_near;
 use crate::types::ToolPose;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Choice of branches, turns and retracts for a whole path.
+/// Choice of branches, whole turns and retracts for a whole path.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct BranchPlan {
     /// In order; at least one for each segment.
@@ -30,7 +30,7 @@ pub(super) struct PlannedRun {
     pub(super) segment: usize,
     pub(super) branch: usize,
     pub(super) cells: Range<usize>,
-    /// Added to the rotaries \[rad\].
+    /// Whole turns added to the rotaries \[rad\].
     pub(super) offset: [f64; 2],
 }
 
@@ -45,7 +45,14 @@ pub(super) enum RunEntry {
     Retract { switch: SwitchPoint, pose: ToolPose, rotaries: [[f64; 2]; 2], legs: RetractLegs },
 }
 
-/// A branch with whole turns, and the cheapest entry to where the tool is.
+/// Branch of the inverse with a number of whole turns of each rotary.
+#[derive(Debug, Clone, Copy)]
+struct BranchTurns {
+    branch: usize,
+    turns: [f64; 2],
+}
+
+/// State of the dynamic program: a branch with whole turns, and the cheapest sequence that leads to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct BranchState {
     branch: usize,
@@ -54,7 +61,7 @@ struct BranchState {
     record: Option<usize>,
 }
 
-/// Entry of a state, with the state before.
+/// Entry into a state, with the entry before it; the chosen plan is read back along these.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct EntryRecord {
     segment: usize,
@@ -75,12 +82,17 @@ impl PathRank {
     const NEVER: Self = Self { cost: f64::INFINITY, unpreferred: 0 };
 
     fn before(self, other: Self) -> bool {
+        // Costs within `TRAVEL_TIE` are equal but for the rounding of their sums.
         self.cost < other.cost - TRAVEL_TIE
             || (self.cost <= other.cost + TRAVEL_TIE && self.unpreferred < other.unpreferred)
     }
 }
 
 /// Returns the cheapest choice for the whole path.
+///
+/// Dynamic programming over segments and their cells: a state is a branch with whole turns. What a
+/// state costs from here on does not depend on how it was reached, so that the cheapest entry of each
+/// state is enough (Bellman's principle of optimality).
 pub(super) fn plan_branches(
     follower: &PathFollower<'_>,
     segments: &[PathSegment],
@@ -96,7 +108,7 @@ pub(super) fn plan_branches(
         let before = index.checked_sub(1).and_then(|before| segments.get(before));
         match (before, index.checked_sub(1).and_then(|link| links.get(link))) {
             (Some(from), Some(link)) => {
-                planner.join(link, (from, &states), (segment, &mut entries))?;
+                planner.join(link, from, &states, segment, &mut entries)?;
             }
             _ => planner.begin(segment, &mut entries),
         }
@@ -117,13 +129,12 @@ struct BranchPlanner<'a> {
 }
 
 impl BranchPlanner<'_> {
-    /// Every branch at every turn that keeps its first cell inside travel (the whole of it, where
-    /// it cannot be left).
+    /// Returns every branch at every turn that keeps its first cell inside travel.
     fn entries(&self, segment: &PathSegment) -> Result<Vec<BranchState>, AxesError> {
         let first = segment.cells(0..1, self.follower.options);
         let states: Vec<BranchState> = self
             .fitting(&first, 0)
-            .map(|(branch, turns)| BranchState {
+            .map(|BranchTurns { branch, turns }| BranchState {
                 branch,
                 turns,
                 rank: PathRank::NEVER,
@@ -133,17 +144,13 @@ impl BranchPlanner<'_> {
         if states.is_empty() { Err(self.outside(segment)) } else { Ok(states) }
     }
 
-    /// Strands and turns inside travel on a cell, of the cells of each branch.
-    fn fitting(
-        &self,
-        cells: &[Vec<RunCell>],
-        cell: usize,
-    ) -> impl Iterator<Item = (usize, [f64; 2])> {
+    /// Returns the branches and turns that are inside travel on a cell; `cells` has those of each branch.
+    fn fitting(&self, cells: &[Vec<RunCell>], cell: usize) -> impl Iterator<Item = BranchTurns> {
         let travel = self.travel;
         cells.iter().enumerate().flat_map(move |(branch, cells)| {
             let bounds = cells.get(cell).map(|cell| cell.bounds);
             let turns = bounds.into_iter().flat_map(move |bounds| travel.turns(&bounds));
-            turns.map(move |turns| (branch, turns))
+            turns.map(move |turns| BranchTurns { branch, turns })
         })
     }
 
@@ -151,7 +158,7 @@ impl BranchPlanner<'_> {
         self.travel.outside(segment, self.follower.options)
     }
 
-    /// The first segment, from the position of the rotaries before the path.
+    /// Ranks the states of the first segment by the rotary travel from the position before the path.
     fn begin(&self, segment: &PathSegment, states: &mut [BranchState]) {
         let start = &self.follower.options.start;
         let from = [start[FIRST_ROTARY], start[FIRST_ROTARY + 1]];
@@ -163,12 +170,15 @@ impl BranchPlanner<'_> {
         }
     }
 
-    /// The next segment, over a link.
+    /// Ranks the states at the start of a segment by the cheapest link from a state before it, and drops
+    /// those that no link inside travel leads to.
     fn join(
         &self,
         link: &LinkMove,
-        (from, before): (&PathSegment, &[BranchState]),
-        (segment, states): (&PathSegment, &mut Vec<BranchState>),
+        from: &PathSegment,
+        before: &[BranchState],
+        segment: &PathSegment,
+        states: &mut Vec<BranchState>,
     ) -> Result<(), AxesError> {
         let mut fault = None;
         for state in states.iter_mut() {
@@ -179,6 +189,7 @@ impl BranchPlanner<'_> {
                 let end = turned(last.end, origin.turns);
                 let moved = self.travel.moved(end, to);
                 let rank = self.further(origin.rank, self.price(moved), to);
+                // The link is followed only where it would be the cheapest so far: that takes most time.
                 if !rank.before(state.rank) {
                     continue;
                 }
@@ -193,6 +204,7 @@ impl BranchPlanner<'_> {
         if states.is_empty() { Err(fault.unwrap_or_else(nothing)) } else { Ok(()) }
     }
 
+    /// Returns the rank after a move of a given price to the rotaries `to`.
     fn further(&self, from: PathRank, price: f64, to: [f64; 2]) -> PathRank {
         PathRank {
             cost: from.cost + price,
@@ -200,7 +212,7 @@ impl BranchPlanner<'_> {
         }
     }
 
-    /// Notes where states were entered.
+    /// Records the entry of each state, for [`Self::trace`].
     fn enter(&mut self, segment: usize, cell: usize, states: &mut [BranchState]) {
         for state in states {
             let BranchState { branch, turns, record: back, .. } = *state;
@@ -209,8 +221,8 @@ impl BranchPlanner<'_> {
         }
     }
 
-    /// Follows a segment: states go on while they fit, others are come to by a retract where that is
-    /// cheaper. By the block where nothing of that happens, else cell by cell.
+    /// Runs the states over a segment: they go on while they are inside travel, and others are entered by
+    /// a retract where that is cheaper. Blocks on which certainly neither happens are added up whole.
     fn run(
         &mut self,
         index: usize,
@@ -218,6 +230,7 @@ impl BranchPlanner<'_> {
         mut states: Vec<BranchState>,
     ) -> Result<Vec<BranchState>, AxesError> {
         for (block, cells) in segment.blocks().enumerate() {
+            // The set of states and their entries stay the same over the block: only travel is added.
             if !self.goes_on(segment, block, &states) {
                 self.run_cells(index, segment, cells, &mut states)?;
                 continue;
@@ -236,7 +249,8 @@ impl BranchPlanner<'_> {
         for (index, branch) in segment.branches.iter().enumerate() {
             let Some(of) = branch.blocks.get(block) else { return false };
             let all = || self.travel.turns(&of.bounds);
-            // Turns that fit on any cell fit on all of them, and are states.
+            // `bounds` is the hull of all cells, `least` their intersection. If as many turns fit the one as
+            // the other, turns that fit on any cell fit on all of them, and must be states.
             let on = |turns: [f64; 2]| {
                 states.iter().any(|state| state.branch == index && equal(state.turns, turns))
             };
@@ -253,6 +267,7 @@ impl BranchPlanner<'_> {
         let (Some(retractor), Some(best)) = (&self.retractor, cheapest(states)) else {
             return true;
         };
+        // The cheapest retract that the block allows is a lower bound of the price of any.
         let mut blocks = segment.branches.iter().filter_map(|branch| branch.blocks.get(block));
         let inside = blocks.all(|block| block.inside);
         let options = retractor.options;
@@ -261,40 +276,48 @@ impl BranchPlanner<'_> {
         let of = |state: &BranchState| segment.branches.get(state.branch)?.blocks.get(block);
         states.iter().all(|state| {
             of(state).is_some_and(|to| {
+                // Costs only grow along a block, so `most` bounds the state's cost anywhere on it, and
+                // no entry is cheaper than the price on top of the cheapest state.
                 let most = state.rank.cost + to.travel;
                 let from_none = |origin: &BranchState| {
-                    of(origin).is_some_and(|from| {
-                        !self.may_be_before([(origin, from), (state, to)], price)
-                    })
+                    of(origin)
+                        .is_some_and(|from| !self.may_be_before(origin, from, state, to, price))
                 };
                 most <= best.rank.cost + price || states.iter().all(from_none)
             })
         })
     }
 
-    /// Returns `true` if a retract on a block may lead from one state to another, where that is cheaper, or as
-    /// cheap and preferred.
+    /// Returns `true` if a retract on a block may lead from one state to another where that is cheaper, or as
+    /// cheap and preferred. The blocks are those of the two branches, the price that of the retract \[rad\].
     fn may_be_before(
         &self,
-        [(from, on), (to, block)]: [(&BranchState, &CellBlock); 2],
+        from: &BranchState,
+        from_block: &CellBlock,
+        to: &BranchState,
+        to_block: &CellBlock,
         price: f64,
     ) -> bool {
         let cost = from.rank.cost + price;
         if from.branch == to.branch {
-            // Both come along the same entry, so that the difference stays what it is.
+            // On one branch both states have the same travel along the block, so that the difference of
+            // their costs stays what it is, and the move between them is that of their turns.
             let moved = self.travel.moved(turned([0.0; 2], from.turns), turned([0.0; 2], to.turns));
-            let unpreferred = self.travel.unpreferred_all_over(&block.bounds, to.turns);
+            let unpreferred = self.travel.unpreferred_all_over(&to_block.bounds, to.turns);
             let rank = PathRank {
                 cost: cost + self.price(moved),
                 unpreferred: from.rank.unpreferred + unpreferred,
             };
             return rank.before(to.rank);
         }
-        let moved = self.travel.least_moved([(&on.bounds, from.turns), (&block.bounds, to.turns)]);
-        cost + self.price(moved) <= to.rank.cost + block.travel + TRAVEL_TIE
+        // Least cost at the start of the block and the least move from it, against the most that the
+        // other state costs at the end of the block.
+        let moved =
+            self.travel.least_moved(&from_block.bounds, from.turns, &to_block.bounds, to.turns);
+        cost + self.price(moved) <= to.rank.cost + to_block.travel + TRAVEL_TIE
     }
 
-    /// The same, cell by cell.
+    /// Runs the states over a range of cells, cell by cell, as [`Self::run`].
     fn run_cells(
         &mut self,
         index: usize,
@@ -307,13 +330,11 @@ impl BranchPlanner<'_> {
             if let Some(switch) = segment.switch(cell) {
                 let mut fault = None;
                 let fitting: Vec<_> = self.fitting(&cells, inside).collect();
-                let mut broken =
-                    self.breaks(segment, (cell, &switch), (states, &fitting), &mut fault);
+                let mut broken = self.breaks(segment, &switch, states, &fitting, &mut fault);
+                // States that leave travel, or whose rotaries jump here, end; so do those that a retract
+                // enters more cheaply than they go on.
                 states.retain(|state| {
-                    let on = |(branch, turns): &(usize, [f64; 2])| {
-                        *branch == state.branch && equal(*turns, state.turns)
-                    };
-                    fitting.iter().any(on)
+                    fitting.iter().any(|one| state.is(*one))
                         && !segment.jumps_at(state.branch, cell)
                         && !broken.iter().any(|other| other.same(state))
                 });
@@ -331,25 +352,28 @@ impl BranchPlanner<'_> {
         Ok(())
     }
 
-    /// States that are best come to by a retract at a switch.
+    /// Returns the states among `fitting` that are best entered by a retract at a switch point; `fault`
+    /// keeps the first reason why a retract is impossible.
     fn breaks(
         &self,
         segment: &PathSegment,
-        (cell, switch): (usize, &SwitchPoint),
-        (states, fitting): (&[BranchState], &[(usize, [f64; 2])]),
+        switch: &SwitchPoint,
+        states: &[BranchState],
+        fitting: &[BranchTurns],
         fault: &mut Option<AxesError>,
     ) -> Vec<BranchState> {
+        let cell = switch.cell;
         let (Some(retractor), Some(best)) = (&self.retractor, cheapest(states)) else {
             return Vec::new();
         };
         let options = retractor.options;
         let price = if switch.inside { options.price_in_cut } else { options.price };
         let mut found = Vec::new();
-        for &(branch, turns) in fitting {
+        for &BranchTurns { branch, turns } in fitting {
             let Some(of) = segment.branches.get(branch) else { continue };
             let goes_on = states
                 .iter()
-                .find(|state| state.branch == branch && equal(state.turns, turns))
+                .find(|state| state.is(BranchTurns { branch, turns }))
                 .filter(|_| !of.jumps_at(cell));
             let mut entered = BranchState {
                 branch,
@@ -357,6 +381,7 @@ impl BranchPlanner<'_> {
                 rank: goes_on.map_or(PathRank::NEVER, |on| on.rank),
                 record: None,
             };
+            // Already as cheap as the cheapest retract from the cheapest state.
             if entered.rank.cost <= best.rank.cost + price {
                 continue;
             }
@@ -382,18 +407,18 @@ impl BranchPlanner<'_> {
         found
     }
 
-    /// The pose at the start of a cell.
+    /// Returns the pose at the start of a cell.
     fn pose(&self, branch: &BranchRun, cell: usize) -> ToolPose {
         self.follower.inverse.kinematics().forward(&branch.axes_at(cell))
     }
 
-    /// Weighted \[rad\].
+    /// Returns the cost of a move of both rotaries \[rad\].
     fn price(&self, moved: [f64; 2]) -> f64 {
-        let [first, second] = self.follower.options.rotary_weights;
+        let RotaryPair { first, second } = self.follower.options.rotary_weights;
         first * moved[0].abs() + second * moved[1].abs()
     }
 
-    /// A link, if it stays inside travel.
+    /// Follows a link and checks that it stays inside travel.
     fn link(&self, link: &LinkMove, rotaries: [[f64; 2]; 2]) -> Result<AxisTrack, AxesError> {
         let track =
             self.follower.link(link.tips, rotaries).map_err(|trouble| trouble.of(link.piece))?;
@@ -403,13 +428,14 @@ impl BranchPlanner<'_> {
                 && let Some(worst) = self.travel.worst(&bounds, [0.0; 2])
             {
                 let u = track.nodes.get(node).map_or(0.0, |node| node.s);
-                return Err(self.travel.fault((link.piece, node, u), &worst));
+                let at = NodePosition { piece: link.piece, node, u };
+                return Err(self.travel.fault(at, &worst));
             }
         }
         Ok(track)
     }
 
-    /// Parts from first to last, with the ways to them.
+    /// Reads the plan back from the last record, and returns its parts from first to last.
     fn trace(
         &self,
         segments: &[PathSegment],
@@ -432,6 +458,7 @@ impl BranchPlanner<'_> {
             let next = records.get(index + 1).filter(|next| next.segment == record.segment);
             let cells = record.cell..next.map_or(segment.count(), |next| next.cell);
             let own = branch.start_of(record.cell);
+            // Where an axis has no ends of travel its turns are open: they follow from where it is.
             let begin = added(end, self.travel.moved(end, turned(own, record.turns)));
             let link = record.segment.checked_sub(1).and_then(|link| links.get(link));
             let entry = match (record.cell, link) {
@@ -439,7 +466,7 @@ impl BranchPlanner<'_> {
                 (0, None) => RunEntry::Start,
                 (cell, _) => self.retract(segment, cell, branch, [end, begin])?,
             };
-            // Whole turns exactly, so that parts and links meet to the last bit of rounding.
+            // Whole turns of 2π added to `own` exactly, so that parts and links meet to rounding.
             let offset = [0, 1].map(|axis| unwrap_near(own[axis], begin[axis]) - own[axis]);
             end = added(branch.end_before(cells.end), offset);
             let (segment, branch) = (record.segment, record.branch);
@@ -448,6 +475,7 @@ impl BranchPlanner<'_> {
         Ok(parts)
     }
 
+    /// Plans the retract at the start of a cell.
     fn retract(
         &self,
         segment: &PathSegment,
@@ -466,16 +494,20 @@ impl BranchPlanner<'_> {
 
 impl BranchState {
     fn same(&self, other: &Self) -> bool {
+        self.is(BranchTurns { branch: other.branch, turns: other.turns })
+    }
+
+    fn is(&self, other: BranchTurns) -> bool {
         self.branch == other.branch && equal(self.turns, other.turns)
     }
 }
 
-/// Turns are whole numbers.
+/// Compares numbers of turns: whole, so that equal numbers have equal bits.
 fn equal(a: [f64; 2], b: [f64; 2]) -> bool {
     a.map(f64::to_bits) == b.map(f64::to_bits)
 }
 
-/// Rotaries with whole turns added.
+/// Adds whole turns to rotary positions \[rad\].
 fn turned(rotaries: [f64; 2], turns: [f64; 2]) -> [f64; 2] {
     added(rotaries, turns.map(|turns| TAU * turns))
 }
@@ -484,7 +516,7 @@ fn added([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
     [a + c, b + d]
 }
 
-/// The first state that none is before.
+/// Returns the first state that no other is better than.
 fn cheapest(states: &[BranchState]) -> Option<BranchState> {
     states
         .iter()

@@ -1,4 +1,4 @@
-//! A segment between two links, cut into cells at starts that all ways to run it have in common.
+//! A segment between two links, cut into cells at nodes that all branches have in common.
 
 use super::axis_bounds::{AxisBounds, rotary_cost};
 use super::candidate::{CandidateRun, CurveRun, rotaries};
@@ -23,12 +23,25 @@ pub(super) struct PathSegment {
 /// Point between two cells, where one branch may be left for another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct SwitchPoint {
+    /// Index of the cell that starts here.
+    pub(super) cell: usize,
     /// Index of the tool-path piece that ends here or goes on.
     pub(super) piece: usize,
     /// Its parameter here.
     pub(super) u: f64,
     /// `true` if the tool cuts before and after.
     pub(super) inside: bool,
+}
+
+/// Position of a node in the tool path.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct NodePosition {
+    /// Index of the tool-path piece.
+    pub(super) piece: usize,
+    /// Index of the node of the piece.
+    pub(super) node: usize,
+    /// Curve parameter of the node.
+    pub(super) u: f64,
 }
 
 /// Candidate motion along a segment. Whole turns may be added.
@@ -51,7 +64,7 @@ pub(super) struct BranchRun {
 struct CellStarts {
     /// First cell of each run.
     first: Vec<usize>,
-    /// Nodes of each run at the starts of cells; none where cells are the intervals between nodes.
+    /// Nodes of each run at the starts of cells; `None` where cells are the intervals between nodes.
     nodes: Vec<Option<Vec<usize>>>,
     /// Number of cells.
     count: usize,
@@ -66,7 +79,7 @@ pub(super) struct RunCell {
     pub(super) travel: f64,
 }
 
-/// Some cells after each other.
+/// Consecutive cells, summed up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct CellBlock {
     /// Extent of the axes on all of them.
@@ -83,11 +96,12 @@ pub(super) struct CellBlock {
 }
 
 impl CellStarts {
-    /// Run and node at the start of a cell, or behind the last one.
+    /// Returns run and node at the start of a cell, or behind the last one.
     fn at(&self, cell: usize) -> [usize; 2] {
         if cell >= self.count {
             return [self.first.len(), 0];
         }
+        // Runs are in order: the last one that starts at or before the cell holds it.
         let run = self.first.partition_point(|&first| first <= cell).saturating_sub(1);
         let inside = cell - self.first.get(run).copied().unwrap_or(0);
         let listed = self.nodes.get(run).and_then(Option::as_ref);
@@ -101,7 +115,7 @@ impl PathSegment {
         self.branches.first().map_or(0, |branch| branch.starts.count)
     }
 
-    /// The cells of each block.
+    /// Returns the cells of each block.
     pub(super) fn blocks(&self) -> impl Iterator<Item = Range<usize>> + use<> {
         let count = self.count();
         (0..count)
@@ -109,7 +123,7 @@ impl PathSegment {
             .map(move |from| from..(from + CELLS_PER_BLOCK).min(count))
     }
 
-    /// Some cells of each branch.
+    /// Returns a range of cells of each branch.
     pub(super) fn cells(&self, range: Range<usize>, options: &AxesOptions) -> Vec<Vec<RunCell>> {
         self.branches.iter().map(|branch| branch.cells(range.clone(), options)).collect()
     }
@@ -119,16 +133,17 @@ impl PathSegment {
         self.branches.get(branch).is_some_and(|branch| branch.jumps_at(cell))
     }
 
-    /// The place before a cell; `None` before the first, and behind the last.
+    /// Returns the switch point at the start of a cell; `None` before the first, and behind the last.
     pub(super) fn switch(&self, cell: usize) -> Option<SwitchPoint> {
+        // The starts are common to all branches, so that the first one knows them.
         let first = self.branches.first().filter(|first| 0 < cell && cell < first.starts.count)?;
-        let (piece, _, u) = first.place(cell)?;
-        Some(SwitchPoint { piece, u, inside: first.is_inside(cell) })
+        let NodePosition { piece, u, .. } = first.position(cell)?;
+        Some(SwitchPoint { cell, piece, u, inside: first.is_inside(cell) })
     }
 }
 
 impl BranchRun {
-    /// Its pieces over a range of cells, with `offset` \[rad\] added to the rotaries.
+    /// Returns its pieces over a range of cells, with `offset` \[rad\] added to the rotaries.
     pub(super) fn pieces(&mut self, cells: Range<usize>, offset: [f64; 2]) -> Vec<AxisPiece> {
         let [first, last] = [cells.start, cells.end].map(|cell| self.starts.at(cell));
         let runs = self.runs.iter_mut().enumerate().take(last[0] + 1).skip(first[0]);
@@ -137,7 +152,7 @@ impl BranchRun {
             let from = if index == first[0] { first[1] } else { 0 };
             let to = if index == last[0] { last[1] + 1 } else { all.len() };
             let part = all.get(from..to).filter(|nodes| nodes.len() > 1)?;
-            // Each node is run once, but for those at breaks: what is run whole need not be copied.
+            // Only nodes at switch points belong to two pieces: a run that is used whole is moved out.
             let whole = part.len() == all.len();
             let mut nodes = if whole { std::mem::take(all) } else { part.to_vec() };
             for node in &mut nodes {
@@ -149,28 +164,29 @@ impl BranchRun {
         .collect()
     }
 
-    /// Rotaries at the start \[rad\].
+    /// Returns the rotaries at the start \[rad\].
     pub(super) fn start(&self) -> [f64; 2] {
         self.start_of(0)
     }
 
-    /// Rotaries at the start of a cell, or at the end \[rad\].
+    /// Returns the rotaries at the start of a cell, or at the end \[rad\].
     pub(super) fn start_of(&self, cell: usize) -> [f64; 2] {
         self.node(cell).map_or(self.end, |node| rotaries(&node.q[0]))
     }
 
-    /// Rotaries before a cell \[rad\]: where they jump, otherwise than at its start.
+    /// Returns the rotaries just before a cell \[rad\]; they differ from its start where they jump.
     pub(super) fn end_before(&self, cell: usize) -> [f64; 2] {
         if !self.jumps_at(cell) {
             return self.start_of(cell);
         }
+        // The rotaries jump from the last node of the run before.
         let [run, _] = self.starts.at(cell);
         let before = run.checked_sub(1).and_then(|before| self.runs.get(before));
         let last = before.and_then(|run| run.track.nodes.last());
         last.map_or_else(|| self.start_of(cell), |node| rotaries(&node.q[0]))
     }
 
-    /// `true` if the rotaries jump at the start of a cell.
+    /// Returns `true` if the rotaries jump at the start of a cell.
     pub(super) fn jumps_at(&self, cell: usize) -> bool {
         let [run, node] = self.starts.at(cell);
         node == 0 && self.runs.get(run).is_some_and(|run| run.jumps)
@@ -182,39 +198,41 @@ impl BranchRun {
         node > 0 && self.runs.get(run).is_some_and(|run| run.motion == Motion::Cut)
     }
 
-    /// All axes at the start of a cell; zero for what does not move.
+    /// Returns the axes at the start of a cell; zeros for a run without nodes.
     pub(super) fn axes_at(&self, cell: usize) -> AxisVector {
         self.node(cell).map_or_else(AxisVector::zeros, |node| node.q[0])
     }
 
-    /// Node at the start of a cell.
+    /// Returns the node at the start of a cell.
     fn node(&self, cell: usize) -> Option<&AxisNode> {
         let [run, node] = self.starts.at(cell);
         self.runs.get(run)?.track.nodes.get(node)
     }
 
-    /// Piece, node and parameter at the start of a cell.
-    pub(super) fn place(&self, cell: usize) -> Option<(usize, usize, f64)> {
+    /// Returns the position in the tool path of the node at the start of a cell.
+    pub(super) fn position(&self, cell: usize) -> Option<NodePosition> {
         let [run, node] = self.starts.at(cell);
         let run = self.runs.get(run)?;
-        Some((run.piece, node, run.track.nodes.get(node)?.s))
+        Some(NodePosition { piece: run.piece, node, u: run.track.nodes.get(node)?.s })
     }
 
-    /// The deviation of all of it.
+    /// Returns its curves.
     pub(super) fn runs(&self) -> impl Iterator<Item = &CurveRun> {
         self.runs.iter()
     }
 
-    /// All cells.
+    /// Returns all cells.
     pub(super) fn all_cells(&self, options: &AxesOptions) -> Vec<RunCell> {
         self.cells(0..self.starts.count, options)
     }
 
-    /// Some cells after each other.
+    /// Returns consecutive cells.
     pub(super) fn cells(&self, range: Range<usize>, options: &AxesOptions) -> Vec<RunCell> {
         let mut at = self.starts.at(range.start);
         let mut cells = Vec::with_capacity(range.len());
         for cell in range {
+            // The next cell may start with the first node of the next run. Where the rotaries jump to it the
+            // travel is that of a retract, and not counted here.
             let to = self.starts.at(cell + 1);
             let mut bounds = AxisBounds::NONE;
             let mut travel = 0.0;
@@ -234,13 +252,13 @@ impl BranchRun {
 
 impl CellBlock {
     fn of(branch: &BranchRun, range: Range<usize>, options: &AxesOptions) -> Self {
-        let joints = range.clone().filter(|cell| *cell > 0);
+        let switches = range.clone().filter(|cell| *cell > 0);
         let mut block = Self {
             bounds: AxisBounds::NONE,
             least: AxisBounds::ALL,
             travel: 0.0,
-            jumps: joints.clone().any(|cell| branch.jumps_at(cell)),
-            inside: joints.clone().all(|cell| branch.is_inside(cell)),
+            jumps: switches.clone().any(|cell| branch.jumps_at(cell)),
+            inside: switches.clone().all(|cell| branch.is_inside(cell)),
         };
         for cell in &branch.cells(range, options) {
             block.bounds.merge(&cell.bounds);
@@ -260,9 +278,10 @@ pub(super) fn segment(candidates: Vec<CandidateRun>, options: &AxesOptions) -> P
     PathSegment { piece, branches }
 }
 
-/// For each candidate the starts they have in common, the end left out.
+/// Returns for each candidate the cell starts that all have in common, the end left out.
 fn common(candidates: &[CandidateRun]) -> Vec<CellStarts> {
     let runs = candidates.iter().map(|candidate| candidate.runs.len()).min().unwrap_or(0);
+    // Branches take steps of their own, so that nodes differ; only common ones let one take over from another.
     let mut all = vec![CellStarts::default(); candidates.len()];
     let mut count = 0;
     for run in 0..runs {
@@ -271,6 +290,7 @@ fn common(candidates: &[CandidateRun]) -> Vec<CellStarts> {
             .filter_map(|candidate| candidate.runs.get(run))
             .map(|run| run.track.nodes.as_slice())
             .collect();
+        // Branches through the same evaluations mostly have the same nodes; then no list is needed.
         let marks = if same_places(&nodes) { None } else { Some(common_nodes(&nodes)) };
         let shortest = nodes.first().map_or(0, |nodes| nodes.len().saturating_sub(1));
         for (index, starts) in all.iter_mut().enumerate() {
@@ -285,7 +305,7 @@ fn common(candidates: &[CandidateRun]) -> Vec<CellStarts> {
     all
 }
 
-/// Returns `true` if all have the same nodes.
+/// Returns `true` if all have nodes at the same parameters.
 fn same_places(nodes: &[&[AxisNode]]) -> bool {
     let Some((first, others)) = nodes.split_first() else { return true };
     others.iter().all(|other| {
@@ -294,10 +314,12 @@ fn same_places(nodes: &[&[AxisNode]]) -> bool {
     })
 }
 
-/// Nodes of each that all have, the last one left out: all end with the curve.
+/// Returns the indices of the nodes whose parameters all have, the last node left out: all end with the
+/// curve.
 fn common_nodes(nodes: &[&[AxisNode]]) -> Vec<Vec<usize>> {
     let mut marks = vec![Vec::new(); nodes.len()];
     let Some((first, others)) = nodes.split_first() else { return marks };
+    // A merge of sorted lists: each list keeps the index it has come to.
     let mut at = vec![0; others.len()];
     for (index, node) in first.iter().enumerate().take(first.len().saturating_sub(1)) {
         let found = others.iter().zip(&mut at).all(|(other, at)| {
@@ -312,6 +334,7 @@ fn common_nodes(nodes: &[&[AxisNode]]) -> Vec<Vec<usize>> {
     marks
 }
 
+/// Sums up the cells of a candidate in blocks.
 fn branch(candidate: CandidateRun, starts: CellStarts, options: &AxesOptions) -> BranchRun {
     let CandidateRun { runs, point_axes, end, .. } = candidate;
     let mut branch = BranchRun { runs, starts, point_axes, end, blocks: Vec::new() };
@@ -323,7 +346,7 @@ fn branch(candidate: CandidateRun, starts: CellStarts, options: &AxesOptions) ->
     branch
 }
 
-/// Nodes of the runs between two starts, both ends with them.
+/// Returns the nodes of each run between two starts, both ends included.
 fn parts(runs: &[CurveRun], from: [usize; 2], to: [usize; 2]) -> impl Iterator<Item = &[AxisNode]> {
     let all = runs.iter().enumerate().take(to[0] + 1).skip(from[0]);
     all.map(move |(index, run)| {

@@ -1,4 +1,4 @@
-//! Branches of the inverse followed over a segment, before travel is considered.
+//! Branches of the inverse followed over a segment, before the ends of travel are checked.
 
 use super::error::AxesError;
 use super::follower::AxisTrack;
@@ -32,7 +32,7 @@ pub(super) struct CurveRun {
 }
 
 impl CandidateRun {
-    /// One more curve, which starts where the axes are `near`, and ends where that then is.
+    /// Appends a curve. `near` holds the axes at its start, and afterwards those at its end.
     pub(super) fn extend(
         &mut self,
         mut run: CurveRun,
@@ -47,8 +47,9 @@ impl CandidateRun {
         if self.runs.is_empty() {
             (self.piece, self.start, self.end) = (run.piece, from, from);
         }
+        // Curves meet in one pose: the rotaries can differ there only in the singular direction.
         let turn = (from[0] - self.end[0]).abs().max((from[1] - self.end[1]).abs());
-        run.jumps = turn > options.axis_tolerance;
+        run.jumps = turn > options.tolerance.axis;
         if run.jumps && options.retract.is_none() {
             let piece = run.piece;
             return Err(AxesError::TurnAtRest { piece, before: piece.saturating_sub(1), turn });

@@ -2,6 +2,7 @@
 
 use super::options::AxesOptions;
 use crate::inverse::InverseError;
+use crate::machine::AxisKind;
 use crate::types::Cancelled;
 use nalgebra::Point3;
 
@@ -43,7 +44,7 @@ pub enum AxesError {
     /// A segment leaves travel on every branch and turn; the error has the nearest.
     #[error(
         "piece {piece}, node {node} (u = {u:.4}): axis {axis} would have to go to {}, beyond its end of travel {} by {} on the best branch; {remedy}",
-        in_unit(*rotary, *value), in_unit(*rotary, *limit), in_unit(*rotary, *excess)
+        in_unit(*kind, *value), in_unit(*kind, *limit), in_unit(*kind, *excess)
     )]
     OutOfTravel {
         /// Index of the tool-path piece.
@@ -54,8 +55,8 @@ pub enum AxesError {
         u: f64,
         /// Name of the axis.
         axis: String,
-        /// `true` for a rotary axis.
-        rotary: bool,
+        /// Linear or rotary, which is the unit of the numbers.
+        kind: AxisKind,
         /// Position it would need \[mm or rad\].
         value: f64,
         /// End of travel \[mm or rad\].
@@ -122,20 +123,23 @@ pub enum AxesError {
     Cancelled(#[from] Cancelled),
 }
 
-/// A position or distance for people.
-fn in_unit(rotary: bool, value: f64) -> String {
-    if rotary { format!("{:.4} deg", value.to_degrees()) } else { format!("{value:.4} mm") }
+/// Formats a position or distance \[mm or rad\] in mm or degrees with four decimals.
+fn in_unit(kind: AxisKind, value: f64) -> String {
+    match kind {
+        AxisKind::Rotary => format!("{:.4} deg", value.to_degrees()),
+        AxisKind::Linear => format!("{value:.4} mm"),
+    }
 }
 
-/// All options positive and finite.
+/// Checks that all options are positive and finite.
 pub(super) fn options(options: &AxesOptions) -> Result<(), AxesError> {
-    let [first, second] = options.rotary_weights;
+    // Comparisons are written so that a NaN is refused.
     for (option, value) in [
-        ("tip_tolerance", options.tip_tolerance),
-        ("axis_tolerance", options.axis_tolerance),
+        ("tolerance.tip", options.tolerance.tip),
+        ("tolerance.axis", options.tolerance.axis),
         ("max_rotary_step", options.max_rotary_step),
-        ("rotary_weights[0]", first),
-        ("rotary_weights[1]", second),
+        ("rotary_weights.first", options.rotary_weights.first),
+        ("rotary_weights.second", options.rotary_weights.second),
     ] {
         if !(value > 0.0 && value.is_finite()) {
             return Err(AxesError::BadOption { option, value });
@@ -145,6 +149,7 @@ pub(super) fn options(options: &AxesOptions) -> Result<(), AxesError> {
         for (option, value) in [
             ("retract.plane", retract.plane.abs()),
             ("retract.least", retract.least),
+            // Infinite means that the whole retract is run as a lead.
             ("retract.approach", retract.approach.min(f64::MAX)),
             ("retract.margin", retract.margin),
             ("retract.price", retract.price),

@@ -1,4 +1,4 @@
-//! Nodes along a motion, so close that quintics between them follow it.
+//! Path following with step control: nodes so close that quintics between them follow the motion.
 
 use super::axis_bounds::{AxisBounds, quintic_between, rotary_cost};
 use super::error::AxesError;
@@ -20,7 +20,7 @@ const SHARE: f64 = 0.5;
 /// Check points of an interval, as shares of it.
 const CHECKED: [f64; 5] = [0.15, 0.325, 0.5, 0.675, 0.85];
 
-/// Intervals shorter than this share of the piece give up.
+/// Intervals that would be shorter than this share of the piece are an error instead.
 const SHORTEST: f64 = 1e-10;
 
 /// Intervals shorter than this share of the piece may turn a rotary by any amount: on them only
@@ -34,8 +34,8 @@ const OVER: usize = 10;
 /// Share of the tolerance below which the error of an interval is not checked further.
 const SMALL: f64 = 0.01;
 
-/// Solutions at one parameter: both branches through a singular direction, and both beside it.
-const WAYS: usize = 4;
+/// Solutions at one parameter at most: both branches through a singular direction, and both beside it.
+const SOLUTIONS: usize = 4;
 
 /// A pose without an axis.
 const NO_AXIS: InverseError = InverseError::NotFinite { what: "the tool axis" };
@@ -52,6 +52,52 @@ pub(super) struct PathFollower<'a> {
 pub(super) struct AxisTrack {
     pub(super) nodes: Vec<AxisNode>,
     pub(super) deviation: PathDeviation,
+}
+
+/// One solution of the inverse at a parameter, with its index among all of them.
+#[derive(Clone, Copy)]
+struct Solution<'l> {
+    /// 0 and 1 are the branches plus and minus where both are determined.
+    index: usize,
+    jets: &'l AxisJets,
+}
+
+/// A motion within one of its spans, on which it is smooth.
+#[derive(Clone, Copy)]
+struct MotionSpan<'a> {
+    motion: &'a dyn PathMotion,
+    span: usize,
+}
+
+impl MotionSpan<'_> {
+    fn pose(&self, u: f64) -> Option<ToolPose> {
+        self.motion.pose(u, self.span)
+    }
+}
+
+/// Node that the next step is to reach.
+#[derive(Clone, Copy)]
+struct StepTarget {
+    /// Its parameter.
+    u: f64,
+    /// Span of the interval up to it.
+    span: usize,
+    /// Span of the node itself, which is the next one at the end of a span.
+    node_span: usize,
+}
+
+/// Pose in the middle of an interval, kept because halving the interval asks for it again.
+#[derive(Clone, Copy)]
+struct MiddlePose {
+    u: f64,
+    pose: Option<ToolPose>,
+}
+
+/// Exactness of the third derivatives at both ends of an interval.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum ThirdDerivatives {
+    Exact,
+    Unknown,
 }
 
 /// Reason why a motion cannot be followed, with the parameter.
@@ -73,10 +119,10 @@ impl FollowError {
 }
 
 impl<'a> PathFollower<'a> {
-    /// Directions this close to the singular one may be taken to be on it \[rad\]: a share of the
-    /// tolerance that leaves the rest to the quintics beside it.
+    /// Returns the angle to the singular direction up to which a tool axis may be taken to be on it
+    /// \[rad\]: a share of the tolerance that leaves the rest to the quintics beside it.
     pub(super) fn pole(&self) -> f64 {
-        0.1 * self.options.axis_tolerance
+        0.1 * self.options.tolerance.axis
     }
 
     /// Returns a curve as a motion.
@@ -91,7 +137,7 @@ impl<'a> PathFollower<'a> {
         curve: &'a PoseCurve,
         starts: &[AxisVector],
     ) -> Vec<Result<AxisTrack, FollowError>> {
-        self.march(&self.along(curve), starts)
+        self.follow(&self.along(curve), starts)
     }
 
     /// Returns nodes along a link; none if nothing moves.
@@ -107,13 +153,14 @@ impl<'a> PathFollower<'a> {
         if length <= 0.0 {
             return Ok(AxisTrack::nothing());
         }
+        // A link has one solution: its rotaries are prescribed, so that the start does not matter.
         let motion = LinkMotion { inverse: self.inverse, tips, rotaries, knots: [0.0, length] };
-        self.march(&motion, &[AxisVector::zeros()]).pop().unwrap_or(Ok(AxisTrack::nothing()))
+        self.follow(&motion, &[AxisVector::zeros()]).pop().unwrap_or(Ok(AxisTrack::nothing()))
     }
 
     /// Follows a motion from every start. The track that is furthest behind takes the next step, so
     /// that the kinematics at one parameter are computed once for all.
-    fn march(
+    fn follow(
         &self,
         motion: &dyn PathMotion,
         starts: &[AxisVector],
@@ -123,11 +170,11 @@ impl<'a> PathFollower<'a> {
         let mut trackers: Vec<Result<BranchTracker, FollowError>> =
             starts.iter().map(|start| self.set_out(&mut cache, start)).collect();
         loop {
-            let under_way = trackers.iter_mut().filter_map(|slot| match slot {
+            let unfinished = trackers.iter_mut().filter_map(|slot| match slot {
                 Ok(tracker) if !tracker.targets.is_empty() => Some((tracker.at(), slot)),
                 _ => None,
             });
-            let Some((_, slot)) = under_way.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+            let Some((_, slot)) = unfinished.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
             if let Ok(tracker) = slot
                 && let Err(trouble) = self.advance(&mut cache, tracker)
             {
@@ -145,9 +192,9 @@ impl<'a> PathFollower<'a> {
     ) -> Result<BranchTracker, FollowError> {
         let knots = cache.motion.knots();
         let first = knots.first().copied().unwrap_or(0.0);
-        cache.evaluate_at((first, 0), start)?;
+        cache.evaluate_at(first, 0, start)?;
         let [nearest, ..] = self.by_turn(&cache.evaluation, start);
-        let (index, nearest) = nearest.ok_or(FollowError::Inverse(first, NO_AXIS))?;
+        let nearest = nearest.ok_or(FollowError::Inverse(first, NO_AXIS))?;
         let mut track = AxisTrack::nothing();
         // A few more than knots, so that a node between some of them does not move all.
         track.nodes.reserve(knots.len() + knots.len() / 64);
@@ -159,7 +206,7 @@ impl<'a> PathFollower<'a> {
             lost: Vec::new(),
             state: TrackerState::default(),
         };
-        tracker.arrive(&cache.evaluation, (index, nearest), cache.evaluation.node(nearest, start));
+        tracker.arrive(&cache.evaluation, nearest, cache.evaluation.node(nearest.jets, start));
         Ok(tracker)
     }
 
@@ -178,10 +225,11 @@ impl<'a> PathFollower<'a> {
         let Some(&to) = tracker.targets.last() else { return Ok(()) };
         let span = tracker.span;
         // The last target is the knot at the end of the span, where the next span begins.
-        let next = if tracker.targets.len() == 1 { (span + 1).min(spans - 1) } else { span };
+        let node_span = if tracker.targets.len() == 1 { (span + 1).min(spans - 1) } else { span };
         let start = tracker.at();
-        match self.step(cache, tracker, (to, [span, next]), whole)? {
+        match self.step(cache, tracker, StepTarget { u: to, span, node_span }, whole)? {
             None => {
+                // A target that was set by halving leaves the ones beyond it on the stack.
                 tracker.targets.pop();
                 if tracker.targets.is_empty() {
                     tracker.span += 1;
@@ -197,36 +245,41 @@ impl<'a> PathFollower<'a> {
         Ok(())
     }
 
-    /// Takes one step to the node at `to`, on the first solution that stays within tolerance; if none
-    /// does, returns the least deviation. Spans are those of the interval and of the node.
+    /// Takes one step to a target, on the first solution that stays within tolerance; if none does, returns
+    /// the least deviation. `whole` is the length of the motion.
     fn step(
         &self,
         cache: &mut EvaluationCache<'_>,
         tracker: &mut BranchTracker,
-        (to, [span, next]): (f64, [usize; 2]),
+        target: StepTarget,
         whole: f64,
     ) -> Result<Option<PathDeviation>, FollowError> {
+        let StepTarget { u: to, span, node_span } = target;
         let Some(from) = tracker.track.nodes.last() else {
             return Err(FollowError::Inverse(to, NO_AXIS));
         };
         let near = &from.q[0];
-        cache.evaluate_at((to, next), near)?;
+        cache.evaluate_at(to, node_span, near)?;
         let EvaluationCache { motion, evaluation, middle, .. } = cache;
+        let interval = MotionSpan { motion: *motion, span };
         let mut least = PathDeviation { tip: f64::INFINITY, axis: f64::INFINITY };
         let settling = to - from.s <= SETTLING * whole;
-        for (index, way) in
-            self.in_order((*motion, span), evaluation, tracker).into_iter().flatten()
-        {
-            let node = evaluation.node(way, near);
+        for solution in self.in_order(interval, evaluation, tracker).into_iter().flatten() {
+            let node = evaluation.node(solution.jets, near);
+            // A jump to another branch shows as a large rotary step, and so does a pole passed beside.
             let rotaries = (node.q[0] - near).fixed_rows::<2>(FIRST_ROTARY).amax();
             if rotaries > self.options.max_rotary_step && !settling {
                 continue;
             }
-            let known = !tracker.state.lost && way.lost == 0;
-            let deviation = self.deviation((*motion, span), middle, [from, &node], known);
+            let thirds = if tracker.state.lost || solution.jets.lost > 0 {
+                ThirdDerivatives::Unknown
+            } else {
+                ThirdDerivatives::Exact
+            };
+            let deviation = self.deviation(interval, middle, [from, &node], thirds);
             if self.small(deviation, SHARE) {
                 tracker.track.deviation = tracker.track.deviation.max(deviation);
-                tracker.arrive(evaluation, (index, way), node);
+                tracker.arrive(evaluation, solution, node);
                 return Ok(None);
             }
             if deviation.tip < least.tip {
@@ -240,17 +293,19 @@ impl<'a> PathFollower<'a> {
     /// singular direction lies between, the least turn comes first: straight through is the other branch.
     fn in_order<'l>(
         &self,
-        motion: (&dyn PathMotion, usize),
+        interval: MotionSpan<'_>,
         evaluation: &'l Evaluation,
         tracker: &BranchTracker,
-    ) -> [Option<(usize, &'l AxisJets)>; WAYS] {
+    ) -> [Option<Solution<'l>>; SOLUTIONS] {
         match (&evaluation.both, tracker.state.branch) {
             (Some(both), Some(branch))
-                if evaluation.more.is_empty() && !self.passes(motion, tracker, evaluation) =>
+                if evaluation.more.is_empty() && !self.passes(interval, tracker, evaluation) =>
             {
                 let [plus, minus] = both;
-                let [plus, minus] = [Some((0, plus)), Some((1, minus))];
+                let [plus, minus] =
+                    [(0, plus), (1, minus)].map(|(index, jets)| Some(Solution { index, jets }));
                 let [own, other] = if branch == 0 { [plus, minus] } else { [minus, plus] };
+                // Away from the singular direction branches meet only at the rim of reach.
                 [own, other.filter(|_| tracker.targets.len() > OVER), None, None]
             }
             _ => {
@@ -264,16 +319,19 @@ impl<'a> PathFollower<'a> {
     /// within tolerance: straight from end to end, and also by its middle.
     fn passes(
         &self,
-        (motion, span): (&dyn PathMotion, usize),
+        interval: MotionSpan<'_>,
         tracker: &BranchTracker,
         evaluation: &Evaluation,
     ) -> bool {
+        // `across` is the tool axis projected along the singular direction: a point of the plane whose
+        // distance from the origin is the sine of the angle to that direction.
         let [from, to] = [tracker.state.across, evaluation.across];
-        let close = SHARE * self.options.axis_tolerance;
+        let close = SHARE * self.options.tolerance.axis;
         if nearest(from, to) > close {
             return false;
         }
-        let middle = motion.pose(0.5 * (tracker.at() + evaluation.u), span);
+        // A curved motion may pass farther off than its chord: the chords of both halves decide.
+        let middle = interval.pose(0.5 * (tracker.at() + evaluation.u));
         let middle = middle.map(|pose| self.inverse.across(&pose.axis));
         middle.is_none_or(|middle| nearest(from, middle).min(nearest(middle, to)) <= close)
     }
@@ -283,31 +341,33 @@ impl<'a> PathFollower<'a> {
         &self,
         evaluation: &'l Evaluation,
         near: &AxisVector,
-    ) -> [Option<(usize, &'l AxisJets)>; WAYS] {
-        let mut order = [(f64::INFINITY, None); WAYS];
-        for (slot, way) in order.iter_mut().zip(evaluation.ways().enumerate()) {
-            let turned = evaluation.unwound(way.1, near);
-            *slot = (rotary_cost(&turned, near, self.options), Some(way));
+    ) -> [Option<Solution<'l>>; SOLUTIONS] {
+        let mut order = [(f64::INFINITY, None); SOLUTIONS];
+        for (slot, (index, jets)) in order.iter_mut().zip(evaluation.solutions().enumerate()) {
+            let turned = evaluation.unwound(jets, near);
+            *slot = (rotary_cost(&turned, near, self.options), Some(Solution { index, jets }));
         }
+        // Stable, so that of equal turns the branch plus comes first.
         order.sort_by(|a, b| a.0.total_cmp(&b.0));
-        order.map(|(_, way)| way)
+        order.map(|(_, solution)| solution)
     }
 
     /// Returns `true` if a deviation is within a share of the tolerances.
     fn small(&self, deviation: PathDeviation, share: f64) -> bool {
-        deviation.tip <= share * self.options.tip_tolerance
-            && deviation.axis <= share * self.options.axis_tolerance
+        deviation.tip <= share * self.options.tolerance.tip
+            && deviation.axis <= share * self.options.tolerance.axis
     }
 
-    /// Returns the deviation of the quintic between two nodes from the motion, at the check points: in the
-    /// middle only, where that and the error by the third derivatives, if they are `known`, is next to
-    /// nothing. Infinite where there is no pose.
+    /// Returns the largest deviation of the quintic between two nodes from the motion at the check points.
+    ///
+    /// The middle alone is checked where the deviation there, and the error that the third derivatives
+    /// show, are far below the tolerances. Infinite where there is no pose.
     fn deviation(
         &self,
-        (motion, span): (&dyn PathMotion, usize),
-        middle: &mut Option<(f64, Option<ToolPose>)>,
+        interval: MotionSpan<'_>,
+        middle: &mut Option<MiddlePose>,
         [from, to]: [&AxisNode; 2],
-        known: bool,
+        thirds: ThirdDerivatives,
     ) -> PathDeviation {
         let quintic = quintic_between(from, to);
         let [start, length] = [from.s, to.s - from.s];
@@ -324,16 +384,18 @@ impl<'a> PathFollower<'a> {
         };
         let [first @ .., centre, next, last] = CHECKED;
         let u = start + centre * length;
-        let seen = middle.filter(|(at, _)| at.to_bits() == u.to_bits()).map(|(_, pose)| pose);
-        let wanted = seen.unwrap_or_else(|| motion.pose(u, span));
-        *middle = Some((u, wanted));
+        // The other solutions of the same interval are checked at the same middle.
+        let known = middle.filter(|known| known.u.to_bits() == u.to_bits());
+        let wanted = known.map_or_else(|| interval.pose(u), |known| known.pose);
+        *middle = Some(MiddlePose { u, pose: wanted });
         let worst = off(centre, wanted);
-        if known && self.small(worst, SMALL) && self.smooth(&quintic, [from, to], wanted) {
+        let exact = thirds == ThirdDerivatives::Exact;
+        if exact && self.small(worst, SMALL) && self.smooth(&quintic, [from, to], wanted) {
             return worst;
         }
         let others = first.into_iter().chain([next, last]);
         others.fold(worst, |worst, share| {
-            worst.max(off(share, motion.pose(start + share * length, span)))
+            worst.max(off(share, interval.pose(start + share * length)))
         })
     }
 
@@ -354,6 +416,7 @@ impl<'a> PathFollower<'a> {
         // Largest absolute error of the third derivatives at both ends, axis by axis.
         let off = (start - from.q[3]).sup(&(from.q[3] - start));
         let off = off.sup(&(end - to.q[3])).sup(&(to.q[3] - end));
+        // Top of the error: k (l/2)⁶ with third derivative 6 k l³, so l³ / 384 of it.
         let top = off * (length.powi(3) / 384.0);
         let slides = top.fixed_rows::<FIRST_ROTARY>(0).sum();
         let turn = top[FIRST_ROTARY] + top[SECOND_ROTARY];
@@ -373,17 +436,14 @@ struct EvaluationCache<'a> {
     /// Span of the last evaluation.
     span: usize,
     evaluation: Evaluation,
-    /// The pose in the middle of the last interval, and its parameter.
-    middle: Option<(f64, Option<ToolPose>)>,
+    /// The middle of the last interval.
+    middle: Option<MiddlePose>,
 }
 
 impl EvaluationCache<'_> {
-    /// Evaluates the motion at a parameter, unless that is known.
-    fn evaluate_at(
-        &mut self,
-        (u, span): (f64, usize),
-        near: &AxisVector,
-    ) -> Result<(), FollowError> {
+    /// Evaluates the motion at a parameter of a span, unless that is known.
+    fn evaluate_at(&mut self, u: f64, span: usize, near: &AxisVector) -> Result<(), FollowError> {
+        // A held rotary stays where each track has it, so that its evaluation cannot be shared.
         let known = self.span == span
             && self.evaluation.u.to_bits() == u.to_bits()
             && !self.evaluation.held;
@@ -391,8 +451,8 @@ impl EvaluationCache<'_> {
             return Ok(());
         }
         self.span = span;
-        let looked = self.motion.evaluate(u, span, near, &mut self.evaluation);
-        looked.map_err(|error| {
+        let evaluated = self.motion.evaluate(u, span, near, &mut self.evaluation);
+        evaluated.map_err(|error| {
             self.evaluation = Evaluation::unset();
             FollowError::Inverse(u, error)
         })
@@ -422,21 +482,19 @@ struct TrackerState {
 }
 
 impl BranchTracker {
-    /// Parameter of the last node.
+    /// Returns the parameter of the last node.
     fn at(&self) -> f64 {
         self.track.nodes.last().map_or(f64::INFINITY, |node| node.s)
     }
 
-    fn arrive(
-        &mut self,
-        evaluation: &Evaluation,
-        (index, way): (usize, &AxisJets),
-        node: AxisNode,
-    ) {
-        let lost = way.lost > 0;
+    /// Appends a node that was reached with a solution.
+    fn arrive(&mut self, evaluation: &Evaluation, solution: Solution<'_>, node: AxisNode) {
+        let Solution { index, jets } = solution;
+        let lost = jets.lost > 0;
         if lost {
             self.lost.push(self.track.nodes.len());
         }
+        // Further solutions, and a held rotary, belong to no branch.
         let branch = evaluation.both.is_some().then_some(index).filter(|index| *index < 2);
         self.state = TrackerState { branch, across: evaluation.across, lost };
         self.track.nodes.push(node);
@@ -448,30 +506,32 @@ impl BranchTracker {
     }
 }
 
-/// Distance from the origin of the straight line between two points.
+/// Returns the distance of the segment between two points from the origin.
 fn nearest(from: [f64; 2], to: [f64; 2]) -> f64 {
-    let way = [to[0] - from[0], to[1] - from[1]];
+    let chord = [to[0] - from[0], to[1] - from[1]];
     let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
-    let (along, square) = (-dot(from, way), dot(way, way));
+    let (along, square) = (-dot(from, chord), dot(chord, chord));
+    // Foot of the perpendicular, kept on the segment.
     let share = if square > 0.0 { (along / square).clamp(0.0, 1.0) } else { 0.0 };
-    let point = [from[0] + share * way[0], from[1] + share * way[1]];
+    let point = [from[0] + share * chord[0], from[1] + share * chord[1]];
     dot(point, point).sqrt()
 }
 
 impl AxisTrack {
+    /// Creates a track without nodes.
     pub(super) fn nothing() -> Self {
         Self { nodes: Vec::new(), deviation: PathDeviation::default() }
     }
 
-    /// Two nodes between which every axis moves in proportion, over the way of the slides \[mm\] or
-    /// the turn of the rotaries \[rad\]; no node if nothing moves.
+    /// Creates two nodes between which every axis moves in proportion, over the travel of the linear axes
+    /// \[mm\] or the turn of the rotaries \[rad\]; no node if nothing moves.
     ///
     /// The speed of the tip counts as that of the slides: while rotaries swing a tool that is far
     /// from the part, their own limits hold.
     pub(super) fn proportional(from: &AxisVector, to: &AxisVector) -> Self {
-        let way = to - from;
+        let travel = to - from;
         let [slides, turn] =
-            [way.fixed_rows::<3>(0).norm(), way.fixed_rows::<2>(FIRST_ROTARY).norm()];
+            [travel.fixed_rows::<3>(0).norm(), travel.fixed_rows::<2>(FIRST_ROTARY).norm()];
         let length = if slides > 0.0 { slides } else { turn };
         if length <= 0.0 {
             return Self::nothing();
@@ -480,7 +540,7 @@ impl AxisTrack {
         let zero = AxisVector::zeros();
         let node = |s: f64, q: &AxisVector| AxisNode {
             s,
-            q: [*q, way / length, zero, zero],
+            q: [*q, travel / length, zero, zero],
             tip_rate: rate,
             feed_rate: rate,
         };
@@ -493,15 +553,16 @@ impl AxisTrack {
         self.nodes.windows(2).map(|pair| AxisBounds::between(&pair[0], &pair[1]))
     }
 
-    /// The nodes of a piece, if it moves at all.
+    /// Returns the nodes of a piece, if it moves at all.
     pub(super) fn into_nodes(self) -> Option<Vec<AxisNode>> {
         (self.nodes.len() > 1).then_some(self.nodes)
     }
 
-    /// Third derivatives that are not known exactly are those of the quintic beside the node.
+    /// Fills in third derivatives that are not known exactly: those of the quintic beside the node.
     fn complete(&mut self, lost: &[usize]) {
         let count = self.nodes.len();
         for &index in lost {
+            // The quintic after the node, or before it if it is the last one.
             let from = index.min(count.saturating_sub(2));
             if let (Some(&a), Some(&b)) = (self.nodes.get(from), self.nodes.get(from + 1)) {
                 let [_, _, _, third] =

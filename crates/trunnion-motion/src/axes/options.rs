@@ -1,6 +1,7 @@
 //! Options for following a tool path.
 
-use crate::types::AxisVector;
+use crate::machine::RotaryPair;
+use crate::types::{AxisVector, PoseTolerance};
 use nalgebra::UnitVector3;
 
 /// Point that the programmed feed refers to.
@@ -12,21 +13,21 @@ pub enum FeedPoint {
     Contact,
 }
 
-/// Options for following a tool path. There is no `Default`: the caller knows the part.
+/// Options for following a tool path.
+///
+/// Begin with [`AxesOptions::within`] and change what matters. There is no `Default`: the caller knows the
+/// part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxesOptions {
-    /// Largest distance between the tip of the axis path and that of the tool path \[mm\].
-    pub tip_tolerance: f64,
-    /// Largest angle between the tool axes of both \[rad\]. A singular direction that is passed
-    /// within a tenth of it is passed straight through, if the tip stays within its tolerance.
-    pub axis_tolerance: f64,
+    /// Largest deviation of the axis path from the tool path. A singular direction that is passed within
+    /// a tenth of `tolerance.axis` is passed straight through, if the tip stays within its tolerance.
+    pub tolerance: PoseTolerance,
     /// Largest rotary move between two nodes \[rad\].
     pub max_rotary_step: f64,
     /// Point that `feed_rate` of the nodes refers to.
     pub feed_at: FeedPoint,
-    /// Cost of a radian of each rotary, workpiece side first; the whole path is made as cheap
-    /// as possible.
-    pub rotary_weights: [f64; 2],
+    /// Cost of a radian of each rotary; the whole path is made as cheap as possible.
+    pub rotary_weights: RotaryPair,
     /// Position of the axes before the path; usually [`crate::machine::Machine::home`].
     pub start: AxisVector,
     /// Retract to use where travel ends on a segment between two links; `None`: that is an
@@ -34,6 +35,39 @@ pub struct AxesOptions {
     pub retract: Option<RetractOptions>,
     /// Permitted change of the tool axis where a cut passes a singular direction; `None`: no change.
     pub singular: Option<SingularOptions>,
+}
+
+impl AxesOptions {
+    /// Creates options for axes within `tolerance` of the tool path, which start at `start`.
+    ///
+    /// Presets: rotary steps of 2 degrees, the feed at the tip, equal weights, no retracts, and no changes
+    /// at singular directions.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion_motion::axes::{AxesOptions, FeedPoint};
+    /// use trunnion_motion::types::{AxisVector, PoseTolerance};
+    ///
+    /// let tolerance = PoseTolerance { tip: 1e-3, axis: 1e-4 };
+    /// let options = AxesOptions {
+    ///     feed_at: FeedPoint::Contact,
+    ///     ..AxesOptions::within(tolerance, AxisVector::zeros())
+    /// };
+    /// assert_eq!(options.tolerance.tip, 1e-3);
+    /// ```
+    #[must_use]
+    pub const fn within(tolerance: PoseTolerance, start: AxisVector) -> Self {
+        Self {
+            tolerance,
+            max_rotary_step: 2.0 * std::f64::consts::PI / 180.0,
+            feed_at: FeedPoint::Tip,
+            rotary_weights: RotaryPair::new(1.0, 1.0),
+            start,
+            retract: None,
+            singular: None,
+        }
+    }
 }
 
 /// Retract that unwinds a rotary axis, and its cost. The move of the

@@ -8,8 +8,8 @@ use super::follower::PathFollower;
 use super::result::FollowedPath;
 use super::segments::LinkMove;
 use crate::inverse::Inverse;
-use crate::machine::{FIRST_ROTARY, Kinematics, Machine};
-use crate::types::AxisVector;
+use crate::machine::{AxisKind, FIRST_ROTARY, Kinematics, Machine};
+use crate::types::{AxisVector, Interval};
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 
 /// Room kept to the ends of travel \[mm\]: more than axes bow between two nodes, and than the digits
@@ -22,10 +22,11 @@ const MOST_CONSTRAINTS: usize = 40;
 
 /// Workpiece origins that keep the linear axes of a path inside travel, the rotation as it is.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct OriginRanges {
-    /// Lowest and highest x, y, z of the origin \[mm\], the other two as they are; `None`: no value of
-    /// this one alone helps.
-    pub along: [Option<[f64; 2]>; 3],
+    /// Ranges of x, y and z of the origin \[mm\], the other two as they are; `None`: no value of this one
+    /// alone helps.
+    pub along: [Option<Interval>; 3],
     /// The origin that leaves most room on all sides \[mm\].
     pub best: Vector3<f64>,
     /// That room \[mm\]; negative: no origin fits, and by at least so much an axis is short.
@@ -55,8 +56,8 @@ pub fn origins(kinematics: &Kinematics, followed: &FollowedPath) -> Option<Origi
     let ends = ends(kinematics, followed)?;
     let origin = kinematics.setup().origin;
     let along = [0, 1, 2].map(|axis| {
-        let [low, high] = interval(&ends, axis);
-        (low <= high).then(|| [origin[axis] + low, origin[axis] + high])
+        let Interval { low, high } = interval(&ends, axis);
+        (low <= high).then(|| Interval::new(origin[axis] + low, origin[axis] + high))
     });
     let (shift, room, tight) = roomiest(&ends)?;
     let axes = &kinematics.machine().axes;
@@ -67,6 +68,7 @@ pub fn origins(kinematics: &Kinematics, followed: &FollowedPath) -> Option<Origi
     Some(OriginRanges { along, best: origin + shift, room, tight: names })
 }
 
+/// Collects the ends of travel at all nodes as half-spaces of shifts of the origin.
 fn ends(kinematics: &Kinematics, followed: &FollowedPath) -> Option<Vec<TravelEnd>> {
     let turn = kinematics.setup().rotation.inverse();
     let axes = &kinematics.machine().axes;
@@ -79,6 +81,7 @@ fn ends(kinematics: &Kinematics, followed: &FollowedPath) -> Option<Vec<TravelEn
             let q = &node.q[0];
             let moves = slides_by_tip(kinematics, q)? * turn.matrix();
             for axis in 0..FIRST_ROTARY {
+                // Slide i at this node moves by row · d: low + room <= q + row · d <= high - room.
                 let row: Vector3<f64> = moves.row(axis).transpose();
                 let [low, high] = axes.get(axis)?.limits;
                 let both = [(row, high - ROOM - q[axis]), (-row, q[axis] - low - ROOM)];
@@ -92,6 +95,7 @@ fn ends(kinematics: &Kinematics, followed: &FollowedPath) -> Option<Vec<TravelEn
 
 /// Returns the derivative of the slides by the tip, rotaries as at `q`. The tip is affine in the slides.
 fn slides_by_tip(kinematics: &Kinematics, q: &AxisVector) -> Option<Matrix3<f64>> {
+    // The columns are exact as differences: the tip is affine in the slides.
     let at = |slide: Option<usize>| {
         let mut q = *q;
         q.fixed_rows_mut::<3>(0).fill(0.0);
@@ -105,25 +109,29 @@ fn slides_by_tip(kinematics: &Kinematics, q: &AxisVector) -> Option<Matrix3<f64>
     Matrix3::from_columns(&[column(0), column(1), column(2)]).try_inverse()
 }
 
-/// Shifts along one direction of the machine.
-fn interval(ends: &[TravelEnd], axis: usize) -> [f64; 2] {
-    let mut range = [f64::NEG_INFINITY, f64::INFINITY];
+/// Returns the shifts along one direction of the machine that keep all ends; empty if none does.
+fn interval(ends: &[TravelEnd], axis: usize) -> Interval {
+    let mut range = Interval::UNBOUNDED;
     for end in ends {
+        // Only this coordinate moves: each half-space bounds it from one side.
         let slope = end.row[axis];
         if slope > 0.0 {
-            range[1] = range[1].min(end.most / slope);
+            range.high = range.high.min(end.most / slope);
         } else if slope < 0.0 {
-            range[0] = range[0].max(end.most / slope);
+            range.low = range.low.max(end.most / slope);
         } else if end.most < 0.0 {
-            return [f64::INFINITY, f64::NEG_INFINITY];
+            // Broken, and no shift in this direction changes it.
+            return Interval::new(f64::INFINITY, f64::NEG_INFINITY);
         }
     }
     range
 }
 
-/// The shift with the most room, that room, and the axes that limit it: the largest `m` with
-/// `row · d + m <= most` for all ends. A linear program in four unknowns, solved on few of its
-/// constraints, to which the one broken by most is added until none is broken.
+/// Returns the shift with the most room, that room, and the axes that limit it: the largest `m` with
+/// `row · d + m <= most` for all ends.
+///
+/// It is a linear program in four unknowns, solved on few of its constraints, to which the one broken by
+/// most is added until none is broken.
 fn roomiest(ends: &[TravelEnd]) -> Option<(Vector3<f64>, f64, Vec<usize>)> {
     // Far enough for any machine, so that the first small program has a corner.
     let far = ends.iter().fold(1.0_f64, |far, end| far.max(end.most.abs())) * 8.0;
@@ -146,13 +154,14 @@ fn roomiest(ends: &[TravelEnd]) -> Option<(Vector3<f64>, f64, Vec<usize>)> {
             let tight = corner.iter().filter_map(|&at| some.get(at)?.2).collect();
             return Some((shift, room(worst), tight));
         }
+        // Cutting plane: the constraint broken by most joins the program.
         let row = Vector4::new(worst.row.x, worst.row.y, worst.row.z, 1.0);
         some.push((row, worst.most, Some(worst.axis)));
     }
 }
 
-/// The highest corner of a small program, by trying all, and the constraints that hold it down: those
-/// with a price above zero. None of a highest corner's prices is negative.
+/// Returns the highest corner of a small program, by trying all, and the constraints that hold it down:
+/// those with a price above zero. None of a highest corner's prices is negative.
 fn corner(some: &[OriginConstraint]) -> Option<(Vector4<f64>, Vec<usize>)> {
     let count = some.len();
     let picks = (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b])).flat_map(|[a, b]| {
@@ -160,6 +169,8 @@ fn corner(some: &[OriginConstraint]) -> Option<(Vector4<f64>, Vec<usize>)> {
     });
     let mut best: Option<(Vector4<f64>, Vec<usize>)> = None;
     for pick in picks {
+        // A vertex is optimal if the objective is a combination of its constraints with weights that are not
+        // negative (linear programming duality).
         let Some((x, prices)) = crossing(some, pick) else { continue };
         // Prices add up to one: the rows' last entries are 1.
         let dear = |price: f64| price > 1e3 * f64::EPSILON;
@@ -183,6 +194,7 @@ fn crossing(some: &[OriginConstraint], pick: [usize; 4]) -> Option<(Vector4<f64>
         rows.set_row(place, &row.transpose());
         most[place] = *value;
     }
+    // The last row of the inverse has the derivative of the height by the right-hand sides.
     let inverse = rows.try_inverse()?;
     let x = inverse * most;
     x.iter().all(|x| x.is_finite()).then(|| (x, inverse.row(3).transpose()))
@@ -190,6 +202,7 @@ fn crossing(some: &[OriginConstraint], pick: [usize; 4]) -> Option<(Vector4<f64>
 
 /// Returns `true` if a corner satisfies all constraints, to rounding.
 fn keeps(some: &[OriginConstraint], x: &Vector4<f64>) -> bool {
+    // A product of four terms, and the rounding of the corner itself.
     let size = 1.0 + x.amax();
     some.iter()
         .all(|(row, most, _)| row.dot(x) <= most + 1024.0 * f64::EPSILON * (size + most.abs()))
@@ -215,7 +228,7 @@ pub(super) fn place(kinematics: &Kinematics, followed: &FollowedPath) -> Option<
         return Some(OriginFit::Short { by: -room, axes: tight });
     }
     let moves = along.iter().enumerate().filter_map(|(axis, range)| {
-        let [low, high] = (*range)?;
+        let Interval { low, high } = (*range)?;
         Some((axis, now[axis].clamp(low, high)))
     });
     let least = moves.min_by(|a, b| (a.1 - now[a.0]).abs().total_cmp(&(b.1 - now[b.0]).abs()));
@@ -234,19 +247,20 @@ pub(super) fn explain(
     segments: &[PathSegment],
     links: &[LinkMove],
 ) -> AxesError {
-    let AxesError::OutOfTravel { piece, node, u, axis, rotary, value, limit, excess, remedy } =
-        error
+    let AxesError::OutOfTravel { piece, node, u, axis, kind, value, limit, excess, remedy } = error
     else {
         return error;
     };
     let kinematics = follower.inverse.kinematics();
-    let found = (!rotary).then(|| free(follower, segments, links)).flatten();
-    let told = found.and_then(|followed| origins(kinematics, &followed));
-    let remedy = told.map_or(remedy, |origins| advice(kinematics, &origins));
-    AxesError::OutOfTravel { piece, node, u, axis, rotary, value, limit, excess, remedy }
+    // The rotaries do not depend on the origin: no shift of it helps them.
+    let linear = kind == AxisKind::Linear;
+    let found = linear.then(|| free(follower, segments, links)).flatten();
+    let fitting = found.and_then(|followed| origins(kinematics, &followed));
+    let remedy = fitting.map_or(remedy, |origins| advice(kinematics, &origins));
+    AxesError::OutOfTravel { piece, node, u, axis, kind, value, limit, excess, remedy }
 }
 
-/// The path on the same machine without ends of the linear axes.
+/// Plans the path on the same machine without ends of travel of the linear axes.
 fn free(
     follower: &PathFollower<'_>,
     segments: &[PathSegment],
@@ -260,6 +274,7 @@ fn free(
     Some(assemble(chosen, links, segments.to_vec()))
 }
 
+/// Returns a machine without ends of travel of its linear axes.
 pub(super) fn endless(machine: &Machine) -> Machine {
     let mut machine = machine.clone();
     for axis in machine.axes.iter_mut().take(FIRST_ROTARY) {
@@ -277,7 +292,7 @@ fn advice(kinematics: &Kinematics, origins: &OriginRanges) -> String {
         .iter()
         .zip(&origins.along)
         .filter_map(|(name, range)| {
-            let [low, high] = (*range)?.map(|end| (end * 10.0).round() / 10.0);
+            let [low, high] = (*range)?.ends().map(|end| (end * 10.0).round() / 10.0);
             Some(format!("{name} between {low:.1} and {high:.1}"))
         })
         .collect();
@@ -322,7 +337,7 @@ mod tests {
         }
         let (shift, room, _) = roomiest(&ends).unwrap();
         assert!((room - 2.0).abs() < 1e-9 && (shift.y - 7.0).abs() < 1e-9);
-        let [low, high] = interval(&ends, 0);
+        let Interval { low, high } = interval(&ends, 0);
         assert!(low > high, "x alone does not help");
         // Too narrow for anything: short by one on both sides.
         ends.push(end([0.0, 1.0, 0.0], 3.0));

@@ -44,6 +44,7 @@ pub(super) trait PathMotion {
 }
 
 impl Evaluation {
+    /// Creates an evaluation at no parameter.
     pub(super) fn unset() -> Self {
         let [u, speeds, across] = [f64::NAN, 0.0, 0.0];
         let (both, more) = (None, Vec::new());
@@ -66,13 +67,13 @@ impl Evaluation {
     }
 
     /// Returns all solutions.
-    pub(super) fn ways(&self) -> impl Iterator<Item = &AxisJets> {
+    pub(super) fn solutions(&self) -> impl Iterator<Item = &AxisJets> {
         self.both.iter().flatten().chain(&self.more)
     }
 
     /// Returns the axes of a solution, rotaries unwound to `near`.
-    pub(super) fn unwound(&self, way: &AxisJets, near: &AxisVector) -> AxisVector {
-        let mut q = way.q[0];
+    pub(super) fn unwound(&self, solution: &AxisJets, near: &AxisVector) -> AxisVector {
+        let mut q = solution.q[0];
         if self.prescribed {
             return q;
         }
@@ -83,10 +84,11 @@ impl Evaluation {
     }
 
     /// Returns the node of a solution, rotaries unwound to `near`.
-    pub(super) fn node(&self, way: &AxisJets, near: &AxisVector) -> AxisNode {
-        let [_, q1, q2, q3] = way.q;
+    pub(super) fn node(&self, solution: &AxisJets, near: &AxisVector) -> AxisNode {
+        let [_, q1, q2, q3] = solution.q;
         let [tip_rate, feed_rate] = self.speeds;
-        AxisNode { s: self.u, q: [self.unwound(way, near), q1, q2, q3], tip_rate, feed_rate }
+        let q = [self.unwound(solution, near), q1, q2, q3];
+        AxisNode { s: self.u, q, tip_rate, feed_rate }
     }
 }
 
@@ -100,7 +102,7 @@ pub(super) struct CurveMotion<'a> {
     pub(super) pole: f64,
 }
 
-/// Tip straight, rotaries in proportion.
+/// Link: the tip moves straight, the rotaries in proportion.
 #[derive(Debug)]
 pub(super) struct LinkMotion<'a> {
     pub(super) inverse: &'a Inverse,
@@ -111,13 +113,14 @@ pub(super) struct LinkMotion<'a> {
 }
 
 impl CurveMotion<'_> {
-    /// Exact axes of both branches at a point that is not held.
+    /// Returns the exact axes of both branches at a point where the first rotary is not free.
     pub(super) fn both(&self, rates: &PoseRates) -> Result<[AxisJets; 2], InverseError> {
+        // Derivatives by the parameter are compared with rounding over the length of the curve.
         let [start, end] = self.curve.range();
         self.inverse.both_jets_through(rates, self.pole, end - start)
     }
 
-    /// Axes at rest but for the slides: the tool stays in the singular direction.
+    /// Returns the axes while the tool stays in the singular direction: only the linear axes move.
     fn held(&self, rates: &PoseRates, near: &AxisVector) -> Result<AxisJets, InverseError> {
         let second =
             rates.pose().and_then(|pose| self.inverse.second_at_pole(&pose.axis, self.pole));
@@ -141,6 +144,7 @@ impl PathMotion for CurveMotion<'_> {
         evaluation: &mut Evaluation,
     ) -> Result<(), InverseError> {
         let rates = self.curve.rates_in(span, u);
+        // Speed of the tip and of the feed point per unit of the parameter.
         let tip = rates.tip[1].norm();
         let feed = match self.feed_at {
             FeedPoint::Tip => tip,
@@ -150,13 +154,13 @@ impl PathMotion for CurveMotion<'_> {
         evaluation.across = self.inverse.across(&rates.axis[0]);
         match self.both(&rates) {
             Ok(both) => {
-                // Passing straight through is a choice; where it leaves the tolerance, what the pose
-                // says counts. (On the pole itself it says nothing.)
-                if both.iter().any(|way| way.lost > 0) {
-                    let said = Branch::BOTH.map(|branch| self.inverse.jets(&rates, branch));
+                // Passing straight through is a choice; where it leaves the tolerance, the solutions of
+                // the pose itself count. (On the pole the pose has none.)
+                if both.iter().any(|jets| jets.lost > 0) {
+                    let beside = Branch::BOTH.map(|branch| self.inverse.jets(&rates, branch));
                     evaluation
                         .more
-                        .extend(said.into_iter().flatten().map(|q| AxisJets { q, lost: 0 }));
+                        .extend(beside.into_iter().flatten().map(|q| AxisJets { q, lost: 0 }));
                 }
                 evaluation.both = Some(both);
             }
@@ -180,6 +184,7 @@ impl LinkMotion<'_> {
     }
 
     fn rotaries(&self, u: f64) -> [Jet; 2] {
+        // Linear in u: the jets have no second and third derivative.
         let [from, to] = self.rotaries;
         [0, 1].map(|axis| {
             let slope = (to[axis] - from[axis]) / self.length();
@@ -201,6 +206,7 @@ impl PathMotion for LinkMotion<'_> {
         evaluation: &mut Evaluation,
     ) -> Result<(), InverseError> {
         let [from, to] = self.tips;
+        // Over the length of the link the tip moves at 1 mm per mm, or rests while the rotaries turn.
         let slope = (to - from) / self.length();
         let tip = [from.coords + slope * u, slope, Vector3::zeros(), Vector3::zeros()];
         let q = self.inverse.with_rotaries(&tip, self.rotaries(u))?;
@@ -212,6 +218,7 @@ impl PathMotion for LinkMotion<'_> {
     }
 
     fn pose(&self, u: f64, _: usize) -> Option<ToolPose> {
+        // The tool axis depends on the rotaries alone, so that the slides may stay at zero.
         let [from, to] = self.tips;
         let mut q = AxisVector::zeros();
         for (axis, jet) in [FIRST_ROTARY, SECOND_ROTARY].into_iter().zip(self.rotaries(u)) {

@@ -1,10 +1,12 @@
 //! An axis path, and a report of how it follows the tool path.
 
+use crate::machine::RotaryPair;
 use crate::types::{AxisPath, ToolPose};
 use std::ops::Range;
 
 /// Worst distance between axis path and tool path, at points between the nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct PathDeviation {
     /// Tip \[mm\].
     pub tip: f64,
@@ -14,6 +16,7 @@ pub struct PathDeviation {
 
 /// An axis path and how well it follows.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct FollowedPath {
     /// The axes.
     pub path: AxisPath,
@@ -32,6 +35,7 @@ pub struct FollowedPath {
 /// A retract that was needed: the tool leaves the part, the rotaries turn, and it comes back to the
 /// very place it left, so that nothing is left uncut.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct RetractMove {
     /// Index of the tool-path piece it interrupts, or that ends or starts there.
     pub source: usize,
@@ -41,14 +45,16 @@ pub struct RetractMove {
     pub in_cut: bool,
     /// Pose at which the tool leaves and comes back.
     pub pose: ToolPose,
-    /// Rotaries before and after \[rad\].
-    pub rotaries: [[f64; 2]; 2],
+    /// Rotary positions when the tool leaves \[rad\].
+    pub before: RotaryPair,
+    /// Rotary positions when it comes back \[rad\].
+    pub after: RotaryPair,
     /// Its pieces in the axis path.
     pub pieces: Range<usize>,
 }
 
 impl PathDeviation {
-    /// The worse of both, tip and axis apart.
+    /// Returns the larger deviation, of tip and axis separately.
     #[must_use]
     pub(crate) fn max(self, other: Self) -> Self {
         Self { tip: self.tip.max(other.tip), axis: self.axis.max(other.axis) }
@@ -57,15 +63,20 @@ impl PathDeviation {
 
 /// A passage of the singular cone that was changed.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct SingularPassage {
     /// Index of the tool-path piece.
     pub source: usize,
     /// Parameter at the closest approach.
     pub u: f64,
-    /// Least angle to the singular direction, before and after \[rad\].
-    pub distance: [f64; 2],
-    /// Turn of the workpiece-side rotary inside the cone, before and after \[rad\].
-    pub turn: [f64; 2],
+    /// Least angle of the tool path to the singular direction \[rad\].
+    pub distance_before: f64,
+    /// Least angle to the singular direction after the change \[rad\].
+    pub distance_after: f64,
+    /// Turn of the workpiece-side rotary inside the cone along the tool path \[rad\].
+    pub turn_before: f64,
+    /// Turn of the workpiece-side rotary inside the cone after the change \[rad\].
+    pub turn_after: f64,
     /// Largest change of the tool axis \[rad\].
     pub tilt: f64,
 }

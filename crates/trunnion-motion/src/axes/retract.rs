@@ -1,4 +1,4 @@
-//! Out of the part, rotaries round, and back to the same place.
+//! Retracts: out of the part, unwind the rotaries, and back to the same pose.
 
 use super::axis_bounds::AxisBounds;
 use super::error::AxesError;
@@ -24,8 +24,8 @@ enum RetractStep {
     Proportional([AxisVector; 2]),
 }
 
-/// A way along the tool axis climbs at least this much per mm of its length, as leads do: a flatter
-/// one would run over the part for more than ten times the height it has to gain.
+/// Least height gained per mm of a retract along the tool axis, as for leads: a flatter one would run over
+/// the part for more than ten times the height it has to gain.
 const LEAST_CLIMB: f64 = 0.1;
 
 /// Retracts at a point of a path.
@@ -37,8 +37,8 @@ pub(super) struct RetractPlanner<'a> {
 }
 
 impl RetractPlanner<'_> {
-    /// From the rotaries `from` at `pose` to the rotaries `to` at the same pose: up along the tool
-    /// axis, away as in the machine file, rotaries turned, and back the same way.
+    /// Plans a retract between two positions of the rotaries at one pose: up along the tool axis, away as in
+    /// the machine file, rotaries turned, and back the same way.
     pub(super) fn legs(
         &self,
         piece: usize,
@@ -52,7 +52,7 @@ impl RetractPlanner<'_> {
         Ok(legs)
     }
 
-    /// The motions of a retract; an error if they leave travel.
+    /// Plans the motions of a retract; an error if they leave travel.
     fn steps(
         &self,
         piece: usize,
@@ -60,6 +60,7 @@ impl RetractPlanner<'_> {
         rotaries: [[f64; 2]; 2],
     ) -> Result<Vec<(Motion, RetractStep)>, AxesError> {
         let refused = |why: &'static str| AxesError::NoRetract { piece, tip: pose.tip, why };
+        // Height gained per mm along the tool axis.
         let climb = pose.axis.dot(&self.options.up);
         if climb < LEAST_CLIMB {
             return Err(refused("the tool axis leads to the side, not up from the part"));
@@ -67,9 +68,11 @@ impl RetractPlanner<'_> {
         let height = self.options.plane - pose.tip.coords.dot(&self.options.up);
         let retract = &self.follower.inverse.kinematics().machine().retract;
         let own = if retract.frame == RetractFrame::Tool { retract.to } else { 0.0 };
+        // Far enough for the retract plane, the least distance, and the machine's own policy.
         let length = (height / climb).max(self.options.least).max(own);
         let near = self.options.approach.min(length);
         let tips = [0.0, near, length].map(|way| pose.tip + pose.axis.scale(way));
+        // Out and back with the rotaries at rest, so that the tool leaves along its own axis both times.
         let [out, back] = rotaries;
         let [from, to] = [self.at(piece, tips[2], out)?, self.at(piece, tips[2], back)?];
         // If no axis leads farther away, the tip stays above the part while the tool turns.
@@ -82,6 +85,7 @@ impl RetractPlanner<'_> {
         steps.extend(over.into_iter().map(|step| (Motion::Link, step)));
         steps.push((Motion::Link, RetractStep::Straight([tips[2], tips[1]], back)));
         steps.push((Motion::LeadIn, RetractStep::Straight([tips[1], tips[0]], back)));
+        // The rotaries go between two positions inside travel: only the linear axes can leave it.
         let mut bounds = AxisBounds::NONE;
         for (_, step) in &steps {
             self.include(piece, *step, &mut bounds)?;
@@ -103,6 +107,7 @@ impl RetractPlanner<'_> {
         self.steps(piece, pose, rotaries).map(|_| ())
     }
 
+    /// Follows one motion with the axes.
     fn track(&self, piece: usize, step: RetractStep) -> Result<AxisTrack, AxesError> {
         let link = match step {
             RetractStep::Straight(tips, turns) => self.follower.link(tips, [turns, turns]),
@@ -112,7 +117,7 @@ impl RetractPlanner<'_> {
         link.map_err(|trouble| trouble.of(piece))
     }
 
-    /// Includes the extent of the axes: with rotaries at rest, and in proportion, the ends are the extremes.
+    /// Includes the extent of the axes over a motion.
     fn include(
         &self,
         piece: usize,
@@ -120,6 +125,7 @@ impl RetractPlanner<'_> {
         bounds: &mut AxisBounds,
     ) -> Result<(), AxesError> {
         match step {
+            // With rotaries at rest the slides are affine in the tip: the ends are the extremes.
             RetractStep::Straight(tips, turns) => {
                 for tip in tips {
                     bounds.include(&self.at(piece, tip, turns)?);
@@ -133,7 +139,7 @@ impl RetractPlanner<'_> {
         Ok(())
     }
 
-    /// Axes at a tip with given rotaries.
+    /// Returns the axes at a tip with given rotaries.
     fn at(
         &self,
         piece: usize,
@@ -148,7 +154,7 @@ impl RetractPlanner<'_> {
         }
     }
 
-    /// From one position above the part to another, the retracting axis away in between; `None` if
+    /// Plans the motions between two positions above the part, the retracting axis away in between; `None` if
     /// there is no such axis, or it would come nearer to the part.
     fn over(&self, from: AxisVector, to: AxisVector) -> Option<Vec<RetractStep>> {
         let machine = self.follower.inverse.kinematics().machine();
@@ -158,13 +164,14 @@ impl RetractPlanner<'_> {
             return None;
         }
         let [up, down] = [self.away(from, axis)?, self.away(to, axis)?];
+        // Retract first and then turn, or both at once with the axis away in the middle.
         let mut middle = (from + to) * 0.5;
         middle[axis] = up[axis];
         let stops = if retract.first { vec![from, up, down, to] } else { vec![from, middle, to] };
         Some(stops.windows(2).map(|pair| RetractStep::Proportional([pair[0], pair[1]])).collect())
     }
 
-    /// A linear axis at its retracted position; `None` if that is nearer to the part.
+    /// Moves a linear axis to its retracted position; `None` if that is nearer to the part.
     fn away(&self, q: AxisVector, axis: usize) -> Option<AxisVector> {
         let kinematics = self.follower.inverse.kinematics();
         let machine = kinematics.machine();
@@ -172,6 +179,7 @@ impl RetractPlanner<'_> {
         let margin = self.options.margin.min(0.5 * (high - low));
         let mut moved = q;
         moved[axis] = machine.retract.to.clamp(low + margin, high - margin);
+        // Away from the part is along the tool axis, from the tip to the spindle.
         let [before, after] = [kinematics.forward(&q), kinematics.forward(&moved)];
         ((after.tip - before.tip).dot(&before.axis) > 0.0).then_some(moved)
     }

@@ -1,4 +1,4 @@
-//! Stretches between links, and the ways the machine can run each.
+//! Segments between links, and the candidate motions of each.
 
 use super::branch_run::{self, PathSegment};
 use super::candidate::{CandidateRun, CurveRun, rotaries};
@@ -40,7 +40,7 @@ pub(super) struct LinkMove {
     pub(super) tips: [Point3<f64>; 2],
 }
 
-/// Stops and the links between them: one link fewer than shapes.
+/// Splits a tool path at its links: one link fewer than shapes.
 pub(super) fn split(
     path: &ToolPath,
     options: &AxesOptions,
@@ -51,10 +51,12 @@ pub(super) fn split(
     let mut curves: Option<Range<usize>> = None;
     for (piece, tool) in path.pieces.iter().enumerate() {
         match &tool.geometry {
+            // Curves without a link in between belong to one segment.
             PieceGeometry::Curve(_) => {
                 curves = Some(curves.map_or(piece..piece + 1, |range| range.start..piece + 1));
             }
             PieceGeometry::Reorient { from, to } => {
+                // A link at the start, or after another link, begins at a single pose.
                 shapes.push(
                     curves
                         .take()
@@ -72,7 +74,7 @@ pub(super) fn split(
     Ok((shapes, links))
 }
 
-/// Pieces end where the next one starts, within tolerance.
+/// Checks that pieces end where the next one starts, within tolerance.
 fn meet(path: &ToolPath, options: &AxesOptions) -> Result<(), AxesError> {
     for (before, pair) in path.pieces.windows(2).enumerate() {
         let [Some([_, end]), Some([start, _])] = [ends(&pair[0].geometry), ends(&pair[1].geometry)]
@@ -81,14 +83,14 @@ fn meet(path: &ToolPath, options: &AxesOptions) -> Result<(), AxesError> {
         };
         let tip = (start.tip - end.tip).norm();
         let axis = angle_between(&start.axis, &end.axis);
-        if tip > options.tip_tolerance || axis > options.axis_tolerance {
+        if tip > options.tolerance.tip || axis > options.tolerance.axis {
             return Err(AxesError::Gap { piece: before + 1, before, tip, axis });
         }
     }
     Ok(())
 }
 
-/// First and last pose.
+/// Returns the first and last pose; `None` if the tool axis vanishes there.
 fn ends(geometry: &PieceGeometry) -> Option<[ToolPose; 2]> {
     match geometry {
         PieceGeometry::Curve(curve) => {
@@ -118,8 +120,8 @@ pub(super) fn candidates(
             determined(follower, path, shape)
         })
         .collect::<Result<_, AxesError>>()?;
-    // Where the tool stays in the singular direction the first rotary may take any angle; what
-    // can save travel is where the neighbours have it, or home.
+    // Where the tool stays in the singular direction the first rotary may take any angle. Rotary travel
+    // is least where it keeps the angle of a neighbour, or home.
     for index in 0..all.len() {
         if all.get(index).is_some_and(Option::is_none) {
             let values = held_values(follower, &all, index);
@@ -136,7 +138,7 @@ pub(super) fn candidates(
     Ok(all.into_par_iter().map(cut).collect())
 }
 
-/// Both branches of a shape; `None` if it lies in the singular direction altogether.
+/// Follows both branches of a shape; `None` if it lies in the singular direction altogether.
 fn determined(
     follower: &PathFollower<'_>,
     path: &ToolPath,
@@ -149,7 +151,7 @@ fn determined(
     starts.map(|starts| run_all(follower, path, shape, &starts)).transpose()
 }
 
-/// A shape in the singular direction, with the first rotary at given values.
+/// Follows a shape in the singular direction, with the first rotary at given values \[rad\].
 fn held(
     follower: &PathFollower<'_>,
     path: &ToolPath,
@@ -167,7 +169,7 @@ fn held(
     run_all(follower, path, shape, &starts)
 }
 
-/// Every start that can be followed; the first error if none can.
+/// Follows a shape from every start that allows it; the first error if none does.
 fn run_all(
     follower: &PathFollower<'_>,
     path: &ToolPath,
@@ -180,6 +182,7 @@ fn run_all(
         }
         SegmentShape::Curves(range) => run_curves(follower, path, range.clone(), starts),
     };
+    // One branch may leave reach where the other goes on: only if none is left it is an error.
     let mut found = Vec::new();
     let mut fault = None;
     for candidate in all {
@@ -206,6 +209,7 @@ fn held_values(
     let after = all.iter().skip(index + 1).flatten().next().into_iter().flatten();
     let mut values: Vec<f64> =
         (0..4).map(|quarter| home + FRAC_PI_2 * f64::from(quarter)).collect();
+    // Where the rotary keeps the angle of a neighbour the link to it does not turn it.
     let ends = before.map(|candidate| candidate.end[0]);
     for value in ends.chain(after.map(|candidate| candidate.start[0])) {
         if values.iter().all(|other| other.to_bits() != value.to_bits()) {
@@ -215,12 +219,13 @@ fn held_values(
     values
 }
 
-/// Rotaries of both branches at a pose; `None` in the singular direction.
+/// Returns the axes of both branches at a pose; `None` in the singular direction.
 fn point_starts(
     follower: &PathFollower<'_>,
     piece: usize,
     pose: &ToolPose,
 ) -> Result<Option<Vec<AxisVector>>, AxesError> {
+    // Within the cone of the follower a pose counts as singular, so that curves and points agree.
     if follower.inverse.second_at_pole(&pose.axis, follower.pole()).is_some() {
         return Ok(None);
     }
@@ -231,7 +236,7 @@ fn point_starts(
     }
 }
 
-/// Rotaries of both branches at the first point of a segment where the tool is not held in the
+/// Returns the axes of both branches at the first knot of a segment where the tool does not stay in the
 /// singular direction; `None` if there is none.
 fn curve_starts(
     follower: &PathFollower<'_>,
@@ -253,7 +258,7 @@ fn curve_starts(
 
 fn both_at(along: &CurveMotion<'_>, span: usize, u: f64) -> Result<Vec<AxisVector>, InverseError> {
     let rates = along.curve.rates_in(span, u);
-    Ok(along.both(&rates)?.map(|way| way.q[0]).to_vec())
+    Ok(along.both(&rates)?.map(|jets| jets.q[0]).to_vec())
 }
 
 fn curves(path: &ToolPath, range: Range<usize>) -> impl Iterator<Item = (usize, &PoseCurve)> {
@@ -264,7 +269,7 @@ fn curves(path: &ToolPath, range: Range<usize>) -> impl Iterator<Item = (usize, 
     })
 }
 
-/// A single pose with the rotaries nearest to `near`.
+/// Makes the candidate of a single pose, with the rotaries nearest to `near`.
 fn run_point(
     follower: &PathFollower<'_>,
     piece: usize,
@@ -286,7 +291,7 @@ fn run_point(
     })
 }
 
-/// A segment from each start, curve by curve.
+/// Follows a segment from each start, curve by curve.
 fn run_curves(
     follower: &PathFollower<'_>,
     path: &ToolPath,
@@ -304,6 +309,7 @@ fn run_curves(
         starts.iter().map(|start| Ok((*start, nothing()))).collect();
     for (piece, curve) in curves(path, range.clone()) {
         let motion = path.pieces.get(piece).map_or(Motion::Cut, |tool| tool.motion);
+        // Starts that failed on an earlier curve drop out; the others share the kinematics of this one.
         let near: Vec<AxisVector> = all.iter().flatten().map(|(near, _)| *near).collect();
         let on = all.iter_mut().filter(|slot| slot.is_ok());
         for (slot, track) in on.zip(follower.curve(curve, &near)) {

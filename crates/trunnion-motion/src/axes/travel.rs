@@ -1,12 +1,12 @@
-//! Ends of travel: which whole turns fit, and what is beyond.
+//! Ends of travel: the whole turns that fit, and the excess of those that do not.
 
 use super::axis_bounds::AxisBounds;
-use super::branch_run::{BranchRun, PathSegment};
+use super::branch_run::{BranchRun, NodePosition, PathSegment};
 use super::error::AxesError;
 use super::options::AxesOptions;
-use crate::machine::{Axis, FIRST_ROTARY, PreferredSign, SECOND_ROTARY, TRAVEL_ROUNDING};
+use crate::machine::{Axis, AxisKind, FIRST_ROTARY, PreferredSign, SECOND_ROTARY};
 use crate::math::angle::{unwrap_near, wrap};
-use crate::types::AXES;
+use crate::types::{AXES, TRAVEL_ROUNDING};
 use std::f64::consts::TAU;
 use std::iter::successors;
 
@@ -30,32 +30,35 @@ impl TravelLimits<'_> {
         self.axes.get(axis).map_or([0.0; 2], |axis| axis.limits)
     }
 
+    /// Returns `true` if an axis lacks an end of travel.
     fn endless(self, axis: usize) -> bool {
         let [low, high] = self.limits(axis);
         !(low.is_finite() && high.is_finite())
     }
 
-    /// Whole turns `[first, last]` that keep a rotary inside travel; one for an axis without ends,
-    /// whose turn follows from where it comes from. Empty where `first > last`.
+    /// Returns the whole turns `[first, last]` that keep a rotary inside travel; none if `first > last`. An
+    /// axis without ends gets turn 0 alone: its turn follows from where it comes from.
     fn window(self, axis: usize, [from, to]: [f64; 2]) -> [f64; 2] {
         if self.endless(axis) {
             return [0.0; 2];
         }
+        // Least n with from + 2π n >= low, and largest n with to + 2π n <= high.
         let [low, high] = self.limits(axis);
         let first = ((low - TRAVEL_ROUNDING - from) / TAU).ceil();
-        // -0 and 0 are one turn.
+        // -0 and 0 are one turn, and turns are compared by their bits.
         [first + 0.0, ((high + TRAVEL_ROUNDING - to) / TAU).floor() + 0.0]
     }
 
     /// Returns `true` if the linear axes stay inside travel.
     pub(super) fn slides_inside(self, bounds: &AxisBounds) -> bool {
         self.axes.iter().zip(&bounds.0).take(FIRST_ROTARY).all(|(axis, [low, high])| {
+            // Bounds hold between nodes as well, so that the whole interval is inside.
             let [least, most] = axis.limits;
             *low >= least - TRAVEL_ROUNDING && *high <= most + TRAVEL_ROUNDING
         })
     }
 
-    /// Turns of both rotaries that keep all axes inside.
+    /// Returns the turns of both rotaries that keep all axes inside; none if a linear axis is outside.
     pub(super) fn turns(self, bounds: &AxisBounds) -> impl Iterator<Item = [f64; 2]> + use<> {
         let windows = self.slides_inside(bounds).then(|| self.windows(bounds));
         windows.into_iter().flat_map(|[first, second]| {
@@ -68,7 +71,8 @@ impl TravelLimits<'_> {
         [self.window(FIRST_ROTARY, first), self.window(SECOND_ROTARY, second)]
     }
 
-    /// Rotary moves from one position to another \[rad\]: the short way where there are no ends.
+    /// Returns the rotary moves from one position to another \[rad\]: the shorter way round where there
+    /// are no ends.
     pub(super) fn moved(self, from: [f64; 2], to: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|axis| {
             let turn = to[axis] - from[axis];
@@ -82,24 +86,32 @@ impl TravelLimits<'_> {
         rotaries.filter(|(axis, value)| wrong_side(axis, *value)).count()
     }
 
-    /// Least rotary moves from one part of a path to another, anywhere on both \[rad\].
-    pub(super) fn least_moved(self, [from, to]: [(&AxisBounds, [f64; 2]); 2]) -> [f64; 2] {
-        let ends = |(bounds, turns): (&AxisBounds, [f64; 2]), axis: usize| {
+    /// Returns lower bounds of the rotary moves from any point of one part of a path to any of another
+    /// \[rad\]; each part has its bounds and whole turns.
+    pub(super) fn least_moved(
+        self,
+        from: &AxisBounds,
+        from_turns: [f64; 2],
+        to: &AxisBounds,
+        to_turns: [f64; 2],
+    ) -> [f64; 2] {
+        let ends = |bounds: &AxisBounds, turns: [f64; 2], axis: usize| {
             let [.., first, second] = bounds.0;
             [first, second][axis].map(|end| end + TAU * turns[axis])
         };
         [0, 1].map(|axis| {
-            let [[a, b], [c, d]] = [ends(from, axis), ends(to, axis)];
+            // The gap between [a, b] and [c, d]. Without ends of travel whole turns may close it.
+            let [[a, b], [c, d]] = [ends(from, from_turns, axis), ends(to, to_turns, axis)];
             if self.endless(FIRST_ROTARY + axis) { 0.0 } else { (c - b).max(a - d).max(0.0) }
         })
     }
 
-    /// Counts the rotaries on the side that they do not prefer on all of a part of a path.
+    /// Counts the rotaries that are on the side they do not prefer all over a part of a path.
     pub(super) fn unpreferred_all_over(self, bounds: &AxisBounds, turns: [f64; 2]) -> usize {
         let [.., first, second] = bounds.0;
         let end = |end: usize| [first[end] + TAU * turns[0], second[end] + TAU * turns[1]];
         let [low, high] = [end(0), end(1)];
-        // Each side reaches to infinity: what has both ends on it is on it.
+        // Each side is a half-line: an interval with both ends on it lies on it.
         let one = |axis: usize| {
             let only = |at: [f64; 2]| {
                 self.axes.get(FIRST_ROTARY + axis).is_some_and(|of| wrong_side(of, at[axis]))
@@ -109,11 +121,12 @@ impl TravelLimits<'_> {
         one(0) + one(1)
     }
 
-    /// The axis farthest beyond its travel.
+    /// Returns the axis farthest beyond its travel.
     pub(super) fn worst(self, bounds: &AxisBounds, offset: [f64; 2]) -> Option<TravelExcess> {
         let all = bounds.0.iter().enumerate().map(|(axis, [from, to])| {
             let offset = axis.checked_sub(FIRST_ROTARY).and_then(|at| offset.get(at)).copied();
             let [from, to] = [from, to].map(|value| value + offset.unwrap_or(0.0));
+            // The larger of both excesses; negative where the axis is inside.
             let [low, high] = self.limits(axis);
             if low - from > to - high {
                 TravelExcess { axis, value: from, limit: low, excess: low - from }
@@ -124,7 +137,8 @@ impl TravelLimits<'_> {
         all.filter(|one| one.excess > TRAVEL_ROUNDING).max_by(|a, b| a.excess.total_cmp(&b.excess))
     }
 
-    /// The whole turns that leave the rotaries least outside \[rad\].
+    /// Returns the whole turns that leave the rotaries least outside \[rad\]: the middle of the bounds next
+    /// to the middle of the travel.
     fn least_turns(self, bounds: &AxisBounds) -> [f64; 2] {
         [FIRST_ROTARY, SECOND_ROTARY].map(|axis| {
             let [low, high] = self.limits(axis);
@@ -133,8 +147,8 @@ impl TravelLimits<'_> {
         })
     }
 
-    /// The way out of travel that is least bad: of all branches the one whose worst place is best.
-    /// If the path may be interrupted, each cell has its own turns.
+    /// Returns the error of a segment that no branch keeps inside travel: of each branch the worst node, of
+    /// those the best. If the path may be interrupted by a retract, each cell has its own turns.
     pub(super) fn outside(self, segment: &PathSegment, options: &AxesOptions) -> AxesError {
         let whole = options.retract.is_none();
         let worst_of = |branch: &BranchRun| {
@@ -143,29 +157,28 @@ impl TravelLimits<'_> {
             for cell in &all {
                 bounds.merge(&cell.bounds);
             }
+            // Without a retract one turn has to serve the whole segment.
             let cells = all.iter().enumerate().filter_map(|(index, cell)| {
                 let offset = self.least_turns(if whole { &bounds } else { &cell.bounds });
                 Some((index, self.worst(&cell.bounds, offset)?))
             });
             let (cell, beyond) = cells.max_by(|a, b| a.1.excess.total_cmp(&b.1.excess))?;
-            Some((branch.place(cell).unwrap_or((segment.piece, 0, 0.0)), beyond))
+            let start = NodePosition { piece: segment.piece, ..NodePosition::default() };
+            Some((branch.position(cell).unwrap_or(start), beyond))
         };
         let all = segment.branches.iter().filter_map(worst_of);
         let least = all.min_by(|a, b| a.1.excess.total_cmp(&b.1.excess));
-        let (place, beyond) = least.unwrap_or_default();
-        self.fault(place, &beyond)
+        let (at, beyond) = least.unwrap_or_default();
+        self.fault(at, &beyond)
     }
 
-    /// As an error at piece, node and parameter.
-    pub(super) fn fault(
-        self,
-        (piece, node, u): (usize, usize, f64),
-        beyond: &TravelExcess,
-    ) -> AxesError {
+    /// Converts an excess at a node to an error with its remedy.
+    pub(super) fn fault(self, at: NodePosition, beyond: &TravelExcess) -> AxesError {
+        let NodePosition { piece, node, u } = at;
         let TravelExcess { axis, value, limit, excess } = *beyond;
         let name = self.axes.get(axis).map_or_else(String::new, |axis| axis.name.clone());
-        let rotary = axis >= FIRST_ROTARY;
-        let remedy = if rotary {
+        let kind = self.axes.get(axis).map_or(AxisKind::Linear, |axis| axis.kind);
+        let remedy = if kind == AxisKind::Rotary {
             format!("turn the setup, or split the path so that {name} can unwind on a link")
         } else {
             let way = if value > limit { "down" } else { "up" };
@@ -173,10 +186,11 @@ impl TravelLimits<'_> {
                 "move the workpiece origin so that {name} comes {way} by {excess:.3} mm, or turn the setup"
             )
         };
-        AxesError::OutOfTravel { piece, node, u, axis: name, rotary, value, limit, excess, remedy }
+        AxesError::OutOfTravel { piece, node, u, axis: name, kind, value, limit, excess, remedy }
     }
 }
 
+/// Returns the whole numbers from `first` to `last`.
 fn each([first, last]: [f64; 2]) -> impl Iterator<Item = f64> {
     let until = move |turn: f64| (turn <= last).then_some(turn);
     successors(until(first), move |turn| until(turn + 1.0))

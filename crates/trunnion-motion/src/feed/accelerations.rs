@@ -52,6 +52,7 @@ impl<const N: usize> CellAccelerations<N> {
     /// Returns coefficient `k` of one axis as `a x0 + b x1`.
     #[inline]
     fn row(&self, k: usize, axis: usize) -> [f64; 2] {
+        // r_k (x1 - x0) / 2 + (4 - k) d_k x0 + k d_(k-1) x1, sorted by x0 and x1.
         let half = 0.5 * self.r[k][axis];
         let ahead = if k < 4 { (4 - k) as f64 * self.d[k][axis] } else { 0.0 };
         let behind = if k > 0 { k as f64 * self.d[k - 1][axis] } else { 0.0 };
@@ -83,6 +84,7 @@ impl<const N: usize> CellAccelerations<N> {
         for place in 0..K {
             let values = self.at(coefficient(place, K), x);
             for axis in 0..N {
+                // Limits are 1 towards plus and `minus` towards minus.
                 let value = values[axis];
                 let size = largest(value, -value * self.per_minus[axis]);
                 most[axis] = if size > most[axis] { size } else { most[axis] };
@@ -116,6 +118,7 @@ impl<const N: usize> FeedCell<N> {
     /// limits.
     #[inline]
     pub(super) fn accelerations(&self, limits: &ReciprocalLimits<N>) -> CellAccelerations<N> {
+        // Divided by h once: u = (x1 - x0) / 2h and q'' = 4 d / h both have it.
         let per_length = 1.0 / self.h;
         let mut scaled = CellAccelerations::within(limits);
         for axis in 0..N {
@@ -144,6 +147,7 @@ impl<const N: usize> FeedCell<N> {
             let inverse = limits.acceleration.plus[axis];
             scaled.r[0][axis] = from.q[1][axis] * (inverse * per_length);
             scaled.r[4][axis] = to.q[1][axis] * (inverse * per_length);
+            // q'' = 4 d / h at an end, and d has the 1 / h already.
             scaled.d[0][axis] = from.q[2][axis] * (0.25 * inverse);
             scaled.d[3][axis] = to.q[2][axis] * (0.25 * inverse);
         }

@@ -29,6 +29,7 @@ fn binding_in_cell<const N: usize>(
     limits: &ReciprocalLimits<N>,
     x: [f64; 2],
 ) -> BindingLimit {
+    // x is linear over the cell, so that its middle is the mean of the ends, and u = x'/2.
     let [rate, bend] = cell.rates_in_the_middle();
     let [square, u] = [0.5 * (x[0] + x[1]), 0.5 * (x[1] - x[0]) / cell.h];
     let [mut accelerations, mut velocities] = [[0.0; N]; 2];
@@ -44,6 +45,7 @@ fn binding_in_cell<const N: usize>(
     };
     let [feed, tip] = [point(cell.feed_rate, limits.feed), point(cell.tip_rate, limits.tip)];
     let mut most = (0.0, BindingLimit::Still);
+    // Strictly greater: of equal shares the first in this order is named.
     for axis in 0..N {
         let name = u8::try_from(axis).unwrap_or(u8::MAX);
         if accelerations[axis] > most.0 {

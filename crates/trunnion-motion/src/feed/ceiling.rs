@@ -7,8 +7,9 @@ use super::reciprocal::ReciprocalLimits;
 use crate::types::Motion;
 use nalgebra::SVector;
 
-/// Largest `ds/dt` at one point of a path, whatever happens elsewhere \[mm/s, or s-unit/s\].
+/// Upper bound on `ds/dt` at one point of a path, from that point alone \[mm/s, or s-unit/s\].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct SpeedCeiling {
     /// From the axis velocities.
     pub velocity: f64,
@@ -45,6 +46,7 @@ pub fn ceiling<const N: usize>(
     limits: &Limits<N>,
 ) -> SpeedCeiling {
     let limits = ReciprocalLimits::new(Motion::Cut, limits, &FeedOptions::fastest());
+    // v = 1 / max(|rate_j| / v_j), infinite where no axis moves.
     SpeedCeiling {
         velocity: (0..N)
             .map(|axis| limits.velocity.share(axis, rate[axis]))

@@ -12,7 +12,7 @@ use super::plan::{BindingLimit, FeedPlan};
 use super::profile::SpeedProfile;
 use super::reciprocal::ReciprocalLimits;
 use super::{lower_bound, measure, validate as feed_validate};
-use crate::types::{AxisPath, AxisPiece, Progress, SchedulePiece};
+use crate::types::{AxisPath, AxisPiece, Interval, Progress, SchedulePiece};
 use nalgebra::SVector;
 
 /// Samples from a row to the next, both ends among them.
@@ -38,11 +38,12 @@ pub struct GivenSpeed {
 
 /// Interval on which a limit does not hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct LimitBreach {
     /// Index of the piece.
     pub piece: usize,
-    /// Start and end in `s`, to an eighth of the distance between rows.
-    pub s: [f64; 2],
+    /// Interval of `s`, to an eighth of the distance between rows.
+    pub s: Interval,
     /// The limit.
     pub limit: BindingLimit,
     /// Largest value over the limit.
@@ -51,7 +52,7 @@ pub struct LimitBreach {
     pub worst: f64,
 }
 
-/// Runs a path at given speeds, whatever the limits: one [`GivenSpeed`] a piece.
+/// Runs a path at given speeds, one [`GivenSpeed`] a piece, and reports where they break limits.
 ///
 /// `q' = t V`, `q'' = t A + K V²`, `q''' = t J + 3 K V A + L V³` with the derivatives of the path;
 /// the time between rows is `2 ds / (V0 + V1)`. Breaches are in order of `s`. `options.ends` does
@@ -65,6 +66,25 @@ pub struct LimitBreach {
 /// # Source
 ///
 /// `docs/sources.md#000`: (40)-(43), with (43) free of its singularity at V = 0.
+///
+/// # Example
+///
+/// 50 mm/s over 100 mm where the axis is allowed 40 mm/s:
+///
+/// ```
+/// use nalgebra::Vector1;
+/// use trunnion_motion::feed::{FeedOptions, GivenSpeed, Limits, given};
+/// use trunnion_motion::types::{AxisPath, Silent};
+///
+/// let path = AxisPath::through(&[Vector1::new(0.0), Vector1::new(100.0)])?;
+/// let [velocity, acceleration, jerk] = [40.0, 500.0, 1e4].map(Vector1::new);
+/// let limits = Limits::symmetric(velocity, acceleration, jerk);
+/// let speed = GivenSpeed { s: vec![0.0, 100.0], speed: vec![50.0; 2] };
+/// let (plan, breaches) = given(&path, &[speed], &limits, &FeedOptions::fastest(), &Silent)?;
+/// assert!((plan.schedule.duration() - 2.0).abs() < 1e-12);
+/// assert!((breaches[0].ratio - 1.25).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn given<const N: usize>(
     path: &AxisPath<N>,
     speeds: &[GivenSpeed],
@@ -86,6 +106,7 @@ pub fn given<const N: usize>(
         moving(index, &grid, &profile)?;
         let ends = [profile.x.first(), profile.x.last()].map(|x| x.copied().unwrap_or_default());
         let ends = EndSquares { start: ends[0], end: ends[1] };
+        // The bound depends on the path and the end speeds alone: the grid of the nodes is enough.
         let lower_bound = lower_bound::bound(&nodes, &inverse, &ends);
         Ok(planned(piece, &grid, &profile, &inverse, lower_bound))
     })?;
@@ -114,6 +135,7 @@ fn grid<const N: usize>(
         grid.s.push(from);
         let first = given.s.partition_point(|&s| s <= from);
         for &s in given.s.iter().skip(first).take_while(|&&s| s < to) {
+            // Cut what is left of the interval where the given row lies.
             let share = (s - last) / rest.h;
             if (LEAST_SHARE..=1.0 - LEAST_SHARE).contains(&share) {
                 let [cell, remainder] = rest.split(share);
@@ -131,6 +153,7 @@ fn grid<const N: usize>(
 
 /// Returns the squared speed at `s`.
 fn square_at(given: &GivenSpeed, s: f64) -> f64 {
+    // The interval of the given rows that holds s; the first or last one beyond them.
     let next = given.s.partition_point(|&row| row < s).clamp(1, given.s.len() - 1);
     let [from, to] = [given.s[next - 1], given.s[next]];
     let [before, after] = [given.speed[next - 1], given.speed[next]].map(|speed| speed * speed);
@@ -147,6 +170,7 @@ fn moving<const N: usize>(
 ) -> Result<(), FeedError> {
     for (index, cell) in grid.cells.iter().enumerate() {
         let [from, to] = profile.ends(index);
+        // At rest at both ends a cell is never passed; that is right only where nothing moves.
         let goes_on = cell.rates.iter().any(|rate| rate.amax() > 0.0) || cell.feed_rate[0] > 0.0;
         if from <= 0.0 && to <= 0.0 && goes_on {
             return Err(FeedError::GivenStop { piece, from: grid.s[index], to: grid.s[index + 1] });
@@ -163,6 +187,7 @@ fn breaches<const N: usize>(
     limits: &ReciprocalLimits<N>,
 ) -> Vec<LimitBreach> {
     let names = names::<N>();
+    // One slot for each limit: open while the limit is broken at consecutive samples.
     let mut open: Vec<Option<LimitBreach>> = vec![None; names.len()];
     let mut closed = Vec::new();
     for row in 0..schedule.s.len().saturating_sub(1) {
@@ -180,9 +205,10 @@ fn breaches<const N: usize>(
                     closed.extend(slot.take());
                     continue;
                 }
-                let fresh = LimitBreach { piece: index, s: [s; 2], limit: *limit, ratio, worst: s };
+                let here = Interval::point(s);
+                let fresh = LimitBreach { piece: index, s: here, limit: *limit, ratio, worst: s };
                 let breach = slot.get_or_insert(fresh);
-                breach.s[1] = s;
+                breach.s.high = s;
                 if ratio > breach.ratio {
                     (breach.ratio, breach.worst) = (ratio, s);
                 }
@@ -191,7 +217,7 @@ fn breaches<const N: usize>(
     }
     closed.extend(open.into_iter().flatten());
     // Stable: breaches that begin at the same point stay in order of limits.
-    closed.sort_by(|a, b| a.s[0].total_cmp(&b.s[0]));
+    closed.sort_by(|a, b| a.s.low.total_cmp(&b.s.low));
     closed
 }
 
@@ -210,6 +236,7 @@ fn ratios<const N: usize>(
     [feed, tip]: [f64; 2],
     limits: &ReciprocalLimits<N>,
 ) -> Vec<f64> {
+    // Chain rule: q' v, q' u + q'' v², and 3 q'' u v + q''' v³ since du/dt = 0.
     let velocity = q[1] * v;
     let acceleration = q[1] * u + q[2] * (v * v);
     let jerk = q[2] * (3.0 * u * v) + q[3] * v.powi(3);
@@ -238,6 +265,7 @@ fn validate<const N: usize>(
         }
         before = s;
     }
+    // NaN for what is missing: it covers nothing.
     let ends = |s: Option<f64>| s.unwrap_or(f64::NAN);
     let from = ends(path.nodes.first().map(|node| node.s));
     let to = ends(path.nodes.last().map(|node| node.s));

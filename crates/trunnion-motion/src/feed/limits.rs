@@ -119,6 +119,7 @@ impl<const N: usize> Limits<N> {
             if !(value > 0.0 && period > 0.0 && period.is_finite()) {
                 return Err(FeedError::BadChord { axis, value, period });
             }
+            // a T² / 8 <= e, in both directions of the axis.
             let most = 8.0 * value / (period * period);
             let minus = self.minus.as_mut().map(|minus| &mut minus.acceleration[axis]);
             for limit in std::iter::once(&mut self.acceleration[axis]).chain(minus) {

@@ -88,6 +88,7 @@ impl<const N: usize> AxisTravel<N> {
     fn of(cell: &FeedCell<N>, limits: &ReciprocalLimits<N>) -> Self {
         let mut travel =
             Self { squares: [[0.0; N]; 2], twice: [0.0; N], signed: [0.0; N], net: [0.0; N] };
+        // The integral of a quartic is the mean of its Bernstein coefficients times the length.
         let share = 0.2 * cell.h;
         for axis in 0..N {
             let rate = |k: usize| cell.rates[k][axis];
@@ -110,6 +111,7 @@ impl<const N: usize> AxisTravel<N> {
     /// `most`.
     #[inline]
     fn gain(&self, x: f64, most: f64, [from, to]: [usize; 2]) -> f64 {
+        // (q' v)² grows by 2 a |dq| at most: x_to <= (r_from² x + 2 a dq) / r_to².
         let mut bound = most;
         for axis in 0..N {
             let energy = self.squares[from][axis] * x + self.twice[axis];
@@ -253,6 +255,7 @@ fn ramp_time(distance: f64, ends: [f64; 2], v: f64, a: f64) -> f64 {
     if distance <= 0.0 {
         return 0.0;
     }
+    // Trapezoid or triangle: the peak is where both ramps meet, or the speed limit.
     let square = ends.map(|end| end.min(v).powi(2));
     let gain = 2.0 * a * distance;
     let [from, to] = [square[0].min(square[1] + gain), square[1].min(square[0] + gain)];

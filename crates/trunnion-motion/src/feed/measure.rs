@@ -33,6 +33,7 @@ pub(super) fn measure<const N: usize>(
         let curve = PowerCurve::new(&quintic);
         let feed = [nodes[0].feed_rate, nodes[1].feed_rate].map(|rate| rate * limits.feed);
         let tip = [nodes[0].tip_rate, nodes[1].tip_rate].map(|rate| rate * limits.tip);
+        // Acceleration steps by |q'| |u - u before| at a row, where q' is continuous.
         while row + 1 < schedule.s.len() && schedule.s[row] < nodes[1].s {
             let motion = IntervalSamples::of(schedule, row, [origin, curve.per_length]);
             curve.take_in(&motion, limits, &mut most);
@@ -78,6 +79,7 @@ impl IntervalSamples {
         let [s, v, u] = [schedule.s[row], schedule.speed[row], schedule.acceleration[row]];
         let step = (schedule.t[row + 1] - schedule.t[row]) * (1.0 / (SAMPLES - 1) as f64);
         let dt: [f64; SAMPLES] = std::array::from_fn(|k| k as f64 * step);
+        // s(t) under constant u, as a share of the length of the quintic.
         let at = dt.map(|dt| (s - origin + dt * (v + 0.5 * u * dt)) * per_length);
         Self { at, v: dt.map(|dt| v + u * dt), u }
     }
@@ -95,6 +97,7 @@ impl<const N: usize> PowerCurve<N> {
     fn new(quintic: &Quintic<N>) -> Self {
         let per_length = 1.0 / quintic.length();
         let powers = quintic.powers();
+        // d/ds of sum p_k t^k with t = s / length is sum (k + 1) p_(k+1) t^k / length.
         let rate = std::array::from_fn(|axis| {
             std::array::from_fn(|k| (k + 1) as f64 * powers[k + 1][axis] * per_length)
         });
@@ -124,6 +127,7 @@ impl<const N: usize> PowerCurve<N> {
         most: &mut LargestRatios,
     ) {
         let IntervalSamples { at: t, v, u } = *motion;
+        // Horner's scheme; each further derivative by s brings a factor 1 / length.
         let vv = v.map(|v| v * v * self.per_length);
         for (axis, [c0, c1, c2, c3, c4]) in self.rate.into_iter().enumerate() {
             let [mut velocity, mut acceleration] = [[0.0; SAMPLES]; 2];
@@ -138,6 +142,7 @@ impl<const N: usize> PowerCurve<N> {
             most.velocity = largest(velocity, most.velocity);
             most.acceleration = largest(acceleration, most.acceleration);
         }
+        // u is constant between rows, so that the term q' du/dt of the jerk is zero.
         let Some(inverse) = limits.jerk else { return };
         for (axis, [_, c1, c2, c3, c4]) in self.rate.into_iter().enumerate() {
             for k in 0..SAMPLES {

@@ -76,6 +76,7 @@ pub fn optimal_schedule<const N: usize>(
         let limits = ReciprocalLimits::new(piece.motion, limits, options);
         schedule_piece(piece, &limits, options, &EndSquares::of(index, count, options))
     })?;
+    // Pieces were planned side by side, each from time 0.
     let mut start = 0.0;
     for piece in &mut pieces {
         piece.t.iter_mut().for_each(|t| *t += start);
@@ -84,12 +85,14 @@ pub fn optimal_schedule<const N: usize>(
     Ok(Schedule { pieces })
 }
 
+/// Plans the schedule of one piece, with times from 0.
 fn schedule_piece<const N: usize>(
     piece: &AxisPiece<N>,
     limits: &ReciprocalLimits<N>,
     options: &FeedOptions,
     ends: &EndSquares,
 ) -> Result<SchedulePiece, FeedError> {
+    // Limits at rows alone need no grid: the nodes are the rows.
     if !options.guarantee && piece.nodes.len() > refine::FEWEST_CELLS {
         let profile = SpeedProfile::fastest_at_nodes(&piece.nodes, limits, ends);
         profile.check_ends(ends)?;
@@ -102,6 +105,7 @@ fn schedule_piece<const N: usize>(
     Ok(profile.schedule(grid.s, grid.cells.iter().map(|cell| cell.h)))
 }
 
+/// Plans one piece with its lower bound and measured ratios.
 fn plan_piece<const N: usize>(
     piece: &AxisPiece<N>,
     limits: &ReciprocalLimits<N>,

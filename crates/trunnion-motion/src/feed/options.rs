@@ -45,7 +45,7 @@ pub struct FeedOptions {
 }
 
 impl FeedOptions {
-    /// As fast as the axes can, from rest to rest, to 0.1 % of the time, with guaranteed limits.
+    /// Plans as fast as the axes can, from rest to rest, to 0.1 % of the time, with guaranteed limits.
     #[must_use]
     pub const fn fastest() -> Self {
         Self {
@@ -56,7 +56,7 @@ impl FeedOptions {
         }
     }
 
-    /// The same with a programmed feed \[mm/s\] on everything but links.
+    /// Sets the programmed feed \[mm/s\] on everything but links.
     #[must_use]
     pub const fn with_feed(mut self, feed: f64) -> Self {
         self.speeds.feed = Some(feed);

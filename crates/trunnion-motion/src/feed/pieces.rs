@@ -27,6 +27,7 @@ pub(super) fn plan_all<const N: usize, T: Send>(
     progress: &dyn Progress,
     plan: impl Fn(usize, &AxisPiece<N>) -> Result<T, FeedError> + Sync,
 ) -> Result<Vec<T>, FeedError> {
+    // Pieces finish in any order: the count is shared, the results are collected in path order.
     let done = AtomicU64::new(0);
     let total = path.pieces.len() as u64;
     progress.step(Stage::Feed, 0, total)?;
@@ -78,6 +79,7 @@ pub(super) fn assemble(planned: Vec<PlannedPiece>) -> FeedPlan {
         }
         start = piece.schedule.t.last().copied().unwrap_or(start);
         plan.schedule.pieces.push(piece.schedule);
+        // The axes rest between pieces, so that lower bounds add up; ratios are the largest of all.
         plan.lower_bound += piece.lower_bound;
         plan.ratios = plan.ratios.max(piece.measured.ratios);
         plan.bounds = plan.bounds.max(piece.bounds);

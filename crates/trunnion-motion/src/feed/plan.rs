@@ -23,6 +23,7 @@ pub enum BindingLimit {
 
 /// Largest axis velocity, acceleration and jerk over their limits: 1 is full use.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct LimitRatios {
     /// Velocities, programmed feed and tip speed.
     pub velocity: f64,
@@ -50,6 +51,7 @@ impl LimitRatios {
 
 /// A speed schedule, its certified bounds and its measured ratios.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct FeedPlan {
     /// Times and speeds at the rows: the nodes of the path, and rows that the planner inserted.
     pub schedule: Schedule,
@@ -73,6 +75,7 @@ impl FeedPlan {
     /// that of a chord error.
     pub fn name_chords<const N: usize>(&mut self, lowered: [bool; N]) {
         for binding in self.binding.iter_mut().flatten() {
+            // The lower limit is the chord error's, so what binds is that.
             if let BindingLimit::Acceleration(axis) = *binding
                 && lowered.get(usize::from(axis)).is_some_and(|lowered| *lowered)
             {

@@ -53,6 +53,7 @@ impl SpeedProfile {
             for axis in 0..N {
                 most = largest(most, limits.velocity.share(axis, node.q[1][axis]));
             }
+            // rate sqrt(x) <= limit for the largest of rate / limit.
             1.0 / (most * most)
         });
         let mut caps: Vec<f64> = caps.collect();
@@ -137,6 +138,7 @@ impl SpeedProfile {
             let [from, to] = self.ends(index);
             t.push(now);
             now += time(h, speed[index] + speed[index + 1]);
+            // u = x'/2 with x linear over the cell.
             acceleration.push((to - from) / (2.0 * h));
         }
         t.push(now);
@@ -197,6 +199,7 @@ fn caps<const N: usize>(grid: &FeedGrid<N>, of: impl Fn(&FeedCell<N>) -> [f64; 2
     caps
 }
 
+/// Caps rows that nothing limits at the largest cap of the others.
 fn cap_still(caps: &mut [f64]) {
     let fastest = caps.iter().copied().filter(|cap| cap.is_finite()).fold(0.0, f64::max);
     for cap in caps {

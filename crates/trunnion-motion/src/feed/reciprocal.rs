@@ -23,6 +23,7 @@ impl<const N: usize> ReciprocalLimits<N> {
             Motion::Link | Motion::Hop => (limits.rapid, options.speeds.link_feed),
             _ => (limits.velocity, options.speeds.feed),
         };
+        // The limits towards minus that go with this kind of motion.
         let minus = limits.minus.map(|minus| {
             (if motion.is_free() { minus.rapid } else { minus.velocity }, minus.acceleration)
         });
@@ -40,6 +41,7 @@ impl<const N: usize> ReciprocalLimits<N> {
 
     /// Scales the limits by an override: below 1 all speeds, above 1 the feed alone.
     pub(super) fn at_override(&self, value: f64) -> Self {
+        // All are reciprocals: a smaller limit is a larger number.
         let speeds = 1.0 / value.min(1.0);
         Self {
             velocity: self.velocity.scaled(speeds),

@@ -158,6 +158,7 @@ struct SquaredShares<const N: usize> {
 impl<const N: usize> SquaredShares<N> {
     #[inline]
     fn of(cell: &FeedCell<N>, limits: &ReciprocalLimits<N>, x: [f64; 2]) -> Self {
+        // x is linear, q' a quartic whose middle is a fixed mean of its coefficients.
         let three = [x[0], 0.5 * (x[0] + x[1]), x[1]];
         let r = &cell.rates;
         let middle: [f64; N] = std::array::from_fn(|axis| {
@@ -243,6 +244,8 @@ fn kink<const N: usize>(
             |axis: usize| largest(rates[axis] * sides[0][axis], -rates[axis] * sides[1][axis]);
         2.0 * cell.h / (0..N).map(share).fold(0.0, f64::max)
     };
+    // From rest x rises by at most 2 a h / q' on the axis that allows least; braking to rest takes the
+    // limits of the other direction.
     let DirectionalLimits { plus, minus } = &limits.acceleration;
     let rise = match index.checked_sub(1) {
         Some(before) => slope(before)?,

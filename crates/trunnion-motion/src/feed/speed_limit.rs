@@ -21,6 +21,7 @@ pub fn limit_speeds<const N: usize>(
             if value.is_nan() || value <= 0.0 {
                 return Err(FeedError::BadSpeedLimit { piece: index, node: place, value });
             }
+            // ds/dt <= feed / feed_rate, so this rate is the one at which the feed gives the limit.
             node.feed_rate = node.feed_rate.max(feed / value);
         }
     }

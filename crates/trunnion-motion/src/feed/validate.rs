@@ -31,6 +31,7 @@ pub(super) fn validate_limits<const N: usize>(limits: &Limits<N>) -> Result<(), 
     ];
     for (kind, values) in all {
         for (axis, &value) in values.iter().flatten().enumerate() {
+            // Written so that a NaN is refused.
             if !(value > 0.0 && value.is_finite()) {
                 return Err(FeedError::BadLimit { kind, axis, value });
             }

@@ -48,7 +48,7 @@ pub(super) struct SlideSolver {
 }
 
 impl SlideSolver {
-    /// `None` if the linear axes lie in one plane, or a number is not finite.
+    /// Prepares the solve; `None` if the linear axes lie in one plane, or a number is not finite.
     pub(super) fn new(chain: &ChainGeometry, frame: &[Vector3<f64>; 3]) -> Option<Self> {
         let frame = Matrix3::from_rows(&frame.map(|row| row.transpose()));
         let [first, second] = &chain.rotary;
@@ -65,6 +65,8 @@ impl SlideSolver {
         offset.still += frame * (second.point - first.point);
         let all: Matrix3<f64> = chain.slides.iter().sum();
         let inverse = all.try_inverse()?;
+        // Where all linear axes stand on one side of each rotary, one constant 3x3 matrix inverts them: the
+        // rotaries in front of them are undone first. Only a mixed chain needs a solve for each pose.
         let layout = match chain.stage {
             [0, 0, 0] => SlideLayout::Before(inverse * frame.transpose()),
             [1, 1, 1] => SlideLayout::Between(inverse * frame.transpose()),
@@ -93,6 +95,7 @@ impl SlideSolver {
         let [first, second] = turns;
         let p = &self.point;
         let tip = apply(&self.frame, [tip[0] + -p.x, tip[1] + -p.y, tip[2] + -p.z]);
+        // R1^-1 (tip - p1) - (p2 - p1) - R2 (tip0 - p2) = sum of the axis columns times l.
         // Turn the first rotary back and take off the offset: what remains is linear in the linear axes.
         let y = minus(back(first, tip), self.offset.at(second));
         match &self.layout {
@@ -113,6 +116,7 @@ fn after(
     frame: &Matrix3<f64>,
     inverse: &Matrix3<f64>,
 ) -> Option<SlideLayout> {
+    // With w2 as third axis a turn by t2 is a plane rotation, as `back` computes it.
     let [first, second] = chain.rotary.map(|joint| *joint.dir);
     let across = first.cross(&second).try_normalize(0.0)?;
     let rows = [across, second.cross(&across), second].map(|row| row.transpose());

@@ -4,10 +4,10 @@ use super::rotary::{
     FrameDirection, ROUNDING, ReachMiss, Reachability, RotaryAngle, RotaryTriangle,
 };
 use super::slides::SlideSolver;
-use crate::machine::{FIRST_ROTARY, Kinematics, OutOfTravel, SECOND_ROTARY};
+use crate::machine::{FIRST_ROTARY, Kinematics, OutOfTravel, RotaryPair, SECOND_ROTARY};
 use crate::math::angle::unwrap_near;
 use crate::math::jet::{Jet, Real};
-use crate::types::{AxisVector, PoseRates, ToolPose};
+use crate::types::{AxisVector, Interval, PoseRates, ToolPose};
 use nalgebra::{UnitVector3, Vector3};
 use std::f64::consts::PI;
 
@@ -92,14 +92,14 @@ pub enum InverseError {
         second: String,
     },
     /// The linear axes lie in one plane with the rotaries where they are.
-    #[error("the linear axes lie in one plane at {first} = {:.3} deg, {second} = {:.3} deg", at[0].to_degrees(), at[1].to_degrees())]
+    #[error("the linear axes lie in one plane at {first} = {:.3} deg, {second} = {:.3} deg", at.first.to_degrees(), at.second.to_degrees())]
     FlatSlides {
         /// Name of the workpiece-side rotary.
         first: String,
         /// Name of the tool-side rotary.
         second: String,
         /// The rotary positions \[rad\].
-        at: [f64; 2],
+        at: RotaryPair,
     },
     /// A number of setup, tool or pose is NaN or infinite, or the tool axis vanishes.
     #[error("{what} is not a finite number, or a direction without length")]
@@ -111,6 +111,7 @@ pub enum InverseError {
 
 /// Axis jets at one point of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct AxisJets {
     /// `q`, `q'`, `q''`, `q'''`.
     pub q: [AxisVector; 4],
@@ -184,23 +185,28 @@ impl Inverse {
     pub fn singular_directions(&self) -> Vec<UnitVector3<f64>> {
         let w1 = self.kinematics.chain().rotary[0].dir;
         let [low, high] = self.triangle.band();
+        // +w1 is singular if phi = 0 is within reach, -w1 if phi = π is; both ends of the band are exact.
         let up = (low <= 0.0).then_some(w1);
         let down = (high >= PI).then_some(-w1);
         up.into_iter().chain(down).collect()
     }
 
-    /// Returns the smallest and largest angle within reach between the tool and `dir` of the workpiece-side
-    /// rotary \[rad\].
-    pub fn reach(&self) -> [f64; 2] {
+    /// Returns the angles within reach between the tool and `dir` of the workpiece-side rotary \[rad\].
+    pub fn reach(&self) -> Interval {
         let [low, high] = self.triangle.band();
         let [_, _, _, first, _] = &self.kinematics.machine().axes;
         // The triangle knows the direction with `sense` in it.
-        if first.sense < 0.0 { [PI - high, PI - low] } else { [low, high] }
+        if first.sense < 0.0 {
+            Interval::new(PI - high, PI - low)
+        } else {
+            Interval::new(low, high)
+        }
     }
 
     /// Returns the angle between a tool direction and the line of the workpiece-side rotary \[rad\], in
     /// `[0, π/2]`.
     pub fn pole_distance(&self, axis: &UnitVector3<f64>) -> f64 {
+        // The angle to the nearer of both directions, by atan2: small angles keep their digits.
         let w1 = self.kinematics.chain().rotary[0].dir;
         w1.cross(axis).norm().atan2(w1.dot(axis).abs())
     }
@@ -210,6 +216,7 @@ impl Inverse {
     /// The vector may have any length. The result is the position about the singular direction.
     #[inline]
     pub(crate) fn across(&self, axis: &Vector3<f64>) -> [f64; 2] {
+        // Coordinates in the plane perpendicular to w1; only the direction of the tool counts.
         let [x, y, _] = self.triangle.frame;
         let scale = 1.0 / axis.norm();
         [x.dot(axis) * scale, y.dot(axis) * scale]
@@ -221,7 +228,7 @@ impl Inverse {
     ///
     /// [`InverseError::Unreachable`] with the nearest direction, `FlatSlides`, `NotFinite`.
     pub fn solutions(&self, pose: &ToolPose) -> Result<InverseSolutions, InverseError> {
-        let (seen, place) = self.look(pose)?;
+        let (seen, place) = self.seen(pose)?;
         match place {
             Reachability::Regular => {
                 let [plus, minus] = self.triangle.both(seen);
@@ -242,10 +249,11 @@ impl Inverse {
     /// As [`Inverse::solutions`].
     #[inline]
     pub fn near(&self, pose: &ToolPose, near: &AxisVector) -> Result<AxisVector, InverseError> {
-        let (seen, place) = self.look(pose)?;
+        let (seen, place) = self.seen(pose)?;
         if place == Reachability::Pole {
             return self.held(pose, &seen, near[FIRST_ROTARY]).map(|q| unwound(q, near));
         }
+        // Both branches, unwound to the turn next to `near`; of equal travels the branch plus is taken.
         let [plus, minus] = self.triangle.both(seen);
         let travel = |turns: &[RotaryAngle<f64>; 2]| rotary_moves(turns, near).iter().sum::<f64>();
         let nearest = if travel(&plus) <= travel(&minus) { plus } else { minus };
@@ -259,7 +267,7 @@ impl Inverse {
         pose: &ToolPose,
         near: &AxisVector,
     ) -> Result<Option<[BranchMove; 2]>, InverseError> {
-        let (seen, place) = self.look(pose)?;
+        let (seen, place) = self.seen(pose)?;
         if place == Reachability::Pole {
             return Ok(None);
         }
@@ -280,6 +288,7 @@ impl Inverse {
     pub fn jets(&self, rates: &PoseRates, branch: Branch) -> Result<[AxisVector; 4], InverseError> {
         let axis = direction(rates)?;
         let seen = self.triangle.see(axis);
+        // Reach is decided on the plain numbers: comparing jets makes no sense.
         let plain = self.triangle.see(axis.map(Real::value));
         if self.reachable(&plain, ROUNDING, || unit(axis))? == Reachability::Pole {
             return Err(self.singular());
@@ -326,9 +335,11 @@ impl Inverse {
             let [plus, minus] = self.triangle.both(seen);
             self.off_rim(&plus)?;
             self.off_rim(&minus)?;
+            // Away from the pole nothing is lost: all derivatives are exact.
             let [plus, minus] = [self.slide_jets(rates, &plus)?, self.slide_jets(rates, &minus)?];
             return Ok([plus, minus].map(|q| AxisJets { q, lost: 0 }));
         }
+        // A coefficient of h^k counts if over the distance `reach` it leads out of the cone `pole`.
         let least = [1, 2, 3].map(|order| pole.max(ROUNDING) / reach.powi(order));
         let through = |branch: Branch| -> Result<AxisJets, InverseError> {
             let found = self.triangle.through_pole(seen, branch.sign(), least);
@@ -340,6 +351,7 @@ impl Inverse {
 
     /// Refuses the rim of reach, where the rotaries have no derivatives.
     fn off_rim(&self, turns: &[RotaryAngle<Jet>; 2]) -> Result<(), InverseError> {
+        // There S vanishes and its root has infinite derivatives; they come out as infinite or NaN.
         if turns.iter().all(|turn| turn.angle.c.iter().all(|c| c.is_finite())) {
             return Ok(());
         }
@@ -365,18 +377,21 @@ impl Inverse {
     /// the first is free; `None` elsewhere.
     pub fn second_at_pole(&self, axis: &UnitVector3<f64>, pole: f64) -> Option<f64> {
         let seen = self.triangle.see([axis.x, axis.y, axis.z]);
+        // The sign of cos phi distinguishes the two poles.
         let at_pole = self.triangle.place(&seen, pole).ok()? == Reachability::Pole;
         let u = self.kinematics.chain().rotary[0].dir.dot(axis);
         at_pole.then(|| self.triangle.second_at_pole(u).angle)
     }
 
-    fn look(&self, pose: &ToolPose) -> Result<(FrameDirection<f64>, Reachability), InverseError> {
+    /// Returns the tool direction in the frame of the first rotary, and its reachability.
+    fn seen(&self, pose: &ToolPose) -> Result<(FrameDirection<f64>, Reachability), InverseError> {
         let axis = pose.axis;
         let seen = self.triangle.see([axis.x, axis.y, axis.z]);
         let place = self.reachable(&seen, ROUNDING, || axis)?;
         Ok((seen, place))
     }
 
+    /// Classifies a direction, and converts a miss to an error; `direction` is called for the error alone.
     #[inline]
     fn reachable(
         &self,
@@ -386,6 +401,7 @@ impl Inverse {
     ) -> Result<Reachability, InverseError> {
         self.triangle.place(seen, pole).map_err(|ReachMiss { angle: miss, nearest }| {
             let [first, second] = self.rotary_names();
+            // A NaN in the direction fails every comparison and ends up here.
             if miss.is_nan() {
                 return InverseError::NotFinite { what: "the tool axis" };
             }
@@ -401,6 +417,7 @@ impl Inverse {
     ) -> Result<AxisVector, InverseError> {
         let tip = [pose.tip.x, pose.tip.y, pose.tip.z];
         match self.slides.solve(tip, turns) {
+            // One test for three numbers: a sum with an infinity or a NaN is not finite.
             Some([x, y, z]) if (x + y + z).is_finite() => {
                 Ok(AxisVector::from([x, y, z, turns[0].angle, turns[1].angle]))
             }
@@ -439,6 +456,7 @@ impl Inverse {
             .slides
             .solve(jets_of(tip), turns)
             .ok_or_else(|| self.flat(turns[0].angle.value(), turns[1].angle.value()))?;
+        // From one jet an axis to one axis vector a derivative.
         let all = [x, y, z, turns[0].angle, turns[1].angle].map(Jet::derivatives);
         Ok([0, 1, 2, 3].map(|order| AxisVector::from(all.map(|jet| jet[order]))))
     }
@@ -455,7 +473,7 @@ impl Inverse {
 
     fn flat(&self, first_at: f64, second_at: f64) -> InverseError {
         let [first, second] = self.rotary_names();
-        InverseError::FlatSlides { first, second, at: [first_at, second_at] }
+        InverseError::FlatSlides { first, second, at: RotaryPair::new(first_at, second_at) }
     }
 }
 
@@ -466,6 +484,7 @@ fn jets_of(d: &[Vector3<f64>; 4]) -> [Jet; 3] {
 
 /// Returns the unit tool direction of a path as jets.
 fn direction(rates: &PoseRates) -> Result<[Jet; 3], InverseError> {
+    // Normalised in jet arithmetic, so that derivatives of the length drop out.
     let [x, y, z] = jets_of(&rates.axis);
     let length = (x * x + y * y + z * z).sqrt();
     if length.value() > 0.0 && length.value().is_finite() {

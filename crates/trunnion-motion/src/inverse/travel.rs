@@ -16,6 +16,7 @@ const ACCURACY: [f64; 2] = [1e-9, 1e-12];
 
 /// An axis position inside travel.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct ContinuedPosition {
     /// Axis position, rotaries unwound.
     pub q: AxisVector,
@@ -64,7 +65,7 @@ impl Inverse {
         } else {
             (minus, plus, Branch::Minus)
         };
-        // Half a turn in either direction is as near.
+        // Neither another branch nor another turn is as near: half a turn in either direction would be.
         let unique = other.travel - way.travel > TRAVEL_TIE && PI - way.longest > TRAVEL_TIE;
         let q = unwound(self.slide(pose, &way.turns)?, near);
         let inside = q.iter().zip(&self.kinematics().machine().axes).all(|(&value, axis)| {
@@ -132,6 +133,7 @@ impl<'m> NearestChoice<'m> {
     /// Returns the nearest turn inside travel and its neighbours, which can be as near; where no turn is
     /// inside, the one outside by least.
     fn turns(&self, q: &AxisVector, axis: usize) -> impl Iterator<Item = f64> + use<> {
+        // The nearest turn has a neighbour that is as near if it is half a turn away.
         let [value, near] = [q[axis], self.near[axis]];
         let [low, high] = self.machine.axes.get(axis).map_or([0.0; 2], |axis| axis.limits);
         let [_, slack] = ACCURACY;
@@ -152,6 +154,7 @@ impl<'m> NearestChoice<'m> {
 
     fn weigh(&mut self, mut q: AxisVector, branch: Option<Branch>) {
         at_ends(&mut q, self.machine);
+        // Positions outside are kept for the error: the one outside by least, as a share of its travel.
         if let Some(outside) = self.machine.out_of_travel(&q) {
             let nearer = |worst: &OutOfTravel| outside.relative_excess() < worst.relative_excess();
             if self.fault.as_ref().is_none_or(nearer) {
@@ -159,6 +162,7 @@ impl<'m> NearestChoice<'m> {
             }
             return;
         }
+        // Least travel; of equal ones the fewest axes on the side that they do not prefer.
         let travel = (q - self.near).fixed_rows::<2>(FIRST_ROTARY).abs().sum();
         let better = self.best.as_ref().is_none_or(|(least, chosen)| {
             travel < least - TRAVEL_TIE
@@ -170,6 +174,7 @@ impl<'m> NearestChoice<'m> {
         }
     }
 
+    /// Returns the best position, or the error of the one outside by least.
     fn made(self) -> Result<ContinuedPosition, InverseError> {
         match (self.best, self.fault) {
             (Some((_, found)), _) => Ok(found),

@@ -77,6 +77,7 @@ impl KinematicChain {
     /// Sets the direction from tip to spindle, and the gauge point (spindle nose) \[mm\].
     #[must_use]
     pub fn tool(mut self, direction: [f64; 3], gauge: [f64; 3]) -> Self {
+        // Both are at q = 0; the tool length comes with the setup.
         (self.tool_axis, self.gauge) = (direction, gauge);
         self
     }
@@ -93,6 +94,7 @@ impl KinematicChain {
 impl From<KinematicChain> for MachineSpec {
     /// Adds the presets: no limits of the control, the standard policies, the format of `LinuxCNC`.
     fn from(chain: KinematicChain) -> Self {
+        // The chain of a specification has the workpiece and the tool at its ends.
         let ends = |word: &str| std::iter::once(word.to_owned());
         Self {
             name: "machine".to_owned(),

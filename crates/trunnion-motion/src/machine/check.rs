@@ -28,6 +28,7 @@ impl Machine {
     }
 }
 
+/// Runs all checks, and builds the machine if none fails.
 fn machine(spec: MachineSpec) -> Result<Machine, MachineErrors> {
     let mut faults = Vec::new();
     let order = chain(&spec, &mut faults);
@@ -39,6 +40,7 @@ fn machine(spec: MachineSpec) -> Result<Machine, MachineErrors> {
     let ordered: Option<Vec<Axis>> =
         order.and_then(|order| order.iter().map(|&at| axes.get(at).cloned().flatten()).collect());
     let ordered: Option<[Axis; AXES]> = ordered.and_then(|axes| axes.try_into().ok());
+    // Geometry is checked on what could be built, so that one report has every error.
     if let (Some(axes), Some(tool_axis)) = (&ordered, &tool_axis) {
         geometry(axes, tool_axis, &mut faults);
     } else {
@@ -81,6 +83,7 @@ fn chain(spec: &MachineSpec, faults: &mut Vec<MachineError>) -> Option<[usize; A
     let mut found = Vec::new();
     for (at, name) in names.iter().enumerate() {
         match spec.axes.iter().position(|axis| axis.name == *name) {
+            // A name that the chain has twice is reported by `chain_words`.
             Some(index) if !names.iter().take(at).any(|other| other == name) => found.push(index),
             Some(_) => {}
             None => faults.push(MachineError::MissingAxis { name: (*name).to_owned() }),
@@ -94,6 +97,7 @@ fn chain(spec: &MachineSpec, faults: &mut Vec<MachineError>) -> Option<[usize; A
         found.iter().filter(is).copied().collect::<Vec<usize>>()
     };
     let [mut linear, rotary] = [of_kind(AxisKind::Linear), of_kind(AxisKind::Rotary)];
+    // With other errors in the chain the counts would only repeat them.
     if (linear.len(), rotary.len()) != (3, 2) && faults.len() == before {
         let [linear, rotary] = [linear.len(), rotary.len()];
         faults.push(MachineError::AxisCount { linear, rotary });
@@ -168,13 +172,16 @@ fn axis(spec: &AxisSpec, faults: &mut Vec<MachineError>) -> Option<Axis> {
             positive(&key(field), value, faults);
         }
     }
+    // Exactly 1 or -1: the sense is a factor of directions, which have to stay unit vectors.
     if spec.sense.abs().to_bits() != 1.0_f64.to_bits() {
         let must = "must be 1 (ISO 841) or -1 (reversed)";
         faults.push(MachineError::Number { key: key("sense"), value: spec.sense, must });
     }
     cyclic(spec, &key("cyclic"), faults);
     let limits = travel(spec, &key("limits"), faults);
+    // Preset home: 0, or the end of travel next to it.
     let home = spec.home.unwrap_or_else(|| 0.0_f64.max(limits[0]).min(limits[1]));
+    // An empty travel is an error of its own; no home is inside it.
     if !(limits[0] <= home && home <= limits[1]) && limits[0] < limits[1] {
         let must = "must be inside the travel";
         faults.push(MachineError::Number { key: key("home"), value: home, must });
@@ -197,6 +204,7 @@ fn axis(spec: &AxisSpec, faults: &mut Vec<MachineError>) -> Option<Axis> {
     })
 }
 
+/// Checks that only a rotary axis is cyclic, with a period of one turn.
 fn cyclic(spec: &AxisSpec, key: &str, faults: &mut Vec<MachineError>) {
     let Some(value) = spec.cyclic else { return };
     let must = if spec.kind == AxisKind::Linear {
@@ -209,6 +217,8 @@ fn cyclic(spec: &AxisSpec, key: &str, faults: &mut Vec<MachineError>) {
     faults.push(MachineError::Number { key: key.to_owned(), value, must });
 }
 
+/// Checks the travel of an axis; unlimited where it is missing or wrong, so that no further error follows
+/// from it.
 fn travel(spec: &AxisSpec, key: &str, faults: &mut Vec<MachineError>) -> [f64; 2] {
     const FREE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
     match spec.limits {
@@ -250,6 +260,8 @@ fn geometry(axes: &[Axis; AXES], tool: &UnitVector3<f64>, faults: &mut Vec<Machi
 fn spread(axes: &[Axis], faults: &mut Vec<MachineError>) {
     let of_kind = |kind| axes.iter().filter(move |axis| axis.kind == kind).collect::<Vec<_>>();
     if let [x, y, z] = of_kind(AxisKind::Linear)[..] {
+        // Volume of the unit directions: the sine of the angle between one axis and the plane of the others,
+        // times that between those two.
         let volume = Matrix3::from_columns(&[*x.dir, *y.dir, *z.dir]).determinant();
         if volume.abs() < DEGENERATE {
             let axes = [x, y, z].map(|axis| axis.name.clone());
@@ -267,18 +279,21 @@ fn spread(axes: &[Axis], faults: &mut Vec<MachineError>) {
 
 /// Returns the angle between two lines \[rad\], in `[0, π/2]`.
 fn line_angle(u: &UnitVector3<f64>, v: &UnitVector3<f64>) -> f64 {
+    // Lines have no sense: an angle above 90 degrees is that of the opposite direction.
     let angle = angle_between(u, v);
     angle.min(std::f64::consts::PI - angle)
 }
 
 /// Counts the rotaries between the workpiece and each of X, Y, Z.
 fn stages(chain: &[String], axes: &[Axis; AXES]) -> [usize; 3] {
+    // A rotary turns a linear axis if it stands nearer to the workpiece in the chain.
     let place = |axis: &Axis| chain.iter().position(|word| *word == axis.name);
     let [x, y, z, first, second] = axes;
     [x, y, z]
         .map(|linear| [first, second].iter().filter(|rotary| place(rotary) < place(linear)).count())
 }
 
+/// Checks the limits of the control and the policies.
 fn settings(spec: &MachineSpec, faults: &mut Vec<MachineError>) {
     let cycle = &spec.cycle;
     for (key, value) in [
@@ -299,9 +314,11 @@ fn settings(spec: &MachineSpec, faults: &mut Vec<MachineError>) {
     finite("retract.to", &[spec.retract.to], faults);
 }
 
+/// Returns a direction as a unit vector; `None` if it is zero or not finite, which is reported.
 fn direction(key: &str, v: [f64; 3], faults: &mut Vec<MachineError>) -> Option<UnitVector3<f64>> {
     let before = faults.len();
     finite(key, &v, faults);
+    // Only one error for one entry: a zero vector is reported if its numbers are finite.
     let unit = UnitVector3::try_new(Vector3::from(v), f64::MIN_POSITIVE);
     if unit.is_none() && faults.len() == before {
         faults.push(MachineError::ZeroDirection { key: key.to_owned() });
@@ -309,6 +326,7 @@ fn direction(key: &str, v: [f64; 3], faults: &mut Vec<MachineError>) -> Option<U
     unit.filter(|_| faults.len() == before)
 }
 
+/// Reports the numbers that are not finite.
 fn finite(key: &str, values: &[f64], faults: &mut Vec<MachineError>) {
     for &value in values.iter().filter(|value| !value.is_finite()) {
         faults.push(MachineError::Number {
@@ -319,6 +337,7 @@ fn finite(key: &str, values: &[f64], faults: &mut Vec<MachineError>) {
     }
 }
 
+/// Reports a number that is not finite and positive.
 fn positive(key: &str, value: f64, faults: &mut Vec<MachineError>) {
     if !(value > 0.0 && value.is_finite()) {
         let must = "must be a finite number above zero";

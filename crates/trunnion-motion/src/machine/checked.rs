@@ -4,18 +4,13 @@ use super::settings::{
     AxisFormat, ControlLimits, PreferredSign, ProgramFormat, RetractPolicy, SingularPolicy,
 };
 use super::spec::AxisKind;
-use crate::types::{AXES, AxisVector};
+use crate::types::{AXES, AxisVector, Interval};
 use nalgebra::{Point3, UnitVector3};
 
 /// Index of the workpiece-side rotary axis in an [`AxisVector`].
 pub const FIRST_ROTARY: usize = 3;
 /// Index of the tool-side rotary axis in an [`AxisVector`].
 pub const SECOND_ROTARY: usize = 4;
-
-/// Positions beyond an end of travel by less than this \[mm or rad\] count as on it.
-///
-/// Axis positions come from lengths up to 10^5 mm, so that they are rounded by up to 10^-11 mm a step.
-pub const TRAVEL_ROUNDING: f64 = 1e-9;
 
 /// One axis of a checked machine; see `AxisSpec` for the meaning of each entry.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,6 +72,7 @@ pub struct Machine {
 
 /// An axis outside its travel.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 #[error("{}", self.message())]
 pub struct OutOfTravel {
     /// Name of the axis.
@@ -91,6 +87,13 @@ pub struct OutOfTravel {
     pub high: f64,
     /// Distance outside; positive.
     pub excess: f64,
+}
+
+impl Axis {
+    /// Returns the travel \[mm or rad\]; infinite on a cyclic axis without stated travel.
+    pub fn travel(&self) -> Interval {
+        self.limits.into()
+    }
 }
 
 impl Machine {
@@ -115,6 +118,7 @@ impl Machine {
     pub fn out_of_travel(&self, q: &AxisVector) -> Option<OutOfTravel> {
         let faults =
             self.axes.iter().zip(q.iter()).enumerate().filter_map(|(index, (axis, &value))| {
+                // Written so that a NaN is not inside.
                 let [low, high] = axis.limits;
                 let inside = low <= value && value <= high;
                 let excess = if value < low { low - value } else { value - high };

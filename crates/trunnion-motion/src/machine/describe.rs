@@ -4,7 +4,7 @@
 use super::checked::{Axis, FIRST_ROTARY, Machine, SECOND_ROTARY};
 use super::forward::{Kinematics, Setup};
 use crate::math::angle::unwrap_near;
-use crate::types::AxisVector;
+use crate::types::{AxisVector, Interval};
 use nalgebra::{Rotation3, UnitVector3, Vector3};
 use std::f64::consts::PI;
 
@@ -41,6 +41,7 @@ pub enum MovedBody {
 
 /// Motion to expect when one axis is jogged from home.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct SignCheck {
     /// Index of the axis in an [`AxisVector`].
     pub axis: usize,
@@ -67,6 +68,7 @@ impl Machine {
     /// Returns the body that the axis of that index moves.
     pub fn body(&self, axis: usize) -> MovedBody {
         let name = self.axes.get(axis).map(|axis| axis.name.as_str());
+        // Axes before the bed in the chain carry the workpiece.
         let place = |word: Option<&str>| self.chain.iter().position(|w| Some(w.as_str()) == word);
         if place(name) < place(Some("b")) { MovedBody::Part } else { MovedBody::Tool }
     }
@@ -78,6 +80,7 @@ impl Machine {
         if compass(&self.tool_axis)? != "+z" {
             return None;
         }
+        // By the lines of the axes alone: a reversed axis is the same layout.
         let letter = |axis: &Axis| compass(&axis.dir)?.chars().last();
         let (tens, first, second) = match self.kind() {
             MachineKind::HeadHead => (10, first, second),
@@ -94,23 +97,25 @@ impl Machine {
         Some(tens + unit)
     }
 
-    /// Returns the smallest and largest angle between the tool and `dir` of the workpiece-side rotary \[rad\]
-    /// that the travel of the tool-side rotary allows.
-    pub fn tilt_range(&self) -> [f64; 2] {
+    /// Returns the angles between the tool and `dir` of the workpiece-side rotary \[rad\] that the travel of
+    /// the tool-side rotary allows.
+    pub fn tilt_range(&self) -> Interval {
         let [_, _, _, first, second] = &self.axes;
         let (w1, w2) = (first.dir.into_inner(), second.dir.scale(second.sense));
         let o = self.tool_axis.into_inner();
         let along = w2 * w2.dot(&o);
+        // The tool's angle to the first rotary depends on the second alone, by Rodrigues' formula:
         // w1 . R2(t) o = still + with_cos cos t + with_sin sin t
         let [still, with_cos, with_sin] =
             [along, o - along, w2.cross(&o)].map(|vector| w1.dot(&vector));
         let angle =
             |t: f64| (still + with_cos * t.cos() + with_sin * t.sin()).clamp(-1.0, 1.0).acos();
+        // The cosine of the angle is largest at this position of the second rotary, least half a turn away.
         let turning = with_sin.atan2(with_cos);
         let [low, high] = second.limits;
         let whole = [turning, turning + PI];
         if !(low.is_finite() && high.is_finite()) {
-            return whole.map(angle);
+            return whole.map(angle).into();
         }
         // Extremes: the ends of travel, and turning points within it.
         let inside = |t: f64| {
@@ -119,7 +124,7 @@ impl Machine {
         };
         let candidates = [Some(low), Some(high), inside(turning), inside(turning + PI)];
         let all = candidates.into_iter().flatten().map(angle);
-        all.fold([PI, 0.0], |[least, most], angle| [least.min(angle), most.max(angle)])
+        all.fold(Interval::new(PI, 0.0), |range, angle| range.hull(Interval::point(angle)))
     }
 
     /// Describes the motion when each axis is jogged from home, in axis order.
@@ -131,6 +136,7 @@ impl Machine {
     }
 
     fn linear_check(&self, index: usize) -> SignCheck {
+        // By ISO 841 +q moves the tool relative to the part; a part that is moved goes the other way.
         let by = self.jog(index, 10.0);
         let towards =
             self.axes.get(index).map_or(Vector3::zeros(), |axis| axis.dir.scale(axis.sense * by));
@@ -172,6 +178,7 @@ impl Machine {
             MovedBody::Tool => format!("the head turns{first}: "),
         };
         let turns = if first.is_empty() {
+            // The component of the new tool axis across the old one is where the spindle end leans.
             let after = seen(&moved(&from, index, by));
             let lean = after - before * before.dot(&after);
             let [spindle, nose] = [lean, -lean].map(|end| direction(&end));
@@ -196,6 +203,7 @@ impl Machine {
             let axis = self.axes.get(index)?;
             Some(axis.dir.scale(axis.sense * sign(self.body(index))))
         };
+        // On a table the second rotary carries the first, on a head the first carries the second.
         let carrier = match self.kind() {
             MachineKind::TableTable if index == FIRST_ROTARY => Some(SECOND_ROTARY),
             MachineKind::HeadHead if index == SECOND_ROTARY => Some(FIRST_ROTARY),
@@ -235,6 +243,7 @@ fn moved(q: &AxisVector, index: usize, by: f64) -> AxisVector {
 
 /// Returns a coordinate direction across `axis`, x if possible.
 fn side_of(axis: &Vector3<f64>) -> Vector3<f64> {
+    // More than 30 degrees from the axis.
     let across = |side: &Vector3<f64>| side.cross(axis).norm() > 0.5 * axis.norm();
     [Vector3::x(), Vector3::y()].into_iter().find(across).unwrap_or_else(Vector3::z)
 }
@@ -327,7 +336,7 @@ mod tests {
 
     #[test]
     fn travel_bounds_the_lean() {
-        let lean = |spec| Machine::new(spec).unwrap().tilt_range().map(f64::to_degrees);
+        let lean = |spec| Machine::new(spec).unwrap().tilt_range().ends().map(f64::to_degrees);
         let near = |[a, b]: [f64; 2], [c, d]: [f64; 2]| (a - c).abs() + (b - d).abs() < 1e-6;
         let mut spec = ac_trunnion();
         spec.axes[4].limits = Some([-0.5, 1.0]);

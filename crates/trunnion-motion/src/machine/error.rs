@@ -138,6 +138,7 @@ impl MachineError {
                 "three linear axes point three ways: give the directions they have when all axes are at zero".into()
             }
             Self::EmptyTravel { .. } => "write [low, high]".into(),
+            // The only number with a choice of two values.
             Self::Number { key, .. } if key.rsplit('.').next() == Some("sense") => {
                 "leave it out if the control counts by ISO 841".into()
             }
@@ -152,6 +153,7 @@ impl MachineError {
                 "chain".into()
             }
             Self::UnusedAxis { name } => format!("axis.{name}"),
+            // Of two axes in conflict the second is named.
             Self::DoubleLetter { second, .. } => format!("axis.{second}.output.letter"),
             Self::Number { key, .. } | Self::ZeroDirection { key } | Self::Missing { key, .. } => {
                 key.clone()

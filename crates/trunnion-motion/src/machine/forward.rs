@@ -71,6 +71,8 @@ pub struct Kinematics {
 impl Kinematics {
     /// Transforms a machine's chain into the workpiece frame of a setup.
     pub fn new(machine: &Machine, setup: &Setup) -> Self {
+        // The setup is a rigid motion of the whole chain: points are moved, directions only turned. After this
+        // nothing refers to the machine frame.
         let workpiece_from_machine = setup.rotation.inverse();
         let place = |point: &Point3<f64>| workpiece_from_machine * (point.coords - setup.origin);
         let turn = |axis: &Axis| workpiece_from_machine * axis.dir.scale(axis.sense);
@@ -80,6 +82,7 @@ impl Kinematics {
             point: place(&axis.point),
         };
         let linear = [turn(x), turn(y), turn(z)];
+        // Each linear axis has its column in the matrix of its stage, and zeros in the two others.
         let slides = [0, 1, 2].map(|stage| {
             let column = |axis: usize| {
                 let here = machine.stage.get(axis) == Some(&stage);
@@ -119,6 +122,7 @@ impl Kinematics {
         let linear = Vector3::new(q[0], q[1], q[2]);
         let [sin_cos1, sin_cos2] =
             [FIRST_ROTARY, SECOND_ROTARY].map(|axis| q[axis].sin_cos().into());
+        // From the tool to the workpiece: each rotary turns everything behind it about its point.
         let inner = slides[2] * linear + (tip - second.point);
         let middle =
             slides[1] * linear + (second.point - first.point) + second.turn(sin_cos2, &inner);
@@ -141,12 +145,14 @@ impl Kinematics {
             first.dir.into_inner() * rate[FIRST_ROTARY],
             second.dir.into_inner() * rate[SECOND_ROTARY],
         ];
+        // d/dt (R v) = w x (R v) + R dv/dt with w the axis direction times its rate, stage by stage.
         let inner = second.turn(sin_cos2, &(slides[2] * linear + (tip - second.point)));
         let inner_rate = spin2.cross(&inner) + second.turn(sin_cos2, &(slides[2] * slide));
         let middle = slides[1] * linear + (second.point - first.point) + inner;
         let middle_rate = slides[1] * slide + inner_rate;
         let turned = first.turn(sin_cos1, &middle);
         let tip = slides[0] * slide + spin1.cross(&turned) + first.turn(sin_cos1, &middle_rate);
+        // The same for the tool axis, which has no linear part.
         let inner_axis = second.turn(sin_cos2, axis);
         let axis = spin1.cross(&first.turn(sin_cos1, &inner_axis))
             + first.turn(sin_cos1, &spin2.cross(&inner_axis));

@@ -9,7 +9,6 @@
 //! ```
 //!
 //! wherever the bed sits. Frames and signs are drawn in `docs/book/src/concepts/frames.md`.
-
 //!
 //! # Example
 //!
@@ -42,15 +41,17 @@ mod describe;
 mod error;
 mod forward;
 mod picture;
+mod rotary_pair;
 mod settings;
 mod spec;
 
 pub use chain::KinematicChain;
-pub use checked::{Axis, FIRST_ROTARY, Machine, OutOfTravel, SECOND_ROTARY, TRAVEL_ROUNDING};
+pub use checked::{Axis, FIRST_ROTARY, Machine, OutOfTravel, SECOND_ROTARY};
 pub use describe::{MachineKind, MovedBody, SignCheck};
 pub use error::{MachineError, MachineErrors};
 pub use forward::{ChainGeometry, Kinematics, RotaryJoint, Setup};
 pub use picture::picture;
+pub use rotary_pair::RotaryPair;
 pub use settings::{
     AxisFormat, AxisInterpolation, ControlLimits, FeedMode, PreferredSign, ProgramFormat,
     RetractFrame, RetractPolicy, SingularPolicy, TurnFormat,

@@ -24,7 +24,7 @@ text.part{fill:#1864ab;stroke:#fff}text.tool{fill:#c2410c;stroke:#fff}
 .partbox{fill:#e7f5ff;stroke:#1864ab}.toolbox{fill:#fff4e6;stroke:#c2410c}
 </style>";
 
-/// The chain of a machine as SVG: axis lines, directions in which the machine really moves when an
+/// Draws the chain of a machine as SVG: axis lines, directions in which the machine really moves when an
 /// axis counts up, travel of the spindle nose; below it the chain from workpiece to tool.
 pub fn picture(machine: &Machine) -> String {
     let mut svg = Svg::new();
@@ -92,7 +92,7 @@ impl Svg {
         ));
     }
 
-    /// The head of an arrow that ends at `tip`, coming from `from`.
+    /// Draws the head of an arrow that ends at `tip`, coming from `from`.
     fn head(&mut self, from: [f64; 2], tip: [f64; 2], class: &str) {
         const LENGTH: f64 = 11.0;
         let [dx, dy] = [tip[0] - from[0], tip[1] - from[1]];
@@ -100,6 +100,7 @@ impl Svg {
         if size <= 0.0 {
             return;
         }
+        // Back from the tip along the arrow, and to both sides by 0.45 of that.
         let [ux, uy] = [dx / size * LENGTH, dy / size * LENGTH];
         let side = |s: f64| [tip[0] - ux - s * 0.45 * uy, tip[1] - uy + s * 0.45 * ux];
         self.line(&[side(1.0), tip, side(-1.0)], class, 2.5, "");
@@ -118,12 +119,14 @@ struct View {
 
 impl View {
     fn new(machine: &Machine) -> Self {
+        // Orthonormal frame of the projection: towards the viewer, right, and up with z upright.
         let toward = Vector3::new(0.52, -0.72, 0.46).normalize();
         let right = Vector3::z().cross(&toward).normalize();
         let up = toward.cross(&right);
         let mut points: Vec<Point3<f64>> = corners(machine).to_vec();
         points.push(machine.gauge);
         points.extend(machine.axes.iter().skip(FIRST_ROTARY).map(|axis| axis.point));
+        // Arcs and labels are as large as a share of the machine.
         let size = extent(&points).norm();
         let unit = if size > 0.0 { 0.16 * size } else { 1.0 };
         for axis in machine.axes.iter().skip(FIRST_ROTARY) {
@@ -134,6 +137,7 @@ impl View {
             let all = points.iter().map(|point| row.dot(&point.coords));
             all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
         };
+        // The largest scale at which all points fit into the view.
         let [[left, far], [bottom, top]] = [flat(&right), flat(&up)];
         let room = |span: f64, size: f64| if span > 0.0 { size / span } else { f64::INFINITY };
         let scale = room(far - left, WIDTH - 320.0).min(room(top - bottom, VIEW - 60.0));
@@ -142,6 +146,7 @@ impl View {
     }
 
     fn at(&self, point: &Point3<f64>) -> [f64; 2] {
+        // SVG counts y downwards.
         let [x, y] = [self.right.dot(&point.coords), self.up.dot(&point.coords)];
         [
             0.5 * WIDTH + (x - self.middle[0]) * self.scale,
@@ -157,8 +162,8 @@ fn extent(points: &[Point3<f64>]) -> Vector3<f64> {
     fold(f64::NEG_INFINITY, f64::max) - fold(f64::INFINITY, f64::min)
 }
 
-/// Corners of what the nose can reach relative to the part with the rotaries at zero; bit `k` of
-/// the index is the end of travel of axis `k`.
+/// Returns the corners of the region that the nose reaches relative to the part with the rotaries at zero;
+/// bit `k` of the index is the end of travel of axis `k`.
 fn corners(machine: &Machine) -> [Point3<f64>; 8] {
     std::array::from_fn(|corner| {
         let along = machine.axes.iter().take(FIRST_ROTARY).enumerate().map(|(index, axis)| {
@@ -181,6 +186,7 @@ fn travel_box(svg: &mut Svg, view: &View, machine: &Machine) {
     let corners = corners(machine);
     for (index, from) in corners.iter().enumerate() {
         for bit in [1, 2, 4] {
+            // Edges join corners whose indices differ in one bit; each is drawn once, from the lower index.
             if let (0, Some(to)) = (index & bit, corners.get(index | bit)) {
                 svg.line(&[view.at(from), view.at(to)], "travel", 1.2, "");
             }
@@ -188,7 +194,7 @@ fn travel_box(svg: &mut Svg, view: &View, machine: &Machine) {
     }
 }
 
-/// Spindle nose and a tool of no particular length.
+/// Draws the spindle nose and a tool of no particular length.
 fn tool(svg: &mut Svg, view: &View, machine: &Machine) {
     let along = |by: f64| view.at(&(machine.gauge + machine.tool_axis.scale(by * view.unit)));
     svg.line(&[along(0.0), along(0.55)], "tool", 16.0, "opacity=\"0.35\"");
@@ -199,7 +205,7 @@ fn tool(svg: &mut Svg, view: &View, machine: &Machine) {
     svg.text([x - 12.0, end + 4.0], "note halo", "end", "spindle nose (gauge point) and tool");
 }
 
-/// Axis line, an arc that turns the way the machine does, and the name at the end of the line.
+/// Draws an axis line, an arc that turns the way the machine does, and the name at the end of the line.
 fn rotary(svg: &mut Svg, view: &View, axis: &Axis, class: &str) {
     let along = |by: f64| axis.point + axis.dir.scale(by * view.unit);
     svg.line(
@@ -212,8 +218,10 @@ fn rotary(svg: &mut Svg, view: &View, axis: &Axis, class: &str) {
     svg.add(format_args!(
         "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\" class=\"{class}\" fill=\"#fff\"/>"
     ));
+    // +q turns the tool relative to the part: a table turns the other way.
     let turning = if class == "part" { -axis.sense } else { axis.sense };
     let around = axis.dir.scale(turning);
+    // Any direction not along the axis gives a frame for the arc of three quarters of a turn.
     let side = if axis.dir.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
     let first = axis.dir.cross(&side).normalize();
     let second = around.cross(&first);
@@ -225,6 +233,7 @@ fn rotary(svg: &mut Svg, view: &View, axis: &Axis, class: &str) {
         })
         .collect();
     svg.line(&arc, class, 2.5, "");
+    // The head follows the chord of the last two steps, which is nearly the tangent.
     if let [.., from, _, tip] = arc.as_slice() {
         svg.head(*from, *tip, class);
     }
@@ -243,7 +252,7 @@ fn rotary(svg: &mut Svg, view: &View, axis: &Axis, class: &str) {
     svg.text(lower, "note halo", anchor, &travel(axis));
 }
 
-/// Directions of the linear axes as the machine moves, in the lower left corner.
+/// Draws the directions of the linear axes as the machine moves, in the lower left corner.
 fn triad(svg: &mut Svg, machine: &Machine) {
     const LENGTH: f64 = 62.0;
     let view = View { scale: LENGTH, middle: [0.0; 2], ..View::new(machine) };
@@ -264,7 +273,7 @@ fn triad(svg: &mut Svg, machine: &Machine) {
     }
 }
 
-/// `-35 .. 120 deg`, `endless`.
+/// Formats the travel of an axis: `-35 .. 120 deg`, `endless`.
 fn travel(axis: &Axis) -> String {
     let (unit, factor) = match axis.kind {
         AxisKind::Linear => ("mm", 1.0),
@@ -274,10 +283,11 @@ fn travel(axis: &Axis) -> String {
     if low.is_finite() { format!("{low} .. {high} {unit}") } else { "endless".to_owned() }
 }
 
-/// The chain as boxes from workpiece to tool.
+/// Draws the chain as boxes from workpiece to tool.
 fn row(svg: &mut Svg, machine: &Machine) {
     const GAP: f64 = 16.0;
     let top = TOP + VIEW + 46.0;
+    // Five axes, workpiece, bed and tool.
     let count = AXES as f64 + 3.0;
     let width = (WIDTH - 48.0 - (count - 1.0) * GAP) / count;
     svg.text([24.0, top - 16.0], "", "start", "the chain, from workpiece over the bed to tool");
@@ -313,6 +323,7 @@ fn row(svg: &mut Svg, machine: &Machine) {
     svg.text([24.0, top + 116.0], "note", "start", legend);
 }
 
+/// Returns the three lines of an axis' box: name, direction and travel.
 fn described(axis: &Axis) -> [String; 3] {
     let towards = UnitVector3::new_unchecked(axis.dir.scale(axis.sense));
     let verb = match axis.kind {

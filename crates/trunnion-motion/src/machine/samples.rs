@@ -3,8 +3,9 @@
 use super::settings::{ControlLimits, ProgramFormat, RetractPolicy, SingularPolicy};
 use super::spec::{AxisKind, AxisSpec, MachineSpec};
 
-/// An axis with round limits.
+/// Creates an axis with round limits.
 pub(crate) fn axis(name: &str, kind: AxisKind, dir: [f64; 3]) -> AxisSpec {
+    // Travel to both sides, so that tests meet its ends.
     let (axis, limits) = match kind {
         AxisKind::Linear => (AxisSpec::linear(name, dir), [-500.0, 500.0]),
         AxisKind::Rotary => (AxisSpec::rotary(name, dir, [0.0; 3]), [-3.0, 3.0]),
@@ -12,7 +13,7 @@ pub(crate) fn axis(name: &str, kind: AxisKind, dir: [f64; 3]) -> AxisSpec {
     AxisSpec { limits: Some(limits), cyclic: None, vel: 2.0, acc: 10.0, jerk: 100.0, ..axis }
 }
 
-/// A machine with that chain; X, Y, Z along the frame.
+/// Creates a machine with that chain; X, Y, Z along the frame.
 pub(crate) fn machine(chain: &[&str], rotary: [AxisSpec; 2]) -> MachineSpec {
     let linear = |name, dir| axis(name, AxisKind::Linear, dir);
     let mut axes = vec![
@@ -34,7 +35,7 @@ pub(crate) fn machine(chain: &[&str], rotary: [AxisSpec; 2]) -> MachineSpec {
     }
 }
 
-/// Table C on A, both through the machine origin.
+/// Creates table C on A, both through the machine origin.
 pub(crate) fn ac_trunnion() -> MachineSpec {
     let mut c = axis("C", AxisKind::Rotary, [0.0, 0.0, 1.0]);
     c.limits = None;

@@ -69,6 +69,7 @@ pub struct SingularPolicy {
 impl SingularPolicy {
     /// Default of machine files: 3°, 10°, 0.02 mm.
     pub const STANDARD: Self = Self {
+        // 3 and 10 degrees.
         cone: 3.0 * std::f64::consts::PI / 180.0,
         min_rotary: 10.0 * std::f64::consts::PI / 180.0,
         tolerance: 0.02,

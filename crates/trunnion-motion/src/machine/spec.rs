@@ -102,6 +102,7 @@ impl AxisSpec {
             point: Some(point),
             limits: None,
             cyclic: Some(TAU),
+            // 30 rpm.
             vel: PI,
             acc: 20.0,
             jerk: 200.0,
@@ -136,6 +137,7 @@ pub struct MachineSpec {
 /// Formats with four decimals, or as a power of ten if the number is below 1e-3 or above 1e9.
 pub(super) fn decimals(value: f64) -> String {
     const READABLE: std::ops::Range<f64> = 1e-3..1e9;
+    // Zero is written as such.
     if value.abs() > 0.0 && !READABLE.contains(&value.abs()) {
         format!("{value:.1e}")
     } else {

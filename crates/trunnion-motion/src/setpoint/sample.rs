@@ -96,7 +96,9 @@ impl<const N: usize> SetpointIter<'_, N> {
         if self.path.pieces.is_empty() { 0 } else { (self.last + 1).saturating_sub(self.next) }
     }
 
+    /// Returns the setpoint at time `t`, which does not decrease from call to call.
     fn at(&mut self, t: f64) -> Option<Setpoint<N>> {
+        // A time at which two pieces meet belongs to the later one, which starts there.
         while self.schedule.pieces.get(self.piece)?.t.last().is_some_and(|&end| end <= t)
             && self.piece + 1 < self.schedule.pieces.len()
         {
@@ -108,6 +110,7 @@ impl<const N: usize> SetpointIter<'_, N> {
 
     /// Returns the setpoint at the end: exactly the last node.
     fn end(&self) -> Option<Setpoint<N>> {
+        // The state at the end is that of the last row: sampling would round it.
         let node = self.path.pieces.last()?.nodes.last()?;
         let t = self.schedule.duration();
         let rows = self.schedule.pieces.last()?;
@@ -126,6 +129,7 @@ impl<const N: usize> Iterator for SetpointIter<'_, N> {
         }
         let index = self.next;
         self.next += 1;
+        // A product instead of a sum: the times do not drift with the number of setpoints.
         if index == self.last { self.end() } else { self.at(index as f64 * self.period) }
     }
 }
@@ -133,6 +137,7 @@ impl<const N: usize> Iterator for SetpointIter<'_, N> {
 /// Applies the chain rule: `q̇ = q' v`, `q̈ = q' u + q'' v²`, `q⃛ = q' j + 3 q'' u v + q''' v³`.
 fn setpoint<const N: usize>(t: f64, q: [SVector<f64, N>; 4], state: &PathState) -> Setpoint<N> {
     let [v, u, j] = [state.speed, state.acceleration, state.jerk];
+    // The third derivative by time has 3 q'' u v from the product rule on both q' u and q'' v².
     let [position, rate, curvature, third] = q;
     Setpoint {
         t,

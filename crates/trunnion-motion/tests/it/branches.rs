@@ -16,12 +16,12 @@ use every_choice::{
 };
 use nalgebra::{Rotation3, UnitVector3};
 use std::f64::consts::{PI, TAU};
-use trunnion::axes::{AxesError, AxesOptions, FeedPoint, FollowedPath, RetractOptions, follow};
+use trunnion::axes::{AxesError, AxesOptions, FollowedPath, RetractOptions, follow};
 use trunnion::inverse::{Inverse, InverseSolutions};
-use trunnion::machine::{Kinematics, Machine, MachineSpec, Setup};
+use trunnion::machine::{Kinematics, Machine, MachineSpec, RotaryPair, Setup};
 use trunnion::math::angle::{angle_between, wrap};
 use trunnion::math::jet::{Jet, Real};
-use trunnion::types::{AxisVector, PieceGeometry, Silent, ToolPath, ToolPose};
+use trunnion::types::{AxisVector, PieceGeometry, PoseTolerance, Silent, ToolPath, ToolPose};
 
 const RETRACT_IN_CUT: f64 = 500.0;
 
@@ -31,14 +31,10 @@ const TIGHT: f64 = 0.06;
 /// So loose that nodes hardly stand but at the knots, and so tight that no branch is left for the other.
 fn options(random: &mut Random, retract: Option<RetractOptions>) -> AxesOptions {
     AxesOptions {
-        tip_tolerance: 1e5,
-        axis_tolerance: TIGHT,
         max_rotary_step: 10.0,
-        feed_at: FeedPoint::Tip,
-        rotary_weights: [1.0, random.within(0.2, 5.0)],
-        start: AxisVector::zeros(),
+        rotary_weights: RotaryPair::new(1.0, random.within(0.2, 5.0)),
         retract,
-        singular: None,
+        ..AxesOptions::within(PoseTolerance::new(1e5, TIGHT), AxisVector::zeros())
     }
 }
 
@@ -114,7 +110,7 @@ fn cuts_and_links_on_random_machines() {
         .collect();
         let options = options(&mut random, None);
         let found = follow(&machine, &fixed_cuts(&axes), &options, &Silent);
-        let best = brute_force(&machine, &axes, options.rotary_weights);
+        let best = brute_force(&machine, &axes, options.rotary_weights.into());
         compare(found.as_ref(), best, &format!("case {case}"));
         match &found {
             Ok(followed) => {
@@ -189,7 +185,10 @@ fn left(random: &mut Random, spans: u32, axis_tolerance: f64) -> Option<Left> {
         price: 50.0,
         price_in_cut: RETRACT_IN_CUT,
     };
-    let options = AxesOptions { axis_tolerance, ..options(random, Some(retract)) };
+    let options = AxesOptions {
+        tolerance: PoseTolerance::new(1e5, axis_tolerance),
+        ..options(random, Some(retract))
+    };
     let path = ToolPath { pieces: vec![cut(geometry)] };
     let all = follow(&free, &path, &options, &Silent).ok()?;
     let poses = all.path.pieces[0].nodes.iter().map(|node| pose_at(&path, node.s));
@@ -249,10 +248,11 @@ fn cuts_that_have_to_be_left_on_random_machines() {
             continue;
         }
         let found = follow(&machine, &path, &options, &Silent);
-        let best = brute_force_retracts(&machine, &nodes, options.rotary_weights, RETRACT_IN_CUT);
+        let best =
+            brute_force_retracts(&machine, &nodes, options.rotary_weights.into(), RETRACT_IN_CUT);
         let told = format!("case {}", tally.cuts());
         compare(found.as_ref(), best, &told);
-        let again = every_interval(&machine, &nodes, options.rotary_weights, RETRACT_IN_CUT);
+        let again = every_interval(&machine, &nodes, options.rotary_weights.into(), RETRACT_IN_CUT);
         let same = best.zip(again).is_none_or(|(a, b)| (a - b).abs() < 1e-9);
         assert!(same && best.is_some() == again.is_some(), "{told}: {best:?} {again:?}");
         tally.add(&machine, &path, found.ok().as_ref());
@@ -272,7 +272,7 @@ fn long_cuts_that_have_to_be_left_on_random_machines() {
             continue;
         };
         let found = follow(&machine, &path, &options, &Silent);
-        let best = every_interval(&machine, &nodes, options.rotary_weights, RETRACT_IN_CUT);
+        let best = every_interval(&machine, &nodes, options.rotary_weights.into(), RETRACT_IN_CUT);
         compare(found.as_ref(), best, &format!("case {}", tally.cuts()));
         tally.add(&machine, &path, found.ok().as_ref());
     }
@@ -296,7 +296,7 @@ fn loose_tolerances_are_used_and_nothing_is_lost_by_them() {
         }
         let told = format!("case {}, {tolerance} rad", ran + refused);
         let found = follow(&machine, &path, &options, &Silent);
-        let best = every_interval(&machine, &nodes, options.rotary_weights, RETRACT_IN_CUT);
+        let best = every_interval(&machine, &nodes, options.rotary_weights.into(), RETRACT_IN_CUT);
         let Ok(followed) = &found else {
             assert!(best.is_none(), "{told}: {best:?} is possible, but {found:?}");
             refused += 1;

@@ -63,12 +63,12 @@ fn a_breach_has_place_limit_and_size() {
     for (breach, s) in [(speeding_up, [0.0, 10.0]), (slowing_down, [90.0, 100.0])] {
         assert_eq!(breach.limit, BindingLimit::Acceleration(0));
         assert!((breach.ratio - 1.25).abs() < 1e-12, "{breach:?}");
-        assert!((breach.s[0] - s[0]).abs() < 1e-9 && (breach.s[1] - s[1]).abs() < 1e-9);
+        assert!((breach.s.low - s[0]).abs() < 1e-9 && (breach.s.high - s[1]).abs() < 1e-9);
     }
     // 80 mm/s is passed after 6.4 mm; found to an eighth of the time over 10 mm.
     assert_eq!(fast.limit, BindingLimit::Velocity(0));
     assert!((fast.ratio - 1.25).abs() < 1e-12);
-    assert!((6.4..8.0).contains(&fast.s[0]) && (92.0..=93.6).contains(&fast.s[1]), "{fast:?}");
+    assert!((6.4..8.0).contains(&fast.s.low) && (92.0..=93.6).contains(&fast.s.high), "{fast:?}");
     assert!((10.0..=90.0).contains(&fast.worst));
 }
 
@@ -158,7 +158,7 @@ proptest! {
         let worst = breaches.iter().map(|breach| breach.ratio).fold(0.0, f64::max);
         prop_assert!(worst <= faster * faster * (1.0 + 1e-6), "{worst}");
         for pair in breaches.windows(2) {
-            prop_assert!(pair[0].s[0] <= pair[1].s[0]);
+            prop_assert!(pair[0].s.low <= pair[1].s.low);
         }
     }
 

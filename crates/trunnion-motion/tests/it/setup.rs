@@ -12,40 +12,32 @@ use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 use std::ops::ControlFlow;
 use trunnion::axes::{
-    AxesError, AxesOptions, FeedPoint, SearchAssurance, SetupOptions, SetupSearch, SetupVerdict,
-    TiltBounds, WorkpieceTilt, follow, setup,
+    AxesError, AxesOptions, SearchAssurance, SetupOptions, SetupSearch, SetupVerdict, TiltBounds,
+    WorkpieceTilt, follow, setup,
 };
 use trunnion::inverse::{Inverse, InverseSolutions};
 use trunnion::machine::{AxisSpec, Kinematics, Machine, MachineSpec, Setup};
 use trunnion::math::angle::unwrap_near;
 use trunnion::types::{
-    AxisVector, Motion, PieceGeometry, PoseCurve, Progress, Silent, Stage, Station, ToolPath,
-    ToolPiece, ToolPose,
+    AxisVector, Interval, Motion, PieceGeometry, PoseCurve, PoseTolerance, Progress, Silent, Stage,
+    Station, ToolPath, ToolPiece, ToolPose,
 };
 
 const DEGREE: f64 = PI / 180.0;
 
 const OPTIONS: AxesOptions = AxesOptions {
-    tip_tolerance: 0.01,
-    axis_tolerance: 1e-3,
     max_rotary_step: 0.3,
-    feed_at: FeedPoint::Tip,
-    rotary_weights: [1.0, 1.0],
-    start: AxisVector::new(0.0, 0.0, 0.0, 0.0, 0.0),
-    retract: None,
-    singular: None,
+    ..AxesOptions::within(PoseTolerance::new(0.01, 1e-3), AxisVector::new(0.0, 0.0, 0.0, 0.0, 0.0))
 };
 
 fn search(bounds: TiltBounds) -> SetupOptions {
     SetupOptions {
-        bounds,
         grid: 8.0 * DEGREE,
         tolerance: 0.1 * DEGREE,
         alike: 1e-9,
-        batch: 8,
         within: 0.2 * DEGREE,
-        most: [400_000, 400],
-        digits: [0.1, 0.01],
+        most_planned: 400,
+        ..SetupOptions::within_bounds(bounds)
     }
 }
 
@@ -156,7 +148,7 @@ fn brute_force(
 ) -> Vec<(f64, WorkpieceTilt)> {
     let poses = poses(path, 40);
     let machine = Machine::new(spec.clone()).unwrap();
-    let places = |[low, high]: [f64; 2]| {
+    let places = |Interval { low, high }: Interval| {
         let count = ((high - low) / step).ceil().max(1.0);
         std::iter::successors(Some(0.0), move |i| (*i < count).then_some(i + 1.0))
             .map(move |i| low + (high - low) * i / count)
@@ -229,8 +221,11 @@ impl Case {
         let spec = machine(self.which, self.ends);
         let path = path(V3::new(self.lean[0], self.lean[1], 1.0), self.half, self.wind, 80.0);
         let turn = if self.which == 0 || self.which == 3 { [0.2; 2] } else { [-0.5, 0.5] };
-        let (tilt, towards) = ([0.0, self.tilt], [self.towards, self.towards + self.wide]);
-        let bounds = TiltBounds { tilt, towards, turn };
+        let bounds = TiltBounds {
+            tilt: Interval::new(0.0, self.tilt),
+            towards: Interval::new(self.towards, self.towards + self.wide),
+            turn: turn.into(),
+        };
         let kinematics = on(spec.clone(), [0.0; 3]);
         let search = search(bounds);
         let found = find(&kinematics, &path, &search).unwrap();
@@ -270,7 +265,7 @@ impl Case {
         if Ok(followed) != follow(&again, &path, &OPTIONS, &Silent).as_ref() {
             return fault("other axes");
         }
-        if best.lean.tilt > self.tilt + 0.02 * DEGREE {
+        if best.workpiece.tilt > self.tilt + 0.02 * DEGREE {
             return fault("out of bounds");
         }
         Ok(())
@@ -307,7 +302,11 @@ fn what_a_grid_gets_wrong_is_found() {
 }
 
 fn wide() -> TiltBounds {
-    TiltBounds { tilt: [0.0, FRAC_PI_4], towards: [-PI, PI], turn: [0.0; 2] }
+    TiltBounds {
+        tilt: Interval::new(0.0, FRAC_PI_4),
+        towards: Interval::new(-PI, PI),
+        turn: Interval::point(0.0),
+    }
 }
 
 /// A cone of 10 degrees, upright on the pole, can be tilted 45 degrees off: 35 are left.
@@ -319,7 +318,7 @@ fn a_cone_on_the_pole_is_tilted_as_far_as_it_may_be() {
     let (best, _) = found.best.unwrap();
     assert!((found.before.least - 10.0 * DEGREE).abs() < 1e-3);
     assert!((best.least - 35.0 * DEGREE).abs() < 0.1 * DEGREE, "{}", best.least / DEGREE);
-    let travel = |verdict: &SetupVerdict| verdict.fits().unwrap().rotary[0];
+    let travel = |verdict: &SetupVerdict| verdict.fits().unwrap().rotary.first;
     assert!(travel(&best.verdict) < 0.5 * travel(&found.before.verdict));
     assert_eq!(best.setup.origin, V3::zeros(), "there is no need to move it");
     assert!(found.others.iter().all(|other| other.least <= best.least + 1e-9));
@@ -330,7 +329,7 @@ fn a_cone_on_the_pole_is_tilted_as_far_as_it_may_be() {
 fn a_search_does_not_depend_on_threads() {
     let kinematics = on(machine(2, 1.2), [0.0, 0.0, 0.3]);
     let path = path(V3::new(0.2, 0.1, 1.0), 0.2, 0.8, 50.0);
-    let bounds = TiltBounds { turn: [-0.3, 0.3], ..wide() };
+    let bounds = TiltBounds { turn: Interval::new(-0.3, 0.3), ..wide() };
     let on_threads = |count: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().unwrap();
         pool.install(|| find(&kinematics, &path, &search(bounds)).unwrap())
@@ -372,7 +371,7 @@ fn what_leans_too_far_is_told() {
     spec.axes[4].limits = Some([-0.1, 0.1]);
     let cone = path(V3::new(1.0, 0.0, 1.0), 0.3, 1.0, 50.0);
     let found = find(&on(spec, [0.0; 3]), &cone, &search(wide())).unwrap();
-    assert!(found.best.is_none() && found.looked == found.beyond_tilt);
+    assert!(found.best.is_none() && found.evaluated == found.beyond_tilt);
     let SetupVerdict::BeyondTilt(by) = found.others[0].verdict else { panic!("{found:?}") };
     // Tilted back by 45 degrees the cone of 0.3 rad is 0.2 too wide.
     assert!((by - 0.2).abs() < 0.07, "{by}");
@@ -383,9 +382,13 @@ fn what_leans_too_far_is_told() {
 fn fixed_bounds_are_kept_and_the_best_is_not_left() {
     let kinematics = on(machine(0, 1.0), [0.0, FRAC_PI_4, 0.0]);
     let cone = path(V3::z(), 0.2, 1.0, 80.0);
-    let one = TiltBounds { tilt: [0.3; 2], towards: [FRAC_PI_2; 2], turn: [0.0; 2] };
+    let one = TiltBounds {
+        tilt: Interval::point(0.3),
+        towards: Interval::point(FRAC_PI_2),
+        turn: Interval::point(0.0),
+    };
     let (best, _) = find(&kinematics, &cone, &search(one)).unwrap().best.unwrap();
-    assert!((best.lean.tilt - 0.3).abs() < 0.01 * DEGREE);
+    assert!((best.workpiece.tilt - 0.3).abs() < 0.01 * DEGREE);
     assert!((best.angles[0] + 0.3).abs() < 0.01 * DEGREE && best.angles[1].abs() < 1e-12);
     let alike = SetupOptions { alike: DEGREE, ..search(wide()) };
     let found = find(&kinematics, &cone, &alike).unwrap();
@@ -405,7 +408,7 @@ impl Progress for Stop {
 fn nonsense_is_refused_and_a_stop_obeyed() {
     let kinematics = on(machine(0, 1.0), [0.0; 3]);
     let cone = path(V3::z(), 0.2, 1.0, 80.0);
-    let bad = TiltBounds { tilt: [0.5, 0.2], ..wide() };
+    let bad = TiltBounds { tilt: Interval::new(0.5, 0.2), ..wide() };
     let error = find(&kinematics, &cone, &search(bad)).unwrap_err();
     assert!(error.to_string().starts_with("tilt from 28.648 to 11.459 deg"), "{error}");
     let bad = SetupOptions { grid: 0.0, ..search(wide()) };

@@ -3,7 +3,7 @@
 use nalgebra::{Rotation3, UnitVector3};
 use std::f64::consts::{PI, TAU};
 
-/// Angle between two directions \[rad\], in `[0, π]`.
+/// Returns the angle between two directions \[rad\], in `[0, π]`.
 ///
 /// `2 atan2(|u - v|, |u + v|)`: full relative accuracy near 0 and π, where `acos` loses half of the
 /// digits and the cross product all those below 1e-16 rad (Kahan, *Miscalculating Area and Angles of a
@@ -13,13 +13,14 @@ pub fn angle_between(u: &UnitVector3<f64>, v: &UnitVector3<f64>) -> f64 {
     2.0 * (u - v).norm().atan2((u + v).norm())
 }
 
-/// Great circle from `u` (`t` = 0) to `v` (`t` = 1) with constant angular speed; `None` for
-/// opposite vectors, whose plane is undefined.
+/// Returns the point at `t` of the great circle from `u` (`t` = 0) to `v` (`t` = 1), at constant angular
+/// speed; `None` for opposite vectors, whose plane is undefined.
 pub fn great_circle(
     u: &UnitVector3<f64>,
     v: &UnitVector3<f64>,
     t: f64,
 ) -> Option<UnitVector3<f64>> {
+    // Without a normal both are parallel: equal, or opposite.
     let Some(normal) = UnitVector3::try_new(u.cross(v), 0.0) else {
         return (u.dot(v) > 0.0).then_some(*u);
     };
@@ -27,17 +28,17 @@ pub fn great_circle(
     Some(UnitVector3::new_normalize(*turned))
 }
 
-/// `angle` moved by whole turns so that it is within half a turn of `near` \[rad\].
+/// Returns `angle` plus the whole turns that bring it within half a turn of `near` \[rad\].
 #[inline]
 pub fn unwrap_near(angle: f64, near: f64) -> f64 {
-    // Nearly always; a division and a rounding less.
+    // The usual case: no division, and no rounding.
     if (near - angle).abs() < PI {
         return angle;
     }
     angle + TAU * ((near - angle) / TAU).round()
 }
 
-/// `angle` moved by whole turns into `[-π, π)` \[rad\].
+/// Returns `angle` plus the whole turns that bring it into `[-π, π)` \[rad\].
 pub fn wrap(angle: f64) -> f64 {
     angle - TAU * (angle / TAU + 0.5).floor()
 }

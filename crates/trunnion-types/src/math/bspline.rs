@@ -17,7 +17,7 @@ pub const MAX_ORDER: usize = 3;
 /// `basis[k][i]`: `k`-th derivative of the `i`-th function that is not zero on a span.
 pub type BasisTable = [[f64; MAX_DEGREE + 1]; MAX_ORDER + 1];
 
-/// What is wrong with a knot vector.
+/// Defect of a knot vector.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum KnotError {
@@ -74,7 +74,7 @@ pub enum KnotError {
     Torn {
         /// Value of the knot.
         value: f64,
-        /// How often it occurs.
+        /// Number of times that it occurs.
         multiplicity: usize,
         /// Degree.
         degree: usize,
@@ -156,12 +156,14 @@ impl KnotVector {
         if !faults.is_empty() {
             return Err(KnotErrors(faults));
         }
+        // The basis is complete from knot `degree` to knot `points`: that is the parameter range.
         let (low, high) = (knots[degree], knots[points]);
         let starts: Vec<usize> = (degree..points).filter(|&i| knots[i] < knots[i + 1]).collect();
         if starts.is_empty() {
             return Err(KnotErrors(vec![KnotError::Empty { value: low }]));
         }
         let breaks: Vec<f64> = starts.iter().map(|&i| knots[i]).chain([high]).collect();
+        // A knot of multiplicity degree + 1 leaves the spline without continuity.
         let torn: Vec<KnotError> = breaks[1..breaks.len() - 1]
             .iter()
             .map(|&value| (value, multiplicity(&knots, value)))
@@ -175,32 +177,32 @@ impl KnotVector {
         }
     }
 
-    /// Degree.
+    /// Returns the degree.
     pub fn degree(&self) -> usize {
         self.degree
     }
 
-    /// Knots as given.
+    /// Returns the knots as given.
     pub fn knots(&self) -> &[f64] {
         &self.knots
     }
 
-    /// Number of control points.
+    /// Returns the number of control points.
     pub fn points(&self) -> usize {
         self.knots.len() - self.degree - 1
     }
 
-    /// Distinct knots in the range, increasing; at least two.
+    /// Returns the distinct knots in the range, increasing; at least two.
     pub fn breaks(&self) -> &[f64] {
         &self.breaks
     }
 
-    /// Parameter range.
+    /// Returns the parameter range.
     pub fn range(&self) -> [f64; 2] {
         [self.breaks[0], self.breaks[self.breaks.len() - 1]]
     }
 
-    /// Index of the polynomial piece (between two breaks) that holds `u`; ends are clamped.
+    /// Returns the index of the polynomial piece (between two breaks) that holds `u`; ends are clamped.
     #[inline]
     pub fn piece(&self, u: f64) -> usize {
         piece_of(&self.breaks, u)
@@ -215,9 +217,10 @@ impl KnotVector {
         (start - self.degree, self.basis_from(start, u, order.min(MAX_ORDER)))
     }
 
-    /// Triangular table of basis functions, then derivatives by differences:
+    /// Computes the triangular table of basis functions, then derivatives by differences:
     /// `N'_{i,p} = p (N_{i,p-1} / (t_{i+p} - t_i) - N_{i+1,p-1} / (t_{i+p+1} - t_{i+1}))`.
     fn basis_from(&self, start: usize, u: f64, order: usize) -> BasisTable {
+        // Cox-de Boor recursion on the functions that are not zero on the span.
         let p = self.degree;
         let mut levels = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
         levels[0][0] = 1.0;
@@ -231,6 +234,7 @@ impl KnotVector {
                 levels[m][i + 1] += share * (u - low);
             }
         }
+        // The k-th derivative from degree p - k: each step raises the degree by one differentiation.
         let mut basis = [[0.0; MAX_DEGREE + 1]; MAX_ORDER + 1];
         basis[0] = levels[p];
         for k in 1..=order.min(p) {
@@ -243,11 +247,12 @@ impl KnotVector {
         basis
     }
 
-    /// From weights on the functions of degree `m - 1` to weights of the derivative on degree `m`.
+    /// Turns weights on the functions of degree `m - 1` into weights of the derivative on degree `m`.
     fn raise(&self, start: usize, m: usize, row: &[f64; MAX_DEGREE + 1]) -> [f64; MAX_DEGREE + 1] {
         let mut raised = [0.0; MAX_DEGREE + 1];
         for i in 0..m {
             let width = self.knots[start + 1 + i] - self.knots[start + 1 + i - m];
+            // N' = p (N_i / width_i - N_(i+1) / width_(i+1)): each function feeds two.
             let slope = m as f64 * row[i] / width;
             raised[i] -= slope;
             raised[i + 1] += slope;
@@ -255,7 +260,7 @@ impl KnotVector {
         raised
     }
 
-    /// Bezier control points of all polynomial pieces, `degree + 1` each, piece after piece.
+    /// Returns the Bezier control points of all polynomial pieces, `degree + 1` each, piece after piece.
     ///
     /// The `j`-th point of the piece `[a, b]` is the polar form (blossom) at `degree - j` times `a`
     /// and `j` times `b`: convex combinations only. `points` must have [`KnotVector::points`]
@@ -277,11 +282,12 @@ impl KnotVector {
         pieces
     }
 
-    /// De Boor's scheme with `a` for the first steps and `b` for the last `count`.
+    /// Evaluates the blossom by de Boor's scheme, with `a` for the first steps and `b` for the last `count`.
     fn blossom<P>(&self, points: &[P], start: usize, [a, b]: [f64; 2], count: usize) -> P
     where
         P: Copy + Add<Output = P> + Mul<f64, Output = P>,
     {
+        // The blossom is symmetric: the order of its arguments does not matter.
         let p = self.degree;
         let mut d = [points[start - p]; MAX_DEGREE + 1];
         d[..=p].copy_from_slice(&points[start - p..=start]);
@@ -298,14 +304,14 @@ impl KnotVector {
     }
 }
 
-/// Index of the interval between two of `breaks` that holds `u`; ends are clamped.
+/// Returns the index of the interval between two of `breaks` that holds `u`; ends are clamped.
 #[inline]
 pub fn piece_of(breaks: &[f64], u: f64) -> usize {
     let after = breaks.partition_point(|&knot| knot <= u);
     after.saturating_sub(1).min(breaks.len().saturating_sub(2))
 }
 
-/// Bernstein polynomials of `degree` (at most [`MAX_DEGREE`]) at `t`, and their derivatives up to
+/// Computes the Bernstein polynomials of `degree` (at most [`MAX_DEGREE`]) at `t`, and their derivatives up to
 /// `order` by a parameter that runs `1 / rate` from `t = 0` to `t = 1`.
 #[inline]
 pub fn bernstein(degree: usize, t: f64, rate: f64, order: usize) -> BasisTable {
@@ -322,10 +328,11 @@ pub fn bernstein(degree: usize, t: f64, rate: f64, order: usize) -> BasisTable {
     }
 }
 
-/// Bernstein polynomials of degree `N - 1`, at least 2, with first and second derivatives: bit for
-/// bit what [`bernstein`] gives, with nothing in the way of unrolling.
+/// Computes the Bernstein polynomials of degree `N - 1`, at least 2, with first and second derivatives, bit
+/// for bit as [`bernstein`] does, but in loops that unroll.
 #[inline]
 pub fn bernstein2<const N: usize>(t: f64, rate: f64) -> [[f64; N]; 3] {
+    // De Casteljau's triangle upwards: rows of degree N - 3, N - 2 and N - 1 are kept on the way.
     let s = 1.0 - t;
     let mut basis = [[0.0; N]; 3];
     let mut row = [0.0; N];
@@ -344,6 +351,7 @@ pub fn bernstein2<const N: usize>(t: f64, rate: f64) -> [[f64; N]; 3] {
     }
     for (missing, row) in basis.iter_mut().enumerate() {
         for m in N - missing..N {
+            // B'_(i,m) = m (B_(i-1,m-1) - B_(i,m-1)), times the rate of t.
             let scale = m as f64 * rate;
             for i in (1..=m).rev() {
                 row[i] = (row[i - 1] - row[i]) * scale;
@@ -354,7 +362,7 @@ pub fn bernstein2<const N: usize>(t: f64, rate: f64) -> [[f64; N]; 3] {
     basis
 }
 
-/// One degree, so that the loops unroll.
+/// Computes [`bernstein`] for one degree, so that the loops unroll.
 #[inline]
 fn bernstein_of<const P: usize>(t: f64, rate: f64, order: usize) -> BasisTable {
     let s = 1.0 - t;
@@ -376,7 +384,7 @@ fn bernstein_of<const P: usize>(t: f64, rate: f64, order: usize) -> BasisTable {
     basis
 }
 
-/// Weights of the `k`-th derivative from the Bernstein polynomials of degree `P - k`.
+/// Returns the weights of the `k`-th derivative from the Bernstein polynomials of degree `P - k`.
 #[inline]
 fn derivative_weights<const P: usize>(
     mut row: [f64; MAX_DEGREE + 1],
@@ -393,7 +401,7 @@ fn derivative_weights<const P: usize>(
     row
 }
 
-/// Faults of degree and counts.
+/// Checks degree and counts.
 fn shape_faults(degree: usize, points: usize, knots: &[f64]) -> Vec<KnotError> {
     if degree == 0 || degree > MAX_DEGREE {
         return vec![KnotError::Degree { degree }];
@@ -409,7 +417,7 @@ fn shape_faults(degree: usize, points: usize, knots: &[f64]) -> Vec<KnotError> {
     faults
 }
 
-/// Faults of single knots.
+/// Checks single knots.
 fn value_faults(knots: &[f64]) -> Vec<KnotError> {
     let mut faults: Vec<KnotError> = knots
         .iter()
@@ -426,7 +434,7 @@ fn value_faults(knots: &[f64]) -> Vec<KnotError> {
     faults
 }
 
-/// How often `value` occurs in increasing `knots`.
+/// Counts the times that `value` occurs in increasing `knots`.
 fn multiplicity(knots: &[f64], value: f64) -> usize {
     knots.partition_point(|&knot| knot <= value) - knots.partition_point(|&knot| knot < value)
 }

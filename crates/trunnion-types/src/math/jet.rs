@@ -65,6 +65,7 @@ impl Real for f64 {
     }
     #[inline]
     fn polar(self, x: Self) -> [Self; 3] {
+        // One square root and one division for sine and cosine; the angle is separate.
         let inverse = 1.0 / (x * x + self * self).sqrt();
         [self * inverse, x * inverse, Self::atan2(self, x)]
     }
@@ -222,6 +223,7 @@ impl Div for Jet {
     #[inline]
     fn div(self, other: Self) -> Self {
         let ([a, b, c, d], [e, f, g, h]) = (self.c, other.c);
+        // Coefficient k of q * other is c_k: each gives the next q_k.
         let inverse = 1.0 / e;
         let q0 = a * inverse;
         let q1 = (b - q0 * f) * inverse;
@@ -242,11 +244,12 @@ impl Real for Jet {
         self.c[0]
     }
 
-    /// From `root² = self`.
+    /// Solves `root² = self`, coefficient by coefficient.
     #[inline]
     fn sqrt(self) -> Self {
         let [a, b, c, d] = self.c;
         let r0 = a.sqrt();
+        // Coefficient k of r² is 2 r0 r_k plus the products of those between.
         let half = 0.5 / r0;
         let r1 = b * half;
         let r2 = (c - r1 * r1) * half;
@@ -260,6 +263,7 @@ impl Real for Jet {
         if a > 0.0 {
             return self.sqrt();
         }
+        // A root that rounding clamps has no derivatives, except that of a constant.
         let still = rest.iter().all(|c| c.abs() <= 0.0);
         let [b, c, d] = [if still { 0.0 } else { f64::NAN }; 3];
         Self { c: [0.0, b, c, d] }
@@ -267,6 +271,7 @@ impl Real for Jet {
 
     #[inline]
     fn atan2(self, x: Self) -> Self {
+        // The derivative is rational and has no branches; only the value needs the quadrant.
         Self::integral(self.c[0].atan2(x.c[0]), self.turning(x))
     }
 
@@ -277,7 +282,7 @@ impl Real for Jet {
         (sin, cos)
     }
 
-    /// The angle's derivative gives those of sine and cosine: no square root and division of jets.
+    /// Derives sine and cosine from the angle's derivative, without square root and division of jets.
     #[inline]
     fn polar(self, x: Self) -> [Self; 3] {
         let [sin, cos, angle] = self.c[0].polar(x.c[0]);
@@ -296,12 +301,15 @@ pub fn by_arc_length<const N: usize>(
 ) -> Option<[nalgebra::SVector<f64, N>; 3]> {
     let ([q1, q2, q3], [p1, p2, p3]) = (q, tip);
     let sigma = p1.norm();
+    // Turning about a tip at rest has no arc length.
     if sigma.is_nan() || sigma <= 0.0 {
         return None;
     }
+    // σ = |P_u| = d(arc length)/du, and its first two derivatives by u.
     let dot = p1.dot(&p2);
     let sigma1 = dot / sigma;
     let sigma2 = (p2.norm_squared() + p1.dot(&p3)) / sigma - dot * dot / sigma.powi(3);
+    // The chain rule, inverted: u' = 1/σ, u'' = -σ1/σ³, u''' = 3 σ1²/σ⁵ - σ2/σ⁴.
     let t = q1 / sigma;
     let k = q2 / sigma.powi(2) - q1 * (sigma1 / sigma.powi(3));
     let l = q3 / sigma.powi(3) - q2 * (3.0 * sigma1 / sigma.powi(4))

@@ -12,8 +12,10 @@ pub struct Quintic<const N: usize> {
 }
 
 impl<const N: usize> Quintic<N> {
-    /// Through `[q, q', q'']` at 0 and at `length`, which must not be zero.
+    /// Creates the quintic through `[q, q', q'']` at 0 and at `length`, which must not be zero.
     pub fn new(length: f64, start: [SVector<f64, N>; 3], end: [SVector<f64, N>; 3]) -> Self {
+        // In t = x / length the start gives the first three coefficients; d0, d1, d2 are what is missing at
+        // t = 1 in value, slope and second derivative, and fix the last three.
         let [c0, c1, c2] = [start[0], start[1] * length, start[2] * (0.5 * length * length)];
         let d0 = (end[0] - c0) - c1 - c2;
         let d1 = end[1] * length - c1 - c2 * 2.0;
@@ -24,9 +26,10 @@ impl<const N: usize> Quintic<N> {
         Self { length, powers: [c0, c1, c2, c3, c4, c5] }
     }
 
-    /// Value and first three derivatives at `x` from the start (Horner's scheme).
+    /// Returns value and first three derivatives at `x` from the start (Horner's scheme).
     pub fn at(&self, x: f64) -> [SVector<f64, N>; 4] {
         let t = x / self.length;
+        // Repeated Horner: d[k] becomes the k-th derivative by t over k!.
         let mut d = [SVector::zeros(); 4];
         for c in self.powers.iter().rev() {
             d[3] = d[3] * t + d[2];
@@ -38,24 +41,25 @@ impl<const N: usize> Quintic<N> {
         [d[0], d[1] * one, d[2] * (2.0 * two), d[3] * (6.0 * one * two)]
     }
 
-    /// Length of the interval.
+    /// Returns the length of the interval.
     pub fn length(&self) -> f64 {
         self.length
     }
 
-    /// Coefficients of the powers of `x / length`, lowest first.
+    /// Returns the coefficients of the powers of `x / length`, lowest first.
     pub fn powers(&self) -> &[SVector<f64, N>; 6] {
         &self.powers
     }
 
-    /// Third derivative at both ends.
+    /// Returns the third derivative at both ends.
     pub fn thirds(&self) -> [SVector<f64, N>; 2] {
         let [_, _, _, c3, c4, c5] = &self.powers;
+        // At t = 0 and t = 1: 6 c3, and 6 c3 + 24 c4 + 60 c5, by the third power of the length.
         let scale = 6.0 / self.length.powi(3);
         [c3 * scale, (c3 + c4 * 4.0 + c5 * 10.0) * scale]
     }
 
-    /// Value at `x` from the start.
+    /// Returns the value at `x` from the start.
     pub fn value(&self, x: f64) -> SVector<f64, N> {
         let t = x / self.length;
         self.powers.iter().rev().fold(SVector::zeros(), |sum, c| sum * t + c)

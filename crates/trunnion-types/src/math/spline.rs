@@ -14,11 +14,13 @@ struct End {
 }
 
 impl End {
-    /// Natural, or not-a-knot: the third derivative does not jump at the first inner knot.
+    /// Returns the end condition: natural, or not-a-knot, where the third derivative does not jump at the first
+    /// inner knot.
     fn of(end: f64, inner: f64) -> Self {
         if end > LONGEST_END * inner {
             return Self { next: 0.0, after: 0.0 };
         }
+        // (M1 - M0) / h0 = (M2 - M1) / h1, solved for M0.
         Self { next: 1.0 + end / inner, after: -end / inner }
     }
 }
@@ -26,7 +28,7 @@ impl End {
 /// Ascending coefficients of one cubic by the distance from the span's start.
 pub type CubicSpan<const N: usize> = [SVector<f64, N>; 4];
 
-/// The cubic spline with values `points` at the increasing `knots`: one cubic a span.
+/// Returns the cubic spline with values `points` at the increasing `knots`: one cubic a span.
 ///
 /// Two points give a line, three a parabola, more a C2 cubic with not-a-knot ends (natural where the
 /// end span is over twice as long as its neighbour). Takes as many spans as both inputs allow.
@@ -40,6 +42,7 @@ pub fn cubic_spline<const N: usize>(
     let bend = second_derivatives(steps, &slopes);
     (0..steps.len())
         .map(|i| {
+            // f'(0) = d - h (2 M0 + M1) / 6, f''/2 = M0 / 2, f'''/6 = (M1 - M0) / 6h.
             let [m0, m1] = [bend[i], bend[i + 1]];
             let slope = slopes[i] - (m0 * 2.0 + m1) * (steps[i] / 6.0);
             [points[i], slope, m0 / 2.0, (m1 - m0) / (6.0 * steps[i])]
@@ -47,13 +50,14 @@ pub fn cubic_spline<const N: usize>(
         .collect()
 }
 
-/// Second derivatives at all knots: continuity of the first derivative at each inner knot,
+/// Returns the second derivatives at all knots, from continuity of the first derivative at each inner knot,
 /// `h0 M0 + 2 (h0 + h1) M1 + h1 M2 = 6 (d1 - d0)`, and an [`End`] on either side.
 fn second_derivatives<const N: usize>(h: &[f64], d: &[SVector<f64, N>]) -> Vec<SVector<f64, N>> {
     let spans = h.len();
     if spans < 2 {
         return vec![SVector::zeros(); spans + 1];
     }
+    // Three points determine a parabola, whose second derivative is constant.
     if spans == 2 {
         return vec![(d[1] - d[0]) * (2.0 / (h[0] + h[1])); 3];
     }
@@ -62,6 +66,7 @@ fn second_derivatives<const N: usize>(h: &[f64], d: &[SVector<f64, N>]) -> Vec<S
     let (mut upper, mut inner) = (Vec::new(), Vec::<SVector<f64, N>>::new());
     for i in 1..spans {
         let mut row = [h[i - 1], 2.0 * (h[i - 1] + h[i]), h[i]];
+        // The unknown at an end is replaced by its combination of the next two.
         if i == 1 {
             row = [0.0, row[1] + h[0] * ends[0].next, row[2] + h[0] * ends[0].after];
         }
@@ -78,6 +83,7 @@ fn second_derivatives<const N: usize>(h: &[f64], d: &[SVector<f64, N>]) -> Vec<S
         upper.push(row[2] / pivot);
         inner.push((right - value * row[0]) / pivot);
     }
+    // Back substitution.
     for i in (1..inner.len()).rev() {
         let below = inner[i];
         inner[i - 1] -= below * upper[i - 1];

@@ -20,7 +20,7 @@ pub const TRAVEL_ROUNDING: f64 = 1e-9;
 /// Positions of `N` axes at one point of a path, with derivatives by the path parameter `s`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisNode<const N: usize = AXES> {
-    /// Path parameter; increasing along a piece \[mm, or whatever the path is given in\].
+    /// Path parameter; increasing along a piece \[mm, or the unit that the path is given in\].
     pub s: f64,
     /// `q`, `q'`, `q''`, `q'''` by `s` \[axis unit per s^k\].
     pub q: [SVector<f64, N>; 4],
@@ -62,6 +62,7 @@ impl<const N: usize> AxisPiece<N> {
         let interval = self.interval_at(s);
         let (start, quintic) = self.quintic(interval)?;
         let end = self.nodes.get(interval + 1)?;
+        // At its last node the quintic is only right to rounding: the node itself is exact.
         Some(if s < end.s { quintic.at((s - start).max(0.0)) } else { end.q })
     }
 

@@ -32,6 +32,7 @@ pub struct Diagnostic {
 impl Diagnostic {
     /// Creates a diagnostic at a byte offset of `text`.
     pub fn at(text: &str, offset: usize, message: impl Into<String>) -> Self {
+        // Bytes are cut instead of the text: slicing a string inside a character would panic.
         let before = String::from_utf8_lossy(&text.as_bytes()[..offset.min(text.len())]);
         let line = before.matches('\n').count() + 1;
         let column = before.rsplit('\n').next().map_or(0, |last| last.chars().count()) + 1;

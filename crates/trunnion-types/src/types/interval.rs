@@ -1,6 +1,6 @@
 //! Closed intervals of numbers.
 
-/// A closed interval `[low, high]`, in the unit of whatever it bounds.
+/// A closed interval `[low, high]`, in the unit of the quantity that it bounds.
 ///
 /// `low <= high` for a proper interval. An interval with `low > high` is empty; a NaN end contains nothing.
 ///

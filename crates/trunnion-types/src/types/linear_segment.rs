@@ -18,6 +18,7 @@ pub struct LinearSegment {
 pub(crate) type Advance = [f64; 4];
 
 impl LinearSegment {
+    /// Returns `c = du/ds`, the change of the acceleration along the path.
     fn slope(&self) -> f64 {
         (self.acceleration[1] - self.acceleration[0]) / self.length
     }
@@ -29,6 +30,7 @@ impl LinearSegment {
 
     /// Returns the same motion run backwards in time.
     fn reversed(&self) -> Self {
+        // Speeds keep their sign, accelerations change it.
         let [from, to] = [self.speed, self.acceleration];
         Self { length: self.length, speed: [from[1], from[0]], acceleration: [-to[1], -to[0]] }
     }
@@ -55,8 +57,10 @@ impl LinearSegment {
 
     fn time_from_slower(&self, x: f64) -> f64 {
         if self.rests(0) {
+            // s goes with t³ from rest.
             return self.time() * (x / self.length).cbrt();
         }
+        // v dv/ds = u + c s, so that v² at x is v0² + 2 u x + c x².
         let [v, u, c] = [self.speed[0], self.acceleration[0], self.slope()];
         let end = (v * v + (2.0 * u + c * x) * x).max(0.0).sqrt();
         if v + end > 0.0 { passage(x, v + end, c) } else { 0.0 }
@@ -68,6 +72,7 @@ impl LinearSegment {
             let [x, v, a, j] = self.reversed().at(self.time() - t);
             return [self.length - x, v, -a, j];
         }
+        // From rest: s = j t³ / 6 with the jerk that covers the length in this time.
         if self.rests(0) {
             let time = self.time();
             let share = if time > 0.0 { t / time } else { 0.0 };
@@ -76,6 +81,7 @@ impl LinearSegment {
             return [self.length * share.powi(3), v, a, jerk];
         }
         let [v, u, c] = [self.speed[0], self.acceleration[0], self.slope()];
+        // v = v0 cosh wt + u sinh wt / w with w² = c; s is its integral.
         let [c0, c1, c2] = stumpff(c * t * t);
         let x = t * (v * c1 + u * t * c2);
         let speed = v * c0 + u * t * c1;
@@ -88,6 +94,7 @@ impl LinearSegment {
 /// `v` is a hyperbolic or trigonometric cosine about some time, so `tanh(w T / 2) = w length / sum`
 /// with `w² = c`, and for `c < 0` the same with `tan`: `2 length / sum` times a factor near 1.
 fn passage(length: f64, sum: f64, c: f64) -> f64 {
+    // y is positive for a growing, negative for a falling acceleration; the factor is 1 at y = 0.
     let y = c * (length / sum).powi(2);
     let factor = if y.abs() < SERIES {
         // atanh(sqrt y) / sqrt y
@@ -110,6 +117,7 @@ fn stumpff(z: f64) -> [f64; 3] {
         let c1 = 1.0 + z * (1.0 / 6.0 + z * (1.0 / 120.0 + z * (1.0 / 5040.0 + z / 362_880.0)));
         return [1.0 + z * c2, c1, c2];
     }
+    // (cosh r - 1) / r² = (sinh (r/2) / (r/2))² / 2: nothing cancels.
     let r = z.abs().sqrt();
     let half = 0.5 * r;
     if z > 0.0 {

@@ -24,6 +24,7 @@ impl SchedulePiece {
         let row = interval(&self.t, t);
         let [s, start] = [*self.s.get(row)?, *self.t.get(row)?];
         let last = self.t.last().copied().unwrap_or(start);
+        // Rounding may leave the row by a little: times and positions are kept inside it.
         let dt = (t.min(last) - start).max(0.0);
         let end = self.s.get(row + 1).copied().unwrap_or(s);
         let [advance, speed, acceleration, jerk] = self.advance(row, dt)?;
@@ -41,6 +42,7 @@ impl SchedulePiece {
         if let (AccelerationProfile::Linear, Some(segment)) = (self.profile, self.segment(row)) {
             return Some(segment.at(dt));
         }
+        // Constant acceleration from row to row.
         let advance = dt * (speed + 0.5 * acceleration * dt);
         Some([advance, speed + acceleration * dt, acceleration, 0.0])
     }
@@ -61,6 +63,7 @@ impl SchedulePiece {
         };
         let Some(segment) = self.segment(row) else { return start };
         let end = self.t.get(row + 1).copied().unwrap_or(start);
+        // Rows themselves are exact.
         if s <= from {
             return start;
         }
@@ -85,6 +88,7 @@ fn constant_acceleration_time(segment: &LinearSegment, ds: f64, [start, end]: [f
     let elapsed = |ds: f64, slow: f64| {
         2.0 * ds / (slow + (slow * slow + 2.0 * acceleration.abs() * ds).sqrt())
     };
+    // Braking: the slower end is the far one, so the time that is left is subtracted from the end.
     if acceleration < 0.0 {
         (end - elapsed(segment.length - ds, segment.speed[1])).max(start)
     } else {

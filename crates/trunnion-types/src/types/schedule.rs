@@ -100,6 +100,7 @@ impl Schedule {
         }
         for (piece, (of_path, rows)) in path.pieces.iter().zip(&self.pieces).enumerate() {
             let count = rows.s.len();
+            // Every list has one entry a row, and an interval needs two rows.
             let equal = [rows.t.len(), rows.speed.len(), rows.acceleration.len()] == [count; 3];
             if of_path.nodes.len() < 2 || count < 2 || !equal {
                 return Err(ScheduleError::BadPiece { piece });

@@ -28,14 +28,14 @@ impl PoseTolerance {
 }
 
 impl From<[f64; 2]> for PoseTolerance {
-    /// From `[tip, axis]` \[mm, rad\].
+    /// Takes `[tip, axis]` \[mm, rad\].
     fn from([tip, axis]: [f64; 2]) -> Self {
         Self { tip, axis }
     }
 }
 
 impl From<PoseTolerance> for [f64; 2] {
-    /// To `[tip, axis]` \[mm, rad\].
+    /// Returns `[tip, axis]` \[mm, rad\].
     fn from(tolerance: PoseTolerance) -> Self {
         [tolerance.tip, tolerance.axis]
     }

@@ -57,6 +57,8 @@ impl Station {
     /// It is the chord of the contact track. Where the contact stands still, it is a share of the tip's
     /// chord, or of `lever` \[mm/rad\] times the turn of the axis. It is zero only if nothing moves.
     pub fn advance(&self, next: &Self, lever: f64) -> f64 {
+        // The contact track leads; where it stands still a share of the other motions keeps the parameter
+        // increasing.
         let turn = angle_between(&self.pose.axis, &next.pose.axis);
         let tip = (next.pose.tip - self.pose.tip).norm();
         (next.contact - self.contact).norm().max(PIVOT_SHARE * tip.max(lever * turn))
@@ -156,6 +158,7 @@ impl PoseCurve {
             end += pair[0].advance(&pair[1], lever);
             knots.push(end);
         }
+        // Tip, axis vector and contact are interpolated as one vector, over the same knots.
         let points: Vec<PoseCoordinates> = stations.iter().map(Station::coordinates).collect();
         let spans = cubic_spline(&knots, &points)
             .into_iter()
@@ -190,6 +193,7 @@ impl PoseCurve {
     #[inline]
     pub fn rates_in(&self, span: usize, u: f64) -> PoseRates {
         let start = self.knots.get(span).copied().unwrap_or(0.0);
+        // Rows 0 to 2 are the tip, 3 to 5 the axis vector, 6 to 8 the contact.
         let d =
             self.spans.get(span).map_or([SVector::zeros(); 4], |span| span.derivatives(u - start));
         let part = |first: usize| d.map(|row| row.fixed_rows::<3>(first).into_owned());
@@ -205,6 +209,7 @@ impl PoseCurve {
     pub fn pose_in(&self, span: usize, u: f64) -> Option<ToolPose> {
         let start = self.knots.get(span).copied().unwrap_or(0.0);
         let value = self.spans.get(span)?.value(u - start);
+        // The axis vector of a spline is not a unit vector between stations.
         let axis = UnitVector3::try_new(value.fixed_rows::<3>(3).into_owned(), f64::MIN_POSITIVE)?;
         Some(ToolPose { tip: Point3::from(value.fixed_rows::<3>(0).into_owned()), axis })
     }
@@ -236,6 +241,7 @@ impl PoseSpan {
             let [a0, a1, a2, a3] = [a0 * x + c2, a1 * x + a0, c5 * x + a1, *c5];
             [a0 * x + c1, a1 * x + a0, a2 * x + a1, a3 * x + a2]
         };
+        // Repeated Horner gives f, f', f''/2 and f'''/6.
         let third = if cubic { b2 } else { b3 * x + b2 };
         [b0 * x + c0, b1 * x + b0, (b2 * x + b1) * 2.0, third * 6.0]
     }

@@ -54,6 +54,7 @@ impl UncutRegion {
     pub fn holds(&self, uv: [f64; 2]) -> bool {
         let within =
             |range: &[[f64; 2]; 2]| (0..2).all(|k| (range[k][0]..=range[k][1]).contains(&uv[k]));
+        // Cells are searched only where the ranges of the whole region hold the point.
         within(&self.uv) && self.cells.iter().any(within)
     }
 }

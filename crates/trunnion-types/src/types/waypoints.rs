@@ -92,7 +92,7 @@ impl<const N: usize> AxisPath<N> {
     }
 }
 
-/// The node at distance `d` from the start of a span.
+/// Returns the node at distance `d` from the start of a span.
 fn node<const N: usize>(s: f64, [a, b, c, e]: &CubicSpan<N>, d: f64) -> AxisNode<N> {
     let q = [
         a + (b + (c + e * d) * d) * d,

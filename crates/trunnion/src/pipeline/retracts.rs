@@ -26,7 +26,7 @@ fn summary(job: &Job, retract: &RetractMove, schedule: &Schedule) -> RetractSumm
         _ => 0.0,
     };
     let axes = &job.kinematics.machine().axes;
-    let [before, after] = retract.rotaries;
+    let [before, after]: [[f64; 2]; 2] = [retract.before.into(), retract.after.into()];
     let mut why = Vec::new();
     for (axis, [from, to]) in
         axes.iter().skip(FIRST_ROTARY).zip([0, 1].map(|at| [before[at], after[at]]))

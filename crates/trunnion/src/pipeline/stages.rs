@@ -236,6 +236,8 @@ pub(super) fn search(
     progress: &dyn Progress,
 ) -> Result<SetupSearch, PipelineError> {
     let [grid, tolerance, alike] = SETUP_ANGLES;
+    let [most_evaluated, most_planned] = SETUP_MOST;
+    let [origin_digit, rotation_digit] = SETUP_DIGITS;
     let search = SetupOptions {
         bounds: *bounds,
         grid,
@@ -243,8 +245,10 @@ pub(super) fn search(
         alike,
         batch: SETUP_BATCH,
         within: SETUP_WITHIN,
-        most: SETUP_MOST,
-        digits: SETUP_DIGITS,
+        most_evaluated,
+        most_planned,
+        origin_digit,
+        rotation_digit,
     };
     Ok(axes::setup(&job.kinematics, path, &axes_options(job), &search, progress)?)
 }
@@ -264,10 +268,10 @@ pub(super) fn singular_gain(
     let options = AxesOptions { singular: None, ..axes_options(job) };
     let plain = axes::follow(&job.kinematics, path, &options, progress)?;
     let without = feed(job, &plain.path, progress)?;
-    let saved: f64 = passages.iter().map(|passage| passage.turn[0] - passage.turn[1]).sum();
+    let saved: f64 = passages.iter().map(|one| one.turn_before - one.turn_after).sum();
     Ok(Some(SingularSummary {
         passages: passages.len(),
-        through: passages.iter().filter(|one| one.distance[1] < one.distance[0]).count(),
+        through: passages.iter().filter(|one| one.distance_after < one.distance_before).count(),
         tilt: passages.iter().map(|one| one.tilt.to_degrees()).fold(0.0, f64::max),
         turn_saved: saved.to_degrees(),
         seconds_saved: without.schedule.duration() - plan.schedule.duration(),
@@ -278,15 +282,15 @@ fn axes_options(job: &Job) -> AxesOptions {
     let tip_tolerance = QUINTIC_SHARE * job.budget.shares.linearisation;
     let machine = job.kinematics.machine();
     let slowest = machine.axes[3].vel.min(machine.axes[4].vel);
+    let axis_tolerance = tip_tolerance / cover::lever(&job.cutter);
     AxesOptions {
-        tip_tolerance,
-        axis_tolerance: tip_tolerance / cover::lever(&job.cutter),
+        tolerance: PoseTolerance::new(tip_tolerance, axis_tolerance),
         max_rotary_step: MAX_ROTARY_STEP,
         feed_at: match job.file.cutting.reference {
             file::FeedReference::Contact => FeedPoint::Contact,
             file::FeedReference::Tip => FeedPoint::Tip,
         },
-        rotary_weights: [3, 4].map(|axis| slowest / machine.axes[axis].vel),
+        rotary_weights: [3, 4].map(|axis| slowest / machine.axes[axis].vel).into(),
         start: machine.home(),
         retract: Some(retract(job)),
         singular: singular(job),

@@ -16,8 +16,7 @@ use serde_json::json;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::ControlFlow;
 use trunnion::axes::{
-    AxesError, AxesOptions, FeedPoint, FollowedPath, RetractOptions, SingularOptions, follow,
-    origins,
+    AxesError, AxesOptions, FollowedPath, RetractOptions, SingularOptions, follow, origins,
 };
 use trunnion::feed::{FeedOptions, Limits, jerk, optimal};
 use trunnion::inverse::{Inverse, InverseError};
@@ -27,19 +26,13 @@ use trunnion::machine::{
 use trunnion::math::angle::{angle_between, wrap};
 use trunnion::math::jet::{Jet, Real};
 use trunnion::types::{
-    AxisPiece, AxisVector, Motion, PieceGeometry, Progress, Silent, Stage, ToolPath, ToolPiece,
-    ToolPose,
+    AxisPiece, AxisVector, Motion, PieceGeometry, PoseTolerance, Progress, Silent, Stage, ToolPath,
+    ToolPiece, ToolPose,
 };
 
 const OPTIONS: AxesOptions = AxesOptions {
-    tip_tolerance: 1e-3,
-    axis_tolerance: 1e-4,
     max_rotary_step: 0.2,
-    feed_at: FeedPoint::Tip,
-    rotary_weights: [1.0, 1.0],
-    start: AxisVector::new(0.0, 0.0, 0.0, 0.0, 0.0),
-    retract: None,
-    singular: None,
+    ..AxesOptions::within(PoseTolerance::new(1e-3, 1e-4), AxisVector::new(0.0, 0.0, 0.0, 0.0, 0.0))
 };
 
 /// C-A head on a gantry, pivots above the tip.
@@ -112,7 +105,7 @@ fn run(kinematics: &Kinematics, path: &ToolPath) -> FollowedPath {
     let followed = follow(kinematics, path, &OPTIONS, &Silent).unwrap();
     assert_continuous(&followed);
     let [tip, axis] = recheck(kinematics, path, &followed);
-    assert!(tip <= OPTIONS.tip_tolerance && axis <= OPTIONS.axis_tolerance, "{tip:e} {axis:e}");
+    assert!(tip <= OPTIONS.tolerance.tip && axis <= OPTIONS.tolerance.axis, "{tip:e} {axis:e}");
     followed
 }
 
@@ -292,7 +285,7 @@ fn a_turn_at_rest_is_refused_or_done_out_of_the_part() {
     assert_complete(&path, &followed);
     let [there] = &followed.retracts[..] else { panic!("{:?}", followed.retracts) };
     assert!(!there.in_cut && there.source == 1 && there.u.abs() < 1e-12, "{there:?}");
-    let [before, after] = there.rotaries;
+    let [before, after]: [[f64; 2]; 2] = [there.before.into(), there.after.into()];
     assert!(((after[0] - before[0]).abs() - 1.0).abs() < 1e-6, "{there:?}");
     assert!((after[1] - before[1]).abs() < 1e-6, "{there:?}");
     let whole = 0.8 + 1.0 + RETRACT.price;
@@ -315,7 +308,7 @@ proptest! {
             V3::new(tilt.sin() * turn.cos(), tilt.sin() * turn.sin(), tilt.cos())
         });
         let weights = [1.0, weight];
-        let options = AxesOptions { rotary_weights: weights, ..OPTIONS };
+        let options = AxesOptions { rotary_weights: weights.into(), ..OPTIONS };
         let found = follow(&machine, &fixed_cuts(&axes), &options, &Silent);
         if let Some(best) = brute_force(&machine, &axes, weights) {
             let followed = found.unwrap();
@@ -419,7 +412,7 @@ fn a_link_is_straight_at_the_tip() {
         let q = piece.axes_at(last.s * share).unwrap()[0];
         let tip = machine.forward(&q).tip;
         let wanted: Point3<f64> = from.tip + (to.tip - from.tip) * share;
-        assert!((tip - wanted).norm() < OPTIONS.tip_tolerance);
+        assert!((tip - wanted).norm() < OPTIONS.tolerance.tip);
         let rotaries = first.q[0] + (last.q[0] - first.q[0]) * share;
         assert!((q - rotaries).fixed_rows::<2>(3).amax() < 1e-12);
     }
@@ -468,9 +461,10 @@ fn what_cannot_be_run_says_where_and_why() {
     let error = follow(&machine, &ToolPath { pieces: gap }, &OPTIONS, &Silent).unwrap_err();
     assert!(matches!(error, AxesError::Gap { piece: 1, before: 0, .. }));
 
-    let options = AxesOptions { tip_tolerance: 0.0, ..OPTIONS };
+    let options =
+        AxesOptions { tolerance: PoseTolerance { tip: 0.0, ..OPTIONS.tolerance }, ..OPTIONS };
     let error = follow(&machine, &ToolPath::default(), &options, &Silent).unwrap_err();
-    assert!(matches!(error, AxesError::BadOption { option: "tip_tolerance", .. }));
+    assert!(matches!(error, AxesError::BadOption { option: "tolerance.tip", .. }));
     let empty = follow(&machine, &ToolPath::default(), &OPTIONS, &Silent).unwrap();
     assert!(empty.path.pieces.is_empty());
 }
@@ -550,7 +544,7 @@ fn where_travel_ends_in_a_cut_the_tool_retracts_and_unwinds() {
     }
     for retract in &followed.retracts {
         assert!(retract.in_cut && retract.source == 0);
-        let [before, after] = retract.rotaries;
+        let [before, after]: [[f64; 2]; 2] = [retract.before.into(), retract.after.into()];
         // Round by a turn, or half a turn to the other branch.
         let moved = [after[0] - before[0], after[1] - before[1]];
         let [turn, flip] = [[-TAU, 0.0], [-PI, -2.0 * before[1]]];
@@ -653,10 +647,9 @@ proptest! {
         let PieceGeometry::Curve(of) = &geometry else { panic!() };
         // So loose that nodes hardly stand but at the knots.
         let options = AxesOptions {
-            tip_tolerance: 1e4,
-            axis_tolerance: 0.3,
+            tolerance: PoseTolerance::new(1e4, 0.3),
             max_rotary_step: 10.0,
-            rotary_weights: [1.0, weight],
+            rotary_weights: [1.0, weight].into(),
             ..retract_options()
         };
         let path = ToolPath { pieces: vec![cut(geometry.clone())] };
@@ -665,7 +658,7 @@ proptest! {
         prop_assume!(nodes.len() < 12);
         let nodes: Vec<ToolPose> = nodes.iter().map(|node| of.pose(node.s).unwrap()).collect();
         let found = follow(&machine, &path, &options, &Silent);
-        if let Some(best) = brute_force_retracts(&machine, &nodes, options.rotary_weights, RETRACT.price_in_cut) {
+        if let Some(best) = brute_force_retracts(&machine, &nodes, options.rotary_weights.into(), RETRACT.price_in_cut) {
             let followed = found.unwrap();
             assert_complete(&path, &followed);
             prop_assert!((followed.rotary_travel - best).abs() < 1e-6,
@@ -699,7 +692,7 @@ fn an_origin_out_of_travel_is_put_right() {
     assert!(remedy.contains(&format!("{:.1}", origins.best.z)), "{remedy} {:?}", origins.best);
     runs(origins.best).unwrap();
     for axis in 0..3 {
-        let [low, high] = origins.along[axis].unwrap();
+        let [low, high] = origins.along[axis].unwrap().ends();
         assert!(low < good[axis] && good[axis] < high);
         for (end, way) in [(low, 1.0), (high, -1.0)] {
             let mut origin = good;
@@ -757,8 +750,8 @@ fn singular_directions_are_passed_through_or_farther_off() {
         let farther = 1.0 / (delta + SINGULAR.tilt).sin();
         assert!(rate < 1.02 * farther && rate > 0.95 * farther, "{rate} {farther}");
         let [passage] = &followed.passages[..] else { panic!("{:?}", followed.passages) };
-        assert!((passage.distance[0] - delta).abs() < 1e-6);
-        assert!((passage.distance[1] - delta - passage.tilt).abs() < 1e-9);
+        assert!((passage.distance_before - delta).abs() < 1e-6);
+        assert!((passage.distance_after - delta - passage.tilt).abs() < 1e-9);
         assert!(passage.tilt <= SINGULAR.tilt && passage.tilt > 0.98 * SINGULAR.tilt);
         assert!(turn > 2.5);
     }
@@ -769,11 +762,11 @@ fn singular_directions_are_passed_through_or_farther_off() {
     let (rate, turn, followed) = swing(&machine, &near, Some(SINGULAR));
     assert!(turn < 0.1 && rate < 1.0, "{turn} {rate}");
     let [passage] = &followed.passages[..] else { panic!("{:?}", followed.passages) };
-    assert!((passage.u.abs()) < 1e-3 && passage.distance[1] < 1e-12, "{passage:?}");
-    assert!(passage.turn[0] > 3.0 && passage.turn[1] < 0.1);
+    assert!((passage.u.abs()) < 1e-3 && passage.distance_after < 1e-12, "{passage:?}");
+    assert!(passage.turn_before > 3.0 && passage.turn_after < 0.1);
     // Nowhere is the tool farther from its path than it may be, and the tip not at all.
     let [tip, axis] = recheck(&machine, &near, &followed);
-    assert!(tip < OPTIONS.tip_tolerance && axis < SINGULAR.tilt + OPTIONS.axis_tolerance, "{axis}");
+    assert!(tip < OPTIONS.tolerance.tip && axis < SINGULAR.tilt + OPTIONS.tolerance.axis, "{axis}");
 }
 
 /// Each of the three knobs decides.
@@ -787,7 +780,7 @@ fn singular_knobs_are_obeyed() {
     assert_eq!(changed(SingularOptions { min_rotary: 3.13, ..SINGULAR }), 0);
     let small = SingularOptions { tilt: 5e-4, ..SINGULAR };
     let passage = swing(&machine, &near, Some(small)).2.passages[0];
-    assert!(passage.distance[1] > 1.9e-3, "away, where through would be too far: {passage:?}");
+    assert!(passage.distance_after > 1.9e-3, "away, where through would be too far: {passage:?}");
     // A cut that begins inside the cone is left alone.
     let starts = ToolPath { pieces: vec![cut(curve(knots(-0.01, 0.6, 100), arc(1.5e-3)))] };
     assert!(swing(&machine, &starts, Some(SINGULAR)).2.passages.is_empty());

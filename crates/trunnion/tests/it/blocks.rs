@@ -17,7 +17,7 @@ use trunnion::machine::Kinematics;
 use trunnion::math::angle::{angle_between, unwrap_near};
 use trunnion::toolpath::{ToolPathOptions, through};
 use trunnion::types::{
-    AxisPath, AxisVector, Block, Leg, Motion, Schedule, Silent, Station, ToolPose,
+    AxisPath, AxisVector, Block, Leg, Motion, PoseTolerance, Schedule, Silent, Station, ToolPose,
 };
 use waves::{Waves, any_waves};
 
@@ -269,14 +269,9 @@ fn blade(kinematics: &Kinematics) -> AxisPath {
     let legs = [Leg { motion: Motion::Cut, stations }];
     let path = through(&legs, &ToolPathOptions { lever: 10.0 }, &Silent).unwrap();
     let options = AxesOptions {
-        tip_tolerance: 1e-4,
-        axis_tolerance: 1e-5,
         max_rotary_step: 0.05,
         feed_at: FeedPoint::Contact,
-        rotary_weights: [1.0; 2],
-        start: AxisVector::zeros(),
-        retract: None,
-        singular: None,
+        ..AxesOptions::within(PoseTolerance::new(1e-4, 1e-5), AxisVector::zeros())
     };
     follow(kinematics, &path, &options, &Silent).unwrap().path
 }

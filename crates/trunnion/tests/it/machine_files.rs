@@ -87,9 +87,9 @@ fn the_reach_within_travel_is_what_the_forward_map_reaches() {
             let lean = angle_between(&kinematics.forward(&q).axis, &first.dir);
             walked = [f64::min(walked[0], lean), f64::max(walked[1], lean)];
         }
-        let [least, most] = machine.tilt_range();
+        let [least, most] = machine.tilt_range().ends();
         assert!((least - walked[0]).abs() < 5e-4 && (most - walked[1]).abs() < 5e-4, "{name}");
-        let [low, high] = Inverse::new(&kinematics).unwrap().reach();
+        let [low, high] = Inverse::new(&kinematics).unwrap().reach().ends();
         assert!(low <= least + 1e-7 && most <= high + 1e-7, "{name}");
     }
 }

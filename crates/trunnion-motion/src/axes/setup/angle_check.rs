@@ -1,10 +1,11 @@
 //! Distance of a path from the singular directions, for many rotations of the workpiece.
 
 use super::rotary_triangle::{AxisTrail, RotaryTriangle, RotationBall};
+use crate::axes::options::RetractOptions;
 use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, Machine};
 use crate::math::angle::angle_between;
-use crate::types::{PieceGeometry, PoseCurve, ToolPath};
+use crate::types::{Interval, PieceGeometry, PoseCurve, ToolPath};
 use nalgebra::{Rotation3, UnitVector3, Vector3};
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
@@ -18,12 +19,12 @@ pub(super) struct AngleCheck {
     /// Direction of the workpiece-side rotary, machine frame.
     pub(super) first: Vector3<f64>,
     /// Angles from it that the travel of the tool-side rotary allows \[rad\].
-    band: [f64; 2],
+    band: Interval,
     /// `true` if the tool can point along it, and against it.
     poles: [bool; 2],
     /// Rotary angles by tool direction.
     pub(super) turning: RotaryTriangle,
-    /// Whether a stretch must be run without a retract, so that the ends of travel of the rotaries say
+    /// `true` if segments must be run without a retract, so that the ends of travel of the rotaries decide
     /// which rotations fit.
     whole: bool,
 }
@@ -35,65 +36,66 @@ pub(super) struct AngleResult {
     pub(super) least: f64,
     /// Tilt of the tool needed beyond the travel of the tool-side rotary \[rad\]; 0 if
     /// it need not.
-    pub(super) leans: f64,
+    pub(super) missing_tilt: f64,
     /// Turn of a rotary needed beyond its travel along the path \[rad\]; 0 if it need not, or
     /// if that is not known.
-    pub(super) turns: f64,
+    pub(super) missing_turn: f64,
 }
 
 impl AngleResult {
     /// Returns `true` if the rotaries stay inside travel, judged by angles.
     pub(super) fn fits(&self) -> bool {
-        self.leans <= 0.0 && self.turns <= 0.0
+        self.missing_tilt <= 0.0 && self.missing_turn <= 0.0
     }
 
-    /// The better for the machine: inside travel before all, then the larger angle.
+    /// Returns `true` if this is the better for the machine: inside travel before all, then the larger angle.
     pub(super) fn before(&self, other: &Self) -> bool {
-        let [own, others] = [self, other].map(|seen| seen.leans + seen.turns);
+        let [own, others] = [self, other].map(|check| check.missing_tilt + check.missing_turn);
         own < others || (own <= others && self.least > other.least)
     }
 }
 
-/// A path as the search looks at it: some of its tool axes.
+/// Sampled tool axes of a path.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct AxisSamples {
-    /// Neighbours of both are about this far apart \[rad\].
+    /// Angle between neighbouring samples, about \[rad\].
     step: f64,
-    /// In no order, one of those nearer together.
+    /// Samples in no order; one of those nearer together than `step`.
     axes: Vec<Vector3<f64>>,
-    /// In order.
+    /// Samples in the order of the path.
     trail: AxisTrail,
 }
 
-/// The same path, coarse to fine.
+/// Samples of one path, coarse to fine.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct SampleLevels(Vec<AxisSamples>);
 
 impl SampleLevels {
-    /// From one step to another, each a quarter of the one before.
+    /// Samples a path with steps \[rad\] from `coarse` to `fine`, each a quarter of the one before.
     pub(super) fn new(path: &ToolPath, coarse: f64, fine: f64) -> Self {
-        let mut views = Vec::new();
+        let mut samples = Vec::new();
         let mut step = coarse;
         while step > fine {
-            views.push(AxisSamples::new(path, step));
+            samples.push(AxisSamples::new(path, step));
             step *= 0.25;
         }
-        views.push(AxisSamples::new(path, fine));
-        Self(views)
+        samples.push(AxisSamples::new(path, fine));
+        Self(samples)
     }
 
     /// Returns samples fine enough to distinguish rotations that differ by `radius`.
     pub(super) fn within(&self, radius: f64) -> &AxisSamples {
-        let fine = self.0.iter().find(|view| view.step <= 0.25 * radius);
+        // Sampling errs by half a step: a quarter of the radius is little beside their difference.
+        let fine = self.0.iter().find(|samples| samples.step <= 0.25 * radius);
         fine.unwrap_or_else(|| self.finest())
     }
 
-    /// The finest.
+    /// Returns the finest samples.
     pub(super) fn finest(&self) -> &AxisSamples {
         const NONE: &AxisSamples = &AxisSamples {
             step: 0.0,
             axes: Vec::new(),
-            trail: AxisTrail { step: 0.0, stretches: Vec::new() },
+            trail: AxisTrail { step: 0.0, segments: Vec::new() },
         };
         self.0.last().unwrap_or(NONE)
     }
@@ -110,66 +112,76 @@ impl AxisSamples {
 }
 
 impl AngleCheck {
-    /// `whole`: a stretch between two links is run without a retract.
-    pub(super) fn new(inverse: &Inverse, whole: bool) -> Self {
+    /// Creates the check for a machine. Without a retract each segment must be inside travel as a whole.
+    pub(super) fn new(inverse: &Inverse, retract: Option<&RetractOptions>) -> Self {
         let machine: &Machine = inverse.kinematics().machine();
         let first = machine.axes.get(FIRST_ROTARY).map_or(Vector3::z(), |axis| *axis.dir);
-        let [low, high] = inverse.reach();
+        let Interval { low, high } = inverse.reach();
         let turning = RotaryTriangle::new(inverse);
-        let whole = whole && turning.ends();
+        let whole = retract.is_none() && turning.ends();
         Self { first, band: machine.tilt_range(), poles: [low <= 0.0, high >= PI], turning, whole }
     }
 
-    /// The path, the workpiece rotated by `machine_from_workpiece`. The angles are good to 1e-8 rad,
-    /// what an arc cosine keeps next to 1.
-    pub(super) fn look(&self, view: &AxisSamples, rotation: &Rotation3<f64>) -> AngleResult {
-        let seen = self.glance(view, rotation);
-        AngleResult { turns: self.turns(view, rotation, RotationBall::POINT), ..seen }
+    /// Judges the path with the workpiece rotated by `machine_from_workpiece`. Angles are good to 1e-8 rad,
+    /// which is the accuracy of an arc cosine next to 1.
+    pub(super) fn check(&self, samples: &AxisSamples, rotation: &Rotation3<f64>) -> AngleResult {
+        let check = self.check_angles(samples, rotation);
+        AngleResult {
+            missing_turn: self.missing_turn(samples, rotation, RotationBall::POINT),
+            ..check
+        }
     }
 
-    /// The same without what the rotaries do on the way, which takes longer to see.
-    pub(super) fn glance(&self, view: &AxisSamples, rotation: &Rotation3<f64>) -> AngleResult {
+    /// Judges the path as [`Self::check`], but leaves out the rotary travel, which takes longer.
+    pub(super) fn check_angles(
+        &self,
+        samples: &AxisSamples,
+        rotation: &Rotation3<f64>,
+    ) -> AngleResult {
+        // Seen from the workpiece one direction is rotated instead of all tool axes. The cosine falls with
+        // the angle, so its range gives the farthest and the nearest tool axis.
         let first = rotation.inverse() * self.first;
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
-        for axis in &view.axes {
+        for axis in &samples.axes {
             let along = first.dot(axis);
             range = [range[0].min(along), range[1].max(along)];
         }
         let [farthest, nearest] = range.map(|along| along.clamp(-1.0, 1.0).acos());
+        // A direction parallel to the first rotary is singular only if the tool can point that way.
         let [up, down] = self.poles;
         let least = [(up, nearest), (down, PI - farthest)]
             .into_iter()
             .filter_map(|(reached, angle)| reached.then_some(angle));
-        let [low, high] = self.band;
+        let Interval { low, high } = self.band;
         AngleResult {
             least: least.fold(PI, f64::min),
-            leans: (low - nearest).max(farthest - high).max(0.0),
-            turns: 0.0,
+            missing_tilt: (low - nearest).max(farthest - high).max(0.0),
+            missing_turn: 0.0,
         }
     }
 
     /// Returns the turn that rotaries need beyond their travel along the path, for every rotation of a
     /// ball \[rad\].
-    pub(super) fn turns(
+    pub(super) fn missing_turn(
         &self,
-        view: &AxisSamples,
+        samples: &AxisSamples,
         rotation: &Rotation3<f64>,
         ball: RotationBall,
     ) -> f64 {
-        if self.whole { self.turning.beyond(&view.trail, rotation, ball) } else { 0.0 }
+        if self.whole { self.turning.beyond(&samples.trail, rotation, ball) } else { 0.0 }
     }
 }
 
-/// Tool axes of all curves, neighbours about `step` \[rad\] apart, one of those nearer together.
+/// Samples the tool axes of all curves about `step` \[rad\] apart; of those nearer together one is kept.
 fn axes(path: &ToolPath, step: f64) -> Vec<Vector3<f64>> {
-    let mut seen = BTreeSet::new();
+    let mut taken = BTreeSet::new();
     let mut axes = Vec::new();
     for piece in &path.pieces {
         let PieceGeometry::Curve(curve) = &piece.geometry else { continue };
         for axis in samples(curve, step) {
-            // + 0 turns -0 into 0.
+            // One sample for each cube of a grid; + 0 turns -0 into 0, which has other bits.
             let cell = [axis.x, axis.y, axis.z].map(|part| ((part / step).round() + 0.0).to_bits());
-            if seen.insert(cell) {
+            if taken.insert(cell) {
                 axes.push(axis.into_inner());
             }
         }
@@ -177,43 +189,45 @@ fn axes(path: &ToolPath, step: f64) -> Vec<Vector3<f64>> {
     axes
 }
 
-/// Tool axes in order, cut at links.
+/// Samples the tool axes in the order of the path, cut at links.
 fn trail(path: &ToolPath, step: f64) -> AxisTrail {
-    let mut stretches: Vec<Vec<Vector3<f64>>> = Vec::new();
+    let mut segments: Vec<Vec<Vector3<f64>>> = Vec::new();
     let mut open = false;
     for (index, piece) in path.pieces.iter().enumerate() {
         match &piece.geometry {
             PieceGeometry::Curve(curve) => {
                 if !open {
-                    stretches.push(Vec::new());
+                    segments.push(Vec::new());
                     open = true;
                 }
-                let Some(stretch) = stretches.last_mut() else { continue };
+                let Some(segment) = segments.last_mut() else { continue };
                 for axis in samples(curve, step) {
                     let near = |last: &Vector3<f64>| last.cross(&axis).norm() < 0.5 * step;
-                    if !stretch.last().is_some_and(near) {
-                        stretch.push(axis.into_inner());
+                    if !segment.last().is_some_and(near) {
+                        segment.push(axis.into_inner());
                     }
                 }
             }
             PieceGeometry::Reorient { from, to } => {
                 if !open {
-                    stretches.push(vec![from.axis.into_inner()]);
+                    segments.push(vec![from.axis.into_inner()]);
                 }
                 open = false;
                 if index + 1 == path.pieces.len() {
-                    stretches.push(vec![to.axis.into_inner()]);
+                    segments.push(vec![to.axis.into_inner()]);
                 }
             }
         }
     }
-    AxisTrail { step, stretches }
+    AxisTrail { step, segments }
 }
 
+/// Samples the tool axis on each span of a curve, ends included.
 fn samples(curve: &PoseCurve, step: f64) -> impl Iterator<Item = UnitVector3<f64>> + use<'_> {
     curve.knots.windows(2).enumerate().flat_map(move |(span, pair)| {
         let [from, to] = [pair[0], pair[1]];
         let axis = move |u: f64| curve.rates_in(span, u).pose().map(|pose| pose.axis);
+        // The turn over both halves: an axis that returns to its start still counts.
         let turn = match (axis(from), axis(0.5 * (from + to)), axis(to)) {
             (Some(a), Some(b), Some(c)) => angle_between(&a, &b) + angle_between(&b, &c),
             _ => 0.0,

@@ -10,19 +10,20 @@ use crate::axes::follow::follow;
 use crate::axes::options::AxesOptions;
 use crate::axes::origins::{self, OriginFit};
 use crate::axes::result::FollowedPath;
-use crate::machine::{FIRST_ROTARY, Kinematics, Machine, SECOND_ROTARY, Setup};
+use crate::machine::{FIRST_ROTARY, Kinematics, Machine, RotaryPair, SECOND_ROTARY, Setup};
 use crate::types::{Cancelled, ToolPath};
 
+/// Everything that a setup search works with.
 pub(super) struct SetupTask<'a> {
     pub(super) kinematics: &'a Kinematics,
-    /// The machine without ends of its linear axes.
+    /// The machine without ends of travel of its linear axes.
     pub(super) endless: Machine,
     pub(super) path: &'a ToolPath,
     pub(super) options: &'a AxesOptions,
     pub(super) search: &'a SetupOptions,
-    pub(super) sight: AngleCheck,
+    pub(super) angles: AngleCheck,
     /// Tool axes of the path.
-    pub(super) views: SampleLevels,
+    pub(super) samples: SampleLevels,
     pub(super) progress: SearchProgress<'a>,
 }
 
@@ -36,7 +37,7 @@ pub(super) struct PlannedSetups {
 }
 
 impl PlannedSetups {
-    /// The largest least angle \[rad\].
+    /// Returns the largest least angle \[rad\].
     pub(super) fn least(&self) -> Option<f64> {
         self.fitting.iter().map(|one| one.least).reduce(f64::max)
     }
@@ -47,6 +48,7 @@ impl PlannedSetups {
 }
 
 impl SetupTask<'_> {
+    /// Follows the path on given kinematics; only a cancelled run is an error.
     pub(super) fn followed(
         &self,
         on: &Kinematics,
@@ -58,29 +60,32 @@ impl SetupTask<'_> {
         }
     }
 
-    /// The rotation as it would be written, and what the axes do with it.
-    pub(super) fn evaluate(&self, lean: &WorkpieceTilt) -> Result<EvaluatedSetup, Cancelled> {
-        let [_, digit] = self.search.digits;
-        let (x, y, z) = lean.rotation().euler_angles();
+    /// Rounds a rotation as it would be written, and plans the axes with it.
+    pub(super) fn evaluate(&self, workpiece: &WorkpieceTilt) -> Result<EvaluatedSetup, Cancelled> {
+        let digit = self.search.rotation_digit;
+        let (x, y, z) = workpiece.rotation().euler_angles();
+        // Rounded before it is judged, so that the setup that is written is the one that was planned.
         let angles = [x, y, z].map(|angle| rounded(angle.to_degrees(), digit).to_radians());
         let before = self.kinematics.setup();
         let mut setup = Setup::new(before.origin, angles, before.tool_length);
-        let seen = self.sight.glance(self.views.finest(), &setup.rotation);
-        let verdict = if seen.leans > 0.0 {
-            SetupVerdict::BeyondTilt(seen.leans)
+        let check = self.angles.check_angles(self.samples.finest(), &setup.rotation);
+        let verdict = if check.missing_tilt > 0.0 {
+            SetupVerdict::BeyondTilt(check.missing_tilt)
         } else {
             self.verdict(&mut setup)?
         };
         Ok(EvaluatedSetup {
             setup,
             angles,
-            lean: WorkpieceTilt::of(&setup.rotation),
-            least: seen.least,
+            workpiece: WorkpieceTilt::of(&setup.rotation),
+            least: check.least,
             verdict,
         })
     }
 
+    /// Plans the axes of a setup, and moves its origin where linear travel is too short.
     fn verdict(&self, setup: &mut Setup) -> Result<SetupVerdict, Cancelled> {
+        // The linear axes are affine in the origin: one plan without their ends decides for all origins.
         let free = Kinematics::new(&self.endless, setup);
         let followed = match follow(&free, self.path, self.options, &self.progress) {
             Ok(followed) => followed,
@@ -90,7 +95,7 @@ impl SetupTask<'_> {
         let real = Kinematics::new(self.kinematics.machine(), setup);
         Ok(match origins::place(&real, &followed) {
             Some(OriginFit::Fits(origin)) => {
-                let [digit, _] = self.search.digits;
+                let digit = self.search.origin_digit;
                 if origin != setup.origin {
                     setup.origin = origin.map(|value| rounded(value, digit));
                 }
@@ -102,6 +107,7 @@ impl SetupTask<'_> {
     }
 }
 
+/// Sums up the rotary travel of an axis path.
 fn travelled(followed: &FollowedPath) -> PathTravel {
     let mut rotary = [0.0; 2];
     for pair in followed.path.pieces.iter().flat_map(|piece| piece.nodes.windows(2)) {
@@ -109,10 +115,12 @@ fn travelled(followed: &FollowedPath) -> PathTravel {
         rotary[0] += moved[FIRST_ROTARY].abs();
         rotary[1] += moved[SECOND_ROTARY].abs();
     }
+    let rotary = RotaryPair::from(rotary);
     let (weighted, retracts) = (followed.rotary_travel, followed.retracts.len());
     PathTravel { rotary, weighted, retracts }
 }
 
+/// Rounds to a multiple of `digit`.
 fn rounded(value: f64, digit: f64) -> f64 {
     // + 0 turns -0 into 0.
     (value / digit).round() * digit + 0.0

@@ -1,4 +1,4 @@
-//! Good rotations fast: the best of a grid, and the best near them.
+//! Local search: the best rotations of a grid, and the best near them.
 
 use super::angle_check::AngleResult;
 use super::evaluation::{PlannedSetups, SetupTask};
@@ -8,17 +8,17 @@ use crate::types::Cancelled;
 use nalgebra::Rotation3;
 use rayon::prelude::*;
 
-/// Rotations of a level that are improved.
+/// Rotations of the grid that are improved.
 const SEEDS: usize = 64;
 
 /// Halvings of the distance from a rotation that fits towards a better one that does not.
 const HALVINGS: u32 = 4;
 
-/// A rotation and how it shows the path.
+/// A rotation, judged by its angles.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SetupCandidate {
-    pub(super) lean: WorkpieceTilt,
-    pub(super) seen: AngleResult,
+    pub(super) workpiece: WorkpieceTilt,
+    pub(super) check: AngleResult,
 }
 
 /// A rotation, and the best near it.
@@ -29,13 +29,14 @@ pub(super) struct ImprovedCandidate {
 }
 
 impl SetupTask<'_> {
-    pub(super) fn grid(&self, leans: Vec<WorkpieceTilt>) -> Vec<SetupCandidate> {
-        let view = self.views.within(self.search.grid);
-        let look = |lean: WorkpieceTilt| SetupCandidate {
-            lean,
-            seen: self.sight.look(view, &lean.rotation()),
+    /// Judges the rotations of the grid by their angles.
+    pub(super) fn grid(&self, workpieces: Vec<WorkpieceTilt>) -> Vec<SetupCandidate> {
+        let samples = self.samples.within(self.search.grid);
+        let judge = |workpiece: WorkpieceTilt| SetupCandidate {
+            workpiece,
+            check: self.angles.check(samples, &workpiece.rotation()),
         };
-        leans.into_par_iter().map(look).collect()
+        workpieces.into_par_iter().map(judge).collect()
     }
 
     /// Plans the best of the grid; `inside` has the best first.
@@ -44,17 +45,18 @@ impl SetupTask<'_> {
         inside: &[SetupCandidate],
         planned: &mut PlannedSetups,
     ) -> Result<(), Cancelled> {
-        // A rotation of the grid is no farther than a step from the best near it.
-        let floor = inside.first().map_or(0.0, |best| best.seen.least - self.search.grid);
-        let (level, _) = inside.split_at(inside.partition_point(|one| one.seen.least >= floor));
+        // Turning the workpiece by an angle changes the least angle by that much at most: what is more than
+        // a grid step below the best cannot have a better rotation near it.
+        let floor = inside.first().map_or(0.0, |best| best.check.least - self.search.grid);
+        let (level, _) = inside.split_at(inside.partition_point(|one| one.check.least >= floor));
         let seeds = spread(level, SEEDS);
         let mut climbed: Vec<ImprovedCandidate> =
             seeds.par_iter().map(|from| self.climb(from)).collect();
-        climbed.sort_by(|a, b| b.best.seen.least.total_cmp(&a.best.seen.least));
-        let top = climbed.first().map_or(0.0, |one| one.best.seen.least);
-        let alike = climbed.partition_point(|one| one.best.seen.least >= top - self.search.alike);
+        climbed.sort_by(|a, b| b.best.check.least.total_cmp(&a.best.check.least));
+        let top = climbed.first().map_or(0.0, |one| one.best.check.least);
+        let alike = climbed.partition_point(|one| one.best.check.least >= top - self.search.alike);
         let (top, below) = climbed.split_at(alike);
-        // Those below add variety.
+        // The axes may not fit the best: others, far apart from each other, are planned as well.
         let mut tried = spread(top, self.search.batch);
         tried.extend(spread(below, self.search.batch));
         let all: Result<Vec<Vec<EvaluatedSetup>>, Cancelled> =
@@ -63,13 +65,13 @@ impl SetupTask<'_> {
         Ok(())
     }
 
-    /// The best rotation near one; where only that one fits, some way between. All that was planned,
-    /// what fits last.
+    /// Plans the best rotation near one; if only the one itself fits, rotations between both by bisection.
+    /// Returns all that was planned, what fits last.
     pub(super) fn improve(
         &self,
         climbed: &ImprovedCandidate,
     ) -> Result<Vec<EvaluatedSetup>, Cancelled> {
-        let (from, to) = (climbed.from.lean, climbed.best.lean);
+        let (from, to) = (climbed.from.workpiece, climbed.best.workpiece);
         let best = self.evaluate(&to)?;
         if best.verdict.fits().is_some() || from == to {
             return Ok(vec![best]);
@@ -78,6 +80,7 @@ impl SetupTask<'_> {
         if found.verdict.fits().is_none() {
             return Ok(vec![best, found]);
         }
+        // `low` fits and `high` does not: the least angle grows from one to the other.
         let [mut low, mut high] = [0.0, 1.0];
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
@@ -91,8 +94,8 @@ impl SetupTask<'_> {
         Ok(vec![best, found])
     }
 
-    /// If better rotations do not fit, the best that fits lies at the edge of travel: searches from there
-    /// to the best that fits near it, ever closer.
+    /// Searches from the best rotation that fits for better ones near it that fit as well, in ever smaller
+    /// steps. Where better rotations do not fit, the best lies at the edge of travel.
     pub(super) fn polish(&self, planned: &mut PlannedSetups) -> Result<(), Cancelled> {
         let by_least = |a: &&EvaluatedSetup, b: &&EvaluatedSetup| a.least.total_cmp(&b.least);
         let Some(mut best) = planned.fitting.iter().max_by(by_least).cloned() else {
@@ -104,14 +107,15 @@ impl SetupTask<'_> {
         }
         let mut width = self.search.grid;
         while width > self.search.tolerance {
-            let promising = |lean: &WorkpieceTilt| {
-                let seen = self.sight.look(self.views.finest(), &lean.rotation());
-                seen.fits() && seen.least > best.least + self.search.tolerance
+            // Planning the axes takes long: only rotations that are better by their angles are planned.
+            let promising = |workpiece: &WorkpieceTilt| {
+                let check = self.angles.check(self.samples.finest(), &workpiece.rotation());
+                check.fits() && check.least > best.least + self.search.tolerance
             };
             let near: Vec<WorkpieceTilt> =
-                self.search.bounds.around(&best.lean, width).filter(promising).collect();
+                self.search.bounds.around(&best.workpiece, width).filter(promising).collect();
             let judged: Result<Vec<EvaluatedSetup>, Cancelled> =
-                near.par_iter().map(|lean| self.evaluate(lean)).collect();
+                near.par_iter().map(|workpiece| self.evaluate(workpiece)).collect();
             let fits =
                 |one: &EvaluatedSetup| one.verdict.fits().is_some() && one.least > best.least;
             let found = judged?.into_iter().filter(fits).max_by(|a, b| a.least.total_cmp(&b.least));
@@ -124,39 +128,40 @@ impl SetupTask<'_> {
         Ok(())
     }
 
-    /// The best rotation near one: the best of those around, ever closer.
+    /// Finds the best rotation near one, by angles: the best of a small grid around it, which shrinks.
     pub(super) fn climb(&self, from: &SetupCandidate) -> ImprovedCandidate {
-        let finest = self.views.finest();
-        let from = SetupCandidate { seen: self.sight.look(finest, &from.lean.rotation()), ..*from };
+        let finest = self.samples.finest();
+        let check = self.angles.check(finest, &from.workpiece.rotation());
+        let from = SetupCandidate { check, ..*from };
         let mut best = from;
         let mut width = self.search.grid;
         while width > self.search.tolerance {
-            let view = self.views.within(width);
-            best.seen = self.sight.look(view, &best.lean.rotation());
-            for lean in self.search.bounds.around(&best.lean, width) {
-                let rotation = lean.rotation();
-                let glance = self.sight.glance(view, &rotation);
-                // What the rotaries do makes nothing better.
-                if !glance.before(&best.seen) {
+            let samples = self.samples.within(width);
+            best.check = self.angles.check(samples, &best.workpiece.rotation());
+            for workpiece in self.search.bounds.around(&best.workpiece, width) {
+                let rotation = workpiece.rotation();
+                let angles = self.angles.check_angles(samples, &rotation);
+                // Rotary travel can only make a rotation worse: what loses without it loses with it.
+                if !angles.before(&best.check) {
                     continue;
                 }
-                let seen = self.sight.look(view, &rotation);
-                if seen.before(&best.seen) {
-                    best = SetupCandidate { lean, seen };
+                let check = self.angles.check(samples, &rotation);
+                if check.before(&best.check) {
+                    best = SetupCandidate { workpiece, check };
                 }
             }
             width *= 0.5;
         }
-        best.seen = self.sight.look(finest, &best.lean.rotation());
+        best.check = self.angles.check(finest, &best.workpiece.rotation());
         // Whole degrees are easier to clamp.
-        let lean = best.lean.whole_degrees();
-        let seen = self.sight.look(finest, &lean.rotation());
-        let as_good = seen.fits() && seen.least >= best.seen.least - self.search.tolerance;
-        if as_good && self.search.bounds.holds(&lean) {
-            best = SetupCandidate { lean, seen };
+        let workpiece = best.workpiece.whole_degrees();
+        let check = self.angles.check(finest, &workpiece.rotation());
+        let as_good = check.fits() && check.least >= best.check.least - self.search.tolerance;
+        if as_good && self.search.bounds.holds(&workpiece) {
+            best = SetupCandidate { workpiece, check };
         }
-        // The path in more detail may show the start as the better.
-        if from.seen.before(&best.seen) && !as_good {
+        // Coarse samples chose the way: on the finest ones the start may be the better.
+        if from.check.before(&best.check) && !as_good {
             best = from;
         }
         ImprovedCandidate { from, best }
@@ -170,18 +175,19 @@ pub(super) trait HasRotation: Copy + Sync {
 
 impl HasRotation for SetupCandidate {
     fn rotation(&self) -> Rotation3<f64> {
-        self.lean.rotation()
+        self.workpiece.rotation()
     }
 }
 
 impl HasRotation for ImprovedCandidate {
     fn rotation(&self) -> Rotation3<f64> {
-        self.best.lean.rotation()
+        self.best.workpiece.rotation()
     }
 }
 
-/// The first, and of the others those farthest from all taken before.
+/// Picks up to `count` rotations: the first, and then always the one farthest from all picked before.
 pub(super) fn spread<T: HasRotation>(all: &[T], count: usize) -> Vec<T> {
+    // Angle of each rotation to the nearest one picked (farthest-point sampling).
     let mut far = vec![f64::INFINITY; all.len()];
     let rotations: Vec<Rotation3<f64>> = all.iter().map(HasRotation::rotation).collect();
     let mut taken = Vec::new();
@@ -199,7 +205,7 @@ pub(super) fn spread<T: HasRotation>(all: &[T], count: usize) -> Vec<T> {
     taken
 }
 
-/// The first of those farthest off, if it is off at all.
+/// Returns the first of those farthest off, if it is farther than rounding.
 fn farthest(far: &[f64]) -> Option<usize> {
     let mut best: Option<(usize, f64)> = None;
     for (index, &far) in far.iter().enumerate() {

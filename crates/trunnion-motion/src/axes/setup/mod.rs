@@ -1,9 +1,9 @@
 //! The setup search: a rotation of the workpiece that keeps a path far from the singular directions
 //! and inside travel.
 //!
-//! `sight` looks at a rotation by angles alone, `turning` knows the ends of travel of the rotaries;
-//! `evaluate` plans the axes. `climb` finds good rotations fast; `proof` halves boxes of rotations (`cell`)
-//! until none is left that could hold a better one.
+//! `angle_check` judges a rotation by angles alone and `rotary_triangle` by the ends of travel of the
+//! rotaries; `evaluation` plans the axes. `local_search` finds good rotations fast; `optimality_proof`
+//! halves boxes of rotations (`rotation_cell`) until none is left that could hold a better one.
 
 mod angle_check;
 mod evaluation;

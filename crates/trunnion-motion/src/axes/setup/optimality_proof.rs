@@ -1,4 +1,4 @@
-//! Boxes of rotations, halved until none is left that could hold a better one.
+//! Branch and bound: boxes of rotations are halved until none is left that could hold a better one.
 
 use super::evaluation::{PlannedSetups, SetupTask};
 use super::local_search::SetupCandidate;
@@ -26,11 +26,19 @@ const ROUNDING: f64 = 1e-7;
 #[derive(Debug, Clone, Copy)]
 struct OpenCell {
     cell: RotationCell,
-    /// Its rotations differ by this from the centre, and the workpiece-side rotary seen from the
-    /// workpiece by so much.
+    /// Ball of rotations about its centre that contains it.
     ball: RotationBall,
-    /// No rotation of the cell has a larger least angle.
+    /// Upper bound on the least angle of all its rotations \[rad\].
     bound: f64,
+}
+
+/// Effort spent on the axes at the centre of a cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum PlanEffort {
+    /// Searches the best rotation near the centre first.
+    BestNearby,
+    /// Plans the centre alone.
+    CentreOnly,
 }
 
 /// Result of halving a cell.
@@ -42,7 +50,7 @@ struct HalvedCell {
     floor: f64,
     /// Radius, if the centre was planned in vain and nothing more is known of the cell.
     except: f64,
-    looked: usize,
+    evaluated: usize,
 }
 
 /// Lever arms, which bound how far a change of rotation moves the linear axes \[mm\].
@@ -56,6 +64,7 @@ struct TravelLevers {
     path: f64,
 }
 
+/// Branch and bound over the rotations within the search bounds.
 pub(super) struct OptimalityProof<'a> {
     task: &'a SetupTask<'a>,
     levers: TravelLevers,
@@ -65,23 +74,25 @@ pub(super) struct OptimalityProof<'a> {
 
 impl<'a> OptimalityProof<'a> {
     pub(super) fn new(task: &'a SetupTask<'a>) -> Self {
-        let sum = SearchAssurance { bound: None, except: 0.0, looked: 0, planned: 0 };
+        let sum = SearchAssurance { bound: None, except: 0.0, evaluated: 0, planned: 0 };
         Self { task, levers: TravelLevers::of(task), queue: CellQueue::default(), sum }
     }
 
+    /// Halves cells until none can be better by enough, or the effort allowed is spent.
     pub(super) fn run(mut self, planned: &mut PlannedSetups) -> Result<SearchAssurance, Cancelled> {
         let search = self.task.search;
         let mut best = planned.least();
         self.queue.by_bound = best.is_some();
         let mut floor: f64 = 0.0;
         let mut whole = HalvedCell::default();
-        self.look(RotationCell::whole(&search.bounds), (PI, f64::NEG_INFINITY), &mut whole);
+        self.bound_cell(RotationCell::whole(&search.bounds), PI, f64::NEG_INFINITY, &mut whole);
         self.queue.add(whole.open);
         let progress: &dyn Progress = &self.task.progress;
         loop {
             progress.step(Stage::Axes, 0, 0)?;
-            let [looks, plans] = search.most;
-            if self.sum.looked >= looks || self.sum.planned >= plans {
+            let spent = self.sum.evaluated >= search.most_evaluated
+                || self.sum.planned >= search.most_planned;
+            if spent {
                 break;
             }
             let batch = self.queue.take(self.target(best));
@@ -91,10 +102,15 @@ impl<'a> OptimalityProof<'a> {
             let halved: Result<Vec<HalvedCell>, Cancelled> = batch
                 .par_iter()
                 .enumerate()
-                .map(|(place, open)| self.halve(open, best, place == 0))
+                .map(|(place, open)| {
+                    let first = place == 0;
+                    let effort =
+                        if first { PlanEffort::BestNearby } else { PlanEffort::CentreOnly };
+                    self.halve(open, best, effort)
+                })
                 .collect();
             for one in halved? {
-                self.sum.looked += one.looked;
+                self.sum.evaluated += one.evaluated;
                 self.sum.planned += one.planned.len();
                 self.sum.except = self.sum.except.max(one.except);
                 floor = floor.max(one.floor);
@@ -106,6 +122,8 @@ impl<'a> OptimalityProof<'a> {
                 self.queue.sort_by_bound();
             }
         }
+        // Open cells, and cells that were dropped because they cannot be better by enough, bound what no
+        // rotation exceeds.
         let open = self.queue.bound();
         self.sum.bound = match best {
             Some(best) => Some(open.unwrap_or(0.0).max(floor).max(best)),
@@ -119,40 +137,45 @@ impl<'a> OptimalityProof<'a> {
         best.map_or(f64::NEG_INFINITY, |best| best + self.task.search.within)
     }
 
-    /// A cell that may hold a better rotation than `target`, or its bound.
-    fn look(&self, cell: RotationCell, (above, target): (f64, f64), into: &mut HalvedCell) {
-        let SetupTask { sight, views, .. } = self.task;
-        into.looked += 1;
+    /// Bounds a cell, and keeps it in `into` if it may hold a rotation better than `target` \[rad\]. `above`
+    /// is the bound of the cell that it is a part of.
+    fn bound_cell(&self, cell: RotationCell, above: f64, target: f64, into: &mut HalvedCell) {
+        let SetupTask { angles, samples, .. } = self.task;
+        into.evaluated += 1;
         let radius = cell.radius();
-        let drift = cell.moves(&sight.first).iter().sum::<f64>().min(radius);
+        // Along the cell the first rotary's direction, seen from the workpiece, moves by this at most; a
+        // turn by the radius moves no direction farther than that.
+        let drift = cell.moves(&angles.first).iter().sum::<f64>().min(radius);
         let rotation = cell.centre.rotation();
-        let seen = sight.glance(views.within(drift), &rotation);
-        if seen.leans > drift + ROUNDING {
+        let check = angles.check_angles(samples.within(drift), &rotation);
+        // Needs more tilt at the centre than the cell can save: none of its rotations fits.
+        if check.missing_tilt > drift + ROUNDING {
             return;
         }
         // Within the cell the least angle grows by at most the drift.
-        let bound = above.min(seen.least + drift + ROUNDING);
+        let bound = above.min(check.least + drift + ROUNDING);
         if bound <= target {
             into.floor = into.floor.max(bound);
             return;
         }
         let ball = RotationBall { radius, drift };
-        let view = views.within(radius);
-        if sight.turns(view, &rotation, ball) > 0.0 {
+        let samples = samples.within(radius);
+        if angles.missing_turn(samples, &rotation, ball) > 0.0 {
             return;
         }
         into.open.push(OpenCell { cell, ball, bound });
     }
 
+    /// Plans the centre of a cell where that may pay, and bounds its halves.
     fn halve(
         &self,
         open: &OpenCell,
         best: Option<f64>,
-        first: bool,
+        effort: PlanEffort,
     ) -> Result<HalvedCell, Cancelled> {
         let search = self.task.search;
         let mut halved = HalvedCell::default();
-        let fine = self.task.sight.look(self.task.views.finest(), &open.cell.centre.rotation());
+        let fine = self.task.angles.check(self.task.samples.finest(), &open.cell.centre.rotation());
         let bound = open.bound.min(fine.least + open.ball.drift + ROUNDING);
         let target = self.target(best);
         if bound <= target {
@@ -163,7 +186,7 @@ impl<'a> OptimalityProof<'a> {
         let mut in_vain = false;
         if better && fine.fits() {
             halved.planned =
-                self.plan(&SetupCandidate { lean: open.cell.centre, seen: fine }, first)?;
+                self.plan(&SetupCandidate { workpiece: open.cell.centre, check: fine }, effort)?;
             let last = halved.planned.last();
             in_vain = last.is_some_and(|one| one.verdict.fits().is_none());
             if last.is_some_and(|one| self.too_short(open, &one.verdict)) {
@@ -171,27 +194,32 @@ impl<'a> OptimalityProof<'a> {
             }
         }
         // With an endless workpiece-side rotary, only its direction matters.
+        // Otherwise a cell is worth halving as long as any turn of the workpiece in it is large.
         let by_direction =
-            !in_vain && (fine.turns <= 0.0 || self.task.sight.turning.endless_first());
+            !in_vain && (fine.missing_turn <= 0.0 || self.task.angles.turning.endless_first());
         let size = if by_direction { open.ball.drift } else { open.ball.radius };
+        // Too small to matter: its centre does not fit, and nothing is known of what is near it.
         if (in_vain || !fine.fits()) && size <= SMALLEST * search.within {
             halved.except = size;
             return Ok(halved);
         }
         let does =
-            if by_direction { open.cell.moves(&self.task.sight.first) } else { open.cell.turns() };
+            if by_direction { open.cell.moves(&self.task.angles.first) } else { open.cell.turns() };
         for half in open.cell.halves(does) {
-            self.look(half, (bound, target), &mut halved);
+            self.bound_cell(half, bound, target, &mut halved);
         }
         Ok(halved)
     }
 
     /// Plans the centre of a cell, or the best near it; the last one planned represents the cell.
-    fn plan(&self, centre: &SetupCandidate, first: bool) -> Result<Vec<EvaluatedSetup>, Cancelled> {
-        if first {
-            self.task.improve(&self.task.climb(centre))
-        } else {
-            Ok(vec![self.task.evaluate(&centre.lean)?])
+    fn plan(
+        &self,
+        centre: &SetupCandidate,
+        effort: PlanEffort,
+    ) -> Result<Vec<EvaluatedSetup>, Cancelled> {
+        match effort {
+            PlanEffort::BestNearby => self.task.improve(&self.task.climb(centre)),
+            PlanEffort::CentreOnly => Ok(vec![self.task.evaluate(&centre.workpiece)?]),
         }
     }
 
@@ -201,8 +229,11 @@ impl<'a> OptimalityProof<'a> {
         let SetupVerdict::Short { by, .. } = verdict else { return false };
         let RotationBall { radius, .. } = open.ball;
         let rotation = open.cell.centre.rotation();
-        let trail = self.task.views.within(radius).trail();
-        let slack = self.task.sight.turning.slack(trail, &rotation, open.ball);
+        let trail = self.task.samples.within(radius).trail();
+        let slack = self.task.angles.turning.slack(trail, &rotation, open.ball);
+        // A rotary that moves by δ moves the tip by no more than its lever times δ, and a turn of the
+        // workpiece by r by no more than r times the path's distance from the origin. The slides follow
+        // by `stiffness` times that: less than what is missing leaves it missing.
         let TravelLevers { stiffness, rotaries, path } = self.levers;
         slack.is_some_and(|[first, second]| {
             *by > stiffness * (first * rotaries[0] + second * rotaries[1] + radius * path)
@@ -211,6 +242,7 @@ impl<'a> OptimalityProof<'a> {
 }
 
 impl TravelLevers {
+    /// Measures the levers of a machine and a path.
     fn of(task: &SetupTask<'_>) -> Self {
         let machine = task.kinematics.machine();
         let setup = task.kinematics.setup();
@@ -222,6 +254,8 @@ impl TravelLevers {
         let tip = machine.gauge - machine.tool_axis.scale(setup.tool_length);
         let [first, second] = [axes[FIRST_ROTARY].point, axes[SECOND_ROTARY].point];
         let between = (first - second).norm();
+        // The tip is off its position at zero by all linear travel at most, and a rotary line that turns
+        // about the other one by twice their distance.
         let far = |point: Point3<f64>| (tip - point).norm() + slides + 2.0 * between;
         let tips = task.path.pieces.iter().flat_map(|piece| match &piece.geometry {
             PieceGeometry::Curve(curve) => {
@@ -234,7 +268,7 @@ impl TravelLevers {
     }
 }
 
-/// Largest move of a linear axis that moves the tip by one, over positions of the rotaries.
+/// Returns the largest move of a linear axis that moves the tip by one, over positions of the rotaries.
 fn stiffness(kinematics: &Kinematics) -> f64 {
     const EACH: u32 = 8;
     let mut most: f64 = 0.0;

@@ -3,17 +3,18 @@
 use super::workpiece_tilt::WorkpieceTilt;
 use crate::axes::error::AxesError;
 use crate::axes::result::FollowedPath;
-use crate::machine::Setup;
+use crate::machine::{RotaryPair, Setup};
 
-/// A setup and what came of it.
+/// A setup and its evaluation.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct EvaluatedSetup {
     /// The setup. Its origin is the one asked for, unless the path only fits with another.
     pub setup: Setup,
     /// Its rotation about the fixed x, then y, then z \[rad\].
     pub angles: [f64; 3],
     /// The same as it is clamped.
-    pub lean: WorkpieceTilt,
+    pub workpiece: WorkpieceTilt,
     /// Least angle between tool axis and singular directions \[rad\].
     pub least: f64,
     /// Verdict on the axes.
@@ -29,9 +30,9 @@ pub enum SetupVerdict {
     BeyondTilt(f64),
     /// Linear travel is too short, wherever the origin is.
     Short {
-        /// By so much \[mm\].
+        /// Missing travel \[mm\].
         by: f64,
-        /// These axes.
+        /// Names of the axes that are too short.
         axes: Vec<String>,
     },
     /// There is no axis path.
@@ -40,9 +41,10 @@ pub enum SetupVerdict {
 
 /// Rotary travel of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct PathTravel {
-    /// Of each rotary, workpiece side first \[rad\].
-    pub rotary: [f64; 2],
+    /// Travel of each rotary \[rad\].
+    pub rotary: RotaryPair,
     /// Weighted, with the prices of retracts \[rad\].
     pub weighted: f64,
     /// Retracts to unwind.
@@ -51,6 +53,7 @@ pub struct PathTravel {
 
 /// Result of a setup search.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct SetupSearch {
     /// The setup of the job.
     pub before: EvaluatedSetup,
@@ -61,7 +64,7 @@ pub struct SetupSearch {
     /// Others that were planned, best first.
     pub others: Vec<EvaluatedSetup>,
     /// Rotations evaluated on the grid.
-    pub looked: usize,
+    pub evaluated: usize,
     /// Of these, how many need the tool-side rotary beyond its travel.
     pub beyond_tilt: usize,
     /// Bound on all other rotations.
@@ -74,25 +77,26 @@ pub struct SetupSearch {
 /// that angle at most, and bounds how far the rotaries move; so one rotation bounds all near it. The
 /// bounds are halved until no part of them can hold a better rotation.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct SearchAssurance {
-    /// The least angle of none that fits is larger \[rad\]; `None`: none fits.
+    /// Upper bound on the least angle of every rotation that fits \[rad\]; `None`: none fits.
     pub bound: Option<f64>,
-    /// This does not hold for rotations nearer than this \[rad\] to one that was planned in vain for
-    /// another reason than the ends of travel of the rotaries.
+    /// Radius \[rad\] of the exceptions: the bound does not cover rotations this near to one that did not fit
+    /// for another reason than the ends of travel of the rotaries.
     pub except: f64,
     /// Rotations that were evaluated.
-    pub looked: usize,
+    pub evaluated: usize,
     /// Rotations whose axes were planned.
     pub planned: usize,
 }
 
 impl SetupVerdict {
-    /// The travel, if the path fits.
+    /// Returns the travel, if the path fits.
     pub fn fits(&self) -> Option<&PathTravel> {
         if let Self::Fits(travelled) = self { Some(travelled) } else { None }
     }
 
-    /// The nearer to fitting, the less.
+    /// Returns a rank that is smaller the nearer the setup is to fitting, and what is missing.
     pub(super) fn trouble(&self) -> (u8, f64) {
         match self {
             Self::Fits(_) => (0, 0.0),

@@ -1,5 +1,5 @@
-//! How the rotaries turn along a path, and whether their travel is enough, for a rotation of the
-//! workpiece and for all about it.
+//! Bounds on the rotary travel that a path needs, for one rotation of the workpiece and for all rotations
+//! near it.
 
 use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
@@ -7,12 +7,12 @@ use crate::math::angle::unwrap_near;
 use nalgebra::{Rotation3, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Rotations about one.
+/// Ball of rotations about a centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RotationBall {
-    /// Largest angle of a rotation between them \[rad\].
+    /// Largest angle of the rotation from the centre to one of them \[rad\].
     pub(super) radius: f64,
-    /// By how much an angle between tool and workpiece-side rotary changes \[rad\].
+    /// Largest change of the angle between tool and workpiece-side rotary from the centre \[rad\].
     pub(super) drift: f64,
 }
 
@@ -21,11 +21,12 @@ impl RotationBall {
     pub(super) const POINT: Self = Self { radius: 0.0, drift: 0.0 };
 }
 
-/// Tool axes of a path in order, a stretch between two links each, neighbours about `step` apart.
+/// Tool axes of a path in order, one list for each segment between two links.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct AxisTrail {
+    /// Angle between neighbours, about \[rad\].
     pub(super) step: f64,
-    pub(super) stretches: Vec<Vec<Vector3<f64>>>,
+    pub(super) segments: Vec<Vec<Vector3<f64>>>,
 }
 
 /// The spherical triangle of the two rotaries and the tool, as [`crate::inverse`] has it, in the
@@ -51,6 +52,7 @@ const SQUARE: f64 = 1e-9;
 const ROUNDING: f64 = 1e-7;
 
 impl RotaryTriangle {
+    /// Creates the triangle of a machine; the setup has no part in it.
     pub(super) fn new(inverse: &Inverse) -> Self {
         let axes = &inverse.kinematics().machine().axes;
         let [w1, w2] =
@@ -75,7 +77,7 @@ impl RotaryTriangle {
     }
 
     /// Returns the move of the rotaries needed beyond their travel \[rad\], branch and turns of each
-    /// stretch the best, for every rotation of a ball; 0 where one of them may do with less, or where
+    /// segment the best, for every rotation of a ball; 0 where one of them may do with less, or where
     /// nothing is known because a segment comes too close to the singular directions.
     pub(super) fn beyond(
         &self,
@@ -85,46 +87,51 @@ impl RotaryTriangle {
     ) -> f64 {
         let mut most: f64 = 0.0;
         let rows = self.rows(rotation);
-        for stretch in &trail.stretches {
-            let Some(branches) = self.ranges(stretch, &rows, (ball, trail.step)) else {
+        for segment in &trail.segments {
+            let Some(branches) = self.ranges(segment, &rows, ball, trail.step) else {
                 continue;
             };
             let worse = |ranges: [AngleRange; 2]| {
                 let [first, second] = self.limits;
                 beyond(ranges[0], first).max(beyond(ranges[1], second))
             };
+            // Each segment takes its better branch; the worst segment decides.
             most = most.max(branches.map(worse).into_iter().fold(f64::INFINITY, f64::min));
         }
         (most - ROUNDING).max(0.0)
     }
 
-    /// For both branches and rotaries: the least that the farthest position can be, and the most that
-    /// the nearest can be.
+    /// Returns for both branches and rotaries a lower bound of the largest position on a segment and an
+    /// upper bound of the smallest \[rad\]; `None` next to the singular directions.
     fn ranges(
         &self,
-        stretch: &[Vector3<f64>],
+        segment: &[Vector3<f64>],
         rows: &[Vector3<f64>; 3],
-        (ball, step): (RotationBall, f64),
+        ball: RotationBall,
+        step: f64,
     ) -> Option<[[AngleRange; 2]; 2]> {
         let mut ranges = [[[f64::NEG_INFINITY, f64::INFINITY]; 2]; 2];
         let mut last: Option<f64> = None;
+        // Between two samples, anywhere in the ball, the tool axis stays off the pole; otherwise the azimuth
+        // cannot be unwound from sample to sample.
         let clear = ball.radius + 2.0 * step;
-        let polars = polars(stretch, &rows[2]);
+        let polars = polars(segment, &rows[2]);
         if polars[0].min(PI - polars[1]) <= clear {
             return None;
         }
-        let turned = if self.endless_first() { &[] } else { stretch };
+        let turned = if self.endless_first() { &[] } else { segment };
         for axis in turned {
             let place = AxisDirection::of(rows, axis, clear)?;
             let azimuth = last.map_or(place.azimuth, |last| unwrap_near(place.azimuth, last));
             last = Some(azimuth);
+            // t1 = azimuth - g B1: both terms are known to within intervals over the ball.
             let (slack, b1) = (place.slack(ball), self.b1(place.around(ball)));
             for (range, sign) in ranges.iter_mut().zip([1.0, -1.0]) {
                 let [low, high] = minus(azimuth, sign, b1);
                 range[0] = [range[0][0].max(low - slack), range[0][1].min(high + slack)];
             }
         }
-        // `b2` grows with the polar angle, so the extreme directions give the range.
+        // t2 = -g B2 - azimuth2. `b2` grows with the polar angle, so the extreme directions give the range.
         let [near, far] = polars.map(|polar| self.b2([polar - ball.drift, polar + ball.drift]));
         for (range, sign) in ranges.iter_mut().zip([1.0, -1.0]) {
             let ends = [near, far].map(|b2| minus(-self.azimuth2, sign, b2));
@@ -133,8 +140,8 @@ impl RotaryTriangle {
         Some(ranges)
     }
 
-    /// Widest interval that a rotary of a pose may be in, over a ball of rotations \[rad\]; `None` as
-    /// for [`Self::beyond`].
+    /// Returns the widest interval that each rotary of a pose may be in, over a ball of rotations \[rad\];
+    /// `None` next to the singular directions.
     pub(super) fn slack(
         &self,
         trail: &AxisTrail,
@@ -143,7 +150,7 @@ impl RotaryTriangle {
     ) -> Option<[f64; 2]> {
         let rows = self.rows(rotation);
         let mut most = [0.0_f64; 2];
-        for axis in trail.stretches.iter().flatten() {
+        for axis in trail.segments.iter().flatten() {
             let place = AxisDirection::of(&rows, axis, ball.radius + 2.0 * trail.step)?;
             let around = place.around(ball);
             let [b1, b2] = [self.b1(around), self.b2(around)].map(|[low, high]| high - low);
@@ -163,8 +170,10 @@ impl RotaryTriangle {
         !self.limits[0].iter().all(|end| end.is_finite())
     }
 
-    /// Angle of the triangle at the workpiece-side rotary, over an interval of polar angles.
+    /// Returns the range of the triangle's angle at the workpiece-side rotary over an interval of polar angles:
+    /// `cos B1 = (cos a2 - cos a1 cos φ) / (sin a1 sin φ)`.
     fn b1(&self, around: AngleRange) -> AngleRange {
+        // Both arcs right angles: B1 is one as well.
         if self.cos.iter().all(|cos| cos.abs() < SQUARE) {
             return [FRAC_PI_2; 2];
         }
@@ -174,7 +183,7 @@ impl RotaryTriangle {
         };
         let [low, high] = around.map(at);
         let range = [low.min(high), low.max(high)];
-        // The polar angle at which the angle turns back.
+        // The derivative of cos B1 by φ vanishes where cos φ = cos a1 / cos a2: the one extreme inside.
         let turn = self.cos[0] / self.cos[1];
         if turn.abs() < 1.0 {
             let polar = turn.acos();
@@ -186,7 +195,8 @@ impl RotaryTriangle {
         range
     }
 
-    /// The same at the tool-side rotary, where it grows with the polar angle.
+    /// Returns the range of the triangle's angle at the tool-side rotary, which grows with the polar angle:
+    /// `cos B2 = (cos φ - cos a1 cos a2) / (sin a1 sin a2)`.
     fn b2(&self, around: AngleRange) -> AngleRange {
         let [m, v] = self.cos;
         around.map(|polar| {
@@ -212,21 +222,23 @@ impl AxisDirection {
         (polar.min(PI - polar) > clear).then(|| Self { azimuth: y.atan2(x), polar, sine })
     }
 
-    /// Returns the largest change of its azimuth in a ball of rotations.
+    /// Returns the largest change of its azimuth in a ball of rotations \[rad\].
     ///
-    /// A turn by at most the radius keeps the direction inside a cone that clears the pole.
+    /// A turn by at most `r` keeps the direction inside a cone that clears the pole; seen from the pole its
+    /// half width is `asin(sin r / sin φ)`.
     fn slack(&self, ball: RotationBall) -> f64 {
         (ball.radius.sin() / self.sine).clamp(0.0, 1.0).asin()
     }
 
+    /// Returns the range of its polar angle in a ball of rotations \[rad\].
     fn around(&self, ball: RotationBall) -> AngleRange {
         [self.polar - ball.drift, self.polar + ball.drift]
     }
 }
 
-/// Least and largest angle from a direction.
-fn polars(stretch: &[Vector3<f64>], from: &Vector3<f64>) -> AngleRange {
-    let along = stretch.iter().map(|axis| from.dot(axis));
+/// Returns the least and the largest angle from a direction \[rad\].
+fn polars(segment: &[Vector3<f64>], from: &Vector3<f64>) -> AngleRange {
+    let along = segment.iter().map(|axis| from.dot(axis));
     let [low, high] =
         along.fold([1.0_f64, -1.0_f64], |[low, high], along| [low.min(along), high.max(along)]);
     [high, low].map(|along| along.clamp(-1.0, 1.0).acos())
@@ -312,10 +324,10 @@ mod tests {
             let near = Rotation3::from_axis_angle(&unit(by), radius) * centre;
             let ball = RotationBall { radius, drift: radius };
             for (rotation, ball) in [(centre, RotationBall::POINT), (near, ball)] {
-                let stretch = [axis.into_inner()];
+                let segment = [axis.into_inner()];
                 let rows = turning.rows(&centre);
                 let (Some(ranges), Some(both)) =
-                    (turning.ranges(&stretch, &rows, (ball, 0.0)), rotaries(&machine, rotation, axis))
+                    (turning.ranges(&segment, &rows, ball, 0.0), rotaries(&machine, rotation, axis))
                 else { continue };
                 for (range, q) in ranges.iter().zip(both) {
                     for ([far, near], q) in range.iter().zip(q) {

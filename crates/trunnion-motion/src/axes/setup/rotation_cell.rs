@@ -4,19 +4,20 @@ use super::workpiece_tilt::{TiltBounds, WorkpieceTilt};
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Rotations about one: each angle up to so much more or less.
+/// Box of rotations about a centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RotationCell {
     pub(super) centre: WorkpieceTilt,
+    /// Half widths in tilt, direction of the tilt and turn \[rad\].
     half: [f64; 3],
 }
 
 impl RotationCell {
-    /// All within bounds.
+    /// Creates the box of all rotations within bounds.
     pub(super) fn whole(bounds: &TiltBounds) -> Self {
         let ranges = bounds.all();
-        let centre = WorkpieceTilt::from_angles(ranges.map(|[low, high]| 0.5 * (low + high)));
-        Self { centre, half: ranges.map(|[low, high]| 0.5 * (high - low)) }
+        let centre = WorkpieceTilt::from_angles(ranges.map(|range| range.middle()));
+        Self { centre, half: ranges.map(|range| 0.5 * range.width()) }
     }
 
     /// Returns the largest turn of the workpiece by each angle \[rad\].
@@ -29,8 +30,8 @@ impl RotationCell {
         [tilt, towards * 2.0 * (0.5 * self.steepest()).sin(), turn]
     }
 
-    /// Largest angle of a rotation that leads from the centre to another of the cell \[rad\]: what the
-    /// tilt turns is across the rest.
+    /// Returns the largest angle of a rotation from the centre to another of the cell \[rad\]. The axis of the
+    /// tilt is perpendicular to the axes of the other two, so that both parts add up by Pythagoras.
     pub(super) fn radius(&self) -> f64 {
         let [tilt, towards, turn] = self.turns();
         tilt.hypot(towards + turn).min(PI)
@@ -43,7 +44,8 @@ impl RotationCell {
         let (steep, about) = self.centre.tilt.sin_cos();
         let (sin, cos) = self.centre.towards.sin_cos();
         let z = Vector3::new(steep * cos, steep * sin, about);
-        // Largest angle of the workpiece's z from its direction at the centre.
+        // A turn by h about a unit vector a moves a direction d by |a x d| h at most. Along the cell the axes
+        // a leave those at the centre by no more than the angle that the workpiece's z does.
         let off = tilt + towards * sine_up_to(self.steepest());
         let own = z.cross(direction);
         let between = Vector3::z().cross(direction) - own;
@@ -55,11 +57,12 @@ impl RotationCell {
         ]
     }
 
+    /// Returns the largest tilt of the cell \[rad\].
     fn steepest(&self) -> f64 {
         (self.centre.tilt + self.half[0]).min(PI)
     }
 
-    /// Both halves across the angle that does most.
+    /// Halves the cell across the angle with the largest effect; `does` has the effect of each \[rad\].
     pub(super) fn halves(&self, does: [f64; 3]) -> [Self; 2] {
         let mut most = 0;
         for (index, share) in does.iter().enumerate() {
@@ -77,7 +80,7 @@ impl RotationCell {
     }
 }
 
-/// Largest sine up to an angle of `[0, π]`.
+/// Returns the largest sine of all angles from 0 to `angle`, which is in `[0, π]`.
 fn sine_up_to(angle: f64) -> f64 {
     if angle < FRAC_PI_2 { angle.sin() } else { 1.0 }
 }
@@ -86,6 +89,7 @@ fn sine_up_to(angle: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::math::angle::angle_between;
+    use crate::types::Interval;
     use nalgebra::UnitVector3;
     use proptest::prelude::*;
 
@@ -102,7 +106,7 @@ mod tests {
         ) {
             let range = |[a, b]: [f64; 2]| {
                 let low = a.min(b);
-                [low, low + (a - b).abs() * scale]
+                Interval::new(low, low + (a - b).abs() * scale)
             };
             let bounds = TiltBounds { tilt: range(tilt), towards: range(towards), turn: range(turn) };
             let cell = RotationCell::whole(&bounds);
@@ -110,7 +114,7 @@ mod tests {
             for ((angle, half), place) in angles.iter_mut().zip(cell.half).zip(place) {
                 *angle += place * half;
             }
-            let [centre, other] = [cell.centre, WorkpieceTilt::from_angles(angles)].map(|lean| lean.rotation());
+            let [centre, other] = [cell.centre, WorkpieceTilt::from_angles(angles)].map(|workpiece| workpiece.rotation());
             prop_assert!(centre.angle_to(&other) <= cell.radius() + 1e-7);
             let direction = UnitVector3::new_normalize(Vector3::from(direction));
             let seen = |rotation: &nalgebra::Rotation3<f64>| rotation.inverse() * direction;

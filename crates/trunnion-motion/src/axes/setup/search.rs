@@ -22,13 +22,13 @@ use std::sync::atomic::{AtomicU64, Ordering as AtomicOrdering};
 /// Searches the rotation of the workpiece that keeps a path farthest from the singular directions and
 /// inside travel, and an origin for it.
 ///
-/// The least angle between tool axis and singular directions is looked at on a grid of rotations
+/// The least angle between tool axis and singular directions is evaluated on a grid of rotations
 /// within bounds, the best are improved, and for those the axes are planned over the whole path as
-/// `follow` does; where linear travel ends, the origin is moved as little as can be. Then boxes of
+/// `follow` does; where linear travel ends, the origin is moved as little as possible. Then boxes of
 /// rotations are halved until no rotation that fits can be better by more than
-/// [`SetupOptions::within`]; the rest is reported (`SearchAssurance`). Of rotations with (nearly) the
-/// same least angle that were planned the one with the least rotary travel wins. What is returned was
-/// followed with the very numbers of its setup, rounded to [`SetupOptions::digits`].
+/// [`SetupOptions::within`]; the rest is reported (`SearchAssurance`). Of planned rotations with
+/// (nearly) the same least angle the one with the least rotary travel wins. The setup returned was
+/// followed with exactly its own numbers, rounded to the digits of [`SetupOptions`].
 ///
 /// Least angles are those of tool axes no more than [`SetupOptions::tolerance`] apart.
 ///
@@ -55,35 +55,36 @@ pub fn setup(
         u: 0.0,
         source,
     })?;
-    let leans = search.bounds.grid(search.grid);
-    let total = leans.len() as u64;
+    // Everything that does not depend on the rotation is prepared once: tool axes at several steps, and a
+    // machine without ends of linear travel.
+    let workpieces = search.bounds.grid(search.grid);
+    let total = workpieces.len() as u64;
     let task = SetupTask {
         kinematics,
         endless: origins::endless(kinematics.machine()),
         path,
         options,
         search,
-        sight: AngleCheck::new(&inverse, options.retract.is_none()),
-        views: SampleLevels::new(path, COARSE * search.grid, search.tolerance),
+        angles: AngleCheck::new(&inverse, options.retract.as_ref()),
+        samples: SampleLevels::new(path, COARSE * search.grid, search.tolerance),
         progress: SearchProgress { progress, done: AtomicU64::new(0), total },
     };
-    task.run(leans)
+    task.run(workpieces)
 }
 
-/// Fineness of tool axes on the grid, as a share of its step: little beside what lies between two
-/// rotations of the grid.
+/// Step of the sampled tool axes on the grid, as a share of its own step: small beside the angle between
+/// two rotations of the grid.
 const COARSE: f64 = 0.1;
 
 fn check(search: &SetupOptions) -> Result<(), AxesError> {
     search.bounds.check()?;
-    let [origin, rotation] = search.digits;
     for (option, value) in [
         ("setup.grid", search.grid),
         ("setup.tolerance", search.tolerance),
         ("setup.alike", search.alike),
         ("setup.within", search.within),
-        ("setup.digits of the origin", origin),
-        ("setup.digits of the rotation", rotation),
+        ("setup.origin_digit", search.origin_digit),
+        ("setup.rotation_digit", search.rotation_digit),
     ] {
         if !(value > 0.0 && value.is_finite()) {
             return Err(AxesError::BadOption { option, value });
@@ -96,20 +97,23 @@ fn check(search: &SetupOptions) -> Result<(), AxesError> {
 const OTHERS: usize = 64;
 
 impl SetupTask<'_> {
-    pub(super) fn run(&self, leans: Vec<WorkpieceTilt>) -> Result<SetupSearch, AxesError> {
+    /// Runs the search on the rotations of the grid.
+    pub(super) fn run(&self, workpieces: Vec<WorkpieceTilt>) -> Result<SetupSearch, AxesError> {
         let (before, before_axes) = self.before()?;
-        let grid = self.grid(leans);
-        let looked = grid.len();
-        let beyond_tilt = grid.iter().filter(|one| one.seen.leans > 0.0).count();
+        let grid = self.grid(workpieces);
+        let evaluated = grid.len();
+        let beyond_tilt = grid.iter().filter(|one| one.check.missing_tilt > 0.0).count();
         let mut inside: Vec<SetupCandidate> =
-            grid.iter().filter(|one| one.seen.fits()).copied().collect();
-        inside.sort_by(|a, b| b.seen.least.total_cmp(&a.seen.least));
+            grid.iter().filter(|one| one.check.fits()).copied().collect();
+        inside.sort_by(|a, b| b.check.least.total_cmp(&a.check.least));
         let mut planned = PlannedSetups::default();
-        if let (true, Some(least)) = (beyond_tilt == looked, least_leaning(&grid)) {
+        // If the tool-side rotary is too short everywhere, the rotation that lacks least is reported.
+        if let (true, Some(least)) = (beyond_tilt == evaluated, least_leaning(&grid)) {
             planned.others.push(self.without_axes(&least));
         }
         self.level(&inside, &mut planned)?;
-        if self.search.bounds.holds(&before.lean) && before.verdict.fits().is_some() {
+        // The setup of the job competes where it is within the bounds.
+        if self.search.bounds.holds(&before.workpiece) && before.verdict.fits().is_some() {
             planned.fitting.push(before.clone());
         }
         self.polish(&mut planned)?;
@@ -125,61 +129,65 @@ impl SetupTask<'_> {
             others.retain(|other| other.setup != best.setup);
         }
         others.truncate(OTHERS);
-        Ok(SetupSearch { before, before_axes, best, others, looked, beyond_tilt, assurance })
+        Ok(SetupSearch { before, before_axes, best, others, evaluated, beyond_tilt, assurance })
     }
 
-    /// Plans, if the best was found only after those of the grid had been planned, the rotations of the grid
-    /// that are as good.
+    /// Plans the rotations of the grid that are as good as the best, if that was found only after those of
+    /// the grid had been planned.
     fn alike(
         &self,
         inside: &[SetupCandidate],
         first: Option<f64>,
         planned: &mut PlannedSetups,
     ) -> Result<(), Cancelled> {
+        // Where the best was known from the grid already, its equals were planned with it.
         let Some(best) = planned.least() else { return Ok(()) };
         if first.is_some_and(|first| first >= best - self.search.alike) {
             return Ok(());
         }
         let as_good: Vec<SetupCandidate> = inside
             .iter()
-            .filter(|one| (one.seen.least - best).abs() <= self.search.alike)
+            .filter(|one| (one.check.least - best).abs() <= self.search.alike)
             .copied()
             .collect();
         let some = spread(&as_good, self.search.batch);
         let judged: Result<Vec<EvaluatedSetup>, Cancelled> =
-            some.par_iter().map(|one| self.evaluate(&one.lean)).collect();
+            some.par_iter().map(|one| self.evaluate(&one.workpiece)).collect();
         judged?.into_iter().for_each(|one| planned.add(one));
         Ok(())
     }
 
-    /// The setup as it is, on the machine as it is.
+    /// Evaluates the setup of the job, origin and all.
     fn before(&self) -> Result<(EvaluatedSetup, Option<FollowedPath>), AxesError> {
         let setup = *self.kinematics.setup();
-        let seen = self.sight.glance(self.views.finest(), &setup.rotation);
+        let check = self.angles.check_angles(self.samples.finest(), &setup.rotation);
         let (verdict, followed) = self.followed(self.kinematics)?;
         let (x, y, z) = setup.rotation.euler_angles();
-        let lean = WorkpieceTilt::of(&setup.rotation);
+        let workpiece = WorkpieceTilt::of(&setup.rotation);
         Ok((
-            EvaluatedSetup { setup, angles: [x, y, z], lean, least: seen.least, verdict },
+            EvaluatedSetup { setup, angles: [x, y, z], workpiece, least: check.least, verdict },
             followed,
         ))
     }
 
+    /// Reports a rotation that needs the tool-side rotary beyond its travel, without planning its axes.
     fn without_axes(&self, candidate: &SetupCandidate) -> EvaluatedSetup {
-        let SetupCandidate { lean, seen } = *candidate;
+        let SetupCandidate { workpiece, check } = *candidate;
         let before = self.kinematics.setup();
-        let (x, y, z) = lean.rotation().euler_angles();
+        let (x, y, z) = workpiece.rotation().euler_angles();
         let setup = Setup::new(before.origin, [x, y, z], before.tool_length);
-        let verdict = SetupVerdict::BeyondTilt(seen.leans);
-        EvaluatedSetup { setup, angles: [x, y, z], lean, least: seen.least, verdict }
+        let verdict = SetupVerdict::BeyondTilt(check.missing_tilt);
+        EvaluatedSetup { setup, angles: [x, y, z], workpiece, least: check.least, verdict }
     }
 
-    /// Of those that fit the best whose axes are found on the machine as it is.
+    /// Returns the best of those that fit whose axes are found with all ends of travel; the others are
+    /// appended to `others`.
     fn confirm(
         &self,
         mut fitting: Vec<EvaluatedSetup>,
         others: &mut Vec<EvaluatedSetup>,
     ) -> Result<Option<(EvaluatedSetup, FollowedPath)>, AxesError> {
+        // Best least angle first; among those alike the least rotary travel first.
         fitting.sort_by(|a, b| b.least.total_cmp(&a.least));
         let top = fitting.first().map_or(0.0, |one| one.least);
         let alike = fitting.partition_point(|one| one.least >= top - self.search.alike);
@@ -192,6 +200,7 @@ impl SetupTask<'_> {
                 others.push(one);
                 continue;
             }
+            // Planned before without ends of linear travel: this run is the one that counts.
             let on = Kinematics::new(self.kinematics.machine(), &one.setup);
             let (verdict, followed) = self.followed(&on)?;
             one.verdict = verdict;
@@ -204,7 +213,7 @@ impl SetupTask<'_> {
     }
 }
 
-/// Best first: what fits by its least angle, what does not by what is missing.
+/// Orders best first: setups that fit by their least angle, the others by what is missing.
 fn order(a: &EvaluatedSetup, b: &EvaluatedSetup) -> Ordering {
     let ([class_a, class_b], [by_a, by_b]) = {
         let (a, b) = (a.verdict.trouble(), b.verdict.trouble());
@@ -218,5 +227,5 @@ fn weight(judged: &EvaluatedSetup) -> f64 {
 }
 
 fn least_leaning(grid: &[SetupCandidate]) -> Option<SetupCandidate> {
-    grid.iter().min_by(|a, b| a.seen.leans.total_cmp(&b.seen.leans)).copied()
+    grid.iter().min_by(|a, b| a.check.missing_tilt.total_cmp(&b.check.missing_tilt)).copied()
 }

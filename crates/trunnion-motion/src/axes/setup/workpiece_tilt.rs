@@ -2,11 +2,12 @@
 
 use crate::axes::error::AxesError;
 use crate::math::angle::{unwrap_near, wrap};
+use crate::types::Interval;
 use nalgebra::{Rotation3, Vector3};
 use std::f64::consts::{PI, TAU};
 
-/// Sine of a tilt below which there is no telling where to the workpiece leans: what rounding makes
-/// of an upright one.
+/// Sine of a tilt below which its direction is undetermined: the tilt that rounding gives an upright
+/// workpiece.
 const UPRIGHT: f64 = 1e-12;
 
 /// A rotation of the workpiece in the machine, all axes at zero:
@@ -21,20 +22,22 @@ pub struct WorkpieceTilt {
     pub turn: f64,
 }
 
-/// Bounds `[low, high]` of a [`WorkpieceTilt`] \[rad\].
+/// Bounds of a [`WorkpieceTilt`] \[rad\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TiltBounds {
-    /// Of the tilt; inside `[0, π]`.
-    pub tilt: [f64; 2],
-    /// Of its direction; a whole turn at most.
-    pub towards: [f64; 2],
-    /// Of the turn about the workpiece's own z; a whole turn at most.
-    pub turn: [f64; 2],
+    /// Range of the tilt; inside `[0, π]`.
+    pub tilt: Interval,
+    /// Range of its direction; a whole turn at most.
+    pub towards: Interval,
+    /// Range of the turn about the workpiece's own z; a whole turn at most.
+    pub turn: Interval,
 }
 
 impl WorkpieceTilt {
-    /// Of a rotation `machine_from_workpiece`.
+    /// Finds the tilt of a rotation `machine_from_workpiece`.
     pub fn of(rotation: &Rotation3<f64>) -> Self {
+        // The third column is where the workpiece's z points: tilt and direction are its polar angle and
+        // azimuth. What remains when both are undone is the turn about z.
         let z = rotation * Vector3::z();
         let across = z.x.hypot(z.y);
         let tilt = across.atan2(z.z);
@@ -44,7 +47,7 @@ impl WorkpieceTilt {
         Self { tilt, towards, turn }
     }
 
-    /// `machine_from_workpiece`.
+    /// Returns the rotation `machine_from_workpiece`.
     pub fn rotation(&self) -> Rotation3<f64> {
         let about_z = |angle| Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
         about_z(self.towards)
@@ -60,12 +63,12 @@ impl WorkpieceTilt {
         Self { tilt, towards, turn }
     }
 
-    /// The nearest in whole degrees.
+    /// Returns the nearest tilt in whole degrees.
     pub(super) fn whole_degrees(&self) -> Self {
         Self::from_angles(self.angles().map(|angle| angle.to_degrees().round().to_radians()))
     }
 
-    /// A part of the way to another, which is near.
+    /// Returns the tilt at a share of the way to another one nearby, angle by angle.
     pub(super) fn part_way(&self, to: &Self, share: f64) -> Self {
         let [from, to] = [self.angles(), to.angles()];
         Self::from_angles([0, 1, 2].map(|k| from[k] + share * (to[k] - from[k])))
@@ -73,18 +76,18 @@ impl WorkpieceTilt {
 }
 
 impl TiltBounds {
-    pub(super) fn all(&self) -> [[f64; 2]; 3] {
+    pub(super) fn all(&self) -> [Interval; 3] {
         [self.tilt, self.towards, self.turn]
     }
 
-    /// Checks that they are finite, ascending, and no more than there is.
+    /// Checks that the bounds are finite and ascending, and cover each rotation once at most.
     ///
     /// # Errors
     ///
     /// [`AxesError::BadBounds`].
     pub fn check(&self) -> Result<(), AxesError> {
         let names = ["tilt", "towards", "turn"];
-        for (what, [low, high]) in names.into_iter().zip(self.all()) {
+        for (what, Interval { low, high }) in names.into_iter().zip(self.all()) {
             let whole = if what == "tilt" {
                 low >= 0.0 && high <= PI
             } else {
@@ -98,22 +101,23 @@ impl TiltBounds {
         Ok(())
     }
 
-    /// Returns `true` if a rotation is inside.
-    pub(super) fn holds(&self, lean: &WorkpieceTilt) -> bool {
-        let turned = |value: f64, [low, high]: [f64; 2]| {
-            let middle = 0.5 * (low + high);
-            (unwrap_near(value, middle) - middle).abs() <= 0.5 * (high - low) + ROUNDING
+    /// Returns `true` if a rotation is inside, to rounding.
+    pub(super) fn holds(&self, workpiece: &WorkpieceTilt) -> bool {
+        // Angles are compared modulo whole turns: the turn nearest to the middle is the one that counts.
+        let turned = |value: f64, range: Interval| {
+            let middle = range.middle();
+            (unwrap_near(value, middle) - middle).abs() <= 0.5 * range.width() + ROUNDING
         };
-        let [low, high] = self.tilt;
-        let tilt = low - ROUNDING <= lean.tilt && lean.tilt <= high + ROUNDING;
+        let Interval { low, high } = self.tilt;
+        let tilt = low - ROUNDING <= workpiece.tilt && workpiece.tilt <= high + ROUNDING;
         // An upright workpiece has no direction of tilt.
-        let towards = lean.tilt.sin() <= UPRIGHT || turned(lean.towards, self.towards);
-        tilt && towards && turned(lean.turn, self.turn)
+        let towards = workpiece.tilt.sin() <= UPRIGHT || turned(workpiece.towards, self.towards);
+        tilt && towards && turned(workpiece.turn, self.turn)
     }
 
-    /// Rotations no more than `step` \[rad\] apart in each angle, ends included.
+    /// Returns rotations no more than `step` \[rad\] apart in each angle, ends included.
     pub(super) fn grid(&self, step: f64) -> Vec<WorkpieceTilt> {
-        let [tilts, towards, turns] = self.all().map(|range| places(range, step));
+        let [tilts, towards, turns] = self.all().map(|range| divided(range, step));
         let mut grid = Vec::new();
         for &tilt in &tilts {
             // Without a tilt all directions are one.
@@ -125,17 +129,17 @@ impl TiltBounds {
         grid
     }
 
-    /// Rotations about `lean` that differ from it by up to `width` in each angle, kept inside.
+    /// Returns rotations about `workpiece` that differ from it by up to `width` \[rad\] in each angle, kept inside.
     pub(super) fn around(
         &self,
-        lean: &WorkpieceTilt,
+        workpiece: &WorkpieceTilt,
         width: f64,
     ) -> impl Iterator<Item = WorkpieceTilt> + use<> {
         const SHARES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
-        let (ranges, centre) = (self.all(), lean.angles());
-        let values = [0, 1, 2]
-            .map(|k| SHARES.map(|share| inside(centre[k] + share * width, ranges[k], k > 0)));
-        let [tilts, towards, turns] = values;
+        let near = |centre: f64| SHARES.map(|share| centre + share * width);
+        let tilts = near(workpiece.tilt).map(|tilt| tilt.clamp(self.tilt.low, self.tilt.high));
+        let towards = near(workpiece.towards).map(|angle| inside_turn(angle, self.towards));
+        let turns = near(workpiece.turn).map(|angle| inside_turn(angle, self.turn));
         tilts.into_iter().flat_map(move |tilt| {
             towards.into_iter().flat_map(move |towards| {
                 turns.into_iter().map(move |turn| WorkpieceTilt { tilt, towards, turn })
@@ -147,13 +151,13 @@ impl TiltBounds {
 /// Rounding of angles converted from degrees and back \[rad\]: a few ulps of a turn.
 const ROUNDING: f64 = 16.0 * f64::EPSILON * PI;
 
-/// The nearest value inside; round a whole turn everything is.
-fn inside(value: f64, [low, high]: [f64; 2], circle: bool) -> f64 {
-    if circle && high - low >= TAU - ROUNDING { wrap(value) } else { value.clamp(low, high) }
+/// Returns the nearest angle inside; a range of a whole turn contains every angle.
+fn inside_turn(value: f64, range: Interval) -> f64 {
+    if range.width() >= TAU - ROUNDING { wrap(value) } else { value.clamp(range.low, range.high) }
 }
 
-/// Evenly from end to end.
-fn places([low, high]: [f64; 2], step: f64) -> Vec<f64> {
+/// Divides a range evenly into steps of at most `step`, ends included.
+fn divided(Interval { low, high }: Interval, step: f64) -> Vec<f64> {
     let count = ((high - low) / step).ceil();
     let mut places = vec![low];
     let mut index = 1.0;
@@ -171,10 +175,10 @@ mod tests {
 
     #[test]
     fn a_lean_is_what_it_says() {
-        let lean = WorkpieceTilt { tilt: 0.3, towards: FRAC_PI_2, turn: 0.0 };
+        let workpiece = WorkpieceTilt { tilt: 0.3, towards: FRAC_PI_2, turn: 0.0 };
         // Leaning towards y is a turn about -x.
         let same = Rotation3::from_euler_angles(-0.3, 0.0, 0.0);
-        assert!(lean.rotation().angle_to(&same) < 1e-15);
+        assert!(workpiece.rotation().angle_to(&same) < 1e-15);
         let turned = Rotation3::from_euler_angles(0.0, 0.0, 0.7);
         let upright = WorkpieceTilt::of(&turned);
         assert!(upright.tilt < 1e-15 && (upright.turn - 0.7).abs() < 1e-15);
@@ -195,22 +199,26 @@ mod tests {
 
     #[test]
     fn bounds_hold_their_grid_and_nothing_beyond() {
-        let bounds = TiltBounds { tilt: [0.1, 0.5], towards: [3.0, 3.5], turn: [-PI, PI] };
+        let bounds = TiltBounds {
+            tilt: Interval::new(0.1, 0.5),
+            towards: Interval::new(3.0, 3.5),
+            turn: Interval::new(-PI, PI),
+        };
         bounds.check().unwrap();
         let grid = bounds.grid(0.1);
         assert_eq!(grid.len(), 5 * 6 * 64);
-        for lean in &grid {
+        for workpiece in &grid {
             assert!(
-                bounds.holds(lean) && bounds.holds(&WorkpieceTilt::of(&lean.rotation())),
-                "{lean:?}"
+                bounds.holds(workpiece) && bounds.holds(&WorkpieceTilt::of(&workpiece.rotation())),
+                "{workpiece:?}"
             );
-            assert!(bounds.around(lean, 0.3).all(|near| bounds.holds(&near)));
+            assert!(bounds.around(workpiece, 0.3).all(|near| bounds.holds(&near)));
         }
         assert!(!bounds.holds(&WorkpieceTilt { tilt: 0.6, towards: 3.2, turn: 0.0 }));
         assert!(!bounds.holds(&WorkpieceTilt { tilt: 0.2, towards: 2.9, turn: 0.0 }));
         for bad in [[-0.1, 0.5], [0.5, 0.1], [0.0, 4.0], [f64::NAN, 1.0]] {
-            assert!(TiltBounds { tilt: bad, ..bounds }.check().is_err(), "{bad:?}");
+            assert!(TiltBounds { tilt: bad.into(), ..bounds }.check().is_err(), "{bad:?}");
         }
-        assert!(TiltBounds { turn: [0.0, 7.0], ..bounds }.check().is_err());
+        assert!(TiltBounds { turn: Interval::new(0.0, 7.0), ..bounds }.check().is_err());
     }
 }

@@ -10,6 +10,7 @@ use nalgebra::SVector;
 
 /// One block as the classical planner runs it.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct PlannedBlock {
     /// Index of the move it came from.
     pub source: usize,
@@ -76,6 +77,7 @@ pub fn look_ahead<const N: usize>(
     let mut sources = Vec::with_capacity(travels.len());
     let mut rows = Vec::with_capacity(travels.len());
     for (source, travel) in travels.iter().enumerate() {
+        // Equivalent displacement, (1) of the paper.
         let length = travel.component_mul(weights).norm();
         if length > 0.0 {
             sources.push(source);

@@ -45,6 +45,7 @@ pub fn blocks<const N: usize>(
         let inverse = ReciprocalLimits::new(piece.motion, limits, feeds);
         let ends = EndSquares::of(index, count, feeds);
         let mut rows = rows(piece, limits, &inverse);
+        // The classical planner works with speeds, the others with their squares.
         let speeds = [ends.start.sqrt(), ends.end.sqrt()];
         let speeds = plan_rows(&mut rows, &limits.acceleration, options, speeds);
         run(piece, &inverse, &rows, &speeds, &ends)
@@ -64,6 +65,7 @@ fn rows<const N: usize>(
         let length = to.s - from.s;
         let rate = from.feed_rate.max(to.feed_rate) * inverse.feed;
         let tip = from.tip_rate.max(to.tip_rate) * inverse.tip;
+        // Feed and tip speed as a limit of ds/dt, by the faster end of the block.
         let feed = rate.max(tip).recip();
         row((to.q[0] - from.q[0]) / length, length, feed, velocity, limits.acceleration)
     });
@@ -102,6 +104,7 @@ fn run<const N: usize>(
         nodes.cells.push(rest);
         grid.s.push(start);
         profile.x.push(speed[0] * speed[0]);
+        // Rows where the phases of the block meet: x is linear on each of them.
         let [up, even, _] = ramp.distances;
         for cut in [up, up + even] {
             let share = (start + cut - grid.s.last().unwrap_or(&start)) / rest.h;

@@ -24,6 +24,7 @@ impl SpeedRamp {
     /// `docs/sources.md#001`: trapezoid and triangle, (5)-(13).
     pub fn new(length: f64, ends: [f64; 2], feed: f64, [a, d]: [f64; 2]) -> Self {
         let [from, to] = ends.map(|speed| speed.min(feed));
+        // Speeds that the length does not allow are lowered first, so that the peak is above both.
         let end = to.min((from * from + 2.0 * a * length).sqrt());
         let start = from.min((to * to + 2.0 * d * length).sqrt());
         let square = (2.0 * a * d * length + d * start * start + a * end * end) / (a + d);

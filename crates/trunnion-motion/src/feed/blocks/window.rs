@@ -24,6 +24,7 @@ pub(super) fn row<const N: usize>(
     velocity: SVector<f64, N>,
     acceleration: SVector<f64, N>,
 ) -> BlockRow<N> {
+    // An axis that does not move divides by zero: an infinite limit, which binds nothing.
     let least = |limits: SVector<f64, N>| limits.component_div(&coefficients.abs()).min();
     let feed = feed.min(least(velocity));
     BlockRow { length, coefficients, feed, acceleration: least(acceleration) }
@@ -48,6 +49,7 @@ pub(super) fn plan_rows<const N: usize>(
 pub(super) fn join_tiny<const N: usize>(rows: &mut [BlockRow<N>], tiny: TinyBlocks) {
     let is_tiny = |row: &BlockRow<N>| row.length < tiny.length;
     for run in rows.chunk_by_mut(|a, b| is_tiny(a) == is_tiny(b)) {
+        // Short runs keep limits of their own.
         if run.len() <= tiny.count || !run.first().is_some_and(is_tiny) {
             continue;
         }
@@ -66,6 +68,7 @@ pub(super) fn junctions<const N: usize>(
     acceleration: &SVector<f64, N>,
     period: f64,
 ) -> Vec<f64> {
+    // |c_to - c_from| v <= a T on every axis.
     let step = acceleration * period;
     let between = rows.windows(2).map(|pair| {
         let [from, to] = [&pair[0], &pair[1]];
@@ -91,6 +94,7 @@ pub(super) fn speeds<const N: usize>(
 ) -> Vec<f64> {
     let count = rows.len();
     let mut caps = vec![0.0; count + 1];
+    // Largest speed at each junction; the inner ones stay 0 where every block ends at rest.
     caps[0] = ends[0].min(rows.first().map_or(0.0, |row| row.feed));
     caps[count] = ends[1].min(rows.last().map_or(0.0, |row| row.feed));
     if ahead != LookAhead::Stops {
@@ -105,6 +109,7 @@ pub(super) fn speeds<const N: usize>(
         if speeds.is_empty() {
             speeds.push(before);
         }
+        // Forward pass: as fast as the block allows, and no faster than the window can follow.
         speeds.push(reached(before, row).min(window.reach[block + 1]));
         window.time -= row.length / row.feed;
     }
@@ -139,10 +144,12 @@ impl<const N: usize> BlockWindow<'_, N> {
         if self.end == before {
             return;
         }
+        // The window ends at rest, except at the end of the path.
         self.reach[self.end] = if self.end == self.rows.len() { self.caps[self.end] } else { 0.0 };
         for junction in (block..self.end).rev() {
             let row = &self.rows[junction];
             let speed = self.caps[junction].min(reached(self.reach[junction + 1], row));
+            // From here on the pass before this one found the same.
             if junction < before && speed <= self.reach[junction] {
                 break;
             }

@@ -40,6 +40,7 @@ pub(crate) fn least<const N: usize, const K: usize>(strips: &CellConstraints<N, 
     for k in 0..K {
         for axis in 0..N {
             let [a, b] = [strips.a[k][axis], strips.b[k][axis]];
+            // The side that a growing y leaves behind: it binds y from below.
             let limit = strips.limit(axis, -b);
             let lacking = if b > 0.0 { -limit - a * x } else { a * x - limit };
             if b != 0.0 && y * b.abs() < lacking {

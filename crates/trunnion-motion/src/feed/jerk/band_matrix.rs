@@ -8,7 +8,7 @@ pub(super) struct BandMatrix {
 }
 
 impl BandMatrix {
-    /// All zero, for so many unknowns.
+    /// Clears the system and sizes it for so many unknowns.
     pub(super) fn reset(&mut self, unknowns: usize) {
         self.rows.clear();
         self.rows.resize(unknowns, [0.0; 3]);

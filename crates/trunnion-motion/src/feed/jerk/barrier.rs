@@ -70,6 +70,7 @@ impl BarrierWeights {
 
     /// Sets one weight for a range: cells of stretches that are behind go on with the others.
     fn even_out(&mut self, range: Range<usize>) {
+        // The geometric mean: weights fall and rise by factors.
         let weights = &mut self.weights[range];
         let sum = weights.iter().map(|weight| weight.ln()).sum::<f64>();
         let mean = (sum / weights.len() as f64).exp();
@@ -86,6 +87,7 @@ impl<const N: usize> BarrierSolver<'_, N> {
         let mut barrier = BarrierWeights::over(range.clone(), first, self.spline.len());
         let mut border = 0.5;
         for _ in 0..SWEEPS {
+            // Caps that the motion is below by now hold from here on.
             self.brake_on(FIRST_WEIGHT);
             let first = 1 + share_of_stretch(border);
             self.descend(&mut barrier, range.clone(), first, tolerance);
@@ -124,6 +126,7 @@ impl<const N: usize> BarrierSolver<'_, N> {
             self.weigh(&mut work, |cell| barrier.weights[cell]);
             let Some(length) = self.step(&mut work) else { break };
             let now = self.time_through(range.clone());
+            // Share of the time that the step gained; negative if the barrier pushed the profile back.
             let gain = 1.0 - now / before;
             before = now;
             if length >= LONG[0] && barrier.weights[range.start] <= LAST_WEIGHT {
@@ -146,6 +149,7 @@ impl<const N: usize> BarrierSolver<'_, N> {
             barrier.multiply(range.clone(), factor);
         }
         self.close(work);
+        // Done: a full step at the last weight, or a whole sweep that gained too little.
         let at_last = barrier.weights[range.start] <= LAST_WEIGHT;
         if full > 0.0 || (at_last && before > (1.0 - tolerance) * start) {
             barrier.done[range].fill(true);

@@ -10,6 +10,7 @@ const SLOWS: f64 = 1.001;
 impl<const N: usize> BarrierSolver<'_, N> {
     /// Keeps the caps `most`, and `wanted` as soon as that is possible.
     pub(super) fn brake_to(&mut self, wanted: SpeedCaps, most: SpeedCaps) {
+        // Cells above the wanted caps keep the others until the motion has come down.
         let slow = vec![false; self.spline.len()];
         self.caps.given = most.given;
         let mut slower = SlowDown { wanted, most, slow };

@@ -188,7 +188,7 @@ impl RowForces {
 }
 
 impl RowSums {
-    /// One axis.
+    /// Adds the rows of one axis.
     #[inline]
     fn add(&mut self, [a, b, c]: &[RowLanes; 3], forces: &RowForces) {
         let mut weighted = [[0.0; LANES]; 3];
@@ -221,7 +221,7 @@ impl RowSums {
 }
 
 impl RoomSums {
-    /// One axis.
+    /// Adds the rows of one axis.
     #[inline]
     fn add(&mut self, factors: &[RowLanes; 3], forces: &RowForces) {
         for lane in 0..LANES {

@@ -11,7 +11,7 @@ use crate::types::AxisPiece;
 const HALVINGS: usize = 10;
 
 impl EndMotion {
-    /// Squared speed.
+    /// Returns the squared speed.
     pub(super) fn square(&self) -> f64 {
         match self {
             Self::Rest => 0.0,
@@ -56,6 +56,7 @@ pub(super) fn refused<const N: usize>(
         ends[end] = EndMotion::Moving([speed * speed, u]);
         ends
     };
+    // Bisection between a speed that is possible and one that is not.
     let speed = ends[end].square().sqrt();
     let [mut most, mut above] = [0.0, speed];
     for _ in 0..HALVINGS {

@@ -46,6 +46,7 @@ pub(super) fn graded<const N: usize>(
     });
     let allowed = |from: f64, to: f64| {
         let [before, after] = [from - range[0], range[1] - to];
+        // Graded towards rest: cells shrink with their distance from it, down to the rest cell itself.
         let by_end = |end: usize, distance: f64| match (moving[end], distance > 0.0) {
             (true, _) => f64::INFINITY,
             (false, true) => GROWTH * distance,
@@ -54,6 +55,7 @@ pub(super) fn graded<const N: usize>(
         (LARGEST_SHARE * length).min(by_end(0, before)).min(by_end(1, after))
     };
     for pair in piece.nodes.windows(2) {
+        // Depth first, left half on top: cells come out in order of s.
         let mut stack = vec![(pair[0].s, pair[1].s, FeedCell::between(&pair[0], &pair[1]))];
         while let Some((from, to, cell)) = stack.pop() {
             let middle = 0.5 * (from + to);
@@ -84,6 +86,7 @@ fn rest_length<const N: usize>(
     let jerks = limits.jerk.unwrap_or_else(SVector::zeros);
     let jerk = |values: SVector<f64, N>| values.component_mul(&jerks).amax();
     let [a, j] = [rate.component_mul(&limits.acceleration.plus).amax(), jerk(rate)];
+    // `a` and `j` are reciprocal: time j / a at jerk 1 / j, distance (j / a)³ / 6 j.
     let phase = (j / a).powi(2) / (6.0 * a);
     let curved = STRAIGHT / 9.0 * j / jerk(bend);
     let twisted = (STRAIGHT * 2.0 / 9.0 * j / jerk(third)).sqrt();

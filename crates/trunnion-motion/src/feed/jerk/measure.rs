@@ -28,6 +28,7 @@ fn each_moment<const N: usize>(
     let mut interval = usize::MAX;
     let mut curve = None;
     for row in 0..schedule.s.len().saturating_sub(1) {
+        // Every node is a row, so that a row interval lies in one interval between nodes.
         let here = piece.interval_at(schedule.s[row]);
         if here != interval {
             (interval, curve) = (here, piece.quintic(here));
@@ -38,6 +39,7 @@ fn each_moment<const N: usize>(
             let dt = duration * f64::from(step) / f64::from(STEPS);
             let Some([x, v, a, j]) = schedule.advance(row, dt) else { continue };
             let s = schedule.s[row] + x;
+            // q' j + 3 q'' v a + q''' v³: jerk by the chain rule, with j = d³s/dt³.
             let [_, q1, q2, q3] = quintic.at(s - origin);
             let [feed, tip] = rates_at(piece, interval, s);
             look(
@@ -55,6 +57,7 @@ fn each_moment<const N: usize>(
     }
 }
 
+/// Measures the largest ratios of a schedule, evenly in time.
 pub(super) fn measure<const N: usize>(
     piece: &AxisPiece<N>,
     schedule: &SchedulePiece,

@@ -364,6 +364,7 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
 
     /// Returns the longest step that keeps all rows, at most 1.
     fn length(&self, range: &Range<usize>, cells: &Range<usize>, work: &mut StretchWork<N>) -> f64 {
+        // Largest share of its slack that anything loses in a whole step; the step is scaled by it.
         // No control may lose more than 1 - KEEP of itself, and no row more than TO_BORDER of its
         // slack.
         let mut most: f64 = TO_BORDER;
@@ -428,6 +429,7 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
             before = smallest(rooms_before[lane] - roots[0] * values[lane], before);
             after = smallest(rooms_after[lane] - roots[1] * values[lane], after);
         }
+        // Any reference is valid for the rows; a worse one would only shorten the next steps.
         if after > ROOM_KEPT * before {
             self.references[cell] = new;
         }

@@ -33,6 +33,25 @@ use crate::types::{AxisPath, AxisPiece, Progress, SchedulePiece};
 /// # Source
 ///
 /// `docs/sources.md#001`: jerk-limited schedules.
+///
+/// # Example
+///
+/// 100 mm from rest to rest: at 1000 mm/s² alone it would take 0.1 s to reach 100 mm/s, and jerk adds to that.
+///
+/// ```
+/// use nalgebra::Vector1;
+/// use trunnion_motion::feed::{FeedOptions, Limits, jerk};
+/// use trunnion_motion::types::{AxisPath, Silent};
+///
+/// let path = AxisPath::through(&[Vector1::new(0.0), Vector1::new(100.0)])?;
+/// let [velocity, acceleration, change] = [100.0, 1e3, 2e4].map(Vector1::new);
+/// let limits = Limits::symmetric(velocity, acceleration, change);
+/// let plan = jerk(&path, &limits, &FeedOptions::fastest(), &Silent)?;
+/// let seconds = plan.schedule.duration();
+/// assert!(plan.lower_bound <= seconds && seconds < 1.3);
+/// assert!(plan.bounds.jerk.is_some_and(|jerk| jerk <= 1.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn jerk<const N: usize>(
     path: &AxisPath<N>,
     limits: &Limits<N>,
@@ -59,6 +78,7 @@ pub fn jerk_between<const N: usize>(
         return Err(FeedError::NoJerkLimit);
     }
     let limits = &limits.smaller();
+    // Inner pieces rest at both ends.
     let ends = end_motion::borders(options.ends, accelerations)?;
     let count = path.pieces.len();
     let planned = plan_all(path, progress, |index, piece| {
@@ -69,12 +89,14 @@ pub fn jerk_between<const N: usize>(
     Ok(assemble(planned))
 }
 
+/// Plans one piece between given end motions.
 fn plan_piece<const N: usize>(
     piece: &AxisPiece<N>,
     limits: &ReciprocalLimits<N>,
     options: &FeedOptions,
     ends: [EndMotion; 2],
 ) -> Result<PlannedPiece, FeedError> {
+    // Where nothing limits anything, nothing moves: the spline at rest is the schedule.
     let grid = graded_grid::graded(piece, limits, &ends);
     let mut spline = SpeedSpline::new(lengths(&grid), vec![0.0; grid.cells.len()], ends);
     let mut bounds = LimitRatios { jerk: Some(0.0), ..LimitRatios::default() };
@@ -99,6 +121,7 @@ pub(crate) fn known_of<const N: usize>(
     PlannedPiece { lower_bound, ..measured(piece, schedule, limits) }
 }
 
+/// Measures a schedule; lower bound and bounds are left for the caller.
 fn measured<const N: usize>(
     piece: &AxisPiece<N>,
     schedule: SchedulePiece,

@@ -64,9 +64,11 @@ pub(super) fn restore<const N: usize>(
             }
         }
         let range = around(&strains, spline.len());
+        // Just enough looser that this profile is inside, so that the barrier can start from it.
         // One factor for all: cells with factors of their own would rest against one another.
         let used = strains.iter().fold(0.0_f64, |most, strain| most.max(strain[0]).max(strain[1]));
         let loose = vec![[(ROOM * used).max(1.0); 2]; spline.len()];
+        // A cap that is exceeded is moved out of the way of the cell that exceeds it.
         let mut wide = caps.clone();
         for cell in spline.cells() {
             let x = spline.coefficients(cell);

@@ -177,6 +177,7 @@ impl<const N: usize> RollingPlan<N> {
             return false;
         }
         self.forget();
+        // The new part is planned from rest to rest; both rests where they meet become one parabola.
         let (onward, start) = slow(piece, limits[0], [RESERVE, ahead.reserve()]);
         let mut other = start.spline;
         let stop = self.spline.len();
@@ -190,6 +191,7 @@ impl<const N: usize> RollingPlan<N> {
                 self.references.resize(joined.len(), 0.0);
                 (self.grid, self.spline, self.ahead) = (grid, joined, ahead);
                 let from = self.way_down(stop);
+                // A slow profile from somewhere on the way down replaces the stop, from as early as one is found.
                 let later = KEPT.map(|share| from + share * (stop - from) / 8);
                 let anew = later.into_iter().find_map(|cell| self.slow_from(cell, limits[0]));
                 let first = if anew.is_some() { FIRST_WEIGHT } else { DISSOLVING };
@@ -199,6 +201,7 @@ impl<const N: usize> RollingPlan<N> {
                 self.search(from, first, limits);
                 return true;
             }
+            // The rows where both meet break a limit: the new part is made slower. Jerks go with x^(3/2).
             let less = (0.8 / worst).cbrt().powi(2);
             other.controls.iter_mut().for_each(|control| *control *= less);
         }
@@ -211,6 +214,7 @@ impl<const N: usize> RollingPlan<N> {
     fn slow_from(&self, from: usize, limits: &ReciprocalLimits<N>) -> Option<FeasibleSpline> {
         let s = self.grid.s.get(from..)?.to_vec();
         let grid = FeedGrid { s, cells: self.grid.cells.get(from..)?.to_vec() };
+        // Starts with the speed and acceleration that the plan has there.
         let motion = [self.spline.coefficients(from)[0], *self.motion[1].get(from)?];
         let ends = [EndMotion::Moving(motion), EndMotion::Rest];
         let mut spline = SpeedSpline::new(lengths(&grid), vec![0.0; grid.cells.len()], ends);

@@ -10,6 +10,7 @@ use crate::feed::plan::LimitRatios;
 use crate::feed::reciprocal::ReciprocalLimits;
 use crate::types::{AccelerationProfile, LinearSegment, SchedulePiece};
 
+/// Returns the lengths of the cells.
 pub(super) fn lengths<const N: usize>(grid: &FeedGrid<N>) -> Vec<f64> {
     grid.cells.iter().map(|cell| cell.h).collect()
 }
@@ -41,6 +42,7 @@ pub(super) fn fastest<const N: usize>(
     tolerance: f64,
 ) -> (SpeedSpline, LimitRatios) {
     let slow = start.clone();
+    // Multipliers of the central path first; then the weight of the barrier falls stretch by stretch.
     let mut solver = BarrierSolver::new(grid, limits, caps, Vec::new(), start.spline);
     solver.keep_references(&start.references);
     solver.centre(FIRST_WEIGHT, solver.spline.cells());
@@ -55,11 +57,13 @@ pub(super) fn fastest<const N: usize>(
     (solver.spline, bounds)
 }
 
+/// Returns `true` if the bounds prove that all limits hold.
 pub(super) fn kept(bounds: &LimitRatios) -> bool {
     let kept = |bound: f64| bound <= 1.0;
     kept(bounds.velocity) && kept(bounds.acceleration) && bounds.jerk.is_some_and(kept)
 }
 
+/// Adds up the times through the cells, in which acceleration is linear in `s`.
 pub(super) fn schedule<const N: usize>(grid: &FeedGrid<N>, spline: &SpeedSpline) -> SchedulePiece {
     let mut t = vec![0.0];
     let mut now = 0.0;

@@ -22,7 +22,7 @@ pub(super) struct SpeedCaps {
 }
 
 impl SpeedCaps {
-    /// `None` where nothing limits anything: nothing moves.
+    /// Collects the caps of all cells; `None` where nothing limits anything, because nothing moves.
     pub(super) fn new<const N: usize>(
         grid: &FeedGrid<N>,
         spline: &SpeedSpline,
@@ -54,6 +54,8 @@ impl SpeedCaps {
                 (caps.row[outer], caps.control[end]) = (f64::INFINITY, f64::INFINITY);
                 continue;
             }
+            // The border of a rest cell is a fixed share of the control beside it: its cap becomes one of that
+            // control.
             let weights = spline.weights(cell);
             let share = match side {
                 RestSide::End => weights.end[0],

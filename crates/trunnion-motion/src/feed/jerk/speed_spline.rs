@@ -106,6 +106,7 @@ impl SpeedSpline {
                 [own / (before + own), before / (before + own)]
             }
         };
+        // The same at the end, seen from the other side.
         let end = match self.len() - cell {
             1 => [0.0; 2],
             2 if !self.ends[1].moves() => [Self::rest_share(self.lengths[cell + 1], own), 0.0],
@@ -150,6 +151,7 @@ impl SpeedSpline {
             // x'/2 at the start of the parabola.
             acceleration.push((control - x) / self.lengths[cell]);
         }
+        // The end of the last parabola has no cell of its own that starts there.
         let [_, control, x] = self.coefficients(cells.end - 1);
         speed.push(x.sqrt());
         acceleration.push((x - control) / self.lengths[cells.end - 1]);
@@ -160,7 +162,7 @@ impl SpeedSpline {
         [speed, acceleration]
     }
 
-    /// Time from end to end, near enough to see whether it still falls.
+    /// Estimates the time from end to end, accurately enough to see whether it still falls.
     pub(super) fn time(&self) -> f64 {
         let cells = self.cells();
         cells.map(|cell| self.lengths[cell] / middle(self.coefficients(cell)).sqrt()).sum()

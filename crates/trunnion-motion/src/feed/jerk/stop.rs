@@ -29,6 +29,7 @@ pub(crate) fn stop<const N: usize>(
 ) -> Option<RollingPlan<N>> {
     let [first, last] = [piece.nodes.first()?, piece.nodes.last()?];
     let straight = StraightStop::new(&first.q[1], motion, limits);
+    // Lengths in geometric progression, so that few are tried.
     let mut distance = straight.way(1.0) * SLACK;
     while distance < last.s - first.s {
         let part = up_to(piece, first.s + distance)?;

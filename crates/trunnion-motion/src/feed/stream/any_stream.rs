@@ -64,7 +64,7 @@ impl<const N: usize> AnyStream<N> {
         }
     }
 
-    /// Returns `true` if more nodes are of use before the next stretch is taken.
+    /// Returns `true` if more nodes are of use before the next step is taken.
     pub fn wants(&self) -> bool {
         match self {
             Self::Optimal(stream) => stream.wants(),
@@ -72,7 +72,7 @@ impl<const N: usize> AnyStream<N> {
         }
     }
 
-    /// Returns the time at the end of what was handed out, without the time it was held \[s\].
+    /// Returns the time at the end of the committed schedule, without the time it was held \[s\].
     pub fn time(&self) -> f64 {
         match self {
             Self::Optimal(stream) => stream.time(),
@@ -80,10 +80,11 @@ impl<const N: usize> AnyStream<N> {
         }
     }
 
-    /// Returns guaranteed upper bounds of the ratios over all that was handed out; `None` without
+    /// Returns guaranteed upper bounds of the ratios over the committed schedule; `None` without
     /// jerk limits, where the method of planning keeps them.
     pub fn bounds(&self) -> Option<LimitRatios> {
         match self {
+            // Every step is a feasible point of its cell's linear program.
             Self::Optimal(_) => None,
             Self::Jerk(stream) => Some(stream.bounds()),
         }

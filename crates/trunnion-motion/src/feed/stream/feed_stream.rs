@@ -18,12 +18,12 @@ const PARTS: usize = 8;
 
 /// Plans a path that arrives node by node, fastest within velocity and acceleration limits.
 ///
-/// Nodes go in with [`FeedStream::begin`] and [`FeedStream::push`], committed schedule comes out of
-/// [`FeedStream::next`], one stretch at a time. Whatever is pushed or not pushed later: what was handed
-/// out can be followed by a stop inside what is known of the path, and limits hold everywhere, between
-/// nodes as well, as in [`optimal()`](crate::feed::optimal()). The schedule starts at rest; where nodes run out it stops.
+/// [`FeedStream::begin`] and [`FeedStream::push`] take nodes; [`FeedStream::next`] returns the committed
+/// schedule, one step at a time. After every step the axes can still stop on the path known so far,
+/// whatever is pushed later. Limits hold everywhere, between nodes as well, as in
+/// [`optimal()`](crate::feed::optimal()). The schedule starts at rest, and stops where nodes run out.
 ///
-/// [`FeedStream::set_override`] scales the feed from the next stretch on; 0 is a feed hold. Above the new
+/// [`FeedStream::set_override`] scales the feed from the next step on; 0 is a feed hold. Above the new
 /// feed the axes brake as hard as their limits allow, and no harder.
 ///
 /// Memory is that of the rows ahead: bounded, if nodes are pushed only while [`FeedStream::wants`] asks
@@ -123,7 +123,7 @@ impl<const N: usize> FeedStream<N> {
     ///
     /// # Errors
     ///
-    /// [`FeedError`] names piece, node and axis of what is wrong with the node; it is not taken then.
+    /// [`FeedError`] names piece, node and axis of the defect; the node is not taken then.
     pub fn push(&mut self, node: AxisNode<N>) -> Result<(), FeedError> {
         let before = self.last.as_ref().map_or(f64::NEG_INFINITY, |last| last.s);
         validate::validate_next([self.pieces, self.nodes], &node, before)?;
@@ -131,6 +131,7 @@ impl<const N: usize> FeedStream<N> {
         match &self.last {
             None => self.window.rest(WindowRow::at([piece, 0], node.s, motion)),
             Some(last) => {
+                // Long intervals are cut so that the window resolves the way down to a stop.
                 let limits = &self.limits[usize::from(motion.is_free())];
                 let row = |s| WindowRow::at([piece, self.nodes - 1], s, motion);
                 let whole = FeedCell::between(last, &node);
@@ -151,13 +152,13 @@ impl<const N: usize> FeedStream<N> {
         Ok(())
     }
 
-    /// Returns `true` if more nodes are of use before the next stretch is taken.
+    /// Returns `true` if more nodes are of use before the next step is taken.
     pub fn wants(&self) -> bool {
         self.window.ahead() < self.options.window
     }
 
     /// Sets the override: feed and speeds at most this multiple of the programmed ones, from the next
-    /// stretch on. 0 holds; above 1 the feed is raised, speeds of the axes are not.
+    /// step on. 0 holds; above 1 the feed is raised, speeds of the axes are not.
     ///
     /// # Errors
     ///
@@ -170,7 +171,7 @@ impl<const N: usize> FeedStream<N> {
         Ok(())
     }
 
-    /// Returns the time at the end of what was handed out, without the time it was held \[s\].
+    /// Returns the time at the end of the committed schedule, without the time it was held \[s\].
     pub fn time(&self) -> f64 {
         self.time
     }
@@ -202,7 +203,7 @@ fn onward<const N: usize>(
     least(&CellConstraints::<N, 5>::of(cell), x).max(wanted).min(fastest)
 }
 
-/// The next stretch of committed schedule. `None` while the axes rest: at the end of what was pushed,
+/// The next step of the committed schedule. `None` while the axes rest: at the end of what was pushed,
 /// or held; more may come after it.
 impl<const N: usize> Iterator for FeedStream<N> {
     type Item = StreamStep;
@@ -236,6 +237,7 @@ impl<const N: usize> FeedStream<N> {
     /// Commits the first cell.
     fn step(&mut self, row: &WindowRow, h: f64, y: f64) -> Option<StreamStep> {
         let speed = [self.x.sqrt(), y.sqrt()];
+        // Constant u over the cell: time 2 h / (v0 + v1), u = (y - x) / 2h.
         let sum = speed[0] + speed[1];
         let duration = if sum > 0.0 { 2.0 * h / sum } else { 0.0 };
         let end = self.window.commit()?;

@@ -18,9 +18,9 @@ const WIDEST: usize = 8;
 
 /// Plans a path that arrives node by node, within velocity, acceleration and jerk limits.
 ///
-/// As [`FeedStream`](crate::feed::FeedStream): nodes go in with [`JerkStream::begin`] and [`JerkStream::push`], stretches of
-/// committed schedule come out of [`JerkStream::next`], which can always be followed by a stop inside
-/// what is known of the path. A quarter of the window is run before the next quarter is planned, so a
+/// Works as [`FeedStream`](crate::feed::FeedStream): [`JerkStream::begin`] and [`JerkStream::push`] take nodes,
+/// [`JerkStream::next`] returns the committed schedule step by step. After every step the axes can still
+/// stop on the path known so far. A quarter of the window is run before the next quarter is planned, so a
 /// node costs a constant time on average. Where the way down to the stop begins in the next quarter, more
 /// nodes are wanted, up to eight windows: memory is that of as many at most.
 ///
@@ -30,6 +30,29 @@ const WIDEST: usize = 8;
 /// # Source
 ///
 /// `docs/sources.md#001`: jerk-limited schedules, window by window.
+///
+/// # Example
+///
+/// ```
+/// use nalgebra::Vector1;
+/// use trunnion_motion::feed::{JerkStream, Limits, StreamOptions};
+/// use trunnion_motion::types::{AxisNode, Motion};
+///
+/// let [velocity, acceleration, jerk] = [50.0, 400.0, 1e4].map(Vector1::new);
+/// let limits = Limits::symmetric(velocity, acceleration, jerk);
+/// let mut stream = JerkStream::new(limits, StreamOptions::fastest(64, 1.0))?;
+/// stream.begin(Motion::Cut);
+/// for k in 0..=100_u32 {
+///     let (s, zero) = (f64::from(k), Vector1::zeros());
+///     let q = [Vector1::new(s), Vector1::new(1.0), zero, zero];
+///     stream.push(AxisNode { s, q, tip_rate: 1.0, feed_rate: 1.0 })?;
+/// }
+/// let steps: Vec<_> = stream.by_ref().collect();
+/// assert_eq!(steps.last().map(|step| (step.s[1], step.speed[1])), Some((100.0, 0.0)));
+/// // 2 s at 50 mm/s, and the time to speed up and to slow down.
+/// assert!(stream.time() > 2.0 && stream.bounds().velocity <= 1.0);
+/// # Ok::<(), trunnion_motion::feed::FeedError>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct JerkStream<const N: usize = AXES> {
     options: StreamOptions,
@@ -93,7 +116,7 @@ impl<const N: usize> JerkStream<N> {
     ///
     /// # Errors
     ///
-    /// [`FeedError`] names piece, node and axis of what is wrong with the node; it is not taken then.
+    /// [`FeedError`] names piece, node and axis of the defect; the node is not taken then.
     pub fn push(&mut self, node: AxisNode<N>) -> Result<(), FeedError> {
         let [piece, index] = self.pushed;
         validate::validate_next([piece, index], &node, self.last.unwrap_or(f64::NEG_INFINITY))?;
@@ -102,7 +125,7 @@ impl<const N: usize> JerkStream<N> {
         Ok(())
     }
 
-    /// Returns `true` if more nodes are of use before the next stretch is taken.
+    /// Returns `true` if more nodes are of use before the next step is taken.
     pub fn wants(&self) -> bool {
         let quarter = self.options.window / 4;
         let stops = || self.plan.as_ref().is_some_and(|plan| plan.stops_within(quarter));
@@ -128,8 +151,8 @@ impl<const N: usize> JerkStream<N> {
         Ok(())
     }
 
-    /// Returns guaranteed upper bounds of the ratios over all that was handed out; velocities by what the axes can do
-    /// where the feed was above a new override.
+    /// Returns guaranteed upper bounds of the ratios over the committed schedule. Where the feed was above a new
+    /// override, velocities are compared with the limits of the axes.
     pub fn bounds(&self) -> LimitRatios {
         self.bounds
     }
@@ -139,7 +162,7 @@ impl<const N: usize> JerkStream<N> {
         self.factor <= 0.0 && self.speed <= 0.0 && self.known.ahead() > 0
     }
 
-    /// Returns the time at the end of what was handed out, without the time it was held \[s\].
+    /// Returns the time at the end of the committed schedule, without the time it was held \[s\].
     pub fn time(&self) -> f64 {
         self.time
     }
@@ -182,6 +205,7 @@ impl<const N: usize> JerkStream<N> {
 
     /// Plans the known nodes where it is time to.
     fn plan(&mut self) -> Option<()> {
+        // Another override: from the motion under way, before anything else.
         if self.factor.to_bits() != self.planned_for.to_bits() {
             self.plan_anew();
         }
@@ -195,6 +219,7 @@ impl<const N: usize> JerkStream<N> {
             self.plan = Some(self.extended(plan)?);
             return Some(());
         }
+        // At rest: a piece starts once two of its nodes are known.
         self.known.drop_ends();
         if self.known.of_a_piece() < 2 {
             return None;
@@ -216,6 +241,7 @@ impl<const N: usize> JerkStream<N> {
         let due = known > quarter || self.is_short() || plan.stops_within(quarter);
         if known >= 2 && due {
             let ahead = self.ahead();
+            // A plan that cannot be extended stays as it is, and so do the nodes.
             let before = self.known.clone();
             let piece = self.known.take(self.kept(ahead))?;
             let limits = [self.limits_on(piece.motion), self.axes_on(piece.motion)];
@@ -223,6 +249,7 @@ impl<const N: usize> JerkStream<N> {
                 self.known = before;
             }
         } else if known < 2 && self.ahead() == PathAhead::Nothing {
+            // The stop at the end is meant: its reserve for an extension can go.
             let motion = self.known.planned_motion()?;
             plan.end_here([&self.limits_on(motion), &self.axes_on(motion)]);
         }
@@ -253,7 +280,7 @@ impl<const N: usize> JerkStream<N> {
     }
 }
 
-/// The next stretch of committed schedule. `None` while the axes rest: at the end of what was pushed,
+/// The next step of the committed schedule. `None` while the axes rest: at the end of what was pushed,
 /// or held; more may come after it.
 impl<const N: usize> Iterator for JerkStream<N> {
     type Item = StreamStep;

@@ -82,6 +82,7 @@ impl<const N: usize> NodeQueue<N> {
         let count = self.of_a_piece();
         let count = if count >= 2 + kept { count - kept } else { count };
         let first = self.queue.front()?;
+        // Without a plan the first node taken is where the motion starts.
         if self.planned.is_empty() {
             self.from = Some(first.clone());
         }
@@ -96,6 +97,7 @@ impl<const N: usize> NodeQueue<N> {
     /// to `s`.
     pub(super) fn run_to(&mut self, s: f64) -> Option<usize> {
         let end = self.planned.front()?;
+        // Entries have the index of the node at the end of their interval.
         let interval = end.index - 1;
         if s >= end.node.s {
             self.from = self.planned.pop_front();
@@ -124,6 +126,7 @@ impl<const N: usize> NodeQueue<N> {
             }
             after = self.planned.pop_back();
         }
+        // `after` is the first node at or beyond s, and the interval before it holds s.
         let Some(after) = after else { return };
         let before = self.planned.back().or(self.from.as_ref());
         let Some(end) = before.and_then(|before| between(before, &after, s)) else { return };

@@ -22,13 +22,13 @@ pub struct StreamOptions {
 }
 
 impl StreamOptions {
-    /// As fast as the axes can, with a window of so many rows at most `step` apart in `s`.
+    /// Plans as fast as the axes can, with a window of so many rows at most `step` apart in `s`.
     #[must_use]
     pub const fn fastest(window: usize, step: f64) -> Self {
         Self { speeds: ProgrammedSpeeds::FASTEST, window, step }
     }
 
-    /// The same with a programmed feed \[mm/s\] on everything but links.
+    /// Sets the programmed feed \[mm/s\] on everything but links.
     #[must_use]
     pub const fn with_feed(mut self, feed: f64) -> Self {
         self.speeds.feed = Some(feed);
@@ -53,6 +53,7 @@ impl StreamOptions {
     /// Returns the number of parts that a stretch between nodes is cut into: no more than fill a
     /// window.
     pub(super) fn parts(&self, length: f64) -> usize {
+        // The smallest number of equal parts that are short enough.
         let most = self.window;
         (1..most).find(|&parts| length <= self.step * parts as f64).unwrap_or(most)
     }

@@ -1,10 +1,11 @@
-//! A stretch of committed schedule.
+//! A step of the committed schedule.
 
 use crate::types::{LinearSegment, PathState};
 
-/// A stretch of committed schedule: `d²s/dt²` is linear in `s` from its start to its end, and without jerk
+/// A step of the committed schedule: `d²s/dt²` is linear in `s` from its start to its end, and without jerk
 /// limits constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct StreamStep {
     /// Piece of the path, counted from 0.
     pub piece: usize,
@@ -29,6 +30,7 @@ impl StreamStep {
     pub fn at(&self, dt: f64) -> PathState {
         let dt = dt.clamp(0.0, self.duration);
         let accelerations = [self.acceleration, self.end_acceleration];
+        // Linear in s with jerk limits; constant otherwise, where the closed form is a parabola.
         if accelerations[0].to_bits() != accelerations[1].to_bits() {
             let length = self.s[1] - self.s[0];
             let stretch = LinearSegment { length, speed: self.speed, acceleration: accelerations };

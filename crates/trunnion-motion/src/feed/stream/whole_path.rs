@@ -46,6 +46,7 @@ pub fn jerk_through_window<const N: usize>(
         }
         let Some(step) = stream.next() else { break };
         let Some(piece) = pieces.get_mut(step.piece) else { break };
+        // Times count from the start of each piece, as in a plan of the whole path.
         if started != Some(step.piece) {
             started = Some(step.piece);
             row(piece, [step.s[0], 0.0, step.speed[0], step.acceleration]);
@@ -61,6 +62,7 @@ pub fn jerk_through_window<const N: usize>(
     Ok(assemble(planned.collect()))
 }
 
+/// Appends a row to a schedule.
 fn row(piece: &mut SchedulePiece, [s, t, speed, acceleration]: [f64; 4]) {
     piece.s.push(s);
     piece.t.push(t);

@@ -83,6 +83,7 @@ impl<const N: usize> RowWindow<N> {
     }
 
     pub(super) fn set_override(&mut self, factor: f64) {
+        // Every cap changes with the override, so that no row of the last pass is of use.
         self.stale |= factor.to_bits() != self.factor.to_bits();
         self.factor = factor;
     }
@@ -109,6 +110,7 @@ impl<const N: usize> RowWindow<N> {
             last.lower(hard[0], feed[0]);
         }
         row.lower(hard[1], feed[1]);
+        // The feed may be raised by the override up to its largest value.
         for cap in [row.hard, row.feed * (MOST_OVERRIDE * MOST_OVERRIDE)] {
             self.fastest = if cap.is_finite() { self.fastest.max(cap) } else { self.fastest };
         }
@@ -163,6 +165,7 @@ impl<const N: usize> RowWindow<N> {
     /// meets the one before, or settled rows.
     pub(super) fn plan(&mut self, x: f64, limits: &ReciprocalLimits<N>) {
         let last = self.cells.len();
+        // Rows were appended, and the cells that the last pass vouched for are run.
         let new = self.planned <= last && self.good == 0;
         if !(self.stale || new) {
             return;
@@ -172,6 +175,7 @@ impl<const N: usize> RowWindow<N> {
         }
         self.backward(last, limits);
         (self.planned, self.stale) = (last + 1, false);
+        // At least a quarter of the window is committed before the next pass: a constant cost for each row.
         self.good = self.settled.max(last / 4).max(1);
         self.braking = self.rows.front().is_some_and(|row| x > row.reach);
         if self.braking {
@@ -195,6 +199,7 @@ impl<const N: usize> RowWindow<N> {
                 Some(cell) => backward::<N, 5>(&cell.accelerations(limits), cap, next, &mut guess),
                 None => (0.0, true),
             };
+            // The answer does not depend on what follows: rows up to here will stay as they are.
             if alone && settled.is_none() {
                 settled = Some(index);
             }
