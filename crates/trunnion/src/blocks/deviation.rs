@@ -210,8 +210,9 @@ pub struct BlockEnd<'a> {
     pub pose: &'a ToolPose,
 }
 
-impl<'a> From<(&'a AxisVector, &'a ToolPose)> for BlockEnd<'a> {
-    fn from((q, pose): (&'a AxisVector, &'a ToolPose)) -> Self {
+impl<'a> BlockEnd<'a> {
+    /// Creates the end at the axis positions `q`, which stand for `pose`.
+    pub const fn new(q: &'a AxisVector, pose: &'a ToolPose) -> Self {
         Self { q, pose }
     }
 }

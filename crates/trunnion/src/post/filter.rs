@@ -221,7 +221,7 @@ impl MoveFilter {
         };
         let (kinematics, a, b) = ends;
         let pair: [(&AxisVector, &ToolPose); 2] = [(&a, &from.pose), (&b, &to.pose)];
-        let [tip, axis] = bend(kinematics, to.way, pair.map(BlockEnd::from));
+        let [tip, axis] = bend(kinematics, to.way, pair.map(|(q, pose)| BlockEnd::new(q, pose)));
         let turn = angle_between(&from.pose.axis, &to.pose.axis);
         let [.., share] = self.shares;
         let [most_tip, most_axis] = self.tolerance.map(|most| share * most);
@@ -232,7 +232,8 @@ impl MoveFilter {
         let mut chords = Vec::new();
         for part in 1..parts {
             let share = f64::from(part) / f64::from(parts);
-            let pose = moved(kinematics, to.way, pair.map(BlockEnd::from), share);
+            let pose =
+                moved(kinematics, to.way, pair.map(|(q, pose)| BlockEnd::new(q, pose)), share);
             chords.push(plain(pose.ok_or(PostError::Reversal { line: to.line })?));
         }
         chords.push(plain(to.pose));

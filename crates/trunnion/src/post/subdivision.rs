@@ -73,7 +73,7 @@ impl MoveGeometry<'_> {
         let [from, to] = &self.ends;
         if let Some((kinematics, control)) = self.run {
             let ends = [(&from.source, &from.pose), (&to.source, &to.pose)];
-            return moved(kinematics, control, ends.map(BlockEnd::from), share);
+            return moved(kinematics, control, ends.map(|(q, pose)| BlockEnd::new(q, pose)), share);
         }
         let tip = from.pose.tip + (to.pose.tip - from.pose.tip) * share;
         let axis = great_circle(&from.pose.axis, &to.pose.axis, share)?;
@@ -85,7 +85,7 @@ impl MoveGeometry<'_> {
         let [from, to] = &self.ends;
         if let Some((kinematics, control)) = self.run {
             let ends = [(&from.source, &from.pose), (&to.source, &to.pose)];
-            return bend(kinematics, control, ends.map(BlockEnd::from));
+            return bend(kinematics, control, ends.map(|(q, pose)| BlockEnd::new(q, pose)));
         }
         let chord = (*to.pose.axis - *from.pose.axis).norm_squared();
         // The square of an angle up to a half turn is at most π²/4 times that of its chord.
@@ -197,7 +197,12 @@ impl Subdivider {
         let TargetMachine { inverse, control } = &self.target;
         let turns = travel.fixed_rows::<2>(FIRST_ROTARY).lp_norm(1) > LITTLE;
         let middle = if turns && *control != BlockInterpolation::Axes {
-            let pose = moved(inverse.kinematics(), *control, pair.map(BlockEnd::from), 0.5);
+            let pose = moved(
+                inverse.kinematics(),
+                *control,
+                pair.map(|(q, pose)| BlockEnd::new(q, pose)),
+                0.5,
+            );
             pose.and_then(|pose| inverse.near(&pose, &from.lerp(to, 0.5)).ok())
         } else {
             None
@@ -355,7 +360,7 @@ impl Subdivider {
         let width = shares[1] - shares[0];
         let [path, run] = [
             geometry.bend().map(|of| of * width * width),
-            bend(kinematics, control, pair.map(BlockEnd::from)),
+            bend(kinematics, control, pair.map(|(q, pose)| BlockEnd::new(q, pose))),
         ];
         // Between two samples the difference of both curves bends by at most an eighth of their second derivatives.
         let curved = [0, 1].map(|k: usize| 0.125 * (path[k] + run[k]));
@@ -365,7 +370,8 @@ impl Subdivider {
             for k in 1..samples {
                 let share = f64::from(k) / f64::from(samples);
                 let here = geometry.at(shares[0] + width * share);
-                let there = moved(kinematics, control, pair.map(BlockEnd::from), share);
+                let there =
+                    moved(kinematics, control, pair.map(|(q, pose)| BlockEnd::new(q, pose)), share);
                 let (Some(here), Some(there)) = (here, there) else { return [f64::INFINITY; 2] };
                 off[0] = off[0].max((here.tip - there.tip).norm());
                 off[1] = off[1].max((*here.axis - *there.axis).norm());
@@ -401,7 +407,7 @@ impl Subdivider {
                 * bend(
                     self.target.inverse.kinematics(),
                     BlockInterpolation::Axes,
-                    pair.map(BlockEnd::from),
+                    pair.map(|(q, pose)| BlockEnd::new(q, pose)),
                 )[0];
             let count = (bow / tolerance).sqrt().ceil();
             blocks = blocks.max(count);
@@ -453,7 +459,7 @@ impl Subdivider {
                 let pose = moved(
                     kinematics,
                     BlockInterpolation::GreatCircle,
-                    pair.map(BlockEnd::from),
+                    pair.map(|(q, pose)| BlockEnd::new(q, pose)),
                     share,
                 );
                 let pose = pose.ok_or(PostError::Reversal { line: target_move.line })?;

@@ -109,7 +109,10 @@ impl StripWidthTable {
                         Some(_) => widest_strip(&request, None),
                         None => Err(error),
                     });
-                    work.location(SearchOutcome::from(found.is_ok()));
+                    work.location(match found {
+                        Ok(_) => SearchOutcome::Found,
+                        Err(_) => SearchOutcome::Missed,
+                    });
                     warm = found.ok();
                     warm.as_ref().map_or(narrow, |location| location.strip_width.max(narrow))
                 })

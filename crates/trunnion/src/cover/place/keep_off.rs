@@ -92,7 +92,8 @@ impl CandidatePass<'_> {
         let at = |back: f64| {
             let across = self.across - back / rate;
             let found = self.search(TrackPoint { across, arc }, limits, start).ok();
-            self.work.location(SearchOutcome::from(found.is_some()));
+            let missed = found.is_none();
+            self.work.location(if missed { SearchOutcome::Missed } else { SearchOutcome::Found });
             found
         };
         let useful = |placed: &PlacedStation| placed.far(chart)[0] > self.across;

@@ -34,7 +34,8 @@ impl CandidatePass<'_> {
     ) -> LocationResult {
         let place = self.search(TrackPoint { across: self.across, arc }, limits, start);
         let far = matches!(place, Err(PositioningError::OutOfReach { .. }));
-        self.work.location(SearchOutcome::from(place.is_ok() || far));
+        let quick = place.is_ok() || far;
+        self.work.location(if quick { SearchOutcome::Found } else { SearchOutcome::Missed });
         place
     }
 

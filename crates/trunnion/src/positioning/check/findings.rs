@@ -12,9 +12,8 @@ use crate::positioning::error::PositioningError;
 use crate::positioning::request::{LocationRequest, ToleranceBand};
 use crate::positioning::solve::placement::EndPointFrame;
 use crate::positioning::strip::MeasuredStrip;
-use crate::types::ToolPose;
+use crate::types::{Interval, ToolPose};
 use nalgebra::Point3;
-use std::ops::RangeInclusive;
 
 /// Share of the band within which a condition counts as reached: searches on a grid stop short.
 const REACHED: f64 = 0.02;
@@ -73,7 +72,7 @@ impl PoseFindings {
         let (contacts, active, touching) = (Vec::new(), Vec::new(), Vec::new());
         let (arc, least) = (far - near, f64::INFINITY);
         let mut found = Self { width, arc, contacts, active, least, touching };
-        found.round(&extrema, request.band, (near..=far, origin));
+        found.round(&extrema, request.band, Interval::new(near, far), origin);
         found.underside(request, pose, &[&frame.first, &middle], probe)?;
         Ok(found)
     }
@@ -84,15 +83,18 @@ impl PoseFindings {
         }
     }
 
+    /// Adds the extrema round the circle; the angles of `strip` \[rad\] bound the strip, contacts are
+    /// counted from `origin` \[rad\].
     fn round(
         &mut self,
         extrema: &[ErrorExtremum],
         band: ToleranceBand,
-        (strip, origin): (RangeInclusive<f64>, f64),
+        strip: Interval,
+        origin: f64,
     ) {
         let width = band.upper - band.lower;
         for ErrorExtremum { sample, value, maximum } in extrema {
-            let inside = strip.contains(&sample.psi);
+            let inside = strip.contains(sample.psi);
             if *maximum {
                 if inside && band.upper - value <= REACHED * width {
                     self.add(ActiveConstraint::Middle);

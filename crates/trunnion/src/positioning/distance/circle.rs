@@ -1,9 +1,9 @@
 //! The error along the torus circle: samples, slopes, local extrema.
 
 use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
-use crate::positioning::distance::ring::CenterCircle;
+use crate::positioning::distance::ring::{CenterCircle, CirclePoint};
 use crate::positioning::error::PositioningError;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use std::f64::consts::PI;
 
 /// Error of one circle point: signed distance to the surface minus the corner radius.
@@ -90,21 +90,17 @@ impl ErrorCircle {
         guess: [f64; 2],
         probe: &mut FaceProbe,
     ) -> Result<ErrorSample, PositioningError> {
-        let mark = self.ring.mark(psi);
-        Ok(self.marked(psi, mark, &probe.read(&mark.0, guess)?))
+        let point = self.ring.point(psi);
+        Ok(self.sample_at(&point, &probe.read(&point.at, guess)?))
     }
 
     /// Makes a sample of a reading at `psi`.
     pub(crate) fn sample(&self, psi: f64, reading: &DistanceReading) -> ErrorSample {
-        self.marked(psi, self.ring.mark(psi), reading)
+        self.sample_at(&self.ring.point(psi), reading)
     }
 
-    fn marked(
-        &self,
-        psi: f64,
-        (at, tangent): (Point3<f64>, Vector3<f64>),
-        reading: &DistanceReading,
-    ) -> ErrorSample {
+    fn sample_at(&self, point: &CirclePoint, reading: &DistanceReading) -> ErrorSample {
+        let CirclePoint { psi, at, tangent } = *point;
         let n = reading.normal();
         let inward = self.ring.center - at;
         let (plane_bend, slope) = (n.dot(&inward), n.dot(&tangent));
@@ -129,9 +125,9 @@ impl ErrorCircle {
         from: &ErrorSample,
         probe: &mut FaceProbe,
     ) -> Result<ErrorSample, PositioningError> {
-        let mark = self.ring.mark(psi);
-        let reading = probe.read_from(&mark.0, &from.reading, &(mark.0 - from.at))?;
-        Ok(self.marked(psi, mark, &reading))
+        let point = self.ring.point(psi);
+        let reading = probe.read_from(&point.at, &from.reading, &(point.at - from.at))?;
+        Ok(self.sample_at(&point, &reading))
     }
 
     /// Reads samples at the given angles, in order, from a first one nearby.
@@ -190,9 +186,8 @@ impl ErrorCircle {
         let mut found = Vec::new();
         for (place, pair) in samples.windows(2).enumerate() {
             let [a, b] = pair else { continue };
-            let maximum = !a.falls(1.0);
             if a.falls(1.0) != b.falls(-1.0) {
-                found.push(self.between([a, b], maximum, probe)?);
+                found.push(self.between([a, b], probe)?);
             }
             // A sample may lie at an extremum; those at the ends are none of the inside.
             if b.level() && place + 2 < samples.len() {
@@ -206,9 +201,9 @@ impl ErrorCircle {
     fn between(
         &self,
         [a, b]: [&ErrorSample; 2],
-        maximum: bool,
         probe: &mut FaceProbe,
     ) -> Result<ErrorExtremum, PositioningError> {
+        let maximum = !a.falls(1.0);
         let psi = level(a, b);
         let nearest = if psi - a.psi < b.psi - psi { a } else { b };
         let mut sample = self.read_from(psi, nearest, probe)?;

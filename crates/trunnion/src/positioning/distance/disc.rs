@@ -115,7 +115,7 @@ impl FlatDisc {
     ) -> Result<[f64; 2], PositioningError> {
         let [mut least, mut bound] = [f64::INFINITY; 2];
         let far = centre.distance + self.radius;
-        let under = curvatures_under(face, &std::iter::once(centre), self.radius, far);
+        let under = curvatures_under(face, std::iter::once(centre), self.radius, far);
         let [low, high] = under.curvatures;
         if low >= 0.0 {
             return Ok([least, bound]);

@@ -74,7 +74,7 @@ impl GapBounds {
         if !bounds.third.is_finite() {
             return GapRange { range, plain };
         }
-        let halves = [(a, 1.0), (b, -1.0)].map(|(end, sign)| HalfGap::new(end, sign, (h, &bounds)));
+        let halves = [(a, 1.0), (b, -1.0)].map(|(end, sign)| HalfGap::new(end, sign, h, &bounds));
         let [one, two] = halves.each_ref().map(HalfGap::range);
         let range = [range[0].max(one[0].min(two[0])), range[1].min(one[1].max(two[1]))];
         let agree = |of: fn(&HalfGap) -> Option<bool>| {
@@ -135,7 +135,7 @@ struct HalfGap {
 }
 
 impl HalfGap {
-    fn new(end: &ErrorSample, sign: f64, (h, bounds): (f64, &DerivativeBounds)) -> Self {
+    fn new(end: &ErrorSample, sign: f64, h: f64, bounds: &DerivativeBounds) -> Self {
         let length = 0.5 * h;
         let known = [end.error, sign * end.slope, end.bend, sign * end.twist];
         let off = [2.0, 3.0, 4.0].map(|n| bounds.third + bounds.fourth * length / n);
@@ -233,7 +233,7 @@ fn peak([a, b]: [&ErrorSample; 2], sign: f64, bend: f64) -> f64 {
 /// within the reach of such feet: as it starts inside, it never leaves.
 pub(crate) fn curvatures_under<'a>(
     face: &FaceIndex,
-    readings: &(impl Iterator<Item = &'a DistanceReading> + Clone),
+    readings: impl Iterator<Item = &'a DistanceReading> + Clone,
     way: f64,
     far: f64,
 ) -> CurvatureRange {

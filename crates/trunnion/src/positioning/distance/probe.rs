@@ -44,6 +44,15 @@ struct FundamentalForms {
     second: [f64; 3],
 }
 
+/// Derivatives of the surface at one point, from which Taylor's formula reaches points nearby.
+struct ExpansionPoint<'a> {
+    uv: [f64; 2],
+    jet: &'a SurfaceJet2,
+    /// Unit normal on the cutter's side.
+    normal: &'a UnitVector3<f64>,
+    forms: &'a FundamentalForms,
+}
+
 impl<'a> FaceProbe<'a> {
     pub(crate) fn new(face: &'a FaceIndex) -> Self {
         let poleless = face.face().surface.is_regular();
@@ -113,8 +122,9 @@ impl<'a> FaceProbe<'a> {
             let forms = FundamentalForms::new(&jet, &normal);
             let way = solve(&forms.offset(distance), [jet.su.dot(&offset), jet.sv.dot(&offset)])?;
             let left = (jet.su * way[0] + jet.sv * way[1]).norm();
+            let here = ExpansionPoint { uv, jet: &jet, normal: &normal, forms: &forms };
             if left <= FOOT
-                && let Some(reading) = moved(p, (uv, &jet, &normal, &forms), way, left)
+                && let Some(reading) = here.reading(p, way, left)
             {
                 return Some(reading);
             }
@@ -233,7 +243,7 @@ impl DistanceReading {
         if strayed > FOOT {
             return None;
         }
-        moved(p, (*uv, jet, normal, &self.forms), way, strayed)
+        ExpansionPoint { uv: *uv, jet, normal, forms: &self.forms }.reading(p, way, strayed)
     }
 
     fn covector(&self, step: &Vector3<f64>) -> [f64; 2] {
@@ -329,26 +339,25 @@ fn taylor(jet: &SurfaceJet2, [du, dv]: [f64; 2]) -> (Vector3<f64>, [Vector3<f64>
     (out, [jet.su + bent_u, jet.sv + bent_v])
 }
 
-/// Returns the reading at the parameters `way` further than those of these derivatives, next to the
-/// foot of `p` and `strayed` from the evaluation.
-#[inline]
-fn moved(
-    p: &Point3<f64>,
-    (uv, jet, normal, forms): ([f64; 2], &SurfaceJet2, &UnitVector3<f64>, &FundamentalForms),
-    way: [f64; 2],
-    strayed: f64,
-) -> Option<DistanceReading> {
-    let turned = forms.turned(jet, way);
-    if turned.norm_squared() > TURN * TURN {
-        return None;
+impl ExpansionPoint<'_> {
+    /// Returns the reading at the parameters `uv + step`, next to the foot of `p` and `strayed`
+    /// \[mm\] from the point of evaluation; `None` where the normal turns too far on the way.
+    #[inline]
+    fn reading(&self, p: &Point3<f64>, step: [f64; 2], strayed: f64) -> Option<DistanceReading> {
+        let Self { uv, jet, normal, forms } = *self;
+        let turned = forms.turned(jet, step);
+        if turned.norm_squared() > TURN * TURN {
+            return None;
+        }
+        let (out, [su, sv]) = taylor(jet, step);
+        let point = jet.s + out;
+        let normal = UnitVector3::new_normalize(normal.into_inner() + turned);
+        let jet = SurfaceJet2 { s: point, su, sv, ..*jet };
+        let distance = normal.dot(&(p - point));
+        let foot =
+            FootPoint { uv: [uv[0] + step[0], uv[1] + step[1]], point, normal, distance, jet };
+        Some(DistanceReading { strayed, ..DistanceReading::new(p, foot) })
     }
-    let (out, [su, sv]) = taylor(jet, way);
-    let point = jet.s + out;
-    let normal = UnitVector3::new_normalize(normal.into_inner() + turned);
-    let jet = SurfaceJet2 { s: point, su, sv, ..*jet };
-    let distance = normal.dot(&(p - point));
-    let foot = FootPoint { uv: [uv[0] + way[0], uv[1] + way[1]], point, normal, distance, jet };
-    Some(DistanceReading { strayed, ..DistanceReading::new(p, foot) })
 }
 
 /// Solves `[[a, b], [b, c]] x = y`; `None` where the matrix is not positive.

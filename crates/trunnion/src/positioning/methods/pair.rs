@@ -49,6 +49,15 @@ pub(crate) enum PairRule {
     Nodes,
 }
 
+/// Errors that the three points of the arc are to have: the lower end of the band, the upper end,
+/// the lower end.
+#[derive(Debug, Clone, Copy)]
+struct PairTarget {
+    /// Points of the arc that these are.
+    rule: PairRule,
+    band: ToleranceBand,
+}
+
 /// Finds the widest pair of contacts by the rule.
 pub(crate) fn pair_location(
     request: &LocationRequest,
@@ -103,9 +112,11 @@ impl PairSearch<'_> {
         for share in shares {
             let Some(start) = self.start(low + (high - low) * share) else { continue };
             // The nodes need no shape of the curve; from there its extrema are near.
-            let mut solution = self.newton(start, (PairRule::Nodes, self.band), probe)?;
+            let target = PairTarget { rule: PairRule::Nodes, band: self.band };
+            let mut solution = self.newton(start, target, probe)?;
             if let (PairRule::Extrema, Some(nodes)) = (rule, &solution) {
-                solution = self.newton(nodes.placement.x, (rule, self.band), probe)?;
+                let target = PairTarget { rule, band: self.band };
+                solution = self.newton(nodes.placement.x, target, probe)?;
             }
             let Some(solution) = solution else { continue };
             let [_, alpha, theta] = solution.placement.x;
@@ -146,10 +157,10 @@ impl PairSearch<'_> {
     fn newton(
         &self,
         start: [f64; 3],
-        aim: (PairRule, ToleranceBand),
+        target: PairTarget,
         probe: &mut FaceProbe,
     ) -> Result<Option<PairTrial>, PositioningError> {
-        let Some(mut trial) = self.trial(start, aim, None, probe)? else { return Ok(None) };
+        let Some(mut trial) = self.trial(start, target, None, probe)? else { return Ok(None) };
         let met = MET * (self.band.upper - self.band.lower);
         for _ in 0..STEPS {
             if trial.off.amax() <= met {
@@ -163,7 +174,7 @@ impl PairSearch<'_> {
             let mut closer = None;
             for _ in 0..SHORTENINGS {
                 let x = Vector3::from(trial.placement.x) + step * share;
-                let next = self.trial(x.into(), aim, Some(&trial), probe)?;
+                let next = self.trial(x.into(), target, Some(&trial), probe)?;
                 closer = next.filter(|next| next.off.norm() < trial.off.norm());
                 if closer.is_some() {
                     break;
@@ -179,7 +190,7 @@ impl PairSearch<'_> {
     fn trial(
         &self,
         x: [f64; 3],
-        (rule, band): (PairRule, ToleranceBand),
+        PairTarget { rule, band }: PairTarget,
         near: Option<&PairTrial>,
         probe: &mut FaceProbe,
     ) -> Result<Option<PairTrial>, PositioningError> {
@@ -276,7 +287,8 @@ impl PairSearch<'_> {
             let spare = MET * (band.upper - band.lower);
             band.lower += low + spare;
             band.upper -= high + spare;
-            let corrected = self.newton(solution.placement.x, (rule, band), probe)?;
+            let target = PairTarget { rule, band };
+            let corrected = self.newton(solution.placement.x, target, probe)?;
             let Some(corrected) = corrected else { break };
             solution = corrected;
         }

@@ -42,7 +42,7 @@ pub(crate) fn search_side(
     let problem =
         StripProblem { frame, band, axis_cone, intervals, extrema: ExtremaSource::Sampled };
     let ranges = SearchRanges { offset: request.offset_range, rotation: rotation_range };
-    let side_search = WidestSearch { request, side, problem: &problem, margin, ranges };
+    let side_search = WidestSearch { request, problem: &problem, margin, ranges };
     let warm = warm.filter(|warm| warm.side == side && warm.strip == request.strip);
     let mut found = Vec::new();
     if let Some(warm) = warm
@@ -62,7 +62,6 @@ pub(crate) fn search_side(
 /// A search on one side of the cutter.
 struct WidestSearch<'a> {
     request: &'a LocationRequest<'a>,
-    side: ContactSide,
     problem: &'a StripProblem,
     /// By how much conditions may be broken \[mm\].
     margin: f64,
@@ -152,8 +151,7 @@ impl WidestSearch<'_> {
         if !keeps(self.request.band, &strip, &optimum) {
             return Ok(None);
         }
-        let described = (self.side, self.problem);
-        Ok(finish(self.request, described, &optimum, &strip, probe.again()).ok())
+        Ok(finish(self.request, self.problem, &optimum, &strip, probe.again()).ok())
     }
 
     /// Climbs from the one other guess that is worth it next to a neighbour.
@@ -226,7 +224,7 @@ impl WidestSearch<'_> {
         optimum: LocalOptimum,
         probe: &FaceProbe,
     ) -> Result<CutterLocation, PositioningError> {
-        settle(self.request, self.side, self.problem, optimum, (self.ranges, probe.again()))
+        settle(self.request, self.problem, optimum, self.ranges, probe.again())
     }
 }
 

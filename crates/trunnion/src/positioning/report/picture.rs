@@ -54,14 +54,22 @@ pub fn error_picture(trace: &ErrorTrace, band: ToleranceBand, title: &str) -> St
     for (end, name) in ends.into_iter().zip(["strip begins", "strip ends"]) {
         strip.upright(&mut svg, end, name);
     }
-    strip.line(&mut svg, points().map(on_strip), (COLOURS[0], 1.0));
-    strip.line(&mut svg, points().filter(kept).map(on_strip), (COLOURS[0], 2.6));
+    strip.line(&mut svg, points().map(on_strip), Stroke { colour: COLOURS[0], width: 1.0 });
+    strip.line(
+        &mut svg,
+        points().filter(kept).map(on_strip),
+        Stroke { colour: COLOURS[0], width: 2.6 },
+    );
     for contact in &trace.contacts {
         strip.dot(&mut svg, [from_origin(*contact), lower * MICRO]);
     }
     whole.frame(&mut svg, band, ["the whole circle, deg from the strip's middle", ""]);
-    whole.line(&mut svg, points().map(around), (COLOURS[0], 1.0));
-    whole.line(&mut svg, points().filter(kept).map(around), (COLOURS[0], 2.6));
+    whole.line(&mut svg, points().map(around), Stroke { colour: COLOURS[0], width: 1.0 });
+    whole.line(
+        &mut svg,
+        points().filter(kept).map(around),
+        Stroke { colour: COLOURS[0], width: 2.6 },
+    );
     let entries = [
         (COLOURS[0], "error, above zero where material is left; bold on the strip"),
         (SHADE, "tolerance band"),
@@ -97,9 +105,9 @@ pub fn comparison_picture(traces: &[ErrorTrace], band: ToleranceBand, title: &st
     for (row, (trace, colour)) in rows.collect::<Vec<_>>().into_iter().rev() {
         let front = trace.points.iter().filter(|p| p.angle.abs() <= 0.5 * PI);
         let point = |p: &TracePoint| [p.across, p.error * MICRO];
-        panel.line(&mut svg, front.clone().map(point), (colour, 0.8));
+        panel.line(&mut svg, front.clone().map(point), Stroke { colour, width: 0.8 });
         let inside = front.filter(|p| within(trace, p)).map(point);
-        panel.line(&mut svg, inside, (colour, 2.0 + 0.8 * row as f64));
+        panel.line(&mut svg, inside, Stroke { colour, width: 2.0 + 0.8 * row as f64 });
     }
     for (row, (trace, colour)) in traces.iter().zip(COLOURS.iter().cycle()).enumerate() {
         let text = format!("{}: {:.2} mm", trace.name, trace.width);
@@ -143,6 +151,13 @@ fn open([width, height]: [f64; 2], title: &str) -> String {
 
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;")
+}
+
+/// Colour and width \[px\] of a curve.
+#[derive(Clone, Copy)]
+struct Stroke<'a> {
+    colour: &'a str,
+    width: f64,
 }
 
 /// A rectangle with axes.
@@ -195,7 +210,7 @@ impl PlotPanel {
         &self,
         svg: &mut String,
         points: impl Iterator<Item = [f64; 2]>,
-        (colour, width): (&str, f64),
+        Stroke { colour, width }: Stroke,
     ) {
         let points: Vec<[f64; 2]> = points.collect();
         let mut runs: Vec<Vec<[f64; 2]>> = Vec::new();
@@ -351,7 +366,7 @@ mod tests {
         assert_eq!(panel.clipped([[0.0, 2.0], [2.0, 3.0]]), None);
         let mut svg = String::new();
         let points = [[0.0, 2.0], [2.0, 0.0], [4.0, 2.0], [6.0, 2.0], [8.0, 0.5]];
-        panel.line(&mut svg, points.into_iter(), ("#000", 1.0));
+        panel.line(&mut svg, points.into_iter(), Stroke { colour: "#000", width: 1.0 });
         assert_eq!(svg.matches("<polyline").count(), 2, "{svg}");
     }
 }

@@ -72,8 +72,7 @@ impl StripProblem {
             if step.gain <= arrived * start.scale[0] || trust < SMALLEST {
                 break;
             }
-            let Some((trial, gained)) = self.attempt(&mut model, &state, (&step, trust), probe)?
-            else {
+            let Some((trial, gained)) = self.attempt(&model, &state, &step, trust, probe)? else {
                 trust *= 0.25;
                 continue;
             };
@@ -125,9 +124,10 @@ impl StripProblem {
     /// optimum: Maratos' effect). `None` where the cutter cannot be placed.
     fn attempt(
         &self,
-        model: &mut QuadraticModel,
+        model: &QuadraticModel,
         state: &ProblemState,
-        (step, trust): (&TrustStep, f64),
+        step: &TrustStep,
+        trust: f64,
         probe: &mut FaceProbe,
     ) -> Result<Option<(ProblemState, f64)>, PositioningError> {
         let Some(trial) = self.next(step.x, probe, state)? else { return Ok(None) };

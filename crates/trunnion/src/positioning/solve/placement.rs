@@ -30,6 +30,8 @@ pub(crate) struct EndPointFrame {
     pub(crate) a: Vector3<f64>,
     /// Direction across the feed, to the strip's side.
     pub(crate) v: Vector3<f64>,
+    /// Side of the cutter that cuts: `Ahead` or `Behind`.
+    pub(crate) side: ContactSide,
     /// `e3 = hand * (e1 x e2)` points along the feed for a contact arc ahead.
     hand: f64,
 }
@@ -61,6 +63,18 @@ struct MotionRate {
     half_chord: f64,
 }
 
+/// Chord between `C1` and `C2`, about which the circle is turned.
+struct ChordFrame {
+    /// Unit vector square to the chord, towards the normal at `P1`.
+    e1: Vector3<f64>,
+    /// Length of the part of that normal square to the chord: the sine of the angle between them.
+    up: f64,
+    /// Middle of the chord \[mm\].
+    middle: Point3<f64>,
+    /// Distance of the chord from the centre of the circle \[mm\].
+    sagitta: f64,
+}
+
 impl EndPointFrame {
     /// Creates the frame at the first end point of `request`, for the side `Ahead` or `Behind`.
     pub(crate) fn new(
@@ -85,6 +99,7 @@ impl EndPointFrame {
             first,
             a: a.into_inner(),
             v: a.cross(&first.normal()) * strip,
+            side,
             hand: strip * sense,
         })
     }
@@ -141,20 +156,15 @@ impl EndPointFrame {
             rates: [MotionRate::turning(middle, -e2.scale(self.hand)); 3],
         };
         let along = self.a * alpha.cos() - self.v * alpha.sin();
-        let by_w = self.rate(&bare, (e1.into_inner(), up.norm()), (middle, sagitta), &d);
-        let by_alpha =
-            self.rate(&bare, (e1.into_inner(), up.norm()), (middle, sagitta), &(along * w));
+        let chord = ChordFrame { e1: e1.into_inner(), up: up.norm(), middle, sagitta };
+        let by_w = self.rate(&bare, &chord, &d);
+        let by_alpha = self.rate(&bare, &chord, &(along * w));
         Ok(Some(TorusPlacement { rates: [by_w, by_alpha, bare.rates[2]], ..bare }))
     }
 
     /// Returns the motion of the tool when `P3` moves by `step`.
-    fn rate(
-        &self,
-        at: &TorusPlacement,
-        (e1, up): (Vector3<f64>, f64),
-        (middle, sagitta): (Point3<f64>, f64),
-        step: &Vector3<f64>,
-    ) -> MotionRate {
+    fn rate(&self, at: &TorusPlacement, chord: &ChordFrame, step: &Vector3<f64>) -> MotionRate {
+        let ChordFrame { e1, up, middle, sagitta } = *chord;
         let (foot, normal) = at.second.foot_rate(step);
         let c2 = foot + normal * self.lift;
         let n1 = self.first.normal().into_inner();
