@@ -25,6 +25,8 @@ impl FacePoint {
     /// Evaluates the point of `face` at `[u, v]`.
     pub(super) fn new(face: &FaceIndex, [u, v]: [f64; 2]) -> Self {
         let jet = face.face().surface.jet2(u, v);
+        // Positive curvature is concave on the side of the surface's own normal; `flip` exchanges
+        // the sides.
         let towards = |c: PrincipalCurvatures| if face.face().flip { -c.min } else { c.max };
         let bend = jet.curvature().map_or(0.0, towards).max(0.0);
         let least_concave_radius = face.smallest_concave_radius();

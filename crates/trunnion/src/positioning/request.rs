@@ -110,6 +110,8 @@ impl ToolInclination {
     /// assert!((both.angle.tan() - 2_f64.sqrt()).abs() < 1e-12);
     /// ```
     pub fn of(lead: f64, tilt: f64) -> Self {
+        // The axis is n + tan(lead) a + tan(tilt) b up to its length: both angles are seen in
+        // planes square to each other, so their tangents are the components of the inclination.
         let [ahead, beside] = [lead.tan(), tilt.tan()];
         Self { angle: ahead.hypot(beside).atan(), towards: Some(beside.atan2(ahead)) }
     }
@@ -147,6 +149,7 @@ impl LocationRequest<'_> {
             return Err(PositioningError::EmptyBand { lower, upper });
         }
         let range = self.offset_range;
+        // At 90 degrees the chord would lie along the feed, and the strip would have no width.
         let fits = range[0] <= range[1] && range[0] > -FRAC_PI_2 && range[1] < FRAC_PI_2;
         if !fits {
             return Err(PositioningError::OffsetRange { range });

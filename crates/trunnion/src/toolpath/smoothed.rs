@@ -52,6 +52,8 @@ impl SmoothedPath {
     fn take(&mut self, cut: SmoothedCurves) {
         self.report.add(&cut.report);
         for (curve, deviated) in cut.curves.into_iter().zip(cut.deviated) {
+            // Knots of a curve count from where the cut began: shift them to the length of all cuts
+            // so far.
             let before = self.along.last().map_or(0.0, |(end, _)| *end) - curve.range()[0];
             self.along.extend(curve.knots[1..].iter().map(|end| before + end).zip(deviated));
             self.path

@@ -77,6 +77,7 @@ impl StripWidthTable {
         let bounds = face.face().bounds();
         let spread = [0, 1].map(|k| (bounds[k][1] - bounds[k][0]) / f64::from(PLACES - 1));
         let near = |[u, v]: [f64; 2]| {
+            // Points up to half a step off the face still serve the interpolation on it.
             let shifts = [-0.5, 0.0, 0.5];
             shifts.iter().any(|a| {
                 shifts.iter().any(|b| face.face().contains(u + a * spread[0], v + b * spread[1]))

@@ -175,6 +175,8 @@ impl CandidatePass<'_> {
             (Some(a), Some(b)) => FOLLOW * angle_between(&a, &b),
             _ => 0.0,
         };
+        // A normal that turns so far between neighbours belongs to a continuation that has turned
+        // over.
         let follow = if follow < OVER { follow } else { 0.0 };
         (self.options.max_axis_turn * (to - from).abs()).max(follow)
     }

@@ -137,6 +137,8 @@ impl<'a, Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'a, Inside> {
             chart: &self.chart,
             tree: &self.tree,
             tool: &self.tool,
+            // The proof may be short of the target by the precision; what it then keeps is the
+            // widened band.
             target: band.lower - path_share + precision,
             precision,
         }

@@ -127,6 +127,7 @@ impl CandidatePass<'_> {
         let KeepOff { part_faces, own, least, precision, .. } = self.keep_off;
         let within = least - precision;
         let query = NearestQuery { within, precision, enough: within };
+        // Centre of the corner when it touches with the distance that the tool keeps.
         let tip = contact.point + contact.normal.scale(minor + least);
         let pose = ToolPose { tip, axis: contact.normal };
         let near = part_faces.nearest(&ConvexSolid::ball(minor), &pose, None, query);
@@ -165,6 +166,7 @@ impl CandidatePass<'_> {
         let tried: Vec<Option<f64>> = arcs.into_par_iter().map(of).collect();
         let most = tried.into_iter().try_fold(0.0, |most: f64, one| Some(most.max(one?)));
         let radius = self.cutter.radius();
+        // A spacing more, as the last station lies up to a spacing before the end of the run-out.
         most.map_or(radius, |most| (RESERVE * most + self.options.spacing[1]).min(radius))
     }
 }

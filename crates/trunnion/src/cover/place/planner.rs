@@ -109,6 +109,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         loop {
             let Some(step) = self.pass(&region, next, rectangle)? else { return Ok(last) };
             next = step.next;
+            // Another pass here costs more than the enclosing rectangle loses by a smaller advance.
             if (last - next) * step.rate * rectangle.worth < step.again {
                 return Ok(next);
             }
@@ -286,6 +287,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         let columns = &trial.columns[first..=last];
         let widths = || trial.parts[first..=last].iter().map(|part| part.width);
         let narrowest = widths().fold(f64::INFINITY, f64::min);
+        // Strips narrower than a ball's gain nothing over the fixed inclination.
         let wide = narrowest >= trial.costs.narrow;
         let same = wide || rectangle.method == PlacementMethod::Inclined;
         if rectangle.depth > DEPTH {
@@ -299,6 +301,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         if !same {
             self.note_fallback(trial, [first, last], [[across, next], along]);
         }
+        // Below the least finished parameter nothing is left to cut in these columns.
         let from = columns.iter().map(|c| c.finished).fold(next, f64::min).max(across);
         let part = FaceRectangle {
             bounds: [[from, next], along],

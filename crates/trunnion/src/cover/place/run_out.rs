@@ -49,6 +49,7 @@ impl ArcMotion {
 
     /// Moves a station by `length` \[mm\]: turned by the angle of the arc, and along its chord.
     fn carry(&self, station: &Station, length: f64) -> Station {
+        // An arc of this length turns by curvature * length; its chord leaves at half that angle.
         let half = 0.5 * self.curvature * length;
         let axis = Unit::new_normalize(self.feed.cross(&self.normal));
         let turn = Rotation3::from_axis_angle(&axis, 2.0 * half);

@@ -170,6 +170,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
             segments.iter().flat_map(|segment| segment.placed.windows(2)).map(range).collect();
         let ends = |column: &PassColumn| {
             let [low, high] = column.along;
+            // Pairs of stations whose range along overlaps the column.
             let near = || pairs.iter().filter(|([a, b], _)| *a < high && *b > low);
             column.part.width < self.least()
                 || near().any(|(_, barred)| *barred)

@@ -100,6 +100,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
 
     /// Makes segments of all stations with locations that have something to cut.
     fn laid(&self, samples: &[TrackSample], extension: f64, segments: &mut Vec<PassSegment>) {
+        // Ranges that are cut, with their run-outs; within each, runs without a gap.
         for [first, last] in kept(samples, extension) {
             let samples = &samples[first..=last];
             for run in runs(samples) {
@@ -391,6 +392,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         let length = sweep.curve.knots[span + 1] - sweep.curve.knots[span];
         // Small and positive.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]
+        // Short slabs: the remainder of the motion is of second order in their length.
         let slabs = (length / (SLAB * self.candidate.cutter.radius())).ceil().max(1.0) as u32;
         // The gouge is the depth of the least clearance, from this face and the others, below the target. The
         // precision of the proof is allowed for.
@@ -420,6 +422,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
             self.clearance.tool.end.distance(&candidate.face.face().point(u, v), &pose) <= upper
         };
         let halfway = |p: [f64; 2], q: [f64; 2]| [0, 1].map(|k| 0.5 * (p[k] + q[k]));
+        // Three points across the strip; the proof of coverage later leaves none out.
         cut(chart.uv([candidate.across, candidate.track.at(0.5 * (a.arc + b.arc))]))
             && cut(halfway(a.contact_uv, b.contact_uv))
             && cut(halfway(a.location.far, b.location.far))

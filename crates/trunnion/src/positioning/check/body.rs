@@ -59,6 +59,7 @@ pub(crate) fn check_body(
         }
         let radius = body.widest(stretch);
         let middle = 0.5 * (low + high);
+        // Radius of the sphere around the middle that holds the cylinder over the stretch.
         let needed = radius.hypot(0.5 * (high - low));
         let free = body.free(pose.tip + pose.axis.scale(middle), middle, needed, probe)?;
         if free >= needed {
@@ -164,15 +165,18 @@ impl BodyCheck<'_> {
             let out = one.scale(cos) + two * sin;
             let p = self.pose.tip + axis.scale(height) + out * radius;
             let [tall, wide] = [high - low, radius * (to - from)];
+            // Half the diagonal of the patch, unrolled: no point of it is farther from its middle.
             let needed = 0.5 * tall.hypot(wide);
             let free = self.free(p, height, needed, probe)?;
             if free >= needed {
                 continue;
             }
+            // A point of the body lies in the face, or nearer than the band allows.
             if free <= 0.0 {
                 let uv = self.uv;
                 return Err(PositioningError::Body { uv, height, clearance: free });
             }
+            // Halve the longer side, so that patches stay about square.
             if tall > wide {
                 cells.extend([([low, height], [from, to]), ([height, high], [from, to])]);
             } else {

@@ -285,6 +285,7 @@ impl CircleSurvey<'_> {
         let count = farthest.map_or(1, |(index, _)| index + 1);
         // On a strongly curved surface "farthest" depends on the plane it is seen in: what lies
         // between the end points counts in any case.
+        // Samples ascend from the seed, so those inside the arc come first.
         let between = seen.iter().take_while(|sample| sample.psi.abs() <= self.half_arc).count();
         let count = count.max(between);
         seen.truncate(count);

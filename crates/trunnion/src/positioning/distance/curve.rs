@@ -16,6 +16,7 @@ pub(crate) fn circle_of_pose(
     middle: &DistanceReading,
 ) -> Result<(CenterCircle, UnitVector3<f64>), PositioningError> {
     let no_direction = || PositioningError::NoDirection { feed: [0.0; 2], uv: look.uv };
+    // On the right of the feed, seen with the normal up, is feed x normal.
     let v = look.feed.cross(&middle.normal()) * look.strip.sign();
     let v = UnitVector3::try_new(v, f64::MIN_POSITIVE).ok_or_else(no_direction)?;
     let center = pose.tip + pose.axis.scale(setting.cutter.minor());

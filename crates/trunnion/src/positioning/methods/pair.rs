@@ -108,6 +108,7 @@ impl PairSearch<'_> {
         let [low, high] = self.request.offset_range;
         let count = ((high - low) / SPACING).ceil().clamp(1.0, 100.0);
         let mut found: Vec<PairTrial> = Vec::new();
+        // Starts in the middle of equal parts of the offset range.
         let shares = (0..100).map(f64::from).take_while(|k| *k < count).map(|k| (k + 0.5) / count);
         for share in shares {
             let Some(start) = self.start(low + (high - low) * share) else { continue };
@@ -140,6 +141,7 @@ impl PairSearch<'_> {
         let bend =
             |turn: f64| offset_curvature(&frame.first, &frame.direction(alpha + turn), frame.lift);
         let (chord, feed) = (bend(0.0)?, bend(FRAC_PI_2)?);
+        // Without c > 0 the error does not fall from the middle and rise again to the ends.
         let fourth = 2.0 * frame.major * frame.major * (chord - feed);
         let band = self.band.upper - self.band.lower;
         if fourth <= 0.0 {
@@ -147,7 +149,10 @@ impl PairSearch<'_> {
         }
         // The chord ends where the circle does.
         let end = (4.0 * band / fourth).sqrt().min(0.4);
+        // Chord of the arc psi_end, 2 R sin(psi_end), with sin(psi_end) = 2 sqrt(s (1 - s)) for s =
+        // sin^2(psi_end / 2).
         let w = 2.0 * frame.major * 2.0 * (end * (1.0 - end)).sqrt();
+        // From b = -c s_end, where b = 2 R (sin(theta) - R k_chord).
         let lean = frame.major * (chord - (chord - feed) * end);
         // Measured from the normals at the end points, not from that below the arc's middle.
         let theta = lean.clamp(-0.9, 0.9).asin() - 2.0 * frame.major * feed * end;
@@ -166,15 +171,18 @@ impl PairSearch<'_> {
             if trial.off.amax() <= met {
                 return Ok(Some(trial));
             }
+            // Singular: the three errors do not move independently of each other.
             let Some(inverse) = trial.rates.try_inverse() else { return Ok(None) };
             let step = -(inverse * trial.off);
             let [w, _, theta] = trial.placement.x;
+            // No unknown moves by more than its bold step, as the linearisation holds only so far.
             let bold = Vector3::new(0.3 * w, 0.15, (0.3 * theta.abs()).max(0.02));
             let mut share = 1.0 / step.component_div(&bold).amax().max(1.0);
             let mut closer = None;
             for _ in 0..SHORTENINGS {
                 let x = Vector3::from(trial.placement.x) + step * share;
                 let next = self.trial(x.into(), target, Some(&trial), probe)?;
+                // Plain backtracking on the residual keeps Newton's method from cycling.
                 closer = next.filter(|next| next.off.norm() < trial.off.norm());
                 if closer.is_some() {
                     break;
@@ -206,6 +214,7 @@ impl PairSearch<'_> {
             PairRule::Nodes => Some(self.nodes(&placement, &circle, probe)?),
         };
         let Some(points) = points else { return Ok(None) };
+        // Contact, maximum, contact: three equations for (w, alpha, theta).
         let aims = [band.lower, band.upper, band.lower];
         let mut off = Vector3::zeros();
         let mut rates = Matrix3::zeros();
@@ -279,6 +288,7 @@ impl PairSearch<'_> {
             let circle = ErrorCircle { ring: solution.placement.ring, minor: frame.minor };
             let extrema = self.extrema(&solution.placement, &circle, probe)?;
             let Some([a, middle, b]) = extrema else { break };
+            // Amounts by which the extrema beside the nodes lie outside the band.
             let low = (self.band.lower - a.value.min(b.value)).max(0.0);
             let high = (middle.value - self.band.upper).max(0.0);
             if low <= 0.0 && high <= 0.0 {

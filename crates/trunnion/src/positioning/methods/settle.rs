@@ -38,6 +38,8 @@ pub(crate) fn settle(
         if keeps(request.band, &strip, &optimum) {
             return finish(request, &problem, &optimum, &strip, probe);
         }
+        // First more samples; if the gouge stays with the fine sampling, the band is narrowed by
+        // twice of it.
         let missing = request.band.lower - strip.front_min.min(strip.rear_min);
         if problem.intervals == FINE && missing > 0.0 {
             problem.band.lower += 2.0 * missing;
@@ -162,6 +164,8 @@ fn binding(request: &LocationRequest, optimum: &LocalOptimum) -> (Vec<f64>, Vec<
         if condition.kind == ActiveConstraint::Touch {
             angles.push(condition.psi + half);
         }
+        // Complementary slackness: a condition limits the width where it is met and its multiplier
+        // is positive.
         if *multiplier > 0.0 && condition.value <= TOUCHING * band {
             active.push(condition.kind);
         }

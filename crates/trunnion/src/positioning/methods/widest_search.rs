@@ -30,10 +30,13 @@ pub(crate) fn search_side(
     rotation_range: [f64; 2],
 ) -> Result<CutterLocation, PositioningError> {
     let mut probe = FaceProbe::new(request.face);
+    // The search works in the inner band, so that a breach within the margin still keeps the outer
+    // one.
     let (band, margin) = (request.band.inner(), request.band.margin());
     let inner = LocationRequest { band, ..*request };
     let frame = EndPointFrame::new(&inner, side, &mut probe)?;
     let concave = frame.first.curvatures()[1];
+    // k (r + e) >= 1: the offset surface folds over, and no corner of radius r reaches the point.
     if concave * frame.lift >= 1.0 {
         let (uv, concave) = (request.at, 1.0 / concave);
         return Err(PositioningError::ConcaveRadius { uv, concave, minor: frame.minor });
@@ -45,6 +48,7 @@ pub(crate) fn search_side(
     let side_search = WidestSearch { request, problem: &problem, margin, ranges };
     let warm = warm.filter(|warm| warm.side == side && warm.strip == request.strip);
     let mut found = Vec::new();
+    // A neighbour's location is nearly optimal here: a few steps from it replace the whole search.
     if let Some(warm) = warm
         && let Some(location) = side_search.beside(warm, &mut found, &mut probe)?
     {

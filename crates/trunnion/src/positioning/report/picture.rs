@@ -246,6 +246,7 @@ impl PlotPanel {
         let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
         for (k, range) in [self.x, self.y].into_iter().enumerate() {
             let way = to[k] - from[k];
+            // Liang and Barsky: each border cuts the range of the parameter from one side.
             for (wall, sign) in [(range[0], 1.0), (range[1], -1.0)] {
                 let (gap, rise) = (sign * (wall - from[k]), sign * way);
                 if rise > 0.0 {

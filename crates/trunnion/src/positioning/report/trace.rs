@@ -138,6 +138,7 @@ impl TraceBuilder<'_> {
             let p = contact + self.frame.v * out;
             last = self.probe.read(&p, last.foot.uv)?;
             let foot = last.foot.point;
+            // Angle on the sphere over a point so far beside the contact.
             let angle = (out / radius).clamp(-1.0, 1.0).asin();
             let error = (foot - center).norm() - radius;
             points.push(TracePoint { angle, across: self.across(&foot), error });

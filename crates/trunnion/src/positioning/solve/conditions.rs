@@ -196,12 +196,15 @@ impl StripProblem {
     ) -> Result<Option<StripCondition>, PositioningError> {
         let half = placement.half_arc;
         let value = end.sign() * sample.slope * half;
+        // The slope times half the arc is a length, comparable with the other conditions.
         // Far from level it binds nothing: four times the slope of a parabola as deep as the band.
         if value > 8.0 * (self.band.upper - self.band.lower) {
             return Ok(None);
         }
         let share = end.sign() * (1.0 - END_STEP);
         let inside = self.circle(placement).read_from(share * half, sample, probe)?;
+        // At the end point the error is given whatever x, so that the derivative of the slope is a
+        // difference quotient of gradients over END_STEP of the half arc, the first of them 0.
         let gradient = placement.arc_gradient(share, &inside).map(|g| -g / END_STEP);
         Ok(Some(StripCondition {
             kind: end.slope(),
@@ -287,12 +290,14 @@ impl StripProblem {
         let circle = self.circle(placement);
         let mut rear = vec![*last];
         rear.extend(circle.rear(placement.half_arc, self.intervals[1], last, probe)?);
+        // The first end point once more, a full turn later, closes the rear.
         rear.push(ErrorSample { psi: first.psi + TAU, ..*first });
         let extrema = circle.extrema(&rear, probe)?;
         let inner = rear.get(1..rear.len() - 1).unwrap_or_default();
         let kept = if self.extrema == ExtremaSource::Followed { usize::MAX } else { 0 };
         let read = inner.iter().chain(extrema.iter().map(|extremum| &extremum.sample));
         samples.extend(read.take(kept).map(|sample| {
+            // Samples are kept over [-pi, pi].
             let turn = if sample.psi > PI { TAU } else { 0.0 };
             ErrorSample { psi: sample.psi - turn, ..*sample }
         }));
@@ -352,6 +357,7 @@ pub(crate) fn offset_curvature(
     lift: f64,
 ) -> Option<f64> {
     let curvature = reading.normal_curvature(direction);
+    // Curvature of the parallel surface: k / (1 - k d).
     let left = 1.0 - curvature * lift;
     (left > 0.0).then(|| curvature / left)
 }

@@ -37,11 +37,13 @@ impl StripProblem {
         from: &ProblemState,
     ) -> Result<Option<ProblemState>, PositioningError> {
         let Some(placement) = self.placement(x, probe, Some(from))? else { return Ok(None) };
+        // Extrema of the front keep their share of the arc, those of the rear their angle.
         let stretch = placement.half_arc / from.placement.half_arc;
         let extrema = from.conditions.iter().filter_map(|condition| {
             let before = condition.sample.as_ref()?;
             let rear = condition.kind == ActiveConstraint::Rear;
             let psi = if rear { before.psi } else { before.psi * stretch };
+            // The foot moves with the circle's point to second order.
             let guess = before.reading.ahead(&(placement.ring.at(psi) - before.at));
             Some(SoughtExtremum { kind: condition.kind, psi, guess })
         });
@@ -127,6 +129,7 @@ fn follow(
     let (rear, maximum) = (kind == ActiveConstraint::Rear, kind == ActiveConstraint::Middle);
     let mut sample = circle.read(psi, guess, probe)?;
     for _ in 0..STEPS {
+        // The bend has changed its sign: the extremum has merged with a neighbour.
         if (sample.bend < 0.0) != maximum || sample.bend.abs() <= 0.0 {
             return Ok(None);
         }
@@ -136,6 +139,7 @@ fn follow(
             return Ok(Some(ErrorExtremum { sample, value: sample.vertex(), maximum }));
         }
         let next = sample.psi + step;
+        // It has moved over an end point, from the strip to the rear or back.
         if rear != (next.abs() > half) {
             return Ok(None);
         }

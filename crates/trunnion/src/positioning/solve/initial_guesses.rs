@@ -60,6 +60,7 @@ pub(crate) fn inclined_start(
     let turn = problem.axis_cone.map_or(0.0, |near| near.max_turn);
     let theta = (warm.rotation + turn).clamp(rotation_range[0], rotation_range[1]);
     let across = offset_curvature(&frame.first, &frame.direction(alpha), frame.lift);
+    // A circle that bends by `bend` more than the surface leaves a strip of sqrt(8 e / bend).
     let bend = theta.sin() / frame.major - across.unwrap_or(0.0);
     let band = problem.band.upper - problem.band.lower;
     let w = (8.0 * band / bend.max(f64::MIN_POSITIVE)).sqrt().min(frame.major);
@@ -101,6 +102,7 @@ pub(crate) fn cold_starts(
         let curvature =
             |turn: f64| offset_curvature(&frame.first, &frame.direction(alpha + turn), frame.lift);
         let (Some(across), Some(along)) = (curvature(0.0), curvature(FRAC_PI_2)) else { continue };
+        // sin(theta) = R k, and a margin: bends more than the surface across and along.
         let sine = (frame.major * across.max(along).max(0.0) + tilt).min(0.97);
         let theta = sine.asin().clamp(rotation_range[0], rotation_range[1]);
         let bend = (theta.sin() / frame.major - across).max(tilt / frame.major);

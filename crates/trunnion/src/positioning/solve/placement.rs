@@ -135,10 +135,12 @@ impl EndPointFrame {
         if half_chord >= self.major {
             return Ok(None);
         }
+        // Frame of the chord: e2 along it, e1 up, e3 along the feed; theta turns e1 towards e3.
         let e3 = e1.cross(&e2) * self.hand;
         let (sin, cos) = theta.sin_cos();
         let f = e3 * cos - e1.scale(sin);
         let axis = UnitVector3::new_normalize(e1.scale(cos) + e3 * sin);
+        // Pythagoras: distance of the chord from the centre of the circle.
         let sagitta = (self.major * self.major - half_chord * half_chord).sqrt();
         let middle = nalgebra::center(&c1, &c2);
         let bare = TorusPlacement {
@@ -155,6 +157,7 @@ impl EndPointFrame {
             half_chord,
             rates: [MotionRate::turning(middle, -e2.scale(self.hand)); 3],
         };
+        // d(P3) / d(alpha) = w d(direction) / d(alpha).
         let along = self.a * alpha.cos() - self.v * alpha.sin();
         let chord = ChordFrame { e1: e1.into_inner(), up: up.norm(), middle, sagitta };
         let by_w = self.rate(&bare, &chord, &d);
@@ -169,11 +172,14 @@ impl EndPointFrame {
         let c2 = foot + normal * self.lift;
         let n1 = self.first.normal().into_inner();
         let e2 = at.ring.e2;
+        // C1 is fixed, C2 moves by `c2`: the chord grows by its part along e2, and turns by the
+        // rest.
         let half_chord = 0.5 * e2.dot(&c2);
         let turned = (c2 - e2 * e2.dot(&c2)) / (2.0 * at.half_chord);
         // e1 = unit(n1 - (n1.e2) e2); the part of its change along e3 is a spin about e2.
         let risen = -(e2 * n1.dot(&turned) + turned * n1.dot(&e2)) / up;
         let spin = e2.cross(&turned) + e2 * (e2.cross(&e1)).dot(&risen);
+        // From sagitta^2 + half_chord^2 = R^2.
         let sagitta_rate = -at.half_chord * half_chord / sagitta;
         MotionRate {
             middle,

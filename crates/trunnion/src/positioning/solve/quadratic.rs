@@ -54,11 +54,16 @@ pub(crate) fn minimise(
         let mut multiplier = 0.0;
         loop {
             let (z, r) = directions(inverse, &normal, &active, constraints)?;
+            // Rate at which the step raises the constraint; 0 if its normal depends on the active
+            // ones.
             let descent = z.dot(&normal);
             let independent = descent > ROUNDING * normal.dot(&(inverse * normal));
+            // Step at which the entering constraint is met, and step at which a multiplier reaches
+            // 0.
             let full = if independent { -slack / descent } else { f64::INFINITY };
             let (leaving, partial) = shortest(&active, &r);
             let step = full.min(partial);
+            // Neither ends the step: the dual is unbounded, the constraints contradict each other.
             if !step.is_finite() {
                 return None;
             }
@@ -70,6 +75,8 @@ pub(crate) fn minimise(
                 x += z * step;
                 slack += step * descent;
             }
+            // A full step: the constraint becomes active. A partial one drops the blocking
+            // constraint.
             if full <= partial {
                 active.push(BindingConstraint { index: entering, multiplier });
                 break;
@@ -121,6 +128,7 @@ fn directions(
     let count = active.len().min(4);
     let mut gram = [[0.0; 4]; 4];
     let mut right = [0.0; 4];
+    // With N the active normals and H = G^-1: r = (N' H N)^-1 N' H n, z = H n - H N r.
     let entering = inverse * normal;
     let mut raised = [Vector4::zeros(); 4];
     for row in 0..count {

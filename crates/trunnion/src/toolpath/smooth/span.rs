@@ -27,6 +27,8 @@ impl SmoothSpan {
     /// hull of its Bernstein coefficients.
     pub fn chords(&self, tip: f64, axis: f64) -> u32 {
         let width = self.range[1] - self.range[0];
+        // A chord leaves its curve by at most |f''| w^2 / 8, so that n parts leave it by 1 / n^2 of
+        // that.
         let [place, turn] = bound::bend(&self.span.coefficients, width);
         // Axis vectors are unit to within the tolerance of the axis; chords of up to a right angle
         // come no closer than cos 45 degrees to the centre.

@@ -47,6 +47,7 @@ fn span(
     station: usize,
 ) -> SmoothSpan {
     let mut coefficients = powers(curve, range[1] - range[0]);
+    // The fit is relative to the origin; only the constant term knows it.
     coefficients[0] += origin;
     SmoothSpan { range, span: PoseSpan { coefficients }, deviated, station, after_stop: false }
 }
@@ -94,6 +95,7 @@ impl SpanRun {
         if let Some(first) = self.spans.first_mut() {
             let shift = u - first.range[0];
             let c = &mut first.span.coefficients;
+            // Taylor shift: repeated synthetic division gives the coefficients about the new start.
             for from in 0..5 {
                 for k in (from..5).rev() {
                     let above = c[k + 1];
@@ -125,7 +127,9 @@ pub(super) fn blend(
     }
     let spans = before.length().min(after.length());
     let longest = (MOST * left.length.min(right.length)).min(2.0 * spans);
+    // Change of the rate in tolerances per unit of the parameter.
     let kink = limits.square(&(leaving - arriving)).sqrt();
+    // From the longest blend that could keep the tolerance, halved until it does.
     let mut half = longest.min(LONGEST / kink);
     for _ in 0..=HALVINGS {
         let range = [corner - half, corner + half];
@@ -162,6 +166,7 @@ fn over(
     start: &[PoseCoordinates; 4],
     end: &[PoseCoordinates; 4],
 ) -> Vec<([f64; 2], QuinticBezier)> {
+    // Three equal spans, eight control points: four from either end.
     let third = (to - from) / 3.0;
     let breaks = [from, from + third, to - third, to];
     let mut points = from_start(&breaks, start).to_vec();
@@ -184,6 +189,7 @@ fn strays(
         let first = side.paths.partition_point(|path| path.range[1] <= range[0]);
         for path in side.paths[first..].iter().take_while(|path| path.range[0] < range[1]) {
             let [from, to] = [range[0].max(path.range[0]), range[1].min(path.range[1])];
+            // The part of blend and path over the same parameters, each by its own shares.
             let mine = part(curve, [from, to].map(|u| (u - range[0]) / width));
             let length = path.range[1] - path.range[0];
             let its = part(&path.curve, [from, to].map(|u| (u - path.range[0]) / length));

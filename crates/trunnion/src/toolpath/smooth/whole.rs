@@ -113,6 +113,7 @@ fn along(stations: &[Station], smoother: &mut PathSmoother) -> Result<(), Smooth
     let last = curve.spans.len() - 1;
     for (index, (span, ends)) in curve.spans.iter().zip(curve.knots.windows(2)).enumerate() {
         for place in 0..PLACES + usize::from(index == last) {
+            // The last span also gives its end; all others leave it to the next one.
             let x = (ends[1] - ends[0]) * place as f64 / PLACES as f64;
             let [value, rate, ..] = span.derivatives(x);
             smoother.push_along(ends[0] + x, &value, &rate).map_err(|error| error.at(index))?;
