@@ -3,6 +3,7 @@
 use crate::cutter::Cutter;
 use crate::positioning::error::PositioningError;
 use crate::surface::FaceIndex;
+use crate::types::{Interval, Uv};
 use nalgebra::UnitVector3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -126,8 +127,8 @@ pub struct LocationRequest<'a> {
     pub cutter: &'a Cutter,
     /// Band in which the error has to lie.
     pub band: ToleranceBand,
-    /// Parameters `[u, v]` of the first end point `P1`, where the strip begins.
-    pub at: [f64; 2],
+    /// Parameters of the first end point `P1`, where the strip begins.
+    pub at: Uv,
     /// Feed direction `[du, dv]`; its sign counts, its length does not.
     pub feed: [f64; 2],
     /// Side of the feed on which the strip lies.
@@ -135,7 +136,7 @@ pub struct LocationRequest<'a> {
     /// Side of the cutter that cuts.
     pub side: ContactSide,
     /// Range of the offset direction alpha, from the strip side towards the feed \[rad\].
-    pub offset_range: [f64; 2],
+    pub offset_range: Interval,
     /// Cone in which the tool axis has to lie; `None` leaves it free.
     pub axis_cone: Option<AxisCone>,
 }
@@ -150,7 +151,7 @@ impl LocationRequest<'_> {
         }
         let range = self.offset_range;
         // At 90 degrees the chord would lie along the feed, and the strip would have no width.
-        let fits = range[0] <= range[1] && range[0] > -FRAC_PI_2 && range[1] < FRAC_PI_2;
+        let fits = range.low <= range.high && range.low > -FRAC_PI_2 && range.high < FRAC_PI_2;
         if !fits {
             return Err(PositioningError::OffsetRange { range });
         }

@@ -306,10 +306,9 @@ impl MoveFilter {
 
     /// Appends the chords of a span, each at the feed of the moves it replaces.
     fn cut(&self, run: &mut SmoothedRun, span: &SmoothSpan, out: &mut Vec<PostMove>) {
-        let [tip, axis] = self.tolerance.map(|most| self.shares[1] * most);
-        let parts = span.chords(tip, axis);
-        let [start, end] = span.range;
-        let width = (end - start) / f64::from(parts);
+        let parts = span.chords(self.tolerance.map(|most| self.shares[1] * most).into());
+        let start = span.range.low;
+        let width = span.range.width() / f64::from(parts);
         for part in 1..=parts {
             let to = start + width * f64::from(part);
             let pace = PostPace::Feed(run.feed([to - width, to]));

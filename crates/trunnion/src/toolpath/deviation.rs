@@ -5,6 +5,7 @@ use crate::types::{Motion, PieceGeometry, PoseCurve, ToolPath};
 
 /// Distance of the curves from a polyline of tips and from great circles of tool axes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct ChordDeviation {
     /// Largest distance of the tip from the chord between neighbouring stations \[mm\].
     pub tip: f64,

@@ -8,6 +8,7 @@ use crate::types::{Leg, Motion, PieceGeometry, Progress, Silent, Stage, ToolPath
 
 /// A job's path with smoothed cuts.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub struct SmoothedPath {
     /// The path; a cut has a piece between two stops.
     pub path: ToolPath,

@@ -99,7 +99,7 @@ impl StripWidthTable {
                         face,
                         cutter,
                         band: options.band,
-                        at: uv,
+                        at: uv.into(),
                         feed,
                         strip: if face.face().flip { StripSide::Left } else { StripSide::Right },
                         side: options.side,

@@ -8,6 +8,7 @@ use crate::cover::place::candidate::{
 };
 use crate::math::angle::angle_between;
 use crate::positioning::{AxisCone, CutterLocation, ToolInclination};
+use crate::types::Interval;
 use nalgebra::{Unit, UnitVector3};
 use rayon::prelude::*;
 
@@ -100,7 +101,7 @@ impl CandidatePass<'_> {
             .iter()
             .zip(places)
             .filter(|(arc, _)| self.track.over_face(**arc))
-            .map(|(_, place)| PassPart { length: self.options.spacing[1], width: width(place) })
+            .map(|(_, place)| PassPart { length: self.options.spacing.high, width: width(place) })
             .collect();
         // Width with the least cost per millimetre gained, over the stations that lie on the face.
         let wanted = advance::advance(&over, &self.costs());
@@ -277,12 +278,12 @@ impl CandidatePass<'_> {
 
     /// Returns the limits within the reach of each neighbour; where their ranges do not meet, halfway.
     fn limits(&self, neighbours: &[Neighbour<'_>]) -> LocationLimits {
-        let [least, most] = self.options.offset_range;
+        let [least, most] = self.options.offset_range.ends();
         let offset = |one: &Neighbour<'_>| one.station.location.offset_direction;
         let low = neighbours.iter().map(|one| offset(one) - one.limit).fold(least, f64::max);
         let high = neighbours.iter().map(|one| offset(one) + one.limit).fold(most, f64::min);
         // Ranges that do not meet: the gap between them, which lies halfway.
-        let offset_range = [low.min(high), high.max(low)];
+        let offset_range = Interval::new(low.min(high), high.max(low));
         // The cone about the mean axis that lies in the cones of all neighbours.
         let pose_axis = |one: &Neighbour<'_>| one.station.station.pose.axis;
         let sum = neighbours.iter().map(|one| pose_axis(one).into_inner()).sum();

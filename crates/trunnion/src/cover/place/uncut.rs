@@ -53,7 +53,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
         let swept = self.coverage(&region, &sweeps);
         // Coarse cells at the rim of the uncut area, fine ones where a cell is finished at its
         // middle.
-        let sizes = [CELL * self.narrow(), FINEST * self.options.spacing[0]];
+        let sizes = [CELL * self.narrow(), FINEST * self.options.spacing.low];
         // Step 1: find the cells of the missed ranges that no pass finishes.
         let open = swept.open(&boxes, sizes);
         // Step 2: join them to connected regions and measure each.

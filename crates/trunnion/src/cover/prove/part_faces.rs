@@ -12,7 +12,7 @@ use crate::cutter::Cutter;
 use crate::cutter::{ConvexSolid, ToolBody};
 use crate::positioning::PositioningError;
 use crate::surface::FaceIndex;
-use crate::types::ToolPose;
+use crate::types::{ToolPose, Uv};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -207,7 +207,7 @@ impl KeepOff<'_> {
     /// # Errors
     ///
     /// `OutOfReach` or `Neighbour`, at parameters `uv` of the face that is cut.
-    pub(crate) fn check(&self, pose: &ToolPose, uv: [f64; 2]) -> Result<(), PositioningError> {
+    pub(crate) fn check(&self, pose: &ToolPose, uv: Uv) -> Result<(), PositioningError> {
         // The machine first: it costs least to find.
         if !self.cost.reaches(pose) {
             return Err(PositioningError::OutOfReach { uv });

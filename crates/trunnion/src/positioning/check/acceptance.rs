@@ -65,7 +65,7 @@ pub(crate) fn accept_measured(
         arc: findings.arc,
         contact_angles: findings.contacts,
         active: findings.active,
-        end: strip.far.0,
+        end: strip.far.uv,
         queries: probe.queries,
         marks: Vec::new(),
     };

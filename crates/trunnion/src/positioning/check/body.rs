@@ -5,7 +5,7 @@ use crate::positioning::distance::probe::FaceProbe;
 use crate::positioning::error::PositioningError;
 use crate::positioning::strip::CuttingContext;
 use crate::surface::SolidProximity;
-use crate::types::ToolPose;
+use crate::types::{ToolPose, Uv};
 use nalgebra::{Point3, UnitVector3, Vector3};
 use std::f64::consts::TAU;
 
@@ -34,7 +34,7 @@ const SECTORS: u32 = 12;
 pub fn body_clear(
     setting: &CuttingContext,
     pose: &ToolPose,
-    uv: [f64; 2],
+    uv: Uv,
 ) -> Result<u32, PositioningError> {
     let mut probe = FaceProbe::new(setting.face);
     check_body(setting, pose, uv, &mut probe)?;
@@ -44,7 +44,7 @@ pub fn body_clear(
 pub(crate) fn check_body(
     setting: &CuttingContext,
     pose: &ToolPose,
-    uv: [f64; 2],
+    uv: Uv,
     probe: &mut FaceProbe,
 ) -> Result<(), PositioningError> {
     let cutter = setting.cutter;
@@ -84,7 +84,7 @@ pub(crate) fn check_body(
 struct BodyCheck<'a> {
     setting: &'a CuttingContext<'a>,
     pose: &'a ToolPose,
-    uv: [f64; 2],
+    uv: Uv,
     limit: u32,
 }
 

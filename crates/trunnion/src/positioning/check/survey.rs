@@ -9,6 +9,7 @@ use crate::positioning::distance::width::width_across;
 use crate::positioning::error::PositioningError;
 use crate::positioning::request::ToleranceBand;
 use crate::positioning::strip::{CuttingContext, MeasuredStrip};
+use crate::positioning::surface_point::SurfacePoint;
 use nalgebra::{UnitVector3, Vector3};
 use std::f64::consts::PI;
 
@@ -68,7 +69,7 @@ impl CircleSurvey<'_> {
         // From the seed both ways to the ends of the strip.
         let upper = self.setting.band.upper;
         let Some(seed) = points.get(start).copied() else {
-            return Err(PositioningError::NoDirection { feed: [0.0; 2], uv: guess });
+            return Err(PositioningError::NoDirection { feed: [0.0; 2], uv: guess.into() });
         };
         let (near, far) = if seed.error <= upper {
             let (before, after) = (points.iter().take(start).rev(), points.iter().skip(start + 1));
@@ -94,7 +95,7 @@ impl CircleSurvey<'_> {
             _ => f64::NEG_INFINITY,
         });
         let front_max_bound = highest.fold(front_max, f64::max);
-        let foot = |sample: &ErrorSample| (sample.reading.foot.uv, sample.reading.foot.point);
+        let foot = |sample: &ErrorSample| SurfacePoint::from(&sample.reading.foot);
         Ok(MeasuredStrip {
             width: width_across(&self.v, &near.end.reading, &far.end.reading).max(0.0),
             near: foot(&near.end),

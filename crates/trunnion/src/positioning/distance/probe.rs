@@ -2,6 +2,7 @@
 
 use crate::positioning::error::PositioningError;
 use crate::surface::{ClosestError, FaceIndex, FootPoint, SurfaceJet2};
+use crate::types::Uv;
 use nalgebra::{Point3, UnitVector3, Vector3};
 
 /// From a point this near to the foot \[mm\], second-order Taylor terms lead to it: a distance is
@@ -152,7 +153,7 @@ impl<'a> FaceProbe<'a> {
         let foot = self
             .face
             .closest_near(p, guess)
-            .map_err(|error| PositioningError::Closest { uv: guess, error })?;
+            .map_err(|error| PositioningError::Closest { uv: guess.into(), error })?;
         Ok(DistanceReading { poleless: self.poleless, ..DistanceReading::new(p, foot) })
     }
 
@@ -162,7 +163,7 @@ impl<'a> FaceProbe<'a> {
         &mut self,
         p: &Point3<f64>,
         enough: f64,
-        uv: [f64; 2],
+        uv: Uv,
     ) -> Result<f64, PositioningError> {
         self.queries += 1;
         if let Some(distance) = self.face.distance_over_box(p) {

@@ -47,7 +47,7 @@ pub(crate) fn ball_location(
     check_body(&setting, &pose, request.at, &mut probe)?;
     let strip = ball_strip(&setting, center, &frame.v, &touch, probe)?;
     cuts_there(&setting, &pose, &strip)?;
-    let chord = nalgebra::distance(&strip.near.1, &strip.far.1);
+    let chord = nalgebra::distance(&strip.near.point, &strip.far.point);
     // A chord of a circle of radius r spans the angle 2 asin(c / 2 r).
     let half = (0.5 * chord / minor).min(1.0).asin();
     let found = LocationParts {
@@ -58,7 +58,7 @@ pub(crate) fn ball_location(
         arc: 2.0 * half,
         contact_angles: vec![half],
         active: vec![ActiveConstraint::Touch, ActiveConstraint::GivenLead],
-        end: strip.far.0,
+        end: strip.far.uv,
         queries: strip.queries,
         marks: Vec::new(),
     };

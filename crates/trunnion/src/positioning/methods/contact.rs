@@ -10,6 +10,7 @@ use crate::positioning::request::{ContactSide, LocationRequest, ToleranceBand};
 use crate::positioning::solve::conditions::offset_curvature;
 use crate::positioning::solve::placement::{EndPointFrame, MOST_ROTATION};
 use crate::positioning::strip::MeasuredStrip;
+use crate::positioning::surface_point::SurfacePoint;
 use crate::types::ToolPose;
 use nalgebra::{UnitVector3, Vector3};
 
@@ -187,7 +188,7 @@ impl<'a> ContactFrame<'a> {
         // `out`.
         let center = contact + first.normal().scale(self.lift) - out * self.frame.major;
         let pose = ToolPose { tip: center - axis.scale(self.frame.minor), axis };
-        let middle = (first.foot.uv, contact);
+        let middle = SurfacePoint::from(&first.foot);
         PoseProposal { pose, side: self.side, middle, ends: None, lead }
     }
 

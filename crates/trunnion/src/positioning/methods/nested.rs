@@ -13,6 +13,7 @@ use crate::positioning::location::CutterLocation;
 use crate::positioning::request::{ContactSide, LocationRequest, ToleranceBand};
 use crate::positioning::solve::conditions::{AT_END, CHORD, offset_curvature};
 use crate::positioning::solve::placement::{EndPointFrame, MOST_ROTATION, TorusPlacement};
+use crate::types::Interval;
 use std::f64::consts::PI;
 
 /// Resolution of the nested search. The paper leaves the numbers open.
@@ -130,9 +131,10 @@ impl NestedSearch<'_> {
     /// test narrows the interval of the offset.
     fn direction(
         &self,
-        [mut low, mut high]: [f64; 2],
+        range: Interval,
         probe: &mut FaceProbe,
     ) -> Result<Option<TorusPlacement>, PositioningError> {
+        let [mut low, mut high] = range.ends();
         let mut best: Option<TorusPlacement> = None;
         let parts = self.grid.directions;
         for _ in 0..BISECTIONS {

@@ -105,7 +105,7 @@ impl PairSearch<'_> {
         rule: PairRule,
         probe: &mut FaceProbe,
     ) -> Result<Vec<PairTrial>, PositioningError> {
-        let [low, high] = self.request.offset_range;
+        let [low, high] = self.request.offset_range.ends();
         let count = ((high - low) / SPACING).ceil().clamp(1.0, 100.0);
         let mut found: Vec<PairTrial> = Vec::new();
         // Starts in the middle of equal parts of the offset range.

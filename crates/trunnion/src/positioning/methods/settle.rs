@@ -135,7 +135,7 @@ pub(crate) fn finish(
         arc: 2.0 * placement.half_arc,
         contact_angles,
         active,
-        end: placement.second.foot.uv,
+        end: placement.second.foot.uv.into(),
         queries: probe.queries,
         marks: extremum_marks(&optimum.state, frame.first.foot.uv),
     };

@@ -15,6 +15,7 @@ use crate::positioning::solve::initial_guesses::{
 };
 use crate::positioning::solve::optimum::LocalOptimum;
 use crate::positioning::solve::placement::EndPointFrame;
+use crate::types::Interval;
 
 /// A warm start that ends this much narrower than its neighbour is not trusted alone.
 const NARROWED: f64 = 0.9;
@@ -27,7 +28,7 @@ pub(crate) fn search_side(
     request: &LocationRequest,
     side: ContactSide,
     warm: Option<&CutterLocation>,
-    rotation_range: [f64; 2],
+    rotation_range: Interval,
 ) -> Result<CutterLocation, PositioningError> {
     let mut probe = FaceProbe::new(request.face);
     // The search works in the inner band, so that a breach within the margin still keeps the outer
@@ -87,9 +88,9 @@ impl WidestSearch<'_> {
     /// Returns `true` if axis and offset direction are confined so closely that no allowed location is
     /// farther from a neighbour's than initial guesses are from each other.
     fn is_held(&self) -> bool {
-        let [low, high] = self.request.offset_range;
+        let range = self.request.offset_range;
         let near = self.request.axis_cone.is_some_and(|near| near.max_turn <= START_SPACING);
-        near && high - low <= 2.0 * START_SPACING
+        near && range.width() <= 2.0 * START_SPACING
     }
 
     /// Climbs from a neighbour's location. An end that is not accepted at once is added to `found`.

@@ -26,7 +26,7 @@ pub fn error_picture(trace: &ErrorTrace, band: ToleranceBand, title: &str) -> St
     let ToleranceBand { lower, upper } = band;
     let height = upper - lower;
     let from_origin = |angle: f64| (angle - trace.origin).to_degrees();
-    let ends = trace.ends.map(from_origin);
+    let ends = trace.ends.ends().map(from_origin);
     let [low, high] = [ends[0].min(0.0), ends[1]];
     let margin = 0.08 * (high - low);
     let strip = PlotPanel {
@@ -45,7 +45,7 @@ pub fn error_picture(trace: &ErrorTrace, band: ToleranceBand, title: &str) -> St
     let on_strip = |p: &TracePoint| [from_origin(p.angle), p.error * MICRO];
     let around = |p: &TracePoint| [p.angle.to_degrees(), p.error * MICRO];
     let points = || trace.points.iter();
-    let kept = |p: &&TracePoint| p.angle >= trace.ends[0] && p.angle <= trace.ends[1];
+    let kept = |p: &&TracePoint| trace.ends.contains(p.angle);
     strip.frame(
         &mut svg,
         band,
@@ -85,8 +85,7 @@ pub fn error_picture(trace: &ErrorTrace, band: ToleranceBand, title: &str) -> St
 pub fn comparison_picture(traces: &[ErrorTrace], band: ToleranceBand, title: &str) -> String {
     let ToleranceBand { lower, upper } = band;
     let height = upper - lower;
-    let within =
-        |trace: &ErrorTrace, p: &TracePoint| p.angle >= trace.ends[0] && p.angle <= trace.ends[1];
+    let within = |trace: &ErrorTrace, p: &TracePoint| trace.ends.contains(p.angle);
     let strips = traces.iter().flat_map(|t| t.points.iter().filter(move |p| within(t, p)));
     let [low, high] =
         strips.fold([0.0_f64, 0.0_f64], |[low, high], p| [low.min(p.across), high.max(p.across)]);

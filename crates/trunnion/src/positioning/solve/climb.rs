@@ -93,7 +93,7 @@ impl StripProblem {
                 state = trial;
             }
         }
-        let [low, high] = start.offset_range;
+        let [low, high] = start.offset_range.ends();
         let alpha = state.placement.x[1];
         // The model clamps alpha to its range, so equality is exact there.
         let at_range_end = alpha <= low || alpha >= high;

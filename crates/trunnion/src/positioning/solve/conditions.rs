@@ -7,7 +7,8 @@ use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
 use crate::positioning::error::PositioningError;
 use crate::positioning::request::{AxisCone, ToleranceBand};
 use crate::positioning::solve::placement::{EndPointFrame, TorusPlacement};
-use nalgebra::{Point3, Vector3};
+use crate::positioning::surface_point::SurfacePoint;
+use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 
 /// Intervals of front and rear. The error of the front is close to a polynomial of degree four,
@@ -40,8 +41,8 @@ pub(crate) struct StripCondition {
     pub(crate) psi: f64,
     /// The extremum it belongs to, if to one.
     pub(crate) sample: Option<ErrorSample>,
-    /// Contact of the cutter once the value is 0: parameters and point.
-    pub(crate) contact: Option<([f64; 2], Point3<f64>)>,
+    /// Contact of the cutter once the value is 0.
+    pub(crate) contact: Option<SurfacePoint>,
 }
 
 /// Source of the extrema of the error round the circle.
@@ -257,8 +258,7 @@ impl StripProblem {
         } else {
             (ActiveConstraint::Touch, extremum.value - self.band.lower, gradient)
         };
-        let foot = &sample.reading.foot;
-        let contact = (!extremum.maximum).then_some((foot.uv, foot.point));
+        let contact = (!extremum.maximum).then(|| SurfacePoint::from(&sample.reading.foot));
         StripCondition { kind, value, gradient, psi, sample: Some(sample), contact }
     }
 
@@ -275,7 +275,7 @@ impl StripProblem {
             gradient: placement.gradient(&sample.at, &sample.reading.normal()),
             psi: sample.psi,
             sample: Some(sample),
-            contact: Some((sample.reading.foot.uv, sample.reading.foot.point)),
+            contact: Some(SurfacePoint::from(&sample.reading.foot)),
         }
     }
 
@@ -327,7 +327,7 @@ impl StripProblem {
                 gradient: placement.gradient(&point, &reading.normal()),
                 psi: 0.0,
                 sample: None,
-                contact: Some((reading.foot.uv, reading.foot.point)),
+                contact: Some(SurfacePoint::from(&reading.foot)),
             });
         }
         Ok(())
@@ -376,6 +376,7 @@ mod tests {
     use crate::surface::FaceIndex;
     use crate::surface::NurbsSurface;
     use crate::surface::Surface;
+    use crate::types::{Interval, Uv};
     use nalgebra::Point3;
     use nalgebra::UnitVector3;
     use nalgebra::Vector3;
@@ -413,11 +414,11 @@ mod tests {
             face: &face,
             cutter: &cutter,
             band,
-            at: [0.45, 0.52],
+            at: Uv::new(0.45, 0.52),
             feed: [0.2, 1.0],
             strip,
             side,
-            offset_range: [-0.5, 0.5],
+            offset_range: Interval::new(-0.5, 0.5),
             axis_cone: None,
         };
         let mut probe = FaceProbe::new(&face);

@@ -111,8 +111,8 @@ impl<'a> QuadraticModel<'a> {
         let slack = solution.x.w.max(0.0) * band;
         // Increase of the width promised by the quadratic model.
         let rise = g.dot(&d) - 0.5 * d.dot(&(self.hessian * d));
-        let [low, high] = self.start.offset_range;
-        let [flat, steep] = self.start.rotation_range;
+        let [low, high] = self.start.offset_range.ends();
+        let [flat, steep] = self.start.rotation_range.ends();
         let scale = self.start.scale;
         Some(TrustStep {
             x: [
@@ -133,8 +133,8 @@ impl<'a> QuadraticModel<'a> {
 
     /// Returns the trust region and ranges of the unknowns, as distances from `x` in scaled unknowns.
     fn walls(&self, x: [f64; 3], trust: f64) -> [LinearConstraint; 6] {
-        let [low, high] = self.start.offset_range;
-        let [flat, steep] = self.start.rotation_range;
+        let [low, high] = self.start.offset_range.ends();
+        let [flat, steep] = self.start.rotation_range.ends();
         // Half of w is as far as a linear model of a chord reaches down.
         let least = [0.5 * x[0], low, flat];
         let most = [f64::INFINITY, high, steep];

@@ -8,7 +8,7 @@ use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
 use crate::positioning::distance::ring::CenterCircle;
 use crate::positioning::error::PositioningError;
 use crate::positioning::request::{ContactSide, LocationRequest};
-use crate::types::ToolPose;
+use crate::types::{ToolPose, Uv};
 use nalgebra::{Point3, UnitVector3, Vector3};
 
 /// Largest rotation about the chord \[rad\]: a cutter that leans farther than about 35 degrees reaches
@@ -83,10 +83,10 @@ impl EndPointFrame {
         probe: &mut FaceProbe,
     ) -> Result<Self, PositioningError> {
         let no_direction = || PositioningError::NoDirection { feed: request.feed, uv: request.at };
-        let [u, v] = request.at;
+        let Uv { u, v } = request.at;
         let face = request.face.face();
         let point = face.surface.point(u, v);
-        let first = probe.foot(&point, request.at)?;
+        let first = probe.foot(&point, request.at.into())?;
         let jet = &first.foot.jet;
         let along = jet.su * request.feed[0] + jet.sv * request.feed[1];
         let a = UnitVector3::try_new(along, f64::MIN_POSITIVE).ok_or_else(no_direction)?;
