@@ -190,7 +190,7 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
         face: &face,
         cutter: &cutter,
         band: ToleranceBand { lower: 0.0, upper: tolerance },
-        at: args.at,
+        at: args.at.into(),
         feed: args.feed,
         strip: match args.strip {
             Strip::Right => StripSide::Right,
@@ -201,7 +201,7 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
             Side::Behind => ContactSide::Behind,
             Side::Either => ContactSide::Either,
         },
-        offset_range: args.offset_range.map(f64::to_radians),
+        offset_range: args.offset_range.map(f64::to_radians).into(),
         axis_cone: None,
     };
     if args.compare {

@@ -20,7 +20,7 @@ use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::pipeline::{Job, run};
 use trunnion::positioning::{ContactSide, ToleranceBand, ToolInclination};
 use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
-use trunnion::types::Silent;
+use trunnion::types::{Interval, Silent};
 
 fn main() {
     if std::env::var("TRUNNION_FIGURES").as_deref() != Ok("0") {
@@ -60,13 +60,13 @@ fn lengths() {
             band: ToleranceBand { lower: 0.0, upper: 0.01 - SHARE },
             link: 80.0,
             path_share: SHARE,
-            spacing: [0.003 * radius, 0.125 * radius],
+            spacing: Interval::new(0.003 * radius, 0.125 * radius),
             max_axis_turn: 10.0,
-            offset_range: [-FRAC_PI_6, FRAC_PI_6],
+            offset_range: Interval::new(-FRAC_PI_6, FRAC_PI_6),
             lean: ToolInclination { angle: 0.087, towards: None },
             effort: 3.0,
         };
-        let Covering { passes, report } =
+        let Covering { passes, report, .. } =
             cover(&CoverRequest::new(&[patch()], cutter, &options), &Silent).unwrap();
         assert!(report.rest.is_empty());
         println!("  {name:<24} {:>3} passes {:>7.0} mm", passes.len(), report.length);
@@ -199,9 +199,9 @@ fn small_face(bencher: Bencher<'_, '_>, method: PlacementMethod) {
         band: ToleranceBand { lower: 0.0, upper: 0.02 },
         link: 80.0,
         path_share: 0.002,
-        spacing: [0.021, 0.875],
+        spacing: Interval::new(0.021, 0.875),
         max_axis_turn: 0.05,
-        offset_range: [-0.5, 0.5],
+        offset_range: Interval::new(-0.5, 0.5),
         lean: ToolInclination { angle: 0.087, towards: None },
         effort: 3.0,
     };

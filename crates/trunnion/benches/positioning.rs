@@ -14,6 +14,7 @@ use trunnion::positioning::{
     ToleranceBand, strip_of_pose, widest_strip,
 };
 use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
+use trunnion::types::{Interval, Uv};
 
 fn main() {
     // Not under `cargo test`, which passes `--test`.
@@ -84,7 +85,7 @@ fn many(face: &FaceIndex, cutter: &Cutter) -> f64 {
         let mut width = 0.0;
         for station in 0..STATIONS {
             let v = 0.1 + 0.8 * f64::from(station) / f64::from(STATIONS);
-            let request = LocationRequest { at: [u, v], ..request(face, cutter, 0) };
+            let request = LocationRequest { at: Uv::new(u, v), ..request(face, cutter, 0) };
             warm = widest_strip(&request, warm.as_ref()).ok();
             width += warm.as_ref().map_or(0.0, |found| found.chord_width);
         }
@@ -101,7 +102,8 @@ fn neighbours<'a>(
     case: usize,
 ) -> Option<(CutterLocation, LocationRequest<'a>)> {
     let request = request(face, cutter, case);
-    let at = [0, 1].map(|k| request.at[k] + 0.008 * request.feed[k]);
+    let Uv { u, v } = request.at;
+    let at = Uv::new(u + 0.008 * request.feed[0], v + 0.008 * request.feed[1]);
     let first = widest_strip(&request, None).ok()?;
     Some((first, LocationRequest { at, ..request }))
 }
@@ -144,11 +146,11 @@ fn request<'a>(face: &'a FaceIndex, cutter: &'a Cutter, case: usize) -> Location
         face,
         cutter,
         band: ToleranceBand { lower: 0.0, upper: 0.01 },
-        at: [0.4, 0.5],
+        at: Uv::new(0.4, 0.5),
         feed,
         strip: StripSide::Right,
         side: ContactSide::Ahead,
-        offset_range: [-range, range],
+        offset_range: Interval::new(-range, range),
         axis_cone: None,
     }
 }

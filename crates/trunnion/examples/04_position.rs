@@ -5,6 +5,7 @@ use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::import::surface_json;
 use trunnion::positioning::{ContactSide, LocationRequest, StripSide, ToleranceBand, widest_strip};
 use trunnion::surface::{Face, FaceIndex};
+use trunnion::types::{Interval, Uv};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let patch = include_bytes!("../../../fixtures/bezier-patch/patch.json");
@@ -15,11 +16,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         face: &face,
         cutter: &cutter,
         band: ToleranceBand { lower: 0.0, upper: 0.01 },
-        at: [0.4, 0.5],
+        at: Uv::new(0.4, 0.5),
         feed: [0.0, 1.0],
         strip: StripSide::Right,
         side: ContactSide::Ahead,
-        offset_range: [-1.2, 1.2],
+        offset_range: Interval::new(-1.2, 1.2),
         axis_cone: None,
     };
     let location = widest_strip(&request, None)?;

@@ -79,7 +79,9 @@ mod tests {
         let mut profile = Profile::default();
         for k in 1..=100_000_u32 {
             let tip = if k == 70_000 { 1.0 } else { 0.1 };
-            profile.push(0.3 * f64::from(k), &PathDeviation { tip, ..PathDeviation::default() });
+            let mut deviation = PathDeviation::default();
+            deviation.tip = tip;
+            profile.push(0.3 * f64::from(k), &deviation);
         }
         assert!(profile.bins.len() <= MOST && profile.bins.len() > MOST / 4);
         let columns = profile.columns(100, |of| [of.tip, 0.0]);

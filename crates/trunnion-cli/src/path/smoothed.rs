@@ -261,14 +261,13 @@ impl<W: Write> Rewriter<W> {
         let feeds = stretch.feeds.iter().take_while(|(from, _)| *from <= to);
         let feed = feeds.map(|(_, feed)| *feed).reduce(f64::min);
         let motion = feed.map_or(ClMotion::Rapid, ClMotion::Feed);
-        let [tip, axis] = self.tolerance[1];
-        let parts = span.chords(tip, axis);
+        let parts = span.chords(self.tolerance[1].into());
         for part in 1..=parts {
             if let Some(pose) = span.pose(f64::from(part) / f64::from(parts)) {
                 self.goto(&pose, motion)?;
             }
         }
-        let length = self.sheet.profile.length() + span.range[1] - span.range[0];
+        let length = self.sheet.profile.length() + span.range.high - span.range.low;
         self.sheet.profile.push(length, &span.deviated);
         Ok(())
     }

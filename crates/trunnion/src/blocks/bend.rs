@@ -32,8 +32,11 @@ impl AxisRates {
     pub(super) fn of(quintic: &Quintic<AXES>) -> Self {
         let c = quintic.powers();
         let width = quintic.length();
+        // Coefficients of the derivatives by powers: k c_k, and once more.
         let first: [AxisVector; 5] = std::array::from_fn(|k| c[k + 1] * (k as f64 + 1.0));
         let second: [AxisVector; 4] = std::array::from_fn(|k| first[k + 1] * (k as f64 + 1.0));
+        // The powers count the interval as length 1: each derivative brings one division by its
+        // width.
         Self { first: largest(first) / width, second: largest(second) / (width * width) }
     }
 
@@ -56,12 +59,15 @@ fn largest<const N: usize>(mut row: [AxisVector; N]) -> AxisVector {
         *c /= choose;
         choose *= (degree - k) as f64 / (k as f64 + 1.0);
     }
+    // Sums of binomials: the scaled powers become Bernstein coefficients by repeated addition of
+    // neighbours.
     for step in (1..=degree).rev() {
         for i in step..=degree {
             let before = row[i - 1];
             row[i] += before;
         }
     }
+    // A polynomial lies in the convex hull of its Bernstein coefficients.
     row.iter().fold(AxisVector::zeros(), |most, c| most.sup(&c.abs()))
 }
 
@@ -80,9 +86,11 @@ fn stages(chain: &ChainGeometry, of: &AxisVector) -> [f64; 3] {
 pub(crate) fn arms(chain: &ChainGeometry, q: &AxisVector) -> RotaryArms {
     let [first, second] = &chain.rotary;
     let linear = Vector3::new(q[0], q[1], q[2]);
+    // Tip as seen from the second rotary, turned with it, then as seen from the first.
     let inner = chain.slides[2] * linear + (chain.tip - second.point);
     let turned = nalgebra::Rotation3::from_axis_angle(&second.dir, q[SECOND_ROTARY]) * inner;
     let middle = chain.slides[1] * linear + (second.point - first.point) + turned;
+    // Distance of a point from an axis through the origin: |p x d| for a unit vector d.
     [middle.cross(&first.dir).norm(), inner.cross(&second.dir).norm()]
 }
 
@@ -93,14 +101,20 @@ impl PoseBend {
     /// Twice differentiated, `R(q) v` is at most `|v''| + 2 |q'| |v'| + (q'² + |q''|) arm`.
     pub(super) fn of(chain: &ChainGeometry, rates: &AxisRates, ends: RotaryArms) -> Self {
         let AxisRates { first, second } = rates;
+        // Linear axes before, between and after the rotaries add to different parts of the chain.
         let [speed, change] = [stages(chain, first), stages(chain, second)];
         let [w1, w2] = [first[FIRST_ROTARY], first[SECOND_ROTARY]];
         let [a1, a2] = [second[FIRST_ROTARY], second[SECOND_ROTARY]];
+        // An arm grows by no more than the linear axes move in half the interval.
         let inner_arm = ends[1] + 0.5 * speed[2];
         let inner_speed = speed[1] + speed[2] + w2 * inner_arm;
         let outer_arm = ends[0] + 0.5 * inner_speed;
+        // |(R(q) v)''| <= |v''| + 2 |q'| |v'| + (q'^2 + |q''|) arm for the rotary nearer the tip.
         let inner = change[1] + change[2] + 2.0 * w2 * speed[2] + (w2 * w2 + a2) * inner_arm;
+        // The same for the outer rotary, which turns all of the inner chain.
         let tip = change[0] + inner + 2.0 * w1 * inner_speed + (w1 * w1 + a1) * outer_arm;
+        // The axis vector is the same with arm 1 and no linear motion, both rotaries together: (w1
+        // + w2)^2 + a1 + a2.
         Self { tip, axis: (w1 + w2).powi(2) + a1 + a2 }
     }
 }

@@ -92,12 +92,14 @@ impl<T: PoseTrail> ControlledPath<'_, T> {
     fn matched(&self, ends: [&PathPlace; 2], enough: f64, by: PoseMatch) -> f64 {
         let chain = self.kinematics.chain();
         let both = ends.map(|end| arms(chain, &end.q));
+        // The larger arm of both ends: a move in between can only add to it.
         let arms = [0, 1].map(|k: usize| both[0][k].max(both[1][k]));
         let turn = angle_between(&ends[0].pose.axis, &ends[1].pose.axis);
         let trial = BlockTrial { ends, by, arms, turn, enough };
         let mut samples = vec![BlockSample { place: *ends[0], share: 0.0, off: 0.0 }];
         for s in self.trail.inside(ends.map(|end| end.s)) {
             let Some(sample) = self.sample(&trial, s) else { return f64::INFINITY };
+            // A sample beyond the limit decides at once; no bound is needed.
             if sample.off > enough {
                 return sample.off;
             }
@@ -118,11 +120,15 @@ impl<T: PoseTrail> ControlledPath<'_, T> {
     /// path and control strays from its own chord by at most an eighth of its second derivative.
     fn between(&self, trial: &BlockTrial, ends: [&BlockSample; 2], halvings: u32) -> f64 {
         let [from, to] = ends;
+        // The difference of path and control is within `off` of 0 at both ends, and strays from its
+        // chord by |f''| / 8 at most; an axis vector counts with the lever.
         let off = from.off.max(to.off);
         let path = self.trail.bend([&from.place, &to.place]);
         let control = self.control_bend(trial, to.share - from.share);
         let bend = path.tip + control.tip + self.lever * (path.axis + control.axis);
         let chord = off + 0.125 * bend;
+        // So far the axes are compared by the chord of unit vectors; the angle is longer by CHORD
+        // times its square.
         let angle = if self.lever > 0.0 { (chord / self.lever).min(2.0) } else { 0.0 };
         let bound = if angle > 1.0 { f64::INFINITY } else { chord * (1.0 + CHORD * angle * angle) };
         if bound <= trial.enough || halvings == 0 {
@@ -134,6 +140,7 @@ impl<T: PoseTrail> ControlledPath<'_, T> {
         if middle.off > trial.enough {
             return middle.off;
         }
+        // Halving the stretch divides the second-order term by four.
         let first = self.between(trial, [from, &middle], halvings - 1);
         if first > trial.enough {
             return first;
@@ -144,6 +151,7 @@ impl<T: PoseTrail> ControlledPath<'_, T> {
     /// Bend of the control over a part of the block, by the share of that part.
     fn control_bend(&self, trial: &BlockTrial, share: f64) -> PoseBend {
         let travel = trial.ends[1].q - trial.ends[0].q;
+        // Second derivatives by the share of a part scale with the square of its length.
         let square = share * share;
         match self.control {
             BlockInterpolation::Axes => {
@@ -153,6 +161,7 @@ impl<T: PoseTrail> ControlledPath<'_, T> {
                 PoseBend { tip: whole.tip * square, axis: whole.axis * square }
             }
             BlockInterpolation::RotaryLinear => {
+                // R1(q1) R2(q2) d, both rates constant: |d''| <= (|q1'| + |q2'|)^2.
                 let turn = travel[3].abs() + travel[4].abs();
                 PoseBend { tip: 0.0, axis: turn * turn * square }
             }
@@ -182,7 +191,10 @@ impl<T: PoseTrail> ControlledPath<'_, T> {
             return Some((place.s - from.s) / (to.s - from.s));
         }
         let target = self.weighted(&place.pose);
+        // Foot of the perpendicular on the chord between the block's ends.
         let first = ((target - start).dot(&chord) / square).clamp(0.0, 1.0);
+        // One Newton correction with the chord as tangent: the curve leaves it by little in blocks
+        // within tolerance.
         let rest = target - self.weighted(&self.moved(trial.ends, first)?);
         Some((first + rest.dot(&chord) / square).clamp(0.0, 1.0))
     }
@@ -210,8 +222,9 @@ pub struct BlockEnd<'a> {
     pub pose: &'a ToolPose,
 }
 
-impl<'a> From<(&'a AxisVector, &'a ToolPose)> for BlockEnd<'a> {
-    fn from((q, pose): (&'a AxisVector, &'a ToolPose)) -> Self {
+impl<'a> BlockEnd<'a> {
+    /// Creates the end at the axis positions `q`, which stand for `pose`.
+    pub const fn new(q: &'a AxisVector, pose: &'a ToolPose) -> Self {
         Self { q, pose }
     }
 }
@@ -224,6 +237,7 @@ pub fn moved(
     [from, to]: [BlockEnd<'_>; 2],
     share: f64,
 ) -> Option<ToolPose> {
+    // Axes run linearly by the share; what of their pose the control takes depends on its kind.
     let axes = || kinematics.forward(&from.q.lerp(to.q, share));
     let tip = from.pose.tip + (to.pose.tip - from.pose.tip) * share;
     let axis = match control {

@@ -42,6 +42,7 @@ impl PoseTrail for BlockProgram<'_> {
             let only = &self.blocks[0];
             return PathPlace { s, q: only.q, pose: only.pose };
         };
+        // Parameter s counts blocks: its fraction is the share of the block.
         let share = s - block as f64;
         let ends = [from, to].map(|end| BlockEnd { q: &end.q, pose: &end.pose });
         // Opposite tool axes: no great circle, and no block that would do for it either.
@@ -53,6 +54,8 @@ impl PoseTrail for BlockProgram<'_> {
         let Some((_, ends)) = self.ends(0.5 * (from.s + to.s)) else {
             return PoseBend { tip: 0.0, axis: 0.0 };
         };
+        // The stretch is part of one block, so that its second derivatives scale with the square of
+        // its share.
         let square = (to.s - from.s).powi(2);
         let whole = block_bend(self.kinematics, self.control, ends);
         PoseBend { tip: whole.tip * square, axis: whole.axis * square }
@@ -125,6 +128,7 @@ fn longest(
     // One block is always allowed; `refused` is the first known not to be.
     let [mut best, mut refused] = [from + 1, from + same + 1];
     let mut step = guess.max(1);
+    // Invariant: `best` is allowed, `refused` is not, or is the end of this kind of motion.
     while best + 1 < refused {
         let to = (from + step).clamp(best + 1, refused - 1);
         if allowed(to) {

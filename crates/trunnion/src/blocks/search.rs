@@ -69,6 +69,7 @@ impl EndSearch<'_> {
         let mut length = guess;
         // Lengths below this share of s are lost in its rounding.
         let shortest = from.s.abs().max(self.end.abs()) * f64::EPSILON * 1024.0;
+        // Bracket the longest block: doubling while allowed, halving while refused.
         while best.is_none() || refused.is_infinite() {
             let to = self.course.at(self.end.min(from.s + length));
             if self.allowed(from, &to) {
@@ -88,6 +89,7 @@ impl EndSearch<'_> {
         let mut best = best.unwrap_or(*from);
         for _ in 0..HALVINGS {
             let to = self.course.at(0.5 * (best.s + refused));
+            // Part of an allowed block is allowed, so one bracket is enough.
             if self.allowed(from, &to) { best = to } else { refused = to.s }
         }
         Ok(best)
@@ -124,6 +126,8 @@ impl EndSearch<'_> {
         let BlockOptions { tolerance, link_tolerance, .. } = *self.options;
         match self.course.trail.piece.motion {
             Motion::Link => link_tolerance,
+            // A hop leaves the part along the tool axis: a share of its distance from both ends is
+            // free.
             Motion::Hop => (tolerance + CLEAR * self.ends_away(block)).min(link_tolerance),
             _ => tolerance,
         }
@@ -148,12 +152,15 @@ impl EndSearch<'_> {
         }
         let index = ends.len() - 2;
         let [from, to] = [before, last].map(|s| self.course.at(s));
+        // Both blocks together are too short for two: one block, if the deviation allows it.
         if end - start < 2.0 * least {
             if self.strays_little(&from, &to) {
                 ends.remove(index);
             }
             return;
         }
+        // Equal times instead, if the schedule has a point there and both halves stay within
+        // tolerance.
         let Some(moment) = self.rows.at_time(0.5 * (start + end)) else { return };
         let via = self.course.at(moment.s);
         if via.s > before && via.s < last && self.allowed(&from, &via) && self.allowed(&via, &to) {

@@ -36,6 +36,7 @@ impl PoseTrail for SmoothPiece<'_> {
     fn bend(&self, [from, to]: [&PathPlace; 2]) -> PoseBend {
         let [first, last] = [from.s, to.s].map(|s| self.piece.interval_at(s));
         let none = AxisRates { first: AxisVector::zeros(), second: AxisVector::zeros() };
+        // Largest rates of all intervals that the stretch touches.
         let touched = self.rates.get(first..=last).unwrap_or_default();
         let rates = touched.iter().fold(none, |most, rates| most.worst(rates));
         let chain = self.kinematics.chain();
@@ -45,6 +46,8 @@ impl PoseTrail for SmoothPiece<'_> {
     }
 
     fn inside(&self, [from, to]: [f64; 2]) -> Vec<f64> {
+        // Kinks can only lie at nodes, where quintics meet; between them a few samples find the
+        // largest deviation early.
         let intervals = self.piece.interval_at(to) - self.piece.interval_at(from);
         let samples = intervals.clamp(SAMPLES[0], SAMPLES[1]);
         (1..=samples).map(|k| from + (to - from) * k as f64 / (samples + 1) as f64).collect()

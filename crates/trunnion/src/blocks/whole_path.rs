@@ -54,6 +54,7 @@ pub fn by_piece(
     let done = AtomicU64::new(0);
     let total = path.pieces.len() as u64;
     progress.step(Stage::Program, 0, total)?;
+    // Pieces begin and end with a block, so that each is broken independently of the others.
     let pieces: Vec<(usize, (&AxisPiece, &SchedulePiece))> =
         path.pieces.iter().zip(&schedule.pieces).enumerate().collect();
     let broken: Vec<Vec<Block>> = pieces

@@ -3,15 +3,16 @@
 use super::pattern::FeedDirection;
 use crate::positioning::PositioningError;
 use crate::surface::{FaceIndex, PrincipalCurvatures};
-use crate::types::Cancelled;
+use crate::types::{Cancelled, Uv};
 use nalgebra::Point3;
 use std::fmt;
 
 /// Point of a face, and the largest ball that fits there.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct FacePoint {
-    /// Parameters `[u, v]`.
-    pub uv: [f64; 2],
+    /// Parameters.
+    pub uv: Uv,
     /// Point \[mm\].
     pub point: Point3<f64>,
     /// Least radius with which the face bends towards the cutter at the point \[mm\]: no larger ball fits.
@@ -22,19 +23,22 @@ pub struct FacePoint {
 }
 
 impl FacePoint {
-    /// Evaluates the point of `face` at `[u, v]`.
-    pub(super) fn new(face: &FaceIndex, [u, v]: [f64; 2]) -> Self {
+    /// Evaluates the point of `face` at `uv`.
+    pub(super) fn new(face: &FaceIndex, uv: Uv) -> Self {
+        let Uv { u, v } = uv;
         let jet = face.face().surface.jet2(u, v);
+        // Positive curvature is concave on the side of the surface's own normal; `flip` exchanges
+        // the sides.
         let towards = |c: PrincipalCurvatures| if face.face().flip { -c.min } else { c.max };
         let bend = jet.curvature().map_or(0.0, towards).max(0.0);
         let least_concave_radius = face.smallest_concave_radius();
-        Self { uv: [u, v], point: jet.s, concave_radius: bend.recip(), least_concave_radius }
+        Self { uv, point: jet.s, concave_radius: bend.recip(), least_concave_radius }
     }
 }
 
 impl fmt::Display for FacePoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let ([u, v], p) = (self.uv, self.point);
+        let (Uv { u, v }, p) = (self.uv, self.point);
         write!(
             f,
             "at (u, v) = ({u:.6}, {v:.6}), X {:.3} Y {:.3} Z {:.3}, the face is ",

@@ -4,13 +4,14 @@ use super::error::CoverError;
 use super::pattern::{CutPattern, FeedDirection, PlacementMethod};
 use crate::cutter::Cutter;
 use crate::positioning::{ContactSide, ToleranceBand, ToolInclination};
+use crate::types::Interval;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_6, PI};
 
 /// Least and largest distance between stations, as shares of the cutter's radius.
-const SPACING: [f64; 2] = [0.003, 0.125];
+const SPACING: Interval = Interval::new(0.003, 0.125);
 
 /// Offset directions that are searched \[rad\].
-const OFFSET_RANGE: [f64; 2] = [-FRAC_PI_6, FRAC_PI_6];
+const OFFSET_RANGE: Interval = Interval::new(-FRAC_PI_6, FRAC_PI_6);
 
 /// Lead angle of passes where no wide strip fits \[rad\].
 const FALLBACK_LEAD: f64 = 5.0 * PI / 180.0;
@@ -56,12 +57,12 @@ pub struct CoverOptions {
     /// Largest amount by which the curve between stations may leave the band on either side \[mm\].
     pub path_share: f64,
     /// Least and largest distance between stations along the end-point track \[mm\].
-    pub spacing: [f64; 2],
+    pub spacing: Interval,
     /// Largest turn of the tool axis, and of the offset direction about the surface normal, per mm
     /// of the end-point track \[rad/mm\].
     pub max_axis_turn: f64,
     /// Offset directions to search, from the strip side towards the feed \[rad\].
-    pub offset_range: [f64; 2],
+    pub offset_range: Interval,
     /// Inclination of the tool with [`PlacementMethod::Inclined`]. Where the tool would touch something at this
     /// inclination, others are tried.
     pub lean: ToolInclination,
@@ -97,7 +98,7 @@ impl CoverOptions {
     /// assert!((options.band.lower + 0.003).abs() < 1e-15);
     /// assert!((options.band.upper - 0.019).abs() < 1e-15);
     /// // Stations lie at most an eighth of the radius apart.
-    /// assert_eq!(options.spacing[1], 0.5);
+    /// assert_eq!(options.spacing.high, 0.5);
     /// ```
     pub fn finishing(cutter: &Cutter, tolerance: FinishTolerance) -> Self {
         let radius = cutter.radius();
@@ -113,7 +114,7 @@ impl CoverOptions {
             },
             link: LINK * radius,
             path_share,
-            spacing: SPACING.map(|share| share * radius),
+            spacing: Interval::new(SPACING.low * radius, SPACING.high * radius),
             max_axis_turn: AXIS_TURN / radius,
             offset_range: OFFSET_RANGE,
             lean: ToolInclination { angle: FALLBACK_LEAD, towards: None },
@@ -125,7 +126,7 @@ impl CoverOptions {
     pub(super) fn check(&self) -> Result<(), CoverError> {
         let bad = |name, value, must| Err(CoverError::BadOption { name, value, must });
         let positive = |x: f64| x > 0.0 && x.is_finite();
-        let [least, most] = self.spacing;
+        let [least, most] = self.spacing.ends();
         if !positive(least) {
             return bad("least spacing", least, "positive (mm)");
         }

@@ -1,10 +1,11 @@
 //! Result of a covering: passes, and the report about them.
 
 use crate::positioning::PositioningError;
-use crate::types::{Pass, UncutRegion};
+use crate::types::{Interval, Pass, UncutRegion, Uv};
 
 /// Passes over faces, with the report about them.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub struct Covering {
     /// Passes in cutting order, face after face.
     pub passes: Vec<Pass>,
@@ -14,6 +15,7 @@ pub struct Covering {
 
 /// Statistics and findings of a covering.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub struct CoverReport {
     /// Length of all contact tracks \[mm\].
     pub length: f64,
@@ -83,6 +85,7 @@ pub enum PassLayout {
 
 /// Pass layout that was chosen for a face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct FaceLayout {
     /// Number of the face.
     pub face: usize,
@@ -92,35 +95,40 @@ pub struct FaceLayout {
 
 /// Point at which the wide strips of a face were given up.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct GivenUp {
     /// Number of the face.
     pub face: usize,
-    /// Parameters `[u, v]` of the point.
-    pub uv: [f64; 2],
+    /// Parameters of the point.
+    pub uv: Uv,
     /// Share of the face that lies before the point, 0 to 1.
     pub share: f64,
 }
 
 /// Point for which no cutter location was found.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct RefusedPoint {
     /// Number of the face.
     pub face: usize,
-    /// Parameters `[u, v]` of the point.
-    pub uv: [f64; 2],
+    /// Parameters of the point.
+    pub uv: Uv,
     /// Reason.
     pub error: PositioningError,
 }
 
 /// Pass that was placed at the fixed inclination instead of with wide strips.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct PassFallback {
     /// Number of the face.
     pub face: usize,
-    /// Parameters `[u, v]` of the point that caused it.
-    pub at: [f64; 2],
-    /// Ranges of u and v that the pass covers.
-    pub uv: [[f64; 2]; 2],
+    /// Parameters of the point that caused it.
+    pub at: Uv,
+    /// Range of u that the pass covers.
+    pub u: Interval,
+    /// Range of v that the pass covers.
+    pub v: Interval,
     /// Reason.
     pub reason: FallbackReason,
 }

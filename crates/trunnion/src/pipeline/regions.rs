@@ -24,8 +24,11 @@ struct JoinedRegion {
 /// Returns the regions in which wide strips did not fit, the largest first.
 pub(super) fn summaries(faces: &[FaceIndex], covering: &Covering) -> Vec<RegionSummary> {
     let mut joined: Vec<JoinedRegion> = Vec::new();
-    for PassFallback { face, uv, reason: why, .. } in &covering.report.fallbacks {
-        join(&mut joined, JoinedRegion { face: *face, parts: vec![*uv], why: reason(why) });
+    for PassFallback { face, u, v, reason: why, .. } in &covering.report.fallbacks {
+        join(
+            &mut joined,
+            JoinedRegion { face: *face, parts: vec![[u.ends(), v.ends()]], why: reason(why) },
+        );
     }
     let all = covering.report.area.max(f64::MIN_POSITIVE);
     let summary = |JoinedRegion { face, parts, why }: JoinedRegion| {

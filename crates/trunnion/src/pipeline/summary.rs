@@ -19,7 +19,7 @@ use crate::files::summary::{
 };
 use crate::machine::{Axis, AxisKind};
 use crate::setpoint;
-use crate::types::{AxisVector, Motion};
+use crate::types::{AxisVector, Motion, Uv};
 
 /// Name and version of this library, as files name their maker.
 const GENERATOR: &str = concat!("trunnion ", env!("CARGO_PKG_VERSION"));
@@ -95,7 +95,7 @@ fn warnings(job: &Job, covering: &Covering) -> Vec<String> {
     let report = &covering.report;
     let mut warnings = Vec::new();
     warnings.extend(regions::fixed(&job.faces, covering));
-    if let Some(GivenUp { face, uv: [u, v], share }) = report.given_up {
+    if let Some(GivenUp { face, uv: Uv { u, v }, share }) = report.given_up {
         warnings.push(format!(
             "wide strips were given up on face {face} from u {u:.4}, v {v:.4} on, after {:.0} % of it: they had \
              taken the work that is allowed them; the rest is finished at a fixed lead; passes along the \

@@ -3,6 +3,7 @@
 use crate::cutter::{CutterError, CutterErrors};
 use crate::positioning::active::ActiveConstraint;
 use crate::surface::ClosestError;
+use crate::types::{Interval, Uv};
 
 /// Reason for which there is no cutter location. Points are given by parameters `(u, v)` of the face.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -21,23 +22,23 @@ pub enum PositioningError {
     /// The range of the offset direction is empty or leaves (-90, 90) degrees.
     #[error(
         "the offset range [{:.4}, {:.4}] deg must be ascending and inside (-90, 90)",
-        .range[0].to_degrees(), .range[1].to_degrees()
+        .range.low.to_degrees(), .range.high.to_degrees()
     )]
     OffsetRange {
         /// The range given \[rad\].
-        range: [f64; 2],
+        range: Interval,
     },
     /// The feed direction has no length on the surface, or the surface no normal.
     #[error(
         "the feed [{}, {}] has no direction at (u, v) = ({:.6}, {:.6}): give another feed, or move \
          away from the collapsed edge",
-        .feed[0], .feed[1], .uv[0], .uv[1]
+        .feed[0], .feed[1], .uv.u, .uv.v
     )]
     NoDirection {
         /// Feed `[du, dv]`.
         feed: [f64; 2],
         /// Parameters of the point.
-        uv: [f64; 2],
+        uv: Uv,
     },
     /// The rear of the cutter was asked to cut, but it cannot.
     #[error(
@@ -53,11 +54,11 @@ pub enum PositioningError {
         "at (u, v) = ({:.6}, {:.6}) the contact lies {radius:.3} mm from the tool axis, inside the \
          inner cutting radius of {inner} mm; lean the tool more, or take a cutter that cuts nearer to \
          its axis",
-        .uv[0], .uv[1]
+        .uv.u, .uv.v
     )]
     NotCutting {
         /// Parameters of the point.
-        uv: [f64; 2],
+        uv: Uv,
         /// Distance of the contact from the tool axis \[mm\].
         radius: f64,
         /// Inner cutting radius \[mm\].
@@ -67,11 +68,11 @@ pub enum PositioningError {
     #[error(
         "cutter too large for the concave radius here: {concave:.3} mm at (u, v) = ({:.6}, {:.6}), \
          the corner radius is {minor} mm; take a corner radius below {concave:.3} mm",
-        .uv[0], .uv[1]
+        .uv.u, .uv.v
     )]
     ConcaveRadius {
         /// Parameters of the point.
-        uv: [f64; 2],
+        uv: Uv,
         /// Smallest concave radius of curvature there \[mm\].
         concave: f64,
         /// Corner radius `r` \[mm\].
@@ -81,7 +82,7 @@ pub enum PositioningError {
     #[error("{}", no_strip(*.uv, *.smallest, *.excess, *.binding))]
     NoStrip {
         /// Parameters of the point.
-        uv: [f64; 2],
+        uv: Uv,
         /// `sqrt(8 R e)` \[mm\].
         smallest: f64,
         /// Least breach of the band found \[mm\]; infinite where no pose was worth looking at.
@@ -93,11 +94,11 @@ pub enum PositioningError {
     #[error(
         "at (u, v) = ({:.6}, {:.6}) the cutter comes {depth:.6} mm too close with {binding}, and this \
          method has no way around it; {}, or let the end-point method find a pose",
-        .uv[0], .uv[1], remedy(*.binding)
+        .uv.u, .uv.v, remedy(*.binding)
     )]
     Gouges {
         /// Parameters of the point.
-        uv: [f64; 2],
+        uv: Uv,
         /// Depth below the band \[mm\].
         depth: f64,
         /// The part of the cutter that does: `Touch`, `Rear` or `Disc`.
@@ -109,13 +110,13 @@ pub enum PositioningError {
          twice with the error between at the tolerance: along the chord the surface has to bend more \
          than across it; feed closer to the direction of smallest curvature, widen the offset range, or \
          use the end-point method",
-        .uv[0], .uv[1], .range[0].to_degrees(), .range[1].to_degrees()
+        .uv.u, .uv.v, .range.low.to_degrees(), .range.high.to_degrees()
     )]
     NoPair {
         /// Parameters of the point.
-        uv: [f64; 2],
+        uv: Uv,
         /// Range of the offset direction \[rad\].
-        range: [f64; 2],
+        range: Interval,
     },
     /// The method places a circle, and a ball has none.
     #[error(
@@ -149,11 +150,11 @@ pub enum PositioningError {
     #[error(
         "the tool above its cutting end touches the face at (u, v) = ({:.6}, {:.6}), {height:.3} mm \
          above the tip: clearance {clearance:.4} mm; use a longer or slimmer tool, or more lead",
-        .uv[0], .uv[1]
+        .uv.u, .uv.v
     )]
     Body {
         /// Parameters of the strip.
-        uv: [f64; 2],
+        uv: Uv,
         /// Height above the tip \[mm\].
         height: f64,
         /// Clearance that could be proven there \[mm\].
@@ -163,31 +164,31 @@ pub enum PositioningError {
     #[error(
         "at (u, v) = ({:.6}, {:.6}) the machine does not get to where the tool would stand; turn the setup, or lean the \
          tool otherwise",
-        .uv[0], .uv[1]
+        .uv.u, .uv.v
     )]
     OutOfReach {
         /// Parameters of the strip.
-        uv: [f64; 2],
+        uv: Uv,
     },
     /// The tool comes too close to another face of the part.
     #[error(
         "at (u, v) = ({:.6}, {:.6}) the tool goes into face {face}, by {depth:.4} mm or more; use a smaller, slimmer or \
          longer cutter, or another lean",
-        .uv[0], .uv[1]
+        .uv.u, .uv.v
     )]
     Neighbour {
         /// Parameters of the strip.
-        uv: [f64; 2],
+        uv: Uv,
         /// Number of the face.
         face: usize,
         /// A depth below what has to be kept from it \[mm\].
         depth: f64,
     },
     /// The surface gave no closest point.
-    #[error("near (u, v) = ({:.6}, {:.6}): {error}", .uv[0], .uv[1])]
+    #[error("near (u, v) = ({:.6}, {:.6}): {error}", .uv.u, .uv.v)]
     Closest {
         /// Parameters of the point.
-        uv: [f64; 2],
+        uv: Uv,
         /// Reason.
         error: ClosestError,
     },
@@ -198,7 +199,7 @@ fn list(faults: &[CutterError]) -> String {
     faults.join("; ")
 }
 
-fn no_strip([u, v]: [f64; 2], smallest: f64, excess: f64, binding: ActiveConstraint) -> String {
+fn no_strip(Uv { u, v }: Uv, smallest: f64, excess: f64, binding: ActiveConstraint) -> String {
     let place = format!("no strip at (u, v) = ({u:.6}, {v:.6})");
     let broken = if excess.is_finite() {
         format!("the best pose found still breaks the band by {excess:.6} mm at {binding}")

@@ -3,11 +3,12 @@
 use crate::positioning::active::ActiveConstraint;
 use crate::positioning::request::{ContactSide, LocationRequest, StripSide};
 use crate::positioning::strip::MeasuredStrip;
-use crate::types::ToolPose;
+use crate::types::{ToolPose, Uv};
 use nalgebra::Point3;
 
 /// One cutter location and the strip it leaves.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct CutterLocation {
     /// Width of the strip \[mm\]: projection on `v` of the connected part of the circle through
     /// `P1` whose error stays in the band.
@@ -49,13 +50,13 @@ pub struct CutterLocation {
     /// The first contact: foot of the circle point with the least error \[mm\].
     pub contact: Point3<f64>,
     /// Its parameters.
-    pub contact_uv: [f64; 2],
+    pub contact_uv: Uv,
     /// Parameters of the second end point `P2`.
-    pub end: [f64; 2],
+    pub end: Uv,
     /// Parameters of the strip's end on the first end point's side; `at` or beyond it.
-    pub near: [f64; 2],
+    pub near: Uv,
     /// Parameters of the strip's other end; `end` or beyond it.
-    pub far: [f64; 2],
+    pub far: Uv,
     /// Extrema of the error, where a neighbouring location starts to look for its own.
     pub(crate) marks: Vec<ExtremumMark>,
 }
@@ -83,7 +84,7 @@ pub(crate) struct LocationParts {
     pub(crate) contact_angles: Vec<f64>,
     pub(crate) active: Vec<ActiveConstraint>,
     /// Parameters of the second end point.
-    pub(crate) end: [f64; 2],
+    pub(crate) end: Uv,
     pub(crate) queries: u32,
     pub(crate) marks: Vec<ExtremumMark>,
 }
@@ -117,11 +118,11 @@ impl CutterLocation {
             rear_min: strip.rear_min,
             rear_min_bound: strip.rear_min_bound,
             queries,
-            contact: strip.contact.1,
-            contact_uv: strip.contact.0,
+            contact: strip.contact.point,
+            contact_uv: strip.contact.uv,
             end,
-            near: strip.near.0,
-            far: strip.far.0,
+            near: strip.near.uv,
+            far: strip.far.uv,
             marks,
         }
     }

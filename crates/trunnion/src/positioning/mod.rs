@@ -27,11 +27,12 @@ mod report;
 mod request;
 mod solve;
 mod strip;
+mod surface_point;
 
 pub use active::ActiveConstraint;
 pub use check::body::body_clear;
 pub use check::strip_of_pose::strip_of_pose;
-pub use distance::curve::error_curve;
+pub use distance::curve::{ErrorCurvePoint, error_curve};
 pub use error::PositioningError;
 pub use location::CutterLocation;
 pub use methods::method::{PlacementMethod, place};
@@ -43,3 +44,4 @@ pub use request::{
     AxisCone, ContactSide, LocationRequest, StripSide, ToleranceBand, ToolInclination,
 };
 pub use strip::{CuttingContext, MeasuredStrip, StripQuery};
+pub use surface_point::SurfacePoint;

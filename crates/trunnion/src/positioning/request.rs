@@ -3,6 +3,7 @@
 use crate::cutter::Cutter;
 use crate::positioning::error::PositioningError;
 use crate::surface::FaceIndex;
+use crate::types::{Interval, Uv};
 use nalgebra::UnitVector3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -110,6 +111,8 @@ impl ToolInclination {
     /// assert!((both.angle.tan() - 2_f64.sqrt()).abs() < 1e-12);
     /// ```
     pub fn of(lead: f64, tilt: f64) -> Self {
+        // The axis is n + tan(lead) a + tan(tilt) b up to its length: both angles are seen in
+        // planes square to each other, so their tangents are the components of the inclination.
         let [ahead, beside] = [lead.tan(), tilt.tan()];
         Self { angle: ahead.hypot(beside).atan(), towards: Some(beside.atan2(ahead)) }
     }
@@ -124,8 +127,8 @@ pub struct LocationRequest<'a> {
     pub cutter: &'a Cutter,
     /// Band in which the error has to lie.
     pub band: ToleranceBand,
-    /// Parameters `[u, v]` of the first end point `P1`, where the strip begins.
-    pub at: [f64; 2],
+    /// Parameters of the first end point `P1`, where the strip begins.
+    pub at: Uv,
     /// Feed direction `[du, dv]`; its sign counts, its length does not.
     pub feed: [f64; 2],
     /// Side of the feed on which the strip lies.
@@ -133,7 +136,7 @@ pub struct LocationRequest<'a> {
     /// Side of the cutter that cuts.
     pub side: ContactSide,
     /// Range of the offset direction alpha, from the strip side towards the feed \[rad\].
-    pub offset_range: [f64; 2],
+    pub offset_range: Interval,
     /// Cone in which the tool axis has to lie; `None` leaves it free.
     pub axis_cone: Option<AxisCone>,
 }
@@ -147,7 +150,8 @@ impl LocationRequest<'_> {
             return Err(PositioningError::EmptyBand { lower, upper });
         }
         let range = self.offset_range;
-        let fits = range[0] <= range[1] && range[0] > -FRAC_PI_2 && range[1] < FRAC_PI_2;
+        // At 90 degrees the chord would lie along the feed, and the strip would have no width.
+        let fits = range.low <= range.high && range.low > -FRAC_PI_2 && range.high < FRAC_PI_2;
         if !fits {
             return Err(PositioningError::OffsetRange { range });
         }

@@ -2,7 +2,9 @@
 
 use crate::cutter::Cutter;
 use crate::positioning::request::{StripSide, ToleranceBand};
+use crate::positioning::surface_point::SurfacePoint;
 use crate::surface::FaceIndex;
+use crate::types::Uv;
 use nalgebra::{Point3, Vector3};
 
 /// Surface, cutter and tolerance band against which a pose is checked.
@@ -25,21 +27,22 @@ pub struct StripQuery {
     pub strip: StripSide,
     /// Point near the middle of the strip \[mm\].
     pub contact: Point3<f64>,
-    /// Parameters near it.
-    pub uv: [f64; 2],
+    /// Parameters near it: where the search for its foot starts.
+    pub uv: Uv,
 }
 
 /// The strip that a pose leaves: the connected part of the circle around the contact whose error
 /// does not exceed the band.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct MeasuredStrip {
     /// Projection on the direction across the feed \[mm\]; 0 where the error is above the band
     /// everywhere.
     pub width: f64,
-    /// Parameters and point of the end on the side the strip begins.
-    pub near: ([f64; 2], Point3<f64>),
-    /// Parameters and point of the end on the strip's side.
-    pub far: ([f64; 2], Point3<f64>),
+    /// End on the side where the strip begins.
+    pub near: SurfacePoint,
+    /// End on the strip's side.
+    pub far: SurfacePoint,
     /// Largest error found between the ends \[mm\].
     pub front_max: f64,
     /// Upper bound on the error between the ends \[mm\].
@@ -50,8 +53,8 @@ pub struct MeasuredStrip {
     pub rear_min: f64,
     /// Lower bound on the distance of circle and disc from the surface, strip included \[mm\].
     pub rear_min_bound: f64,
-    /// Foot under the middle of the strip: parameters and point.
-    pub contact: ([f64; 2], Point3<f64>),
+    /// Foot under the middle of the strip.
+    pub contact: SurfacePoint,
     /// Closest-point queries spent.
     pub queries: u32,
 }

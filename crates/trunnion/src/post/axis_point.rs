@@ -15,7 +15,7 @@ pub(super) struct AxesPose {
 impl AxesPose {
     /// Borrows both parts as an end of a block.
     pub(super) fn block_end(&self) -> BlockEnd<'_> {
-        BlockEnd { q: &self.q, pose: &self.pose }
+        BlockEnd::new(&self.q, &self.pose)
     }
 
     /// Borrows both parts.

@@ -225,7 +225,7 @@ impl MoveFilter {
             _ => return Ok(vec![plain(to.pose)]),
         };
         let (kinematics, a, b) = ends;
-        let pair = [BlockEnd { q: &a, pose: &from.pose }, BlockEnd { q: &b, pose: &to.pose }];
+        let pair = [BlockEnd::new(&a, &from.pose), BlockEnd::new(&b, &to.pose)];
         // A chord is off its arc by at most an eighth of the second derivative times the step squared. The
         // axis of the chord turns on a great circle, which itself bends by the square of its turn.
         let [tip, axis] = bend(kinematics, to.way, pair);
@@ -316,10 +316,9 @@ impl MoveFilter {
     /// Appends the chords of a span, each at the feed of the moves it replaces.
     fn cut(&self, run: &mut SmoothedRun, span: &SmoothSpan, out: &mut Vec<PostMove>) {
         // Chords of a span have their own share of the tolerance beside that of the smoothing.
-        let [tip, axis] = self.tolerance.map(|most| self.shares[1] * most);
-        let parts = span.chords(tip, axis);
-        let [start, end] = span.range;
-        let width = (end - start) / f64::from(parts);
+        let parts = span.chords(self.tolerance.map(|most| self.shares[1] * most).into());
+        let start = span.range.low;
+        let width = span.range.width() / f64::from(parts);
         for part in 1..=parts {
             let to = start + width * f64::from(part);
             let pace = PostPace::Feed(run.feed([to - width, to]));

@@ -73,10 +73,8 @@ impl MoveGeometry<'_> {
         let [from, to] = &self.ends;
         if let Some((kinematics, control)) = self.run {
             // The input's own machine carries out its moves, with the axes as the input has them.
-            let ends = [
-                BlockEnd { q: &from.source, pose: &from.pose },
-                BlockEnd { q: &to.source, pose: &to.pose },
-            ];
+            let ends =
+                [BlockEnd::new(&from.source, &from.pose), BlockEnd::new(&to.source, &to.pose)];
             return moved(kinematics, control, ends, share);
         }
         let tip = from.pose.tip + (to.pose.tip - from.pose.tip) * share;
@@ -88,10 +86,8 @@ impl MoveGeometry<'_> {
     fn bend(&self) -> [f64; 2] {
         let [from, to] = &self.ends;
         if let Some((kinematics, control)) = self.run {
-            let ends = [
-                BlockEnd { q: &from.source, pose: &from.pose },
-                BlockEnd { q: &to.source, pose: &to.pose },
-            ];
+            let ends =
+                [BlockEnd::new(&from.source, &from.pose), BlockEnd::new(&to.source, &to.pose)];
             return bend(kinematics, control, ends);
         }
         let chord = (*to.pose.axis - *from.pose.axis).norm_squared();
@@ -324,8 +320,7 @@ impl Subdivider {
         if parts == 1 {
             return Ok(vec![to]);
         }
-        let pair =
-            [BlockEnd { q: &from.q, pose: &from.pose }, BlockEnd { q: &to.q, pose: &to.pose }];
+        let pair = [BlockEnd::new(&from.q, &from.pose), BlockEnd::new(&to.q, &to.pose)];
         let mut points = Vec::new();
         let mut near = from.q;
         for part in 1..=parts {
@@ -365,7 +360,7 @@ impl Subdivider {
             return [0.0; 2];
         }
         let kinematics = self.target.inverse.kinematics();
-        let pair = ends.map(|end| BlockEnd { q: &end.q, pose: &end.pose });
+        let pair = ends.map(|end| BlockEnd::new(&end.q, &end.pose));
         let width = shares[1] - shares[0];
         // Second derivatives by the share of the portion, which scales them by its width squared.
         let [path, run] =
@@ -408,8 +403,7 @@ impl Subdivider {
         // Step 1: number of blocks, by the largest turn and by the bow of the tip.
         let turns = (to.q - from.q).fixed_rows::<2>(FIRST_ROTARY).abs();
         let mut blocks = (turns.amax() / self.most_turn).ceil().max(1.0);
-        let pair =
-            [BlockEnd { q: &from.q, pose: &from.pose }, BlockEnd { q: &to.q, pose: &to.pose }];
+        let pair = [BlockEnd::new(&from.q, &from.pose), BlockEnd::new(&to.q, &to.pose)];
         if self.target.control == BlockInterpolation::Axes && !target_move.same {
             let tolerance =
                 if target_move.rapid { RAPID_TOLERANCE } else { target_move.tolerance[0] };

@@ -39,10 +39,12 @@ pub fn densify(
         let [from, to] = [pair[0], pair[1]];
         let turn = GreatCircle::new(&from.axis, &to.axis)?;
         let way = to.tip - from.tip;
+        // The stricter of both limits decides the number of equal parts.
         let parts = (way.norm() / max_step).max(turn.angle() / max_turn).ceil().max(1.0);
         let mut part = 1.0;
         while part < parts {
             let share = part / parts;
+            // Unit but for rounding, which normalising removes.
             let axis = UnitVector3::new_normalize(turn.derivatives(share)[0]);
             fine.push(ToolPose { tip: from.tip + way * share, axis });
             part += 1.0;

@@ -5,6 +5,7 @@ use crate::types::{Motion, PieceGeometry, PoseCurve, ToolPath};
 
 /// Distance of the curves from a polyline of tips and from great circles of tool axes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct ChordDeviation {
     /// Largest distance of the tip from the chord between neighbouring stations \[mm\].
     pub tip: f64,
@@ -49,6 +50,7 @@ fn of_span(curve: &PoseCurve, span: usize, samples: u32) -> ChordDeviation {
     for sample in 1..=samples {
         let t = f64::from(sample) / f64::from(samples + 1);
         let here = curve.rates_in(span, start + t * (end - start));
+        // Relative to the start of the span, so that coordinates far from 0 lose no digits.
         let off = |a: &nalgebra::Vector3<f64>, b: &nalgebra::Vector3<f64>, p| {
             from_chord(&(b - a), &(p - a))
         };
@@ -69,6 +71,7 @@ fn of_span(curve: &PoseCurve, span: usize, samples: u32) -> ChordDeviation {
 /// Distance of the point at `p` from the segment `0..chord`.
 fn from_chord(chord: &nalgebra::Vector3<f64>, p: &nalgebra::Vector3<f64>) -> f64 {
     let square = chord.norm_squared();
+    // Foot of the perpendicular, clamped to the segment; a segment without length is a point.
     let along = if square > 0.0 { (p.dot(chord) / square).clamp(0.0, 1.0) } else { 0.0 };
     (p - chord * along).norm()
 }

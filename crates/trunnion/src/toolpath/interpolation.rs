@@ -75,6 +75,7 @@ impl GreatCircle {
         // Difference and sum of nearly equal or opposite vectors are exact, their cross product is not:
         // Kahan's other formula, and the way ahead from whichever of the two is short.
         let [way, sum] = [**to - **from, **to + **from];
+        // angle = 2 atan2(|b - a|, |b + a|), accurate at both ends of [0, pi].
         let angle = 2.0 * way.norm().atan2(sum.norm());
         let short = if from.dot(to) > 0.0 { way } else { sum };
         let across = |v: Vector3<f64>| UnitVector3::try_new(v - from.scale(from.dot(&v)), 0.0);
@@ -96,10 +97,12 @@ impl GreatCircle {
     /// its start and 1 at its end \[1 per t^k\].
     pub fn derivatives(&self, t: f64) -> [Vector3<f64>; 4] {
         let (sin, cos) = (t * self.angle).sin_cos();
+        // Uniform turn in the plane of both vectors: d^2/dt^2 = -angle^2, twice.
         let axis = self.from * cos + self.ahead * sin;
         let rate = (self.ahead * cos - self.from * sin) * self.angle;
         let square = self.angle * self.angle;
         if square > 0.0 {
+            // Without a turn `ahead` is no unit vector, and all derivatives are exactly 0.
             [axis, rate, axis * -square, rate * -square]
         } else {
             [self.from, Vector3::zeros(), Vector3::zeros(), Vector3::zeros()]
@@ -185,10 +188,13 @@ pub(super) fn tangent_at<'a>(
     knot: impl Fn(usize) -> f64,
     point: impl Fn(usize) -> &'a PoseCoordinates,
 ) -> PoseCoordinates {
+    // Up to five points; fewer at the ends, where the order falls by as much.
     let near = at.saturating_sub(REACH).max(first)..=(at + REACH).min(last);
     let here = knot(at);
     let mut sum = PoseCoordinates::zeros();
     for other in near.clone().filter(|&other| other != at) {
+        // L_j'(x_i) = prod_{k != i, j} (x_i - x_k) / (x_j - x_k) / (x_j - x_i) for the Lagrange
+        // polynomial of another point j.
         let weight = near
             .clone()
             .filter(|&third| third != other && third != at)
@@ -202,6 +208,8 @@ pub(super) fn tangent_at<'a>(
 
 fn hermite(width: f64, point: &[PoseCoordinates], tangent: &[PoseCoordinates]) -> PoseSpan {
     let [from, to, rate, last] = [point[0], point[1], tangent[0], tangent[1]];
+    // Cubic Hermite in powers of the distance x: c2 = (3 m - 2 a - b) / w, c3 = (a + b - 2 m) / w^2
+    // with the mean slope m and end slopes a, b.
     let mean = (to - from) / width;
     let none = PoseCoordinates::zeros();
     let second = (mean * 3.0 - rate * 2.0 - last) / width;

@@ -8,6 +8,7 @@ use crate::types::{Leg, Motion, PieceGeometry, Progress, Silent, Stage, ToolPath
 
 /// A job's path with smoothed cuts.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub struct SmoothedPath {
     /// The path; a cut has a piece between two stops.
     pub path: ToolPath,
@@ -52,6 +53,8 @@ impl SmoothedPath {
     fn take(&mut self, cut: SmoothedCurves) {
         self.report.add(&cut.report);
         for (curve, deviated) in cut.curves.into_iter().zip(cut.deviated) {
+            // Knots of a curve count from where the cut began: shift them to the length of all cuts
+            // so far.
             let before = self.along.last().map_or(0.0, |(end, _)| *end) - curve.range()[0];
             self.along.extend(curve.knots[1..].iter().map(|end| before + end).zip(deviated));
             self.path

@@ -98,6 +98,7 @@ pub(super) fn joined(leg: usize, before: &Leg, of: &Leg) -> Result<(), ToolPathE
 
 /// Lays the cubic spline of one leg.
 fn curve(leg: usize, of: &Leg, lever: f64) -> Result<ToolPiece, ToolPathError> {
+    // The parameter has to increase, and axis vectors must not pass near 0 between two stations.
     for (station, pair) in of.stations.windows(2).enumerate() {
         let angle = angle_between(&pair[0].pose.axis, &pair[1].pose.axis);
         if angle > LARGEST_TURN {
@@ -126,6 +127,7 @@ fn lead(leg: usize, of: &Leg) -> Result<Vec<ToolPiece>, ToolPathError> {
         if angle > SAME_AXIS {
             return Err(ToolPathError::LeadTurns { leg, angle });
         }
+        // A lead is run by the distance of its tip: a unit velocity, and no second derivative.
         let length = (pair[1].pose.tip - pair[0].pose.tip).norm();
         if length <= 0.0 {
             return Err(ToolPathError::Repeated { leg, station });

@@ -22,7 +22,7 @@ use trunnion::surface::{
     TrimCurve, TrimLoop,
 };
 use trunnion::toolpath::{ToolPathOptions, through};
-use trunnion::types::{Motion, Pass, Progress, Silent, Stage, Station, ToolPose};
+use trunnion::types::{Interval, Motion, Pass, Progress, Silent, Stage, Station, ToolPose};
 
 const BAND: ToleranceBand = ToleranceBand { lower: 0.0, upper: 0.02 };
 const SHARE: f64 = 0.002;
@@ -91,9 +91,9 @@ fn options() -> CoverOptions {
         band: BAND,
         link: 25.0,
         path_share: SHARE,
-        spacing: [0.05, 4.0],
+        spacing: Interval::new(0.05, 4.0),
         max_axis_turn: 0.1,
-        offset_range: [-0.5, 0.5],
+        offset_range: Interval::new(-0.5, 0.5),
         lean: ToolInclination { angle: 0.05, towards: None },
         effort: 3.0,
     }
@@ -274,8 +274,8 @@ fn a_face_is_finished_when_its_work_is_used_up() {
     let shaft = Surface::Cylinder(CylinderSurface::new(frame, 12.0).unwrap());
     let half = [[0.0, 0.0], [3.0, 0.0], [3.0, 60.0], [0.0, 60.0]];
     let face = face(shaft, &[half.to_vec()], false);
-    let options = CoverOptions { effort: 0.2, spacing: [0.05, 1.0], ..options() };
-    let Covering { passes, report } = finished(&face, &options);
+    let options = CoverOptions { effort: 0.2, spacing: Interval::new(0.05, 1.0), ..options() };
+    let Covering { passes, report, .. } = finished(&face, &options);
     let GivenUp { face: number, share, .. } = report.given_up.unwrap();
     assert!(number == 1 && share > 0.0 && share < 1.0, "{report:?}");
     let widest = |pass: &Pass| pass.widths.iter().copied().fold(0.0, f64::max);
@@ -409,7 +409,7 @@ fn a_ball_needs_no_more_stations_than_the_face_bends() {
         construction: CutterConstruction::Solid,
         shank: Vec::new(),
     };
-    let options = CoverOptions { spacing: [0.02, 1.0], ..options() };
+    let options = CoverOptions { spacing: Interval::new(0.02, 1.0), ..options() };
     let covering =
         finished_by(&Cutter::new(spec).unwrap(), &face(surface(1.0), &[], false), &options);
     let report = &covering.report;
@@ -477,8 +477,8 @@ fn bad_options_are_named() {
     let face = [face(surface(1.0), &[], false)];
     let run = |options| cover(&CoverRequest::new(&face, &cutter(), &options), &Silent);
     for options in [
-        CoverOptions { spacing: [0.0, 1.0], ..options() },
-        CoverOptions { spacing: [2.0, 1.0], ..options() },
+        CoverOptions { spacing: Interval::new(0.0, 1.0), ..options() },
+        CoverOptions { spacing: Interval::new(2.0, 1.0), ..options() },
         CoverOptions { path_share: f64::NAN, ..options() },
         CoverOptions { max_axis_turn: -1.0, ..options() },
         CoverOptions { lean: ToolInclination { angle: f64::INFINITY, towards: None }, ..options() },

@@ -8,7 +8,7 @@ use crate::posted;
 
 use audited::check;
 use dice::Random;
-use trunnion::blocks::{BlockInterpolation, moved};
+use trunnion::blocks::{BlockEnd, BlockInterpolation, moved};
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Kinematics, Setup};
@@ -34,7 +34,8 @@ fn sampled(
     let mut places = vec![from.q];
     for k in 1..=SAMPLES {
         let share = f64::from(k) / f64::from(SAMPLES);
-        let pose = moved(kinematics, control, pair.map(Into::into), share).unwrap();
+        let pose = moved(kinematics, control, pair.map(|(q, pose)| BlockEnd::new(q, pose)), share)
+            .unwrap();
         places.push(inverse.near(&pose, places.last().unwrap()).unwrap());
     }
     let per = f64::from(SAMPLES) / to.duration;

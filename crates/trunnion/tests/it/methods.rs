@@ -13,10 +13,11 @@ use trunnion::positioning::{
     place, strip_of_pose, trace, widest_strip,
 };
 use trunnion::surface::FaceIndex;
+use trunnion::types::{Interval, Uv};
 
 const CASES: &str = include_str!("../../../../fixtures/positioning/cases.json");
 
-const AT: [f64; 2] = [0.4, 0.5];
+const AT: Uv = Uv::new(0.4, 0.5);
 
 fn patch() -> FaceIndex {
     let cases: Value = serde_json::from_str(CASES).unwrap();
@@ -57,7 +58,7 @@ fn request<'a>(face: &'a FaceIndex, cutter: &'a Cutter, feed: [f64; 2]) -> Locat
         feed,
         strip: StripSide::Right,
         side: ContactSide::Ahead,
-        offset_range: [-range, range],
+        offset_range: Interval::new(-range, range),
         axis_cone: None,
     }
 }
@@ -202,7 +203,7 @@ fn baselines_along_the_largest_curvature() {
 fn the_nested_search_reaches_the_optimum_within_its_grid() {
     let face = patch();
     let bull = cutter(10.0, 6.0);
-    let range = |degrees: f64| [-degrees.to_radians(), degrees.to_radians()];
+    let range = |degrees: f64| Interval::new(-degrees.to_radians(), degrees.to_radians());
     let cases = [
         ([0.0, 1.0], ContactSide::Ahead, 15.0, 17.1725, 0.05),
         ([0.0, -1.0], ContactSide::Ahead, 15.0, 16.9957, 0.05),
@@ -253,7 +254,7 @@ fn no_method_gouges() {
         let strip = if task.left { StripSide::Left } else { StripSide::Right };
         let side = if task.behind { ContactSide::Either } else { ContactSide::Ahead };
         let base = request(&face, &cutter, feed);
-        let request = LocationRequest { at, strip, side, band: task.band, ..base };
+        let request = LocationRequest { at: at.into(), strip, side, band: task.band, ..base };
         for (method, count) in methods().iter().zip(&mut placed) {
             match place(&request, method) {
                 Ok(found) => {
@@ -283,7 +284,7 @@ fn kept(task: &Task, request: &LocationRequest, method: &PlacementMethod, found:
     assert!(deepest >= task.band.lower - 1e-7, "{task:?} {method:?}: {deepest} {found:?}");
     assert!(found.rear_min_bound <= deepest + 1e-7, "{task:?} {method:?}: {deepest} {found:?}");
     let setting = CuttingContext { face: request.face, cutter: &cutter, band: request.band };
-    let jet = request.face.face().surface.jet1(request.at[0], request.at[1]);
+    let jet = request.face.face().surface.jet1(request.at.u, request.at.v);
     let feed = jet.su * request.feed[0] + jet.sv * request.feed[1];
     let (contact, uv) = (found.contact, found.contact_uv);
     let look = StripQuery { feed, strip: request.strip, contact, uv };
@@ -308,8 +309,9 @@ fn the_nested_search_is_no_last_resort() {
         let side = if task.behind { ContactSide::Behind } else { ContactSide::Ahead };
         let base = request(&face, &cutter, feed);
         let range = 0.4;
-        let offset_range = [-range, range];
-        let request = LocationRequest { at, strip, side, band: task.band, offset_range, ..base };
+        let offset_range = Interval::new(-range, range);
+        let request =
+            LocationRequest { at: at.into(), strip, side, band: task.band, offset_range, ..base };
         let grid = NestedGrid { directions: 8, direction: 0.05, offset: 0.02, ..GRID };
         let found = widest_strip(&request, None);
         match (&found, place(&request, &PlacementMethod::Nested(grid))) {
@@ -381,7 +383,7 @@ fn wrong_questions_are_refused_with_what_would_help() {
     says(&empty, PlacementMethod::CurvatureMatched, &["band", "empty"]);
     // A trough of 5 mm radius: the corner of 6 mm does not fit in, whatever the method.
     let steep = quadric(0.0, 0.2);
-    let steep = LocationRequest { at: [0.5, 0.5], ..request(&steep, &bull, [1.0, 0.0]) };
+    let steep = LocationRequest { at: Uv::new(0.5, 0.5), ..request(&steep, &bull, [1.0, 0.0]) };
     for method in methods() {
         if matches!(method, PlacementMethod::FixedAxis { .. } | PlacementMethod::Ball { .. }) {
             continue;
@@ -396,8 +398,8 @@ fn wrong_questions_are_refused_with_what_would_help() {
     );
     let saddle = quadric(0.01, -0.01);
     let saddle = LocationRequest {
-        at: [0.5, 0.5],
-        offset_range: [-0.2, 0.2],
+        at: Uv::new(0.5, 0.5),
+        offset_range: Interval::new(-0.2, 0.2),
         ..request(&saddle, &bull, [1.0, 0.0])
     };
     says(
@@ -441,7 +443,8 @@ fn no_method_touches_where_inserts_do_not_cut() {
     let slope = quadric(0.004, 0.001);
     for (u, solid) in [(0.3, true), (0.7, true), (0.3, false), (0.7, false)] {
         let cutter = if solid { cutter(10.0, 6.0) } else { insert(9.0) };
-        let request = LocationRequest { at: [u, 0.5], ..request(&slope, &cutter, [1.0, 0.0]) };
+        let request =
+            LocationRequest { at: Uv::new(u, 0.5), ..request(&slope, &cutter, [1.0, 0.0]) };
         let found = place(&request, &PlacementMethod::FixedAxis { axis: Vector3::z_axis() });
         match found {
             Ok(found) => {
@@ -473,7 +476,7 @@ fn a_comparison_is_drawn() {
     assert!(traces.len() >= 7);
     for trace in &traces {
         let inside =
-            trace.points.iter().filter(|p| p.angle > trace.ends[0] && p.angle < trace.ends[1]);
+            trace.points.iter().filter(|p| p.angle > trace.ends.low && p.angle < trace.ends.high);
         let errors: Vec<f64> = inside.map(|p| p.error).collect();
         assert!(errors.len() > 3, "{}", trace.name);
         assert!(

@@ -14,6 +14,7 @@ use trunnion::positioning::{
     strip_of_pose, trace, widest_strip, with_lead,
 };
 use trunnion::surface::FaceIndex;
+use trunnion::types::{Interval, Uv};
 
 const CASES: &str = include_str!("../../../../fixtures/positioning/cases.json");
 
@@ -44,11 +45,11 @@ fn request<'a>(face: &'a FaceIndex, cutter: &'a Cutter, feed: [f64; 2]) -> Locat
         face,
         cutter,
         band: ToleranceBand { lower: 0.0, upper: 0.01 },
-        at: [0.5, 0.5],
+        at: Uv::new(0.5, 0.5),
         feed,
         strip: StripSide::Right,
         side: ContactSide::Ahead,
-        offset_range: [-0.4, 0.4],
+        offset_range: Interval::new(-0.4, 0.4),
         axis_cone: None,
     }
 }
@@ -73,9 +74,9 @@ fn the_reference_cases_are_reached() {
         let ahead = number("side") > 0.0;
         let side = if ahead { ContactSide::Ahead } else { ContactSide::Behind };
         let request = LocationRequest {
-            at: pair(&case["at"]),
+            at: pair(&case["at"]).into(),
             side,
-            offset_range: pair(&case["offset_range_deg"]).map(f64::to_radians),
+            offset_range: pair(&case["offset_range_deg"]).map(f64::to_radians).into(),
             ..request(&face, &bull, pair(&case["feed"]))
         };
         let found = widest_strip(&request, None).unwrap();
@@ -125,7 +126,7 @@ fn a_mirrored_problem_has_the_mirrored_answer() {
             for (location, sign, angle) in [(&right, 1.0, degrees), (&left, -1.0, -degrees)] {
                 let [x, y] = heading(angle);
                 let across = Vector3::new(x, y, 0.0).cross(&n) * sign;
-                let far = face.face().surface.point(location.far[0], location.far[1]);
+                let far = face.face().surface.point(location.far.u, location.far.v);
                 assert!(far.coords.dot(&across) > 0.9 * location.chord_width);
                 let ahead = Vector3::new(x, y, 0.0).dot(&(location.contact - location.center));
                 assert_eq!(ahead > 0.0, location.side == ContactSide::Ahead);
@@ -165,8 +166,8 @@ fn a_dense_look_finds_the_strip_again() {
     let (feed, strip) = (Vector3::new(x, y, 0.0), request.strip);
     let look = StripQuery { feed, strip, contact: found.contact, uv: found.contact_uv };
     let strip = strip_of_pose(&setting, &found.pose, &look).unwrap();
-    close("near u", strip.near.0[0], found.near[0], 1e-5);
-    close("far v", strip.far.0[1], found.far[1], 1e-5);
+    close("near u", strip.near.uv.u, found.near.u, 1e-5);
+    close("far v", strip.far.uv.v, found.far.v, 1e-5);
     assert!(strip.front_min >= 0.0 && strip.rear_min >= 0.0);
     // Sunk by 2 um it gouges, and the check says so.
     let mut sunk = found.pose;
@@ -193,7 +194,7 @@ fn a_ball_on_a_plane_leaves_its_chord() {
     // Where the cusp is 0.01 mm high: 0.01 mm above the plane the ball is that wide.
     let half = (8.0_f64.powi(2) - 7.99_f64.powi(2)).sqrt();
     close("width", found.strip_width, 2.0 * half, 1e-6);
-    close("start", found.near[0], 0.5, 1e-9);
+    close("start", found.near.u, 0.5, 1e-9);
     // Strip on the right of +x: towards -y, the ball half way.
     close("contact", found.contact.y, -half, 1e-6);
     close("height", found.center.z, 8.0, 1e-9);
@@ -211,7 +212,7 @@ fn the_strip_of_a_small_ball_ends_where_it_leaves_the_excess_allowed() {
         for degrees in [0.0, 70.0, 200.0] {
             let request = LocationRequest { band, ..request(&face, &ball, heading(degrees)) };
             let found = with_lead(&request, 0.1, None).unwrap();
-            for [u, v] in [found.near, found.far] {
+            for Uv { u, v } in [found.near, found.far] {
                 let normal = face.face().normal(u, v).unwrap();
                 let raised = face.face().point(u, v) + normal.scale(band.upper);
                 close("reach", (raised - found.center).norm(), 0.9, 1e-8);
@@ -225,14 +226,14 @@ fn a_given_lead_is_kept() {
     let cases: Value = serde_json::from_str(CASES).unwrap();
     let face = patch(&cases);
     let bull = cutter(10.0, 6.0);
-    let request = LocationRequest { at: [0.4, 0.5], ..request(&face, &bull, [0.0, 1.0]) };
+    let request = LocationRequest { at: Uv::new(0.4, 0.5), ..request(&face, &bull, [0.0, 1.0]) };
     let lead = 5.0_f64.to_radians();
     let found = with_lead(&request, lead, None).unwrap();
     close("lead", found.rotation, lead, 1e-12);
     // Inclined by 5 degrees at a contact there, the strip is 5.436 mm wide (baseline of the
     // reference cases); here the strip begins there, and the contact lies 2.7 mm beside.
     close("width", found.chord_width, 5.436, 0.03 * 5.436);
-    let across = LocationRequest { offset_range: [0.0, 0.0], ..request };
+    let across = LocationRequest { offset_range: Interval::point(0.0), ..request };
     let across = with_lead(&across, lead, Some(&found)).unwrap();
     assert!(across.chord_width <= found.chord_width, "{across:?}");
     close("alpha", across.offset_direction, 0.0, 0.0);
@@ -298,7 +299,7 @@ fn contacts_that_do_not_cut_are_refused() {
     // Leaning by 2.4 degrees over a nearly flat place, the corner touches a little outside its
     // circle of 10 mm.
     let (cuts, idle) = (insert(9.5), insert(11.5));
-    let at = [0.4, 0.5];
+    let at = Uv::new(0.4, 0.5);
     assert!(
         widest_strip(&LocationRequest { at, ..request(&face, &cuts, [0.0, 1.0]) }, None).is_ok()
     );
@@ -326,7 +327,7 @@ fn inserts_do_not_touch_with_what_does_not_cut() {
                 continue;
             }
             // As far from the axis as the strip's own points, less a hair.
-            let out = |[u, v]: [f64; 2]| {
+            let out = |Uv { u, v }: Uv| {
                 let from_tip = face.face().surface.point(u, v) - found.pose.tip;
                 found.pose.axis.cross(&from_tip).norm()
             };
@@ -360,13 +361,13 @@ fn the_error_curves_look_as_they_did() {
     ];
     for (name, feed, side, range) in figures {
         let range = range.to_radians();
-        let offset_range = [-range, range];
-        let at = [0.4, 0.5];
+        let offset_range = Interval::new(-range, range);
+        let at = Uv::new(0.4, 0.5);
         let request = LocationRequest { at, side, offset_range, ..request(&face, &bull, feed) };
         let found = widest_strip(&request, None).unwrap();
         let trace = trace(&request, &found, "end-point").unwrap();
         let setting = CuttingContext { face: &face, cutter: &bull, band: request.band };
-        let jet = face.face().surface.jet1(at[0], at[1]);
+        let jet = face.face().surface.jet1(at.u, at.v);
         let look = StripQuery {
             feed: jet.su * feed[0] + jet.sv * feed[1],
             strip: request.strip,
@@ -375,10 +376,10 @@ fn the_error_curves_look_as_they_did() {
         };
         let curve = error_curve(&setting, &found.pose, &look, 360).unwrap();
         assert_eq!(curve.len(), trace.points.len());
-        for (point, [angle, error]) in trace.points.iter().zip(curve) {
-            assert!(error >= -1e-9, "{name}: {error}");
-            close("angle", point.angle, angle, 1e-9);
-            close("error", point.error, error, 1e-9);
+        for (point, expected) in trace.points.iter().zip(curve) {
+            assert!(expected.error >= -1e-9, "{name}: {}", expected.error);
+            close("angle", point.angle, expected.angle, 1e-9);
+            close("error", point.error, expected.error, 1e-9);
         }
         let title =
             format!("Feed ({}, {}): strip of {:.3} mm", feed[0], feed[1], found.strip_width);
@@ -425,9 +426,8 @@ fn strips_may_run_off_the_edge() {
     let face = patch(&cases);
     let bull = cutter(10.0, 6.0);
     for at in [[0.0, 0.5], [-0.1, 0.3], [0.5, 1.1]] {
-        let found =
-            widest_strip(&LocationRequest { at, ..request(&face, &bull, [0.0, 1.0]) }, None)
-                .unwrap();
+        let request = LocationRequest { at: at.into(), ..request(&face, &bull, [0.0, 1.0]) };
+        let found = widest_strip(&request, None).unwrap();
         assert!(found.front_min >= 0.0 && found.rear_min >= 0.0, "{at:?} {found:?}");
         assert!(found.chord_width > 1.0, "{at:?} {}", found.chord_width);
     }
@@ -462,10 +462,15 @@ fn complaint(task: &Task, trials: u32) -> Option<String> {
     let cutter = cutter(task.major, task.minor);
     let strip = if task.left { StripSide::Left } else { StripSide::Right };
     let side = if task.behind { ContactSide::Behind } else { ContactSide::Ahead };
-    let request =
-        LocationRequest { strip, side, band: task.band, at, ..request(&face, &cutter, feed) };
+    let request = LocationRequest {
+        strip,
+        side,
+        band: task.band,
+        at: at.into(),
+        ..request(&face, &cutter, feed)
+    };
     let found = widest_strip(&request, None);
-    let (best, x) = task.best(request.offset_range, trials);
+    let (best, x) = task.best(request.offset_range.ends(), trials);
     let found = match found {
         Ok(found) => found,
         // Of the shank the trials know nothing.
@@ -475,7 +480,7 @@ fn complaint(task: &Task, trials: u32) -> Option<String> {
     if let Some(wrong) = breach(task, &found) {
         return Some(format!("{task:?}: {wrong}"));
     }
-    let behind = LocationRequest { at: [0, 1].map(|k| at[k] - feed[k]), ..request };
+    let behind = LocationRequest { at: [0, 1].map(|k| at[k] - feed[k]).into(), ..request };
     let neighbour = widest_strip(&behind, None).ok();
     let warm = neighbour.and_then(|neighbour| widest_strip(&request, Some(&neighbour)).ok());
     if let Some(wrong) = warm.as_ref().and_then(|warm| breach(task, warm)) {
@@ -494,9 +499,10 @@ fn complaint(task: &Task, trials: u32) -> Option<String> {
 /// By how much the strip ends short of the end points \[mm\]; 0 where it goes beyond them.
 fn shortfall(task: &Task, found: &CutterLocation) -> f64 {
     let (face, at, _) = task.shape.face(task.degrees);
-    let point = |uv: [f64; 2]| face.face().surface.point(uv[0], uv[1]);
+    let at = Uv::from(at);
+    let point = |uv: Uv| face.face().surface.point(uv.u, uv.v);
     let chord = point(found.end) - point(at);
-    let short = |from: [f64; 2], to: [f64; 2], sign: f64| {
+    let short = |from: Uv, to: Uv, sign: f64| {
         (sign * chord.dot(&(point(to) - point(from)))).max(0.0) / chord.norm()
     };
     short(at, found.near, 1.0) + short(found.end, found.far, -1.0)

@@ -11,6 +11,7 @@ use trunnion::positioning::{
     ToleranceBand, strip_of_pose, widest_strip,
 };
 use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
+use trunnion::types::{Interval, Uv};
 
 /// Xorshift numbers in [-1, 1].
 struct Random(u64);
@@ -72,7 +73,7 @@ fn complaint(
 ) -> Option<String> {
     // Rounding of distances \[mm\].
     const ROUNDING: f64 = 1e-7;
-    let point = |[u, v]: [f64; 2]| face.face().surface.point(u, v);
+    let point = |Uv { u, v }: Uv| face.face().surface.point(u, v);
     let (near, far) = (angle(found, &point(found.near)), angle(found, &point(found.far)));
     let (low, high) = (near.min(far), near.max(far));
     let axis = found.pose.axis;
@@ -108,11 +109,11 @@ fn pass(case: u32, face: &FaceIndex, samples: u32) -> (u32, Vec<String>) {
         face,
         cutter: &cutter,
         band: ToleranceBand { lower: 0.0, upper: 0.02 },
-        at: [0.5; 2],
+        at: Uv::new(0.5, 0.5),
         feed: [1.0, slant],
         strip,
         side: ContactSide::Ahead,
-        offset_range: [-0.4, 0.4],
+        offset_range: Interval::new(-0.4, 0.4),
         axis_cone: None,
     };
     let (mut count, mut wrong) = (0, Vec::new());
@@ -120,7 +121,7 @@ fn pass(case: u32, face: &FaceIndex, samples: u32) -> (u32, Vec<String>) {
     for station in 0..14 {
         let along = 0.012 * f64::from(station);
         let at = [0.4 + along, 0.42 + slant * along];
-        let request = LocationRequest { at, ..request };
+        let request = LocationRequest { at: at.into(), ..request };
         warm = widest_strip(&request, warm.as_ref()).ok();
         let Some(found) = &warm else { continue };
         count += 1;

@@ -12,6 +12,7 @@ use trunnion::positioning::{
     AxisCone, ContactSide, CutterLocation, LocationRequest, StripSide, ToleranceBand, widest_strip,
 };
 use trunnion::surface::FaceIndex;
+use trunnion::types::Interval;
 
 /// The patch of paper 004: heights by rows of y.
 fn patch() -> FaceIndex {
@@ -37,11 +38,11 @@ fn request<'a>(face: &'a FaceIndex, cutter: &'a Cutter, at: [f64; 2]) -> Locatio
         face,
         cutter,
         band: ToleranceBand { lower: 0.0, upper: 0.01 },
-        at,
+        at: at.into(),
         feed: [0.0, 1.0],
         strip: StripSide::Right,
         side: ContactSide::Ahead,
-        offset_range: [-0.26, 0.26],
+        offset_range: Interval::new(-0.26, 0.26),
         axis_cone: None,
     }
 }
@@ -118,9 +119,11 @@ fn strips_reach_both_end_points() {
         let (bull, band) = (cutter(major, minor), ToleranceBand { lower: 0.0, upper });
         let offset_range = [-0.4, 0.4];
         let plain = request(&face, &bull, at);
-        let found =
-            widest_strip(&LocationRequest { band, feed, strip, offset_range, ..plain }, None)
-                .unwrap();
+        let found = widest_strip(
+            &LocationRequest { band, feed, strip, offset_range: offset_range.into(), ..plain },
+            None,
+        )
+        .unwrap();
         let share = found.strip_width / found.chord_width;
         assert!(share > 0.999, "{k:?}: {share}");
     }
@@ -138,10 +141,10 @@ fn what_is_held_near_a_neighbour_is_as_wide_as_from_scratch() {
             let free = request(&face, &bull, [u, v]);
             let around = |turn: f64| {
                 let alpha = before.offset_direction;
-                let [low, high] = free.offset_range;
+                let [low, high] = free.offset_range.ends();
                 let offset_range = [(alpha - turn).max(low), (alpha + turn).min(high)];
                 let axis_cone = Some(AxisCone { axis: before.pose.axis, max_turn: turn });
-                LocationRequest { offset_range, axis_cone, ..free }
+                LocationRequest { offset_range: offset_range.into(), axis_cone, ..free }
             };
             let mut next = None;
             for turn in [0.01, 0.04, 0.16] {

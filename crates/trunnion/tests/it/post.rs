@@ -6,7 +6,7 @@ use crate::dice;
 
 use dice::Random;
 use nalgebra::Vector3;
-use trunnion::blocks::{BlockInterpolation, moved};
+use trunnion::blocks::{BlockEnd, BlockInterpolation, moved};
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::math::angle::great_circle;
@@ -216,7 +216,7 @@ fn compare(
                 let at = moved(
                     kinematics,
                     control,
-                    [from, to].map(|end| (&end.q, &end.pose).into()),
+                    [from, to].map(|end| BlockEnd::new(&end.q, &end.pose)),
                     share,
                 );
                 let [tip, axis] = off(&at.unwrap(), ends);

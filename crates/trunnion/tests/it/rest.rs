@@ -19,7 +19,7 @@ use trunnion::surface::{
     CylinderSurface, Face, FaceIndex, PlaneSurface, SphereSurface, Surface, SurfaceFrame,
     TrimCurve, TrimLoop,
 };
-use trunnion::types::{Silent, Station, ToolPose, UncutReason, UncutRegion};
+use trunnion::types::{Interval, Silent, Station, ToolPose, UncutReason, UncutRegion};
 
 const BAND: ToleranceBand = ToleranceBand { lower: 0.0, upper: 0.02 };
 const SHARE: f64 = 0.002;
@@ -47,9 +47,9 @@ fn options(method: PlacementMethod) -> CoverOptions {
         band: BAND,
         link: 25.0,
         path_share: SHARE,
-        spacing: [0.02, 1.0],
+        spacing: Interval::new(0.02, 1.0),
         max_axis_turn: 0.1,
-        offset_range: [-0.5, 0.5],
+        offset_range: Interval::new(-0.5, 0.5),
         lean: ToolInclination { angle: 0.087, towards: None },
         effort: 3.0,
     }

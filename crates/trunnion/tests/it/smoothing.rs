@@ -329,14 +329,14 @@ fn a_long_path_is_smoothed_in_a_window() {
     for (k, station) in stations.iter().enumerate() {
         smoother.push(station).unwrap();
         spans.extend(smoother.take());
-        let behind = 0.05 * k as f64 * 1.05 - spans.last().map_or(0.0, |last| last.range[1]);
+        let behind = 0.05 * k as f64 * 1.05 - spans.last().map_or(0.0, |last| last.range.high);
         assert!(behind < 3.0 * 128.0 * 0.05 + 0.05 * 0.05 * k as f64, "{behind} mm in memory");
     }
     let (rest, report) = smoother.finish().unwrap();
     spans.extend(rest);
     let whole = smooth(&stations, &options()).unwrap();
     assert_eq!(whole.report, report);
-    let ends: Vec<f64> = spans.iter().map(|span| span.range[1]).collect();
+    let ends: Vec<f64> = spans.iter().map(|span| span.range.high).collect();
     assert_eq!(whole.curves[0].knots[1..], ends);
     assert_eq!((report.blended, report.stops), (0, 0));
     check_c3(&whole.curves[0]);

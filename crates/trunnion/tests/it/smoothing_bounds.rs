@@ -94,8 +94,8 @@ fn worst(stations: &[Station], options: &SmoothOptions) -> [f64; 2] {
     let mut worst = [0.0_f64; 2];
     for span in spans {
         for part in 0..=23 {
-            let x = (span.range[1] - span.range[0]) * f64::from(part) / 23.0;
-            let at = Double::of(span.range[0]).plus(Double::of(x));
+            let x = (span.range.high - span.range.low) * f64::from(part) / 23.0;
+            let at = Double::of(span.range.low).plus(Double::of(x));
             let step = u.partition_point(|&u| u <= at.0).clamp(1, u.len() - 1) - 1;
             let share = at
                 .minus(Double::of(u[step]))

@@ -95,6 +95,7 @@ impl LinkPlanner<'_> {
 
     /// Returns a station at the point, raised along the axis until it is above the part.
     fn lifted(&self, tip: Point3<f64>, axis: UnitVector3<f64>, raise: f64) -> Station {
+        // Height of the part along this axis, less the height of the tip.
         let missing = self.height(&axis) + raise - tip.coords.dot(&axis);
         let tip = tip + axis.scale(missing.max(0.0));
         Station { pose: ToolPose { tip, axis }, contact: tip }

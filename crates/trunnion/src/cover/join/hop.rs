@@ -59,6 +59,7 @@ impl HopPath<'_> {
         gouge: f64,
     ) -> Option<Vec<Station>> {
         let [from, to] = [self.from, self.to].map(|station| station.pose);
+        // A hop lifts along the axis: opposite sides of a part are no place for it.
         if angle_between(&from.axis, &to.axis) >= FRAC_PI_2 {
             return None;
         }

@@ -130,6 +130,7 @@ impl LinkPlanner<'_> {
             let direction = Unit::try_new(axis.lerp(&aside, share), 0.0)?;
             let climb = direction.dot(&up);
             // Even from above the level, a lead is at least a radius long.
+            // Along a direction that climbs by `climb` per mm.
             let length = (height / climb).max(radius);
             (climb >= LEAST_CLIMB).then_some(LeadStep { direction, length })
         })
@@ -192,6 +193,7 @@ impl LinkPlanner<'_> {
 /// Returns the height of boxes along `normal` \[mm\]: that of their highest corner.
 pub(crate) fn height(boxes: &[[Point3<f64>; 2]], normal: &UnitVector3<f64>) -> f64 {
     let corner = |[low, high]: &[Point3<f64>; 2]| {
+        // Support function of a box: coordinate by coordinate the end that lies higher.
         (0..3).map(|k| (low[k] * normal[k]).max(high[k] * normal[k])).sum::<f64>()
     };
     boxes.iter().map(corner).fold(f64::NEG_INFINITY, f64::max)

@@ -176,6 +176,7 @@ impl LinkPlanner<'_> {
         }
         let over = [self.shortest(from), self.shortest(to)].map(|end| end.map(|s| s.pose));
         let hop = HopPath { from, to, over, lever: self.lever };
+        // The proof is short of its target by the precision at most: ask for that much more.
         let margin = PRECISION * self.options.gouge;
         let free = |sweep: &PassSweep, span, least: f64| {
             self.depth_in(sweep, span, least + margin) <= -least

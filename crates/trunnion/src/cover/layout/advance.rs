@@ -72,6 +72,7 @@ pub(crate) fn advance(parts: &[PassPart], costs: &AdvanceCosts) -> f64 {
 pub(crate) fn advances(parts: &[PassPart], costs: &AdvanceCosts) -> Vec<f64> {
     let mut choices = vec![advance(parts, costs)];
     let narrowest = parts.iter().map(|part| part.width).fold(f64::INFINITY, f64::min);
+    // Advances nearly alike lead to the same passes.
     let apart = |a: f64, choices: &[f64]| choices.iter().all(|b| (a - b).abs() > APART * a.max(*b));
     if narrowest > 0.0 && apart(narrowest, &choices) {
         choices.push(narrowest);
@@ -104,6 +105,7 @@ fn rate(parts: &[PassPart], width: f64, costs: &AdvanceCosts) -> f64 {
 /// Returns the length that is cut to go on by a width \[mm\].
 pub(crate) fn price(parts: &[PassPart], width: f64, costs: &AdvanceCosts) -> f64 {
     let length: f64 = parts.iter().map(|part| part.length).sum();
+    // One pass over everything, and the passes of their own over runs that it leaves narrower.
     length + costs.pass + again(parts, width, costs)
 }
 

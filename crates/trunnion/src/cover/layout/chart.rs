@@ -129,6 +129,7 @@ fn determinant([[a, b], [c, d]]: [[f64; 2]; 2]) -> f64 {
 
 impl BentChart {
     fn uv(&self, [across, y]: ChartPoint) -> [f64; 2] {
+        // uv = o + x ex + y ey with x = across + s(across, y).
         let x = across + self.bend.at([across, y])[0];
         let [ex, ey] = self.axes;
         [0, 1].map(|k| self.origin[k] + x * ex[k] + y * ey[k])
@@ -137,6 +138,7 @@ impl BentChart {
     fn steps(&self, local: ChartPoint) -> [[f64; 2]; 2] {
         let [_, by_across, by_along] = self.bend.at(local);
         let [ex, ey] = self.axes;
+        // Chain rule: duv / d(across) = ex (1 + s_across), duv / d(along) = ey + ex s_along.
         [ex.map(|e| e * (1.0 + by_across)), [0, 1].map(|k| ey[k] + by_along * ex[k])]
     }
 
@@ -177,6 +179,7 @@ impl ChartSpline {
     pub(crate) fn basis(&self, k: usize, at: f64) -> (usize, [f64; 4], [f64; 4], f64) {
         let [low, high] = self.ranges[k];
         let inside = at.clamp(low, high);
+        // The interval, and the share of it.
         let t = (inside - low) / self.pitch(k);
         let last = self.intervals()[k] - 1;
         // Within 0..=intervals.
@@ -205,6 +208,7 @@ impl ChartSpline {
         let (i, a, da, beyond) = self.basis(0, across);
         let (j, b, db, past) = self.basis(1, along);
         let (mut value, mut by_across, mut by_along, mut mixed) = (0.0, 0.0, 0.0, 0.0);
+        // Tensor product: sum of c_mn B_m(across) B_n(along), with either factor differentiated.
         for m in 0..4 {
             for n in 0..4 {
                 let c = self.coefficients[(i + m, j + n)];
@@ -230,6 +234,7 @@ impl ChartSpline {
     pub(crate) fn is_monotone(&self) -> bool {
         let pitch = self.pitch(0);
         let (rows, columns) = self.coefficients.shape();
+        // Coefficients of ds / d(across), a quadratic spline: differences over the pitch.
         let slope = |i: usize, j: usize| {
             1.0 + (self.coefficients[(i + 1, j)] - self.coefficients[(i, j)]) / pitch
         };
@@ -240,6 +245,7 @@ impl ChartSpline {
     /// Returns the parameter across at which a pass comes through `x` at `along`, by Newton's
     /// method within a bracket.
     fn across(&self, x: f64, along: f64) -> f64 {
+        // Root of f(across) = across + s(across, y) - x.
         let excess = |across: f64| {
             let [value, slope, _] = self.at([across, along]);
             (across + value - x, 1.0 + slope)

@@ -154,6 +154,8 @@ impl<'a> LayoutChooser<'a> {
     /// Returns the straight frame with this index, turned by a share of half a turn, in mm.
     fn frame(&self, index: u32) -> BentChart {
         let (sin, cos) = (PI * f64::from(index) / f64::from(FRAMES)).sin_cos();
+        // Divided by the mean rates, a step of 1 in x or y is about 1 mm on the face in any
+        // direction.
         let [by_u, by_v] = self.rates;
         let axes = [[cos / by_u, sin / by_v], [-sin / by_u, cos / by_v]];
         let origin = self.bounds.map(|[low, high]| 0.5 * (low + high));
@@ -162,6 +164,7 @@ impl<'a> LayoutChooser<'a> {
         let [u, v] = self.bounds;
         let corners = [[u[0], v[0]], [u[0], v[1]], [u[1], v[0]], [u[1], v[1]]];
         let places = corners.map(|corner| bent.frame(corner));
+        // Run-outs follow the spline a cutter's width beyond the face; across there are none.
         let reach = [0.0, 2.0 * self.cutter.radius()];
         bent.bend.ranges = [0, 1].map(|k| {
             let values = places.map(|place| place[k]);
@@ -186,6 +189,8 @@ impl<'a> LayoutChooser<'a> {
         let face = self.face.face();
         let jet = face.surface.jet2(u, v);
         let curvature = jet.curvature()?;
+        // Seen from the other side the curvatures change sign, and with them the directions change
+        // roles.
         let direction = if face.flip { curvature.max_direction } else { curvature.min_direction };
         let step = widths::along([jet.su, jet.sv], &direction)?;
         Some((step, curvature.max - curvature.min))
@@ -196,6 +201,7 @@ impl<'a> LayoutChooser<'a> {
     fn fit(&self, mut bent: BentChart) -> (f64, BentChart) {
         for _ in 0..ROUNDS {
             let mut stiff = STIFF;
+            // Stiffer until no pass crosses its neighbour.
             for _ in 0..STIFFER {
                 let bend = self.fitted(&bent, stiff);
                 if bend.is_monotone() {
@@ -270,6 +276,8 @@ impl<'a> LayoutChooser<'a> {
     /// slopes along do not determine.
     fn stiffen(&self, normal: &mut DMatrix<f64>, [rows, columns]: [usize; 2], weight: f64) {
         let size = 2.0 * self.cutter.radius();
+        // The stiffness is set by the cutter: bends over its diameter count alike on faces of any
+        // size.
         let weight = weight / (size * size);
         let index = |i: usize, j: usize| i * columns + j;
         let mut add = |places: [usize; 3]| {
@@ -281,6 +289,7 @@ impl<'a> LayoutChooser<'a> {
         };
         for i in 0..rows {
             for j in 0..columns {
+                // (c_i - 2 c_{i+1} + c_{i+2})^2 in either direction.
                 if i + 2 < rows {
                     add([index(i, j), index(i + 1, j), index(i + 2, j)]);
                 }
@@ -349,6 +358,8 @@ impl<'a> LayoutChooser<'a> {
                     if !tried.bend.is_monotone() {
                         continue;
                     }
+                    // Coordinate search over the forms; the first sign that lowers the estimate is
+                    // kept.
                     let now = self.price(&Chart::bent(tried.clone()));
                     if now < price {
                         (price, bent) = (now, tried);
@@ -416,6 +427,7 @@ impl<'a> LayoutChooser<'a> {
             let tangents = self.tangents(uv);
             let [over, way] =
                 chart.steps(local).map(|[du, dv]| tangents[0] * du + tangents[1] * dv);
+            // Distance to the next pass per unit across: the part of the step square to the pass.
             let rate = over.cross(&way).norm() / way.norm();
             let width = match &self.widths {
                 Some(widths) => widths.width(uv, tangents, &way).unwrap_or(self.costs.narrow),
@@ -429,6 +441,7 @@ impl<'a> LayoutChooser<'a> {
         }
         let rate = rates / parts.len().max(1) as f64;
         for part in &mut parts {
+            // Widths are compared as parameters across, then given as lengths at the mean rate.
             part.width *= rate;
         }
         (parts, rate)

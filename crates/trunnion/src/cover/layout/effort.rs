@@ -29,13 +29,6 @@ pub(crate) enum SearchOutcome {
     Missed,
 }
 
-impl From<bool> for SearchOutcome {
-    /// Converts `true` to a location found.
-    fn from(found: bool) -> Self {
-        if found { Self::Found } else { Self::Missed }
-    }
-}
-
 /// Counter that threads may share: a sum does not depend on its order.
 #[derive(Debug, Default)]
 pub(crate) struct WorkCounter(AtomicU64);

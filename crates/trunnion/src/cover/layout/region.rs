@@ -121,6 +121,7 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
             let way = b[0] - a[0];
             // Clip the edge to the interval across; its ends and the corners within give the extremes along.
             let at = |across: f64| {
+                // Where the edge meets the line; an edge along the line has all of it there.
                 let share = if way.abs() > 0.0 { (across - a[0]) / way } else { 0.0 };
                 a[1] + share.clamp(0.0, 1.0) * (b[1] - a[1])
             };
@@ -184,6 +185,7 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
         // Between two neighbouring corners either all lines meet the region or none does.
         let mut here = from;
         for next in corners {
+            // The middle line of a strip between corners stands for all of its lines.
             if next > here && self.meets_line(0.5 * (here + next)) {
                 return Some(here);
             }
@@ -212,6 +214,7 @@ pub(crate) fn meets([a, b]: [ChartPoint; 2], range: [[f64; 2]; 2]) -> bool {
         let [low, high] = range[k];
         let way = b[k] - a[k];
         if way.abs() > 0.0 {
+            // Clip the segment to the slab low..high: the shares at which it enters and leaves.
             let ends = [(low - a[k]) / way, (high - a[k]) / way];
             first = first.max(ends[0].min(ends[1]));
             last = last.min(ends[0].max(ends[1]));

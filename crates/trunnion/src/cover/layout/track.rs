@@ -51,6 +51,7 @@ impl EndPointTrack {
     /// Adds one interval by Simpson's rule.
     fn walk(&mut self, to: f64, speed: &impl Fn(f64) -> f64) {
         let (Some(&from), Some(&arc)) = (self.along.last(), self.arc.last()) else { return };
+        // Mean speed by Simpson's rule, exact for cubics; the arc length is its integral.
         let mean = (speed(from) + 4.0 * speed(0.5 * (from + to)) + speed(to)) / 6.0;
         self.along.push(to);
         self.arc.push(arc + (to - from) * mean);
@@ -100,6 +101,7 @@ impl EndPointTrack {
     pub(crate) fn at(&self, arc: f64) -> f64 {
         let after = self.arc.partition_point(|&w| w <= arc).clamp(1, self.arc.len() - 1);
         let (w, a) = (&self.arc[after - 1..=after], &self.along[after - 1..=after]);
+        // Inverse of the table, linear in the interval.
         let share = if w[1] > w[0] { (arc - w[0]) / (w[1] - w[0]) } else { 0.0 };
         a[0] + share * (a[1] - a[0])
     }

@@ -57,6 +57,7 @@ fn region_within<'a>(
         face.loops.iter().map(|trim| trim.polyline(tolerance)).collect();
     if !chart.is_straight() {
         if polylines.is_empty() {
+            // Without trims the border of the rectangle bounds the region on a bent chart.
             polylines.push(vec![[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]]);
         }
         let most = [u, v].map(|range| BENT_SHARE * (range[1] - range[0]));
@@ -91,6 +92,7 @@ fn finer(points: &[[f64; 2]], most: [f64; 2]) -> Vec<[f64; 2]> {
     let mut fine = Vec::new();
     for (a, b) in points.iter().zip(points.iter().cycle().skip(1)) {
         let way = [0, 1].map(|k| b[k] - a[k]);
+        // The parameter that would be exceeded most decides the number of pieces.
         let pieces = (way[0].abs() / most[0]).max(way[1].abs() / most[1]).ceil().max(1.0);
         let steps = std::iter::successors(Some(0.0), |i| Some(i + 1.0));
         fine.extend(

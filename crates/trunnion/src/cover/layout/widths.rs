@@ -77,6 +77,7 @@ impl StripWidthTable {
         let bounds = face.face().bounds();
         let spread = [0, 1].map(|k| (bounds[k][1] - bounds[k][0]) / f64::from(PLACES - 1));
         let near = |[u, v]: [f64; 2]| {
+            // Points up to half a step off the face still serve the interpolation on it.
             let shifts = [-0.5, 0.0, 0.5];
             shifts.iter().any(|a| {
                 shifts.iter().any(|b| face.face().contains(u + a * spread[0], v + b * spread[1]))
@@ -98,7 +99,7 @@ impl StripWidthTable {
                         face,
                         cutter,
                         band: options.band,
-                        at: uv,
+                        at: uv.into(),
                         feed,
                         strip: if face.face().flip { StripSide::Left } else { StripSide::Right },
                         side: options.side,
@@ -109,7 +110,10 @@ impl StripWidthTable {
                         Some(_) => widest_strip(&request, None),
                         None => Err(error),
                     });
-                    work.location(SearchOutcome::from(found.is_ok()));
+                    work.location(match found {
+                        Ok(_) => SearchOutcome::Found,
+                        Err(_) => SearchOutcome::Missed,
+                    });
                     warm = found.ok();
                     warm.as_ref().map_or(narrow, |location| location.strip_width.max(narrow))
                 })

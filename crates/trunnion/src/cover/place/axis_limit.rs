@@ -8,6 +8,7 @@ use crate::cover::place::candidate::{
 };
 use crate::math::angle::angle_between;
 use crate::positioning::{AxisCone, CutterLocation, ToolInclination};
+use crate::types::Interval;
 use nalgebra::{Unit, UnitVector3};
 use rayon::prelude::*;
 
@@ -59,6 +60,8 @@ impl CandidatePass<'_> {
         let counts: Vec<bool> =
             free.iter().map(|p| p.as_ref().is_ok_and(|p| reach(p) >= wanted)).collect();
         let worst = |places: &[LocationResult]| {
+            // Only stations that reach far enough alone can set the goal; the others get passes of
+            // their own.
             let reaches = places.iter().zip(&counts).map(|(place, counts)| match place {
                 Ok(placed) if *counts => reach(placed),
                 _ => f64::INFINITY,
@@ -98,8 +101,9 @@ impl CandidatePass<'_> {
             .iter()
             .zip(places)
             .filter(|(arc, _)| self.track.over_face(**arc))
-            .map(|(_, place)| PassPart { length: self.options.spacing[1], width: width(place) })
+            .map(|(_, place)| PassPart { length: self.options.spacing.high, width: width(place) })
             .collect();
+        // Width with the least cost per millimetre gained, over the stations that lie on the face.
         let wanted = advance::advance(&over, &self.costs());
         // A little less, so that rounding does not exclude the station itself.
         self.across + wanted * (1.0 - 1e-9) / per
@@ -135,6 +139,7 @@ impl CandidatePass<'_> {
             for index in indices {
                 let own = places[index].as_ref().ok();
                 let width = |placed: &PlacedStation| placed.location.strip_width;
+                // A search is worth its work only if the neighbour is clearly wider.
                 let least = own.map_or(0.0, width) * LEARN;
                 let taught =
                     before.as_ref().filter(|teacher| width(teacher) > least).and_then(|teacher| {
@@ -273,15 +278,18 @@ impl CandidatePass<'_> {
 
     /// Returns the limits within the reach of each neighbour; where their ranges do not meet, halfway.
     fn limits(&self, neighbours: &[Neighbour<'_>]) -> LocationLimits {
-        let [least, most] = self.options.offset_range;
+        let [least, most] = self.options.offset_range.ends();
         let offset = |one: &Neighbour<'_>| one.station.location.offset_direction;
         let low = neighbours.iter().map(|one| offset(one) - one.limit).fold(least, f64::max);
         let high = neighbours.iter().map(|one| offset(one) + one.limit).fold(most, f64::min);
-        let offset_range = [low.min(high), high.max(low)];
+        // Ranges that do not meet: the gap between them, which lies halfway.
+        let offset_range = Interval::new(low.min(high), high.max(low));
         // The cone about the mean axis that lies in the cones of all neighbours.
         let pose_axis = |one: &Neighbour<'_>| one.station.station.pose.axis;
         let sum = neighbours.iter().map(|one| pose_axis(one).into_inner()).sum();
         let axis: Option<UnitVector3<f64>> = Unit::try_new(sum, f64::MIN_POSITIVE);
+        // A cone about another axis that lies in a given cone is narrower by the angle between both
+        // axes.
         let spread = |axis: &UnitVector3<f64>| {
             neighbours
                 .iter()

@@ -15,7 +15,7 @@ use crate::positioning::{
     ToolInclination,
 };
 use crate::surface::FaceIndex;
-use crate::types::Station;
+use crate::types::{Interval, Station, Uv};
 use nalgebra::Vector3;
 
 /// Turn of the tool axis allowed, over that of the face's normal between the same points. A tool that keeps its
@@ -63,14 +63,14 @@ pub(crate) struct PlacedStation {
     pub(crate) lean: ToolInclination,
     pub(crate) location: CutterLocation,
     pub(crate) station: Station,
-    /// Parameters `[u, v]` of the station's contact.
-    pub(crate) contact_uv: [f64; 2],
+    /// Parameters of the station's contact.
+    pub(crate) contact_uv: Uv,
 }
 
 impl PlacedStation {
     /// Returns the far end of the strip, across and along.
     pub(crate) fn far(&self, chart: &Chart) -> ChartPoint {
-        chart.local(self.location.far)
+        chart.local(self.location.far.into())
     }
 }
 
@@ -78,7 +78,7 @@ impl PlacedStation {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LocationLimits {
     /// Offset directions \[rad\].
-    pub(crate) offset_range: [f64; 2],
+    pub(crate) offset_range: Interval,
     /// Cone for the tool axis, if any.
     pub(crate) axis_cone: Option<AxisCone>,
 }
@@ -135,7 +135,7 @@ impl CandidatePass<'_> {
             face: self.face,
             cutter: self.cutter,
             band: self.options.band,
-            at: self.chart.uv(at),
+            at: self.chart.uv(at).into(),
             feed: step.map(|s| if self.forward { s } else { -s }),
             strip: self.strip(),
             side: self.options.side,
@@ -175,6 +175,8 @@ impl CandidatePass<'_> {
             (Some(a), Some(b)) => FOLLOW * angle_between(&a, &b),
             _ => 0.0,
         };
+        // A normal that turns so far between neighbours belongs to a continuation that has turned
+        // over.
         let follow = if follow < OVER { follow } else { 0.0 };
         (self.options.max_axis_turn * (to - from).abs()).max(follow)
     }
@@ -201,7 +203,7 @@ impl CandidatePass<'_> {
     /// Returns the error of a station that has no location near enough to its neighbours.
     pub(crate) fn apart(&self, arc: f64) -> PositioningError {
         PositioningError::NoStrip {
-            uv: self.chart.uv([self.across, self.track.at(arc)]),
+            uv: self.chart.uv([self.across, self.track.at(arc)]).into(),
             smallest: self.costs().narrow,
             excess: 0.0,
             binding: ActiveConstraint::AxisTurn,

@@ -86,8 +86,8 @@ impl<'a, Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'a, Inside> {
 
     /// Estimates the work of passes at the fixed lead: as many stations as strips as narrow as a ball's need.
     pub(crate) fn usual_work(&self) -> f64 {
-        let narrow = self.narrow().max(self.options.spacing[0]);
-        WorkCounter::of_stations(self.tree.area() / (narrow * self.options.spacing[1]))
+        let narrow = self.narrow().max(self.options.spacing.low);
+        WorkCounter::of_stations(self.tree.area() / (narrow * self.options.spacing.high))
     }
 
     /// Returns the extent of the face by local parameter `k` \[mm\].
@@ -107,7 +107,7 @@ impl<'a, Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'a, Inside> {
 
     /// Returns the least width that a pass has to finish \[mm\].
     pub(crate) fn least(&self) -> f64 {
-        self.options.spacing[0].max(WORTH * self.narrow())
+        self.options.spacing.low.max(WORTH * self.narrow())
     }
 
     /// Returns the area of the face, as the sum of its cells \[mm²\].
@@ -137,6 +137,8 @@ impl<'a, Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'a, Inside> {
             chart: &self.chart,
             tree: &self.tree,
             tool: &self.tool,
+            // The proof may be short of the target by the precision; what it then keeps is the
+            // widened band.
             target: band.lower - path_share + precision,
             precision,
         }
@@ -154,7 +156,7 @@ impl<'a, Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'a, Inside> {
             region,
             end: self.tool.end,
             limit: self.options.band.upper + self.options.path_share,
-            smallest: 0.5 * self.options.spacing[0],
+            smallest: 0.5 * self.options.spacing.low,
             sweeps,
         }
     }

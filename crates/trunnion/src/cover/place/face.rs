@@ -41,6 +41,7 @@ pub(crate) fn cover_face(
     let best = match (ahead, behind) {
         (Ok(ahead), Ok(behind)) => {
             let tried = [ahead, behind];
+            // Compared over the whole face, as the passes of both sides do not fit together.
             let best = PlacedPasses::best(tried.iter()).unwrap_or(0);
             Ok(tried.into_iter().nth(best).unwrap_or_else(PlacedPasses::new))
         }

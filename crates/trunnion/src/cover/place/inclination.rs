@@ -59,6 +59,8 @@ impl CandidatePass<'_> {
     /// Returns `true` if another inclination may do better at a station.
     fn may_lean(&self, arc: f64, place: &LocationResult) -> bool {
         let whole = |place: &LocationResult| place.as_ref().is_ok_and(|p| p.across >= self.across);
+        // The corner has to fit at the track and half a narrow strip beyond it: otherwise no
+        // inclination helps.
         let ahead = 0.5 * self.costs().narrow / self.rate_across();
         let along = self.track.at(arc);
         !whole(place)
@@ -147,6 +149,8 @@ impl CandidatePass<'_> {
             let Some(InclinedRow { lean, places }) = all.get(which) else {
                 return if wanted[i] { LEFT_OUT } else { 0.0 };
             };
+            // Near the inclination asked for, on the track, and without lifting: in this order of
+            // weight, from the least to the greatest.
             let different = DIFFERENT * angle(*lean, self.options.lean);
             match &places[i] {
                 Err(_) => f64::INFINITY,
@@ -178,6 +182,7 @@ impl CandidatePass<'_> {
         for step in before.iter().rev() {
             choice.push(choice.last().and_then(|which| step.get(*which)).copied().unwrap_or(none));
         }
+        // Followed back from the cheapest end, so in reverse order.
         choice.reverse();
         choice.into_iter().map(|which| (which < none).then_some(which)).collect()
     }
@@ -185,6 +190,8 @@ impl CandidatePass<'_> {
 
 /// Returns the approximate angle between two inclinations \[rad\].
 fn angle(a: ToolInclination, b: ToolInclination) -> f64 {
+    // Inclinations as points of the plane, in polar coordinates: for small angles their distance is
+    // the angle between the axes.
     let place = |lean: ToolInclination| {
         let (sin, cos) = lean.towards.unwrap_or(0.0).sin_cos();
         [lean.angle * cos, lean.angle * sin]

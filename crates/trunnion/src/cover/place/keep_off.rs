@@ -10,7 +10,7 @@ use crate::cover::pattern::PlacementMethod;
 use crate::cover::prove::part_faces::{KeepOff, NearestQuery};
 use crate::cutter::ConvexSolid;
 use crate::positioning::{CutterLocation, PositioningError, ToolInclination};
-use crate::types::ToolPose;
+use crate::types::{ToolPose, Uv};
 use nalgebra::Unit;
 use rayon::prelude::*;
 
@@ -92,7 +92,8 @@ impl CandidatePass<'_> {
         let at = |back: f64| {
             let across = self.across - back / rate;
             let found = self.search(TrackPoint { across, arc }, limits, start).ok();
-            self.work.location(SearchOutcome::from(found.is_some()));
+            let missed = found.is_none();
+            self.work.location(if missed { SearchOutcome::Missed } else { SearchOutcome::Found });
             found
         };
         let useful = |placed: &PlacedStation| placed.far(chart)[0] > self.across;
@@ -126,6 +127,7 @@ impl CandidatePass<'_> {
         let KeepOff { part_faces, own, least, precision, .. } = self.keep_off;
         let within = least - precision;
         let query = NearestQuery { within, precision, enough: within };
+        // Centre of the corner when it touches with the distance that the tool keeps.
         let tip = contact.point + contact.normal.scale(minor + least);
         let pose = ToolPose { tip, axis: contact.normal };
         let near = part_faces.nearest(&ConvexSolid::ball(minor), &pose, None, query);
@@ -135,10 +137,10 @@ impl CandidatePass<'_> {
                 let apart = near.point - contact.point;
                 let concave = apart.norm_squared()
                     / (2.0 * contact.normal.dot(&apart)).max(f64::MIN_POSITIVE);
-                return Err(PositioningError::ConcaveRadius { uv, concave, minor });
+                return Err(PositioningError::ConcaveRadius { uv: uv.into(), concave, minor });
             }
             let (face, depth) = (part_faces.number(near.face), least - near.distance);
-            Err(PositioningError::Neighbour { uv, face, depth })
+            Err(PositioningError::Neighbour { uv: uv.into(), face, depth })
         })
     }
 
@@ -157,13 +159,14 @@ impl CandidatePass<'_> {
             let feed = Unit::try_new(feed, f64::MIN_POSITIVE)?;
             let CutterLocation { near, far, .. } = placed.location;
             let ends = [near, far, placed.contact_uv]
-                .map(|[u, v]| feed.dot(&(self.face.face().point(u, v) - from)).abs());
+                .map(|Uv { u, v }| feed.dot(&(self.face.face().point(u, v) - from)).abs());
             Some(ends.into_iter().fold(0.0, f64::max))
         };
         let arcs = [start, 0.5 * (start + end), end];
         let tried: Vec<Option<f64>> = arcs.into_par_iter().map(of).collect();
         let most = tried.into_iter().try_fold(0.0, |most: f64, one| Some(most.max(one?)));
         let radius = self.cutter.radius();
-        most.map_or(radius, |most| (RESERVE * most + self.options.spacing[1]).min(radius))
+        // A spacing more, as the last station lies up to a spacing before the end of the run-out.
+        most.map_or(radius, |most| (RESERVE * most + self.options.spacing.high).min(radius))
     }
 }

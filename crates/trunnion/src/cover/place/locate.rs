@@ -11,7 +11,7 @@ use crate::positioning::{
     ContactSide, CutterLocation, PositioningError, ToleranceBand, ToolInclination, widest_strip,
     with_inclination,
 };
-use crate::types::{Station, ToolPose};
+use crate::types::{Station, ToolPose, Uv};
 use nalgebra::{Unit, Vector3};
 
 /// Share of the band by which the tool is raised at most where it would go into another face. The remaining band
@@ -34,7 +34,8 @@ impl CandidatePass<'_> {
     ) -> LocationResult {
         let place = self.search(TrackPoint { across: self.across, arc }, limits, start);
         let far = matches!(place, Err(PositioningError::OutOfReach { .. }));
-        self.work.location(SearchOutcome::from(place.is_ok() || far));
+        let quick = place.is_ok() || far;
+        self.work.location(if quick { SearchOutcome::Found } else { SearchOutcome::Missed });
         place
     }
 
@@ -115,7 +116,8 @@ impl CandidatePass<'_> {
     ) -> LocationResult {
         let TrackPoint { across, arc } = at;
         let along = self.track.at(arc);
-        let (station, contact_uv) = self.station(self.chart.uv([across, along]), &location)?;
+        let (station, contact_uv) =
+            self.station(self.chart.uv([across, along]).into(), &location)?;
         Ok(PlacedStation { arc, across, along, lean, location, station, contact_uv })
     }
 
@@ -125,11 +127,11 @@ impl CandidatePass<'_> {
     /// be two or one, it moves smoothly along the pass.
     fn station(
         &self,
-        at: [f64; 2],
+        at: Uv,
         location: &CutterLocation,
-    ) -> Result<(Station, [f64; 2]), PositioningError> {
+    ) -> Result<(Station, Uv), PositioningError> {
         let ToolPose { axis, .. } = location.pose;
-        let point = |uv: [f64; 2]| self.face.face().point(uv[0], uv[1]);
+        let point = |uv: Uv| self.face.face().point(uv.u, uv.v);
         // The middle of the two end points, projected into the plane of the centre circle.
         let [from, to] = [point(at), point(location.end)];
         let middle = nalgebra::center(&from, &to) - location.center;
@@ -139,9 +141,9 @@ impl CandidatePass<'_> {
         let guess = location.contact_uv;
         let foot = self
             .face
-            .closest_near(&(location.center + out), guess)
+            .closest_near(&(location.center + out), guess.into())
             .map_err(|error| PositioningError::Closest { uv: guess, error })?;
-        Ok((Station { pose: location.pose, contact: foot.point }, foot.uv))
+        Ok((Station { pose: location.pose, contact: foot.point }, foot.uv.into()))
     }
 
     /// Returns `true` if no location at this inclination can serve.

@@ -99,6 +99,7 @@ impl PlacedPasses {
         }
         self.recent.extend(sweeps.map(Arc::new));
         // Only the last sweeps are compared with new candidates; older ones serve the final proof.
+        // No pass reaches back farther across than a few of its predecessors.
         let old = self.recent.len().saturating_sub(MEMORY);
         self.swept.extend(self.recent.drain(..old));
         if !self.forward {

@@ -20,6 +20,7 @@ use crate::cover::place::trial::{RefusedPlace, TrialPass};
 use crate::cover::prove::coverage::PassColumn;
 use crate::cover::report::{FallbackReason, GivenUp, PassFallback, RefusedPoint};
 use crate::positioning::PositioningError;
+use crate::types::Interval;
 
 /// Step across over material that the tool cannot finish, in widths of a narrow strip. The next finished strip begins
 /// at most that much late.
@@ -109,6 +110,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         loop {
             let Some(step) = self.pass(&region, next, rectangle)? else { return Ok(last) };
             next = step.next;
+            // Another pass here costs more than the enclosing rectangle loses by a smaller advance.
             if (last - next) * step.rate * rectangle.worth < step.again {
                 return Ok(next);
             }
@@ -197,10 +199,11 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         let report = &mut self.placed.report;
         if report.given_up.is_none() {
             let [[_, end], along] = self.context.whole.bounds;
-            let at = self.context.chart.uv([across, rectangle.bounds[1][0]]);
-            let uv = self.context.uv_range([[across, end], along]);
+            let at = self.context.chart.uv([across, rectangle.bounds[1][0]]).into();
+            let [u, v] = self.context.uv_range([[across, end], along]).map(Interval::from);
             report.given_up = Some(GivenUp { face, uv: at, share: self.share });
-            report.fallbacks.push(PassFallback { face, at, uv, reason: FallbackReason::Effort });
+            let reason = FallbackReason::Effort;
+            report.fallbacks.push(PassFallback { face, at, u, v, reason });
         }
         FaceRectangle { method: PlacementMethod::Inclined, ..*rectangle }
     }
@@ -286,6 +289,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         let columns = &trial.columns[first..=last];
         let widths = || trial.parts[first..=last].iter().map(|part| part.width);
         let narrowest = widths().fold(f64::INFINITY, f64::min);
+        // Strips narrower than a ball's gain nothing over the fixed inclination.
         let wide = narrowest >= trial.costs.narrow;
         let same = wide || rectangle.method == PlacementMethod::Inclined;
         if rectangle.depth > DEPTH {
@@ -299,6 +303,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         if !same {
             self.note_fallback(trial, [first, last], [[across, next], along]);
         }
+        // Below the least finished parameter nothing is left to cut in these columns.
         let from = columns.iter().map(|c| c.finished).fold(next, f64::min).max(across);
         let part = FaceRectangle {
             bounds: [[from, next], along],
@@ -336,14 +341,14 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         }
         let [_, end] = region.bounds[0];
         let next = (across + STEP * trial.costs.narrow / trial.rate).min(end);
-        if trial.parts.iter().any(|part| part.width > self.context.options.spacing[0]) {
+        if trial.parts.iter().any(|part| part.width > self.context.options.spacing.low) {
             self.add(trial);
         }
         if let (None, Some(RefusedPlace { at, error })) =
             (&self.placed.report.refused, trial.refused.clone())
         {
             let face = self.context.face.face().number;
-            let uv = self.context.chart.uv(at);
+            let uv = self.context.chart.uv(at).into();
             self.placed.report.refused = Some(RefusedPoint { face, uv, error });
         }
         self.leave(&trial.columns, next);
@@ -372,11 +377,11 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
 
     /// Records why wide strips are not taken on some columns.
     fn note_fallback(&mut self, trial: &TrialPass, columns: [usize; 2], bounds: [[f64; 2]; 2]) {
+        let Some((at, reason)) = trial.fallback(columns) else { return };
         let context = self.context;
-        let fallback = trial.fallback(columns, context.face.face().number, &context.chart);
-        let uv = context.uv_range(bounds);
-        let fallback = fallback.map(|one| PassFallback { uv, ..one });
-        self.placed.report.fallbacks.extend(fallback);
+        let [u, v] = context.uv_range(bounds).map(Interval::from);
+        let (face, at) = (context.face.face().number, context.chart.uv(at).into());
+        self.placed.report.fallbacks.push(PassFallback { face, at, u, v, reason });
     }
 
     /// Returns the least width that a pass has to finish \[mm\].

@@ -49,6 +49,7 @@ impl ArcMotion {
 
     /// Moves a station by `length` \[mm\]: turned by the angle of the arc, and along its chord.
     fn carry(&self, station: &Station, length: f64) -> Station {
+        // An arc of this length turns by curvature * length; its chord leaves at half that angle.
         let half = 0.5 * self.curvature * length;
         let axis = Unit::new_normalize(self.feed.cross(&self.normal));
         let turn = Rotation3::from_axis_angle(&axis, 2.0 * half);
@@ -80,8 +81,8 @@ pub(crate) fn run_out(
     let heading = if target > last.arc { Heading::Forward } else { Heading::Backward };
     let Some(roll) = ArcMotion::new(candidate, last, heading) else { return added };
     let distance = (target - last.arc).abs();
-    let steps = (2.0 * distance / candidate.options.spacing[1]).ceil();
-    let mut guess = last.contact_uv;
+    let steps = (2.0 * distance / candidate.options.spacing.high).ceil();
+    let mut guess: [f64; 2] = last.contact_uv.into();
     for step in std::iter::successors(Some(1.0), |i| Some(i + 1.0)).take_while(|i| *i <= steps) {
         let length = distance * step / steps;
         let station = roll.carry(&last.station, length);
@@ -93,7 +94,7 @@ pub(crate) fn run_out(
         // Over the face the pass has to leave a strip; beside it only not to gouge.
         let useless =
             candidate.track.over_face(arc) && strip.far.is_none_or(|f| f[0] <= candidate.across);
-        let barred = candidate.keep_off.check(&station.pose, foot.uv).is_err();
+        let barred = candidate.keep_off.check(&station.pose, foot.uv.into()).is_err();
         if strip.least < between.band.lower || useless || barred {
             return added;
         }
@@ -102,8 +103,8 @@ pub(crate) fn run_out(
         let mut location = last.location.clone();
         location.pose = station.pose;
         let chart = candidate.chart;
-        location.far = chart.uv(strip.far.unwrap_or([candidate.across, along]));
-        let contact_uv = foot.uv;
+        location.far = chart.uv(strip.far.unwrap_or([candidate.across, along])).into();
+        let contact_uv = foot.uv.into();
         added.push(PlacedStation { arc, along, location, station, contact_uv, ..*last });
     }
     added

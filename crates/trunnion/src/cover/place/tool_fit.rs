@@ -64,6 +64,8 @@ pub(crate) fn largest_ball(
         };
         let apart = near.point - contact.point;
         let rise = contact.normal.dot(&apart);
+        // Ball through p with normal n that passes q: |q - (p + R n)| = R gives R = |q - p|^2 / (2
+        // n . (q - p)).
         let smaller = apart.norm_squared() / (2.0 * rise);
         // Rounding at the point itself.
         if !(rise > 0.0 && smaller < radius) {
@@ -151,6 +153,7 @@ pub(crate) fn pose(
 ) -> ToolPose {
     let (sin, cos) = angle.sin_cos();
     let axis = Unit::new_normalize(normal.scale(cos) + ahead.scale(sin));
+    // From the corner's centre back by R, square to the axis.
     let centre = corner - (ahead.scale(cos) - normal.scale(sin)).scale(cutter.major());
     ToolPose { tip: centre - axis.scale(cutter.minor()), axis }
 }

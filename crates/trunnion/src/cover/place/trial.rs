@@ -2,7 +2,6 @@
 
 use crate::cover::error::CoverError;
 use crate::cover::layout::advance::{AdvanceCosts, PassPart};
-use crate::cover::layout::chart::Chart;
 use crate::cover::layout::effort::WorkCounter;
 use crate::cover::layout::region::{ChartPoint, TrimmedRegion};
 use crate::cover::layout::track::EndPointTrack;
@@ -14,7 +13,7 @@ use crate::cover::place::placed::PlacedPasses;
 use crate::cover::place::trim::{PassSegment, PassTrimmer};
 use crate::cover::prove::coverage::PassColumn;
 use crate::cover::prove::sweep::PassSweep;
-use crate::cover::report::{FallbackReason, PassFallback};
+use crate::cover::report::FallbackReason;
 use crate::positioning::PositioningError;
 
 /// Largest number of times that stations are added where a pass finishes nothing at its track.
@@ -79,22 +78,19 @@ impl TrialPass {
         [self.columns[first].along[0], self.columns[last].along[1]]
     }
 
-    /// Returns the reason why wide strips are not taken on some columns of face number `face`. The caller adds the
-    /// ranges of u and v.
+    /// Returns the reason why wide strips are not taken on some columns, and the point across and
+    /// along that caused it.
     pub(crate) fn fallback(
         &self,
         [first, last]: [usize; 2],
-        face: usize,
-        chart: &Chart,
-    ) -> Option<PassFallback> {
+    ) -> Option<(ChartPoint, FallbackReason)> {
         let (a, b) = (self.columns.get(first)?, self.columns.get(last)?);
         let near = |at: &ChartPoint| (a.along[0]..=b.along[1]).contains(&at[1]);
         let refused = self.refused.clone().filter(|refused| near(&refused.at));
-        let (at, reason) = refused.map_or_else(
+        Some(refused.map_or_else(
             || ([a.finished, a.along[0]], FallbackReason::Missed(last + 1 - first)),
             |RefusedPlace { at, error }| (at, FallbackReason::NoStrip(error)),
-        );
-        Some(PassFallback { face, at: chart.uv(at), uv: [[0.0; 2]; 2], reason })
+        ))
     }
 }
 
@@ -160,8 +156,9 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
     /// something.
     fn ended(&self, columns: &[PassColumn], segments: &[PassSegment], across: f64) -> Vec<bool> {
         let range = |pair: &[PlacedStation]| {
-            let along =
-                |placed: &PlacedStation| [placed.along, self.chart.local(placed.contact_uv)[1]];
+            let along = |placed: &PlacedStation| {
+                [placed.along, self.chart.local(placed.contact_uv.into())[1]]
+            };
             let all = pair.iter().flat_map(along);
             let low = all.clone().fold(f64::INFINITY, f64::min);
             ([low, all.fold(f64::NEG_INFINITY, f64::max)], pair.iter().any(|p| p.across < across))
@@ -170,6 +167,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
             segments.iter().flat_map(|segment| segment.placed.windows(2)).map(range).collect();
         let ends = |column: &PassColumn| {
             let [low, high] = column.along;
+            // Pairs of stations whose range along overlaps the column.
             let near = || pairs.iter().filter(|([a, b], _)| *a < high && *b > low);
             column.part.width < self.least()
                 || near().any(|(_, barred)| *barred)
@@ -205,7 +203,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
         let along = self.over_region(region, across);
         let track = EndPointTrack::new(self.face, chart, across, along, extension);
         let [start, end] = track.range();
-        if end - start > self.options.spacing[0] {
+        if end - start > self.options.spacing.low {
             Ok(track)
         } else {
             let CoverOptions { feed_direction: along, .. } = *self.options;

@@ -11,7 +11,7 @@ use crate::cover::prove::span_strip::SpanCheck;
 use crate::cover::prove::sweep::PassSweep;
 use crate::math::angle::angle_between;
 use crate::positioning::{PositioningError, ToleranceBand};
-use crate::types::Station;
+use crate::types::{Station, Uv};
 use rayon::prelude::*;
 
 /// Length of the slabs in which a span is checked first, as a share of the cutter's radius.
@@ -100,6 +100,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
 
     /// Makes segments of all stations with locations that have something to cut.
     fn laid(&self, samples: &[TrackSample], extension: f64, segments: &mut Vec<PassSegment>) {
+        // Ranges that are cut, with their run-outs; within each, runs without a gap.
         for [first, last] in kept(samples, extension) {
             let samples = &samples[first..=last];
             for run in runs(samples) {
@@ -142,7 +143,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
             samples[index].place.as_ref().is_ok_and(|placed| {
                 let location = &placed.location;
                 let strip = [location.near, location.far, placed.contact_uv];
-                strip.iter().all(|uv| out(chart.local(*uv)[1]))
+                strip.iter().all(|uv| out(chart.local((*uv).into())[1]))
             })
         };
         let (mut first, mut last) = (first, last);
@@ -231,7 +232,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         let ([start, end], [first, last]) =
             (self.candidate.track.range(), self.candidate.track.face());
         let (start, end) = (start.max(first - extension), end.min(last + extension));
-        let wanted = ((end - start) / self.candidate.options.spacing[1]).ceil().max(3.0);
+        let wanted = ((end - start) / self.candidate.options.spacing.high).ceil().max(3.0);
         // A track cannot need more stations than fit into memory by spacing; `as` saturates.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "is positive")]
         let count = wanted as u32;
@@ -266,7 +267,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         }
         target.is_some_and(|target| {
             let reached = self.run_out(placed, target);
-            (target - reached).abs() > self.candidate.options.spacing[0]
+            (target - reached).abs() > self.candidate.options.spacing.low
         })
     }
 
@@ -274,7 +275,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
     fn towards(&self, good: &PlacedStation, bad: f64) -> PlacedStation {
         let (mut good, mut bad) = (good.clone(), bad);
         // Bisect between a point with a location and one without.
-        while (bad - good.arc).abs() > self.candidate.options.spacing[0] {
+        while (bad - good.arc).abs() > self.candidate.options.spacing.low {
             let middle = 0.5 * (good.arc + bad);
             match self.candidate.beside(middle, &good) {
                 Ok(placed) => good = placed,
@@ -298,7 +299,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
                 nearest = left;
                 best = Some((index, added));
             }
-            if left <= self.candidate.options.spacing[0] {
+            if left <= self.candidate.options.spacing.low {
                 break;
             }
         }
@@ -358,7 +359,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
     /// Returns `true` if a span is long enough for a further station.
     fn divisible(&self, span: &[PlacedStation]) -> bool {
         let length = span.last().map_or(0.0, |b| b.arc) - span.first().map_or(0.0, |a| a.arc);
-        length >= 2.0 * self.candidate.options.spacing[0]
+        length >= 2.0 * self.candidate.options.spacing.low
     }
 
     /// Puts a station into each of the given spans that is long enough; `None` where none is.
@@ -391,6 +392,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         let length = sweep.curve.knots[span + 1] - sweep.curve.knots[span];
         // Small and positive.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]
+        // Short slabs: the remainder of the motion is of second order in their length.
         let slabs = (length / (SLAB * self.candidate.cutter.radius())).ceil().max(1.0) as u32;
         // The gouge is the depth of the least clearance, from this face and the others, below the target. The
         // precision of the proof is allowed for.
@@ -419,7 +421,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
         let cut = |[u, v]: [f64; 2]| {
             self.clearance.tool.end.distance(&candidate.face.face().point(u, v), &pose) <= upper
         };
-        let halfway = |p: [f64; 2], q: [f64; 2]| [0, 1].map(|k| 0.5 * (p[k] + q[k]));
+        let halfway = |p: Uv, q: Uv| [0.5 * (p.u + q.u), 0.5 * (p.v + q.v)];
+        // Three points across the strip; the proof of coverage later leaves none out.
         cut(chart.uv([candidate.across, candidate.track.at(0.5 * (a.arc + b.arc))]))
             && cut(halfway(a.contact_uv, b.contact_uv))
             && cut(halfway(a.location.far, b.location.far))
@@ -459,11 +462,12 @@ fn kept(samples: &[TrackSample], distance: f64) -> Vec<[usize; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::types::Interval;
 
     #[test]
     fn touched_places_are_run_out_and_joined() {
         let samples = |touched: &[usize]| -> Vec<TrackSample> {
-            let range = [0.0, 0.0];
+            let range = Interval::point(0.0);
             let place = Err(PositioningError::OffsetRange { range });
             let sample = |i: usize| {
                 let touched = touched.contains(&i);

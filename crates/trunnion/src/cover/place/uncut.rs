@@ -51,7 +51,9 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
             state.swept.iter().chain(&state.recent).map(AsRef::as_ref).collect();
         let region = self.whole.complete();
         let swept = self.coverage(&region, &sweeps);
-        let sizes = [CELL * self.narrow(), FINEST * self.options.spacing[0]];
+        // Coarse cells at the rim of the uncut area, fine ones where a cell is finished at its
+        // middle.
+        let sizes = [CELL * self.narrow(), FINEST * self.options.spacing.low];
         // Step 1: find the cells of the missed ranges that no pass finishes.
         let open = swept.open(&boxes, sizes);
         // Step 2: join them to connected regions and measure each.
@@ -224,6 +226,7 @@ fn image(range: ParameterBox, kind: MapKind, map: &dyn Fn([f64; 2]) -> [f64; 2])
     let of = |i: u32| {
         let cell = FaceCell::new([part(0, i / PARTS), part(1, i % PARTS)], &at);
         let corners = cell.corners().map(|p| [[p.x, p.x], [p.y, p.y]]);
+        // The image leaves the hull of its corners by no more than the bows of both parameters.
         let bow = cell.sag(0) + cell.sag(1);
         hull(&corners).map(|[low, high]| [low - bow, high + bow])
     };

@@ -54,6 +54,7 @@ impl UnreachableCells {
     pub(crate) fn holds(&self, uv: [f64; 2]) -> bool {
         let index = |k: usize| {
             let [low, high] = self.bounds[k];
+            // Parameters beyond the box of a periodic surface are brought back by whole periods.
             let by = self.periods[k].map_or(0.0, |p| ((uv[k] - low) / p).floor() * p);
             let share = (uv[k] - by - low) / (high - low);
             // The end of a closed face is its start.

@@ -181,6 +181,8 @@ impl ClearanceSearch<'_> {
         let seen = slab.seen(&from_tip);
         // Motion of the ball over half the slab: first order at its centre, rotation over its
         // radius, and the remainder of second order.
+        // |w| rho t for the points of the ball that are not its centre, and |y''| t^2 / 2, with t
+        // half the slab.
         let rest = slab.middle.turn.norm() * node.radius * half
             + 0.5 * self.rest(&slab, from_tip.norm() + node.radius);
         let motion = |gap: &SignedDistance| gap.gradient.dot(&seen).abs() * half + rest;
@@ -189,6 +191,8 @@ impl ClearanceSearch<'_> {
         if bound(&gap) >= self.enough() {
             return;
         }
+        // Supporting planes of the solid along the flat side of the ball bound more sharply than
+        // the tangent plane where the solid is not smooth.
         let planes = [node.normal, -node.normal].map(|n| self.solid.plane(&node.centre, pose, n));
         if node.normal.norm_squared() > 0.0
             && planes.iter().any(|plane| bound(plane) >= self.enough())
@@ -219,6 +223,7 @@ impl ClearanceSearch<'_> {
     /// Returns twice the remainder of the first-order motion over a slab.
     fn rest(&self, slab: &TimeSlab, distance: f64) -> f64 {
         let (bend, half) = (self.sweep.bend(slab.span), slab.half());
+        // The speed in the slab grows by the second derivative over half of it.
         bend.seen(distance, slab.middle.velocity.norm() + bend.tip * half) * half * half
     }
 
@@ -277,6 +282,7 @@ impl ClearanceSearch<'_> {
         let pose = &slab.middle.pose;
         let centre = cell.centre();
         let corners = cell.corners();
+        // No point of the cell is farther from the tip, but for the bows.
         let far = corners.iter().map(|corner| (corner - pose.tip).norm()).fold(0.0, f64::max);
         let rest = 0.5 * self.rest(&slab, far + sags[0] + sags[1]);
         let gap = self.solid.gap(&centre, pose);
@@ -288,6 +294,7 @@ impl ClearanceSearch<'_> {
             least = least.max(over(&slab, &centre, &corners, plane).least);
         }
         let slopes = [0, 1].map(|k| 0.5 * gap.gradient.dot(&cell.across_edges(k)).abs());
+        // An upper bound: some point of the face is as near, since the distance is 1-Lipschitz.
         if let Some(away) = cell.some_within(share) {
             self.found = self.found.min(gap.distance + away);
         }
@@ -330,6 +337,8 @@ fn over(
     let SignedDistance { distance, gradient } = plane;
     let (mut least, mut moving) = (f64::INFINITY, 0.0_f64);
     for corner in corners {
+        // The plane is linear in space and, to first order, in time: least at a corner and at an
+        // end.
         let seen = slab.seen(&(corner - slab.middle.pose.tip));
         let moved = gradient.dot(&seen).abs() * slab.half();
         least = least.min(distance + gradient.dot(&(corner - centre)) - moved);

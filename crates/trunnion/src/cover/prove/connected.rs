@@ -28,6 +28,7 @@ pub(crate) fn parts(cells: &[ParameterBox]) -> Vec<Vec<ParameterBox>> {
     for &i in &order {
         front.touching(cells, i, |j| {
             let (a, b) = (root(&mut parent, i), root(&mut parent, j));
+            // The lower index becomes the root, whatever the order of joining.
             parent[a.max(b)] = a.min(b);
         });
         front.add(cells, i);

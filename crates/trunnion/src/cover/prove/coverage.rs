@@ -106,6 +106,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
             .map(|i| [i, i + 1.0].map(|i| edge(range, i / count)))
             .collect();
         // No pass cuts farther across than it is wide, so this window is searched first.
+        // Passes that come near are distributed once for the window, not again for every column.
         let window = [from, end.min(from + WINDOW * self.end.width() / rate)];
         let mut near = Vec::with_capacity(edges.len());
         self.share(window, &edges, &self.poses(), &mut near);
@@ -341,6 +342,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
             let (u, pose) = &sweep.poses[index];
             let passing = ClosestPass { u: *u, distance: self.end.distance(place, pose) };
             let joined = before.filter(|(i, ..)| i + 1 == index);
+            // A local minimum: the distance fell up to the last pose and rises from there, or the
+            // run of poses ends.
             let falls = joined.is_none_or(|(_, last, _)| passing.distance < last.distance);
             if let Some((_, last, true)) = before.filter(|_| joined.is_none() || !falls) {
                 keep(last);
@@ -361,6 +364,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
             return Some(false);
         }
         // Guess for each corner: the time at which the cutter has moved on by its offset.
+        // Time in which the cutter moves on by a vector: its component along the velocity over the
+        // speed.
         let pace = here.velocity / here.velocity.norm_squared().max(f64::MIN_POSITIVE);
         let [low, high] = sweep.curve.range();
         let mut ends = Vec::with_capacity(4);
@@ -405,6 +410,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
                 let ((t0, q0), (t1, q1)) = (seen[i], seen[j]);
                 let (time, apart) = ((t1 - t0).abs(), (q1 - q0).norm());
                 let tip = bend.tip * time * time;
+                // Second-order terms of a product: the turn times the change of the point seen from
+                // the tool.
                 let turning = 2.0 * bend.turn * time * (apart + 8.0 * sag + tip);
                 tip + turning + (bend.twist + bend.turn * bend.turn) * time * time * far
             };

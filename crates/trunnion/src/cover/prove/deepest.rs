@@ -27,12 +27,14 @@ impl TimeSample {
     /// Returns the time and height at which the tangents of two samples meet.
     fn meet(&self, other: &Self) -> (f64, f64) {
         let lines = [self, other].map(|look| look.distance - look.rate * look.u);
+        // Intersection of the tangents d + r (u - u0).
         let u = (lines[1] - lines[0]) / (self.rate - other.rate);
         (u, lines[0] + self.rate * u)
     }
 
     /// Returns the time at which a rate that changes evenly is zero.
     fn level(&self, other: &Self) -> f64 {
+        // Secant method for the root of the rate.
         (self.u * other.rate - other.u * self.rate) / (other.rate - self.rate)
     }
 }
@@ -54,6 +56,8 @@ pub(crate) fn deepest(
         let here = sweep.instant(sweep.curve.span_at(u), u)?;
         let gap = end.gap(place, &here.pose);
         let from_tip = place - here.pose.tip;
+        // The point stands still, and the cutter moves by v + w x q: seen from it the point moves
+        // the other way.
         let rate = -gap.gradient.dot(&(here.velocity + here.turn.cross(&from_tip)));
         Some(TimeSample { u, distance: gap.distance, rate, here })
     };

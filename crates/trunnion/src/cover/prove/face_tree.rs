@@ -70,6 +70,7 @@ impl FaceCell {
     /// is a mean of `S_kk h^2 / 4`. Taken whole, it allows a second derivative of twice the largest
     /// mean on the cell's three lines.
     pub(crate) fn sag(&self, k: usize) -> f64 {
+        // Second difference of each of the three lines of points by parameter k.
         let bow = |i: usize| {
             let [a, b, c] = self.line(k, i);
             ((a - b) + (c - b)).norm()
@@ -156,6 +157,7 @@ impl TreeNode {
     /// Returns the ball round two balls.
     fn around([a, b]: [&Self; 2], below: TreeBranch) -> Self {
         let apart = (b.centre - a.centre).norm();
+        // Smallest ball around two balls, or the larger one if it holds the other.
         let radius = (0.5 * (apart + a.radius + b.radius)).max(a.radius).max(b.radius);
         let share = if apart > 0.0 { ((radius - a.radius) / apart).clamp(0.0, 1.0) } else { 0.0 };
         let centre = a.centre + (b.centre - a.centre) * share;
@@ -163,12 +165,14 @@ impl TreeNode {
         let normal = sum.try_normalize(0.0).unwrap_or_else(Vector3::zeros);
         let reach = |node: &Self| (node.centre - centre).norm() + node.radius;
         let high = |node: &Self| normal.dot(&(node.centre - centre)).abs() + node.along(&normal);
+        // Once more, for the centre as it was rounded.
         let radius = reach(a).max(reach(b));
         Self { centre, radius, normal, height: high(a).max(high(b)), below }
     }
 
     /// Bounds the reach of the part from the centre along `direction`, of unit length, either way.
     pub(crate) fn along(&self, direction: &Vector3<f64>) -> f64 {
+        // Support of a flat cylinder in that direction: |cos| height + sin radius.
         let lean = self.normal.dot(direction);
         let across = (direction - self.normal * lean).norm();
         (lean.abs() * self.height + across * self.radius).min(self.radius)

@@ -12,7 +12,7 @@ use crate::cutter::Cutter;
 use crate::cutter::{ConvexSolid, ToolBody};
 use crate::positioning::PositioningError;
 use crate::surface::FaceIndex;
-use crate::types::ToolPose;
+use crate::types::{ToolPose, Uv};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -207,7 +207,8 @@ impl KeepOff<'_> {
     /// # Errors
     ///
     /// `OutOfReach` or `Neighbour`, at parameters `uv` of the face that is cut.
-    pub(crate) fn check(&self, pose: &ToolPose, uv: [f64; 2]) -> Result<(), PositioningError> {
+    pub(crate) fn check(&self, pose: &ToolPose, uv: Uv) -> Result<(), PositioningError> {
+        // The machine first: it costs least to find.
         if !self.cost.reaches(pose) {
             return Err(PositioningError::OutOfReach { uv });
         }
@@ -246,6 +247,7 @@ impl KeepOff<'_> {
         let mut least = target;
         for (index, (face, tree)) in self.part_faces.faces.iter().enumerate() {
             if index != self.own {
+                // The target is the same for every face; the least of all bounds counts.
                 let (tool, precision, chart) = (self.tool, self.precision, &self.part_faces.chart);
                 let clearing = ClearanceProof { face, chart, tree, tool, target, precision };
                 least = least.min(clearing.least(sweep, span, slabs));

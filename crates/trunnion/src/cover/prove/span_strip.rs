@@ -138,6 +138,7 @@ impl SpanCheck<'_> {
             let step = c.radius / f64::from(RINGS + 1);
             let next = self.under(c, axis, lowest.point + down.scale(step), lowest.uv)?;
             // Root of the slope along the descent by the secant.
+            // Change of the slope along the step; at its start it is -slope.
             let turned = next.slope.dot(&down) + slope;
             let way = if turned > 0.0 { step * slope / turned } else { step };
             // Stay inside the circle: a step beyond it ends on it.

@@ -94,6 +94,7 @@ impl PassSweep {
             .collect();
         // Half a step at the greatest speeds.
         let half = 0.5 * (end - start) / steps;
+        // Speed at the ends of a span, plus half the span times the second derivative.
         let speed = (0..curve.spans.len()).map(|span| {
             let [a, b] = [curve.knots[span], curve.knots[span + 1]];
             let ends = [a, b].map(|u| curve.rates_in(span, u).tip[1].norm());
@@ -136,6 +137,7 @@ impl PassSweep {
         let vector = part(&place, 3);
         let axis = UnitVector3::try_new(vector, f64::MIN_POSITIVE)?;
         let pose = ToolPose { tip: Point3::from(part(&place, 0)), axis };
+        // Angular velocity without spin: a x a', with a' the part of A' / |A| square to a.
         let turn = axis.cross(&part(&rate, 3)) / vector.norm();
         Some(SweepInstant { pose, velocity: part(&rate, 0), turn })
     }

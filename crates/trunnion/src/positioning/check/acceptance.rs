@@ -38,6 +38,7 @@ pub(crate) fn accept_measured(
     let findings = PoseFindings::new(request, frame, proposal, strip, probe)?;
     let depth = gouge_depth(request.band, strip).max(request.band.lower - findings.least);
     if depth > 0.0 {
+        // The part that goes deepest gives the remedy.
         let front = strip.front_min.min(findings.least);
         let binding = if front <= strip.rear_min {
             ActiveConstraint::Touch
@@ -64,7 +65,7 @@ pub(crate) fn accept_measured(
         arc: findings.arc,
         contact_angles: findings.contacts,
         active: findings.active,
-        end: strip.far.0,
+        end: strip.far.uv,
         queries: probe.queries,
         marks: Vec::new(),
     };

@@ -4,6 +4,7 @@ use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
 use crate::positioning::distance::width::width_across;
 use crate::positioning::error::PositioningError;
 use crate::positioning::strip::{CuttingContext, MeasuredStrip};
+use crate::positioning::surface_point::SurfacePoint;
 use nalgebra::{Point3, Vector3};
 
 /// Measures the strip of a ball around `center`.
@@ -28,14 +29,14 @@ pub(crate) fn ball_strip(
     };
     Ok(MeasuredStrip {
         width: width_across(v, &before, &after).max(0.0),
-        near: (before.foot.uv, before.foot.point),
-        far: (after.foot.uv, after.foot.point),
+        near: SurfacePoint::from(&before.foot),
+        far: SurfacePoint::from(&after.foot),
         front_max: error.max(setting.band.upper),
         front_max_bound: error.max(setting.band.upper),
         front_min: error,
         rear_min: error,
         rear_min_bound: error,
-        contact: (touch.foot.uv, touch.foot.point),
+        contact: SurfacePoint::from(&touch.foot),
         queries: probe.queries,
     })
 }

@@ -5,7 +5,7 @@ use crate::positioning::distance::probe::FaceProbe;
 use crate::positioning::error::PositioningError;
 use crate::positioning::strip::CuttingContext;
 use crate::surface::SolidProximity;
-use crate::types::ToolPose;
+use crate::types::{ToolPose, Uv};
 use nalgebra::{Point3, UnitVector3, Vector3};
 use std::f64::consts::TAU;
 
@@ -34,7 +34,7 @@ const SECTORS: u32 = 12;
 pub fn body_clear(
     setting: &CuttingContext,
     pose: &ToolPose,
-    uv: [f64; 2],
+    uv: Uv,
 ) -> Result<u32, PositioningError> {
     let mut probe = FaceProbe::new(setting.face);
     check_body(setting, pose, uv, &mut probe)?;
@@ -44,7 +44,7 @@ pub fn body_clear(
 pub(crate) fn check_body(
     setting: &CuttingContext,
     pose: &ToolPose,
-    uv: [f64; 2],
+    uv: Uv,
     probe: &mut FaceProbe,
 ) -> Result<(), PositioningError> {
     let cutter = setting.cutter;
@@ -59,6 +59,7 @@ pub(crate) fn check_body(
         }
         let radius = body.widest(stretch);
         let middle = 0.5 * (low + high);
+        // Radius of the sphere around the middle that holds the cylinder over the stretch.
         let needed = radius.hypot(0.5 * (high - low));
         let free = body.free(pose.tip + pose.axis.scale(middle), middle, needed, probe)?;
         if free >= needed {
@@ -83,7 +84,7 @@ pub(crate) fn check_body(
 struct BodyCheck<'a> {
     setting: &'a CuttingContext<'a>,
     pose: &'a ToolPose,
-    uv: [f64; 2],
+    uv: Uv,
     limit: u32,
 }
 
@@ -164,15 +165,18 @@ impl BodyCheck<'_> {
             let out = one.scale(cos) + two * sin;
             let p = self.pose.tip + axis.scale(height) + out * radius;
             let [tall, wide] = [high - low, radius * (to - from)];
+            // Half the diagonal of the patch, unrolled: no point of it is farther from its middle.
             let needed = 0.5 * tall.hypot(wide);
             let free = self.free(p, height, needed, probe)?;
             if free >= needed {
                 continue;
             }
+            // A point of the body lies in the face, or nearer than the band allows.
             if free <= 0.0 {
                 let uv = self.uv;
                 return Err(PositioningError::Body { uv, height, clearance: free });
             }
+            // Halve the longer side, so that patches stay about square.
             if tall > wide {
                 cells.extend([([low, height], [from, to]), ([height, high], [from, to])]);
             } else {

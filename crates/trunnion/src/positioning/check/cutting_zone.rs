@@ -2,8 +2,8 @@
 
 use crate::positioning::error::PositioningError;
 use crate::positioning::strip::{CuttingContext, MeasuredStrip};
+use crate::positioning::surface_point::SurfacePoint;
 use crate::types::ToolPose;
-use nalgebra::Point3;
 
 /// Share of the band within which a condition counts as reached.
 pub(crate) const TOUCHING: f64 = 1e-3;
@@ -20,10 +20,10 @@ pub(crate) fn cuts_there(
 pub(crate) fn within_cutting(
     setting: &CuttingContext,
     pose: &ToolPose,
-    contacts: impl Iterator<Item = ([f64; 2], Point3<f64>)>,
+    contacts: impl Iterator<Item = SurfacePoint>,
 ) -> Result<(), PositioningError> {
     let inner = setting.cutter.inner_cutting_radius();
-    for (uv, point) in contacts {
+    for SurfacePoint { uv, point } in contacts {
         let radius = pose.axis.cross(&(point - pose.tip)).norm();
         if radius < inner {
             return Err(PositioningError::NotCutting { uv, radius, inner });

@@ -12,9 +12,8 @@ use crate::positioning::error::PositioningError;
 use crate::positioning::request::{LocationRequest, ToleranceBand};
 use crate::positioning::solve::placement::EndPointFrame;
 use crate::positioning::strip::MeasuredStrip;
-use crate::types::ToolPose;
-use nalgebra::Point3;
-use std::ops::RangeInclusive;
+use crate::positioning::surface_point::SurfacePoint;
+use crate::types::{Interval, ToolPose};
 
 /// Share of the band within which a condition counts as reached: searches on a grid stop short.
 const REACHED: f64 = 0.02;
@@ -35,8 +34,8 @@ pub(crate) struct PoseFindings {
     /// Least error of the strip's minima, which a measurement may step over where two extrema lie
     /// close together \[mm\].
     pub(crate) least: f64,
-    /// Contacts of the cutter: parameters and points of the surface.
-    pub(crate) touching: Vec<([f64; 2], Point3<f64>)>,
+    /// Contacts of the cutter.
+    pub(crate) touching: Vec<SurfacePoint>,
 }
 
 impl PoseFindings {
@@ -48,14 +47,15 @@ impl PoseFindings {
         probe: &mut FaceProbe,
     ) -> Result<Self, PositioningError> {
         let (setting, pose) = (cutting_context(request), &proposal.pose);
-        let (uv, contact) = proposal.middle;
-        let middle = probe.read(&contact, uv)?;
+        let SurfacePoint { uv, point: contact } = proposal.middle;
+        let middle = probe.read(&contact, uv.into())?;
         let (ring, _) =
             circle_of_pose(&setting, pose, &strip_query(request, frame, proposal), &middle)?;
         let minor = setting.cutter.minor();
         if ring.radius <= 0.0 {
-            let half =
-                (0.5 * nalgebra::distance(&strip.near.1, &strip.far.1) / minor).min(1.0).asin();
+            let half = (0.5 * nalgebra::distance(&strip.near.point, &strip.far.point) / minor)
+                .min(1.0)
+                .asin();
             let (contacts, touching) = (vec![half], vec![strip.contact]);
             let (arc, active) = (2.0 * half, vec![ActiveConstraint::Touch]);
             let (width, least) = (strip.width, strip.front_min);
@@ -64,7 +64,7 @@ impl PoseFindings {
         let circle = ErrorCircle { ring, minor };
         let extrema = circle.extrema(&circle.all_round(middle.foot.uv, HALF, probe)?, probe)?;
         let lift = minor + request.band.upper;
-        let ends = [strip.near, strip.far].map(|(uv, point)| probe.foot(&point, uv));
+        let ends = [strip.near, strip.far].map(|end| probe.foot(&end.point, end.uv.into()));
         let [near, far] = ends;
         let (near, far) = (near?, far?);
         let width = width_across(&frame.v, &near, &far).max(0.0);
@@ -73,7 +73,7 @@ impl PoseFindings {
         let (contacts, active, touching) = (Vec::new(), Vec::new(), Vec::new());
         let (arc, least) = (far - near, f64::INFINITY);
         let mut found = Self { width, arc, contacts, active, least, touching };
-        found.round(&extrema, request.band, (near..=far, origin));
+        found.round(&extrema, request.band, Interval::new(near, far), origin);
         found.underside(request, pose, &[&frame.first, &middle], probe)?;
         Ok(found)
     }
@@ -84,15 +84,18 @@ impl PoseFindings {
         }
     }
 
+    /// Adds the extrema round the circle; the angles of `strip` \[rad\] bound the strip, contacts are
+    /// counted from `origin` \[rad\].
     fn round(
         &mut self,
         extrema: &[ErrorExtremum],
         band: ToleranceBand,
-        (strip, origin): (RangeInclusive<f64>, f64),
+        strip: Interval,
+        origin: f64,
     ) {
         let width = band.upper - band.lower;
         for ErrorExtremum { sample, value, maximum } in extrema {
-            let inside = strip.contains(&sample.psi);
+            let inside = strip.contains(sample.psi);
             if *maximum {
                 if inside && band.upper - value <= REACHED * width {
                     self.add(ActiveConstraint::Middle);
@@ -107,8 +110,7 @@ impl PoseFindings {
                 self.add(if inside { ActiveConstraint::Touch } else { ActiveConstraint::Rear });
             }
             if value - band.lower <= TOUCHING * width {
-                let foot = &sample.reading.foot;
-                self.touching.push((foot.uv, foot.point));
+                self.touching.push(SurfacePoint::from(&sample.reading.foot));
             }
         }
     }
@@ -130,7 +132,7 @@ impl PoseFindings {
                 self.add(ActiveConstraint::Disc);
             }
             if over <= TOUCHING * (upper - lower) {
-                self.touching.push((reading.foot.uv, reading.foot.point));
+                self.touching.push(SurfacePoint::from(&reading.foot));
             }
         }
         Ok(())

@@ -6,16 +6,16 @@ use crate::positioning::error::PositioningError;
 use crate::positioning::request::{ContactSide, LocationRequest, ToleranceBand};
 use crate::positioning::solve::placement::{EndPointFrame, TorusPlacement};
 use crate::positioning::strip::{CuttingContext, MeasuredStrip, StripQuery};
-use crate::types::ToolPose;
-use nalgebra::Point3;
+use crate::positioning::surface_point::SurfacePoint;
+use crate::types::{ToolPose, Uv};
 
 /// A pose that a method proposes, with its description.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PoseProposal {
     pub(crate) pose: ToolPose,
     pub(crate) side: ContactSide,
-    /// Parameters and point near the middle of the strip.
-    pub(crate) middle: ([f64; 2], Point3<f64>),
+    /// Point near the middle of the strip.
+    pub(crate) middle: SurfacePoint,
     /// `(w, alpha, theta)` of a pose through two end points.
     pub(crate) ends: Option<[f64; 3]>,
     /// Lead of a pose with one contact \[rad\].
@@ -30,11 +30,11 @@ impl PoseProposal {
         frame: &EndPointFrame,
         at: &TorusPlacement,
     ) -> Self {
-        let ([u1, v1], [u2, v2]) = (request.at, at.second.foot.uv);
-        let uv = [0.5 * (u1 + u2), 0.5 * (v1 + v2)];
-        let point = request.face.face().surface.point(uv[0], uv[1]);
+        let (Uv { u, v }, [u2, v2]) = (request.at, at.second.foot.uv);
+        let uv = Uv::new(0.5 * (u + u2), 0.5 * (v + v2));
+        let point = request.face.face().surface.point(uv.u, uv.v);
         let pose = at.pose(frame.minor);
-        Self { pose, side, middle: (uv, point), ends: Some(at.x), lead: at.x[2] }
+        Self { pose, side, middle: SurfacePoint { uv, point }, ends: Some(at.x), lead: at.x[2] }
     }
 }
 
@@ -48,7 +48,7 @@ pub(crate) fn strip_query(
     frame: &EndPointFrame,
     proposal: &PoseProposal,
 ) -> StripQuery {
-    let (uv, contact) = proposal.middle;
+    let SurfacePoint { uv, point: contact } = proposal.middle;
     StripQuery { feed: frame.a, strip: request.strip, contact, uv }
 }
 

@@ -33,7 +33,7 @@ use crate::types::ToolPose;
 /// use trunnion::positioning::{
 ///     CuttingContext, StripQuery, StripSide, ToleranceBand, strip_of_pose,
 /// };
-/// use trunnion::types::ToolPose;
+/// use trunnion::types::{ToolPose, Uv};
 ///
 /// // A ball of radius 5 mm that touches the plane z = 0 in (20, 20).
 /// let cutter = Cutter::new(CutterSpec::ball(10.0))?;
@@ -42,7 +42,7 @@ use crate::types::ToolPose;
 /// let strip = strip_of_pose(
 ///     &CuttingContext { face: &face, cutter: &cutter, band },
 ///     &ToolPose { tip: contact, axis: Vector3::z_axis() },
-///     &StripQuery { feed: Vector3::x(), strip: StripSide::Right, contact, uv: [0.5, 0.5] },
+///     &StripQuery { feed: Vector3::x(), strip: StripSide::Right, contact, uv: Uv::new(0.5, 0.5) },
 /// )?;
 /// let expected = 2.0 * (2.0 * 5.0 * 0.01 - 0.01_f64.powi(2)).sqrt();
 /// assert!((strip.width - expected).abs() < 1e-6);
@@ -60,7 +60,7 @@ pub fn strip_of_pose(
 ) -> Result<MeasuredStrip, PositioningError> {
     let mut probe = FaceProbe::new(setting.face);
     let minor = setting.cutter.minor();
-    let middle = probe.read(&look.contact, look.uv)?;
+    let middle = probe.read(&look.contact, look.uv.into())?;
     let (ring, v) = circle_of_pose(setting, pose, look, &middle)?;
     if ring.radius <= 0.0 {
         return ball_strip(setting, ring.center, &v, &middle, probe);

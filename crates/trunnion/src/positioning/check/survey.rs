@@ -9,6 +9,7 @@ use crate::positioning::distance::width::width_across;
 use crate::positioning::error::PositioningError;
 use crate::positioning::request::ToleranceBand;
 use crate::positioning::strip::{CuttingContext, MeasuredStrip};
+use crate::positioning::surface_point::SurfacePoint;
 use nalgebra::{UnitVector3, Vector3};
 use std::f64::consts::PI;
 
@@ -68,7 +69,7 @@ impl CircleSurvey<'_> {
         // From the seed both ways to the ends of the strip.
         let upper = self.setting.band.upper;
         let Some(seed) = points.get(start).copied() else {
-            return Err(PositioningError::NoDirection { feed: [0.0; 2], uv: guess });
+            return Err(PositioningError::NoDirection { feed: [0.0; 2], uv: guess.into() });
         };
         let (near, far) = if seed.error <= upper {
             let (before, after) = (points.iter().take(start).rev(), points.iter().skip(start + 1));
@@ -94,7 +95,7 @@ impl CircleSurvey<'_> {
             _ => f64::NEG_INFINITY,
         });
         let front_max_bound = highest.fold(front_max, f64::max);
-        let foot = |sample: &ErrorSample| (sample.reading.foot.uv, sample.reading.foot.point);
+        let foot = |sample: &ErrorSample| SurfacePoint::from(&sample.reading.foot);
         Ok(MeasuredStrip {
             width: width_across(&self.v, &near.end.reading, &far.end.reading).max(0.0),
             near: foot(&near.end),
@@ -285,6 +286,7 @@ impl CircleSurvey<'_> {
         let count = farthest.map_or(1, |(index, _)| index + 1);
         // On a strongly curved surface "farthest" depends on the plane it is seen in: what lies
         // between the end points counts in any case.
+        // Samples ascend from the seed, so those inside the arc come first.
         let between = seen.iter().take_while(|sample| sample.psi.abs() <= self.half_arc).count();
         let count = count.max(between);
         seen.truncate(count);
@@ -368,6 +370,6 @@ impl CircleSurvey<'_> {
         let way = 0.5 * self.circle.ring.radius * steps.fold(0.0, f64::max);
         let highest = points.iter().map(|point| point.reading.distance).fold(0.0, f64::max);
         let readings = points.iter().map(|point| &point.reading);
-        curvatures_under(self.setting.face, &readings, way, highest + way)
+        curvatures_under(self.setting.face, readings, way, highest + way)
     }
 }

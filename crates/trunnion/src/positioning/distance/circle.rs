@@ -1,9 +1,9 @@
 //! The error along the torus circle: samples, slopes, local extrema.
 
 use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
-use crate::positioning::distance::ring::CenterCircle;
+use crate::positioning::distance::ring::{CenterCircle, CirclePoint};
 use crate::positioning::error::PositioningError;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use std::f64::consts::PI;
 
 /// Error of one circle point: signed distance to the surface minus the corner radius.
@@ -60,6 +60,8 @@ impl ErrorSample {
 
     /// Returns the value at the extremum of the parabola through the sample.
     pub(crate) fn vertex(&self) -> f64 {
+        // The parabola E + E' x + E'' x^2 / 2 has its vertex E'^2 / 2 E'' lower (higher where E'' <
+        // 0).
         let fall =
             if self.bend.abs() > 0.0 { 0.5 * self.slope * self.slope / self.bend } else { 0.0 };
         self.error - fall
@@ -90,21 +92,20 @@ impl ErrorCircle {
         guess: [f64; 2],
         probe: &mut FaceProbe,
     ) -> Result<ErrorSample, PositioningError> {
-        let mark = self.ring.mark(psi);
-        Ok(self.marked(psi, mark, &probe.read(&mark.0, guess)?))
+        let point = self.ring.point(psi);
+        Ok(self.sample_at(&point, &probe.read(&point.at, guess)?))
     }
 
     /// Makes a sample of a reading at `psi`.
     pub(crate) fn sample(&self, psi: f64, reading: &DistanceReading) -> ErrorSample {
-        self.marked(psi, self.ring.mark(psi), reading)
+        self.sample_at(&self.ring.point(psi), reading)
     }
 
-    fn marked(
-        &self,
-        psi: f64,
-        (at, tangent): (Point3<f64>, Vector3<f64>),
-        reading: &DistanceReading,
-    ) -> ErrorSample {
+    fn sample_at(&self, point: &CirclePoint, reading: &DistanceReading) -> ErrorSample {
+        let CirclePoint { psi, at, tangent } = *point;
+        // The gradient of the distance is the normal n, so by the chain rule E' = n . t and E'' = n
+        // . a + H(t, t), with t the tangent, a the way to the centre, and H the second derivative
+        // of the distance.
         let n = reading.normal();
         let inward = self.ring.center - at;
         let (plane_bend, slope) = (n.dot(&inward), n.dot(&tangent));
@@ -116,6 +117,8 @@ impl ErrorCircle {
             slope,
             bend: plane_bend + along,
             plane_bend,
+            // E''' without the change of curvature: n . a' = -n . t, and H(t, a) enters three
+            // times.
             twist: 3.0 * across - slope,
             followed: false,
             reading: *reading,
@@ -129,9 +132,9 @@ impl ErrorCircle {
         from: &ErrorSample,
         probe: &mut FaceProbe,
     ) -> Result<ErrorSample, PositioningError> {
-        let mark = self.ring.mark(psi);
-        let reading = probe.read_from(&mark.0, &from.reading, &(mark.0 - from.at))?;
-        Ok(self.marked(psi, mark, &reading))
+        let point = self.ring.point(psi);
+        let reading = probe.read_from(&point.at, &from.reading, &(point.at - from.at))?;
+        Ok(self.sample_at(&point, &reading))
     }
 
     /// Reads samples at the given angles, in order, from a first one nearby.
@@ -161,6 +164,7 @@ impl ErrorCircle {
     ) -> Result<Vec<ErrorSample>, PositioningError> {
         let start = self.read(-half, first.foot.uv, probe)?;
         let angles = (1..=count).map(|k| -half * (PI * f64::from(k) / f64::from(count)).cos());
+        // Each foot is the guess for the next one, so that Newton's method stays on one branch.
         let mut samples = self.walk(angles, &start, probe)?;
         samples.insert(0, start);
         Ok(samples)
@@ -176,6 +180,7 @@ impl ErrorCircle {
         from: &ErrorSample,
         probe: &mut FaceProbe,
     ) -> Result<Vec<ErrorSample>, PositioningError> {
+        // Chebyshev's abscissas of the rear, which is centred at the angle pi.
         let span = PI - half;
         let angles = (1..count).map(|k| PI - span * (PI * f64::from(k) / f64::from(count)).cos());
         self.walk(angles, from, probe)
@@ -190,9 +195,10 @@ impl ErrorCircle {
         let mut found = Vec::new();
         for (place, pair) in samples.windows(2).enumerate() {
             let [a, b] = pair else { continue };
-            let maximum = !a.falls(1.0);
+            // An extremum lies between two samples where the error falls behind one and rises
+            // before the other, or the reverse.
             if a.falls(1.0) != b.falls(-1.0) {
-                found.push(self.between([a, b], maximum, probe)?);
+                found.push(self.between([a, b], probe)?);
             }
             // A sample may lie at an extremum; those at the ends are none of the inside.
             if b.level() && place + 2 < samples.len() {
@@ -206,10 +212,12 @@ impl ErrorCircle {
     fn between(
         &self,
         [a, b]: [&ErrorSample; 2],
-        maximum: bool,
         probe: &mut FaceProbe,
     ) -> Result<ErrorExtremum, PositioningError> {
+        // The slope changes its sign between the samples: it rises first at a maximum.
+        let maximum = !a.falls(1.0);
         let psi = level(a, b);
+        // The nearer sample gives the better first-order guess for the foot.
         let nearest = if psi - a.psi < b.psi - psi { a } else { b };
         let mut sample = self.read_from(psi, nearest, probe)?;
         // Newton's steps on the slope, kept in the bracket.
@@ -240,6 +248,7 @@ impl ErrorCircle {
         let step = PI / f64::from(half.max(1));
         let angles = |sign: f64| (1..=half).map(move |k| sign * step * f64::from(k));
         let mut samples = self.walk(angles(-1.0), &seed, probe)?;
+        // Backward half first, so that the angles ascend from -pi to pi.
         samples.reverse();
         samples.push(seed);
         samples.extend(self.walk(angles(1.0), &seed, probe)?);
@@ -251,6 +260,8 @@ impl ErrorCircle {
 /// bends, by bisection (the slopes differ in sign).
 fn level(a: &ErrorSample, b: &ErrorSample) -> f64 {
     let h = b.psi - a.psi;
+    // Cubic Hermite interpolation of the slope: the slopes themselves as values, the bends as
+    // derivatives.
     let slope = |t: f64| {
         let u = 1.0 - t;
         a.slope * u * u * (1.0 + 2.0 * t)

@@ -16,6 +16,7 @@ pub(crate) fn circle_of_pose(
     middle: &DistanceReading,
 ) -> Result<(CenterCircle, UnitVector3<f64>), PositioningError> {
     let no_direction = || PositioningError::NoDirection { feed: [0.0; 2], uv: look.uv };
+    // On the right of the feed, seen with the normal up, is feed x normal.
     let v = look.feed.cross(&middle.normal()) * look.strip.sign();
     let v = UnitVector3::try_new(v, f64::MIN_POSITIVE).ok_or_else(no_direction)?;
     let center = pose.tip + pose.axis.scale(setting.cutter.minor());
@@ -34,8 +35,17 @@ pub(crate) fn circle_of_pose(
     Ok((CenterCircle { center, f: f.into_inner(), e2, radius }, v))
 }
 
-/// Returns the error round the cutting circle: `[angle, error]` \[rad, mm\], evenly spaced over `[-pi, pi]`,
-/// `2 half + 1` of them. Angle 0 lies over `look.contact`, positive ones on the strip's side.
+/// Point of an error curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct ErrorCurvePoint {
+    /// Angle on the circle from over the contact, positive on the strip's side \[rad\].
+    pub angle: f64,
+    /// Error \[mm\].
+    pub error: f64,
+}
+
+/// Returns the error round the cutting circle, evenly spaced over `[-pi, pi]`, at `2 half + 1` points. Angle 0 lies over `look.contact`, positive ones on the strip's side.
 ///
 /// # Errors
 ///
@@ -45,11 +55,14 @@ pub fn error_curve(
     pose: &ToolPose,
     look: &StripQuery,
     half: u32,
-) -> Result<Vec<[f64; 2]>, PositioningError> {
+) -> Result<Vec<ErrorCurvePoint>, PositioningError> {
     let mut probe = FaceProbe::new(setting.face);
-    let middle = probe.read(&look.contact, look.uv)?;
+    let middle = probe.read(&look.contact, look.uv.into())?;
     let (ring, _) = circle_of_pose(setting, pose, look, &middle)?;
     let circle = ErrorCircle { ring, minor: setting.cutter.minor() };
     let samples = circle.all_round(middle.foot.uv, half, &mut probe)?;
-    Ok(samples.iter().map(|sample| [sample.psi, sample.error]).collect())
+    Ok(samples
+        .iter()
+        .map(|sample| ErrorCurvePoint { angle: sample.psi, error: sample.error })
+        .collect())
 }

@@ -50,9 +50,13 @@ impl FlatDisc {
         probe: &mut FaceProbe,
     ) -> Result<Option<(Point3<f64>, DistanceReading)>, PositioningError> {
         let convex = |reading: &DistanceReading| reading.curvatures()[1] < 0.0;
+        // The largest principal curvature is negative: the surface bends away from the cutter
+        // everywhere below, and one descent from the centre decides.
         if convex(centre) {
             return self.descend(self.center, *centre, probe);
         }
+        // Otherwise only where an end point is convex can there be a minimum inside: start on the
+        // way to it.
         for end in nearby.iter().filter(|end| convex(end)) {
             let out = end.foot.point - self.center;
             let out = out - self.axis.scale(self.axis.dot(&out));
@@ -114,9 +118,12 @@ impl FlatDisc {
         probe: &mut FaceProbe,
     ) -> Result<[f64; 2], PositioningError> {
         let [mut least, mut bound] = [f64::INFINITY; 2];
+        // The distance is 1-Lipschitz: no point of the disc is farther from the surface than this.
         let far = centre.distance + self.radius;
-        let under = curvatures_under(face, &std::iter::once(centre), self.radius, far);
+        let under = curvatures_under(face, std::iter::once(centre), self.radius, far);
         let [low, high] = under.curvatures;
+        // Nowhere convex below the disc: the distance has no minimum inside (see the module's
+        // docs).
         if low >= 0.0 {
             return Ok([least, bound]);
         }
@@ -127,26 +134,34 @@ impl FlatDisc {
         let mut left = SQUARES;
         while let Some((middle, side, reading)) = squares.pop() {
             let half = side * std::f64::consts::FRAC_1_SQRT_2;
+            // Squares beyond the rim hold no point of the disc.
             let out = (middle - self.center).norm();
             if out - half > self.radius {
                 continue;
             }
             let n = reading.normal();
+            // Length of the distance's gradient in the plane of the disc: the sine of the lean.
             let lean = n.dot(&plane[0]).hypot(n.dot(&plane[1]));
             // Lower bound over the square: no curvature within pulls the distance lower.
             let falling = falling(high, reading.distance + half);
             let under = reading.distance - half * (lean + 0.5 * half * falling);
+            // Only distances that may matter count as found; the rest of the square is bounded
+            // below them.
             if out < self.radius && under < enough {
                 least = least.min(reading.distance);
             }
+            // The second test: by the mean value theorem the gradient does not vanish in the
+            // square, so the least distance lies on its border and, in the end, on the rim.
             if under >= enough || lean > half * falling.max(-low) {
                 continue;
             }
+            // The budget is spent: what is bounded so far stays the bound.
             if left == 0 {
                 bound = bound.min(under);
                 continue;
             }
             left -= 1;
+            // Four squares of half the side, their centres a quarter of the side off.
             for (x, y) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
                 let step = (plane[0] * x + plane[1] * y) * (0.25 * side);
                 let quarter = probe.read(&(middle + step), reading.ahead(&step))?;
@@ -160,6 +175,8 @@ impl FlatDisc {
 /// Returns the largest fall of the distance per square \[1/mm\] where curvatures stay below `high` and
 /// distances below `distance`.
 fn falling(high: f64, distance: f64) -> f64 {
+    // k / (1 - k d) grows with d and k; at 1 - k d = 0 the foot is a centre of curvature, and there
+    // is no bound.
     let left = 1.0 - high * distance.max(0.0);
     if high <= 0.0 {
         0.0
@@ -178,18 +195,23 @@ fn descent(
     radius: f64,
 ) -> (Vector3<f64>, bool) {
     let n = reading.normal();
+    // Gradient and Hessian of the distance, restricted to the plane of the disc.
     let (g1, g2) = (n.dot(one), n.dot(two));
     let h11 = reading.hessian(one);
     let h12 = reading.hessian_between(one, two);
     let h22 = reading.hessian(two);
     let determinant = h11 * h22 - h12 * h12;
+    // Sylvester's criterion fails: the restricted distance is not convex, and Newton's step could
+    // lead to a saddle or a maximum.
     if h11 <= 0.0 || determinant <= 0.0 {
         let size = g1.hypot(g2).max(f64::MIN_POSITIVE);
         return (-(one * g1 + two * g2) * (0.5 * radius / size), false);
     }
+    // Newton's step -H^-1 g by Cramer's rule.
     let a = (h12 * g2 - h22 * g1) / determinant;
     let b = (h12 * g1 - h11 * g2) / determinant;
     let step = one * a + two * b;
+    // No step longer than the radius: the quadratic model is only local.
     let reach = radius / step.norm().max(f64::MIN_POSITIVE);
     (step * reach.min(1.0), true)
 }

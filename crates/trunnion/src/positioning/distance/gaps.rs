@@ -68,15 +68,21 @@ impl GapBounds {
         let Some(bounds) = self.bounds([a, b], h) else {
             return GapRange { range: [f64::NEG_INFINITY, f64::INFINITY], plain: false };
         };
+        // First bound: the error lies below both parabolas that bend by the largest E'', and above
+        // those that bend by the least.
         let [low, high] = bounds.second;
         let range = [-peak([a, b], -1.0, -low), peak([a, b], 1.0, high)];
+        // An E'' of one sign leaves room for one extremum at most.
         let plain = low > 0.0 || high < 0.0;
         if !bounds.third.is_finite() {
             return GapRange { range, plain };
         }
-        let halves = [(a, 1.0), (b, -1.0)].map(|(end, sign)| HalfGap::new(end, sign, (h, &bounds)));
+        // Second bound, by Taylor's formula of third order from either end to the middle; sharper
+        // where the curvature has a bounded rate.
+        let halves = [(a, 1.0), (b, -1.0)].map(|(end, sign)| HalfGap::new(end, sign, h, &bounds));
         let [one, two] = halves.each_ref().map(HalfGap::range);
         let range = [range[0].max(one[0].min(two[0])), range[1].min(one[1].max(two[1]))];
+        // Both halves bend, or both rise, the same way: then so does the whole gap.
         let agree = |of: fn(&HalfGap) -> Option<bool>| {
             let [one, two] = halves.each_ref().map(of);
             one.is_some() && one == two
@@ -92,6 +98,8 @@ impl GapBounds {
         let far = self.minor + a.error.max(b.error) + way;
         let near = self.minor + a.error.min(b.error) - way;
         let ([low, high], pace) = self.second(near, far)?;
+        // Sine of the angle beta between tool axis and normal at the ends; in between it grows by
+        // at most R max|H| per rad.
         let sine = |s: &ErrorSample| self.axis.cross(&s.reading.normal()).norm();
         let most = high.max(-low);
         let lean = sine(a).max(sine(b)) + way * most;
@@ -104,6 +112,8 @@ impl GapBounds {
         let second = [(own - spread) + square * low, (own + spread) + square * high];
         // The unknown part of E''', and the rate of its known part.
         let turn = self.under.rate * pace * pace * pace + 3.0 * lean * most * most;
+        // R^3 times the bound on D per unit of length: the feet move `pace` times as fast as the
+        // points.
         let third = radius * square * turn;
         let fourth = radius * lean + square * most + 3.0 * (square * (high - low) + third);
         Some(DerivativeBounds { second, third, fourth })
@@ -113,9 +123,13 @@ impl GapBounds {
     /// foot to that of its point; `None` where there is no bound.
     fn second(&self, near: f64, far: f64) -> Option<([f64; 2], f64)> {
         let [least, most] = self.under.curvatures;
+        // The eigenvalue 0 along the normal belongs to the range.
         let [least, most] = [least.min(0.0), most.max(0.0)];
+        // -k / (1 - k d) is monotone in k: the largest k at the farthest point gives the lowest
+        // eigenvalue, the least k at the nearest point the highest.
         let (falling, rising) = (1.0 - most * far.max(0.0), 1.0 - least * near);
         let bounded = falling > 0.0 && rising > 0.0 && least.is_finite() && most.is_finite();
+        // A foot moves 1 / (1 - k d) times as fast as its point.
         let pace = falling.min(rising).min(1.0).recip();
         bounded.then(|| ([-most / falling, -least / rising], pace))
     }
@@ -135,8 +149,9 @@ struct HalfGap {
 }
 
 impl HalfGap {
-    fn new(end: &ErrorSample, sign: f64, (h, bounds): (f64, &DerivativeBounds)) -> Self {
+    fn new(end: &ErrorSample, sign: f64, h: f64, bounds: &DerivativeBounds) -> Self {
         let length = 0.5 * h;
+        // Going inwards from the second end reverses the angle, so the odd derivatives change sign.
         let known = [end.error, sign * end.slope, end.bend, sign * end.twist];
         let off = [2.0, 3.0, 4.0].map(|n| bounds.third + bounds.fourth * length / n);
         Self { length, sign, known, off }
@@ -150,12 +165,15 @@ impl HalfGap {
     /// Returns an upper bound on `sign E`.
     fn most(&self, sign: f64) -> f64 {
         let [value, slope, bend, twist] = self.known.map(|x| sign * x);
+        // The unknown part of E''' counts with its bound, averaged over three integrations.
         let twist = twist + self.off[2];
         let at = |s: f64| value + s * (slope + s * (bend / 2.0 + s * twist / 6.0));
         let mut most = value.max(at(self.length));
         // Where the slope `slope + bend s + twist s^2 / 2` vanishes.
         let square = bend * bend - 2.0 * slope * twist;
         if square > 0.0 {
+            // Roots of twist s^2 / 2 + bend s + slope without cancellation: q = -(b + sign(b)
+            // sqrt(b^2 - 2 c a)), s = q / a and 2 c / q.
             let sum = -(bend + square.sqrt().copysign(bend));
             for s in [sum / twist, 2.0 * slope / sum] {
                 if s > 0.0 && s < self.length {
@@ -170,6 +188,8 @@ impl HalfGap {
     /// `None` if neither is proven.
     fn bends_up(&self) -> Option<bool> {
         let [_, _, bend, twist] = self.known;
+        // E'' is linear but for what is unknown: its range is that of its values at both ends,
+        // widened.
         let inner = bend + twist * self.length;
         let off = self.off[0] * self.length;
         sign([bend.min(inner - off), bend.max(inner + off)])
@@ -183,6 +203,7 @@ impl HalfGap {
             let [slope, bend, twist] = [sign * slope, sign * bend, sign * twist + self.off[1]];
             let at = |s: f64| slope + s * (bend + 0.5 * s * twist);
             let ends = slope.max(at(self.length));
+            // A slope that is concave in s has its maximum inside.
             let top = -bend / twist;
             if twist < 0.0 && top > 0.0 && top < self.length { ends.max(at(top)) } else { ends }
         };
@@ -211,6 +232,8 @@ fn peak([a, b]: [&ErrorSample; 2], sign: f64, bend: f64) -> f64 {
     let [ea, eb] = [sign * a.error, sign * b.error];
     let [sa, sb] = [sign * a.slope, sign * b.slope];
     let ends = ea.max(eb);
+    // Both parabolas bend by `bend`, so their difference is linear in s and grows at the rate
+    // `closing`; without a positive rate they do not cross inside.
     let closing = sa - sb + bend * h;
     if !bend.is_finite() {
         return f64::INFINITY;
@@ -233,7 +256,7 @@ fn peak([a, b]: [&ErrorSample; 2], sign: f64, bend: f64) -> f64 {
 /// within the reach of such feet: as it starts inside, it never leaves.
 pub(crate) fn curvatures_under<'a>(
     face: &FaceIndex,
-    readings: &(impl Iterator<Item = &'a DistanceReading> + Clone),
+    readings: impl Iterator<Item = &'a DistanceReading> + Clone,
     way: f64,
     far: f64,
 ) -> CurvatureRange {
@@ -249,6 +272,8 @@ pub(crate) fn curvatures_under<'a>(
             [low.min(least), high.max(most)]
         });
         let left = 1.0 - high * far.max(0.0);
+        // Feet of points within `way` move at most way / (1 - k d): if that is within the reach for
+        // which k was bounded, the bound holds.
         if left > 0.0 && way <= reach * left {
             let feet = readings.clone().map(|reading| &reading.foot);
             let rate = face.curvature_rate_around(feet, reach);
@@ -257,6 +282,7 @@ pub(crate) fn curvatures_under<'a>(
         if left <= 0.0 {
             break;
         }
+        // Widen to what the bound on k asks for, with a quarter to spare.
         reach = 1.25 * way / left;
     }
     CurvatureRange { curvatures: [f64::NEG_INFINITY, f64::INFINITY], rate: f64::INFINITY }

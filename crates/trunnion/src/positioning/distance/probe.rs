@@ -2,6 +2,7 @@
 
 use crate::positioning::error::PositioningError;
 use crate::surface::{ClosestError, FaceIndex, FootPoint, SurfaceJet2};
+use crate::types::Uv;
 use nalgebra::{Point3, UnitVector3, Vector3};
 
 /// From a point this near to the foot \[mm\], second-order Taylor terms lead to it: a distance is
@@ -42,6 +43,15 @@ pub(crate) struct DistanceReading {
 struct FundamentalForms {
     first: [f64; 3],
     second: [f64; 3],
+}
+
+/// Derivatives of the surface at one point, from which Taylor's formula reaches points nearby.
+struct ExpansionPoint<'a> {
+    uv: [f64; 2],
+    jet: &'a SurfaceJet2,
+    /// Unit normal on the cutter's side.
+    normal: &'a UnitVector3<f64>,
+    forms: &'a FundamentalForms,
 }
 
 impl<'a> FaceProbe<'a> {
@@ -111,13 +121,19 @@ impl<'a> FaceProbe<'a> {
             let offset = p - jet.s;
             let distance = normal.dot(&offset);
             let forms = FundamentalForms::new(&jet, &normal);
+            // Newton's step for the foot: (I - d II) duv = [S_u, S_v] . (p - S), the Hessian of |p
+            // - S|^2 / 2. A matrix that is not positive leads to no minimum.
             let way = solve(&forms.offset(distance), [jet.su.dot(&offset), jet.sv.dot(&offset)])?;
             let left = (jet.su * way[0] + jet.sv * way[1]).norm();
+            // Near enough, Taylor's formula gives the foot without another evaluation.
+            let here = ExpansionPoint { uv, jet: &jet, normal: &normal, forms: &forms };
             if left <= FOOT
-                && let Some(reading) = moved(p, (uv, &jet, &normal, &forms), way, left)
+                && let Some(reading) = here.reading(p, way, left)
             {
                 return Some(reading);
             }
+            // Steps that do not halve show that the guess was not near: the global search takes
+            // over.
             if left > 0.5 * before {
                 return None;
             }
@@ -137,7 +153,7 @@ impl<'a> FaceProbe<'a> {
         let foot = self
             .face
             .closest_near(p, guess)
-            .map_err(|error| PositioningError::Closest { uv: guess, error })?;
+            .map_err(|error| PositioningError::Closest { uv: guess.into(), error })?;
         Ok(DistanceReading { poleless: self.poleless, ..DistanceReading::new(p, foot) })
     }
 
@@ -147,7 +163,7 @@ impl<'a> FaceProbe<'a> {
         &mut self,
         p: &Point3<f64>,
         enough: f64,
-        uv: [f64; 2],
+        uv: Uv,
     ) -> Result<f64, PositioningError> {
         self.queries += 1;
         if let Some(distance) = self.face.distance_over_box(p) {
@@ -202,6 +218,8 @@ impl DistanceReading {
         if !self.poleless {
             return [u + first[0], v + first[1]];
         }
+        // Second order: a Newton step at the place to which the first order leads, with derivatives
+        // by Taylor's formula.
         let (out, [su, sv]) = taylor(&self.foot.jet, first);
         // What a step of Newton leaves to be gone from there; the foot lies along the normal.
         let left = self.normal().scale(self.distance) + step - out;
@@ -233,7 +251,7 @@ impl DistanceReading {
         if strayed > FOOT {
             return None;
         }
-        moved(p, (*uv, jet, normal, &self.forms), way, strayed)
+        ExpansionPoint { uv: *uv, jet, normal, forms: &self.forms }.reading(p, way, strayed)
     }
 
     fn covector(&self, step: &Vector3<f64>) -> [f64; 2] {
@@ -260,6 +278,8 @@ impl DistanceReading {
     /// [`DistanceReading::hessian_between`], by the components along `S_u` and `S_v` alone.
     pub(crate) fn hessians(&self, step: &Vector3<f64>, other: &Vector3<f64>) -> [f64; 2] {
         let along = self.covector(step);
+        // H(t, .) = dn(t): the foot moves by (du, dv) = (I - d II)^-1 [S_u, S_v] . t, and the
+        // normal turns by Weingarten's equations, dn = -I^-1 II (du, dv).
         let Some([du, dv]) = solve(&self.matrix(), along) else { return [0.0; 2] };
         let [l, m, n] = self.forms.second;
         let turned = solve(&self.forms.first, [l * du + m * dv, m * du + n * dv]);
@@ -276,7 +296,9 @@ impl DistanceReading {
     /// Returns the normal curvature of the surface in the tangent direction nearest to `direction`, positive
     /// where concave; 0 for a normal direction.
     pub(crate) fn normal_curvature(&self, direction: &Vector3<f64>) -> f64 {
+        // Components in the tangent plane of the orthogonal projection of the direction.
         let Some([a, b]) = solve(&self.forms.first, self.covector(direction)) else { return 0.0 };
+        // Euler's quotient II(a, b) / I(a, b).
         let form = |[p, q, r]: [f64; 3]| p * a * a + 2.0 * q * a * b + r * b * b;
         let length = form(self.forms.first);
         if length > 0.0 { form(self.forms.second) / length } else { 0.0 }
@@ -285,12 +307,14 @@ impl DistanceReading {
     /// Returns the principal curvatures `[smaller, larger]`, positive where concave seen from the cutter.
     pub(crate) fn curvatures(&self) -> [f64; 2] {
         let FundamentalForms { first: [e, f, g], second: [l, m, n] } = self.forms;
+        // Roots of det(II - k I) = 0 by mean and Gaussian curvature.
         let area = e * g - f * f;
         if area <= 0.0 {
             return [0.0, 0.0];
         }
         let mean = 0.5 * (e * n - 2.0 * f * m + g * l) / area;
         let gauss = (l * n - m * m) / area;
+        // At an umbilic the difference is 0 but for rounding, which may be negative.
         let spread = (mean * mean - gauss).max(0.0).sqrt();
         [mean - spread, mean + spread]
     }
@@ -324,36 +348,39 @@ impl FundamentalForms {
 /// there, from the derivatives here.
 #[inline]
 fn taylor(jet: &SurfaceJet2, [du, dv]: [f64; 2]) -> (Vector3<f64>, [Vector3<f64>; 2]) {
+    // S(u + du, v + dv) - S = (S_u + S_uu du / 2 + ..) du + ..; the first derivatives change by the
+    // second ones.
     let (bent_u, bent_v) = (jet.suu * du + jet.suv * dv, jet.suv * du + jet.svv * dv);
     let out = (jet.su + bent_u * 0.5) * du + (jet.sv + bent_v * 0.5) * dv;
     (out, [jet.su + bent_u, jet.sv + bent_v])
 }
 
-/// Returns the reading at the parameters `way` further than those of these derivatives, next to the
-/// foot of `p` and `strayed` from the evaluation.
-#[inline]
-fn moved(
-    p: &Point3<f64>,
-    (uv, jet, normal, forms): ([f64; 2], &SurfaceJet2, &UnitVector3<f64>, &FundamentalForms),
-    way: [f64; 2],
-    strayed: f64,
-) -> Option<DistanceReading> {
-    let turned = forms.turned(jet, way);
-    if turned.norm_squared() > TURN * TURN {
-        return None;
+impl ExpansionPoint<'_> {
+    /// Returns the reading at the parameters `uv + step`, next to the foot of `p` and `strayed`
+    /// \[mm\] from the point of evaluation; `None` where the normal turns too far on the way.
+    #[inline]
+    fn reading(&self, p: &Point3<f64>, step: [f64; 2], strayed: f64) -> Option<DistanceReading> {
+        let Self { uv, jet, normal, forms } = *self;
+        let turned = forms.turned(jet, step);
+        // Where the normal turns so far, Taylor's formula of second order does not hold any more.
+        if turned.norm_squared() > TURN * TURN {
+            return None;
+        }
+        let (out, [su, sv]) = taylor(jet, step);
+        let point = jet.s + out;
+        let normal = UnitVector3::new_normalize(normal.into_inner() + turned);
+        let jet = SurfaceJet2 { s: point, su, sv, ..*jet };
+        let distance = normal.dot(&(p - point));
+        let foot =
+            FootPoint { uv: [uv[0] + step[0], uv[1] + step[1]], point, normal, distance, jet };
+        Some(DistanceReading { strayed, ..DistanceReading::new(p, foot) })
     }
-    let (out, [su, sv]) = taylor(jet, way);
-    let point = jet.s + out;
-    let normal = UnitVector3::new_normalize(normal.into_inner() + turned);
-    let jet = SurfaceJet2 { s: point, su, sv, ..*jet };
-    let distance = normal.dot(&(p - point));
-    let foot = FootPoint { uv: [uv[0] + way[0], uv[1] + way[1]], point, normal, distance, jet };
-    Some(DistanceReading { strayed, ..DistanceReading::new(p, foot) })
 }
 
 /// Solves `[[a, b], [b, c]] x = y`; `None` where the matrix is not positive.
 #[inline]
 fn solve(&[a, b, c]: &[f64; 3], [p, q]: [f64; 2]) -> Option<[f64; 2]> {
+    // Cramer's rule; both leading minors positive means a positive matrix.
     let determinant = a * c - b * b;
     (a > 0.0 && determinant > 0.0)
         .then(|| [(c * p - b * q) / determinant, (a * q - b * p) / determinant])

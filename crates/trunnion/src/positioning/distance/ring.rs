@@ -3,6 +3,17 @@
 use crate::positioning::distance::probe::DistanceReading;
 use nalgebra::{Point3, Vector3};
 
+/// Point of a circle, and the derivative of the point by the angle.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct CirclePoint {
+    /// Angle \[rad\].
+    pub(crate) psi: f64,
+    /// The point \[mm\].
+    pub(crate) at: Point3<f64>,
+    /// Derivative of the point by the angle \[mm/rad\].
+    pub(crate) tangent: Vector3<f64>,
+}
+
 /// The centre circle of the torus.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CenterCircle {
@@ -28,9 +39,13 @@ impl CenterCircle {
     }
 
     /// Returns the point at the angle `psi` and its derivative.
-    pub(crate) fn mark(&self, psi: f64) -> (Point3<f64>, Vector3<f64>) {
+    pub(crate) fn point(&self, psi: f64) -> CirclePoint {
         let (sin, cos) = psi.sin_cos();
         let (sin, cos) = (self.radius * sin, self.radius * cos);
-        (self.center + self.f * cos + self.e2 * sin, self.e2 * cos - self.f * sin)
+        CirclePoint {
+            psi,
+            at: self.center + self.f * cos + self.e2 * sin,
+            tangent: self.e2 * cos - self.f * sin,
+        }
     }
 }

@@ -25,6 +25,7 @@ pub(crate) fn ball_location(
     let frame = EndPointFrame::new(request, side, &mut probe)?;
     let (first, minor) = (&frame.first, frame.minor);
     let concave = first.curvatures()[1];
+    // k (r + e) >= 1: the ball raised by the band does not fit into the hollow.
     if concave * frame.lift >= 1.0 {
         let (uv, concave) = (request.at, 1.0 / concave);
         return Err(PositioningError::ConcaveRadius { uv, concave, minor });
@@ -32,11 +33,13 @@ pub(crate) fn ball_location(
     let touch = touching(&frame, request.band, &mut probe)?;
     let n = touch.normal();
     let center = touch.foot.point + n.scale(minor + request.band.lower);
+    // The contact lies beside P1: the feed is projected into the tangent plane there.
     let along = (frame.a - n.scale(n.dot(&frame.a))).normalize();
     let ahead = if side == ContactSide::Behind { -along } else { along };
     // The strip's side, square to the feed.
     let beside = along.cross(&n).scale(request.strip.sign());
     let (sin, cos) = lean.towards.unwrap_or(0.0).sin_cos();
+    // Any inclination leaves the same strip; only the part of the ball that cuts differs.
     let leaning = n.scale(lean.angle.cos()) + (ahead * cos + beside * sin) * lean.angle.sin();
     let axis = UnitVector3::new_normalize(leaning);
     let pose = ToolPose { tip: center - axis.scale(minor), axis };
@@ -44,7 +47,8 @@ pub(crate) fn ball_location(
     check_body(&setting, &pose, request.at, &mut probe)?;
     let strip = ball_strip(&setting, center, &frame.v, &touch, probe)?;
     cuts_there(&setting, &pose, &strip)?;
-    let chord = nalgebra::distance(&strip.near.1, &strip.far.1);
+    let chord = nalgebra::distance(&strip.near.point, &strip.far.point);
+    // A chord of a circle of radius r spans the angle 2 asin(c / 2 r).
     let half = (0.5 * chord / minor).min(1.0).asin();
     let found = LocationParts {
         pose,
@@ -54,7 +58,7 @@ pub(crate) fn ball_location(
         arc: 2.0 * half,
         contact_angles: vec![half],
         active: vec![ActiveConstraint::Touch, ActiveConstraint::GivenLead],
-        end: strip.far.0,
+        end: strip.far.uv,
         queries: strip.queries,
         marks: Vec::new(),
     };
@@ -71,6 +75,8 @@ fn touching(
     const STEPS: u32 = 20;
     let first = &frame.first;
     let gap = band.upper - band.lower;
+    // Over a surface of curvature k the ball rises by (1 / lift - k) t^2 / 2 at the distance
+    // t from its contact.
     let curvature = 1.0 / frame.lift - first.normal_curvature(&frame.v);
     let mut t = (2.0 * gap / curvature.max(f64::EPSILON)).sqrt().min(frame.lift);
     let raised = first.foot.point + first.normal().scale(band.upper);
@@ -79,8 +85,10 @@ fn touching(
         let step = frame.v * t;
         touch = probe.read(&(first.foot.point + step), first.ahead(&step))?;
         let center = touch.foot.point + touch.normal().scale(frame.minor + band.lower);
+        // Height of the raised end point above the ball; 0 is wanted.
         let outside = (raised - center).norm() - frame.minor;
         let rise = outside + gap;
+        // The end point is deeper than the contact itself: the step was far too short.
         if rise <= 0.0 {
             t *= 2.0;
             continue;

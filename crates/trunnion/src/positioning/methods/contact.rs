@@ -10,6 +10,7 @@ use crate::positioning::request::{ContactSide, LocationRequest, ToleranceBand};
 use crate::positioning::solve::conditions::offset_curvature;
 use crate::positioning::solve::placement::{EndPointFrame, MOST_ROTATION};
 use crate::positioning::strip::MeasuredStrip;
+use crate::positioning::surface_point::SurfacePoint;
 use crate::types::ToolPose;
 use nalgebra::{UnitVector3, Vector3};
 
@@ -53,6 +54,8 @@ pub(crate) fn curvature_matched(
     let Some(bend) = offset_curvature(&frame.first, &frame.v, touch.lift) else {
         return Err(touch.too_concave());
     };
+    // Inclined by theta, the circle bends across the feed by sin(theta) / R: equal to the bend of
+    // the offset surface for sin(theta) = R k.
     let least = (frame.major * bend).clamp(0.0, MOST_ROTATION.sin()).asin();
     let (proposal, strip) = touch.clear(least, 0.0, &mut probe)?;
     accept_measured(request, frame, &proposal, &strip, &mut probe)
@@ -78,6 +81,7 @@ pub(crate) fn lead_and_swivel(
         }
         Ok(if clear { strip.width } else { -1.0 })
     };
+    // A coarse row of swivels finds the basin, golden section its maximum.
     let step = 2.0 * most / f64::from(SWIVELS - 1);
     let mut widest = (f64::NEG_INFINITY, 0.0);
     for k in 0..SWIVELS {
@@ -90,6 +94,8 @@ pub(crate) fn lead_and_swivel(
     let [mut low, mut high] = [(widest.1 - step).max(-most), (widest.1 + step).min(most)];
     for _ in 0..NARROWINGS {
         const GOLDEN: f64 = 0.618_033_988_749_894_9;
+        // The inner points divide the interval by the golden section; the half with the lower width
+        // goes.
         let [a, b] = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
         if width(a, &mut probe)? >= width(b, &mut probe)? {
             high = b;
@@ -97,6 +103,7 @@ pub(crate) fn lead_and_swivel(
             low = a;
         }
     }
+    // Every lead of every swivel gouges: accepting the steepest one reports by how much.
     let Some((proposal, strip, _)) = best else {
         let proposal = touch.at(MOST_ROTATION, 0.0);
         return accept_proposal(request, &touch.frame, &proposal, &mut probe);
@@ -117,6 +124,7 @@ pub(crate) fn fixed_axis(
     let up = n.dot(&axis);
     let out = (axis.scale(up) - n).try_normalize(f64::EPSILON);
     let out = out.unwrap_or_else(|| (frame.a - axis.scale(axis.dot(&frame.a))).normalize());
+    // The corner that touches lies behind the axis where the surface falls along the feed.
     let side = if out.dot(&frame.a) < 0.0 { ContactSide::Behind } else { ContactSide::Ahead };
     if side == ContactSide::Behind && !request.cutter.centre_cutting() {
         let inner = request.cutter.inner_cutting_radius();
@@ -165,6 +173,8 @@ impl<'a> ContactFrame<'a> {
         let ahead = frame.a * swivel.cos() + frame.v * swivel.sin();
         let along = if self.side == ContactSide::Behind { -ahead } else { ahead };
         let (sin, cos) = lead.sin_cos();
+        // Unit vector square to the axis, towards the contact: the axis n cos + a sin turned by 90
+        // degrees.
         let out = along * cos - n.scale(sin);
         let axis = UnitVector3::new_normalize(n.scale(cos) + along * sin);
         self.propose(&out, axis, lead)
@@ -174,9 +184,11 @@ impl<'a> ContactFrame<'a> {
     fn propose(&self, out: &Vector3<f64>, axis: UnitVector3<f64>, lead: f64) -> PoseProposal {
         let first = &self.frame.first;
         let contact = first.foot.point;
+        // The circle's point over the contact lies `lift` above it; the centre lies R back along
+        // `out`.
         let center = contact + first.normal().scale(self.lift) - out * self.frame.major;
         let pose = ToolPose { tip: center - axis.scale(self.frame.minor), axis };
-        let middle = (first.foot.uv, contact);
+        let middle = SurfacePoint::from(&first.foot);
         PoseProposal { pose, side: self.side, middle, ends: None, lead }
     }
 
@@ -193,6 +205,7 @@ impl<'a> ContactFrame<'a> {
             Ok((proposal, strip))
         };
         let ToleranceBand { lower, upper } = self.request.band;
+        // Half of the clearance is for the bisection, the other half for rounding.
         let spared = ToleranceBand { lower: lower + 0.5 * CLEARANCE * (upper - lower), upper };
         let gouges = |strip: &MeasuredStrip| gouge_depth(spared, strip) > 0.0;
         let at_least = trial(least)?;

@@ -13,6 +13,7 @@ use crate::positioning::location::CutterLocation;
 use crate::positioning::request::{ContactSide, LocationRequest, ToleranceBand};
 use crate::positioning::solve::conditions::{AT_END, CHORD, offset_curvature};
 use crate::positioning::solve::placement::{EndPointFrame, MOST_ROTATION, TorusPlacement};
+use crate::types::Interval;
 use std::f64::consts::PI;
 
 /// Resolution of the nested search. The paper leaves the numbers open.
@@ -130,12 +131,15 @@ impl NestedSearch<'_> {
     /// test narrows the interval of the offset.
     fn direction(
         &self,
-        [mut low, mut high]: [f64; 2],
+        range: Interval,
         probe: &mut FaceProbe,
     ) -> Result<Option<TorusPlacement>, PositioningError> {
+        let [mut low, mut high] = range.ends();
         let mut best: Option<TorusPlacement> = None;
         let parts = self.grid.directions;
         for _ in 0..BISECTIONS {
+            // One round of the grid: n + 1 directions, each started from the offset of its
+            // neighbour.
             let step = (high - low) / f64::from(parts);
             let mut from = self.frame.major;
             let mut widest: Option<TorusPlacement> = None;
@@ -151,6 +155,7 @@ impl NestedSearch<'_> {
                 break;
             }
             let alpha = found.x[1];
+            // The maximum lies within one step of the best grid point if the width has one maximum.
             [low, high] = [(alpha - step).max(low), (alpha + step).min(high)];
         }
         Ok(best)
@@ -174,6 +179,7 @@ impl NestedSearch<'_> {
         let mut low = from.min(diameter);
         let mut fitting = self.fitting([low, alpha], probe)?;
         let mut high = diameter;
+        // Halve from an offset that does not fit to the first one that does.
         for _ in 0..HALVINGS {
             if fitting.is_some() || low < least {
                 break;
@@ -188,6 +194,7 @@ impl NestedSearch<'_> {
                 break;
             }
             let middle = 0.5 * (low + high);
+            // Invariant of the bisection: `low` fits, `high` does not.
             match self.fitting([middle, alpha], probe)? {
                 Some(found) => (low, best) = (middle, found),
                 None => high = middle,
@@ -207,6 +214,7 @@ impl NestedSearch<'_> {
         // The ends lie at the upper end of the band whatever the rotation, and have no lever.
         let share = |k: u32| 2.0 * f64::from(k) / f64::from(count + 1) - 1.0;
         let mut theta = 0.0;
+        // Turn until the middle sample touches; others may then lie below.
         let middle = share(count.div_ceil(2));
         let Some(touching) = self.turn([w, alpha, theta], middle, probe)? else { return Ok(None) };
         theta = touching;
@@ -220,6 +228,7 @@ impl NestedSearch<'_> {
             .map(|(k, _)| share(k))
             .collect();
         if !below.is_empty() {
+            // Each sample that lies too deep asks for less rotation; the least of them frees all.
             for share in below {
                 let turned = self.turn([w, alpha, touching], share, probe)?;
                 theta = theta.min(turned.unwrap_or(f64::NEG_INFINITY));
@@ -300,6 +309,8 @@ impl NestedSearch<'_> {
             if over.abs() < self.grid.touch {
                 return Ok(Some(theta));
             }
+            // A rotation by d(theta) lowers the sample by its distance from the chord times
+            // d(theta).
             let lever = self.frame.major * (psi.cos() - placement.half_arc.cos());
             theta += over / lever;
             if theta.abs() > MOST_ROTATION {

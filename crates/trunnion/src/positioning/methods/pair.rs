@@ -49,6 +49,15 @@ pub(crate) enum PairRule {
     Nodes,
 }
 
+/// Errors that the three points of the arc are to have: the lower end of the band, the upper end,
+/// the lower end.
+#[derive(Debug, Clone, Copy)]
+struct PairTarget {
+    /// Points of the arc that these are.
+    rule: PairRule,
+    band: ToleranceBand,
+}
+
 /// Finds the widest pair of contacts by the rule.
 pub(crate) fn pair_location(
     request: &LocationRequest,
@@ -96,16 +105,19 @@ impl PairSearch<'_> {
         rule: PairRule,
         probe: &mut FaceProbe,
     ) -> Result<Vec<PairTrial>, PositioningError> {
-        let [low, high] = self.request.offset_range;
+        let [low, high] = self.request.offset_range.ends();
         let count = ((high - low) / SPACING).ceil().clamp(1.0, 100.0);
         let mut found: Vec<PairTrial> = Vec::new();
+        // Starts in the middle of equal parts of the offset range.
         let shares = (0..100).map(f64::from).take_while(|k| *k < count).map(|k| (k + 0.5) / count);
         for share in shares {
             let Some(start) = self.start(low + (high - low) * share) else { continue };
             // The nodes need no shape of the curve; from there its extrema are near.
-            let mut solution = self.newton(start, (PairRule::Nodes, self.band), probe)?;
+            let target = PairTarget { rule: PairRule::Nodes, band: self.band };
+            let mut solution = self.newton(start, target, probe)?;
             if let (PairRule::Extrema, Some(nodes)) = (rule, &solution) {
-                solution = self.newton(nodes.placement.x, (rule, self.band), probe)?;
+                let target = PairTarget { rule, band: self.band };
+                solution = self.newton(nodes.placement.x, target, probe)?;
             }
             let Some(solution) = solution else { continue };
             let [_, alpha, theta] = solution.placement.x;
@@ -129,6 +141,7 @@ impl PairSearch<'_> {
         let bend =
             |turn: f64| offset_curvature(&frame.first, &frame.direction(alpha + turn), frame.lift);
         let (chord, feed) = (bend(0.0)?, bend(FRAC_PI_2)?);
+        // Without c > 0 the error does not fall from the middle and rise again to the ends.
         let fourth = 2.0 * frame.major * frame.major * (chord - feed);
         let band = self.band.upper - self.band.lower;
         if fourth <= 0.0 {
@@ -136,7 +149,10 @@ impl PairSearch<'_> {
         }
         // The chord ends where the circle does.
         let end = (4.0 * band / fourth).sqrt().min(0.4);
+        // Chord of the arc psi_end, 2 R sin(psi_end), with sin(psi_end) = 2 sqrt(s (1 - s)) for s =
+        // sin^2(psi_end / 2).
         let w = 2.0 * frame.major * 2.0 * (end * (1.0 - end)).sqrt();
+        // From b = -c s_end, where b = 2 R (sin(theta) - R k_chord).
         let lean = frame.major * (chord - (chord - feed) * end);
         // Measured from the normals at the end points, not from that below the arc's middle.
         let theta = lean.clamp(-0.9, 0.9).asin() - 2.0 * frame.major * feed * end;
@@ -146,24 +162,27 @@ impl PairSearch<'_> {
     fn newton(
         &self,
         start: [f64; 3],
-        aim: (PairRule, ToleranceBand),
+        target: PairTarget,
         probe: &mut FaceProbe,
     ) -> Result<Option<PairTrial>, PositioningError> {
-        let Some(mut trial) = self.trial(start, aim, None, probe)? else { return Ok(None) };
+        let Some(mut trial) = self.trial(start, target, None, probe)? else { return Ok(None) };
         let met = MET * (self.band.upper - self.band.lower);
         for _ in 0..STEPS {
             if trial.off.amax() <= met {
                 return Ok(Some(trial));
             }
+            // Singular: the three errors do not move independently of each other.
             let Some(inverse) = trial.rates.try_inverse() else { return Ok(None) };
             let step = -(inverse * trial.off);
             let [w, _, theta] = trial.placement.x;
+            // No unknown moves by more than its bold step, as the linearisation holds only so far.
             let bold = Vector3::new(0.3 * w, 0.15, (0.3 * theta.abs()).max(0.02));
             let mut share = 1.0 / step.component_div(&bold).amax().max(1.0);
             let mut closer = None;
             for _ in 0..SHORTENINGS {
                 let x = Vector3::from(trial.placement.x) + step * share;
-                let next = self.trial(x.into(), aim, Some(&trial), probe)?;
+                let next = self.trial(x.into(), target, Some(&trial), probe)?;
+                // Plain backtracking on the residual keeps Newton's method from cycling.
                 closer = next.filter(|next| next.off.norm() < trial.off.norm());
                 if closer.is_some() {
                     break;
@@ -179,7 +198,7 @@ impl PairSearch<'_> {
     fn trial(
         &self,
         x: [f64; 3],
-        (rule, band): (PairRule, ToleranceBand),
+        PairTarget { rule, band }: PairTarget,
         near: Option<&PairTrial>,
         probe: &mut FaceProbe,
     ) -> Result<Option<PairTrial>, PositioningError> {
@@ -195,6 +214,7 @@ impl PairSearch<'_> {
             PairRule::Nodes => Some(self.nodes(&placement, &circle, probe)?),
         };
         let Some(points) = points else { return Ok(None) };
+        // Contact, maximum, contact: three equations for (w, alpha, theta).
         let aims = [band.lower, band.upper, band.lower];
         let mut off = Vector3::zeros();
         let mut rates = Matrix3::zeros();
@@ -268,6 +288,7 @@ impl PairSearch<'_> {
             let circle = ErrorCircle { ring: solution.placement.ring, minor: frame.minor };
             let extrema = self.extrema(&solution.placement, &circle, probe)?;
             let Some([a, middle, b]) = extrema else { break };
+            // Amounts by which the extrema beside the nodes lie outside the band.
             let low = (self.band.lower - a.value.min(b.value)).max(0.0);
             let high = (middle.value - self.band.upper).max(0.0);
             if low <= 0.0 && high <= 0.0 {
@@ -276,7 +297,8 @@ impl PairSearch<'_> {
             let spare = MET * (band.upper - band.lower);
             band.lower += low + spare;
             band.upper -= high + spare;
-            let corrected = self.newton(solution.placement.x, (rule, band), probe)?;
+            let target = PairTarget { rule, band };
+            let corrected = self.newton(solution.placement.x, target, probe)?;
             let Some(corrected) = corrected else { break };
             solution = corrected;
         }

@@ -8,7 +8,7 @@ use crate::positioning::distance::circle::ErrorCircle;
 use crate::positioning::distance::probe::FaceProbe;
 use crate::positioning::error::PositioningError;
 use crate::positioning::location::{CutterLocation, LocationParts};
-use crate::positioning::request::{ContactSide, LocationRequest, ToleranceBand};
+use crate::positioning::request::{LocationRequest, ToleranceBand};
 use crate::positioning::solve::climb::ARRIVED;
 use crate::positioning::solve::conditions::{FINE, StripProblem};
 use crate::positioning::solve::follow::extremum_marks;
@@ -26,18 +26,20 @@ const NARROWINGS: usize = 4;
 /// with more samples, and then with the band narrowed from below by the remaining breach.
 pub(crate) fn settle(
     request: &LocationRequest,
-    side: ContactSide,
     problem: &StripProblem,
     mut optimum: LocalOptimum,
-    (ranges, mut probe): (SearchRanges, FaceProbe),
+    ranges: SearchRanges,
+    mut probe: FaceProbe,
 ) -> Result<CutterLocation, PositioningError> {
     let mut problem = StripProblem { ..*problem };
     for _ in 0..NARROWINGS {
         let strip =
             measure_optimum(request, GapRefinement::WhereBounded, &problem, &optimum, &mut probe)?;
         if keeps(request.band, &strip, &optimum) {
-            return finish(request, (side, &problem), &optimum, &strip, probe);
+            return finish(request, &problem, &optimum, &strip, probe);
         }
+        // First more samples; if the gouge stays with the fine sampling, the band is narrowed by
+        // twice of it.
         let missing = request.band.lower - strip.front_min.min(strip.rear_min);
         if problem.intervals == FINE && missing > 0.0 {
             problem.band.lower += 2.0 * missing;
@@ -51,7 +53,7 @@ pub(crate) fn settle(
     let strip =
         measure_optimum(request, GapRefinement::WhereBounded, &problem, &optimum, &mut probe)?;
     if is_clear(request.band, &strip) && strip.width > 0.0 {
-        return finish(request, (side, &problem), &optimum, &strip, probe);
+        return finish(request, &problem, &optimum, &strip, probe);
     }
     Err(no_strip(request, Some(&optimum)))
 }
@@ -112,7 +114,7 @@ pub(crate) fn measure_optimum(
 /// Describes the optimum as a location, after checking the rest of the tool.
 pub(crate) fn finish(
     request: &LocationRequest,
-    (side, problem): (ContactSide, &StripProblem),
+    problem: &StripProblem,
     optimum: &LocalOptimum,
     strip: &MeasuredStrip,
     mut probe: FaceProbe,
@@ -127,13 +129,13 @@ pub(crate) fn finish(
     let (contact_angles, active) = binding(request, optimum);
     let found = LocationParts {
         pose,
-        side,
+        side: frame.side,
         x: placement.x,
         widths: [strip.width, EndPointFrame::width(placement.x)],
         arc: 2.0 * placement.half_arc,
         contact_angles,
         active,
-        end: placement.second.foot.uv,
+        end: placement.second.foot.uv.into(),
         queries: probe.queries,
         marks: extremum_marks(&optimum.state, frame.first.foot.uv),
     };
@@ -162,6 +164,8 @@ fn binding(request: &LocationRequest, optimum: &LocalOptimum) -> (Vec<f64>, Vec<
         if condition.kind == ActiveConstraint::Touch {
             angles.push(condition.psi + half);
         }
+        // Complementary slackness: a condition limits the width where it is met and its multiplier
+        // is positive.
         if *multiplier > 0.0 && condition.value <= TOUCHING * band {
             active.push(condition.kind);
         }

@@ -8,6 +8,7 @@ use crate::positioning::methods::sides::on_sides;
 use crate::positioning::methods::widest_search::search_side;
 use crate::positioning::request::{LocationRequest, ToolInclination};
 use crate::positioning::solve::placement::MOST_ROTATION;
+use crate::types::Interval;
 
 /// Finds the cutter location with the widest strip from `request.at`.
 ///
@@ -27,6 +28,7 @@ use crate::positioning::solve::placement::MOST_ROTATION;
 ///     ContactSide, LocationRequest, StripSide, ToleranceBand, widest_strip,
 /// };
 /// use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
+/// use trunnion::types::{Interval, Uv};
 ///
 /// // The plane z = 0 over a square of 40 mm.
 /// let point = |x, y| Point3::new(x, y, 0.0);
@@ -42,11 +44,11 @@ use crate::positioning::solve::placement::MOST_ROTATION;
 ///         face: &face,
 ///         cutter: &cutter,
 ///         band: ToleranceBand { lower: 0.0, upper: 0.01 },
-///         at: [0.5, 0.5],
+///         at: Uv::new(0.5, 0.5),
 ///         feed: [1.0, 0.0],
 ///         strip: StripSide::Right,
 ///         side: ContactSide::Ahead,
-///         offset_range: [-0.5, 0.5],
+///         offset_range: Interval::new(-0.5, 0.5),
 ///         axis_cone: None,
 ///     },
 ///     None,
@@ -65,7 +67,7 @@ pub fn widest_strip(
     warm: Option<&CutterLocation>,
 ) -> Result<CutterLocation, PositioningError> {
     request.validate()?;
-    let rotation = [-MOST_ROTATION, MOST_ROTATION];
+    let rotation = Interval::new(-MOST_ROTATION, MOST_ROTATION);
     on_sides(request, |side| {
         if request.cutter.major() > 0.0 {
             search_side(request, side, warm, rotation)
@@ -97,6 +99,7 @@ pub fn widest_strip(
 /// use trunnion::positioning::{
 ///     ContactSide, LocationRequest, StripSide, ToleranceBand, with_lead,
 /// };
+/// use trunnion::types::{Interval, Uv};
 ///
 /// # // `face` is a plane, 40 mm square.
 /// let cutter = Cutter::new(CutterSpec::bull(10.0, 2.0))?;
@@ -104,11 +107,11 @@ pub fn widest_strip(
 ///     face: &face,
 ///     cutter: &cutter,
 ///     band: ToleranceBand { lower: 0.0, upper: 0.02 },
-///     at: [0.5, 0.5],
+///     at: Uv::new(0.5, 0.5),
 ///     feed: [1.0, 0.0],
 ///     strip: StripSide::Right,
 ///     side: ContactSide::Ahead,
-///     offset_range: [0.0, 0.0],
+///     offset_range: Interval::point(0.0),
 ///     axis_cone: None,
 /// };
 /// let location = with_lead(&request, 0.1, None)?;
@@ -144,7 +147,7 @@ pub fn with_inclination(
 ) -> Result<CutterLocation, PositioningError> {
     let turned = lean.towards.filter(|_| request.cutter.major() > 0.0);
     // The chord lies square to the inclination: alpha turns it from the strip side towards the feed.
-    let offset_range = turned.map_or(request.offset_range, |towards| [-towards, -towards]);
+    let offset_range = turned.map_or(request.offset_range, |towards| Interval::point(-towards));
     let request = &LocationRequest { offset_range, ..*request };
     request.validate()?;
     on_sides(request, |side| {
@@ -152,7 +155,7 @@ pub fn with_inclination(
             return ball_location(request, side, lean);
         }
         let least = lean.angle.min(MOST_ROTATION);
-        let mut location = search_side(request, side, warm, [least, MOST_ROTATION])?;
+        let mut location = search_side(request, side, warm, Interval::new(least, MOST_ROTATION))?;
         if location.rotation <= lean.angle {
             location.active.push(ActiveConstraint::GivenLead);
         }

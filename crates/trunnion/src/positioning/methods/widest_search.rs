@@ -15,6 +15,7 @@ use crate::positioning::solve::initial_guesses::{
 };
 use crate::positioning::solve::optimum::LocalOptimum;
 use crate::positioning::solve::placement::EndPointFrame;
+use crate::types::Interval;
 
 /// A warm start that ends this much narrower than its neighbour is not trusted alone.
 const NARROWED: f64 = 0.9;
@@ -27,13 +28,16 @@ pub(crate) fn search_side(
     request: &LocationRequest,
     side: ContactSide,
     warm: Option<&CutterLocation>,
-    rotation_range: [f64; 2],
+    rotation_range: Interval,
 ) -> Result<CutterLocation, PositioningError> {
     let mut probe = FaceProbe::new(request.face);
+    // The search works in the inner band, so that a breach within the margin still keeps the outer
+    // one.
     let (band, margin) = (request.band.inner(), request.band.margin());
     let inner = LocationRequest { band, ..*request };
     let frame = EndPointFrame::new(&inner, side, &mut probe)?;
     let concave = frame.first.curvatures()[1];
+    // k (r + e) >= 1: the offset surface folds over, and no corner of radius r reaches the point.
     if concave * frame.lift >= 1.0 {
         let (uv, concave) = (request.at, 1.0 / concave);
         return Err(PositioningError::ConcaveRadius { uv, concave, minor: frame.minor });
@@ -42,9 +46,10 @@ pub(crate) fn search_side(
     let problem =
         StripProblem { frame, band, axis_cone, intervals, extrema: ExtremaSource::Sampled };
     let ranges = SearchRanges { offset: request.offset_range, rotation: rotation_range };
-    let side_search = WidestSearch { request, side, problem: &problem, margin, ranges };
+    let side_search = WidestSearch { request, problem: &problem, margin, ranges };
     let warm = warm.filter(|warm| warm.side == side && warm.strip == request.strip);
     let mut found = Vec::new();
+    // A neighbour's location is nearly optimal here: a few steps from it replace the whole search.
     if let Some(warm) = warm
         && let Some(location) = side_search.beside(warm, &mut found, &mut probe)?
     {
@@ -62,7 +67,6 @@ pub(crate) fn search_side(
 /// A search on one side of the cutter.
 struct WidestSearch<'a> {
     request: &'a LocationRequest<'a>,
-    side: ContactSide,
     problem: &'a StripProblem,
     /// By how much conditions may be broken \[mm\].
     margin: f64,
@@ -84,9 +88,9 @@ impl WidestSearch<'_> {
     /// Returns `true` if axis and offset direction are confined so closely that no allowed location is
     /// farther from a neighbour's than initial guesses are from each other.
     fn is_held(&self) -> bool {
-        let [low, high] = self.request.offset_range;
+        let range = self.request.offset_range;
         let near = self.request.axis_cone.is_some_and(|near| near.max_turn <= START_SPACING);
-        near && high - low <= 2.0 * START_SPACING
+        near && range.width() <= 2.0 * START_SPACING
     }
 
     /// Climbs from a neighbour's location. An end that is not accepted at once is added to `found`.
@@ -152,8 +156,7 @@ impl WidestSearch<'_> {
         if !keeps(self.request.band, &strip, &optimum) {
             return Ok(None);
         }
-        let described = (self.side, self.problem);
-        Ok(finish(self.request, described, &optimum, &strip, probe.again()).ok())
+        Ok(finish(self.request, self.problem, &optimum, &strip, probe.again()).ok())
     }
 
     /// Climbs from the one other guess that is worth it next to a neighbour.
@@ -226,7 +229,7 @@ impl WidestSearch<'_> {
         optimum: LocalOptimum,
         probe: &FaceProbe,
     ) -> Result<CutterLocation, PositioningError> {
-        settle(self.request, self.side, self.problem, optimum, (self.ranges, probe.again()))
+        settle(self.request, self.problem, optimum, self.ranges, probe.again())
     }
 }
 

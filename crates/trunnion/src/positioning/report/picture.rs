@@ -26,7 +26,7 @@ pub fn error_picture(trace: &ErrorTrace, band: ToleranceBand, title: &str) -> St
     let ToleranceBand { lower, upper } = band;
     let height = upper - lower;
     let from_origin = |angle: f64| (angle - trace.origin).to_degrees();
-    let ends = trace.ends.map(from_origin);
+    let ends = trace.ends.ends().map(from_origin);
     let [low, high] = [ends[0].min(0.0), ends[1]];
     let margin = 0.08 * (high - low);
     let strip = PlotPanel {
@@ -45,7 +45,7 @@ pub fn error_picture(trace: &ErrorTrace, band: ToleranceBand, title: &str) -> St
     let on_strip = |p: &TracePoint| [from_origin(p.angle), p.error * MICRO];
     let around = |p: &TracePoint| [p.angle.to_degrees(), p.error * MICRO];
     let points = || trace.points.iter();
-    let kept = |p: &&TracePoint| p.angle >= trace.ends[0] && p.angle <= trace.ends[1];
+    let kept = |p: &&TracePoint| trace.ends.contains(p.angle);
     strip.frame(
         &mut svg,
         band,
@@ -54,14 +54,22 @@ pub fn error_picture(trace: &ErrorTrace, band: ToleranceBand, title: &str) -> St
     for (end, name) in ends.into_iter().zip(["strip begins", "strip ends"]) {
         strip.upright(&mut svg, end, name);
     }
-    strip.line(&mut svg, points().map(on_strip), (COLOURS[0], 1.0));
-    strip.line(&mut svg, points().filter(kept).map(on_strip), (COLOURS[0], 2.6));
+    strip.line(&mut svg, points().map(on_strip), Stroke { colour: COLOURS[0], width: 1.0 });
+    strip.line(
+        &mut svg,
+        points().filter(kept).map(on_strip),
+        Stroke { colour: COLOURS[0], width: 2.6 },
+    );
     for contact in &trace.contacts {
         strip.dot(&mut svg, [from_origin(*contact), lower * MICRO]);
     }
     whole.frame(&mut svg, band, ["the whole circle, deg from the strip's middle", ""]);
-    whole.line(&mut svg, points().map(around), (COLOURS[0], 1.0));
-    whole.line(&mut svg, points().filter(kept).map(around), (COLOURS[0], 2.6));
+    whole.line(&mut svg, points().map(around), Stroke { colour: COLOURS[0], width: 1.0 });
+    whole.line(
+        &mut svg,
+        points().filter(kept).map(around),
+        Stroke { colour: COLOURS[0], width: 2.6 },
+    );
     let entries = [
         (COLOURS[0], "error, above zero where material is left; bold on the strip"),
         (SHADE, "tolerance band"),
@@ -77,8 +85,7 @@ pub fn error_picture(trace: &ErrorTrace, band: ToleranceBand, title: &str) -> St
 pub fn comparison_picture(traces: &[ErrorTrace], band: ToleranceBand, title: &str) -> String {
     let ToleranceBand { lower, upper } = band;
     let height = upper - lower;
-    let within =
-        |trace: &ErrorTrace, p: &TracePoint| p.angle >= trace.ends[0] && p.angle <= trace.ends[1];
+    let within = |trace: &ErrorTrace, p: &TracePoint| trace.ends.contains(p.angle);
     let strips = traces.iter().flat_map(|t| t.points.iter().filter(move |p| within(t, p)));
     let [low, high] =
         strips.fold([0.0_f64, 0.0_f64], |[low, high], p| [low.min(p.across), high.max(p.across)]);
@@ -97,9 +104,9 @@ pub fn comparison_picture(traces: &[ErrorTrace], band: ToleranceBand, title: &st
     for (row, (trace, colour)) in rows.collect::<Vec<_>>().into_iter().rev() {
         let front = trace.points.iter().filter(|p| p.angle.abs() <= 0.5 * PI);
         let point = |p: &TracePoint| [p.across, p.error * MICRO];
-        panel.line(&mut svg, front.clone().map(point), (colour, 0.8));
+        panel.line(&mut svg, front.clone().map(point), Stroke { colour, width: 0.8 });
         let inside = front.filter(|p| within(trace, p)).map(point);
-        panel.line(&mut svg, inside, (colour, 2.0 + 0.8 * row as f64));
+        panel.line(&mut svg, inside, Stroke { colour, width: 2.0 + 0.8 * row as f64 });
     }
     for (row, (trace, colour)) in traces.iter().zip(COLOURS.iter().cycle()).enumerate() {
         let text = format!("{}: {:.2} mm", trace.name, trace.width);
@@ -143,6 +150,13 @@ fn open([width, height]: [f64; 2], title: &str) -> String {
 
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;")
+}
+
+/// Colour and width \[px\] of a curve.
+#[derive(Clone, Copy)]
+struct Stroke<'a> {
+    colour: &'a str,
+    width: f64,
 }
 
 /// A rectangle with axes.
@@ -195,7 +209,7 @@ impl PlotPanel {
         &self,
         svg: &mut String,
         points: impl Iterator<Item = [f64; 2]>,
-        (colour, width): (&str, f64),
+        Stroke { colour, width }: Stroke,
     ) {
         let points: Vec<[f64; 2]> = points.collect();
         let mut runs: Vec<Vec<[f64; 2]>> = Vec::new();
@@ -231,6 +245,7 @@ impl PlotPanel {
         let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
         for (k, range) in [self.x, self.y].into_iter().enumerate() {
             let way = to[k] - from[k];
+            // Liang and Barsky: each border cuts the range of the parameter from one side.
             for (wall, sign) in [(range[0], 1.0), (range[1], -1.0)] {
                 let (gap, rise) = (sign * (wall - from[k]), sign * way);
                 if rise > 0.0 {
@@ -351,7 +366,7 @@ mod tests {
         assert_eq!(panel.clipped([[0.0, 2.0], [2.0, 3.0]]), None);
         let mut svg = String::new();
         let points = [[0.0, 2.0], [2.0, 0.0], [4.0, 2.0], [6.0, 2.0], [8.0, 0.5]];
-        panel.line(&mut svg, points.into_iter(), ("#000", 1.0));
+        panel.line(&mut svg, points.into_iter(), Stroke { colour: "#000", width: 1.0 });
         assert_eq!(svg.matches("<polyline").count(), 2, "{svg}");
     }
 }

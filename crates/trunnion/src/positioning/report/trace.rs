@@ -8,10 +8,12 @@ use crate::positioning::location::CutterLocation;
 use crate::positioning::request::LocationRequest;
 use crate::positioning::solve::placement::EndPointFrame;
 use crate::positioning::strip::{CuttingContext, StripQuery};
+use crate::types::{Interval, Uv};
 use nalgebra::Point3;
 
 /// The error curve of a location, ready to be drawn.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct ErrorTrace {
     /// Name in the legend.
     pub name: String,
@@ -19,7 +21,7 @@ pub struct ErrorTrace {
     /// middle last; for a ball, across its strip and a little beyond.
     pub points: Vec<TracePoint>,
     /// Angles of the strip's beginning and end \[rad\].
-    pub ends: [f64; 2],
+    pub ends: Interval,
     /// Angle from which angles are counted: that of the first end point, or of the strip's beginning
     /// where the cutter touches at the requested point \[rad\].
     pub origin: f64,
@@ -31,6 +33,7 @@ pub struct ErrorTrace {
 
 /// One point of a [`ErrorTrace`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct TracePoint {
     /// Angle on the circle, from about the strip's middle towards its far end \[rad\].
     pub angle: f64,
@@ -91,7 +94,7 @@ struct TraceBuilder<'a> {
 }
 
 /// Points of a trace, the angles of the strip's ends, and the origin of angles.
-type TracedCurve = (Vec<TracePoint>, [f64; 2], f64);
+type TracedCurve = (Vec<TracePoint>, Interval, f64);
 
 impl TraceBuilder<'_> {
     fn across(&self, foot: &Point3<f64>) -> f64 {
@@ -103,19 +106,19 @@ impl TraceBuilder<'_> {
         let setting = CuttingContext { face, cutter, band };
         let (contact, uv) = (self.location.contact, self.location.contact_uv);
         let look = StripQuery { feed: self.frame.a, strip, contact, uv };
-        let middle = self.probe.read(&contact, uv)?;
+        let middle = self.probe.read(&contact, uv.into())?;
         let (ring, _) = circle_of_pose(&setting, &self.location.pose, &look, &middle)?;
         let circle = ErrorCircle { ring, minor: cutter.minor() };
         let samples = circle.all_round(middle.foot.uv, TRACE, &mut self.probe)?;
         let lift = cutter.minor() + band.upper;
         let angle = |end: &DistanceReading| ring.angle_over(end, lift);
-        let mut end = |uv: [f64; 2]| {
-            let point = face.face().surface.point(uv[0], uv[1]);
-            self.probe.foot(&point, uv).map(|end| angle(&end))
+        let mut end = |uv: Uv| {
+            let point = face.face().surface.point(uv.u, uv.v);
+            self.probe.foot(&point, uv.into()).map(|end| angle(&end))
         };
-        let ends = [end(self.location.near)?, end(self.location.far)?];
+        let ends = Interval::new(end(self.location.near)?, end(self.location.far)?);
         let origin =
-            if self.location.ends_at(&self.frame) { angle(&self.frame.first) } else { ends[0] };
+            if self.location.ends_at(&self.frame) { angle(&self.frame.first) } else { ends.low };
         let point = |sample: &ErrorSample| TracePoint {
             angle: sample.psi,
             across: self.across(&sample.reading.foot.point),
@@ -128,7 +131,7 @@ impl TraceBuilder<'_> {
     fn ball(&mut self) -> Result<TracedCurve, PositioningError> {
         let radius = self.request.cutter.minor();
         let CutterLocation { center, contact, contact_uv, strip_width, .. } = self.location;
-        let middle = self.probe.read(contact, *contact_uv)?;
+        let middle = self.probe.read(contact, (*contact_uv).into())?;
         let half = 0.5 * strip_width;
         let mut points = Vec::new();
         let mut last = middle;
@@ -138,11 +141,12 @@ impl TraceBuilder<'_> {
             let p = contact + self.frame.v * out;
             last = self.probe.read(&p, last.foot.uv)?;
             let foot = last.foot.point;
+            // Angle on the sphere over a point so far beside the contact.
             let angle = (out / radius).clamp(-1.0, 1.0).asin();
             let error = (foot - center).norm() - radius;
             points.push(TracePoint { angle, across: self.across(&foot), error });
         }
         let end = (half / radius).clamp(0.0, 1.0).asin();
-        Ok((points, [-end, end], -end))
+        Ok((points, Interval::new(-end, end), -end))
     }
 }

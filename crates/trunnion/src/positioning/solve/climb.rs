@@ -64,19 +64,22 @@ impl StripProblem {
         let mut trust = start.trust;
         let mut multipliers = Vec::new();
         for _ in 0..STEPS {
+            // Quadratic program of the local model within the trust region.
             let Some(step) = model.step(&state, trust) else { break };
             multipliers.clone_from(&step.multipliers);
             if self.extrema == ExtremaSource::Followed && self.is_stuck(&state, &step, trust) {
                 break;
             }
+            // Converged: the model promises next to nothing, or the region has collapsed.
             if step.gain <= arrived * start.scale[0] || trust < SMALLEST {
                 break;
             }
-            let Some((trial, gained)) = self.attempt(&mut model, &state, (&step, trust), probe)?
-            else {
+            let Some((trial, gained)) = self.attempt(&model, &state, &step, trust, probe)? else {
                 trust *= 0.25;
                 continue;
             };
+            // Ratio of actual to promised gain: a model that holds may reach farther, one that does
+            // not less far.
             if gained > 0.7 * step.gain {
                 trust = (2.0 * trust).min(4.0);
             } else if gained < 0.2 * step.gain {
@@ -90,8 +93,9 @@ impl StripProblem {
                 state = trial;
             }
         }
-        let [low, high] = start.offset_range;
+        let [low, high] = start.offset_range.ends();
         let alpha = state.placement.x[1];
+        // The model clamps alpha to its range, so equality is exact there.
         let at_range_end = alpha <= low || alpha >= high;
         multipliers.resize(state.conditions.len(), 0.0);
         Ok(LocalOptimum { state, multipliers, at_range_end })
@@ -125,9 +129,10 @@ impl StripProblem {
     /// optimum: Maratos' effect). `None` where the cutter cannot be placed.
     fn attempt(
         &self,
-        model: &mut QuadraticModel,
+        model: &QuadraticModel,
         state: &ProblemState,
-        (step, trust): (&TrustStep, f64),
+        step: &TrustStep,
+        trust: f64,
         probe: &mut FaceProbe,
     ) -> Result<Option<(ProblemState, f64)>, PositioningError> {
         let Some(trial) = self.next(step.x, probe, state)? else { return Ok(None) };
@@ -135,6 +140,7 @@ impl StripProblem {
         if gained >= 0.2 * step.gain || trial.breach() <= 0.0 {
             return Ok(Some((trial, gained)));
         }
+        // Second-order correction: the same program with the conditions as the trial found them.
         let values = curved_values(state, &trial);
         let Some(corrected) = model.step_to(state, trust, &values) else {
             return Ok(Some((trial, gained)));

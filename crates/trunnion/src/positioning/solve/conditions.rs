@@ -7,7 +7,8 @@ use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
 use crate::positioning::error::PositioningError;
 use crate::positioning::request::{AxisCone, ToleranceBand};
 use crate::positioning::solve::placement::{EndPointFrame, TorusPlacement};
-use nalgebra::{Point3, Vector3};
+use crate::positioning::surface_point::SurfacePoint;
+use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 
 /// Intervals of front and rear. The error of the front is close to a polynomial of degree four,
@@ -40,8 +41,8 @@ pub(crate) struct StripCondition {
     pub(crate) psi: f64,
     /// The extremum it belongs to, if to one.
     pub(crate) sample: Option<ErrorSample>,
-    /// Contact of the cutter once the value is 0: parameters and point.
-    pub(crate) contact: Option<([f64; 2], Point3<f64>)>,
+    /// Contact of the cutter once the value is 0.
+    pub(crate) contact: Option<SurfacePoint>,
 }
 
 /// Source of the extrema of the error round the circle.
@@ -66,8 +67,32 @@ pub(crate) struct StripProblem {
     pub(crate) extrema: ExtremaSource,
 }
 
-/// Lists in which conditions and samples are collected.
-type GatheredConditions<'a> = (&'a mut Vec<StripCondition>, &'a mut Vec<ErrorSample>);
+/// End of the strip.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum StripEnd {
+    /// The first end point, at the angle `-half_arc`.
+    First,
+    /// The second end point, at the angle `half_arc`.
+    Second,
+}
+
+impl StripEnd {
+    /// Returns the sign of the end's angle.
+    pub(crate) fn sign(self) -> f64 {
+        match self {
+            Self::First => -1.0,
+            Self::Second => 1.0,
+        }
+    }
+
+    /// Returns the constraint on the slope of the error at the end.
+    fn slope(self) -> ActiveConstraint {
+        match self {
+            Self::First => ActiveConstraint::FirstSlope,
+            Self::Second => ActiveConstraint::SecondSlope,
+        }
+    }
+}
 
 /// A placement and all its conditions.
 #[derive(Debug, Clone)]
@@ -107,28 +132,32 @@ impl StripProblem {
         near: Option<&ProblemState>,
     ) -> Result<Option<ProblemState>, PositioningError> {
         let Some(placement) = self.placement(x, probe, near)? else { return Ok(None) };
-        let circle = ErrorCircle { ring: placement.ring, minor: self.frame.minor };
-        let front =
-            circle.front(placement.half_arc, self.intervals[0], &self.frame.first, probe)?;
-        let mut conditions = vec![self.chord(&placement)];
-        let mut samples =
+        let front = self.circle(&placement).front(
+            placement.half_arc,
+            self.intervals[0],
+            &self.frame.first,
+            probe,
+        )?;
+        let conditions = vec![self.chord(&placement)];
+        let samples =
             if self.extrema == ExtremaSource::Followed { front.clone() } else { Vec::new() };
+        let mut state = ProblemState { placement, conditions, samples };
         if let (Some(first), Some(last)) = (front.first(), front.last()) {
-            let at = (&placement, &circle);
-            let ends = [
-                (first, -1.0, ActiveConstraint::FirstSlope),
-                (last, 1.0, ActiveConstraint::SecondSlope),
-            ];
-            for end in ends {
-                conditions.extend(self.end_slope(at, end, probe)?);
+            for (sample, end) in [(first, StripEnd::First), (last, StripEnd::Second)] {
+                let slope = self.end_slope(&state.placement, sample, end, probe)?;
+                state.conditions.extend(slope);
             }
-            let mut seen = (&mut conditions, &mut samples);
-            self.front(at, &front, &mut seen, probe)?;
-            self.rear(at, [first, last], &mut seen, probe)?;
+            self.front(&mut state, &front, probe)?;
+            self.rear(&mut state, [first, last], probe)?;
         }
-        self.disc(&placement, &mut conditions, probe)?;
-        self.axis(&placement, &mut conditions);
-        Ok(Some(ProblemState { placement, conditions, samples }))
+        self.disc(&state.placement, &mut state.conditions, probe)?;
+        self.axis(&state.placement, &mut state.conditions);
+        Ok(Some(state))
+    }
+
+    /// Returns the circle of a placement.
+    pub(crate) fn circle(&self, placement: &TorusPlacement) -> ErrorCircle {
+        ErrorCircle { ring: placement.ring, minor: self.frame.minor }
     }
 
     /// Places the cutter, the second end point sought from where it was before.
@@ -161,36 +190,42 @@ impl StripProblem {
     /// Returns the condition that the error must not rise from an end point into the strip.
     pub(crate) fn end_slope(
         &self,
-        (placement, circle): (&TorusPlacement, &ErrorCircle),
-        (end, share, kind): (&ErrorSample, f64, ActiveConstraint),
+        placement: &TorusPlacement,
+        sample: &ErrorSample,
+        end: StripEnd,
         probe: &mut FaceProbe,
     ) -> Result<Option<StripCondition>, PositioningError> {
         let half = placement.half_arc;
-        let value = share * end.slope * half;
+        let value = end.sign() * sample.slope * half;
+        // The slope times half the arc is a length, comparable with the other conditions.
         // Far from level it binds nothing: four times the slope of a parabola as deep as the band.
         if value > 8.0 * (self.band.upper - self.band.lower) {
             return Ok(None);
         }
-        let inside = share * (1.0 - END_STEP);
-        let sample = circle.read_from(inside * half, end, probe)?;
-        let gradient = placement.arc_gradient(inside, &sample).map(|g| -g / END_STEP);
+        let share = end.sign() * (1.0 - END_STEP);
+        let inside = self.circle(placement).read_from(share * half, sample, probe)?;
+        // At the end point the error is given whatever x, so that the derivative of the slope is a
+        // difference quotient of gradients over END_STEP of the half arc, the first of them 0.
+        let gradient = placement.arc_gradient(share, &inside).map(|g| -g / END_STEP);
         Ok(Some(StripCondition {
-            kind,
+            kind: end.slope(),
             value,
             gradient,
-            psi: end.psi,
+            psi: sample.psi,
             sample: None,
             contact: None,
         }))
     }
 
+    /// Adds the conditions of the extrema between the end points, sampled by `front`.
     fn front(
         &self,
-        (placement, circle): (&TorusPlacement, &ErrorCircle),
+        state: &mut ProblemState,
         front: &[ErrorSample],
-        (conditions, samples): &mut GatheredConditions,
         probe: &mut FaceProbe,
     ) -> Result<(), PositioningError> {
+        let ProblemState { placement, conditions, samples } = state;
+        let circle = self.circle(placement);
         let extrema = circle.extrema(front, probe)?;
         if self.extrema == ExtremaSource::Followed {
             samples.extend(extrema.iter().map(|extremum| extremum.sample));
@@ -223,8 +258,7 @@ impl StripProblem {
         } else {
             (ActiveConstraint::Touch, extremum.value - self.band.lower, gradient)
         };
-        let foot = &sample.reading.foot;
-        let contact = (!extremum.maximum).then_some((foot.uv, foot.point));
+        let contact = (!extremum.maximum).then(|| SurfacePoint::from(&sample.reading.foot));
         StripCondition { kind, value, gradient, psi, sample: Some(sample), contact }
     }
 
@@ -241,25 +275,29 @@ impl StripProblem {
             gradient: placement.gradient(&sample.at, &sample.reading.normal()),
             psi: sample.psi,
             sample: Some(sample),
-            contact: Some((sample.reading.foot.uv, sample.reading.foot.point)),
+            contact: Some(SurfacePoint::from(&sample.reading.foot)),
         }
     }
 
+    /// Adds the conditions of the minima outside the strip, whose ends are `first` and `last`.
     fn rear(
         &self,
-        (placement, circle): (&TorusPlacement, &ErrorCircle),
+        state: &mut ProblemState,
         [first, last]: [&ErrorSample; 2],
-        (conditions, samples): &mut GatheredConditions,
         probe: &mut FaceProbe,
     ) -> Result<(), PositioningError> {
+        let ProblemState { placement, conditions, samples } = state;
+        let circle = self.circle(placement);
         let mut rear = vec![*last];
         rear.extend(circle.rear(placement.half_arc, self.intervals[1], last, probe)?);
+        // The first end point once more, a full turn later, closes the rear.
         rear.push(ErrorSample { psi: first.psi + TAU, ..*first });
         let extrema = circle.extrema(&rear, probe)?;
         let inner = rear.get(1..rear.len() - 1).unwrap_or_default();
         let kept = if self.extrema == ExtremaSource::Followed { usize::MAX } else { 0 };
         let read = inner.iter().chain(extrema.iter().map(|extremum| &extremum.sample));
         samples.extend(read.take(kept).map(|sample| {
+            // Samples are kept over [-pi, pi].
             let turn = if sample.psi > PI { TAU } else { 0.0 };
             ErrorSample { psi: sample.psi - turn, ..*sample }
         }));
@@ -289,7 +327,7 @@ impl StripProblem {
                 gradient: placement.gradient(&point, &reading.normal()),
                 psi: 0.0,
                 sample: None,
-                contact: Some((reading.foot.uv, reading.foot.point)),
+                contact: Some(SurfacePoint::from(&reading.foot)),
             });
         }
         Ok(())
@@ -319,6 +357,7 @@ pub(crate) fn offset_curvature(
     lift: f64,
 ) -> Option<f64> {
     let curvature = reading.normal_curvature(direction);
+    // Curvature of the parallel surface: k / (1 - k d).
     let left = 1.0 - curvature * lift;
     (left > 0.0).then(|| curvature / left)
 }
@@ -337,6 +376,7 @@ mod tests {
     use crate::surface::FaceIndex;
     use crate::surface::NurbsSurface;
     use crate::surface::Surface;
+    use crate::types::{Interval, Uv};
     use nalgebra::Point3;
     use nalgebra::UnitVector3;
     use nalgebra::Vector3;
@@ -374,11 +414,11 @@ mod tests {
             face: &face,
             cutter: &cutter,
             band,
-            at: [0.45, 0.52],
+            at: Uv::new(0.45, 0.52),
             feed: [0.2, 1.0],
             strip,
             side,
-            offset_range: [-0.5, 0.5],
+            offset_range: Interval::new(-0.5, 0.5),
             axis_cone: None,
         };
         let mut probe = FaceProbe::new(&face);

@@ -5,7 +5,7 @@ use crate::positioning::distance::circle::{ErrorCircle, ErrorExtremum, ErrorSamp
 use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
 use crate::positioning::error::PositioningError;
 use crate::positioning::location::ExtremumMark;
-use crate::positioning::solve::conditions::{ProblemState, StripProblem};
+use crate::positioning::solve::conditions::{ProblemState, StripEnd, StripProblem};
 use crate::positioning::solve::placement::TorusPlacement;
 use std::f64::consts::{PI, TAU};
 
@@ -16,8 +16,14 @@ const STRAY: f64 = 2e-3;
 /// Newton steps to an extremum before it counts as lost.
 const STEPS: u32 = 5;
 
-/// An extremum to be found: its kind, angle, and parameters of the foot.
-type SoughtExtremum = (ActiveConstraint, f64, [f64; 2]);
+/// An extremum to be found.
+struct SoughtExtremum {
+    kind: ActiveConstraint,
+    /// Angle near which it is expected \[rad\].
+    psi: f64,
+    /// Parameters near which its foot is expected.
+    guess: [f64; 2],
+}
 
 impl StripProblem {
     /// Evaluates the state at `x` by a quarter of the readings that sampling takes.
@@ -31,13 +37,15 @@ impl StripProblem {
         from: &ProblemState,
     ) -> Result<Option<ProblemState>, PositioningError> {
         let Some(placement) = self.placement(x, probe, Some(from))? else { return Ok(None) };
+        // Extrema of the front keep their share of the arc, those of the rear their angle.
         let stretch = placement.half_arc / from.placement.half_arc;
         let extrema = from.conditions.iter().filter_map(|condition| {
             let before = condition.sample.as_ref()?;
             let rear = condition.kind == ActiveConstraint::Rear;
             let psi = if rear { before.psi } else { before.psi * stretch };
+            // The foot moves with the circle's point to second order.
             let guess = before.reading.ahead(&(placement.ring.at(psi) - before.at));
-            Some((condition.kind, psi, guess))
+            Some(SoughtExtremum { kind: condition.kind, psi, guess })
         });
         self.gathered(&placement, extrema, probe)
     }
@@ -54,7 +62,8 @@ impl StripProblem {
         let extrema = marks.iter().map(|mark| {
             let rear = mark.kind == ActiveConstraint::Rear;
             let psi = if rear { mark.place } else { mark.place * placement.half_arc };
-            (mark.kind, psi, [0, 1].map(|k| at[k] + mark.out[k]))
+            let guess = [0, 1].map(|k| at[k] + mark.out[k]);
+            SoughtExtremum { kind: mark.kind, psi, guess }
         });
         self.gathered(&placement, extrema, probe)
     }
@@ -65,17 +74,17 @@ impl StripProblem {
         extrema: impl Iterator<Item = SoughtExtremum>,
         probe: &mut FaceProbe,
     ) -> Result<Option<ProblemState>, PositioningError> {
-        let circle = ErrorCircle { ring: placement.ring, minor: self.frame.minor };
-        let at = (placement, &circle);
+        let circle = self.circle(placement);
         let mut conditions = Vec::with_capacity(10);
         conditions.push(self.chord(placement));
-        let kinds = [ActiveConstraint::FirstSlope, ActiveConstraint::SecondSlope];
-        for ((end, share), kind) in self.ends(placement).iter().zip([-1.0, 1.0]).zip(kinds) {
-            conditions.extend(self.end_slope(at, (end, share, kind), probe)?);
+        let ends = [StripEnd::First, StripEnd::Second];
+        for (sample, end) in self.ends(placement).iter().zip(ends) {
+            conditions.extend(self.end_slope(placement, sample, end, probe)?);
         }
         for sought in extrema {
-            let Some(found) = follow(at, sought, probe)? else { return Ok(None) };
-            conditions.push(if sought.0 == ActiveConstraint::Rear {
+            let found = follow(&circle, placement.half_arc, &sought, probe)?;
+            let Some(found) = found else { return Ok(None) };
+            conditions.push(if sought.kind == ActiveConstraint::Rear {
                 self.outside(placement, &found)
             } else {
                 self.inside(placement, &found)
@@ -88,7 +97,7 @@ impl StripProblem {
 
     /// Returns the circle's points over the end points, where the error is given.
     fn ends(&self, placement: &TorusPlacement) -> [ErrorSample; 2] {
-        let circle = ErrorCircle { ring: placement.ring, minor: self.frame.minor };
+        let circle = self.circle(placement);
         let end = |sign: f64, reading: &DistanceReading| {
             circle.sample(sign * placement.half_arc, &reading.lifted(self.frame.lift))
         };
@@ -109,16 +118,18 @@ impl StripProblem {
     }
 }
 
-/// Follows the extremum next to an angle; `None` where it is lost.
+/// Follows the extremum next to an angle, on an arc of half the angle `half`; `None` where it is lost.
 fn follow(
-    (placement, circle): (&TorusPlacement, &ErrorCircle),
-    (kind, psi, guess): SoughtExtremum,
+    circle: &ErrorCircle,
+    half: f64,
+    sought: &SoughtExtremum,
     probe: &mut FaceProbe,
 ) -> Result<Option<ErrorExtremum>, PositioningError> {
-    let half = placement.half_arc;
+    let SoughtExtremum { kind, psi, guess } = *sought;
     let (rear, maximum) = (kind == ActiveConstraint::Rear, kind == ActiveConstraint::Middle);
     let mut sample = circle.read(psi, guess, probe)?;
     for _ in 0..STEPS {
+        // The bend has changed its sign: the extremum has merged with a neighbour.
         if (sample.bend < 0.0) != maximum || sample.bend.abs() <= 0.0 {
             return Ok(None);
         }
@@ -128,6 +139,7 @@ fn follow(
             return Ok(Some(ErrorExtremum { sample, value: sample.vertex(), maximum }));
         }
         let next = sample.psi + step;
+        // It has moved over an end point, from the strip to the rear or back.
         if rear != (next.abs() > half) {
             return Ok(None);
         }

@@ -3,15 +3,16 @@
 use crate::positioning::location::CutterLocation;
 use crate::positioning::solve::conditions::{StripProblem, offset_curvature};
 use crate::positioning::solve::optimum::LocalOptimum;
+use crate::types::Interval;
 use std::f64::consts::FRAC_PI_2;
 
 /// Ranges of the unknowns of a search \[rad\].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SearchRanges {
     /// Range of the offset direction.
-    pub(crate) offset: [f64; 2],
+    pub(crate) offset: Interval,
     /// Range of the rotation about the chord.
-    pub(crate) rotation: [f64; 2],
+    pub(crate) rotation: Interval,
 }
 
 /// Initial guess of a climb, and the box it stays in.
@@ -24,9 +25,9 @@ pub(crate) struct InitialGuess {
     /// Size of a bold step of each unknown.
     pub(crate) scale: [f64; 3],
     /// Range of the offset direction \[rad\].
-    pub(crate) offset_range: [f64; 2],
+    pub(crate) offset_range: Interval,
     /// Range of the rotation \[rad\].
-    pub(crate) rotation_range: [f64; 2],
+    pub(crate) rotation_range: Interval,
 }
 
 /// Largest distance between two starts of the offset direction \[rad\].
@@ -37,8 +38,8 @@ pub(crate) fn warm_start(
     warm: &CutterLocation,
     SearchRanges { offset: offset_range, rotation: rotation_range }: SearchRanges,
 ) -> InitialGuess {
-    let alpha = warm.offset_direction.clamp(offset_range[0], offset_range[1]);
-    let theta = warm.rotation.clamp(rotation_range[0], rotation_range[1]);
+    let alpha = warm.offset_direction.clamp(offset_range.low, offset_range.high);
+    let theta = warm.rotation.clamp(rotation_range.low, rotation_range.high);
     InitialGuess {
         x: [warm.offset, alpha, theta],
         trust: 0.3,
@@ -56,10 +57,11 @@ pub(crate) fn inclined_start(
     SearchRanges { offset: offset_range, rotation: rotation_range }: SearchRanges,
 ) -> InitialGuess {
     let frame = &problem.frame;
-    let alpha = warm.offset_direction.clamp(offset_range[0], offset_range[1]);
+    let alpha = warm.offset_direction.clamp(offset_range.low, offset_range.high);
     let turn = problem.axis_cone.map_or(0.0, |near| near.max_turn);
-    let theta = (warm.rotation + turn).clamp(rotation_range[0], rotation_range[1]);
+    let theta = (warm.rotation + turn).clamp(rotation_range.low, rotation_range.high);
     let across = offset_curvature(&frame.first, &frame.direction(alpha), frame.lift);
+    // A circle that bends by `bend` more than the surface leaves a strip of sqrt(8 e / bend).
     let bend = theta.sin() / frame.major - across.unwrap_or(0.0);
     let band = problem.band.upper - problem.band.lower;
     let w = (8.0 * band / bend.max(f64::MIN_POSITIVE)).sqrt().min(frame.major);
@@ -94,15 +96,16 @@ pub(crate) fn cold_starts(
     SearchRanges { offset: offset_range, rotation: rotation_range }: SearchRanges,
 ) -> Vec<InitialGuess> {
     let frame = &problem.frame;
-    let [low, high] = offset_range;
+    let [low, high] = offset_range.ends();
     let band = problem.band.upper - problem.band.lower;
     let mut starts = Vec::new();
     for alpha in spread(low, high) {
         let curvature =
             |turn: f64| offset_curvature(&frame.first, &frame.direction(alpha + turn), frame.lift);
         let (Some(across), Some(along)) = (curvature(0.0), curvature(FRAC_PI_2)) else { continue };
+        // sin(theta) = R k, and a margin: bends more than the surface across and along.
         let sine = (frame.major * across.max(along).max(0.0) + tilt).min(0.97);
-        let theta = sine.asin().clamp(rotation_range[0], rotation_range[1]);
+        let theta = sine.asin().clamp(rotation_range.low, rotation_range.high);
         let bend = (theta.sin() / frame.major - across).max(tilt / frame.major);
         let w = (8.0 * band / bend).sqrt().min(frame.major);
         starts.push(InitialGuess {

@@ -91,6 +91,7 @@ impl<'a> QuadraticModel<'a> {
             .iter()
             .zip(values)
             .map(|(condition, value)| {
+                // c + grad c . d + slack >= 0, in units of the band.
                 let g = self.scaled(condition.gradient) / band;
                 let normal = Vector4::new(g.x, g.y, g.z, 1.0);
                 LinearConstraint { normal, bound: -value / band }
@@ -108,9 +109,10 @@ impl<'a> QuadraticModel<'a> {
         let solution = minimise(&inverse, &gain, &constraints)?;
         let d = solution.x.fixed_rows::<3>(0).into_owned();
         let slack = solution.x.w.max(0.0) * band;
+        // Increase of the width promised by the quadratic model.
         let rise = g.dot(&d) - 0.5 * d.dot(&(self.hessian * d));
-        let [low, high] = self.start.offset_range;
-        let [flat, steep] = self.start.rotation_range;
+        let [low, high] = self.start.offset_range.ends();
+        let [flat, steep] = self.start.rotation_range.ends();
         let scale = self.start.scale;
         Some(TrustStep {
             x: [
@@ -131,8 +133,8 @@ impl<'a> QuadraticModel<'a> {
 
     /// Returns the trust region and ranges of the unknowns, as distances from `x` in scaled unknowns.
     fn walls(&self, x: [f64; 3], trust: f64) -> [LinearConstraint; 6] {
-        let [low, high] = self.start.offset_range;
-        let [flat, steep] = self.start.rotation_range;
+        let [low, high] = self.start.offset_range.ends();
+        let [flat, steep] = self.start.rotation_range.ends();
         // Half of w is as far as a linear model of a chord reaches down.
         let least = [0.5 * x[0], low, flat];
         let most = [f64::INFINITY, high, steep];
@@ -150,6 +152,7 @@ impl<'a> QuadraticModel<'a> {
     /// Makes a damped BFGS update of the Lagrangian's curvature between two states that share the
     /// conditions that bind.
     pub(crate) fn learn(&mut self, [from, to]: [&ProblemState; 2], multipliers: &[f64]) {
+        // Change of the gradient of the Lagrangian -width - sum(multiplier * condition).
         let mut turned =
             self.width_gradient(from.placement.x) - self.width_gradient(to.placement.x);
         for (condition, multiplier) in from.conditions.iter().zip(multipliers) {
@@ -162,6 +165,7 @@ impl<'a> QuadraticModel<'a> {
         let step = Vector3::from(to.placement.x) - Vector3::from(from.placement.x);
         let s = step.component_div(&Vector3::from(self.start.scale));
         let y = turned;
+        // BFGS: B + y y' / (s . y) - B s s' B / (s . B s).
         let bs = self.hessian * s;
         let sbs = s.dot(&bs);
         let size = s.norm_squared();

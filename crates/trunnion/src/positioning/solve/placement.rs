@@ -8,7 +8,7 @@ use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
 use crate::positioning::distance::ring::CenterCircle;
 use crate::positioning::error::PositioningError;
 use crate::positioning::request::{ContactSide, LocationRequest};
-use crate::types::ToolPose;
+use crate::types::{ToolPose, Uv};
 use nalgebra::{Point3, UnitVector3, Vector3};
 
 /// Largest rotation about the chord \[rad\]: a cutter that leans farther than about 35 degrees reaches
@@ -30,6 +30,8 @@ pub(crate) struct EndPointFrame {
     pub(crate) a: Vector3<f64>,
     /// Direction across the feed, to the strip's side.
     pub(crate) v: Vector3<f64>,
+    /// Side of the cutter that cuts: `Ahead` or `Behind`.
+    pub(crate) side: ContactSide,
     /// `e3 = hand * (e1 x e2)` points along the feed for a contact arc ahead.
     hand: f64,
 }
@@ -61,6 +63,18 @@ struct MotionRate {
     half_chord: f64,
 }
 
+/// Chord between `C1` and `C2`, about which the circle is turned.
+struct ChordFrame {
+    /// Unit vector square to the chord, towards the normal at `P1`.
+    e1: Vector3<f64>,
+    /// Length of the part of that normal square to the chord: the sine of the angle between them.
+    up: f64,
+    /// Middle of the chord \[mm\].
+    middle: Point3<f64>,
+    /// Distance of the chord from the centre of the circle \[mm\].
+    sagitta: f64,
+}
+
 impl EndPointFrame {
     /// Creates the frame at the first end point of `request`, for the side `Ahead` or `Behind`.
     pub(crate) fn new(
@@ -69,10 +83,10 @@ impl EndPointFrame {
         probe: &mut FaceProbe,
     ) -> Result<Self, PositioningError> {
         let no_direction = || PositioningError::NoDirection { feed: request.feed, uv: request.at };
-        let [u, v] = request.at;
+        let Uv { u, v } = request.at;
         let face = request.face.face();
         let point = face.surface.point(u, v);
-        let first = probe.foot(&point, request.at)?;
+        let first = probe.foot(&point, request.at.into())?;
         let jet = &first.foot.jet;
         let along = jet.su * request.feed[0] + jet.sv * request.feed[1];
         let a = UnitVector3::try_new(along, f64::MIN_POSITIVE).ok_or_else(no_direction)?;
@@ -85,6 +99,7 @@ impl EndPointFrame {
             first,
             a: a.into_inner(),
             v: a.cross(&first.normal()) * strip,
+            side,
             hand: strip * sense,
         })
     }
@@ -120,10 +135,12 @@ impl EndPointFrame {
         if half_chord >= self.major {
             return Ok(None);
         }
+        // Frame of the chord: e2 along it, e1 up, e3 along the feed; theta turns e1 towards e3.
         let e3 = e1.cross(&e2) * self.hand;
         let (sin, cos) = theta.sin_cos();
         let f = e3 * cos - e1.scale(sin);
         let axis = UnitVector3::new_normalize(e1.scale(cos) + e3 * sin);
+        // Pythagoras: distance of the chord from the centre of the circle.
         let sagitta = (self.major * self.major - half_chord * half_chord).sqrt();
         let middle = nalgebra::center(&c1, &c2);
         let bare = TorusPlacement {
@@ -140,30 +157,29 @@ impl EndPointFrame {
             half_chord,
             rates: [MotionRate::turning(middle, -e2.scale(self.hand)); 3],
         };
+        // d(P3) / d(alpha) = w d(direction) / d(alpha).
         let along = self.a * alpha.cos() - self.v * alpha.sin();
-        let by_w = self.rate(&bare, (e1.into_inner(), up.norm()), (middle, sagitta), &d);
-        let by_alpha =
-            self.rate(&bare, (e1.into_inner(), up.norm()), (middle, sagitta), &(along * w));
+        let chord = ChordFrame { e1: e1.into_inner(), up: up.norm(), middle, sagitta };
+        let by_w = self.rate(&bare, &chord, &d);
+        let by_alpha = self.rate(&bare, &chord, &(along * w));
         Ok(Some(TorusPlacement { rates: [by_w, by_alpha, bare.rates[2]], ..bare }))
     }
 
     /// Returns the motion of the tool when `P3` moves by `step`.
-    fn rate(
-        &self,
-        at: &TorusPlacement,
-        (e1, up): (Vector3<f64>, f64),
-        (middle, sagitta): (Point3<f64>, f64),
-        step: &Vector3<f64>,
-    ) -> MotionRate {
+    fn rate(&self, at: &TorusPlacement, chord: &ChordFrame, step: &Vector3<f64>) -> MotionRate {
+        let ChordFrame { e1, up, middle, sagitta } = *chord;
         let (foot, normal) = at.second.foot_rate(step);
         let c2 = foot + normal * self.lift;
         let n1 = self.first.normal().into_inner();
         let e2 = at.ring.e2;
+        // C1 is fixed, C2 moves by `c2`: the chord grows by its part along e2, and turns by the
+        // rest.
         let half_chord = 0.5 * e2.dot(&c2);
         let turned = (c2 - e2 * e2.dot(&c2)) / (2.0 * at.half_chord);
         // e1 = unit(n1 - (n1.e2) e2); the part of its change along e3 is a spin about e2.
         let risen = -(e2 * n1.dot(&turned) + turned * n1.dot(&e2)) / up;
         let spin = e2.cross(&turned) + e2 * (e2.cross(&e1)).dot(&risen);
+        // From sagitta^2 + half_chord^2 = R^2.
         let sagitta_rate = -at.half_chord * half_chord / sagitta;
         MotionRate {
             middle,

@@ -16,6 +16,14 @@ pub(crate) struct QuadraticSolution {
     pub(crate) multipliers: Vec<f64>,
 }
 
+/// Constraint that holds with equality at the present point.
+#[derive(Debug, Clone, Copy)]
+struct BindingConstraint {
+    /// Index among all constraints.
+    index: usize,
+    multiplier: f64,
+}
+
 /// A breach below this share of the size of the numbers in it is rounding (four products and sums,
 /// amplified by the condition of at most four active normals).
 const ROUNDING: f64 = 1e-11;
@@ -31,13 +39,13 @@ pub(crate) fn minimise(
     constraints: &[LinearConstraint],
 ) -> Option<QuadraticSolution> {
     let mut x = inverse * g;
-    let mut active: Vec<(usize, f64)> = Vec::with_capacity(4);
+    let mut active: Vec<BindingConstraint> = Vec::with_capacity(4);
     // Each outer step raises the dual objective; cycles are impossible but for rounding.
     let rounds = 10 * (constraints.len() + 4);
     for _ in 0..rounds {
         let Some((entering, mut slack)) = most_violated(constraints, &x, &active) else {
             let mut multipliers = vec![0.0; constraints.len()];
-            for (index, multiplier) in active {
+            for BindingConstraint { index, multiplier } in active {
                 *multipliers.get_mut(index)? = multiplier;
             }
             return Some(QuadraticSolution { x, multipliers });
@@ -46,24 +54,31 @@ pub(crate) fn minimise(
         let mut multiplier = 0.0;
         loop {
             let (z, r) = directions(inverse, &normal, &active, constraints)?;
+            // Rate at which the step raises the constraint; 0 if its normal depends on the active
+            // ones.
             let descent = z.dot(&normal);
             let independent = descent > ROUNDING * normal.dot(&(inverse * normal));
+            // Step at which the entering constraint is met, and step at which a multiplier reaches
+            // 0.
             let full = if independent { -slack / descent } else { f64::INFINITY };
             let (leaving, partial) = shortest(&active, &r);
             let step = full.min(partial);
+            // Neither ends the step: the dual is unbounded, the constraints contradict each other.
             if !step.is_finite() {
                 return None;
             }
             for (entry, rate) in active.iter_mut().zip(r.iter()) {
-                entry.1 = (entry.1 - step * rate).max(0.0);
+                entry.multiplier = (entry.multiplier - step * rate).max(0.0);
             }
             multiplier += step;
             if independent {
                 x += z * step;
                 slack += step * descent;
             }
+            // A full step: the constraint becomes active. A partial one drops the blocking
+            // constraint.
             if full <= partial {
-                active.push((entering, multiplier));
+                active.push(BindingConstraint { index: entering, multiplier });
                 break;
             }
             active.remove(leaving);
@@ -75,12 +90,12 @@ pub(crate) fn minimise(
 fn most_violated(
     constraints: &[LinearConstraint],
     x: &Vector4<f64>,
-    active: &[(usize, f64)],
+    active: &[BindingConstraint],
 ) -> Option<(usize, f64)> {
     let mut worst = None;
     let mut depth = 0.0;
     for (index, constraint) in constraints.iter().enumerate() {
-        if active.iter().any(|&(held, _)| held == index) {
+        if active.iter().any(|held| held.index == index) {
             continue;
         }
         let norm = constraint.normal.norm();
@@ -103,16 +118,17 @@ fn most_violated(
 fn directions(
     inverse: &Matrix4<f64>,
     normal: &Vector4<f64>,
-    active: &[(usize, f64)],
+    active: &[BindingConstraint],
     constraints: &[LinearConstraint],
 ) -> Option<(Vector4<f64>, Vector4<f64>)> {
     let mut normals = [Vector4::zeros(); 4];
-    for (slot, (index, _)) in normals.iter_mut().zip(active) {
-        *slot = constraints.get(*index)?.normal;
+    for (slot, held) in normals.iter_mut().zip(active) {
+        *slot = constraints.get(held.index)?.normal;
     }
     let count = active.len().min(4);
     let mut gram = [[0.0; 4]; 4];
     let mut right = [0.0; 4];
+    // With N the active normals and H = G^-1: r = (N' H N)^-1 N' H n, z = H n - H N r.
     let entering = inverse * normal;
     let mut raised = [Vector4::zeros(); 4];
     for row in 0..count {
@@ -154,11 +170,11 @@ fn positive(mut a: [[f64; 4]; 4], mut b: [f64; 4], count: usize) -> Option<[f64;
 }
 
 /// Returns the active constraint whose multiplier reaches zero first, and after which step.
-fn shortest(active: &[(usize, f64)], r: &Vector4<f64>) -> (usize, f64) {
+fn shortest(active: &[BindingConstraint], r: &Vector4<f64>) -> (usize, f64) {
     let mut first = (0, f64::INFINITY);
-    for (position, (&(_, multiplier), &rate)) in active.iter().zip(r.iter()).enumerate() {
-        if rate > 0.0 && multiplier / rate < first.1 {
-            first = (position, multiplier / rate);
+    for (position, (held, &rate)) in active.iter().zip(r.iter()).enumerate() {
+        if rate > 0.0 && held.multiplier / rate < first.1 {
+            first = (position, held.multiplier / rate);
         }
     }
     first

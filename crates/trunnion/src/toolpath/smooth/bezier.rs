@@ -17,6 +17,8 @@ pub(super) fn split(whole: &QuinticBezier, t: f64) -> [QuinticBezier; 2] {
     let mut left = *whole;
     for (step, point) in left.iter_mut().enumerate().skip(1) {
         for i in 0..=DEGREE - step {
+            // One level of de Casteljau: b_i <- (1 - t) b_i + t b_{i+1}; the first point of each
+            // level belongs to the left part, the last row is the right one.
             right[i] += (right[i + 1] - right[i]) * t;
         }
         *point = right[0];
@@ -26,6 +28,7 @@ pub(super) fn split(whole: &QuinticBezier, t: f64) -> [QuinticBezier; 2] {
 
 /// The part between two shares.
 pub(super) fn part(whole: &QuinticBezier, [from, to]: [f64; 2]) -> QuinticBezier {
+    // What is left of `from` goes first; `to` is then a share of the remainder.
     let rest = if from > 0.0 { split(whole, from)[1] } else { *whole };
     if to < 1.0 { split(&rest, (to - from) / (1.0 - from))[0] } else { rest }
 }
@@ -46,12 +49,15 @@ pub(super) fn powers(whole: &QuinticBezier, width: f64) -> QuinticBezier {
     let mut row = *whole;
     for step in 1..=DEGREE {
         for i in (step..=DEGREE).rev() {
+            // Forward differences: after step k, row k holds the k-th difference of the control
+            // points.
             let before = row[i - 1];
             row[i] -= before;
         }
     }
     let mut scale = 1.0;
     for (k, coefficient) in row.iter_mut().enumerate() {
+        // c_k = C(n, k) Delta^k b_0 / width^k.
         *coefficient *= MIDDLE[k] * scale;
         scale /= width;
     }
@@ -63,6 +69,8 @@ pub(super) fn from_powers(powers: &QuinticBezier, width: f64) -> QuinticBezier {
     let mut row = *powers;
     let mut scale = 1.0;
     for (k, point) in row.iter_mut().enumerate() {
+        // The inverse: scaled powers c_k width^k / C(n, k), then repeated sums instead of
+        // differences.
         *point *= scale / MIDDLE[k];
         scale *= width;
     }
@@ -92,6 +100,7 @@ pub(super) fn cubic(
     width: f64,
 ) -> QuinticBezier {
     let third = width / 3.0;
+    // Inner control points of a cubic: a third of the width along the tangents.
     let inner = [points[0] + tangents[0] * third, points[1] - tangents[1] * third];
     let four = [*points[0], inner[0], inner[1], *points[1]];
     // Twice one degree up: b_j of degree n from those of degree n - 1.

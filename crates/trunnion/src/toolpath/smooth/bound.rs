@@ -25,6 +25,7 @@ impl AxisFrame {
     /// `atan(s tan h)` from its middle, the great circle by `s h`. The difference is largest where
     /// `s² = (tan h / h - 1) / tan² h`.
     pub(super) fn chord(from: &PoseCoordinates, to: &PoseCoordinates) -> Self {
+        // |a + b| = 2 cos h, |b - a| = 2 sin h.
         let [a, b] = [axis(from), axis(to)];
         let sum = a + b;
         let [cos, sin] = [0.5 * sum.norm(), 0.5 * (b - a).norm()];
@@ -32,6 +33,8 @@ impl AxisFrame {
         let half = tan.atan();
         // Below this, tan h / h - 1 is lost in rounding, and the shift, 0.13 h³, is below 1e-12.
         let shift = if half > 1e-4 {
+            // Where the derivative of atan(s tan h) - s h by s vanishes: tan h / (1 + s^2 tan^2 h)
+            // = h.
             let s = ((tan / half - 1.0).max(0.0)).sqrt() / tan;
             ((s * tan).atan() - s * half).abs()
         } else {
@@ -48,6 +51,8 @@ impl AxisFrame {
             Self { middle, along: [f64::INFINITY, f64::NEG_INFINITY], across: 0.0, shift: 0.0 };
         for point in path {
             let axis = axis(point);
+            // The curve lies in the hull of its control points: so do its components along and
+            // across.
             let along = axis.dot(&middle);
             frame.along = [frame.along[0].min(along), frame.along[1].max(along)];
             frame.across = frame.across.max((axis - middle * along).norm());
@@ -63,6 +68,8 @@ impl AxisFrame {
     /// `(B·m)(B + D) - (B·m + D·m) B = (B·m) D⊥ - (D·m) B⊥`.
     fn angle(&self, across: f64, along: f64) -> f64 {
         let [least, most] = self.along;
+        // Least component of the curve's axis along the middle; 0 or less, and the projection
+        // fails.
         let room = least - along;
         if room <= 0.0 {
             return f64::INFINITY;
@@ -138,6 +145,8 @@ pub(super) fn bend(coefficients: &QuinticBezier, width: f64) -> [f64; 2] {
     let curve = from_powers(&powers, width);
     let [mut place, mut turn] = [0.0_f64; 2];
     for w in curve.windows(3) {
+        // n (n - 1) times the second differences, n = 5: control points of the second derivative by
+        // the share.
         let bend = (w[0] + w[2] - w[1] * 2.0) * 20.0;
         place = place.max(tip(&bend).norm());
         turn = turn.max(axis(&bend).norm());
@@ -145,6 +154,8 @@ pub(super) fn bend(coefficients: &QuinticBezier, width: f64) -> [f64; 2] {
     let mut scale = 1.0;
     let mut sums = [0.0_f64; 2];
     for row in powers.iter().take(DEGREE + 1) {
+        // Sum of the sizes of the terms at the end of the span, which the rounding is proportional
+        // to.
         sums = [sums[0] + tip(row).norm() * scale, sums[1] + axis(row).norm() * scale];
         scale *= width;
     }
@@ -167,10 +178,13 @@ pub(super) fn deviation(
         place = place.max(tip(d).norm_squared());
         touch = touch.max(contact(d).norm_squared());
         let turn = axis(d);
+        // Difference of the axis vectors, split into its part along the middle direction and
+        // across.
         let lift = turn.dot(&frame.middle);
         along = along.max(lift.abs());
         across = across.max((turn - frame.middle * lift).norm_squared());
     }
+    // What is seen: the ends and the middle, evaluated; what is bounded: all control points.
     let half = middle(&difference);
     let off = [&difference[0], &half, &difference[5]].map(|d| {
         let turn = axis(d);
@@ -179,6 +193,7 @@ pub(super) fn deviation(
     });
     let seen = |part: usize| off.iter().map(|of| of[part]).fold(0.0, f64::max).sqrt();
     let [place, touch, across] = [place, touch, across].map(f64::sqrt);
+    // Rounding enters before the projection, which could magnify it.
     let turned = rounding.of(1, across + along);
     PathDeviation {
         tip: seen(0),

@@ -121,12 +121,14 @@ impl FitTask<'_> {
     /// Stations that have to become corners, in order.
     pub(super) fn fit(&self) -> Result<SplineFit, Vec<usize>> {
         let paths = self.paths();
+        // Fewer stations than a quintic has coefficients: one polynomial through all of them.
         if matches!(self.start, FitStart::Place(_)) && self.intervals() < DEGREE {
             return self.polynomial(paths);
         }
         let mut parts = self.first_parts();
         loop {
             let breaks: Vec<f64> = self.breaks(&parts);
+            // Stations that do not determine the spline: divide the run in the middle.
             let Some(points) = self.solve(&parts, &breaks) else {
                 return Err(vec![usize::midpoint(self.first, self.last)]);
             };
@@ -139,6 +141,8 @@ impl FitTask<'_> {
                 .map(|(part, curve)| self.see(part, curve, &paths))
                 .collect();
             let finer = self.halved(&parts, &seen);
+            // Refine as long as it pays; then either all spans keep the tolerances, or corners have
+            // to divide the run.
             if finer.len() > parts.len() {
                 parts = finer;
             } else if seen.iter().all(|seen| seen.kept) {
@@ -227,6 +231,7 @@ impl FitTask<'_> {
 
     /// Control points by least squares over the stations; those the ends prescribe are not moved.
     fn solve(&self, parts: &[SpanStations], breaks: &[f64]) -> Option<Vec<PoseCoordinates>> {
+        // A quintic spline of n spans with simple inner knots has n + 5 control points.
         let count = parts.len() + DEGREE;
         let mut points = vec![PoseCoordinates::zeros(); count];
         let fixed = match self.start {
@@ -235,6 +240,8 @@ impl FitTask<'_> {
                 1
             }
             FitStart::Jet([place, first, second, third]) => {
+                // Value and three derivatives of the curve before fix the first four control
+                // points: C3.
                 let jet = [place - self.origin(), first, second, third];
                 points[..JET].copy_from_slice(&from_start(breaks, &jet));
                 JET
@@ -249,12 +256,15 @@ impl FitTask<'_> {
         let mut normal = NormalEquations::new(free_end - fixed);
         for (span, part) in parts.iter().enumerate() {
             let around = SpanKnots::new(breaks, span);
+            // Of the six control points of the span, those from `low` to `high` are unknown.
             let [low, high] = [fixed.max(span) - span, free_end.min(span + DEGREE + 1) - span];
+            // Each station belongs to one span; the last one counts only if it is not interpolated.
             let last = part.to + usize::from(self.end == FitEnd::Open && span + 1 == parts.len());
             for at in part.from.max(self.first + 1)..last {
                 let basis = around.basis(self.nodes[at].u);
                 let mut rest = self.target(at);
                 for k in (0..low).chain(high..=DEGREE) {
+                    // The known ones move to the right-hand side.
                     rest -= points[span + k] * basis[k];
                 }
                 normal.add(span + low - fixed, &basis[low..high], &rest);
@@ -272,6 +282,8 @@ impl FitTask<'_> {
         let (mut rest, mut from) = (moved(curve, &self.origin()), start);
         for at in part.from..part.to {
             let path = &paths[at - self.first];
+            // Cut the span off interval by interval, so that each piece is compared with the path
+            // between the same two stations.
             let piece = if at + 1 == part.to {
                 rest
             } else {
@@ -283,6 +295,7 @@ impl FitTask<'_> {
             let here = here.with_slack(path.slack);
             seen.kept &= here.within(&self.limits, USABLE);
             seen.deviated = seen.deviated.worst(&here);
+            // Residual at the stations only: what a finer spline could gain.
             seen.residual += self.limits.square(&(piece[0] - path.curve[0]));
         }
         seen.residual = (seen.residual / (part.to - part.from) as f64).sqrt();
@@ -293,6 +306,8 @@ impl FitTask<'_> {
         let mut room = self.most().saturating_sub(parts.len());
         let mut finer = Vec::with_capacity(2 * parts.len());
         for (part, seen) in parts.iter().zip(seen) {
+            // Worth halving for fidelity only while the residual falls as that of something smooth
+            // does.
             let better = seen.residual > FIDELITY && seen.residual * WORTH < part.before;
             let halves = part.to - part.from >= 2 * LEAST && room > 0;
             if halves && (!seen.kept || better) {
@@ -311,6 +326,7 @@ impl FitTask<'_> {
     /// The station that stands out most in every group of spans that fail.
     fn corners(&self, parts: &[SpanStations], seen: &[SpanCheck]) -> Vec<usize> {
         let mut corners = Vec::new();
+        // Neighbouring spans that fail have one cause: one corner for each group of them.
         let failed: Vec<(&SpanStations, bool)> =
             parts.iter().zip(seen).map(|(part, seen)| (part, !seen.kept)).collect();
         for group in failed.chunk_by(|a, b| a.1 == b.1).filter(|group| group[0].1) {
@@ -337,12 +353,15 @@ impl FitTask<'_> {
         // Divided differences, then Newton's form multiplied out.
         let mut table: Vec<PoseCoordinates> =
             (self.first..=self.last).map(|at| self.target(at)).collect();
+        // f[x_i .. x_j] = (f[x_i+1 .. x_j] - f[x_i .. x_j-1]) / (x_j - x_i), in place from the
+        // highest index down.
         for order in 1..count {
             for k in (order..count).rev() {
                 table[k] = (table[k] - table[k - 1]) / (at(k) - at(k - order));
             }
         }
         let mut powers = [PoseCoordinates::zeros(); DEGREE + 1];
+        // Horner's scheme with polynomials: p <- p (x - x_k) + f[x_0 .. x_k].
         for k in (0..count).rev() {
             for degree in (1..=DEGREE).rev() {
                 let lower = powers[degree - 1];

@@ -36,6 +36,8 @@ impl SpanKnots {
         basis[0] = 1.0;
         let mut at = 0;
         for level in 1..=DEGREE {
+            // Cox and de Boor: each basis function passes the share (high - u) on to its own index,
+            // and (u - low) to the next.
             let mut carried = 0.0;
             for (i, entry) in basis.iter_mut().enumerate().take(level) {
                 let [low, high] = [self.knots[DEGREE + 1 + i - level], self.knots[DEGREE + 1 + i]];
@@ -72,6 +74,8 @@ impl SpanKnots {
         for step in done + 1..=to {
             for i in (step..=DEGREE).rev() {
                 let [low, high] = [self.knots[i], self.knots[DEGREE + 1 + i - step]];
+                // De Boor's recurrence, from the highest index down so that it can be done in
+                // place.
                 let share = (x - low) / (high - low);
                 let before = row[i - 1];
                 row[i] = before + (row[i] - before) * share;
@@ -93,6 +97,7 @@ pub(super) fn from_start(breaks: &[f64], jet: &[PoseCoordinates; 4]) -> [PoseCoo
 /// The last four, from the last to the fourth but last.
 pub(super) fn from_end(breaks: &[f64], jet: &[PoseCoordinates; 4]) -> [PoseCoordinates; JET] {
     let last = breaks.len() - 1;
+    // The spline run backwards: odd derivatives change sign.
     let widths = [1, 2, 3].map(|span| breaks[last] - breaks[last.saturating_sub(span)]);
     ends(widths, &[jet[0], -jet[1], jet[2], -jet[3]])
 }
@@ -101,9 +106,13 @@ pub(super) fn from_end(breaks: &[f64], jet: &[PoseCoordinates; 4]) -> [PoseCoord
 /// over the same knots, with differences of control points over knot distances.
 fn ends([one, two, three]: [f64; 3], jet: &[PoseCoordinates; 4]) -> [PoseCoordinates; JET] {
     let [value, first, second, third] = jet;
+    // Control points 1 of the first and second derivative (of degree 4 and 3), from those before
+    // them.
     let first_1 = first + second * (one / 4.0);
     let second_1 = second + third * (one / 3.0);
     let first_2 = first_1 + second_1 * (two / 4.0);
+    // P_{i+1} = P_i + D_i (t_{i+6} - t_{i+1}) / 5; at a clamped end the knot distances are
+    // `widths`.
     let p1 = value + first * (one / 5.0);
     let p2 = p1 + first_1 * (two / 5.0);
     let p3 = p2 + first_2 * (three / 5.0);

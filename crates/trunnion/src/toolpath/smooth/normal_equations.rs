@@ -19,6 +19,7 @@ impl NormalEquations {
     /// One observation: weights on the unknowns from `first` on.
     pub(super) fn add(&mut self, first: usize, weights: &[f64], value: &PoseCoordinates) {
         for (i, &weight) in weights.iter().enumerate() {
+            // Only the upper triangle: A += w w', within the band.
             for (entry, other) in self.rows[first + i].iter_mut().zip(&weights[i..]) {
                 *entry += weight * other;
             }
@@ -30,6 +31,8 @@ impl NormalEquations {
     pub(super) fn solve(mut self) -> Option<Vec<PoseCoordinates>> {
         let count = self.rows.len();
         for i in 0..count {
+            // Gaussian elimination of a symmetric matrix: the rows below see only what is right of
+            // the diagonal.
             let pivot = self.rows[i];
             // A pivot that lost all its digits: every span holds observations, so its own weight on
             // the diagonal is of the order of 1e-3 or more.
@@ -45,6 +48,7 @@ impl NormalEquations {
                 self.sums[i + k] -= sum * factor;
             }
         }
+        // Back substitution over the band.
         for i in (0..count).rev() {
             let mut sum = self.sums[i];
             for k in 1..=DEGREE.min(count - 1 - i) {

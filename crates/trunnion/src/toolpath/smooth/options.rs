@@ -81,6 +81,7 @@ pub(super) struct SmoothLimits {
 impl SmoothLimits {
     /// Square of a difference in tip and axis, in tolerances.
     pub(super) fn square(&self, difference: &PoseCoordinates) -> f64 {
+        // Sum of both squares: neither part hides behind the other.
         let tip = tip(difference).norm_squared() / (self.tip * self.tip);
         tip + axis(difference).norm_squared() / (self.axis * self.axis)
     }

@@ -4,6 +4,7 @@ use super::options::SmoothLimits;
 
 /// Deviation of a smoothed path from its reference, at equal parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct PathDeviation {
     /// Distance of the tip, the largest seen at the ends and in the middle of steps \[mm\].
     pub tip: f64,
@@ -45,6 +46,7 @@ impl PathDeviation {
 
 /// Counts and largest deviations of smoothing.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct SmoothReport {
     /// Stations taken in.
     pub stations: usize,

@@ -158,6 +158,8 @@ impl PathSmoother {
         };
         let angle = angle_between(&last.pose.axis, &station.pose.axis);
         // As in `bound::Frame::chord`; up to a right angle the factor is 0.147 at most.
+        // The deviation grows with the cube of the angle, so that it falls with the cube of the
+        // parts.
         let shift = 0.16 * (0.5 * angle).powi(3);
         if angle.is_nan() || angle > DEFINED || shift <= OUT_OF_STEP * self.limits.axis {
             return Vec::new();
@@ -229,6 +231,7 @@ impl PathSmoother {
         let moved = (station.pose.tip - last.pose.tip).norm();
         let moved = moved.max((station.contact - last.contact).norm());
         let u = along.map_or(end.u + last.advance(station, self.options.lever), |given| given.u);
+        // Nearer than a small share of the tolerances: noise, and steps too short for a parameter.
         let same = moved <= SAME * self.limits.tip && angle <= SAME * self.limits.axis;
         if rate.is_some() && u <= end.u {
             return Err(SmoothError::Repeated(index.saturating_sub(1)));
@@ -299,13 +302,17 @@ impl PathSmoother {
     fn judge(&mut self, at: usize) -> Option<usize> {
         let [before, here, after] = [at - 1, at, at + 1].map(|at| &self.nodes[at]);
         let steps = [here.u - before.u, after.u - here.u];
+        // Deviation of the station from the chord of its neighbours, at the same parameter.
         let share = steps[0] / (steps[0] + steps[1]);
         let off = here.x - (before.x + (after.x - before.x) * share);
         let turn = axis(&off);
         let own = axis(&here.x);
+        // Only the part across the axis turns it; that along it is the bow of the chord of unit
+        // vectors.
         let turned = (turn - own * turn.dot(&own)).norm() / self.limits.axis;
         let placed = tip(&off).norm() / self.limits.tip;
         let [a, b] = [tip(&(here.x - before.x)), tip(&(after.x - here.x))];
+        // Turn of the direction of the tip, accurate for small angles and for reversals.
         let bend = a.cross(&b).norm().atan2(a.dot(&b));
         let sharp = bend > self.options.corner && placed > 1.0;
         let chords = self.limits.reference == SmoothReference::Chords;
@@ -378,6 +385,8 @@ impl PathSmoother {
 
     /// Makes corners of stations; too close to the join before, what was laid beyond it ends there.
     fn give_way(&mut self, corners: &[usize]) {
+        // A corner so close behind the join leaves too few stations for a span that has to join
+        // with three derivatives.
         let near = corners.first().is_some_and(|first| *first < self.first + GUARD);
         if near
             && matches!(self.start, FitStart::Jet(_))
@@ -407,8 +416,11 @@ impl PathSmoother {
     /// A window: its last spans are laid again with what follows.
     fn carried(&mut self, fit: &SplineFit, last: usize) {
         let count = fit.curves.len();
+        // Keep at least half of the spans, or the window would hardly move on.
         let cut = count.saturating_sub(OVERLAP).max(count / 2).max(1);
         let chunk = SpanRun::new(fit, [0, cut], |at| &self.nodes[at]);
+        // The next window starts with spans about twice as long as this one needed, and halves them
+        // again.
         let mean = (fit.breaks[cut] - fit.breaks[0]) / cut;
         self.coarse = (2 * mean).clamp(COARSE[0] / 2, COARSE[1]);
         self.first = fit.breaks[cut];

@@ -3,13 +3,14 @@
 use super::bound;
 use super::coordinates::{axis, tip};
 use super::report::PathDeviation;
-use crate::types::{PoseSpan, ToolPose};
+use crate::types::{Interval, PoseSpan, PoseTolerance, ToolPose};
 
 /// One polynomial of a smoothed path.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct SmoothSpan {
     /// Parameters of its start and end; spans follow one another without gaps.
-    pub range: [f64; 2],
+    pub range: Interval,
     /// The polynomial, over the distance from its start.
     pub span: PoseSpan,
     /// Deviation from the reference.
@@ -22,11 +23,14 @@ pub struct SmoothSpan {
 
 impl SmoothSpan {
     /// Returns the number of equal parts of the parameter at which straight moves and great
-    /// circles between their ends keep within `tip` \[mm\] and `axis` \[rad\] of the span. The
+    /// circles between their ends keep within `tolerance` of the span. The
     /// distance is at most an eighth of the largest second derivative, which lies in the convex
     /// hull of its Bernstein coefficients.
-    pub fn chords(&self, tip: f64, axis: f64) -> u32 {
-        let width = self.range[1] - self.range[0];
+    pub fn chords(&self, tolerance: PoseTolerance) -> u32 {
+        let PoseTolerance { tip, axis } = tolerance;
+        let width = self.range.width();
+        // A chord leaves its curve by at most |f''| w^2 / 8, so that n parts leave it by 1 / n^2 of
+        // that.
         let [place, turn] = bound::bend(&self.span.coefficients, width);
         // Axis vectors are unit to within the tolerance of the axis; chords of up to a right angle
         // come no closer than cos 45 degrees to the centre.
@@ -38,7 +42,7 @@ impl SmoothSpan {
 
     /// Tool pose at a share of the span; `None` where the axis vector vanishes.
     pub fn pose(&self, share: f64) -> Option<ToolPose> {
-        let x = self.span.value(share * (self.range[1] - self.range[0]));
+        let x = self.span.value(share * self.range.width());
         ToolPose::new(tip(&x).into(), axis(&x).into())
     }
 }

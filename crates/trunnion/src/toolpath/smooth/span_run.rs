@@ -47,8 +47,15 @@ fn span(
     station: usize,
 ) -> SmoothSpan {
     let mut coefficients = powers(curve, range[1] - range[0]);
+    // The fit is relative to the origin; only the constant term knows it.
     coefficients[0] += origin;
-    SmoothSpan { range, span: PoseSpan { coefficients }, deviated, station, after_stop: false }
+    SmoothSpan {
+        range: range.into(),
+        span: PoseSpan { coefficients },
+        deviated,
+        station,
+        after_stop: false,
+    }
 }
 
 impl SpanRun {
@@ -73,34 +80,35 @@ impl SpanRun {
     /// Value and derivatives at the end.
     pub(super) fn end(&self) -> [PoseCoordinates; 4] {
         let last = self.spans.last();
-        last.map_or([PoseCoordinates::zeros(); 4], |last| last.at(last.range[1]))
+        last.map_or([PoseCoordinates::zeros(); 4], |last| last.at(last.range.high))
     }
 
     fn at(&self, u: f64) -> [PoseCoordinates; 4] {
-        let after = self.spans.partition_point(|span| span.range[0] <= u);
+        let after = self.spans.partition_point(|span| span.range.low <= u);
         let span = self.spans.get(after.saturating_sub(1));
         span.map_or([PoseCoordinates::zeros(); 4], |span| span.at(u))
     }
 
     pub(super) fn cut_end(&mut self, u: f64) {
-        self.spans.retain(|span| span.range[0] < u);
+        self.spans.retain(|span| span.range.low < u);
         if let Some(last) = self.spans.last_mut() {
-            last.range[1] = u;
+            last.range.high = u;
         }
     }
 
     pub(super) fn cut_start(&mut self, u: f64) {
-        self.spans.retain(|span| span.range[1] > u);
+        self.spans.retain(|span| span.range.high > u);
         if let Some(first) = self.spans.first_mut() {
-            let shift = u - first.range[0];
+            let shift = u - first.range.low;
             let c = &mut first.span.coefficients;
+            // Taylor shift: repeated synthetic division gives the coefficients about the new start.
             for from in 0..5 {
                 for k in (from..5).rev() {
                     let above = c[k + 1];
                     c[k] += above * shift;
                 }
             }
-            first.range[0] = u;
+            first.range.low = u;
         }
     }
 }
@@ -117,7 +125,7 @@ pub(super) fn blend(
     largest: f64,
 ) -> Option<CornerBlend> {
     let (before, after) = (left.spans.last()?, right.spans.first()?);
-    let corner = before.range[1];
+    let corner = before.range.high;
     let [arriving, leaving] = [before.at(corner)[1], after.at(corner)[1]];
     let [a, b] = [tip(&arriving), tip(&leaving)];
     if a.cross(&b).norm().atan2(a.dot(&b)) > largest && a.norm() > 0.0 && b.norm() > 0.0 {
@@ -125,7 +133,9 @@ pub(super) fn blend(
     }
     let spans = before.length().min(after.length());
     let longest = (MOST * left.length.min(right.length)).min(2.0 * spans);
+    // Change of the rate in tolerances per unit of the parameter.
     let kink = limits.square(&(leaving - arriving)).sqrt();
+    // From the longest blend that could keep the tolerance, halved until it does.
     let mut half = longest.min(LONGEST / kink);
     for _ in 0..=HALVINGS {
         let range = [corner - half, corner + half];
@@ -162,6 +172,7 @@ fn over(
     start: &[PoseCoordinates; 4],
     end: &[PoseCoordinates; 4],
 ) -> Vec<([f64; 2], QuinticBezier)> {
+    // Three equal spans, eight control points: four from either end.
     let third = (to - from) / 3.0;
     let breaks = [from, from + third, to - third, to];
     let mut points = from_start(&breaks, start).to_vec();
@@ -184,6 +195,7 @@ fn strays(
         let first = side.paths.partition_point(|path| path.range[1] <= range[0]);
         for path in side.paths[first..].iter().take_while(|path| path.range[0] < range[1]) {
             let [from, to] = [range[0].max(path.range[0]), range[1].min(path.range[1])];
+            // The part of blend and path over the same parameters, each by its own shares.
             let mine = part(curve, [from, to].map(|u| (u - range[0]) / width));
             let length = path.range[1] - path.range[0];
             let its = part(&path.curve, [from, to].map(|u| (u - path.range[0]) / length));
@@ -196,11 +208,11 @@ fn strays(
 
 impl SmoothSpan {
     fn length(&self) -> f64 {
-        self.range[1] - self.range[0]
+        self.range.width()
     }
 
     /// Value and derivatives at `u`.
     fn at(&self, u: f64) -> [PoseCoordinates; 4] {
-        self.span.derivatives(u - self.range[0])
+        self.span.derivatives(u - self.range.low)
     }
 }

@@ -10,6 +10,7 @@ use crate::types::{PoseCurve, Station};
 
 /// A smoothed path.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct SmoothedCurves {
     /// C3 curves; the tool rests where two meet.
     pub curves: Vec<PoseCurve>,
@@ -73,11 +74,11 @@ pub fn smooth(
     let (mut curves, mut deviated) = (Vec::<PoseCurve>::new(), Vec::<Vec<PathDeviation>>::new());
     for of in spans {
         if of.after_stop || curves.is_empty() {
-            curves.push(PoseCurve { knots: vec![of.range[0]], spans: Vec::new() });
+            curves.push(PoseCurve { knots: vec![of.range.low], spans: Vec::new() });
             deviated.push(Vec::new());
         }
         if let (Some(curve), Some(deviated)) = (curves.last_mut(), deviated.last_mut()) {
-            curve.knots.push(of.range[1]);
+            curve.knots.push(of.range.high);
             curve.spans.push(of.span);
             deviated.push(of.deviated);
         }
@@ -113,6 +114,7 @@ fn along(stations: &[Station], smoother: &mut PathSmoother) -> Result<(), Smooth
     let last = curve.spans.len() - 1;
     for (index, (span, ends)) in curve.spans.iter().zip(curve.knots.windows(2)).enumerate() {
         for place in 0..PLACES + usize::from(index == last) {
+            // The last span also gives its end; all others leave it to the next one.
             let x = (ends[1] - ends[0]) * place as f64 / PLACES as f64;
             let [value, rate, ..] = span.derivatives(x);
             smoother.push_along(ends[0] + x, &value, &rate).map_err(|error| error.at(index))?;
