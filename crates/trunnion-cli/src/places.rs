@@ -2,7 +2,7 @@
 
 use trunnion::files::summary::FixturesSummary;
 use trunnion::pipeline;
-use trunnion::verify::{self, Extreme, Finding};
+use trunnion::verify::{self, ExtremeHeight, Finding};
 use trunnion_report::WorstPlace;
 
 /// Places of fixtures that are listed.
@@ -21,7 +21,7 @@ pub(crate) fn worst(
         Some(height) if height < 0.0 => -height / gouge.max(f64::MIN_POSITIVE),
         Some(height) => height / total.max(f64::MIN_POSITIVE),
     };
-    let place = |name: &str, extreme: &Extreme| WorstPlace {
+    let place = |name: &str, extreme: &ExtremeHeight| WorstPlace {
         kind: if extreme.height < 0.0 { "gouge" } else { name }.to_owned(),
         point: extreme.point.coords.into(),
         deviation: Some(extreme.height),

@@ -6,7 +6,7 @@ use super::ray::{DecidingPose, LowestEntry};
 use crate::surface::Face;
 use crate::types::Cancelled;
 use crate::verify::error::VerifyError;
-use crate::verify::report::{FaceMap, Sample};
+use crate::verify::report::{FaceMap, HeightSample};
 use crate::verify::swept::bvh::BoundingBox;
 use crate::verify::swept::rays::RayBundle;
 use crate::verify::swept::tool::NormalRay;
@@ -60,6 +60,7 @@ pub(crate) fn maps(
             for batch in tiles.chunks_mut(BATCH) {
                 batch.par_iter_mut().for_each(|tile| tile.take(chunk, face, grid));
                 done += batch.len();
+                // Within a chunk the progress goes by tiles.
                 advance(from + (to - from) * done as f64 / all as f64)?;
             }
         }
@@ -93,6 +94,7 @@ impl<'a> FaceField<'a> {
         let mut deciding = vec![None; rows * columns];
         for tile in tiles {
             for (place, lowest) in tile.places.into_iter().zip(tile.lowest) {
+                // A search that was given up may have missed a lower entry: its point counts as unmeasured.
                 unmeasured += usize::from(lowest.unresolved);
                 if let (Some(sample), Some(by)) = (samples.get_mut(place), deciding.get_mut(place))
                 {
@@ -108,13 +110,19 @@ impl<'a> FaceField<'a> {
     }
 }
 
-fn sample(face: &Face, grid: &FaceGrid, place: usize, lowest: &LowestEntry) -> Option<Sample> {
+fn sample(
+    face: &Face,
+    grid: &FaceGrid,
+    place: usize,
+    lowest: &LowestEntry,
+) -> Option<HeightSample> {
     let (uv, cell) = at(grid, place)?;
     let [u, v] = uv;
     let jet = face.surface.jet1(u, v);
+    // |S_u x S_v| du dv.
     let area = Vector3::cross(&jet.su, &jet.sv).norm() * cell;
     let height = lowest.line.map(|_| lowest.s);
-    Some(Sample { uv, point: face.point(u, v), height, line: lowest.line, area, rest: false })
+    Some(HeightSample { uv, point: face.point(u, v), height, line: lowest.line, area, rest: false })
 }
 
 /// Returns the parameters of a grid point, and the area of (u, v) it represents.
@@ -143,6 +151,7 @@ impl GridTile {
                     bare += 1;
                     continue;
                 };
+                // The ray itself, from the deepest gouge that is searched to the highest excess.
                 let [a, b] = [ray.at(-scope.reach), ray.at(scope.top())];
                 region = region.join(&BoundingBox { low: a.inf(&b), high: a.sup(&b) });
                 places.push(i * columns + j);
@@ -166,6 +175,7 @@ impl GridTile {
         let bundle = RayBundle::around(middle, &rays);
         let aside: Vec<f64> = rays.iter().map(|ray| (ray.origin - middle.origin).norm()).collect();
         for (clearance, part) in &around {
+            // Only moves below the highest entry so far can lower any ray of the tile.
             let top = lowest.iter().map(|lowest| lowest.s).fold(f64::NEG_INFINITY, f64::max);
             // The list is sorted, and distances change by at most 1 per mm: none of the rest can reach the rays.
             if *clearance > bundle.radius + bundle.bulge + reach.max(top) {

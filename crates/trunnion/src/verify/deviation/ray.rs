@@ -61,6 +61,7 @@ impl LowestEntry {
             return;
         }
         // Most pieces are rejected here, by one distance and its derivatives.
+        // First the part of the ray above the surface alone: a tool that only comes below is behind a wall.
         let upper = NormalRay { below: 0.0, ..*ray };
         let end = limit.max(0.0);
         let target = RayQuery { body, ray: &upper, s: end, limit: end };
@@ -72,6 +73,7 @@ impl LowestEntry {
     /// Runs the branch and bound.
     fn refine(&mut self, part: &MovingBody<'_>, ray: &NormalRay, tolerance: f64) {
         let MovingBody { piece, body, numbers } = *part;
+        // A stack of intervals by middle and depth: depth first needs at most two per level.
         let mut open = [(0.0, 0u32); 2 * DEEPEST as usize];
         let mut count = 1usize;
         let mut steps = 0;
@@ -86,6 +88,7 @@ impl LowestEntry {
             if limit <= -ray.below {
                 return;
             }
+            // Depth n stands for the interval of half length 2^-n.
             let half = 0.5f64.powi(depth.cast_signed());
             let instant = piece.instant(u);
             let drift = |ray: &NormalRay, limit: f64| {
@@ -109,6 +112,7 @@ impl LowestEntry {
                 let by = DecidingPose { stand, body, piece };
                 (self.s, self.line, self.by) = (s, Some(part.piece.line), Some(by));
             }
+            // The interval is below all rounding, and its middle is evaluated.
             if depth + 1 >= DEEPEST {
                 continue;
             }

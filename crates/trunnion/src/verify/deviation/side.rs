@@ -22,6 +22,7 @@ const STEP: f64 = 0.25;
 
 /// Evidence that the tool comes to the faces from their backs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct FacesFromBehind {
     /// Points that the tool reaches from the back alone.
     pub from_back: usize,
@@ -61,6 +62,7 @@ impl<'a> Scene<'a> {
         let bodies: Vec<_> = self.cutters.iter().map(|cutter| bodies(cutter)).collect();
         let reach: Vec<f64> =
             self.cutters.iter().map(|cutter| crate::verify::swept::tool::size(cutter)).collect();
+        // For each pair: some tool position holds the point in front, or the point behind.
         let mut held = vec![[false; 2]; self.pairs.len()];
         for track in tracks.iter().filter(|track| !track.rapid) {
             let (Some(bodies), Some(&reach)) = (bodies.get(track.tool), reach.get(track.tool))
@@ -71,6 +73,7 @@ impl<'a> Scene<'a> {
                 let stand = BodyPose { tip: pose.tip, axis: pose.axis.into_inner() };
                 for (pair, held) in self.pairs.iter().zip(&mut held) {
                     for (point, held) in pair.iter().zip(held) {
+                        // Cheap test first: no point farther from the tip than the size of the tool is in it.
                         *held |= (point - pose.tip).norm_squared() < reach * reach
                             && bodies.iter().any(|body| body.holds(&stand, point));
                     }
@@ -80,6 +83,7 @@ impl<'a> Scene<'a> {
         let count = |wanted: [bool; 2]| held.iter().filter(|held| **held == wanted).count();
         let [front, back] = [count([true, false]), count([false, true])];
         let examined = held.len();
+        // One point that is cut from the front shows that the faces are right; a few from behind may be a thin wall.
         (front == 0 && back > 0 && SHARE * back >= examined)
             .then_some(FacesFromBehind { from_back: back, examined })
     }
@@ -88,6 +92,7 @@ impl<'a> Scene<'a> {
 /// Returns pairs of points at a given distance in front of and behind a face.
 fn places(face: &Face, off: f64) -> Vec<[Point3<f64>; 2]> {
     let [u, v] = face.bounds();
+    // Middles of equal cells, away from the borders of the face.
     let at = |[low, high]: [f64; 2], k: u32| {
         low + (high - low) * (f64::from(k) + 0.5) / f64::from(ACROSS)
     };

@@ -91,11 +91,13 @@ impl MovingPart {
         let middle = nalgebra::center(low, high);
         let [from, to] = self.body.heights();
         let height = stand.axis.dot(&(middle - stand.tip)).clamp(from, to);
+        // First plane at the point of the box nearest to the axis of the body, roughly.
         let mut at = clamp(stand.tip + stand.axis * height);
         let far = (high - low).norm();
         for _ in 0..LOOKS {
             let tent = piece.support_planes(self.body, &at);
             let bend = piece.bend((at - stand.tip).norm() + far);
+            // Least value of the plane over the box: the sum of the least values along each axis.
             let over = |&(height, gradient): &(f64, Vector3<f64>)| {
                 let side = |k: usize| {
                     let ends = [low[k], high[k]].map(|end| gradient[k] * (end - at[k]));
@@ -110,6 +112,7 @@ impl MovingPart {
             if height <= least {
                 return false;
             }
+            // Go down the gradient by the distance: in a convex function that leads to the nearest point.
             at = clamp(at - gradient * height);
         }
         false
@@ -130,6 +133,7 @@ pub(crate) fn by_tile(
     for (number, part) in (0u32..).zip(parts) {
         let tiles = |axis: usize| {
             let [first, count] = lattice.nodes(axis, part.extent(axis));
+            // First and last node in units of tiles, the last one included.
             if count == 0 { 0..0 } else { first / TILE..(first + count - 1) / TILE + 1 }
         };
         let [columns, rows] = [tiles(b), tiles(a)];

@@ -15,7 +15,7 @@ use super::material::Stock;
 use super::moving_tools::MovingTools;
 use crate::cutter::Cutter;
 use crate::types::{Progress, Stage};
-use crate::verify::line_stats::{Ledger, Lines};
+use crate::verify::line_stats::{LineCount, LineHistory, LineStatistics};
 use crate::verify::replay::segments::Run;
 use crate::verify::swept::mesh::ClosedMesh;
 use rayon::prelude::*;
@@ -24,6 +24,7 @@ use std::sync::Arc;
 
 /// Result of running a program through stock.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct StockReport {
     /// Volume removed \[mm³\].
     pub removed: f64,
@@ -33,13 +34,14 @@ pub struct StockReport {
     /// through is removed, so the next line reports only its own collisions.
     pub collisions: Vec<Collision>,
     /// Number of lines of each kind.
-    pub lines: Vec<(CollisionKind, Lines)>,
+    pub lines: Vec<(CollisionKind, LineCount)>,
     /// Deepest undecided collision of shank, holder or rapid move between rays, if the search met its limit.
     pub undecided: Option<UndecidedCollision>,
 }
 
 /// Possible collision between rays that could not be decided.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct UndecidedCollision {
     /// Kind of the collision.
     pub kind: CollisionKind,
@@ -94,7 +96,7 @@ struct StockCutter<'a> {
     stock: &'a mut Stock,
     tools: MovingTools,
     worst: usize,
-    found: BTreeMap<CollisionKind, Ledger<Collision>>,
+    found: BTreeMap<CollisionKind, LineStatistics<Collision>>,
     /// Boxes to inspect between rays, and the original solid; `None` if it is unknown.
     close: Vec<CloseBox>,
     uncut: Option<Arc<Solid>>,
@@ -119,8 +121,10 @@ impl<'a> StockCutter<'a> {
             let (name, must) = ("stock tolerance", "a length above 0");
             return Err(VerifyError::Option { name, value: tolerance, must });
         }
+        // Bodies that must not touch material come close to it at this distance from a ray.
         let margin = batch::margin(&stock.lattice);
         let tools = MovingTools::new(cutters, tolerance, margin);
+        // Stock that was cut has no known surface between its rays any more.
         let uncut = stock.uncut.take();
         let (found, close) = (BTreeMap::new(), Vec::new());
         Ok(Self { stock, tools, worst, found, close, uncut, shell: None, undecided: None })
@@ -154,8 +158,8 @@ impl<'a> StockCutter<'a> {
         self.look_between_rays(run, progress)?;
         let left = self.stock.volume();
         let (mut collisions, mut lines) = (Vec::new(), Vec::new());
-        for (kind, ledger) in std::mem::take(&mut self.found) {
-            let (worst, all) = ledger.finish();
+        for (kind, found) in std::mem::take(&mut self.found) {
+            let (worst, all) = found.finish();
             collisions.extend(worst);
             lines.extend(all.map(|all| (kind, all)));
         }
@@ -189,8 +193,10 @@ impl<'a> StockCutter<'a> {
             inspect::look(run, &self.tools, shell, close, progress)?
         {
             if let Some(hit) = hit {
-                let ledger = self.found.entry(kind).or_insert_with(|| Ledger::new(self.worst));
-                ledger.note_late(line, hit.depth, hit, known);
+                let history = if known { LineHistory::Noted } else { LineHistory::New };
+                let worst = self.worst;
+                let found = self.found.entry(kind).or_insert_with(|| LineStatistics::new(worst));
+                found.note_late(line, hit.depth, hit, history);
             }
             let deepest = self.undecided.map_or(0.0, |undecided| undecided.depth);
             if let Some(depth) = open.filter(|depth| *depth > deepest) {
@@ -204,14 +210,15 @@ impl<'a> StockCutter<'a> {
     fn cut(&mut self, parts: &[MovingPart]) {
         let lattice = self.stock.lattice;
         let (mut hits, mut close) = (Vec::new(), Vec::new());
+        // The three families are independent: each is clipped by all moves.
         for family in &mut self.stock.families {
             let near = broad_phase::by_tile(parts, &lattice, family);
             let work = ClipBatch::new(lattice, family, parts, self.tools.tolerance);
             let tiles = family.tiles.par_iter_mut().zip(near.par_iter());
             let all: Vec<ClipFindings> = tiles.map(|(tile, near)| work.cut(tile, near)).collect();
-            for told in all {
-                hits.extend(told.hits);
-                close.extend(told.close);
+            for findings in all {
+                hits.extend(findings.hits);
+                close.extend(findings.close);
             }
         }
         let deepest = self.note(hits);
@@ -221,6 +228,7 @@ impl<'a> StockCutter<'a> {
         // Collisions deeper than the ray spacing show on the rays as well.
         let cell = lattice.cell.into_iter().fold(f64::INFINITY, f64::min);
         for mut close in boxes::merge(close) {
+            // Collisions that the rays show already are searched for a greater depth only.
             close.known = deepest.get(&(close.kind, close.line)).map_or(0.0, |hit| hit.depth);
             if close.known < cell {
                 self.close.push(close);
@@ -238,8 +246,9 @@ impl<'a> StockCutter<'a> {
             }
         }
         for (&(kind, line), &hit) in &deepest {
-            let ledger = self.found.entry(kind).or_insert_with(|| Ledger::new(self.worst));
-            ledger.note(line, hit.depth, hit);
+            let worst = self.worst;
+            let found = self.found.entry(kind).or_insert_with(|| LineStatistics::new(worst));
+            found.note(line, hit.depth, hit);
         }
         deepest
     }

@@ -67,6 +67,7 @@ impl MovingTools {
             let stretch = |piece: &MotionPiece| BoundedPiece::new(piece, *size);
             let straight: Arc<[BoundedPiece]> = straight.iter().map(stretch).collect();
             for (index, body) in bodies.iter().enumerate() {
+                // The first body is the cutting part: it may meet material at feed, the others never.
                 let harm = match (index, segment.rapid) {
                     (0, false) => None,
                     (0, true) => Some(CollisionKind::Rapid),

@@ -60,6 +60,7 @@ fn any_across(axis: &Vector3<f64>) -> Vector3<f64> {
 }
 
 fn nose([rho, height]: [f64; 2], [major, minor, top]: [f64; 3]) -> ProfileDistance {
+    // Above the top end, its disc or its rim is nearest.
     let above = height - top;
     if above > 0.0 {
         return from_disc([rho - major - minor, above]);
@@ -84,6 +85,7 @@ fn frustum(
     side: ProfileDistance,
     [low, high]: [[f64; 2]; 2],
 ) -> ProfileDistance {
+    // Heights beyond both ends; at most one of them is positive.
     let [above, below] = [height - high[1], low[1] - height];
     // Inside, the nearest of side and ends counts.
     if side.0 <= 0.0 && above <= 0.0 && below <= 0.0 {
@@ -137,6 +139,7 @@ pub(crate) fn deepest(body: ConvexBody) -> f64 {
             // At this height the side is as near as the wider end.
             let steep = slope.hypot(1.0);
             if slope < 0.0 {
+                // x above the lower end, the side is (radius + slope x) / steep away: equal to x at radius / (steep - slope).
                 middle.min(low + radius / (steep - slope))
             } else {
                 middle.max(high - (radius + slope * (high - low)) / (steep + slope))

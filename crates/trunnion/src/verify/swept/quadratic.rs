@@ -159,6 +159,7 @@ impl MotionInstant {
     #[inline]
     pub(crate) fn velocity(&self, y: &Vector3<f64>) -> Vector3<f64> {
         let Self { stand, tip_rate, axis_rate } = self;
+        // w x y = (a x a') x y = a' (a y) - a (a' y); the tool does not spin about its own axis.
         tip_rate + axis_rate * stand.axis.dot(y) - stand.axis * axis_rate.dot(y)
     }
 
@@ -254,6 +255,7 @@ impl MotionPiece {
         let [low, mid, high] = [pose(a)?, pose(b)?, pose(c)?];
         let tip = quadratic([low.tip.coords, mid.tip.coords, high.tip.coords]);
         let axis = quadratic([low, mid, high].map(|pose| pose.axis.into_inner()));
+        // |a'| on -1..=1, by the triangle inequality.
         let rate = axis[1].norm() + 2.0 * axis[2].norm();
         // The axis vector is at least this long, since it is 1 at both ends and in the middle; LARGEST_TURN keeps
         // that above 0.9. Its direction turns faster by the same ratio.
@@ -306,6 +308,8 @@ impl MotionPiece {
         let MotionInstant { stand, tip_rate, axis_rate } = instant;
         let y = ray.at(s) - stand.tip;
         let probe: BodyProbe = body.probe(&y, &stand.axis);
+        // d_s by the chain rule. d_u: a fixed point drifts by -tip' as seen from the tool. By the turn its height changes by
+        // h' = y a', and its distance from the axis by -h h' / rho.
         let by_s = probe.slope(&y, &stand.axis, &ray.normal);
         let turning = y.dot(axis_rate) * (probe.axial - probe.radial * probe.height);
         let drift = turning - probe.slope(&y, &stand.axis, tip_rate);
@@ -373,6 +377,7 @@ impl MotionPiece {
     pub(crate) fn deepest(&self, body: ConvexBody, point: &Point3<f64>) -> f64 {
         let (mut low, mut high) = (-2.0, 2.0);
         for _ in 0..DEEPEST_STEPS {
+            // The derivative by time changes its sign once, at the minimum.
             let u = 0.5 * (low + high);
             if self.distance(body, u, point).1 > 0.0 { high = u } else { low = u }
         }
@@ -401,11 +406,13 @@ impl MotionPiece {
     /// Bounds the distance of a tool point from the chord between its two end positions \[mm\], at most `far` \[mm\] from
     /// the tip. Over a part of the piece it falls with the square of the duration.
     pub(crate) fn sag(&self, far: f64) -> f64 {
+        // |chord - arc| <= max |x''| (2)² / 8 over an interval of length 2.
         0.5 * (self.acceleration + self.turn_change * far)
     }
 
     /// Bounds the change of a direction in the tool's frame within `time`.
     pub(crate) fn shear(&self, time: f64) -> f64 {
+        // Taylor: |n(t) - n(0)| <= |n'| t + max |n''| t² / 2.
         (self.turn + 0.5 * self.turn_change * time) * time
     }
 
@@ -424,6 +431,7 @@ impl MotionPiece {
 
     /// Bounds the speed of a point in the tool's frame, at distance `far` from the tip at u = 0 \[mm\].
     pub(crate) fn point_speed(&self, far: f64) -> f64 {
+        // The tip moves by up to `speed` within the piece, which adds to the lever of the turn.
         self.speed + self.turn * (far + self.speed)
     }
 

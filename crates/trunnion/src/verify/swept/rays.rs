@@ -24,6 +24,7 @@ impl RayBundle {
         let none = Self { centre, normal, radius: 0.0, bulge: 0.0, turn: 0.0 };
         rays.iter().fold(none, |disc, ray| {
             let aside = ray.origin - centre;
+            // Height over the disc counts as bulge, distance across as radius.
             let up = aside.dot(&normal);
             Self {
                 radius: disc.radius.max((aside - normal * up).norm()),
@@ -54,6 +55,7 @@ impl MotionPiece {
         let probe = body.probe(&y, &stand.axis);
         let along = probe.axial - probe.radial * probe.height;
         let gradient = y * probe.radial + stand.axis * along;
+        // As in `MotionInstant::distance`: the derivative by u for a point that is fixed in space.
         let drift = y.dot(axis_rate) * along - gradient.dot(tip_rate);
         // From the top of the middle ray, other rays change the distance by the slope across, and lower
         // points by the slope along the rays if the distance falls downwards.
@@ -125,6 +127,7 @@ impl MotionPiece {
         // The tool turns without spin about its own axis.
         let turning = stand.axis.cross(axis_rate).cross(&y);
         let drift = down.dot(&(tip_rate + turning));
+        // Departure from linear motion at the centre, and the turn times the radius for the other points.
         let [bend, shear] = self.beyond(half, y.norm() + patch.radius);
         DistanceMargin {
             distance: down.dot(&y) - body.extent(&stand.axis, &down),

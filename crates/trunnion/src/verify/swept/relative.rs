@@ -24,9 +24,11 @@ impl RelativeMotion<'_> {
     pub(crate) fn reach(&self, way: &Vector3<f64>, time: [f64; 2]) -> f64 {
         let half = 0.5 * (time[1] - time[0]);
         let ends = time.map(|u| {
+            // Support function of the body at the time u, from the origin: E(u) = n tip + extent.
             let at = self.piece.instant(u).stand;
             at.tip.coords.dot(way) + self.body.extent(&at.axis, way)
         });
+        // Between the ends a point of the body is beyond its chord by the sag, which falls with the square of the duration.
         ends[0].max(ends[1]) + self.sag * half * half
     }
 
@@ -35,6 +37,7 @@ impl RelativeMotion<'_> {
         let comes_nearer = |u: f64| {
             let now = self.piece.instant(u);
             let (_, gradient) = distance::distance(self.body, &now.stand, point);
+            // The point of the tool at this place moves along the gradient, towards the point: the distance falls.
             gradient.dot(&now.velocity(&(point - now.stand.tip))) > 0.0
         };
         // The distance is nearly convex in time: it rises all the time, falls all the time, or has one minimum.

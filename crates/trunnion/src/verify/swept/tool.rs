@@ -34,6 +34,7 @@ pub(crate) fn bodies(cutter: &Cutter) -> Vec<ConvexBody> {
     let last = shank.last().map(|&[_, radius]| [cutter.length(), radius]);
     let ends = shank.iter().copied().skip(1).chain(last);
     for ([low, radius], [high, end]) in shank.iter().copied().zip(ends) {
+        // A step of the radius has no height: the ends of its neighbours bound it.
         if high > low {
             bodies.push(ConvexBody::Frustum {
                 low,
@@ -49,6 +50,7 @@ pub(crate) fn bodies(cutter: &Cutter) -> Vec<ConvexBody> {
 /// Returns a bound on the distance of the tool's points from its tip \[mm\].
 pub(crate) fn size(cutter: &Cutter) -> f64 {
     let widest = bodies(cutter).iter().map(|body| body.radius()).fold(0.0, f64::max);
+    // No point is higher than the length, or farther from the axis than the largest radius.
     cutter.length().hypot(widest)
 }
 
@@ -255,14 +257,17 @@ impl ConvexBody {
         }
         for _ in 0..STEPS {
             let (value, slope) = self.along(stand, ray, s);
+            // Inside already: at the start, or by the rounding of the last step.
             if value <= 0.0 {
                 break;
             }
+            // A convex function that rises here has no root farther on.
             if slope >= 0.0 {
                 return None;
             }
             let step = -value / slope;
             s += step;
+            // A Newton step never passes the root, so the root is beyond the limit as well.
             if s >= limit {
                 return None;
             }

@@ -4,7 +4,7 @@ use super::margin::TileBound;
 use super::shape::{FlatCell, UvRectangle, quarters};
 use super::survey::{CellLocation, TILE, TileSurvey};
 use crate::verify::deviation::ray::DecidingPose;
-use crate::verify::report::{Extreme, Sample};
+use crate::verify::report::{ExtremeHeight, HeightSample};
 use crate::verify::swept::bvh::ContentId;
 use crate::verify::swept::tool::NormalRay;
 use std::rc::Rc;
@@ -33,6 +33,7 @@ struct ExcessCell {
 pub(crate) fn tile(survey: &TileSurvey<'_>, at: [usize; 2], most: usize) -> TileBound {
     let mut known = survey.start[1];
     let mut open = Vec::new();
+    // Cells share the list of bodies until it is narrowed for one of them.
     let items: Rc<[ContentId]> = survey.parts.numbers().collect();
     let [rows, columns] = [survey.map.u.len(), survey.map.v.len()];
     for i in at[0]..(at[0] + TILE).min(rows.saturating_sub(1)) {
@@ -81,10 +82,11 @@ fn cell(
     for place in
         [i * columns + j, i * columns + j + 1, (i + 1) * columns + j, (i + 1) * columns + j + 1]
     {
-        let sample: Option<&Sample> = survey.map.samples.get(place).and_then(Option::as_ref);
+        let sample: Option<&HeightSample> = survey.map.samples.get(place).and_then(Option::as_ref);
         if sample.is_some_and(|sample| sample.rest || sample.height.is_none()) {
             return;
         }
+        // The tool that leaves the least at a corner probably holds the cell around it.
         let pose = survey.deciding.get(place).copied().flatten();
         poses.extend(pose.filter(|pose| !poses.contains(pose)));
     }
@@ -192,7 +194,7 @@ fn search(
                 known.worst = lowest.s;
                 let uv = next.rectangle.map(|[low, high]| 0.5 * (low + high));
                 let (face, point) = (survey.map.face, piece.centre);
-                known.place = Some(Extreme {
+                known.place = Some(ExtremeHeight {
                     face,
                     uv,
                     point,
@@ -233,6 +235,7 @@ fn search(
 /// Tries larger bounds until one holds.
 fn beyond(survey: &TileSurvey<'_>, piece: &FlatCell, next: &ExcessCell, known: &mut TileBound) {
     for doubling in 1..DOUBLINGS {
+        // Doubling the margin finds a provable bound within a factor of two.
         let height = known.worst.max(0.0) + known.margin() * 2f64.powi(doubling);
         if height > survey.parts.scope.reach {
             break;

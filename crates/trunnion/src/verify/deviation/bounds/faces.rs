@@ -8,7 +8,7 @@ use crate::surface::Face;
 use crate::verify::deviation::chunks::MotionChunks;
 use crate::verify::deviation::map::MeasuredMap;
 use crate::verify::error::VerifyError;
-use crate::verify::report::{Bounds, Extreme};
+use crate::verify::report::{ExtremeHeight, HeightBounds};
 
 /// Most pieces of a tile at first, for each bound: several times the average of a tile on which strips of round corners
 /// meet.
@@ -39,7 +39,7 @@ pub(crate) fn bounds(
     faces: &[Face],
     measured: &[MeasuredMap],
     request: &BoundRequest,
-) -> Result<(Bounds, [Option<Extreme>; 2]), VerifyError> {
+) -> Result<(HeightBounds, [Option<ExtremeHeight>; 2]), VerifyError> {
     let BoundRequest { rules: [deep, tall], excess: bounded, extremes: [low, high] } = *request;
     // Start from the worst heights measured.
     let start = [
@@ -51,6 +51,7 @@ pub(crate) fn bounds(
     for (face, MeasuredMap { map, deciding }) in faces.iter().zip(measured) {
         let shape = FaceShape::new(face);
         let tolerance = [&map.u, &map.v].map(|values| {
+            // A small share of the mean width of a grid cell, in units of the parameter.
             let width = values.last().unwrap_or(&0.0) - values.first().unwrap_or(&0.0);
             TRIM_SHARE * width / values.len().max(2) as f64
         });
@@ -61,7 +62,7 @@ pub(crate) fn bounds(
         known = [known[0].join(gouge), known[1].join(excess)];
     }
     let [gouge, excess] = known;
-    let bounds = Bounds {
+    let bounds = HeightBounds {
         gouge: gouge.bound(),
         excess: bounded.then(|| excess.bound()),
         open: if bounded { gouge.open.max(excess.open) } else { gouge.open },
@@ -92,6 +93,7 @@ fn all(
             std::ptr::eq(task.ground, ground) && ended(tile)
         };
         let count = tasks.iter().zip(&tiles).filter(of).count();
+        // The open tiles of a face share its limit evenly.
         let most = MOST_PIECES.min(ALL_PIECES / count.max(1));
         if most > FEW_PIECES {
             let places = tasks.iter().zip(&tiles).enumerate().filter(|(_, pair)| of(pair));
@@ -117,6 +119,7 @@ fn look(
     let mut higher = Vec::new();
     for (index, (task, tile)) in tasks.iter_mut().zip(&tiles).enumerate() {
         if short(tile) {
+            // A tile met a hole below the gathered moves: higher ones may fill it, so it takes all within reach.
             task.top = chunks.scope.reach;
             higher.push((index, *task));
         }

@@ -59,6 +59,7 @@ fn gather(chunks: &MotionChunks<'_>, tasks: &[TileTask<'_>]) -> Result<GatheredM
     let count = tasks.len();
     let mut all =
         GatheredMoves { count, pieces: Vec::new(), lists: vec![Vec::new(); count], crowded: false };
+    // Moves outside the box around all bundles need no place in the trees.
     let boxes = tiles
         .iter()
         .flat_map(|(bundles, top)| bundles.iter().map(|bundle| chunks.scope.around(bundle, *top)));

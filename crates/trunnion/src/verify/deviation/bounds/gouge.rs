@@ -4,7 +4,7 @@ use super::margin::TileBound;
 use super::shape::{FlatCell, UvRectangle, quarters};
 use super::survey::{CellLocation, TILE, TileSurvey};
 use crate::verify::deviation::chunks::MoveKind;
-use crate::verify::report::Extreme;
+use crate::verify::report::ExtremeHeight;
 use crate::verify::swept::bvh::ContentId;
 use crate::verify::swept::quadratic::{DistanceMargin, SurfacePatch};
 use crate::verify::swept::tool::NormalRay;
@@ -39,6 +39,7 @@ struct GougeCell {
 
 /// Bounds the deepest gouge in a tile with at most `most` pieces.
 pub(crate) fn tile(survey: &TileSurvey<'_>, at: [usize; 2], most: usize) -> TileBound {
+    // Start from the worst gouge measured: the aim of the proof is a margin deeper.
     let mut known = survey.start[0];
     let Some(whole) = survey.rectangle(at, TILE) else { return known };
     let mut open: Vec<GougeCell> = survey
@@ -89,10 +90,12 @@ fn quarter(
     }
     let mut left = items;
     if let Some(cell) = survey.shape.cell(&rectangle) {
+        // Nothing comes to the piece offset inwards by the aim: no gouge in it is deeper.
         left = coming(survey, &cell, known.aim(), &left);
         if left.is_empty() {
             return;
         }
+        // A piece that stays open may hold a deeper gouge than known: measuring it raises the aim.
         if level >= MEASURED_FROM && survey.holds_middle(&rectangle, &place) {
             measure(survey, &cell, &rectangle, &left, known);
         }
@@ -176,7 +179,7 @@ fn measure(
         known.worst = -lowest.s;
         let uv = rectangle.map(|[low, high]| 0.5 * (low + high));
         let face = survey.map.face;
-        known.place = Some(Extreme {
+        known.place = Some(ExtremeHeight {
             face,
             uv,
             point: cell.centre,
@@ -192,6 +195,7 @@ fn measure(
 fn beyond(survey: &TileSurvey<'_>, cell: &FlatCell, items: &[OpenBody], known: &mut TileBound) {
     for doubling in 1..DOUBLINGS {
         let depth = known.worst.max(0.0) + known.margin() * 2f64.powi(doubling);
+        // Beyond the search range moves were not gathered: no proof is possible there.
         if depth > survey.parts.scope.reach {
             break;
         }

@@ -61,6 +61,7 @@ pub(crate) fn look(
     while let Some(close) = waiting.pop() {
         runs += 1;
         let again = again(run, tools, &close)?;
+        // Too many earlier bodies for memory: run the program again for half of the boxes each.
         if again.is_none() && close.len() > 1 && runs < MOST_RUNS {
             waiting.extend(halves(close));
             continue;
@@ -107,6 +108,7 @@ fn again(
         if before.len() > MOST_BEFORE {
             return Ok(None);
         }
+        // Bodies after the last suspect cannot have removed material before it.
         if number > last {
             break;
         }
@@ -129,6 +131,7 @@ fn graze(
 ) -> Option<BoxFinding> {
     let &CloseBox { line, kind, known, .. } = close;
     let Some(SecondRun { before, suspects, tree }) = again else {
+        // Undecided: the body may be as deep as it is wide, unless the rays show the collision anyway.
         let open = Some(close.most).filter(|_| known <= 0.0);
         return Some(BoxFinding { line, kind, known: known > 0.0, hit: None, open });
     };
@@ -140,6 +143,7 @@ fn graze(
     // A collision that a move cut itself on the way still counts as a collision.
     let own = |before: &EarlierBody| before.number >= close.first && before.harm == Some(kind);
     let before = before.filter(|before| before.number < close.part && !own(before)).collect();
+    // Depths within twice the clipping tolerance may be due to that alone.
     let least = LEAST.max(2.0 * tools.tolerance);
     let scale = SearchScale { least, depth: DEPTH * least, tolerance: TIME * least };
     let SearchOutcome { deepest, open } =

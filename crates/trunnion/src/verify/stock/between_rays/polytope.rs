@@ -72,6 +72,7 @@ fn in_order(mut rim: Vec<Point3<f64>>, way: &Vector3<f64>) -> Vec<Point3<f64>> {
     // The coordinate axis farthest from `way` gives two directions across it, of equal length.
     unit[way.iamin()] = 1.0;
     let [a, b] = [way.cross(&unit), way.cross(&way.cross(&unit))];
+    // The corners of a convex polygon are in order by their angle around an inner point.
     let angle = |p: &Point3<f64>| (p - middle).dot(&a).atan2((p - middle).dot(&b));
     rim.sort_by(|p, q| angle(p).total_cmp(&angle(q)));
     rim

@@ -131,6 +131,7 @@ impl<'a> DepthSearch<'a> {
     ) -> SearchOutcome {
         let goal = known.max(self.scale.least);
         let (depth, time) = (f64::INFINITY, [-1.0, 1.0]);
+        // The same body one piece earlier has usually cut the surface that is left now.
         let same = before.iter().rev().find(|before| before.body == self.passing.body);
         self.last =
             same.map(|before| (before.stretch.piece.instant(1.0).stand, before.stretch.bend));
@@ -142,9 +143,9 @@ impl<'a> DepthSearch<'a> {
                 break;
             }
             cells += 1;
-            let told = self.found.is_some() || known > 0.0;
-            if cells > if told { REFINING } else { MOST_CELLS } {
-                let open = Some(cell.depth).filter(|_| !told);
+            let is_reported = self.found.is_some() || known > 0.0;
+            if cells > if is_reported { REFINING } else { MOST_CELLS } {
+                let open = Some(cell.depth).filter(|_| !is_reported);
                 return SearchOutcome { deepest: self.found, open };
             }
             self.part(&cell, goal);
@@ -307,6 +308,7 @@ impl<'a> DepthSearch<'a> {
             let EarlierBody { body, stretch, .. } = *before;
             // In a short move the middle decides.
             let (mut distance, motion) = stretch.piece.at_middle(*body, place);
+            // By the speed of its points, the body stays farther off than the box reaches.
             if distance - motion > far {
                 return false;
             }
@@ -329,6 +331,7 @@ impl<'a> DepthSearch<'a> {
     /// Returns the distance of a point from a body at the nearest time, its lower bound at all times, and that time.
     fn away(&self, before: &EarlierBody, point: &Point3<f64>) -> (f64, f64, f64) {
         let EarlierBody { body, stretch, .. } = before;
+        // The nearest time to a point needs no direction; any line through it serves.
         let line = RayLine { from: *point, way: Vector3::z() };
         let moving = BodyMotion::new(stretch, *body, self.scale.tolerance);
         let near = moving.nearest(&line, 0.0, TimeGuess::at(0.0));
@@ -340,6 +343,7 @@ impl<'a> DepthSearch<'a> {
     fn outside(&self, before: &EarlierBody, corners: &[Point3<f64>]) -> Vec<f64> {
         let BoundingBox { low, high } = around(corners);
         let all: Vec<(f64, f64, f64)> = corners.iter().map(|p| self.away(before, p)).collect();
+        // Each corner is held at its own time; over the range of these times the frame turns.
         let time = all.iter().map(|(_, _, u)| *u);
         let [first, last] = time
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], u| [low.min(u), high.max(u)]);
@@ -357,9 +361,11 @@ impl<'a> DepthSearch<'a> {
         let u = self.passing.nearest_time(place, time);
         let depth = -distance::distance(body, &piece.instant(u).stand, place).0;
         let known = self.found.map_or(self.scale.least, |found| found.depth);
+        // Cheap tests first: deeper than known, and inside the uncut stock.
         if depth <= known || !self.shell.holds(place) {
             return;
         }
+        // Material is what no earlier body held, not even by the error of its distance.
         if before.iter().all(|before| self.away(before, place).0 > 0.5 * before.stretch.bend) {
             self.found = Some(DeepestPoint { depth, point: *place });
         }

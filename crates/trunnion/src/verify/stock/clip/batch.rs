@@ -76,27 +76,28 @@ impl<'a> ClipBatch<'a> {
     /// Clips a tile.
     pub(crate) fn cut(&self, tile: &mut RayTile, near: &[u32]) -> ClipFindings {
         let near = self.near(tile, near);
-        let mut told = ClipFindings::default();
+        let mut findings = ClipFindings::default();
         if near.iter().any(|part| part.harm.is_some()) {
-            self.in_order(tile, &near, &mut told);
+            self.in_order(tile, &near, &mut findings);
         } else if !near.is_empty() {
             // Nothing harmful is near: the result does not depend on the order, so take the fast way.
             self.settle(tile, &near);
             tile.measure(self.frame.bins);
         }
-        told
+        findings
     }
 
     /// Clips a tile by one body after the other.
-    fn in_order(&self, tile: &mut RayTile, near: &[&MovingPart], told: &mut ClipFindings) {
+    fn in_order(&self, tile: &mut RayTile, near: &[&MovingPart], findings: &mut ClipFindings) {
         for part in near {
-            told.close.extend(self.close(tile, part));
+            findings.close.extend(self.close(tile, part));
             if !self.meets(tile, part) {
                 continue;
             }
             let mut changed = false;
+            // Order matters here: material that one body has removed is no collision of the next.
             for index in 0..tile.rays.len() {
-                changed |= self.ray(tile, index, part, &mut told.hits);
+                changed |= self.ray(tile, index, part, &mut findings.hits);
             }
             if changed {
                 tile.measure(self.frame.bins);
@@ -110,6 +111,7 @@ impl<'a> ClipBatch<'a> {
         let mut bounds = BoundingBox::empty();
         for (index, spans) in tile.rays.iter().enumerate() {
             let line = self.line(tile, index);
+            // Only the stretches of material that support planes do not exclude enter the box.
             for [low, high] in spans.iter().filter_map(|span| self.comes_to(part, &line, span)) {
                 bounds = bounds.join(&BoundingBox { low: line.at(low), high: line.at(high) });
             }
@@ -143,6 +145,7 @@ impl<'a> ClipBatch<'a> {
             if span[0] >= span[1] {
                 return None;
             }
+            // A plane laid at an end excludes the span up to its zero: move the end there and lay the next.
             let before = span[1] - span[0];
             if let Some([_, above]) = held(span[0]) {
                 span[0] = above;
@@ -189,6 +192,7 @@ impl<'a> ClipBatch<'a> {
         note: &mut dyn FnMut([f64; 2]),
     ) -> bool {
         let mut changed = false;
+        // From the last span back, since a cut renumbers only those after it.
         for at in (0..spans.len()).rev() {
             changed |= self.cut_span(request, line, spans, at, note);
         }
@@ -205,6 +209,7 @@ impl<'a> ClipBatch<'a> {
         note: &mut dyn FnMut([f64; 2]),
     ) -> bool {
         let CutRequest { motion, guess } = *request;
+        // Most bodies are refused by planes, before any search over time.
         let met = |span| self.meeting(motion.part, motion.bounded, line, span);
         let Some(span) = spans.get(at).and_then(met) else { return false };
         let SweptSpans { first, more } = self.moving(motion).swept(line, span, guess);
@@ -239,11 +244,13 @@ impl<'a> ClipBatch<'a> {
         }
         let held =
             |s: f64| self.held(&stretch.support_planes(part.body, &line.at(s)), s, self.touch);
+        // At an end that planes do not keep off, the body has to be evaluated.
         let Some([high, _]) = held(span[1]) else { return Some(span) };
         if high <= span[0] {
             return None;
         }
         let Some([_, low]) = held(span[0]) else { return Some(span) };
+        // Both ends are kept off; the rest between the zeros of their planes is tried from its middle.
         let [mut low, mut high] = [low, high];
         for _ in 0..TENTS {
             if low >= high {
@@ -268,6 +275,7 @@ impl<'a> ClipBatch<'a> {
             if height <= 0.0 {
                 return None;
             }
+            // Zero of the plane; behind it, as seen from s, the plane no longer proves anything.
             let end = s - height / slope;
             if slope > 0.0 {
                 low = low.max(end);
@@ -293,6 +301,7 @@ impl<'a> ClipBatch<'a> {
     ) {
         let number = motion.bounded.piece.line;
         let same = hits.last_mut().filter(|hit| (hit.kind, hit.line) == (kind, number));
+        // A cut that is shallower than the known one needs no search for its depth.
         let known = same.as_ref().map_or(self.tolerance, |hit| hit.depth);
         let Some(depth) = self.moving(motion).depth(line, cut, known) else { return };
         let point = line.at(0.5 * (cut[0] + cut[1]));

@@ -67,6 +67,7 @@ impl ClipBatch<'_> {
         // Each round evaluates the bodies still open and cuts with the deepest one; a body cuts only once.
         while spans.len() > 0 {
             rivals.look(spans);
+            // The deepest body probably removes most, and spares the evaluation of others.
             let Some(part) = rivals.deepest() else { break };
             for number in chain.of(part) {
                 let Some(&motion) = chain.pieces.get(number) else { continue };
@@ -122,6 +123,7 @@ impl ClipBatch<'_> {
 impl RayCandidates<'_> {
     /// Returns the first plane of a body that keeps it off a span.
     fn holding(&self, last: Option<usize>, span: [f64; 2]) -> Option<&BodyPlane> {
+        // The planes of one body form a list, latest first: the latest is the one laid for the smallest remainder.
         let before = |&at: &usize| self.planes.get(at).and_then(|(_, before)| *before);
         let mut planes = std::iter::successors(last, before).filter_map(|at| self.planes.get(at));
         let (beside, least) = (self.beside, -self.work.touch);

@@ -72,6 +72,7 @@ impl DistanceTangent {
     fn towards(&self, end: f64) -> NearestInstant {
         NearestInstant {
             distance: self.distance,
+            // The tangent of a convex function is below it, and falls towards `end` only.
             bound: self.distance - self.by_u.abs() * (end - self.u).abs(),
             slope: self.by_s,
             u: self.u,
@@ -86,6 +87,7 @@ impl DistanceTangent {
     fn meet(&self, other: &Self) -> NearestInstant {
         let weight = other.by_u / (other.by_u - self.by_u);
         let mean = |a: f64, b: f64| weight * a + (1.0 - weight) * b;
+        // Heights of both planes at u = 0; their mean with these weights has no slope by u.
         let at_zero = |plane: &Self| plane.distance - plane.by_u * plane.u;
         let near = if self.distance < other.distance { self } else { other };
         NearestInstant {
@@ -149,6 +151,7 @@ impl<'a> BodyMotion<'a> {
         let enough = SEARCH * self.tolerance;
         // Step 1: accept the guess if its tangent bounds the distance well enough up to the end it falls towards.
         let first = at(guess.u.clamp(self.time[0], self.time[1]));
+        // The minimum is on the side to which the distance falls.
         let rises = first.by_u > 0.0;
         let end = self.time[usize::from(!rises)];
         let found = first.towards(end);
@@ -165,6 +168,7 @@ impl<'a> BodyMotion<'a> {
         if (last.by_u > 0.0) == rises && (beyond - end).abs() > 0.0 {
             last = at(end);
         }
+        // Still falling at the end of the interval: the minimum is there.
         if (last.by_u > 0.0) == rises || last.by_u == 0.0 {
             return last.towards(end);
         }
@@ -186,6 +190,7 @@ impl<'a> BodyMotion<'a> {
             let before = found;
             *(if here.by_u > 0.0 { &mut rising } else { &mut falling }) = here;
             found = falling.meet(&rising);
+            // Keep the best time evaluated: the intersection need not have it.
             if before.distance < found.distance {
                 (found.distance, found.u) = (before.distance, before.u);
             }

@@ -45,6 +45,7 @@ impl BodyPlane {
         let tent = part.whole.support_planes(part.body, at);
         let side = |&(height, g): &(f64, Vector3<f64>)| (height, [g[a], g[b], g[along]]);
         let sides = [side(&tent.sides[0]), side(&tent.sides[1])];
+        // The lower plane of both is the bound at the point itself.
         let &(height, gradient) = tent.lower();
         let (slope, extent) = (gradient[along], part.extent(along));
         Self { part: number, at: [at[a], at[b], at[along]], height, sides, slope, extent }
@@ -154,6 +155,7 @@ impl FrontSheet {
     /// Returns the lowest and the highest point on the rays.
     fn range(&self) -> [f64; 2] {
         let Self { middle, half, slopes, off } = self;
+        // A plane over a rectangle is extreme at its corners.
         let by = slopes[0].abs() * half[0] + slopes[1].abs() * half[1];
         [middle[2] - by + off[0], middle[2] + by + off[1]]
     }
@@ -186,6 +188,7 @@ impl ClipBatch<'_> {
         // ray.
         let steps = across(self.frame.along).map(|axis| self.frame.lattice.cell[axis]);
         let steps = [0, 1].map(|k: usize| slopes[k] * steps[k]);
+        // Height of the plane over the first ray of the square.
         let corner = middle - slopes[0] * half[0] - slopes[1] * half[1];
         let mut off = [0.0_f64; 2];
         for (row, rays) in square.rows().enumerate() {

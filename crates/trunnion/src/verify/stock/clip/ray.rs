@@ -61,6 +61,7 @@ impl BodyMotion<'_> {
     fn halves(&self) -> [Self; 2] {
         let [from, to] = self.time;
         let middle = 0.5 * (from + to);
+        // Half of the time turns the ray about half as far, which sharpens the planes.
         let shear = self.piece.shear(middle - from);
         [[from, middle], [middle, to]].map(|time| Self { time, shear, ..*self })
     }
@@ -74,6 +75,7 @@ impl BodyMotion<'_> {
     }
 
     fn sweep(&self, line: &RayLine, span: [f64; 2], guess: f64, found: &mut SweptSpans) {
+        // The swept part is between the first and the last contact, except for gaps.
         let Some(cut) = self.hull(line, span, TimeGuess::at(guess)) else { return };
         let [low, high] = cut.map(|end| end.s);
         if self.has_no_gap(line, cut) {
@@ -86,6 +88,7 @@ impl BodyMotion<'_> {
             found.push([low, high]);
             return;
         }
+        // A gap is possible: over half of the time the ray turns less, and the gap shows between both halves.
         for half in self.halves() {
             half.sweep(line, [low, high], guess, found);
         }
@@ -148,6 +151,7 @@ impl BodyMotion<'_> {
     /// Returns the point before `end` at which the plane from `inside` leaves the body.
     pub(crate) fn beyond(&self, [inside, end]: [f64; 2], at: &NearestInstant) -> Option<f64> {
         let way = if end > inside { 1.0 } else { -1.0 };
+        // Slope outwards, less the shear: from the bound, below 0, the plane rises to 0 over -bound / rise.
         let rise = at.slope * way - self.shear;
         let by = -at.bound / rise;
         (rise > 0.0 && by < (end - inside) * way).then_some(inside + way * by)
@@ -166,6 +170,7 @@ impl BodyMotion<'_> {
             if here.bound <= CLOSE * self.tolerance {
                 break;
             }
+            // The steepest fall that the plane allows: stepping down it cannot pass the surface.
             let fall = self.shear - here.slope * way;
             if fall <= 0.0 {
                 return None;
@@ -183,6 +188,7 @@ impl BodyMotion<'_> {
     ///
     /// Tries some points first, then bisects around the best one.
     fn deepest(&self, line: &RayLine, [low, high]: [f64; 2], enough: f64) -> f64 {
+        // The distance is not convex along the ray for all times, so samples come before the bisection.
         let step = (high - low) / f64::from(PLACES);
         let mut best = (f64::INFINITY, low);
         // Start in the middle.
@@ -211,6 +217,7 @@ impl BodyMotion<'_> {
 
     /// Returns the depth of the body below the surface it sweeps on a ray, if that exceeds `known`.
     pub(crate) fn depth(&self, line: &RayLine, [low, high]: [f64; 2], known: f64) -> Option<f64> {
+        // The plane at the middle bounds the depth of the whole cut: most cuts end here.
         let half = 0.5 * (high - low);
         let middle = self.nearest(line, low + half, TimeGuess::at(0.0));
         if half * (middle.slope.abs() + self.shear) - middle.bound <= known {

@@ -63,6 +63,7 @@ struct HeldPoint {
 
 impl HeldPoint {
     fn new(at: Point3<f64>, depth: f64, number: usize, bounded: &BoundedPiece, u: f64) -> Self {
+        // A point nearer to `at` than its depth is at most so far from the tip, which bounds its speed.
         let far = (at - bounded.piece.middle().stand.tip).norm();
         let point_speed = bounded.piece.point_speed(far + depth.max(0.0));
         Self { at, depth: depth - bounded.bend, number, u, point_speed }
@@ -345,6 +346,7 @@ impl ClipBatch<'_> {
     ) {
         let Some(which) = planes.first().map(|plane| plane.part) else { return };
         let beside = self.beside(ray.line);
+        // A plane above `-touch` over the span, for rays as for layers.
         let off = |span| planes.iter().any(|plane| plane.along(beside, span) > -self.touch);
         // From the last span back: cutting one renumbers only those after it.
         for at in (0..spans.len()).rev() {

@@ -42,6 +42,7 @@ impl SurfaceTrace {
 
     /// Returns the intersection of the tangent plane with a line.
     pub(crate) fn on(&self, line: &RayLine) -> Option<ExpectedSurface> {
+        // Tangent plane: g (x - at) = 0, with x = from + s way.
         let along = self.gradient.dot(&line.way);
         let s = self.gradient.dot(&(self.at - line.from)) / along;
         let way = along.signum();
@@ -100,11 +101,13 @@ impl BodyMotion<'_> {
         let mut s = from;
         let mut first = None;
         for _ in 0..STEPS {
+            // At one time the body is convex and at rest: only the position changes.
             let here = self.tangent(line, s, u);
             if here.distance <= CLOSE * self.tolerance {
                 return Some((s, first.unwrap_or(here.distance)));
             }
             first = first.or(Some(here.distance));
+            // Newton: the tangent of a convex function reaches 0 before the function does.
             let fall = -here.by_s * way;
             s += way * here.distance / fall;
             // The distance does not fall towards `to`, or the step passes it: the body is not met on the

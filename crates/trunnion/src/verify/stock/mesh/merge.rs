@@ -109,6 +109,7 @@ impl QuadNet {
         let [p, q, _, s] = self.offsets(quad);
         let fits = |number: usize, like: &[Vector3<f64>; 4]| {
             let offsets = self.quads.get(number).map(|quad| self.offsets(quad));
+            // Equal offsets from cube to cube mean that the surface does not change.
             let near = |(a, b): (&Vector3<f64>, &Vector3<f64>)| (a - b).amax() <= self.flat;
             free.get(number) == Some(&true)
                 && offsets.is_some_and(|offsets| offsets.iter().zip(like).all(near))
@@ -116,6 +117,8 @@ impl QuadNet {
         let holds = |to: [i64; 2], like: &[_; 4]| {
             self.number(quad, to).is_some_and(|number| fits(number, like))
         };
+        // A row along the second axis repeats its section, p and q. More rows fit only if all four offsets are equal: a flat
+        // rectangle.
         let most = signed(self.quads.len());
         let row = (0..most).take_while(|&k| holds([0, k], &[p, q, q, p])).count();
         if row > 1 {
@@ -179,6 +182,7 @@ impl QuadNet {
             Some(centre) if m > 1 && n > 1 => fan(centre, &border),
             _ => strip(border, usize::from(n > 1)),
         };
+        // Blocks are counter-clockwise as seen from up the axis: turn them over if the outside is below.
         let turned = |[a, b, c]: [u32; 3]| if block.first.up { [a, b, c] } else { [a, c, b] };
         triangles.extend(filled.into_iter().map(turned));
     }
@@ -206,6 +210,7 @@ fn strip(mut border: Vec<BorderVertex>, axis: usize) -> Vec<[u32; 3]> {
     while let [low, next, .., high] = *rest
         && let [.., before, _] = *rest
     {
+        // Advance on the side that is behind, so that triangles stay short.
         let lower = next.at.get(axis) < before.at.get(axis);
         let third = if lower { next } else { before };
         triangles.push([low.vertex, third.vertex, high.vertex]);

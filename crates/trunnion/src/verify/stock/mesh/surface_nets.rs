@@ -65,6 +65,7 @@ impl Stock {
         let last = signed(self.lattice.size[2]) - 1;
         let number = |z: f64| (z - self.lattice.origin.z) / self.lattice.cell[2];
         #[expect(clippy::cast_possible_truncation, reason = "saturates")]
+        // Nodes inside an interval: from the first at or above its lower end to the last at or below its upper end.
         let range = |[low, high]: [f64; 2]| {
             [(number(low).ceil() as i64).max(0), (number(high).floor() as i64).min(last)]
         };
@@ -115,6 +116,7 @@ impl Stock {
     /// Returns the point where the surface crosses the edge that begins at a node: where the ray along the edge ends, or else
     /// the middle of the edge.
     fn crossing(&self, along: usize, from: &GridNode) -> Vector3<f64> {
+        // Coordinates of the node; the edge runs one cell on along its axis.
         let at =
             |axis: usize| self.lattice.origin[axis] + self.lattice.cell[axis] * from[axis] as f64;
         let mut place = Vector3::new(at(0), at(1), at(2));
