@@ -34,8 +34,8 @@ pub(crate) fn worst(
             .collect();
     places.extend(fixtures.into_iter().flat_map(touched));
     for finding in &check.findings {
-        if let Finding::Uncut { place, .. } = finding {
-            let point = place.coords.into();
+        if let Finding::Uncut { point, .. } = finding {
+            let point = point.coords.into();
             let note = finding.to_string();
             places.push(WorstPlace { kind: "uncut".to_owned(), point, deviation: None, note });
         }

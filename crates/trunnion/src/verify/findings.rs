@@ -27,7 +27,7 @@ pub(super) fn broken_tolerances(
     let mut uncut = maps.iter().flat_map(|map| &map.samples).flatten();
     if let Some(sample) = uncut.find(|sample| sample.height.is_none() && !sample.rest) {
         let (points, area) = (deviation.uncut, deviation.uncut_area);
-        findings.push(Finding::Uncut { points, area, place: sample.point });
+        findings.push(Finding::Uncut { points, area, point: sample.point });
     }
     findings.extend(deviation.rapid.map(|line| Finding::Rapid { line }));
     if deviation.unmeasured > 0 {

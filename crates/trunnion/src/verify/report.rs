@@ -403,7 +403,7 @@ pub enum Finding {
         /// Their area \[mm²\].
         area: f64,
         /// One of the points, workpiece frame \[mm\].
-        place: Point3<f64>,
+        point: Point3<f64>,
     },
     /// A rapid move finishes a point that no cut finishes; the material that a rapid cuts does not count as finished.
     Rapid {
@@ -455,7 +455,7 @@ impl fmt::Display for Finding {
                      look at the tool length and the height of the work offset"
                 )
             }
-            Self::Uncut { points, area, place: p } => write!(
+            Self::Uncut { points, area, point: p } => write!(
                 f,
                 "{points} points ({area:.2} mm²) stay uncut, one at X {:.3} Y {:.3} Z {:.3}",
                 p.x, p.y, p.z

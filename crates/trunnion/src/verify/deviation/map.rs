@@ -29,7 +29,7 @@ pub(crate) struct FaceField<'a> {
 
 /// Points of a face by their indices in the map, with the lowest entry over each.
 struct GridTile {
-    places: Vec<usize>,
+    indices: Vec<usize>,
     lowest: Vec<LowestEntry>,
     /// Box around all rays.
     region: BoundingBox,
@@ -93,12 +93,12 @@ impl<'a> FaceField<'a> {
         let mut samples = vec![None; rows * columns];
         let mut deciding = vec![None; rows * columns];
         for tile in tiles {
-            for (place, lowest) in tile.places.into_iter().zip(tile.lowest) {
+            for (index, lowest) in tile.indices.into_iter().zip(tile.lowest) {
                 // A search that was given up may have missed a lower entry: its point counts as unmeasured.
                 unmeasured += usize::from(lowest.unresolved);
-                if let (Some(sample), Some(by)) = (samples.get_mut(place), deciding.get_mut(place))
+                if let (Some(sample), Some(by)) = (samples.get_mut(index), deciding.get_mut(index))
                 {
-                    *sample = self::sample(face, &grid, place, &lowest);
+                    *sample = self::sample(face, &grid, index, &lowest);
                     *by = lowest.by;
                 }
             }
@@ -113,10 +113,10 @@ impl<'a> FaceField<'a> {
 fn sample(
     face: &Face,
     grid: &FaceGrid,
-    place: usize,
+    index: usize,
     lowest: &LowestEntry,
 ) -> Option<HeightSample> {
-    let (uv, cell) = at(grid, place)?;
+    let (uv, cell) = at(grid, index)?;
     let [u, v] = uv;
     let jet = face.surface.jet1(u, v);
     // |S_u x S_v| du dv.
@@ -126,9 +126,9 @@ fn sample(
 }
 
 /// Returns the parameters of a grid point, and the area of (u, v) it represents.
-fn at(grid: &FaceGrid, place: usize) -> Option<([f64; 2], f64)> {
+fn at(grid: &FaceGrid, index: usize) -> Option<([f64; 2], f64)> {
     let columns = grid.size()[1];
-    let [i, j] = [place / columns, place % columns];
+    let [i, j] = [index / columns, index % columns];
     Some((grid.at(i, j)?, grid.cell(i, j)))
 }
 
@@ -141,7 +141,7 @@ impl GridTile {
         scope: &MeasureScope,
     ) -> (Self, usize) {
         let [rows, columns] = grid.size();
-        let (mut places, mut region, mut bare) = (Vec::new(), BoundingBox::empty(), 0);
+        let (mut indices, mut region, mut bare) = (Vec::new(), BoundingBox::empty(), 0);
         for i in row..(row + TILE).min(rows) {
             for j in column..(column + TILE).min(columns) {
                 let Some(uv) = grid.at(i, j).filter(|&[u, v]| face.contains(u, v)) else {
@@ -154,21 +154,21 @@ impl GridTile {
                 // The ray itself, from the deepest gouge that is searched to the highest excess.
                 let [a, b] = [ray.at(-scope.reach), ray.at(scope.top())];
                 region = region.join(&BoundingBox { low: a.inf(&b), high: a.sup(&b) });
-                places.push(i * columns + j);
+                indices.push(i * columns + j);
             }
         }
-        let lowest = vec![LowestEntry::none(scope.top()); places.len()];
-        (Self { places, lowest, region }, bare)
+        let lowest = vec![LowestEntry::none(scope.top()); indices.len()];
+        (Self { indices, lowest, region }, bare)
     }
 
     /// Lowers the entries of the tile by the moves of a chunk.
     fn take(&mut self, chunk: &MotionChunk, face: &Face, grid: &FaceGrid) {
-        let Self { places, lowest, region } = self;
+        let Self { indices, lowest, region } = self;
         if !chunk.tree.meets(region) {
             return;
         }
         let MeasureScope { reach, tolerance, .. } = chunk.parts.scope;
-        let rays = places.iter().filter_map(|&place| ray(face, at(grid, place)?.0, reach));
+        let rays = indices.iter().filter_map(|&index| ray(face, at(grid, index)?.0, reach));
         let rays: Vec<NormalRay> = rays.collect();
         let Some(middle) = rays.get(rays.len() / 2) else { return };
         let around = chunk.around(region, middle.origin);

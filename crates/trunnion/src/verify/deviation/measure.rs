@@ -172,7 +172,7 @@ fn sensitivity(faces: &[Face], measured: &[MeasuredMap]) -> Sensitivity {
             let (Some(by), Some(normal)) = (by, normal) else { continue };
             // The tool touches with its outward normal against that of the surface. Its tip stays where it is measured, so
             // a larger corner radius rises with its centre.
-            let along = by.stand.axis.dot(&normal);
+            let along = by.pose.axis.dot(&normal);
             worst.length = worst.length.max(along.abs());
             worst.radius = worst.radius.max(1.0 - along);
         }

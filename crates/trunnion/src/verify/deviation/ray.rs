@@ -23,7 +23,7 @@ pub(crate) struct LowestEntry {
 /// Tool pose, body and piece that decide a height.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct DecidingPose {
-    pub(crate) stand: BodyPose,
+    pub(crate) pose: BodyPose,
     pub(crate) body: u32,
     pub(crate) piece: u32,
 }
@@ -105,11 +105,10 @@ impl LowestEntry {
                 towards = lower;
             }
             // Step 2: evaluate the middle of the interval exactly.
-            let entry = body.entry(&instant.stand, ray, self.s, 1e-3 * tolerance);
-            if let Some(s) = entry.filter(|s| *s >= 0.0 || body.holds(&instant.stand, &ray.origin))
-            {
-                let (stand, body, piece) = (instant.stand, numbers.body, numbers.item);
-                let by = DecidingPose { stand, body, piece };
+            let entry = body.entry(&instant.pose, ray, self.s, 1e-3 * tolerance);
+            if let Some(s) = entry.filter(|s| *s >= 0.0 || body.holds(&instant.pose, &ray.origin)) {
+                let (pose, body, piece) = (instant.pose, numbers.body, numbers.item);
+                let by = DecidingPose { pose, body, piece };
                 (self.s, self.line, self.by) = (s, Some(part.piece.line), Some(by));
             }
             // The interval is below all rounding, and its middle is evaluated.
@@ -119,8 +118,8 @@ impl LowestEntry {
             // Step 3: search the half towards which the tool descends first: last in, first out.
             let step = if towards > 0.0 { 0.5 * half } else { -0.5 * half };
             for next in [u + step, u - step] {
-                if let Some(place) = open.get_mut(count) {
-                    *place = (next, depth + 1);
+                if let Some(slot) = open.get_mut(count) {
+                    *slot = (next, depth + 1);
                     count += 1;
                 }
             }
@@ -142,7 +141,7 @@ fn open_drift(
 ) -> Option<f64> {
     let mut bound = piece.bound(instant, half, target);
     if bound.low <= GRAZE * tolerance && bound.by_s > 0.0 {
-        let s = target.body.closest(&instant.stand, target.ray, target.limit);
+        let s = target.body.closest(&instant.pose, target.ray, target.limit);
         bound = piece.bound(instant, half, &RayQuery { s, ..*target });
     }
     (bound.low <= GRAZE * tolerance).then_some(bound.drift)

@@ -10,7 +10,7 @@ use nalgebra::{Point3, Vector3};
 
 /// Points tested along either parameter of a face, and in all at most.
 const ACROSS: u32 = 5;
-const MOST_PLACES: usize = 100;
+const MOST_POINTS: usize = 100;
 /// Share of the points that must be cut from behind.
 const SHARE: usize = 4;
 /// Distance of the test points from the face, over the radius of the smallest tool. No tolerance is as large and no tool
@@ -53,8 +53,8 @@ struct Scene<'a> {
 impl<'a> Scene<'a> {
     fn new(faces: &[Face], cutters: Vec<&'a Cutter>) -> Self {
         let radius = cutters.iter().map(|cutter| cutter.radius()).fold(f64::INFINITY, f64::min);
-        let pairs: Vec<_> = faces.iter().flat_map(|face| places(face, OFF * radius)).collect();
-        let stride = pairs.len().div_ceil(MOST_PLACES).max(1);
+        let pairs: Vec<_> = faces.iter().flat_map(|face| test_points(face, OFF * radius)).collect();
+        let stride = pairs.len().div_ceil(MOST_POINTS).max(1);
         Self { pairs: pairs.into_iter().step_by(stride).collect(), cutters, radius }
     }
 
@@ -70,12 +70,12 @@ impl<'a> Scene<'a> {
                 continue;
             };
             for (_, pose) in &track.poses {
-                let stand = BodyPose { tip: pose.tip, axis: pose.axis.into_inner() };
+                let body_pose = BodyPose { tip: pose.tip, axis: pose.axis.into_inner() };
                 for (pair, held) in self.pairs.iter().zip(&mut held) {
                     for (point, held) in pair.iter().zip(held) {
                         // Cheap test first: no point farther from the tip than the size of the tool is in it.
                         *held |= (point - pose.tip).norm_squared() < reach * reach
-                            && bodies.iter().any(|body| body.holds(&stand, point));
+                            && bodies.iter().any(|body| body.holds(&body_pose, point));
                     }
                 }
             }
@@ -90,7 +90,7 @@ impl<'a> Scene<'a> {
 }
 
 /// Returns pairs of points at a given distance in front of and behind a face.
-fn places(face: &Face, off: f64) -> Vec<[Point3<f64>; 2]> {
+fn test_points(face: &Face, off: f64) -> Vec<[Point3<f64>; 2]> {
     let [u, v] = face.bounds();
     // Middles of equal cells, away from the borders of the face.
     let at = |[low, high]: [f64; 2], k: u32| {

@@ -26,7 +26,7 @@ pub(crate) fn length(
             let (height, line) = (sample.height?, sample.line?);
             let normal = face.normal(sample.uv[0], sample.uv[1])?;
             // A shift d along the tool axis a moves the surface by d (a n): low <= h + d (a n) <= high bounds d on both sides.
-            let along = by.as_ref()?.stand.axis.dot(&normal);
+            let along = by.as_ref()?.pose.axis.dot(&normal);
             *lines.entry(line).or_default() |= !(low..=high).contains(&height);
             if along > 0.0 {
                 let [least, most] = [low, high].map(|bound| (bound - height) / along);

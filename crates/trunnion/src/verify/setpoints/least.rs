@@ -53,7 +53,7 @@ fn three_moments([m0, m1, m2]: [f64; 3]) -> f64 {
 /// Returns the largest `m2` of a function within `bound` and with the first two moments: `+bound`, but `-bound` on an
 /// interval of length `d` around `c`, where `d (1 - c) = e`.
 fn most([m0, m1]: [f64; 2], bound: f64) -> f64 {
-    // m0 = bound (1 - 2 d) and m1 = bound (1/2 - 2 e) give length and place of the interval with -bound.
+    // m0 = bound (1 - 2 d) and m1 = bound (1/2 - 2 e) give length and middle of the interval with -bound.
     let d = 0.5 * (1.0 - m0 / bound);
     let e = 0.25 - 0.5 * m1 / bound;
     let shifted = if d > f64::MIN_POSITIVE { e * e / d } else { 0.0 };

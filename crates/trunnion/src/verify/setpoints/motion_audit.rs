@@ -133,7 +133,7 @@ impl<'a> MotionAudit<'a> {
         }
         if self.rows == 0 {
             self.first = row.t;
-            self.stand(row, -(WINDOW as f64) + 1.0);
+            self.hold_position(row, -(WINDOW as f64) + 1.0);
             self.at_rest(row, "first");
         } else {
             self.step(row);
@@ -165,7 +165,7 @@ impl<'a> MotionAudit<'a> {
         }
         let duration = row.t - self.first;
         self.at_rest(&row, "last");
-        self.stand(&row, 1.0);
+        self.hold_position(&row, 1.0);
         let mut findings = self.findings;
         findings.extend(self.uneven.map(MotionFinding::Period));
         for axis in &self.axes {
@@ -223,7 +223,7 @@ impl<'a> MotionAudit<'a> {
 
     /// Adds rows at the same position before the first and after the last row, from tick `first` on, if the rows hold no
     /// derivatives: the machine stands still there.
-    fn stand(&mut self, row: &MotionRow, first: f64) {
+    fn hold_position(&mut self, row: &MotionRow, first: f64) {
         if self.options.derivatives > 0 {
             return;
         }

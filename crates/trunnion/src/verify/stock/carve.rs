@@ -76,6 +76,38 @@ const BATCH: usize = 256;
 /// Cutting moves are judged on the rays. Shank, holder and rapid moves are also checked between the rays, within two ray
 /// spacings of a ray. Between the rays of stock that was cut before, nothing is known.
 ///
+/// # Example
+///
+/// A slot 6 mm wide and 1 mm deep through a block 20 mm long:
+///
+/// ```
+/// use nalgebra::Point3;
+/// use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+/// use trunnion::nc::read::ClText;
+/// use trunnion::types::Silent;
+/// use trunnion::verify::{CheckInput, Solid, Stock, StockOptions, simulate};
+///
+/// let cutter = Cutter::new(CutterSpec {
+///     kind: CutterKind::Flat,
+///     major: 3.0,
+///     minor: 0.0,
+///     length: 50.0,
+///     construction: CutterConstruction::Solid,
+///     shank: vec![],
+/// })?;
+/// let text = "FEDRAT/600,MMPM\nGOTO/-5,0,-1,0,0,1\nGOTO/25,0,-1,0,0,1\nFINI\n";
+/// let locations = ClText::new(text.to_owned(), 20)?;
+/// let [low, high] = [Point3::new(0.0, -5.0, -4.0), Point3::new(20.0, 5.0, 0.0)];
+/// let mut stock = Stock::new(&Solid::Box { low, high }, 0.2, 100_000)?;
+///
+/// let options = StockOptions { tolerance: 1e-3, worst: 10 };
+/// let input = CheckInput::locations(&locations, &cutter);
+/// let report = simulate(&input, &mut stock, &options, &Silent)?;
+/// assert!((report.removed - 120.0).abs() < 1.0); // mm³
+/// assert!(report.collisions.is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 ///
 /// [`VerifyError`].
@@ -146,7 +178,7 @@ impl<'a> StockCutter<'a> {
             }
             self.cut(&parts);
             if self.close.len() > MOST_CLOSE {
-                self.look_between_rays(run, progress)?;
+                self.inspect_between_rays(run, progress)?;
             }
             done += count;
             number += parts.len();
@@ -155,7 +187,7 @@ impl<'a> StockCutter<'a> {
         if done == 0 {
             return Err(VerifyError::NoMotion);
         }
-        self.look_between_rays(run, progress)?;
+        self.inspect_between_rays(run, progress)?;
         let left = self.stock.volume();
         let (mut collisions, mut lines) = (Vec::new(), Vec::new());
         for (kind, found) in std::mem::take(&mut self.found) {
@@ -174,7 +206,7 @@ impl<'a> StockCutter<'a> {
     }
 
     /// Inspects the boxes in which bodies come close to material.
-    fn look_between_rays(
+    fn inspect_between_rays(
         &mut self,
         run: &Run<'_>,
         progress: &dyn Progress,
@@ -190,7 +222,7 @@ impl<'a> StockCutter<'a> {
         }
         let Some(shell) = &self.shell else { return Ok(()) };
         for BoxFinding { line, kind, known, hit, open } in
-            inspect::look(run, &self.tools, shell, close, progress)?
+            inspect::inspect_boxes(run, &self.tools, shell, close, progress)?
         {
             if let Some(hit) = hit {
                 let history = if known { LineHistory::Noted } else { LineHistory::New };
@@ -369,7 +401,7 @@ mod tests {
                     // Every 37th ray, another one in each tile.
                     for ray in (index % 37..tile.rays.len()).step_by(37) {
                         let frame = RayFrame { lattice: stock.lattice, along, bins: family.bins };
-                        let line = RayLine { from: frame.ray(tile, ray), way: unit(along) };
+                        let line = RayLine { from: frame.ray(tile, ray), direction: unit(along) };
                         let spans = &tile.rays[ray];
                         let ends: Vec<f64> = spans.iter().flatten().collect();
                         let mut places: Vec<f64> = (1..12)

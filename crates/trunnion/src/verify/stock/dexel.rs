@@ -63,8 +63,8 @@ impl RaySpans {
     /// Removes `low..high` from one interval. The remainder above has number `index + 1` if something remains below, or
     /// else `index`.
     pub(crate) fn cut(&mut self, index: usize, [low, high]: [f64; 2]) {
-        let place = index.checked_sub(1);
-        let Some(span) = place.map_or(Some(&mut self.first), |at| self.more.get_mut(at)) else {
+        let further = index.checked_sub(1);
+        let Some(span) = further.map_or(Some(&mut self.first), |at| self.more.get_mut(at)) else {
             return;
         };
         // Material may remain below the cut, above it, on both sides, or not at all.
@@ -76,7 +76,7 @@ impl RaySpans {
             }
             (true, false) => span[1] = low,
             (false, true) => span[0] = high,
-            (false, false) => match place {
+            (false, false) => match further {
                 Some(at) => _ = self.more.remove(at),
                 None if self.more.is_empty() => self.first = [0.0; 2],
                 None => self.first = self.more.remove(0),
@@ -175,13 +175,13 @@ impl RayTile {
     }
 
     /// Returns row and column of a ray.
-    pub(crate) fn place(&self, ray: usize) -> [usize; 2] {
+    pub(crate) fn row_and_column(&self, ray: usize) -> [usize; 2] {
         let columns = self.size[1].max(1);
         [ray / columns, ray % columns]
     }
 
     /// Returns probing rays: in the middle, and in the middle of each quarter.
-    pub(crate) fn places(&self) -> [usize; 5] {
+    pub(crate) fn probing_rays(&self) -> [usize; 5] {
         let [rows, columns] = self.size;
         // In quarters of both sides.
         let at = |[i, j]: [usize; 2]| rows * i / 4 * columns + columns * j / 4;

@@ -16,7 +16,7 @@ pub(crate) struct ClosedMesh {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum BoxContent {
     Nothing,
-    /// At most the half spaces behind all of these planes: `way x <= most`.
+    /// At most the half spaces behind all of these planes: `direction x <= most`.
     Behind(Vec<(Vector3<f64>, f64)>),
 }
 
@@ -103,15 +103,15 @@ impl ClosedMesh {
         let [a, b, c] = one;
         let normal = (b - a).cross(&(c - a)).try_normalize(0.0)?;
         let middle = Point3::from((a.coords + b.coords + c.coords) / 3.0);
-        [normal, -normal].into_iter().find_map(|way| {
-            let most = way.dot(&a.coords) + ON;
-            let behind = |p: &Point3<f64>| way.dot(&p.coords) <= most;
+        [normal, -normal].into_iter().find_map(|direction| {
+            let most = direction.dot(&a.coords) + ON;
+            let behind = |p: &Point3<f64>| direction.dot(&p.coords) <= most;
             // Cheap test first: all triangles behind the plane. Then the side that faces outwards is found by two points.
             let bulges = all.iter().flatten().all(behind);
             let bounds = bulges
-                && self.holds(&(middle - way * ASIDE))
-                && !self.holds(&(middle + way * ASIDE));
-            bounds.then_some((way, most))
+                && self.holds(&(middle - direction * ASIDE))
+                && !self.holds(&(middle + direction * ASIDE));
+            bounds.then_some((direction, most))
         })
     }
 }

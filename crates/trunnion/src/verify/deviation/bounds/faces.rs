@@ -67,7 +67,7 @@ pub(crate) fn bounds(
         excess: bounded.then(|| excess.bound()),
         open: if bounded { gouge.open.max(excess.open) } else { gouge.open },
     };
-    Ok((bounds, [gouge.place, excess.place]))
+    Ok((bounds, [gouge.extreme, excess.extreme]))
 }
 
 /// Bounds all tiles of all faces. The tiles of a face that need many pieces share the limit of the face.
@@ -85,7 +85,7 @@ fn all(
             top,
         }));
     }
-    let mut tiles = look(chunks, &mut tasks)?;
+    let mut tiles = bound_tiles(chunks, &mut tasks)?;
     let ended = |tile: &[TileBound; 2]| tile.iter().any(|known| known.ended);
     let mut again = Vec::new();
     for ground in grounds {
@@ -96,12 +96,12 @@ fn all(
         // The open tiles of a face share its limit evenly.
         let most = MOST_PIECES.min(ALL_PIECES / count.max(1));
         if most > FEW_PIECES {
-            let places = tasks.iter().zip(&tiles).enumerate().filter(|(_, pair)| of(pair));
-            again.extend(places.map(|(index, (task, _))| (index, TileTask { most, ..*task })));
+            let indices = tasks.iter().zip(&tiles).enumerate().filter(|(_, pair)| of(pair));
+            again.extend(indices.map(|(index, (task, _))| (index, TileTask { most, ..*task })));
         }
     }
-    let (places, mut more): (Vec<usize>, Vec<TileTask<'_>>) = again.into_iter().unzip();
-    for (index, known) in places.into_iter().zip(look(chunks, &mut more)?) {
+    let (indices, mut more): (Vec<usize>, Vec<TileTask<'_>>) = again.into_iter().unzip();
+    for (index, known) in indices.into_iter().zip(bound_tiles(chunks, &mut more)?) {
         if let Some(tile) = tiles.get_mut(index) {
             *tile = known;
         }
@@ -110,7 +110,7 @@ fn all(
 }
 
 /// Bounds tiles. If higher moves may count, repeats a tile with all moves within reach.
-fn look(
+fn bound_tiles(
     chunks: &MotionChunks<'_>,
     tasks: &mut [TileTask<'_>],
 ) -> Result<Vec<[TileBound; 2]>, VerifyError> {
@@ -124,9 +124,9 @@ fn look(
             higher.push((index, *task));
         }
     }
-    let (places, higher): (Vec<usize>, Vec<TileTask<'_>>) = higher.into_iter().unzip();
+    let (indices, higher): (Vec<usize>, Vec<TileTask<'_>>) = higher.into_iter().unzip();
     let found = gather::each(chunks, &higher)?;
-    for (index, known) in places.into_iter().zip(found) {
+    for (index, known) in indices.into_iter().zip(found) {
         if let Some(tile) = tiles.get_mut(index) {
             *tile = known;
         }

@@ -48,7 +48,7 @@ pub(super) struct TileBound {
     /// Larger bound, where the margin was not enough.
     pub(super) beyond: f64,
     /// Worst point, if the search found it.
-    pub(super) place: Option<ExtremeHeight>,
+    pub(super) extreme: Option<ExtremeHeight>,
     /// Area without a proof \[mm²\].
     pub(super) open: f64,
     /// Part of that area was abandoned at the limit of pieces.
@@ -59,7 +59,7 @@ pub(super) struct TileBound {
 
 impl TileBound {
     pub(super) fn new(worst: f64, room: MarginRule) -> Self {
-        Self { worst, room, beyond: 0.0, place: None, open: 0.0, ended: false, short: false }
+        Self { worst, room, beyond: 0.0, extreme: None, open: 0.0, ended: false, short: false }
     }
 
     /// Abandons a piece of the face.
@@ -85,7 +85,7 @@ impl TileBound {
 
     pub(super) fn join(mut self, other: &Self) -> Self {
         if other.worst > self.worst {
-            (self.worst, self.place) = (other.worst, other.place);
+            (self.worst, self.extreme) = (other.worst, other.extreme);
         }
         self.beyond = self.beyond.max(other.beyond);
         self.open += other.open;

@@ -98,7 +98,7 @@ impl<'a> FaceShape<'a> {
             }
             Surface::Revolution(surface) => {
                 // |S_uu| is the distance from the axis; the curve's derivatives bound |S_uv| and |S_vv|.
-                let radius = |place: &Vector3<f64>| surface.radius(place);
+                let radius = |start: &Vector3<f64>| surface.radius(start);
                 let ControlStrip { breaks, bounds } = ControlStrip::new(surface.curve(), v, radius);
                 let bends = bounds.iter().map(|[first, second, radius]| [*radius, *first, *second]);
                 Self::of_pieces(face, [ends(u), breaks], bends.collect())
@@ -208,8 +208,8 @@ impl HomogeneousNet {
         let at = |index: usize| self.points.get(index).copied().unwrap_or_default();
         let degree = (count - 1) as f64;
         let points = (0..m * n).map(|index| {
-            let place = index / n * self.columns + index % n;
-            (at(place + step) - at(place)) * degree
+            let start = index / n * self.columns + index % n;
+            (at(start + step) - at(start)) * degree
         });
         Self { points: points.collect(), columns: n }
     }
@@ -380,10 +380,10 @@ impl TrimSegments {
 fn meets([from, to]: &[[f64; 2]; 2], rectangle: &UvRectangle) -> bool {
     let (mut enter, mut leave) = (0.0f64, 1.0f64);
     for k in 0..2 {
-        let ([low, high], start, way) = (rectangle[k], from[k], to[k] - from[k]);
+        let ([low, high], start, delta) = (rectangle[k], from[k], to[k] - from[k]);
         // The segment is in the slab between two parameters; a parallel one is inside all along, or nowhere.
-        if way.abs() > 0.0 {
-            let [a, b] = [(low - start) / way, (high - start) / way];
+        if delta.abs() > 0.0 {
+            let [a, b] = [(low - start) / delta, (high - start) / delta];
             enter = enter.max(a.min(b));
             leave = leave.min(a.max(b));
         } else if start < low || start > high {

@@ -46,7 +46,7 @@ pub(super) enum CellLocation {
 
 impl MeasuredFace<'_> {
     /// Locates a rectangle; `among` are the trim segments that may touch it, `None` if none does.
-    pub(super) fn place(&self, rectangle: &UvRectangle, among: Option<&[u32]>) -> CellLocation {
+    pub(super) fn locate(&self, rectangle: &UvRectangle, among: Option<&[u32]>) -> CellLocation {
         let Some(among) = among else { return CellLocation::Inside };
         let [u, v] = rectangle.map(|[low, high]| 0.5 * (low + high));
         match self.trims.side(rectangle, Some(among)) {
@@ -58,20 +58,20 @@ impl MeasuredFace<'_> {
     }
 
     /// Locates a rectangle about which nothing is known.
-    pub(super) fn first_place(&self, rectangle: &UvRectangle) -> CellLocation {
+    pub(super) fn locate_any(&self, rectangle: &UvRectangle) -> CellLocation {
         if self.shape.face.loops.is_empty() {
             return CellLocation::Inside;
         }
         match self.trims.side(rectangle, None) {
             TrimCrossing::Border(segments) => CellLocation::Border(segments),
-            TrimCrossing::Clear => self.place(rectangle, Some(&[])),
+            TrimCrossing::Clear => self.locate(rectangle, Some(&[])),
         }
     }
 
     /// Tests if the middle of a rectangle is on the face.
-    pub(super) fn holds_middle(&self, rectangle: &UvRectangle, place: &CellLocation) -> bool {
+    pub(super) fn holds_middle(&self, rectangle: &UvRectangle, locate: &CellLocation) -> bool {
         let [u, v] = rectangle.map(|[low, high]| 0.5 * (low + high));
-        match place {
+        match locate {
             CellLocation::Inside => true,
             CellLocation::Outside => false,
             CellLocation::Border(_) => self.shape.face.contains(u, v),

@@ -29,7 +29,7 @@ pub(super) struct EarlierBody {
     pub(super) number: usize,
     pub(super) harm: Option<CollisionKind>,
     pub(super) body: ConvexBody,
-    pub(super) stretch: BoundedPiece,
+    pub(super) bounded: BoundedPiece,
 }
 
 /// Merges boxes of the same part that nearly coincide.

@@ -11,7 +11,7 @@ use crate::verify::swept::bvh::BoundingBox;
 use crate::verify::swept::quadratic::SupportPlanes;
 
 /// Most pairs of support planes between the ends of a span before a body is evaluated exactly.
-const TENTS: u32 = 6;
+const MOST_PLANE_PAIRS: u32 = 6;
 
 /// Batch of moves against one ray family.
 pub(crate) struct ClipBatch<'a> {
@@ -80,7 +80,7 @@ impl<'a> ClipBatch<'a> {
         if near.iter().any(|part| part.harm.is_some()) {
             self.in_order(tile, &near, &mut findings);
         } else if !near.is_empty() {
-            // Nothing harmful is near: the result does not depend on the order, so take the fast way.
+            // Nothing harmful is near: the result does not depend on the order, so follow surfaces from ray to ray.
             self.settle(tile, &near);
             tile.measure(self.frame.bins);
         }
@@ -141,7 +141,7 @@ impl<'a> ClipBatch<'a> {
         let mut span = [from.max(low), to.min(high)];
         let held =
             |s: f64| self.held(&part.whole.support_planes(part.body, &line.at(s)), s, -self.margin);
-        for _ in 0..TENTS {
+        for _ in 0..MOST_PLANE_PAIRS {
             if span[0] >= span[1] {
                 return None;
             }
@@ -223,7 +223,7 @@ impl<'a> ClipBatch<'a> {
     }
 
     pub(crate) fn line(&self, tile: &RayTile, index: usize) -> RayLine {
-        RayLine { from: self.frame.ray(tile, index), way: unit(self.frame.along) }
+        RayLine { from: self.frame.ray(tile, index), direction: unit(self.frame.along) }
     }
 
     /// Returns the part of a span in the extent of a body, if the body may meet it there.
@@ -233,7 +233,7 @@ impl<'a> ClipBatch<'a> {
     pub(crate) fn meeting(
         &self,
         part: &MovingPart,
-        stretch: &BoundedPiece,
+        bounded: &BoundedPiece,
         line: &RayLine,
         [from, to]: [f64; 2],
     ) -> Option<[f64; 2]> {
@@ -243,7 +243,7 @@ impl<'a> ClipBatch<'a> {
             return None;
         }
         let held =
-            |s: f64| self.held(&stretch.support_planes(part.body, &line.at(s)), s, self.touch);
+            |s: f64| self.held(&bounded.support_planes(part.body, &line.at(s)), s, self.touch);
         // At an end that planes do not keep off, the body has to be evaluated.
         let Some([high, _]) = held(span[1]) else { return Some(span) };
         if high <= span[0] {
@@ -252,7 +252,7 @@ impl<'a> ClipBatch<'a> {
         let Some([_, low]) = held(span[0]) else { return Some(span) };
         // Both ends are kept off; the rest between the zeros of their planes is tried from its middle.
         let [mut low, mut high] = [low, high];
-        for _ in 0..TENTS {
+        for _ in 0..MOST_PLANE_PAIRS {
             if low >= high {
                 return None;
             }
@@ -268,9 +268,9 @@ impl<'a> ClipBatch<'a> {
     /// Returns the interval of a ray on which support planes at `s` keep a body off, up to a depth of `touch` \[mm\]; `None` if
     /// they do not even at `s`.
     #[inline]
-    fn held(&self, tent: &SupportPlanes, s: f64, touch: f64) -> Option<[f64; 2]> {
+    fn held(&self, planes: &SupportPlanes, s: f64, touch: f64) -> Option<[f64; 2]> {
         let [mut low, mut high] = [f64::NEG_INFINITY, f64::INFINITY];
-        for (height, gradient) in &tent.sides {
+        for (height, gradient) in &planes.sides {
             let (height, slope) = (height + touch, gradient[self.frame.along]);
             if height <= 0.0 {
                 return None;

@@ -19,18 +19,18 @@ pub(crate) struct BodyMotion<'a> {
     pub(crate) bend: f64,
 }
 
-/// Line of points `from + s way`.
+/// Line of points `from + s direction`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RayLine {
     pub(crate) from: Point3<f64>,
     /// Unit vector.
-    pub(crate) way: Vector3<f64>,
+    pub(crate) direction: Vector3<f64>,
 }
 
 impl RayLine {
     #[inline]
     pub(crate) fn at(&self, s: f64) -> Point3<f64> {
-        self.from + self.way * s
+        self.from + self.direction * s
     }
 }
 
@@ -123,8 +123,8 @@ pub(crate) const SEARCH: f64 = 0.1;
 pub(crate) const STEPS: u32 = 80;
 
 impl<'a> BodyMotion<'a> {
-    pub(crate) fn new(stretch: &'a BoundedPiece, body: ConvexBody, tolerance: f64) -> Self {
-        let BoundedPiece { piece, bend, .. } = stretch;
+    pub(crate) fn new(bounded: &'a BoundedPiece, body: ConvexBody, tolerance: f64) -> Self {
+        let BoundedPiece { piece, bend, .. } = bounded;
         Self { piece, body, tolerance, time: [-1.0, 1.0], shear: piece.shear(2.0), bend: *bend }
     }
 
@@ -139,7 +139,7 @@ impl<'a> BodyMotion<'a> {
             u,
             distance: distance + self.bend * (u * u - 0.5),
             by_u: by_u + 2.0 * self.bend * u,
-            by_s: gradient.dot(&line.way),
+            by_s: gradient.dot(&line.direction),
             gradient,
         }
     }

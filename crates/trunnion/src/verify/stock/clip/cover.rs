@@ -92,6 +92,6 @@ impl CoverLink<'_> {
         let BodyPiece { part, bounded } = self.motion;
         let middle = bounded.piece.middle();
         // A convex body that holds both ends holds the interval.
-        ends.iter().all(|&s| part.body.holds(&middle.stand, &line.at(s)))
+        ends.iter().all(|&s| part.body.holds(&middle.pose, &line.at(s)))
     }
 }
