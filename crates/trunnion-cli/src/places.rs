@@ -2,7 +2,7 @@
 
 use trunnion::files::summary::FixturesSummary;
 use trunnion::pipeline;
-use trunnion::verify::{self, Extreme, Finding};
+use trunnion::verify::{self, ExtremeHeight, Finding};
 use trunnion_report::WorstPlace;
 
 /// Places of fixtures that are listed.
@@ -21,7 +21,7 @@ pub(crate) fn worst(
         Some(height) if height < 0.0 => -height / gouge.max(f64::MIN_POSITIVE),
         Some(height) => height / total.max(f64::MIN_POSITIVE),
     };
-    let place = |name: &str, extreme: &Extreme| WorstPlace {
+    let place = |name: &str, extreme: &ExtremeHeight| WorstPlace {
         kind: if extreme.height < 0.0 { "gouge" } else { name }.to_owned(),
         point: extreme.point.coords.into(),
         deviation: Some(extreme.height),
@@ -34,8 +34,8 @@ pub(crate) fn worst(
             .collect();
     places.extend(fixtures.into_iter().flat_map(touched));
     for finding in &check.findings {
-        if let Finding::Uncut { place, .. } = finding {
-            let point = place.coords.into();
+        if let Finding::Uncut { point, .. } = finding {
+            let point = point.coords.into();
             let note = finding.to_string();
             places.push(WorstPlace { kind: "uncut".to_owned(), point, deviation: None, note });
         }

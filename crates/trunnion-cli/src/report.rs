@@ -13,7 +13,7 @@ use trunnion::machine::{Axis, AxisKind, FIRST_ROTARY};
 use trunnion::pipeline::{self, CheckedProgram, Job, Outcome};
 use trunnion::setpoint;
 use trunnion::types::{Motion, PieceGeometry, PoseRates, ToolPiece};
-use trunnion::verify::{self, Extreme, FaceMap};
+use trunnion::verify::{self, ExtremeHeight, FaceMap};
 use trunnion_report::{
     Axis as ReportAxis, Budget, Check, Histogram, MotionKind, Number, PathPiece, PathPoint,
     Recorder, ReportData, Sample, Share, State, Surface,
@@ -60,7 +60,7 @@ pub(crate) fn page(job: &Job, outcome: &Outcome, summary: &Summary) -> Result<St
 }
 
 fn worst(program: &CheckedProgram) -> f64 {
-    let height = |extreme: &Option<Extreme>| extreme.as_ref().map_or(0.0, |e| e.height.abs());
+    let height = |extreme: &Option<ExtremeHeight>| extreme.as_ref().map_or(0.0, |e| e.height.abs());
     let of = |check: &verify::Report| {
         height(&check.deviation.lowest).max(height(&check.deviation.highest))
     };
@@ -249,7 +249,7 @@ fn surface(program: &CheckedProgram) -> Surface {
             .iter()
             .map(|sample| {
                 // What is known to be left is drawn as not cut, however near the tool comes.
-                let height = |s: &trunnion::verify::Sample| s.height.filter(|_| !s.rest);
+                let height = |s: &trunnion::verify::HeightSample| s.height.filter(|_| !s.rest);
                 sample.as_ref().map(|s| ([s.point.x, s.point.y, s.point.z], height(s)))
             })
             .collect();

@@ -1,7 +1,7 @@
 //! Deviations as a VTK file.
 
 use std::io::{Result, Write};
-use trunnion::verify::{FaceMap, Sample};
+use trunnion::verify::{FaceMap, HeightSample};
 
 /// Writes the measured points of all faces as triangles with their heights (VTK `PolyData`, XML, ASCII):
 /// `height` in mm, not a number where nothing was cut; `line` of the program that cut last there.
@@ -19,7 +19,7 @@ pub(super) fn vtp(out: &mut dyn Write, maps: &[FaceMap]) -> Result<()> {
     array(out, "UInt8", "rest", samples().map(|s| u8::from(s.rest).to_string()))?;
     writeln!(out, "</PointData>\n<Points>")?;
     writeln!(out, "<DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">")?;
-    for Sample { point: p, .. } in samples() {
+    for HeightSample { point: p, .. } in samples() {
         writeln!(out, "{:.6} {:.6} {:.6}", p.x, p.y, p.z)?;
     }
     writeln!(out, "</DataArray>\n</Points>\n<Polys>")?;

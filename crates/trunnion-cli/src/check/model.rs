@@ -23,7 +23,7 @@ struct Worst {
 
 impl ModelTold {
     pub(super) fn of(model: &ModelAudit) -> Self {
-        let worst = |AxisRatio { axis, ratio }: &AxisRatio| Worst {
+        let worst = |AxisRatio { axis, ratio, .. }: &AxisRatio| Worst {
             axis: axis.clone(),
             fraction: Fraction::of(ratio),
         };

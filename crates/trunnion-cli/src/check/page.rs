@@ -6,7 +6,7 @@ use super::told::{Fraction, Told};
 use crate::outcome::Failure;
 use crate::{material, places, report};
 use trunnion::cutter::Cutter;
-use trunnion::verify::{InspectionReport, Sample, TimedPose, Track};
+use trunnion::verify::{HeightSample, InspectionReport, TimedPose, Track};
 use trunnion_report::{
     Budget, Check, Histogram, MotionKind, Number, PathPiece, PathPoint, ReportData, State, Surface,
 };
@@ -125,7 +125,7 @@ fn numbers(subject: &Subject, told: &Told) -> Vec<Number> {
 fn surface(found: &InspectionReport) -> Surface {
     let mut surface = Surface::default();
     for map in &found.report.maps {
-        let drawn = |s: &Sample| (s.point.coords.into(), s.height.filter(|_| !s.rest));
+        let drawn = |s: &HeightSample| (s.point.coords.into(), s.height.filter(|_| !s.rest));
         let points: Vec<_> = map.samples.iter().map(|s| s.as_ref().map(drawn)).collect();
         surface.add_grid(map.v.len(), &points);
     }

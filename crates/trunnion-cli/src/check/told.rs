@@ -9,7 +9,9 @@ use std::path::PathBuf;
 use trunnion::files::summary::{ChordSummary, FixturesSummary, StockSummary};
 use trunnion::machine::AxisKind;
 use trunnion::pipeline;
-use trunnion::verify::{AxisAudit, Brief, Extreme, InspectionReport, Ratio, Singular};
+use trunnion::verify::{
+    AxisAudit, ExtremeHeight, InspectionReport, LimitRatio, ShortBlocks, SingularPassages,
+};
 use trunnion_report::Number;
 
 /// `summary.json`, and what `--json` prints; mm, degrees, s.
@@ -101,8 +103,8 @@ struct Place {
 }
 
 impl Place {
-    fn of(extreme: &Extreme) -> Self {
-        let Extreme { face, uv, point, height, or_deeper, line, dog_leg } = *extreme;
+    fn of(extreme: &ExtremeHeight) -> Self {
+        let ExtremeHeight { face, uv, point, height, or_deeper, line, dog_leg, .. } = *extreme;
         Self { face, uv, point: point.coords.into(), height, or_deeper, line, dog_leg }
     }
 }
@@ -136,13 +138,13 @@ struct SingularTold {
 }
 
 impl BriefTold {
-    fn of(Brief { count, line, shortest, period }: Brief) -> Self {
+    fn of(ShortBlocks { count, line, shortest, period, .. }: ShortBlocks) -> Self {
         Self { count, line, shortest, period }
     }
 }
 
 impl SingularTold {
-    fn of(Singular { passages, line, angle, turn }: Singular) -> Self {
+    fn of(SingularPassages { passages, line, angle, turn, .. }: SingularPassages) -> Self {
         Self { passages, line, angle: angle.to_degrees(), turn: turn.to_degrees() }
     }
 }
@@ -156,7 +158,7 @@ pub(super) struct Fraction {
 }
 
 impl Fraction {
-    pub(super) fn of(ratio: &Ratio) -> Self {
+    pub(super) fn of(ratio: &LimitRatio) -> Self {
         Self { ratio: ratio.worst, line: ratio.line, broken: ratio.broken }
     }
 }
@@ -326,7 +328,7 @@ impl Heights {
 /// Heights in numbers.
 fn heights(subject: &Subject, found: &InspectionReport) -> Heights {
     let deviation = &found.report.deviation;
-    let height = |extreme: &Option<Extreme>| extreme.as_ref().map_or(0.0, |e| e.height);
+    let height = |extreme: &Option<ExtremeHeight>| extreme.as_ref().map_or(0.0, |e| e.height);
     Heights {
         grid: subject.options.grid,
         points: deviation.points,

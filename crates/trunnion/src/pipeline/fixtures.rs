@@ -7,7 +7,7 @@ use crate::files::job;
 use crate::files::summary::{ApproachSummary, FixturesSummary, LinesSummary};
 use crate::verify::{
     ClearanceOptions, ClearanceReport, Collision, CollisionKind, DEPTH_SHARE, Fixture,
-    FixtureApproach, Lines, Solid, StockReport, VerifyError,
+    FixtureApproach, LineCount, Solid, StockReport, VerifyError,
 };
 
 /// Tolerance of the distances from fixtures, as a share of the total tolerance.
@@ -37,7 +37,7 @@ pub struct Held {
 }
 
 /// Returns lines as the summary has them.
-pub(super) fn lines(Lines { count, first, last }: Lines) -> LinesSummary {
+pub(super) fn lines(LineCount { count, first, last }: LineCount) -> LinesSummary {
     LinesSummary { count, first, last }
 }
 

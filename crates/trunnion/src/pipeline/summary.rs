@@ -243,7 +243,7 @@ impl AxisPeaks {
 
 /// Returns the summary of a program and its check.
 fn program(job: &Job, program: &CheckedProgram, solids: &Solids) -> ProgramSummary {
-    let height = |extreme: &Option<crate::verify::Extreme>| {
+    let height = |extreme: &Option<crate::verify::ExtremeHeight>| {
         extreme.as_ref().map_or(0.0, |extreme| extreme.height)
     };
     let worst = |check: &crate::verify::Report, pick: fn(&crate::verify::AxisAudit) -> f64| {

@@ -6,7 +6,7 @@ use super::findings::{broken_limits, broken_tolerances};
 use super::input::CheckInput;
 use super::options::{CHORD_SHARE, CheckOptions};
 use crate::types::Progress;
-use crate::verify::axes::audit::{self, Audited};
+use crate::verify::axes::audit::{self, ReplayAudit};
 use crate::verify::replay::orient::Choices;
 use crate::verify::report::{Finding, Report};
 
@@ -32,6 +32,7 @@ pub fn check(
 ) -> Result<Report, VerifyError> {
     options.validated()?;
     let controls = input.controls()?;
+    // Arcs run as chords that leave most of the ray tolerance to the measurement.
     let run = input.run(controls.as_ref(), CHORD_SHARE * options.ray_tolerance)?;
     let audited = match (&controls, input.source()) {
         (Some(controls), Some(program)) => Some(audit::audit(controls, &run, program)?),
@@ -41,7 +42,7 @@ pub fn check(
     let subject = MeasureSubject { faces: input.faces, cutters: &cutters, rest: input.rest };
     let (maps, mut deviation) = measure::measure(&run, &subject, options, progress)?;
     let mut findings = broken_tolerances(&maps, &deviation, options);
-    let Some(Audited { audit, choices, changes }) = audited else {
+    let Some(ReplayAudit { audit, choices, changes }) = audited else {
         let choices = Choices::default();
         return Ok(Report { maps, deviation, audit: None, choices, changes: None, findings });
     };

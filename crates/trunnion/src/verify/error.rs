@@ -5,7 +5,7 @@ use crate::nc::control::OffsetFault;
 use crate::nc::read::{Move, ProgramSource, Step};
 use crate::types::{Cancelled, Diagnostic};
 
-/// Why a program cannot be checked.
+/// Reasons for which motion cannot be checked.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum VerifyError {
@@ -15,11 +15,11 @@ pub enum VerifyError {
     /// An option that is not a usable number.
     #[error("option {name} is {value}; it must be {must}")]
     Option {
-        /// Which one.
+        /// Name of the option.
         name: &'static str,
         /// Its value.
         value: f64,
-        /// What it must be.
+        /// Condition that it breaks.
         must: &'static str,
     },
     /// The tool cuts the faces from their backs.
@@ -50,7 +50,7 @@ pub enum VerifyError {
     UnknownTool {
         /// Line of the program.
         line: u32,
-        /// What the program calls it.
+        /// Number of the tool in the program.
         number: u32,
     },
     /// A cut before the first of several tools.
@@ -94,10 +94,10 @@ pub enum VerifyError {
     Special {
         /// Line of the program.
         line: u32,
-        /// What it is.
+        /// Kind of the step.
         what: &'static str,
     },
-    /// A cut from a place that is not known.
+    /// A cut from a position that is not known.
     #[error(
         "line {line}: where X, Y and Z stand after the tool change is the machine's own, and this cut cannot be followed; \
          put rapid moves before it that name X, Y and Z"
@@ -118,7 +118,7 @@ pub enum VerifyError {
     /// Stock or a fixture that cannot be worked with.
     #[error("the solid {what}")]
     Stock {
-        /// What is wrong with it.
+        /// Defect, as the rest of a sentence about the solid.
         what: String,
     },
     /// The grid is too fine.
@@ -133,11 +133,11 @@ pub enum VerifyError {
     },
 }
 
-/// Way out of a [`VerifyError`]; a shell names its own options for it.
+/// Remedy of a [`VerifyError`]; a command line or user interface names its own options for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum VerifyRemedy {
-    /// The text of the error has all there is.
+    /// The text of the error names the remedy, or there is none.
     None,
     /// Describe every tool of the program in [`Tables::tools`](super::Tables::tools), this one first.
     DescribeTools {
@@ -159,7 +159,7 @@ pub enum VerifyRemedy {
 }
 
 impl VerifyError {
-    /// Returns the way out, for a shell to put into words.
+    /// Returns the remedy, for the caller to put into the words of its own options.
     ///
     /// # Example
     ///
@@ -180,7 +180,7 @@ impl VerifyError {
         }
     }
 
-    /// Line of the program, counted from 1; `None` if it lies in none.
+    /// Returns the line of the program, counted from 1; `None` if the error belongs to no line.
     pub fn line(&self) -> Option<u32> {
         match *self {
             Self::Tools { line, .. }
@@ -196,8 +196,8 @@ impl VerifyError {
         }
     }
 
-    /// As a fault of the program's text: at the axis words of its line, or at the line as a whole if it has none, or
-    /// `program` is `None` (cutter locations).
+    /// Returns the error as a diagnostic of the program's text: at the axis words of its line, or at the whole line if it
+    /// has none or `program` is `None` (cutter locations).
     pub fn fault(&self, program: Option<&dyn ProgramSource>) -> Diagnostic {
         let text = self.to_string();
         let Some(line) = self.line() else { return Diagnostic::whole(text) };
@@ -229,12 +229,17 @@ mod tests {
         let options = ReadOptions::new(Dialect::LinuxCnc, axes, 20);
         let text = "G21 G90 G94 G54\nT1 M6\nG0 X0\nN4 (in) G1 F100 X1\nM2\n";
         let program = read(text, &options).unwrap();
-        let told = |error: VerifyError| error.fault(Some(&program)).to_string();
+        let text_of = |error: VerifyError| error.fault(Some(&program)).to_string();
         let far = VerifyError::TurnsTooFar { line: 4 };
-        assert_eq!(told(far.clone()), "4:17: the block turns too far to be followed; break it up");
-        assert!(told(VerifyError::UnknownTool { line: 2, number: 1 }).starts_with("2: tool 1 is"));
+        assert_eq!(
+            text_of(far.clone()),
+            "4:17: the block turns too far to be followed; break it up"
+        );
+        assert!(
+            text_of(VerifyError::UnknownTool { line: 2, number: 1 }).starts_with("2: tool 1 is")
+        );
         assert!(far.fault(None).to_string().starts_with("4: the block"));
-        assert_eq!(told(VerifyError::NoMotion), " the program has no moves");
+        assert_eq!(text_of(VerifyError::NoMotion), " the program has no moves");
         assert!(VerifyError::NoTool { line: 0 }.line().is_none());
     }
 }

@@ -23,10 +23,11 @@ pub(super) fn broken_tolerances(
     if let Some(higher) = deviation.higher {
         findings.push(Finding::Length { higher });
     }
+    // One example suffices; numbers and area are those of all.
     let mut uncut = maps.iter().flat_map(|map| &map.samples).flatten();
     if let Some(sample) = uncut.find(|sample| sample.height.is_none() && !sample.rest) {
         let (points, area) = (deviation.uncut, deviation.uncut_area);
-        findings.push(Finding::Uncut { points, area, place: sample.point });
+        findings.push(Finding::Uncut { points, area, point: sample.point });
     }
     findings.extend(deviation.rapid.map(|line| Finding::Rapid { line }));
     if deviation.unmeasured > 0 {

@@ -3,10 +3,13 @@
 use super::check::check;
 use super::deviation::side::behind;
 use super::error::VerifyError;
-use super::fixture::{ClearanceOptions, ClearanceReport, Fixture, FixtureApproach, clearance};
+use super::fixture::obstacle::Fixture;
+use super::fixture::watch::{ClearanceOptions, ClearanceReport, FixtureApproach, clearance};
 use super::input::CheckInput;
 use super::options::{BoundOptions, CheckOptions};
-use super::stock::{CollisionKind, Stock, StockOptions, StockReport, simulate};
+use super::stock::carve::{StockOptions, StockReport, simulate};
+use super::stock::collision::CollisionKind;
+use super::stock::material::Stock;
 use crate::surface::Face;
 use crate::types::Progress;
 use crate::verify::report::{Finding, Report};
@@ -92,6 +95,7 @@ pub struct InspectionReport {
 
 /// Result on the faces that are not cut.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct OtherFaces {
     /// Measured points.
     pub points: usize,
@@ -103,6 +107,7 @@ pub struct OtherFaces {
 
 /// Stock that was cut.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct CutStock {
     /// Volumes and collisions, those with fixtures among them.
     pub report: StockReport,
@@ -177,11 +182,13 @@ impl<'a> Inspection<'a> {
         if self.others.is_empty() {
             return Ok(OtherFaces::default());
         }
+        // These faces may keep any height: only gouges are bounded and reported.
         let bounds = self.options.bounds.map(|bounds| BoundOptions { excess: false, ..bounds });
         let options =
             CheckOptions { grid: OTHERS_GRID * self.options.grid, bounds, ..self.options };
         let input = self.input.faces(self.others).rest(&[]);
         let other = check(&input, &options, progress)?;
+        // Uncut points and excess are no defects on faces that are not to be cut.
         let is_gouge = |finding: &Finding| matches!(finding, Finding::Gouge(_));
         report.findings.extend(other.findings.into_iter().filter(is_gouge));
         let deepest = other.deviation.lowest.map_or(0.0, |lowest| (-lowest.height).max(0.0));

@@ -1,17 +1,23 @@
-//! Replay a program as the control would, measure it against the surface, audit the axes.
+//! Checks programs: replays them as the control would, measures them against the surface, audits the axes.
 //!
-//! Shares only surface, cutter, machine and `nc::read` with the makers and never calls their inverse (where a program tells
-//! a direction, `turns` has its own), so that a maker's mistake cannot hide in the checker.
+//! The checker shares only surface, cutter, machine and `nc::read` with the planners and never calls their inverse
+//! kinematics (`replay::orient` has its own), so that a planner's mistake cannot hide in the checker.
 //!
-//! [`check`] runs a [program](crate::nc::read::ProgramSource) from the machine's home position: without TCP all axes are linear in
-//! a block, with it the tip (table frame, see [`nc`](crate::nc)) and the rotaries. For every point
-//! `p` of a grid over the faces it finds the lowest `s` at which the normal `p + s n` meets the tool
-//! in any pose of any cut: below 0 a gouge, above 0 excess. Rapids gouge likewise, with all axes together and with each at
-//! its own speed; what they cut is not counted on. A tool that is on the
-//! normal only below `p` is behind a wall thinner than the check looks, and gouges, if anything, the face
-//! on its other side. That is a minimum over continuous time to a stated tolerance, not over sampled poses
-//! (`docs/sources.md`, verification). Moves are taken so many at a time: memory is that of the measured points and
-//! of the program's source, [`ProgramText`](crate::nc::read::ProgramText) for a long one.
+//! [`Inspection`] runs every check in one call; see its example. [`check`] is the part about faces and axes,
+//! [`simulate`] cuts stock, [`clearance`] watches fixtures, and [`MotionAudit`] audits a table of setpoints.
+//!
+//! [`check`] runs a [program](crate::nc::read::ProgramSource) from the machine's home position. Without
+//! tool-centre-point control (TCP) all axes are linear in a block; with it the tip (table frame, see
+//! [`nc`](crate::nc)) and the rotaries are. For every point `p` of a grid over the faces it finds the lowest `s` at which
+//! the normal `p + s n` meets the tool in any pose of any cut: below 0 a gouge, above 0 excess. This is a minimum over
+//! continuous time to a stated tolerance, not over sampled poses (`docs/sources.md`, verification).
+//!
+//! Rapids are checked for gouges, with all axes together and with each axis at its own speed. The material that a rapid
+//! cuts does not count as finished. A tool that meets the normal only below `p` is behind a wall thinner than the search
+//! range, and gouges, if anything, the face on the other side of the wall.
+//!
+//! Moves are streamed in chunks. Memory is that of the measured points and of the program's source; use
+//! [`ProgramText`](crate::nc::read::ProgramText) for a long one.
 
 mod axes;
 mod check;
@@ -37,15 +43,16 @@ pub use fixture::{
 };
 pub use input::CheckInput;
 pub use inspect::{CutStock, FeedMeaning, Inspection, InspectionReport, OtherFaces};
-pub use line_stats::Lines;
+pub use line_stats::LineCount;
 pub use options::{BoundOptions, CheckOptions, DeviationTolerance, LEAST_GOUGE};
 pub use replay::{
     Changes, Choice, Choices, Tables, TimedPose, Tool, Track, WorkOffset, offset_name,
     offset_short_name, track,
 };
 pub use report::{
-    Audit, AxisAudit, AxisRatio, Bin, Bounds, Brief, Deviation, Extreme, FaceMap, Finding,
-    ModelAudit, Overrun, Ratio, Report, Sample, Sensitivity, Singular,
+    Audit, AxisAudit, AxisRatio, Deviation, ExtremeHeight, FaceMap, Finding, HeightBounds,
+    HeightSample, HistogramBin, LimitRatio, ModelAudit, Report, Sensitivity, ShortBlocks,
+    SingularPassages, TravelOverrun,
 };
 pub use setpoints::{
     AxisMotion, MotionAudit, MotionError, MotionFinding, MotionOptions, MotionReport, MotionRow,

@@ -59,7 +59,9 @@ impl CheckOptions {
     /// ```
     pub fn of_tolerance(tolerance: DeviationTolerance, grid: f64) -> Self {
         let DeviationTolerance { excess: total, gouge } = tolerance;
+        // Words rounded to the last decimal take the tool into the face by up to this much.
         let gouge = gouge.max(LEAST_GOUGE);
+        // Both tolerances must hold, so the finer share counts.
         let finer = |[share, of_gouge]: [f64; 2]| (of_gouge * gouge).min(share * total);
         let margin = [finer(MARGIN_SHARES), MARGIN_SHARES[0] * total];
         Self {

@@ -1,4 +1,4 @@
-//! What verification found.
+//! Reports of verification: heights over faces, axes against limits, findings.
 
 use crate::machine::AxisKind;
 use crate::types::AXES;
@@ -8,25 +8,26 @@ use crate::verify::replay::tables::Changes;
 use nalgebra::Point3;
 use std::fmt;
 
-/// Everything measured, and what is wrong.
+/// Result of a check: measured heights, audited axes, findings.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Report {
-    /// One map of the height left over each face.
+    /// Map of the heights over each face, in the order of the faces.
     pub maps: Vec<FaceMap>,
-    /// The same in a few numbers.
+    /// Summary of the maps.
     pub deviation: Deviation,
     /// Axes against their limits; `None` where there is no machine.
     pub audit: Option<Audit>,
-    /// What the program leaves to the control to choose, and what was taken.
+    /// Rotary positions that the program leaves to the control, and those assumed.
     pub choices: Choices,
-    /// What tool changes leave unknown; `None` where there are none.
+    /// Moves that are unknown after tool changes; `None` without a tool change.
     pub changes: Option<Changes>,
     /// Everything that breaks a tolerance or a limit; the worst of its kind each.
     pub findings: Vec<Finding>,
 }
 
 impl Report {
-    /// Whether tolerances and limits are all kept.
+    /// Returns `true` if all tolerances and limits are kept.
     pub fn passed(&self) -> bool {
         self.findings.is_empty()
     }
@@ -34,6 +35,7 @@ impl Report {
 
 /// Height left over a face at the points of a grid.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct FaceMap {
     /// Number of the face.
     pub face: usize,
@@ -42,20 +44,21 @@ pub struct FaceMap {
     /// Values of v, increasing.
     pub v: Vec<f64>,
     /// `samples[i * v.len() + j]` at `(u[i], v[j])`; `None` outside the trims.
-    pub samples: Vec<Option<Sample>>,
+    pub samples: Vec<Option<HeightSample>>,
     /// Points that could not be measured: no surface normal, or a search that was given up.
     pub unmeasured: usize,
-    /// Which cells `u[i]..u[i + 1]`, `v[j]..v[j + 1]` meet what is known not to be finished, at
-    /// `[i * (v.len() - 1) + j]`; empty if none does.
+    /// Flags of cells that meet known rest material: that of cell `u[i]..u[i + 1]`, `v[j]..v[j + 1]` is at
+    /// `[i * (v.len() - 1) + j]`. Empty if no cell does.
     pub unfinished: Vec<bool>,
 }
 
-/// What is left over one point of a face.
+/// Height of the machined surface over one point of a face.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
+#[non_exhaustive]
+pub struct HeightSample {
     /// Parameters.
     pub uv: [f64; 2],
-    /// Place, workpiece frame \[mm\].
+    /// Point of the face, workpiece frame \[mm\].
     pub point: Point3<f64>,
     /// Lowest the tool gets on the normal \[mm\]: below 0 a gouge, above 0 excess, `None` if no tool
     /// comes within the reach searched. A gouge as deep as that reach is at least that deep.
@@ -64,12 +67,12 @@ pub struct Sample {
     pub line: Option<u32>,
     /// Area of the face that the point stands for \[mm²\].
     pub area: f64,
-    /// Whether it lies in what is known not to be finished.
+    /// The point lies in known rest material.
     pub rest: bool,
 }
 
 impl FaceMap {
-    /// Notes which samples lie in what is known not to be finished, and which cells meet it.
+    /// Marks the samples in known rest material, and the cells that meet it.
     pub(super) fn note(&mut self, rest: &[UncutRegion]) {
         let here = || rest.iter().filter(|part| part.face == self.face);
         if here().next().is_none() {
@@ -79,12 +82,13 @@ impl FaceMap {
         self.unfinished = vec![false; rows * columns];
         for [u, v] in here().flat_map(|part| &part.cells) {
             let [i, j] = [held(&self.u, *u), held(&self.v, *v)];
-            for place in i.clone().flat_map(|i| j.clone().map(move |j| i * (columns + 1) + j)) {
-                if let Some(Some(sample)) = self.samples.get_mut(place) {
+            for index in i.clone().flat_map(|i| j.clone().map(move |j| i * (columns + 1) + j)) {
+                if let Some(Some(sample)) = self.samples.get_mut(index) {
                     sample.rest = true;
                 }
             }
-            // From the value before the range to that behind it.
+            // A rectangle between two grid lines holds no sample, but meets the cell around it: cells count from the value
+            // before the range to that behind it.
             let [i, j] = [i, j].map(|range| range.start.saturating_sub(1)..range.end);
             for (i, j) in i.flat_map(|i| j.clone().map(move |j| (i, j))) {
                 if i < rows && j < columns {
@@ -96,18 +100,19 @@ impl FaceMap {
 }
 
 impl FaceMap {
-    /// Takes over gouges of another map where they are deeper. What is uncut stays so.
+    /// Takes over the deeper gouges of another map. Uncut points stay uncut.
     pub(super) fn deepen(&mut self, other: &Self) {
         for (sample, other) in self.samples.iter_mut().zip(&other.samples) {
             let (Some(sample), Some(other)) = (sample, other) else { continue };
+            // `None`, uncut, compares below every height and is kept.
             if sample.height > other.height && other.height.is_some_and(|height| height < 0.0) {
                 (sample.height, sample.line) = (other.height, other.line);
             }
         }
     }
 
-    /// A line of the other map that gets to where this one leaves more than `total` \[mm\], and is not known to be
-    /// unfinished.
+    /// Returns a line of the other map that finishes a point over which this one leaves more than `total` \[mm\], outside
+    /// known rest material.
     pub(super) fn finished_by(&self, other: &Self, total: f64) -> Option<u32> {
         let pairs = self.samples.iter().flatten().zip(other.samples.iter().flatten());
         let mut open = pairs.filter(|(sample, _)| {
@@ -117,39 +122,41 @@ impl FaceMap {
     }
 }
 
-/// Indices of increasing values that lie in a range.
+/// Returns the indices of increasing values that lie in a range.
 fn held(values: &[f64], [low, high]: [f64; 2]) -> std::ops::Range<usize> {
     values.partition_point(|value| *value < low)..values.partition_point(|value| *value <= high)
 }
 
-/// A sample that stands out.
+/// Lowest or highest sample of all faces.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Extreme {
+#[non_exhaustive]
+pub struct ExtremeHeight {
     /// Number of the face.
     pub face: usize,
     /// Parameters.
     pub uv: [f64; 2],
-    /// Place \[mm\].
+    /// Point of the face, workpiece frame \[mm\].
     pub point: Point3<f64>,
     /// Height left \[mm\].
     pub height: f64,
-    /// The tool goes as deep as is looked for: it may go deeper.
+    /// The tool reaches the end of the search range: the gouge may be deeper.
     pub or_deeper: bool,
     /// Line of the program that made it.
     pub line: u32,
-    /// That rapid move makes it on a control that runs each axis at its own speed.
+    /// The line is a rapid move that gouges on a control that runs each axis at its own speed.
     pub dog_leg: bool,
 }
 
-/// All maps in a few numbers.
+/// Summary of the heights over all faces.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Deviation {
     /// Points measured, uncut ones among them.
     pub points: usize,
     /// The lowest sample: the worst gouge, if below 0.
-    pub lowest: Option<Extreme>,
+    pub lowest: Option<ExtremeHeight>,
     /// The highest sample outside what is known not to be finished: the worst excess, if above 0.
-    pub highest: Option<Extreme>,
+    pub highest: Option<ExtremeHeight>,
     /// Points in what is known not to be finished.
     pub rest: usize,
     /// Points elsewhere that no tool came near.
@@ -160,47 +167,49 @@ pub struct Deviation {
     pub uncut_area: f64,
     /// Points that could not be measured.
     pub unmeasured: usize,
-    /// What errors of the tool would do.
+    /// Effect of errors of tool and setup on the heights.
     pub sensitivity: Sensitivity,
-    /// Where the tolerance is broken all over, and one other length of the tool, or height of the work, would keep
-    /// it everywhere: how much higher the tool would have to be along its axis, least and most \[mm\].
+    /// Least and largest shift of the tool along its axis that would keep the tolerance everywhere \[mm\]: suggests a wrong
+    /// tool length or height of the work offset. `None` unless most lines break the tolerance and one shift repairs all.
     pub higher: Option<[f64; 2]>,
     /// Line of a rapid move that gets to where no cut leaves as little as the tolerance.
     pub rapid: Option<u32>,
-    /// What holds between the points; `None` if it was not asked for.
-    pub bounds: Option<Bounds>,
+    /// Bounds between the points; `None` if they were not requested or cannot be proven.
+    pub bounds: Option<HeightBounds>,
     /// Area by height, from lowest to highest.
-    pub histogram: Vec<Bin>,
+    pub histogram: Vec<HistogramBin>,
 }
 
-/// How much the height of a place changes at most with what the check takes for granted \[mm/mm\], to
-/// first order.
+/// Largest change of a height per error of a quantity that the check takes as exact \[mm/mm\], to first order.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Sensitivity {
-    /// With the length of the tool: gouge or excess, by its sign.
+    /// Per error of the tool length: gouge or excess, by its sign.
     pub length: f64,
-    /// With the radius of its rounding: a larger one gouges.
+    /// Per error of the corner radius: a larger one gouges.
     pub radius: f64,
-    /// With the place of one rotary axis, whichever way it is off, if the workpiece was set with the rotaries at
-    /// zero; `None` without a machine.
+    /// Per error of the position of one rotary axis, in the worst direction, if the workpiece was set with the rotaries
+    /// at zero; `None` without a machine.
     pub pivot: Option<f64>,
 }
 
-/// What holds all over the faces, between the measured points as well: for the modelled geometry.
+/// Bounds over whole faces, between the measured points as well, for the modelled geometry.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bounds {
-    /// No gouge is deeper \[mm\].
+#[non_exhaustive]
+pub struct HeightBounds {
+    /// Upper bound on the depth of gouges \[mm\].
     pub gouge: f64,
-    /// No more than this is left where the tool came \[mm\], outside the rest, uncut points and the cells of the
-    /// grid that touch either; `None` if it was not asked for.
+    /// Upper bound on excess \[mm\], outside known rest material, uncut points and the grid cells that touch either;
+    /// `None` if it was not requested.
     pub excess: Option<f64>,
-    /// Area of which this is not certain \[mm²\].
+    /// Area for which the bounds are not proven \[mm²\].
     pub open: f64,
 }
 
 /// Area of the faces with a height in a range.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bin {
+#[non_exhaustive]
+pub struct HistogramBin {
     /// Range \[mm\].
     pub range: [f64; 2],
     /// Area \[mm²\].
@@ -211,19 +220,22 @@ pub struct Bin {
 const BINS: usize = 40;
 
 impl Deviation {
-    /// Sums maps up.
-    pub(super) fn of<'a>(maps: &(impl Iterator<Item = &'a FaceMap> + Clone)) -> Self {
+    /// Summarizes maps.
+    pub(super) fn of<'a, Maps>(maps: &Maps) -> Self
+    where
+        Maps: Iterator<Item = &'a FaceMap> + Clone,
+    {
         let samples = || {
             let samples = |map: &'a FaceMap| map.samples.iter().flatten().map(|s| (map.face, s));
             maps.clone().flat_map(samples)
         };
-        let extreme = |(face, s): (usize, &Sample)| {
+        let extreme = |(face, s): (usize, &HeightSample)| {
             let (height, line) = (s.height?, s.line?);
             let (uv, point, or_deeper, dog_leg) = (s.uv, s.point, false, false);
-            Some(Extreme { face, uv, point, height, or_deeper, line, dog_leg })
+            Some(ExtremeHeight { face, uv, point, height, or_deeper, line, dog_leg })
         };
         let extremes = || samples().filter_map(extreme);
-        let by_height = |a: &Extreme, b: &Extreme| a.height.total_cmp(&b.height);
+        let by_height = |a: &ExtremeHeight, b: &ExtremeHeight| a.height.total_cmp(&b.height);
         let uncut = || samples().filter(|(_, s)| s.height.is_none() && !s.rest);
         let finished = samples().filter(|(_, s)| !s.rest).filter_map(extreme);
         let (lowest, highest) = (extremes().min_by(by_height), finished.max_by(by_height));
@@ -234,7 +246,7 @@ impl Deviation {
             rest: samples().filter(|(_, s)| s.rest).count(),
             uncut: uncut().count(),
             area: samples().map(|(_, s)| s.area).sum(),
-            // The sum of nothing is -0.
+            // An empty sum of floating-point numbers is -0, which would be printed.
             uncut_area: uncut().map(|(_, s)| s.area).sum::<f64>() + 0.0,
             unmeasured: maps.clone().map(|map| map.unmeasured).sum(),
             sensitivity: Sensitivity { length: 0.0, radius: 0.0, pivot: None },
@@ -253,12 +265,17 @@ impl Deviation {
     }
 }
 
-/// Areas by height.
-fn histogram(heights: impl Iterator<Item = (f64, f64)>, [low, high]: [f64; 2]) -> Vec<Bin> {
+/// Distributes areas into bins of equal height.
+fn histogram(
+    heights: impl Iterator<Item = (f64, f64)>,
+    [low, high]: [f64; 2],
+) -> Vec<HistogramBin> {
+    // Computed from the ends alone, so that neighbouring bins share their edge exactly.
     let edge = |k: usize| low + (high - low) * k as f64 / BINS as f64;
-    let mut bins: Vec<Bin> =
-        (0..BINS).map(|k| Bin { range: [edge(k), edge(k + 1)], area: 0.0 }).collect();
+    let mut bins: Vec<HistogramBin> =
+        (0..BINS).map(|k| HistogramBin { range: [edge(k), edge(k + 1)], area: 0.0 }).collect();
     for (height, area) in heights {
+        // The highest sample is at the upper edge of the last bin, and counts in it.
         let bin = bins.partition_point(|bin| bin.range[1] <= height).min(BINS - 1);
         if let Some(bin) = bins.get_mut(bin) {
             bin.area += area;
@@ -269,14 +286,15 @@ fn histogram(heights: impl Iterator<Item = (f64, f64)>, [low, high]: [f64; 2]) -
 
 /// Axes against their limits.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Audit {
     /// In the order of the machine's axes.
     pub axes: [AxisAudit; AXES],
-    /// Time of all blocks \[s\]; rapids at rapid speed, without the time to get there.
+    /// Time of all blocks \[s\]; rapids at rapid speed, without acceleration.
     pub duration: f64,
     /// Part of it that is rapid.
     pub rapid: f64,
-    /// Moves.
+    /// Number of moves.
     pub moves: usize,
     /// Time of all blocks when each lasts as long as the fastest of its axes needs \[s\]: a control cannot be
     /// faster.
@@ -284,15 +302,16 @@ pub struct Audit {
     /// The same on a control that does not look ahead where rotaries move.
     pub linuxcnc: ModelAudit,
     /// Feed moves shorter than the servo period; `None` if there are none, or the machine does not name it.
-    pub brief: Option<Brief>,
+    pub brief: Option<ShortBlocks>,
     /// Feed moves that come within the machine's singular cone; `None` if there are none.
-    pub singular: Option<Singular>,
+    pub singular: Option<SingularPassages>,
 }
 
 /// Blocks shorter than the servo period: a control joins them, slows down or skips some.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Brief {
-    /// How many.
+#[non_exhaustive]
+pub struct ShortBlocks {
+    /// Number of blocks.
     pub count: usize,
     /// Line of the shortest.
     pub line: u32,
@@ -302,56 +321,61 @@ pub struct Brief {
     pub period: f64,
 }
 
-/// Where the tool axis is nearly along the rotary axis next to the workpiece, and turns fast for little.
+/// Passages of the singular cone: the tool axis is nearly along the rotary axis next to the workpiece, and small changes
+/// of direction need large turns.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Singular {
-    /// How often the program enters the cone.
+#[non_exhaustive]
+pub struct SingularPassages {
+    /// Number of times that the program enters the cone.
     pub passages: usize,
     /// Line that comes nearest to the singular direction.
     pub line: u32,
-    /// How near \[rad\].
+    /// Least angle from the singular direction \[rad\].
     pub angle: f64,
     /// Largest turn of a rotary axis in one of these blocks \[rad\].
     pub turn: f64,
 }
 
-/// One axis.
+/// Range and rates of one axis, against its limits.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct AxisAudit {
     /// Name of the axis.
     pub name: String,
     /// Smallest and largest position \[mm or rad\].
     pub range: [f64; 2],
-    /// Where it is farthest outside its travel.
-    pub travel: Option<Overrun>,
+    /// Position farthest outside the travel, if any is.
+    pub travel: Option<TravelOverrun>,
     /// Largest velocity in a feed move, against the limit.
-    pub velocity: Ratio,
+    pub velocity: LimitRatio,
     /// Largest acceleration between feed moves, against the limit.
-    pub acceleration: Ratio,
+    pub acceleration: LimitRatio,
     /// Largest jerk over three feed moves, against the limit, if the control keeps the times of the blocks and
-    /// stands still without acceleration. It is told, not judged: not every control limits it.
-    pub jerk: Ratio,
+    /// stands still without acceleration. It is reported, not judged: not every control limits it.
+    pub jerk: LimitRatio,
 }
 
 /// A position outside the travel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Overrun {
+#[non_exhaustive]
+pub struct TravelOverrun {
     /// Line of the program.
     pub line: u32,
     /// Of a linear or a rotary axis.
     pub kind: AxisKind,
     /// Position \[mm or rad\].
     pub value: f64,
-    /// How far outside \[mm or rad\].
+    /// Distance beyond the end of travel \[mm or rad\].
     pub excess: f64,
 }
 
 /// A rate against its limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ratio {
-    /// Largest rate over limit as the text says it.
+#[non_exhaustive]
+pub struct LimitRatio {
+    /// Largest rate over limit, by the words as written.
     pub raw: f64,
-    /// The same less what the rounding of the text can have added: this is judged.
+    /// Largest rate over limit less the part that the rounding of the words can have added: this one is judged.
     pub worst: f64,
     /// Line where `worst` was found; 0 if nothing moves.
     pub line: u32,
@@ -364,53 +388,53 @@ pub struct Ratio {
 #[non_exhaustive]
 pub enum Finding {
     /// The tool cuts too deep.
-    Gouge(Extreme),
-    /// Too much is left.
-    Excess(Extreme),
-    /// All of it would keep the tolerance with the tool so much higher along its axis, see [`Deviation::higher`].
+    Gouge(ExtremeHeight),
+    /// The tool leaves too much material.
+    Excess(ExtremeHeight),
+    /// One shift of the tool along its axis would keep the tolerance everywhere, see [`Deviation::higher`].
     Length {
-        /// Least and most \[mm\].
+        /// Least and largest shift \[mm\].
         higher: [f64; 2],
     },
     /// Points that no tool came near.
     Uncut {
-        /// How many.
+        /// Number of points.
         points: usize,
         /// Their area \[mm²\].
         area: f64,
-        /// One of them.
-        place: Point3<f64>,
+        /// One of the points, workpiece frame \[mm\].
+        point: Point3<f64>,
     },
-    /// A rapid move finishes what no cut does; what it cuts is not counted on.
+    /// A rapid move finishes a point that no cut finishes; the material that a rapid cuts does not count as finished.
     Rapid {
         /// Line of the program.
         line: u32,
     },
     /// Points that could not be measured: no normal, or a search that was given up.
     Unmeasured {
-        /// How many.
+        /// Number of points.
         points: usize,
     },
     /// An axis leaves its travel.
     Travel {
         /// Name of the axis.
         axis: String,
-        /// Where.
-        worst: Overrun,
+        /// Position farthest outside.
+        worst: TravelOverrun,
     },
     /// An axis is too fast.
     Velocity {
         /// Name of the axis.
         axis: String,
-        /// How much.
-        worst: Ratio,
+        /// Largest ratio.
+        worst: LimitRatio,
     },
     /// An axis accelerates too much.
     Acceleration {
         /// Name of the axis.
         axis: String,
-        /// How much.
-        worst: Ratio,
+        /// Largest ratio.
+        worst: LimitRatio,
     },
 }
 
@@ -431,7 +455,7 @@ impl fmt::Display for Finding {
                      look at the tool length and the height of the work offset"
                 )
             }
-            Self::Uncut { points, area, place: p } => write!(
+            Self::Uncut { points, area, point: p } => write!(
                 f,
                 "{points} points ({area:.2} mm²) stay uncut, one at X {:.3} Y {:.3} Z {:.3}",
                 p.x, p.y, p.z
@@ -459,8 +483,8 @@ impl fmt::Display for Finding {
     }
 }
 
-impl fmt::Display for Extreme {
-    /// Where it is, and which line made it.
+impl fmt::Display for ExtremeHeight {
+    /// Writes the point, and the line that made it.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (p, [u, v]) = (self.point, self.uv);
         write!(
@@ -472,7 +496,7 @@ impl fmt::Display for Extreme {
     }
 }
 
-impl fmt::Display for Ratio {
+impl fmt::Display for LimitRatio {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
@@ -482,12 +506,13 @@ impl fmt::Display for Ratio {
     }
 }
 
-/// A program on `LinuxCNC` 2.9: a block of length L in which a rotary moves is passed at `sqrt(a L / 2)` at most, whatever
-/// comes next, `a` being what the axes named in the block allow along it.
+/// Audit of a program on a model of `LinuxCNC` 2.9.
 ///
-/// What it limits are the words. With tool-centre-point control those are the tip's, and slides may be asked for more than
-/// they can.
+/// A block of length L in which a rotary moves is passed at `sqrt(a L / 2)` at most, whatever comes next, `a` being the
+/// acceleration that the axes named in the block allow along it. The control limits the words. With tool-centre-point
+/// control those are the tip's, so linear axes may be driven beyond their limits.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct ModelAudit {
     /// Time of all blocks \[s\]; rapids at rapid speed.
     pub seconds: f64,
@@ -497,17 +522,18 @@ pub struct ModelAudit {
     /// mean velocities.
     pub acceleration: AxisRatio,
     /// Largest jerk, as the divided difference of three mean velocities of such moves, from and to rest without
-    /// acceleration. `LinuxCNC` 2.9 limits none: it is what the machine has to bear.
+    /// acceleration. `LinuxCNC` 2.9 does not limit jerk: the machine has to bear it.
     pub jerk: AxisRatio,
 }
 
-/// The axis that is nearest to its limit, or farthest beyond.
+/// Rate of the axis that is nearest to its limit, or farthest beyond.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct AxisRatio {
     /// Name of the axis.
     pub axis: String,
     /// Its rate against the limit.
-    pub ratio: Ratio,
+    pub ratio: LimitRatio,
 }
 
 #[cfg(test)]

@@ -13,7 +13,9 @@ use trunnion::nc::read::{self, Dialect, ReadOptions};
 use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{AxisVector, Silent, ToolPose};
-use trunnion::verify::{self, BoundOptions, CheckInput, CheckOptions, Extreme, Finding, Report};
+use trunnion::verify::{
+    self, BoundOptions, CheckInput, CheckOptions, ExtremeHeight, Finding, Report,
+};
 
 const RADIUS: f64 = 5.0;
 const OPTIONS: CheckOptions = CheckOptions {
@@ -127,7 +129,7 @@ impl Job {
     }
 }
 
-fn gouge(report: &Report) -> Option<Extreme> {
+fn gouge(report: &Report) -> Option<ExtremeHeight> {
     report.findings.iter().find_map(|finding| match finding {
         Finding::Gouge(worst) => Some(*worst),
         _ => None,

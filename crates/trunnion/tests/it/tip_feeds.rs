@@ -20,7 +20,7 @@ use trunnion::post::{
     Poster, ProgramHead, control_of,
 };
 use trunnion::types::AxisVector;
-use trunnion::verify::{self, Audit, Ratio};
+use trunnion::verify::{self, Audit, LimitRatio};
 
 /// Dialects whose F is a speed of the tip, by what reads them. (Of tool vectors the rotaries are reckoned back, from words
 /// that no axis has.)
@@ -94,7 +94,7 @@ fn post(
 }
 
 /// Largest ratio of all axes.
-fn worst(audit: &Audit, of: impl Fn(&verify::AxisAudit) -> Ratio) -> f64 {
+fn worst(audit: &Audit, of: impl Fn(&verify::AxisAudit) -> LimitRatio) -> f64 {
     audit.axes.iter().map(|axis| of(axis).worst).fold(0.0, f64::max)
 }
 

@@ -1,11 +1,12 @@
 //! Axes against travel, velocity and acceleration limits, from the text's own times.
 
+use super::block_timing::BlockTiming;
+use super::linuxcnc::LinuxCncModel;
+use super::mean_acceleration::MeanAcceleration;
+use super::within_block::WithinBlock;
 use crate::machine::{Axis, FIRST_ROTARY};
 use crate::nc::read::ProgramSource;
 use crate::types::{AXES, AxisVector, TRAVEL_ROUNDING};
-use crate::verify::axes::blocks::Blocks;
-use crate::verify::axes::linuxcnc::Model;
-use crate::verify::axes::within_block::Inner;
 use crate::verify::error::VerifyError;
 use crate::verify::replay::control::Control;
 use crate::verify::replay::controls::Controls;
@@ -13,128 +14,231 @@ use crate::verify::replay::orient::Choices;
 use crate::verify::replay::segment::{Block, Course, Segment};
 use crate::verify::replay::segments::Run;
 use crate::verify::replay::tables::Changes;
-use crate::verify::report::{Audit, AxisAudit, Overrun, Ratio};
+use crate::verify::report::{Audit, AxisAudit, LimitRatio, TravelOverrun};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
 
-/// What a stretch of a program asks of the axes.
-struct Stretch {
+/// Mean motion of the axes over one feed block, or over one chord of an arc.
+struct MeanMotion {
+    /// Line of the program.
     line: u32,
+    /// Mean velocity \[mm/s, rad/s\].
     velocity: AxisVector,
+    /// Time \[s\].
     duration: f64,
-    /// That it is of.
+    /// Block that it belongs to.
     block: Block,
-    /// Velocity that the rounding of the words can have added.
+    /// Velocity that the rounding of the words can have added \[mm/s, rad/s\].
     slack: AxisVector,
 }
 
-/// What running a program once tells.
-pub(crate) struct Audited {
+/// Results of one replay of a program.
+pub(crate) struct ReplayAudit {
     pub(crate) audit: Audit,
     pub(crate) choices: Choices,
     pub(crate) changes: Changes,
 }
 
-/// Audits all moves.
+/// Audits all moves of a program.
 pub(crate) fn audit(
     controls: &Controls,
     run: &Run<'_>,
     program: &dyn ProgramSource,
-) -> Result<Audited, VerifyError> {
-    let control = controls.first();
+) -> Result<ReplayAudit, VerifyError> {
     let mut replay = run.replay().ok_or(VerifyError::NoMotion)?;
-    let mut axes = control.real().machine().axes.each_ref().map(AxisState::new);
-    let mut before = None;
-    let (mut chord, mut start): (Option<Stretch>, _) = (None, AxisVector::zeros());
-    let mut change = Change::REST;
-    let mut inner = Inner::default();
-    let (mut blocks, mut model) = (Blocks::new(control), Model::new(control));
-    let (mut moves, mut all, mut rapid) = (0, 0.0, 0.0);
+    let mut auditor = AxisAuditor::new(controls.first());
     for segment in replay.by_ref() {
         let segment = &segment?;
-        let control = controls.of(segment.tool);
-        moves += usize::from(segment.block.begins);
-        all += segment.duration;
-        rapid += if segment.rapid { segment.duration } else { 0.0 };
-        visit(control, segment, (&mut inner, &mut axes))?;
+        auditor.take(controls.of(segment.tool), segment, program)?;
+    }
+    let audit = auditor.finish()?;
+    Ok(ReplayAudit { audit, choices: replay.choices, changes: replay.changes })
+}
+
+/// Audit in progress: running results over the segments replayed so far.
+struct AxisAuditor<'a> {
+    axes: [AxisState<'a>; AXES],
+    within: WithinBlock,
+    timing: BlockTiming<'a>,
+    linuxcnc: LinuxCncModel<'a>,
+    /// Mean motion of the feed block before; `None` at a standstill.
+    block: Option<MeanMotion>,
+    /// Mean motion of the last feed segment.
+    chord: Option<MeanMotion>,
+    /// Axis positions at which the current block began.
+    start: AxisVector,
+    /// Mean acceleration into the feed block before.
+    acceleration: MeanAcceleration,
+    moves: usize,
+    /// Time of all blocks, and of the rapids among them \[s\].
+    duration: f64,
+    rapid: f64,
+}
+
+impl<'a> AxisAuditor<'a> {
+    /// Starts at a standstill.
+    fn new(control: &'a Control) -> Self {
+        Self {
+            axes: control.real().machine().axes.each_ref().map(AxisState::new),
+            within: WithinBlock::default(),
+            timing: BlockTiming::new(control),
+            linuxcnc: LinuxCncModel::new(control),
+            block: None,
+            chord: None,
+            start: AxisVector::zeros(),
+            acceleration: MeanAcceleration::STANDSTILL,
+            moves: 0,
+            duration: 0.0,
+            rapid: 0.0,
+        }
+    }
+
+    /// Takes in the next segment.
+    fn take(
+        &mut self,
+        control: &Control,
+        segment: &Segment,
+        program: &dyn ProgramSource,
+    ) -> Result<(), VerifyError> {
+        self.moves += usize::from(segment.block.begins);
+        self.duration += segment.duration;
+        self.rapid += if segment.rapid { segment.duration } else { 0.0 };
+        self.visit(control, segment)?;
         if segment.rapid || matches!(segment.course, Course::Rest) {
-            // The machine rests before and after: the stretch before runs into a standstill.
-            between(&mut axes, before.take().as_ref(), None, &mut change);
-            change = Change::REST;
-            model.rest(segment.duration);
-            continue;
+            // The machine rests before and after: the feed block before runs into a standstill.
+            let before = self.block.take();
+            self.difference(before.as_ref(), None);
+            self.acceleration = MeanAcceleration::STANDSTILL;
+            self.linuxcnc.rest(segment.duration);
+            return Ok(());
         }
+        // Without time there is no velocity; a move of no length is not judged.
         if segment.duration <= 0.0 {
-            continue;
+            return Ok(());
         }
-        let stretch = stretch(control, segment, program)?;
-        let fastest = fastest(&inner, &stretch, &mut axes);
-        blocks.take(control, segment, &fastest)?;
-        model.chord(control, segment, &fastest);
+        self.feed(control, segment, program)
+    }
+
+    /// Takes in the positions of a segment, where they are known.
+    fn visit(&mut self, control: &Control, segment: &Segment) -> Result<(), VerifyError> {
+        if segment.is_unknown() {
+            return Ok(());
+        }
+        self.within.sample(control, segment)?;
+        for q in self.within.joints() {
+            self.axes.iter_mut().zip(q.iter()).for_each(|(axis, &q)| axis.visit(q, segment.line));
+        }
+        Ok(())
+    }
+
+    /// Takes in a feed segment: a block, or one chord of an arc.
+    fn feed(
+        &mut self,
+        control: &Control,
+        segment: &Segment,
+        program: &dyn ProgramSource,
+    ) -> Result<(), VerifyError> {
+        let motion = mean_motion(control, segment, program)?;
+        let fastest = self.within.fastest(motion.duration);
+        for (index, axis) in self.axes.iter_mut().enumerate() {
+            axis.velocity.take(fastest[index], motion.slack[index], axis.axis.vel, motion.line);
+        }
+        self.timing.take(control, segment, &fastest)?;
+        self.linuxcnc.chord(control, segment, &fastest);
         if segment.block.begins {
-            start = segment.joints[0];
-        } else if let Some(chord) = &chord {
-            within(&mut axes, chord, &stretch);
+            self.start = segment.joints[0];
+        } else if let Some(chord) = &self.chord {
+            within_arc(&mut self.axes, chord, &motion);
         }
-        chord = Some(stretch);
+        self.chord = Some(motion);
         if !segment.block.ends {
-            continue;
+            return Ok(());
         }
-        let (joints, duration) = ([start, segment.joints[1]], segment.block.duration);
-        let stretch = self::stretch(control, &Segment { joints, duration, ..*segment }, program)?;
-        between(&mut axes, before.as_ref(), Some(&stretch), &mut change);
-        model.end(stretch.line, stretch.duration, [stretch.velocity, stretch.slack]);
-        before = Some(stretch);
+        // Between blocks the whole block counts, not its last chord: its ends, over its own time.
+        let (joints, duration) = ([self.start, segment.joints[1]], segment.block.duration);
+        let motion = mean_motion(control, &Segment { joints, duration, ..*segment }, program)?;
+        let before = self.block.take();
+        self.difference(before.as_ref(), Some(&motion));
+        self.linuxcnc.end(motion.line, motion.duration, [motion.velocity, motion.slack]);
+        self.block = Some(motion);
+        Ok(())
     }
-    between(&mut axes, before.as_ref(), None, &mut change);
-    if moves == 0 {
-        return Err(VerifyError::NoMotion);
+
+    /// Judges acceleration from one block to the next, and jerk since the one before; `None` is a standstill.
+    ///
+    /// The divided difference of two mean velocities is a weighted mean of the acceleration over both
+    /// blocks (weights form a trapezoid of area 1), so it cannot exceed a limit that is kept. That of two such
+    /// accelerations, over a third of the time of all three blocks, is one of the jerk (weights form a B-spline
+    /// of the second degree).
+    fn difference(&mut self, from: Option<&MeanMotion>, to: Option<&MeanMotion>) {
+        let at = |motion: Option<&MeanMotion>| {
+            motion.map_or((AxisVector::zeros(), AxisVector::zeros(), 0.0), |motion| {
+                (motion.velocity, motion.slack, motion.duration)
+            })
+        };
+        let ((v1, slack1, time1), (v2, slack2, time2)) = (at(from), at(to));
+        let Some(line) = to.or(from).map(|motion| motion.line) else { return };
+        // Mean velocities belong to the middles of both blocks, which are (T1 + T2) / 2 apart.
+        let time = 0.5 * (time1 + time2);
+        let next = MeanAcceleration {
+            acceleration: (v2 - v1) / time,
+            slack: (slack1 + slack2) / time,
+            first: time1,
+        };
+        let last = &self.acceleration;
+        // j = (a2 - a1) / ((T0 + T1 + T2) / 3).
+        let whole = (last.first + time1 + time2) / 3.0;
+        for (index, axis) in self.axes.iter_mut().enumerate() {
+            let (acceleration, slack) = (next.acceleration[index], next.slack[index]);
+            axis.acceleration.take(acceleration, slack, axis.axis.acc, line);
+            let jerk = (acceleration - last.acceleration[index]) / whole;
+            axis.jerk.take(jerk, (slack + last.slack[index]) / whole, axis.axis.jerk, line);
+        }
+        self.acceleration = next;
     }
-    let audit = Audit {
-        axes: axes.map(AxisState::finish),
-        duration: all,
-        rapid,
-        moves,
-        held: blocks.held + rapid,
-        linuxcnc: model.finish(),
-        brief: blocks.brief,
-        singular: blocks.singular,
-    };
-    Ok(Audited { audit, choices: replay.choices, changes: replay.changes })
+
+    /// Runs the last block into a standstill, and returns the results.
+    fn finish(mut self) -> Result<Audit, VerifyError> {
+        let before = self.block.take();
+        self.difference(before.as_ref(), None);
+        if self.moves == 0 {
+            return Err(VerifyError::NoMotion);
+        }
+        Ok(Audit {
+            axes: self.axes.map(AxisState::finish),
+            duration: self.duration,
+            rapid: self.rapid,
+            moves: self.moves,
+            held: self.timing.held + self.rapid,
+            linuxcnc: self.linuxcnc.finish(),
+            brief: self.timing.short,
+            singular: self.timing.singular,
+        })
+    }
 }
 
-/// Takes the positions of a move in, where they are known.
-fn visit(
-    control: &Control,
-    segment: &Segment,
-    (inner, axes): (&mut Inner, &mut [AxisState<'_>; AXES]),
-) -> Result<(), VerifyError> {
-    if segment.is_unknown() {
-        return Ok(());
-    }
-    inner.look(control, segment)?;
-    for q in inner.joints() {
-        axes.iter_mut().zip(q.iter()).for_each(|(axis, &q)| axis.visit(q, segment.line));
-    }
-    Ok(())
-}
-
-/// Takes the largest velocities of a move in.
-fn fastest(inner: &Inner, stretch: &Stretch, axes: &mut [AxisState<'_>; AXES]) -> AxisVector {
-    let fastest = inner.fastest(stretch.duration);
+/// Judges the acceleration from one chord of an arc to the next, at the feed programmed.
+///
+/// The control reaches the feed at the ends of the arc by its own rules, which are not judged.
+fn within_arc(axes: &mut [AxisState<'_>; AXES], from: &MeanMotion, to: &MeanMotion) {
+    let time = 0.5 * (from.duration + to.duration);
     for (index, axis) in axes.iter_mut().enumerate() {
-        axis.velocity.take(fastest[index], stretch.slack[index], axis.axis.vel, stretch.line);
+        let acceleration = (to.velocity[index] - from.velocity[index]) / time;
+        // A radius or centre off by e adds e w to the velocity and e w² to the acceleration, w = sweep / time of the
+        // block; slack is 2 e over that time, and it turns with w as well.
+        let slack = to.slack[index] * to.block.sweep.max(0.5 * to.block.sweep.powi(2));
+        let slack = slack / to.block.duration;
+        axis.acceleration.take(acceleration, slack, axis.axis.acc, to.line);
     }
-    fastest
 }
 
-/// Mean velocity of a block and its slack: both ends may be off by the rounding, and the time by
+/// Returns the mean velocity of a segment and its slack: both ends may be off by the rounding, and the time by
 /// the last digit of the feed word.
-fn stretch(
+fn mean_motion(
     control: &Control,
     segment: &Segment,
     program: &dyn ProgramSource,
-) -> Result<Stretch, VerifyError> {
+) -> Result<MeanMotion, VerifyError> {
     let duration = segment.duration;
     let velocity = (segment.joints[1] - segment.joints[0]) / duration;
     let error = joint_rounding(control, segment, &rounded(program.rounding()))?;
@@ -142,24 +246,27 @@ fn stretch(
     // its chords evenly.
     let block = segment.block;
     let feed = if block.timed { program.feed_rounding() } else { 0.0 };
+    // F off by e changes the time T = 60 / F by the share e / (F - e), at most twice e / F = e T / 60 up to F = 2 e.
     let feed = 2.0 * feed * block.duration / 60.0;
+    // Both ends may be off by the error in opposite directions.
     let slack = error * (2.0 / block.duration) + velocity.abs() * feed.min(1.0);
-    Ok(Stretch { line: segment.line, velocity, duration, block, slack })
+    Ok(MeanMotion { line: segment.line, velocity, duration, block, slack })
 }
 
-/// Half of a last digit from which words say what is meant \[mm, degrees\]: no path of which a tolerance is asked is
-/// rounded so coarsely.
+/// Half of a last digit from which words are taken as exact \[mm, degrees\]: no path that has a tolerance is rounded so
+/// coarsely.
 const COARSE: f64 = 0.05;
 
-/// Rounding of the axis words, as far as they are rounded.
+/// Returns the rounding of the axis words; 0 for words that are taken as exact.
 fn rounded(words: &AxisVector) -> AxisVector {
+    // One decimal has a half digit of COARSE itself: the factor keeps it coarse whatever its own rounding.
     let coarse = |slot: usize| if slot < FIRST_ROTARY { COARSE } else { COARSE.to_radians() };
     AxisVector::from_fn(|slot, _| if words[slot] < 0.99 * coarse(slot) { words[slot] } else { 0.0 })
 }
 
-/// What the rounding of the words does to the joints at a block's end \[mm, rad\].
+/// Bounds the error of the joints at a block's end by the rounding of its words \[mm, rad\].
 ///
-/// Without TCP that is the rounding itself. With it the linear axes follow
+/// Without TCP it is the rounding itself. With it the linear axes follow
 /// `J dl = dtip - (d tip / d rotary) d rotary`, and the tip's distances from the rotary axes bound
 /// the last term.
 fn joint_rounding(
@@ -176,88 +283,27 @@ fn joint_rounding(
         kinematics.forward(&moved).tip
     };
     let here = kinematics.forward(&q).tip;
+    // The tip is linear in X, Y and Z, so a step of 1 mm is a column of the Jacobian J.
     let column = |axis: usize| tip(axis, 1.0) - here;
     let inverse = Matrix3::from_columns(&[column(0), column(1), column(2)])
         .try_inverse()
         .ok_or(VerifyError::LinearAxes)?;
+    // Half a turn moves the tip by the diameter of its circle about the axis: half of that is its lever.
     let swing = |axis: usize| 0.5 * (tip(axis, PI) - here).norm() * rounding[axis];
     let error = rounding.fixed_rows::<3>(0).norm() + swing(3) + swing(4);
+    // A row of the inverse times an error of any direction is at most its norm times the length of the error.
     let linear: Vector3<f64> = Vector3::from_fn(|row, _| inverse.row(row).norm() * error);
     Ok(AxisVector::new(linear.x, linear.y, linear.z, rounding[3], rounding[4]))
-}
-
-/// Mean acceleration from one stretch to the next, what rounding can have added to it, and when it begins: at
-/// the beginning of the first of both.
-struct Change {
-    acceleration: AxisVector,
-    slack: AxisVector,
-    /// Time of the first of both \[s\].
-    before: f64,
-}
-
-impl Change {
-    /// A standstill.
-    const REST: Self = Self {
-        acceleration: AxisVector::new(0.0, 0.0, 0.0, 0.0, 0.0),
-        slack: AxisVector::new(0.0, 0.0, 0.0, 0.0, 0.0),
-        before: 0.0,
-    };
-}
-
-/// Acceleration from one chord of an arc to the next, at the feed programmed. How the feed is reached at the ends of the
-/// arc is the control's business.
-fn within(axes: &mut [AxisState<'_>; AXES], from: &Stretch, to: &Stretch) {
-    let time = 0.5 * (from.duration + to.duration);
-    for (index, axis) in axes.iter_mut().enumerate() {
-        let acceleration = (to.velocity[index] - from.velocity[index]) / time;
-        // A radius or centre off by e adds e w to the velocity and e w² to the acceleration, w = sweep / time of the
-        // block; slack is 2 e over that time, and it turns with w as well.
-        let slack = to.slack[index] * to.block.sweep.max(0.5 * to.block.sweep.powi(2));
-        let slack = slack / to.block.duration;
-        axis.acceleration.take(acceleration, slack, axis.axis.acc, to.line);
-    }
-}
-
-/// Acceleration from one stretch to the next, and jerk since the one before; `None` is a standstill.
-///
-/// The divided difference of two mean velocities is a weighted mean of the acceleration over both
-/// stretches (weights form a trapezoid of area 1), so it cannot exceed a limit that is kept. That of two such
-/// accelerations, over a third of the time of all three stretches, is one of the jerk (weights form a B-spline
-/// of the second degree).
-fn between(
-    axes: &mut [AxisState<'_>; AXES],
-    from: Option<&Stretch>,
-    to: Option<&Stretch>,
-    last: &mut Change,
-) {
-    let at = |stretch: Option<&Stretch>| {
-        stretch.map_or((AxisVector::zeros(), AxisVector::zeros(), 0.0), |s| {
-            (s.velocity, s.slack, s.duration)
-        })
-    };
-    let ((v1, slack1, time1), (v2, slack2, time2)) = (at(from), at(to));
-    let Some(line) = to.or(from).map(|s| s.line) else { return };
-    let time = 0.5 * (time1 + time2);
-    let change =
-        Change { acceleration: (v2 - v1) / time, slack: (slack1 + slack2) / time, before: time1 };
-    let whole = (last.before + time1 + time2) / 3.0;
-    for (index, axis) in axes.iter_mut().enumerate() {
-        let (acceleration, slack) = (change.acceleration[index], change.slack[index]);
-        axis.acceleration.take(acceleration, slack, axis.axis.acc, line);
-        let jerk = (acceleration - last.acceleration[index]) / whole;
-        axis.jerk.take(jerk, (slack + last.slack[index]) / whole, axis.axis.jerk, line);
-    }
-    *last = change;
 }
 
 /// Running results of an axis.
 struct AxisState<'a> {
     axis: &'a Axis,
     range: [f64; 2],
-    travel: Option<Overrun>,
-    velocity: Ratio,
-    acceleration: Ratio,
-    jerk: Ratio,
+    travel: Option<TravelOverrun>,
+    velocity: LimitRatio,
+    acceleration: LimitRatio,
+    jerk: LimitRatio,
 }
 
 impl<'a> AxisState<'a> {
@@ -266,19 +312,20 @@ impl<'a> AxisState<'a> {
             axis,
             range: [f64::INFINITY, f64::NEG_INFINITY],
             travel: None,
-            velocity: Ratio::NONE,
-            acceleration: Ratio::NONE,
-            jerk: Ratio::NONE,
+            velocity: LimitRatio::NONE,
+            acceleration: LimitRatio::NONE,
+            jerk: LimitRatio::NONE,
         }
     }
 
-    /// Takes a position in.
+    /// Takes in a position.
     fn visit(&mut self, q: f64, line: u32) {
         self.range = [self.range[0].min(q), self.range[1].max(q)];
         let [low, high] = self.axis.limits;
+        // Positive beyond either end; at most one of both is.
         let excess = (low - q).max(q - high);
         if excess > TRAVEL_ROUNDING && self.travel.is_none_or(|worst| excess > worst.excess) {
-            self.travel = Some(Overrun { line, kind: self.axis.kind, value: q, excess });
+            self.travel = Some(TravelOverrun { line, kind: self.axis.kind, value: q, excess });
         }
     }
 
@@ -298,13 +345,14 @@ impl<'a> AxisState<'a> {
 /// known to 1e-8 of itself.
 const RATE_ROUNDING: f64 = 1e-8;
 
-impl Ratio {
+impl LimitRatio {
     /// Nothing moves.
     pub(crate) const NONE: Self = Self { raw: 0.0, worst: 0.0, line: 0, broken: 0 };
 
-    /// Takes a rate in.
+    /// Takes in a rate.
     pub(crate) fn take(&mut self, rate: f64, slack: f64, limit: f64, line: u32) {
         let raw = rate.abs() / limit;
+        // The least rate that unrounded words can have: a limit counts as broken only if that breaks it.
         let worst = (rate.abs() - slack).max(0.0) / limit;
         self.raw = self.raw.max(raw);
         if worst > self.worst {

@@ -1,27 +1,29 @@
-//! What a program is on a control that is known by measurement: `LinuxCNC` 2.9, which does not look ahead where rotaries
-//! move.
+//! Model of a control known by measurement: `LinuxCNC` 2.9, which does not look ahead where rotaries move.
 
+use super::mean_acceleration::MeanAcceleration;
 use crate::machine::{FIRST_ROTARY, Machine};
 use crate::types::{AXES, AxisVector};
 use crate::verify::replay::control::Control;
 use crate::verify::replay::segment::{Course, Segment};
-use crate::verify::report::{AxisRatio, ModelAudit, Ratio};
+use crate::verify::report::{AxisRatio, LimitRatio, ModelAudit};
 
-/// A block so far.
+/// Totals of a block up to its current chord.
 #[derive(Debug, Default)]
-struct Way {
+struct BlockProgress {
+    /// Length along the words \[mm, or rad where only rotaries move\].
     length: f64,
-    /// Time by the velocities \[s\].
+    /// Time by the velocity limits \[s\].
     least: f64,
     /// Acceleration of the axes over their limits, where the block is passed at 1 mm/s² \[s²/mm\].
     share: f64,
+    /// A rotary axis moves.
     turns: bool,
-    /// Velocities at the times programmed.
+    /// Largest velocities at the times programmed.
     fastest: AxisVector,
 }
 
-impl Way {
-    /// Time of a block that is programmed to take `seconds`.
+impl BlockProgress {
+    /// Returns the time of a block that is programmed to take `seconds`.
     fn seconds(&self, seconds: f64) -> f64 {
         // Length over sqrt(a L / 2), a = 1 / share.
         let turning = if self.turns { (2.0 * self.length * self.share).sqrt() } else { 0.0 };
@@ -29,123 +31,121 @@ impl Way {
     }
 }
 
-/// How the block before ended.
+/// End of the block before.
 #[derive(Debug, Clone, Copy)]
-enum Before {
+enum PreviousBlock {
     /// The machine stands.
     Rest,
     /// Without rotaries the control looks ahead and keeps its limits.
     Straight,
-    Turning(Mean),
+    /// A rotary moved at this mean velocity.
+    Turning(MeanVelocity),
 }
 
-/// A block's mean velocity, what rounding can have added to it, and its time.
+/// Mean velocity of a block at its modelled time.
 #[derive(Debug, Clone, Copy)]
-struct Mean {
+struct MeanVelocity {
     velocity: AxisVector,
+    /// Velocity that rounding can have added.
     slack: AxisVector,
+    /// Modelled time of the block \[s\].
     seconds: f64,
 }
 
-/// Runs the model block by block.
-pub(crate) struct Model<'a> {
+/// Model of the control, run block by block.
+pub(crate) struct LinuxCncModel<'a> {
     machine: &'a Machine,
-    way: Way,
-    before: Before,
+    block: BlockProgress,
+    before: PreviousBlock,
     seconds: f64,
-    velocity: [Ratio; AXES],
-    acceleration: [Ratio; AXES],
-    jerk: [Ratio; AXES],
-    /// The last mean acceleration; `None` behind moves that the control looks ahead over.
-    change: Option<Change>,
+    velocity: [LimitRatio; AXES],
+    acceleration: [LimitRatio; AXES],
+    jerk: [LimitRatio; AXES],
+    /// The last mean acceleration; `None` after blocks that the control looks ahead over.
+    last: Option<MeanAcceleration>,
     line: u32,
 }
 
-/// Mean acceleration over two moves, what rounding can have added to it, and the time of the first.
-#[derive(Debug, Clone, Copy)]
-struct Change {
-    acceleration: AxisVector,
-    slack: AxisVector,
-    before: f64,
-}
-
-impl Change {
-    fn standstill() -> Self {
-        Self { acceleration: AxisVector::zeros(), slack: AxisVector::zeros(), before: 0.0 }
-    }
-}
-
-impl<'a> Model<'a> {
+impl<'a> LinuxCncModel<'a> {
     pub(crate) fn new(control: &'a Control) -> Self {
         Self {
             machine: control.real().machine(),
-            way: Way::default(),
-            before: Before::Rest,
+            block: BlockProgress::default(),
+            before: PreviousBlock::Rest,
             seconds: 0.0,
-            velocity: [Ratio::NONE; AXES],
-            acceleration: [Ratio::NONE; AXES],
-            jerk: [Ratio::NONE; AXES],
-            change: Some(Change::standstill()),
+            velocity: [LimitRatio::NONE; AXES],
+            acceleration: [LimitRatio::NONE; AXES],
+            jerk: [LimitRatio::NONE; AXES],
+            last: Some(MeanAcceleration::STANDSTILL),
             line: 0,
         }
     }
 
-    /// A feed move that is a block or part of one, and its largest velocities at the time programmed.
+    /// Takes in a feed move that is a block or part of one, with its largest velocities at the time programmed.
     pub(crate) fn chord(&mut self, control: &Control, segment: &Segment, fastest: &AxisVector) {
         if segment.block.begins {
-            self.way = Way::default();
+            self.block = BlockProgress::default();
         }
-        let words = words(control, segment);
+        let words = word_changes(control, segment);
         let tip = words.fixed_rows::<FIRST_ROTARY>(0).norm();
         let turn = words.fixed_rows::<{ AXES - FIRST_ROTARY }>(FIRST_ROTARY).norm();
+        // The length of a block is that of X, Y and Z; only without one do the rotaries count.
         let length = if tip > 0.0 { tip } else { turn };
         let over = |limits: AxisVector| words.abs().component_div(&limits).amax();
-        let way = &mut self.way;
-        way.least += over(self.machine.vector(|axis| axis.vel));
+        let block = &mut self.block;
+        block.least += over(self.machine.vector(|axis| axis.vel));
         if length > 0.0 {
-            way.share = way.share.max(over(self.machine.vector(|axis| axis.acc)) / length);
+            block.share = block.share.max(over(self.machine.vector(|axis| axis.acc)) / length);
         }
-        way.length += length;
-        way.turns |= turn > 0.0;
-        way.fastest = way.fastest.sup(fastest);
+        block.length += length;
+        block.turns |= turn > 0.0;
+        block.fastest = block.fastest.sup(fastest);
     }
 
-    /// The block ends that is programmed to take `seconds`, with a mean velocity and what rounding can have added to it.
+    /// Ends the block, programmed to take `seconds`, with its mean velocity and what rounding can have added to it.
     pub(crate) fn end(&mut self, line: u32, seconds: f64, [velocity, slack]: [AxisVector; 2]) {
-        let modelled = self.way.seconds(seconds);
+        let modelled = self.block.seconds(seconds);
         let slower = seconds / modelled;
-        let fastest = self.way.fastest * slower;
-        let mean = Mean { velocity: velocity * slower, slack: slack * slower, seconds: modelled };
+        let fastest = self.block.fastest * slower;
+        // A block that takes longer than programmed has its velocities in proportion.
+        let mean =
+            MeanVelocity { velocity: velocity * slower, slack: slack * slower, seconds: modelled };
         self.seconds += modelled;
         self.line = line;
         let axes = self.velocity.iter_mut().zip(&self.machine.axes).enumerate();
         axes.for_each(|(k, (ratio, axis))| ratio.take(fastest[k], mean.slack[k], axis.vel, line));
-        if self.way.turns {
-            self.change(Some(mean));
-            self.before = Before::Turning(mean);
+        if self.block.turns {
+            self.difference(Some(mean));
+            self.before = PreviousBlock::Turning(mean);
         } else {
-            (self.before, self.change) = (Before::Straight, None);
+            (self.before, self.last) = (PreviousBlock::Straight, None);
         }
     }
 
-    /// The machine rests before and after what takes `seconds`.
+    /// Takes in a move of `seconds` before and after which the machine rests.
     pub(crate) fn rest(&mut self, seconds: f64) {
-        self.change(None);
-        (self.before, self.change) = (Before::Rest, Some(Change::standstill()));
+        self.difference(None);
+        (self.before, self.last) = (PreviousBlock::Rest, Some(MeanAcceleration::STANDSTILL));
         self.seconds += seconds;
     }
 
-    /// Acceleration from the block before to this one, or to rest.
-    fn change(&mut self, to: Option<Mean>) {
-        let rest = Mean { velocity: AxisVector::zeros(), slack: AxisVector::zeros(), seconds: 0.0 };
+    /// Judges the acceleration from the block before to this one, or to rest, and the jerk since the one before.
+    fn difference(&mut self, to: Option<MeanVelocity>) {
+        let rest = MeanVelocity {
+            velocity: AxisVector::zeros(),
+            slack: AxisVector::zeros(),
+            seconds: 0.0,
+        };
         let (from, to) = match (self.before, to) {
-            (Before::Straight, _) | (Before::Rest, None) => {
-                self.change = None;
+            (PreviousBlock::Straight, _) | (PreviousBlock::Rest, None) => {
+                // The control plans these changes of velocity itself, within its limits.
+                self.last = None;
                 return;
             }
-            (Before::Rest, Some(to)) => (rest, to),
-            (Before::Turning(from), to) => (from, to.unwrap_or(rest)),
+            (PreviousBlock::Rest, Some(to)) => (rest, to),
+            (PreviousBlock::Turning(from), to) => (from, to.unwrap_or(rest)),
         };
+        // Mean velocities belong to the middles of both blocks.
         let time = 0.5 * (from.seconds + to.seconds);
         let acceleration = (to.velocity - from.velocity) / time;
         let slack = (to.slack + from.slack) / time;
@@ -153,10 +153,10 @@ impl<'a> Model<'a> {
         axes.for_each(|(k, (ratio, axis))| {
             ratio.take(acceleration[k], slack[k], axis.acc, self.line);
         });
-        let change = Change { acceleration, slack, before: from.seconds };
-        if let Some(last) = self.change.replace(change) {
-            // As in the audit: a third of the time of all three.
-            let whole = (last.before + from.seconds + to.seconds) / 3.0;
+        let next = MeanAcceleration { acceleration, slack, first: from.seconds };
+        if let Some(last) = self.last.replace(next) {
+            // As in the audit: j = (a2 - a1) / ((T0 + T1 + T2) / 3).
+            let whole = (last.first + from.seconds + to.seconds) / 3.0;
             let jerk = (acceleration - last.acceleration) / whole;
             let slack = (slack + last.slack) / whole;
             let axes = self.jerk.iter_mut().zip(&self.machine.axes).enumerate();
@@ -164,13 +164,15 @@ impl<'a> Model<'a> {
         }
     }
 
+    /// Runs the last block into a standstill, and returns the worst axis of each rate.
     pub(crate) fn finish(mut self) -> ModelAudit {
         self.rest(0.0);
-        let worst = |ratios: [Ratio; AXES]| {
+        let worst = |ratios: [LimitRatio; AXES]| {
             let named = ratios.into_iter().zip(&self.machine.axes);
             let worst = named.reduce(|a, b| if b.0.worst > a.0.worst { b } else { a });
-            let (ratio, axis) = worst
-                .map_or((Ratio::NONE, String::new()), |(ratio, axis)| (ratio, axis.name.clone()));
+            let (ratio, axis) = worst.map_or((LimitRatio::NONE, String::new()), |(ratio, axis)| {
+                (ratio, axis.name.clone())
+            });
             AxisRatio { axis, ratio }
         };
         let [velocity, acceleration, jerk] =
@@ -179,8 +181,9 @@ impl<'a> Model<'a> {
     }
 }
 
-/// By how much a move changes what its words say \[mm, rad\].
-fn words(control: &Control, segment: &Segment) -> AxisVector {
+/// Returns the changes of the words over a move \[mm, rad\]: of the tip and the rotaries with tool-centre-point control,
+/// else of the joints.
+fn word_changes(control: &Control, segment: &Segment) -> AxisVector {
     let mut words = segment.joints[1] - segment.joints[0];
     let tip = match segment.course {
         Course::Tip { ends: [from, to], .. } => to - from,

@@ -81,6 +81,7 @@ impl MeasureScope {
 
     /// Returns a box around the rays of a bundle, from the reach below up to `top` \[mm\].
     pub(crate) fn around(&self, bundle: &RayBundle, top: f64) -> BoundingBox {
+        // Every point of every ray, from the centre: across, along, and the error of the pieces.
         let far = bundle.radius + bundle.bulge + self.reach.max(top) + self.error();
         BoundingBox { low: bundle.centre, high: bundle.centre }.grown(far)
     }
@@ -139,9 +140,11 @@ impl<'a> MotionChunks<'a> {
         let MeasuredTools { cutters, options } = tools;
         let far = cutters.iter().map(|cutter| tool::size(cutter)).fold(0.0, f64::max);
         let scope = MeasureScope::new(tools, moves);
+        // Points that matter are in the tool, or on a ray as far from it as the search range.
         let far = far + options.reach;
         let mut chunks = Self { run, scope, far, size, whole: None };
         let mut segments = run.segments();
+        // A program of one chunk is kept whole, and is then split into pieces only once.
         let Some(first) = chunks.next(&mut segments)? else { return Ok(None) };
         if chunks.next(&mut segments)?.is_none() {
             chunks.whole =
@@ -265,6 +268,7 @@ impl MotionChunk {
             for part in scope.bodies_in(piece) {
                 let Some(body) = scope.bodies.get(part as usize) else { continue };
                 let content = ContentId { item: narrow(index), body: part };
+                // The pieces are off the moves by the error, which the boxes must cover.
                 let grown = boxes(piece, *body).map(|bounds| bounds.grown(scope.error()));
                 let near = grown.filter(|bounds| bounds.meets(within));
                 items.extend(near.map(|bounds| TreeItem { bounds, content }));
@@ -320,6 +324,7 @@ fn narrow(index: usize) -> u32 {
 fn boxes(piece: &MotionPiece, body: ConvexBody) -> impl Iterator<Item = BoundingBox> {
     let [low, high] = body.heights();
     let radius = body.radius();
+    // Boxes as high as the body is wide, but not more than are worth their place in the tree.
     let count = ((high - low) / (2.0 * radius)).ceil().clamp(1.0, 64.0);
     let mut index = 0.0;
     std::iter::from_fn(move || {

@@ -59,6 +59,7 @@ impl FaceGrid {
 fn share(values: &[f64], i: usize) -> f64 {
     let at = |i: usize| values.get(i).copied();
     let Some(here) = at(i) else { return 0.0 };
+    // At a border the missing half counts as nothing: a trapezoidal rule.
     let before = i.checked_sub(1).and_then(at).unwrap_or(here);
     0.5 * (at(i + 1).unwrap_or(here) - before)
 }
@@ -71,6 +72,7 @@ fn lengths(face: &Face, bounds: [[f64; 2]; 2], k: usize) -> Vec<f64> {
     let mut total = 0.0;
     let mut sums = vec![0.0];
     for index in 0..STEPS {
+        // Midpoint rule along the parameter; over the lines across it the longest counts, so that no gap is wider than asked.
         let here = along((index as f64 + 0.5) / STEPS as f64);
         let speeds = (0..LINES).map(|line| {
             let there = across(line as f64 / (LINES - 1) as f64);
@@ -91,6 +93,7 @@ fn breaks(sums: &[f64], [low, high]: [f64; 2], count: f64) -> Vec<f64> {
     let mut index = 1.0;
     while index < count {
         let length = total * index / count;
+        // Invert the cumulative length: find the step that holds it, and interpolate within.
         let after = sums.partition_point(|&sum| sum <= length).clamp(1, STEPS);
         let [a, b] = [after - 1, after].map(|i| sums.get(i).copied().unwrap_or(total));
         let part = if b > a { (length - a) / (b - a) } else { 0.0 };

@@ -6,7 +6,7 @@ use super::ray::{DecidingPose, LowestEntry};
 use crate::surface::Face;
 use crate::types::Cancelled;
 use crate::verify::error::VerifyError;
-use crate::verify::report::{FaceMap, Sample};
+use crate::verify::report::{FaceMap, HeightSample};
 use crate::verify::swept::bvh::BoundingBox;
 use crate::verify::swept::rays::RayBundle;
 use crate::verify::swept::tool::NormalRay;
@@ -29,7 +29,7 @@ pub(crate) struct FaceField<'a> {
 
 /// Points of a face by their indices in the map, with the lowest entry over each.
 struct GridTile {
-    places: Vec<usize>,
+    indices: Vec<usize>,
     lowest: Vec<LowestEntry>,
     /// Box around all rays.
     region: BoundingBox,
@@ -60,6 +60,7 @@ pub(crate) fn maps(
             for batch in tiles.chunks_mut(BATCH) {
                 batch.par_iter_mut().for_each(|tile| tile.take(chunk, face, grid));
                 done += batch.len();
+                // Within a chunk the progress goes by tiles.
                 advance(from + (to - from) * done as f64 / all as f64)?;
             }
         }
@@ -92,11 +93,12 @@ impl<'a> FaceField<'a> {
         let mut samples = vec![None; rows * columns];
         let mut deciding = vec![None; rows * columns];
         for tile in tiles {
-            for (place, lowest) in tile.places.into_iter().zip(tile.lowest) {
+            for (index, lowest) in tile.indices.into_iter().zip(tile.lowest) {
+                // A search that was given up may have missed a lower entry: its point counts as unmeasured.
                 unmeasured += usize::from(lowest.unresolved);
-                if let (Some(sample), Some(by)) = (samples.get_mut(place), deciding.get_mut(place))
+                if let (Some(sample), Some(by)) = (samples.get_mut(index), deciding.get_mut(index))
                 {
-                    *sample = self::sample(face, &grid, place, &lowest);
+                    *sample = self::sample(face, &grid, index, &lowest);
                     *by = lowest.by;
                 }
             }
@@ -108,19 +110,25 @@ impl<'a> FaceField<'a> {
     }
 }
 
-fn sample(face: &Face, grid: &FaceGrid, place: usize, lowest: &LowestEntry) -> Option<Sample> {
-    let (uv, cell) = at(grid, place)?;
+fn sample(
+    face: &Face,
+    grid: &FaceGrid,
+    index: usize,
+    lowest: &LowestEntry,
+) -> Option<HeightSample> {
+    let (uv, cell) = at(grid, index)?;
     let [u, v] = uv;
     let jet = face.surface.jet1(u, v);
+    // |S_u x S_v| du dv.
     let area = Vector3::cross(&jet.su, &jet.sv).norm() * cell;
     let height = lowest.line.map(|_| lowest.s);
-    Some(Sample { uv, point: face.point(u, v), height, line: lowest.line, area, rest: false })
+    Some(HeightSample { uv, point: face.point(u, v), height, line: lowest.line, area, rest: false })
 }
 
 /// Returns the parameters of a grid point, and the area of (u, v) it represents.
-fn at(grid: &FaceGrid, place: usize) -> Option<([f64; 2], f64)> {
+fn at(grid: &FaceGrid, index: usize) -> Option<([f64; 2], f64)> {
     let columns = grid.size()[1];
-    let [i, j] = [place / columns, place % columns];
+    let [i, j] = [index / columns, index % columns];
     Some((grid.at(i, j)?, grid.cell(i, j)))
 }
 
@@ -133,7 +141,7 @@ impl GridTile {
         scope: &MeasureScope,
     ) -> (Self, usize) {
         let [rows, columns] = grid.size();
-        let (mut places, mut region, mut bare) = (Vec::new(), BoundingBox::empty(), 0);
+        let (mut indices, mut region, mut bare) = (Vec::new(), BoundingBox::empty(), 0);
         for i in row..(row + TILE).min(rows) {
             for j in column..(column + TILE).min(columns) {
                 let Some(uv) = grid.at(i, j).filter(|&[u, v]| face.contains(u, v)) else {
@@ -143,29 +151,31 @@ impl GridTile {
                     bare += 1;
                     continue;
                 };
+                // The ray itself, from the deepest gouge that is searched to the highest excess.
                 let [a, b] = [ray.at(-scope.reach), ray.at(scope.top())];
                 region = region.join(&BoundingBox { low: a.inf(&b), high: a.sup(&b) });
-                places.push(i * columns + j);
+                indices.push(i * columns + j);
             }
         }
-        let lowest = vec![LowestEntry::none(scope.top()); places.len()];
-        (Self { places, lowest, region }, bare)
+        let lowest = vec![LowestEntry::none(scope.top()); indices.len()];
+        (Self { indices, lowest, region }, bare)
     }
 
     /// Lowers the entries of the tile by the moves of a chunk.
     fn take(&mut self, chunk: &MotionChunk, face: &Face, grid: &FaceGrid) {
-        let Self { places, lowest, region } = self;
+        let Self { indices, lowest, region } = self;
         if !chunk.tree.meets(region) {
             return;
         }
         let MeasureScope { reach, tolerance, .. } = chunk.parts.scope;
-        let rays = places.iter().filter_map(|&place| ray(face, at(grid, place)?.0, reach));
+        let rays = indices.iter().filter_map(|&index| ray(face, at(grid, index)?.0, reach));
         let rays: Vec<NormalRay> = rays.collect();
         let Some(middle) = rays.get(rays.len() / 2) else { return };
         let around = chunk.around(region, middle.origin);
         let bundle = RayBundle::around(middle, &rays);
         let aside: Vec<f64> = rays.iter().map(|ray| (ray.origin - middle.origin).norm()).collect();
         for (clearance, part) in &around {
+            // Only moves below the highest entry so far can lower any ray of the tile.
             let top = lowest.iter().map(|lowest| lowest.s).fold(f64::NEG_INFINITY, f64::max);
             // The list is sorted, and distances change by at most 1 per mm: none of the rest can reach the rays.
             if *clearance > bundle.radius + bundle.bulge + reach.max(top) {

@@ -13,7 +13,7 @@ use crate::types::{Cancelled, Progress, Stage, UncutRegion};
 use crate::verify::error::VerifyError;
 use crate::verify::options::{BoundOptions, CheckOptions};
 use crate::verify::replay::segments::Run;
-use crate::verify::report::{Audit, Bounds, Deviation, Extreme, FaceMap, Sensitivity};
+use crate::verify::report::{Audit, Deviation, ExtremeHeight, FaceMap, HeightBounds, Sensitivity};
 use std::f64::consts::PI;
 
 /// Faces, cutters and declared rest material of a measurement.
@@ -43,6 +43,7 @@ pub(crate) fn measure(
             task.rapids(&chunks, &mut maps, &mut deviation)?;
         }
     }
+    // At the end of the search range a depth is only a lower bound.
     if let Some(lowest) = &mut deviation.lowest {
         lowest.or_deeper = lowest.height <= -options.reach;
     }
@@ -101,16 +102,18 @@ impl MeasureTask<'_> {
         let measured = map::maps(chunks, subject.faces, self.grids()?, &mut go_on)?;
         let mut other = Deviation::of(&measured.iter().map(|measured| &measured.map));
         let dog_leg = chunks.scope.moves == MoveKind::DogLegs;
-        other.lowest = [deviation.lowest, other.lowest.map(|e| Extreme { dog_leg, ..e })]
+        other.lowest = [deviation.lowest, other.lowest.map(|e| ExtremeHeight { dog_leg, ..e })]
             .into_iter()
             .flatten()
             .min_by(|a, b| a.height.total_cmp(&b.height));
         if let Some(promise) = options.bounds.filter(|_| deviation.bounds.is_some()) {
+            // Rapids leave nothing that counts as finished, so only their gouges are bounded.
             let promise = BoundOptions { excess: false, ..promise };
             self.promised(chunks, &measured, &promise, &mut other)?;
         }
         deviation.lowest = other.lowest;
-        deviation.bounds = deviation.bounds.zip(other.bounds).map(|(bounds, other)| Bounds {
+        deviation.bounds = deviation.bounds.zip(other.bounds).map(|(bounds, other)| HeightBounds {
+            // The bound over all motion is the larger of both; areas without proof may differ, so they add up.
             gouge: bounds.gouge.max(other.gouge),
             open: bounds.open + other.open,
             ..bounds
@@ -118,6 +121,7 @@ impl MeasureTask<'_> {
         // The same points have no normal in both measurements.
         deviation.unmeasured = deviation.unmeasured.max(other.unmeasured);
         for (map, MeasuredMap { map: other, .. }) in maps.iter_mut().zip(measured) {
+            // Dog legs are the same rapids run otherwise: those with all axes together decide what only a rapid finishes.
             if !dog_leg {
                 deviation.rapid =
                     deviation.rapid.or_else(|| map.finished_by(&other, options.total));
@@ -168,7 +172,7 @@ fn sensitivity(faces: &[Face], measured: &[MeasuredMap]) -> Sensitivity {
             let (Some(by), Some(normal)) = (by, normal) else { continue };
             // The tool touches with its outward normal against that of the surface. Its tip stays where it is measured, so
             // a larger corner radius rises with its centre.
-            let along = by.stand.axis.dot(&normal);
+            let along = by.pose.axis.dot(&normal);
             worst.length = worst.length.max(along.abs());
             worst.radius = worst.radius.max(1.0 - along);
         }
@@ -180,6 +184,7 @@ fn sensitivity(faces: &[Face], measured: &[MeasuredMap]) -> Sensitivity {
 ///
 /// At angle `q` the point that was set at zero is displaced by `2 sin(q / 2)` times the error.
 pub(crate) fn pivot(audit: &Audit) -> f64 {
+    // Chord of the angle q on a circle of radius 1: 2 |sin(q / 2)|, at most 2.
     let chord = |[low, high]: [f64; 2]| {
         // Half a turn, or an odd number of them, is farthest.
         let half_turns = |q: f64| ((q - PI) / (2.0 * PI)).floor();

@@ -23,7 +23,7 @@ pub(crate) struct LowestEntry {
 /// Tool pose, body and piece that decide a height.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct DecidingPose {
-    pub(crate) stand: BodyPose,
+    pub(crate) pose: BodyPose,
     pub(crate) body: u32,
     pub(crate) piece: u32,
 }
@@ -61,6 +61,7 @@ impl LowestEntry {
             return;
         }
         // Most pieces are rejected here, by one distance and its derivatives.
+        // First the part of the ray above the surface alone: a tool that only comes below is behind a wall.
         let upper = NormalRay { below: 0.0, ..*ray };
         let end = limit.max(0.0);
         let target = RayQuery { body, ray: &upper, s: end, limit: end };
@@ -72,6 +73,7 @@ impl LowestEntry {
     /// Runs the branch and bound.
     fn refine(&mut self, part: &MovingBody<'_>, ray: &NormalRay, tolerance: f64) {
         let MovingBody { piece, body, numbers } = *part;
+        // A stack of intervals by middle and depth: depth first needs at most two per level.
         let mut open = [(0.0, 0u32); 2 * DEEPEST as usize];
         let mut count = 1usize;
         let mut steps = 0;
@@ -86,6 +88,7 @@ impl LowestEntry {
             if limit <= -ray.below {
                 return;
             }
+            // Depth n stands for the interval of half length 2^-n.
             let half = 0.5f64.powi(depth.cast_signed());
             let instant = piece.instant(u);
             let drift = |ray: &NormalRay, limit: f64| {
@@ -102,21 +105,21 @@ impl LowestEntry {
                 towards = lower;
             }
             // Step 2: evaluate the middle of the interval exactly.
-            let entry = body.entry(&instant.stand, ray, self.s, 1e-3 * tolerance);
-            if let Some(s) = entry.filter(|s| *s >= 0.0 || body.holds(&instant.stand, &ray.origin))
-            {
-                let (stand, body, piece) = (instant.stand, numbers.body, numbers.item);
-                let by = DecidingPose { stand, body, piece };
+            let entry = body.entry(&instant.pose, ray, self.s, 1e-3 * tolerance);
+            if let Some(s) = entry.filter(|s| *s >= 0.0 || body.holds(&instant.pose, &ray.origin)) {
+                let (pose, body, piece) = (instant.pose, numbers.body, numbers.item);
+                let by = DecidingPose { pose, body, piece };
                 (self.s, self.line, self.by) = (s, Some(part.piece.line), Some(by));
             }
+            // The interval is below all rounding, and its middle is evaluated.
             if depth + 1 >= DEEPEST {
                 continue;
             }
             // Step 3: search the half towards which the tool descends first: last in, first out.
             let step = if towards > 0.0 { 0.5 * half } else { -0.5 * half };
             for next in [u + step, u - step] {
-                if let Some(place) = open.get_mut(count) {
-                    *place = (next, depth + 1);
+                if let Some(slot) = open.get_mut(count) {
+                    *slot = (next, depth + 1);
                     count += 1;
                 }
             }
@@ -138,7 +141,7 @@ fn open_drift(
 ) -> Option<f64> {
     let mut bound = piece.bound(instant, half, target);
     if bound.low <= GRAZE * tolerance && bound.by_s > 0.0 {
-        let s = target.body.closest(&instant.stand, target.ray, target.limit);
+        let s = target.body.closest(&instant.pose, target.ray, target.limit);
         bound = piece.bound(instant, half, &RayQuery { s, ..*target });
     }
     (bound.low <= GRAZE * tolerance).then_some(bound.drift)

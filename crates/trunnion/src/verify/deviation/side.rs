@@ -10,7 +10,7 @@ use nalgebra::{Point3, Vector3};
 
 /// Points tested along either parameter of a face, and in all at most.
 const ACROSS: u32 = 5;
-const MOST_PLACES: usize = 100;
+const MOST_POINTS: usize = 100;
 /// Share of the points that must be cut from behind.
 const SHARE: usize = 4;
 /// Distance of the test points from the face, over the radius of the smallest tool. No tolerance is as large and no tool
@@ -22,6 +22,7 @@ const STEP: f64 = 0.25;
 
 /// Evidence that the tool comes to the faces from their backs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct FacesFromBehind {
     /// Points that the tool reaches from the back alone.
     pub from_back: usize,
@@ -52,8 +53,8 @@ struct Scene<'a> {
 impl<'a> Scene<'a> {
     fn new(faces: &[Face], cutters: Vec<&'a Cutter>) -> Self {
         let radius = cutters.iter().map(|cutter| cutter.radius()).fold(f64::INFINITY, f64::min);
-        let pairs: Vec<_> = faces.iter().flat_map(|face| places(face, OFF * radius)).collect();
-        let stride = pairs.len().div_ceil(MOST_PLACES).max(1);
+        let pairs: Vec<_> = faces.iter().flat_map(|face| test_points(face, OFF * radius)).collect();
+        let stride = pairs.len().div_ceil(MOST_POINTS).max(1);
         Self { pairs: pairs.into_iter().step_by(stride).collect(), cutters, radius }
     }
 
@@ -61,6 +62,7 @@ impl<'a> Scene<'a> {
         let bodies: Vec<_> = self.cutters.iter().map(|cutter| bodies(cutter)).collect();
         let reach: Vec<f64> =
             self.cutters.iter().map(|cutter| crate::verify::swept::tool::size(cutter)).collect();
+        // For each pair: some tool position holds the point in front, or the point behind.
         let mut held = vec![[false; 2]; self.pairs.len()];
         for track in tracks.iter().filter(|track| !track.rapid) {
             let (Some(bodies), Some(&reach)) = (bodies.get(track.tool), reach.get(track.tool))
@@ -68,11 +70,12 @@ impl<'a> Scene<'a> {
                 continue;
             };
             for TimedPose { pose, .. } in &track.poses {
-                let stand = BodyPose { tip: pose.tip, axis: pose.axis.into_inner() };
+                let body_pose = BodyPose { tip: pose.tip, axis: pose.axis.into_inner() };
                 for (pair, held) in self.pairs.iter().zip(&mut held) {
                     for (point, held) in pair.iter().zip(held) {
+                        // Cheap test first: no point farther from the tip than the size of the tool is in it.
                         *held |= (point - pose.tip).norm_squared() < reach * reach
-                            && bodies.iter().any(|body| body.holds(&stand, point));
+                            && bodies.iter().any(|body| body.holds(&body_pose, point));
                     }
                 }
             }
@@ -80,14 +83,16 @@ impl<'a> Scene<'a> {
         let count = |wanted: [bool; 2]| held.iter().filter(|held| **held == wanted).count();
         let [front, back] = [count([true, false]), count([false, true])];
         let examined = held.len();
+        // One point that is cut from the front shows that the faces are right; a few from behind may be a thin wall.
         (front == 0 && back > 0 && SHARE * back >= examined)
             .then_some(FacesFromBehind { from_back: back, examined })
     }
 }
 
 /// Returns pairs of points at a given distance in front of and behind a face.
-fn places(face: &Face, off: f64) -> Vec<[Point3<f64>; 2]> {
+fn test_points(face: &Face, off: f64) -> Vec<[Point3<f64>; 2]> {
     let [u, v] = face.bounds();
+    // Middles of equal cells, away from the borders of the face.
     let at = |[low, high]: [f64; 2], k: u32| {
         low + (high - low) * (f64::from(k) + 0.5) / f64::from(ACROSS)
     };

@@ -25,16 +25,19 @@ pub(crate) fn length(
             let Some(sample) = sample.as_ref().filter(|sample| !sample.rest) else { continue };
             let (height, line) = (sample.height?, sample.line?);
             let normal = face.normal(sample.uv[0], sample.uv[1])?;
-            let along = by.as_ref()?.stand.axis.dot(&normal);
+            // A shift d along the tool axis a moves the surface by d (a n): low <= h + d (a n) <= high bounds d on both sides.
+            let along = by.as_ref()?.pose.axis.dot(&normal);
             *lines.entry(line).or_default() |= !(low..=high).contains(&height);
             if along > 0.0 {
                 let [least, most] = [low, high].map(|bound| (bound - height) / along);
                 higher = [higher[0].max(least), higher[1].min(most)];
+            // A point whose normal is across the axis or against it is not repaired by a shift.
             } else if !(low..=high).contains(&height) {
                 return None;
             }
         }
     }
+    // A wrong length shows on nearly all lines; a few bad lines are defects of their own.
     let broken = lines.values().filter(|broken| **broken).count();
     let all_over = broken as f64 > MOST * lines.len() as f64;
     let [least, most] = higher;

@@ -3,22 +3,22 @@
 use crate::machine::AxisKind;
 use crate::types::AxisVector;
 
-/// What a table of setpoints holds, and how exactly.
+/// Content and accuracy of a table of setpoints.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotionOptions {
     /// Time from row to row \[s\]; the last row may come sooner.
     pub period: f64,
-    /// How many derivatives by time the rows hold: 0 (positions alone) to 3 (jerk).
+    /// Number of derivatives by time that the rows hold: 0 (positions alone) to 3 (jerk).
     pub derivatives: usize,
-    /// What the decimals of the table can have changed: times \[s\].
+    /// Largest rounding error of the times in the table \[s\].
     pub time_rounding: f64,
-    /// Likewise positions and their derivatives of every axis \[mm, rad and s\].
+    /// Largest rounding error of positions and their derivatives, by axis \[mm, rad and s\].
     pub rounding: [AxisVector; 4],
-    /// Whether jerk is judged: not where it was never limited.
+    /// Jerk is judged. Set `false` if the motion was planned without a limit of jerk.
     pub jerk: bool,
 }
 
-/// In the units people read.
+/// Converts a value to the units of reports: mm or degrees.
 pub(super) fn shown(kind: AxisKind, value: f64) -> f64 {
     if kind == AxisKind::Rotary { value.to_degrees() } else { value }
 }

@@ -1,12 +1,14 @@
 //! Axes of a table of setpoints against their limits.
 
+use super::least::RateBound;
 use super::options::{MotionOptions, shown};
 use crate::machine::{Axis, AxisKind};
 use crate::types::AXES;
 use std::fmt;
 
-/// What an audit of setpoints found.
+/// Result of an audit of setpoints.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct MotionReport {
     /// In the order of the machine's axes.
     pub axes: [AxisMotion; AXES],
@@ -22,6 +24,7 @@ pub struct MotionReport {
 
 /// One axis over all rows.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct AxisMotion {
     /// Name of the axis.
     pub name: String,
@@ -29,19 +32,20 @@ pub struct AxisMotion {
     pub kind: AxisKind,
     /// Smallest and largest position \[mm or rad\].
     pub range: [f64; 2],
-    /// Velocity, acceleration and jerk against their limits; velocity against that of rapids, as rows do not say
-    /// which is one.
+    /// Velocity, acceleration and jerk against their limits. Velocity is compared with that of rapids, since a row does not
+    /// state if it is one.
     pub rates: [RowRatio; 3],
 }
 
 /// A rate against its limit, the rounding of the table taken off.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct RowRatio {
     /// Largest rate over limit.
     pub worst: f64,
     /// Line where it was found; 0 if nothing moves.
     pub line: u32,
-    /// Whether it is what the rows around it ask for, rather than what the row says.
+    /// The rows around the line require the rate; the row itself does not state it.
     pub between: bool,
     /// Count of rows above the limit.
     pub broken: usize,
@@ -50,12 +54,13 @@ pub struct RowRatio {
 
 /// Rows that do not keep the period.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Unevenness {
     /// Line of the first.
     pub line: u32,
     /// Time since the row before it \[s\].
     pub step: f64,
-    /// How many there are.
+    /// Number of such rows.
     pub rows: usize,
     /// The period \[s\].
     pub period: f64,
@@ -77,7 +82,7 @@ pub enum MotionFinding {
         line: u32,
         /// `first` or `last`.
         which: &'static str,
-        /// Whether it is the acceleration that is not 0, or the velocity.
+        /// `true` if the acceleration is not 0, `false` if the velocity is not.
         accelerates: bool,
         /// Its value \[mm, rad and s\].
         value: f64,
@@ -92,7 +97,7 @@ pub enum MotionFinding {
         line: u32,
         /// Position there \[mm or rad\].
         value: f64,
-        /// How far outside \[mm or rad\].
+        /// Distance beyond the end of travel \[mm or rad\].
         excess: f64,
         /// Count of rows outside.
         rows: usize,
@@ -103,7 +108,7 @@ pub enum MotionFinding {
         axis: String,
         /// `velocity`, `acceleration` or `jerk`.
         rate: &'static str,
-        /// How much.
+        /// Largest ratio.
         worst: RowRatio,
     },
 }
@@ -156,9 +161,10 @@ const RATES: [&str; 3] = ["velocity", "acceleration", "jerk"];
 impl RowRatio {
     const NONE: Self = Self { worst: 0.0, line: 0, between: false, broken: 0, last: 0 };
 
-    fn take(&mut self, worst: f64, line: u32, between: bool) {
+    fn take(&mut self, worst: f64, line: u32, origin: RateOrigin) {
         if worst > self.worst {
-            (self.worst, self.line, self.between) = (worst, line, between);
+            (self.worst, self.line) = (worst, line);
+            self.between = origin == RateOrigin::Difference;
         }
         // A row is counted once, however many ways it breaks the limit.
         if worst > 1.0 + ROUNDING && line != self.last {
@@ -168,13 +174,34 @@ impl RowRatio {
     }
 }
 
+/// Origin of a rate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum RateOrigin {
+    /// The row states it.
+    Row,
+    /// The rows around it require it.
+    Difference,
+}
+
+/// Row farthest outside the travel of an axis.
+#[derive(Debug, Clone, Copy)]
+struct OutsideTravel {
+    line: u32,
+    /// Position \[mm or rad\].
+    value: f64,
+    /// Distance beyond the end of travel \[mm or rad\].
+    excess: f64,
+    /// Number of rows outside.
+    rows: usize,
+}
+
 /// Running results of an axis.
 #[derive(Debug, Clone)]
 pub(super) struct AxisState<'a> {
     axis: &'a Axis,
     range: [f64; 2],
-    /// Line, position and excess farthest outside the travel, and how many rows are.
-    outside: Option<(u32, f64, f64, usize)>,
+    /// Row farthest outside the travel, and the number of rows outside.
+    outside: Option<OutsideTravel>,
     rates: [RowRatio; 3],
 }
 
@@ -195,17 +222,18 @@ impl<'a> AxisState<'a> {
     /// Limit of a derivative: 1 velocity, 2 acceleration, 3 jerk.
     pub(super) fn limit(&self, order: usize) -> f64 {
         match order {
+            // Rows do not state if they are rapid, so the larger of both velocity limits counts.
             1 => self.axis.vel.max(self.axis.rapid),
             2 => self.axis.acc,
             _ => self.axis.jerk,
         }
     }
 
-    /// How far position and derivatives below the one of order `last` get from `state` within `time`, if that one
-    /// keeps its limit.
+    /// Bounds the changes of position and derivatives below the one of order `last` from `state` within `time`, if that
+    /// one keeps its limit.
     pub(super) fn drift(&self, state: &[f64; 4], last: usize, time: f64) -> [f64; 3] {
         let mut drift = [0.0; 3];
-        // Taylor's formula with remainder: each from the one above it.
+        // |x(t) - x| <= t max |x'|, and max |x'| <= |x'(0)| + its own change: from the limited derivative down.
         let mut above = self.limit(last);
         for order in (0..last).rev() {
             drift[order] = time * above;
@@ -214,7 +242,7 @@ impl<'a> AxisState<'a> {
         drift
     }
 
-    /// Takes in what a row says: position and as many derivatives as it has.
+    /// Takes in the values of a row: position and as many derivatives as it has.
     pub(super) fn visit(
         &mut self,
         values: &[f64; 4],
@@ -228,46 +256,37 @@ impl<'a> AxisState<'a> {
         let [low, high] = self.axis.limits;
         let excess = (low - q).max(q - high);
         if excess > rounding(0) + ROUNDING {
-            let (worst, rows) = self.outside.map_or((0.0, 0), |(_, _, worst, rows)| (worst, rows));
-            if let Some(outside) = self.outside.as_mut().filter(|_| excess <= worst) {
-                outside.3 = rows + 1;
-            } else {
-                self.outside = Some((line, q, excess, rows + 1));
-            }
+            let first = OutsideTravel { line, value: q, excess, rows: 0 };
+            let outside = self.outside.get_or_insert(first);
+            let rows = outside.rows + 1;
+            *outside = if excess > outside.excess { first } else { *outside };
+            outside.rows = rows;
         }
         for (order, value) in values.iter().enumerate().take(options.derivatives + 1).skip(1) {
-            self.take(order, (*value, rounding(order)), line, false);
+            let rate = RateBound { value: *value, slack: rounding(order) };
+            self.take(order, rate, line, RateOrigin::Row);
         }
     }
 
-    /// Takes in a derivative and what rounding may have added to it.
-    pub(super) fn take(
-        &mut self,
-        order: usize,
-        (value, slack): (f64, f64),
-        line: u32,
-        between: bool,
-    ) {
+    /// Takes in a derivative of an order.
+    pub(super) fn take(&mut self, order: usize, rate: RateBound, line: u32, origin: RateOrigin) {
         let limit = self.limit(order);
-        self.rates[order - 1].take((value.abs() - slack).max(0.0) / limit, line, between);
+        let least = (rate.value.abs() - rate.slack).max(0.0);
+        self.rates[order - 1].take(least / limit, line, origin);
     }
 
-    /// A jerk up to which nothing is news.
+    /// Returns a jerk up to which a bound changes neither the worst ratio nor the count.
     pub(super) fn known_jerk(&self) -> f64 {
         self.rates[2].worst.min(1.0) * self.axis.jerk
     }
 
-    pub(super) fn findings(&self, jerk: bool) -> impl Iterator<Item = MotionFinding> {
+    /// Returns the broken limits of the axis, judging the first `judged` derivatives.
+    pub(super) fn findings(&self, judged: usize) -> impl Iterator<Item = MotionFinding> {
         let axis = || self.axis.name.clone();
-        let travel = self.outside.map(|(line, value, excess, rows)| MotionFinding::Travel {
-            axis: axis(),
-            kind: self.axis.kind,
-            line,
-            value,
-            excess,
-            rows,
+        let travel = self.outside.map(|outside| {
+            let OutsideTravel { line, value, excess, rows } = outside;
+            MotionFinding::Travel { axis: axis(), kind: self.axis.kind, line, value, excess, rows }
         });
-        let judged = if jerk { 3 } else { 2 };
         let rates = RATES.into_iter().zip(self.rates).take(judged).filter(|(_, r)| r.broken > 0);
         let rates: Vec<MotionFinding> =
             rates.map(|(rate, worst)| MotionFinding::Rate { axis: axis(), rate, worst }).collect();

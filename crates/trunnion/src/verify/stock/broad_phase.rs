@@ -87,15 +87,17 @@ impl MovingPart {
     fn clears(&self, [low, high]: &[Point3<f64>; 2], least: f64) -> bool {
         let clamp = |p: Point3<f64>| p.sup(low).inf(high);
         let piece = &self.whole.piece;
-        let stand = &piece.middle().stand;
+        let pose = &piece.middle().pose;
         let middle = nalgebra::center(low, high);
         let [from, to] = self.body.heights();
-        let height = stand.axis.dot(&(middle - stand.tip)).clamp(from, to);
-        let mut at = clamp(stand.tip + stand.axis * height);
+        let height = pose.axis.dot(&(middle - pose.tip)).clamp(from, to);
+        // First plane at the point of the box nearest to the axis of the body, roughly.
+        let mut at = clamp(pose.tip + pose.axis * height);
         let far = (high - low).norm();
-        for _ in 0..LOOKS {
-            let tent = piece.support_planes(self.body, &at);
-            let bend = piece.bend((at - stand.tip).norm() + far);
+        for _ in 0..MOST_PLANES {
+            let planes = piece.support_planes(self.body, &at);
+            let bend = piece.bend((at - pose.tip).norm() + far);
+            // Least value of the plane over the box: the sum of the least values along each axis.
             let over = |&(height, gradient): &(f64, Vector3<f64>)| {
                 let side = |k: usize| {
                     let ends = [low[k], high[k]].map(|end| gradient[k] * (end - at[k]));
@@ -103,13 +105,14 @@ impl MovingPart {
                 };
                 height - bend + side(0) + side(1) + side(2)
             };
-            if tent.sides.iter().all(|side| over(side) > least) {
+            if planes.sides.iter().all(|side| over(side) > least) {
                 return true;
             }
-            let &(height, gradient) = tent.lower();
+            let &(height, gradient) = planes.lower();
             if height <= least {
                 return false;
             }
+            // Go down the gradient by the distance: in a convex function that leads to the nearest point.
             at = clamp(at - gradient * height);
         }
         false
@@ -117,7 +120,7 @@ impl MovingPart {
 }
 
 /// Most planes between a box and a body; two or three suffice if it is far away.
-const LOOKS: u32 = 10;
+const MOST_PLANES: u32 = 10;
 
 /// Lists the parts that may come near each tile of a family, in order.
 pub(crate) fn by_tile(
@@ -130,6 +133,7 @@ pub(crate) fn by_tile(
     for (number, part) in (0u32..).zip(parts) {
         let tiles = |axis: usize| {
             let [first, count] = lattice.nodes(axis, part.extent(axis));
+            // First and last node in units of tiles, the last one included.
             if count == 0 { 0..0 } else { first / TILE..(first + count - 1) / TILE + 1 }
         };
         let [columns, rows] = [tiles(b), tiles(a)];
@@ -175,8 +179,8 @@ impl RayFrame {
     ) -> [Point3<f64>; 2] {
         let mut corners = [Point3::origin(); 2];
         for (corner, side) in corners.iter_mut().zip(self.sides(tile, square)) {
-            for (axis, place) in across(self.along).into_iter().zip(side) {
-                corner[axis] = place;
+            for (axis, coordinate) in across(self.along).into_iter().zip(side) {
+                corner[axis] = coordinate;
             }
         }
         (corners[0][self.along], corners[1][self.along]) = (low, high);

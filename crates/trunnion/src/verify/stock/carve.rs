@@ -15,7 +15,7 @@ use super::material::Stock;
 use super::moving_tools::MovingTools;
 use crate::cutter::Cutter;
 use crate::types::{Progress, Stage};
-use crate::verify::line_stats::{Ledger, Lines};
+use crate::verify::line_stats::{LineCount, LineHistory, LineStatistics};
 use crate::verify::replay::segments::Run;
 use crate::verify::swept::mesh::ClosedMesh;
 use rayon::prelude::*;
@@ -24,6 +24,7 @@ use std::sync::Arc;
 
 /// Result of running a program through stock.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct StockReport {
     /// Volume removed \[mm³\].
     pub removed: f64,
@@ -33,13 +34,14 @@ pub struct StockReport {
     /// through is removed, so the next line reports only its own collisions.
     pub collisions: Vec<Collision>,
     /// Number of lines of each kind.
-    pub lines: Vec<(CollisionKind, Lines)>,
+    pub lines: Vec<(CollisionKind, LineCount)>,
     /// Deepest undecided collision of shank, holder or rapid move between rays, if the search met its limit.
     pub undecided: Option<UndecidedCollision>,
 }
 
 /// Possible collision between rays that could not be decided.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct UndecidedCollision {
     /// Kind of the collision.
     pub kind: CollisionKind,
@@ -74,6 +76,38 @@ const BATCH: usize = 256;
 /// Cutting moves are judged on the rays. Shank, holder and rapid moves are also checked between the rays, within two ray
 /// spacings of a ray. Between the rays of stock that was cut before, nothing is known.
 ///
+/// # Example
+///
+/// A slot 6 mm wide and 1 mm deep through a block 20 mm long:
+///
+/// ```
+/// use nalgebra::Point3;
+/// use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+/// use trunnion::nc::read::ClText;
+/// use trunnion::types::Silent;
+/// use trunnion::verify::{CheckInput, Solid, Stock, StockOptions, simulate};
+///
+/// let cutter = Cutter::new(CutterSpec {
+///     kind: CutterKind::Flat,
+///     major: 3.0,
+///     minor: 0.0,
+///     length: 50.0,
+///     construction: CutterConstruction::Solid,
+///     shank: vec![],
+/// })?;
+/// let text = "FEDRAT/600,MMPM\nGOTO/-5,0,-1,0,0,1\nGOTO/25,0,-1,0,0,1\nFINI\n";
+/// let locations = ClText::new(text.to_owned(), 20)?;
+/// let [low, high] = [Point3::new(0.0, -5.0, -4.0), Point3::new(20.0, 5.0, 0.0)];
+/// let mut stock = Stock::new(&Solid::Box { low, high }, 0.2, 100_000)?;
+///
+/// let options = StockOptions { tolerance: 1e-3, worst: 10 };
+/// let input = CheckInput::locations(&locations, &cutter);
+/// let report = simulate(&input, &mut stock, &options, &Silent)?;
+/// assert!((report.removed - 120.0).abs() < 1.0); // mm³
+/// assert!(report.collisions.is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 ///
 /// [`VerifyError`].
@@ -94,7 +128,7 @@ struct StockCutter<'a> {
     stock: &'a mut Stock,
     tools: MovingTools,
     worst: usize,
-    found: BTreeMap<CollisionKind, Ledger<Collision>>,
+    found: BTreeMap<CollisionKind, LineStatistics<Collision>>,
     /// Boxes to inspect between rays, and the original solid; `None` if it is unknown.
     close: Vec<CloseBox>,
     uncut: Option<Arc<Solid>>,
@@ -119,8 +153,10 @@ impl<'a> StockCutter<'a> {
             let (name, must) = ("stock tolerance", "a length above 0");
             return Err(VerifyError::Option { name, value: tolerance, must });
         }
+        // Bodies that must not touch material come close to it at this distance from a ray.
         let margin = batch::margin(&stock.lattice);
         let tools = MovingTools::new(cutters, tolerance, margin);
+        // Stock that was cut has no known surface between its rays any more.
         let uncut = stock.uncut.take();
         let (found, close) = (BTreeMap::new(), Vec::new());
         Ok(Self { stock, tools, worst, found, close, uncut, shell: None, undecided: None })
@@ -142,7 +178,7 @@ impl<'a> StockCutter<'a> {
             }
             self.cut(&parts);
             if self.close.len() > MOST_CLOSE {
-                self.look_between_rays(run, progress)?;
+                self.inspect_between_rays(run, progress)?;
             }
             done += count;
             number += parts.len();
@@ -151,11 +187,11 @@ impl<'a> StockCutter<'a> {
         if done == 0 {
             return Err(VerifyError::NoMotion);
         }
-        self.look_between_rays(run, progress)?;
+        self.inspect_between_rays(run, progress)?;
         let left = self.stock.volume();
         let (mut collisions, mut lines) = (Vec::new(), Vec::new());
-        for (kind, ledger) in std::mem::take(&mut self.found) {
-            let (worst, all) = ledger.finish();
+        for (kind, found) in std::mem::take(&mut self.found) {
+            let (worst, all) = found.finish();
             collisions.extend(worst);
             lines.extend(all.map(|all| (kind, all)));
         }
@@ -170,7 +206,7 @@ impl<'a> StockCutter<'a> {
     }
 
     /// Inspects the boxes in which bodies come close to material.
-    fn look_between_rays(
+    fn inspect_between_rays(
         &mut self,
         run: &Run<'_>,
         progress: &dyn Progress,
@@ -186,11 +222,13 @@ impl<'a> StockCutter<'a> {
         }
         let Some(shell) = &self.shell else { return Ok(()) };
         for BoxFinding { line, kind, known, hit, open } in
-            inspect::look(run, &self.tools, shell, close, progress)?
+            inspect::inspect_boxes(run, &self.tools, shell, close, progress)?
         {
             if let Some(hit) = hit {
-                let ledger = self.found.entry(kind).or_insert_with(|| Ledger::new(self.worst));
-                ledger.note_late(line, hit.depth, hit, known);
+                let history = if known { LineHistory::Noted } else { LineHistory::New };
+                let worst = self.worst;
+                let found = self.found.entry(kind).or_insert_with(|| LineStatistics::new(worst));
+                found.note_late(line, hit.depth, hit, history);
             }
             let deepest = self.undecided.map_or(0.0, |undecided| undecided.depth);
             if let Some(depth) = open.filter(|depth| *depth > deepest) {
@@ -204,14 +242,15 @@ impl<'a> StockCutter<'a> {
     fn cut(&mut self, parts: &[MovingPart]) {
         let lattice = self.stock.lattice;
         let (mut hits, mut close) = (Vec::new(), Vec::new());
+        // The three families are independent: each is clipped by all moves.
         for family in &mut self.stock.families {
             let near = broad_phase::by_tile(parts, &lattice, family);
             let work = ClipBatch::new(lattice, family, parts, self.tools.tolerance);
             let tiles = family.tiles.par_iter_mut().zip(near.par_iter());
             let all: Vec<ClipFindings> = tiles.map(|(tile, near)| work.cut(tile, near)).collect();
-            for told in all {
-                hits.extend(told.hits);
-                close.extend(told.close);
+            for findings in all {
+                hits.extend(findings.hits);
+                close.extend(findings.close);
             }
         }
         let deepest = self.note(hits);
@@ -221,6 +260,7 @@ impl<'a> StockCutter<'a> {
         // Collisions deeper than the ray spacing show on the rays as well.
         let cell = lattice.cell.into_iter().fold(f64::INFINITY, f64::min);
         for mut close in boxes::merge(close) {
+            // Collisions that the rays show already are searched for a greater depth only.
             close.known = deepest.get(&(close.kind, close.line)).map_or(0.0, |hit| hit.depth);
             if close.known < cell {
                 self.close.push(close);
@@ -238,8 +278,9 @@ impl<'a> StockCutter<'a> {
             }
         }
         for (&(kind, line), &hit) in &deepest {
-            let ledger = self.found.entry(kind).or_insert_with(|| Ledger::new(self.worst));
-            ledger.note(line, hit.depth, hit);
+            let worst = self.worst;
+            let found = self.found.entry(kind).or_insert_with(|| LineStatistics::new(worst));
+            found.note(line, hit.depth, hit);
         }
         deepest
     }
@@ -360,7 +401,7 @@ mod tests {
                     // Every 37th ray, another one in each tile.
                     for ray in (index % 37..tile.rays.len()).step_by(37) {
                         let frame = RayFrame { lattice: stock.lattice, along, bins: family.bins };
-                        let line = RayLine { from: frame.ray(tile, ray), way: unit(along) };
+                        let line = RayLine { from: frame.ray(tile, ray), direction: unit(along) };
                         let spans = &tile.rays[ray];
                         let ends: Vec<f64> = spans.iter().flatten().collect();
                         let mut places: Vec<f64> = (1..12)

@@ -16,6 +16,7 @@ pub enum CollisionKind {
 
 /// Collision of one program line.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Collision {
     /// Kind of the collision.
     pub kind: CollisionKind,

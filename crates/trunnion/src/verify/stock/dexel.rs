@@ -63,10 +63,11 @@ impl RaySpans {
     /// Removes `low..high` from one interval. The remainder above has number `index + 1` if something remains below, or
     /// else `index`.
     pub(crate) fn cut(&mut self, index: usize, [low, high]: [f64; 2]) {
-        let place = index.checked_sub(1);
-        let Some(span) = place.map_or(Some(&mut self.first), |at| self.more.get_mut(at)) else {
+        let further = index.checked_sub(1);
+        let Some(span) = further.map_or(Some(&mut self.first), |at| self.more.get_mut(at)) else {
             return;
         };
+        // Material may remain below the cut, above it, on both sides, or not at all.
         let to = span[1];
         match (low > span[0], high < to) {
             (true, true) => {
@@ -75,7 +76,7 @@ impl RaySpans {
             }
             (true, false) => span[1] = low,
             (false, true) => span[0] = high,
-            (false, false) => match place {
+            (false, false) => match further {
                 Some(at) => _ = self.more.remove(at),
                 None if self.more.is_empty() => self.first = [0.0; 2],
                 None => self.first = self.more.remove(0),
@@ -127,6 +128,7 @@ impl HeightBins {
     /// Returns the mask of the bins that an interval meets.
     fn mask(self, [low, high]: [f64; 2]) -> u64 {
         let [first, last] = [self.number(low), self.number(high)];
+        // All bins from the first to the last: bits `first..=last`.
         (u64::MAX << first) & (u64::MAX >> (63 - last))
     }
 }
@@ -154,6 +156,7 @@ impl MaterialBins {
             return None;
         }
         let edge = |number: u32| bins.low + bins.size * f64::from(number);
+        // Lowest and highest bin with material; the outermost bins have no outer edge, since positions beyond are clamped.
         let [below, above] = [held.trailing_zeros(), held.leading_zeros()];
         let low = if below == 0 { f64::MIN } else { edge(below) };
         let high = if above == 0 { f64::MAX } else { edge(64 - above) };
@@ -172,14 +175,15 @@ impl RayTile {
     }
 
     /// Returns row and column of a ray.
-    pub(crate) fn place(&self, ray: usize) -> [usize; 2] {
+    pub(crate) fn row_and_column(&self, ray: usize) -> [usize; 2] {
         let columns = self.size[1].max(1);
         [ray / columns, ray % columns]
     }
 
     /// Returns probing rays: in the middle, and in the middle of each quarter.
-    pub(crate) fn places(&self) -> [usize; 5] {
+    pub(crate) fn probing_rays(&self) -> [usize; 5] {
         let [rows, columns] = self.size;
+        // In quarters of both sides.
         let at = |[i, j]: [usize; 2]| rows * i / 4 * columns + columns * j / 4;
         [[2, 2], [1, 1], [1, 3], [3, 1], [3, 3]].map(at)
     }
@@ -235,6 +239,7 @@ impl RaySquare {
     /// Returns the corner rays: both low, second high, first high, both high.
     pub(crate) fn corners(self) -> [usize; 4] {
         let Self { from, size, columns } = self;
+        // Inclusive numbers of the last row and column.
         let last = [0, 1].map(|k: usize| (from[k] + size[k]).saturating_sub(1));
         let at = |i: usize, j: usize| i * columns + j;
         [at(from[0], from[1]), at(from[0], last[1]), at(last[0], from[1]), at(last[0], last[1])]
@@ -306,6 +311,7 @@ impl RayFamily {
     pub(crate) fn new(lattice: &DexelGrid, along: usize, rows: Vec<Vec<RaySpans>>) -> Self {
         let [a, b] = across(along).map(|axis| lattice.size[axis]);
         let bins = HeightBins {
+            // From a cell below the first node to a cell above the last.
             low: lattice.at(along, 0) - lattice.cell[along],
             size: lattice.cell[along] * (lattice.size[along] as f64 + 1.0) / BINS,
         };

@@ -62,6 +62,7 @@ impl Stock {
         let cell = self.lattice.cell;
         let volume = |family: &RayFamily| {
             let [a, b] = dexel::across(family.along);
+            // Each ray stands for the rectangle of one cell across it.
             family.length() * cell[a] * cell[b]
         };
         self.families.each_ref().map(volume)

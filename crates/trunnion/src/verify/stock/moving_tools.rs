@@ -64,15 +64,16 @@ impl MovingTools {
         quadratic::pieces(mover, segment, *size, error, &mut pieces)?;
         for piece in &pieces {
             let straight = quadratic::straight(mover, segment, piece, [*size, bend])?;
-            let stretch = |piece: &MotionPiece| BoundedPiece::new(piece, *size);
-            let straight: Arc<[BoundedPiece]> = straight.iter().map(stretch).collect();
+            let bounded = |piece: &MotionPiece| BoundedPiece::new(piece, *size);
+            let straight: Arc<[BoundedPiece]> = straight.iter().map(bounded).collect();
             for (index, body) in bodies.iter().enumerate() {
+                // The first body is the cutting part: it may meet material at feed, the others never.
                 let harm = match (index, segment.rapid) {
                     (0, false) => None,
                     (0, true) => Some(CollisionKind::Rapid),
                     _ => Some(CollisionKind::Holder),
                 };
-                parts.push(MovingPart::new(&stretch(piece), Arc::clone(&straight), *body, harm));
+                parts.push(MovingPart::new(&bounded(piece), Arc::clone(&straight), *body, harm));
             }
         }
         Ok(())

@@ -149,6 +149,7 @@ impl BoxTree {
                 }
             }
         }
+        // A body has several boxes, so its numbers may be found more than once.
         found.sort_unstable();
         found.dedup();
     }
@@ -158,10 +159,12 @@ impl BoxTree {
 fn build(nodes: &mut Vec<TreeNode>, items: &mut [TreeItem], first: usize, count: usize) {
     let bounds = items.iter().fold(BoundingBox::empty(), |all, item| all.join(&item.bounds));
     let at = nodes.len();
+    // Entered as a leaf before its children, so that the first child follows it directly; a fork replaces it below.
     nodes.push(TreeNode { bounds, kind: NodeKind::Leaf { first, count } });
     if count <= LEAF {
         return;
     }
+    // Median split across the longest side; contents break ties, so that the tree depends on the items alone.
     let size = bounds.high - bounds.low;
     let half = count / 2;
     items.select_nth_unstable_by(half, |a, b| {

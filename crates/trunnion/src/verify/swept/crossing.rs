@@ -2,8 +2,16 @@
 
 use nalgebra::Point3;
 
-/// Returns the position along an axis-parallel ray through `point` at which it meets a triangle, and +1 or -1 for the side
-/// it comes from.
+/// Crossing of an axis-parallel ray and a triangle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct RayCrossing {
+    /// Position along the ray \[mm\].
+    pub(crate) s: f64,
+    /// Side from which the ray comes: its contribution to the winding number, +1 or -1.
+    pub(crate) winding: i32,
+}
+
+/// Returns the crossing of the axis-parallel ray through `point` with a triangle, if there is one.
 ///
 /// A ray through an edge or a corner counts for exactly one of the triangles there: it is taken to run slightly aside, to
 /// the same side for all of them.
@@ -11,7 +19,7 @@ pub(crate) fn crossing(
     corners: [&Point3<f64>; 3],
     [a, b, along]: [usize; 3],
     point: &Point3<f64>,
-) -> Option<(f64, i32)> {
+) -> Option<RayCrossing> {
     let side = |p: &Point3<f64>, q: &Point3<f64>| {
         // Both triangles of an edge get the same number, whichever way they run along it.
         let forward = (p[a], p[b], p[along]) <= (q[a], q[b], q[along]);
@@ -25,6 +33,7 @@ pub(crate) fn crossing(
     };
     let [p, q, r] = corners;
     let sides = [side(q, r), side(r, p), side(p, q)];
+    // The point is in the triangle if it is on the same side of all three edges.
     let left = sides.iter().all(|(_, left)| *left);
     if !left && sides.iter().any(|(_, left)| *left) {
         return None;
@@ -34,5 +43,5 @@ pub(crate) fn crossing(
     let weighted: f64 = sides.iter().zip(corners).map(|((weight, _), p)| weight * p[along]).sum();
     // A triangle seen edge-on has no weights; any of its points serves, so take a corner.
     let s = if total == 0.0 { p[along] } else { weighted / total };
-    Some((s, if left { -1 } else { 1 }))
+    Some(RayCrossing { s, winding: if left { -1 } else { 1 } })
 }

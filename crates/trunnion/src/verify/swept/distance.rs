@@ -9,13 +9,13 @@ type ProfileDistance = (f64, f64, f64);
 /// Returns the signed distance of a point from a body, negative inside, and the unit vector in which it grows.
 pub(crate) fn distance(
     body: ConvexBody,
-    stand: &BodyPose,
+    pose: &BodyPose,
     point: &Point3<f64>,
 ) -> (f64, Vector3<f64>) {
     // The body is a solid of revolution: the half plane through the axis and the point decides.
-    let y = point - stand.tip;
-    let height = stand.axis.dot(&y);
-    let aside = y - stand.axis * height;
+    let y = point - pose.tip;
+    let height = pose.axis.dot(&y);
+    let aside = y - pose.axis * height;
     let rho = aside.norm();
     let (distance, out, up) = match body {
         ConvexBody::Nose { major, minor, top } => nose([rho, height], [major, minor, top]),
@@ -28,23 +28,23 @@ pub(crate) fn distance(
         }
     };
     // On the axis every direction across it is as good as any other.
-    let across = if rho > f64::MIN_POSITIVE { aside / rho } else { any_across(&stand.axis) };
-    (distance, across * out + stand.axis * up)
+    let across = if rho > f64::MIN_POSITIVE { aside / rho } else { any_across(&pose.axis) };
+    (distance, across * out + pose.axis * up)
 }
 
 /// Returns the directions across and along the axis, with both signs.
 ///
 /// They point to other sides of a body, which may be about as near to a point as its nearest side.
-pub(crate) fn other_sides(stand: &BodyPose, point: &Point3<f64>) -> [Vector3<f64>; 4] {
-    let y = point - stand.tip;
-    let aside = y - stand.axis * stand.axis.dot(&y);
-    let across = aside.try_normalize(0.0).unwrap_or_else(|| any_across(&stand.axis));
-    [across, -across, stand.axis, -stand.axis]
+pub(crate) fn other_sides(pose: &BodyPose, point: &Point3<f64>) -> [Vector3<f64>; 4] {
+    let y = point - pose.tip;
+    let aside = y - pose.axis * pose.axis.dot(&y);
+    let across = aside.try_normalize(0.0).unwrap_or_else(|| any_across(&pose.axis));
+    [across, -across, pose.axis, -pose.axis]
 }
 
 /// Returns the unit normals of the sides of a body in the half plane of a point.
-pub(crate) fn sides(body: ConvexBody, stand: &BodyPose, point: &Point3<f64>) -> [Vector3<f64>; 3] {
-    let [across, _, up, down] = other_sides(stand, point);
+pub(crate) fn sides(body: ConvexBody, pose: &BodyPose, point: &Point3<f64>) -> [Vector3<f64>; 3] {
+    let [across, _, up, down] = other_sides(pose, point);
     let side = match body {
         ConvexBody::Nose { .. } => across,
         ConvexBody::Frustum { slope, .. } => (across + down * slope) / slope.hypot(1.0),
@@ -53,13 +53,14 @@ pub(crate) fn sides(body: ConvexBody, stand: &BodyPose, point: &Point3<f64>) -> 
 }
 
 fn any_across(axis: &Vector3<f64>) -> Vector3<f64> {
-    let mut way = Vector3::zeros();
+    let mut direction = Vector3::zeros();
     // The coordinate axis farthest from parallel gives the best conditioned product.
-    way[axis.iamin()] = 1.0;
-    way.cross(axis).normalize()
+    direction[axis.iamin()] = 1.0;
+    direction.cross(axis).normalize()
 }
 
 fn nose([rho, height]: [f64; 2], [major, minor, top]: [f64; 3]) -> ProfileDistance {
+    // Above the top end, its disc or its rim is nearest.
     let above = height - top;
     if above > 0.0 {
         return from_disc([rho - major - minor, above]);
@@ -84,6 +85,7 @@ fn frustum(
     side: ProfileDistance,
     [low, high]: [[f64; 2]; 2],
 ) -> ProfileDistance {
+    // Heights beyond both ends; at most one of them is positive.
     let [above, below] = [height - high[1], low[1] - height];
     // Inside, the nearest of side and ends counts.
     if side.0 <= 0.0 && above <= 0.0 && below <= 0.0 {
@@ -110,19 +112,19 @@ fn from_disc([out, up]: [f64; 2]) -> ProfileDistance {
     (away, out / away, up / away)
 }
 
-/// Returns the point of a body that is farthest along the unit vector `way`.
-pub(crate) fn farthest(body: ConvexBody, stand: &BodyPose, way: &Vector3<f64>) -> Point3<f64> {
-    let up = way.dot(&stand.axis);
-    let aside = way - stand.axis * up;
+/// Returns the point of a body that is farthest along the unit vector `direction`.
+pub(crate) fn farthest(body: ConvexBody, pose: &BodyPose, direction: &Vector3<f64>) -> Point3<f64> {
+    let up = direction.dot(&pose.axis);
+    let aside = direction - pose.axis * up;
     let across = aside.try_normalize(0.0).unwrap_or_default();
-    let rim = |radius: f64, height: f64| across * radius + stand.axis * height;
+    let rim = |radius: f64, height: f64| across * radius + pose.axis * height;
     match body {
-        ConvexBody::Nose { major, minor, top } if up > 0.0 => stand.tip + rim(major + minor, top),
-        ConvexBody::Nose { major, minor, .. } => stand.tip + rim(major, minor) + way * minor,
+        ConvexBody::Nose { major, minor, top } if up > 0.0 => pose.tip + rim(major + minor, top),
+        ConvexBody::Nose { major, minor, .. } => pose.tip + rim(major, minor) + direction * minor,
         ConvexBody::Frustum { low, high, radius, slope } => {
             // A linear function on a frustum is largest on one of its rims.
             let [lower, upper] = [rim(radius, low), rim(radius + slope * (high - low), high)];
-            stand.tip + if lower.dot(way) > upper.dot(way) { lower } else { upper }
+            pose.tip + if lower.dot(direction) > upper.dot(direction) { lower } else { upper }
         }
     }
 }
@@ -137,6 +139,7 @@ pub(crate) fn deepest(body: ConvexBody) -> f64 {
             // At this height the side is as near as the wider end.
             let steep = slope.hypot(1.0);
             if slope < 0.0 {
+                // x above the lower end, the side is (radius + slope x) / steep away: equal to x at radius / (steep - slope).
                 middle.min(low + radius / (steep - slope))
             } else {
                 middle.max(high - (radius + slope * (high - low)) / (steep + slope))
@@ -162,7 +165,7 @@ mod tests {
         prop_oneof![frustum, nose]
     }
 
-    fn stand() -> BodyPose {
+    fn pose() -> BodyPose {
         let axis = Vector3::new(0.3, -0.5, 0.8).normalize();
         BodyPose { tip: Point3::new(1.0, -2.0, 3.0), axis }
     }
@@ -196,30 +199,30 @@ mod tests {
         /// Against the nearest of many points of the outline.
         #[test]
         fn the_distance_is_that_to_the_outline(body in body(), rho in 0.0..30.0f64, height in -15.0..60.0f64) {
-            let stand = stand();
-            let across = any_across(&stand.axis);
-            let point = stand.tip + stand.axis * height + across * rho;
-            let (distance, way) = distance(body, &stand, &point);
+            let pose = pose();
+            let across = any_across(&pose.axis);
+            let point = pose.tip + pose.axis * height + across * rho;
+            let (distance, direction) = distance(body, &pose, &point);
             let outline = outline(body);
             let sampled = outline.iter().map(|[r, h]| (r - rho).hypot(h - height)).fold(f64::INFINITY, f64::min);
             prop_assert!((distance.abs() - sampled).abs() < 0.1, "{distance} {sampled}");
             prop_assert!(distance.abs() <= sampled + 1e-12, "{distance} {sampled}");
-            prop_assert!((way.norm() - 1.0).abs() < 1e-12);
+            prop_assert!((direction.norm() - 1.0).abs() < 1e-12);
             // The plane at the surface leaves all of the body on one side.
-            let reach = farthest(body, &stand, &way);
-            let most = stand.tip.coords.dot(&way) + body.extent(&stand.axis, &way);
-            prop_assert!((reach.coords.dot(&way) - most).abs() < 1e-12);
-            prop_assert!((point.coords.dot(&way) - distance - most).abs() < 1e-9);
+            let reach = farthest(body, &pose, &direction);
+            let most = pose.tip.coords.dot(&direction) + body.extent(&pose.axis, &direction);
+            prop_assert!((reach.coords.dot(&direction) - most).abs() < 1e-12);
+            prop_assert!((point.coords.dot(&direction) - distance - most).abs() < 1e-9);
             for [r, h] in outline {
-                let p = stand.axis * h + across * r;
-                prop_assert!((stand.tip + p).coords.dot(&way) < most + 1e-9);
+                let p = pose.axis * h + across * r;
+                prop_assert!((pose.tip + p).coords.dot(&direction) < most + 1e-9);
             }
         }
 
         #[test]
         fn nowhere_on_the_axis_is_deeper_than_the_deepest_place(body in body()) {
-            let stand = stand();
-            let at = |height: f64| distance(body, &stand, &(stand.tip + stand.axis * height)).0;
+            let pose = pose();
+            let at = |height: f64| distance(body, &pose, &(pose.tip + pose.axis * height)).0;
             let least = at(deepest(body));
             for k in -10..=50 {
                 prop_assert!(at(f64::from(k)) >= least - 1e-12);

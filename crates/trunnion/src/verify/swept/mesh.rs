@@ -16,7 +16,7 @@ pub(crate) struct ClosedMesh {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum BoxContent {
     Nothing,
-    /// At most the half spaces behind all of these planes: `way x <= most`.
+    /// At most the half spaces behind all of these planes: `direction x <= most`.
     Behind(Vec<(Vector3<f64>, f64)>),
 }
 
@@ -64,15 +64,19 @@ impl ClosedMesh {
         if !bounds.meets(&BoundingBox { low: *point, high: *point }) {
             return false;
         }
+        // Only triangles between the point and the top of the mesh can be met.
         let mut high = *point;
         high[ALONG] = bounds.high[ALONG];
         let mut near = Vec::new();
         self.tree.near(&BoundingBox { low: *point, high }, &mut near);
         let above = near.iter().filter_map(|id| {
             let [a, b, c] = self.triangle(id.item)?;
-            crossing([&a, &b, &c], [0, 1, ALONG], point).filter(|(s, _)| *s > point[ALONG])
+            crossing([&a, &b, &c], [0, 1, ALONG], point)
+                .filter(|crossing| crossing.s > point[ALONG])
         });
-        let (wound, count) = above.fold((0, 0), |(wound, n), (_, way)| (wound + way, n + 1));
+        let (wound, count) =
+            above.fold((0, 0), |(wound, n), crossing| (wound + crossing.winding, n + 1));
+        // Winding counts if the triangles are oriented alike, the parity of the crossings if they are not.
         wound != 0 || count % 2 == 1
     }
 
@@ -89,6 +93,7 @@ impl ClosedMesh {
         if triangles.is_empty() && !self.holds(&nalgebra::center(&bounds.low, &bounds.high)) {
             return BoxContent::Nothing;
         }
+        // Each plane is tested against all triangles: quadratic in their number, so only for few.
         let planes = triangles.iter().filter(|_| triangles.len() <= FACES);
         BoxContent::Behind(planes.filter_map(|one| self.front(one, &triangles)).collect())
     }
@@ -98,14 +103,15 @@ impl ClosedMesh {
         let [a, b, c] = one;
         let normal = (b - a).cross(&(c - a)).try_normalize(0.0)?;
         let middle = Point3::from((a.coords + b.coords + c.coords) / 3.0);
-        [normal, -normal].into_iter().find_map(|way| {
-            let most = way.dot(&a.coords) + ON;
-            let behind = |p: &Point3<f64>| way.dot(&p.coords) <= most;
+        [normal, -normal].into_iter().find_map(|direction| {
+            let most = direction.dot(&a.coords) + ON;
+            let behind = |p: &Point3<f64>| direction.dot(&p.coords) <= most;
+            // Cheap test first: all triangles behind the plane. Then the side that faces outwards is found by two points.
             let bulges = all.iter().flatten().all(behind);
             let bounds = bulges
-                && self.holds(&(middle - way * ASIDE))
-                && !self.holds(&(middle + way * ASIDE));
-            bounds.then_some((way, most))
+                && self.holds(&(middle - direction * ASIDE))
+                && !self.holds(&(middle + direction * ASIDE));
+            bounds.then_some((direction, most))
         })
     }
 }
@@ -135,6 +141,7 @@ pub(crate) fn kept(
     for (k, p) in polygon.iter().enumerate() {
         let Some(q) = polygon.get((k + 1) % polygon.len()) else { continue };
         let [here, there] = [over(p), over(q)];
+        // Sutherland and Hodgman: keep the corners behind the plane, and the points where edges cross it.
         if here <= 0.0 {
             left.push(*p);
         }

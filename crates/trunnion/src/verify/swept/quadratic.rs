@@ -123,17 +123,17 @@ fn turn_change(axis: &[Vector3<f64>; 3], length: f64, turn: f64) -> f64 {
     // Step 1: the part of a2 across the axis, at the middle of the piece and as the axis turns away from it.
     let aside = (a2 - a0 * (a0.dot(a2) / a0.norm_squared())).norm() + turn * a2.norm();
     // Step 2: bound the cubic a a' on -1..=1 by the sum of its coefficients.
-    let stretch = a0.dot(a1).abs()
+    let lengthening = a0.dot(a1).abs()
         + (a1.norm_squared() + 2.0 * a0.dot(a2)).abs()
         + 3.0 * a1.dot(a2).abs()
         + 2.0 * a2.norm_squared();
-    2.0 * (aside + turn * stretch / length) / length + turn * turn
+    2.0 * (aside + turn * lengthening / length) / length + turn * turn
 }
 
 /// Pose and velocity of the tool at one instant.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MotionInstant {
-    pub(crate) stand: BodyPose,
+    pub(crate) pose: BodyPose,
     pub(super) tip_rate: Vector3<f64>,
     pub(super) axis_rate: Vector3<f64>,
 }
@@ -148,7 +148,7 @@ fn instant(tip: &[Vector3<f64>; 3], axis: &[Vector3<f64>; 3], u: f64) -> MotionI
     let unit = raw * scale;
     let rate = (axis[1] + axis[2] * (2.0 * u)) * scale;
     MotionInstant {
-        stand: BodyPose { tip: Point3::from(tip[0] + (tip[1] + tip[2] * u) * u), axis: unit },
+        pose: BodyPose { tip: Point3::from(tip[0] + (tip[1] + tip[2] * u) * u), axis: unit },
         tip_rate: tip[1] + tip[2] * (2.0 * u),
         axis_rate: rate - unit * unit.dot(&rate),
     }
@@ -158,19 +158,20 @@ impl MotionInstant {
     /// Returns the velocity by `u` of the tool's own point at `y` from the tip.
     #[inline]
     pub(crate) fn velocity(&self, y: &Vector3<f64>) -> Vector3<f64> {
-        let Self { stand, tip_rate, axis_rate } = self;
-        tip_rate + axis_rate * stand.axis.dot(y) - stand.axis * axis_rate.dot(y)
+        let Self { pose, tip_rate, axis_rate } = self;
+        // w x y = (a x a') x y = a' (a y) - a (a' y); the tool does not spin about its own axis.
+        tip_rate + axis_rate * pose.axis.dot(y) - pose.axis * axis_rate.dot(y)
     }
 
     /// Returns the distance of a body from a point, its derivative by `u`, and its gradient.
     #[inline]
     fn distance(&self, body: ConvexBody, point: &Point3<f64>) -> (f64, f64, Vector3<f64>) {
-        let Self { stand, tip_rate, axis_rate } = self;
-        let y = point - stand.tip;
+        let Self { pose, tip_rate, axis_rate } = self;
+        let y = point - pose.tip;
         // Gradient g = f_rho / rho (y - height axis) + f_height axis, sorted by y and the axis.
-        let probe = body.probe(&y, &stand.axis);
+        let probe = body.probe(&y, &pose.axis);
         let along = probe.axial - probe.radial * probe.height;
-        let gradient = y * probe.radial + stand.axis * along;
+        let gradient = y * probe.radial + pose.axis * along;
         // A fixed point drifts backwards as seen from the tool; the turn changes only its height.
         let drift = y.dot(axis_rate) * along - gradient.dot(tip_rate);
         (probe.distance, drift, gradient)
@@ -232,14 +233,14 @@ pub(crate) struct SurfacePatch<'a> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct DistanceMargin {
     pub(crate) distance: f64,
-    pub(crate) place: f64,
+    pub(crate) extent: f64,
     pub(crate) time: f64,
 }
 
 impl DistanceMargin {
     /// Returns the lower bound over the whole patch and interval.
     pub(crate) fn least(&self) -> f64 {
-        self.distance - self.place - self.time
+        self.distance - self.extent - self.time
     }
 }
 
@@ -254,6 +255,7 @@ impl MotionPiece {
         let [low, mid, high] = [pose(a)?, pose(b)?, pose(c)?];
         let tip = quadratic([low.tip.coords, mid.tip.coords, high.tip.coords]);
         let axis = quadratic([low, mid, high].map(|pose| pose.axis.into_inner()));
+        // |a'| on -1..=1, by the triangle inequality.
         let rate = axis[1].norm() + 2.0 * axis[2].norm();
         // The axis vector is at least this long, since it is 1 at both ends and in the middle; LARGEST_TURN keeps
         // that above 0.9. Its direction turns faster by the same ratio.
@@ -303,12 +305,14 @@ impl MotionPiece {
         target: &RayQuery<'_>,
     ) -> DistanceBound {
         let &RayQuery { body, ray, s, limit } = target;
-        let MotionInstant { stand, tip_rate, axis_rate } = instant;
-        let y = ray.at(s) - stand.tip;
-        let probe: BodyProbe = body.probe(&y, &stand.axis);
-        let by_s = probe.slope(&y, &stand.axis, &ray.normal);
+        let MotionInstant { pose, tip_rate, axis_rate } = instant;
+        let y = ray.at(s) - pose.tip;
+        let probe: BodyProbe = body.probe(&y, &pose.axis);
+        // d_s by the chain rule. d_u: a fixed point drifts by -tip' as seen from the tool. By the turn its height changes by
+        // h' = y a', and its distance from the axis by -h h' / rho.
+        let by_s = probe.slope(&y, &pose.axis, &ray.normal);
         let turning = y.dot(axis_rate) * (probe.axial - probe.radial * probe.height);
-        let drift = turning - probe.slope(&y, &stand.axis, tip_rate);
+        let drift = turning - probe.slope(&y, &pose.axis, tip_rate);
         // The linear part is least at one end of the ray: the slope may be off by the shear in both
         // directions.
         let [bend, shear] = self.beyond(half, y.norm());
@@ -341,17 +345,17 @@ impl MotionPiece {
         body: ConvexBody,
         patch: &SurfacePatch<'_>,
     ) -> DistanceMargin {
-        let MotionInstant { stand, tip_rate, axis_rate } = instant;
-        let y = patch.centre - stand.tip;
-        let probe = body.probe(&y, &stand.axis);
-        let slope = |way: &Vector3<f64>| probe.slope(&y, &stand.axis, way);
+        let MotionInstant { pose, tip_rate, axis_rate } = instant;
+        let y = patch.centre - pose.tip;
+        let probe = body.probe(&y, &pose.axis);
+        let slope = |direction: &Vector3<f64>| probe.slope(&y, &pose.axis, direction);
         let turning = y.dot(axis_rate) * (probe.axial - probe.radial * probe.height);
         let drift = turning - slope(tip_rate);
         let [a, b] = patch.half;
         let [bend, shear] = self.beyond(half, y.norm() + patch.radius);
         DistanceMargin {
             distance: probe.distance,
-            place: slope(a).abs() + slope(b).abs() + patch.bulge,
+            extent: slope(a).abs() + slope(b).abs() + patch.bulge,
             time: drift.abs() * half + bend + shear * patch.radius,
         }
     }
@@ -373,6 +377,7 @@ impl MotionPiece {
     pub(crate) fn deepest(&self, body: ConvexBody, point: &Point3<f64>) -> f64 {
         let (mut low, mut high) = (-2.0, 2.0);
         for _ in 0..DEEPEST_STEPS {
+            // The derivative by time changes its sign once, at the minimum.
             let u = 0.5 * (low + high);
             if self.distance(body, u, point).1 > 0.0 { high = u } else { low = u }
         }
@@ -383,9 +388,9 @@ impl MotionPiece {
     #[inline]
     pub(crate) fn support_planes(&self, body: ConvexBody, point: &Point3<f64>) -> SupportPlanes {
         let (distance, drift, gradient) = self.middle.distance(body, point);
-        let MotionInstant { stand, axis_rate, .. } = &self.middle;
+        let MotionInstant { pose, axis_rate, .. } = &self.middle;
         // With w = axis x axis_rate, -g (w x by) = turn by. The ends u = 1 and u = -1 give the two planes.
-        let turn = axis_rate * gradient.dot(&stand.axis) - stand.axis * gradient.dot(axis_rate);
+        let turn = axis_rate * gradient.dot(&pose.axis) - pose.axis * gradient.dot(axis_rate);
         SupportPlanes {
             sides: [(distance + drift, gradient + turn), (distance - drift, gradient - turn)],
         }
@@ -401,11 +406,13 @@ impl MotionPiece {
     /// Bounds the distance of a tool point from the chord between its two end positions \[mm\], at most `far` \[mm\] from
     /// the tip. Over a part of the piece it falls with the square of the duration.
     pub(crate) fn sag(&self, far: f64) -> f64 {
+        // |chord - arc| <= max |x''| (2)² / 8 over an interval of length 2.
         0.5 * (self.acceleration + self.turn_change * far)
     }
 
     /// Bounds the change of a direction in the tool's frame within `time`.
     pub(crate) fn shear(&self, time: f64) -> f64 {
+        // Taylor: |n(t) - n(0)| <= |n'| t + max |n''| t² / 2.
         (self.turn + 0.5 * self.turn_change * time) * time
     }
 
@@ -417,13 +424,14 @@ impl MotionPiece {
 
     /// Returns the distance of a body from a point at u = 0, and what the motion of the piece can take off it.
     pub(crate) fn at_middle(&self, body: ConvexBody, point: &Point3<f64>) -> (f64, f64) {
-        let stand = &self.middle.stand;
-        let y = point - stand.tip;
-        (body.probe(&y, &stand.axis).distance, self.point_speed(y.norm()))
+        let pose = &self.middle.pose;
+        let y = point - pose.tip;
+        (body.probe(&y, &pose.axis).distance, self.point_speed(y.norm()))
     }
 
     /// Bounds the speed of a point in the tool's frame, at distance `far` from the tip at u = 0 \[mm\].
     pub(crate) fn point_speed(&self, far: f64) -> f64 {
+        // The tip moves by up to `speed` within the piece, which adds to the lever of the turn.
         self.speed + self.turn * (far + self.speed)
     }
 

@@ -24,6 +24,7 @@ impl RayBundle {
         let none = Self { centre, normal, radius: 0.0, bulge: 0.0, turn: 0.0 };
         rays.iter().fold(none, |disc, ray| {
             let aside = ray.origin - centre;
+            // Height over the disc counts as bulge, distance across as radius.
             let up = aside.dot(&normal);
             Self {
                 radius: disc.radius.max((aside - normal * up).norm()),
@@ -49,11 +50,12 @@ impl MotionPiece {
         disc: &RayBundle,
         [below, top]: [f64; 2],
     ) -> DistanceMargin {
-        let MotionInstant { stand, tip_rate, axis_rate } = instant;
-        let y = disc.centre + disc.normal * top - stand.tip;
-        let probe = body.probe(&y, &stand.axis);
+        let MotionInstant { pose, tip_rate, axis_rate } = instant;
+        let y = disc.centre + disc.normal * top - pose.tip;
+        let probe = body.probe(&y, &pose.axis);
         let along = probe.axial - probe.radial * probe.height;
-        let gradient = y * probe.radial + stand.axis * along;
+        let gradient = y * probe.radial + pose.axis * along;
+        // As in `MotionInstant::distance`: the derivative by u for a point that is fixed in space.
         let drift = y.dot(axis_rate) * along - gradient.dot(tip_rate);
         // From the top of the middle ray, other rays change the distance by the slope across, and lower
         // points by the slope along the rays if the distance falls downwards.
@@ -65,7 +67,7 @@ impl MotionPiece {
         let [bend, shear] = self.beyond(half, y.norm() + radius);
         DistanceMargin {
             distance: probe.distance,
-            place: aside * disc.radius + bulge + up.max(0.0) * (top + below),
+            extent: aside * disc.radius + bulge + up.max(0.0) * (top + below),
             time: drift.abs() * half + bend + shear * radius,
         }
     }
@@ -77,9 +79,9 @@ impl MotionPiece {
         disc: &RayBundle,
         range: [f64; 2],
     ) -> f64 {
-        let DistanceMargin { distance, place, time } =
+        let DistanceMargin { distance, extent, time } =
             self.off_rays(&self.middle, 1.0, body, disc, range);
-        distance - place - time
+        distance - extent - time
     }
 
     /// Tests if a body may come within `slack` of a bundle during the piece; returns its approximate distance if so.
@@ -95,12 +97,12 @@ impl MotionPiece {
         let mut open = vec![(0.0, 1.0)];
         while let Some((u, half)) = open.pop() {
             let margin = self.off_rays(&self.instant(u), half, body, disc, range);
-            let DistanceMargin { distance, place, time } = margin;
-            if distance - place - time > slack {
+            let DistanceMargin { distance, extent, time } = margin;
+            if distance - extent - time > slack {
                 continue;
             }
             // Shorter intervals would gain less than the extent of the bundle loses: the body may come.
-            if time <= place || half < SHORTEST {
+            if time <= extent || half < SHORTEST {
                 return Some(distance);
             }
             open.extend([(u - 0.5 * half, 0.5 * half), (u + 0.5 * half, 0.5 * half)]);
@@ -119,16 +121,17 @@ impl MotionPiece {
         body: ConvexBody,
         patch: &SurfacePatch<'_>,
     ) -> DistanceMargin {
-        let MotionInstant { stand, tip_rate, axis_rate } = instant;
-        let y = patch.centre - stand.tip;
+        let MotionInstant { pose, tip_rate, axis_rate } = instant;
+        let y = patch.centre - pose.tip;
         let down = -patch.normal;
         // The tool turns without spin about its own axis.
-        let turning = stand.axis.cross(axis_rate).cross(&y);
+        let turning = pose.axis.cross(axis_rate).cross(&y);
         let drift = down.dot(&(tip_rate + turning));
+        // Departure from linear motion at the centre, and the turn times the radius for the other points.
         let [bend, shear] = self.beyond(half, y.norm() + patch.radius);
         DistanceMargin {
-            distance: down.dot(&y) - body.extent(&stand.axis, &down),
-            place: patch.bulge,
+            distance: down.dot(&y) - body.extent(&pose.axis, &down),
+            extent: patch.bulge,
             time: drift.abs() * half + bend + shear * patch.radius,
         }
     }

@@ -21,12 +21,14 @@ impl RelativeMotion<'_> {
     /// Bounds the reach of the body along a unit vector over an interval of time, from the origin \[mm\].
     ///
     /// That is the larger of the reaches at both ends, plus the [sag](MotionPiece::sag) of the body's points.
-    pub(crate) fn reach(&self, way: &Vector3<f64>, time: [f64; 2]) -> f64 {
+    pub(crate) fn reach(&self, direction: &Vector3<f64>, time: [f64; 2]) -> f64 {
         let half = 0.5 * (time[1] - time[0]);
         let ends = time.map(|u| {
-            let at = self.piece.instant(u).stand;
-            at.tip.coords.dot(way) + self.body.extent(&at.axis, way)
+            // Support function of the body at the time u, from the origin: E(u) = n tip + extent.
+            let at = self.piece.instant(u).pose;
+            at.tip.coords.dot(direction) + self.body.extent(&at.axis, direction)
         });
+        // Between the ends a point of the body is beyond its chord by the sag, which falls with the square of the duration.
         ends[0].max(ends[1]) + self.sag * half * half
     }
 
@@ -34,8 +36,9 @@ impl RelativeMotion<'_> {
     pub(crate) fn nearest_time(&self, point: &Point3<f64>, [mut low, mut high]: [f64; 2]) -> f64 {
         let comes_nearer = |u: f64| {
             let now = self.piece.instant(u);
-            let (_, gradient) = distance::distance(self.body, &now.stand, point);
-            gradient.dot(&now.velocity(&(point - now.stand.tip))) > 0.0
+            let (_, gradient) = distance::distance(self.body, &now.pose, point);
+            // The tool point that is there now moves along the gradient, towards the point: the distance falls.
+            gradient.dot(&now.velocity(&(point - now.pose.tip))) > 0.0
         };
         // The distance is nearly convex in time: it rises all the time, falls all the time, or has one minimum.
         if !comes_nearer(low) {

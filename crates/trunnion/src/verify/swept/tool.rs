@@ -34,6 +34,7 @@ pub(crate) fn bodies(cutter: &Cutter) -> Vec<ConvexBody> {
     let last = shank.last().map(|&[_, radius]| [cutter.length(), radius]);
     let ends = shank.iter().copied().skip(1).chain(last);
     for ([low, radius], [high, end]) in shank.iter().copied().zip(ends) {
+        // A step of the radius has no height: the ends of its neighbours bound it.
         if high > low {
             bodies.push(ConvexBody::Frustum {
                 low,
@@ -49,6 +50,7 @@ pub(crate) fn bodies(cutter: &Cutter) -> Vec<ConvexBody> {
 /// Returns a bound on the distance of the tool's points from its tip \[mm\].
 pub(crate) fn size(cutter: &Cutter) -> f64 {
     let widest = bodies(cutter).iter().map(|body| body.radius()).fold(0.0, f64::max);
+    // No point is higher than the length, or farther from the axis than the largest radius.
     cutter.length().hypot(widest)
 }
 
@@ -74,10 +76,10 @@ impl ConvexBody {
         }
     }
 
-    /// Returns the support function: the reach of the body along the unit vector `way`, from the tip \[mm\].
-    pub(crate) fn extent(self, axis: &Vector3<f64>, way: &Vector3<f64>) -> f64 {
-        let up = way.dot(axis);
-        let out = (way - axis * up).norm();
+    /// Returns the support function: the reach of the body along the unit vector `direction`, from the tip \[mm\].
+    pub(crate) fn extent(self, axis: &Vector3<f64>, direction: &Vector3<f64>) -> f64 {
+        let up = direction.dot(axis);
+        let out = (direction - axis * up).norm();
         match self {
             Self::Nose { major, minor, top } => {
                 // Upwards the rim of the top end reaches farthest, otherwise the torus of the corner.
@@ -199,27 +201,27 @@ const STEPS: u32 = 60;
 
 impl ConvexBody {
     /// Returns the distance function at `s` on a ray, and its derivative by `s`.
-    fn along(self, stand: &BodyPose, ray: &NormalRay, s: f64) -> (f64, f64) {
-        let y = ray.at(s) - stand.tip;
-        let probe = self.probe(&y, &stand.axis);
-        (probe.distance, probe.slope(&y, &stand.axis, &ray.normal))
+    fn along(self, pose: &BodyPose, ray: &NormalRay, s: f64) -> (f64, f64) {
+        let y = ray.at(s) - pose.tip;
+        let probe = self.probe(&y, &pose.axis);
+        (probe.distance, probe.slope(&y, &pose.axis, &ray.normal))
     }
 
     /// Tests if a point is inside the body.
-    pub(crate) fn holds(self, stand: &BodyPose, point: &Point3<f64>) -> bool {
-        self.probe(&(point - stand.tip), &stand.axis).distance <= 0.0
+    pub(crate) fn holds(self, pose: &BodyPose, point: &Point3<f64>) -> bool {
+        self.probe(&(point - pose.tip), &pose.axis).distance <= 0.0
     }
 
     /// Returns the `s` in `[-below, limit]` at which the distance function is smallest.
     ///
     /// Bisects on the slope until a linear bound from there loses at most a tenth of the distance. Near a sharp edge the
     /// slope reverses within about that distance, which takes more steps than elsewhere.
-    pub(crate) fn closest(self, stand: &BodyPose, ray: &NormalRay, limit: f64) -> f64 {
+    pub(crate) fn closest(self, pose: &BodyPose, ray: &NormalRay, limit: f64) -> f64 {
         let (mut low, mut high) = (-ray.below, limit);
         let range = high - low;
         for _ in 0..STEPS {
             let middle = 0.5 * (low + high);
-            let (distance, slope) = self.along(stand, ray, middle);
+            let (distance, slope) = self.along(pose, ray, middle);
             if slope.abs() * range <= 0.1 * distance.abs() {
                 return middle;
             }
@@ -235,34 +237,37 @@ impl ConvexBody {
     /// passes the root: it finds the first root or shows that there is none.
     pub(crate) fn entry(
         self,
-        stand: &BodyPose,
+        pose: &BodyPose,
         ray: &NormalRay,
         limit: f64,
         tolerance: f64,
     ) -> Option<f64> {
         let mut s = -ray.below;
-        let inside = self.along(stand, ray, limit).0;
+        let inside = self.along(pose, ray, limit).0;
         if inside <= 0.0 {
             // Step 1: start as high as possible. The distance changes by at most 1 per mm, so the root is at least
             // this far below the limit.
             let guess = limit + 2.0 * inside - tolerance;
             if guess > s {
-                let (value, slope) = self.along(stand, ray, guess);
+                let (value, slope) = self.along(pose, ray, guess);
                 if value > 0.0 && slope < 0.0 {
                     s = guess;
                 }
             }
         }
         for _ in 0..STEPS {
-            let (value, slope) = self.along(stand, ray, s);
+            let (value, slope) = self.along(pose, ray, s);
+            // Inside already: at the start, or by the rounding of the last step.
             if value <= 0.0 {
                 break;
             }
+            // A convex function that rises here has no root farther on.
             if slope >= 0.0 {
                 return None;
             }
             let step = -value / slope;
             s += step;
+            // A Newton step never passes the root, so the root is beyond the limit as well.
             if s >= limit {
                 return None;
             }
@@ -308,39 +313,39 @@ mod tests {
 
     #[test]
     fn a_ray_from_below_enters_where_the_disc_is() {
-        let stand = BodyPose { tip: Point3::new(0.0, 0.0, 0.3), axis: Vector3::z() };
+        let pose = BodyPose { tip: Point3::new(0.0, 0.0, 0.3), axis: Vector3::z() };
         let ray =
             NormalRay { origin: Point3::new(5.0, 0.0, 0.0), normal: Vector3::z(), below: 4.0 };
-        assert!((BULL.entry(&stand, &ray, 2.0, 1e-9).unwrap() - 0.3).abs() < 1e-9);
-        assert_eq!(BULL.entry(&stand, &ray, 0.2, 1e-9), None);
+        assert!((BULL.entry(&pose, &ray, 2.0, 1e-9).unwrap() - 0.3).abs() < 1e-9);
+        assert_eq!(BULL.entry(&pose, &ray, 0.2, 1e-9), None);
         let beside = NormalRay { origin: Point3::new(17.0, 0.0, 0.0), ..ray };
-        assert_eq!(BULL.entry(&stand, &beside, 2.0, 1e-9), None);
+        assert_eq!(BULL.entry(&pose, &beside, 2.0, 1e-9), None);
         let deep = NormalRay { origin: Point3::new(5.0, 0.0, 9.0), ..ray };
-        assert_eq!(BULL.entry(&stand, &deep, 2.0, 1e-9), Some(-4.0));
+        assert_eq!(BULL.entry(&pose, &deep, 2.0, 1e-9), Some(-4.0));
     }
 
     #[test]
     fn a_ray_past_a_sharp_edge_is_bounded_from_its_closest_point() {
         // 1e-5 mm below and beside the edge of a flat end, at 45 deg to it.
         let (flat, limit) = (ConvexBody::Nose { major: 5.0, minor: 0.0, top: 50.0 }, 2.0);
-        let stand = BodyPose { tip: Point3::origin(), axis: Vector3::z() };
+        let pose = BodyPose { tip: Point3::origin(), axis: Vector3::z() };
         let normal = Vector3::new(1.0, 0.0, 1.0).normalize();
         let ray = NormalRay { origin: Point3::new(5.0 + 1e-5, 0.0, -1e-5), normal, below: 2.0 };
-        let s = flat.closest(&stand, &ray, limit);
-        let (distance, slope) = flat.along(&stand, &ray, s);
+        let s = flat.closest(&pose, &ray, limit);
+        let (distance, slope) = flat.along(&pose, &ray, s);
         assert!(slope.abs() * (limit + ray.below) <= 0.1 * distance, "{s} {distance} {slope}");
         assert!((distance - 2.0f64.sqrt() * 1e-5).abs() < 1e-7);
     }
 
     #[test]
     fn extents_are_where_no_point_is_beyond() {
-        let way = Vector3::new(0.6, 0.0, -0.8);
+        let direction = Vector3::new(0.6, 0.0, -0.8);
         // Edge of the disc at 10, rounding 6 about height 6: 10 0.6 - 6 0.8 + 6.
-        assert!((BULL.extent(&Vector3::z(), &way) - 7.2).abs() < 1e-12);
+        assert!((BULL.extent(&Vector3::z(), &direction) - 7.2).abs() < 1e-12);
         assert!((BULL.extent(&Vector3::z(), &Vector3::z()) - 50.0).abs() < 1e-12);
         let body = ConvexBody::Frustum { low: 10.0, high: 20.0, radius: 5.0, slope: 0.75 };
         assert!((body.extent(&Vector3::z(), &Vector3::x()) - 12.5).abs() < 1e-12);
-        assert!((body.extent(&Vector3::z(), &way) - (5.0 * 0.6 - 8.0)).abs() < 1e-12);
+        assert!((body.extent(&Vector3::z(), &direction) - (5.0 * 0.6 - 8.0)).abs() < 1e-12);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::margin::TileBound;
 use super::shape::{FlatCell, UvRectangle, quarters};
 use super::survey::{CellLocation, TILE, TileSurvey};
 use crate::verify::deviation::ray::DecidingPose;
-use crate::verify::report::{Extreme, Sample};
+use crate::verify::report::{ExtremeHeight, HeightSample};
 use crate::verify::swept::bvh::ContentId;
 use crate::verify::swept::tool::NormalRay;
 use std::rc::Rc;
@@ -33,6 +33,7 @@ struct ExcessCell {
 pub(crate) fn tile(survey: &TileSurvey<'_>, at: [usize; 2], most: usize) -> TileBound {
     let mut known = survey.start[1];
     let mut open = Vec::new();
+    // Cells share the list of bodies until it is narrowed for one of them.
     let items: Rc<[ContentId]> = survey.parts.numbers().collect();
     let [rows, columns] = [survey.map.u.len(), survey.map.v.len()];
     for i in at[0]..(at[0] + TILE).min(rows.saturating_sub(1)) {
@@ -78,19 +79,20 @@ fn cell(
         return;
     }
     let mut poses: Vec<DecidingPose> = Vec::new();
-    for place in
+    for index in
         [i * columns + j, i * columns + j + 1, (i + 1) * columns + j, (i + 1) * columns + j + 1]
     {
-        let sample: Option<&Sample> = survey.map.samples.get(place).and_then(Option::as_ref);
+        let sample: Option<&HeightSample> = survey.map.samples.get(index).and_then(Option::as_ref);
         if sample.is_some_and(|sample| sample.rest || sample.height.is_none()) {
             return;
         }
-        let pose = survey.deciding.get(place).copied().flatten();
+        // The tool that leaves the least at a corner probably holds the cell around it.
+        let pose = survey.deciding.get(index).copied().flatten();
         poses.extend(pose.filter(|pose| !poses.contains(pose)));
     }
     let Some(whole) = survey.rectangle([i, j], 1) else { return };
     for rectangle in survey.shape.smooth_parts(whole) {
-        let border = match survey.first_place(&rectangle) {
+        let border = match survey.locate_any(&rectangle) {
             CellLocation::Outside => continue,
             CellLocation::Inside => None,
             CellLocation::Border(segments) => Some(segments),
@@ -103,17 +105,17 @@ fn cell(
 /// Tests if a pose holds all of a piece offset outwards by `height`.
 ///
 /// A convex body does if it holds the corners of the flat piece, less the largest departure of the piece from it.
-fn holds(survey: &TileSurvey<'_>, cell: &FlatCell, height: f64, pose: &DecidingPose) -> bool {
-    let Some(body) = survey.parts.body(pose.body) else { return false };
-    let stand = pose.stand;
+fn holds(survey: &TileSurvey<'_>, cell: &FlatCell, height: f64, by: &DecidingPose) -> bool {
+    let Some(body) = survey.parts.body(by.body) else { return false };
+    let pose = by.pose;
     // Departure of the offset piece from the flat one: its bulge, and the turn of its normals times the
     // offset.
     let room = cell.bulge + height * cell.turn + survey.parts.scope.error();
     let [a, b] = cell.half;
-    let middle = cell.centre + cell.normal * height - stand.tip;
+    let middle = cell.centre + cell.normal * height - pose.tip;
     [a + b, a - b, b - a, -a - b]
         .iter()
-        .all(|corner| body.probe(&(middle + corner), &stand.axis).distance <= -room)
+        .all(|corner| body.probe(&(middle + corner), &pose.axis).distance <= -room)
 }
 
 /// Tests if a moving tool sweeps over all of a piece offset outwards by `height`, point after point. A sharp edge does
@@ -127,9 +129,9 @@ fn passes(survey: &TileSurvey<'_>, cell: &FlatCell, height: f64, by: &DecidingPo
         return false;
     };
     let [a, b] = cell.half;
-    let place = |s: f64, t: f64| cell.centre + cell.normal * height + a * s + b * t;
+    let point = |s: f64, t: f64| cell.centre + cell.normal * height + a * s + b * t;
     // Step 1: fit a linear time to the deepest times at the middles of the four sides.
-    let deepest = |s: f64, t: f64| part.piece.deepest(part.body, &place(s, t));
+    let deepest = |s: f64, t: f64| part.piece.deepest(part.body, &point(s, t));
     let sides = [deepest(-1.0, 0.0), deepest(1.0, 0.0), deepest(0.0, -1.0), deepest(0.0, 1.0)];
     let rates = [0.5 * (sides[1] - sides[0]), 0.5 * (sides[3] - sides[2])];
     // Step 2: keep the times within the piece of the move; a little early or late costs some micrometres only.
@@ -137,13 +139,13 @@ fn passes(survey: &TileSurvey<'_>, cell: &FlatCell, height: f64, by: &DecidingPo
     let [p, q] = rates.map(|rate| rate / width.max(1.0));
     let width = width.min(1.0);
     let middle = (0.25 * sides.iter().sum::<f64>()).clamp(width - 1.0, 1.0 - width);
-    let far = (cell.centre - part.piece.middle().stand.tip).norm() + cell.radius() + height;
+    let far = (cell.centre - part.piece.middle().pose.tip).norm() + cell.radius() + height;
     // Step 3: both a point and the corners may depart from the linear motion.
     let bend =
         2.0 * (part.piece.bend(far) * width * width + part.piece.shear(width) * cell.radius());
     let room = cell.bulge + height * cell.turn + survey.parts.scope.error() + bend;
     [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]].iter().all(|[s, t]| {
-        part.piece.distance(part.body, middle + p * s + q * t, &place(*s, *t)).0 <= -room
+        part.piece.distance(part.body, middle + p * s + q * t, &point(*s, *t)).0 <= -room
     })
 }
 
@@ -167,8 +169,8 @@ fn search(
     known: &mut TileBound,
     open: &mut Vec<ExcessCell>,
 ) {
-    let place = survey.place(&next.rectangle, next.border.as_deref());
-    if matches!(place, CellLocation::Outside) {
+    let location = survey.locate(&next.rectangle, next.border.as_deref());
+    if matches!(location, CellLocation::Outside) {
         return;
     }
     let ray =
@@ -176,7 +178,7 @@ fn search(
     // Step 1: keep the bodies that may come to the piece, and measure its middle against them.
     next.items = coming(survey, piece, &next.items);
     let lowest = survey.parts.lowest(next.items.iter().copied(), &ray);
-    let inside = survey.holds_middle(&next.rectangle, &place);
+    let inside = survey.holds_middle(&next.rectangle, &location);
     // Moves above `top` were not gathered, but may count here: the tile is inspected again with more of them.
     if inside && lowest.s > survey.top {
         known.short = true;
@@ -192,7 +194,7 @@ fn search(
                 known.worst = lowest.s;
                 let uv = next.rectangle.map(|[low, high]| 0.5 * (low + high));
                 let (face, point) = (survey.map.face, piece.centre);
-                known.place = Some(Extreme {
+                known.extreme = Some(ExtremeHeight {
                     face,
                     uv,
                     point,
@@ -220,7 +222,7 @@ fn search(
         return;
     }
     // Step 3: quarter the piece, with the trim segments that still cross it.
-    let border = match place {
+    let border = match location {
         CellLocation::Border(segments) => Some(segments),
         _ => None,
     };
@@ -233,6 +235,7 @@ fn search(
 /// Tries larger bounds until one holds.
 fn beyond(survey: &TileSurvey<'_>, piece: &FlatCell, next: &ExcessCell, known: &mut TileBound) {
     for doubling in 1..DOUBLINGS {
+        // Doubling the margin finds a provable bound within a factor of two.
         let height = known.worst.max(0.0) + known.margin() * 2f64.powi(doubling);
         if height > survey.parts.scope.reach {
             break;

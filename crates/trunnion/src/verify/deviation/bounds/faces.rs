@@ -8,7 +8,7 @@ use crate::surface::Face;
 use crate::verify::deviation::chunks::MotionChunks;
 use crate::verify::deviation::map::MeasuredMap;
 use crate::verify::error::VerifyError;
-use crate::verify::report::{Bounds, Extreme};
+use crate::verify::report::{ExtremeHeight, HeightBounds};
 
 /// Most pieces of a tile at first, for each bound: several times the average of a tile on which strips of round corners
 /// meet.
@@ -39,7 +39,7 @@ pub(crate) fn bounds(
     faces: &[Face],
     measured: &[MeasuredMap],
     request: &BoundRequest,
-) -> Result<(Bounds, [Option<Extreme>; 2]), VerifyError> {
+) -> Result<(HeightBounds, [Option<ExtremeHeight>; 2]), VerifyError> {
     let BoundRequest { rules: [deep, tall], excess: bounded, extremes: [low, high] } = *request;
     // Start from the worst heights measured.
     let start = [
@@ -51,6 +51,7 @@ pub(crate) fn bounds(
     for (face, MeasuredMap { map, deciding }) in faces.iter().zip(measured) {
         let shape = FaceShape::new(face);
         let tolerance = [&map.u, &map.v].map(|values| {
+            // A small share of the mean width of a grid cell, in units of the parameter.
             let width = values.last().unwrap_or(&0.0) - values.first().unwrap_or(&0.0);
             TRIM_SHARE * width / values.len().max(2) as f64
         });
@@ -61,12 +62,12 @@ pub(crate) fn bounds(
         known = [known[0].join(gouge), known[1].join(excess)];
     }
     let [gouge, excess] = known;
-    let bounds = Bounds {
+    let bounds = HeightBounds {
         gouge: gouge.bound(),
         excess: bounded.then(|| excess.bound()),
         open: if bounded { gouge.open.max(excess.open) } else { gouge.open },
     };
-    Ok((bounds, [gouge.place, excess.place]))
+    Ok((bounds, [gouge.extreme, excess.extreme]))
 }
 
 /// Bounds all tiles of all faces. The tiles of a face that need many pieces share the limit of the face.
@@ -84,7 +85,7 @@ fn all(
             top,
         }));
     }
-    let mut tiles = look(chunks, &mut tasks)?;
+    let mut tiles = bound_tiles(chunks, &mut tasks)?;
     let ended = |tile: &[TileBound; 2]| tile.iter().any(|known| known.ended);
     let mut again = Vec::new();
     for ground in grounds {
@@ -92,14 +93,15 @@ fn all(
             std::ptr::eq(task.ground, ground) && ended(tile)
         };
         let count = tasks.iter().zip(&tiles).filter(of).count();
+        // The open tiles of a face share its limit evenly.
         let most = MOST_PIECES.min(ALL_PIECES / count.max(1));
         if most > FEW_PIECES {
-            let places = tasks.iter().zip(&tiles).enumerate().filter(|(_, pair)| of(pair));
-            again.extend(places.map(|(index, (task, _))| (index, TileTask { most, ..*task })));
+            let indices = tasks.iter().zip(&tiles).enumerate().filter(|(_, pair)| of(pair));
+            again.extend(indices.map(|(index, (task, _))| (index, TileTask { most, ..*task })));
         }
     }
-    let (places, mut more): (Vec<usize>, Vec<TileTask<'_>>) = again.into_iter().unzip();
-    for (index, known) in places.into_iter().zip(look(chunks, &mut more)?) {
+    let (indices, mut more): (Vec<usize>, Vec<TileTask<'_>>) = again.into_iter().unzip();
+    for (index, known) in indices.into_iter().zip(bound_tiles(chunks, &mut more)?) {
         if let Some(tile) = tiles.get_mut(index) {
             *tile = known;
         }
@@ -108,7 +110,7 @@ fn all(
 }
 
 /// Bounds tiles. If higher moves may count, repeats a tile with all moves within reach.
-fn look(
+fn bound_tiles(
     chunks: &MotionChunks<'_>,
     tasks: &mut [TileTask<'_>],
 ) -> Result<Vec<[TileBound; 2]>, VerifyError> {
@@ -117,13 +119,14 @@ fn look(
     let mut higher = Vec::new();
     for (index, (task, tile)) in tasks.iter_mut().zip(&tiles).enumerate() {
         if short(tile) {
+            // A tile met a hole below the gathered moves: higher ones may fill it, so it takes all within reach.
             task.top = chunks.scope.reach;
             higher.push((index, *task));
         }
     }
-    let (places, higher): (Vec<usize>, Vec<TileTask<'_>>) = higher.into_iter().unzip();
+    let (indices, higher): (Vec<usize>, Vec<TileTask<'_>>) = higher.into_iter().unzip();
     let found = gather::each(chunks, &higher)?;
-    for (index, known) in places.into_iter().zip(found) {
+    for (index, known) in indices.into_iter().zip(found) {
         if let Some(tile) = tiles.get_mut(index) {
             *tile = known;
         }

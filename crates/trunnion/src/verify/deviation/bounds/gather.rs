@@ -38,7 +38,7 @@ pub(crate) fn each(
         let some = left.get(..count).unwrap_or(left);
         let GatheredMoves { count: taken, pieces, lists, crowded } = gather(chunks, some)?;
         count = taken;
-        let look = |(task, list): (&TileTask<'_>, &Vec<u32>)| {
+        let bound = |(task, list): (&TileTask<'_>, &Vec<u32>)| {
             let TileTask { ground, at, top, .. } = *task;
             if crowded {
                 return ground.crowded(at);
@@ -47,7 +47,7 @@ pub(crate) fn each(
             let parts = ChunkMotion { pieces: of.copied().collect(), scope: chunks.scope.clone() };
             TileSurvey { ground, parts, top }.tile(task)
         };
-        done.par_extend(some.par_iter().zip(&lists).map(look));
+        done.par_extend(some.par_iter().zip(&lists).map(bound));
     }
     Ok(done)
 }
@@ -59,6 +59,7 @@ fn gather(chunks: &MotionChunks<'_>, tasks: &[TileTask<'_>]) -> Result<GatheredM
     let count = tasks.len();
     let mut all =
         GatheredMoves { count, pieces: Vec::new(), lists: vec![Vec::new(); count], crowded: false };
+    // Moves outside the box around all bundles need no place in the trees.
     let boxes = tiles
         .iter()
         .flat_map(|(bundles, top)| bundles.iter().map(|bundle| chunks.scope.around(bundle, *top)));

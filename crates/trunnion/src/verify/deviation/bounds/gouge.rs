@@ -4,7 +4,7 @@ use super::margin::TileBound;
 use super::shape::{FlatCell, UvRectangle, quarters};
 use super::survey::{CellLocation, TILE, TileSurvey};
 use crate::verify::deviation::chunks::MoveKind;
-use crate::verify::report::Extreme;
+use crate::verify::report::ExtremeHeight;
 use crate::verify::swept::bvh::ContentId;
 use crate::verify::swept::quadratic::{DistanceMargin, SurfacePatch};
 use crate::verify::swept::tool::NormalRay;
@@ -39,6 +39,7 @@ struct GougeCell {
 
 /// Bounds the deepest gouge in a tile with at most `most` pieces.
 pub(crate) fn tile(survey: &TileSurvey<'_>, at: [usize; 2], most: usize) -> TileBound {
+    // Start from the worst gouge measured: the aim of the proof is a margin deeper.
     let mut known = survey.start[0];
     let Some(whole) = survey.rectangle(at, TILE) else { return known };
     let mut open: Vec<GougeCell> = survey
@@ -65,7 +66,7 @@ fn area(survey: &TileSurvey<'_>, rectangle: &UvRectangle) -> f64 {
 
 /// Returns a piece of the tile with everything that comes near the tile.
 fn first(survey: &TileSurvey<'_>, rectangle: UvRectangle) -> Option<GougeCell> {
-    let border = match survey.first_place(&rectangle) {
+    let border = match survey.locate_any(&rectangle) {
         CellLocation::Outside => return None,
         CellLocation::Inside => None,
         CellLocation::Border(segments) => Some(segments),
@@ -83,17 +84,19 @@ fn quarter(
     open: &mut Vec<GougeCell>,
 ) {
     let GougeCell { rectangle, level, items, border } = next;
-    let place = survey.place(&rectangle, border.as_deref());
-    if matches!(place, CellLocation::Outside) {
+    let location = survey.locate(&rectangle, border.as_deref());
+    if matches!(location, CellLocation::Outside) {
         return;
     }
     let mut left = items;
     if let Some(cell) = survey.shape.cell(&rectangle) {
+        // Nothing comes to the piece offset inwards by the aim: no gouge in it is deeper.
         left = coming(survey, &cell, known.aim(), &left);
         if left.is_empty() {
             return;
         }
-        if level >= MEASURED_FROM && survey.holds_middle(&rectangle, &place) {
+        // A piece that stays open may hold a deeper gouge than known: measuring it raises the aim.
+        if level >= MEASURED_FROM && survey.holds_middle(&rectangle, &location) {
             measure(survey, &cell, &rectangle, &left, known);
         }
         if level >= DEEPEST {
@@ -104,7 +107,7 @@ fn quarter(
         // A singular point without a normal; the pieces around it are all proven.
         return;
     }
-    let border = match place {
+    let border = match location {
         CellLocation::Border(segments) => Some(segments),
         _ => None,
     };
@@ -131,12 +134,12 @@ fn coming(
         normal: cell.normal,
     };
     let mut left = Vec::new();
-    let mut stretches = Vec::new();
+    let mut intervals = Vec::new();
     let error = survey.parts.scope.error();
     for &OpenBody { numbers, u, half } in items {
         let Some(part) = survey.parts.part(numbers) else { continue };
-        stretches.push((u, half));
-        while let Some((u, half)) = stretches.pop() {
+        intervals.push((u, half));
+        while let Some((u, half)) = intervals.pop() {
             let instant = part.piece.instant(u);
             // Two lower bounds of the distance: the gradient at the nearest point, and the support plane across the
             // patch. Either one above the error drops the interval.
@@ -148,13 +151,13 @@ fn coming(
             if flat.least() > error {
                 continue;
             }
-            let DistanceMargin { place, time, .. } =
+            let DistanceMargin { extent, time, .. } =
                 if flat.least() > near.least() { flat } else { near };
             // Bisect time only while that gains more than quartering the face would.
-            if place >= time || half < SHORTEST {
+            if extent >= time || half < SHORTEST {
                 left.push(OpenBody { numbers, u, half });
             } else {
-                stretches.extend([(u - 0.5 * half, 0.5 * half), (u + 0.5 * half, 0.5 * half)]);
+                intervals.extend([(u - 0.5 * half, 0.5 * half), (u + 0.5 * half, 0.5 * half)]);
             }
         }
     }
@@ -176,7 +179,7 @@ fn measure(
         known.worst = -lowest.s;
         let uv = rectangle.map(|[low, high]| 0.5 * (low + high));
         let face = survey.map.face;
-        known.place = Some(Extreme {
+        known.extreme = Some(ExtremeHeight {
             face,
             uv,
             point: cell.centre,
@@ -192,6 +195,7 @@ fn measure(
 fn beyond(survey: &TileSurvey<'_>, cell: &FlatCell, items: &[OpenBody], known: &mut TileBound) {
     for doubling in 1..DOUBLINGS {
         let depth = known.worst.max(0.0) + known.margin() * 2f64.powi(doubling);
+        // Beyond the search range moves were not gathered: no proof is possible there.
         if depth > survey.parts.scope.reach {
             break;
         }

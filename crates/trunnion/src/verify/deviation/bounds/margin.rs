@@ -1,6 +1,6 @@
 //! Margin of a bound: its distance from the worst height known, and the state of the search for it.
 
-use crate::verify::report::Extreme;
+use crate::verify::report::ExtremeHeight;
 
 /// Least share of the margin that is used if the tolerance leaves less room.
 const LEAST_MARGIN: f64 = 0.05;
@@ -33,6 +33,7 @@ impl MarginRule {
         // least.
         let least = (LEAST_MARGIN * margin).max(LEAST_TOLERANCES * self.exact).min(margin);
         let share = margin.min(0.5 * room).max(least);
+        // Broken by -room: a margin of a tenth of that keeps the first digits.
         if room > 0.0 { share } else { margin.max(-BROKEN_SHARE * room) }
     }
 }
@@ -47,7 +48,7 @@ pub(super) struct TileBound {
     /// Larger bound, where the margin was not enough.
     pub(super) beyond: f64,
     /// Worst point, if the search found it.
-    pub(super) place: Option<Extreme>,
+    pub(super) extreme: Option<ExtremeHeight>,
     /// Area without a proof \[mm²\].
     pub(super) open: f64,
     /// Part of that area was abandoned at the limit of pieces.
@@ -58,7 +59,7 @@ pub(super) struct TileBound {
 
 impl TileBound {
     pub(super) fn new(worst: f64, room: MarginRule) -> Self {
-        Self { worst, room, beyond: 0.0, place: None, open: 0.0, ended: false, short: false }
+        Self { worst, room, beyond: 0.0, extreme: None, open: 0.0, ended: false, short: false }
     }
 
     /// Abandons a piece of the face.
@@ -84,7 +85,7 @@ impl TileBound {
 
     pub(super) fn join(mut self, other: &Self) -> Self {
         if other.worst > self.worst {
-            (self.worst, self.place) = (other.worst, other.place);
+            (self.worst, self.extreme) = (other.worst, other.extreme);
         }
         self.beyond = self.beyond.max(other.beyond);
         self.open += other.open;

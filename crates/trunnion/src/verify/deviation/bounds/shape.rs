@@ -98,7 +98,7 @@ impl<'a> FaceShape<'a> {
             }
             Surface::Revolution(surface) => {
                 // |S_uu| is the distance from the axis; the curve's derivatives bound |S_uv| and |S_vv|.
-                let radius = |place: &Vector3<f64>| surface.radius(place);
+                let radius = |start: &Vector3<f64>| surface.radius(start);
                 let ControlStrip { breaks, bounds } = ControlStrip::new(surface.curve(), v, radius);
                 let bends = bounds.iter().map(|[first, second, radius]| [*radius, *first, *second]);
                 Self::of_pieces(face, [ends(u), breaks], bends.collect())
@@ -118,6 +118,7 @@ impl<'a> FaceShape<'a> {
     /// Returns the intervals between breaks, repeated with the period if the face is periodic.
     fn of_pieces(face: &'a Face, mut breaks: [Vec<f64>; 2], bends: Vec<[f64; 3]>) -> Self {
         let bounds = face.bounds();
+        // A face across the seam of a periodic surface leaves the parameters of the patches.
         let beyond = |k: usize| {
             let [first, last] = [breaks[k].first(), breaks[k].last()];
             first.is_none_or(|low| bounds[k][0] < *low)
@@ -172,6 +173,7 @@ impl<'a> FaceShape<'a> {
         }
         let pieces = |k: usize| self.breaks[k].len().saturating_sub(1).max(1);
         let piece = |k: usize, x: f64| {
+            // Index of the interval that holds x, clamped at the ends.
             let after = self.breaks[k].partition_point(|&end| end <= x);
             after.clamp(1, pieces(k)) - 1
         };
@@ -206,8 +208,8 @@ impl HomogeneousNet {
         let at = |index: usize| self.points.get(index).copied().unwrap_or_default();
         let degree = (count - 1) as f64;
         let points = (0..m * n).map(|index| {
-            let place = index / n * self.columns + index % n;
-            (at(place + step) - at(place)) * degree
+            let start = index / n * self.columns + index % n;
+            (at(start + step) - at(start)) * degree
         });
         Self { points: points.collect(), columns: n }
     }
@@ -301,6 +303,7 @@ impl ControlStrip {
 /// Bounds the first and second derivative over a Bezier piece of a curve; see [`second`].
 fn along(points: &[Vector4<f64>], length: f64) -> [f64; 2] {
     let (net, least, far) = centred(points, 1);
+    // As in `second`: S' = (A' - w' S) / w about the middle of the control points.
     let first = net.derivative(0);
     let [vector, weight] = first.size();
     let slope = (vector + weight * far) / least;
@@ -356,6 +359,7 @@ impl TrimSegments {
 
     /// Finds the segments that touch a rectangle, among all or among the given ones.
     pub(crate) fn side(&self, rectangle: &UvRectangle, among: Option<&[u32]>) -> TrimCrossing {
+        // A trim curve may be off its segment by the tolerance, so the rectangle grows by that.
         let grown = [0, 1].map(|k: usize| {
             [rectangle[k][0] - self.tolerance[k], rectangle[k][1] + self.tolerance[k]]
         });
@@ -376,10 +380,10 @@ impl TrimSegments {
 fn meets([from, to]: &[[f64; 2]; 2], rectangle: &UvRectangle) -> bool {
     let (mut enter, mut leave) = (0.0f64, 1.0f64);
     for k in 0..2 {
-        let ([low, high], start, way) = (rectangle[k], from[k], to[k] - from[k]);
+        let ([low, high], start, delta) = (rectangle[k], from[k], to[k] - from[k]);
         // The segment is in the slab between two parameters; a parallel one is inside all along, or nowhere.
-        if way.abs() > 0.0 {
-            let [a, b] = [(low - start) / way, (high - start) / way];
+        if delta.abs() > 0.0 {
+            let [a, b] = [(low - start) / delta, (high - start) / delta];
             enter = enter.max(a.min(b));
             leave = leave.min(a.max(b));
         } else if start < low || start > high {

@@ -46,31 +46,32 @@ pub(super) enum CellLocation {
 
 impl MeasuredFace<'_> {
     /// Locates a rectangle; `among` are the trim segments that may touch it, `None` if none does.
-    pub(super) fn place(&self, rectangle: &UvRectangle, among: Option<&[u32]>) -> CellLocation {
+    pub(super) fn locate(&self, rectangle: &UvRectangle, among: Option<&[u32]>) -> CellLocation {
         let Some(among) = among else { return CellLocation::Inside };
         let [u, v] = rectangle.map(|[low, high]| 0.5 * (low + high));
         match self.trims.side(rectangle, Some(among)) {
             TrimCrossing::Border(segments) => CellLocation::Border(segments),
+            // No trim crosses the rectangle, so its middle decides for all of it.
             TrimCrossing::Clear if self.shape.face.contains(u, v) => CellLocation::Inside,
             TrimCrossing::Clear => CellLocation::Outside,
         }
     }
 
     /// Locates a rectangle about which nothing is known.
-    pub(super) fn first_place(&self, rectangle: &UvRectangle) -> CellLocation {
+    pub(super) fn locate_any(&self, rectangle: &UvRectangle) -> CellLocation {
         if self.shape.face.loops.is_empty() {
             return CellLocation::Inside;
         }
         match self.trims.side(rectangle, None) {
             TrimCrossing::Border(segments) => CellLocation::Border(segments),
-            TrimCrossing::Clear => self.place(rectangle, Some(&[])),
+            TrimCrossing::Clear => self.locate(rectangle, Some(&[])),
         }
     }
 
     /// Tests if the middle of a rectangle is on the face.
-    pub(super) fn holds_middle(&self, rectangle: &UvRectangle, place: &CellLocation) -> bool {
+    pub(super) fn holds_middle(&self, rectangle: &UvRectangle, locate: &CellLocation) -> bool {
         let [u, v] = rectangle.map(|[low, high]| 0.5 * (low + high));
-        match place {
+        match locate {
             CellLocation::Inside => true,
             CellLocation::Outside => false,
             CellLocation::Border(_) => self.shape.face.contains(u, v),
@@ -78,6 +79,7 @@ impl MeasuredFace<'_> {
     }
 
     pub(super) fn tiles(&self) -> Vec<[usize; 2]> {
+        // Cells are one fewer than grid lines.
         let [rows, columns] = [self.map.u.len(), self.map.v.len()].map(|n| n.saturating_sub(1));
         let along = |i: usize| (0..columns).step_by(TILE).map(move |j| [i, j]);
         (0..rows).step_by(TILE).flat_map(along).collect()
@@ -106,6 +108,7 @@ impl MeasuredFace<'_> {
     /// Returns the height above which moves are ignored until they turn out to count \[mm\].
     pub(super) fn top(&self, reach: f64) -> f64 {
         let start = &self.start[1];
+        // Gouges need moves below the face alone; excess those up to the bound that is tried, with some room.
         if self.excess { reach.min(2.0 * start.aim() + start.margin()) } else { 0.0 }
     }
 

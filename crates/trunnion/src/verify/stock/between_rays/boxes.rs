@@ -29,7 +29,7 @@ pub(super) struct EarlierBody {
     pub(super) number: usize,
     pub(super) harm: Option<CollisionKind>,
     pub(super) body: ConvexBody,
-    pub(super) stretch: BoundedPiece,
+    pub(super) bounded: BoundedPiece,
 }
 
 /// Merges boxes of the same part that nearly coincide.
@@ -38,6 +38,7 @@ pub(crate) fn merge(mut all: Vec<CloseBox>) -> Vec<CloseBox> {
     let mut merged: Vec<CloseBox> = Vec::new();
     for next in all {
         let same = merged.iter_mut().rev().take_while(|close| close.part == next.part);
+        // Merge only where the common box is hardly larger than both: a search over empty space costs more than two searches.
         let volume = |b: &BoundingBox| (b.high - b.low).product();
         let fits = |close: &&mut CloseBox| {
             let joined = close.bounds.join(&next.bounds);
@@ -54,6 +55,7 @@ pub(crate) fn merge(mut all: Vec<CloseBox>) -> Vec<CloseBox> {
 /// Splits boxes into halves by position.
 pub(super) fn halves(mut close: Vec<CloseBox>) -> [Vec<CloseBox>; 2] {
     let all = close.iter().fold(BoundingBox::empty(), |all, close| all.join(&close.bounds));
+    // Across the longest side, so that fewer earlier bodies come to each half.
     let axis = (all.high - all.low).imax();
     close.sort_by(|a, b| a.bounds.low[axis].total_cmp(&b.bounds.low[axis]));
     let upper = close.split_off(close.len() / 2);

@@ -49,7 +49,7 @@ struct SecondRun {
 }
 
 /// Inspects boxes for collisions between the rays.
-pub(crate) fn look(
+pub(crate) fn inspect_boxes(
     run: &Run<'_>,
     tools: &MovingTools,
     shell: &ClosedMesh,
@@ -61,12 +61,13 @@ pub(crate) fn look(
     while let Some(close) = waiting.pop() {
         runs += 1;
         let again = again(run, tools, &close)?;
+        // Too many earlier bodies for memory: run the program again for half of the boxes each.
         if again.is_none() && close.len() > 1 && runs < MOST_RUNS {
             waiting.extend(halves(close));
             continue;
         }
         for some in close.chunks(BATCH) {
-            let of = |close: &CloseBox| graze(tools, shell, close, again.as_ref());
+            let of = |close: &CloseBox| inspect_box(tools, shell, close, again.as_ref());
             found.par_extend(some.par_iter().filter_map(of));
             done += some.len();
             progress.step(Stage::Verify, done as u64, total as u64)?;
@@ -98,15 +99,16 @@ fn again(
             if let Some(suspect) = suspects.get_mut(number) {
                 *suspect = Some((*body, whole.piece));
             }
-            for stretch in straight.iter().filter(|_| boxes.meets(bounds)) {
+            for bounded in straight.iter().filter(|_| boxes.meets(bounds)) {
                 items.push(TreeItem { bounds: *bounds, content: ContentId::item(index(&before)) });
-                let (number, body, harm, stretch) = (*number, *body, *harm, *stretch);
-                before.push(EarlierBody { number, harm, body, stretch });
+                let (number, body, harm, bounded) = (*number, *body, *harm, *bounded);
+                before.push(EarlierBody { number, harm, body, bounded });
             }
         }
         if before.len() > MOST_BEFORE {
             return Ok(None);
         }
+        // Bodies after the last suspect cannot have removed material before it.
         if number > last {
             break;
         }
@@ -121,7 +123,7 @@ fn index(before: &[EarlierBody]) -> u32 {
 }
 
 /// Inspects one box.
-fn graze(
+fn inspect_box(
     tools: &MovingTools,
     shell: &ClosedMesh,
     close: &CloseBox,
@@ -129,22 +131,24 @@ fn graze(
 ) -> Option<BoxFinding> {
     let &CloseBox { line, kind, known, .. } = close;
     let Some(SecondRun { before, suspects, tree }) = again else {
+        // Undecided: the body may be as deep as it is wide, unless the rays show the collision anyway.
         let open = Some(close.most).filter(|_| known <= 0.0);
         return Some(BoxFinding { line, kind, known: known > 0.0, hit: None, open });
     };
     let (body, piece) = suspects.get(&close.part)?;
-    let passing = RelativeMotion { body: *body, piece, sag: piece.sag(tools.size(piece.tool)) };
+    let motion = RelativeMotion { body: *body, piece, sag: piece.sag(tools.size(piece.tool)) };
     let mut near = Vec::new();
     tree.near(&close.bounds, &mut near);
     let before = near.iter().filter_map(|id| before.get(id.item as usize));
     // A collision that a move cut itself on the way still counts as a collision.
     let own = |before: &EarlierBody| before.number >= close.first && before.harm == Some(kind);
     let before = before.filter(|before| before.number < close.part && !own(before)).collect();
+    // Depths within twice the clipping tolerance may be due to that alone.
     let least = LEAST.max(2.0 * tools.tolerance);
     let scale = SearchScale { least, depth: DEPTH * least, tolerance: TIME * least };
     let SearchOutcome { deepest, open } =
-        DepthSearch::new(shell, passing, scale).run(&close.bounds, before, known);
+        DepthSearch::new(shell, motion, scale).run(&close.bounds, before, known);
     let hit = deepest.map(|found| Collision { kind, line, depth: found.depth, point: found.point });
-    let graze = BoxFinding { line, kind, known: known > 0.0, hit, open };
-    (hit.is_some() || open.is_some()).then_some(graze)
+    let finding = BoxFinding { line, kind, known: known > 0.0, hit, open };
+    (hit.is_some() || open.is_some()).then_some(finding)
 }

@@ -30,9 +30,9 @@ impl Polytope {
         self.faces.is_empty()
     }
 
-    /// Clips to the half space `way x <= most`; a cut less deep than rounding removes nothing.
-    pub(crate) fn keep(&mut self, way: &Vector3<f64>, most: f64) {
-        let over = |p: &Point3<f64>| way.dot(&p.coords) - most;
+    /// Clips to the half space `direction x <= most`; a cut less deep than rounding removes nothing.
+    pub(crate) fn keep(&mut self, direction: &Vector3<f64>, most: f64) {
+        let over = |p: &Point3<f64>| direction.dot(&p.coords) - most;
         if self.faces.iter().flatten().all(|p| over(p) <= SAME) {
             return;
         }
@@ -44,7 +44,7 @@ impl Polytope {
         let rim = different(self.faces.iter().flatten().filter(|p| over(p) > -SAME));
         self.faces.retain(|face| !face.is_empty());
         if rim.len() > 2 && !self.faces.is_empty() {
-            self.faces.push(in_order(rim, way));
+            self.faces.push(in_order(rim, direction));
         }
     }
 
@@ -65,13 +65,14 @@ fn different<'a>(points: impl Iterator<Item = &'a Point3<f64>>) -> Vec<Point3<f6
     all
 }
 
-/// Sorts points of a plane across `way` around their middle.
-fn in_order(mut rim: Vec<Point3<f64>>, way: &Vector3<f64>) -> Vec<Point3<f64>> {
+/// Sorts points of a plane across `direction` around their middle.
+fn in_order(mut rim: Vec<Point3<f64>>, direction: &Vector3<f64>) -> Vec<Point3<f64>> {
     let middle = mean(&rim);
     let mut unit = Vector3::zeros();
-    // The coordinate axis farthest from `way` gives two directions across it, of equal length.
-    unit[way.iamin()] = 1.0;
-    let [a, b] = [way.cross(&unit), way.cross(&way.cross(&unit))];
+    // The coordinate axis farthest from `direction` gives two directions across it, of equal length.
+    unit[direction.iamin()] = 1.0;
+    let [a, b] = [direction.cross(&unit), direction.cross(&direction.cross(&unit))];
+    // The corners of a convex polygon are in order by their angle around an inner point.
     let angle = |p: &Point3<f64>| (p - middle).dot(&a).atan2((p - middle).dot(&b));
     rim.sort_by(|p, q| angle(p).total_cmp(&angle(q)));
     rim
@@ -93,8 +94,8 @@ mod tests {
         let bounds = BoundingBox { low: Point3::origin(), high: Point3::new(1.0, 1.0, 1.0) };
         let mut polytope = Polytope::cuboid(&bounds);
         for k in 0..60 {
-            let way = Vector3::new(1.0, 1e-11 * f64::from(k), 1.0).normalize();
-            polytope.keep(&way, 0.9 - 1e-10 * f64::from(k));
+            let direction = Vector3::new(1.0, 1e-11 * f64::from(k), 1.0).normalize();
+            polytope.keep(&direction, 0.9 - 1e-10 * f64::from(k));
         }
         // An edge of the cube is off.
         assert_eq!(polytope.corners().len(), 10);
@@ -110,12 +111,12 @@ mod tests {
         ) {
             let bounds = BoundingBox { low: Point3::new(-1.0, -1.0, -1.0), high: Point3::new(1.0, 1.0, 1.0) };
             let mut polytope = Polytope::cuboid(&bounds);
-            let planes: Vec<(Vector3<f64>, f64)> = planes.into_iter().map(|(way, most)| (Vector3::from(way), most)).collect();
-            for (way, most) in &planes {
-                polytope.keep(way, *most);
+            let planes: Vec<(Vector3<f64>, f64)> = planes.into_iter().map(|(direction, most)| (Vector3::from(direction), most)).collect();
+            for (direction, most) in &planes {
+                polytope.keep(direction, *most);
             }
             let corners = polytope.corners();
-            let inside = |p: &Point3<f64>, by: f64| planes.iter().all(|(way, most)| way.dot(&p.coords) <= most + by);
+            let inside = |p: &Point3<f64>, by: f64| planes.iter().all(|(direction, most)| direction.dot(&p.coords) <= most + by);
             for p in &corners {
                 prop_assert!(inside(p, 1e-8) && p.coords.amax() <= 1.0 + 1e-12, "{p}");
             }

@@ -96,7 +96,7 @@ impl Ord for SearchCell<'_> {
 /// Search in progress.
 pub(crate) struct DepthSearch<'a> {
     shell: &'a ClosedMesh,
-    passing: RelativeMotion<'a>,
+    motion: RelativeMotion<'a>,
     scale: SearchScale,
     /// Pose in which the same body ended last, with the error of the bodies \[mm\].
     last: Option<(BodyPose, f64)>,
@@ -116,10 +116,10 @@ struct HeldBox {
 impl<'a> DepthSearch<'a> {
     pub(crate) fn new(
         shell: &'a ClosedMesh,
-        passing: RelativeMotion<'a>,
+        motion: RelativeMotion<'a>,
         scale: SearchScale,
     ) -> Self {
-        Self { shell, passing, scale, last: None, found: None, open: BinaryHeap::new() }
+        Self { shell, motion, scale, last: None, found: None, open: BinaryHeap::new() }
     }
 
     /// Finds the deepest point in a box that no earlier body held, if it is deeper than `known`.
@@ -131,9 +131,10 @@ impl<'a> DepthSearch<'a> {
     ) -> SearchOutcome {
         let goal = known.max(self.scale.least);
         let (depth, time) = (f64::INFINITY, [-1.0, 1.0]);
-        let same = before.iter().rev().find(|before| before.body == self.passing.body);
+        // The same body one piece earlier has usually cut the surface that is left now.
+        let same = before.iter().rev().find(|before| before.body == self.motion.body);
         self.last =
-            same.map(|before| (before.stretch.piece.instant(1.0).stand, before.stretch.bend));
+            same.map(|before| (before.bounded.piece.instant(1.0).pose, before.bounded.bend));
         self.open.push(SearchCell { depth, bounds: *bounds, time, before });
         let mut cells = 0;
         while let Some(cell) = self.open.pop() {
@@ -142,9 +143,9 @@ impl<'a> DepthSearch<'a> {
                 break;
             }
             cells += 1;
-            let told = self.found.is_some() || known > 0.0;
-            if cells > if told { REFINING } else { MOST_CELLS } {
-                let open = Some(cell.depth).filter(|_| !told);
+            let is_reported = self.found.is_some() || known > 0.0;
+            if cells > if is_reported { REFINING } else { MOST_CELLS } {
+                let open = Some(cell.depth).filter(|_| !is_reported);
                 return SearchOutcome { deepest: self.found, open };
             }
             self.part(&cell, goal);
@@ -189,8 +190,8 @@ impl<'a> DepthSearch<'a> {
             }
         }
         // Step 4: test the middle exactly, which may raise the goal.
-        let place = mean(&held.corners);
-        self.try_at(&place, cell.time, &before);
+        let point = mean(&held.corners);
+        self.try_at(&point, cell.time, &before);
         if far <= FINEST * self.scale.least {
             return;
         }
@@ -219,25 +220,27 @@ impl<'a> DepthSearch<'a> {
 
     /// Bounds the part of a box that is in the uncut stock and may be deeper in the body than `goal` at some time.
     fn held(&self, bounds: &BoundingBox, time: [f64; 2], goal: f64) -> Option<HeldBox> {
-        let RelativeMotion { body, piece, .. } = self.passing;
+        let RelativeMotion { body, piece, .. } = self.motion;
         let middle = nalgebra::center(&bounds.low, &bounds.high);
         // Step 1: take the planes of the body at the time at which it is nearest to the middle of the box.
-        let u = self.passing.nearest_time(&middle, time);
-        let stand = piece.instant(u).stand;
-        let (_, gradient) = distance::distance(body, &stand, &middle);
+        let u = self.motion.nearest_time(&middle, time);
+        let pose = piece.instant(u).pose;
+        let (_, gradient) = distance::distance(body, &pose, &middle);
         let mut polytope = Polytope::cuboid(bounds);
         let mut planes = Vec::new();
         let mut in_time = false;
-        for way in [gradient].into_iter().chain(distance::sides(body, &stand, &middle)) {
+        for direction in [gradient].into_iter().chain(distance::sides(body, &pose, &middle)) {
             // `long` is what the reach gains over the interval of time, `wide` the extent of the box along
             // the plane normal.
-            let reach = self.passing.reach(&way, time);
-            let long = reach - stand.tip.coords.dot(&way) - body.extent(&stand.axis, &way);
-            let wide = (0..3).map(|k| (way[k] * (bounds.high[k] - bounds.low[k])).abs()).sum();
+            let reach = self.motion.reach(&direction, time);
+            let long =
+                reach - pose.tip.coords.dot(&direction) - body.extent(&pose.axis, &direction);
+            let wide =
+                (0..3).map(|k| (direction[k] * (bounds.high[k] - bounds.low[k])).abs()).sum();
             in_time |= planes.is_empty() && long > f64::max(wide, FINEST * self.scale.least);
             // A point deeper than the goal is behind every support plane by more than the goal.
-            polytope.keep(&way, reach - goal);
-            planes.push((way, reach));
+            polytope.keep(&direction, reach - goal);
+            planes.push((direction, reach));
             if polytope.is_empty() {
                 return None;
             }
@@ -246,8 +249,8 @@ impl<'a> DepthSearch<'a> {
         match self.shell.within(bounds) {
             BoxContent::Nothing => return None,
             BoxContent::Behind(faces) => {
-                for (way, most) in &faces {
-                    polytope.keep(way, *most);
+                for (direction, most) in &faces {
+                    polytope.keep(direction, *most);
                 }
             }
         }
@@ -256,8 +259,11 @@ impl<'a> DepthSearch<'a> {
             return None;
         }
         // Step 3: the least depth below any one plane, at the worst corner, bounds the depth in the polytope.
-        let under = |(way, reach): &(Vector3<f64>, f64)| {
-            corners.iter().map(|p| reach - way.dot(&p.coords)).fold(f64::NEG_INFINITY, f64::max)
+        let under = |(direction, reach): &(Vector3<f64>, f64)| {
+            corners
+                .iter()
+                .map(|p| reach - direction.dot(&p.coords))
+                .fold(f64::NEG_INFINITY, f64::max)
         };
         let depth = planes.iter().map(under).fold(f64::INFINITY, f64::min);
         Some(HeldBox { corners, depth, in_time })
@@ -267,7 +273,7 @@ impl<'a> DepthSearch<'a> {
     ///
     /// That holds if no point of the body's surface, as seen from the box, has advanced by more than the goal since.
     fn leaves(&self, bounds: &BoundingBox, time: [f64; 2], goal: f64) -> bool {
-        let RelativeMotion { body, piece, sag } = self.passing;
+        let RelativeMotion { body, piece, sag } = self.motion;
         let (Some((was, off)), ConvexBody::Nose { top, .. }) = (self.last, body) else {
             return false;
         };
@@ -281,7 +287,7 @@ impl<'a> DepthSearch<'a> {
         // Below its top the body faces across its axis and back along it; across, within the angle that the box subtends.
         let round = (half / aside.norm()).min(1.0).asin();
         time.into_iter().all(|u| {
-            let now = piece.instant(u).stand;
+            let now = piece.instant(u).pose;
             let by = now.tip - was.tip;
             let along = was.axis.dot(&by);
             let apart = by - was.axis * along;
@@ -299,26 +305,27 @@ impl<'a> DepthSearch<'a> {
     fn near(
         &self,
         before: &[&'a EarlierBody],
-        place: &Point3<f64>,
+        point: &Point3<f64>,
         far: f64,
     ) -> (Rc<[&'a EarlierBody]>, Vec<&'a EarlierBody>) {
         let mut deepest: Vec<(f64, &'a EarlierBody)> = Vec::with_capacity(ASKED + 1);
         let mut close = |before: &&'a EarlierBody| {
-            let EarlierBody { body, stretch, .. } = *before;
+            let EarlierBody { body, bounded, .. } = *before;
             // In a short move the middle decides.
-            let (mut distance, motion) = stretch.piece.at_middle(*body, place);
+            let (mut distance, motion) = bounded.piece.at_middle(*body, point);
+            // By the speed of its points, the body stays farther off than the box reaches.
             if distance - motion > far {
                 return false;
             }
             if motion > far {
-                let (nearest, bound, _) = self.away(before, place);
+                let (nearest, bound, _) = self.away(before, point);
                 if bound > far {
                     return false;
                 }
                 distance = nearest;
             }
-            let place = deepest.partition_point(|(other, _)| *other <= distance);
-            deepest.insert(place, (distance, *before));
+            let at = deepest.partition_point(|(other, _)| *other <= distance);
+            deepest.insert(at, (distance, *before));
             deepest.truncate(ASKED);
             true
         };
@@ -328,11 +335,12 @@ impl<'a> DepthSearch<'a> {
 
     /// Returns the distance of a point from a body at the nearest time, its lower bound at all times, and that time.
     fn away(&self, before: &EarlierBody, point: &Point3<f64>) -> (f64, f64, f64) {
-        let EarlierBody { body, stretch, .. } = before;
-        let line = RayLine { from: *point, way: Vector3::z() };
-        let moving = BodyMotion::new(stretch, *body, self.scale.tolerance);
+        let EarlierBody { body, bounded, .. } = before;
+        // The nearest time to a point needs no direction; any line through it serves.
+        let line = RayLine { from: *point, direction: Vector3::z() };
+        let moving = BodyMotion::new(bounded, *body, self.scale.tolerance);
         let near = moving.nearest(&line, 0.0, TimeGuess::at(0.0));
-        (near.distance, near.bound - 0.5 * stretch.bend, near.u)
+        (near.distance, near.bound - 0.5 * bounded.bend, near.u)
     }
 
     /// Returns the distances of corners outside a body, each at its own time. If none is positive, the body holds the whole
@@ -340,28 +348,31 @@ impl<'a> DepthSearch<'a> {
     fn outside(&self, before: &EarlierBody, corners: &[Point3<f64>]) -> Vec<f64> {
         let BoundingBox { low, high } = around(corners);
         let all: Vec<(f64, f64, f64)> = corners.iter().map(|p| self.away(before, p)).collect();
+        // Each corner is held at its own time; over the range of these times the frame turns.
         let time = all.iter().map(|(_, _, u)| *u);
         let [first, last] = time
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], u| [low.min(u), high.max(u)]);
-        let stretch = &before.stretch;
+        let bounded = &before.bounded;
         // Turn of the frame times extent of the corners: a mean of products differs from the product of the means by at
         // most a quarter of both ranges. And the convexity by the bend costs half of the bend.
-        let turned = 0.25 * stretch.piece.shear(last - first) * (high - low).norm();
-        let loss = turned + 0.5 * stretch.bend;
+        let turned = 0.25 * bounded.piece.shear(last - first) * (high - low).norm();
+        let loss = turned + 0.5 * bounded.bend;
         all.into_iter().map(|(distance, ..)| distance + loss).collect()
     }
 
     /// Records a point if it is material and deeper in the body than what was found.
-    fn try_at(&mut self, place: &Point3<f64>, time: [f64; 2], before: &[&EarlierBody]) {
-        let RelativeMotion { body, piece, .. } = self.passing;
-        let u = self.passing.nearest_time(place, time);
-        let depth = -distance::distance(body, &piece.instant(u).stand, place).0;
+    fn try_at(&mut self, point: &Point3<f64>, time: [f64; 2], before: &[&EarlierBody]) {
+        let RelativeMotion { body, piece, .. } = self.motion;
+        let u = self.motion.nearest_time(point, time);
+        let depth = -distance::distance(body, &piece.instant(u).pose, point).0;
         let known = self.found.map_or(self.scale.least, |found| found.depth);
-        if depth <= known || !self.shell.holds(place) {
+        // Cheap tests first: deeper than known, and inside the uncut stock.
+        if depth <= known || !self.shell.holds(point) {
             return;
         }
-        if before.iter().all(|before| self.away(before, place).0 > 0.5 * before.stretch.bend) {
-            self.found = Some(DeepestPoint { depth, point: *place });
+        // Material is what no earlier body held, not even by the error of its distance.
+        if before.iter().all(|before| self.away(before, point).0 > 0.5 * before.bounded.bend) {
+            self.found = Some(DeepestPoint { depth, point: *point });
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::types::Mesh;
 use crate::verify::error::VerifyError;
 use crate::verify::stock::dexel::{DexelGrid, RayFamily, RaySpans, across};
 use crate::verify::stock::material::Stock;
-use crate::verify::swept::crossing::crossing;
+use crate::verify::swept::crossing::{RayCrossing, crossing};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -71,12 +71,14 @@ fn plain_spans(solid: &Solid, along: usize, point: &Point3<f64>) -> RaySpans {
     let mut spans = RaySpans::NONE;
     match solid {
         Solid::Box { low, high } => {
+            // A ray meets the box if it is within both intervals across it.
             let within = |k: usize| (low[k]..=high[k]).contains(&point[k]);
             if within(a) && within(b) {
                 spans.push([low[along], high[along]]);
             }
         }
         Solid::Cylinder { base, radius, height } if along == 2 => {
+            // Along the axis: inside the circle the ray runs from end to end.
             if (point - base).xy().norm() < *radius {
                 spans.push([base.z, base.z + height]);
             }
@@ -156,7 +158,7 @@ impl<'a> TriangleRows<'a> {
     fn spans(&self, row: usize, inside: fn(i32, usize) -> bool) -> (Vec<RaySpans>, Option<usize>) {
         let [a, b] = across(self.along);
         let count = self.lattice.size[b];
-        let mut crossings: Vec<Vec<(f64, i32)>> = vec![Vec::new(); count];
+        let mut crossings: Vec<Vec<RayCrossing>> = vec![Vec::new(); count];
         for &index in self.triangles.get(row).into_iter().flatten() {
             let Some(triangle) = self.mesh.triangles.get(index as usize) else { continue };
             let [first, number] = self.lattice.nodes(b, extent(self.mesh, triangle, b));
@@ -168,8 +170,9 @@ impl<'a> TriangleRows<'a> {
             }
         }
         // A ray that is still inside after its last crossing shows that the mesh is open.
-        let ends =
-            |all: &Vec<(f64, i32)>| inside(all.iter().map(|(_, sense)| sense).sum(), all.len());
+        let ends = |all: &Vec<RayCrossing>| {
+            inside(all.iter().map(|crossing| crossing.winding).sum(), all.len())
+        };
         let lost = crossings.iter().position(ends);
         (crossings.into_iter().map(|all| enclosed(all, inside)).collect(), lost)
     }
@@ -183,13 +186,14 @@ fn extent(mesh: &Mesh, triangle: &[u32; 3], axis: usize) -> [f64; 2] {
 }
 
 /// Returns the intervals that are inside after the crossings before them.
-fn enclosed(mut crossings: Vec<(f64, i32)>, inside: fn(i32, usize) -> bool) -> RaySpans {
-    crossings.sort_by(|x, y| x.0.total_cmp(&y.0));
+fn enclosed(mut crossings: Vec<RayCrossing>, inside: fn(i32, usize) -> bool) -> RaySpans {
+    crossings.sort_by(|x, y| x.s.total_cmp(&y.s));
     let mut spans = RaySpans::NONE;
     let mut entered = None;
     let mut wound = 0;
-    for (before, (s, sense)) in crossings.into_iter().enumerate() {
-        wound += sense;
+    for (before, RayCrossing { s, winding }) in crossings.into_iter().enumerate() {
+        // The state after each crossing decides if the interval up to the next one is material.
+        wound += winding;
         match (entered, inside(wound, before + 1)) {
             (None, true) => entered = Some(s),
             (Some(from), false) => {

@@ -42,6 +42,7 @@ fn prism(base: &Point3<f64>, radius: f64, height: f64, sides: f64) -> Mesh {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
     let count = sides as u32;
     for k in 0..count {
+        // Corners of both ends alternate: k-th lower corner 2 + 2 k, upper corner 3 + 2 k.
         let angle = TAU * f64::from(k) / sides;
         let rim = base + Vector3::new(angle.cos(), angle.sin(), 0.0) * radius;
         mesh.vertices.extend([rim, rim + up]);

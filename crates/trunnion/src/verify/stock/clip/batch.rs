@@ -11,7 +11,7 @@ use crate::verify::swept::bvh::BoundingBox;
 use crate::verify::swept::quadratic::SupportPlanes;
 
 /// Most pairs of support planes between the ends of a span before a body is evaluated exactly.
-const TENTS: u32 = 6;
+const MOST_PLANE_PAIRS: u32 = 6;
 
 /// Batch of moves against one ray family.
 pub(crate) struct ClipBatch<'a> {
@@ -76,27 +76,28 @@ impl<'a> ClipBatch<'a> {
     /// Clips a tile.
     pub(crate) fn cut(&self, tile: &mut RayTile, near: &[u32]) -> ClipFindings {
         let near = self.near(tile, near);
-        let mut told = ClipFindings::default();
+        let mut findings = ClipFindings::default();
         if near.iter().any(|part| part.harm.is_some()) {
-            self.in_order(tile, &near, &mut told);
+            self.in_order(tile, &near, &mut findings);
         } else if !near.is_empty() {
-            // Nothing harmful is near: the result does not depend on the order, so take the fast way.
+            // Nothing harmful is near: the result does not depend on the order, so follow surfaces from ray to ray.
             self.settle(tile, &near);
             tile.measure(self.frame.bins);
         }
-        told
+        findings
     }
 
     /// Clips a tile by one body after the other.
-    fn in_order(&self, tile: &mut RayTile, near: &[&MovingPart], told: &mut ClipFindings) {
+    fn in_order(&self, tile: &mut RayTile, near: &[&MovingPart], findings: &mut ClipFindings) {
         for part in near {
-            told.close.extend(self.close(tile, part));
+            findings.close.extend(self.close(tile, part));
             if !self.meets(tile, part) {
                 continue;
             }
             let mut changed = false;
+            // Order matters here: material that one body has removed is no collision of the next.
             for index in 0..tile.rays.len() {
-                changed |= self.ray(tile, index, part, &mut told.hits);
+                changed |= self.ray(tile, index, part, &mut findings.hits);
             }
             if changed {
                 tile.measure(self.frame.bins);
@@ -110,6 +111,7 @@ impl<'a> ClipBatch<'a> {
         let mut bounds = BoundingBox::empty();
         for (index, spans) in tile.rays.iter().enumerate() {
             let line = self.line(tile, index);
+            // Only the stretches of material that support planes do not exclude enter the box.
             for [low, high] in spans.iter().filter_map(|span| self.comes_to(part, &line, span)) {
                 bounds = bounds.join(&BoundingBox { low: line.at(low), high: line.at(high) });
             }
@@ -139,10 +141,11 @@ impl<'a> ClipBatch<'a> {
         let mut span = [from.max(low), to.min(high)];
         let held =
             |s: f64| self.held(&part.whole.support_planes(part.body, &line.at(s)), s, -self.margin);
-        for _ in 0..TENTS {
+        for _ in 0..MOST_PLANE_PAIRS {
             if span[0] >= span[1] {
                 return None;
             }
+            // A plane laid at an end excludes the span up to its zero: move the end there and lay the next.
             let before = span[1] - span[0];
             if let Some([_, above]) = held(span[0]) {
                 span[0] = above;
@@ -189,6 +192,7 @@ impl<'a> ClipBatch<'a> {
         note: &mut dyn FnMut([f64; 2]),
     ) -> bool {
         let mut changed = false;
+        // From the last span back, since a cut renumbers only those after it.
         for at in (0..spans.len()).rev() {
             changed |= self.cut_span(request, line, spans, at, note);
         }
@@ -205,6 +209,7 @@ impl<'a> ClipBatch<'a> {
         note: &mut dyn FnMut([f64; 2]),
     ) -> bool {
         let CutRequest { motion, guess } = *request;
+        // Most bodies are refused by planes, before any search over time.
         let met = |span| self.meeting(motion.part, motion.bounded, line, span);
         let Some(span) = spans.get(at).and_then(met) else { return false };
         let SweptSpans { first, more } = self.moving(motion).swept(line, span, guess);
@@ -218,7 +223,7 @@ impl<'a> ClipBatch<'a> {
     }
 
     pub(crate) fn line(&self, tile: &RayTile, index: usize) -> RayLine {
-        RayLine { from: self.frame.ray(tile, index), way: unit(self.frame.along) }
+        RayLine { from: self.frame.ray(tile, index), direction: unit(self.frame.along) }
     }
 
     /// Returns the part of a span in the extent of a body, if the body may meet it there.
@@ -228,7 +233,7 @@ impl<'a> ClipBatch<'a> {
     pub(crate) fn meeting(
         &self,
         part: &MovingPart,
-        stretch: &BoundedPiece,
+        bounded: &BoundedPiece,
         line: &RayLine,
         [from, to]: [f64; 2],
     ) -> Option<[f64; 2]> {
@@ -238,14 +243,16 @@ impl<'a> ClipBatch<'a> {
             return None;
         }
         let held =
-            |s: f64| self.held(&stretch.support_planes(part.body, &line.at(s)), s, self.touch);
+            |s: f64| self.held(&bounded.support_planes(part.body, &line.at(s)), s, self.touch);
+        // At an end that planes do not keep off, the body has to be evaluated.
         let Some([high, _]) = held(span[1]) else { return Some(span) };
         if high <= span[0] {
             return None;
         }
         let Some([_, low]) = held(span[0]) else { return Some(span) };
+        // Both ends are kept off; the rest between the zeros of their planes is tried from its middle.
         let [mut low, mut high] = [low, high];
-        for _ in 0..TENTS {
+        for _ in 0..MOST_PLANE_PAIRS {
             if low >= high {
                 return None;
             }
@@ -261,13 +268,14 @@ impl<'a> ClipBatch<'a> {
     /// Returns the interval of a ray on which support planes at `s` keep a body off, up to a depth of `touch` \[mm\]; `None` if
     /// they do not even at `s`.
     #[inline]
-    fn held(&self, tent: &SupportPlanes, s: f64, touch: f64) -> Option<[f64; 2]> {
+    fn held(&self, planes: &SupportPlanes, s: f64, touch: f64) -> Option<[f64; 2]> {
         let [mut low, mut high] = [f64::NEG_INFINITY, f64::INFINITY];
-        for (height, gradient) in &tent.sides {
+        for (height, gradient) in &planes.sides {
             let (height, slope) = (height + touch, gradient[self.frame.along]);
             if height <= 0.0 {
                 return None;
             }
+            // Zero of the plane; behind it, as seen from s, the plane no longer proves anything.
             let end = s - height / slope;
             if slope > 0.0 {
                 low = low.max(end);
@@ -293,6 +301,7 @@ impl<'a> ClipBatch<'a> {
     ) {
         let number = motion.bounded.piece.line;
         let same = hits.last_mut().filter(|hit| (hit.kind, hit.line) == (kind, number));
+        // A cut that is shallower than the known one needs no search for its depth.
         let known = same.as_ref().map_or(self.tolerance, |hit| hit.depth);
         let Some(depth) = self.moving(motion).depth(line, cut, known) else { return };
         let point = line.at(0.5 * (cut[0] + cut[1]));

@@ -57,17 +57,18 @@ impl ClipBatch<'_> {
         chain: &PieceChain<'_>,
         parts: &[usize],
     ) -> (Vec<BodyPlane>, Vec<RayCut>) {
-        let rival =
+        let candidate =
             |&part: &usize| RayCandidate { part, last: None, height: f64::INFINITY, open: true };
-        let all = parts.iter().map(rival).collect();
+        let all = parts.iter().map(candidate).collect();
         let planes = Vec::with_capacity(2 * parts.len());
         let beside = self.beside(line);
-        let mut rivals = RayCandidates { work: self, chain, line: *line, beside, all, planes };
+        let mut candidates = RayCandidates { work: self, chain, line: *line, beside, all, planes };
         let mut cuts = Vec::new();
         // Each round evaluates the bodies still open and cuts with the deepest one; a body cuts only once.
         while spans.len() > 0 {
-            rivals.look(spans);
-            let Some(part) = rivals.deepest() else { break };
+            candidates.evaluate(spans);
+            // The deepest body probably removes most, and spares the evaluation of others.
+            let Some(part) = candidates.deepest() else { break };
             for number in chain.of(part) {
                 let Some(&motion) = chain.pieces.get(number) else { continue };
                 let request = CutRequest { motion, guess: 0.0 };
@@ -76,7 +77,7 @@ impl ClipBatch<'_> {
                 });
             }
         }
-        (rivals.below(spans), cuts)
+        (candidates.below(spans), cuts)
     }
 
     /// Returns the best plane below a body's distance from a span: the one at the point nearest to the body.
@@ -109,7 +110,7 @@ impl ClipBatch<'_> {
             if meet.height >= ENOUGH * lower.height.min(upper.height) {
                 return meet;
             }
-            let next = plane(meet.place());
+            let next = plane(meet.position());
             if next.height <= -self.touch {
                 return next;
             }
@@ -122,6 +123,7 @@ impl ClipBatch<'_> {
 impl RayCandidates<'_> {
     /// Returns the first plane of a body that keeps it off a span.
     fn holding(&self, last: Option<usize>, span: [f64; 2]) -> Option<&BodyPlane> {
+        // The planes of one body form a list, latest first: the latest is the one laid for the smallest remainder.
         let before = |&at: &usize| self.planes.get(at).and_then(|(_, before)| *before);
         let mut planes = std::iter::successors(last, before).filter_map(|at| self.planes.get(at));
         let (beside, least) = (self.beside, -self.work.touch);
@@ -131,16 +133,16 @@ impl RayCandidates<'_> {
 
     /// Adds a plane for a body and a span.
     fn lay(&mut self, index: usize, span: [f64; 2]) -> Option<f64> {
-        let rival = self.all.get_mut(index)?;
-        let body = self.chain.parts.get(rival.part)?;
-        let plane = self.work.plane(rival.part, body, &self.line, span);
-        let before = rival.last.replace(self.planes.len());
+        let candidate = self.all.get_mut(index)?;
+        let body = self.chain.parts.get(candidate.part)?;
+        let plane = self.work.plane(candidate.part, body, &self.line, span);
+        let before = candidate.last.replace(self.planes.len());
         self.planes.push((plane, before));
         Some(plane.height)
     }
 
     /// Evaluates all bodies that may still cut the remainder.
-    fn look(&mut self, spans: &RaySpans) {
+    fn evaluate(&mut self, spans: &RaySpans) {
         let least = -self.work.touch;
         for index in 0..self.all.len() {
             let Some(&RayCandidate { last, open: true, .. }) = self.all.get(index) else {
@@ -153,16 +155,16 @@ impl RayCandidates<'_> {
                     height = height.min(self.lay(index, span).unwrap_or(height));
                 }
             }
-            if let Some(rival) = self.all.get_mut(index) {
+            if let Some(candidate) = self.all.get_mut(index) {
                 // A body that all spans exclude stays closed, since spans only shrink.
-                (rival.height, rival.open) = (height, height <= least);
+                (candidate.height, candidate.open) = (height, height <= least);
             }
         }
     }
 
     /// Returns the deepest body, which may not cut again.
     fn deepest(&mut self) -> Option<usize> {
-        let open = self.all.iter_mut().filter(|rival| rival.open);
+        let open = self.all.iter_mut().filter(|candidate| candidate.open);
         let deepest = open.min_by(|a, b| a.height.total_cmp(&b.height))?;
         deepest.open = false;
         Some(deepest.part)

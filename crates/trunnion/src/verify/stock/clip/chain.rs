@@ -15,6 +15,7 @@ impl<'a> PieceChain<'a> {
         let mut first = Vec::with_capacity(parts.len());
         let mut pieces = Vec::with_capacity(2 * parts.len());
         for part in parts {
+            // The pieces of a body are consecutive, so the first of the next body ends their range.
             first.push(pieces.len());
             pieces.extend(part.straight.iter().map(|bounded| BodyPiece { part, bounded }));
         }

@@ -19,18 +19,18 @@ pub(crate) struct BodyMotion<'a> {
     pub(crate) bend: f64,
 }
 
-/// Line of points `from + s way`.
+/// Line of points `from + s direction`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RayLine {
     pub(crate) from: Point3<f64>,
     /// Unit vector.
-    pub(crate) way: Vector3<f64>,
+    pub(crate) direction: Vector3<f64>,
 }
 
 impl RayLine {
     #[inline]
     pub(crate) fn at(&self, s: f64) -> Point3<f64> {
-        self.from + self.way * s
+        self.from + self.direction * s
     }
 }
 
@@ -72,6 +72,7 @@ impl DistanceTangent {
     fn towards(&self, end: f64) -> NearestInstant {
         NearestInstant {
             distance: self.distance,
+            // The tangent of a convex function is below it, and falls towards `end` only.
             bound: self.distance - self.by_u.abs() * (end - self.u).abs(),
             slope: self.by_s,
             u: self.u,
@@ -86,6 +87,7 @@ impl DistanceTangent {
     fn meet(&self, other: &Self) -> NearestInstant {
         let weight = other.by_u / (other.by_u - self.by_u);
         let mean = |a: f64, b: f64| weight * a + (1.0 - weight) * b;
+        // Heights of both planes at u = 0; their mean with these weights has no slope by u.
         let at_zero = |plane: &Self| plane.distance - plane.by_u * plane.u;
         let near = if self.distance < other.distance { self } else { other };
         NearestInstant {
@@ -121,8 +123,8 @@ pub(crate) const SEARCH: f64 = 0.1;
 pub(crate) const STEPS: u32 = 80;
 
 impl<'a> BodyMotion<'a> {
-    pub(crate) fn new(stretch: &'a BoundedPiece, body: ConvexBody, tolerance: f64) -> Self {
-        let BoundedPiece { piece, bend, .. } = stretch;
+    pub(crate) fn new(bounded: &'a BoundedPiece, body: ConvexBody, tolerance: f64) -> Self {
+        let BoundedPiece { piece, bend, .. } = bounded;
         Self { piece, body, tolerance, time: [-1.0, 1.0], shear: piece.shear(2.0), bend: *bend }
     }
 
@@ -137,7 +139,7 @@ impl<'a> BodyMotion<'a> {
             u,
             distance: distance + self.bend * (u * u - 0.5),
             by_u: by_u + 2.0 * self.bend * u,
-            by_s: gradient.dot(&line.way),
+            by_s: gradient.dot(&line.direction),
             gradient,
         }
     }
@@ -149,6 +151,7 @@ impl<'a> BodyMotion<'a> {
         let enough = SEARCH * self.tolerance;
         // Step 1: accept the guess if its tangent bounds the distance well enough up to the end it falls towards.
         let first = at(guess.u.clamp(self.time[0], self.time[1]));
+        // The minimum is on the side to which the distance falls.
         let rises = first.by_u > 0.0;
         let end = self.time[usize::from(!rises)];
         let found = first.towards(end);
@@ -165,6 +168,7 @@ impl<'a> BodyMotion<'a> {
         if (last.by_u > 0.0) == rises && (beyond - end).abs() > 0.0 {
             last = at(end);
         }
+        // Still falling at the end of the interval: the minimum is there.
         if (last.by_u > 0.0) == rises || last.by_u == 0.0 {
             return last.towards(end);
         }
@@ -186,6 +190,7 @@ impl<'a> BodyMotion<'a> {
             let before = found;
             *(if here.by_u > 0.0 { &mut rising } else { &mut falling }) = here;
             found = falling.meet(&rising);
+            // Keep the best time evaluated: the intersection need not have it.
             if before.distance < found.distance {
                 (found.distance, found.u) = (before.distance, before.u);
             }

@@ -79,6 +79,7 @@ impl CoverLink<'_> {
     fn between(&self, before: Option<&Self>, next: Option<&Self>) -> [f64; 2] {
         let [from, to] = self.holds;
         let [middle, half] = [0.5 * (from + to), 0.5 * SHARE * (to - from)];
+        // The next ray may meet the bodies a little elsewhere: cutting at the middle of the overlap leaves room on both sides.
         let share = |other: &Self, end: f64| 0.5 * (other.holds[usize::from(end < middle)] + end);
         [
             before.map_or(middle - half, |before| share(before, from)),
@@ -90,6 +91,7 @@ impl CoverLink<'_> {
     fn takes(&self, line: &RayLine, ends: [f64; 2]) -> bool {
         let BodyPiece { part, bounded } = self.motion;
         let middle = bounded.piece.middle();
-        ends.iter().all(|&s| part.body.holds(&middle.stand, &line.at(s)))
+        // A convex body that holds both ends holds the interval.
+        ends.iter().all(|&s| part.body.holds(&middle.pose, &line.at(s)))
     }
 }

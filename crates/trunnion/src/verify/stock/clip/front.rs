@@ -42,10 +42,11 @@ impl BodyPlane {
     /// Returns the planes of a body at a point.
     pub(crate) fn new(number: usize, part: &MovingPart, along: usize, at: &Point3<f64>) -> Self {
         let [a, b] = across(along);
-        let tent = part.whole.support_planes(part.body, at);
+        let planes = part.whole.support_planes(part.body, at);
         let side = |&(height, g): &(f64, Vector3<f64>)| (height, [g[a], g[b], g[along]]);
-        let sides = [side(&tent.sides[0]), side(&tent.sides[1])];
-        let &(height, gradient) = tent.lower();
+        let sides = [side(&planes.sides[0]), side(&planes.sides[1])];
+        // The lower plane of both is the bound at the point itself.
+        let &(height, gradient) = planes.lower();
         let (slope, extent) = (gradient[along], part.extent(along));
         Self { part: number, at: [at[a], at[b], at[along]], height, sides, slope, extent }
     }
@@ -77,7 +78,7 @@ impl BodyPlane {
     }
 
     /// Returns the position along the ray at which it was laid.
-    pub(crate) fn place(&self) -> f64 {
+    pub(crate) fn position(&self) -> f64 {
         self.at[2]
     }
 
@@ -154,6 +155,7 @@ impl FrontSheet {
     /// Returns the lowest and the highest point on the rays.
     fn range(&self) -> [f64; 2] {
         let Self { middle, half, slopes, off } = self;
+        // A plane over a rectangle is extreme at its corners.
         let by = slopes[0].abs() * half[0] + slopes[1].abs() * half[1];
         [middle[2] - by + off[0], middle[2] + by + off[1]]
     }
@@ -169,23 +171,24 @@ impl ClipBatch<'_> {
 
     /// Fits a plane to one end of a span at the corners of a square, if they have it.
     fn sheet(&self, tile: &RayTile, square: RaySquare, number: usize, end: usize) -> FrontSheet {
-        let place = |ray: usize| Some(tile.rays.get(ray)?.get(number)?[end]);
+        let end_of = |ray: usize| Some(tile.rays.get(ray)?.get(number)?[end]);
         let [low, high] = self.frame.sides(tile, square);
         let half = [0, 1].map(|k: usize| 0.5 * (high[k] - low[k]));
         let mut slopes = [0.0; 2];
         let mut middle = None;
         // Step 1: fit the slopes to the four corners by least squares; without all four, the sheet is level.
-        if let [Some(a), Some(b), Some(c), Some(d)] = square.corners().map(place) {
+        if let [Some(a), Some(b), Some(c), Some(d)] = square.corners().map(end_of) {
             let slope = |rise: f64, half: f64| if half > 0.0 { 0.25 * rise / half } else { 0.0 };
             slopes = [slope(c + d - a - b, half[0]), slope(b + d - a - c, half[1])];
             middle = Some(0.25 * (a + b + c + d));
         }
-        let middle = middle.or_else(|| square.rays().find_map(place)).unwrap_or(0.0);
+        let middle = middle.or_else(|| square.rays().find_map(end_of)).unwrap_or(0.0);
         let centre = [0, 1].map(|k: usize| low[k] + half[k]);
         // Step 2: record the extreme deviations of all rays. The plane rises by a constant step from ray to
         // ray.
         let steps = across(self.frame.along).map(|axis| self.frame.lattice.cell[axis]);
         let steps = [0, 1].map(|k: usize| slopes[k] * steps[k]);
+        // Height of the plane over the first ray of the square.
         let corner = middle - slopes[0] * half[0] - slopes[1] * half[1];
         let mut off = [0.0_f64; 2];
         for (row, rays) in square.rows().enumerate() {

@@ -34,7 +34,7 @@ pub(crate) const GAP: f64 = 0.2;
 /// Most steps towards the surface, which gain digits where the ray does not graze it.
 const WAY_IN: u32 = 500;
 /// Points of a cut at which its depth is tried first.
-const PLACES: i32 = 8;
+const SAMPLES: i32 = 8;
 
 /// Intervals of a ray that a body sweeps: nearly always one.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -61,6 +61,7 @@ impl BodyMotion<'_> {
     fn halves(&self) -> [Self; 2] {
         let [from, to] = self.time;
         let middle = 0.5 * (from + to);
+        // Half of the time turns the ray about half as far, which sharpens the planes.
         let shear = self.piece.shear(middle - from);
         [[from, middle], [middle, to]].map(|time| Self { time, shear, ..*self })
     }
@@ -74,6 +75,7 @@ impl BodyMotion<'_> {
     }
 
     fn sweep(&self, line: &RayLine, span: [f64; 2], guess: f64, found: &mut SweptSpans) {
+        // The swept part is between the first and the last contact, except for gaps.
         let Some(cut) = self.hull(line, span, TimeGuess::at(guess)) else { return };
         let [low, high] = cut.map(|end| end.s);
         if self.has_no_gap(line, cut) {
@@ -86,6 +88,7 @@ impl BodyMotion<'_> {
             found.push([low, high]);
             return;
         }
+        // A gap is possible: over half of the time the ray turns less, and the gap shows between both halves.
         for half in self.halves() {
             half.sweep(line, [low, high], guess, found);
         }
@@ -147,10 +150,11 @@ impl BodyMotion<'_> {
 
     /// Returns the point before `end` at which the plane from `inside` leaves the body.
     pub(crate) fn beyond(&self, [inside, end]: [f64; 2], at: &NearestInstant) -> Option<f64> {
-        let way = if end > inside { 1.0 } else { -1.0 };
-        let rise = at.slope * way - self.shear;
+        let sign = if end > inside { 1.0 } else { -1.0 };
+        // Slope outwards, less the shear: from the bound, below 0, the plane rises to 0 over -bound / rise.
+        let rise = at.slope * sign - self.shear;
         let by = -at.bound / rise;
-        (rise > 0.0 && by < (end - inside) * way).then_some(inside + way * by)
+        (rise > 0.0 && by < (end - inside) * sign).then_some(inside + sign * by)
     }
 
     /// Finds the surface of the body from a point outside it towards `to`, with the nearest instant there.
@@ -160,18 +164,19 @@ impl BodyMotion<'_> {
         [from, to]: [f64; 2],
         mut here: NearestInstant,
     ) -> Option<(f64, NearestInstant)> {
-        let way = if to > from { 1.0 } else { -1.0 };
+        let sign = if to > from { 1.0 } else { -1.0 };
         let mut s = from;
         for _ in 0..WAY_IN {
             if here.bound <= CLOSE * self.tolerance {
                 break;
             }
-            let fall = self.shear - here.slope * way;
+            // The steepest fall that the plane allows: stepping down it cannot pass the surface.
+            let fall = self.shear - here.slope * sign;
             if fall <= 0.0 {
                 return None;
             }
-            s += way * here.bound / fall;
-            if (to - s) * way < 0.0 {
+            s += sign * here.bound / fall;
+            if (to - s) * sign < 0.0 {
                 return None;
             }
             here = self.nearest(line, s, here.guess());
@@ -183,11 +188,12 @@ impl BodyMotion<'_> {
     ///
     /// Tries some points first, then bisects around the best one.
     fn deepest(&self, line: &RayLine, [low, high]: [f64; 2], enough: f64) -> f64 {
-        let step = (high - low) / f64::from(PLACES);
+        // The distance is not convex along the ray for all times, so samples come before the bisection.
+        let step = (high - low) / f64::from(SAMPLES);
         let mut best = (f64::INFINITY, low);
         // Start in the middle.
-        for place in [4, 2, 6, 1, 3, 5, 7, 0, 8] {
-            let s = low + step * f64::from(place);
+        for sample in [4, 2, 6, 1, 3, 5, 7, 0, 8] {
+            let s = low + step * f64::from(sample);
             let distance = self.nearest(line, s, TimeGuess::at(0.0)).distance;
             if distance < best.0 {
                 best = (distance, s);
@@ -211,6 +217,7 @@ impl BodyMotion<'_> {
 
     /// Returns the depth of the body below the surface it sweeps on a ray, if that exceeds `known`.
     pub(crate) fn depth(&self, line: &RayLine, [low, high]: [f64; 2], known: f64) -> Option<f64> {
+        // The plane at the middle bounds the depth of the whole cut: most cuts end here.
         let half = 0.5 * (high - low);
         let middle = self.nearest(line, low + half, TimeGuess::at(0.0));
         if half * (middle.slope.abs() + self.shear) - middle.bound <= known {
@@ -307,13 +314,13 @@ mod tests {
             lean in vector(0.6),
             turn in vector(0.12),
             through in vector(20.0),
-            way in vector(1.0).prop_filter("no way", |way| way.norm() > 0.1),
+            direction in vector(1.0).prop_filter("no way", |direction| direction.norm() > 0.1),
         ) {
             let axis = Rotation3::new(lean) * Vector3::z();
             let to = Rotation3::new(turn) * axis;
             let pose = |tip, axis| ToolPose { tip: Point3::from(tip), axis: Unit::new_normalize(axis) };
             let ends = [pose(-step, axis), pose(step, to)];
-            let line = RayLine { from: Point3::from(through + axis * 12.0), way: way.normalize() };
+            let line = RayLine { from: Point3::from(through + axis * 12.0), direction: direction.normalize() };
             let mut left = crate::verify::stock::dexel::RaySpans::NONE;
             left.push([-30.0, 30.0]);
             for piece in &pieces(ends) {
@@ -328,11 +335,11 @@ mod tests {
                 }
             }
             // Evenly, and close to both sides of every end.
-            let mut places: Vec<f64> = (0..=60).map(|k| f64::from(k) - 30.0).collect();
+            let mut positions: Vec<f64> = (0..=60).map(|k| f64::from(k) - 30.0).collect();
             for end in left.iter().flatten() {
-                places.extend([-1e-2, -1e-4, -1e-6, 1e-6, 1e-4, 1e-2].map(|by| end + by));
+                positions.extend([-1e-2, -1e-4, -1e-6, 1e-6, 1e-4, 1e-2].map(|by| end + by));
             }
-            for s in places.into_iter().filter(|s| s.abs() <= 30.0) {
+            for s in positions.into_iter().filter(|s| s.abs() <= 30.0) {
                 let distance = nearest(body, &ends, &line.at(s));
                 let kept = left.iter().any(|[low, high]| (low..=high).contains(&s));
                 if kept {
@@ -354,7 +361,7 @@ mod tests {
             lean in vector(0.6),
             turn in vector(0.15),
             through in vector(9.0),
-            places in [-20.0..20.0, -20.0..20.0, -9.0..9.0],
+            positions in [-20.0..20.0, -20.0..20.0, -9.0..9.0],
             beside in [-3.0..3.0, -3.0..3.0],
         ) {
             let axis = Rotation3::new(lean) * Vector3::z();
@@ -362,12 +369,12 @@ mod tests {
             let pose = |tip, axis| ToolPose { tip: Point3::from(tip), axis: Unit::new_normalize(axis) };
             let ends = [pose(-step, axis), pose(step, to)];
             let from = Point3::from(through + axis * 12.0);
-            let [a, b, s] = places;
+            let [a, b, s] = positions;
             let at = from + Vector3::new(s, beside[0], beside[1]);
             let truth = nearest(body, &ends, &at) + ERROR * TOLERANCE;
             let mut least = f64::INFINITY;
-            for stretch in pieces(ends) {
-                let part = MovingPart::new(&stretch, [stretch].into(), body, None);
+            for bounded in pieces(ends) {
+                let part = MovingPart::new(&bounded, [bounded].into(), body, None);
                 let plane = |s: f64| BodyPlane::new(0, &part, 0, &(from + Vector3::x() * s));
                 let [one, other] = [plane(a.min(b)), plane(a.max(b))];
                 let over = |plane: &BodyPlane| plane.along([at.y, at.z], [at.x, at.x + 1e-9]);
@@ -388,7 +395,7 @@ mod tests {
         let body = ConvexBody::Nose { major: 0.0, minor: 5.0, top: 20.0 };
         let moving = BodyMotion::new(piece, body, TOLERANCE);
         let cut = |x: f64, y: f64, span| {
-            let line = RayLine { from: Point3::new(x, y, 0.0), way: Vector3::z() };
+            let line = RayLine { from: Point3::new(x, y, 0.0), direction: Vector3::z() };
             moving.swept(&line, span, 0.0).first
         };
         let close = |cut: Option<[f64; 2]>, [low, high]: [f64; 2]| {

@@ -63,7 +63,8 @@ struct HeldPoint {
 
 impl HeldPoint {
     fn new(at: Point3<f64>, depth: f64, number: usize, bounded: &BoundedPiece, u: f64) -> Self {
-        let far = (at - bounded.piece.middle().stand.tip).norm();
+        // A point nearer to `at` than its depth is at most so far from the tip, which bounds its speed.
+        let far = (at - bounded.piece.middle().pose.tip).norm();
         let point_speed = bounded.piece.point_speed(far + depth.max(0.0));
         Self { at, depth: depth - bounded.bend, number, u, point_speed }
     }
@@ -89,7 +90,7 @@ struct SurfaceFollower {
     later: [f64; 2],
     /// Growth of the delay, and the direction in which it was learned; 0 if unknown.
     more: [f64; 2],
-    way: [f64; 2],
+    sign: [f64; 2],
     held: Option<HeldPoint>,
 }
 
@@ -101,7 +102,7 @@ impl ClipBatch<'_> {
         let mut ends: Vec<FollowedEnds> = vec![[None; 2]; tile.rays.len()];
         let mut planes = Vec::new();
         // Step 1: decide rays one by one until bodies made the ends of one; follow these over the whole tile.
-        for ray in tile.places() {
+        for ray in tile.probing_rays() {
             let (below, followers, _) = self.decided(tile, ray, &chain, &all);
             if !below.is_empty() {
                 planes = below;
@@ -182,7 +183,7 @@ impl ClipBatch<'_> {
         chain: &PieceChain<'_>,
         parts: &[usize],
     ) -> (Vec<BodyPlane>, Vec<SurfaceFollower>, Vec<RayCut>) {
-        let (line, place) = (self.line(tile, ray), tile.place(ray));
+        let (line, position) = (self.line(tile, ray), tile.row_and_column(ray));
         let Some(spans) = tile.rays.get_mut(ray) else { return Default::default() };
         let (planes, cuts) = self.decide(&line, spans, chain, parts);
         // An end that is bit by bit an end of a cut was made by that cut; the latest such cut counts.
@@ -199,12 +200,12 @@ impl ClipBatch<'_> {
             Some(SurfaceFollower {
                 which: 0,
                 trace,
-                ray: place,
+                ray: position,
                 time,
                 off: [0.0; 2],
                 later: [0.0; 2],
                 more: [0.0; 2],
-                way: [0.0; 2],
+                sign: [0.0; 2],
                 held: None,
             })
         };
@@ -225,9 +226,9 @@ impl ClipBatch<'_> {
         ends: &mut [FollowedEnds],
     ) {
         for index in square.to_and_fro() {
-            let (line, place) = (self.line(tile, index), tile.place(index));
+            let (line, position) = (self.line(tile, index), tile.row_and_column(index));
             let Some(spans) = tile.rays.get_mut(index) else { continue };
-            let end = self.step(chain, &mut follower, place, &line, spans);
+            let end = self.step(chain, &mut follower, position, &line, spans);
             let known = ends.get_mut(index).and_then(|ends| ends.get_mut(follower.which));
             if let (Some(_), Some(known)) = (end, known) {
                 *known = end;
@@ -249,17 +250,17 @@ impl ClipBatch<'_> {
         // Step 2: extrapolate over single steps between rays. The curvature of the surface takes both
         // directions off the plane alike, while the delay changes its sign with the direction.
         let by = [0, 1].map(|k: usize| ray[k].cast_signed() - follower.ray[k].cast_signed());
-        let (axis, way) = match by {
+        let (axis, sign) = match by {
             [0, 1] => (1, 1.0),
             [0, -1] => (1, -1.0),
             [1, 0] => (0, 1.0),
             _ => (0, 0.0),
         };
-        let s = plain.s + follower.off[axis] * f64::abs(way);
+        let s = plain.s + follower.off[axis] * f64::abs(sign);
         // Extrapolate the delay with its trend, except where the zigzag turns.
-        let goes_on = f64::abs(way) > 0.0 && (way - follower.way[axis]).abs() < 0.5;
-        let trend = if goes_on { follower.more[axis] * way } else { 0.0 };
-        let time = follower.time + (follower.later[axis] + trend) * way;
+        let goes_on = f64::abs(sign) > 0.0 && (sign - follower.sign[axis]).abs() < 0.5;
+        let trend = if goes_on { follower.more[axis] * sign } else { 0.0 };
+        let time = follower.time + (follower.later[axis] + trend) * sign;
         // Step 3: convert the time of the chain to a piece and its local time.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
         let number = (0.5 * time).round().clamp(0.0, chain.pieces.len() as f64 - 1.0) as usize;
@@ -271,13 +272,13 @@ impl ClipBatch<'_> {
         let (s, near) = self.end(chain, &found, &mut follower.held, line, spans)?;
         let time = 2.0 * number as f64 + near.least;
         // Step 5: learn the deviation from the plane, the delay and its trend for the next ray.
-        if f64::abs(way) > 0.0 {
+        if f64::abs(sign) > 0.0 {
             follower.off[axis] = s - plain.s;
-            let later = way * (time - follower.time);
+            let later = sign * (time - follower.time);
             if goes_on {
-                follower.more[axis] = way * (later - follower.later[axis]);
+                follower.more[axis] = sign * (later - follower.later[axis]);
             }
-            (follower.later[axis], follower.way[axis]) = (later, way);
+            (follower.later[axis], follower.sign[axis]) = (later, sign);
         }
         (follower.time, follower.ray) = (time, ray);
         follower.trace = SurfaceTrace::new(line, s, &near);
@@ -293,16 +294,16 @@ impl ClipBatch<'_> {
         expected: &ExpectedSurface,
     ) -> Option<FoundPiece> {
         let mut guess = expected.guess;
-        let mut way = 0.0;
+        let mut sign = 0.0;
         loop {
             let &motion = chain.pieces.get(number)?;
             let here = self.moving(motion).nearest(line, expected.s, guess);
             // A nearest instant at an end of the piece leads to the neighbour. The direction never reverses,
             // so the loop ends.
-            let ends = here.u.abs() >= 1.0 && way * here.u >= 0.0;
+            let ends = here.u.abs() >= 1.0 && sign * here.u >= 0.0;
             let next = if here.u > 0.0 { number.checked_add(1) } else { number.checked_sub(1) };
             match next.filter(|next| ends && *next < chain.pieces.len()) {
-                Some(next) => (number, guess.u, way) = (next, -here.u, here.u),
+                Some(next) => (number, guess.u, sign) = (next, -here.u, here.u),
                 None => return Some(FoundPiece { number, expected: *expected, near: here }),
             }
         }
@@ -323,7 +324,7 @@ impl ClipBatch<'_> {
         let span = spans.iter().find(|span| span[0] < expected.s && expected.s < span[1])?;
         // The end of the span on the side of the body: a depth known from the previous ray may prove that it
         // is inside.
-        let at = line.at(span[usize::from(expected.way < 0.0)]);
+        let at = line.at(span[usize::from(expected.sign < 0.0)]);
         let is_held = |u: f64| held.is_some_and(|held| held.holds(&at, number, u));
         let moving = self.moving(motion);
         let followed = moving.follow(line, span, expected, is_held, here)?;
@@ -345,6 +346,7 @@ impl ClipBatch<'_> {
     ) {
         let Some(which) = planes.first().map(|plane| plane.part) else { return };
         let beside = self.beside(ray.line);
+        // A plane above `-touch` over the span, for rays as for layers.
         let off = |span| planes.iter().any(|plane| plane.along(beside, span) > -self.touch);
         // From the last span back: cutting one renumbers only those after it.
         for at in (0..spans.len()).rev() {
@@ -405,14 +407,14 @@ impl ClipBatch<'_> {
         // For any other, the plane at an end of the span must rise along the span.
         let moving = self.moving(motion);
         let guess = TimeGuess::at(end.seen_from(number));
-        let holds = |s: f64, way: f64| {
+        let holds = |s: f64, sign: f64| {
             let near = moving.nearest(ray.line, s, guess);
-            near.bound > -self.touch && near.slope * way >= moving.shear
+            near.bound > -self.touch && near.slope * sign >= moving.shear
         };
         // The end away from the followed one decides more often: it is tried first.
         let [low, high] = [(span[0], 1.0), (span[1], -1.0)];
         let order = if end.s > span[0] { [high, low] } else { [low, high] };
-        order.into_iter().any(|(s, way)| holds(s, way))
+        order.into_iter().any(|(s, sign)| holds(s, sign))
     }
 }
 

@@ -18,7 +18,7 @@ pub(crate) struct ExpectedSurface {
     pub(crate) s: f64,
     pub(crate) guess: TimeGuess,
     /// 1 if the body is below along the ray, -1 if it is above.
-    pub(crate) way: f64,
+    pub(crate) sign: f64,
 }
 
 /// Result of following a surface to a ray.
@@ -42,10 +42,11 @@ impl SurfaceTrace {
 
     /// Returns the intersection of the tangent plane with a line.
     pub(crate) fn on(&self, line: &RayLine) -> Option<ExpectedSurface> {
-        let along = self.gradient.dot(&line.way);
+        // Tangent plane: g (x - at) = 0, with x = from + s direction.
+        let along = self.gradient.dot(&line.direction);
         let s = self.gradient.dot(&(self.at - line.from)) / along;
-        let way = along.signum();
-        (along.abs() > STEEPEST).then_some(ExpectedSurface { s, guess: self.guess, way })
+        let sign = along.signum();
+        (along.abs() > STEEPEST).then_some(ExpectedSurface { s, guess: self.guess, sign })
     }
 }
 
@@ -62,11 +63,11 @@ impl BodyMotion<'_> {
         held: impl Fn(f64) -> bool,
         here: NearestInstant,
     ) -> Option<FollowedCut> {
-        let &ExpectedSurface { s, way, .. } = expected;
-        let [inside, end] = if way > 0.0 { span } else { [span[1], span[0]] };
+        let &ExpectedSurface { s, sign, .. } = expected;
+        let [inside, end] = if sign > 0.0 { span } else { [span[1], span[0]] };
 
         // Step 1: the plane must rise outwards, so that there is nothing farther out.
-        if here.slope * way <= self.shear {
+        if here.slope * sign <= self.shear {
             return None;
         }
         // A point outside leads in to the surface at once; from a point inside, a step out along the plane
@@ -96,20 +97,22 @@ impl BodyMotion<'_> {
         [from, to]: [f64; 2],
         u: f64,
     ) -> Option<(f64, f64)> {
-        let way = if to > from { 1.0 } else { -1.0 };
+        let sign = if to > from { 1.0 } else { -1.0 };
         let mut s = from;
         let mut first = None;
         for _ in 0..STEPS {
+            // At one time the body is convex and at rest: only the position changes.
             let here = self.tangent(line, s, u);
             if here.distance <= CLOSE * self.tolerance {
                 return Some((s, first.unwrap_or(here.distance)));
             }
             first = first.or(Some(here.distance));
-            let fall = -here.by_s * way;
-            s += way * here.distance / fall;
+            // Newton: the tangent of a convex function reaches 0 before the function does.
+            let fall = -here.by_s * sign;
+            s += sign * here.distance / fall;
             // The distance does not fall towards `to`, or the step passes it: the body is not met on the
             // interval.
-            if fall <= 0.0 || (to - s) * way <= 0.0 {
+            if fall <= 0.0 || (to - s) * sign <= 0.0 {
                 return None;
             }
         }

@@ -34,24 +34,24 @@ pub(crate) struct NetQuad {
 /// `cell` holds the sides of a cube, `tolerance` is that of the ray ends \[mm\].
 pub(crate) fn mesh(
     mut quads: Vec<NetQuad>,
-    places: Vec<Point3<f64>>,
+    points: Vec<Point3<f64>>,
     cell: [f64; 3],
     tolerance: f64,
 ) -> Mesh {
     quads.sort_unstable();
-    let largest = places.iter().fold(0.0, |most, place| place.coords.amax().max(most));
+    let largest = points.iter().fold(0.0, |most, point| point.coords.amax().max(most));
     // Two rays that meet the same plane may end this far apart, both off it to the same side.
     let flat = CLOSE * tolerance + ROUNDING * largest;
-    let net = QuadNet { quads, places, cell: Vector3::from(cell), flat };
+    let net = QuadNet { quads, points, cell: Vector3::from(cell), flat };
     let blocks = net.blocks();
-    let mut kept = vec![false; net.places.len()];
+    let mut kept = vec![false; net.points.len()];
     let corners = blocks.iter().flat_map(|block| (0..4).filter_map(|side| net.corner(block, side)));
     corners.for_each(|vertex| mark(&mut kept, vertex));
     let mut triangles = Vec::new();
     for block in &blocks {
         net.fill(block, &kept, &mut triangles);
     }
-    only_used(&net.places, triangles)
+    only_used(&net.points, triangles)
 }
 
 /// Block of quads: `0..size` on both axes across, from the first quad.
@@ -78,7 +78,7 @@ impl QuadBlock {
 struct QuadNet {
     /// Quads in order.
     quads: Vec<NetQuad>,
-    places: Vec<Point3<f64>>,
+    points: Vec<Point3<f64>>,
     cell: Vector3<f64>,
     /// Largest distance of vertices from flat \[mm\].
     flat: f64,
@@ -109,6 +109,7 @@ impl QuadNet {
         let [p, q, _, s] = self.offsets(quad);
         let fits = |number: usize, like: &[Vector3<f64>; 4]| {
             let offsets = self.quads.get(number).map(|quad| self.offsets(quad));
+            // Equal offsets from cube to cube mean that the surface does not change.
             let near = |(a, b): (&Vector3<f64>, &Vector3<f64>)| (a - b).amax() <= self.flat;
             free.get(number) == Some(&true)
                 && offsets.is_some_and(|offsets| offsets.iter().zip(like).all(near))
@@ -116,6 +117,8 @@ impl QuadNet {
         let holds = |to: [i64; 2], like: &[_; 4]| {
             self.number(quad, to).is_some_and(|number| fits(number, like))
         };
+        // A row along the second axis repeats its section, p and q. More rows fit only if all four offsets are equal: a flat
+        // rectangle.
         let most = signed(self.quads.len());
         let row = (0..most).take_while(|&k| holds([0, k], &[p, q, q, p])).count();
         if row > 1 {
@@ -142,8 +145,8 @@ impl QuadNet {
             cube[a] = (quad.at[0] - back[0]) as f64;
             cube[b] = (quad.at[1] - back[1]) as f64;
             let vertex = quad.corners.get(corner).copied().unwrap_or_default();
-            let place = self.places.get(vertex as usize).copied().unwrap_or_default();
-            place.coords - cube.component_mul(&self.cell)
+            let point = self.points.get(vertex as usize).copied().unwrap_or_default();
+            point.coords - cube.component_mul(&self.cell)
         })
     }
 
@@ -179,6 +182,7 @@ impl QuadNet {
             Some(centre) if m > 1 && n > 1 => fan(centre, &border),
             _ => strip(border, usize::from(n > 1)),
         };
+        // Blocks are counter-clockwise as seen from up the axis: turn them over if the outside is below.
         let turned = |[a, b, c]: [u32; 3]| if block.first.up { [a, b, c] } else { [a, c, b] };
         triangles.extend(filled.into_iter().map(turned));
     }
@@ -206,6 +210,7 @@ fn strip(mut border: Vec<BorderVertex>, axis: usize) -> Vec<[u32; 3]> {
     while let [low, next, .., high] = *rest
         && let [.., before, _] = *rest
     {
+        // Advance on the side that is behind, so that triangles stay short.
         let lower = next.at.get(axis) < before.at.get(axis);
         let third = if lower { next } else { before };
         triangles.push([low.vertex, third.vertex, high.vertex]);
@@ -216,8 +221,8 @@ fn strip(mut border: Vec<BorderVertex>, axis: usize) -> Vec<[u32; 3]> {
 }
 
 /// Returns a mesh of the vertices that triangles use, in their order.
-fn only_used(places: &[Point3<f64>], mut triangles: Vec<[u32; 3]>) -> Mesh {
-    let mut used = vec![false; places.len()];
+fn only_used(points: &[Point3<f64>], mut triangles: Vec<[u32; 3]>) -> Mesh {
+    let mut used = vec![false; points.len()];
     triangles.iter().flatten().for_each(|&vertex| mark(&mut used, vertex));
     let mut count = 0;
     let mut numbers = Vec::with_capacity(used.len());
@@ -228,7 +233,7 @@ fn only_used(places: &[Point3<f64>], mut triangles: Vec<[u32; 3]>) -> Mesh {
     for vertex in triangles.iter_mut().flatten() {
         *vertex = numbers.get(*vertex as usize).copied().unwrap_or_default();
     }
-    let vertices = places.iter().zip(&used).filter(|(_, used)| **used).map(|(place, _)| *place);
+    let vertices = points.iter().zip(&used).filter(|(_, used)| **used).map(|(point, _)| *point);
     Mesh { vertices: vertices.collect(), triangles }
 }
 

@@ -34,8 +34,8 @@ impl Stock {
     /// # Ok::<(), trunnion::verify::VerifyError>(())
     /// ```
     pub fn mesh(&self, tolerance: f64) -> Mesh {
-        let (quads, places) = self.net();
-        merge::mesh(quads, places, self.lattice.cell, tolerance)
+        let (quads, points) = self.net();
+        merge::mesh(quads, points, self.lattice.cell, tolerance)
     }
 
     /// Returns the quads of the surface and its vertices.
@@ -51,8 +51,8 @@ impl Stock {
             }
         }
         let SurfaceNet { sums, quads, .. } = net;
-        let places = sums.iter().map(|(sum, count)| Point3::from(sum / f64::from(*count)));
-        (quads, places.collect())
+        let points = sums.iter().map(|(sum, count)| Point3::from(sum / f64::from(*count)));
+        (quads, points.collect())
     }
 
     /// Returns the ranges of nodes, first and last, that are inside on the ray `[i, j]` along z; none beside the lattice.
@@ -65,6 +65,7 @@ impl Stock {
         let last = signed(self.lattice.size[2]) - 1;
         let number = |z: f64| (z - self.lattice.origin.z) / self.lattice.cell[2];
         #[expect(clippy::cast_possible_truncation, reason = "saturates")]
+        // Nodes inside an interval: from the first at or above its lower end to the last at or below its upper end.
         let range = |[low, high]: [f64; 2]| {
             [(number(low).ceil() as i64).max(0), (number(high).floor() as i64).min(last)]
         };
@@ -115,17 +116,18 @@ impl Stock {
     /// Returns the point where the surface crosses the edge that begins at a node: where the ray along the edge ends, or else
     /// the middle of the edge.
     fn crossing(&self, along: usize, from: &GridNode) -> Vector3<f64> {
+        // Coordinates of the node; the edge runs one cell on along its axis.
         let at =
             |axis: usize| self.lattice.origin[axis] + self.lattice.cell[axis] * from[axis] as f64;
-        let mut place = Vector3::new(at(0), at(1), at(2));
-        let [low, high] = [place[along], place[along] + self.lattice.cell[along]];
-        place[along] = 0.5 * (low + high);
+        let mut point = Vector3::new(at(0), at(1), at(2));
+        let [low, high] = [point[along], point[along] + self.lattice.cell[along]];
+        point[along] = 0.5 * (low + high);
         let [a, b] = across(along).map(|axis| usize::try_from(from[axis]));
         if let (Ok(a), Ok(b), Some(family)) = (a, b, self.families.get(along)) {
             let mut ends = family.spans([a, b]).into_iter().flat_map(RaySpans::iter).flatten();
-            place[along] = ends.find(|s| (low..=high).contains(s)).unwrap_or(place[along]);
+            point[along] = ends.find(|s| (low..=high).contains(s)).unwrap_or(point[along]);
         }
-        place
+        point
     }
 }
 
@@ -145,7 +147,7 @@ struct SurfaceNet {
 
 impl SurfaceNet {
     /// Joins the four cubes around a crossed edge by a quad.
-    fn edge(&mut self, along: usize, from: &GridNode, place: Vector3<f64>, outside: Outside) {
+    fn edge(&mut self, along: usize, from: &GridNode, point: Vector3<f64>, outside: Outside) {
         let [a, b] = across(along);
         let mut corner = |da: i64, db: i64| {
             let mut cube = *from;
@@ -157,7 +159,7 @@ impl SurfaceNet {
                 self.sums.push((Vector3::zeros(), 0));
             }
             if let Some((sum, count)) = self.sums.get_mut(number as usize) {
-                *sum += place;
+                *sum += point;
                 *count += 1;
             }
             number
