@@ -107,9 +107,10 @@ fn arcs_run_in_their_plane_and_sense() {
     let quarter = |head: &str, arc: &str| {
         let text = format!("G21 G90 G94 G54\nG43 H1\n{head}\n{arc}\nM2");
         let poses = cut(&text).remove(0).poses;
-        let [(first, from), (last, to)] = [poses[0], poses[poses.len() - 1]];
-        let half = poses.iter().find(|(time, _)| *time >= 0.5 * (first + last)).unwrap().1;
-        ([from, half, to].map(|pose| pose.tip), last - first)
+        let [first, last] = [poses[0], poses[poses.len() - 1]];
+        let middle = 0.5 * (first.time + last.time);
+        let half = poses.iter().find(|at| at.time >= middle).unwrap();
+        ([first, *half, last].map(|at| at.pose.tip), last.time - first.time)
     };
     let near = |a: Point3<f64>, b: [f64; 3]| (a - Point3::from(b)).norm() < 2e-3;
     let side = 10.0 * 0.5f64.sqrt();
