@@ -1,5 +1,6 @@
 //! `trunnion machine`: lists, shows and checks machine files; loads machines for other verbs.
 
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::{output, text};
 use std::path::{Path, PathBuf};
@@ -34,12 +35,12 @@ pub(crate) enum Action {
     },
 }
 
-pub(crate) fn run(action: &Action, json: bool) -> Result<Done, Failure> {
+pub(crate) fn run(action: &Action, form: OutputForm) -> Result<Done, Failure> {
     match action {
-        Action::List { files } => list(files, json),
+        Action::List { files } => list(files, form),
         Action::Show { machine, file: true, .. } => text::print(&source(machine)?),
-        Action::Show { machine, output, .. } => show(machine, output.as_deref(), json),
-        Action::Check { files } => check(files, json),
+        Action::Show { machine, output, .. } => show(machine, output.as_deref(), form),
+        Action::Check { files } => check(files, form),
     }
 }
 
@@ -183,7 +184,7 @@ impl MachineJson {
     }
 }
 
-fn list(files: &[String], json: bool) -> Result<Done, Failure> {
+fn list(files: &[String], form: OutputForm) -> Result<Done, Failure> {
     let names = BUILT_IN.iter().map(|(name, _)| *name);
     let mut machines = Vec::new();
     for source in names.chain(files.iter().map(String::as_str)) {
@@ -196,7 +197,7 @@ fn list(files: &[String], json: bool) -> Result<Done, Failure> {
         let file = parse(&text).map_err(|faults| Failure::faults(Path::new(source), &faults))?;
         machines.push((source, file.machine));
     }
-    if json {
+    if form.is_json() {
         let list: Result<Vec<_>, _> =
             machines.iter().map(|(source, machine)| MachineJson::of(source, machine)).collect();
         return text::print_json(&list?);
@@ -226,14 +227,14 @@ fn travel(axis: &Axis) -> String {
     if low.is_finite() { format!("{low} .. {high}") } else { "endless".to_owned() }
 }
 
-fn show(argument: &str, output: Option<&Path>, json: bool) -> Result<Done, Failure> {
+fn show(argument: &str, output: Option<&Path>, form: OutputForm) -> Result<Done, Failure> {
     let machine = load(argument)?.machine;
     if let Some(path) = output {
         let picture = picture(&machine);
         output::file(path, |out| out.write_all(picture.as_bytes()))?;
     }
     let about = MachineJson::of(argument, &machine)?;
-    if json {
+    if form.is_json() {
         return text::print_json(&about);
     }
     let mut lines = chain_lines(&machine);
@@ -382,7 +383,7 @@ struct FaultJson {
     help: String,
 }
 
-fn check(files: &[String], json: bool) -> Result<Done, Failure> {
+fn check(files: &[String], form: OutputForm) -> Result<Done, Failure> {
     let mut checks = Vec::new();
     for file in files {
         let faults = match source(file) {
@@ -392,7 +393,7 @@ fn check(files: &[String], json: bool) -> Result<Done, Failure> {
             }
             Err(failure) => return Err(failure),
         };
-        if !json {
+        if !form.is_json() {
             match faults.len() {
                 0 => text::print(&format!("{file}: in order\n"))?,
                 1 => text::print(&format!("{file}: 1 fault\n"))?,
@@ -406,8 +407,9 @@ fn check(files: &[String], json: bool) -> Result<Done, Failure> {
     }
     let done =
         if checks.iter().all(|(_, faults)| faults.is_empty()) { Done::Kept } else { Done::Refused };
-    if json {
-        text::print_json(&checks.into_iter().map(CheckJson::of).collect::<Vec<_>>())?;
+    if form.is_json() {
+        let checks = checks.into_iter().map(|(file, faults)| CheckJson::of(file, faults));
+        text::print_json(&checks.collect::<Vec<_>>())?;
     }
     Ok(done)
 }
@@ -420,7 +422,7 @@ fn unreadable(file: &str, message: &str) -> Diagnostic {
 }
 
 impl CheckJson {
-    fn of((file, faults): (&String, Diagnostics)) -> Self {
+    fn of(file: &str, faults: Diagnostics) -> Self {
         let ok = faults.is_empty();
         let faults = faults
             .into_iter()
@@ -431,6 +433,6 @@ impl CheckJson {
                 help,
             })
             .collect();
-        Self { file: file.clone(), ok, faults }
+        Self { file: file.to_owned(), ok, faults }
     }
 }

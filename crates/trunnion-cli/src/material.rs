@@ -1,6 +1,6 @@
 //! Stock that was cut: in files, words, numbers and pictures.
 
-use crate::figure::{judged, plain};
+use crate::figure::{Prominence, judged, none, plain};
 use crate::outcome::Failure;
 use crate::part::STEP;
 use crate::text;
@@ -101,8 +101,8 @@ pub(crate) fn chord_words(all: &[ChordSummary]) -> String {
 pub(crate) fn clearance_number(fixtures: &FixturesSummary, label: &str) -> Number {
     let least = fixtures.least.as_ref().map_or(0.0, |least| least.distance);
     let note = pipeline::nearest_fixture(fixtures);
-    let clear = fixtures.near.is_empty();
-    judged(clear, plain(label, format!("{least:.4}"), "mm", note), !clear)
+    let near = fixtures.near.len();
+    judged(none(near), plain(label, format!("{least:.4}"), "mm", note), if_any(near))
 }
 
 /// What a program does to the stock.
@@ -115,10 +115,19 @@ pub(crate) fn numbers(stock: &StockSummary, name: impl Fn(&str) -> String) -> [N
     let note =
         "rapid through the stock, shank or holder in it, or anything in a fixture".to_owned();
     [
-        judged(hits == 0, plain(&name("lines in collision"), hits.to_string(), "", note), hits > 0),
+        judged(
+            none(hits),
+            plain(&name("lines in collision"), hits.to_string(), "", note),
+            if_any(hits),
+        ),
         volume("taken away", stock.removed),
         volume("stock left", stock.left),
     ]
+}
+
+/// Moves a count of defects to the top of the page as soon as there is one.
+fn if_any(count: usize) -> Prominence {
+    if count == 0 { Prominence::Body } else { Prominence::Headline }
 }
 
 /// Lines in collision.

@@ -14,7 +14,7 @@ const GROUP: usize = 1 << 16;
 
 /// Writes rows of `names`; a row has as many values.
 pub(crate) fn write(
-    out: &mut (dyn Write + Send),
+    out: impl Write + Send,
     names: &[String],
     rows: impl Iterator<Item = Vec<f64>>,
 ) -> std::io::Result<()> {
@@ -22,7 +22,7 @@ pub(crate) fn write(
 }
 
 fn table(
-    out: &mut (dyn Write + Send),
+    out: impl Write + Send,
     names: &[String],
     rows: impl Iterator<Item = Vec<f64>>,
 ) -> Result<()> {

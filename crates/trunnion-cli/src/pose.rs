@@ -1,5 +1,6 @@
 //! `trunnion pose`: tables of poses to tables of axes, and back.
 
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::table::{Ends, Refusal, Work};
 use crate::{machine, text};
@@ -78,8 +79,8 @@ fn three(text: &str) -> Result<[f64; 3], String> {
     numbers?.try_into().map_err(|_| wanted)
 }
 
-pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
-    usage(args, json)?;
+pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+    usage(args, form)?;
     let machine = machine::load(&args.machine)?.machine;
     let setup =
         Setup::new(args.origin.into(), args.rotation.map(f64::to_radians), args.tool_length);
@@ -101,7 +102,7 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
         }
     };
     let output = args.ends.output().display().to_string();
-    if json {
+    if form.is_json() {
         let direction = format!("{:?}", args.direction).to_lowercase();
         let rows = tally.rows;
         let Machine { name: machine, .. } = machine;
@@ -128,9 +129,9 @@ struct Summary {
 }
 
 /// Options that do not go together.
-fn usage(args: &Args, json: bool) -> Result<(), Failure> {
+fn usage(args: &Args, form: OutputForm) -> Result<(), Failure> {
     let refuse = |message: &str| Err(Failure::input(message));
-    if json && args.ends.to_stdout() {
+    if form.is_json() && args.ends.to_stdout() {
         return refuse("--json prints a summary on stdout\n  help: give the table a file with -o");
     }
     if args.all && args.direction != Direction::Inverse {

@@ -3,9 +3,10 @@
 mod answer;
 mod compare;
 
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
-use crate::{output, part, text};
+use crate::{output, part};
 use answer::{Answer, table};
 use nalgebra::Vector3;
 use std::path::PathBuf;
@@ -181,7 +182,7 @@ fn two(text: &str) -> Result<[f64; 2], String> {
     pair.ok_or_else(|| "two numbers separated by a comma are expected".to_owned())
 }
 
-pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
+pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     let face = face(args)?;
     on_the_surface(&face.face().surface, args.at)?;
     let cutter = cutter(args)?;
@@ -205,7 +206,7 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
         axis_cone: None,
     };
     if args.compare {
-        return compare::run(&request, args, json);
+        return compare::run(&request, args, form);
     }
     let method = args.method.placing(args);
     match place(&request, &method) {
@@ -214,19 +215,12 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
                 let picture = picture(&request, &location, args).map_err(refusal)?;
                 output::file(path, |out| out.write_all(picture.as_bytes()))?;
             }
-            if json {
-                text::print_json(&Answer::new(&location, args.method))
-            } else {
-                text::print(&table(&location, args))
-            }
+            form.print(&Answer::new(&location, args.method), |_| table(&location, args))
         }
         Err(error) if asked_wrong(&error) => Err(refusal(error)),
         Err(error) => {
-            if json {
-                text::print_json(&serde_json::json!({ "refused": error.to_string() }))?;
-            } else {
-                text::print(&format!("no cutter location: {error}\n"))?;
-            }
+            let refused = serde_json::json!({ "refused": error.to_string() });
+            form.print(&refused, |_| format!("no cutter location: {error}\n"))?;
             Ok(Done::Broken)
         }
     }

@@ -1,6 +1,6 @@
 //! Results of a run as the data of a report page.
 
-use crate::figure::{judged, plain};
+use crate::figure::{Prominence, judged, none, plain, within};
 use crate::path::chart;
 use crate::path::profile::Profile;
 use crate::{material, places};
@@ -16,7 +16,7 @@ use trunnion::types::{Motion, PieceGeometry, PoseRates, ToolPiece};
 use trunnion::verify::{self, Extreme, FaceMap};
 use trunnion_report::{
     Axis as ReportAxis, Budget, Check, Histogram, MotionKind, Number, PathPiece, PathPoint,
-    Recorder, ReportData, Sample, Share, State, Surface,
+    Recorder, ReportData, Sample, Share, State, Surface, SurfacePoint,
 };
 
 /// Slots of the charts over time: about three a pixel of a wide screen.
@@ -51,7 +51,7 @@ pub(crate) fn page(job: &Job, outcome: &Outcome, summary: &Summary) -> Result<St
         surface: shown.map(surface).unwrap_or_default(),
         path: path(outcome),
         motion: motion(job, outcome)?,
-        check: shown.map(|program| check(job, (program, summary))).unwrap_or_default(),
+        check: shown.map(|program| check(job, program, summary)).unwrap_or_default(),
         stock: material::left(outcome).map(|left| material::drawn(left, job.budget.total)),
         fixtures: outcome.fixtures.as_ref().map(material::held),
         smoothing: smoothing(job, outcome),
@@ -89,7 +89,11 @@ fn verdict(summary: &Summary) -> Vec<String> {
 fn numbers(summary: &Summary) -> Vec<Number> {
     let checks = summary.programs.iter().enumerate().flat_map(|(index, program)| {
         let check = program.check.iter();
-        check.flat_map(move |check| checked(summary, program, check, index == 0))
+        check.flat_map(move |check| {
+            // The first program alone stands at the top: the others repeat the same measurement.
+            let prominence = if index == 0 { Prominence::Headline } else { Prominence::Body };
+            checked(summary, program, check, prominence)
+        })
     });
     checks
         .chain(planned(summary))
@@ -98,12 +102,12 @@ fn numbers(summary: &Summary) -> Vec<Number> {
         .collect()
 }
 
-/// What the check of one program found; `first` stands large at the top of the page.
+/// Returns the numbers that the check of one program found.
 fn checked(
     summary: &Summary,
     program: &ProgramSummary,
     check: &CheckSummary,
-    first: bool,
+    prominence: Prominence,
 ) -> Vec<Number> {
     let tolerance = &summary.tolerance;
     let name = |what: &str| format!("{what}, {}", program.dialect);
@@ -118,16 +122,17 @@ fn checked(
     let of = format!("of {}", check.points);
     let uncut = plain(&name("uncut points"), check.uncut.to_string(), "", of);
     let mut numbers = vec![
-        judged(check.excess <= tolerance.total, excess, first),
-        judged(check.gouge <= tolerance.gouge, gouge, first),
-        judged(check.uncut == 0, uncut, false),
+        judged(within(check.excess, tolerance.total), excess, prominence),
+        judged(within(check.gouge, tolerance.gouge), gouge, prominence),
+        judged(none(check.uncut), uncut, Prominence::Body),
     ];
     let ratios = [Some(check.velocity_ratio), check.acceleration_ratio];
     for (what, ratio) in ["velocity", "acceleration"].iter().zip(ratios) {
         let Some(ratio) = ratio else { continue };
         let label = name(&format!("largest {what} over its limit"));
         let note = "block by block, less the rounding of the text".to_owned();
-        numbers.push(judged(ratio <= 1.0, plain(&label, micro(ratio), "", note), false));
+        let number = plain(&label, micro(ratio), "", note);
+        numbers.push(judged(within(ratio, 1.0), number, Prominence::Body));
     }
     numbers.push(plain(&name("blocks"), program.blocks.to_string(), "", String::new()));
     numbers.extend(program.stock.iter().flat_map(|stock| material::numbers(stock, name)));
@@ -250,7 +255,9 @@ fn surface(program: &CheckedProgram) -> Surface {
             .map(|sample| {
                 // What is known to be left is drawn as not cut, however near the tool comes.
                 let height = |s: &trunnion::verify::Sample| s.height.filter(|_| !s.rest);
-                sample.as_ref().map(|s| ([s.point.x, s.point.y, s.point.z], height(s)))
+                sample
+                    .as_ref()
+                    .map(|s| SurfacePoint { position: s.point.coords.into(), deviation: height(s) })
             })
             .collect();
         surface.add_grid(columns(map), &points);
@@ -321,7 +328,10 @@ fn motion(job: &Job, outcome: &Outcome) -> Result<trunnion_report::Motion> {
     let report_axes = axes
         .iter()
         .enumerate()
-        .map(|(index, of)| axis(of, (limits.acceleration[index], chords[index]), jerk))
+        .map(|(index, of)| {
+            let acceleration = limits.acceleration[index];
+            axis(of, &AxisLimits { acceleration, chord: chords[index], jerk })
+        })
         .collect();
     let mut recorder = Recorder::new(report_axes, schedule.duration(), SLOTS, feed);
     let units = |values: &trunnion::types::AxisVector| {
@@ -347,8 +357,20 @@ fn motion(job: &Job, outcome: &Outcome) -> Result<trunnion_report::Motion> {
     Ok(recorder.finish())
 }
 
-/// With the acceleration allowed, and whether the chord error lowers it; `jerk`: whether its limit is kept.
-pub(crate) fn axis(axis: &Axis, (acceleration, chord): (f64, bool), jerk: bool) -> ReportAxis {
+/// Limits that a plan keeps on one axis.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct AxisLimits {
+    /// Acceleration limit \[mm/s² or rad/s²\].
+    pub(crate) acceleration: f64,
+    /// True if the chord error lowers it below that of the axis.
+    pub(crate) chord: bool,
+    /// True if the plan keeps the jerk limit as well.
+    pub(crate) jerk: bool,
+}
+
+/// Returns an axis with its limits for the charts, in mm and degrees.
+pub(crate) fn axis(axis: &Axis, limits: &AxisLimits) -> ReportAxis {
+    let AxisLimits { acceleration, chord, jerk } = *limits;
     let rotary = axis.kind == AxisKind::Rotary;
     let unit = |value: f64| if rotary { value.to_degrees() } else { value };
     ReportAxis {
@@ -383,7 +405,7 @@ fn speeds(outcome: &Outcome, t: f64) -> ([f64; 2], bool) {
     ([feed, tip], !axes.motion.is_free())
 }
 
-fn check(job: &Job, (program, summary): (&CheckedProgram, &Summary)) -> Check {
+fn check(job: &Job, program: &CheckedProgram, summary: &Summary) -> Check {
     let Some(report) = &program.check else { return Check::default() };
     let deviation = &report.deviation;
     let heights = || {
@@ -391,8 +413,8 @@ fn check(job: &Job, (program, summary): (&CheckedProgram, &Summary)) -> Check {
         samples.filter_map(|sample| sample.height)
     };
     let reach = 2.0 * job.budget.total;
-    let told = summary.programs.iter().find(|told| told.file == program.file);
-    let fixtures = told.and_then(|told| told.fixtures.as_ref());
+    let summarised = summary.programs.iter().find(|of| of.file == program.file);
+    let fixtures = summarised.and_then(|of| of.fixtures.as_ref());
     Check {
         method: format!(
             "{} read back, replayed as the control would, and measured along the surface normal",

@@ -1,5 +1,6 @@
 //! `trunnion run`: everything from one job file.
 
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::output::Outputs;
 use crate::progress::Bars;
@@ -26,7 +27,7 @@ pub(crate) struct Args {
     dry_run: bool,
 }
 
-pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
+pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     let bars = Bars::new();
     let (job, warnings) = load(&args.job, None, &bars)?;
     let folder = match &args.output {
@@ -43,22 +44,16 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
         pipeline::reach(&job).map_err(failure)?;
         pipeline::solids(&job).map_err(refused)?;
     }
-    if args.dry_run && json {
-        return text::print_json(&DryRun::of(&job, warnings));
-    }
     if args.dry_run {
-        return text::print(&dry(&job, &warnings));
+        let dry_run = DryRun::of(&job, warnings);
+        return form.print(&dry_run, |dry_run| describe_dry_run(&job, &dry_run.warnings));
     }
     let outcome = pipeline::run(&job, &bars).map_err(refused)?;
     bars.finish();
     let mut summary = outcome.summary.clone();
     summary.warnings.splice(0..0, warnings);
     let places = write(&job, &outcome, &mut summary, &folder)?;
-    if json {
-        text::print_json(&summary)?;
-    } else {
-        text::print(&table(&summary, &places))?;
-    }
+    form.print(&summary, |summary| table(summary, &places))?;
     Ok(if summary.passed { Done::Kept } else { Done::Broken })
 }
 
@@ -74,11 +69,10 @@ pub(crate) fn load(
         Some(chord) => file.with_chord(chord),
         None => file,
     };
-    let named = (path, &file);
     let machine = machine::load_beside(path, &file.machine);
-    let machine = machine.map_err(|what| at_key(named, ("machine.file", &file.machine), what));
+    let machine = machine.map_err(|what| at_key(path, &file, "machine.file", &file.machine, what));
     let part = part::read(&beside(path, &file.part.file), bars);
-    let part = part.map_err(|what| at_key(named, ("part.file", &file.part.file), what));
+    let part = part.map_err(|what| at_key(path, &file, "part.file", &file.part.file, what));
     let (machine, (part, solids)) = both(machine, both(part, solids(path, &file)))?;
     let warnings = part.warnings.iter().map(|warning| format!("part: {warning}")).collect();
     let mut job = Job::new(file, &part.faces, &machine.machine)
@@ -107,7 +101,7 @@ fn beside(job: &Path, name: &str) -> PathBuf {
 }
 
 /// Returns the error of a file that a job names, at its line of the job if the file does not exist.
-fn at_key((path, file): (&Path, &JobFile), (key, name): (&str, &str), what: Failure) -> Failure {
+fn at_key(path: &Path, file: &JobFile, key: &str, name: &str, what: Failure) -> Failure {
     match what {
         Failure::Input(messages) if !beside(path, name).is_file() => {
             let at = file.places.get(key);
@@ -192,7 +186,7 @@ impl DryRun {
     }
 }
 
-fn dry(job: &Job, warnings: &[String]) -> String {
+fn describe_dry_run(job: &Job, warnings: &[String]) -> String {
     let mut lines = vec![format!("{}: the job and its files are in order", job.file.name)];
     lines.extend(warnings.iter().map(|warning| format!("warning: {warning}")));
     lines.extend(job.budget.lines().map(|(name, value)| format!("  {name:<16}{value:>9.5} mm")));

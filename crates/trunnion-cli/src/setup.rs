@@ -1,8 +1,9 @@
 //! `trunnion setup`: how to turn the workpiece.
 
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
-use crate::{run as jobs, text};
+use crate::run as jobs;
 use std::path::PathBuf;
 use trunnion::axes::{
     AxesError, EvaluatedSetup, PathTravel, SearchAssurance, SetupVerdict, TiltBounds,
@@ -47,17 +48,14 @@ fn interval(text: &str) -> Result<[f64; 2], String> {
     }
 }
 
-pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
+pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     let bars = Bars::new();
     let (job, warnings) = jobs::load(&args.job, None, &bars)?;
     let bounds = bounds(args, &job)?;
     let found = pipeline::setup(&job, &bounds, &bars).map_err(jobs::failure)?;
     bars.finish();
-    if json {
-        text::print_json(&answer(&job, &bounds, &found, warnings))?;
-    } else {
-        text::print(&describe(&job, &bounds, &found, &warnings))?;
-    }
+    let answer = answer(&job, &bounds, &found, warnings);
+    form.print(&answer, |answer| describe(&job, &bounds, &found, &answer.warnings))?;
     Ok(if found.search.best.is_some() { Done::Kept } else { Done::Broken })
 }
 

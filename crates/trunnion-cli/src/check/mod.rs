@@ -13,11 +13,12 @@ mod subject;
 mod told;
 mod tool;
 
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::output::Outputs;
 use crate::post::tools::{self, ToolLength};
 use crate::progress::Bars;
-use crate::{inspect, material, text};
+use crate::{inspect, material};
 use std::path::PathBuf;
 use subject::Subject;
 use told::Told;
@@ -161,9 +162,9 @@ Exit codes: 0 everything is kept; 1 something is broken, and where; 2 malformed 
   trunnion check out/motion.csv --machine bc-trunnion
   trunnion check out/toolpath.cls --part patch.json --cutter R=10,r=6 --tolerance 0.02,0.002";
 
-pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
+pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     if setpoints::is_table(&args.program) {
-        return setpoints::check(args, json);
+        return setpoints::check(args, form);
     }
     if args.period.is_some() || args.no_jerk {
         let message = "--period and --no-jerk go with a table of setpoints (.csv)";
@@ -181,11 +182,7 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
         Some(folder) => write(&subject, &found, &mut told, folder)?,
         None => Vec::new(),
     };
-    if json {
-        text::print_json(&told)?;
-    } else {
-        text::print(&told.table(&places))?;
-    }
+    form.print(&told, |told| told.table(&places))?;
     Ok(if told.passed { Done::Kept } else { Done::Broken })
 }
 

@@ -3,12 +3,14 @@
 use super::model::ModelTold;
 use super::subject::Subject;
 use super::told::{Fraction, Told};
+use crate::figure::{Prominence, judged, none, plain, within};
 use crate::outcome::Failure;
 use crate::{material, places, report};
 use trunnion::cutter::Cutter;
 use trunnion::verify::{InspectionReport, Sample, Track};
 use trunnion_report::{
-    Budget, Check, Histogram, MotionKind, Number, PathPiece, PathPoint, ReportData, State, Surface,
+    Budget, Check, Histogram, MotionKind, Number, PathPiece, PathPoint, ReportData, Surface,
+    SurfacePoint,
 };
 
 /// Bins of the histogram of deviations.
@@ -76,32 +78,20 @@ fn tools(subject: &Subject) -> String {
 }
 
 fn numbers(subject: &Subject, told: &Told) -> Vec<Number> {
-    let number = |label: &str, value: String, unit: &str, good: bool, headline: bool| Number {
-        label: label.to_owned(),
-        value,
-        unit: unit.to_owned(),
-        note: String::new(),
-        state: if good { State::Good } else { State::Bad },
-        headline,
-    };
-    let noted = |note: String, number: Number| Number { note, ..number };
     let (options, left) = (&subject.options, &told.deviation);
-    let fits = left.excess <= options.total;
     let at = |bound: Option<f64>| {
         let everywhere = bound.map_or_else(String::new, |b| format!("; everywhere <= {b:.4}"));
         format!("{} points, {} mm apart{everywhere}", left.points, left.grid)
     };
-    let uncut = number("uncut points", left.uncut.to_string(), "", left.uncut == 0, true);
+    let excess = format!("{:.4}", left.excess);
+    let excess = plain("most left", excess, "mm", at(left.excess_bound));
+    let gouge = plain("gouge", format!("{:.4}", left.gouge), "mm", at(left.gouge_bound));
+    let of = format!("of {}, {:.2} mm2", left.points, left.uncut_area);
+    let uncut = plain("uncut points", left.uncut.to_string(), "", of);
     let mut numbers = vec![
-        noted(
-            at(left.excess_bound),
-            number("most left", format!("{:.4}", left.excess), "mm", fits, true),
-        ),
-        noted(
-            at(left.gouge_bound),
-            number("gouge", format!("{:.4}", left.gouge), "mm", left.gouge <= options.gouge, true),
-        ),
-        noted(format!("of {}, {:.2} mm2", left.points, left.uncut_area), uncut),
+        judged(within(left.excess, options.total), excess, Prominence::Headline),
+        judged(within(left.gouge, options.gouge), gouge, Prominence::Headline),
+        judged(none(left.uncut), uncut, Prominence::Headline),
     ];
     numbers.extend(told.time());
     if let Some(stock) = &told.stock {
@@ -109,9 +99,10 @@ fn numbers(subject: &Subject, told: &Told) -> Vec<Number> {
     }
     let fixtures = told.fixtures.iter();
     numbers.extend(fixtures.map(|of| material::clearance_number(of, "least off fixtures")));
-    let percent = |label: String, of: Fraction| Number {
-        note: format!("of its limit, at line {}", of.line),
-        ..number(&label, format!("{:.1}", 100.0 * of.ratio), "%", of.ratio <= 1.0, false)
+    let percent = |label: String, of: Fraction| {
+        let note = format!("of its limit, at line {}", of.line);
+        let number = plain(&label, format!("{:.1}", 100.0 * of.ratio), "%", note);
+        judged(within(of.ratio, 1.0), number, Prominence::Body)
     };
     for axis in &told.axes {
         numbers.push(axis.number());
@@ -125,7 +116,11 @@ fn numbers(subject: &Subject, told: &Told) -> Vec<Number> {
 fn surface(found: &InspectionReport) -> Surface {
     let mut surface = Surface::default();
     for map in &found.report.maps {
-        let drawn = |s: &Sample| (s.point.coords.into(), s.height.filter(|_| !s.rest));
+        let drawn = |s: &Sample| SurfacePoint {
+            position: s.point.coords.into(),
+            // Rest material is drawn as not cut, however near the tool comes.
+            deviation: s.height.filter(|_| !s.rest),
+        };
         let points: Vec<_> = map.samples.iter().map(|s| s.as_ref().map(drawn)).collect();
         surface.add_grid(map.v.len(), &points);
     }

@@ -1,11 +1,13 @@
 //! `trunnion check motion.csv`: a table of axis setpoints against the machine.
 
 use super::Args;
+use crate::form::OutputForm;
 use crate::motion::SUFFIXES;
 use crate::outcome::{Done, Failure};
 use crate::output::Outputs;
 use crate::progress::Bars;
-use crate::{machine, report, run, table, text};
+use crate::report::AxisLimits;
+use crate::{machine, report, run, table};
 use std::path::{Path, PathBuf};
 use trunnion::files::job::MotionMethod;
 use trunnion::files::table::TableHeader;
@@ -69,7 +71,7 @@ struct Table {
     end: f64,
 }
 
-pub(super) fn check(args: &Args, json: bool) -> Result<Done, Failure> {
+pub(super) fn check(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     only_axes(args)?;
     let bars = Bars::new();
     let table = Table::open(args, &bars)?;
@@ -83,11 +85,7 @@ pub(super) fn check(args: &Args, json: bool) -> Result<Done, Failure> {
         Some(folder) => told.write(charts, folder)?,
         None => Vec::new(),
     };
-    if json {
-        text::print_json(&told)?;
-    } else {
-        text::print(&told.table(&places))?;
-    }
+    form.print(&told, |told| told.table(&places))?;
     Ok(if told.passed { Done::Kept } else { Done::Broken })
 }
 
@@ -161,7 +159,10 @@ impl Table {
         let mut audit = MotionAudit::new(&self.machine, self.options.clone()).map_err(fault)?;
         let limits = self.machine.vector(|axis| axis.acc);
         let axes = self.machine.axes.iter().zip(limits.iter());
-        let axes = axes.map(|(axis, acc)| report::axis(axis, (*acc, false), self.options.jerk));
+        let axes = axes.map(|(axis, acc)| {
+            let limits = AxisLimits { acceleration: *acc, chord: false, jerk: self.options.jerk };
+            report::axis(axis, &limits)
+        });
         let mut recorder = Recorder::new(axes.collect(), self.end, report::SLOTS, 0.0);
         table::each_of(
             path,
@@ -331,13 +332,22 @@ impl Told {
         Ok(trunnion_report::render(&data).map_err(anyhow::Error::from)?)
     }
 
+    /// Rates of an axis by name; true for those that are judged.
+    fn rates(&self, axis: &AxisTold) -> [(&'static str, RateTold, bool); 3] {
+        [
+            ("velocity", axis.velocity, true),
+            ("acceleration", axis.acceleration, true),
+            ("jerk", axis.jerk, self.jerk_judged),
+        ]
+    }
+
     fn numbers(&self) -> Vec<Number> {
         let mut numbers = vec![
             plain("time", format!("{:.3}", self.duration), "s"),
             plain("rows", self.rows.to_string(), ""),
         ];
         for axis in &self.axes {
-            for (name, rate, judged) in axis.rates(self.jerk_judged) {
+            for (name, rate, judged) in self.rates(axis) {
                 let good = rate.ratio <= 1.0;
                 numbers.push(Number {
                     label: format!("{} {name}", axis.name),
@@ -365,7 +375,7 @@ impl Told {
         row("rows", format!("{rows}, {duration:.3} s, to be {:.6} ms apart", 1e3 * period));
         for axis in &self.axes {
             let [low, high] = axis.range;
-            let rates = axis.rates(self.jerk_judged).map(|(name, rate, judged)| {
+            let rates = self.rates(axis).map(|(name, rate, judged)| {
                 let told = if judged { "" } else { ", told only" };
                 format!("{name} {:.2} % (line {}{told})", 100.0 * rate.ratio, rate.line)
             });
@@ -401,14 +411,5 @@ impl AxisTold {
             acceleration,
             jerk,
         }
-    }
-
-    /// Name, ratio, and whether it is judged.
-    fn rates(&self, jerk: bool) -> [(&'static str, RateTold, bool); 3] {
-        [
-            ("velocity", self.velocity, true),
-            ("acceleration", self.acceleration, true),
-            ("jerk", self.jerk, jerk),
-        ]
     }
 }

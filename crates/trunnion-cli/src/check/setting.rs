@@ -45,7 +45,7 @@ pub(super) struct Setting {
 impl Setting {
     pub(super) fn read(args: &Args, bars: &Bars) -> Result<Self, Failure> {
         let mut setting = match &args.job {
-            Some(job) => Self::of_job((job, args), bars)?,
+            Some(job) => Self::of_job(job, args, bars)?,
             None => Self::of_arguments(args, bars)?,
         };
         setting.tolerance = args.tolerance.unwrap_or(setting.tolerance);
@@ -98,7 +98,7 @@ impl Setting {
         both(stock, if faults.is_empty() { Ok(fixtures) } else { Err(Failure::Input(faults)) })
     }
 
-    fn of_job((path, args): (&Path, &Args), bars: &Bars) -> Result<Self, Failure> {
+    fn of_job(path: &Path, args: &Args, bars: &Bars) -> Result<Self, Failure> {
         let (mut job, warnings) = run::load(path, args.chord, bars)?;
         if args.stock.is_some() {
             job.file.stock = None;
@@ -107,7 +107,7 @@ impl Setting {
         let stock_cell = job
             .file
             .stock_cell
-            .map(|cell| (place((path, &job), "verify.stock_cell", "the stock"), cell));
+            .map(|cell| (place(path, &job, "verify.stock_cell", "the stock"), cell));
         let said = toolbox(args);
         if said.has_plain() {
             let help = "the job has its tool; say others by their numbers: --cutter 2=R=5,r=1 --tool-length 2=95";
@@ -195,14 +195,14 @@ fn least_gouge(gouge: f64) -> String {
 }
 
 /// What stands at a key of a job.
-fn place((path, job): (&Path, &Job), key: &str, what: &str) -> String {
+fn place(path: &Path, job: &Job, key: &str, what: &str) -> String {
     let at = job.file.places.get(key);
     format!("{}:{}:{}: {what}", path.display(), at.line, at.column)
 }
 
 /// Stock and fixtures of a job, with the places where it says them.
 fn of_file(path: &Path, job: &Job) -> (Option<Named<Solid>>, Vec<Named<Held>>) {
-    let place = |key: &str, what: &str| place((path, job), key, what);
+    let place = |key: &str, what: &str| place(path, job, key, what);
     let solid = job.stock.clone().filter(|_| job.file.stock.is_some());
     let fixture = |(number, held): (usize, &Held)| {
         let what = format!("fixture {}", held.name);

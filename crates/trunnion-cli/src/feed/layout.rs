@@ -1,6 +1,6 @@
 //! What the columns of a table of axis positions are, and what is wrong with its rows.
 
-use super::{Args, Method};
+use super::args::Method;
 use crate::table::Faults;
 use nalgebra::SVector;
 use trunnion::feed::{FeedError, Limits, MinusLimits};
@@ -23,11 +23,38 @@ pub(super) struct Layout {
     path_feed: Option<f64>,
 }
 
-/// How a row goes on from the one before.
+/// Position of a row that repeats the s of the row before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum JumpPosition {
+    /// Inside the path, with no other such row next to it.
+    Inside,
+    /// At an end of the path, or next to another such row.
+    AtEnd,
+}
+
+/// Interval between two neighbouring rows of a piece.
+pub(super) struct PieceInterval<'a, const N: usize> {
+    /// Lines of its two rows in the table.
+    pub(super) lines: [u32; 2],
+    pub(super) piece: &'a AxisPiece<N>,
+    /// Number of the interval in the piece, from 0.
+    pub(super) index: usize,
+}
+
+/// Settings of the comparison of NAME3 with the quintic between rows.
+pub(super) struct ThirdTolerance<'a, const N: usize> {
+    pub(super) limits: &'a Limits<N>,
+    pub(super) method: Method,
+    /// Largest difference, as a share of the largest NAME3.
+    pub(super) share: f64,
+}
+
+/// Continuation of the path from a row to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Next {
+    /// The row belongs to the piece of the row before.
     On,
-    /// At the same place, where another piece begins.
+    /// The row has the s of the row before: another piece begins.
     Piece,
 }
 
@@ -135,13 +162,12 @@ impl Layout {
         AxisNode { s, q, tip_rate: 0.0, feed_rate: most.map_or(1.0, f64::recip) }
     }
 
-    /// Whether a row goes on or begins a piece; `inside` where neither end of the path nor another such row is next
-    /// to it.
+    /// Decides if a row continues a piece or begins one.
     pub(super) fn next<const N: usize>(
         &self,
         line: u32,
         [before, node]: [&AxisNode<N>; 2],
-        inside: bool,
+        position: JumpPosition,
         faults: &mut Faults,
     ) -> Next {
         if node.s > before.s {
@@ -155,7 +181,7 @@ impl Layout {
             return Next::On;
         }
         self.joint(line, before, node, faults);
-        if !inside {
+        if position == JumpPosition::AtEnd {
             let message = format!("s = {} stands here once too often", node.s);
             let help = "two rows with the same s mark a jump inside the path, not at its ends; remove the others";
             faults.add(fault(line, message, help));
@@ -187,18 +213,20 @@ impl Layout {
     /// `largest` is that of the whole table.
     pub(super) fn third<const N: usize>(
         &self,
-        (lines, piece, interval): ([u32; 2], &AxisPiece<N>, usize),
-        (axis, largest): (usize, f64),
-        (limits, args): (&Limits<N>, &Args),
+        interval: &PieceInterval<'_, N>,
+        axis: usize,
+        largest: f64,
+        tolerance: &ThirdTolerance<'_, N>,
         faults: &mut Faults,
     ) {
-        let Some((_, quintic)) = piece.quintic(interval) else { return };
-        let Some(pair) = piece.nodes.get(interval..interval + 2) else { return };
+        let PieceInterval { lines, piece, index } = *interval;
+        let Some((_, quintic)) = piece.quintic(index) else { return };
+        let Some(pair) = piece.nodes.get(index..index + 2) else { return };
         let h = pair[1].s - pair[0].s;
         for ((line, node), x) in lines.into_iter().zip(pair).zip([0.0, h]) {
             let [given, quintic_value] = [node.q[3][axis], quintic.at(x)[3][axis]];
-            let noticed = noticed(node, (axis, h), limits, args.method);
-            let share = args.third_tolerance * largest.max(noticed);
+            let noticed = noticed(node, axis, h, tolerance.limits, tolerance.method);
+            let share = tolerance.share * largest.max(noticed);
             if (quintic_value - given).abs() > share + rounding(pair, axis, h) {
                 faults.add(self.disagrees(line, axis, [given, quintic_value]));
             }
@@ -240,7 +268,8 @@ fn fault(line: u32, message: String, help: &str) -> Diagnostic {
 /// Third derivatives below this change neither jerk nor acceleration by more than their limits.
 fn noticed<const N: usize>(
     node: &AxisNode<N>,
-    (axis, h): (usize, f64),
+    axis: usize,
+    h: f64,
     limits: &Limits<N>,
     method: Method,
 ) -> f64 {
@@ -264,7 +293,7 @@ fn rounding<const N: usize>(pair: &[AxisNode<N>], axis: usize, h: f64) -> f64 {
 pub(super) fn columns(
     header: &TableHeader,
     limits: &LimitsFile,
-    speed: bool,
+    method: Method,
 ) -> Result<Vec<String>, Diagnostics> {
     let has = |name: &str| header.names().iter().any(|column| column == name);
     let mut faults = Vec::new();
@@ -287,7 +316,7 @@ pub(super) fn columns(
     if has("feed") {
         wanted.push("feed".into());
     }
-    if speed {
+    if method == Method::Given {
         wanted.push("speed".into());
     }
     Ok(wanted)

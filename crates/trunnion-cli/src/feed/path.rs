@@ -1,8 +1,7 @@
 //! A table of axis positions and derivatives as an axis path.
 
-use super::Args;
-use super::Method;
-use super::layout::{Layout, Next, columns};
+use super::args::{Args, Method};
+use super::layout::{JumpPosition, Layout, Next, PieceInterval, ThirdTolerance, columns};
 use crate::outcome::Failure;
 use crate::table::{Ends, Faults, Rows};
 use std::path::PathBuf;
@@ -28,8 +27,7 @@ pub(super) struct Rest {
 impl Table {
     /// Reads the table. Its axes are those of the limits file; others have no limits, which is a fault.
     pub(super) fn read(ends: &Ends, limits: &LimitsFile, method: Method) -> Result<Self, Failure> {
-        let speed = method == Method::Given;
-        let rows = ends.read(|header| columns(header, limits, speed))?;
+        let rows = ends.read(|header| columns(header, limits, method))?;
         let layout = Layout::new(&rows.names, limits);
         Ok(Self { name: ends.name().to_owned(), rows, layout })
     }
@@ -61,7 +59,8 @@ impl Table {
             let node = self.layout.node(*line, values, faults);
             if let Some(before) = nodes.last() {
                 let inside = nodes.len() >= 2 && row + 1 < self.rows.lines.len();
-                if self.layout.next(*line, [before, &node], inside, faults) == Next::Piece {
+                let position = if inside { JumpPosition::Inside } else { JumpPosition::AtEnd };
+                if self.layout.next(*line, [before, &node], position, faults) == Next::Piece {
                     pieces.push(piece(std::mem::take(&mut nodes)));
                 }
             }
@@ -90,15 +89,16 @@ impl Table {
         args: &Args,
         faults: &mut Faults,
     ) {
+        let tolerance = ThirdTolerance { limits, method: args.method, share: args.third_tolerance };
         for axis in self.layout.thirds() {
             let nodes = path.pieces.iter().flat_map(|piece| &piece.nodes);
             let largest = nodes.fold(0.0_f64, |most, node| most.max(node.q[3][axis].abs()));
             let mut lines = self.rows.lines.as_slice();
             for piece in &path.pieces {
                 let (own, rest) = lines.split_at(piece.nodes.len().min(lines.len()));
-                for (interval, lines) in own.windows(2).enumerate() {
-                    let at = ([lines[0], lines[1]], piece, interval);
-                    self.layout.third(at, (axis, largest), (limits, args), faults);
+                for (index, lines) in own.windows(2).enumerate() {
+                    let interval = PieceInterval { lines: [lines[0], lines[1]], piece, index };
+                    self.layout.third(&interval, axis, largest, &tolerance, faults);
                 }
                 lines = rest;
             }

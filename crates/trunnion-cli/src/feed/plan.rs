@@ -1,7 +1,7 @@
 //! The methods of `trunnion feed`.
 
+use super::args::{Args, Method};
 use super::path::Table;
-use super::{Args, Method};
 use trunnion::feed::{
     self, FeedError, FeedOptions, FeedPlan, FeedStream, GivenSpeed, LimitBreach, Limits, LookAhead,
     LookAheadOptions, StreamOptions,
@@ -14,13 +14,32 @@ const BLOCKS_AHEAD: LookAhead = LookAhead::Dynamic { blocks: 5, periods: 1000.0 
 /// Rows of a streamed path, at least: longer stretches between rows of the table are cut.
 pub(super) const LEAST_ROWS: f64 = 128.0;
 
+/// Path and limits that a method plans with.
+pub(super) struct PlanInput<'a, const N: usize> {
+    pub(super) path: &'a AxisPath<N>,
+    /// Table of the path, with the column `speed` of `--method given`.
+    pub(super) table: &'a Table,
+    pub(super) limits: &'a Limits<N>,
+    pub(super) options: &'a FeedOptions,
+}
+
+/// A path with its schedule.
+pub(super) struct Planned<const N: usize> {
+    pub(super) path: AxisPath<N>,
+    pub(super) plan: FeedPlan,
+    /// Stretches on which a given speed breaks a limit.
+    pub(super) breaches: Vec<LimitBreach>,
+    /// Wall-clock time of planning \[s\].
+    pub(super) seconds: f64,
+}
+
 /// Plans by the method asked for; breaches are those of given speeds.
 pub(super) fn plan<const N: usize>(
     args: &Args,
-    (path, table): (&AxisPath<N>, &Table),
-    (limits, options): (&Limits<N>, &FeedOptions),
+    input: &PlanInput<'_, N>,
     progress: &dyn Progress,
 ) -> Result<(FeedPlan, Vec<LimitBreach>), FeedError> {
+    let PlanInput { path, table, limits, options } = *input;
     let unbroken = |plan| (plan, Vec::new());
     match (args.method, args.window) {
         (Method::Optimal, Some(rows)) => {

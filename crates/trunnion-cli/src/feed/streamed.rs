@@ -1,10 +1,12 @@
 //! `trunnion feed --stream`: a table of any length, planned row by row through a window.
 
-use super::layout::{Layout, Next, columns};
-use super::out::{HEADER, MOST_LISTED, ROUNDING, Share, print, report_rests, write_row};
+use super::args::{Args, Method};
+use super::layout::{JumpPosition, Layout, Next, PieceInterval, ThirdTolerance, columns};
 use super::path::Rest;
 use super::plan::LEAST_ROWS;
-use super::{Args, Method};
+use super::schedule::{HEADER, write_row};
+use super::summary::{MOST_LISTED, ROUNDING, Share, print, report_rests};
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::table::{Faults, each_of};
 use anyhow::Context;
@@ -81,13 +83,13 @@ struct Summary {
 
 /// Axes that are planned for.
 pub(super) fn axes(args: &Args, limits: &LimitsFile) -> Result<usize, Failure> {
-    let names = args.ends.columns(|header| columns(header, limits, false))?;
+    let names = args.ends.columns(|header| columns(header, limits, args.method))?;
     Ok(Layout::new(&names, limits).axes())
 }
 
 pub(super) fn run<const N: usize>(
     args: &Args,
-    json: bool,
+    form: OutputForm,
     file: &LimitsFile,
 ) -> Result<Done, Failure> {
     let start = Instant::now();
@@ -97,7 +99,7 @@ pub(super) fn run<const N: usize>(
         limits.map_err(|error| Failure::input(format!("{}: {error}", args.limits.display())))?;
     report_rests(&survey.rests, survey.more_rests);
     let Outcome { duration, points, bounds } =
-        args.ends.write_checked(|out| planned(args, file, (&survey, &limits), out))?;
+        args.ends.write_checked(|out| planned(args, file, &survey, &limits, out))?;
     let kept = |ratio: f64| ratio <= 1.0 + ROUNDING;
     let within = bounds.is_none_or(|bounds| {
         let LimitRatios { velocity, acceleration, jerk } = bounds;
@@ -117,7 +119,7 @@ pub(super) fn run<const N: usize>(
         within_limits: within,
         output: args.ends.output().display().to_string(),
     };
-    print((args, json), &summary, describe)?;
+    print(args, form, &summary, describe)?;
     Ok(if within { Done::Kept } else { Done::Broken })
 }
 
@@ -132,14 +134,14 @@ fn describe(summary: &Summary) -> String {
 /// Reads the table once: what is wrong with its rows, and what planning needs to know beforehand.
 fn survey<const N: usize>(args: &Args, file: &LimitsFile) -> Result<Survey, Failure> {
     let name = args.ends.name();
-    let names = args.ends.columns(|header| columns(header, file, false))?;
+    let names = args.ends.columns(|header| columns(header, file, args.method))?;
     let layout = Layout::new(&names, file);
     let mut faults = Faults::default();
     let (mut rows, mut length) = (0, 0.0);
     let mut largest = vec![0.0_f64; layout.names().len()];
     let (mut rests, mut more_rests) = (Vec::new(), 0);
     let mut last: Option<Last<N>> = None;
-    let choose = |header: &_| columns(header, file, false);
+    let choose = |header: &_| columns(header, file, args.method);
     each_of(name, choose, |line, _, _, values| {
         let node: AxisNode<N> = layout.node(line, values, &mut faults);
         for (most, third) in largest.iter_mut().zip(node.q[3].iter()) {
@@ -148,7 +150,8 @@ fn survey<const N: usize>(args: &Args, file: &LimitsFile) -> Result<Survey, Fail
         let mut of_piece = 1;
         if let Some(Last { node: before, of_piece: up_to, .. }) = &last {
             let pair = [before, &node];
-            if layout.next(line, pair, *up_to >= 2, &mut faults) == Next::On {
+            let position = if *up_to >= 2 { JumpPosition::Inside } else { JumpPosition::AtEnd };
+            if layout.next(line, pair, position, &mut faults) == Next::On {
                 of_piece = up_to + 1;
                 length += node.s - before.s;
             } else if rests.len() < MOST_LISTED {
@@ -166,7 +169,7 @@ fn survey<const N: usize>(args: &Args, file: &LimitsFile) -> Result<Survey, Fail
     }
     // A jump at the end of the path.
     if let Some(Last { line, node, .. }) = last.filter(|last| rows > 1 && last.of_piece < 2) {
-        layout.next(line, [&node, &node], false, &mut faults);
+        layout.next(line, [&node, &node], JumpPosition::AtEnd, &mut faults);
     }
     if !faults.is_empty() {
         return Err(Failure::faults(name, &faults.told()));
@@ -178,7 +181,8 @@ fn survey<const N: usize>(args: &Args, file: &LimitsFile) -> Result<Survey, Fail
 fn planned<const N: usize>(
     args: &Args,
     file: &LimitsFile,
-    (survey, limits): (&Survey, &Limits<N>),
+    survey: &Survey,
+    limits: &Limits<N>,
     out: &mut dyn Write,
 ) -> Result<Outcome, Failure> {
     let (name, layout) = (args.ends.name(), &survey.layout);
@@ -196,10 +200,11 @@ fn planned<const N: usize>(
     let mut planner = AnyStream::new(kind, *limits, options).map_err(refused)?;
     let mut writer = Writer { out, line: String::new(), last: None, rows: 0 };
     writeln!(writer.out, "{HEADER}").context(WRITING)?;
+    let tolerance = ThirdTolerance { limits, method: args.method, share: args.third_tolerance };
     let mut faults = Faults::default();
     let mut last: Option<Last<N>> = None;
     let mut pair = AxisPiece { motion: Motion::Cut, source: 0, nodes: Vec::with_capacity(2) };
-    let choose = |header: &_| columns(header, file, false);
+    let choose = |header: &_| columns(header, file, args.method);
     each_of(name, choose, |line, _, _, values| {
         let node = layout.node(line, values, &mut faults);
         let before = last.replace(Last { line, node, of_piece: 0 });
@@ -207,10 +212,10 @@ fn planned<const N: usize>(
             Some(before) => {
                 pair.nodes.clear();
                 pair.nodes.extend([before.node, node]);
+                let interval = PieceInterval { lines: [before.line, line], piece: &pair, index: 0 };
                 for axis in layout.thirds() {
-                    let of = (axis, survey.largest.get(axis).copied().unwrap_or(0.0));
-                    let at = ([before.line, line], &pair, 0);
-                    layout.third(at, of, (limits, args), &mut faults);
+                    let largest = survey.largest.get(axis).copied().unwrap_or(0.0);
+                    layout.third(&interval, axis, largest, &tolerance, &mut faults);
                 }
             }
             None => planner.begin(Motion::Cut),

@@ -1,8 +1,8 @@
 //! What a CL file comes to.
 
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::path::lines::{self, Lines};
-use crate::text;
 use anyhow::Context;
 use std::fs::File;
 use std::io::BufReader;
@@ -47,7 +47,7 @@ struct ClSummary {
     warnings: Vec<String>,
 }
 
-pub(super) fn run(path: &Path, json: bool) -> Result<Done, Failure> {
+pub(super) fn run(path: &Path, form: OutputForm) -> Result<Done, Failure> {
     let summary = read(path)?;
     for warning in &summary.warnings {
         eprintln!("warning: {warning}");
@@ -55,7 +55,7 @@ pub(super) fn run(path: &Path, json: bool) -> Result<Done, Failure> {
     if summary.locations == 0 {
         return Err(Failure::input(format!("{}: no cutter locations", path.display())));
     }
-    if json { text::print_json(&summary) } else { text::print(&describe(&summary)) }
+    form.print(&summary, describe)
 }
 
 fn read(path: &Path) -> Result<ClSummary, Failure> {

@@ -1,8 +1,8 @@
 //! What an NC program comes to.
 
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::path::lines::{self, Lines};
-use crate::text;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -96,12 +96,12 @@ struct ProgramSummary {
     warnings: Vec<String>,
 }
 
-pub(super) fn run(path: &Path, args: &ProgramArgs, json: bool) -> Result<Done, Failure> {
+pub(super) fn run(path: &Path, args: &ProgramArgs, form: OutputForm) -> Result<Done, Failure> {
     let summary = read(path, args)?;
     for warning in &summary.warnings {
         eprintln!("warning: {warning}");
     }
-    if json { text::print_json(&summary) } else { text::print(&describe(&summary)) }
+    form.print(&summary, describe)
 }
 
 /// Lines of a file; a failure to read ends them, and is kept.

@@ -5,9 +5,10 @@ pub(crate) mod lines;
 pub(crate) mod profile;
 mod smoothed;
 
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
-use crate::{output, run as jobs, text};
+use crate::{output, run as jobs};
 use anyhow::Context;
 use lines::Lines;
 use serde::Serialize;
@@ -76,8 +77,8 @@ struct Smoothing {
     corners_kept: usize,
 }
 
-pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
-    if json && args.output.is_none() {
+pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+    if form.is_json() && args.output.is_none() {
         let help = "help: name the CL file with -o";
         return Err(Failure::input(format!("--json and the CL file both go to stdout\n  {help}")));
     }
@@ -114,7 +115,7 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     let Some(done_sheet) = done_sheet else { return Ok(Done::Kept) };
     chart(args, &done_sheet)?;
     let answer = answer(&done_sheet, args.smooth);
-    if json { text::print_json(&answer) } else { text::print(&describe(&answer, place)) }
+    form.print(&answer, |answer| describe(answer, place))
 }
 
 /// A CL file, line by line.

@@ -2,8 +2,9 @@
 
 use super::answer::{Answer, words};
 use super::{Args, Method, asked_wrong, refusal, title};
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
-use crate::{output, text};
+use crate::output;
 use std::fmt::Write;
 use trunnion::positioning::{
     CutterLocation, ErrorTrace, LocationRequest, PositioningError, comparison_picture, place, trace,
@@ -15,7 +16,11 @@ struct Row {
     found: Result<CutterLocation, PositioningError>,
 }
 
-pub(super) fn run(request: &LocationRequest, args: &Args, json: bool) -> Result<Done, Failure> {
+pub(super) fn run(
+    request: &LocationRequest,
+    args: &Args,
+    form: OutputForm,
+) -> Result<Done, Failure> {
     let mut rows = Vec::new();
     for method in Method::ALL {
         let found = place(request, &method.placing(args));
@@ -35,13 +40,8 @@ pub(super) fn run(request: &LocationRequest, args: &Args, json: bool) -> Result<
         output::file(path, |out| out.write_all(picture.as_bytes()))?;
     }
     let any = rows.iter().any(|row| row.found.is_ok());
-    if json {
-        text::print_json(
-            &serde_json::json!({ "methods": rows.iter().map(answer).collect::<Vec<_>>() }),
-        )?;
-    } else {
-        text::print(&table(&rows, args))?;
-    }
+    let answers: Vec<_> = rows.iter().map(answer).collect();
+    form.print(&serde_json::json!({ "methods": answers }), |_| table(&rows, args))?;
     Ok(if any { Done::Kept } else { Done::Broken })
 }
 

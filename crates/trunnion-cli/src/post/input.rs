@@ -73,10 +73,11 @@ pub(super) enum Input<'a> {
 }
 
 impl<'a> Input<'a> {
-    /// Opens a file; `machine` and `words`: for which a program is.
+    /// Opens a file; a program is read for `machine` and its axis `words`.
     pub(super) fn open(
         path: &Path,
-        (machine, words): (&Kinematics, AxisWords),
+        machine: &Kinematics,
+        words: AxisWords,
         taken: &Taken,
         bars: &'a Bars,
     ) -> Result<Self, Failure> {
@@ -104,7 +105,7 @@ impl<'a> Input<'a> {
         if dialect == Dialect::Apt {
             return Ok(Self::Locations(Box::new(Locations::new(source, taken))));
         }
-        Ok(Self::Program(Box::new(Program::new(source, dialect, (machine, words), taken)?)))
+        Ok(Self::Program(Box::new(Program::new(source, dialect, machine, words, taken)?)))
     }
 
     /// Returns the source of the moves, with the tool in the spindle.

@@ -4,6 +4,7 @@ mod input;
 mod summary;
 pub(crate) mod tools;
 
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::output::Outputs;
 use crate::progress::Bars;
@@ -180,7 +181,7 @@ fn tolerances(text: &str) -> Result<[f64; 2], String> {
     }
 }
 
-pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
+pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     if let Some(dialect) = args.print_template {
         return text::print(dialect.template());
     }
@@ -219,11 +220,7 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     outputs.commit()?;
     bars.finish();
     let summary = PostSummary::new(&plan, &report, &note.tools, output);
-    if json {
-        text::print_json(&summary)?
-    } else {
-        text::print(&summary.describe())?
-    };
+    form.print(&summary, PostSummary::describe)?;
     Ok(if summary.kept() { Done::Kept } else { Done::Broken })
 }
 
@@ -353,8 +350,7 @@ impl Plan {
         bars: &Bars,
         out: &mut dyn Write,
     ) -> Result<(PostReport, Head), Failure> {
-        let from = (&self.from_machine, self.from_words);
-        let mut input = Input::open(path, from, &self.taken, bars)?;
+        let mut input = Input::open(path, &self.from_machine, self.from_words, &self.taken, bars)?;
         let mut poster: Option<Poster> = None;
         let mut text = String::with_capacity(2 * CHUNK);
         let (mut head, mut first) = (Head::default(), None);

@@ -168,7 +168,7 @@ fn text(
     let style = Style { blend, ..Style::of(&job.kinematics, form.dialect, axes) };
     let template = Template::of(form.dialect).map_err(WriteError::from)?;
     let shares = shares(job);
-    let note = Note { remarks: head.remarks, ..note(job, &shares, head.duration) };
+    let note = Note { remarks: head.remarks, budget: &shares, ..note(job, head.duration) };
     let mut text = String::new();
     let ends = write::program(&mut text, &job.kinematics, blocks, (&note, &style, &template))?;
     match read_back(&job.kinematics, &style, blocks, WrittenText { text: &text, ends: &ends }) {

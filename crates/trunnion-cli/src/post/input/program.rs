@@ -48,7 +48,8 @@ impl<'a> Program<'a> {
     pub(super) fn new(
         source: Source<'a>,
         dialect: Dialect,
-        (machine, words): (&Kinematics, AxisWords),
+        machine: &Kinematics,
+        words: AxisWords,
         taken: &Taken,
     ) -> Result<Self, Failure> {
         let path = source.path.clone();
