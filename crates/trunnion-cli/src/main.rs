@@ -11,6 +11,7 @@ mod inspect;
 mod machine;
 mod material;
 mod motion;
+mod option_values;
 mod outcome;
 mod output;
 #[cfg(feature = "parquet")]

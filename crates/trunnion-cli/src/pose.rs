@@ -1,6 +1,7 @@
 //! `trunnion pose`: tables of poses to tables of axes, and back.
 
 use crate::form::OutputForm;
+use crate::option_values::{finite, three};
 use crate::outcome::{Done, Failure};
 use crate::table::{Ends, Refusal, Work};
 use crate::{machine, text};
@@ -64,19 +65,6 @@ enum Direction {
     Inverse,
     /// Poses with derivatives to axes with derivatives.
     Jets,
-}
-
-fn finite(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err("a finite number is expected".into()),
-    }
-}
-
-fn three(text: &str) -> Result<[f64; 3], String> {
-    let numbers: Result<Vec<f64>, String> = text.split(',').map(finite).collect();
-    let wanted = "three numbers separated by commas are expected".to_owned();
-    numbers?.try_into().map_err(|_| wanted)
 }
 
 pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {

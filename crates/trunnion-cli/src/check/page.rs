@@ -1,8 +1,9 @@
 //! The report of a check.
 
-use super::model::ModelTold;
+use super::control_model::ControlModelSummary;
+use super::limit_ratio::LimitRatio;
 use super::subject::Subject;
-use super::told::{Fraction, Told};
+use super::summary::PartCheckSummary;
 use crate::figure::{Prominence, judged, none, plain, within};
 use crate::outcome::Failure;
 use crate::{material, places, report};
@@ -20,7 +21,7 @@ const BINS: usize = 60;
 pub(super) fn page(
     subject: &Subject,
     found: &InspectionReport,
-    told: &Told,
+    summary: &PartCheckSummary,
 ) -> Result<String, Failure> {
     let data = ReportData {
         job: subject.program.clone(),
@@ -28,14 +29,14 @@ pub(super) fn page(
         machine: subject.machine.clone().unwrap_or_default(),
         tool: tools(subject),
         generator: format!("trunnion {}", env!("CARGO_PKG_VERSION")),
-        passed: told.passed,
-        verdict: if told.passed {
-            vec![format!("{} by the program as it stands", told.kept())]
+        passed: summary.passed,
+        verdict: if summary.passed {
+            vec![format!("{} by the program as it stands", summary.kept())]
         } else {
-            told.failures.clone()
+            summary.failures.clone()
         },
-        warnings: told.warnings.clone(),
-        numbers: numbers(subject, told),
+        warnings: summary.warnings.clone(),
+        numbers: numbers(subject, summary),
         budget: Budget {
             total: subject.options.total,
             gouge: subject.options.gouge,
@@ -45,7 +46,7 @@ pub(super) fn page(
         surface: surface(found),
         path: subject.track()?.iter().map(piece).collect(),
         motion: trunnion_report::Motion::default(),
-        check: check(subject, found, told),
+        check: check(subject, found, summary),
         stock: found
             .stock
             .as_ref()
@@ -77,8 +78,8 @@ fn tools(subject: &Subject) -> String {
     subject.tools.iter().map(tool).collect::<Vec<_>>().join("; ")
 }
 
-fn numbers(subject: &Subject, told: &Told) -> Vec<Number> {
-    let (options, left) = (&subject.options, &told.deviation);
+fn numbers(subject: &Subject, summary: &PartCheckSummary) -> Vec<Number> {
+    let (options, left) = (&subject.options, &summary.deviation);
     let at = |bound: Option<f64>| {
         let everywhere = bound.map_or_else(String::new, |b| format!("; everywhere <= {b:.4}"));
         format!("{} points, {} mm apart{everywhere}", left.points, left.grid)
@@ -93,23 +94,23 @@ fn numbers(subject: &Subject, told: &Told) -> Vec<Number> {
         judged(within(left.gouge, options.gouge), gouge, Prominence::Headline),
         judged(none(left.uncut), uncut, Prominence::Headline),
     ];
-    numbers.extend(told.time());
-    if let Some(stock) = &told.stock {
+    numbers.extend(summary.time());
+    if let Some(stock) = &summary.stock {
         numbers.extend(material::numbers(stock, str::to_owned));
     }
-    let fixtures = told.fixtures.iter();
+    let fixtures = summary.fixtures.iter();
     numbers.extend(fixtures.map(|of| material::clearance_number(of, "least off fixtures")));
-    let percent = |label: String, of: Fraction| {
+    let percent = |label: String, of: LimitRatio| {
         let note = format!("of its limit, at line {}", of.line);
         let number = plain(&label, format!("{:.1}", 100.0 * of.ratio), "%", note);
         judged(within(of.ratio, 1.0), number, Prominence::Body)
     };
-    for axis in &told.axes {
+    for axis in &summary.axes {
         numbers.push(axis.number());
         numbers.push(percent(format!("{} velocity", axis.name), axis.velocity));
         numbers.push(percent(format!("{} acceleration", axis.name), axis.acceleration));
     }
-    numbers.extend(told.control_model.iter().flat_map(ModelTold::numbers));
+    numbers.extend(summary.control_model.iter().flat_map(ControlModelSummary::numbers));
     numbers
 }
 
@@ -139,7 +140,7 @@ fn piece(track: &Track) -> PathPiece {
     }
 }
 
-fn check(subject: &Subject, found: &InspectionReport, told: &Told) -> Check {
+fn check(subject: &Subject, found: &InspectionReport, summary: &PartCheckSummary) -> Check {
     let report = &found.report;
     let samples = || report.maps.iter().flat_map(|map| map.samples.iter().flatten());
     let reach = 2.0 * subject.options.total;
@@ -154,7 +155,7 @@ fn check(subject: &Subject, found: &InspectionReport, told: &Told) -> Check {
         histogram: Histogram::of(samples().filter_map(|s| s.height), [-reach, reach], BINS),
         places: places::worst(
             report,
-            told.fixtures.as_ref(),
+            summary.fixtures.as_ref(),
             [subject.options.total, subject.options.gouge],
         ),
     }

@@ -1,6 +1,6 @@
 //! `trunnion check motion.csv`: a table of axis setpoints against the machine.
 
-use super::Args;
+use super::args::Args;
 use crate::form::OutputForm;
 use crate::motion::SUFFIXES;
 use crate::outcome::{Done, Failure};
@@ -25,7 +25,7 @@ pub(super) fn is_table(path: &Path) -> bool {
 
 /// `summary.json`, and what `--json` prints; mm, degrees, s.
 #[derive(Debug, serde::Serialize)]
-struct Told {
+struct SetpointCheckSummary {
     schema: &'static str,
     generator: String,
     table: String,
@@ -38,24 +38,24 @@ struct Told {
     derivatives: usize,
     /// Whether jerk is judged.
     jerk_judged: bool,
-    axes: Vec<AxisTold>,
+    axes: Vec<AxisRates>,
     failures: Vec<String>,
     /// Files beside this one.
     files: Vec<String>,
 }
 
 #[derive(Debug, serde::Serialize)]
-struct AxisTold {
+struct AxisRates {
     name: String,
     unit: &'static str,
     range: [f64; 2],
-    velocity: RateTold,
-    acceleration: RateTold,
-    jerk: RateTold,
+    velocity: RateRatio,
+    acceleration: RateRatio,
+    jerk: RateRatio,
 }
 
 #[derive(Debug, Clone, Copy, serde::Serialize)]
-struct RateTold {
+struct RateRatio {
     ratio: f64,
     line: u32,
     /// Whether the rows around the line ask for it, rather than that it is written there.
@@ -80,13 +80,13 @@ pub(super) fn check(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     }
     let (found, charts) = table.audit(&args.program)?;
     bars.finish();
-    let mut told = Told::new(args, &table, &found);
+    let mut summary = SetpointCheckSummary::new(args, &table, &found);
     let places = match &args.output {
-        Some(folder) => told.write(charts, folder)?,
+        Some(folder) => summary.write(charts, folder)?,
         None => Vec::new(),
     };
-    form.print(&told, |told| told.table(&places))?;
-    Ok(if told.passed { Done::Kept } else { Done::Broken })
+    form.print(&summary, |summary| summary.table(&places))?;
+    Ok(if summary.passed { Done::Kept } else { Done::Broken })
 }
 
 /// A table of setpoints knows no part.
@@ -285,7 +285,7 @@ impl Looks {
     }
 }
 
-impl Told {
+impl SetpointCheckSummary {
     fn new(args: &Args, table: &Table, found: &MotionReport) -> Self {
         Self {
             schema: "trunnion-motion-check/1",
@@ -298,7 +298,7 @@ impl Told {
             period: found.period,
             derivatives: table.options.derivatives,
             jerk_judged: table.options.jerk,
-            axes: found.axes.iter().map(AxisTold::of).collect(),
+            axes: found.axes.iter().map(AxisRates::of).collect(),
             failures: found.findings.iter().map(ToString::to_string).collect(),
             files: Vec::new(),
         }
@@ -333,7 +333,7 @@ impl Told {
     }
 
     /// Rates of an axis by name; true for those that are judged.
-    fn rates(&self, axis: &AxisTold) -> [(&'static str, RateTold, bool); 3] {
+    fn rates(&self, axis: &AxisRates) -> [(&'static str, RateRatio, bool); 3] {
         [
             ("velocity", axis.velocity, true),
             ("acceleration", axis.acceleration, true),
@@ -393,10 +393,10 @@ fn plain(label: &str, value: String, unit: &str) -> Number {
     Number { label, value, unit, headline: true, ..Number::default() }
 }
 
-impl AxisTold {
+impl AxisRates {
     fn of(axis: &AxisMotion) -> Self {
         let rotary = axis.kind == AxisKind::Rotary;
-        let rate = |RowRatio { worst, line, between, broken, .. }: RowRatio| RateTold {
+        let rate = |RowRatio { worst, line, between, broken, .. }: RowRatio| RateRatio {
             ratio: worst,
             line,
             between,

@@ -1,6 +1,6 @@
 //! One location in words, and for scripts.
 
-use super::{Args, Method};
+use super::args::{Args, Method};
 use std::fmt::Write;
 use trunnion::positioning::{ActiveConstraint, ContactSide, CutterLocation};
 

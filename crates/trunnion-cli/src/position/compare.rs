@@ -1,7 +1,9 @@
 //! All methods at one place, side by side.
 
 use super::answer::{Answer, words};
-use super::{Args, Method, asked_wrong, refusal, title};
+use super::args::{Args, Method};
+use super::drawing::title;
+use super::refusal::{is_request_error, refusal};
 use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::output;
@@ -26,7 +28,7 @@ pub(super) fn run(
         let found = place(request, &method.placing(args));
         match found {
             // A ball has no circle to place, which is no fault of the comparison.
-            Err(error) if asked_wrong(&error) && error != PositioningError::NoCircle => {
+            Err(error) if is_request_error(&error) && error != PositioningError::NoCircle => {
                 return Err(refusal(error));
             }
             found => rows.push(Row { method, found }),

@@ -1,6 +1,6 @@
 //! Summary of posting, for people and for scripts.
 
-use super::Plan;
+use super::plan::Plan;
 use serde::Serialize;
 use std::path::Path;
 use trunnion::nc::write::OutputFormat;

@@ -1,6 +1,6 @@
 //! Tool lengths from the command line.
 
-use super::finite;
+use crate::option_values::finite;
 
 /// `120`, or `2=120` for tool 2.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,8 +1,8 @@
 //! Cutter locations.
 
-use super::{ARC_TOLERANCE, Source, Taken, stem};
+use super::source::{ARC_TOLERANCE, InputOptions, Source, stem};
 use crate::outcome::Failure;
-use crate::post::Head;
+use crate::post::head::Head;
 use std::collections::VecDeque;
 use trunnion::blocks::BlockInterpolation;
 use trunnion::nc::read::{ClItem, ClMotion, ClReader, ClRecord};
@@ -11,7 +11,7 @@ use trunnion::post::{PostMove, PostPace};
 use trunnion::types::{Diagnostic, ToolPose};
 
 /// A CL file that is being read.
-pub(in crate::post) struct Locations<'a> {
+pub(crate) struct Locations<'a> {
     pub(super) source: Source<'a>,
     reader: Option<ClReader>,
     waiting: VecDeque<ClRecord>,
@@ -25,15 +25,15 @@ pub(in crate::post) struct Locations<'a> {
 }
 
 impl<'a> Locations<'a> {
-    pub(super) fn new(source: Source<'a>, taken: &Taken) -> Self {
+    pub(super) fn new(source: Source<'a>, options: &InputOptions) -> Self {
         Self {
             source,
             reader: Some(ClReader::new(MOST_FAULTS)),
             waiting: VecDeque::new(),
             place: None,
             tool: None,
-            only: taken.tool,
-            known: taken.lengths.iter().map(|(number, _)| *number).collect(),
+            only: options.tool,
+            known: options.lengths.iter().map(|(number, _)| *number).collect(),
             feed: 0.0,
         }
     }

@@ -1,8 +1,9 @@
 //! Programs.
 
-use super::{ARC_TOLERANCE, Source, Taken, failure, stem};
+use super::refusal::failure;
+use super::source::{ARC_TOLERANCE, InputOptions, Source, stem};
 use crate::outcome::Failure;
-use crate::post::Head;
+use crate::post::head::Head;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -32,7 +33,7 @@ impl Iterator for Text<'_> {
 }
 
 /// A program that is being read.
-pub(in crate::post) struct Program<'a> {
+pub(crate) struct Program<'a> {
     path: PathBuf,
     steps: Steps<Text<'a>>,
     failed: Rc<RefCell<Option<Failure>>>,
@@ -50,22 +51,22 @@ impl<'a> Program<'a> {
         dialect: Dialect,
         machine: &Kinematics,
         words: AxisWords,
-        taken: &Taken,
+        options: &InputOptions,
     ) -> Result<Self, Failure> {
         let path = source.path.clone();
         let failed = Rc::new(RefCell::new(None));
         let text = Text { source, failed: Rc::clone(&failed) };
-        let options = ReadOptions {
-            parameters: taken.parameters.clone(),
-            block_delete: taken.block_delete,
+        let read_options = ReadOptions {
+            parameters: options.parameters.clone(),
+            block_delete: options.block_delete,
             ..ReadOptions::new(dialect, words, MOST_FAULTS)
         };
-        let moves = ProgramMoves::new(machine, ARC_TOLERANCE).map(|moves| match taken.tool {
+        let moves = ProgramMoves::new(machine, ARC_TOLERANCE).map(|moves| match options.tool {
             Some(tool) => moves.only(tool),
-            None => moves.with_lengths(&taken.lengths),
+            None => moves.with_lengths(&options.lengths),
         });
         Ok(Self {
-            steps: steps(text, &options),
+            steps: steps(text, &read_options),
             moves: moves.map_err(|error| failure(&path, &error))?,
             path,
             failed,

@@ -1,12 +1,12 @@
 //! What a check says of a control that is known by measurement.
 
-use super::told::Fraction;
+use super::limit_ratio::LimitRatio;
 use trunnion::verify::{AxisRatio, ModelAudit};
 use trunnion_report::{Number, State};
 
 /// Time on a named control, and the axes nearest to their limits there.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct ModelTold {
+pub(super) struct ControlModelSummary {
     name: &'static str,
     seconds: f64,
     velocity: Worst,
@@ -18,14 +18,14 @@ pub(super) struct ModelTold {
 struct Worst {
     axis: String,
     #[serde(flatten)]
-    fraction: Fraction,
+    fraction: LimitRatio,
 }
 
-impl ModelTold {
+impl ControlModelSummary {
     pub(super) fn of(model: &ModelAudit) -> Self {
         let worst = |AxisRatio { axis, ratio }: &AxisRatio| Worst {
             axis: axis.clone(),
-            fraction: Fraction::of(ratio),
+            fraction: LimitRatio::of(ratio),
         };
         Self {
             name: "linuxcnc",
@@ -54,7 +54,7 @@ impl ModelTold {
             ("jerk", &self.jerk),
         ];
         numbers.extend(worst.map(
-            |(what, Worst { axis, fraction: Fraction { ratio, line, .. } })| {
+            |(what, Worst { axis, fraction: LimitRatio { ratio, line, .. } })| {
                 let note = format!("of the limit of {axis}, at line {line}");
                 number(what, format!("{:.1}", 100.0 * ratio), ("%", note))
             },
@@ -65,7 +65,7 @@ impl ModelTold {
     /// For people.
     pub(super) fn words(&self) -> String {
         let Self { name, seconds, .. } = self;
-        let worst = |Worst { axis, fraction: Fraction { ratio, line, .. } }: &Worst| {
+        let worst = |Worst { axis, fraction: LimitRatio { ratio, line, .. } }: &Worst| {
             format!("{:.1} % of {axis} (line {line})", 100.0 * ratio)
         };
         format!(

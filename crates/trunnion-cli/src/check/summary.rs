@@ -1,7 +1,8 @@
 //! What a check says: for scripts and for people.
 
-use super::left_open::{ChangesTold, ChoicesTold};
-use super::model::ModelTold;
+use super::assumptions::{AssumedSolutions, ToolChanges};
+use super::control_model::ControlModelSummary;
+use super::limit_ratio::LimitRatio;
 use super::subject::{Motion, Subject};
 use crate::figure::plain;
 use crate::material;
@@ -9,12 +10,12 @@ use std::path::PathBuf;
 use trunnion::files::summary::{ChordSummary, FixturesSummary, StockSummary};
 use trunnion::machine::AxisKind;
 use trunnion::pipeline;
-use trunnion::verify::{AxisAudit, Brief, Extreme, InspectionReport, Ratio, Singular};
+use trunnion::verify::{AxisAudit, Brief, Extreme, InspectionReport, Singular};
 use trunnion_report::Number;
 
 /// `summary.json`, and what `--json` prints; mm, degrees, s.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct Told {
+pub(super) struct PartCheckSummary {
     schema: &'static str,
     generator: String,
     program: String,
@@ -24,9 +25,9 @@ pub(super) struct Told {
     tolerance: Tolerance,
     pub(super) deviation: Heights,
     /// Directions that the program tells instead of rotaries, and what was taken; null where there are none.
-    choices: Option<ChoicesTold>,
+    choices: Option<AssumedSolutions>,
     /// Tool changes, and what is not known behind them; null where there are none.
-    tool_changes: Option<ChangesTold>,
+    tool_changes: Option<ToolChanges>,
     /// Time of all blocks, rapids at rapid speed; of it rapid. Null without an audit of the axes.
     duration: Option<f64>,
     rapid: Option<f64>,
@@ -34,12 +35,12 @@ pub(super) struct Told {
     /// Time when no block is shorter than its fastest axis needs.
     held: Option<f64>,
     /// On a control that does not look ahead where rotaries move; null without a machine.
-    pub(super) control_model: Option<ModelTold>,
+    pub(super) control_model: Option<ControlModelSummary>,
     /// Blocks shorter than the servo period, the shortest of them and its line; null if there are none.
-    brief: Option<BriefTold>,
+    brief: Option<BriefBlocks>,
     /// Passages through the singular cone; null if there are none.
-    singular: Option<SingularTold>,
-    pub(super) axes: Vec<AxisTold>,
+    singular: Option<SingularPassages>,
+    pub(super) axes: Vec<AxisLoad>,
     /// Null without stock.
     pub(super) stock: Option<StockSummary>,
     /// How far the triangles that stand for STEP solids may be off their faces; empty without any.
@@ -109,18 +110,18 @@ impl Place {
 
 /// One axis against its limits.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct AxisTold {
+pub(super) struct AxisLoad {
     pub(super) name: String,
     unit: &'static str,
     range: [f64; 2],
-    pub(super) velocity: Fraction,
-    pub(super) acceleration: Fraction,
+    pub(super) velocity: LimitRatio,
+    pub(super) acceleration: LimitRatio,
     /// If the control keeps the times of the blocks; told, not judged.
-    pub(super) jerk: Fraction,
+    pub(super) jerk: LimitRatio,
 }
 
 #[derive(Debug, serde::Serialize)]
-struct BriefTold {
+struct BriefBlocks {
     count: usize,
     line: u32,
     shortest: f64,
@@ -128,40 +129,26 @@ struct BriefTold {
 }
 
 #[derive(Debug, serde::Serialize)]
-struct SingularTold {
+struct SingularPassages {
     passages: usize,
     line: u32,
     angle: f64,
     turn: f64,
 }
 
-impl BriefTold {
+impl BriefBlocks {
     fn of(Brief { count, line, shortest, period }: Brief) -> Self {
         Self { count, line, shortest, period }
     }
 }
 
-impl SingularTold {
+impl SingularPassages {
     fn of(Singular { passages, line, angle, turn }: Singular) -> Self {
         Self { passages, line, angle: angle.to_degrees(), turn: turn.to_degrees() }
     }
 }
 
-/// Of a limit.
-#[derive(Debug, Clone, Copy, serde::Serialize)]
-pub(super) struct Fraction {
-    pub(super) ratio: f64,
-    pub(super) line: u32,
-    broken: usize,
-}
-
-impl Fraction {
-    pub(super) fn of(ratio: &Ratio) -> Self {
-        Self { ratio: ratio.worst, line: ratio.line, broken: ratio.broken }
-    }
-}
-
-impl Told {
+impl PartCheckSummary {
     pub(super) fn new(subject: &Subject, found: &InspectionReport) -> Self {
         let report = &found.report;
         let audit = report.audit.as_ref();
@@ -171,8 +158,8 @@ impl Told {
         let mut failures: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
         failures.extend(pipeline::describe_collisions(&collisions, count, fixtures.as_ref()));
         failures.extend(fixtures.iter().flat_map(pipeline::too_near));
-        let choices = ChoicesTold::of(&report.choices, subject);
-        let changes = report.changes.map(ChangesTold::of);
+        let choices = AssumedSolutions::of(&report.choices, subject);
+        let changes = report.changes.map(ToolChanges::of);
         let mut warnings = subject.warnings.clone();
         warnings.extend(choices.iter().flat_map(|choices| choices.warnings(&subject.program)));
         warnings.extend(changes.iter().flat_map(|changes| changes.warnings(&subject.program)));
@@ -193,9 +180,9 @@ impl Told {
             rapid: audit.map(|audit| audit.rapid),
             moves: audit.map(|audit| audit.moves),
             held: audit.map(|audit| audit.held),
-            control_model: audit.map(|audit| ModelTold::of(&audit.linuxcnc)),
-            brief: audit.and_then(|audit| audit.brief).map(BriefTold::of),
-            singular: audit.and_then(|audit| audit.singular).map(SingularTold::of),
+            control_model: audit.map(|audit| ControlModelSummary::of(&audit.linuxcnc)),
+            brief: audit.and_then(|audit| audit.brief).map(BriefBlocks::of),
+            singular: audit.and_then(|audit| audit.singular).map(SingularPassages::of),
             axes: audit.iter().flat_map(|audit| &audit.axes).map(|of| axis(subject, of)).collect(),
             warnings,
             stock: stock.map(|stock| pipeline::stock_summary(&stock.report, &stock.remaining)),
@@ -242,7 +229,7 @@ impl Told {
         if let Some(model) = &self.control_model {
             row("control model", model.words());
         }
-        if let Some(BriefTold { count, line, shortest, period }) = &self.brief {
+        if let Some(BriefBlocks { count, line, shortest, period }) = &self.brief {
             let told = format!(
                 "{count} shorter than the servo period {:.3} ms, the shortest {:.3} ms at line {line}",
                 1e3 * period,
@@ -250,7 +237,7 @@ impl Told {
             );
             row("blocks", told);
         }
-        if let Some(SingularTold { passages, line, angle, turn }) = &self.singular {
+        if let Some(SingularPassages { passages, line, angle, turn }) = &self.singular {
             let told = format!(
                 "{passages} passages, nearest {angle:.3} deg at line {line}, turns up to {turn:.2} deg a block"
             );
@@ -349,24 +336,24 @@ fn heights(subject: &Subject, found: &InspectionReport) -> Heights {
     }
 }
 
-fn axis(subject: &Subject, audit: &AxisAudit) -> AxisTold {
+fn axis(subject: &Subject, audit: &AxisAudit) -> AxisLoad {
     let machine = match &subject.motion {
         Motion::Program(_, kinematics) => Some(kinematics.machine()),
         Motion::Locations(_) => None,
     };
     let mut axes = machine.iter().flat_map(|machine| &machine.axes);
     let rotary = axes.any(|axis| axis.name == audit.name && axis.kind == AxisKind::Rotary);
-    AxisTold {
+    AxisLoad {
         name: audit.name.clone(),
         unit: if rotary { "deg" } else { "mm" },
         range: if rotary { audit.range.map(f64::to_degrees) } else { audit.range },
-        velocity: Fraction::of(&audit.velocity),
-        acceleration: Fraction::of(&audit.acceleration),
-        jerk: Fraction::of(&audit.jerk),
+        velocity: LimitRatio::of(&audit.velocity),
+        acceleration: LimitRatio::of(&audit.acceleration),
+        jerk: LimitRatio::of(&audit.jerk),
     }
 }
 
-impl AxisTold {
+impl AxisLoad {
     /// Where it goes, for the page.
     pub(super) fn number(&self) -> Number {
         let [low, high] = self.range;
@@ -380,7 +367,7 @@ impl AxisTold {
 
     fn words(&self) -> String {
         let [low, high] = self.range;
-        let percent = |of: Fraction| 100.0 * of.ratio;
+        let percent = |of: LimitRatio| 100.0 * of.ratio;
         format!(
             "{low:.3} .. {high:.3} {}, velocity {:.1} % (line {}), acceleration {:.1} % (line {}), \
              jerk {:.1} % (line {}) at the blocks' own times",

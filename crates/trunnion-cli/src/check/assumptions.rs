@@ -5,18 +5,18 @@ use trunnion::verify::{Changes, Choice, Choices};
 
 /// Directions instead of rotaries.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct ChoicesTold {
+pub(super) struct AssumedSolutions {
     /// Blocks with a vector, and turns into tilted planes.
     vectors: usize,
     planes: usize,
     /// Where which solution was taken, in degrees: the first vector, changes of the solution after it, planes.
-    places: Vec<ChoiceTold>,
+    places: Vec<AssumedSolution>,
     /// Places that are left out.
     more: usize,
 }
 
 #[derive(Debug, serde::Serialize)]
-struct ChoiceTold {
+struct AssumedSolution {
     line: u32,
     /// `vector` or `plane`.
     of: &'static str,
@@ -29,7 +29,7 @@ struct ChoiceTold {
 
 /// Tool changes behind the first move.
 #[derive(Debug, Clone, Copy, serde::Serialize)]
-pub(super) struct ChangesTold {
+pub(super) struct ToolChanges {
     count: usize,
     line: u32,
     /// Rapid moves that were not measured, and the line of the first.
@@ -37,7 +37,7 @@ pub(super) struct ChangesTold {
     first_unmeasured: Option<u32>,
 }
 
-impl ChoicesTold {
+impl AssumedSolutions {
     /// `None` where nothing is left open.
     pub(super) fn of(choices: &Choices, subject: &Subject) -> Option<Self> {
         let Choices { vectors, planes, places, more } = choices;
@@ -55,7 +55,7 @@ impl ChoicesTold {
                 || "the tool stands along the first axis, which stays".to_owned(),
                 |other| format!("the other solution is {}", words(other)),
             );
-            ChoiceTold {
+            AssumedSolution {
                 line,
                 of: if plane { "plane" } else { "vector" },
                 taken: degrees(taken),
@@ -63,7 +63,7 @@ impl ChoicesTold {
                 words: format!("{}; {beside}", words(taken)),
             }
         };
-        let places: Vec<ChoiceTold> = places.iter().map(place).collect();
+        let places: Vec<AssumedSolution> = places.iter().map(place).collect();
         (*vectors + *planes > 0).then_some(Self {
             vectors: *vectors,
             planes: *planes,
@@ -78,7 +78,7 @@ impl ChoicesTold {
             .places
             .iter()
             .map(|place| {
-                let ChoiceTold { line, of, words, .. } = place;
+                let AssumedSolution { line, of, words, .. } = place;
                 format!(
                     "{program}:{line}: by this {of} the rotaries are taken to go to {words}: that with the least travel, inside \
                      travel; the control may choose otherwise"
@@ -92,7 +92,7 @@ impl ChoicesTold {
     }
 }
 
-impl ChangesTold {
+impl ToolChanges {
     pub(super) fn of(Changes { count, line, unmeasured, first }: Changes) -> Self {
         Self { count, line, unmeasured, first_unmeasured: first }
     }
