@@ -37,7 +37,7 @@ use std::process::ExitCode;
 
 /// Five-axis machining, from surface to servo, with proof.
 #[derive(Debug, Parser)]
-#[command(name = "trunnion", version, arg_required_else_help = true)]
+#[command(name = "trunnion", version, arg_required_else_help = true, max_term_width = 100)]
 struct Arguments {
     /// Print one machine-readable summary on stdout, and nothing else there.
     #[arg(long, global = true)]
