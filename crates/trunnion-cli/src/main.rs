@@ -1,4 +1,4 @@
-//! The command line: read, call the library, write.
+//! Command line: reads input, calls the library, writes output.
 //!
 //! Exit codes: 0 done; 1 done, but a tolerance or limit is broken; 2 bad input or usage, nothing
 //! written; 3 internal.

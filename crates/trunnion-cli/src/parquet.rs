@@ -32,7 +32,7 @@ fn table(
     };
     let columns = names.iter().map(column).collect::<Result<Vec<_>>>()?;
     let schema = Type::group_type_builder("motion").with_fields(columns).build()?;
-    // Hardly any value comes twice.
+    // Hardly any value occurs twice: a dictionary would only add to the file.
     let properties = WriterProperties::builder().set_dictionary_enabled(false).build();
     let mut file = SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties))?;
     let mut rows = rows.peekable();

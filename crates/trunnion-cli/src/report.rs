@@ -31,7 +31,7 @@ const DRAWN_STEP: f64 = 1.0;
 /// Steps in which the corner of the drawn tool is divided.
 const ARC_STEPS: u32 = 12;
 
-/// The page of a run.
+/// Renders the report page of a run.
 pub(crate) fn page(job: &Job, outcome: &Outcome, summary: &Summary) -> Result<String> {
     // The checks of all programs measure the same part; the page shows the worst.
     let checked = outcome.programs.iter().filter(|program| program.check.is_some());
@@ -163,7 +163,7 @@ fn planned(summary: &Summary) -> Vec<Number> {
     ]
 }
 
-/// A part that the tool does not finish.
+/// Returns the number of a part that the tool does not finish.
 fn left(rest: &RestSummary) -> Number {
     let [x, y, z] = rest.deepest;
     let ball =
@@ -189,6 +189,7 @@ fn budget(job: &Job, outcome: &Outcome) -> Budget {
     let rounding = outcome.programs.iter().map(|program| program.rounding).reduce(f64::max);
     let lever = trunnion::cover::lever(&job.cutter);
     let most = outcome.smoothing.0.deviated;
+    // A rotation of the tool axis moves the contact by up to the lever times its angle.
     let strays = most.tip_bound.max(most.contact_bound) + lever * most.axis_bound;
     let smoothing = (budget.shares.smoothing > 0.0).then_some(strays);
     let share = |name: &str, allowed: f64, used: Option<f64>| Share {
@@ -211,7 +212,7 @@ fn budget(job: &Job, outcome: &Outcome) -> Budget {
     }
 }
 
-/// Drawing of how far the smoothed path strays.
+/// Draws the deviation of the smoothed path.
 fn smoothing(job: &Job, outcome: &Outcome) -> String {
     let along = &outcome.smoothing.1;
     if along.is_empty() {
@@ -228,7 +229,7 @@ fn smoothing(job: &Job, outcome: &Outcome) -> String {
     )
 }
 
-/// The cutter's outline as a chain of points.
+/// Returns the cutter's outline as a chain of points.
 pub(crate) fn outline(cutter: &Cutter) -> Vec<[f64; 2]> {
     let mut points: Vec<[f64; 2]> = Vec::new();
     for piece in cutter.profile() {
@@ -253,7 +254,7 @@ fn surface(program: &CheckedProgram) -> Surface {
             .samples
             .iter()
             .map(|sample| {
-                // What is known to be left is drawn as not cut, however near the tool comes.
+                // Rest material is drawn as not cut, however near the tool comes.
                 let height = |s: &trunnion::verify::Sample| s.height.filter(|_| !s.rest);
                 sample
                     .as_ref()
@@ -274,6 +275,7 @@ fn path(outcome: &Outcome) -> Vec<PathPiece> {
     rows.filter_map(|(schedule, axes)| {
         let piece = outcome.tool_path.pieces.get(axes.source)?;
         let (first, last) = (*schedule.s.first()?, *schedule.s.last()?);
+        // At least both ends, even of a rotation at a point.
         let steps = ((last - first) / DRAWN_STEP).ceil().max(1.0);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
         let points = (0..=steps as u32)
@@ -288,7 +290,7 @@ fn path(outcome: &Outcome) -> Vec<PathPiece> {
     .collect()
 }
 
-/// The tool at parameter `s`, `fraction` of the way along a piece.
+/// Returns the tool at parameter `s`, at `fraction` of the length of a piece.
 fn point(piece: &ToolPiece, fraction: f64, s: f64, t: f64) -> Option<PathPoint> {
     match &piece.geometry {
         PieceGeometry::Curve(curve) => {
@@ -384,7 +386,7 @@ pub(crate) fn axis(axis: &Axis, limits: &AxisLimits) -> ReportAxis {
     }
 }
 
-/// Speeds of the programmed point and the tip at time `t` \[mm/s\], and whether the feed holds there.
+/// Returns the speeds of the programmed point and of the tip at time `t` \[mm/s\], and true if the feed applies there.
 fn speeds(outcome: &Outcome, t: f64) -> ([f64; 2], bool) {
     let nothing = ([0.0; 2], false);
     let pieces = &outcome.plan.schedule.pieces;
@@ -399,6 +401,7 @@ fn speeds(outcome: &Outcome, t: f64) -> ([f64; 2], bool) {
     let (Some(a), Some(b)) = (axes.nodes.get(after - 1), axes.nodes.get(after)) else {
         return nothing;
     };
+    // Rates are linear between the nodes, as the axis path has them at nodes only.
     let weight = (moment.s - a.s) / (b.s - a.s);
     let [feed, tip] = [[a.feed_rate, b.feed_rate], [a.tip_rate, b.tip_rate]]
         .map(|[a, b]| moment.speed * (a + weight * (b - a)));

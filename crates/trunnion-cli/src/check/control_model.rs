@@ -1,4 +1,4 @@
-//! What a check says of a control that is known by measurement.
+//! Time and loads on a control whose behaviour was measured.
 
 use super::limit_ratio::LimitRatio;
 use trunnion::verify::{AxisRatio, ModelAudit};
@@ -36,9 +36,10 @@ impl ControlModelSummary {
         }
     }
 
-    /// For the page: time, and the axis that is worst in velocity, acceleration and jerk. Told, not judged.
+    /// Returns the numbers for the page: time, and the axes with the largest velocity, acceleration and jerk. They are
+    /// reported, not judged.
     pub(super) fn numbers(&self) -> Vec<Number> {
-        let number = |what: &str, value: String, (unit, note): (&str, String)| Number {
+        let number = |what: &str, value: String, unit: &str, note: String| Number {
             label: format!("LinuxCNC {what}"),
             value,
             unit: unit.to_owned(),
@@ -47,7 +48,7 @@ impl ControlModelSummary {
             headline: false,
         };
         let note = "no look-ahead over rotary moves".to_owned();
-        let mut numbers = vec![number("time", format!("{:.1}", self.seconds), ("s", note))];
+        let mut numbers = vec![number("time", format!("{:.1}", self.seconds), "s", note)];
         let worst = [
             ("velocity", &self.velocity),
             ("acceleration", &self.acceleration),
@@ -56,13 +57,13 @@ impl ControlModelSummary {
         numbers.extend(worst.map(
             |(what, Worst { axis, fraction: LimitRatio { ratio, line, .. } })| {
                 let note = format!("of the limit of {axis}, at line {line}");
-                number(what, format!("{:.1}", 100.0 * ratio), ("%", note))
+                number(what, format!("{:.1}", 100.0 * ratio), "%", note)
             },
         ));
         numbers
     }
 
-    /// For people.
+    /// Returns the row of the table.
     pub(super) fn words(&self) -> String {
         let Self { name, seconds, .. } = self;
         let worst = |Worst { axis, fraction: LimitRatio { ratio, line, .. } }: &Worst| {

@@ -17,7 +17,7 @@ use trunnion_report::{
 /// Bins of the histogram of deviations.
 const BINS: usize = 60;
 
-/// The page of a check.
+/// Renders the report page of a check.
 pub(super) fn page(
     subject: &Subject,
     found: &InspectionReport,
@@ -57,7 +57,7 @@ pub(super) fn page(
     Ok(trunnion_report::render(&data).map_err(anyhow::Error::from)?)
 }
 
-/// Outlines of the tools, in the order of their table.
+/// Returns the outlines of the tools, in the order of their table.
 fn outlines(subject: &Subject) -> Vec<Vec<[f64; 2]>> {
     if subject.tools.is_empty() {
         return vec![report::outline(&subject.cutter)];
@@ -65,7 +65,7 @@ fn outlines(subject: &Subject) -> Vec<Vec<[f64; 2]>> {
     subject.tools.iter().map(|(_, cutter)| report::outline(cutter)).collect()
 }
 
-/// The tool in words, or all of them by their numbers.
+/// Describes the tool, or all tools by number.
 fn tools(subject: &Subject) -> String {
     let words = |cutter: &Cutter| {
         let [diameter, corner] = [2.0 * cutter.radius(), cutter.minor()];
@@ -143,6 +143,7 @@ fn piece(track: &Track) -> PathPiece {
 fn check(subject: &Subject, found: &InspectionReport, summary: &PartCheckSummary) -> Check {
     let report = &found.report;
     let samples = || report.maps.iter().flat_map(|map| map.samples.iter().flatten());
+    // The histogram shows twice the tolerance on either side; the ends collect the rest.
     let reach = 2.0 * subject.options.total;
     Check {
         method: format!(

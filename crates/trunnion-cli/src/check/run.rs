@@ -16,11 +16,13 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     if setpoints::is_table(&args.program) {
         return setpoints::check(args, form);
     }
+    // Options of setpoints would be ignored silently here.
     if args.period.is_some() || args.no_jerk {
         let message = "--period and --no-jerk go with a table of setpoints (.csv)";
         return Err(Failure::input(message));
     }
     let bars = Bars::new();
+    // Everything is read and the folder probed before the long work: a typing error costs seconds.
     let subject = Subject::load(args, &bars)?;
     if let Some(folder) = &args.output {
         Outputs::probe(folder)?;
@@ -36,6 +38,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     Ok(if summary.passed { Done::Kept } else { Done::Broken })
 }
 
+/// Writes the report files; nothing is visible before all of them are complete.
 fn write(
     subject: &Subject,
     found: &InspectionReport,
@@ -43,6 +46,7 @@ fn write(
     folder: &std::path::Path,
 ) -> Result<Vec<PathBuf>, Failure> {
     let mut outputs = Outputs::open(folder)?;
+    // summary.json lists the other files.
     summary.files = vec!["report.html".to_owned(), "deviation.vtp".to_owned()];
     if found.stock.is_some() {
         summary.files.push("stock.stl".to_owned());

@@ -18,12 +18,12 @@ use trunnion::verify::{
 };
 use trunnion_report::{Motion, Number, Recorder, ReportData, Sample, State};
 
-/// Whether a file is a table of setpoints, by its name.
+/// Returns true if the file name is that of a table of setpoints.
 pub(super) fn is_table(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
 }
 
-/// `summary.json`, and what `--json` prints; mm, degrees, s.
+/// Summary of a table of setpoints: `summary.json` and `--json`; mm, degrees, s.
 #[derive(Debug, serde::Serialize)]
 struct SetpointCheckSummary {
     schema: &'static str,
@@ -34,9 +34,9 @@ struct SetpointCheckSummary {
     rows: usize,
     duration: f64,
     period: f64,
-    /// Derivatives by time that the rows hold.
+    /// Number of time derivatives in the rows.
     derivatives: usize,
-    /// Whether jerk is judged.
+    /// True if the jerk is judged.
     jerk_judged: bool,
     axes: Vec<AxisRates>,
     failures: Vec<String>,
@@ -58,12 +58,12 @@ struct AxisRates {
 struct RateRatio {
     ratio: f64,
     line: u32,
-    /// Whether the rows around the line ask for it, rather than that it is written there.
+    /// True if the rows around the line imply the rate; false if the line states it.
     between: bool,
     broken: usize,
 }
 
-/// What is known of a table before its rows are judged.
+/// Table, machine and options, before the rows are judged.
 struct Table {
     machine: Machine,
     options: MotionOptions,
@@ -89,9 +89,9 @@ pub(super) fn check(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     Ok(if summary.passed { Done::Kept } else { Done::Broken })
 }
 
-/// A table of setpoints knows no part.
+/// Refuses options about the part, which a table of setpoints does not know.
 fn only_axes(args: &Args) -> Result<(), Failure> {
-    let said = [
+    let given = [
         ("--part", args.part.is_some()),
         ("--cutter", !args.cutter.is_empty()),
         ("--tolerance", args.tolerance.is_some()),
@@ -99,9 +99,9 @@ fn only_axes(args: &Args) -> Result<(), Failure> {
         ("--fixture", !args.fixture.is_empty()),
         ("--clearance", args.clearance.is_some()),
     ];
-    match said.iter().find(|(_, said)| *said) {
+    match given.iter().find(|(_, given)| *given) {
         Some((name, _)) => Err(Failure::input(format!(
-            "{}: setpoints are held against the machine alone, not against {name}\n  help: leave it \
+            "{}: setpoints are checked against the machine alone, without {name}\n  help: leave it \
              out, or check the program",
             args.program.display()
         ))),
@@ -132,9 +132,10 @@ impl Table {
                 )));
             }
         };
-        let looks = Looks::over(&args.program, &machine)?;
+        let looks = TableSurvey::of(&args.program, &machine)?;
         let options = MotionOptions {
             period: args.period.or(period).unwrap_or_else(|| looks.period()),
+            // The first of the names is the time, which the division drops.
             derivatives: looks.names.len() / AXES - 1,
             time_rounding: looks.rounding(0),
             rounding: looks.roundings(&machine),
@@ -143,11 +144,12 @@ impl Table {
         Ok(Self { machine, options, end: looks.last })
     }
 
-    /// Reads the rows and judges them; beside it what the charts show.
+    /// Reads and judges the rows, and records them for the charts.
     fn audit(&self, path: &Path) -> Result<(MotionReport, Motion), Failure> {
         let fault = |error: MotionError| match error {
             MotionError::Time { line, .. } => {
                 let message = error.to_string();
+                // The position is added in the form of all diagnostics.
                 let message = message.split_once(": ").map_or(message.as_str(), |(_, rest)| rest);
                 let fault =
                     Diagnostic { line, column: 1, message: message.into(), help: String::new() };
@@ -188,7 +190,7 @@ impl Table {
         Ok((audit.finish().map_err(fault)?, recorder.finish()))
     }
 
-    /// Numbers of a table in mm and rad.
+    /// Converts the numbers of a row to mm and rad.
     fn inside(&self, values: &[f64]) -> AxisVector {
         let mut inside = AxisVector::from_iterator(values.iter().copied());
         for (value, axis) in inside.iter_mut().zip(&self.machine.axes) {
@@ -200,7 +202,7 @@ impl Table {
     }
 }
 
-/// Columns of a table with so many derivatives.
+/// Returns the columns of a table with so many derivatives.
 fn columns(machine: &Machine, derivatives: usize) -> Vec<String> {
     let of = |suffix: &'static str| {
         machine.axes.iter().map(move |axis| format!("{}{suffix}", axis.name))
@@ -209,10 +211,10 @@ fn columns(machine: &Machine, derivatives: usize) -> Vec<String> {
     std::iter::once("t".to_owned()).chain(all).collect()
 }
 
-/// A first look at all rows.
-struct Looks {
+/// Properties of all rows, found before they are judged.
+struct TableSurvey {
     names: Vec<String>,
-    /// Decimals of every column at most.
+    /// Largest number of decimals in each column.
     decimals: Vec<usize>,
     rows: usize,
     /// Times of the first two rows and the last two.
@@ -221,8 +223,8 @@ struct Looks {
     last: f64,
 }
 
-impl Looks {
-    fn over(path: &Path, machine: &Machine) -> Result<Self, Failure> {
+impl TableSurvey {
+    fn of(path: &Path, machine: &Machine) -> Result<Self, Failure> {
         let mut looks = Self {
             names: Vec::new(),
             decimals: vec![0; SUFFIXES.len() * AXES + 1],
@@ -231,7 +233,7 @@ impl Looks {
             before: 0.0,
             last: 0.0,
         };
-        // As many derivatives as have a column: one that lacks an axis is told as such.
+        // As many derivatives as have a column; a missing axis among them is reported as a fault.
         let choose = |header: &TableHeader| -> Result<Vec<String>, Diagnostics> {
             let has = |order: &usize| {
                 let wanted = columns(machine, *order);
@@ -253,14 +255,14 @@ impl Looks {
         Ok(looks)
     }
 
-    /// Half a unit of the last decimal.
+    /// Returns half a unit of the last decimal of a column.
     fn rounding(&self, column: usize) -> f64 {
         let decimals = self.decimals.get(column).copied().unwrap_or(0);
         0.5 * 10.0_f64.powi(-i32::try_from(decimals).unwrap_or(i32::MAX))
     }
 
-    /// Of positions and derivatives; a column takes the decimals of the finest of its kind, as numbers may be
-    /// written without the zeros at their end.
+    /// Returns the rounding of positions and derivatives. Every column takes that of the finest one of its order,
+    /// because numbers may be written without trailing zeros.
     fn roundings(&self, machine: &Machine) -> [AxisVector; 4] {
         [0, 1, 2, 3].map(|order| {
             let columns = order * AXES + 1..(order + 1) * AXES + 1;
@@ -272,13 +274,15 @@ impl Looks {
         })
     }
 
-    /// The time from row to row that most of them keep: the shortest decimal number that the first and the last
-    /// but one allow.
+    /// Returns the period of the rows: the shortest decimal number that agrees with the times of the first row and
+    /// the last but one.
     fn period(&self) -> f64 {
         let [start, second] = self.first;
         let step = second - start;
         let whole = self.before - start;
+        // The last row may end early, so the whole number of steps is counted up to the one before.
         let steps = (whole / step).round().max(1.0);
+        // Both times are rounded: the mean is off by at most two roundings over all steps.
         let (mean, error) = (whole.max(step) / steps, 2.0 * self.rounding(0) / steps);
         let shortest = (0..17).map(|digits| format!("{mean:.digits$e}").parse().unwrap_or(mean));
         shortest.into_iter().find(|short| (short - mean).abs() <= error).unwrap_or(mean)
@@ -366,7 +370,7 @@ impl SetpointCheckSummary {
         numbers
     }
 
-    /// The short table for people.
+    /// Returns the table for people.
     fn table(&self, places: &[PathBuf]) -> String {
         let kept = if self.passed { "every limit is kept" } else { "NOT KEPT" };
         let mut lines = vec![format!("{}: {kept}", self.table)];
@@ -376,8 +380,8 @@ impl SetpointCheckSummary {
         for axis in &self.axes {
             let [low, high] = axis.range;
             let rates = self.rates(axis).map(|(name, rate, judged)| {
-                let told = if judged { "" } else { ", told only" };
-                format!("{name} {:.2} % (line {}{told})", 100.0 * rate.ratio, rate.line)
+                let judged = if judged { "" } else { ", not judged" };
+                format!("{name} {:.2} % (line {}{judged})", 100.0 * rate.ratio, rate.line)
             });
             let value = format!("{low:.3} .. {high:.3} {}, {}", axis.unit, rates.join(", "));
             row(&format!("axis {}", axis.name), value);

@@ -1,4 +1,4 @@
-//! What a check says: for scripts and for people.
+//! Summary of a check, for scripts and for people.
 
 use super::assumptions::{AssumedSolutions, ToolChanges};
 use super::control_model::ControlModelSummary;
@@ -13,7 +13,7 @@ use trunnion::pipeline;
 use trunnion::verify::{AxisAudit, Brief, Extreme, InspectionReport, Singular};
 use trunnion_report::Number;
 
-/// `summary.json`, and what `--json` prints; mm, degrees, s.
+/// Summary of a program checked against part and machine: `summary.json` and `--json`; mm, degrees, s.
 #[derive(Debug, serde::Serialize)]
 pub(super) struct PartCheckSummary {
     schema: &'static str,
@@ -24,17 +24,17 @@ pub(super) struct PartCheckSummary {
     pub(super) passed: bool,
     tolerance: Tolerance,
     pub(super) deviation: Heights,
-    /// Directions that the program tells instead of rotaries, and what was taken; null where there are none.
+    /// Tool directions given instead of rotary positions, with the solutions assumed; null without any.
     choices: Option<AssumedSolutions>,
-    /// Tool changes, and what is not known behind them; null where there are none.
+    /// Tool changes, and rapid moves not measured after them; null without any.
     tool_changes: Option<ToolChanges>,
-    /// Time of all blocks, rapids at rapid speed; of it rapid. Null without an audit of the axes.
+    /// Time of all blocks, and that of rapid moves at rapid speed \[s\]; null without an audit of the axes.
     duration: Option<f64>,
     rapid: Option<f64>,
     moves: Option<usize>,
-    /// Time when no block is shorter than its fastest axis needs.
+    /// Time if no block is shorter than its fastest axis needs \[s\].
     held: Option<f64>,
-    /// On a control that does not look ahead where rotaries move; null without a machine.
+    /// Time on a control that does not look ahead over rotary moves; null without a machine.
     pub(super) control_model: Option<ControlModelSummary>,
     /// Blocks shorter than the servo period, the shortest of them and its line; null if there are none.
     brief: Option<BriefBlocks>,
@@ -43,7 +43,7 @@ pub(super) struct PartCheckSummary {
     pub(super) axes: Vec<AxisLoad>,
     /// Null without stock.
     pub(super) stock: Option<StockSummary>,
-    /// How far the triangles that stand for STEP solids may be off their faces; empty without any.
+    /// Chord tolerances of the triangles that represent STEP solids; empty without any.
     chords: Vec<ChordSummary>,
     /// Null without fixtures.
     pub(super) fixtures: Option<FixturesSummary>,
@@ -59,7 +59,7 @@ struct Tolerance {
     gouge: f64,
 }
 
-/// What is left on the faces.
+/// Deviation of the faces after the program.
 #[derive(Debug, serde::Serialize)]
 pub(super) struct Heights {
     pub(super) grid: f64,
@@ -68,22 +68,22 @@ pub(super) struct Heights {
     pub(super) uncut_area: f64,
     pub(super) area: f64,
     pub(super) unmeasured: usize,
-    /// Deepest and highest place measured.
+    /// Deepest gouge and largest excess measured \[mm\].
     pub(super) gouge: f64,
     pub(super) excess: f64,
     lowest: Option<Place>,
     highest: Option<Place>,
-    /// What is certain all over the faces, between the points as well, for the modelled geometry.
+    /// Upper bounds all over the faces, between the points as well, for the modelled geometry \[mm\].
     pub(super) gouge_bound: Option<f64>,
     pub(super) excess_bound: Option<f64>,
-    /// Area of which it is not certain.
+    /// Area without such bounds \[mm²\].
     pub(super) unbounded_area: f64,
-    /// What 0.01 mm of tool length, and of its corner radius, would add at most.
+    /// Largest change of the deviation by 0.01 mm of tool length, and of corner radius \[mm\].
     length_adds: f64,
     radius_adds: f64,
-    /// What 0.01 mm of the place of a rotary axis would add at most; null without a machine.
+    /// Largest change by 0.01 mm of the position of a rotary axis \[mm\]; null without a machine.
     pivot_adds: Option<f64>,
-    /// Points on faces that are not cut, and the deepest gouge there.
+    /// Number of points on faces that are not cut, and the deepest gouge there \[mm\].
     pub(super) others: usize,
     pub(super) others_gouge: f64,
 }
@@ -94,10 +94,10 @@ struct Place {
     uv: [f64; 2],
     point: [f64; 3],
     height: f64,
-    /// It may be deeper.
+    /// True if the gouge may be deeper than measured.
     or_deeper: bool,
     line: u32,
-    /// On a control that runs each axis of a rapid move at its own speed.
+    /// True if it occurs on a control that runs each axis of a rapid move at its own speed.
     dog_leg: bool,
 }
 
@@ -108,7 +108,7 @@ impl Place {
     }
 }
 
-/// One axis against its limits.
+/// Load of one axis relative to its limits.
 #[derive(Debug, serde::Serialize)]
 pub(super) struct AxisLoad {
     pub(super) name: String,
@@ -116,7 +116,7 @@ pub(super) struct AxisLoad {
     range: [f64; 2],
     pub(super) velocity: LimitRatio,
     pub(super) acceleration: LimitRatio,
-    /// If the control keeps the times of the blocks; told, not judged.
+    /// Jerk if the control keeps the times of the blocks; reported, not judged.
     pub(super) jerk: LimitRatio,
 }
 
@@ -156,6 +156,7 @@ impl PartCheckSummary {
         let (collisions, count) = pipeline::collisions(carving, found.clearance.as_ref());
         let (stock, fixtures) = (found.stock.as_ref(), fixtures(subject, found));
         let mut failures: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
+        // Findings of the faces first, then collisions, then approaches: the order of their weight.
         failures.extend(pipeline::describe_collisions(&collisions, count, fixtures.as_ref()));
         failures.extend(fixtures.iter().flat_map(pipeline::too_near));
         let choices = AssumedSolutions::of(&report.choices, subject);
@@ -169,6 +170,7 @@ impl PartCheckSummary {
             program: subject.program.clone(),
             part: subject.part.clone(),
             machine: subject.machine.clone(),
+            // A collision or an approach fails the program even if every face is within tolerance.
             passed: report.passed()
                 && collisions.is_empty()
                 && fixtures.iter().all(|fixtures| fixtures.near.is_empty()),
@@ -193,7 +195,7 @@ impl PartCheckSummary {
         }
     }
 
-    /// What a program that passed has kept: limits only where axes were audited.
+    /// Returns the verdict of a program that passed; it mentions limits only if axes were audited.
     pub(super) fn kept(&self) -> &'static str {
         if self.axes.is_empty() {
             "every tolerance is kept"
@@ -202,14 +204,14 @@ impl PartCheckSummary {
         }
     }
 
-    /// How long it takes, for the page.
+    /// Returns the time of the program for the page.
     pub(super) fn time(&self) -> Option<Number> {
         let (duration, rapid, moves) = (self.duration?, self.rapid?, self.moves?);
         let note = format!("of it rapid {rapid:.1} s, for {moves} moves");
         Some(plain("time", format!("{duration:.1}"), "s", note))
     }
 
-    /// The short table for people.
+    /// Returns the table for people.
     pub(super) fn table(&self, places: &[PathBuf]) -> String {
         let verdict = if self.passed { self.kept() } else { "NOT KEPT" };
         let mut lines = vec![format!("{}: {verdict}", self.program)];
@@ -230,25 +232,25 @@ impl PartCheckSummary {
             row("control model", model.words());
         }
         if let Some(BriefBlocks { count, line, shortest, period }) = &self.brief {
-            let told = format!(
+            let short = format!(
                 "{count} shorter than the servo period {:.3} ms, the shortest {:.3} ms at line {line}",
                 1e3 * period,
                 1e3 * shortest
             );
-            row("blocks", told);
+            row("blocks", short);
         }
         if let Some(SingularPassages { passages, line, angle, turn }) = &self.singular {
-            let told = format!(
+            let passages = format!(
                 "{passages} passages, nearest {angle:.3} deg at line {line}, turns up to {turn:.2} deg a block"
             );
-            row("singular", told);
+            row("singular", passages);
         }
         for axis in &self.axes {
             row(&format!("axis {}", axis.name), axis.words());
         }
         if let Some(stock) = &self.stock {
-            let [told, hit] = material::words(stock);
-            lines.push(format!("  {:<14}{told}", "stock"));
+            let [volumes, hit] = material::words(stock);
+            lines.push(format!("  {:<14}{volumes}", "stock"));
             lines.push(format!("  {:<14}{hit}", "collisions"));
         }
         if !self.chords.is_empty() {
@@ -291,26 +293,26 @@ impl Heights {
                 area if area > 0.0 => format!("; but for {area:.3} mm2"),
                 _ => String::new(),
             };
-            let told = format!("gouge max <= {gouge:.4}, excess max <= {excess:.4} mm{open}");
-            rows.push(("between, too", told));
+            let bounds = format!("gouge max <= {gouge:.4}, excess max <= {excess:.4} mm{open}");
+            rows.push(("between, too", bounds));
         }
         let pivot = |adds: f64| format!(", of a rotary axis's place {adds:.4}");
-        let told = format!(
+        let sensitivity = format!(
             "tool length adds up to {:.4}, of corner radius {:.4}{} mm",
             self.length_adds,
             self.radius_adds,
             self.pivot_adds.map_or_else(String::new, pivot)
         );
-        rows.push(("0.01 mm of", told));
+        rows.push(("0.01 mm of", sensitivity));
         if self.others > 0 {
-            let told = format!("{} points, gouge {:.4} mm", self.others, self.others_gouge);
-            rows.push(("other faces", told));
+            let others = format!("{} points, gouge {:.4} mm", self.others, self.others_gouge);
+            rows.push(("other faces", others));
         }
         rows
     }
 }
 
-/// Heights in numbers.
+/// Collects the deviation of the cut faces and of the others.
 fn heights(subject: &Subject, found: &InspectionReport) -> Heights {
     let deviation = &found.report.deviation;
     let height = |extreme: &Option<Extreme>| extreme.as_ref().map_or(0.0, |e| e.height);
@@ -321,8 +323,10 @@ fn heights(subject: &Subject, found: &InspectionReport) -> Heights {
         uncut_area: deviation.uncut_area.max(0.0),
         area: deviation.area,
         unmeasured: deviation.unmeasured,
+        // A lowest point above the face is no gouge.
         gouge: (-height(&deviation.lowest)).max(0.0),
         excess: height(&deviation.highest).max(0.0),
+        // Sensitivities are in mm per mm.
         length_adds: 0.01 * deviation.sensitivity.length,
         radius_adds: 0.01 * deviation.sensitivity.radius,
         pivot_adds: deviation.sensitivity.pivot.map(|pivot| 0.01 * pivot),
@@ -354,7 +358,7 @@ fn axis(subject: &Subject, audit: &AxisAudit) -> AxisLoad {
 }
 
 impl AxisLoad {
-    /// Where it goes, for the page.
+    /// Returns the range of the axis for the page.
     pub(super) fn number(&self) -> Number {
         let [low, high] = self.range;
         plain(

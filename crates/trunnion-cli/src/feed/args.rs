@@ -48,17 +48,18 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "\
 Columns: s, and for each axis of the limits file NAME, NAME1, NAME2 (value and derivatives by s) and
 optionally NAME3, which is checked. Between rows the path is the quintic through all three. Two rows
-with the same s mark a jump of the derivatives: the axes rest there. A column `feed` limits ds/dt row
-by row; with --method given a column `speed` is ds/dt. Units are those of the columns, per second.
+with the same s mark a jump of the derivatives: the axes rest there. A column `feed` limits ds/dt
+row by row; with --method given, a column `speed` is ds/dt. Units are those of the columns, per
+second.
 Limits (TOML):  [axis.X]  vel = 500  acc = 5000  jerk = 1e5     one table per axis
                           vel_minus = 400  acc_minus = 4000     optional: in minus direction
                           chord = 0.001                         optional: largest distance from the
                                                                 line between two setpoints, --period
                 [path]    feed = 50  acc, jerk, start, end      optional, along s
-Result: s,t,speed,acceleration,jerk. Between rows the acceleration is constant (optimal) or linear in
-s (jerk).
-Exit codes: 0 done; 1 done, but a limit is broken (--no-guarantee, blocks, given); 2 bad input, nothing
-written.
+Result: s,t,speed,acceleration,jerk. Between rows the acceleration is constant (optimal) or linear
+in s (jerk).
+Exit codes: 0 done; 1 done, but a limit is broken (--no-guarantee, blocks, given); 2 bad input,
+nothing written.
 
   trunnion feed path.csv --limits machine.toml -o profile.csv
   trunnion feed path.csv --limits machine.toml --method optimal --json -o profile.csv

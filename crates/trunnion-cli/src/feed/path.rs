@@ -9,18 +9,18 @@ use trunnion::feed::{GivenSpeed, Limits};
 use trunnion::files::limits::LimitsFile;
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Diagnostic, Motion};
 
-/// The table and what its columns are.
+/// Table and the meaning of its columns.
 pub(super) struct Table {
     name: PathBuf,
     rows: Rows,
     pub(super) layout: Layout,
 }
 
-/// A place at which the axes rest although the path goes on.
+/// Rest of the axes inside the path.
 pub(super) struct Rest {
     pub(super) s: f64,
     pub(super) line: u32,
-    /// The derivative that jumps most, and by how much; nothing where none does.
+    /// Derivative that jumps, and by how much; `None` if the row is only repeated.
     pub(super) jump: Option<(String, f64)>,
 }
 
@@ -32,7 +32,7 @@ impl Table {
         Ok(Self { name: ends.name().to_owned(), rows, layout })
     }
 
-    /// The path, or everything wrong with it.
+    /// Returns the path, or all faults of its rows.
     pub(super) fn path<const N: usize>(
         &self,
         limits: &Limits<N>,
@@ -46,10 +46,14 @@ impl Table {
         if faults.is_empty() {
             self.thirds(&path, limits, args, &mut faults);
         }
-        if faults.is_empty() { Ok(path) } else { Err(Failure::faults(&self.name, &faults.told())) }
+        if faults.is_empty() {
+            Ok(path)
+        } else {
+            Err(Failure::faults(&self.name, &faults.listed()))
+        }
     }
 
-    /// The rows, cut where s stays the same.
+    /// Splits the rows into pieces at repeated values of s.
     fn pieces<const N: usize>(&self, faults: &mut Faults) -> Vec<AxisPiece<N>> {
         let mut pieces = Vec::new();
         let mut nodes: Vec<AxisNode<N>> = Vec::new();
@@ -70,7 +74,7 @@ impl Table {
         pieces
     }
 
-    /// The column `speed`, piece by piece.
+    /// Returns the column `speed`, piece by piece.
     pub(super) fn speeds<const N: usize>(&self, path: &AxisPath<N>) -> Vec<GivenSpeed> {
         let width = self.rows.names.len();
         let mut speeds = self.rows.values.chunks(width).map(|row| row.last().copied());
@@ -81,7 +85,7 @@ impl Table {
         path.pieces.iter().map(of).collect()
     }
 
-    /// Compares NAME3 with the third derivative of the quintic on both sides of every row.
+    /// Compares NAME3 with the third derivatives of the quintics on both sides of every row.
     fn thirds<const N: usize>(
         &self,
         path: &AxisPath<N>,
@@ -105,7 +109,7 @@ impl Table {
         }
     }
 
-    /// Where the axes rest inside the path.
+    /// Returns the rests of the axes inside the path.
     pub(super) fn rests<const N: usize>(&self, path: &AxisPath<N>) -> Vec<Rest> {
         let mut row = 0;
         let mut rests = Vec::new();

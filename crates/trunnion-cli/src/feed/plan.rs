@@ -8,10 +8,10 @@ use trunnion::feed::{
 };
 use trunnion::types::{AxisNode, AxisPath, Progress};
 
-/// Paper 001's window: so many blocks at first, and on until they last so many periods.
+/// Look-ahead of paper 001: a number of blocks at first, extended until they last a number of periods.
 const BLOCKS_AHEAD: LookAhead = LookAhead::Dynamic { blocks: 5, periods: 1000.0 };
 
-/// Rows of a streamed path, at least: longer stretches between rows of the table are cut.
+/// Least number of rows of a streamed path: longer stretches between rows of the table are divided.
 pub(super) const LEAST_ROWS: f64 = 128.0;
 
 /// Path and limits that a method plans with.
@@ -33,7 +33,7 @@ pub(super) struct Planned<const N: usize> {
     pub(super) seconds: f64,
 }
 
-/// Plans by the method asked for; breaches are those of given speeds.
+/// Plans by the method of the arguments; breaches occur with given speeds only.
 pub(super) fn plan<const N: usize>(
     args: &Args,
     input: &PlanInput<'_, N>,
@@ -61,7 +61,7 @@ pub(super) fn plan<const N: usize>(
     }
 }
 
-/// The speeds of a path that is fed through a window, row by row.
+/// Returns the speeds of a path that is planned row by row through a window.
 fn streamed<const N: usize>(
     path: &AxisPath<N>,
     limits: &Limits<N>,

@@ -12,7 +12,7 @@ use std::time::Instant;
 use trunnion::feed::{FeedError, FeedOptions, Limits, ProgrammedSpeeds};
 use trunnion::files::limits::{LimitsFile, parse};
 
-/// Axis counts that plans are compiled for; others get axes that stand still.
+/// Axis counts that plans are compiled for; other counts get additional axes that stand still.
 const SIZES: [usize; 4] = [3, 5, 6, 10];
 
 pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
@@ -49,7 +49,7 @@ fn too_many(args: &Args, axes: usize) -> Failure {
     ))
 }
 
-/// Every axis needs a jerk limit where jerk is to be limited.
+/// Refuses axes without a jerk limit if the method keeps jerk limits.
 fn jerks(args: &Args, limits: &LimitsFile) -> Result<(), Failure> {
     if args.method != Method::Jerk {
         return Ok(());
@@ -67,7 +67,7 @@ fn jerks(args: &Args, limits: &LimitsFile) -> Result<(), Failure> {
     if missing.is_empty() { Ok(()) } else { Err(Failure::Input(missing)) }
 }
 
-/// A window starts at rest and always ends there.
+/// Refuses speeds at the ends of a path that is planned through a window, which starts and ends at rest.
 fn rests(args: &Args, limits: &LimitsFile) -> Result<(), Failure> {
     let ends = [limits.path.start, limits.path.end];
     if args.window.is_none() || ends.iter().all(|speed| *speed <= 0.0) {

@@ -19,7 +19,7 @@ use trunnion::feed::{
 use trunnion::files::limits::LimitsFile;
 use trunnion::types::{AxisNode, AxisPiece, Diagnostic, Motion};
 
-/// What the first reading finds; the second plans.
+/// Results of the first reading; the second plans.
 struct Survey {
     layout: Layout,
     rows: u64,
@@ -32,16 +32,16 @@ struct Survey {
     more_rests: usize,
 }
 
-/// A row, and the rows before it that define it.
+/// Last row read.
 #[derive(Clone, Copy)]
 struct Last<const N: usize> {
     line: u32,
     node: AxisNode<N>,
-    /// Rows of its piece up to it.
+    /// Number of rows of its piece up to it.
     of_piece: usize,
 }
 
-/// Rows of the schedule as they are written: the last of a piece waits for what comes after it.
+/// Writer of the schedule: the last row of a piece waits for the row after it.
 struct Writer<'a> {
     out: &'a mut dyn Write,
     line: String,
@@ -49,7 +49,7 @@ struct Writer<'a> {
     rows: u64,
 }
 
-/// What was planned.
+/// Result of planning.
 struct Outcome {
     duration: f64,
     points: u64,
@@ -57,7 +57,7 @@ struct Outcome {
     bounds: Option<LimitRatios>,
 }
 
-/// What came out, for scripts.
+/// Summary for scripts.
 #[derive(Debug, serde::Serialize)]
 struct Summary {
     method: &'static str,
@@ -81,7 +81,7 @@ struct Summary {
     output: String,
 }
 
-/// Axes that are planned for.
+/// Returns the number of axes to plan for.
 pub(super) fn axes(args: &Args, limits: &LimitsFile) -> Result<usize, Failure> {
     let names = args.ends.columns(|header| columns(header, limits, args.method))?;
     Ok(Layout::new(&names, limits).axes())
@@ -131,7 +131,7 @@ fn describe(summary: &Summary) -> String {
     format!("{duration:.6} s; {kept}\n{points} rows of {read} read, in {seconds:.4} s\n{wrote}")
 }
 
-/// Reads the table once: what is wrong with its rows, and what planning needs to know beforehand.
+/// Reads the table once, for the faults of its rows and for the data that planning needs beforehand.
 fn survey<const N: usize>(args: &Args, file: &LimitsFile) -> Result<Survey, Failure> {
     let name = args.ends.name();
     let names = args.ends.columns(|header| columns(header, file, args.method))?;
@@ -167,12 +167,12 @@ fn survey<const N: usize>(args: &Args, file: &LimitsFile) -> Result<Survey, Fail
     if rows < 2 {
         faults.add(Diagnostic::whole("a path needs at least two rows"));
     }
-    // A jump at the end of the path.
+    // A repeated row at the end of the path has no piece after it.
     if let Some(Last { line, node, .. }) = last.filter(|last| rows > 1 && last.of_piece < 2) {
         layout.next(line, [&node, &node], JumpPosition::AtEnd, &mut faults);
     }
     if !faults.is_empty() {
-        return Err(Failure::faults(name, &faults.told()));
+        return Err(Failure::faults(name, &faults.listed()));
     }
     Ok(Survey { layout, rows, length, largest, rests, more_rests })
 }
@@ -232,7 +232,7 @@ fn planned<const N: usize>(
         Ok(())
     })?;
     if !faults.is_empty() {
-        return Err(Failure::faults(name, &faults.told()));
+        return Err(Failure::faults(name, &faults.listed()));
     }
     for step in planner.by_ref() {
         writer.step(step)?;
@@ -244,7 +244,7 @@ fn planned<const N: usize>(
 const WRITING: &str = "writing the result";
 
 impl Writer<'_> {
-    /// Takes a stretch: its start is a row, its end one only if the piece ends there.
+    /// Writes the start of a step; its end becomes a row only at the end of a piece.
     fn step(&mut self, step: StreamStep) -> Result<(), Failure> {
         if self.last.is_some_and(|last| last.piece != step.piece) {
             self.end_piece()?;

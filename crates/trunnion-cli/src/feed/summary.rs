@@ -14,12 +14,12 @@ use trunnion::feed::{BindingLimit, FeedPlan, LimitBreach, LimitRatios};
 /// difference of terms as large as the distance to rest over `h`; rows keep half of their digits apart,
 /// so those terms are below `1 / sqrt(eps)`, and their rounding is below `sqrt(eps)`.
 pub(super) const ROUNDING: f64 = 1.490_116_119_384_765_6e-8;
-/// What to do about a broken limit.
+/// Remedy for a broken limit.
 const HINT: &str = " between rows; plan without --no-guarantee";
 /// Most rests that are listed one by one.
 pub(super) const MOST_LISTED: usize = 10;
 
-/// What came out, for scripts.
+/// Summary for scripts.
 #[derive(Debug, serde::Serialize)]
 struct Summary {
     method: &'static str,
@@ -34,13 +34,13 @@ struct Summary {
     /// Rows of the schedule, and how many of them were inserted.
     points: usize,
     inserted: usize,
-    /// No schedule within the velocity and acceleration limits is faster \[s\].
+    /// Lower bound on the time of every schedule within the velocity and acceleration limits \[s\].
     lower_bound: f64,
-    /// Largest values over their limits, found in a dense check between rows.
+    /// Largest ratios to the limits, found in a dense check between rows.
     ratios: Share,
-    /// The same, guaranteed everywhere.
+    /// Upper bounds on these ratios everywhere.
     bounds: Share,
-    /// What binds, as shares of the time, largest first.
+    /// Limits that bind, as shares of the time, largest first.
     binding: Vec<Bound>,
     /// Places inside the path at which the axes rest.
     rests: usize,
@@ -79,6 +79,7 @@ pub(super) fn report<const N: usize>(
     let listed = rests.len().min(MOST_LISTED);
     report_rests(&rests[..listed], rests.len() - listed);
     let kept = |ratio: f64| ratio <= 1.0 + ROUNDING;
+    // Other methods do not promise jerk limits: breaking one is no failure.
     let jerk_kept = args.method != Method::Jerk || plan.bounds.jerk.is_none_or(kept);
     let within = if args.method == Method::Given {
         planned.breaches.is_empty()
@@ -106,7 +107,7 @@ pub(super) fn report<const N: usize>(
     Ok(if within { Done::Kept } else { Done::Broken })
 }
 
-/// Prints a summary: as JSON, or in words on the stream that the schedule does not use.
+/// Prints a summary: as JSON, or as text on the stream that the schedule does not use.
 pub(super) fn print<S: serde::Serialize>(
     args: &Args,
     form: OutputForm,
@@ -153,7 +154,7 @@ fn report_breaches(breaches: &[LimitBreach], table: &Table) {
     }
 }
 
-/// Shares of the time by what binds.
+/// Returns the shares of the time by binding limit.
 fn binding(plan: &FeedPlan, table: &Table) -> Vec<Bound> {
     let mut times: BTreeMap<String, f64> = BTreeMap::new();
     for (piece, binding) in plan.schedule.pieces.iter().zip(&plan.binding) {

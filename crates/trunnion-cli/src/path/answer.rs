@@ -41,7 +41,7 @@ pub(super) fn answer(sheet: &Sheet, smooth: Option<[f64; 2]>) -> Answer {
 fn smoothing(sheet: &Sheet, [tip, axis]: [f64; 2]) -> Smoothing {
     let report = &sheet.report;
     let most = &report.deviated;
-    // Without spans nothing is bent: locations taken for one are as far from it as they may be, on either side.
+    // Without spans nothing was smoothed; merged locations lie within SAME of the tolerance on either side.
     let [tip_share, axis_share] = match (report.spans, report.merged) {
         (0, 0) => [0.0; 2],
         (0, _) => [2.0 * SAME; 2],
@@ -51,6 +51,7 @@ fn smoothing(sheet: &Sheet, [tip, axis]: [f64; 2]) -> Smoothing {
         tip_tolerance: tip,
         axis_tolerance: axis.to_degrees(),
         tip_deviation: most.tip,
+        // Deviation of the path, division into straight moves, and rounding add up.
         tip_bound: most.tip_bound + tip_share * tip + WRITTEN[0],
         axis_deviation: most.axis.to_degrees(),
         axis_bound: (most.axis_bound + axis_share * axis + WRITTEN[1]).to_degrees(),

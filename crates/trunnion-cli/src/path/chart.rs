@@ -52,8 +52,10 @@ impl Plot {
         let Self { name, tolerance, columns } = self;
         let tolerance = *tolerance;
         let [left, bottom] = [MARGIN[0], top + PLOT[1]];
+        // A tenth of headroom above the largest value or the tolerance.
         let most = columns.iter().map(|c| c[1]).fold(tolerance, f64::max) * 1.1;
         let y = |value: f64| bottom - value / most * PLOT[1];
+        // The bound first, lighter, with the seen deviation on top of it.
         for (part, colour) in [(1, "#9ecae1"), (0, "#08519c")] {
             let _ = write!(svg, "<path fill=\"{colour}\" d=\"M{left:.1},{bottom:.1}");
             for (index, column) in columns.iter().enumerate() {

@@ -32,7 +32,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     let bars = Bars::new();
     let input = Input::open(&args.input, &bars)?;
     let Some(place) = &args.output else {
-        // Whole or not at all: what is refused in the last line has not gone out before.
+        // Whole or not at all: a file that is refused in its last line must not have gone to stdout.
         let mut spool = tempfile::tempfile().context("making a temporary file")?;
         let done_sheet = rewrite(input, &bars, args.smooth, BufWriter::new(&mut spool))?;
         draw(args, &done_sheet)?;
@@ -65,7 +65,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     form.print(&answer, |answer| describe(answer, place))
 }
 
-/// A CL file, line by line.
+/// CL file that is read line by line.
 struct Input<'a> {
     name: &'a Path,
     lines: Lines<Box<dyn BufRead>>,
@@ -81,6 +81,7 @@ impl<'a> Input<'a> {
             for warning in warnings {
                 eprintln!("warning: {warning}");
             }
+            // A job has no CL file yet: its passes are placed, and read back as one.
             let cl = pipeline::locations(&job, bars).map_err(jobs::failure)?;
             let size = cl.len() as u64;
             (Box::new(Cursor::new(cl)), size)
@@ -97,7 +98,7 @@ impl<'a> Input<'a> {
     }
 }
 
-/// Copies a CL file, or writes it smoothed; nothing that it writes counts after an error.
+/// Copies a CL file, or writes it smoothed. After an error the output is discarded.
 fn rewrite(
     mut input: Input<'_>,
     bars: &Bars,
@@ -120,7 +121,7 @@ fn rewrite(
             break;
         }
         if !reader.faults().is_empty() {
-            // Only further faults are looked for.
+            // Nothing will be written any more; the rest is read for its faults.
             raw.clear();
         } else if let Some(item) = item {
             writer.item(&item, &raw, &reader).map_err(|stop| stopped(name, stop))?;
@@ -141,7 +142,7 @@ fn rewrite(
     writer.finish().map_err(|stop| stopped(name, stop))
 }
 
-/// Writes a file as it stands, or smoothed.
+/// Writer of a file, unchanged or smoothed.
 enum Writer<W> {
     Copy(W, Sheet),
     Smooth(Box<Rewriter<W>>),

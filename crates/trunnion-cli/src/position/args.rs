@@ -33,8 +33,8 @@ pub(crate) struct Args {
     /// Side of the feed on which the strip lies.
     #[arg(long, default_value = "right")]
     pub(super) strip: Strip,
-    /// Where the contact arc lies from the cutter centre, along the feed; anything but `ahead`
-    /// needs a centre-cutting tool.
+    /// Position of the contact arc along the feed, seen from the cutter centre; anything but `ahead` needs a
+    /// centre-cutting tool.
     #[arg(long, default_value = "ahead")]
     pub(super) side: Side,
     /// Range of the offset direction in degrees, from the strip's side towards the feed.
@@ -59,10 +59,10 @@ pub(crate) struct Args {
 }
 
 const EXAMPLES: &str = "\
-The strip begins at the point --at, where the error is the tolerance, and lies to the right of the feed
-(seen along it, the normal up); `left` is for the return pass of a zigzag.
+The strip begins at the point --at, where the error is the tolerance, and lies to the right of the
+feed (seen along it, the normal up); `left` is for the return pass of a zigzag.
   end-point    the widest strip: error within [0, tolerance] on it, no gouge anywhere (default)
-  nested       the same by the grid search of the original paper: slow, and only as good as its grid
+  nested       the same by the grid search of the original paper: slow, only as good as its grid
   mpm          two contacts, the error between them at the tolerance (multi-point machining)
   hermite      the same with the contacts assumed at Chebyshev nodes
   ball         a ball as large as the cutter
@@ -71,13 +71,15 @@ These touch at --at, and their strip lies around it:
   curvature    inclined until the circle has the curvature of the surface, more if that gouges
   sturz        fixed lead
   three-axis   the tool axis along z
-Every pose is checked independently of its method: one that gouges, or touches where the cutter does not cut,
-is refused with the reason and a remedy.
-Exit codes: 0 found; 1 none exists (with reason and remedy); 2 malformed input.
+Every pose is checked independently of its method. One that gouges, or touches where the cutter does
+not cut, is refused with the reason and a remedy.
+Exit codes: 0 found; 1 none exists (with reason and remedy); 2 bad input.
 
   trunnion position --surface patch.json --cutter R=10,r=6 --tolerance 0.01 --at 0.4,0.5 --feed 0,1
-  trunnion position --surface patch.json --cutter R=10,r=6 --tolerance 0.01 --at 0.4,0.5 --feed 0,1 --compare -o strips.svg
-  trunnion position --surface part.step --face 3 --cutter R=8,r=2 --tolerance 0.02 --at 0.5,0.5 --feed 1,0 --json -o error.svg";
+  trunnion position --surface patch.json --cutter R=10,r=6 --tolerance 0.01 --at 0.4,0.5 \\
+      --feed 0,1 --compare -o strips.svg
+  trunnion position --surface part.step --face 3 --cutter R=8,r=2 --tolerance 0.02 --at 0.5,0.5 \\
+      --feed 1,0 --json -o error.svg";
 
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 pub(super) enum Strip {
@@ -106,7 +108,7 @@ pub(super) enum Method {
 }
 
 impl Method {
-    /// In the order in which they are compared: those that begin at the place first.
+    /// All methods in the order of the comparison: first those whose strip begins at the point.
     pub(super) const ALL: [Self; 9] = [
         Self::EndPoint,
         Self::Nested,
@@ -149,7 +151,7 @@ impl Method {
     }
 }
 
-/// What the nested search is compared with: 3 degrees of arc or less between samples, the offset to
+/// Returns the grid of the nested search: at most 3 degrees of arc between samples, the offset to
 /// a micrometre, its direction to a hundredth of a degree, contacts to a thousandth of the band.
 fn grid(tolerance: f64) -> NestedGrid {
     NestedGrid {

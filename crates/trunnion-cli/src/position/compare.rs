@@ -1,4 +1,4 @@
-//! All methods at one place, side by side.
+//! All methods at one point, side by side.
 
 use super::answer::{Answer, words};
 use super::args::{Args, Method};
@@ -12,7 +12,7 @@ use trunnion::positioning::{
     CutterLocation, ErrorTrace, LocationRequest, PositioningError, comparison_picture, place, trace,
 };
 
-/// What one method gave.
+/// Result of one method.
 struct Row {
     method: Method,
     found: Result<CutterLocation, PositioningError>,
@@ -41,6 +41,7 @@ pub(super) fn run(
         let picture = comparison_picture(&traces.map_err(refusal)?, request.band, &title);
         output::file(path, |out| out.write_all(picture.as_bytes()))?;
     }
+    // One method that works is an answer: failures of others are part of the comparison.
     let any = rows.iter().any(|row| row.found.is_ok());
     let answers: Vec<_> = rows.iter().map(answer).collect();
     form.print(&serde_json::json!({ "methods": answers }), |_| table(&rows, args))?;
@@ -111,7 +112,7 @@ fn bounds(found: &CutterLocation) -> String {
     names.join(", ")
 }
 
-/// Why there is none, in a few words; `--method` tells the whole.
+/// Describes the refusal in a few words; `--method` prints it in full.
 fn why(error: &PositioningError) -> String {
     use PositioningError as E;
     match error {

@@ -14,6 +14,7 @@ use trunnion::surface::{Face, FaceIndex, Surface};
 pub(super) fn require_on_surface(surface: &Surface, at: [f64; 2]) -> Result<(), Failure> {
     let parameters = ["u", "v"].into_iter().zip(at).zip(surface.domain()).zip(surface.periods());
     for (((name, value), [low, high]), period) in parameters {
+        // A periodic parameter has no edge to cross.
         if period.is_none() && !(low..=high).contains(&value) {
             return Err(Failure::input(format!(
                 "--at: {name} = {value} is off the surface, where {name} goes from {low} to {high}"
@@ -67,6 +68,7 @@ pub(super) fn cutter(args: &Args) -> Result<Cutter, Failure> {
     let (Some(major), Some(minor)) = (major, minor) else {
         return Err(wrong("both R and r are needed"));
     };
+    // R = 0 leaves the corner alone, a ball; r = 0 leaves a sharp edge, a flat end mill.
     let kind = match (major > 0.0, minor > 0.0) {
         (true, true) => CutterKind::Bull,
         (true, false) => CutterKind::Flat,

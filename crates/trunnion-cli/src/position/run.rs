@@ -34,6 +34,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
         offset_range: args.offset_range.map(f64::to_radians),
         axis_cone: None,
     };
+    // A comparison treats refusals as results, a single placement as the end.
     if args.compare {
         return compare::run(&request, args, form);
     }

@@ -99,13 +99,17 @@ pub(crate) struct Args {
 }
 
 const EXAMPLES: &str = "\
-Feeds never exceed those of the input unless --max-feed allows it; rapid moves stay rapid. With tool-centre-point
-control F is an upper limit: the control plans its own speed below it. Without it (g93) each block has its time.
+Feeds never exceed those of the input unless --max-feed allows it; rapid moves stay rapid. With
+tool-centre-point control, F is an upper limit: the control plans its own speed below it. Without it
+(g93), each block has its time.
 Dialects: linuxcnc g93 fanuc fanuc-vector haas siemens siemens-axes heidenhain heidenhain-axes apt.
-Exit codes: 0 done; 1 written, but a limit is broken; 2 bad input, or poses out of reach: nothing written.
+Exit codes: 0 done; 1 written, but a limit is broken; 2 bad input or poses out of reach, nothing
+written.
 
-  trunnion post out/toolpath.cls -m bc-trunnion --origin -381,-254,-505 --tool-length 120 -d fanuc -o part.nc
-  trunnion post old.ngc -m new.toml --from-machine old.toml --from-tool-length 150 --tool-length 120 -d g93 -o new.nc
+  trunnion post out/toolpath.cls -m bc-trunnion --origin -381,-254,-505 --tool-length 120 \\
+      -d fanuc -o part.nc
+  trunnion post old.ngc -m new.toml --from-machine old.toml --from-tool-length 150 \\
+      --tool-length 120 -d g93 -o new.nc
   trunnion post two-tools.ngc -m new.toml --tool 2 --tool-length 95 -d g93 -o second.nc
   trunnion post two-tools.ngc -m new.toml --tool-length 1=120 --tool-length 2=95 -d fanuc -o both.nc
   trunnion post --print-template fanuc > shop.j2

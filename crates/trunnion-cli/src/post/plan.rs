@@ -63,6 +63,7 @@ impl Plan {
         let options = PostOptions {
             control: control_of(&kinematics, dialect),
             tolerance: args.tolerance,
+            // Options are in mm/min, as programs are; the library works in mm/s.
             max_feed: args.max_feed.map(|feed| feed / 60.0),
             method: match args.feed {
                 Method::Optimal => PostMethod::Optimal,
@@ -140,6 +141,7 @@ impl Plan {
                 }
             };
             poster.push(&mut text, &one, texts).map_err(|error| input.failure(&error))?;
+            // Written in chunks, so that memory does not grow with the program.
             if text.len() > CHUNK {
                 out.write_all(text.as_bytes()).map_err(unwritten)?;
                 text.clear();
@@ -150,12 +152,13 @@ impl Plan {
         let poster = poster.ok_or_else(|| input.failure(&PostError::Empty))?;
         let report = poster.finish(&mut text, last).map_err(|error| input.failure(&error))?;
         out.write_all(text.as_bytes()).map_err(unwritten)?;
+        // Known only now; the sheet has it, the head of the program does not.
         head.duration = report.seconds[1] + report.rapid_seconds;
         head.tools = tools;
         Ok((report, head))
     }
 
-    /// The machine with a tool.
+    /// Returns the machine with the length of a tool.
     fn with_tool(&self, number: Option<u32>) -> Kinematics {
         let tool_length = self.tools.length_of(number);
         let setup = Setup { tool_length, ..*self.kinematics.setup() };

@@ -26,6 +26,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
     let mut outputs = Outputs::open(folder.unwrap_or(Path::new(".")))?;
     let bars = Bars::new();
+    // The callback of `add` may only fail with an I/O error: the failure itself is kept beside it.
     let mut posted = None;
     let written = outputs.add(&name, |out| match plan.post(input, &bars, out) {
         Ok(done) => {
@@ -53,7 +54,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     Ok(if summary.kept() { Done::Kept } else { Done::Broken })
 }
 
-/// `part.nc` has `part.setup.txt` beside it.
+/// Returns the name of the setup sheet: `part.setup.txt` beside `part.nc`.
 fn sheet_name(name: &str) -> String {
     let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
     format!("{stem}.setup.txt")

@@ -20,7 +20,7 @@ use trunnion::post::{PostError, PostMove, PostSource};
 /// Bytes read at a time, and those of the beginning by which a dialect is known.
 const BUFFER: usize = 1 << 16;
 
-/// Input of one of both kinds.
+/// Input of either kind.
 pub(crate) enum Input<'a> {
     Locations(Box<Locations<'a>>),
     Program(Box<Program<'a>>),
@@ -46,6 +46,7 @@ impl<'a> Input<'a> {
             let file = File::open(path).map_err(|error| fault(error.to_string()))?;
             (Box::new(BufReader::with_capacity(BUFFER, file)), size.len())
         };
+        // Stdin cannot be read twice: the beginning that shows the dialect is put back in front.
         let mut head = Vec::new();
         let unread = || format!("reading {}", path.display());
         file.by_ref().take(BUFFER as u64).read_to_end(&mut head).with_context(unread)?;
@@ -70,7 +71,7 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// The tool of the last move.
+    /// Returns the tool of the last move.
     pub(crate) fn tool(&self) -> Option<u32> {
         match self {
             Self::Locations(of) => of.tool(),
@@ -78,7 +79,7 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// The next move; `None` at the end.
+    /// Returns the next move; `None` at the end.
     pub(crate) fn next(&mut self) -> Result<Option<PostMove>, Failure> {
         match self {
             Self::Locations(of) => of.next(),
@@ -86,7 +87,7 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// Adds tool and spindle of the input so far.
+    /// Adds name, tool and spindle speed of the input so far.
     pub(crate) fn head(&self, head: &mut Head) {
         match self {
             Self::Locations(of) => of.head(head),
@@ -101,7 +102,7 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// A message with the place in the file.
+    /// Returns an error with its line in the file.
     pub(crate) fn failure(&self, error: &PostError) -> Failure {
         failure(self.path(), error)
     }

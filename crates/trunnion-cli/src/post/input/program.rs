@@ -1,4 +1,4 @@
-//! Programs.
+//! Moves of an NC program.
 
 use super::refusal::failure;
 use super::source::{ARC_TOLERANCE, InputOptions, Source, stem};
@@ -12,7 +12,7 @@ use trunnion::nc::read::{AxisWords, Dialect, ReadOptions, Steps, steps};
 use trunnion::post::MOST_FAULTS;
 use trunnion::post::{PostMove, PostPace, ProgramMoves};
 
-/// Lines of a file for a reader that knows no failures; one ends them, and is kept.
+/// Lines of a file for a reader that knows no I/O errors: an error ends the lines and is kept.
 struct Text<'a> {
     source: Source<'a>,
     failed: Rc<RefCell<Option<Failure>>>,
@@ -32,13 +32,13 @@ impl Iterator for Text<'_> {
     }
 }
 
-/// A program that is being read.
+/// Program that is being read.
 pub(crate) struct Program<'a> {
     path: PathBuf,
     steps: Steps<Text<'a>>,
     failed: Rc<RefCell<Option<Failure>>>,
     moves: ProgramMoves,
-    /// Moves made by the last step, the first of which are taken.
+    /// Moves of the last step; the first `taken` of them have been returned.
     waiting: Vec<PostMove>,
     taken: usize,
     feed: f64,
@@ -92,6 +92,7 @@ impl<'a> Program<'a> {
                 return Ok(None);
             }
             let step = self.steps.next();
+            // The reader takes an error for the end of the file: the kept failure comes first.
             if let Some(failure) = self.failed.borrow_mut().take() {
                 return Err(failure);
             }
@@ -110,7 +111,7 @@ impl<'a> Program<'a> {
         self.moves.tool()
     }
 
-    /// The machine with the tool that is in the spindle.
+    /// Returns the machine with the tool in the spindle.
     pub(super) fn kinematics(&self) -> &Kinematics {
         self.moves.kinematics()
     }

@@ -15,7 +15,7 @@ const LINES_A_STEP: u64 = 4096;
 /// Chord tolerance of arcs \[mm\].
 pub(super) const ARC_TOLERANCE: f64 = 1e-3;
 
-/// A text file that is read line by line.
+/// Text file that is read line by line.
 pub(super) struct Source<'a> {
     pub(super) path: PathBuf,
     pub(super) lines: Lines<Box<dyn BufRead>>,
@@ -25,7 +25,7 @@ pub(super) struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// The next line, without its line break.
+    /// Returns the next line without its line break.
     pub(super) fn line(&mut self) -> Result<Option<std::borrow::Cow<'_, str>>, Failure> {
         self.count += 1;
         if self.count.is_multiple_of(LINES_A_STEP) && self.size > 0 {
