@@ -2,7 +2,16 @@
 
 use trunnion_report::{Number, State};
 
-/// A number that nothing is asked of.
+/// Place of a number on the page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Prominence {
+    /// Large, at the top of the page.
+    Headline,
+    /// In the table below.
+    Body,
+}
+
+/// Returns a number without a limit.
 pub(crate) fn plain(label: &str, value: String, unit: &str, note: String) -> Number {
     Number {
         label: label.to_owned(),
@@ -14,7 +23,17 @@ pub(crate) fn plain(label: &str, value: String, unit: &str, note: String) -> Num
     }
 }
 
-/// A number that is good or bad; `headline`: it stands large at the top of the page.
-pub(crate) fn judged(good: bool, number: Number, headline: bool) -> Number {
-    Number { state: if good { State::Good } else { State::Bad }, headline, ..number }
+/// Returns a number that is good or bad.
+pub(crate) fn judged(state: State, number: Number, prominence: Prominence) -> Number {
+    Number { state, headline: prominence == Prominence::Headline, ..number }
+}
+
+/// Judges a value by its upper limit; a value that is not a number is bad.
+pub(crate) fn within(value: f64, limit: f64) -> State {
+    if value <= limit { State::Good } else { State::Bad }
+}
+
+/// Judges a count of which every one is a defect.
+pub(crate) fn none(count: usize) -> State {
+    if count == 0 { State::Good } else { State::Bad }
 }

@@ -5,9 +5,10 @@ mod program;
 
 pub(crate) use program::parameter;
 
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
-use crate::{output, part, text};
+use crate::{output, part};
 use std::path::PathBuf;
 use trunnion::import::inspect::{self, FaceSummary};
 
@@ -28,18 +29,18 @@ pub(crate) fn is_cl(path: &std::path::Path) -> bool {
     cl::is_one(path)
 }
 
-pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
+pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     if cl::is_one(&args.part) {
         if args.output.is_some() {
             return Err(Failure::input("a CL file is not drawn\n  help: leave -o out"));
         }
-        return cl::run(&args.part, json);
+        return cl::run(&args.part, form);
     }
     if program::is_one(&args.part) {
         if args.output.is_some() {
             return Err(Failure::input("a program is not drawn\n  help: leave -o out"));
         }
-        return program::run(&args.part, &args.program, json);
+        return program::run(&args.part, &args.program, form);
     }
     let part = part::read(&args.part, &Bars::new())?;
     for warning in &part.warnings {
@@ -50,11 +51,8 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
         let picture = inspect::picture(&part.faces);
         output::file(path, |out| out.write_all(picture.as_bytes()))?;
     }
-    if json {
-        text::print_json(&faces.iter().map(FaceJson::of).collect::<Vec<_>>())
-    } else {
-        text::print(&table(&faces))
-    }
+    let rows: Vec<FaceJson> = faces.iter().map(FaceJson::of).collect();
+    form.print(&rows, |_| table(&faces))
 }
 
 /// One face for scripts; lengths in mm.

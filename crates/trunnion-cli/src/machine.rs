@@ -1,5 +1,6 @@
 //! `trunnion machine`: lists, shows and checks machine files; loads machines for other verbs.
 
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::{output, text};
 use std::path::{Path, PathBuf};
@@ -34,23 +35,23 @@ pub(crate) enum Action {
     },
 }
 
-pub(crate) fn run(action: &Action, json: bool) -> Result<Done, Failure> {
+pub(crate) fn run(action: &Action, form: OutputForm) -> Result<Done, Failure> {
     match action {
-        Action::List { files } => list(files, json),
+        Action::List { files } => list(files, form),
         Action::Show { machine, file: true, .. } => text::print(&source(machine)?),
-        Action::Show { machine, output, .. } => show(machine, output.as_deref(), json),
-        Action::Check { files } => check(files, json),
+        Action::Show { machine, output, .. } => show(machine, output.as_deref(), form),
+        Action::Check { files } => check(files, form),
     }
 }
 
-/// Reads a machine file; where there is no such file, the built-in machine of that name.
+/// Reads a machine file, or the built-in machine of that name if there is no such file.
 pub(crate) fn load(argument: &str) -> Result<MachineFile, Failure> {
     let path = Path::new(argument);
     let text = source(argument)?;
     parse(&text).map_err(|faults| Failure::faults(path, &faults))
 }
 
-/// Machine that a job names: a file beside the job, else a built-in one.
+/// Reads the machine that a job names: a file beside the job, else a built-in machine.
 pub(crate) fn load_beside(job: &Path, name: &str) -> Result<MachineFile, Failure> {
     let path = job.parent().unwrap_or(Path::new("")).join(name);
     if path.exists() || built_in(name).is_err() {
@@ -60,7 +61,7 @@ pub(crate) fn load_beside(job: &Path, name: &str) -> Result<MachineFile, Failure
     }
 }
 
-/// Text of a machine file or built-in machine.
+/// Returns the text of a machine file or built-in machine.
 fn source(argument: &str) -> Result<String, Failure> {
     let path = Path::new(argument);
     // A folder of that name is no machine file, but a built-in machine may be meant.
@@ -78,7 +79,7 @@ fn source(argument: &str) -> Result<String, Failure> {
     })
 }
 
-/// What a machine is, for scripts; mm, deg, s.
+/// Description of a machine for scripts; mm, deg, s.
 #[derive(Debug, serde::Serialize)]
 struct MachineJson {
     /// File, or name of the built-in machine.
@@ -101,7 +102,7 @@ struct AxisJson {
     kind: &'static str,
     direction: [f64; 3],
     point: Option<[f64; 3]>,
-    /// `null`: turns without end.
+    /// Travel; `null` for an axis that turns without end.
     travel: Option<[f64; 2]>,
     home: f64,
     vel: f64,
@@ -118,7 +119,7 @@ struct SignJson {
     expect: String,
 }
 
-/// Factor to the unit people read, and its name.
+/// Returns the factor to the unit that people read, and its name.
 fn unit(axis: &Axis) -> (f64, &'static str) {
     match axis.kind {
         AxisKind::Linear => (1.0, "mm"),
@@ -126,8 +127,9 @@ fn unit(axis: &Axis) -> (f64, &'static str) {
     }
 }
 
-/// Digits that conversion of units made up are dropped.
+/// Drops digits that the conversion of units made up.
 fn round(value: f64) -> f64 {
+    // Adding 0 turns -0 into 0.
     (value * 1e9).round() / 1e9 + 0.0
 }
 
@@ -152,7 +154,7 @@ impl AxisJson {
     }
 }
 
-/// The inverse with the workpiece frame parallel to the machine frame.
+/// Returns the inverse for a workpiece frame parallel to the machine frame.
 fn inverse(machine: &Machine) -> Result<Inverse, Failure> {
     let setup = Setup::new([0.0; 3].into(), [0.0; 3], 0.0);
     Inverse::new(&Kinematics::new(machine, &setup)).map_err(Failure::input)
@@ -183,9 +185,10 @@ impl MachineJson {
     }
 }
 
-fn list(files: &[String], json: bool) -> Result<Done, Failure> {
+fn list(files: &[String], form: OutputForm) -> Result<Done, Failure> {
     let names = BUILT_IN.iter().map(|(name, _)| *name);
     let mut machines = Vec::new();
+    // A file that is called as a built-in machine is still read from disk.
     for source in names.chain(files.iter().map(String::as_str)) {
         let built_in =
             BUILT_IN.iter().find(|(name, _)| *name == source && machines.len() < BUILT_IN.len());
@@ -196,7 +199,7 @@ fn list(files: &[String], json: bool) -> Result<Done, Failure> {
         let file = parse(&text).map_err(|faults| Failure::faults(Path::new(source), &faults))?;
         machines.push((source, file.machine));
     }
-    if json {
+    if form.is_json() {
         let list: Result<Vec<_>, _> =
             machines.iter().map(|(source, machine)| MachineJson::of(source, machine)).collect();
         return text::print_json(&list?);
@@ -206,7 +209,7 @@ fn list(files: &[String], json: bool) -> Result<Done, Failure> {
         "machine", "kind", "layout", "travel mm", "rotary travel deg"
     )];
     lines.extend(machines.iter().map(|(source, machine)| list_row(source, machine)));
-    lines.push("\n`trunnion machine show NAME` tells more; `show NAME --file > my.toml` is a start for your own".into());
+    lines.push("\n`trunnion machine show NAME` describes one; `show NAME --file > my.toml` is a start for your own".into());
     text::print(&(lines.join("\n") + "\n"))
 }
 
@@ -219,21 +222,21 @@ fn list_row(source: &str, machine: &Machine) -> String {
     format!("{source:<28} {:<12} {layout:>6}  {linear:<24} {rotary}", machine.kind().name())
 }
 
-/// `-35 .. 120`, or `endless`.
+/// Describes the travel: `-35 .. 120`, or `endless`.
 fn travel(axis: &Axis) -> String {
     let (factor, _) = unit(axis);
     let [low, high] = axis.limits.map(|end| round(end * factor));
     if low.is_finite() { format!("{low} .. {high}") } else { "endless".to_owned() }
 }
 
-fn show(argument: &str, output: Option<&Path>, json: bool) -> Result<Done, Failure> {
+fn show(argument: &str, output: Option<&Path>, form: OutputForm) -> Result<Done, Failure> {
     let machine = load(argument)?.machine;
     if let Some(path) = output {
         let picture = picture(&machine);
         output::file(path, |out| out.write_all(picture.as_bytes()))?;
     }
     let about = MachineJson::of(argument, &machine)?;
-    if json {
+    if form.is_json() {
         return text::print_json(&about);
     }
     let mut lines = chain_lines(&machine);
@@ -297,12 +300,12 @@ fn axis_lines(machine: &Machine, about: &MachineJson) -> Vec<String> {
     lines
 }
 
-/// A component to four digits.
+/// Rounds a component to four decimals.
 fn short(value: f64) -> f64 {
     (value * 1e4).round() / 1e4 + 0.0
 }
 
-/// To six digits, and to the unit.
+/// Rounds to six digits, at least to the unit.
 fn digits(value: f64) -> f64 {
     let places = (5.0 - value.abs().max(1.0).log10().floor()).max(0.0);
     let scale = 10.0_f64.powf(places);
@@ -339,6 +342,7 @@ fn reach_lines(machine: &Machine, about: &MachineJson) -> Result<Vec<String>, Fa
     }
     for (direction, part) in directions.iter().zip(&about.singular_directions) {
         let [x, y, z] = part.map(short);
+        // The second rotary has one position there, up to full turns: the one nearest to its middle.
         let at = inverse.second_at_pole(direction, 1e-9).unwrap_or_default();
         let [low, high] = second.limits;
         let middle = if low.is_finite() { 0.5 * (low + high) } else { 0.0 };
@@ -357,7 +361,7 @@ fn reach_lines(machine: &Machine, about: &MachineJson) -> Result<Vec<String>, Fa
 fn sign_lines(machine: &Machine, about: &MachineJson) -> Vec<String> {
     let mut lines = vec![
         String::new(),
-        "signs     jog each axis from home and look; where the machine goes the other way, write sense = -1".into(),
+        "signs     jog each axis from home and look; if the machine goes the other way, write sense = -1".into(),
     ];
     lines.extend(about.signs.iter().zip(&machine.axes).map(|(sign, axis)| {
         let jog = format!("{} {:+}", sign.axis, sign.jog);
@@ -366,7 +370,7 @@ fn sign_lines(machine: &Machine, about: &MachineJson) -> Vec<String> {
     lines
 }
 
-/// Faults of one file, for scripts.
+/// Diagnostics of one file for scripts.
 #[derive(Debug, serde::Serialize)]
 struct CheckJson {
     file: String,
@@ -382,7 +386,7 @@ struct FaultJson {
     help: String,
 }
 
-fn check(files: &[String], json: bool) -> Result<Done, Failure> {
+fn check(files: &[String], form: OutputForm) -> Result<Done, Failure> {
     let mut checks = Vec::new();
     for file in files {
         let faults = match source(file) {
@@ -392,7 +396,8 @@ fn check(files: &[String], json: bool) -> Result<Done, Failure> {
             }
             Err(failure) => return Err(failure),
         };
-        if !json {
+        // Each file is reported as soon as it is read; JSON needs all of them.
+        if !form.is_json() {
             match faults.len() {
                 0 => text::print(&format!("{file}: in order\n"))?,
                 1 => text::print(&format!("{file}: 1 fault\n"))?,
@@ -406,13 +411,14 @@ fn check(files: &[String], json: bool) -> Result<Done, Failure> {
     }
     let done =
         if checks.iter().all(|(_, faults)| faults.is_empty()) { Done::Kept } else { Done::Refused };
-    if json {
-        text::print_json(&checks.into_iter().map(CheckJson::of).collect::<Vec<_>>())?;
+    if form.is_json() {
+        let checks = checks.into_iter().map(|(file, faults)| CheckJson::of(file, faults));
+        text::print_json(&checks.collect::<Vec<_>>())?;
     }
     Ok(done)
 }
 
-/// A file that cannot be read at all; its message starts with its name.
+/// Returns the diagnostic of an unreadable file, whose message starts with its name.
 fn unreadable(file: &str, message: &str) -> Diagnostic {
     let message = message.strip_prefix(file).unwrap_or(message).trim_start_matches([':', ' ']);
     let (message, help) = message.split_once("\n  help: ").unwrap_or((message, ""));
@@ -420,7 +426,7 @@ fn unreadable(file: &str, message: &str) -> Diagnostic {
 }
 
 impl CheckJson {
-    fn of((file, faults): (&String, Diagnostics)) -> Self {
+    fn of(file: &str, faults: Diagnostics) -> Self {
         let ok = faults.is_empty();
         let faults = faults
             .into_iter()
@@ -431,6 +437,6 @@ impl CheckJson {
                 help,
             })
             .collect();
-        Self { file: file.clone(), ok, faults }
+        Self { file: file.to_owned(), ok, faults }
     }
 }

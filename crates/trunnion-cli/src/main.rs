@@ -1,4 +1,4 @@
-//! The command line: read, call the library, write.
+//! Command line: reads input, calls the library, writes output.
 //!
 //! Exit codes: 0 done; 1 done, but a tolerance or limit is broken; 2 bad input or usage, nothing
 //! written; 3 internal.
@@ -6,10 +6,12 @@
 mod check;
 mod feed;
 mod figure;
+mod form;
 mod inspect;
 mod machine;
 mod material;
 mod motion;
+mod option_values;
 mod outcome;
 mod output;
 #[cfg(feature = "parquet")]
@@ -28,13 +30,14 @@ mod table;
 mod text;
 
 use clap::{CommandFactory, Parser, Subcommand};
+use form::OutputForm;
 use outcome::{Done, Failure};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Five-axis machining, from surface to servo, with proof.
 #[derive(Debug, Parser)]
-#[command(name = "trunnion", version, arg_required_else_help = true)]
+#[command(name = "trunnion", version, arg_required_else_help = true, max_term_width = 100)]
 struct Arguments {
     /// Print one machine-readable summary on stdout, and nothing else there.
     #[arg(long, global = true)]
@@ -112,17 +115,18 @@ fn main() -> ExitCode {
 }
 
 fn dispatch(arguments: &Arguments) -> Result<Done, Failure> {
+    let form = if arguments.json { OutputForm::Json } else { OutputForm::Text };
     match &arguments.verb {
-        Verb::Run(args) => run::run(args, arguments.json),
-        Verb::Check(args) => check::run(args, arguments.json),
-        Verb::Setup(args) => setup::run(args, arguments.json),
-        Verb::Path(args) => path::run(args, arguments.json),
-        Verb::Inspect(args) => inspect::run(args, arguments.json),
-        Verb::Machine { action } => machine::run(action, arguments.json),
-        Verb::Pose(args) => pose::run(args, arguments.json),
-        Verb::Position(args) => position::run(args, arguments.json),
-        Verb::Post(args) => post::run(args, arguments.json),
-        Verb::Feed(args) => feed::run(args, arguments.json),
+        Verb::Run(args) => run::run(args, form),
+        Verb::Check(args) => check::run(args, form),
+        Verb::Setup(args) => setup::run(args, form),
+        Verb::Path(args) => path::run(args, form),
+        Verb::Inspect(args) => inspect::run(args, form),
+        Verb::Machine { action } => machine::run(action, form),
+        Verb::Pose(args) => pose::run(args, form),
+        Verb::Position(args) => position::run(args, form),
+        Verb::Post(args) => post::run(args, form),
+        Verb::Feed(args) => feed::run(args, form),
         Verb::Schema { format } => schema(*format),
         Verb::View { folder } => view(folder),
         Verb::Completions { shell } => {

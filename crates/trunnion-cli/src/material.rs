@@ -1,6 +1,6 @@
-//! Stock that was cut: in files, words, numbers and pictures.
+//! Stock and fixtures in files, words, numbers and pictures.
 
-use crate::figure::{judged, plain};
+use crate::figure::{Prominence, judged, none, plain};
 use crate::outcome::Failure;
 use crate::part::STEP;
 use crate::text;
@@ -14,24 +14,24 @@ use trunnion::types::{Mesh, Silent};
 use trunnion::verify;
 use trunnion_report::{Number, Solid};
 
-/// Whether a file is named as a STEP file.
+/// Returns true if the file name is that of a STEP file.
 pub(crate) fn is_step(path: &Path) -> bool {
     let endings = ["step", "stp"];
     path.extension().is_some_and(|is| endings.iter().any(|name| is.eq_ignore_ascii_case(name)))
 }
 
-/// Whether a file is named as an STL file.
+/// Returns true if the file name is that of an STL file.
 pub(crate) fn is_stl(path: &Path) -> bool {
     path.extension().is_some_and(|is| is.eq_ignore_ascii_case("stl"))
 }
 
-/// Triangles of an STL file, or of the solids of a STEP file, there within about `chord` \[mm\] of its faces.
+/// Reads the triangles of an STL file, or of the solids of a STEP file with the chord tolerance `chord` \[mm\].
 pub(crate) fn mesh(path: &Path, chord: f64) -> Result<Mesh, Failure> {
     let chord = is_step(path).then_some(chord);
     mesh_of(path, chord).map_err(|what| Failure::input(format!("{}: {what}", path.display())))
 }
 
-/// The same of a file whose kind is known, STEP with a chord and STL without; or what is wrong with it.
+/// Reads a STEP file if a chord tolerance is given, else an STL file; returns the error without the file name.
 pub(crate) fn mesh_of(path: &Path, chord: Option<f64>) -> Result<Mesh, String> {
     let bytes = text::bytes(path)?;
     let mesh = match chord {
@@ -43,6 +43,7 @@ pub(crate) fn mesh_of(path: &Path, chord: Option<f64>) -> Result<Mesh, String> {
 
 /// Writes a mesh as binary STL.
 pub(crate) fn write(out: &mut dyn Write, mesh: &Mesh) -> IoResult<()> {
+    // Binary STL: 80 bytes of header, the count, then 50 bytes a triangle, all little-endian.
     let mut header = [b' '; 80];
     for (to, from) in header.iter_mut().zip(b"trunnion: stock left") {
         *to = *from;
@@ -53,18 +54,20 @@ pub(crate) fn write(out: &mut dyn Write, mesh: &Mesh) -> IoResult<()> {
     for triangle in &mesh.triangles {
         let at = |corner: u32| mesh.vertices.get(corner as usize).copied().unwrap_or_default();
         let [a, b, c] = triangle.map(at);
+        // A triangle without area gets the zero normal, which readers compute themselves.
         let normal = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default();
         let vectors: [Vector3<f64>; 4] = [normal, a.coords, b.coords, c.coords];
         for value in vectors.iter().flat_map(|vector| vector.iter()) {
             #[expect(clippy::cast_possible_truncation, reason = "STL has single precision")]
             out.write_all(&(*value as f32).to_le_bytes())?;
         }
+        // No attributes.
         out.write_all(&[0, 0])?;
     }
     Ok(())
 }
 
-/// What became of the stock, and how many lines run into something.
+/// Describes the volumes removed and left, and the number of colliding lines.
 pub(crate) fn words(stock: &StockSummary) -> [String; 2] {
     let StockSummary { cell, removed, left, .. } = stock;
     let cell = cell.iter().copied().fold(0.0, f64::max);
@@ -74,7 +77,7 @@ pub(crate) fn words(stock: &StockSummary) -> [String; 2] {
     ]
 }
 
-/// What could not be decided between rays, to be added to what was.
+/// Describes a collision between rays that could not be excluded.
 fn undecided(stock: &StockSummary) -> String {
     stock.undecided.as_ref().map_or_else(String::new, |UndecidedSummary { line, depth, .. }| {
         format!(
@@ -101,11 +104,11 @@ pub(crate) fn chord_words(all: &[ChordSummary]) -> String {
 pub(crate) fn clearance_number(fixtures: &FixturesSummary, label: &str) -> Number {
     let least = fixtures.least.as_ref().map_or(0.0, |least| least.distance);
     let note = pipeline::nearest_fixture(fixtures);
-    let clear = fixtures.near.is_empty();
-    judged(clear, plain(label, format!("{least:.4}"), "mm", note), !clear)
+    let near = fixtures.near.len();
+    judged(none(near), plain(label, format!("{least:.4}"), "mm", note), if_any(near))
 }
 
-/// What a program does to the stock.
+/// Returns the numbers of the stock after a program.
 pub(crate) fn numbers(stock: &StockSummary, name: impl Fn(&str) -> String) -> [Number; 3] {
     let hits = lines(stock);
     let cell = stock.cell.iter().copied().fold(0.0, f64::max);
@@ -115,37 +118,46 @@ pub(crate) fn numbers(stock: &StockSummary, name: impl Fn(&str) -> String) -> [N
     let note =
         "rapid through the stock, shank or holder in it, or anything in a fixture".to_owned();
     [
-        judged(hits == 0, plain(&name("lines in collision"), hits.to_string(), "", note), hits > 0),
+        judged(
+            none(hits),
+            plain(&name("lines in collision"), hits.to_string(), "", note),
+            if_any(hits),
+        ),
         volume("taken away", stock.removed),
         volume("stock left", stock.left),
     ]
 }
 
-/// Lines in collision.
+/// Moves a count of defects to the top of the page as soon as there is one.
+fn if_any(count: usize) -> Prominence {
+    if count == 0 { Prominence::Body } else { Prominence::Headline }
+}
+
+/// Returns the number of colliding lines of all kinds.
 fn lines(stock: &StockSummary) -> usize {
     stock.collision_lines.iter().map(|of| of.lines.count).sum()
 }
 
-/// What is left of the stock by the program that hits most.
+/// Returns the stock that the program with the most collisions leaves.
 pub(crate) fn left(outcome: &Outcome) -> Option<&verify::Stock> {
     let carved = outcome.programs.iter().filter_map(|program| program.carving.as_ref());
     // The first of equals, as the last is taken.
     carved.rev().max_by_key(|stock| stock.report.count()).map(|stock| &stock.remaining)
 }
 
-/// Surface of stock that was cut for a part with a tolerance of `total` \[mm\].
+/// Returns the surface of the remaining stock for a part with the tolerance `total` \[mm\].
 pub(crate) fn surface(stock: &verify::Stock, total: f64) -> Mesh {
     stock.mesh(stock.tolerance(total))
 }
 
-/// The same to be drawn.
+/// Returns the remaining stock for the picture.
 pub(crate) fn drawn(stock: &verify::Stock, total: f64) -> Solid {
     let mut solid = Solid::default();
     add(&mut solid, &surface(stock, total));
     solid
 }
 
-/// Fixtures to be drawn.
+/// Returns the fixtures for the picture.
 pub(crate) fn held(fixtures: &Fixtures) -> Solid {
     let mut solid = Solid::default();
     for fixture in fixtures.all() {

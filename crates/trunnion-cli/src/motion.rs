@@ -7,7 +7,7 @@ use trunnion::pipeline::{Job, Outcome};
 use trunnion::setpoint;
 use trunnion::types::AxisVector;
 
-/// What follows an axis name in the header: the derivatives by time.
+/// Suffixes of axis names in the header: the derivatives by time.
 pub(crate) const SUFFIXES: [&str; 4] = ["", "_vel", "_acc", "_jerk"];
 
 /// Decimals of positions and their derivatives. Over a period of 1 ms their rounding can be taken for a jerk of
@@ -17,6 +17,7 @@ const DECIMALS: [usize; 4] = [10, 7, 4, 1];
 /// Writes one row a servo period: time, then position, velocity, acceleration, jerk of every axis.
 pub(crate) fn write(out: &mut dyn Write, job: &Job, outcome: &Outcome) -> Result<()> {
     let axes = &job.kinematics.machine().axes;
+    // The first line states which limits hold, because the numbers alone do not show it.
     let limits = match job.file.motion.method {
         MotionMethod::Jerk => "# jerk-limited: velocity, acceleration and jerk of every axis",
         MotionMethod::Optimal => "# velocity/acceleration-limited: jerk is not limited",

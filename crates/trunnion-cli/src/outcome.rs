@@ -1,38 +1,38 @@
-//! How a verb ends: exit codes and messages.
+//! End of a verb: exit codes and messages.
 
 use std::fmt;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// A verb that ran to its end.
+/// Result of a verb that ran to its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Done {
     /// Everything asked for was done and holds.
     Kept,
     /// Done, but the result breaks a tolerance or a limit.
     Broken,
-    /// The input was to be checked, and is faulty; everything is reported.
+    /// The input was checked and is faulty; everything is reported.
     Refused,
 }
 
-/// A verb that wrote nothing.
+/// Failure of a verb, which wrote nothing.
 #[derive(Debug)]
 pub(crate) enum Failure {
     /// The input cannot be used: one or several messages, each complete in itself.
     Input(Vec<String>),
     /// The user stopped it.
     Stopped,
-    /// Something failed that is not the user's doing.
+    /// Something failed that is not the user's fault.
     Internal(anyhow::Error),
 }
 
 impl Failure {
-    /// A single message about the input.
+    /// Returns a single message about the input.
     pub(crate) fn input(message: impl fmt::Display) -> Self {
         Self::Input(vec![message.to_string()])
     }
 
-    /// Messages about a file: `path:line:column: message`, then the remedy.
+    /// Returns messages about a file: `path:line:column: message`, then the remedy.
     pub(crate) fn faults(path: &Path, faults: &[trunnion::types::Diagnostic]) -> Self {
         let messages = faults.iter().map(|fault| format!("{}:{fault}", path.display())).collect();
         Self::Input(messages)
@@ -40,7 +40,7 @@ impl Failure {
 }
 
 impl Failure {
-    /// Both, where both concern the input; else the graver.
+    /// Joins two failures: the messages of both if both concern the input, else the graver failure.
     pub(crate) fn and(self, other: Self) -> Self {
         match (self, other) {
             (Self::Input(mut first), Self::Input(second)) => {
@@ -62,6 +62,7 @@ impl From<anyhow::Error> for Failure {
 pub(crate) fn exit(result: Result<Done, Failure>) -> ExitCode {
     match result {
         Ok(Done::Kept) => ExitCode::SUCCESS,
+        // Scripts distinguish a result that breaks a tolerance (1) from input that gave none (2).
         Ok(Done::Broken) => ExitCode::from(1),
         Ok(Done::Refused) => ExitCode::from(2),
         Err(Failure::Input(messages)) => {
@@ -73,6 +74,7 @@ pub(crate) fn exit(result: Result<Done, Failure>) -> ExitCode {
         }
         Err(Failure::Stopped) => {
             eprintln!("stopped on request; nothing was written");
+            // 128 + SIGINT, as shells report it.
             ExitCode::from(130)
         }
         Err(Failure::Internal(error)) => {

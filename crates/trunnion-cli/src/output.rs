@@ -1,4 +1,4 @@
-//! Files are written whole or not at all: beside their place first, then renamed.
+//! Files are written whole or not at all: under a temporary name in the same folder, then renamed.
 
 use crate::outcome::Failure;
 use anyhow::{Context, Result};
@@ -39,8 +39,13 @@ impl Outputs {
         Ok(Self { folder: folder.to_owned(), created, staged: Vec::new() })
     }
 
-    /// Tells before long work whether files can be written to `folder`, or it can be made.
+    /// Checks before long work that `folder` is writable, or can be made.
+    ///
+    /// # Errors
+    ///
+    /// [`Failure::Input`] if it is not.
     pub(crate) fn probe(folder: &Path) -> std::result::Result<(), Failure> {
+        // The nearest folder that exists decides: the others are made below it.
         let missing = |place: &&Path| !place.as_os_str().is_empty() && !place.exists();
         let standing = folder.ancestors().find(|place| !missing(place)).unwrap_or(folder);
         let standing = if standing.as_os_str().is_empty() { Path::new(".") } else { standing };
@@ -56,6 +61,7 @@ impl Outputs {
     ) -> Result<()> {
         let place = self.folder.join(name);
         let context = || format!("writing {}", place.display());
+        // In the same folder, because a rename is atomic on one file system only.
         let file = NamedTempFile::new_in(&self.folder).with_context(context)?;
         let mut writer = BufWriter::new(file);
         fill(&mut writer).with_context(context)?;
@@ -72,6 +78,7 @@ impl Outputs {
     /// Moves every staged file to its place; returns their paths.
     pub(crate) fn commit(mut self) -> Result<Vec<PathBuf>> {
         let mut places = Vec::new();
+        // All are complete here; only a full disk or a changed folder can stop a rename.
         for (file, place) in self.staged.drain(..) {
             readable(file.as_file())?;
             file.persist(&place).with_context(|| format!("writing {}", place.display()))?;
@@ -95,7 +102,7 @@ fn unusable(folder: &Path, error: &std::io::Error) -> Failure {
 }
 
 impl Drop for Outputs {
-    /// A folder that was made for files that never came is taken away again.
+    /// Removes a folder that was made for files that were never written.
     fn drop(&mut self) {
         self.staged.clear();
         if self.created {

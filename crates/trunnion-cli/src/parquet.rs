@@ -14,7 +14,7 @@ const GROUP: usize = 1 << 16;
 
 /// Writes rows of `names`; a row has as many values.
 pub(crate) fn write(
-    out: &mut (dyn Write + Send),
+    out: impl Write + Send,
     names: &[String],
     rows: impl Iterator<Item = Vec<f64>>,
 ) -> std::io::Result<()> {
@@ -22,7 +22,7 @@ pub(crate) fn write(
 }
 
 fn table(
-    out: &mut (dyn Write + Send),
+    out: impl Write + Send,
     names: &[String],
     rows: impl Iterator<Item = Vec<f64>>,
 ) -> Result<()> {
@@ -32,7 +32,7 @@ fn table(
     };
     let columns = names.iter().map(column).collect::<Result<Vec<_>>>()?;
     let schema = Type::group_type_builder("motion").with_fields(columns).build()?;
-    // Hardly any value comes twice.
+    // Hardly any value occurs twice: a dictionary would only add to the file.
     let properties = WriterProperties::builder().set_dictionary_enabled(false).build();
     let mut file = SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties))?;
     let mut rows = rows.peekable();

@@ -9,8 +9,8 @@ use trunnion::import::{ImportError, Part, Reader, surface_json};
 use trunnion::surface::Face;
 use trunnion::types::{Diagnostic, Progress};
 
-/// How trim loops are read: far below what the run-out of a cutter could notice, and as near as
-/// common CAD systems let the ends of neighbouring edges lie.
+/// STEP reader. Its chord tolerance is far below the run-out of a cutter; its distance of equal points
+/// is that of neighbouring edge ends in common CAD systems.
 pub(crate) const STEP: StepReader = StepReader { chord: 0.001, same: 0.01 };
 
 /// Reads the faces of a part.
@@ -31,8 +31,8 @@ pub(crate) fn read(path: &Path, progress: &dyn Progress) -> Result<Part, Failure
     })
 }
 
-/// JSON starts with a brace; a name that promises JSON is believed, so that its reader can say what
-/// is wrong.
+/// Returns true for JSON: by its first brace, or by the file name, so that the JSON reader explains
+/// what is wrong.
 fn is_json(path: &Path, bytes: &[u8]) -> bool {
     let name = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
     let first = import::without_mark(bytes).iter().find(|byte| !byte.is_ascii_whitespace());

@@ -1,15 +1,15 @@
-//! Places that a page lists.
+//! Worst places that a page lists.
 
 use trunnion::files::summary::FixturesSummary;
 use trunnion::pipeline;
 use trunnion::verify::{self, ExtremeHeight, Finding};
 use trunnion_report::WorstPlace;
 
-/// Places of fixtures that are listed.
+/// Most approaches to fixtures that are listed.
 const TOUCHED: usize = 5;
 
-/// Worst places of a check, and the nearest of those that come too near a fixture: first what has no tolerance, then by
-/// how much of its tolerance (most material left, deepest gouge \[mm\]) each takes.
+/// Returns the worst places of a check: first those without a tolerance (uncut, too near a fixture), then by the share
+/// of the tolerance (excess, gouge \[mm\]) that each takes.
 pub(crate) fn worst(
     check: &verify::Report,
     fixtures: Option<&FixturesSummary>,
@@ -40,11 +40,12 @@ pub(crate) fn worst(
             places.push(WorstPlace { kind: "uncut".to_owned(), point, deviation: None, note });
         }
     }
+    // A stable sort: equal places keep the order above.
     places.sort_by(|a, b| share(b).total_cmp(&share(a)));
     places
 }
 
-/// Places of fixtures, the nearest first.
+/// Returns approaches to fixtures, the closest first.
 fn touched(fixtures: &FixturesSummary) -> impl Iterator<Item = WorstPlace> + use<> {
     let mut near = fixtures.near.clone();
     near.sort_by(|a, b| a.distance.total_cmp(&b.distance));

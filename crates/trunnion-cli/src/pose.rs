@@ -1,5 +1,7 @@
 //! `trunnion pose`: tables of poses to tables of axes, and back.
 
+use crate::form::OutputForm;
+use crate::option_values::{finite, three};
 use crate::outcome::{Done, Failure};
 use crate::table::{Ends, Refusal, Work};
 use crate::{machine, text};
@@ -65,21 +67,8 @@ enum Direction {
     Jets,
 }
 
-fn finite(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err("a finite number is expected".into()),
-    }
-}
-
-fn three(text: &str) -> Result<[f64; 3], String> {
-    let numbers: Result<Vec<f64>, String> = text.split(',').map(finite).collect();
-    let wanted = "three numbers separated by commas are expected".to_owned();
-    numbers?.try_into().map_err(|_| wanted)
-}
-
-pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
-    usage(args, json)?;
+pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+    usage(args, form)?;
     let machine = machine::load(&args.machine)?.machine;
     let setup =
         Setup::new(args.origin.into(), args.rotation.map(f64::to_radians), args.tool_length);
@@ -101,12 +90,12 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
         }
     };
     let output = args.ends.output().display().to_string();
-    if json {
+    if form.is_json() {
         let direction = format!("{:?}", args.direction).to_lowercase();
         let rows = tally.rows;
         let Machine { name: machine, .. } = machine;
-        let (unsolved, told) = (tally.unsolved, tally.told);
-        text::print_json(&Summary { machine, direction, rows, unsolved, told, output })?;
+        let (unsolved, messages) = (tally.unsolved, tally.messages);
+        text::print_json(&Summary { machine, direction, rows, unsolved, messages, output })?;
     } else if !args.ends.to_stdout() {
         let (rows, none) = (tally.rows, tally.unsolved);
         text::print(&format!("{rows} rows, {none} without an answer\nwrote {output}\n"))?;
@@ -114,23 +103,24 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
     Ok(if tally.unsolved == 0 { Done::Kept } else { Done::Broken })
 }
 
-/// What came out, for scripts.
+/// Summary for scripts.
 #[derive(Debug, serde::Serialize)]
 struct Summary {
     machine: String,
     direction: String,
     /// Rows read.
     rows: u64,
-    /// Rows without an answer, and the first of them in words.
+    /// Number of rows without an answer, and the messages of the first of them.
     unsolved: u64,
-    told: Vec<String>,
+    #[serde(rename = "told")]
+    messages: Vec<String>,
     output: String,
 }
 
-/// Options that do not go together.
-fn usage(args: &Args, json: bool) -> Result<(), Failure> {
+/// Refuses options that do not go together.
+fn usage(args: &Args, form: OutputForm) -> Result<(), Failure> {
     let refuse = |message: &str| Err(Failure::input(message));
-    if json && args.ends.to_stdout() {
+    if form.is_json() && args.ends.to_stdout() {
         return refuse("--json prints a summary on stdout\n  help: give the table a file with -o");
     }
     if args.all && args.direction != Direction::Inverse {
@@ -147,7 +137,7 @@ fn usage(args: &Args, json: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Home with some axes elsewhere: `C=10,B=20` in mm and degrees.
+/// Returns the home position with some axes changed: `C=10,B=20` in mm and degrees.
 fn near(machine: &Machine, words: &str) -> Result<AxisVector, Failure> {
     let mut q = machine.home();
     for word in words.split(',').filter(|word| !word.trim().is_empty()) {
@@ -182,6 +172,7 @@ impl Work for Forward {
 
     fn row(&mut self, values: Option<&[f64]>, out: &mut String) -> Result<(), Refusal> {
         let Some(values) = values else {
+            // An empty row keeps input and output aligned line by line.
             out.push_str(",,,,,\n");
             return Err(Refusal::Unsolved("the row has no axis position".into()));
         };
@@ -223,6 +214,7 @@ impl Work for Follow {
         let pose = pose(values)?;
         match self.inverse.continued(&pose, &self.near) {
             Ok(found) => {
+                // The next row continues from here, so that rotaries do not jump between branches.
                 self.near = found.q;
                 let solution = if found.branch == Some(Branch::Minus) { 2 } else { 1 };
                 solution_to(out, self.pose, solution, &found.q);
@@ -268,7 +260,7 @@ impl Work for All {
     }
 }
 
-/// Rotaries in (-180, 180]: -180 is 180.
+/// Moves rotaries into (-180, 180] deg: -180 becomes 180.
 fn half_open(q: AxisVector) -> AxisVector {
     let fold = |angle: f64| if angle <= -std::f64::consts::PI { -angle } else { angle };
     AxisVector::from_fn(|row, _| if row < FIRST_ROTARY { q[row] } else { fold(q[row]) })
@@ -282,7 +274,7 @@ struct Jets {
     arc_length: bool,
 }
 
-/// `""`, `"1"`, `"2"`, `"3"`: how derivatives of a column are called.
+/// Suffixes of the derivatives of a column.
 const ORDERS: [&str; 4] = ["", "1", "2", "3"];
 
 impl Work for Jets {
@@ -304,6 +296,7 @@ impl Work for Jets {
             [at(0), at(1), at(2)].into()
         };
         let rows = |first: usize| [0, 1, 2, 3].map(|order| part(order, first));
+        // The contact is not used by the inverse; the tip stands in for it.
         let rates = PoseRates { tip: rows(0), axis: rows(3), contact: rows(0) };
         let answer = self
             .inverse
@@ -355,7 +348,7 @@ fn pose(values: Option<&[f64]>) -> Result<ToolPose, Refusal> {
         .ok_or_else(|| Refusal::Malformed("the tool axis i,j,k is the zero vector".into()))
 }
 
-/// `pose,solution,` and the axes.
+/// Appends the row of a solution: `pose,solution,` and the axes.
 fn solution_to(out: &mut String, pose: u64, solution: u32, q: &AxisVector) {
     // Writing to a string cannot fail.
     let _ = write!(out, "{pose},{solution},");
@@ -363,13 +356,13 @@ fn solution_to(out: &mut String, pose: u64, solution: u32, q: &AxisVector) {
     out.push('\n');
 }
 
-/// A row without axes, and why. Solutions count from 1: 0 is none.
+/// Appends a row without axes, and returns the reason. Solutions count from 1: 0 is none.
 fn unreached(out: &mut String, pose: u64, error: &InverseError) -> Refusal {
     let _ = writeln!(out, "{pose},0,,,,,");
     Refusal::Unsolved(error.to_string())
 }
 
-/// Axes, or their derivatives, in mm and degrees.
+/// Appends axes, or their derivatives, in mm and degrees.
 fn axes_to(out: &mut String, q: &AxisVector) {
     let [x, y, z, first, second] = (*q).into();
     numbers_to(out, [x, y, z, first.to_degrees(), second.to_degrees()]);

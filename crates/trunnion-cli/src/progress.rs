@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use trunnion::types::{Progress, Stage};
 
-/// One bar a stage on stderr; nothing where stderr is not a terminal.
+/// Progress bars on stderr, one for each stage; none if stderr is not a terminal.
 #[derive(Debug)]
 pub(crate) struct Bars {
     stopped: Arc<AtomicBool>,
@@ -16,7 +16,7 @@ pub(crate) struct Bars {
 }
 
 impl Bars {
-    /// Bars that also listen to Ctrl-C: the first asks the library to stop, a second ends at once.
+    /// Creates bars that also listen to Ctrl-C: the first asks the library to stop, a second ends at once.
     pub(crate) fn new() -> Self {
         let stopped = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stopped);

@@ -1,6 +1,6 @@
 //! Results of a run as the data of a report page.
 
-use crate::figure::{judged, plain};
+use crate::figure::{Prominence, judged, none, plain, within};
 use crate::path::chart;
 use crate::path::profile::Profile;
 use crate::{material, places};
@@ -16,7 +16,7 @@ use trunnion::types::{Motion, PieceGeometry, PoseRates, ToolPiece};
 use trunnion::verify::{self, ExtremeHeight, FaceMap};
 use trunnion_report::{
     Axis as ReportAxis, Budget, Check, Histogram, MotionKind, Number, PathPiece, PathPoint,
-    Recorder, ReportData, Sample, Share, State, Surface,
+    Recorder, ReportData, Sample, Share, State, Surface, SurfacePoint,
 };
 
 /// Slots of the charts over time: about three a pixel of a wide screen.
@@ -31,7 +31,7 @@ const DRAWN_STEP: f64 = 1.0;
 /// Steps in which the corner of the drawn tool is divided.
 const ARC_STEPS: u32 = 12;
 
-/// The page of a run.
+/// Renders the report page of a run.
 pub(crate) fn page(job: &Job, outcome: &Outcome, summary: &Summary) -> Result<String> {
     // The checks of all programs measure the same part; the page shows the worst.
     let checked = outcome.programs.iter().filter(|program| program.check.is_some());
@@ -51,7 +51,7 @@ pub(crate) fn page(job: &Job, outcome: &Outcome, summary: &Summary) -> Result<St
         surface: shown.map(surface).unwrap_or_default(),
         path: path(outcome),
         motion: motion(job, outcome)?,
-        check: shown.map(|program| check(job, (program, summary))).unwrap_or_default(),
+        check: shown.map(|program| check(job, program, summary)).unwrap_or_default(),
         stock: material::left(outcome).map(|left| material::drawn(left, job.budget.total)),
         fixtures: outcome.fixtures.as_ref().map(material::held),
         smoothing: smoothing(job, outcome),
@@ -89,7 +89,11 @@ fn verdict(summary: &Summary) -> Vec<String> {
 fn numbers(summary: &Summary) -> Vec<Number> {
     let checks = summary.programs.iter().enumerate().flat_map(|(index, program)| {
         let check = program.check.iter();
-        check.flat_map(move |check| checked(summary, program, check, index == 0))
+        check.flat_map(move |check| {
+            // The first program alone stands at the top: the others repeat the same measurement.
+            let prominence = if index == 0 { Prominence::Headline } else { Prominence::Body };
+            checked(summary, program, check, prominence)
+        })
     });
     checks
         .chain(planned(summary))
@@ -98,12 +102,12 @@ fn numbers(summary: &Summary) -> Vec<Number> {
         .collect()
 }
 
-/// What the check of one program found; `first` stands large at the top of the page.
+/// Returns the numbers that the check of one program found.
 fn checked(
     summary: &Summary,
     program: &ProgramSummary,
     check: &CheckSummary,
-    first: bool,
+    prominence: Prominence,
 ) -> Vec<Number> {
     let tolerance = &summary.tolerance;
     let name = |what: &str| format!("{what}, {}", program.dialect);
@@ -118,16 +122,17 @@ fn checked(
     let of = format!("of {}", check.points);
     let uncut = plain(&name("uncut points"), check.uncut.to_string(), "", of);
     let mut numbers = vec![
-        judged(check.excess <= tolerance.total, excess, first),
-        judged(check.gouge <= tolerance.gouge, gouge, first),
-        judged(check.uncut == 0, uncut, false),
+        judged(within(check.excess, tolerance.total), excess, prominence),
+        judged(within(check.gouge, tolerance.gouge), gouge, prominence),
+        judged(none(check.uncut), uncut, Prominence::Body),
     ];
     let ratios = [Some(check.velocity_ratio), check.acceleration_ratio];
     for (what, ratio) in ["velocity", "acceleration"].iter().zip(ratios) {
         let Some(ratio) = ratio else { continue };
         let label = name(&format!("largest {what} over its limit"));
         let note = "block by block, less the rounding of the text".to_owned();
-        numbers.push(judged(ratio <= 1.0, plain(&label, micro(ratio), "", note), false));
+        let number = plain(&label, micro(ratio), "", note);
+        numbers.push(judged(within(ratio, 1.0), number, Prominence::Body));
     }
     numbers.push(plain(&name("blocks"), program.blocks.to_string(), "", String::new()));
     numbers.extend(program.stock.iter().flat_map(|stock| material::numbers(stock, name)));
@@ -158,7 +163,7 @@ fn planned(summary: &Summary) -> Vec<Number> {
     ]
 }
 
-/// A part that the tool does not finish.
+/// Returns the number of a part that the tool does not finish.
 fn left(rest: &RestSummary) -> Number {
     let [x, y, z] = rest.deepest;
     let ball =
@@ -184,6 +189,7 @@ fn budget(job: &Job, outcome: &Outcome) -> Budget {
     let rounding = outcome.programs.iter().map(|program| program.rounding).reduce(f64::max);
     let lever = trunnion::cover::lever(&job.cutter);
     let most = outcome.smoothing.0.deviated;
+    // A rotation of the tool axis moves the contact by up to the lever times its angle.
     let strays = most.tip_bound.max(most.contact_bound) + lever * most.axis_bound;
     let smoothing = (budget.shares.smoothing > 0.0).then_some(strays);
     let share = |name: &str, allowed: f64, used: Option<f64>| Share {
@@ -206,7 +212,7 @@ fn budget(job: &Job, outcome: &Outcome) -> Budget {
     }
 }
 
-/// Drawing of how far the smoothed path strays.
+/// Draws the deviation of the smoothed path.
 fn smoothing(job: &Job, outcome: &Outcome) -> String {
     let along = &outcome.smoothing.1;
     if along.is_empty() {
@@ -223,7 +229,7 @@ fn smoothing(job: &Job, outcome: &Outcome) -> String {
     )
 }
 
-/// The cutter's outline as a chain of points.
+/// Returns the cutter's outline as a chain of points.
 pub(crate) fn outline(cutter: &Cutter) -> Vec<[f64; 2]> {
     let mut points: Vec<[f64; 2]> = Vec::new();
     for piece in cutter.profile() {
@@ -248,9 +254,11 @@ fn surface(program: &CheckedProgram) -> Surface {
             .samples
             .iter()
             .map(|sample| {
-                // What is known to be left is drawn as not cut, however near the tool comes.
+                // Rest material is drawn as not cut, however near the tool comes.
                 let height = |s: &trunnion::verify::HeightSample| s.height.filter(|_| !s.rest);
-                sample.as_ref().map(|s| ([s.point.x, s.point.y, s.point.z], height(s)))
+                sample
+                    .as_ref()
+                    .map(|s| SurfacePoint { position: s.point.coords.into(), deviation: height(s) })
             })
             .collect();
         surface.add_grid(columns(map), &points);
@@ -267,6 +275,7 @@ fn path(outcome: &Outcome) -> Vec<PathPiece> {
     rows.filter_map(|(schedule, axes)| {
         let piece = outcome.tool_path.pieces.get(axes.source)?;
         let (first, last) = (*schedule.s.first()?, *schedule.s.last()?);
+        // At least both ends, even of a rotation at a point.
         let steps = ((last - first) / DRAWN_STEP).ceil().max(1.0);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
         let points = (0..=steps as u32)
@@ -281,7 +290,7 @@ fn path(outcome: &Outcome) -> Vec<PathPiece> {
     .collect()
 }
 
-/// The tool at parameter `s`, `fraction` of the way along a piece.
+/// Returns the tool at parameter `s`, at `fraction` of the length of a piece.
 fn point(piece: &ToolPiece, fraction: f64, s: f64, t: f64) -> Option<PathPoint> {
     match &piece.geometry {
         PieceGeometry::Curve(curve) => {
@@ -321,7 +330,10 @@ fn motion(job: &Job, outcome: &Outcome) -> Result<trunnion_report::Motion> {
     let report_axes = axes
         .iter()
         .enumerate()
-        .map(|(index, of)| axis(of, (limits.acceleration[index], chords[index]), jerk))
+        .map(|(index, of)| {
+            let acceleration = limits.acceleration[index];
+            axis(of, &AxisLimits { acceleration, chord: chords[index], jerk })
+        })
         .collect();
     let mut recorder = Recorder::new(report_axes, schedule.duration(), SLOTS, feed);
     let units = |values: &trunnion::types::AxisVector| {
@@ -347,8 +359,20 @@ fn motion(job: &Job, outcome: &Outcome) -> Result<trunnion_report::Motion> {
     Ok(recorder.finish())
 }
 
-/// With the acceleration allowed, and whether the chord error lowers it; `jerk`: whether its limit is kept.
-pub(crate) fn axis(axis: &Axis, (acceleration, chord): (f64, bool), jerk: bool) -> ReportAxis {
+/// Limits that a plan keeps on one axis.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct AxisLimits {
+    /// Acceleration limit \[mm/s² or rad/s²\].
+    pub(crate) acceleration: f64,
+    /// True if the chord error lowers it below that of the axis.
+    pub(crate) chord: bool,
+    /// True if the plan keeps the jerk limit as well.
+    pub(crate) jerk: bool,
+}
+
+/// Returns an axis with its limits for the charts, in mm and degrees.
+pub(crate) fn axis(axis: &Axis, limits: &AxisLimits) -> ReportAxis {
+    let AxisLimits { acceleration, chord, jerk } = *limits;
     let rotary = axis.kind == AxisKind::Rotary;
     let unit = |value: f64| if rotary { value.to_degrees() } else { value };
     ReportAxis {
@@ -362,7 +386,7 @@ pub(crate) fn axis(axis: &Axis, (acceleration, chord): (f64, bool), jerk: bool) 
     }
 }
 
-/// Speeds of the programmed point and the tip at time `t` \[mm/s\], and whether the feed holds there.
+/// Returns the speeds of the programmed point and of the tip at time `t` \[mm/s\], and true if the feed applies there.
 fn speeds(outcome: &Outcome, t: f64) -> ([f64; 2], bool) {
     let nothing = ([0.0; 2], false);
     let pieces = &outcome.plan.schedule.pieces;
@@ -377,13 +401,14 @@ fn speeds(outcome: &Outcome, t: f64) -> ([f64; 2], bool) {
     let (Some(a), Some(b)) = (axes.nodes.get(after - 1), axes.nodes.get(after)) else {
         return nothing;
     };
+    // Rates are linear between the nodes, as the axis path has them at nodes only.
     let weight = (moment.s - a.s) / (b.s - a.s);
     let [feed, tip] = [[a.feed_rate, b.feed_rate], [a.tip_rate, b.tip_rate]]
         .map(|[a, b]| moment.speed * (a + weight * (b - a)));
     ([feed, tip], !axes.motion.is_free())
 }
 
-fn check(job: &Job, (program, summary): (&CheckedProgram, &Summary)) -> Check {
+fn check(job: &Job, program: &CheckedProgram, summary: &Summary) -> Check {
     let Some(report) = &program.check else { return Check::default() };
     let deviation = &report.deviation;
     let heights = || {
@@ -391,8 +416,8 @@ fn check(job: &Job, (program, summary): (&CheckedProgram, &Summary)) -> Check {
         samples.filter_map(|sample| sample.height)
     };
     let reach = 2.0 * job.budget.total;
-    let told = summary.programs.iter().find(|told| told.file == program.file);
-    let fixtures = told.and_then(|told| told.fixtures.as_ref());
+    let summarised = summary.programs.iter().find(|of| of.file == program.file);
+    let fixtures = summarised.and_then(|of| of.fixtures.as_ref());
     Check {
         method: format!(
             "{} read back, replayed as the control would, and measured along the surface normal",

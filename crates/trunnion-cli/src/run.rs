@@ -1,5 +1,6 @@
 //! `trunnion run`: everything from one job file.
 
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::output::Outputs;
 use crate::progress::Bars;
@@ -26,13 +27,14 @@ pub(crate) struct Args {
     dry_run: bool,
 }
 
-pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
+pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     let bars = Bars::new();
     let (job, warnings) = load(&args.job, None, &bars)?;
     let folder = match &args.output {
         Some(folder) => folder.clone(),
         None => args.job.parent().unwrap_or(Path::new("")).join("out"),
     };
+    // Minutes of planning must not end at a folder without write permission.
     Outputs::probe(&folder)?;
     // Defects of stock and fixtures are reported at their lines of the job.
     let refused = |error| match error {
@@ -43,22 +45,17 @@ pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
         pipeline::reach(&job).map_err(failure)?;
         pipeline::solids(&job).map_err(refused)?;
     }
-    if args.dry_run && json {
-        return text::print_json(&DryRun::of(&job, warnings));
-    }
     if args.dry_run {
-        return text::print(&dry(&job, &warnings));
+        let dry_run = DryRun::of(&job, warnings);
+        return form.print(&dry_run, |dry_run| describe_dry_run(&job, &dry_run.warnings));
     }
     let outcome = pipeline::run(&job, &bars).map_err(refused)?;
     bars.finish();
     let mut summary = outcome.summary.clone();
+    // Warnings about the part come first: they explain later ones.
     summary.warnings.splice(0..0, warnings);
     let places = write(&job, &outcome, &mut summary, &folder)?;
-    if json {
-        text::print_json(&summary)?;
-    } else {
-        text::print(&table(&summary, &places))?;
-    }
+    form.print(&summary, |summary| table(summary, &places))?;
     Ok(if summary.passed { Done::Kept } else { Done::Broken })
 }
 
@@ -74,11 +71,11 @@ pub(crate) fn load(
         Some(chord) => file.with_chord(chord),
         None => file,
     };
-    let named = (path, &file);
     let machine = machine::load_beside(path, &file.machine);
-    let machine = machine.map_err(|what| at_key(named, ("machine.file", &file.machine), what));
+    let machine = machine.map_err(|what| at_key(path, &file, "machine.file", &file.machine, what));
     let part = part::read(&beside(path, &file.part.file), bars);
-    let part = part.map_err(|what| at_key(named, ("part.file", &file.part.file), what));
+    let part = part.map_err(|what| at_key(path, &file, "part.file", &file.part.file, what));
+    // One run shows the faults of all files.
     let (machine, (part, solids)) = both(machine, both(part, solids(path, &file)))?;
     let warnings = part.warnings.iter().map(|warning| format!("part: {warning}")).collect();
     let mut job = Job::new(file, &part.faces, &machine.machine)
@@ -92,7 +89,7 @@ pub(crate) fn load(
     Ok((job, warnings))
 }
 
-/// Both, or all that is wrong with either.
+/// Returns both values, or the failures of both.
 pub(crate) fn both<A, B>(a: Result<A, Failure>, b: Result<B, Failure>) -> Result<(A, B), Failure> {
     match (a, b) {
         (Ok(a), Ok(b)) => Ok((a, b)),
@@ -101,13 +98,13 @@ pub(crate) fn both<A, B>(a: Result<A, Failure>, b: Result<B, Failure>) -> Result
     }
 }
 
-/// A file that a job names.
+/// Returns the path of a file that a job names.
 fn beside(job: &Path, name: &str) -> PathBuf {
     job.parent().unwrap_or(Path::new("")).join(name)
 }
 
 /// Returns the error of a file that a job names, at its line of the job if the file does not exist.
-fn at_key((path, file): (&Path, &JobFile), (key, name): (&str, &str), what: Failure) -> Failure {
+fn at_key(path: &Path, file: &JobFile, key: &str, name: &str, what: Failure) -> Failure {
     match what {
         Failure::Input(messages) if !beside(path, name).is_file() => {
             let at = file.places.get(key);
@@ -158,10 +155,11 @@ fn solids(path: &Path, file: &JobFile) -> Result<Solids, Failure> {
     }
 }
 
-/// What a stage could not do lies in the job, its part or its machine: nothing is written.
+/// Returns the failure of a stage: the job, its part or its machine is the cause, and nothing is written.
 pub(crate) fn failure(error: PipelineError) -> Failure {
     match error {
         PipelineError::Cancelled(_) => Failure::Stopped,
+        // A program that the own reader refuses is a defect of trunnion, not of the job.
         PipelineError::ReadBack { .. } => Failure::Internal(error.into()),
         error => Failure::input(error),
     }
@@ -173,7 +171,7 @@ struct DryRun {
     schema: &'static str,
     job: String,
     faces: usize,
-    /// What programs would be checked against, by name.
+    /// Names of the fixtures that programs are checked against.
     fixtures: Vec<String>,
     tolerance: ToleranceSummary,
     warnings: Vec<String>,
@@ -192,7 +190,7 @@ impl DryRun {
     }
 }
 
-fn dry(job: &Job, warnings: &[String]) -> String {
+fn describe_dry_run(job: &Job, warnings: &[String]) -> String {
     let mut lines = vec![format!("{}: the job and its files are in order", job.file.name)];
     lines.extend(warnings.iter().map(|warning| format!("warning: {warning}")));
     lines.extend(job.budget.lines().map(|(name, value)| format!("  {name:<16}{value:>9.5} mm")));
@@ -228,14 +226,15 @@ fn write(
             material::write(out, &material::surface(left, job.budget.total))
         })?;
     }
+    // The page and summary.json come last, when everything else has succeeded.
     outputs.text("report.html", &report::page(job, outcome, summary)?)?;
     let json = serde_json::to_string_pretty(&summary).map_err(anyhow::Error::from)?;
     outputs.text("summary.json", &(json + "\n"))?;
     Ok(outputs.commit()?)
 }
 
-/// What moving the tool axis at singular directions did, on this path: what its share of the tolerance
-/// costs elsewhere is not in it.
+/// Describes the effect of moving the tool axis at singular directions on this path. The cost of its
+/// share of the tolerance elsewhere is not included.
 fn passages(singular: &SingularSummary) -> String {
     let SingularSummary { passages, through, tilt, turn_saved, seconds_saved } = *singular;
     let places = match (passages, through) {
@@ -243,7 +242,7 @@ fn passages(singular: &SingularSummary) -> String {
         (1, _) => "1 passage (farther off)".to_owned(),
         _ => format!("{passages} passages ({through} straight through)"),
     };
-    // To the hundredth that is shown.
+    // Rounded to the hundredth that is shown: below it, neither saved nor lost.
     let time = match seconds_saved {
         seconds if seconds >= 0.005 => format!("{seconds:.2} s saved"),
         seconds if seconds <= -0.005 => format!("{:.2} s lost", -seconds),
@@ -254,7 +253,7 @@ fn passages(singular: &SingularSummary) -> String {
     )
 }
 
-/// The short table for people.
+/// Returns the table for people.
 fn table(summary: &Summary, places: &[PathBuf]) -> String {
     let mut lines = vec![format!(
         "{}: {}",
@@ -308,7 +307,7 @@ fn table(summary: &Summary, places: &[PathBuf]) -> String {
     lines.join("\n") + "\n"
 }
 
-/// A program, row by row.
+/// Describes a program, row by row.
 fn program(program: &ProgramSummary) -> Vec<(&str, String)> {
     let mut rows = Vec::new();
     if let Some(other) = &program.same_as {
@@ -324,7 +323,7 @@ fn program(program: &ProgramSummary) -> Vec<(&str, String)> {
     rows
 }
 
-/// What the passes cover, row by row.
+/// Describes the passes, row by row.
 fn covered(cover: &CoverSummary) -> Vec<(&'static str, String)> {
     let [least, mean, most] = cover.strip_width;
     let mut rows = vec![
@@ -361,7 +360,7 @@ fn covered(cover: &CoverSummary) -> Vec<(&'static str, String)> {
     rows
 }
 
-/// Which ways passes run, each once.
+/// Lists the feed directions of the passes, each once.
 fn ways(along: &[String]) -> String {
     let mut ways: Vec<&str> = along.iter().map(String::as_str).collect();
     ways.sort_unstable();
@@ -370,7 +369,7 @@ fn ways(along: &[String]) -> String {
     ways.into_iter().map(bent).collect::<Vec<_>>().join(" and ")
 }
 
-/// What the check of a program found.
+/// Describes the check of a program.
 fn checked(blocks: usize, check: &CheckSummary) -> String {
     format!(
         "{blocks} blocks; checked at {} points, {} mm apart: excess {:.4}, gouge {:.4} mm, uncut {}{}{}{}",
@@ -385,7 +384,7 @@ fn checked(blocks: usize, check: &CheckSummary) -> String {
     )
 }
 
-/// What holds between the points.
+/// Describes the bounds between the points.
 fn between(check: &CheckSummary) -> String {
     let (Some(gouge), Some(excess)) = (check.gouge_bound, check.excess_bound) else {
         return String::new();

@@ -1,8 +1,9 @@
-//! `trunnion setup`: how to turn the workpiece.
+//! `trunnion setup`: searches the rotation of the workpiece.
 
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
-use crate::{run as jobs, text};
+use crate::run as jobs;
 use std::path::PathBuf;
 use trunnion::axes::{
     AxesError, EvaluatedSetup, PathTravel, SearchAssurance, SetupVerdict, TiltBounds,
@@ -35,7 +36,7 @@ pub(crate) struct Args {
     turn: Option<[f64; 2]>,
 }
 
-/// `LO..HI` in degrees, or one angle; as radians.
+/// Reads `LO..HI` in degrees, or one angle; returns radians.
 fn interval(text: &str) -> Result<[f64; 2], String> {
     let (low, high) = text.split_once("..").unwrap_or((text, text));
     let angle = |text: &str| text.trim().parse::<f64>().ok().filter(|angle| angle.is_finite());
@@ -48,17 +49,14 @@ fn interval(text: &str) -> Result<[f64; 2], String> {
     }
 }
 
-pub(crate) fn run(args: &Args, json: bool) -> Result<Done, Failure> {
+pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     let bars = Bars::new();
     let (job, warnings) = jobs::load(&args.job, None, &bars)?;
     let bounds = bounds(args, &job)?;
     let found = pipeline::setup(&job, &bounds, &bars).map_err(jobs::failure)?;
     bars.finish();
-    if json {
-        text::print_json(&answer(&job, &bounds, &found, warnings))?;
-    } else {
-        text::print(&describe(&job, &bounds, &found, &warnings))?;
-    }
+    let answer = answer(&job, &bounds, &found, warnings);
+    form.print(&answer, |answer| describe(&job, &bounds, &found, &answer.warnings))?;
     Ok(if found.search.best.is_some() { Done::Kept } else { Done::Broken })
 }
 
@@ -134,7 +132,7 @@ fn entry(judged: &EvaluatedSetup, machine: &Machine, seconds: Option<f64>) -> Se
     }
 }
 
-/// Whether the search came to its end: nothing better is left, or nothing at all.
+/// Returns true if the search is complete: no better setup is left, or none fits at all.
 fn shown(found: &SetupResult) -> bool {
     let bound = found.search.assurance.bound;
     match (&found.search.best, bound) {
@@ -156,6 +154,7 @@ fn assured(found: &SetupResult) -> String {
     };
     match (&found.search.best, bound) {
         (Some((best, _)), Some(bound)) if shown(found) => {
+            // Stated to a hundredth, as all angles here; less would promise too much.
             let more = (bound - best.least).to_degrees().max(0.01);
             let given = if bound - best.least > pipeline::SETUP_WITHIN {
                 ", given up for less rotary travel"
@@ -178,7 +177,7 @@ fn assured(found: &SetupResult) -> String {
     }
 }
 
-/// In degrees as it is written: without what the way over radians adds.
+/// Returns the rotation in degrees, without the digits that the conversion from radians adds.
 fn rotation(judged: &EvaluatedSetup) -> [f64; 3] {
     judged.angles.map(|angle| (angle.to_degrees() * 1e6).round() / 1e6 + 0.0)
 }
@@ -215,7 +214,7 @@ fn describe(job: &Job, bounds: &TiltBounds, found: &SetupResult, warnings: &[Str
     lines.push(String::new());
     let [tilt, towards, turn] = [bounds.tilt, bounds.towards, bounds.turn].map(span);
     lines.push(format!(
-        "looked at {} rotations: tilt {tilt}, towards {towards}, turn {turn} deg; {} of them need {} \
+        "examined {} rotations: tilt {tilt}, towards {towards}, turn {turn} deg; {} of them need {} \
          beyond its travel",
         search.evaluated,
         search.beyond_tilt,
@@ -253,7 +252,7 @@ fn headline(job: &Job, found: &SetupResult) -> String {
     )
 }
 
-/// The lines for the job file.
+/// Returns the lines for the job file.
 fn paste(job: &Job, best: &EvaluatedSetup) -> [String; 4] {
     let list = |values: [f64; 3]| {
         let [x, y, z] = values.map(|value| format!("{value}"));
@@ -272,7 +271,7 @@ fn paste(job: &Job, best: &EvaluatedSetup) -> [String; 4] {
     ]
 }
 
-/// Without what adding tenths leaves behind.
+/// Drops the digits that sums of tenths leave behind.
 fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6 + 0.0
 }

@@ -1,4 +1,4 @@
-//! Tables in and out, a row at a time: bounded memory, and written whole or not at all.
+//! Conversion of tables row by row: bounded memory, and output written whole or not at all.
 
 use crate::outcome::Failure;
 use crate::output;
@@ -13,11 +13,11 @@ use trunnion::types::{Diagnostic, Diagnostics};
 /// Longest line of a table \[bytes\]; a guard against a file that is no table.
 const LONGEST: u64 = 1 << 20;
 /// Most faults or refusals that are listed one by one.
-const TOLD: usize = 20;
+const MOST_LISTED: usize = 20;
 /// Output up to this size waits in memory, more in a temporary file \[bytes\].
 const IN_MEMORY: usize = 16 << 20;
 
-/// Where a table comes from and goes to.
+/// Source and destination of a table.
 #[derive(Debug, Clone, clap::Args)]
 pub(crate) struct Ends {
     /// Table to read (CSV with a header line); `-` is stdin.
@@ -39,7 +39,7 @@ pub(crate) struct Rows {
     pub(crate) values: Vec<f64>,
 }
 
-/// What is done with every row.
+/// Conversion of every row.
 pub(crate) trait Work {
     /// Columns that are read.
     fn columns(&self) -> Vec<String>;
@@ -49,7 +49,7 @@ pub(crate) trait Work {
     fn row(&mut self, values: Option<&[f64]>, out: &mut String) -> Result<(), Refusal>;
 }
 
-/// Why a row has no result.
+/// Reason why a row has no result.
 #[derive(Debug)]
 pub(crate) enum Refusal {
     /// The row is malformed: the table is refused.
@@ -58,7 +58,7 @@ pub(crate) enum Refusal {
     Unsolved(String),
 }
 
-/// What came out.
+/// Counts of a conversion.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     /// Rows read.
@@ -66,16 +66,16 @@ pub(crate) struct Tally {
     /// Rows without an answer.
     pub(crate) unsolved: u64,
     /// The first of them, as reported on stderr.
-    pub(crate) told: Vec<String>,
+    pub(crate) messages: Vec<String>,
 }
 
 impl Ends {
-    /// Whether the result goes to stdout.
+    /// Returns true if the result goes to stdout.
     pub(crate) fn to_stdout(&self) -> bool {
         is_dash(&self.output)
     }
 
-    /// Where the result goes.
+    /// Returns the file of the result.
     pub(crate) fn output(&self) -> &Path {
         &self.output
     }
@@ -98,7 +98,7 @@ impl Ends {
         Ok(tally)
     }
 
-    /// Name of the input for messages.
+    /// Returns the name of the input for messages.
     pub(crate) fn name(&self) -> &Path {
         if is_dash(&self.input) { Path::new("stdin") } else { &self.input }
     }
@@ -134,13 +134,14 @@ impl Ends {
         }
     }
 
-    /// As [`Ends::write`], by what may refuse on the way.
+    /// Writes the result whole or not at all, by a function that may refuse on the way.
     pub(crate) fn write_checked<T>(
         &self,
         fill: impl FnOnce(&mut dyn Write) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
         let mut outcome = None;
         if self.to_stdout() {
+            // Stdout cannot be taken back: the whole result waits until nothing can refuse it.
             let mut spool = BufWriter::new(self.spool()?);
             let filled = fill(&mut spool)?;
             let mut spool =
@@ -160,12 +161,12 @@ impl Ends {
         }
     }
 
-    /// Whether the table comes from stdin.
+    /// Returns true if the table comes from stdin.
     pub(crate) fn is_stdin(&self) -> bool {
         is_dash(&self.input)
     }
 
-    /// The columns that `choose` takes from the header.
+    /// Returns the columns that `choose` takes from the header.
     pub(crate) fn columns(
         &self,
         choose: impl Fn(&TableHeader) -> Result<Vec<String>, Diagnostics>,
@@ -185,7 +186,7 @@ impl Ends {
         open(&self.input)
     }
 
-    /// A place for the result that vanishes with the process.
+    /// Opens a temporary place for the result, which vanishes with the process.
     fn spool(&self) -> Result<SpooledTempFile, Failure> {
         if self.to_stdout() {
             return Ok(tempfile::spooled_tempfile(IN_MEMORY));
@@ -194,6 +195,7 @@ impl Ends {
             let message = format!("{}: is a folder; a file is expected", self.output.display());
             return Err(Failure::input(message));
         }
+        // Beside the output, which has room for it if the output has.
         let folder = self.output.parent().filter(|folder| folder.is_dir());
         Ok(tempfile::spooled_tempfile_in(IN_MEMORY, folder.unwrap_or(Path::new("."))))
     }
@@ -247,7 +249,7 @@ impl Ends {
             text.clear();
         }
         if !faults.list.is_empty() {
-            return Err(failure(&faults.told()));
+            return Err(failure(&faults.listed()));
         }
         out.write_all(text.as_bytes()).context("writing the result")?;
         tally.end();
@@ -297,7 +299,7 @@ fn each(
             Err(fault) => faults.add(fault),
         }
     }
-    if faults.is_empty() { Ok(names) } else { Err(failure(&faults.told())) }
+    if faults.is_empty() { Ok(names) } else { Err(failure(&faults.listed())) }
 }
 
 /// Reads the header line: names of the columns chosen, and where they stand.
@@ -320,7 +322,7 @@ fn first(
 /// The columns that a row is read from.
 struct Reading {
     columns: TableColumns,
-    /// Whether rows without numbers may stand in the table: one that `pose inverse` wrote.
+    /// True if rows may be empty: a table that `pose inverse` wrote.
     has_none: bool,
 }
 
@@ -351,22 +353,23 @@ fn header(lines: &mut Lines, name: &Path, work: &dyn Work) -> Result<Reading, Fa
 impl Tally {
     fn refuse(&mut self, line: u64, why: &str) {
         self.unsolved += 1;
-        if self.told.len() < TOLD {
+        if self.messages.len() < MOST_LISTED {
             let message = format!("pose {} (line {line}): {why}", self.rows);
             eprintln!("{message}");
-            self.told.push(message);
+            self.messages.push(message);
         }
     }
 
     fn end(&self) {
-        let more = self.unsolved.saturating_sub(TOLD as u64);
+        // One line for the rest: a table of a million poses must not flood the terminal.
+        let more = self.unsolved.saturating_sub(MOST_LISTED as u64);
         if more > 0 {
             eprintln!("and {more} more poses without an answer");
         }
     }
 }
 
-/// Faults of a table: the first few, and how many more.
+/// Faults of a table: the first few, and the number of the others.
 #[derive(Default)]
 pub(crate) struct Faults {
     list: Vec<Diagnostic>,
@@ -375,14 +378,14 @@ pub(crate) struct Faults {
 
 impl Faults {
     pub(crate) fn add(&mut self, fault: Diagnostic) {
-        if self.list.len() < TOLD { self.list.push(fault) } else { self.more += 1 }
+        if self.list.len() < MOST_LISTED { self.list.push(fault) } else { self.more += 1 }
     }
 
     pub(crate) fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
-    pub(crate) fn told(mut self) -> Vec<Diagnostic> {
+    pub(crate) fn listed(mut self) -> Vec<Diagnostic> {
         if self.more > 0 {
             self.list.push(Diagnostic::whole(format!("and {} more faults", self.more)));
         }
@@ -397,7 +400,7 @@ struct Lines {
     bytes: Vec<u8>,
 }
 
-/// Why there is no next line.
+/// Reason why there is no next line.
 enum Stop {
     Line(Diagnostic),
     Failure(Failure),
@@ -431,7 +434,7 @@ impl Lines {
             if read as u64 == LONGEST {
                 return Err(fault(format!("the line has more than {LONGEST} bytes: no table")));
             }
-            // Checked twice, because a borrow that is handed out must not be looked at before.
+            // Checked twice: a borrow that is returned must not be taken before the loop goes on.
             let Ok(line) = std::str::from_utf8(&self.bytes) else {
                 return Err(fault("not a text file (a byte is not UTF-8)".into()));
             };
@@ -448,7 +451,7 @@ fn is_dash(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// Copies to stdout; a closed pipe is not an error.
+/// Copies to stdout. A closed pipe is not an error: `head` closes it on purpose.
 fn to_stdout(spool: &mut dyn Read) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     match io::copy(spool, &mut out).and_then(|_| out.flush()) {

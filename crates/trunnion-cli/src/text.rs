@@ -1,4 +1,4 @@
-//! Words for people on stdout, and reading text files.
+//! Output on stdout, and reading of text files.
 
 use crate::outcome::{Done, Failure};
 use anyhow::Context;

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use std::io::Write;
 use trunnion_report::{
     Axis, Budget, Check, Histogram, MotionKind, Number, PathPiece, PathPoint, Recorder, ReportData,
-    Sample, Share, State, Surface, WorstPlace, render,
+    Sample, Share, State, Surface, SurfacePoint, WorstPlace, render,
 };
 
 const SIZE: f64 = 100.0;
@@ -37,7 +37,7 @@ fn surface() -> Surface {
         .map(|at| {
             let [x, y] =
                 [at % columns, at / columns].map(|k| SIZE * k as f64 / (columns - 1) as f64);
-            Some(([x, y, height(x, y)], deviation(x, y)))
+            Some(SurfacePoint { position: [x, y, height(x, y)], deviation: deviation(x, y) })
         })
         .collect();
     let mut surface = Surface::default();

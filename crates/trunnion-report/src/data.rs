@@ -109,7 +109,16 @@ pub struct Surface {
     pub deviation: Vec<Option<f64>>,
 }
 
-/// The surface of a solid, to be drawn.
+/// Point of a measured grid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePoint {
+    /// Position in the workpiece frame \[mm\].
+    pub position: [f64; 3],
+    /// Material left along the normal, negative for a gouge \[mm\]; `None` where nothing was cut.
+    pub deviation: Option<f64>,
+}
+
+/// Surface of a solid, to be drawn.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Solid {
     /// Vertices \[mm\].

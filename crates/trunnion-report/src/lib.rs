@@ -12,7 +12,7 @@ mod thin;
 
 pub use data::{
     Axis, AxisBands, Band, Budget, Check, Histogram, Motion, MotionKind, Number, PathPiece,
-    PathPoint, ReportData, Share, Solid, State, Surface, WorstPlace,
+    PathPoint, ReportData, Share, Solid, State, Surface, SurfacePoint, WorstPlace,
 };
 pub use page::{ReportError, render};
 pub use record::{Recorder, Sample};

@@ -1,6 +1,6 @@
 //! From many samples to few time slots, without losing a peak.
 
-use crate::data::{Axis, AxisBands, Band, Histogram, Motion, Surface};
+use crate::data::{Axis, AxisBands, Band, Histogram, Motion, Surface, SurfacePoint};
 
 /// The machine at one moment, in the units of its axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -169,12 +169,12 @@ impl Histogram {
 impl Surface {
     /// Adds a grid of `columns` vertices a row; cells with a missing corner are left open.
     ///
-    /// Each point is a position and its deviation, `None` off the face.
-    pub fn add_grid(&mut self, columns: usize, points: &[Option<([f64; 3], Option<f64>)>]) {
+    /// Points off the face are `None`.
+    pub fn add_grid(&mut self, columns: usize, points: &[Option<SurfacePoint>]) {
         let index: Vec<Option<u32>> = points
             .iter()
             .map(|point| {
-                let (position, deviation) = (*point)?;
+                let SurfacePoint { position, deviation } = (*point)?;
                 let number = u32::try_from(self.vertices.len()).ok()?;
                 self.vertices.push(position);
                 self.deviation.push(deviation);
@@ -241,7 +241,8 @@ mod tests {
 
     #[test]
     fn a_grid_with_a_hole_has_no_triangle_over_it() {
-        let at = |x: f64, y: f64| Some(([x, y, 0.0], Some(0.0)));
+        let at =
+            |x: f64, y: f64| Some(SurfacePoint { position: [x, y, 0.0], deviation: Some(0.0) });
         let mut surface = Surface::default();
         surface.add_grid(3, &[at(0., 0.), at(1., 0.), at(2., 0.), at(0., 1.), at(1., 1.), None]);
         assert_eq!(surface.triangles, [[0, 1, 4], [0, 4, 3]]);

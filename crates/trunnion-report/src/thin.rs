@@ -94,6 +94,7 @@ fn severity(deviation: Option<f64>, budget: &Budget) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::data::SurfacePoint;
 
     #[test]
     fn thinning_keeps_the_deepest_gouge_and_the_bound() {
@@ -102,7 +103,8 @@ mod tests {
         let points: Vec<_> = (0..columns * columns)
             .map(|at| {
                 let [x, y] = [at % columns, at / columns].map(|n| n as f64 * 0.1);
-                Some(([x, y, 0.0], Some(if at == 1234 { -0.5 } else { 0.001 })))
+                let deviation = Some(if at == 1234 { -0.5 } else { 0.001 });
+                Some(SurfacePoint { position: [x, y, 0.0], deviation })
             })
             .collect();
         full.add_grid(columns, &points);

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use trunnion_report::{
     Axis, Budget, MotionKind, Number, PathPiece, PathPoint, Recorder, ReportData, Sample, Surface,
-    WorstPlace, render,
+    SurfacePoint, WorstPlace, render,
 };
 
 const HOSTILE: &str = "</script><img src=x onerror=alert(1)>\u{2028}\"'&";
@@ -14,7 +14,9 @@ const HOSTILE: &str = "</script><img src=x onerror=alert(1)>\u{2028}\"'&";
 fn hostile() -> ReportData {
     let point = |t| PathPoint { t, tip: [t; 3], axis: [0.0, 0.0, 1.0], contact: [t; 3] };
     let mut surface = Surface::default();
-    surface.add_grid(2, &[0.0, 1.0, 2.0, 3.0].map(|x| Some(([x, x * x, 0.0], Some(0.001 * x)))));
+    let measured =
+        |x: f64| Some(SurfacePoint { position: [x, x * x, 0.0], deviation: Some(0.001 * x) });
+    surface.add_grid(2, &[0.0, 1.0, 2.0, 3.0].map(measured));
     let axis = Axis {
         name: HOSTILE.into(),
         velocity: 1.0,
@@ -151,7 +153,8 @@ fn a_fine_grid_stays_a_file_one_can_mail() {
     let points: Vec<_> = (0..columns * columns)
         .map(|at| {
             let [x, y] = [at % columns, at / columns].map(|k| k as f64 * 0.2);
-            Some(([x, y, (0.1 * x).sin()], Some(0.01 * (0.3 * y).sin())))
+            let deviation = Some(0.01 * (0.3 * y).sin());
+            Some(SurfacePoint { position: [x, y, (0.1 * x).sin()], deviation })
         })
         .collect();
     let mut surface = Surface::default();

@@ -29,6 +29,7 @@ pub(super) fn vtp(out: &mut dyn Write, maps: &[FaceMap]) -> Result<()> {
     writeln!(out, "</Polys>\n</Piece>\n</PolyData>\n</VTKFile>")
 }
 
+/// Writes a height; nothing was cut where there is none.
 fn number(height: Option<f64>) -> String {
     height.map_or_else(|| "nan".to_owned(), |height| format!("{height:.7}"))
 }
@@ -51,6 +52,7 @@ fn triangles(maps: &[FaceMap]) -> Vec<[usize; 3]> {
     let mut triangles = Vec::new();
     let mut next = 0;
     for map in maps {
+        // Points off the face are not written: the numbers of the others close up.
         let mut number = || {
             next += 1;
             next - 1
@@ -62,6 +64,7 @@ fn triangles(maps: &[FaceMap]) -> Vec<[usize; 3]> {
             let &[low, high] = pair else { continue };
             for (a, b) in low.windows(2).zip(high.windows(2)) {
                 let (&[a0, a1], &[b0, b1]) = (a, b) else { continue };
+                // Both triangles of a cell share its diagonal; one with a missing corner is left out.
                 triangles.extend(triangle([a0, a1, b1]));
                 triangles.extend(triangle([a0, b1, b0]));
             }

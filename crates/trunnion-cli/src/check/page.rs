@@ -1,24 +1,27 @@
 //! The report of a check.
 
-use super::model::ModelTold;
+use super::control_model::ControlModelSummary;
+use super::limit_ratio::LimitRatio;
 use super::subject::Subject;
-use super::told::{Fraction, Told};
+use super::summary::PartCheckSummary;
+use crate::figure::{Prominence, judged, none, plain, within};
 use crate::outcome::Failure;
 use crate::{material, places, report};
 use trunnion::cutter::Cutter;
 use trunnion::verify::{HeightSample, InspectionReport, TimedPose, Track};
 use trunnion_report::{
-    Budget, Check, Histogram, MotionKind, Number, PathPiece, PathPoint, ReportData, State, Surface,
+    Budget, Check, Histogram, MotionKind, Number, PathPiece, PathPoint, ReportData, Surface,
+    SurfacePoint,
 };
 
 /// Bins of the histogram of deviations.
 const BINS: usize = 60;
 
-/// The page of a check.
+/// Renders the report page of a check.
 pub(super) fn page(
     subject: &Subject,
     found: &InspectionReport,
-    told: &Told,
+    summary: &PartCheckSummary,
 ) -> Result<String, Failure> {
     let data = ReportData {
         job: subject.program.clone(),
@@ -26,14 +29,14 @@ pub(super) fn page(
         machine: subject.machine.clone().unwrap_or_default(),
         tool: tools(subject),
         generator: format!("trunnion {}", env!("CARGO_PKG_VERSION")),
-        passed: told.passed,
-        verdict: if told.passed {
-            vec![format!("{} by the program as it stands", told.kept())]
+        passed: summary.passed,
+        verdict: if summary.passed {
+            vec![format!("{} by the program as it stands", summary.kept())]
         } else {
-            told.failures.clone()
+            summary.failures.clone()
         },
-        warnings: told.warnings.clone(),
-        numbers: numbers(subject, told),
+        warnings: summary.warnings.clone(),
+        numbers: numbers(subject, summary),
         budget: Budget {
             total: subject.options.total,
             gouge: subject.options.gouge,
@@ -43,7 +46,7 @@ pub(super) fn page(
         surface: surface(found),
         path: subject.track()?.iter().map(piece).collect(),
         motion: trunnion_report::Motion::default(),
-        check: check(subject, found, told),
+        check: check(subject, found, summary),
         stock: found
             .stock
             .as_ref()
@@ -54,7 +57,7 @@ pub(super) fn page(
     Ok(trunnion_report::render(&data).map_err(anyhow::Error::from)?)
 }
 
-/// Outlines of the tools, in the order of their table.
+/// Returns the outlines of the tools, in the order of their table.
 fn outlines(subject: &Subject) -> Vec<Vec<[f64; 2]>> {
     if subject.tools.is_empty() {
         return vec![report::outline(&subject.cutter)];
@@ -62,7 +65,7 @@ fn outlines(subject: &Subject) -> Vec<Vec<[f64; 2]>> {
     subject.tools.iter().map(|(_, cutter)| report::outline(cutter)).collect()
 }
 
-/// The tool in words, or all of them by their numbers.
+/// Describes the tool, or all tools by number.
 fn tools(subject: &Subject) -> String {
     let words = |cutter: &Cutter| {
         let [diameter, corner] = [2.0 * cutter.radius(), cutter.minor()];
@@ -75,57 +78,50 @@ fn tools(subject: &Subject) -> String {
     subject.tools.iter().map(tool).collect::<Vec<_>>().join("; ")
 }
 
-fn numbers(subject: &Subject, told: &Told) -> Vec<Number> {
-    let number = |label: &str, value: String, unit: &str, good: bool, headline: bool| Number {
-        label: label.to_owned(),
-        value,
-        unit: unit.to_owned(),
-        note: String::new(),
-        state: if good { State::Good } else { State::Bad },
-        headline,
-    };
-    let noted = |note: String, number: Number| Number { note, ..number };
-    let (options, left) = (&subject.options, &told.deviation);
-    let fits = left.excess <= options.total;
+fn numbers(subject: &Subject, summary: &PartCheckSummary) -> Vec<Number> {
+    let (options, left) = (&subject.options, &summary.deviation);
     let at = |bound: Option<f64>| {
         let everywhere = bound.map_or_else(String::new, |b| format!("; everywhere <= {b:.4}"));
         format!("{} points, {} mm apart{everywhere}", left.points, left.grid)
     };
-    let uncut = number("uncut points", left.uncut.to_string(), "", left.uncut == 0, true);
+    let excess = format!("{:.4}", left.excess);
+    let excess = plain("most left", excess, "mm", at(left.excess_bound));
+    let gouge = plain("gouge", format!("{:.4}", left.gouge), "mm", at(left.gouge_bound));
+    let of = format!("of {}, {:.2} mm2", left.points, left.uncut_area);
+    let uncut = plain("uncut points", left.uncut.to_string(), "", of);
     let mut numbers = vec![
-        noted(
-            at(left.excess_bound),
-            number("most left", format!("{:.4}", left.excess), "mm", fits, true),
-        ),
-        noted(
-            at(left.gouge_bound),
-            number("gouge", format!("{:.4}", left.gouge), "mm", left.gouge <= options.gouge, true),
-        ),
-        noted(format!("of {}, {:.2} mm2", left.points, left.uncut_area), uncut),
+        judged(within(left.excess, options.total), excess, Prominence::Headline),
+        judged(within(left.gouge, options.gouge), gouge, Prominence::Headline),
+        judged(none(left.uncut), uncut, Prominence::Headline),
     ];
-    numbers.extend(told.time());
-    if let Some(stock) = &told.stock {
+    numbers.extend(summary.time());
+    if let Some(stock) = &summary.stock {
         numbers.extend(material::numbers(stock, str::to_owned));
     }
-    let fixtures = told.fixtures.iter();
+    let fixtures = summary.fixtures.iter();
     numbers.extend(fixtures.map(|of| material::clearance_number(of, "least off fixtures")));
-    let percent = |label: String, of: Fraction| Number {
-        note: format!("of its limit, at line {}", of.line),
-        ..number(&label, format!("{:.1}", 100.0 * of.ratio), "%", of.ratio <= 1.0, false)
+    let percent = |label: String, of: LimitRatio| {
+        let note = format!("of its limit, at line {}", of.line);
+        let number = plain(&label, format!("{:.1}", 100.0 * of.ratio), "%", note);
+        judged(within(of.ratio, 1.0), number, Prominence::Body)
     };
-    for axis in &told.axes {
+    for axis in &summary.axes {
         numbers.push(axis.number());
         numbers.push(percent(format!("{} velocity", axis.name), axis.velocity));
         numbers.push(percent(format!("{} acceleration", axis.name), axis.acceleration));
     }
-    numbers.extend(told.control_model.iter().flat_map(ModelTold::numbers));
+    numbers.extend(summary.control_model.iter().flat_map(ControlModelSummary::numbers));
     numbers
 }
 
 fn surface(found: &InspectionReport) -> Surface {
     let mut surface = Surface::default();
     for map in &found.report.maps {
-        let drawn = |s: &HeightSample| (s.point.coords.into(), s.height.filter(|_| !s.rest));
+        let drawn = |s: &HeightSample| SurfacePoint {
+            position: s.point.coords.into(),
+            // Rest material is drawn as not cut, however near the tool comes.
+            deviation: s.height.filter(|_| !s.rest),
+        };
         let points: Vec<_> = map.samples.iter().map(|s| s.as_ref().map(drawn)).collect();
         surface.add_grid(map.v.len(), &points);
     }
@@ -144,9 +140,10 @@ fn piece(track: &Track) -> PathPiece {
     }
 }
 
-fn check(subject: &Subject, found: &InspectionReport, told: &Told) -> Check {
+fn check(subject: &Subject, found: &InspectionReport, summary: &PartCheckSummary) -> Check {
     let report = &found.report;
     let samples = || report.maps.iter().flat_map(|map| map.samples.iter().flatten());
+    // The histogram shows twice the tolerance on either side; the ends collect the rest.
     let reach = 2.0 * subject.options.total;
     Check {
         method: format!(
@@ -159,7 +156,7 @@ fn check(subject: &Subject, found: &InspectionReport, told: &Told) -> Check {
         histogram: Histogram::of(samples().filter_map(|s| s.height), [-reach, reach], BINS),
         places: places::worst(
             report,
-            told.fixtures.as_ref(),
+            summary.fixtures.as_ref(),
             [subject.options.total, subject.options.gouge],
         ),
     }

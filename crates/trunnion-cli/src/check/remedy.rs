@@ -1,4 +1,4 @@
-//! Remedies of the library in the words of the command line.
+//! Remedies of the library as options of the command line.
 
 use trunnion::verify::{VerifyError, VerifyRemedy, offset_short_name};
 
@@ -6,16 +6,14 @@ use trunnion::verify::{VerifyError, VerifyRemedy, offset_short_name};
 pub(super) fn words(error: &VerifyError) -> String {
     match error.remedy() {
         VerifyRemedy::DescribeTools { first } => format!(
-            ": say what each is, --cutter {first}=R=..,r=.. and --tool-length {first}=L, and so on"
+            ": describe each, --cutter {first}=R=..,r=.. and --tool-length {first}=L, and so on"
         ),
         VerifyRemedy::DescribeTool { number } => {
-            format!("; say what it is: --cutter {number}=R=..,r=.. --tool-length {number}=L")
+            format!("; describe it: --cutter {number}=R=..,r=.. --tool-length {number}=L")
         }
         VerifyRemedy::GiveOffset { number } => {
             let name = offset_short_name(number);
-            format!(
-                "; say where it is, --offset {name}=X,Y,Z, or that it is where G54 is, --offset {name}=G54"
-            )
+            format!("; give its origin, --offset {name}=X,Y,Z, or that of G54, --offset {name}=G54")
         }
         VerifyRemedy::FlipFaces => {
             "\n  help: turn the faces over with --flip, or leave it out; in a job, part.flip"

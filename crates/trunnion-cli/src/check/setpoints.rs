@@ -1,11 +1,13 @@
 //! `trunnion check motion.csv`: a table of axis setpoints against the machine.
 
-use super::Args;
+use super::args::Args;
+use crate::form::OutputForm;
 use crate::motion::SUFFIXES;
 use crate::outcome::{Done, Failure};
 use crate::output::Outputs;
 use crate::progress::Bars;
-use crate::{machine, report, run, table, text};
+use crate::report::AxisLimits;
+use crate::{machine, report, run, table};
 use std::path::{Path, PathBuf};
 use trunnion::files::job::MotionMethod;
 use trunnion::files::table::TableHeader;
@@ -16,14 +18,14 @@ use trunnion::verify::{
 };
 use trunnion_report::{Motion, Number, Recorder, ReportData, Sample, State};
 
-/// Whether a file is a table of setpoints, by its name.
+/// Returns true if the file name is that of a table of setpoints.
 pub(super) fn is_table(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
 }
 
-/// `summary.json`, and what `--json` prints; mm, degrees, s.
+/// Summary of a table of setpoints: `summary.json` and `--json`; mm, degrees, s.
 #[derive(Debug, serde::Serialize)]
-struct Told {
+struct SetpointCheckSummary {
     schema: &'static str,
     generator: String,
     table: String,
@@ -32,36 +34,36 @@ struct Told {
     rows: usize,
     duration: f64,
     period: f64,
-    /// Derivatives by time that the rows hold.
+    /// Number of time derivatives in the rows.
     derivatives: usize,
-    /// Whether jerk is judged.
+    /// True if the jerk is judged.
     jerk_judged: bool,
-    axes: Vec<AxisTold>,
+    axes: Vec<AxisRates>,
     failures: Vec<String>,
     /// Files beside this one.
     files: Vec<String>,
 }
 
 #[derive(Debug, serde::Serialize)]
-struct AxisTold {
+struct AxisRates {
     name: String,
     unit: &'static str,
     range: [f64; 2],
-    velocity: RateTold,
-    acceleration: RateTold,
-    jerk: RateTold,
+    velocity: RateRatio,
+    acceleration: RateRatio,
+    jerk: RateRatio,
 }
 
 #[derive(Debug, Clone, Copy, serde::Serialize)]
-struct RateTold {
+struct RateRatio {
     ratio: f64,
     line: u32,
-    /// Whether the rows around the line ask for it, rather than that it is written there.
+    /// True if the rows around the line imply the rate; false if the line states it.
     between: bool,
     broken: usize,
 }
 
-/// What is known of a table before its rows are judged.
+/// Table, machine and options, before the rows are judged.
 struct Table {
     machine: Machine,
     options: MotionOptions,
@@ -69,7 +71,7 @@ struct Table {
     end: f64,
 }
 
-pub(super) fn check(args: &Args, json: bool) -> Result<Done, Failure> {
+pub(super) fn check(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     only_axes(args)?;
     let bars = Bars::new();
     let table = Table::open(args, &bars)?;
@@ -78,22 +80,18 @@ pub(super) fn check(args: &Args, json: bool) -> Result<Done, Failure> {
     }
     let (found, charts) = table.audit(&args.program)?;
     bars.finish();
-    let mut told = Told::new(args, &table, &found);
+    let mut summary = SetpointCheckSummary::new(args, &table, &found);
     let places = match &args.output {
-        Some(folder) => told.write(charts, folder)?,
+        Some(folder) => summary.write(charts, folder)?,
         None => Vec::new(),
     };
-    if json {
-        text::print_json(&told)?;
-    } else {
-        text::print(&told.table(&places))?;
-    }
-    Ok(if told.passed { Done::Kept } else { Done::Broken })
+    form.print(&summary, |summary| summary.table(&places))?;
+    Ok(if summary.passed { Done::Kept } else { Done::Broken })
 }
 
-/// A table of setpoints knows no part.
+/// Refuses options about the part, which a table of setpoints does not know.
 fn only_axes(args: &Args) -> Result<(), Failure> {
-    let said = [
+    let given = [
         ("--part", args.part.is_some()),
         ("--cutter", !args.cutter.is_empty()),
         ("--tolerance", args.tolerance.is_some()),
@@ -101,9 +99,9 @@ fn only_axes(args: &Args) -> Result<(), Failure> {
         ("--fixture", !args.fixture.is_empty()),
         ("--clearance", args.clearance.is_some()),
     ];
-    match said.iter().find(|(_, said)| *said) {
+    match given.iter().find(|(_, given)| *given) {
         Some((name, _)) => Err(Failure::input(format!(
-            "{}: setpoints are held against the machine alone, not against {name}\n  help: leave it \
+            "{}: setpoints are checked against the machine alone, without {name}\n  help: leave it \
              out, or check the program",
             args.program.display()
         ))),
@@ -134,9 +132,10 @@ impl Table {
                 )));
             }
         };
-        let looks = Looks::over(&args.program, &machine)?;
+        let looks = TableSurvey::of(&args.program, &machine)?;
         let options = MotionOptions {
             period: args.period.or(period).unwrap_or_else(|| looks.period()),
+            // The first of the names is the time, which the division drops.
             derivatives: looks.names.len() / AXES - 1,
             time_rounding: looks.rounding(0),
             rounding: looks.roundings(&machine),
@@ -145,11 +144,12 @@ impl Table {
         Ok(Self { machine, options, end: looks.last })
     }
 
-    /// Reads the rows and judges them; beside it what the charts show.
+    /// Reads and judges the rows, and records them for the charts.
     fn audit(&self, path: &Path) -> Result<(MotionReport, Motion), Failure> {
         let fault = |error: MotionError| match error {
             MotionError::Time { line, .. } => {
                 let message = error.to_string();
+                // The position is added in the form of all diagnostics.
                 let message = message.split_once(": ").map_or(message.as_str(), |(_, rest)| rest);
                 let fault =
                     Diagnostic { line, column: 1, message: message.into(), help: String::new() };
@@ -161,7 +161,10 @@ impl Table {
         let mut audit = MotionAudit::new(&self.machine, self.options.clone()).map_err(fault)?;
         let limits = self.machine.vector(|axis| axis.acc);
         let axes = self.machine.axes.iter().zip(limits.iter());
-        let axes = axes.map(|(axis, acc)| report::axis(axis, (*acc, false), self.options.jerk));
+        let axes = axes.map(|(axis, acc)| {
+            let limits = AxisLimits { acceleration: *acc, chord: false, jerk: self.options.jerk };
+            report::axis(axis, &limits)
+        });
         let mut recorder = Recorder::new(axes.collect(), self.end, report::SLOTS, 0.0);
         table::each_of(
             path,
@@ -187,7 +190,7 @@ impl Table {
         Ok((audit.finish().map_err(fault)?, recorder.finish()))
     }
 
-    /// Numbers of a table in mm and rad.
+    /// Converts the numbers of a row to mm and rad.
     fn inside(&self, values: &[f64]) -> AxisVector {
         let mut inside = AxisVector::from_iterator(values.iter().copied());
         for (value, axis) in inside.iter_mut().zip(&self.machine.axes) {
@@ -199,7 +202,7 @@ impl Table {
     }
 }
 
-/// Columns of a table with so many derivatives.
+/// Returns the columns of a table with so many derivatives.
 fn columns(machine: &Machine, derivatives: usize) -> Vec<String> {
     let of = |suffix: &'static str| {
         machine.axes.iter().map(move |axis| format!("{}{suffix}", axis.name))
@@ -208,10 +211,10 @@ fn columns(machine: &Machine, derivatives: usize) -> Vec<String> {
     std::iter::once("t".to_owned()).chain(all).collect()
 }
 
-/// A first look at all rows.
-struct Looks {
+/// Properties of all rows, found before they are judged.
+struct TableSurvey {
     names: Vec<String>,
-    /// Decimals of every column at most.
+    /// Largest number of decimals in each column.
     decimals: Vec<usize>,
     rows: usize,
     /// Times of the first two rows and the last two.
@@ -220,8 +223,8 @@ struct Looks {
     last: f64,
 }
 
-impl Looks {
-    fn over(path: &Path, machine: &Machine) -> Result<Self, Failure> {
+impl TableSurvey {
+    fn of(path: &Path, machine: &Machine) -> Result<Self, Failure> {
         let mut looks = Self {
             names: Vec::new(),
             decimals: vec![0; SUFFIXES.len() * AXES + 1],
@@ -230,7 +233,7 @@ impl Looks {
             before: 0.0,
             last: 0.0,
         };
-        // As many derivatives as have a column: one that lacks an axis is told as such.
+        // As many derivatives as have a column; a missing axis among them is reported as a fault.
         let choose = |header: &TableHeader| -> Result<Vec<String>, Diagnostics> {
             let has = |order: &usize| {
                 let wanted = columns(machine, *order);
@@ -252,14 +255,14 @@ impl Looks {
         Ok(looks)
     }
 
-    /// Half a unit of the last decimal.
+    /// Returns half a unit of the last decimal of a column.
     fn rounding(&self, column: usize) -> f64 {
         let decimals = self.decimals.get(column).copied().unwrap_or(0);
         0.5 * 10.0_f64.powi(-i32::try_from(decimals).unwrap_or(i32::MAX))
     }
 
-    /// Of positions and derivatives; a column takes the decimals of the finest of its kind, as numbers may be
-    /// written without the zeros at their end.
+    /// Returns the rounding of positions and derivatives. Every column takes that of the finest one of its order,
+    /// because numbers may be written without trailing zeros.
     fn roundings(&self, machine: &Machine) -> [AxisVector; 4] {
         [0, 1, 2, 3].map(|order| {
             let columns = order * AXES + 1..(order + 1) * AXES + 1;
@@ -271,20 +274,22 @@ impl Looks {
         })
     }
 
-    /// The time from row to row that most of them keep: the shortest decimal number that the first and the last
-    /// but one allow.
+    /// Returns the period of the rows: the shortest decimal number that agrees with the times of the first row and
+    /// the last but one.
     fn period(&self) -> f64 {
         let [start, second] = self.first;
         let step = second - start;
         let whole = self.before - start;
+        // The last row may end early, so the whole number of steps is counted up to the one before.
         let steps = (whole / step).round().max(1.0);
+        // Both times are rounded: the mean is off by at most two roundings over all steps.
         let (mean, error) = (whole.max(step) / steps, 2.0 * self.rounding(0) / steps);
         let shortest = (0..17).map(|digits| format!("{mean:.digits$e}").parse().unwrap_or(mean));
         shortest.into_iter().find(|short| (short - mean).abs() <= error).unwrap_or(mean)
     }
 }
 
-impl Told {
+impl SetpointCheckSummary {
     fn new(args: &Args, table: &Table, found: &MotionReport) -> Self {
         Self {
             schema: "trunnion-motion-check/1",
@@ -297,7 +302,7 @@ impl Told {
             period: found.period,
             derivatives: table.options.derivatives,
             jerk_judged: table.options.jerk,
-            axes: found.axes.iter().map(AxisTold::of).collect(),
+            axes: found.axes.iter().map(AxisRates::of).collect(),
             failures: found.findings.iter().map(ToString::to_string).collect(),
             files: Vec::new(),
         }
@@ -331,13 +336,22 @@ impl Told {
         Ok(trunnion_report::render(&data).map_err(anyhow::Error::from)?)
     }
 
+    /// Rates of an axis by name; true for those that are judged.
+    fn rates(&self, axis: &AxisRates) -> [(&'static str, RateRatio, bool); 3] {
+        [
+            ("velocity", axis.velocity, true),
+            ("acceleration", axis.acceleration, true),
+            ("jerk", axis.jerk, self.jerk_judged),
+        ]
+    }
+
     fn numbers(&self) -> Vec<Number> {
         let mut numbers = vec![
             plain("time", format!("{:.3}", self.duration), "s"),
             plain("rows", self.rows.to_string(), ""),
         ];
         for axis in &self.axes {
-            for (name, rate, judged) in axis.rates(self.jerk_judged) {
+            for (name, rate, judged) in self.rates(axis) {
                 let good = rate.ratio <= 1.0;
                 numbers.push(Number {
                     label: format!("{} {name}", axis.name),
@@ -356,7 +370,7 @@ impl Told {
         numbers
     }
 
-    /// The short table for people.
+    /// Returns the table for people.
     fn table(&self, places: &[PathBuf]) -> String {
         let kept = if self.passed { "every limit is kept" } else { "NOT KEPT" };
         let mut lines = vec![format!("{}: {kept}", self.table)];
@@ -365,9 +379,9 @@ impl Told {
         row("rows", format!("{rows}, {duration:.3} s, to be {:.6} ms apart", 1e3 * period));
         for axis in &self.axes {
             let [low, high] = axis.range;
-            let rates = axis.rates(self.jerk_judged).map(|(name, rate, judged)| {
-                let told = if judged { "" } else { ", told only" };
-                format!("{name} {:.2} % (line {}{told})", 100.0 * rate.ratio, rate.line)
+            let rates = self.rates(axis).map(|(name, rate, judged)| {
+                let judged = if judged { "" } else { ", not judged" };
+                format!("{name} {:.2} % (line {}{judged})", 100.0 * rate.ratio, rate.line)
             });
             let value = format!("{low:.3} .. {high:.3} {}, {}", axis.unit, rates.join(", "));
             row(&format!("axis {}", axis.name), value);
@@ -383,10 +397,10 @@ fn plain(label: &str, value: String, unit: &str) -> Number {
     Number { label, value, unit, headline: true, ..Number::default() }
 }
 
-impl AxisTold {
+impl AxisRates {
     fn of(axis: &AxisMotion) -> Self {
         let rotary = axis.kind == AxisKind::Rotary;
-        let rate = |RowRatio { worst, line, between, broken, .. }: RowRatio| RateTold {
+        let rate = |RowRatio { worst, line, between, broken, .. }: RowRatio| RateRatio {
             ratio: worst,
             line,
             between,
@@ -401,14 +415,5 @@ impl AxisTold {
             acceleration,
             jerk,
         }
-    }
-
-    /// Name, ratio, and whether it is judged.
-    fn rates(&self, jerk: bool) -> [(&'static str, RateTold, bool); 3] {
-        [
-            ("velocity", self.velocity, true),
-            ("acceleration", self.acceleration, true),
-            ("jerk", self.jerk, jerk),
-        ]
     }
 }

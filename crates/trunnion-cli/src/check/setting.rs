@@ -1,8 +1,9 @@
-//! What a program is checked against, as a job or the arguments say it.
+//! Part, machine, tools and solids that a program is checked against: from a job or the arguments.
 
-use super::subject::GRID;
+use super::args::Args;
+use super::named::Named;
+use super::stock;
 use super::tool::Toolbox;
-use super::{Args, stock};
 use crate::outcome::Failure;
 use crate::progress::Bars;
 use crate::run::{self, both};
@@ -17,10 +18,10 @@ use trunnion::pipeline::{Fixtures, Held, Job};
 use trunnion::surface::{Face, FaceIndex};
 use trunnion::verify::{LEAST_GOUGE, Solid, Stock};
 
-/// With what stands before its faults.
-pub(super) type Named<T> = (String, T);
+/// Distance between measured points by default \[mm\].
+const GRID: f64 = 0.2;
 
-/// All but the program.
+/// Everything that a check needs besides the program.
 pub(super) struct Setting {
     pub(super) part: String,
     pub(super) kinematics: Option<Kinematics>,
@@ -28,16 +29,16 @@ pub(super) struct Setting {
     pub(super) others: Vec<Face>,
     pub(super) cutter: Cutter,
     pub(super) tools: Vec<(u32, Cutter)>,
-    /// What the job calls its tool.
+    /// Number of the job's tool.
     pub(super) number: Option<u32>,
     pub(super) tolerance: [f64; 2],
     pub(super) grid: f64,
     stock: Option<Named<Solid>>,
     stock_cell: Option<Named<f64>>,
     fixtures: Vec<Named<Held>>,
-    /// How far any part of the tool must keep off fixtures \[mm\].
+    /// Keep-off distance of every part of the tool from fixtures \[mm\].
     clearance: f64,
-    /// How far the triangles of STEP solids may be off their faces.
+    /// Chord tolerances of the triangles that stand for STEP solids.
     pub(super) chords: Vec<ChordSummary>,
     pub(super) warnings: Vec<String>,
 }
@@ -45,60 +46,63 @@ pub(super) struct Setting {
 impl Setting {
     pub(super) fn read(args: &Args, bars: &Bars) -> Result<Self, Failure> {
         let mut setting = match &args.job {
-            Some(job) => Self::of_job((job, args), bars)?,
+            Some(job) => Self::of_job(job, args, bars)?,
             None => Self::of_arguments(args, bars)?,
         };
+        // Options take precedence over the job, so that it can be checked again without an edit.
         setting.tolerance = args.tolerance.unwrap_or(setting.tolerance);
         setting.clearance = args.clearance.unwrap_or(setting.clearance);
-        let cell = args.stock_cell.map(|cell| (format!("--stock-cell {cell}"), cell));
+        let cell = args.stock_cell.map(|cell| Named::new(format!("--stock-cell {cell}"), cell));
         setting.stock_cell = cell.or(setting.stock_cell);
         if setting.tolerance[1] < LEAST_GOUGE {
             setting.warnings.push(least_gouge(setting.tolerance[1]));
         }
-        setting.say(args)?;
+        setting.add_solids(args)?;
         if args.clearance.is_some() && setting.fixtures.is_empty() {
-            let help = "say what the tool must not touch with --fixture";
+            let help = "name what the tool must not touch with --fixture";
             return Err(Failure::input(format!("--clearance needs a fixture\n  help: {help}")));
         }
         if args.stock_cell.is_some() && setting.stock.is_none() {
-            let help = "say what is cut with --stock";
+            let help = "name what is cut with --stock";
             return Err(Failure::input(format!("--stock-cell needs --stock\n  help: {help}")));
         }
         Ok(setting)
     }
 
-    /// Takes in the solids of the command line: stock in place of the job's, fixtures beside its own.
-    fn say(&mut self, args: &Args) -> Result<(), Failure> {
+    /// Adds the solids of the command line: stock replaces that of the job, fixtures join its own.
+    fn add_solids(&mut self, args: &Args) -> Result<(), Failure> {
         let chord = args.chord.unwrap_or(STEP_CHORD);
-        if let Some(said) = &args.stock {
-            self.stock = Some((said.clone(), stock::read(said, chord)?));
+        if let Some(name) = &args.stock {
+            self.stock = Some(Named::new(name, stock::read(name, chord)?));
         }
-        for said in &args.fixture {
-            let solid = Some(stock::read(said, chord)?);
-            let allowance = if stock::is_step(said) { chord } else { 0.0 };
-            self.fixtures.push((said.clone(), Held { name: said.clone(), solid, allowance }));
+        for name in &args.fixture {
+            let solid = Some(stock::read(name, chord)?);
+            // Triangles may lie inside the true faces by the chord: the fixture grows by it.
+            let allowance = if stock::is_step(name) { chord } else { 0.0 };
+            let held = Held { name: name.clone(), solid, allowance };
+            self.fixtures.push(Named::new(name, held));
         }
-        let stock = args.stock.iter().map(|said| (said, "stock"));
-        let all = stock.chain(args.fixture.iter().map(|said| (said, said.as_str())));
-        let step = all.filter(|(said, _)| stock::is_step(said));
+        let stock = args.stock.iter().map(|argument| (argument, "stock"));
+        let all = stock.chain(args.fixture.iter().map(|argument| (argument, argument.as_str())));
+        let step = all.filter(|(argument, _)| stock::is_step(argument));
         self.chords.extend(step.map(|(_, name)| ChordSummary { solid: name.to_owned(), chord }));
         Ok(())
     }
 
-    /// Rays through the stock, and fixtures; all that cannot be worked with is told.
+    /// Returns the stock as rays, and the fixtures; every unusable solid is reported.
     pub(super) fn solids(&self) -> Result<(Option<Stock>, Option<Fixtures>), Failure> {
         let rays = |solid| stock::rays(solid, self.stock_cell.as_ref());
         let stock = self.stock.as_ref().map(rays).transpose();
         let mut fixtures = Fixtures::new(self.tolerance[0], self.clearance);
         let mut faults = Vec::new();
-        for (said, held) in &self.fixtures {
-            faults.extend(fixtures.add(held).err().map(|error| format!("{said}: {error}")));
+        for Named { name, value } in &self.fixtures {
+            faults.extend(fixtures.add(value).err().map(|error| format!("{name}: {error}")));
         }
         let fixtures = Some(fixtures).filter(|_| !self.fixtures.is_empty());
         both(stock, if faults.is_empty() { Ok(fixtures) } else { Err(Failure::Input(faults)) })
     }
 
-    fn of_job((path, args): (&Path, &Args), bars: &Bars) -> Result<Self, Failure> {
+    fn of_job(path: &Path, args: &Args, bars: &Bars) -> Result<Self, Failure> {
         let (mut job, warnings) = run::load(path, args.chord, bars)?;
         if args.stock.is_some() {
             job.file.stock = None;
@@ -107,20 +111,22 @@ impl Setting {
         let stock_cell = job
             .file
             .stock_cell
-            .map(|cell| (place((path, &job), "verify.stock_cell", "the stock"), cell));
-        let said = toolbox(args);
-        if said.has_plain() {
-            let help = "the job has its tool; say others by their numbers: --cutter 2=R=5,r=1 --tool-length 2=95";
+            .map(|cell| Named::new(place(path, &job, "verify.stock_cell", "the stock"), cell));
+        let options = toolbox(args);
+        if options.has_plain() {
+            let help = "the job has its tool; describe others by number: --cutter 2=R=5,r=1 --tool-length 2=95";
             return Err(Failure::input(format!(
                 "a tool without number beside --job\n  help: {help}"
             )));
         }
-        let mut tools = numbered(&said)?;
+        // A tool of the command line replaces the one of the job with the same number.
+        let mut tools = numbered(&options)?;
         let own = (job.file.tool.number, job.cutter.clone());
-        let is_said = |tools: &[(u32, Cutter)], number: u32| tools.iter().any(|of| of.0 == number);
-        job.other_tools.retain(|(number, _)| !is_said(&tools, *number));
+        let has = |tools: &[(u32, Cutter)], number: u32| tools.iter().any(|of| of.0 == number);
+        job.other_tools.retain(|(number, _)| !has(&tools, *number));
         tools.append(&mut job.other_tools);
-        if !tools.is_empty() && !is_said(&tools, own.0) {
+        // Without other tools the list stays empty: the only tool then answers to every number.
+        if !tools.is_empty() && !has(&tools, own.0) {
             tools.insert(0, own);
         }
         let plain = |faces: &[FaceIndex]| -> Vec<Face> {
@@ -145,25 +151,25 @@ impl Setting {
         })
     }
 
-    /// The arguments are there: clap sees to that where there is no job.
+    /// Reads what the arguments name; without a job they must name everything.
     fn of_arguments(args: &Args, bars: &Bars) -> Result<Self, Failure> {
         let missing = |name: &str| {
-            let help = "say --part, --cutter and --tolerance, or --job JOB.toml";
+            let help = "give --part, --cutter and --tolerance, or --job JOB.toml";
             Failure::input(format!("{name} is missing\n  help: {help}"))
         };
         let file = args.part.as_ref().ok_or_else(|| missing("--part"))?;
-        let said = toolbox(args);
-        let tools = numbered(&said)?;
+        let options = toolbox(args);
+        let tools = numbered(&options)?;
         let cutter = match tools.first() {
             Some((_, cutter)) => Ok(cutter.clone()),
-            None => said.of(None).ok_or_else(|| missing("--cutter"))?.cutter(),
+            None => options.of(None).ok_or_else(|| missing("--cutter"))?.cutter(),
         };
         let length = cutter.as_ref().map_or(0.0, Cutter::length);
         let setup =
             Setup::new(Vector3::from(args.origin), args.rotation.map(f64::to_radians), length);
         let machine = args.machine.as_deref().map(machine::load).transpose();
         let part = part::read(file, bars);
-        // Whatever is wrong is told at once.
+        // All unusable files are reported at once.
         let (cutter, (machine, part)) = both(cutter, both(machine, part))?;
         let kinematics = machine.map(|file| Kinematics::new(&file.machine, &setup));
         let (faces, others) = choose(part.faces, args)?;
@@ -187,29 +193,29 @@ impl Setting {
     }
 }
 
-/// What is told of a gouge tolerance below what can be kept.
+/// Returns the warning about a gouge tolerance below the least that can be kept.
 fn least_gouge(gouge: f64) -> String {
     format!(
-        "gouges are told from {LEAST_GOUGE} mm on, not from {gouge} mm: by so much the rounding of its words takes a program that touches a face into it"
+        "gouges are reported from {LEAST_GOUGE} mm on, not from {gouge} mm: rounded words alone let a program that touches a face gouge it by as much"
     )
 }
 
-/// What stands at a key of a job.
-fn place((path, job): (&Path, &Job), key: &str, what: &str) -> String {
+/// Returns the position of a key of a job, followed by `what` it describes.
+fn place(path: &Path, job: &Job, key: &str, what: &str) -> String {
     let at = job.file.places.get(key);
     format!("{}:{}:{}: {what}", path.display(), at.line, at.column)
 }
 
-/// Stock and fixtures of a job, with the places where it says them.
+/// Returns stock and fixtures of a job with their positions in the job file.
 fn of_file(path: &Path, job: &Job) -> (Option<Named<Solid>>, Vec<Named<Held>>) {
-    let place = |key: &str, what: &str| place((path, job), key, what);
+    let place = |key: &str, what: &str| place(path, job, key, what);
     let solid = job.stock.clone().filter(|_| job.file.stock.is_some());
     let fixture = |(number, held): (usize, &Held)| {
         let what = format!("fixture {}", held.name);
-        (place(&format!("fixture.{number}.file"), &what), held.clone())
+        Named::new(place(&format!("fixture.{number}.file"), &what), held.clone())
     };
     let fixtures = job.fixtures.iter().enumerate().map(fixture).collect();
-    (solid.map(|solid| (place("stock.file", "the stock"), solid)), fixtures)
+    (solid.map(|solid| Named::new(place("stock.file", "the stock"), solid)), fixtures)
 }
 
 fn toolbox(args: &Args) -> Toolbox<'_> {
@@ -217,19 +223,19 @@ fn toolbox(args: &Args) -> Toolbox<'_> {
     Toolbox { cutter, shank, holder, length }
 }
 
-/// Tools that are told by number.
-fn numbered(said: &Toolbox<'_>) -> Result<Vec<(u32, Cutter)>, Failure> {
+/// Returns the tools that the options describe by number.
+fn numbered(options: &Toolbox<'_>) -> Result<Vec<(u32, Cutter)>, Failure> {
     let tool = |number: u32| {
-        let found = said.of(Some(number)).ok_or_else(|| {
-            let help = format!("say what it is: --cutter {number}=R=10,r=6");
+        let found = options.of(Some(number)).ok_or_else(|| {
+            let help = format!("describe it: --cutter {number}=R=10,r=6");
             Failure::input(format!("tool {number} has no cutter\n  help: {help}"))
         });
         Ok((number, found?.cutter()?))
     };
-    said.numbers().into_iter().map(tool).collect()
+    options.numbers().into_iter().map(tool).collect()
 }
 
-/// Faces that are cut, turned over if asked for, and the others.
+/// Separates the faces that are cut, flipped if asked for, from the others.
 fn choose(faces: Vec<Face>, args: &Args) -> Result<(Vec<Face>, Vec<Face>), Failure> {
     let known = |number: &usize| faces.iter().any(|face| face.number == *number);
     if let Some(number) = args.faces.iter().find(|number| !known(number)) {

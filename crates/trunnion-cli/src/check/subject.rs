@@ -1,7 +1,8 @@
-//! What is checked, against what.
+//! The program that is checked, with everything it is checked against.
 
+use super::args::Args;
+use super::remedy;
 use super::setting::Setting;
-use super::{Args, remedy};
 use crate::outcome::Failure;
 use crate::progress::Bars;
 use crate::{inspect, text};
@@ -22,18 +23,16 @@ use trunnion::verify::{
     Track, VerifyError, WorkOffset,
 };
 
-/// Distance between measured points where nothing is said \[mm\].
-pub(super) const GRID: f64 = 0.2;
-/// Longest stretch between two drawn tool positions \[mm\].
+/// Largest distance between two drawn tool positions \[mm\].
 const DRAWN_STEP: f64 = 1.0;
 
-/// What moves the tool.
+/// Source of the tool's motion.
 pub(super) enum Motion {
     Program(Box<ProgramText>, Box<Kinematics>),
     Locations(Box<ClText>),
 }
 
-/// A program with all that it is checked against.
+/// Program with everything it is checked against.
 pub(super) struct Subject {
     pub(super) motion: Motion,
     /// Names of program, part and machine.
@@ -42,16 +41,16 @@ pub(super) struct Subject {
     pub(super) machine: Option<String>,
     pub(super) faces: Vec<Face>,
     pub(super) others: Vec<Face>,
-    /// The only tool, or the first.
+    /// Only tool, or the first of several.
     pub(super) cutter: Cutter,
-    /// Tools by their numbers, where there are several.
+    /// Tools by number; empty for a single tool.
     pub(super) tools: Vec<(u32, Cutter)>,
     offsets: Vec<WorkOffset>,
     pub(super) options: CheckOptions,
-    /// Material and fixtures, where they were named.
+    /// Raw material, if it was named.
     stock: Option<Stock>,
     pub(super) fixtures: Option<Fixtures>,
-    /// How far the triangles of STEP solids may be off their faces.
+    /// Chord tolerances of the triangles that stand for STEP solids.
     pub(super) chords: Vec<ChordSummary>,
     pub(super) warnings: Vec<String>,
 }
@@ -64,12 +63,12 @@ impl Subject {
         let offsets = offsets(args, setting.kinematics.as_ref());
         let motion = motion(args, setting.kinematics)?;
         let mut warnings = setting.warnings;
-        let said = match &motion {
+        let reading = match &motion {
             Motion::Program(program, _) => program.warnings(),
             Motion::Locations(file) => file.warnings(),
         };
-        let place = args.program.display();
-        warnings.extend(said.iter().map(|warning| format!("{place}:{warning}")));
+        let file = args.program.display();
+        warnings.extend(reading.iter().map(|warning| format!("{file}:{warning}")));
         if setting.tools.is_empty() {
             warnings.extend(setting.number.and_then(|own| misnamed(&motion, own)));
         }
@@ -100,7 +99,7 @@ impl Subject {
         })
     }
 
-    /// Runs the program and reports everything that is found.
+    /// Runs the program and returns everything that is found.
     pub(super) fn check(&self, bars: &dyn Progress) -> Result<InspectionReport, Failure> {
         let tools = self.table();
         let mut inspection = Inspection::new(self.input(&tools), self.options).others(&self.others);
@@ -113,7 +112,7 @@ impl Subject {
         inspection.run(bars).map_err(|error| self.failure(&error))
     }
 
-    /// The tools that the program tells apart.
+    /// Returns the tools by number for the replay.
     fn table(&self) -> Vec<Tool<'_>> {
         self.tools.iter().map(|(number, cutter)| Tool { number: *number, cutter }).collect()
     }
@@ -128,19 +127,19 @@ impl Subject {
         input.faces(&self.faces).tools(tools).offsets(&self.offsets)
     }
 
-    /// Positions of the tool for the picture.
+    /// Returns positions of the tool for the picture.
     pub(super) fn track(&self) -> Result<Vec<Track>, Failure> {
         let tools = self.table();
         verify::track(&self.input(&tools), DRAWN_STEP).map_err(|error| self.failure(&error))
     }
 
-    /// Puts an error into words, with the options that help.
+    /// Words an error, with the options that help.
     fn failure(&self, error: &VerifyError) -> Failure {
         let remedy = remedy::words(error);
         match error {
             VerifyError::Cancelled(_) => Failure::Stopped,
             VerifyError::FromBehind { from_back, examined } => Failure::input(format!(
-                "{}: the tool cuts the faces of {} from behind, at {from_back} of {examined} places that were looked at{remedy}",
+                "{}: the tool cuts the faces of {} from behind, at {from_back} of {examined} places examined{remedy}",
                 self.program, self.part
             )),
             error => {
@@ -156,13 +155,13 @@ impl Subject {
     }
 }
 
-/// Work offsets beside that of the setup.
+/// Returns the work offsets beside that of the setup.
 fn offsets(args: &Args, kinematics: Option<&Kinematics>) -> Vec<WorkOffset> {
     let g54 = kinematics.and_then(work_offset).unwrap_or_default();
-    args.offset.iter().map(|said| said.offset(g54)).collect()
+    args.offset.iter().map(|argument| argument.offset(g54)).collect()
 }
 
-/// What is told of a program that calls its only tool otherwise than the job.
+/// Returns a warning if the program gives its only tool another number than the job.
 fn misnamed(motion: &Motion, own: u32) -> Option<String> {
     let called = match motion {
         Motion::Program(program, _) => program.tools().first().copied(),
@@ -179,8 +178,8 @@ fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<Motion, Failure
     let path = &args.program;
     let text = text::program(path)?;
     let faults = |faults: trunnion::types::Diagnostics| Failure::faults(path, &faults);
-    let told = || if inspect::is_cl(path) { Dialect::Apt } else { Dialect::guess(text.lines()) };
-    let dialect = args.dialect.unwrap_or_else(told);
+    let guessed = || if inspect::is_cl(path) { Dialect::Apt } else { Dialect::guess(text.lines()) };
+    let dialect = args.dialect.unwrap_or_else(guessed);
     if dialect == Dialect::Apt {
         let file = ClText::new(text, MOST_FAULTS).map_err(faults)?;
         return Ok(Motion::Locations(Box::new(file)));

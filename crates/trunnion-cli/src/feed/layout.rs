@@ -1,6 +1,6 @@
-//! What the columns of a table of axis positions are, and what is wrong with its rows.
+//! Columns of a table of axis positions, and faults of its rows.
 
-use super::{Args, Method};
+use super::args::Method;
 use crate::table::Faults;
 use nalgebra::SVector;
 use trunnion::feed::{FeedError, Limits, MinusLimits};
@@ -11,28 +11,55 @@ use trunnion::types::{AxisNode, AxisPiece, Diagnostic, Diagnostics};
 /// A limit that never binds: its square is still a number.
 const UNLIMITED: f64 = 1e150;
 
-/// What the columns are.
+/// Meaning of the columns.
 pub(super) struct Layout {
     /// Axes of the table, in order.
     axes: Vec<String>,
-    /// Whether NAME3 stands in the table.
+    /// True for axes with a column NAME3.
     has_third: Vec<bool>,
     has_feed: bool,
-    /// Whether the path parameter itself is limited, as an axis more.
+    /// True if the path parameter itself is limited, as one more axis.
     path_axis: bool,
     path_feed: Option<f64>,
 }
 
-/// How a row goes on from the one before.
+/// Position of a row that repeats the s of the row before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum JumpPosition {
+    /// Inside the path, with no other such row next to it.
+    Inside,
+    /// At an end of the path, or next to another such row.
+    AtEnd,
+}
+
+/// Interval between two neighbouring rows of a piece.
+pub(super) struct PieceInterval<'a, const N: usize> {
+    /// Lines of its two rows in the table.
+    pub(super) lines: [u32; 2],
+    pub(super) piece: &'a AxisPiece<N>,
+    /// Number of the interval in the piece, from 0.
+    pub(super) index: usize,
+}
+
+/// Settings of the comparison of NAME3 with the quintic between rows.
+pub(super) struct ThirdTolerance<'a, const N: usize> {
+    pub(super) limits: &'a Limits<N>,
+    pub(super) method: Method,
+    /// Largest difference, as a share of the largest NAME3.
+    pub(super) share: f64,
+}
+
+/// Continuation of the path from a row to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Next {
+    /// The row belongs to the piece of the row before.
     On,
-    /// At the same place, where another piece begins.
+    /// The row has the s of the row before: another piece begins.
     Piece,
 }
 
 impl Layout {
-    /// Of columns that [`columns`] chose. Axes are those of the limits file.
+    /// Creates the layout of the columns that [`columns`] chose. Axes are those of the limits file.
     pub(super) fn new(names: &[String], limits: &LimitsFile) -> Self {
         let has = |name: &str| names.iter().any(|column| column == name);
         let axes = in_order(names, limits);
@@ -45,33 +72,33 @@ impl Layout {
         }
     }
 
-    /// Axes to plan for.
+    /// Returns the number of axes to plan for.
     pub(super) fn axes(&self) -> usize {
         self.axes.len() + usize::from(self.path_axis)
     }
 
-    /// Name of an axis in messages.
+    /// Returns the name of an axis for messages.
     pub(super) fn axis(&self, index: usize) -> &str {
         self.axes.get(index).map_or("the path", String::as_str)
     }
 
-    /// Names of the axes of the table.
+    /// Returns the names of the axes in the table.
     pub(super) fn names(&self) -> &[String] {
         &self.axes
     }
 
-    /// Axes whose third derivative stands in the table.
+    /// Returns the axes whose third derivative is in the table.
     pub(super) fn thirds(&self) -> impl Iterator<Item = usize> {
         (0..self.axes.len()).filter(|axis| self.has_third.get(*axis) == Some(&true))
     }
 
-    /// What feed rates are measured in: with a column `feed` they are shares of it.
+    /// Returns the unit of feed rates: with a column `feed` they are shares of it.
     pub(super) fn feed(&self) -> Option<f64> {
         if self.has_feed { Some(1.0) } else { self.path_feed }
     }
 
-    /// Limits of the axes to plan for, and which of their accelerations chord errors lower; `period` is that of
-    /// the setpoints.
+    /// Returns the limits of the axes to plan for, and flags for the accelerations that the chord error lowers at a
+    /// servo period \[s\].
     pub(super) fn limits<const N: usize>(
         &self,
         file: &LimitsFile,
@@ -108,7 +135,7 @@ impl Layout {
         Ok((limited, limited.lowered_from(&limits)))
     }
 
-    /// A row as a node.
+    /// Converts a row to a node.
     pub(super) fn node<const N: usize>(
         &self,
         line: u32,
@@ -124,6 +151,8 @@ impl Layout {
             }
         }
         if self.path_axis {
+            // The path parameter as an axis: q = s, dq/ds = 1, higher derivatives 0. Its acceleration and
+            // jerk limits then limit those of s.
             (q[0][self.axes.len()], q[1][self.axes.len()]) = (s, 1.0);
         }
         let feed = values.next().filter(|_| self.has_feed);
@@ -131,17 +160,17 @@ impl Layout {
             let help = "write the largest ds/dt at this row, or leave the column out";
             faults.add(fault(line, format!("feed = {feed} must be above 0"), help));
         }
+        // The feed rate is the reciprocal: ds/dt = feed where rate times ds/dt is 1.
         let most = feed.map(|feed| feed.min(self.path_feed.unwrap_or(feed)));
         AxisNode { s, q, tip_rate: 0.0, feed_rate: most.map_or(1.0, f64::recip) }
     }
 
-    /// Whether a row goes on or begins a piece; `inside` where neither end of the path nor another such row is next
-    /// to it.
+    /// Decides if a row continues a piece or begins one.
     pub(super) fn next<const N: usize>(
         &self,
         line: u32,
         [before, node]: [&AxisNode<N>; 2],
-        inside: bool,
+        position: JumpPosition,
         faults: &mut Faults,
     ) -> Next {
         if node.s > before.s {
@@ -155,7 +184,7 @@ impl Layout {
             return Next::On;
         }
         self.joint(line, before, node, faults);
-        if !inside {
+        if position == JumpPosition::AtEnd {
             let message = format!("s = {} stands here once too often", node.s);
             let help = "two rows with the same s mark a jump inside the path, not at its ends; remove the others";
             faults.add(fault(line, message, help));
@@ -163,7 +192,7 @@ impl Layout {
         Next::Piece
     }
 
-    /// Both rows of a jump must be at the same place.
+    /// Reports axes whose value differs between the two rows of a jump.
     fn joint<const N: usize>(
         &self,
         line: u32,
@@ -173,6 +202,7 @@ impl Layout {
     ) {
         for (axis, name) in self.axes.iter().enumerate() {
             let [from, to] = [before.q[0][axis], node.q[0][axis]];
+            // 0 and -0 are the same position.
             if from.to_bits() != to.to_bits() && (from - to).abs() > 0.0 {
                 faults.add(fault(
                     line,
@@ -187,18 +217,20 @@ impl Layout {
     /// `largest` is that of the whole table.
     pub(super) fn third<const N: usize>(
         &self,
-        (lines, piece, interval): ([u32; 2], &AxisPiece<N>, usize),
-        (axis, largest): (usize, f64),
-        (limits, args): (&Limits<N>, &Args),
+        interval: &PieceInterval<'_, N>,
+        axis: usize,
+        largest: f64,
+        tolerance: &ThirdTolerance<'_, N>,
         faults: &mut Faults,
     ) {
-        let Some((_, quintic)) = piece.quintic(interval) else { return };
-        let Some(pair) = piece.nodes.get(interval..interval + 2) else { return };
+        let PieceInterval { lines, piece, index } = *interval;
+        let Some((_, quintic)) = piece.quintic(index) else { return };
+        let Some(pair) = piece.nodes.get(index..index + 2) else { return };
         let h = pair[1].s - pair[0].s;
         for ((line, node), x) in lines.into_iter().zip(pair).zip([0.0, h]) {
             let [given, quintic_value] = [node.q[3][axis], quintic.at(x)[3][axis]];
-            let noticed = noticed(node, (axis, h), limits, args.method);
-            let share = args.third_tolerance * largest.max(noticed);
+            let noticed = noticed(node, axis, h, tolerance.limits, tolerance.method);
+            let share = tolerance.share * largest.max(noticed);
             if (quintic_value - given).abs() > share + rounding(pair, axis, h) {
                 faults.add(self.disagrees(line, axis, [given, quintic_value]));
             }
@@ -218,7 +250,7 @@ impl Layout {
         )
     }
 
-    /// The derivative that jumps most between the rows of a rest, and by how much.
+    /// Returns the derivative that jumps between the rows of a rest, and by how much; the lowest order first.
     pub(super) fn jump<const N: usize>(
         &self,
         [before, after]: [&AxisNode<N>; 2],
@@ -237,16 +269,20 @@ fn fault(line: u32, message: String, help: &str) -> Diagnostic {
     Diagnostic { line, column: 0, message, help: help.to_owned() }
 }
 
-/// Third derivatives below this change neither jerk nor acceleration by more than their limits.
+/// Returns the third derivative below which neither jerk nor acceleration change by more than their limits.
 fn noticed<const N: usize>(
     node: &AxisNode<N>,
-    (axis, h): (usize, f64),
+    axis: usize,
+    h: f64,
     limits: &Limits<N>,
     method: Method,
 ) -> f64 {
+    // The velocity limits alone allow ds/dt up to 1 / max |q'_k| / v_k.
     let fastest = node.q[1].component_div(&limits.velocity).amax().recip();
     match (method, &limits.jerk) {
+        // The term q''' (ds/dt)³ of the jerk.
         (Method::Jerk, Some(jerk)) => jerk[axis] / fastest.powi(3),
+        // Over an interval h, q''' changes q'' by q''' h, and the acceleration by q''' h (ds/dt)².
         _ => limits.acceleration[axis] / (fastest * fastest * h),
     }
 }
@@ -259,16 +295,17 @@ fn rounding<const N: usize>(pair: &[AxisNode<N>], axis: usize, h: f64) -> f64 {
     SUMS * (60.0 * size(0) / h.powi(3) + 36.0 * size(1) / (h * h) + 9.0 * size(2) / h)
 }
 
-/// Columns to read: s, the axes with limits in the table's order, `feed` if it is there, `speed` if it is
-/// asked for.
+/// Returns the columns to read: s, the axes with limits in the table's order, `feed` if present, and `speed` for given
+/// speeds.
 pub(super) fn columns(
     header: &TableHeader,
     limits: &LimitsFile,
-    speed: bool,
+    method: Method,
 ) -> Result<Vec<String>, Diagnostics> {
     let has = |name: &str| header.names().iter().any(|column| column == name);
     let mut faults = Vec::new();
     for name in header.names() {
+        // A column with derivatives is an axis; one without a limit would be planned at any speed.
         let is_axis = has(&format!("{name}1")) && has(&format!("{name}2"));
         if is_axis && !limits.axes.contains_key(name) {
             let help = format!("add [axis.{name}] with vel, acc, jerk to the limits file");
@@ -287,13 +324,13 @@ pub(super) fn columns(
     if has("feed") {
         wanted.push("feed".into());
     }
-    if speed {
+    if method == Method::Given {
         wanted.push("speed".into());
     }
     Ok(wanted)
 }
 
-/// Axes of the limits file: those in the table in its order, then those that are missing there.
+/// Returns the axes of the limits file: those of the table in its order, then the missing ones.
 fn in_order(names: &[String], limits: &LimitsFile) -> Vec<String> {
     let place = |axis: &&String| names.iter().position(|name| name == *axis).unwrap_or(usize::MAX);
     let mut axes: Vec<&String> = limits.axes.keys().collect();

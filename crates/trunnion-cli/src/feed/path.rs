@@ -1,8 +1,7 @@
 //! A table of axis positions and derivatives as an axis path.
 
-use super::Args;
-use super::Method;
-use super::layout::{Layout, Next, columns};
+use super::args::{Args, Method};
+use super::layout::{JumpPosition, Layout, Next, PieceInterval, ThirdTolerance, columns};
 use crate::outcome::Failure;
 use crate::table::{Ends, Faults, Rows};
 use std::path::PathBuf;
@@ -10,31 +9,30 @@ use trunnion::feed::{GivenSpeed, Limits};
 use trunnion::files::limits::LimitsFile;
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Diagnostic, Motion};
 
-/// The table and what its columns are.
+/// Table and the meaning of its columns.
 pub(super) struct Table {
     name: PathBuf,
     rows: Rows,
     pub(super) layout: Layout,
 }
 
-/// A place at which the axes rest although the path goes on.
+/// Rest of the axes inside the path.
 pub(super) struct Rest {
     pub(super) s: f64,
     pub(super) line: u32,
-    /// The derivative that jumps most, and by how much; nothing where none does.
+    /// Derivative that jumps, and by how much; `None` if the row is only repeated.
     pub(super) jump: Option<(String, f64)>,
 }
 
 impl Table {
     /// Reads the table. Its axes are those of the limits file; others have no limits, which is a fault.
     pub(super) fn read(ends: &Ends, limits: &LimitsFile, method: Method) -> Result<Self, Failure> {
-        let speed = method == Method::Given;
-        let rows = ends.read(|header| columns(header, limits, speed))?;
+        let rows = ends.read(|header| columns(header, limits, method))?;
         let layout = Layout::new(&rows.names, limits);
         Ok(Self { name: ends.name().to_owned(), rows, layout })
     }
 
-    /// The path, or everything wrong with it.
+    /// Returns the path, or all faults of its rows.
     pub(super) fn path<const N: usize>(
         &self,
         limits: &Limits<N>,
@@ -48,10 +46,14 @@ impl Table {
         if faults.is_empty() {
             self.thirds(&path, limits, args, &mut faults);
         }
-        if faults.is_empty() { Ok(path) } else { Err(Failure::faults(&self.name, &faults.told())) }
+        if faults.is_empty() {
+            Ok(path)
+        } else {
+            Err(Failure::faults(&self.name, &faults.listed()))
+        }
     }
 
-    /// The rows, cut where s stays the same.
+    /// Splits the rows into pieces at repeated values of s.
     fn pieces<const N: usize>(&self, faults: &mut Faults) -> Vec<AxisPiece<N>> {
         let mut pieces = Vec::new();
         let mut nodes: Vec<AxisNode<N>> = Vec::new();
@@ -61,7 +63,8 @@ impl Table {
             let node = self.layout.node(*line, values, faults);
             if let Some(before) = nodes.last() {
                 let inside = nodes.len() >= 2 && row + 1 < self.rows.lines.len();
-                if self.layout.next(*line, [before, &node], inside, faults) == Next::Piece {
+                let position = if inside { JumpPosition::Inside } else { JumpPosition::AtEnd };
+                if self.layout.next(*line, [before, &node], position, faults) == Next::Piece {
                     pieces.push(piece(std::mem::take(&mut nodes)));
                 }
             }
@@ -71,7 +74,7 @@ impl Table {
         pieces
     }
 
-    /// The column `speed`, piece by piece.
+    /// Returns the column `speed`, piece by piece.
     pub(super) fn speeds<const N: usize>(&self, path: &AxisPath<N>) -> Vec<GivenSpeed> {
         let width = self.rows.names.len();
         let mut speeds = self.rows.values.chunks(width).map(|row| row.last().copied());
@@ -82,7 +85,7 @@ impl Table {
         path.pieces.iter().map(of).collect()
     }
 
-    /// Compares NAME3 with the third derivative of the quintic on both sides of every row.
+    /// Compares NAME3 with the third derivatives of the quintics on both sides of every row.
     fn thirds<const N: usize>(
         &self,
         path: &AxisPath<N>,
@@ -90,22 +93,23 @@ impl Table {
         args: &Args,
         faults: &mut Faults,
     ) {
+        let tolerance = ThirdTolerance { limits, method: args.method, share: args.third_tolerance };
         for axis in self.layout.thirds() {
             let nodes = path.pieces.iter().flat_map(|piece| &piece.nodes);
             let largest = nodes.fold(0.0_f64, |most, node| most.max(node.q[3][axis].abs()));
             let mut lines = self.rows.lines.as_slice();
             for piece in &path.pieces {
                 let (own, rest) = lines.split_at(piece.nodes.len().min(lines.len()));
-                for (interval, lines) in own.windows(2).enumerate() {
-                    let at = ([lines[0], lines[1]], piece, interval);
-                    self.layout.third(at, (axis, largest), (limits, args), faults);
+                for (index, lines) in own.windows(2).enumerate() {
+                    let interval = PieceInterval { lines: [lines[0], lines[1]], piece, index };
+                    self.layout.third(&interval, axis, largest, &tolerance, faults);
                 }
                 lines = rest;
             }
         }
     }
 
-    /// Where the axes rest inside the path.
+    /// Returns the rests of the axes inside the path.
     pub(super) fn rests<const N: usize>(&self, path: &AxisPath<N>) -> Vec<Rest> {
         let mut row = 0;
         let mut rests = Vec::new();

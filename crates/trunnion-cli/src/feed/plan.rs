@@ -1,26 +1,45 @@
 //! The methods of `trunnion feed`.
 
+use super::args::{Args, Method};
 use super::path::Table;
-use super::{Args, Method};
 use trunnion::feed::{
     self, FeedError, FeedOptions, FeedPlan, FeedStream, GivenSpeed, LimitBreach, Limits, LookAhead,
     LookAheadOptions, StreamOptions,
 };
 use trunnion::types::{AxisNode, AxisPath, Progress};
 
-/// Paper 001's window: so many blocks at first, and on until they last so many periods.
+/// Look-ahead of paper 001: a number of blocks at first, extended until they last a number of periods.
 const BLOCKS_AHEAD: LookAhead = LookAhead::Dynamic { blocks: 5, periods: 1000.0 };
 
-/// Rows of a streamed path, at least: longer stretches between rows of the table are cut.
+/// Least number of rows of a streamed path: longer stretches between rows of the table are divided.
 pub(super) const LEAST_ROWS: f64 = 128.0;
 
-/// Plans by the method asked for; breaches are those of given speeds.
+/// Path and limits that a method plans with.
+pub(super) struct PlanInput<'a, const N: usize> {
+    pub(super) path: &'a AxisPath<N>,
+    /// Table of the path, with the column `speed` of `--method given`.
+    pub(super) table: &'a Table,
+    pub(super) limits: &'a Limits<N>,
+    pub(super) options: &'a FeedOptions,
+}
+
+/// A path with its schedule.
+pub(super) struct Planned<const N: usize> {
+    pub(super) path: AxisPath<N>,
+    pub(super) plan: FeedPlan,
+    /// Stretches on which a given speed breaks a limit.
+    pub(super) breaches: Vec<LimitBreach>,
+    /// Wall-clock time of planning \[s\].
+    pub(super) seconds: f64,
+}
+
+/// Plans by the method of the arguments; breaches occur with given speeds only.
 pub(super) fn plan<const N: usize>(
     args: &Args,
-    (path, table): (&AxisPath<N>, &Table),
-    (limits, options): (&Limits<N>, &FeedOptions),
+    input: &PlanInput<'_, N>,
     progress: &dyn Progress,
 ) -> Result<(FeedPlan, Vec<LimitBreach>), FeedError> {
+    let PlanInput { path, table, limits, options } = *input;
     let unbroken = |plan| (plan, Vec::new());
     match (args.method, args.window) {
         (Method::Optimal, Some(rows)) => {
@@ -42,7 +61,7 @@ pub(super) fn plan<const N: usize>(
     }
 }
 
-/// The speeds of a path that is fed through a window, row by row.
+/// Returns the speeds of a path that is planned row by row through a window.
 fn streamed<const N: usize>(
     path: &AxisPath<N>,
     limits: &Limits<N>,

@@ -1,10 +1,12 @@
 //! `trunnion feed --stream`: a table of any length, planned row by row through a window.
 
-use super::layout::{Layout, Next, columns};
-use super::out::{HEADER, MOST_LISTED, ROUNDING, Share, print, report_rests, write_row};
+use super::args::{Args, Method};
+use super::layout::{JumpPosition, Layout, Next, PieceInterval, ThirdTolerance, columns};
 use super::path::Rest;
 use super::plan::LEAST_ROWS;
-use super::{Args, Method};
+use super::schedule::{HEADER, write_row};
+use super::summary::{MOST_LISTED, ROUNDING, Share, print, report_rests};
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::table::{Faults, each_of};
 use anyhow::Context;
@@ -17,7 +19,7 @@ use trunnion::feed::{
 use trunnion::files::limits::LimitsFile;
 use trunnion::types::{AxisNode, AxisPiece, Diagnostic, Motion};
 
-/// What the first reading finds; the second plans.
+/// Results of the first reading; the second plans.
 struct Survey {
     layout: Layout,
     rows: u64,
@@ -30,16 +32,16 @@ struct Survey {
     more_rests: usize,
 }
 
-/// A row, and the rows before it that define it.
+/// Last row read.
 #[derive(Clone, Copy)]
 struct Last<const N: usize> {
     line: u32,
     node: AxisNode<N>,
-    /// Rows of its piece up to it.
+    /// Number of rows of its piece up to it.
     of_piece: usize,
 }
 
-/// Rows of the schedule as they are written: the last of a piece waits for what comes after it.
+/// Writer of the schedule: the last row of a piece waits for the row after it.
 struct Writer<'a> {
     out: &'a mut dyn Write,
     line: String,
@@ -47,7 +49,7 @@ struct Writer<'a> {
     rows: u64,
 }
 
-/// What was planned.
+/// Result of planning.
 struct Outcome {
     duration: f64,
     points: u64,
@@ -55,7 +57,7 @@ struct Outcome {
     bounds: Option<LimitRatios>,
 }
 
-/// What came out, for scripts.
+/// Summary for scripts.
 #[derive(Debug, serde::Serialize)]
 struct Summary {
     method: &'static str,
@@ -79,15 +81,15 @@ struct Summary {
     output: String,
 }
 
-/// Axes that are planned for.
+/// Returns the number of axes to plan for.
 pub(super) fn axes(args: &Args, limits: &LimitsFile) -> Result<usize, Failure> {
-    let names = args.ends.columns(|header| columns(header, limits, false))?;
+    let names = args.ends.columns(|header| columns(header, limits, args.method))?;
     Ok(Layout::new(&names, limits).axes())
 }
 
 pub(super) fn run<const N: usize>(
     args: &Args,
-    json: bool,
+    form: OutputForm,
     file: &LimitsFile,
 ) -> Result<Done, Failure> {
     let start = Instant::now();
@@ -97,7 +99,7 @@ pub(super) fn run<const N: usize>(
         limits.map_err(|error| Failure::input(format!("{}: {error}", args.limits.display())))?;
     report_rests(&survey.rests, survey.more_rests);
     let Outcome { duration, points, bounds } =
-        args.ends.write_checked(|out| planned(args, file, (&survey, &limits), out))?;
+        args.ends.write_checked(|out| planned(args, file, &survey, &limits, out))?;
     let kept = |ratio: f64| ratio <= 1.0 + ROUNDING;
     let within = bounds.is_none_or(|bounds| {
         let LimitRatios { velocity, acceleration, jerk, .. } = bounds;
@@ -117,7 +119,7 @@ pub(super) fn run<const N: usize>(
         within_limits: within,
         output: args.ends.output().display().to_string(),
     };
-    print((args, json), &summary, describe)?;
+    print(args, form, &summary, describe)?;
     Ok(if within { Done::Kept } else { Done::Broken })
 }
 
@@ -129,17 +131,17 @@ fn describe(summary: &Summary) -> String {
     format!("{duration:.6} s; {kept}\n{points} rows of {read} read, in {seconds:.4} s\n{wrote}")
 }
 
-/// Reads the table once: what is wrong with its rows, and what planning needs to know beforehand.
+/// Reads the table once, for the faults of its rows and for the data that planning needs beforehand.
 fn survey<const N: usize>(args: &Args, file: &LimitsFile) -> Result<Survey, Failure> {
     let name = args.ends.name();
-    let names = args.ends.columns(|header| columns(header, file, false))?;
+    let names = args.ends.columns(|header| columns(header, file, args.method))?;
     let layout = Layout::new(&names, file);
     let mut faults = Faults::default();
     let (mut rows, mut length) = (0, 0.0);
     let mut largest = vec![0.0_f64; layout.names().len()];
     let (mut rests, mut more_rests) = (Vec::new(), 0);
     let mut last: Option<Last<N>> = None;
-    let choose = |header: &_| columns(header, file, false);
+    let choose = |header: &_| columns(header, file, args.method);
     each_of(name, choose, |line, _, _, values| {
         let node: AxisNode<N> = layout.node(line, values, &mut faults);
         for (most, third) in largest.iter_mut().zip(node.q[3].iter()) {
@@ -148,7 +150,8 @@ fn survey<const N: usize>(args: &Args, file: &LimitsFile) -> Result<Survey, Fail
         let mut of_piece = 1;
         if let Some(Last { node: before, of_piece: up_to, .. }) = &last {
             let pair = [before, &node];
-            if layout.next(line, pair, *up_to >= 2, &mut faults) == Next::On {
+            let position = if *up_to >= 2 { JumpPosition::Inside } else { JumpPosition::AtEnd };
+            if layout.next(line, pair, position, &mut faults) == Next::On {
                 of_piece = up_to + 1;
                 length += node.s - before.s;
             } else if rests.len() < MOST_LISTED {
@@ -164,12 +167,12 @@ fn survey<const N: usize>(args: &Args, file: &LimitsFile) -> Result<Survey, Fail
     if rows < 2 {
         faults.add(Diagnostic::whole("a path needs at least two rows"));
     }
-    // A jump at the end of the path.
+    // A repeated row at the end of the path has no piece after it.
     if let Some(Last { line, node, .. }) = last.filter(|last| rows > 1 && last.of_piece < 2) {
-        layout.next(line, [&node, &node], false, &mut faults);
+        layout.next(line, [&node, &node], JumpPosition::AtEnd, &mut faults);
     }
     if !faults.is_empty() {
-        return Err(Failure::faults(name, &faults.told()));
+        return Err(Failure::faults(name, &faults.listed()));
     }
     Ok(Survey { layout, rows, length, largest, rests, more_rests })
 }
@@ -178,7 +181,8 @@ fn survey<const N: usize>(args: &Args, file: &LimitsFile) -> Result<Survey, Fail
 fn planned<const N: usize>(
     args: &Args,
     file: &LimitsFile,
-    (survey, limits): (&Survey, &Limits<N>),
+    survey: &Survey,
+    limits: &Limits<N>,
     out: &mut dyn Write,
 ) -> Result<Outcome, Failure> {
     let (name, layout) = (args.ends.name(), &survey.layout);
@@ -196,10 +200,11 @@ fn planned<const N: usize>(
     let mut planner = AnyStream::new(kind, *limits, options).map_err(refused)?;
     let mut writer = Writer { out, line: String::new(), last: None, rows: 0 };
     writeln!(writer.out, "{HEADER}").context(WRITING)?;
+    let tolerance = ThirdTolerance { limits, method: args.method, share: args.third_tolerance };
     let mut faults = Faults::default();
     let mut last: Option<Last<N>> = None;
     let mut pair = AxisPiece { motion: Motion::Cut, source: 0, nodes: Vec::with_capacity(2) };
-    let choose = |header: &_| columns(header, file, false);
+    let choose = |header: &_| columns(header, file, args.method);
     each_of(name, choose, |line, _, _, values| {
         let node = layout.node(line, values, &mut faults);
         let before = last.replace(Last { line, node, of_piece: 0 });
@@ -207,10 +212,10 @@ fn planned<const N: usize>(
             Some(before) => {
                 pair.nodes.clear();
                 pair.nodes.extend([before.node, node]);
+                let interval = PieceInterval { lines: [before.line, line], piece: &pair, index: 0 };
                 for axis in layout.thirds() {
-                    let of = (axis, survey.largest.get(axis).copied().unwrap_or(0.0));
-                    let at = ([before.line, line], &pair, 0);
-                    layout.third(at, of, (limits, args), &mut faults);
+                    let largest = survey.largest.get(axis).copied().unwrap_or(0.0);
+                    layout.third(&interval, axis, largest, &tolerance, &mut faults);
                 }
             }
             None => planner.begin(Motion::Cut),
@@ -227,7 +232,7 @@ fn planned<const N: usize>(
         Ok(())
     })?;
     if !faults.is_empty() {
-        return Err(Failure::faults(name, &faults.told()));
+        return Err(Failure::faults(name, &faults.listed()));
     }
     for step in planner.by_ref() {
         writer.step(step)?;
@@ -239,7 +244,7 @@ fn planned<const N: usize>(
 const WRITING: &str = "writing the result";
 
 impl Writer<'_> {
-    /// Takes a stretch: its start is a row, its end one only if the piece ends there.
+    /// Writes the start of a step; its end becomes a row only at the end of a piece.
     fn step(&mut self, step: StreamStep) -> Result<(), Failure> {
         if self.last.is_some_and(|last| last.piece != step.piece) {
             self.end_piece()?;

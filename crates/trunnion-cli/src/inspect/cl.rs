@@ -1,8 +1,8 @@
-//! What a CL file comes to.
+//! Summary of a CL file.
 
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::path::lines::{self, Lines};
-use crate::text;
 use anyhow::Context;
 use std::fs::File;
 use std::io::BufReader;
@@ -10,12 +10,13 @@ use std::path::Path;
 use trunnion::nc::read::{ClItem, ClReader, ClTally};
 use trunnion::post::MOST_FAULTS;
 
-/// How files of cutter locations are called.
+/// Extensions of CL files.
 const ENDINGS: [&str; 7] = ["cls", "clsf", "apt", "aptsource", "ncl", "cl", "clt"];
 
-/// Arcs are looked at in chords this close to them \[mm\].
+/// Chord tolerance of arcs \[mm\].
 const ARC_TOLERANCE: f64 = 1e-3;
 
+/// Returns true if the file name is that of a CL file.
 pub(super) fn is_one(path: &Path) -> bool {
     let ending = path.extension().unwrap_or_default();
     ENDINGS.iter().any(|known| ending.eq_ignore_ascii_case(known))
@@ -29,25 +30,25 @@ struct ClSummary {
     locations: usize,
     arcs: usize,
     holes: usize,
-    /// With rapid speed, and with feed.
+    /// Length of rapid moves and of feed moves.
     length: [f64; 2],
-    /// At the feeds written, rapid moves left out.
+    /// Time at the feeds written, without rapid moves.
     seconds: f64,
-    /// Least and largest, in the coordinates of the first operation.
+    /// Smallest and largest coordinates, in the frame of the first operation.
     x: [f64; 2],
     y: [f64; 2],
     z: [f64; 2],
     i: [f64; 2],
     j: [f64; 2],
     k: [f64; 2],
-    /// All turns of the tool axis.
+    /// Sum of all rotations of the tool axis.
     turn: f64,
     tool: Option<u32>,
     cutter: Option<[f64; 2]>,
     warnings: Vec<String>,
 }
 
-pub(super) fn run(path: &Path, json: bool) -> Result<Done, Failure> {
+pub(super) fn run(path: &Path, form: OutputForm) -> Result<Done, Failure> {
     let summary = read(path)?;
     for warning in &summary.warnings {
         eprintln!("warning: {warning}");
@@ -55,7 +56,7 @@ pub(super) fn run(path: &Path, json: bool) -> Result<Done, Failure> {
     if summary.locations == 0 {
         return Err(Failure::input(format!("{}: no cutter locations", path.display())));
     }
-    if json { text::print_json(&summary) } else { text::print(&describe(&summary)) }
+    form.print(&summary, describe)
 }
 
 fn read(path: &Path) -> Result<ClSummary, Failure> {

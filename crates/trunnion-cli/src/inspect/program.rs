@@ -1,27 +1,28 @@
-//! What an NC program comes to.
+//! Summary of an NC program.
 
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::path::lines::{self, Lines};
-use crate::text;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 use trunnion::nc::read::{self, AxisWord, AxisWords, Dialect, ReadOptions, Step, Tally};
 use trunnion::post::MOST_FAULTS;
 
-/// How programs are called.
+/// Extensions of programs.
 const ENDINGS: [&str; 11] =
     ["ngc", "nc", "cnc", "tap", "gcode", "mpf", "spf", "h", "eia", "min", "ptp"];
 
 /// Lines from which the dialect is detected.
 const FIRST: usize = 500;
 
+/// Returns true if the file name is that of an NC program.
 pub(super) fn is_one(path: &Path) -> bool {
     let ending = path.extension().unwrap_or_default();
     ENDINGS.iter().any(|known| ending.eq_ignore_ascii_case(known))
 }
 
-/// How a program is to be read.
+/// Options for reading a program.
 #[derive(Debug, clap::Args)]
 pub(super) struct ProgramArgs {
     /// Dialect of a program: linuxcnc, fanuc, haas, siemens, heidenhain. Without it, the first lines decide.
@@ -53,7 +54,7 @@ pub(crate) fn parameter(text: &str) -> Result<(String, f64), String> {
     }
 }
 
-/// One axis for scripts; mm or degrees.
+/// Axis for scripts; mm or degrees.
 #[derive(Debug, serde::Serialize)]
 struct Axis {
     name: char,
@@ -65,7 +66,7 @@ struct Axis {
 struct ByTool {
     tool: u32,
     blocks: usize,
-    /// With rapid speed, and with feed.
+    /// Length of rapid moves and of feed moves.
     length: [f64; 2],
     seconds: f64,
 }
@@ -85,26 +86,26 @@ struct ProgramSummary {
     blocks: usize,
     rapids: usize,
     arcs: usize,
-    /// With rapid speed, and with feed.
+    /// Length of rapid moves and of feed moves.
     length: [f64; 2],
-    /// At the feeds written and with dwells, rapid moves left out.
+    /// Time at the feeds written, with dwells, without rapid moves.
     seconds: f64,
     axes: Vec<Axis>,
     tools: Vec<u32>,
-    /// What each tool does, in order; what stands before the first is left out.
+    /// Work of each tool in order; moves before the first are left out.
     by_tool: Vec<ByTool>,
     warnings: Vec<String>,
 }
 
-pub(super) fn run(path: &Path, args: &ProgramArgs, json: bool) -> Result<Done, Failure> {
+pub(super) fn run(path: &Path, args: &ProgramArgs, form: OutputForm) -> Result<Done, Failure> {
     let summary = read(path, args)?;
     for warning in &summary.warnings {
         eprintln!("warning: {warning}");
     }
-    if json { text::print_json(&summary) } else { text::print(&describe(&summary)) }
+    form.print(&summary, describe)
 }
 
-/// Lines of a file; a failure to read ends them, and is kept.
+/// Lines of a file; an error ends them and is kept.
 struct FileLines {
     lines: Lines<BufReader<File>>,
     count: u64,
@@ -192,7 +193,7 @@ fn read(path: &Path, args: &ProgramArgs) -> Result<ProgramSummary, Failure> {
     })
 }
 
-/// The axes a program names, five of them, and the letter of a sixth.
+/// Returns the five axes that a program names, and the letter of a sixth.
 fn letters(lines: impl Iterator<Item = String>) -> (AxisWords, char) {
     let mut named = [false; 26];
     for line in lines {
@@ -204,6 +205,7 @@ fn letters(lines: impl Iterator<Item = String>) -> (AxisWords, char) {
                 b')' => false,
                 _ => comment,
             };
+            // A letter is an address only if a number, sign, variable or expression follows it.
             let value =
                 matches!(pair[1], b'0'..=b'9' | b'+' | b'-' | b'.' | b'#' | b'[' | b'=' | b' ');
             if !comment && value && pair[0].is_ascii_alphabetic() {
@@ -212,6 +214,7 @@ fn letters(lines: impl Iterator<Item = String>) -> (AxisWords, char) {
         }
     }
     let is = |letter: char| named[letter as usize - 'A' as usize];
+    // Named rotaries come first; A and C fill up, the usual pair.
     let mut rotary: Vec<char> = "ABC".chars().filter(|letter| is(*letter)).collect();
     rotary.extend("ACB".chars().filter(|letter| !is(*letter)));
     let sixth =

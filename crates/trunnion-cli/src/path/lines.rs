@@ -19,7 +19,7 @@ impl<R: BufRead> Lines<R> {
         Self { from, raw: Vec::new(), bytes: 0 }
     }
 
-    /// The next line with its line break; a line that is too long comes in parts.
+    /// Returns the next line with its line break; a line that is too long comes in parts.
     pub(crate) fn next(&mut self) -> Result<Option<&[u8]>> {
         self.raw.clear();
         let read = self.from.by_ref().take(LONGEST).read_until(b'\n', &mut self.raw)?;
@@ -28,7 +28,7 @@ impl<R: BufRead> Lines<R> {
     }
 }
 
-/// Text of a line, without its line break. Letters of an older encoding can only stand in comments and names.
+/// Returns the text of a line without its line break. Letters of older encodings occur in comments and names only.
 pub(crate) fn text(raw: &[u8]) -> Cow<'_, str> {
     let end = raw.strip_suffix(b"\n").unwrap_or(raw);
     String::from_utf8_lossy(end.strip_suffix(b"\r").unwrap_or(end))

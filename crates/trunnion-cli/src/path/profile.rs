@@ -1,4 +1,4 @@
-//! Deviations along a path of any length in a fixed number of bins.
+//! Deviations along a path of any length, in a fixed number of bins.
 
 use trunnion::toolpath::PathDeviation;
 
@@ -15,14 +15,16 @@ pub(crate) struct Profile {
 }
 
 impl Profile {
-    /// Takes in what was found from where the last ended to `end` \[mm\].
+    /// Adds the deviation from the end of the last stretch to `end` \[mm\].
     pub(crate) fn push(&mut self, end: f64, deviated: &PathDeviation) {
         if end.is_nan() || end <= self.length {
             return;
         }
         if self.bins.is_empty() {
+            // The first stretch fills half of the bins: from then on, at least half are in use.
             self.width = 2.0 * end / MOST as f64;
         }
+        // A path that outgrows the bins halves them in pairs: the largest value of each pair stays.
         while end > self.width * MOST as f64 {
             self.bins = self.bins.chunks(2).map(worst).collect();
             self.width *= 2.0;
@@ -38,12 +40,12 @@ impl Profile {
         self.length = end;
     }
 
-    /// Length of the path \[mm\].
+    /// Returns the length of the path \[mm\].
     pub(crate) fn length(&self) -> f64 {
         self.length
     }
 
-    /// Largest values of `of` in each of `count` equal stretches of the path.
+    /// Returns the largest values of `of` in each of `count` equal stretches of the path.
     pub(crate) fn columns(
         &self,
         count: usize,
@@ -53,6 +55,7 @@ impl Profile {
         if self.bins.is_empty() || count == 0 {
             return columns;
         }
+        // A bin may cover two columns; both take its largest value, so that no peak is lost.
         let share = self.width / self.length * count as f64;
         for (index, bin) in self.bins.iter().enumerate() {
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a column")]

@@ -1,4 +1,4 @@
-//! A CL file with its moves smoothed, statement by statement; everything else stays as it stands.
+//! Smoothing of a CL file, statement by statement; everything but its moves stays as it is.
 
 use super::profile::Profile;
 use std::collections::VecDeque;
@@ -10,28 +10,28 @@ use trunnion::toolpath::{
 };
 use trunnion::types::{Diagnostic, Station, ToolPose};
 
-/// Share of the tolerances for the moves between the locations written; the rest is for the path.
+/// Share of the tolerances for the straight moves between the locations written; the path has the rest.
 pub(super) const SHARE: f64 = 0.5;
 
-/// What the decimals written leave: half of the last of each of three, rounded up \[mm, rad\].
+/// Rounding of the decimals written: half a unit of the last in three coordinates, rounded up \[mm, rad\].
 pub(super) const WRITTEN: [f64; 2] = [1e-6, 1e-9];
 
-/// Share of the tolerance of the tip within which arcs become straight moves before they are smoothed.
+/// Share of the tip tolerance for the division of arcs into straight moves before smoothing.
 pub(super) const ARC_SHARE: f64 = 1.0 / 16.0;
 
-/// Radius of the tool where the file does not name one \[mm\].
+/// Default radius of the tool \[mm\].
 const USUAL_RADIUS: f64 = 10.0;
 
-/// What was done.
+/// Result of copying or smoothing a file.
 #[derive(Debug, Default)]
 pub(super) struct Sheet {
     pub(super) report: SmoothReport,
-    /// Locations read and written.
+    /// Number of locations read and written.
     pub(super) locations: [usize; 2],
     pub(super) profile: Profile,
 }
 
-/// Why a statement was not written.
+/// Reason why a statement was not written.
 #[derive(Debug)]
 pub(super) enum Stop {
     /// The file cannot be smoothed.
@@ -46,33 +46,33 @@ impl From<io::Error> for Stop {
     }
 }
 
-/// Moves with feed between two rapid ones, or between words of other kinds.
+/// Feed moves between two rapid moves, or between statements of other kinds.
 struct Stretch {
     smoother: Option<PathSmoother>,
-    /// Feeds, each from a station on.
+    /// Feeds \[mm/s\], each with the station from which it holds.
     feeds: VecDeque<(usize, f64)>,
-    /// Remarks, each behind so many stations.
+    /// Remarks, each with the number of stations before it.
     remarks: VecDeque<(usize, Vec<u8>)>,
     stations: usize,
-    /// The last span: where it ends is known with the next.
+    /// Last span, whose end is known with the next.
     held: Option<SmoothSpan>,
-    /// The last record.
+    /// Last record.
     last: ClRecord,
 }
 
 /// Writes a smoothed file.
 pub(super) struct Rewriter<W> {
     out: W,
-    /// For the path, and for the moves between the locations written.
+    /// Tolerances of tip \[mm\] and axis \[rad\]: of the path, and of the moves between the locations written.
     tolerance: [[f64; 2]; 2],
     stretch: Option<Stretch>,
-    /// Where the tool is.
+    /// Position of the tool.
     place: Option<ToolPose>,
-    /// Feed as written \[mm/s\].
+    /// Last feed written \[mm/s\].
     feed: Option<f64>,
     /// Millimetres in the unit of the file.
     unit: f64,
-    /// Whether a location had a tool axis that is not z: from there on all are written with it.
+    /// True after a location whose tool axis is not z: from there on, all are written with their axis.
     tilted: bool,
     sheet: Sheet,
 }
@@ -93,7 +93,7 @@ impl<W: Write> Rewriter<W> {
         }
     }
 
-    /// Takes in a statement, as read and as it stands.
+    /// Processes a statement, as read and as written in the file.
     pub(super) fn item(
         &mut self,
         item: &ClItem,
@@ -105,6 +105,7 @@ impl<W: Write> Rewriter<W> {
                 Some(stretch) => stretch.remarks.push_back((stretch.stations, raw.to_vec())),
                 None => self.out.write_all(raw)?,
             },
+            // FEDRAT and the like are written again with the moves they apply to.
             ClItem::Manner => {}
             ClItem::Words => {
                 self.end_stretch()?;
@@ -128,7 +129,7 @@ impl<W: Write> Rewriter<W> {
         self.sheet.locations[0] += 1;
         let arc = ARC_SHARE * self.tolerance[1][0] / SHARE;
         match (record.way, record.motion, self.place) {
-            // Holes stay holes.
+            // A drilling cycle is written as it is: its moves belong to the control.
             (ClPath::Hole(_), ..) => {
                 self.end_stretch()?;
                 if let Some(feed) = reader.feed() {
@@ -224,7 +225,7 @@ impl<W: Write> Rewriter<W> {
                     self.write(&mut stretch, &held, end)?;
                 }
             }
-            // Nothing that could be smoothed: all is within a small part of the tolerance of the last.
+            // Nothing to smooth: all stations coincide within a small part of the tolerance.
             Err(SmoothError::Stations(stations)) => {
                 self.sheet.report.stations += stations;
                 self.sheet.report.merged += stations - 1;
@@ -258,6 +259,7 @@ impl<W: Write> Rewriter<W> {
         while stretch.feeds.get(1).is_some_and(|(from, _)| *from <= span.station + 1) {
             stretch.feeds.pop_front();
         }
+        // A span may replace moves of several feeds: the slowest of them is safe.
         let feeds = stretch.feeds.iter().take_while(|(from, _)| *from <= to);
         let feed = feeds.map(|(_, feed)| *feed).reduce(f64::min);
         let motion = feed.map_or(ClMotion::Rapid, ClMotion::Feed);
@@ -288,12 +290,14 @@ impl<W: Write> Rewriter<W> {
         match motion {
             ClMotion::Rapid => {
                 writeln!(self.out, "RAPID")?;
+                // Postprocessors differ in keeping the feed over RAPID: the next feed move states it again.
                 self.feed = None;
             }
             ClMotion::Feed(feed) => self.feed_is(feed)?,
         }
         let [p, a] = [pose.tip.coords / self.unit, pose.axis.into_inner()];
         self.tilted |= a.x != 0.0 || a.y != 0.0 || a.z < 0.0;
+        // 1e-8 in is finer than 1e-6 mm: both keep the rounding in WRITTEN.
         let decimals = if self.unit > 1.0 { 8 } else { 6 };
         write!(self.out, "GOTO/{:.decimals$},{:.decimals$},{:.decimals$}", p.x, p.y, p.z)?;
         if self.tilted {

@@ -1,10 +1,10 @@
-//! One location in words, and for scripts.
+//! One cutter location, for people and for scripts.
 
-use super::{Args, Method};
+use super::args::{Args, Method};
 use std::fmt::Write;
 use trunnion::positioning::{ActiveConstraint, ContactSide, CutterLocation};
 
-/// The location for scripts; mm and degrees.
+/// Cutter location for scripts; mm and degrees.
 #[derive(Debug, serde::Serialize)]
 pub(super) struct Answer {
     method: &'static str,
@@ -60,7 +60,7 @@ pub(super) fn side_name(side: ContactSide) -> &'static str {
     }
 }
 
-/// Name of a constraint, and what it means for the shop.
+/// Returns the name of a constraint and its meaning in the shop.
 pub(super) fn words(active: ActiveConstraint) -> (&'static str, &'static str) {
     match active {
         ActiveConstraint::Touch => ("touch", "the cutter touches inside the strip"),

@@ -1,27 +1,34 @@
-//! All methods at one place, side by side.
+//! All methods at one point, side by side.
 
 use super::answer::{Answer, words};
-use super::{Args, Method, asked_wrong, refusal, title};
+use super::args::{Args, Method};
+use super::drawing::title;
+use super::refusal::{is_request_error, refusal};
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
-use crate::{output, text};
+use crate::output;
 use std::fmt::Write;
 use trunnion::positioning::{
     CutterLocation, ErrorTrace, LocationRequest, PositioningError, comparison_picture, place, trace,
 };
 
-/// What one method gave.
+/// Result of one method.
 struct Row {
     method: Method,
     found: Result<CutterLocation, PositioningError>,
 }
 
-pub(super) fn run(request: &LocationRequest, args: &Args, json: bool) -> Result<Done, Failure> {
+pub(super) fn run(
+    request: &LocationRequest,
+    args: &Args,
+    form: OutputForm,
+) -> Result<Done, Failure> {
     let mut rows = Vec::new();
     for method in Method::ALL {
         let found = place(request, &method.placing(args));
         match found {
             // A ball has no circle to place, which is no fault of the comparison.
-            Err(error) if asked_wrong(&error) && error != PositioningError::NoCircle => {
+            Err(error) if is_request_error(&error) && error != PositioningError::NoCircle => {
                 return Err(refusal(error));
             }
             found => rows.push(Row { method, found }),
@@ -34,14 +41,10 @@ pub(super) fn run(request: &LocationRequest, args: &Args, json: bool) -> Result<
         let picture = comparison_picture(&traces.map_err(refusal)?, request.band, &title);
         output::file(path, |out| out.write_all(picture.as_bytes()))?;
     }
+    // One method that works is an answer: failures of others are part of the comparison.
     let any = rows.iter().any(|row| row.found.is_ok());
-    if json {
-        text::print_json(
-            &serde_json::json!({ "methods": rows.iter().map(answer).collect::<Vec<_>>() }),
-        )?;
-    } else {
-        text::print(&table(&rows, args))?;
-    }
+    let answers: Vec<_> = rows.iter().map(answer).collect();
+    form.print(&serde_json::json!({ "methods": answers }), |_| table(&rows, args))?;
     Ok(if any { Done::Kept } else { Done::Broken })
 }
 
@@ -109,7 +112,7 @@ fn bounds(found: &CutterLocation) -> String {
     names.join(", ")
 }
 
-/// Why there is none, in a few words; `--method` tells the whole.
+/// Describes the refusal in a few words; `--method` prints it in full.
 fn why(error: &PositioningError) -> String {
     use PositioningError as E;
     match error {

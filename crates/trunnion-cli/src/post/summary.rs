@@ -1,6 +1,6 @@
 //! Summary of posting, for people and for scripts.
 
-use super::Plan;
+use super::plan::Plan;
 use serde::Serialize;
 use std::path::Path;
 use trunnion::nc::write::OutputFormat;
@@ -110,12 +110,13 @@ impl PostSummary {
             }),
             unwound: report.unwound.clone(),
             read_back: report.unread.is_none(),
-            // A tip feed is an upper limit: the control keeps the limits itself.
+            // A tip feed is an upper limit: the control keeps the limits of the axes itself.
             kept: (plan.options.method == PostMethod::Programmed && !style.inverse_time)
                 || report.ratios_after.iter().all(|&ratio| ratio <= KEPT),
         }
     }
 
+    /// Returns true if the program keeps the limits of the axes.
     pub(super) fn kept(&self) -> bool {
         self.kept
     }

@@ -1,13 +1,13 @@
 //! Tool lengths from the command line.
 
-use super::finite;
+use crate::option_values::finite;
 
-/// `120`, or `2=120` for tool 2.
+/// Tool length: `120`, or `2=120` for tool 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum ToolLength {
-    /// Of the only tool \[mm\].
+    /// Length of the only tool \[mm\].
     Only(f64),
-    /// Of a tool by its number \[mm\].
+    /// Number of a tool, and its length \[mm\].
     Of(u32, f64),
 }
 
@@ -21,20 +21,22 @@ pub(crate) fn length(text: &str) -> Result<ToolLength, String> {
     finite(length).map(|length| ToolLength::Of(number, length))
 }
 
-/// Lengths of the tools of a program: of the one to write, and as the input assumes them \[mm\].
+/// Tool lengths in the program to write and in the input program \[mm\].
 #[derive(Debug, Clone)]
 pub(super) struct Tools {
-    /// Of the first or only tool.
+    /// Length of the first or only tool in the program to write.
     pub(super) length: f64,
+    /// The same in the input program.
     pub(super) from_length: f64,
     by_number: Vec<(u32, f64)>,
     from_by_number: Vec<(u32, f64)>,
 }
 
 impl Tools {
-    /// `only`: a tool that is posted alone.
+    /// Creates the lengths; `only` is a tool that is posted alone.
     pub(super) fn new(to: &[ToolLength], from: &[ToolLength], only: Option<u32>) -> Self {
         let by_number = numbered(to);
+        // The input has the same lengths where no other is given.
         let mut from_by_number = by_number.clone();
         for (number, length) in numbered(from) {
             from_by_number.retain(|(known, _)| *known != number);
@@ -47,6 +49,7 @@ impl Tools {
         let length = of(&by_number, only).or(plain(to)).or(first(&by_number)).unwrap_or(0.0);
         let from_length = of(&from_by_number, only).or(plain(from));
         let from_length = from_length.or(first(&from_by_number)).unwrap_or(length);
+        // A tool that is posted alone makes a program with one tool.
         let several = only.is_none();
         Self {
             length,
@@ -64,7 +67,7 @@ impl Tools {
         &self.by_number
     }
 
-    /// Those of tools that are to be written, as the input assumes them.
+    /// Returns the lengths that the input assumes for the tools to be written.
     pub(super) fn assumed(&self) -> Vec<(u32, f64)> {
         let known = |number: &u32| self.by_number.iter().any(|(known, _)| known == number);
         self.from_by_number.iter().filter(|(number, _)| known(number)).copied().collect()
@@ -76,7 +79,7 @@ impl Tools {
     }
 }
 
-/// Those with a number; of equal numbers the last.
+/// Returns the lengths with a number; the last one of equal numbers.
 pub(crate) fn numbered(lengths: &[ToolLength]) -> Vec<(u32, f64)> {
     let mut all: Vec<(u32, f64)> = Vec::new();
     for length in lengths {
@@ -88,7 +91,7 @@ pub(crate) fn numbered(lengths: &[ToolLength]) -> Vec<(u32, f64)> {
     all
 }
 
-/// That without a number.
+/// Returns the length without a number.
 pub(crate) fn plain(lengths: &[ToolLength]) -> Option<f64> {
     lengths.iter().rev().find_map(|length| match length {
         ToolLength::Only(length) => Some(*length),

@@ -268,7 +268,7 @@ fn a_gouge_tolerance_of_nothing_allows_what_rounding_makes() {
     for (depth, kept) in [(",-5,", 0), (",-5.00005,", 0), (",-5.0003,", 1)] {
         let (code, table, errors) = check(depth, "0.2,0");
         assert_eq!(code, Some(kept), "{depth}: {table}{errors}");
-        assert!(table.contains("gouges are told from 0.0001 mm on, not from 0 mm"), "{table}");
+        assert!(table.contains("gouges are reported from 0.0001 mm on, not from 0 mm"), "{table}");
         assert!(table.contains("gouge 0.0001 mm"), "{table}");
     }
     let wrong = ["check", "moves.cls", "--part", "flat.json", "--cutter", "R=5,r=3,L=60", "--flip"];
@@ -371,7 +371,7 @@ fn fixtures_are_kept_clear_of_without_stock() {
     assert!(lines.contains(&9.into()), "{lines:?}");
     assert_eq!(told(&check(&["--clearance", "0"])).0, Some(0));
     let (code, _, errors) = told(&check(&["--clearance", "-1"]));
-    assert!(code == Some(2) && errors.contains("0 or a number above it is wanted"), "{errors}");
+    assert!(code == Some(2) && errors.contains("0 or a number above it is expected"), "{errors}");
     assert!(json(&clear)["failures"].to_string().contains("nearer than 3 mm"));
 }
 

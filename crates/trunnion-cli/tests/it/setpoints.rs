@@ -96,7 +96,7 @@ fn setpoints_need_a_machine_and_no_part() {
         (&["check", "m.csv", "--machine", "machine.toml"], "error: m.csv:1:1: column B is missing"),
         (
             &["check", "m.csv", "--machine", "machine.toml", "--part", "patch.json"],
-            "error: m.csv: setpoints are held against the machine alone",
+            "error: m.csv: setpoints are checked against the machine alone",
         ),
         (
             &["check", "a.ngc", "--machine", "machine.toml", "--no-jerk"],

@@ -1,7 +1,7 @@
-//! A TOML file with its places, checked against the JSON schema of its layout.
+//! A TOML file with the positions of its keys, checked against the JSON schema of its layout.
 //!
-//! The schema is the only description of a layout: it is what `trunnion schema` prints, what the
-//! walk in [`super::walk`] checks, and, being derived from the raw types, what is read.
+//! The schema is the only description of a layout: `trunnion schema` prints it, the walk in
+//! [`super::walk`] checks it, and the raw types from which it is derived are read.
 
 use super::path::join;
 use super::places::{KeyPositions, TextPosition};
@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-/// Byte offsets to lines and columns.
+/// Conversion of byte offsets to lines and columns.
 #[derive(Debug)]
 struct LineIndex<'t> {
     text: &'t str,
@@ -28,10 +28,12 @@ impl<'t> LineIndex<'t> {
     }
 
     fn place(&self, offset: usize) -> TextPosition {
+        // A span may point past the end of the text.
         let offset = offset.min(self.text.len());
         let line = self.starts.partition_point(|&start| start <= offset).max(1);
         let start = self.starts.get(line - 1).copied().unwrap_or(0);
         let before = self.text.as_bytes().get(start..offset).unwrap_or_default();
+        // Columns count characters, as editors do: a byte count would be off behind an umlaut.
         let column = String::from_utf8_lossy(before).chars().count() + 1;
         let narrow = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
         TextPosition { line: narrow(line), column: narrow(column) }
@@ -45,7 +47,7 @@ struct PathDiagnostic {
     diagnostic: Diagnostic,
 }
 
-/// A parsed file, and what was found wrong with it so far.
+/// Parsed file with the diagnostics found so far.
 #[derive(Debug)]
 pub(super) struct Document<'t> {
     lines: LineIndex<'t>,
@@ -55,11 +57,11 @@ pub(super) struct Document<'t> {
 }
 
 impl<'t> Document<'t> {
-    /// Parses `text`, which calls itself `layout` (`trunnion-job/1`), and checks it against `schema`.
+    /// Parses `text` of the layout `layout` (such as `trunnion-job/1`), and checks it against `schema`.
     ///
     /// # Errors
     ///
-    /// All syntax faults; or one, if the file is something else altogether.
+    /// Returns all syntax errors; or a single one if the file is of another kind altogether.
     pub(super) fn open(text: &'t str, layout: &str, schema: &Value) -> Result<Self, Diagnostics> {
         let lines = LineIndex::new(text);
         let (root, errors) = DeTable::parse_recoverable(text);
@@ -71,6 +73,7 @@ impl<'t> Document<'t> {
                 PathDiagnostic { path: String::new(), diagnostic: syntax(place, error.message()) }
             })
             .collect();
+        // After a syntax error the tree has holes: checking it would report keys that are there.
         if faults.iter().any(|fault| fault.diagnostic.message != DUPLICATE) {
             if let Some(fault) = something_else(text, layout) {
                 return Err(fault.into());
@@ -93,9 +96,10 @@ impl<'t> Document<'t> {
         Ok(Self { lines, root, places, faults })
     }
 
-    /// Reads what stands under a top key; `None` if it is absent, or something in it was faulty.
+    /// Reads the value of a top key; `None` if it is absent or faulty.
     pub(super) fn section<T: DeserializeOwned>(&mut self, key: &str) -> Option<T> {
         let value = self.root.get(key)?;
+        // Serde would find the same fault again, in other words.
         if self.is_faulty(key) {
             return None;
         }
@@ -112,8 +116,8 @@ impl<'t> Document<'t> {
         }
     }
 
-    /// Reads every table under a top key by itself, faulty ones too where they can be read: what
-    /// else is wrong with them is to be told at once. The second list names those that cannot.
+    /// Reads the tables of a top key one by one, even faulty ones that are readable, so that all their
+    /// faults are reported at once. The second list names the unreadable ones.
     pub(super) fn tables<T: DeserializeOwned>(
         &mut self,
         key: &str,
@@ -129,6 +133,7 @@ impl<'t> Document<'t> {
                 }
                 Err(error) => {
                     let path = join(key, &name);
+                    // The walk has usually explained it already, with a better position.
                     if !self.is_faulty(&path) {
                         let offset = error.span().unwrap_or_else(|| value.span()).start;
                         let TextPosition { line, column } = self.lines.place(offset);
@@ -143,7 +148,7 @@ impl<'t> Document<'t> {
         Some((read, unread))
     }
 
-    /// Reads every entry of a list by itself; `None` in place of one that is faulty.
+    /// Reads the entries of a list one by one; a faulty one becomes `None`.
     pub(super) fn list<T: DeserializeOwned>(&mut self, key: &str) -> Vec<Option<T>> {
         let Some(DeValue::Array(items)) = self.root.get(key).map(Spanned::get_ref) else {
             return Vec::new();
@@ -168,20 +173,21 @@ impl<'t> Document<'t> {
         read
     }
 
-    /// Reads a table that may be left out, and then is the standard one.
+    /// Reads an optional table; an absent one is the default.
     pub(super) fn or_default<T: DeserializeOwned + Default>(&mut self, key: &str) -> Option<T> {
         if self.root.contains_key(key) { self.section(key) } else { Some(T::default()) }
     }
 
-    /// Whether a fault was found at this key or inside it.
+    /// Returns true if a fault was found at this key or inside it.
     pub(super) fn is_faulty(&self, key: &str) -> bool {
+        // The dot keeps `axis.B` from matching `axis.B2`.
         let inside = |path: &str| {
             path.strip_prefix(key).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         };
         self.faults.iter().any(|fault| inside(&fault.path))
     }
 
-    /// Whether a table itself is faulty: a key in it was meant to be another.
+    /// Returns true if the table itself is faulty: one of its keys was meant to be another.
     pub(super) fn is_misspelt(&self, table: &str) -> bool {
         self.faults.iter().any(|fault| fault.path == table)
     }
@@ -197,17 +203,17 @@ impl<'t> Document<'t> {
         self.faults.push(PathDiagnostic { path: path.to_owned(), diagnostic });
     }
 
-    /// Where the keys stand, or everything that was wrong, in order of lines.
+    /// Returns the positions of the keys.
     ///
     /// # Errors
     ///
-    /// If there was any fault.
+    /// Returns all faults in order of lines, if there are any.
     pub(super) fn finish(self) -> Result<KeyPositions, Diagnostics> {
         if self.faults.is_empty() { Ok(self.places) } else { Err(sorted(self.faults)) }
     }
 }
 
-/// The parser's message for a key that is defined twice; the rest of such a file can be read.
+/// Message of the parser for a key that is defined twice; the rest of such a file can be read.
 const DUPLICATE: &str = "duplicate key";
 
 fn syntax(place: TextPosition, message: &str) -> Diagnostic {
@@ -228,8 +234,9 @@ fn sorted(faults: Vec<PathDiagnostic>) -> Diagnostics {
     faults.into()
 }
 
-/// Names a file that is no TOML by its first characters.
+/// Recognises a file that is no TOML by its first characters.
 fn something_else(text: &str, layout: &str) -> Option<Diagnostic> {
+    // A byte order mark is no content.
     let start = text.trim_start_matches('\u{feff}').trim_start();
     let starts = |words: &[&str]| words.iter().any(|word| start.starts_with(word));
     let what = if text.contains('\0') {
@@ -260,7 +267,7 @@ fn kind(layout: &str) -> &str {
     layout.trim_start_matches("trunnion-").split('/').next().unwrap_or(layout)
 }
 
-/// A file with another `schema` than wanted: nothing else in it is worth a message.
+/// Refuses a file of another layout: any further message about it would mislead.
 fn other_layout(root: &DeTable<'_>, layout: &str, lines: &LineIndex<'_>) -> Option<Diagnostic> {
     let value = root.get("schema")?;
     let DeValue::String(found) = value.get_ref() else { return None };
@@ -293,6 +300,7 @@ fn collect_places(
         match value.get_ref() {
             DeValue::Table(inner) => {
                 collect_places(inner, &path, lines, places);
+                // The span of a table may be its header or its whole body: its key is one word.
                 places.insert(path, lines.place(key.span().start));
             }
             DeValue::Array(items) => {

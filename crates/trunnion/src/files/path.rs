@@ -3,12 +3,13 @@
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// Dotted path of a key.
+/// Returns the dotted path of a key.
 pub(super) fn join(path: &str, key: &str) -> String {
     if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
 }
 
-/// Offset at which a value is blamed: its key if it is a table, whose own span may be its header.
+/// Returns the byte offset at which a value is reported: that of its key for a table, whose own span
+/// may be its header.
 pub(super) fn blame(
     key: &Spanned<std::borrow::Cow<'_, str>>,
     value: &Spanned<DeValue<'_>>,

@@ -1,9 +1,9 @@
-//! Where the keys of a file stand.
+//! Positions of the keys of a file.
 
 use crate::types::Diagnostic;
 use std::collections::BTreeMap;
 
-/// A position in a text file, both counted from 1; columns count characters.
+/// Position in a text file. Line and column count from 1; columns count characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TextPosition {
     /// Line.
@@ -12,15 +12,15 @@ pub struct TextPosition {
     pub column: u32,
 }
 
-/// Where each key of a file stands, by dotted path (`tool.minor_radius`, `axis.B.limits`), so that
-/// what a later stage finds wrong can still be blamed on a line.
+/// Position of each key of a file by dotted path (`tool.minor_radius`, `axis.B.limits`), so that later
+/// stages can still report a line.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct KeyPositions {
     keys: BTreeMap<String, TextPosition>,
 }
 
 impl KeyPositions {
-    /// Place of a key; of the nearest table around it where the key itself was left out.
+    /// Returns the position of a key; if it is absent, that of the nearest table around it.
     pub fn get(&self, path: &str) -> TextPosition {
         let mut path = path;
         loop {
@@ -29,6 +29,7 @@ impl KeyPositions {
             }
             match path.rsplit_once('.') {
                 Some((around, _)) => path = around,
+                // Not even the table is there: the file as a whole is meant.
                 None => return TextPosition { line: 1, column: 1 },
             }
         }
@@ -39,7 +40,7 @@ impl KeyPositions {
         self.keys.insert(path, position);
     }
 
-    /// A fault at a key.
+    /// Returns a diagnostic at a key.
     pub fn fault(&self, path: &str, message: impl Into<String>) -> Diagnostic {
         let TextPosition { line, column } = self.get(path);
         Diagnostic { line, column, message: message.into(), help: String::new() }

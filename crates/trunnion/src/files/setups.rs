@@ -1,4 +1,4 @@
-//! What a setup search found, for scripts: the layout of `trunnion setup --json` (`trunnion-setup/1`).
+//! Results of a setup search for scripts: the layout of `trunnion setup --json` (`trunnion-setup/1`).
 //!
 //! Lengths in mm, times in s, angles in degrees, as in every file.
 
@@ -11,89 +11,89 @@ pub const LAYOUT: &str = "trunnion-setup/1";
 /// Result of a setup search.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SetupSummary {
-    /// The layout of this file.
+    /// Layout of this file, with its version.
     #[schemars(extend("const" = LAYOUT))]
     pub schema: String,
     /// Name of the job.
     pub job: String,
     /// Name of the machine.
     pub machine: String,
-    /// Whether a setup was found within the bounds that keeps the path inside travel.
+    /// True if a setup within the bounds keeps the path inside travel.
     pub found: bool,
-    /// Where it was searched.
+    /// Bounds of the search.
     pub bounds: SetupBounds,
-    /// The setup of the job.
+    /// Setup of the job.
     pub before: SetupEntry,
-    /// The best setup; left out if none fits.
+    /// Best setup; absent if none fits.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub after: Option<SetupEntry>,
-    /// What is known of all other rotations within the bounds.
+    /// Assurance over all other rotations within the bounds.
     pub assurance: SetupAssurance,
-    /// Height of links above the part, in mm: as in the job.
+    /// Height of links above the part, in mm, as in the job.
     pub clearance: f64,
-    /// Rotations looked at on the first grid.
+    /// Number of rotations examined on the first grid.
     pub looked: usize,
-    /// Of these, how many need the tool-side rotary axis beyond its travel.
+    /// Number of these that need the tool-side rotary axis beyond its travel.
     pub leaning: usize,
     /// Other setups that were planned, best first.
     pub others: Vec<SetupEntry>,
-    /// What to know of the job.
+    /// Warnings about the job.
     pub warnings: Vec<String>,
 }
 
-/// Bounds of a search, in degrees, least and largest.
+/// Bounds of a search: smallest and largest angle, in degrees.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct SetupBounds {
     /// Angle between the part's z and the machine's z.
     pub tilt: [f64; 2],
-    /// Where to it leans, about the machine's z from x towards y.
+    /// Direction of the tilt, about the machine's z from x towards y.
     pub towards: [f64; 2],
-    /// Turn about the part's own z before it is tilted.
+    /// Rotation about the part's own z before it is tilted.
     pub turn: [f64; 2],
 }
 
-/// What is known of all rotations within the bounds.
+/// Assurance over all rotations within the bounds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct SetupAssurance {
-    /// Whether it is shown that no setup within the bounds is better than the best by more than a tenth of a degree
-    /// and what the best gave up for less rotary travel; if none was found: that there is none.
+    /// True if it is shown that no setup within the bounds is better than the best by more than a tenth of a degree and
+    /// the angle given up for less rotary travel; without a best setup, that none fits.
     pub shown: bool,
-    /// The least angle of no setup that fits is larger, in degrees; left out if it is shown that none fits.
+    /// Upper bound on the least angle of every setup that fits, in degrees; absent if it is shown that none fits.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bound: Option<f64>,
-    /// This does not hold for rotations nearer than this, in degrees, to one whose axes were planned in
-    /// vain; 0 if it holds for all.
+    /// Radius of the exceptions, in degrees: the bound does not cover rotations closer than this to one whose axes could
+    /// not be planned; 0 without exceptions.
     pub except: f64,
-    /// Rotations looked at for it.
+    /// Number of rotations examined for it.
     pub looked: usize,
-    /// Rotations planned for it.
+    /// Number of rotations planned for it.
     pub planned: usize,
 }
 
-/// A setup and what came of it.
+/// Setup with the results of its planning.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct SetupEntry {
     /// Workpiece origin in machine coordinates with all axes at zero, in mm.
     pub origin: [f64; 3],
-    /// Turns about the fixed x, then y, then z, in degrees.
+    /// Rotation about the fixed x, then y, then z, in degrees.
     pub rotation: [f64; 3],
-    /// The same as it is clamped, in degrees: angle between the part's z and the machine's z.
+    /// Tilt of the part as clamped, in degrees: angle between the part's z and the machine's z.
     pub tilt: f64,
-    /// Where to it leans, in degrees about the machine's z from x towards y.
+    /// Direction of the tilt, in degrees about the machine's z from x towards y.
     pub towards: f64,
-    /// Turn about the part's own z before it is tilted, in degrees.
+    /// Rotation about the part's own z before it is tilted, in degrees.
     pub turn: f64,
-    /// Least angle between tool axis and singular directions, in degrees.
+    /// Smallest angle between tool axis and singular directions, in degrees.
     pub least_angle: f64,
-    /// Whether the path is inside travel.
+    /// True if the path is inside travel.
     pub fits: bool,
-    /// Why not.
+    /// Reason why it does not fit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why_not: Option<String>,
-    /// How far each rotary axis goes along the path.
+    /// Travel of each rotary axis along the path.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rotary_travel: Option<Vec<RotaryTravel>>,
-    /// Retracts to unwind.
+    /// Number of retracts to unwind.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub retracts: Option<usize>,
     /// Planned time, in s.
@@ -101,11 +101,11 @@ pub struct SetupEntry {
     pub seconds: Option<f64>,
 }
 
-/// How far a rotary axis goes.
+/// Travel of a rotary axis.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct RotaryTravel {
-    /// Its name.
+    /// Name of the axis.
     pub axis: String,
-    /// Sum of all moves, in degrees.
+    /// Sum of all its moves, in degrees.
     pub travel: f64,
 }

@@ -1,4 +1,4 @@
-//! What a run found, for scripts: the layout of `summary.json` (`trunnion-summary/1`).
+//! Results of a run for scripts: the layout of `summary.json` (`trunnion-summary/1`).
 //!
 //! Lengths in mm, times in s, angles in degrees, as in every file.
 
@@ -11,40 +11,40 @@ pub const LAYOUT: &str = "trunnion-summary/1";
 /// Result of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Summary {
-    /// The layout of this file.
+    /// Layout of this file, with its version.
     #[schemars(extend("const" = LAYOUT))]
     pub schema: String,
-    /// Name and version of the program that made it.
+    /// Name and version of the program that wrote this file.
     pub generator: String,
     /// Name of the job.
     pub job: String,
-    /// Whether every tolerance and limit is kept.
+    /// True if every tolerance and limit is kept.
     pub passed: bool,
-    /// Why not, one sentence each; empty if passed.
+    /// Broken tolerances and limits, one sentence each; empty if passed.
     pub failures: Vec<String>,
-    /// What to know before using the program.
+    /// Warnings to read before the program is used.
     pub warnings: Vec<String>,
-    /// Tolerance and how it was shared out.
+    /// Tolerance and its shares.
     pub tolerance: ToleranceSummary,
     /// Passes over the faces.
     pub cover: CoverSummary,
     /// Motion of the machine.
     pub motion: MotionSummary,
-    /// How far the triangles that stand for STEP solids, stock and fixtures, may be off their faces; left out without any.
+    /// Chord tolerances of the triangles that represent STEP solids, stock and fixtures; absent without any.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub chords: Vec<ChordSummary>,
-    /// Programs that were written.
+    /// Programs written.
     pub programs: Vec<ProgramSummary>,
-    /// Other files that were written, relative to this file.
+    /// Other files written, relative to this file.
     pub files: Vec<String>,
 }
 
-/// Tolerance and how it was shared out, in mm.
+/// Tolerance and its shares, in mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct ToleranceSummary {
-    /// Most material left after everything, in mm.
+    /// Largest excess of the finished part, in mm.
     pub total: f64,
-    /// Deepest gouge after everything, in mm.
+    /// Deepest gouge of the finished part, in mm.
     pub gouge: f64,
     /// Least and largest error of a strip, in mm.
     pub strip: [f64; 2],
@@ -75,44 +75,44 @@ pub struct CoverSummary {
     pub cutting_length: f64,
     /// Least, mean and largest strip width, in mm.
     pub strip_width: [f64; 3],
-    /// What the limit of the axis's turn costs; null where that was not asked for or takes long to find out.
+    /// Cost of the limit on the rotation of the tool axis; null if it was not asked for or would take long.
     pub turn_limit: Option<TurnLimitSummary>,
     /// Area of the faces, in mm2.
     pub area: f64,
-    /// Which way the passes of each face run: "u", "v", or "bent" to the face.
+    /// Feed direction on each face: "u", "v", or "bent" to the face.
     pub along: Vec<String>,
-    /// Where wide strips did not fit and the tool was placed at a fixed lean instead, the largest first.
+    /// Regions without wide strips, where the tool keeps a fixed inclination instead, largest first.
     pub fixed: Vec<RegionSummary>,
-    /// Parts of the faces that the tool does not finish, the largest first.
+    /// Parts of the faces that the tool does not finish, largest first.
     pub rest: Vec<RestSummary>,
 }
 
-/// Passes under the limit of the axis's turn, beside those of an axis that may turn freely.
+/// Passes under the limit on the rotation of the tool axis, compared with those of a free axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct TurnLimitSummary {
-    /// Passes of the free axis.
+    /// Number of passes with the free axis.
     pub free_passes: usize,
     /// Their length along the cutter contact, in mm.
     pub free_length: f64,
-    /// Share by which the limit makes cutting longer; below 0: shorter.
+    /// Relative increase of the cutting length by the limit; negative if it is shorter.
     pub length: f64,
-    /// Share by which it makes passes with the ways between them take longer, estimated from the speeds of the axes;
-    /// below 0: the axes follow the limited passes sooner.
+    /// Relative increase of the time for passes and links by the limit, estimated from the speeds of the axes; negative
+    /// if the axes follow the limited passes faster.
     pub time: f64,
 }
 
-/// Part of a face where wide strips did not fit.
+/// Region of a face without wide strips.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct RegionSummary {
     /// Number of the face.
     pub face: usize,
     /// Ranges of u and v.
     pub uv: [[f64; 2]; 2],
-    /// Its area, about, in mm2.
+    /// Approximate area, in mm2.
     pub area: f64,
     /// Share of the area of all faces, 0 to 1.
     pub share: f64,
-    /// Why.
+    /// Reason.
     pub why: String,
 }
 
@@ -127,83 +127,82 @@ pub struct RestSummary {
     pub uv: [[f64; 2]; 2],
     /// Lowest and highest corner of the box around it, in mm.
     pub bounds: [[f64; 3]; 2],
-    /// What stands there at most over the face, in mm, as far as the tool comes near.
+    /// Largest height of rest material over the face, in mm, as far as the tool comes near.
     pub depth: f64,
-    /// That place, in mm.
+    /// Point with that height, in mm.
     pub deepest: [f64; 3],
-    /// Radius of the largest ball that touches the face at that place and goes into no face of the part, in mm; left out where
+    /// Radius of the largest ball that touches the face at that point and enters no face of the part, in mm; absent if
     /// one many times the cutter fits.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ball: Option<f64>,
-    /// The least such radius of all places looked at, in mm; left out as before.
+    /// Smallest such radius of all points examined, in mm; absent likewise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub least_ball: Option<f64>,
-    /// Why the tool does not get there.
+    /// Reason why the tool does not finish it.
     pub why: String,
 }
 
 /// Motion of the machine.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct MotionSummary {
-    /// Machine.
+    /// Name of the machine.
     pub machine: String,
-    /// Planner: which limits the schedule keeps.
+    /// Planner, with the limits that the schedule keeps.
     pub method: String,
     /// Planned time, in s.
     pub duration: f64,
-    /// Of this, while cutting, in s.
+    /// Part of the time spent cutting, in s.
     pub cutting: f64,
-    /// Time that no schedule under the same limits of velocity and
-    /// acceleration can beat, in s.
+    /// Lower bound on the time of every schedule within the same velocity and acceleration limits, in s.
     pub lower_bound: f64,
-    /// Largest axis jerk over its limit between the rows of the schedule; left out if not known.
+    /// Largest ratio of an axis jerk to its limit between the rows of the schedule; absent if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jerk_ratio: Option<f64>,
-    /// The axes.
+    /// Ranges and loads of the axes.
     pub axes: Vec<AxisSummary>,
-    /// Where the tool leaves the part to unwind a rotary axis.
+    /// Retracts to unwind a rotary axis.
     pub retracts: Vec<RetractSummary>,
-    /// What moving the tool axis at singular directions did; left out if none was moved.
+    /// Effect of moving the tool axis at singular directions; absent if none was moved.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub singular: Option<SingularSummary>,
 }
 
-/// Cuts that pass a direction in which a rotary axis is free, with the tool axis moved.
+/// Passages of a singular direction at which the tool axis was moved.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct SingularSummary {
-    /// Passages that were changed.
+    /// Number of passages changed.
     pub passages: usize,
-    /// Of these, straight through; the others pass farther off.
+    /// Number that now go straight through; the others pass farther away.
     pub through: usize,
-    /// Largest change of the tool axis, in deg.
+    /// Largest change of the tool axis, in degrees.
     pub tilt: f64,
-    /// Rotary turn inside the cone that is no longer needed, in deg.
+    /// Rotary travel saved inside the cone, in degrees.
     pub turn_saved: f64,
-    /// Planned time that is saved, in s.
+    /// Planned time saved, in s.
     pub seconds_saved: f64,
 }
 
-/// A retract: the tool leaves the part, rotaries unwind, and it comes back to the same place.
+/// Retract: the tool leaves the part, the rotaries unwind, and the tool returns to the same point.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct RetractSummary {
-    /// Tool tip where it leaves and comes back, workpiece frame, in mm.
+    /// Tool tip at which it leaves and returns, in the workpiece frame, in mm.
     pub tip: [f64; 3],
-    /// Whether this interrupts a pass.
+    /// True if it interrupts a pass.
     pub in_cut: bool,
-    /// Which axes turn, from where to where, and their travel, in deg.
+    /// Axes that turn, with start, end and travel, in degrees.
     pub why: String,
-    /// Time out of the part, in s.
+    /// Time away from the part, in s.
     pub seconds: f64,
 }
 
-/// One axis, in mm or degrees.
+/// Range and load of one axis, in mm or degrees.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct AxisSummary {
-    /// Name.
+    /// Name of the axis.
     pub name: String,
     /// Unit of positions: mm or deg.
     pub unit: String,
-    /// Least and largest position.
+    /// Smallest and largest position.
     pub range: [f64; 2],
     /// Largest velocity as a fraction of its limit.
     pub velocity_ratio: f64,
@@ -211,7 +210,7 @@ pub struct AxisSummary {
     pub acceleration_ratio: f64,
 }
 
-/// A program and what its check found.
+/// Program with the results of its check.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct ProgramSummary {
     /// Dialect.
@@ -220,93 +219,93 @@ pub struct ProgramSummary {
     pub file: String,
     /// Number of blocks that move.
     pub blocks: usize,
-    /// Dialect of the program with the same blocks, whose check holds for this one, too.
+    /// Dialect of the program with the same blocks, whose check applies here too.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub same_as: Option<String>,
-    /// What the check of this very program found; left out where `same_as` is there.
+    /// Results of the check of this program; absent if `same_as` is present.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub check: Option<CheckSummary>,
-    /// What it does to the stock; left out if none is known, or the program was not checked.
+    /// Stock after the program, with collisions; absent without stock or check.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stock: Option<StockSummary>,
-    /// How near it comes to fixtures; left out if there are none, or the program was not checked.
+    /// Distances to fixtures; absent without fixtures or check.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fixtures: Option<FixturesSummary>,
 }
 
-/// How near the tool comes to fixtures.
+/// Distances between tool and fixtures.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct FixturesSummary {
-    /// Nowhere is it nearer than told by more than this, in mm.
+    /// Accuracy of the distances, in mm: no true distance is smaller by more than this.
     pub tolerance: f64,
-    /// Lines nearer than this are told, in mm.
+    /// Distance below which lines are reported, in mm.
     pub clearance: f64,
-    /// Where it is nearest in the whole program.
+    /// Closest approach of the whole program.
     pub least: Option<ApproachSummary>,
-    /// Lines nearer than the clearance: the nearest of them.
+    /// Closest of the lines below the clearance.
     pub near: Vec<ApproachSummary>,
-    /// How many there are; null where there are none.
+    /// Lines below the clearance; null if there are none.
     pub lines: Option<LinesSummary>,
-    /// Of them, those that run into a fixture.
+    /// Lines that run into a fixture; null if there are none.
     pub hits: Option<LinesSummary>,
 }
 
-/// How well triangles stand for a STEP solid.
+/// Chord tolerance of the triangles that represent a STEP solid.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct ChordSummary {
-    /// The stock, or the name of a fixture.
+    /// Solid: "stock", or the name of a fixture.
     pub solid: String,
-    /// How far they may be off its faces, in mm.
+    /// Largest distance of the triangles from the faces, in mm.
     pub chord: f64,
 }
 
-/// How near the tool comes to fixtures on one line.
+/// Closest approach of the tool to fixtures on one line.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct ApproachSummary {
     /// Line of the program.
     pub line: u32,
-    /// The fixture.
+    /// Name of the fixture.
     pub fixture: String,
-    /// Least distance, in mm; below 0 the tool runs into the fixture, so deep.
+    /// Smallest distance, in mm; negative by the depth to which the tool runs into the fixture.
     pub distance: f64,
-    /// Place of the fixture that is nearest, or deepest in the tool, in mm.
+    /// Point of the fixture that is nearest to the tool, or deepest in it, in mm.
     pub point: [f64; 3],
 }
 
-/// What a program does to the stock.
+/// Stock after a program, and its collisions.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct StockSummary {
-    /// Distance of the rays that stand for it, by x, y and z, in mm.
+    /// Distance between the rays that represent it, along x, y and z, in mm.
     pub cell: [f64; 3],
-    /// Volume taken away, in mm3.
+    /// Volume removed, in mm3.
     pub removed: f64,
     /// Volume left, in mm3.
     pub left: f64,
-    /// Lines that run into something, the deepest place of each kind on each; the worst of them.
+    /// Worst collisions: for each line, the deepest point of each kind.
     pub collisions: Vec<CollisionSummary>,
-    /// How many there are of each kind.
+    /// Number of colliding lines of each kind.
     pub collision_lines: Vec<KindSummary>,
-    /// Where it was not decided whether something runs into the stock between rays: the deepest. Null in the rule.
+    /// Deepest possible collision between rays that could not be excluded; usually null.
     pub undecided: Option<UndecidedSummary>,
 }
 
-/// Where something may run into the stock between two of its rays.
+/// Possible collision with the stock between two of its rays.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct UndecidedSummary {
-    /// As in `collisions`.
+    /// Kind as in `collisions`.
     pub kind: String,
     /// Line of the program.
     pub line: u32,
-    /// No deeper than this, in mm.
+    /// Upper bound on its depth, in mm.
     pub depth: f64,
 }
 
-/// How many lines run into something.
+/// Colliding lines of one kind.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct KindSummary {
-    /// As in `collisions`.
+    /// Kind as in `collisions`.
     pub kind: String,
-    /// Which lines.
+    /// Number and range of the lines.
     #[serde(flatten)]
     pub lines: LinesSummary,
 }
@@ -314,15 +313,15 @@ pub struct KindSummary {
 /// Lines of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct LinesSummary {
-    /// How many; one to which the program comes back may count again.
+    /// Number of lines; a line that runs again may count again.
     pub count: usize,
-    /// The first that was run.
+    /// First of them to run.
     pub first: u32,
-    /// The last.
+    /// Last of them to run.
     pub last: u32,
 }
 
-/// A line of a program that runs into something.
+/// Collision on one line of a program.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct CollisionSummary {
     /// "rapid": the cutting part is in the stock at rapid speed; "holder": shank or holder are in the stock; "fixture":
@@ -330,43 +329,42 @@ pub struct CollisionSummary {
     pub kind: String,
     /// Line of the program.
     pub line: u32,
-    /// How deep, on the rays that stand for stock, in mm.
+    /// Depth on the rays that represent the stock, in mm.
     pub depth: f64,
-    /// In the middle of the deepest ray, in mm; in a fixture the deepest place.
+    /// Middle of the deepest ray, or deepest point in a fixture, in mm.
     pub point: [f64; 3],
 }
 
-/// What the check of a program found.
+/// Results of the check of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct CheckSummary {
     /// Largest distance between measured points, in mm.
     pub grid: f64,
-    /// Points measured.
+    /// Number of points measured.
     pub points: usize,
-    /// Of these, in the rest that the tool does not finish.
+    /// Number of points in the rest material that the tool does not finish.
     pub rest: usize,
-    /// Not cut, outside that rest.
+    /// Number of points not cut, outside the rest material.
     pub uncut: usize,
-    /// Deepest gouge on any face of the part that is kept off or cut, in mm; 0 for none.
+    /// Deepest gouge on the faces that are cut or avoided, in mm; 0 without any.
     pub gouge: f64,
-    /// Most material left, in mm, at points that were cut, outside that rest.
+    /// Largest excess at points that were cut, outside the rest material, in mm.
     pub excess: f64,
-    /// No place of the faces that are cut, between the points as at them, is gouged deeper than this, in mm; left out
-    /// where there is no bound.
+    /// Upper bound on gouges all over the cut faces, between the points as well, in mm; absent if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gouge_bound: Option<f64>,
-    /// On none is more left than this, in mm, outside the rest; left out where there is no bound.
+    /// Upper bound on excess all over the cut faces, outside the rest material, in mm; absent if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub excess_bound: Option<f64>,
-    /// Area of the cut faces for which the bounds were not found, in mm2.
+    /// Area of the cut faces without such bounds, in mm2.
     pub unbounded_area: f64,
-    /// Points measured on faces that are not cut: for gouges alone.
+    /// Number of points measured on other faces, for gouges alone.
     pub others: usize,
-    /// Time the program takes, in s.
+    /// Duration of the program, in s.
     pub duration: f64,
     /// Largest axis velocity as a fraction of its limit.
     pub velocity_ratio: f64,
-    /// Largest axis acceleration as a fraction of its limit; left out if it was not measured.
+    /// Largest axis acceleration as a fraction of its limit; absent if it was not measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub acceleration_ratio: Option<f64>,
 }

@@ -9,22 +9,22 @@ use std::fmt::Write;
 
 const SEPARATORS: &str = "separate names and numbers by commas, with a decimal point";
 
-/// The column names of a table.
+/// Column names of a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TableHeader {
     line: u64,
     names: Vec<String>,
 }
 
-/// Some columns of a table, in an order of the caller's choice.
+/// Selected columns of a table, in an order of the caller's choice.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TableColumns {
-    /// Place of each in a row, and its name.
+    /// Index of each in a row, and its name.
     wanted: Vec<(usize, String)>,
     width: usize,
 }
 
-/// Whether a line holds a header or a row, rather than nothing or a comment.
+/// Returns true if a line holds a header or a row, false if it is empty or a comment.
 pub fn is_row(line: &str) -> bool {
     let line = line.trim_start_matches('\u{feff}').trim();
     !line.is_empty() && !line.starts_with('#')
@@ -39,9 +39,11 @@ impl TableHeader {
     pub fn parse(line: u64, text: &str) -> Result<Self, Diagnostic> {
         let text = text.trim_start_matches('\u{feff}');
         let names: Vec<String> = fields(text).map(|(_, field)| field.to_owned()).collect();
+        // Without names, columns would be guessed by position: a frequent and silent mistake.
         if names.iter().all(|name| name.parse::<f64>().is_ok()) {
             return Err(fault(line, 1, "the first line must name the columns, but holds numbers"));
         }
+        // A single field with another separator in it is a table of another locale.
         if let [only] = names.as_slice()
             && only.contains([';', '\t', ' '])
         {
@@ -52,7 +54,7 @@ impl TableHeader {
         Ok(Self { line, names })
     }
 
-    /// The names in order.
+    /// Returns the names in order.
     pub fn names(&self) -> &[String] {
         &self.names
     }
@@ -61,7 +63,7 @@ impl TableHeader {
     ///
     /// # Errors
     ///
-    /// Every column that is missing or stands there twice.
+    /// Returns a diagnostic for every column that is missing or present twice.
     pub fn columns(&self, wanted: &[&str]) -> Result<TableColumns, Diagnostics> {
         let mut faults = Vec::new();
         let mut found = Vec::new();
@@ -70,7 +72,7 @@ impl TableHeader {
             match (places.next(), places.next()) {
                 (Some((place, _)), None) => found.push((place, (*name).to_owned())),
                 (Some(_), Some(_)) => {
-                    faults.push(fault(self.line, 1, format!("column {name} stands here twice")));
+                    faults.push(fault(self.line, 1, format!("column {name} is here twice")));
                 }
                 (None, _) => faults.push(self.missing(name, wanted)),
             }
@@ -91,6 +93,7 @@ impl TableHeader {
             .filter(|here| !wanted.contains(here) && !here.is_empty())
             .collect();
         let same = others.iter().find(|here| here.eq_ignore_ascii_case(name)).copied();
+        // Names of one or two letters are all near each other: `nearest` would guess.
         let help = match same.or_else(|| nearest(name, &others).filter(|_| name.len() > 2)) {
             Some(near) => format!("is `{near}` meant to be it? needed: {}", wanted.join(",")),
             None => format!("needed: {}", wanted.join(",")),
@@ -112,6 +115,7 @@ impl TableColumns {
         let mut count = 0;
         // Wanted columns mostly stand in order: one pass over the row, else one for each.
         for (place, name) in &self.wanted {
+            // A column to the left of the last one: start over at the beginning of the row.
             if *place < count {
                 (rest, count) = (fields(text), 0);
                 field = rest.next();
@@ -123,6 +127,7 @@ impl TableColumns {
             let Some((start, word)) = field else { return Err(self.width_fault(line, text)) };
             values.push(number(line, text, start, &NamedWord { name, word })?);
         }
+        // The remaining fields are counted, not read: a row of another width is shifted.
         while field.is_some() {
             field = rest.next();
             count += 1;
@@ -130,7 +135,7 @@ impl TableColumns {
         if count == self.width { Ok(()) } else { Err(self.width_fault(line, text)) }
     }
 
-    /// Raises each entry of `most` to the decimals that the wanted number of the same place is written with.
+    /// Raises each entry of `most` to the number of decimals of the corresponding field.
     pub fn decimals(&self, text: &str, most: &mut [usize]) {
         let fields: Vec<&str> = fields(text).map(|(_, word)| word).collect();
         for ((place, _), most) in self.wanted.iter().zip(most) {
@@ -138,7 +143,7 @@ impl TableColumns {
         }
     }
 
-    /// Whether all wanted fields of a row are empty: a row that says "none".
+    /// Returns true if all selected fields of a row are empty: a row without a result.
     pub fn are_empty(&self, text: &str) -> bool {
         fields(text).count() == self.width
             && self
@@ -173,22 +178,24 @@ fn number(line: u64, text: &str, start: usize, field: &NamedWord<'_>) -> Result<
         Ok(value) if value.is_finite() => Ok(value),
         Ok(_) => wrong(format!("{name} = {word} is not a finite number")),
         Err(_) if word.is_empty() => wrong(format!("{name} is empty")),
+        // A semicolon in a field means that commas are decimal points here.
         Err(_) if word.contains(';') => wrong(format!("{name} = {word:?} is not a number"))
             .map_err(|fault: Diagnostic| fault.with_help(SEPARATORS)),
         Err(_) => wrong(format!("{name} = {word:?} is not a number")),
     }
 }
 
-/// Decimals of a number as it is written: `-1.250` has 3, `2.5e-4` has 5.
+/// Returns the decimals of a number as written: `-1.250` has 3, `2.5e-4` has 5.
 fn decimals(word: &str) -> usize {
     let (digits, exponent) = word.split_once(['e', 'E']).unwrap_or((word, "0"));
     let behind = digits.split_once('.').map_or(0, |(_, behind)| behind.len());
+    // An exponent of -4 moves the last digit four places to the right.
     let exponent: i64 = exponent.parse().unwrap_or(0);
     let behind = i64::try_from(behind).unwrap_or(i64::MAX).saturating_sub(exponent);
     usize::try_from(behind).unwrap_or(0)
 }
 
-/// Byte offset and text of every field, blanks and quotes around it left out.
+/// Splits a row into fields: byte offset and text, without blanks and quotes around it.
 fn fields(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut at = 0;
     text.trim_end_matches(['\r', '\n']).split(',').map(move |field| {
@@ -209,6 +216,7 @@ fn fault(line: u64, column: usize, message: impl Into<String>) -> Diagnostic {
 /// Appends a number so that reading it gives the same bits (but `0` for `-0`): the shortest such
 /// decimal, with an exponent where it would be long.
 pub fn write_number(out: &mut String, value: f64) {
+    // Adding 0 turns -0 into 0.
     let value = value + 0.0;
     let size = value.abs();
     // Writing to a string cannot fail.
@@ -252,7 +260,7 @@ mod tests {
             ("1,2", "1,2", "1:1: the first line must name the columns"),
             ("x;y", "1;2", "1:1: the header \"x;y\" has no commas"),
             ("X,y", "1,2", "1:1: column x is missing\n  help: is `X` meant to be it?"),
-            ("x,x,y", "1,2,3", "1:1: column x stands here twice"),
+            ("x,x,y", "1,2,3", "1:1: column x is here twice"),
         ] {
             let found = read(header, &["x", "y"], row).unwrap_err();
             assert!(found.starts_with(start), "{found}");
@@ -269,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_can_say_none() {
+    fn a_row_can_be_empty() {
         let columns = TableHeader::parse(1, "pose,x,y").unwrap().columns(&["x", "y"]).unwrap();
         assert!(columns.are_empty("7,,") && !columns.are_empty("7,,1") && !columns.are_empty(","));
     }

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Something wrong, by byte offset; no offset for the file as a whole.
+/// Violation of the schema at a byte offset; none for the file as a whole.
 #[derive(Debug)]
 pub(super) struct SchemaFinding {
     /// Dotted path of the table or value that cannot be read because of it.
@@ -19,7 +19,7 @@ pub(super) struct SchemaFinding {
 /// Path of a finding that does not keep its table from being read.
 const ELSEWHERE: &str = "?";
 
-/// All that is wrong with `root`.
+/// Returns all violations of the schema by `root`.
 pub(super) fn check(schema: &Value, root: &DeTable<'_>) -> Vec<SchemaFinding> {
     let mut walk = Walk { top: schema, found: Vec::new() };
     walk.table(schema, root, "", None);
@@ -50,6 +50,7 @@ impl Walk<'_> {
             }
         }
         let required = schema.get("required").and_then(Value::as_array);
+        // A key that is misspelt is not missing as well.
         for key in required.into_iter().flatten().filter_map(Value::as_str) {
             if !table.contains_key(key) && !misspelt.contains(&key) {
                 self.missing(properties.get(key), key, path, offset);
@@ -66,6 +67,7 @@ impl Walk<'_> {
         } else {
             (format!("key `{key}`{}", within(path)), format!("`{key} = {}`", example(schema)))
         };
+        // At the top, the missing table alone is faulty: other sections are still read.
         let whose = if path.is_empty() { full } else { path.to_owned() };
         self.add(&whose, offset, format!("missing {what}"), sentence(&format!("add {add}"), about));
     }
@@ -80,6 +82,8 @@ impl Walk<'_> {
         let name = key.get_ref().as_ref();
         let names: Vec<&str> = known.keys().map(String::as_str).collect();
         let nearest = nearest(name, &names).or_else(|| last_words(name, &names));
+        // From the likeliest mistake to the least: a typing error, a key of another table, a table
+        // written as a key.
         let help = if let Some(nearest) = nearest {
             format!("did you mean `{nearest}`?")
         } else if let Some((table, longer)) = self.of_this_table(name, path) {
@@ -98,13 +102,13 @@ impl Walk<'_> {
         nearest
     }
 
-    /// Key of another table that names this one: `cell` in [stock] is `stock_cell` in [verify].
+    /// Finds a key of another table that names this one: `cell` in [stock] is `stock_cell` in [verify].
     fn of_this_table(&self, name: &str, path: &str) -> Option<(String, String)> {
         let longer = format!("{}_{name}", path.split('.').next()?);
         self.elsewhere(&longer, path).map(|table| (table, longer))
     }
 
-    /// A table at the top of the layout, or a list of them, as it is written.
+    /// Returns a table at the top of the layout, or a list of them, as it is written.
     fn table_at_the_top(&self, name: &str) -> Option<String> {
         let schema = self.top.get("properties")?.get(name)?;
         if is_list_of_tables(schema) {
@@ -113,7 +117,7 @@ impl Walk<'_> {
         type_of(schema).contains(&"object").then(|| format!("[{name}]"))
     }
 
-    /// Table at the top of the layout that knows a key.
+    /// Finds a table at the top of the layout that knows a key.
     fn elsewhere(&self, name: &str, path: &str) -> Option<String> {
         let tables = self.top.get("properties")?.as_object()?;
         let knows = |table: &Value| table.get("properties").is_some_and(|p| p.get(name).is_some());
@@ -124,6 +128,7 @@ impl Walk<'_> {
     }
 
     fn value(&mut self, schema: &Value, value: &Spanned<DeValue<'_>>, path: &str, at: usize) {
+        // Words first: schemars lists them as branches of a choice, in which each would fail alone.
         let words = constants(schema);
         if !words.is_empty() && matches!(value.get_ref(), DeValue::String(_)) {
             return self.word(&words, value.get_ref(), path, at);
@@ -132,6 +137,7 @@ impl Walk<'_> {
             schema.get("anyOf").or_else(|| schema.get("oneOf")).and_then(Value::as_array);
         if let Some(branches) = branches {
             let fits = |branch: &&Value| accepts(branch, value.get_ref());
+            // The type selects the branch, so that its own message explains the value.
             return match branches.iter().find(fits) {
                 Some(branch) => self.value(branch, value, path, at),
                 None => self.wrong_type(schema, value.get_ref(), path, at),
@@ -209,11 +215,13 @@ impl Walk<'_> {
         };
         let about = description(schema);
         let Some(number) = number.filter(|number: &f64| number.is_finite()) else {
+            // NaN and infinity are valid TOML.
             let message = format!("`{path}` = {text} is not a number one can calculate with");
             self.add(path, Some(at), message, sentence("write a finite number", about));
             return;
         };
         let bound = |key: &str| schema.get(key).and_then(Value::as_f64);
+        // Integer types have their range in the format, not as a maximum.
         let format_maximum = match schema.get("format").and_then(Value::as_str) {
             Some("uint8") => Some(f64::from(u8::MAX)),
             Some("uint32") => Some(f64::from(u32::MAX)),
@@ -245,12 +253,14 @@ impl Walk<'_> {
         let names: Vec<&str> = types.iter().map(|name| toml_name(name)).collect();
         let wanted = names.join(" or ");
         let help = match value {
+            // A number in quotes is the most frequent mistake of beginners in TOML.
             DeValue::String(text)
                 if names.iter().any(|name| name.contains("number"))
                     && text.trim().parse::<f64>().is_ok() =>
             {
                 format!("write it without quotes: {}", text.trim())
             }
+            // [[name]] where [name] is meant.
             DeValue::Array(items)
                 if types.contains(&"object")
                     && items.iter().all(|item| matches!(item.get_ref(), DeValue::Table(_))) =>
@@ -275,7 +285,7 @@ fn within(path: &str) -> String {
     }
 }
 
-/// `first: about`, whichever there is.
+/// Joins a remedy and the description of the key.
 fn sentence(first: &str, about: &str) -> String {
     // Descriptions are broken into lines where the source is.
     let about = about.replace('\n', " ");
@@ -288,10 +298,11 @@ fn sentence(first: &str, about: &str) -> String {
 
 fn description(schema: &Value) -> &str {
     let text = schema.get("description").and_then(Value::as_str).unwrap_or_default();
+    // The first paragraph suffices for a message.
     text.split("\n\n").next().unwrap_or_default()
 }
 
-/// What a missing value could look like.
+/// Returns an example of a missing value.
 fn example(schema: Option<&Value>) -> String {
     let Some(schema) = schema else { return "...".into() };
     if let Some(word) = schema.get("const").or_else(|| schema.get("default")) {
@@ -308,7 +319,7 @@ fn example(schema: Option<&Value>) -> String {
     }
 }
 
-/// The words a string may be; empty where it is free.
+/// Returns the words that a string may be; empty if it is free.
 fn constants(schema: &Value) -> Vec<&str> {
     if let Some(word) = schema.get("const").and_then(Value::as_str) {
         return vec![word];
@@ -320,7 +331,7 @@ fn constants(schema: &Value) -> Vec<&str> {
     listed.chain(branches).collect()
 }
 
-/// JSON types a schema accepts.
+/// Returns the JSON types that a schema accepts.
 fn type_of(schema: &Value) -> Vec<&str> {
     match schema.get("type") {
         Some(Value::String(name)) => vec![name],
@@ -344,6 +355,7 @@ fn accepts(schema: &Value, value: &DeValue<'_>) -> bool {
     types.is_empty()
         || types.iter().any(|name| match value {
             DeValue::String(_) => *name == "string",
+            // `vel = 100` needs no decimal point.
             DeValue::Integer(_) => matches!(*name, "integer" | "number"),
             DeValue::Float(_) => *name == "number",
             DeValue::Boolean(_) => *name == "boolean",
@@ -381,14 +393,15 @@ fn is_list_of_tables(schema: &Value) -> bool {
     schema.get("items").is_some_and(|items| type_of(items).contains(&"object"))
 }
 
-/// The only known name that ends with these words: `cell` is `stock_cell`.
+/// Finds the only known name that ends with these words: `cell` is `stock_cell`.
 fn last_words<'n>(name: &str, known: &[&'n str]) -> Option<&'n str> {
     let ending = format!("_{name}");
     let mut longer = known.iter().filter(|known| known.ends_with(&ending));
     longer.next().filter(|_| longer.next().is_none()).copied()
 }
 
-/// The known name a user may have meant: within a third of its letters, swaps counted once.
+/// Finds the known name that a user may have meant: at an edit distance of at most a third of its
+/// letters, where a swap of neighbours counts once.
 pub(super) fn nearest<'n>(name: &str, known: &[&'n str]) -> Option<&'n str> {
     known
         .iter()

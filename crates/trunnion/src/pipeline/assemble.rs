@@ -30,6 +30,7 @@ impl Job {
         });
         let faces = choose(&file.part, faces).map_err(|errors| faults.extend(errors)).ok();
         let kinematics = Kinematics::new(machine, &setup(&file));
+        // Faulty faces or a faulty cutter only make the estimate smaller: the job is refused anyway.
         let needed = expected_rounding(
             &kinematics,
             faces.as_deref().unwrap_or_default(),
@@ -57,6 +58,7 @@ impl Job {
             }
             _ => {
                 let place = |fault: JobError| file.places.fault(fault.key(), fault.to_string());
+                // In the order of the job file: part, tool and tolerance come before [verify].
                 tool_faults.splice(0..0, faults.into_iter().map(place));
                 Err(tool_faults.into())
             }
@@ -141,9 +143,11 @@ fn others(
             let (available, key) = (available(faces), "part.avoid");
             return Err(JobError::NoFace { number, available, key });
         };
+        // `avoid = "all"` names the faces that are cut, too.
         if !cut.contains(&number) {
             match FaceIndex::new(face.clone()) {
                 Ok(index) => others.push(index),
+                // A face that cannot be indexed is a warning: the job may still be worth running.
                 Err(error) => unguarded.push((number, error)),
             }
         }
@@ -169,6 +173,7 @@ fn choose(part: &job::JobPart, faces: &[Face]) -> Result<Vec<FaceIndex>, Vec<Job
             continue;
         };
         let mut face = face.clone();
+        // The face may be flipped in the part already.
         face.flip ^= part.flip;
         match FaceIndex::new(face) {
             Ok(index) => chosen.push(index),
@@ -188,6 +193,7 @@ fn budget(file: &JobFile, needed: f64) -> Result<Budget, BudgetError> {
     let shares = BudgetShares {
         path: split.path.unwrap_or(usual.path),
         linearisation: split.linearisation.unwrap_or(usual.linearisation),
+        // Poses along the path may round worse than those of the estimate.
         rounding: split.rounding.unwrap_or(usual.rounding.max(ROUNDING_RESERVE * needed)),
         control: split.control.unwrap_or(usual.control),
         singular: split.singular.unwrap_or(usual.singular),

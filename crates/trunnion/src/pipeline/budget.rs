@@ -35,6 +35,7 @@ impl BudgetShares {
     /// assert_eq!((shares.path, shares.rounding), (0.001, 0.0005));
     /// ```
     pub fn usual(total: f64) -> Self {
+        // Strips keep what is left of the total on both sides, so every share costs twice.
         let twentieth = 0.05 * total;
         let rounding = 0.5 * twentieth;
         Self {
@@ -119,7 +120,10 @@ impl Budget {
         strip: Option<f64>,
     ) -> Result<Self, BudgetError> {
         let others = shares.sum();
+        // Later stages move the cutter by up to `others` to either side: the strips' errors stay in
+        // [others - gouge, total - others].
         let (lower, most) = (others - gouge, total - others);
+        // A narrower band would multiply the passes: a share is too large.
         if most - lower >= 0.5 * total {
             let upper = strip.map_or(most, |strip| most.min(lower + strip));
             Ok(Self { total, gouge, lower, upper, shares })

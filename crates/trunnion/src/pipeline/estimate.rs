@@ -20,6 +20,7 @@ impl TravelEstimate {
     /// It is the time of the slowest axis, each moving by itself, on the better branch.
     pub(super) fn seconds(&self, poses: &[ToolPose]) -> f64 {
         let Some((first, rest)) = poses.split_first() else { return 0.0 };
+        // Both branches are followed: the better start may lead to the worse end.
         let starts = match self.inverse.solutions(first) {
             Ok(InverseSolutions::Regular(both)) => both.to_vec(),
             Ok(InverseSolutions::Singular(one)) => vec![one],
@@ -37,6 +38,7 @@ impl TravelEstimate {
             }
             here = next;
         }
+        // The poses are passed without a stop: each axis has one ramp up and one ramp down.
         let axes = &self.inverse.kinematics().machine().axes;
         axes.iter()
             .zip(travels)
@@ -50,9 +52,12 @@ impl TravelEstimate {
 /// Jerk, acceleration and speed are constant in turn, as far as the axis reaches their limits.
 pub(super) fn rest_to_rest(axis: &Axis, travel: f64) -> f64 {
     let (v, a, j) = (axis.rapid, axis.acc, axis.jerk);
-    // Highest acceleration and speed that the axis reaches within the travel.
+    // Highest acceleration within the travel. Four jerk phases of a/j each travel 2 a³/j², so that
+    // a = (travel j² / 2)^(1/3); the first two reach the speed a²/j, which must stay below v.
     let a = a.min((0.5 * travel * j * j).cbrt()).min((v * j).sqrt());
+    // Highest speed: travel = v (v/a + a/j) solved for v.
     let v = v.min(0.5 * ((a * a / j).powi(2) + 4.0 * a * travel).sqrt() - 0.5 * a * a / j);
+    // A symmetric profile lasts travel/v plus the time to reach v, v/a + a/j.
     if travel > 0.0 { travel / v + v / a + a / j } else { 0.0 }
 }
 

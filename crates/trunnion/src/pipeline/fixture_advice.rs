@@ -29,6 +29,7 @@ fn over(job: &Job) -> String {
     let tallest = tops.max_by(|a, b| a.0.total_cmp(&b.0));
     let higher = tallest.map(|(top, name)| (top - links, name)).filter(|(above, _)| *above > 0.0);
     if let Some((above, name)) = higher {
+        // Raising the plane by `above` puts it level with the fixture's top.
         let least = clearance + above + file.fixture_clearance;
         return format!(
             "links come too near: {name} stands {above:.3} mm higher than they travel; setup.clearance, {clearance} mm now, \

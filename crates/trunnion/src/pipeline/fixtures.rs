@@ -63,6 +63,7 @@ impl Fixtures {
     /// Creates an empty set. `total` \[mm\] is the tolerance of the part; lines nearer than `clearance` \[mm\] are
     /// reported.
     pub fn new(total: f64, clearance: f64) -> Self {
+        // Distances are found more accurately than the part is made.
         let tolerance = LARGEST.min(SHARE * total);
         let watch = ClearanceOptions { tolerance, clearance, worst: MOST_COLLISIONS };
         Self { all: Vec::new(), names: Vec::new(), watch }
@@ -117,6 +118,7 @@ pub fn collisions(
     clearance: Option<&ClearanceReport>,
 ) -> (Vec<Collision>, usize) {
     match (carving, clearance) {
+        // With stock, its report has the fixtures' collisions as well.
         (Some(carving), _) => (carving.collisions.clone(), carving.count()),
         (None, Some(clearance)) => {
             let hits = clearance.near.iter().filter_map(FixtureApproach::collision);
@@ -128,6 +130,7 @@ pub fn collisions(
 
 /// Describes the first lines that come too near a fixture without touching it.
 pub fn too_near(fixtures: &FixturesSummary) -> Vec<String> {
+    // Contacts are collisions, which are reported as such.
     let outside: Vec<_> = fixtures.near.iter().filter(|near| near.distance >= 0.0).collect();
     let line = |near: &&ApproachSummary| {
         format!("{}, nearer than {} mm", approach(near), fixtures.clearance)
@@ -144,6 +147,7 @@ pub fn too_near(fixtures: &FixturesSummary) -> Vec<String> {
 /// Describes the least distance, its line, and its tolerance.
 pub fn nearest_fixture(fixtures: &FixturesSummary) -> String {
     fixtures.least.as_ref().map_or_else(String::new, |least| {
+        // Depths are known to a share of themselves, distances to a length: the larger is stated.
         let exact = if -DEPTH_SHARE * least.distance > fixtures.tolerance {
             format!("{} % of the depth", 100.0 * DEPTH_SHARE)
         } else {
@@ -170,6 +174,7 @@ pub(super) fn describe_collision(hit: &Collision, fixtures: Option<&FixturesSumm
     let off = |near: &ApproachSummary| (near.distance + hit.depth).abs();
     let all = fixtures.iter().flat_map(|fixtures| &fixtures.near);
     let on_line = all.filter(|near| near.line == hit.line && near.distance < 0.0);
+    // A line that runs twice has several approaches: the one with this depth is meant.
     let nearest = on_line.min_by(|a, b| off(a).total_cmp(&off(b)));
     match nearest.filter(|_| hit.kind == CollisionKind::Fixture) {
         Some(ApproachSummary { line, fixture, distance, point: [x, y, z] }) => format!(

@@ -119,6 +119,7 @@ impl Job {
         let elements = || self.faces.iter().flat_map(|face| inspect::elements(face.face()));
         let mean: Vector3<f64> = elements().map(|element| element.area).sum();
         let area: f64 = elements().map(|element| element.area.norm()).sum();
+        // Area normals of a closed surface cancel out: their sum is small beside the area.
         match Unit::try_new(mean, LEAST_SENSE * area) {
             Some(normal) if normal.z < LEAST_RISE => normal,
             _ => Vector3::z_axis(),

@@ -43,6 +43,7 @@ pub(super) fn run(
     let input = input.faces(&faces).rest(against.rest);
     let tolerance = DeviationTolerance { excess: job.budget.total, gouge: job.budget.gouge };
     let options = CheckOptions::of_tolerance(tolerance, job.file.verify_grid);
+    // F of a control with tool-centre-point control caps the feed: its times reveal nothing about the axes.
     let feeds = if is_timed(form.dialect) { FeedMeaning::Timed } else { FeedMeaning::Cap };
     let mut inspection = Inspection::new(input, options).others(&others).feeds(feeds);
     if let Some(stock) = &against.solids.stock {

@@ -55,6 +55,7 @@ fn why(error: &InverseError) -> String {
     let InverseError::OutOfTravel(out) = error else { return error.to_string() };
     let (unit, factor) =
         if out.index < FIRST_ROTARY { ("mm", 1.0) } else { ("deg", 1.0_f64.to_degrees()) };
+    // The end of travel on the side of the value.
     let end = if out.value > out.high { out.high } else { out.low };
     let [value, end, excess] = [out.value, end, out.excess].map(|number| number * factor);
     format!(

@@ -58,8 +58,10 @@ impl JobPassCost {
         let contact = (b.contact - a.contact).norm();
         let tip = (b.pose.tip - a.pose.tip).norm();
         let cut = if self.at_contact { contact } else { tip } / self.feed;
+        // The feed holds at the contact or the tip; the control caps the speed of the tip as well.
         let least = cut.max(tip / self.tip);
         let [Some(p), Some(q)] = axes else { return least };
+        // Every axis at its own limit: a lower bound on the step, which compares candidates fairly.
         (0..AXES).map(|axis| (q[axis] - p[axis]).abs() / self.velocity[axis]).fold(least, f64::max)
     }
 }
@@ -74,6 +76,7 @@ fn inset(kinematics: &Kinematics) -> Kinematics {
     }
     for axis in &mut machine.axes[FIRST_ROTARY..] {
         let [low, high] = axis.limits;
+        // A cyclic axis has infinite ends, which the margin leaves infinite.
         let margin = MARGIN.min(SHARE * (high - low));
         axis.limits = [low + margin, high - margin];
     }
@@ -94,6 +97,7 @@ impl PassCost for JobPassCost {
             if let Some((last, at)) = before {
                 sum += self.step([last, station], [at, axes]);
             }
+            // Past a station out of reach, the branch goes on from the last position known.
             near = axes.unwrap_or(near);
             before = Some((station, axes));
         }

@@ -63,6 +63,7 @@ pub(super) fn write(
         // Step 3: its check, unless a program with the same blocks was checked.
         let timed = measured::is_timed(form.dialect);
         let measured = |other: &&CheckedProgram| {
+            // A check without times has not judged the axes: it cannot stand for a timed program.
             let holds = |check: &verify::Report| !timed || check.audit.is_some();
             other.check.as_ref().is_some_and(holds) && other.blocks == blocks
         };
@@ -102,6 +103,7 @@ pub(super) fn write(
 fn options(job: &Job, control: BlockInterpolation) -> BlockOptions {
     BlockOptions {
         control,
+        // The quintic axis path has taken its share twice: for the tip and for the tool axis.
         tolerance: (1.0 - 2.0 * QUINTIC_SHARE) * job.budget.shares.linearisation,
         link_tolerance: LINK_TOLERANCE,
         lever: cover::lever(&job.cutter),
@@ -140,6 +142,7 @@ fn too_near(
     let starts: Vec<usize> = std::iter::once(0).chain(after).collect();
     let is_link = |line: u32| {
         let start = starts.get((line as usize).saturating_sub(1)).copied().unwrap_or(text.len());
+        // The first block whose text ends behind the start of the line.
         let block = blocks.get(ends.partition_point(|&end| end <= start));
         // After the last block the tool goes home.
         block.is_none_or(|block| matches!(block.motion, Motion::Link | Motion::Hop))
@@ -164,15 +167,17 @@ fn text(
     head: ProgramRemarks<'_>,
 ) -> Result<ProgramText, PipelineError> {
     let control = job.budget.shares.control;
+    // The control may smooth by its share at the tip, and by the angle that moves the contact as far.
     let blend = Some([control, control / cover::lever(&job.cutter)]);
     let style = Style { blend, ..Style::of(&job.kinematics, form.dialect, axes) };
     let template = Template::of(form.dialect).map_err(WriteError::from)?;
     let shares = shares(job);
-    let note = Note { remarks: head.remarks, ..note(job, &shares, head.duration) };
+    let note = Note { remarks: head.remarks, budget: &shares, ..note(job, head.duration) };
     let mut text = String::new();
     let ends = write::program(&mut text, &job.kinematics, blocks, (&note, &style, &template))?;
     match read_back(&job.kinematics, &style, blocks, WrittenText { text: &text, ends: &ends }) {
         Ok(()) => Ok(ProgramText { text, ends, unread: None }),
+        // Strings of the machine file may be unknown to the reader: a warning, not an error.
         Err(ReadBackError::Unread(faults)) => {
             Ok(ProgramText { text, ends, unread: faults.into_iter().next() })
         }

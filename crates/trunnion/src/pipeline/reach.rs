@@ -65,6 +65,8 @@ pub fn reach(job: &Job) -> Result<(), PipelineError> {
         let misses: Vec<Option<ReachMiss>> =
             samples.par_iter().map(|sample| probe.miss(sample)).collect();
         let beside = near(&job.cutter, &samples);
+        // A sample counts only if all samples within a strip's width fail as well: a strip beside it
+        // might finish it.
         let certain = |(index, sample): (usize, &FaceSample)| {
             let around = |other: &FaceSample| (other.point - sample.point).norm() <= beside;
             let missed = |index: usize| misses.get(index).is_some_and(Option::is_some);
@@ -77,6 +79,7 @@ pub fn reach(job: &Job) -> Result<(), PipelineError> {
         }
         let missed: Vec<ReachMiss> = misses.into_iter().flatten().collect();
         let share = |count: usize| count as f64 / samples.len().max(1) as f64;
+        // The first of the coarse inclinations is 0: the tool stands square to the face.
         let home = job.kinematics.machine().home();
         let upright = |sample: &&FaceSample| {
             let pose = leans(&job.cutter, sample, coarse()).next();
@@ -94,6 +97,7 @@ pub fn reach(job: &Job) -> Result<(), PipelineError> {
 fn samples(face: &FaceIndex) -> Vec<FaceSample> {
     let elements = crate::import::inspect::elements(face.face());
     let area: f64 = elements.iter().map(|element| element.area.norm()).sum();
+    // Cells of area / SAMPLES each, taken as squares.
     face.face().grid((area / SAMPLES).sqrt()).unwrap_or_default()
 }
 
@@ -101,6 +105,7 @@ fn samples(face: &FaceIndex) -> Vec<FaceSample> {
 fn near(cutter: &Cutter, samples: &[FaceSample]) -> f64 {
     let Some(first) = samples.first() else { return 0.0 };
     let away = samples.iter().map(|other| (other.point - first.point).norm());
+    // Distance from one corner sample to its nearest neighbour: the grid is about even.
     let spacing = away.filter(|distance| *distance > 0.0).fold(f64::INFINITY, f64::min);
     2.0 * cutter.radius() + if spacing.is_finite() { 2.0 * spacing } else { 0.0 }
 }
@@ -145,6 +150,7 @@ impl ReachProbe<'_> {
         let mut nearest: Option<ReachMiss> = None;
         for pose in leans(self.cutter, sample, coarse()) {
             let Err(error) = self.inverse.continued(&pose, &home) else { return None };
+            // An error that is no miss leaves the question open: nothing is refused.
             let (by, axes) = measured(&error)?;
             if nearest.as_ref().is_none_or(|known| by < known.by) {
                 nearest = Some(ReachMiss { sample: *sample, by, axes, error });
@@ -160,10 +166,15 @@ impl ReachProbe<'_> {
         let arm = |joint: &RotaryJoint| {
             (sample.point.coords - joint.point).norm() + (chain.tip - joint.point).norm()
         };
+        // A small rotation moves a point by the angle times its distance from the pivot. The sum of both
+        // distances covers rotaries in the table and in the head.
         let levers: f64 = chain.rotary.iter().map(arm).sum();
         let axes = self.kinematics().machine().axes.iter().take(FIRST_ROTARY);
         let least = axes.map(|axis| axis.limits[1] - axis.limits[0]).fold(f64::INFINITY, f64::min);
+        // A contact beside the sample is at most a diameter away; a direction between those tried
+        // differs by at most COVERING.
         let more = 2.0 * self.cutter.radius() + levers * COVERING.to_radians();
+        // As a share of the shortest travel, which makes it the largest share of all axes.
         ReachMargins { lean: FARTHER, travel: more / least }
     }
 
@@ -198,6 +209,7 @@ fn fine(more: f64) -> impl Iterator<Item = [f64; 2]> {
     let leans =
         (0_u32..).map(move |k| step * f64::from(k)).take_while(move |lean| *lean < end + step);
     leans.flat_map(move |lean| {
+        // The circle of directions at this inclination has a circumference of 360 sin(lean) degrees.
         let count = (360.0 * lean.to_radians().sin() / across).abs().ceil().max(1.0);
         let turns = (0_u32..).map(f64::from).take_while(move |k| *k < count);
         turns.map(move |k| [lean.to_radians(), TAU * k / count])
@@ -212,6 +224,7 @@ fn leans(
 ) -> impl Iterator<Item = ToolPose> {
     let (major, minor) = (cutter.major(), cutter.minor());
     let normal = sample.normal;
+    // Any tangent will do: the component of least size keeps the cross product away from zero.
     let side = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
     let other = normal.cross(&side);
     let point = sample.point;
@@ -232,6 +245,7 @@ fn report(face: usize, [share, upright]: [f64; 2], missed: Vec<ReachMiss>) -> Op
     for miss in &missed {
         *counts.entry(miss.axes.clone()).or_default() += 1;
     }
+    // The axes that most samples are beyond name the cause; the worst of these is the example.
     let (axes, count) = counts.into_iter().max_by_key(|(_, count)| *count)?;
     let all = missed.len();
     let worst =
@@ -250,6 +264,7 @@ fn report(face: usize, [share, upright]: [f64; 2], missed: Vec<ReachMiss>) -> Op
 fn remedy(error: &InverseError) -> String {
     match error {
         InverseError::OutOfTravel(out) if out.index < FIRST_ROTARY => {
+            // The required position lies beyond an end of travel and must come back inside.
             let way = if out.value > out.high { "down" } else { "up" };
             format!(
                 "move setup.origin so that {} comes {way} by {:.3} mm or more, or use a longer or shorter tool",

@@ -49,6 +49,7 @@ fn area(face: &Face, parts: &[ParameterBounds]) -> f64 {
         };
         parts.iter().any(holds)
     };
+    // An element counts once, however many of the bounds hold its point.
     elements(face).iter().filter(|one| within(one)).map(|one| one.area.norm()).sum()
 }
 
@@ -68,6 +69,7 @@ fn join(regions: &mut Vec<JoinedRegion>, mut new: JoinedRegion) {
     let touch = |a: &JoinedRegion, b: &JoinedRegion| {
         a.face == b.face && a.parts.iter().any(|a| b.parts.iter().any(|b| over(a, b)))
     };
+    // A joined region may touch others that the parts did not: repeat until nothing touches.
     while let Some(index) = regions.iter().position(|old| touch(old, &new)) {
         let mut old = regions.swap_remove(index);
         old.parts.append(&mut new.parts);

@@ -17,6 +17,7 @@ pub(super) fn summaries(
 
 fn summary(job: &Job, retract: &RetractMove, schedule: &Schedule) -> RetractSummary {
     let pieces = schedule.pieces.get(retract.pieces.clone()).unwrap_or_default();
+    // From the start of the first piece out of the part to the end of the last piece back.
     let ends = [
         pieces.first().and_then(|rows| rows.t.first()),
         pieces.last().and_then(|rows| rows.t.last()),

@@ -24,6 +24,7 @@ pub(super) fn expected_rounding(
     let (Ok(inverse), Ok(words)) =
         (Inverse::new(kinematics), AxisWords::of(kinematics.machine(), false))
     else {
+        // Refused later, with a better message.
         return 0.0;
     };
     let home = kinematics.machine().home();
@@ -44,6 +45,7 @@ fn poses(face: &FaceIndex) -> Vec<ToolPose> {
     let [low, high] = summary.bounds;
     let mut poses = Vec::new();
     for corner in 0..8_u32 {
+        // Bit k of the corner's number selects the upper end of axis k.
         let pick = |axis: u32| if corner >> axis & 1 == 0 { low } else { high };
         let tip = Point3::new(pick(0).x, pick(1).y, pick(2).z);
         for [x, y] in TILTS.iter().flat_map(|&x| TILTS.map(|y| [x, y])) {

@@ -34,6 +34,7 @@ pub fn setup(
     let legs = stages::legs(job, &covering.passes, progress)?;
     let tool_path = stages::tool_path(job, &legs, progress)?.path;
     let search = stages::search(job, &tool_path, bounds, progress)?;
+    // Both are planned with the same speeds, so that the times compare.
     let best = search.best.as_ref().map(|(_, followed)| followed);
     let seconds = |followed: Option<&FollowedPath>| {
         let plan = followed.map(|followed| stages::feed(job, &followed.path, progress));

@@ -26,7 +26,8 @@ pub(super) fn sheets(
 ) -> Result<Sheets, PipelineError> {
     let shares = shares(job);
     let remarks = remarks(moved, &[]);
-    let note = Note { remarks: &remarks, ..note(job, &shares, moved.plan.schedule.duration()) };
+    let note =
+        Note { remarks: &remarks, budget: &shares, ..note(job, moved.plan.schedule.duration()) };
     let (mut cl, mut setup) = (String::new(), String::new());
     write::apt(&mut cl, legs, &note, CL_DECIMALS)?;
     let words = AxisWords::of(job.kinematics.machine(), false)?;
@@ -37,7 +38,7 @@ pub(super) fn sheets(
 /// Writes the cutter locations alone.
 pub(super) fn cutter_locations(job: &Job, legs: &[Leg]) -> Result<String, PipelineError> {
     let mut cl = String::new();
-    write::apt(&mut cl, legs, &note(job, &[], 0.0), CL_DECIMALS)?;
+    write::apt(&mut cl, legs, &note(job, 0.0), CL_DECIMALS)?;
     Ok(cl)
 }
 
@@ -52,8 +53,8 @@ pub(super) fn remarks(moved: &PlannedMotion<'_>, pieces: &[Vec<Block>]) -> Vec<R
     .collect()
 }
 
-/// Returns the note at the head of a program.
-pub(super) fn note<'a>(job: &'a Job, budget: &'a [(String, f64)], duration: f64) -> Note<'a> {
+/// Returns the note at the head of a program of `duration` \[s\], without budget and remarks.
+pub(super) fn note(job: &Job, duration: f64) -> Note<'_> {
     Note {
         name: &job.file.name,
         tool: ToolNote {
@@ -64,7 +65,7 @@ pub(super) fn note<'a>(job: &'a Job, budget: &'a [(String, f64)], duration: f64)
         spindle: job.file.cutting.spindle_rpm(),
         coolant: job.file.cutting.coolant,
         feed: job.file.cutting.feed,
-        budget,
+        budget: &[],
         duration,
         remarks: &[],
     }

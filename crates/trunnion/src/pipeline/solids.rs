@@ -46,6 +46,7 @@ pub fn solids(job: &Job) -> Result<Solids, PipelineError> {
 
 /// Returns the key of the job to report a bad stock at: the ray spacing, if another spacing works.
 fn stock_key(file: &job::JobFile, solid: &Solid) -> &'static str {
+    // The solid is to blame only if it fails with the default spacing as well.
     let sound = || Stock::new(solid, solid.usual_cell(), MOST_RAYS).is_ok();
     if file.stock_cell.is_some() && sound() { "verify.stock_cell" } else { "stock.file" }
 }

@@ -102,6 +102,7 @@ pub(super) fn cover_turning(
         lean,
         ..preset
     };
+    // Candidate passes are compared by their time on this machine, not by their length.
     let cost = JobPassCost::new(job, options.link);
     let request = CoverRequest {
         others: &job.others,
@@ -127,9 +128,11 @@ fn link_length(job: &Job) -> f64 {
     let slowest =
         |way: f64| machine.axes[..3].iter().map(|axis| rest_to_rest(axis, way)).fold(0.0, f64::max);
     let feed = job.file.cutting.feed;
+    // Twice the hop: once for the hop itself, once for braking and accelerating on the pass.
     if hop(job) {
         return 2.0 * feed * slowest(2.0 * approach.max(job.cutter.radius()));
     }
+    // Half the height of the part along `up`: highest(up) - lowest(up) = highest(up) + highest(-up).
     let below = 0.5 * (job.highest(&up) + job.highest(&-up));
     let way = below + job.file.setup.clearance;
     2.0 * way + 3.0 * feed * slowest(way)
@@ -149,17 +152,20 @@ pub(super) fn legs(
     let options = LinkOptions {
         up: job.up(),
         boxes: job.boxes(),
+        // Even stock is not in the boxes: links rise above it by its thickness.
         clearance: job.file.setup.clearance + job.thickness(),
         lead,
         approach,
         gouge: job.budget.gouge,
     };
     let estimate = TravelEstimate::new(&job.kinematics);
+    // A pose without a solution makes a hop infinitely long, so that the retract wins.
     let seconds =
         |poses: &[ToolPose]| estimate.as_ref().map_or(f64::INFINITY, |e| e.seconds(poses));
     let hops = HopOptions { height: approach, clear: 0.5 * approach, seconds: &seconds };
     let hops = Some(hops).filter(|_| hop(job));
     let cost = JobPassCost::new(job, options.clearance);
+    // Linear travel is unlimited there: the direction alone decides, and any tip will do.
     let reaches =
         |axis: &UnitVector3<f64>| cost.reaches(&ToolPose { tip: Point3::origin(), axis: *axis });
     let home = job.kinematics.forward(&job.kinematics.machine().home()).axis;
@@ -181,6 +187,7 @@ pub(super) fn tool_path(
     let lever = cover::lever(&job.cutter);
     let options = ToolPathOptions { lever };
     let share = job.budget.shares.smoothing;
+    // Without a share the curves pass through the cutter locations exactly.
     if share <= 0.0 {
         let path = toolpath::through(legs, &options, progress)?;
         return Ok(SmoothedPath { path, ..SmoothedPath::default() });
@@ -267,12 +274,14 @@ pub(super) fn singular_gain(
     if passages.is_empty() {
         return Ok(None);
     }
+    // The same path with the tool axis as programmed, through the same planner.
     let options = AxesOptions { singular: None, ..axes_options(job) };
     let plain = axes::follow(&job.kinematics, path, &options, progress)?;
     let without = feed(job, &plain.path, progress)?;
     let saved: f64 = passages.iter().map(|one| one.turn_before - one.turn_after).sum();
     Ok(Some(SingularSummary {
         passages: passages.len(),
+        // A passage that comes nearer to the direction than before goes straight through it.
         through: passages.iter().filter(|one| one.distance_after < one.distance_before).count(),
         tilt: passages.iter().map(|one| one.tilt.to_degrees()).fold(0.0, f64::max),
         turn_saved: saved.to_degrees(),
@@ -281,6 +290,7 @@ pub(super) fn singular_gain(
 }
 
 fn axes_options(job: &Job) -> AxesOptions {
+    // The quintic takes its share for the tip and, over the lever, again for the tool axis.
     let tip_tolerance = QUINTIC_SHARE * job.budget.shares.linearisation;
     let machine = job.kinematics.machine();
     let slowest = machine.axes[3].vel.min(machine.axes[4].vel);
@@ -292,6 +302,7 @@ fn axes_options(job: &Job) -> AxesOptions {
             file::FeedReference::Contact => FeedPoint::Contact,
             file::FeedReference::Tip => FeedPoint::Tip,
         },
+        // Travel weighed by time: a slow axis counts fully, a fast one less.
         rotary_weights: [3, 4].map(|axis| slowest / machine.axes[axis].vel).into(),
         start: machine.home(),
         retract: Some(retract(job)),
@@ -304,6 +315,7 @@ fn axes_options(job: &Job) -> AxesOptions {
 /// The tilt is the share of the job, up to the tolerance of the machine, over the lever from tip to contact.
 fn singular(job: &Job) -> Option<SingularOptions> {
     let SingularPolicy { cone, min_rotary, tolerance } = job.kinematics.machine().singular;
+    // Turning by `tilt` moves the contact by up to lever times tilt.
     let share = job.budget.shares.singular.min(tolerance);
     let tilt = share / cover::lever(&job.cutter);
     (share > 0.0).then_some(SingularOptions { cone, min_rotary, tilt })
@@ -315,11 +327,13 @@ fn retract(job: &Job) -> RetractOptions {
     let radius = job.cutter.radius();
     RetractOptions {
         up,
+        // The tool turns about its tip there: its side reaches down by the radius.
         plane: job.highest(&up) + job.file.setup.clearance + radius,
         least: radius,
         approach: job.approach(),
         margin: LINK_TOLERANCE,
         price: RETRACT_TURNS * TAU,
+        // A mark on the part is worse than any retract between passes.
         price_in_cut: 10.0 * RETRACT_TURNS * TAU,
     }
 }
@@ -353,6 +367,7 @@ pub(super) fn feed(
             feed::blocks(path, &limits, &options, &classical, progress)?
         }
     };
+    // An acceleration limit that the chord error lowered is reported as a chord limit.
     plan.name_chords(chords);
     Ok(plan)
 }
@@ -374,6 +389,7 @@ pub fn motion_limits(job: &Job) -> Result<(Limits<AXES>, [bool; AXES]), FeedErro
         minus: None,
     };
     let motion = &job.file.motion;
+    // Infinite without a request: 8 chord / period² then lowers nothing.
     let chords = machine.vector(|axis| {
         let rotary = axis.kind == AxisKind::Rotary;
         motion.chord[usize::from(rotary)].unwrap_or(f64::INFINITY)

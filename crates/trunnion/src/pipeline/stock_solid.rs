@@ -47,6 +47,7 @@ fn skin<'a>(faces: impl Iterator<Item = &'a Face>, thickness: f64) -> Option<Mes
         // An edge of one triangle alone is on the border.
         let mut border = BTreeSet::new();
         for &[a, b, c] in &mesh.triangles {
+            // The outer skin keeps the orientation of the face; the inner one is its mirror.
             all.triangles.push([a, b, c].map(|corner| first + corner));
             all.triangles.push([a, c, b].map(|corner| first + count + corner));
             for (from, to) in [(a, b), (b, c), (c, a)] {
@@ -57,6 +58,7 @@ fn skin<'a>(faces: impl Iterator<Item = &'a Face>, thickness: f64) -> Option<Mes
         }
         for (from, to) in border {
             let [a, b] = [from, to].map(|corner| first + corner);
+            // Two triangles close the wall between both skins along the border.
             all.triangles.extend([[a, a + count, b + count], [a, b + count, b]]);
         }
     }

@@ -1,8 +1,8 @@
-//! Cutter locations.
+//! Moves of a CL file.
 
-use super::{ARC_TOLERANCE, Source, Taken, stem};
+use super::source::{ARC_TOLERANCE, InputOptions, Source, stem};
 use crate::outcome::Failure;
-use crate::post::Head;
+use crate::post::head::Head;
 use std::collections::VecDeque;
 use trunnion::blocks::BlockInterpolation;
 use trunnion::nc::read::{ClItem, ClMotion, ClReader, ClRecord};
@@ -10,30 +10,30 @@ use trunnion::post::MOST_FAULTS;
 use trunnion::post::{PostMove, PostPace};
 use trunnion::types::{Diagnostic, ToolPose};
 
-/// A CL file that is being read.
-pub(in crate::post) struct Locations<'a> {
+/// CL file that is being read.
+pub(crate) struct Locations<'a> {
     pub(super) source: Source<'a>,
     reader: Option<ClReader>,
     waiting: VecDeque<ClRecord>,
     place: Option<ToolPose>,
     tool: Option<u32>,
-    /// Locations of this tool only.
+    /// Only tool whose locations are posted.
     only: Option<u32>,
-    /// Tools whose lengths are known; none: one tool.
+    /// Tools whose lengths are known; empty for a single tool.
     known: Vec<u32>,
     feed: f64,
 }
 
 impl<'a> Locations<'a> {
-    pub(super) fn new(source: Source<'a>, taken: &Taken) -> Self {
+    pub(super) fn new(source: Source<'a>, options: &InputOptions) -> Self {
         Self {
             source,
             reader: Some(ClReader::new(MOST_FAULTS)),
             waiting: VecDeque::new(),
             place: None,
             tool: None,
-            only: taken.tool,
-            known: taken.lengths.iter().map(|(number, _)| *number).collect(),
+            only: options.tool,
+            known: options.lengths.iter().map(|(number, _)| *number).collect(),
             feed: 0.0,
         }
     }
@@ -61,7 +61,7 @@ impl<'a> Locations<'a> {
         PostMove { line, pose, q: None, pace, way: BlockInterpolation::GreatCircle }
     }
 
-    /// Reads a line; false at the end.
+    /// Reads a line; returns false at the end.
     fn line(&mut self) -> Result<bool, Failure> {
         let Some(reader) = &mut self.reader else { return Ok(false) };
         let Some(line) = self.source.line()? else {
@@ -81,6 +81,7 @@ impl<'a> Locations<'a> {
         if let (Some(ClItem::Location(record)), true) = (item, reader.faults().is_empty()) {
             let record = record.moved(&reader.first_from_written());
             let tool = reader.tool();
+            // An arc starts where the last location ended, even if that tool is not posted.
             let from = self.place.replace(record.end());
             if !self.is_wanted(tool, record.line)? {
                 return Ok(true);
@@ -94,8 +95,8 @@ impl<'a> Locations<'a> {
         Ok(true)
     }
 
-    /// Whether a location is taken. A program is for one tool: its length is in every number where there is no
-    /// tool-centre-point control.
+    /// Returns true if a location is posted. Without the lengths of several tools, a program is for one tool: without
+    /// tool-centre-point control its length is part of every axis position.
     fn is_wanted(&mut self, tool: Option<u32>, line: u32) -> Result<bool, Failure> {
         let before = self.tool;
         self.tool = tool.or(before);

@@ -1,8 +1,9 @@
-//! Programs.
+//! Moves of an NC program.
 
-use super::{ARC_TOLERANCE, Source, Taken, failure, stem};
+use super::refusal::failure;
+use super::source::{ARC_TOLERANCE, InputOptions, Source, stem};
 use crate::outcome::Failure;
-use crate::post::Head;
+use crate::post::head::Head;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -12,7 +13,7 @@ use trunnion::nc::read::{AxisWords, Dialect, ReadOptions, Steps, steps};
 use trunnion::post::MOST_FAULTS;
 use trunnion::post::{PostMove, PostPace, ProgramMoves};
 
-/// Lines of a file for a reader that knows no failures; one ends them, and is kept.
+/// Lines of a file for a reader that knows no I/O errors: an error ends the lines and is kept.
 struct Text<'a> {
     source: Source<'a>,
     failed: Rc<RefCell<Option<Failure>>>,
@@ -32,13 +33,13 @@ impl Iterator for Text<'_> {
     }
 }
 
-/// A program that is being read.
-pub(in crate::post) struct Program<'a> {
+/// Program that is being read.
+pub(crate) struct Program<'a> {
     path: PathBuf,
     steps: Steps<Text<'a>>,
     failed: Rc<RefCell<Option<Failure>>>,
     moves: ProgramMoves,
-    /// Moves made by the last step, the first of which are taken.
+    /// Moves of the last step; the first `taken` of them have been returned.
     waiting: Vec<PostMove>,
     taken: usize,
     feed: f64,
@@ -49,25 +50,26 @@ impl<'a> Program<'a> {
     pub(super) fn new(
         source: Source<'a>,
         dialect: Dialect,
-        (machine, words): (&Kinematics, AxisWords),
-        taken: &Taken,
+        machine: &Kinematics,
+        words: AxisWords,
+        options: &InputOptions,
     ) -> Result<Self, Failure> {
         let path = source.path.clone();
         let failed = Rc::new(RefCell::new(None));
         let text = Text { source, failed: Rc::clone(&failed) };
-        let options = ReadOptions {
-            parameters: taken.parameters.clone(),
-            block_delete: taken.block_delete,
+        let read_options = ReadOptions {
+            parameters: options.parameters.clone(),
+            block_delete: options.block_delete,
             ..ReadOptions::new(dialect, words, MOST_FAULTS)
         };
         let numbered = |&(number, length): &(u32, f64)| NumberedLength { number, length };
-        let lengths: Vec<NumberedLength> = taken.lengths.iter().map(numbered).collect();
-        let moves = ProgramMoves::new(machine, ARC_TOLERANCE).map(|moves| match taken.tool {
+        let lengths: Vec<NumberedLength> = options.lengths.iter().map(numbered).collect();
+        let moves = ProgramMoves::new(machine, ARC_TOLERANCE).map(|moves| match options.tool {
             Some(tool) => moves.only(tool),
             None => moves.with_lengths(&lengths),
         });
         Ok(Self {
-            steps: steps(text, &options),
+            steps: steps(text, &read_options),
             moves: moves.map_err(|error| failure(&path, &error))?,
             path,
             failed,
@@ -93,6 +95,7 @@ impl<'a> Program<'a> {
                 return Ok(None);
             }
             let step = self.steps.next();
+            // The reader takes an error for the end of the file: the kept failure comes first.
             if let Some(failure) = self.failed.borrow_mut().take() {
                 return Err(failure);
             }
@@ -111,7 +114,7 @@ impl<'a> Program<'a> {
         self.moves.tool()
     }
 
-    /// The machine with the tool that is in the spindle.
+    /// Returns the machine with the tool in the spindle.
     pub(super) fn kinematics(&self) -> &Kinematics {
         self.moves.kinematics()
     }

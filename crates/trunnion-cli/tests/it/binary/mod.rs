@@ -29,6 +29,8 @@ pub(crate) fn folder() -> TempDir {
 pub(crate) fn trunnion(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_trunnion"))
         .args(arguments)
+        // Help texts wrap at this width wherever the tests run.
+        .env("COLUMNS", "100")
         .current_dir(folder)
         .output()
         .unwrap()

@@ -1,4 +1,4 @@
-//! A job as the stages want it: mm, rad, s; every value checked.
+//! Job as the stages use it: mm, rad, s; every value checked.
 
 use super::super::places::KeyPositions;
 use super::super::summary::ChordSummary;
@@ -6,47 +6,49 @@ use super::solid::{JobFixture, JobSolid, JobStock};
 use crate::nc::write::OutputFormat;
 use nalgebra::{Rotation3, Vector3};
 
-/// One job. Paths are as written in the file, relative to it.
+/// Checked job file. Paths are as written, relative to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JobFile {
     /// Name of the job.
     pub name: String,
-    /// What to machine.
+    /// Part to machine.
     pub part: JobPart,
-    /// Where it stands on the machine.
+    /// Position of the workpiece on the machine.
     pub setup: JobSetup,
-    /// What it is cut from; `None`: nothing is known of the stock.
+    /// Raw material; `None` if nothing is known of it.
     pub stock: Option<JobStock>,
-    /// What the tool must not touch: programs are checked against it, planning does not avoid it.
+    /// Fixtures that the tool must not touch: programs are checked against them, planning does not
+    /// avoid them.
     pub fixtures: Vec<JobFixture>,
-    /// What cuts it.
+    /// Tool that cuts the part.
     pub tool: JobTool,
-    /// Tools that other programs call beside it, for their check.
+    /// Further tools that other programs call, for their check.
     pub other_tools: Vec<JobTool>,
-    /// How well.
+    /// Permitted deviation of the finished part.
     pub tolerance: JobTolerance,
-    /// How the surface is covered.
+    /// Arrangement of the passes.
     pub strategy: JobStrategy,
     /// Feed and spindle.
     pub cutting: CuttingData,
     /// Machine file.
     pub machine: String,
-    /// How the speed along the path is planned.
+    /// Planning of the speed along the path.
     pub motion: MotionSettings,
     /// Programs to write; never empty.
     pub dialects: Vec<OutputFormat>,
     /// Largest distance between two measured points of the final check \[mm\].
     pub verify_grid: f64,
-    /// Largest distance of the rays that stand for the stock \[mm\]; `None`: by its size.
+    /// Largest distance between the rays that represent the stock \[mm\]; `None` derives it from its
+    /// size.
     pub stock_cell: Option<f64>,
-    /// How far any part of the tool must keep off fixtures \[mm\]; at 0 only what runs into one is told.
+    /// Keep-off distance of every part of the tool from fixtures \[mm\]; at 0 only contact is reported.
     pub fixture_clearance: f64,
-    /// Where each key stands in the file.
+    /// Positions of the keys in the file.
     pub places: KeyPositions,
 }
 
 impl JobFile {
-    /// With triangles of all STEP solids within `chord` \[mm\] of their faces.
+    /// Sets the chord tolerance of the triangles of all STEP solids \[mm\].
     #[must_use]
     pub fn with_chord(mut self, chord: f64) -> Self {
         if let Some(JobStock::Solid(solid)) = &mut self.stock {
@@ -58,7 +60,7 @@ impl JobFile {
         self
     }
 
-    /// How far the triangles of each of its STEP solids may be off their faces: the stock, then fixtures by name.
+    /// Returns the chord tolerances of the STEP solids: the stock, then fixtures by name.
     pub fn chords(&self) -> Vec<ChordSummary> {
         let stock = self.stock.iter().filter_map(JobStock::solid).map(|solid| ("stock", solid));
         let held = self.fixtures.iter().map(|fixture| (fixture.name.as_str(), &fixture.solid));
@@ -69,69 +71,69 @@ impl JobFile {
     }
 }
 
-/// The surface to machine.
+/// Part to machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JobPart {
     /// Surface JSON or STEP file.
     pub file: String,
-    /// Which of its faces.
+    /// Faces to machine.
     pub faces: FaceSelection,
-    /// Whether the cutter works on the other side of the faces.
+    /// True if the cutter works on the other side of the faces.
     pub flip: bool,
-    /// Which of the other faces the tool keeps off.
+    /// Other faces that the tool must not gouge.
     pub avoid: FaceSelection,
 }
 
-/// Faces of a part.
+/// Selection of faces of a part.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FaceSelection {
-    /// Every one.
+    /// All faces.
     All,
     /// These numbers, in this order; never empty, no number twice.
     Numbers(Vec<usize>),
 }
 
-/// Where the workpiece stands.
+/// Position of the workpiece on the machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JobSetup {
     /// Workpiece origin in machine coordinates with all axes at zero \[mm\].
     pub origin: Vector3<f64>,
-    /// Turns of the workpiece about the machine's fixed x, then y, then z \[rad\].
+    /// Rotation of the workpiece about the machine's fixed x, then y, then z \[rad\].
     pub angles: [f64; 3],
-    /// Height above part and stock at which links travel \[mm\].
+    /// Height of the clearance plane above part and stock \[mm\].
     pub clearance: f64,
 }
 
 impl JobSetup {
-    /// `machine_from_workpiece` without the origin: `Rz Ry Rx`.
+    /// Returns the rotation part of `machine_from_workpiece`: `Rz Ry Rx`.
     pub fn rotation(&self) -> Rotation3<f64> {
         let [x, y, z] = self.angles;
         Rotation3::from_euler_angles(x, y, z)
     }
 }
 
-/// The tool.
+/// Tool of a job.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JobTool {
-    /// Number in the magazine.
+    /// Tool number in the magazine.
     pub number: u32,
-    /// Form of the cutting end.
+    /// Shape of the cutting end.
     pub kind: ToolKind,
     /// Radius of the circle the torus is swept along, `R` \[mm\]; 0 for a ball.
     pub major: f64,
     /// Radius of the cutting arc, `r` \[mm\]; 0 for a flat end.
     pub minor: f64,
-    /// From the gauge point to the tip \[mm\].
+    /// Tool length from the gauge point to the tip \[mm\].
     pub length: f64,
-    /// Where it cuts.
+    /// Construction, which limits where it cuts.
     pub construction: ToolConstruction,
     /// Profile above the cutting part, `[height above the tip, radius]` \[mm\], heights ascending.
     pub shank: Vec<[f64; 2]>,
-    /// Holder in the same way.
+    /// Profile of the holder, likewise.
     pub holder: Vec<[f64; 2]>,
 }
 
-/// Form of the cutting end.
+/// Shape of the cutting end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ToolKind {
     /// Sharp corner, `r = 0`.
@@ -142,26 +144,26 @@ pub enum ToolKind {
     Bull,
 }
 
-/// Where the tool cuts.
+/// Construction of a tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ToolConstruction {
-    /// To the centre.
+    /// Cuts to the centre.
     Solid,
-    /// With inserts: not inside this radius.
+    /// Has inserts that cut outside a radius only.
     Insert {
         /// Radius inside which nothing cuts \[mm\].
         inner_cutting_radius: f64,
     },
 }
 
-/// What the finished part may deviate.
+/// Permitted deviation of the finished part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JobTolerance {
-    /// Most material left \[mm\].
+    /// Largest excess \[mm\].
     pub total: f64,
     /// Deepest gouge \[mm\]; not above `total`.
     pub gouge: f64,
-    /// Shares the user fixed.
+    /// Shares that the user fixed.
     pub split: ToleranceSplit,
 }
 
@@ -184,67 +186,68 @@ pub struct ToleranceSplit {
     pub smoothing: Option<f64>,
 }
 
-/// How the surface is covered.
+/// Arrangement of the passes on the faces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JobStrategy {
-    /// How the tool is placed.
+    /// Placement of the tool.
     pub method: JobPlacement,
-    /// What the passes follow.
+    /// Feed direction of the passes.
     pub along: JobFeedDirection,
-    /// Whether every second pass runs back.
+    /// Cut pattern.
     pub direction: JobCutPattern,
-    /// Where the contact arc may lie, seen along the feed from the cutter centre.
+    /// Position of the contact arc along the feed, seen from the cutter centre.
     pub side: JobContactSide,
-    /// Most turn of the tool axis along a pass \[rad/mm\].
+    /// Largest rotation of the tool axis along a pass \[rad/mm\].
     pub max_axis_turn: f64,
-    /// Whether a run finds out what that costs; `None`: where it takes little.
+    /// True if the run reports the cost of that limit; `None` reports it if that takes little time.
     pub turn_cost: Option<bool>,
-    /// How the tool comes down to a pass.
+    /// Lead-in and lead-out.
     pub lead: JobLead,
-    /// How it goes from pass to pass.
+    /// Links between passes.
     pub links: JobLinks,
-    /// Offset directions to search, from the strip side towards the feed \[rad\]; `None`: the
-    /// method's own range.
+    /// Range of offset directions to search, from the side of the strip towards the feed \[rad\];
+    /// `None` for the default of the method.
     pub offset_range: Option<[f64; 2]>,
 }
 
-/// How the tool is placed.
+/// Placement of the tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum JobPlacement {
-    /// Every cutter location with the widest strip.
+    /// Inclination with the widest strip at every cutter location.
     Widest,
-    /// Leaning by fixed angles.
+    /// Fixed inclination.
     Fixed {
-        /// Along the feed, from the surface normal \[rad\].
+        /// Lead angle, along the feed from the surface normal \[rad\].
         lead: f64,
-        /// Sideways, towards the next pass \[rad\].
+        /// Tilt angle, sideways towards the next pass \[rad\].
         tilt: f64,
     },
 }
 
-/// What a pass follows.
+/// Feed direction of the passes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JobFeedDirection {
-    /// The first parameter.
+    /// Along the first parameter.
     U,
-    /// The second one.
+    /// Along the second parameter.
     V,
-    /// The direction in which the face is bent least towards the cutter.
+    /// Along the direction in which the face is least concave.
     Curvature,
-    /// Whichever of these, bends between them, and turns at the rims takes the machine least time.
+    /// Along whichever of these, blends between them and turns at the edges takes the machine least
+    /// time.
     Adaptive,
 }
 
 /// Order of passes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JobCutPattern {
-    /// There and back.
+    /// Every second pass runs back.
     Zigzag,
-    /// All the same way.
+    /// All passes run the same way.
     OneWay,
 }
 
-/// Where the contact arc lies along the feed, from the cutter centre.
+/// Position of the contact arc along the feed, seen from the cutter centre.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JobContactSide {
     /// In front.
@@ -255,7 +258,7 @@ pub enum JobContactSide {
     Either,
 }
 
-/// How the tool comes down to a pass and leaves it.
+/// Lead-in and lead-out of a pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JobLead {
     /// Along the tool axis.
@@ -264,36 +267,36 @@ pub enum JobLead {
     Tangent,
 }
 
-/// How the tool goes from pass to pass.
+/// Links between passes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JobLinks {
-    /// Over, close to the part, where that is quicker and free.
+    /// Close to the part, if that is faster and free of collisions.
     Hop,
-    /// Up to the clearance.
+    /// Up to the clearance plane.
     Retract,
 }
 
 /// Feed and spindle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CuttingData {
-    /// Feed of `reference` \[mm/s\].
+    /// Feed of the reference point \[mm/s\].
     pub feed: f64,
-    /// The point whose speed is the feed.
+    /// Point that moves at the feed.
     pub reference: FeedReference,
     /// Spindle speed \[rad/s\].
     pub spindle: f64,
-    /// Whether coolant is on.
+    /// True if the coolant is on.
     pub coolant: bool,
 }
 
 impl CuttingData {
-    /// Spindle speed as programs state it \[rev/min\].
+    /// Returns the spindle speed as programs state it \[rev/min\].
     pub fn spindle_rpm(&self) -> f64 {
         self.spindle * 60.0 / std::f64::consts::TAU
     }
 }
 
-/// The point whose speed is the feed.
+/// Point that moves at the feed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FeedReference {
     /// Cutter contact.
@@ -302,7 +305,7 @@ pub enum FeedReference {
     Tip,
 }
 
-/// How the speed along the path is planned and sampled.
+/// Planning and sampling of the speed along the path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionSettings {
     /// Planner.
@@ -317,10 +320,10 @@ pub struct MotionSettings {
 /// Speed planner.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MotionMethod {
-    /// Fast, under limits of velocity, acceleration and jerk.
+    /// Fast schedule within velocity, acceleration and jerk limits.
     Jerk,
-    /// Shortest time under limits of velocity and acceleration.
+    /// Shortest time within velocity and acceleration limits.
     Optimal,
-    /// The classical block-wise look-ahead, for comparison.
+    /// Classical look-ahead, block by block, for comparison.
     Blocks,
 }

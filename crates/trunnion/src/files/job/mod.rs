@@ -1,4 +1,4 @@
-//! The job file (`trunnion-job/1`): what to machine, with what, how well and on which machine.
+//! The job file (`trunnion-job/1`): part, tool, tolerance, strategy and machine.
 
 mod data;
 mod layout;

@@ -1,6 +1,7 @@
-//! Layout of the job file, as written: mm, degrees, mm/min. The doc lines are what users read in
-//! `trunnion schema job` and in the remedies of faults. Unknown keys are refused by the walk over
-//! the schema, all of them at once, so serde does not look at them.
+//! Layout of the job file, as written: mm, degrees, mm/min.
+//!
+//! Users read the documentation of the fields in `trunnion schema job` and in the remedies of
+//! diagnostics. The walk over the schema refuses all unknown keys at once; serde need not.
 
 mod solid;
 
@@ -9,44 +10,45 @@ pub(super) use solid::{RawFixture, RawSolid, RawSolidKind, RawStock};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// A trunnion job file.
+/// Job file of trunnion.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 #[expect(dead_code, reason = "read section by section; the whole describes the layout")]
 pub(in super::super) struct RawJob {
-    /// The layout of this file.
+    /// Layout of this file, with its version.
     #[schemars(extend("const" = super::layout::LAYOUT))]
     schema: String,
     /// Name of the job.
     #[schemars(length(min = 1))]
     name: String,
-    /// What to machine.
+    /// Part to machine.
     part: RawPart,
-    /// Where the workpiece stands on the machine.
+    /// Position of the workpiece on the machine.
     setup: RawSetup,
-    /// What it is cut from.
+    /// Raw material that the part is cut from. Without it, the program is not checked against stock.
     #[serde(default)]
     stock: Option<RawStock>,
-    /// What the tool must not touch, a table each. Programs are checked against them; planning does not avoid them.
+    /// Fixtures that the tool must not touch, one table each. Programs are checked against them; planning does not
+    /// avoid them.
     #[serde(default)]
     fixture: Option<Vec<RawFixture>>,
-    /// What cuts it.
+    /// Tool that cuts the part.
     tool: RawTool,
-    /// What the finished part may deviate.
+    /// Permitted deviation of the finished part.
     tolerance: RawTolerance,
-    /// How the surface is covered.
+    /// Arrangement of the passes on the faces.
     strategy: RawStrategy,
     /// Feed and spindle.
     cutting: RawCutting,
-    /// The machine.
+    /// Machine that runs the programs.
     machine: RawMachineRef,
-    /// How the speed along the path is planned.
+    /// Planning of the speed along the path.
     #[serde(default)]
     motion: RawMotion,
     /// Programs to write.
     #[serde(default)]
     output: RawOutput,
-    /// The final check.
+    /// Final check of the programs.
     #[serde(default)]
     verify: RawVerify,
 }
@@ -57,13 +59,13 @@ pub(super) struct RawPart {
     /// Surface JSON or STEP file, relative to this file.
     #[schemars(length(min = 1))]
     pub(super) file: String,
-    /// "all", or a list of face numbers; `trunnion inspect` shows them.
+    /// Faces to machine: "all", or a list of numbers from `trunnion inspect`.
     #[serde(default = "all")]
     pub(super) faces: RawFaces,
-    /// Whether the cutter works on the other side of the faces.
+    /// Flips the faces: the cutter works on their other side.
     #[serde(default)]
     pub(super) flip: bool,
-    /// Other faces of the part, that the tool keeps off: "all", or a list of face numbers, which may be empty.
+    /// Other faces of the part that the tool must not gouge: "all", or a list of numbers, which may be empty.
     #[serde(default = "all")]
     pub(super) avoid: RawFaces,
 }
@@ -72,7 +74,8 @@ fn all() -> RawFaces {
     RawFaces::Word(RawAll::All)
 }
 
-/// Free, the axis turns to and fro for strips that are hardly wider.
+/// Default of `max_axis_turn` \[deg/mm\]: with more freedom the tool axis swings to and fro for strips
+/// that are hardly wider.
 fn usual_turn() -> f64 {
     3.0
 }
@@ -95,11 +98,11 @@ pub(super) enum RawAll {
 pub(super) struct RawSetup {
     /// Workpiece origin in machine coordinates with all axes at zero, x, y, z in mm.
     pub(super) origin: [f64; 3],
-    /// Turns of the workpiece about the machine's fixed x, then y, then z, in degrees.
+    /// Rotation of the workpiece about the machine's fixed x, then y, then z, in degrees.
     #[serde(default)]
     #[schemars(inner(range(min = -360.0, max = 360.0)))]
     pub(super) rotation: [f64; 3],
-    /// Height above part and stock at which links travel, in mm.
+    /// Height of the clearance plane above part and stock, in mm: links travel there.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5))]
     pub(super) clearance: f64,
 }
@@ -107,35 +110,35 @@ pub(super) struct RawSetup {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawTool {
-    /// Number in the magazine.
+    /// Tool number in the magazine.
     pub(super) number: u32,
-    /// Form of the cutting end.
+    /// Shape of the cutting end.
     pub(super) kind: RawToolKind,
-    /// R, tool axis to the centre of the corner arc, in mm.
+    /// Radius R from the tool axis to the centre of the corner arc, in mm.
     #[schemars(extend("minimum" = 0.0))]
     pub(super) major_radius: Option<f64>,
-    /// r, radius of the corner arc, in mm.
+    /// Radius r of the corner arc, in mm.
     #[schemars(extend("minimum" = 0.0))]
     pub(super) minor_radius: Option<f64>,
-    /// Cutting diameter in mm, 2 (R + r); with `corner_radius` instead of R and r.
+    /// Cutting diameter 2 (R + r), in mm; given with `corner_radius` instead of R and r.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) diameter: Option<f64>,
-    /// Radius of the corner arc in mm, with diameter.
+    /// Radius of the corner arc, in mm; given with `diameter`.
     #[schemars(extend("minimum" = 0.0))]
     pub(super) corner_radius: Option<f64>,
-    /// From the gauge point to the tip, in mm.
+    /// Tool length from the gauge point to the tip, in mm.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) length: f64,
-    /// "solid" cuts to the centre; "insert" only outside `inner_cutting_radius`.
+    /// Construction: "solid" cuts to the centre, "insert" only outside `inner_cutting_radius`.
     #[serde(default)]
     pub(super) construction: RawConstruction,
-    /// Radius inside which nothing cuts, in mm; with construction = "insert".
+    /// Radius inside which nothing cuts, in mm; for construction = "insert".
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) inner_cutting_radius: Option<f64>,
-    /// Profile above the cutting part: [height above the tip, radius] pairs in mm, going up.
+    /// Profile above the cutting part: pairs [height above the tip, radius] in mm, from below up.
     #[serde(default)]
     pub(super) shank: Vec<[f64; 2]>,
-    /// Profile of the holder, in the same way.
+    /// Profile of the holder: pairs as for `shank`.
     #[serde(default)]
     pub(super) holder: Vec<[f64; 2]>,
 }
@@ -161,13 +164,13 @@ pub(super) enum RawConstruction {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawTolerance {
-    /// Most material left after everything, in mm.
+    /// Largest excess of the finished part, in mm: all errors together.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 100.0))]
     pub(super) total: f64,
-    /// Deepest gouge after everything, in mm; not above total.
+    /// Deepest gouge of the finished part, in mm; at most `total`.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) gouge: f64,
-    /// Fixed shares of total; what is left out is shared out by the program.
+    /// Fixed shares of `total`; the program chooses those left out.
     #[serde(default)]
     pub(super) split: RawSplit,
 }
@@ -175,27 +178,27 @@ pub(super) struct RawTolerance {
 #[derive(Debug, Default, Deserialize, serde::Serialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawSplit {
-    /// Scallops between strips, in mm.
+    /// Share of the scallops between strips, in mm.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) strip: Option<f64>,
-    /// Curves through the cutter locations, in mm.
+    /// Share of the curves through the cutter locations, in mm.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) path: Option<f64>,
-    /// Blocks of the program, in mm.
+    /// Share of the division into blocks, in mm.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) linearisation: Option<f64>,
-    /// Decimals of the program, in mm.
+    /// Share of the rounded numbers of the program, in mm.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) rounding: Option<f64>,
-    /// The control's own smoothing, in mm.
+    /// Share of the control's own smoothing, in mm.
     #[schemars(extend("minimum" = 0.0))]
     pub(super) control: Option<f64>,
-    /// Moving the tool axis, in mm at the cutter, where a cut passes a direction in which a rotary
-    /// axis is free; with the machine file's [singular]. Left out: the tool axis is not moved.
+    /// Share of moving the tool axis where a cut passes a singular direction, in mm at the cutter; see [singular] of
+    /// the machine file. Default: the tool axis is not moved.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) singular: Option<f64>,
-    /// Smoothing of the cutter locations, in mm at the cutter: passes become C3 curves within half of
-    /// it at the tip, and half by turning the tool axis. Left out: curves through the locations.
+    /// Share of smoothing, in mm at the cutter: passes become C3 curves that use one half at the tip and one half for
+    /// the tool axis. Default: curves pass through the cutter locations.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) smoothing: Option<f64>,
 }
@@ -203,42 +206,42 @@ pub(super) struct RawSplit {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawStrategy {
-    /// How the tool is placed: "widest" strips; "fixed-tilt", any tool, leaning by `lead_angle` and `tilt_angle`; "ball", the same
-    /// for a ball.
+    /// Placement of the tool: "widest" finds the inclination with the widest strip; "fixed-tilt" keeps `lead_angle`
+    /// and `tilt_angle`; "ball" is the same for a ball cutter.
     pub(super) method: RawMethod,
-    /// How far the tool leans forward along the feed for fixed-tilt and ball, from the surface normal, in degrees;
-    /// for a ball left out: 10.
+    /// Lead angle of "fixed-tilt" and "ball": inclination forward along the feed, from the surface normal, in degrees.
+    /// Default for a ball: 10.
     #[schemars(extend("minimum" = -80.0, "maximum" = 80.0))]
     pub(super) lead_angle: Option<f64>,
-    /// How far it leans sideways, towards the next pass, in degrees. Left out: 0.
+    /// Tilt angle of "fixed-tilt" and "ball": inclination sideways, towards the next pass, in degrees. Default: 0.
     #[schemars(extend("minimum" = -80.0, "maximum" = 80.0))]
     pub(super) tilt_angle: Option<f64>,
-    /// What the passes follow: the parameter u or v; "curvature", the direction in which the face is bent least
-    /// towards the cutter; or "adaptive", which looks for the passes that take the machine least time, straight, bent or
-    /// turned at the rims of the face, and takes a few times as long to plan.
+    /// Feed direction: "u" or "v" follows a parameter line; "curvature" follows the direction in which the face is
+    /// least concave; "adaptive" searches the passes that take the machine least time, straight, curved or turned at
+    /// the edges of the face, and plans a few times as long.
     pub(super) along: RawAlong,
-    /// Whether every second pass runs back.
+    /// Cut pattern: in a zigzag every second pass runs back.
     #[serde(default)]
     pub(super) direction: RawDirection,
-    /// Where the contact arc lies along the feed from the cutter centre; "behind" and "either" only
-    /// for a tool that cuts to its centre.
+    /// Position of the contact arc along the feed, seen from the cutter centre. "behind" and "either" need a tool that
+    /// cuts to its centre.
     #[serde(default)]
     pub(super) side: RawSide,
-    /// Most turn of the tool axis along a pass, in degrees per mm.
+    /// Largest rotation of the tool axis along a pass, in degrees per mm.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     #[serde(default = "usual_turn")]
     pub(super) max_axis_turn: f64,
-    /// Whether a run covers the faces once more with the axis free to turn and tells what the limit costs. Unless said, where
-    /// that takes seconds.
+    /// Reports the cost of `max_axis_turn`: the run covers the faces once more without that limit. Default: only if it
+    /// takes seconds.
     pub(super) turn_cost: Option<bool>,
-    /// How the tool comes down to a pass: along its axis or tangentially.
+    /// Lead-in and lead-out: along the tool axis, or tangential to the pass.
     #[serde(default)]
     pub(super) lead: RawLead,
-    /// From pass to pass: "hop" goes over close to the part where that is quicker and free, "retract" always up to the
-    /// clearance. With a stock of its own shape the tool always retracts.
+    /// Links between passes: "hop" stays close to the part if that is faster and free of collisions; "retract" always
+    /// goes up to the clearance plane. With a stock of its own shape the tool always retracts.
     #[serde(default)]
     pub(super) links: RawLinks,
-    /// Offset directions to search, from the strip side towards the feed, in degrees.
+    /// Range of offset directions to search, from the side of the strip towards the feed, in degrees.
     #[schemars(inner(range(min = -89.0, max = 89.0)))]
     pub(super) offset_range: Option<[f64; 2]>,
 }
@@ -299,13 +302,13 @@ pub(super) struct RawCutting {
     /// Feed in mm/min.
     #[schemars(extend("minimum" = 0.01, "maximum" = 1e6))]
     pub(super) feed: f64,
-    /// The point that moves at the feed: the cutter contact or the tool tip.
+    /// Point that moves at the feed: cutter contact or tool tip.
     #[serde(default)]
     pub(super) reference: RawReference,
     /// Spindle speed in rev/min.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6))]
     pub(super) spindle: f64,
-    /// Whether coolant is on.
+    /// Switches the coolant on.
     #[serde(default)]
     pub(super) coolant: bool,
 }
@@ -321,7 +324,7 @@ pub(super) enum RawReference {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawMachineRef {
-    /// Machine file, relative to this file; or the name of a built-in machine.
+    /// Machine file, relative to this file, or name of a built-in machine.
     #[schemars(length(min = 1))]
     pub(super) file: String,
 }
@@ -329,23 +332,24 @@ pub(super) struct RawMachineRef {
 #[derive(Debug, Deserialize, serde::Serialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawMotion {
-    /// Speed planner.
+    /// Speed planner: "jerk" keeps velocity, acceleration and jerk limits; "optimal" velocity and acceleration limits;
+    /// "blocks" is the classical look-ahead, for comparison.
     #[serde(default)]
     pub(super) method: RawMotionMethod,
     /// Servo period in s.
     #[serde(default = "servo_period")]
     #[schemars(extend("minimum" = 1e-5, "maximum" = 1.0))]
     pub(super) servo_period: f64,
-    /// Largest distance of a linear axis from the straight line between two setpoints, in mm; none unless
-    /// given. Lowers accelerations to 8 chord / period².
+    /// Largest distance of a linear axis from the straight line between two setpoints, in mm. It lowers accelerations
+    /// to 8 chord / period². Default: no limit.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) chord: Option<f64>,
-    /// The same of a rotary axis, in deg.
+    /// Largest distance of a rotary axis from that line, in degrees. Default: no limit.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub(super) chord_angle: Option<f64>,
 }
 
-/// One millisecond: what most controls have.
+/// Default of `servo_period` \[s\]: that of most controls.
 fn servo_period() -> f64 {
     0.001
 }
@@ -374,7 +378,7 @@ pub(super) enum RawMotionMethod {
 #[derive(Debug, Deserialize, serde::Serialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawOutput {
-    /// Kinds of program to write.
+    /// Dialects of the programs to write.
     #[schemars(length(min = 1))]
     pub(super) dialects: Vec<RawDialect>,
 }
@@ -407,20 +411,20 @@ pub(super) struct RawVerify {
     #[serde(default = "grid")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) grid: f64,
-    /// Largest distance of the rays that stand for the stock, in mm; its longest side has 400 if left out.
+    /// Largest distance between the rays that represent the stock, in mm. Default: 1/400 of its longest side.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) stock_cell: Option<f64>,
-    /// How far any part of the tool must keep off fixtures, in mm; what comes nearer is told and not passed, what runs
-    /// into one always is.
+    /// Keep-off distance of every part of the tool from fixtures, in mm. Closer approaches fail the check; contact
+    /// always does.
     #[serde(default)]
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e5))]
     pub(super) fixture_clearance: f64,
-    /// Other tools of programs that `trunnion check --job` is given, a table each; the programs of the job have its own.
+    /// Further tools for `trunnion check --job`, one table each. The programs of the job use its own tool.
     #[serde(default, skip_serializing)]
     pub(super) tool: Option<Vec<RawTool>>,
 }
 
-/// As in the example.
+/// Default of `grid` \[mm\].
 fn grid() -> f64 {
     0.2
 }

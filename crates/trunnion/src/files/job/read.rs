@@ -1,4 +1,4 @@
-//! From the layout to checked data: units, and what no schema can say.
+//! From the layout to checked data: units, and rules that a schema cannot express.
 
 use super::super::document::Document;
 use super::super::schema;
@@ -53,10 +53,13 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
     let dialects = doc.or_default::<RawOutput>("output").map(|raw| dialects(&raw));
     let mut verify = doc.or_default::<RawVerify>("verify");
     let other_tools = verify.as_mut().and_then(|verify| verify.tool.take()).unwrap_or_default();
+    // The tools are taken out: they are checked with the same rules as [tool], under their own paths.
     let other_tools = others(other_tools, tool.as_ref().map(|tool| tool.number), doc);
+    // A rule between two sections needs both; a faulty one has its own diagnostics.
     if let (Some(tool), Some(strategy)) = (&tool, &strategy) {
         side_of(tool, strategy, doc);
     }
+    // Absent stock is fine; stock that could not be read is not.
     let stock = match stock {
         Some(stock) => Some(stock?),
         None => None,
@@ -89,7 +92,7 @@ fn part(raw: RawPart, doc: &mut Document<'_>) -> Option<JobPart> {
     Some(JobPart { file: raw.file, faces: faces?, flip: raw.flip, avoid: avoid? })
 }
 
-/// Faces, one at least.
+/// Reads a selection of at least one face.
 fn faces(raw: RawFaces, path: &str, doc: &mut Document<'_>) -> Option<FaceSelection> {
     if matches!(&raw, RawFaces::Numbers(numbers) if numbers.is_empty()) {
         let help = "write `faces = \"all\"`, or numbers from `trunnion inspect`";
@@ -104,6 +107,7 @@ fn faces_of(raw: RawFaces, path: &str, doc: &mut Document<'_>) -> Option<FaceSel
     for (at, number) in numbers.iter().enumerate() {
         if numbers.iter().take(at).any(|other| other == number) {
             let path = format!("{path}.{at}");
+            // A face listed twice would be machined and measured twice.
             doc.fault(&path, format!("face {number} is named twice"), "name it once");
             return None;
         }
@@ -140,6 +144,7 @@ fn tolerance(raw: &RawTolerance, doc: &mut Document<'_>) -> Option<JobTolerance>
         split.singular,
         split.smoothing,
     ];
+    // The pipeline divides what is left: the fixed shares alone must fit.
     let sum: f64 = parts.iter().flatten().sum();
     if sum > total {
         let message = format!("the shares add up to {sum} mm, more than total {total} mm");
@@ -150,6 +155,7 @@ fn tolerance(raw: &RawTolerance, doc: &mut Document<'_>) -> Option<JobTolerance>
 
 fn cutting(raw: &RawCutting) -> CuttingData {
     CuttingData {
+        // mm/min and rev/min are the shop's units; inside, everything is per second.
         feed: raw.feed / 60.0,
         reference: match raw.reference {
             RawReference::Contact => FeedReference::Contact,
@@ -160,13 +166,14 @@ fn cutting(raw: &RawCutting) -> CuttingData {
     }
 }
 
-/// Planners the chain has; a further one is a further arm here.
+/// Reads the planner and the sampling.
 fn motion(raw: &RawMotion, doc: &mut Document<'_>) -> Option<MotionSettings> {
     let method = match raw.method {
         RawMotionMethod::Optimal => MotionMethod::Optimal,
         RawMotionMethod::Jerk => MotionMethod::Jerk,
         RawMotionMethod::Blocks => MotionMethod::Blocks,
         RawMotionMethod::Given => {
+            // The schema lists it because `trunnion feed` has it.
             let message = "a job has no place for given speeds yet";
             let help = "write `method = \"jerk\"`, `\"optimal\"` or `\"blocks\"`";
             doc.fault("motion.method", message, help);
@@ -194,6 +201,7 @@ fn dialects(raw: &RawOutput) -> Vec<OutputFormat> {
             RawDialect::Heidenhain => OutputFormat::Heidenhain,
             RawDialect::HeidenhainAxes => OutputFormat::HeidenhainAxes,
         };
+        // A dialect listed twice would write the same file twice.
         if !dialects.contains(&dialect) {
             dialects.push(dialect);
         }
@@ -304,17 +312,17 @@ mod tests {
             (
                 "method = \"widest\"",
                 "method = \"widest\"\nlead_angle = 5",
-                "30:14: method \"widest\" finds how the tool leans itself",
+                "30:14: method \"widest\" finds the inclination of the tool itself",
             ),
             (
                 "method = \"widest\"",
                 "method = \"fixed-tilt\"\nlead_angle = 5\ntilt_angle = 20",
-                "31:14: only a ball can lean by 20 deg to the side",
+                "31:14: only a ball can tilt by 20 deg",
             ),
             (
                 "method = \"widest\"",
                 "method = \"fixed-tilt\"\nlead_angle = 40",
-                "30:14: the tool would lean by 40.0 deg",
+                "30:14: the tool would be inclined by 40.0 deg",
             ),
             ("faces = \"all\"", "faces = \"all\"\navoid = [2, 2]", "9:13: face 2 is named twice"),
         ] {

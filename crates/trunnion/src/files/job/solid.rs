@@ -6,7 +6,7 @@ use crate::machine::Setup;
 use nalgebra::{Isometry3, Point3};
 use std::fmt;
 
-/// How far the triangles that stand for a STEP solid may be off its faces where nothing is said \[mm\].
+/// Default chord tolerance of the triangles that represent a STEP solid \[mm\].
 pub const STEP_CHORD: f64 = 0.01;
 
 /// Stock in the workpiece frame.
@@ -21,26 +21,26 @@ pub enum JobStock {
     Solid(JobSolid),
 }
 
-/// What the tool must not touch.
+/// Fixture that the tool must not touch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JobFixture {
-    /// What findings call it: as said, or the solid in words.
+    /// Name in findings: as given, or the solid in words.
     pub name: String,
-    /// What it is.
+    /// Shape and position.
     pub solid: JobSolid,
 }
 
-/// A solid in the workpiece frame.
+/// Solid in the workpiece frame.
 #[derive(Debug, Clone, PartialEq)]
 pub enum JobSolid {
-    /// A box parallel to the workpiece frame.
+    /// Box parallel to the workpiece frame.
     Box {
         /// Corner with the smallest coordinates \[mm\].
         min: Point3<f64>,
         /// Corner with the largest coordinates \[mm\].
         max: Point3<f64>,
     },
-    /// An upright cylinder.
+    /// Upright cylinder.
     Cylinder {
         /// Centre of the lower end \[mm\].
         base: Point3<f64>,
@@ -49,33 +49,33 @@ pub enum JobSolid {
         /// Height \[mm\].
         height: f64,
     },
-    /// What a closed mesh encloses.
+    /// Interior of a closed mesh.
     Stl {
         /// STL file in mm, as written in the job.
         file: String,
         /// The part's coordinates from those of the file.
         place: Isometry3<f64>,
     },
-    /// The solids of a STEP file.
+    /// Solids of a STEP file.
     Step {
         /// STEP file, as written in the job.
         file: String,
-        /// How far the triangles that stand for them may be off their faces \[mm\].
+        /// Chord tolerance of the triangles that represent them \[mm\].
         chord: f64,
         /// The part's coordinates from those of the file.
         place: Isometry3<f64>,
     },
 }
 
-/// The part's coordinates from those of a file whose origin lies at `origin` \[mm\], turned by `angles` \[rad\] about
-/// the fixed x, then y, then z.
+/// Returns the transformation from the coordinates of a file to those of the part: a rotation by
+/// `angles` \[rad\] about the fixed x, then y, then z, then a translation to `origin` \[mm\].
 pub fn placement(origin: [f64; 3], angles: [f64; 3]) -> Isometry3<f64> {
     let Setup { origin, rotation, .. } = Setup::new(origin.into(), angles, 0.0);
     Isometry3::from_parts(origin.into(), rotation.into())
 }
 
 impl JobStock {
-    /// The solid; `None` for what stands on the part.
+    /// Returns the solid; `None` for an offset of the part.
     pub fn solid(&self) -> Option<&JobSolid> {
         match self {
             Self::Offset { .. } => None,
@@ -85,7 +85,7 @@ impl JobStock {
 }
 
 impl JobSolid {
-    /// The file it is in, as written in the job.
+    /// Returns its file as written in the job.
     pub fn file(&self) -> Option<&str> {
         match self {
             Self::Box { .. } | Self::Cylinder { .. } => None,
@@ -93,7 +93,7 @@ impl JobSolid {
         }
     }
 
-    /// The part's coordinates from those of its file.
+    /// Returns the transformation from the coordinates of its file to those of the part.
     pub fn place(&self) -> Isometry3<f64> {
         match self {
             Self::Box { .. } | Self::Cylinder { .. } => Isometry3::identity(),
@@ -101,7 +101,7 @@ impl JobSolid {
         }
     }
 
-    /// How far the triangles that stand for it may be off its faces \[mm\]; `None` but for a STEP file.
+    /// Returns the chord tolerance of its triangles \[mm\]; `None` except for a STEP file.
     pub fn chord(&self) -> Option<f64> {
         match self {
             Self::Step { chord, .. } => Some(*chord),
@@ -117,7 +117,7 @@ impl JobSolid {
 }
 
 impl fmt::Display for JobSolid {
-    /// In the words of the command line.
+    /// Writes the solid as an argument of the command line.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Box { min: a, max: b } => {
@@ -131,19 +131,22 @@ impl fmt::Display for JobSolid {
     }
 }
 
-/// Keys that go with a kind of solid.
+/// Keys that belong to a kind of solid.
 struct KindKeys {
     kind: &'static str,
+    /// Required keys.
     needed: &'static [&'static str],
+    /// Optional keys.
     others: &'static [&'static str],
 }
 
-/// A table whose `kind` says which keys go with it.
+/// Table whose `kind` decides its other keys.
 struct KindTable<'a> {
-    /// What it is, in words, and its path.
+    /// Description for messages.
     what: &'a str,
+    /// Dotted path of the table.
     path: &'a str,
-    /// Keys that are not of every solid, and whether they are there.
+    /// Keys that only this table knows; true if present.
     more: &'a [(&'a str, bool)],
 }
 
@@ -153,15 +156,17 @@ pub(super) fn stock(raw: &RawStock, doc: &mut Document<'_>) -> Option<JobStock> 
     if let Some(kind) = raw.kind.solid() {
         return table.solid(kind, &raw.solid, doc).map(JobStock::Solid);
     }
+    // An offset follows the part: it has a thickness, and no shape of its own.
     let rule = KindKeys { kind: "offset", needed: &["thickness"], others: &[] };
     table.keys(&raw.solid, &rule, doc);
     Some(JobStock::Offset { thickness: raw.thickness? })
 }
 
-/// All fixtures, every one looked at.
+/// Reads all fixtures; the faults of all are reported together.
 pub(super) fn fixtures(doc: &mut Document<'_>) -> Option<Vec<JobFixture>> {
     let mut all = Vec::new();
     for (number, raw) in doc.list::<RawFixture>("fixture").into_iter().enumerate() {
+        // Paths count from 0, as in the tree; messages show the line instead.
         let path = format!("fixture.{number}");
         let table = KindTable { what: "a fixture", path: &path, more: &[] };
         let fixture = raw.and_then(|raw| {
@@ -170,6 +175,7 @@ pub(super) fn fixtures(doc: &mut Document<'_>) -> Option<Vec<JobFixture>> {
         });
         all.push(fixture);
     }
+    // One faulty fixture is enough to refuse the job, but only after all were read.
     all.into_iter().collect()
 }
 
@@ -194,12 +200,14 @@ impl KindTable<'_> {
                 others: &["chord", "origin", "rotation"],
             },
         };
+        // The schema cannot express which keys a kind needs: all of them are optional there.
         self.keys(raw, &rule, doc);
         let angles = raw.rotation.unwrap_or_default().map(f64::to_radians);
         let place = placement(raw.origin.unwrap_or_default(), angles);
         Some(match kind {
             RawSolidKind::Box => {
                 let [min, max] = [Point3::from(raw.min?), Point3::from(raw.max?)];
+                // A flat or inverted box encloses nothing that rays could hit.
                 if (0..3).any(|axis| min[axis] >= max[axis]) {
                     let message = format!("the box from {min} to {max} mm has no inside");
                     let help = "every coordinate of max is above that of min";
@@ -219,7 +227,7 @@ impl KindTable<'_> {
         })
     }
 
-    /// Faults of keys that do not go with a kind, and of those that it needs; others it may have.
+    /// Reports keys that do not belong to the kind, and required ones that are missing.
     fn keys(&self, raw: &RawSolid, rule: &KindKeys, doc: &mut Document<'_>) {
         let KindKeys { kind, needed, others } = *rule;
         let of_all = [
@@ -242,6 +250,7 @@ impl KindTable<'_> {
                 doc.fault(&format!("{path}.{key}"), message, help);
             } else if !is_given && needed.contains(&key) {
                 let message = format!("{what} of kind {kind:?} needs {key}");
+                // A missing key has no position: the kind that requires it is blamed.
                 let unit = if key == "file" { "" } else { ", in mm" };
                 doc.fault(
                     &format!("{path}.kind"),
@@ -269,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn fixtures_are_said_as_stock_is() {
+    fn fixtures_are_written_as_stock_is() {
         let solids = [
             "kind = \"box\"\nmin = [1, 2, 3]\nmax = [4, 5.5, 6]\n",
             "kind = \"cylinder\"\nbase = [0, 0, -4]\nradius = 3\nheight = 2\n",
@@ -280,23 +289,24 @@ mod tests {
         let fixtures = solids.map(|solid| format!("[[fixture]]\n{solid}")).concat();
         let job = parse(&format!("{EXAMPLE}fixture_clearance = 0.5\n{fixtures}")).unwrap();
         assert!((job.fixture_clearance - 0.5).abs() < 1e-12);
-        let told = |job: &JobFile| {
+        let chords = |job: &JobFile| {
             job.chords().into_iter().map(|of| (of.solid, of.chord)).collect::<Vec<_>>()
         };
         let vise = |chord: f64| ("vise.step".to_owned(), chord);
-        assert_eq!(told(&job), [vise(STEP_CHORD), vise(0.05)]);
+        assert_eq!(chords(&job), [vise(STEP_CHORD), vise(0.05)]);
         let names: Vec<&str> = job.fixtures.iter().map(|fixture| fixture.name.as_str()).collect();
-        let said = ["box:1,2,3,4,5.5,6", "cyl:0,0,-4,3,2", "clamp.stl", "vise.step", "vise.step"];
-        assert_eq!(names, said);
-        let chords: Vec<_> = job.fixtures.iter().map(|fixture| fixture.solid.chord()).collect();
-        assert_eq!(chords, [None, None, None, Some(STEP_CHORD), Some(0.05)]);
+        let expected =
+            ["box:1,2,3,4,5.5,6", "cyl:0,0,-4,3,2", "clamp.stl", "vise.step", "vise.step"];
+        assert_eq!(names, expected);
+        let each: Vec<_> = job.fixtures.iter().map(|fixture| fixture.solid.chord()).collect();
+        assert_eq!(each, [None, None, None, Some(STEP_CHORD), Some(0.05)]);
         assert_eq!(job.places.get("fixture.4.chord").line, 72);
         for (solid, fixture) in solids.iter().zip(&job.fixtures) {
             let job = parse(&format!("{EXAMPLE}[stock]\n{solid}")).unwrap();
             assert_eq!(job.stock.as_ref().and_then(JobStock::solid), Some(&fixture.solid));
             assert_eq!((job.fixtures.len(), job.fixture_clearance), (0, 0.0));
         }
-        assert_eq!(told(&job.with_chord(0.002)), [vise(0.002), vise(0.002)]);
+        assert_eq!(chords(&job.with_chord(0.002)), [vise(0.002), vise(0.002)]);
         let named =
             parse(&format!("{EXAMPLE}[[fixture]]\nname = \"vise\"\n{}", solids[0])).unwrap();
         assert_eq!(named.fixtures[0].name, "vise");
@@ -334,7 +344,7 @@ mod tests {
             "56:7: the box from {0, 0, 0} to {1, 0, 1} mm has no inside",
             "57:10: a fixture of kind \"box\" has no radius\n  help: remove it",
             "60:1: unknown key `fle` in [[fixture]]\n  help: did you mean `file`?",
-            "63:9: `fixture.2.chord` = -0.5 must be above 0\n  help: How far the triangles",
+            "63:9: `fixture.2.chord` = -0.5 must be above 0\n  help: Largest distance of the triangles",
             "64:1: unknown key `clearance` in [[fixture]]\n  help: did you mean `fixture_clearance` in [verify]?",
             "68:9: a fixture of kind \"stl\" has no chord",
             "70:8: `fixture.4.kind` cannot be \"offset\"",

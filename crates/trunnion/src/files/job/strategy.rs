@@ -7,7 +7,7 @@ use super::data::{
 };
 use super::raw::{RawAlong, RawDirection, RawLead, RawLinks, RawMethod, RawSide, RawStrategy};
 
-/// The strategy, if its entries go together and with the tool.
+/// Reads the strategy, if its entries agree with each other and with the tool.
 pub(super) fn strategy(
     raw: &RawStrategy,
     tool: Option<ToolKind>,
@@ -52,13 +52,13 @@ pub(super) fn strategy(
     })
 }
 
-/// Lead of a ball unless the job says otherwise \[deg\]: at its tip it cuts with no speed.
+/// Default lead angle of a ball \[deg\]: at its tip the cutting speed is zero.
 const BALL_LEAD: f64 = 10.0;
 
-/// Largest lean of cutters other than balls \[deg\]: farther, the flank comes down to the part.
+/// Largest inclination of cutters other than balls \[deg\]: beyond, the flank comes down to the part.
 const MOST_LEAN: f64 = 34.0;
 
-/// A strip's chord may turn by this much \[deg\] from across the feed.
+/// Largest rotation of the strip's chord from across the feed \[deg\].
 const MOST_TURN: f64 = 60.0;
 
 fn method(
@@ -68,13 +68,15 @@ fn method(
 ) -> Option<JobPlacement> {
     let angles = [("lead_angle", raw.lead_angle), ("tilt_angle", raw.tilt_angle)];
     if raw.method == RawMethod::Widest {
+        // The search owns the inclination: a fixed angle beside it would be ignored.
         for (key, _) in angles.iter().filter(|(_, angle)| angle.is_some()) {
             let help = format!("remove {key}, or write `method = \"fixed-tilt\"`");
-            let message = "method \"widest\" finds how the tool leans itself";
+            let message = "method \"widest\" finds the inclination of the tool itself";
             doc.fault(&format!("strategy.{key}"), message, &help);
         }
         return angles.iter().all(|(_, angle)| angle.is_none()).then_some(JobPlacement::Widest);
     }
+    // A tool that could not be read is no reason for a second fault here.
     let ball = tool.is_none_or(|kind| kind == ToolKind::Ball);
     if raw.method == RawMethod::Ball && !ball {
         let message = "method \"ball\" is for ball cutters";
@@ -82,6 +84,7 @@ fn method(
         doc.fault("strategy.method", message, help);
         return None;
     }
+    // Only a ball has a default: the lead of a bull decides which part of the corner cuts.
     let usual = (raw.method == RawMethod::Ball).then_some(BALL_LEAD);
     let Some(lead) = raw.lead_angle.or(usual) else {
         let message = "method \"fixed-tilt\" needs lead_angle";
@@ -89,11 +92,13 @@ fn method(
         return None;
     };
     let tilt = raw.tilt_angle.unwrap_or(0.0);
+    // The axis leans along (tan lead, tan tilt) in the tangent plane of the surface.
     let [ahead, beside] = [lead, tilt].map(|angle| angle.to_radians().tan());
     if !ball && beside.abs().atan2(ahead) > MOST_TURN.to_radians() {
         let message = format!(
-            "only a ball can lean by {tilt} deg to the side and {lead} deg forward: other cutters cut with their front"
+            "only a ball can tilt by {tilt} deg with a lead of {lead} deg: other cutters cut with their front"
         );
+        // atan2(tan tilt, tan lead) <= MOST_TURN solved for the tilt angle.
         let most = (ahead.max(0.0) * MOST_TURN.to_radians().tan()).atan().to_degrees();
         let help = match lead {
             lead if lead > 0.0 => {
@@ -107,10 +112,11 @@ fn method(
         doc.fault("strategy.tilt_angle", message, &help);
         return None;
     }
+    // The inclination from the normal: tan² = tan² lead + tan² tilt.
     let angle = ahead.hypot(beside).atan().to_degrees();
     if !ball && angle > MOST_LEAN {
         let message = format!(
-            "the tool would lean by {angle:.1} deg: only a ball may by more than {MOST_LEAN}"
+            "the tool would be inclined by {angle:.1} deg: only a ball may be by more than {MOST_LEAN} deg"
         );
         doc.fault("strategy.lead_angle", message, "lower lead_angle and tilt_angle");
         return None;
@@ -118,8 +124,9 @@ fn method(
     Some(JobPlacement::Fixed { lead: lead.to_radians(), tilt: tilt.to_radians() })
 }
 
-/// What cuts behind the centre must cut at the centre.
+/// Refuses contact behind the centre for a tool that does not cut at its centre.
 pub(super) fn side_of(tool: &JobTool, strategy: &JobStrategy, doc: &mut Document<'_>) {
+    // With contact behind, the centre of the cutter passes over uncut material first.
     if strategy.side != JobContactSide::Ahead && tool.construction != ToolConstruction::Solid {
         let message = "a tool with inserts cannot cut behind its centre";
         let help = "write `side = \"ahead\"`, or use a tool with construction = \"solid\"";

@@ -4,7 +4,7 @@ use super::super::document::Document;
 use super::data::{JobTool, ToolConstruction, ToolKind};
 use super::raw::{RawConstruction, RawTool, RawToolKind};
 
-/// Tools that programs other than the job's own call beside its tool, which is `own`.
+/// Reads the tools that other programs call beside the job's `own`.
 pub(super) fn others(
     raw: Vec<RawTool>,
     own: Option<u32>,
@@ -15,23 +15,25 @@ pub(super) fn others(
     for (at, raw) in raw.into_iter().enumerate() {
         let (path, number) = (format!("verify.tool.{at}"), raw.number);
         if known.contains(&number) {
-            let message = format!("tool {number} is told twice");
+            let message = format!("tool {number} is given twice");
             let help = "the job's own stands in [tool]; every other has a number of its own";
             doc.fault(&format!("{path}.number"), message, help);
         }
+        // Pushed even if it is a duplicate: a third one is reported as well.
         known.push(number);
         all.push(tool(raw, &path, doc));
     }
     all.into_iter().collect()
 }
 
-/// The tool at `path`, if its entries go together.
+/// Reads the tool at `path`, if its entries agree.
 pub(super) fn tool(raw: RawTool, path: &str, doc: &mut Document<'_>) -> Option<JobTool> {
     let kind = match raw.kind {
         RawToolKind::Flat => Some(ToolKind::Flat),
         RawToolKind::Ball => Some(ToolKind::Ball),
         RawToolKind::Bull => Some(ToolKind::Bull),
         RawToolKind::Taper | RawToolKind::Barrel => {
+            // The schema knows these kinds so that the message can name the remedy.
             let message = "tapered and barrel tools cannot be placed yet";
             doc.fault(
                 &format!("{path}.kind"),
@@ -56,6 +58,7 @@ pub(super) fn tool(raw: RawTool, path: &str, doc: &mut Document<'_>) -> Option<J
         );
     }
     let (kind, [major, minor]) = (kind?, radii?);
+    // The corner lies below the gauge point.
     if minor >= raw.length {
         let message = format!("a corner of {minor} mm does not fit a length of {} mm", raw.length);
         doc.fault(
@@ -76,7 +79,7 @@ pub(super) fn tool(raw: RawTool, path: &str, doc: &mut Document<'_>) -> Option<J
     })
 }
 
-/// `[R, r]` from either way to write them.
+/// Reads `[R, r]`, written as radii or as diameter and corner.
 fn radii(raw: &RawTool, kind: ToolKind, path: &str, doc: &mut Document<'_>) -> Option<[f64; 2]> {
     let by_radii = raw.major_radius.is_some() || raw.minor_radius.is_some();
     let by_diameter = raw.diameter.is_some() || raw.corner_radius.is_some();
@@ -96,6 +99,7 @@ fn radii(raw: &RawTool, kind: ToolKind, path: &str, doc: &mut Document<'_>) -> O
     };
     let (major, minor) = if by_diameter {
         let Some(diameter) = raw.diameter else { return missing("diameter", "2 (R + r)") };
+        // D = 2 (R + r).
         let radius = 0.5 * diameter;
         let corner = match (kind, raw.corner_radius) {
             (_, Some(corner)) => corner,
@@ -115,6 +119,7 @@ fn radii(raw: &RawTool, kind: ToolKind, path: &str, doc: &mut Document<'_>) -> O
             (_, major, minor) => (major.unwrap_or(0.0), minor.unwrap_or(0.0)),
         }
     };
+    // R = 0 is a ball, r = 0 a flat end: the kind must agree with the radii.
     let fits = match kind {
         ToolKind::Flat => major > 0.0 && minor <= 0.0,
         ToolKind::Ball => major.abs() <= 0.0 && minor > 0.0,
@@ -159,6 +164,7 @@ fn construction(
             None
         }
         (RawConstruction::Insert, Some(inner_cutting_radius)) => {
+            // The outer radius is R + r; inserts that begin there cut nothing.
             if let Some([major, minor]) = radii
                 && inner_cutting_radius >= major + minor
             {
@@ -176,6 +182,7 @@ fn construction(
 fn profile(path: &str, pairs: &[[f64; 2]], doc: &mut Document<'_>) {
     let mut below = 0.0;
     for (at, &[height, radius]) in pairs.iter().enumerate() {
+        // Equal heights are steps of the profile.
         if height < below || radius < 0.0 {
             let message = format!("`{path}` does not go up: [{height}, {radius}] after {below} mm");
             let help = "pairs are [height above the tip, radius] in mm, heights not falling";
@@ -194,23 +201,23 @@ mod tests {
     const EXAMPLE: &str = include_str!("../../../../../examples/bezier-patch/job.toml");
 
     #[test]
-    fn other_tools_are_said_as_the_jobs_own() {
+    fn other_tools_are_written_as_the_jobs_own() {
         let tool = |number: u32| {
             format!(
                 "[[verify.tool]]\nnumber = {number}\nkind = \"ball\"\ndiameter = 6\nlength = 80\n"
             )
         };
         let job = parse(&format!("{EXAMPLE}{}{}", tool(2), tool(7))).unwrap();
-        let said: Vec<_> =
+        let read: Vec<_> =
             job.other_tools.iter().map(|of| (of.number, of.minor, of.length)).collect();
-        assert_eq!(said, [(2, 3.0, 80.0), (7, 3.0, 80.0)]);
+        assert_eq!(read, [(2, 3.0, 80.0), (7, 3.0, 80.0)]);
         assert_eq!(job.places.get("verify.tool.1.length").line, 62);
         let wrong = format!("{EXAMPLE}{}{}corner_radius = 2\n", tool(1), tool(1));
         let found = parse(&wrong).unwrap_err();
         let found: Vec<String> = found.iter().map(ToString::to_string).collect();
         let expected = [
-            "54:10: tool 1 is told twice\n  help: the job's own stands in [tool]",
-            "59:10: tool 1 is told twice",
+            "54:10: tool 1 is given twice\n  help: the job's own stands in [tool]",
+            "59:10: tool 1 is given twice",
             "60:8: a ball tool cannot have R = 1 mm and r = 2 mm",
         ];
         assert_eq!(found.len(), expected.len(), "{found:#?}");

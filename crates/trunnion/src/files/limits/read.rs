@@ -6,7 +6,7 @@ use super::raw::{AxisLimits, LAYOUT, PathLimits};
 use crate::types::{Diagnostic, Diagnostics};
 use std::collections::BTreeMap;
 
-/// A limits file that was read.
+/// Limits file that was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LimitsFile {
     /// Limits by axis name, in order of names.
@@ -23,6 +23,7 @@ pub struct LimitsFile {
 pub fn parse(text: &str) -> Result<LimitsFile, Diagnostics> {
     let mut doc = Document::open(text, LAYOUT, &schema::limits_value())?;
     let axes = doc.section::<BTreeMap<String, AxisLimits>>("axis");
+    // Both sections are read before either is missed, so that all faults come together.
     let path = doc.or_default("path");
     if axes.as_ref().is_some_and(BTreeMap::is_empty) {
         doc.fault("axis", "no axis has limits", "add a table for every axis, as [axis.X]");

@@ -1,4 +1,4 @@
-//! The machine files of the folder `machines/`, for those who have only the program.
+//! Machine files of the folder `machines/`, compiled in for those who have only the program.
 
 use super::super::walk::nearest;
 
@@ -29,11 +29,11 @@ pub const BUILT_IN: [(&str, &str); 16] = [
     machine!("layout-34-cb-table-head"),
 ];
 
-/// Text of the built-in machine of that name.
+/// Returns the text of a built-in machine.
 ///
 /// # Errors
 ///
-/// The name that may have been meant, if there is one that is near.
+/// Returns the nearest name, if one may have been meant.
 pub fn built_in(name: &str) -> Result<&'static str, Option<&'static str>> {
     let found = BUILT_IN.iter().find(|(known, _)| *known == name);
     // A name may come with a folder and an ending.

@@ -1,15 +1,15 @@
-//! Layout of the machine file, as written: lengths, angles and times in the units it states.
+//! Layout of the machine file, as written: lengths, angles and times in the units that it states.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// A trunnion machine file.
+/// Machine file of trunnion.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 #[expect(dead_code, reason = "read section by section; the whole describes the layout")]
 pub(in super::super) struct RawMachine {
-    /// The layout of this file.
+    /// Layout of this file, with its version.
     #[schemars(extend("const" = super::layout::LAYOUT))]
     schema: String,
     /// Name of the machine.
@@ -18,25 +18,25 @@ pub(in super::super) struct RawMachine {
     /// Units of every number in this file.
     #[serde(default)]
     units: RawUnits,
-    /// From the workpiece "w" over the bed "b" to the tool "t", five axis names in between:
-    /// three linear and two rotary, in any order.
+    /// Kinematic chain from the workpiece "w" over the bed "b" to the tool "t", with five axis names in between: three
+    /// linear and two rotary, in any order.
     chain: Vec<String>,
-    /// Direction from the tip to the spindle with all axes at zero, machine frame.
+    /// Tool axis, from the tip to the spindle, with all axes at zero; machine frame.
     tool_axis: [f64; 3],
     /// Gauge point (spindle nose) in machine coordinates with all axes at zero.
     gauge: [f64; 3],
-    /// One table an axis: [axis.X], [axis.B], ...
+    /// Axes, one table each: [axis.X], [axis.B], ...
     axis: BTreeMap<String, RawAxis>,
-    /// What the control can do.
+    /// Servo period and limits of the control.
     #[serde(default)]
     cycle: RawCycle,
-    /// Behaviour near a direction where a rotary axis is free.
+    /// Treatment of cuts that pass a singular direction, in which a rotary axis is free.
     #[serde(default)]
     singular: RawSingular,
-    /// How the tool leaves the part to unwind a rotary axis.
+    /// Retract before a rotary axis unwinds.
     #[serde(default)]
     retract: RawRetract,
-    /// How programs are written.
+    /// Format of programs.
     #[serde(default)]
     dialect: RawDialect,
 }
@@ -50,7 +50,7 @@ pub(super) struct RawUnits {
     /// Unit of angles.
     #[serde(default)]
     pub(super) angle: RawAngle,
-    /// Unit of times, in speeds as well.
+    /// Unit of time, in velocities, accelerations and jerks as well.
     #[serde(default)]
     pub(super) time: RawTime,
 }
@@ -79,17 +79,17 @@ pub(super) enum RawTime {
     Min,
 }
 
-/// A machine axis.
+/// Machine axis.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawAxis {
-    /// Linear or rotary.
+    /// Kind of axis: linear or rotary.
     pub(super) kind: RawKind,
-    /// Direction of the axis with all axes at zero, machine frame; any length but zero.
+    /// Direction of the axis with all axes at zero, machine frame; of any length above zero.
     pub(super) dir: [f64; 3],
-    /// Any point of a rotary axis line with all axes at zero, machine coordinates.
+    /// Pivot: any point of a rotary axis line with all axes at zero, in machine coordinates.
     pub(super) point: Option<[f64; 3]>,
-    /// Travel [low, high]; may be left out on a cyclic axis.
+    /// Travel [low, high]; optional for a cyclic axis.
     pub(super) limits: Option<[f64; 2]>,
     /// Period of a rotary axis that turns without end: one turn.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
@@ -97,7 +97,7 @@ pub(super) struct RawAxis {
     /// Largest velocity while cutting.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) vel: f64,
-    /// Largest velocity of a rapid; vel if left out.
+    /// Largest velocity of a rapid move. Default: `vel`.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) rapid: Option<f64>,
     /// Largest acceleration.
@@ -106,14 +106,14 @@ pub(super) struct RawAxis {
     /// Largest jerk.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) jerk: f64,
-    /// 1 for ISO 841, -1 if the control counts the other way.
+    /// Sense of rotation or travel: 1 for ISO 841, -1 if the control counts the other way.
     #[serde(default = "one")]
     pub(super) sense: f64,
-    /// Start value, and value of an axis that is free.
+    /// Home position: start of every program, and position of an axis that is free.
     pub(super) home: Option<f64>,
-    /// Sign to prefer where two branches are equally good.
+    /// Preferred sign if two branches are equally good.
     pub(super) prefer: Option<RawPrefer>,
-    /// How a program writes the axis.
+    /// Format of the axis in programs.
     #[serde(default)]
     pub(super) output: RawOutput,
 }
@@ -139,13 +139,14 @@ pub(super) enum RawPrefer {
 #[derive(Debug, Default, Deserialize, serde::Serialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawOutput {
-    /// Address letter; the axis name if left out.
+    /// Address letter. Default: the name of the axis.
     #[schemars(length(min = 1))]
     pub(super) letter: Option<String>,
-    /// Digits behind the decimal point.
+    /// Digits after the decimal point.
     #[schemars(extend("maximum" = 9))]
     pub(super) decimals: Option<u8>,
-    /// How turns of a rotary axis are written: 370 deg, 10 deg, or -180 to 180 deg.
+    /// Full turns of a rotary axis: "unwound" keeps them (370 deg), "positive" writes 0 to 360 deg, "signed" -180 to
+    /// 180 deg.
     #[serde(default)]
     pub(super) modulo: RawModulo,
 }
@@ -174,10 +175,10 @@ pub(super) struct RawCycle {
     /// Largest jerk of the tip along its path.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) tip_jerk_max: Option<f64>,
-    /// How far the control's own smoothing may leave the programmed path.
+    /// Largest distance of the control's own smoothing from the programmed path.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) contour_tolerance: Option<f64>,
-    /// The same for the tool axis, an angle.
+    /// Largest angle of the control's own smoothing from the programmed tool axis.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) orientation_tolerance: Option<f64>,
 }
@@ -185,13 +186,13 @@ pub(super) struct RawCycle {
 #[derive(Debug, Default, Deserialize, serde::Serialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawSingular {
-    /// Half angle of the cone about the singular direction; 3 deg if left out.
+    /// Half angle of the cone about the singular direction. Default: 3 deg.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) cone: Option<f64>,
-    /// Rotary move below which nothing is changed; 10 deg if left out.
+    /// Rotary move below which nothing is changed. Default: 10 deg.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) min_rotary: Option<f64>,
-    /// How far the tip may leave the path for it; 0.02 mm if left out.
+    /// Largest distance of the tip from its path for it. Default: 0.02 mm.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) tolerance: Option<f64>,
 }
@@ -199,14 +200,14 @@ pub(super) struct RawSingular {
 #[derive(Debug, Default, Deserialize, serde::Serialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawRetract {
-    /// Whether a machine axis moves, or the tool along itself; "machine" if left out.
+    /// Frame of the retract: "machine" moves a machine axis, "tool" moves along the tool. Default: "machine".
     pub(super) frame: Option<RawFrame>,
-    /// Axis that retracts; "Z" if left out.
+    /// Axis that retracts. Default: "Z".
     #[schemars(length(min = 1))]
     pub(super) axis: Option<String>,
-    /// Axis position, or distance along the tool; 0 if left out.
+    /// Position of the axis, or distance along the tool. Default: 0.
     pub(super) to: Option<f64>,
-    /// Whether the linear move comes before the rotary one; true if left out.
+    /// Order of the retract: the linear move comes before the rotary one. Default: true.
     pub(super) first: Option<bool>,
 }
 
@@ -224,10 +225,10 @@ pub(super) struct RawDialect {
     #[serde(default = "iso")]
     #[schemars(length(min = 1))]
     pub(super) name: String,
-    /// How the control moves the tool axis between two programmed positions.
+    /// Interpolation of the tool axis between two programmed positions.
     #[serde(default)]
     pub(super) interpolation: RawInterpolation,
-    /// What a feed word means: speed of the tip, or one over the time of the block.
+    /// Meaning of the feed word: speed of the tip, or inverse of the time of the block.
     #[serde(default)]
     pub(super) feed: RawFeed,
     #[serde(flatten)]
@@ -238,7 +239,7 @@ fn iso() -> String {
     "iso".to_owned()
 }
 
-/// What any control can run: all five axes in proportion, by time.
+/// Format that any control runs: all five axes in proportion, with inverse time.
 impl Default for RawDialect {
     fn default() -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! From the layout to a checked machine: units, and faults of the whole blamed on their lines.
+//! From the layout to a checked machine: units, and errors of the whole machine at their lines.
 
 use super::super::document::Document;
 use super::super::places::KeyPositions;
@@ -17,14 +17,14 @@ use crate::machine::{
 use crate::types::{Diagnostic, Diagnostics};
 use std::f64::consts::TAU;
 
-/// A machine file that was read and found good.
+/// Machine file that was read and checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MachineFile {
-    /// The machine.
+    /// Checked machine.
     pub machine: Machine,
-    /// What the file says, in mm, rad, s.
+    /// Content of the file in mm, rad, s.
     pub spec: MachineSpec,
-    /// Where each key stands in the file.
+    /// Positions of the keys in the file.
     pub places: KeyPositions,
 }
 
@@ -51,8 +51,8 @@ pub fn parse(text: &str) -> Result<MachineFile, Diagnostics> {
     }
 }
 
-/// What could be read. In a faulty file something neutral stands for what could not, so that the
-/// rest is judged too.
+/// Readable part of a file. In a faulty file, neutral values replace the rest, so that everything else
+/// is checked too.
 struct Found {
     spec: MachineSpec,
     /// Axes that are described but could not be read.
@@ -60,26 +60,28 @@ struct Found {
     has_chain: bool,
 }
 
-/// Faults of the whole machine at the keys that cause them.
+/// Reports errors of the whole machine at the keys that cause them.
 fn blame(errors: &[MachineError], found: &Found, doc: &mut Document<'_>) {
     for error in errors {
-        let told = match error {
+        // An error that follows from a fault that is reported already would confuse.
+        let reported = match error {
             MachineError::MissingAxis { name } => found.unread.contains(name),
             MachineError::UnusedAxis { .. } => !found.has_chain,
-            // What is missing may be what a misspelt key was meant to be.
+            // A missing key may be the one that a misspelt key was meant to be.
             MachineError::Missing { key, .. } => {
                 key.rsplit_once('.').is_some_and(|(table, _)| doc.is_misspelt(table))
             }
             _ => false,
         };
         let key = error.key();
-        if !told && !doc.is_faulty(&key) {
+        if !reported && !doc.is_faulty(&key) {
             doc.fault(&key, error.to_string(), error.remedy());
         }
     }
 }
 
-/// A tool axis that is parallel to no axis anyone builds, for files that state none.
+/// Tool axis for files that state none: parallel to no axis that anyone builds, so that no error
+/// about parallel axes follows from it.
 const NO_TOOL_AXIS: [f64; 3] = [0.123, 0.456, 0.789];
 
 fn sections(doc: &mut Document<'_>) -> Option<Found> {
@@ -101,6 +103,7 @@ fn sections(doc: &mut Document<'_>) -> Option<Found> {
     let cycle = doc.or_default::<RawCycle>("cycle").map(|raw| scale.cycle(&raw));
     let singular = doc.or_default::<RawSingular>("singular").map(|raw| scale.singular(&raw));
     let raw_retract = doc.or_default::<RawRetract>("retract");
+    // Kept in the units of the file for the message; the policy below is in mm.
     let to = raw_retract.as_ref().and_then(|raw| raw.to);
     let retract = raw_retract.map(|raw| scale.retract(raw));
     let raw_dialect = doc.or_default::<RawDialect>("dialect").unwrap_or_default();
@@ -112,6 +115,7 @@ fn sections(doc: &mut Document<'_>) -> Option<Found> {
         let message = format!("the retracting axis {axis} does not stand in the chain");
         doc.fault("retract.axis", message, "name a linear axis of the chain");
     }
+    // Without axes there is no machine to judge: everything else has been reported above.
     let (axes, unread) = axes?;
     if let Some(retract) = &retract {
         retracting(retract, to, &axes, doc);
@@ -128,10 +132,11 @@ fn sections(doc: &mut Document<'_>) -> Option<Found> {
         retract: retract.unwrap_or_else(RetractPolicy::standard),
         dialect,
     };
+    // With unreadable units every number may be wrong by a factor: the whole is not judged.
     units.map(|_| Found { spec, unread, has_chain })
 }
 
-/// The axis that retracts, and where to, in the units of the file.
+/// Checks the retracting axis and its position, in the units of the file.
 fn retracting(retract: &RetractPolicy, to: Option<f64>, axes: &[AxisSpec], doc: &mut Document<'_>) {
     let of_machine = retract.frame == RetractFrame::Machine;
     let found = axes.iter().find(|axis| of_machine && axis.name == retract.axis);
@@ -141,6 +146,7 @@ fn retracting(retract: &RetractPolicy, to: Option<f64>, axes: &[AxisSpec], doc: 
         doc.fault("retract.axis", message, "name a linear axis of the chain");
     } else if let (Some(to), Some([low, high])) = (to, axis.limits)
         && !(low..=high).contains(&retract.to)
+        // An empty travel has its own fault.
         && low < high
     {
         let message = format!("the retract goes to {to}, outside the travel of {}", axis.name);
@@ -148,7 +154,8 @@ fn retracting(retract: &RetractPolicy, to: Option<f64>, axes: &[AxisSpec], doc: 
     }
 }
 
-/// Faults of travel and period in the units of the file; in radians they would be hard to recognise.
+/// Checks travel and period in the units of the file: in radians users would not recognise their
+/// numbers.
 fn in_file_units(name: &str, axis: &RawAxis, units: Option<Scale>, doc: &mut Document<'_>) {
     let key = |field: &str| format!("axis.{name}.{field}");
     if let (Some(period), RawKind::Rotary, Some(scale)) = (axis.cyclic, axis.kind, units) {
@@ -172,7 +179,7 @@ fn in_file_units(name: &str, axis: &RawAxis, units: Option<Scale>, doc: &mut Doc
     }
 }
 
-/// Factors to mm, rad, s.
+/// Factors from the units of the file to mm, rad, s.
 #[derive(Debug, Clone, Copy)]
 struct Scale {
     length: f64,
@@ -203,6 +210,7 @@ impl Scale {
             RawKind::Linear => (AxisKind::Linear, self.length),
             RawKind::Rotary => (AxisKind::Rotary, self.angle),
         };
+        // A rate of order n is in units per timeⁿ.
         let per_time = |order: i32| unit / self.time.powi(order);
         AxisSpec {
             name,
@@ -276,7 +284,7 @@ fn output(raw: RawOutput) -> AxisFormat {
 }
 
 fn dialect(raw: RawDialect, doc: &mut Document<'_>) -> ProgramFormat {
-    // Any text is welcome here, but one that is nearly a key was meant to be it.
+    // Any key is a text for templates, but one that is nearly a known key is a misspelling of it.
     for key in raw.strings.keys() {
         if let Some(nearest) = nearest(key, &["name", "interpolation", "feed", "tcp_on", "tcp_off"])
             && nearest != key

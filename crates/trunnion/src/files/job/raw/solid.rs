@@ -6,10 +6,10 @@ use serde::Deserialize;
 #[derive(Debug, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(in super::super) struct RawStock {
-    /// Which of the keys below apply: offset: thickness; box: min, max; cylinder: base, radius,
-    /// height; stl: file; step: file, and chord if wanted; of both, origin and rotation if wanted.
+    /// Kind of stock, which decides the other keys. offset: thickness; box: min, max; cylinder: base, radius, height;
+    /// stl: file, optionally origin, rotation; step: file, optionally chord, origin, rotation.
     pub(in super::super) kind: RawStockKind,
-    /// Material left on the part, in mm.
+    /// Thickness of the material on the part, in mm.
     #[schemars(extend("minimum" = 0.0))]
     pub(in super::super) thickness: Option<f64>,
     #[serde(flatten)]
@@ -19,17 +19,18 @@ pub(in super::super) struct RawStock {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(in super::super) struct RawFixture {
-    /// What findings call it; left out: its file, or its kind and numbers.
+    /// Name of the fixture in findings. Default: its file, or its kind and numbers.
     #[schemars(length(min = 1))]
     pub(in super::super) name: Option<String>,
-    /// Which of the keys below apply: box: min, max; cylinder: base, radius, height; stl: file;
-    /// step: file, and chord if wanted; of both, origin and rotation if wanted.
+    /// Kind of solid, which decides the other keys. box: min, max; cylinder: base, radius, height; stl: file, optionally
+    /// origin, rotation; step: file, optionally chord, origin, rotation.
     pub(in super::super) kind: RawSolidKind,
     #[serde(flatten)]
     pub(in super::super) solid: RawSolid,
 }
 
-// What stock and fixtures have in common, in the workpiece frame.
+// Keys that stock and fixtures share, in the workpiece frame. A plain comment, because the description
+// of a flattened struct would become that of both tables.
 #[derive(Debug, Deserialize, JsonSchema)]
 pub(in super::super) struct RawSolid {
     /// Corner of the box with the smallest coordinates, in mm.
@@ -47,14 +48,14 @@ pub(in super::super) struct RawSolid {
     /// STL file in mm, or STEP file, relative to this file.
     #[schemars(length(min = 1))]
     pub(in super::super) file: Option<String>,
-    /// How far the triangles that stand for a STEP solid may be off its faces, in mm; 0.01 if left out. A fixture is
-    /// taken to be larger by that.
+    /// Largest distance of the triangles that represent a STEP solid from its faces, in mm. A fixture is enlarged by it.
+    /// Default: 0.01.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 10.0))]
     pub(in super::super) chord: Option<f64>,
-    /// Where the origin of the file lies in the part's coordinates, in mm; 0, 0, 0 if left out.
+    /// Position of the file's origin in the part's coordinates, in mm. Default: 0, 0, 0.
     pub(in super::super) origin: Option<[f64; 3]>,
-    /// Turns of what is in the file about the part's fixed x, then y, then z, in degrees, before it is moved to its
-    /// origin.
+    /// Rotation of the solid about the part's fixed x, then y, then z, in degrees, before it is moved to `origin`.
+    /// Default: 0, 0, 0.
     #[schemars(inner(range(min = -360.0, max = 360.0)))]
     pub(in super::super) rotation: Option<[f64; 3]>,
 }
@@ -79,7 +80,7 @@ pub(in super::super) enum RawSolidKind {
 }
 
 impl RawStockKind {
-    /// The same of a solid; `None` for an offset.
+    /// Returns the kind of solid; `None` for an offset of the part.
     pub(in super::super) fn solid(self) -> Option<RawSolidKind> {
         match self {
             Self::Offset => None,

@@ -1,12 +1,12 @@
-//! What a check says of a control that is known by measurement.
+//! Time and loads on a control whose behaviour was measured.
 
-use super::told::Fraction;
+use super::limit_ratio::LimitRatio;
 use trunnion::verify::{AxisRatio, ModelAudit};
 use trunnion_report::{Number, State};
 
 /// Time on a named control, and the axes nearest to their limits there.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct ModelTold {
+pub(super) struct ControlModelSummary {
     name: &'static str,
     seconds: f64,
     velocity: Worst,
@@ -18,14 +18,14 @@ pub(super) struct ModelTold {
 struct Worst {
     axis: String,
     #[serde(flatten)]
-    fraction: Fraction,
+    fraction: LimitRatio,
 }
 
-impl ModelTold {
+impl ControlModelSummary {
     pub(super) fn of(model: &ModelAudit) -> Self {
         let worst = |AxisRatio { axis, ratio, .. }: &AxisRatio| Worst {
             axis: axis.clone(),
-            fraction: Fraction::of(ratio),
+            fraction: LimitRatio::of(ratio),
         };
         Self {
             name: "linuxcnc",
@@ -36,9 +36,10 @@ impl ModelTold {
         }
     }
 
-    /// For the page: time, and the axis that is worst in velocity, acceleration and jerk. Told, not judged.
+    /// Returns the numbers for the page: time, and the axes with the largest velocity, acceleration and jerk. They are
+    /// reported, not judged.
     pub(super) fn numbers(&self) -> Vec<Number> {
-        let number = |what: &str, value: String, (unit, note): (&str, String)| Number {
+        let number = |what: &str, value: String, unit: &str, note: String| Number {
             label: format!("LinuxCNC {what}"),
             value,
             unit: unit.to_owned(),
@@ -47,25 +48,25 @@ impl ModelTold {
             headline: false,
         };
         let note = "no look-ahead over rotary moves".to_owned();
-        let mut numbers = vec![number("time", format!("{:.1}", self.seconds), ("s", note))];
+        let mut numbers = vec![number("time", format!("{:.1}", self.seconds), "s", note)];
         let worst = [
             ("velocity", &self.velocity),
             ("acceleration", &self.acceleration),
             ("jerk", &self.jerk),
         ];
         numbers.extend(worst.map(
-            |(what, Worst { axis, fraction: Fraction { ratio, line, .. } })| {
+            |(what, Worst { axis, fraction: LimitRatio { ratio, line, .. } })| {
                 let note = format!("of the limit of {axis}, at line {line}");
-                number(what, format!("{:.1}", 100.0 * ratio), ("%", note))
+                number(what, format!("{:.1}", 100.0 * ratio), "%", note)
             },
         ));
         numbers
     }
 
-    /// For people.
+    /// Returns the row of the table.
     pub(super) fn words(&self) -> String {
         let Self { name, seconds, .. } = self;
-        let worst = |Worst { axis, fraction: Fraction { ratio, line, .. } }: &Worst| {
+        let worst = |Worst { axis, fraction: LimitRatio { ratio, line, .. } }: &Worst| {
             format!("{:.1} % of {axis} (line {line})", 100.0 * ratio)
         };
         format!(

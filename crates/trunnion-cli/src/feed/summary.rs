@@ -1,132 +1,26 @@
-//! The schedule as a table, the axes at the servo period, and the summary.
+//! The summary for scripts and for people.
 
+use super::args::{Args, Method};
 use super::path::{Rest, Table};
-use super::{Args, Method, Planned};
-use crate::motion::SUFFIXES;
+use super::plan::Planned;
+use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
-use crate::{output, text};
+use crate::text;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::io::{Error, Result as Written, Write};
-use std::path::Path;
 use trunnion::feed::{BindingLimit, FeedPlan, LimitBreach, LimitRatios};
-use trunnion::files::table::write_number;
-use trunnion::setpoint;
 use trunnion::types::Interval;
 
 /// Ratios above 1 by no more than this are rounding. An acceleration between rows `h` apart is a
 /// difference of terms as large as the distance to rest over `h`; rows keep half of their digits apart,
 /// so those terms are below `1 / sqrt(eps)`, and their rounding is below `sqrt(eps)`.
 pub(super) const ROUNDING: f64 = 1.490_116_119_384_765_6e-8;
-/// What to do about a broken limit.
+/// Remedy for a broken limit.
 const HINT: &str = " between rows; plan without --no-guarantee";
 /// Most rests that are listed one by one.
 pub(super) const MOST_LISTED: usize = 10;
-/// Columns of a schedule.
-pub(super) const HEADER: &str = "s,t,speed,acceleration,jerk";
 
-/// Writes the schedule, and the axes at the servo period where asked for.
-pub(super) fn write<const N: usize>(
-    args: &Args,
-    planned: &Planned<N>,
-    table: &Table,
-) -> Result<(), Failure> {
-    if let Some(place) = &args.motion {
-        output::file(place, |out| {
-            #[cfg(feature = "parquet")]
-            if is_parquet(place) {
-                return columns(out, planned, table.layout.names(), args.period);
-            }
-            motion(out, planned, table.layout.names(), args.period)
-        })?;
-    }
-    args.ends.write(|out| schedule(out, &planned.plan))
-}
-
-fn schedule(out: &mut dyn Write, plan: &FeedPlan) -> Written<()> {
-    writeln!(out, "{HEADER}")?;
-    let mut line = String::new();
-    for piece in &plan.schedule.pieces {
-        for (row, t) in piece.t.iter().enumerate() {
-            let at = |list: &[f64]| list.get(row).copied().unwrap_or_default();
-            let jerk = piece.at_time(*t).map_or(0.0, |moment| moment.jerk);
-            let numbers = [at(&piece.s), *t, at(&piece.speed), at(&piece.acceleration), jerk];
-            write_row(&mut line, numbers);
-            out.write_all(line.as_bytes())?;
-        }
-    }
-    Ok(())
-}
-
-fn motion<const N: usize>(
-    out: &mut dyn Write,
-    planned: &Planned<N>,
-    names: &[String],
-    period: f64,
-) -> Written<()> {
-    write!(out, "t")?;
-    for suffix in SUFFIXES {
-        for name in names {
-            write!(out, ",{name}{suffix}")?;
-        }
-    }
-    writeln!(out)?;
-    let mut line = String::new();
-    let points =
-        setpoint::sample(&planned.path, &planned.plan.schedule, period).map_err(Error::other)?;
-    for point in points {
-        line.clear();
-        write_number(&mut line, point.t);
-        for values in [&point.position, &point.velocity, &point.acceleration, &point.jerk] {
-            for value in values.iter().take(names.len()) {
-                line.push(',');
-                write_number(&mut line, *value);
-            }
-        }
-        line.push('\n');
-        out.write_all(line.as_bytes())?;
-    }
-    Ok(())
-}
-
-/// Whether a place is named as a Parquet file.
-pub(super) fn is_parquet(place: &Path) -> bool {
-    place.extension().is_some_and(|name| name.eq_ignore_ascii_case("parquet"))
-}
-
-#[cfg(feature = "parquet")]
-fn columns<const N: usize>(
-    out: &mut (dyn Write + Send),
-    planned: &Planned<N>,
-    names: &[String],
-    period: f64,
-) -> Written<()> {
-    let all =
-        SUFFIXES.iter().flat_map(|suffix| names.iter().map(move |name| format!("{name}{suffix}")));
-    let all: Vec<String> = std::iter::once("t".to_owned()).chain(all).collect();
-    let points =
-        setpoint::sample(&planned.path, &planned.plan.schedule, period).map_err(Error::other)?;
-    let rows = points.map(|point| {
-        let tables = [point.position, point.velocity, point.acceleration, point.jerk];
-        let values = tables.iter().flat_map(|values| values.iter().take(names.len()).copied());
-        std::iter::once(point.t).chain(values).collect()
-    });
-    crate::parquet::write(out, &all, rows)
-}
-
-/// Puts a row of a schedule into `line`.
-pub(super) fn write_row(line: &mut String, values: [f64; 5]) {
-    line.clear();
-    for (index, value) in values.into_iter().enumerate() {
-        if index > 0 {
-            line.push(',');
-        }
-        write_number(line, value);
-    }
-    line.push('\n');
-}
-
-/// What came out, for scripts.
+/// Summary for scripts.
 #[derive(Debug, serde::Serialize)]
 struct Summary {
     method: &'static str,
@@ -141,13 +35,13 @@ struct Summary {
     /// Rows of the schedule, and how many of them were inserted.
     points: usize,
     inserted: usize,
-    /// No schedule within the velocity and acceleration limits is faster \[s\].
+    /// Lower bound on the time of every schedule within the velocity and acceleration limits \[s\].
     lower_bound: f64,
-    /// Largest values over their limits, found in a dense check between rows.
+    /// Largest ratios to the limits, found in a dense check between rows.
     ratios: Share,
-    /// The same, guaranteed everywhere.
+    /// Upper bounds on these ratios everywhere.
     bounds: Share,
-    /// What binds, as shares of the time, largest first.
+    /// Limits that bind, as shares of the time, largest first.
     binding: Vec<Bound>,
     /// Places inside the path at which the axes rest.
     rests: usize,
@@ -174,10 +68,10 @@ struct Bound {
     share: f64,
 }
 
-/// Prints the summary, and tells where the axes rest.
-pub(super) fn tell<const N: usize>(
+/// Prints the summary, and lists rests and broken limits on stderr.
+pub(super) fn report<const N: usize>(
     args: &Args,
-    json: bool,
+    form: OutputForm,
     planned: &Planned<N>,
     table: &Table,
 ) -> Result<Done, Failure> {
@@ -186,13 +80,14 @@ pub(super) fn tell<const N: usize>(
     let listed = rests.len().min(MOST_LISTED);
     report_rests(&rests[..listed], rests.len() - listed);
     let kept = |ratio: f64| ratio <= 1.0 + ROUNDING;
+    // Other methods do not promise jerk limits: breaking one is no failure.
     let jerk_kept = args.method != Method::Jerk || plan.bounds.jerk.is_none_or(kept);
     let within = if args.method == Method::Given {
         planned.breaches.is_empty()
     } else {
         kept(plan.bounds.velocity) && kept(plan.bounds.acceleration) && jerk_kept
     };
-    tell_breaches(&planned.breaches, table);
+    report_breaches(&planned.breaches, table);
     let summary = Summary {
         method: args.method.name(),
         window: args.window,
@@ -209,17 +104,18 @@ pub(super) fn tell<const N: usize>(
         within_limits: within,
         output: args.ends.output().display().to_string(),
     };
-    print((args, json), &summary, describe)?;
+    print(args, form, &summary, describe)?;
     Ok(if within { Done::Kept } else { Done::Broken })
 }
 
-/// Prints a summary: as JSON, or in words on the stream that the schedule does not use.
+/// Prints a summary: as JSON, or as text on the stream that the schedule does not use.
 pub(super) fn print<S: serde::Serialize>(
-    (args, json): (&Args, bool),
+    args: &Args,
+    form: OutputForm,
     summary: &S,
     describe: impl Fn(&S) -> String,
 ) -> Result<(), Failure> {
-    if json {
+    if form.is_json() {
         text::print_json(summary)?;
     } else if args.ends.to_stdout() {
         eprint!("{}", describe(summary));
@@ -229,7 +125,7 @@ pub(super) fn print<S: serde::Serialize>(
     Ok(())
 }
 
-/// Tells where the axes rest, and in how many places `more`.
+/// Lists rests on stderr, and the count of those that are not listed.
 pub(super) fn report_rests(rests: &[Rest], more: usize) {
     for Rest { s, line, jump } in rests {
         match jump {
@@ -244,7 +140,7 @@ pub(super) fn report_rests(rests: &[Rest], more: usize) {
     }
 }
 
-fn tell_breaches(breaches: &[LimitBreach], table: &Table) {
+fn report_breaches(breaches: &[LimitBreach], table: &Table) {
     for LimitBreach { s: Interval { low: from, high: to }, limit: name, ratio, worst, .. } in
         breaches.iter().take(MOST_LISTED)
     {
@@ -259,7 +155,7 @@ fn tell_breaches(breaches: &[LimitBreach], table: &Table) {
     }
 }
 
-/// Shares of the time by what binds.
+/// Returns the shares of the time by binding limit.
 fn binding(plan: &FeedPlan, table: &Table) -> Vec<Bound> {
     let mut times: BTreeMap<String, f64> = BTreeMap::new();
     for (piece, binding) in plan.schedule.pieces.iter().zip(&plan.binding) {

@@ -1,61 +1,61 @@
-//! What a check says of what the program leaves to the machine.
+//! Assumptions about what a program leaves to the machine: rotary solutions and tool changes.
 
 use super::subject::{Motion, Subject};
 use trunnion::verify::{Changes, Choice, Choices};
 
-/// Directions instead of rotaries.
+/// Tool directions given instead of rotary positions.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct ChoicesTold {
-    /// Blocks with a vector, and turns into tilted planes.
+pub(super) struct AssumedSolutions {
+    /// Number of blocks with a vector, and of rotations into tilted planes.
     vectors: usize,
     planes: usize,
-    /// Where which solution was taken, in degrees: the first vector, changes of the solution after it, planes.
-    places: Vec<ChoiceTold>,
-    /// Places that are left out.
+    /// Solutions taken, in degrees: at the first vector, at changes of the solution, and at planes.
+    places: Vec<AssumedSolution>,
+    /// Number of further places that are not listed.
     more: usize,
 }
 
 #[derive(Debug, serde::Serialize)]
-struct ChoiceTold {
+struct AssumedSolution {
     line: u32,
     /// `vector` or `plane`.
     of: &'static str,
     taken: [f64; 2],
-    /// Null where the tool stands along the first rotary's axis.
+    /// Other solution; null if the tool is parallel to the axis of the first rotary.
     other: Option<[f64; 2]>,
     #[serde(skip)]
     words: String,
 }
 
-/// Tool changes behind the first move.
+/// Tool changes after the first move.
 #[derive(Debug, Clone, Copy, serde::Serialize)]
-pub(super) struct ChangesTold {
+pub(super) struct ToolChanges {
     count: usize,
     line: u32,
-    /// Rapid moves that were not measured, and the line of the first.
+    /// Number of rapid moves not measured, and the line of the first.
     unmeasured: usize,
     first_unmeasured: Option<u32>,
 }
 
-impl ChoicesTold {
-    /// `None` where nothing is left open.
+impl AssumedSolutions {
+    /// Returns the assumptions; `None` if the program leaves nothing open.
     pub(super) fn of(choices: &Choices, subject: &Subject) -> Option<Self> {
         let Choices { vectors, planes, places, more } = choices;
         let Motion::Program(_, kinematics) = &subject.motion else { return None };
         let [.., first, second] = &kinematics.machine().axes;
         let words = |of: [f64; 2]| {
-            let told = |(axis, value): (&trunnion::machine::Axis, f64)| {
+            let position = |(axis, value): (&trunnion::machine::Axis, f64)| {
                 format!("{} {:.3} deg", axis.name, value.to_degrees())
             };
-            [first, second].into_iter().zip(of).map(told).collect::<Vec<_>>().join(" ")
+            [first, second].into_iter().zip(of).map(position).collect::<Vec<_>>().join(" ")
         };
         let place = |&Choice { line, plane, taken, other }: &Choice| {
             let degrees = |of: [f64; 2]| of.map(f64::to_degrees);
             let beside = other.map_or_else(
-                || "the tool stands along the first axis, which stays".to_owned(),
+                || "the tool is parallel to the first axis, which stays".to_owned(),
                 |other| format!("the other solution is {}", words(other)),
             );
-            ChoiceTold {
+            AssumedSolution {
                 line,
                 of: if plane { "plane" } else { "vector" },
                 taken: degrees(taken),
@@ -63,7 +63,7 @@ impl ChoicesTold {
                 words: format!("{}; {beside}", words(taken)),
             }
         };
-        let places: Vec<ChoiceTold> = places.iter().map(place).collect();
+        let places: Vec<AssumedSolution> = places.iter().map(place).collect();
         (*vectors + *planes > 0).then_some(Self {
             vectors: *vectors,
             planes: *planes,
@@ -72,40 +72,40 @@ impl ChoicesTold {
         })
     }
 
-    /// For people: each place, and what is assumed.
+    /// Returns one warning for each place, with the assumption.
     pub(super) fn warnings(&self, program: &str) -> Vec<String> {
-        let mut told: Vec<String> = self
+        let mut warnings: Vec<String> = self
             .places
             .iter()
             .map(|place| {
-                let ChoiceTold { line, of, words, .. } = place;
+                let AssumedSolution { line, of, words, .. } = place;
                 format!(
-                    "{program}:{line}: by this {of} the rotaries are taken to go to {words}: that with the least travel, inside \
-                     travel; the control may choose otherwise"
+                    "{program}:{line}: by this {of} the rotaries are taken to go to {words}: the solution inside travel with the least \
+                     motion; the control may choose otherwise"
                 )
             })
             .collect();
         if self.more > 0 {
-            told.push(format!("{program}: {} more such places", self.more));
+            warnings.push(format!("{program}: {} more such places", self.more));
         }
-        told
+        warnings
     }
 }
 
-impl ChangesTold {
+impl ToolChanges {
     pub(super) fn of(Changes { count, line, unmeasured, first }: Changes) -> Self {
         Self { count, line, unmeasured, first_unmeasured: first }
     }
 
-    /// For people.
+    /// Returns the warning about rapid moves that were not measured.
     pub(super) fn warnings(&self, program: &str) -> Vec<String> {
         let Self { first_unmeasured, unmeasured, .. } = *self;
-        let told = first_unmeasured.map(|first| {
+        let warning = first_unmeasured.map(|first| {
             format!(
-                "{program}:{first}: {unmeasured} rapid moves were not measured, from here on: where a tool change leaves X, Y and Z \
-                 is the machine's own, until the program tells all three"
+                "{program}:{first}: {unmeasured} rapid moves were not measured, from here on: after a tool change, X, Y and Z \
+                 are the machine's own, until the program gives all three"
             )
         });
-        told.into_iter().collect()
+        warning.into_iter().collect()
     }
 }

@@ -1,7 +1,8 @@
-//! What a check says: for scripts and for people.
+//! Summary of a check, for scripts and for people.
 
-use super::left_open::{ChangesTold, ChoicesTold};
-use super::model::ModelTold;
+use super::assumptions::{AssumedSolutions, ToolChanges};
+use super::control_model::ControlModelSummary;
+use super::limit_ratio::LimitRatio;
 use super::subject::{Motion, Subject};
 use crate::figure::plain;
 use crate::material;
@@ -9,14 +10,12 @@ use std::path::PathBuf;
 use trunnion::files::summary::{ChordSummary, FixturesSummary, StockSummary};
 use trunnion::machine::AxisKind;
 use trunnion::pipeline;
-use trunnion::verify::{
-    AxisAudit, ExtremeHeight, InspectionReport, LimitRatio, ShortBlocks, SingularPassages,
-};
+use trunnion::verify::{self, AxisAudit, ExtremeHeight, InspectionReport};
 use trunnion_report::Number;
 
-/// `summary.json`, and what `--json` prints; mm, degrees, s.
+/// Summary of a program checked against part and machine: `summary.json` and `--json`; mm, degrees, s.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct Told {
+pub(super) struct PartCheckSummary {
     schema: &'static str,
     generator: String,
     program: String,
@@ -25,26 +24,26 @@ pub(super) struct Told {
     pub(super) passed: bool,
     tolerance: Tolerance,
     pub(super) deviation: Heights,
-    /// Directions that the program tells instead of rotaries, and what was taken; null where there are none.
-    choices: Option<ChoicesTold>,
-    /// Tool changes, and what is not known behind them; null where there are none.
-    tool_changes: Option<ChangesTold>,
-    /// Time of all blocks, rapids at rapid speed; of it rapid. Null without an audit of the axes.
+    /// Tool directions given instead of rotary positions, with the solutions assumed; null without any.
+    choices: Option<AssumedSolutions>,
+    /// Tool changes, and rapid moves not measured after them; null without any.
+    tool_changes: Option<ToolChanges>,
+    /// Time of all blocks, and that of rapid moves at rapid speed \[s\]; null without an audit of the axes.
     duration: Option<f64>,
     rapid: Option<f64>,
     moves: Option<usize>,
-    /// Time when no block is shorter than its fastest axis needs.
+    /// Time if no block is shorter than its fastest axis needs \[s\].
     held: Option<f64>,
-    /// On a control that does not look ahead where rotaries move; null without a machine.
-    pub(super) control_model: Option<ModelTold>,
+    /// Time on a control that does not look ahead over rotary moves; null without a machine.
+    pub(super) control_model: Option<ControlModelSummary>,
     /// Blocks shorter than the servo period, the shortest of them and its line; null if there are none.
-    brief: Option<BriefTold>,
+    brief: Option<BriefBlocks>,
     /// Passages through the singular cone; null if there are none.
-    singular: Option<SingularTold>,
-    pub(super) axes: Vec<AxisTold>,
+    singular: Option<SingularPassages>,
+    pub(super) axes: Vec<AxisLoad>,
     /// Null without stock.
     pub(super) stock: Option<StockSummary>,
-    /// How far the triangles that stand for STEP solids may be off their faces; empty without any.
+    /// Chord tolerances of the triangles that represent STEP solids; empty without any.
     chords: Vec<ChordSummary>,
     /// Null without fixtures.
     pub(super) fixtures: Option<FixturesSummary>,
@@ -60,7 +59,7 @@ struct Tolerance {
     gouge: f64,
 }
 
-/// What is left on the faces.
+/// Deviation of the faces after the program.
 #[derive(Debug, serde::Serialize)]
 pub(super) struct Heights {
     pub(super) grid: f64,
@@ -69,22 +68,22 @@ pub(super) struct Heights {
     pub(super) uncut_area: f64,
     pub(super) area: f64,
     pub(super) unmeasured: usize,
-    /// Deepest and highest place measured.
+    /// Deepest gouge and largest excess measured \[mm\].
     pub(super) gouge: f64,
     pub(super) excess: f64,
     lowest: Option<Place>,
     highest: Option<Place>,
-    /// What is certain all over the faces, between the points as well, for the modelled geometry.
+    /// Upper bounds all over the faces, between the points as well, for the modelled geometry \[mm\].
     pub(super) gouge_bound: Option<f64>,
     pub(super) excess_bound: Option<f64>,
-    /// Area of which it is not certain.
+    /// Area without such bounds \[mm²\].
     pub(super) unbounded_area: f64,
-    /// What 0.01 mm of tool length, and of its corner radius, would add at most.
+    /// Largest change of the deviation by 0.01 mm of tool length, and of corner radius \[mm\].
     length_adds: f64,
     radius_adds: f64,
-    /// What 0.01 mm of the place of a rotary axis would add at most; null without a machine.
+    /// Largest change by 0.01 mm of the position of a rotary axis \[mm\]; null without a machine.
     pivot_adds: Option<f64>,
-    /// Points on faces that are not cut, and the deepest gouge there.
+    /// Number of points on faces that are not cut, and the deepest gouge there \[mm\].
     pub(super) others: usize,
     pub(super) others_gouge: f64,
 }
@@ -95,10 +94,10 @@ struct Place {
     uv: [f64; 2],
     point: [f64; 3],
     height: f64,
-    /// It may be deeper.
+    /// True if the gouge may be deeper than measured.
     or_deeper: bool,
     line: u32,
-    /// On a control that runs each axis of a rapid move at its own speed.
+    /// True if it occurs on a control that runs each axis of a rapid move at its own speed.
     dog_leg: bool,
 }
 
@@ -109,20 +108,20 @@ impl Place {
     }
 }
 
-/// One axis against its limits.
+/// Load of one axis relative to its limits.
 #[derive(Debug, serde::Serialize)]
-pub(super) struct AxisTold {
+pub(super) struct AxisLoad {
     pub(super) name: String,
     unit: &'static str,
     range: [f64; 2],
-    pub(super) velocity: Fraction,
-    pub(super) acceleration: Fraction,
-    /// If the control keeps the times of the blocks; told, not judged.
-    pub(super) jerk: Fraction,
+    pub(super) velocity: LimitRatio,
+    pub(super) acceleration: LimitRatio,
+    /// Jerk if the control keeps the times of the blocks; reported, not judged.
+    pub(super) jerk: LimitRatio,
 }
 
 #[derive(Debug, serde::Serialize)]
-struct BriefTold {
+struct BriefBlocks {
     count: usize,
     line: u32,
     shortest: f64,
@@ -130,40 +129,28 @@ struct BriefTold {
 }
 
 #[derive(Debug, serde::Serialize)]
-struct SingularTold {
+struct SingularPassages {
     passages: usize,
     line: u32,
     angle: f64,
     turn: f64,
 }
 
-impl BriefTold {
-    fn of(ShortBlocks { count, line, shortest, period, .. }: ShortBlocks) -> Self {
+impl BriefBlocks {
+    fn of(verify::ShortBlocks { count, line, shortest, period, .. }: verify::ShortBlocks) -> Self {
         Self { count, line, shortest, period }
     }
 }
 
-impl SingularTold {
-    fn of(SingularPassages { passages, line, angle, turn, .. }: SingularPassages) -> Self {
+impl SingularPassages {
+    fn of(
+        verify::SingularPassages { passages, line, angle, turn, .. }: verify::SingularPassages,
+    ) -> Self {
         Self { passages, line, angle: angle.to_degrees(), turn: turn.to_degrees() }
     }
 }
 
-/// Of a limit.
-#[derive(Debug, Clone, Copy, serde::Serialize)]
-pub(super) struct Fraction {
-    pub(super) ratio: f64,
-    pub(super) line: u32,
-    broken: usize,
-}
-
-impl Fraction {
-    pub(super) fn of(ratio: &LimitRatio) -> Self {
-        Self { ratio: ratio.worst, line: ratio.line, broken: ratio.broken }
-    }
-}
-
-impl Told {
+impl PartCheckSummary {
     pub(super) fn new(subject: &Subject, found: &InspectionReport) -> Self {
         let report = &found.report;
         let audit = report.audit.as_ref();
@@ -171,10 +158,11 @@ impl Told {
         let (collisions, count) = pipeline::collisions(carving, found.clearance.as_ref());
         let (stock, fixtures) = (found.stock.as_ref(), fixtures(subject, found));
         let mut failures: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
+        // Findings of the faces first, then collisions, then approaches: the order of their weight.
         failures.extend(pipeline::describe_collisions(&collisions, count, fixtures.as_ref()));
         failures.extend(fixtures.iter().flat_map(pipeline::too_near));
-        let choices = ChoicesTold::of(&report.choices, subject);
-        let changes = report.changes.map(ChangesTold::of);
+        let choices = AssumedSolutions::of(&report.choices, subject);
+        let changes = report.changes.map(ToolChanges::of);
         let mut warnings = subject.warnings.clone();
         warnings.extend(choices.iter().flat_map(|choices| choices.warnings(&subject.program)));
         warnings.extend(changes.iter().flat_map(|changes| changes.warnings(&subject.program)));
@@ -184,6 +172,7 @@ impl Told {
             program: subject.program.clone(),
             part: subject.part.clone(),
             machine: subject.machine.clone(),
+            // A collision or an approach fails the program even if every face is within tolerance.
             passed: report.passed()
                 && collisions.is_empty()
                 && fixtures.iter().all(|fixtures| fixtures.near.is_empty()),
@@ -195,9 +184,9 @@ impl Told {
             rapid: audit.map(|audit| audit.rapid),
             moves: audit.map(|audit| audit.moves),
             held: audit.map(|audit| audit.held),
-            control_model: audit.map(|audit| ModelTold::of(&audit.linuxcnc)),
-            brief: audit.and_then(|audit| audit.brief).map(BriefTold::of),
-            singular: audit.and_then(|audit| audit.singular).map(SingularTold::of),
+            control_model: audit.map(|audit| ControlModelSummary::of(&audit.linuxcnc)),
+            brief: audit.and_then(|audit| audit.brief).map(BriefBlocks::of),
+            singular: audit.and_then(|audit| audit.singular).map(SingularPassages::of),
             axes: audit.iter().flat_map(|audit| &audit.axes).map(|of| axis(subject, of)).collect(),
             warnings,
             stock: stock.map(|stock| pipeline::stock_summary(&stock.report, &stock.remaining)),
@@ -208,7 +197,7 @@ impl Told {
         }
     }
 
-    /// What a program that passed has kept: limits only where axes were audited.
+    /// Returns the verdict of a program that passed; it mentions limits only if axes were audited.
     pub(super) fn kept(&self) -> &'static str {
         if self.axes.is_empty() {
             "every tolerance is kept"
@@ -217,14 +206,14 @@ impl Told {
         }
     }
 
-    /// How long it takes, for the page.
+    /// Returns the time of the program for the page.
     pub(super) fn time(&self) -> Option<Number> {
         let (duration, rapid, moves) = (self.duration?, self.rapid?, self.moves?);
         let note = format!("of it rapid {rapid:.1} s, for {moves} moves");
         Some(plain("time", format!("{duration:.1}"), "s", note))
     }
 
-    /// The short table for people.
+    /// Returns the table for people.
     pub(super) fn table(&self, places: &[PathBuf]) -> String {
         let verdict = if self.passed { self.kept() } else { "NOT KEPT" };
         let mut lines = vec![format!("{}: {verdict}", self.program)];
@@ -244,26 +233,26 @@ impl Told {
         if let Some(model) = &self.control_model {
             row("control model", model.words());
         }
-        if let Some(BriefTold { count, line, shortest, period }) = &self.brief {
-            let told = format!(
+        if let Some(BriefBlocks { count, line, shortest, period }) = &self.brief {
+            let short = format!(
                 "{count} shorter than the servo period {:.3} ms, the shortest {:.3} ms at line {line}",
                 1e3 * period,
                 1e3 * shortest
             );
-            row("blocks", told);
+            row("blocks", short);
         }
-        if let Some(SingularTold { passages, line, angle, turn }) = &self.singular {
-            let told = format!(
+        if let Some(SingularPassages { passages, line, angle, turn }) = &self.singular {
+            let passages = format!(
                 "{passages} passages, nearest {angle:.3} deg at line {line}, turns up to {turn:.2} deg a block"
             );
-            row("singular", told);
+            row("singular", passages);
         }
         for axis in &self.axes {
             row(&format!("axis {}", axis.name), axis.words());
         }
         if let Some(stock) = &self.stock {
-            let [told, hit] = material::words(stock);
-            lines.push(format!("  {:<14}{told}", "stock"));
+            let [volumes, hit] = material::words(stock);
+            lines.push(format!("  {:<14}{volumes}", "stock"));
             lines.push(format!("  {:<14}{hit}", "collisions"));
         }
         if !self.chords.is_empty() {
@@ -306,26 +295,26 @@ impl Heights {
                 area if area > 0.0 => format!("; but for {area:.3} mm2"),
                 _ => String::new(),
             };
-            let told = format!("gouge max <= {gouge:.4}, excess max <= {excess:.4} mm{open}");
-            rows.push(("between, too", told));
+            let bounds = format!("gouge max <= {gouge:.4}, excess max <= {excess:.4} mm{open}");
+            rows.push(("between, too", bounds));
         }
         let pivot = |adds: f64| format!(", of a rotary axis's place {adds:.4}");
-        let told = format!(
+        let sensitivity = format!(
             "tool length adds up to {:.4}, of corner radius {:.4}{} mm",
             self.length_adds,
             self.radius_adds,
             self.pivot_adds.map_or_else(String::new, pivot)
         );
-        rows.push(("0.01 mm of", told));
+        rows.push(("0.01 mm of", sensitivity));
         if self.others > 0 {
-            let told = format!("{} points, gouge {:.4} mm", self.others, self.others_gouge);
-            rows.push(("other faces", told));
+            let others = format!("{} points, gouge {:.4} mm", self.others, self.others_gouge);
+            rows.push(("other faces", others));
         }
         rows
     }
 }
 
-/// Heights in numbers.
+/// Collects the deviation of the cut faces and of the others.
 fn heights(subject: &Subject, found: &InspectionReport) -> Heights {
     let deviation = &found.report.deviation;
     let height = |extreme: &Option<ExtremeHeight>| extreme.as_ref().map_or(0.0, |e| e.height);
@@ -336,8 +325,10 @@ fn heights(subject: &Subject, found: &InspectionReport) -> Heights {
         uncut_area: deviation.uncut_area.max(0.0),
         area: deviation.area,
         unmeasured: deviation.unmeasured,
+        // A lowest point above the face is no gouge.
         gouge: (-height(&deviation.lowest)).max(0.0),
         excess: height(&deviation.highest).max(0.0),
+        // Sensitivities are in mm per mm.
         length_adds: 0.01 * deviation.sensitivity.length,
         radius_adds: 0.01 * deviation.sensitivity.radius,
         pivot_adds: deviation.sensitivity.pivot.map(|pivot| 0.01 * pivot),
@@ -351,25 +342,25 @@ fn heights(subject: &Subject, found: &InspectionReport) -> Heights {
     }
 }
 
-fn axis(subject: &Subject, audit: &AxisAudit) -> AxisTold {
+fn axis(subject: &Subject, audit: &AxisAudit) -> AxisLoad {
     let machine = match &subject.motion {
         Motion::Program(_, kinematics) => Some(kinematics.machine()),
         Motion::Locations(_) => None,
     };
     let mut axes = machine.iter().flat_map(|machine| &machine.axes);
     let rotary = axes.any(|axis| axis.name == audit.name && axis.kind == AxisKind::Rotary);
-    AxisTold {
+    AxisLoad {
         name: audit.name.clone(),
         unit: if rotary { "deg" } else { "mm" },
         range: if rotary { audit.range.map(f64::to_degrees) } else { audit.range },
-        velocity: Fraction::of(&audit.velocity),
-        acceleration: Fraction::of(&audit.acceleration),
-        jerk: Fraction::of(&audit.jerk),
+        velocity: LimitRatio::of(&audit.velocity),
+        acceleration: LimitRatio::of(&audit.acceleration),
+        jerk: LimitRatio::of(&audit.jerk),
     }
 }
 
-impl AxisTold {
-    /// Where it goes, for the page.
+impl AxisLoad {
+    /// Returns the range of the axis for the page.
     pub(super) fn number(&self) -> Number {
         let [low, high] = self.range;
         plain(
@@ -382,7 +373,7 @@ impl AxisTold {
 
     fn words(&self) -> String {
         let [low, high] = self.range;
-        let percent = |of: Fraction| 100.0 * of.ratio;
+        let percent = |of: LimitRatio| 100.0 * of.ratio;
         format!(
             "{low:.3} .. {high:.3} {}, velocity {:.1} % (line {}), acceleration {:.1} % (line {}), \
              jerk {:.1} % (line {}) at the blocks' own times",

@@ -1,0 +1,48 @@
+//! Values of command-line options: numbers and short lists of them.
+
+/// Reads a finite number.
+pub(crate) fn finite(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("a finite number is expected".into()),
+    }
+}
+
+/// Reads a number above 0.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|value| {
+        if value > 0.0 { Ok(value) } else { Err("a number above 0 is expected".into()) }
+    })
+}
+
+/// Reads 0 or a number above it.
+pub(crate) fn not_negative(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|value| {
+        if value >= 0.0 { Ok(value) } else { Err("0 or a number above it is expected".into()) }
+    })
+}
+
+/// Reads numbers separated by commas.
+pub(crate) fn list(text: &str) -> Result<Vec<f64>, String> {
+    text.split(',').map(finite).collect()
+}
+
+/// Reads two numbers.
+pub(crate) fn two(text: &str) -> Result<[f64; 2], String> {
+    let expected = "two numbers separated by a comma are expected";
+    list(text).ok().and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| expected.to_owned())
+}
+
+/// Reads three numbers.
+pub(crate) fn three(text: &str) -> Result<[f64; 3], String> {
+    let expected = "three numbers separated by commas are expected";
+    list(text)?.try_into().map_err(|_| expected.to_owned())
+}
+
+/// Reads the tolerances of tip \[mm\] and tool axis, in degrees; the angle is returned in rad.
+pub(crate) fn pose_tolerance(text: &str) -> Result<[f64; 2], String> {
+    match text.split_once(',').map(|(tip, axis)| (positive(tip), positive(axis))) {
+        Some((Ok(tip), Ok(axis))) => Ok([tip, axis.to_radians()]),
+        _ => Err("write two numbers above 0, mm and degrees, such as 0.005,0.02".to_owned()),
+    }
+}

@@ -1,0 +1,84 @@
+//! The answer for scripts and for people.
+
+use super::smoothed::{ARC_SHARE, SHARE, Sheet, WRITTEN};
+use serde::Serialize;
+use std::path::Path;
+use trunnion::toolpath::SAME;
+
+/// Answer of `--json`.
+#[derive(Debug, Default, Serialize)]
+pub(super) struct Answer {
+    schema: &'static str,
+    /// Cutter locations read, and written.
+    locations: [usize; 2],
+    smoothing: Option<Smoothing>,
+}
+
+/// Result of smoothing; mm and degrees.
+#[derive(Debug, Serialize)]
+struct Smoothing {
+    tip_tolerance: f64,
+    axis_tolerance: f64,
+    tip_deviation: f64,
+    tip_bound: f64,
+    axis_deviation: f64,
+    axis_bound: f64,
+    spans: usize,
+    merged: usize,
+    corners_blended: usize,
+    corners_kept: usize,
+}
+
+/// Returns the answer.
+pub(super) fn answer(sheet: &Sheet, smooth: Option<[f64; 2]>) -> Answer {
+    Answer {
+        schema: "trunnion-path/1",
+        locations: sheet.locations,
+        smoothing: smooth.map(|tolerance| smoothing(sheet, tolerance)),
+    }
+}
+
+fn smoothing(sheet: &Sheet, [tip, axis]: [f64; 2]) -> Smoothing {
+    let report = &sheet.report;
+    let most = &report.deviated;
+    // Without spans nothing was smoothed; merged locations lie within SAME of the tolerance on either side.
+    let [tip_share, axis_share] = match (report.spans, report.merged) {
+        (0, 0) => [0.0; 2],
+        (0, _) => [2.0 * SAME; 2],
+        _ => [SHARE + ARC_SHARE, SHARE],
+    };
+    Smoothing {
+        tip_tolerance: tip,
+        axis_tolerance: axis.to_degrees(),
+        tip_deviation: most.tip,
+        // Deviation of the path, division into straight moves, and rounding add up.
+        tip_bound: most.tip_bound + tip_share * tip + WRITTEN[0],
+        axis_deviation: most.axis.to_degrees(),
+        axis_bound: (most.axis_bound + axis_share * axis + WRITTEN[1]).to_degrees(),
+        spans: report.spans,
+        merged: report.merged,
+        corners_blended: report.blended,
+        corners_kept: report.stops,
+    }
+}
+
+/// Describes the answer for people.
+pub(super) fn describe(answer: &Answer, place: &Path) -> String {
+    let [read, written] = answer.locations;
+    let mut lines = vec![format!("{}: {written} cutter locations", place.display())];
+    if let Some(of) = &answer.smoothing {
+        let row = |name: &str, value: String| format!("  {name:<18}{value}");
+        let Smoothing { tip_bound, axis_bound, corners_blended, corners_kept, .. } = of;
+        lines.extend([
+            row("read", format!("{read}, {} of them the same as the one before", of.merged)),
+            row(
+                "tip",
+                format!("at most {tip_bound:.6} mm from the path read, of {} mm", of.tip_tolerance),
+            ),
+            row("axis", format!("at most {axis_bound:.6} deg, of {:.6} deg", of.axis_tolerance)),
+            row("spans", of.spans.to_string()),
+            row("corners", format!("{corners_blended} blended, {corners_kept} kept as stops")),
+        ]);
+    }
+    lines.join("\n") + "\n"
+}

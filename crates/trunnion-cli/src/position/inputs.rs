@@ -1,0 +1,82 @@
+//! Face, point and cutter that the arguments name.
+
+use super::args::Args;
+use crate::outcome::Failure;
+use crate::part;
+use crate::progress::Bars;
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::surface::{FaceIndex, Surface};
+
+/// Refuses a point beyond the edges of the surface.
+///
+/// The library continues surfaces beyond their edges, because a tool rolls off there; a point
+/// that a user names beyond an edge is a slip.
+pub(super) fn require_on_surface(surface: &Surface, at: [f64; 2]) -> Result<(), Failure> {
+    let parameters = ["u", "v"].into_iter().zip(at).zip(surface.domain()).zip(surface.periods());
+    for (((name, value), [low, high]), period) in parameters {
+        // A periodic parameter has no edge to cross.
+        if period.is_none() && !(low..=high).contains(&value) {
+            return Err(Failure::input(format!(
+                "--at: {name} = {value} is off the surface, where {name} goes from {low} to {high}"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Reads the face that is machined.
+pub(super) fn face(args: &Args) -> Result<FaceIndex, Failure> {
+    let part = part::read(&args.surface, &Bars::new())?;
+    for warning in &part.warnings {
+        eprintln!("warning: {warning}");
+    }
+    let count = part.faces.len();
+    let wanted = part.faces.into_iter().find(|face| face.number == args.face);
+    let Some(mut face) = wanted else {
+        let file = args.surface.display();
+        let help = format!("trunnion inspect {file} lists them");
+        let number = args.face;
+        return Err(Failure::input(format!(
+            "{file} has {count} faces, none with the number {number}\n  help: {help}"
+        )));
+    };
+    face.flip ^= args.flip;
+    FaceIndex::new(face).map_err(Failure::input)
+}
+
+/// Reads the cutter: `R=10,r=6`, optionally `L=..` and `inner=..`.
+pub(super) fn cutter(args: &Args) -> Result<Cutter, Failure> {
+    let wrong = |what: &str| {
+        let help = "for instance --cutter R=10,r=6 or R=10,r=6,L=120,inner=4";
+        Failure::input(format!("--cutter {}: {what}\n  help: {help}", args.cutter))
+    };
+    let (mut major, mut minor, mut length, mut inner) = (None, None, None, None);
+    for entry in args.cutter.split(',') {
+        let (name, value) = entry.split_once('=').ok_or_else(|| wrong("name=value is expected"))?;
+        let value = value.trim().parse::<f64>();
+        let value = value.map_err(|_| wrong(&format!("{entry} is no number")))?;
+        let place = match name.trim() {
+            "R" => &mut major,
+            "r" => &mut minor,
+            "L" => &mut length,
+            "inner" => &mut inner,
+            other => return Err(wrong(&format!("{other} is none of R, r, L, inner"))),
+        };
+        *place = Some(value);
+    }
+    let (Some(major), Some(minor)) = (major, minor) else {
+        return Err(wrong("both R and r are needed"));
+    };
+    // R = 0 leaves the corner alone, a ball; r = 0 leaves a sharp edge, a flat end mill.
+    let kind = match (major > 0.0, minor > 0.0) {
+        (true, true) => CutterKind::Bull,
+        (true, false) => CutterKind::Flat,
+        (false, _) => CutterKind::Ball,
+    };
+    let length = length.unwrap_or(2.0 * (major + minor));
+    let construction = inner.map_or(CutterConstruction::Solid, |inner_cutting_radius| {
+        CutterConstruction::Insert { inner_cutting_radius }
+    });
+    Cutter::new(CutterSpec { kind, major, minor, length, construction, shank: Vec::new() })
+        .map_err(|faults| Failure::Input(faults.iter().map(ToString::to_string).collect()))
+}

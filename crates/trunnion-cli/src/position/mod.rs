@@ -1,0 +1,12 @@
+//! `trunnion position`: one cutter location, explained.
+
+mod answer;
+mod args;
+mod compare;
+mod drawing;
+mod inputs;
+mod refusal;
+mod run;
+
+pub(crate) use args::Args;
+pub(crate) use run::run;

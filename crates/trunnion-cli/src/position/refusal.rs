@@ -1,0 +1,24 @@
+//! Errors of the request, as opposed to places at which no cutter location exists.
+
+use crate::outcome::Failure;
+use trunnion::positioning::PositioningError;
+
+/// Returns true if the request itself is wrong, at any point of the face.
+pub(super) fn is_request_error(error: &PositioningError) -> bool {
+    use PositioningError as E;
+    matches!(
+        error,
+        E::EmptyBand { .. }
+            | E::OffsetRange { .. }
+            | E::NoDirection { .. }
+            | E::NotCentreCutting { .. }
+            | E::NoCircle
+            | E::Angle { .. }
+            | E::Cutter(_)
+    )
+}
+
+/// Refuses a wrong request.
+pub(super) fn refusal(error: PositioningError) -> Failure {
+    Failure::input(error)
+}

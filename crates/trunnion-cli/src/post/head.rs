@@ -1,0 +1,38 @@
+//! Head of the program.
+
+use trunnion::nc::write::{Note, ToolNote};
+
+/// Texts and numbers at the head of the program.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Head {
+    pub(super) name: String,
+    pub(super) tool: Option<u32>,
+    /// All that were posted.
+    pub(super) tools: Vec<u32>,
+    pub(super) cutter: Option<[f64; 2]>,
+    pub(super) spindle: f64,
+    pub(super) coolant: bool,
+    pub(super) feed: f64,
+    pub(super) duration: f64,
+}
+
+impl Head {
+    /// Returns the note that programs and sheets are written with.
+    pub(super) fn note(&self) -> Note<'_> {
+        let [diameter, minor] = self.cutter.unwrap_or([0.0; 2]);
+        Note {
+            name: &self.name,
+            tool: ToolNote {
+                number: self.tool.unwrap_or(1),
+                major: (0.5 * diameter - minor).max(0.0),
+                minor,
+            },
+            spindle: self.spindle,
+            coolant: self.coolant,
+            feed: self.feed,
+            budget: &[],
+            duration: self.duration,
+            remarks: &[],
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! The verb: opens the outputs, posts and reports.
+
+use super::args::Args;
+use super::plan::Plan;
+use super::summary::PostSummary;
+use crate::form::OutputForm;
+use crate::outcome::{Done, Failure};
+use crate::output::Outputs;
+use crate::progress::Bars;
+use crate::text;
+use std::path::Path;
+
+pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+    if let Some(dialect) = args.print_template {
+        return text::print(dialect.template());
+    }
+    let (Some(input), Some(machine), Some(output)) = (&args.input, &args.machine, &args.output)
+    else {
+        return Err(Failure::input("an input, a machine (-m) and an output (-o) are needed"));
+    };
+    let plan = Plan::new(args, machine)?;
+    let name = output.file_name().map(|name| name.to_string_lossy().into_owned());
+    let name = name
+        .filter(|_| !output.is_dir())
+        .ok_or_else(|| Failure::input(format!("{}: not a file", output.display())))?;
+    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let mut outputs = Outputs::open(folder.unwrap_or(Path::new(".")))?;
+    let bars = Bars::new();
+    // The callback of `add` may only fail with an I/O error: the failure itself is kept beside it.
+    let mut posted = None;
+    let written = outputs.add(&name, |out| match plan.post(input, &bars, out) {
+        Ok(done) => {
+            posted = Some(Ok(done));
+            Ok(())
+        }
+        Err(failure) => {
+            posted = Some(Err(failure));
+            Err(std::io::Error::other("refused"))
+        }
+    });
+    let posted = posted.transpose()?;
+    written?;
+    let Some((report, note)) = posted else { return Ok(Done::Kept) };
+    if let Some(unread) = &report.unread {
+        let path = output.display();
+        eprintln!("warning: {path}:{unread}\nwarning: from there on the program was not read back");
+    }
+    let sheet = plan.sheet(&name, &note)?;
+    outputs.text(&sheet_name(&name), &sheet)?;
+    outputs.commit()?;
+    bars.finish();
+    let summary = PostSummary::new(&plan, &report, &note.tools, output);
+    form.print(&summary, PostSummary::describe)?;
+    Ok(if summary.kept() { Done::Kept } else { Done::Broken })
+}
+
+/// Returns the name of the setup sheet: `part.setup.txt` beside `part.nc`.
+fn sheet_name(name: &str) -> String {
+    let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    format!("{stem}.setup.txt")
+}
