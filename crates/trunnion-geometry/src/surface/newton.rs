@@ -45,7 +45,7 @@ pub(crate) fn minimise(
     guess: [f64; 2],
     bounds: [[f64; 2]; 2],
 ) -> Option<SurfacePoint> {
-    let mut descent = Descent { at, p, bounds, left: EVALUATIONS };
+    let mut descent = DampedDescent { at, p, bounds, left: EVALUATIONS };
     let uv = descent.clamp(guess);
     let mut current = SurfacePoint { uv, jet: (descent.at)(uv) };
     for _ in 0..STEPS {
@@ -66,7 +66,7 @@ struct NewtonStep {
 }
 
 /// Damped Newton steps towards `p`, confined to a rectangle of parameters.
-struct Descent<'a, F> {
+struct DampedDescent<'a, F> {
     at: F,
     p: &'a Point3<f64>,
     bounds: [[f64; 2]; 2],
@@ -74,7 +74,7 @@ struct Descent<'a, F> {
     left: u32,
 }
 
-impl<F: Fn([f64; 2]) -> SurfaceJet2> Descent<'_, F> {
+impl<F: Fn([f64; 2]) -> SurfaceJet2> DampedDescent<'_, F> {
     /// Moves parameters to the nearest ones of the rectangle.
     fn clamp(&self, uv: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|k| uv[k].clamp(self.bounds[k][0], self.bounds[k][1]))

@@ -1,6 +1,6 @@
 //! Area, extent, tightest hollow and mean normal of a face, by quadrature.
 
-use super::quadrature::{self, Node};
+use super::quadrature::{self, QuadratureNode};
 use crate::surface::Face;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
@@ -58,7 +58,7 @@ pub struct AreaElement {
 /// # Ok::<(), trunnion_geometry::surface::SurfaceError>(())
 /// ```
 pub fn elements(face: &Face) -> Vec<AreaElement> {
-    let element = |node: &Node| {
+    let element = |node: &QuadratureNode| {
         let jet = face.surface.jet1(node.uv[0], node.uv[1]);
         let side = if face.flip { -node.weight } else { node.weight };
         // dA = S_u x S_v du dv: the weight is the area in parameters.
@@ -74,7 +74,7 @@ pub fn summary(face: &Face) -> FaceSummary {
     let area = elements.iter().map(|element| element.area.norm()).sum();
     // The vector area: 0 for a closed surface, as long as the area for a plane.
     let mean = elements.iter().fold(Vector3::zeros(), |sum, element| sum + element.area);
-    let towards = |node: &Node| {
+    let towards = |node: &QuadratureNode| {
         let curvature = face.surface.jet2(node.uv[0], node.uv[1]).curvature()?;
         // Hollow is positive curvature towards the cutter; on the other side signs change.
         Some(if face.flip { -curvature.min } else { curvature.max })
@@ -116,7 +116,7 @@ fn trimmed(face: &Face, covered: f64) -> bool {
 }
 
 /// Returns the box of rims and nodes, each side pushed out to the extreme along the rim and inside.
-fn bounds(face: &Face, nodes: &[Node]) -> [Point3<f64>; 2] {
+fn bounds(face: &Face, nodes: &[QuadratureNode]) -> [Point3<f64>; 2] {
     let rims: Vec<Vec<[f64; 2]>> =
         quadrature::rims(face).iter().map(|rim| quadrature::dense(face, rim, RIM_CHORDS)).collect();
     let side = |sign: f64| {

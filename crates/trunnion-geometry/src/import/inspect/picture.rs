@@ -13,7 +13,7 @@ const MARGIN: f64 = 24.0;
 const CHORDS: f64 = 24.0;
 
 /// One face, projected: right, up, and towards the viewer \[mm\].
-struct Outline {
+struct ProjectedFace {
     number: usize,
     rims: Vec<Vec<[f64; 2]>>,
     label: [f64; 2],
@@ -23,7 +23,7 @@ struct Outline {
 /// Draws an SVG document: outlines of the faces in isometric view (from +x, -y, +z), the nearer
 /// over the farther, each with its number inside.
 pub fn picture(faces: &[Face]) -> String {
-    let mut outlines: Vec<Outline> = faces.iter().map(outline).collect();
+    let mut outlines: Vec<ProjectedFace> = faces.iter().map(outline).collect();
     // Painter's algorithm: the farthest first.
     outlines.sort_by(|a, b| a.depth.total_cmp(&b.depth));
     let scale = fit(&outlines);
@@ -47,7 +47,7 @@ pub fn picture(faces: &[Face]) -> String {
     svg
 }
 
-fn draw(svg: &mut String, outline: &Outline, scale: &Fit) -> std::fmt::Result {
+fn draw(svg: &mut String, outline: &ProjectedFace, scale: &PictureFit) -> std::fmt::Result {
     write!(
         svg,
         "<path fill=\"#8ab\" fill-opacity=\"0.35\" fill-rule=\"evenodd\" stroke=\"#246\" d=\""
@@ -62,7 +62,7 @@ fn draw(svg: &mut String, outline: &Outline, scale: &Fit) -> std::fmt::Result {
     writeln!(svg, "\"><title>face {}</title></path>", outline.number)
 }
 
-fn outline(face: &Face) -> Outline {
+fn outline(face: &Face) -> ProjectedFace {
     let rims: Vec<Vec<[f64; 2]>> =
         quadrature::rims(face).iter().map(|rim| projected(face, rim)).collect();
     let nodes = quadrature::nodes(face);
@@ -75,7 +75,7 @@ fn outline(face: &Face) -> Outline {
     let distance = |p: &[f64; 3]| (p[0] - x).hypot(p[1] - y);
     let label = points.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
     let label = label.map_or([x, y], |p| [p[0], p[1]]);
-    Outline { number: face.number, rims, label, depth: mean(2) }
+    ProjectedFace { number: face.number, rims, label, depth: mean(2) }
 }
 
 fn projected(face: &Face, rim: &[[f64; 2]]) -> Vec<[f64; 2]> {
@@ -94,12 +94,12 @@ fn project(p: &Point3<f64>) -> [f64; 3] {
 }
 
 /// From projected mm to the picture.
-struct Fit {
+struct PictureFit {
     scale: f64,
     middle: [f64; 2],
 }
 
-impl Fit {
+impl PictureFit {
     fn apply(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [
             0.5 * SIZE + (x - self.middle[0]) * self.scale,
@@ -109,7 +109,7 @@ impl Fit {
     }
 }
 
-fn fit(outlines: &[Outline]) -> Fit {
+fn fit(outlines: &[ProjectedFace]) -> PictureFit {
     let mut low = [f64::INFINITY; 2];
     let mut high = [f64::NEG_INFINITY; 2];
     for point in outlines.iter().flat_map(|outline| outline.rims.iter().flatten()) {
@@ -124,5 +124,5 @@ fn fit(outlines: &[Outline]) -> Fit {
         let m = 0.5 * (low[k] + high[k]);
         if m.is_finite() { m } else { 0.0 }
     });
-    Fit { scale, middle }
+    PictureFit { scale, middle }
 }

@@ -18,13 +18,13 @@ const GAUSS: [(f64, f64); 3] = [
 
 /// A point of the face, and the parameter area it stands for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Node {
+pub(super) struct QuadratureNode {
     pub(super) uv: [f64; 2],
     pub(super) weight: f64,
 }
 
 /// Returns nodes inside the trims: columns across the face, each cut at the trims it crosses.
-pub(super) fn nodes(face: &Face) -> Vec<Node> {
+pub(super) fn nodes(face: &Face) -> Vec<QuadratureNode> {
     let bounds = face.bounds();
     // Columns run across loops that run round the surface.
     let round_v = face.loops.iter().any(|trim| trim.turns()[1] != 0);
@@ -39,7 +39,7 @@ pub(super) fn nodes(face: &Face) -> Vec<Node> {
             for [low, high] in inside(face, &rims, line, bounds[1 - sweep]) {
                 rows([low, high], |y, weight| {
                     let uv = if sweep == 0 { [x, y] } else { [y, x] };
-                    nodes.push(Node { uv, weight: weight * width });
+                    nodes.push(QuadratureNode { uv, weight: weight * width });
                 });
             }
         }

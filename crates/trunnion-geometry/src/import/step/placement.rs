@@ -22,7 +22,7 @@ const MAX_COPIES: usize = 1000;
 
 /// `parent_from_child` of one use of a representation.
 #[derive(Debug, Clone, Copy)]
-struct Step {
+struct PlacementStep {
     parent: u64,
     parent_from_child: Isometry3<f64>,
 }
@@ -31,7 +31,7 @@ struct Step {
 #[derive(Debug, Default)]
 pub(super) struct Placements {
     /// Uses of a representation, in file order.
-    steps: BTreeMap<u64, Vec<Step>>,
+    steps: BTreeMap<u64, Vec<PlacementStep>>,
     /// Representations of the same thing in the same place, both ways.
     same: BTreeMap<u64, Vec<u64>>,
 }
@@ -103,7 +103,7 @@ impl Placements {
         let outer = isometry(exchange, parent, outer, from)?;
         // parent <- frame (outer), frame <- child (inverse of inner).
         let parent_from_child = outer * inner.inverse();
-        self.steps.entry(child).or_default().push(Step { parent, parent_from_child });
+        self.steps.entry(child).or_default().push(PlacementStep { parent, parent_from_child });
         Ok(())
     }
 

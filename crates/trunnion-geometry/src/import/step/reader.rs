@@ -9,8 +9,8 @@ use super::model::Model;
 use super::model::Read;
 use super::part21::Exchange;
 use super::shape::Shape;
+use super::topology::FaceTopology;
 use super::topology::Outline;
-use super::topology::Skin;
 use super::trim::Exactness;
 use super::{convert, known, topology, trim};
 use crate::surface::Face;
@@ -130,7 +130,7 @@ impl StepReader {
 }
 
 /// Topology of a face, and its surface as stated and as it is used.
-pub(super) type Geometry = (Skin, Shape, Surface);
+pub(super) type Geometry = (FaceTopology, Shape, Surface);
 
 impl StepReader {
     pub(super) fn geometry(&self, exchange: &Exchange, outline: &Outline) -> Read<Geometry> {

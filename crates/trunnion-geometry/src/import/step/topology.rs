@@ -39,21 +39,22 @@ pub(super) struct Outline {
 
 /// Use of a face by a shell.
 #[derive(Debug, Clone, Copy)]
-struct Use {
+struct FaceUse {
     /// Representation and its context.
     place: Option<[u64; 2]>,
     reversed: bool,
 }
 
 /// In no representation.
-const LOOSE: Use = Use { place: None, reversed: false };
+const LOOSE: FaceUse = FaceUse { place: None, reversed: false };
 
 /// Lists all faces in file order, once for every placement, and everything doubtful.
 pub(super) fn outlines(exchange: &Exchange) -> (Vec<Outline>, Vec<Loss>) {
     let (placements, mut losses) = Placements::read(exchange);
     let default = units::first(exchange);
     let uses = uses(exchange, &mut losses);
-    let mut known = Known { exchange, placements, losses: &mut losses, found: HashMap::new() };
+    let mut known =
+        RepresentationCache { exchange, placements, losses: &mut losses, found: HashMap::new() };
     let mut outlines = Vec::new();
     for instance in &exchange.instances {
         if !FACES.iter().any(|name| instance.part(name).is_some()) {
@@ -82,15 +83,15 @@ pub(super) fn outlines(exchange: &Exchange) -> (Vec<Outline>, Vec<Loss>) {
 type Found = (Option<Scale>, Vec<Isometry3<f64>>);
 
 /// Units and places of representations, found once each.
-struct Known<'a, 'b> {
+struct RepresentationCache<'a, 'b> {
     exchange: &'a Exchange,
     placements: Placements,
     losses: &'b mut Vec<Loss>,
     found: HashMap<u64, Found>,
 }
 
-impl Known<'_, '_> {
-    fn of(&mut self, used: Use) -> Found {
+impl RepresentationCache<'_, '_> {
+    fn of(&mut self, used: FaceUse) -> Found {
         let Some([representation, context]) = used.place else {
             return (None, vec![Isometry3::identity()]);
         };
@@ -111,23 +112,23 @@ impl Known<'_, '_> {
 }
 
 /// Finds the first use of each face.
-fn uses(exchange: &Exchange, losses: &mut Vec<Loss>) -> HashMap<u64, Use> {
-    let mut walk = Walk { exchange, uses: HashMap::new(), visited: HashSet::new(), losses };
+fn uses(exchange: &Exchange, losses: &mut Vec<Loss>) -> HashMap<u64, FaceUse> {
+    let mut walk = ShellWalk { exchange, uses: HashMap::new(), visited: HashSet::new(), losses };
     walk.representations();
     walk.loose_shells();
     walk.uses
 }
 
 /// From representations down to faces.
-struct Walk<'a, 'b> {
+struct ShellWalk<'a, 'b> {
     exchange: &'a Exchange,
-    uses: HashMap<u64, Use>,
+    uses: HashMap<u64, FaceUse>,
     /// Shells read.
     visited: HashSet<u64>,
     losses: &'b mut Vec<Loss>,
 }
 
-impl Walk<'_, '_> {
+impl ShellWalk<'_, '_> {
     fn note<T>(&mut self, read: Read<T>) -> Option<T> {
         match read {
             Ok(value) => Some(value),
@@ -174,11 +175,11 @@ impl Walk<'_, '_> {
         };
         for shell in self.note(shells).unwrap_or_default() {
             let place = Some([representation, context]);
-            self.shell(shell, id, Use { place, reversed: false }, 0);
+            self.shell(shell, id, FaceUse { place, reversed: false }, 0);
         }
     }
 
-    fn shell(&mut self, id: u64, from: u64, used: Use, depth: usize) {
+    fn shell(&mut self, id: u64, from: u64, used: FaceUse, depth: usize) {
         let names: Vec<&str> = SHELLS.iter().chain(&ORIENTED).copied().collect();
         let Some(fields) = self.exchange.get(id).map_or_else(
             || self.note(loss(from, format!("refers to #{id}, which the file does not define"))),
@@ -193,7 +194,7 @@ impl Walk<'_, '_> {
             {
                 // Two reversals cancel: reversed once more unless the orientation is `.T.`.
                 let reversed = used.reversed == forward;
-                self.shell(inner, id, Use { reversed, ..used }, depth + 1);
+                self.shell(inner, id, FaceUse { reversed, ..used }, depth + 1);
             }
             return;
         }
@@ -212,7 +213,7 @@ impl Walk<'_, '_> {
         }
     }
 
-    fn face(&mut self, id: u64, from: u64, used: Use) {
+    fn face(&mut self, id: u64, from: u64, used: FaceUse) {
         let model = Model::plain(self.exchange);
         let Some(instance) = self.note(model.instance(id, from)) else { return };
         if FACES.iter().any(|name| instance.part(name).is_some()) {
@@ -227,7 +228,9 @@ impl Walk<'_, '_> {
         };
         let inner = fields.reference(2).and_then(|inner| Ok((inner, fields.truth(3)?)));
         if let Some((inner, forward)) = self.note(inner) {
-            self.uses.entry(inner).or_insert(Use { reversed: used.reversed == forward, ..used });
+            self.uses
+                .entry(inner)
+                .or_insert(FaceUse { reversed: used.reversed == forward, ..used });
         }
     }
 
@@ -266,7 +269,7 @@ pub(super) struct Boundary {
 
 /// Contents of an `ADVANCED_FACE`.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Skin {
+pub(super) struct FaceTopology {
     /// Entity of the surface.
     pub(super) surface: u64,
     /// The face looks where the surface's normal points.
@@ -275,7 +278,7 @@ pub(super) struct Skin {
     pub(super) boundaries: Vec<Boundary>,
 }
 
-impl Skin {
+impl FaceTopology {
     /// Turns the face over to a surface whose normal points the other way.
     pub(super) fn turn_over(&mut self) {
         self.same_sense = !self.same_sense;
@@ -297,7 +300,7 @@ impl Boundary {
 
 impl<'a> Model<'a> {
     /// Reads a face; points closer than `tolerance` \[mm\] count as one.
-    pub(super) fn skin(&self, id: u64, tolerance: f64) -> Read<Skin> {
+    pub(super) fn skin(&self, id: u64, tolerance: f64) -> Read<FaceTopology> {
         let fields = self.named(id, id, &FACES)?;
         let same_sense = fields.truth(3)?;
         let mut boundaries = Vec::new();
@@ -310,7 +313,7 @@ impl<'a> Model<'a> {
             }
             boundaries.push(boundary);
         }
-        Ok(Skin { surface: fields.reference(2)?, same_sense, boundaries })
+        Ok(FaceTopology { surface: fields.reference(2)?, same_sense, boundaries })
     }
 
     fn boundary(&self, id: u64, from: u64, tolerance: f64) -> Read<Boundary> {

@@ -33,14 +33,14 @@ pub(super) struct Exactness {
 }
 
 /// An edge in parameters, on some turn.
-pub(super) struct Track {
+pub(super) struct EdgeTrack {
     pub(super) edge: u64,
     pub(super) points: Vec<[f64; 2]>,
-    pub(super) ends: [End; 2],
+    pub(super) ends: [TrackEnd; 2],
 }
 
 #[derive(Clone, Copy)]
-pub(super) struct End {
+pub(super) struct TrackEnd {
     pub(super) point: Point3<f64>,
     pub(super) pole: Option<Pole>,
 }
@@ -53,7 +53,7 @@ pub(super) fn trim_loop(
     exactness: Exactness,
 ) -> Read<Option<(TrimLoop, f64, u64)>> {
     let mut worst = (0.0, 0);
-    let mut tracks: Vec<Track> = Vec::new();
+    let mut tracks: Vec<EdgeTrack> = Vec::new();
     for edge in &boundary.edges {
         let near = tracks.last().and_then(|track| track.points.last().copied());
         let (track, off) = Tracer { chart, edge, exactness, off: 0.0 }.track(near)?;
@@ -78,7 +78,7 @@ pub(super) fn trim_loop(
     trim.map(|trim| Some((trim, worst.0, worst.1))).map_err(named)
 }
 
-fn size(tracks: &[Track]) -> f64 {
+fn size(tracks: &[EdgeTrack]) -> f64 {
     tracks.iter().flat_map(|t| &t.points).flatten().fold(0.0, |size, x| x.abs().max(size))
 }
 
@@ -92,7 +92,7 @@ struct Tracer<'a> {
 
 /// A sample of an edge.
 #[derive(Clone, Copy)]
-struct Sample {
+struct EdgeSample {
     t: f64,
     point: Point3<f64>,
     uv: [f64; 2],
@@ -100,19 +100,19 @@ struct Sample {
 
 impl Tracer<'_> {
     /// Follows the edge in parameters; `None` if it lies in a pole altogether.
-    fn track(mut self, near: Option<[f64; 2]>) -> Read<(Option<Track>, f64)> {
+    fn track(mut self, near: Option<[f64; 2]>) -> Read<(Option<EdgeTrack>, f64)> {
         let stations = self.edge.curve.stations(self.edge.range);
         let points: Vec<(f64, Point3<f64>)> =
             stations.iter().map(|&t| (t, self.edge.curve.point_around(t))).collect();
         let poles: Vec<Option<Pole>> = points.iter().map(|(_, p)| self.chart.pole(p)).collect();
-        let mut samples: Vec<Sample> = Vec::new();
+        let mut samples: Vec<EdgeSample> = Vec::new();
         let mut guess = near;
         for (&(t, point), pole) in points.iter().zip(&poles) {
             if pole.is_some() {
                 continue;
             }
             let uv = self.uv(&point, guess)?;
-            samples.push(Sample { t, point, uv });
+            samples.push(EdgeSample { t, point, uv });
             // Each sample stays on the turn of the one before: the edge is continuous.
             guess = Some(uv);
         }
@@ -135,10 +135,10 @@ impl Tracer<'_> {
             fine.push(beside(pole, last.uv));
         }
         let ends = [
-            End { point: start.1, pole: poles.first().copied().flatten() },
-            End { point: end.1, pole: poles.last().copied().flatten() },
+            TrackEnd { point: start.1, pole: poles.first().copied().flatten() },
+            TrackEnd { point: end.1, pole: poles.last().copied().flatten() },
         ];
-        Ok((Some(Track { edge: self.edge.id, points: fine, ends }), self.off))
+        Ok((Some(EdgeTrack { edge: self.edge.id, points: fine, ends }), self.off))
     }
 
     fn uv(&mut self, point: &Point3<f64>, near: Option<[f64; 2]>) -> Read<[f64; 2]> {
@@ -150,7 +150,13 @@ impl Tracer<'_> {
     }
 
     /// Adds points up to and with `b`, so that chords stay within the tolerance.
-    fn refine(&mut self, a: Sample, b: Sample, left: u32, out: &mut Vec<[f64; 2]>) -> Read<()> {
+    fn refine(
+        &mut self,
+        a: EdgeSample,
+        b: EdgeSample,
+        left: u32,
+        out: &mut Vec<[f64; 2]>,
+    ) -> Read<()> {
         let t = 0.5 * (a.t + b.t);
         let middle = [0.5 * (a.uv[0] + b.uv[0]), 0.5 * (a.uv[1] + b.uv[1])];
         let point = self.edge.curve.point_around(t);
@@ -167,7 +173,7 @@ impl Tracer<'_> {
             return Ok(());
         }
         let uv = self.uv(&point, Some(middle))?;
-        let m = Sample { t, point, uv };
+        let m = EdgeSample { t, point, uv };
         self.refine(a, m, left - 1, out)?;
         self.refine(m, b, left - 1, out)
     }
@@ -221,7 +227,7 @@ pub(super) fn beside(pole: Pole, uv: [f64; 2]) -> [f64; 2] {
 pub(super) fn chain(
     chart: &Chart<'_>,
     id: u64,
-    tracks: &mut [Track],
+    tracks: &mut [EdgeTrack],
     exactness: Exactness,
 ) -> Read<Vec<Vec<[f64; 2]>>> {
     let count = tracks.len();

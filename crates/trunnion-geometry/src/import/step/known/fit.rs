@@ -3,7 +3,7 @@
 //! Every fit is linear, by singular values, so that samples of an exact surface give it to
 //! rounding; of other samples it gives something, which the proof refuses.
 
-use super::sample::Sample;
+use super::sample::NetSample;
 use crate::import::step::model::Frame;
 use crate::import::step::shape::Shape;
 use nalgebra::DMatrix;
@@ -21,14 +21,14 @@ const SINGULAR: f64 = 1e-9;
 /// it: samples lie inside its rim.
 const CAP: f64 = 0.26;
 
-pub(super) fn plane(samples: &[Sample], middle: &Sample) -> Option<Shape> {
+pub(super) fn plane(samples: &[NetSample], middle: &NetSample) -> Option<Shape> {
     let across = samples.first()?.point - middle.point;
     let x = UnitVector3::try_new(across, f64::MIN_POSITIVE);
     Some(Shape::Plane(Frame::new(middle.point, middle.normal, x)))
 }
 
 /// Fits a sphere from `|p|^2 = 2 p . c + (R^2 - |c|^2)`. Poles lie off the net where that can be.
-pub(super) fn sphere(samples: &[Sample], middle: &Sample) -> Option<Shape> {
+pub(super) fn sphere(samples: &[NetSample], middle: &NetSample) -> Option<Shape> {
     let rows = samples.iter().map(|s| {
         // About a sample, so that squares keep their digits.
         let p = s.point - middle.point;
@@ -42,7 +42,7 @@ pub(super) fn sphere(samples: &[Sample], middle: &Sample) -> Option<Shape> {
 
 /// Chooses axes with the middle of the samples at u = pi, v = 0, where v runs about as it does on
 /// the net: no pole is near, if the samples lie within a cap.
-fn level(samples: &[Sample], origin: &Point3<f64>, middle: &Sample) -> Option<Frame> {
+fn level(samples: &[NetSample], origin: &Point3<f64>, middle: &NetSample) -> Option<Frame> {
     let outs = || samples.iter().filter_map(|s| (s.point - origin).try_normalize(0.0));
     let out = UnitVector3::try_new(outs().sum::<Vector3<f64>>(), f64::MIN_POSITIVE)?;
     // Beyond the cap a sample could come near a pole, 90 degrees from the middle.
@@ -55,7 +55,7 @@ fn level(samples: &[Sample], origin: &Point3<f64>, middle: &Sample) -> Option<Fr
 }
 
 /// Finds axes round which the net turns by one of its parameters.
-fn banded(samples: &[Sample], origin: &Point3<f64>, middle: &Sample) -> Option<Frame> {
+fn banded(samples: &[NetSample], origin: &Point3<f64>, middle: &NetSample) -> Option<Frame> {
     let around = |k: usize| {
         let ways = samples.iter().filter_map(|s| s.tangents[k].try_normalize(0.0));
         let ways: Vec<[f64; 3]> = ways.map(|t| [t.x, t.y, t.z]).collect();
@@ -72,7 +72,7 @@ fn banded(samples: &[Sample], origin: &Point3<f64>, middle: &Sample) -> Option<F
 }
 
 /// Fits a cylinder: its axis is square to all normals.
-pub(super) fn cylinder(samples: &[Sample], middle: &Sample) -> Option<Shape> {
+pub(super) fn cylinder(samples: &[NetSample], middle: &NetSample) -> Option<Shape> {
     let normals: Vec<Vector3<f64>> = samples.iter().map(|s| s.normal.into_inner()).collect();
     let axis = Vector3::from(null(&normals.iter().map(|n| [n.x, n.y, n.z]).collect::<Vec<_>>())?);
     let frame = across(middle, towards(axis, &middle.tangents[1])?);
@@ -86,7 +86,7 @@ pub(super) fn cylinder(samples: &[Sample], middle: &Sample) -> Option<Shape> {
 }
 
 /// Fits a cone: all normals make one angle with the axis, and all tangent planes meet in the apex.
-pub(super) fn cone(samples: &[Sample], middle: &Sample) -> Option<Shape> {
+pub(super) fn cone(samples: &[NetSample], middle: &NetSample) -> Option<Shape> {
     let count = samples.len() as f64;
     let mean = samples.iter().map(|s| s.normal.into_inner()).sum::<Vector3<f64>>() / count;
     // Equal angles to the axis: differences of normals are square to it.
@@ -113,7 +113,7 @@ pub(super) fn cone(samples: &[Sample], middle: &Sample) -> Option<Shape> {
 
 /// Fits a torus: all normals meet the axis. With `b = o x a` for its direction `a` and a point `o`
 /// of it, `(p x n) . a + n . b = 0` (Plücker).
-pub(super) fn torus(samples: &[Sample], middle: &Sample) -> Option<Shape> {
+pub(super) fn torus(samples: &[NetSample], middle: &NetSample) -> Option<Shape> {
     let size = samples.iter().map(|s| (s.point - middle.point).norm()).fold(0.0, f64::max);
     let rows: Vec<[f64; 6]> = samples
         .iter()
@@ -141,13 +141,13 @@ pub(super) fn torus(samples: &[Sample], middle: &Sample) -> Option<Shape> {
 }
 
 /// Returns axes at a sample with z along `axis`.
-fn across(middle: &Sample, axis: UnitVector3<f64>) -> Frame {
+fn across(middle: &NetSample, axis: UnitVector3<f64>) -> Frame {
     Frame::new(middle.point, axis, None)
 }
 
 /// Returns axes at `origin` with the z axis given and the middle of the samples at u = pi, far from
 /// the seam.
-fn about(frame: &Frame, origin: Point3<f64>, middle: &Sample) -> Frame {
+fn about(frame: &Frame, origin: Point3<f64>, middle: &NetSample) -> Frame {
     let back = UnitVector3::try_new(origin - middle.point, f64::MIN_POSITIVE);
     Frame::new(origin, frame.z, back)
 }

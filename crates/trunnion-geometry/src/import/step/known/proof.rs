@@ -12,17 +12,17 @@ use crate::surface::NurbsSurface;
 
 /// A polynomial of two parameters in Bernstein form, the second running fastest.
 #[derive(Debug, Clone)]
-struct Poly {
+struct BernsteinPolynomial {
     coefficients: Vec<f64>,
     columns: usize,
 }
 
 /// Homogeneous coordinates in a frame.
-struct Local {
-    x: Poly,
-    y: Poly,
-    z: Poly,
-    w: Poly,
+struct LocalCoordinates {
+    x: BernsteinPolynomial,
+    y: BernsteinPolynomial,
+    z: BernsteinPolynomial,
+    w: BernsteinPolynomial,
 }
 
 /// Bounds the distance of the net's points from an elementary surface \[mm\]; `None` for other
@@ -40,10 +40,10 @@ pub(super) fn distance(net: &NurbsSurface, shape: &Shape) -> Option<f64> {
 }
 
 fn of_patch(patch: &BezierPatch<'_>, columns: usize, shape: &Shape) -> Option<f64> {
-    let local = |frame: &Frame| Local::new(patch, columns, frame);
+    let local = |frame: &Frame| LocalCoordinates::new(patch, columns, frame);
     match shape {
         Shape::Plane(frame) => {
-            let Local { z, w, .. } = local(frame);
+            let LocalCoordinates { z, w, .. } = local(frame);
             // z = (w z) / w: the largest numerator over the least weight.
             Some(z.largest() / w.least())
         }
@@ -70,7 +70,7 @@ fn of_patch(patch: &BezierPatch<'_>, columns: usize, shape: &Shape) -> Option<f6
 /// Bounds the distance from a cone. With `rho` the distance from the axis and `q = R + z tan a`
 /// that of the cone at the same height, `|rho - q| <= |rho^2 - q^2| / max(q, |rho - q|)`, where `q`
 /// is not negative.
-fn cone(l: &Local, radius: f64, slope: f64) -> f64 {
+fn cone(l: &LocalCoordinates, radius: f64, slope: f64) -> f64 {
     let q = l.w.times_number(radius).plus(&l.z.times_number(slope));
     let value = l.x.square().plus(&l.y.square()).plus(&q.square().times_number(-1.0));
     let least = l.w.least();
@@ -86,7 +86,7 @@ fn cone(l: &Local, radius: f64, slope: f64) -> f64 {
 /// Bounds the distance from a torus:
 /// `(|p|^2 + R^2 - r^2)^2 - 4 R^2 rho^2 = ((rho - R)^2 + z^2 - r^2) ((rho + R)^2 + z^2 - r^2)`. The
 /// second factor is at least `R^2 - r^2`, and the first at least `r` times the distance.
-fn torus(l: &Local, major: f64, minor: f64) -> f64 {
+fn torus(l: &LocalCoordinates, major: f64, minor: f64) -> f64 {
     let rho = l.x.square().plus(&l.y.square());
     // All terms are brought to the fourth power of the weight.
     let room = major * major - minor * minor;
@@ -96,9 +96,9 @@ fn torus(l: &Local, major: f64, minor: f64) -> f64 {
     value.largest() / (l.w.least().powi(4) * room * minor)
 }
 
-impl Local {
+impl LocalCoordinates {
     fn new(patch: &BezierPatch<'_>, columns: usize, frame: &Frame) -> Self {
-        let poly = |of: &dyn Fn(&nalgebra::Vector4<f64>) -> f64| Poly {
+        let poly = |of: &dyn Fn(&nalgebra::Vector4<f64>) -> f64| BernsteinPolynomial {
             coefficients: patch.points.iter().map(of).collect(),
             columns,
         };
@@ -109,7 +109,7 @@ impl Local {
     }
 }
 
-impl Poly {
+impl BernsteinPolynomial {
     fn rows(&self) -> usize {
         self.coefficients.len() / self.columns
     }
@@ -176,8 +176,8 @@ mod tests {
     #[test]
     fn products_by_pencil() {
         // (1 - s) (s) = s - s^2: Bernstein coefficients 0, 1/2, 0.
-        let [a, b] =
-            [vec![1.0, 0.0], vec![0.0, 1.0]].map(|coefficients| Poly { coefficients, columns: 1 });
+        let [a, b] = [vec![1.0, 0.0], vec![0.0, 1.0]]
+            .map(|coefficients| BernsteinPolynomial { coefficients, columns: 1 });
         let product = a.times(&b);
         assert_eq!(product.coefficients, vec![0.0, 0.5, 0.0]);
         assert!((product.largest() - 0.5).abs() < 1e-15);

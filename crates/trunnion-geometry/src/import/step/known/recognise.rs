@@ -10,14 +10,17 @@ use nalgebra::Vector3;
 
 /// An elementary surface that a control net is.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::import::step) struct Known {
+pub(in crate::import::step) struct RecognisedSurface {
     pub(in crate::import::step) shape: Shape,
     /// `true` if its normal points the other way than the net's.
     pub(in crate::import::step) opposed: bool,
 }
 
 /// Finds the elementary surface that `net` is nowhere farther from than `tolerance` \[mm\].
-pub(in crate::import::step) fn known(net: &NurbsSurface, tolerance: f64) -> Option<Known> {
+pub(in crate::import::step) fn known(
+    net: &NurbsSurface,
+    tolerance: f64,
+) -> Option<RecognisedSurface> {
     let samples = samples(net);
     let middle = samples.get(samples.len() / 2)?;
     let proven = |shape: &Shape| proof::distance(net, shape).is_some_and(|off| off <= tolerance);
@@ -29,7 +32,7 @@ pub(in crate::import::step) fn known(net: &NurbsSurface, tolerance: f64) -> Opti
     };
     let shape = plane.or_else(|| if net.is_rational() { curved() } else { None })?;
     let opposed = outward(&shape, &middle.point)?.dot(&middle.normal) < 0.0;
-    Some(Known { shape, opposed })
+    Some(RecognisedSurface { shape, opposed })
 }
 
 /// Returns a normal of the shape near a point, on the side of `S_u x S_v`, of any length.
@@ -108,7 +111,7 @@ mod tests {
     }
 
     /// Largest distance of a point of the net from the shape, by dense samples.
-    fn off(net: &NurbsSurface, known: &Known) -> f64 {
+    fn off(net: &NurbsSurface, known: &RecognisedSurface) -> f64 {
         let all = (0..=20).flat_map(|i| (0..=20).map(move |j| [i, j].map(|k| f64::from(k) / 20.0)));
         let far = |[u, v]: [f64; 2]| gap(&known.shape, &net.jet2(u, v).s).abs();
         all.map(far).fold(0.0, f64::max)

@@ -10,7 +10,7 @@ const SAMPLES: usize = 4;
 
 /// A sample of a net.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sample {
+pub(super) struct NetSample {
     pub(super) point: Point3<f64>,
     pub(super) normal: UnitVector3<f64>,
     /// Derivatives by u and v.
@@ -18,7 +18,7 @@ pub(super) struct Sample {
 }
 
 /// Returns samples of all patches, where they have a normal.
-pub(super) fn samples(net: &NurbsSurface) -> Vec<Sample> {
+pub(super) fn samples(net: &NurbsSurface) -> Vec<NetSample> {
     let [columns, rows] = net.patch_count();
     let patches = (0..columns).flat_map(|i| (0..rows).filter_map(move |j| net.patch(i, j)));
     // In the middle of cells: rims, which may be poles, are avoided.
@@ -29,7 +29,7 @@ pub(super) fn samples(net: &NurbsSurface) -> Vec<Sample> {
         for (i, j) in (0..SAMPLES).flat_map(|i| (0..SAMPLES).map(move |j| (i, j))) {
             let at = |[low, high]: [f64; 2], k: usize| low + (high - low) * share(k);
             let jet = net.jet2(at(u, i), at(v, j));
-            let sample = |normal| Sample { point: jet.s, normal, tangents: [jet.su, jet.sv] };
+            let sample = |normal| NetSample { point: jet.s, normal, tangents: [jet.su, jet.sv] };
             samples.extend(jet.normal().map(sample));
         }
     }

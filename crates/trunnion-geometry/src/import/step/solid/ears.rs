@@ -5,7 +5,7 @@ use super::unroll::Polygon;
 
 /// A polygon in triangles, in a plane in which lengths by u and v are alike.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Plain {
+pub(super) struct PlanarTriangles {
     pub(super) corners: Vec<Corner>,
     pub(super) flat: Vec<[f64; 2]>,
     pub(super) triangles: Vec<[usize; 3]>,
@@ -19,7 +19,7 @@ pub(super) fn turn([a, b, c]: [[f64; 2]; 3]) -> f64 {
 }
 
 /// Cuts a polygon into triangles; `None` if it crosses itself.
-pub(super) fn cut(polygon: &Polygon, scale: [f64; 2]) -> Option<Plain> {
+pub(super) fn cut(polygon: &Polygon, scale: [f64; 2]) -> Option<PlanarTriangles> {
     let mut corners = polygon.outer.clone();
     let mut around: Vec<usize> = (0..corners.len()).collect();
     let mut holes: Vec<Vec<usize>> = Vec::new();
@@ -37,7 +37,7 @@ pub(super) fn cut(polygon: &Polygon, scale: [f64; 2]) -> Option<Plain> {
         around = joined(&flat, &around, &hole, &holes)?;
     }
     let triangles = clip(&flat, around)?;
-    Some(Plain { corners, flat, triangles, scale })
+    Some(PlanarTriangles { corners, flat, triangles, scale })
 }
 
 /// Joins a polygon and a hole by a bridge that crosses no side.

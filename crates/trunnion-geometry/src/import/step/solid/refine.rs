@@ -6,7 +6,7 @@
 
 use super::super::chart::Chart;
 use super::corner::{Corner, Triangle};
-use super::ears::{Plain, turn};
+use super::ears::{PlanarTriangles, turn};
 use super::ring::off;
 use super::unroll::Polygon;
 use nalgebra::Vector3;
@@ -58,14 +58,21 @@ pub(super) fn scale(chart: &Chart<'_>, polygons: &[Polygon], chord: f64) -> [f64
 }
 
 /// Divides the triangles of a face until they are within about `chord` \[mm\] of its surface.
-pub(super) fn refine(chart: &Chart<'_>, plain: Plain, chord: f64) -> Vec<Triangle> {
-    let Plain { corners, flat, triangles, scale } = plain;
-    let mut mesh =
-        Work { chart, chord, corners, flat, scale, triangles: Vec::new(), sides: BTreeMap::new() };
+pub(super) fn refine(chart: &Chart<'_>, plain: PlanarTriangles, chord: f64) -> Vec<Triangle> {
+    let PlanarTriangles { corners, flat, triangles, scale } = plain;
+    let mut mesh = RefinedMesh {
+        chart,
+        chord,
+        corners,
+        flat,
+        scale,
+        triangles: Vec::new(),
+        sides: BTreeMap::new(),
+    };
     for triangle in triangles {
         mesh.add(triangle);
     }
-    let all: Vec<Side> = mesh.sides.keys().copied().collect();
+    let all: Vec<TriangleSide> = mesh.sides.keys().copied().collect();
     mesh.flip(all);
     mesh.part();
     let point = |k: usize| mesh.corners[k].point;
@@ -73,7 +80,7 @@ pub(super) fn refine(chart: &Chart<'_>, plain: Plain, chord: f64) -> Vec<Triangl
 }
 
 /// Triangles under work.
-struct Work<'a> {
+struct RefinedMesh<'a> {
     chart: &'a Chart<'a>,
     chord: f64,
     corners: Vec<Corner>,
@@ -82,17 +89,17 @@ struct Work<'a> {
     /// `None` where one was replaced.
     triangles: Vec<Option<[usize; 3]>>,
     /// The triangle on the left of each side.
-    sides: BTreeMap<Side, usize>,
+    sides: BTreeMap<TriangleSide, usize>,
 }
 
 /// A directed side between two corners, with a triangle on its left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Side {
+struct TriangleSide {
     from: usize,
     to: usize,
 }
 
-impl Side {
+impl TriangleSide {
     fn new(from: usize, to: usize) -> Self {
         Self { from, to }
     }
@@ -107,37 +114,37 @@ impl Side {
     }
 }
 
-impl Work<'_> {
+impl RefinedMesh<'_> {
     fn add(&mut self, triangle: [usize; 3]) {
-        for side in Side::of_triangle(triangle) {
+        for side in TriangleSide::of_triangle(triangle) {
             self.sides.insert(side, self.triangles.len());
         }
         self.triangles.push(Some(triangle));
     }
 
-    fn take(&mut self, side: Side) -> Option<[usize; 3]> {
+    fn take(&mut self, side: TriangleSide) -> Option<[usize; 3]> {
         let at = *self.sides.get(&side)?;
         let triangle = self.triangles.get_mut(at)?.take()?;
-        for side in Side::of_triangle(triangle) {
+        for side in TriangleSide::of_triangle(triangle) {
             self.sides.remove(&side);
         }
         Some(triangle)
     }
 
     /// Returns the corner opposite a side of the triangle on its left.
-    fn opposite(&self, side: Side) -> Option<usize> {
+    fn opposite(&self, side: TriangleSide) -> Option<usize> {
         let triangle = (*self.triangles.get(*self.sides.get(&side)?)?)?;
         triangle.into_iter().find(|&k| k != side.from && k != side.to)
     }
 
     /// Turns over sides while that makes triangles rounder.
-    fn flip(&mut self, mut open: Vec<Side>) {
+    fn flip(&mut self, mut open: Vec<TriangleSide>) {
         let mut left = FLIPS.max(u32::try_from(8 * open.len()).unwrap_or(u32::MAX));
         while let Some(side) = open.pop() {
             let [Some(c), Some(d)] = [side, side.opposite()].map(|side| self.opposite(side)) else {
                 continue;
             };
-            let Side { from: a, to: b } = side;
+            let TriangleSide { from: a, to: b } = side;
             let [pa, pb, pc, pd] = [a, b, c, d].map(|k| self.flat[k]);
             // Delaunay criterion (Lawson): the other tip inside the circle makes this the wrong
             // diagonal.
@@ -145,8 +152,8 @@ impl Work<'_> {
                 continue;
             }
             // Another side may be there already, where corners are used twice.
-            let turned = Side::new(c, d);
-            let is_there = |side: Side| self.sides.contains_key(&side);
+            let turned = TriangleSide::new(c, d);
+            let is_there = |side: TriangleSide| self.sides.contains_key(&side);
             if is_there(turned) || is_there(turned.opposite()) || left == 0 {
                 continue;
             }
@@ -155,7 +162,12 @@ impl Work<'_> {
             self.take(side.opposite());
             self.add([c, a, d]);
             self.add([d, b, c]);
-            open.extend([Side::new(a, d), Side::new(d, b), Side::new(b, c), Side::new(c, a)]);
+            open.extend([
+                TriangleSide::new(a, d),
+                TriangleSide::new(d, b),
+                TriangleSide::new(b, c),
+                TriangleSide::new(c, a),
+            ]);
         }
     }
 
@@ -176,21 +188,22 @@ impl Work<'_> {
 
     /// Returns the side of a triangle to be parted: the one that is farthest off the surface, or
     /// the longest if only the middle of the triangle is off.
-    fn worst(&self, triangle: [usize; 3]) -> Option<Side> {
-        let length = |side: &Side| {
+    fn worst(&self, triangle: [usize; 3]) -> Option<TriangleSide> {
+        let length = |side: &TriangleSide| {
             let [p, q] = [side.from, side.to].map(|k| self.flat[k]);
             (p[0] - q[0]).hypot(p[1] - q[1])
         };
         // Beside a border that is not quite on the surface there is no end to parting.
-        let sides = Side::of_triangle(triangle);
+        let sides = TriangleSide::of_triangle(triangle);
         let longest = sides.iter().map(length).fold(0.0, f64::max);
         if turn(triangle.map(|k| self.flat[k])) < THINNEST * longest {
             return None;
         }
-        let inner =
-            |side: &Side| self.sides.contains_key(&side.opposite()) && length(side) > SHORTEST;
+        let inner = |side: &TriangleSide| {
+            self.sides.contains_key(&side.opposite()) && length(side) > SHORTEST
+        };
         let sides = sides.into_iter().filter(inner);
-        let gap = |side: &Side| {
+        let gap = |side: &TriangleSide| {
             let ends = [side.from, side.to].map(|k| self.corners[k]);
             let at = |share: f64| {
                 let [p, q] = ends.map(|end| end.uv);
@@ -220,7 +233,7 @@ impl Work<'_> {
         [0, 1].map(|k| of.iter().map(|&c| self.corners[c].uv[k]).sum::<f64>() / of.len() as f64)
     }
 
-    fn halve(&mut self, side: Side) {
+    fn halve(&mut self, side: TriangleSide) {
         let uv = self.middle(&[side.from, side.to]);
         let new = self.corners.len();
         self.corners.push(Corner { uv, point: self.chart.point(uv) });
@@ -229,11 +242,11 @@ impl Work<'_> {
         // Two triangles share a side; at a border there is only one.
         for side in [side, side.opposite()] {
             let Some(tip) = self.opposite(side) else { continue };
-            let Side { from, to } = side;
+            let TriangleSide { from, to } = side;
             self.take(side);
             self.add([from, new, tip]);
             self.add([new, to, tip]);
-            around.extend([Side::new(to, tip), Side::new(tip, from)]);
+            around.extend([TriangleSide::new(to, tip), TriangleSide::new(tip, from)]);
         }
         self.flip(around);
     }

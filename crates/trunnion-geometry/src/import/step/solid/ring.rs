@@ -4,7 +4,7 @@ use super::super::chart::Chart;
 use super::super::curve::Curve;
 use super::super::model::{Read, loss};
 use super::super::topology::{Boundary, Edge};
-use super::super::trim::{End, Exactness, Track, beside, chain};
+use super::super::trim::{EdgeTrack, Exactness, TrackEnd, beside, chain};
 use super::corner::Corner;
 use nalgebra::Point3;
 
@@ -30,7 +30,8 @@ pub(super) fn ring(
     boundary: &Boundary,
     [chord, same]: [f64; 2],
 ) -> Read<Option<Ring>> {
-    let (mut tracks, mut places): (Vec<Track>, Vec<Vec<Point3<f64>>>) = (Vec::new(), Vec::new());
+    let (mut tracks, mut places): (Vec<EdgeTrack>, Vec<Vec<Point3<f64>>>) =
+        (Vec::new(), Vec::new());
     for edge in &boundary.edges {
         let near = tracks.last().and_then(|track| track.points.last().copied());
         if let Some((track, points)) = track(chart, edge, chord, near)? {
@@ -66,7 +67,7 @@ fn track(
     edge: &Edge,
     chord: f64,
     near: Option<[f64; 2]>,
-) -> Read<Option<(Track, Vec<Point3<f64>>)>> {
+) -> Read<Option<(EdgeTrack, Vec<Point3<f64>>)>> {
     let all = chords(edge, chord);
     let [Some(&start), Some(&end)] = [all.first(), all.last()] else { return Ok(None) };
     let (mut points, mut places) = (Vec::new(), Vec::new());
@@ -83,7 +84,7 @@ fn track(
         guess = Some(uv);
     }
     let [Some(&first), Some(&last)] = [points.first(), points.last()] else { return Ok(None) };
-    let ends = [start, end].map(|point| End { point, pole: chart.pole(&point) });
+    let ends = [start, end].map(|point| TrackEnd { point, pole: chart.pole(&point) });
     if let Some(pole) = ends[0].pole {
         points.insert(0, beside(pole, first));
         places.insert(0, start);
@@ -92,7 +93,7 @@ fn track(
         points.push(beside(pole, last));
         places.push(end);
     }
-    Ok(Some((Track { edge: edge.id, points, ends }, places)))
+    Ok(Some((EdgeTrack { edge: edge.id, points, ends }, places)))
 }
 
 /// Returns points of an edge from vertex to vertex, chords within about `chord` of it: the same
