@@ -46,17 +46,9 @@ fn path() -> (AxisPath, Schedule) {
 }
 
 fn options(control: BlockInterpolation, tolerance: f64) -> BlockOptions {
-    BlockOptions {
-        control,
-        tolerance,
-        link_tolerance: 1.0,
-        lever: 16.0,
-        max_step: f64::INFINITY,
-        max_turn: f64::INFINITY,
-        max_axis_turn: f64::INFINITY,
-        max_duration: f64::INFINITY,
-        min_duration: 0.0,
-    }
+    let mut options = BlockOptions::within(control, tolerance);
+    (options.link_tolerance, options.lever) = (1.0, 16.0);
+    options
 }
 
 fn broken(control: BlockInterpolation, tolerance: f64) -> Vec<Block> {
@@ -80,7 +72,8 @@ fn breaking(bencher: Bencher, control: BlockInterpolation) {
 fn reducing(bencher: Bencher, control: BlockInterpolation) {
     let kinematics = shop::kinematics(Layout::TableTable);
     let fine = broken(control, 0.005 / 16.0);
-    let options = ReduceOptions { control, tolerance: 0.005, lever: 16.0, max_turn: 1.0 };
+    let mut options = ReduceOptions::within(control, 0.005);
+    (options.lever, options.max_turn) = (16.0, 1.0);
     let run = || reduce(&kinematics, black_box(&fine), &options, &Silent);
     let kept = run().map_or(0, |kept| kept.len());
     println!("{control:?}: {} blocks to {kept}", fine.len());

@@ -5,8 +5,8 @@
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use trunnion::toolpath::{PathSmoother, SmoothOptions, SmoothReference};
-use trunnion::types::{Station, ToolPose};
+use trunnion::toolpath::{PathSmoother, SmoothOptions};
+use trunnion::types::{PoseTolerance, Station, ToolPose};
 
 const POINTS: u32 = 100_000;
 
@@ -15,16 +15,7 @@ fn main() {
 }
 
 fn options() -> SmoothOptions {
-    SmoothOptions {
-        tip: 0.005,
-        axis: 2e-4,
-        reference: SmoothReference::Chords,
-        lever: 10.0,
-        corner: 0.35,
-        step_ratio: 8.0,
-        largest_blend: 2.0,
-        window: 1024,
-    }
+    SmoothOptions::within(PoseTolerance { tip: 0.005, axis: 2e-4 })
 }
 
 fn station(tip: [f64; 3], axis: [f64; 3]) -> Option<Station> {

@@ -185,16 +185,10 @@ fn axes(inverse: &Inverse, path: &[ToolPose]) -> Result<Vec<AxisVector>, Box<dyn
 fn bounded(kinematics: &Kinematics, path: &[ToolPose]) -> Result<Vec<AxisVector>, Box<dyn Error>> {
     let stations: Vec<Station> =
         path.iter().map(|pose| Station { pose: *pose, contact: pose.tip }).collect();
-    let options = SmoothOptions {
-        tip: 0.4 * TOLERANCE,
-        axis: 0.1 * TOLERANCE / BALL,
-        reference: SmoothReference::Curve,
-        lever: BALL,
-        corner: 0.35,
-        step_ratio: 8.0,
-        largest_blend: 2.0,
-        window: 1024,
-    };
+    let tolerance = PoseTolerance { tip: 0.4 * TOLERANCE, axis: 0.1 * TOLERANCE / BALL };
+    let mut options = SmoothOptions::within(tolerance);
+    options.reference = SmoothReference::Curve;
+    options.lever = BALL;
     let curves = smooth(&stations, &options)?.curves;
     let piece = |curve| ToolPiece { motion: Motion::Cut, geometry: PieceGeometry::Curve(curve) };
     let path = ToolPath { pieces: curves.into_iter().map(piece).collect() };
@@ -213,17 +207,8 @@ fn bounded(kinematics: &Kinematics, path: &[ToolPose]) -> Result<Vec<AxisVector>
     };
     let feed = FeedOptions { time_tolerance: 1e-2, ..FeedOptions::fastest().with_feed(30.0) };
     let schedule = optimal(&path, &limits, &feed, &Silent)?.schedule;
-    let options = BlockOptions {
-        control: BlockInterpolation::Axes,
-        tolerance: 0.5 * TOLERANCE,
-        link_tolerance: 0.5 * TOLERANCE,
-        lever: BALL,
-        max_step: f64::INFINITY,
-        max_turn: f64::INFINITY,
-        max_axis_turn: f64::INFINITY,
-        max_duration: f64::INFINITY,
-        min_duration: 0.0,
-    };
+    let mut options = BlockOptions::within(BlockInterpolation::Axes, 0.5 * TOLERANCE);
+    options.lever = BALL;
     let blocks = blocks(kinematics, &path, &schedule, &options, &Silent)?;
     Ok(blocks.iter().map(|block| block.q).collect())
 }

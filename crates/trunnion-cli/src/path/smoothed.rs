@@ -5,9 +5,7 @@ use std::collections::VecDeque;
 use std::io::{self, Write};
 use trunnion::nc::read::{ClItem, ClMotion, ClPath, ClReader, ClRecord};
 use trunnion::post::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS};
-use trunnion::toolpath::{
-    PathSmoother, SmoothError, SmoothOptions, SmoothReference, SmoothReport, SmoothSpan,
-};
+use trunnion::toolpath::{PathSmoother, SmoothError, SmoothOptions, SmoothReport, SmoothSpan};
 use trunnion::types::{Diagnostic, Station, ToolPose};
 
 /// Share of the tolerances for the straight moves between the locations written; the path has the rest.
@@ -189,16 +187,12 @@ impl<W: Write> Rewriter<W> {
         reader: &ClReader,
     ) -> Result<Stretch, Stop> {
         let radius = reader.cutter().map_or(USUAL_RADIUS, |[diameter, _]| 0.5 * diameter);
-        let options = SmoothOptions {
-            tip: self.tolerance[0][0],
-            axis: self.tolerance[0][1],
-            reference: SmoothReference::Chords,
-            lever: if radius > 0.0 { radius } else { USUAL_RADIUS },
-            corner: CORNER,
-            step_ratio: STEP_RATIO,
-            largest_blend: LARGEST_BLEND,
-            window: WINDOW_STATIONS,
-        };
+        let mut options = SmoothOptions::within(self.tolerance[0].into());
+        options.lever = if radius > 0.0 { radius } else { USUAL_RADIUS };
+        options.corner = CORNER;
+        options.step_ratio = STEP_RATIO;
+        options.largest_blend = LARGEST_BLEND;
+        options.window = WINDOW_STATIONS;
         let mut smoother = PathSmoother::new(&options).map_err(|error| refused(&error, 0))?;
         smoother.push(&station(from)).map_err(|error| refused(&error, record.line))?;
         Ok(Stretch {

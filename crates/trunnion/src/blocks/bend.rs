@@ -23,12 +23,13 @@ pub(super) struct PoseBend {
 pub(crate) type RotaryArms = [f64; 2];
 
 impl AxisRates {
-    /// Of a straight move by `travel` over an interval of length 1.
+    /// Returns the rates of a straight move by `travel` over an interval of length 1.
     pub(super) fn straight(travel: &AxisVector) -> Self {
         Self { first: travel.abs(), second: AxisVector::zeros() }
     }
 
-    /// Of a quintic: its derivatives lie in the convex hull of their Bernstein coefficients.
+    /// Bounds the rates of a quintic: its derivatives lie in the convex hull of their Bernstein
+    /// coefficients.
     pub(super) fn of(quintic: &Quintic<AXES>) -> Self {
         let c = quintic.powers();
         let width = quintic.length();
@@ -40,17 +41,18 @@ impl AxisRates {
         Self { first: largest(first) / width, second: largest(second) / (width * width) }
     }
 
+    /// Returns the larger of both, axis by axis.
     pub(super) fn worst(&self, other: &Self) -> Self {
         Self { first: self.first.sup(&other.first), second: self.second.sup(&other.second) }
     }
 
-    /// Over `width` as interval of length 1.
+    /// Returns the rates over an interval of `width`, taken as interval of length 1.
     pub(super) fn scaled(&self, width: f64) -> Self {
         Self { first: self.first * width, second: self.second * (width * width) }
     }
 }
 
-/// Largest sizes of the Bernstein coefficients of a polynomial given by its powers:
+/// Returns the largest sizes of the Bernstein coefficients of a polynomial given by its powers:
 /// `b_j = sum_k C(j,k) / C(n,k) c_k`.
 fn largest<const N: usize>(mut row: [AxisVector; N]) -> AxisVector {
     let degree = N - 1;
@@ -71,7 +73,7 @@ fn largest<const N: usize>(mut row: [AxisVector; N]) -> AxisVector {
     row.iter().fold(AxisVector::zeros(), |most, c| most.sup(&c.abs()))
 }
 
-/// Sums over the linear axes of a stage: before, between, after the rotaries.
+/// Sums the linear axes before, between and after the rotaries.
 fn stages(chain: &ChainGeometry, of: &AxisVector) -> [f64; 3] {
     let mut sums = [0.0; 3];
     for (axis, &stage) in chain.stage.iter().enumerate() {
@@ -82,7 +84,7 @@ fn stages(chain: &ChainGeometry, of: &AxisVector) -> [f64; 3] {
     sums
 }
 
-/// Distances of the tip from the rotary axes at `q`.
+/// Returns the distances of the tip from the rotary axes at `q`.
 pub(crate) fn arms(chain: &ChainGeometry, q: &AxisVector) -> RotaryArms {
     let [first, second] = &chain.rotary;
     let linear = Vector3::new(q[0], q[1], q[2]);
@@ -95,8 +97,8 @@ pub(crate) fn arms(chain: &ChainGeometry, q: &AxisVector) -> RotaryArms {
 }
 
 impl PoseBend {
-    /// Of the forward map along axes with these rates over an interval of length 1, where both ends
-    /// have at most these arms: in between an arm is longer by at most what half the interval adds.
+    /// Bounds the forward map along axes with these rates over an interval of length 1, both ends of
+    /// which have at most these arms. In between, an arm is longer by at most what half the interval adds.
     ///
     /// Twice differentiated, `R(q) v` is at most `|v''| + 2 |q'| |v'| + (q'² + |q''|) arm`.
     pub(super) fn of(chain: &ChainGeometry, rates: &AxisRates, ends: RotaryArms) -> Self {

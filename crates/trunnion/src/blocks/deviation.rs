@@ -7,26 +7,27 @@ use crate::math::angle::{angle_between, great_circle};
 use crate::types::{AxisVector, Block, ToolPose};
 use nalgebra::{UnitVector3, Vector3, Vector6};
 
-/// Halvings of a stretch between two samples until its bound counts as too large.
+/// Halvings of a segment between two samples until its bound counts as too large.
 const HALVINGS: u32 = 6;
 
-/// A point on a path.
+/// Point on a path: parameter, axis positions and pose.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct PathPlace {
+pub(super) struct PathPoint {
     pub(super) s: f64,
     pub(super) q: AxisVector,
     pub(super) pose: ToolPose,
 }
 
 /// Path that blocks stand for: poses over a parameter.
-pub(super) trait PoseTrail: Sync {
+pub(super) trait PosePath: Sync {
     /// Returns the point of the path at `s`.
-    fn at(&self, s: f64) -> PathPlace;
+    fn at(&self, s: f64) -> PathPoint;
 
-    /// Returns the bound on the bend of the pose over a stretch without a kink, by the share of it.
-    fn bend(&self, ends: [&PathPlace; 2]) -> PoseBend;
+    /// Bounds the second derivative of the pose over a segment without a kink, by the share of it.
+    fn bend(&self, ends: [&PathPoint; 2]) -> PoseBend;
 
-    /// Increasing parameters strictly inside a stretch at which it is sampled first; kinks are among them.
+    /// Returns increasing parameters strictly inside a segment, at which it is sampled first. Kinks are
+    /// among them.
     fn inside(&self, ends: [f64; 2]) -> Vec<f64>;
 }
 
@@ -34,34 +35,34 @@ pub(super) trait PoseTrail: Sync {
 pub(super) struct ControlledPath<'a, T> {
     pub(super) kinematics: &'a Kinematics,
     pub(super) control: BlockInterpolation,
-    pub(super) trail: T,
+    pub(super) poses: T,
     pub(super) lever: f64,
 }
 
 /// Pose of the control that a point of the path is compared with.
 #[derive(Debug, Clone, Copy)]
 enum PoseMatch {
-    /// About the nearest.
+    /// Approximately the nearest pose.
     Nearest,
-    /// The one at the same share of the block.
+    /// Pose at the same share of the block.
     EqualShare,
 }
 
-/// A block that is tried.
+/// Block that is tried.
 struct BlockTrial<'a> {
-    ends: [&'a PathPlace; 2],
+    ends: [&'a PathPoint; 2],
     by: PoseMatch,
     /// Largest arms at its ends, for controls that move the axes.
     arms: RotaryArms,
-    /// Angle between the tool axes at its ends.
+    /// Angle between the tool axes at its ends \[rad\].
     turn: f64,
     enough: f64,
 }
 
-/// A place of the path and its partner.
+/// Point of the path, with the share of the block that it is compared with.
 #[derive(Clone, Copy)]
 struct BlockSample {
-    place: PathPlace,
+    point: PathPoint,
     share: f64,
     /// Distance, tip plus chord of the tool axis times lever \[mm\].
     off: f64,
@@ -71,17 +72,18 @@ struct BlockSample {
 /// `2 asin(c/2) = c (1 + c²/24 + ...) <= c (1 + c²/20)`.
 const CHORD: f64 = 0.05;
 
-impl<T: PoseTrail> ControlledPath<'_, T> {
-    pub(super) fn at(&self, s: f64) -> PathPlace {
-        self.trail.at(s)
+impl<T: PosePath> ControlledPath<'_, T> {
+    pub(super) fn at(&self, s: f64) -> PathPoint {
+        self.poses.at(s)
     }
 
-    /// Upper bound of the deviation between two places; where it exceeds `enough`, just more than that.
+    /// Returns an upper bound of the deviation between two points of the path; if that exceeds
+    /// `enough`, some value above it.
     ///
-    /// Any matching of places on the path with places of the control gives an upper bound: first
-    /// about the nearest, then equal shares of `s`, which is exact for moves that are straight in
-    /// the axes or straight by construction, however far they turn.
-    pub(super) fn deviation(&self, from: &PathPlace, to: &PathPlace, enough: f64) -> f64 {
+    /// Any matching of points of the path with poses of the control gives an upper bound: first
+    /// the approximately nearest ones, then equal shares of `s`, which is exact for moves that are
+    /// straight in the axes or straight by construction, however far they turn.
+    pub(super) fn deviation(&self, from: &PathPoint, to: &PathPoint, enough: f64) -> f64 {
         let nearest = self.matched([from, to], enough, PoseMatch::Nearest);
         if nearest <= enough {
             return nearest;
@@ -89,15 +91,15 @@ impl<T: PoseTrail> ControlledPath<'_, T> {
         nearest.min(self.matched([from, to], enough, PoseMatch::EqualShare))
     }
 
-    fn matched(&self, ends: [&PathPlace; 2], enough: f64, by: PoseMatch) -> f64 {
+    fn matched(&self, ends: [&PathPoint; 2], enough: f64, by: PoseMatch) -> f64 {
         let chain = self.kinematics.chain();
         let both = ends.map(|end| arms(chain, &end.q));
         // The larger arm of both ends: a move in between can only add to it.
         let arms = [0, 1].map(|k: usize| both[0][k].max(both[1][k]));
         let turn = angle_between(&ends[0].pose.axis, &ends[1].pose.axis);
         let trial = BlockTrial { ends, by, arms, turn, enough };
-        let mut samples = vec![BlockSample { place: *ends[0], share: 0.0, off: 0.0 }];
-        for s in self.trail.inside(ends.map(|end| end.s)) {
+        let mut samples = vec![BlockSample { point: *ends[0], share: 0.0, off: 0.0 }];
+        for s in self.poses.inside(ends.map(|end| end.s)) {
             let Some(sample) = self.sample(&trial, s) else { return f64::INFINITY };
             // A sample beyond the limit decides at once; no bound is needed.
             if sample.off > enough {
@@ -105,7 +107,7 @@ impl<T: PoseTrail> ControlledPath<'_, T> {
             }
             samples.push(sample);
         }
-        samples.push(BlockSample { place: *ends[1], share: 1.0, off: 0.0 });
+        samples.push(BlockSample { point: *ends[1], share: 1.0, off: 0.0 });
         let mut worst = 0.0_f64;
         for pair in samples.windows(2) {
             worst = worst.max(self.between(&trial, [&pair[0], &pair[1]], HALVINGS));
@@ -116,14 +118,15 @@ impl<T: PoseTrail> ControlledPath<'_, T> {
         worst
     }
 
-    /// Bound over a stretch between two samples, between which the shares run evenly: the difference of
-    /// path and control strays from its own chord by at most an eighth of its second derivative.
+    /// Bounds the deviation over a segment between two samples, between which the shares run evenly:
+    /// the difference of path and control leaves its own chord by at most an eighth of its second
+    /// derivative.
     fn between(&self, trial: &BlockTrial, ends: [&BlockSample; 2], halvings: u32) -> f64 {
         let [from, to] = ends;
         // The difference of path and control is within `off` of 0 at both ends, and strays from its
         // chord by |f''| / 8 at most; an axis vector counts with the lever.
         let off = from.off.max(to.off);
-        let path = self.trail.bend([&from.place, &to.place]);
+        let path = self.poses.bend([&from.point, &to.point]);
         let control = self.control_bend(trial, to.share - from.share);
         let bend = path.tip + control.tip + self.lever * (path.axis + control.axis);
         let chord = off + 0.125 * bend;
@@ -134,7 +137,7 @@ impl<T: PoseTrail> ControlledPath<'_, T> {
         if bound <= trial.enough || halvings == 0 {
             return bound;
         }
-        let Some(middle) = self.sample(trial, 0.5 * (from.place.s + to.place.s)) else {
+        let Some(middle) = self.sample(trial, 0.5 * (from.point.s + to.point.s)) else {
             return f64::INFINITY;
         };
         if middle.off > trial.enough {
@@ -148,7 +151,7 @@ impl<T: PoseTrail> ControlledPath<'_, T> {
         first.max(self.between(trial, [&middle, to], halvings - 1))
     }
 
-    /// Bend of the control over a part of the block, by the share of that part.
+    /// Returns the bend of the control over a part of the block, by the share of that part.
     fn control_bend(&self, trial: &BlockTrial, share: f64) -> PoseBend {
         let travel = trial.ends[1].q - trial.ends[0].q;
         // Second derivatives by the share of a part scale with the square of its length.
@@ -172,25 +175,25 @@ impl<T: PoseTrail> ControlledPath<'_, T> {
     }
 
     fn sample(&self, trial: &BlockTrial, s: f64) -> Option<BlockSample> {
-        let place = self.trail.at(s);
-        let share = self.share(trial, &place)?;
+        let point = self.poses.at(s);
+        let share = self.share(trial, &point)?;
         let moved = self.moved(trial.ends, share)?;
-        let tip = (place.pose.tip - moved.tip).norm();
-        let axis = (*place.pose.axis - *moved.axis).norm();
-        Some(BlockSample { place, share, off: tip + self.lever * axis })
+        let tip = (point.pose.tip - moved.tip).norm();
+        let axis = (*point.pose.axis - *moved.axis).norm();
+        Some(BlockSample { point, share, off: tip + self.lever * axis })
     }
 
-    /// Share of the block at which the control is compared with a place of the path. For the nearest,
-    /// one projection and one correction are enough in blocks that are nearly straight.
-    fn share(&self, trial: &BlockTrial, place: &PathPlace) -> Option<f64> {
+    /// Returns the share of the block at which the control is compared with a point of the path. For the
+    /// nearest pose, one projection and one correction are enough in blocks that are nearly straight.
+    fn share(&self, trial: &BlockTrial, point: &PathPoint) -> Option<f64> {
         let [from, to] = trial.ends;
         let [start, end] = [self.weighted(&from.pose), self.weighted(&to.pose)];
         let chord = end - start;
         let square = chord.norm_squared();
         if matches!(trial.by, PoseMatch::EqualShare) || square <= 0.0 {
-            return Some((place.s - from.s) / (to.s - from.s));
+            return Some((point.s - from.s) / (to.s - from.s));
         }
-        let target = self.weighted(&place.pose);
+        let target = self.weighted(&point.pose);
         // Foot of the perpendicular on the chord between the block's ends.
         let first = ((target - start).dot(&chord) / square).clamp(0.0, 1.0);
         // One Newton correction with the chord as tangent: the curve leaves it by little in blocks
@@ -200,12 +203,12 @@ impl<T: PoseTrail> ControlledPath<'_, T> {
     }
 
     /// Returns the pose of the control at a share of the block.
-    fn moved(&self, ends: [&PathPlace; 2], share: f64) -> Option<ToolPose> {
+    fn moved(&self, ends: [&PathPoint; 2], share: f64) -> Option<ToolPose> {
         let ends = ends.map(|end| BlockEnd { q: &end.q, pose: &end.pose });
         moved(self.kinematics, self.control, ends, share)
     }
 
-    /// Tip and tool axis as one vector, the axis with the lever \[mm\].
+    /// Returns tip and tool axis as one vector, the axis times the lever \[mm\].
     fn weighted(&self, pose: &ToolPose) -> Vector6<f64> {
         let axis: &UnitVector3<f64> = &pose.axis;
         let [tip, axis]: [Vector3<f64>; 2] = [pose.tip.coords, axis.scale(self.lever)];
@@ -229,8 +232,8 @@ impl<'a> BlockEnd<'a> {
     }
 }
 
-/// Returns the pose of a control at a share of the way between two positions (axes, and the pose they stand for);
-/// `None` where a great circle is not defined.
+/// Returns the pose of a control at a share of a block, 0 at its start and 1 at its end; `None` if the tool axes at
+/// its ends are opposite, so that no great circle is defined.
 pub fn moved(
     kinematics: &Kinematics,
     control: BlockInterpolation,
@@ -248,8 +251,8 @@ pub fn moved(
     Some(ToolPose { tip, axis })
 }
 
-/// Returns bounds on the second derivatives of tip \[mm\] and tool axis, by the share of a block, that a control
-/// runs between two positions: no pose in it strays from the chord of its ends by more than an eighth.
+/// Bounds the second derivatives of tip \[mm\] and tool axis, by the share of a block that a control runs between
+/// two positions: no pose in it leaves the chord of its ends by more than an eighth of them.
 pub fn bend(
     kinematics: &Kinematics,
     control: BlockInterpolation,

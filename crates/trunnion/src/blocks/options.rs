@@ -1,4 +1,4 @@
-//! Kinds of control, and options of blocks.
+//! Interpolation by the control, and options of blocks.
 
 /// Motion of a control from one block end to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,6 +13,7 @@ pub enum BlockInterpolation {
 
 /// Tolerances and sizes of blocks. Begin with [`BlockOptions::within`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct BlockOptions {
     /// Motion of the control between block ends.
     pub control: BlockInterpolation,
@@ -21,13 +22,14 @@ pub struct BlockOptions {
     pub tolerance: f64,
     /// The same on links, and the most on hops: there the deviation may grow with the distance from their ends \[mm\].
     pub link_tolerance: f64,
-    /// Distance from the tip to what must be in place, for instance the contact \[mm\].
+    /// Distance from the tip to the point whose position matters, for instance the contact \[mm\].
     pub lever: f64,
     /// Longest tip travel of a block; links and hops are exempt \[mm\].
     pub max_step: f64,
     /// Largest travel of a rotary axis in a block; links and hops are exempt \[rad\].
     pub max_turn: f64,
-    /// Largest turn of the tool axis in a block; links and hops are exempt \[rad\]. The knob of paper 003.
+    /// Largest turn of the tool axis in a block; links and hops are exempt \[rad\]. Paper 003 controls the
+    /// error by it.
     pub max_axis_turn: f64,
     /// Longest block; links and hops are exempt \[s\]. A block runs at its mean speed, so this decides how
     /// closely a program follows the speeds of the schedule.
@@ -37,16 +39,16 @@ pub struct BlockOptions {
 }
 
 impl BlockOptions {
-    /// Blocks of any length and duration within a tolerance \[mm\] of the tip, on links as well.
+    /// Allows blocks of any length and duration within a tolerance \[mm\] of the tip, on links as well.
+    ///
+    /// # Example
     ///
     /// ```
     /// use trunnion::blocks::{BlockInterpolation, BlockOptions};
     ///
-    /// let options = BlockOptions {
-    ///     lever: 6.0,
-    ///     max_duration: 0.02,
-    ///     ..BlockOptions::within(BlockInterpolation::RotaryLinear, 0.01)
-    /// };
+    /// let mut options = BlockOptions::within(BlockInterpolation::RotaryLinear, 0.01);
+    /// options.lever = 6.0;
+    /// options.max_duration = 0.02;
     /// assert_eq!(options.link_tolerance, 0.01);
     /// ```
     #[must_use]

@@ -1,27 +1,46 @@
-//! Fewer blocks for a program that has more than its tolerance needs.
+//! Reduction of a program that has more blocks than its tolerance needs.
 
 use super::bend::PoseBend;
-use super::deviation::{BlockEnd, ControlledPath, PathPlace, PoseTrail, block_bend, moved};
+use super::deviation::{BlockEnd, ControlledPath, PathPoint, PosePath, block_bend, moved};
 use super::error::BlocksError;
 use super::options::BlockInterpolation;
 use crate::machine::Kinematics;
 use crate::types::{Block, Progress, Stage};
 
-/// Tolerance of thinning out a program. No `Default`: the caller knows the part.
+/// Options of [`reduce`]. Begin with [`ReduceOptions::within`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct ReduceOptions {
     /// Motion of the control between block ends.
     pub control: BlockInterpolation,
-    /// Largest deviation from what the control did with all blocks \[mm\]: tip distance, plus angle of
-    /// the tool axis times `lever`.
+    /// Largest deviation from the motion with all blocks \[mm\]: tip distance, plus angle of the tool
+    /// axis times `lever`.
     pub tolerance: f64,
-    /// Distance from the tip to what must be in place, for instance the contact \[mm\].
+    /// Distance from the tip to the point whose position matters, for instance the contact \[mm\].
     pub lever: f64,
     /// Largest travel of a rotary axis in a block that replaces several \[rad\].
     pub max_turn: f64,
 }
 
-/// A program as its control runs it; the parameter counts blocks.
+impl ReduceOptions {
+    /// Allows blocks of any length within a tolerance \[mm\] of the tip, however far the rotary axes travel.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion::blocks::{BlockInterpolation, ReduceOptions};
+    ///
+    /// let mut options = ReduceOptions::within(BlockInterpolation::RotaryLinear, 0.01);
+    /// options.max_turn = 10_f64.to_radians();
+    /// assert_eq!((options.tolerance, options.lever), (0.01, 0.0));
+    /// ```
+    #[must_use]
+    pub const fn within(control: BlockInterpolation, tolerance: f64) -> Self {
+        Self { control, tolerance, lever: 0.0, max_turn: f64::INFINITY }
+    }
+}
+
+/// Program as its control runs it; the parameter counts blocks.
 struct BlockProgram<'a> {
     kinematics: &'a Kinematics,
     control: BlockInterpolation,
@@ -36,21 +55,21 @@ impl BlockProgram<'_> {
     }
 }
 
-impl PoseTrail for BlockProgram<'_> {
-    fn at(&self, s: f64) -> PathPlace {
+impl PosePath for BlockProgram<'_> {
+    fn at(&self, s: f64) -> PathPoint {
         let Some((block, [from, to])) = self.ends(s) else {
             let only = &self.blocks[0];
-            return PathPlace { s, q: only.q, pose: only.pose };
+            return PathPoint { s, q: only.q, pose: only.pose };
         };
         // Parameter s counts blocks: its fraction is the share of the block.
         let share = s - block as f64;
         let ends = [from, to].map(|end| BlockEnd { q: &end.q, pose: &end.pose });
         // Opposite tool axes: no great circle, and no block that would do for it either.
         let pose = moved(self.kinematics, self.control, ends, share).unwrap_or(from.pose);
-        PathPlace { s, q: from.q.lerp(&to.q, share), pose }
+        PathPoint { s, q: from.q.lerp(&to.q, share), pose }
     }
 
-    fn bend(&self, [from, to]: [&PathPlace; 2]) -> PoseBend {
+    fn bend(&self, [from, to]: [&PathPoint; 2]) -> PoseBend {
         let Some((_, ends)) = self.ends(0.5 * (from.s + to.s)) else {
             return PoseBend { tip: 0.0, axis: 0.0 };
         };
@@ -69,7 +88,7 @@ impl PoseTrail for BlockProgram<'_> {
 }
 
 /// Drops blocks of a program that its control does not need. The remaining program stays within
-/// [`ReduceOptions::tolerance`] of what the control did with all of them, bounded everywhere.
+/// [`ReduceOptions::tolerance`] of the motion with all blocks, bounded everywhere.
 ///
 /// Ends that stay are bit for bit those given, and durations add up. A change of the kind of motion
 /// stays a block end. Longest block first.
@@ -84,15 +103,15 @@ pub fn reduce(
     progress: &dyn Progress,
 ) -> Result<Vec<Block>, BlocksError> {
     validate(options)?;
-    let trail = BlockProgram { kinematics, control: options.control, blocks };
-    let course =
-        ControlledPath { kinematics, control: options.control, trail, lever: options.lever };
+    let poses = BlockProgram { kinematics, control: options.control, blocks };
+    let controlled =
+        ControlledPath { kinematics, control: options.control, poses, lever: options.lever };
     let mut kept: Vec<Block> = blocks.first().copied().into_iter().collect();
     let mut from = 0;
     let mut guess = 1;
     while from + 1 < blocks.len() {
         progress.step(Stage::Program, from as u64, blocks.len() as u64)?;
-        let to = longest(&course, options, from, guess);
+        let to = longest(&controlled, options, from, guess);
         guess = to - from;
         let duration = blocks[from + 1..=to].iter().map(|block| block.duration).sum();
         kept.push(Block { duration, ..blocks[to] });
@@ -114,17 +133,17 @@ fn validate(options: &ReduceOptions) -> Result<(), BlocksError> {
     Err(BlocksError::BadOption { name: "lever", value, must: "finite and not negative" })
 }
 
-/// Last block that one from `from` may replace: doubled from a guess, then halved.
+/// Returns the last block that one from `from` may replace: doubled from a guess, then bisected.
 fn longest(
-    course: &ControlledPath<'_, BlockProgram<'_>>,
+    controlled: &ControlledPath<'_, BlockProgram<'_>>,
     options: &ReduceOptions,
     from: usize,
     guess: usize,
 ) -> usize {
-    let blocks = course.trail.blocks;
+    let blocks = controlled.poses.blocks;
     let motion = blocks[from + 1].motion;
     let same = blocks[from + 1..].iter().take_while(|block| block.motion == motion).count();
-    let allowed = |to: usize| to == from + 1 || fits(course, options, [from, to]);
+    let allowed = |to: usize| to == from + 1 || fits(controlled, options, [from, to]);
     // One block is always allowed; `refused` is the first known not to be.
     let [mut best, mut refused] = [from + 1, from + same + 1];
     let mut step = guess.max(1);
@@ -146,13 +165,13 @@ fn longest(
 }
 
 fn fits(
-    course: &ControlledPath<'_, BlockProgram<'_>>,
+    controlled: &ControlledPath<'_, BlockProgram<'_>>,
     options: &ReduceOptions,
     ends: [usize; 2],
 ) -> bool {
-    let [from, to] = ends.map(|at| &course.trail.blocks[at]);
+    let [from, to] = ends.map(|at| &controlled.poses.blocks[at]);
     let turn = (to.q - from.q).fixed_rows::<2>(3).amax();
-    let [start, end] = ends.map(|at| course.at(at as f64));
+    let [start, end] = ends.map(|at| controlled.at(at as f64));
     turn <= options.max_turn
-        && course.deviation(&start, &end, options.tolerance) <= options.tolerance
+        && controlled.deviation(&start, &end, options.tolerance) <= options.tolerance
 }

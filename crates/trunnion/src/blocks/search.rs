@@ -1,6 +1,6 @@
-//! Longest blocks first.
+//! Search for the ends of blocks, the longest block first.
 
-use super::deviation::{ControlledPath, PathPlace};
+use super::deviation::{ControlledPath, PathPoint};
 use super::options::BlockOptions;
 use super::smooth_piece::SmoothPiece;
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
@@ -11,34 +11,34 @@ use nalgebra::Point3;
 /// Halvings between an allowed and a refused length: right to 1/128 of the block.
 const HALVINGS: u32 = 7;
 
-/// A length found is short of the longest by up to 1/128: this much more makes up for it.
+/// Allowance for the bisection, which ends up to 1/128 short of the longest block.
 const ROUNDED_UP: f64 = 1.0 + 1.0 / 64.0;
 
-/// Largest deviation of a hop over the distance from its ends: it leaves the part along the tool axis, so the tool is
+/// Largest deviation of a hop, over the distance from its ends: it leaves the part along the tool axis, so the tool is
 /// clear by more than that.
 const CLEAR: f64 = 0.1;
 
-/// A block that strays however short it is.
+/// Block that exceeds the tolerance however short it is.
 pub(super) struct ToleranceFault {
     pub(super) s: f64,
     pub(super) deviation: f64,
     pub(super) tolerance: f64,
 }
 
-/// Path parameters of the block ends of a piece, the first being where it starts.
+/// Finds the path parameters of the block ends of a piece. The first one is where it starts.
 pub(super) fn ends(
-    course: &ControlledPath<'_, SmoothPiece<'_>>,
+    controlled: &ControlledPath<'_, SmoothPiece<'_>>,
     rows: &SchedulePiece,
     options: &BlockOptions,
 ) -> Result<Vec<f64>, ToleranceFault> {
     let (Some(first), Some(last)) =
-        (course.trail.piece.nodes.first(), course.trail.piece.nodes.last())
+        (controlled.poses.piece.nodes.first(), controlled.poses.piece.nodes.last())
     else {
         return Ok(Vec::new());
     };
-    let mut from = course.at(first.s);
-    let tips = [from.pose.tip, course.at(last.s).pose.tip];
-    let search = EndSearch { course, rows, options, end: last.s, tips };
+    let mut from = controlled.at(first.s);
+    let tips = [from.pose.tip, controlled.at(last.s).pose.tip];
+    let search = EndSearch { controlled, rows, options, end: last.s, tips };
     let mut ends = vec![first.s];
     let mut guess = last.s - first.s;
     while from.s < last.s {
@@ -52,26 +52,26 @@ pub(super) fn ends(
 }
 
 struct EndSearch<'a> {
-    course: &'a ControlledPath<'a, SmoothPiece<'a>>,
+    controlled: &'a ControlledPath<'a, SmoothPiece<'a>>,
     rows: &'a SchedulePiece,
     options: &'a BlockOptions,
     end: f64,
-    /// Parameters of the start and end of the piece.
+    /// Tips at the start and the end of the piece \[mm\].
     tips: [Point3<f64>; 2],
 }
 
 impl EndSearch<'_> {
-    /// End of the longest allowed block from here: doubled or halved from a guess until both an
-    /// allowed and a refused length are known, then halved between them.
-    fn longest(&self, from: &PathPlace, guess: f64) -> Result<PathPlace, ToleranceFault> {
-        let mut best: Option<PathPlace> = None;
+    /// Finds the end of the longest allowed block from a point: the length is doubled or halved from a
+    /// guess until both an allowed and a refused length are known, then bisected between them.
+    fn longest(&self, from: &PathPoint, guess: f64) -> Result<PathPoint, ToleranceFault> {
+        let mut best: Option<PathPoint> = None;
         let mut refused = f64::INFINITY;
         let mut length = guess;
         // Lengths below this share of s are lost in its rounding.
         let shortest = from.s.abs().max(self.end.abs()) * f64::EPSILON * 1024.0;
         // Bracket the longest block: doubling while allowed, halving while refused.
         while best.is_none() || refused.is_infinite() {
-            let to = self.course.at(self.end.min(from.s + length));
+            let to = self.controlled.at(self.end.min(from.s + length));
             if self.allowed(from, &to) {
                 best = Some(to);
                 if to.s >= self.end {
@@ -88,25 +88,25 @@ impl EndSearch<'_> {
         }
         let mut best = best.unwrap_or(*from);
         for _ in 0..HALVINGS {
-            let to = self.course.at(0.5 * (best.s + refused));
+            let to = self.controlled.at(0.5 * (best.s + refused));
             // Part of an allowed block is allowed, so one bracket is enough.
             if self.allowed(from, &to) { best = to } else { refused = to.s }
         }
         Ok(best)
     }
 
-    fn allowed(&self, from: &PathPlace, to: &PathPlace) -> bool {
-        self.fine(from, to) && self.strays_little(from, to)
+    fn allowed(&self, from: &PathPoint, to: &PathPoint) -> bool {
+        self.fine(from, to) && self.keeps_tolerance(from, to)
     }
 
-    fn strays_little(&self, from: &PathPlace, to: &PathPlace) -> bool {
+    fn keeps_tolerance(&self, from: &PathPoint, to: &PathPoint) -> bool {
         let tolerance = self.tolerance([from, to]);
-        self.course.deviation(from, to, tolerance) <= tolerance
+        self.controlled.deviation(from, to, tolerance) <= tolerance
     }
 
     /// Returns `true` if step, turns and duration are allowed.
-    fn fine(&self, from: &PathPlace, to: &PathPlace) -> bool {
-        if self.course.trail.piece.motion.is_free() {
+    fn fine(&self, from: &PathPoint, to: &PathPoint) -> bool {
+        if self.controlled.poses.piece.motion.is_free() {
             return true;
         }
         let duration = self.rows.time_at(to.s) - self.rows.time_at(from.s);
@@ -122,9 +122,9 @@ impl EndSearch<'_> {
             && duration <= self.options.max_duration
     }
 
-    fn tolerance(&self, block: [&PathPlace; 2]) -> f64 {
+    fn tolerance(&self, block: [&PathPoint; 2]) -> f64 {
         let BlockOptions { tolerance, link_tolerance, .. } = *self.options;
-        match self.course.trail.piece.motion {
+        match self.controlled.poses.piece.motion {
             Motion::Link => link_tolerance,
             // A hop leaves the part along the tool axis: a share of its distance from both ends is
             // free.
@@ -133,16 +133,16 @@ impl EndSearch<'_> {
         }
     }
 
-    /// Distance of the tip from where the piece starts and ends, at either end of a block, whatever is least \[mm\].
-    fn ends_away(&self, block: [&PathPlace; 2]) -> f64 {
+    /// Returns the least distance of the tip, at either end of a block, from the tips at the ends of the piece \[mm\].
+    fn ends_away(&self, block: [&PathPoint; 2]) -> f64 {
         let distance = |tip: &Point3<f64>| {
-            block.iter().map(|place| (place.pose.tip - tip).norm()).fold(f64::INFINITY, f64::min)
+            block.iter().map(|point| (point.pose.tip - tip).norm()).fold(f64::INFINITY, f64::min)
         };
         self.tips.iter().map(distance).fold(f64::INFINITY, f64::min)
     }
 
-    /// A last block that is too short shares its time evenly with the one before; if that leaves
-    /// both too short they become one. Both only where the tolerance allows.
+    /// Balances the last two blocks. A last block that is too short shares its time evenly with the one
+    /// before; if that leaves both too short they become one. Both only if the tolerance allows it.
     fn balance(&self, ends: &mut Vec<f64>) {
         let &[.., before, middle, last] = ends.as_slice() else { return };
         let [start, via, end] = [before, middle, last].map(|s| self.rows.time_at(s));
@@ -151,10 +151,10 @@ impl EndSearch<'_> {
             return;
         }
         let index = ends.len() - 2;
-        let [from, to] = [before, last].map(|s| self.course.at(s));
+        let [from, to] = [before, last].map(|s| self.controlled.at(s));
         // Both blocks together are too short for two: one block, if the deviation allows it.
         if end - start < 2.0 * least {
-            if self.strays_little(&from, &to) {
+            if self.keeps_tolerance(&from, &to) {
                 ends.remove(index);
             }
             return;
@@ -162,14 +162,14 @@ impl EndSearch<'_> {
         // Equal times instead, if the schedule has a point there and both halves stay within
         // tolerance.
         let Some(moment) = self.rows.at_time(0.5 * (start + end)) else { return };
-        let via = self.course.at(moment.s);
+        let via = self.controlled.at(moment.s);
         if via.s > before && via.s < last && self.allowed(&from, &via) && self.allowed(&via, &to) {
             ends[index] = via.s;
         }
     }
 
-    fn fault(&self, from: &PathPlace, to: &PathPlace) -> ToleranceFault {
-        let deviation = self.course.deviation(from, to, f64::INFINITY);
+    fn fault(&self, from: &PathPoint, to: &PathPoint) -> ToleranceFault {
+        let deviation = self.controlled.deviation(from, to, f64::INFINITY);
         ToleranceFault { s: from.s, deviation, tolerance: self.tolerance([from, to]) }
     }
 }

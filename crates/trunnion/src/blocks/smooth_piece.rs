@@ -1,18 +1,18 @@
 //! A smooth piece of axis path, as blocks are made from it.
 
 use super::bend::{AxisRates, PoseBend, arms};
-use super::deviation::{ControlledPath, PathPlace, PoseTrail};
+use super::deviation::{ControlledPath, PathPoint, PosePath};
 use crate::machine::Kinematics;
 use crate::types::{AxisPiece, AxisVector, Block, SchedulePiece};
 
-/// Samples inside a block: at least so many, one per node interval, at most so many.
+/// Least and largest number of samples inside a block; between them, one per node interval.
 const SAMPLES: [usize; 2] = [7, 63];
 
-/// One piece of path.
+/// Piece of a path, with bounds on its rates.
 pub(super) struct SmoothPiece<'a> {
     kinematics: &'a Kinematics,
     pub(super) piece: &'a AxisPiece,
-    /// By interval between nodes.
+    /// Bounds on the rates, by interval between nodes.
     rates: Vec<AxisRates>,
 }
 
@@ -27,13 +27,13 @@ impl<'a> SmoothPiece<'a> {
     }
 }
 
-impl PoseTrail for SmoothPiece<'_> {
-    fn at(&self, s: f64) -> PathPlace {
+impl PosePath for SmoothPiece<'_> {
+    fn at(&self, s: f64) -> PathPoint {
         let q = self.piece.position_at(s).unwrap_or_else(AxisVector::zeros);
-        PathPlace { s, q, pose: self.kinematics.forward(&q) }
+        PathPoint { s, q, pose: self.kinematics.forward(&q) }
     }
 
-    fn bend(&self, [from, to]: [&PathPlace; 2]) -> PoseBend {
+    fn bend(&self, [from, to]: [&PathPoint; 2]) -> PoseBend {
         let [first, last] = [from.s, to.s].map(|s| self.piece.interval_at(s));
         let none = AxisRates { first: AxisVector::zeros(), second: AxisVector::zeros() };
         // Largest rates of all intervals that the stretch touches.
@@ -55,14 +55,14 @@ impl PoseTrail for SmoothPiece<'_> {
 }
 
 impl ControlledPath<'_, SmoothPiece<'_>> {
-    /// Blocks between ends in order of `s`, the first being where the piece starts.
+    /// Makes the blocks between ends in order of `s`, the first of which is where the piece starts.
     pub(super) fn blocks(&self, ends: &[f64], rows: &SchedulePiece) -> Vec<Block> {
         ends.windows(2)
             .map(|pair| {
-                let place = self.at(pair[1]);
+                let point = self.at(pair[1]);
                 let duration = rows.time_at(pair[1]) - rows.time_at(pair[0]);
-                let motion = self.trail.piece.motion;
-                Block { motion, q: place.q, pose: place.pose, duration }
+                let motion = self.poses.piece.motion;
+                Block { motion, q: point.q, pose: point.pose, duration }
             })
             .collect()
     }

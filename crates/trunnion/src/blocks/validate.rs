@@ -1,4 +1,4 @@
-//! Checks of a path, a schedule and options.
+//! Checks of the input: path, schedule and options.
 
 use super::error::BlocksError;
 use super::options::BlockOptions;

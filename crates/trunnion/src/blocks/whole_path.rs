@@ -1,4 +1,4 @@
-//! The blocks of a whole path.
+//! Blocks of a whole path.
 
 use super::error::BlocksError;
 use super::options::BlockOptions;
@@ -38,7 +38,7 @@ pub fn blocks(
     Ok(pieces.into_iter().flatten().collect())
 }
 
-/// As [`blocks`]: first the starting position, then the blocks of each piece of the path.
+/// Breaks a path as [`blocks`] does. Returns first the starting position, then the blocks of each piece of the path.
 ///
 /// # Errors
 ///
@@ -60,21 +60,22 @@ pub fn by_piece(
     let broken: Vec<Vec<Block>> = pieces
         .into_par_iter()
         .map(|(index, (piece, rows))| {
-            let course = deviation::ControlledPath {
+            let controlled = deviation::ControlledPath {
                 kinematics,
-                trail: smooth_piece::SmoothPiece::new(kinematics, piece),
+                poses: smooth_piece::SmoothPiece::new(kinematics, piece),
                 control: options.control,
                 lever: options.lever,
             };
-            let ends =
-                search::ends(&course, rows, options).map_err(|fault| BlocksError::Tolerance {
+            let ends = search::ends(&controlled, rows, options).map_err(|fault| {
+                BlocksError::Tolerance {
                     piece: index,
                     s: fault.s,
                     deviation: fault.deviation,
                     tolerance: fault.tolerance,
-                })?;
+                }
+            })?;
             progress.step(Stage::Program, 1 + done.fetch_add(1, Ordering::Relaxed), total)?;
-            Ok(course.blocks(&ends, rows))
+            Ok(controlled.blocks(&ends, rows))
         })
         .collect::<Result<_, BlocksError>>()?;
     let mut blocks: Vec<Vec<Block>> = vec![start(kinematics, path).into_iter().collect()];
@@ -82,7 +83,7 @@ pub fn by_piece(
     Ok(blocks)
 }
 
-/// Starting position of a path.
+/// Returns the starting position of a path as a block of duration 0.
 fn start(kinematics: &Kinematics, path: &AxisPath) -> Option<Block> {
     let piece = path.pieces.first()?;
     let q = piece.nodes.first()?.q[0];

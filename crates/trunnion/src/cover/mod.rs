@@ -12,7 +12,7 @@
 //!
 //! A pass starts from an end-point track: the line on which the error of each cutter location equals the upper end
 //! of the tolerance band. Its strip ends at the far track, the second end points, which is no line of the
-//! chart. `layout::advance` chooses the distance to the next track by cost. Narrower stretches get passes of
+//! chart. `layout::advance` chooses the distance to the next track by cost. Narrower segments get passes of
 //! their own. Passes begin and end on the continued surface, beyond the material that they cut.
 //!
 //! Where no wide strip fits, the tool is placed at the fixed inclination. If it would touch another face there

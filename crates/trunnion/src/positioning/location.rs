@@ -57,7 +57,7 @@ pub struct CutterLocation {
     pub near: Uv,
     /// Parameters of the strip's other end; `end` or beyond it.
     pub far: Uv,
-    /// Extrema of the error, where a neighbouring location starts to look for its own.
+    /// Extrema of the error: initial guesses for those of a neighbouring location.
     pub(crate) marks: Vec<ExtremumMark>,
 }
 

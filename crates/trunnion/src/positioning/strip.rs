@@ -18,7 +18,7 @@ pub struct CuttingContext<'a> {
     pub band: ToleranceBand,
 }
 
-/// Position on the cutter where the strip is measured.
+/// Feed, side and contact for which the strip of a pose is measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StripQuery {
     /// Feed direction; its length does not count.

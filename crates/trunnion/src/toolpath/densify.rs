@@ -26,6 +26,23 @@ pub struct PathResolution {
 /// # Source
 ///
 /// Fig. 5 of `docs/sources.md#003`; its limit reads 0.08° but is 0.08 rad.
+///
+/// # Example
+///
+/// A move of 10 mm with a turn of 45 degrees: steps of at most 4 mm would take three parts, turns of at most
+/// 0.1 rad take eight.
+///
+/// ```
+/// use trunnion::toolpath::{PathResolution, densify};
+/// use trunnion::types::ToolPose;
+///
+/// let from = ToolPose::new([0.0; 3], [0.0, 0.0, 1.0]).unwrap();
+/// let to = ToolPose::new([10.0, 0.0, 0.0], [0.0, 1.0, 1.0]).unwrap();
+/// let fine = densify(&[from, to], PathResolution { max_step: 4.0, max_turn: 0.1 })?;
+/// assert_eq!(fine.len(), 1 + 8);
+/// assert_eq!([fine[0], fine[8]], [from, to]);
+/// # Ok::<(), trunnion::toolpath::InterpolationError>(())
+/// ```
 pub fn densify(
     path: &[ToolPose],
     resolution: PathResolution,

@@ -52,7 +52,22 @@ pub enum InterpolationError {
     },
 }
 
-/// A turn of the tool axis on the great circle from one direction to another.
+/// Turn of the tool axis on the great circle from one direction to another.
+///
+/// # Example
+///
+/// ```
+/// use nalgebra::Vector3;
+/// use std::f64::consts::FRAC_PI_2;
+/// use trunnion::toolpath::GreatCircle;
+///
+/// let turn = GreatCircle::new(&Vector3::z_axis(), &Vector3::x_axis())?;
+/// assert!((turn.angle() - FRAC_PI_2).abs() < 1e-15);
+/// let [axis, rate, ..] = turn.derivatives(0.5);
+/// assert!((axis - Vector3::new(0.5_f64.sqrt(), 0.0, 0.5_f64.sqrt())).norm() < 1e-15);
+/// assert!((rate.norm() - FRAC_PI_2).abs() < 1e-15);
+/// # Ok::<(), trunnion::toolpath::InterpolationError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GreatCircle {
     from: Vector3<f64>,
@@ -62,7 +77,7 @@ pub struct GreatCircle {
 }
 
 impl GreatCircle {
-    /// The shorter great circle from `from` to `to`. Equal directions give a turn by nothing.
+    /// Creates the shorter great circle from `from` to `to`. Equal directions give a turn by 0.
     ///
     /// # Errors
     ///
@@ -118,11 +133,11 @@ const REACH: usize = 2;
 /// axes passes closer than cos(45°) to zero.
 pub(super) const LARGEST_TURN: f64 = std::f64::consts::FRAC_PI_2;
 
-/// Local cubic curve of tip, tool-axis vector and contact through `stations`: passes through each,
-/// where the axis is unit, with one velocity there (C1). A station moves only the curve
+/// Lays a local cubic curve of tip, tool-axis vector and contact through `stations`. It passes through
+/// each, where the axis is unit, with one velocity there (C1). A station moves only the curve
 /// between its third neighbours.
 ///
-/// Over the sum of [`Station::advance`] with `lever` \[mm/rad\]. The tangent at a station is that of
+/// Its parameter is the sum of [`Station::advance`] with `lever` \[mm/rad\]. The tangent at a station is that of
 /// the polynomial through it and up to two stations on either side: steps that change abruptly make
 /// it overshoot, so split at corners first. Not smooth enough to plan on: it seeds a fit.
 ///
@@ -180,8 +195,8 @@ fn tangent(knots: &[f64], points: &[PoseCoordinates], at: usize) -> PoseCoordina
     tangent_at(at, [0, points.len() - 1], |k| knots[k], |k| &points[k])
 }
 
-/// Derivative at one of its points of the polynomial through that point and its neighbours between
-/// `first` and `last` (Lagrange's form).
+/// Returns the derivative, at one of its points, of the polynomial through that point and its
+/// neighbours between `first` and `last` (Lagrange's form).
 pub(super) fn tangent_at<'a>(
     at: usize,
     [first, last]: [usize; 2],

@@ -14,7 +14,7 @@ use crate::types::{
 const SAME_AXIS: f64 = 16.0 * f64::EPSILON;
 
 /// Lays smooth curves through the stations of `legs`: one piece per cutting leg or link, and one
-/// per straight stretch of a lead.
+/// per straight part of a lead.
 ///
 /// A cutting leg becomes one C2 cubic spline of tip, axis vector and contact over a common
 /// parameter, the chord length of the contact track \[mm\]. It passes through every station, where

@@ -29,17 +29,9 @@ const CONTROLS: [BlockInterpolation; 3] =
 const LAYOUTS: [Layout; 2] = [Layout::TableTable, Layout::HeadHead];
 
 fn options(control: BlockInterpolation) -> BlockOptions {
-    BlockOptions {
-        control,
-        tolerance: TOLERANCE,
-        link_tolerance: TOLERANCE,
-        lever: LEVER,
-        max_step: f64::INFINITY,
-        max_turn: f64::INFINITY,
-        max_axis_turn: f64::INFINITY,
-        max_duration: f64::INFINITY,
-        min_duration: 0.0,
-    }
+    let mut options = BlockOptions::within(control, TOLERANCE);
+    options.lever = LEVER;
+    options
 }
 
 fn limits() -> Limits<5> {
@@ -211,19 +203,16 @@ fn knobs_limit_blocks_and_yield_in_order() {
     let path = any_path(3).path(80);
     let schedule = planned(&path);
     let kinematics = shop::kinematics(Layout::TableTable);
-    let fine = BlockOptions {
-        max_step: 0.5,
-        max_turn: 0.01,
-        max_duration: 0.02,
-        ..options(BlockInterpolation::RotaryLinear)
-    };
+    let mut fine = options(BlockInterpolation::RotaryLinear);
+    (fine.max_step, fine.max_turn, fine.max_duration) = (0.5, 0.01, 0.02);
     let all = blocks(&kinematics, &path, &schedule, &fine, &Silent).unwrap();
     for pair in all.windows(2) {
         assert!((pair[1].pose.tip - pair[0].pose.tip).norm() <= 0.5 + 1e-9);
         assert!((pair[1].q - pair[0].q).fixed_rows::<2>(3).amax() <= 0.01 + 1e-9);
         assert!(pair[1].duration <= 0.02 + 1e-9);
     }
-    let slow = BlockOptions { min_duration: 0.01, tolerance: 1.0, ..fine };
+    let mut slow = fine;
+    (slow.min_duration, slow.tolerance) = (0.01, 1.0);
     let slow = blocks(&kinematics, &path, &schedule, &slow, &Silent).unwrap();
     assert!(
         slow[1..].iter().all(|block| block.duration >= 0.01 * (1.0 - 1e-9)),
@@ -322,10 +311,11 @@ fn an_over_fine_program_is_thinned_out_within_tolerance() {
         let path = any_path(seed + 5).path(80);
         let schedule = planned(&path);
         for control in CONTROLS {
-            let fine = BlockOptions { tolerance: 0.05 * TOLERANCE, ..options(control) };
+            let mut fine = options(control);
+            fine.tolerance = 0.05 * TOLERANCE;
             let fine = blocks(&kinematics, &path, &schedule, &fine, &Silent).unwrap();
-            let wanted =
-                ReduceOptions { control, tolerance: TOLERANCE, lever: LEVER, max_turn: 0.5 };
+            let mut wanted = ReduceOptions::within(control, TOLERANCE);
+            (wanted.lever, wanted.max_turn) = (LEVER, 0.5);
             let kept = reduce(&kinematics, &fine, &wanted, &Silent).unwrap();
             let ratio = (fine.len() - 1) as f64 / (kept.len() - 1) as f64;
             assert!(ratio > 2.5, "{layout:?} {control:?}: {ratio}");

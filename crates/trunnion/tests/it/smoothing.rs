@@ -10,25 +10,16 @@ use proptest::prelude::*;
 use shop::Layout;
 use trunnion::inverse::Inverse;
 use trunnion::math::angle::{angle_between, great_circle};
-use trunnion::toolpath::{
-    PathSmoother, SmoothError, SmoothOptions, SmoothReference, SmoothedCurves, smooth,
-};
-use trunnion::types::{AxisVector, PoseCurve, Station, ToolPose};
+use trunnion::toolpath::{PathSmoother, SmoothError, SmoothOptions, SmoothedCurves, smooth};
+use trunnion::types::{AxisVector, PoseCurve, PoseTolerance, Station, ToolPose};
 
 const TIP: f64 = 0.01;
 const AXIS: f64 = 5e-4;
 
 fn options() -> SmoothOptions {
-    SmoothOptions {
-        tip: TIP,
-        axis: AXIS,
-        reference: SmoothReference::Chords,
-        lever: 10.0,
-        corner: 0.35,
-        step_ratio: 8.0,
-        largest_blend: 2.0,
-        window: 128,
-    }
+    let mut options = SmoothOptions::within(PoseTolerance { tip: TIP, axis: AXIS });
+    options.window = 128;
+    options
 }
 
 fn station(tip: [f64; 3], axis: [f64; 3]) -> Station {
@@ -240,7 +231,8 @@ fn the_nose_of_a_blade_is_met_between_its_stations() {
     });
     let straight = straight.fold(0.0, f64::max).to_degrees();
     assert!((straight - 0.0113).abs() < 0.0005, "{straight} deg");
-    let wide = SmoothOptions { axis: 0.03_f64.to_radians(), ..options() };
+    let mut wide = options();
+    wide.axis = 0.03_f64.to_radians();
     let smoothed = smooth(&stations, &wide).unwrap();
     let curve = &smoothed.curves[0];
     let [start, end] = curve.range();

@@ -9,21 +9,16 @@ use trunnion::math::angle::angle_between;
 use trunnion::toolpath::{
     PathSmoother, SmoothError, SmoothOptions, SmoothReference, local_cubic, smooth,
 };
-use trunnion::types::{PoseCoordinates, PoseCurve, Station, ToolPose};
+use trunnion::types::{PoseCoordinates, PoseCurve, PoseTolerance, Station, ToolPose};
 
 const LEVER: f64 = 10.0;
 
 fn options(tip: f64, axis: f64, reference: SmoothReference) -> SmoothOptions {
-    SmoothOptions {
-        tip,
-        axis,
-        reference,
-        lever: LEVER,
-        corner: 0.35,
-        step_ratio: 8.0,
-        largest_blend: 2.0,
-        window: 128,
-    }
+    let mut options = SmoothOptions::within(PoseTolerance { tip, axis });
+    options.reference = reference;
+    options.lever = LEVER;
+    options.window = 128;
+    options
 }
 
 fn station(tip: [f64; 3], axis: [f64; 3]) -> Station {

@@ -123,7 +123,7 @@ impl StripWidthTable {
         Self { bounds, widths }
     }
 
-    /// Returns the strip width \[mm\] of a pass through a point along `way`, interpolated in the
+    /// Returns the strip width \[mm\] of a pass through a point in a direction, interpolated in the
     /// table.
     pub(crate) fn width(
         &self,

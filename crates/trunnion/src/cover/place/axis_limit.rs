@@ -202,7 +202,7 @@ impl CandidatePass<'_> {
     /// that reaches farthest.
     ///
     /// If none is near at all, there is no location: the pass then ends with a run-out, or is
-    /// placed otherwise, since a jump would gouge on its way. `free` is the location without
+    /// placed otherwise, since the tool would gouge while it jumps. `free` is the location without
     /// neighbours, if it was tried; a station without any has none near its neighbours either.
     fn near(
         &self,

@@ -32,7 +32,7 @@ struct ArcMotion {
 }
 
 impl ArcMotion {
-    /// Prepares the motion along the track from `place`.
+    /// Prepares the motion along the track from a station.
     fn new(candidate: &CandidatePass<'_>, place: &PlacedStation, heading: Heading) -> Option<Self> {
         let chart = candidate.chart;
         let face = candidate.face.face();

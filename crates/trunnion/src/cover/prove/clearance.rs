@@ -27,8 +27,8 @@ pub(crate) struct ClearanceProof<'a> {
     pub(crate) tool: &'a ToolBody,
     /// Clearance that the tool has to keep from the face \[mm\].
     pub(crate) target: f64,
-    /// Amount below the target that still counts as kept \[mm\]: at this precision a touch looks
-    /// like a breach.
+    /// Amount below the target that still counts as kept \[mm\]: at this precision a contact cannot be
+    /// distinguished from a breach.
     pub(crate) precision: f64,
 }
 

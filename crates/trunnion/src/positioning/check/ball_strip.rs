@@ -50,11 +50,11 @@ struct BallSphere {
 
 impl BallSphere {
     /// Finds the point where the surface, raised by the upper end of the band, leaves the sphere, going
-    /// from `touch` along `way`.
+    /// from `touch` along `direction`.
     fn end(
         &self,
         touch: &DistanceReading,
-        way: &Vector3<f64>,
+        direction: &Vector3<f64>,
         probe: &mut FaceProbe,
     ) -> Result<DistanceReading, PositioningError> {
         // Secant steps on a function close to a parabola; the start is its root for a sphere on
@@ -67,12 +67,12 @@ impl BallSphere {
             (raised - self.center).norm() - self.minor
         };
         let gap = -outside(touch);
-        let curvature = (1.0 / radius - touch.normal_curvature(way)).max(f64::EPSILON);
+        let curvature = (1.0 / radius - touch.normal_curvature(direction)).max(f64::EPSILON);
         let mut t = (2.0 * gap.max(0.0) / curvature).sqrt().min(radius);
         let mut reading = *touch;
         for _ in 0..STEPS {
-            let p = origin + way * t;
-            reading = probe.read(&p, touch.ahead(&(way * t)))?;
+            let p = origin + direction * t;
+            reading = probe.read(&p, touch.ahead(&(direction * t)))?;
             // For g = c t^2 - gap the step of Newton is (g / 2 (g + gap)) t.
             let g = outside(&reading);
             let rise = g + gap;

@@ -22,8 +22,8 @@ const SECTORS: u32 = 12;
 /// Proves that the tool above its cutting end keeps `band.lower` from the whole face.
 ///
 /// The distance `D` of a point from the face clears the sphere of radius `D` around it. Where the
-/// sphere around the middle of a stretch of axis holds that stretch of the tool, it is clear; else
-/// the stretch is halved, and where it is shorter than wide, cut into sectors.
+/// sphere around the middle of a segment of the axis holds that segment of the tool, it is clear; else
+/// the segment is halved, and where it is shorter than wide, cut into sectors.
 /// Unlike the circle's, these distances are to the nearest point of the whole face.
 ///
 /// Returns the number of closest-point queries.
@@ -111,7 +111,7 @@ impl BodyCheck<'_> {
         Ok(true)
     }
 
-    /// Returns the largest radius of the profile over a stretch of heights.
+    /// Returns the largest radius of the profile over an interval of heights.
     fn widest(&self, [low, high]: [f64; 2]) -> f64 {
         let mut radius = 0.0_f64;
         for piece in self.setting.cutter.profile() {

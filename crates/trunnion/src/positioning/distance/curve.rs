@@ -45,7 +45,8 @@ pub struct ErrorCurvePoint {
     pub error: f64,
 }
 
-/// Returns the error round the cutting circle, evenly spaced over `[-pi, pi]`, at `2 half + 1` points. Angle 0 lies over `look.contact`, positive ones on the strip's side.
+/// Returns the error round the cutting circle at `2 half + 1` angles, evenly spaced over `[-pi, pi]`.
+/// Angle 0 lies over `look.contact`, positive ones on the strip's side.
 ///
 /// # Errors
 ///

@@ -10,7 +10,7 @@ pub(crate) const SPACING: f64 = 0.7;
 
 /// Bounds of the derivatives of the error along the circle.
 ///
-/// `E'' = n . a + H(t, t)`, `t` the tangent of length `R` and `a` the way to the centre: the circle's own
+/// `E'' = n . a + H(t, t)`, `t` the tangent of length `R` and `a` the vector to the centre: the circle's own
 /// part and the surface's, `H` the second derivative of the distance, whose eigenvalues are
 /// `-k / (1 - k d)` for the principal curvatures `k` at the foot and 0 along the normal. Axis, radius and
 /// tangent are orthogonal, so that `n . a` and `E' = n . t` are at most `R sin(beta)`, `beta` the angle

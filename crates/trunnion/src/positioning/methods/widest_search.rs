@@ -249,7 +249,7 @@ fn worth(mut found: Vec<LocalOptimum>, band: ToleranceBand) -> impl Iterator<Ite
 /// Widths a breach as large as the band costs. A width grows like a root of the band.
 const PRICE: f64 = 10.0;
 
-/// Climbs whose values differ by less than this share ended at the same place.
+/// Climbs whose values differ by less than this share ended at the same optimum.
 const SAME: f64 = 1e-4;
 
 /// Ends of climbs that are followed up before the search gives up.

@@ -81,7 +81,7 @@ pub fn error_picture(trace: &ErrorTrace, band: ToleranceBand, title: &str) -> St
 }
 
 /// Draws the strips of several methods across the feed, each bold where it keeps the band.
-/// Distances are measured from the place asked for, to the strip's side.
+/// Distances are measured from the requested point, to the strip's side.
 pub fn comparison_picture(traces: &[ErrorTrace], band: ToleranceBand, title: &str) -> String {
     let ToleranceBand { lower, upper } = band;
     let height = upper - lower;
@@ -159,7 +159,7 @@ struct Stroke<'a> {
     width: f64,
 }
 
-/// A rectangle with axes.
+/// Rectangle with axes.
 struct PlotPanel {
     /// Upper left corner \[px\].
     origin: [f64; 2],
@@ -180,7 +180,7 @@ impl PlotPanel {
         ]
     }
 
-    /// The band.
+    /// Draws the tolerance band.
     fn shade(&self, svg: &mut String, band: ToleranceBand) {
         let [left, top] = self.place([self.x[0], band.upper * MICRO]);
         let [right, bottom] = self.place([self.x[1], band.lower * MICRO]);
@@ -192,7 +192,7 @@ impl PlotPanel {
         );
     }
 
-    /// A dashed line across the panel, with a name above it.
+    /// Draws a dashed line across the panel, with a name above it.
     fn upright(&self, svg: &mut String, x: f64, name: &str) {
         let [x, _] = self.place([x, 0.0]);
         let [top, bottom] = [self.origin[1], self.origin[1] + self.size[1]];
@@ -204,7 +204,7 @@ impl PlotPanel {
         );
     }
 
-    /// A curve; what lies outside the panel is left out, up to where it leaves.
+    /// Draws a curve, clipped to the panel.
     fn line(
         &self,
         svg: &mut String,
@@ -240,7 +240,8 @@ impl PlotPanel {
         }
     }
 
-    /// The part of a stretch inside the panel, and whether it goes on to the stretch's end.
+    /// Clips a segment to the panel. Returns the part inside, and `true` if it goes on to the end of
+    /// the segment.
     fn clipped(&self, [from, to]: [[f64; 2]; 2]) -> Option<([[f64; 2]; 2], bool)> {
         let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
         for (k, range) in [self.x, self.y].into_iter().enumerate() {
@@ -264,7 +265,7 @@ impl PlotPanel {
         (enter < leave).then(|| ([at(enter), at(leave)], leave >= 1.0))
     }
 
-    /// A contact, with its abscissa.
+    /// Draws a contact, with its abscissa.
     fn dot(&self, svg: &mut String, point: [f64; 2]) {
         let [x, y] = self.place(point);
         let _ = writeln!(
@@ -277,7 +278,7 @@ impl PlotPanel {
         );
     }
 
-    /// Tolerance band, border, ticks and names of the axes.
+    /// Draws tolerance band, border, ticks and names of the axes.
     fn frame(&self, svg: &mut String, band: ToleranceBand, [x_name, y_name]: [&str; 2]) {
         self.shade(svg, band);
         let [left, top] = self.origin;
@@ -324,7 +325,7 @@ impl PlotPanel {
     }
 }
 
-/// Multiples of 1, 2 or 5 times a power of ten in a range, `most` of them or fewer.
+/// Returns the multiples of 1, 2 or 5 times a power of ten in a range, `most` of them or fewer.
 fn ticks([low, high]: [f64; 2], most: f64) -> Vec<f64> {
     let least = ((high - low) / most).max(f64::MIN_POSITIVE);
     let power = 10.0_f64.powf(least.log10().floor());
@@ -338,7 +339,7 @@ fn ticks([low, high]: [f64; 2], most: f64) -> Vec<f64> {
     (0..=50).map(f64::from).take_while(|k| *k <= count).map(|k| (first + k) * step).collect()
 }
 
-/// Without the digits that rounding makes, and without a minus before zero.
+/// Formats a tick without the digits that rounding makes, and without a minus before zero.
 fn label(tick: f64) -> String {
     let text = format!("{tick:.4}");
     let text = text.trim_end_matches('0').trim_end_matches('.');

@@ -41,7 +41,7 @@ impl StripProblem {
     /// Climbs from `start` to a local optimum, until a step promises less than `arrived` of the
     /// width; `None` where the start has no placement.
     ///
-    /// The result may break its conditions if the climb found no place that keeps them.
+    /// The result may break its conditions if the climb found no point that keeps them.
     pub(crate) fn climb(
         &self,
         start: &InitialGuess,

@@ -15,7 +15,7 @@ use std::f64::consts::{PI, TAU};
 /// whose slope changes sign at most three times; that of the rear to two waves of a cosine.
 pub(crate) const COARSE: [u32; 2] = [10, 12];
 
-/// The same where a dense look found an extremum that the coarse sampling missed.
+/// Intervals after a dense measurement found an extremum that the coarse sampling missed.
 pub(crate) const FINE: [u32; 2] = [24, 64];
 
 /// Share of the arc over which the slope at an end point is differenced: the truncation is of

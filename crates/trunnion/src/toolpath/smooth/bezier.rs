@@ -11,7 +11,7 @@ pub(super) type QuinticBezier = [PoseCoordinates; DEGREE + 1];
 /// Weights of the Bernstein polynomials in the middle of the interval, times 32.
 const MIDDLE: [f64; DEGREE + 1] = [1.0, 5.0, 10.0, 10.0, 5.0, 1.0];
 
-/// The parts before and after the share `t` (de Casteljau's scheme: convex combinations only).
+/// Splits a curve at the share `t` (de Casteljau's scheme: convex combinations only).
 pub(super) fn split(whole: &QuinticBezier, t: f64) -> [QuinticBezier; 2] {
     let mut right = *whole;
     let mut left = *whole;
@@ -26,25 +26,25 @@ pub(super) fn split(whole: &QuinticBezier, t: f64) -> [QuinticBezier; 2] {
     [left, right]
 }
 
-/// The part between two shares.
+/// Returns the part of a curve between two shares.
 pub(super) fn part(whole: &QuinticBezier, [from, to]: [f64; 2]) -> QuinticBezier {
     // What is left of `from` goes first; `to` is then a share of the remainder.
     let rest = if from > 0.0 { split(whole, from)[1] } else { *whole };
     if to < 1.0 { split(&rest, (to - from) / (1.0 - from))[0] } else { rest }
 }
 
-/// The same curve moved by `way`.
-pub(super) fn moved(curve: &QuinticBezier, way: &PoseCoordinates) -> QuinticBezier {
-    curve.map(|point| point + way)
+/// Returns the curve moved by `by`.
+pub(super) fn moved(curve: &QuinticBezier, by: &PoseCoordinates) -> QuinticBezier {
+    curve.map(|point| point + by)
 }
 
-/// Value in the middle.
+/// Returns the value in the middle of the interval.
 pub(super) fn middle(whole: &QuinticBezier) -> PoseCoordinates {
     let sum = whole.iter().zip(MIDDLE).fold(PoseCoordinates::zeros(), |sum, (p, w)| sum + p * w);
     sum / 32.0
 }
 
-/// Coefficients of the powers of the distance from the start of an interval of `width`.
+/// Returns the coefficients of the powers of the distance from the start of an interval of `width`.
 pub(super) fn powers(whole: &QuinticBezier, width: f64) -> QuinticBezier {
     let mut row = *whole;
     for step in 1..=DEGREE {
@@ -64,7 +64,7 @@ pub(super) fn powers(whole: &QuinticBezier, width: f64) -> QuinticBezier {
     row
 }
 
-/// Control points on `[0, width]` of a polynomial given by powers.
+/// Returns the control points on `[0, width]` of a polynomial given by powers.
 pub(super) fn from_powers(powers: &QuinticBezier, width: f64) -> QuinticBezier {
     let mut row = *powers;
     let mut scale = 1.0;
@@ -83,7 +83,7 @@ pub(super) fn from_powers(powers: &QuinticBezier, width: f64) -> QuinticBezier {
     row
 }
 
-/// A line in the same form.
+/// Returns the line between two points in Bernstein form.
 pub(super) fn line(from: &PoseCoordinates, to: &PoseCoordinates) -> QuinticBezier {
     let step = (to - from) / DEGREE as f64;
     let mut points = [*from; DEGREE + 1];
@@ -93,7 +93,7 @@ pub(super) fn line(from: &PoseCoordinates, to: &PoseCoordinates) -> QuinticBezie
     points
 }
 
-/// The cubic through two points with two tangents, over an interval of `width`.
+/// Returns the cubic through two points with two tangents, over an interval of `width`.
 pub(super) fn cubic(
     points: [&PoseCoordinates; 2],
     tangents: [&PoseCoordinates; 2],

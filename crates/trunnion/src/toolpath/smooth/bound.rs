@@ -6,7 +6,7 @@ use super::report::PathDeviation;
 use crate::types::PoseCoordinates;
 use nalgebra::Vector3;
 
-/// Range of the tool axis of a path between two stations.
+/// Range of the tool axis of a path between two stations, about the middle of its turn.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AxisFrame {
     /// Unit vector in the middle of the turn.
@@ -19,7 +19,7 @@ pub(super) struct AxisFrame {
 }
 
 impl AxisFrame {
-    /// Of a chord between two unit axes that stands for the great circle at the same share.
+    /// Bounds a chord between two unit axes that stands for the great circle at the same share.
     ///
     /// With half the angle between them `h`, the chord at the share `(1 + s) / 2` is turned by
     /// `atan(s tan h)` from its middle, the great circle by `s h`. The difference is largest where
@@ -43,7 +43,7 @@ impl AxisFrame {
         Self { middle: sum / (2.0 * cos), along: [cos, cos], across: sin, shift }
     }
 
-    /// Of a curve of axis vectors that is itself the path.
+    /// Bounds a curve of axis vectors that is itself the path.
     pub(super) fn curve(path: &QuinticBezier) -> Self {
         let sum = axis(&path[0]) + axis(&path[5]);
         let middle = sum / sum.norm();
@@ -60,8 +60,8 @@ impl AxisFrame {
         frame
     }
 
-    /// Angle to the path's axis where the axis vector differs by `across` and `along` the middle
-    /// direction; infinite where the curve's axis could vanish.
+    /// Returns the largest angle to the path's axis if the axis vector differs by `across` and
+    /// `along` the middle direction; infinite if the curve's axis could vanish.
     ///
     /// Central projection onto the plane that touches the sphere in the middle makes angles longer,
     /// never shorter: with the path's `B` and the curve's `B + D`,
@@ -85,7 +85,7 @@ impl AxisFrame {
 ///
 /// | step | at most |
 /// |---|---|
-/// | moving the span's Bernstein form to the origin, its Horner form to its place | `2 u A` |
+/// | moving the span's Bernstein form to the origin, its Horner form back | `2 u A` |
 /// | one split (de Casteljau, five levels of `a + (b - a) t`, convex, so that errors only add) | `5 * 6 u A` |
 /// | the share at which it splits: three roundings, times the rate of a quintic, `5 * 2 A` | `31 u A` |
 /// | width of the span: one rounding, times the same rate | `10 u A` |
@@ -113,7 +113,7 @@ const ROUNDED: [f64; 2] = [7400.0, 64.0];
 const ANGLE: f64 = 16.0 * f64::EPSILON;
 
 impl RoundingBound {
-    /// Of a span over so many steps, given from `origin` on.
+    /// Bounds the rounding of a span over `splits` steps of the path, given relative to `origin`.
     pub(super) fn new(curve: &QuinticBezier, origin: &PoseCoordinates, splits: usize) -> Self {
         let far = |part: fn(&PoseCoordinates) -> Vector3<f64>| {
             let most = curve.iter().map(|point| part(point).norm_squared()).fold(0.0, f64::max);
@@ -123,8 +123,8 @@ impl RoundingBound {
         Self { size: [far(tip), far(axis), far(contact)], share }
     }
 
-    /// With differences of such a size between span and path, which is how much larger the path's control
-    /// points can be.
+    /// Returns the bound for one part of the coordinates: tip, axis or contact. The control points of
+    /// the path can be larger than those of the span by the `difference` of both.
     fn of(&self, part: usize, difference: f64) -> f64 {
         self.share * (self.size[part] + difference)
     }
@@ -133,8 +133,9 @@ impl RoundingBound {
 /// Rounding of second derivatives, see [`bend`].
 const BENT: f64 = 1000.0 * 0.5 * f64::EPSILON;
 
-/// Largest second derivatives of tip and axis vector by the share of a span \[mm, 1\], rounding included: they lie
-/// in the convex hull of twenty times the second differences of its Bernstein form.
+/// Returns the largest second derivatives of tip and axis vector by the share of a span \[mm, 1\],
+/// rounding included. They lie in the convex hull of twenty times the second differences of its
+/// Bernstein form.
 ///
 /// With `S` the sum of the sizes of its coefficients over the width, the Bernstein form has an error of `10 u S`
 /// (five sums, a quotient and four products each), its second differences `4 * 10 u S + 6 u S`, twenty times of
@@ -162,7 +163,7 @@ pub(super) fn bend(coefficients: &QuinticBezier, width: f64) -> [f64; 2] {
     [place + BENT * sums[0], turn + BENT * sums[1]]
 }
 
-/// Deviation of `curve` from `path` over one interval, at equal parameters.
+/// Bounds the deviation of `curve` from `path` over one interval, at equal parameters.
 ///
 /// The bounds hold everywhere in between: the difference lies in the convex hull of its control points. They hold
 /// for the polynomial as it is handed out and evaluated, in the numbers it is made of.

@@ -23,7 +23,7 @@ pub enum SmoothError {
     /// Two neighbouring stations of a pass are the same.
     #[error("stations {0} and the one after are the same; drop one of them")]
     Repeated(usize),
-    /// Neighbouring axes are too far apart for the way between them to be defined.
+    /// Neighbouring axes are too far apart for the turn between them to be defined.
     #[error(
         "the tool axis turns {angle:.4} rad from station {station} to the next; above {limit:.4} rad \
          the way is not defined: insert stations between them"

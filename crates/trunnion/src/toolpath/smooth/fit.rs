@@ -27,7 +27,7 @@ pub(super) struct StationNode {
 #[derive(Debug, Clone, Copy)]
 #[expect(clippy::large_enum_variant, reason = "there is one at a time")]
 pub(super) enum FitStart {
-    /// A place; the direction is free.
+    /// A value; the direction is free.
     Place(PoseCoordinates),
     /// Value and three derivatives of the curve before.
     Jet([PoseCoordinates; 4]),
@@ -51,13 +51,13 @@ pub(super) struct PathSegment {
     pub(super) slack: [f64; 2],
 }
 
-/// One run of stations to fit.
+/// Run of stations to fit.
 pub(super) struct FitTask<'a> {
-    /// The stations; for tangents those around the run as well.
+    /// Stations of the run, and those around it for tangents.
     pub(super) nodes: &'a [StationNode],
     /// Rates of the path at the stations, where they are given.
     pub(super) rates: &'a [PoseCoordinates],
-    /// First and last of the run.
+    /// Indices of the first and the last station of the run.
     pub(super) first: usize,
     pub(super) last: usize,
     pub(super) start: FitStart,
@@ -68,11 +68,12 @@ pub(super) struct FitTask<'a> {
     pub(super) coarse: usize,
 }
 
-/// A fit that keeps the tolerances.
+/// Spline that keeps the tolerances.
 pub(super) struct SplineFit {
     /// Stations at which spans start and end.
     pub(super) breaks: Vec<usize>,
-    /// From `origin` on: third derivatives of small spans far from zero keep their digits.
+    /// Control points relative to `origin`, so that third derivatives of small spans far from zero
+    /// keep their digits.
     pub(super) curves: Vec<QuinticBezier>,
     pub(super) origin: PoseCoordinates,
     pub(super) deviated: Vec<PathDeviation>,
@@ -114,7 +115,7 @@ impl FitTask<'_> {
         self.last - self.first
     }
 
-    /// Fits, halving spans where the tolerance fails or the stations are not met as they could be.
+    /// Fits a spline. Spans are halved where the tolerance fails or the stations could be met better.
     ///
     /// # Errors
     ///
@@ -166,7 +167,7 @@ impl FitTask<'_> {
         std::iter::once(self.nodes[self.first].u).chain(ends).collect()
     }
 
-    /// Most spans that the stations determine.
+    /// Returns the largest number of spans that the stations determine.
     fn most(&self) -> usize {
         let intervals = self.intervals();
         match self.start {
@@ -204,7 +205,8 @@ impl FitTask<'_> {
             .collect()
     }
 
-    /// Tangent of the path as given, else of the local cubic, from the stations of the run alone.
+    /// Returns the tangent of the path: as given, or that of the local cubic through the stations of
+    /// the run.
     fn tangent(&self, at: usize) -> PoseCoordinates {
         if let Some(rate) = self.rates.get(at) {
             return *rate;
@@ -229,7 +231,8 @@ impl FitTask<'_> {
         }
     }
 
-    /// Control points by least squares over the stations; those the ends prescribe are not moved.
+    /// Solves for the control points by least squares over the stations. Those that the ends
+    /// prescribe are not moved.
     fn solve(&self, parts: &[SpanStations], breaks: &[f64]) -> Option<Vec<PoseCoordinates>> {
         // A quintic spline of n spans with simple inner knots has n + 5 control points.
         let count = parts.len() + DEGREE;
@@ -323,7 +326,7 @@ impl FitTask<'_> {
         finer
     }
 
-    /// The station that stands out most in every group of spans that fail.
+    /// Returns the station that stands out most in every group of spans that fail.
     fn corners(&self, parts: &[SpanStations], seen: &[SpanCheck]) -> Vec<usize> {
         let mut corners = Vec::new();
         // Neighbouring spans that fail have one cause: one corner for each group of them.
@@ -345,7 +348,7 @@ impl FitTask<'_> {
             .max_by(|a, b| height(a).total_cmp(&height(b)))
     }
 
-    /// A run of few stations: the polynomial through them, of the least degree.
+    /// Fits a run of few stations: the polynomial through them, of the least degree.
     fn polynomial(&self, paths: Vec<PathSegment>) -> Result<SplineFit, Vec<usize>> {
         let [start, end] = [self.first, self.last].map(|at| self.nodes[at].u);
         let at = |k: usize| self.nodes[self.first + k].u - start;

@@ -3,12 +3,12 @@
 use super::bezier::{DEGREE, QuinticBezier};
 use crate::types::PoseCoordinates;
 
-/// Knot `index` of the clamped knot vector over `breaks`: its ends are repeated.
+/// Returns knot `index` of the clamped knot vector over `breaks`, whose ends are repeated.
 fn knot(breaks: &[f64], index: usize) -> f64 {
     breaks[index.saturating_sub(DEGREE).min(breaks.len() - 1)]
 }
 
-/// The twelve knots that matter on one span: five and its start, its end and five.
+/// Twelve knots that the basis functions of one span depend on: six up to its start, six from its end.
 pub(super) struct SpanKnots {
     knots: [f64; 2 * DEGREE + 2],
     /// `1 / (high - low)` of every step of the triangular scheme.
@@ -30,7 +30,7 @@ impl SpanKnots {
         Self { knots, shares }
     }
 
-    /// The six basis functions that are not zero on the span, at `u`.
+    /// Returns the six basis functions that are not zero on the span, at `u`.
     pub(super) fn basis(&self, u: f64) -> [f64; DEGREE + 1] {
         let mut basis = [0.0; DEGREE + 1];
         basis[0] = 1.0;
@@ -51,7 +51,7 @@ impl SpanKnots {
         basis
     }
 
-    /// Bernstein form of the span from the six control points that matter on it.
+    /// Returns the Bernstein form of the span, from the six control points that it depends on.
     pub(super) fn bezier(&self, points: &[PoseCoordinates]) -> QuinticBezier {
         let [a, b] = [self.knots[DEGREE], self.knots[DEGREE + 1]];
         let mut bezier = [PoseCoordinates::zeros(); DEGREE + 1];
@@ -69,7 +69,7 @@ impl SpanKnots {
         bezier
     }
 
-    /// Steps `done + 1 ..= to` of de Boor's scheme at `x`.
+    /// Applies steps `done + 1 ..= to` of de Boor's scheme at `x`.
     fn steps(&self, row: &mut QuinticBezier, x: f64, done: usize, to: usize) {
         for step in done + 1..=to {
             for i in (step..=DEGREE).rev() {
@@ -87,14 +87,14 @@ impl SpanKnots {
 /// Number of control points that a position and three derivatives at an end determine.
 pub(super) const JET: usize = 4;
 
-/// The first four control points from value and three derivatives at the start.
+/// Returns the first four control points, from value and three derivatives at the start.
 pub(super) fn from_start(breaks: &[f64], jet: &[PoseCoordinates; 4]) -> [PoseCoordinates; JET] {
     let start = breaks[0];
     let [one, two, three] = [1, 2, 3].map(|span| breaks[span.min(breaks.len() - 1)] - start);
     ends([one, two, three], jet)
 }
 
-/// The last four, from the last to the fourth but last.
+/// Returns the last four control points, the last one first, from value and derivatives at the end.
 pub(super) fn from_end(breaks: &[f64], jet: &[PoseCoordinates; 4]) -> [PoseCoordinates; JET] {
     let last = breaks.len() - 1;
     // The spline run backwards: odd derivatives change sign.
@@ -102,8 +102,9 @@ pub(super) fn from_end(breaks: &[f64], jet: &[PoseCoordinates; 4]) -> [PoseCoord
     ends(widths, &[jet[0], -jet[1], jet[2], -jet[3]])
 }
 
-/// `widths`: distance of the first three breaks from the end. Derivatives of a B-spline are B-splines
-/// over the same knots, with differences of control points over knot distances.
+/// Returns the four control points at a clamped end, whose next three breaks lie `one`, `two` and
+/// `three` away. Derivatives of a B-spline are B-splines over the same knots, with differences of
+/// control points over knot distances.
 fn ends([one, two, three]: [f64; 3], jet: &[PoseCoordinates; 4]) -> [PoseCoordinates; JET] {
     let [value, first, second, third] = jet;
     // Control points 1 of the first and second derivative (of degree 4 and 3), from those before

@@ -16,7 +16,7 @@ impl NormalEquations {
         Self { rows, sums: vec![PoseCoordinates::zeros(); unknowns] }
     }
 
-    /// One observation: weights on the unknowns from `first` on.
+    /// Adds one observation, with weights on the unknowns from `first` on.
     pub(super) fn add(&mut self, first: usize, weights: &[f64], value: &PoseCoordinates) {
         for (i, &weight) in weights.iter().enumerate() {
             // Only the upper triangle: A += w w', within the band.
@@ -27,7 +27,7 @@ impl NormalEquations {
         }
     }
 
-    /// Solution; `None` where the observations do not determine it.
+    /// Solves the equations; `None` where the observations do not determine the solution.
     pub(super) fn solve(mut self) -> Option<Vec<PoseCoordinates>> {
         let count = self.rows.len();
         for i in 0..count {

@@ -7,7 +7,7 @@ use crate::types::{PoseCoordinates, PoseTolerance};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SmoothReference {
     /// Straight moves of tip and contact, great circles of the tool axis at the same share: a file
-    /// of cutter locations, taken by its word.
+    /// of cutter locations, taken literally.
     Chords,
     /// The curve through the stations that is the pass: the C2 cubic of [`through`](crate::toolpath::through).
     /// [`PathSmoother::push_along`](crate::toolpath::PathSmoother::push_along) gives it to a smoother, which takes
@@ -17,6 +17,7 @@ pub enum SmoothReference {
 
 /// Options of smoothing. Begin with [`SmoothOptions::within`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct SmoothOptions {
     /// Largest distance of tip and contact \[mm\].
     pub tip: f64,
@@ -44,15 +45,15 @@ impl SmoothOptions {
     /// Stations at which the path turns by 0.35 rad (20 degrees), or the steps change eightfold, are
     /// corners; corners of up to 2 rad are blended. 1024 stations are in memory at a time.
     ///
+    /// # Example
+    ///
     /// ```
     /// use trunnion::toolpath::{SmoothOptions, SmoothReference};
     /// use trunnion::types::PoseTolerance;
     ///
     /// let tolerance = PoseTolerance { tip: 0.005, axis: 1e-4 };
-    /// let options = SmoothOptions {
-    ///     reference: SmoothReference::Curve,
-    ///     ..SmoothOptions::within(tolerance)
-    /// };
+    /// let mut options = SmoothOptions::within(tolerance);
+    /// options.reference = SmoothReference::Curve;
     /// assert_eq!(options.tip, 0.005);
     /// ```
     #[must_use]
@@ -79,7 +80,7 @@ pub(super) struct SmoothLimits {
 }
 
 impl SmoothLimits {
-    /// Square of a difference in tip and axis, in tolerances.
+    /// Returns the square of a difference in tip and axis, in tolerances.
     pub(super) fn square(&self, difference: &PoseCoordinates) -> f64 {
         // Sum of both squares: neither part hides behind the other.
         let tip = tip(difference).norm_squared() / (self.tip * self.tip);

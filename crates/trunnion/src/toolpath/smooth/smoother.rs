@@ -1,4 +1,4 @@
-//! Stations in, spans out, with a window of stations in between.
+//! Smoothing station by station, with one window of stations in memory.
 
 use super::coordinates::{axis, tip};
 use super::error::SmoothError;
@@ -13,7 +13,8 @@ use crate::types::{PoseCoordinates, Station, ToolPose};
 use nalgebra::Point3;
 use std::f64::consts::PI;
 
-/// Great circles go as far: so near to opposite axes their last digit, 1e-16, turns the plane by 1e-13.
+/// Largest turn of a great circle \[rad\]: so near to opposite axes, a change in the last digit, 1e-16,
+/// turns the plane of the circle by 1e-13.
 const DEFINED: f64 = PI - 1e-3;
 
 /// Share of the tolerances within which stations are taken for one.
@@ -23,14 +24,14 @@ pub const SAME: f64 = 1.0 / 64.0;
 /// leave any smooth curve through all three by more than the tolerance.
 const SHARP: f64 = 4.0;
 
-/// Steps shorter than so many tolerances change as noise has it.
+/// Length of a step, in tolerances, below which its ratio to the next one is noise.
 const TINY: f64 = 16.0;
 
 /// Part of the tolerance of the axis by which a straight move of its vector may be out of step with the great
 /// circle.
 const OUT_OF_STEP: f64 = 1.0 / 16.0;
 
-/// Most places a move is divided into: half a turn at a tolerance of 1e-10 rad takes some 4600.
+/// Largest number of parts of a move: half a turn at a tolerance of 1e-10 rad takes some 4600.
 const MOST_PARTS: f64 = 8192.0;
 
 /// Spans at the end of a window that are laid again with what follows: what is unknown beyond an
@@ -40,8 +41,8 @@ const OVERLAP: usize = 8;
 /// Intervals of a first span: at the start, and at most.
 const COARSE: [usize; 2] = [16, 32];
 
-/// Least stations between a join and a corner: a span with three derivatives and a place given
-/// has one control point left.
+/// Least number of stations between a join and a corner: a span with value and three derivatives given
+/// at its start, and a value at its end, has one control point left.
 const GUARD: usize = 3;
 
 /// Stations kept before the window for the tangents in it.
@@ -61,7 +62,32 @@ struct GivenRate<'a> {
     rate: &'a PoseCoordinates,
 }
 
-/// Smooths a path station by station: hands out spans as they are ready, and keeps one window.
+/// Smooths a path station by station: returns spans as they are ready, and keeps one window of
+/// stations in memory.
+///
+/// # Example
+///
+/// ```
+/// use trunnion::toolpath::{PathSmoother, SmoothOptions, SmoothSpan};
+/// use trunnion::types::{PoseTolerance, Station, ToolPose};
+///
+/// let options = SmoothOptions::within(PoseTolerance { tip: 0.005, axis: 1e-4 });
+/// let mut smoother = PathSmoother::new(&options)?;
+/// let mut spans: Vec<SmoothSpan> = Vec::new();
+/// for k in 0..=100 {
+///     // A circle of radius 20 mm, in steps of 0.4 mm, with an upright tool.
+///     let (sin, cos) = (0.02 * f64::from(k)).sin_cos();
+///     let pose = ToolPose::new([20.0 * cos, 20.0 * sin, 0.0], [0.0, 0.0, 1.0]).unwrap();
+///     smoother.push(&Station { pose, contact: pose.tip })?;
+///     spans.extend(smoother.take());
+/// }
+/// let (last, report) = smoother.finish()?;
+/// spans.extend(last);
+/// assert_eq!((report.stations, report.stops), (101, 0));
+/// assert_eq!(report.spans, spans.len());
+/// assert!(report.deviated.tip_bound <= 0.005);
+/// # Ok::<(), trunnion::toolpath::SmoothError>(())
+/// ```
 #[derive(Debug)]
 pub struct PathSmoother {
     options: SmoothOptions,
@@ -135,22 +161,22 @@ impl PathSmoother {
         })
     }
 
-    /// The next station.
+    /// Takes in the next station.
     ///
     /// # Errors
     ///
     /// [`SmoothError`] with its index.
     pub fn push(&mut self, station: &Station) -> Result<(), SmoothError> {
         for place in self.between(station) {
-            // Places on the way are no stations: they have the number of the last.
+            // Inserted ones are no stations of the path: they have the number of the last.
             self.report.stations -= 1;
             self.take_in(&place, place.coordinates(), None)?;
         }
         self.take_in(station, station.coordinates(), None)
     }
 
-    /// Places on the way to a station that the axis turns so far to that its vector, moved straight, would be
-    /// out of step with the great circle by more than a part of the tolerance.
+    /// Returns stations to insert before the next one. There are some if the axis turns so far that its
+    /// vector, moved straight, would deviate from the great circle by more than a part of the tolerance.
     fn between(&self, station: &Station) -> Vec<Station> {
         let Some(last) = self.last.filter(|_| self.limits.reference == SmoothReference::Chords)
         else {
@@ -177,9 +203,10 @@ impl PathSmoother {
         places.take_while(|part| *part < parts).filter_map(at).collect()
     }
 
-    /// The next place of a curve that is cubic between such places, by its parameter `u`, which increases from 0,
-    /// value and rate. The path is compared with that curve, if [`SmoothOptions::reference`] is
-    /// [`SmoothReference::Curve`]. All places of a path are given so, or none; none is merged.
+    /// Takes in the next point of a curve that is cubic between such points: its parameter `u`, which increases
+    /// from 0, its value and its derivative by `u`. The path is compared with that curve if
+    /// [`SmoothOptions::reference`] is [`SmoothReference::Curve`]. All points of a path are given this way, or none.
+    /// None is merged with the one before.
     ///
     /// # Errors
     ///
@@ -253,12 +280,12 @@ impl PathSmoother {
         Ok(())
     }
 
-    /// Spans that are ready, in order.
+    /// Returns the spans that are ready, in order.
     pub fn take(&mut self) -> Vec<SmoothSpan> {
         std::mem::take(&mut self.ready)
     }
 
-    /// Ends the path: the spans that are left, and the report on all.
+    /// Ends the path, and returns the remaining spans and the report on all of them.
     ///
     /// # Errors
     ///
@@ -280,7 +307,7 @@ impl PathSmoother {
         Ok((self.ready, self.report))
     }
 
-    /// See [`SmoothOptions::lever`].
+    /// Returns the lever, see [`SmoothOptions::lever`].
     pub(super) fn lever(&self) -> f64 {
         self.options.lever
     }
@@ -297,7 +324,7 @@ impl PathSmoother {
         self.merged = None;
     }
 
-    /// Measures how far a station stands out between its neighbours: which is the last corner by now, if there is a
+    /// Measures how far a station stands out between its neighbours. Returns the last corner, if this made a
     /// new one.
     fn judge(&mut self, at: usize) -> Option<usize> {
         let [before, here, after] = [at - 1, at, at + 1].map(|at| &self.nodes[at]);
@@ -316,8 +343,8 @@ impl PathSmoother {
         let bend = a.cross(&b).norm().atan2(a.dot(&b));
         let sharp = bend > self.options.corner && placed > 1.0;
         let chords = self.limits.reference == SmoothReference::Chords;
-        // A short step at the start or between two long ones is a place written twice: only a second short one makes a corner of
-        // where they begin, or end.
+        // A short step at the start or between two long ones is a point written twice. Only a second
+        // short one makes a corner where they begin, or end.
         let drops = |long: f64, short: f64| {
             long > short * self.options.step_ratio && long > TINY * self.limits.tip
         };
@@ -352,7 +379,7 @@ impl PathSmoother {
         }
     }
 
-    /// Lays everything up to a corner or the end.
+    /// Lays spans over all stations up to a corner or the end of the path.
     fn close(&mut self, end: usize) {
         let mut end = end;
         while self.first < end {
@@ -367,7 +394,7 @@ impl PathSmoother {
         }
     }
 
-    /// Lays a full window whose end is not known yet.
+    /// Lays spans over a full window, beyond which more stations follow.
     fn open(&mut self) {
         let last = self.nodes.len() - 1;
         match self.task(last, FitEnd::Open).fit() {
@@ -383,7 +410,8 @@ impl PathSmoother {
         self.forget();
     }
 
-    /// Makes corners of stations; too close to the join before, what was laid beyond it ends there.
+    /// Makes corners of stations. If one is too close to the join before, the spans laid beyond the join are kept,
+    /// and a corner is made at their end.
     fn give_way(&mut self, corners: &[usize]) {
         // A corner so close behind the join leaves too few stations for a span that has to join
         // with three derivatives.
@@ -403,7 +431,7 @@ impl PathSmoother {
         }
     }
 
-    /// A run up to a corner.
+    /// Takes in a run of spans that ends at a corner.
     fn finished(&mut self, fit: &SplineFit) {
         let chunk = SpanRun::new(fit, [0, fit.curves.len()], |at| &self.nodes[at]);
         self.first = fit.breaks[fit.curves.len()];
@@ -413,7 +441,7 @@ impl PathSmoother {
         self.join = RunJoin::Corner;
     }
 
-    /// A window: its last spans are laid again with what follows.
+    /// Takes in a window of spans. Its last ones are laid again with the stations that follow.
     fn carried(&mut self, fit: &SplineFit, last: usize) {
         let count = fit.curves.len();
         // Keep at least half of the spans, or the window would hardly move on.
@@ -431,7 +459,7 @@ impl PathSmoother {
         self.join = RunJoin::Smooth;
     }
 
-    /// Drops stations that are no longer needed; how many.
+    /// Drops stations that are no longer needed, and returns their number.
     fn forget(&mut self) -> usize {
         let gone = self.first.saturating_sub(HISTORY);
         self.nodes.drain(..gone);
@@ -443,7 +471,7 @@ impl PathSmoother {
         gone
     }
 
-    /// Takes in a chunk, and hands out the one before, with what is laid over their corner.
+    /// Holds back a run of spans, and emits the one before, with the blend over the corner between them.
     fn hold(&mut self, mut chunk: SpanRun) {
         let Some(mut before) = self.held.take() else {
             self.held = Some(chunk);

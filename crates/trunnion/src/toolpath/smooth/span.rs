@@ -1,4 +1,4 @@
-//! One polynomial of a smoothed path.
+//! Polynomial spans of a smoothed path.
 
 use super::bound;
 use super::coordinates::{axis, tip};
@@ -40,7 +40,7 @@ impl SmoothSpan {
         parts
     }
 
-    /// Tool pose at a share of the span; `None` where the axis vector vanishes.
+    /// Returns the tool pose at a share of the span; `None` if the axis vector vanishes there.
     pub fn pose(&self, share: f64) -> Option<ToolPose> {
         let x = self.span.value(share * self.range.width());
         ToolPose::new(tip(&x).into(), axis(&x).into())

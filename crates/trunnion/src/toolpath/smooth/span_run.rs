@@ -1,4 +1,4 @@
-//! Finished stretches of a smoothed path, and the blends between them.
+//! Runs of finished spans of a smoothed path, and the blends between them.
 
 use super::bezier::{QuinticBezier, moved, part, powers};
 use super::bound::{RoundingBound, deviation};
@@ -19,7 +19,7 @@ pub(super) struct SpanRun {
     length: f64,
 }
 
-/// A curve over a corner.
+/// Curve over a corner.
 pub(super) struct CornerBlend {
     pub(super) range: [f64; 2],
     pub(super) spans: Vec<SmoothSpan>,
@@ -28,17 +28,17 @@ pub(super) struct CornerBlend {
 /// Share of a chunk that a blend may replace: two of them leave something in between.
 const MOST: f64 = 0.45;
 
-/// A blend of lines with rates that differ by `d` passes their corner at a distance of 0.122 `d`
-/// times its half length: it may be this much longer than the tolerance over `d`.
+/// Half length of a blend, over the tolerance divided by the difference `d` of the rates on both sides: a blend
+/// of lines passes their corner at a distance of 0.122 `d` times its half length.
 const LONGEST: f64 = 8.0;
 
-/// Splits of blend and path until they are compared: twice each.
+/// Splits before blend and path are compared: two of each.
 const BLEND_SPLITS: usize = 4;
 
 /// Halvings of a blend until the corner becomes a stop.
 const HALVINGS: u32 = 8;
 
-/// A span from its control points, given from `origin` on.
+/// Makes a span of control points relative to `origin`.
 fn span(
     range: [f64; 2],
     curve: &QuinticBezier,
@@ -59,7 +59,7 @@ fn span(
 }
 
 impl SpanRun {
-    /// Spans `from..to` of a fit to stations that `node` knows by the fit's numbers.
+    /// Makes a run of the spans `from..to` of a fit; `node` returns a station by the fit's index.
     pub(super) fn new<'a>(
         fit: &SplineFit,
         [from, to]: [usize; 2],
@@ -77,7 +77,7 @@ impl SpanRun {
         Self { spans, paths, length }
     }
 
-    /// Value and derivatives at the end.
+    /// Returns value and derivatives at the end.
     pub(super) fn end(&self) -> [PoseCoordinates; 4] {
         let last = self.spans.last();
         last.map_or([PoseCoordinates::zeros(); 4], |last| last.at(last.range.high))
@@ -113,8 +113,8 @@ impl SpanRun {
     }
 }
 
-/// A C3 curve over the corner between two chunks that keeps the tolerances; `None` if it has to
-/// be a stop.
+/// Lays a C3 curve over the corner between two runs, within the tolerances; `None` if the tool has to
+/// stop there.
 ///
 /// A clamped quintic B-spline of three spans has eight control points: what value and three
 /// derivatives at both ends determine.
@@ -182,7 +182,7 @@ fn over(
         .collect()
 }
 
-/// Deviation of a curve from the path on either side of a corner.
+/// Bounds the deviation of a curve from the path on either side of a corner.
 fn strays(
     range: [f64; 2],
     curve: &QuinticBezier,
@@ -211,7 +211,7 @@ impl SmoothSpan {
         self.range.width()
     }
 
-    /// Value and derivatives at `u`.
+    /// Returns value and derivatives at `u`.
     fn at(&self, u: f64) -> [PoseCoordinates; 4] {
         self.span.derivatives(u - self.range.low)
     }

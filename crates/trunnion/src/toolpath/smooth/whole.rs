@@ -8,7 +8,7 @@ use crate::math::angle::angle_between;
 use crate::toolpath::interpolation::LARGEST_TURN;
 use crate::types::{PoseCurve, Station};
 
-/// A smoothed path.
+/// Smoothed path.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct SmoothedCurves {
@@ -16,7 +16,7 @@ pub struct SmoothedCurves {
     pub curves: Vec<PoseCurve>,
     /// Deviation of every span, curve by curve.
     pub deviated: Vec<Vec<PathDeviation>>,
-    /// The numbers.
+    /// Counts and largest deviations.
     pub report: SmoothReport,
 }
 
@@ -34,8 +34,8 @@ pub struct SmoothedCurves {
 /// # Example
 ///
 /// ```
-/// use trunnion::toolpath::{SmoothReference, SmoothOptions, smooth};
-/// use trunnion::types::{Station, ToolPose};
+/// use trunnion::toolpath::{SmoothOptions, smooth};
+/// use trunnion::types::{PoseTolerance, Station, ToolPose};
 ///
 /// let at = |k: u32| {
 ///     let t = 0.02 * f64::from(k);
@@ -43,16 +43,7 @@ pub struct SmoothedCurves {
 ///     pose.map(|pose| Station { pose, contact: pose.tip })
 /// };
 /// let stations: Vec<Station> = (0..=100).filter_map(at).collect();
-/// let options = SmoothOptions {
-///     tip: 0.005,
-///     axis: 1e-4,
-///     reference: SmoothReference::Chords,
-///     lever: 10.0,
-///     corner: 0.35,
-///     step_ratio: 8.0,
-///     largest_blend: 2.0,
-///     window: 1024,
-/// };
+/// let options = SmoothOptions::within(PoseTolerance { tip: 0.005, axis: 1e-4 });
 /// let smoothed = smooth(&stations, &options)?;
 /// assert_eq!((smoothed.curves.len(), smoothed.report.stops), (1, 0));
 /// assert!(smoothed.report.deviated.tip_bound <= 0.005);
@@ -86,9 +77,9 @@ pub fn smooth(
     Ok(SmoothedCurves { curves, deviated, report })
 }
 
-/// Places on the pass for each of its stations: the spline meets its own knots with jumps of the third
-/// derivative, which a C3 path can only follow with spans that are shorter.
-const PLACES: usize = 4;
+/// Samples of the pass for each of its stations: at its knots the third derivative of the cubic spline
+/// jumps, which a C3 path can follow only with shorter spans.
+const SAMPLES: usize = 4;
 
 /// Takes in the C2 cubic through the stations.
 fn along(stations: &[Station], smoother: &mut PathSmoother) -> Result<(), SmoothError> {
@@ -105,7 +96,7 @@ fn along(stations: &[Station], smoother: &mut PathSmoother) -> Result<(), Smooth
             let limit = LARGEST_TURN;
             return Err(SmoothError::AxisReversal { station, angle, limit });
         }
-        // No cubic passes through one place twice without leaving it.
+        // No cubic passes through one point twice without leaving it.
         if pair[0].advance(&pair[1], smoother.lever()) <= 0.0 {
             return Err(SmoothError::Repeated(station));
         }
@@ -113,9 +104,9 @@ fn along(stations: &[Station], smoother: &mut PathSmoother) -> Result<(), Smooth
     let curve = PoseCurve::through(stations, smoother.lever());
     let last = curve.spans.len() - 1;
     for (index, (span, ends)) in curve.spans.iter().zip(curve.knots.windows(2)).enumerate() {
-        for place in 0..PLACES + usize::from(index == last) {
+        for sample in 0..SAMPLES + usize::from(index == last) {
             // The last span also gives its end; all others leave it to the next one.
-            let x = (ends[1] - ends[0]) * place as f64 / PLACES as f64;
+            let x = (ends[1] - ends[0]) * sample as f64 / SAMPLES as f64;
             let [value, rate, ..] = span.derivatives(x);
             smoother.push_along(ends[0] + x, &value, &rate).map_err(|error| error.at(index))?;
         }
