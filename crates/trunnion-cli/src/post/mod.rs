@@ -16,7 +16,8 @@ use tools::{ToolLength, Tools};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read;
 use trunnion::nc::write::{
-    AxisWords, Note, OUTPUT_FORMATS, OutputFormat, Style, Template, ToolNote, program_sheet,
+    AxisWords, Note, OUTPUT_FORMATS, OutputFormat, SheetProgram, Style, Template, ToolNote,
+    program_sheet,
 };
 use trunnion::post::{
     POST_WINDOW, PostError, PostFilter, PostMethod, PostOptions, PostReport, Poster, ProgramHead,
@@ -300,8 +301,14 @@ impl Plan {
             args.from_rotation.unwrap_or(args.rotation).map(f64::to_radians),
             tools.from_length,
         );
-        let from_words = AxisWords::of(&from_machine, args.from_reversed_rotaries);
-        let axes = AxisWords::of(&machine, args.reversed_rotaries).map_err(Failure::input)?;
+        let mut from_words = AxisWords::of(&from_machine);
+        if args.from_reversed_rotaries {
+            from_words = from_words.map(AxisWords::with_reversed_rotaries);
+        }
+        let mut axes = AxisWords::of(&machine).map_err(Failure::input)?;
+        if args.reversed_rotaries {
+            axes = axes.with_reversed_rotaries();
+        }
         let style = Style { blend: Some(args.tolerance), ..Style::of(&kinematics, dialect, axes) };
         let template = match &args.template {
             None => Template::of(dialect).map_err(|error| Failure::input(error.to_string())),
@@ -412,13 +419,10 @@ impl Plan {
 
     fn sheet(&self, file: &str, head: &Head) -> Result<String, Failure> {
         let mut sheet = String::new();
-        program_sheet(
-            &mut sheet,
-            &self.kinematics,
-            &head.note(),
-            (file, &self.style, self.tools.lengths()),
-        )
-        .map_err(|error| Failure::input(error.to_string()))?;
+        let lengths = self.tools.lengths();
+        let program = SheetProgram { file, style: &self.style, lengths: &lengths };
+        program_sheet(&mut sheet, &self.kinematics, &head.note(), program)
+            .map_err(|error| Failure::input(error.to_string()))?;
         Ok(sheet)
     }
 }

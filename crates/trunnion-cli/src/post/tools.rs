@@ -1,6 +1,7 @@
 //! Tool lengths from the command line.
 
 use super::finite;
+use trunnion::nc::write;
 
 /// `120`, or `2=120` for tool 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,8 +61,10 @@ impl Tools {
         !self.by_number.is_empty()
     }
 
-    pub(super) fn lengths(&self) -> &[(u32, f64)] {
-        &self.by_number
+    /// Returns the lengths of the tools to be written, for the setup sheet.
+    pub(super) fn lengths(&self) -> Vec<write::ToolLength> {
+        let length = |&(number, length): &(u32, f64)| write::ToolLength { number, length };
+        self.by_number.iter().map(length).collect()
     }
 
     /// Those of tools that are to be written, as the input assumes them.

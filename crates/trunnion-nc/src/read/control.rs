@@ -29,6 +29,15 @@ pub(super) enum FeedMode {
     PerRevolution,
 }
 
+/// Distance mode: meaning of an axis word (`G90`, `G91`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum DistanceMode {
+    /// A coordinate.
+    Absolute,
+    /// A distance from the current position.
+    Incremental,
+}
+
 /// Target of the move of one block.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MoveTarget {
@@ -49,11 +58,12 @@ impl MoveTarget {
         Self { words: [None; SLOTS], incremental: 0, axis: None, machine: false, at, column }
     }
 
-    pub(super) fn set(&mut self, slot: usize, value: f64, incremental: bool) {
+    pub(super) fn set(&mut self, slot: usize, value: f64, mode: DistanceMode) {
         if let Some(word) = self.words.get_mut(slot) {
             *word = Some(value);
         }
-        self.incremental |= u8::from(incremental) << slot;
+        // One bit for each slot; a byte holds the six of them.
+        self.incremental |= u8::from(mode == DistanceMode::Incremental) << slot;
     }
 
     pub(super) fn get(&self, slot: usize) -> Option<f64> {
@@ -124,16 +134,18 @@ pub(super) struct ControlState {
 const NONE: u8 = u8::MAX;
 
 impl ControlState {
-    /// What a control knows after `G21 G90 G94 G54 G49`; a program that relies on anything else has
-    /// to say so.
+    /// Returns the state of a control after `G21 G90 G94 G54 G49`; a program that relies on any other
+    /// state has to program it.
     pub(super) fn new(options: &ReadOptions) -> Self {
         let axes = options.axes;
+        // A table from letter to slot: it is asked for each word of the program.
         let mut slots = [NONE; 26];
         for (index, word) in (0_u8..).zip(&axes.0) {
             if let Some(slot) = letter_index(word.letter).and_then(|at| slots.get_mut(at)) {
                 *slot = index;
             }
         }
+        // A machine whose linear axes have other letters has them in the order X Y Z.
         let [x, y, z] = [('X', 0), ('Y', 1), ('Z', 2)];
         let xyz = [x, y, z].map(|(letter, usual)| axes.index_of(letter).unwrap_or(usual));
         Self {
@@ -174,6 +186,7 @@ impl ControlState {
             return Some(usize::from(slot));
         }
         let letter = char::from(letter);
+        // The first further axis letter takes the sixth slot and keeps it.
         if !self.sixth_allowed || !"XYZABCUVW".contains(letter) {
             return None;
         }
@@ -203,6 +216,7 @@ impl ControlState {
     pub(super) fn is_rotary(&self, slot: usize) -> bool {
         match self.axes.0.get(slot) {
             Some(word) => word.rotary,
+            // Beyond the five axes only the letter shows the kind: by ISO 841, A B C turn.
             None => self.sixth.is_some_and(|letter| "ABC".contains(letter)),
         }
     }
@@ -219,7 +233,9 @@ impl ControlState {
     /// From a written word to mm or rad; `decimals` digits stood behind its point.
     #[inline]
     pub(super) fn meant(&mut self, slot: usize, written: f64, decimals: u8) -> f64 {
+        // Inch units are those of linear words; degrees stay degrees.
         let scale = if self.inch && !self.is_rotary(slot) { INCH } else { 1.0 };
+        // The digits of a computed value reveal nothing about the resolution of the program.
         if let (Some(finest), true) = (self.finest.get_mut(slot), decimals != COMPUTED) {
             finer(finest, decimals, scale);
         }
@@ -243,6 +259,7 @@ impl ControlState {
     /// Returns the shift added to an absolute word.
     #[inline]
     pub(super) fn shift(&self, slot: usize) -> f64 {
+        // A tilted plane has taken the shifts into its origin.
         if self.tilted.is_some() {
             return 0.0;
         }
@@ -253,6 +270,7 @@ impl ControlState {
     /// Returns the current value of a word as the program would write it \[mm, rad\], without shift.
     pub(super) fn reading(&self, slot: usize) -> Option<f64> {
         let place = self.place.get(slot).copied().flatten()?;
+        // The position contains the shift, the word that leads to it does not.
         Some(place - self.shift(slot))
     }
 
@@ -280,30 +298,54 @@ impl ControlState {
         }
     }
 
-    /// Tool-centre-point control on or off.
-    pub(super) fn set_tcp(&mut self, tcp: bool) {
-        if self.tcp != tcp {
+    /// Switches tool-centre-point control on.
+    pub(super) fn enable_tcp(&mut self) {
+        // X Y Z change between axis positions and tip, so their values become unknown. Rotary words
+        // are axis positions in both modes.
+        if !self.tcp {
             self.forget_linear();
         }
-        self.tcp = tcp;
+        self.tcp = true;
     }
 
-    /// Tool length on or off.
-    pub(super) fn set_length(&mut self, length: bool) {
-        // Another tool may be meant even if it was on.
-        if length || self.length {
-            let [.., z] = self.xyz;
-            if self.tcp {
-                self.forget_linear();
-            } else if let Some(place) = self.place.get_mut(z) {
-                *place = None;
-            }
+    /// Switches tool-centre-point control off.
+    pub(super) fn disable_tcp(&mut self) {
+        if self.tcp {
+            self.forget_linear();
         }
-        self.length = length;
+        self.tcp = false;
+    }
+
+    /// Switches tool length compensation on, for whatever tool is now in the spindle.
+    pub(super) fn enable_length(&mut self) {
+        // Another tool may be meant even if compensation was on.
+        self.forget_along_tool();
+        self.length = true;
+    }
+
+    /// Switches tool length compensation off.
+    pub(super) fn disable_length(&mut self) {
+        if self.length {
+            self.forget_along_tool();
+        }
+        self.length = false;
+    }
+
+    /// Marks as unknown the words that another tool length changes.
+    fn forget_along_tool(&mut self) {
+        let [.., z] = self.xyz;
+        if self.tcp {
+            // The tool may stand in any direction, so the gauge point shifts along all of X Y Z.
+            self.forget_linear();
+        } else if let Some(place) = self.place.get_mut(z) {
+            // Without TCP a control adds the length along Z whatever the rotaries are.
+            *place = None;
+        }
     }
 
     /// Another work offset.
     pub(super) fn set_offset(&mut self, offset: u8) {
+        // The offsets of rotary axes may differ, too: no word keeps its value.
         if self.offset != offset {
             self.forget_all();
         }
@@ -312,12 +354,15 @@ impl ControlState {
 
     /// A new tilted plane's number.
     pub(super) fn next_plane(&mut self) -> u16 {
+        // Numbers start at 1; 0 stands for no plane.
         self.planes = self.planes.saturating_add(1);
         self.planes
     }
 
     /// Returns the frame of absolute words.
     pub(super) fn frame(&self) -> Frame {
+        // In a tilted plane the tool stands along the normal and its length is compensated there: X
+        // Y Z are the tip.
         let tcp = self.tcp || self.tilted.is_some();
         Frame::Work { offset: self.offset, length: self.length, tcp }
     }
@@ -338,6 +383,7 @@ impl ControlState {
 
     /// The spindle as it now is.
     pub(super) fn spindle(&mut self, line: u32) {
+        // The sign is the sense of rotation: M3 positive, M4 negative, M5 zero.
         let speed = f64::from(self.sense) * self.speed;
         self.steps.push_back(Step::Spindle { line, speed });
     }
@@ -350,6 +396,7 @@ impl ControlState {
     /// Half of the last digit of each axis word \[mm, rad\].
     pub(super) fn rounding(&self) -> AxisVector {
         let mut rounding = AxisVector::zeros();
+        // A word rounded to a unit is off by half of it at most; units are mm or degrees.
         for ((half, unit), word) in rounding.iter_mut().zip(self.finest).zip(&self.axes.0) {
             *half = 0.5 * if word.rotary { unit.to_radians() } else { unit };
         }
@@ -367,10 +414,12 @@ impl ControlState {
 fn finer(finest: &mut f64, decimals: u8, scale: f64) {
     /// Units of the first digits.
     const UNITS: [f64; 10] = [1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
+    // The table spares a power for each word.
     let unit = match UNITS.get(usize::from(decimals)) {
         Some(unit) => scale * unit,
         None => scale * 10f64.powi(-i32::from(decimals)),
     };
+    // Zero: no word of this axis was read yet.
     if *finest <= 0.0 || unit < *finest {
         *finest = unit;
     }

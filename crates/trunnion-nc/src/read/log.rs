@@ -21,6 +21,30 @@ impl ReadRemark {
     }
 }
 
+/// A remark about another line than the one being read.
+#[derive(Debug)]
+pub(super) struct LineRemark {
+    /// Line, counted from 1.
+    pub(super) line: u32,
+    pub(super) remark: ReadRemark,
+}
+
+/// A line of a program.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FileLine<'a> {
+    /// Number of the line, counted from 1.
+    pub(super) number: u32,
+    pub(super) text: &'a str,
+}
+
+/// A line and the byte offset from which it is to be read.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LineTail<'a> {
+    /// The whole line, so that columns in messages count from its start.
+    pub(super) text: &'a str,
+    pub(super) from: usize,
+}
+
 /// Warnings that are kept; a file with more has one kind of trouble many times.
 const MOST_WARNINGS: usize = 100;
 
@@ -38,6 +62,7 @@ pub(super) struct ReadLog {
 
 impl ReadLog {
     pub(super) fn new(most: usize) -> Self {
+        // At least one fault is kept: with none, a faulty file would pass as a good one.
         Self { line: 0, faults: Vec::new(), warnings: Vec::new(), most: most.max(1) }
     }
 
@@ -54,6 +79,7 @@ impl ReadLog {
 
     /// Adds a warning; a repeated message is reported once.
     pub(super) fn warn(&mut self, text: &str, remark: ReadRemark) {
+        // Post-processors repeat an unusual word in every block.
         let known = self.warnings.iter().any(|warning| warning.message == remark.message);
         if !known && self.warnings.len() < MOST_WARNINGS {
             self.warnings.push(placed(self.line, text, remark));

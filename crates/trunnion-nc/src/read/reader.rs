@@ -55,6 +55,7 @@ impl ProgramReader {
     /// The next step, once lines made one; none after a fault.
     #[inline]
     pub(super) fn pop(&mut self) -> Option<Step> {
+        // After a fault the positions are not to be trusted: the rest is read for its faults only.
         if !self.state.log.faults.is_empty() {
             self.state.control.steps.clear();
         }
@@ -93,10 +94,12 @@ impl ProgramReader {
     pub(super) fn line(&mut self, text: &str) {
         self.lines = self.lines.saturating_add(1);
         self.state.log.line = self.lines;
+        // Some editors put a byte order mark before the first line.
         let text = match (self.lines, text.strip_prefix('\u{feff}')) {
             (1, Some(rest)) => rest,
             _ => text,
         };
+        // A binary file has such lines; the message must not repeat them.
         if text.len() > LONGEST {
             let length = text.len();
             let message = format!("a line of {length} bytes begins {}", excerpt(text));
@@ -113,6 +116,7 @@ impl ProgramReader {
 
     /// Every fault, once the program is over.
     pub(super) fn finish(&mut self) -> Vec<Diagnostic> {
+        // A missing end is often the consequence of a fault that is reported already.
         if self.state.log.faults.is_empty() {
             match &mut self.language {
                 LanguageReader::Gcode(gcode) => gcode.finish(&mut self.state),

@@ -54,8 +54,8 @@ impl ProgramSource for Program {
 pub struct ProgramText {
     text: String,
     options: ReadOptions,
-    /// All but the steps.
-    said: Program,
+    /// The program without its steps.
+    summary: Program,
     count: usize,
 }
 
@@ -66,25 +66,26 @@ impl ProgramText {
     ///
     /// Every fault found, up to `options.most_faults`.
     pub fn new(text: String, options: ReadOptions) -> Result<Self, Diagnostics> {
+        // One pass finds all faults and counts the steps; the steps themselves are dropped.
         let mut stream = steps(text.lines(), &options);
         let mut count = 0;
         for step in &mut stream {
             step?;
             count += 1;
         }
-        let said = Program {
+        let summary = Program {
             steps: Vec::new(),
             rounding: stream.rounding(),
             feed_rounding: stream.feed_rounding(),
             tools: stream.tools().to_vec(),
             warnings: stream.warnings().to_vec(),
         };
-        Ok(Self { text, options, said, count })
+        Ok(Self { text, options, summary, count })
     }
 
     /// Warnings: words kept but not understood, and likely slips.
     pub fn warnings(&self) -> &[Diagnostic] {
-        &self.said.warnings
+        &self.summary.warnings
     }
 }
 
@@ -99,15 +100,15 @@ impl ProgramSource for ProgramText {
     }
 
     fn rounding(&self) -> &AxisVector {
-        &self.said.rounding
+        &self.summary.rounding
     }
 
     fn feed_rounding(&self) -> f64 {
-        self.said.feed_rounding
+        self.summary.feed_rounding
     }
 
     fn tools(&self) -> &[u32] {
-        &self.said.tools
+        &self.summary.tools
     }
 }
 
@@ -142,8 +143,8 @@ impl ClSource for ClFile {
 pub struct ClText {
     text: String,
     most_faults: usize,
-    /// All but the locations.
-    said: ClFile,
+    /// The file without its locations.
+    summary: ClFile,
     count: usize,
 }
 
@@ -154,19 +155,20 @@ impl ClText {
     ///
     /// Every fault found, up to `most_faults`.
     pub fn new(text: String, most_faults: usize) -> Result<Self, Diagnostics> {
+        // One pass finds all faults and counts the locations; these are dropped.
         let mut records = cl_records(text.lines(), most_faults);
         let mut count = 0;
         for record in &mut records {
             record?;
             count += 1;
         }
-        let said = records.finish()?;
-        Ok(Self { text, most_faults, said, count })
+        let summary = records.finish()?;
+        Ok(Self { text, most_faults, summary, count })
     }
 
     /// Warnings: words kept but not understood, and likely slips.
     pub fn warnings(&self) -> &[Diagnostic] {
-        &self.said.warnings
+        &self.summary.warnings
     }
 }
 
@@ -181,7 +183,7 @@ impl ClSource for ClText {
     }
 
     fn tools(&self) -> &[ClTool] {
-        &self.said.tools
+        &self.summary.tools
     }
 }
 

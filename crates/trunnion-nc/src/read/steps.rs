@@ -64,6 +64,7 @@ impl LineReader {
             self.reader.line(line);
         }
         loop {
+            // Lines that loops and calls run again come before the next line of the file.
             out.extend(std::iter::from_fn(|| self.reader.pop()));
             if !self.reader.is_busy() {
                 break;
@@ -140,6 +141,8 @@ where
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
+            // Queued steps first, then lines that run again, then the next line of the file: so no
+            // more than the steps of one block is in memory.
             if let Some(step) = self.reader.pop() {
                 return Some(Ok(step));
             }
@@ -150,6 +153,8 @@ where
                 self.reader.advance();
                 continue;
             }
+            // Behind the end of the program a control reads nothing, and a full list takes no more
+            // faults.
             let line = if self.reader.is_over() { None } else { self.lines.next() };
             if let Some(line) = line {
                 self.reader.line(line.as_ref());

@@ -4,7 +4,7 @@ use super::log::ReadRemark;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Most text that is kept \[bytes\]; jumps to what lies before it are told.
+/// Most text that is kept \[bytes\]; a jump to a line before it is a fault.
 const MOST: usize = 1 << 26;
 
 /// Lines of a program from the first that may be run again on.
@@ -45,6 +45,7 @@ impl Tape {
     /// Takes in the next line of the file.
     #[inline]
     pub(super) fn record(&mut self, number: u32, text: &str) {
+        // Lines are kept from the first on that something may lead back to.
         if self.keeping && number == self.end() {
             return self.push(text);
         }
@@ -57,6 +58,7 @@ impl Tape {
     }
 
     fn push(&mut self, text: &str) {
+        // The oldest lines are dropped: memory stays bounded however long the program is.
         self.bytes += text.len();
         self.kept.push_back(text.into());
         while self.bytes > MOST
@@ -87,6 +89,7 @@ impl Tape {
     /// More lines were run again than are allowed.
     pub(super) fn play(&mut self) -> Result<Option<(u32, Arc<str>)>, ReadRemark> {
         let Some(number) = self.next else { return Ok(None) };
+        // Every line that runs again is paid for, so that an endless loop ends with a fault.
         self.count(1)?;
         let line = self.line(number).map(|text| (number, text));
         self.go_to(number.saturating_add(1));
@@ -115,7 +118,9 @@ impl Tape {
         is: impl Fn(&str) -> bool,
     ) -> Result<Option<u32>, ReadRemark> {
         let count = usize::try_from(before.saturating_sub(self.first)).unwrap_or(usize::MAX);
+        // Of several such lines the nearest before the jump is taken.
         let found = self.kept.iter().take(count).rposition(|text| is(text));
+        // Lines that are only searched count as well: a loop could search without end.
         self.count(count.saturating_sub(found.unwrap_or(0)))?;
         Ok(found.and_then(|at| u32::try_from(at).ok()).map(|at| self.first + at))
     }

@@ -4,10 +4,10 @@ use super::error::WriteError;
 use super::format::{OrientationWords, OutputFormat};
 use super::note::{Note, comment};
 use super::number::{NumberForm, list};
+use super::position::WrittenPosition;
 use super::program::ProgramWriter;
 use super::template::{OffsetWords, StartWords, TemplateContext};
 use crate::machine::RetractFrame;
-use crate::types::{AxisVector, ToolPose};
 use nalgebra::Vector3;
 
 /// Decimals of tolerances.
@@ -15,14 +15,10 @@ const SETTING_DECIMALS: u8 = 6;
 
 impl ProgramWriter {
     /// Words of the starting position, which is where the program then is.
-    pub(super) fn first(
-        &mut self,
-        q: &AxisVector,
-        pose: &ToolPose,
-    ) -> Result<StartWords, WriteError> {
-        let words = self.rounded(q, pose)?;
+    pub(super) fn first(&mut self, start: WrittenPosition<'_>) -> Result<StartWords, WriteError> {
+        let words = self.rounded(start)?;
         let form = self.syntax.form;
-        let say = |of: &[usize]| {
+        let text_of = |of: &[usize]| {
             let pairs = of
                 .iter()
                 .filter_map(|&axis| Some((self.style.axes.0.get(axis)?.letter, *words.get(axis)?)));
@@ -37,11 +33,11 @@ impl ProgramWriter {
             text
         };
         let (linear, rotaries) = self.order.split_at(3);
-        let [mut tip, rotary] = [say(linear), say(rotaries)];
+        let [mut tip, rotary] = [text_of(linear), text_of(rotaries)];
         let axes = tip.clone();
         let mut vector = String::new();
         if let OrientationWords::Vector(names) = self.syntax.pointing {
-            let now = self.components(pose)?;
+            let now = self.components(start.pose)?;
             for (name, value) in names.iter().zip(now) {
                 if !vector.is_empty() {
                     vector.push(' ');
@@ -64,11 +60,11 @@ impl ProgramWriter {
         offset: Vector3<f64>,
         first: StartWords,
     ) -> Result<TemplateContext, WriteError> {
-        let told = &self.kinematics.machine().dialect;
-        let own = OutputFormat::from_name(&told.name) == Some(self.style.dialect);
+        let dialect = &self.kinematics.machine().dialect;
+        let own = OutputFormat::from_name(&dialect.name) == Some(self.style.dialect);
         let tool = note.tool.number;
         let text = |key: &str| {
-            let text = told.strings.get(key).filter(|_| own)?;
+            let text = dialect.strings.get(key).filter(|_| own)?;
             Some(text.replace("{h}", &tool.to_string()))
         };
         let facts = super::sheet::facts(&self.kinematics, note, self.style.axes);

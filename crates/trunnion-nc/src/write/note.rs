@@ -30,6 +30,15 @@ pub struct Remark {
     pub text: String,
 }
 
+/// Length of one tool.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToolLength {
+    /// Number of the tool, and of its length in the tool table.
+    pub number: u32,
+    /// Gauge length \[mm\].
+    pub length: f64,
+}
+
 /// The tool as the texts name it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToolNote {

@@ -7,12 +7,13 @@ use super::format::{BlockSyntax, OrientationWords, OutputFormat};
 use super::note::Note;
 use super::note::comment;
 use super::number::{FixedNumber, NumberForm};
+use super::position::WrittenPosition;
 use super::sheet::work_offset;
 use super::style::Style;
 use super::template::{Template, TemplateFrame};
 use super::words_of;
 use crate::machine::{Kinematics, TurnFormat};
-use crate::types::{AXES, AxisVector, ToolPose};
+use crate::types::{AXES, ToolPose};
 use crate::words::AxisWords;
 use nalgebra::Vector3;
 
@@ -42,6 +43,35 @@ pub enum BlockPace {
         /// Way of the rotaries, the root of the sum of both squares \[rad\]; where the tip stands, F is theirs.
         turn: f64,
     },
+}
+
+/// Note, style and template of a program.
+#[derive(Debug, Clone, Copy)]
+pub struct ProgramForm<'a> {
+    /// Facts for the head of the program.
+    pub note: &'a Note<'a>,
+    /// Format, words and feed.
+    pub style: &'a Style,
+    /// Text around the blocks.
+    pub template: &'a Template,
+}
+
+/// Motion of the tip in a block, as its rounded words express it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum TipMotion {
+    Moves,
+    /// No word of the tip changes.
+    Stands,
+}
+
+/// Words of a block, rounded.
+struct RoundedBlock {
+    /// X Y Z and the rotaries.
+    words: [FixedNumber; AXES],
+    /// Number of `words` that the format writes: with a tool vector X Y Z only.
+    count: usize,
+    /// Tool vector, where the format writes one.
+    vector: Option<[FixedNumber; 3]>,
 }
 
 /// Time and travel of blocks whose words all round to those before; the next block takes them over.
@@ -83,9 +113,10 @@ impl ProgramWriter {
     pub fn new(
         out: &mut String,
         kinematics: &Kinematics,
-        (note, style, template): (&Note<'_>, &Style, &Template),
-        (q, pose): (&AxisVector, &ToolPose),
+        form: ProgramForm<'_>,
+        start: WrittenPosition<'_>,
     ) -> Result<Self, WriteError> {
+        let ProgramForm { note, style, template } = form;
         let offset = work_offset(kinematics).ok_or(WriteError::WorkOffset)?;
         let empty = TemplateFrame {
             start: String::new(),
@@ -111,17 +142,18 @@ impl ProgramWriter {
             blocks: 0,
             index: 0,
         };
-        let first = writer.first(q, pose)?;
+        let first = writer.first(start)?;
         let context = writer.context(note, offset, first)?;
         let strings = &kinematics.machine().dialect.strings;
         writer.frame = template.fill(&context, strings)?;
-        let start = std::mem::take(&mut writer.frame.start);
-        writer.lines(out, &start);
+        let text = std::mem::take(&mut writer.frame.start);
+        writer.lines(out, &text);
         writer.rapid = None;
         Ok(writer)
     }
 
-    /// Goes on with another tool, whose length is that of the setup: writes the change, up to where it starts.
+    /// Writes the change to another tool, up to its starting position. The setup of `kinematics`
+    /// has the length of the new tool.
     ///
     /// # Errors
     ///
@@ -130,14 +162,15 @@ impl ProgramWriter {
         &mut self,
         out: &mut String,
         kinematics: &Kinematics,
-        (note, template): (&Note<'_>, &Template),
-        (q, pose): (&AxisVector, &ToolPose),
+        note: &Note<'_>,
+        template: &Template,
+        start: WrittenPosition<'_>,
     ) -> Result<(), WriteError> {
         let offset = work_offset(kinematics).ok_or(WriteError::WorkOffset)?;
         self.kinematics = kinematics.clone();
         self.shift = offset + Vector3::z() * kinematics.setup().tool_length;
         self.waiting = PendingBlock::default();
-        let first = self.first(q, pose)?;
+        let first = self.first(start)?;
         let context = self.context(note, offset, first)?;
         self.frame = template.fill(&context, &kinematics.machine().dialect.strings)?;
         let text = self.frame.toolchange.take().ok_or(WriteError::NoToolChange)?;
@@ -147,14 +180,14 @@ impl ProgramWriter {
         Ok(())
     }
 
-    /// Writes the end of the program; how many blocks it has.
+    /// Writes the end of the program; returns the number of its blocks.
     pub fn finish(mut self, out: &mut String) -> usize {
         let end = std::mem::take(&mut self.frame.end);
         self.lines(out, &end);
         self.blocks
     }
 
-    /// Blocks written so far.
+    /// Returns the number of blocks written so far.
     pub fn blocks(&self) -> usize {
         self.blocks
     }
@@ -169,8 +202,8 @@ impl ProgramWriter {
         out.push('\n');
     }
 
-    /// Writes a block that ends at `q`, which is `pose`. One whose words all round to those before is left out, and
-    /// its time is added to the next.
+    /// Writes a block that ends at `to`. A block whose words all round to those before is left out,
+    /// and its time is added to the next.
     ///
     /// # Errors
     ///
@@ -178,19 +211,18 @@ impl ProgramWriter {
     pub fn block(
         &mut self,
         out: &mut String,
-        (q, pose): (&AxisVector, &ToolPose),
+        to: WrittenPosition<'_>,
         pace: BlockPace,
     ) -> Result<(), WriteError> {
         self.index += 1;
-        let words = self.rounded(q, pose)?;
+        let words = self.rounded(to)?;
         let vector = match self.syntax.pointing {
-            OrientationWords::Vector(_) => Some(self.components(pose)?),
+            OrientationWords::Vector(_) => Some(self.components(to.pose)?),
             OrientationWords::Angles => None,
         };
-        let rotaries = if vector.is_some() { 0..3 } else { 0..AXES };
-        let same =
-            words[rotaries.clone()].iter().zip(&self.last).all(|(now, last)| Some(*now) == *last)
-                && vector == self.vector;
+        let count = if vector.is_some() { 3 } else { AXES };
+        let same = words.iter().take(count).zip(&self.last).all(|(now, last)| Some(*now) == *last)
+            && vector == self.vector;
         let feed = match pace {
             BlockPace::Rapid => None,
             BlockPace::Timed { seconds, length, turn } => {
@@ -206,22 +238,21 @@ impl ProgramWriter {
         self.waiting = PendingBlock::default();
         // Where no word of the tip changes, a control takes F as the speed of the rotaries.
         let still = words.iter().take(3).zip(&self.last).all(|(now, last)| Some(*now) == *last);
-        let feed = feed.map(|of| self.feed_word(&of, still)).transpose()?;
+        let tip = if still { TipMotion::Stands } else { TipMotion::Moves };
+        let feed = feed.map(|of| self.feed_word(&of, tip)).transpose()?;
+        let block = RoundedBlock { words, count, vector };
         self.blocks += 1;
         if self.style.dialect == OutputFormat::Apt {
-            self.location(out, (&words, vector), feed);
+            self.location(out, &block, feed);
         } else {
-            self.write(out, (&words, rotaries.end, vector), feed);
+            self.write(out, &block, feed);
         }
         Ok(())
     }
 
-    fn write(
-        &mut self,
-        out: &mut String,
-        (words, count, vector): (&[FixedNumber; AXES], usize, Option<[FixedNumber; 3]>),
-        feed: Option<FixedNumber>,
-    ) {
+    /// Writes a block: the words that changed, and the feed; `None`: rapid.
+    fn write(&mut self, out: &mut String, block: &RoundedBlock, feed: Option<FixedNumber>) {
+        let &RoundedBlock { ref words, count, vector } = block;
         let BlockSyntax { form, pointing, moves, every_block, whole_tip, rapid_tail } = self.syntax;
         self.number(out);
         let start = out.len();
@@ -266,13 +297,9 @@ impl ProgramWriter {
         out.push('\n');
     }
 
-    /// A block as a cutter location.
-    fn location(
-        &mut self,
-        out: &mut String,
-        (words, vector): (&[FixedNumber; AXES], Option<[FixedNumber; 3]>),
-        feed: Option<FixedNumber>,
-    ) {
+    /// Writes a block as a cutter location.
+    fn location(&mut self, out: &mut String, block: &RoundedBlock, feed: Option<FixedNumber>) {
+        let &RoundedBlock { ref words, vector, .. } = block;
         if let (&[x, y, z, ..], Some([i, j, k])) = (words, vector) {
             self.locations.go(out, feed, &[x, y, z, i, j, k]);
         }
@@ -280,8 +307,8 @@ impl ProgramWriter {
         self.last = words.map(Some);
     }
 
-    /// Feed word, rounded down: not faster than planned, or by less than a last digit.
-    fn feed_word(&self, of: &PendingBlock, still: bool) -> Result<FixedNumber, WriteError> {
+    /// Returns the feed word, rounded down: not faster than planned, or by less than a last digit.
+    fn feed_word(&self, of: &PendingBlock, tip: TipMotion) -> Result<FixedNumber, WriteError> {
         let failed = WriteError::Duration { block: self.index, duration: of.seconds };
         if !(of.seconds > 0.0 && of.seconds.is_finite()) {
             return Err(failed);
@@ -294,7 +321,7 @@ impl ProgramWriter {
             let feed = feed.map(|feed| feed.lowered_to(|value| 60.0 / value >= of.seconds));
             return feed.filter(|feed| !feed.is_zero()).ok_or(failed);
         }
-        let moves = of.length > 0.0 && !(still && of.turn > 0.0);
+        let moves = of.length > 0.0 && !(tip == TipMotion::Stands && of.turn > 0.0);
         let way = if moves { of.length } else { of.turn.to_degrees() };
         // A feed that is kept all the way is to be written as it was: its time is a sum of some thousand rounded ones.
         let feed =
@@ -302,12 +329,12 @@ impl ProgramWriter {
         feed.filter(|feed| !feed.is_zero()).ok_or(failed)
     }
 
-    /// X Y Z and the rotaries, rounded.
+    /// Returns the words of X Y Z and the rotaries, rounded.
     pub(super) fn rounded(
         &self,
-        q: &AxisVector,
-        pose: &ToolPose,
+        at: WrittenPosition<'_>,
     ) -> Result<[FixedNumber; AXES], WriteError> {
+        let WrittenPosition { q, pose } = at;
         let dialect = self.style.dialect;
         let tip = match dialect.coordinates() {
             Coordinates::Axes => q.fixed_rows::<3>(0).into_owned() - self.shift,

@@ -3,7 +3,7 @@
 use super::error::WriteError;
 use super::error_bound::Coordinates;
 use super::format::OutputFormat;
-use super::note::Note;
+use super::note::{Note, ToolLength};
 use super::style::Style;
 use crate::machine::{AxisKind, Kinematics, TurnFormat};
 use crate::types::AxisVector;
@@ -48,7 +48,7 @@ pub fn setup_sheet(
         writeln!(out, "{line}")?;
     }
     writeln!(out)?;
-    entries(out, kinematics, (note, &[]))?;
+    entries(out, kinematics, note, &[])?;
     writeln!(out)?;
     meanings(out, kinematics)?;
     writeln!(out)?;
@@ -66,7 +66,18 @@ pub fn setup_sheet(
     Ok(())
 }
 
-/// Writes the setup sheet of one program; `file` is its name, `lengths` those of several tools by number \[mm\].
+/// Program that a setup sheet describes.
+#[derive(Debug, Clone, Copy)]
+pub struct SheetProgram<'a> {
+    /// Name of the file.
+    pub file: &'a str,
+    /// Format, words and feed of the program.
+    pub style: &'a Style,
+    /// Lengths of its tools; empty for a single tool with the length of the setup.
+    pub lengths: &'a [ToolLength],
+}
+
+/// Writes the setup sheet of one program.
 ///
 /// # Errors
 ///
@@ -75,15 +86,16 @@ pub fn program_sheet(
     out: &mut impl Write,
     kinematics: &Kinematics,
     note: &Note<'_>,
-    (file, style, lengths): (&str, &Style, &[(u32, f64)]),
+    program: SheetProgram<'_>,
 ) -> Result<(), WriteError> {
+    let SheetProgram { file, style, lengths } = program;
     writeln!(out, "Setup sheet of {file}")?;
     writeln!(out)?;
     for line in facts(kinematics, note, style.axes) {
         writeln!(out, "{line}")?;
     }
     writeln!(out)?;
-    entries(out, kinematics, (note, lengths))?;
+    entries(out, kinematics, note, lengths)?;
     writeln!(out)?;
     let [roll, pitch, yaw] = turns(kinematics);
     let turned = format!("{roll:.4}, {pitch:.4}, {yaw:.4} deg about the fixed x, then y, then z");
@@ -125,7 +137,8 @@ pub fn program_sheet(
 fn entries(
     out: &mut impl Write,
     kinematics: &Kinematics,
-    (note, lengths): (&Note<'_>, &[(u32, f64)]),
+    note: &Note<'_>,
+    lengths: &[ToolLength],
 ) -> Result<(), WriteError> {
     let offset = work_offset(kinematics).ok_or(WriteError::WorkOffset)?;
     writeln!(out, "Enter at the control")?;
@@ -135,8 +148,9 @@ fn entries(
         offset.x, offset.y, offset.z
     )?;
     writeln!(out, "  G54 of the rotaries   0, and no rotation of the work offset")?;
-    let one = [(note.tool.number, kinematics.setup().tool_length)];
-    for (number, length) in if lengths.is_empty() { &one } else { lengths } {
+    let length = kinematics.setup().tool_length;
+    let one = [ToolLength { number: note.tool.number, length }];
+    for ToolLength { number, length } in if lengths.is_empty() { &one } else { lengths } {
         writeln!(out, "  tool length H{number:<8} Z {length:.4}")?;
     }
     writeln!(out, "Pivots assumed (machine coordinates, all axes at zero)")?;

@@ -1,17 +1,15 @@
 //! All blocks of a plan as one program.
 
 use super::error::WriteError;
-use super::note::Note;
-use super::program::{BlockPace, ProgramWriter};
-use super::style::Style;
-use super::template::Template;
+use super::position::WrittenPosition;
+use super::program::{BlockPace, ProgramForm, ProgramWriter};
 use crate::machine::{FIRST_ROTARY, Kinematics};
 use crate::types::{Block, Motion};
 
-/// Writes blocks with their passes and the remarks of `note`; the bytes at which the text of each ends, the first being
-/// the start of the program.
+/// Writes blocks with their passes and the remarks of the note. Returns the byte offsets at which
+/// the texts of the blocks end; the first is the end of the head of the program.
 ///
-/// The first block says where the program starts. Links run at their planned time, too: all axes together. A block
+/// The first block is the starting position. Links run at their planned time, too: all axes together. A block
 /// whose words all round to those before it is left out, and its time is added to the next.
 ///
 /// # Errors
@@ -21,13 +19,13 @@ pub fn program(
     out: &mut String,
     kinematics: &Kinematics,
     blocks: &[Block],
-    (note, style, template): (&Note<'_>, &Style, &Template),
+    form: ProgramForm<'_>,
 ) -> Result<Vec<usize>, WriteError> {
     let (mut before, rest) = blocks.split_first().ok_or(WriteError::Empty)?;
-    let start = (&before.q, &before.pose);
-    let mut writer = ProgramWriter::new(out, kinematics, (note, style, template), start)?;
+    let start = WrittenPosition { q: &before.q, pose: &before.pose };
+    let mut writer = ProgramWriter::new(out, kinematics, form, start)?;
     let mut ends = vec![out.len()];
-    let mut remarks = note.remarks.iter().peekable();
+    let mut remarks = form.note.remarks.iter().peekable();
     let mut passes = PassComments::default();
     for (index, block) in rest.iter().enumerate() {
         while let Some(remark) = remarks.next_if(|remark| remark.block <= index + 1) {
@@ -37,7 +35,8 @@ pub fn program(
         if let Some(line) = passes.line(block.motion) {
             writer.comment(out, &line);
         }
-        writer.block(out, (&block.q, &block.pose), pace(before, block))?;
+        let to = WrittenPosition { q: &block.q, pose: &block.pose };
+        writer.block(out, to, pace(before, block))?;
         ends.push(out.len());
         before = block;
     }
@@ -45,7 +44,7 @@ pub fn program(
     Ok(ends)
 }
 
-/// Feed or time of a block.
+/// Returns the time and travel of a block from the one before.
 pub fn pace(before: &Block, block: &Block) -> BlockPace {
     let length = (block.pose.tip - before.pose.tip).norm();
     let turn = (block.q - before.q).fixed_rows::<2>(FIRST_ROTARY).norm();

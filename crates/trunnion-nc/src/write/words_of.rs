@@ -4,9 +4,10 @@ use super::apt;
 use super::error_bound::Coordinates;
 use super::format::OutputFormat;
 use super::number::FixedNumber;
+use super::position::WrittenPosition;
 use super::style::Style;
 use crate::machine::{FIRST_ROTARY, Kinematics};
-use crate::types::{AxisVector, ToolPose};
+use crate::types::ToolPose;
 use nalgebra::Vector3;
 
 /// Decimals of tool vectors in programs.
@@ -25,11 +26,8 @@ pub struct PlaceWords {
 impl PlaceWords {
     /// Returns the words of one position in a program of tip positions; `None` where it writes axes, or for a
     /// number that no word can hold.
-    pub fn new(
-        kinematics: &Kinematics,
-        style: &Style,
-        (q, pose): (&AxisVector, &ToolPose),
-    ) -> Option<Self> {
+    pub fn new(kinematics: &Kinematics, style: &Style, at: WrittenPosition<'_>) -> Option<Self> {
+        let WrittenPosition { q, pose } = at;
         let dialect = style.dialect;
         if dialect.coordinates() != Coordinates::Tip {
             return None;

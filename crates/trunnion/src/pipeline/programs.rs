@@ -41,7 +41,7 @@ pub(super) fn write(
     progress: &dyn Progress,
 ) -> Result<Vec<CheckedProgram>, PipelineError> {
     let ProgramInputs { motion, uncut, solids } = inputs;
-    let words = AxisWords::of(job.kinematics.machine(), false)?;
+    let words = AxisWords::of(job.kinematics.machine())?;
     let mut programs: Vec<CheckedProgram> = Vec::new();
     for &dialect in &job.file.dialects {
         let form = format_of(dialect);
@@ -170,7 +170,8 @@ fn text(
     let shares = shares(job);
     let note = Note { remarks: head.remarks, ..note(job, &shares, head.duration) };
     let mut text = String::new();
-    let ends = write::program(&mut text, &job.kinematics, blocks, (&note, &style, &template))?;
+    let written = write::ProgramForm { note: &note, style: &style, template: &template };
+    let ends = write::program(&mut text, &job.kinematics, blocks, written)?;
     match read_back(&job.kinematics, &style, blocks, WrittenText { text: &text, ends: &ends }) {
         Ok(()) => Ok(ProgramText { text, ends, unread: None }),
         Err(ReadBackError::Unread(faults)) => {

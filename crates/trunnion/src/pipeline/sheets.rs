@@ -29,7 +29,7 @@ pub(super) fn sheets(
     let note = Note { remarks: &remarks, ..note(job, &shares, moved.plan.schedule.duration()) };
     let (mut cl, mut setup) = (String::new(), String::new());
     write::apt(&mut cl, legs, &note, CL_DECIMALS)?;
-    let words = AxisWords::of(job.kinematics.machine(), false)?;
+    let words = AxisWords::of(job.kinematics.machine())?;
     write::setup_sheet(&mut setup, &job.kinematics, &note, words)?;
     Ok(Sheets { cl, setup })
 }

@@ -29,7 +29,7 @@ pub(super) enum WordMeaning {
     Remark,
     /// No motion, or motion of the machine that the file does not describe.
     Nothing,
-    /// Kept, with a warning that says what is not followed.
+    /// Kept, with a warning about what is not followed.
     Doubtful(&'static str),
     /// Moves the tool, or shifts what follows, in a way that is not understood.
     Refused(&'static str),

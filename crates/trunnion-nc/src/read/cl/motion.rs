@@ -266,7 +266,7 @@ impl AnnouncedCircle {
         }
         let angle = a.cross(&b).dot(&self.normal).atan2(a.dot(&b));
         let sweep = if angle > 0.0 { angle } else { angle + TAU };
-        // Some writers do not turn the axis round for clockwise arcs; the angle tells.
+        // Some writers do not turn the axis round for clockwise arcs; the written angle decides.
         match self.sweep {
             Some(written) if (TAU - sweep - written).abs() < (sweep - written).abs() => {
                 Some((TAU - sweep, -self.normal))

@@ -24,7 +24,7 @@ use nalgebra::{Isometry3, Vector3};
 /// * `UNITS`; `MSYS` (locations are in it); `CSYS` (locations are not in it, its z is the tool axis);
 ///   `CUTTER`, `TLDATA`, `LOADTL`, `LOAD/TOOL`, `$$-> CUTTER`.
 ///
-/// Words that say nothing about motion are passed over. Unknown ones, cutter compensation and text for the
+/// Words without effect on motion are passed over. Unknown ones, cutter compensation and text for the
 /// post-processor are kept with a warning; what moves the tool or shifts coordinates in a way that is not understood
 /// (`NURBS`, `TRANS`, `ROTABL` ..) is a fault.
 ///
@@ -95,7 +95,7 @@ impl ClReader {
         if self.is_full() {
             return None;
         }
-        let read = match classify(line, self.joined.is_open()) {
+        let read = match classify(line, self.joined.next_line()) {
             ClLine::Comment => return Some(ClItem::Remark),
             ClLine::Open(words) => return self.join(words),
             ClLine::Whole(words) if self.joined.is_open() => {

@@ -61,7 +61,7 @@ impl<I> ClRecords<I> {
         self.count += 1;
     }
 
-    /// Ends the file: all that it says but the locations.
+    /// Ends the file, and returns all of it but the locations.
     ///
     /// # Errors
     ///

@@ -24,13 +24,13 @@ impl ClReader {
             "CUTTER" => self.set_cutter(list),
             "CSYS" => {
                 let numbers = Numbers::of(list).map_err(|word| no_number(statement, word))?;
-                let said = format!("{:?}", numbers.as_slice());
-                if self.state.directive.as_ref().is_some_and(|before| *before != said) {
+                let written = format!("{:?}", numbers.as_slice());
+                if self.state.directive.as_ref().is_some_and(|before| *before != written) {
                     let message =
                         "the coordinate system changes; all locations are taken to be in one";
                     self.warn(statement, "$$->CSYS", message.to_owned(), "");
                 }
-                self.state.directive = Some(said);
+                self.state.directive = Some(written);
             }
             _ => {}
         }

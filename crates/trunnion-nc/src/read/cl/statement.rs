@@ -50,19 +50,27 @@ pub(super) enum ClLine<'a> {
     Comment,
 }
 
-/// Tells what a line is. `$` joins the next line, and nothing behind it counts; `$$` begins a comment.
+/// Position of a line in its statement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum LinePosition {
+    First,
+    /// The line before ended with `$`.
+    Continuation,
+}
+
+/// Classifies a line. `$` joins the next line, and nothing behind it counts; `$$` begins a comment.
 /// `$$->` begins a directive, which is joined as a statement is.
-pub(super) fn classify(line: &str, joining: bool) -> ClLine<'_> {
+pub(super) fn classify(line: &str, position: LinePosition) -> ClLine<'_> {
+    let first = position == LinePosition::First;
     let start = line.trim_start();
-    if !joining && (start.is_empty() || start.starts_with("$$") && !start.starts_with("$$->")) {
+    if first && (start.is_empty() || start.starts_with("$$") && !start.starts_with("$$->")) {
         return ClLine::Comment;
     }
     // A text may contain anything; joining it could swallow a location.
-    if !joining && text_word(start) {
+    if first && text_word(start) {
         return ClLine::Whole(line);
     }
-    let skipped =
-        if !joining && start.starts_with("$$->") { line.len() - start.len() + 4 } else { 0 };
+    let skipped = if first && start.starts_with("$$->") { line.len() - start.len() + 4 } else { 0 };
     match line.get(skipped..).unwrap_or_default().find('$') {
         None => ClLine::Whole(line),
         Some(found) => {
@@ -78,8 +86,14 @@ fn text_word(start: &str) -> bool {
 }
 
 impl JoinedLines {
+    /// Returns true while a statement waits for its next line.
     pub(super) fn is_open(&self) -> bool {
         !self.starts.is_empty()
+    }
+
+    /// Returns the position of the next line.
+    pub(super) fn next_line(&self) -> LinePosition {
+        if self.is_open() { LinePosition::Continuation } else { LinePosition::First }
     }
 
     /// One line more; false where the statement is longer than any.
@@ -230,11 +244,14 @@ mod tests {
 
     #[test]
     fn lines_are_joined_and_comments_are_not() {
-        let open = |line| matches!(classify(line, false), ClLine::Open(_));
+        let open = |line| matches!(classify(line, LinePosition::First), ClLine::Open(_));
         assert!(open("GOTO/1,$ 80") && open("$$-> CSYS / 1, $") && !open("$$ why $"));
         assert!(!open("PPRINT/costs 5 $") && !open("GOTO/1,2,3 $$ here"));
-        assert!(matches!(classify("GOTO/1 $$ here", false), ClLine::Whole("GOTO/1 ")));
-        assert!(matches!(classify("  ", false), ClLine::Comment));
+        assert!(matches!(
+            classify("GOTO/1 $$ here", LinePosition::First),
+            ClLine::Whole("GOTO/1 ")
+        ));
+        assert!(matches!(classify("  ", LinePosition::First), ClLine::Comment));
     }
 
     #[test]

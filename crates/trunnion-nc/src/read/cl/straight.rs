@@ -17,7 +17,7 @@ impl ClRecord {
         match (self.way, before) {
             (ClPath::Straight, _) => vec![*self],
             (ClPath::Arc(arc), before) => self.arc(&arc, before.unwrap_or(&self.pose), tolerance),
-            (ClPath::Hole(hole), before) => self.hole(&hole, before.is_some()),
+            (ClPath::Hole(hole), before) => self.hole(&hole, before),
         }
     }
 
@@ -39,12 +39,12 @@ impl ClRecord {
         moves
     }
 
-    fn hole(&self, hole: &ClHole, over: bool) -> Vec<Self> {
+    fn hole(&self, hole: &ClHole, before: Option<&ToolPose>) -> Vec<Self> {
         let ToolPose { tip, axis } = self.pose;
         let at = |height: f64, motion| self.with(tip + axis.scale(height), axis, motion);
         let mut moves = Vec::new();
         // From the hole before, whose retract may be lower than this one's clearance or the other way round.
-        if over && hole.retract > hole.clear {
+        if before.is_some() && hole.retract > hole.clear {
             moves.push(at(hole.retract, ClMotion::Rapid));
         }
         moves.push(at(hole.clear, ClMotion::Rapid));

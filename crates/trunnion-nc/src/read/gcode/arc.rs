@@ -4,7 +4,7 @@ use super::block::GcodeBlock;
 use super::reader::GcodeReader;
 use super::words::natural;
 use crate::read::arc;
-use crate::read::arc::{ArcForm, GivenArc};
+use crate::read::arc::{ArcForm, ArcSense, GivenArc};
 use crate::read::control::MoveTarget;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
@@ -22,7 +22,9 @@ impl GcodeReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (target, clockwise, feed): (MoveTarget, bool, Option<f64>),
+        target: MoveTarget,
+        sense: ArcSense,
+        feed: Option<f64>,
     ) -> Result<(), ReadRemark> {
         // Under G43.5, I J K are the tool axis, so a centre would be ambiguous.
         if self.modal.vector && block.has_any("IJK") {
@@ -41,7 +43,7 @@ impl GcodeReader {
                 let help = format!("write {} and {} in this plane, or R", letters[0], letters[1]);
                 return Err(ReadRemark::new(target.at, message, help));
             }
-            (None, center) => self.center(state, ([u, v], center), target.at)?,
+            (None, center) => self.center(state, [u, v], center, target.at)?,
             (Some(radius), _) => {
                 return Err(ReadRemark::new(
                     radius.at,
@@ -51,17 +53,18 @@ impl GcodeReader {
             }
         };
         let turns = block.take('P').map_or(Ok(1), |word| natural(word, 'P'))?;
-        let given = GivenArc { plane: [u, v], form, clockwise, turns };
+        let given = GivenArc { plane: [u, v], form, sense, turns };
         let way = arc::way(&state.control, &target, &given)?;
         let pace = state.control.pace(&target, feed)?;
-        state.control.go(state.log.line, target, (pace, way))
+        state.control.go(state.log.line, target, pace, way)
     }
 
     /// Returns the centre relative to the start of the arc.
     fn center(
         &self,
         state: &ReaderState,
-        (slots, center): ([usize; 2], [Option<f64>; 2]),
+        slots: [usize; 2],
+        center: [Option<f64>; 2],
         at: usize,
     ) -> Result<ArcForm, ReadRemark> {
         // G91.1: the centre is relative to the start, whatever G90 or G91 is active; a missing word is zero.

@@ -3,7 +3,8 @@
 use super::expression::{ExpressionEnv, ExpressionScan, ExpressionValue};
 use super::parameters::ParameterKey;
 use crate::read::control::letter_index;
-use crate::read::log::ReadRemark;
+use crate::read::log::{LineTail, ReadRemark};
+
 /// Codes and assignments of one line; more are no program for a machine.
 const MOST: usize = 64;
 
@@ -90,15 +91,15 @@ impl GcodeBlock {
         self.present & !self.used == 0
     }
 
-    /// Reads the words of a line from a byte offset on; faults are handed to `fault`.
+    /// Reads the words of the tail of a line; the first fault, which ends it, is handed to `fault`.
     pub(super) fn scan(
         &mut self,
-        (text, from): (&str, usize),
+        line: LineTail<'_>,
         env: &ExpressionEnv<'_>,
         mut fault: impl FnMut(ReadRemark),
     ) {
         self.clear();
-        let mut scan = ExpressionScan::new(text, from);
+        let mut scan = ExpressionScan::new(line.text, line.from);
         loop {
             match self.next(&mut scan, env) {
                 Ok(true) => {}
@@ -133,8 +134,8 @@ impl GcodeBlock {
         };
         let letter = byte.to_ascii_uppercase();
         match letter {
-            b'G' | b'M' => self.code(letter, value.number, (at, scan))?,
-            _ => self.word(letter, value, (at, scan))?,
+            b'G' | b'M' => self.code(letter, value.number, at, scan)?,
+            _ => self.word(letter, value, at, scan)?,
         }
         Ok(true)
     }
@@ -143,7 +144,8 @@ impl GcodeBlock {
         &mut self,
         letter: u8,
         value: f64,
-        (at, scan): (usize, &ExpressionScan<'_>),
+        at: usize,
+        scan: &ExpressionScan<'_>,
     ) -> Result<(), ReadRemark> {
         let text = || scan.text.get(at..scan.at).unwrap_or_default();
         let Some(tenths) = tenths(value) else {
@@ -162,7 +164,8 @@ impl GcodeBlock {
         &mut self,
         letter: u8,
         value: ExpressionValue,
-        (at, scan): (usize, &ExpressionScan<'_>),
+        at: usize,
+        scan: &ExpressionScan<'_>,
     ) -> Result<(), ReadRemark> {
         let letter = char::from(letter);
         if self.present & bit(letter) != 0 {

@@ -4,7 +4,8 @@ use super::block::{BlockWord, CodeWord, GcodeBlock};
 use super::modal::{BlockActions, GcodeMotion, group};
 use super::reader::GcodeReader;
 use super::words::{keep_with, natural, not_understood};
-use crate::read::control::{ControlState, FeedMode};
+use crate::read::arc::ArcSense;
+use crate::read::control::{ControlState, DistanceMode, FeedMode};
 use crate::read::dialect::Dialect;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
@@ -15,18 +16,19 @@ impl GcodeReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, now): (&str, &mut BlockActions),
+        text: &str,
+        now: &mut BlockActions,
     ) -> Result<(), ReadRemark> {
         let calls = |code: &CodeWord| code.letter == b'G' && matches!(code.tenths, 650 | 660);
         if self.dialect != Dialect::LinuxCnc && block.codes.iter().any(calls) {
-            return self.macro_call(block, (text, now));
+            return self.macro_call(block, text, now);
         }
         for at in 0..block.codes.len() {
             let Some(&code) = block.codes.get(at) else { break };
             let group = if code.letter == b'G' {
-                self.g_code(state, block, (text, code, now))?
+                self.g_code(state, block, text, code, now)?
             } else {
-                self.m_code(state, block, (text, code, now))?
+                self.m_code(state, block, text, code, now)?
             };
             if now.has(group) {
                 let what = text.get(code.at..code.end).unwrap_or_default();
@@ -36,9 +38,9 @@ impl GcodeReader {
             now.groups |= group;
         }
         plain_words(state, block, now)?;
-        self.lengths(state, (text, block), now)?;
+        self.lengths(state, text, block, now)?;
         let before = state.control.steps.len();
-        self.motion(state, block, (text, now))?;
+        self.motion(state, block, text, now)?;
         let mut made = state.control.steps.iter().skip(before);
         if self.modal.each.is_some() && made.any(|step| matches!(step, Step::Move(_))) {
             self.call_behind_move(now);
@@ -51,15 +53,17 @@ impl GcodeReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, code, now): (&str, CodeWord, &mut BlockActions),
+        text: &str,
+        code: CodeWord,
+        now: &mut BlockActions,
     ) -> Result<u32, ReadRemark> {
         let control = &mut state.control;
         let modal = &mut self.modal;
         Ok(match code.tenths {
             0 => self.moves(GcodeMotion::Rapid, now),
             10 => self.moves(GcodeMotion::Feed, now),
-            20 => self.moves(GcodeMotion::Arc { clockwise: true }, now),
-            30 => self.moves(GcodeMotion::Arc { clockwise: false }, now),
+            20 => self.moves(GcodeMotion::Arc(ArcSense::Clockwise), now),
+            30 => self.moves(GcodeMotion::Arc(ArcSense::Counterclockwise), now),
             730 | 740 | 810..=890 if code.tenths % 10 == 0 => self.cycle_code(code, now)?,
             800 => {
                 modal.motion = None;
@@ -74,7 +78,9 @@ impl GcodeReader {
                 group::UNITS
             }
             900 | 910 => {
-                modal.incremental = code.tenths == 910;
+                let absolute = code.tenths == 900;
+                modal.distance =
+                    if absolute { DistanceMode::Absolute } else { DistanceMode::Incremental };
                 group::DISTANCE
             }
             901 | 911 => {
@@ -92,8 +98,8 @@ impl GcodeReader {
                 now.length = Some(code);
                 group::LENGTH
             }
-            540..=599 | 1540 => self.offset_code(state, block, (text, code))?,
-            _ => return self.further_g_code(state, block, (text, code, now)),
+            540..=599 | 1540 => self.offset_code(state, block, text, code)?,
+            _ => return self.further_g_code(state, block, text, code, now),
         })
     }
 
@@ -107,7 +113,9 @@ impl GcodeReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, code, now): (&str, CodeWord, &mut BlockActions),
+        text: &str,
+        code: CodeWord,
+        now: &mut BlockActions,
     ) -> Result<u32, ReadRemark> {
         let linuxcnc = self.dialect == Dialect::LinuxCnc;
         Ok(match code.tenths {
@@ -133,20 +141,20 @@ impl GcodeReader {
                         "P1 is TCP, G13.1 none",
                     ));
                 }
-                state.control.set_tcp(true);
+                state.control.enable_tcp();
                 group::TCP
             }
             131 if linuxcnc => {
-                state.control.set_tcp(false);
+                state.control.disable_tcp();
                 group::TCP
             }
             610 | 611 | 640 => {
-                keep_with(state, block, (text, code, "PQ"));
+                keep_with(state, block, text, code, "PQ");
                 group::BLEND
             }
             // Look-ahead, exact stop: nothing about where the machine goes.
             51 | 80 | 90 | 1030 | 1870 => {
-                keep_with(state, block, (text, code, "PQRE"));
+                keep_with(state, block, text, code, "PQRE");
                 group::NONE
             }
             670 => {
@@ -163,7 +171,8 @@ impl GcodeReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, code): (&str, CodeWord),
+        text: &str,
+        code: CodeWord,
     ) -> Result<u32, ReadRemark> {
         let offset = match code.tenths {
             541 | 1540 => {
@@ -188,7 +197,8 @@ impl GcodeReader {
     fn lengths(
         &mut self,
         state: &mut ReaderState,
-        (text, block): (&str, &mut GcodeBlock),
+        text: &str,
+        block: &mut GcodeBlock,
         now: &BlockActions,
     ) -> Result<(), ReadRemark> {
         let word = block.take('H');
@@ -205,7 +215,7 @@ impl GcodeReader {
         let Some(code) = now.length else {
             // A new number while the length counts is another length.
             if number.is_some() && control.length {
-                control.set_length(true);
+                control.enable_length();
             }
             return Ok(());
         };
@@ -226,10 +236,16 @@ impl GcodeReader {
                 }
             };
         }
-        control.set_length(on);
+        if on {
+            control.enable_length();
+        } else {
+            control.disable_length();
+        }
         // LinuxCNC's M428 outlives a G43.
-        if code.tenths != 430 {
-            control.set_tcp(tcp);
+        match code.tenths {
+            430 => {}
+            _ if tcp => control.enable_tcp(),
+            _ => control.disable_tcp(),
         }
         Ok(())
     }

@@ -4,7 +4,7 @@ use super::block::{CodeWord, GcodeBlock};
 use super::modal::{BlockActions, CycleState, GcodeMotion};
 use super::reader::GcodeReader;
 use super::words::{natural, not_understood};
-use crate::read::control::MoveTarget;
+use crate::read::control::{DistanceMode, MoveTarget};
 use crate::read::dialect::Dialect;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
@@ -52,7 +52,8 @@ impl GcodeReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (mut target, code): (MoveTarget, u32),
+        mut target: MoveTarget,
+        code: u32,
     ) -> Result<(), ReadRemark> {
         let (axes, _) = self.plane();
         let [u, v, axis] = axes.map(|axis| state.control.xyz[axis]);
@@ -61,14 +62,14 @@ impl GcodeReader {
             self.modal.cycle.initial = stood;
             self.modal.cycle.running = true;
         }
-        self.parameters_of_cycle(state, block, (&target, axis))?;
+        self.parameters_of_cycle(state, block, &target, axis)?;
         if let Some(word) = target.words.get_mut(axis) {
             *word = None;
         }
         target.incremental &= !(1 << axis);
         let times = block.take('L').or_else(|| block.take('K'));
         let times = times.map_or(Ok(1), |word| natural(word, 'L'))?;
-        let mut hole = self.hole(state, (&target, code, axis))?;
+        let mut hole = self.hole(state, &target, code, axis)?;
         // Only distances lead on from hole to hole.
         let goes_on = target.is_incremental(u) || target.is_incremental(v);
         let count = if goes_on { times } else { times.min(1) };
@@ -87,11 +88,12 @@ impl GcodeReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (target, axis): (&MoveTarget, usize),
+        target: &MoveTarget,
+        axis: usize,
     ) -> Result<(), ReadRemark> {
         let scale = state.control.scale();
         let stood = state.control.reading(axis);
-        let incremental = self.modal.incremental;
+        let incremental = self.modal.distance == DistanceMode::Incremental;
         if let Some(word) = block.take('R') {
             let from = if incremental { stood } else { Some(0.0) };
             let from = from.ok_or_else(|| unknown_height(word.at))?;
@@ -124,7 +126,9 @@ impl GcodeReader {
     fn hole(
         &self,
         state: &ReaderState,
-        (target, code, axis): (&MoveTarget, u32, usize),
+        target: &MoveTarget,
+        code: u32,
+        axis: usize,
     ) -> Result<DrilledHole, ReadRemark> {
         let cycle = &self.modal.cycle;
         let (Some(r), Some(bottom)) = (cycle.r, cycle.z) else {
@@ -142,7 +146,7 @@ impl GcodeReader {
             initial.max(r)
         };
         let mut down = MoveTarget::new(target.at, target.column);
-        down.set(axis, bottom, false);
+        down.set(axis, bottom, DistanceMode::Absolute);
         let feed = state.control.pace(&down, None)?;
         let (line, at, column) = (state.log.line, target.at, target.column);
         Ok(DrilledHole { code, line, axis, r, bottom, clear, feed, at, column })
@@ -201,8 +205,8 @@ impl DrilledHole {
             return Ok(());
         }
         let mut target = MoveTarget::new(self.at, self.column);
-        target.set(self.axis, to, false);
-        state.control.go(self.line, target, (pace, Way::Line))
+        target.set(self.axis, to, DistanceMode::Absolute);
+        state.control.go(self.line, target, pace, Way::Line)
     }
 }
 
@@ -216,12 +220,12 @@ fn approach(
         hole.go(state, hole.r, Pace::Rapid)?;
     }
     if !target.is_empty() {
-        state.control.go(hole.line, *target, (Pace::Rapid, Way::Line))?;
+        state.control.go(hole.line, *target, Pace::Rapid, Way::Line)?;
     }
     hole.go(state, hole.r, Pace::Rapid)
 }
 
 fn unknown_height(at: usize) -> ReadRemark {
-    let message = "a cycle from a height that the program does not tell";
+    let message = "a cycle from a height that the program does not state";
     ReadRemark::new(at, message, "program the drill axis absolutely before it, or write G99")
 }

@@ -4,7 +4,8 @@ use super::parameters;
 use super::parameters::{ParameterKey, Parameters};
 use crate::read::control::{COMPUTED, ControlState};
 use crate::read::log::ReadRemark;
-use crate::read::number;
+use crate::read::number::{self, DecimalMark};
+
 /// Brackets in brackets; deeper is no program for a machine.
 const DEEPEST: u32 = 60;
 
@@ -94,18 +95,17 @@ impl Operator {
     }
 
     fn apply(self, a: f64, b: f64, at: usize) -> Result<f64, ReadRemark> {
-        let flag = |on: bool| f64::from(u8::from(on));
         let is = |value: f64| value.abs() > 0.0;
         let value = match self {
-            Self::And => flag(is(a) && is(b)),
-            Self::Or => flag(is(a) || is(b)),
-            Self::Xor => flag(is(a) != is(b)),
-            Self::Equal => flag((a - b).abs() < EQUAL),
-            Self::NotEqual => flag((a - b).abs() >= EQUAL),
-            Self::Greater => flag(a > b),
-            Self::GreaterEqual => flag(a >= b),
-            Self::Less => flag(a < b),
-            Self::LessEqual => flag(a <= b),
+            Self::And => f64::from(is(a) && is(b)),
+            Self::Or => f64::from(is(a) || is(b)),
+            Self::Xor => f64::from(is(a) != is(b)),
+            Self::Equal => f64::from((a - b).abs() < EQUAL),
+            Self::NotEqual => f64::from((a - b).abs() >= EQUAL),
+            Self::Greater => f64::from(a > b),
+            Self::GreaterEqual => f64::from(a >= b),
+            Self::Less => f64::from(a < b),
+            Self::LessEqual => f64::from(a <= b),
             Self::Plus => a + b,
             Self::Minus => a - b,
             Self::Times => a * b,
@@ -185,7 +185,7 @@ impl<'a> ExpressionScan<'a> {
     #[inline]
     pub(super) fn value(&mut self, env: &ExpressionEnv<'_>) -> Result<ExpressionValue, ReadRemark> {
         self.blanks();
-        if let Some(found) = number::signed(self.rest(), false) {
+        if let Some(found) = number::signed(self.rest(), DecimalMark::Point) {
             self.at += found.length;
             let number::ScannedNumber { value: number, decimals, point, .. } = found;
             return Ok(ExpressionValue { number, decimals, point });
@@ -314,7 +314,7 @@ impl<'a> ExpressionScan<'a> {
             let key = self.key(env)?;
             self.expect(b']')?;
             let exists = env.parameters.get(&key, env.control, env.line).is_some();
-            return Ok(f64::from(u8::from(exists)));
+            return Ok(f64::from(exists));
         }
         let Some(function) = function(&name) else {
             let message = format!("{} is no function", super::super::log::excerpt(&name));
@@ -363,13 +363,15 @@ fn function(name: &str) -> Option<fn(f64) -> f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::read::samples::control;
+    use crate::read::Dialect;
+    use crate::read::samples::{control, options};
 
     /// Parameters with values, and a control.
     fn env(given: &[(&str, f64)]) -> (Parameters, ControlState) {
-        let given: Vec<_> =
-            given.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
-        (Parameters::new(&given), control())
+        let mut options = options(Dialect::LinuxCnc);
+        let owned = |(name, value): &(&str, f64)| ((*name).to_owned(), *value);
+        options.parameters = given.iter().map(owned).collect();
+        (Parameters::new(&options), control())
     }
 
     fn value(text: &str) -> Result<f64, String> {

@@ -113,20 +113,20 @@ fn keyword(text: &str, from: usize) -> (OKeyword, usize) {
     (found.map_or(OKeyword::Unknown, |(_, keyword)| *keyword), from + blanks + letters)
 }
 
-/// A line says `M99`.
+/// Returns true if a line has `M99`.
 pub(super) fn ends_subprogram(text: &str) -> bool {
-    let mut said = String::new();
+    let mut code = String::new();
     let mut comment = false;
     for c in text.chars() {
         match c {
             '(' => comment = true,
             ')' => comment = false,
             ';' if !comment => break,
-            c if !comment && !c.is_whitespace() => said.push(c.to_ascii_uppercase()),
+            c if !comment && !c.is_whitespace() => code.push(c.to_ascii_uppercase()),
             _ => {}
         }
     }
-    let behind = said.split("M99").nth(1);
+    let behind = code.split("M99").nth(1);
     behind.is_some_and(|rest| !rest.starts_with(|c: char| c.is_ascii_digit() || c == '.'))
 }
 

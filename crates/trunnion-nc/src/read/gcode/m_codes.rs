@@ -13,7 +13,9 @@ impl GcodeReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, code, now): (&str, CodeWord, &mut BlockActions),
+        text: &str,
+        code: CodeWord,
+        now: &mut BlockActions,
     ) -> Result<u32, ReadRemark> {
         let linuxcnc = self.dialect == Dialect::LinuxCnc;
         Ok(match code.tenths {
@@ -56,10 +58,14 @@ impl GcodeReader {
                 group::NONE
             }
             4280 | 4290 if linuxcnc => {
-                state.control.set_tcp(code.tenths == 4280);
+                if code.tenths == 4280 {
+                    state.control.enable_tcp();
+                } else {
+                    state.control.disable_tcp();
+                }
                 group::TCP
             }
-            _ => self.kept_code(state, block, (text, code))?,
+            _ => self.kept_code(state, block, text, code)?,
         })
     }
 
@@ -68,14 +74,15 @@ impl GcodeReader {
         &self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, code): (&str, CodeWord),
+        text: &str,
+        code: CodeWord,
     ) -> Result<u32, ReadRemark> {
         let what = text.get(code.at..code.end).unwrap_or_default();
         let linuxcnc = self.dialect == Dialect::LinuxCnc;
         match code.tenths {
             70 | 80 | 90 | 480 | 490 | 500 | 510 | 520 | 530 => {}
             190 | 620..=680 => {
-                keep_with(state, block, (text, code, "EDLPQR"));
+                keep_with(state, block, text, code, "EDLPQR");
                 return Ok(group::NONE);
             }
             // What a control does with these decides what later words mean.
@@ -87,7 +94,7 @@ impl GcodeReader {
             _ => {
                 let message = format!("{what} is not known: it is kept, and taken to move nothing");
                 state.log.warn(text, ReadRemark::new(code.at, message, ""));
-                keep_with(state, block, (text, code, "PQ"));
+                keep_with(state, block, text, code, "PQ");
                 return Ok(group::NONE);
             }
         }

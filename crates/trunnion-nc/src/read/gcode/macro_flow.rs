@@ -1,7 +1,7 @@
 //! Loops and jumps of macro statements: the lines that they skip.
 
 use super::label;
-use crate::read::log::ReadRemark;
+use crate::read::log::{LineRemark, ReadRemark};
 use crate::read::tape::Tape;
 /// A statement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,7 +79,7 @@ impl MacroFlow {
     }
 
     /// Returns the target that is still missing at the end of the file.
-    pub(super) fn open(&self) -> Option<(u32, ReadRemark)> {
+    pub(super) fn open(&self) -> Option<LineRemark> {
         let (seek, line) = self.seek?;
         let remark = match seek {
             MacroSeek::Number(number) => {
@@ -94,7 +94,7 @@ impl MacroFlow {
                 ReadRemark::new(0, format!("DO {number} has no END {number}"), "end the loop")
             }
         };
-        Some((line, remark))
+        Some(LineRemark { line, remark })
     }
 }
 

@@ -8,7 +8,7 @@ use super::modal::{BlockActions, ModalCall};
 use super::reader::GcodeReader;
 use super::words::natural;
 use crate::read::dialect::Dialect;
-use crate::read::log::{ReadRemark, excerpt};
+use crate::read::log::{LineTail, ReadRemark, excerpt};
 use crate::read::state::ReaderState;
 /// Loops in loops: a control has three, and a jump may leave some behind.
 const DEEPEST: usize = 100;
@@ -43,22 +43,23 @@ impl GcodeReader {
     pub(super) fn statement(
         &mut self,
         state: &mut ReaderState,
-        (text, from): (&str, usize),
+        tail: LineTail<'_>,
         line: usize,
     ) -> Result<bool, ReadRemark> {
         if self.dialect == Dialect::LinuxCnc {
             return Ok(false);
         }
-        let Some((at, word, behind)) = statement(text, from) else { return Ok(false) };
+        let text = tail.text;
+        let Some((at, word, behind)) = statement(text, tail.from) else { return Ok(false) };
         let mut scan = ExpressionScan::new(text, behind);
         match word {
-            MacroWord::If => self.condition_of_macro(state, (text, at), behind)?,
+            MacroWord::If => self.condition_of_macro(state, text, at, behind)?,
             MacroWord::Goto => {
                 let number = scan.value(&self.env(state))?.number;
                 nothing_more(&mut scan)?;
                 self.go_to(state, at, number)?;
             }
-            MacroWord::While => self.while_do(state, (scan, at), line)?,
+            MacroWord::While => self.while_do(state, scan, at, line)?,
             MacroWord::End => {
                 let number = natural_at(scan.value(&self.env(state))?.number, at)?;
                 nothing_more(&mut scan)?;
@@ -72,7 +73,8 @@ impl GcodeReader {
     fn condition_of_macro(
         &mut self,
         state: &mut ReaderState,
-        (text, at): (&str, usize),
+        text: &str,
+        at: usize,
         behind: usize,
     ) -> Result<(), ReadRemark> {
         let mut scan = ExpressionScan::new(text, behind);
@@ -90,7 +92,7 @@ impl GcodeReader {
             }
             "THEN" => {
                 if holds {
-                    self.plain(state, (text, scan.at));
+                    self.plain(state, LineTail { text, from: scan.at });
                 }
                 Ok(())
             }
@@ -106,7 +108,8 @@ impl GcodeReader {
     fn while_do(
         &mut self,
         state: &ReaderState,
-        (mut scan, at): (ExpressionScan<'_>, usize),
+        mut scan: ExpressionScan<'_>,
+        at: usize,
         line: usize,
     ) -> Result<(), ReadRemark> {
         let holds = scan.bracket(&self.env(state))?.abs() > 0.0;
@@ -146,7 +149,7 @@ impl GcodeReader {
             return Ok(());
         };
         let mut behind = frame.lines.iter().enumerate().skip(frame.next);
-        let Some((end, _)) = behind.find(|(_, (_, text))| end_of(text) == Some(number)) else {
+        let Some((end, _)) = behind.find(|(_, line)| end_of(&line.text) == Some(number)) else {
             return Err(ReadRemark::new(
                 at,
                 format!("DO {number} has no END {number}"),
@@ -183,7 +186,7 @@ impl GcodeReader {
         let number = natural_at(number, at)?;
         let level = self.flow.frames.len();
         if let Some(frame) = self.flow.frames.last_mut() {
-            let found = frame.lines.iter().position(|(_, text)| number_of(text) == Some(number));
+            let found = frame.lines.iter().position(|line| number_of(&line.text) == Some(number));
             let Some(to) = found else {
                 let message = format!("N{number} is not in this subprogram");
                 return Err(ReadRemark::new(at, message, "GOTO does not lead out of subprograms"));
@@ -212,7 +215,8 @@ impl GcodeReader {
     pub(super) fn macro_call(
         &mut self,
         block: &mut GcodeBlock,
-        (text, now): (&str, &mut BlockActions),
+        text: &str,
+        now: &mut BlockActions,
     ) -> Result<(), ReadRemark> {
         let modal = block.codes.iter().any(|code| code.tenths == MODAL);
         let (program, arguments, at) = called(block, text)?;

@@ -19,10 +19,11 @@ impl GcodeReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, now): (&str, &BlockActions),
+        text: &str,
+        now: &BlockActions,
     ) -> Result<(), ReadRemark> {
         if let Some((code, at)) = now.nonmodal {
-            return self.nonmodal(state, block, (text, code, at));
+            return self.nonmodal(state, block, text, code, at);
         }
         // Without words left, a motion code of this block or G53, nothing is to be moved.
         if block.none_left() && !now.motion && !now.machine {
@@ -32,34 +33,36 @@ impl GcodeReader {
         target.machine = now.machine;
         if self.modal.vector
             && block.has_any("IJK")
-            && !matches!(self.modal.motion, Some(GcodeMotion::Arc { .. }))
+            && !matches!(self.modal.motion, Some(GcodeMotion::Arc(_)))
         {
             target.axis = Some(vector(block, &target)?);
         }
         let also = match self.modal.motion {
-            Some(GcodeMotion::Arc { .. }) => "IJKR",
+            Some(GcodeMotion::Arc(_)) => "IJKR",
             Some(GcodeMotion::Cycle(_)) => "R",
             _ => "",
         };
         let moves = !target.is_empty() || block.has_any(also);
         if now.machine {
-            self.check_machine(state, &target, moves)?;
+            if !moves {
+                let help = "name the axes that are to move";
+                return Err(ReadRemark::new(0, "G53 without axis words", help));
+            }
+            self.check_machine(state, &target)?;
         }
         match self.modal.motion {
             Some(GcodeMotion::Cycle(code)) if moves || now.motion => {
-                self.cycle(state, block, (target, code))
+                self.cycle(state, block, target, code)
             }
             _ if !moves => Ok(()),
             Some(GcodeMotion::Rapid) => {
-                state.control.go(state.log.line, target, (Pace::Rapid, Way::Line))
+                state.control.go(state.log.line, target, Pace::Rapid, Way::Line)
             }
             Some(GcodeMotion::Feed) => {
                 let pace = state.control.pace(&target, now.feed)?;
-                state.control.go(state.log.line, target, (pace, Way::Line))
+                state.control.go(state.log.line, target, pace, Way::Line)
             }
-            Some(GcodeMotion::Arc { clockwise }) => {
-                self.arc(state, block, (target, clockwise, now.feed))
-            }
+            Some(GcodeMotion::Arc(sense)) => self.arc(state, block, target, sense, now.feed),
             _ => {
                 let message = "axis words without G0 or G1";
                 Err(ReadRemark::new(target.at, message, "write G0 or G1 before them"))
@@ -67,16 +70,8 @@ impl GcodeReader {
         }
     }
 
-    fn check_machine(
-        &self,
-        state: &ReaderState,
-        target: &MoveTarget,
-        moves: bool,
-    ) -> Result<(), ReadRemark> {
-        if !moves {
-            let help = "name the axes that are to move";
-            return Err(ReadRemark::new(0, "G53 without axis words", help));
-        }
+    /// Checks a move with `G53`.
+    fn check_machine(&self, state: &ReaderState, target: &MoveTarget) -> Result<(), ReadRemark> {
         if !matches!(self.modal.motion, Some(GcodeMotion::Rapid | GcodeMotion::Feed)) {
             return Err(ReadRemark::new(
                 target.at,
@@ -118,9 +113,9 @@ impl GcodeReader {
                 let message = format!("{what} is beyond {LARGEST} mm or degrees");
                 return Err(ReadRemark::new(word.at, message, "is a point missing?"));
             }
-            self.check_point(state, (letter, word), text);
+            self.check_point(state, letter, word, text);
             let value = state.control.meant(slot, word.value, word.decimals);
-            target.set(slot, value, self.modal.incremental);
+            target.set(slot, value, self.modal.distance);
             target.at = target.at.min(word.at);
         }
         if target.at == usize::MAX {
@@ -131,10 +126,10 @@ impl GcodeReader {
     }
 
     /// Fanuc and Haas count words without a point in the smallest increment, if so set.
-    fn check_point(&self, state: &mut ReaderState, (letter, word): (char, BlockWord), text: &str) {
+    fn check_point(&self, state: &mut ReaderState, letter: char, word: BlockWord, text: &str) {
         if self.dialect != Dialect::LinuxCnc && !word.point && word.value.abs() > 0.0 {
             let message = "words without a decimal point are read as millimetres and degrees";
-            let help = format!("{letter}{}. would say so on any control", word.value);
+            let help = format!("{letter}{}. reads so on any control", word.value);
             state.log.warn(text, ReadRemark::new(word.at, message, help));
         }
     }
@@ -144,19 +139,21 @@ impl GcodeReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, code, at): (&str, u32, usize),
+        text: &str,
+        code: u32,
+        at: usize,
     ) -> Result<(), ReadRemark> {
         match code {
             40 => self.dwell(state, block, at),
-            100 => self.write_offset(state, block, (text, at)),
-            280 | 300 => self.home(state, block, (text, code, at)),
+            100 => self.write_offset(state, block, text, at),
+            280 | 300 => self.home(state, block, text, code, at),
             281 | 301 => {
                 self.modal.references[usize::from(code == 301)] = state.control.machine;
                 Ok(())
             }
             531 => self.turn_to_plane(state, at),
-            682 => self.tilt(state, block, (text, at)),
-            _ => self.shift(state, block, (text, code, at)),
+            682 => self.tilt(state, block, text, at),
+            _ => self.shift(state, block, text, code, at),
         }
     }
 

@@ -4,12 +4,12 @@ use super::block::GcodeBlock;
 use super::modal::GcodeMotion;
 use super::reader::GcodeReader;
 use super::words::natural;
-use crate::read::control::{MoveTarget, SLOTS};
+use crate::read::control::{DistanceMode, MoveTarget, SLOTS};
 use crate::read::dialect::Dialect;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
 use crate::read::step::{Offset, OffsetKind, Pace, Step, Way};
-use crate::read::tilt::euler;
+use crate::read::tilt::{HeldPoint, euler};
 use nalgebra::Vector3;
 
 /// Parameters of the first axis of `G28` and `G30` in `LinuxCNC`.
@@ -21,7 +21,8 @@ impl GcodeReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, at): (&str, usize),
+        text: &str,
+        at: usize,
     ) -> Result<(), ReadRemark> {
         let kind = match block.take('L').map(|word| natural(word, 'L')).transpose()? {
             Some(2) => OffsetKind::Origin,
@@ -69,7 +70,9 @@ impl GcodeReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, code, at): (&str, u32, usize),
+        text: &str,
+        code: u32,
+        at: usize,
     ) -> Result<(), ReadRemark> {
         if state.control.tilted.is_some() {
             return Err(ReadRemark::new(
@@ -92,7 +95,7 @@ impl GcodeReader {
                 continue;
             }
             let Some(reads) = state.control.reading(slot) else {
-                let message = "G92 at a place that the program does not tell";
+                let message = "G92 at a position that the program does not state";
                 let help = "program the axis absolutely before it, or use G10 L20";
                 return Err(ReadRemark::new(at, message, help));
             };
@@ -108,7 +111,9 @@ impl GcodeReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, code, at): (&str, u32, usize),
+        text: &str,
+        code: u32,
+        at: usize,
     ) -> Result<(), ReadRemark> {
         let between = self.target(state, block, text)?;
         let line = state.log.line;
@@ -116,7 +121,7 @@ impl GcodeReader {
         let distances = between.incremental != 0;
         let rests = distances && between.words.iter().all(still);
         if !(between.is_empty() || rests) {
-            state.control.go(line, between, (Pace::Rapid, Way::Line))?;
+            state.control.go(line, between, Pace::Rapid, Way::Line)?;
         }
         let mut home = MoveTarget::new(between.at, between.column);
         home.machine = true;
@@ -128,10 +133,10 @@ impl GcodeReader {
                     "give the parameters of its place when reading (#5161 and on, #5181 and on)";
                 let message = "where G28 or G30 leads to is not known";
                 let value = value.ok_or_else(|| ReadRemark::new(at, message, help))?;
-                home.set(slot, value, false);
+                home.set(slot, value, DistanceMode::Absolute);
             }
         }
-        state.control.go(line, home, (Pace::Rapid, Way::Line))
+        state.control.go(line, home, Pace::Rapid, Way::Line)
     }
 
     fn reference(&self, state: &mut ReaderState, which: usize, slot: usize) -> Option<f64> {
@@ -151,7 +156,8 @@ impl GcodeReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, at): (&str, usize),
+        text: &str,
+        at: usize,
     ) -> Result<(), ReadRemark> {
         if state.control.tilted.is_some() {
             return Err(ReadRemark::new(
@@ -172,9 +178,9 @@ impl GcodeReader {
         }
         let [i, j, k] =
             ['I', 'J', 'K'].map(|letter| block.take(letter).map_or(0.0, |w| w.value.to_radians()));
-        let incremental = std::mem::replace(&mut self.modal.incremental, false);
+        let mode = std::mem::replace(&mut self.modal.distance, DistanceMode::Absolute);
         let target = self.target(state, block, text);
-        self.modal.incremental = incremental;
+        self.modal.distance = mode;
         let target = target?;
         let [x, y, z] = state.control.xyz.map(|slot| target.get(slot).unwrap_or(0.0));
         let origin = Vector3::new(x, y, z) + state.control.linear_shift();
@@ -194,7 +200,7 @@ impl GcodeReader {
         if matches!(self.modal.motion, Some(GcodeMotion::Cycle(_))) {
             self.modal.motion = None;
         }
-        state.control.turn_to_plane(state.log.line, at, false)
+        state.control.turn_to_plane(state.log.line, at, HeldPoint::LinearAxes)
     }
 }
 

@@ -1,11 +1,13 @@
 //! Effects of O-words.
 
 use super::expression::{ExpressionEnv, ExpressionScan};
-use super::flow::{CallFrame, CallOutcome, FrameKind, LoopKind, OpenLoop, SubCall, closer};
+use super::flow::{
+    CallFrame, CallOutcome, CallSite, FrameKind, LoopKind, OpenLoop, SubCall, SubKind, closer,
+};
 use super::label::{OKeyword, OWord};
 use super::parameters::{LOCALS, ParameterKey, ParameterScope};
 use super::reader::GcodeReader;
-use crate::read::log::ReadRemark;
+use crate::read::log::{FileLine, ReadRemark};
 use crate::read::state::ReaderState;
 impl GcodeReader {
     /// An O-word on a line of the file.
@@ -13,12 +15,13 @@ impl GcodeReader {
         &mut self,
         state: &ReaderState,
         word: &OWord,
-        (line, text): (u32, &str),
+        line: FileLine<'_>,
     ) -> Result<(), ReadRemark> {
+        let text = line.text;
         match word.keyword {
             OKeyword::Nothing => Ok(()),
             OKeyword::Sub | OKeyword::While | OKeyword::Do | OKeyword::If | OKeyword::Repeat => {
-                self.flow.begin(word, line, text);
+                self.flow.begin(word, line);
                 Ok(())
             }
             OKeyword::Call => self.call(state, word, text),
@@ -32,7 +35,8 @@ impl GcodeReader {
         &mut self,
         state: &ReaderState,
         word: &OWord,
-        (at, text): (usize, &str),
+        at: usize,
+        text: &str,
     ) -> Result<(), ReadRemark> {
         let opens = matches!(
             word.keyword,
@@ -48,7 +52,7 @@ impl GcodeReader {
                 "a subprogram inside of another",
                 "end the outer one before",
             )),
-            _ if opens => self.open(state, word, (at, text)),
+            _ if opens => self.open(state, word, at, text),
             OKeyword::ElseIf | OKeyword::Else => self.jump(word, &[OKeyword::EndIf], at, 1),
             OKeyword::EndIf => Ok(()),
             OKeyword::EndWhile | OKeyword::EndRepeat => self.again(word),
@@ -90,11 +94,12 @@ impl GcodeReader {
         &mut self,
         state: &ReaderState,
         word: &OWord,
-        (at, text): (usize, &str),
+        at: usize,
+        text: &str,
     ) -> Result<(), ReadRemark> {
         let label = &word.label;
         match word.keyword {
-            OKeyword::If => return self.condition(state, word, (at, text)),
+            OKeyword::If => return self.condition(state, word, at, text),
             OKeyword::While => {
                 let holds = self.value_behind(state, word, text)?.abs() > 0.0;
                 let frame = self.frame(word)?;
@@ -144,7 +149,8 @@ impl GcodeReader {
         &mut self,
         state: &ReaderState,
         word: &OWord,
-        (at, text): (usize, &str),
+        at: usize,
+        text: &str,
     ) -> Result<(), ReadRemark> {
         if self.value_behind(state, word, text)?.abs() > 0.0 {
             return Ok(());
@@ -155,10 +161,10 @@ impl GcodeReader {
             let frame = self.frame(word)?;
             let at = frame.next;
             frame.next = at + 1;
-            let Some((line, text)) = frame.lines.get(at).cloned() else { return Ok(()) };
-            let Some(branch) = super::label::o_word(&text, 0) else { return Ok(()) };
+            let Some(line) = frame.lines.get(at).cloned() else { return Ok(()) };
+            let Some(branch) = super::label::o_word(&line.text, 0) else { return Ok(()) };
             if branch.keyword != OKeyword::ElseIf
-                || self.value_at(state, (line, &text), branch.rest)?.abs() > 0.0
+                || self.value_at(state, line.as_line(), branch.rest)?.abs() > 0.0
             {
                 return Ok(());
             }
@@ -234,18 +240,19 @@ impl GcodeReader {
             arguments.push(scan.bracket(&env)?);
         }
         nothing_more(&scan)?;
-        let place = (state.log.line, text, word.at);
-        self.run_sub((&word.label, false), SubCall { arguments: Some(arguments), times: 1 }, place)
+        let call = SubCall {
+            kind: SubKind::Named,
+            label: word.label.clone(),
+            arguments: Some(arguments),
+            times: 1,
+        };
+        let line = FileLine { number: state.log.line, text };
+        self.run_sub(call, CallSite { line, at: word.at })
     }
 
     /// Calls a subprogram, now or once it is found.
-    pub(super) fn run_sub(
-        &mut self,
-        name: (&str, bool),
-        call: SubCall,
-        place: (u32, &str, usize),
-    ) -> Result<(), ReadRemark> {
-        let called = self.flow.call(name, call, place)?;
+    pub(super) fn run_sub(&mut self, call: SubCall, site: CallSite<'_>) -> Result<(), ReadRemark> {
+        let called = self.flow.call(call, site)?;
         self.called(called);
         Ok(())
     }
@@ -289,17 +296,17 @@ impl GcodeReader {
         word: &OWord,
         text: &str,
     ) -> Result<f64, ReadRemark> {
-        self.value_at(state, (state.log.line, text), word.rest)
+        self.value_at(state, FileLine { number: state.log.line, text }, word.rest)
     }
 
     fn value_at(
         &self,
         state: &ReaderState,
-        (line, text): (u32, &str),
+        line: FileLine<'_>,
         at: usize,
     ) -> Result<f64, ReadRemark> {
-        let mut scan = ExpressionScan::new(text, at);
-        let env = ExpressionEnv { line, ..self.env(state) };
+        let mut scan = ExpressionScan::new(line.text, at);
+        let env = ExpressionEnv { line: line.number, ..self.env(state) };
         let value = scan.bracket(&env)?;
         nothing_more(&scan)?;
         Ok(value)

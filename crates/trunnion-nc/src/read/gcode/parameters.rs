@@ -2,6 +2,7 @@
 
 use crate::read::control::{ControlState, FeedMode};
 use crate::read::log::ReadRemark;
+use crate::read::options::ReadOptions;
 use std::collections::HashMap;
 
 /// Numbers of the parameters that belong to a subprogram call.
@@ -16,7 +17,7 @@ const MOST: usize = 100_000;
 /// Fanuc stops with an alarm where this one is set.
 pub(super) const ALARM: ParameterKey = ParameterKey::Number(3000);
 
-/// Which parameter.
+/// Number or name of a parameter.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum ParameterKey {
     Number(u32),
@@ -53,7 +54,8 @@ pub(super) struct Parameters {
 }
 
 impl Parameters {
-    pub(super) fn new(given: &[(String, f64)]) -> Self {
+    /// Starts with the values that the options give.
+    pub(super) fn new(options: &ReadOptions) -> Self {
         let name = |name: &str| {
             let inner = name.trim_start_matches('#').trim_matches(['<', '>']);
             normal(inner)
@@ -62,7 +64,7 @@ impl Parameters {
             numbers: HashMap::new(),
             globals: HashMap::new(),
             scopes: vec![ParameterScope::default()],
-            given: given.iter().map(|(key, value)| (name(key), *value)).collect(),
+            given: options.parameters.iter().map(|(key, value)| (name(key), *value)).collect(),
         }
     }
 

@@ -2,18 +2,20 @@
 
 use super::block::GcodeBlock;
 use super::expression::ExpressionEnv;
-use super::flow::{FrameKind, GcodeFlow, LineCollection, SubCall};
+use super::flow::{CallSite, FrameKind, GcodeFlow, LineCollection, NumberedLine, SubCall, SubKind};
 use super::label::OWord;
 use super::macro_flow::MacroFlow;
 use super::modal::{BlockActions, CycleState, ModalState};
 use super::parameters::Parameters;
 use super::words::left_over;
 use super::{label, parameters};
-use crate::read::control::SLOTS;
+use crate::read::control::{DistanceMode, SLOTS};
 use crate::read::dialect::Dialect;
-use crate::read::log::ReadRemark;
+use crate::read::log::{FileLine, LineTail, ReadRemark};
 use crate::read::options::ReadOptions;
+use crate::read::remedy::undecided_block;
 use crate::read::state::ReaderState;
+
 /// Reader of G-code.
 #[derive(Debug)]
 pub(in crate::read) struct GcodeReader {
@@ -28,7 +30,7 @@ pub(in crate::read) struct GcodeReader {
     pub(super) parameters: Parameters,
     pub(super) flow: GcodeFlow,
     pub(super) macros: MacroFlow,
-    /// A line said something.
+    /// A line with words was run.
     pub(super) ran: bool,
     /// Lines of the file so far, and lone `%` among them.
     pub(super) lines: u32,
@@ -43,7 +45,7 @@ impl GcodeReader {
         }
         let modal = ModalState {
             motion: None,
-            incremental: false,
+            distance: DistanceMode::Absolute,
             arc_absolute: false,
             plane: 0,
             vector: false,
@@ -59,7 +61,7 @@ impl GcodeReader {
             most_repeated: options.most_repeated,
             modal,
             block: Some(Box::new(GcodeBlock::new())),
-            parameters: Parameters::new(&options.parameters),
+            parameters: Parameters::new(options),
             flow: GcodeFlow::default(),
             macros: MacroFlow::new(options.most_repeated),
             ran: false,
@@ -88,7 +90,7 @@ impl GcodeReader {
         let at = frame.next;
         frame.next += 1;
         let lines = std::sync::Arc::clone(&frame.lines);
-        let Some((number, text)) = lines.get(at) else {
+        let Some(NumberedLine { number, text }) = lines.get(at) else {
             return self.leave();
         };
         state.log.line = *number;
@@ -97,10 +99,10 @@ impl GcodeReader {
         }
         match self.beginning(state, text) {
             Some((_, Some(word))) => {
-                let done = self.o_word_in_frame(state, &word, (at, text));
+                let done = self.o_word_in_frame(state, &word, at, text);
                 note(state, text, done);
             }
-            Some((from, None)) => self.statement_or_plain(state, (text, from), at),
+            Some((from, None)) => self.statement_or_plain(state, LineTail { text, from }, at),
             None => {}
         }
     }
@@ -108,10 +110,10 @@ impl GcodeReader {
     /// Runs a line of the file again, or one that was read ahead of its turn.
     pub(super) fn advance_file(&mut self, state: &mut ReaderState) {
         match self.macros.tape.play() {
-            Ok(Some((number, text))) => self.run_of_file(state, (number, &text)),
+            Ok(Some((number, text))) => self.run_of_file(state, FileLine { number, text: &text }),
             Ok(None) => {
-                if let Some((number, text)) = self.flow.next_ahead() {
-                    self.of_file(state, (number, &text));
+                if let Some(line) = self.flow.next_ahead() {
+                    self.of_file(state, line.as_line());
                 }
             }
             Err(remark) => {
@@ -150,36 +152,41 @@ impl GcodeReader {
     pub(in crate::read) fn line(&mut self, state: &mut ReaderState, text: &str) {
         self.lines = self.lines.saturating_add(1);
         state.log.line = self.lines;
-        match self.flow.collect(self.lines, text) {
+        let line = FileLine { number: self.lines, text };
+        match self.flow.collect(line) {
             LineCollection::No => {}
             LineCollection::Yes => return,
             LineCollection::Called(called) => return self.called(called),
         }
-        self.of_file(state, (self.lines, text));
+        self.of_file(state, line);
     }
 
-    pub(super) fn of_file(&mut self, state: &mut ReaderState, (number, text): (u32, &str)) {
+    /// Runs a line of the file for the first time, and keeps it where a later line may lead back.
+    pub(super) fn of_file(&mut self, state: &mut ReaderState, line: FileLine<'_>) {
+        let FileLine { number, text } = line;
         self.macros.tape.record(number, text);
         if self.dialect != Dialect::LinuxCnc && text.as_bytes().contains(&b'#') {
             // From here on a loop may count, and lead back to any line.
             self.macros.tape.keep(text);
         }
-        self.run_of_file(state, (number, text));
+        self.run_of_file(state, line);
     }
 
-    pub(super) fn run_of_file(&mut self, state: &mut ReaderState, (number, text): (u32, &str)) {
+    /// Runs a line of the file, for the first time or again.
+    pub(super) fn run_of_file(&mut self, state: &mut ReaderState, line: FileLine<'_>) {
+        let FileLine { number, text } = line;
         state.log.line = number;
         if self.macros.passes(text) {
             return;
         }
         match self.beginning(state, text) {
             Some((_, Some(word))) => {
-                let done = self.o_word_of_file(state, &word, (number, text));
+                let done = self.o_word_of_file(state, &word, line);
                 note(state, text, done);
             }
             Some((from, None)) => {
                 let line = usize::try_from(number).unwrap_or(usize::MAX);
-                self.statement_or_plain(state, (text, from), line);
+                self.statement_or_plain(state, LineTail { text, from }, line);
             }
             None => {}
         }
@@ -189,13 +196,13 @@ impl GcodeReader {
     pub(super) fn statement_or_plain(
         &mut self,
         state: &mut ReaderState,
-        (text, from): (&str, usize),
+        tail: LineTail<'_>,
         line: usize,
     ) {
-        match self.statement(state, (text, from), line) {
+        match self.statement(state, tail, line) {
             Ok(true) => {}
-            Ok(false) => self.plain(state, (text, from)),
-            Err(remark) => state.log.fault(text, remark),
+            Ok(false) => self.plain(state, tail),
+            Err(remark) => state.log.fault(tail.text, remark),
         }
     }
 
@@ -235,14 +242,13 @@ impl GcodeReader {
         if let Some(run) = self.block_delete {
             return (run, from + 1 + usize::from(digit));
         }
-        let message = "block delete: whether the control runs this block is not known";
-        let help = "say whether such blocks are run: --block-delete true, or false";
-        state.log.fault(text, ReadRemark::new(from, message, help));
+        state.log.fault(text, undecided_block(from));
         (false, from)
     }
 
     /// Words.
-    pub(super) fn plain(&mut self, state: &mut ReaderState, (text, from): (&str, usize)) {
+    pub(super) fn plain(&mut self, state: &mut ReaderState, tail: LineTail<'_>) {
+        let text = tail.text;
         let mut block = self.block.take().unwrap_or_else(|| Box::new(GcodeBlock::new()));
         let before = state.log.faults.len();
         {
@@ -250,7 +256,7 @@ impl GcodeReader {
             let fanuc = self.dialect != Dialect::LinuxCnc;
             let env =
                 ExpressionEnv { parameters: &self.parameters, control, line: log.line, fanuc };
-            block.scan((text, from), &env, |remark| log.fault(text, remark));
+            block.scan(tail, &env, |remark| log.fault(text, remark));
         }
         if state.log.faults.len() == before && !(block.is_empty() && block.assignments.is_empty()) {
             self.run(state, &mut block, text);
@@ -262,7 +268,7 @@ impl GcodeReader {
     pub(super) fn run(&mut self, state: &mut ReaderState, block: &mut GcodeBlock, text: &str) {
         self.ran = true;
         let mut now = BlockActions::default();
-        let done = self.words(state, block, (text, &mut now));
+        let done = self.words(state, block, text, &mut now);
         let failed = done.is_err();
         note(state, text, done);
         for (letter, word) in block.left() {
@@ -291,8 +297,14 @@ impl GcodeReader {
         }
         state.control.ended |= now.ends;
         if let Some((label, times, at)) = &now.call {
-            let call = SubCall { arguments: now.arguments.clone(), times: *times };
-            let done = self.run_sub((label, true), call, (state.log.line, text, *at));
+            let call = SubCall {
+                kind: SubKind::Numbered,
+                label: label.clone(),
+                arguments: now.arguments.clone(),
+                times: *times,
+            };
+            let line = FileLine { number: state.log.line, text };
+            let done = self.run_sub(call, CallSite { line, at: *at });
             note(state, text, done);
         }
         match now.return_to {
@@ -326,9 +338,9 @@ impl GcodeReader {
 
     /// Reports a missing end; a file of subprograms has no end of its own.
     pub(in crate::read) fn finish(&mut self, state: &mut ReaderState) {
-        if let Some(((line, text), open)) = self.flow.open().filter(|_| !state.control.ended) {
-            state.log.line = *line;
-            state.log.fault(text, open);
+        if let Some((line, open)) = self.flow.open().filter(|_| !state.control.ended) {
+            state.log.line = line.number;
+            state.log.fault(&line.text, open);
             return;
         }
         let open = self.macros.open();

@@ -9,7 +9,9 @@ use crate::read::state::ReaderState;
 pub(super) fn keep_with(
     state: &mut ReaderState,
     block: &mut GcodeBlock,
-    (text, code, letters): (&str, CodeWord, &str),
+    text: &str,
+    code: CodeWord,
+    letters: &str,
 ) {
     let mut kept = text.get(code.at..code.end).unwrap_or_default().to_owned();
     for letter in letters.chars() {

@@ -28,7 +28,8 @@ impl HeidenhainReader {
     pub(super) fn call(
         &mut self,
         state: &ReaderState,
-        (first, code): (&Token<'_>, &str),
+        first: &Token<'_>,
+        code: &str,
         tokens: &mut Tokens<'_>,
     ) -> Result<(), ReadRemark> {
         let label = tokens.next_token().filter(|token| same(token.text, "LBL"));
@@ -65,7 +66,7 @@ impl HeidenhainReader {
         self.jump(line, label)
     }
 
-    /// How often a section is repeated.
+    /// Returns the repetitions of a section.
     fn count(&self, word: &Token<'_>) -> Result<u32, ReadRemark> {
         let count = self.value(word)?.value.round();
         if !(0.0..=65_534.0).contains(&count) {
@@ -76,11 +77,13 @@ impl HeidenhainReader {
         Ok(count)
     }
 
-    /// `IF +Q1 EQU +Q2 GOTO LBL 5` behind `FN 9:`; `number` says which comparison.
+    /// `IF +Q1 EQU +Q2 GOTO LBL 5` behind `FN 9:`; `number` selects the comparison.
     pub(super) fn condition(
         &mut self,
         state: &ReaderState,
-        (number, code, at): (u32, &str, usize),
+        number: u32,
+        code: &str,
+        at: usize,
     ) -> Result<(), ReadRemark> {
         let mut tokens = Tokens::new(code, at);
         let word = match number {

@@ -6,12 +6,14 @@ use super::token::{Token, Tokens};
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
 use crate::read::step::Turning;
+
 impl HeidenhainReader {
     /// `FUNCTION TCPM F TCP AXIS POS PATHCTRL VECTOR`.
     pub(super) fn function(
         &mut self,
         state: &mut ReaderState,
-        (first, code): (&Token<'_>, &str),
+        first: &Token<'_>,
+        code: &str,
         tokens: &mut Tokens<'_>,
     ) -> Result<(), ReadRemark> {
         let words: Vec<String> = std::iter::from_fn(|| tokens.next_token())
@@ -20,14 +22,14 @@ impl HeidenhainReader {
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         match words.as_slice() {
             ["RESET", "TCPM"] => {
-                state.control.set_tcp(false);
+                state.control.disable_tcp();
                 state.control.turning = None;
                 self.spatial = false;
                 Ok(())
             }
             ["TCPM", settings @ ..] => {
                 self.tcpm(state, settings, first)?;
-                state.control.set_tcp(true);
+                state.control.enable_tcp();
                 Ok(())
             }
             _ => Err(not_understood(first, code)),
@@ -76,7 +78,8 @@ impl HeidenhainReader {
     pub(super) fn cycle(
         &mut self,
         state: &mut ReaderState,
-        (first, code): (&Token<'_>, &str),
+        first: &Token<'_>,
+        code: &str,
         tokens: &mut Tokens<'_>,
     ) -> Result<(), ReadRemark> {
         if !tokens.next_token().is_some_and(|token| token.text.eq_ignore_ascii_case("DEF")) {
@@ -100,7 +103,7 @@ impl HeidenhainReader {
                     text.ok_or_else(|| ReadRemark::new(which.at, "a dwell without time", ""))?;
                 self.dwell(state, &time)
             }
-            (247, _) => self.preset(state, (tokens, which.at)),
+            (247, _) => self.preset(state, tokens, which.at),
             _ => {
                 let help = "write its moves as L; 7, 9, 32 and 247 are understood";
                 Err(ReadRemark { help: help.to_owned(), ..not_understood(first, code) })
@@ -141,7 +144,8 @@ impl HeidenhainReader {
     fn preset(
         &mut self,
         state: &mut ReaderState,
-        (tokens, at): (&mut Tokens<'_>, usize),
+        tokens: &mut Tokens<'_>,
+        at: usize,
     ) -> Result<(), ReadRemark> {
         let mut number = None;
         while let Some(token) = tokens.next_token() {

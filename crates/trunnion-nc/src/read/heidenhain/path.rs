@@ -3,14 +3,23 @@
 use super::reader::HeidenhainReader;
 use super::token::{Token, Tokens};
 use crate::read::arc;
-use crate::read::arc::{ArcForm, GivenArc};
-use crate::read::control::{LARGEST, MoveTarget};
+use crate::read::arc::{ArcForm, ArcSense, GivenArc};
+use crate::read::control::{DistanceMode, LARGEST, MoveTarget};
 use crate::read::gcode::axis_of;
 use crate::read::log::{ReadRemark, column, excerpt};
 use crate::read::state::ReaderState;
 use crate::read::step::{Arc, Pace, Way};
+use crate::read::tilt::HeldPoint;
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
+
+/// A polar word: `PR`, `PA`, `IPR`, `IPA`.
+#[derive(Debug, Clone, Copy)]
+struct PolarWord {
+    /// Radius \[mm\] or angle \[rad\].
+    value: f64,
+    mode: DistanceMode,
+}
 
 /// Words of a block.
 #[derive(Debug)]
@@ -22,10 +31,10 @@ struct PathBlock {
     feed: Option<f64>,
     rapid: bool,
     /// `DR+` is counterclockwise.
-    clockwise: Option<bool>,
+    sense: Option<ArcSense>,
     radius: Option<f64>,
-    /// `PR`, `PA` \[mm, rad\]; incremental.
-    polar: [Option<(f64, bool)>; 2],
+    /// `PR`, `PA`.
+    polar: [Option<PolarWord>; 2],
     /// `M128` stood in the block: F is how fast it may compensate.
     tcpm: bool,
     /// `C+Q122`: the rotary axes go where `PLANE` reckoned.
@@ -40,14 +49,15 @@ impl HeidenhainReader {
         &mut self,
         state: &mut ReaderState,
         word: &str,
-        (first, mut tokens): (&Token<'_>, Tokens<'_>),
+        first: &Token<'_>,
+        mut tokens: Tokens<'_>,
     ) -> Result<(), ReadRemark> {
         let mut block = PathBlock {
             target: MoveTarget::new(usize::MAX, 1),
             vector: [None; 3],
             feed: None,
             rapid: false,
-            clockwise: None,
+            sense: None,
             radius: None,
             polar: [None; 2],
             tcpm: false,
@@ -56,7 +66,7 @@ impl HeidenhainReader {
             stop: None,
         };
         while let Some(token) = tokens.next_token() {
-            self.word(state, &mut block, (token, &mut tokens))?;
+            self.word(state, &mut block, token, &mut tokens)?;
         }
         if block.target.at == usize::MAX {
             block.target.at = first.at;
@@ -78,7 +88,8 @@ impl HeidenhainReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut PathBlock,
-        (token, tokens): (Token<'_>, &mut Tokens<'_>),
+        token: Token<'_>,
+        tokens: &mut Tokens<'_>,
     ) -> Result<(), ReadRemark> {
         let upper = token.text.to_ascii_uppercase();
         let bytes = upper.as_bytes();
@@ -89,11 +100,14 @@ impl HeidenhainReader {
                 Err(ReadRemark::new(token.at, "cutter compensation needs the whole contour", help))
             }
             b"DR+" | b"DR-" => {
-                block.clockwise = Some(bytes == b"DR-");
+                let clockwise = bytes == b"DR-";
+                let sense =
+                    if clockwise { ArcSense::Clockwise } else { ArcSense::Counterclockwise };
+                block.sense = Some(sense);
                 Ok(())
             }
             [b'M', b'0'..=b'9', ..] => self.m_code(state, block, token),
-            [b'F', ..] => self.feed(state, block, (token, tokens)),
+            [b'F', ..] => self.feed(state, block, token, tokens),
             [b'S', ..] => {
                 state.control.speed = self.value(&token.after(1))?.value;
                 if state.control.sense != 0 {
@@ -107,9 +121,9 @@ impl HeidenhainReader {
             }
             [b'T' | b'N', b'X' | b'Y' | b'Z', ..] => self.vector(block, token, bytes),
             [b'P', b'R' | b'A', ..] | [b'I', b'P', b'R' | b'A', ..] => {
-                self.polar(state, block, (token, bytes))
+                self.polar(state, block, token, bytes)
             }
-            _ => self.coordinate(state, block, (token, bytes)),
+            _ => self.coordinate(state, block, token, bytes),
         }
     }
 
@@ -118,7 +132,8 @@ impl HeidenhainReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut PathBlock,
-        (token, tokens): (Token<'_>, &mut Tokens<'_>),
+        token: Token<'_>,
+        tokens: &mut Tokens<'_>,
     ) -> Result<(), ReadRemark> {
         let value = if token.text.len() == 1 { tokens.expect()? } else { token.after(1) };
         if value.text.eq_ignore_ascii_case("MAX") {
@@ -139,7 +154,8 @@ impl HeidenhainReader {
         Ok(())
     }
 
-    /// `TX+0.5`; the normal `NX NY NZ` says nothing about the motion of a tool without oversize.
+    /// Takes a component of the tool vector, `TX+0.5`. The surface normal `NX NY NZ` is passed over: it
+    /// only shifts a tool with oversize.
     fn vector(
         &self,
         block: &mut PathBlock,
@@ -160,7 +176,8 @@ impl HeidenhainReader {
         &self,
         state: &ReaderState,
         block: &mut PathBlock,
-        (token, bytes): (Token<'_>, &[u8]),
+        token: Token<'_>,
+        bytes: &[u8],
     ) -> Result<(), ReadRemark> {
         let incremental = bytes.first() == Some(&b'I');
         let skip = 2 + usize::from(incremental);
@@ -168,7 +185,10 @@ impl HeidenhainReader {
         let value = self.value(&token.after(skip))?.value;
         let value = if angle { value.to_radians() } else { state.control.scale() * value };
         if let Some(place) = block.polar.get_mut(usize::from(angle)) {
-            *place = Some((value, incremental));
+            *place = Some(PolarWord {
+                value,
+                mode: if incremental { DistanceMode::Incremental } else { DistanceMode::Absolute },
+            });
         }
         Ok(())
     }
@@ -178,7 +198,8 @@ impl HeidenhainReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut PathBlock,
-        (token, bytes): (Token<'_>, &[u8]),
+        token: Token<'_>,
+        bytes: &[u8],
     ) -> Result<(), ReadRemark> {
         let incremental = bytes.first() == Some(&b'I') && bytes.len() > 1;
         let skip = usize::from(incremental);
@@ -220,7 +241,11 @@ impl HeidenhainReader {
             let way = (meant - stands).rem_euclid(TAU);
             meant = stands + if way > PI { way - TAU } else { way };
         }
-        block.target.set(slot, meant, incremental);
+        block.target.set(
+            slot,
+            meant,
+            if incremental { DistanceMode::Incremental } else { DistanceMode::Absolute },
+        );
         block.target.at = block.target.at.min(token.at);
         Ok(())
     }
@@ -246,11 +271,11 @@ impl HeidenhainReader {
             91 => block.target.machine = true,
             126 | 127 => self.shortest = number == 126,
             128 => {
-                state.control.set_tcp(true);
+                state.control.enable_tcp();
                 block.tcpm = true;
             }
             129 => {
-                state.control.set_tcp(false);
+                state.control.disable_tcp();
                 state.control.turning = None;
             }
             89 | 92 | 94 | 97..=99 | 101..=103 | 107..=118 | 130..=140 | 144..=150 => {
@@ -307,8 +332,8 @@ impl HeidenhainReader {
                 let help = "turn the rotary axes in a block of its own";
                 return Err(ReadRemark::new(at, "Q120 to Q122 beside other axes", help));
             }
-            let tcp = state.control.tcp;
-            return state.control.turn_to_plane(state.log.line, at, tcp);
+            let held = if state.control.tcp { HeldPoint::Tip } else { HeldPoint::LinearAxes };
+            return state.control.turn_to_plane(state.log.line, at, held);
         }
         if block.vector.iter().any(Option::is_some) {
             if word != "LN" || !state.control.tcp {
@@ -319,7 +344,8 @@ impl HeidenhainReader {
             block.target.axis = Some(axis_of(Vector3::new(x, y, z), at)?);
         }
         let way = match word {
-            "C" | "CR" => Some(self.circle(state, word == "CR", block)?),
+            "C" => Some(self.circle_about_pole(state, block)?),
+            "CR" => Some(self.circle_by_radius(state, block)?),
             "CP" => Some(self.polar_circle(state, block)?),
             "LP" => {
                 self.polar_end(state, block)?;
@@ -335,7 +361,7 @@ impl HeidenhainReader {
         } else {
             state.control.pace(&block.target, block.feed)?
         };
-        state.control.go(state.log.line, block.target, (pace, way.unwrap_or(Way::Line)))
+        state.control.go(state.log.line, block.target, pace, way.unwrap_or(Way::Line))
     }
 
     /// The pole as seen from where the tool is.
@@ -350,42 +376,42 @@ impl HeidenhainReader {
         Ok([from(self.plane[0])?, from(self.plane[1])?])
     }
 
-    fn sense(block: &PathBlock) -> Result<bool, ReadRemark> {
-        block.clockwise.ok_or_else(|| {
+    fn sense(block: &PathBlock) -> Result<ArcSense, ReadRemark> {
+        block.sense.ok_or_else(|| {
             ReadRemark::new(block.target.at, "a circle without its sense", "write DR+ or DR-")
         })
     }
 
-    fn circle(
-        &self,
-        state: &ReaderState,
-        by_radius: bool,
-        block: &PathBlock,
-    ) -> Result<Way, ReadRemark> {
-        let at = block.target.at;
-        let clockwise = Self::sense(block)?;
-        let form = if by_radius {
-            let radius = block.radius;
-            ArcForm::Radius(
-                radius.ok_or_else(|| ReadRemark::new(at, "CR without R", "write its radius"))?,
-            )
-        } else {
-            ArcForm::Center(self.pole_from_here(state, at)?)
-        };
+    /// `C X Y DR+`: about the pole.
+    fn circle_about_pole(&self, state: &ReaderState, block: &PathBlock) -> Result<Way, ReadRemark> {
+        let sense = Self::sense(block)?;
+        let form = ArcForm::Center(self.pole_from_here(state, block.target.at)?);
         let plane = self.plane.map(|axis| state.control.xyz[axis]);
-        arc::way(&state.control, &block.target, &GivenArc { plane, form, clockwise, turns: 1 })
+        arc::way(&state.control, &block.target, &GivenArc { plane, form, sense, turns: 1 })
+    }
+
+    /// `CR X Y R+20 DR+`.
+    fn circle_by_radius(&self, state: &ReaderState, block: &PathBlock) -> Result<Way, ReadRemark> {
+        let at = block.target.at;
+        let sense = Self::sense(block)?;
+        let radius = block.radius;
+        let radius =
+            radius.ok_or_else(|| ReadRemark::new(at, "CR without R", "write its radius"))?;
+        let form = ArcForm::Radius(radius);
+        let plane = self.plane.map(|axis| state.control.xyz[axis]);
+        arc::way(&state.control, &block.target, &GivenArc { plane, form, sense, turns: 1 })
     }
 
     /// `CP IPA+720 DR+ IZ-5`: about the pole, any number of turns.
     fn polar_circle(&self, state: &ReaderState, block: &mut PathBlock) -> Result<Way, ReadRemark> {
         let at = block.target.at;
-        let clockwise = Self::sense(block)?;
+        let clockwise = Self::sense(block)? == ArcSense::Clockwise;
         let center = self.pole_from_here(state, at)?;
         let start = (-center[1]).atan2(-center[0]);
-        let Some((angle, incremental)) = block.polar[1] else {
+        let Some(PolarWord { value: angle, mode }) = block.polar[1] else {
             return Err(ReadRemark::new(at, "CP without its angle", "write PA or IPA"));
         };
-        let sweep = if incremental {
+        let sweep = if mode == DistanceMode::Incremental {
             angle
         } else {
             let up = (angle - start).rem_euclid(TAU);
@@ -398,7 +424,7 @@ impl HeidenhainReader {
         let plane = self.plane.map(|axis| state.control.xyz[axis]);
         let arc = Arc { plane, center, sweep };
         for (slot, change) in plane.into_iter().zip(arc.at(1.0)) {
-            block.target.set(slot, change, true);
+            block.target.set(slot, change, DistanceMode::Incremental);
         }
         Ok(Way::Arc(arc))
     }
@@ -409,9 +435,9 @@ impl HeidenhainReader {
         let center = self.pole_from_here(state, at)?;
         let [from_radius, from_angle] =
             [center[0].hypot(center[1]), (-center[1]).atan2(-center[0])];
-        let value = |given: Option<(f64, bool)>, from: f64| match given {
-            Some((value, true)) => from + value,
-            Some((value, false)) => value,
+        let value = |given: Option<PolarWord>, from: f64| match given {
+            Some(PolarWord { value, mode: DistanceMode::Incremental }) => from + value,
+            Some(PolarWord { value, mode: DistanceMode::Absolute }) => value,
             None => from,
         };
         let radius = value(block.polar[0], from_radius);
@@ -419,7 +445,7 @@ impl HeidenhainReader {
         let end = [center[0] + radius * angle.cos(), center[1] + radius * angle.sin()];
         let plane = self.plane.map(|axis| state.control.xyz[axis]);
         for (slot, change) in plane.into_iter().zip(end) {
-            block.target.set(slot, change, true);
+            block.target.set(slot, change, DistanceMode::Incremental);
         }
         Ok(())
     }

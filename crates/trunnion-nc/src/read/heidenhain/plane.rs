@@ -3,12 +3,12 @@
 use super::reader::HeidenhainReader;
 use super::token::{Token, Tokens};
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
-use crate::read::control::MoveTarget;
+use crate::read::control::{DistanceMode, MoveTarget};
 use crate::read::gcode::axis_of;
 use crate::read::log::{ReadRemark, excerpt};
 use crate::read::state::ReaderState;
 use crate::read::step::{Pace, Way};
-use crate::read::tilt::{about, euler};
+use crate::read::tilt::{HeldPoint, about, euler};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 /// Words with a value, by kind.
@@ -16,7 +16,7 @@ const SPATIAL: [&str; 3] = ["SPA", "SPB", "SPC"];
 const EULER: [&str; 3] = ["EULPR", "EULNU", "EULROT"];
 const VECTOR: [&str; 6] = ["BX", "BY", "BZ", "NX", "NY", "NZ"];
 
-/// How the rotary axes get there.
+/// Positioning of the rotary axes for a tilted plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum PlanePositioning {
     /// The tip stands meanwhile.
@@ -31,7 +31,8 @@ impl HeidenhainReader {
     pub(super) fn plane(
         &mut self,
         state: &mut ReaderState,
-        (first, mut tokens): (&Token<'_>, Tokens<'_>),
+        first: &Token<'_>,
+        mut tokens: Tokens<'_>,
     ) -> Result<(), ReadRemark> {
         _ = tokens.next_token();
         let kind = tokens.expect()?;
@@ -54,7 +55,7 @@ impl HeidenhainReader {
             ReadRemark::new(
                 at,
                 "PLANE without MOVE, TURN or STAY",
-                "say how the rotary axes get there",
+                "state how the rotary axes get there",
             )
         })?;
         if name == "RESET" {
@@ -84,7 +85,8 @@ impl HeidenhainReader {
         state.control.tilt(line, origin, turn);
         match positioning {
             PlanePositioning::Stay => Ok(()),
-            other => state.control.turn_to_plane(line, at, other == PlanePositioning::Move),
+            PlanePositioning::Move => state.control.turn_to_plane(line, at, HeldPoint::Tip),
+            PlanePositioning::Turn => state.control.turn_to_plane(line, at, HeldPoint::LinearAxes),
         }
     }
 
@@ -135,11 +137,11 @@ fn turn_back(
     }
     let mut target = MoveTarget::new(at, 1);
     for slot in [FIRST_ROTARY, SECOND_ROTARY] {
-        target.set(slot, 0.0, false);
+        target.set(slot, 0.0, DistanceMode::Absolute);
     }
     let tip_stands = positioning == PlanePositioning::Move;
     let tcp = std::mem::replace(&mut state.control.tcp, tip_stands);
-    let done = state.control.go(state.log.line, target, (Pace::Rapid, Way::Line));
+    let done = state.control.go(state.log.line, target, Pace::Rapid, Way::Line);
     state.control.tcp = tcp;
     state.control.forget_linear();
     done

@@ -4,8 +4,9 @@ use super::flow;
 use super::flow::KlartextFlow;
 use super::token::{Token, Tokens};
 use crate::read::control::SLOTS;
-use crate::read::log::{ReadRemark, excerpt};
+use crate::read::log::{FileLine, ReadRemark, excerpt};
 use crate::read::options::ReadOptions;
+use crate::read::remedy::undecided_block;
 use crate::read::state::ReaderState;
 use crate::read::step::Step;
 use std::collections::HashMap;
@@ -20,7 +21,7 @@ pub(in crate::read) struct HeidenhainReader {
     pub(super) variables: HashMap<Box<str>, f64>,
     /// `CC` \[mm\], by X Y Z.
     pub(super) pole: [Option<f64>; 3],
-    /// Which of X Y Z are the plane of circles: the tool axis is the third.
+    /// Indices of the two of X Y Z that span the plane of circles; the tool axis is the third.
     pub(super) plane: [usize; 2],
     /// `M126`.
     pub(super) shortest: bool,
@@ -63,7 +64,7 @@ impl HeidenhainReader {
     /// Runs one of them.
     pub(in crate::read) fn advance(&mut self, state: &mut ReaderState) {
         if let Some((number, text)) = state.replayed(&mut self.flow.tape) {
-            self.run_line(state, (number, &text));
+            self.run_line(state, FileLine { number, text: &text });
         }
     }
 
@@ -76,10 +77,12 @@ impl HeidenhainReader {
     pub(in crate::read) fn line(&mut self, state: &mut ReaderState, text: &str) {
         self.lines = self.lines.saturating_add(1);
         self.flow.tape.record(self.lines, text);
-        self.run_line(state, (self.lines, text));
+        self.run_line(state, FileLine { number: self.lines, text });
     }
 
-    pub(super) fn run_line(&mut self, state: &mut ReaderState, (number, text): (u32, &str)) {
+    /// Runs a line, for the first time or again.
+    pub(super) fn run_line(&mut self, state: &mut ReaderState, line: FileLine<'_>) {
+        let FileLine { number, text } = line;
         state.log.line = number;
         // A tool called before the program begins is as good as one called in it.
         state.control.length |= self.lines == 1;
@@ -138,11 +141,7 @@ impl HeidenhainReader {
             match self.block_delete {
                 Some(true) => from = digits(from + 1),
                 Some(false) => return Ok(None),
-                None => {
-                    let message = "block delete: whether the control runs this block is not known";
-                    let help = "say whether such blocks are run: --block-delete true, or false";
-                    return Err(ReadRemark::new(from, message, help));
-                }
+                None => return Err(undecided_block(from)),
             }
         }
         let rest = code.get(from..).unwrap_or_default();
@@ -180,19 +179,17 @@ impl HeidenhainReader {
                 state.control.ended = true;
                 Ok(())
             }
-            "BLK" | "TOOL" | "STOP" => self.technology(state, (&first, code), &mut tokens),
-            "L" | "LN" | "LP" | "C" | "CR" | "CP" | "CC" => {
-                self.path(state, &word, (&first, tokens))
-            }
-            "FUNCTION" => self.function(state, (&first, code), &mut tokens),
-            "CYCL" => self.cycle(state, (&first, code), &mut tokens),
-            "PLANE" => self.plane(state, (&first, Tokens::new(code, from))),
+            "BLK" | "TOOL" | "STOP" => self.technology(state, &first, code, &mut tokens),
+            "L" | "LN" | "LP" | "C" | "CR" | "CP" | "CC" => self.path(state, &word, &first, tokens),
+            "FUNCTION" => self.function(state, &first, code, &mut tokens),
+            "CYCL" => self.cycle(state, &first, code, &mut tokens),
+            "PLANE" => self.plane(state, &first, Tokens::new(code, from)),
             "FN" => self.formula(state, &mut tokens, code),
-            "CALL" => self.call(state, (&first, code), &mut tokens),
-            _ if is_q(&word) => self.assign((&first, code), 0),
+            "CALL" => self.call(state, &first, code, &mut tokens),
+            _ if is_q(&word) => self.assign(&first, code, 0),
             // `M3` and the like stand alone, too.
             _ if word.starts_with('M') || word.starts_with('S') => {
-                self.path(state, "L", (&first, Tokens::new(code, from)))
+                self.path(state, "L", &first, Tokens::new(code, from))
             }
             _ => Err(not_understood(&first, code)),
         }
@@ -216,7 +213,8 @@ impl HeidenhainReader {
     pub(super) fn technology(
         &mut self,
         state: &mut ReaderState,
-        (first, code): (&Token<'_>, &str),
+        first: &Token<'_>,
+        code: &str,
         tokens: &mut Tokens<'_>,
     ) -> Result<(), ReadRemark> {
         let text = code.get(first.at..).unwrap_or_default();
@@ -284,7 +282,11 @@ impl HeidenhainReader {
             state.control.keep(line, text);
             state.control.tool = number;
             state.control.change_tool(line, number);
-            state.control.set_length(number != 0);
+            if number == 0 {
+                state.control.disable_length();
+            } else {
+                state.control.enable_length();
+            }
         }
         Ok(())
     }
@@ -292,7 +294,8 @@ impl HeidenhainReader {
     /// `Q1 = +5`, from a byte offset on.
     pub(super) fn assign(
         &mut self,
-        (first, code): (&Token<'_>, &str),
+        first: &Token<'_>,
+        code: &str,
         at: usize,
     ) -> Result<(), ReadRemark> {
         let from = at.max(first.at);
@@ -328,10 +331,10 @@ impl HeidenhainReader {
         let text = code.get(kind.at + after..).unwrap_or_default();
         let from = kind.at + after + text.len() - text.trim_start().len();
         if number >= 9 {
-            return self.condition(state, (number, code, from));
+            return self.condition(state, number, code, from);
         }
         let first = Token { text: "", at: from };
-        self.assign((&first, code), from)
+        self.assign(&first, code, from)
     }
 
     pub(super) fn dwell(

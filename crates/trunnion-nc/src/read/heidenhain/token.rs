@@ -1,6 +1,7 @@
 //! Words of a block, parted by blanks, and their values.
 
 use crate::read::log::ReadRemark;
+
 /// A word and its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Token<'a> {

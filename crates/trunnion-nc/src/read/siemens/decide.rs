@@ -7,7 +7,9 @@ use super::{value, word};
 use crate::read::arithmetic;
 use crate::read::arithmetic::FormulaText;
 use crate::read::log::{ReadRemark, excerpt};
+use crate::read::number::DecimalMark;
 use crate::read::state::ReaderState;
+
 /// Loops in loops.
 const DEEPEST: usize = 100;
 
@@ -16,7 +18,8 @@ impl SiemensReader {
     pub(super) fn decide(
         &mut self,
         state: &ReaderState,
-        (code, head): (&str, &BlockHead<'_>),
+        code: &str,
+        head: &BlockHead<'_>,
         word: FlowWord,
     ) -> Result<(), ReadRemark> {
         let line = state.log.line;
@@ -41,8 +44,8 @@ impl SiemensReader {
                 Ok(())
             }
             FlowWord::Close(StructureKind::If) => Ok(()),
-            FlowWord::Open(kind) => self.open(line, (code, head.at), kind),
-            FlowWord::Close(kind) => self.close((code, head.at), kind),
+            FlowWord::Open(kind) => self.open(line, code, head.at, kind),
+            FlowWord::Close(kind) => self.close(code, head.at, kind),
             FlowWord::Section => self.section(line, code, head.at),
             FlowWord::Define => self.define(code, head.at),
         }
@@ -63,7 +66,7 @@ impl SiemensReader {
             text: text.get(from..).unwrap_or_default(),
             from: 0,
             at: from,
-            comma: false,
+            mark: DecimalMark::Point,
         };
         arithmetic::value(&written, &self.variables)
     }
@@ -121,7 +124,8 @@ impl SiemensReader {
     fn open(
         &mut self,
         line: u32,
-        (code, at): (&str, usize),
+        code: &str,
+        at: usize,
         kind: StructureKind,
     ) -> Result<(), ReadRemark> {
         let name = name_at(code, at);
@@ -174,7 +178,7 @@ impl SiemensReader {
     }
 
     /// `ENDWHILE`, `ENDFOR`, `ENDLOOP`, `UNTIL`.
-    fn close(&mut self, (code, at): (&str, usize), kind: StructureKind) -> Result<(), ReadRemark> {
+    fn close(&mut self, code: &str, at: usize, kind: StructureKind) -> Result<(), ReadRemark> {
         let name = name_at(code, at);
         let Some(inner) = self.flow.loops.pop().filter(|inner| inner.kind == kind) else {
             let message = format!("{name}: nothing was begun that it could end");

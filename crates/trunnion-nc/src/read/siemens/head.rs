@@ -1,6 +1,6 @@
-//! How a block begins: `N10`, `LABEL:`, and words that decide which comes next.
+//! Heads of blocks: `N10`, `LABEL:`, and words that decide which block comes next.
 
-/// What encloses lines.
+/// Kind of a structure that encloses lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum StructureKind {
     If,
@@ -25,13 +25,13 @@ pub(super) enum FlowWord {
     Define,
 }
 
-/// What stands at the beginning of a block.
+/// Beginning of a block.
 pub(super) struct BlockHead<'a> {
     /// `N10`.
     number: &'a str,
     pub(super) label: &'a str,
     pub(super) word: Option<FlowWord>,
-    /// Where the block goes on behind number and label.
+    /// Byte offset behind number and label.
     pub(super) at: usize,
 }
 
@@ -112,7 +112,7 @@ fn word_of(code: &str, at: usize, name: &str) -> Option<FlowWord> {
     })
 }
 
-/// Where `GOTO..` stands in a line.
+/// Returns the byte offset of `GOTO..` in a line.
 pub(super) fn jump_in(code: &str, from: usize) -> Option<usize> {
     let upper = code.get(from..)?.to_ascii_uppercase();
     upper.find("GOTO").map(|at| from + at)

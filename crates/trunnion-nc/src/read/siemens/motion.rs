@@ -1,10 +1,10 @@
-//! What the words of a block do together.
+//! Effect of the words of a block as a whole.
 
-use super::line::{SiemensBlock, SiemensMotion};
+use super::line::{CenterWord, ShiftMode, SiemensBlock, SiemensMotion};
 use super::reader::SiemensReader;
 use crate::read::arc;
-use crate::read::arc::{ArcForm, GivenArc};
-use crate::read::control::SLOTS;
+use crate::read::arc::{ArcForm, ArcSense, GivenArc};
+use crate::read::control::{DistanceMode, SLOTS};
 use crate::read::gcode::axis_of;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
@@ -22,8 +22,8 @@ impl SiemensReader {
         if line.dwell {
             return dwell(state, &line);
         }
-        if let Some(further) = line.shift {
-            shift(state, &line, further)?;
+        if let Some(mode) = line.shift {
+            shift(state, &line, mode)?;
             return Ok(());
         }
         if line.vector.iter().any(Option::is_some) {
@@ -33,7 +33,7 @@ impl SiemensReader {
         }
         line.target.machine = line.machine;
         let centered = line.center.iter().any(Option::is_some) || line.radius.is_some();
-        let arc = matches!(self.motion, Some(SiemensMotion::Arc { .. }));
+        let arc = matches!(self.motion, Some(SiemensMotion::Arc(_)));
         if !line.target.is_empty() || (arc && centered) {
             self.go(state, &line)?;
         }
@@ -47,21 +47,21 @@ impl SiemensReader {
             ReadRemark::new(target.at, "axis words without G0 or G1", "write G0 or G1 before them")
         })?;
         let way = match motion {
-            SiemensMotion::Arc { clockwise } => self.arc(state, line, clockwise)?,
+            SiemensMotion::Arc(sense) => self.arc(state, line, sense)?,
             _ => Way::Line,
         };
         let pace = match motion {
             SiemensMotion::Rapid => Pace::Rapid,
             _ => state.control.pace(&target, line.feed)?,
         };
-        state.control.go(state.log.line, target, (pace, way))
+        state.control.go(state.log.line, target, pace, way)
     }
 
     fn arc(
         &self,
         state: &ReaderState,
         line: &SiemensBlock,
-        clockwise: bool,
+        sense: ArcSense,
     ) -> Result<Way, ReadRemark> {
         let at = line.target.at;
         let [u, v] = match self.plane {
@@ -79,8 +79,8 @@ impl SiemensReader {
             }
             let from_start = |axis: usize, slot: usize| match line.center[axis] {
                 None => Ok(0.0),
-                Some((value, false)) => Ok(value),
-                Some((value, true)) => {
+                Some(CenterWord { value, mode: DistanceMode::Incremental }) => Ok(value),
+                Some(CenterWord { value, mode: DistanceMode::Absolute }) => {
                     let place = state.control.reading(slot);
                     Ok(value - place.ok_or_else(|| arc::unknown_start(at))?)
                 }
@@ -88,7 +88,7 @@ impl SiemensReader {
             ArcForm::Center([from_start(u, slots[0])?, from_start(v, slots[1])?])
         };
         let turns = line.turns.saturating_add(1);
-        arc::way(&state.control, &line.target, &GivenArc { plane: slots, form, clockwise, turns })
+        arc::way(&state.control, &line.target, &GivenArc { plane: slots, form, sense, turns })
     }
 }
 
@@ -115,12 +115,12 @@ fn dwell(state: &mut ReaderState, line: &SiemensBlock) -> Result<(), ReadRemark>
 }
 
 /// `TRANS X Y Z`, `ATRANS`: words are shifted.
-fn shift(state: &mut ReaderState, line: &SiemensBlock, further: bool) -> Result<(), ReadRemark> {
+fn shift(state: &mut ReaderState, line: &SiemensBlock, mode: ShiftMode) -> Result<(), ReadRemark> {
     if state.control.tilted.is_some() {
         let help = "put it in CYCLE800, or end the plane before: CYCLE800()";
         return Err(ReadRemark::new(line.target.at, "TRANS in a tilted plane", help));
     }
-    if !further {
+    if mode == ShiftMode::Replacing {
         state.control.local = [0.0; SLOTS];
     }
     for slot in 0..SLOTS {

@@ -5,10 +5,13 @@ use super::word::SiemensWord;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
 use std::f64::consts::TAU;
+
 /// `DC`, `ACP`, `ACN`: the way round that leads to an angle.
 pub(super) fn unwound(
     state: &mut ReaderState,
-    (slot, meant, mode): (usize, f64, ValueMode),
+    slot: usize,
+    meant: f64,
+    mode: ValueMode,
     item: &SiemensWord<'_>,
 ) -> Result<f64, ReadRemark> {
     if !matches!(mode, ValueMode::Shortest | ValueMode::Positive | ValueMode::Negative) {

@@ -6,8 +6,9 @@ use super::word::SiemensWord;
 use crate::read::arithmetic;
 use crate::read::arithmetic::FormulaText;
 use crate::read::log::ReadRemark;
+use crate::read::number::DecimalMark;
 use crate::read::state::ReaderState;
-use crate::read::tilt::about;
+use crate::read::tilt::{HeldPoint, about};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Places of the arguments.
@@ -71,7 +72,8 @@ impl SiemensReader {
         if value(DIRECTION)?.abs() > 0.0 {
             // The tens of the status: the tip is tracked.
             let tracked = (status / 10.0).floor().rem_euclid(10.0) >= 1.0;
-            state.control.turn_to_plane(line, item.at, tracked)?;
+            let held = if tracked { HeldPoint::Tip } else { HeldPoint::LinearAxes };
+            state.control.turn_to_plane(line, item.at, held)?;
         }
         Ok(())
     }
@@ -87,7 +89,7 @@ impl SiemensReader {
         if text.is_empty() {
             return Ok(0.0);
         }
-        let written = FormulaText { text, from: 0, at: item.value_at, comma: false };
+        let written = FormulaText { text, from: 0, at: item.value_at, mark: DecimalMark::Point };
         arithmetic::value(&written, &self.variables)
     }
 }

@@ -1,10 +1,11 @@
 //! Values of words, and their modes: `AC(..)` and its kin.
 
 use crate::read::log::ReadRemark;
+
 /// Mode of a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ValueMode {
-    /// As `G90` or `G91` says.
+    /// Absolute or incremental, by the `G90` or `G91` that is active.
     Plain,
     /// `AC`.
     Absolute,

@@ -1,8 +1,9 @@
 //! Words of a block: `X10`, `A3=0.5`, `CYCLE832(0.01)`, `TRAORI`.
 
 use crate::read::log::ReadRemark;
-use crate::read::number;
-/// What stands behind a name.
+use crate::read::number::{self, DecimalMark};
+
+/// Text behind a name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum WordTail<'a> {
     /// Nothing.
@@ -15,11 +16,20 @@ pub(super) enum WordTail<'a> {
     Arguments,
 }
 
+/// A G or M code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct SiemensCode {
+    /// `G` or `M`.
+    pub(super) letter: u8,
+    /// Number in tenths: `G54` is 540.
+    pub(super) tenths: u32,
+}
+
 /// The name of a word.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum WordName<'a> {
-    /// `G54`, `M3`: letter and number in tenths.
-    Code(u8, u32),
+    /// `G54`, `M3`.
+    Code(SiemensCode),
     Text(&'a str),
 }
 
@@ -31,7 +41,7 @@ pub(super) struct SiemensWord<'a> {
     /// Byte offsets.
     pub(super) at: usize,
     pub(super) end: usize,
-    /// Where the value begins.
+    /// Byte offset of the value.
     pub(super) value_at: usize,
     pub(super) line: &'a str,
 }
@@ -40,12 +50,8 @@ impl<'a> SiemensWord<'a> {
     pub(super) fn text_name(&self) -> &'a str {
         match self.name {
             WordName::Text(name) => name,
-            WordName::Code(..) => "",
+            WordName::Code(_) => "",
         }
-    }
-
-    pub(super) fn is_code(&self) -> bool {
-        matches!(self.name, WordName::Code(..))
     }
 
     pub(super) fn is_assignment(&self) -> bool {
@@ -169,7 +175,7 @@ impl<'a> SiemensWords<'a> {
         self.at += 1;
         self.blanks();
         let value_at = self.at;
-        let Some(found) = number::signed(self.rest(), false) else {
+        let Some(found) = number::signed(self.rest(), DecimalMark::Point) else {
             let message = "letter without a number";
             return Err(ReadRemark::new(at, message, "write its value, or = and an expression"));
         };
@@ -178,7 +184,7 @@ impl<'a> SiemensWords<'a> {
         if matches!(letter, b'G' | b'M') {
             let tenths = super::super::gcode::tenths(found.value)
                 .ok_or_else(|| ReadRemark::new(at, "no code", "codes are whole numbers"))?;
-            let name = WordName::Code(letter, tenths);
+            let name = WordName::Code(SiemensCode { letter, tenths });
             return Ok(SiemensWord {
                 name,
                 behind: WordTail::Number(text),
