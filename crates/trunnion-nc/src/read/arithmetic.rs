@@ -21,7 +21,8 @@ pub(super) struct FormulaText<'a> {
     pub(super) mark: DecimalMark,
 }
 
-/// Its value, 1 and 0 of what holds and does not; `variables` have upper-case names.
+/// Evaluates an expression; a condition is 1 if it holds, else 0. `variables` have upper-case
+/// names.
 pub(super) fn value(
     written: &FormulaText<'_>,
     variables: &HashMap<Box<str>, f64>,
@@ -71,7 +72,7 @@ impl FormulaScan<'_> {
         Err(self.remark("this has no finite value", "look at what it is made of"))
     }
 
-    /// Passes a word, if it stands here.
+    /// Passes a word if it stands here.
     fn takes(&mut self, word: &str) -> bool {
         self.blanks();
         let rest = self.text.get(self.at..).unwrap_or_default();
@@ -82,7 +83,7 @@ impl FormulaScan<'_> {
         found
     }
 
-    /// `a OR b`.
+    /// Evaluates `a OR b`.
     fn any(&mut self) -> Result<f64, ReadRemark> {
         let mut left = self.all()?;
         while self.takes("OR") {
@@ -92,7 +93,7 @@ impl FormulaScan<'_> {
         Ok(left)
     }
 
-    /// `a AND b`.
+    /// Evaluates `a AND b`.
     fn all(&mut self) -> Result<f64, ReadRemark> {
         let mut left = self.comparison()?;
         while self.takes("AND") {
@@ -102,7 +103,7 @@ impl FormulaScan<'_> {
         Ok(left)
     }
 
-    /// `a < b`, `NOT a == b`.
+    /// Evaluates `a < b`, `NOT a == b`.
     fn comparison(&mut self) -> Result<f64, ReadRemark> {
         // NOT binds looser than a comparison: NOT a == b denies the equality.
         let mut not = false;
@@ -207,7 +208,7 @@ impl FormulaScan<'_> {
         Ok(value)
     }
 
-    /// `ATAN2(y, x)`, behind its name.
+    /// Evaluates `ATAN2(y, x)` from behind its name.
     fn arc_tangent(&mut self) -> Result<f64, ReadRemark> {
         let mut arguments = [0.0; 2];
         // Both arguments are read alike: the first behind the bracket, the second behind the comma.
@@ -227,7 +228,7 @@ impl FormulaScan<'_> {
         Ok(arguments[0].atan2(arguments[1]).to_degrees())
     }
 
-    /// `R1`, `SIN(30)`.
+    /// Evaluates `R1`, `SIN(30)`.
     fn name(&mut self) -> Result<f64, ReadRemark> {
         let rest = self.text.get(self.at..).unwrap_or_default();
         let length = rest.bytes().take_while(|b| b.is_ascii_alphanumeric() || *b == b'_').count();
@@ -268,7 +269,7 @@ const COMPARISONS: [(&str, Comparison); 6] = [
     (">", |by, equal| by > 0.0 && !equal),
 ];
 
-/// Functions; angles in degrees.
+/// Returns a function by its name; angles are in degrees.
 fn function(name: &str) -> Option<fn(f64) -> f64> {
     Some(match name {
         "SIN" => |x| x.to_radians().sin(),

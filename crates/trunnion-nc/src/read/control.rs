@@ -178,7 +178,7 @@ impl ControlState {
         }
     }
 
-    /// Slot of an axis letter (upper case).
+    /// Returns the slot of an axis letter (upper case).
     #[inline]
     pub(super) fn slot(&mut self, letter: u8) -> Option<usize> {
         let slot = self.slots.get(usize::from(letter.wrapping_sub(b'A'))).copied()?;
@@ -193,7 +193,7 @@ impl ControlState {
         (*self.sixth.get_or_insert(letter) == letter).then_some(SIXTH)
     }
 
-    /// The same if it already is one.
+    /// Returns the slot of a letter, without admitting a new axis.
     pub(super) fn known_slot(&self, letter: char) -> Option<usize> {
         if self.sixth == Some(letter) {
             return Some(SIXTH);
@@ -201,7 +201,7 @@ impl ControlState {
         self.axes.index_of(letter)
     }
 
-    /// Letter of a slot.
+    /// Returns the letter of a slot.
     pub(super) fn letter(&self, slot: usize) -> Option<char> {
         self.axes.0.get(slot).map(|word| word.letter).or(self.sixth)
     }
@@ -225,12 +225,12 @@ impl ControlState {
         self.axes.0.get(slot).is_some_and(|word| word.reversed)
     }
 
-    /// Millimetres in a unit of a linear word.
+    /// Returns the millimetres in a unit of a linear word.
     pub(super) fn scale(&self) -> f64 {
         if self.inch { INCH } else { 1.0 }
     }
 
-    /// From a written word to mm or rad; `decimals` digits stood behind its point.
+    /// Converts a written word to mm or rad; `decimals` digits stood behind its point.
     #[inline]
     pub(super) fn meant(&mut self, slot: usize, written: f64, decimals: u8) -> f64 {
         // Inch units are those of linear words; degrees stay degrees.
@@ -246,7 +246,7 @@ impl ControlState {
         }
     }
 
-    /// Back to what the program would write.
+    /// Converts mm or rad to the number that the program would write.
     pub(super) fn written(&self, slot: usize, value: f64) -> f64 {
         let scale = if self.inch && !self.is_rotary(slot) { INCH } else { 1.0 };
         match self.axes.0.get(slot) {
@@ -274,7 +274,7 @@ impl ControlState {
         Some(place - self.shift(slot))
     }
 
-    /// Place of a slot with its shift.
+    /// Returns the position of a slot including its shift \[mm, rad\].
     pub(super) fn stands(&self, slot: usize) -> Option<f64> {
         self.place.get(slot).copied().flatten()
     }
@@ -343,7 +343,7 @@ impl ControlState {
         }
     }
 
-    /// Another work offset.
+    /// Switches to another work offset.
     pub(super) fn set_offset(&mut self, offset: u8) {
         // The offsets of rotary axes may differ, too: no word keeps its value.
         if self.offset != offset {
@@ -352,7 +352,7 @@ impl ControlState {
         self.offset = offset;
     }
 
-    /// A new tilted plane's number.
+    /// Returns the number of a new tilted plane.
     pub(super) fn next_plane(&mut self) -> u16 {
         // Numbers start at 1; 0 stands for no plane.
         self.planes = self.planes.saturating_add(1);
@@ -375,25 +375,25 @@ impl ControlState {
         }
     }
 
-    /// A tool goes into the spindle.
+    /// Puts a tool into the spindle.
     pub(super) fn change_tool(&mut self, line: u32, number: u32) {
         self.tools.push(number);
         self.steps.push_back(Step::Tool { line, number });
     }
 
-    /// The spindle as it now is.
+    /// Emits the present state of the spindle.
     pub(super) fn spindle(&mut self, line: u32) {
         // The sign is the sense of rotation: M3 positive, M4 negative, M5 zero.
         let speed = f64::from(self.sense) * self.speed;
         self.steps.push_back(Step::Spindle { line, speed });
     }
 
-    /// Words without motion.
+    /// Keeps words without motion.
     pub(super) fn keep(&mut self, line: u32, text: &str) {
         self.steps.push_back(Step::Words { line, text: text.trim().into() });
     }
 
-    /// Half of the last digit of each axis word \[mm, rad\].
+    /// Returns half of the last digit of each axis word \[mm, rad\].
     pub(super) fn rounding(&self) -> AxisVector {
         let mut rounding = AxisVector::zeros();
         // A word rounded to a unit is off by half of it at most; units are mm or degrees.
@@ -403,7 +403,7 @@ impl ControlState {
         rounding
     }
 
-    /// The same of the feed words.
+    /// Returns half of the last digit of the feed words, in their own unit.
     pub(super) fn feed_rounding(&self) -> f64 {
         0.5 * self.finest_feed
     }
@@ -425,7 +425,7 @@ fn finer(finest: &mut f64, decimals: u8, scale: f64) {
     }
 }
 
-/// 0 for `A`.
+/// Returns the index of a letter in the alphabet: 0 for `A`.
 pub(super) fn letter_index(letter: char) -> Option<usize> {
     let index = (letter as u32).checked_sub('A' as u32)?;
     usize::try_from(index).ok().filter(|index| *index < 26)

@@ -115,18 +115,19 @@ impl Dialect {
     pub const ALL: [Self; 6] =
         [Self::LinuxCnc, Self::Fanuc, Self::Haas, Self::Siemens, Self::Heidenhain, Self::Apt];
 
-    /// The dialect of a name, in whatever case.
+    /// Returns the dialect of a name, in any case.
     pub fn from_name(name: &str) -> Option<Self> {
         let found = NAMES.iter().find(|(known, _)| known.eq_ignore_ascii_case(name));
         found.map(|&(_, dialect)| dialect)
     }
 
-    /// Its name.
+    /// Returns its name.
     pub fn name(self) -> &'static str {
         NAMES.iter().find(|(_, dialect)| *dialect == self).map_or("", |(name, _)| name)
     }
 
-    /// The dialect of a program by its first lines: the first line that only one of them has decides.
+    /// Detects the dialect of a program from its first lines: the first line that only one of them
+    /// has decides.
     /// Without such a line it is G-code, and read as `LinuxCNC`'s.
     pub fn guess<I>(lines: I) -> Self
     where
@@ -147,7 +148,7 @@ impl Dialect {
         if program_number { Self::Fanuc } else { Self::LinuxCnc }
     }
 
-    /// The dialect of a line that only one of them has.
+    /// Returns the dialect of a line that only one of them has.
     fn of_line(line: &str) -> Option<Self> {
         // Words stand near the beginning of a line.
         let head: String = line.trim_start().chars().take(200).collect();
@@ -177,7 +178,7 @@ impl fmt::Display for Dialect {
     }
 }
 
-/// A block without `N10` and `LABEL:`.
+/// Returns a block without `N10` and `LABEL:`.
 fn behind_number_and_label(line: &str) -> &str {
     let number =
         line.strip_prefix('N').map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()));
@@ -188,7 +189,7 @@ fn behind_number_and_label(line: &str) -> &str {
     label.map_or(line, |(_, rest)| rest).trim_start()
 }
 
-/// `L X+10`, `LN X-3`.
+/// Returns true for `L X+10`, `LN X-3`.
 fn is_klartext(line: &str) -> bool {
     let rest = line.strip_prefix("LN ").or_else(|| line.strip_prefix("L "));
     rest.is_some_and(|rest| {
@@ -199,7 +200,7 @@ fn is_klartext(line: &str) -> bool {
     })
 }
 
-/// `O0001` or `:1`, with at most a comment behind.
+/// Returns true for `O0001` or `:1` with at most a comment behind.
 fn is_program_number(line: &str) -> bool {
     let line = line.trim_start();
     let rest = line.strip_prefix(['O', 'o', ':']);

@@ -36,7 +36,7 @@ impl ControlState {
         }
     }
 
-    /// Inches are of linear axes; rotaries alone turn in degrees.
+    /// Returns the scale of F: inch units are those of linear axes, rotaries alone turn in degrees.
     fn feed_scale(&self, target: &MoveTarget) -> f64 {
         // A word that repeats the current position moves nothing, and leaves F to the rotaries.
         let linear = |slot: usize| {
@@ -94,7 +94,7 @@ impl ControlState {
         Ok(())
     }
 
-    /// Positions of axes.
+    /// Takes a move in axis positions, which leaves the work coordinates.
     fn leave_work(&mut self, target: &MoveTarget) -> Result<(), ReadRemark> {
         // A distance would need the axis positions, which only the consumer knows.
         if target.incremental != 0 {
@@ -118,7 +118,8 @@ impl ControlState {
         Ok(())
     }
 
-    /// Words of a work offset: shifts them, and makes them all absolute unless all are distances.
+    /// Takes the words of a work offset: shifts them, and makes them all absolute unless all are
+    /// distances.
     #[inline]
     fn work_words(&mut self, target: &mut MoveTarget) -> Result<bool, ReadRemark> {
         // Bit masks of the words: the move is incremental if all of them are distances.
@@ -162,7 +163,7 @@ impl ControlState {
         Ok(all)
     }
 
-    /// In a tilted plane the tool stands along its normal, and stays so.
+    /// Checks a move in a tilted plane, where the tool stands along the normal.
     fn check_tilted(&self, tilted: ActivePlane, target: &MoveTarget) -> Result<(), ReadRemark> {
         // A rotary word would turn the tool away from the normal, on which the plane relies.
         let rotary = (0..SLOTS).any(|slot| target.get(slot).is_some() && self.is_rotary(slot));

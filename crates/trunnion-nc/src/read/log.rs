@@ -15,7 +15,7 @@ impl ReadRemark {
         Self { at, message: message.into(), help: help.into() }
     }
 
-    /// The same with another message.
+    /// Replaces the message.
     pub(super) fn with(self, message: String) -> Self {
         Self { message, ..self }
     }
@@ -66,7 +66,7 @@ impl ReadLog {
         Self { line: 0, faults: Vec::new(), warnings: Vec::new(), most: most.max(1) }
     }
 
-    /// No further fault is wanted.
+    /// Returns true if no further fault is wanted.
     pub(super) fn is_full(&self) -> bool {
         self.faults.len() >= self.most
     }
@@ -86,7 +86,7 @@ impl ReadLog {
         }
     }
 
-    /// A fault of the file as a whole.
+    /// Adds a fault of the file as a whole.
     pub(super) fn whole(&mut self, message: &str, help: &str) {
         if !self.is_full() {
             self.faults.push(Diagnostic::whole(message).with_help(help));
@@ -94,7 +94,7 @@ impl ReadLog {
     }
 }
 
-/// Column of a byte offset in characters, counted from 1.
+/// Returns the column of a byte offset in characters, counted from 1.
 pub(super) fn column(text: &str, at: usize) -> u32 {
     let before = text.as_bytes().get(..at.min(text.len())).unwrap_or_default();
     // Continuation bytes begin no character.
@@ -107,7 +107,7 @@ fn placed(line: u32, text: &str, remark: ReadRemark) -> Diagnostic {
     Diagnostic { line, column: column(text, at), message, help }
 }
 
-/// The beginning of a text, for a message.
+/// Returns the beginning of a text, for a message.
 pub(super) fn excerpt(text: &str) -> String {
     let text = text.trim();
     let mut short: String = text.chars().take(EXCERPT).collect();

@@ -30,7 +30,7 @@ pub(super) struct ScannedNumber {
     pub(super) length: usize,
 }
 
-/// The number that `text` begins with: `12`, `12.`, `.5`, `1.25`.
+/// Reads the number that `text` begins with: `12`, `12.`, `.5`, `1.25`.
 ///
 /// An integer below 2^53 over an exact power of ten is one correctly rounded division; anything longer is
 /// left to the standard library.
@@ -67,7 +67,7 @@ pub(super) fn number(text: &str, mark: DecimalMark) -> Option<ScannedNumber> {
     Some(ScannedNumber { value, decimals, point, length })
 }
 
-/// The same with a sign before it.
+/// Reads a number that may have a sign.
 #[inline]
 pub(super) fn signed(text: &str, mark: DecimalMark) -> Option<ScannedNumber> {
     // The sign is exact in floating point, so it may be applied after rounding.

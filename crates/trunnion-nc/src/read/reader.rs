@@ -52,7 +52,7 @@ impl ProgramReader {
         Self { state: ReaderState { control, log }, language, lines: 0 }
     }
 
-    /// The next step, once lines made one; none after a fault.
+    /// Returns the next step that was made; none after a fault.
     #[inline]
     pub(super) fn pop(&mut self) -> Option<Step> {
         // After a fault the positions are not to be trusted: the rest is read for its faults only.
@@ -62,13 +62,13 @@ impl ProgramReader {
         self.state.control.steps.pop_front()
     }
 
-    /// No further line is wanted.
+    /// Returns true if no further line is wanted.
     #[inline]
     pub(super) fn is_over(&self) -> bool {
         self.state.control.ended || self.state.log.is_full()
     }
 
-    /// There is something to run before the next line of the file.
+    /// Returns true if something is to be run before the next line of the file.
     #[inline]
     pub(super) fn is_busy(&self) -> bool {
         match &self.language {
@@ -114,7 +114,7 @@ impl ProgramReader {
         }
     }
 
-    /// Every fault, once the program is over.
+    /// Ends the program and returns every fault.
     pub(super) fn finish(&mut self) -> Vec<Diagnostic> {
         // A missing end is often the consequence of a fault that is reported already.
         if self.state.log.faults.is_empty() {
@@ -128,7 +128,7 @@ impl ProgramReader {
         self.state.log.faults.clone()
     }
 
-    /// Faults so far.
+    /// Returns the faults so far.
     pub(super) fn faults(&self) -> &[Diagnostic] {
         &self.state.log.faults
     }

@@ -38,7 +38,7 @@ impl ReadRemedy {
     }
 }
 
-/// Fault of a block that begins with `/` while the options leave open what the control does with it.
+/// Returns the fault of a block that begins with `/` where the options leave open its execution.
 pub(super) fn undecided_block(at: usize) -> ReadRemark {
     let message = "block delete: whether the control runs this block is not known";
     ReadRemark::new(at, message, BLOCK_DELETE)

@@ -10,19 +10,19 @@ use std::fmt::Debug;
 
 /// A program, as its steps ([`Program`]) or as the text that they are read from ([`ProgramText`]).
 pub trait ProgramSource: Debug + Sync {
-    /// Everything in order, from the start.
+    /// Iterates over all steps, from the start.
     fn steps(&self) -> Box<dyn Iterator<Item = Step> + '_>;
 
     /// Returns the number of steps.
     fn count(&self) -> usize;
 
-    /// Largest rounding error of each axis word, see [`Program::rounding`] \[mm, rad\].
+    /// Returns the largest rounding error of each axis word, see [`Program::rounding`] \[mm, rad\].
     fn rounding(&self) -> &AxisVector;
 
-    /// Half of the last digit of the feed words, in their own unit.
+    /// Returns half of the last digit of the feed words, in their own unit.
     fn feed_rounding(&self) -> f64;
 
-    /// Numbers of the tools called, in order.
+    /// Returns the numbers of the tools called, in order.
     fn tools(&self) -> &[u32];
 }
 
@@ -83,7 +83,7 @@ impl ProgramText {
         Ok(Self { text, options, summary, count })
     }
 
-    /// Warnings: words kept but not understood, and likely slips.
+    /// Returns the warnings: words kept but not understood, and likely slips.
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.summary.warnings
     }
@@ -114,7 +114,7 @@ impl ProgramSource for ProgramText {
 
 /// Cutter locations, as records ([`ClFile`]) or as the text that they are read from ([`ClText`]).
 pub trait ClSource: Debug + Sync {
-    /// Locations in order, from the start.
+    /// Iterates over all locations, from the start.
     fn records(&self) -> Box<dyn Iterator<Item = ClRecord> + '_>;
 
     /// Returns the number of locations.
@@ -166,7 +166,7 @@ impl ClText {
         Ok(Self { text, most_faults, summary, count })
     }
 
-    /// Warnings: words kept but not understood, and likely slips.
+    /// Returns the warnings: words kept but not understood, and likely slips.
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.summary.warnings
     }

@@ -13,7 +13,7 @@ pub(super) struct ReaderState {
 }
 
 impl ReaderState {
-    /// The line to run again, if there is one; what is run too often ends the program.
+    /// Returns the line to run again, if there is one; one that runs too often ends the program.
     pub(super) fn replayed(&mut self, tape: &mut Tape) -> Option<(u32, Arc<str>)> {
         tape.play().unwrap_or_else(|remark| {
             // A loop without end would run for ever: reading stops with the fault.

@@ -200,12 +200,12 @@ impl Move {
 }
 
 impl Arc {
-    /// Radius \[mm\].
+    /// Returns the radius \[mm\].
     pub fn radius(&self) -> f64 {
         self.center[0].hypot(self.center[1])
     }
 
-    /// Place after the share `t` of the sweep, from where the arc begins \[mm\].
+    /// Returns the point after the share `t` of the sweep, relative to the start of the arc \[mm\].
     pub fn at(&self, t: f64) -> [f64; 2] {
         // With the start as origin the radius is -c, and the point c + R(t sweep)(-c) = c - R c.
         let (sin, cos) = (t * self.sweep).sin_cos();
@@ -213,7 +213,8 @@ impl Arc {
         [u - (u * cos - v * sin), v - (u * sin + v * cos)]
     }
 
-    /// Equal parts whose chords stay within `tolerance` \[mm\] of the arc; at least one.
+    /// Returns the number of equal parts whose chords stay within `tolerance` \[mm\] of the arc; at
+    /// least one.
     ///
     /// A chord over the angle `a` is off by `r (1 - cos(a / 2)) <= r a^2 / 8`.
     pub fn parts(&self, tolerance: f64) -> u32 {

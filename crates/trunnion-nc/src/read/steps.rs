@@ -75,7 +75,7 @@ impl LineReader {
         if faults.is_empty() { Ok(()) } else { Err(faults.to_vec().into()) }
     }
 
-    /// Warnings: words kept but not understood, and likely slips, so far.
+    /// Returns the warnings so far: words kept but not understood, and likely slips.
     pub fn warnings(&self) -> &[Diagnostic] {
         self.reader.warnings()
     }
@@ -91,7 +91,8 @@ impl LineReader {
     }
 }
 
-/// Steps of a program whose lines come one by one. In memory is the longest loop or subprogram; the rest
+/// Reads a program whose lines come one by one. In memory is the longest loop or subprogram; the
+/// rest
 /// of the program, too, once a subprogram is called that stands behind its call.
 ///
 /// Reading ends at `M2` or `M30`: a control stops there. The iterator ends after the first error, which
@@ -103,7 +104,7 @@ where
     Steps { lines, reader: ProgramReader::new(options), done: false }
 }
 
-/// See [`steps`].
+/// Iterator over the steps of a program; see [`steps`].
 #[derive(Debug)]
 pub struct Steps<I> {
     lines: I,
@@ -112,22 +113,22 @@ pub struct Steps<I> {
 }
 
 impl<I> Steps<I> {
-    /// Half of the last digit of each axis word so far \[mm, rad\].
+    /// Returns half of the last digit of each axis word so far \[mm, rad\].
     pub fn rounding(&self) -> AxisVector {
         self.reader.rounding()
     }
 
-    /// Half of the last digit of the feed words so far, in their own unit.
+    /// Returns half of the last digit of the feed words so far, in their own unit.
     pub fn feed_rounding(&self) -> f64 {
         self.reader.feed_rounding()
     }
 
-    /// Numbers of the tools called so far.
+    /// Returns the numbers of the tools called so far.
     pub fn tools(&self) -> &[u32] {
         self.reader.tools()
     }
 
-    /// Warnings: words kept but not understood, and likely slips, so far.
+    /// Returns the warnings so far: words kept but not understood, and likely slips.
     pub fn warnings(&self) -> &[Diagnostic] {
         self.reader.warnings()
     }

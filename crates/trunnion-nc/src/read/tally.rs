@@ -28,7 +28,7 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Nothing yet; which of the five axes turn.
+    /// Starts a tally; `rotary` marks the axes that turn.
     pub fn new(rotary: [bool; AXES]) -> Self {
         Self {
             blocks: 0,
@@ -94,7 +94,8 @@ impl Tally {
         };
     }
 
-    /// Moves to where a step leads; changes of the linear and of the rotary axes, and how far a linear sixth
+    /// Moves to the end of a step. Returns the changes of the linear and of the rotary axes, and
+    /// the travel of a linear sixth
     /// goes, as far as known.
     fn follow(&mut self, step: &Move) -> ([[f64; AXES]; 2], f64) {
         let mut changes = [[0.0; AXES]; 2];

@@ -23,7 +23,7 @@ pub(super) struct Tape {
 }
 
 impl Tape {
-    /// `most`: lines that may be run again or passed over on the way to one.
+    /// Starts a tape; `most` lines may be run again, or searched for one to run.
     pub(super) fn new(most: u64) -> Self {
         Self {
             kept: VecDeque::new(),
@@ -36,7 +36,7 @@ impl Tape {
         }
     }
 
-    /// Kept lines come before the next of the file.
+    /// Returns true if kept lines come before the next of the file.
     #[inline]
     pub(super) fn is_busy(&self) -> bool {
         self.next.is_some()
@@ -69,7 +69,7 @@ impl Tape {
         }
     }
 
-    /// Lines may be run again from this one on, which was taken in last.
+    /// Keeps lines from this one on, which was recorded last.
     #[inline]
     pub(super) fn keep(&mut self, text: &str) {
         if !self.keeping {
@@ -82,14 +82,14 @@ impl Tape {
         self.first.saturating_add(u32::try_from(self.kept.len()).unwrap_or(u32::MAX))
     }
 
-    /// The next kept line and its number.
+    /// Returns the next kept line and its number.
     ///
     /// # Errors
     ///
     /// More lines were run again than are allowed.
     pub(super) fn play(&mut self) -> Result<Option<(u32, Arc<str>)>, ReadRemark> {
         let Some(number) = self.next else { return Ok(None) };
-        // Every line that runs again is paid for, so that an endless loop ends with a fault.
+        // Every line that runs again counts, so that an endless loop ends with a fault.
         self.count(1)?;
         let line = self.line(number).map(|text| (number, text));
         self.go_to(number.saturating_add(1));
@@ -101,13 +101,13 @@ impl Tape {
         self.next = (self.first..self.end()).contains(&line).then_some(line);
     }
 
-    /// A kept line.
+    /// Returns a kept line.
     pub(super) fn line(&self, number: u32) -> Option<Arc<str>> {
         let at = usize::try_from(number.checked_sub(self.first)?).ok()?;
         self.kept.get(at).map(Arc::clone)
     }
 
-    /// The last kept line before one that is looked for.
+    /// Finds the last kept line before `before` that fits.
     ///
     /// # Errors
     ///

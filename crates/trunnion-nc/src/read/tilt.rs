@@ -14,12 +14,12 @@ pub(super) enum HeldPoint {
     LinearAxes,
 }
 
-/// A turn about an axis \[rad\].
+/// Returns the rotation about an axis by an angle \[rad\].
 pub(super) fn about(axis: UnitVector3<f64>, angle: f64) -> UnitQuaternion<f64> {
     UnitQuaternion::from_axis_angle(&axis, angle)
 }
 
-/// Euler angles about Z, the new X, the new Z \[rad\].
+/// Returns the rotation of Euler angles about Z, the new X, the new Z \[rad\].
 pub(super) fn euler([first, second, third]: [f64; 3]) -> UnitQuaternion<f64> {
     // Turns about axes that turn along multiply from left to right.
     about(Vector3::z_axis(), first)
@@ -28,7 +28,7 @@ pub(super) fn euler([first, second, third]: [f64; 3]) -> UnitQuaternion<f64> {
 }
 
 impl ControlState {
-    /// X Y Z of what is added to absolute words outside of planes \[mm\].
+    /// Returns the shift of absolute X Y Z outside of planes \[mm\].
     pub(super) fn linear_shift(&self) -> Vector3<f64> {
         // G52 and G92, or their like, add up.
         let of = |slot: usize| {
@@ -39,7 +39,7 @@ impl ControlState {
         Vector3::new(of(x), of(y), of(z))
     }
 
-    /// Words are those of a plane from here on; the tool is still to be turned to it.
+    /// Begins a tilted plane, to whose normal the tool is still to be turned.
     pub(super) fn tilt(&mut self, line: u32, origin: Vector3<f64>, turn: UnitQuaternion<f64>) {
         let number = self.next_plane();
         // p_work = origin + turn * p_plane.
@@ -52,7 +52,8 @@ impl ControlState {
         self.forget_linear();
     }
 
-    /// The rotary axes turn the tool to the plane's normal. Meanwhile the other axes stand, or the tip does.
+    /// Turns the tool to the normal of the plane by the rotary axes, while the other axes or the
+    /// tip stand.
     pub(super) fn turn_to_plane(
         &mut self,
         line: u32,
@@ -82,7 +83,7 @@ impl ControlState {
         done
     }
 
-    /// Words are those of the work offset again.
+    /// Ends a tilted plane: words are those of the work offset again.
     pub(super) fn untilt(&mut self) {
         if self.tilted.take().is_some() {
             self.forget_linear();

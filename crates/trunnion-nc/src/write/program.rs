@@ -130,6 +130,7 @@ impl ProgramWriter {
             style: *style,
             syntax: style.dialect.syntax(),
             frame: empty,
+            // Without TCP: axis = word + offset + length along Z, hence word = axis - shift.
             shift: offset + Vector3::z() * kinematics.setup().tool_length,
             order: order(&style.axes),
             last: [None; AXES],
@@ -148,6 +149,7 @@ impl ProgramWriter {
         writer.frame = template.fill(&context, strings)?;
         let text = std::mem::take(&mut writer.frame.start);
         writer.lines(out, &text);
+        // The template may end with either: the first block states G0 or G1.
         writer.rapid = None;
         Ok(writer)
     }
@@ -169,6 +171,7 @@ impl ProgramWriter {
         let offset = work_offset(kinematics).ok_or(WriteError::WorkOffset)?;
         self.kinematics = kinematics.clone();
         self.shift = offset + Vector3::z() * kinematics.setup().tool_length;
+        // The template of the change brings the tool to the new start; nothing is pending there.
         self.waiting = PendingBlock::default();
         let first = self.first(start)?;
         let context = self.context(note, offset, first)?;
@@ -220,12 +223,15 @@ impl ProgramWriter {
             OrientationWords::Vector(_) => Some(self.components(to.pose)?),
             OrientationWords::Angles => None,
         };
+        // With a tool vector the control chooses the rotaries: they are not written.
         let count = if vector.is_some() { 3 } else { AXES };
         let same = words.iter().take(count).zip(&self.last).all(|(now, last)| Some(*now) == *last)
             && vector == self.vector;
         let feed = match pace {
             BlockPace::Rapid => None,
             BlockPace::Timed { seconds, length, turn } => {
+                // Time and travel of blocks that were left out belong to the next one that is
+                // written.
                 self.waiting.seconds += seconds;
                 self.waiting.length += length;
                 self.waiting.turn += turn;
@@ -257,6 +263,7 @@ impl ProgramWriter {
         self.number(out);
         let start = out.len();
         let rapid = feed.is_none();
+        // G0 and G1 are modal where the format allows.
         if every_block || self.rapid != Some(rapid) {
             out.push_str(moves[usize::from(!rapid)]);
         }
@@ -275,6 +282,7 @@ impl ProgramWriter {
                 *last = Some(now);
             }
         }
+        // The components of a vector belong together, so all of them are written where one changes.
         if let (OrientationWords::Vector(names), Some(now)) = (pointing, vector)
             && (self.vector != vector || whole_tip)
         {
@@ -286,6 +294,7 @@ impl ProgramWriter {
                 out.push_str(rapid_tail);
                 self.feed = None;
             }
+            // G93 needs F in every block; a speed is modal.
             Some(feed) if self.style.inverse_time || self.feed != Some(feed) => {
                 out.push_str(" F");
                 feed.push(out, form_of_feed(form));
@@ -314,6 +323,7 @@ impl ProgramWriter {
             return Err(failed);
         }
         if self.style.inverse_time {
+            // F = 60 / t. Below 1 three decimals would be a coarse time, so there are six.
             let value = (60.0 / of.seconds).min(LARGEST_FEED);
             let decimals = if value < 1.0 { SLOW_DECIMALS } else { FEED_DECIMALS };
             // The quotient itself was rounded, maybe up.
@@ -321,6 +331,7 @@ impl ProgramWriter {
             let feed = feed.map(|feed| feed.lowered_to(|value| 60.0 / value >= of.seconds));
             return feed.filter(|feed| !feed.is_zero()).ok_or(failed);
         }
+        // F refers to the tip if it moves, else to the rotaries in degrees.
         let moves = of.length > 0.0 && !(tip == TipMotion::Stands && of.turn > 0.0);
         let way = if moves { of.length } else { of.turn.to_degrees() };
         // A feed that is kept all the way is to be written as it was: its time is a sum of some thousand rounded ones.
@@ -337,6 +348,7 @@ impl ProgramWriter {
         let WrittenPosition { q, pose } = at;
         let dialect = self.style.dialect;
         let tip = match dialect.coordinates() {
+            // Axis positions less offset and length, or the tip in the frame of the format.
             Coordinates::Axes => q.fixed_rows::<3>(0).into_owned() - self.shift,
             Coordinates::Tip => words_of::tip(&self.kinematics, dialect, pose),
         };
@@ -346,6 +358,7 @@ impl ProgramWriter {
         for (((slot, word), value), axis) in
             rounded.iter_mut().zip(&self.style.axes.0).zip(values).zip(axes)
         {
+            // Rounded before turns are taken off: 359.99999 becomes 0, not 360.
             let fixed = self.fixed(word.written(value), word.decimals)?;
             *slot = match axis.output.modulo {
                 TurnFormat::Positive if word.rotary => fixed.within_turn(0),
@@ -373,9 +386,10 @@ impl ProgramWriter {
         FixedNumber::nearest(value, decimals).ok_or(WriteError::Number { block, value, decimals })
     }
 
-    /// Lines of a template, numbered; empty ones are left out.
+    /// Writes lines of a template, numbered; empty ones are left out.
     fn lines(&mut self, out: &mut String, text: &str) {
         for line in text.lines().map(str::trim_end).filter(|line| !line.is_empty()) {
+            // Program marks, program numbers and comments stand without a line number.
             let bare = matches!(self.syntax.form, NumberForm::Signed)
                 || !line.starts_with(['%', 'O', '(', ';']);
             if bare {
@@ -386,7 +400,7 @@ impl ProgramWriter {
         }
     }
 
-    /// Number of the next line.
+    /// Writes the number of the next line.
     fn number(&mut self, out: &mut String) {
         let [before, behind] = &self.frame.number;
         if before.is_empty() && behind.is_empty() {
@@ -403,13 +417,14 @@ impl ProgramWriter {
     }
 }
 
-/// X Y Z, then the rotaries by letter: `A` before `C` whatever carries what.
+/// Returns the order of the words: X Y Z, then the rotaries by letter, `A` before `C` whatever
+/// carries what.
 fn order(axes: &AxisWords) -> [usize; AXES] {
     let letter = |axis: usize| axes.0.get(axis).map(|word| word.letter);
     if letter(3) <= letter(4) { [0, 1, 2, 3, 4] } else { [0, 1, 2, 4, 3] }
 }
 
-/// Feeds have no sign.
+/// Returns the number form of feeds, which have no sign.
 fn form_of_feed(form: NumberForm) -> NumberForm {
     if form == NumberForm::Point { NumberForm::Point } else { NumberForm::Plain }
 }

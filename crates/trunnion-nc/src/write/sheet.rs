@@ -11,7 +11,8 @@ use crate::words::AxisWords;
 use nalgebra::{Matrix3, Vector3};
 use std::fmt::Write;
 
-/// Work offset of both programs: the positions of X, Y, Z at which, rotaries at zero and no tool,
+/// Returns the work offset of all programs: the positions of X, Y, Z at which, rotaries at zero and
+/// no tool,
 /// the gauge point stands on the workpiece origin \[mm\]. `None` if X, Y, Z do not span space.
 ///
 /// The gauge point is affine in the linear axes, so four forward maps give it.
@@ -19,6 +20,7 @@ pub fn work_offset(kinematics: &Kinematics) -> Option<Vector3<f64>> {
     let length = kinematics.setup().tool_length;
     let gauge = |q: &AxisVector| {
         let pose = kinematics.forward(q);
+        // Gauge point: from the tip along the tool axis by the gauge length.
         pose.tip.coords + pose.axis.into_inner() * length
     };
     let start = gauge(&AxisVector::zeros());
@@ -27,6 +29,7 @@ pub fn work_offset(kinematics: &Kinematics) -> Option<Vector3<f64>> {
         q[axis] = 1.0;
         gauge(&q) - start
     };
+    // g(q) = start + J q = 0 at the workpiece origin, so q = -J^-1 start.
     let columns = Matrix3::from_columns(&[column(0), column(1), column(2)]);
     columns.try_inverse().map(|inverse| -(inverse * start))
 }
@@ -191,13 +194,14 @@ fn meanings(out: &mut impl Write, kinematics: &Kinematics) -> Result<(), WriteEr
     Ok(())
 }
 
-/// Turns of the workpiece about the fixed x, then y, then z \[deg\].
+/// Returns the turns of the workpiece about the fixed x, then y, then z \[deg\].
 fn turns(kinematics: &Kinematics) -> [f64; 3] {
+    // Rz(yaw) Ry(pitch) Rx(roll): turns about the fixed x, then y, then z.
     let (roll, pitch, yaw) = kinematics.setup().rotation.euler_angles();
     [roll, pitch, yaw].map(f64::to_degrees)
 }
 
-/// Lines that stand in every header.
+/// Returns the lines that stand at the head of every program.
 pub(super) fn facts(kinematics: &Kinematics, note: &Note<'_>, axes: AxisWords) -> Vec<String> {
     let (machine, setup) = (kinematics.machine(), kinematics.setup());
     let [roll, pitch, yaw] = turns(kinematics);

@@ -29,6 +29,7 @@ impl Style {
     pub fn of(kinematics: &Kinematics, dialect: OutputFormat, axes: AxisWords) -> Self {
         let machine = kinematics.machine();
         let requested = &machine.dialect;
+        // The machine file describes its own control; another format has its own defaults.
         let own = OutputFormat::from_name(&requested.name) == Some(dialect);
         let inverse_time =
             if own { requested.feed == FeedMode::InverseTime } else { dialect.by_time() };

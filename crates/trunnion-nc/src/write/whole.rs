@@ -28,6 +28,7 @@ pub fn program(
     let mut remarks = form.note.remarks.iter().peekable();
     let mut passes = PassComments::default();
     for (index, block) in rest.iter().enumerate() {
+        // Remarks stand before their block; several may stand before one.
         while let Some(remark) = remarks.next_if(|remark| remark.block <= index + 1) {
             writer.comment(out, &remark.text);
             passes.interrupt();
@@ -47,6 +48,7 @@ pub fn program(
 /// Returns the time and travel of a block from the one before.
 pub fn pace(before: &Block, block: &Block) -> BlockPace {
     let length = (block.pose.tip - before.pose.tip).norm();
+    // Root of the sum of squares of both rotaries, as F has it where the tip stands.
     let turn = (block.q - before.q).fixed_rows::<2>(FIRST_ROTARY).norm();
     BlockPace::Timed { seconds: block.duration, length, turn }
 }

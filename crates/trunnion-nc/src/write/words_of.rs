@@ -35,6 +35,7 @@ impl PlaceWords {
         let [x, y, z, first, second] = &style.axes.0;
         let [i, j, k]: [f64; 3] = tip(kinematics, dialect, pose).into();
         let tip = [(x, i), (y, j), (z, k)];
+        // CL files and vector formats write the tool axis, all others the rotary angles.
         let rotaries = !dialect.is_vector() && dialect != OutputFormat::Apt;
         let tool = if rotaries {
             let word = |of: usize| {
@@ -49,6 +50,7 @@ impl PlaceWords {
             let [i, j, k]: [f64; 3] = vector(kinematics, dialect, pose).into();
             [i, j, k].map(|of| (of, decimals))
         };
+        // Rounded as in a block, so that distances are those the control sees.
         let [x, y, z] = tip.map(|(word, of)| FixedNumber::nearest(word.written(of), word.decimals));
         let [i, j, k] = tool.map(|(of, decimals)| FixedNumber::nearest(of, decimals));
         Some(Self { tip: [x?, y?, z?], tool: [i?, j?, k?], rotaries })
@@ -79,7 +81,7 @@ pub(super) fn tip(kinematics: &Kinematics, dialect: OutputFormat, pose: &ToolPos
     }
 }
 
-/// The tool vector, in the same frames.
+/// Returns the tool vector in the same frames.
 pub(super) fn vector(
     kinematics: &Kinematics,
     dialect: OutputFormat,
@@ -91,7 +93,7 @@ pub(super) fn vector(
     }
 }
 
-/// Decimals of its components.
+/// Returns the decimals of its components.
 pub(super) fn vector_decimals(dialect: OutputFormat) -> u8 {
     if dialect == OutputFormat::Apt { apt::AXIS_DECIMALS } else { VECTOR_DECIMALS }
 }

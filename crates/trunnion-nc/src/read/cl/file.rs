@@ -66,7 +66,7 @@ pub enum ClItem {
 }
 
 impl ClRecord {
-    /// The same in other coordinates.
+    /// Transforms the location into other coordinates.
     #[must_use]
     pub fn moved(mut self, to_from: &Isometry3<f64>) -> Self {
         // The identity would still round.

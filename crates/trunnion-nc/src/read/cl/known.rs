@@ -45,7 +45,7 @@ const CURVE: &str = "post the path as points (linear output)";
 const SHIFT: &str = "post the path in one coordinate system";
 const TABLE: &str = "post the path with the tool axis in every location (i, j, k)";
 
-/// Meaning of a major word in capitals.
+/// Returns the meaning of a major word in capitals.
 pub(super) fn meaning(word: &str) -> WordMeaning {
     use WordMeaning as M;
     match word {
@@ -76,7 +76,7 @@ pub(super) fn meaning(word: &str) -> WordMeaning {
     }
 }
 
-/// Meaning of the words that do not move the tool, and of those that no reader can follow.
+/// Returns the meaning of words that do not move the tool, and of those that no reader can follow.
 fn other(word: &str) -> WordMeaning {
     use WordMeaning as M;
     match word {

@@ -72,7 +72,7 @@ pub(super) struct AnnouncedCircle {
 }
 
 impl PathShape {
-    /// A circle that holds for several locations ends with the next statement of another kind.
+    /// Ends a circle that holds for several locations, at the next statement of another kind.
     pub(super) fn leave(&mut self) {
         if let Self::Circle(AnnouncedCircle { turned: Some(turned), .. }) = self
             && *turned > 0.0

@@ -12,6 +12,7 @@ impl GcodeReader {
     /// Returns the axes of the active plane (G17, G18, G19) as indices of X Y Z, and the letters of its centre.
     pub(super) fn plane(&self) -> ([usize; 3], [char; 2]) {
         match self.modal.plane {
+            // The order makes G3 run from the first axis to the second: Z to X under G18.
             1 => ([2, 0, 1], ['K', 'I']),
             2 => ([1, 2, 0], ['J', 'K']),
             _ => ([0, 1, 2], ['I', 'J']),
@@ -34,6 +35,7 @@ impl GcodeReader {
         let (axes, letters) = self.plane();
         let [u, v, _] = axes.map(|axis| state.control.xyz[axis]);
         let scale = state.control.scale();
+        // Both forms are taken from the block before they are judged, so that no word is left over.
         let radius = block.take('R');
         let center = letters.map(|letter| block.take(letter).map(|word| scale * word.value));
         let form = match (radius, center) {
@@ -52,6 +54,7 @@ impl GcodeReader {
                 ));
             }
         };
+        // P counts turns (LinuxCNC): P1 or no P is an arc of one turn at most.
         let turns = block.take('P').map_or(Ok(1), |word| natural(word, 'P'))?;
         let given = GivenArc { plane: [u, v], form, sense, turns };
         let way = arc::way(&state.control, &target, &given)?;
@@ -71,6 +74,7 @@ impl GcodeReader {
         if !self.modal.arc_absolute {
             return Ok(ArcForm::Center(center.map(|value| value.unwrap_or(0.0))));
         }
+        // G90.1: the centre is a coordinate like any word, and needs the current position.
         let from_start = |slot: usize, value: Option<f64>| {
             let value = value.ok_or_else(|| {
                 ReadRemark::new(at, "half of an absolute centre (G90.1)", "write both of its words")

@@ -81,6 +81,7 @@ const TIGHTEST: u8 = 5;
 impl Operator {
     fn level(self) -> u8 {
         match self {
+            // Precedence of RS274/NGC: ** first, then products, sums, comparisons, and logic last.
             Self::And | Self::Or | Self::Xor => 1,
             Self::Equal
             | Self::NotEqual
@@ -95,6 +96,7 @@ impl Operator {
     }
 
     fn apply(self, a: f64, b: f64, at: usize) -> Result<f64, ReadRemark> {
+        // True is any value but zero; results are 1 and 0.
         let is = |value: f64| value.abs() > 0.0;
         let value = match self {
             Self::And => f64::from(is(a) && is(b)),
@@ -121,8 +123,9 @@ impl Operator {
     }
 }
 
-/// Remainder with the sign of the divisor made positive, as the interpreter has it.
+/// Returns the remainder, never negative, as `LinuxCNC`'s interpreter has it.
 fn modulo(a: f64, b: f64) -> f64 {
+    // The result lies in [0, |b|).
     let rest = a % b;
     if rest < 0.0 { rest + b.abs() } else { rest }
 }
@@ -174,17 +177,18 @@ impl<'a> ExpressionScan<'a> {
         Err(ReadRemark::new(self.at, message, "look at the brackets of this line"))
     }
 
-    /// Letters from here, in upper case; none if longer than any known word.
+    /// Returns the letters from here on.
     fn word(&self) -> &'a str {
         let rest = self.rest();
         let end = rest.bytes().take_while(u8::is_ascii_alphabetic).count();
         rest.get(..end).unwrap_or_default()
     }
 
-    /// A value: number, `[expression]`, `#parameter`, function, with signs.
+    /// Reads a value: number, `[expression]`, `#parameter`, function, with signs.
     #[inline]
     pub(super) fn value(&mut self, env: &ExpressionEnv<'_>) -> Result<ExpressionValue, ReadRemark> {
         self.blanks();
+        // Plain numbers are by far the most frequent values, and keep their digits.
         if let Some(found) = number::signed(self.rest(), DecimalMark::Point) {
             self.at += found.length;
             let number::ScannedNumber { value: number, decimals, point, .. } = found;
@@ -195,6 +199,7 @@ impl<'a> ExpressionScan<'a> {
     }
 
     fn computed(&mut self, env: &ExpressionEnv<'_>) -> Result<f64, ReadRemark> {
+        // Each bracket, sign, # and function is one call deeper: bounded, as the stack is.
         if self.depth >= DEEPEST {
             let message = format!("more than {DEEPEST} brackets in each other");
             return Err(ReadRemark::new(self.at, message, "take the expression apart"));
@@ -231,7 +236,7 @@ impl<'a> ExpressionScan<'a> {
         }
     }
 
-    /// `[a + b * c]`.
+    /// Evaluates `[a + b * c]`.
     pub(super) fn bracket(&mut self, env: &ExpressionEnv<'_>) -> Result<f64, ReadRemark> {
         self.expect(b'[')?;
         let value = self.operations(1, env)?;
@@ -239,16 +244,17 @@ impl<'a> ExpressionScan<'a> {
         Ok(value)
     }
 
-    /// `a + b * c`: Fanuc has it without brackets behind =.
+    /// Evaluates `a + b * c`, which Fanuc allows behind = without brackets.
     pub(super) fn sum(&mut self, env: &ExpressionEnv<'_>) -> Result<f64, ReadRemark> {
         self.operations(1, env)
     }
 
-    /// Operators from a level on; equal levels bind from the left.
+    /// Evaluates operators from a level on.
     fn operations(&mut self, level: u8, env: &ExpressionEnv<'_>) -> Result<f64, ReadRemark> {
         if level > TIGHTEST {
             return Ok(self.value(env)?.number);
         }
+        // Precedence climbing: operands are of the tighter levels, equal levels bind from the left.
         let mut left = self.operations(level + 1, env)?;
         loop {
             self.blanks();
@@ -277,6 +283,7 @@ impl<'a> ExpressionScan<'a> {
         let at = self.at;
         self.expect(b'#')?;
         self.blanks();
+        // Names may contain anything but the closing bracket; blanks and case do not count.
         if self.peek() == Some(b'<') {
             let rest = self.text.get(self.at + 1..).unwrap_or_default();
             let Some(end) = rest.find('>') else {
@@ -285,6 +292,7 @@ impl<'a> ExpressionScan<'a> {
             self.at += end + 2;
             return Ok(ParameterKey::Name(parameters::normal(rest.get(..end).unwrap_or_default())));
         }
+        // ##2 is the parameter whose number stands in #2.
         let value =
             if self.peek() == Some(b'#') { self.computed(env)? } else { self.value(env)?.number };
         parameters::key_number(value, at)
@@ -303,11 +311,12 @@ impl<'a> ExpressionScan<'a> {
         })
     }
 
-    /// `sin[30]`, `atan[1]/[2]`, `exists[#<name>]`.
+    /// Evaluates `sin[30]`, `atan[1]/[2]`, `exists[#<name>]`.
     fn function(&mut self, env: &ExpressionEnv<'_>) -> Result<f64, ReadRemark> {
         let at = self.at;
         let name = self.word().to_ascii_uppercase();
         self.at += name.len();
+        // EXISTS asks for the parameter itself, so its argument must not be evaluated.
         if name == "EXISTS" {
             self.expect(b'[')?;
             self.blanks();
@@ -323,6 +332,7 @@ impl<'a> ExpressionScan<'a> {
         };
         let argument = self.bracket(env)?;
         self.blanks();
+        // ATAN[y]/[x] keeps the quadrant; Fanuc also has ATAN[v] of one argument.
         if name == "ATAN" && !(env.fanuc && self.peek() != Some(b'/')) {
             self.expect(b'/')?;
             self.blanks();
@@ -340,7 +350,7 @@ impl<'a> ExpressionScan<'a> {
     }
 }
 
-/// Functions of one argument; angles in degrees.
+/// Returns a function of one argument by its name; angles are in degrees.
 fn function(name: &str) -> Option<fn(f64) -> f64> {
     Some(match name {
         // ATAN has two arguments, and is made of them elsewhere.

@@ -151,18 +151,19 @@ pub(super) enum CallOutcome {
 }
 
 impl GcodeFlow {
-    /// There are lines to run before the file's next.
+    /// Returns true if lines are to be run before the next of the file.
     pub(super) fn is_busy(&self) -> bool {
         self.wanted.is_none() && !(self.frames.is_empty() && self.ahead.is_empty())
     }
 
-    /// The next line that was read ahead.
+    /// Returns the next line that was read ahead.
     pub(super) fn next_ahead(&mut self) -> Option<NumberedLine> {
         self.ahead.pop_front()
     }
 
-    /// Takes a line of the file if it is being collected or searched; what it set off.
+    /// Takes a line of the file if it is being collected or searched.
     pub(super) fn collect(&mut self, line: FileLine<'_>) -> LineCollection {
+        // A subprogram that stands behind its call: lines are kept until its end was read.
         if self.wanted.is_some() {
             self.ahead.push_back(NumberedLine::new(line));
             return match self.look(self.ahead.len() - 1) {
@@ -172,9 +173,11 @@ impl GcodeFlow {
         }
         let Some(capture) = self.capture.as_mut() else { return LineCollection::No };
         capture.lines.push(NumberedLine::new(line));
+        // Structures inside have labels of their own, so label and keyword identify the end.
         let ends = label::o_word(line.text, 0).is_some_and(|word| {
             word.label == capture.label && word.keyword == closer(capture.keyword)
         });
+        // A subprogram waits for its calls; a loop or condition runs as soon as it is complete.
         if ends && let Some(LineCapture { label, keyword, lines }) = self.capture.take() {
             if keyword == OKeyword::Sub {
                 self.subs.insert(label, lines.into());
@@ -204,6 +207,7 @@ impl GcodeFlow {
         site: CallSite<'_>,
     ) -> Result<CallOutcome, ReadRemark> {
         let CallSite { line, at } = site;
+        // Recursion is allowed; one without end would fill the memory.
         if self.frames.len() >= DEEPEST {
             let message = format!("more than {DEEPEST} calls in each other");
             return Err(ReadRemark::new(at, message, "does the subprogram call itself?"));
@@ -212,6 +216,7 @@ impl GcodeFlow {
             return Ok(self.enter(Arc::clone(lines), call));
         }
         self.wanted = Some(AwaitedSub { call, line: NumberedLine::new(line), at, start: None });
+        // The subprogram may stand among the lines that were read ahead for an earlier call.
         for at in 0..self.ahead.len() {
             if let Some(called) = self.look(at) {
                 return Ok(called);
@@ -228,16 +233,18 @@ impl GcodeFlow {
                 scoped: call.arguments.is_some(),
             },
         };
+        // Line 0 is the one with the label.
         self.frames.push(CallFrame { lines, next: 1, loops: Vec::new(), of });
         CallOutcome::Runs(call.arguments)
     }
 
-    /// Looks whether a line ahead begins or ends the subprogram that is wanted.
+    /// Checks a line ahead for the beginning or end of the subprogram that is wanted.
     fn look(&mut self, at: usize) -> Option<CallOutcome> {
         let wanted = self.wanted.as_mut()?;
         let text = &self.ahead.get(at)?.text;
         let word = label::o_word(text, 0);
         let of_label = word.filter(|word| word.label == wanted.call.label).map(|word| word.keyword);
+        // First the line that begins it is searched, then the one that ends it.
         let Some(start) = wanted.start else {
             let begins = match wanted.call.kind {
                 SubKind::Numbered => OKeyword::Nothing,
@@ -273,19 +280,19 @@ impl GcodeFlow {
         Some((capture.lines.first()?, remark))
     }
 
-    /// Only subprograms were read.
+    /// Returns true if a subprogram was read.
     pub(super) fn has_subs(&self) -> bool {
         !self.subs.is_empty()
     }
 }
 
 impl CallFrame {
-    /// Its parameters are its own.
+    /// Returns true if the lines have parameters of their own.
     pub(super) fn is_scoped(&self) -> bool {
         matches!(self.of, FrameKind::Sub | FrameKind::Numbered { scoped: true, .. })
     }
 
-    /// The line of a label and one of some keywords, from a line on.
+    /// Finds the line of a label with one of some keywords, from a line on.
     pub(super) fn find(&self, label: &str, keywords: &[OKeyword], from: usize) -> Option<usize> {
         let is = |line: &NumberedLine| {
             label::o_word(&line.text, 0)
@@ -294,13 +301,14 @@ impl CallFrame {
         self.lines.iter().skip(from).position(is).map(|at| at + from)
     }
 
-    /// The innermost loop is the one of this label and of a kind.
+    /// Returns true if the innermost loop has this label and kind.
     pub(super) fn in_loop(&self, label: &str, is: fn(LoopKind) -> bool) -> bool {
         self.loops.last().is_some_and(|last| *last.label == *label && is(last.kind))
     }
 
-    /// Leaves all loops from the one of a label on; that loop.
+    /// Leaves all loops from the one of a label on; returns that loop.
     pub(super) fn leave(&mut self, label: &str) -> Option<OpenLoop> {
+        // Loops inside of the one that is left are over as well.
         let at = self.loops.iter().rposition(|inner| *inner.label == *label)?;
         self.loops.truncate(at + 1);
         self.loops.pop()
@@ -311,6 +319,7 @@ impl CallFrame {
 pub(super) fn closer(keyword: OKeyword) -> OKeyword {
     match keyword {
         OKeyword::Sub => OKeyword::EndSub,
+        // `do` ends with a `while` of its own label.
         OKeyword::Do => OKeyword::While,
         OKeyword::If => OKeyword::EndIf,
         OKeyword::Repeat => OKeyword::EndRepeat,

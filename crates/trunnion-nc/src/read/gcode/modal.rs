@@ -17,7 +17,6 @@ pub(super) enum GcodeMotion {
 
 /// Modal state that holds from line to line, beside [`ControlState`](super::control::Control).
 #[derive(Debug)]
-#[expect(clippy::struct_excessive_bools, reason = "modal switches are what a control has")]
 pub(super) struct ModalState {
     pub(super) motion: Option<GcodeMotion>,
     pub(super) distance: DistanceMode,

@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 const REFERENCES: [u32; 2] = [5161, 5181];
 
 impl GcodeReader {
-    /// `G10 L2`, `G10 L20`.
+    /// Runs `G10 L2`, `G10 L20`.
     pub(super) fn write_offset(
         &mut self,
         state: &mut ReaderState,
@@ -24,6 +24,8 @@ impl GcodeReader {
         text: &str,
         at: usize,
     ) -> Result<(), ReadRemark> {
+        // L2 writes the offset itself; L20 writes it so that the present position reads as the
+        // words.
         let kind = match block.take('L').map(|word| natural(word, 'L')).transpose()? {
             Some(2) => OffsetKind::Origin,
             Some(20) => OffsetKind::Reading,
@@ -41,6 +43,7 @@ impl GcodeReader {
                 "post turned coordinates",
             ));
         }
+        // P1 is G54; P0 or no P is the active offset.
         let number = block.take('P').map_or(Ok(0), |word| natural(word, 'P'))?;
         if number > 9 {
             return Err(ReadRemark::new(at, format!("G10 P{number}"), "work offsets are P1 to P9"));
@@ -48,9 +51,12 @@ impl GcodeReader {
         let present = state.control.offset;
         let offset = number.checked_sub(1).map_or(present, |n| u8::try_from(n).unwrap_or(u8::MAX));
         let target = self.target(state, block, text)?;
+        // LinuxCNC takes the words of G10 as values in any distance mode; Fanuc adds them under
+        // G91.
         if target.incremental != 0 && self.dialect != Dialect::LinuxCnc {
             return Err(ReadRemark::new(at, "G10 with distances (G91)", "write G90"));
         }
+        // Words count from the changed offset at once.
         if offset == present {
             offset_changed(state, &target, kind);
         }
@@ -65,7 +71,7 @@ impl GcodeReader {
         Ok(())
     }
 
-    /// `G52`, `G92`, `G92.1`, `G92.2`: words are shifted.
+    /// Runs `G52`, `G92`, `G92.1`, `G92.2`: words are shifted.
     pub(super) fn shift(
         &mut self,
         state: &mut ReaderState,
@@ -81,6 +87,7 @@ impl GcodeReader {
                 "end the plane before (G69)",
             ));
         }
+        // G92.1 and G92.2 cancel the shift.
         if code > 920 {
             state.control.set_by_92 = [0.0; SLOTS];
             return Ok(());
@@ -88,6 +95,7 @@ impl GcodeReader {
         let target = self.target(state, block, text)?;
         for slot in 0..SLOTS {
             let Some(value) = target.get(slot) else { continue };
+            // G52 replaces the local shift.
             if code == 520 {
                 if let Some(local) = state.control.local.get_mut(slot) {
                     *local = value;
@@ -99,6 +107,7 @@ impl GcodeReader {
                 let help = "program the axis absolutely before it, or use G10 L20";
                 return Err(ReadRemark::new(at, message, help));
             };
+            // The present position is to read as `value`: the shift grows by the difference.
             if let Some(set) = state.control.set_by_92.get_mut(slot) {
                 *set += reads - value;
             }
@@ -106,7 +115,7 @@ impl GcodeReader {
         Ok(())
     }
 
-    /// `G28`, `G30`: over an intermediate place to a fixed one.
+    /// Runs `G28`, `G30`: over an intermediate position to the reference.
     pub(super) fn home(
         &mut self,
         state: &mut ReaderState,
@@ -117,6 +126,7 @@ impl GcodeReader {
     ) -> Result<(), ReadRemark> {
         let between = self.target(state, block, text)?;
         let line = state.log.line;
+        // G91 G28 Z0 goes home at once: the intermediate point is the present one.
         let still = |word: &Option<f64>| word.is_none_or(|word| word.abs() <= 0.0);
         let distances = between.incremental != 0;
         let rests = distances && between.words.iter().all(still);
@@ -124,8 +134,10 @@ impl GcodeReader {
             state.control.go(line, between, Pace::Rapid, Way::Line)?;
         }
         let mut home = MoveTarget::new(between.at, between.column);
+        // The reference position is one of axes.
         home.machine = true;
         for slot in 0..SLOTS {
+            // Without words all five axes go home, but not a sixth, whose reference is unknown.
             let all = between.is_empty() && slot + 1 < SLOTS;
             if between.get(slot).is_some() || all {
                 let value = self.reference(state, usize::from(code == 300), slot);
@@ -142,6 +154,7 @@ impl GcodeReader {
     fn reference(&self, state: &mut ReaderState, which: usize, slot: usize) -> Option<f64> {
         let first = REFERENCES.get(which)?;
         let at = state.control.letter(slot).and_then(|c| "XYZABCUVW".find(c))?;
+        // #5161 to #5169 are X Y Z A B C U V W of G28, #5181 and on those of G30.
         let number = first + u32::try_from(at).ok()?;
         let key = super::parameters::ParameterKey::Number(number);
         let given = self.parameters.get(&key, &state.control, state.log.line);
@@ -151,7 +164,7 @@ impl GcodeReader {
         }
     }
 
-    /// `G68.2 X Y Z I J K`: Euler angles about Z, the new X, the new Z.
+    /// Runs `G68.2 X Y Z I J K`: Euler angles about Z, the new X, the new Z.
     pub(super) fn tilt(
         &mut self,
         state: &mut ReaderState,
@@ -166,6 +179,7 @@ impl GcodeReader {
                 "end the first before (G69)",
             ));
         }
+        // P1 to P4 define the plane by fixed angles, three points, two vectors or projected angles.
         if let Some(kind) = block.take('P')
             && kind.value.abs() > 0.0
         {
@@ -178,17 +192,19 @@ impl GcodeReader {
         }
         let [i, j, k] =
             ['I', 'J', 'K'].map(|letter| block.take(letter).map_or(0.0, |w| w.value.to_radians()));
+        // X Y Z are the origin of the plane, absolute in any distance mode.
         let mode = std::mem::replace(&mut self.modal.distance, DistanceMode::Absolute);
         let target = self.target(state, block, text);
         self.modal.distance = mode;
         let target = target?;
         let [x, y, z] = state.control.xyz.map(|slot| target.get(slot).unwrap_or(0.0));
+        // The plane keeps the shifts that were active when it was defined.
         let origin = Vector3::new(x, y, z) + state.control.linear_shift();
         state.control.tilt(state.log.line, origin, euler([i, j, k]));
         Ok(())
     }
 
-    /// `G53.1`: the rotary axes turn the tool to the plane's normal.
+    /// Runs `G53.1`: the rotary axes turn the tool to the normal of the plane.
     pub(super) fn turn_to_plane(
         &mut self,
         state: &mut ReaderState,
@@ -208,6 +224,7 @@ impl GcodeReader {
 fn offset_changed(state: &mut ReaderState, target: &MoveTarget, kind: OffsetKind) {
     for slot in 0..SLOTS {
         let Some(value) = target.get(slot) else { continue };
+        // L20 states the new reading; behind L2 it depends on the offset before, which is unknown.
         let reads = (kind == OffsetKind::Reading).then_some(value + state.control.shift(slot));
         if let Some(place) = state.control.place.get_mut(slot) {
             *place = reads;

@@ -40,6 +40,7 @@ pub(in crate::read) struct GcodeReader {
 impl GcodeReader {
     pub(in crate::read) fn new(options: &ReadOptions) -> Self {
         let mut first = [Some(0.0); SLOTS];
+        // G28 leads to the reference given for reading; G30 is unknown until the program stores it.
         for (to, from) in first.iter_mut().zip(options.reference) {
             *to = Some(from);
         }
@@ -79,16 +80,18 @@ impl GcodeReader {
         }
     }
 
-    /// There are lines to run before the file's next.
+    /// Returns true if lines are to be run before the next of the file.
     pub(in crate::read) fn is_busy(&self) -> bool {
         self.flow.is_busy() || self.macros.tape.is_busy()
     }
 
     /// Runs one of them.
     pub(in crate::read) fn advance(&mut self, state: &mut ReaderState) {
+        // The innermost call or loop runs first.
         let Some(frame) = self.flow.frames.last_mut() else { return self.advance_file(state) };
         let at = frame.next;
         frame.next += 1;
+        // The lines are shared by all calls of a subprogram.
         let lines = std::sync::Arc::clone(&frame.lines);
         let Some(NumberedLine { number, text }) = lines.get(at) else {
             return self.leave();
@@ -109,6 +112,7 @@ impl GcodeReader {
 
     /// Runs a line of the file again, or one that was read ahead of its turn.
     pub(super) fn advance_file(&mut self, state: &mut ReaderState) {
+        // Lines that a loop runs again come before those that were read ahead.
         match self.macros.tape.play() {
             Ok(Some((number, text))) => self.run_of_file(state, FileLine { number, text: &text }),
             Ok(None) => {
@@ -134,6 +138,7 @@ impl GcodeReader {
 
     /// Counts a line that is run out of turn.
     pub(super) fn may_repeat(&mut self, state: &mut ReaderState, text: &str) -> bool {
+        // Counts lines, not rounds: an empty loop ends as well.
         if let Some(left) = self.left.checked_sub(1) {
             self.left = left;
             return true;
@@ -164,6 +169,7 @@ impl GcodeReader {
     /// Runs a line of the file for the first time, and keeps it where a later line may lead back.
     pub(super) fn of_file(&mut self, state: &mut ReaderState, line: FileLine<'_>) {
         let FileLine { number, text } = line;
+        // The tape needs every line in order, whether it is run or skipped.
         self.macros.tape.record(number, text);
         if self.dialect != Dialect::LinuxCnc && text.as_bytes().contains(&b'#') {
             // From here on a loop may count, and lead back to any line.
@@ -176,6 +182,7 @@ impl GcodeReader {
     pub(super) fn run_of_file(&mut self, state: &mut ReaderState, line: FileLine<'_>) {
         let FileLine { number, text } = line;
         state.log.line = number;
+        // A jump skips lines up to its target.
         if self.macros.passes(text) {
             return;
         }
@@ -192,7 +199,8 @@ impl GcodeReader {
         }
     }
 
-    /// A line without O-word, which is number `line` of the file or of the subprogram that runs.
+    /// Runs a line without O-word, which is number `line` of the file or of the subprogram that
+    /// runs.
     pub(super) fn statement_or_plain(
         &mut self,
         state: &mut ReaderState,
@@ -222,6 +230,7 @@ impl GcodeReader {
                 state.control.ended |= self.percents > 1;
                 None
             }
+            // Block delete stands before everything else.
             b'/' => {
                 let (run, from) = self.deleted(state, text, from);
                 run.then(|| (from, label::o_word(text, from)))
@@ -231,13 +240,15 @@ impl GcodeReader {
         }
     }
 
-    /// `/` or `/2` before a line: whether it is run, and where it goes on.
+    /// Decides on `/` or `/2` before a line: returns true if it is run, and the offset behind the
+    /// mark.
     pub(super) fn deleted(
         &self,
         state: &mut ReaderState,
         text: &str,
         from: usize,
     ) -> (bool, usize) {
+        // /2 to /9 are switches of their own; one answer holds for all.
         let digit = text.as_bytes().get(from + 1).is_some_and(u8::is_ascii_digit);
         if let Some(run) = self.block_delete {
             return (run, from + 1 + usize::from(digit));
@@ -246,7 +257,7 @@ impl GcodeReader {
         (false, from)
     }
 
-    /// Words.
+    /// Runs a line of plain words.
     pub(super) fn plain(&mut self, state: &mut ReaderState, tail: LineTail<'_>) {
         let text = tail.text;
         let mut block = self.block.take().unwrap_or_else(|| Box::new(GcodeBlock::new()));
@@ -258,6 +269,7 @@ impl GcodeReader {
                 ExpressionEnv { parameters: &self.parameters, control, line: log.line, fanuc };
             block.scan(tail, &env, |remark| log.fault(text, remark));
         }
+        // A line that cannot be read in whole must not run in part.
         if state.log.faults.len() == before && !(block.is_empty() && block.assignments.is_empty()) {
             self.run(state, &mut block, text);
         }
@@ -271,6 +283,7 @@ impl GcodeReader {
         let done = self.words(state, block, text, &mut now);
         let failed = done.is_err();
         note(state, text, done);
+        // A word that no code took would have an effect that is not understood.
         for (letter, word) in block.left() {
             // Axes are left over where something else of the line could not be understood.
             if failed && state.control.known_slot(letter).is_some() {
@@ -281,6 +294,7 @@ impl GcodeReader {
             state.log.fault(text, remark);
         }
         for (key, value) in block.assignments.drain(..) {
+            // Setting #3000 stops a Fanuc control with an alarm.
             if key == parameters::ALARM && self.dialect != Dialect::LinuxCnc {
                 let message = "the program raises an alarm here (#3000)";
                 state.log.fault(text, ReadRemark::new(0, message, "look at what it found wrong"));
@@ -295,6 +309,7 @@ impl GcodeReader {
         for &(at, end) in now.stops.iter().flatten() {
             state.control.keep(state.log.line, text.get(at..end).unwrap_or_default());
         }
+        // Stops and ends take effect behind the motion of their line.
         state.control.ended |= now.ends;
         if let Some((label, times, at)) = &now.call {
             let call = SubCall {
@@ -309,6 +324,7 @@ impl GcodeReader {
         }
         match now.return_to {
             Some((line, at)) if now.returns => {
+                // M99 P10 leaves the subprogram before the jump.
                 if matches!(
                     self.flow.frames.last().map(|frame| frame.of),
                     Some(FrameKind::Numbered { .. })
@@ -323,10 +339,11 @@ impl GcodeReader {
         }
     }
 
-    /// `M99`.
+    /// Runs `M99`.
     pub(super) fn return_numbered(&mut self, state: &mut ReaderState) {
         match self.flow.frames.last_mut() {
             Some(frame) => match &mut frame.of {
+                // M98 with L runs the subprogram again from the line behind its label.
                 FrameKind::Numbered { again: 0, .. } => self.leave(),
                 FrameKind::Numbered { again, .. } => (*again, frame.next) = (*again - 1, 1),
                 _ => state.control.ended = true,

@@ -32,6 +32,7 @@ impl KlartextFlow {
 
     /// Records the line of a label.
     pub(super) fn note(&mut self, label: &str, line: u32) {
+        // A block that runs again sets the same label at the same line.
         self.known.entry(upper(label)).or_insert(line);
     }
 
@@ -57,12 +58,12 @@ pub(super) fn upper(label: &str) -> Box<str> {
     label.to_ascii_uppercase().into()
 }
 
-/// Labels are numbers or quoted names.
+/// Compares labels, which are numbers or quoted names, in any case.
 pub(super) fn same(one: &str, other: &str) -> bool {
     one.eq_ignore_ascii_case(other)
 }
 
-/// The label that a block sets.
+/// Returns the label that a block sets.
 pub(super) fn label_of(code: &str, from: usize) -> Option<&str> {
     let head = code.get(from..from + 3)?;
     if !head.eq_ignore_ascii_case("LBL") {

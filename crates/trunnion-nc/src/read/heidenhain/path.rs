@@ -68,6 +68,7 @@ impl HeidenhainReader {
         while let Some(token) = tokens.next_token() {
             self.word(state, &mut block, token, &mut tokens)?;
         }
+        // A block without axis words is placed at its first word.
         if block.target.at == usize::MAX {
             block.target.at = first.at;
         }
@@ -94,6 +95,7 @@ impl HeidenhainReader {
         let upper = token.text.to_ascii_uppercase();
         let bytes = upper.as_bytes();
         match bytes {
+            // Letter pairs go first, as R, T, P and F also begin other words.
             b"R0" => Ok(()),
             b"RL" | b"RR" | b"R+" | b"R-" => {
                 let help = "post the compensated path with R0";
@@ -116,6 +118,7 @@ impl HeidenhainReader {
                 Ok(())
             }
             [b'R', ..] => {
+                // CR R+ is an arc below half a turn, R- one above.
                 block.radius = Some(state.control.scale() * self.value(&token.after(1))?.value);
                 Ok(())
             }
@@ -127,7 +130,7 @@ impl HeidenhainReader {
         }
     }
 
-    /// `FMAX`, `F MAX`, `F800`.
+    /// Reads `FMAX`, `F MAX`, `F800`.
     fn feed(
         &mut self,
         state: &mut ReaderState,
@@ -135,6 +138,7 @@ impl HeidenhainReader {
         token: Token<'_>,
         tokens: &mut Tokens<'_>,
     ) -> Result<(), ReadRemark> {
+        // The value may stand apart: `F 800`, `F MAX`.
         let value = if token.text.len() == 1 { tokens.expect()? } else { token.after(1) };
         if value.text.eq_ignore_ascii_case("MAX") {
             block.rapid = true;
@@ -171,7 +175,7 @@ impl HeidenhainReader {
         Ok(())
     }
 
-    /// `PR+10`, `IPA+360`.
+    /// Reads `PR+10`, `IPA+360`.
     fn polar(
         &self,
         state: &ReaderState,
@@ -181,6 +185,7 @@ impl HeidenhainReader {
     ) -> Result<(), ReadRemark> {
         let incremental = bytes.first() == Some(&b'I');
         let skip = 2 + usize::from(incremental);
+        // IPR and IPA count from the current polar coordinates.
         let angle = bytes.get(skip - 1) == Some(&b'A');
         let value = self.value(&token.after(skip))?.value;
         let value = if angle { value.to_radians() } else { state.control.scale() * value };
@@ -193,7 +198,7 @@ impl HeidenhainReader {
         Ok(())
     }
 
-    /// `X+10`, `IX+5`, `C+30`.
+    /// Reads `X+10`, `IX+5`, `C+30`.
     fn coordinate(
         &mut self,
         state: &mut ReaderState,
@@ -211,6 +216,8 @@ impl HeidenhainReader {
         let Some(slot) = state.control.slot(letter) else {
             return Err(state.control.no_axis(token.at, &excerpt(token.text)));
         };
+        // PLANE .. STAY stores its rotary angles in Q120 to Q122; blocks with these turn to the
+        // plane.
         if state.control.is_rotary(slot) && state.control.tilted.is_some_and(|plane| !plane.ready) {
             let value = token.after(skip + 1).text.trim_start_matches('+').to_ascii_uppercase();
             if matches!(value.as_str(), "Q120" | "Q121" | "Q122") {
@@ -250,7 +257,7 @@ impl HeidenhainReader {
         Ok(())
     }
 
-    /// M functions.
+    /// Runs an M function.
     fn m_code(
         &mut self,
         state: &mut ReaderState,
@@ -268,8 +275,11 @@ impl HeidenhainReader {
                 state.control.spindle(line);
             }
             6 | 8 | 9 | 90 | 120 => state.control.keep(line, token.text),
+            // M91: axis positions, in its block.
             91 => block.target.machine = true,
+            // M126: rotaries take the shorter way; M127 ends it.
             126 | 127 => self.shortest = number == 126,
+            // M128 is FUNCTION TCPM; an F beside it limits the compensation only.
             128 => {
                 state.control.enable_tcp();
                 block.tcpm = true;
@@ -296,8 +306,9 @@ impl HeidenhainReader {
         Ok(())
     }
 
-    /// `CC X+0 Y+0`: the pole; alone: where the tool is.
+    /// Sets the pole: `CC X+0 Y+0`; alone: the current position.
     fn set_pole(&mut self, state: &ReaderState, block: &PathBlock) -> Result<(), ReadRemark> {
+        // CC without axes takes the current position as the pole.
         let all = block.target.is_empty();
         for axis in 0..3 {
             let slot = state.control.xyz[axis];
@@ -324,6 +335,7 @@ impl HeidenhainReader {
         block: &mut PathBlock,
     ) -> Result<(), ReadRemark> {
         let at = block.target.at;
+        // F is modal, unless it stands beside M128 as the speed of compensation.
         if let (Some(feed), false) = (block.feed, block.tcpm && block.target.is_empty()) {
             state.control.feed = Some(feed);
         }
@@ -336,6 +348,7 @@ impl HeidenhainReader {
             return state.control.turn_to_plane(state.log.line, at, held);
         }
         if block.vector.iter().any(Option::is_some) {
+            // Tool vectors need TCPM: without it X Y Z would be axis positions.
             if word != "LN" || !state.control.tcp {
                 let message = "TX TY TZ without LN or without TCPM";
                 return Err(ReadRemark::new(at, message, "write FUNCTION TCPM or M128 before"));
@@ -347,6 +360,7 @@ impl HeidenhainReader {
             "C" => Some(self.circle_about_pole(state, block)?),
             "CR" => Some(self.circle_by_radius(state, block)?),
             "CP" => Some(self.polar_circle(state, block)?),
+            // A polar end is reckoned into X Y Z; the move is straight.
             "LP" => {
                 self.polar_end(state, block)?;
                 None
@@ -364,9 +378,10 @@ impl HeidenhainReader {
         state.control.go(state.log.line, block.target, pace, way.unwrap_or(Way::Line))
     }
 
-    /// The pole as seen from where the tool is.
+    /// Returns the pole relative to the current position \[mm\].
     fn pole_from_here(&self, state: &ReaderState, at: usize) -> Result<[f64; 2], ReadRemark> {
         let from = |axis: usize| {
+            // The pole is in words, as the current position is: shifts cancel.
             let pole = self.pole.get(axis).copied().flatten().ok_or_else(|| {
                 ReadRemark::new(at, "a circle or polar word without its pole", "write CC before it")
             })?;
@@ -382,7 +397,7 @@ impl HeidenhainReader {
         })
     }
 
-    /// `C X Y DR+`: about the pole.
+    /// Returns the arc of `C X Y DR+`: about the pole.
     fn circle_about_pole(&self, state: &ReaderState, block: &PathBlock) -> Result<Way, ReadRemark> {
         let sense = Self::sense(block)?;
         let form = ArcForm::Center(self.pole_from_here(state, block.target.at)?);
@@ -390,7 +405,7 @@ impl HeidenhainReader {
         arc::way(&state.control, &block.target, &GivenArc { plane, form, sense, turns: 1 })
     }
 
-    /// `CR X Y R+20 DR+`.
+    /// Returns the arc of `CR X Y R+20 DR+`.
     fn circle_by_radius(&self, state: &ReaderState, block: &PathBlock) -> Result<Way, ReadRemark> {
         let at = block.target.at;
         let sense = Self::sense(block)?;
@@ -402,11 +417,12 @@ impl HeidenhainReader {
         arc::way(&state.control, &block.target, &GivenArc { plane, form, sense, turns: 1 })
     }
 
-    /// `CP IPA+720 DR+ IZ-5`: about the pole, any number of turns.
+    /// Returns the arc of `CP IPA+720 DR+ IZ-5`: about the pole, any number of turns.
     fn polar_circle(&self, state: &ReaderState, block: &mut PathBlock) -> Result<Way, ReadRemark> {
         let at = block.target.at;
         let clockwise = Self::sense(block)? == ArcSense::Clockwise;
         let center = self.pole_from_here(state, at)?;
+        // Polar angle of the current position about the pole.
         let start = (-center[1]).atan2(-center[0]);
         let Some(PolarWord { value: angle, mode }) = block.polar[1] else {
             return Err(ReadRemark::new(at, "CP without its angle", "write PA or IPA"));
@@ -414,22 +430,25 @@ impl HeidenhainReader {
         let sweep = if mode == DistanceMode::Incremental {
             angle
         } else {
+            // PA is absolute: the sweep in [0, 2π), less a turn for DR-.
             let up = (angle - start).rem_euclid(TAU);
             if clockwise { up - TAU } else { up }
         };
+        // The sign of IPA is the sense of rotation, which DR repeats.
         if (sweep < 0.0) != clockwise || sweep.abs() > LARGEST {
             let message = "the angle of CP runs against DR";
             return Err(ReadRemark::new(at, message, "their signs must agree"));
         }
         let plane = self.plane.map(|axis| state.control.xyz[axis]);
         let arc = Arc { plane, center, sweep };
+        // The end follows from centre and sweep, as a distance from the start.
         for (slot, change) in plane.into_iter().zip(arc.at(1.0)) {
             block.target.set(slot, change, DistanceMode::Incremental);
         }
         Ok(Way::Arc(arc))
     }
 
-    /// `LP PR+10 PA+30`.
+    /// Sets the end of `LP PR+10 PA+30`.
     fn polar_end(&self, state: &ReaderState, block: &mut PathBlock) -> Result<(), ReadRemark> {
         let at = block.target.at;
         let center = self.pole_from_here(state, at)?;
@@ -442,6 +461,7 @@ impl HeidenhainReader {
         };
         let radius = value(block.polar[0], from_radius);
         let angle = value(block.polar[1], from_angle);
+        // Pole plus radius in the direction of the angle, relative to the current position.
         let end = [center[0] + radius * angle.cos(), center[1] + radius * angle.sin()];
         let plane = self.plane.map(|axis| state.control.xyz[axis]);
         for (slot, change) in plane.into_iter().zip(end) {

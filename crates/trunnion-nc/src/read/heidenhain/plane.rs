@@ -27,7 +27,7 @@ enum PlanePositioning {
 }
 
 impl HeidenhainReader {
-    /// A tilted plane, or its end.
+    /// Begins or ends a tilted plane.
     pub(super) fn plane(
         &mut self,
         state: &mut ReaderState,
@@ -58,6 +58,7 @@ impl HeidenhainReader {
                 "state how the rotary axes get there",
             )
         })?;
+        // RESET ends the plane; TURN and MOVE then take the rotaries to zero.
         if name == "RESET" {
             state.control.untilt();
             return turn_back(state, at, positioning);
@@ -65,14 +66,19 @@ impl HeidenhainReader {
         let [a, b, c, i, j, k] = values;
         let turn = match name.as_str() {
             "VECTOR" => {
+                // VECTOR: N is the z axis of the plane, B its x axis as far as it is square to N
+                // (Gram-Schmidt).
                 let normal = axis_of(Vector3::new(i, j, k), at)?;
                 let base = Vector3::new(a, b, c);
                 let across = axis_of(base - normal.scale(normal.dot(&base)), at)?;
+                // Right-handed: y = z × x. The columns are the axes, so the matrix takes plane to
+                // work.
                 let third = normal.cross(&across);
                 let columns = [across.into_inner(), third, normal.into_inner()];
                 let turn = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&columns));
                 UnitQuaternion::from_rotation_matrix(&turn)
             }
+            // EULER: precession about Z, nutation about the new X, rotation about the new Z.
             "EULER" => euler([a, b, c].map(f64::to_radians)),
             // About the fixed X, then the fixed Y, then the fixed Z.
             _ => {
@@ -81,6 +87,7 @@ impl HeidenhainReader {
                     * about(Vector3::x_axis(), a.to_radians())
             }
         };
+        // PLANE turns about the current datum.
         let origin = state.control.linear_shift();
         state.control.tilt(line, origin, turn);
         match positioning {
@@ -90,7 +97,7 @@ impl HeidenhainReader {
         }
     }
 
-    /// Values by name, and how the axes get there.
+    /// Reads values by name, and the positioning of the rotary axes.
     fn words_of_plane(
         &self,
         names: &[&str],
@@ -101,6 +108,7 @@ impl HeidenhainReader {
         while let Some(token) = tokens.next_token() {
             let upper = token.text.to_ascii_uppercase();
             let named = names.iter().zip(&mut values).find(|(name, _)| upper.starts_with(**name));
+            // SPB+45 and SPB45 alike: the value follows the name at once.
             if let Some((name, value)) = named {
                 *value = self.value(&token.after(name.len()))?.value;
                 continue;
@@ -126,7 +134,7 @@ impl HeidenhainReader {
     }
 }
 
-/// `PLANE RESET TURN`: the rotary axes go to zero.
+/// Runs `PLANE RESET TURN`: the rotary axes go to zero.
 fn turn_back(
     state: &mut ReaderState,
     at: usize,
@@ -135,6 +143,7 @@ fn turn_back(
     if positioning == PlanePositioning::Stay {
         return Ok(());
     }
+    // Zero of both rotaries is the position without tilt.
     let mut target = MoveTarget::new(at, 1);
     for slot in [FIRST_ROTARY, SECOND_ROTARY] {
         target.set(slot, 0.0, DistanceMode::Absolute);

@@ -56,7 +56,7 @@ impl HeidenhainReader {
         }
     }
 
-    /// There are blocks to run before the file's next.
+    /// Returns true if blocks are to be run before the next of the file.
     pub(in crate::read) fn is_busy(&self) -> bool {
         self.flow.tape.is_busy()
     }
@@ -86,7 +86,9 @@ impl HeidenhainReader {
         state.log.line = number;
         // A tool called before the program begins is as good as one called in it.
         state.control.length |= self.lines == 1;
+        // Behind a semicolon stands a comment.
         let code = text.split(';').next().unwrap_or_default().trim_end();
+        // A tilde continues the block on the next line, as long cycles are written.
         if let Some(part) = code.strip_suffix('~') {
             self.begin_or_go_on(number, part);
             if self.joined.len() > LONGEST {
@@ -163,6 +165,7 @@ impl HeidenhainReader {
         if let Some(label) = label.filter(|label| *label != "0") {
             self.flow.note(label, state.log.line);
         }
+        // Blocks up to the label that is searched are not run.
         if self.flow.passes(label) {
             return Ok(());
         }
@@ -195,7 +198,7 @@ impl HeidenhainReader {
         }
     }
 
-    /// `BEGIN PGM NAME MM`.
+    /// Runs `BEGIN PGM NAME MM`.
     pub(super) fn begin(
         state: &mut ReaderState,
         tokens: &mut Tokens<'_>,
@@ -209,7 +212,7 @@ impl HeidenhainReader {
         Ok(())
     }
 
-    /// `BLK FORM`, `TOOL CALL`, `TOOL DEF`, `STOP`.
+    /// Runs `BLK FORM`, `TOOL CALL`, `TOOL DEF`, `STOP`.
     pub(super) fn technology(
         &mut self,
         state: &mut ReaderState,
@@ -232,7 +235,7 @@ impl HeidenhainReader {
         }
     }
 
-    /// `TOOL CALL 5 Z S8000 F500`.
+    /// Runs `TOOL CALL 5 Z S8000 F500`.
     pub(super) fn tool_call(
         &mut self,
         state: &mut ReaderState,
@@ -249,6 +252,8 @@ impl HeidenhainReader {
                     let digits = upper.chars().filter(char::is_ascii_digit).take(9);
                     number = Some(digits.collect::<String>().parse().unwrap_or(0));
                 }
+                // The tool axis is the third axis of a right-handed plane: X to YZ, Y to ZX, Z to
+                // XY.
                 b"X" => self.plane = [1, 2],
                 b"Y" => self.plane = [2, 0],
                 b"Z" => self.plane = [0, 1],
@@ -257,6 +262,7 @@ impl HeidenhainReader {
                     let feed = self.value(&token.after(1))?;
                     state.control.feed = Some(feed.value);
                 }
+                // An oversize changes length or radius of the tool against the programmed path.
                 [b'D', b'L' | b'R', ..] => {
                     let skip = if upper.starts_with("DR2") { 3 } else { 2 };
                     if self.value(&token.after(skip))?.value.abs() > 0.0 {
@@ -281,6 +287,7 @@ impl HeidenhainReader {
         if let Some(number) = number {
             state.control.keep(line, text);
             state.control.tool = number;
+            // TOOL CALL changes the tool and compensates its length at once; tool 0 is none.
             state.control.change_tool(line, number);
             if number == 0 {
                 state.control.disable_length();
@@ -291,13 +298,14 @@ impl HeidenhainReader {
         Ok(())
     }
 
-    /// `Q1 = +5`, from a byte offset on.
+    /// Runs `Q1 = +5`, from a byte offset on.
     pub(super) fn assign(
         &mut self,
         first: &Token<'_>,
         code: &str,
         at: usize,
     ) -> Result<(), ReadRemark> {
+        // FN 0: stands before the assignment, which begins behind its colon.
         let from = at.max(first.at);
         let text = code.get(from..).unwrap_or_default();
         let Some((name, value)) = text.split_once('=') else {
@@ -314,7 +322,7 @@ impl HeidenhainReader {
         Ok(())
     }
 
-    /// `FN 0: Q1 = +5`, up to `FN 7`; `FN 9` to `FN 12` jump.
+    /// Runs `FN 0: Q1 = +5`, up to `FN 7`; `FN 9` to `FN 12` jump.
     pub(super) fn formula(
         &mut self,
         state: &ReaderState,
@@ -342,6 +350,7 @@ impl HeidenhainReader {
         state: &mut ReaderState,
         token: &Token<'_>,
     ) -> Result<(), ReadRemark> {
+        // The time may be joined to its word.
         let digits = token.text.find(|c: char| c.is_ascii_digit()).unwrap_or(token.text.len());
         let seconds = self.value(&token.after(digits))?.value;
         let line = state.log.line;
@@ -349,18 +358,18 @@ impl HeidenhainReader {
         Ok(())
     }
 
-    /// No datum shift.
+    /// Cancels the datum shift.
     pub(super) fn unshift(state: &mut ReaderState) {
         state.control.local = [0.0; SLOTS];
     }
 }
 
-/// A block begins with a word.
+/// Returns true if a block begins with a word.
 pub(super) fn starts(code: &str, from: usize, word: &str) -> bool {
     code.get(from..from + word.len()).is_some_and(|head| head.eq_ignore_ascii_case(word))
 }
 
-/// `Q1`, `QL2`, `QR3`.
+/// Returns true for `Q1`, `QL2`, `QR3`.
 pub(super) fn is_q(word: &str) -> bool {
     let digits = word.trim_start_matches("QL").trim_start_matches("QR").trim_start_matches('Q');
     word.starts_with('Q') && !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())

@@ -16,7 +16,7 @@ pub(super) struct KlartextValue {
 }
 
 impl HeidenhainReader {
-    /// `+10`, `10,5`, `-Q3`.
+    /// Reads `+10`, `10,5`, `-Q3`.
     pub(super) fn value(&self, token: &Token<'_>) -> Result<KlartextValue, ReadRemark> {
         if let Some(found) = number::signed(token.text, DecimalMark::PointOrComma)
             && found.length == token.text.len()
@@ -27,8 +27,9 @@ impl HeidenhainReader {
         Ok(KlartextValue { value, decimals: COMPUTED })
     }
 
-    /// `+Q1 * 2`, `Q1 DIV 2`.
+    /// Evaluates `+Q1 * 2`, `Q1 DIV 2`.
     pub(super) fn arithmetic(&self, text: &str, at: usize) -> Result<f64, ReadRemark> {
+        // FN 4 writes its division as DIV.
         let text = text.replace("DIV", "/");
         let written = FormulaText { text: &text, from: 0, at, mark: DecimalMark::PointOrComma };
         arithmetic::value(&written, &self.variables)

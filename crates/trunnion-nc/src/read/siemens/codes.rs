@@ -55,7 +55,7 @@ const KEPT: [&str; 41] = [
 ];
 
 impl SiemensReader {
-    /// A G or M code.
+    /// Applies a G or M code.
     pub(super) fn code(
         &mut self,
         state: &mut ReaderState,
@@ -65,6 +65,7 @@ impl SiemensReader {
         code: &str,
     ) -> Result<(), ReadRemark> {
         let SiemensCode { letter, tenths } = written;
+        // G and M codes of Sinumerik are whole numbers.
         if tenths % 10 != 0 {
             return Err(not_understood(item, code));
         }
@@ -80,6 +81,8 @@ impl SiemensReader {
             3 => self.moves(line, SiemensMotion::Arc(ArcSense::Counterclockwise)),
             4 => line.dwell = true,
             17..=19 => self.plane = usize::try_from(number - 17).unwrap_or_default(),
+            // At the control G70 and G71 concern coordinates only, G700 and G710 feeds as well.
+            // Here all four switch both.
             70 | 700 => state.control.inch = true,
             71 | 710 => state.control.inch = false,
             90 => self.distance = DistanceMode::Absolute,
@@ -87,11 +90,14 @@ impl SiemensReader {
             93 => feed_mode(state, FeedMode::Inverse),
             94 => feed_mode(state, FeedMode::PerMinute),
             95 => feed_mode(state, FeedMode::PerRevolution),
+            // G53 and G153 suppress all frames in their block, as SUPA does.
             53 | 153 => line.machine = true,
+            // G54 to G57 are the first four offsets, G505 to G599 the ones behind.
             54..=57 => state.control.set_offset(u8::try_from(number - 54).unwrap_or(u8::MAX)),
             505..=599 => state.control.set_offset(u8::try_from(number - 501).unwrap_or(u8::MAX)),
             // Without a settable offset words are axis positions less the tool: no offset of ours.
             500 => state.control.set_offset(u8::MAX),
+            // Exact stop and blending: the programmed path stays.
             9 | 60 | 64 | 601 | 602 | 603 | 641..=646 => {
                 let text = code.get(item.at..item.end).unwrap_or_default();
                 state.control.keep(state.log.line, text);
@@ -107,7 +113,7 @@ impl SiemensReader {
         line.motion = true;
     }
 
-    /// A word without a value, or a call.
+    /// Applies a word without a value, or a call.
     pub(super) fn keyword(
         state: &mut ReaderState,
         line: &mut SiemensBlock,
@@ -117,6 +123,8 @@ impl SiemensReader {
     ) -> Result<(), ReadRemark> {
         match name {
             "TRAORI" => {
+                // TRAORI(2) and offsets of its own select other machine data, which the reader does
+                // not have.
                 if !matches!(arguments(item), "" | "1") {
                     let message = "TRAORI with values of its own";
                     return Err(ReadRemark::new(
@@ -131,7 +139,9 @@ impl SiemensReader {
                 state.control.disable_tcp();
                 state.control.turning = None;
             }
+            // Suppresses all frames: axis positions.
             "SUPA" => line.machine = true,
+            // Large-circle interpolation of the tool axis, against linear rotary axes.
             "ORIVECT" | "ORIPLANE" => state.control.turning = Some(Turning::GreatCircle),
             "ORIAXES" => state.control.turning = Some(Turning::Rotary),
             // With rotary words ORIMKS and ORIWKS differ by the frames that are refused here.

@@ -10,7 +10,7 @@ use crate::read::log::ReadRemark;
 use crate::read::number::{self, DecimalMark};
 
 impl SiemensReader {
-    /// The value of a word, and how it counts.
+    /// Returns the value of a word and its mode.
     pub(super) fn value(
         &self,
         item: &SiemensWord<'_>,
@@ -27,6 +27,7 @@ impl SiemensReader {
                 ValueMode::Plain,
             ));
         }
+        // ACP and ACN stand before AC in the table, as it begins both.
         let mode = MODES.iter().find(|(name, _)| {
             let head = text.get(..name.len()).unwrap_or_default();
             let rest = text.get(name.len()..).unwrap_or_default();

@@ -61,6 +61,8 @@ impl SiemensFlow {
                 self.seek = None;
                 return false;
             }
+            // On the way to a label structures are counted: an END without its beginning closes a
+            // loop that the jump has left.
             (SiemensSeek::Label(_), Some(FlowWord::Open(_))) => self.depth += 1,
             (SiemensSeek::Label(_), Some(FlowWord::Close(kind))) => {
                 // A jump out of a loop leaves it.
@@ -70,6 +72,7 @@ impl SiemensFlow {
                     None => {}
                 }
             }
+            // Structures of the same kind inside have ends of their own.
             (SiemensSeek::End { kind, .. }, Some(FlowWord::Open(other))) if *kind == other => {
                 self.depth += 1;
             }

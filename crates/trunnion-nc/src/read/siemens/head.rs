@@ -48,6 +48,7 @@ impl<'a> BlockHead<'a> {
             at += blanks(code, at);
         }
         let name = name_at(code, at);
+        // Labels have two characters at least, and a colon behind.
         if name.len() > 1 && code.as_bytes().get(at + name.len()) == Some(&b':') {
             label = name;
             at += name.len() + 1;
@@ -58,7 +59,7 @@ impl<'a> BlockHead<'a> {
         Self { number, label, word, at }
     }
 
-    /// A later line may lead back here.
+    /// Returns true if a later line may lead back here.
     pub(super) fn may_return(&self) -> bool {
         !self.label.is_empty() || matches!(self.word, Some(FlowWord::Open(_)))
     }
@@ -69,7 +70,7 @@ impl<'a> BlockHead<'a> {
     }
 }
 
-/// Blanks at a byte offset.
+/// Returns the number of blanks at a byte offset.
 pub(super) fn blanks(code: &str, at: usize) -> usize {
     let rest = code.get(at..).unwrap_or_default();
     rest.len() - rest.trim_start().len()
@@ -104,6 +105,7 @@ const WORDS: [(&str, FlowWord); 17] = [
 
 fn word_of(code: &str, at: usize, name: &str) -> Option<FlowWord> {
     let (_, word) = WORDS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name))?;
+    // `IF .. GOTOF` jumps by itself and has no ENDIF; REPEAT with a label repeats a section.
     let behind = || code.get(at + name.len()..).unwrap_or_default().trim();
     Some(match word {
         FlowWord::Open(StructureKind::If) if jump_in(code, at).is_some() => FlowWord::If,

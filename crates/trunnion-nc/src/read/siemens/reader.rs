@@ -43,7 +43,7 @@ impl SiemensReader {
         }
     }
 
-    /// There are lines to run before the file's next.
+    /// Returns true if lines are to be run before the next of the file.
     pub(in crate::read) fn is_busy(&self) -> bool {
         self.flow.tape.is_busy()
     }
@@ -86,6 +86,7 @@ impl SiemensReader {
                 None => return state.log.fault(text, undecided_block(from)),
             }
         }
+        // The beginning of a block decides whether it runs, and what may lead back to it.
         let head = BlockHead::of(code, from);
         if head.may_return() {
             self.flow.tape.keep(text);
@@ -123,7 +124,7 @@ impl SiemensReader {
         self.run(state, line)
     }
 
-    /// A word that carries a value, or a call.
+    /// Applies a word that carries a value, or a call.
     pub(super) fn word(
         &mut self,
         state: &mut ReaderState,
@@ -132,6 +133,7 @@ impl SiemensReader {
         code: &str,
     ) -> Result<(), ReadRemark> {
         let name = item.text_name().to_ascii_uppercase();
+        // Two letters at least: a single letter with a number is an address.
         let named = name.bytes().take(2).all(|byte| byte.is_ascii_alphabetic() || byte == b'_');
         let known = name.len() > 1 && named && self.variables.contains_key(name.as_str());
         if (known || item.number_of("R").is_some()) && item.is_assignment() {
@@ -141,6 +143,7 @@ impl SiemensReader {
             self.flow.tape.keep(code);
             return Ok(());
         }
+        // A3 B3 C3 are the components of the tool axis under TRAORI.
         if let Some(at) = ["A3", "B3", "C3"].iter().position(|known| *known == name) {
             if let Some(place) = line.vector.get_mut(at) {
                 *place = Some(self.value(item)?.0.number);
@@ -202,7 +205,7 @@ impl SiemensReader {
         Ok(())
     }
 
-    /// `T="NAME"` or `T5`: a name is kept, and counts as the number in it.
+    /// Reads `T="NAME"` or `T5`: a name is kept, and counts as the number in it.
     pub(super) fn tool(
         &self,
         state: &mut ReaderState,
@@ -222,7 +225,7 @@ impl SiemensReader {
         Ok(())
     }
 
-    /// `X10`, `X=IC(2)`, `C=ACP(33)`; or a word without motion.
+    /// Reads `X10`, `X=IC(2)`, `C=ACP(33)`, or a word without motion.
     pub(super) fn axis_or_keyword(
         &mut self,
         state: &mut ReaderState,
@@ -255,6 +258,7 @@ impl SiemensReader {
             return Err(ReadRemark::new(item.at, message, "is a point missing?"));
         }
         let meant = state.control.meant(slot, value.number, value.decimals);
+        // AC and IC go before G90 and G91; DC, ACP and ACN are coordinates.
         let distance = match mode {
             ValueMode::Plain => self.distance,
             ValueMode::Incremental => DistanceMode::Incremental,
