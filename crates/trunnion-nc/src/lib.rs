@@ -1,6 +1,6 @@
 //! APT/CL and G-code: [`words`] shared by both sides, [`read`], [`write`](mod@write).
 //!
-//! # What X, Y, Z mean in a program
+//! # Meaning of X, Y, Z in a program
 //!
 //! * **TCP on** (`program.linuxcnc.ngc`): the tool tip in the *table frame*: fixed to the workpiece,
 //!   origin at the workpiece origin, axes parallel to the machine's while all axes stand at zero.

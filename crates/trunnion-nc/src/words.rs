@@ -55,6 +55,24 @@ pub struct AxisWords(pub [AxisWord; AXES]);
 impl AxisWords {
     /// Returns the words of a machine's axes, as its file asks for them.
     ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion_motion::machine::{KinematicChain, Machine, MachineSpec};
+    /// use trunnion_nc::read::AxisWords;
+    ///
+    /// let chain = KinematicChain::new()
+    ///     .rotary("C", [0.0, 0.0, 1.0], [0.0; 3])
+    ///     .rotary("A", [1.0, 0.0, 0.0], [0.0; 3])
+    ///     .bed()
+    ///     .linear("X", [1.0, 0.0, 0.0])
+    ///     .linear("Y", [0.0, 1.0, 0.0])
+    ///     .linear("Z", [0.0, 0.0, 1.0]);
+    /// let machine = Machine::new(MachineSpec::from(chain))?;
+    /// assert_eq!(AxisWords::of(&machine)?.index_of('Z'), Some(2));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`WordsError`]: a letter that is no axis letter or is used twice, too many decimals.

@@ -4,7 +4,7 @@ use super::log::{ReadRemark, excerpt};
 use super::number::{self, DecimalMark};
 use std::collections::HashMap;
 
-/// Brackets in brackets.
+/// Deepest nesting of brackets.
 const DEEPEST: u32 = 60;
 
 /// Two values closer than this share of the larger, or of 1, are equal: a thousand sums of numbers such as 0.1 differ

@@ -8,9 +8,9 @@ use crate::words::AxisWords;
 use nalgebra::UnitVector3;
 use std::collections::VecDeque;
 
-/// Five axes, and one more.
+/// Number of slots: the five axes of the machine and a sixth one.
 pub(super) const SLOTS: usize = AXES + 1;
-/// The one more.
+/// Slot of the sixth axis.
 pub(super) const SIXTH: usize = AXES;
 
 /// Largest coordinate a program may ask for \[mm or degrees\]: beyond it is a slip, not a machine.
@@ -18,7 +18,7 @@ pub(super) const LARGEST: f64 = 1e6;
 /// Millimetres in an inch, by definition.
 pub(super) const INCH: f64 = 25.4;
 
-/// Digits of a value that was computed: it has none.
+/// Stands for the digits of a computed value, which has none.
 pub(super) const COMPUTED: u8 = u8::MAX;
 
 /// Meaning of an F word.

@@ -129,6 +129,15 @@ impl Dialect {
     /// Detects the dialect of a program from its first lines: the first line that only one of them
     /// has decides.
     /// Without such a line it is G-code, and read as `LinuxCNC`'s.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion_nc::read::Dialect;
+    ///
+    /// assert_eq!(Dialect::guess("G21\nG43.4 H1 X10.\n".lines()), Dialect::Fanuc);
+    /// assert_eq!(Dialect::guess("G0 X1\nM2\n".lines()), Dialect::LinuxCnc);
+    /// ```
     pub fn guess<I>(lines: I) -> Self
     where
         I: IntoIterator<Item: AsRef<str>>,

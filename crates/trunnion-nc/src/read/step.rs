@@ -217,6 +217,17 @@ impl Arc {
     /// least one.
     ///
     /// A chord over the angle `a` is off by `r (1 - cos(a / 2)) <= r a^2 / 8`.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion_nc::read::Arc;
+    ///
+    /// // A half circle of radius 10 mm.
+    /// let arc = Arc { plane: [0, 1], center: [10.0, 0.0], sweep: std::f64::consts::PI };
+    /// assert_eq!(arc.parts(0.01), 36);
+    /// assert!((arc.at(1.0)[0] - 20.0).abs() < 1e-12);
+    /// ```
     pub fn parts(&self, tolerance: f64) -> u32 {
         // r (sweep / n)^2 / 8 <= tolerance, solved for n.
         let parts = self.sweep.abs() * (self.radius() / (8.0 * tolerance)).sqrt();

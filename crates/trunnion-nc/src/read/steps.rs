@@ -43,6 +43,25 @@ pub fn read(text: &str, options: &ReadOptions) -> Result<Program, Diagnostics> {
 }
 
 /// A program that is handed in line by line, for one that is read while it is written; see [`steps`].
+///
+/// # Example
+///
+/// ```
+/// use trunnion_nc::read::{AxisWord, AxisWords, Dialect, LineReader, ReadOptions};
+///
+/// let word = |letter: char| {
+///     AxisWord { letter, rotary: "AC".contains(letter), decimals: 3, reversed: false }
+/// };
+/// let axes = AxisWords(['X', 'Y', 'Z', 'A', 'C'].map(word));
+/// let mut reader = LineReader::new(&ReadOptions::new(Dialect::Fanuc, axes, 10));
+/// let mut steps = Vec::new();
+/// for line in ["G0 X1. Y2.", "G1 X3. F600.", "M30"] {
+///     reader.line(line, &mut steps)?;
+/// }
+/// reader.finish()?;
+/// assert_eq!(steps.len(), 2);
+/// # Ok::<(), trunnion_types::types::Diagnostics>(())
+/// ```
 #[derive(Debug)]
 pub struct LineReader {
     reader: ProgramReader,

@@ -12,6 +12,49 @@ use crate::types::{Block, Motion};
 /// The first block is the starting position. Links run at their planned time, too: all axes together. A block
 /// whose words all round to those before it is left out, and its time is added to the next.
 ///
+/// # Example
+///
+/// ```
+/// use trunnion_motion::machine::{KinematicChain, Kinematics, Machine, MachineSpec, Setup};
+/// use trunnion_nc::write::{
+///     AxisWords, Note, OutputFormat, ProgramForm, Style, Template, ToolNote, program,
+/// };
+/// use trunnion_types::types::{AxisVector, Block, Motion};
+///
+/// let chain = KinematicChain::new()
+///     .rotary("C", [0.0, 0.0, 1.0], [0.0; 3])
+///     .rotary("A", [1.0, 0.0, 0.0], [0.0; 3])
+///     .bed()
+///     .linear("X", [1.0, 0.0, 0.0])
+///     .linear("Y", [0.0, 1.0, 0.0])
+///     .linear("Z", [0.0, 0.0, 1.0]);
+/// let machine = Machine::new(MachineSpec::from(chain))?;
+/// let kinematics = Kinematics::new(&machine, &Setup::default());
+/// let block = |x: f64, duration: f64| {
+///     let mut q = AxisVector::zeros();
+///     q[0] = x;
+///     Block { motion: Motion::Cut, q, pose: kinematics.forward(&q), duration }
+/// };
+/// let note = Note {
+///     name: "demo",
+///     tool: ToolNote { number: 1, major: 0.0, minor: 5.0 },
+///     spindle: 8000.0,
+///     coolant: false,
+///     feed: 10.0,
+///     budget: &[],
+///     duration: 0.5,
+///     remarks: &[],
+/// };
+/// let style = Style::of(&kinematics, OutputFormat::Fanuc, AxisWords::of(&machine)?);
+/// let template = Template::of(OutputFormat::Fanuc)?;
+///
+/// let mut text = String::new();
+/// let form = ProgramForm { note: &note, style: &style, template: &template };
+/// program(&mut text, &kinematics, &[block(0.0, 0.0), block(5.0, 0.5)], form)?;
+/// assert!(text.contains("G1 X5. F600."));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 ///
 /// [`WriteError`].

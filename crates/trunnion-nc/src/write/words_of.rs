@@ -13,13 +13,13 @@ use nalgebra::Vector3;
 /// Decimals of tool vectors in programs.
 const VECTOR_DECIMALS: u8 = 7;
 
-/// Tip and tool of a place, each word rounded: what a control knows of it.
+/// Tip and tool of one position, each word rounded as a program writes it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaceWords {
     tip: [FixedNumber; 3],
     /// Rotary words, or components of the tool vector.
     tool: [FixedNumber; 3],
-    /// It is rotary words.
+    /// True if `tool` has rotary words.
     rotaries: bool,
 }
 

@@ -6,7 +6,7 @@ use crate::read::control::{COMPUTED, ControlState};
 use crate::read::log::ReadRemark;
 use crate::read::number::{self, DecimalMark};
 
-/// Brackets in brackets; deeper is no program for a machine.
+/// Deepest nesting of brackets; deeper is no program for a machine.
 const DEEPEST: u32 = 60;
 
 /// Two values closer than this are equal, as `LinuxCNC`'s interpreter compares.

@@ -24,7 +24,7 @@ impl NumberedLine {
     }
 }
 
-/// Calls in calls, loops in loops.
+/// Deepest nesting of calls and loops.
 const DEEPEST: usize = 100;
 
 /// A loop that runs.
@@ -45,7 +45,7 @@ pub(super) enum LoopKind {
     Repeat(f64),
 }
 
-/// Lines that are run out of turn.
+/// Lines of a loop, condition or subprogram that is running.
 #[derive(Debug)]
 pub(super) struct CallFrame {
     pub(super) lines: Arc<[NumberedLine]>,

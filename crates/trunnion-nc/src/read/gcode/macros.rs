@@ -10,7 +10,7 @@ use super::words::natural;
 use crate::read::dialect::Dialect;
 use crate::read::log::{LineTail, ReadRemark, excerpt};
 use crate::read::state::ReaderState;
-/// Loops in loops: a control has three, and a jump may leave some behind.
+/// Deepest nesting of loops: a control has three, and a jump may leave some behind.
 const DEEPEST: usize = 100;
 
 /// Letters of `G65` and the parameters they set.

@@ -7,7 +7,7 @@ use super::token::{Token, Tokens};
 use crate::read::log::{ReadRemark, excerpt};
 use crate::read::state::ReaderState;
 
-/// Calls in calls, as deep as the control has them.
+/// Deepest nesting of calls, that of the control.
 const DEEPEST: usize = 19;
 
 impl HeidenhainReader {

@@ -10,7 +10,7 @@ use crate::read::log::{ReadRemark, excerpt};
 use crate::read::number::DecimalMark;
 use crate::read::state::ReaderState;
 
-/// Loops in loops.
+/// Deepest nesting of loops.
 const DEEPEST: usize = 100;
 
 impl SiemensReader {
