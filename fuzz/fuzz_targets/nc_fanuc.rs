@@ -7,7 +7,7 @@ use trunnion::nc::read::{AxisWords, Dialect, ReadOptions, read};
 
 fuzz_target!(|text: &str| {
     let machine = parse(built_in("ac-trunnion").expect("built in")).expect("sound").machine;
-    let axes = AxisWords::of(&machine, false).expect("letters");
+    let axes = AxisWords::of(&machine).expect("letters");
     let mut options = ReadOptions::new(Dialect::Fanuc, axes, 20);
     options.most_repeated = 10_000;
     let _ = read(text, &options);

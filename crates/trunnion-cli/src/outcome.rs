@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::Path;
 use std::process::ExitCode;
+use trunnion::nc::read::ReadRemedy;
+use trunnion::types::Diagnostic;
 
 /// Result of a verb that ran to its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,9 +35,20 @@ impl Failure {
     }
 
     /// Returns messages about a file: `path:line:column: message`, then the remedy.
-    pub(crate) fn faults(path: &Path, faults: &[trunnion::types::Diagnostic]) -> Self {
+    pub(crate) fn faults(path: &Path, faults: &[Diagnostic]) -> Self {
         let messages = faults.iter().map(|fault| format!("{}:{fault}", path.display())).collect();
         Self::Input(messages)
+    }
+
+    /// Returns messages about a program, with the flags of this command line as remedies.
+    pub(crate) fn program_faults(path: &Path, faults: &[Diagnostic]) -> Self {
+        let with_flags = |fault: &Diagnostic| match ReadRemedy::of(fault) {
+            Some(ReadRemedy::DecideBlockDelete) => fault
+                .clone()
+                .with_help("state whether such blocks are run: --block-delete true, or false"),
+            _ => fault.clone(),
+        };
+        Self::faults(path, &faults.iter().map(with_flags).collect::<Vec<_>>())
     }
 }
 

@@ -1,7 +1,7 @@
 //! APT/CL and G-code: [`words`] shared by both sides, [`read`], [`write`](mod@write), and the
 //! [`control`] that runs a program.
 //!
-//! # What X, Y, Z mean in a program
+//! # Meaning of X, Y, Z in a program
 //!
 //! * **TCP on** (`program.linuxcnc.ngc`): the tool tip in the *table frame*: fixed to the workpiece,
 //!   origin at the workpiece origin, axes parallel to the machine's while all axes stand at zero.

@@ -53,19 +53,35 @@ pub const MOST_DECIMALS: u8 = 9;
 pub struct AxisWords(pub [AxisWord; AXES]);
 
 impl AxisWords {
-    /// The words of a machine's axes, as its file asks for them.
+    /// Returns the words of a machine's axes, as its file asks for them.
     ///
-    /// `rotary_reversed`: the control turns its rotaries against ISO 841, whatever the machine file
-    /// says (`LinuxCNC`'s trunnion kinematics with `conventional-directions = 0`).
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion_motion::machine::{KinematicChain, Machine, MachineSpec};
+    /// use trunnion_nc::read::AxisWords;
+    ///
+    /// let chain = KinematicChain::new()
+    ///     .rotary("C", [0.0, 0.0, 1.0], [0.0; 3])
+    ///     .rotary("A", [1.0, 0.0, 0.0], [0.0; 3])
+    ///     .bed()
+    ///     .linear("X", [1.0, 0.0, 0.0])
+    ///     .linear("Y", [0.0, 1.0, 0.0])
+    ///     .linear("Z", [0.0, 0.0, 1.0]);
+    /// let machine = Machine::new(MachineSpec::from(chain))?;
+    /// assert_eq!(AxisWords::of(&machine)?.index_of('Z'), Some(2));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     ///
     /// [`WordsError`]: a letter that is no axis letter or is used twice, too many decimals.
-    pub fn of(machine: &Machine, rotary_reversed: bool) -> Result<Self, WordsError> {
+    pub fn of(machine: &Machine) -> Result<Self, WordsError> {
         let blank = AxisWord { letter: ' ', rotary: false, decimals: 0, reversed: false };
         let mut words = [blank; AXES];
         for (word, axis) in words.iter_mut().zip(&machine.axes) {
             let name = || axis.name.clone();
+            // An axis is written with its own name unless the machine file gives another letter.
             let text = axis.output.letter.as_deref().unwrap_or(&axis.name);
             let letter = axis_letter(text)
                 .ok_or_else(|| WordsError::Letter { name: name(), letter: text.to_owned() })?;
@@ -74,8 +90,9 @@ impl AxisWords {
                 return Err(WordsError::Decimals { name: name(), decimals });
             }
             let rotary = axis.kind == AxisKind::Rotary;
-            *word = AxisWord { letter, rotary, decimals, reversed: rotary && rotary_reversed };
+            *word = AxisWord { letter, rotary, decimals, reversed: false };
         }
+        // Two axes with one letter could not be distinguished when the program runs.
         for (index, word) in words.iter().enumerate() {
             if words.iter().take(index).any(|other| other.letter == word.letter) {
                 return Err(WordsError::Twice { letter: word.letter });
@@ -84,7 +101,30 @@ impl AxisWords {
         Ok(Self(words))
     }
 
-    /// The same with `mm` decimals on linear and `degrees` decimals on rotary axes, at most
+    /// Reverses all rotary words: the control counts its rotaries against ISO 841, whatever the
+    /// machine file states (`LinuxCNC`'s trunnion kinematics with `conventional-directions = 0`).
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion_nc::read::{AxisWord, AxisWords};
+    ///
+    /// let word = |letter: char| {
+    ///     AxisWord { letter, rotary: "AC".contains(letter), decimals: 3, reversed: false }
+    /// };
+    /// let axes = AxisWords(['X', 'Y', 'Z', 'A', 'C'].map(word)).with_reversed_rotaries();
+    /// assert_eq!(axes.0[0].written(10.0), 10.0);
+    /// assert_eq!(axes.0[3].written(std::f64::consts::PI), -180.0);
+    /// ```
+    #[must_use]
+    pub fn with_reversed_rotaries(mut self) -> Self {
+        for word in &mut self.0 {
+            word.reversed = word.rotary;
+        }
+        self
+    }
+
+    /// Sets `mm` decimals on linear and `degrees` decimals on rotary axes, at most
     /// [`MOST_DECIMALS`].
     #[must_use]
     pub fn with_decimals(mut self, mm: u8, degrees: u8) -> Self {
@@ -94,7 +134,7 @@ impl AxisWords {
         self
     }
 
-    /// Largest error that rounding leaves in each word \[mm, rad\]: half of its last digit.
+    /// Returns the largest rounding error of each word \[mm, rad\]: half of its last digit.
     pub fn rounding(&self) -> AxisVector {
         AxisVector::from_iterator(self.0.iter().map(|word| word.rounding()))
     }
@@ -106,19 +146,20 @@ impl AxisWords {
 }
 
 impl AxisWord {
-    /// Half of the last digit \[mm or rad\].
+    /// Returns half of the last digit \[mm or rad\].
     fn rounding(self) -> f64 {
+        // A number rounded to a unit is off by half of it at most.
         let unit = 10f64.powi(-i32::from(self.decimals));
         0.5 * if self.rotary { unit.to_radians() } else { unit }
     }
 
-    /// From mm or rad to what the program says (mm or degrees, the control's sign).
+    /// Converts mm or rad to the number in the program: mm or degrees, with the control's sign.
     pub fn written(&self, value: f64) -> f64 {
         let value = if self.rotary { value.to_degrees() } else { value };
         if self.reversed { -value } else { value }
     }
 
-    /// Back from what the program says to mm or rad.
+    /// Converts the number in the program back to mm or rad.
     pub fn meant(&self, written: f64) -> f64 {
         let value = if self.rotary { written.to_radians() } else { written };
         if self.reversed { -value } else { value }
@@ -126,7 +167,7 @@ impl AxisWord {
 }
 
 impl fmt::Display for AxisWords {
-    /// The letters, `X Y Z B C`.
+    /// Writes the letters, `X Y Z B C`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, word) in self.0.iter().enumerate() {
             let gap = if index == 0 { "" } else { " " };
@@ -136,8 +177,9 @@ impl fmt::Display for AxisWords {
     }
 }
 
-/// The upper-case axis letter a text consists of.
+/// Returns the upper-case axis letter that a text consists of.
 fn axis_letter(text: &str) -> Option<char> {
+    // Other letters are addresses with a meaning of their own: F feed, R radius, T tool and so on.
     let mut letters = text.chars().map(|c| c.to_ascii_uppercase());
     let letter = letters.next()?;
     (letters.next().is_none() && "XYZUVWABC".contains(letter)).then_some(letter)

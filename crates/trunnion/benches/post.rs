@@ -38,8 +38,7 @@ fn blocks(bencher: Bencher, name: &str) {
     let Ok(file) = parse(text) else { return };
     let setup = Setup::new([0.0, 0.0, -450.0].into(), [0.0; 3], 100.0);
     let kinematics = Kinematics::new(&file.machine, &setup);
-    let (Ok(axes), Ok(template)) = (AxisWords::of(&file.machine, false), Template::of(dialect))
-    else {
+    let (Ok(axes), Ok(template)) = (AxisWords::of(&file.machine), Template::of(dialect)) else {
         return;
     };
     let style = Style::of(&kinematics, dialect, axes);

@@ -67,7 +67,7 @@ fn program(kinematics: &Kinematics, face: &Face) -> Program {
         q = inverse.near(&pose, &q).unwrap();
         blocks.push(Block { motion: Motion::Cut, q, pose, duration: 0.02 });
     }
-    let axes = AxisWords::of(kinematics.machine(), false).unwrap().with_decimals(5, 5);
+    let axes = AxisWords::of(kinematics.machine()).unwrap().with_decimals(5, 5);
     let text = posted::plain(kinematics, &blocks, (axes, true));
     read::read(&text, &ReadOptions::new(Dialect::LinuxCnc, axes, 5)).unwrap()
 }

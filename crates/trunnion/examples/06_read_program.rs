@@ -20,7 +20,7 @@ M2
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let machine = parse(built_in("bc-trunnion").map_err(|_| "no such machine")?)?.machine;
     let dialect = Dialect::guess(PROGRAM.lines());
-    let options = ReadOptions::new(dialect, AxisWords::of(&machine, false)?, 20);
+    let options = ReadOptions::new(dialect, AxisWords::of(&machine)?, 20);
     let program = read(PROGRAM, &options)?;
     let mut moves = 0;
     for step in &program.steps {

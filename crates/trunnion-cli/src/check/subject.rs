@@ -177,7 +177,7 @@ fn misnamed(motion: &Motion, own: u32) -> Option<String> {
 fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<Motion, Failure> {
     let path = &args.program;
     let text = text::program(path)?;
-    let faults = |faults: trunnion::types::Diagnostics| Failure::faults(path, &faults);
+    let faults = |faults: trunnion::types::Diagnostics| Failure::program_faults(path, &faults);
     let guessed = || if inspect::is_cl(path) { Dialect::Apt } else { Dialect::guess(text.lines()) };
     let dialect = args.dialect.unwrap_or_else(guessed);
     if dialect == Dialect::Apt {
@@ -189,7 +189,7 @@ fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<Motion, Failure
         let message = format!("{}: a {} program needs a machine", path.display(), dialect.name());
         return Err(Failure::input(format!("{message}\n  help: {help}")));
     };
-    let axes = AxisWords::of(kinematics.machine(), false).map_err(Failure::input)?;
+    let axes = AxisWords::of(kinematics.machine()).map_err(Failure::input)?;
     let options = ReadOptions {
         block_delete: args.block_delete,
         parameters: args.parameters.clone(),

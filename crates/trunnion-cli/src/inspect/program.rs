@@ -154,7 +154,7 @@ fn read(path: &Path, args: &ProgramArgs) -> Result<ProgramSummary, Failure> {
     let mut tally = Tally::new(axes.0.map(|word| word.rotary));
     let mut tools: Vec<(u32, Tally)> = Vec::new();
     for step in &mut steps {
-        let step = step.map_err(|faults| Failure::faults(path, &faults))?;
+        let step = step.map_err(|faults| Failure::program_faults(path, &faults))?;
         tally.push(&step);
         if let Step::Tool { number, .. } = &step {
             tools.push((*number, Tally::new(axes.0.map(|word| word.rotary))));

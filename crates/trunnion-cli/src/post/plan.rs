@@ -10,7 +10,7 @@ use crate::{machine, text};
 use std::io::Write;
 use std::path::Path;
 use trunnion::machine::{Kinematics, Setup};
-use trunnion::nc::write::{AxisWords, OutputFormat, Style, Template, program_sheet};
+use trunnion::nc::write::{AxisWords, OutputFormat, SheetProgram, Style, Template, program_sheet};
 use trunnion::post::{
     POST_WINDOW, PostError, PostFilter, PostMethod, PostOptions, PostReport, Poster, ProgramHead,
     control_of,
@@ -52,8 +52,14 @@ impl Plan {
             args.from_rotation.unwrap_or(args.rotation).map(f64::to_radians),
             tools.from_length,
         );
-        let from_words = AxisWords::of(&from_machine, args.from_reversed_rotaries);
-        let axes = AxisWords::of(&machine, args.reversed_rotaries).map_err(Failure::input)?;
+        let mut from_words = AxisWords::of(&from_machine);
+        if args.from_reversed_rotaries {
+            from_words = from_words.map(AxisWords::with_reversed_rotaries);
+        }
+        let mut axes = AxisWords::of(&machine).map_err(Failure::input)?;
+        if args.reversed_rotaries {
+            axes = axes.with_reversed_rotaries();
+        }
         let style = Style { blend: Some(args.tolerance), ..Style::of(&kinematics, dialect, axes) };
         let template = match &args.template {
             None => Template::of(dialect).map_err(|error| Failure::input(error.to_string())),
@@ -168,13 +174,10 @@ impl Plan {
     /// Writes the setup sheet of the program `file`.
     pub(super) fn sheet(&self, file: &str, head: &Head) -> Result<String, Failure> {
         let mut sheet = String::new();
-        program_sheet(
-            &mut sheet,
-            &self.kinematics,
-            &head.note(),
-            (file, &self.style, self.tools.lengths()),
-        )
-        .map_err(|error| Failure::input(error.to_string()))?;
+        let lengths = self.tools.lengths();
+        let program = SheetProgram { file, style: &self.style, lengths: &lengths };
+        program_sheet(&mut sheet, &self.kinematics, &head.note(), program)
+            .map_err(|error| Failure::input(error.to_string()))?;
         Ok(sheet)
     }
 }

@@ -1,6 +1,7 @@
 //! Tool lengths from the command line.
 
 use crate::option_values::finite;
+use trunnion::nc::control::NumberedLength;
 
 /// Tool length: `120`, or `2=120` for tool 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,8 +64,10 @@ impl Tools {
         !self.by_number.is_empty()
     }
 
-    pub(super) fn lengths(&self) -> &[(u32, f64)] {
-        &self.by_number
+    /// Returns the lengths of the tools to be written, for the setup sheet.
+    pub(super) fn lengths(&self) -> Vec<NumberedLength> {
+        let length = |&(number, length): &(u32, f64)| NumberedLength { number, length };
+        self.by_number.iter().map(length).collect()
     }
 
     /// Returns the lengths that the input assumes for the tools to be written.

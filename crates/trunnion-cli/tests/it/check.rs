@@ -189,6 +189,7 @@ fn bad_input_writes_nothing_and_tells_all() {
     let (code, _, errors) = told(&trunnion(folder, &arguments));
     assert_eq!(code, Some(2), "{errors}");
     assert!(errors.contains("skip.ngc:2:1: block delete"), "{errors}");
+    assert!(errors.contains("--block-delete true, or false"), "{errors}");
     arguments.extend(["--block-delete", "true", "--set", "500=-381"]);
     let (code, _, errors) = told(&trunnion(folder, &arguments));
     assert_eq!(code, Some(1), "{errors}");

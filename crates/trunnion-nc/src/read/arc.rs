@@ -22,19 +22,28 @@ pub(super) enum ArcForm {
     Radius(f64),
 }
 
+/// Sense in which an arc runs, seen against the third axis of its plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ArcSense {
+    /// `G2`, `DR-`.
+    Clockwise,
+    /// `G3`, `DR+`.
+    Counterclockwise,
+}
+
 /// An arc as written.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct GivenArc {
     /// Slots of the plane.
     pub(super) plane: [usize; 2],
     pub(super) form: ArcForm,
-    pub(super) clockwise: bool,
+    pub(super) sense: ArcSense,
     /// 1: less than a full turn, or one; each more adds one.
     pub(super) turns: u32,
 }
 
 pub(super) fn unknown_start(at: usize) -> ReadRemark {
-    let message = "an arc from a place that the program does not tell";
+    let message = "an arc from a position that the program does not state";
     ReadRemark::new(at, message, "program both axes of its plane absolutely before it")
 }
 
@@ -44,6 +53,8 @@ pub(super) fn way(
     target: &MoveTarget,
     given: &GivenArc,
 ) -> Result<Way, ReadRemark> {
+    // Component of the chord: a coordinate less the current position, or a distance as it is.
+    // Without a word the axis stays.
     let chord = |slot: usize| match target.get(slot) {
         None => Ok(0.0),
         Some(word) if target.is_incremental(slot) => Ok(word),
@@ -52,16 +63,19 @@ pub(super) fn way(
             Ok(word - place)
         }
     };
+    // From here on all points are relative to the start of the arc, so that offsets and shifts
+    // cancel.
     let [u, v] = given.plane;
     let end = [chord(u)?, chord(v)?];
     let center = match given.form {
         ArcForm::Center(center) => centered(end, center, target.at)?,
-        ArcForm::Radius(radius) => by_radius(end, radius, (given.clockwise, target.at))?,
+        ArcForm::Radius(radius) => by_radius(end, radius, given.sense, target.at)?,
     };
     if given.turns == 0 {
         return Err(ReadRemark::new(target.at, "an arc of no turns", "P counts from 1"));
     }
-    let sweep = sweep(end, center, given.clockwise);
+    let sweep = sweep(end, center, given.sense);
+    // Further turns extend the sweep in its own sense: |sweep| + 2π (turns - 1).
     let sweep = sweep + sweep.signum() * TAU * (f64::from(given.turns) - 1.0);
     // The order of the plane's axes defines the positive sense, whatever their slots.
     Ok(Way::Arc(Arc { plane: given.plane, center, sweep }))
@@ -77,11 +91,13 @@ fn is_full(end: [f64; 2]) -> bool {
 
 /// Moves the centre to the nearest point that is equally far from both ends.
 fn centered(end: [f64; 2], center: [f64; 2], at: usize) -> Result<[f64; 2], ReadRemark> {
+    // With the start as origin the radii are |c| at the start and |e - c| at the end.
     let radius = norm(center);
     let other = norm([end[0] - center[0], end[1] - center[1]]);
     if radius < SAME_PLACE {
         return Err(ReadRemark::new(at, "an arc of radius zero", "look at its centre"));
     }
+    // The fixed limit covers the digits of small arcs, the relative one those of large arcs.
     let off = (radius - other).abs();
     if off > ROUNDED && off > ROUNDED_SHARE * radius {
         let message =
@@ -103,39 +119,46 @@ fn centered(end: [f64; 2], center: [f64; 2], at: usize) -> Result<[f64; 2], Read
 fn by_radius(
     end: [f64; 2],
     radius: f64,
-    (clockwise, at): (bool, usize),
+    sense: ArcSense,
+    at: usize,
 ) -> Result<[f64; 2], ReadRemark> {
+    // Every point at the distance |R| from the start would be the centre of a full circle.
     let half = 0.5 * norm(end);
     if is_full(end) {
         let help = "write the centre of a full circle";
         return Err(ReadRemark::new(at, "an arc with R that ends where it begins", help));
     }
+    // The chord must fit into the circle, |e| / 2 <= |R|, up to the rounding of the words.
     let off = half - radius.abs();
     if off > ROUNDED && off > ROUNDED_SHARE * half {
         let message = format!("the ends are {:.4} mm apart, more than twice R{radius}", 2.0 * half);
         return Err(ReadRemark::new(at, message, "look at the end and the radius"));
     }
     // The radius may round to slightly less than half the chord; the centre is then its midpoint.
+    // Pythagoras: the centre is sqrt(R^2 - (|e| / 2)^2) away from the chord.
     let height = (radius * radius - half * half).max(0.0).sqrt();
     // Counterclockwise and less than half a turn: the centre is left of the chord.
-    let left = if clockwise == (radius < 0.0) { height } else { -height };
+    let left = if (sense == ArcSense::Clockwise) == (radius < 0.0) { height } else { -height };
+    // From the midpoint of the chord along its left normal (-v, u).
     let (u, v) = (end[0] / (2.0 * half), end[1] / (2.0 * half));
     Ok([0.5 * end[0] - left * v, 0.5 * end[1] + left * u])
 }
 
 /// Returns the signed angle from start to end, up to a full turn; end and centre are relative to the start.
-fn sweep(end: [f64; 2], center: [f64; 2], clockwise: bool) -> f64 {
+fn sweep(end: [f64; 2], center: [f64; 2], sense: ArcSense) -> f64 {
+    // Radii to both ends; cross = r^2 sin, dot = r^2 cos of the angle from the first to the second.
     let from = [-center[0], -center[1]];
     let to = [end[0] - center[0], end[1] - center[1]];
     let cross = from[0] * to[1] - from[1] * to[0];
     let dot = from[0] * to[0] + from[1] * to[1];
     // Coinciding ends are a full circle: a zero angle falls through to a full turn in either sense.
     let turn = if is_full(end) { 0.0 } else { cross.atan2(dot) };
-    match clockwise {
-        false if turn > 0.0 => turn,
-        false => turn + TAU,
-        true if turn < 0.0 => turn,
-        true => turn - TAU,
+    // The angle of atan2 lies in (-π, π]; a turn is added where it runs against the sense.
+    match sense {
+        ArcSense::Counterclockwise if turn > 0.0 => turn,
+        ArcSense::Counterclockwise => turn + TAU,
+        ArcSense::Clockwise if turn < 0.0 => turn,
+        ArcSense::Clockwise => turn - TAU,
     }
 }
 
@@ -151,14 +174,14 @@ mod tests {
         let near = |found: [f64; 2], expected: [f64; 2]| {
             assert!(norm([found[0] - expected[0], found[1] - expected[1]]) < 1e-12, "{found:?}");
         };
-        near(by_radius(end, 1.0, (false, 0)).unwrap(), [-1.0, 0.0]);
-        near(by_radius(end, -1.0, (true, 0)).unwrap(), [-1.0, 0.0]);
-        near(by_radius(end, 1.0, (true, 0)).unwrap(), [0.0, 1.0]);
-        near(by_radius(end, -1.0, (false, 0)).unwrap(), [0.0, 1.0]);
-        assert!((sweep(end, [-1.0, 0.0], false) - FRAC_PI_2).abs() < 1e-15);
-        assert!((sweep(end, [-1.0, 0.0], true) + 1.5 * PI).abs() < 1e-15);
-        assert!((sweep([0.0, 0.0], [3.0, 0.0], true) + TAU).abs() < 1e-15);
-        assert!(by_radius(end, 0.6, (false, 0)).is_err());
+        near(by_radius(end, 1.0, ArcSense::Counterclockwise, 0).unwrap(), [-1.0, 0.0]);
+        near(by_radius(end, -1.0, ArcSense::Clockwise, 0).unwrap(), [-1.0, 0.0]);
+        near(by_radius(end, 1.0, ArcSense::Clockwise, 0).unwrap(), [0.0, 1.0]);
+        near(by_radius(end, -1.0, ArcSense::Counterclockwise, 0).unwrap(), [0.0, 1.0]);
+        assert!((sweep(end, [-1.0, 0.0], ArcSense::Counterclockwise) - FRAC_PI_2).abs() < 1e-15);
+        assert!((sweep(end, [-1.0, 0.0], ArcSense::Clockwise) + 1.5 * PI).abs() < 1e-15);
+        assert!((sweep([0.0, 0.0], [3.0, 0.0], ArcSense::Clockwise) + TAU).abs() < 1e-15);
+        assert!(by_radius(end, 0.6, ArcSense::Counterclockwise, 0).is_err());
     }
 
     #[test]

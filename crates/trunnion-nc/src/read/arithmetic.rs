@@ -1,10 +1,10 @@
 //! Arithmetic and conditions as Sinumerik and Klartext write them: `R1 + 2*(3 - SIN(30))`, `R1 < 5 AND NOT R2 == 3`.
 
 use super::log::{ReadRemark, excerpt};
-use super::number;
+use super::number::{self, DecimalMark};
 use std::collections::HashMap;
 
-/// Brackets in brackets.
+/// Deepest nesting of brackets.
 const DEEPEST: u32 = 60;
 
 /// Two values closer than this share of the larger, or of 1, are equal: a thousand sums of numbers such as 0.1 differ
@@ -18,17 +18,18 @@ pub(super) struct FormulaText<'a> {
     pub(super) from: usize,
     /// Byte offset of the text in its line.
     pub(super) at: usize,
-    /// Decimal commas are allowed.
-    pub(super) comma: bool,
+    pub(super) mark: DecimalMark,
 }
 
-/// Its value, 1 and 0 of what holds and does not; `variables` have upper-case names.
+/// Evaluates an expression; a condition is 1 if it holds, else 0. `variables` have upper-case
+/// names.
 pub(super) fn value(
     written: &FormulaText<'_>,
     variables: &HashMap<Box<str>, f64>,
 ) -> Result<f64, ReadRemark> {
-    let FormulaText { text, from, at: offset, comma } = *written;
-    let mut scan = FormulaScan { text, at: from, offset, depth: 0, comma, variables };
+    let FormulaText { text, from, at: offset, mark } = *written;
+    let mut scan = FormulaScan { text, at: from, offset, depth: 0, mark, variables };
+    // Recursive descent, the loosest operator first: OR, AND, comparison, sum, product, factor.
     let value = scan.any()?;
     scan.blanks();
     if scan.at < text.len() {
@@ -44,7 +45,7 @@ struct FormulaScan<'a> {
     /// Offset of the text in its line.
     offset: usize,
     depth: u32,
-    comma: bool,
+    mark: DecimalMark,
     variables: &'a HashMap<Box<str>, f64>,
 }
 
@@ -64,44 +65,47 @@ impl FormulaScan<'_> {
     }
 
     fn finite(&self, value: f64) -> Result<f64, ReadRemark> {
+        // A control stops with an alarm here, and no axis word can be infinite.
         if value.is_finite() {
             return Ok(value);
         }
         Err(self.remark("this has no finite value", "look at what it is made of"))
     }
 
-    /// Passes a word, if it stands here.
+    /// Passes a word if it stands here.
     fn takes(&mut self, word: &str) -> bool {
         self.blanks();
         let rest = self.text.get(self.at..).unwrap_or_default();
+        // A word ends with its letters and digits, so that OR is not found in ORIGIN.
         let length = rest.bytes().take_while(|b| b.is_ascii_alphanumeric() || *b == b'_').count();
         let found = rest.get(..length).is_some_and(|name| name.eq_ignore_ascii_case(word));
         self.at += if found { length } else { 0 };
         found
     }
 
-    /// `a OR b`.
+    /// Evaluates `a OR b`.
     fn any(&mut self) -> Result<f64, ReadRemark> {
         let mut left = self.all()?;
         while self.takes("OR") {
             let right = self.all()?;
-            left = flag(left.abs() > 0.0 || right.abs() > 0.0);
+            left = f64::from(left.abs() > 0.0 || right.abs() > 0.0);
         }
         Ok(left)
     }
 
-    /// `a AND b`.
+    /// Evaluates `a AND b`.
     fn all(&mut self) -> Result<f64, ReadRemark> {
         let mut left = self.comparison()?;
         while self.takes("AND") {
             let right = self.comparison()?;
-            left = flag(left.abs() > 0.0 && right.abs() > 0.0);
+            left = f64::from(left.abs() > 0.0 && right.abs() > 0.0);
         }
         Ok(left)
     }
 
-    /// `a < b`, `NOT a == b`.
+    /// Evaluates `a < b`, `NOT a == b`.
     fn comparison(&mut self) -> Result<f64, ReadRemark> {
+        // NOT binds looser than a comparison: NOT a == b denies the equality.
         let mut not = false;
         while self.takes("NOT") {
             not = !not;
@@ -111,12 +115,13 @@ impl FormulaScan<'_> {
         let rest = self.text.get(self.at..).unwrap_or_default();
         let Some((sign, holds)) = COMPARISONS.iter().find(|(sign, _)| rest.starts_with(sign))
         else {
-            return Ok(if not { flag(left.abs() <= 0.0) } else { left });
+            return Ok(if not { f64::from(left.abs() <= 0.0) } else { left });
         };
         self.at += sign.len();
         let right = self.sum()?;
+        // Values that differ by rounding only are equal, so that a loop up to 0.3 by 0.1 ends.
         let equal = (left - right).abs() <= EQUAL * left.abs().max(right.abs()).max(1.0);
-        Ok(flag(not != holds(left - right, equal)))
+        Ok(f64::from(not != holds(left - right, equal)))
     }
 
     fn sum(&mut self) -> Result<f64, ReadRemark> {
@@ -137,6 +142,8 @@ impl FormulaScan<'_> {
     fn product(&mut self) -> Result<f64, ReadRemark> {
         let mut left = self.factor()?;
         loop {
+            // DIV is the quotient without its fraction, MOD the remainder with the sign of the
+            // dividend.
             let [whole, rest] = [self.takes("DIV"), self.takes("MOD")];
             let sign = self.peek().filter(|byte| matches!(byte, b'*' | b'/'));
             if sign.is_none() && !whole && !rest {
@@ -154,6 +161,8 @@ impl FormulaScan<'_> {
     }
 
     fn factor(&mut self) -> Result<f64, ReadRemark> {
+        // Each bracket, sign and function is one call deeper: bounded, so that no text overflows
+        // the stack.
         if self.depth >= DEEPEST {
             let message = format!("more than {DEEPEST} brackets in each other");
             return Err(self.remark(message, "take the expression apart"));
@@ -179,7 +188,7 @@ impl FormulaScan<'_> {
             Some(byte) if byte.is_ascii_alphabetic() => self.name(),
             _ => {
                 let rest = self.text.get(self.at..).unwrap_or_default();
-                let found = number::number(rest, self.comma).ok_or_else(|| {
+                let found = number::number(rest, self.mark).ok_or_else(|| {
                     self.remark("a value is missing here", "write a number or a parameter")
                 })?;
                 self.at += found.length;
@@ -199,9 +208,10 @@ impl FormulaScan<'_> {
         Ok(value)
     }
 
-    /// `ATAN2(y, x)`, behind its name.
+    /// Evaluates `ATAN2(y, x)` from behind its name.
     fn arc_tangent(&mut self) -> Result<f64, ReadRemark> {
         let mut arguments = [0.0; 2];
+        // Both arguments are read alike: the first behind the bracket, the second behind the comma.
         for (place, mark) in arguments.iter_mut().zip([b'(', b',']) {
             self.blanks();
             if self.peek() != Some(mark) {
@@ -218,7 +228,7 @@ impl FormulaScan<'_> {
         Ok(arguments[0].atan2(arguments[1]).to_degrees())
     }
 
-    /// `R1`, `SIN(30)`.
+    /// Evaluates `R1`, `SIN(30)`.
     fn name(&mut self) -> Result<f64, ReadRemark> {
         let rest = self.text.get(self.at..).unwrap_or_default();
         let length = rest.bytes().take_while(|b| b.is_ascii_alphanumeric() || *b == b'_').count();
@@ -226,6 +236,7 @@ impl FormulaScan<'_> {
         let start = self.at;
         self.at += length;
         self.blanks();
+        // Functions take and return degrees; PI is the plain number.
         if name == "PI" {
             return Ok(std::f64::consts::PI);
         }
@@ -245,11 +256,6 @@ impl FormulaScan<'_> {
     }
 }
 
-/// What holds is 1.
-fn flag(holds: bool) -> f64 {
-    f64::from(u8::from(holds))
-}
-
 /// By the difference of both sides, and whether they are equal.
 type Comparison = fn(f64, bool) -> bool;
 
@@ -263,7 +269,7 @@ const COMPARISONS: [(&str, Comparison); 6] = [
     (">", |by, equal| by > 0.0 && !equal),
 ];
 
-/// Functions; angles in degrees.
+/// Returns a function by its name; angles are in degrees.
 fn function(name: &str) -> Option<fn(f64) -> f64> {
     Some(match name {
         "SIN" => |x| x.to_radians().sin(),
@@ -292,7 +298,10 @@ mod tests {
     fn products_bind_before_sums() {
         let variables = HashMap::from([("R1".into(), 2.0)]);
         let found = |text: &str| {
-            let written = FormulaText { text, from: 0, at: 0, comma: !text.contains("ATAN2") };
+            // The comma of ATAN2 parts its arguments.
+            let arguments = text.contains("ATAN2");
+            let mark = if arguments { DecimalMark::Point } else { DecimalMark::PointOrComma };
+            let written = FormulaText { text, from: 0, at: 0, mark };
             value(&written, &variables).map_err(|remark| remark.message)
         };
         let cases = [

@@ -8,9 +8,9 @@ use crate::words::AxisWords;
 use nalgebra::UnitVector3;
 use std::collections::VecDeque;
 
-/// Five axes, and one more.
+/// Number of slots: the five axes of the machine and a sixth one.
 pub(super) const SLOTS: usize = AXES + 1;
-/// The one more.
+/// Slot of the sixth axis.
 pub(super) const SIXTH: usize = AXES;
 
 /// Largest coordinate a program may ask for \[mm or degrees\]: beyond it is a slip, not a machine.
@@ -18,7 +18,7 @@ pub(super) const LARGEST: f64 = 1e6;
 /// Millimetres in an inch, by definition.
 pub(super) const INCH: f64 = 25.4;
 
-/// Digits of a value that was computed: it has none.
+/// Stands for the digits of a computed value, which has none.
 pub(super) const COMPUTED: u8 = u8::MAX;
 
 /// Meaning of an F word.
@@ -27,6 +27,15 @@ pub(super) enum FeedMode {
     PerMinute,
     Inverse,
     PerRevolution,
+}
+
+/// Distance mode: meaning of an axis word (`G90`, `G91`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum DistanceMode {
+    /// A coordinate.
+    Absolute,
+    /// A distance from the current position.
+    Incremental,
 }
 
 /// Target of the move of one block.
@@ -49,11 +58,12 @@ impl MoveTarget {
         Self { words: [None; SLOTS], incremental: 0, axis: None, machine: false, at, column }
     }
 
-    pub(super) fn set(&mut self, slot: usize, value: f64, incremental: bool) {
+    pub(super) fn set(&mut self, slot: usize, value: f64, mode: DistanceMode) {
         if let Some(word) = self.words.get_mut(slot) {
             *word = Some(value);
         }
-        self.incremental |= u8::from(incremental) << slot;
+        // One bit for each slot; a byte holds the six of them.
+        self.incremental |= u8::from(mode == DistanceMode::Incremental) << slot;
     }
 
     pub(super) fn get(&self, slot: usize) -> Option<f64> {
@@ -124,16 +134,18 @@ pub(super) struct ControlState {
 const NONE: u8 = u8::MAX;
 
 impl ControlState {
-    /// What a control knows after `G21 G90 G94 G54 G49`; a program that relies on anything else has
-    /// to say so.
+    /// Returns the state of a control after `G21 G90 G94 G54 G49`; a program that relies on any other
+    /// state has to program it.
     pub(super) fn new(options: &ReadOptions) -> Self {
         let axes = options.axes;
+        // A table from letter to slot: it is asked for each word of the program.
         let mut slots = [NONE; 26];
         for (index, word) in (0_u8..).zip(&axes.0) {
             if let Some(slot) = letter_index(word.letter).and_then(|at| slots.get_mut(at)) {
                 *slot = index;
             }
         }
+        // A machine whose linear axes have other letters has them in the order X Y Z.
         let [x, y, z] = [('X', 0), ('Y', 1), ('Z', 2)];
         let xyz = [x, y, z].map(|(letter, usual)| axes.index_of(letter).unwrap_or(usual));
         Self {
@@ -166,7 +178,7 @@ impl ControlState {
         }
     }
 
-    /// Slot of an axis letter (upper case).
+    /// Returns the slot of an axis letter (upper case).
     #[inline]
     pub(super) fn slot(&mut self, letter: u8) -> Option<usize> {
         let slot = self.slots.get(usize::from(letter.wrapping_sub(b'A'))).copied()?;
@@ -174,13 +186,14 @@ impl ControlState {
             return Some(usize::from(slot));
         }
         let letter = char::from(letter);
+        // The first further axis letter takes the sixth slot and keeps it.
         if !self.sixth_allowed || !"XYZABCUVW".contains(letter) {
             return None;
         }
         (*self.sixth.get_or_insert(letter) == letter).then_some(SIXTH)
     }
 
-    /// The same if it already is one.
+    /// Returns the slot of a letter, without admitting a new axis.
     pub(super) fn known_slot(&self, letter: char) -> Option<usize> {
         if self.sixth == Some(letter) {
             return Some(SIXTH);
@@ -188,7 +201,7 @@ impl ControlState {
         self.axes.index_of(letter)
     }
 
-    /// Letter of a slot.
+    /// Returns the letter of a slot.
     pub(super) fn letter(&self, slot: usize) -> Option<char> {
         self.axes.0.get(slot).map(|word| word.letter).or(self.sixth)
     }
@@ -203,6 +216,7 @@ impl ControlState {
     pub(super) fn is_rotary(&self, slot: usize) -> bool {
         match self.axes.0.get(slot) {
             Some(word) => word.rotary,
+            // Beyond the five axes only the letter shows the kind: by ISO 841, A B C turn.
             None => self.sixth.is_some_and(|letter| "ABC".contains(letter)),
         }
     }
@@ -211,15 +225,17 @@ impl ControlState {
         self.axes.0.get(slot).is_some_and(|word| word.reversed)
     }
 
-    /// Millimetres in a unit of a linear word.
+    /// Returns the millimetres in a unit of a linear word.
     pub(super) fn scale(&self) -> f64 {
         if self.inch { INCH } else { 1.0 }
     }
 
-    /// From a written word to mm or rad; `decimals` digits stood behind its point.
+    /// Converts a written word to mm or rad; `decimals` digits stood behind its point.
     #[inline]
     pub(super) fn meant(&mut self, slot: usize, written: f64, decimals: u8) -> f64 {
+        // Inch units are those of linear words; degrees stay degrees.
         let scale = if self.inch && !self.is_rotary(slot) { INCH } else { 1.0 };
+        // The digits of a computed value reveal nothing about the resolution of the program.
         if let (Some(finest), true) = (self.finest.get_mut(slot), decimals != COMPUTED) {
             finer(finest, decimals, scale);
         }
@@ -230,7 +246,7 @@ impl ControlState {
         }
     }
 
-    /// Back to what the program would write.
+    /// Converts mm or rad to the number that the program would write.
     pub(super) fn written(&self, slot: usize, value: f64) -> f64 {
         let scale = if self.inch && !self.is_rotary(slot) { INCH } else { 1.0 };
         match self.axes.0.get(slot) {
@@ -243,6 +259,7 @@ impl ControlState {
     /// Returns the shift added to an absolute word.
     #[inline]
     pub(super) fn shift(&self, slot: usize) -> f64 {
+        // A tilted plane has taken the shifts into its origin.
         if self.tilted.is_some() {
             return 0.0;
         }
@@ -253,10 +270,11 @@ impl ControlState {
     /// Returns the current value of a word as the program would write it \[mm, rad\], without shift.
     pub(super) fn reading(&self, slot: usize) -> Option<f64> {
         let place = self.place.get(slot).copied().flatten()?;
+        // The position contains the shift, the word that leads to it does not.
         Some(place - self.shift(slot))
     }
 
-    /// Place of a slot with its shift.
+    /// Returns the position of a slot including its shift \[mm, rad\].
     pub(super) fn stands(&self, slot: usize) -> Option<f64> {
         self.place.get(slot).copied().flatten()
     }
@@ -280,44 +298,71 @@ impl ControlState {
         }
     }
 
-    /// Tool-centre-point control on or off.
-    pub(super) fn set_tcp(&mut self, tcp: bool) {
-        if self.tcp != tcp {
+    /// Switches tool-centre-point control on.
+    pub(super) fn enable_tcp(&mut self) {
+        // X Y Z change between axis positions and tip, so their values become unknown. Rotary words
+        // are axis positions in both modes.
+        if !self.tcp {
             self.forget_linear();
         }
-        self.tcp = tcp;
+        self.tcp = true;
     }
 
-    /// Tool length on or off.
-    pub(super) fn set_length(&mut self, length: bool) {
-        // Another tool may be meant even if it was on.
-        if length || self.length {
-            let [.., z] = self.xyz;
-            if self.tcp {
-                self.forget_linear();
-            } else if let Some(place) = self.place.get_mut(z) {
-                *place = None;
-            }
+    /// Switches tool-centre-point control off.
+    pub(super) fn disable_tcp(&mut self) {
+        if self.tcp {
+            self.forget_linear();
         }
-        self.length = length;
+        self.tcp = false;
     }
 
-    /// Another work offset.
+    /// Switches tool length compensation on, for whatever tool is now in the spindle.
+    pub(super) fn enable_length(&mut self) {
+        // Another tool may be meant even if compensation was on.
+        self.forget_along_tool();
+        self.length = true;
+    }
+
+    /// Switches tool length compensation off.
+    pub(super) fn disable_length(&mut self) {
+        if self.length {
+            self.forget_along_tool();
+        }
+        self.length = false;
+    }
+
+    /// Marks as unknown the words that another tool length changes.
+    fn forget_along_tool(&mut self) {
+        let [.., z] = self.xyz;
+        if self.tcp {
+            // The tool may stand in any direction, so the gauge point shifts along all of X Y Z.
+            self.forget_linear();
+        } else if let Some(place) = self.place.get_mut(z) {
+            // Without TCP a control adds the length along Z whatever the rotaries are.
+            *place = None;
+        }
+    }
+
+    /// Switches to another work offset.
     pub(super) fn set_offset(&mut self, offset: u8) {
+        // The offsets of rotary axes may differ, too: no word keeps its value.
         if self.offset != offset {
             self.forget_all();
         }
         self.offset = offset;
     }
 
-    /// A new tilted plane's number.
+    /// Returns the number of a new tilted plane.
     pub(super) fn next_plane(&mut self) -> u16 {
+        // Numbers start at 1; 0 stands for no plane.
         self.planes = self.planes.saturating_add(1);
         self.planes
     }
 
     /// Returns the frame of absolute words.
     pub(super) fn frame(&self) -> Frame {
+        // In a tilted plane the tool stands along the normal and its length is compensated there: X
+        // Y Z are the tip.
         let tcp = self.tcp || self.tilted.is_some();
         Frame::Work { offset: self.offset, length: self.length, tcp }
     }
@@ -330,33 +375,35 @@ impl ControlState {
         }
     }
 
-    /// A tool goes into the spindle.
+    /// Puts a tool into the spindle.
     pub(super) fn change_tool(&mut self, line: u32, number: u32) {
         self.tools.push(number);
         self.steps.push_back(Step::Tool { line, number });
     }
 
-    /// The spindle as it now is.
+    /// Emits the present state of the spindle.
     pub(super) fn spindle(&mut self, line: u32) {
+        // The sign is the sense of rotation: M3 positive, M4 negative, M5 zero.
         let speed = f64::from(self.sense) * self.speed;
         self.steps.push_back(Step::Spindle { line, speed });
     }
 
-    /// Words without motion.
+    /// Keeps words without motion.
     pub(super) fn keep(&mut self, line: u32, text: &str) {
         self.steps.push_back(Step::Words { line, text: text.trim().into() });
     }
 
-    /// Half of the last digit of each axis word \[mm, rad\].
+    /// Returns half of the last digit of each axis word \[mm, rad\].
     pub(super) fn rounding(&self) -> AxisVector {
         let mut rounding = AxisVector::zeros();
+        // A word rounded to a unit is off by half of it at most; units are mm or degrees.
         for ((half, unit), word) in rounding.iter_mut().zip(self.finest).zip(&self.axes.0) {
             *half = 0.5 * if word.rotary { unit.to_radians() } else { unit };
         }
         rounding
     }
 
-    /// The same of the feed words.
+    /// Returns half of the last digit of the feed words, in their own unit.
     pub(super) fn feed_rounding(&self) -> f64 {
         0.5 * self.finest_feed
     }
@@ -367,16 +414,18 @@ impl ControlState {
 fn finer(finest: &mut f64, decimals: u8, scale: f64) {
     /// Units of the first digits.
     const UNITS: [f64; 10] = [1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
+    // The table spares a power for each word.
     let unit = match UNITS.get(usize::from(decimals)) {
         Some(unit) => scale * unit,
         None => scale * 10f64.powi(-i32::from(decimals)),
     };
+    // Zero: no word of this axis was read yet.
     if *finest <= 0.0 || unit < *finest {
         *finest = unit;
     }
 }
 
-/// 0 for `A`.
+/// Returns the index of a letter in the alphabet: 0 for `A`.
 pub(super) fn letter_index(letter: char) -> Option<usize> {
     let index = (letter as u32).checked_sub('A' as u32)?;
     usize::try_from(index).ok().filter(|index| *index < 26)

@@ -115,38 +115,53 @@ impl Dialect {
     pub const ALL: [Self; 6] =
         [Self::LinuxCnc, Self::Fanuc, Self::Haas, Self::Siemens, Self::Heidenhain, Self::Apt];
 
-    /// The dialect of a name, in whatever case.
+    /// Returns the dialect of a name, in any case.
     pub fn from_name(name: &str) -> Option<Self> {
         let found = NAMES.iter().find(|(known, _)| known.eq_ignore_ascii_case(name));
         found.map(|&(_, dialect)| dialect)
     }
 
-    /// Its name.
+    /// Returns its name.
     pub fn name(self) -> &'static str {
         NAMES.iter().find(|(_, dialect)| *dialect == self).map_or("", |(name, _)| name)
     }
 
-    /// The dialect of a program by its first lines: the first line that only one of them has decides.
+    /// Detects the dialect of a program from its first lines: the first line that only one of them
+    /// has decides.
     /// Without such a line it is G-code, and read as `LinuxCNC`'s.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion_nc::read::Dialect;
+    ///
+    /// assert_eq!(Dialect::guess("G21\nG43.4 H1 X10.\n".lines()), Dialect::Fanuc);
+    /// assert_eq!(Dialect::guess("G0 X1\nM2\n".lines()), Dialect::LinuxCnc);
+    /// ```
     pub fn guess<I>(lines: I) -> Self
     where
         I: IntoIterator<Item: AsRef<str>>,
     {
+        // Many programs begin with lines that all dialects share: the first characteristic line
+        // decides.
         let mut program_number = false;
         for line in lines {
             let line = line.as_ref();
             if let Some(dialect) = Self::of_line(line) {
                 return dialect;
             }
+            // `O0001` alone is not decisive, as LinuxCNC has O-words: it counts when nothing else
+            // does.
             program_number |= is_program_number(line);
         }
         if program_number { Self::Fanuc } else { Self::LinuxCnc }
     }
 
-    /// The dialect of a line that only one of them has.
+    /// Returns the dialect of a line that only one of them has.
     fn of_line(line: &str) -> Option<Self> {
         // Words stand near the beginning of a line.
         let head: String = line.trim_start().chars().take(200).collect();
+        // Klartext numbers its blocks without a letter, so leading digits are passed over.
         let upper = head.to_ascii_uppercase();
         let after_number = upper.trim_start_matches(|c: char| c.is_ascii_digit()).trim_start();
         if let Some((_, dialect)) = STARTS.iter().find(|(word, _)| after_number.starts_with(word)) {
@@ -155,12 +170,14 @@ impl Dialect {
         if is_klartext(after_number) {
             return Some(Self::Heidenhain);
         }
+        // Statements count at the beginning of a block only: in a comment they are plain text.
         let bare = behind_number_and_label(after_number);
         if let Some((_, dialect)) = STATEMENTS.iter().find(|(word, _)| bare.starts_with(word)) {
             return Some(*dialect);
         }
-        let said = without_comments(&upper);
-        WORDS.iter().find(|(word, _)| said.contains(word)).map(|&(_, dialect)| dialect)
+        // Words are searched without blanks, as G-code allows `G 43.4` and `G05 .1`.
+        let code_text = without_comments(&upper);
+        WORDS.iter().find(|(word, _)| code_text.contains(word)).map(|&(_, dialect)| dialect)
     }
 }
 
@@ -170,33 +187,36 @@ impl fmt::Display for Dialect {
     }
 }
 
-/// A block without `N10` and `LABEL:`.
+/// Returns a block without `N10` and `LABEL:`.
 fn behind_number_and_label(line: &str) -> &str {
     let number =
         line.strip_prefix('N').map(|rest| rest.trim_start_matches(|c: char| c.is_ascii_digit()));
     let line = number.unwrap_or(line).trim_start();
     let name = |label: &str| label.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    // Labels of Sinumerik have two characters at least.
     let label = line.split_once(':').filter(|(label, _)| label.len() > 1 && name(label));
     label.map_or(line, |(_, rest)| rest).trim_start()
 }
 
-/// `L X+10`, `LN X-3`.
+/// Returns true for `L X+10`, `LN X-3`.
 fn is_klartext(line: &str) -> bool {
     let rest = line.strip_prefix("LN ").or_else(|| line.strip_prefix("L "));
     rest.is_some_and(|rest| {
+        // An axis letter and a sign, a second letter (`IX`) or a parameter (`XQ1`) follow.
         let mut letters = rest.trim_start().chars();
         letters.next().is_some_and(|c| "XYZABCI".contains(c))
             && letters.next().is_some_and(|c| "+-XYZABCQ".contains(c))
     })
 }
 
-/// `O0001` or `:1`, with at most a comment behind.
+/// Returns true for `O0001` or `:1` with at most a comment behind.
 fn is_program_number(line: &str) -> bool {
     let line = line.trim_start();
     let rest = line.strip_prefix(['O', 'o', ':']);
     rest.is_some_and(|rest| {
         let digits = rest.chars().take_while(char::is_ascii_digit).count();
         let behind = rest.chars().nth(digits);
+        // `O100 sub` is an O-word of LinuxCNC, not a program number.
         digits > 0
             && behind.is_none_or(|c| c.is_whitespace() || c == '(')
             && !rest
@@ -211,7 +231,8 @@ fn is_program_number(line: &str) -> bool {
 /// Returns a line without comments and blanks.
 fn without_comments(line: &str) -> String {
     let mut depth = 0_u32;
-    let mut said = String::with_capacity(line.len());
+    let mut code_text = String::with_capacity(line.len());
+    // A semicolon inside a comment in brackets does not begin one itself.
     let code = if line.contains('(') && line.contains(')') {
         line
     } else {
@@ -226,17 +247,17 @@ fn without_comments(line: &str) -> String {
                         .get(..at)
                         .is_some_and(|before| before.ends_with(|c: char| c.is_ascii_alphanumeric()))
                 {
-                    said.push(c);
+                    code_text.push(c);
                 }
                 depth += 1;
             }
             ')' => depth = depth.saturating_sub(1),
             ';' if depth == 0 => break,
-            c if depth == 0 && !c.is_whitespace() => said.push(c),
+            c if depth == 0 && !c.is_whitespace() => code_text.push(c),
             _ => {}
         }
     }
-    said
+    code_text
 }
 
 #[cfg(test)]

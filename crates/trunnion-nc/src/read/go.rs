@@ -9,15 +9,19 @@ impl ControlState {
         let missing = |help: &str| ReadRemark::new(target.at, "feed move without a feed", help);
         match self.feed_mode {
             FeedMode::Inverse => {
+                // G93: F is the inverse of the time of the block in minutes. It holds for its own
+                // block only.
                 let feed = feed.ok_or_else(|| missing("G93 needs an F word on every G1 line"))?;
                 Ok(Pace::Inverse { seconds: 60.0 / feed })
             }
             FeedMode::PerMinute => {
+                // G94: mm/min or degrees/min to mm/s or degrees/s.
                 let help = "write an F word; G93 and G94 do not share one";
                 let feed = self.feed.ok_or_else(|| missing(help))?;
                 Ok(Pace::PerMinute { speed: feed * self.feed_scale(target) / 60.0 })
             }
             FeedMode::PerRevolution => {
+                // G95: mm per revolution times revolutions per minute.
                 let feed = self.feed.ok_or_else(|| missing("write an F word after G95"))?;
                 if self.sense == 0 || self.speed <= 0.0 {
                     let message = "feed per revolution (G95) with a spindle that stands";
@@ -32,8 +36,9 @@ impl ControlState {
         }
     }
 
-    /// Inches are of linear axes; rotaries alone turn in degrees.
+    /// Returns the scale of F: inch units are those of linear axes, rotaries alone turn in degrees.
     fn feed_scale(&self, target: &MoveTarget) -> f64 {
+        // A word that repeats the current position moves nothing, and leaves F to the rotaries.
         let linear = |slot: usize| {
             let moves = |word: f64| match (target.is_incremental(slot), self.reading(slot)) {
                 (true, _) => word.abs() > 0.0,
@@ -50,8 +55,10 @@ impl ControlState {
         &mut self,
         line: u32,
         mut target: MoveTarget,
-        (pace, way): (Pace, Way),
+        pace: Pace,
+        way: Way,
     ) -> Result<(), ReadRemark> {
+        // Checks come before the positions are changed.
         if let Some(tilted) = &self.tilted {
             self.check_tilted(*tilted, &target)?;
         }
@@ -61,13 +68,16 @@ impl ControlState {
         } else {
             self.work_words(&mut target)?
         };
+        // The inverse of the consumer chooses the rotaries: their words are not known afterwards.
         if target.axis.is_some() {
             self.forget(|rotary| rotary);
         }
         let [w0, w1, w2, w3, w4, sixth] = target.words;
+        // G53 is in axis positions, and the turn to the plane precedes its coordinates.
         let tilted = self.tilted.filter(|tilted| tilted.ready && !target.machine);
-        // Vectors are told for the tool to stay between them.
-        let untold = if target.axis.is_some() { Turning::GreatCircle } else { Turning::Rotary };
+        // A program gives tool vectors so that the tool stays in the plane between them; rotary words
+        // are interpolated as axes.
+        let default = if target.axis.is_some() { Turning::GreatCircle } else { Turning::Rotary };
         self.steps.push_back(Step::Move(Move {
             line,
             column: target.column,
@@ -79,16 +89,18 @@ impl ControlState {
             axis: target.axis,
             pace,
             way,
-            turning: self.turning.unwrap_or(untold),
+            turning: self.turning.unwrap_or(default),
         }));
         Ok(())
     }
 
-    /// Positions of axes.
+    /// Takes a move in axis positions, which leaves the work coordinates.
     fn leave_work(&mut self, target: &MoveTarget) -> Result<(), ReadRemark> {
+        // A distance would need the axis positions, which only the consumer knows.
         if target.incremental != 0 {
             return Err(ReadRemark::new(target.at, "G53 with distances (G91)", "write G90"));
         }
+        // Axis positions leave the words unknown, as the work offset is not known to the reader.
         for (slot, word) in target.words.iter().enumerate() {
             if word.is_some() {
                 if let Some(place) = self.place.get_mut(slot) {
@@ -99,15 +111,18 @@ impl ControlState {
                 }
             }
         }
+        // With TCP the tip, in coordinates of the table, moves with any axis.
         if self.tcp {
             self.forget_linear();
         }
         Ok(())
     }
 
-    /// Words of a work offset: shifts them, and makes them all absolute unless all are distances.
+    /// Takes the words of a work offset: shifts them, and makes them all absolute unless all are
+    /// distances.
     #[inline]
     fn work_words(&mut self, target: &mut MoveTarget) -> Result<bool, ReadRemark> {
+        // Bit masks of the words: the move is incremental if all of them are distances.
         let mut present = 0_u8;
         for (slot, word) in target.words.iter().enumerate() {
             present |= u8::from(word.is_some()) << slot;
@@ -116,12 +131,14 @@ impl ControlState {
         for slot in 0..SLOTS {
             let Some(word) = target.get(slot) else { continue };
             let stood = self.stands(slot);
+            // A block with both kinds of words is made absolute: position + distance. One of
+            // distances alone may start anywhere, as the consumer adds them to its own positions.
             let end = if !target.is_incremental(slot) {
                 Some(word + self.shift(slot))
             } else if all || stood.is_some() {
                 stood.map(|stood| stood + word)
             } else {
-                let message = "a distance from a place that the program does not tell";
+                let message = "a distance from a position that the program does not state";
                 return Err(ReadRemark::new(
                     target.at,
                     message,
@@ -131,6 +148,7 @@ impl ControlState {
             if let Some(place) = self.place.get_mut(slot) {
                 *place = end;
             }
+            // The axis position that belongs to a word depends on the work offset.
             if let Some(machine) = self.machine.get_mut(slot) {
                 *machine = None;
             }
@@ -138,14 +156,16 @@ impl ControlState {
                 *word = end;
             }
         }
+        // With TCP all axes compensate for a single word.
         if self.tcp {
             self.machine = [None; SLOTS];
         }
         Ok(all)
     }
 
-    /// In a tilted plane the tool stands along its normal, and stays so.
+    /// Checks a move in a tilted plane, where the tool stands along the normal.
     fn check_tilted(&self, tilted: ActivePlane, target: &MoveTarget) -> Result<(), ReadRemark> {
+        // A rotary word would turn the tool away from the normal, on which the plane relies.
         let rotary = (0..SLOTS).any(|slot| target.get(slot).is_some() && self.is_rotary(slot));
         if target.machine || target.axis.is_some() {
             return Ok(());

@@ -15,10 +15,34 @@ impl ReadRemark {
         Self { at, message: message.into(), help: help.into() }
     }
 
-    /// The same with another message.
+    /// Replaces the message.
     pub(super) fn with(self, message: String) -> Self {
         Self { message, ..self }
     }
+}
+
+/// A remark about another line than the one being read.
+#[derive(Debug)]
+pub(super) struct LineRemark {
+    /// Line, counted from 1.
+    pub(super) line: u32,
+    pub(super) remark: ReadRemark,
+}
+
+/// A line of a program.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FileLine<'a> {
+    /// Number of the line, counted from 1.
+    pub(super) number: u32,
+    pub(super) text: &'a str,
+}
+
+/// A line and the byte offset from which it is to be read.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LineTail<'a> {
+    /// The whole line, so that columns in messages count from its start.
+    pub(super) text: &'a str,
+    pub(super) from: usize,
 }
 
 /// Warnings that are kept; a file with more has one kind of trouble many times.
@@ -38,10 +62,11 @@ pub(super) struct ReadLog {
 
 impl ReadLog {
     pub(super) fn new(most: usize) -> Self {
+        // At least one fault is kept: with none, a faulty file would pass as a good one.
         Self { line: 0, faults: Vec::new(), warnings: Vec::new(), most: most.max(1) }
     }
 
-    /// No further fault is wanted.
+    /// Returns true if no further fault is wanted.
     pub(super) fn is_full(&self) -> bool {
         self.faults.len() >= self.most
     }
@@ -54,13 +79,14 @@ impl ReadLog {
 
     /// Adds a warning; a repeated message is reported once.
     pub(super) fn warn(&mut self, text: &str, remark: ReadRemark) {
+        // Post-processors repeat an unusual word in every block.
         let known = self.warnings.iter().any(|warning| warning.message == remark.message);
         if !known && self.warnings.len() < MOST_WARNINGS {
             self.warnings.push(placed(self.line, text, remark));
         }
     }
 
-    /// A fault of the file as a whole.
+    /// Adds a fault of the file as a whole.
     pub(super) fn whole(&mut self, message: &str, help: &str) {
         if !self.is_full() {
             self.faults.push(Diagnostic::whole(message).with_help(help));
@@ -68,7 +94,7 @@ impl ReadLog {
     }
 }
 
-/// Column of a byte offset in characters, counted from 1.
+/// Returns the column of a byte offset in characters, counted from 1.
 pub(super) fn column(text: &str, at: usize) -> u32 {
     let before = text.as_bytes().get(..at.min(text.len())).unwrap_or_default();
     // Continuation bytes begin no character.
@@ -81,7 +107,7 @@ fn placed(line: u32, text: &str, remark: ReadRemark) -> Diagnostic {
     Diagnostic { line, column: column(text, at), message, help }
 }
 
-/// The beginning of a text, for a message.
+/// Returns the beginning of a text, for a message.
 pub(super) fn excerpt(text: &str) -> String {
     let text = text.trim();
     let mut short: String = text.chars().take(EXCERPT).collect();

@@ -9,7 +9,7 @@
 //!
 //! A consumer remembers where the control stands, starting from the machine's home, and takes step by step:
 //!
-//! * [`Move::words`] say what changes, [`Move::frame`] what they count from: axis positions
+//! * [`Move::words`] are the axes that change, [`Move::frame`] is the frame they count from: axis positions
 //!   ([`Frame::Machine`]), axis positions less work offset and tool length (no TCP), or the tip in the table
 //!   frame (TCP; see [`nc`](super)). Axes without a word keep their value *in that frame*.
 //! * [`Move::axis`] stands in place of the rotary words: the consumer's inverse finds them.
@@ -35,6 +35,7 @@ mod log;
 mod number;
 mod options;
 mod reader;
+mod remedy;
 #[cfg(test)]
 mod samples;
 mod siemens;
@@ -53,6 +54,7 @@ pub use cl::{
 };
 pub use dialect::Dialect;
 pub use options::ReadOptions;
+pub use remedy::ReadRemedy;
 pub use source::{ClSource, ClText, ProgramSource, ProgramText};
 pub use step::{Arc, Frame, Move, Offset, OffsetKind, Pace, Plane, Program, Step, Turning, Way};
 pub use steps::{LineReader, Steps, read, steps};

@@ -26,7 +26,8 @@ pub struct ReadOptions {
 }
 
 impl ReadOptions {
-    /// Five axes, a million repeated lines, no parameters given, the reference position at machine zero.
+    /// Creates options for five axes: a million repeated lines, no parameters, the reference
+    /// position at machine zero.
     pub fn new(dialect: Dialect, axes: AxisWords, most_faults: usize) -> Self {
         Self {
             dialect,

@@ -52,22 +52,23 @@ impl ProgramReader {
         Self { state: ReaderState { control, log }, language, lines: 0 }
     }
 
-    /// The next step, once lines made one; none after a fault.
+    /// Returns the next step that was made; none after a fault.
     #[inline]
     pub(super) fn pop(&mut self) -> Option<Step> {
+        // After a fault the positions are not to be trusted: the rest is read for its faults only.
         if !self.state.log.faults.is_empty() {
             self.state.control.steps.clear();
         }
         self.state.control.steps.pop_front()
     }
 
-    /// No further line is wanted.
+    /// Returns true if no further line is wanted.
     #[inline]
     pub(super) fn is_over(&self) -> bool {
         self.state.control.ended || self.state.log.is_full()
     }
 
-    /// There is something to run before the next line of the file.
+    /// Returns true if something is to be run before the next line of the file.
     #[inline]
     pub(super) fn is_busy(&self) -> bool {
         match &self.language {
@@ -93,10 +94,12 @@ impl ProgramReader {
     pub(super) fn line(&mut self, text: &str) {
         self.lines = self.lines.saturating_add(1);
         self.state.log.line = self.lines;
+        // Some editors put a byte order mark before the first line.
         let text = match (self.lines, text.strip_prefix('\u{feff}')) {
             (1, Some(rest)) => rest,
             _ => text,
         };
+        // A binary file has such lines; the message must not repeat them.
         if text.len() > LONGEST {
             let length = text.len();
             let message = format!("a line of {length} bytes begins {}", excerpt(text));
@@ -111,8 +114,9 @@ impl ProgramReader {
         }
     }
 
-    /// Every fault, once the program is over.
+    /// Ends the program and returns every fault.
     pub(super) fn finish(&mut self) -> Vec<Diagnostic> {
+        // A missing end is often the consequence of a fault that is reported already.
         if self.state.log.faults.is_empty() {
             match &mut self.language {
                 LanguageReader::Gcode(gcode) => gcode.finish(&mut self.state),
@@ -124,7 +128,7 @@ impl ProgramReader {
         self.state.log.faults.clone()
     }
 
-    /// Faults so far.
+    /// Returns the faults so far.
     pub(super) fn faults(&self) -> &[Diagnostic] {
         &self.state.log.faults
     }

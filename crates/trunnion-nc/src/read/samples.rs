@@ -4,7 +4,7 @@ use super::control::ControlState;
 use super::dialect::Dialect;
 use super::options::ReadOptions;
 use crate::words::{AxisWord, AxisWords};
-/// Options for an XYZAC machine.
+/// Returns options for an XYZAC machine.
 pub(super) fn options(dialect: Dialect) -> ReadOptions {
     let word = |letter: char| AxisWord {
         letter,
@@ -15,7 +15,7 @@ pub(super) fn options(dialect: Dialect) -> ReadOptions {
     ReadOptions::new(dialect, AxisWords(['X', 'Y', 'Z', 'A', 'C'].map(word)), 20)
 }
 
-/// A control after its usual start.
+/// Returns a control after its usual start.
 pub(super) fn control() -> ControlState {
     ControlState::new(&options(Dialect::LinuxCnc))
 }

@@ -10,19 +10,19 @@ use std::fmt::Debug;
 
 /// A program, as its steps ([`Program`]) or as the text that they are read from ([`ProgramText`]).
 pub trait ProgramSource: Debug + Sync {
-    /// Everything in order, from the start.
+    /// Iterates over all steps, from the start.
     fn steps(&self) -> Box<dyn Iterator<Item = Step> + '_>;
 
     /// Returns the number of steps.
     fn count(&self) -> usize;
 
-    /// Largest rounding error of each axis word, see [`Program::rounding`] \[mm, rad\].
+    /// Returns the largest rounding error of each axis word, see [`Program::rounding`] \[mm, rad\].
     fn rounding(&self) -> &AxisVector;
 
-    /// Half of the last digit of the feed words, in their own unit.
+    /// Returns half of the last digit of the feed words, in their own unit.
     fn feed_rounding(&self) -> f64;
 
-    /// Numbers of the tools called, in order.
+    /// Returns the numbers of the tools called, in order.
     fn tools(&self) -> &[u32];
 }
 
@@ -54,8 +54,8 @@ impl ProgramSource for Program {
 pub struct ProgramText {
     text: String,
     options: ReadOptions,
-    /// All but the steps.
-    said: Program,
+    /// The program without its steps.
+    summary: Program,
     count: usize,
 }
 
@@ -66,25 +66,26 @@ impl ProgramText {
     ///
     /// Every fault found, up to `options.most_faults`.
     pub fn new(text: String, options: ReadOptions) -> Result<Self, Diagnostics> {
+        // One pass finds all faults and counts the steps; the steps themselves are dropped.
         let mut stream = steps(text.lines(), &options);
         let mut count = 0;
         for step in &mut stream {
             step?;
             count += 1;
         }
-        let said = Program {
+        let summary = Program {
             steps: Vec::new(),
             rounding: stream.rounding(),
             feed_rounding: stream.feed_rounding(),
             tools: stream.tools().to_vec(),
             warnings: stream.warnings().to_vec(),
         };
-        Ok(Self { text, options, said, count })
+        Ok(Self { text, options, summary, count })
     }
 
-    /// Warnings: words kept but not understood, and likely slips.
+    /// Returns the warnings: words kept but not understood, and likely slips.
     pub fn warnings(&self) -> &[Diagnostic] {
-        &self.said.warnings
+        &self.summary.warnings
     }
 }
 
@@ -99,21 +100,21 @@ impl ProgramSource for ProgramText {
     }
 
     fn rounding(&self) -> &AxisVector {
-        &self.said.rounding
+        &self.summary.rounding
     }
 
     fn feed_rounding(&self) -> f64 {
-        self.said.feed_rounding
+        self.summary.feed_rounding
     }
 
     fn tools(&self) -> &[u32] {
-        &self.said.tools
+        &self.summary.tools
     }
 }
 
 /// Cutter locations, as records ([`ClFile`]) or as the text that they are read from ([`ClText`]).
 pub trait ClSource: Debug + Sync {
-    /// Locations in order, from the start.
+    /// Iterates over all locations, from the start.
     fn records(&self) -> Box<dyn Iterator<Item = ClRecord> + '_>;
 
     /// Returns the number of locations.
@@ -142,8 +143,8 @@ impl ClSource for ClFile {
 pub struct ClText {
     text: String,
     most_faults: usize,
-    /// All but the locations.
-    said: ClFile,
+    /// The file without its locations.
+    summary: ClFile,
     count: usize,
 }
 
@@ -154,19 +155,20 @@ impl ClText {
     ///
     /// Every fault found, up to `most_faults`.
     pub fn new(text: String, most_faults: usize) -> Result<Self, Diagnostics> {
+        // One pass finds all faults and counts the locations; these are dropped.
         let mut records = cl_records(text.lines(), most_faults);
         let mut count = 0;
         for record in &mut records {
             record?;
             count += 1;
         }
-        let said = records.finish()?;
-        Ok(Self { text, most_faults, said, count })
+        let summary = records.finish()?;
+        Ok(Self { text, most_faults, summary, count })
     }
 
-    /// Warnings: words kept but not understood, and likely slips.
+    /// Returns the warnings: words kept but not understood, and likely slips.
     pub fn warnings(&self) -> &[Diagnostic] {
-        &self.said.warnings
+        &self.summary.warnings
     }
 }
 
@@ -181,7 +183,7 @@ impl ClSource for ClText {
     }
 
     fn tools(&self) -> &[ClTool] {
-        &self.said.tools
+        &self.summary.tools
     }
 }
 

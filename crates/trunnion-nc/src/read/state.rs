@@ -1,7 +1,7 @@
 //! State that the readers of all dialects share.
 
 use super::control::ControlState;
-use super::log::{ReadLog, ReadRemark};
+use super::log::{LineRemark, ReadLog};
 use super::tape::Tape;
 use std::sync::Arc;
 
@@ -13,21 +13,25 @@ pub(super) struct ReaderState {
 }
 
 impl ReaderState {
-    /// The line to run again, if there is one; what is run too often ends the program.
+    /// Returns the line to run again, if there is one; one that runs too often ends the program.
     pub(super) fn replayed(&mut self, tape: &mut Tape) -> Option<(u32, Arc<str>)> {
         tape.play().unwrap_or_else(|remark| {
+            // A loop without end would run for ever: reading stops with the fault.
             self.log.fault("", remark);
             self.control.ended = true;
             None
         })
     }
 
-    /// Tells what is missing at the end of the file: that of a loop or a condition, or that of the program, which is `end`.
-    pub(super) fn unended(&mut self, open: Option<(u32, ReadRemark)>, end: &str) {
+    /// Reports a loop or condition that is still open at the end of the file, or a program without
+    /// its end; `end` is the remedy for the latter.
+    pub(super) fn unended(&mut self, open: Option<LineRemark>, end: &str) {
+        // A program that reached its end may leave loops open behind it.
         if self.control.ended {
             return;
         }
-        if let Some((line, remark)) = open {
+        // An open loop explains a missing end, so it alone is reported.
+        if let Some(LineRemark { line, remark }) = open {
             self.log.line = line;
             self.log.fault("", remark);
         } else {

@@ -76,7 +76,7 @@ pub struct Move {
     pub frame: Frame,
     /// Number of the tilted plane ([`Step::Plane`]) whose coordinates X Y Z are; 0: none.
     pub plane: u16,
-    /// Where the tool axis (tip to spindle) is to point, in the coordinates without tilted plane, instead
+    /// Direction of the tool axis (tip to spindle) in the coordinates without tilted plane, instead
     /// of rotary words: `A3= B3= C3=`, `TX TY TZ`, `I J K` of `G43.5`, the normal of a plane at `G53.1`.
     pub axis: Option<UnitVector3<f64>>,
     /// Speed or time of the move.
@@ -187,6 +187,7 @@ pub struct Plane {
 impl Move {
     /// Names the first feature beyond five straight axis words that a consumer cannot ignore.
     pub fn special(&self) -> Option<&'static str> {
+        // Each of these changes the path of the tool, so that leaving it out would be wrong.
         match self {
             Self { sixth: Some(_), .. } => Some("a sixth axis"),
             Self { plane: 1.., .. } => Some("a tilted plane"),
@@ -199,22 +200,36 @@ impl Move {
 }
 
 impl Arc {
-    /// Radius \[mm\].
+    /// Returns the radius \[mm\].
     pub fn radius(&self) -> f64 {
         self.center[0].hypot(self.center[1])
     }
 
-    /// Place after the share `t` of the sweep, from where the arc begins \[mm\].
+    /// Returns the point after the share `t` of the sweep, relative to the start of the arc \[mm\].
     pub fn at(&self, t: f64) -> [f64; 2] {
+        // With the start as origin the radius is -c, and the point c + R(t sweep)(-c) = c - R c.
         let (sin, cos) = (t * self.sweep).sin_cos();
         let [u, v] = self.center;
         [u - (u * cos - v * sin), v - (u * sin + v * cos)]
     }
 
-    /// Equal parts whose chords stay within `tolerance` \[mm\] of the arc; at least one.
+    /// Returns the number of equal parts whose chords stay within `tolerance` \[mm\] of the arc; at
+    /// least one.
     ///
     /// A chord over the angle `a` is off by `r (1 - cos(a / 2)) <= r a^2 / 8`.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion_nc::read::Arc;
+    ///
+    /// // A half circle of radius 10 mm.
+    /// let arc = Arc { plane: [0, 1], center: [10.0, 0.0], sweep: std::f64::consts::PI };
+    /// assert_eq!(arc.parts(0.01), 36);
+    /// assert!((arc.at(1.0)[0] - 20.0).abs() < 1e-12);
+    /// ```
     pub fn parts(&self, tolerance: f64) -> u32 {
+        // r (sweep / n)^2 / 8 <= tolerance, solved for n.
         let parts = self.sweep.abs() * (self.radius() / (8.0 * tolerance)).sqrt();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
         let parts = parts.ceil() as u32;

@@ -43,6 +43,25 @@ pub fn read(text: &str, options: &ReadOptions) -> Result<Program, Diagnostics> {
 }
 
 /// A program that is handed in line by line, for one that is read while it is written; see [`steps`].
+///
+/// # Example
+///
+/// ```
+/// use trunnion_nc::read::{AxisWord, AxisWords, Dialect, LineReader, ReadOptions};
+///
+/// let word = |letter: char| {
+///     AxisWord { letter, rotary: "AC".contains(letter), decimals: 3, reversed: false }
+/// };
+/// let axes = AxisWords(['X', 'Y', 'Z', 'A', 'C'].map(word));
+/// let mut reader = LineReader::new(&ReadOptions::new(Dialect::Fanuc, axes, 10));
+/// let mut steps = Vec::new();
+/// for line in ["G0 X1. Y2.", "G1 X3. F600.", "M30"] {
+///     reader.line(line, &mut steps)?;
+/// }
+/// reader.finish()?;
+/// assert_eq!(steps.len(), 2);
+/// # Ok::<(), trunnion_types::types::Diagnostics>(())
+/// ```
 #[derive(Debug)]
 pub struct LineReader {
     reader: ProgramReader,
@@ -64,6 +83,7 @@ impl LineReader {
             self.reader.line(line);
         }
         loop {
+            // Lines that loops and calls run again come before the next line of the file.
             out.extend(std::iter::from_fn(|| self.reader.pop()));
             if !self.reader.is_busy() {
                 break;
@@ -74,7 +94,7 @@ impl LineReader {
         if faults.is_empty() { Ok(()) } else { Err(faults.to_vec().into()) }
     }
 
-    /// Warnings: words kept but not understood, and likely slips, so far.
+    /// Returns the warnings so far: words kept but not understood, and likely slips.
     pub fn warnings(&self) -> &[Diagnostic] {
         self.reader.warnings()
     }
@@ -90,7 +110,8 @@ impl LineReader {
     }
 }
 
-/// Steps of a program whose lines come one by one. In memory is the longest loop or subprogram; the rest
+/// Reads a program whose lines come one by one. In memory is the longest loop or subprogram; the
+/// rest
 /// of the program, too, once a subprogram is called that stands behind its call.
 ///
 /// Reading ends at `M2` or `M30`: a control stops there. The iterator ends after the first error, which
@@ -102,7 +123,7 @@ where
     Steps { lines, reader: ProgramReader::new(options), done: false }
 }
 
-/// See [`steps`].
+/// Iterator over the steps of a program; see [`steps`].
 #[derive(Debug)]
 pub struct Steps<I> {
     lines: I,
@@ -111,22 +132,22 @@ pub struct Steps<I> {
 }
 
 impl<I> Steps<I> {
-    /// Half of the last digit of each axis word so far \[mm, rad\].
+    /// Returns half of the last digit of each axis word so far \[mm, rad\].
     pub fn rounding(&self) -> AxisVector {
         self.reader.rounding()
     }
 
-    /// Half of the last digit of the feed words so far, in their own unit.
+    /// Returns half of the last digit of the feed words so far, in their own unit.
     pub fn feed_rounding(&self) -> f64 {
         self.reader.feed_rounding()
     }
 
-    /// Numbers of the tools called so far.
+    /// Returns the numbers of the tools called so far.
     pub fn tools(&self) -> &[u32] {
         self.reader.tools()
     }
 
-    /// Warnings: words kept but not understood, and likely slips, so far.
+    /// Returns the warnings so far: words kept but not understood, and likely slips.
     pub fn warnings(&self) -> &[Diagnostic] {
         self.reader.warnings()
     }
@@ -140,6 +161,8 @@ where
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
+            // Queued steps first, then lines that run again, then the next line of the file: so no
+            // more than the steps of one block is in memory.
             if let Some(step) = self.reader.pop() {
                 return Some(Ok(step));
             }
@@ -150,6 +173,8 @@ where
                 self.reader.advance();
                 continue;
             }
+            // Behind the end of the program a control reads nothing, and a full list takes no more
+            // faults.
             let line = if self.reader.is_over() { None } else { self.lines.next() };
             if let Some(line) = line {
                 self.reader.line(line.as_ref());

@@ -28,7 +28,7 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Nothing yet; which of the five axes turn.
+    /// Starts a tally; `rotary` marks the axes that turn.
     pub fn new(rotary: [bool; AXES]) -> Self {
         Self {
             blocks: 0,
@@ -53,6 +53,7 @@ impl Tally {
     }
 
     fn take(&mut self, step: &Move) {
+        // Words that count from another origin cannot be subtracted from those before.
         let offset = match step.frame {
             Frame::Machine => None,
             Frame::Work { offset, .. } => Some(offset),
@@ -65,6 +66,8 @@ impl Tally {
         let length = match step.way {
             Way::Line => linear.iter().map(|change| change * change).sum::<f64>().sqrt(),
             Way::Arc(arc) => {
+                // A helix: its length is the root of (r sweep)^2 plus the square of the travel
+                // along the axis of the arc.
                 let along = |(slot, change): (usize, &f64)| {
                     if arc.plane.contains(&slot) { 0.0 } else { change * change }
                 };
@@ -83,23 +86,28 @@ impl Tally {
             Pace::PerMinute { speed } if length > 0.0 => length / speed,
             // The feed of a linear axis that moves alone is its own.
             Pace::PerMinute { speed } if sixth > 0.0 => sixth / speed,
+            // Where only rotaries move, F is in degrees per minute of the root of the sum of
+            // squares.
             Pace::PerMinute { speed } => {
                 turned.iter().map(|turn| turn * turn).sum::<f64>().sqrt().to_degrees() / speed
             }
         };
     }
 
-    /// Moves to where a step leads; changes of the linear and of the rotary axes, and how far a linear sixth
+    /// Moves to the end of a step. Returns the changes of the linear and of the rotary axes, and
+    /// the travel of a linear sixth
     /// goes, as far as known.
     fn follow(&mut self, step: &Move) -> ([[f64; AXES]; 2], f64) {
         let mut changes = [[0.0; AXES]; 2];
         let mut sixth = 0.0;
+        // By ISO 841 a further axis turns if its letter is A, B or C.
         let turns = step.sixth.is_some_and(|(letter, _)| "ABC".contains(letter));
         let [w0, w1, w2, w3, w4] = step.words;
         let words = [w0, w1, w2, w3, w4, step.sixth.map(|(_, word)| word)];
         for (slot, (word, place)) in words.into_iter().zip(&mut self.place).enumerate() {
             let Some(word) = word else { continue };
             let stood = *place;
+            // The change of an axis whose position is unknown is unknown; it counts as no travel.
             let change =
                 if step.incremental { Some(word) } else { stood.map(|stood| word - stood) };
             *place = if step.incremental { stood.map(|stood| stood + word) } else { Some(word) };
@@ -110,6 +118,7 @@ impl Tally {
             if let (AXES, Some(change), false) = (slot, change, turns) {
                 sixth = change.abs();
             }
+            // G53 positions are of another frame and stay out of the ranges.
             if let (Some(at), Frame::Work { .. }, Some(range)) =
                 (*place, step.frame, self.ranges.get_mut(slot))
             {

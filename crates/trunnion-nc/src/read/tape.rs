@@ -4,7 +4,7 @@ use super::log::ReadRemark;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Most text that is kept \[bytes\]; jumps to what lies before it are told.
+/// Most text that is kept \[bytes\]; a jump to a line before it is a fault.
 const MOST: usize = 1 << 26;
 
 /// Lines of a program from the first that may be run again on.
@@ -23,7 +23,7 @@ pub(super) struct Tape {
 }
 
 impl Tape {
-    /// `most`: lines that may be run again or passed over on the way to one.
+    /// Starts a tape; `most` lines may be run again, or searched for one to run.
     pub(super) fn new(most: u64) -> Self {
         Self {
             kept: VecDeque::new(),
@@ -36,7 +36,7 @@ impl Tape {
         }
     }
 
-    /// Kept lines come before the next of the file.
+    /// Returns true if kept lines come before the next of the file.
     #[inline]
     pub(super) fn is_busy(&self) -> bool {
         self.next.is_some()
@@ -45,6 +45,7 @@ impl Tape {
     /// Takes in the next line of the file.
     #[inline]
     pub(super) fn record(&mut self, number: u32, text: &str) {
+        // Lines are kept from the first on that something may lead back to.
         if self.keeping && number == self.end() {
             return self.push(text);
         }
@@ -57,6 +58,7 @@ impl Tape {
     }
 
     fn push(&mut self, text: &str) {
+        // The oldest lines are dropped: memory stays bounded however long the program is.
         self.bytes += text.len();
         self.kept.push_back(text.into());
         while self.bytes > MOST
@@ -67,7 +69,7 @@ impl Tape {
         }
     }
 
-    /// Lines may be run again from this one on, which was taken in last.
+    /// Keeps lines from this one on, which was recorded last.
     #[inline]
     pub(super) fn keep(&mut self, text: &str) {
         if !self.keeping {
@@ -80,13 +82,14 @@ impl Tape {
         self.first.saturating_add(u32::try_from(self.kept.len()).unwrap_or(u32::MAX))
     }
 
-    /// The next kept line and its number.
+    /// Returns the next kept line and its number.
     ///
     /// # Errors
     ///
     /// More lines were run again than are allowed.
     pub(super) fn play(&mut self) -> Result<Option<(u32, Arc<str>)>, ReadRemark> {
         let Some(number) = self.next else { return Ok(None) };
+        // Every line that runs again counts, so that an endless loop ends with a fault.
         self.count(1)?;
         let line = self.line(number).map(|text| (number, text));
         self.go_to(number.saturating_add(1));
@@ -98,13 +101,13 @@ impl Tape {
         self.next = (self.first..self.end()).contains(&line).then_some(line);
     }
 
-    /// A kept line.
+    /// Returns a kept line.
     pub(super) fn line(&self, number: u32) -> Option<Arc<str>> {
         let at = usize::try_from(number.checked_sub(self.first)?).ok()?;
         self.kept.get(at).map(Arc::clone)
     }
 
-    /// The last kept line before one that is looked for.
+    /// Finds the last kept line before `before` that fits.
     ///
     /// # Errors
     ///
@@ -115,7 +118,9 @@ impl Tape {
         is: impl Fn(&str) -> bool,
     ) -> Result<Option<u32>, ReadRemark> {
         let count = usize::try_from(before.saturating_sub(self.first)).unwrap_or(usize::MAX);
+        // Of several such lines the nearest before the jump is taken.
         let found = self.kept.iter().take(count).rposition(|text| is(text));
+        // Lines that are only searched count as well: a loop could search without end.
         self.count(count.saturating_sub(found.unwrap_or(0)))?;
         Ok(found.and_then(|at| u32::try_from(at).ok()).map(|at| self.first + at))
     }

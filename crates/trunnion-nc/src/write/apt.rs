@@ -26,7 +26,9 @@ pub fn apt(
     note: &Note<'_>,
     decimals: u8,
 ) -> Result<(), WriteError> {
+    // The first station is only approached.
     let first = legs.first().and_then(|leg| leg.stations.first()).ok_or(WriteError::Empty)?;
+    // APT: CUTTER/diameter, corner radius. The centre circle and the rounding add up to the radius.
     let [diameter, corner] = [2.0 * (note.tool.major + note.tool.minor), note.tool.minor];
     writeln!(out, "PARTNO {}", plain(note.name))?;
     writeln!(out, "UNITS/MM")?;
@@ -37,6 +39,7 @@ pub fn apt(
     if note.coolant {
         writeln!(out, "COOLNT/ON")?;
     }
+    // mm/s to mm/min.
     let feed = FixedNumber::nearest(note.feed * 60.0, FEED_DECIMALS);
     let feed = feed.ok_or(WriteError::Number {
         block: 0,
@@ -46,7 +49,9 @@ pub fn apt(
     let mut locations = LocationWriter::default();
     locations.go(out, None, &rounded(0, first, decimals)?);
     for (index, leg) in legs.iter().enumerate() {
+        // Links are rapid moves, without a feed.
         let feed = (leg.motion != Motion::Link).then_some(feed);
+        // Stations are shared by consecutive legs: each is written once.
         for station in leg.stations.iter().skip(1) {
             locations.go(out, feed, &rounded(index, station, decimals)?);
         }
@@ -65,7 +70,7 @@ pub(super) struct LocationWriter {
 }
 
 impl LocationWriter {
-    /// One `GOTO`, with `feed` \[mm/min\] or in rapid.
+    /// Writes one `GOTO`, with `feed` \[mm/min\]; `None`: in rapid.
     pub(super) fn go(
         &mut self,
         out: &mut String,
@@ -81,6 +86,7 @@ impl LocationWriter {
             }
             Some(_) => {}
         }
+        // RAPID holds for one location, so the feed is written again behind it.
         self.feed = feed;
         out.push_str("GOTO/");
         out.push_str(&list(location.iter()));
@@ -88,7 +94,7 @@ impl LocationWriter {
     }
 }
 
-/// Tip and axis of a station.
+/// Rounds tip \[mm\] and axis of a station.
 fn rounded(leg: usize, station: &Station, decimals: u8) -> Result<[FixedNumber; 6], WriteError> {
     let [tip, axis] = [station.pose.tip.coords, station.pose.axis.into_inner()];
     let fixed = |value: f64, decimals: u8| {
@@ -105,7 +111,7 @@ fn rounded(leg: usize, station: &Station, decimals: u8) -> Result<[FixedNumber; 
     ])
 }
 
-/// A name on one line that no reader takes for a comment or a continued line.
+/// Returns a name on one line that no reader takes for a comment or a continued line.
 fn plain(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_graphic() && c != '$' { c } else { ' ' }).collect()
 }

@@ -24,7 +24,7 @@ pub enum WriteError {
         decimals: u8,
     },
     /// A block that moves in no time, or in so much that its feed word would be 0.
-    #[error("block {block} takes {duration} s, which no inverse-time feed word can say")]
+    #[error("block {block} takes {duration} s, which no inverse-time feed word can express")]
     Duration {
         /// Index of the block.
         block: usize,
@@ -34,7 +34,7 @@ pub enum WriteError {
     /// A template that cannot be filled.
     #[error(transparent)]
     Template(#[from] TemplateError),
-    /// A second tool, and a template that does not say how it is changed.
+    /// A second tool, and a template without a tool change.
     #[error("the template has no block `toolchange`, which a program with several tools needs")]
     NoToolChange,
     /// X, Y and Z do not span space.

@@ -79,7 +79,7 @@ const ALIASES: [(&str, OutputFormat); 6] = [
 ];
 
 impl OutputFormat {
-    /// From its name, or what machine files call it.
+    /// Returns the format of a name, which may be one that machine files use.
     pub fn from_name(name: &str) -> Option<Self> {
         let known = OUTPUT_FORMATS.iter().chain(&ALIASES);
         known.into_iter().find(|(of, _)| name.eq_ignore_ascii_case(of)).map(|&(_, one)| one)
@@ -90,7 +90,7 @@ impl OutputFormat {
         Self::from_name(&machine.dialect.name).unwrap_or(Self::G93)
     }
 
-    /// Its name.
+    /// Returns its name.
     pub fn name(self) -> &'static str {
         OUTPUT_FORMATS.iter().find(|(_, one)| *one == self).map_or("", |(name, _)| name)
     }
@@ -167,6 +167,7 @@ impl OutputFormat {
     }
 
     pub(super) fn syntax(self) -> BlockSyntax {
+        // ISO 6983 words; the others differ from it in the fields that are set.
         let iso = BlockSyntax {
             form: NumberForm::Point,
             pointing: OrientationWords::Angles,
@@ -176,6 +177,7 @@ impl OutputFormat {
             rapid_tail: "",
         };
         let siemens = BlockSyntax { form: NumberForm::Plain, ..iso };
+        // Klartext: every block begins with L, numbers have signs, and FMAX is rapid.
         let klartext = BlockSyntax {
             form: NumberForm::Signed,
             moves: ["L", "L"],
@@ -197,6 +199,7 @@ impl OutputFormat {
             Self::Heidenhain => BlockSyntax {
                 pointing: OrientationWords::Vector(["TX", "TY", "TZ"]),
                 moves: ["LN", "LN"],
+                // LN needs X Y Z and the whole vector in every block.
                 whole_tip: true,
                 ..klartext
             },
@@ -204,7 +207,7 @@ impl OutputFormat {
         }
     }
 
-    /// The template as it comes.
+    /// Returns the text of its built-in template.
     pub fn template(self) -> &'static str {
         match self {
             Self::LinuxCnc => include_str!("templates/linuxcnc.j2"),

@@ -4,25 +4,21 @@ use super::error::WriteError;
 use super::format::{OrientationWords, OutputFormat};
 use super::note::{Note, comment};
 use super::number::{NumberForm, list};
+use super::position::WrittenPosition;
 use super::program::ProgramWriter;
 use super::template::{OffsetWords, StartWords, TemplateContext};
 use crate::machine::RetractFrame;
-use crate::types::{AxisVector, ToolPose};
 use nalgebra::Vector3;
 
 /// Decimals of tolerances.
 const SETTING_DECIMALS: u8 = 6;
 
 impl ProgramWriter {
-    /// Words of the starting position, which is where the program then is.
-    pub(super) fn first(
-        &mut self,
-        q: &AxisVector,
-        pose: &ToolPose,
-    ) -> Result<StartWords, WriteError> {
-        let words = self.rounded(q, pose)?;
+    /// Returns the words of the starting position, from which the first block goes on.
+    pub(super) fn first(&mut self, start: WrittenPosition<'_>) -> Result<StartWords, WriteError> {
+        let words = self.rounded(start)?;
         let form = self.syntax.form;
-        let say = |of: &[usize]| {
+        let text_of = |of: &[usize]| {
             let pairs = of
                 .iter()
                 .filter_map(|&axis| Some((self.style.axes.0.get(axis)?.letter, *words.get(axis)?)));
@@ -37,11 +33,12 @@ impl ProgramWriter {
             text
         };
         let (linear, rotaries) = self.order.split_at(3);
-        let [mut tip, rotary] = [say(linear), say(rotaries)];
+        let [mut tip, rotary] = [text_of(linear), text_of(rotaries)];
         let axes = tip.clone();
         let mut vector = String::new();
+        // Templates may use either: rotary words, or the components of the tool vector.
         if let OrientationWords::Vector(names) = self.syntax.pointing {
-            let now = self.components(pose)?;
+            let now = self.components(start.pose)?;
             for (name, value) in names.iter().zip(now) {
                 if !vector.is_empty() {
                     vector.push(' ');
@@ -54,6 +51,7 @@ impl ProgramWriter {
             }
             self.vector = Some(now);
         }
+        // The template moves to this position, so blocks omit words that equal it.
         self.last = words.map(Some);
         Ok(StartWords { rotary, tip, axes, vector })
     }
@@ -64,14 +62,16 @@ impl ProgramWriter {
         offset: Vector3<f64>,
         first: StartWords,
     ) -> Result<TemplateContext, WriteError> {
-        let told = &self.kinematics.machine().dialect;
-        let own = OutputFormat::from_name(&told.name) == Some(self.style.dialect);
+        let dialect = &self.kinematics.machine().dialect;
+        // Strings of the machine file are those of its own control.
+        let own = OutputFormat::from_name(&dialect.name) == Some(self.style.dialect);
         let tool = note.tool.number;
         let text = |key: &str| {
-            let text = told.strings.get(key).filter(|_| own)?;
+            let text = dialect.strings.get(key).filter(|_| own)?;
             Some(text.replace("{h}", &tool.to_string()))
         };
         let facts = super::sheet::facts(&self.kinematics, note, self.style.axes);
+        // Diameter and corner radius, as CUTTER in APT.
         let cutter = [2.0 * (note.tool.major + note.tool.minor), note.tool.minor];
         // Adding 0 takes the sign off a zero.
         let small = |value: f64| format!("{:.4}", value + 0.0);
@@ -98,19 +98,20 @@ impl ProgramWriter {
         })
     }
 
-    /// A number of a setting.
+    /// Writes the number of a setting.
     fn plain(&self, value: f64) -> Result<String, WriteError> {
         let mut text = String::new();
         self.fixed(value, SETTING_DECIMALS)?.push(&mut text, NumberForm::Plain);
         Ok(text)
     }
 
-    /// The machine's own way out, where it is an axis position.
+    /// Returns the word of the machine's retract, where it is an axis position.
     fn retract(&self) -> Result<Option<String>, WriteError> {
         let machine = self.kinematics.machine();
         let retract = &machine.retract;
         let index = machine.index_of(&retract.axis);
         let word = index.and_then(|index| self.style.axes.0.get(index));
+        // Only an axis position can be written as G53 or M91.
         let (RetractFrame::Machine, Some(word)) = (retract.frame, word) else { return Ok(None) };
         let mut text = word.letter.to_string();
         self.fixed(word.written(retract.to), word.decimals)?.push(&mut text, self.syntax.form);

@@ -41,7 +41,7 @@ pub struct ToolNote {
     pub minor: f64,
 }
 
-/// A text that can stand inside a `( )` comment: one line, printable ASCII, no parentheses.
+/// Returns a text that can stand inside a `( )` comment: one line, printable ASCII, no parentheses.
 pub(super) fn comment(text: &str) -> String {
     let plain = |c: char| match c {
         '(' => '[',

@@ -37,10 +37,11 @@ impl FixedNumber {
 
     fn new(digits: f64, decimals: u8) -> Option<Self> {
         #[expect(clippy::cast_possible_truncation, reason = "integral and in range")]
+        // Larger values would lose digits on the way to an integer; NaN fails the comparison, too.
         (digits.abs() <= LARGEST).then_some(Self { digits: digits as i64, decimals })
     }
 
-    /// The value that is written.
+    /// Returns the value that is written.
     pub(super) fn value(self) -> f64 {
         self.digits as f64 / scale(self.decimals)
     }
@@ -55,8 +56,10 @@ impl FixedNumber {
                 *slot = byte;
             }
         };
+        // The text is filled from its end: decimals, point, whole part, sign.
         let mut rest = self.digits.unsigned_abs();
         let mut left = self.decimals;
+        // Trailing zeros carry no value.
         while left > 0 && rest.is_multiple_of(10) {
             rest /= 10;
             left -= 1;
@@ -86,22 +89,26 @@ impl FixedNumber {
         out.push_str(std::str::from_utf8(text.get(at..).unwrap_or_default()).unwrap_or_default());
     }
 
-    /// Itself if it holds, or else one last digit less.
+    /// Returns the number itself if it `holds`, or else one last digit less.
     pub(super) fn lowered_to(self, holds: impl Fn(f64) -> bool) -> Self {
+        // Counts of last digits are integers, so one less is exact.
         let lower = i64::from(!holds(self.value()));
         Self { digits: self.digits - lower, ..self }
     }
 
-    /// The whole number above, where a last digit is all that is missing; for values above 0.
+    /// Returns the whole number above where a last digit is all that is missing; for values above
+    /// 0.
     pub(super) fn up_to_whole(self) -> Self {
         let unit = 10_i64.pow(u32::from(self.decimals));
+        // 2999.999 is 3000 that was rounded down from a sum just below it.
         let missing = i64::from(self.digits % unit == unit - 1);
         Self { digits: self.digits + missing, ..self }
     }
 
-    /// The value of one revolution less or more, so that it lies in `[low, low + 360)` degrees.
+    /// Takes whole revolutions off, so that the value lies in `[low, low + 360)` degrees.
     pub(super) fn within_turn(self, low: i64) -> Self {
         let unit = 10_i64.pow(u32::from(self.decimals));
+        // In whole last digits a turn is exact, and 359.9999 cannot become 360.
         let [turn, low] = [360 * unit, low * unit];
         Self { digits: (self.digits - low).rem_euclid(turn) + low, ..self }
     }
@@ -117,7 +124,8 @@ fn scale(decimals: u8) -> f64 {
 }
 
 impl fmt::Display for FixedNumber {
-    /// Without trailing zeros but always with a point, which some controls need: `-12.5`, `3.`.
+    /// Writes the number without trailing zeros but always with a point, which some controls need:
+    /// `-12.5`, `3.`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let sign = if self.digits < 0 { "-" } else { "" };
         let mut unit = 1;
@@ -138,7 +146,7 @@ impl fmt::Display for FixedNumber {
     }
 }
 
-/// Numbers with commas between.
+/// Joins numbers with commas.
 pub(super) fn list<'a>(values: impl Iterator<Item = &'a FixedNumber>) -> String {
     let mut text = String::new();
     for value in values {

@@ -7,12 +7,13 @@ use super::format::{BlockSyntax, OrientationWords, OutputFormat};
 use super::note::Note;
 use super::note::comment;
 use super::number::{FixedNumber, NumberForm};
+use super::position::WrittenPosition;
 use super::sheet::work_offset;
 use super::style::Style;
 use super::template::{Template, TemplateFrame};
 use super::words_of;
 use crate::machine::{Kinematics, TurnFormat};
-use crate::types::{AXES, AxisVector, ToolPose};
+use crate::types::{AXES, ToolPose};
 use crate::words::AxisWords;
 use nalgebra::Vector3;
 
@@ -42,6 +43,35 @@ pub enum BlockPace {
         /// Way of the rotaries, the root of the sum of both squares \[rad\]; where the tip stands, F is theirs.
         turn: f64,
     },
+}
+
+/// Note, style and template of a program.
+#[derive(Debug, Clone, Copy)]
+pub struct ProgramForm<'a> {
+    /// Facts for the head of the program.
+    pub note: &'a Note<'a>,
+    /// Format, words and feed.
+    pub style: &'a Style,
+    /// Text around the blocks.
+    pub template: &'a Template,
+}
+
+/// Motion of the tip in a block, as its rounded words express it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum TipMotion {
+    Moves,
+    /// No word of the tip changes.
+    Stands,
+}
+
+/// Words of a block, rounded.
+struct RoundedBlock {
+    /// X Y Z and the rotaries.
+    words: [FixedNumber; AXES],
+    /// Number of `words` that the format writes: with a tool vector X Y Z only.
+    count: usize,
+    /// Tool vector, where the format writes one.
+    vector: Option<[FixedNumber; 3]>,
 }
 
 /// Time and travel of blocks whose words all round to those before; the next block takes them over.
@@ -83,9 +113,10 @@ impl ProgramWriter {
     pub fn new(
         out: &mut String,
         kinematics: &Kinematics,
-        (note, style, template): (&Note<'_>, &Style, &Template),
-        (q, pose): (&AxisVector, &ToolPose),
+        form: ProgramForm<'_>,
+        start: WrittenPosition<'_>,
     ) -> Result<Self, WriteError> {
+        let ProgramForm { note, style, template } = form;
         let offset = work_offset(kinematics).ok_or(WriteError::WorkOffset)?;
         let empty = TemplateFrame {
             start: String::new(),
@@ -99,6 +130,7 @@ impl ProgramWriter {
             style: *style,
             syntax: style.dialect.syntax(),
             frame: empty,
+            // Without TCP: axis = word + offset + length along Z, hence word = axis - shift.
             shift: offset + Vector3::z() * kinematics.setup().tool_length,
             order: order(&style.axes),
             last: [None; AXES],
@@ -111,17 +143,19 @@ impl ProgramWriter {
             blocks: 0,
             index: 0,
         };
-        let first = writer.first(q, pose)?;
+        let first = writer.first(start)?;
         let context = writer.context(note, offset, first)?;
         let strings = &kinematics.machine().dialect.strings;
         writer.frame = template.fill(&context, strings)?;
-        let start = std::mem::take(&mut writer.frame.start);
-        writer.lines(out, &start);
+        let text = std::mem::take(&mut writer.frame.start);
+        writer.lines(out, &text);
+        // The template may end with either: the first block states G0 or G1.
         writer.rapid = None;
         Ok(writer)
     }
 
-    /// Goes on with another tool, whose length is that of the setup: writes the change, up to where it starts.
+    /// Writes the change to another tool, up to its starting position. The setup of `kinematics`
+    /// has the length of the new tool.
     ///
     /// # Errors
     ///
@@ -130,14 +164,16 @@ impl ProgramWriter {
         &mut self,
         out: &mut String,
         kinematics: &Kinematics,
-        (note, template): (&Note<'_>, &Template),
-        (q, pose): (&AxisVector, &ToolPose),
+        note: &Note<'_>,
+        template: &Template,
+        start: WrittenPosition<'_>,
     ) -> Result<(), WriteError> {
         let offset = work_offset(kinematics).ok_or(WriteError::WorkOffset)?;
         self.kinematics = kinematics.clone();
         self.shift = offset + Vector3::z() * kinematics.setup().tool_length;
+        // The template of the change brings the tool to the new start; nothing is pending there.
         self.waiting = PendingBlock::default();
-        let first = self.first(q, pose)?;
+        let first = self.first(start)?;
         let context = self.context(note, offset, first)?;
         self.frame = template.fill(&context, &kinematics.machine().dialect.strings)?;
         let text = self.frame.toolchange.take().ok_or(WriteError::NoToolChange)?;
@@ -147,14 +183,14 @@ impl ProgramWriter {
         Ok(())
     }
 
-    /// Writes the end of the program; how many blocks it has.
+    /// Writes the end of the program; returns the number of its blocks.
     pub fn finish(mut self, out: &mut String) -> usize {
         let end = std::mem::take(&mut self.frame.end);
         self.lines(out, &end);
         self.blocks
     }
 
-    /// Blocks written so far.
+    /// Returns the number of blocks written so far.
     pub fn blocks(&self) -> usize {
         self.blocks
     }
@@ -169,8 +205,8 @@ impl ProgramWriter {
         out.push('\n');
     }
 
-    /// Writes a block that ends at `q`, which is `pose`. One whose words all round to those before is left out, and
-    /// its time is added to the next.
+    /// Writes a block that ends at `to`. A block whose words all round to those before is left out,
+    /// and its time is added to the next.
     ///
     /// # Errors
     ///
@@ -178,22 +214,24 @@ impl ProgramWriter {
     pub fn block(
         &mut self,
         out: &mut String,
-        (q, pose): (&AxisVector, &ToolPose),
+        to: WrittenPosition<'_>,
         pace: BlockPace,
     ) -> Result<(), WriteError> {
         self.index += 1;
-        let words = self.rounded(q, pose)?;
+        let words = self.rounded(to)?;
         let vector = match self.syntax.pointing {
-            OrientationWords::Vector(_) => Some(self.components(pose)?),
+            OrientationWords::Vector(_) => Some(self.components(to.pose)?),
             OrientationWords::Angles => None,
         };
-        let rotaries = if vector.is_some() { 0..3 } else { 0..AXES };
-        let same =
-            words[rotaries.clone()].iter().zip(&self.last).all(|(now, last)| Some(*now) == *last)
-                && vector == self.vector;
+        // With a tool vector the control chooses the rotaries: they are not written.
+        let count = if vector.is_some() { 3 } else { AXES };
+        let same = words.iter().take(count).zip(&self.last).all(|(now, last)| Some(*now) == *last)
+            && vector == self.vector;
         let feed = match pace {
             BlockPace::Rapid => None,
             BlockPace::Timed { seconds, length, turn } => {
+                // Time and travel of blocks that were left out belong to the next one that is
+                // written.
                 self.waiting.seconds += seconds;
                 self.waiting.length += length;
                 self.waiting.turn += turn;
@@ -206,26 +244,26 @@ impl ProgramWriter {
         self.waiting = PendingBlock::default();
         // Where no word of the tip changes, a control takes F as the speed of the rotaries.
         let still = words.iter().take(3).zip(&self.last).all(|(now, last)| Some(*now) == *last);
-        let feed = feed.map(|of| self.feed_word(&of, still)).transpose()?;
+        let tip = if still { TipMotion::Stands } else { TipMotion::Moves };
+        let feed = feed.map(|of| self.feed_word(&of, tip)).transpose()?;
+        let block = RoundedBlock { words, count, vector };
         self.blocks += 1;
         if self.style.dialect == OutputFormat::Apt {
-            self.location(out, (&words, vector), feed);
+            self.location(out, &block, feed);
         } else {
-            self.write(out, (&words, rotaries.end, vector), feed);
+            self.write(out, &block, feed);
         }
         Ok(())
     }
 
-    fn write(
-        &mut self,
-        out: &mut String,
-        (words, count, vector): (&[FixedNumber; AXES], usize, Option<[FixedNumber; 3]>),
-        feed: Option<FixedNumber>,
-    ) {
+    /// Writes a block: the words that changed, and the feed; `None`: rapid.
+    fn write(&mut self, out: &mut String, block: &RoundedBlock, feed: Option<FixedNumber>) {
+        let &RoundedBlock { ref words, count, vector } = block;
         let BlockSyntax { form, pointing, moves, every_block, whole_tip, rapid_tail } = self.syntax;
         self.number(out);
         let start = out.len();
         let rapid = feed.is_none();
+        // G0 and G1 are modal where the format allows.
         if every_block || self.rapid != Some(rapid) {
             out.push_str(moves[usize::from(!rapid)]);
         }
@@ -244,6 +282,7 @@ impl ProgramWriter {
                 *last = Some(now);
             }
         }
+        // The components of a vector belong together, so all of them are written where one changes.
         if let (OrientationWords::Vector(names), Some(now)) = (pointing, vector)
             && (self.vector != vector || whole_tip)
         {
@@ -255,6 +294,7 @@ impl ProgramWriter {
                 out.push_str(rapid_tail);
                 self.feed = None;
             }
+            // G93 needs F in every block; a speed is modal.
             Some(feed) if self.style.inverse_time || self.feed != Some(feed) => {
                 out.push_str(" F");
                 feed.push(out, form_of_feed(form));
@@ -266,13 +306,9 @@ impl ProgramWriter {
         out.push('\n');
     }
 
-    /// A block as a cutter location.
-    fn location(
-        &mut self,
-        out: &mut String,
-        (words, vector): (&[FixedNumber; AXES], Option<[FixedNumber; 3]>),
-        feed: Option<FixedNumber>,
-    ) {
+    /// Writes a block as a cutter location.
+    fn location(&mut self, out: &mut String, block: &RoundedBlock, feed: Option<FixedNumber>) {
+        let &RoundedBlock { ref words, vector, .. } = block;
         if let (&[x, y, z, ..], Some([i, j, k])) = (words, vector) {
             self.locations.go(out, feed, &[x, y, z, i, j, k]);
         }
@@ -280,13 +316,14 @@ impl ProgramWriter {
         self.last = words.map(Some);
     }
 
-    /// Feed word, rounded down: not faster than planned, or by less than a last digit.
-    fn feed_word(&self, of: &PendingBlock, still: bool) -> Result<FixedNumber, WriteError> {
+    /// Returns the feed word, rounded down: not faster than planned, or by less than a last digit.
+    fn feed_word(&self, of: &PendingBlock, tip: TipMotion) -> Result<FixedNumber, WriteError> {
         let failed = WriteError::Duration { block: self.index, duration: of.seconds };
         if !(of.seconds > 0.0 && of.seconds.is_finite()) {
             return Err(failed);
         }
         if self.style.inverse_time {
+            // F = 60 / t. Below 1 three decimals would be a coarse time, so there are six.
             let value = (60.0 / of.seconds).min(LARGEST_FEED);
             let decimals = if value < 1.0 { SLOW_DECIMALS } else { FEED_DECIMALS };
             // The quotient itself was rounded, maybe up.
@@ -294,7 +331,8 @@ impl ProgramWriter {
             let feed = feed.map(|feed| feed.lowered_to(|value| 60.0 / value >= of.seconds));
             return feed.filter(|feed| !feed.is_zero()).ok_or(failed);
         }
-        let moves = of.length > 0.0 && !(still && of.turn > 0.0);
+        // F refers to the tip if it moves, else to the rotaries in degrees.
+        let moves = of.length > 0.0 && !(tip == TipMotion::Stands && of.turn > 0.0);
         let way = if moves { of.length } else { of.turn.to_degrees() };
         // A feed that is kept all the way is to be written as it was: its time is a sum of some thousand rounded ones.
         let feed =
@@ -302,14 +340,15 @@ impl ProgramWriter {
         feed.filter(|feed| !feed.is_zero()).ok_or(failed)
     }
 
-    /// X Y Z and the rotaries, rounded.
+    /// Returns the words of X Y Z and the rotaries, rounded.
     pub(super) fn rounded(
         &self,
-        q: &AxisVector,
-        pose: &ToolPose,
+        at: WrittenPosition<'_>,
     ) -> Result<[FixedNumber; AXES], WriteError> {
+        let WrittenPosition { q, pose } = at;
         let dialect = self.style.dialect;
         let tip = match dialect.coordinates() {
+            // Axis positions less offset and length, or the tip in the frame of the format.
             Coordinates::Axes => q.fixed_rows::<3>(0).into_owned() - self.shift,
             Coordinates::Tip => words_of::tip(&self.kinematics, dialect, pose),
         };
@@ -319,6 +358,7 @@ impl ProgramWriter {
         for (((slot, word), value), axis) in
             rounded.iter_mut().zip(&self.style.axes.0).zip(values).zip(axes)
         {
+            // Rounded before turns are taken off: 359.99999 becomes 0, not 360.
             let fixed = self.fixed(word.written(value), word.decimals)?;
             *slot = match axis.output.modulo {
                 TurnFormat::Positive if word.rotary => fixed.within_turn(0),
@@ -346,9 +386,10 @@ impl ProgramWriter {
         FixedNumber::nearest(value, decimals).ok_or(WriteError::Number { block, value, decimals })
     }
 
-    /// Lines of a template, numbered; empty ones are left out.
+    /// Writes lines of a template, numbered; empty ones are left out.
     fn lines(&mut self, out: &mut String, text: &str) {
         for line in text.lines().map(str::trim_end).filter(|line| !line.is_empty()) {
+            // Program marks, program numbers and comments stand without a line number.
             let bare = matches!(self.syntax.form, NumberForm::Signed)
                 || !line.starts_with(['%', 'O', '(', ';']);
             if bare {
@@ -359,7 +400,7 @@ impl ProgramWriter {
         }
     }
 
-    /// Number of the next line.
+    /// Writes the number of the next line.
     fn number(&mut self, out: &mut String) {
         let [before, behind] = &self.frame.number;
         if before.is_empty() && behind.is_empty() {
@@ -376,13 +417,14 @@ impl ProgramWriter {
     }
 }
 
-/// X Y Z, then the rotaries by letter: `A` before `C` whatever carries what.
+/// Returns the order of the words: X Y Z, then the rotaries by letter, `A` before `C` whatever
+/// carries what.
 fn order(axes: &AxisWords) -> [usize; AXES] {
     let letter = |axis: usize| axes.0.get(axis).map(|word| word.letter);
     if letter(3) <= letter(4) { [0, 1, 2, 3, 4] } else { [0, 1, 2, 4, 3] }
 }
 
-/// Feeds have no sign.
+/// Returns the number form of feeds, which have no sign.
 fn form_of_feed(form: NumberForm) -> NumberForm {
     if form == NumberForm::Point { NumberForm::Point } else { NumberForm::Plain }
 }

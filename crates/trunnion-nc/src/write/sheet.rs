@@ -5,13 +5,15 @@ use super::error_bound::Coordinates;
 use super::format::OutputFormat;
 use super::note::Note;
 use super::style::Style;
+use crate::control::NumberedLength;
 use crate::machine::{AxisKind, Kinematics, TurnFormat};
 use crate::types::AxisVector;
 use crate::words::AxisWords;
 use nalgebra::{Matrix3, Vector3};
 use std::fmt::Write;
 
-/// Work offset of both programs: the positions of X, Y, Z at which, rotaries at zero and no tool,
+/// Returns the work offset of all programs: the positions of X, Y, Z at which, rotaries at zero and
+/// no tool,
 /// the gauge point stands on the workpiece origin \[mm\]. `None` if X, Y, Z do not span space.
 ///
 /// The gauge point is affine in the linear axes, so four forward maps give it.
@@ -19,6 +21,7 @@ pub fn work_offset(kinematics: &Kinematics) -> Option<Vector3<f64>> {
     let length = kinematics.setup().tool_length;
     let gauge = |q: &AxisVector| {
         let pose = kinematics.forward(q);
+        // Gauge point: from the tip along the tool axis by the gauge length.
         pose.tip.coords + pose.axis.into_inner() * length
     };
     let start = gauge(&AxisVector::zeros());
@@ -27,6 +30,7 @@ pub fn work_offset(kinematics: &Kinematics) -> Option<Vector3<f64>> {
         q[axis] = 1.0;
         gauge(&q) - start
     };
+    // g(q) = start + J q = 0 at the workpiece origin, so q = -J^-1 start.
     let columns = Matrix3::from_columns(&[column(0), column(1), column(2)]);
     columns.try_inverse().map(|inverse| -(inverse * start))
 }
@@ -48,7 +52,7 @@ pub fn setup_sheet(
         writeln!(out, "{line}")?;
     }
     writeln!(out)?;
-    entries(out, kinematics, (note, &[]))?;
+    entries(out, kinematics, note, &[])?;
     writeln!(out)?;
     meanings(out, kinematics)?;
     writeln!(out)?;
@@ -66,7 +70,18 @@ pub fn setup_sheet(
     Ok(())
 }
 
-/// Writes the setup sheet of one program; `file` is its name, `lengths` those of several tools by number \[mm\].
+/// Program that a setup sheet describes.
+#[derive(Debug, Clone, Copy)]
+pub struct SheetProgram<'a> {
+    /// Name of the file.
+    pub file: &'a str,
+    /// Format, words and feed of the program.
+    pub style: &'a Style,
+    /// Lengths of its tools; empty for a single tool with the length of the setup.
+    pub lengths: &'a [NumberedLength],
+}
+
+/// Writes the setup sheet of one program.
 ///
 /// # Errors
 ///
@@ -75,15 +90,16 @@ pub fn program_sheet(
     out: &mut impl Write,
     kinematics: &Kinematics,
     note: &Note<'_>,
-    (file, style, lengths): (&str, &Style, &[(u32, f64)]),
+    program: SheetProgram<'_>,
 ) -> Result<(), WriteError> {
+    let SheetProgram { file, style, lengths } = program;
     writeln!(out, "Setup sheet of {file}")?;
     writeln!(out)?;
     for line in facts(kinematics, note, style.axes) {
         writeln!(out, "{line}")?;
     }
     writeln!(out)?;
-    entries(out, kinematics, (note, lengths))?;
+    entries(out, kinematics, note, lengths)?;
     writeln!(out)?;
     let [roll, pitch, yaw] = turns(kinematics);
     let turned = format!("{roll:.4}, {pitch:.4}, {yaw:.4} deg about the fixed x, then y, then z");
@@ -125,7 +141,8 @@ pub fn program_sheet(
 fn entries(
     out: &mut impl Write,
     kinematics: &Kinematics,
-    (note, lengths): (&Note<'_>, &[(u32, f64)]),
+    note: &Note<'_>,
+    lengths: &[NumberedLength],
 ) -> Result<(), WriteError> {
     let offset = work_offset(kinematics).ok_or(WriteError::WorkOffset)?;
     writeln!(out, "Enter at the control")?;
@@ -135,8 +152,9 @@ fn entries(
         offset.x, offset.y, offset.z
     )?;
     writeln!(out, "  G54 of the rotaries   0, and no rotation of the work offset")?;
-    let one = [(note.tool.number, kinematics.setup().tool_length)];
-    for (number, length) in if lengths.is_empty() { &one } else { lengths } {
+    let length = kinematics.setup().tool_length;
+    let one = [NumberedLength { number: note.tool.number, length }];
+    for NumberedLength { number, length } in if lengths.is_empty() { &one } else { lengths } {
         writeln!(out, "  tool length H{number:<8} Z {length:.4}")?;
     }
     writeln!(out, "Pivots assumed (machine coordinates, all axes at zero)")?;
@@ -177,13 +195,14 @@ fn meanings(out: &mut impl Write, kinematics: &Kinematics) -> Result<(), WriteEr
     Ok(())
 }
 
-/// Turns of the workpiece about the fixed x, then y, then z \[deg\].
+/// Returns the turns of the workpiece about the fixed x, then y, then z \[deg\].
 fn turns(kinematics: &Kinematics) -> [f64; 3] {
+    // Rz(yaw) Ry(pitch) Rx(roll): turns about the fixed x, then y, then z.
     let (roll, pitch, yaw) = kinematics.setup().rotation.euler_angles();
     [roll, pitch, yaw].map(f64::to_degrees)
 }
 
-/// Lines that stand in every header.
+/// Returns the lines that stand at the head of every program.
 pub(super) fn facts(kinematics: &Kinematics, note: &Note<'_>, axes: AxisWords) -> Vec<String> {
     let (machine, setup) = (kinematics.machine(), kinematics.setup());
     let [roll, pitch, yaw] = turns(kinematics);

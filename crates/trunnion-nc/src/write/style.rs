@@ -28,10 +28,13 @@ impl Style {
     /// `tcp_on` and `tcp_off`.
     pub fn of(kinematics: &Kinematics, dialect: OutputFormat, axes: AxisWords) -> Self {
         let machine = kinematics.machine();
-        let told = &machine.dialect;
-        let own = OutputFormat::from_name(&told.name) == Some(dialect);
-        let inverse_time = if own { told.feed == FeedMode::InverseTime } else { dialect.by_time() };
-        let number = |key: &str| told.strings.get(key).and_then(|text| text.trim().parse().ok());
+        let requested = &machine.dialect;
+        // The machine file describes its own control; another format has its own defaults.
+        let own = OutputFormat::from_name(&requested.name) == Some(dialect);
+        let inverse_time =
+            if own { requested.feed == FeedMode::InverseTime } else { dialect.by_time() };
+        let number =
+            |key: &str| requested.strings.get(key).and_then(|text| text.trim().parse().ok());
         Self {
             dialect,
             axes,

@@ -97,7 +97,7 @@ pub(super) struct TemplateFrame {
 }
 
 impl Template {
-    /// The template of a dialect as it comes.
+    /// Returns the built-in template of a format.
     ///
     /// # Errors
     ///
@@ -106,13 +106,14 @@ impl Template {
         Self::new(dialect.template())
     }
 
-    /// A template from its text.
+    /// Reads a template from its text.
     ///
     /// # Errors
     ///
     /// [`TemplateError`] with the line.
     pub fn new(text: &str) -> Result<Self, TemplateError> {
         let mut environment = Environment::new();
+        // A misspelt name in a template must fail, not leave a gap in a program.
         environment.set_undefined_behavior(UndefinedBehavior::Strict);
         for (name, dialect) in OUTPUT_FORMATS {
             environment.add_template(name, dialect.template())?;
@@ -137,6 +138,8 @@ impl Template {
             Err(error) if error.kind() == ErrorKind::UnknownBlock => None,
             Err(error) => return Err(error.into()),
         };
+        // Comment and number are rendered once with a mark, and later put together without the
+        // engine.
         let halves = |text: String| match text.split_once(HOLE) {
             Some((before, behind)) => [before.to_owned(), behind.to_owned()],
             None => [text, String::new()],

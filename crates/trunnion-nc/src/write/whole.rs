@@ -1,18 +1,59 @@
 //! All blocks of a plan as one program.
 
 use super::error::WriteError;
-use super::note::Note;
-use super::program::{BlockPace, ProgramWriter};
-use super::style::Style;
-use super::template::Template;
+use super::position::WrittenPosition;
+use super::program::{BlockPace, ProgramForm, ProgramWriter};
 use crate::machine::{FIRST_ROTARY, Kinematics};
 use crate::types::{Block, Motion};
 
-/// Writes blocks with their passes and the remarks of `note`; the bytes at which the text of each ends, the first being
-/// the start of the program.
+/// Writes blocks with their passes and the remarks of the note. Returns the byte offsets at which
+/// the texts of the blocks end; the first is the end of the head of the program.
 ///
-/// The first block says where the program starts. Links run at their planned time, too: all axes together. A block
+/// The first block is the starting position. Links run at their planned time, too: all axes together. A block
 /// whose words all round to those before it is left out, and its time is added to the next.
+///
+/// # Example
+///
+/// ```
+/// use trunnion_motion::machine::{KinematicChain, Kinematics, Machine, MachineSpec, Setup};
+/// use trunnion_nc::write::{
+///     AxisWords, Note, OutputFormat, ProgramForm, Style, Template, ToolNote, program,
+/// };
+/// use trunnion_types::types::{AxisVector, Block, Motion};
+///
+/// let chain = KinematicChain::new()
+///     .rotary("C", [0.0, 0.0, 1.0], [0.0; 3])
+///     .rotary("A", [1.0, 0.0, 0.0], [0.0; 3])
+///     .bed()
+///     .linear("X", [1.0, 0.0, 0.0])
+///     .linear("Y", [0.0, 1.0, 0.0])
+///     .linear("Z", [0.0, 0.0, 1.0]);
+/// let machine = Machine::new(MachineSpec::from(chain))?;
+/// let kinematics = Kinematics::new(&machine, &Setup::default());
+/// let block = |x: f64, duration: f64| {
+///     let mut q = AxisVector::zeros();
+///     q[0] = x;
+///     Block { motion: Motion::Cut, q, pose: kinematics.forward(&q), duration }
+/// };
+/// let note = Note {
+///     name: "demo",
+///     tool: ToolNote { number: 1, major: 0.0, minor: 5.0 },
+///     spindle: 8000.0,
+///     coolant: false,
+///     feed: 10.0,
+///     budget: &[],
+///     duration: 0.5,
+///     remarks: &[],
+/// };
+/// let style = Style::of(&kinematics, OutputFormat::Fanuc, AxisWords::of(&machine)?);
+/// let template = Template::of(OutputFormat::Fanuc)?;
+///
+/// let mut text = String::new();
+/// let form = ProgramForm { note: &note, style: &style, template: &template };
+/// program(&mut text, &kinematics, &[block(0.0, 0.0), block(5.0, 0.5)], form)?;
+/// assert!(text.contains("G1 X5. F600."));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 ///
@@ -21,15 +62,16 @@ pub fn program(
     out: &mut String,
     kinematics: &Kinematics,
     blocks: &[Block],
-    (note, style, template): (&Note<'_>, &Style, &Template),
+    form: ProgramForm<'_>,
 ) -> Result<Vec<usize>, WriteError> {
     let (mut before, rest) = blocks.split_first().ok_or(WriteError::Empty)?;
-    let start = (&before.q, &before.pose);
-    let mut writer = ProgramWriter::new(out, kinematics, (note, style, template), start)?;
+    let start = WrittenPosition { q: &before.q, pose: &before.pose };
+    let mut writer = ProgramWriter::new(out, kinematics, form, start)?;
     let mut ends = vec![out.len()];
-    let mut remarks = note.remarks.iter().peekable();
+    let mut remarks = form.note.remarks.iter().peekable();
     let mut passes = PassComments::default();
     for (index, block) in rest.iter().enumerate() {
+        // Remarks stand before their block; several may stand before one.
         while let Some(remark) = remarks.next_if(|remark| remark.block <= index + 1) {
             writer.comment(out, &remark.text);
             passes.interrupt();
@@ -37,7 +79,8 @@ pub fn program(
         if let Some(line) = passes.line(block.motion) {
             writer.comment(out, &line);
         }
-        writer.block(out, (&block.q, &block.pose), pace(before, block))?;
+        let to = WrittenPosition { q: &block.q, pose: &block.pose };
+        writer.block(out, to, pace(before, block))?;
         ends.push(out.len());
         before = block;
     }
@@ -45,9 +88,10 @@ pub fn program(
     Ok(ends)
 }
 
-/// Feed or time of a block.
+/// Returns the time and travel of a block from the one before.
 pub fn pace(before: &Block, block: &Block) -> BlockPace {
     let length = (block.pose.tip - before.pose.tip).norm();
+    // Root of the sum of squares of both rotaries, as F has it where the tip stands.
     let turn = (block.q - before.q).fixed_rows::<2>(FIRST_ROTARY).norm();
     BlockPace::Timed { seconds: block.duration, length, turn }
 }

@@ -4,32 +4,30 @@ use super::apt;
 use super::error_bound::Coordinates;
 use super::format::OutputFormat;
 use super::number::FixedNumber;
+use super::position::WrittenPosition;
 use super::style::Style;
 use crate::machine::{FIRST_ROTARY, Kinematics};
-use crate::types::{AxisVector, ToolPose};
+use crate::types::ToolPose;
 use nalgebra::Vector3;
 
 /// Decimals of tool vectors in programs.
 const VECTOR_DECIMALS: u8 = 7;
 
-/// Tip and tool of a place, each word rounded: what a control knows of it.
+/// Tip and tool of one position, each word rounded as a program writes it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaceWords {
     tip: [FixedNumber; 3],
     /// Rotary words, or components of the tool vector.
     tool: [FixedNumber; 3],
-    /// It is rotary words.
+    /// True if `tool` has rotary words.
     rotaries: bool,
 }
 
 impl PlaceWords {
     /// Returns the words of one position in a program of tip positions; `None` where it writes axes, or for a
     /// number that no word can hold.
-    pub fn new(
-        kinematics: &Kinematics,
-        style: &Style,
-        (q, pose): (&AxisVector, &ToolPose),
-    ) -> Option<Self> {
+    pub fn new(kinematics: &Kinematics, style: &Style, at: WrittenPosition<'_>) -> Option<Self> {
+        let WrittenPosition { q, pose } = at;
         let dialect = style.dialect;
         if dialect.coordinates() != Coordinates::Tip {
             return None;
@@ -37,6 +35,7 @@ impl PlaceWords {
         let [x, y, z, first, second] = &style.axes.0;
         let [i, j, k]: [f64; 3] = tip(kinematics, dialect, pose).into();
         let tip = [(x, i), (y, j), (z, k)];
+        // CL files and vector formats write the tool axis, all others the rotary angles.
         let rotaries = !dialect.is_vector() && dialect != OutputFormat::Apt;
         let tool = if rotaries {
             let word = |of: usize| {
@@ -51,6 +50,7 @@ impl PlaceWords {
             let [i, j, k]: [f64; 3] = vector(kinematics, dialect, pose).into();
             [i, j, k].map(|of| (of, decimals))
         };
+        // Rounded as in a block, so that distances are those the control sees.
         let [x, y, z] = tip.map(|(word, of)| FixedNumber::nearest(word.written(of), word.decimals));
         let [i, j, k] = tool.map(|(of, decimals)| FixedNumber::nearest(of, decimals));
         Some(Self { tip: [x?, y?, z?], tool: [i?, j?, k?], rotaries })
@@ -81,7 +81,7 @@ pub(super) fn tip(kinematics: &Kinematics, dialect: OutputFormat, pose: &ToolPos
     }
 }
 
-/// The tool vector, in the same frames.
+/// Returns the tool vector in the same frames.
 pub(super) fn vector(
     kinematics: &Kinematics,
     dialect: OutputFormat,
@@ -93,7 +93,7 @@ pub(super) fn vector(
     }
 }
 
-/// Decimals of its components.
+/// Returns the decimals of its components.
 pub(super) fn vector_decimals(dialect: OutputFormat) -> u8 {
     if dialect == OutputFormat::Apt { apt::AXIS_DECIMALS } else { VECTOR_DECIMALS }
 }

@@ -121,7 +121,7 @@ fn arcs_that_cannot_be_are_told() {
     refuses(DIALECT, "G0 X0 Y0\nG1 F1\nG2 X1 Y0 K3", 3, "centre or radius");
     refuses(DIALECT, "G0 X0 Y0\nG2 X1 Y0 I0.5", 2, "without a feed");
     refuses(DIALECT, "G0 X0 Y0\nG1 F1\nG2 X1 Y0 R1 I1", 3, "keep one");
-    refuses(DIALECT, "G0 X0 Y0\nG1 F1\nM428\nG2 X1 Y0 I.5", 4, "does not tell");
+    refuses(DIALECT, "G0 X0 Y0\nG1 F1\nM428\nG2 X1 Y0 I.5", 4, "does not state");
 }
 
 #[test]
@@ -165,7 +165,7 @@ fn cycles_are_the_moves_they_consist_of() {
     let last = z[z.len() - 1];
     assert!((last[0] - 5.0).abs() < 1e-9 && (last[2] - 20.0).abs() < 1e-9, "{last:?}");
     refuses(DIALECT, "G0 X0 Z9\nG81 X1 Z-1 F5", 2, "without R");
-    refuses(DIALECT, "G0 X0\nG81 X1 Z-1 R1 F5", 2, "does not tell");
+    refuses(DIALECT, "G0 X0\nG81 X1 Z-1 R1 F5", 2, "does not state");
     refuses(DIALECT, "G0 X0 Z9\nG83 X1 Z-1 R1 F5", 2, "without Q");
     refuses(DIALECT, "G0 X0 Z9\nG81 X1 Z3 R1 F5", 2, "above the retract");
 }
@@ -201,7 +201,7 @@ fn shifts_offsets_and_homes() {
     assert_eq!(offsets[0].0, 1);
     assert!((offsets[0].1[3].unwrap() - PI / 2.0).abs() < 1e-15);
     assert_eq!((offsets[1].0, offsets[1].1[1], offsets[1].2), (0, Some(3.0), OffsetKind::Reading));
-    refuses(DIALECT, "G0 X1\nG92 Y1", 2, "does not tell");
+    refuses(DIALECT, "G0 X1\nG92 Y1", 2, "does not state");
     refuses(DIALECT, "G30", 1, "not known");
     refuses(DIALECT, "G10 L1 P1 Z3", 1, "G10 other");
 }

@@ -130,7 +130,7 @@ mod tests {
         // The neighbour comes after the plan, which would keep off it.
         let others = [neighbour(&face, 0.05)];
         job.others = others.iter().cloned().map(|face| FaceIndex::new(face).unwrap()).collect();
-        let axes = AxisWords::of(job.kinematics.machine(), false).unwrap();
+        let axes = AxisWords::of(job.kinematics.machine()).unwrap();
         let (solids, rest) = (Solids { stock: None, fixtures: None }, []);
         let against = CheckedAgainst { rest: &rest, solids: &solids };
         for (program, dialect) in programs.iter().zip(&job.file.dialects) {

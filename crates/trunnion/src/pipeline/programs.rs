@@ -41,7 +41,7 @@ pub(super) fn write(
     progress: &dyn Progress,
 ) -> Result<Vec<CheckedProgram>, PipelineError> {
     let ProgramInputs { motion, uncut, solids } = inputs;
-    let words = AxisWords::of(job.kinematics.machine(), false)?;
+    let words = AxisWords::of(job.kinematics.machine())?;
     let mut programs: Vec<CheckedProgram> = Vec::new();
     for &dialect in &job.file.dialects {
         let form = format_of(dialect);
@@ -174,7 +174,8 @@ fn text(
     let shares = shares(job);
     let note = Note { remarks: head.remarks, budget: &shares, ..note(job, head.duration) };
     let mut text = String::new();
-    let ends = write::program(&mut text, &job.kinematics, blocks, (&note, &style, &template))?;
+    let written = write::ProgramForm { note: &note, style: &style, template: &template };
+    let ends = write::program(&mut text, &job.kinematics, blocks, written)?;
     match read_back(&job.kinematics, &style, blocks, WrittenText { text: &text, ends: &ends }) {
         Ok(()) => Ok(ProgramText { text, ends, unread: None }),
         // Strings of the machine file may be unknown to the reader: a warning, not an error.

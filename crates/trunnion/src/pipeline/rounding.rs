@@ -21,8 +21,7 @@ pub(super) fn expected_rounding(
     dialects: &[OutputFormat],
     lever: f64,
 ) -> f64 {
-    let (Ok(inverse), Ok(words)) =
-        (Inverse::new(kinematics), AxisWords::of(kinematics.machine(), false))
+    let (Ok(inverse), Ok(words)) = (Inverse::new(kinematics), AxisWords::of(kinematics.machine()))
     else {
         // Refused later, with a better message.
         return 0.0;

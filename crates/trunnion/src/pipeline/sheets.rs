@@ -30,7 +30,7 @@ pub(super) fn sheets(
         Note { remarks: &remarks, budget: &shares, ..note(job, moved.plan.schedule.duration()) };
     let (mut cl, mut setup) = (String::new(), String::new());
     write::apt(&mut cl, legs, &note, CL_DECIMALS)?;
-    let words = AxisWords::of(job.kinematics.machine(), false)?;
+    let words = AxisWords::of(job.kinematics.machine())?;
     write::setup_sheet(&mut setup, &job.kinematics, &note, words)?;
     Ok(Sheets { cl, setup })
 }

@@ -18,6 +18,11 @@ impl AxesPose {
         BlockEnd::new(&self.q, &self.pose)
     }
 
+    /// Borrows both parts as an end of a block.
+    pub(super) fn block_end(&self) -> BlockEnd<'_> {
+        BlockEnd::new(&self.q, &self.pose)
+    }
+
     /// Borrows both parts.
     pub(super) fn pair(&self) -> (&AxisVector, &ToolPose) {
         (&self.q, &self.pose)

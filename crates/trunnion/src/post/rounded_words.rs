@@ -3,7 +3,7 @@
 use super::axis_point::{AxesPose, AxisPoint};
 use super::subdivision::Subdivider;
 use crate::machine::Kinematics;
-use crate::nc::write::{BRIEFEST_BLOCK, PlaceWords, Style};
+use crate::nc::write::{BRIEFEST_BLOCK, PlaceWords, Style, WrittenPosition};
 
 /// Words of the program so far, and the travel since.
 #[derive(Debug, Clone)]
@@ -97,7 +97,8 @@ impl RoundedWords {
 }
 
 fn words(kinematics: &Kinematics, style: &Style, end: &AxesPose) -> Option<PlaceWords> {
-    if style.inverse_time { None } else { PlaceWords::new(kinematics, style, end.pair()) }
+    let at = WrittenPosition { q: &end.q, pose: &end.pose };
+    if style.inverse_time { None } else { PlaceWords::new(kinematics, style, at) }
 }
 
 /// Makes a block last as long as the largest inverse-time word asks for.

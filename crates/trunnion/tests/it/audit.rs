@@ -22,7 +22,7 @@ fn audit(text: &str, machine: &Machine) -> Audit {
 }
 
 fn check(text: &str, machine: &Machine) -> Report {
-    let words = AxisWords::of(machine, false).unwrap().with_decimals(6, 6);
+    let words = AxisWords::of(machine).unwrap().with_decimals(6, 6);
     let kinematics = Kinematics::new(machine, &shop::setup(Layout::TableTable));
     audited::check(&kinematics, words, (text, Dialect::LinuxCnc))
 }

@@ -59,7 +59,7 @@ fn face() -> Face {
 
 fn run<T>(text: &str, work: impl Fn(&CheckInput<'_>) -> T) -> T {
     let machine = shop::machine(Layout::TableTable);
-    let words = AxisWords::of(&machine, false).unwrap();
+    let words = AxisWords::of(&machine).unwrap();
     let program = read::read(text, &ReadOptions::new(Dialect::LinuxCnc, words, 5)).unwrap();
     let setup = Setup::new(Vector3::new(-381.0, -254.0, -500.0), [0.0; 3], 60.0);
     let kinematics = Kinematics::new(&machine, &setup);
@@ -151,7 +151,7 @@ fn faults_planted_in_arcs_are_told() {
     assert!(uncut, "{:?}", report.findings);
     // G91 left on: no arc fits any more.
     let machine = shop::machine(Layout::TableTable);
-    let options = ReadOptions::new(Dialect::LinuxCnc, AxisWords::of(&machine, false).unwrap(), 5);
+    let options = ReadOptions::new(Dialect::LinuxCnc, AxisWords::of(&machine).unwrap(), 5);
     let faults = read::read(&with(&[(5, "G91 G1 X-25. F3000.")]), &options).unwrap_err();
     assert_eq!(faults[0].line, 6);
     // G91 left on where moves are straight: they lie elsewhere.

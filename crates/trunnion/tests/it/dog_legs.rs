@@ -73,7 +73,7 @@ impl Job {
     }
 
     fn check_with(&self, stops: &[(bool, [f64; 5])], options: &CheckOptions) -> Report {
-        let words = AxisWords::of(self.kinematics.machine(), false).unwrap();
+        let words = AxisWords::of(self.kinematics.machine()).unwrap();
         let mut text = "G21 G90 G17 G54 G94 F3000\n".to_owned();
         for &(rapid, by) in stops {
             let q = self.low + AxisVector::from(by);

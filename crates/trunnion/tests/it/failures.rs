@@ -13,7 +13,7 @@ fn is_accepted(name: &str, bytes: &[u8]) -> bool {
     match name.rsplit('.').next().unwrap() {
         "ngc" => {
             let machine = parse(built_in("ac-trunnion").unwrap()).unwrap().machine;
-            let axes = AxisWords::of(&machine, false).unwrap();
+            let axes = AxisWords::of(&machine).unwrap();
             read(&text, &ReadOptions::new(Dialect::LinuxCnc, axes, 20)).is_ok()
         }
         "cls" => cl(&text, 20).is_ok(),

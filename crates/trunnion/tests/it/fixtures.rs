@@ -334,7 +334,7 @@ fn rapid_axes_at_their_own_speeds_do_not_run_straight() {
         let mut machine = shop::machine(Layout::TableHead);
         machine.axes[0].rapid = speed_of_x;
         let kinematics = Kinematics::new(&machine, &shop::setup(Layout::TableHead));
-        let axes = AxisWords::of(&machine, false).unwrap();
+        let axes = AxisWords::of(&machine).unwrap();
         let options = ReadOptions::new(Dialect::LinuxCnc, axes, 5);
         let program = read::read("G21 G90 G94\nG0 Z-1\nG0 X40 Y10\nM2\n", &options).unwrap();
         let input = CheckInput::program(&program, &kinematics, &flat);

@@ -58,7 +58,7 @@ fn compare(
     [from, to]: [AxisVector; 2],
     (seconds, rounding): (f64, f64),
 ) {
-    let axes = AxisWords::of(kinematics.machine(), false).unwrap().with_decimals(7, 7);
+    let axes = AxisWords::of(kinematics.machine()).unwrap().with_decimals(7, 7);
     let block = |q: AxisVector, duration: f64| Block {
         q,
         pose: kinematics.forward(&q),

@@ -17,7 +17,8 @@ use trunnion::types::{AxisVector, Block, Diagnostics, Leg, Motion, Station, Tool
 const LINUXCNC: write::OutputFormat = write::OutputFormat::LinuxCnc;
 
 fn words(layout: Layout, reversed: bool) -> AxisWords {
-    AxisWords::of(&shop::machine(layout), reversed).unwrap()
+    let words = AxisWords::of(&shop::machine(layout)).unwrap();
+    if reversed { words.with_reversed_rotaries() } else { words }
 }
 
 fn read(text: &str) -> Result<Program, Diagnostics> {
@@ -110,7 +111,7 @@ fn hand_written_modes_are_followed() {
 fn motion_that_is_not_understood_is_never_skipped() {
     let cases = [
         ("G2 X1 F100", 1, "centre or radius"),
-        ("G2 X1 I1 F100", 1, "does not tell"),
+        ("G2 X1 I1 F100", 1, "does not state"),
         ("G1 F100\nA10", 2, "machine's axes"),
         ("G1 F100\nX1 X2", 2, "second X"),
         ("X1", 1, "without G0 or G1"),

@@ -46,7 +46,7 @@ fn there_and_back_through_the_program() {
         // Away from the pole, where a table may be any way round.
         let start = middle + AxisVector::from([0.0, 0.0, 0.0, 0.3, 0.3]);
         let blocks = blocks(&kinematics, &inverse, &start);
-        let axes = AxisWords::of(&machine, false).unwrap();
+        let axes = AxisWords::of(&machine).unwrap();
         let program = posted::plain(&kinematics, &blocks, (axes, false));
         let read = read::read(&program, &ReadOptions::new(Dialect::LinuxCnc, axes, 5)).unwrap();
         let shift = write::work_offset(&kinematics).unwrap() + Vector3::z() * setup.tool_length;

@@ -48,7 +48,7 @@ struct Job {
 }
 
 fn words(machine: &Machine) -> AxisWords {
-    AxisWords::of(machine, false).unwrap().with_decimals(6, 6)
+    AxisWords::of(machine).unwrap().with_decimals(6, 6)
 }
 
 fn parse(text: &str, machine: &Machine) -> Program {

@@ -68,7 +68,7 @@ fn posted_with(
     moves: &[PostMove],
     options: &PostOptions,
 ) -> Result<(String, PostReport), PostError> {
-    let axes = AxisWords::of(kinematics.machine(), false).unwrap();
+    let axes = AxisWords::of(kinematics.machine()).unwrap();
     let style = Style {
         inverse_time: dialect == OutputFormat::LinuxCnc || dialect == OutputFormat::G93,
         ..Style::of(kinematics, dialect, axes)
@@ -297,7 +297,7 @@ fn programs_read_back_are_the_moves_they_were_posted_from() {
         {
             let name = format!("{built_in}, {format}");
             let (text, report) = posted(&kinematics, PostSource::Locations, dialect, &moves);
-            let axes = AxisWords::of(&machine, false).unwrap();
+            let axes = AxisWords::of(&machine).unwrap();
             // The reference point is the machine's, not the part's.
             let text = text.replace("G91 G28 Z0.\nG90\n", "");
             let read = ReadOptions::new(reader(dialect).unwrap(), axes, 5);
@@ -338,7 +338,7 @@ fn a_helix_beyond_the_travel_of_a_rotary_goes_round_off_the_part() {
     let machine = parse(text).unwrap().machine;
     let setup = Setup::new(Vector3::new(1500.0, 700.0, -800.0), [0.0; 3], 100.0);
     let kinematics = Kinematics::new(&machine, &setup);
-    let axes = AxisWords::of(&machine, false).unwrap();
+    let axes = AxisWords::of(&machine).unwrap();
     for dialect in [OutputFormat::Fanuc, OutputFormat::G93] {
         let template = Template::of(dialect).unwrap();
         let plain = options(control_of(&kinematics, dialect));

@@ -34,7 +34,7 @@ fn post(
         filter: PostFilter::None,
         unwind: None,
     };
-    let axes = AxisWords::of(&machine, false).unwrap();
+    let axes = AxisWords::of(&machine).unwrap();
     let style = Style::of(&kinematics, dialect, axes);
     let template = Template::of(dialect).unwrap();
     let mut poster = Poster::new(&kinematics, PostSource::Locations, &options, &style).unwrap();

@@ -174,7 +174,7 @@ impl Run {
 
     fn write(&mut self, words: &AxisVector, leg: Leg, rapid: bool) {
         use std::fmt::Write;
-        let axes = AxisWords::of(self.kinematics.machine(), false).unwrap();
+        let axes = AxisWords::of(self.kinematics.machine()).unwrap();
         let text = &mut self.text;
         let code = match leg {
             Leg::Arc { plane, sweep, .. } => {
@@ -215,7 +215,7 @@ impl Run {
         cutter: &Cutter,
         work: impl FnOnce(&CheckInput<'_>) -> T,
     ) -> T {
-        let words = AxisWords::of(self.kinematics.machine(), false).unwrap();
+        let words = AxisWords::of(self.kinematics.machine()).unwrap();
         let dialect = if self.is_vector() { Dialect::Siemens } else { Dialect::LinuxCnc };
         let program = read::read(&self.text, &ReadOptions::new(dialect, words, 5)).unwrap();
         let (believed, real, tables) = (&self.kinematics, &self.kinematics, Tables::NONE);

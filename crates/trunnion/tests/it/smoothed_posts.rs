@@ -118,7 +118,7 @@ fn smoothing_is_chosen_where_it_is_quicker_and_stays_within_the_tolerance() {
         let machine = parse(text).unwrap().machine;
         let kinematics = Kinematics::new(&machine, &Setup::new(Vector3::zeros(), [0.0; 3], 120.0));
         let moves = moves(&kinematics, &mut random);
-        let axes = AxisWords::of(&machine, false).unwrap();
+        let axes = AxisWords::of(&machine).unwrap();
         let dialects = [
             (OutputFormat::LinuxCnc, read::Dialect::LinuxCnc),
             (OutputFormat::G93, read::Dialect::LinuxCnc),

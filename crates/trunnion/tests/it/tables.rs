@@ -59,7 +59,7 @@ fn check(
     (cutter, tables): (&Cutter, Tables<'_>),
 ) -> Result<Report, VerifyError> {
     let kinematics = kinematics();
-    let words = AxisWords::of(kinematics.machine(), false).unwrap();
+    let words = AxisWords::of(kinematics.machine()).unwrap();
     let program = read::read(text, &ReadOptions::new(dialect, words, 5)).unwrap();
     let (believed, real) = (&kinematics, &kinematics);
     let input =
@@ -188,7 +188,7 @@ fn stock_is_cut_by_the_tool_in_the_spindle() {
     let [one, two] = [flat(4.0, 100.0), flat(2.0, 80.0)];
     let tools = [Tool { number: 1, cutter: &one }, Tool { number: 2, cutter: &two }];
     let kinematics = kinematics();
-    let words = AxisWords::of(kinematics.machine(), false).unwrap();
+    let words = AxisWords::of(kinematics.machine()).unwrap();
     let program = read::read(&text, &ReadOptions::new(Dialect::Fanuc, words, 5)).unwrap();
     let removed = |tools: &[Tool<'_>]| {
         let solid =

@@ -16,7 +16,7 @@ fn kinematics() -> Kinematics {
 
 fn moves(text: &str, dialect: Dialect) -> Vec<PostMove> {
     let kinematics = kinematics();
-    let axes = AxisWords::of(kinematics.machine(), false).unwrap();
+    let axes = AxisWords::of(kinematics.machine()).unwrap();
     let program = read::read(text, &ReadOptions::new(dialect, axes, 5))
         .unwrap_or_else(|faults| panic!("{dialect}: {faults:?}"));
     let (mut replay, mut out) = (ProgramMoves::new(&kinematics, 1e-3).unwrap(), Vec::new());
@@ -108,7 +108,7 @@ fn an_angle_about_x_alone_turns_about_x() {
 
 #[test]
 fn what_cannot_be_followed_is_refused_with_its_line() {
-    let axes = AxisWords::of(kinematics().machine(), false).unwrap();
+    let axes = AxisWords::of(kinematics().machine()).unwrap();
     let cases = [
         (Dialect::Heidenhain, "PLANE AXIAL B+30 TURN FMAX", "PLANE SPATIAL"),
         (Dialect::Heidenhain, "PLANE SPATIAL SPB+30", "MOVE"),

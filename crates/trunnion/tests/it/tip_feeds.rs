@@ -105,7 +105,7 @@ fn what_is_said_of_the_axes_is_what_the_program_asks_of_them() {
     for (index, (name, text)) in BUILT_IN.into_iter().enumerate() {
         let machine = parse(text).unwrap().machine;
         let kinematics = Kinematics::new(&machine, &Setup::new(Vector3::zeros(), [0.0; 3], 120.0));
-        let axes = AxisWords::of(&machine, false).unwrap();
+        let axes = AxisWords::of(&machine).unwrap();
         for even in [true, false] {
             // What rounding the words may have added is taken off: the finer they are, the more F has to say.
             let axes = if even { axes.with_decimals(6, 6) } else { axes };

@@ -85,7 +85,7 @@ fn heidenhain(pose: &ToolPose) -> String {
 }
 
 fn parse(text: &str, dialect: Dialect) -> Program {
-    let words = AxisWords::of(kinematics().machine(), false).unwrap();
+    let words = AxisWords::of(kinematics().machine()).unwrap();
     read::read(text, &ReadOptions::new(dialect, words, 5)).unwrap()
 }
 
@@ -205,7 +205,7 @@ fn rotaries_are_those_of_the_inverse() {
         let setup = Setup::new(Vector3::new(3.0, -8.0, -40.0), [0.2, -0.1, 0.4], LENGTH);
         let kinematics = Kinematics::new(&machine, &setup);
         let inverse = trunnion::inverse::Inverse::new(&kinematics).unwrap();
-        let words = AxisWords::of(&machine, false).unwrap();
+        let words = AxisWords::of(&machine).unwrap();
         let mut compared = 0;
         for _ in 0..40 {
             let home = machine.home();

@@ -60,7 +60,7 @@ fn program(kinematics: &Kinematics, blocks: &[Block], tcp: bool) -> (String, Pro
 }
 
 fn words(machine: &Machine) -> AxisWords {
-    AxisWords::of(machine, false).unwrap().with_decimals(6, 6)
+    AxisWords::of(machine).unwrap().with_decimals(6, 6)
 }
 
 fn parse(text: &str, machine: &Machine) -> Program {

@@ -101,7 +101,7 @@ impl<'a> Program<'a> {
             }
             match step {
                 None => self.end(),
-                Some(Err(faults)) => return Err(Failure::faults(&self.path, &faults)),
+                Some(Err(faults)) => return Err(Failure::program_faults(&self.path, &faults)),
                 Some(Ok(step)) => {
                     let taken = self.moves.step(&step, &mut self.waiting);
                     taken.map_err(|error| failure(&self.path, &error))?;

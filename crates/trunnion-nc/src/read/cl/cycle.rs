@@ -70,7 +70,8 @@ impl CycleNumbers {
 }
 
 impl ClReader {
-    /// `CYCLE/OFF` and `CYCLE/INIT` end a cycle; any other makes holes of the locations that follow.
+    /// Begins a cycle, which makes holes of the locations that follow; `CYCLE/OFF` and `CYCLE/INIT`
+    /// end it.
     pub(super) fn cycle(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<()> {
         let mut words = rest.items();
         let kind = words.next().unwrap_or(rest);
@@ -94,7 +95,9 @@ impl ClReader {
             return Err(Box::new(of.fault(kind.at, message, "write it behind FEDTO or DEPTH")));
         };
         let scale = self.state.scale;
+        // CLEAR and RTRCTO are heights above the location, DEPTH and FEDTO lengths below it.
         let clear = numbers.clear.unwrap_or(0.0).max(0.0);
+        // One step given serves as first and further step.
         let steps = match numbers.steps {
             [Some(first), further] => Some([first, further.unwrap_or(first)]),
             [None, Some(further)] => Some([further, further]),
@@ -109,6 +112,7 @@ impl ClReader {
             dwell: numbers.dwell.unwrap_or(0.0).max(0.0),
             feed_out: !RAPID_OUT.contains(&name.as_str()),
         };
+        // mm/min or in/min to mm/s.
         let feed = numbers.feed.filter(|(feed, _)| *feed > 0.0).map(|(feed, unit)| {
             let scale = if unit == CycleRole::FeedInch { INCH } else { 1.0 };
             feed * scale / 60.0
@@ -128,6 +132,7 @@ fn numbers<'a>(
     let mut second = false;
     for word in words {
         if let Some(value) = word.number() {
+            // A bare number behind the depth may be a feed whose unit follows.
             second = next == CycleRole::Bare && numbers.depth.is_some() && numbers.clear.is_none();
             numbers.set(next, value);
             next = CycleRole::Bare;
@@ -137,6 +142,7 @@ fn numbers<'a>(
         let begins_as_number =
             name.starts_with(|c: char| c == '.' || c == '-' || c.is_ascii_digit());
         next = match role(&name) {
+            // The number before was a feed after all, not the clearance.
             Some(unit @ (CycleRole::Feed | CycleRole::FeedInch)) if second => {
                 numbers.feed = numbers.clear.take().map(|feed| (feed, unit));
                 CycleRole::Bare

@@ -46,7 +46,7 @@ pub struct ClRecord {
 /// Speed at which a cutter location is approached.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ClMotion {
-    /// After `RAPID`, and to the first location of a file that does not say.
+    /// After `RAPID`, and to the first location of a file that states no feed before it.
     Rapid,
     /// At this tip speed \[mm/s\].
     Feed(f64),
@@ -57,16 +57,16 @@ pub enum ClMotion {
 pub enum ClItem {
     /// Moves the tool.
     Location(ClRecord),
-    /// Says how the next locations are reached: `RAPID`, `FEDRAT`, `CIRCLE`, `MOVARC`, `INDIRV`, `AUTOPS`.
+    /// Decides how the next locations are reached: `RAPID`, `FEDRAT`, `CIRCLE`, `MOVARC`, `INDIRV`, `AUTOPS`.
     Manner,
-    /// Says nothing about motion or machine: a comment, an empty line, `PAINT`.
+    /// Concerns neither motion nor machine: a comment, an empty line, `PAINT`.
     Remark,
     /// Anything else, with its effect taken in where it has one: units, frames, tools, cycles, spindle.
     Words,
 }
 
 impl ClRecord {
-    /// The same in other coordinates.
+    /// Transforms the location into other coordinates.
     #[must_use]
     pub fn moved(mut self, to_from: &Isometry3<f64>) -> Self {
         // The identity would still round.

@@ -29,7 +29,7 @@ pub(super) enum WordMeaning {
     Remark,
     /// No motion, or motion of the machine that the file does not describe.
     Nothing,
-    /// Kept, with a warning that says what is not followed.
+    /// Kept, with a warning about what is not followed.
     Doubtful(&'static str),
     /// Moves the tool, or shifts what follows, in a way that is not understood.
     Refused(&'static str),
@@ -45,7 +45,7 @@ const CURVE: &str = "post the path as points (linear output)";
 const SHIFT: &str = "post the path in one coordinate system";
 const TABLE: &str = "post the path with the tool axis in every location (i, j, k)";
 
-/// Meaning of a major word in capitals.
+/// Returns the meaning of a major word in capitals.
 pub(super) fn meaning(word: &str) -> WordMeaning {
     use WordMeaning as M;
     match word {
@@ -76,7 +76,7 @@ pub(super) fn meaning(word: &str) -> WordMeaning {
     }
 }
 
-/// Meaning of the words that do not move the tool, and of those that no reader can follow.
+/// Returns the meaning of words that do not move the tool, and of those that no reader can follow.
 fn other(word: &str) -> WordMeaning {
     use WordMeaning as M;
     match word {

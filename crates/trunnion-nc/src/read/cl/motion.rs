@@ -23,6 +23,7 @@ impl ClReader {
         let numbers = Numbers::of(rest).map_err(|word| no_number(of, word))?;
         let tip = match *numbers.as_slice() {
             [x, y, z] => Point3::new(x, y, z),
+            // The axis is modal: later locations without it keep it.
             [x, y, z, i, j, k] => {
                 self.state.axis = self.axis_of(of, rest.at, Vector3::new(i, j, k))?;
                 Point3::new(x, y, z)
@@ -40,10 +41,11 @@ impl ClReader {
         self.locate(of, tip * self.state.scale)
     }
 
-    /// From where the tool is: by a vector, or along the tool axis.
+    /// Reads a location relative to the current one: by a vector, or along the tool axis.
     pub(super) fn delta(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<ClItem> {
         let numbers = Numbers::of(rest).map_err(|word| no_number(of, word))?;
         let way = match *numbers.as_slice() {
+            // GODLTA with one number moves along the tool axis.
             [along] => self.state.axis.scale(along),
             [x, y, z] => Vector3::new(x, y, z),
             _ => {
@@ -73,16 +75,19 @@ impl ClReader {
 
     fn locate(&mut self, of: &Statement<'_>, tip: Point3<f64>) -> ClResult<ClItem> {
         let pose = ToolPose { tip, axis: self.state.axis };
+        // A cycle makes a hole of every location, whatever path was announced.
         let way = match (self.state.cycle, self.state.shape) {
             (Some(cycle), _) => ClPath::Hole(cycle.hole),
             (None, PathShape::Straight) => ClPath::Straight,
             (None, PathShape::Circle(circle)) => self.on(of, circle, &tip)?,
         };
         let feed = self.state.cycle.and_then(|cycle| cycle.feed).or(self.state.feed);
+        // RAPID holds for one location; holes have rapid and feed moves of their own.
         let rapid = self.state.rapid && !matches!(way, ClPath::Hole(_));
         let motion = match feed {
             _ if rapid => ClMotion::Rapid,
             Some(feed) => ClMotion::Feed(feed),
+            // Many files begin with a location before any feed: it is only the starting point.
             None if self.state.place.is_none() && way == ClPath::Straight => ClMotion::Rapid,
             None => {
                 let message = "a location, and no feed before it".to_owned();
@@ -95,7 +100,7 @@ impl ClReader {
         Ok(ClItem::Location(record))
     }
 
-    /// A tool axis of length 1, within what decimals leave.
+    /// Checks and normalizes a tool axis, whose length is 1 up to the rounding of its decimals.
     pub(super) fn axis_of(
         &mut self,
         of: &Statement<'_>,
@@ -116,7 +121,7 @@ impl ClReader {
         Ok(UnitVector3::new_normalize(vector))
     }
 
-    /// Centre, axis, perhaps radius; behind these NX has the cutter, perhaps turns.
+    /// Reads `CIRCLE`: centre, axis, perhaps radius; behind these NX has the cutter, perhaps turns.
     pub(super) fn circle(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<ClItem> {
         if let Some(word) = rest.items().find(|word| word.is("TIMES")) {
             let message = "a helix of several turns".to_owned();
@@ -134,12 +139,14 @@ impl ClReader {
             normal,
             radius,
             sweep: None,
+            // Creo: centre, axis and radius, and nothing behind, hold for all locations on the
+            // circle.
             turned: (behind.len() == 1).then_some(0.0),
         });
         Ok(ClItem::Manner)
     }
 
-    /// `MOVARC/centre,axis,radius,ANGLE,degrees`.
+    /// Reads `MOVARC/centre,axis,radius,ANGLE,degrees`.
     pub(super) fn arc(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<ClItem> {
         let mut values = [0.0; 8];
         let numbers = rest.items().filter(|word| !word.is("ANGLE"));
@@ -169,7 +176,7 @@ impl ClReader {
         Ok(ClItem::Manner)
     }
 
-    /// `INDIRV`: in which direction the curve that follows starts. `AUTOPS` has no numbers.
+    /// Reads `INDIRV`, the direction in which the next curve starts; `AUTOPS` has no numbers.
     pub(super) fn direction(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<ClItem> {
         if rest.text.trim().is_empty() || rest.text.trim() == "-" {
             return Ok(ClItem::Manner);
@@ -181,7 +188,8 @@ impl ClReader {
         Ok(ClItem::Manner)
     }
 
-    /// `TLON,GOFWD/(CIRCLE/centre,radius),ON,(LINE/from,to)`: on the circle from where the tool is, in the
+    /// Reads `TLON,GOFWD/(CIRCLE/centre,radius),ON,(LINE/from,to)`: on the circle from the current
+    /// location, in the
     /// direction of `INDIRV`, to the end of the line.
     pub(super) fn curve(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<ClItem> {
         let fault = |message: &str| {
@@ -197,6 +205,7 @@ impl ClReader {
         };
         let scale = self.state.scale;
         let center = Point3::new(x, y, z) * scale;
+        // The turn from the radius to the direction of travel: r × t is the axis of the arc.
         let normal = UnitVector3::try_new((place.tip - center).cross(&direction), 0.0)
             .ok_or_else(|| fault("the circle does not start in the direction of INDIRV"))?;
         let circle = AnnouncedCircle {
@@ -210,7 +219,8 @@ impl ClReader {
         self.locate(of, Point3::new(ex, ey, ez) * scale)
     }
 
-    /// The way to `tip` on a circle, or straight where a circle that holds for several has come to its end.
+    /// Returns the path to `tip` on a circle, or a straight one where a circle for several
+    /// locations has ended.
     fn on(
         &mut self,
         of: &Statement<'_>,
@@ -223,6 +233,7 @@ impl ClReader {
             return Err(Box::new(of.fault(0, message, "write GOTO before it")));
         };
         let turn = circle.turn(&place.tip, tip);
+        // A location off the circle ends one that holds for several; else it is a fault.
         let Some((sweep, normal)) = turn else {
             if circle.turned.is_some_and(|turned| turned > 0.0) {
                 return Ok(ClPath::Straight);
@@ -252,21 +263,25 @@ impl ClReader {
 impl AnnouncedCircle {
     fn across(&self, point: &Point3<f64>) -> Vector3<f64> {
         let way = point - self.center;
+        // Component square to the axis of the arc.
         way - self.normal.scale(way.dot(&self.normal))
     }
 
-    /// Angle from one point to another by the right-hand rule, in (0, 2π], and the axis; `None` where one is
+    /// Returns the angle from one point to another by the right-hand rule, in (0, 2π], and the
+    /// axis; `None` where one is
     /// off the circle.
     fn turn(&self, from: &Point3<f64>, to: &Point3<f64>) -> Option<(f64, UnitVector3<f64>)> {
         let [a, b] = [from, to].map(|point| self.across(point));
         let radius = self.radius.unwrap_or(a.norm());
+        // An absolute slack for rounded coordinates, a relative one for rounded angles.
         let slack = RADIUS_SLACK[0].max(RADIUS_SLACK[1] * radius);
         if [a, b].iter().any(|way| (way.norm() - radius).abs() > slack) || radius <= 0.0 {
             return None;
         }
+        // a × b = |a| |b| sin along the axis; a · b = |a| |b| cos.
         let angle = a.cross(&b).dot(&self.normal).atan2(a.dot(&b));
         let sweep = if angle > 0.0 { angle } else { angle + TAU };
-        // Some writers do not turn the axis round for clockwise arcs; the angle tells.
+        // Some writers do not turn the axis round for clockwise arcs; the written angle decides.
         match self.sweep {
             Some(written) if (TAU - sweep - written).abs() < (sweep - written).abs() => {
                 Some((TAU - sweep, -self.normal))
@@ -276,7 +291,7 @@ impl AnnouncedCircle {
     }
 }
 
-/// Numbers of a geometry in a `TLON`, as many as it has, up to six.
+/// Reads the numbers of a geometry in a `TLON`, as many as it has, up to six.
 fn in_kind(rest: ClWord<'_>, kind: &str) -> Option<[f64; 6]> {
     let mut values = [0.0; 6];
     let mut words = rest.parts().skip_while(|word| !word.is(kind)).skip(1);

@@ -47,35 +47,43 @@ pub struct ClHole {
 pub(super) const MOST: f64 = 65_535.0;
 
 impl ClArc {
-    /// Distance from the axis at start and end, and travel along the axis \[mm\].
+    /// Returns the distances from the axis at start and end, and the travel along the axis \[mm\].
     pub(super) fn shape(&self, end: &Point3<f64>) -> ([f64; 2], f64) {
         let [from, to] = [self.start, *end].map(|point| point - self.center);
+        // Height along the axis of the arc, and distance from it.
         let [low, high] = [from, to].map(|way| way.dot(&self.normal));
         let across = |way: Vector3<f64>, height: f64| (way - self.normal.scale(height)).norm();
         ([across(from, low), across(to, high)], high - low)
     }
 
-    /// Length up to `end` \[mm\].
+    /// Returns the length up to `end` \[mm\].
     pub fn length(&self, end: &Point3<f64>) -> f64 {
         let ([start, stop], rise) = self.shape(end);
+        // Mean radius times sweep, and the rise of the helix.
         (0.5 * (start + stop) * self.sweep).hypot(rise)
     }
 
-    /// Tip at a share of the way to `end`: the distances from the axis, if not equal, change evenly.
+    /// Returns the tip at a share of the path to `end`; distances from the axis that differ change
+    /// evenly.
     pub fn at(&self, end: &Point3<f64>, share: f64) -> Point3<f64> {
         let ([start, stop], rise) = self.shape(end);
         let from = self.start - self.center;
         let low = from.dot(&self.normal);
         let across = from - self.normal.scale(low);
+        // The radius changes evenly from start to end, which may differ by the rounding of the
+        // file.
         let stretch = if start > 0.0 { 1.0 + share * (stop - start) / start } else { 1.0 };
+        // Cylindrical coordinates: angle, radius and height all change linearly with the share.
         let turned = Rotation3::from_axis_angle(&self.normal, share * self.sweep) * across;
         self.center + turned * stretch + self.normal.scale(low + share * rise)
     }
 
-    /// Straight moves that stay within `tolerance` of the arc: an eighth of the largest second
+    /// Returns the number of straight moves that stay within `tolerance` of the arc: an eighth of
+    /// the largest second
     /// derivative by the share, `r θ² + 2 r' θ`.
     pub(super) fn parts(&self, end: &Point3<f64>, tolerance: f64) -> u32 {
         let ([start, stop], _) = self.shape(end);
+        // A chord over a share h is off by h^2 / 8 times the second derivative at most.
         let bend = start.max(stop) * self.sweep.powi(2) + 2.0 * (stop - start).abs() * self.sweep;
         let parts = (0.125 * bend / tolerance).sqrt().ceil();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
@@ -85,11 +93,13 @@ impl ClArc {
 }
 
 impl ClHole {
-    /// Depths down to which it is drilled, one after the other.
+    /// Returns the depths of the steps, one after the other \[mm\].
     pub(super) fn depths(&self) -> Vec<f64> {
         let Some([first, further]) = self.steps else { return vec![self.depth] };
         let mut depths = Vec::new();
         let mut depth = first;
+        // A step that ends at the bottom is the last; the bound keeps a tiny step from filling the
+        // memory.
         while depth < self.depth && further > 0.0 && (depths.len() as f64) < MOST {
             depths.push(depth);
             depth += further;

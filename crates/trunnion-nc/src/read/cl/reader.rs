@@ -24,7 +24,7 @@ use nalgebra::{Isometry3, Vector3};
 /// * `UNITS`; `MSYS` (locations are in it); `CSYS` (locations are not in it, its z is the tool axis);
 ///   `CUTTER`, `TLDATA`, `LOADTL`, `LOAD/TOOL`, `$$-> CUTTER`.
 ///
-/// Words that say nothing about motion are passed over. Unknown ones, cutter compensation and text for the
+/// Words without effect on motion are passed over. Unknown ones, cutter compensation and text for the
 /// post-processor are kept with a warning; what moves the tool or shifts coordinates in a way that is not understood
 /// (`NURBS`, `TRANS`, `ROTABL` ..) is a fault.
 ///
@@ -95,7 +95,7 @@ impl ClReader {
         if self.is_full() {
             return None;
         }
-        let read = match classify(line, self.joined.is_open()) {
+        let read = match classify(line, self.joined.next_line()) {
             ClLine::Comment => return Some(ClItem::Remark),
             ClLine::Open(words) => return self.join(words),
             ClLine::Whole(words) if self.joined.is_open() => {
@@ -127,7 +127,7 @@ impl ClReader {
         None
     }
 
-    /// Faults up to now.
+    /// Returns the faults so far.
     pub fn faults(&self) -> &[Diagnostic] {
         &self.faults
     }
@@ -142,27 +142,27 @@ impl ClReader {
         &self.warnings
     }
 
-    /// Diameter and corner radius of the tool that holds \[mm\].
+    /// Returns diameter and corner radius of the current cutter \[mm\].
     pub fn cutter(&self) -> Option<[f64; 2]> {
         self.state.cutter.map(|cutter| cutter.map(|value| value * self.state.scale))
     }
 
-    /// Number of the tool that holds.
+    /// Returns the number of the current tool.
     pub fn tool(&self) -> Option<u32> {
         self.state.tool
     }
 
-    /// Spindle speed that holds \[1/s\].
+    /// Returns the current spindle speed \[1/s\].
     pub fn spindle_speed(&self) -> Option<f64> {
         self.state.spindle
     }
 
-    /// Length of the unit of the file \[mm\].
+    /// Returns the length of the unit of the file \[mm\].
     pub fn unit(&self) -> f64 {
         self.state.scale
     }
 
-    /// Feed that holds \[mm/s\].
+    /// Returns the current feed \[mm/s\].
     pub fn feed(&self) -> Option<f64> {
         self.state.feed
     }
@@ -173,15 +173,16 @@ impl ClReader {
         self.state.place
     }
 
-    /// From the coordinates that hold to those of the first `MSYS`.
+    /// Returns the transformation from the current coordinates to those of the first `MSYS`.
     pub fn first_from_written(&self) -> Isometry3<f64> {
         match self.state.first_frame {
+            // first <- world <- current frame.
             Some(first) if first != self.state.frame => first.inverse() * self.state.frame,
             _ => Isometry3::identity(),
         }
     }
 
-    /// Ends the file; what was kept but not understood.
+    /// Ends the file; returns the warnings: words kept but not understood.
     ///
     /// # Errors
     ///
@@ -204,6 +205,7 @@ impl ClReader {
         if statement.text.trim_start().starts_with("$$->") {
             return self.directive(statement);
         }
+        // Most statements are GOTO: they skip the table of words.
         let (word, rest) = statement.split();
         if word == "GOTO" && self.state.end != Some(FileEnd::File) {
             self.state.end = None;
@@ -213,6 +215,7 @@ impl ClReader {
         if self.state.end == Some(FileEnd::File) {
             return Self::after_the_end(statement, means);
         }
+        // A path may go on behind END-OF-PATH.
         if means != WordMeaning::Remark {
             self.state.end = None;
         }
@@ -282,7 +285,7 @@ impl ClReader {
         Ok(ClItem::Words)
     }
 
-    /// Nothing moves after `FINI`.
+    /// Checks a statement behind `FINI`, where nothing may move.
     fn after_the_end(statement: &Statement<'_>, means: WordMeaning) -> ClResult<ClItem> {
         match means {
             WordMeaning::Remark | WordMeaning::End => Ok(ClItem::Remark),
@@ -317,7 +320,7 @@ pub(super) fn no_number(of: &Statement<'_>, word: ClWord<'_>) -> Box<Diagnostic>
     Box::new(of.fault(word.at, message, "write numbers between commas, as in GOTO/1.5,.2,-3"))
 }
 
-/// The start of a text, for messages.
+/// Returns the start of a text, for messages.
 pub(super) fn shortened(text: &str) -> String {
     const SHOWN: usize = 24;
     let mut shown: String = text.trim().chars().take(SHOWN).collect();

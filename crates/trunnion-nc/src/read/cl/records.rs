@@ -28,7 +28,7 @@ pub fn cl(text: &str, most_faults: usize) -> Result<ClFile, Diagnostics> {
     Ok(ClFile { records: file.records, ..records.finish()? })
 }
 
-/// Cutter locations of lines that come one by one; in memory at a time is one statement.
+/// Reads the cutter locations of lines that come one by one; in memory at a time is one statement.
 ///
 /// The iterator ends after the first error, which has all faults found up to there.
 pub fn cl_records<I>(lines: I, most_faults: usize) -> ClRecords<I>
@@ -39,7 +39,7 @@ where
     ClRecords { lines, reader, done: false, count: 0, tools: Vec::new() }
 }
 
-/// See [`cl_records`].
+/// Iterator over cutter locations; see [`cl_records`].
 #[derive(Debug)]
 pub struct ClRecords<I> {
     lines: I,
@@ -61,7 +61,7 @@ impl<I> ClRecords<I> {
         self.count += 1;
     }
 
-    /// Ends the file: all that it says but the locations.
+    /// Ends the file, and returns all of it but the locations.
     ///
     /// # Errors
     ///
@@ -87,6 +87,7 @@ where
                 let faults = self.reader.faults_at_end();
                 return (!faults.is_empty()).then_some(Err(faults.into()));
             };
+            // One line makes one location at most.
             let item = self.reader.line(line.as_ref());
             if self.reader.is_full() {
                 self.done = true;

@@ -14,7 +14,7 @@ pub(super) const INCH: f64 = 25.4;
 const FRAME_SLACK: f64 = 1e-3;
 
 impl ClReader {
-    /// `$$->`: comments that Creo means.
+    /// Reads `$$->`, a comment that Creo uses as a statement.
     pub(super) fn directive(&mut self, statement: &Statement<'_>) -> ClResult<ClItem> {
         let at = statement.text.find("$$->").map_or(0, |at| at + 4);
         let text = statement.text.get(at..).unwrap_or_default();
@@ -24,13 +24,13 @@ impl ClReader {
             "CUTTER" => self.set_cutter(list),
             "CSYS" => {
                 let numbers = Numbers::of(list).map_err(|word| no_number(statement, word))?;
-                let said = format!("{:?}", numbers.as_slice());
-                if self.state.directive.as_ref().is_some_and(|before| *before != said) {
+                let written = format!("{:?}", numbers.as_slice());
+                if self.state.directive.as_ref().is_some_and(|before| *before != written) {
                     let message =
                         "the coordinate system changes; all locations are taken to be in one";
                     self.warn(statement, "$$->CSYS", message.to_owned(), "");
                 }
-                self.state.directive = Some(said);
+                self.state.directive = Some(written);
             }
             _ => {}
         }
@@ -52,8 +52,9 @@ impl ClReader {
         Ok(())
     }
 
-    /// Per minute, or per revolution of the spindle.
+    /// Reads `FEDRAT`: per minute, or per revolution of the spindle.
     pub(super) fn feed_rate(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<ClItem> {
+        // Value and unit come in either order: FEDRAT/800,MMPM or FEDRAT/MMPM,800.
         let (mut value, mut scale, mut turns) = (None, self.state.scale, false);
         for word in rest.items() {
             match word.text.to_ascii_uppercase().as_str() {
@@ -75,12 +76,14 @@ impl ClReader {
                 format!("{:?} is no feed above 0 and up to {LARGEST}", shortened(word.text));
             return Err(Box::new(of.fault(word.at, message, "write FEDRAT/800.0,MMPM")));
         };
+        // An inch feed suggests inch coordinates, which nothing has declared yet.
         if !self.state.units && scale > 1.0 {
             let message = "a feed in inches, and no UNITS before it".to_owned();
             let help = "write UNITS/INCHES, or UNITS/MM, before the first location";
             return Err(Box::new(of.fault(word.at, message, help)));
         }
         let turns = match (turns, self.state.spindle) {
+            // Per minute to per second; per revolution times revolutions per second.
             (false, _) => 1.0 / 60.0,
             (true, Some(spindle)) => spindle,
             (true, None) => {
@@ -99,6 +102,7 @@ impl ClReader {
     }
 
     pub(super) fn spindle(&mut self, rest: ClWord<'_>) {
+        // A cutting speed gives no spindle speed without the engaged diameter.
         if rest.items().any(|word| word.is("SFM") || word.is("SMM")) {
             self.state.spindle = None;
             return;
@@ -117,7 +121,8 @@ impl ClReader {
         }
     }
 
-    /// Kinds of tools, then diameter and corner radius; drills have a point instead of the latter.
+    /// Reads `TLDATA`: kind of tool, diameter, and corner radius; drills have a point angle instead
+    /// of the latter.
     pub(super) fn tool_data(&mut self, rest: ClWord<'_>) {
         let mill = rest.items().next().is_some_and(|word| word.is("MILL"));
         self.set_cutter(rest);
@@ -140,7 +145,7 @@ impl ClReader {
         Err(Box::new(of.fault(rest.at, "TLAXIS needs three numbers".to_owned(), "")))
     }
 
-    /// `MSYS`: origin, x and y axis of the coordinates of what follows.
+    /// Reads `MSYS`: origin, x and y axis of the coordinates from here on.
     pub(super) fn frame(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<()> {
         let numbers = Numbers::of(rest).map_err(|word| no_number(of, word))?;
         let [ox, oy, oz, xx, xy, xz, yx, yy, yz] = *numbers.as_slice() else {
@@ -151,6 +156,7 @@ impl ClReader {
         let turn = rotation(of, rest.at, [x, y])?;
         let origin = Vector3::new(ox, oy, oz) * self.state.scale;
         let frame = Isometry3::from_parts(Translation3::from(origin), turn);
+        // All locations are given in the first frame of the file.
         self.state.first_frame.get_or_insert(frame);
         if self.state.frame != frame {
             // Where the tool stands is not known in the new coordinates.
@@ -161,7 +167,8 @@ impl ClReader {
         Ok(())
     }
 
-    /// `CSYS`: rows of the matrix whose columns are its axes and its origin. Locations are not in it.
+    /// Reads `CSYS`: rows of the matrix whose columns are its axes and its origin. Locations are
+    /// not in it.
     pub(super) fn world(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<()> {
         let numbers = Numbers::of(rest).map_err(|word| no_number(of, word))?;
         let [xx, yx, zx, _, xy, yy, zy, _, xz, yz, zz, _] = *numbers.as_slice() else {
@@ -169,6 +176,7 @@ impl ClReader {
             return Err(Box::new(of.fault(rest.at, message, "three rows of four")));
         };
         let turn = rotation(of, rest.at, [Vector3::new(xx, xy, xz), Vector3::new(yx, yy, yz)])?;
+        // The matrix has the third axis as well: a check that rows and columns were not swapped.
         let axis = turn * Vector3::z_axis();
         if (*axis - Vector3::new(zx, zy, zz)).norm() > FRAME_SLACK {
             let message = "CSYS: the third axis does not stand on the two others".to_owned();
@@ -200,7 +208,7 @@ impl ClReader {
     }
 }
 
-/// Turn with these x and y axes, which must be unit and square.
+/// Returns the rotation with these x and y axes, which must be unit and square.
 fn rotation(
     of: &Statement<'_>,
     at: usize,
@@ -212,6 +220,7 @@ fn rotation(
         return Err(Box::new(of.fault(at, message, "")));
     }
     let x = x.normalize();
+    // x as written, z square to both, y from them: rounding errors leave no skew.
     let z = x.cross(&y).normalize();
     let axes = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, z.cross(&x), z]));
     Ok(UnitQuaternion::from_rotation_matrix(&axes))

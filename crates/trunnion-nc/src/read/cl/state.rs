@@ -28,7 +28,7 @@ pub(super) struct ClState {
     pub(super) first_frame: Option<Isometry3<f64>>,
     pub(super) world: bool,
     pub(super) directive: Option<String>,
-    /// In the unit of the file, which may be told after it.
+    /// Diameter and corner radius in the unit of the file, which may be declared later.
     pub(super) cutter: Option<[f64; 2]>,
     pub(super) tool: Option<u32>,
     pub(super) end: Option<FileEnd>,
@@ -72,7 +72,7 @@ pub(super) struct AnnouncedCircle {
 }
 
 impl PathShape {
-    /// A circle that holds for several locations ends with the next statement of another kind.
+    /// Ends a circle that holds for several locations, at the next statement of another kind.
     pub(super) fn leave(&mut self) {
         if let Self::Circle(AnnouncedCircle { turned: Some(turned), .. }) = self
             && *turned > 0.0

@@ -50,19 +50,27 @@ pub(super) enum ClLine<'a> {
     Comment,
 }
 
-/// Tells what a line is. `$` joins the next line, and nothing behind it counts; `$$` begins a comment.
+/// Position of a line in its statement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum LinePosition {
+    First,
+    /// The line before ended with `$`.
+    Continuation,
+}
+
+/// Classifies a line. `$` joins the next line, and nothing behind it counts; `$$` begins a comment.
 /// `$$->` begins a directive, which is joined as a statement is.
-pub(super) fn classify(line: &str, joining: bool) -> ClLine<'_> {
+pub(super) fn classify(line: &str, position: LinePosition) -> ClLine<'_> {
+    let first = position == LinePosition::First;
     let start = line.trim_start();
-    if !joining && (start.is_empty() || start.starts_with("$$") && !start.starts_with("$$->")) {
+    if first && (start.is_empty() || start.starts_with("$$") && !start.starts_with("$$->")) {
         return ClLine::Comment;
     }
     // A text may contain anything; joining it could swallow a location.
-    if !joining && text_word(start) {
+    if first && text_word(start) {
         return ClLine::Whole(line);
     }
-    let skipped =
-        if !joining && start.starts_with("$$->") { line.len() - start.len() + 4 } else { 0 };
+    let skipped = if first && start.starts_with("$$->") { line.len() - start.len() + 4 } else { 0 };
     match line.get(skipped..).unwrap_or_default().find('$') {
         None => ClLine::Whole(line),
         Some(found) => {
@@ -78,12 +86,19 @@ fn text_word(start: &str) -> bool {
 }
 
 impl JoinedLines {
+    /// Returns true while a statement waits for its next line.
     pub(super) fn is_open(&self) -> bool {
         !self.starts.is_empty()
     }
 
-    /// One line more; false where the statement is longer than any.
+    /// Returns the position of the next line.
+    pub(super) fn next_line(&self) -> LinePosition {
+        if self.is_open() { LinePosition::Continuation } else { LinePosition::First }
+    }
+
+    /// Adds a line; returns false if the statement is too long.
     pub(super) fn add(&mut self, line: u32, text: &str) -> bool {
+        // Offsets of the lines lead faults back to their places.
         self.starts.push(LineStart { at: self.text.len(), line });
         self.text.push_str(text);
         self.text.push(' ');
@@ -106,12 +121,12 @@ pub(super) fn single<T>(line: u32, text: &str, with: impl FnOnce(&Statement<'_>)
 }
 
 impl<'a> Statement<'a> {
-    /// Line in which it begins.
+    /// Returns the line in which it begins.
     pub(super) fn line(&self) -> u32 {
         self.starts.first().map_or(0, |start| start.line)
     }
 
-    /// Major word in capitals, and what follows it behind a `/`, if there is one.
+    /// Returns the major word in capitals, and the text behind it and its `/`.
     pub(super) fn split(&self) -> (Cow<'a, str>, ClWord<'a>) {
         let head = self.text.len() - self.text.trim_start().len();
         let word = self.text.get(head..).unwrap_or_default();
@@ -131,8 +146,9 @@ impl<'a> Statement<'a> {
         (name, ClWord { text: rest, at })
     }
 
-    /// A fault at a word of the statement.
+    /// Returns a fault at a word of the statement.
     pub(super) fn fault(&self, at: usize, message: String, help: &str) -> Diagnostic {
+        // The last line that begins at or before the offset has the word.
         let found = self.starts.iter().rev().find(|start| start.at <= at);
         let (from, line) = found.map_or((0, 0), |start| (start.at, start.line));
         let before = self.text.get(from..at).unwrap_or_default();
@@ -142,7 +158,7 @@ impl<'a> Statement<'a> {
 }
 
 impl<'a> ClWord<'a> {
-    /// Words between commas, blanks around them left out.
+    /// Iterates over the words between commas, without blanks around them.
     pub(super) fn items(self) -> impl Iterator<Item = ClWord<'a>> {
         let mut at = self.at;
         self.text.split(',').map(move |item| {
@@ -153,7 +169,7 @@ impl<'a> ClWord<'a> {
         })
     }
 
-    /// Words between commas, slashes and parentheses, without empty ones.
+    /// Iterates over the words between commas, slashes and parentheses, without empty ones.
     pub(super) fn parts(self) -> impl Iterator<Item = ClWord<'a>> {
         let mut at = self.at;
         let pieces = self.text.split([',', '/', '(', ')']).map(move |item| {
@@ -169,7 +185,7 @@ impl<'a> ClWord<'a> {
         self.text.eq_ignore_ascii_case(name)
     }
 
-    /// A number that can be a coordinate.
+    /// Returns the number if it can be a coordinate.
     pub(super) fn number(&self) -> Option<f64> {
         // "nan" and "inf" would pass as numbers; a word that does not begin as one is none.
         let first = self.text.bytes().next()?;
@@ -190,7 +206,7 @@ pub(super) struct Numbers {
 }
 
 impl Numbers {
-    /// Numbers of a list, or the word that is none.
+    /// Reads the numbers of a list, or returns the word that is none.
     pub(super) fn of(list: ClWord<'_>) -> Result<Self, ClWord<'_>> {
         let mut numbers = Self { values: [0.0; MOST], count: 0 };
         for item in list.items() {
@@ -230,11 +246,14 @@ mod tests {
 
     #[test]
     fn lines_are_joined_and_comments_are_not() {
-        let open = |line| matches!(classify(line, false), ClLine::Open(_));
+        let open = |line| matches!(classify(line, LinePosition::First), ClLine::Open(_));
         assert!(open("GOTO/1,$ 80") && open("$$-> CSYS / 1, $") && !open("$$ why $"));
         assert!(!open("PPRINT/costs 5 $") && !open("GOTO/1,2,3 $$ here"));
-        assert!(matches!(classify("GOTO/1 $$ here", false), ClLine::Whole("GOTO/1 ")));
-        assert!(matches!(classify("  ", false), ClLine::Comment));
+        assert!(matches!(
+            classify("GOTO/1 $$ here", LinePosition::First),
+            ClLine::Whole("GOTO/1 ")
+        ));
+        assert!(matches!(classify("  ", LinePosition::First), ClLine::Comment));
     }
 
     #[test]

@@ -7,7 +7,8 @@ use crate::types::ToolPose;
 use nalgebra::{Point3, UnitVector3};
 
 impl ClRecord {
-    /// The same as straight moves, the last of which ends where the record does: an arc in as many
+    /// Divides a record into straight moves, the last of which ends where the record does: an arc
+    /// in as many
     /// that the tip stays within `tolerance` \[mm\], a hole as rapid moves and moves down and up. The
     /// tool starts from `before`; without it the record is a place to start from.
     ///
@@ -17,7 +18,7 @@ impl ClRecord {
         match (self.way, before) {
             (ClPath::Straight, _) => vec![*self],
             (ClPath::Arc(arc), before) => self.arc(&arc, before.unwrap_or(&self.pose), tolerance),
-            (ClPath::Hole(hole), before) => self.hole(&hole, before.is_some()),
+            (ClPath::Hole(hole), before) => self.hole(&hole, before),
         }
     }
 
@@ -30,6 +31,7 @@ impl ClRecord {
         let mut moves: Vec<Self> = (1..parts)
             .map(|part| {
                 let share = f64::from(part) / f64::from(parts);
+                // The tool axis turns evenly while the tip runs on the arc.
                 let axis = great_circle(&before.axis, &self.pose.axis, share);
                 let tip = arc.at(&self.pose.tip, share);
                 self.with(tip, axis.unwrap_or(self.pose.axis), self.motion)
@@ -39,15 +41,16 @@ impl ClRecord {
         moves
     }
 
-    fn hole(&self, hole: &ClHole, over: bool) -> Vec<Self> {
+    fn hole(&self, hole: &ClHole, before: Option<&ToolPose>) -> Vec<Self> {
         let ToolPose { tip, axis } = self.pose;
         let at = |height: f64, motion| self.with(tip + axis.scale(height), axis, motion);
         let mut moves = Vec::new();
         // From the hole before, whose retract may be lower than this one's clearance or the other way round.
-        if over && hole.retract > hole.clear {
+        if before.is_some() && hole.retract > hole.clear {
             moves.push(at(hole.retract, ClMotion::Rapid));
         }
         moves.push(at(hole.clear, ClMotion::Rapid));
+        // Taps and boring bars must not be pulled out in rapid.
         let out = if hole.feed_out { self.motion } else { ClMotion::Rapid };
         let depths = hole.depths();
         let last = depths.len() - 1;
@@ -55,6 +58,7 @@ impl ClRecord {
             moves.push(at(-depth, self.motion));
             if step < last {
                 moves.push(at(hole.clear, out));
+                // In rapid to within the clearance of the bottom, then on with the feed.
                 moves.push(at(hole.clear - depth, ClMotion::Rapid));
             }
         }
@@ -62,7 +66,7 @@ impl ClRecord {
         moves
     }
 
-    /// Pose of the tool afterwards.
+    /// Returns the pose of the tool afterwards.
     pub fn end(&self) -> ToolPose {
         match self.way {
             ClPath::Hole(hole) => {

@@ -30,7 +30,7 @@ pub struct ClTally {
 }
 
 impl ClTally {
-    /// Starts; ranges of arcs are right to `tolerance` \[mm\].
+    /// Starts a tally; ranges of arcs are right to `tolerance` \[mm\].
     pub fn new(tolerance: f64) -> Self {
         let range = [f64::INFINITY, f64::NEG_INFINITY].map(Vector3::repeat);
         Self {
@@ -55,6 +55,7 @@ impl ClTally {
             (ClPath::Straight, _) => self.step(record),
             (ClPath::Arc(arc), before) => {
                 self.arcs += 1;
+                // The chords serve the ranges and the turns of the axis only.
                 let sums = (self.length, self.seconds);
                 record
                     .straight(before.as_ref(), self.tolerance)
@@ -76,6 +77,7 @@ impl ClTally {
     }
 
     fn step(&mut self, to: &ClRecord) {
+        // The first location is where the count begins.
         if let Some(from) = self.place {
             self.travel((to.pose.tip - from.tip).norm(), to.motion);
             self.turn += angle_between(&from.axis, &to.pose.axis);

@@ -4,7 +4,7 @@ use super::block::GcodeBlock;
 use super::reader::GcodeReader;
 use super::words::natural;
 use crate::read::arc;
-use crate::read::arc::{ArcForm, GivenArc};
+use crate::read::arc::{ArcForm, ArcSense, GivenArc};
 use crate::read::control::MoveTarget;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
@@ -12,6 +12,7 @@ impl GcodeReader {
     /// Returns the axes of the active plane (G17, G18, G19) as indices of X Y Z, and the letters of its centre.
     pub(super) fn plane(&self) -> ([usize; 3], [char; 2]) {
         match self.modal.plane {
+            // The order makes G3 run from the first axis to the second: Z to X under G18.
             1 => ([2, 0, 1], ['K', 'I']),
             2 => ([1, 2, 0], ['J', 'K']),
             _ => ([0, 1, 2], ['I', 'J']),
@@ -22,7 +23,9 @@ impl GcodeReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (target, clockwise, feed): (MoveTarget, bool, Option<f64>),
+        target: MoveTarget,
+        sense: ArcSense,
+        feed: Option<f64>,
     ) -> Result<(), ReadRemark> {
         // Under G43.5, I J K are the tool axis, so a centre would be ambiguous.
         if self.modal.vector && block.has_any("IJK") {
@@ -32,6 +35,7 @@ impl GcodeReader {
         let (axes, letters) = self.plane();
         let [u, v, _] = axes.map(|axis| state.control.xyz[axis]);
         let scale = state.control.scale();
+        // Both forms are taken from the block before they are judged, so that no word is left over.
         let radius = block.take('R');
         let center = letters.map(|letter| block.take(letter).map(|word| scale * word.value));
         let form = match (radius, center) {
@@ -41,7 +45,7 @@ impl GcodeReader {
                 let help = format!("write {} and {} in this plane, or R", letters[0], letters[1]);
                 return Err(ReadRemark::new(target.at, message, help));
             }
-            (None, center) => self.center(state, ([u, v], center), target.at)?,
+            (None, center) => self.center(state, [u, v], center, target.at)?,
             (Some(radius), _) => {
                 return Err(ReadRemark::new(
                     radius.at,
@@ -50,24 +54,27 @@ impl GcodeReader {
                 ));
             }
         };
+        // P counts turns (LinuxCNC): P1 or no P is an arc of one turn at most.
         let turns = block.take('P').map_or(Ok(1), |word| natural(word, 'P'))?;
-        let given = GivenArc { plane: [u, v], form, clockwise, turns };
+        let given = GivenArc { plane: [u, v], form, sense, turns };
         let way = arc::way(&state.control, &target, &given)?;
         let pace = state.control.pace(&target, feed)?;
-        state.control.go(state.log.line, target, (pace, way))
+        state.control.go(state.log.line, target, pace, way)
     }
 
     /// Returns the centre relative to the start of the arc.
     fn center(
         &self,
         state: &ReaderState,
-        (slots, center): ([usize; 2], [Option<f64>; 2]),
+        slots: [usize; 2],
+        center: [Option<f64>; 2],
         at: usize,
     ) -> Result<ArcForm, ReadRemark> {
         // G91.1: the centre is relative to the start, whatever G90 or G91 is active; a missing word is zero.
         if !self.modal.arc_absolute {
             return Ok(ArcForm::Center(center.map(|value| value.unwrap_or(0.0))));
         }
+        // G90.1: the centre is a coordinate like any word, and needs the current position.
         let from_start = |slot: usize, value: Option<f64>| {
             let value = value.ok_or_else(|| {
                 ReadRemark::new(at, "half of an absolute centre (G90.1)", "write both of its words")

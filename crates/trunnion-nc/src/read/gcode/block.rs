@@ -3,7 +3,8 @@
 use super::expression::{ExpressionEnv, ExpressionScan, ExpressionValue};
 use super::parameters::ParameterKey;
 use crate::read::control::letter_index;
-use crate::read::log::ReadRemark;
+use crate::read::log::{LineTail, ReadRemark};
+
 /// Codes and assignments of one line; more are no program for a machine.
 const MOST: usize = 64;
 
@@ -52,7 +53,7 @@ impl GcodeBlock {
         self.assignments.clear();
     }
 
-    /// The word of a letter, which thereby counts as understood.
+    /// Returns the word of a letter, which thereby counts as understood.
     #[inline]
     pub(super) fn take(&mut self, letter: char) -> Option<BlockWord> {
         let word = self.look(letter)?;
@@ -60,7 +61,7 @@ impl GcodeBlock {
         Some(word)
     }
 
-    /// The word of a letter.
+    /// Returns the word of a letter.
     #[inline]
     pub(super) fn look(&self, letter: char) -> Option<BlockWord> {
         if self.present & bit(letter) == 0 {
@@ -77,7 +78,7 @@ impl GcodeBlock {
         self.present == 0 && self.codes.is_empty()
     }
 
-    /// Words that nobody took.
+    /// Iterates over the words that no code took.
     pub(super) fn left(&self) -> impl Iterator<Item = (char, BlockWord)> + '_ {
         let left = self.present & !self.used;
         ('A'..='Z')
@@ -90,15 +91,15 @@ impl GcodeBlock {
         self.present & !self.used == 0
     }
 
-    /// Reads the words of a line from a byte offset on; faults are handed to `fault`.
+    /// Reads the words of the tail of a line; the first fault, which ends it, is handed to `fault`.
     pub(super) fn scan(
         &mut self,
-        (text, from): (&str, usize),
+        line: LineTail<'_>,
         env: &ExpressionEnv<'_>,
         mut fault: impl FnMut(ReadRemark),
     ) {
         self.clear();
-        let mut scan = ExpressionScan::new(text, from);
+        let mut scan = ExpressionScan::new(line.text, line.from);
         loop {
             match self.next(&mut scan, env) {
                 Ok(true) => {}
@@ -111,7 +112,7 @@ impl GcodeBlock {
         }
     }
 
-    /// Reads what comes next; whether there was anything.
+    /// Reads the next word; returns false at the end of the line.
     fn next(
         &mut self,
         scan: &mut ExpressionScan<'_>,
@@ -121,9 +122,11 @@ impl GcodeBlock {
         let at = scan.at;
         let Some(byte) = scan.peek() else { return Ok(false) };
         match byte {
+            // A comment in brackets stands anywhere; one behind a semicolon ends the line.
             b'(' => return comment(scan),
             b';' => return Ok(false),
             b'#' => return self.assignment(scan, env),
+            // A word is a letter and a value; blanks between them mean nothing.
             _ if !byte.is_ascii_alphabetic() => return Err(stray(byte, scan)),
             _ => scan.at += 1,
         }
@@ -133,8 +136,8 @@ impl GcodeBlock {
         };
         let letter = byte.to_ascii_uppercase();
         match letter {
-            b'G' | b'M' => self.code(letter, value.number, (at, scan))?,
-            _ => self.word(letter, value, (at, scan))?,
+            b'G' | b'M' => self.code(letter, value.number, at, scan)?,
+            _ => self.word(letter, value, at, scan)?,
         }
         Ok(true)
     }
@@ -143,9 +146,11 @@ impl GcodeBlock {
         &mut self,
         letter: u8,
         value: f64,
-        (at, scan): (usize, &ExpressionScan<'_>),
+        at: usize,
+        scan: &ExpressionScan<'_>,
     ) -> Result<(), ReadRemark> {
         let text = || scan.text.get(at..scan.at).unwrap_or_default();
+        // Codes have one decimal at most (G43.4), so that tenths identify them as integers.
         let Some(tenths) = tenths(value) else {
             return Err(ReadRemark::new(at, format!("{} is no code", text()), ""));
         };
@@ -162,9 +167,11 @@ impl GcodeBlock {
         &mut self,
         letter: u8,
         value: ExpressionValue,
-        (at, scan): (usize, &ExpressionScan<'_>),
+        at: usize,
+        scan: &ExpressionScan<'_>,
     ) -> Result<(), ReadRemark> {
         let letter = char::from(letter);
+        // All letters but G and M occur once on a line (RS274/NGC).
         if self.present & bit(letter) != 0 {
             let message = format!("second {letter} word on this line");
             return Err(ReadRemark::new(at, message, "keep one of them"));
@@ -177,7 +184,7 @@ impl GcodeBlock {
         Ok(())
     }
 
-    /// `#1 = 5`.
+    /// Reads `#1 = 5`.
     fn assignment(
         &mut self,
         scan: &mut ExpressionScan<'_>,
@@ -190,11 +197,13 @@ impl GcodeBlock {
             return Err(ReadRemark::new(scan.at, "= is missing here", help));
         }
         scan.at += 1;
+        // Fanuc has expressions without brackets behind the equals sign; LinuxCNC has a value.
         let value = if env.fanuc { scan.sum(env)? } else { scan.value(env)?.number };
         if self.assignments.len() >= MOST {
             let message = format!("more than {MOST} parameters set on a line");
             return Err(ReadRemark::new(scan.at, message, "break it up"));
         }
+        // Assignments take effect at the end of the line: expressions on it see the old values.
         self.assignments.push((key, value));
         Ok(true)
     }
@@ -214,8 +223,9 @@ fn comment(scan: &mut ExpressionScan<'_>) -> Result<bool, ReadRemark> {
     Ok(true)
 }
 
-/// A code number in tenths.
+/// Returns a code number in tenths.
 pub(in super::super) fn tenths(value: f64) -> Option<u32> {
+    // 43.4 becomes 434.
     let tenths = (value * 10.0).round();
     // Codes come from expressions, too: as exact as a parameter's number.
     let whole = (tenths - value * 10.0).abs() < 1e-4 && (0.0..1e5).contains(&tenths);
@@ -235,7 +245,7 @@ fn stray(byte: u8, scan: &ExpressionScan<'_>) -> ReadRemark {
     ReadRemark::new(scan.at, message, help)
 }
 
-/// A letter without a value; words of macro languages are named.
+/// Returns the fault of a letter without a value; words of macro languages are named.
 fn letter_alone(scan: &ExpressionScan<'_>, at: usize, remark: ReadRemark) -> ReadRemark {
     let rest = scan.text.get(at..).unwrap_or_default();
     let end = rest.bytes().take_while(u8::is_ascii_alphabetic).count();
@@ -245,6 +255,7 @@ fn letter_alone(scan: &ExpressionScan<'_>, at: usize, remark: ReadRemark) -> Rea
         let help = "IF .. GOTO, IF .. THEN, WHILE .. DO, END and GOTO are, at Fanuc and Haas, on a line of their own";
         return ReadRemark::new(at, message, help);
     }
+    // Two letters in a row are a word of another dialect, not an unknown function.
     let next = rest.as_bytes().get(1);
     let word = next.is_some_and(u8::is_ascii_alphabetic) && remark.message.contains("no function");
     if remark.message.contains("a value is missing") || word {

@@ -4,7 +4,8 @@ use super::block::{BlockWord, CodeWord, GcodeBlock};
 use super::modal::{BlockActions, GcodeMotion, group};
 use super::reader::GcodeReader;
 use super::words::{keep_with, natural, not_understood};
-use crate::read::control::{ControlState, FeedMode};
+use crate::read::arc::ArcSense;
+use crate::read::control::{ControlState, DistanceMode, FeedMode};
 use crate::read::dialect::Dialect;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
@@ -15,19 +16,24 @@ impl GcodeReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, now): (&str, &mut BlockActions),
+        text: &str,
+        now: &mut BlockActions,
     ) -> Result<(), ReadRemark> {
+        // G65 and G66 take all letters of their line as arguments, axis letters among them.
         let calls = |code: &CodeWord| code.letter == b'G' && matches!(code.tenths, 650 | 660);
         if self.dialect != Dialect::LinuxCnc && block.codes.iter().any(calls) {
-            return self.macro_call(block, (text, now));
+            return self.macro_call(block, text, now);
         }
+        // A control runs a line in a fixed order, not as written: modes first, then F S T, the tool
+        // length, the motion, and what stops or ends the program last.
         for at in 0..block.codes.len() {
             let Some(&code) = block.codes.get(at) else { break };
             let group = if code.letter == b'G' {
-                self.g_code(state, block, (text, code, now))?
+                self.g_code(state, block, text, code, now)?
             } else {
-                self.m_code(state, block, (text, code, now))?
+                self.m_code(state, block, text, code, now)?
             };
+            // Codes of one modal group exclude each other.
             if now.has(group) {
                 let what = text.get(code.at..code.end).unwrap_or_default();
                 let message = format!("{what} contradicts another code on this line");
@@ -36,9 +42,10 @@ impl GcodeReader {
             now.groups |= group;
         }
         plain_words(state, block, now)?;
-        self.lengths(state, (text, block), now)?;
+        self.lengths(state, text, block, now)?;
+        // G66 calls its program behind every line that moves.
         let before = state.control.steps.len();
-        self.motion(state, block, (text, now))?;
+        self.motion(state, block, text, now)?;
         let mut made = state.control.steps.iter().skip(before);
         if self.modal.each.is_some() && made.any(|step| matches!(step, Step::Move(_))) {
             self.call_behind_move(now);
@@ -51,20 +58,26 @@ impl GcodeReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, code, now): (&str, CodeWord, &mut BlockActions),
+        text: &str,
+        code: CodeWord,
+        now: &mut BlockActions,
     ) -> Result<u32, ReadRemark> {
         let control = &mut state.control;
         let modal = &mut self.modal;
         Ok(match code.tenths {
             0 => self.moves(GcodeMotion::Rapid, now),
             10 => self.moves(GcodeMotion::Feed, now),
-            20 => self.moves(GcodeMotion::Arc { clockwise: true }, now),
-            30 => self.moves(GcodeMotion::Arc { clockwise: false }, now),
-            730 | 740 | 810..=890 if code.tenths % 10 == 0 => self.cycle_code(code, now)?,
+            20 => self.moves(GcodeMotion::Arc(ArcSense::Clockwise), now),
+            30 => self.moves(GcodeMotion::Arc(ArcSense::Counterclockwise), now),
+            730 | 740 | 810..=890 if code.tenths.is_multiple_of(10) => {
+                self.cycle_code(code, now)?
+            }
+            // G80 ends the cycle: axis words behind it need a motion code again.
             800 => {
                 modal.motion = None;
                 group::MOTION
             }
+            // G17 is XY, G18 ZX, G19 YZ.
             170 | 180 | 190 => {
                 modal.plane = usize::try_from((code.tenths - 170) / 10).unwrap_or_default();
                 group::PLANE
@@ -74,9 +87,12 @@ impl GcodeReader {
                 group::UNITS
             }
             900 | 910 => {
-                modal.incremental = code.tenths == 910;
+                let absolute = code.tenths == 900;
+                modal.distance =
+                    if absolute { DistanceMode::Absolute } else { DistanceMode::Incremental };
                 group::DISTANCE
             }
+            // G90.1 and G91.1 concern centres only, beside G90 and G91.
             901 | 911 => {
                 modal.arc_absolute = code.tenths == 901;
                 group::ARC
@@ -84,16 +100,18 @@ impl GcodeReader {
             930 => feed_mode(control, FeedMode::Inverse),
             940 => feed_mode(control, FeedMode::PerMinute),
             950 => feed_mode(control, FeedMode::PerRevolution),
+            // G98 retracts from a hole to the initial level, G99 to R.
             980 | 990 => {
                 modal.to_r = code.tenths == 990;
                 group::RETRACT
             }
+            // Needs H and P of the line, and is applied behind all codes.
             430 | 434 | 435 | 490 | 2340 => {
                 now.length = Some(code);
                 group::LENGTH
             }
-            540..=599 | 1540 => self.offset_code(state, block, (text, code))?,
-            _ => return self.further_g_code(state, block, (text, code, now)),
+            540..=599 | 1540 => self.offset_code(state, block, text, code)?,
+            _ => return self.further_g_code(state, block, text, code, now),
         })
     }
 
@@ -107,10 +125,13 @@ impl GcodeReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, code, now): (&str, CodeWord, &mut BlockActions),
+        text: &str,
+        code: CodeWord,
+        now: &mut BlockActions,
     ) -> Result<u32, ReadRemark> {
         let linuxcnc = self.dialect == Dialect::LinuxCnc;
         Ok(match code.tenths {
+            // These take the axis words of their line, which then are no target of a move.
             40 | 100 | 280 | 281 | 300 | 301 | 520 | 531 | 682 | 920..=922 => {
                 now.nonmodal = Some((code.tenths, code.at));
                 group::NONMODAL
@@ -133,39 +154,45 @@ impl GcodeReader {
                         "P1 is TCP, G13.1 none",
                     ));
                 }
-                state.control.set_tcp(true);
+                state.control.enable_tcp();
                 group::TCP
             }
             131 if linuxcnc => {
-                state.control.set_tcp(false);
+                state.control.disable_tcp();
                 group::TCP
             }
+            // G61, G61.1 and G64 choose exact stops or blending; the programmed path stays.
             610 | 611 | 640 => {
-                keep_with(state, block, (text, code, "PQ"));
+                keep_with(state, block, text, code, "PQ");
                 group::BLEND
             }
             // Look-ahead, exact stop: nothing about where the machine goes.
             51 | 80 | 90 | 1030 | 1870 => {
-                keep_with(state, block, (text, code, "PQRE"));
+                keep_with(state, block, text, code, "PQRE");
                 group::NONE
             }
+            // G67 ends G66.
             670 => {
                 self.modal.each = None;
                 group::NONE
             }
+            // States that hold anyway: polar coordinates, cutter compensation, scaling and mirror
+            // image off (G15 G40 G50 G50.1), spindle speed in 1/min (G97).
             150 | 400 | 500 | 501 | 970 | 1230 | 1640 => group::NONE,
             _ => return Err(not_understood(code, text, self.dialect)),
         })
     }
 
-    /// `G54` to `G59.3`, `G54.1 P1`, `G154 P1`.
+    /// Applies `G54` to `G59.3`, `G54.1 P1`, `G154 P1`.
     fn offset_code(
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, code): (&str, CodeWord),
+        text: &str,
+        code: CodeWord,
     ) -> Result<u32, ReadRemark> {
         let offset = match code.tenths {
+            // G54.1 P1 (Fanuc) and G154 P1 (Haas) follow the nine offsets G54 to G59.3.
             541 | 1540 => {
                 let number = block.take('P').ok_or_else(|| {
                     ReadRemark::new(
@@ -176,6 +203,7 @@ impl GcodeReader {
                 })?;
                 natural(number, 'P')?.saturating_add(8)
             }
+            // G59.1 to G59.3 follow G59, the sixth, as offsets 7 to 9.
             591..=593 => code.tenths - 591 + 6,
             tenths if tenths % 10 == 0 => (tenths - 540) / 10,
             _ => return Err(not_understood(code, text, self.dialect)),
@@ -184,15 +212,18 @@ impl GcodeReader {
         Ok(group::OFFSET)
     }
 
-    /// Tool length and tool-centre-point control.
+    /// Applies tool length compensation and tool-centre-point control.
     fn lengths(
         &mut self,
         state: &mut ReaderState,
-        (text, block): (&str, &mut GcodeBlock),
+        text: &str,
+        block: &mut GcodeBlock,
         now: &BlockActions,
     ) -> Result<(), ReadRemark> {
         let word = block.take('H');
         let number = word.map(|word| natural(word, 'H')).transpose()?;
+        // H is a row of the length table. The length of another row than that of the tool is not
+        // known.
         if let (Some(word), Some(number), Some(&tool)) = (word, number, state.control.tools.last())
             && number != 0
             && number != tool
@@ -205,14 +236,18 @@ impl GcodeReader {
         let Some(code) = now.length else {
             // A new number while the length counts is another length.
             if number.is_some() && control.length {
-                control.set_length(true);
+                control.enable_length();
             }
             return Ok(());
         };
+        // G49 and H0 cancel the length, and with it TCP.
         let on = code.tenths != 490 && number != Some(0);
+        // G43 compensates the length alone; G43.4, G43.5 and G234 follow the tip as well.
         let tcp = on && code.tenths != 430;
+        // G43.5 programs the tool axis by I J K.
         self.modal.vector = code.tenths == 435;
         control.turning = None;
+        // P0 turns the rotaries evenly, P1 keeps the tool in the plane between both ends.
         if tcp && let Some(posture) = block.take('P') {
             control.turning = match natural(posture, 'P')? {
                 0 => Some(Turning::Rotary),
@@ -226,16 +261,22 @@ impl GcodeReader {
                 }
             };
         }
-        control.set_length(on);
+        if on {
+            control.enable_length();
+        } else {
+            control.disable_length();
+        }
         // LinuxCNC's M428 outlives a G43.
-        if code.tenths != 430 {
-            control.set_tcp(tcp);
+        match code.tenths {
+            430 => {}
+            _ if tcp => control.enable_tcp(),
+            _ => control.disable_tcp(),
         }
         Ok(())
     }
 }
 
-/// F, S, T, and numbers of lines.
+/// Applies F, S and T, and checks line numbers.
 fn plain_words(
     state: &mut ReaderState,
     block: &mut GcodeBlock,
@@ -244,12 +285,14 @@ fn plain_words(
     if let Some(word) = block.take('F') {
         feed(state, word, now)?;
     }
+    // Most lines have none of these words.
     if !block.has_any("DNST") && !now.changes_tool && !now.turns_spindle {
         return Ok(());
     }
     if let Some(word) = block.take('N') {
         natural(word, 'N')?;
     }
+    // D is a radius for cutter compensation, which is refused where it is switched on.
     if let Some(word) = block.take('D') {
         natural(word, 'D')?;
     }
@@ -261,11 +304,13 @@ fn plain_words(
             let message = format!("S{} is no speed", word.value);
             return Err(ReadRemark::new(word.at, message, "M4 turns the other way"));
         }
+        // A new S while the spindle turns changes its speed at once.
         let turned = (state.control.speed - word.value).abs() > 0.0;
         state.control.speed = word.value;
         now.turns_spindle |= turned && state.control.sense != 0;
     }
     let line = state.log.line;
+    // T chooses the tool, M6 changes it.
     if now.changes_tool {
         let number = state.control.tool;
         state.control.change_tool(line, number);
@@ -276,7 +321,7 @@ fn plain_words(
     Ok(())
 }
 
-/// `G93`, `G94`, `G95`: a feed of the one means nothing to the other.
+/// Switches between `G93`, `G94` and `G95`; a feed of one means nothing to the others.
 fn feed_mode(control: &mut ControlState, mode: FeedMode) -> u32 {
     if control.feed_mode != mode {
         control.feed = None;
@@ -294,8 +339,10 @@ fn feed(
         let message = format!("F{} is no feed", word.value);
         return Err(ReadRemark::new(word.at, message, "give one above 0"));
     }
+    // The digits of F bound the rounding of all feeds.
     state.control.note_feed(word.decimals);
     now.feed = Some(word.value);
+    // In G93 F holds for its own line only.
     if state.control.feed_mode != FeedMode::Inverse {
         state.control.feed = now.feed;
     }

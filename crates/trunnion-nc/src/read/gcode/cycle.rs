@@ -4,7 +4,7 @@ use super::block::{CodeWord, GcodeBlock};
 use super::modal::{BlockActions, CycleState, GcodeMotion};
 use super::reader::GcodeReader;
 use super::words::{natural, not_understood};
-use crate::read::control::MoveTarget;
+use crate::read::control::{DistanceMode, MoveTarget};
 use crate::read::dialect::Dialect;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
@@ -29,7 +29,7 @@ struct DrilledHole {
 }
 
 impl GcodeReader {
-    /// `G81` and so on; a series of holes begins.
+    /// Applies `G81` and so on; a series of holes begins.
     pub(super) fn cycle_code(
         &mut self,
         code: CodeWord,
@@ -39,6 +39,7 @@ impl GcodeReader {
             return Err(not_understood(code, "", self.dialect)
                 .with(format!("cycle G{} is not understood", code.tenths / 10)));
         }
+        // A new series forgets R, Z, P and Q; within a series they are modal.
         if !matches!(self.modal.motion, Some(GcodeMotion::Cycle(_))) {
             self.modal.cycle = CycleState::default();
         }
@@ -52,26 +53,31 @@ impl GcodeReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (mut target, code): (MoveTarget, u32),
+        mut target: MoveTarget,
+        code: u32,
     ) -> Result<(), ReadRemark> {
         let (axes, _) = self.plane();
         let [u, v, axis] = axes.map(|axis| state.control.xyz[axis]);
         let stood = state.control.reading(axis);
+        // The initial level of G98 is the height before the first hole of the series.
         if !self.modal.cycle.running {
             self.modal.cycle.initial = stood;
             self.modal.cycle.running = true;
         }
-        self.parameters_of_cycle(state, block, (&target, axis))?;
+        self.parameters_of_cycle(state, block, &target, axis)?;
+        // The word of the drill axis is the depth, not a target of the approach.
         if let Some(word) = target.words.get_mut(axis) {
             *word = None;
         }
         target.incremental &= !(1 << axis);
+        // Repetitions: L in LinuxCNC and at Haas, K at Fanuc; K0 and L0 only store the data.
         let times = block.take('L').or_else(|| block.take('K'));
         let times = times.map_or(Ok(1), |word| natural(word, 'L'))?;
-        let mut hole = self.hole(state, (&target, code, axis))?;
+        let mut hole = self.hole(state, &target, code, axis)?;
         // Only distances lead on from hole to hole.
         let goes_on = target.is_incremental(u) || target.is_incremental(v);
         let count = if goes_on { times } else { times.min(1) };
+        // Without distances all repetitions would drill the same hole.
         for _ in 0..count {
             if !self.may_repeat(state, "") {
                 return Ok(());
@@ -82,21 +88,24 @@ impl GcodeReader {
         Ok(())
     }
 
-    /// R, Z, Q, P: taken if written, else as before.
+    /// Takes R, Z, Q and P where written; the others stay.
     fn parameters_of_cycle(
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (target, axis): (&MoveTarget, usize),
+        target: &MoveTarget,
+        axis: usize,
     ) -> Result<(), ReadRemark> {
         let scale = state.control.scale();
         let stood = state.control.reading(axis);
-        let incremental = self.modal.incremental;
+        let incremental = self.modal.distance == DistanceMode::Incremental;
         if let Some(word) = block.take('R') {
+            // G91: R counts from the current height, the depth from R (RS274/NGC).
             let from = if incremental { stood } else { Some(0.0) };
             let from = from.ok_or_else(|| unknown_height(word.at))?;
             self.modal.cycle.r = Some(from + scale * word.value);
         }
+        // P of a cycle is a dwell, in the unit of G4.
         if let Some(word) = block.take('P') {
             self.modal.cycle.dwell = self.dwell_seconds(word);
         }
@@ -120,13 +129,16 @@ impl GcodeReader {
         Ok(())
     }
 
-    /// The hole that the parameters make.
+    /// Returns the hole that the parameters make.
     fn hole(
         &self,
         state: &ReaderState,
-        (target, code, axis): (&MoveTarget, u32, usize),
+        target: &MoveTarget,
+        code: u32,
+        axis: usize,
     ) -> Result<DrilledHole, ReadRemark> {
         let cycle = &self.modal.cycle;
+        // R and Z are modal, so only the first hole must have them.
         let (Some(r), Some(bottom)) = (cycle.r, cycle.z) else {
             let message = "a cycle without R and depth";
             return Err(ReadRemark::new(target.at, message, "write both on its first line"));
@@ -135,27 +147,31 @@ impl GcodeReader {
             let message = format!("the bottom {bottom} mm is above the retract level {r} mm");
             return Err(ReadRemark::new(target.at, message, "look at R and the depth"));
         }
+        // G99: retract to R. G98: to the initial level, unless R lies above it.
         let clear = if self.modal.to_r {
             r
         } else {
             let initial = cycle.initial.ok_or_else(|| unknown_height(target.at))?;
             initial.max(r)
         };
+        // The feed depends on the axes that move: here the drill axis alone.
         let mut down = MoveTarget::new(target.at, target.column);
-        down.set(axis, bottom, false);
+        down.set(axis, bottom, DistanceMode::Absolute);
         let feed = state.control.pace(&down, None)?;
         let (line, at, column) = (state.log.line, target.at, target.column);
         Ok(DrilledHole { code, line, axis, r, bottom, clear, feed, at, column })
     }
 
-    /// Down and up again.
+    /// Drills a hole and retracts.
     fn drill(&mut self, state: &mut ReaderState, hole: &mut DrilledHole) -> Result<(), ReadRemark> {
         let (feed, line) = (hole.feed, hole.line);
+        // G73 and G83 peck before the last cut to the bottom.
         if matches!(hole.code, 730 | 830) && !self.peck(state, hole)? {
             return Ok(());
         }
         hole.go(state, hole.bottom, feed)?;
         let dwells = match hole.code {
+            // G82 and G89 always dwell; G86 and the tapping cycles G74 and G84 only with P.
             820 | 890 => true,
             860 | 740 | 840 => self.modal.cycle.dwell > 0.0,
             _ => false,
@@ -164,6 +180,8 @@ impl GcodeReader {
             let seconds = self.modal.cycle.dwell;
             state.control.steps.push_back(Step::Dwell { line, seconds });
         }
+        // G74, G84 (tapping), G85 and G89 (boring) come out with the feed, at least to R; the
+        // others in rapid.
         if matches!(hole.code, 740 | 840 | 850 | 890) {
             // LinuxCNC feeds all the way out.
             let all = self.dialect == Dialect::LinuxCnc && hole.code >= 850;
@@ -172,18 +190,20 @@ impl GcodeReader {
         hole.go(state, hole.clear, Pace::Rapid)
     }
 
-    /// All pecks but the last; whether that is to be drilled.
+    /// Drills all pecks but the last; returns false if no further line may run.
     fn peck(&mut self, state: &mut ReaderState, hole: &DrilledHole) -> Result<bool, ReadRemark> {
         let Some(step) = self.modal.cycle.q else {
             return Err(ReadRemark::new(hole.at, "pecking without Q", "write the depth of a peck"));
         };
         let mut depth = hole.r;
+        // Heights of the pecks: R - Q, R - 2 Q and so on, above the bottom.
         while depth - step > hole.bottom {
             if !self.may_repeat(state, "") {
                 return Ok(false);
             }
             depth -= step;
             hole.go(state, depth, hole.feed)?;
+            // G83 clears the chips at R; G73 only breaks them on its way.
             if hole.code == 830 {
                 hole.go(state, hole.r, Pace::Rapid)?;
             }
@@ -197,31 +217,33 @@ impl DrilledHole {
     /// Moves the drill axis, if it is not there.
     fn go(&self, state: &mut ReaderState, to: f64, pace: Pace) -> Result<(), ReadRemark> {
         let stood = state.control.reading(self.axis);
+        // A move of no length would count as a block.
         if stood.is_some_and(|stood| (stood - to).abs() <= 0.0) {
             return Ok(());
         }
         let mut target = MoveTarget::new(self.at, self.column);
-        target.set(self.axis, to, false);
-        state.control.go(self.line, target, (pace, Way::Line))
+        target.set(self.axis, to, DistanceMode::Absolute);
+        state.control.go(self.line, target, pace, Way::Line)
     }
 }
 
-/// Over the hole, and down to R.
+/// Moves over the hole and down to R.
 fn approach(
     state: &mut ReaderState,
     target: &MoveTarget,
     hole: &DrilledHole,
 ) -> Result<(), ReadRemark> {
+    // RS274/NGC: up to R if below it, then over the hole, then down to R.
     if state.control.reading(hole.axis).is_some_and(|stood| stood < hole.r) {
         hole.go(state, hole.r, Pace::Rapid)?;
     }
     if !target.is_empty() {
-        state.control.go(hole.line, *target, (Pace::Rapid, Way::Line))?;
+        state.control.go(hole.line, *target, Pace::Rapid, Way::Line)?;
     }
     hole.go(state, hole.r, Pace::Rapid)
 }
 
 fn unknown_height(at: usize) -> ReadRemark {
-    let message = "a cycle from a height that the program does not tell";
+    let message = "a cycle from a height that the program does not state";
     ReadRemark::new(at, message, "program the drill axis absolutely before it, or write G99")
 }

@@ -4,8 +4,9 @@ use super::parameters;
 use super::parameters::{ParameterKey, Parameters};
 use crate::read::control::{COMPUTED, ControlState};
 use crate::read::log::ReadRemark;
-use crate::read::number;
-/// Brackets in brackets; deeper is no program for a machine.
+use crate::read::number::{self, DecimalMark};
+
+/// Deepest nesting of brackets; deeper is no program for a machine.
 const DEEPEST: u32 = 60;
 
 /// Two values closer than this are equal, as `LinuxCNC`'s interpreter compares.
@@ -80,6 +81,7 @@ const TIGHTEST: u8 = 5;
 impl Operator {
     fn level(self) -> u8 {
         match self {
+            // Precedence of RS274/NGC: ** first, then products, sums, comparisons, and logic last.
             Self::And | Self::Or | Self::Xor => 1,
             Self::Equal
             | Self::NotEqual
@@ -94,18 +96,18 @@ impl Operator {
     }
 
     fn apply(self, a: f64, b: f64, at: usize) -> Result<f64, ReadRemark> {
-        let flag = |on: bool| f64::from(u8::from(on));
+        // True is any value but zero; results are 1 and 0.
         let is = |value: f64| value.abs() > 0.0;
         let value = match self {
-            Self::And => flag(is(a) && is(b)),
-            Self::Or => flag(is(a) || is(b)),
-            Self::Xor => flag(is(a) != is(b)),
-            Self::Equal => flag((a - b).abs() < EQUAL),
-            Self::NotEqual => flag((a - b).abs() >= EQUAL),
-            Self::Greater => flag(a > b),
-            Self::GreaterEqual => flag(a >= b),
-            Self::Less => flag(a < b),
-            Self::LessEqual => flag(a <= b),
+            Self::And => f64::from(is(a) && is(b)),
+            Self::Or => f64::from(is(a) || is(b)),
+            Self::Xor => f64::from(is(a) != is(b)),
+            Self::Equal => f64::from((a - b).abs() < EQUAL),
+            Self::NotEqual => f64::from((a - b).abs() >= EQUAL),
+            Self::Greater => f64::from(a > b),
+            Self::GreaterEqual => f64::from(a >= b),
+            Self::Less => f64::from(a < b),
+            Self::LessEqual => f64::from(a <= b),
             Self::Plus => a + b,
             Self::Minus => a - b,
             Self::Times => a * b,
@@ -121,8 +123,9 @@ impl Operator {
     }
 }
 
-/// Remainder with the sign of the divisor made positive, as the interpreter has it.
+/// Returns the remainder, never negative, as `LinuxCNC`'s interpreter has it.
 fn modulo(a: f64, b: f64) -> f64 {
+    // The result lies in [0, |b|).
     let rest = a % b;
     if rest < 0.0 { rest + b.abs() } else { rest }
 }
@@ -174,18 +177,19 @@ impl<'a> ExpressionScan<'a> {
         Err(ReadRemark::new(self.at, message, "look at the brackets of this line"))
     }
 
-    /// Letters from here, in upper case; none if longer than any known word.
+    /// Returns the letters from here on.
     fn word(&self) -> &'a str {
         let rest = self.rest();
         let end = rest.bytes().take_while(u8::is_ascii_alphabetic).count();
         rest.get(..end).unwrap_or_default()
     }
 
-    /// A value: number, `[expression]`, `#parameter`, function, with signs.
+    /// Reads a value: number, `[expression]`, `#parameter`, function, with signs.
     #[inline]
     pub(super) fn value(&mut self, env: &ExpressionEnv<'_>) -> Result<ExpressionValue, ReadRemark> {
         self.blanks();
-        if let Some(found) = number::signed(self.rest(), false) {
+        // Plain numbers are by far the most frequent values, and keep their digits.
+        if let Some(found) = number::signed(self.rest(), DecimalMark::Point) {
             self.at += found.length;
             let number::ScannedNumber { value: number, decimals, point, .. } = found;
             return Ok(ExpressionValue { number, decimals, point });
@@ -195,6 +199,7 @@ impl<'a> ExpressionScan<'a> {
     }
 
     fn computed(&mut self, env: &ExpressionEnv<'_>) -> Result<f64, ReadRemark> {
+        // Each bracket, sign, # and function is one call deeper: bounded, as the stack is.
         if self.depth >= DEEPEST {
             let message = format!("more than {DEEPEST} brackets in each other");
             return Err(ReadRemark::new(self.at, message, "take the expression apart"));
@@ -231,7 +236,7 @@ impl<'a> ExpressionScan<'a> {
         }
     }
 
-    /// `[a + b * c]`.
+    /// Evaluates `[a + b * c]`.
     pub(super) fn bracket(&mut self, env: &ExpressionEnv<'_>) -> Result<f64, ReadRemark> {
         self.expect(b'[')?;
         let value = self.operations(1, env)?;
@@ -239,16 +244,17 @@ impl<'a> ExpressionScan<'a> {
         Ok(value)
     }
 
-    /// `a + b * c`: Fanuc has it without brackets behind =.
+    /// Evaluates `a + b * c`, which Fanuc allows behind = without brackets.
     pub(super) fn sum(&mut self, env: &ExpressionEnv<'_>) -> Result<f64, ReadRemark> {
         self.operations(1, env)
     }
 
-    /// Operators from a level on; equal levels bind from the left.
+    /// Evaluates operators from a level on.
     fn operations(&mut self, level: u8, env: &ExpressionEnv<'_>) -> Result<f64, ReadRemark> {
         if level > TIGHTEST {
             return Ok(self.value(env)?.number);
         }
+        // Precedence climbing: operands are of the tighter levels, equal levels bind from the left.
         let mut left = self.operations(level + 1, env)?;
         loop {
             self.blanks();
@@ -277,6 +283,7 @@ impl<'a> ExpressionScan<'a> {
         let at = self.at;
         self.expect(b'#')?;
         self.blanks();
+        // Names may contain anything but the closing bracket; blanks and case do not count.
         if self.peek() == Some(b'<') {
             let rest = self.text.get(self.at + 1..).unwrap_or_default();
             let Some(end) = rest.find('>') else {
@@ -285,6 +292,7 @@ impl<'a> ExpressionScan<'a> {
             self.at += end + 2;
             return Ok(ParameterKey::Name(parameters::normal(rest.get(..end).unwrap_or_default())));
         }
+        // ##2 is the parameter whose number stands in #2.
         let value =
             if self.peek() == Some(b'#') { self.computed(env)? } else { self.value(env)?.number };
         parameters::key_number(value, at)
@@ -303,18 +311,19 @@ impl<'a> ExpressionScan<'a> {
         })
     }
 
-    /// `sin[30]`, `atan[1]/[2]`, `exists[#<name>]`.
+    /// Evaluates `sin[30]`, `atan[1]/[2]`, `exists[#<name>]`.
     fn function(&mut self, env: &ExpressionEnv<'_>) -> Result<f64, ReadRemark> {
         let at = self.at;
         let name = self.word().to_ascii_uppercase();
         self.at += name.len();
+        // EXISTS asks for the parameter itself, so its argument must not be evaluated.
         if name == "EXISTS" {
             self.expect(b'[')?;
             self.blanks();
             let key = self.key(env)?;
             self.expect(b']')?;
             let exists = env.parameters.get(&key, env.control, env.line).is_some();
-            return Ok(f64::from(u8::from(exists)));
+            return Ok(f64::from(exists));
         }
         let Some(function) = function(&name) else {
             let message = format!("{} is no function", super::super::log::excerpt(&name));
@@ -323,6 +332,7 @@ impl<'a> ExpressionScan<'a> {
         };
         let argument = self.bracket(env)?;
         self.blanks();
+        // ATAN[y]/[x] keeps the quadrant; Fanuc also has ATAN[v] of one argument.
         if name == "ATAN" && !(env.fanuc && self.peek() != Some(b'/')) {
             self.expect(b'/')?;
             self.blanks();
@@ -340,7 +350,7 @@ impl<'a> ExpressionScan<'a> {
     }
 }
 
-/// Functions of one argument; angles in degrees.
+/// Returns a function of one argument by its name; angles are in degrees.
 fn function(name: &str) -> Option<fn(f64) -> f64> {
     Some(match name {
         // ATAN has two arguments, and is made of them elsewhere.
@@ -363,13 +373,15 @@ fn function(name: &str) -> Option<fn(f64) -> f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::read::samples::control;
+    use crate::read::Dialect;
+    use crate::read::samples::{control, options};
 
     /// Parameters with values, and a control.
     fn env(given: &[(&str, f64)]) -> (Parameters, ControlState) {
-        let given: Vec<_> =
-            given.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
-        (Parameters::new(&given), control())
+        let mut options = options(Dialect::LinuxCnc);
+        let owned = |(name, value): &(&str, f64)| ((*name).to_owned(), *value);
+        options.parameters = given.iter().map(owned).collect();
+        (Parameters::new(&options), control())
     }
 
     fn value(text: &str) -> Result<f64, String> {

@@ -2,14 +2,29 @@
 
 use super::label;
 use super::label::{OKeyword, OWord};
-use crate::read::log::ReadRemark;
+use crate::read::log::{FileLine, ReadRemark};
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
 
-/// A line of the file and its number.
-pub(super) type NumberedLine = (u32, Box<str>);
+/// A line of the file that is kept.
+#[derive(Debug, Clone)]
+pub(super) struct NumberedLine {
+    /// Number of the line, counted from 1.
+    pub(super) number: u32,
+    pub(super) text: Box<str>,
+}
 
-/// Calls in calls, loops in loops.
+impl NumberedLine {
+    fn new(line: FileLine<'_>) -> Self {
+        Self { number: line.number, text: line.text.into() }
+    }
+
+    pub(super) fn as_line(&self) -> FileLine<'_> {
+        FileLine { number: self.number, text: &self.text }
+    }
+}
+
+/// Deepest nesting of calls and loops.
 const DEEPEST: usize = 100;
 
 /// A loop that runs.
@@ -30,7 +45,7 @@ pub(super) enum LoopKind {
     Repeat(f64),
 }
 
-/// Lines that are run out of turn.
+/// Lines of a loop, condition or subprogram that is running.
 #[derive(Debug)]
 pub(super) struct CallFrame {
     pub(super) lines: Arc<[NumberedLine]>,
@@ -61,22 +76,51 @@ struct LineCapture {
 /// A subprogram that is called before the file has shown it.
 #[derive(Debug)]
 struct AwaitedSub {
-    label: Box<str>,
-    numbered: bool,
     call: SubCall,
-    /// Line of the call, and where in it the call stands.
+    /// Line of the call.
     line: NumberedLine,
+    /// Byte offset of the call in its line.
     at: usize,
-    /// Where it begins in the lines ahead.
+    /// Index of its first line among the lines ahead, once it was found.
     start: Option<usize>,
+}
+
+/// Kind of a subprogram. One of each kind may have the same label.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum SubKind {
+    /// `o<name> sub`, called by `o<name> call`.
+    Named,
+    /// `O1000 .. M99`, called by `M98 P1000` or `G65 P1000`.
+    Numbered,
+}
+
+/// Place of a call.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CallSite<'a> {
+    pub(super) line: FileLine<'a>,
+    /// Byte offset of the call in its line.
+    pub(super) at: usize,
 }
 
 /// A call.
 #[derive(Debug, Clone)]
 pub(super) struct SubCall {
+    pub(super) kind: SubKind,
+    pub(super) label: Box<str>,
     /// Parameters of its own begin with these; `None`: it has those of its caller.
     pub(super) arguments: Option<Vec<f64>>,
     pub(super) times: u32,
+}
+
+impl SubCall {
+    /// Returns the key under which the lines of the subprogram are kept.
+    fn key(&self) -> Box<str> {
+        match self.kind {
+            SubKind::Named => self.label.clone(),
+            // No O-word label has a blank, so the two kinds cannot collide.
+            SubKind::Numbered => format!("M98 {}", self.label).into(),
+        }
+    }
 }
 
 /// Everything about the order of lines.
@@ -107,30 +151,33 @@ pub(super) enum CallOutcome {
 }
 
 impl GcodeFlow {
-    /// There are lines to run before the file's next.
+    /// Returns true if lines are to be run before the next of the file.
     pub(super) fn is_busy(&self) -> bool {
         self.wanted.is_none() && !(self.frames.is_empty() && self.ahead.is_empty())
     }
 
-    /// The next line that was read ahead.
+    /// Returns the next line that was read ahead.
     pub(super) fn next_ahead(&mut self) -> Option<NumberedLine> {
         self.ahead.pop_front()
     }
 
-    /// Takes a line of the file if it is being collected or searched; what it set off.
-    pub(super) fn collect(&mut self, line: u32, text: &str) -> LineCollection {
+    /// Takes a line of the file if it is being collected or searched.
+    pub(super) fn collect(&mut self, line: FileLine<'_>) -> LineCollection {
+        // A subprogram that stands behind its call: lines are kept until its end was read.
         if self.wanted.is_some() {
-            self.ahead.push_back((line, text.into()));
+            self.ahead.push_back(NumberedLine::new(line));
             return match self.look(self.ahead.len() - 1) {
                 Some(called) => LineCollection::Called(called),
                 None => LineCollection::Yes,
             };
         }
         let Some(capture) = self.capture.as_mut() else { return LineCollection::No };
-        capture.lines.push((line, text.into()));
-        let ends = label::o_word(text, 0).is_some_and(|word| {
+        capture.lines.push(NumberedLine::new(line));
+        // Structures inside have labels of their own, so label and keyword identify the end.
+        let ends = label::o_word(line.text, 0).is_some_and(|word| {
             word.label == capture.label && word.keyword == closer(capture.keyword)
         });
+        // A subprogram waits for its calls; a loop or condition runs as soon as it is complete.
         if ends && let Some(LineCapture { label, keyword, lines }) = self.capture.take() {
             if keyword == OKeyword::Sub {
                 self.subs.insert(label, lines.into());
@@ -148,30 +195,28 @@ impl GcodeFlow {
     }
 
     /// Begins to collect lines.
-    pub(super) fn begin(&mut self, word: &OWord, line: u32, text: &str) {
+    pub(super) fn begin(&mut self, word: &OWord, line: FileLine<'_>) {
         let (label, keyword) = (word.label.clone(), word.keyword);
-        self.capture = Some(LineCapture { label, keyword, lines: vec![(line, text.into())] });
+        self.capture = Some(LineCapture { label, keyword, lines: vec![NumberedLine::new(line)] });
     }
 
     /// Calls a subprogram.
     pub(super) fn call(
         &mut self,
-        (label, numbered): (&str, bool),
         call: SubCall,
-        (line, text, at): (u32, &str, usize),
+        site: CallSite<'_>,
     ) -> Result<CallOutcome, ReadRemark> {
+        let CallSite { line, at } = site;
+        // Recursion is allowed; one without end would fill the memory.
         if self.frames.len() >= DEEPEST {
             let message = format!("more than {DEEPEST} calls in each other");
             return Err(ReadRemark::new(at, message, "does the subprogram call itself?"));
         }
-        // Both kinds of subprograms may have one label.
-        let key = if numbered { format!("M98 {label}") } else { label.to_owned() };
-        if let Some(lines) = self.subs.get(key.as_str()) {
-            return Ok(self.enter(Arc::clone(lines), numbered, call));
+        if let Some(lines) = self.subs.get(&call.key()) {
+            return Ok(self.enter(Arc::clone(lines), call));
         }
-        let line = (line, text.into());
-        self.wanted =
-            Some(AwaitedSub { label: label.into(), numbered, call, line, at, start: None });
+        self.wanted = Some(AwaitedSub { call, line: NumberedLine::new(line), at, start: None });
+        // The subprogram may stand among the lines that were read ahead for an earlier call.
         for at in 0..self.ahead.len() {
             if let Some(called) = self.look(at) {
                 return Ok(called);
@@ -180,49 +225,53 @@ impl GcodeFlow {
         Ok(CallOutcome::Later)
     }
 
-    fn enter(&mut self, lines: Arc<[NumberedLine]>, numbered: bool, call: SubCall) -> CallOutcome {
-        let of = if numbered {
-            let scoped = call.arguments.is_some();
-            FrameKind::Numbered { again: call.times.saturating_sub(1), scoped }
-        } else {
-            FrameKind::Sub
+    fn enter(&mut self, lines: Arc<[NumberedLine]>, call: SubCall) -> CallOutcome {
+        let of = match call.kind {
+            SubKind::Named => FrameKind::Sub,
+            SubKind::Numbered => FrameKind::Numbered {
+                again: call.times.saturating_sub(1),
+                scoped: call.arguments.is_some(),
+            },
         };
+        // Line 0 is the one with the label.
         self.frames.push(CallFrame { lines, next: 1, loops: Vec::new(), of });
         CallOutcome::Runs(call.arguments)
     }
 
-    /// Looks whether a line ahead begins or ends the subprogram that is wanted.
+    /// Checks a line ahead for the beginning or end of the subprogram that is wanted.
     fn look(&mut self, at: usize) -> Option<CallOutcome> {
         let wanted = self.wanted.as_mut()?;
-        let (_, text) = self.ahead.get(at)?;
+        let text = &self.ahead.get(at)?.text;
         let word = label::o_word(text, 0);
-        let of_label = word.filter(|word| word.label == wanted.label).map(|word| word.keyword);
+        let of_label = word.filter(|word| word.label == wanted.call.label).map(|word| word.keyword);
+        // First the line that begins it is searched, then the one that ends it.
         let Some(start) = wanted.start else {
-            let begins = if wanted.numbered { OKeyword::Nothing } else { OKeyword::Sub };
+            let begins = match wanted.call.kind {
+                SubKind::Numbered => OKeyword::Nothing,
+                SubKind::Named => OKeyword::Sub,
+            };
             if of_label == Some(begins) {
                 wanted.start = Some(at);
             }
             return None;
         };
-        let ends = if wanted.numbered {
-            label::ends_subprogram(text)
-        } else {
-            of_label == Some(OKeyword::EndSub)
+        let ends = match wanted.call.kind {
+            SubKind::Numbered => label::ends_subprogram(text),
+            SubKind::Named => of_label == Some(OKeyword::EndSub),
         };
         if !ends {
             return None;
         }
         let lines: Arc<[NumberedLine]> = self.ahead.range(start..=at).cloned().collect();
-        let AwaitedSub { label, numbered, call, .. } = self.wanted.take()?;
-        let key = if numbered { format!("M98 {label}").into() } else { label };
-        self.subs.insert(key, Arc::clone(&lines));
-        Some(self.enter(lines, numbered, call))
+        let AwaitedSub { call, .. } = self.wanted.take()?;
+        self.subs.insert(call.key(), Arc::clone(&lines));
+        Some(self.enter(lines, call))
     }
 
-    /// What is still open when the file is over, and the line that opened it.
+    /// Returns the structure that is still open at the end of the file, with the line that opened it.
     pub(super) fn open(&self) -> Option<(&NumberedLine, ReadRemark)> {
-        if let Some(AwaitedSub { label, line, at, .. }) = &self.wanted {
-            let message = format!("subprogram {label} is not in the file");
+        if let Some(AwaitedSub { call, line, at, .. }) = &self.wanted {
+            let message = format!("subprogram {} is not in the file", call.label);
             return Some((line, ReadRemark::new(*at, message, "append its lines to the program")));
         }
         let capture = self.capture.as_ref()?;
@@ -231,44 +280,46 @@ impl GcodeFlow {
         Some((capture.lines.first()?, remark))
     }
 
-    /// Only subprograms were read.
+    /// Returns true if a subprogram was read.
     pub(super) fn has_subs(&self) -> bool {
         !self.subs.is_empty()
     }
 }
 
 impl CallFrame {
-    /// Its parameters are its own.
+    /// Returns true if the lines have parameters of their own.
     pub(super) fn is_scoped(&self) -> bool {
         matches!(self.of, FrameKind::Sub | FrameKind::Numbered { scoped: true, .. })
     }
 
-    /// The line of a label and one of some keywords, from a line on.
+    /// Finds the line of a label with one of some keywords, from a line on.
     pub(super) fn find(&self, label: &str, keywords: &[OKeyword], from: usize) -> Option<usize> {
         let is = |line: &NumberedLine| {
-            label::o_word(&line.1, 0)
+            label::o_word(&line.text, 0)
                 .is_some_and(|word| *word.label == *label && keywords.contains(&word.keyword))
         };
         self.lines.iter().skip(from).position(is).map(|at| at + from)
     }
 
-    /// The innermost loop is the one of this label and of a kind.
+    /// Returns true if the innermost loop has this label and kind.
     pub(super) fn in_loop(&self, label: &str, is: fn(LoopKind) -> bool) -> bool {
         self.loops.last().is_some_and(|last| *last.label == *label && is(last.kind))
     }
 
-    /// Leaves all loops from the one of a label on; that loop.
+    /// Leaves all loops from the one of a label on; returns that loop.
     pub(super) fn leave(&mut self, label: &str) -> Option<OpenLoop> {
+        // Loops inside of the one that is left are over as well.
         let at = self.loops.iter().rposition(|inner| *inner.label == *label)?;
         self.loops.truncate(at + 1);
         self.loops.pop()
     }
 }
 
-/// What ends what a keyword begins.
+/// Returns the keyword that ends the structure another one begins.
 pub(super) fn closer(keyword: OKeyword) -> OKeyword {
     match keyword {
         OKeyword::Sub => OKeyword::EndSub,
+        // `do` ends with a `while` of its own label.
         OKeyword::Do => OKeyword::While,
         OKeyword::If => OKeyword::EndIf,
         OKeyword::Repeat => OKeyword::EndRepeat,

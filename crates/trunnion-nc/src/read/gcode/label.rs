@@ -54,7 +54,7 @@ pub(super) struct OWord {
     pub(super) rest: usize,
 }
 
-/// Byte offset of what stands behind blanks and a line number.
+/// Returns the byte offset behind blanks and a line number.
 #[inline]
 pub(super) fn after_number(text: &str, from: usize) -> usize {
     let bytes = text.as_bytes();
@@ -66,6 +66,7 @@ pub(super) fn after_number(text: &str, from: usize) -> usize {
     };
     let blank = |byte: &u8| matches!(byte, b' ' | b'\t' | b'\r');
     let start = pass(from, blank);
+    // N without digits is no line number but the beginning of a word.
     if !matches!(bytes.get(start), Some(b'N' | b'n')) {
         return start;
     }
@@ -74,13 +75,14 @@ pub(super) fn after_number(text: &str, from: usize) -> usize {
     if end == digits { start } else { pass(end, blank) }
 }
 
-/// The O-word that a line consists of, if it begins with one.
+/// Returns the O-word that a line begins with.
 pub(super) fn o_word(text: &str, from: usize) -> Option<OWord> {
     let at = after_number(text, from);
     if !matches!(text.as_bytes().get(at), Some(b'o' | b'O' | b':')) {
         return None;
     }
     let rest = text.get(at + 1..)?;
+    // Blanks may stand between the O, its label and its keyword.
     let skipped = rest.len() - rest.trim_start().len();
     let rest = rest.trim_start();
     let (label, length): (Box<str>, usize) = if let Some(name) = rest.strip_prefix('<') {
@@ -92,6 +94,7 @@ pub(super) fn o_word(text: &str, from: usize) -> Option<OWord> {
         if digits == 0 {
             return None;
         }
+        // O0001 and O1 are the same program.
         let bare = number.trim_start_matches('0');
         (if bare.is_empty() { "0" } else { bare }.into(), digits)
     };
@@ -104,6 +107,7 @@ fn keyword(text: &str, from: usize) -> (OKeyword, usize) {
     let rest = text.get(from..).unwrap_or_default();
     let blanks = rest.len() - rest.trim_start().len();
     let rest = rest.trim_start();
+    // A label alone is a program number, as Fanuc and Haas write it.
     if rest.is_empty() || rest.starts_with(['(', ';']) {
         return (OKeyword::Nothing, from + blanks);
     }
@@ -113,20 +117,21 @@ fn keyword(text: &str, from: usize) -> (OKeyword, usize) {
     (found.map_or(OKeyword::Unknown, |(_, keyword)| *keyword), from + blanks + letters)
 }
 
-/// A line says `M99`.
+/// Returns true if a line has `M99`.
 pub(super) fn ends_subprogram(text: &str) -> bool {
-    let mut said = String::new();
+    let mut code = String::new();
     let mut comment = false;
     for c in text.chars() {
         match c {
             '(' => comment = true,
             ')' => comment = false,
             ';' if !comment => break,
-            c if !comment && !c.is_whitespace() => said.push(c.to_ascii_uppercase()),
+            c if !comment && !c.is_whitespace() => code.push(c.to_ascii_uppercase()),
             _ => {}
         }
     }
-    let behind = said.split("M99").nth(1);
+    // M990 and M99.1 are other codes.
+    let behind = code.split("M99").nth(1);
     behind.is_some_and(|rest| !rest.starts_with(|c: char| c.is_ascii_digit() || c == '.'))
 }
 

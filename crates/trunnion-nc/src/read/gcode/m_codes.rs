@@ -8,25 +8,30 @@ use crate::read::dialect::Dialect;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
 impl GcodeReader {
-    /// An M code.
+    /// Applies an M code and returns its group.
     pub(super) fn m_code(
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, code, now): (&str, CodeWord, &mut BlockActions),
+        text: &str,
+        code: CodeWord,
+        now: &mut BlockActions,
     ) -> Result<u32, ReadRemark> {
         let linuxcnc = self.dialect == Dialect::LinuxCnc;
         Ok(match code.tenths {
+            // M0, M1 and M60 stop behind the motion of their line.
             0 | 10 | 600 => {
                 if let Some(free) = now.stops.iter_mut().find(|stop| stop.is_none()) {
                     *free = Some((code.at, code.end));
                 }
                 group::STOP
             }
+            // M2 and M30 take effect when the line is over.
             20 | 300 => {
                 now.ends = true;
                 group::STOP
             }
+            // M3 clockwise, M4 counterclockwise, M5 stop.
             30 | 40 | 50 => {
                 state.control.sense = i8::from(code.tenths == 30) - i8::from(code.tenths == 40);
                 now.turns_spindle = true;
@@ -36,6 +41,7 @@ impl GcodeReader {
                 now.changes_tool = true;
                 group::TOOL
             }
+            // M61 Q declares the tool in the spindle without a change.
             610 if linuxcnc => {
                 let number = block.take('Q').ok_or_else(|| {
                     ReadRemark::new(code.at, "M61 without a tool", "write Q and its number")
@@ -45,6 +51,7 @@ impl GcodeReader {
                 group::TOOL
             }
             980 => call_numbered(block, code, now)?,
+            // M99 returns; at Fanuc and Haas M99 P10 goes on at N10 of the caller.
             990 => {
                 if let Some(line) = block.take('P') {
                     if linuxcnc {
@@ -55,27 +62,35 @@ impl GcodeReader {
                 now.returns = true;
                 group::NONE
             }
+            // Remappings of the trunnion configurations that come with LinuxCNC: M428 TCP, M429
+            // identity kinematics.
             4280 | 4290 if linuxcnc => {
-                state.control.set_tcp(code.tenths == 4280);
+                if code.tenths == 4280 {
+                    state.control.enable_tcp();
+                } else {
+                    state.control.disable_tcp();
+                }
                 group::TCP
             }
-            _ => self.kept_code(state, block, (text, code))?,
+            _ => self.kept_code(state, block, text, code)?,
         })
     }
 
-    /// M codes without motion, as they stand.
+    /// Keeps M codes without motion as they stand.
     fn kept_code(
         &self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, code): (&str, CodeWord),
+        text: &str,
+        code: CodeWord,
     ) -> Result<u32, ReadRemark> {
         let what = text.get(code.at..code.end).unwrap_or_default();
         let linuxcnc = self.dialect == Dialect::LinuxCnc;
         match code.tenths {
+            // Coolant, override switches and the like.
             70 | 80 | 90 | 480 | 490 | 500 | 510 | 520 | 530 => {}
             190 | 620..=680 => {
-                keep_with(state, block, (text, code, "EDLPQR"));
+                keep_with(state, block, text, code, "EDLPQR");
                 return Ok(group::NONE);
             }
             // What a control does with these decides what later words mean.
@@ -87,7 +102,7 @@ impl GcodeReader {
             _ => {
                 let message = format!("{what} is not known: it is kept, and taken to move nothing");
                 state.log.warn(text, ReadRemark::new(code.at, message, ""));
-                keep_with(state, block, (text, code, "PQ"));
+                keep_with(state, block, text, code, "PQ");
                 return Ok(group::NONE);
             }
         }
@@ -96,7 +111,7 @@ impl GcodeReader {
     }
 }
 
-/// `M98 P1000 L3`.
+/// Reads `M98 P1000 L3`.
 fn call_numbered(
     block: &mut GcodeBlock,
     code: CodeWord,
@@ -106,6 +121,7 @@ fn call_numbered(
         return Err(ReadRemark::new(code.at, "M98 without P", "name the subprogram"));
     };
     let number = natural(number, 'P')?;
+    // Repetitions: L at Haas and in LinuxCNC, K on some controls.
     let times = block.take('L').or_else(|| block.take('K'));
     let (number, times) = match times {
         Some(times) => (number, natural(times, 'L')?),

@@ -1,7 +1,7 @@
 //! Loops and jumps of macro statements: the lines that they skip.
 
 use super::label;
-use crate::read::log::ReadRemark;
+use crate::read::log::{LineRemark, ReadRemark};
 use crate::read::tape::Tape;
 /// A statement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,12 +53,14 @@ impl MacroFlow {
     /// Returns true if a line of the file is skipped.
     pub(super) fn passes(&mut self, text: &str) -> bool {
         let Some((seek, _)) = self.seek else { return false };
+        // Lines that are skipped are not run, but their END closes loops of the main program.
         let end = end_of(text);
         if let Some(number) = end.filter(|number| seek != MacroSeek::End(*number)) {
             // A jump out of a loop leaves it.
             self.loops.retain(|inner| inner.level > 0 || inner.number != number);
         }
         match seek {
+            // The line with the number is run, the one with END is not.
             MacroSeek::Number(number) if number_of(text) == Some(number) => {
                 self.seek = None;
                 false
@@ -73,13 +75,14 @@ impl MacroFlow {
         }
     }
 
-    /// Lines that ran `level` calls deep go on: loops of the deeper ones are over.
+    /// Ends the loops of calls deeper than `level`.
     pub(super) fn leave(&mut self, level: usize) {
+        // Loops of a subprogram end with it.
         self.loops.retain(|inner| inner.level <= level);
     }
 
     /// Returns the target that is still missing at the end of the file.
-    pub(super) fn open(&self) -> Option<(u32, ReadRemark)> {
+    pub(super) fn open(&self) -> Option<LineRemark> {
         let (seek, line) = self.seek?;
         let remark = match seek {
             MacroSeek::Number(number) => {
@@ -94,12 +97,13 @@ impl MacroFlow {
                 ReadRemark::new(0, format!("DO {number} has no END {number}"), "end the loop")
             }
         };
-        Some((line, remark))
+        Some(LineRemark { line, remark })
     }
 }
 
-/// Byte offset of a statement, which, and where it goes on.
+/// Finds a statement: its byte offset, its keyword, and the offset behind it.
 pub(super) fn statement(text: &str, from: usize) -> Option<(usize, MacroWord, usize)> {
+    // Statements stand behind the line number.
     let at = label::after_number(text, from);
     let rest = text.get(at..)?;
     let letters = rest.bytes().take_while(u8::is_ascii_alphabetic).count();
@@ -108,14 +112,14 @@ pub(super) fn statement(text: &str, from: usize) -> Option<(usize, MacroWord, us
     Some((at, *word, at + letters))
 }
 
-/// 10 of a line that begins `N10`.
+/// Returns 10 of a line that begins `N10`.
 pub(super) fn number_of(text: &str) -> Option<u32> {
     let rest = text.trim_start().strip_prefix(['N', 'n'])?.trim_start();
     let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
     rest.get(..digits)?.parse().ok()
 }
 
-/// 1 of `END 1`.
+/// Returns 1 of `END 1`.
 pub(super) fn end_of(text: &str) -> Option<u32> {
     let (_, word, behind) = statement(text, 0)?;
     let rest = text.get(behind..)?.trim_start();

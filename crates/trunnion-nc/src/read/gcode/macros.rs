@@ -8,9 +8,9 @@ use super::modal::{BlockActions, ModalCall};
 use super::reader::GcodeReader;
 use super::words::natural;
 use crate::read::dialect::Dialect;
-use crate::read::log::{ReadRemark, excerpt};
+use crate::read::log::{LineTail, ReadRemark, excerpt};
 use crate::read::state::ReaderState;
-/// Loops in loops: a control has three, and a jump may leave some behind.
+/// Deepest nesting of loops: a control has three, and a jump may leave some behind.
 const DEEPEST: usize = 100;
 
 /// Letters of `G65` and the parameters they set.
@@ -43,22 +43,24 @@ impl GcodeReader {
     pub(super) fn statement(
         &mut self,
         state: &mut ReaderState,
-        (text, from): (&str, usize),
+        tail: LineTail<'_>,
         line: usize,
     ) -> Result<bool, ReadRemark> {
+        // LinuxCNC has O-words for all of these.
         if self.dialect == Dialect::LinuxCnc {
             return Ok(false);
         }
-        let Some((at, word, behind)) = statement(text, from) else { return Ok(false) };
+        let text = tail.text;
+        let Some((at, word, behind)) = statement(text, tail.from) else { return Ok(false) };
         let mut scan = ExpressionScan::new(text, behind);
         match word {
-            MacroWord::If => self.condition_of_macro(state, (text, at), behind)?,
+            MacroWord::If => self.condition_of_macro(state, text, at, behind)?,
             MacroWord::Goto => {
                 let number = scan.value(&self.env(state))?.number;
                 nothing_more(&mut scan)?;
                 self.go_to(state, at, number)?;
             }
-            MacroWord::While => self.while_do(state, (scan, at), line)?,
+            MacroWord::While => self.while_do(state, scan, at, line)?,
             MacroWord::End => {
                 let number = natural_at(scan.value(&self.env(state))?.number, at)?;
                 nothing_more(&mut scan)?;
@@ -68,14 +70,16 @@ impl GcodeReader {
         Ok(true)
     }
 
-    /// `IF [..] GOTO 10`, `IF [..] THEN #1 = 5`.
+    /// Runs `IF [..] GOTO 10`, `IF [..] THEN #1 = 5`.
     fn condition_of_macro(
         &mut self,
         state: &mut ReaderState,
-        (text, at): (&str, usize),
+        text: &str,
+        at: usize,
         behind: usize,
     ) -> Result<(), ReadRemark> {
         let mut scan = ExpressionScan::new(text, behind);
+        // The condition is evaluated once; any value but zero holds.
         let holds = scan.bracket(&self.env(state))?.abs() > 0.0;
         scan.blanks();
         let word = scan.rest().bytes().take_while(u8::is_ascii_alphabetic).count();
@@ -88,9 +92,10 @@ impl GcodeReader {
                 nothing_more(&mut scan)?;
                 if holds { self.go_to(state, at, number) } else { Ok(()) }
             }
+            // The statement behind THEN is an assignment or any other block.
             "THEN" => {
                 if holds {
-                    self.plain(state, (text, scan.at));
+                    self.plain(state, LineTail { text, from: scan.at });
                 }
                 Ok(())
             }
@@ -102,11 +107,12 @@ impl GcodeReader {
         }
     }
 
-    /// `WHILE [..] DO 1`.
+    /// Runs `WHILE [..] DO 1`.
     fn while_do(
         &mut self,
         state: &ReaderState,
-        (mut scan, at): (ExpressionScan<'_>, usize),
+        mut scan: ExpressionScan<'_>,
+        at: usize,
         line: usize,
     ) -> Result<(), ReadRemark> {
         let holds = scan.bracket(&self.env(state))?.abs() > 0.0;
@@ -119,7 +125,9 @@ impl GcodeReader {
         let number = natural_at(scan.value(&self.env(state))?.number, at)?;
         nothing_more(&mut scan)?;
         let level = self.flow.frames.len();
+        // A loop of the same call that begins here or further down was left by a jump.
         self.macros.loops.retain(|inner| inner.level < level || inner.line < line);
+        // The condition is asked again whenever END leads back here.
         if !holds {
             return self.pass_to_end(state, number, at);
         }
@@ -141,26 +149,29 @@ impl GcodeReader {
         number: u32,
         at: usize,
     ) -> Result<(), ReadRemark> {
+        // The main program is read as a stream: its END is searched in the lines to come.
         let Some(frame) = self.flow.frames.last_mut() else {
             self.macros.seek = Some((MacroSeek::End(number), state.log.line));
             return Ok(());
         };
         let mut behind = frame.lines.iter().enumerate().skip(frame.next);
-        let Some((end, _)) = behind.find(|(_, (_, text))| end_of(text) == Some(number)) else {
+        let Some((end, _)) = behind.find(|(_, line)| end_of(&line.text) == Some(number)) else {
             return Err(ReadRemark::new(
                 at,
                 format!("DO {number} has no END {number}"),
                 "end the loop",
             ));
         };
+        // Skipped lines count as well, so that no loop runs for ever.
         self.left = self.left.saturating_sub(u64::try_from(end - frame.next).unwrap_or(u64::MAX));
         frame.next = end + 1;
         Ok(())
     }
 
-    /// `END 1`.
+    /// Runs `END 1`.
     fn end(&mut self, number: u32, at: usize) -> Result<(), ReadRemark> {
         let level = self.flow.frames.len();
+        // Loops are nested: the END is that of the innermost one.
         let inner = self.macros.loops.pop();
         let Some(inner) = inner.filter(|of| of.number == number && of.level == level) else {
             let message = format!("END {number}: nothing was begun that it could end");
@@ -173,7 +184,7 @@ impl GcodeReader {
         Ok(())
     }
 
-    /// `GOTO 10`: a line of the same program.
+    /// Runs `GOTO 10`, a jump to a line of the same program.
     pub(super) fn go_to(
         &mut self,
         state: &ReaderState,
@@ -183,7 +194,8 @@ impl GcodeReader {
         let number = natural_at(number, at)?;
         let level = self.flow.frames.len();
         if let Some(frame) = self.flow.frames.last_mut() {
-            let found = frame.lines.iter().position(|(_, text)| number_of(text) == Some(number));
+            // In a subprogram all lines are known, so that a jump may lead either way.
+            let found = frame.lines.iter().position(|line| number_of(&line.text) == Some(number));
             let Some(to) = found else {
                 let message = format!("N{number} is not in this subprogram");
                 return Err(ReadRemark::new(at, message, "GOTO does not lead out of subprograms"));
@@ -195,6 +207,7 @@ impl GcodeReader {
         }
         let line = state.log.line;
         let is = |text: &str| number_of(text) == Some(number);
+        // Lines before the jump and its own first, then those to come.
         match self.macros.tape.back(line.saturating_add(1), is)? {
             Some(to) => {
                 let first = usize::try_from(to).unwrap_or(usize::MAX);
@@ -208,12 +221,15 @@ impl GcodeReader {
 }
 
 impl GcodeReader {
-    /// `G65 P1000 A1. B2.`, a subprogram with parameters of its own; `G66`, the same behind every move.
+    /// Runs `G65 P1000 A1. B2.`, a subprogram with parameters of its own; `G66` calls it behind
+    /// every move.
     pub(super) fn macro_call(
         &mut self,
         block: &mut GcodeBlock,
-        (text, now): (&str, &mut BlockActions),
+        text: &str,
+        now: &mut BlockActions,
     ) -> Result<(), ReadRemark> {
+        // G65 calls once; G66 behind every move until G67.
         let modal = block.codes.iter().any(|code| code.tenths == MODAL);
         let (program, arguments, at) = called(block, text)?;
         let program: Box<str> = program.to_string().into();
@@ -227,7 +243,7 @@ impl GcodeReader {
         Ok(())
     }
 
-    /// The call that `G66` makes behind a move.
+    /// Makes the call of `G66` behind a move.
     pub(super) fn call_behind_move(&self, now: &mut BlockActions) {
         let level = self.flow.frames.len();
         if let Some(each) = self.modal.each.as_ref().filter(|each| each.level == level)
@@ -242,7 +258,7 @@ impl GcodeReader {
 /// `G66`.
 const MODAL: u32 = 660;
 
-/// Program and arguments of a call, and its place.
+/// Returns program and arguments of a call, and its byte offset.
 fn called(block: &mut GcodeBlock, text: &str) -> Result<(u32, Vec<f64>, usize), ReadRemark> {
     let call = block.codes.first().copied().filter(|_| block.codes.len() == 1);
     let Some(call) = call else {
@@ -254,23 +270,27 @@ fn called(block: &mut GcodeBlock, text: &str) -> Result<(u32, Vec<f64>, usize), 
         ReadRemark::new(call.at, "a macro call without a program", "write P and its number")
     })?;
     let times = block.take('L').map(|word| natural(word, 'L')).transpose()?;
+    // Repetitions would need the arguments anew for each.
     if times.is_some_and(|times| times != 1) {
         let message =
             format!("{} with L", excerpt(text.get(call.at..call.end).unwrap_or_default()));
         return Err(ReadRemark::new(call.at, message, "write the call as often as it is to run"));
     }
+    // Arguments of the first kind: each letter has its own parameter; those not given are taken as
+    // 0.
     let mut arguments = vec![0.0; 26];
     for (letter, number) in ARGUMENTS {
         if let (Some(word), Some(place)) = (block.take(letter), arguments.get_mut(number - 1)) {
             *place = word.value;
         }
     }
+    // The line number is no argument.
     _ = block.take('N');
     let program = natural(program, 'P')?;
     Ok((program, arguments, call.at))
 }
 
-/// Behind a statement stand comments at most.
+/// Checks that nothing but a comment stands behind a statement.
 fn nothing_more(scan: &mut ExpressionScan<'_>) -> Result<(), ReadRemark> {
     scan.blanks();
     let rest = scan.rest();
@@ -284,7 +304,7 @@ fn nothing_more(scan: &mut ExpressionScan<'_>) -> Result<(), ReadRemark> {
     ))
 }
 
-/// A number of a line or loop.
+/// Returns the number of a line or loop.
 fn natural_at(value: f64, at: usize) -> Result<u32, ReadRemark> {
     // Numbers are reckoned with, too.
     let whole = value.round();

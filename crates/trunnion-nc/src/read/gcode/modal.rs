@@ -1,26 +1,25 @@
 //! Modal state of G-code, and the actions of one block.
 
 use super::block::CodeWord;
-use crate::read::control::SLOTS;
+use crate::read::arc::ArcSense;
+use crate::read::control::{DistanceMode, SLOTS};
+
 /// Motion that axis words make.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum GcodeMotion {
     Rapid,
     Feed,
     /// `G2` or `G3`.
-    Arc {
-        clockwise: bool,
-    },
+    Arc(ArcSense),
     /// `G81` and so on, in tenths.
     Cycle(u32),
 }
 
 /// Modal state that holds from line to line, beside [`ControlState`](super::control::Control).
 #[derive(Debug)]
-#[expect(clippy::struct_excessive_bools, reason = "modal switches are what a control has")]
 pub(super) struct ModalState {
     pub(super) motion: Option<GcodeMotion>,
-    pub(super) incremental: bool,
+    pub(super) distance: DistanceMode,
     /// `G90.1`.
     pub(super) arc_absolute: bool,
     /// 0: XY, 1: ZX, 2: YZ.
@@ -59,7 +58,7 @@ pub(super) mod group {
 
 /// Actions of a line besides its motion.
 #[derive(Debug, Default)]
-#[expect(clippy::struct_excessive_bools, reason = "what a line may say")]
+#[expect(clippy::struct_excessive_bools, reason = "words that stand on a line or do not")]
 pub(super) struct BlockActions {
     pub(super) groups: u32,
     /// `G4`, `G10`, `G28`, `G52`, `G92`, `G68.2`, `G53.1`: tenths and place.

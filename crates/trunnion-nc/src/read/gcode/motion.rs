@@ -14,52 +14,59 @@ use nalgebra::{UnitVector3, Vector3};
 const AXES: [char; 9] = ['X', 'Y', 'Z', 'A', 'B', 'C', 'U', 'V', 'W'];
 
 impl GcodeReader {
-    /// Moves, if the block programs a motion.
+    /// Runs the motion of the block, if it programs one.
     pub(super) fn motion(
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, now): (&str, &BlockActions),
+        text: &str,
+        now: &BlockActions,
     ) -> Result<(), ReadRemark> {
+        // Such a code uses the axis words itself: nothing moves by the modal motion.
         if let Some((code, at)) = now.nonmodal {
-            return self.nonmodal(state, block, (text, code, at));
+            return self.nonmodal(state, block, text, code, at);
         }
         // Without words left, a motion code of this block or G53, nothing is to be moved.
         if block.none_left() && !now.motion && !now.machine {
             return Ok(());
         }
         let mut target = self.target(state, block, text)?;
+        // G53: the words are axis positions.
         target.machine = now.machine;
+        // G43.5: I J K are the tool axis, except of arcs, where they would be the centre.
         if self.modal.vector
             && block.has_any("IJK")
-            && !matches!(self.modal.motion, Some(GcodeMotion::Arc { .. }))
+            && !matches!(self.modal.motion, Some(GcodeMotion::Arc(_)))
         {
             target.axis = Some(vector(block, &target)?);
         }
+        // A full circle has no axis words, and a repeated hole may have R alone.
         let also = match self.modal.motion {
-            Some(GcodeMotion::Arc { .. }) => "IJKR",
+            Some(GcodeMotion::Arc(_)) => "IJKR",
             Some(GcodeMotion::Cycle(_)) => "R",
             _ => "",
         };
         let moves = !target.is_empty() || block.has_any(also);
         if now.machine {
-            self.check_machine(state, &target, moves)?;
+            if !moves {
+                let help = "name the axes that are to move";
+                return Err(ReadRemark::new(0, "G53 without axis words", help));
+            }
+            self.check_machine(state, &target)?;
         }
         match self.modal.motion {
             Some(GcodeMotion::Cycle(code)) if moves || now.motion => {
-                self.cycle(state, block, (target, code))
+                self.cycle(state, block, target, code)
             }
             _ if !moves => Ok(()),
             Some(GcodeMotion::Rapid) => {
-                state.control.go(state.log.line, target, (Pace::Rapid, Way::Line))
+                state.control.go(state.log.line, target, Pace::Rapid, Way::Line)
             }
             Some(GcodeMotion::Feed) => {
                 let pace = state.control.pace(&target, now.feed)?;
-                state.control.go(state.log.line, target, (pace, Way::Line))
+                state.control.go(state.log.line, target, pace, Way::Line)
             }
-            Some(GcodeMotion::Arc { clockwise }) => {
-                self.arc(state, block, (target, clockwise, now.feed))
-            }
+            Some(GcodeMotion::Arc(sense)) => self.arc(state, block, target, sense, now.feed),
             _ => {
                 let message = "axis words without G0 or G1";
                 Err(ReadRemark::new(target.at, message, "write G0 or G1 before them"))
@@ -67,16 +74,8 @@ impl GcodeReader {
         }
     }
 
-    fn check_machine(
-        &self,
-        state: &ReaderState,
-        target: &MoveTarget,
-        moves: bool,
-    ) -> Result<(), ReadRemark> {
-        if !moves {
-            let help = "name the axes that are to move";
-            return Err(ReadRemark::new(0, "G53 without axis words", help));
-        }
+    /// Checks a move with `G53`.
+    fn check_machine(&self, state: &ReaderState, target: &MoveTarget) -> Result<(), ReadRemark> {
         if !matches!(self.modal.motion, Some(GcodeMotion::Rapid | GcodeMotion::Feed)) {
             return Err(ReadRemark::new(
                 target.at,
@@ -95,7 +94,7 @@ impl GcodeReader {
         Ok(())
     }
 
-    /// The axis words of a block.
+    /// Reads the axis words of a block.
     #[inline]
     pub(super) fn target(
         &mut self,
@@ -113,14 +112,16 @@ impl GcodeReader {
                 return Err(state.control.no_axis(word.at, what));
             };
             block.take(letter);
+            // Beyond any machine: often increments of 0.001 mm that were written without a point.
             if word.value.abs() > LARGEST {
                 let what = text.get(word.at..word.end).unwrap_or_default();
                 let message = format!("{what} is beyond {LARGEST} mm or degrees");
                 return Err(ReadRemark::new(word.at, message, "is a point missing?"));
             }
-            self.check_point(state, (letter, word), text);
+            self.check_point(state, letter, word, text);
+            // Units and the sense of rotation are applied here, once for all consumers.
             let value = state.control.meant(slot, word.value, word.decimals);
-            target.set(slot, value, self.modal.incremental);
+            target.set(slot, value, self.modal.distance);
             target.at = target.at.min(word.at);
         }
         if target.at == usize::MAX {
@@ -130,37 +131,42 @@ impl GcodeReader {
         Ok(target)
     }
 
-    /// Fanuc and Haas count words without a point in the smallest increment, if so set.
-    fn check_point(&self, state: &mut ReaderState, (letter, word): (char, BlockWord), text: &str) {
+    /// Warns of a word without a point: Fanuc and Haas count it in the smallest increment, if so
+    /// set.
+    fn check_point(&self, state: &mut ReaderState, letter: char, word: BlockWord, text: &str) {
+        // Parameter 3401 bit 0 (DPI) decides at Fanuc: X10 is 10 mm or 10 increments of 0.001 mm.
         if self.dialect != Dialect::LinuxCnc && !word.point && word.value.abs() > 0.0 {
             let message = "words without a decimal point are read as millimetres and degrees";
-            let help = format!("{letter}{}. would say so on any control", word.value);
+            let help = format!("{letter}{}. reads so on any control", word.value);
             state.log.warn(text, ReadRemark::new(word.at, message, help));
         }
     }
 
-    /// Codes that hold for their line only.
+    /// Runs a code that holds for its line only.
     fn nonmodal(
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, code, at): (&str, u32, usize),
+        text: &str,
+        code: u32,
+        at: usize,
     ) -> Result<(), ReadRemark> {
         match code {
             40 => self.dwell(state, block, at),
-            100 => self.write_offset(state, block, (text, at)),
-            280 | 300 => self.home(state, block, (text, code, at)),
+            100 => self.write_offset(state, block, text, at),
+            280 | 300 => self.home(state, block, text, code, at),
+            // G28.1 and G30.1 store the present axis positions, as far as the program defines them.
             281 | 301 => {
                 self.modal.references[usize::from(code == 301)] = state.control.machine;
                 Ok(())
             }
             531 => self.turn_to_plane(state, at),
-            682 => self.tilt(state, block, (text, at)),
-            _ => self.shift(state, block, (text, code, at)),
+            682 => self.tilt(state, block, text, at),
+            _ => self.shift(state, block, text, code, at),
         }
     }
 
-    /// `G4`.
+    /// Runs `G4`.
     fn dwell(
         &self,
         state: &mut ReaderState,
@@ -169,6 +175,7 @@ impl GcodeReader {
     ) -> Result<(), ReadRemark> {
         let mut time = block.take('P');
         let mut seconds = time.map(|word| self.dwell_seconds(word));
+        // Fanuc: G4 X or U in seconds, G4 P in milliseconds.
         if self.dialect == Dialect::Fanuc && time.is_none() {
             time = block.take('X').or_else(|| block.take('U'));
             seconds = time.map(|word| word.value);
@@ -197,7 +204,7 @@ impl GcodeReader {
     }
 }
 
-/// I J K as the tool axis: what is missing of them is zero.
+/// Reads I J K as the tool axis; a component that is missing is zero.
 fn vector(block: &mut GcodeBlock, target: &MoveTarget) -> Result<UnitVector3<f64>, ReadRemark> {
     let [i, j, k] = ['I', 'J', 'K'].map(|letter| block.take(letter).map_or(0.0, |word| word.value));
     if let Some(angle) = block.look('Q') {
@@ -207,11 +214,12 @@ fn vector(block: &mut GcodeBlock, target: &MoveTarget) -> Result<UnitVector3<f64
     axis_of(Vector3::new(i, j, k), target.at)
 }
 
-/// A direction of whatever length.
+/// Normalizes a direction.
 pub(in super::super) fn axis_of(
     vector: Vector3<f64>,
     at: usize,
 ) -> Result<UnitVector3<f64>, ReadRemark> {
+    // Any length will do: controls normalize the vector.
     UnitVector3::try_new(vector, f64::MIN_POSITIVE)
         .filter(|axis| axis.iter().all(|value| value.is_finite()))
         .ok_or_else(|| ReadRemark::new(at, "a tool axis of length zero", "look at its components"))

@@ -4,25 +4,28 @@ use super::block::GcodeBlock;
 use super::modal::GcodeMotion;
 use super::reader::GcodeReader;
 use super::words::natural;
-use crate::read::control::{MoveTarget, SLOTS};
+use crate::read::control::{DistanceMode, MoveTarget, SLOTS};
 use crate::read::dialect::Dialect;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
 use crate::read::step::{Offset, OffsetKind, Pace, Step, Way};
-use crate::read::tilt::euler;
+use crate::read::tilt::{HeldPoint, euler};
 use nalgebra::Vector3;
 
 /// Parameters of the first axis of `G28` and `G30` in `LinuxCNC`.
 const REFERENCES: [u32; 2] = [5161, 5181];
 
 impl GcodeReader {
-    /// `G10 L2`, `G10 L20`.
+    /// Runs `G10 L2`, `G10 L20`.
     pub(super) fn write_offset(
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, at): (&str, usize),
+        text: &str,
+        at: usize,
     ) -> Result<(), ReadRemark> {
+        // L2 writes the offset itself; L20 writes it so that the present position reads as the
+        // words.
         let kind = match block.take('L').map(|word| natural(word, 'L')).transpose()? {
             Some(2) => OffsetKind::Origin,
             Some(20) => OffsetKind::Reading,
@@ -40,6 +43,7 @@ impl GcodeReader {
                 "post turned coordinates",
             ));
         }
+        // P1 is G54; P0 or no P is the active offset.
         let number = block.take('P').map_or(Ok(0), |word| natural(word, 'P'))?;
         if number > 9 {
             return Err(ReadRemark::new(at, format!("G10 P{number}"), "work offsets are P1 to P9"));
@@ -47,9 +51,12 @@ impl GcodeReader {
         let present = state.control.offset;
         let offset = number.checked_sub(1).map_or(present, |n| u8::try_from(n).unwrap_or(u8::MAX));
         let target = self.target(state, block, text)?;
+        // LinuxCNC takes the words of G10 as values in any distance mode; Fanuc adds them under
+        // G91.
         if target.incremental != 0 && self.dialect != Dialect::LinuxCnc {
             return Err(ReadRemark::new(at, "G10 with distances (G91)", "write G90"));
         }
+        // Words count from the changed offset at once.
         if offset == present {
             offset_changed(state, &target, kind);
         }
@@ -64,12 +71,14 @@ impl GcodeReader {
         Ok(())
     }
 
-    /// `G52`, `G92`, `G92.1`, `G92.2`: words are shifted.
+    /// Runs `G52`, `G92`, `G92.1`, `G92.2`: words are shifted.
     pub(super) fn shift(
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, code, at): (&str, u32, usize),
+        text: &str,
+        code: u32,
+        at: usize,
     ) -> Result<(), ReadRemark> {
         if state.control.tilted.is_some() {
             return Err(ReadRemark::new(
@@ -78,6 +87,7 @@ impl GcodeReader {
                 "end the plane before (G69)",
             ));
         }
+        // G92.1 and G92.2 cancel the shift.
         if code > 920 {
             state.control.set_by_92 = [0.0; SLOTS];
             return Ok(());
@@ -85,6 +95,7 @@ impl GcodeReader {
         let target = self.target(state, block, text)?;
         for slot in 0..SLOTS {
             let Some(value) = target.get(slot) else { continue };
+            // G52 replaces the local shift.
             if code == 520 {
                 if let Some(local) = state.control.local.get_mut(slot) {
                     *local = value;
@@ -92,10 +103,11 @@ impl GcodeReader {
                 continue;
             }
             let Some(reads) = state.control.reading(slot) else {
-                let message = "G92 at a place that the program does not tell";
+                let message = "G92 at a position that the program does not state";
                 let help = "program the axis absolutely before it, or use G10 L20";
                 return Err(ReadRemark::new(at, message, help));
             };
+            // The present position is to read as `value`: the shift grows by the difference.
             if let Some(set) = state.control.set_by_92.get_mut(slot) {
                 *set += reads - value;
             }
@@ -103,24 +115,29 @@ impl GcodeReader {
         Ok(())
     }
 
-    /// `G28`, `G30`: over an intermediate place to a fixed one.
+    /// Runs `G28`, `G30`: over an intermediate position to the reference.
     pub(super) fn home(
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, code, at): (&str, u32, usize),
+        text: &str,
+        code: u32,
+        at: usize,
     ) -> Result<(), ReadRemark> {
         let between = self.target(state, block, text)?;
         let line = state.log.line;
+        // G91 G28 Z0 goes home at once: the intermediate point is the present one.
         let still = |word: &Option<f64>| word.is_none_or(|word| word.abs() <= 0.0);
         let distances = between.incremental != 0;
         let rests = distances && between.words.iter().all(still);
         if !(between.is_empty() || rests) {
-            state.control.go(line, between, (Pace::Rapid, Way::Line))?;
+            state.control.go(line, between, Pace::Rapid, Way::Line)?;
         }
         let mut home = MoveTarget::new(between.at, between.column);
+        // The reference position is one of axes.
         home.machine = true;
         for slot in 0..SLOTS {
+            // Without words all five axes go home, but not a sixth, whose reference is unknown.
             let all = between.is_empty() && slot + 1 < SLOTS;
             if between.get(slot).is_some() || all {
                 let value = self.reference(state, usize::from(code == 300), slot);
@@ -128,15 +145,16 @@ impl GcodeReader {
                     "give the parameters of its place when reading (#5161 and on, #5181 and on)";
                 let message = "where G28 or G30 leads to is not known";
                 let value = value.ok_or_else(|| ReadRemark::new(at, message, help))?;
-                home.set(slot, value, false);
+                home.set(slot, value, DistanceMode::Absolute);
             }
         }
-        state.control.go(line, home, (Pace::Rapid, Way::Line))
+        state.control.go(line, home, Pace::Rapid, Way::Line)
     }
 
     fn reference(&self, state: &mut ReaderState, which: usize, slot: usize) -> Option<f64> {
         let first = REFERENCES.get(which)?;
         let at = state.control.letter(slot).and_then(|c| "XYZABCUVW".find(c))?;
+        // #5161 to #5169 are X Y Z A B C U V W of G28, #5181 and on those of G30.
         let number = first + u32::try_from(at).ok()?;
         let key = super::parameters::ParameterKey::Number(number);
         let given = self.parameters.get(&key, &state.control, state.log.line);
@@ -146,12 +164,13 @@ impl GcodeReader {
         }
     }
 
-    /// `G68.2 X Y Z I J K`: Euler angles about Z, the new X, the new Z.
+    /// Runs `G68.2 X Y Z I J K`: Euler angles about Z, the new X, the new Z.
     pub(super) fn tilt(
         &mut self,
         state: &mut ReaderState,
         block: &mut GcodeBlock,
-        (text, at): (&str, usize),
+        text: &str,
+        at: usize,
     ) -> Result<(), ReadRemark> {
         if state.control.tilted.is_some() {
             return Err(ReadRemark::new(
@@ -160,6 +179,7 @@ impl GcodeReader {
                 "end the first before (G69)",
             ));
         }
+        // P1 to P4 define the plane by fixed angles, three points, two vectors or projected angles.
         if let Some(kind) = block.take('P')
             && kind.value.abs() > 0.0
         {
@@ -172,17 +192,19 @@ impl GcodeReader {
         }
         let [i, j, k] =
             ['I', 'J', 'K'].map(|letter| block.take(letter).map_or(0.0, |w| w.value.to_radians()));
-        let incremental = std::mem::replace(&mut self.modal.incremental, false);
+        // X Y Z are the origin of the plane, absolute in any distance mode.
+        let mode = std::mem::replace(&mut self.modal.distance, DistanceMode::Absolute);
         let target = self.target(state, block, text);
-        self.modal.incremental = incremental;
+        self.modal.distance = mode;
         let target = target?;
         let [x, y, z] = state.control.xyz.map(|slot| target.get(slot).unwrap_or(0.0));
+        // The plane keeps the shifts that were active when it was defined.
         let origin = Vector3::new(x, y, z) + state.control.linear_shift();
         state.control.tilt(state.log.line, origin, euler([i, j, k]));
         Ok(())
     }
 
-    /// `G53.1`: the rotary axes turn the tool to the plane's normal.
+    /// Runs `G53.1`: the rotary axes turn the tool to the normal of the plane.
     pub(super) fn turn_to_plane(
         &mut self,
         state: &mut ReaderState,
@@ -194,7 +216,7 @@ impl GcodeReader {
         if matches!(self.modal.motion, Some(GcodeMotion::Cycle(_))) {
             self.modal.motion = None;
         }
-        state.control.turn_to_plane(state.log.line, at, false)
+        state.control.turn_to_plane(state.log.line, at, HeldPoint::LinearAxes)
     }
 }
 
@@ -202,6 +224,7 @@ impl GcodeReader {
 fn offset_changed(state: &mut ReaderState, target: &MoveTarget, kind: OffsetKind) {
     for slot in 0..SLOTS {
         let Some(value) = target.get(slot) else { continue };
+        // L20 states the new reading; behind L2 it depends on the offset before, which is unknown.
         let reads = (kind == OffsetKind::Reading).then_some(value + state.control.shift(slot));
         if let Some(place) = state.control.place.get_mut(slot) {
             *place = reads;

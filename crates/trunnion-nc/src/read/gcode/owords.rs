@@ -1,24 +1,29 @@
 //! Effects of O-words.
 
 use super::expression::{ExpressionEnv, ExpressionScan};
-use super::flow::{CallFrame, CallOutcome, FrameKind, LoopKind, OpenLoop, SubCall, closer};
+use super::flow::{
+    CallFrame, CallOutcome, CallSite, FrameKind, LoopKind, OpenLoop, SubCall, SubKind, closer,
+};
 use super::label::{OKeyword, OWord};
 use super::parameters::{LOCALS, ParameterKey, ParameterScope};
 use super::reader::GcodeReader;
-use crate::read::log::ReadRemark;
+use crate::read::log::{FileLine, ReadRemark};
 use crate::read::state::ReaderState;
 impl GcodeReader {
-    /// An O-word on a line of the file.
+    /// Runs an O-word on a line of the file.
     pub(super) fn o_word_of_file(
         &mut self,
         state: &ReaderState,
         word: &OWord,
-        (line, text): (u32, &str),
+        line: FileLine<'_>,
     ) -> Result<(), ReadRemark> {
+        let text = line.text;
         match word.keyword {
             OKeyword::Nothing => Ok(()),
+            // Lines are collected up to the end of the structure, then it runs as a frame of its
+            // own.
             OKeyword::Sub | OKeyword::While | OKeyword::Do | OKeyword::If | OKeyword::Repeat => {
-                self.flow.begin(word, line, text);
+                self.flow.begin(word, line);
                 Ok(())
             }
             OKeyword::Call => self.call(state, word, text),
@@ -27,12 +32,13 @@ impl GcodeReader {
         }
     }
 
-    /// An O-word in a loop or subprogram.
+    /// Runs an O-word in a loop or subprogram.
     pub(super) fn o_word_in_frame(
         &mut self,
         state: &ReaderState,
         word: &OWord,
-        (at, text): (usize, &str),
+        at: usize,
+        text: &str,
     ) -> Result<(), ReadRemark> {
         let opens = matches!(
             word.keyword,
@@ -48,7 +54,8 @@ impl GcodeReader {
                 "a subprogram inside of another",
                 "end the outer one before",
             )),
-            _ if opens => self.open(state, word, (at, text)),
+            _ if opens => self.open(state, word, at, text),
+            // A branch that ran ends here: go on behind the condition.
             OKeyword::ElseIf | OKeyword::Else => self.jump(word, &[OKeyword::EndIf], at, 1),
             OKeyword::EndIf => Ok(()),
             OKeyword::EndWhile | OKeyword::EndRepeat => self.again(word),
@@ -61,7 +68,7 @@ impl GcodeReader {
         self.flow.frames.last_mut().ok_or_else(|| ReadRemark::new(word.at, message, ""))
     }
 
-    /// Goes on at the line of a keyword, `beyond` it.
+    /// Goes on `beyond` lines behind the line of a keyword.
     fn jump(
         &mut self,
         word: &OWord,
@@ -85,19 +92,21 @@ impl GcodeReader {
         Ok(())
     }
 
-    /// `while`, `do`, `repeat`, `if`.
+    /// Runs `while`, `do`, `repeat`, `if`.
     fn open(
         &mut self,
         state: &ReaderState,
         word: &OWord,
-        (at, text): (usize, &str),
+        at: usize,
+        text: &str,
     ) -> Result<(), ReadRemark> {
         let label = &word.label;
         match word.keyword {
-            OKeyword::If => return self.condition(state, word, (at, text)),
+            OKeyword::If => return self.condition(state, word, at, text),
             OKeyword::While => {
                 let holds = self.value_behind(state, word, text)?.abs() > 0.0;
                 let frame = self.frame(word)?;
+                // The same keyword ends a `do` loop and begins a `while` loop.
                 let closes = frame.in_loop(label, |kind| kind == LoopKind::Do);
                 let begun = frame.in_loop(label, |kind| kind == LoopKind::While);
                 if closes {
@@ -114,12 +123,14 @@ impl GcodeReader {
                     }
                     return self.jump(word, &[OKeyword::EndWhile], at, 1);
                 }
+                // The line is run before every round: the loop is entered with the first.
                 if !begun {
                     self.enter_loop(word, at, LoopKind::While)?;
                 }
             }
             OKeyword::Repeat => {
                 let rounds = self.value_behind(state, word, text)?.round();
+                // Zero or fewer rounds skip the loop.
                 if rounds < 1.0 {
                     return self.jump(word, &[OKeyword::EndRepeat], at, 1);
                 }
@@ -139,26 +150,28 @@ impl GcodeReader {
         Ok(())
     }
 
-    /// `if`: goes on behind the first of its branches that holds.
+    /// Runs `if`: goes on behind the first of its branches that holds.
     fn condition(
         &mut self,
         state: &ReaderState,
         word: &OWord,
-        (at, text): (usize, &str),
+        at: usize,
+        text: &str,
     ) -> Result<(), ReadRemark> {
         if self.value_behind(state, word, text)?.abs() > 0.0 {
             return Ok(());
         }
+        // Branches are tried in order; `else` always holds.
         let mut from = at;
         loop {
             self.jump(word, &[OKeyword::ElseIf, OKeyword::Else, OKeyword::EndIf], from, 0)?;
             let frame = self.frame(word)?;
             let at = frame.next;
             frame.next = at + 1;
-            let Some((line, text)) = frame.lines.get(at).cloned() else { return Ok(()) };
-            let Some(branch) = super::label::o_word(&text, 0) else { return Ok(()) };
+            let Some(line) = frame.lines.get(at).cloned() else { return Ok(()) };
+            let Some(branch) = super::label::o_word(&line.text, 0) else { return Ok(()) };
             if branch.keyword != OKeyword::ElseIf
-                || self.value_at(state, (line, &text), branch.rest)?.abs() > 0.0
+                || self.value_at(state, line.as_line(), branch.rest)?.abs() > 0.0
             {
                 return Ok(());
             }
@@ -166,7 +179,7 @@ impl GcodeReader {
         }
     }
 
-    /// `endwhile`, `endrepeat`.
+    /// Runs `endwhile`, `endrepeat`.
     fn again(&mut self, word: &OWord) -> Result<(), ReadRemark> {
         let (label, repeat) = (&word.label, word.keyword == OKeyword::EndRepeat);
         let frame = self.frame(word)?;
@@ -174,6 +187,7 @@ impl GcodeReader {
         let begin = match inner {
             Some(OpenLoop { kind: LoopKind::While, start, .. }) if !repeat => *start,
             Some(OpenLoop { kind: LoopKind::Repeat(left), start, .. }) if repeat => {
+                // The round that ends here is done.
                 *left -= 1.0;
                 if *left < 1.0 {
                     frame.loops.pop();
@@ -200,6 +214,7 @@ impl GcodeReader {
             let message = format!("o<{}> is no loop that runs here", word.label);
             return Err(ReadRemark::new(word.at, message, "break and continue name their loop"));
         };
+        // `do` ends with `while`, the other loops with a keyword of their own.
         let end = match inner.kind {
             LoopKind::While => OKeyword::EndWhile,
             LoopKind::Do => closer(OKeyword::Do),
@@ -209,6 +224,8 @@ impl GcodeReader {
             return self.jump(word, &[end], at, 1);
         }
         let (start, kind) = (inner.start, inner.kind);
+        // `continue` goes on with the loop: at its condition, which for `do` and `repeat` stands at
+        // the end.
         frame.loops.push(inner);
         if kind == LoopKind::While {
             frame.next = start;
@@ -217,7 +234,7 @@ impl GcodeReader {
         self.jump(word, &[end], at, 0)
     }
 
-    /// `call [1] [2]`.
+    /// Runs `call [1] [2]`.
     fn call(&mut self, state: &ReaderState, word: &OWord, text: &str) -> Result<(), ReadRemark> {
         let mut scan = ExpressionScan::new(text, word.rest);
         let env = self.env(state);
@@ -227,6 +244,7 @@ impl GcodeReader {
             if scan.peek() != Some(b'[') {
                 break;
             }
+            // Arguments become #1 to #30.
             if arguments.len() >= LOCALS {
                 let message = format!("more than {LOCALS} arguments");
                 return Err(ReadRemark::new(scan.at, message, ""));
@@ -234,18 +252,19 @@ impl GcodeReader {
             arguments.push(scan.bracket(&env)?);
         }
         nothing_more(&scan)?;
-        let place = (state.log.line, text, word.at);
-        self.run_sub((&word.label, false), SubCall { arguments: Some(arguments), times: 1 }, place)
+        let call = SubCall {
+            kind: SubKind::Named,
+            label: word.label.clone(),
+            arguments: Some(arguments),
+            times: 1,
+        };
+        let line = FileLine { number: state.log.line, text };
+        self.run_sub(call, CallSite { line, at: word.at })
     }
 
     /// Calls a subprogram, now or once it is found.
-    pub(super) fn run_sub(
-        &mut self,
-        name: (&str, bool),
-        call: SubCall,
-        place: (u32, &str, usize),
-    ) -> Result<(), ReadRemark> {
-        let called = self.flow.call(name, call, place)?;
+    pub(super) fn run_sub(&mut self, call: SubCall, site: CallSite<'_>) -> Result<(), ReadRemark> {
+        let called = self.flow.call(call, site)?;
         self.called(called);
         Ok(())
     }
@@ -257,7 +276,7 @@ impl GcodeReader {
         }
     }
 
-    /// `endsub`, `return`, with a value or without.
+    /// Runs `endsub`, `return`, with a value or without.
     fn leave_sub(
         &mut self,
         state: &ReaderState,
@@ -271,10 +290,12 @@ impl GcodeReader {
             _ => None,
         };
         nothing_more(&scan)?;
+        // `return` inside a loop of the file belongs to no subprogram.
         if self.frame(word)?.of != FrameKind::Sub {
             return Err(stray(word, text));
         }
         self.flow.frames.pop();
+        // The caller has its own #1 to #30 and local names again.
         self.parameters.leave();
         let returned = f64::from(u8::from(value.is_some()));
         self.parameters.set(ParameterKey::Name("_value_returned".into()), returned);
@@ -282,31 +303,31 @@ impl GcodeReader {
         Ok(())
     }
 
-    /// The value in brackets behind an O-word.
+    /// Evaluates the brackets behind an O-word.
     fn value_behind(
         &self,
         state: &ReaderState,
         word: &OWord,
         text: &str,
     ) -> Result<f64, ReadRemark> {
-        self.value_at(state, (state.log.line, text), word.rest)
+        self.value_at(state, FileLine { number: state.log.line, text }, word.rest)
     }
 
     fn value_at(
         &self,
         state: &ReaderState,
-        (line, text): (u32, &str),
+        line: FileLine<'_>,
         at: usize,
     ) -> Result<f64, ReadRemark> {
-        let mut scan = ExpressionScan::new(text, at);
-        let env = ExpressionEnv { line, ..self.env(state) };
+        let mut scan = ExpressionScan::new(line.text, at);
+        let env = ExpressionEnv { line: line.number, ..self.env(state) };
         let value = scan.bracket(&env)?;
         nothing_more(&scan)?;
         Ok(value)
     }
 }
 
-/// Behind an O-word stand comments at most.
+/// Checks that nothing but a comment stands behind an O-word.
 fn nothing_more(scan: &ExpressionScan<'_>) -> Result<(), ReadRemark> {
     let rest = scan.rest().trim_start();
     if rest.is_empty() || rest.starts_with(['(', ';']) {

@@ -2,6 +2,7 @@
 
 use crate::read::control::{ControlState, FeedMode};
 use crate::read::log::ReadRemark;
+use crate::read::options::ReadOptions;
 use std::collections::HashMap;
 
 /// Numbers of the parameters that belong to a subprogram call.
@@ -16,7 +17,7 @@ const MOST: usize = 100_000;
 /// Fanuc stops with an alarm where this one is set.
 pub(super) const ALARM: ParameterKey = ParameterKey::Number(3000);
 
-/// Which parameter.
+/// Number or name of a parameter.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum ParameterKey {
     Number(u32),
@@ -32,7 +33,7 @@ pub(super) struct ParameterScope {
 }
 
 impl ParameterScope {
-    /// `#1`, `#2` and so on are the arguments of a call.
+    /// Makes the arguments of a call `#1`, `#2` and so on.
     pub(super) fn of_call(arguments: &[f64]) -> Self {
         let mut scope = Self::default();
         for (number, argument) in scope.numbers.iter_mut().zip(arguments) {
@@ -53,8 +54,10 @@ pub(super) struct Parameters {
 }
 
 impl Parameters {
-    pub(super) fn new(given: &[(String, f64)]) -> Self {
+    /// Starts with the values that the options give.
+    pub(super) fn new(options: &ReadOptions) -> Self {
         let name = |name: &str| {
+            // `#<_hal[x]>`, `<_hal[x]>` and `_hal[x]` all name one parameter.
             let inner = name.trim_start_matches('#').trim_matches(['<', '>']);
             normal(inner)
         };
@@ -62,7 +65,7 @@ impl Parameters {
             numbers: HashMap::new(),
             globals: HashMap::new(),
             scopes: vec![ParameterScope::default()],
-            given: given.iter().map(|(key, value)| (name(key), *value)).collect(),
+            given: options.parameters.iter().map(|(key, value)| (name(key), *value)).collect(),
         }
     }
 
@@ -80,6 +83,7 @@ impl Parameters {
         let Some(scope) = self.scopes.last_mut() else { return };
         match key {
             ParameterKey::Number(number) => {
+                // #1 to #30 belong to the call, all others to the program.
                 let local = usize::try_from(number).ok().and_then(|at| at.checked_sub(1));
                 match local.and_then(|at| scope.numbers.get_mut(at)) {
                     Some(place) => *place = value,
@@ -88,6 +92,7 @@ impl Parameters {
                 }
             }
             ParameterKey::Name(name) => {
+                // Names that begin with an underscore are global in LinuxCNC.
                 let map = if name.starts_with('_') { &mut self.globals } else { &mut scope.names };
                 if map.len() < MOST {
                     map.insert(name, value);
@@ -96,7 +101,7 @@ impl Parameters {
         }
     }
 
-    /// Value of a parameter, if it has one.
+    /// Returns the value of a parameter, if it has one.
     pub(super) fn get(&self, key: &ParameterKey, control: &ControlState, line: u32) -> Option<f64> {
         match key {
             ParameterKey::Number(number) => self.number(*number, control),
@@ -109,6 +114,7 @@ impl Parameters {
         let local = local.and_then(|at| self.scopes.last()?.numbers.get(at).copied());
         local
             .or_else(|| self.numbers.get(&number).copied())
+            // What the control provides goes before what is given for reading.
             .or_else(|| of_control(number, control))
             .or_else(|| self.given.get(number.to_string().as_str()).copied())
     }
@@ -125,13 +131,13 @@ impl Parameters {
     }
 }
 
-/// A name without blanks, in lower case.
+/// Returns a name without blanks, in lower case.
 pub(super) fn normal(name: &str) -> Box<str> {
     let kept = name.chars().filter(|c| !c.is_whitespace());
     kept.map(|c| c.to_ascii_lowercase()).collect::<String>().into_boxed_str()
 }
 
-/// The number of a parameter.
+/// Returns the key of a parameter by its number.
 pub(super) fn key_number(value: f64, at: usize) -> Result<ParameterKey, ReadRemark> {
     let whole = value.round();
     // Numbers are reckoned with, and 1e-4 is what the interpreter allows a whole number to be off.
@@ -145,14 +151,16 @@ pub(super) fn key_number(value: f64, at: usize) -> Result<ParameterKey, ReadRema
     Ok(ParameterKey::Number(number))
 }
 
-/// `#5420` and on: where the words stand; the tool.
+/// Returns a parameter that the control provides: current words (`#5420` and on), tool, offset.
 fn of_control(number: u32, control: &ControlState) -> Option<f64> {
     match number {
         5400 => Some(f64::from(control.tool)),
+        // LinuxCNC: #5420 to #5428 are the current X Y Z A B C U V W in the program's unit.
         5420..=5428 => {
             let at = usize::try_from(number - 5420).ok()?;
             position("xyzabcuvw".chars().nth(at)?, control)
         }
+        // #5220 is the active work offset, counted from 1.
         5220 => Some(f64::from(control.offset) + 1.0),
         _ => None,
     }
@@ -163,7 +171,7 @@ fn position(letter: char, control: &ControlState) -> Option<f64> {
     Some(control.written(slot, control.reading(slot)?))
 }
 
-/// Named parameters that the control sets.
+/// Returns a named parameter that the control provides.
 fn predefined(name: &str, control: &ControlState, line: u32) -> Option<f64> {
     let flag = |on: bool| Some(f64::from(u8::from(on)));
     let rest = name.strip_prefix('_')?;

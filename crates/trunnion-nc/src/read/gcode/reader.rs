@@ -2,18 +2,20 @@
 
 use super::block::GcodeBlock;
 use super::expression::ExpressionEnv;
-use super::flow::{FrameKind, GcodeFlow, LineCollection, SubCall};
+use super::flow::{CallSite, FrameKind, GcodeFlow, LineCollection, NumberedLine, SubCall, SubKind};
 use super::label::OWord;
 use super::macro_flow::MacroFlow;
 use super::modal::{BlockActions, CycleState, ModalState};
 use super::parameters::Parameters;
 use super::words::left_over;
 use super::{label, parameters};
-use crate::read::control::SLOTS;
+use crate::read::control::{DistanceMode, SLOTS};
 use crate::read::dialect::Dialect;
-use crate::read::log::ReadRemark;
+use crate::read::log::{FileLine, LineTail, ReadRemark};
 use crate::read::options::ReadOptions;
+use crate::read::remedy::undecided_block;
 use crate::read::state::ReaderState;
+
 /// Reader of G-code.
 #[derive(Debug)]
 pub(in crate::read) struct GcodeReader {
@@ -28,7 +30,7 @@ pub(in crate::read) struct GcodeReader {
     pub(super) parameters: Parameters,
     pub(super) flow: GcodeFlow,
     pub(super) macros: MacroFlow,
-    /// A line said something.
+    /// A line with words was run.
     pub(super) ran: bool,
     /// Lines of the file so far, and lone `%` among them.
     pub(super) lines: u32,
@@ -38,12 +40,13 @@ pub(in crate::read) struct GcodeReader {
 impl GcodeReader {
     pub(in crate::read) fn new(options: &ReadOptions) -> Self {
         let mut first = [Some(0.0); SLOTS];
+        // G28 leads to the reference given for reading; G30 is unknown until the program stores it.
         for (to, from) in first.iter_mut().zip(options.reference) {
             *to = Some(from);
         }
         let modal = ModalState {
             motion: None,
-            incremental: false,
+            distance: DistanceMode::Absolute,
             arc_absolute: false,
             plane: 0,
             vector: false,
@@ -59,7 +62,7 @@ impl GcodeReader {
             most_repeated: options.most_repeated,
             modal,
             block: Some(Box::new(GcodeBlock::new())),
-            parameters: Parameters::new(&options.parameters),
+            parameters: Parameters::new(options),
             flow: GcodeFlow::default(),
             macros: MacroFlow::new(options.most_repeated),
             ran: false,
@@ -77,18 +80,20 @@ impl GcodeReader {
         }
     }
 
-    /// There are lines to run before the file's next.
+    /// Returns true if lines are to be run before the next of the file.
     pub(in crate::read) fn is_busy(&self) -> bool {
         self.flow.is_busy() || self.macros.tape.is_busy()
     }
 
     /// Runs one of them.
     pub(in crate::read) fn advance(&mut self, state: &mut ReaderState) {
+        // The innermost call or loop runs first.
         let Some(frame) = self.flow.frames.last_mut() else { return self.advance_file(state) };
         let at = frame.next;
         frame.next += 1;
+        // The lines are shared by all calls of a subprogram.
         let lines = std::sync::Arc::clone(&frame.lines);
-        let Some((number, text)) = lines.get(at) else {
+        let Some(NumberedLine { number, text }) = lines.get(at) else {
             return self.leave();
         };
         state.log.line = *number;
@@ -97,21 +102,22 @@ impl GcodeReader {
         }
         match self.beginning(state, text) {
             Some((_, Some(word))) => {
-                let done = self.o_word_in_frame(state, &word, (at, text));
+                let done = self.o_word_in_frame(state, &word, at, text);
                 note(state, text, done);
             }
-            Some((from, None)) => self.statement_or_plain(state, (text, from), at),
+            Some((from, None)) => self.statement_or_plain(state, LineTail { text, from }, at),
             None => {}
         }
     }
 
     /// Runs a line of the file again, or one that was read ahead of its turn.
     pub(super) fn advance_file(&mut self, state: &mut ReaderState) {
+        // Lines that a loop runs again come before those that were read ahead.
         match self.macros.tape.play() {
-            Ok(Some((number, text))) => self.run_of_file(state, (number, &text)),
+            Ok(Some((number, text))) => self.run_of_file(state, FileLine { number, text: &text }),
             Ok(None) => {
-                if let Some((number, text)) = self.flow.next_ahead() {
-                    self.of_file(state, (number, &text));
+                if let Some(line) = self.flow.next_ahead() {
+                    self.of_file(state, line.as_line());
                 }
             }
             Err(remark) => {
@@ -132,6 +138,7 @@ impl GcodeReader {
 
     /// Counts a line that is run out of turn.
     pub(super) fn may_repeat(&mut self, state: &mut ReaderState, text: &str) -> bool {
+        // Counts lines, not rounds: an empty loop ends as well.
         if let Some(left) = self.left.checked_sub(1) {
             self.left = left;
             return true;
@@ -150,52 +157,60 @@ impl GcodeReader {
     pub(in crate::read) fn line(&mut self, state: &mut ReaderState, text: &str) {
         self.lines = self.lines.saturating_add(1);
         state.log.line = self.lines;
-        match self.flow.collect(self.lines, text) {
+        let line = FileLine { number: self.lines, text };
+        match self.flow.collect(line) {
             LineCollection::No => {}
             LineCollection::Yes => return,
             LineCollection::Called(called) => return self.called(called),
         }
-        self.of_file(state, (self.lines, text));
+        self.of_file(state, line);
     }
 
-    pub(super) fn of_file(&mut self, state: &mut ReaderState, (number, text): (u32, &str)) {
+    /// Runs a line of the file for the first time, and keeps it where a later line may lead back.
+    pub(super) fn of_file(&mut self, state: &mut ReaderState, line: FileLine<'_>) {
+        let FileLine { number, text } = line;
+        // The tape needs every line in order, whether it is run or skipped.
         self.macros.tape.record(number, text);
         if self.dialect != Dialect::LinuxCnc && text.as_bytes().contains(&b'#') {
             // From here on a loop may count, and lead back to any line.
             self.macros.tape.keep(text);
         }
-        self.run_of_file(state, (number, text));
+        self.run_of_file(state, line);
     }
 
-    pub(super) fn run_of_file(&mut self, state: &mut ReaderState, (number, text): (u32, &str)) {
+    /// Runs a line of the file, for the first time or again.
+    pub(super) fn run_of_file(&mut self, state: &mut ReaderState, line: FileLine<'_>) {
+        let FileLine { number, text } = line;
         state.log.line = number;
+        // A jump skips lines up to its target.
         if self.macros.passes(text) {
             return;
         }
         match self.beginning(state, text) {
             Some((_, Some(word))) => {
-                let done = self.o_word_of_file(state, &word, (number, text));
+                let done = self.o_word_of_file(state, &word, line);
                 note(state, text, done);
             }
             Some((from, None)) => {
                 let line = usize::try_from(number).unwrap_or(usize::MAX);
-                self.statement_or_plain(state, (text, from), line);
+                self.statement_or_plain(state, LineTail { text, from }, line);
             }
             None => {}
         }
     }
 
-    /// A line without O-word, which is number `line` of the file or of the subprogram that runs.
+    /// Runs a line without O-word, which is number `line` of the file or of the subprogram that
+    /// runs.
     pub(super) fn statement_or_plain(
         &mut self,
         state: &mut ReaderState,
-        (text, from): (&str, usize),
+        tail: LineTail<'_>,
         line: usize,
     ) {
-        match self.statement(state, (text, from), line) {
+        match self.statement(state, tail, line) {
             Ok(true) => {}
-            Ok(false) => self.plain(state, (text, from)),
-            Err(remark) => state.log.fault(text, remark),
+            Ok(false) => self.plain(state, tail),
+            Err(remark) => state.log.fault(tail.text, remark),
         }
     }
 
@@ -215,6 +230,7 @@ impl GcodeReader {
                 state.control.ended |= self.percents > 1;
                 None
             }
+            // Block delete stands before everything else.
             b'/' => {
                 let (run, from) = self.deleted(state, text, from);
                 run.then(|| (from, label::o_word(text, from)))
@@ -224,25 +240,26 @@ impl GcodeReader {
         }
     }
 
-    /// `/` or `/2` before a line: whether it is run, and where it goes on.
+    /// Decides on `/` or `/2` before a line: returns true if it is run, and the offset behind the
+    /// mark.
     pub(super) fn deleted(
         &self,
         state: &mut ReaderState,
         text: &str,
         from: usize,
     ) -> (bool, usize) {
+        // /2 to /9 are switches of their own; one answer holds for all.
         let digit = text.as_bytes().get(from + 1).is_some_and(u8::is_ascii_digit);
         if let Some(run) = self.block_delete {
             return (run, from + 1 + usize::from(digit));
         }
-        let message = "block delete: whether the control runs this block is not known";
-        let help = "say whether such blocks are run: --block-delete true, or false";
-        state.log.fault(text, ReadRemark::new(from, message, help));
+        state.log.fault(text, undecided_block(from));
         (false, from)
     }
 
-    /// Words.
-    pub(super) fn plain(&mut self, state: &mut ReaderState, (text, from): (&str, usize)) {
+    /// Runs a line of plain words.
+    pub(super) fn plain(&mut self, state: &mut ReaderState, tail: LineTail<'_>) {
+        let text = tail.text;
         let mut block = self.block.take().unwrap_or_else(|| Box::new(GcodeBlock::new()));
         let before = state.log.faults.len();
         {
@@ -250,8 +267,9 @@ impl GcodeReader {
             let fanuc = self.dialect != Dialect::LinuxCnc;
             let env =
                 ExpressionEnv { parameters: &self.parameters, control, line: log.line, fanuc };
-            block.scan((text, from), &env, |remark| log.fault(text, remark));
+            block.scan(tail, &env, |remark| log.fault(text, remark));
         }
+        // A line that cannot be read in whole must not run in part.
         if state.log.faults.len() == before && !(block.is_empty() && block.assignments.is_empty()) {
             self.run(state, &mut block, text);
         }
@@ -262,9 +280,10 @@ impl GcodeReader {
     pub(super) fn run(&mut self, state: &mut ReaderState, block: &mut GcodeBlock, text: &str) {
         self.ran = true;
         let mut now = BlockActions::default();
-        let done = self.words(state, block, (text, &mut now));
+        let done = self.words(state, block, text, &mut now);
         let failed = done.is_err();
         note(state, text, done);
+        // A word that no code took would have an effect that is not understood.
         for (letter, word) in block.left() {
             // Axes are left over where something else of the line could not be understood.
             if failed && state.control.known_slot(letter).is_some() {
@@ -275,6 +294,7 @@ impl GcodeReader {
             state.log.fault(text, remark);
         }
         for (key, value) in block.assignments.drain(..) {
+            // Setting #3000 stops a Fanuc control with an alarm.
             if key == parameters::ALARM && self.dialect != Dialect::LinuxCnc {
                 let message = "the program raises an alarm here (#3000)";
                 state.log.fault(text, ReadRemark::new(0, message, "look at what it found wrong"));
@@ -289,14 +309,22 @@ impl GcodeReader {
         for &(at, end) in now.stops.iter().flatten() {
             state.control.keep(state.log.line, text.get(at..end).unwrap_or_default());
         }
+        // Stops and ends take effect behind the motion of their line.
         state.control.ended |= now.ends;
         if let Some((label, times, at)) = &now.call {
-            let call = SubCall { arguments: now.arguments.clone(), times: *times };
-            let done = self.run_sub((label, true), call, (state.log.line, text, *at));
+            let call = SubCall {
+                kind: SubKind::Numbered,
+                label: label.clone(),
+                arguments: now.arguments.clone(),
+                times: *times,
+            };
+            let line = FileLine { number: state.log.line, text };
+            let done = self.run_sub(call, CallSite { line, at: *at });
             note(state, text, done);
         }
         match now.return_to {
             Some((line, at)) if now.returns => {
+                // M99 P10 leaves the subprogram before the jump.
                 if matches!(
                     self.flow.frames.last().map(|frame| frame.of),
                     Some(FrameKind::Numbered { .. })
@@ -311,10 +339,11 @@ impl GcodeReader {
         }
     }
 
-    /// `M99`.
+    /// Runs `M99`.
     pub(super) fn return_numbered(&mut self, state: &mut ReaderState) {
         match self.flow.frames.last_mut() {
             Some(frame) => match &mut frame.of {
+                // M98 with L runs the subprogram again from the line behind its label.
                 FrameKind::Numbered { again: 0, .. } => self.leave(),
                 FrameKind::Numbered { again, .. } => (*again, frame.next) = (*again - 1, 1),
                 _ => state.control.ended = true,
@@ -326,9 +355,9 @@ impl GcodeReader {
 
     /// Reports a missing end; a file of subprograms has no end of its own.
     pub(in crate::read) fn finish(&mut self, state: &mut ReaderState) {
-        if let Some(((line, text), open)) = self.flow.open().filter(|_| !state.control.ended) {
-            state.log.line = *line;
-            state.log.fault(text, open);
+        if let Some((line, open)) = self.flow.open().filter(|_| !state.control.ended) {
+            state.log.line = line.number;
+            state.log.fault(&line.text, open);
             return;
         }
         let open = self.macros.open();

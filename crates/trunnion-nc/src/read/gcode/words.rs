@@ -9,9 +9,12 @@ use crate::read::state::ReaderState;
 pub(super) fn keep_with(
     state: &mut ReaderState,
     block: &mut GcodeBlock,
-    (text, code, letters): (&str, CodeWord, &str),
+    text: &str,
+    code: CodeWord,
+    letters: &str,
 ) {
     let mut kept = text.get(code.at..code.end).unwrap_or_default().to_owned();
+    // Words that belong to the code are kept with it, so that they are not left over.
     for letter in letters.chars() {
         if let Some(word) = block.take(letter) {
             kept.push(' ');
@@ -21,7 +24,7 @@ pub(super) fn keep_with(
     state.control.keep(state.log.line, &kept);
 }
 
-/// A number that counts something.
+/// Returns a word as a count.
 pub(super) fn natural(word: BlockWord, letter: char) -> Result<u32, ReadRemark> {
     let whole = word.value.round();
     // Counts come from expressions, too: as exact as a parameter's number.
@@ -53,7 +56,7 @@ pub(super) fn not_understood(code: CodeWord, text: &str, dialect: Dialect) -> Re
     ReadRemark::new(code.at, format!("{what} is not understood as {dialect}"), help)
 }
 
-/// A word that no code of its line wants.
+/// Returns the fault of a word that no code of its line wants.
 pub(super) fn left_over(letter: char, text: &str, at: usize, control: &ControlState) -> ReadRemark {
     match letter {
         'X' | 'Y' | 'Z' | 'A' | 'B' | 'C' | 'U' | 'V' | 'W' => control.no_axis(at, text),

@@ -7,11 +7,11 @@ use super::token::{Token, Tokens};
 use crate::read::log::{ReadRemark, excerpt};
 use crate::read::state::ReaderState;
 
-/// Calls in calls, as deep as the control has them.
+/// Deepest nesting of calls, that of the control.
 const DEEPEST: usize = 19;
 
 impl HeidenhainReader {
-    /// `LBL 5`, `LBL 0`.
+    /// Runs `LBL 5`, `LBL 0`.
     pub(super) fn label(&mut self, label: &str) {
         if label != "0" {
             return;
@@ -24,11 +24,12 @@ impl HeidenhainReader {
         }
     }
 
-    /// `CALL LBL 5`, `CALL LBL 5 REP 3`.
+    /// Runs `CALL LBL 5`, `CALL LBL 5 REP 3`.
     pub(super) fn call(
         &mut self,
         state: &ReaderState,
-        (first, code): (&Token<'_>, &str),
+        first: &Token<'_>,
+        code: &str,
         tokens: &mut Tokens<'_>,
     ) -> Result<(), ReadRemark> {
         let label = tokens.next_token().filter(|token| same(token.text, "LBL"));
@@ -39,6 +40,7 @@ impl HeidenhainReader {
             return Err(ReadRemark::new(first.at, message, help));
         };
         let line = state.log.line;
+        // Without REP the label is a subprogram, which returns at LBL 0.
         let Some(word) = tokens.next_token() else {
             let subs = self.flow.calls.iter().filter(|call| call.left.is_none()).count();
             if subs >= DEEPEST {
@@ -54,6 +56,7 @@ impl HeidenhainReader {
             return Err(ReadRemark::new(word.at, "only REP stands behind a label", "write REP 3"));
         };
         let is_this = |call: &LabelCall| call.line == line && call.left.is_some();
+        // The line is reached again after each repetition: it then counts down what is left.
         let begun = self.flow.calls.iter().rposition(is_this).map(|at| {
             // Sections that were left by a jump are over.
             self.flow.calls.truncate(at + 1);
@@ -65,7 +68,7 @@ impl HeidenhainReader {
         self.jump(line, label)
     }
 
-    /// How often a section is repeated.
+    /// Returns the repetitions of a section.
     fn count(&self, word: &Token<'_>) -> Result<u32, ReadRemark> {
         let count = self.value(word)?.value.round();
         if !(0.0..=65_534.0).contains(&count) {
@@ -76,11 +79,13 @@ impl HeidenhainReader {
         Ok(count)
     }
 
-    /// `IF +Q1 EQU +Q2 GOTO LBL 5` behind `FN 9:`; `number` says which comparison.
+    /// Runs `IF +Q1 EQU +Q2 GOTO LBL 5` behind `FN 9:`; `number` selects the comparison.
     pub(super) fn condition(
         &mut self,
         state: &ReaderState,
-        (number, code, at): (u32, &str, usize),
+        number: u32,
+        code: &str,
+        at: usize,
     ) -> Result<(), ReadRemark> {
         let mut tokens = Tokens::new(code, at);
         let word = match number {
@@ -103,6 +108,7 @@ impl HeidenhainReader {
             return Err(wrong(sign.at));
         }
         let [a, b] = [self.value(&a)?.value, self.value(&b)?.value];
+        // EQU and NE compare up to rounding; GT and LT exclude values that are equal in this sense.
         let equal = (a - b).abs() <= EQUAL * a.abs().max(b.abs()).max(1.0);
         let holds = match number {
             9 => equal,
@@ -122,6 +128,7 @@ impl HeidenhainReader {
                 "jump to another label",
             ));
         }
+        // A label that was read leads back; any other is searched in the blocks to come.
         match self.flow.known.get(&upper(label.text)) {
             Some(to) => self.flow.tape.go_to(*to),
             None => self.flow.seek = Some((label.text.into(), line)),

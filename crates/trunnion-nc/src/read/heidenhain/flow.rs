@@ -1,7 +1,7 @@
 //! Blocks that calls and jumps skip.
 
 use super::token::Tokens;
-use crate::read::log::ReadRemark;
+use crate::read::log::{LineRemark, ReadRemark};
 use crate::read::tape::Tape;
 use std::collections::HashMap;
 
@@ -10,7 +10,7 @@ use std::collections::HashMap;
 pub(super) struct LabelCall {
     /// The line that called.
     pub(super) line: u32,
-    /// How often a section is still to be repeated; `None`: a subprogram, that ends at `LBL 0`.
+    /// Repetitions of a section that are left; `None`: a subprogram, which ends at `LBL 0`.
     pub(super) left: Option<u32>,
 }
 
@@ -32,6 +32,7 @@ impl KlartextFlow {
 
     /// Records the line of a label.
     pub(super) fn note(&mut self, label: &str, line: u32) {
+        // A block that runs again sets the same label at the same line.
         self.known.entry(upper(label)).or_insert(line);
     }
 
@@ -45,13 +46,11 @@ impl KlartextFlow {
     }
 
     /// Returns the target that is still missing at the end of the file.
-    pub(super) fn open(&self) -> Option<(u32, ReadRemark)> {
+    pub(super) fn open(&self) -> Option<LineRemark> {
         let (label, line) = self.seek.as_ref()?;
         let message = format!("LBL {label} is not in the file");
-        Some((
-            *line,
-            ReadRemark::new(0, message, "labels of other files are not known: put them here"),
-        ))
+        let help = "labels of other files are not known: put them here";
+        Some(LineRemark { line: *line, remark: ReadRemark::new(0, message, help) })
     }
 }
 
@@ -59,12 +58,12 @@ pub(super) fn upper(label: &str) -> Box<str> {
     label.to_ascii_uppercase().into()
 }
 
-/// Labels are numbers or quoted names.
+/// Compares labels, which are numbers or quoted names, in any case.
 pub(super) fn same(one: &str, other: &str) -> bool {
     one.eq_ignore_ascii_case(other)
 }
 
-/// The label that a block sets.
+/// Returns the label that a block sets.
 pub(super) fn label_of(code: &str, from: usize) -> Option<&str> {
     let head = code.get(from..from + 3)?;
     if !head.eq_ignore_ascii_case("LBL") {

@@ -6,12 +6,14 @@ use super::token::{Token, Tokens};
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
 use crate::read::step::Turning;
+
 impl HeidenhainReader {
-    /// `FUNCTION TCPM F TCP AXIS POS PATHCTRL VECTOR`.
+    /// Runs `FUNCTION TCPM F TCP AXIS POS PATHCTRL VECTOR`.
     pub(super) fn function(
         &mut self,
         state: &mut ReaderState,
-        (first, code): (&Token<'_>, &str),
+        first: &Token<'_>,
+        code: &str,
         tokens: &mut Tokens<'_>,
     ) -> Result<(), ReadRemark> {
         let words: Vec<String> = std::iter::from_fn(|| tokens.next_token())
@@ -19,15 +21,17 @@ impl HeidenhainReader {
             .collect();
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         match words.as_slice() {
+            // M128 and FUNCTION TCPM are the same mode; RESET also ends the interpretation of the
+            // angles.
             ["RESET", "TCPM"] => {
-                state.control.set_tcp(false);
+                state.control.disable_tcp();
                 state.control.turning = None;
                 self.spatial = false;
                 Ok(())
             }
             ["TCPM", settings @ ..] => {
                 self.tcpm(state, settings, first)?;
-                state.control.set_tcp(true);
+                state.control.enable_tcp();
                 Ok(())
             }
             _ => Err(not_understood(first, code)),
@@ -53,10 +57,12 @@ impl HeidenhainReader {
             rest = after;
             match (*name, *value) {
                 ("F", "TCP") | ("REFPNT", "TIP-TIP") => {}
+                // Under F CONT the feed is that of the axes together, which needs the machine.
                 ("F", "CONT") => {
                     let message = "F CONT: feeds are taken as those of the tip";
                     state.log.warn("", ReadRemark::new(first.at, message, ""));
                 }
+                // POS: rotary words are axis positions. SPAT: they are angles of the tool in space.
                 ("AXIS", "POS") => self.spatial = false,
                 ("AXIS", "SPAT") => self.spatial = true,
                 ("PATHCTRL", "AXIS") => state.control.turning = Some(Turning::Rotary),
@@ -72,22 +78,25 @@ impl HeidenhainReader {
         }
     }
 
-    /// `CYCL DEF 32.0 TOLERANCE`, `7.1 X+5`, `9.1 DWELL 2`, `247 .. Q339=1`.
+    /// Runs `CYCL DEF 32.0 TOLERANCE`, `7.1 X+5`, `9.1 DWELL 2`, `247 .. Q339=1`.
     pub(super) fn cycle(
         &mut self,
         state: &mut ReaderState,
-        (first, code): (&Token<'_>, &str),
+        first: &Token<'_>,
+        code: &str,
         tokens: &mut Tokens<'_>,
     ) -> Result<(), ReadRemark> {
         if !tokens.next_token().is_some_and(|token| token.text.eq_ignore_ascii_case("DEF")) {
             return Err(not_understood(first, code));
         }
         let which = tokens.expect()?;
+        // Cycles of old form have numbered lines: 7.0 names the cycle, 7.1 and on have its data.
         let (number, part) = which.text.split_once(['.', ',']).unwrap_or((which.text, "0"));
         let number: u32 = number.parse().unwrap_or(0);
         let begins = part == "0";
         self.cycle = if begins { number } else { self.cycle };
         match (number, begins) {
+            // Cycle 32 sets the path tolerance, which leaves the programmed path as it is.
             (32, _) => {
                 state.control.keep(state.log.line, code.get(first.at..).unwrap_or_default());
                 Ok(())
@@ -95,12 +104,13 @@ impl HeidenhainReader {
             (7 | 9, true) => Ok(()),
             (7, false) => self.datum_shift(state, tokens),
             (9, false) => {
+                // `9.1 DWELL 2` or `9.1 V.ZEIT2`: the time is at the end.
                 let text = std::iter::from_fn(|| tokens.next_token()).last();
                 let time =
                     text.ok_or_else(|| ReadRemark::new(which.at, "a dwell without time", ""))?;
                 self.dwell(state, &time)
             }
-            (247, _) => self.preset(state, (tokens, which.at)),
+            (247, _) => self.preset(state, tokens, which.at),
             _ => {
                 let help = "write its moves as L; 7, 9, 32 and 247 are understood";
                 Err(ReadRemark { help: help.to_owned(), ..not_understood(first, code) })
@@ -108,12 +118,13 @@ impl HeidenhainReader {
         }
     }
 
-    /// `X+5`, `IX+5`.
+    /// Runs a datum shift: `X+5`, `IX+5`.
     fn datum_shift(
         &mut self,
         state: &mut ReaderState,
         tokens: &mut Tokens<'_>,
     ) -> Result<(), ReadRemark> {
+        // The shift would be along the axes of the plane.
         if state.control.tilted.is_some() {
             let help = "shift before PLANE";
             return Err(ReadRemark::new(0, "a datum shift in a tilted plane", help));
@@ -137,11 +148,12 @@ impl HeidenhainReader {
         Ok(())
     }
 
-    /// Preset 1 is what other dialects call `G54`.
+    /// Activates a preset; preset 1 is what other dialects call `G54`.
     fn preset(
         &mut self,
         state: &mut ReaderState,
-        (tokens, at): (&mut Tokens<'_>, usize),
+        tokens: &mut Tokens<'_>,
+        at: usize,
     ) -> Result<(), ReadRemark> {
         let mut number = None;
         while let Some(token) = tokens.next_token() {
@@ -150,11 +162,13 @@ impl HeidenhainReader {
                 number = Some(self.value(&token.after(skip))?.value);
             }
         }
+        // Q339 is the row of the preset table; row 0 is the manual one.
         let whole = number.filter(|n| n.fract().abs() <= 0.0 && (1.0..=200.0).contains(n));
         let Some(number) = whole else {
             let message = "a preset other than a number from 1";
             return Err(ReadRemark::new(at, message, "write Q339=+1 and so on in the same block"));
         };
+        // Activating a preset cancels the datum shift.
         Self::unshift(state);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
         state.control.set_offset(number as u8 - 1);

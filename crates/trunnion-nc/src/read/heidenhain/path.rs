@@ -3,14 +3,23 @@
 use super::reader::HeidenhainReader;
 use super::token::{Token, Tokens};
 use crate::read::arc;
-use crate::read::arc::{ArcForm, GivenArc};
-use crate::read::control::{LARGEST, MoveTarget};
+use crate::read::arc::{ArcForm, ArcSense, GivenArc};
+use crate::read::control::{DistanceMode, LARGEST, MoveTarget};
 use crate::read::gcode::axis_of;
 use crate::read::log::{ReadRemark, column, excerpt};
 use crate::read::state::ReaderState;
 use crate::read::step::{Arc, Pace, Way};
+use crate::read::tilt::HeldPoint;
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
+
+/// A polar word: `PR`, `PA`, `IPR`, `IPA`.
+#[derive(Debug, Clone, Copy)]
+struct PolarWord {
+    /// Radius \[mm\] or angle \[rad\].
+    value: f64,
+    mode: DistanceMode,
+}
 
 /// Words of a block.
 #[derive(Debug)]
@@ -22,10 +31,10 @@ struct PathBlock {
     feed: Option<f64>,
     rapid: bool,
     /// `DR+` is counterclockwise.
-    clockwise: Option<bool>,
+    sense: Option<ArcSense>,
     radius: Option<f64>,
-    /// `PR`, `PA` \[mm, rad\]; incremental.
-    polar: [Option<(f64, bool)>; 2],
+    /// `PR`, `PA`.
+    polar: [Option<PolarWord>; 2],
     /// `M128` stood in the block: F is how fast it may compensate.
     tcpm: bool,
     /// `C+Q122`: the rotary axes go where `PLANE` reckoned.
@@ -40,14 +49,15 @@ impl HeidenhainReader {
         &mut self,
         state: &mut ReaderState,
         word: &str,
-        (first, mut tokens): (&Token<'_>, Tokens<'_>),
+        first: &Token<'_>,
+        mut tokens: Tokens<'_>,
     ) -> Result<(), ReadRemark> {
         let mut block = PathBlock {
             target: MoveTarget::new(usize::MAX, 1),
             vector: [None; 3],
             feed: None,
             rapid: false,
-            clockwise: None,
+            sense: None,
             radius: None,
             polar: [None; 2],
             tcpm: false,
@@ -56,8 +66,9 @@ impl HeidenhainReader {
             stop: None,
         };
         while let Some(token) = tokens.next_token() {
-            self.word(state, &mut block, (token, &mut tokens))?;
+            self.word(state, &mut block, token, &mut tokens)?;
         }
+        // A block without axis words is placed at its first word.
         if block.target.at == usize::MAX {
             block.target.at = first.at;
         }
@@ -78,22 +89,27 @@ impl HeidenhainReader {
         &mut self,
         state: &mut ReaderState,
         block: &mut PathBlock,
-        (token, tokens): (Token<'_>, &mut Tokens<'_>),
+        token: Token<'_>,
+        tokens: &mut Tokens<'_>,
     ) -> Result<(), ReadRemark> {
         let upper = token.text.to_ascii_uppercase();
         let bytes = upper.as_bytes();
         match bytes {
+            // Letter pairs go first, as R, T, P and F also begin other words.
             b"R0" => Ok(()),
             b"RL" | b"RR" | b"R+" | b"R-" => {
                 let help = "post the compensated path with R0";
                 Err(ReadRemark::new(token.at, "cutter compensation needs the whole contour", help))
             }
             b"DR+" | b"DR-" => {
-                block.clockwise = Some(bytes == b"DR-");
+                let clockwise = bytes == b"DR-";
+                let sense =
+                    if clockwise { ArcSense::Clockwise } else { ArcSense::Counterclockwise };
+                block.sense = Some(sense);
                 Ok(())
             }
             [b'M', b'0'..=b'9', ..] => self.m_code(state, block, token),
-            [b'F', ..] => self.feed(state, block, (token, tokens)),
+            [b'F', ..] => self.feed(state, block, token, tokens),
             [b'S', ..] => {
                 state.control.speed = self.value(&token.after(1))?.value;
                 if state.control.sense != 0 {
@@ -102,24 +118,27 @@ impl HeidenhainReader {
                 Ok(())
             }
             [b'R', ..] => {
+                // CR R+ is an arc below half a turn, R- one above.
                 block.radius = Some(state.control.scale() * self.value(&token.after(1))?.value);
                 Ok(())
             }
             [b'T' | b'N', b'X' | b'Y' | b'Z', ..] => self.vector(block, token, bytes),
             [b'P', b'R' | b'A', ..] | [b'I', b'P', b'R' | b'A', ..] => {
-                self.polar(state, block, (token, bytes))
+                self.polar(state, block, token, bytes)
             }
-            _ => self.coordinate(state, block, (token, bytes)),
+            _ => self.coordinate(state, block, token, bytes),
         }
     }
 
-    /// `FMAX`, `F MAX`, `F800`.
+    /// Reads `FMAX`, `F MAX`, `F800`.
     fn feed(
         &mut self,
         state: &mut ReaderState,
         block: &mut PathBlock,
-        (token, tokens): (Token<'_>, &mut Tokens<'_>),
+        token: Token<'_>,
+        tokens: &mut Tokens<'_>,
     ) -> Result<(), ReadRemark> {
+        // The value may stand apart: `F 800`, `F MAX`.
         let value = if token.text.len() == 1 { tokens.expect()? } else { token.after(1) };
         if value.text.eq_ignore_ascii_case("MAX") {
             block.rapid = true;
@@ -139,7 +158,8 @@ impl HeidenhainReader {
         Ok(())
     }
 
-    /// `TX+0.5`; the normal `NX NY NZ` says nothing about the motion of a tool without oversize.
+    /// Takes a component of the tool vector, `TX+0.5`. The surface normal `NX NY NZ` is passed over: it
+    /// only shifts a tool with oversize.
     fn vector(
         &self,
         block: &mut PathBlock,
@@ -155,30 +175,36 @@ impl HeidenhainReader {
         Ok(())
     }
 
-    /// `PR+10`, `IPA+360`.
+    /// Reads `PR+10`, `IPA+360`.
     fn polar(
         &self,
         state: &ReaderState,
         block: &mut PathBlock,
-        (token, bytes): (Token<'_>, &[u8]),
+        token: Token<'_>,
+        bytes: &[u8],
     ) -> Result<(), ReadRemark> {
         let incremental = bytes.first() == Some(&b'I');
         let skip = 2 + usize::from(incremental);
+        // IPR and IPA count from the current polar coordinates.
         let angle = bytes.get(skip - 1) == Some(&b'A');
         let value = self.value(&token.after(skip))?.value;
         let value = if angle { value.to_radians() } else { state.control.scale() * value };
         if let Some(place) = block.polar.get_mut(usize::from(angle)) {
-            *place = Some((value, incremental));
+            *place = Some(PolarWord {
+                value,
+                mode: if incremental { DistanceMode::Incremental } else { DistanceMode::Absolute },
+            });
         }
         Ok(())
     }
 
-    /// `X+10`, `IX+5`, `C+30`.
+    /// Reads `X+10`, `IX+5`, `C+30`.
     fn coordinate(
         &mut self,
         state: &mut ReaderState,
         block: &mut PathBlock,
-        (token, bytes): (Token<'_>, &[u8]),
+        token: Token<'_>,
+        bytes: &[u8],
     ) -> Result<(), ReadRemark> {
         let incremental = bytes.first() == Some(&b'I') && bytes.len() > 1;
         let skip = usize::from(incremental);
@@ -190,6 +216,8 @@ impl HeidenhainReader {
         let Some(slot) = state.control.slot(letter) else {
             return Err(state.control.no_axis(token.at, &excerpt(token.text)));
         };
+        // PLANE .. STAY stores its rotary angles in Q120 to Q122; blocks with these turn to the
+        // plane.
         if state.control.is_rotary(slot) && state.control.tilted.is_some_and(|plane| !plane.ready) {
             let value = token.after(skip + 1).text.trim_start_matches('+').to_ascii_uppercase();
             if matches!(value.as_str(), "Q120" | "Q121" | "Q122") {
@@ -220,12 +248,16 @@ impl HeidenhainReader {
             let way = (meant - stands).rem_euclid(TAU);
             meant = stands + if way > PI { way - TAU } else { way };
         }
-        block.target.set(slot, meant, incremental);
+        block.target.set(
+            slot,
+            meant,
+            if incremental { DistanceMode::Incremental } else { DistanceMode::Absolute },
+        );
         block.target.at = block.target.at.min(token.at);
         Ok(())
     }
 
-    /// M functions.
+    /// Runs an M function.
     fn m_code(
         &mut self,
         state: &mut ReaderState,
@@ -243,14 +275,17 @@ impl HeidenhainReader {
                 state.control.spindle(line);
             }
             6 | 8 | 9 | 90 | 120 => state.control.keep(line, token.text),
+            // M91: axis positions, in its block.
             91 => block.target.machine = true,
+            // M126: rotaries take the shorter way; M127 ends it.
             126 | 127 => self.shortest = number == 126,
+            // M128 is FUNCTION TCPM; an F beside it limits the compensation only.
             128 => {
-                state.control.set_tcp(true);
+                state.control.enable_tcp();
                 block.tcpm = true;
             }
             129 => {
-                state.control.set_tcp(false);
+                state.control.disable_tcp();
                 state.control.turning = None;
             }
             89 | 92 | 94 | 97..=99 | 101..=103 | 107..=118 | 130..=140 | 144..=150 => {
@@ -271,8 +306,9 @@ impl HeidenhainReader {
         Ok(())
     }
 
-    /// `CC X+0 Y+0`: the pole; alone: where the tool is.
+    /// Sets the pole: `CC X+0 Y+0`; alone: the current position.
     fn set_pole(&mut self, state: &ReaderState, block: &PathBlock) -> Result<(), ReadRemark> {
+        // CC without axes takes the current position as the pole.
         let all = block.target.is_empty();
         for axis in 0..3 {
             let slot = state.control.xyz[axis];
@@ -299,6 +335,7 @@ impl HeidenhainReader {
         block: &mut PathBlock,
     ) -> Result<(), ReadRemark> {
         let at = block.target.at;
+        // F is modal, unless it stands beside M128 as the speed of compensation.
         if let (Some(feed), false) = (block.feed, block.tcpm && block.target.is_empty()) {
             state.control.feed = Some(feed);
         }
@@ -307,10 +344,11 @@ impl HeidenhainReader {
                 let help = "turn the rotary axes in a block of its own";
                 return Err(ReadRemark::new(at, "Q120 to Q122 beside other axes", help));
             }
-            let tcp = state.control.tcp;
-            return state.control.turn_to_plane(state.log.line, at, tcp);
+            let held = if state.control.tcp { HeldPoint::Tip } else { HeldPoint::LinearAxes };
+            return state.control.turn_to_plane(state.log.line, at, held);
         }
         if block.vector.iter().any(Option::is_some) {
+            // Tool vectors need TCPM: without it X Y Z would be axis positions.
             if word != "LN" || !state.control.tcp {
                 let message = "TX TY TZ without LN or without TCPM";
                 return Err(ReadRemark::new(at, message, "write FUNCTION TCPM or M128 before"));
@@ -319,8 +357,10 @@ impl HeidenhainReader {
             block.target.axis = Some(axis_of(Vector3::new(x, y, z), at)?);
         }
         let way = match word {
-            "C" | "CR" => Some(self.circle(state, word == "CR", block)?),
+            "C" => Some(self.circle_about_pole(state, block)?),
+            "CR" => Some(self.circle_by_radius(state, block)?),
             "CP" => Some(self.polar_circle(state, block)?),
+            // A polar end is reckoned into X Y Z; the move is straight.
             "LP" => {
                 self.polar_end(state, block)?;
                 None
@@ -335,12 +375,13 @@ impl HeidenhainReader {
         } else {
             state.control.pace(&block.target, block.feed)?
         };
-        state.control.go(state.log.line, block.target, (pace, way.unwrap_or(Way::Line)))
+        state.control.go(state.log.line, block.target, pace, way.unwrap_or(Way::Line))
     }
 
-    /// The pole as seen from where the tool is.
+    /// Returns the pole relative to the current position \[mm\].
     fn pole_from_here(&self, state: &ReaderState, at: usize) -> Result<[f64; 2], ReadRemark> {
         let from = |axis: usize| {
+            // The pole is in words, as the current position is: shifts cancel.
             let pole = self.pole.get(axis).copied().flatten().ok_or_else(|| {
                 ReadRemark::new(at, "a circle or polar word without its pole", "write CC before it")
             })?;
@@ -350,76 +391,81 @@ impl HeidenhainReader {
         Ok([from(self.plane[0])?, from(self.plane[1])?])
     }
 
-    fn sense(block: &PathBlock) -> Result<bool, ReadRemark> {
-        block.clockwise.ok_or_else(|| {
+    fn sense(block: &PathBlock) -> Result<ArcSense, ReadRemark> {
+        block.sense.ok_or_else(|| {
             ReadRemark::new(block.target.at, "a circle without its sense", "write DR+ or DR-")
         })
     }
 
-    fn circle(
-        &self,
-        state: &ReaderState,
-        by_radius: bool,
-        block: &PathBlock,
-    ) -> Result<Way, ReadRemark> {
-        let at = block.target.at;
-        let clockwise = Self::sense(block)?;
-        let form = if by_radius {
-            let radius = block.radius;
-            ArcForm::Radius(
-                radius.ok_or_else(|| ReadRemark::new(at, "CR without R", "write its radius"))?,
-            )
-        } else {
-            ArcForm::Center(self.pole_from_here(state, at)?)
-        };
+    /// Returns the arc of `C X Y DR+`: about the pole.
+    fn circle_about_pole(&self, state: &ReaderState, block: &PathBlock) -> Result<Way, ReadRemark> {
+        let sense = Self::sense(block)?;
+        let form = ArcForm::Center(self.pole_from_here(state, block.target.at)?);
         let plane = self.plane.map(|axis| state.control.xyz[axis]);
-        arc::way(&state.control, &block.target, &GivenArc { plane, form, clockwise, turns: 1 })
+        arc::way(&state.control, &block.target, &GivenArc { plane, form, sense, turns: 1 })
     }
 
-    /// `CP IPA+720 DR+ IZ-5`: about the pole, any number of turns.
+    /// Returns the arc of `CR X Y R+20 DR+`.
+    fn circle_by_radius(&self, state: &ReaderState, block: &PathBlock) -> Result<Way, ReadRemark> {
+        let at = block.target.at;
+        let sense = Self::sense(block)?;
+        let radius = block.radius;
+        let radius =
+            radius.ok_or_else(|| ReadRemark::new(at, "CR without R", "write its radius"))?;
+        let form = ArcForm::Radius(radius);
+        let plane = self.plane.map(|axis| state.control.xyz[axis]);
+        arc::way(&state.control, &block.target, &GivenArc { plane, form, sense, turns: 1 })
+    }
+
+    /// Returns the arc of `CP IPA+720 DR+ IZ-5`: about the pole, any number of turns.
     fn polar_circle(&self, state: &ReaderState, block: &mut PathBlock) -> Result<Way, ReadRemark> {
         let at = block.target.at;
-        let clockwise = Self::sense(block)?;
+        let clockwise = Self::sense(block)? == ArcSense::Clockwise;
         let center = self.pole_from_here(state, at)?;
+        // Polar angle of the current position about the pole.
         let start = (-center[1]).atan2(-center[0]);
-        let Some((angle, incremental)) = block.polar[1] else {
+        let Some(PolarWord { value: angle, mode }) = block.polar[1] else {
             return Err(ReadRemark::new(at, "CP without its angle", "write PA or IPA"));
         };
-        let sweep = if incremental {
+        let sweep = if mode == DistanceMode::Incremental {
             angle
         } else {
+            // PA is absolute: the sweep in [0, 2π), less a turn for DR-.
             let up = (angle - start).rem_euclid(TAU);
             if clockwise { up - TAU } else { up }
         };
+        // The sign of IPA is the sense of rotation, which DR repeats.
         if (sweep < 0.0) != clockwise || sweep.abs() > LARGEST {
             let message = "the angle of CP runs against DR";
             return Err(ReadRemark::new(at, message, "their signs must agree"));
         }
         let plane = self.plane.map(|axis| state.control.xyz[axis]);
         let arc = Arc { plane, center, sweep };
+        // The end follows from centre and sweep, as a distance from the start.
         for (slot, change) in plane.into_iter().zip(arc.at(1.0)) {
-            block.target.set(slot, change, true);
+            block.target.set(slot, change, DistanceMode::Incremental);
         }
         Ok(Way::Arc(arc))
     }
 
-    /// `LP PR+10 PA+30`.
+    /// Sets the end of `LP PR+10 PA+30`.
     fn polar_end(&self, state: &ReaderState, block: &mut PathBlock) -> Result<(), ReadRemark> {
         let at = block.target.at;
         let center = self.pole_from_here(state, at)?;
         let [from_radius, from_angle] =
             [center[0].hypot(center[1]), (-center[1]).atan2(-center[0])];
-        let value = |given: Option<(f64, bool)>, from: f64| match given {
-            Some((value, true)) => from + value,
-            Some((value, false)) => value,
+        let value = |given: Option<PolarWord>, from: f64| match given {
+            Some(PolarWord { value, mode: DistanceMode::Incremental }) => from + value,
+            Some(PolarWord { value, mode: DistanceMode::Absolute }) => value,
             None => from,
         };
         let radius = value(block.polar[0], from_radius);
         let angle = value(block.polar[1], from_angle);
+        // Pole plus radius in the direction of the angle, relative to the current position.
         let end = [center[0] + radius * angle.cos(), center[1] + radius * angle.sin()];
         let plane = self.plane.map(|axis| state.control.xyz[axis]);
         for (slot, change) in plane.into_iter().zip(end) {
-            block.target.set(slot, change, true);
+            block.target.set(slot, change, DistanceMode::Incremental);
         }
         Ok(())
     }

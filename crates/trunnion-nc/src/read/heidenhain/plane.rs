@@ -3,12 +3,12 @@
 use super::reader::HeidenhainReader;
 use super::token::{Token, Tokens};
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
-use crate::read::control::MoveTarget;
+use crate::read::control::{DistanceMode, MoveTarget};
 use crate::read::gcode::axis_of;
 use crate::read::log::{ReadRemark, excerpt};
 use crate::read::state::ReaderState;
 use crate::read::step::{Pace, Way};
-use crate::read::tilt::{about, euler};
+use crate::read::tilt::{HeldPoint, about, euler};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 /// Words with a value, by kind.
@@ -16,7 +16,7 @@ const SPATIAL: [&str; 3] = ["SPA", "SPB", "SPC"];
 const EULER: [&str; 3] = ["EULPR", "EULNU", "EULROT"];
 const VECTOR: [&str; 6] = ["BX", "BY", "BZ", "NX", "NY", "NZ"];
 
-/// How the rotary axes get there.
+/// Positioning of the rotary axes for a tilted plane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum PlanePositioning {
     /// The tip stands meanwhile.
@@ -27,11 +27,12 @@ enum PlanePositioning {
 }
 
 impl HeidenhainReader {
-    /// A tilted plane, or its end.
+    /// Begins or ends a tilted plane.
     pub(super) fn plane(
         &mut self,
         state: &mut ReaderState,
-        (first, mut tokens): (&Token<'_>, Tokens<'_>),
+        first: &Token<'_>,
+        mut tokens: Tokens<'_>,
     ) -> Result<(), ReadRemark> {
         _ = tokens.next_token();
         let kind = tokens.expect()?;
@@ -54,9 +55,10 @@ impl HeidenhainReader {
             ReadRemark::new(
                 at,
                 "PLANE without MOVE, TURN or STAY",
-                "say how the rotary axes get there",
+                "state how the rotary axes get there",
             )
         })?;
+        // RESET ends the plane; TURN and MOVE then take the rotaries to zero.
         if name == "RESET" {
             state.control.untilt();
             return turn_back(state, at, positioning);
@@ -64,14 +66,19 @@ impl HeidenhainReader {
         let [a, b, c, i, j, k] = values;
         let turn = match name.as_str() {
             "VECTOR" => {
+                // VECTOR: N is the z axis of the plane, B its x axis as far as it is square to N
+                // (Gram-Schmidt).
                 let normal = axis_of(Vector3::new(i, j, k), at)?;
                 let base = Vector3::new(a, b, c);
                 let across = axis_of(base - normal.scale(normal.dot(&base)), at)?;
+                // Right-handed: y = z × x. The columns are the axes, so the matrix takes plane to
+                // work.
                 let third = normal.cross(&across);
                 let columns = [across.into_inner(), third, normal.into_inner()];
                 let turn = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&columns));
                 UnitQuaternion::from_rotation_matrix(&turn)
             }
+            // EULER: precession about Z, nutation about the new X, rotation about the new Z.
             "EULER" => euler([a, b, c].map(f64::to_radians)),
             // About the fixed X, then the fixed Y, then the fixed Z.
             _ => {
@@ -80,15 +87,17 @@ impl HeidenhainReader {
                     * about(Vector3::x_axis(), a.to_radians())
             }
         };
+        // PLANE turns about the current datum.
         let origin = state.control.linear_shift();
         state.control.tilt(line, origin, turn);
         match positioning {
             PlanePositioning::Stay => Ok(()),
-            other => state.control.turn_to_plane(line, at, other == PlanePositioning::Move),
+            PlanePositioning::Move => state.control.turn_to_plane(line, at, HeldPoint::Tip),
+            PlanePositioning::Turn => state.control.turn_to_plane(line, at, HeldPoint::LinearAxes),
         }
     }
 
-    /// Values by name, and how the axes get there.
+    /// Reads values by name, and the positioning of the rotary axes.
     fn words_of_plane(
         &self,
         names: &[&str],
@@ -99,6 +108,7 @@ impl HeidenhainReader {
         while let Some(token) = tokens.next_token() {
             let upper = token.text.to_ascii_uppercase();
             let named = names.iter().zip(&mut values).find(|(name, _)| upper.starts_with(**name));
+            // SPB+45 and SPB45 alike: the value follows the name at once.
             if let Some((name, value)) = named {
                 *value = self.value(&token.after(name.len()))?.value;
                 continue;
@@ -124,7 +134,7 @@ impl HeidenhainReader {
     }
 }
 
-/// `PLANE RESET TURN`: the rotary axes go to zero.
+/// Runs `PLANE RESET TURN`: the rotary axes go to zero.
 fn turn_back(
     state: &mut ReaderState,
     at: usize,
@@ -133,13 +143,14 @@ fn turn_back(
     if positioning == PlanePositioning::Stay {
         return Ok(());
     }
+    // Zero of both rotaries is the position without tilt.
     let mut target = MoveTarget::new(at, 1);
     for slot in [FIRST_ROTARY, SECOND_ROTARY] {
-        target.set(slot, 0.0, false);
+        target.set(slot, 0.0, DistanceMode::Absolute);
     }
     let tip_stands = positioning == PlanePositioning::Move;
     let tcp = std::mem::replace(&mut state.control.tcp, tip_stands);
-    let done = state.control.go(state.log.line, target, (Pace::Rapid, Way::Line));
+    let done = state.control.go(state.log.line, target, Pace::Rapid, Way::Line);
     state.control.tcp = tcp;
     state.control.forget_linear();
     done

@@ -4,8 +4,9 @@ use super::flow;
 use super::flow::KlartextFlow;
 use super::token::{Token, Tokens};
 use crate::read::control::SLOTS;
-use crate::read::log::{ReadRemark, excerpt};
+use crate::read::log::{FileLine, ReadRemark, excerpt};
 use crate::read::options::ReadOptions;
+use crate::read::remedy::undecided_block;
 use crate::read::state::ReaderState;
 use crate::read::step::Step;
 use std::collections::HashMap;
@@ -20,7 +21,7 @@ pub(in crate::read) struct HeidenhainReader {
     pub(super) variables: HashMap<Box<str>, f64>,
     /// `CC` \[mm\], by X Y Z.
     pub(super) pole: [Option<f64>; 3],
-    /// Which of X Y Z are the plane of circles: the tool axis is the third.
+    /// Indices of the two of X Y Z that span the plane of circles; the tool axis is the third.
     pub(super) plane: [usize; 2],
     /// `M126`.
     pub(super) shortest: bool,
@@ -55,7 +56,7 @@ impl HeidenhainReader {
         }
     }
 
-    /// There are blocks to run before the file's next.
+    /// Returns true if blocks are to be run before the next of the file.
     pub(in crate::read) fn is_busy(&self) -> bool {
         self.flow.tape.is_busy()
     }
@@ -63,7 +64,7 @@ impl HeidenhainReader {
     /// Runs one of them.
     pub(in crate::read) fn advance(&mut self, state: &mut ReaderState) {
         if let Some((number, text)) = state.replayed(&mut self.flow.tape) {
-            self.run_line(state, (number, &text));
+            self.run_line(state, FileLine { number, text: &text });
         }
     }
 
@@ -76,14 +77,18 @@ impl HeidenhainReader {
     pub(in crate::read) fn line(&mut self, state: &mut ReaderState, text: &str) {
         self.lines = self.lines.saturating_add(1);
         self.flow.tape.record(self.lines, text);
-        self.run_line(state, (self.lines, text));
+        self.run_line(state, FileLine { number: self.lines, text });
     }
 
-    pub(super) fn run_line(&mut self, state: &mut ReaderState, (number, text): (u32, &str)) {
+    /// Runs a line, for the first time or again.
+    pub(super) fn run_line(&mut self, state: &mut ReaderState, line: FileLine<'_>) {
+        let FileLine { number, text } = line;
         state.log.line = number;
         // A tool called before the program begins is as good as one called in it.
         state.control.length |= self.lines == 1;
+        // Behind a semicolon stands a comment.
         let code = text.split(';').next().unwrap_or_default().trim_end();
+        // A tilde continues the block on the next line, as long cycles are written.
         if let Some(part) = code.strip_suffix('~') {
             self.begin_or_go_on(number, part);
             if self.joined.len() > LONGEST {
@@ -138,11 +143,7 @@ impl HeidenhainReader {
             match self.block_delete {
                 Some(true) => from = digits(from + 1),
                 Some(false) => return Ok(None),
-                None => {
-                    let message = "block delete: whether the control runs this block is not known";
-                    let help = "say whether such blocks are run: --block-delete true, or false";
-                    return Err(ReadRemark::new(from, message, help));
-                }
+                None => return Err(undecided_block(from)),
             }
         }
         let rest = code.get(from..).unwrap_or_default();
@@ -164,6 +165,7 @@ impl HeidenhainReader {
         if let Some(label) = label.filter(|label| *label != "0") {
             self.flow.note(label, state.log.line);
         }
+        // Blocks up to the label that is searched are not run.
         if self.flow.passes(label) {
             return Ok(());
         }
@@ -180,25 +182,23 @@ impl HeidenhainReader {
                 state.control.ended = true;
                 Ok(())
             }
-            "BLK" | "TOOL" | "STOP" => self.technology(state, (&first, code), &mut tokens),
-            "L" | "LN" | "LP" | "C" | "CR" | "CP" | "CC" => {
-                self.path(state, &word, (&first, tokens))
-            }
-            "FUNCTION" => self.function(state, (&first, code), &mut tokens),
-            "CYCL" => self.cycle(state, (&first, code), &mut tokens),
-            "PLANE" => self.plane(state, (&first, Tokens::new(code, from))),
+            "BLK" | "TOOL" | "STOP" => self.technology(state, &first, code, &mut tokens),
+            "L" | "LN" | "LP" | "C" | "CR" | "CP" | "CC" => self.path(state, &word, &first, tokens),
+            "FUNCTION" => self.function(state, &first, code, &mut tokens),
+            "CYCL" => self.cycle(state, &first, code, &mut tokens),
+            "PLANE" => self.plane(state, &first, Tokens::new(code, from)),
             "FN" => self.formula(state, &mut tokens, code),
-            "CALL" => self.call(state, (&first, code), &mut tokens),
-            _ if is_q(&word) => self.assign((&first, code), 0),
+            "CALL" => self.call(state, &first, code, &mut tokens),
+            _ if is_q(&word) => self.assign(&first, code, 0),
             // `M3` and the like stand alone, too.
             _ if word.starts_with('M') || word.starts_with('S') => {
-                self.path(state, "L", (&first, Tokens::new(code, from)))
+                self.path(state, "L", &first, Tokens::new(code, from))
             }
             _ => Err(not_understood(&first, code)),
         }
     }
 
-    /// `BEGIN PGM NAME MM`.
+    /// Runs `BEGIN PGM NAME MM`.
     pub(super) fn begin(
         state: &mut ReaderState,
         tokens: &mut Tokens<'_>,
@@ -212,11 +212,12 @@ impl HeidenhainReader {
         Ok(())
     }
 
-    /// `BLK FORM`, `TOOL CALL`, `TOOL DEF`, `STOP`.
+    /// Runs `BLK FORM`, `TOOL CALL`, `TOOL DEF`, `STOP`.
     pub(super) fn technology(
         &mut self,
         state: &mut ReaderState,
-        (first, code): (&Token<'_>, &str),
+        first: &Token<'_>,
+        code: &str,
         tokens: &mut Tokens<'_>,
     ) -> Result<(), ReadRemark> {
         let text = code.get(first.at..).unwrap_or_default();
@@ -234,7 +235,7 @@ impl HeidenhainReader {
         }
     }
 
-    /// `TOOL CALL 5 Z S8000 F500`.
+    /// Runs `TOOL CALL 5 Z S8000 F500`.
     pub(super) fn tool_call(
         &mut self,
         state: &mut ReaderState,
@@ -251,6 +252,8 @@ impl HeidenhainReader {
                     let digits = upper.chars().filter(char::is_ascii_digit).take(9);
                     number = Some(digits.collect::<String>().parse().unwrap_or(0));
                 }
+                // The tool axis is the third axis of a right-handed plane: X to YZ, Y to ZX, Z to
+                // XY.
                 b"X" => self.plane = [1, 2],
                 b"Y" => self.plane = [2, 0],
                 b"Z" => self.plane = [0, 1],
@@ -259,6 +262,7 @@ impl HeidenhainReader {
                     let feed = self.value(&token.after(1))?;
                     state.control.feed = Some(feed.value);
                 }
+                // An oversize changes length or radius of the tool against the programmed path.
                 [b'D', b'L' | b'R', ..] => {
                     let skip = if upper.starts_with("DR2") { 3 } else { 2 };
                     if self.value(&token.after(skip))?.value.abs() > 0.0 {
@@ -283,18 +287,25 @@ impl HeidenhainReader {
         if let Some(number) = number {
             state.control.keep(line, text);
             state.control.tool = number;
+            // TOOL CALL changes the tool and compensates its length at once; tool 0 is none.
             state.control.change_tool(line, number);
-            state.control.set_length(number != 0);
+            if number == 0 {
+                state.control.disable_length();
+            } else {
+                state.control.enable_length();
+            }
         }
         Ok(())
     }
 
-    /// `Q1 = +5`, from a byte offset on.
+    /// Runs `Q1 = +5`, from a byte offset on.
     pub(super) fn assign(
         &mut self,
-        (first, code): (&Token<'_>, &str),
+        first: &Token<'_>,
+        code: &str,
         at: usize,
     ) -> Result<(), ReadRemark> {
+        // FN 0: stands before the assignment, which begins behind its colon.
         let from = at.max(first.at);
         let text = code.get(from..).unwrap_or_default();
         let Some((name, value)) = text.split_once('=') else {
@@ -311,7 +322,7 @@ impl HeidenhainReader {
         Ok(())
     }
 
-    /// `FN 0: Q1 = +5`, up to `FN 7`; `FN 9` to `FN 12` jump.
+    /// Runs `FN 0: Q1 = +5`, up to `FN 7`; `FN 9` to `FN 12` jump.
     pub(super) fn formula(
         &mut self,
         state: &ReaderState,
@@ -328,10 +339,10 @@ impl HeidenhainReader {
         let text = code.get(kind.at + after..).unwrap_or_default();
         let from = kind.at + after + text.len() - text.trim_start().len();
         if number >= 9 {
-            return self.condition(state, (number, code, from));
+            return self.condition(state, number, code, from);
         }
         let first = Token { text: "", at: from };
-        self.assign((&first, code), from)
+        self.assign(&first, code, from)
     }
 
     pub(super) fn dwell(
@@ -339,6 +350,7 @@ impl HeidenhainReader {
         state: &mut ReaderState,
         token: &Token<'_>,
     ) -> Result<(), ReadRemark> {
+        // The time may be joined to its word.
         let digits = token.text.find(|c: char| c.is_ascii_digit()).unwrap_or(token.text.len());
         let seconds = self.value(&token.after(digits))?.value;
         let line = state.log.line;
@@ -346,18 +358,18 @@ impl HeidenhainReader {
         Ok(())
     }
 
-    /// No datum shift.
+    /// Cancels the datum shift.
     pub(super) fn unshift(state: &mut ReaderState) {
         state.control.local = [0.0; SLOTS];
     }
 }
 
-/// A block begins with a word.
+/// Returns true if a block begins with a word.
 pub(super) fn starts(code: &str, from: usize, word: &str) -> bool {
     code.get(from..from + word.len()).is_some_and(|head| head.eq_ignore_ascii_case(word))
 }
 
-/// `Q1`, `QL2`, `QR3`.
+/// Returns true for `Q1`, `QL2`, `QR3`.
 pub(super) fn is_q(word: &str) -> bool {
     let digits = word.trim_start_matches("QL").trim_start_matches("QR").trim_start_matches('Q');
     word.starts_with('Q') && !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())

@@ -1,6 +1,7 @@
 //! Words of a block, parted by blanks, and their values.
 
 use crate::read::log::ReadRemark;
+
 /// A word and its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Token<'a> {
@@ -9,7 +10,7 @@ pub(super) struct Token<'a> {
 }
 
 impl<'a> Token<'a> {
-    /// The word without its first bytes.
+    /// Returns the word without its first bytes.
     pub(super) fn after(&self, bytes: usize) -> Token<'a> {
         Token { text: self.text.get(bytes..).unwrap_or_default(), at: self.at + bytes }
     }
@@ -27,16 +28,17 @@ impl<'a> Tokens<'a> {
         Self { text, at }
     }
 
-    /// The whole block.
+    /// Returns the whole block.
     pub(super) fn text(&self) -> &'a str {
         self.text
     }
 
-    /// The next word; quotes keep blanks.
+    /// Returns the next word; quotes keep blanks.
     pub(super) fn next_token(&mut self) -> Option<Token<'a>> {
         let rest = self.text.get(self.at..)?;
         let at = self.at + rest.len() - rest.trim_start().len();
         let rest = self.text.get(at..)?;
+        // Names of labels and tools may have blanks between quotes.
         let mut quoted = false;
         let ends = |c: char| {
             quoted ^= c == '"';
@@ -47,7 +49,7 @@ impl<'a> Tokens<'a> {
         (length > 0).then(|| Token { text: rest.get(..length).unwrap_or_default(), at })
     }
 
-    /// The next word, which has to be there.
+    /// Returns the next word, which has to be there.
     pub(super) fn expect(&mut self) -> Result<Token<'a>, ReadRemark> {
         let at = self.text.len();
         self.next_token().ok_or_else(|| ReadRemark::new(at, "a word is missing here", ""))

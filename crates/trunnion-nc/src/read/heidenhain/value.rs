@@ -2,10 +2,12 @@
 
 use super::reader::HeidenhainReader;
 use super::token::Token;
+use crate::read::arithmetic;
 use crate::read::arithmetic::FormulaText;
 use crate::read::control::COMPUTED;
 use crate::read::log::ReadRemark;
-use crate::read::{arithmetic, number};
+use crate::read::number::{self, DecimalMark};
+
 /// A value and the digits behind its point.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct KlartextValue {
@@ -14,9 +16,9 @@ pub(super) struct KlartextValue {
 }
 
 impl HeidenhainReader {
-    /// `+10`, `10,5`, `-Q3`.
+    /// Reads `+10`, `10,5`, `-Q3`.
     pub(super) fn value(&self, token: &Token<'_>) -> Result<KlartextValue, ReadRemark> {
-        if let Some(found) = number::signed(token.text, true)
+        if let Some(found) = number::signed(token.text, DecimalMark::PointOrComma)
             && found.length == token.text.len()
         {
             return Ok(KlartextValue { value: found.value, decimals: found.decimals });
@@ -25,10 +27,11 @@ impl HeidenhainReader {
         Ok(KlartextValue { value, decimals: COMPUTED })
     }
 
-    /// `+Q1 * 2`, `Q1 DIV 2`.
+    /// Evaluates `+Q1 * 2`, `Q1 DIV 2`.
     pub(super) fn arithmetic(&self, text: &str, at: usize) -> Result<f64, ReadRemark> {
+        // FN 4 writes its division as DIV.
         let text = text.replace("DIV", "/");
-        let written = FormulaText { text: &text, from: 0, at, comma: true };
+        let written = FormulaText { text: &text, from: 0, at, mark: DecimalMark::PointOrComma };
         arithmetic::value(&written, &self.variables)
     }
 }

@@ -1,12 +1,14 @@
 //! G and M codes, and words without a value.
 
-use super::line::{SiemensBlock, SiemensMotion};
+use super::line::{ShiftMode, SiemensBlock, SiemensMotion};
 use super::reader::SiemensReader;
-use super::word::{SiemensWord, WordTail};
-use crate::read::control::FeedMode;
+use super::word::{SiemensCode, SiemensWord, WordTail};
+use crate::read::arc::ArcSense;
+use crate::read::control::{DistanceMode, FeedMode};
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
 use crate::read::step::Turning;
+
 /// Words without a target: modes, tools, calls.
 const KEPT: [&str; 41] = [
     "MSG",
@@ -53,40 +55,49 @@ const KEPT: [&str; 41] = [
 ];
 
 impl SiemensReader {
-    /// A G or M code.
+    /// Applies a G or M code.
     pub(super) fn code(
         &mut self,
         state: &mut ReaderState,
         line: &mut SiemensBlock,
-        (item, letter, tenths, code): (&SiemensWord<'_>, u8, u32, &str),
+        item: &SiemensWord<'_>,
+        written: SiemensCode,
+        code: &str,
     ) -> Result<(), ReadRemark> {
+        let SiemensCode { letter, tenths } = written;
+        // G and M codes of Sinumerik are whole numbers.
         if tenths % 10 != 0 {
             return Err(not_understood(item, code));
         }
         let number = tenths / 10;
         if letter == b'M' {
-            m_code(state, line, (item, number, code));
+            m_code(state, line, item, number, code);
             return Ok(());
         }
         match number {
             0 => self.moves(line, SiemensMotion::Rapid),
             1 => self.moves(line, SiemensMotion::Feed),
-            2 => self.moves(line, SiemensMotion::Arc { clockwise: true }),
-            3 => self.moves(line, SiemensMotion::Arc { clockwise: false }),
+            2 => self.moves(line, SiemensMotion::Arc(ArcSense::Clockwise)),
+            3 => self.moves(line, SiemensMotion::Arc(ArcSense::Counterclockwise)),
             4 => line.dwell = true,
             17..=19 => self.plane = usize::try_from(number - 17).unwrap_or_default(),
+            // At the control G70 and G71 concern coordinates only, G700 and G710 feeds as well.
+            // Here all four switch both.
             70 | 700 => state.control.inch = true,
             71 | 710 => state.control.inch = false,
-            90 => self.incremental = false,
-            91 => self.incremental = true,
+            90 => self.distance = DistanceMode::Absolute,
+            91 => self.distance = DistanceMode::Incremental,
             93 => feed_mode(state, FeedMode::Inverse),
             94 => feed_mode(state, FeedMode::PerMinute),
             95 => feed_mode(state, FeedMode::PerRevolution),
+            // G53 and G153 suppress all frames in their block, as SUPA does.
             53 | 153 => line.machine = true,
+            // G54 to G57 are the first four offsets, G505 to G599 the ones behind.
             54..=57 => state.control.set_offset(u8::try_from(number - 54).unwrap_or(u8::MAX)),
             505..=599 => state.control.set_offset(u8::try_from(number - 501).unwrap_or(u8::MAX)),
             // Without a settable offset words are axis positions less the tool: no offset of ours.
             500 => state.control.set_offset(u8::MAX),
+            // Exact stop and blending: the programmed path stays.
             9 | 60 | 64 | 601 | 602 | 603 | 641..=646 => {
                 let text = code.get(item.at..item.end).unwrap_or_default();
                 state.control.keep(state.log.line, text);
@@ -102,14 +113,18 @@ impl SiemensReader {
         line.motion = true;
     }
 
-    /// A word without a value, or a call.
+    /// Applies a word without a value, or a call.
     pub(super) fn keyword(
         state: &mut ReaderState,
         line: &mut SiemensBlock,
-        (item, name, code): (&SiemensWord<'_>, &str, &str),
+        item: &SiemensWord<'_>,
+        name: &str,
+        code: &str,
     ) -> Result<(), ReadRemark> {
         match name {
             "TRAORI" => {
+                // TRAORI(2) and offsets of its own select other machine data, which the reader does
+                // not have.
                 if !matches!(arguments(item), "" | "1") {
                     let message = "TRAORI with values of its own";
                     return Err(ReadRemark::new(
@@ -118,18 +133,21 @@ impl SiemensReader {
                         "set up the machine's first one",
                     ));
                 }
-                state.control.set_tcp(true);
+                state.control.enable_tcp();
             }
             "TRAFOOF" => {
-                state.control.set_tcp(false);
+                state.control.disable_tcp();
                 state.control.turning = None;
             }
+            // Suppresses all frames: axis positions.
             "SUPA" => line.machine = true,
+            // Large-circle interpolation of the tool axis, against linear rotary axes.
             "ORIVECT" | "ORIPLANE" => state.control.turning = Some(Turning::GreatCircle),
             "ORIAXES" => state.control.turning = Some(Turning::Rotary),
             // With rotary words ORIMKS and ORIWKS differ by the frames that are refused here.
             "ORIWKS" | "ORIMKS" => {}
-            "TRANS" | "ATRANS" => line.shift = Some(name == "ATRANS"),
+            "TRANS" => line.shift = Some(ShiftMode::Replacing),
+            "ATRANS" => line.shift = Some(ShiftMode::Additive),
             "RET" => line.ends = true,
             _ if KEPT.contains(&name) => {
                 let text = code.get(item.at..item.end).unwrap_or_default();
@@ -141,7 +159,7 @@ impl SiemensReader {
     }
 }
 
-/// What stands in the brackets of a call.
+/// Returns the text between the brackets of a call.
 pub(super) fn arguments<'a>(item: &SiemensWord<'a>) -> &'a str {
     match item.behind {
         WordTail::Arguments => {
@@ -155,7 +173,9 @@ pub(super) fn arguments<'a>(item: &SiemensWord<'a>) -> &'a str {
 fn m_code(
     state: &mut ReaderState,
     line: &mut SiemensBlock,
-    (item, number, code): (&SiemensWord<'_>, u32, &str),
+    item: &SiemensWord<'_>,
+    number: u32,
+    code: &str,
 ) {
     let text = code.get(item.at..item.end).unwrap_or_default();
     match number {

@@ -7,8 +7,10 @@ use super::{value, word};
 use crate::read::arithmetic;
 use crate::read::arithmetic::FormulaText;
 use crate::read::log::{ReadRemark, excerpt};
+use crate::read::number::DecimalMark;
 use crate::read::state::ReaderState;
-/// Loops in loops.
+
+/// Deepest nesting of loops.
 const DEEPEST: usize = 100;
 
 impl SiemensReader {
@@ -16,7 +18,8 @@ impl SiemensReader {
     pub(super) fn decide(
         &mut self,
         state: &ReaderState,
-        (code, head): (&str, &BlockHead<'_>),
+        code: &str,
+        head: &BlockHead<'_>,
         word: FlowWord,
     ) -> Result<(), ReadRemark> {
         let line = state.log.line;
@@ -30,6 +33,8 @@ impl SiemensReader {
                 Ok(())
             }
             FlowWord::Open(StructureKind::If) => {
+                // A condition that does not hold skips to its ELSE or ENDIF; an ELSE that is
+                // reached skips to ENDIF.
                 if !self.holds(code, head.at + "IF".len(), code.len())? {
                     self.flow
                         .seek(SiemensSeek::End { kind: StructureKind::If, or_else: true }, line);
@@ -41,14 +46,14 @@ impl SiemensReader {
                 Ok(())
             }
             FlowWord::Close(StructureKind::If) => Ok(()),
-            FlowWord::Open(kind) => self.open(line, (code, head.at), kind),
-            FlowWord::Close(kind) => self.close((code, head.at), kind),
+            FlowWord::Open(kind) => self.open(line, code, head.at, kind),
+            FlowWord::Close(kind) => self.close(code, head.at, kind),
             FlowWord::Section => self.section(line, code, head.at),
             FlowWord::Define => self.define(code, head.at),
         }
     }
 
-    /// A condition between two places of a line.
+    /// Evaluates a condition between two offsets of a line.
     fn holds(&self, code: &str, from: usize, to: usize) -> Result<bool, ReadRemark> {
         Ok(self.reckon(code, from, to)?.abs() > 0.0)
     }
@@ -63,12 +68,12 @@ impl SiemensReader {
             text: text.get(from..).unwrap_or_default(),
             from: 0,
             at: from,
-            comma: false,
+            mark: DecimalMark::Point,
         };
         arithmetic::value(&written, &self.variables)
     }
 
-    /// `GOTOF LABEL`, from a byte offset on.
+    /// Runs `GOTOF LABEL`, from a byte offset on.
     fn jump(&mut self, line: u32, code: &str, at: usize) -> Result<(), ReadRemark> {
         let word = name_at(code, at);
         let from = at + word.len();
@@ -88,6 +93,8 @@ impl SiemensReader {
             return Err(ReadRemark::new(at, message, "write GOTOF or GOTOB and a label"));
         }
         let back = word.eq_ignore_ascii_case("GOTOB");
+        // GOTOB searches backwards, GOTOF forwards; for GOTO the lines already read are searched
+        // first.
         if back || word.eq_ignore_ascii_case("GOTO") {
             if self.jump_back(line, target)? {
                 return Ok(());
@@ -112,20 +119,23 @@ impl SiemensReader {
         };
         // A line may jump to itself.
         let Some(to) = self.flow.tape.back(line.saturating_add(1), is)? else { return Ok(false) };
+        // Loops that begin at or behind the target are left by the jump.
         self.flow.loops.retain(|inner| inner.line < to);
         self.flow.tape.go_to(to);
         Ok(true)
     }
 
-    /// `WHILE`, `FOR`, `LOOP`, `REPEAT`.
+    /// Runs `WHILE`, `FOR`, `LOOP`, `REPEAT`.
     fn open(
         &mut self,
         line: u32,
-        (code, at): (&str, usize),
+        code: &str,
+        at: usize,
         kind: StructureKind,
     ) -> Result<(), ReadRemark> {
         let name = name_at(code, at);
         let mut last = 0.0;
+        // LOOP and REPEAT run at least once; WHILE and FOR are asked before.
         let runs = match kind {
             StructureKind::While => self.holds(code, at + name.len(), code.len())?,
             StructureKind::For => {
@@ -134,6 +144,7 @@ impl SiemensReader {
             }
             _ => true,
         };
+        // A loop that begins here or further down was left by a jump.
         self.flow.loops.retain(|inner| inner.line < line);
         if !runs {
             self.flow.seek(SiemensSeek::End { kind, or_else: false }, line);
@@ -151,7 +162,7 @@ impl SiemensReader {
         Ok(())
     }
 
-    /// `FOR R1 = 1 TO 5`: sets the variable; its last value.
+    /// Sets the variable of `FOR R1 = 1 TO 5`; returns its last value.
     fn first_of(&mut self, code: &str, at: usize) -> Result<f64, ReadRemark> {
         let upper = code.to_ascii_uppercase();
         let rest = upper.get(at..).unwrap_or_default();
@@ -165,7 +176,7 @@ impl SiemensReader {
         Ok(last)
     }
 
-    /// The variable of a `FOR` and its value.
+    /// Returns the variable of a `FOR` and its value.
     fn flow_variable(&self, code: &str, at: usize) -> Option<(String, f64)> {
         let rest = code.get(at + "FOR".len()..)?;
         let name = rest.split('=').next()?.trim().to_ascii_uppercase();
@@ -173,8 +184,8 @@ impl SiemensReader {
         Some((name, value))
     }
 
-    /// `ENDWHILE`, `ENDFOR`, `ENDLOOP`, `UNTIL`.
-    fn close(&mut self, (code, at): (&str, usize), kind: StructureKind) -> Result<(), ReadRemark> {
+    /// Runs `ENDWHILE`, `ENDFOR`, `ENDLOOP`, `UNTIL`.
+    fn close(&mut self, code: &str, at: usize, kind: StructureKind) -> Result<(), ReadRemark> {
         let name = name_at(code, at);
         let Some(inner) = self.flow.loops.pop().filter(|inner| inner.kind == kind) else {
             let message = format!("{name}: nothing was begun that it could end");
@@ -182,12 +193,14 @@ impl SiemensReader {
         };
         let first = inner.line;
         let again = match kind {
+            // UNTIL: runs again while its condition does not hold.
             StructureKind::Repeat => !self.holds(code, at + name.len(), code.len())?,
             StructureKind::For => {
                 let head = self.flow.tape.line(first);
                 let code = word::without_comment(head.as_deref().unwrap_or_default());
                 let from = code.len() - code.trim_start().len();
                 let variable = self.flow_variable(code, BlockHead::of(code, from).at);
+                // FOR counts by one, and leaves the variable at its last value.
                 let next = variable.map(|(name, value)| (name, value + 1.0));
                 let next = next.filter(|(_, value)| *value <= inner.last);
                 let runs = next.is_some();
@@ -210,7 +223,7 @@ impl SiemensReader {
         Ok(())
     }
 
-    /// `DEF REAL LENGTH = 5, WIDTH`.
+    /// Runs `DEF REAL LENGTH = 5, WIDTH`.
     fn define(&mut self, code: &str, at: usize) -> Result<(), ReadRemark> {
         let from = at + "DEF".len();
         let from = from + blanks(code, from);
@@ -224,6 +237,7 @@ impl SiemensReader {
         for part in code.get(from..).unwrap_or_default().split(',') {
             let start = from + blanks(code, from);
             let name = name_at(code, start);
+            // Each name may have a value of its own: `DEF REAL A = 5, B`.
             let equals = part.find('=').map(|equals| from + equals + 1);
             let behind = equals.map_or(from + part.len(), |equals| equals - 1);
             let alone =
@@ -242,7 +256,7 @@ impl SiemensReader {
         Ok(())
     }
 
-    /// `REPEAT LABEL P=3`: from the label to this line, so often again.
+    /// Runs `REPEAT LABEL P=3`: from the label to this line, as many times again.
     fn section(&mut self, line: u32, code: &str, at: usize) -> Result<(), ReadRemark> {
         let from = at + "REPEAT".len();
         let from = from + blanks(code, from);
@@ -255,6 +269,7 @@ impl SiemensReader {
             let help = "write REPEAT LABEL P=3; a section between two labels is not repeated";
             return Err(ReadRemark::new(at, format!("{} is not understood", excerpt(code)), help));
         }
+        // The line is reached again after each repetition: it then counts down what is left.
         let left = match self.flow.sections.iter().position(|(of, _)| *of == line) {
             Some(at) => self.flow.sections.remove(at).1,
             None => match count_at {

@@ -3,12 +3,14 @@
 use super::reader::SiemensReader;
 use super::value::{MODES, SiemensValue, ValueMode};
 use super::word::{SiemensWord, WordTail};
+use crate::read::arithmetic;
 use crate::read::arithmetic::FormulaText;
 use crate::read::control::COMPUTED;
 use crate::read::log::ReadRemark;
-use crate::read::{arithmetic, number};
+use crate::read::number::{self, DecimalMark};
+
 impl SiemensReader {
-    /// The value of a word, and how it counts.
+    /// Returns the value of a word and its mode.
     pub(super) fn value(
         &self,
         item: &SiemensWord<'_>,
@@ -17,7 +19,7 @@ impl SiemensReader {
             let message = format!("{} without a value", item.text_name());
             return Err(ReadRemark::new(item.at, message, "write it behind ="));
         };
-        if let Some(found) = number::signed(text, false)
+        if let Some(found) = number::signed(text, DecimalMark::Point)
             && found.length == text.trim_end().len()
         {
             return Ok((
@@ -25,20 +27,21 @@ impl SiemensReader {
                 ValueMode::Plain,
             ));
         }
+        // ACP and ACN stand before AC in the table, as it begins both.
         let mode = MODES.iter().find(|(name, _)| {
             let head = text.get(..name.len()).unwrap_or_default();
             let rest = text.get(name.len()..).unwrap_or_default();
             head.eq_ignore_ascii_case(name) && rest.trim_start().starts_with('(')
         });
         let skip = mode.map_or(0, |(name, _)| name.len());
-        let written = FormulaText { text, from: skip, at: item.value_at, comma: false };
+        let written = FormulaText { text, from: skip, at: item.value_at, mark: DecimalMark::Point };
         let number = arithmetic::value(&written, &self.variables)?;
         // The digits in the brackets of AC(..) are those of the word.
         let inner = text.get(skip..).unwrap_or_default().trim();
         let inner = inner.strip_prefix('(').and_then(|inner| inner.strip_suffix(')'));
         let plain = inner.and_then(|inner| {
             let inner = inner.trim();
-            number::signed(inner, false).filter(|found| found.length == inner.len())
+            number::signed(inner, DecimalMark::Point).filter(|found| found.length == inner.len())
         });
         let decimals = plain.map_or(COMPUTED, |found| found.decimals);
         Ok((SiemensValue { number, decimals }, mode.map_or(ValueMode::Plain, |(_, mode)| *mode)))

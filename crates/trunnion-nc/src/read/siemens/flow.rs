@@ -1,8 +1,9 @@
 //! Lines that jumps and loops skip.
 
 use super::head::{BlockHead, FlowWord, StructureKind};
-use crate::read::log::ReadRemark;
+use crate::read::log::{LineRemark, ReadRemark};
 use crate::read::tape::Tape;
+
 /// A loop that runs.
 #[derive(Debug)]
 pub(super) struct SiemensLoop {
@@ -27,8 +28,9 @@ pub(super) enum SiemensSeek {
 pub(super) struct SiemensFlow {
     pub(super) tape: Tape,
     pub(super) seek: Option<SiemensSeek>,
-    /// What was opened and not closed on the way, and the line that asked for it.
+    /// Structures opened and not yet closed among the skipped lines.
     pub(super) depth: u32,
+    /// Line that began to skip.
     pub(super) asked: u32,
     pub(super) loops: Vec<SiemensLoop>,
     /// Lines with `REPEAT LABEL`, and how often they still jump.
@@ -59,6 +61,8 @@ impl SiemensFlow {
                 self.seek = None;
                 return false;
             }
+            // On the way to a label structures are counted: an END without its beginning closes a
+            // loop that the jump has left.
             (SiemensSeek::Label(_), Some(FlowWord::Open(_))) => self.depth += 1,
             (SiemensSeek::Label(_), Some(FlowWord::Close(kind))) => {
                 // A jump out of a loop leaves it.
@@ -68,6 +72,7 @@ impl SiemensFlow {
                     None => {}
                 }
             }
+            // Structures of the same kind inside have ends of their own.
             (SiemensSeek::End { kind, .. }, Some(FlowWord::Open(other))) if *kind == other => {
                 self.depth += 1;
             }
@@ -86,7 +91,7 @@ impl SiemensFlow {
     }
 
     /// Returns the target that is still missing at the end of the file.
-    pub(super) fn open(&self) -> Option<(u32, ReadRemark)> {
+    pub(super) fn open(&self) -> Option<LineRemark> {
         let remark = match self.seek.as_ref()? {
             SiemensSeek::Label(label) => {
                 let message = format!("{label} does not stand behind this jump");
@@ -101,6 +106,6 @@ impl SiemensFlow {
                 )
             }
         };
-        Some((self.asked, remark))
+        Some(LineRemark { line: self.asked, remark })
     }
 }

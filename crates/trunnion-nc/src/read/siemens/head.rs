@@ -1,6 +1,6 @@
-//! How a block begins: `N10`, `LABEL:`, and words that decide which comes next.
+//! Heads of blocks: `N10`, `LABEL:`, and words that decide which block comes next.
 
-/// What encloses lines.
+/// Kind of a structure that encloses lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum StructureKind {
     If,
@@ -25,13 +25,13 @@ pub(super) enum FlowWord {
     Define,
 }
 
-/// What stands at the beginning of a block.
+/// Beginning of a block.
 pub(super) struct BlockHead<'a> {
     /// `N10`.
     number: &'a str,
     pub(super) label: &'a str,
     pub(super) word: Option<FlowWord>,
-    /// Where the block goes on behind number and label.
+    /// Byte offset behind number and label.
     pub(super) at: usize,
 }
 
@@ -48,6 +48,7 @@ impl<'a> BlockHead<'a> {
             at += blanks(code, at);
         }
         let name = name_at(code, at);
+        // Labels have two characters at least, and a colon behind.
         if name.len() > 1 && code.as_bytes().get(at + name.len()) == Some(&b':') {
             label = name;
             at += name.len() + 1;
@@ -58,7 +59,7 @@ impl<'a> BlockHead<'a> {
         Self { number, label, word, at }
     }
 
-    /// A later line may lead back here.
+    /// Returns true if a later line may lead back here.
     pub(super) fn may_return(&self) -> bool {
         !self.label.is_empty() || matches!(self.word, Some(FlowWord::Open(_)))
     }
@@ -69,7 +70,7 @@ impl<'a> BlockHead<'a> {
     }
 }
 
-/// Blanks at a byte offset.
+/// Returns the number of blanks at a byte offset.
 pub(super) fn blanks(code: &str, at: usize) -> usize {
     let rest = code.get(at..).unwrap_or_default();
     rest.len() - rest.trim_start().len()
@@ -104,6 +105,7 @@ const WORDS: [(&str, FlowWord); 17] = [
 
 fn word_of(code: &str, at: usize, name: &str) -> Option<FlowWord> {
     let (_, word) = WORDS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name))?;
+    // `IF .. GOTOF` jumps by itself and has no ENDIF; REPEAT with a label repeats a section.
     let behind = || code.get(at + name.len()..).unwrap_or_default().trim();
     Some(match word {
         FlowWord::Open(StructureKind::If) if jump_in(code, at).is_some() => FlowWord::If,
@@ -112,7 +114,7 @@ fn word_of(code: &str, at: usize, name: &str) -> Option<FlowWord> {
     })
 }
 
-/// Where `GOTO..` stands in a line.
+/// Returns the byte offset of `GOTO..` in a line.
 pub(super) fn jump_in(code: &str, from: usize) -> Option<usize> {
     let upper = code.get(from..)?.to_ascii_uppercase();
     upper.find("GOTO").map(|at| from + at)

@@ -1,23 +1,43 @@
 //! Words of one Sinumerik block.
 
-use crate::read::control::MoveTarget;
+use crate::read::arc::ArcSense;
+use crate::read::control::{DistanceMode, MoveTarget};
+
 /// Motion that axis words make.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum SiemensMotion {
     Rapid,
     Feed,
-    Arc { clockwise: bool },
+    Arc(ArcSense),
+}
+
+/// Effect of a programmable shift on the one before it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ShiftMode {
+    /// `TRANS`.
+    Replacing,
+    /// `ATRANS`.
+    Additive,
+}
+
+/// A centre word: `I5`, `I=AC(5)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct CenterWord {
+    /// \[mm\]
+    pub(super) value: f64,
+    /// A coordinate, or a distance from the start of the arc.
+    pub(super) mode: DistanceMode,
 }
 
 /// Words of one block.
 #[derive(Debug)]
-#[expect(clippy::struct_excessive_bools, reason = "what a block may say")]
+#[expect(clippy::struct_excessive_bools, reason = "words that stand in a block or do not")]
 pub(super) struct SiemensBlock {
     pub(super) target: MoveTarget,
     /// `A3= B3= C3=`.
     pub(super) vector: [Option<f64>; 3],
-    /// `I J K`, and whether absolute.
-    pub(super) center: [Option<(f64, bool)>; 3],
+    /// `I J K`.
+    pub(super) center: [Option<CenterWord>; 3],
     pub(super) radius: Option<f64>,
     pub(super) turns: u32,
     pub(super) feed: Option<f64>,
@@ -29,7 +49,7 @@ pub(super) struct SiemensBlock {
     pub(super) changes_tool: bool,
     pub(super) turns_spindle: bool,
     /// `TRANS`, `ATRANS`.
-    pub(super) shift: Option<bool>,
+    pub(super) shift: Option<ShiftMode>,
     pub(super) ends: bool,
 }
 

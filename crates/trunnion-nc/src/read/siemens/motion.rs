@@ -1,10 +1,10 @@
-//! What the words of a block do together.
+//! Effect of the words of a block as a whole.
 
-use super::line::{SiemensBlock, SiemensMotion};
+use super::line::{CenterWord, ShiftMode, SiemensBlock, SiemensMotion};
 use super::reader::SiemensReader;
 use crate::read::arc;
-use crate::read::arc::{ArcForm, GivenArc};
-use crate::read::control::SLOTS;
+use crate::read::arc::{ArcForm, ArcSense, GivenArc};
+use crate::read::control::{DistanceMode, SLOTS};
 use crate::read::gcode::axis_of;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
@@ -19,11 +19,13 @@ impl SiemensReader {
         mut line: SiemensBlock,
     ) -> Result<(), ReadRemark> {
         technology(state, &line)?;
+        // In the block of G4, F and S are its time.
         if line.dwell {
             return dwell(state, &line);
         }
-        if let Some(further) = line.shift {
-            shift(state, &line, further)?;
+        // TRANS and ATRANS stand in a block of their own: the axis words are the shift.
+        if let Some(mode) = line.shift {
+            shift(state, &line, mode)?;
             return Ok(());
         }
         if line.vector.iter().any(Option::is_some) {
@@ -33,7 +35,8 @@ impl SiemensReader {
         }
         line.target.machine = line.machine;
         let centered = line.center.iter().any(Option::is_some) || line.radius.is_some();
-        let arc = matches!(self.motion, Some(SiemensMotion::Arc { .. }));
+        // A full circle has no axis words.
+        let arc = matches!(self.motion, Some(SiemensMotion::Arc(_)));
         if !line.target.is_empty() || (arc && centered) {
             self.go(state, &line)?;
         }
@@ -47,23 +50,24 @@ impl SiemensReader {
             ReadRemark::new(target.at, "axis words without G0 or G1", "write G0 or G1 before them")
         })?;
         let way = match motion {
-            SiemensMotion::Arc { clockwise } => self.arc(state, line, clockwise)?,
+            SiemensMotion::Arc(sense) => self.arc(state, line, sense)?,
             _ => Way::Line,
         };
         let pace = match motion {
             SiemensMotion::Rapid => Pace::Rapid,
             _ => state.control.pace(&target, line.feed)?,
         };
-        state.control.go(state.log.line, target, (pace, way))
+        state.control.go(state.log.line, target, pace, way)
     }
 
     fn arc(
         &self,
         state: &ReaderState,
         line: &SiemensBlock,
-        clockwise: bool,
+        sense: ArcSense,
     ) -> Result<Way, ReadRemark> {
         let at = line.target.at;
+        // G17 XY, G18 ZX, G19 YZ, right-handed with the third axis.
         let [u, v] = match self.plane {
             1 => [2, 0],
             2 => [1, 2],
@@ -77,25 +81,28 @@ impl SiemensReader {
                 let message = "arcs need their centre or radius";
                 return Err(ReadRemark::new(at, message, "write I J K of this plane, or CR="));
             }
+            // I J K count from the start of the arc; I=AC(..) is a coordinate.
             let from_start = |axis: usize, slot: usize| match line.center[axis] {
                 None => Ok(0.0),
-                Some((value, false)) => Ok(value),
-                Some((value, true)) => {
+                Some(CenterWord { value, mode: DistanceMode::Incremental }) => Ok(value),
+                Some(CenterWord { value, mode: DistanceMode::Absolute }) => {
                     let place = state.control.reading(slot);
                     Ok(value - place.ok_or_else(|| arc::unknown_start(at))?)
                 }
             };
             ArcForm::Center([from_start(u, slots[0])?, from_start(v, slots[1])?])
         };
+        // TURN counts turns beyond the first.
         let turns = line.turns.saturating_add(1);
-        arc::way(&state.control, &line.target, &GivenArc { plane: slots, form, clockwise, turns })
+        arc::way(&state.control, &line.target, &GivenArc { plane: slots, form, sense, turns })
     }
 }
 
-/// `G4 F2` seconds, `G4 S10` turns.
+/// Runs `G4 F2` (seconds), `G4 S10` (turns).
 fn dwell(state: &mut ReaderState, line: &SiemensBlock) -> Result<(), ReadRemark> {
     let seconds = match (line.feed, line.speed) {
         (Some(seconds), None) => seconds,
+        // G4 S: revolutions over revolutions per minute.
         (None, Some(turns)) if state.control.speed > 0.0 => 60.0 * turns / state.control.speed,
         _ => {
             let message = "G4 without a time";
@@ -114,13 +121,14 @@ fn dwell(state: &mut ReaderState, line: &SiemensBlock) -> Result<(), ReadRemark>
     Ok(())
 }
 
-/// `TRANS X Y Z`, `ATRANS`: words are shifted.
-fn shift(state: &mut ReaderState, line: &SiemensBlock, further: bool) -> Result<(), ReadRemark> {
+/// Runs `TRANS X Y Z`, `ATRANS`: words are shifted.
+fn shift(state: &mut ReaderState, line: &SiemensBlock, mode: ShiftMode) -> Result<(), ReadRemark> {
     if state.control.tilted.is_some() {
         let help = "put it in CYCLE800, or end the plane before: CYCLE800()";
         return Err(ReadRemark::new(line.target.at, "TRANS in a tilted plane", help));
     }
-    if !further {
+    // TRANS replaces all shifts, ATRANS adds to them.
+    if mode == ShiftMode::Replacing {
         state.control.local = [0.0; SLOTS];
     }
     for slot in 0..SLOTS {
@@ -134,6 +142,7 @@ fn shift(state: &mut ReaderState, line: &SiemensBlock, further: bool) -> Result<
 }
 
 fn check_vector(state: &ReaderState, line: &SiemensBlock) -> Result<(), ReadRemark> {
+    // Without TRAORI the control cannot turn a vector into rotary axes.
     if !state.control.tcp {
         let message = "a tool-axis vector without TRAORI";
         return Err(ReadRemark::new(line.target.at, message, "write TRAORI before"));
@@ -146,7 +155,7 @@ fn check_vector(state: &ReaderState, line: &SiemensBlock) -> Result<(), ReadRema
     Ok(())
 }
 
-/// F, S, T, M6, M3.
+/// Applies F, S, T, M6, M3.
 fn technology(state: &mut ReaderState, line: &SiemensBlock) -> Result<(), ReadRemark> {
     let at = line.target.at;
     let control = &mut state.control;
@@ -164,6 +173,7 @@ fn technology(state: &mut ReaderState, line: &SiemensBlock) -> Result<(), ReadRe
         control.change_tool(state.log.line, tool);
     }
     let speed = line.speed.filter(|_| !line.dwell);
+    // A new S while the spindle turns changes its speed at once.
     let turned = speed.is_some_and(|speed| (speed - control.speed).abs() > 0.0);
     control.speed = speed.unwrap_or(control.speed);
     if line.turns_spindle || (turned && control.sense != 0) {

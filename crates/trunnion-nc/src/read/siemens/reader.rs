@@ -2,14 +2,15 @@
 
 use super::flow::SiemensFlow;
 use super::head::BlockHead;
-use super::line::{SiemensBlock, SiemensMotion};
+use super::line::{CenterWord, SiemensBlock, SiemensMotion};
 use super::rotary::unwound;
 use super::value::ValueMode;
 use super::word::{SiemensWord, WordName};
 use super::{value, word};
-use crate::read::control::LARGEST;
-use crate::read::log::{ReadRemark, column};
+use crate::read::control::{DistanceMode, LARGEST};
+use crate::read::log::{FileLine, ReadRemark, column};
 use crate::read::options::ReadOptions;
+use crate::read::remedy::undecided_block;
 use crate::read::state::ReaderState;
 use std::collections::HashMap;
 
@@ -17,7 +18,7 @@ use std::collections::HashMap;
 #[derive(Debug)]
 pub(in crate::read) struct SiemensReader {
     pub(super) motion: Option<SiemensMotion>,
-    pub(super) incremental: bool,
+    pub(super) distance: DistanceMode,
     /// 0: XY, 1: ZX, 2: YZ.
     pub(super) plane: usize,
     /// R parameters and variables, upper case.
@@ -33,7 +34,7 @@ impl SiemensReader {
         let given = options.parameters.iter().map(|(key, value)| (name(key), *value));
         Self {
             motion: None,
-            incremental: false,
+            distance: DistanceMode::Absolute,
             plane: 0,
             variables: given.collect(),
             flow: SiemensFlow::new(options.most_repeated),
@@ -42,7 +43,7 @@ impl SiemensReader {
         }
     }
 
-    /// There are lines to run before the file's next.
+    /// Returns true if lines are to be run before the next of the file.
     pub(in crate::read) fn is_busy(&self) -> bool {
         self.flow.tape.is_busy()
     }
@@ -50,7 +51,7 @@ impl SiemensReader {
     /// Runs one of them.
     pub(in crate::read) fn advance(&mut self, state: &mut ReaderState) {
         if let Some((number, text)) = state.replayed(&mut self.flow.tape) {
-            self.run_line(state, (number, &text));
+            self.run_line(state, FileLine { number, text: &text });
         }
     }
 
@@ -63,10 +64,12 @@ impl SiemensReader {
     pub(in crate::read) fn line(&mut self, state: &mut ReaderState, text: &str) {
         self.lines = self.lines.saturating_add(1);
         self.flow.tape.record(self.lines, text);
-        self.run_line(state, (self.lines, text));
+        self.run_line(state, FileLine { number: self.lines, text });
     }
 
-    pub(super) fn run_line(&mut self, state: &mut ReaderState, (number, text): (u32, &str)) {
+    /// Runs a line, for the first time or again.
+    pub(super) fn run_line(&mut self, state: &mut ReaderState, line: FileLine<'_>) {
+        let FileLine { number, text } = line;
         state.log.line = number;
         let code = word::without_comment(text);
         state.control.length |= self.lines == 1;
@@ -80,13 +83,10 @@ impl SiemensReader {
             match self.block_delete {
                 Some(true) => from += 1,
                 Some(false) => return,
-                None => {
-                    let message = "block delete: whether the control runs this block is not known";
-                    let help = "say whether such blocks are run: --block-delete true, or false";
-                    return state.log.fault(text, ReadRemark::new(from, message, help));
-                }
+                None => return state.log.fault(text, undecided_block(from)),
             }
         }
+        // The beginning of a block decides whether it runs, and what may lead back to it.
         let head = BlockHead::of(code, from);
         if head.may_return() {
             self.flow.tape.keep(text);
@@ -95,7 +95,7 @@ impl SiemensReader {
             return;
         }
         let done = match head.word {
-            Some(word) => self.decide(state, (code, &head), word),
+            Some(word) => self.decide(state, code, &head, word),
             None => self.block(state, code, head.at),
         };
         if let Err(remark) = done {
@@ -113,10 +113,8 @@ impl SiemensReader {
         let mut line = SiemensBlock::new();
         while let Some(item) = items.next_item()? {
             match item.name {
-                WordName::Code(letter, tenths) if item.is_code() => {
-                    self.code(state, &mut line, (&item, letter, tenths, code))?;
-                }
-                _ => self.word(state, &mut line, (&item, code))?,
+                WordName::Code(number) => self.code(state, &mut line, &item, number, code)?,
+                WordName::Text(_) => self.word(state, &mut line, &item, code)?,
             }
         }
         if line.target.at == usize::MAX {
@@ -126,14 +124,16 @@ impl SiemensReader {
         self.run(state, line)
     }
 
-    /// A word that carries a value, or a call.
+    /// Applies a word that carries a value, or a call.
     pub(super) fn word(
         &mut self,
         state: &mut ReaderState,
         line: &mut SiemensBlock,
-        (item, code): (&SiemensWord<'_>, &str),
+        item: &SiemensWord<'_>,
+        code: &str,
     ) -> Result<(), ReadRemark> {
         let name = item.text_name().to_ascii_uppercase();
+        // Two letters at least: a single letter with a number is an address.
         let named = name.bytes().take(2).all(|byte| byte.is_ascii_alphabetic() || byte == b'_');
         let known = name.len() > 1 && named && self.variables.contains_key(name.as_str());
         if (known || item.number_of("R").is_some()) && item.is_assignment() {
@@ -143,6 +143,7 @@ impl SiemensReader {
             self.flow.tape.keep(code);
             return Ok(());
         }
+        // A3 B3 C3 are the components of the tool axis under TRAORI.
         if let Some(at) = ["A3", "B3", "C3"].iter().position(|known| *known == name) {
             if let Some(place) = line.vector.get_mut(at) {
                 *place = Some(self.value(item)?.0.number);
@@ -151,7 +152,7 @@ impl SiemensReader {
             return Ok(());
         }
         match name.as_str() {
-            "I" | "J" | "K" => self.center(state, line, (item, &name)),
+            "I" | "J" | "K" => self.center(state, line, item, &name),
             "CR" => {
                 line.radius = Some(state.control.scale() * self.value(item)?.0.number);
                 Ok(())
@@ -170,14 +171,18 @@ impl SiemensReader {
                 line.speed = Some(self.value(item)?.0.number);
                 Ok(())
             }
-            "T" => self.tool(state, line, (item, code)),
+            "T" => self.tool(state, line, item, code),
             "D" => {
-                let length = self.value(item)?.0.number.abs() > 0.0;
-                state.control.set_length(length);
+                // D0 cancels the offsets of the tool; any other D selects one of its edges.
+                if self.value(item)?.0.number.abs() > 0.0 {
+                    state.control.enable_length();
+                } else {
+                    state.control.disable_length();
+                }
                 Ok(())
             }
             "N" | "H" => Ok(()),
-            _ => self.axis_or_keyword(state, line, (item, &name, code)),
+            _ => self.axis_or_keyword(state, line, item, &name, code),
         }
     }
 
@@ -185,22 +190,28 @@ impl SiemensReader {
         &self,
         state: &ReaderState,
         line: &mut SiemensBlock,
-        (item, name): (&SiemensWord<'_>, &str),
+        item: &SiemensWord<'_>,
+        name: &str,
     ) -> Result<(), ReadRemark> {
         let (value, mode) = self.value(item)?;
         let at = usize::from(name.as_bytes().first().map_or(0, |byte| byte - b'I'));
         if let Some(place) = line.center.get_mut(at) {
-            *place = Some((state.control.scale() * value.number, mode == ValueMode::Absolute));
+            let absolute = mode == ValueMode::Absolute;
+            *place = Some(CenterWord {
+                value: state.control.scale() * value.number,
+                mode: if absolute { DistanceMode::Absolute } else { DistanceMode::Incremental },
+            });
         }
         Ok(())
     }
 
-    /// `T="NAME"` or `T5`: a name is kept, and counts as the number in it.
+    /// Reads `T="NAME"` or `T5`: a name is kept, and counts as the number in it.
     pub(super) fn tool(
         &self,
         state: &mut ReaderState,
         line: &mut SiemensBlock,
-        (item, code): (&SiemensWord<'_>, &str),
+        item: &SiemensWord<'_>,
+        code: &str,
     ) -> Result<(), ReadRemark> {
         let number = if let Some(name) = item.quoted() {
             let text = code.get(item.at..item.end).unwrap_or_default();
@@ -214,12 +225,14 @@ impl SiemensReader {
         Ok(())
     }
 
-    /// `X10`, `X=IC(2)`, `C=ACP(33)`; or a word without motion.
+    /// Reads `X10`, `X=IC(2)`, `C=ACP(33)`, or a word without motion.
     pub(super) fn axis_or_keyword(
         &mut self,
         state: &mut ReaderState,
         line: &mut SiemensBlock,
-        (item, name, code): (&SiemensWord<'_>, &str, &str),
+        item: &SiemensWord<'_>,
+        name: &str,
+        code: &str,
     ) -> Result<(), ReadRemark> {
         let slot = match name.as_bytes() {
             [letter] => state.control.slot(*letter),
@@ -233,7 +246,7 @@ impl SiemensReader {
             if name == "CYCLE800" {
                 return self.swivel(state, item);
             }
-            return Self::keyword(state, line, (item, name, code));
+            return Self::keyword(state, line, item, name, code);
         };
         let (value, mode) = self.value(item)?;
         if line.target.get(slot).is_some() {
@@ -245,13 +258,14 @@ impl SiemensReader {
             return Err(ReadRemark::new(item.at, message, "is a point missing?"));
         }
         let meant = state.control.meant(slot, value.number, value.decimals);
-        let incremental = match mode {
-            ValueMode::Plain => self.incremental,
-            ValueMode::Incremental => true,
-            _ => false,
+        // AC and IC go before G90 and G91; DC, ACP and ACN are coordinates.
+        let distance = match mode {
+            ValueMode::Plain => self.distance,
+            ValueMode::Incremental => DistanceMode::Incremental,
+            _ => DistanceMode::Absolute,
         };
-        let meant = unwound(state, (slot, meant, mode), item)?;
-        line.target.set(slot, meant, incremental);
+        let meant = unwound(state, slot, meant, mode, item)?;
+        line.target.set(slot, meant, distance);
         line.target.at = line.target.at.min(item.at);
         Ok(())
     }

@@ -5,10 +5,13 @@ use super::word::SiemensWord;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
 use std::f64::consts::TAU;
-/// `DC`, `ACP`, `ACN`: the way round that leads to an angle.
+
+/// Returns the target of a rotary word with `DC`, `ACP` or `ACN`, unwound \[rad\].
 pub(super) fn unwound(
     state: &mut ReaderState,
-    (slot, meant, mode): (usize, f64, ValueMode),
+    slot: usize,
+    meant: f64,
+    mode: ValueMode,
     item: &SiemensWord<'_>,
 ) -> Result<f64, ReadRemark> {
     if !matches!(mode, ValueMode::Shortest | ValueMode::Positive | ValueMode::Negative) {
@@ -25,8 +28,11 @@ pub(super) fn unwound(
     };
     // The control's positive sense is the other one where the axis is reversed.
     let positive = mode == ValueMode::Positive;
+    // Way in the positive sense of the axis, in [0, 2π).
     let up = (meant - stands).rem_euclid(TAU);
     let way = match mode {
+        // DC: at most half a turn. ACP and ACN: in the given sense, and not at all if there
+        // already.
         ValueMode::Shortest if up > 0.5 * TAU => up - TAU,
         ValueMode::Shortest => up,
         _ if positive != state.control.is_reversed(slot) => up,

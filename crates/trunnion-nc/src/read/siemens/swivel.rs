@@ -6,8 +6,9 @@ use super::word::SiemensWord;
 use crate::read::arithmetic;
 use crate::read::arithmetic::FormulaText;
 use crate::read::log::ReadRemark;
+use crate::read::number::DecimalMark;
 use crate::read::state::ReaderState;
-use crate::read::tilt::about;
+use crate::read::tilt::{HeldPoint, about};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Places of the arguments.
@@ -21,7 +22,7 @@ const BEHIND: usize = 10;
 const DIRECTION: usize = 13;
 
 impl SiemensReader {
-    /// A tilted plane, or its end.
+    /// Begins or ends a tilted plane.
     pub(super) fn swivel(
         &self,
         state: &mut ReaderState,
@@ -29,6 +30,7 @@ impl SiemensReader {
     ) -> Result<(), ReadRemark> {
         let text = codes::arguments(item);
         let record = text.split(',').nth(RECORD).unwrap_or_default().trim();
+        // CYCLE800() and the swivel record "0" deselect the plane.
         if text.is_empty() || record == "\"0\"" {
             state.control.untilt();
             return Ok(());
@@ -39,10 +41,13 @@ impl SiemensReader {
             Ok::<_, ReadRemark>(Vector3::new(value(from)?, value(from + 1)?, value(from + 2)?))
         };
         let [status, mode] = [value(STATUS)?, value(MODE)?];
+        // The ones of the status: 0 is a new plane, 1 one in addition to the active one.
         if status.rem_euclid(10.0) >= 1.0 {
             return refused("CYCLE800 on top of another", "write the whole plane in one call");
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
+        // Two bits each name the axes of the three turns; the upper two bits the kind of
+        // swivelling.
         let mode = if (0.0..256.0).contains(&mode) { mode as u32 } else { 256 };
         if mode >= 64 {
             let message = "CYCLE800 other than by angles about axes";
@@ -59,8 +64,11 @@ impl SiemensReader {
                 3 => Vector3::z_axis(),
                 _ => continue,
             };
+            // Axis by axis: each turn is about an axis of the frame that the turns before have
+            // made.
             turn *= about(axis, value(ANGLES + place)?.to_radians());
         }
+        // The shift before the turn is in work coordinates, the one behind in those of the plane.
         let origin = vector(BEFORE)? + turn * vector(BEHIND)?;
         if value(RETRACT)? > 0.0 {
             let message = "the retract of CYCLE800 is left out";
@@ -71,12 +79,13 @@ impl SiemensReader {
         if value(DIRECTION)?.abs() > 0.0 {
             // The tens of the status: the tip is tracked.
             let tracked = (status / 10.0).floor().rem_euclid(10.0) >= 1.0;
-            state.control.turn_to_plane(line, item.at, tracked)?;
+            let held = if tracked { HeldPoint::Tip } else { HeldPoint::LinearAxes };
+            state.control.turn_to_plane(line, item.at, held)?;
         }
         Ok(())
     }
 
-    /// A number of a call; 0 where it is left out.
+    /// Returns a number of a call; 0 where it is left out.
     fn argument(
         &self,
         text: &str,
@@ -87,7 +96,7 @@ impl SiemensReader {
         if text.is_empty() {
             return Ok(0.0);
         }
-        let written = FormulaText { text, from: 0, at: item.value_at, comma: false };
+        let written = FormulaText { text, from: 0, at: item.value_at, mark: DecimalMark::Point };
         arithmetic::value(&written, &self.variables)
     }
 }

@@ -1,10 +1,11 @@
 //! Values of words, and their modes: `AC(..)` and its kin.
 
 use crate::read::log::ReadRemark;
+
 /// Mode of a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ValueMode {
-    /// As `G90` or `G91` says.
+    /// Absolute or incremental, by the `G90` or `G91` that is active.
     Plain,
     /// `AC`.
     Absolute,
@@ -33,7 +34,7 @@ pub(super) const MODES: [(&str, ValueMode); 5] = [
     ("DC", ValueMode::Shortest),
 ];
 
-/// A whole number.
+/// Returns a value as a count.
 pub(super) fn natural(value: f64, at: usize) -> Result<u32, ReadRemark> {
     // Counts are reckoned with, too.
     if (value - value.round()).abs() > 1e-6 || !(0.0..=f64::from(u32::MAX)).contains(&value.round())

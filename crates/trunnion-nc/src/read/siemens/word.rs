@@ -1,8 +1,9 @@
 //! Words of a block: `X10`, `A3=0.5`, `CYCLE832(0.01)`, `TRAORI`.
 
 use crate::read::log::ReadRemark;
-use crate::read::number;
-/// What stands behind a name.
+use crate::read::number::{self, DecimalMark};
+
+/// Text behind a name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum WordTail<'a> {
     /// Nothing.
@@ -15,11 +16,20 @@ pub(super) enum WordTail<'a> {
     Arguments,
 }
 
+/// A G or M code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct SiemensCode {
+    /// `G` or `M`.
+    pub(super) letter: u8,
+    /// Number in tenths: `G54` is 540.
+    pub(super) tenths: u32,
+}
+
 /// The name of a word.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum WordName<'a> {
-    /// `G54`, `M3`: letter and number in tenths.
-    Code(u8, u32),
+    /// `G54`, `M3`.
+    Code(SiemensCode),
     Text(&'a str),
 }
 
@@ -31,7 +41,7 @@ pub(super) struct SiemensWord<'a> {
     /// Byte offsets.
     pub(super) at: usize,
     pub(super) end: usize,
-    /// Where the value begins.
+    /// Byte offset of the value.
     pub(super) value_at: usize,
     pub(super) line: &'a str,
 }
@@ -40,12 +50,8 @@ impl<'a> SiemensWord<'a> {
     pub(super) fn text_name(&self) -> &'a str {
         match self.name {
             WordName::Text(name) => name,
-            WordName::Code(..) => "",
+            WordName::Code(_) => "",
         }
-    }
-
-    pub(super) fn is_code(&self) -> bool {
-        matches!(self.name, WordName::Code(..))
     }
 
     pub(super) fn is_assignment(&self) -> bool {
@@ -56,7 +62,7 @@ impl<'a> SiemensWord<'a> {
         !matches!(self.behind, WordTail::Nothing)
     }
 
-    /// The text between quotes.
+    /// Returns the text between quotes.
     pub(super) fn quoted(&self) -> Option<&'a str> {
         match self.behind {
             WordTail::Assigned(text) => text.trim().strip_prefix('"')?.strip_suffix('"'),
@@ -64,7 +70,7 @@ impl<'a> SiemensWord<'a> {
         }
     }
 
-    /// The number behind a prefix of the name: 12 of `R12`.
+    /// Returns the number behind a prefix of the name: 12 of `R12`.
     pub(super) fn number_of(&self, prefix: &str) -> Option<u32> {
         let name = self.text_name().to_ascii_uppercase();
         name.strip_prefix(prefix)?.parse().ok()
@@ -77,7 +83,7 @@ pub(super) struct SiemensWords<'a> {
     at: usize,
 }
 
-/// The block before its comment: `;` outside of quotes.
+/// Returns the block without its comment, which begins with `;` outside of quotes.
 pub(super) fn without_comment(line: &str) -> &str {
     let mut quoted = false;
     for (at, byte) in line.bytes().enumerate() {
@@ -109,7 +115,7 @@ impl<'a> SiemensWords<'a> {
         self.line.get(self.at..).unwrap_or_default()
     }
 
-    /// The next word, if there is one.
+    /// Returns the next word, if there is one.
     pub(super) fn next_item(&mut self) -> Result<Option<SiemensWord<'a>>, ReadRemark> {
         self.blanks();
         let at = self.at;
@@ -121,13 +127,14 @@ impl<'a> SiemensWords<'a> {
         let letters = rest.bytes().take_while(|b| b.is_ascii_alphanumeric() || *b == b'_').count();
         let name = rest.get(..letters).unwrap_or_default();
         let behind = rest.get(letters..).unwrap_or_default().trim_start();
+        // `==` compares: the name before it is no assignment.
         if behind.starts_with('=') && !behind.starts_with("==") || behind.starts_with('(') {
             return self.named(at, name).map(Some);
         }
         self.address(at, name).map(Some)
     }
 
-    /// `NAME = value`, `NAME(..)`.
+    /// Reads `NAME = value`, `NAME(..)`.
     fn named(&mut self, at: usize, name: &'a str) -> Result<SiemensWord<'a>, ReadRemark> {
         self.at += name.len();
         self.blanks();
@@ -148,11 +155,12 @@ impl<'a> SiemensWords<'a> {
         Ok(SiemensWord { name, behind, at, end, value_at, line })
     }
 
-    /// `X10`, `G54`, `M30`, or a bare name.
+    /// Reads `X10`, `G54`, `M30`, or a bare name.
     fn address(&mut self, at: usize, name: &'a str) -> Result<SiemensWord<'a>, ReadRemark> {
         let line = self.line;
         let letter = name.as_bytes().first().map_or(0, u8::to_ascii_uppercase);
         let second = name.as_bytes().get(1);
+        // A second letter: a keyword. A digit or sign: an address with its number.
         let bare = second.is_some_and(|byte| byte.is_ascii_alphabetic() || *byte == b'_');
         if bare {
             self.at += name.len();
@@ -169,16 +177,17 @@ impl<'a> SiemensWords<'a> {
         self.at += 1;
         self.blanks();
         let value_at = self.at;
-        let Some(found) = number::signed(self.rest(), false) else {
+        let Some(found) = number::signed(self.rest(), DecimalMark::Point) else {
             let message = "letter without a number";
             return Err(ReadRemark::new(at, message, "write its value, or = and an expression"));
         };
         self.at += found.length;
         let (end, text) = (self.at, self.line.get(value_at..self.at).unwrap_or_default());
+        // The value of other addresses keeps its digits for the rounding of words.
         if matches!(letter, b'G' | b'M') {
             let tenths = super::super::gcode::tenths(found.value)
                 .ok_or_else(|| ReadRemark::new(at, "no code", "codes are whole numbers"))?;
-            let name = WordName::Code(letter, tenths);
+            let name = WordName::Code(SiemensCode { letter, tenths });
             return Ok(SiemensWord {
                 name,
                 behind: WordTail::Number(text),
@@ -193,7 +202,8 @@ impl<'a> SiemensWords<'a> {
     }
 }
 
-/// Bytes of a value or argument list: up to a blank outside of brackets, quotes and operators.
+/// Returns the length of a value or argument list: up to a blank outside of brackets, quotes and
+/// operators.
 fn extent(text: &str) -> Option<usize> {
     let (mut depth, mut quoted, mut operand) = (0_u32, false, true);
     let mut end = 0;

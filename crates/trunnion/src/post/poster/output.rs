@@ -1,7 +1,7 @@
 //! Output of the poster: times the axis points, writes blocks, and reads every block back.
 
 use super::{Poster, ProgramOutput};
-use crate::nc::write::{BlockPace, ProgramWriter, rounding};
+use crate::nc::write::{BlockPace, ProgramForm, ProgramWriter, WrittenPosition, rounding};
 use crate::post::axis_point::{AxesPose, AxisPoint};
 use crate::post::error::{PostError, ReadBackError};
 use crate::post::options::{PostMethod, ProgramHead};
@@ -26,9 +26,10 @@ impl Poster {
         }
         let begin = out.len();
         let style = &self.style;
-        let texts = (head.note, style, head.template);
+        let form = ProgramForm { note: head.note, style, template: head.template };
+        let start = WrittenPosition { q: &to.q, pose: &to.pose };
         // The head depends on where the program starts, so it is written with the first position.
-        let writer = ProgramWriter::new(out, &self.kinematics, texts, to.pair())?;
+        let writer = ProgramWriter::new(out, &self.kinematics, form, start)?;
         let timer = PointTimer::new(&self.kinematics, &self.options, to.q)?;
         let text = out.get(begin..).unwrap_or_default();
         let read = ReadBack::new(&self.kinematics, style, text, &to.pose);
@@ -55,8 +56,8 @@ impl Poster {
     ) -> Result<(), PostError> {
         let Some(mut output) = self.output.take() else { return Ok(()) };
         let begin = out.len();
-        let texts = (head.note, head.template);
-        output.writer.change_tool(out, &self.kinematics, texts, to.pair())?;
+        let start = WrittenPosition { q: &to.q, pose: &to.pose };
+        output.writer.change_tool(out, &self.kinematics, head.note, head.template, start)?;
         if let Some(mut read) = output.read_back.take() {
             let text = out.get(begin..).unwrap_or_default();
             let done = read.change_tool(&self.kinematics, text, &to.pose);
@@ -156,7 +157,7 @@ impl Poster {
                 output.writer.comment(out, "out of the cut, rotaries go round, and back");
             }
             let end = point.end();
-            output.writer.block(out, end.pair(), pace)?;
+            output.writer.block(out, WrittenPosition { q: &end.q, pose: &end.pose }, pace)?;
             // What was just written must read back as the same block.
             if let Some(mut read) = output.read_back.take() {
                 let text = out.get(begin..).unwrap_or_default();

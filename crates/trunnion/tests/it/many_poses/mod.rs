@@ -139,7 +139,7 @@ impl Way {
     /// The way as a program in inverse time.
     pub(crate) fn program(&self) -> Program {
         let machine = self.kinematics.machine();
-        let words = AxisWords::of(machine, false).unwrap().with_decimals(9, 9);
+        let words = AxisWords::of(machine).unwrap().with_decimals(9, 9);
         let block = |&(q, pose): &(AxisVector, ToolPose)| Block {
             motion: Motion::Cut,
             q,

@@ -34,7 +34,8 @@ pub(crate) fn text(
 ) -> Result<String, WriteError> {
     let mut text = String::new();
     let template = Template::of(style.dialect)?;
-    write::program(&mut text, kinematics, blocks, (note, style, &template))?;
+    let form = write::ProgramForm { note, style, template: &template };
+    write::program(&mut text, kinematics, blocks, form)?;
     Ok(text)
 }
 
