@@ -55,7 +55,7 @@ pub enum ImportError {
         /// Value given \[mm\].
         value: f64,
     },
-    /// Stopped through [`Progress`].
+    /// Stopped through [`Progress`](crate::types::Progress).
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }

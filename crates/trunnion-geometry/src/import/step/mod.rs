@@ -12,9 +12,9 @@
 //! ```
 //!
 //! Every layer trusts nothing below it: a reference may lead nowhere, to the wrong kind of entity
-//! or round in a circle, a count may be astronomical, a number out of range. What cannot be read is
-//! a [`Warning`] with the entity and its line, and the face it belongs to is left out; numbers of
-//! the other faces do not change.
+//! or round in a circle, a count may be astronomical, a number out of range. Anything unreadable
+//! becomes a [`Warning`](super::Warning) with the entity and its line, and the face it belongs to
+//! is left out; numbers of the other faces do not change.
 
 mod chart;
 mod convert;

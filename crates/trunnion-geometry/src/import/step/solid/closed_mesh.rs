@@ -21,7 +21,7 @@ impl StepReader {
     ///
     /// # Errors
     ///
-    /// As [`Reader::read`](super::super::Reader::read), and [`ImportError::NotClosed`] where faces
+    /// As [`Reader::read`](crate::import::Reader::read), and [`ImportError::NotClosed`] where faces
     /// are lost or do not share edges.
     pub fn mesh(
         &self,
