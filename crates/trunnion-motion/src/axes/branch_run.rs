@@ -252,6 +252,7 @@ impl BranchRun {
 
 impl CellBlock {
     fn of(branch: &BranchRun, range: Range<usize>, options: &AxesOptions) -> Self {
+        // The start of the segment is no switch point.
         let switches = range.clone().filter(|cell| *cell > 0);
         let mut block = Self {
             bounds: AxisBounds::NONE,

@@ -79,6 +79,7 @@ fn initial<const N: usize>(piece: &AxisPiece<N>) -> FeedGrid<N> {
         let whole = rest.h;
         grid.s.push(from.s);
         for part in 1..parts {
+            // One even part is this share of what is left of the interval.
             let [cell, remainder] = rest.split(1.0 / (parts - part + 1) as f64);
             grid.cells.push(cell);
             grid.s.push(from.s + whole * part as f64 / parts as f64);
@@ -126,6 +127,7 @@ impl CellGains {
         let mut left = self.total;
         for gain in sorted {
             left -= gain;
+            // A little below the gain, so that cells alike but for rounding fall on one side.
             if left <= rest * self.total {
                 return gain * (1.0 - f64::EPSILON.sqrt());
             }

@@ -65,6 +65,7 @@ fn validate_piece<const N: usize>(piece: usize, data: &AxisPiece<N>) -> Result<(
     }
     let mut before = f64::NEG_INFINITY;
     for (node, at) in data.nodes.iter().enumerate() {
+        // The first node comes after minus infinity.
         validate_next([piece, node], at, before)?;
         before = at.s;
     }

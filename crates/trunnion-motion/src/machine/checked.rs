@@ -109,6 +109,7 @@ impl Machine {
 
     /// Collects one figure of every axis into a vector, for example `machine.vector(|axis| axis.vel)`.
     pub fn vector(&self, figure: impl Fn(&Axis) -> f64) -> AxisVector {
+        // One row an axis, in the order of `axes`.
         AxisVector::from_fn(|row, _| self.axes.get(row).map_or(0.0, &figure))
     }
 

@@ -222,6 +222,7 @@ impl Machine {
     /// Returns a jog of about `wanted` from home: up if travel allows it, else down, else less.
     fn jog(&self, index: usize, wanted: f64) -> f64 {
         let Some(Axis { limits: [low, high], home, .. }) = self.axes.get(index) else { return 0.0 };
+        // Where travel allows neither direction in full, the one with more room.
         let [up, down] = [high - home, home - low];
         if up >= wanted {
             wanted
@@ -252,6 +253,7 @@ fn side_of(axis: &Vector3<f64>) -> Vector3<f64> {
 fn compass(v: &UnitVector3<f64>) -> Option<&'static str> {
     const NAMES: [[&str; 2]; 3] = [["+x", "-x"], ["+y", "-y"], ["+z", "-z"]];
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+    // |v x axis| is the sine of the angle to the axis' line.
     let near = axes.iter().position(|axis| v.cross(axis).norm() < NAMED)?;
     let names = NAMES.get(near)?;
     Some(if v[near] > 0.0 { names[0] } else { names[1] })

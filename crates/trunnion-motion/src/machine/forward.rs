@@ -163,6 +163,7 @@ impl Kinematics {
 impl RotaryJoint {
     /// Turns `v` about the direction by the angle with this sine and cosine (Rodrigues' formula).
     fn turn(&self, [sin, cos]: [f64; 2], v: &Vector3<f64>) -> Vector3<f64> {
+        // The component along the direction stays; the one across it turns in its plane.
         v * cos + self.dir.cross(v) * sin + self.dir.scale((1.0 - cos) * self.dir.dot(v))
     }
 }

@@ -109,6 +109,7 @@ impl SetupTask<'_> {
 
 /// Sums up the rotary travel of an axis path.
 fn travelled(followed: &FollowedPath) -> PathTravel {
+    // Along a quintic an axis may turn back; the sum over nodes is what the branches are compared by.
     let mut rotary = [0.0; 2];
     for pair in followed.path.pieces.iter().flat_map(|piece| piece.nodes.windows(2)) {
         let moved = pair[1].q[0] - pair[0].q[0];

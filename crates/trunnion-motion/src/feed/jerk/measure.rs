@@ -16,13 +16,13 @@ struct MomentRatios<const N: usize> {
     points: [f64; 2],
 }
 
-/// Calls `look` with the row and the state, evenly in time; the path in the power basis, so that
-/// neither the points nor the basis of the planner are used.
+/// Calls `visit` with the row and the ratios at moments even in time. The path is evaluated in the power
+/// basis, so that neither the points nor the basis of the planner are used.
 fn each_moment<const N: usize>(
     piece: &AxisPiece<N>,
     schedule: &SchedulePiece,
     limits: &ReciprocalLimits<N>,
-    mut look: impl FnMut(usize, &MomentRatios<N>),
+    mut visit: impl FnMut(usize, &MomentRatios<N>),
 ) {
     let jerk_limits = limits.jerk.unwrap_or_else(SVector::zeros);
     let mut interval = usize::MAX;
@@ -42,7 +42,7 @@ fn each_moment<const N: usize>(
             // q' j + 3 q'' v a + q''' v³: jerk by the chain rule, with j = d³s/dt³.
             let [_, q1, q2, q3] = quintic.at(s - origin);
             let [feed, tip] = rates_at(piece, interval, s);
-            look(
+            visit(
                 row,
                 &MomentRatios {
                     axes: [
@@ -94,6 +94,7 @@ pub(super) fn binding<const N: usize>(
         add(state.points[0], BindingLimit::Feed);
         add(state.points[1], BindingLimit::Tip);
     });
+    // No interval begins at the last row.
     if let [.., before, last] = most.as_mut_slice() {
         *last = *before;
     }

@@ -290,6 +290,8 @@ impl<const N: usize> RollingPlan<N> {
             let a = largest(&limits.acceleration.plus);
             let j = limits.jerk.as_ref().map_or(f64::INFINITY, largest);
             let v = *speed;
+            // Straight stop: jerk alone takes 2 sqrt(v / j), with a phase at the largest deceleration
+            // v / a + a / j; the mean speed is v / 2 both times.
             let time = if v * j < a * a { 2.0 * (v / j).sqrt() } else { v / a + a / j };
             end - s < CURVED * 0.5 * v * time
         };

@@ -25,6 +25,7 @@ pub(super) fn feasible<const N: usize>(
     let mut spline = SpeedSpline::new(lengths(grid), vec![0.0; grid.cells.len()], ends);
     let caps = SpeedCaps::new(grid, &spline, limits)?;
     initial::feasible(grid, limits, &caps, &mut spline);
+    // From rest to rest a slow enough profile is inside all limits; an end that moves may have to be restored.
     let start = if ends.iter().any(EndMotion::moves) {
         restore::restore(grid, limits, &caps, FeasibleSpline::unproven(spline))
     } else {

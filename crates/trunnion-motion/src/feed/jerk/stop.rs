@@ -126,6 +126,7 @@ fn up_to<const N: usize>(piece: &AxisPiece<N>, s: f64) -> Option<AxisPiece<N>> {
     if s <= from.s {
         return (nodes.len() > 1).then_some(AxisPiece { nodes, ..*piece });
     }
+    // Value and derivatives at s make a node: the quintic up to there is the same polynomial.
     let share = (s - from.s) / (to.s - from.s);
     let mean = |from: f64, to: f64| from + share * (to - from);
     nodes.push(AxisNode {

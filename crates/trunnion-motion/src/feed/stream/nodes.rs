@@ -158,6 +158,7 @@ fn between<const N: usize>(from: &NodeEntry<N>, to: &NodeEntry<N>, s: f64) -> Op
     if s >= to.node.s {
         return Some(to.clone());
     }
+    // Feed and tip rates are linear between nodes.
     let piece = AxisPiece { motion: to.motion, source: 0, nodes: vec![from.node, to.node] };
     let share = (s - from.node.s) / (to.node.s - from.node.s);
     let mean = |from: f64, to: f64| from + share * (to - from);

@@ -144,6 +144,7 @@ impl<const N: usize> RowWindow<N> {
     pub(super) fn cut(&mut self, parts: usize, limits: &ReciprocalLimits<N>) -> Option<()> {
         let (from, cell) = (*self.rows.front()?, (*self.cells.front()?)?);
         let to = *self.rows.get(1)?;
+        // The parts go between the first row and the rest, which is taken off and put back.
         let tail = (self.rows.split_off(1), self.cells.split_off(1));
         self.cells.clear();
         for (cell, share) in pieces(cell, parts) {
@@ -246,6 +247,7 @@ impl<const N: usize> RowWindow<N> {
 
 /// Returns the largest squared speeds at both ends of a cell by axes and tip, and by the feed.
 fn caps<const N: usize>(cell: &FeedCell<N>, limits: &ReciprocalLimits<N>) -> [[f64; 2]; 2] {
+    // Kept apart, because an override above 1 raises the feed alone.
     let axes = ReciprocalLimits { feed: 0.0, ..*limits };
     [cell.caps(&axes), tangent(scaled(cell.feed_rate, limits.feed))]
 }
