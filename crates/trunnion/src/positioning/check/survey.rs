@@ -370,6 +370,6 @@ impl CircleSurvey<'_> {
         let way = 0.5 * self.circle.ring.radius * steps.fold(0.0, f64::max);
         let highest = points.iter().map(|point| point.reading.distance).fold(0.0, f64::max);
         let readings = points.iter().map(|point| &point.reading);
-        curvatures_under(self.setting.face, readings, way, highest + way)
+        curvatures_under(self.setting.face, &readings, way, highest + way)
     }
 }

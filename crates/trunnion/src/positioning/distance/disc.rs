@@ -120,7 +120,7 @@ impl FlatDisc {
         let [mut least, mut bound] = [f64::INFINITY; 2];
         // The distance is 1-Lipschitz: no point of the disc is farther from the surface than this.
         let far = centre.distance + self.radius;
-        let under = curvatures_under(face, std::iter::once(centre), self.radius, far);
+        let under = curvatures_under(face, &std::iter::once(centre), self.radius, far);
         let [low, high] = under.curvatures;
         // Nowhere convex below the disc: the distance has no minimum inside (see the module's
         // docs).

@@ -254,9 +254,9 @@ fn peak([a, b]: [&ErrorSample; 2], sign: f64, bend: f64) -> f64 {
 ///
 /// A foot moves at most `1 / (1 - k d)` times as fast as its point, `k` bounded over all there is
 /// within the reach of such feet: as it starts inside, it never leaves.
-pub(crate) fn curvatures_under<'a>(
+pub(crate) fn curvatures_under<'a, Readings: Iterator<Item = &'a DistanceReading> + Clone>(
     face: &FaceIndex,
-    readings: impl Iterator<Item = &'a DistanceReading> + Clone,
+    readings: &Readings,
     way: f64,
     far: f64,
 ) -> CurvatureRange {

@@ -77,6 +77,6 @@ impl StripProblem {
         let ends = [&self.frame.first, &state.placement.second];
         let readings = ends.into_iter().chain(samples.map(|sample| &sample.reading));
         let way = 0.5 * SPACING * self.frame.major;
-        curvatures_under(probe.face(), readings, way, self.frame.lift + way).rate.is_finite()
+        curvatures_under(probe.face(), &readings, way, self.frame.lift + way).rate.is_finite()
     }
 }
