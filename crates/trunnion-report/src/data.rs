@@ -1,8 +1,8 @@
-//! What a report shows: plain data in the units people read (mm, degrees, seconds).
+//! Content of a report: plain data in the units that people read (mm, degrees, seconds).
 
 use serde::Serialize;
 
-/// Everything on the page.
+/// Content of the page.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ReportData {
     /// Name of the job.
@@ -15,39 +15,39 @@ pub struct ReportData {
     pub tool: String,
     /// Program and version that made the report.
     pub generator: String,
-    /// Whether the result keeps every tolerance and limit.
+    /// True if the result keeps every tolerance and limit.
     pub passed: bool,
-    /// The verdict, a sentence each: the reasons where it failed.
+    /// Verdict, one sentence each; the reasons if it failed.
     pub verdict: Vec<String>,
-    /// What to know before using the program.
+    /// Warnings to read before the program is used.
     pub warnings: Vec<String>,
-    /// The numbers, most important first.
+    /// Numbers, most important first.
     pub numbers: Vec<Number>,
-    /// Tolerance and how it was shared out.
+    /// Tolerance and its shares.
     pub budget: Budget,
     /// Cross-section of every tool, `[radius, height above the tip]` \[mm\], from the tip up.
     pub tools: Vec<Vec<[f64; 2]>>,
-    /// The surface with what was measured on it.
+    /// Surface with the deviations measured on it.
     pub surface: Surface,
-    /// The path, in the order it is run.
+    /// Tool path in the order of the run.
     pub path: Vec<PathPiece>,
-    /// The machine's axes over time.
+    /// Machine axes over time.
     pub motion: Motion,
-    /// What the final check found.
+    /// Results of the final check.
     pub check: Check,
-    /// What is left of the stock; `None` for none.
+    /// Remaining stock, if it is known.
     pub stock: Option<Solid>,
-    /// What the tool must not touch; `None` for nothing.
+    /// Fixtures that the tool must not touch, if there are any.
     pub fixtures: Option<Solid>,
-    /// Drawing (SVG) of how far the smoothed path strays, put in as it stands; empty for none.
+    /// Drawing (SVG) of the deviation of the smoothed path, inserted unchanged; may be empty.
     pub smoothing: String,
 }
 
-/// How a number is to be read.
+/// Judgement of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum State {
-    /// Nothing to judge.
+    /// Not judged.
     #[default]
     Plain,
     /// Within its limit.
@@ -61,39 +61,39 @@ pub enum State {
 /// One line of the table of numbers.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Number {
-    /// What it is.
+    /// Name of the quantity.
     pub label: String,
     /// Value as text, already rounded.
     pub value: String,
     /// Unit, or empty.
     pub unit: String,
-    /// A remark, or empty: what it is compared with.
+    /// Remark, such as the limit that it is compared with; may be empty.
     pub note: String,
-    /// How it is to be read.
+    /// Judgement.
     pub state: State,
-    /// Whether it also stands large at the top of the page.
+    /// True if it is also shown large at the top of the page.
     pub headline: bool,
 }
 
-/// The tolerance and its shares \[mm\].
+/// Tolerance and its shares \[mm\].
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Budget {
-    /// Most material left.
+    /// Largest excess.
     pub total: f64,
     /// Deepest gouge.
     pub gouge: f64,
-    /// Who gets what.
+    /// Shares of the stages.
     pub shares: Vec<Share>,
 }
 
-/// One share of the tolerance.
+/// Share of the tolerance.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Share {
-    /// What needs it.
+    /// Stage that uses it.
     pub name: String,
-    /// Allowed \[mm\].
+    /// Deviation allowed \[mm\].
     pub allowed: f64,
-    /// Used, where known \[mm\].
+    /// Deviation used, if known \[mm\].
     pub used: Option<f64>,
 }
 
@@ -118,7 +118,7 @@ pub struct SurfacePoint {
     pub deviation: Option<f64>,
 }
 
-/// Surface of a solid, to be drawn.
+/// Surface of a solid for the picture.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Solid {
     /// Vertices \[mm\].
@@ -127,32 +127,32 @@ pub struct Solid {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// What the tool does along a piece of path.
+/// Kind of motion along a piece of path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum MotionKind {
-    /// Travel above the part.
+    /// Link above the part.
     Link,
-    /// Down to a pass.
+    /// Lead-in to a pass.
     LeadIn,
     /// Cutting.
     Cut,
-    /// Up from a pass.
+    /// Lead-out of a pass.
     LeadOut,
 }
 
-/// A piece of path as a chain of tool positions in the workpiece frame.
+/// Piece of path as a chain of tool positions in the workpiece frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PathPiece {
     /// Kind of motion.
     pub motion: MotionKind,
-    /// Place of the tool in [`ReportData::tools`].
+    /// Index of the tool in [`ReportData::tools`].
     pub tool: usize,
     /// Positions in order of time.
     pub points: Vec<PathPoint>,
 }
 
-/// The tool at one moment.
+/// Tool at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathPoint {
     /// Time \[s\].
@@ -165,7 +165,7 @@ pub struct PathPoint {
     pub contact: [f64; 3],
 }
 
-/// A machine axis and its limits.
+/// Machine axis with its limits.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Axis {
     /// Name.
@@ -178,9 +178,9 @@ pub struct Axis {
     pub velocity: f64,
     /// Largest acceleration \[unit/s²\].
     pub acceleration: f64,
-    /// Whether that is what the chord error asked for allows, less than the axis can do.
+    /// True if the requested chord error lowers the acceleration below that of the axis.
     pub chord: bool,
-    /// Largest jerk \[unit/s³\]; 0 where none is kept.
+    /// Largest jerk \[unit/s³\]; 0 if no jerk limit is kept.
     pub jerk: f64,
 }
 
@@ -206,7 +206,7 @@ pub struct AxisBands {
     pub jerk: Band,
 }
 
-/// The machine over time, in slots of equal length. Made by [`crate::Recorder`].
+/// Motion of the machine in time slots of equal length. Created by [`crate::Recorder`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Motion {
     /// Duration of the whole \[s\].
@@ -221,48 +221,48 @@ pub struct Motion {
     pub tip: Band,
     /// Programmed feed \[mm/s\]; 0: none.
     pub feed: f64,
-    /// What holds the motion back in each slot: 0 nothing, 1 the feed, `2 + 3k` the velocity of
-    /// axis `k`, `3 + 3k` its acceleration, `4 + 3k` its jerk.
+    /// Limit that binds in each slot: 0 none, 1 the feed, `2 + 3k` the velocity of axis `k`,
+    /// `3 + 3k` its acceleration, `4 + 3k` its jerk.
     pub binding: Vec<u8>,
 }
 
-/// What the final check found.
+/// Results of the final check.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Check {
-    /// What was checked and how, in words; empty if nothing was checked.
+    /// Subject and method of the check in words; empty without a check.
     pub method: String,
     /// Distance between measured points \[mm\].
     pub grid: f64,
-    /// Points measured.
+    /// Number of points measured.
     pub points: u64,
-    /// Of these, not cut at all.
+    /// Number of these that were not cut.
     pub uncut: u64,
-    /// Histogram of what was left.
+    /// Histogram of the deviations.
     pub histogram: Histogram,
-    /// The worst places, worst first.
+    /// Worst places, the worst first.
     pub places: Vec<WorstPlace>,
 }
 
-/// Counts of deviations.
+/// Histogram of deviations.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Histogram {
     /// Lower edge of the first bin \[mm\].
     pub start: f64,
     /// Width of a bin \[mm\].
     pub width: f64,
-    /// Points in each bin; the first and the last also hold what lies beyond.
+    /// Points in each bin; the first and the last bin include all beyond.
     pub counts: Vec<u64>,
 }
 
-/// A place worth looking at.
+/// One of the worst places.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct WorstPlace {
-    /// `gouge`, `excess`, `uncut`, or whatever else was found, in one or two words.
+    /// Kind of finding in one or two words: `gouge`, `excess`, `uncut` or another.
     pub kind: String,
-    /// Where \[mm\].
+    /// Position \[mm\].
     pub point: [f64; 3],
     /// Deviation \[mm\]; `None` where nothing was cut.
     pub deviation: Option<f64>,
-    /// Line of the program, face, u and v: whatever helps to find it.
+    /// Line of the program, face, u and v, to help to find it.
     pub note: String,
 }

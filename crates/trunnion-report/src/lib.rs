@@ -1,7 +1,7 @@
 //! Results of trunnion as one self-contained HTML file.
 //!
-//! Fill a [`ReportData`]; its samples over time are gathered by a [`Recorder`]; [`render`] it.
-//! The page loads nothing from anywhere: script, style and data stand in it.
+//! Fill a [`ReportData`], gather its samples over time with a [`Recorder`], and [`render`] it. The page
+//! contains script, style and data, and loads nothing from anywhere.
 
 mod data;
 mod page;

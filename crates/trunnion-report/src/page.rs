@@ -12,10 +12,10 @@ const TEMPLATE: &str = include_str!("../assets/report.html");
 const SCRIPT: &str = include_str!("../assets/viewer.js");
 const STYLE: &str = include_str!("../assets/viewer.css");
 
-/// Worst places that are listed: more would hide the ones that matter.
+/// Most places that are listed: more would hide the important ones.
 const PLACES: usize = 20;
 
-/// Why a page could not be made.
+/// Reason why a page could not be rendered.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
@@ -27,7 +27,7 @@ pub enum ReportError {
     Template(#[from] minijinja::Error),
 }
 
-/// What the template shows.
+/// Content of the template.
 #[derive(Debug, Serialize)]
 struct Page<'a> {
     job: &'a str,
@@ -55,7 +55,7 @@ struct Page<'a> {
     payload: &'a str,
 }
 
-/// One line of the budget, ready to draw.
+/// Row of the budget, ready to draw.
 #[derive(Debug, Serialize)]
 struct Bar {
     name: String,
@@ -64,7 +64,7 @@ struct Bar {
     percent: f64,
 }
 
-/// What is seen of the solids.
+/// Picture of the solids.
 #[derive(Debug, Serialize)]
 struct Picture {
     uri: String,
@@ -72,7 +72,7 @@ struct Picture {
     fixtures: bool,
 }
 
-/// A worst place in words.
+/// Row of the table of worst places.
 #[derive(Debug, Serialize)]
 struct Row<'a> {
     kind: &'a str,
@@ -81,7 +81,7 @@ struct Row<'a> {
     note: &'a str,
 }
 
-/// The whole page: one HTML text that loads nothing from anywhere.
+/// Renders the page as one HTML text that loads nothing from anywhere.
 ///
 /// # Errors
 ///
@@ -119,6 +119,7 @@ pub fn render(data: &ReportData) -> Result<String, ReportError> {
 }
 
 fn bars(budget: &Budget) -> Vec<Bar> {
+    // A check of setpoints has no tolerance: nothing is divided by zero.
     let whole = budget.total.max(f64::MIN_POSITIVE);
     let bar = |share: &crate::data::Share| Bar {
         name: share.name.clone(),
@@ -129,7 +130,7 @@ fn bars(budget: &Budget) -> Vec<Bar> {
     budget.shares.iter().map(bar).collect()
 }
 
-/// What is left of the stock with fixtures around it, or without stock the part; `None` without either.
+/// Draws the remaining stock, or without stock the part, among its fixtures; `None` without either.
 fn picture(data: &ReportData) -> Option<Picture> {
     let Surface { vertices, triangles, .. } = &data.surface;
     let part = || Solid { vertices: vertices.clone(), triangles: triangles.clone() };
@@ -152,8 +153,9 @@ fn row(place: &WorstPlace) -> Row<'_> {
     }
 }
 
-/// A small length as people of the trade say it.
+/// Writes a small length in micrometres, as machinists do.
 fn micrometres(mm: f64) -> String {
     let value = 1000.0 * mm;
+    // Three figures either way: 99.9 and 100.
     if value.abs() >= 99.95 { format!("{value:.0} µm") } else { format!("{value:.1} µm") }
 }

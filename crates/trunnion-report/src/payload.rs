@@ -1,4 +1,4 @@
-//! What the page's script reads: JSON, with large arrays as base64 of little-endian numbers.
+//! Input of the page's script: JSON, with large arrays as base64 of little-endian numbers.
 
 use crate::data::{
     Axis, AxisBands, Band, Budget, Check, Motion, MotionKind, PathPiece, ReportData,
@@ -7,14 +7,14 @@ use crate::data::{PathPoint, Solid, Surface};
 use crate::thin::{thinned_path, thinned_surface};
 use serde::Serialize;
 
-/// Vertices of the surface that a page carries at most: about one a pixel, and 5 MB.
+/// Most vertices of the surface in a page: about one for each pixel, and 5 MB.
 const VERTICES: usize = 100_000;
-/// Triangles of fixtures that a page carries at most: about 2 MB.
+/// Most triangles of fixtures in a page: about 2 MB.
 const TRIANGLES: usize = 60_000;
-/// Points of the path that a page carries at most: about 3 MB.
+/// Most points of the path in a page: about 3 MB.
 const POINTS: usize = 60_000;
 
-/// The script's whole input.
+/// Input of the script.
 #[derive(Debug, Serialize)]
 pub(crate) struct Payload<'a> {
     job: &'a str,
@@ -22,7 +22,7 @@ pub(crate) struct Payload<'a> {
     tools: &'a [Vec<[f64; 2]>],
     surface: PackedSurface,
     path: PackedPath,
-    /// `None` without any, or where they are too large for a page: the still picture shows them.
+    /// Fixtures; `None` without any, or if they are too large for a page. The still picture shows them in any case.
     fixtures: Option<PackedSolid>,
     motion: PackedMotion<'a>,
     check: &'a Check,
@@ -48,7 +48,7 @@ struct PackedPath {
     kinds: Vec<MotionKind>,
     counts: Vec<usize>,
     tools: Vec<usize>,
-    /// Whether contacts are known.
+    /// True if contacts are known.
     contacts: bool,
     /// `f32`: t, tip, axis and contact of every point, ten numbers each.
     points: String,
@@ -103,7 +103,7 @@ impl<'a> Payload<'a> {
         }
     }
 
-    /// As text that may stand inside a `script` element.
+    /// Returns JSON that is safe inside a `script` element.
     pub(crate) fn to_json(&self) -> Result<String, serde_json::Error> {
         // `<` occurs in strings only, where the escape means the same; so no element can end early.
         Ok(serde_json::to_string(self)?
@@ -119,11 +119,13 @@ fn surface(full: &Surface, budget: &Budget) -> PackedSurface {
     let mut positions = Vec::with_capacity(6 * thin.vertices.len());
     for vertex in &thin.vertices {
         for ((value, low), high) in vertex.iter().zip(low).zip(high) {
+            // 65,535 steps of a box of 100 mm are 1.5 µm each: below a pixel.
             let share = (value - low) / (high - low).max(f64::MIN_POSITIVE);
             positions.extend(quantised(share * f64::from(u16::MAX), 0.0, u16::MAX).to_le_bytes());
         }
     }
     let largest = thin.deviation.iter().flatten().fold(0.0_f64, |most, d| most.max(d.abs()));
+    // The largest deviation uses the whole range, so that small ones keep their digits.
     let step = (largest / f64::from(i16::MAX)).max(f64::MIN_POSITIVE);
     let deviation = thin.deviation.iter().flat_map(|deviation| {
         let packed = deviation.map_or(i16::MIN, |deviation| {
@@ -147,7 +149,7 @@ fn surface(full: &Surface, budget: &Budget) -> PackedSurface {
     }
 }
 
-/// Nearest whole number in `[least, most]`; NaN becomes `least`.
+/// Rounds to the nearest whole number in `[least, most]`; NaN becomes `least`.
 fn quantised(value: f64, least: f64, most: u16) -> u16 {
     #[expect(
         clippy::cast_possible_truncation,
@@ -174,6 +176,7 @@ fn path(pieces: &[PathPiece]) -> PackedPath {
         let PathPoint { t, tip, axis, contact } = point;
         std::iter::once(*t).chain(*tip).chain(*axis).chain(*contact).collect::<Vec<f64>>()
     });
+    // An unknown contact is stored as the tip.
     let off = |PathPoint { tip, contact, .. }: &PathPoint| {
         tip.iter().zip(contact).any(|(a, b)| (a - b).abs() > 0.0)
     };
@@ -238,9 +241,11 @@ pub(crate) fn base64(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for chunk in bytes.chunks(3) {
         let byte = |at: usize| u32::from(chunk.get(at).copied().unwrap_or(0));
+        // Three bytes are four letters of six bits each.
         let group = byte(0) << 16 | byte(1) << 8 | byte(2);
         for place in 0..4 {
             let letter = LETTERS[(group >> (18 - 6 * place) & 63) as usize];
+            // n bytes fill n + 1 letters; the rest is padding.
             text.push(if place > chunk.len() { '=' } else { char::from(letter) });
         }
     }

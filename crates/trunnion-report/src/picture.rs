@@ -1,4 +1,4 @@
-//! Solids seen from the front, the right and above, as a PNG that stands in the page.
+//! Picture of the solids, seen from the front, the right and above, as a PNG inside the page.
 
 use crate::data::Solid;
 use crate::payload::base64;
@@ -6,22 +6,22 @@ use crate::payload::base64;
 /// Size of the picture \[pixels\].
 const WIDTH: usize = 640;
 const HEIGHT: usize = 420;
-/// Free at the edges \[pixels\].
+/// Margin \[pixels\].
 const MARGIN: f64 = 6.0;
-/// To the right, up, and towards the eye: an isometric view.
+/// Directions to the right, up, and towards the eye in an isometric view.
 const RIGHT: [f64; 3] = [0.707_106_781_186_547_5, 0.707_106_781_186_547_5, 0.0];
 const UP: [f64; 3] = [-0.408_248_290_463_863, 0.408_248_290_463_863, 0.816_496_580_927_726];
 const EYE: [f64; 3] = [0.577_350_269_189_625_8, -0.577_350_269_189_625_8, 0.577_350_269_189_625_8];
-/// Where the light comes from.
+/// Direction towards the light.
 const LIGHT: [f64; 3] = [-0.2, -0.45, 0.87];
-/// Light that falls everywhere, of 1.
+/// Share of the light that reaches every face.
 const AMBIENT: f64 = 0.3;
-/// The lightest colours of what is worked on and of what holds it.
+/// Lightest colours of the workpiece and of the fixtures.
 const COLOURS: [[f64; 3]; 2] = [[196.0, 208.0, 222.0], [240.0, 160.0, 70.0]];
-/// Shades of one colour.
+/// Number of shades of one colour.
 const SHADES: u8 = 127;
 
-/// A data URI of what is worked on and of what holds it; `None` without triangles.
+/// Returns a data URI of the picture of workpiece and fixtures; `None` without triangles.
 pub(crate) fn of(solids: [&Solid; 2]) -> Option<String> {
     let pixels = draw(solids)?;
     Some(format!("data:image/png;base64,{}", base64(&png(&pixels))))
@@ -35,8 +35,8 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// A shade for every pixel, row by row from the top; 0 is nothing, and those of the second solid come behind those of
-/// the first.
+/// Returns a shade for every pixel, row by row from the top. 0 is nothing; the shades of the second solid follow those
+/// of the first.
 fn draw(solids: [&Solid; 2]) -> Option<Vec<u8>> {
     let seen = |p: &[f64; 3]| [dot(p, &RIGHT), dot(p, &UP), dot(p, &EYE)];
     let corners = |solid: &Solid, triangle: &[u32; 3]| {
@@ -56,6 +56,7 @@ fn draw(solids: [&Solid; 2]) -> Option<Vec<u8>> {
     if !(left < right && bottom < top) {
         return None;
     }
+    // One scale for both directions keeps right angles; the tighter side decides.
     let scale = ((WIDTH as f64 - 2.0 * MARGIN) / (right - left))
         .min((HEIGHT as f64 - 2.0 * MARGIN) / (top - bottom));
     let [across, down] = [left + right, top + bottom].map(|sum| 0.5 * sum);
@@ -74,12 +75,14 @@ fn draw(solids: [&Solid; 2]) -> Option<Vec<u8>> {
     Some(canvas.shades)
 }
 
-/// 1 to [`SHADES`], by the light on a face; which way its triangle turns does not matter, as what is seen faces the eye.
+/// Returns the shade of a face, from 1 to [`SHADES`], by the light on it. The orientation of its triangle does not
+/// matter: a visible face always faces the eye.
 fn shade(normal: [f64; 3]) -> u8 {
     let length = dot(&normal, &normal).sqrt();
     if length <= 0.0 {
         return 1;
     }
+    // signum turns the normal to the eye, the length makes it a unit vector.
     let facing = dot(&normal, &EYE).signum() / length;
     let light = (facing * dot(&normal, &LIGHT)).max(0.0);
     #[expect(
@@ -91,7 +94,7 @@ fn shade(normal: [f64; 3]) -> u8 {
     shade.clamp(1, SHADES)
 }
 
-/// Shades with the depth of what made them.
+/// Shades with their depths (z-buffer).
 struct Canvas {
     shades: Vec<u8>,
     depth: Vec<f64>,
@@ -103,8 +106,9 @@ impl Canvas {
         Self { shades: vec![0; size], depth: vec![f64::NEG_INFINITY; size] }
     }
 
-    /// Fills what a triangle covers, where it is nearest to the eye.
+    /// Fills a triangle where it is nearest to the eye.
     fn fill(&mut self, [a, b, c]: [[f64; 3]; 3], shade: u8) {
+        // Twice the signed area; the weights below are areas over it (barycentric coordinates).
         let twice = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
         if twice.abs() <= 0.0 {
             return;
@@ -122,6 +126,7 @@ impl Canvas {
                     ((q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0])) / twice
                 };
                 let [u, v, w] = [weight(b, c), weight(c, a), weight(a, b)];
+                // Outside of one edge at least.
                 if u.min(v).min(w) < 0.0 {
                     continue;
                 }
@@ -143,10 +148,11 @@ fn pixel(place: f64, size: usize) -> usize {
     (place.max(0.0) as usize).min(size - 1)
 }
 
-/// A picture of shades (PNG, palette, 0 transparent; W3C, *Portable Network Graphics*, 2nd edition).
+/// Encodes shades as PNG with a palette, 0 transparent (W3C, *Portable Network Graphics*, 2nd edition).
 fn png(shades: &[u8]) -> Vec<u8> {
     let [width, height] = [WIDTH, HEIGHT].map(|size| u32::try_from(size).unwrap_or(u32::MAX));
     let mut header = [width.to_be_bytes(), height.to_be_bytes()].concat();
+    // 8 bits a pixel, palette, deflate, standard filters, not interlaced.
     header.extend([8, 3, 0, 0, 0]);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
     let level = |(colour, shade): ([f64; 3], u8)| {
@@ -172,7 +178,7 @@ fn chunk(file: &mut Vec<u8>, name: [u8; 4], data: &[u8]) {
     file.extend(crc(&named).to_be_bytes());
 }
 
-/// CRC-32 as in ISO 3309, bit by bit.
+/// Returns the CRC-32 of ISO 3309, computed bit by bit.
 fn crc(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(u32::MAX, |crc, byte| {
         (0..8).fold(crc ^ u32::from(*byte), |crc, _| {
@@ -181,17 +187,20 @@ fn crc(bytes: &[u8]) -> u32 {
     })
 }
 
-/// A zlib stream that is not packed (RFC 1950, 1951).
+/// Returns a zlib stream without compression (RFC 1950, 1951).
 fn stored(bytes: &[u8]) -> Vec<u8> {
+    // Deflate with a 32 KiB window; the second byte makes the header divisible by 31.
     let mut stream = vec![0x78, 0x01];
     let mut blocks = bytes.chunks(usize::from(u16::MAX)).peekable();
     while let Some(block) = blocks.next() {
         let length = u16::try_from(block.len()).unwrap_or(u16::MAX);
+        // Stored block: final flag, length and its complement.
         stream.push(u8::from(blocks.peek().is_none()));
         stream.extend(length.to_le_bytes());
         stream.extend((!length).to_le_bytes());
         stream.extend(block);
     }
+    // Adler-32 of the uncompressed bytes.
     let (a, b) = bytes.iter().fold((1u32, 0u32), |(a, b), byte| {
         let a = (a + u32::from(*byte)) % 65_521;
         (a, (a + b) % 65_521)

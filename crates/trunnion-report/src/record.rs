@@ -1,8 +1,8 @@
-//! From many samples to few time slots, without losing a peak.
+//! Reduction of many samples to few time slots, without losing a peak.
 
 use crate::data::{Axis, AxisBands, Band, Histogram, Motion, Surface, SurfacePoint};
 
-/// The machine at one moment, in the units of its axes.
+/// Machine at one moment, in the units of its axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample<'a> {
     /// Time \[s\].
@@ -19,11 +19,11 @@ pub struct Sample<'a> {
     pub speed: f64,
     /// Speed of the tool tip \[mm/s\].
     pub tip: f64,
-    /// Whether the programmed feed holds here: not on links.
+    /// True if the programmed feed applies, which it does not on links.
     pub cutting: bool,
 }
 
-/// A limit counts as reached from this fraction on. Only a label in a chart depends on it.
+/// Fraction of a limit from which it counts as reached. Only a label in a chart depends on it.
 const REACHED: f64 = 0.98;
 
 /// Gathers samples into a [`Motion`] of a given number of slots.
@@ -53,7 +53,7 @@ impl Recorder {
         Self { motion, nearest: vec![REACHED; slots] }
     }
 
-    /// Adds a sample; what lies outside the duration counts to the nearest slot.
+    /// Adds a sample; one outside the duration counts to the nearest slot.
     pub fn add(&mut self, sample: &Sample<'_>) {
         let slots = self.nearest.len();
         let Some(last) = slots.checked_sub(1) else { return };
@@ -77,6 +77,7 @@ impl Recorder {
         self.motion.tip.include(slot, sample.tip);
         if let (Some(nearest), Some(binding)) =
             (self.nearest.get_mut(slot), self.motion.binding.get_mut(slot))
+            // The largest fraction of the slot wins, so that a short peak keeps its label.
             && fraction > *nearest
         {
             *nearest = fraction;
@@ -84,7 +85,7 @@ impl Recorder {
         }
     }
 
-    /// The record; slots without a sample repeat the one before.
+    /// Returns the record; slots without a sample repeat the one before.
     pub fn finish(mut self) -> Motion {
         for bands in &mut self.motion.bands {
             bands.position.fill();
@@ -97,9 +98,10 @@ impl Recorder {
         self.motion
     }
 
-    /// The limit a sample is nearest to, numbered as in [`Motion::binding`], and how near.
+    /// Returns the limit that a sample is nearest to, numbered as in [`Motion::binding`], and the fraction reached.
     fn binding_limit(&self, sample: &Sample<'_>) -> (u8, f64) {
         let mut worst = (0, 0.0);
+        // A limit of 0 is none: 0 for jerk in plans without jerk limits.
         let mut consider = |limit: usize, value: f64, of: f64| {
             let fraction = value.abs() / of;
             if of > 0.0 && fraction > worst.1 {
@@ -142,8 +144,8 @@ impl Band {
 }
 
 impl Histogram {
-    /// Counts deviations \[mm\] in `bins` bins from `start` to `end`; what lies beyond counts to
-    /// the bins at the ends.
+    /// Counts deviations \[mm\] in `bins` bins from `start` to `end`; those beyond count to the end
+    /// bins.
     pub fn of(
         deviations: impl IntoIterator<Item = f64>,
         [start, end]: [f64; 2],
@@ -152,6 +154,7 @@ impl Histogram {
         let width = (end - start) / bins.max(1) as f64;
         let mut counts = vec![0; bins];
         for value in deviations.into_iter().filter(|value| value.is_finite()) {
+            // The end bins collect what lies beyond: no point is lost.
             let bin = ((value - start) / width).clamp(0.0, bins.saturating_sub(1) as f64);
             #[expect(
                 clippy::cast_possible_truncation,
@@ -181,6 +184,7 @@ impl Surface {
                 Some(number)
             })
             .collect();
+        // A row of the grid has `columns` points; each cell is split along one diagonal.
         let rows: Vec<&[Option<u32>]> = index.chunks_exact(columns.max(1)).collect();
         for pair in rows.windows(2) {
             let &[low, high] = pair else { continue };

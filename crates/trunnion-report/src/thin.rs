@@ -1,10 +1,10 @@
-//! Fewer points for a picture, never losing the worst.
+//! Reduction of points for a picture, without losing the worst.
 
 use crate::data::{Budget, PathPiece, Surface};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// At most about `most` points; ends of pieces stay.
+/// Reduces a path to about `most` points; the ends of pieces stay.
 pub(crate) fn thinned_path(path: &[PathPiece], most: usize) -> Cow<'_, [PathPiece]> {
     let total: usize = path.iter().map(|piece| piece.points.len()).sum();
     let stride = total.div_ceil(most.max(1)).max(1);
@@ -20,8 +20,8 @@ pub(crate) fn thinned_path(path: &[PathPiece], most: usize) -> Cow<'_, [PathPiec
     Cow::Owned(path.iter().map(thin).collect())
 }
 
-/// At most `most` vertices: one a cell of a cubic grid, the one with the worst deviation, where it
-/// was measured. Triangles follow their corners.
+/// Reduces a surface to at most `most` vertices: of each cell of a cubic grid, the vertex with the
+/// worst deviation stays, at its measured position. Triangles follow their corners.
 pub(crate) fn thinned_surface<'s>(
     full: &'s Surface,
     budget: &Budget,
@@ -73,6 +73,7 @@ fn clustered(full: &Surface, budget: &Budget, size: f64) -> Surface {
     let follow = |corner: u32| of_vertex.get(corner as usize).copied();
     let triangles = full.triangles.iter().filter_map(|&[a, b, c]| {
         let [a, b, c] = [follow(a)?, follow(b)?, follow(c)?];
+        // A triangle with two corners in one cell has collapsed.
         (a != b && b != c && c != a).then_some([a, b, c])
     });
     Surface {
@@ -82,7 +83,7 @@ fn clustered(full: &Surface, budget: &Budget, size: f64) -> Surface {
     }
 }
 
-/// Deviation as a fraction of its tolerance; nothing cut is the worst.
+/// Returns a deviation as a fraction of its tolerance; an uncut point is the worst.
 fn severity(deviation: Option<f64>, budget: &Budget) -> f64 {
     match deviation {
         None => f64::INFINITY,
