@@ -25,12 +25,12 @@ impl ArcChords {
         self.count
     }
 
-    /// Whether the next chord is the first.
+    /// Returns true if the next chord is the first.
     pub fn is_at_start(&self) -> bool {
         self.done == 0
     }
 
-    /// Whether no chord is left.
+    /// Returns true if no chord is left.
     pub fn is_over(&self) -> bool {
         self.done == self.count
     }

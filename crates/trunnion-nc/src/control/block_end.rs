@@ -1,4 +1,4 @@
-//! Where a straight block ends.
+//! The end of a straight block.
 
 use super::kinematics::{ControlKinematics, RotaryRequest, TipTarget};
 use super::word_frame::{TipFrame, WordFrame};
@@ -56,11 +56,13 @@ pub fn block_end<C: ControlKinematics>(
     match frame {
         WordFrame::Axes(shift) => {
             let mut axes = end_words(*from, block, shift);
+            // A turn of the rotaries alone: X, Y, Z stay unless words state them.
             let rotaries = choose(control, from, block, None)?;
             turn(control, &mut axes, rotaries.as_ref());
             Ok(BlockEnd { axes, tip: None, rotaries })
         }
         WordFrame::Tip(tip) => {
+            // Words left out stay as the tip reads now, even if the frame changed since the last block.
             let start = read_words(control, from, frame);
             let mut axes = end_words(start, block, &AxisVector::zeros());
             let target = tip_target(tip, &axes);

@@ -42,7 +42,7 @@ pub trait ControlKinematics {
 pub struct TipTarget {
     /// The point \[mm\].
     pub point: Point3<f64>,
-    /// Whether the tip or the gauge point goes there.
+    /// The tip goes there, or the gauge point.
     pub length: ToolLength,
 }
 

@@ -1,4 +1,4 @@
-//! What the words of a block count from.
+//! Coordinates that the words of a block count from.
 
 use crate::read::Frame;
 use crate::types::AxisVector;
@@ -44,7 +44,7 @@ pub enum WordFrame {
 /// Coordinates of the tool tip under tool-centre-point control.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TipFrame {
-    /// Whether the tip is that of the tool or the gauge point.
+    /// The point is the tip of the tool, or the gauge point.
     pub length: ToolLength,
     /// From the coordinates of X, Y, Z to the table frame; `None` where both are the same.
     pub table_from_words: Option<Isometry3<f64>>,

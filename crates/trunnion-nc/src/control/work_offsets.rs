@@ -29,6 +29,7 @@ pub(super) struct OffsetEntry {
 impl WorkOffsets {
     /// Puts an offset in, in place of one of the same number; `in_table` is its origin in the table frame \[mm\].
     pub fn set(&mut self, offset: WorkOffset, in_table: Vector3<f64>) {
+        // The table is short, and its order has no meaning.
         self.0.retain(|entry| entry.offset.number != offset.number);
         self.0.push(OffsetEntry { offset, in_table });
     }

@@ -17,16 +17,6 @@ impl AxesPose {
     pub(super) fn block_end(&self) -> BlockEnd<'_> {
         BlockEnd::new(&self.q, &self.pose)
     }
-
-    /// Borrows both parts as an end of a block.
-    pub(super) fn block_end(&self) -> BlockEnd<'_> {
-        BlockEnd::new(&self.q, &self.pose)
-    }
-
-    /// Borrows both parts.
-    pub(super) fn pair(&self) -> (&AxisVector, &ToolPose) {
-        (&self.q, &self.pose)
-    }
 }
 
 /// Point that the axes pass.

@@ -69,7 +69,7 @@ impl Part {
         frame: &TipFrame,
         turned: Option<&Turned>,
     ) -> Result<Known, VerifyError> {
-        // Tip coordinates of another frame say nothing in this one.
+        // Tip coordinates of another frame have no meaning in this one.
         let stood = if self.frame == Some(*frame) { self.tip } else { [None; 3] };
         let ([x, y, z], [.., first, second]) = (stood, self.axes);
         let mut words = [x, y, z, first, second];

@@ -117,13 +117,15 @@ impl BernsteinPolynomial {
     /// Bounds the absolute value.
     fn largest(&self) -> f64 {
         // Values are convex combinations of the coefficients, so that the largest of these bounds
-        // them.
-        self.coefficients.iter().fold(0.0, |most, x| if x.abs() <= most { most } else { x.abs() })
+        // them. A coefficient that overflowed to NaN stays, and fails every comparison of the proof.
+        let larger = |most: f64, x: &f64| if x.is_nan() || x.abs() > most { x.abs() } else { most };
+        self.coefficients.iter().fold(0.0, larger)
     }
 
     /// Bounds the value from below.
     fn smallest(&self) -> f64 {
-        self.coefficients.iter().copied().fold(f64::INFINITY, f64::min)
+        let smaller = |least: f64, x: &f64| if x.is_nan() || *x < least { *x } else { least };
+        self.coefficients.iter().fold(f64::INFINITY, smaller)
     }
 
     /// Bounds a polynomial that is positive from below.
