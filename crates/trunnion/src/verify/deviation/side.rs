@@ -38,19 +38,19 @@ pub struct FacesFromBehind {
 ///
 /// [`VerifyError`].
 pub fn behind(input: &CheckInput<'_>) -> Result<Option<FacesFromBehind>, VerifyError> {
-    let scene = Scene::new(input.faces, input.cutters());
-    Ok(scene.votes(&track(input, STEP * scene.radius)?))
+    let probes = SideProbes::new(input.faces, input.cutters());
+    Ok(probes.votes(&track(input, STEP * probes.radius)?))
 }
 
 /// Pairs of points in front of and behind faces, with the tools that may reach them.
-struct Scene<'a> {
+struct SideProbes<'a> {
     pairs: Vec<[Point3<f64>; 2]>,
     cutters: Vec<&'a Cutter>,
     /// Smallest radius of a tool \[mm\].
     radius: f64,
 }
 
-impl<'a> Scene<'a> {
+impl<'a> SideProbes<'a> {
     fn new(faces: &[Face], cutters: Vec<&'a Cutter>) -> Self {
         let radius = cutters.iter().map(|cutter| cutter.radius()).fold(f64::INFINITY, f64::min);
         let pairs: Vec<_> = faces.iter().flat_map(|face| test_points(face, OFF * radius)).collect();
