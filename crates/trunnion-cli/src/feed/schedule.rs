@@ -36,6 +36,7 @@ pub(super) fn write<const N: usize>(
 
 fn schedule(out: &mut dyn Write, plan: &FeedPlan) -> Written<()> {
     writeln!(out, "{HEADER}")?;
+    // One buffer for all rows: a schedule has up to millions.
     let mut line = String::new();
     for piece in &plan.schedule.pieces {
         for (row, t) in piece.t.iter().enumerate() {

@@ -53,6 +53,7 @@ pub(super) fn run(path: &Path, form: OutputForm) -> Result<Done, Failure> {
     for warning in &summary.warnings {
         eprintln!("warning: {warning}");
     }
+    // A file without locations is of another kind, or empty: nothing to summarise.
     if summary.locations == 0 {
         return Err(Failure::input(format!("{}: no cutter locations", path.display())));
     }

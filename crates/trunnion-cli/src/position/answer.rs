@@ -126,6 +126,7 @@ pub(super) fn table(location: &CutterLocation, args: &Args) -> String {
                 location.rear_min, location.rear_min_bound
             ),
         ),
+        // Closest-point queries are the cost of the method, for comparisons.
         ("queries", location.queries.to_string()),
     ];
     rows.extend(location.active.iter().map(|active| {
