@@ -23,6 +23,7 @@ pub(super) fn write<const N: usize>(
     table: &Table,
 ) -> Result<(), Failure> {
     if let Some(place) = &args.motion {
+        // The motion first: if it fails, there is no schedule without it.
         output::file(place, |out| {
             #[cfg(feature = "parquet")]
             if is_parquet(place) {

@@ -141,6 +141,7 @@ pub(super) fn report_rests(rests: &[Rest], more: usize) {
 }
 
 fn report_breaches(breaches: &[LimitBreach], table: &Table) {
+    // Progress and remarks go to stderr: stdout may carry the schedule.
     for LimitBreach { s: [from, to], limit: name, ratio, worst, .. } in
         breaches.iter().take(MOST_LISTED)
     {
@@ -187,6 +188,7 @@ fn limit(name: BindingLimit, table: &Table) -> String {
 fn describe(summary: &Summary) -> String {
     let mut out = String::new();
     let Summary { duration, lower_bound, points, inserted, .. } = summary;
+    // A path without length has a bound of 0.
     let above = 100.0 * (duration / lower_bound.max(f64::MIN_POSITIVE) - 1.0);
     // Writing to a string cannot fail.
     let _ =

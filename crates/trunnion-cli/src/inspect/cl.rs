@@ -70,6 +70,7 @@ fn read(path: &Path) -> Result<ClSummary, Failure> {
     let unread = || format!("reading {}", path.display());
     while let Some(line) = lines.next().with_context(unread)? {
         count += 1;
+        // Operations may have frames of their own: all are measured in the first.
         if let Some(ClItem::Location(record)) = reader.line(&lines::text(line)) {
             tally.push(&record.moved(&reader.first_from_written()));
         }

@@ -61,6 +61,7 @@ impl<'a> Program<'a> {
             block_delete: options.block_delete,
             ..ReadOptions::new(dialect, words, MOST_FAULTS)
         };
+        // One tool: its moves alone. Several: each with its own length.
         let moves = ProgramMoves::new(machine, ARC_TOLERANCE).map(|moves| match options.tool {
             Some(tool) => moves.only(tool),
             None => moves.with_lengths(&options.lengths),
@@ -123,6 +124,7 @@ impl<'a> Program<'a> {
             eprintln!("warning: {path}:{warning}");
         }
         let left = self.moves.left();
+        // Words that cannot move the tool are dropped, but never silently.
         if left.dwells > 0 || left.words > 0 {
             eprintln!(
                 "warning: {path}: left out: {} dwells, {} lines of other words (coolant, stops, smoothing): \
