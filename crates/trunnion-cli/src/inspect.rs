@@ -31,6 +31,7 @@ pub(crate) fn is_cl(path: &std::path::Path) -> bool {
 
 pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     if cl::is_one(&args.part) {
+        // -o draws faces; ignoring it would leave the user without a file.
         if args.output.is_some() {
             return Err(Failure::input("a CL file is not drawn\n  help: leave -o out"));
         }

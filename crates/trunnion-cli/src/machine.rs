@@ -53,6 +53,7 @@ pub(crate) fn load(argument: &str) -> Result<MachineFile, Failure> {
 
 /// Reads the machine that a job names: a file beside the job, else a built-in machine.
 pub(crate) fn load_beside(job: &Path, name: &str) -> Result<MachineFile, Failure> {
+    // A file beside the job wins, so that an edited copy may keep the name of its built-in original.
     let path = job.parent().unwrap_or(Path::new("")).join(name);
     if path.exists() || built_in(name).is_err() {
         load(&path.to_string_lossy())
@@ -282,6 +283,7 @@ fn axis_lines(machine: &Machine, about: &MachineJson) -> Vec<String> {
         ),
     ];
     for (axis, row) in machine.axes.iter().zip(&about.axes) {
+        // An axis that counts against ISO 841 is marked, because its numbers have the other sign.
         let reversed = if row.sense < 0.0 { " reversed" } else { "" };
         lines.push(format!(
             "{:<5} {:<22} {:<26} {:<16} {:>8}  {:>8} {:>8} {:>8} {:>9}  {}, s",
@@ -333,6 +335,7 @@ fn reach_lines(machine: &Machine, about: &MachineJson) -> Result<Vec<String>, Fa
             ),
         },
     ];
+    // Directions are those of a part parallel to the machine; a setup rotates them.
     let inverse = inverse(machine)?;
     let directions = inverse.singular_directions();
     if directions.is_empty() {
@@ -410,6 +413,7 @@ fn check(files: &[String], form: OutputForm) -> Result<Done, Failure> {
         checks.push((file, faults));
     }
     let done =
+        // Faulty files are the answer to this verb, but scripts expect the code of bad input.
         if checks.iter().all(|(_, faults)| faults.is_empty()) { Done::Kept } else { Done::Refused };
     if form.is_json() {
         let checks = checks.into_iter().map(|(file, faults)| CheckJson::of(file, faults));

@@ -156,6 +156,7 @@ fn view(folder: &std::path::Path) -> Result<Done, Failure> {
         let help = "run a job first: trunnion run JOB.toml";
         return Err(Failure::input(format!("{}: no report here\n  help: {help}", page.display())));
     }
+    // Each desktop has one program that opens a file with the default application.
     let opener = if cfg!(target_os = "macos") {
         "open"
     } else if cfg!(windows) {

@@ -70,6 +70,7 @@ pub(crate) fn write(out: &mut dyn Write, mesh: &Mesh) -> IoResult<()> {
 /// Describes the volumes removed and left, and the number of colliding lines.
 pub(crate) fn words(stock: &StockSummary) -> [String; 2] {
     let StockSummary { cell, removed, left, .. } = stock;
+    // The rays of x, y and z differ in distance: the coarsest is stated.
     let cell = cell.iter().copied().fold(0.0, f64::max);
     [
         format!("{removed:.1} mm3 taken away, {left:.1} mm3 left; rays {cell:.3} mm apart"),
@@ -90,6 +91,7 @@ fn undecided(stock: &StockSummary) -> String {
 pub(crate) fn chord_words(all: &[ChordSummary]) -> String {
     let mut lines: Vec<(f64, Vec<&str>)> = Vec::new();
     for ChordSummary { solid, chord } in all {
+        // Bits are compared: chords come from options and files, not from arithmetic.
         match lines.iter_mut().find(|(known, _)| known.total_cmp(chord).is_eq()) {
             Some((_, solids)) => solids.push(solid),
             None => lines.push((*chord, vec![solid])),
@@ -167,6 +169,7 @@ pub(crate) fn held(fixtures: &Fixtures) -> Solid {
 }
 
 fn add(solid: &mut Solid, mesh: &Mesh) {
+    // Corners count over all solids of the picture.
     let Ok(first) = u32::try_from(solid.vertices.len()) else { return };
     solid.vertices.extend(mesh.vertices.iter().map(|vertex| <[f64; 3]>::from(vertex.coords)));
     let moved = |triangle: &[u32; 3]| triangle.map(|corner| first.saturating_add(corner));

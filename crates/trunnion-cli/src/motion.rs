@@ -38,6 +38,7 @@ pub(crate) fn write(out: &mut dyn Write, job: &Job, outcome: &Outcome) -> Result
     let rotary = |index: usize| axes.get(index).is_some_and(|axis| axis.kind == AxisKind::Rotary);
     for setpoint in setpoints {
         write!(out, "{:.9}", setpoint.t)?;
+        // Fixed decimals, not the shortest form: columns stay aligned, and their rounding is known.
         let mut row = |values: &AxisVector, decimals: usize| {
             values.iter().enumerate().try_for_each(|(index, value)| {
                 let value = if rotary(index) { value.to_degrees() } else { *value };

@@ -28,6 +28,7 @@ pub(crate) fn file(
 pub(crate) struct Outputs {
     folder: PathBuf,
     created: bool,
+    /// Complete files under their temporary names, with their final paths.
     staged: Vec<(NamedTempFile, PathBuf)>,
 }
 

@@ -22,6 +22,7 @@ pub(crate) fn worst(
         Some(height) => height / total.max(f64::MIN_POSITIVE),
     };
     let place = |name: &str, extreme: &ExtremeHeight| WorstPlace {
+        // Both extremes may lie on the same side of the face: the sign decides.
         kind: if extreme.height < 0.0 { "gouge" } else { name }.to_owned(),
         point: extreme.point.coords.into(),
         deviation: Some(extreme.height),

@@ -150,6 +150,7 @@ fn near(machine: &Machine, words: &str) -> Result<AxisVector, Failure> {
             fault(format!("{} has no axis {}; it has {names}", machine.name, name.trim()))
         })?;
         let value = finite(value).map_err(|what| fault(format!("{word}: {what}")))?;
+        // Options are in degrees, axis vectors in radians.
         q[index] = if index < FIRST_ROTARY { value } else { value.to_radians() };
     }
     Ok(q)
@@ -182,6 +183,7 @@ impl Work for Forward {
         });
         let ToolPose { tip, axis } = self.kinematics.forward(&q);
         let numbers = [tip.x, tip.y, tip.z, axis.x, axis.y, axis.z];
+        // Positions of 1e300 mm overflow in the products of the chain.
         if !numbers.iter().all(|number| number.is_finite()) {
             out.push_str(",,,,,\n");
             return Err(Refusal::Unsolved("the pose is beyond what numbers can hold".into()));
@@ -316,6 +318,7 @@ impl Work for Jets {
                 Ok(())
             }
             Err(why) => {
+                // Four orders of five axes: empty fields keep the columns.
                 out.push_str(&",".repeat(4 * self.names.len() - 1));
                 out.push('\n');
                 Err(Refusal::Unsolved(why))

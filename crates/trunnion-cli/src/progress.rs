@@ -22,6 +22,7 @@ impl Bars {
         let flag = Arc::clone(&stopped);
         // Without a handler Ctrl-C ends the process, and staged files are never renamed: as safe.
         let _ = ctrlc::set_handler(move || {
+            // The first signal asks, the second does not wait for an answer.
             if flag.swap(true, Ordering::SeqCst) {
                 std::process::exit(130);
             }
@@ -45,6 +46,7 @@ impl Progress for Bars {
     fn report(&self, stage: Stage, done: u64, total: u64) -> ControlFlow<()> {
         if let Some((all, bars)) = &self.bars {
             let mut bars = bars.lock().unwrap_or_else(PoisonError::into_inner);
+            // Stages may overlap: each keeps its own bar.
             let bar = bars.entry(stage).or_insert_with(|| all.add(bar(stage)));
             bar.set_length(total);
             bar.set_position(done);

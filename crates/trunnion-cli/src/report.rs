@@ -86,6 +86,7 @@ fn verdict(summary: &Summary) -> Vec<String> {
     }
 }
 
+/// Collects the numbers: checks first, then the plan, unfinished parts, and axes.
 fn numbers(summary: &Summary) -> Vec<Number> {
     let checks = summary.programs.iter().enumerate().flat_map(|(index, program)| {
         let check = program.check.iter();
@@ -126,6 +127,7 @@ fn checked(
         judged(within(check.gouge, tolerance.gouge), gouge, prominence),
         judged(none(check.uncut), uncut, Prominence::Body),
     ];
+    // The acceleration is unknown if the control plans its own speeds.
     let ratios = [Some(check.velocity_ratio), check.acceleration_ratio];
     for (what, ratio) in ["velocity", "acceleration"].iter().zip(ratios) {
         let Some(ratio) = ratio else { continue };
@@ -243,6 +245,7 @@ pub(crate) fn outline(cutter: &Cutter) -> Vec<[f64; 2]> {
             }
         }
     }
+    // Neighbouring pieces share their ends.
     points.dedup();
     points
 }
@@ -273,6 +276,7 @@ fn columns(map: &FaceMap) -> usize {
 fn path(outcome: &Outcome) -> Vec<PathPiece> {
     let rows = outcome.plan.schedule.pieces.iter().zip(&outcome.followed.path.pieces);
     rows.filter_map(|(schedule, axes)| {
+        // A piece of the axis path names the piece of the tool path that it follows.
         let piece = outcome.tool_path.pieces.get(axes.source)?;
         let (first, last) = (*schedule.s.first()?, *schedule.s.last()?);
         // At least both ends, even of a rotation at a point.
@@ -379,6 +383,7 @@ pub(crate) fn axis(axis: &Axis, limits: &AxisLimits) -> ReportAxis {
         name: axis.name.clone(),
         unit: if rotary { "deg" } else { "mm" }.to_owned(),
         travel: (!axis.cyclic).then(|| axis.limits.map(unit)),
+        // The chart covers cuts and rapid moves: the larger limit is drawn.
         velocity: unit(axis.vel.max(axis.rapid)),
         acceleration: unit(acceleration),
         chord,

@@ -41,6 +41,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
         PipelineError::Solids(faults) => Failure::faults(&args.job, &faults),
         error => failure(error),
     };
+    // The dry run makes every check that takes little time.
     if args.dry_run {
         pipeline::reach(&job).map_err(failure)?;
         pipeline::solids(&job).map_err(refused)?;
@@ -67,6 +68,7 @@ pub(crate) fn load(
     bars: &Bars,
 ) -> Result<(Job, Vec<String>), Failure> {
     let file = files::job::parse(&text::read(path)?).map_err(|f| Failure::faults(path, &f))?;
+    // The chord must be known before the STEP files are divided into triangles.
     let file = match chord {
         Some(chord) => file.with_chord(chord),
         None => file,
@@ -106,6 +108,7 @@ fn beside(job: &Path, name: &str) -> PathBuf {
 /// Returns the error of a file that a job names, at its line of the job if the file does not exist.
 fn at_key(path: &Path, file: &JobFile, key: &str, name: &str, what: Failure) -> Failure {
     match what {
+        // A file that exists has its own positions; one that does not is a mistake in the job.
         Failure::Input(messages) if !beside(path, name).is_file() => {
             let at = file.places.get(key);
             let detail =
@@ -130,6 +133,7 @@ fn solids(path: &Path, file: &JobFile) -> Result<Solids, Failure> {
         let name = solid.file()?;
         let found = material::mesh_of(&beside(path, name), solid.chord());
         let refused = |what: String| {
+            // Only STEP solids have a chord, so it shows the kind.
             let help = match (Path::new(name), solid.chord()) {
                 (file, None) if material::is_step(file) => "write kind = \"step\" for a STEP file",
                 (file, Some(_)) if material::is_stl(file) => "write kind = \"stl\" for an STL file",

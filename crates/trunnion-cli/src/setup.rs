@@ -61,6 +61,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
 }
 
 fn bounds(args: &Args, job: &Job) -> Result<TiltBounds, Failure> {
+    // Bounds that are not given follow the machine and the job's own setup.
     let usual = TiltBounds::usual(&job.kinematics);
     let bounds = TiltBounds {
         tilt: args.tilt.map_or(usual.tilt, Interval::from),
@@ -68,6 +69,7 @@ fn bounds(args: &Args, job: &Job) -> Result<TiltBounds, Failure> {
         turn: args.turn.map_or(usual.turn, Interval::from),
     };
     bounds.check().map(|()| bounds).map_err(|error| match error {
+        // The error begins with the name of the bound, which is that of the option.
         AxesError::BadBounds { .. } => Failure::input(format!("--{error}")),
         error => Failure::input(error),
     })
@@ -308,6 +310,7 @@ fn compare(machine: &Machine, found: &SetupResult, best: &EvaluatedSetup) -> Vec
         line("retracts to unwind", "", both(|of| of.retracts as f64), 0),
         line("planned time", "s", found.seconds, 1),
     ];
+    // A rotation alone may leave travel: the search then moves the origin as well.
     if best.setup.origin != before.setup.origin {
         let [x, y, z]: [f64; 3] = (best.setup.origin - before.setup.origin).into();
         lines.push(format!(

@@ -83,6 +83,7 @@ impl Ends {
     /// Runs `work` over the table. Nothing is written unless every row could be read.
     pub(crate) fn run(&self, work: &mut dyn Work) -> Result<Tally, Failure> {
         let name = self.name();
+        // The rows wait in a spool: one malformed row must leave no half of a table behind.
         let mut spool = BufWriter::new(self.spool()?);
         let tally = self.rows(name, work, &mut spool)?;
         let mut spool =
@@ -91,7 +92,7 @@ impl Ends {
         if self.to_stdout() {
             to_stdout(&mut spool)?;
         } else {
-            // The rename is moments away: let it happen.
+            // The result is complete, and the rename is moments away: Ctrl-C no longer stops it.
             let _ = ctrlc::set_handler(|| {});
             output::file(&self.output, |out| io::copy(&mut spool, out).map(drop))?;
         }
@@ -125,6 +126,7 @@ impl Ends {
         if !self.to_stdout() {
             return output::file(&self.output, |out| fill(out));
         }
+        // Callers fill from a finished plan, which can no longer be refused.
         let mut out = BufWriter::new(io::stdout().lock());
         match fill(&mut out).and_then(|()| out.flush()) {
             Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
@@ -179,6 +181,7 @@ impl Ends {
     fn open(&self) -> Result<Box<dyn BufRead>, Failure> {
         if is_dash(&self.input) {
             if io::stdin().is_terminal() {
+                // Without a file the verb would seem to hang.
                 eprintln!("reading a table from the terminal; Ctrl-D ends it");
             }
             return Ok(Box::new(io::stdin().lock()));
@@ -218,6 +221,7 @@ impl Ends {
                 Ok(Some(line)) => line,
                 Ok(None) => break,
                 Err(Stop::Line(fault)) => {
+                    // Not a text line: whatever follows is no table either.
                     faults.add(fault);
                     break;
                 }
@@ -345,6 +349,7 @@ fn header(lines: &mut Lines, name: &Path, work: &dyn Work) -> Result<Reading, Fa
         if fault.help.is_empty() { fault.with_help(help) } else { fault }
     };
     let header = TableHeader::parse(number, line).map_err(|fault| failure(&[help(fault)]))?;
+    // Only `pose inverse` writes both columns, and empty rows for poses out of reach.
     let has_none = ["pose", "solution"].iter().all(|name| header.names().iter().any(|n| n == name));
     let columns = header.columns(&wanted).map_err(|faults| failure(&faults))?;
     Ok(Reading { columns, has_none })
@@ -431,6 +436,7 @@ impl Lines {
                 let line = u32::try_from(self.number).unwrap_or(u32::MAX);
                 Stop::Line(Diagnostic { line, column: 1, message, help: String::new() })
             };
+            // The line was cut off at the limit.
             if read as u64 == LONGEST {
                 return Err(fault(format!("the line has more than {LONGEST} bytes: no table")));
             }

@@ -52,6 +52,7 @@ pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, String> {
 
 /// Reads a program whole. Its comments may be in any character set.
 pub(crate) fn program(path: &Path) -> Result<String, Failure> {
+    // Older controls write comments in Latin-1: the letters are lost, the words are not.
     let text =
         |error: std::string::FromUtf8Error| String::from_utf8_lossy(error.as_bytes()).into_owned();
     Ok(String::from_utf8(read_bytes(path)?).unwrap_or_else(text))

@@ -41,6 +41,7 @@ impl AssumedSolutions {
     /// Returns the assumptions; `None` if the program leaves nothing open.
     pub(super) fn of(choices: &Choices, subject: &Subject) -> Option<Self> {
         let Choices { vectors, planes, places, more } = choices;
+        // Cutter locations have no rotaries to choose.
         let Motion::Program(_, kinematics) = &subject.motion else { return None };
         let [.., first, second] = &kinematics.machine().axes;
         let words = |of: [f64; 2]| {
@@ -85,6 +86,7 @@ impl AssumedSolutions {
                 )
             })
             .collect();
+        // Places beyond the limit of the library are only counted.
         if self.more > 0 {
             warnings.push(format!("{program}: {} more such places", self.more));
         }

@@ -6,6 +6,7 @@ use trunnion::verify::{FaceMap, HeightSample};
 /// Writes the measured points of all faces as triangles with their heights (VTK `PolyData`, XML, ASCII):
 /// `height` in mm, not a number where nothing was cut; `line` of the program that cut last there.
 pub(super) fn vtp(out: &mut dyn Write, maps: &[FaceMap]) -> Result<()> {
+    // Every array of the file is one pass over the samples, in the same order.
     let samples = || maps.iter().flat_map(|map| map.samples.iter().flatten());
     let triangles = triangles(maps);
     writeln!(out, "<?xml version=\"1.0\"?>")?;
@@ -25,6 +26,7 @@ pub(super) fn vtp(out: &mut dyn Write, maps: &[FaceMap]) -> Result<()> {
     writeln!(out, "</DataArray>\n</Points>\n<Polys>")?;
     let corners = triangles.iter().map(|[a, b, c]| format!("{a} {b} {c}"));
     array(out, "UInt32", "connectivity", corners)?;
+    // An offset is the end of a polygon in the list of corners.
     array(out, "UInt32", "offsets", (1..=triangles.len()).map(|k| (3 * k).to_string()))?;
     writeln!(out, "</Polys>\n</Piece>\n</PolyData>\n</VTKFile>")
 }

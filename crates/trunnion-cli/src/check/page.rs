@@ -31,6 +31,7 @@ pub(super) fn page(
         generator: format!("trunnion {}", env!("CARGO_PKG_VERSION")),
         passed: summary.passed,
         verdict: if summary.passed {
+            // One sentence for success; failures list their reasons.
             vec![format!("{} by the program as it stands", summary.kept())]
         } else {
             summary.failures.clone()
@@ -40,6 +41,7 @@ pub(super) fn page(
         budget: Budget {
             total: subject.options.total,
             gouge: subject.options.gouge,
+            // A program from elsewhere has no budget of its own.
             shares: Vec::new(),
         },
         tools: outlines(subject),
@@ -134,6 +136,7 @@ fn piece(track: &Track) -> PathPiece {
         PathPoint { t: time, tip, axis: pose.axis.into_inner().into(), contact: tip }
     };
     PathPiece {
+        // A program does not distinguish leads from cuts: every feed move counts as a cut.
         motion: if track.rapid { MotionKind::Link } else { MotionKind::Cut },
         tool: track.tool,
         points: track.poses.iter().map(point).collect(),

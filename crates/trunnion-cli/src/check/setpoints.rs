@@ -72,6 +72,7 @@ struct Table {
 }
 
 pub(super) fn check(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+    // Before anything is read: these options would be ignored silently.
     only_axes(args)?;
     let bars = Bars::new();
     let table = Table::open(args, &bars)?;
@@ -116,6 +117,7 @@ impl Table {
             (Some(path), _) => {
                 let (job, _) = run::load(path, None, bars)?;
                 let motion = &job.file.motion;
+                // `optimal` plans without jerk limits: its jerk is reported only.
                 let jerk = motion.method != MotionMethod::Optimal;
                 (job.kinematics.machine().clone(), Some(motion.servo_period), jerk)
             }
@@ -134,6 +136,7 @@ impl Table {
         };
         let looks = TableSurvey::of(&args.program, &machine)?;
         let options = MotionOptions {
+            // The option beats the job, the job the machine; the rows decide if none states a period.
             period: args.period.or(period).unwrap_or_else(|| looks.period()),
             // The first of the names is the time, which the division drops.
             derivatives: looks.names.len() / AXES - 1,
@@ -165,6 +168,7 @@ impl Table {
             let limits = AxisLimits { acceleration: *acc, chord: false, jerk: self.options.jerk };
             report::axis(axis, &limits)
         });
+        // One pass feeds the charts and the audit: tables may be too long for memory.
         let mut recorder = Recorder::new(axes.collect(), self.end, report::SLOTS, 0.0);
         table::each_of(
             path,
@@ -195,6 +199,7 @@ impl Table {
         let mut inside = AxisVector::from_iterator(values.iter().copied());
         for (value, axis) in inside.iter_mut().zip(&self.machine.axes) {
             if axis.kind == AxisKind::Rotary {
+                // Tables are in degrees, the audit in radians.
                 *value = value.to_radians();
             }
         }
@@ -358,6 +363,7 @@ impl SetpointCheckSummary {
                     value: format!("{:.2}", 100.0 * rate.ratio),
                     unit: "%".to_owned(),
                     note: format!("of its limit, at line {}", rate.line),
+                    // A rate that is not judged has no colour, whatever its ratio.
                     state: match (judged, good) {
                         (false, _) => State::Plain,
                         (true, true) => State::Good,

@@ -58,6 +58,7 @@ impl Setting {
             setting.warnings.push(least_gouge(setting.tolerance[1]));
         }
         setting.add_solids(args)?;
+        // An option without an effect is a mistake, not a preference.
         if args.clearance.is_some() && setting.fixtures.is_empty() {
             let help = "name what the tool must not touch with --fixture";
             return Err(Failure::input(format!("--clearance needs a fixture\n  help: {help}")));
@@ -99,11 +100,13 @@ impl Setting {
             faults.extend(fixtures.add(value).err().map(|error| format!("{name}: {error}")));
         }
         let fixtures = Some(fixtures).filter(|_| !self.fixtures.is_empty());
+        // Faults of stock and fixtures are reported together.
         both(stock, if faults.is_empty() { Ok(fixtures) } else { Err(Failure::Input(faults)) })
     }
 
     fn of_job(path: &Path, args: &Args, bars: &Bars) -> Result<Self, Failure> {
         let (mut job, warnings) = run::load(path, args.chord, bars)?;
+        // The stock of the command line replaces that of the job.
         if args.stock.is_some() {
             job.file.stock = None;
         }
@@ -247,6 +250,7 @@ fn choose(faces: Vec<Face>, args: &Args) -> Result<(Vec<Face>, Vec<Face>), Failu
     let cut = |face: &Face| args.faces.is_empty() || args.faces.contains(&face.number);
     let (mut chosen, others): (Vec<Face>, Vec<Face>) = faces.into_iter().partition(cut);
     for face in &mut chosen {
+        // The part may have flipped the face already.
         face.flip ^= args.flip;
     }
     Ok((chosen, others))

@@ -69,6 +69,7 @@ impl Subject {
         };
         let file = args.program.display();
         warnings.extend(reading.iter().map(|warning| format!("{file}:{warning}")));
+        // With several tools the number selects the tool; with one it can only be a misunderstanding.
         if setting.tools.is_empty() {
             warnings.extend(setting.number.and_then(|own| misnamed(&motion, own)));
         }
@@ -148,6 +149,7 @@ impl Subject {
                     Motion::Locations(_) => None,
                 };
                 let mut fault = error.fault(program);
+                // The library names the cause; the options are those of this command line.
                 fault.message += &remedy;
                 Failure::faults(Path::new(&self.program), &[fault])
             }
@@ -157,6 +159,7 @@ impl Subject {
 
 /// Returns the work offsets beside that of the setup.
 fn offsets(args: &Args, kinematics: Option<&Kinematics>) -> Vec<WorkOffset> {
+    // Offsets are compared with G54, which the setup defines.
     let g54 = kinematics.and_then(work_offset).unwrap_or_default();
     args.offset.iter().map(|argument| argument.offset(g54)).collect()
 }
@@ -181,6 +184,7 @@ fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<Motion, Failure
     let guessed = || if inspect::is_cl(path) { Dialect::Apt } else { Dialect::guess(text.lines()) };
     let dialect = args.dialect.unwrap_or_else(guessed);
     if dialect == Dialect::Apt {
+        // Cutter locations need no machine: they are checked against the part alone.
         let file = ClText::new(text, MOST_FAULTS).map_err(faults)?;
         return Ok(Motion::Locations(Box::new(file)));
     }

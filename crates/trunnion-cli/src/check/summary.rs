@@ -163,6 +163,7 @@ impl PartCheckSummary {
         failures.extend(fixtures.iter().flat_map(pipeline::too_near));
         let choices = AssumedSolutions::of(&report.choices, subject);
         let changes = report.changes.map(ToolChanges::of);
+        // Assumptions of the replay are warnings: they hold unless the control decides otherwise.
         let mut warnings = subject.warnings.clone();
         warnings.extend(choices.iter().flat_map(|choices| choices.warnings(&subject.program)));
         warnings.extend(changes.iter().flat_map(|changes| changes.warnings(&subject.program)));
@@ -193,6 +194,7 @@ impl PartCheckSummary {
             chords: subject.chords.clone(),
             fixtures,
             failures,
+            // Filled in when the files are written.
             files: Vec::new(),
         }
     }
@@ -223,6 +225,7 @@ impl PartCheckSummary {
         for (name, value) in self.deviation.rows() {
             row(name, value);
         }
+        // A CL file has no axes, so neither time nor loads.
         if let (Some(duration), Some(rapid), Some(moves)) = (self.duration, self.rapid, self.moves)
         {
             row("time", format!("{duration:.1} s, of it rapid {rapid:.1} s, for {moves} moves"));
@@ -236,6 +239,7 @@ impl PartCheckSummary {
         if let Some(BriefBlocks { count, line, shortest, period }) = &self.brief {
             let short = format!(
                 "{count} shorter than the servo period {:.3} ms, the shortest {:.3} ms at line {line}",
+                // Shown in ms, the unit of servo periods.
                 1e3 * period,
                 1e3 * shortest
             );
@@ -283,6 +287,7 @@ impl Heights {
         };
         let lowest = self.lowest.as_ref().map_or(0.0, |place| place.height);
         let deeper = self.lowest.as_ref().is_some_and(|place| place.or_deeper);
+        // The search for the deepest point met its limit: the truth may be below.
         let or_less = if deeper { " or less" } else { "" };
         let mut rows = vec![
             ("points", format!("{}, {} mm apart, on {:.1} mm2", self.points, self.grid, self.area)),
@@ -291,6 +296,7 @@ impl Heights {
             ("uncut", format!("{} points, {:.2} mm2", self.uncut, self.uncut_area)),
         ];
         if let (Some(gouge), Some(excess)) = (self.gouge_bound, self.excess_bound) {
+            // A bound over part of the face only must not be read as one over all of it.
             let open = match self.unbounded_area {
                 area if area > 0.0 => format!("; but for {area:.3} mm2"),
                 _ => String::new(),
@@ -306,6 +312,7 @@ impl Heights {
             self.pivot_adds.map_or_else(String::new, pivot)
         );
         rows.push(("0.01 mm of", sensitivity));
+        // Faces that are not cut can only be gouged: excess means nothing there.
         if self.others > 0 {
             let others = format!("{} points, gouge {:.4} mm", self.others, self.others_gouge);
             rows.push(("other faces", others));
@@ -348,6 +355,7 @@ fn axis(subject: &Subject, audit: &AxisAudit) -> AxisLoad {
         Motion::Locations(_) => None,
     };
     let mut axes = machine.iter().flat_map(|machine| &machine.axes);
+    // The audit knows axes by name; the unit follows from the machine.
     let rotary = axes.any(|axis| axis.name == audit.name && axis.kind == AxisKind::Rotary);
     AxisLoad {
         name: audit.name.clone(),

@@ -122,6 +122,7 @@ impl Args {
         if self.no_guarantee && !optimal {
             return Err(Failure::input("--no-guarantee goes with --method optimal only"));
         }
+        // Only these two planners work in a window.
         let streams = matches!(self.method, Method::Optimal | Method::Jerk);
         if self.window.is_some() && (!streams || self.no_guarantee) {
             return Err(Failure::input(

@@ -110,7 +110,7 @@ impl Layout {
             jerk: Some(file.path.jerk.unwrap_or(UNLIMITED)),
             ..AxisLimits::default()
         };
-        // Axes that stand still never bind.
+        // Axes that stand still never bind, whatever their limits; 1 avoids divisions by zero.
         let still = AxisLimits { vel: 1.0, acc: 1.0, jerk: Some(1.0), ..AxisLimits::default() };
         let of = |index: usize| match self.axes.get(index) {
             Some(name) => file.axes.get(name).copied().unwrap_or(still),
@@ -230,6 +230,7 @@ impl Layout {
         for ((line, node), x) in lines.into_iter().zip(pair).zip([0.0, h]) {
             let [given, quintic_value] = [node.q[3][axis], quintic.at(x)[3][axis]];
             let noticed = noticed(node, axis, h, tolerance.limits, tolerance.method);
+            // A table of small third derivatives is compared with the size that would matter.
             let share = tolerance.share * largest.max(noticed);
             if (quintic_value - given).abs() > share + rounding(pair, axis, h) {
                 faults.add(self.disagrees(line, axis, [given, quintic_value]));

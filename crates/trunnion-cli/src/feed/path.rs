@@ -43,6 +43,7 @@ impl Table {
             faults.add(Diagnostic::whole("a path needs at least two rows"));
         }
         let path = AxisPath { pieces: self.pieces(&mut faults) };
+        // Quintics through faulty rows would only report the same faults again.
         if faults.is_empty() {
             self.thirds(&path, limits, args, &mut faults);
         }
@@ -62,6 +63,7 @@ impl Table {
         for (row, (line, values)) in rows.enumerate() {
             let node = self.layout.node(*line, values, faults);
             if let Some(before) = nodes.last() {
+                // A jump needs a piece of two rows before it, and a row after it.
                 let inside = nodes.len() >= 2 && row + 1 < self.rows.lines.len();
                 let position = if inside { JumpPosition::Inside } else { JumpPosition::AtEnd };
                 if self.layout.next(*line, [before, &node], position, faults) == Next::Piece {

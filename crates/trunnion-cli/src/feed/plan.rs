@@ -44,7 +44,7 @@ pub(super) fn plan<const N: usize>(
     match (args.method, args.window) {
         (Method::Optimal, Some(rows)) => {
             let speeds = streamed(path, limits, options, rows as usize)?;
-            // Measured and bounded as any speed is.
+            // The speeds of the stream are measured and bounded as given speeds are.
             let (plan, _) = feed::given(path, &speeds, limits, options, progress)?;
             Ok(unbroken(plan))
         }

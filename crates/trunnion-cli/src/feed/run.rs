@@ -33,6 +33,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     }
     let table = Table::read(&args.ends, &limits, args.method)?;
     match table.layout.axes() {
+        // Rounded up to the next compiled count: additional axes stand still and never bind.
         0..=3 => sized::<3>(args, form, &limits, &table),
         4..=5 => sized::<5>(args, form, &limits, &table),
         6 => sized::<6>(args, form, &limits, &table),
@@ -108,6 +109,7 @@ fn sized<const N: usize>(
         FeedError::Cancelled(_) => Failure::Stopped,
         error => Failure::input(format!("{}: {error}", args.ends.name().display())),
     })?;
+    // Limits that the chord error lowered are named after it.
     plan.name_chords(chords);
     let planned = Planned { path, plan, breaches, seconds };
     schedule::write(args, &planned, table)?;

@@ -23,6 +23,7 @@ pub(super) fn write<const N: usize>(
     table: &Table,
 ) -> Result<(), Failure> {
     if let Some(place) = &args.motion {
+        // The motion first: if it fails, there is no schedule without it.
         output::file(place, |out| {
             #[cfg(feature = "parquet")]
             if is_parquet(place) {
@@ -36,6 +37,7 @@ pub(super) fn write<const N: usize>(
 
 fn schedule(out: &mut dyn Write, plan: &FeedPlan) -> Written<()> {
     writeln!(out, "{HEADER}")?;
+    // One buffer for all rows: a schedule has up to millions.
     let mut line = String::new();
     for piece in &plan.schedule.pieces {
         for (row, t) in piece.t.iter().enumerate() {

@@ -101,6 +101,7 @@ pub(super) fn run<const N: usize>(
     let Outcome { duration, points, bounds } =
         args.ends.write_checked(|out| planned(args, file, &survey, &limits, out))?;
     let kept = |ratio: f64| ratio <= 1.0 + ROUNDING;
+    // Without jerk limits the planner keeps the others by construction, and states no bounds.
     let within = bounds.is_none_or(|bounds| {
         let LimitRatios { velocity, acceleration, jerk, .. } = bounds;
         kept(velocity) && kept(acceleration) && jerk.is_none_or(kept)
@@ -144,6 +145,7 @@ fn survey<const N: usize>(args: &Args, file: &LimitsFile) -> Result<Survey, Fail
     let choose = |header: &_| columns(header, file, args.method);
     each_of(name, choose, |line, _, _, values| {
         let node: AxisNode<N> = layout.node(line, values, &mut faults);
+        // The comparison of NAME3 is relative to the largest of the whole table, known after one reading.
         for (most, third) in largest.iter_mut().zip(node.q[3].iter()) {
             *most = most.max(third.abs());
         }
@@ -189,6 +191,7 @@ fn planned<const N: usize>(
     let refused = |error: FeedError| Failure::input(format!("{}: {error}", name.display()));
     let window = args.window.unwrap_or(0) as usize;
     let (feed, step) = (layout.feed(), survey.length / LEAST_ROWS);
+    // Rows farther apart than the step are divided, as in planning the whole table.
     let options = StreamOptions {
         speeds: ProgrammedSpeeds { feed, ..ProgrammedSpeeds::FASTEST },
         ..StreamOptions::fastest(window, step)
@@ -225,6 +228,7 @@ fn planned<const N: usize>(
             return Ok(());
         }
         planner.push(node).map_err(refused)?;
+        // A full window yields steps until it wants another row.
         while !planner.wants() {
             let Some(step) = planner.next() else { break };
             writer.step(step)?;
@@ -234,6 +238,7 @@ fn planned<const N: usize>(
     if !faults.is_empty() {
         return Err(Failure::faults(name, &faults.listed()));
     }
+    // At the end of the table the window empties.
     for step in planner.by_ref() {
         writer.step(step)?;
     }

@@ -82,6 +82,7 @@ pub(super) fn report<const N: usize>(
     let kept = |ratio: f64| ratio <= 1.0 + ROUNDING;
     // Other methods do not promise jerk limits: breaking one is no failure.
     let jerk_kept = args.method != Method::Jerk || plan.bounds.jerk.is_none_or(kept);
+    // Given speeds are judged by their breaches, plans by their guaranteed bounds.
     let within = if args.method == Method::Given {
         planned.breaches.is_empty()
     } else {
@@ -141,6 +142,7 @@ pub(super) fn report_rests(rests: &[Rest], more: usize) {
 }
 
 fn report_breaches(breaches: &[LimitBreach], table: &Table) {
+    // Progress and remarks go to stderr: stdout may carry the schedule.
     for LimitBreach { s: Interval { low: from, high: to }, limit: name, ratio, worst, .. } in
         breaches.iter().take(MOST_LISTED)
     {
@@ -163,6 +165,7 @@ fn binding(plan: &FeedPlan, table: &Table) -> Vec<Bound> {
             *times.entry(limit(*name, table)).or_default() += times_of[1] - times_of[0];
         }
     }
+    // A schedule of no duration has no shares: nothing is divided by zero.
     let total = plan.schedule.duration().max(f64::MIN_POSITIVE);
     let bound = |(limit, time): (String, f64)| Bound { limit, share: time / total };
     let mut shares: Vec<Bound> = times.into_iter().map(bound).collect();
@@ -186,6 +189,7 @@ fn limit(name: BindingLimit, table: &Table) -> String {
 fn describe(summary: &Summary) -> String {
     let mut out = String::new();
     let Summary { duration, lower_bound, points, inserted, .. } = summary;
+    // A path without length has a bound of 0.
     let above = 100.0 * (duration / lower_bound.max(f64::MIN_POSITIVE) - 1.0);
     // Writing to a string cannot fail.
     let _ =
@@ -199,6 +203,7 @@ fn describe(summary: &Summary) -> String {
     let _ = writeln!(out, "of the limit          velocity  acceleration        jerk");
     out += &row("largest found", &summary.ratios);
     out += &row("guaranteed below", &summary.bounds);
+    // The first five usually cover nearly all of the time.
     let binding = summary.binding.iter().take(5);
     let binding: Vec<String> =
         binding.map(|bound| format!("{} {:.1} %", bound.limit, 100.0 * bound.share)).collect();

@@ -53,6 +53,7 @@ pub(super) fn run(path: &Path, form: OutputForm) -> Result<Done, Failure> {
     for warning in &summary.warnings {
         eprintln!("warning: {warning}");
     }
+    // A file without locations is of another kind, or empty: nothing to summarise.
     if summary.locations == 0 {
         return Err(Failure::input(format!("{}: no cutter locations", path.display())));
     }
@@ -69,6 +70,7 @@ fn read(path: &Path) -> Result<ClSummary, Failure> {
     let unread = || format!("reading {}", path.display());
     while let Some(line) = lines.next().with_context(unread)? {
         count += 1;
+        // Operations may have frames of their own: all are measured in the first.
         if let Some(ClItem::Location(record)) = reader.line(&lines::text(line)) {
             tally.push(&record.moved(&reader.first_from_written()));
         }

@@ -142,6 +142,7 @@ fn read(path: &Path, args: &ProgramArgs) -> Result<ProgramSummary, Failure> {
         Some(dialect) => dialect,
         None => Dialect::guess(FileLines::open(path)?.take(FIRST)),
     };
+    // A file without a machine: its axes are the letters that it uses.
     let (axes, sixth) = letters(FileLines::open(path)?);
     let options = ReadOptions {
         sixth: true,
@@ -150,6 +151,7 @@ fn read(path: &Path, args: &ProgramArgs) -> Result<ProgramSummary, Failure> {
         ..ReadOptions::new(dialect, axes, MOST_FAULTS)
     };
     let mut source = FileLines::open(path)?;
+    // Read three times, line by line: memory does not grow with the program.
     let mut steps = read::steps(&mut source, &options);
     let mut tally = Tally::new(axes.0.map(|word| word.rotary));
     let mut tools: Vec<(u32, Tally)> = Vec::new();

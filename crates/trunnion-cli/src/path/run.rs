@@ -118,6 +118,7 @@ fn rewrite(
         raw.extend_from_slice(line);
         let item = reader.line(&lines::text(line));
         if reader.is_full() {
+            // Enough faults for one report.
             break;
         }
         if !reader.faults().is_empty() {

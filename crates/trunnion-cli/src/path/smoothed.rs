@@ -78,6 +78,7 @@ pub(super) struct Rewriter<W> {
 impl<W: Write> Rewriter<W> {
     pub(super) fn new(out: W, [tip, axis]: [f64; 2]) -> Self {
         let path =
+            // Arcs, path, straight moves and rounding share the tip tolerance.
             [(1.0 - SHARE - ARC_SHARE) * tip - WRITTEN[0], (1.0 - SHARE) * axis - WRITTEN[1]];
         Self {
             out,
@@ -161,7 +162,7 @@ impl<W: Write> Rewriter<W> {
     ) -> Result<(), Stop> {
         let mut stretch = match self.stretch.take() {
             Some(stretch) => stretch,
-            // The stretch starts where the tool stands.
+            // The first feed move starts at the current position of the tool.
             None => self.start(record, from, reader)?,
         };
         let Some(smoother) = &mut stretch.smoother else { return Ok(()) };
@@ -250,6 +251,7 @@ impl<W: Write> Rewriter<W> {
                 self.out.write_all(&raw)?;
             }
         }
+        // Feeds that ended before this span are no longer needed.
         while stretch.feeds.get(1).is_some_and(|(from, _)| *from <= span.station + 1) {
             stretch.feeds.pop_front();
         }
@@ -257,6 +259,7 @@ impl<W: Write> Rewriter<W> {
         let feeds = stretch.feeds.iter().take_while(|(from, _)| *from <= to);
         let feed = feeds.map(|(_, feed)| *feed).reduce(f64::min);
         let motion = feed.map_or(ClMotion::Rapid, ClMotion::Feed);
+        // As few straight moves as keep the other share of the tolerances.
         let parts = span.chords(self.tolerance[1].into());
         for part in 1..=parts {
             if let Some(pose) = span.pose(f64::from(part) / f64::from(parts)) {

@@ -126,8 +126,10 @@ pub(super) fn table(location: &CutterLocation, args: &Args) -> String {
                 location.rear_min, location.rear_min_bound
             ),
         ),
+        // Closest-point queries are the cost of the method, for comparisons.
         ("queries", location.queries.to_string()),
     ];
+    // The constraints that bind show what would give a wider strip.
     rows.extend(location.active.iter().map(|active| {
         let (name, meaning) = words(*active);
         ("held back by", format!("{name}: {meaning}"))

@@ -70,6 +70,7 @@ fn answer(row: &Row) -> serde_json::Value {
 
 fn table(rows: &[Row], args: &Args) -> String {
     let width = |row: &Row| row.found.as_ref().map_or(0.0, |location| location.strip_width);
+    // Shares are of the widest strip found, whichever method found it.
     let widest = rows.iter().map(width).fold(0.0, f64::max);
     let ([u, v], [du, dv]) = (args.at, args.feed);
     let mut text = format!(

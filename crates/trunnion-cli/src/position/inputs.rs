@@ -40,6 +40,7 @@ pub(super) fn face(args: &Args) -> Result<FaceIndex, Failure> {
             "{file} has {count} faces, none with the number {number}\n  help: {help}"
         )));
     };
+    // The part may have flipped the face already.
     face.flip ^= args.flip;
     FaceIndex::new(face).map_err(Failure::input)
 }
@@ -73,6 +74,7 @@ pub(super) fn cutter(args: &Args) -> Result<Cutter, Failure> {
         (true, false) => CutterKind::Flat,
         (false, _) => CutterKind::Ball,
     };
+    // By default, the part of the tool that must be clear is as high as the cutter is wide.
     let length = length.unwrap_or(2.0 * (major + minor));
     let construction = inner.map_or(CutterConstruction::Solid, |inner_cutting_radius| {
         CutterConstruction::Insert { inner_cutting_radius }

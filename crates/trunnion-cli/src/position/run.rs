@@ -31,6 +31,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
             Side::Behind => ContactSide::Behind,
             Side::Either => ContactSide::Either,
         },
+        // Options are in degrees, the library in radians.
         offset_range: args.offset_range.map(f64::to_radians).into(),
         axis_cone: None,
     };
@@ -47,6 +48,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
             }
             form.print(&Answer::new(&location, args.method), |_| table(&location, args))
         }
+        // A wrong request is bad input (2); a point without a location is a result (1).
         Err(error) if is_request_error(&error) => Err(refusal(error)),
         Err(error) => {
             let refused = serde_json::json!({ "refused": error.to_string() });

@@ -19,6 +19,7 @@ pub(super) struct Head {
 impl Head {
     /// Returns the note that programs and sheets are written with.
     pub(super) fn note(&self) -> Note<'_> {
+        // CL files state diameter and corner radius: D = 2 (R + r).
         let [diameter, minor] = self.cutter.unwrap_or([0.0; 2]);
         Note {
             name: &self.name,

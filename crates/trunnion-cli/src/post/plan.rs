@@ -48,6 +48,7 @@ impl Plan {
             None => machine.clone(),
         };
         let from_setup = Setup::new(
+            // The input is for the same setup unless stated otherwise.
             args.from_origin.unwrap_or(args.origin).into(),
             args.from_rotation.unwrap_or(args.rotation).map(f64::to_radians),
             tools.from_length,
@@ -60,6 +61,7 @@ impl Plan {
         if args.reversed_rotaries {
             axes = axes.with_reversed_rotaries();
         }
+        // The control may round corners within the same tolerance as the program.
         let style = Style { blend: Some(args.tolerance), ..Style::of(&kinematics, dialect, axes) };
         let template = match &args.template {
             None => Template::of(dialect).map_err(|error| Failure::input(error.to_string())),
@@ -78,6 +80,7 @@ impl Plan {
                 Method::Programmed => PostMethod::Programmed,
             },
             window: POST_WINDOW,
+            // clap refuses both together.
             filter: match (args.smooth, args.reduce) {
                 (true, _) => PostFilter::Smooth,
                 (_, true) => PostFilter::Reduce,
@@ -120,6 +123,7 @@ impl Plan {
         let unwritten = |error| anyhow::Error::new(error).context("writing the program");
         let mut tools: Vec<u32> = Vec::new();
         while let Some(one) = input.next()? {
+            // A change of tool ends the program part of the tool before, with its own length.
             let changed = self.tools.are_several() && head.tool != input.tool();
             let begun = poster.as_mut().filter(|_| changed);
             if let (Some(poster), Some(before)) = (begun, first.take_if(|_| changed)) {

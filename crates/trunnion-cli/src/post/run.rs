@@ -41,10 +41,12 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     let posted = posted.transpose()?;
     written?;
     let Some((report, note)) = posted else { return Ok(Done::Kept) };
+    // Words of the machine file that the reader does not know: the program may still be right.
     if let Some(unread) = &report.unread {
         let path = output.display();
         eprintln!("warning: {path}:{unread}\nwarning: from there on the program was not read back");
     }
+    // The setup sheet belongs to the program: both are committed together.
     let sheet = plan.sheet(&name, &note)?;
     outputs.text(&sheet_name(&name), &sheet)?;
     outputs.commit()?;

@@ -101,6 +101,7 @@ impl PostSummary {
             tip_tolerance: tip,
             axis_tolerance: axis.to_degrees(),
             tip_bound: report.strayed[0],
+            // Summaries are in mm and degrees, reports of the library in mm and rad.
             axis_bound: report.strayed[1].to_degrees(),
             rounding: report.rounding,
             smoothing: report.smoothing.map(|of| Smoothing {
@@ -162,6 +163,7 @@ impl PostSummary {
             );
             lines.push(row("rotaries go round", text));
         }
+        // APT has feeds, but no control that plans below them.
         let capped = self.feed_word == "tip feed"
             && OutputFormat::from_name(self.dialect) != Some(OutputFormat::Apt);
         if capped {

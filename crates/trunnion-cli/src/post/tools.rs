@@ -17,6 +17,7 @@ pub(crate) fn length(text: &str) -> Result<ToolLength, String> {
     let Some((number, length)) = text.split_once('=') else {
         return finite(text).map(ToolLength::Only);
     };
+    // Tool tables write T2 as well as 2.
     let number = number.trim().trim_start_matches(['T', 't']).parse();
     let number = number.map_err(|_| "write the tool's number and its length, such as 2=95")?;
     finite(length).map(|length| ToolLength::Of(number, length))

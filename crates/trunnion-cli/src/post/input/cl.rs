@@ -113,6 +113,7 @@ impl<'a> Locations<'a> {
         }
         match (self.only, before, self.tool) {
             (Some(only), _, now) if now != Some(only) => Ok(false),
+            // Moves between two uses of the tool are left out: the cut could not continue safely.
             (Some(only), Some(before), _) if before != only && self.feed > 0.0 => {
                 let message = format!("tool {only} comes a second time, after another");
                 Err(refused(message, "post the part of the file from here on by itself"))

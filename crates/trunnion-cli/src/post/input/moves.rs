@@ -36,6 +36,7 @@ impl<'a> Input<'a> {
         bars: &'a Bars,
     ) -> Result<Self, Failure> {
         let (mut file, size): (Box<dyn BufRead>, u64) = if path == Path::new("-") {
+            // Without a size there is no progress to show.
             (Box::new(std::io::stdin().lock()), 0)
         } else {
             let fault = |what: String| Failure::input(format!("{}: {what}", path.display()));
@@ -52,6 +53,7 @@ impl<'a> Input<'a> {
         file.by_ref().take(BUFFER as u64).read_to_end(&mut head).with_context(unread)?;
         let dialect = options.from.unwrap_or_else(|| {
             let text = String::from_utf8_lossy(&head);
+            // CL files are known by name; programs share extensions, so their text decides.
             if inspect::is_cl(path) { Dialect::Apt } else { Dialect::guess(text.lines()) }
         });
         let lines: Box<dyn BufRead> = Box::new(Cursor::new(head).chain(file));

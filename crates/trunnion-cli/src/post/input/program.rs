@@ -64,6 +64,7 @@ impl<'a> Program<'a> {
         };
         let numbered = |&(number, length): &(u32, f64)| NumberedLength { number, length };
         let lengths: Vec<NumberedLength> = options.lengths.iter().map(numbered).collect();
+        // One tool: its moves alone. Several: each with its own length.
         let moves = ProgramMoves::new(machine, ARC_TOLERANCE).map(|moves| match options.tool {
             Some(tool) => moves.only(tool),
             None => moves.with_lengths(&lengths),
@@ -126,6 +127,7 @@ impl<'a> Program<'a> {
             eprintln!("warning: {path}:{warning}");
         }
         let left = self.moves.left();
+        // Words that cannot move the tool are dropped, but never silently.
         if left.dwells > 0 || left.words > 0 {
             eprintln!(
                 "warning: {path}: left out: {} dwells, {} lines of other words (coolant, stops, smoothing): \

@@ -28,6 +28,7 @@ impl Source<'_> {
     /// Returns the next line without its line break.
     pub(super) fn line(&mut self) -> Result<Option<std::borrow::Cow<'_, str>>, Failure> {
         self.count += 1;
+        // Reporting every line would cost more than reading it.
         if self.count.is_multiple_of(LINES_A_STEP) && self.size > 0 {
             let on = self.bars.report(Stage::Program, self.lines.bytes, self.size);
             if on.is_break() {

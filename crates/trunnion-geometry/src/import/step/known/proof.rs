@@ -117,14 +117,16 @@ impl BernsteinPolynomial {
     /// Bounds the absolute value.
     fn largest(&self) -> f64 {
         // Values are convex combinations of the coefficients, so that the largest of these bounds
-        // them. A coefficient that overflowed to NaN stays, and fails every comparison of the proof.
-        let larger = |most: f64, x: &f64| if x.is_nan() || x.abs() > most { x.abs() } else { most };
+        // them. A coefficient that overflowed to NaN bounds nothing.
+        let larger =
+            |most: f64, x: &f64| if x.is_nan() { f64::INFINITY } else { most.max(x.abs()) };
         self.coefficients.iter().fold(0.0, larger)
     }
 
     /// Bounds the value from below.
     fn smallest(&self) -> f64 {
-        let smaller = |least: f64, x: &f64| if x.is_nan() || *x < least { *x } else { least };
+        let smaller =
+            |least: f64, x: &f64| if x.is_nan() { f64::NEG_INFINITY } else { least.min(*x) };
         self.coefficients.iter().fold(f64::INFINITY, smaller)
     }
 
