@@ -86,6 +86,17 @@ struct Row<'a> {
 /// # Errors
 ///
 /// [`ReportError`]; none is expected for data that was built from finite numbers.
+///
+/// # Example
+///
+/// ```
+/// use trunnion_report::{ReportData, render};
+///
+/// let data = ReportData { job: "blade".to_owned(), passed: true, ..ReportData::default() };
+/// let page = render(&data)?;
+/// assert!(page.contains("blade"));
+/// # Ok::<(), trunnion_report::ReportError>(())
+/// ```
 pub fn render(data: &ReportData) -> Result<String, ReportError> {
     let payload = Payload::new(data).to_json()?;
     let mut environment = Environment::new();

@@ -146,6 +146,15 @@ impl Band {
 impl Histogram {
     /// Counts deviations \[mm\] in `bins` bins from `start` to `end`; those beyond count to the end
     /// bins.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion_report::Histogram;
+    ///
+    /// let histogram = Histogram::of([-1.0, 0.1, 0.2, 7.0], [0.0, 2.0], 2);
+    /// assert_eq!(histogram.counts, [3, 1]);
+    /// ```
     pub fn of(
         deviations: impl IntoIterator<Item = f64>,
         [start, end]: [f64; 2],

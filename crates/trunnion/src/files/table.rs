@@ -17,6 +17,18 @@ pub struct TableHeader {
 }
 
 /// Selected columns of a table, in an order of the caller's choice.
+///
+/// # Example
+///
+/// ```
+/// use trunnion::files::table::TableHeader;
+///
+/// let columns = TableHeader::parse(1, "t,X,C")?.columns(&["C", "t"]).map_err(|all| all[0].clone())?;
+/// let mut values = Vec::new();
+/// columns.read(2, "0.001,-381,90", &mut values)?;
+/// assert_eq!(values, [90.0, 0.001]);
+/// # Ok::<(), trunnion::types::Diagnostic>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TableColumns {
     /// Index of each in a row, and its name.

@@ -20,6 +20,17 @@ pub struct LimitsFile {
 /// # Errors
 ///
 /// Every fault that was found, in order of lines.
+///
+/// # Example
+///
+/// ```
+/// use trunnion::files::limits::parse;
+///
+/// let file = parse("[axis.X]\nvel = 500\nacc = 5000\n")?;
+/// assert_eq!(file.axes["X"].acc, 5000.0);
+/// assert!(parse("[axis.X]\nvel = 500\n").unwrap_err()[0].message.contains("acc"));
+/// # Ok::<(), trunnion::types::Diagnostics>(())
+/// ```
 pub fn parse(text: &str) -> Result<LimitsFile, Diagnostics> {
     let mut doc = Document::open(text, LAYOUT, &schema::limits_value())?;
     let axes = doc.section::<BTreeMap<String, AxisLimits>>("axis");

@@ -33,6 +33,17 @@ pub struct MachineFile {
 /// # Errors
 ///
 /// Every fault that was found, in order of lines.
+///
+/// # Example
+///
+/// ```
+/// use trunnion::files::machine::{built_in, parse};
+///
+/// let text = built_in("bc-trunnion").map_err(|nearest| format!("did you mean {nearest:?}?"))?;
+/// let machine = parse(text).map_err(|faults| faults.to_string())?.machine;
+/// assert_eq!(machine.axes.map(|axis| axis.name), ["X", "Y", "Z", "C", "B"]);
+/// # Ok::<(), String>(())
+/// ```
 pub fn parse(text: &str) -> Result<MachineFile, Diagnostics> {
     let mut doc = Document::open(text, LAYOUT, &schema::machine_value())?;
     let found = sections(&mut doc);
