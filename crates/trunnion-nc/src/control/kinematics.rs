@@ -14,6 +14,9 @@ pub trait ControlKinematics {
     /// Returns the tool tip, or without tool length the gauge point, in the table frame \[mm\].
     fn tip(&self, axes: &AxisVector, length: ToolLength) -> Point3<f64>;
 
+    /// Returns the tool axis, from tip to spindle, in the table frame.
+    fn axis(&self, axes: &AxisVector) -> UnitVector3<f64>;
+
     /// Returns X, Y, Z that bring the tip to a point of the table frame with the rotaries of `axes` \[mm\].
     ///
     /// # Errors

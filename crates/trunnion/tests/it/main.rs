@@ -9,6 +9,7 @@ mod bounds;
 mod brute_force;
 #[path = "../../../trunnion-motion/tests/it/chains/mod.rs"]
 mod chains;
+mod conserved;
 mod contour;
 mod cover;
 #[path = "../../../trunnion-motion/tests/it/dice/mod.rs"]

@@ -54,6 +54,11 @@ impl ControlKinematics for PostControl {
         kinematics.setup().rotation * kinematics.forward(axes).tip
     }
 
+    fn axis(&self, axes: &AxisVector) -> UnitVector3<f64> {
+        let kinematics = self.kinematics();
+        kinematics.setup().rotation * kinematics.forward(axes).axis
+    }
+
     fn linear_axes(
         &self,
         target: &TipTarget,

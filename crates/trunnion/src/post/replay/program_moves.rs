@@ -7,7 +7,7 @@ use crate::blocks::BlockInterpolation;
 use crate::machine::{FIRST_ROTARY, Kinematics, Setup};
 use crate::nc::control::{
     ArcChords, BlockFrames, NumberedLength, WorkOffset, WorkOffsets, block_end, end_words,
-    path_length, read_words,
+    keeps_xy, path_length, read_words,
 };
 use crate::nc::read::{Frame, Move, Pace, Step, Turning, Way};
 use crate::nc::write::{WriteError, work_offset};
@@ -157,6 +157,7 @@ impl ProgramMoves {
             let help = "switch tool-centre-point control on before it";
             return Err(refused(block.line, what, help));
         }
+        self.starts_by_rapid(block)?;
         // An incremental word states no position: the start of the motion needs absolute ones.
         for (known, word) in self.known.iter_mut().zip(block.words) {
             *known |= word.is_some() && !block.incremental;
@@ -165,10 +166,24 @@ impl ProgramMoves {
             out.append(&mut self.away);
         }
         match self.run_chords(block, out) {
-            // Where another tool goes does not matter.
-            Err(_) if !self.is_wanted() => Ok(()),
+            // Where another tool goes does not matter, but it is not known from here on.
+            Err(_) if !self.is_wanted() => {
+                self.known = [false; 3];
+                Ok(())
+            }
             result => result,
         }
+    }
+
+    /// Refuses a cut that leads to the first known position: nobody knows where it begins.
+    fn starts_by_rapid(&self, block: &Move) -> Result<(), PostError> {
+        let cuts = block.pace != Pace::Rapid && block.words.iter().take(3).any(Option::is_some);
+        if self.is_wanted() && !self.is_placed() && cuts {
+            let what =
+                "a cut from a place that is not known: X, Y and Z were not all commanded before";
+            return Err(refused(block.line, what, "command X, Y and Z by rapid moves before it"));
+        }
+        Ok(())
     }
 
     /// A straight block, or an arc chord by chord.
@@ -311,9 +326,13 @@ impl ProgramMoves {
     }
 
     /// The motion starts where this tool is first given a position.
+    ///
+    /// A tool along Z of the table leaves X and Y as they stand: its length counts along Z alone.
     fn start_anew(&mut self, tool: u32) {
         self.control.motion = ToolMotion::Unplaced;
-        (self.known, self.work) = ([false; 3], None);
+        let keeps = keeps_xy(&self.control, &self.q);
+        let [x, y, _] = self.known.map(|known| known && keeps);
+        (self.known, self.work) = ([x, y, false], None);
         self.left.moves += self.away.len();
         self.away.clear();
         self.tool = Some(tool);

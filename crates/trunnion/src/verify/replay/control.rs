@@ -170,6 +170,10 @@ impl ControlKinematics for Control {
         model.setup().rotation * model.forward(axes).tip
     }
 
+    fn axis(&self, axes: &AxisVector) -> UnitVector3<f64> {
+        self.believed.setup().rotation * self.believed.forward(axes).axis
+    }
+
     fn linear_axes(
         &self,
         target: &TipTarget,

@@ -2,7 +2,8 @@
 
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
 use crate::nc::control::{
-    ControlKinematics, RotaryRequest, TipFrame, WordFrame, end_words, read_words, tip_target,
+    ControlKinematics, RotaryRequest, TipFrame, WordFrame, end_words, keeps_xy, read_words,
+    tip_target,
 };
 use crate::nc::read::Move;
 use crate::types::{AXES, AxisVector};
@@ -29,13 +30,16 @@ pub(crate) struct Part {
 }
 
 impl Known {
-    /// After a tool change: the rotaries stand as before.
-    pub(crate) fn changed(&self) -> Self {
-        let [.., first, second] = match self {
+    /// After a tool change: the rotaries stand as before, and X and Y where the tool is along Z.
+    pub(crate) fn changed(&self, control: &Control) -> Self {
+        let mut axes: [Option<f64>; AXES] = match self {
             Self::Axes(q) => (*q).map(Some).into(),
             Self::Part(part) => part.axes,
         };
-        let axes = [None, None, None, first, second];
+        axes[2] = None;
+        if !at_height(&axes, 0.0).is_some_and(|q| keeps_xy(control, &q)) {
+            [axes[0], axes[1]] = [None; 2];
+        }
         Self::Part(Part { axes, tip: [None; 3], frame: None })
     }
 }
@@ -70,7 +74,8 @@ impl Part {
         turned: Option<&Turned>,
     ) -> Result<Known, VerifyError> {
         // Tip coordinates of another frame have no meaning in this one.
-        let stood = if self.frame == Some(*frame) { self.tip } else { [None; 3] };
+        let stood =
+            if self.frame == Some(*frame) { self.tip } else { self.kept_tip(control, frame) };
         let ([x, y, z], [.., first, second]) = (stood, self.axes);
         let mut words = [x, y, z, first, second];
         put(&mut words, step, |_| 0.0);
@@ -87,6 +92,15 @@ impl Part {
         let linear = control.linear_axes(&tip_target(frame, &q), &q, step.line)?;
         q.fixed_rows_mut::<3>(0).copy_from(&linear);
         Ok(Known::Axes(q))
+    }
+
+    /// X and Y of the tip as far as the axes state them, while the height does not matter.
+    fn kept_tip(&self, control: &Control, frame: &TipFrame) -> [Option<f64>; 3] {
+        let turned = frame.table_from_words.is_some_and(|frame| frame.rotation.angle() > 0.0);
+        let known = at_height(&self.axes, 0.0).filter(|q| !turned && keeps_xy(control, q));
+        let Some(q) = known else { return [None; 3] };
+        let words = read_words(control, &q, &WordFrame::Tip(*frame));
+        [Some(words[0]), Some(words[1]), None]
     }
 
     /// The rotaries that turn the tool along a vector.
@@ -129,6 +143,13 @@ fn put(values: &mut [Option<f64>; AXES], step: &Move, shift: impl Fn(usize) -> f
             None => *value,
         };
     }
+}
+
+/// The axes with Z at a height \[mm\], if all others are known.
+fn at_height(axes: &[Option<f64>; AXES], height: f64) -> Option<AxisVector> {
+    let mut axes = *axes;
+    axes[2] = Some(height);
+    all(&axes)
 }
 
 /// All axes, if all are known.

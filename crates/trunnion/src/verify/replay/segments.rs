@@ -205,7 +205,7 @@ impl<'a> Replay<'a> {
         if self.changes.count == 1 {
             self.changes.line = line;
         }
-        self.at = self.at.changed();
+        self.at = self.at.changed(self.control());
         Ok(())
     }
 

@@ -28,8 +28,8 @@ pub struct Tool<'a> {
 
 /// Tool changes, and the rapid moves that they leave unknown.
 ///
-/// The machine decides where a change leaves X, Y and Z; they are known again once the program states them. The
-/// rotaries are taken to stand as before.
+/// The machine decides where a change leaves Z, and with a leaning tool X and Y; they are known again once the program
+/// states them. The rotaries are taken to stand as before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Changes {
     /// Tools put in after the first move.
