@@ -43,6 +43,9 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
         }
         return program::run(&args.part, &args.program, form);
     }
+    if let Some(path) = &args.output {
+        output::protect(path, &[&args.part])?;
+    }
     let part = part::read(&args.part, &Bars::new())?;
     for warning in &part.warnings {
         eprintln!("warning: {warning}");

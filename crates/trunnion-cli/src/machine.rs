@@ -233,6 +233,7 @@ fn travel(axis: &Axis) -> String {
 fn show(argument: &str, output: Option<&Path>, form: OutputForm) -> Result<Done, Failure> {
     let machine = load(argument)?.machine;
     if let Some(path) = output {
+        output::protect(path, &[Path::new(argument)])?;
         let picture = picture(&machine);
         output::file(path, |out| out.write_all(picture.as_bytes()))?;
     }

@@ -1,9 +1,10 @@
 //! Files are written whole or not at all: under a temporary name in the same folder, then renamed.
+//! Links lead to what they name; devices, pipes and sockets receive the finished text.
 
 use crate::outcome::Failure;
 use anyhow::{Context, Result};
 use std::fs;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
@@ -23,13 +24,118 @@ pub(crate) fn file(
     Ok(())
 }
 
+/// Refuses an output that is one of the inputs: it would be overwritten by its own result.
+pub(crate) fn protect(output: &Path, inputs: &[&Path]) -> std::result::Result<(), Failure> {
+    let Ok(real) = output.canonicalize() else { return Ok(()) };
+    let same = |input: &&Path| input.canonicalize().is_ok_and(|input| input == real);
+    if real.is_file() && inputs.iter().any(same) {
+        let output = output.display();
+        return Err(Failure::input(format!(
+            "{output}: the output is an input, which would be overwritten\n  help: name another file with -o"
+        )));
+    }
+    Ok(())
+}
+
+/// Returns true if an output is, or becomes, a regular file; a device, pipe or socket has no files beside it.
+pub(crate) fn is_regular(path: &Path) -> bool {
+    matches!(Destination::of(path), Ok(Destination::File(_)))
+}
+
+/// Longest chain of links that is followed, as the kernel does.
+const MOST_LINKS: usize = 40;
+
+/// Place that an output's name stands for.
+#[derive(Debug)]
+enum Destination {
+    /// A regular file, which need not exist yet.
+    File(PathBuf),
+    /// A device, pipe or socket.
+    Stream(PathBuf),
+}
+
+impl Destination {
+    fn of(path: &Path) -> std::io::Result<Self> {
+        // Names of open files, such as /dev/stdout, are streams whatever they lead to.
+        if path.starts_with("/dev") || path.starts_with("/proc") {
+            return Ok(Self::Stream(path.to_owned()));
+        }
+        let mut path = path.to_owned();
+        for _ in 0..MOST_LINKS {
+            match fs::symlink_metadata(&path) {
+                Ok(found) if found.is_symlink() => {
+                    let target = fs::read_link(&path)?;
+                    // Relative links count from the folder of the link.
+                    path = path.parent().unwrap_or(Path::new("")).join(target);
+                }
+                Ok(found) if found.is_file() => return Ok(Self::File(path)),
+                Ok(found) if found.is_dir() => return Err(std::io::ErrorKind::IsADirectory.into()),
+                Ok(_) => return Ok(Self::Stream(path)),
+                Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                    return Ok(Self::File(path));
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Err(std::io::Error::other("too many links, one after another"))
+    }
+
+    /// Makes the temporary file in which the output waits.
+    fn stage(&self) -> std::io::Result<NamedTempFile> {
+        match self {
+            // In the same folder, because a rename is atomic on one file system only.
+            Self::File(path) => {
+                let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+                NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))
+            }
+            Self::Stream(_) => NamedTempFile::new(),
+        }
+    }
+
+    /// Moves a finished file to its place, or sends its content there.
+    fn receive(&self, mut file: NamedTempFile) -> Result<()> {
+        match self {
+            Self::File(path) => {
+                readable(file.as_file())?;
+                file.persist(path)?;
+            }
+            Self::Stream(path) => {
+                file.as_file_mut().rewind()?;
+                match std::io::copy(file.as_file_mut(), &mut stream(path)?) {
+                    // A reader that has seen enough closes its pipe.
+                    Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+                        return Err(error.into());
+                    }
+                    _ => {}
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Opens a device, pipe or socket for writing.
+#[cfg(unix)]
+fn stream(path: &Path) -> std::io::Result<Box<dyn Write>> {
+    use std::os::unix::fs::FileTypeExt;
+    if fs::metadata(path)?.file_type().is_socket() {
+        return Ok(Box::new(std::os::unix::net::UnixStream::connect(path)?));
+    }
+    Ok(Box::new(fs::OpenOptions::new().write(true).open(path)?))
+}
+
+#[cfg(not(unix))]
+fn stream(path: &Path) -> std::io::Result<Box<dyn Write>> {
+    Ok(Box::new(fs::OpenOptions::new().write(true).open(path)?))
+}
+
 /// Output files of one run, none of which is visible before [`Outputs::commit`].
 #[derive(Debug)]
 pub(crate) struct Outputs {
     folder: PathBuf,
     created: bool,
-    /// Complete files under their temporary names, with their final paths.
-    staged: Vec<(NamedTempFile, PathBuf)>,
+    /// Complete files under their temporary names, with their names and what these stand for.
+    staged: Vec<(NamedTempFile, PathBuf, Destination)>,
 }
 
 impl Outputs {
@@ -62,12 +168,12 @@ impl Outputs {
     ) -> Result<()> {
         let place = self.folder.join(name);
         let context = || format!("writing {}", place.display());
-        // In the same folder, because a rename is atomic on one file system only.
-        let file = NamedTempFile::new_in(&self.folder).with_context(context)?;
+        let destination = Destination::of(&place).with_context(context)?;
+        let file = destination.stage().with_context(context)?;
         let mut writer = BufWriter::new(file);
         fill(&mut writer).with_context(context)?;
         let file = writer.into_inner().map_err(std::io::IntoInnerError::into_error);
-        self.staged.push((file.with_context(context)?, place));
+        self.staged.push((file.with_context(context)?, place, destination));
         Ok(())
     }
 
@@ -80,9 +186,9 @@ impl Outputs {
     pub(crate) fn commit(mut self) -> Result<Vec<PathBuf>> {
         let mut places = Vec::new();
         // All are complete here; only a full disk or a changed folder can stop a rename.
-        for (file, place) in self.staged.drain(..) {
-            readable(file.as_file())?;
-            file.persist(&place).with_context(|| format!("writing {}", place.display()))?;
+        for (file, place, destination) in self.staged.drain(..) {
+            let context = || format!("writing {}", place.display());
+            destination.receive(file).with_context(context)?;
             places.push(place);
         }
         self.created = false;

@@ -75,6 +75,11 @@ impl Ends {
         is_dash(&self.output)
     }
 
+    /// Returns the file of the table.
+    pub(crate) fn input(&self) -> &Path {
+        &self.input
+    }
+
     /// Returns the file of the result.
     pub(crate) fn output(&self) -> &Path {
         &self.output
@@ -83,6 +88,7 @@ impl Ends {
     /// Runs `work` over the table. Nothing is written unless every row could be read.
     pub(crate) fn run(&self, work: &mut dyn Work) -> Result<Tally, Failure> {
         let name = self.name();
+        self.protect_input()?;
         // The rows wait in a spool: one malformed row must leave no half of a table behind.
         let mut spool = BufWriter::new(self.spool()?);
         let tally = self.rows(name, work, &mut spool)?;
@@ -99,6 +105,11 @@ impl Ends {
         Ok(tally)
     }
 
+    /// Refuses, before any work, a result that would overwrite its own input.
+    fn protect_input(&self) -> Result<(), Failure> {
+        output::protect(&self.output, &[&self.input])
+    }
+
     /// Returns the name of the input for messages.
     pub(crate) fn name(&self) -> &Path {
         if is_dash(&self.input) { Path::new("stdin") } else { &self.input }
@@ -109,6 +120,7 @@ impl Ends {
         &self,
         choose: impl Fn(&TableHeader) -> Result<Vec<String>, Diagnostics>,
     ) -> Result<Rows, Failure> {
+        self.protect_input()?;
         let (mut lines, mut all) = (Vec::new(), Vec::new());
         let names = each(self.name(), self.open()?, choose, |line, _, _, values| {
             lines.push(line);

@@ -7,7 +7,7 @@ use super::{schedule, streamed, summary};
 use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
-use crate::text;
+use crate::{output, text};
 use std::time::Instant;
 use trunnion::feed::{FeedError, FeedOptions, Limits, ProgrammedSpeeds};
 use trunnion::files::limits::{LimitsFile, parse};
@@ -17,6 +17,10 @@ const SIZES: [usize; 4] = [3, 5, 6, 10];
 
 pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     args.check(form)?;
+    let inputs = [args.ends.input(), &args.limits];
+    for written in args.motion.as_deref().into_iter().chain([args.ends.output()]) {
+        output::protect(written, &inputs)?;
+    }
     let limits = parse(&text::read(&args.limits)?)
         .map_err(|faults| Failure::faults(&args.limits, &faults))?;
     jerks(args, &limits)?;

@@ -29,6 +29,9 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
         let help = "help: name the CL file with -o";
         return Err(Failure::input(format!("--json and the CL file both go to stdout\n  {help}")));
     }
+    for written in [&args.output, &args.chart].into_iter().flatten() {
+        output::protect(written, &[&args.input])?;
+    }
     let bars = Bars::new();
     let input = Input::open(&args.input, &bars)?;
     let Some(place) = &args.output else {

@@ -12,6 +12,9 @@ use crate::output;
 use trunnion::positioning::{ContactSide, LocationRequest, StripSide, ToleranceBand, place};
 
 pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+    if let Some(path) = &args.output {
+        output::protect(path, &[&args.surface])?;
+    }
     let face = face(args)?;
     require_on_surface(&face.face().surface, args.at)?;
     let cutter = cutter(args)?;

@@ -5,7 +5,7 @@ use super::plan::Plan;
 use super::summary::PostSummary;
 use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
-use crate::output::Outputs;
+use crate::output::{self, Outputs};
 use crate::progress::Bars;
 use crate::text;
 use std::path::Path;
@@ -18,6 +18,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     else {
         return Err(Failure::input("an input, a machine (-m) and an output (-o) are needed"));
     };
+    output::protect(output, &[input, Path::new(machine)])?;
     let plan = Plan::new(args, machine)?;
     let name = output.file_name().map(|name| name.to_string_lossy().into_owned());
     let name = name
@@ -47,8 +48,10 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
         eprintln!("warning: {path}:{unread}\nwarning: from there on the program was not read back");
     }
     // The setup sheet belongs to the program: both are committed together.
-    let sheet = plan.sheet(&name, &note)?;
-    outputs.text(&sheet_name(&name), &sheet)?;
+    if output::is_regular(output) {
+        let sheet = plan.sheet(&name, &note)?;
+        outputs.text(&sheet_name(&name), &sheet)?;
+    }
     outputs.commit()?;
     bars.finish();
     let summary = PostSummary::new(&plan, &report, &note.tools, output);

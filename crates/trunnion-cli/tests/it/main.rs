@@ -7,6 +7,7 @@ mod cli;
 mod feed;
 mod inspect;
 mod machine;
+mod outputs;
 mod path;
 mod post;
 mod reference;
