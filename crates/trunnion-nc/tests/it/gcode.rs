@@ -165,9 +165,24 @@ fn cycles_are_the_moves_they_consist_of() {
     let last = z[z.len() - 1];
     assert!((last[0] - 5.0).abs() < 1e-9 && (last[2] - 20.0).abs() < 1e-9, "{last:?}");
     refuses(DIALECT, "G0 X0 Z9\nG81 X1 Z-1 F5", 2, "without R");
-    refuses(DIALECT, "G0 X0\nG81 X1 Z-1 R1 F5", 2, "does not state");
+    refuses(DIALECT, "G0 X0\nG98 G81 X1 Z-1 R1 F5", 2, "does not state");
     refuses(DIALECT, "G0 X0 Z9\nG83 X1 Z-1 R1 F5", 2, "without Q");
     refuses(DIALECT, "G0 X0 Z9\nG81 X1 Z3 R1 F5", 2, "above the retract");
+}
+
+/// LinuxCNC's interpreter starts in `G99`; Fanuc's manual, and Haas's, name `G98` as the state at power-on.
+#[test]
+fn without_a_word_for_it_the_dialect_decides_where_a_cycle_retracts_to() {
+    let text = "G0 X0 Y0 Z20\nG81 X5 Y5 Z-3 R2 F100\nX10\nG80\nM30\n";
+    let between = |dialect| {
+        let places = places(&read(text, &options(dialect, "XYZAC")));
+        places.iter().find(|at| at[0] > 9.0).unwrap()[2]
+    };
+    for (dialect, height) in
+        [(Dialect::LinuxCnc, 2.0), (Dialect::Fanuc, 20.0), (Dialect::Haas, 20.0)]
+    {
+        assert!((between(dialect) - height).abs() < 1e-9, "{dialect}");
+    }
 }
 
 #[test]

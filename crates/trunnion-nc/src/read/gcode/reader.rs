@@ -50,7 +50,8 @@ impl GcodeReader {
             arc_absolute: false,
             plane: 0,
             vector: false,
-            to_r: false,
+            // LinuxCNC's interpreter starts with G99, the others with G98.
+            to_r: options.dialect == Dialect::LinuxCnc,
             cycle: CycleState::default(),
             each: None,
             references: [first, [None; SLOTS]],
