@@ -170,7 +170,7 @@ fn cycles_are_the_moves_they_consist_of() {
     refuses(DIALECT, "G0 X0 Z9\nG81 X1 Z3 R1 F5", 2, "above the retract");
 }
 
-/// LinuxCNC's interpreter starts in `G99`; Fanuc's manual, and Haas's, name `G98` as the state at power-on.
+/// The interpreter of `LinuxCNC` starts in `G99`; the manuals of Fanuc and Haas name `G98` as the state at power-on.
 #[test]
 fn without_a_word_for_it_the_dialect_decides_where_a_cycle_retracts_to() {
     let text = "G0 X0 Y0 Z20\nG81 X5 Y5 Z-3 R2 F100\nX10\nG80\nM30\n";
