@@ -13,15 +13,21 @@ pub(crate) fn file(
     path: &Path,
     fill: impl FnOnce(&mut (dyn Write + Send)) -> std::io::Result<()>,
 ) -> std::result::Result<(), Failure> {
-    let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
-    let name = name
-        .filter(|_| !path.is_dir())
-        .ok_or_else(|| Failure::input(format!("{}: not a file", path.display())))?;
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let mut outputs = Outputs::open(folder.unwrap_or(Path::new(".")))?;
+    let (mut outputs, name) = Outputs::beside(path)?;
     outputs.add(&name, fill)?;
     outputs.commit()?;
     Ok(())
+}
+
+/// Writes one file whole or not at all, by a function that may refuse on the way.
+pub(crate) fn file_checked<T>(
+    path: &Path,
+    fill: impl FnOnce(&mut (dyn Write + Send)) -> std::result::Result<T, Failure>,
+) -> std::result::Result<T, Failure> {
+    let (mut outputs, name) = Outputs::beside(path)?;
+    let filled = outputs.add_checked(&name, fill)?;
+    outputs.commit()?;
+    Ok(filled)
 }
 
 /// Refuses an output that is one of the inputs: it would be overwritten by its own result.
@@ -146,6 +152,16 @@ impl Outputs {
         Ok(Self { folder: folder.to_owned(), created, staged: Vec::new() })
     }
 
+    /// Opens the folder of a file; returns the name of the file as well.
+    pub(crate) fn beside(path: &Path) -> std::result::Result<(Self, String), Failure> {
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
+        let name = name
+            .filter(|_| !path.is_dir())
+            .ok_or_else(|| Failure::input(format!("{}: not a file", path.display())))?;
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        Ok((Self::open(folder.unwrap_or(Path::new(".")))?, name))
+    }
+
     /// Checks before long work that `folder` is writable, or can be made.
     ///
     /// # Errors
@@ -175,6 +191,27 @@ impl Outputs {
         let file = writer.into_inner().map_err(std::io::IntoInnerError::into_error);
         self.staged.push((file.with_context(context)?, place, destination));
         Ok(())
+    }
+
+    /// Stages one file, written by a function that may refuse on the way.
+    pub(crate) fn add_checked<T>(
+        &mut self,
+        name: &str,
+        fill: impl FnOnce(&mut (dyn Write + Send)) -> std::result::Result<T, Failure>,
+    ) -> std::result::Result<T, Failure> {
+        // `add` only knows I/O errors: the refusal itself is kept beside it.
+        let mut outcome = None;
+        let written = self.add(name, |out| {
+            let filled = outcome.insert(fill(out));
+            filled.as_ref().map(drop).map_err(|_| std::io::Error::other("refused"))
+        });
+        match outcome {
+            Some(Ok(filled)) => Ok(written.map(|()| filled)?),
+            Some(Err(refused)) => Err(refused),
+            None => Err(written
+                .err()
+                .map_or_else(|| Failure::input("nothing was written"), Failure::from)),
+        }
     }
 
     /// Stages a text file.

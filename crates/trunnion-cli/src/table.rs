@@ -153,7 +153,6 @@ impl Ends {
         &self,
         fill: impl FnOnce(&mut dyn Write) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
-        let mut outcome = None;
         if self.to_stdout() {
             // Stdout cannot be taken back: the whole result waits until nothing can refuse it.
             let mut spool = BufWriter::new(self.spool()?);
@@ -164,15 +163,7 @@ impl Ends {
             to_stdout(&mut spool)?;
             return Ok(filled);
         }
-        let written = output::file(&self.output, |out| {
-            let filled = outcome.insert(fill(out));
-            filled.as_ref().map(drop).map_err(|_| io::Error::other("refused"))
-        });
-        match outcome {
-            Some(Err(refused)) => Err(refused),
-            Some(Ok(filled)) => written.map(|()| filled),
-            None => Err(written.err().unwrap_or_else(|| Failure::input("nothing was written"))),
-        }
+        output::file_checked(&self.output, |out| fill(out))
     }
 
     /// Returns true if the table comes from stdin.

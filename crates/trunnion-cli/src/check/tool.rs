@@ -47,7 +47,7 @@ impl Toolbox<'_> {
     pub(super) fn numbers(&self) -> Vec<u32> {
         let texts = [self.cutter, self.shank, self.holder].into_iter().flatten();
         let named = texts.filter_map(|text| numbered(text).0);
-        let lengths = tools::numbered(self.length).into_iter().map(|(number, _)| number);
+        let lengths = tools::numbered(self.length).into_iter().map(|tool| tool.number);
         let mut numbers: Vec<u32> = named.chain(lengths).collect();
         numbers.sort_unstable();
         numbers.dedup();
@@ -58,13 +58,12 @@ impl Toolbox<'_> {
     ///
     /// `None` if no option gives its cutter.
     pub(super) fn of(&self, number: Option<u32>) -> Option<ToolDescription<'_>> {
-        let own =
-            tools::numbered(self.length).into_iter().find(|(known, _)| Some(*known) == number);
+        let own = tools::numbered(self.length).into_iter().find(|tool| Some(tool.number) == number);
         Some(ToolDescription {
             cutter: option_of(self.cutter, number)?,
             shank: option_of(self.shank, number),
             holder: option_of(self.holder, number),
-            length: own.map(|(_, length)| length).or(tools::plain(self.length)),
+            length: own.map(|tool| tool.length).or(tools::plain(self.length)),
         })
     }
 }

@@ -48,21 +48,8 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
             _ => Ok(Done::Kept),
         };
     };
-    let mut done_sheet = None;
-    let written = output::file(place, |out| match rewrite(input, &bars, args.smooth, out) {
-        Ok(done) => {
-            done_sheet = Some(Ok(done));
-            Ok(())
-        }
-        Err(failure) => {
-            done_sheet = Some(Err(failure));
-            Err(std::io::Error::other("refused"))
-        }
-    });
-    let done_sheet = done_sheet.transpose()?;
-    written?;
+    let done_sheet = output::file_checked(place, |out| rewrite(input, &bars, args.smooth, out))?;
     bars.finish();
-    let Some(done_sheet) = done_sheet else { return Ok(Done::Kept) };
     draw(args, &done_sheet)?;
     let answer = answer(&done_sheet, args.smooth);
     form.print(&answer, |answer| describe(answer, place))

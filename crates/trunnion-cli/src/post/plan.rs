@@ -178,8 +178,7 @@ impl Plan {
     /// Writes the setup sheet of the program `file`.
     pub(super) fn sheet(&self, file: &str, head: &Head) -> Result<String, Failure> {
         let mut sheet = String::new();
-        let lengths = self.tools.lengths();
-        let program = SheetProgram { file, style: &self.style, lengths: &lengths };
+        let program = SheetProgram { file, style: &self.style, lengths: self.tools.lengths() };
         program_sheet(&mut sheet, &self.kinematics, &head.note(), program)
             .map_err(|error| Failure::input(error.to_string()))?;
         Ok(sheet)

@@ -20,29 +20,10 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     };
     output::protect(output, &[input, Path::new(machine)])?;
     let plan = Plan::new(args, machine)?;
-    let name = output.file_name().map(|name| name.to_string_lossy().into_owned());
-    let name = name
-        .filter(|_| !output.is_dir())
-        .ok_or_else(|| Failure::input(format!("{}: not a file", output.display())))?;
-    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let mut outputs = Outputs::open(folder.unwrap_or(Path::new(".")))?;
+    let (mut outputs, name) = Outputs::beside(output)?;
     let bars = Bars::new();
-    // The callback of `add` may only fail with an I/O error: the failure itself is kept beside it.
-    let mut posted = None;
-    let written = outputs.add(&name, |out| match plan.post(input, &bars, out) {
-        Ok(done) => {
-            posted = Some(Ok(done));
-            Ok(())
-        }
-        Err(failure) => {
-            posted = Some(Err(failure));
-            Err(std::io::Error::other("refused"))
-        }
-    });
-    let posted = posted.transpose()?;
-    written?;
-    let Some((report, note)) = posted else { return Ok(Done::Kept) };
-    // Words of the machine file that the reader does not know: the program may still be right.
+    let (report, note) = outputs.add_checked(&name, |out| plan.post(input, &bars, out))?;
+    // Text of a template that the reader does not know: the program may still be right.
     if let Some(unread) = &report.unread {
         let path = output.display();
         eprintln!("warning: {path}:{unread}\nwarning: from there on the program was not read back");

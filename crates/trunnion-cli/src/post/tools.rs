@@ -30,8 +30,8 @@ pub(super) struct Tools {
     pub(super) length: f64,
     /// The same in the input program.
     pub(super) from_length: f64,
-    by_number: Vec<(u32, f64)>,
-    from_by_number: Vec<(u32, f64)>,
+    by_number: Vec<NumberedLength>,
+    from_by_number: Vec<NumberedLength>,
 }
 
 impl Tools {
@@ -40,14 +40,13 @@ impl Tools {
         let by_number = numbered(to);
         // The input has the same lengths where no other is given.
         let mut from_by_number = by_number.clone();
-        for (number, length) in numbered(from) {
-            from_by_number.retain(|(known, _)| *known != number);
-            from_by_number.push((number, length));
+        for tool in numbered(from) {
+            put(&mut from_by_number, tool);
         }
-        let of = |list: &[(u32, f64)], number| {
-            list.iter().find(|(known, _)| Some(*known) == number).map(|(_, length)| *length)
+        let of = |list: &[NumberedLength], number| {
+            list.iter().find(|tool| Some(tool.number) == number).map(|tool| tool.length)
         };
-        let first = |list: &[(u32, f64)]| list.first().map(|(_, length)| *length);
+        let first = |list: &[NumberedLength]| list.first().map(|tool| tool.length);
         let length = of(&by_number, only).or(plain(to)).or(first(&by_number)).unwrap_or(0.0);
         let from_length = of(&from_by_number, only).or(plain(from));
         let from_length = from_length.or(first(&from_by_number)).unwrap_or(length);
@@ -66,33 +65,38 @@ impl Tools {
     }
 
     /// Returns the lengths of the tools to be written, for the setup sheet.
-    pub(super) fn lengths(&self) -> Vec<NumberedLength> {
-        let length = |&(number, length): &(u32, f64)| NumberedLength { number, length };
-        self.by_number.iter().map(length).collect()
+    pub(super) fn lengths(&self) -> &[NumberedLength] {
+        &self.by_number
     }
 
     /// Returns the lengths that the input assumes for the tools to be written.
-    pub(super) fn assumed(&self) -> Vec<(u32, f64)> {
-        let known = |number: &u32| self.by_number.iter().any(|(known, _)| known == number);
-        self.from_by_number.iter().filter(|(number, _)| known(number)).copied().collect()
+    pub(super) fn assumed(&self) -> Vec<NumberedLength> {
+        let known =
+            |tool: &&NumberedLength| self.by_number.iter().any(|known| known.number == tool.number);
+        self.from_by_number.iter().filter(known).copied().collect()
     }
 
     pub(super) fn length_of(&self, number: Option<u32>) -> f64 {
-        let found = self.by_number.iter().find(|(known, _)| Some(*known) == number);
-        found.map_or(self.length, |(_, length)| *length)
+        let found = self.by_number.iter().find(|tool| Some(tool.number) == number);
+        found.map_or(self.length, |tool| tool.length)
     }
 }
 
 /// Returns the lengths with a number; the last one of equal numbers.
-pub(crate) fn numbered(lengths: &[ToolLength]) -> Vec<(u32, f64)> {
-    let mut all: Vec<(u32, f64)> = Vec::new();
+pub(crate) fn numbered(lengths: &[ToolLength]) -> Vec<NumberedLength> {
+    let mut all = Vec::new();
     for length in lengths {
         if let ToolLength::Of(number, length) = *length {
-            all.retain(|(known, _)| *known != number);
-            all.push((number, length));
+            put(&mut all, NumberedLength { number, length });
         }
     }
     all
+}
+
+/// Adds the length of a tool, in place of one of the same number.
+fn put(all: &mut Vec<NumberedLength>, tool: NumberedLength) {
+    all.retain(|known| known.number != tool.number);
+    all.push(tool);
 }
 
 /// Returns the length without a number.

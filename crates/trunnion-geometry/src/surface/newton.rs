@@ -88,7 +88,7 @@ impl<F: Fn([f64; 2]) -> SurfaceJet2> DampedDescent<'_, F> {
     fn step(&self, from: &SurfacePoint) -> Option<NewtonStep> {
         let jet = &from.jet;
         let by = descent(jet, self.p, from.uv, self.bounds)?;
-        // Length of the step in the tangent plane, to be held against the rounding of coordinates.
+        // Length of the step in the tangent plane, to be compared with the rounding of coordinates.
         let length = (jet.su * by[0] + jet.sv * by[1]).norm();
         Some(NewtonStep { by, is_last: length <= LAST * self.scale(jet) })
     }

@@ -21,7 +21,7 @@ pub trait ControlKinematics {
     ///
     /// # Errors
     ///
-    /// Where the linear axes cannot reach every point.
+    /// The linear axes cannot bring the tip to every point.
     fn linear_axes(
         &self,
         target: &TipTarget,
@@ -33,7 +33,7 @@ pub trait ControlKinematics {
     ///
     /// # Errors
     ///
-    /// Where no position of the rotaries does.
+    /// No position of the rotaries turns the tool there.
     fn rotaries(&self, request: &RotaryRequest<'_>) -> Result<Self::Rotaries, Self::Error>;
 
     /// Returns the positions of two rotaries \[rad\].

@@ -33,7 +33,7 @@ impl<'a> Locations<'a> {
             place: None,
             tool: None,
             only: options.tool,
-            known: options.lengths.iter().map(|(number, _)| *number).collect(),
+            known: options.lengths.iter().map(|tool| tool.number).collect(),
             feed: 0.0,
         }
     }

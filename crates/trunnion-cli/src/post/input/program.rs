@@ -8,7 +8,6 @@ use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use trunnion::machine::Kinematics;
-use trunnion::nc::control::NumberedLength;
 use trunnion::nc::read::{AxisWords, Dialect, ReadOptions, Steps, steps};
 use trunnion::post::MOST_FAULTS;
 use trunnion::post::{PostMove, PostPace, ProgramMoves};
@@ -62,12 +61,10 @@ impl<'a> Program<'a> {
             block_delete: options.block_delete,
             ..ReadOptions::new(dialect, words, MOST_FAULTS)
         };
-        let numbered = |&(number, length): &(u32, f64)| NumberedLength { number, length };
-        let lengths: Vec<NumberedLength> = options.lengths.iter().map(numbered).collect();
         // One tool: its moves alone. Several: each with its own length.
         let moves = ProgramMoves::new(machine, ARC_TOLERANCE).map(|moves| match options.tool {
             Some(tool) => moves.only(tool),
-            None => moves.with_lengths(&lengths),
+            None => moves.with_lengths(&options.lengths),
         });
         Ok(Self {
             steps: steps(text, &read_options),

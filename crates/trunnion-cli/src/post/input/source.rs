@@ -6,6 +6,7 @@ use crate::progress::Bars;
 use anyhow::Context;
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
+use trunnion::nc::control::NumberedLength;
 use trunnion::nc::read::Dialect;
 use trunnion::types::{Progress, Stage};
 
@@ -47,7 +48,7 @@ pub(crate) struct InputOptions {
     /// Moves of this tool only.
     pub(crate) tool: Option<u32>,
     /// Lengths of several tools that a program assumes, by number \[mm\].
-    pub(crate) lengths: Vec<(u32, f64)>,
+    pub(crate) lengths: Vec<NumberedLength>,
     /// Values of parameters.
     pub(crate) parameters: Vec<(String, f64)>,
     /// True runs the lines that begin with /, false skips them.

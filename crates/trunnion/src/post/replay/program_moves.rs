@@ -166,7 +166,7 @@ impl ProgramMoves {
             out.append(&mut self.away);
         }
         match self.run_chords(block, out) {
-            // Where another tool goes does not matter, but it is not known from here on.
+            // Moves of other tools are not written, but the position is not known from here on.
             Err(_) if !self.is_wanted() => {
                 self.known = [false; 3];
                 Ok(())
@@ -179,9 +179,9 @@ impl ProgramMoves {
     fn starts_by_rapid(&self, block: &Move) -> Result<(), PostError> {
         let cuts = block.pace != Pace::Rapid && block.words.iter().take(3).any(Option::is_some);
         if self.is_wanted() && !self.is_placed() && cuts {
-            let what =
-                "a cut from a place that is not known: X, Y and Z were not all commanded before";
-            return Err(refused(block.line, what, "command X, Y and Z by rapid moves before it"));
+            let what = "a cut before X, Y and Z are all commanded";
+            let help = "nobody knows where it begins: command X, Y and Z by rapid moves before it";
+            return Err(refused(block.line, what, help));
         }
         Ok(())
     }
@@ -276,7 +276,7 @@ impl ProgramMoves {
             Pace::Inverse { seconds } => PostPace::Seconds(seconds),
             Pace::PerMinute { speed } if length > 0.0 && tcp => PostPace::Feed(speed),
             Pace::PerMinute { speed } if length > 0.0 => PostPace::Seconds(length / speed),
-            // Where X, Y and Z stand, F counts degrees.
+            // F counts degrees while X, Y and Z stand still.
             Pace::PerMinute { speed } => PostPace::Seconds(turn.to_degrees() / speed),
         }
     }
