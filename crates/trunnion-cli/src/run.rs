@@ -320,7 +320,7 @@ fn program(program: &ProgramSummary) -> Vec<(&str, String)> {
         rows.push((program.dialect.as_str(), detail));
     }
     let Some(check) = &program.check else { return rows };
-    rows.push((&program.dialect, checked(program.blocks, check)));
+    rows.push((&program.dialect, checked(program, check)));
     rows.extend(program.stock.iter().flat_map(material::words).map(|words| ("", words)));
     let fixtures = program.fixtures.iter().map(pipeline::nearest_fixture);
     rows.extend(fixtures.map(|words| ("", format!("fixtures: {words}"))));
@@ -374,9 +374,13 @@ fn ways(along: &[String]) -> String {
 }
 
 /// Describes the check of a program.
-fn checked(blocks: usize, check: &CheckSummary) -> String {
+fn checked(program: &ProgramSummary, check: &CheckSummary) -> String {
+    // The planned time holds for the machine; the planner of a control may need longer.
+    let own = program.linuxcnc_duration;
+    let own = own.map_or_else(String::new, |seconds| format!(", {seconds:.1} s on LinuxCNC"));
     format!(
-        "{blocks} blocks; checked at {} points, {} mm apart: excess {:.4}, gouge {:.4} mm, uncut {}{}{}{}",
+        "{} blocks{own}; checked at {} points, {} mm apart: excess {:.4}, gouge {:.4} mm, uncut {}{}{}{}",
+        program.blocks,
         check.points,
         check.grid,
         check.excess,

@@ -2,11 +2,13 @@
 
 use super::offset::{self, WorkOffsetArgument};
 use super::tool;
+use super::what_if::{self, Assumption};
 use crate::inspect;
 use crate::option_values::{not_negative, positive, three};
 use crate::post::tools::{self, ToolLength};
 use std::path::PathBuf;
 use trunnion::nc::read::Dialect;
+use trunnion::verify::FindingKind;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -20,7 +22,7 @@ pub(crate) struct Args {
     /// Machine file, or name of a built-in machine. A CL file needs none.
     #[arg(long, value_name = "M")]
     pub(super) machine: Option<String>,
-    /// Surface JSON or STEP file.
+    /// Surface JSON or STEP file. Without one, only axes, stock and fixtures are checked.
     #[arg(long, value_name = "FILE")]
     pub(super) part: Option<PathBuf>,
     /// Numbers of the faces that are cut, from `trunnion inspect` [default: all]. The tool must not gouge the others.
@@ -92,6 +94,13 @@ pub(crate) struct Args {
     /// side].
     #[arg(long, value_name = "MM", value_parser = positive, allow_negative_numbers = true)]
     pub(super) stock_cell: Option<f64>,
+    /// Errors in mm that the control does not know of: length and radius of the tools, origin.x of the workpiece, pivot.B.z
+    /// of a rotary axis. The part is measured under each and under all together; the verdict stays that without them.
+    #[arg(long, value_name = "NAME=MM,..", value_delimiter = ',', value_parser = what_if::read)]
+    pub(super) what_if: Vec<Assumption>,
+    /// Kind of finding that does not fail the check, such as spindle-stopped for a plotter; see below. May be repeated.
+    #[arg(long, value_name = "KIND", value_parser = finding_kind)]
+    pub(super) accept: Vec<FindingKind>,
     /// Servo period of a table of setpoints in s [default: that of the job, of the machine, or of the rows].
     #[arg(long, value_name = "S", value_parser = positive)]
     pub(super) period: Option<f64>,
@@ -106,6 +115,13 @@ pub(crate) struct Args {
 fn dialect(text: &str) -> Result<Dialect, String> {
     Dialect::from_name(text).ok_or_else(|| {
         let names: Vec<&str> = Dialect::ALL.iter().map(|dialect| dialect.name()).collect();
+        format!("one of {} is expected", names.join(", "))
+    })
+}
+
+fn finding_kind(text: &str) -> Result<FindingKind, String> {
+    FindingKind::from_name(text).ok_or_else(|| {
+        let names: Vec<&str> = FindingKind::ALL.iter().map(|kind| kind.name()).collect();
         format!("one of {} is expected", names.join(", "))
     })
 }
@@ -141,6 +157,18 @@ including the motion between its ends. The check reports the smallest distance o
 every line with contact or below --clearance. A job has stock and fixtures as [stock], [[fixture]]
 and verify.fixture_clearance.
 
+Without --part, nothing is measured: the check audits the axes, and cuts --stock and keeps clear of
+--fixture where they are given. The axes alone need only the length of each tool.
+
+State of the control: every feed move needs a spindle that turns clockwise, tool length compensation
+if a tool has a length, and the length of the tool in the spindle. A tool change stops the spindle.
+Smoothing that the program allows (G64 P, CYCLE832, CYCL DEF 32, G187 E) must not exceed the
+tolerance of the part.
+
+Findings have kinds, each with a page in the book: gouge, excess, tool-length, uncut, rapid-finish,
+unmeasured, travel, velocity, acceleration, spindle-stopped, spindle-reversed, no-length,
+wrong-length, smoothing. Those named with --accept are reported, but do not fail the check.
+
 Setpoints (a .csv file) are checked against the machine alone. Columns: t in s, then X,Y,.. in mm
 and degrees, and optionally X_vel,.., X_acc,.., X_jerk,... Every row must keep the period and all
 limits. Between two rows, the smallest acceleration and jerk that any motion through both needs
@@ -155,5 +183,7 @@ written.
   trunnion check part.ngc --job job.toml --stock box:-60,-75,-30,60,75,5 --fixture clamp.stl
   trunnion check two-tools.ngc --job job.toml --cutter 2=R=5,r=1 --tool-length 2=95 \\
       --offset G55=-381,-204,-505
+  trunnion check part.ngc --job job.toml --what-if length=+0.01,radius=-0.01,pivot.B.z=0.02
+  trunnion check part.ngc --machine bc-trunnion --tool-length 120 --origin -381,-254,-505
   trunnion check out/motion.csv --machine bc-trunnion
   trunnion check out/toolpath.cls --part patch.json --cutter R=10,r=6 --tolerance 0.02,0.002";

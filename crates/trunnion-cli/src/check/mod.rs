@@ -12,10 +12,12 @@ mod remedy;
 mod run;
 mod setpoints;
 mod setting;
+mod smoothing;
 mod stock;
 mod subject;
 mod summary;
 mod tool;
+mod what_if;
 
 pub(crate) use args::Args;
 pub(crate) use run::run;

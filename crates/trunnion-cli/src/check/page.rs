@@ -3,7 +3,7 @@
 use super::control_model::ControlModelSummary;
 use super::limit_ratio::LimitRatio;
 use super::subject::Subject;
-use super::summary::PartCheckSummary;
+use super::summary::{Heights, PartCheckSummary};
 use crate::figure::{Prominence, judged, none, plain, within};
 use crate::outcome::Failure;
 use crate::{material, places, report};
@@ -25,7 +25,7 @@ pub(super) fn page(
 ) -> Result<String, Failure> {
     let data = ReportData {
         job: subject.program.clone(),
-        part: subject.part.clone(),
+        part: subject.part.clone().unwrap_or_default(),
         machine: subject.machine.clone().unwrap_or_default(),
         tool: tools(subject),
         generator: format!("trunnion {}", env!("CARGO_PKG_VERSION")),
@@ -80,8 +80,9 @@ fn tools(subject: &Subject) -> String {
     subject.tools.iter().map(tool).collect::<Vec<_>>().join("; ")
 }
 
-fn numbers(subject: &Subject, summary: &PartCheckSummary) -> Vec<Number> {
-    let (options, left) = (&subject.options, &summary.deviation);
+/// Returns the deviation of the faces with its verdicts.
+fn deviation_numbers(subject: &Subject, left: &Heights) -> [Number; 3] {
+    let options = &subject.options;
     let at = |bound: Option<f64>| {
         let everywhere = bound.map_or_else(String::new, |b| format!("; everywhere <= {b:.4}"));
         format!("{} points, {} mm apart{everywhere}", left.points, left.grid)
@@ -91,11 +92,16 @@ fn numbers(subject: &Subject, summary: &PartCheckSummary) -> Vec<Number> {
     let gouge = plain("gouge", format!("{:.4}", left.gouge), "mm", at(left.gouge_bound));
     let of = format!("of {}, {:.2} mm2", left.points, left.uncut_area);
     let uncut = plain("uncut points", left.uncut.to_string(), "", of);
-    let mut numbers = vec![
+    [
         judged(within(left.excess, options.total), excess, Prominence::Headline),
         judged(within(left.gouge, options.gouge), gouge, Prominence::Headline),
         judged(none(left.uncut), uncut, Prominence::Headline),
-    ];
+    ]
+}
+
+fn numbers(subject: &Subject, summary: &PartCheckSummary) -> Vec<Number> {
+    let left = summary.deviation.iter();
+    let mut numbers: Vec<Number> = left.flat_map(|left| deviation_numbers(subject, left)).collect();
     numbers.extend(summary.time());
     if let Some(stock) = &summary.stock {
         numbers.extend(material::numbers(stock, str::to_owned));

@@ -27,9 +27,11 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     if let Some(folder) = &args.output {
         Outputs::probe(folder)?;
     }
+    subject.errors()?;
     let found = subject.check(&bars)?;
+    let assumed = subject.assumed(&bars)?;
     bars.finish();
-    let mut summary = PartCheckSummary::new(&subject, &found);
+    let mut summary = PartCheckSummary::new(&subject, &found, assumed);
     let places = match &args.output {
         Some(folder) => write(&subject, &found, &mut summary, folder)?,
         None => Vec::new(),

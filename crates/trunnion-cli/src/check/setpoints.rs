@@ -99,6 +99,8 @@ fn only_axes(args: &Args) -> Result<(), Failure> {
         ("--stock", args.stock.is_some()),
         ("--fixture", !args.fixture.is_empty()),
         ("--clearance", args.clearance.is_some()),
+        ("--what-if", !args.what_if.is_empty()),
+        ("--accept", !args.accept.is_empty()),
     ];
     match given.iter().find(|(_, given)| *given) {
         Some((name, _)) => Err(Failure::input(format!(

@@ -3,7 +3,7 @@
 use super::args::Args;
 use super::named::Named;
 use super::stock;
-use super::tool::Toolbox;
+use super::tool::{ToolShape, Toolbox};
 use crate::outcome::Failure;
 use crate::progress::Bars;
 use crate::run::{self, both};
@@ -21,9 +21,13 @@ use trunnion::verify::{LEAST_GOUGE, Solid, Stock};
 /// Distance between measured points by default \[mm\].
 const GRID: f64 = 0.2;
 
+/// Accuracy of depths in stock and of distances from fixtures without a part \[mm\]: excess and gouge.
+const TOLERANCE_WITHOUT_PART: [f64; 2] = [0.01, 0.001];
+
 /// Everything that a check needs besides the program.
 pub(super) struct Setting {
-    pub(super) part: String,
+    /// `None`: nothing is measured, only axes, stock and fixtures count.
+    pub(super) part: Option<String>,
     pub(super) kinematics: Option<Kinematics>,
     pub(super) faces: Vec<Face>,
     pub(super) others: Vec<Face>,
@@ -136,7 +140,7 @@ impl Setting {
             faces.iter().map(|face| face.face().clone()).collect()
         };
         Ok(Self {
-            part: job.file.part.file.clone(),
+            part: Some(job.file.part.file.clone()),
             faces: plain(&job.faces),
             others: plain(&job.others),
             tolerance: [job.budget.total, job.budget.gouge],
@@ -157,42 +161,91 @@ impl Setting {
     /// Reads what the arguments name; without a job they must name everything.
     fn of_arguments(args: &Args, bars: &Bars) -> Result<Self, Failure> {
         let missing = |name: &str| {
-            let help = "give --part, --cutter and --tolerance, or --job JOB.toml";
+            let help = match args.part {
+                Some(_) => "give --part, --cutter and --tolerance, or --job JOB.toml",
+                None => {
+                    "the axes need the length of the tool, stock and fixtures its --cutter; or give --job JOB.toml"
+                }
+            };
             Failure::input(format!("{name} is missing\n  help: {help}"))
         };
-        let file = args.part.as_ref().ok_or_else(|| missing("--part"))?;
+        if args.part.is_none() {
+            refuse_nothing(args)?;
+            refuse_face_options(args)?;
+        }
         let options = toolbox(args);
         let tools = numbered(&options)?;
+        let needed = match options.shape {
+            ToolShape::Needed => "--cutter",
+            ToolShape::LengthOnly => "--tool-length",
+        };
         let cutter = match tools.first() {
             Some((_, cutter)) => Ok(cutter.clone()),
-            None => options.of(None).ok_or_else(|| missing("--cutter"))?.cutter(),
+            None => options.of(None).ok_or_else(|| missing(needed))?.cutter(),
         };
         let length = cutter.as_ref().map_or(0.0, Cutter::length);
         let setup =
             Setup::new(Vector3::from(args.origin), args.rotation.map(f64::to_radians), length);
         let machine = args.machine.as_deref().map(machine::load).transpose();
-        let part = part::read(file, bars);
+        let part = args.part.as_ref().map(|file| part::read(file, bars)).transpose();
         // All unusable files are reported at once.
         let (cutter, (machine, part)) = both(cutter, both(machine, part))?;
         let kinematics = machine.map(|file| Kinematics::new(&file.machine, &setup));
-        let (faces, others) = choose(part.faces, args)?;
+        let warnings = part.iter().flat_map(|part| &part.warnings);
+        let warnings = warnings.map(|warning| format!("part: {warning}")).collect();
+        let tolerance = match part {
+            Some(_) => args.tolerance.ok_or_else(|| missing("--tolerance"))?,
+            None => TOLERANCE_WITHOUT_PART,
+        };
+        let (faces, others) = match part {
+            Some(part) => choose(part.faces, args)?,
+            None => (Vec::new(), Vec::new()),
+        };
         Ok(Self {
-            part: file.display().to_string(),
+            part: args.part.as_ref().map(|file| file.display().to_string()),
             kinematics,
             faces,
             others,
             cutter,
             tools,
             number: None,
-            tolerance: args.tolerance.ok_or_else(|| missing("--tolerance"))?,
+            tolerance,
             grid: GRID,
             stock: None,
             stock_cell: None,
             fixtures: Vec::new(),
             clearance: 0.0,
             chords: Vec::new(),
-            warnings: part.warnings.iter().map(|warning| format!("part: {warning}")).collect(),
+            warnings,
         })
+    }
+}
+
+/// Refuses a check in which there is nothing to check against.
+fn refuse_nothing(args: &Args) -> Result<(), Failure> {
+    if args.machine.is_some() || args.stock.is_some() || !args.fixture.is_empty() {
+        return Ok(());
+    }
+    let help = "--machine M and --tool-length L audit the axes of a program; --part, --stock and --fixture need --cutter";
+    Err(Failure::input(format!(
+        "{}: nothing to check against\n  help: {help}",
+        args.program.display()
+    )))
+}
+
+/// Refuses options about faces where there are none: they would have no effect.
+fn refuse_face_options(args: &Args) -> Result<(), Failure> {
+    let given = [
+        ("--faces", !args.faces.is_empty()),
+        ("--flip", args.flip),
+        ("--grid", args.grid.is_some()),
+    ];
+    match given.iter().find(|(_, given)| *given) {
+        Some((name, _)) => {
+            let help = format!("name the part with --part, or leave {name} out");
+            Err(Failure::input(format!("{name} needs a part\n  help: {help}")))
+        }
+        None => Ok(()),
     }
 }
 
@@ -223,7 +276,13 @@ fn of_file(path: &Path, job: &Job) -> (Option<Named<Solid>>, Vec<Named<Held>>) {
 
 fn toolbox(args: &Args) -> Toolbox<'_> {
     let Args { cutter, shank, holder, tool_length: length, .. } = args;
-    Toolbox { cutter, shank, holder, length }
+    let meets_nothing = args.part.is_none() && args.job.is_none();
+    let shape = if meets_nothing && args.stock.is_none() && args.fixture.is_empty() {
+        ToolShape::LengthOnly
+    } else {
+        ToolShape::Needed
+    };
+    Toolbox { cutter, shank, holder, length, shape }
 }
 
 /// Returns the tools that the options describe by number.

@@ -3,6 +3,7 @@
 use super::args::Args;
 use super::remedy;
 use super::setting::Setting;
+use super::what_if::Assumption;
 use crate::outcome::Failure;
 use crate::progress::Bars;
 use crate::{inspect, text};
@@ -19,8 +20,8 @@ use trunnion::post::MOST_FAULTS;
 use trunnion::surface::Face;
 use trunnion::types::Progress;
 use trunnion::verify::{
-    self, CheckInput, CheckOptions, DeviationTolerance, Inspection, InspectionReport, Stock, Tool,
-    Track, VerifyError, WorkOffset,
+    self, CheckInput, CheckOptions, DeviationTolerance, FindingKind, Inspection, InspectionReport,
+    Stock, Tool, Track, VerifyError, WorkOffset,
 };
 
 /// Largest distance between two drawn tool positions \[mm\].
@@ -37,7 +38,7 @@ pub(super) struct Subject {
     pub(super) motion: Motion,
     /// Names of program, part and machine.
     pub(super) program: String,
-    pub(super) part: String,
+    pub(super) part: Option<String>,
     pub(super) machine: Option<String>,
     pub(super) faces: Vec<Face>,
     pub(super) others: Vec<Face>,
@@ -53,6 +54,10 @@ pub(super) struct Subject {
     /// Chord tolerances of the triangles that stand for STEP solids.
     pub(super) chords: Vec<ChordSummary>,
     pub(super) warnings: Vec<String>,
+    /// Kinds of findings that do not fail the check.
+    pub(super) accepted: Vec<FindingKind>,
+    /// Errors of machine, tool and setup to study.
+    pub(super) assumptions: Vec<Assumption>,
 }
 
 impl Subject {
@@ -62,6 +67,14 @@ impl Subject {
         let (stock, fixtures) = setting.solids()?;
         let offsets = offsets(args, setting.kinematics.as_ref());
         let motion = motion(args, setting.kinematics)?;
+        let meets_nothing = setting.part.is_none() && stock.is_none() && fixtures.is_none();
+        if meets_nothing && matches!(motion, Motion::Locations(_)) {
+            let help = "give what the tool meets: --part, --stock or --fixture, with --cutter";
+            return Err(Failure::input(format!(
+                "{}: cutter locations have no axes, so nothing is left to check\n  help: {help}",
+                args.program.display()
+            )));
+        }
         let mut warnings = setting.warnings;
         let reading = match &motion {
             Motion::Program(program, _) => program.warnings(),
@@ -97,6 +110,8 @@ impl Subject {
             fixtures,
             chords: setting.chords,
             warnings,
+            accepted: args.accept.clone(),
+            assumptions: args.what_if.clone(),
         })
     }
 
@@ -125,6 +140,15 @@ impl Subject {
             }
             Motion::Locations(file) => CheckInput::locations(&**file, &self.cutter),
         };
+        self.with_tables(input, tools)
+    }
+
+    /// Sets faces and the tables of the control.
+    pub(super) fn with_tables<'a>(
+        &'a self,
+        input: CheckInput<'a>,
+        tools: &'a [Tool<'a>],
+    ) -> CheckInput<'a> {
         input.faces(&self.faces).tools(tools).offsets(&self.offsets)
     }
 
@@ -135,13 +159,14 @@ impl Subject {
     }
 
     /// Words an error, with the options that help.
-    fn failure(&self, error: &VerifyError) -> Failure {
+    pub(super) fn failure(&self, error: &VerifyError) -> Failure {
         let remedy = remedy::words(error);
         match error {
             VerifyError::Cancelled(_) => Failure::Stopped,
             VerifyError::FromBehind { from_back, examined } => Failure::input(format!(
                 "{}: the tool cuts the faces of {} from behind, at {from_back} of {examined} places examined{remedy}",
-                self.program, self.part
+                self.program,
+                self.part.as_deref().unwrap_or_default()
             )),
             error => {
                 let program: Option<&dyn ProgramSource> = match &self.motion {

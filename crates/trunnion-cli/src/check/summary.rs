@@ -3,14 +3,16 @@
 use super::assumptions::{AssumedSolutions, ToolChanges};
 use super::control_model::ControlModelSummary;
 use super::limit_ratio::LimitRatio;
+use super::smoothing::SmoothingSummary;
 use super::subject::{Motion, Subject};
+use super::what_if::AssumedDeviation;
 use crate::figure::plain;
 use crate::material;
 use std::path::PathBuf;
 use trunnion::files::summary::{ChordSummary, FixturesSummary, StockSummary};
 use trunnion::machine::AxisKind;
 use trunnion::pipeline;
-use trunnion::verify::{self, AxisAudit, ExtremeHeight, InspectionReport};
+use trunnion::verify::{self, AxisAudit, ExtremeHeight, Finding, InspectionReport};
 use trunnion_report::Number;
 
 /// Summary of a program checked against part and machine: `summary.json` and `--json`; mm, degrees, s.
@@ -19,15 +21,19 @@ pub(super) struct PartCheckSummary {
     schema: &'static str,
     generator: String,
     program: String,
-    part: String,
+    /// Null without a part: nothing was measured.
+    part: Option<String>,
     machine: Option<String>,
     pub(super) passed: bool,
-    tolerance: Tolerance,
-    pub(super) deviation: Heights,
+    /// Tolerance and deviation of the faces; null without a part.
+    tolerance: Option<Tolerance>,
+    pub(super) deviation: Option<Heights>,
     /// Tool directions given instead of rotary positions, with the solutions assumed; null without any.
     choices: Option<AssumedSolutions>,
     /// Tool changes, and rapid moves not measured after them; null without any.
     tool_changes: Option<ToolChanges>,
+    /// Deviations under the errors that were assumed; empty without any.
+    what_if: Vec<AssumedDeviation>,
     /// Time of all blocks, and that of rapid moves at rapid speed \[s\]; null without an audit of the axes.
     duration: Option<f64>,
     rapid: Option<f64>,
@@ -41,6 +47,8 @@ pub(super) struct PartCheckSummary {
     /// Passages through the singular cone; null if there are none.
     singular: Option<SingularPassages>,
     pub(super) axes: Vec<AxisLoad>,
+    /// Loosest smoothing that the program allows during a cut; null for cutter locations.
+    smoothing: Option<SmoothingSummary>,
     /// Null without stock.
     pub(super) stock: Option<StockSummary>,
     /// Chord tolerances of the triangles that represent STEP solids; empty without any.
@@ -49,6 +57,8 @@ pub(super) struct PartCheckSummary {
     pub(super) fixtures: Option<FixturesSummary>,
     pub(super) warnings: Vec<String>,
     pub(super) failures: Vec<String>,
+    /// Findings of accepted kinds, which do not count as failures.
+    accepted: Vec<String>,
     /// Files beside this one.
     pub(super) files: Vec<String>,
 }
@@ -151,13 +161,20 @@ impl SingularPassages {
 }
 
 impl PartCheckSummary {
-    pub(super) fn new(subject: &Subject, found: &InspectionReport) -> Self {
+    pub(super) fn new(
+        subject: &Subject,
+        found: &InspectionReport,
+        what_if: Vec<AssumedDeviation>,
+    ) -> Self {
         let report = &found.report;
         let audit = report.audit.as_ref();
         let carving = found.stock.as_ref().map(|stock| &stock.report);
         let (collisions, count) = pipeline::collisions(carving, found.clearance.as_ref());
         let (stock, fixtures) = (found.stock.as_ref(), fixtures(subject, found));
-        let mut failures: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
+        let is_accepted = |finding: &&Finding| subject.accepted.contains(&finding.kind());
+        let (accepted, failed): (Vec<&Finding>, Vec<&Finding>) =
+            report.findings.iter().partition(is_accepted);
+        let mut failures: Vec<String> = failed.iter().map(ToString::to_string).collect();
         // Findings of the faces first, then collisions, then approaches: the order of their weight.
         failures.extend(pipeline::describe_collisions(&collisions, count, fixtures.as_ref()));
         failures.extend(fixtures.iter().flat_map(pipeline::too_near));
@@ -174,13 +191,17 @@ impl PartCheckSummary {
             part: subject.part.clone(),
             machine: subject.machine.clone(),
             // A collision or an approach fails the program even if every face is within tolerance.
-            passed: report.passed()
+            passed: failed.is_empty()
                 && collisions.is_empty()
                 && fixtures.iter().all(|fixtures| fixtures.near.is_empty()),
-            tolerance: Tolerance { total: subject.options.total, gouge: subject.options.gouge },
-            deviation: heights(subject, found),
+            tolerance: subject
+                .part
+                .as_ref()
+                .map(|_| Tolerance { total: subject.options.total, gouge: subject.options.gouge }),
+            deviation: subject.part.as_ref().map(|_| heights(subject, found)),
             choices,
             tool_changes: changes,
+            what_if,
             duration: audit.map(|audit| audit.duration),
             rapid: audit.map(|audit| audit.rapid),
             moves: audit.map(|audit| audit.moves),
@@ -194,17 +215,20 @@ impl PartCheckSummary {
             chords: subject.chords.clone(),
             fixtures,
             failures,
+            accepted: accepted.iter().map(ToString::to_string).collect(),
+            smoothing: found.state.as_ref().map(SmoothingSummary::of),
             // Filled in when the files are written.
             files: Vec::new(),
         }
     }
 
-    /// Returns the verdict of a program that passed; it mentions limits only if axes were audited.
+    /// Returns the verdict of a program that passed; it mentions only what was measured and audited.
     pub(super) fn kept(&self) -> &'static str {
-        if self.axes.is_empty() {
-            "every tolerance is kept"
-        } else {
-            "every tolerance and limit is kept"
+        match (&self.deviation, self.axes.is_empty()) {
+            (Some(_), true) => "every tolerance is kept",
+            (Some(_), false) => "every tolerance and limit is kept",
+            (None, true) => "no collision",
+            (None, false) => "every limit is kept; no part was measured",
         }
     }
 
@@ -220,10 +244,14 @@ impl PartCheckSummary {
         let verdict = if self.passed { self.kept() } else { "NOT KEPT" };
         let mut lines = vec![format!("{}: {verdict}", self.program)];
         let mut row = |name: &str, value: String| lines.push(format!("  {name:<14}{value}"));
-        let Tolerance { total, gouge } = self.tolerance;
-        row("tolerance", format!("excess {total} mm, gouge {gouge} mm"));
-        for (name, value) in self.deviation.rows() {
+        if let Some(Tolerance { total, gouge }) = self.tolerance {
+            row("tolerance", format!("excess {total} mm, gouge {gouge} mm"));
+        }
+        for (name, value) in self.deviation.iter().flat_map(Heights::rows) {
             row(name, value);
+        }
+        for assumed in &self.what_if {
+            row("what if", assumed.words());
         }
         // A CL file has no axes, so neither time nor loads.
         if let (Some(duration), Some(rapid), Some(moves)) = (self.duration, self.rapid, self.moves)
@@ -254,6 +282,9 @@ impl PartCheckSummary {
         for axis in &self.axes {
             row(&format!("axis {}", axis.name), axis.words());
         }
+        if let Some(smoothing) = &self.smoothing {
+            row("smoothing", smoothing.words());
+        }
         if let Some(stock) = &self.stock {
             let [volumes, hit] = material::words(stock);
             lines.push(format!("  {:<14}{volumes}", "stock"));
@@ -266,6 +297,7 @@ impl PartCheckSummary {
             lines.push(format!("  {:<14}{}", "fixtures", pipeline::nearest_fixture(fixtures)));
         }
         lines.extend(self.warnings.iter().map(|warning| format!("warning: {warning}")));
+        lines.extend(self.accepted.iter().map(|finding| format!("accepted: {finding}")));
         lines.extend(self.failures.iter().map(|failure| format!("broken: {failure}")));
         lines.extend(places.iter().map(|place| format!("wrote {}", place.display())));
         lines.join("\n") + "\n"

@@ -19,12 +19,25 @@ pub(super) fn tolerance(text: &str) -> Result<[f64; 2], String> {
     ))
 }
 
+/// Shape of a tool of which only the length counts.
+const LENGTH_ONLY: &str = "R=0,r=1";
+
+/// Use of the shapes of tools.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ToolShape {
+    /// The tool meets faces, stock or fixtures: a cutter must be described.
+    Needed,
+    /// Only axes are audited: the length of the tool is enough.
+    LengthOnly,
+}
+
 /// Options that describe tools; each may begin with a tool number: `2=R=5,r=1`.
 pub(super) struct Toolbox<'a> {
     pub(super) cutter: &'a [String],
     pub(super) shank: &'a [String],
     pub(super) holder: &'a [String],
     pub(super) length: &'a [ToolLength],
+    pub(super) shape: ToolShape,
 }
 
 /// Splits the tool number off an option.
@@ -59,11 +72,15 @@ impl Toolbox<'_> {
     /// `None` if no option gives its cutter.
     pub(super) fn of(&self, number: Option<u32>) -> Option<ToolDescription<'_>> {
         let own = tools::numbered(self.length).into_iter().find(|tool| Some(tool.number) == number);
+        let length = own.map(|tool| tool.length).or(tools::plain(self.length));
+        // Where nothing meets the tool, a length stands for a cutter.
+        let nominal =
+            (self.shape == ToolShape::LengthOnly && length.is_some()).then_some(LENGTH_ONLY);
         Some(ToolDescription {
-            cutter: option_of(self.cutter, number)?,
+            cutter: option_of(self.cutter, number).or(nominal)?,
             shank: option_of(self.shank, number),
             holder: option_of(self.holder, number),
-            length: own.map(|tool| tool.length).or(tools::plain(self.length)),
+            length,
         })
     }
 }
@@ -170,14 +187,20 @@ mod tests {
         let cutter: Vec<String> = words(&["R=10,r=6", "2=R=5,r=1,L=80"]);
         let shank: Vec<String> = words(&["T3=30:4"]);
         let length = [ToolLength::Of(1, 120.0), ToolLength::Of(3, 90.0)];
-        let all = Toolbox { cutter: &cutter, shank: &shank, holder: &[], length: &length };
+        let shape = ToolShape::Needed;
+        let all = Toolbox { cutter: &cutter, shank: &shank, holder: &[], length: &length, shape };
         assert_eq!(all.numbers(), [1, 2, 3]);
         let tool = |number| all.of(Some(number)).unwrap().cutter().ok().unwrap();
         let [a, b, c] = [1, 2, 3].map(tool);
         assert_eq!((a.length(), b.length(), c.length()), (120.0, 80.0, 90.0));
         assert_eq!((a.major(), b.major(), c.major()), (10.0, 5.0, 10.0));
         assert_eq!([a.spec().shank.len(), c.spec().shank.len()], [0, 1]);
-        assert!(Toolbox { cutter: &cutter[1..], ..all }.of(Some(1)).is_none());
+        let bare = Toolbox { cutter: &cutter[1..], ..all };
+        assert!(bare.of(Some(1)).is_none());
+        let bare = Toolbox { shape: ToolShape::LengthOnly, ..bare };
+        let length = bare.of(Some(1)).unwrap().cutter().ok().unwrap().length();
+        assert!((length - 120.0).abs() < 1e-12);
+        assert!(bare.of(None).is_none(), "neither cutter nor length");
     }
 
     #[test]

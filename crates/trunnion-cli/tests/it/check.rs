@@ -135,9 +135,15 @@ fn tools_and_offsets_are_said_by_number() {
     let clean = ["--json", "check", "out/program.linuxcnc.ngc", "--job", "job.toml"];
     let wanted = json(&trunnion(folder, &clean));
     assert!(text.contains("G54") && text.contains("\nM2"), "{text}");
-    fs::write(folder.join("other.ngc"), text.replace("T1 M6", "T3 M6")).unwrap();
-    let (code, table, _) = told(&trunnion(folder, &["check", "other.ngc", "--job", "job.toml"]));
+    let other = text.replace("T1 M6", "T3 M6");
+    fs::write(folder.join("other.ngc"), other.replace("G43 H1", "G43 H3")).unwrap();
+    let renumbered = ["check", "other.ngc", "--job", "job.toml"];
+    let (code, table, _) = told(&trunnion(folder, &renumbered));
     assert!(code == Some(0) && table.contains("the program calls tool 3; it is taken"), "{table}");
+    // Only the call was renumbered: the length that counts is that of another tool.
+    fs::write(folder.join("other.ngc"), other).unwrap();
+    let (code, table, _) = told(&trunnion(folder, &renumbered));
+    assert!(code == Some(1) && table.contains("with tool 3 and the length of H1"), "{table}");
     let two = text.replace("G54", "G55").replace("\nM2", "\nT2 M6\nG53 G0 Z0\nG0 G54 X0 Y0\nM2");
     fs::write(folder.join("two.ngc"), two).unwrap();
     let mut check = vec!["--json", "check", "two.ngc", "--job", "job.toml"];

@@ -15,3 +15,4 @@ mod rs274;
 mod setpoints;
 mod snapshots;
 mod stock;
+mod without_part;

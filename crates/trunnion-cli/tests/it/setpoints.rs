@@ -102,7 +102,7 @@ fn setpoints_need_a_machine_and_no_part() {
             &["check", "a.ngc", "--machine", "machine.toml", "--no-jerk"],
             "error: --period and --no-jerk go with a table of setpoints",
         ),
-        (&["check", "a.ngc", "--machine", "machine.toml"], "error: --part is missing"),
+        (&["check", "a.ngc", "--machine", "machine.toml"], "error: --tool-length is missing"),
     ] {
         let (code, _, errors) = told(&trunnion(folder, arguments));
         assert_eq!(code, Some(2), "{errors}");

@@ -6,6 +6,7 @@
 //! check does not repeat a maker's mistake.
 
 mod arc_chords;
+mod blend_clock;
 mod block_end;
 mod block_frames;
 mod kinematics;
@@ -17,6 +18,7 @@ mod words;
 mod work_offsets;
 
 pub use arc_chords::ArcChords;
+pub use blend_clock::{BlendClock, BlendTolerance, ClockedBlock, ClockedKind};
 pub use block_end::{BlockEnd, block_end, read_words, tip_target};
 pub use block_frames::{BlockFrames, UnknownOffset};
 pub use kinematics::{ControlKinematics, RotaryRequest, TipTarget};

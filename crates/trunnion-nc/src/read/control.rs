@@ -2,7 +2,7 @@
 
 use super::log::ReadRemark;
 use super::options::ReadOptions;
-use super::step::{Frame, Step, Turning};
+use super::step::{Frame, LengthEntry, Smoothing, Step, Turning};
 use crate::types::{AXES, AxisVector};
 use crate::words::AxisWords;
 use nalgebra::UnitVector3;
@@ -386,6 +386,16 @@ impl ControlState {
         // The sign is the sense of rotation: M3 positive, M4 negative, M5 zero.
         let speed = f64::from(self.sense) * self.speed;
         self.steps.push_back(Step::Spindle { line, speed });
+    }
+
+    /// Emits the distance that the control may keep from the path.
+    pub(super) fn smooth(&mut self, line: u32, smoothing: Smoothing) {
+        self.steps.push_back(Step::Smoothing { line, smoothing });
+    }
+
+    /// Emits the entry of the table of tool lengths.
+    pub(super) fn choose_length(&mut self, line: u32, entry: LengthEntry) {
+        self.steps.push_back(Step::LengthEntry { line, entry });
     }
 
     /// Keeps words without motion.

@@ -56,6 +56,9 @@ pub use dialect::Dialect;
 pub use options::ReadOptions;
 pub use remedy::ReadRemedy;
 pub use source::{ClSource, ClText, ProgramSource, ProgramText};
-pub use step::{Arc, Frame, Move, Offset, OffsetKind, Pace, Plane, Program, Step, Turning, Way};
+pub use step::{
+    Arc, Frame, LengthEntry, Move, Offset, OffsetKind, Pace, Plane, Program, Smoothing, Step,
+    Turning, Way,
+};
 pub use steps::{LineReader, Steps, read, steps};
 pub use tally::Tally;

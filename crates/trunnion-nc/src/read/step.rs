@@ -45,6 +45,20 @@ pub enum Step {
         /// Speed \[1/min\]; clockwise positive, 0: it stops.
         speed: f64,
     },
+    /// From here on the control may leave the programmed path.
+    Smoothing {
+        /// Line, counted from 1.
+        line: u32,
+        /// Distance from the path that it may take.
+        smoothing: Smoothing,
+    },
+    /// An entry of the table of tool lengths is chosen: `H2` beside `G43`, `D2` at Siemens.
+    LengthEntry {
+        /// Line, counted from 1.
+        line: u32,
+        /// The entry.
+        entry: LengthEntry,
+    },
     /// A work offset is written: `G10 L2`, `G10 L20`.
     Offset(Offset),
     /// A tilted plane that later moves name by its number.
@@ -149,6 +163,28 @@ pub enum Turning {
     /// The tool axis stays in the plane of its two ends and turns at an even rate: `ORIVECT`,
     /// `PATHCTRL VECTOR`, `G43.4 P1`.
     GreatCircle,
+}
+
+/// Distance that a control may keep from the programmed path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Smoothing {
+    /// None: it stops exactly at the ends of blocks (`G61`, `G60`).
+    Exact,
+    /// As far as stated \[mm\]: `G64 P`, `CYCLE832`, `CYCL DEF 32`, `G187 E`.
+    Within(f64),
+    /// As far as speed demands: `G64` of `LinuxCNC` without P.
+    Unbounded,
+    /// The setting of the machine, which no program states.
+    OfMachine,
+}
+
+/// Entry of a table of tool lengths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LengthEntry {
+    /// A row of the table (`H2`), which has the number of its tool by custom.
+    Row(u32),
+    /// An edge of the tool in the spindle (`D2`); the first is the tool's own, 0 none.
+    Edge(u32),
 }
 
 /// A work offset that the program writes.

@@ -1,6 +1,8 @@
 //! Tests of the program readers and writers: one binary, one module a subject.
 
+mod blend_clock;
 mod cl_files;
+mod control_words;
 mod gcode;
 mod heidenhain;
 mod program_flow;

@@ -219,6 +219,10 @@ pub struct ProgramSummary {
     pub file: String,
     /// Number of blocks that move.
     pub blocks: usize,
+    /// Time that `LinuxCNC` 2.9 takes for the program by the model of its planner, in s; absent for other dialects, and if
+    /// `same_as` is present.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub linuxcnc_duration: Option<f64>,
     /// Dialect of the program with the same blocks, whose check applies here too.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub same_as: Option<String>,

@@ -249,10 +249,12 @@ fn program(job: &Job, program: &CheckedProgram, solids: &Solids) -> ProgramSumma
     let worst = |check: &crate::verify::Report, pick: fn(&crate::verify::AxisAudit) -> f64| {
         check.audit.iter().flat_map(|audit| &audit.axes).map(pick).fold(0.0, f64::max)
     };
+    let audit = program.check.as_ref().and_then(|check| check.audit.as_ref());
     ProgramSummary {
         dialect: program.dialect.to_owned(),
         file: program.file.to_owned(),
         blocks: program.blocks.len(),
+        linuxcnc_duration: audit.map(|audit| audit.linuxcnc.seconds),
         same_as: program.same_as.map(str::to_owned),
         check: program.check.as_ref().map(|check| CheckSummary {
             grid: job.file.verify_grid,

@@ -8,7 +8,7 @@ use super::options::{CHORD_SHARE, CheckOptions};
 use crate::types::Progress;
 use crate::verify::axes::audit::{self, ReplayAudit};
 use crate::verify::replay::orient::Choices;
-use crate::verify::report::{Finding, Report};
+use crate::verify::report::{Deviation, FaceMap, Finding, Report};
 
 /// Checks motion against the faces it cuts and, for a program, against the limits of the machine.
 ///
@@ -40,7 +40,12 @@ pub fn check(
     };
     let cutters = input.cutters();
     let subject = MeasureSubject { faces: input.faces, cutters: &cutters, rest: input.rest };
-    let (maps, mut deviation) = measure::measure(&run, &subject, options, progress)?;
+    // Without faces the motion need not be cut into chunks for their rays.
+    let (maps, mut deviation) = if input.faces.is_empty() {
+        (Vec::new(), Deviation::of(&std::iter::empty::<&FaceMap>()))
+    } else {
+        measure::measure(&run, &subject, options, progress)?
+    };
     let mut findings = broken_tolerances(&maps, &deviation, options);
     let Some(ReplayAudit { audit, choices, changes }) = audited else {
         let choices = Choices::default();

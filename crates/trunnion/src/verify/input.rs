@@ -109,6 +109,15 @@ impl<'a> CheckInput<'a> {
         }
     }
 
+    /// Returns true if the control adds the length of a tool to Z.
+    pub(super) fn has_tool_length(&self) -> bool {
+        let MotionSource::Program { control, .. } = self.motion else { return false };
+        let mut tools = self.tables.tools.iter();
+        // Without a table the setup has the only tool.
+        control.setup().tool_length > 0.0 && tools.len() == 0
+            || tools.any(|tool| tool.cutter.length() > 0.0)
+    }
+
     /// Cutters by their places in the table of tools.
     pub(super) fn cutters(&self) -> Vec<&'a Cutter> {
         controls::cutters(self.cutter, self.tables.tools)

@@ -13,6 +13,7 @@ use super::stock::material::Stock;
 use crate::surface::Face;
 use crate::types::Progress;
 use crate::verify::report::{Finding, Report};
+use crate::verify::state::{self, LengthUse, StateLimits, StateReport};
 
 /// Grid on the faces that are not cut, over that on those that are.
 const OTHERS_GRID: f64 = 3.0;
@@ -91,6 +92,8 @@ pub struct InspectionReport {
     pub stock: Option<CutStock>,
     /// Distance from fixtures.
     pub clearance: Option<ClearanceReport>,
+    /// State of the control during cuts; `None` for cutter locations. Its findings are among those of `report`.
+    pub state: Option<StateReport>,
 }
 
 /// Result on the faces that are not cut.
@@ -153,7 +156,8 @@ impl<'a> Inspection<'a> {
     /// [`VerifyError`]; [`VerifyError::FromBehind`] for faces that the tool cuts from their backs.
     pub fn run(&self, progress: &dyn Progress) -> Result<InspectionReport, VerifyError> {
         // No height on faces that are cut from behind would mean anything.
-        if let Some(found) = behind(&self.input)? {
+        let found = if self.input.faces.is_empty() { None } else { behind(&self.input)? };
+        if let Some(found) = found {
             let (from_back, examined) = (found.from_back, found.examined);
             return Err(VerifyError::FromBehind { from_back, examined });
         }
@@ -170,7 +174,24 @@ impl<'a> Inspection<'a> {
         if let (Some(stock), Some(clearance)) = (&mut stock, &clearance) {
             add_contacts(&mut stock.report, clearance);
         }
-        Ok(InspectionReport { report, others, stock, clearance })
+        let state = self.audit_state();
+        let findings = state.iter().flat_map(|state| &state.findings);
+        report.findings.extend(findings.map(|finding| Finding::State(*finding)));
+        Ok(InspectionReport { report, others, stock, clearance, state })
+    }
+
+    /// Audits spindle, tool length and smoothing of a program.
+    fn audit_state(&self) -> Option<StateReport> {
+        let program = self.input.source()?;
+        let limits = StateLimits {
+            tolerance: (!self.input.faces.is_empty()).then_some(self.options.total),
+            length: if self.input.has_tool_length() {
+                LengthUse::Compensated
+            } else {
+                LengthUse::Irrelevant
+            },
+        };
+        Some(state::audit(program.steps(), &limits))
     }
 
     /// Measures the faces that are not cut, on a coarser grid, and adds their gouges to the findings.

@@ -19,10 +19,12 @@
 //! Moves are streamed in chunks. Memory is that of the measured points and of the program's source; use
 //! [`ProgramText`](crate::nc::read::ProgramText) for a long one.
 
+mod assumed_error;
 mod axes;
 mod check;
 mod deviation;
 mod error;
+mod finding_kind;
 mod findings;
 mod fixture;
 mod input;
@@ -32,12 +34,15 @@ mod options;
 mod replay;
 mod report;
 mod setpoints;
+mod state;
 mod stock;
 mod swept;
 
+pub use assumed_error::AssumedError;
 pub use check::check;
 pub use deviation::side::{FacesFromBehind, behind};
 pub use error::{VerifyError, VerifyRemedy};
+pub use finding_kind::FindingKind;
 pub use fixture::{
     ClearanceOptions, ClearanceReport, DEPTH_SHARE, Fixture, FixtureApproach, clearance,
 };
@@ -58,6 +63,7 @@ pub use setpoints::{
     AxisMotion, MotionAudit, MotionError, MotionFinding, MotionOptions, MotionReport, MotionRow,
     RowRatio, Unevenness,
 };
+pub use state::{ActiveSmoothing, AffectedCuts, StateFinding, StateReport};
 pub use stock::{
     Collision, CollisionKind, Solid, Stock, StockOptions, StockReport, UndecidedCollision, simulate,
 };

@@ -5,6 +5,7 @@ use crate::types::AXES;
 use crate::types::UncutRegion;
 use crate::verify::replay::orient::Choices;
 use crate::verify::replay::tables::Changes;
+use crate::verify::state::StateFinding;
 use nalgebra::Point3;
 use std::fmt;
 
@@ -436,6 +437,8 @@ pub enum Finding {
         /// Largest ratio.
         worst: LimitRatio,
     },
+    /// The control is in a state in which no cut is right.
+    State(StateFinding),
 }
 
 impl fmt::Display for Finding {
@@ -479,6 +482,7 @@ impl fmt::Display for Finding {
             ),
             Self::Velocity { axis, worst } => write!(f, "{axis} velocity {worst}"),
             Self::Acceleration { axis, worst } => write!(f, "{axis} acceleration {worst}"),
+            Self::State(finding) => finding.fmt(f),
         }
     }
 }
@@ -508,13 +512,14 @@ impl fmt::Display for LimitRatio {
 
 /// Audit of a program on a model of `LinuxCNC` 2.9.
 ///
-/// A block of length L in which a rotary moves is passed at `sqrt(a L / 2)` at most, whatever comes next, `a` being the
-/// acceleration that the axes named in the block allow along it. The control limits the words. With tool-centre-point
-/// control those are the tip's, so linear axes may be driven beyond their limits.
+/// The time is that of [`BlendClock`](crate::nc::control::BlendClock), rapids included. For the loads a block of length L in
+/// which a rotary moves counts as passed at `sqrt(a L / 2)` at most, whatever comes next, `a` being the acceleration that
+/// the axes named in the block allow along it. The control limits the words. With tool-centre-point control those are the
+/// tip's, so linear axes may be driven beyond their limits.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct ModelAudit {
-    /// Time of all blocks \[s\]; rapids at rapid speed.
+    /// Time of all blocks \[s\].
     pub seconds: f64,
     /// Largest velocity in a feed move.
     pub velocity: AxisRatio,

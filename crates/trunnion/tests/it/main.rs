@@ -11,6 +11,8 @@ mod brute_force;
 mod chains;
 mod conserved;
 mod contour;
+mod control_state;
+mod control_times;
 mod cover;
 #[path = "../../../trunnion-motion/tests/it/dice/mod.rs"]
 mod dice;

@@ -9,6 +9,7 @@ use crate::read::control::{ControlState, DistanceMode, FeedMode};
 use crate::read::dialect::Dialect;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
+use crate::read::step::{LengthEntry, Smoothing};
 use crate::read::step::{Step, Turning};
 impl GcodeReader {
     /// Runs a block up to its motion.
@@ -163,11 +164,18 @@ impl GcodeReader {
             }
             // G61, G61.1 and G64 choose exact stops or blending; the programmed path stays.
             610 | 611 | 640 => {
+                let smoothing = self.smoothing(state, block, code);
+                state.control.smooth(state.log.line, smoothing);
                 keep_with(state, block, text, code, "PQ");
                 group::BLEND
             }
             // Look-ahead, exact stop: nothing about where the machine goes.
             51 | 80 | 90 | 1030 | 1870 => {
+                // Haas: G187 E is the largest rounding of corners, P a class of the machine.
+                if code.tenths == 1870 {
+                    let smoothing = stated(state, block, 'E').unwrap_or(Smoothing::OfMachine);
+                    state.control.smooth(state.log.line, smoothing);
+                }
                 keep_with(state, block, text, code, "PQRE");
                 group::NONE
             }
@@ -181,6 +189,18 @@ impl GcodeReader {
             150 | 400 | 500 | 501 | 970 | 1230 | 1640 => group::NONE,
             _ => return Err(not_understood(code, text, self.dialect)),
         })
+    }
+
+    /// Returns the distance from the path that `G61`, `G61.1` or `G64` allows.
+    fn smoothing(&self, state: &ReaderState, block: &GcodeBlock, code: CodeWord) -> Smoothing {
+        match code.tenths {
+            610 | 611 => Smoothing::Exact,
+            // LinuxCNC: G64 P is a tolerance, and without P only speed counts. Elsewhere G64 is the usual cutting mode.
+            _ if self.dialect == Dialect::LinuxCnc => {
+                stated(state, block, 'P').unwrap_or(Smoothing::Unbounded)
+            }
+            _ => Smoothing::OfMachine,
+        }
     }
 
     /// Applies `G54` to `G59.3`, `G54.1 P1`, `G154 P1`.
@@ -231,6 +251,9 @@ impl GcodeReader {
             let message = format!("H{number} with tool {tool} in the spindle");
             let help = "the length of the tool is taken, as if its number stood there";
             state.log.warn(text, ReadRemark::new(word.at, message, help));
+        }
+        if let Some(number) = number.filter(|number| *number != 0) {
+            state.control.choose_length(state.log.line, LengthEntry::Row(number));
         }
         let control = &mut state.control;
         let Some(code) = now.length else {
@@ -319,6 +342,11 @@ fn plain_words(
         state.control.spindle(line);
     }
     Ok(())
+}
+
+/// Returns the tolerance of a word \[mm\], which stays in the block; `None` without one.
+fn stated(state: &ReaderState, block: &GcodeBlock, letter: char) -> Option<Smoothing> {
+    Some(Smoothing::Within(block.look(letter)?.value * state.control.scale()))
 }
 
 /// Switches between `G93`, `G94` and `G95`; a feed of one means nothing to the others.

@@ -5,7 +5,7 @@ use super::reader::not_understood;
 use super::token::{Token, Tokens};
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
-use crate::read::step::Turning;
+use crate::read::step::{Smoothing, Turning};
 
 impl HeidenhainReader {
     /// Runs `FUNCTION TCPM F TCP AXIS POS PATHCTRL VECTOR`.
@@ -98,6 +98,11 @@ impl HeidenhainReader {
         match (number, begins) {
             // Cycle 32 sets the path tolerance, which leaves the programmed path as it is.
             (32, _) => {
+                // 32.1 has the tolerance of the path, 32.2 that of the tool axis.
+                if part == "1" {
+                    let smoothing = self.smoothing(tokens.clone())?;
+                    state.control.smooth(state.log.line, smoothing);
+                }
                 state.control.keep(state.log.line, code.get(first.at..).unwrap_or_default());
                 Ok(())
             }
@@ -116,6 +121,15 @@ impl HeidenhainReader {
                 Err(ReadRemark { help: help.to_owned(), ..not_understood(first, code) })
             }
         }
+    }
+
+    /// Reads `32.1 T0.02`; without T the cycle gives the machine its own setting back.
+    fn smoothing(&self, mut tokens: Tokens<'_>) -> Result<Smoothing, ReadRemark> {
+        let tolerance = std::iter::from_fn(|| tokens.next_token())
+            .find(|token| token.text.starts_with(['T', 't']) && token.text.len() > 1);
+        let tolerance = tolerance.map(|token| self.value(&token.after(1))).transpose()?;
+        let stated = tolerance.map(|read| read.value).filter(|tolerance| *tolerance > 0.0);
+        Ok(stated.map_or(Smoothing::OfMachine, Smoothing::Within))
     }
 
     /// Runs a datum shift: `X+5`, `IX+5`.

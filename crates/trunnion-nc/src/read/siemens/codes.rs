@@ -7,7 +7,7 @@ use crate::read::arc::ArcSense;
 use crate::read::control::{DistanceMode, FeedMode};
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
-use crate::read::step::Turning;
+use crate::read::step::{Smoothing, Turning};
 
 /// Words without a target: modes, tools, calls.
 const KEPT: [&str; 41] = [
@@ -99,6 +99,12 @@ impl SiemensReader {
             500 => state.control.set_offset(u8::MAX),
             // Exact stop and blending: the programmed path stays.
             9 | 60 | 64 | 601 | 602 | 603 | 641..=646 => {
+                // G9 and G601 to G603 concern one block, or the end of an exact stop.
+                match number {
+                    60 => state.control.smooth(state.log.line, Smoothing::Exact),
+                    64 | 641..=646 => state.control.smooth(state.log.line, Smoothing::OfMachine),
+                    _ => {}
+                }
                 let text = code.get(item.at..item.end).unwrap_or_default();
                 state.control.keep(state.log.line, text);
             }

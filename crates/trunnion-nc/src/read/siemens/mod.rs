@@ -9,6 +9,7 @@ mod line;
 mod motion;
 mod reader;
 mod rotary;
+mod smoothing;
 mod swivel;
 mod value;
 mod word;

@@ -12,6 +12,7 @@ use crate::read::log::{FileLine, ReadRemark, column};
 use crate::read::options::ReadOptions;
 use crate::read::remedy::undecided_block;
 use crate::read::state::ReaderState;
+use crate::read::step::LengthEntry;
 use std::collections::HashMap;
 
 /// Reader of Sinumerik programs.
@@ -174,7 +175,9 @@ impl SiemensReader {
             "T" => self.tool(state, line, item, code),
             "D" => {
                 // D0 cancels the offsets of the tool; any other D selects one of its edges.
-                if self.value(item)?.0.number.abs() > 0.0 {
+                let edge = value::natural(self.value(item)?.0.number, item.at)?;
+                state.control.choose_length(state.log.line, LengthEntry::Edge(edge));
+                if edge > 0 {
                     state.control.enable_length();
                 } else {
                     state.control.disable_length();
@@ -245,6 +248,9 @@ impl SiemensReader {
             }
             if name == "CYCLE800" {
                 return self.swivel(state, item);
+            }
+            if let Some(smoothing) = self.smoothing(item, name)? {
+                state.control.smooth(state.log.line, smoothing);
             }
             return Self::keyword(state, line, item, name, code);
         };

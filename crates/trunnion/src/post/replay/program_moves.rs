@@ -128,6 +128,8 @@ impl ProgramMoves {
             Step::Move(block) => return self.run(block, out),
             Step::Dwell { .. } => self.left.dwells += 1,
             Step::Words { .. } => self.left.words += 1,
+            // Lengths are compensated with those of the tools, and smoothing words are counted as words.
+            Step::Smoothing { .. } | Step::LengthEntry { .. } => {}
             Step::Spindle { speed, .. } => {
                 let over = self.only.is_some_and(OnlyTool::is_over);
                 if *speed != 0.0 && !over {

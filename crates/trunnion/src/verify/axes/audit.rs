@@ -11,7 +11,7 @@ use crate::verify::error::VerifyError;
 use crate::verify::replay::control::Control;
 use crate::verify::replay::controls::Controls;
 use crate::verify::replay::orient::Choices;
-use crate::verify::replay::segment::{Block, Course, Segment};
+use crate::verify::replay::segment::{Block, BlockTime, Course, FeedLength, Segment};
 use crate::verify::replay::segments::Run;
 use crate::verify::replay::tables::Changes;
 use crate::verify::report::{Audit, AxisAudit, LimitRatio, TravelOverrun};
@@ -30,6 +30,8 @@ struct MeanMotion {
     block: Block,
     /// Velocity that the rounding of the words can have added \[mm/s, rad/s\].
     slack: AxisVector,
+    /// Time that it can have taken away or added \[s\].
+    time_slack: f64,
 }
 
 /// Results of one replay of a program.
@@ -47,8 +49,9 @@ pub(crate) fn audit(
 ) -> Result<ReplayAudit, VerifyError> {
     let mut replay = run.replay().ok_or(VerifyError::NoMotion)?;
     let mut auditor = AxisAuditor::new(controls.first());
-    for segment in replay.by_ref() {
+    while let Some(segment) = replay.next() {
         let segment = &segment?;
+        auditor.linuxcnc.smooth(replay.smoothing);
         auditor.take(controls.of(segment.tool), segment, program)?;
     }
     let audit = auditor.finish()?;
@@ -109,7 +112,11 @@ impl<'a> AxisAuditor<'a> {
             let before = self.block.take();
             self.difference(before.as_ref(), None);
             self.acceleration = MeanAcceleration::STANDSTILL;
-            self.linuxcnc.rest(segment.duration);
+            if segment.rapid {
+                self.linuxcnc.rapid(control, segment);
+            } else {
+                self.linuxcnc.rest(segment.duration);
+            }
             return Ok(());
         }
         // Without time there is no velocity; a move of no length is not judged.
@@ -180,11 +187,11 @@ impl<'a> AxisAuditor<'a> {
         let Some(line) = to.or(from).map(|motion| motion.line) else { return };
         // Mean velocities belong to the middles of both blocks, which are (T1 + T2) / 2 apart.
         let time = 0.5 * (time1 + time2);
-        let next = MeanAcceleration {
-            acceleration: (v2 - v1) / time,
-            slack: (slack1 + slack2) / time,
-            first: time1,
-        };
+        let acceleration = (v2 - v1) / time;
+        // The times of both blocks may be off as well, which changes the quotient by the same share.
+        let time_slack: f64 = [from, to].into_iter().flatten().map(|of| of.time_slack).sum();
+        let slack = (slack1 + slack2) / time + acceleration.abs() * (0.5 * time_slack / time);
+        let next = MeanAcceleration { acceleration, slack, first: time1 };
         let last = &self.acceleration;
         // j = (a2 - a1) / ((T0 + T1 + T2) / 3).
         let whole = (last.first + time1 + time2) / 3.0;
@@ -241,16 +248,39 @@ fn mean_motion(
 ) -> Result<MeanMotion, VerifyError> {
     let duration = segment.duration;
     let velocity = (segment.joints[1] - segment.joints[0]) / duration;
-    let error = joint_rounding(control, segment, &rounded(program.rounding()))?;
-    // F = 60 / duration in inverse time; a speed is run as it stands. What rounding does to a block goes through all of
-    // its chords evenly.
+    let words = rounded(program.rounding());
+    let error = joint_rounding(control, segment, &words)?;
+    // What rounding does to a block goes through all of its chords evenly.
     let block = segment.block;
-    let feed = if block.timed { program.feed_rounding() } else { 0.0 };
-    // F off by e changes the time T = 60 / F by the share e / (F - e), at most twice e / F = e T / 60 up to F = 2 e.
-    let feed = 2.0 * feed * block.duration / 60.0;
+    let share = time_rounding(&block, &words, program.feed_rounding());
     // Both ends may be off by the error in opposite directions.
-    let slack = error * (2.0 / block.duration) + velocity.abs() * feed.min(1.0);
-    Ok(MeanMotion { line: segment.line, velocity, duration, block, slack })
+    let slack = error * (2.0 / block.duration) + velocity.abs() * share;
+    Ok(MeanMotion {
+        line: segment.line,
+        velocity,
+        duration,
+        block,
+        slack,
+        time_slack: share * duration,
+    })
+}
+
+/// Bounds the share by which rounding of words can change the time of a block; at most 1.
+fn time_rounding(block: &Block, words: &AxisVector, feed: f64) -> f64 {
+    let share = match block.time {
+        BlockTime::Exact => 0.0,
+        // F off by e changes the time T = 60 / F by the share e / (F - e), at most twice e / F = e T / 60 up to F = 2 e.
+        BlockTime::Stated => 2.0 * feed * block.duration / 60.0,
+        // T = 60 L / F: both ends of L may be off in opposite directions. F itself is run as it stands.
+        BlockTime::OverLength(length) => {
+            let ends = match length {
+                FeedLength::Linear(_) => words.fixed_rows::<3>(0).norm(),
+                FeedLength::Degrees(_) => words.fixed_rows::<2>(FIRST_ROTARY).norm().to_degrees(),
+            };
+            2.0 * ends / length.value()
+        }
+    };
+    share.min(1.0)
 }
 
 /// Half of a last digit from which words are taken as exact \[mm, degrees\]: no path that has a tolerance is rounded so

@@ -2,10 +2,16 @@
 
 use super::mean_acceleration::MeanAcceleration;
 use crate::machine::{FIRST_ROTARY, Machine};
+use crate::nc::control::{BlendClock, BlendTolerance, ClockedBlock, ClockedKind};
+use crate::nc::read::Smoothing;
 use crate::types::{AXES, AxisVector};
 use crate::verify::replay::control::Control;
 use crate::verify::replay::segment::{Course, Segment};
 use crate::verify::report::{AxisRatio, LimitRatio, ModelAudit};
+use nalgebra::UnitVector3;
+
+/// Servo period of a machine that states none \[s\]: the usual one of the control.
+const SERVO_PERIOD: f64 = 0.001;
 
 /// Totals of a block up to its current chord.
 #[derive(Debug, Default)]
@@ -18,11 +24,44 @@ struct BlockProgress {
     share: f64,
     /// A rotary axis moves.
     turns: bool,
+    /// Directions of X, Y and Z in its first and last chord, where they move.
+    directions: Option<[UnitVector3<f64>; 2]>,
     /// Largest velocities at the times programmed.
     fastest: AxisVector,
 }
 
 impl BlockProgress {
+    /// Adds a chord by the changes of its words, under limits of velocity and acceleration.
+    fn add(&mut self, words: &AxisVector, [velocity, acceleration]: &[AxisVector; 2]) {
+        let linear = words.fixed_rows::<FIRST_ROTARY>(0).into_owned();
+        let tip = linear.norm();
+        let turn = words.fixed_rows::<{ AXES - FIRST_ROTARY }>(FIRST_ROTARY).norm();
+        // The length of a block is that of X, Y and Z; only without one do the rotaries count.
+        let length = if tip > 0.0 { tip } else { turn };
+        let over = |limits: &AxisVector| words.abs().component_div(limits).amax();
+        self.least += over(velocity);
+        if length > 0.0 {
+            self.share = self.share.max(over(acceleration) / length);
+        }
+        self.length += length;
+        self.turns |= turn > 0.0;
+        if let Some(direction) = UnitVector3::try_new(linear, 0.0) {
+            let [first, _] = self.directions.unwrap_or([direction; 2]);
+            self.directions = Some([first, direction]);
+        }
+    }
+
+    /// Returns the block as the planner of the control takes it, programmed to take `seconds`.
+    fn clocked(&self, seconds: f64) -> ClockedBlock {
+        ClockedBlock {
+            length: self.length,
+            velocity: self.length / seconds.max(self.least),
+            acceleration: 1.0 / self.share,
+            directions: self.directions,
+            kind: if self.turns { ClockedKind::Rotary } else { ClockedKind::Linear },
+        }
+    }
+
     /// Returns the time of a block that is programmed to take `seconds`.
     fn seconds(&self, seconds: f64) -> f64 {
         // Length over sqrt(a L / 2), a = 1 / share.
@@ -57,27 +96,31 @@ pub(crate) struct LinuxCncModel<'a> {
     machine: &'a Machine,
     block: BlockProgress,
     before: PreviousBlock,
-    seconds: f64,
+    clock: BlendClock,
     velocity: [LimitRatio; AXES],
     acceleration: [LimitRatio; AXES],
     jerk: [LimitRatio; AXES],
     /// The last mean acceleration; `None` after blocks that the control looks ahead over.
     last: Option<MeanAcceleration>,
     line: u32,
+    /// Distance from the path that the control may keep.
+    tolerance: BlendTolerance,
 }
 
 impl<'a> LinuxCncModel<'a> {
     pub(crate) fn new(control: &'a Control) -> Self {
+        let machine = control.real().machine();
         Self {
-            machine: control.real().machine(),
+            machine,
             block: BlockProgress::default(),
             before: PreviousBlock::Rest,
-            seconds: 0.0,
+            clock: BlendClock::new(machine.cycle.servo_period.unwrap_or(SERVO_PERIOD)),
             velocity: [LimitRatio::NONE; AXES],
             acceleration: [LimitRatio::NONE; AXES],
             jerk: [LimitRatio::NONE; AXES],
             last: Some(MeanAcceleration::STANDSTILL),
             line: 0,
+            tolerance: BlendTolerance::Unbounded,
         }
     }
 
@@ -87,30 +130,21 @@ impl<'a> LinuxCncModel<'a> {
             self.block = BlockProgress::default();
         }
         let words = word_changes(control, segment);
-        let tip = words.fixed_rows::<FIRST_ROTARY>(0).norm();
-        let turn = words.fixed_rows::<{ AXES - FIRST_ROTARY }>(FIRST_ROTARY).norm();
-        // The length of a block is that of X, Y and Z; only without one do the rotaries count.
-        let length = if tip > 0.0 { tip } else { turn };
-        let over = |limits: AxisVector| words.abs().component_div(&limits).amax();
-        let block = &mut self.block;
-        block.least += over(self.machine.vector(|axis| axis.vel));
-        if length > 0.0 {
-            block.share = block.share.max(over(self.machine.vector(|axis| axis.acc)) / length);
-        }
-        block.length += length;
-        block.turns |= turn > 0.0;
-        block.fastest = block.fastest.sup(fastest);
+        let machine = self.machine;
+        let limits = [machine.vector(|axis| axis.vel), machine.vector(|axis| axis.acc)];
+        self.block.add(&words, &limits);
+        self.block.fastest = self.block.fastest.sup(fastest);
     }
 
     /// Ends the block, programmed to take `seconds`, with its mean velocity and what rounding can have added to it.
     pub(crate) fn end(&mut self, line: u32, seconds: f64, [velocity, slack]: [AxisVector; 2]) {
+        self.clock.push(self.block.clocked(seconds), self.tolerance);
         let modelled = self.block.seconds(seconds);
         let slower = seconds / modelled;
         let fastest = self.block.fastest * slower;
         // A block that takes longer than programmed has its velocities in proportion.
         let mean =
             MeanVelocity { velocity: velocity * slower, slack: slack * slower, seconds: modelled };
-        self.seconds += modelled;
         self.line = line;
         let axes = self.velocity.iter_mut().zip(&self.machine.axes).enumerate();
         axes.for_each(|(k, (ratio, axis))| ratio.take(fastest[k], mean.slack[k], axis.vel, line));
@@ -122,11 +156,37 @@ impl<'a> LinuxCncModel<'a> {
         }
     }
 
-    /// Takes in a move of `seconds` before and after which the machine rests.
+    /// Takes in `seconds` in which nothing moves.
     pub(crate) fn rest(&mut self, seconds: f64) {
+        self.come_to_rest();
+        self.clock.wait(seconds);
+    }
+
+    /// Takes in a rapid move, which the control blends as it does others; the loads of the axes count it as a rest.
+    pub(crate) fn rapid(&mut self, control: &Control, segment: &Segment) {
+        self.come_to_rest();
+        if segment.is_unknown() {
+            return;
+        }
+        let machine = self.machine;
+        let limits = [machine.vector(|axis| axis.rapid), machine.vector(|axis| axis.acc)];
+        let mut block = BlockProgress::default();
+        block.add(&word_changes(control, segment), &limits);
+        self.clock.push(block.clocked(0.0), self.tolerance);
+    }
+
+    /// Sets the distance from the path that the control may keep from here on.
+    pub(crate) fn smooth(&mut self, smoothing: Option<Smoothing>) {
+        self.tolerance = match smoothing {
+            Some(Smoothing::Within(tolerance)) => BlendTolerance::Within(tolerance),
+            Some(Smoothing::Exact) => BlendTolerance::Stop,
+            Some(Smoothing::Unbounded | Smoothing::OfMachine) | None => BlendTolerance::Unbounded,
+        };
+    }
+
+    fn come_to_rest(&mut self) {
         self.difference(None);
         (self.before, self.last) = (PreviousBlock::Rest, Some(MeanAcceleration::STANDSTILL));
-        self.seconds += seconds;
     }
 
     /// Judges the acceleration from the block before to this one, or to rest, and the jerk since the one before.
@@ -177,7 +237,7 @@ impl<'a> LinuxCncModel<'a> {
         };
         let [velocity, acceleration, jerk] =
             [self.velocity, self.acceleration, self.jerk].map(worst);
-        ModelAudit { seconds: self.seconds, velocity, acceleration, jerk }
+        ModelAudit { seconds: self.clock.seconds(), velocity, acceleration, jerk }
     }
 }
 

@@ -36,14 +36,43 @@ pub(crate) struct Block {
     pub(crate) begins: bool,
     /// It ends with this move.
     pub(crate) ends: bool,
-    /// Its time is stated by the program, and not its length over a speed.
-    pub(crate) timed: bool,
+    /// Origin of its time.
+    pub(crate) time: BlockTime,
+}
+
+/// Origin of the time of a block.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum BlockTime {
+    /// Nothing is rounded: the move is rapid, or stands still.
+    Exact,
+    /// The program states it as inverse time.
+    Stated,
+    /// The length of the path over the programmed speed.
+    OverLength(FeedLength),
+}
+
+/// Length along which a feed counts.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum FeedLength {
+    /// Of the tip, or of X, Y and Z \[mm\].
+    Linear(f64),
+    /// Of the rotaries, where X, Y and Z stand \[degrees\].
+    Degrees(f64),
+}
+
+impl FeedLength {
+    /// Returns the number without its unit.
+    pub(crate) fn value(self) -> f64 {
+        match self {
+            Self::Linear(length) | Self::Degrees(length) => length,
+        }
+    }
 }
 
 impl Block {
     /// A block of one move.
     pub(crate) fn of_one(duration: f64) -> Self {
-        Self { duration, sweep: 0.0, begins: true, ends: true, timed: false }
+        Self { duration, sweep: 0.0, begins: true, ends: true, time: BlockTime::Exact }
     }
 }
 

@@ -5,7 +5,7 @@ use crate::nc::control::{
     end_words, path_length, read_words,
 };
 use crate::nc::read::{
-    Arc, ClMotion, ClSource, Frame, Move, Offset, Pace, ProgramSource, Step, Way,
+    Arc, ClMotion, ClSource, Frame, Move, Offset, Pace, ProgramSource, Smoothing, Step, Way,
 };
 use crate::types::{AXES, AxisVector, ToolPose};
 use crate::verify::error::VerifyError;
@@ -14,7 +14,7 @@ use crate::verify::replay::controls::{self, Controls, ToolStart};
 use crate::verify::replay::mover::Mover;
 use crate::verify::replay::orient::{Choices, DirectionSource, RotaryBranch, Turned};
 use crate::verify::replay::position::Known;
-use crate::verify::replay::segment::{Block, Course, Segment};
+use crate::verify::replay::segment::{Block, BlockTime, Course, FeedLength, Segment};
 use crate::verify::replay::tables::{Changes, Tables, Tool};
 
 /// All that moves the tool, from the start as often as it is asked for.
@@ -88,6 +88,7 @@ impl<'a> Run<'a> {
             branch: None,
             choices: Choices::default(),
             changes: Changes { count: 0, line: 0, unmeasured: 0, first: None },
+            smoothing: None,
         })
     }
 
@@ -123,6 +124,8 @@ pub(crate) struct Replay<'a> {
     pub(crate) choices: Choices,
     /// Tool changes so far, with what they left unknown.
     pub(crate) changes: Changes,
+    /// Distance from the path that the control may keep now; `None`: no word was about it.
+    pub(crate) smoothing: Option<Smoothing>,
 }
 
 /// An arc of which some chords were run.
@@ -135,8 +138,8 @@ struct OnArc {
     sweep: f64,
     /// Time of all of it \[s\].
     duration: f64,
-    /// Its time is what the program states.
-    timed: bool,
+    /// Origin of that time.
+    time: BlockTime,
 }
 
 /// Chords of one arc; more only at a radius of kilometres.
@@ -154,7 +157,9 @@ impl<'a> Replay<'a> {
             Step::Tool { line, number } => self.change(*line, *number)?,
             Step::Offset(offset) => self.write(offset)?,
             Step::Plane(plane) => self.frames.plane = Some(*plane),
-            Step::Spindle { .. } | Step::Words { .. } => {}
+            Step::Smoothing { smoothing, .. } => self.smoothing = Some(*smoothing),
+            // State beside the motion; `verify::state` follows it.
+            Step::Spindle { .. } | Step::LengthEntry { .. } | Step::Words { .. } => {}
             Step::Move(step) => return self.go(step),
         }
         Ok(None)
@@ -288,9 +293,14 @@ impl<'a> Replay<'a> {
         };
         let joints = [*q, to];
         // Chords of an arc share the time of their block.
-        let duration = duration(&joints, &course, step.pace, &control.rapid());
-        let timed = matches!(step.pace, Pace::Inverse { .. });
-        let block = block.unwrap_or(Block { timed, ..Block::of_one(duration) });
+        let length = feed_length(&joints, &course);
+        let duration = match step.pace {
+            Pace::Inverse { seconds } => seconds,
+            Pace::Rapid => (joints[1] - joints[0]).component_div(&control.rapid()).amax(),
+            Pace::PerMinute { speed } => length.value() / speed,
+        };
+        let time = block_time(step.pace, length);
+        let block = block.unwrap_or(Block { time, ..Block::of_one(duration) });
         Ok(Segment { line: step.line, tool, joints, course, duration, block, rapid })
     }
 
@@ -308,17 +318,18 @@ impl<'a> Replay<'a> {
         if count > MOST_PARTS {
             return Err(VerifyError::TurnsTooFar { line: step.line });
         }
+        let length = path_length(step, &from, &to);
         let duration = match step.pace {
             Pace::Inverse { seconds } => seconds,
-            Pace::PerMinute { speed } => path_length(step, &from, &to) / speed,
+            Pace::PerMinute { speed } => length / speed,
             Pace::Rapid => {
                 let what = "an arc at rapid speed";
                 return Err(VerifyError::Special { line: step.line, what });
             }
         };
-        let timed = matches!(step.pace, Pace::Inverse { .. });
+        let time = block_time(step.pace, FeedLength::Linear(length));
         let chords = ArcChords::new(step, arc, [from, to], count);
-        Ok(OnArc { chords, frame, q: *q, sweep: arc.sweep.abs(), duration, timed })
+        Ok(OnArc { chords, frame, q: *q, sweep: arc.sweep.abs(), duration, time })
     }
 
     /// The next chord of an arc; `None` behind the last.
@@ -327,8 +338,8 @@ impl<'a> Replay<'a> {
         let Some(chord) = on.chords.next() else { return Ok(None) };
         let seconds = on.duration / f64::from(on.chords.total());
         let step = Move { pace: Pace::Inverse { seconds }, ..chord };
-        let OnArc { duration, sweep, timed, .. } = *on;
-        let block = Block { duration, sweep, begins, ends: on.chords.is_over(), timed };
+        let OnArc { duration, sweep, time, .. } = *on;
+        let block = Block { duration, sweep, begins, ends: on.chords.is_over(), time };
         let segment = self.straight(&on.q, &step, &on.frame, Some(block))?;
         [_, on.q] = segment.joints;
         Ok(Some(segment))
@@ -357,22 +368,26 @@ impl Iterator for Replay<'_> {
     }
 }
 
-/// Time of a move \[s\].
-fn duration(joints: &[AxisVector; 2], course: &Course, pace: Pace, rapid: &AxisVector) -> f64 {
+/// Returns the length along which the feed of a move counts.
+fn feed_length(joints: &[AxisVector; 2], course: &Course) -> FeedLength {
     let change = joints[1] - joints[0];
+    // F counts along the tip or X, Y, Z, and in degrees along the rotaries where these stand.
+    let length = match course {
+        Course::Tip { ends: [from, to], .. } => (to - from).norm(),
+        Course::Circle { ends: [from, to] } => (to.tip - from.tip).norm(),
+        _ => change.fixed_rows::<3>(0).norm(),
+    };
+    if length > 0.0 {
+        return FeedLength::Linear(length);
+    }
+    FeedLength::Degrees(change.fixed_rows::<2>(3).norm().to_degrees())
+}
+
+fn block_time(pace: Pace, length: FeedLength) -> BlockTime {
     match pace {
-        Pace::Inverse { seconds } => seconds,
-        Pace::Rapid => change.component_div(rapid).amax(),
-        Pace::PerMinute { speed } => {
-            // F counts along the tip or X, Y, Z, and in degrees along the rotaries where these stand.
-            let length = match course {
-                Course::Tip { ends: [from, to], .. } => (to - from).norm(),
-                Course::Circle { ends: [from, to] } => (to.tip - from.tip).norm(),
-                _ => change.fixed_rows::<3>(0).norm(),
-            };
-            let degrees = change.fixed_rows::<2>(3).norm().to_degrees();
-            if length > 0.0 { length / speed } else { degrees / speed }
-        }
+        Pace::Rapid => BlockTime::Exact,
+        Pace::Inverse { .. } => BlockTime::Stated,
+        Pace::PerMinute { .. } => BlockTime::OverLength(length),
     }
 }
 

@@ -1,0 +1,58 @@
+//! Smoothing that a program allows, for scripts and for people.
+
+use trunnion::nc::read::Smoothing;
+use trunnion::verify::StateReport;
+
+/// Loosest smoothing during a cut.
+#[derive(Debug, Clone, Copy, serde::Serialize)]
+pub(super) struct SmoothingSummary {
+    kind: SmoothingKind,
+    /// Distance from the path \[mm\]; null unless stated.
+    distance: Option<f64>,
+    /// Line that asks for it; null if none does.
+    line: Option<u32>,
+}
+
+#[derive(Debug, Clone, Copy, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+enum SmoothingKind {
+    /// No word of the program is about it.
+    NotStated,
+    /// The machine's own setting.
+    OfMachine,
+    Exact,
+    Within,
+    Unbounded,
+}
+
+impl SmoothingSummary {
+    pub(super) fn of(state: &StateReport) -> Self {
+        let Some(active) = state.smoothing else {
+            return Self { kind: SmoothingKind::NotStated, distance: None, line: None };
+        };
+        let (kind, distance) = match active.smoothing {
+            Smoothing::Exact => (SmoothingKind::Exact, Some(0.0)),
+            Smoothing::Within(distance) => (SmoothingKind::Within, Some(distance)),
+            Smoothing::Unbounded => (SmoothingKind::Unbounded, None),
+            Smoothing::OfMachine => (SmoothingKind::OfMachine, None),
+        };
+        Self { kind, distance, line: Some(active.line) }
+    }
+
+    pub(super) fn words(&self) -> String {
+        let line = self.line.map_or_else(String::new, |line| format!(" (line {line})"));
+        match (self.kind, self.distance) {
+            (SmoothingKind::NotStated, _) => {
+                "not stated: that of the machine comes on top".to_owned()
+            }
+            (SmoothingKind::Exact, _) => format!("none{line}"),
+            (SmoothingKind::Within, Some(distance)) => {
+                format!("up to {distance} mm{line}, on top of the deviations")
+            }
+            (SmoothingKind::Unbounded, _) => {
+                format!("not bounded{line}: the control may cut corners as far as speed demands")
+            }
+            _ => format!("that of the machine{line} comes on top"),
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Words that set the state of a control beside its motion, by the manuals of the controls.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+use crate::readings;
+
+use readings::options;
+use trunnion_nc::read::{Dialect, LengthEntry, Smoothing, Step};
+
+fn steps(dialect: Dialect, text: &str) -> Vec<Step> {
+    trunnion_nc::read::read(text, &options(dialect, "XYZAC")).unwrap().steps
+}
+
+/// Lines and distances of all smoothing words.
+fn smoothing(dialect: Dialect, text: &str) -> Vec<(u32, Smoothing)> {
+    let of = |step: Step| match step {
+        Step::Smoothing { line, smoothing } => Some((line, smoothing)),
+        _ => None,
+    };
+    steps(dialect, text).into_iter().filter_map(of).collect()
+}
+
+fn entries(dialect: Dialect, text: &str) -> Vec<LengthEntry> {
+    let of = |step: Step| match step {
+        Step::LengthEntry { entry, .. } => Some(entry),
+        _ => None,
+    };
+    steps(dialect, text).into_iter().filter_map(of).collect()
+}
+
+#[test]
+fn linuxcnc_states_its_blending() {
+    use Smoothing::{Exact, Unbounded, Within};
+    let text = "G21 G90 G94 G54\nG61\nG64\nG64 P0.02\nG61.1\nG20\nG64 P[0.001] Q0.0005\nM2\n";
+    let found = smoothing(Dialect::LinuxCnc, text);
+    assert_eq!(found.len(), 5);
+    assert_eq!(found[..4], [(2, Exact), (3, Unbounded), (4, Within(0.02)), (5, Exact)]);
+    // P is in the units of the program.
+    assert!(
+        matches!(found[4], (7, Within(distance)) if (distance - 0.0254).abs() < 1e-12),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn other_controls_state_a_tolerance_or_their_own_setting() {
+    use Smoothing::{Exact, OfMachine, Within};
+    let haas = "G21 G90 G54\nG187 P2 E0.05\nG187 P3\nG64\nM30\n";
+    assert_eq!(smoothing(Dialect::Haas, haas), [(2, Within(0.05)), (3, OfMachine), (4, OfMachine)]);
+    let siemens = "R1=0.02\nCYCLE832(0.05,3,1)\nCYCLE832()\nCYCLE832(0)\nCTOL=R1\nG60\nG64\nG641 ADIS=0.1\nM30\n";
+    let expected = [
+        (2, Within(0.05)),
+        (3, OfMachine),
+        (4, OfMachine),
+        (5, Within(0.02)),
+        (6, Exact),
+        (7, OfMachine),
+        (8, OfMachine),
+        (8, Within(0.1)),
+    ];
+    assert_eq!(smoothing(Dialect::Siemens, siemens), expected);
+    let heidenhain = "0 BEGIN PGM A MM\n1 CYCL DEF 32.0 TOLERANCE\n2 CYCL DEF 32.1 T0,05\n3 CYCL DEF 32.2 HSC-MODE:0 TA0.5\n4 CYCL DEF 32.0 TOLERANCE\n5 CYCL DEF 32.1\n6 END PGM A MM\n";
+    let found = smoothing(Dialect::Heidenhain, heidenhain);
+    assert_eq!(found, [(3, Within(0.05)), (6, OfMachine)]);
+}
+
+#[test]
+fn entries_of_the_length_table_are_kept() {
+    use LengthEntry::{Edge, Row};
+    let text = "G21 G90 G94 G54\nT1 M6\nG0 G43 H2 Z50.\nG49\nG43 H1 Z50.\nH0\nM30\n";
+    assert_eq!(entries(Dialect::Fanuc, text), [Row(2), Row(1)]);
+    assert_eq!(entries(Dialect::Siemens, "T1\nM6\nD2\nD1\nD0\nM30\n"), [Edge(2), Edge(1), Edge(0)]);
+}

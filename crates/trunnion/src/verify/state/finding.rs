@@ -1,0 +1,111 @@
+//! Findings about the state of the control.
+
+use crate::nc::read::{LengthEntry, Smoothing};
+use std::fmt;
+
+/// State of the control over a whole program.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
+pub struct StateReport {
+    /// Loosest smoothing during a cut, with the line that asks for it; `None`: no word of the program is about it.
+    pub smoothing: Option<ActiveSmoothing>,
+    /// States in which no cut is right; the first cut of each kind.
+    pub findings: Vec<StateFinding>,
+}
+
+/// Smoothing, and the line that asks for it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct ActiveSmoothing {
+    /// Line of the program.
+    pub line: u32,
+    /// Distance from the path that the control may keep.
+    pub smoothing: Smoothing,
+}
+
+/// A state of the control in which no cut is right.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum StateFinding {
+    /// Cuts with a spindle that stands still.
+    SpindleStopped(AffectedCuts),
+    /// Cuts with a spindle that turns counterclockwise.
+    SpindleReversed(AffectedCuts),
+    /// Cuts without tool length compensation.
+    NoLength(AffectedCuts),
+    /// Cuts with the length of another tool, or of another edge.
+    WrongLength {
+        /// The cuts.
+        cuts: AffectedCuts,
+        /// Number of the tool in the spindle.
+        tool: u32,
+        /// Entry of the table that counts.
+        entry: LengthEntry,
+    },
+    /// Smoothing that is looser than the tolerance of the part.
+    Smoothing {
+        /// Line that asks for it.
+        line: u32,
+        /// Distance from the path that the control may keep \[mm\].
+        smoothing: f64,
+        /// Tolerance of the part \[mm\].
+        tolerance: f64,
+    },
+}
+
+/// Feed moves in a wrong state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct AffectedCuts {
+    /// Line of the first.
+    pub line: u32,
+    /// Number of them.
+    pub count: usize,
+}
+
+impl fmt::Display for AffectedCuts {
+    /// Writes the number of moves with a verb, so that a sentence can go on: "3 feed moves run".
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.count {
+            1 => f.write_str("a feed move runs"),
+            count => write!(f, "{count} feed moves run"),
+        }
+    }
+}
+
+impl fmt::Display for StateFinding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::SpindleStopped(cuts) => write!(
+                f,
+                "line {}: {cuts} while the spindle stands still; start it with S and M3 after the tool change",
+                cuts.line
+            ),
+            Self::SpindleReversed(cuts) => write!(
+                f,
+                "line {}: {cuts} while the spindle turns counterclockwise (M4); a right-hand tool needs M3",
+                cuts.line
+            ),
+            Self::NoLength(cuts) => write!(
+                f,
+                "line {}: {cuts} without tool length compensation, so that X Y Z are those of the gauge point; switch it \
+                 on, or give the tool the length 0 if the work offset contains it",
+                cuts.line
+            ),
+            Self::WrongLength { cuts, tool, entry: LengthEntry::Row(row) } => write!(
+                f,
+                "line {}: {cuts} with tool {tool} and the length of H{row}; choose the row of the tool in the spindle",
+                cuts.line
+            ),
+            Self::WrongLength { cuts, tool, entry: LengthEntry::Edge(edge) } => write!(
+                f,
+                "line {}: {cuts} with tool {tool} and the length of its edge D{edge}; only that of D1 is known here",
+                cuts.line
+            ),
+            Self::Smoothing { line, smoothing, tolerance } => write!(
+                f,
+                "line {line}: the control may smooth the path by {smoothing} mm, more than the tolerance of {tolerance} mm"
+            ),
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! State of the control while it cuts: spindle, tool length, smoothing.
+
+mod audit;
+mod finding;
+
+pub(crate) use audit::{LengthUse, StateLimits, audit};
+pub use finding::{ActiveSmoothing, AffectedCuts, StateFinding, StateReport};

@@ -1,0 +1,144 @@
+//! Faults in the state of the control: each is planted into a clean program of two tools, and must be the only finding.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+use nalgebra::{Point3, Vector3};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::files::machine;
+use trunnion::machine::{Kinematics, Setup};
+use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions};
+use trunnion::surface::{Face, NurbsSurface, Surface};
+use trunnion::types::Silent;
+use trunnion::verify::{
+    AssumedError, CheckInput, CheckOptions, DeviationTolerance, FindingKind, Inspection,
+    InspectionReport, Tool,
+};
+
+const MACHINE: &str = include_str!("../../../../machines/bc-trunnion.toml");
+
+fn kinematics() -> Kinematics {
+    let machine = machine::parse(MACHINE).unwrap().machine;
+    Kinematics::new(&machine, &Setup::new(Vector3::new(-381.0, -254.0, -505.0), [0.0; 3], 100.0))
+}
+
+fn flat(radius: f64, length: f64) -> Cutter {
+    let (kind, construction) = (CutterKind::Flat, CutterConstruction::Solid);
+    let (major, minor, shank) = (radius, 0.0, Vec::new());
+    Cutter::new(CutterSpec { kind, major, minor, length, construction, shank }).unwrap()
+}
+
+fn floor() -> Face {
+    let corner = |x, y| Point3::new(x, y, 0.0);
+    let points = vec![
+        vec![corner(-10.0, -10.0), corner(-10.0, 8.0)],
+        vec![corner(10.0, -10.0), corner(10.0, 8.0)],
+    ];
+    let knots = || vec![0.0, 0.0, 1.0, 1.0];
+    let surface = NurbsSurface::new([1, 1], [knots(), knots()], points, None).unwrap();
+    Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap()
+}
+
+/// Rows along X at these Y, 1 micrometre above the floor.
+fn rows(ys: &[f64]) -> String {
+    let row = |y: &f64| format!("G0 Y{y}\nZ0.001\nG1 F600. X16.\nG0 Z40.\nX-16.\n");
+    ys.iter().map(row).collect()
+}
+
+fn clean() -> String {
+    format!(
+        "G21 G90 G94 G17 G54 G49\nG64 P0.01\nT1 M6\nS5000 M3\nG0 X-16. Y-10. B0. C0.\nG43 H1 Z40.\n{}M5\nG49\n\
+         T2 M6\nS8000 M3\nG0 X-16. Y2.\nG43 H2 Z40.\n{}M30\n",
+        rows(&[-10.0, -4.0, 0.0]),
+        rows(&[2.0, 5.0, 8.0])
+    )
+}
+
+fn inspect(text: &str) -> InspectionReport {
+    let kinematics = kinematics();
+    let words = AxisWords::of(kinematics.machine()).unwrap();
+    let program = read::read(text, &ReadOptions::new(Dialect::LinuxCnc, words, 5)).unwrap();
+    let [one, two] = [flat(4.0, 100.0), flat(2.0, 80.0)];
+    let tools = [Tool { number: 1, cutter: &one }, Tool { number: 2, cutter: &two }];
+    let faces = [floor()];
+    let input = CheckInput::program(&program, &kinematics, &one).faces(&faces).tools(&tools);
+    let tolerance = DeviationTolerance { excess: 0.02, gouge: 0.002 };
+    let options = CheckOptions { bounds: None, ..CheckOptions::of_tolerance(tolerance, 1.0) };
+    Inspection::new(input, options).run(&Silent).unwrap()
+}
+
+#[test]
+fn a_clean_program_has_no_finding() {
+    let found = inspect(&clean());
+    assert!(found.report.passed(), "{:?}", found.report.findings);
+    assert_eq!(found.state.unwrap().smoothing.unwrap().line, 2);
+}
+
+#[test]
+fn every_planted_state_is_the_only_finding() {
+    let text = clean();
+    let line = |of: &str| text.lines().position(|line| line == of).unwrap() + 1;
+    // The first feed move behind a line of the clean program.
+    let cut_behind =
+        |at: usize| at + 1 + text.lines().skip(at).position(|line| line.starts_with("G1")).unwrap();
+    let second = line("T2 M6");
+    let faults = [
+        // The spindle is never started again after the change.
+        ("S8000 M3\n", "", FindingKind::SpindleStopped, cut_behind(second) - 1),
+        // It is stopped, or never was on.
+        ("S5000 M3\n", "M5\n", FindingKind::SpindleStopped, cut_behind(4)),
+        ("S5000 M3\n", "S5000 M4\n", FindingKind::SpindleReversed, cut_behind(4)),
+        // The length of the other tool.
+        ("G43 H2", "G43 H1", FindingKind::WrongLength, cut_behind(second)),
+        ("G64 P0.01", "G64 P1", FindingKind::Smoothing, 2),
+    ];
+    for (from, to, kind, at) in faults {
+        let found = inspect(&text.replace(from, to)).report.findings;
+        let kinds: Vec<FindingKind> = found.iter().map(|finding| finding.kind()).collect();
+        assert_eq!(kinds, [kind], "{from} -> {to}: {found:?}");
+        let words = found[0].to_string();
+        assert!(words.starts_with(&format!("line {at}: ")), "{from} -> {to}: {words}");
+    }
+}
+
+/// Without compensation the gauge point runs where the tip should: the part is far from right as well.
+#[test]
+fn a_missing_length_is_found_beside_its_effect() {
+    let text = clean().replace("G43 H2 Z40.", "G0 Z40.");
+    let found = inspect(&text).report.findings;
+    let kinds: Vec<FindingKind> = found.iter().map(|finding| finding.kind()).collect();
+    assert!(kinds.contains(&FindingKind::NoLength), "{found:?}");
+    assert!(kinds.len() > 1, "{found:?}");
+}
+
+/// A tool that is longer than the control knows cuts deeper by as much; one with a smaller radius leaves the floor as it
+/// is, since the tip is measured.
+#[test]
+fn an_error_that_the_control_does_not_know_changes_the_part() {
+    let kinematics = kinematics();
+    let words = AxisWords::of(kinematics.machine()).unwrap();
+    let program = read::read(&clean(), &ReadOptions::new(Dialect::LinuxCnc, words, 5)).unwrap();
+    let tolerance = DeviationTolerance { excess: 0.02, gouge: 0.002 };
+    let options = CheckOptions { bounds: None, ..CheckOptions::of_tolerance(tolerance, 1.0) };
+    let faces = [floor()];
+    let lowest = |error: AssumedError| {
+        let [one, two] =
+            [flat(4.0, 100.0), flat(2.0, 80.0)].map(|cutter| error.cutter(&cutter).unwrap());
+        let tools = [Tool { number: 1, cutter: &one }, Tool { number: 2, cutter: &two }];
+        let machine = error.kinematics(&kinematics);
+        let input = CheckInput::program(&program, &kinematics, &one).faces(&faces).tools(&tools);
+        let report = trunnion::verify::check(&input.machine(&machine), &options, &Silent).unwrap();
+        report.deviation.lowest.unwrap().height
+    };
+    assert!((lowest(AssumedError::NONE) - 0.001).abs() < 1e-6);
+    let longer = AssumedError { length: 0.01, ..AssumedError::NONE };
+    assert!((lowest(longer) + 0.009).abs() < 1e-6);
+    let smaller = AssumedError { radius: -0.01, ..AssumedError::NONE };
+    assert!((lowest(smaller) - 0.001).abs() < 1e-6);
+    // The rotaries stand at zero, where the workpiece was set: their positions do not matter.
+    let pivots = [Vector3::new(0.0, 0.0, 0.02), Vector3::new(0.05, 0.0, 0.0)];
+    let moved = AssumedError { pivots, ..AssumedError::NONE };
+    assert!((lowest(moved) - 0.001).abs() < 1e-6);
+    // A workpiece that stands higher is cut deeper.
+    let higher = AssumedError { origin: Vector3::new(0.0, 0.0, 0.005), ..AssumedError::NONE };
+    assert!((lowest(longer + higher) + 0.014).abs() < 1e-6);
+}
