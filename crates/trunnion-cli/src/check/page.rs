@@ -32,7 +32,7 @@ pub(super) fn page(
         passed: summary.passed,
         verdict: if summary.passed {
             // One sentence for success; failures list their reasons.
-            vec![format!("{} by the program as it stands", summary.kept())]
+            vec![summary.verdict()]
         } else {
             summary.failures.clone()
         },
@@ -70,6 +70,10 @@ fn outlines(subject: &Subject) -> Vec<Vec<[f64; 2]>> {
 /// Describes the tool, or all tools by number.
 fn tools(subject: &Subject) -> String {
     let words = |cutter: &Cutter| {
+        if subject.meets_nothing() {
+            // No cutter was described: only its length counts.
+            return format!("length {} mm", cutter.length());
+        }
         let [diameter, corner] = [2.0 * cutter.radius(), cutter.minor()];
         format!("{:?} D{diameter} r{corner}, length {} mm", cutter.kind(), cutter.length())
     };
@@ -155,10 +159,13 @@ fn check(subject: &Subject, found: &InspectionReport, summary: &PartCheckSummary
     // The histogram shows twice the tolerance on either side; the ends collect the rest.
     let reach = 2.0 * subject.options.total;
     Check {
-        method: format!(
-            "{} replayed as the control would, and measured along the surface normal",
-            subject.program
-        ),
+        method: match subject.part {
+            Some(_) => format!(
+                "{} replayed as the control would, and measured along the surface normal",
+                subject.program
+            ),
+            None => format!("{} replayed as the control would", subject.program),
+        },
         grid: subject.options.grid,
         points: report.deviation.points as u64,
         uncut: report.deviation.uncut as u64,

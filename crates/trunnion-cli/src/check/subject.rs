@@ -128,6 +128,11 @@ impl Subject {
         inspection.run(bars).map_err(|error| self.failure(&error))
     }
 
+    /// Returns true if only axes and the state of the control are audited.
+    pub(super) fn meets_nothing(&self) -> bool {
+        self.part.is_none() && self.stock.is_none() && self.fixtures.is_none()
+    }
+
     /// Returns the tools by number for the replay.
     fn table(&self) -> Vec<Tool<'_>> {
         self.tools.iter().map(|(number, cutter)| Tool { number: *number, cutter }).collect()

@@ -232,6 +232,17 @@ impl PartCheckSummary {
         }
     }
 
+    /// Returns the verdict as a sentence for the page.
+    pub(super) fn verdict(&self) -> String {
+        let kept = match &self.deviation {
+            Some(_) => self.kept(),
+            None if self.axes.is_empty() => "nothing is touched",
+            None => "every limit is kept",
+        };
+        let rest = if self.deviation.is_some() { "" } else { "; no part was measured" };
+        format!("{kept} by the program as it stands{rest}")
+    }
+
     /// Returns the time of the program for the page.
     pub(super) fn time(&self) -> Option<Number> {
         let (duration, rapid, moves) = (self.duration?, self.rapid?, self.moves?);

@@ -1,4 +1,4 @@
-//! The clock of LinuxCNC against times that were measured on it; `fixtures/linuxcnc-times` has their origin.
+//! The clock of `LinuxCNC` against times that were measured on it; `fixtures/linuxcnc-times` has their origin.
 
 use trunnion_nc::control::{BlendClock, BlendTolerance, ClockedBlock, ClockedKind};
 

@@ -10,7 +10,7 @@ use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions};
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::Silent;
 use trunnion::verify::{
-    AssumedError, CheckInput, CheckOptions, DeviationTolerance, FindingKind, Inspection,
+    AssumedError, CheckInput, CheckOptions, DeviationTolerance, Finding, FindingKind, Inspection,
     InspectionReport, Tool,
 };
 
@@ -93,7 +93,7 @@ fn every_planted_state_is_the_only_finding() {
     ];
     for (from, to, kind, at) in faults {
         let found = inspect(&text.replace(from, to)).report.findings;
-        let kinds: Vec<FindingKind> = found.iter().map(|finding| finding.kind()).collect();
+        let kinds: Vec<FindingKind> = found.iter().map(Finding::kind).collect();
         assert_eq!(kinds, [kind], "{from} -> {to}: {found:?}");
         let words = found[0].to_string();
         assert!(words.starts_with(&format!("line {at}: ")), "{from} -> {to}: {words}");
@@ -105,7 +105,7 @@ fn every_planted_state_is_the_only_finding() {
 fn a_missing_length_is_found_beside_its_effect() {
     let text = clean().replace("G43 H2 Z40.", "G0 Z40.");
     let found = inspect(&text).report.findings;
-    let kinds: Vec<FindingKind> = found.iter().map(|finding| finding.kind()).collect();
+    let kinds: Vec<FindingKind> = found.iter().map(Finding::kind).collect();
     assert!(kinds.contains(&FindingKind::NoLength), "{found:?}");
     assert!(kinds.len() > 1, "{found:?}");
 }

@@ -1,4 +1,4 @@
-//! Time of programs on LinuxCNC against times that were measured on it; `fixtures/linuxcnc-times` has their origin.
+//! Time of programs on `LinuxCNC` against times that were measured on it; `fixtures/linuxcnc-times` has their origin.
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
@@ -40,7 +40,7 @@ fn the_model_keeps_within_a_percent_of_the_control() {
     let cutter = Cutter::new(CutterSpec::ball(6.0)).unwrap();
     let tolerance = DeviationTolerance { excess: 0.01, gouge: 0.001 };
     for (text, measured) in PROGRAMS {
-        let options = ReadOptions::new(Dialect::LinuxCnc, words.clone(), 5);
+        let options = ReadOptions::new(Dialect::LinuxCnc, words, 5);
         let program = read::read(text, &options).unwrap();
         let input = CheckInput::program(&program, &kinematics, &cutter);
         let options = CheckOptions::of_tolerance(tolerance, 1.0);
