@@ -1,6 +1,7 @@
 //! Assumptions about what a program leaves to the machine: rotary solutions and tool changes.
 
 use super::subject::{Motion, Subject};
+use trunnion::machine::RotaryPair;
 use trunnion::verify::{Changes, Choice, Choices};
 
 /// Tool directions given instead of rotary positions.
@@ -44,14 +45,19 @@ impl AssumedSolutions {
         // Cutter locations have no rotaries to choose.
         let Motion::Program(_, kinematics) = &subject.motion else { return None };
         let [.., first, second] = &kinematics.machine().axes;
-        let words = |of: [f64; 2]| {
+        let words = |of: RotaryPair| {
             let position = |(axis, value): (&trunnion::machine::Axis, f64)| {
                 format!("{} {:.3} deg", axis.name, value.to_degrees())
             };
-            [first, second].into_iter().zip(of).map(position).collect::<Vec<_>>().join(" ")
+            [first, second]
+                .into_iter()
+                .zip(<[f64; 2]>::from(of))
+                .map(position)
+                .collect::<Vec<_>>()
+                .join(" ")
         };
         let place = |&Choice { line, plane, taken, other }: &Choice| {
-            let degrees = |of: [f64; 2]| of.map(f64::to_degrees);
+            let degrees = |of: RotaryPair| <[f64; 2]>::from(of).map(f64::to_degrees);
             let beside = other.map_or_else(
                 || "the tool is parallel to the first axis, which stays".to_owned(),
                 |other| format!("the other solution is {}", words(other)),

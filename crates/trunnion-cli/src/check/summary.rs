@@ -114,7 +114,7 @@ struct Place {
 impl Place {
     fn of(extreme: &ExtremeHeight) -> Self {
         let ExtremeHeight { face, uv, point, height, or_deeper, line, dog_leg, .. } = *extreme;
-        Self { face, uv, point: point.coords.into(), height, or_deeper, line, dog_leg }
+        Self { face, uv: uv.into(), point: point.coords.into(), height, or_deeper, line, dog_leg }
     }
 }
 
@@ -403,7 +403,7 @@ fn axis(subject: &Subject, audit: &AxisAudit) -> AxisLoad {
     AxisLoad {
         name: audit.name.clone(),
         unit: if rotary { "deg" } else { "mm" },
-        range: if rotary { audit.range.map(f64::to_degrees) } else { audit.range },
+        range: if rotary { audit.range.ends().map(f64::to_degrees) } else { audit.range.ends() },
         velocity: LimitRatio::of(&audit.velocity),
         acceleration: LimitRatio::of(&audit.acceleration),
         jerk: LimitRatio::of(&audit.jerk),

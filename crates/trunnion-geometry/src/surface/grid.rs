@@ -2,6 +2,7 @@
 
 use super::error::SurfaceError;
 use super::face::Face;
+use crate::types::Uv;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
 
@@ -18,7 +19,7 @@ const MOST: f64 = 5e7;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FaceSample {
     /// Parameters.
-    pub uv: [f64; 2],
+    pub uv: Uv,
     /// Point \[mm\].
     pub point: Point3<f64>,
     /// Unit normal on the cutter's side.
@@ -67,7 +68,7 @@ impl Face {
             return None;
         }
         let normal = self.normal(uv[0], uv[1])?;
-        Some(FaceSample { uv, point: self.point(uv[0], uv[1]), normal })
+        Some(FaceSample { uv: uv.into(), point: self.point(uv[0], uv[1]), normal })
     }
 }
 

@@ -13,7 +13,7 @@ use super::patches::PatchTree;
 use super::proximity::{SolidDistance, SolidProximity};
 use super::swept::NurbsConversion;
 use super::swept::RevolutionSurface;
-use crate::types::Interval;
+use crate::types::{Interval, Uv};
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
@@ -55,7 +55,7 @@ enum CurvatureSource {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FootPoint {
     /// Parameters.
-    pub uv: [f64; 2],
+    pub uv: Uv,
     /// Point of the surface.
     pub point: Point3<f64>,
     /// Unit normal on the cutter's side (the face's `flip` applied).
@@ -143,7 +143,7 @@ impl FaceIndex {
     /// let index = FaceIndex::new(Face::new(1, Surface::Nurbs(plane), vec![])?)?;
     /// let foot = index.closest(&Point3::new(10.0, 20.0, 3.0))?;
     /// assert!((foot.distance - 3.0).abs() < 1e-12);
-    /// assert!((foot.uv[0] - 0.25).abs() < 1e-9 && (foot.uv[1] - 0.5).abs() < 1e-9);
+    /// assert!((foot.uv.u - 0.25).abs() < 1e-9 && (foot.uv.v - 0.5).abs() < 1e-9);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
@@ -324,10 +324,11 @@ impl FaceIndex {
         let reach = if closed { reach } else { 2.0 * reach };
         let cell = feet.fold([empty; 2], |cell, foot| {
             let paces = [foot.jet.su.norm(), foot.jet.sv.norm()];
+            let uv: [f64; 2] = foot.uv.into();
             [0, 1].map(|k| {
                 // reach / |S_k| is the range of the parameter that takes `reach` mm at the foot.
                 let ([low, high], margin) = (cell[k], reach / paces[k]);
-                [low.min(foot.uv[k] - margin), high.max(foot.uv[k] + margin)]
+                [low.min(uv[k] - margin), high.max(uv[k] + margin)]
             })
         });
         self.curvature_range(cell)
@@ -349,7 +350,8 @@ impl FaceIndex {
             (CurvatureSource::Own(tree), _) => {
                 let domain = self.face.surface.domain();
                 let inside = |foot: &FootPoint| {
-                    (0..2).all(|k| domain[k][0] <= foot.uv[k] && foot.uv[k] <= domain[k][1])
+                    let uv: [f64; 2] = foot.uv.into();
+                    uv.iter().zip(domain).all(|(at, [low, high])| low <= *at && *at <= high)
                 };
                 let smooth =
                     |foot: &FootPoint| inside(foot) && !tree.jumps_near(&foot.point, reach);
@@ -395,7 +397,7 @@ impl FaceIndex {
             .map(|n| if self.face.flip { -n } else { n })
             .ok_or(ClosestError::NoNormal { uv, distance: size })?;
         let distance = if offset.dot(&normal) < 0.0 { -size } else { size };
-        Ok(FootPoint { uv, point: jet.s, normal, distance, jet })
+        Ok(FootPoint { uv: uv.into(), point: jet.s, normal, distance, jet })
     }
 }
 

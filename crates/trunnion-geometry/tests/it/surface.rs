@@ -257,7 +257,7 @@ fn closest_agrees_with_brute_force() {
             let foot = index.closest(&p).unwrap();
             let brute = brute(&surface, &grid, &p);
             assert!(foot.distance.abs() <= brute + 1e-6, "{p}: {} against {brute}", foot.distance);
-            assert!((surface.point(foot.uv[0], foot.uv[1]) - foot.point).norm() < 1e-12);
+            assert!((surface.point(foot.uv.u, foot.uv.v) - foot.point).norm() < 1e-12);
             assert!((foot.distance.abs() - (p - foot.point).norm()).abs() < 1e-12);
         }
     }
@@ -330,7 +330,7 @@ proptest! {
         let side = if flip { -1.0 } else { 1.0 };
         let p = surface.point(u, v) + surface.jet1(u, v).normal().unwrap().scale(h * side);
         let foot = index.closest_near(&p, [u + 0.02, v - 0.02]).unwrap();
-        prop_assert!((foot.uv[0] - u).abs() < 1e-9 && (foot.uv[1] - v).abs() < 1e-9, "{:?}", foot);
+        prop_assert!((foot.uv.u - u).abs() < 1e-9 && (foot.uv.v - v).abs() < 1e-9, "{:?}", foot);
         prop_assert!((foot.distance - h).abs() < 1e-9, "{:?}", foot);
     }
 }
@@ -420,7 +420,7 @@ fn every_kind_has_exact_derivatives_and_closest_points() {
             let near = index.closest_near(&p, uv.map(|x| x + 1e-3)).unwrap();
             assert!((near.distance - h).abs() < 1e-9, "{kind} {query}: {near:?}");
             let foot = index.closest(&p).unwrap();
-            let there = face.surface.point(foot.uv[0], foot.uv[1]);
+            let there = face.surface.point(foot.uv.u, foot.uv.v);
             assert!((foot.point - there).norm() < 1e-12, "{kind}");
             assert!((p - there).norm() <= h.abs() + 1e-9, "{kind} {query}: {foot:?}");
         }
@@ -657,7 +657,7 @@ fn a_grid_covers_the_face_and_nothing_else() {
     // Free-form: neighbours on the patch are about the spacing apart, none farther than it.
     let patch = Face::new(1, bezier_patch(), vec![]).unwrap();
     let grid = patch.grid(2.0).unwrap();
-    let rows = grid.chunk_by(|a, b| a.uv[1].total_cmp(&b.uv[1]).is_eq());
+    let rows = grid.chunk_by(|a, b| a.uv.v.total_cmp(&b.uv.v).is_eq());
     for row in rows {
         for pair in row.windows(2) {
             let gap = (pair[1].point - pair[0].point).norm();

@@ -2,6 +2,7 @@
 
 use crate::inverse::InverseError;
 use crate::machine::FIRST_ROTARY;
+use crate::types::Uv;
 use nalgebra::Point3;
 
 /// Angles between tool axis and normal that are tried \[deg\]. The last is a little more than the largest inclination
@@ -17,8 +18,8 @@ pub struct OutOfReach {
     pub share: f64,
     /// Share of its area for a tool that stands square to the face, as it nearly does in wide strips.
     pub upright: f64,
-    /// Parameters `[u, v]` of the point that is farthest out.
-    pub uv: [f64; 2],
+    /// Parameters of the point that is farthest out.
+    pub uv: Uv,
     /// That point \[mm\], workpiece frame.
     pub point: Point3<f64>,
     /// Axis or axes that most of it is beyond, with their share of it.
@@ -33,7 +34,7 @@ impl std::error::Error for OutOfReach {}
 
 impl std::fmt::Display for OutOfReach {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { face, share, upright, uv: [u, v], point, axes, error, remedy } = self;
+        let Self { face, share, upright, uv: Uv { u, v }, point, axes, error, remedy } = self;
         let [_, .., most] = INCLINATIONS;
         write!(
             f,

@@ -283,6 +283,7 @@ mod tests {
     use crate::cutter::{CutterConstruction, CutterKind, CutterSpec};
     use crate::files::machine::built_in;
     use crate::machine::Setup;
+    use crate::types::Uv;
     use nalgebra::Point3;
 
     /// The nearest point of the tool's corner circle is the corner's radius above the sample, along the normal.
@@ -291,7 +292,8 @@ mod tests {
         let cutter = cutter();
         let (major, minor) = (cutter.major(), cutter.minor());
         let normal = Unit::new_normalize(Vector3::new(0.2, -0.4, 0.7));
-        let sample = FaceSample { uv: [0.0; 2], point: Point3::new(1.0, 2.0, 3.0), normal };
+        let sample =
+            FaceSample { uv: Uv::new(0.0, 0.0), point: Point3::new(1.0, 2.0, 3.0), normal };
         let mut poses = 0;
         for pose in leans(&cutter, &sample, coarse()).skip(24) {
             let centre = pose.tip + pose.axis.scale(minor);
@@ -359,7 +361,7 @@ mod tests {
                 let Ok(inverse) = Inverse::new(&kinematics) else { continue };
                 let probe = ReachProbe { inverse: &inverse, cutter: &cutter };
                 let point = Point3::from(Vector3::from_fn(|_, _| 20.0 * roll()));
-                let at = |normal| FaceSample { uv: [0.0; 2], point, normal };
+                let at = |normal| FaceSample { uv: Uv::new(0.0, 0.0), point, normal };
                 let [one, other] =
                     [0; 2].map(|_| Unit::new_normalize(Vector3::from_fn(|_, _| roll())));
                 let out = |normal| probe.miss(&at(normal)).is_some();

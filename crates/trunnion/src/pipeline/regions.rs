@@ -45,7 +45,8 @@ pub(super) fn summaries(faces: &[FaceIndex], covering: &Covering) -> Vec<RegionS
 fn area(face: &Face, parts: &[ParameterBounds]) -> f64 {
     let within = |element: &AreaElement| {
         let holds = |part: &ParameterBounds| {
-            (0..2).all(|k| part[k][0] <= element.uv[k] && element.uv[k] <= part[k][1])
+            let uv: [f64; 2] = element.uv.into();
+            uv.iter().zip(part).all(|(at, [low, high])| low <= at && at <= high)
         };
         parts.iter().any(holds)
     };

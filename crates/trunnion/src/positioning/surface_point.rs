@@ -15,6 +15,6 @@ pub struct SurfacePoint {
 
 impl From<&FootPoint> for SurfacePoint {
     fn from(foot: &FootPoint) -> Self {
-        Self { uv: foot.uv.into(), point: foot.point }
+        Self { uv: foot.uv, point: foot.point }
     }
 }

@@ -1,8 +1,7 @@
 //! Reports of verification: heights over faces, axes against limits, findings.
 
 use crate::machine::AxisKind;
-use crate::types::AXES;
-use crate::types::UncutRegion;
+use crate::types::{AXES, Interval, UncutRegion, Uv};
 use crate::verify::replay::orient::Choices;
 use crate::verify::replay::tables::Changes;
 use crate::verify::state::StateFinding;
@@ -58,7 +57,7 @@ pub struct FaceMap {
 #[non_exhaustive]
 pub struct HeightSample {
     /// Parameters.
-    pub uv: [f64; 2],
+    pub uv: Uv,
     /// Point of the face, workpiece frame \[mm\].
     pub point: Point3<f64>,
     /// Lowest the tool gets on the normal \[mm\]: below 0 a gouge, above 0 excess, `None` if no tool
@@ -135,7 +134,7 @@ pub struct ExtremeHeight {
     /// Number of the face.
     pub face: usize,
     /// Parameters.
-    pub uv: [f64; 2],
+    pub uv: Uv,
     /// Point of the face, workpiece frame \[mm\].
     pub point: Point3<f64>,
     /// Height left \[mm\].
@@ -344,7 +343,7 @@ pub struct AxisAudit {
     /// Name of the axis.
     pub name: String,
     /// Smallest and largest position \[mm or rad\].
-    pub range: [f64; 2],
+    pub range: Interval,
     /// Position farthest outside the travel, if any is.
     pub travel: Option<TravelOverrun>,
     /// Largest velocity in a feed move, against the limit.
@@ -490,7 +489,7 @@ impl fmt::Display for Finding {
 impl fmt::Display for ExtremeHeight {
     /// Writes the point, and the line that made it.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (p, [u, v]) = (self.point, self.uv);
+        let (p, Uv { u, v }) = (self.point, self.uv);
         write!(
             f,
             "on face {} at X {:.3} Y {:.3} Z {:.3} (u {u:.4}, v {v:.4}), made by line {}",

@@ -111,7 +111,7 @@ impl Job {
                 let pose = self.kinematics.forward(&(self.low + from + by));
                 let centre = pose.tip + pose.axis.into_inner() * RADIUS;
                 for sample in report.maps[0].samples.iter().flatten() {
-                    *worst = worst.max(self.depth(sample.uv, centre));
+                    *worst = worst.max(self.depth(sample.uv.into(), centre));
                 }
             }
         }

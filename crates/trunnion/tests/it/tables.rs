@@ -372,8 +372,8 @@ fn a_tilted_plane_is_cut_where_it_is() {
         assert_heights(&report, 0, |_| Some(0.002));
         let (choices, first) = (&report.choices, report.choices.places[0]);
         assert_eq!((choices.planes, choices.vectors, first.plane), (1, 0, true));
-        assert!((first.taken[1].abs() - 30f64.to_radians()).abs() < 1e-9, "{first:?}");
-        assert!((first.other.unwrap()[1] + first.taken[1]).abs() < 1e-9, "{first:?}");
+        assert!((first.taken.second.abs() - 30f64.to_radians()).abs() < 1e-9, "{first:?}");
+        assert!((first.other.unwrap().second + first.taken.second).abs() < 1e-9, "{first:?}");
         let travel = |finding: &Finding| matches!(finding, Finding::Travel { .. });
         assert!(report.findings.iter().all(travel), "{:?}", report.findings);
     }

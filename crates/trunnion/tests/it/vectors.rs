@@ -236,7 +236,7 @@ fn rotaries_are_those_of_the_inverse() {
             let report =
                 verify::check(&input, &CheckOptions { grid: 20.0, ..OPTIONS }, &Silent).unwrap();
             let taken = report.choices.places[0].taken;
-            let off = (taken[0] - wanted[3]).abs().max((taken[1] - wanted[4]).abs());
+            let off = (taken.first - wanted[3]).abs().max((taken.second - wanted[4]).abs());
             assert!(off < 1e-6, "{name}: {taken:?} {wanted:?}");
             compared += 1;
         }

@@ -158,7 +158,7 @@ proptest! {
         prop_assert_eq!(report.deviation.unmeasured, 0);
         let samples = 60;
         for sample in report.maps[0].samples.iter().flatten() {
-            let n = face.normal(sample.uv[0], sample.uv[1]).unwrap().into_inner();
+            let n = face.normal(sample.uv.u, sample.uv.v).unwrap().into_inner();
             let lowest = |from: f64, to: f64, pair: &[Block]| {
                 (0..=samples).filter_map(|k| {
                     let t = from + (to - from) * f64::from(k) / f64::from(samples);
@@ -411,7 +411,7 @@ fn leaving_the_travel_is_found() {
     let clean = job.check_text(&job.text);
     let mut machine = job.machine.clone();
     for (axis, audit) in machine.axes.iter_mut().zip(&clean.audit.as_ref().unwrap().axes) {
-        axis.limits = [audit.range[0] - 0.01, audit.range[1] + 0.01];
+        axis.limits = [audit.range.low - 0.01, audit.range.high + 0.01];
     }
     assert!(job.check_with(&job.text, &machine, &job.setup).passed());
     let (number, line) = job.middle_line();

@@ -2,6 +2,7 @@
 
 use super::quadrature::{self, QuadratureNode};
 use crate::surface::Face;
+use crate::types::Uv;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
@@ -33,7 +34,7 @@ pub struct FaceSummary {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AreaElement {
     /// Parameters.
-    pub uv: [f64; 2],
+    pub uv: Uv,
     /// Point of the face \[mm\].
     pub point: Point3<f64>,
     /// Its area times the unit normal on the cutter's side \[mm²\].
@@ -62,7 +63,7 @@ pub fn elements(face: &Face) -> Vec<AreaElement> {
         let jet = face.surface.jet1(node.uv[0], node.uv[1]);
         let side = if face.flip { -node.weight } else { node.weight };
         // dA = S_u x S_v du dv: the weight is the area in parameters.
-        AreaElement { uv: node.uv, point: jet.s, area: jet.su.cross(&jet.sv) * side }
+        AreaElement { uv: node.uv.into(), point: jet.s, area: jet.su.cross(&jet.sv) * side }
     };
     quadrature::nodes(face).iter().map(element).collect()
 }

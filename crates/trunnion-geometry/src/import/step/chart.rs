@@ -145,9 +145,10 @@ impl<'a> Chart<'a> {
         }
         let domain = self.surface.domain();
         // A foot beyond the rim, by the tolerance of the file, is moved to the rim.
+        let foot: [f64; 2] = foot.uv.into();
         Some([0, 1].map(|k| match self.periods[k] {
-            Some(_) => foot.uv[k],
-            None => foot.uv[k].clamp(domain[k][0], domain[k][1]),
+            Some(_) => foot[k],
+            None => foot[k].clamp(domain[k][0], domain[k][1]),
         }))
     }
 }

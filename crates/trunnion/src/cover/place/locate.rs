@@ -143,7 +143,7 @@ impl CandidatePass<'_> {
             .face
             .closest_near(&(location.center + out), guess.into())
             .map_err(|error| PositioningError::Closest { uv: guess, error })?;
-        Ok((Station { pose: location.pose, contact: foot.point }, foot.uv.into()))
+        Ok((Station { pose: location.pose, contact: foot.point }, foot.uv))
     }
 
     /// Returns `true` if no location at this inclination can serve.

@@ -87,24 +87,24 @@ pub(crate) fn run_out(
         let length = distance * step / steps;
         let station = roll.carry(&last.station, length);
         let Ok(foot) = candidate.face.closest_near(&station.contact, guess) else { return added };
-        let Ok(strip) = between.strip(&station.pose, &station.contact, foot.uv) else {
+        let Ok(strip) = between.strip(&station.pose, &station.contact, foot.uv.into()) else {
             return added;
         };
         let arc = last.arc + heading.sign() * length;
         // Over the face the pass has to leave a strip; beside it only not to gouge.
         let useless =
             candidate.track.over_face(arc) && strip.far.is_none_or(|f| f[0] <= candidate.across);
-        let barred = candidate.keep_off.check(&station.pose, foot.uv.into()).is_err();
+        let barred = candidate.keep_off.check(&station.pose, foot.uv).is_err();
         if strip.least < between.band.lower || useless || barred {
             return added;
         }
-        guess = foot.uv;
+        guess = foot.uv.into();
         let along = candidate.track.at(arc);
         let mut location = last.location.clone();
         location.pose = station.pose;
         let chart = candidate.chart;
         location.far = chart.uv(strip.far.unwrap_or([candidate.across, along])).into();
-        let contact_uv = foot.uv.into();
+        let contact_uv = foot.uv;
         added.push(PlacedStation { arc, along, location, station, contact_uv, ..*last });
     }
     added

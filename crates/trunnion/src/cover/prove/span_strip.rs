@@ -163,7 +163,8 @@ impl SpanCheck<'_> {
     ) -> Result<UndersidePoint, ClosestError> {
         let foot = self.face.closest_near(&point, guess)?;
         let domain = self.face.face().surface.domain();
-        let over = (0..2).all(|k| (domain[k][0]..=domain[k][1]).contains(&foot.uv[k]));
+        let uv: [f64; 2] = foot.uv.into();
+        let over = uv.iter().zip(domain).all(|(at, [low, high])| (low..=high).contains(at));
         let inside = (point - c.centre).norm() <= c.radius;
         let error =
             if over && inside { foot.distance - self.cutter.minor() } else { f64::INFINITY };
@@ -172,7 +173,7 @@ impl SpanCheck<'_> {
             point,
             error,
             slope: normal - axis.scale(normal.dot(axis)),
-            uv: foot.uv,
+            uv: foot.uv.into(),
         })
     }
 
@@ -183,7 +184,7 @@ impl SpanCheck<'_> {
         guess: [f64; 2],
     ) -> Result<CircleSample, ClosestError> {
         let foot = self.face.closest_near(&c.point(angle), guess)?;
-        Ok(CircleSample { angle, error: foot.distance - self.cutter.minor(), uv: foot.uv })
+        Ok(CircleSample { angle, error: foot.distance - self.cutter.minor(), uv: foot.uv.into() })
     }
 
     /// Evaluates half the circle from the middle of the contact arc; each foot is the guess for the

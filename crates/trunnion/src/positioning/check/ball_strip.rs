@@ -19,7 +19,7 @@ pub(crate) fn ball_strip(
     mut probe: FaceProbe,
 ) -> Result<MeasuredStrip, PositioningError> {
     let minor = setting.cutter.minor();
-    let touch = probe.read(&center, near.foot.uv)?;
+    let touch = probe.read(&center, near.foot.uv.into())?;
     let error = touch.distance - minor;
     let sphere = BallSphere { center, minor, upper: setting.band.upper };
     let (before, after) = if error <= setting.band.upper {

@@ -62,7 +62,8 @@ impl PoseFindings {
             return Ok(Self { width, arc, contacts, active, least, touching });
         }
         let circle = ErrorCircle { ring, minor };
-        let extrema = circle.extrema(&circle.all_round(middle.foot.uv, HALF, probe)?, probe)?;
+        let extrema =
+            circle.extrema(&circle.all_round(middle.foot.uv.into(), HALF, probe)?, probe)?;
         let lift = minor + request.band.upper;
         let ends = [strip.near, strip.far].map(|end| probe.foot(&end.point, end.uv.into()));
         let [near, far] = ends;

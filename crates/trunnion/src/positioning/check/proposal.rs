@@ -30,7 +30,7 @@ impl PoseProposal {
         frame: &EndPointFrame,
         at: &TorusPlacement,
     ) -> Self {
-        let (Uv { u, v }, [u2, v2]) = (request.at, at.second.foot.uv);
+        let (Uv { u, v }, Uv { u: u2, v: v2 }) = (request.at, at.second.foot.uv);
         let uv = Uv::new(0.5 * (u + u2), 0.5 * (v + v2));
         let point = request.face.face().surface.point(uv.u, uv.v);
         let pose = at.pose(frame.minor);

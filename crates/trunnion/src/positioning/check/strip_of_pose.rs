@@ -76,5 +76,5 @@ pub fn strip_of_pose(
         seen: &[],
         refinement: GapRefinement::Thorough,
     };
-    survey.strip(middle.foot.uv, &mut probe)
+    survey.strip(middle.foot.uv.into(), &mut probe)
 }

@@ -162,7 +162,7 @@ impl ErrorCircle {
         first: &DistanceReading,
         probe: &mut FaceProbe,
     ) -> Result<Vec<ErrorSample>, PositioningError> {
-        let start = self.read(-half, first.foot.uv, probe)?;
+        let start = self.read(-half, first.foot.uv.into(), probe)?;
         let angles = (1..=count).map(|k| -half * (PI * f64::from(k) / f64::from(count)).cos());
         // Each foot is the guess for the next one, so that Newton's method stays on one branch.
         let mut samples = self.walk(angles, &start, probe)?;

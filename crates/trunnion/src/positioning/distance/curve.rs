@@ -61,7 +61,7 @@ pub fn error_curve(
     let middle = probe.read(&look.contact, look.uv.into())?;
     let (ring, _) = circle_of_pose(setting, pose, look, &middle)?;
     let circle = ErrorCircle { ring, minor: setting.cutter.minor() };
-    let samples = circle.all_round(middle.foot.uv, half, &mut probe)?;
+    let samples = circle.all_round(middle.foot.uv.into(), half, &mut probe)?;
     Ok(samples
         .iter()
         .map(|sample| ErrorCurvePoint { angle: sample.psi, error: sample.error })

@@ -62,7 +62,7 @@ impl FlatDisc {
             let out = out - self.axis.scale(self.axis.dot(&out));
             let Some(out) = out.try_normalize(f64::MIN_POSITIVE) else { continue };
             let start = self.center + out * (TOWARDS * self.radius);
-            let reading = probe.read(&start, end.foot.uv)?;
+            let reading = probe.read(&start, end.foot.uv.into())?;
             if let Some(found) = self.descend(start, reading, probe)? {
                 return Ok(Some(found));
             }

@@ -213,7 +213,7 @@ impl DistanceReading {
 
     /// Returns a guess for the foot of `p + step`, right to second order where there are no poles.
     pub(crate) fn ahead(&self, step: &Vector3<f64>) -> [f64; 2] {
-        let [u, v] = self.foot.uv;
+        let Uv { u, v } = self.foot.uv;
         let first = self.follow(step);
         if !self.poleless {
             return [u + first[0], v + first[1]];
@@ -251,7 +251,8 @@ impl DistanceReading {
         if strayed > FOOT {
             return None;
         }
-        ExpansionPoint { uv: *uv, jet, normal, forms: &self.forms }.reading(p, way, strayed)
+        ExpansionPoint { uv: (*uv).into(), jet, normal, forms: &self.forms }
+            .reading(p, way, strayed)
     }
 
     fn covector(&self, step: &Vector3<f64>) -> [f64; 2] {
@@ -371,8 +372,13 @@ impl ExpansionPoint<'_> {
         let normal = UnitVector3::new_normalize(normal.into_inner() + turned);
         let jet = SurfaceJet2 { s: point, su, sv, ..*jet };
         let distance = normal.dot(&(p - point));
-        let foot =
-            FootPoint { uv: [uv[0] + step[0], uv[1] + step[1]], point, normal, distance, jet };
+        let foot = FootPoint {
+            uv: [uv[0] + step[0], uv[1] + step[1]].into(),
+            point,
+            normal,
+            distance,
+            jet,
+        };
         Some(DistanceReading { strayed, ..DistanceReading::new(p, foot) })
     }
 }

@@ -281,7 +281,7 @@ impl NestedSearch<'_> {
         let circle = self.circle(placement);
         let half = placement.half_arc;
         let step = 2.0 * half / f64::from(self.grid.front + 1);
-        let start = circle.read(step - half, self.frame.first.foot.uv, probe)?;
+        let start = circle.read(step - half, self.frame.first.foot.uv.into(), probe)?;
         let angles = (2..=self.grid.front).map(|k| step * f64::from(k) - half);
         let mut samples = circle.walk(angles, &start, probe)?;
         samples.insert(0, start);
@@ -303,7 +303,7 @@ impl NestedSearch<'_> {
             };
             let psi = share * placement.half_arc;
             let from = guess.unwrap_or(self.frame.first.foot.uv);
-            let sample = self.circle(&placement).read(psi, from, probe)?;
+            let sample = self.circle(&placement).read(psi, from.into(), probe)?;
             guess = Some(sample.reading.foot.uv);
             let over = sample.error - self.band.lower;
             if over.abs() < self.grid.touch {

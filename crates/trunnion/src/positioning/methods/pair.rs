@@ -202,7 +202,7 @@ impl PairSearch<'_> {
         near: Option<&PairTrial>,
         probe: &mut FaceProbe,
     ) -> Result<Option<PairTrial>, PositioningError> {
-        let guess = near.map(|near| near.placement.second.foot.uv);
+        let guess = near.map(|near| near.placement.second.foot.uv.into());
         // The direction of the offset stays on the strip's side.
         if x[0] <= 0.0 || x[1].abs() >= FRAC_PI_2 {
             return Ok(None);
@@ -235,7 +235,7 @@ impl PairSearch<'_> {
         probe: &mut FaceProbe,
     ) -> Result<[ErrorExtremum; 3], PositioningError> {
         let node = FRAC_1_SQRT_2 * placement.half_arc;
-        let first = circle.read(-node, self.frame.first.foot.uv, probe)?;
+        let first = circle.read(-node, self.frame.first.foot.uv.into(), probe)?;
         let middle = circle.read_from(0.0, &first, probe)?;
         let last = circle.read_from(node, &middle, probe)?;
         Ok([first, middle, last].map(|sample| {

@@ -16,7 +16,7 @@ use crate::positioning::solve::initial_guesses::{SearchRanges, restart_from};
 use crate::positioning::solve::optimum::LocalOptimum;
 use crate::positioning::solve::placement::EndPointFrame;
 use crate::positioning::strip::{CuttingContext, MeasuredStrip};
-use crate::types::ToolPose;
+use crate::types::{ToolPose, Uv};
 
 /// Times the dense measurement may restart the search. The remaining breach falls with its square, so
 /// if any number suffices, a few do.
@@ -106,8 +106,8 @@ pub(crate) fn measure_optimum(
         seen: &optimum.state.samples,
         refinement,
     };
-    let [u1, v1] = frame.first.foot.uv;
-    let [u2, v2] = placement.second.foot.uv;
+    let Uv { u: u1, v: v1 } = frame.first.foot.uv;
+    let Uv { u: u2, v: v2 } = placement.second.foot.uv;
     survey.strip([0.5 * (u1 + u2), 0.5 * (v1 + v2)], probe)
 }
 
@@ -135,9 +135,9 @@ pub(crate) fn finish(
         arc: 2.0 * placement.half_arc,
         contact_angles,
         active,
-        end: placement.second.foot.uv.into(),
+        end: placement.second.foot.uv,
         queries: probe.queries,
-        marks: extremum_marks(&optimum.state, frame.first.foot.uv),
+        marks: extremum_marks(&optimum.state, frame.first.foot.uv.into()),
     };
     Ok(CutterLocation::new(request, strip, found))
 }

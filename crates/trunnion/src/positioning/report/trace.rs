@@ -109,7 +109,7 @@ impl TraceBuilder<'_> {
         let middle = self.probe.read(&contact, uv.into())?;
         let (ring, _) = circle_of_pose(&setting, &self.location.pose, &look, &middle)?;
         let circle = ErrorCircle { ring, minor: cutter.minor() };
-        let samples = circle.all_round(middle.foot.uv, TRACE, &mut self.probe)?;
+        let samples = circle.all_round(middle.foot.uv.into(), TRACE, &mut self.probe)?;
         let lift = cutter.minor() + band.upper;
         let angle = |end: &DistanceReading| ring.angle_over(end, lift);
         let mut end = |uv: Uv| {
@@ -139,7 +139,7 @@ impl TraceBuilder<'_> {
         for k in 0..=count {
             let out = 1.5 * half * (2.0 * f64::from(k) / f64::from(count) - 1.0);
             let p = contact + self.frame.v * out;
-            last = self.probe.read(&p, last.foot.uv)?;
+            last = self.probe.read(&p, last.foot.uv.into())?;
             let foot = last.foot.point;
             // Angle on the sphere over a point so far beside the contact.
             let angle = (out / radius).clamp(-1.0, 1.0).asin();

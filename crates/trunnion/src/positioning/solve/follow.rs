@@ -58,7 +58,7 @@ impl StripProblem {
         probe: &mut FaceProbe,
     ) -> Result<Option<ProblemState>, PositioningError> {
         let Some(placement) = self.placement(x, probe, None)? else { return Ok(None) };
-        let at = self.frame.first.foot.uv;
+        let at: [f64; 2] = self.frame.first.foot.uv.into();
         let extrema = marks.iter().map(|mark| {
             let rear = mark.kind == ActiveConstraint::Rear;
             let psi = if rear { mark.place } else { mark.place * placement.half_arc };
@@ -152,7 +152,7 @@ fn follow(
 pub(crate) fn extremum_marks(state: &ProblemState, at: [f64; 2]) -> Vec<ExtremumMark> {
     let mark = |(kind, sample): (ActiveConstraint, &ErrorSample)| {
         let half = if kind == ActiveConstraint::Rear { 1.0 } else { state.placement.half_arc };
-        let uv = sample.reading.foot.uv;
+        let uv: [f64; 2] = sample.reading.foot.uv.into();
         ExtremumMark { kind, place: sample.psi / half, out: [0, 1].map(|k| uv[k] - at[k]) }
     };
     let seen = state.conditions.iter().filter_map(|c| Some((c.kind, c.sample.as_ref()?)));

@@ -362,7 +362,7 @@ impl<'a> AxisState<'a> {
     fn finish(self) -> AxisAudit {
         AxisAudit {
             name: self.axis.name.clone(),
-            range: self.range,
+            range: self.range.into(),
             travel: self.travel,
             velocity: self.velocity,
             acceleration: self.acceleration,

@@ -122,7 +122,14 @@ fn sample(
     // |S_u x S_v| du dv.
     let area = Vector3::cross(&jet.su, &jet.sv).norm() * cell;
     let height = lowest.line.map(|_| lowest.s);
-    Some(HeightSample { uv, point: face.point(u, v), height, line: lowest.line, area, rest: false })
+    Some(HeightSample {
+        uv: uv.into(),
+        point: face.point(u, v),
+        height,
+        line: lowest.line,
+        area,
+        rest: false,
+    })
 }
 
 /// Returns the parameters of a grid point, and the area of (u, v) it represents.

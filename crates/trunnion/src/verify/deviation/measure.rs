@@ -168,7 +168,7 @@ fn sensitivity(faces: &[Face], measured: &[MeasuredMap]) -> Sensitivity {
     let mut worst = Sensitivity { length: 0.0, radius: 0.0, pivot: None };
     for (face, MeasuredMap { map, deciding }) in faces.iter().zip(measured) {
         for (sample, by) in map.samples.iter().zip(deciding).step_by(STRIDE) {
-            let normal = sample.as_ref().and_then(|s| face.normal(s.uv[0], s.uv[1]));
+            let normal = sample.as_ref().and_then(|s| face.normal(s.uv.u, s.uv.v));
             let (Some(by), Some(normal)) = (by, normal) else { continue };
             // The tool touches with its outward normal against that of the surface. Its tip stays where it is measured, so
             // a larger corner radius rises with its centre.
@@ -193,7 +193,7 @@ pub(crate) fn pivot(audit: &Audit) -> f64 {
         }
         [low, high].map(|q| 2.0 * (0.5 * q).sin().abs()).into_iter().fold(0.0, f64::max)
     };
-    audit.axes.iter().skip(3).map(|axis| chord(axis.range)).fold(0.0, f64::max)
+    audit.axes.iter().skip(3).map(|axis| chord(axis.range.into())).fold(0.0, f64::max)
 }
 
 #[cfg(test)]

@@ -24,7 +24,7 @@ pub(crate) fn length(
         for (sample, by) in map.samples.iter().zip(deciding) {
             let Some(sample) = sample.as_ref().filter(|sample| !sample.rest) else { continue };
             let (height, line) = (sample.height?, sample.line?);
-            let normal = face.normal(sample.uv[0], sample.uv[1])?;
+            let normal = face.normal(sample.uv.u, sample.uv.v)?;
             // A shift d along the tool axis a moves the surface by d (a n): low <= h + d (a n) <= high bounds d on both sides.
             let along = by.as_ref()?.pose.axis.dot(&normal);
             *lines.entry(line).or_default() |= !(low..=high).contains(&height);

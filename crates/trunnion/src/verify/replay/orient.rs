@@ -2,7 +2,7 @@
 //!
 //! Written for the check alone: the makers' inverse is not asked.
 
-use crate::machine::{Axis, FIRST_ROTARY, Kinematics, PreferredSign, SECOND_ROTARY};
+use crate::machine::{Axis, FIRST_ROTARY, Kinematics, PreferredSign, RotaryPair, SECOND_ROTARY};
 use crate::math::angle::angle_between;
 use crate::types::AxisVector;
 use crate::verify::error::VerifyError;
@@ -31,10 +31,10 @@ pub struct Choice {
     /// A turn into a tilted plane; otherwise a vector.
     pub plane: bool,
     /// Rotary axes \[rad\].
-    pub taken: [f64; 2],
+    pub taken: RotaryPair,
     /// The other solution, on the nearest turn \[rad\]; `None` where the tool stands along the first rotary's axis, which is
     /// left where it stood.
-    pub other: Option<[f64; 2]>,
+    pub other: Option<RotaryPair>,
 }
 
 /// Most choices that are listed.
@@ -58,7 +58,12 @@ impl Choices {
         }
         if self.places.len() < MOST_LISTED {
             let Turned { rotaries: taken, other, .. } = *turned;
-            self.places.push(Choice { line, plane, taken, other });
+            self.places.push(Choice {
+                line,
+                plane,
+                taken: taken.into(),
+                other: other.map(Into::into),
+            });
         } else {
             self.more += 1;
         }

@@ -157,7 +157,7 @@ impl Shape {
         let (p, q) = (su.dot(&way), sv.dot(&way));
         let area = e * g - f * f;
         let feed = [(g * p - f * q) / area, (e * q - f * p) / area];
-        (face, at.uv, feed)
+        (face, at.uv.into(), feed)
     }
 }
 

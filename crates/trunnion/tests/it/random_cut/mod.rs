@@ -85,7 +85,7 @@ pub(crate) fn off(
     let [poses, others] = [way, also].map(|way| way.poses(many_poses::SPACING));
     let deepest = report.deviation.lowest.map_or(0.0, |extreme| extreme.height.min(0.0));
     for sample in report.maps[0].samples.iter().flatten() {
-        let normal = face.normal(sample.uv[0], sample.uv[1]).unwrap().into_inner();
+        let normal = face.normal(sample.uv.u, sample.uv.v).unwrap().into_inner();
         let ray = (sample.point, normal);
         let [seen, other] = [&poses, &others]
             .map(|poses| many_poses::lowest(poses, cutter, ray, REACH, 0.2 * RAY_TOLERANCE));

@@ -196,7 +196,7 @@ fn search(
                 let (face, point) = (survey.map.face, piece.centre);
                 known.extreme = Some(ExtremeHeight {
                     face,
-                    uv,
+                    uv: uv.into(),
                     point,
                     height: lowest.s,
                     or_deeper: false,

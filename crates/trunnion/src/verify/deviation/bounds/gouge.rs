@@ -181,7 +181,7 @@ fn measure(
         let face = survey.map.face;
         known.extreme = Some(ExtremeHeight {
             face,
-            uv,
+            uv: uv.into(),
             point: cell.centre,
             height: lowest.s,
             or_deeper: false,
