@@ -22,6 +22,7 @@ mod places;
 mod pose;
 mod position;
 mod post;
+mod program_files;
 mod progress;
 mod report;
 mod run;

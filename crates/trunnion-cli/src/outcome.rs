@@ -46,6 +46,9 @@ impl Failure {
             Some(ReadRemedy::DecideBlockDelete) => fault
                 .clone()
                 .with_help("state whether such blocks are run: --block-delete true, or false"),
+            Some(ReadRemedy::GiveTools) => {
+                fault.clone().with_help("give the control's tool table: --tool-table FILE")
+            }
             _ => fault.clone(),
         };
         Self::faults(path, &faults.iter().map(with_flags).collect::<Vec<_>>())

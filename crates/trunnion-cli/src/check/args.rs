@@ -6,6 +6,7 @@ use super::what_if::{self, Assumption};
 use crate::inspect;
 use crate::option_values::{not_negative, positive, three};
 use crate::post::tools::{self, ToolLength};
+use crate::program_files::ProgramFileArgs;
 use std::path::PathBuf;
 use trunnion::nc::read::Dialect;
 use trunnion::verify::FindingKind;
@@ -53,6 +54,8 @@ pub(crate) struct Args {
     /// Run the lines that begin with / (true), or skip them (false).
     #[arg(long, value_name = "RUN")]
     pub(super) block_delete: Option<bool>,
+    #[command(flatten)]
+    pub(super) files: ProgramFileArgs,
     /// Length of the tool, gauge point to tip, in mm. Tool numbers as for --cutter.
     #[arg(long, value_name = "[N=]L", value_parser = tools::length)]
     pub(super) tool_length: Vec<ToolLength>,

@@ -224,11 +224,12 @@ fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<Motion, Failure
         return Err(Failure::input(format!("{message}\n  help: {help}")));
     };
     let axes = AxisWords::of(kinematics.machine()).map_err(Failure::input)?;
-    let options = ReadOptions {
+    let mut options = ReadOptions {
         block_delete: args.block_delete,
         parameters: args.parameters.clone(),
         ..ReadOptions::new(dialect, axes, MOST_FAULTS)
     };
+    args.files.fill(&mut options)?;
     let program = ProgramText::new(text, options).map_err(faults)?;
     Ok(Motion::Program(Box::new(program), Box::new(kinematics)))
 }

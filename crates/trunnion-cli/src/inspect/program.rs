@@ -3,6 +3,7 @@
 use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::path::lines::{self, Lines};
+use crate::program_files::ProgramFileArgs;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -34,6 +35,8 @@ pub(super) struct ProgramArgs {
     /// Run the lines that begin with / (true), or skip them (false).
     #[arg(long, value_name = "RUN")]
     block_delete: Option<bool>,
+    #[command(flatten)]
+    files: ProgramFileArgs,
 }
 
 fn dialect(name: &str) -> Result<Dialect, String> {
@@ -144,12 +147,13 @@ fn read(path: &Path, args: &ProgramArgs) -> Result<ProgramSummary, Failure> {
     };
     // A file without a machine: its axes are the letters that it uses.
     let (axes, sixth) = letters(FileLines::open(path)?);
-    let options = ReadOptions {
+    let mut options = ReadOptions {
         sixth: true,
         block_delete: args.block_delete,
         parameters: args.parameters.clone(),
         ..ReadOptions::new(dialect, axes, MOST_FAULTS)
     };
+    args.files.fill(&mut options)?;
     let mut source = FileLines::open(path)?;
     // Read three times, line by line: memory does not grow with the program.
     let mut steps = read::steps(&mut source, &options);

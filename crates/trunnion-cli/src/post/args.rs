@@ -3,6 +3,7 @@
 use super::tools::{self, ToolLength};
 use crate::inspect;
 use crate::option_values::{pose_tolerance, positive, three};
+use crate::program_files::ProgramFileArgs;
 use std::path::PathBuf;
 use trunnion::nc::read;
 use trunnion::nc::write::{OUTPUT_FORMATS, OutputFormat};
@@ -53,6 +54,8 @@ pub(crate) struct Args {
     /// Run the lines that begin with / (true), or skip them (false).
     #[arg(long, value_name = "RUN")]
     pub(super) block_delete: Option<bool>,
+    #[command(flatten)]
+    pub(super) files: ProgramFileArgs,
     /// Fit a C3 path through the moves between rapid moves: fewer and longer blocks, and no corners that slow the
     /// axes down.
     #[arg(long, conflicts_with = "reduce")]

@@ -101,6 +101,7 @@ impl Plan {
                 lengths: tools.assumed(),
                 parameters: args.parameters.clone(),
                 block_delete: args.block_delete,
+                files: args.files.clone(),
             },
             tools,
             from_machine: Kinematics::new(&from_machine, &from_setup),

@@ -66,6 +66,7 @@ impl WorkOffsets {
             origin[slot] = match kind {
                 OffsetKind::Origin => word,
                 OffsetKind::Reading => read_origin(reading, slot)? - word,
+                OffsetKind::Standing => origin[slot],
             };
         }
         Ok(WorkOffset { number, origin })

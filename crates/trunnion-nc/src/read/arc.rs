@@ -10,7 +10,7 @@ const SAME_PLACE: f64 = 1e-6;
 
 /// Largest difference of the radii at both ends \[mm\], or as a share of the radius: CAM rounds ends and
 /// centres to the digits of the program.
-const ROUNDED: f64 = 0.0127;
+pub(super) const ROUNDED: f64 = 0.0127;
 const ROUNDED_SHARE: f64 = 1e-3;
 
 /// Form in which the centre is given.
@@ -40,6 +40,8 @@ pub(super) struct GivenArc {
     pub(super) sense: ArcSense,
     /// 1: less than a full turn, or one; each more adds one.
     pub(super) turns: u32,
+    /// Largest difference of the radii at both ends that the control takes \[mm\].
+    pub(super) rounded: f64,
 }
 
 pub(super) fn unknown_start(at: usize) -> ReadRemark {
@@ -68,7 +70,7 @@ pub(super) fn way(
     let [u, v] = given.plane;
     let end = [chord(u)?, chord(v)?];
     let center = match given.form {
-        ArcForm::Center(center) => centered(end, center, target.at)?,
+        ArcForm::Center(center) => centered(end, center, given.rounded, target.at)?,
         ArcForm::Radius(radius) => by_radius(end, radius, given.sense, target.at)?,
     };
     if given.turns == 0 {
@@ -90,7 +92,12 @@ fn is_full(end: [f64; 2]) -> bool {
 }
 
 /// Moves the centre to the nearest point that is equally far from both ends.
-fn centered(end: [f64; 2], center: [f64; 2], at: usize) -> Result<[f64; 2], ReadRemark> {
+fn centered(
+    end: [f64; 2],
+    center: [f64; 2],
+    rounded: f64,
+    at: usize,
+) -> Result<[f64; 2], ReadRemark> {
     // With the start as origin the radii are |c| at the start and |e - c| at the end.
     let radius = norm(center);
     let other = norm([end[0] - center[0], end[1] - center[1]]);
@@ -99,7 +106,7 @@ fn centered(end: [f64; 2], center: [f64; 2], at: usize) -> Result<[f64; 2], Read
     }
     // The fixed limit covers the digits of small arcs, the relative one those of large arcs.
     let off = (radius - other).abs();
-    if off > ROUNDED && off > ROUNDED_SHARE * radius {
+    if off > rounded && off > ROUNDED_SHARE * radius.max(other) {
         let message =
             format!("the arc begins {radius:.4} mm from its centre and ends at {other:.4} mm");
         let help =
@@ -186,9 +193,9 @@ mod tests {
 
     #[test]
     fn a_rounded_centre_is_put_between_the_ends() {
-        let center = centered([-1.0, 1.001], [-1.0, 0.0], 0).unwrap();
+        let center = centered([-1.0, 1.001], [-1.0, 0.0], ROUNDED, 0).unwrap();
         let other = norm([-1.0 - center[0], 1.001 - center[1]]);
         assert!((norm(center) - other).abs() < 1e-12);
-        assert!(centered([-1.0, 1.1], [-1.0, 0.0], 0).is_err());
+        assert!(centered([-1.0, 1.1], [-1.0, 0.0], ROUNDED, 0).is_err());
     }
 }

@@ -3,6 +3,7 @@
 use super::log::ReadRemark;
 use super::options::ReadOptions;
 use super::step::{Frame, LengthEntry, Smoothing, Step, Turning};
+use super::tool_table::ToolTable;
 use crate::types::{AXES, AxisVector};
 use crate::words::AxisWords;
 use nalgebra::UnitVector3;
@@ -38,6 +39,13 @@ pub(super) enum DistanceMode {
     Incremental,
 }
 
+/// Constant cutting speed (`G96`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct SurfaceSpeed {
+    /// Fastest speed of the spindle \[1/min\].
+    pub(super) most: Option<f64>,
+}
+
 /// Target of the move of one block.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MoveTarget {
@@ -64,6 +72,12 @@ impl MoveTarget {
         }
         // One bit for each slot; a byte holds the six of them.
         self.incremental |= u8::from(mode == DistanceMode::Incremental) << slot;
+    }
+
+    /// Takes the word of a slot away.
+    pub(super) fn unset(&mut self, slot: usize) -> Option<f64> {
+        self.incremental &= !(1 << slot);
+        self.words.get_mut(slot)?.take()
     }
 
     pub(super) fn get(&self, slot: usize) -> Option<f64> {
@@ -107,6 +121,12 @@ pub(super) struct ControlState {
     pub(super) local: [f64; SLOTS],
     /// Shift that `G92` adds to words.
     pub(super) set_by_92: [f64; SLOTS],
+    /// A tool offset that is added to words beside the length of the tool: `G43.1`, `G43.2`, `G10 L1`.
+    pub(super) tool_shift: [f64; SLOTS],
+    /// Tool table as the options give it, and as the program wrote it since.
+    pub(super) tool_table: ToolTable,
+    /// What the program wrote into work offsets.
+    pub(super) written_offsets: WrittenOffsets,
     pub(super) offset: u8,
     pub(super) length: bool,
     pub(super) tcp: bool,
@@ -120,6 +140,8 @@ pub(super) struct ControlState {
     pub(super) feed: Option<f64>,
     /// \[1/min\]
     pub(super) speed: f64,
+    /// `G96`: S is the speed of the cut, not of the spindle.
+    pub(super) surface: Option<SurfaceSpeed>,
     /// 1 clockwise, -1 counterclockwise, 0 stopped.
     pub(super) sense: i8,
     /// Chosen by `T`.
@@ -132,6 +154,42 @@ pub(super) struct ControlState {
 }
 
 const NONE: u8 = u8::MAX;
+
+/// Work offsets that a program can write: `G54` to `G59.3`.
+const OFFSETS: usize = 9;
+
+/// Values that the program wrote into work offsets.
+#[derive(Debug, Default)]
+pub(super) struct WrittenOffsets {
+    origins: [[Option<f64>; SLOTS]; OFFSETS],
+    turns: [f64; OFFSETS],
+}
+
+impl WrittenOffsets {
+    /// Returns the axis position of the origin of an offset \[mm, rad\], if the program wrote it.
+    pub(super) fn origin(&self, offset: u8, slot: usize) -> Option<f64> {
+        self.origins.get(usize::from(offset))?.get(slot).copied().flatten()
+    }
+
+    /// Notes the origin of an offset along an axis; `None`: it is no longer known.
+    pub(super) fn set_origin(&mut self, offset: u8, slot: usize, value: Option<f64>) {
+        let origin = self.origins.get_mut(usize::from(offset)).and_then(|of| of.get_mut(slot));
+        if let Some(origin) = origin {
+            *origin = value;
+        }
+    }
+
+    /// Returns the angle of an offset about Z \[rad\].
+    pub(super) fn turn(&self, offset: u8) -> f64 {
+        self.turns.get(usize::from(offset)).copied().unwrap_or(0.0)
+    }
+
+    pub(super) fn set_turn(&mut self, offset: u8, angle: f64) {
+        if let Some(turn) = self.turns.get_mut(usize::from(offset)) {
+            *turn = angle;
+        }
+    }
+}
 
 impl ControlState {
     /// Returns the state of a control after `G21 G90 G94 G54 G49`; a program that relies on any other
@@ -158,6 +216,9 @@ impl ControlState {
             machine: [None; SLOTS],
             local: [0.0; SLOTS],
             set_by_92: [0.0; SLOTS],
+            tool_shift: [0.0; SLOTS],
+            tool_table: ToolTable::new(&options.tools),
+            written_offsets: WrittenOffsets::default(),
             offset: 0,
             length: false,
             tcp: false,
@@ -168,6 +229,7 @@ impl ControlState {
             feed_mode: FeedMode::PerMinute,
             feed: None,
             speed: 0.0,
+            surface: None,
             sense: 0,
             tool: 0,
             tools: Vec::new(),
@@ -271,7 +333,70 @@ impl ControlState {
     pub(super) fn reading(&self, slot: usize) -> Option<f64> {
         let place = self.place.get(slot).copied().flatten()?;
         // The position contains the shift, the word that leads to it does not.
-        Some(place - self.shift(slot))
+        if self.turn().abs() > 0.0
+            && let Some(axis) = self.turned_axis(slot)
+        {
+            let [x, y, _] = self.xyz;
+            let unturned = rotate(
+                [self.stands(x)? - self.tool_offset(x), self.stands(y)? - self.tool_offset(y)],
+                -self.turn(),
+            );
+            return Some(unturned[axis] - self.shift(slot));
+        }
+        Some(place - self.tool_offset(slot) - self.shift(slot))
+    }
+
+    /// Returns the angle by which the active work offset turns X Y words about Z \[rad\].
+    pub(super) fn turn(&self) -> f64 {
+        self.written_offsets.turn(self.offset)
+    }
+
+    /// Returns 0 for X, 1 for Y: the axes that a turned work offset mixes.
+    pub(super) fn turned_axis(&self, slot: usize) -> Option<usize> {
+        self.xyz.iter().take(2).position(|axis| *axis == slot)
+    }
+
+    /// Returns what the tool offset adds to a word, beside the length of the tool.
+    pub(super) fn tool_offset(&self, slot: usize) -> f64 {
+        self.tool_shift.get(slot).copied().unwrap_or(0.0)
+    }
+
+    /// Returns the position that belongs to readings of the program: shifted, turned, with the tool offset.
+    pub(super) fn place_of(&self, reading: &[Option<f64>; SLOTS]) -> [Option<f64>; SLOTS] {
+        self.place_in(reading, self.turn())
+    }
+
+    /// Returns the position that belongs to readings in a work offset with a turn about Z \[rad\].
+    pub(super) fn place_in(
+        &self,
+        reading: &[Option<f64>; SLOTS],
+        turn: f64,
+    ) -> [Option<f64>; SLOTS] {
+        let shifted = |slot: usize| {
+            let reading = reading.get(slot).copied().flatten();
+            reading.map(|reading| reading + self.shift(slot))
+        };
+        let mut place: [Option<f64>; SLOTS] = std::array::from_fn(shifted);
+        let [x, y, _] = self.xyz;
+        if turn.abs() > 0.0 {
+            // Both are needed for either.
+            let both = shifted(x).zip(shifted(y));
+            let turned = both.map(|(x, y)| rotate([x, y], turn));
+            for (axis, slot) in [x, y].into_iter().enumerate() {
+                if let Some(place) = place.get_mut(slot) {
+                    *place = turned.map(|turned| turned[axis]);
+                }
+            }
+        }
+        for (slot, place) in place.iter_mut().enumerate() {
+            *place = place.map(|place| place + self.tool_offset(slot));
+        }
+        place
+    }
+
+    /// Returns what the program would read at the present position.
+    pub(super) fn readings(&self) -> [Option<f64>; SLOTS] {
+        std::array::from_fn(|slot| self.reading(slot))
     }
 
     /// Returns the position of a slot including its shift \[mm, rad\].
@@ -282,11 +407,6 @@ impl ControlState {
     /// Marks the positions of the linear axes as unknown.
     pub(super) fn forget_linear(&mut self) {
         self.forget(|rotary| !rotary);
-    }
-
-    /// Marks the positions of all axes as unknown.
-    pub(super) fn forget_all(&mut self) {
-        self.place = [None; SLOTS];
     }
 
     pub(super) fn forget(&mut self, which: impl Fn(bool) -> bool) {
@@ -331,6 +451,15 @@ impl ControlState {
         self.length = false;
     }
 
+    /// Sets the offset that is added to X Y Z beside the length of the tool.
+    pub(super) fn set_tool_shift(&mut self, shift: [f64; 3]) {
+        for (slot, shift) in self.xyz.into_iter().zip(shift) {
+            if let Some(known) = self.tool_shift.get_mut(slot) {
+                *known = shift;
+            }
+        }
+    }
+
     /// Marks as unknown the words that another tool length changes.
     fn forget_along_tool(&mut self) {
         let [.., z] = self.xyz;
@@ -345,9 +474,16 @@ impl ControlState {
 
     /// Switches to another work offset.
     pub(super) fn set_offset(&mut self, offset: u8) {
-        // The offsets of rotary axes may differ, too: no word keeps its value.
         if self.offset != offset {
-            self.forget_all();
+            let known = |slot: usize| {
+                let of = |offset| self.written_offsets.origin(offset, slot);
+                // Under TCP the frame turns with the rotaries: a difference of axes is none of words.
+                let change = of(self.offset).zip(of(offset)).filter(|_| !self.tcp);
+                Some(self.stands(slot)? + change.map(|(before, after)| before - after)?)
+            };
+            // Where the program wrote both offsets, words change by the difference; else no word
+            // keeps its value, not even that of a rotary axis.
+            self.place = std::array::from_fn(known);
         }
         self.offset = offset;
     }
@@ -384,7 +520,9 @@ impl ControlState {
     /// Emits the present state of the spindle.
     pub(super) fn spindle(&mut self, line: u32) {
         // The sign is the sense of rotation: M3 positive, M4 negative, M5 zero.
-        let speed = f64::from(self.sense) * self.speed;
+        let [x, ..] = self.xyz;
+        let speed = self.spindle_speed(self.reading(x)).unwrap_or(self.speed);
+        let speed = f64::from(self.sense) * speed;
         self.steps.push_back(Step::Spindle { line, speed });
     }
 
@@ -396,6 +534,19 @@ impl ControlState {
     /// Emits the entry of the table of tool lengths.
     pub(super) fn choose_length(&mut self, line: u32, entry: LengthEntry) {
         self.steps.push_back(Step::LengthEntry { line, entry });
+    }
+
+    /// Returns the speed of the spindle \[1/min\] at a position of X, which a constant cutting speed
+    /// depends on.
+    pub(super) fn spindle_speed(&self, x: Option<f64>) -> Option<f64> {
+        let Some(SurfaceSpeed { most }) = self.surface else { return Some(self.speed) };
+        // S in m/min or ft/min, over the circumference in mm.
+        let unit = if self.inch { 12.0 * INCH } else { 1000.0 };
+        let turns = x.map(|x| unit * self.speed / (std::f64::consts::TAU * x.abs()));
+        match (turns.filter(|turns| turns.is_finite()), most) {
+            (Some(turns), Some(most)) => Some(turns.min(most)),
+            (turns, most) => turns.or(most),
+        }
     }
 
     /// Keeps words without motion.
@@ -417,6 +568,12 @@ impl ControlState {
     pub(super) fn feed_rounding(&self) -> f64 {
         0.5 * self.finest_feed
     }
+}
+
+/// Turns a vector counterclockwise.
+pub(super) fn rotate([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
+    let (sin, cos) = angle.sin_cos();
+    [x * cos - y * sin, x * sin + y * cos]
 }
 
 /// Notes that a word has `decimals` digits after its point.

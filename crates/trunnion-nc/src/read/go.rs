@@ -1,8 +1,10 @@
 //! Moves of a control of any dialect: how fast, and where it then stands.
 
-use super::control::{ActivePlane, ControlState, FeedMode, INCH, MoveTarget, SLOTS};
+use super::control::{
+    ActivePlane, ControlState, DistanceMode, FeedMode, INCH, MoveTarget, SLOTS, rotate,
+};
 use super::log::ReadRemark;
-use super::step::{Frame, Move, Pace, Step, Turning, Way};
+use super::step::{Arc, Frame, Move, Pace, Step, Turning, Way};
 impl ControlState {
     /// Returns the pace of a feed move; `feed` is the F word of its own block.
     pub(super) fn pace(&self, target: &MoveTarget, feed: Option<f64>) -> Result<Pace, ReadRemark> {
@@ -23,7 +25,18 @@ impl ControlState {
             FeedMode::PerRevolution => {
                 // G95: mm per revolution times revolutions per minute.
                 let feed = self.feed.ok_or_else(|| missing("write an F word after G95"))?;
-                if self.sense == 0 || self.speed <= 0.0 {
+                let [x, ..] = self.xyz;
+                let end = match target.get(x) {
+                    Some(word) if target.is_incremental(x) => self.reading(x).map(|at| at + word),
+                    Some(word) => Some(word),
+                    None => self.reading(x),
+                };
+                let Some(speed) = self.spindle_speed(end) else {
+                    let message = "feed per revolution (G95) with a cutting speed (G96) at an X that is not stated";
+                    let help = "program X absolutely before, or give the fastest speed: G96 D";
+                    return Err(ReadRemark::new(target.at, message, help));
+                };
+                if self.sense == 0 || speed <= 0.0 {
                     let message = "feed per revolution (G95) with a spindle that stands";
                     return Err(ReadRemark::new(
                         target.at,
@@ -31,7 +44,7 @@ impl ControlState {
                         "write S and M3 before, or use G94",
                     ));
                 }
-                Ok(Pace::PerMinute { speed: feed * self.feed_scale(target) * self.speed / 60.0 })
+                Ok(Pace::PerMinute { speed: feed * self.feed_scale(target) * speed / 60.0 })
             }
         }
     }
@@ -58,6 +71,7 @@ impl ControlState {
         pace: Pace,
         way: Way,
     ) -> Result<(), ReadRemark> {
+        let mut way = way;
         // Checks come before the positions are changed.
         if let Some(tilted) = &self.tilted {
             self.check_tilted(*tilted, &target)?;
@@ -66,6 +80,9 @@ impl ControlState {
             self.leave_work(&target)?;
             false
         } else {
+            if self.turn().abs() > 0.0 {
+                way = self.turned(&mut target, way)?;
+            }
             self.work_words(&mut target)?
         };
         // The inverse of the consumer chooses the rotaries: their words are not known afterwards.
@@ -100,11 +117,12 @@ impl ControlState {
         if target.incremental != 0 {
             return Err(ReadRemark::new(target.at, "G53 with distances (G91)", "write G90"));
         }
-        // Axis positions leave the words unknown, as the work offset is not known to the reader.
+        // Axis positions leave the words unknown, unless the program wrote the work offset.
         for (slot, word) in target.words.iter().enumerate() {
             if word.is_some() {
-                if let Some(place) = self.place.get_mut(slot) {
-                    *place = None;
+                let place = self.place_at(slot, *word);
+                if let Some(known) = self.place.get_mut(slot) {
+                    *known = place;
                 }
                 if let Some(machine) = self.machine.get_mut(slot) {
                     *machine = *word;
@@ -116,6 +134,16 @@ impl ControlState {
             self.forget_linear();
         }
         Ok(())
+    }
+
+    /// Returns the word of an axis at an axis position, if the program states what lies between.
+    fn place_at(&self, slot: usize, machine: Option<f64>) -> Option<f64> {
+        let [.., z] = self.xyz;
+        // The length of the tool is not in the program; under TCP the rotaries take part.
+        if self.tcp || self.length && slot == z {
+            return None;
+        }
+        Some(machine? - self.written_offsets.origin(self.offset, slot)?)
     }
 
     /// Takes the words of a work offset: shifts them, and makes them all absolute unless all are
@@ -134,7 +162,7 @@ impl ControlState {
             // A block with both kinds of words is made absolute: position + distance. One of
             // distances alone may start anywhere, as the consumer adds them to its own positions.
             let end = if !target.is_incremental(slot) {
-                Some(word + self.shift(slot))
+                Some(word + self.shift(slot) + self.tool_offset(slot))
             } else if all || stood.is_some() {
                 stood.map(|stood| stood + word)
             } else {
@@ -161,6 +189,59 @@ impl ControlState {
             self.machine = [None; SLOTS];
         }
         Ok(all)
+    }
+
+    /// Turns the X Y words of a move, and the centre of its arc, with the work offset (`G10 L2 R`).
+    fn turned(&self, target: &mut MoveTarget, way: Way) -> Result<Way, ReadRemark> {
+        let [x, y, _] = self.xyz;
+        if target.get(x).is_some() || target.get(y).is_some() {
+            self.turn_words(target, [x, y])?;
+        }
+        match way {
+            Way::Line => Ok(way),
+            // The plane of such an arc is upright but no longer along X or Y.
+            Way::Arc(arc) if arc.plane != [x, y] => {
+                let message = "an arc in G18 or G19 in a turned work offset (G10 R)";
+                Err(ReadRemark::new(target.at, message, "turn it back (R0), or write lines"))
+            }
+            Way::Arc(arc) => Ok(Way::Arc(Arc { center: rotate(arc.center, self.turn()), ..arc })),
+        }
+    }
+
+    /// Turns the X Y words of a move with the work offset.
+    fn turn_words(&self, target: &mut MoveTarget, slots: [usize; 2]) -> Result<(), ReadRemark> {
+        // One word of two moves both axes, so the other has to be known; distances alone turn as they are.
+        let written = |slot: usize| target.get(slot).is_none() || target.is_incremental(slot);
+        let distances = slots.into_iter().all(written);
+        let component = |slot: usize| {
+            if distances {
+                return Ok(target.get(slot).unwrap_or(0.0));
+            }
+            let stood = || {
+                self.reading(slot).ok_or_else(|| {
+                    let message = "one of X Y in a turned work offset, the other is not stated";
+                    ReadRemark::new(target.at, message, "program both absolutely first")
+                })
+            };
+            let word = match target.get(slot) {
+                None => stood()?,
+                Some(word) if target.is_incremental(slot) => stood()? + word,
+                Some(word) => word,
+            };
+            Ok(word + self.shift(slot))
+        };
+        let [x, y] = slots;
+        let turned = rotate([component(x)?, component(y)?], self.turn());
+        for (slot, value) in slots.into_iter().zip(turned) {
+            target.unset(slot);
+            if distances {
+                target.set(slot, value, DistanceMode::Incremental);
+            } else {
+                // The shift, which was turned along, is added to absolute words later.
+                target.set(slot, value - self.shift(slot), DistanceMode::Absolute);
+            }
+        }
+        Ok(())
     }
 
     /// Checks a move in a tilted plane, where the tool stands along the normal.

@@ -31,6 +31,7 @@ mod dialect;
 mod gcode;
 mod go;
 mod heidenhain;
+mod ini;
 mod log;
 mod number;
 mod options;
@@ -46,6 +47,7 @@ mod steps;
 mod tally;
 mod tape;
 mod tilt;
+mod tool_table;
 
 pub use super::words::{AxisWord, AxisWords};
 pub use cl::{
@@ -53,7 +55,8 @@ pub use cl::{
     ClTool, cl, cl_records,
 };
 pub use dialect::Dialect;
-pub use options::ReadOptions;
+pub use ini::{IniFile, ini_file};
+pub use options::{ReadOptions, ToolRow};
 pub use remedy::ReadRemedy;
 pub use source::{ClSource, ClText, ProgramSource, ProgramText};
 pub use step::{
@@ -62,3 +65,4 @@ pub use step::{
 };
 pub use steps::{LineReader, Steps, read, steps};
 pub use tally::Tally;
+pub use tool_table::tool_rows;

@@ -23,6 +23,21 @@ pub struct ReadOptions {
     pub parameters: Vec<(String, f64)>,
     /// Axis positions of `G28` \[mm, rad\].
     pub reference: [f64; AXES],
+    /// Tool table of the control, for cutter compensation and tool offsets that a program writes.
+    pub tools: Vec<ToolRow>,
+}
+
+/// A row of the control's tool table.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ToolRow {
+    /// Number of the tool.
+    pub number: u32,
+    /// Offsets along X Y Z \[mm\]; along Z it is the length of the tool.
+    pub offset: [f64; 3],
+    /// Diameter \[mm\]; cutter compensation halves it.
+    pub diameter: f64,
+    /// Corner of a turning tool that its offsets are of, 1 to 8; 0 and 9 are its middle.
+    pub corner: u32,
 }
 
 impl ReadOptions {
@@ -38,6 +53,7 @@ impl ReadOptions {
             block_delete: None,
             parameters: Vec::new(),
             reference: [0.0; AXES],
+            tools: Vec::new(),
         }
     }
 }

@@ -6,6 +6,9 @@ use crate::types::Diagnostic;
 /// Help of the fault of a block whose execution the options leave open.
 const BLOCK_DELETE: &str = "state whether the control runs such blocks (ReadOptions::block_delete)";
 
+/// Help of the fault of a tool whose row of the tool table is needed.
+const TOOLS: &str = "give the tool table of the control (ReadOptions::tools)";
+
 /// Remedy of a fault that lies in [`ReadOptions`](super::ReadOptions), not in the program.
 ///
 /// A shell that sets those options can replace the help of such a fault by the words of its own
@@ -29,12 +32,18 @@ const BLOCK_DELETE: &str = "state whether the control runs such blocks (ReadOpti
 pub enum ReadRemedy {
     /// Set [`ReadOptions::block_delete`](super::ReadOptions::block_delete).
     DecideBlockDelete,
+    /// Set [`ReadOptions::tools`](super::ReadOptions::tools).
+    GiveTools,
 }
 
 impl ReadRemedy {
     /// Returns the remedy of a diagnostic, if it lies in the options of the reader.
     pub fn of(diagnostic: &Diagnostic) -> Option<Self> {
-        (diagnostic.help == BLOCK_DELETE).then_some(Self::DecideBlockDelete)
+        match diagnostic.help.as_str() {
+            BLOCK_DELETE => Some(Self::DecideBlockDelete),
+            TOOLS => Some(Self::GiveTools),
+            _ => None,
+        }
     }
 }
 
@@ -42,4 +51,9 @@ impl ReadRemedy {
 pub(super) fn undecided_block(at: usize) -> ReadRemark {
     let message = "block delete: whether the control runs this block is not known";
     ReadRemark::new(at, message, BLOCK_DELETE)
+}
+
+/// Returns the fault of a tool whose offsets or radius are needed but not known.
+pub(super) fn unknown_tool(at: usize, message: String) -> ReadRemark {
+    ReadRemark::new(at, message, TOOLS)
 }

@@ -207,6 +207,9 @@ pub enum OffsetKind {
     Origin,
     /// Words that the present position shall read as (`G10 L20`).
     Reading,
+    /// Words that the present position is taken to read as, since the program states none before it sets
+    /// coordinates (`G92` at its start): the offset stays.
+    Standing,
 }
 
 /// A plane tilted about the work offset: `G68.2`.

@@ -1,6 +1,6 @@
 //! Totals of a program: blocks, lengths, time as programmed, ranges.
 
-use super::step::{Frame, Move, Pace, Step, Way};
+use super::step::{Frame, Move, Offset, OffsetKind, Pace, Step, Way};
 use crate::types::AXES;
 
 /// Counts steps as they come.
@@ -48,7 +48,19 @@ impl Tally {
         match step {
             Step::Move(step) => self.take(step),
             Step::Dwell { seconds, .. } => self.seconds += seconds,
+            Step::Offset(offset) => self.stand(offset),
             _ => {}
+        }
+    }
+
+    /// Takes the words that the present position is taken to read as.
+    fn stand(&mut self, offset: &Offset) {
+        if offset.kind != OffsetKind::Standing {
+            return;
+        }
+        self.of = (Some(offset.offset), self.of.1);
+        for (place, word) in self.place.iter_mut().zip(offset.words) {
+            *place = word.or(*place);
         }
     }
 

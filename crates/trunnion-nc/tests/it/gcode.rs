@@ -141,6 +141,8 @@ fn cycles_are_the_moves_they_consist_of() {
         [4.0, 2.0, 3.0],
         [4.0, 2.0, -5.0],
         [4.0, 2.0, 3.0],
+        // From R to the level of G98 on the way over, as LinuxCNC's interpreter has it.
+        [5.0, 2.0, 20.0],
         [5.0, 2.0, 3.0],
         [5.0, 2.0, -5.0],
         [5.0, 2.0, 20.0],
@@ -216,9 +218,11 @@ fn shifts_offsets_and_homes() {
     assert_eq!(offsets[0].0, 1);
     assert!((offsets[0].1[3].unwrap() - PI / 2.0).abs() < 1e-15);
     assert_eq!((offsets[1].0, offsets[1].1[1], offsets[1].2), (0, Some(3.0), OffsetKind::Reading));
-    refuses(DIALECT, "G0 X1\nG92 Y1", 2, "does not state");
+    refuses(Dialect::Fanuc, "G0 X1.\nG92 Y1.", 2, "does not state");
+    refuses(DIALECT, "G0 X1\nG92 Y1\nG92.1", 3, "whose amount");
     refuses(DIALECT, "G30", 1, "not known");
-    refuses(DIALECT, "G10 L1 P1 Z3", 1, "G10 other");
+    refuses(DIALECT, "G10 L1 P1 Z3", 1, "not in the tool table");
+    refuses(Dialect::Fanuc, "G10 L1 P1 Z3.", 1, "G10 other");
 }
 
 #[test]

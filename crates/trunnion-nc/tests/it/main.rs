@@ -5,6 +5,7 @@ mod cl_files;
 mod control_words;
 mod gcode;
 mod heidenhain;
+mod linuxcnc;
 mod program_flow;
 #[path = "../../../trunnion-motion/tests/it/property/mod.rs"]
 mod property;

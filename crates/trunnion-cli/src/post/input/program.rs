@@ -56,11 +56,12 @@ impl<'a> Program<'a> {
         let path = source.path.clone();
         let failed = Rc::new(RefCell::new(None));
         let text = Text { source, failed: Rc::clone(&failed) };
-        let read_options = ReadOptions {
+        let mut read_options = ReadOptions {
             parameters: options.parameters.clone(),
             block_delete: options.block_delete,
             ..ReadOptions::new(dialect, words, MOST_FAULTS)
         };
+        options.files.fill(&mut read_options)?;
         // One tool: its moves alone. Several: each with its own length.
         let moves = ProgramMoves::new(machine, ARC_TOLERANCE).map(|moves| match options.tool {
             Some(tool) => moves.only(tool),

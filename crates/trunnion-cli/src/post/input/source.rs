@@ -2,6 +2,7 @@
 
 use crate::outcome::Failure;
 use crate::path::lines::{self, Lines};
+use crate::program_files::ProgramFileArgs;
 use crate::progress::Bars;
 use anyhow::Context;
 use std::io::BufRead;
@@ -53,6 +54,8 @@ pub(crate) struct InputOptions {
     pub(crate) parameters: Vec<(String, f64)>,
     /// True runs the lines that begin with /, false skips them.
     pub(crate) block_delete: Option<bool>,
+    /// Files of the control.
+    pub(crate) files: ProgramFileArgs,
 }
 
 /// Returns the name of the input.

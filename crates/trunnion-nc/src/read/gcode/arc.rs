@@ -5,9 +5,16 @@ use super::reader::GcodeReader;
 use super::words::natural;
 use crate::read::arc;
 use crate::read::arc::{ArcForm, ArcSense, GivenArc};
-use crate::read::control::MoveTarget;
+use crate::read::control::{INCH, MoveTarget};
+use crate::read::dialect::Dialect;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
+
+/// Difference of the radii at both ends that `LinuxCNC` takes \[mm\]: 0.01 mm or 0.001 inch in each word of
+/// the end and of the centre, along the diagonal.
+const LINUXCNC_ROUNDED: f64 = 2.0 * 0.01 * std::f64::consts::SQRT_2;
+const LINUXCNC_ROUNDED_INCH: f64 = 2.0 * 0.001 * std::f64::consts::SQRT_2 * INCH;
+
 impl GcodeReader {
     /// Returns the axes of the active plane (G17, G18, G19) as indices of X Y Z, and the letters of its centre.
     pub(super) fn plane(&self) -> ([usize; 3], [char; 2]) {
@@ -56,7 +63,12 @@ impl GcodeReader {
         };
         // P counts turns (LinuxCNC): P1 or no P is an arc of one turn at most.
         let turns = block.take('P').map_or(Ok(1), |word| natural(word, 'P'))?;
-        let given = GivenArc { plane: [u, v], form, sense, turns };
+        let rounded = match self.dialect {
+            Dialect::LinuxCnc if state.control.inch => LINUXCNC_ROUNDED_INCH,
+            Dialect::LinuxCnc => LINUXCNC_ROUNDED,
+            _ => arc::ROUNDED,
+        };
+        let given = GivenArc { plane: [u, v], form, sense, turns, rounded };
         let way = arc::way(&state.control, &target, &given)?;
         let pace = state.control.pace(&target, feed)?;
         state.control.go(state.log.line, target, pace, way)

@@ -38,19 +38,44 @@ pub(super) struct GcodeBlock {
     used: u32,
     pub(super) codes: Vec<CodeWord>,
     pub(super) assignments: Vec<(ParameterKey, f64)>,
+    /// `@` and `^`: polar coordinates of `LinuxCNC`.
+    pub(super) polar: PolarWords,
+}
+
+/// Distance and angle of an end in polar coordinates.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct PolarWords {
+    /// `@`
+    pub(super) radius: Option<BlockWord>,
+    /// `^` \[degrees\]
+    pub(super) angle: Option<BlockWord>,
+}
+
+impl PolarWords {
+    pub(super) fn is_empty(&self) -> bool {
+        self.radius.is_none() && self.angle.is_none()
+    }
 }
 
 const EMPTY: BlockWord = BlockWord { value: 0.0, decimals: 0, point: false, at: 0, end: 0 };
 
 impl GcodeBlock {
     pub(super) fn new() -> Self {
-        Self { words: [EMPTY; 26], present: 0, used: 0, codes: Vec::new(), assignments: Vec::new() }
+        Self {
+            words: [EMPTY; 26],
+            present: 0,
+            used: 0,
+            codes: Vec::new(),
+            assignments: Vec::new(),
+            polar: PolarWords::default(),
+        }
     }
 
     fn clear(&mut self) {
         (self.present, self.used) = (0, 0);
         self.codes.clear();
         self.assignments.clear();
+        self.polar = PolarWords::default();
     }
 
     /// Returns the word of a letter, which thereby counts as understood.
@@ -75,7 +100,7 @@ impl GcodeBlock {
     }
 
     pub(super) fn is_empty(&self) -> bool {
-        self.present == 0 && self.codes.is_empty()
+        self.present == 0 && self.codes.is_empty() && self.polar.is_empty()
     }
 
     /// Iterates over the words that no code took.
@@ -88,7 +113,7 @@ impl GcodeBlock {
     }
 
     pub(super) fn none_left(&self) -> bool {
-        self.present & !self.used == 0
+        self.present & !self.used == 0 && self.polar.is_empty()
     }
 
     /// Reads the words of the tail of a line; the first fault, which ends it, is handed to `fault`.
@@ -126,6 +151,7 @@ impl GcodeBlock {
             b'(' => return comment(scan),
             b';' => return Ok(false),
             b'#' => return self.assignment(scan, env),
+            b'@' | b'^' if !env.fanuc => return self.polar_word(byte, scan, env),
             // A word is a letter and a value; blanks between them mean nothing.
             _ if !byte.is_ascii_alphabetic() => return Err(stray(byte, scan)),
             _ => scan.at += 1,
@@ -182,6 +208,25 @@ impl GcodeBlock {
             *word = BlockWord { value, decimals, point, at, end: scan.at };
         }
         Ok(())
+    }
+
+    /// Reads `@10` or `^45`.
+    fn polar_word(
+        &mut self,
+        mark: u8,
+        scan: &mut ExpressionScan<'_>,
+        env: &ExpressionEnv<'_>,
+    ) -> Result<bool, ReadRemark> {
+        let at = scan.at;
+        scan.at += 1;
+        let ExpressionValue { number: value, decimals, point } = scan.value(env)?;
+        let place = if mark == b'@' { &mut self.polar.radius } else { &mut self.polar.angle };
+        if place.is_some() {
+            let message = format!("second {} on this line", char::from(mark));
+            return Err(ReadRemark::new(at, message, "keep one of them"));
+        }
+        *place = Some(BlockWord { value, decimals, point, at, end: scan.at });
+        Ok(true)
     }
 
     /// Reads `#1 = 5`.

@@ -3,9 +3,10 @@
 use super::block::{BlockWord, CodeWord, GcodeBlock};
 use super::modal::{BlockActions, GcodeMotion, group};
 use super::reader::GcodeReader;
+use super::tool_offsets::{ToolOffset, shift_tool};
 use super::words::{keep_with, natural, not_understood};
 use crate::read::arc::ArcSense;
-use crate::read::control::{ControlState, DistanceMode, FeedMode};
+use crate::read::control::{ControlState, DistanceMode, FeedMode, SurfaceSpeed};
 use crate::read::dialect::Dialect;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
@@ -35,14 +36,20 @@ impl GcodeReader {
                 self.m_code(state, block, text, code, now)?
             };
             // Codes of one modal group exclude each other.
-            if now.has(group) {
+            let excludes = match group {
+                group::CANCEL | group::MOTION if self.dialect != Dialect::LinuxCnc => {
+                    group::CANCEL | group::MOTION
+                }
+                group => group,
+            };
+            if now.has(excludes) {
                 let what = text.get(code.at..code.end).unwrap_or_default();
                 let message = format!("{what} contradicts another code on this line");
                 return Err(ReadRemark::new(code.at, message, "keep one of them"));
             }
             now.groups |= group;
         }
-        plain_words(state, block, now)?;
+        self.plain_words(state, block, now)?;
         self.lengths(state, text, block, now)?;
         // G66 calls its program behind every line that moves.
         let before = state.control.steps.len();
@@ -75,8 +82,12 @@ impl GcodeReader {
             }
             // G80 ends the cycle: axis words behind it need a motion code again.
             800 => {
-                modal.motion = None;
-                group::MOTION
+                // In LinuxCNC another motion code of the line prevails: G80 G0.
+                let prevails = self.dialect == Dialect::LinuxCnc && now.motion;
+                if !prevails {
+                    modal.motion = None;
+                }
+                group::CANCEL
             }
             // G17 is XY, G18 ZX, G19 YZ.
             170 | 180 | 190 => {
@@ -111,6 +122,10 @@ impl GcodeReader {
                 now.length = Some(code);
                 group::LENGTH
             }
+            431 | 432 if self.dialect == Dialect::LinuxCnc => {
+                now.length = Some(code);
+                group::LENGTH
+            }
             540..=599 | 1540 => self.offset_code(state, block, text, code)?,
             _ => return self.further_g_code(state, block, text, code, now),
         })
@@ -133,7 +148,12 @@ impl GcodeReader {
         let linuxcnc = self.dialect == Dialect::LinuxCnc;
         Ok(match code.tenths {
             // These take the axis words of their line, which then are no target of a move.
-            40 | 100 | 280 | 281 | 300 | 301 | 520 | 531 | 682 | 920..=922 => {
+            // LinuxCNC waits before the motion of the line.
+            40 if linuxcnc => {
+                now.dwells = Some(code.at);
+                group::DWELL
+            }
+            40 | 100 | 280 | 281 | 300 | 301 | 520 | 531 | 682 | 920..=923 => {
                 now.nonmodal = Some((code.tenths, code.at));
                 group::NONMODAL
             }
@@ -169,6 +189,42 @@ impl GcodeReader {
                 keep_with(state, block, text, code, "PQ");
                 group::BLEND
             }
+            // X counts in diameters (G7) or radii (G8).
+            70 | 80 if linuxcnc => {
+                self.modal.diameter = code.tenths == 70;
+                group::LATHE
+            }
+            // G67 ends G66.
+            670 => {
+                self.modal.each = None;
+                group::NONE
+            }
+            // S is a cutting speed: G21 m/min, G20 ft/min. D bounds the speed of the spindle.
+            960 if linuxcnc => {
+                let most = block.take('D').map(|word| word.value);
+                if !block.has_any("S") {
+                    return Err(ReadRemark::new(
+                        code.at,
+                        "G96 without S",
+                        "write the cutting speed",
+                    ));
+                }
+                state.control.surface = Some(SurfaceSpeed { most });
+                group::SPEED
+            }
+            970 => {
+                state.control.surface = None;
+                group::SPEED
+            }
+            50..=52 if linuxcnc => {
+                self.modal.spline_code = code.tenths;
+                self.moves(GcodeMotion::Spline, now)
+            }
+            53 if linuxcnc => {
+                now.nonmodal = Some((code.tenths, code.at));
+                group::NONMODAL
+            }
+            330 | 331 | 760 if linuxcnc => self.moves(GcodeMotion::Thread(code.tenths), now),
             // Look-ahead, exact stop: nothing about where the machine goes.
             51 | 80 | 90 | 1030 | 1870 => {
                 // Haas: G187 E is the largest rounding of corners, P a class of the machine.
@@ -179,14 +235,9 @@ impl GcodeReader {
                 keep_with(state, block, text, code, "PQRE");
                 group::NONE
             }
-            // G67 ends G66.
-            670 => {
-                self.modal.each = None;
-                group::NONE
-            }
             // States that hold anyway: polar coordinates, cutter compensation, scaling and mirror
-            // image off (G15 G40 G50 G50.1), spindle speed in 1/min (G97).
-            150 | 400 | 500 | 501 | 970 | 1230 | 1640 => group::NONE,
+            // image off (G15 G40 G50 G50.1).
+            150 | 400 | 500 | 501 | 1230 | 1640 => group::NONE,
             _ => return Err(not_understood(code, text, self.dialect)),
         })
     }
@@ -242,6 +293,10 @@ impl GcodeReader {
     ) -> Result<(), ReadRemark> {
         let word = block.take('H');
         let number = word.map(|word| natural(word, 'H')).transpose()?;
+        let of_others = |code: CodeWord| matches!(code.tenths, 434 | 435 | 2340);
+        if self.dialect == Dialect::LinuxCnc && !now.length.is_some_and(of_others) {
+            return self.linuxcnc_length(state, block, text, LengthWord { number, word }, now);
+        }
         // H is a row of the length table. The length of another row than that of the tool is not
         // known.
         if let (Some(word), Some(number), Some(&tool)) = (word, number, state.control.tools.last())
@@ -297,51 +352,105 @@ impl GcodeReader {
         }
         Ok(())
     }
+
+    /// Applies F, S and T, and checks line numbers.
+    fn plain_words(
+        &self,
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
+        now: &mut BlockActions,
+    ) -> Result<(), ReadRemark> {
+        let linuxcnc = self.dialect == Dialect::LinuxCnc;
+        match block.take('F') {
+            // LinuxCNC takes F0, and refuses the moves that it would be for.
+            Some(word) if linuxcnc && word.value.abs() <= 0.0 => state.control.feed = None,
+            Some(word) => feed(state, word, now)?,
+            None => {}
+        }
+        // Most lines have none of these words.
+        if !block.has_any("DNST") && !now.changes_tool && !now.turns_spindle {
+            return Ok(());
+        }
+        // RS274/NGC numbers lines by fractions, too.
+        if let Some(word) = block.take('N')
+            && !linuxcnc
+        {
+            natural(word, 'N')?;
+        }
+        // D is a radius for cutter compensation, or a fastest speed; other dialects take it anywhere.
+        if !linuxcnc && let Some(word) = block.take('D') {
+            natural(word, 'D')?;
+        }
+        if let Some(word) = block.take('T') {
+            state.control.tool = natural(word, 'T')?;
+        }
+        if let Some(word) = block.take('S') {
+            if word.value < 0.0 {
+                let message = format!("S{} is no speed", word.value);
+                return Err(ReadRemark::new(word.at, message, "M4 turns the other way"));
+            }
+            // A new S while the spindle turns changes its speed at once.
+            let turned = (state.control.speed - word.value).abs() > 0.0;
+            state.control.speed = word.value;
+            now.turns_spindle |= turned && state.control.sense != 0;
+        }
+        let line = state.log.line;
+        // T chooses the tool, M6 changes it.
+        if now.changes_tool {
+            let number = state.control.tool;
+            state.control.change_tool(line, number);
+        }
+        if now.turns_spindle {
+            state.control.spindle(line);
+        }
+        Ok(())
+    }
+
+    /// Applies `G43`, `G43.1`, `G43.2` and `G49` as `LinuxCNC` has them.
+    fn linuxcnc_length(
+        &mut self,
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
+        text: &str,
+        length: LengthWord,
+        now: &BlockActions,
+    ) -> Result<(), ReadRemark> {
+        let LengthWord { number, word } = length;
+        let Some(code) = now.length else { return Ok(()) };
+        let offset = match code.tenths {
+            490 => {
+                state.control.disable_length();
+                state.control.set_tool_shift([0.0; 3]);
+                // G49 ends TCP, as the length that it needs is gone.
+                state.control.disable_tcp();
+                return Ok(());
+            }
+            // H0 is the tool in the spindle; an empty spindle has no length.
+            430 => {
+                let number = number.filter(|number| *number > 0);
+                if let Some(row) = number.or(state.control.tools.last().copied()) {
+                    state.control.choose_length(state.log.line, LengthEntry::Row(row));
+                }
+                ToolOffset::Of { number, at: word.map(|word| word.at) }
+            }
+            _ => {
+                let target = self.target(state, block, text)?;
+                let values = state.control.xyz.map(|slot| target.get(slot));
+                match code.tenths {
+                    431 => ToolOffset::Given { values },
+                    _ => ToolOffset::Added { number, values, at: code.at },
+                }
+            }
+        };
+        shift_tool(state, &offset)
+    }
 }
 
-/// Applies F, S and T, and checks line numbers.
-fn plain_words(
-    state: &mut ReaderState,
-    block: &mut GcodeBlock,
-    now: &mut BlockActions,
-) -> Result<(), ReadRemark> {
-    if let Some(word) = block.take('F') {
-        feed(state, word, now)?;
-    }
-    // Most lines have none of these words.
-    if !block.has_any("DNST") && !now.changes_tool && !now.turns_spindle {
-        return Ok(());
-    }
-    if let Some(word) = block.take('N') {
-        natural(word, 'N')?;
-    }
-    // D is a radius for cutter compensation, which is refused where it is switched on.
-    if let Some(word) = block.take('D') {
-        natural(word, 'D')?;
-    }
-    if let Some(word) = block.take('T') {
-        state.control.tool = natural(word, 'T')?;
-    }
-    if let Some(word) = block.take('S') {
-        if word.value < 0.0 {
-            let message = format!("S{} is no speed", word.value);
-            return Err(ReadRemark::new(word.at, message, "M4 turns the other way"));
-        }
-        // A new S while the spindle turns changes its speed at once.
-        let turned = (state.control.speed - word.value).abs() > 0.0;
-        state.control.speed = word.value;
-        now.turns_spindle |= turned && state.control.sense != 0;
-    }
-    let line = state.log.line;
-    // T chooses the tool, M6 changes it.
-    if now.changes_tool {
-        let number = state.control.tool;
-        state.control.change_tool(line, number);
-    }
-    if now.turns_spindle {
-        state.control.spindle(line);
-    }
-    Ok(())
+/// The H word of a line.
+#[derive(Clone, Copy)]
+struct LengthWord {
+    number: Option<u32>,
+    word: Option<BlockWord>,
 }
 
 /// Returns the tolerance of a word \[mm\], which stays in the block; `None` without one.

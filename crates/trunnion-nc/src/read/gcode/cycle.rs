@@ -35,7 +35,23 @@ impl GcodeReader {
         code: CodeWord,
         now: &mut BlockActions,
     ) -> Result<u32, ReadRemark> {
-        if matches!(code.tenths, 870 | 880) || !code.tenths.is_multiple_of(10) {
+        if self.dialect == Dialect::LinuxCnc && code.tenths == 880 {
+            let message = "G88: the operator draws the tool back by hand";
+            return Err(ReadRemark::new(code.at, message, "use G86 or G89"));
+        }
+        // LinuxCNC's interpreter confuses the axes of these cycles outside of G17.
+        if self.dialect == Dialect::LinuxCnc
+            && matches!(code.tenths, 740 | 840)
+            && self.modal.plane != 0
+        {
+            let message = format!(
+                "G{} in G18 or G19: LinuxCNC feeds along another axis than the drill axis",
+                code.tenths / 10
+            );
+            return Err(ReadRemark::new(code.at, message, "use G33.1, or write the moves"));
+        }
+        let back_boring = self.dialect == Dialect::LinuxCnc && code.tenths == 870;
+        if matches!(code.tenths, 870 | 880) && !back_boring || !code.tenths.is_multiple_of(10) {
             return Err(not_understood(code, "", self.dialect)
                 .with(format!("cycle G{} is not understood", code.tenths / 10)));
         }
@@ -71,21 +87,96 @@ impl GcodeReader {
         }
         target.incremental &= !(1 << axis);
         // Repetitions: L in LinuxCNC and at Haas, K at Fanuc; K0 and L0 only store the data.
-        let times = block.take('L').or_else(|| block.take('K'));
+        let linuxcnc = self.dialect == Dialect::LinuxCnc;
+        let times = block.take('L').or_else(|| if linuxcnc { None } else { block.take('K') });
         let times = times.map_or(Ok(1), |word| natural(word, 'L'))?;
         let mut hole = self.hole(state, &target, code, axis)?;
         // Only distances lead on from hole to hole.
         let goes_on = target.is_incremental(u) || target.is_incremental(v);
         let count = if goes_on { times } else { times.min(1) };
         // Without distances all repetitions would drill the same hole.
+        // LinuxCNC drills the same hole again and again.
+        let count = if linuxcnc { times } else { count };
+        let wide = self.back_boring(state, block, code)?;
+        let polar = std::mem::take(&mut block.polar);
         for _ in 0..count {
             if !self.may_repeat(state, "") {
                 return Ok(());
             }
-            approach(state, &target, &hole)?;
-            self.drill(state, &mut hole)?;
+            if self.dialect == Dialect::LinuxCnc {
+                let mut target = target;
+                if !polar.is_empty() {
+                    self.polar_end(&state.control, &polar, &mut target)?;
+                }
+                self.linuxcnc_approach(state, &target, &hole)?;
+            } else {
+                approach(state, &target, &hole)?;
+            }
+            match wide {
+                Some(wide) => hole.bore_back(state, &wide)?,
+                None => self.drill(state, &mut hole)?,
+            }
         }
         Ok(())
+    }
+
+    /// Takes I J K of `G87`; they stay from hole to hole.
+    fn back_boring(
+        &mut self,
+        state: &ReaderState,
+        block: &mut GcodeBlock,
+        code: u32,
+    ) -> Result<Option<BackBoring>, ReadRemark> {
+        if code != 870 {
+            return Ok(None);
+        }
+        let scale = state.control.scale();
+        for (letter, known) in ['I', 'J', 'K'].into_iter().zip(&mut self.modal.cycle.back) {
+            let word = block.take(letter).map(|word| scale * word.value);
+            *known = word.or(*known);
+        }
+        // I J K belong to X Y Z: two of them move aside, that of the drill axis is the upper end.
+        let (axes, _) = self.plane();
+        let [u, v, along] = axes.map(|axis| self.modal.cycle.back.get(axis).copied().flatten());
+        let (Some(u), Some(v), Some(top)) = (u, v, along) else {
+            let message = "G87 without I, J and K";
+            return Err(ReadRemark::new(
+                0,
+                message,
+                "write how far to move aside, and up to which height",
+            ));
+        };
+        let [slot_u, slot_v, _] = axes.map(|axis| state.control.xyz[axis]);
+        Ok(Some(BackBoring {
+            aside: [(slot_u, u), (slot_v, v)],
+            top,
+            from_bottom: self.modal.distance == DistanceMode::Incremental,
+        }))
+    }
+
+    /// Moves over a hole and down to R in the order of `LinuxCNC`'s interpreter.
+    fn linuxcnc_approach(
+        &self,
+        state: &mut ReaderState,
+        target: &MoveTarget,
+        hole: &DrilledHole,
+    ) -> Result<(), ReadRemark> {
+        // The level before the series decides, not the present one.
+        if self.modal.cycle.initial.is_none_or(|initial| initial < hole.r)
+            && state.control.reading(hole.axis).is_none_or(|stood| stood < hole.r)
+        {
+            hole.go(state, hole.r, Pace::Rapid)?;
+        }
+        let stood = state.control.reading(hole.axis);
+        let mut over = *target;
+        // From R, where G99 left it, to the level of G98 it goes on the way over the hole.
+        if stood.is_some_and(|stood| stood <= hole.r && stood < hole.clear) {
+            over.set(hole.axis, hole.clear, DistanceMode::Absolute);
+        }
+        if !over.is_empty() {
+            state.control.go(hole.line, over, Pace::Rapid, Way::Line)?;
+        }
+        hole.go(state, hole.r, Pace::Rapid)
     }
 
     /// Takes R, Z, Q and P where written; the others stay.
@@ -101,7 +192,8 @@ impl GcodeReader {
         let incremental = self.modal.distance == DistanceMode::Incremental;
         if let Some(word) = block.take('R') {
             // G91: R counts from the current height, the depth from R (RS274/NGC).
-            let from = if incremental { stood } else { Some(0.0) };
+            let counts = incremental && self.dialect != Dialect::LinuxCnc;
+            let from = if counts { stood } else { Some(0.0) };
             let from = from.ok_or_else(|| unknown_height(word.at))?;
             self.modal.cycle.r = Some(from + scale * word.value);
         }
@@ -121,6 +213,11 @@ impl GcodeReader {
             self.modal.cycle.q = Some(depth);
         }
         let cycle = &mut self.modal.cycle;
+        // LinuxCNC keeps the words, and adds them up anew for every hole.
+        if self.dialect == Dialect::LinuxCnc {
+            cycle.z = target.get(axis).or(cycle.z);
+            return Ok(());
+        }
         if let Some(depth) = target.get(axis) {
             let from = if incremental { cycle.r } else { Some(0.0) };
             let from = from.ok_or_else(|| unknown_height(target.at))?;
@@ -142,6 +239,15 @@ impl GcodeReader {
         let (Some(r), Some(bottom)) = (cycle.r, cycle.z) else {
             let message = "a cycle without R and depth";
             return Err(ReadRemark::new(target.at, message, "write both on its first line"));
+        };
+        let (r, bottom) = if self.dialect == Dialect::LinuxCnc
+            && self.modal.distance == DistanceMode::Incremental
+        {
+            // G91: R counts from the level before the series, the depth from R.
+            let initial = cycle.initial.ok_or_else(|| unknown_height(target.at))?;
+            (initial + r, initial + r + bottom)
+        } else {
+            (r, bottom)
         };
         if bottom > r {
             let message = format!("the bottom {bottom} mm is above the retract level {r} mm");
@@ -184,7 +290,7 @@ impl GcodeReader {
         // others in rapid.
         if matches!(hole.code, 740 | 840 | 850 | 890) {
             // LinuxCNC feeds all the way out.
-            let all = self.dialect == Dialect::LinuxCnc && hole.code >= 850;
+            let all = self.dialect == Dialect::LinuxCnc;
             hole.go(state, if all { hole.clear } else { hole.r }, feed)?;
         }
         hole.go(state, hole.clear, Pace::Rapid)
@@ -207,13 +313,47 @@ impl GcodeReader {
             if hole.code == 830 {
                 hole.go(state, hole.r, Pace::Rapid)?;
             }
-            hole.go(state, (depth + CLEARANCE).min(hole.r), Pace::Rapid)?;
+            // LinuxCNC goes above R if a peck is shorter than the clearance.
+            let near = depth + CLEARANCE;
+            let above = self.dialect == Dialect::LinuxCnc;
+            hole.go(state, if above { near } else { near.min(hole.r) }, Pace::Rapid)?;
         }
         Ok(true)
     }
 }
 
+/// Moves of `G87`: aside, down, back over the hole, up with the feed, and out the same way.
+#[derive(Clone, Copy)]
+struct BackBoring {
+    /// Slots of the plane, with the distances aside.
+    aside: [(usize, f64); 2],
+    /// Upper end of the bore.
+    top: f64,
+    /// It counts from the bottom: `G91`.
+    from_bottom: bool,
+}
+
 impl DrilledHole {
+    /// Bores back, after the approach.
+    fn bore_back(&self, state: &mut ReaderState, wide: &BackBoring) -> Result<(), ReadRemark> {
+        let top = if wide.from_bottom { self.bottom + wide.top } else { wide.top };
+        let sideways = |state: &mut ReaderState, sign: f64| {
+            let mut target = MoveTarget::new(self.at, self.column);
+            for (slot, distance) in wide.aside {
+                target.set(slot, sign * distance, DistanceMode::Incremental);
+            }
+            state.control.go(self.line, target, Pace::Rapid, Way::Line)
+        };
+        sideways(state, 1.0)?;
+        self.go(state, self.bottom, Pace::Rapid)?;
+        sideways(state, -1.0)?;
+        self.go(state, top, self.feed)?;
+        self.go(state, self.bottom, self.feed)?;
+        sideways(state, 1.0)?;
+        self.go(state, self.clear, Pace::Rapid)?;
+        sideways(state, -1.0)
+    }
+
     /// Moves the drill axis, if it is not there.
     fn go(&self, state: &mut ReaderState, to: f64, pace: Pace) -> Result<(), ReadRemark> {
         let stood = state.control.reading(self.axis);

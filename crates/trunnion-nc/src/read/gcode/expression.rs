@@ -2,7 +2,8 @@
 
 use super::parameters;
 use super::parameters::{ParameterKey, Parameters};
-use crate::read::control::{COMPUTED, ControlState};
+use super::predefined::ModalView;
+use crate::read::control::COMPUTED;
 use crate::read::log::ReadRemark;
 use crate::read::number::{self, DecimalMark};
 
@@ -15,8 +16,7 @@ const EQUAL: f64 = 1e-6;
 /// Environment of an expression.
 pub(super) struct ExpressionEnv<'a> {
     pub(super) parameters: &'a Parameters,
-    pub(super) control: &'a ControlState,
-    pub(super) line: u32,
+    pub(super) view: ModalView<'a>,
     /// Rounding functions and ATAN as Fanuc has them.
     pub(super) fanuc: bool,
 }
@@ -162,6 +162,21 @@ impl<'a> ExpressionScan<'a> {
         }
     }
 
+    /// Passes blanks and comments; one that is not closed stays.
+    pub(super) fn blanks_and_comments(&mut self) {
+        loop {
+            self.blanks();
+            match self.peek() {
+                Some(b'(') => match self.rest().find(')') {
+                    Some(end) => self.at += end + 1,
+                    None => return,
+                },
+                Some(b';') => self.at = self.text.len(),
+                _ => return,
+            }
+        }
+    }
+
     fn take(&mut self, byte: u8) -> bool {
         self.blanks();
         let found = self.peek() == Some(byte);
@@ -304,7 +319,7 @@ impl<'a> ExpressionScan<'a> {
         at: usize,
         env: &ExpressionEnv<'_>,
     ) -> Result<f64, ReadRemark> {
-        env.parameters.get(key, env.control, env.line).ok_or_else(|| {
+        env.parameters.get(key, &env.view).ok_or_else(|| {
             let text = self.text.get(at..self.at).unwrap_or_default().trim();
             let message = format!("{text} has no value");
             ReadRemark::new(at, message, "set it in the program, or give its value when reading")
@@ -322,7 +337,7 @@ impl<'a> ExpressionScan<'a> {
             self.blanks();
             let key = self.key(env)?;
             self.expect(b']')?;
-            let exists = env.parameters.get(&key, env.control, env.line).is_some();
+            let exists = env.parameters.get(&key, &env.view).is_some();
             return Ok(f64::from(exists));
         }
         let Some(function) = function(&name) else {
@@ -374,6 +389,8 @@ fn function(name: &str) -> Option<fn(f64) -> f64> {
 mod tests {
     use super::*;
     use crate::read::Dialect;
+    use crate::read::control::ControlState;
+    use crate::read::gcode::reader::GcodeReader;
     use crate::read::samples::{control, options};
 
     /// Parameters with values, and a control.
@@ -386,8 +403,9 @@ mod tests {
 
     fn value(text: &str) -> Result<f64, String> {
         let (parameters, control) = env(&[("7", 2.0), ("depth", -3.5), ("3", 7.0)]);
-        let env =
-            ExpressionEnv { parameters: &parameters, control: &control, line: 1, fanuc: false };
+        let reader = GcodeReader::new(&options(Dialect::LinuxCnc));
+        let view = reader.view(&control, 1);
+        let env = ExpressionEnv { parameters: &parameters, view, fanuc: false };
         let mut scan = ExpressionScan::new(text, 0);
         let value = scan.value(&env).map_err(|remark| remark.message)?.number;
         scan.blanks();
@@ -426,8 +444,9 @@ mod tests {
     #[test]
     fn fanuc_rounds_towards_zero_and_has_one_sided_arc_tangents() {
         let (parameters, control) = env(&[]);
-        let env =
-            ExpressionEnv { parameters: &parameters, control: &control, line: 1, fanuc: true };
+        let reader = GcodeReader::new(&options(Dialect::Fanuc));
+        let view = reader.view(&control, 1);
+        let env = ExpressionEnv { parameters: &parameters, view, fanuc: true };
         let value = |text: &str| ExpressionScan::new(text, 0).value(&env).unwrap().number;
         for (text, expected) in
             [("FIX[-2.5]", -2.0), ("FUP[-2.5]", -3.0), ("ATAN[1]", 45.0), ("ATAN[1]/[-1]", 135.0)]

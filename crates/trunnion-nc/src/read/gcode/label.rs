@@ -45,8 +45,10 @@ const KEYWORDS: [(&str, OKeyword); 15] = [
 /// An O-word.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct OWord {
-    /// Lower case; numbers without zeros before them.
+    /// Lower case; numbers without zeros before them. Empty: it is computed.
     pub(super) label: Box<str>,
+    /// Byte offset of the expression that computes the label: `o#<name> call`, `O[#1 * 10] call`.
+    pub(super) computed: Option<usize>,
     pub(super) keyword: OKeyword,
     /// Byte offset of the O.
     pub(super) at: usize,
@@ -85,6 +87,11 @@ pub(super) fn o_word(text: &str, from: usize) -> Option<OWord> {
     // Blanks may stand between the O, its label and its keyword.
     let skipped = rest.len() - rest.trim_start().len();
     let rest = rest.trim_start();
+    let start = at + 1 + skipped;
+    if let Some(length) = computed_length(rest) {
+        let (keyword, rest) = keyword(text, start + length);
+        return Some(OWord { label: "".into(), computed: Some(start), keyword, at, rest });
+    }
     let (label, length): (Box<str>, usize) = if let Some(name) = rest.strip_prefix('<') {
         let end = name.find('>')?;
         (super::parameters::normal(name.get(..end)?), end + 2)
@@ -98,9 +105,37 @@ pub(super) fn o_word(text: &str, from: usize) -> Option<OWord> {
         let bare = number.trim_start_matches('0');
         (if bare.is_empty() { "0" } else { bare }.into(), digits)
     };
-    let behind = at + 1 + skipped + length;
-    let (keyword, rest) = keyword(text, behind);
-    Some(OWord { label, keyword, at, rest })
+    let (keyword, rest) = keyword(text, start + length);
+    Some(OWord { label, computed: None, keyword, at, rest })
+}
+
+/// Returns the length of `#1`, `##1`, `#<name>` or `[expression]`, without evaluating it.
+fn computed_length(text: &str) -> Option<usize> {
+    let marks = text.bytes().take_while(|byte| *byte == b'#').count();
+    let rest = text.get(marks..)?;
+    let length = match rest.bytes().next()? {
+        b'[' => closing_bracket(rest)?,
+        b'<' if marks > 0 => rest.find('>')? + 1,
+        _ if marks > 0 => rest.bytes().take_while(u8::is_ascii_digit).count(),
+        _ => return None,
+    };
+    Some(marks + length)
+}
+
+/// Returns the length of a text up to the bracket that closes its first one.
+fn closing_bracket(text: &str) -> Option<usize> {
+    let mut depth = 0_u32;
+    for (at, byte) in text.bytes().enumerate() {
+        match byte {
+            b'[' => depth += 1,
+            b']' => depth -= 1,
+            _ => {}
+        }
+        if depth == 0 {
+            return Some(at + 1);
+        }
+    }
+    None
 }
 
 fn keyword(text: &str, from: usize) -> (OKeyword, usize) {
@@ -111,10 +146,13 @@ fn keyword(text: &str, from: usize) -> (OKeyword, usize) {
     if rest.is_empty() || rest.starts_with(['(', ';']) {
         return (OKeyword::Nothing, from + blanks);
     }
-    let letters = rest.bytes().take_while(u8::is_ascii_alphabetic).count();
-    let word = rest.get(..letters).unwrap_or_default();
-    let found = KEYWORDS.iter().find(|(name, _)| name.eq_ignore_ascii_case(word));
-    (found.map_or(OKeyword::Unknown, |(_, keyword)| *keyword), from + blanks + letters)
+    // Blanks mean nothing inside of a keyword either: `end sub`.
+    let is_of_word = |byte: &u8| byte.is_ascii_alphabetic() || matches!(byte, b' ' | b'\t');
+    let length = rest.bytes().take_while(is_of_word).count();
+    let words = rest.get(..length).unwrap_or_default().trim_end();
+    let word: String = words.split_whitespace().collect();
+    let found = KEYWORDS.iter().find(|(name, _)| name.eq_ignore_ascii_case(&word));
+    (found.map_or(OKeyword::Unknown, |(_, keyword)| *keyword), from + blanks + words.len())
 }
 
 /// Returns true if a line has `M99`.
@@ -148,6 +186,10 @@ mod tests {
         assert_eq!(word("O0001 (DEMO)"), is("1", OKeyword::Nothing));
         assert_eq!(word("O1 G0 X1"), is("1", OKeyword::Unknown));
         assert_eq!(word(":0001"), is("1", OKeyword::Nothing));
+        assert_eq!(word("o100 end sub (of the first)"), is("100", OKeyword::EndSub));
+        assert_eq!(word("O[#2 * [1 + 9]] call [1]"), is("", OKeyword::Call));
+        assert_eq!(word("o#<sub> call"), is("", OKeyword::Call));
+        assert_eq!(word("o##1call"), is("", OKeyword::Call));
         assert_eq!(word("G0 X1"), None);
         assert_eq!(word("N5 G0 X1"), None);
         assert!(ends_subprogram("N5 M99 (back)") && ends_subprogram("g0 x1 m99"));

@@ -72,6 +72,10 @@ impl GcodeReader {
                 }
                 group::TCP
             }
+            700 | 710 | 720 | 730 if linuxcnc => {
+                self.saved_code(state, code.tenths, code.at)?;
+                group::NONE
+            }
             _ => self.kept_code(state, block, text, code)?,
         })
     }

@@ -18,7 +18,13 @@ mod motion;
 mod offsets;
 mod owords;
 mod parameters;
+mod polar;
+mod predefined;
 mod reader;
+mod saved;
+mod spline;
+mod thread;
+mod tool_offsets;
 mod words;
 
 pub(super) use block::tenths;

@@ -1,6 +1,8 @@
 //! Modal state of G-code, and the actions of one block.
 
 use super::block::CodeWord;
+use super::saved::SavedState;
+use super::spline::SplineState;
 use crate::read::arc::ArcSense;
 use crate::read::control::{DistanceMode, SLOTS};
 
@@ -13,10 +15,15 @@ pub(super) enum GcodeMotion {
     Arc(ArcSense),
     /// `G81` and so on, in tenths.
     Cycle(u32),
+    /// `G5`, `G5.1`, `G5.2`.
+    Spline,
+    /// `G33`, `G33.1`, `G76` of `LinuxCNC`, in tenths.
+    Thread(u32),
 }
 
 /// Modal state that holds from line to line, beside [`ControlState`](super::control::Control).
 #[derive(Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "modal switches are what a control has")]
 pub(super) struct ModalState {
     pub(super) motion: Option<GcodeMotion>,
     pub(super) distance: DistanceMode,
@@ -26,9 +33,20 @@ pub(super) struct ModalState {
     pub(super) plane: usize,
     /// `G43.5`.
     pub(super) vector: bool,
+    /// `G7`: X counts in diameters.
+    pub(super) diameter: bool,
+    /// The code of a spline in tenths, and what its lines have collected.
+    pub(super) spline_code: u32,
+    pub(super) spline: SplineState,
+    /// States that `M70` and `M73` saved, those of inner calls last.
+    pub(super) saved: Vec<SavedState>,
     /// `G99`.
     pub(super) to_r: bool,
     pub(super) cycle: CycleState,
+    /// Shift that `G92.3` brings back.
+    pub(super) kept_shift: [f64; SLOTS],
+    /// `G92` stood at a position that the program had not stated.
+    pub(super) stood: bool,
     /// `G66`.
     pub(super) each: Option<ModalCall>,
     /// `G28` and `G30` \[mm, rad\]; `None`: not known.
@@ -54,6 +72,10 @@ pub(super) mod group {
     pub(in crate::read::gcode) const TOOL: u32 = 1 << 13;
     pub(in crate::read::gcode) const TCP: u32 = 1 << 14;
     pub(in crate::read::gcode) const TILT: u32 = 1 << 15;
+    pub(in crate::read::gcode) const CANCEL: u32 = 1 << 16;
+    pub(in crate::read::gcode) const SPEED: u32 = 1 << 17;
+    pub(in crate::read::gcode) const LATHE: u32 = 1 << 18;
+    pub(in crate::read::gcode) const DWELL: u32 = 1 << 20;
 }
 
 /// Actions of a line besides its motion.
@@ -65,6 +87,8 @@ pub(super) struct BlockActions {
     pub(super) nonmodal: Option<(u32, usize)>,
     /// `G53`.
     pub(super) machine: bool,
+    /// `G4` before the motion of the line: its place.
+    pub(super) dwells: Option<usize>,
     /// A motion code stood on the line.
     pub(super) motion: bool,
     /// `G43` and its kin.
@@ -99,6 +123,8 @@ pub(super) struct CycleState {
     pub(super) z: Option<f64>,
     /// Depth of a peck.
     pub(super) q: Option<f64>,
+    /// I J K of `G87`.
+    pub(super) back: [Option<f64>; 3],
     /// \[s\]
     pub(super) dwell: f64,
     /// Position of the drill axis before the first hole.

@@ -3,7 +3,8 @@
 use super::block::{BlockWord, GcodeBlock};
 use super::modal::{BlockActions, GcodeMotion};
 use super::reader::GcodeReader;
-use crate::read::control::{LARGEST, MoveTarget};
+use super::thread::cut_thread;
+use crate::read::control::{DistanceMode, LARGEST, MoveTarget};
 use crate::read::dialect::Dialect;
 use crate::read::log::{ReadRemark, column};
 use crate::read::state::ReaderState;
@@ -22,9 +23,19 @@ impl GcodeReader {
         text: &str,
         now: &BlockActions,
     ) -> Result<(), ReadRemark> {
+        if let Some(at) = now.dwells {
+            self.wait(state, block, at)?;
+        }
         // Such a code uses the axis words itself: nothing moves by the modal motion.
         if let Some((code, at)) = now.nonmodal {
+            if code == 53 {
+                return self.end_spline(state, now, at);
+            }
             return self.nonmodal(state, block, text, code, at);
+        }
+        if self.modal.spline.is_open() && !matches!(self.modal.motion, Some(GcodeMotion::Spline)) {
+            let message = "control points of a spline (G5.2) without their end (G5.3)";
+            return Err(ReadRemark::new(0, message, "write G5.3 before another motion"));
         }
         // Without words left, a motion code of this block or G53, nothing is to be moved.
         if block.none_left() && !now.motion && !now.machine {
@@ -33,6 +44,14 @@ impl GcodeReader {
         let mut target = self.target(state, block, text)?;
         // G53: the words are axis positions.
         target.machine = now.machine;
+        // A cycle under G91 moves on from hole to hole.
+        let drills = matches!(self.modal.motion, Some(GcodeMotion::Cycle(_)));
+        let steps = drills && self.modal.distance == DistanceMode::Incremental;
+        if !block.polar.is_empty() && !steps {
+            let polar = std::mem::take(&mut block.polar);
+            self.polar_end(&state.control, &polar, &mut target)?;
+            target.column = column(text, target.at);
+        }
         // G43.5: I J K are the tool axis, except of arcs, where they would be the centre.
         if self.modal.vector
             && block.has_any("IJK")
@@ -44,9 +63,10 @@ impl GcodeReader {
         let also = match self.modal.motion {
             Some(GcodeMotion::Arc(_)) => "IJKR",
             Some(GcodeMotion::Cycle(_)) => "R",
+            Some(GcodeMotion::Spline) => "P",
             _ => "",
         };
-        let moves = !target.is_empty() || block.has_any(also);
+        let moves = !target.is_empty() || block.has_any(also) || !block.polar.is_empty();
         if now.machine {
             if !moves {
                 let help = "name the axes that are to move";
@@ -59,6 +79,9 @@ impl GcodeReader {
                 self.cycle(state, block, target, code)
             }
             _ if !moves => Ok(()),
+            Some(GcodeMotion::Spline) => self.spline(state, block, target, now),
+            Some(GcodeMotion::Thread(760)) => self.thread_cycle(state, block, target),
+            Some(GcodeMotion::Thread(code)) => cut_thread(state, block, target, code),
             Some(GcodeMotion::Rapid) => {
                 state.control.go(state.log.line, target, Pace::Rapid, Way::Line)
             }
@@ -120,7 +143,10 @@ impl GcodeReader {
             }
             self.check_point(state, letter, word, text);
             // Units and the sense of rotation are applied here, once for all consumers.
-            let value = state.control.meant(slot, word.value, word.decimals);
+            let mut value = state.control.meant(slot, word.value, word.decimals);
+            if letter == 'X' && self.modal.diameter {
+                value *= 0.5;
+            }
             target.set(slot, value, self.modal.distance);
             target.at = target.at.min(word.at);
         }
@@ -184,14 +210,18 @@ impl GcodeReader {
             let help = "put them on a line of their own";
             return Err(ReadRemark::new(axis.at, "axis words beside G4", help));
         }
-        match seconds {
-            Some(seconds) if seconds >= 0.0 => {
-                let line = state.log.line;
-                state.control.steps.push_back(Step::Dwell { line, seconds });
-                Ok(())
-            }
-            _ => Err(ReadRemark::new(at, "G4 without a time", "write G4 P and the time")),
-        }
+        push_dwell(state, seconds, at)
+    }
+
+    /// Runs `G4` of `LinuxCNC`, which may stand on a line with a motion.
+    fn wait(
+        &self,
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
+        at: usize,
+    ) -> Result<(), ReadRemark> {
+        let seconds = block.take('P').map(|word| self.dwell_seconds(word));
+        push_dwell(state, seconds, at)
     }
 
     /// Returns the dwell time of P \[s\]: seconds in `LinuxCNC`, milliseconds at Fanuc, at Haas by its point.
@@ -201,6 +231,18 @@ impl GcodeReader {
             Dialect::Haas if !word.point => 1e-3 * word.value,
             _ => word.value,
         }
+    }
+}
+
+/// Makes the step of `G4`.
+fn push_dwell(state: &mut ReaderState, seconds: Option<f64>, at: usize) -> Result<(), ReadRemark> {
+    match seconds {
+        Some(seconds) if seconds >= 0.0 => {
+            let line = state.log.line;
+            state.control.steps.push_back(Step::Dwell { line, seconds });
+            Ok(())
+        }
+        _ => Err(ReadRemark::new(at, "G4 without a time", "write G4 P and the time")),
     }
 }
 

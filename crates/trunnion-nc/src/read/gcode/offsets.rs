@@ -3,20 +3,31 @@
 use super::block::GcodeBlock;
 use super::modal::GcodeMotion;
 use super::reader::GcodeReader;
+use super::tool_offsets::TableCode;
 use super::words::natural;
-use crate::read::control::{DistanceMode, MoveTarget, SLOTS};
+use crate::read::control::{ControlState, DistanceMode, MoveTarget, SLOTS};
 use crate::read::dialect::Dialect;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
 use crate::read::step::{Offset, OffsetKind, Pace, Step, Way};
 use crate::read::tilt::{HeldPoint, euler};
+use crate::types::AXES;
 use nalgebra::Vector3;
 
 /// Parameters of the first axis of `G28` and `G30` in `LinuxCNC`.
 const REFERENCES: [u32; 2] = [5161, 5181];
 
+/// A work offset as a block writes it.
+struct WrittenOffset {
+    offset: u8,
+    kind: OffsetKind,
+    target: MoveTarget,
+    /// Byte offset of the code.
+    at: usize,
+}
+
 impl GcodeReader {
-    /// Runs `G10 L2`, `G10 L20`.
+    /// Runs `G10`.
     pub(super) fn write_offset(
         &mut self,
         state: &mut ReaderState,
@@ -29,12 +40,17 @@ impl GcodeReader {
         let kind = match block.take('L').map(|word| natural(word, 'L')).transpose()? {
             Some(2) => OffsetKind::Origin,
             Some(20) => OffsetKind::Reading,
+            Some(table @ (1 | 10 | 11)) if self.dialect == Dialect::LinuxCnc => {
+                return self.write_tool(state, block, text, &TableCode { table, at });
+            }
             _ => {
                 let message = "G10 other than L2 or L20 changes what later words mean";
                 return Err(ReadRemark::new(at, message, "set tool tables at the control"));
             }
         };
-        if let Some(turn) = block.take('R')
+        let turn = block.take('R');
+        if let Some(turn) = turn
+            && (self.dialect != Dialect::LinuxCnc || kind == OffsetKind::Reading)
             && turn.value.abs() > 0.0
         {
             return Err(ReadRemark::new(
@@ -56,22 +72,25 @@ impl GcodeReader {
         if target.incremental != 0 && self.dialect != Dialect::LinuxCnc {
             return Err(ReadRemark::new(at, "G10 with distances (G91)", "write G90"));
         }
-        // Words count from the changed offset at once.
-        if offset == present {
-            offset_changed(state, &target, kind);
+        let written = WrittenOffset { offset, kind, target, at };
+        let words = note_offset(state, &written)?;
+        if let Some(turn) = turn {
+            state.control.written_offsets.set_turn(offset, turn.value.to_radians());
         }
-        let [w0, w1, w2, w3, w4, sixth] = target.words;
+        let [w0, w1, w2, w3, w4, sixth] = words;
         if sixth.is_some() {
             let message = "the work offset of a sixth axis is taken as given at the control";
             state.log.warn(text, ReadRemark::new(at, message, ""));
         }
         let words = [w0, w1, w2, w3, w4];
         let line = state.log.line;
-        state.control.steps.push_back(Step::Offset(Offset { line, offset, words, kind }));
+        if words.iter().any(Option::is_some) {
+            state.control.steps.push_back(Step::Offset(Offset { line, offset, words, kind }));
+        }
         Ok(())
     }
 
-    /// Runs `G52`, `G92`, `G92.1`, `G92.2`: words are shifted.
+    /// Runs `G52`, `G92`, `G92.1`, `G92.2`, `G92.3`: words are shifted.
     pub(super) fn shift(
         &mut self,
         state: &mut ReaderState,
@@ -87,31 +106,89 @@ impl GcodeReader {
                 "end the plane before (G69)",
             ));
         }
-        // G92.1 and G92.2 cancel the shift.
+        let linuxcnc = self.dialect == Dialect::LinuxCnc;
+        if self.modal.stood && (code > 920 || linuxcnc && code == 520) {
+            let message = "the end of a shift (G92) whose amount the program does not state";
+            let help = "program the axes absolutely before G92, or use G10 L20";
+            return Err(ReadRemark::new(at, message, help));
+        }
+        // G92.1 and G92.2 cancel the shift, G92.3 brings back what G92.2 cancelled.
         if code > 920 {
-            state.control.set_by_92 = [0.0; SLOTS];
+            if code == 921 {
+                self.modal.kept_shift = [0.0; SLOTS];
+            }
+            let kept = if code == 923 { self.modal.kept_shift } else { [0.0; SLOTS] };
+            state.control.set_by_92 = kept;
             return Ok(());
         }
         let target = self.target(state, block, text)?;
-        for slot in 0..SLOTS {
-            let Some(value) = target.get(slot) else { continue };
-            // G52 replaces the local shift.
-            if code == 520 {
-                if let Some(local) = state.control.local.get_mut(slot) {
-                    *local = value;
+        if code == 520 {
+            for slot in 0..SLOTS {
+                // G52 replaces the local shift; in LinuxCNC it is that of G92.
+                let Some(value) = target.get(slot) else { continue };
+                let control = &mut state.control;
+                let shift = if linuxcnc { &mut control.set_by_92 } else { &mut control.local };
+                if let Some(shift) = shift.get_mut(slot) {
+                    *shift = value;
                 }
-                continue;
             }
-            let Some(reads) = state.control.reading(slot) else {
-                let message = "G92 at a position that the program does not state";
-                let help = "program the axis absolutely before it, or use G10 L20";
-                return Err(ReadRemark::new(at, message, help));
-            };
-            // The present position is to read as `value`: the shift grows by the difference.
-            if let Some(set) = state.control.set_by_92.get_mut(slot) {
-                *set += reads - value;
+        } else {
+            self.set_reading(state, &target, text, at)?;
+        }
+        self.modal.kept_shift = state.control.set_by_92;
+        Ok(())
+    }
+
+    /// Runs `G92`: the present position is to read as the words.
+    fn set_reading(
+        &mut self,
+        state: &mut ReaderState,
+        target: &MoveTarget,
+        text: &str,
+        at: usize,
+    ) -> Result<(), ReadRemark> {
+        let before = state.control.readings();
+        let mut stands = [None; SLOTS];
+        for (slot, stands) in stands.iter_mut().enumerate() {
+            let Some(value) = target.get(slot) else { continue };
+            match before.get(slot).copied().flatten() {
+                // The shift grows by the difference.
+                Some(reads) => {
+                    if let Some(set) = state.control.set_by_92.get_mut(slot) {
+                        *set += reads - value;
+                    }
+                }
+                None => *stands = Some(value),
             }
         }
+        if stands.iter().all(Option::is_none) {
+            return Ok(());
+        }
+        // Only where nothing was known can the work offset be meant as it is behind G92.
+        let turned = state.control.turn().abs() > 0.0;
+        if self.dialect != Dialect::LinuxCnc || state.control.tcp || turned {
+            let message = "G92 at a position that the program does not state";
+            let help = "program the axis absolutely before it, or use G10 L20";
+            return Err(ReadRemark::new(at, message, help));
+        }
+        let message = "G92 at a position that the program does not state: its coordinates are taken to count \
+                       from the work offset";
+        let help = "give the work offset as it is behind G92";
+        state.log.warn(text, ReadRemark::new(at, message, help));
+        self.modal.stood = true;
+        let place = state.control.place_of(&stands);
+        let mut words = [None; AXES];
+        for (slot, place) in place.into_iter().enumerate().filter(|(_, place)| place.is_some()) {
+            if let Some(stood) = state.control.place.get_mut(slot) {
+                *stood = place;
+            }
+            if let Some(word) = words.get_mut(slot) {
+                *word = place;
+            }
+        }
+        let (line, offset) = (state.log.line, state.control.offset);
+        let kind = OffsetKind::Standing;
+        state.control.steps.push_back(Step::Offset(Offset { line, offset, words, kind }));
         Ok(())
     }
 
@@ -157,7 +234,7 @@ impl GcodeReader {
         // #5161 to #5169 are X Y Z A B C U V W of G28, #5181 and on those of G30.
         let number = first + u32::try_from(at).ok()?;
         let key = super::parameters::ParameterKey::Number(number);
-        let given = self.parameters.get(&key, &state.control, state.log.line);
+        let given = self.parameters.get(&key, &self.view(&state.control, state.log.line));
         match given {
             Some(given) => Some(state.control.meant(slot, given, super::super::control::COMPUTED)),
             None => self.modal.references.get(which)?.get(slot).copied().flatten(),
@@ -220,18 +297,76 @@ impl GcodeReader {
     }
 }
 
-/// Updates the words of the active offset.
-fn offset_changed(state: &mut ReaderState, target: &MoveTarget, kind: OffsetKind) {
+/// Notes what an offset is from now on, and what the words of the active one then read.
+///
+/// Returns the words for the consumer, which knows nothing of a turn about Z.
+fn note_offset(
+    state: &mut ReaderState,
+    written: &WrittenOffset,
+) -> Result<[Option<f64>; SLOTS], ReadRemark> {
+    let WrittenOffset { offset, kind, target, at } = written;
+    let control = &mut state.control;
+    let words = match kind {
+        OffsetKind::Reading => read_words(control, written)?,
+        _ => target.words,
+    };
+    let active = *offset == control.offset;
     for slot in 0..SLOTS {
-        let Some(value) = target.get(slot) else { continue };
-        // L20 states the new reading; behind L2 it depends on the offset before, which is unknown.
-        let reads = (kind == OffsetKind::Reading).then_some(value + state.control.shift(slot));
-        if let Some(place) = state.control.place.get_mut(slot) {
-            *place = reads;
+        let Some(value) = words.get(slot).copied().flatten() else { continue };
+        let before = control.written_offsets.origin(*offset, slot);
+        let stood = control.stands(slot);
+        let (place, origin) = match kind {
+            // The words change by as much as the origin moves.
+            OffsetKind::Origin => {
+                let moved = before.map(|before| value - before);
+                (stood.zip(moved).map(|(stood, moved)| stood - moved), Some(value))
+            }
+            _ if active => {
+                let moved = stood.map(|stood| stood - value);
+                (Some(value), before.zip(moved).map(|(before, moved)| before + moved))
+            }
+            _ => (None, None),
+        };
+        control.written_offsets.set_origin(*offset, slot, origin);
+        if let (true, Some(to)) = (active, control.place.get_mut(slot)) {
+            *to = place;
         }
     }
-    // With TCP, or rotary offsets, the others read anew, too.
-    if state.control.tcp {
-        state.control.forget_linear();
+    if words.iter().any(Option::is_some) && active && control.tcp {
+        // With TCP, or rotary offsets, the others read anew, too.
+        control.forget_linear();
     }
+    if control.written_offsets.turn(*offset).abs() > 0.0 && control.tcp {
+        let message = "a turned work offset (G10 R) under tool-centre-point control";
+        return Err(ReadRemark::new(*at, message, "end TCP before it"));
+    }
+    Ok(words)
+}
+
+/// Returns the words that the present position reads as with a written offset, with shifts and turned
+/// as those of moves are.
+fn read_words(
+    control: &ControlState,
+    written: &WrittenOffset,
+) -> Result<[Option<f64>; SLOTS], ReadRemark> {
+    let WrittenOffset { offset, target, at, .. } = written;
+    let [x, y, _] = control.xyz;
+    let turn = control.written_offsets.turn(*offset);
+    let turned = turn.abs() > 0.0 && (target.get(x).is_some() || target.get(y).is_some());
+    let mut readings = target.words;
+    if turned {
+        // X and Y turn together: the axis that is not written keeps its reading.
+        for slot in [x, y] {
+            let known = || if *offset == control.offset { control.reading(slot) } else { None };
+            let reading = target.get(slot).or_else(known).ok_or_else(|| {
+                let message =
+                    "one of X Y of a turned work offset, at a position that is not stated";
+                ReadRemark::new(*at, message, "write both")
+            })?;
+            if let Some(word) = readings.get_mut(slot) {
+                *word = Some(reading);
+            }
+        }
+    }
+    Ok(control.place_in(&readings, turn))
 }

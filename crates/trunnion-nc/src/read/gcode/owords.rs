@@ -19,6 +19,7 @@ impl GcodeReader {
     ) -> Result<(), ReadRemark> {
         let text = line.text;
         match word.keyword {
+            _ if is_misplaced(word) => Err(misplaced(word, text)),
             OKeyword::Nothing => Ok(()),
             // Lines are collected up to the end of the structure, then it runs as a frame of its
             // own.
@@ -35,7 +36,7 @@ impl GcodeReader {
     /// Runs an O-word in a loop or subprogram.
     pub(super) fn o_word_in_frame(
         &mut self,
-        state: &ReaderState,
+        state: &mut ReaderState,
         word: &OWord,
         at: usize,
         text: &str,
@@ -45,6 +46,7 @@ impl GcodeReader {
             OKeyword::While | OKeyword::Do | OKeyword::Repeat | OKeyword::If
         );
         match word.keyword {
+            _ if is_misplaced(word) => Err(misplaced(word, text)),
             OKeyword::Nothing => Ok(()),
             OKeyword::Unknown => Err(unknown(word, text)),
             OKeyword::Call => self.call(state, word, text),
@@ -240,7 +242,8 @@ impl GcodeReader {
         let env = self.env(state);
         let mut arguments = Vec::new();
         loop {
-            scan.blanks();
+            // A comment may stand between two arguments.
+            scan.blanks_and_comments();
             if scan.peek() != Some(b'[') {
                 break;
             }
@@ -251,13 +254,12 @@ impl GcodeReader {
             }
             arguments.push(scan.bracket(&env)?);
         }
-        nothing_more(&scan)?;
-        let call = SubCall {
-            kind: SubKind::Named,
-            label: word.label.clone(),
-            arguments: Some(arguments),
-            times: 1,
+        nothing_more(&mut scan)?;
+        let label = match word.computed {
+            Some(at) => computed_label(ExpressionScan::new(text, at), &env)?,
+            None => word.label.clone(),
         };
+        let call = SubCall { kind: SubKind::Named, label, arguments: Some(arguments), times: 1 };
         let line = FileLine { number: state.log.line, text };
         self.run_sub(call, CallSite { line, at: word.at })
     }
@@ -279,7 +281,7 @@ impl GcodeReader {
     /// Runs `endsub`, `return`, with a value or without.
     fn leave_sub(
         &mut self,
-        state: &ReaderState,
+        state: &mut ReaderState,
         word: &OWord,
         text: &str,
     ) -> Result<(), ReadRemark> {
@@ -289,7 +291,7 @@ impl GcodeReader {
             Some(b'[') => Some(scan.bracket(&self.env(state))?),
             _ => None,
         };
-        nothing_more(&scan)?;
+        nothing_more(&mut scan)?;
         // `return` inside a loop of the file belongs to no subprogram.
         if self.frame(word)?.of != FrameKind::Sub {
             return Err(stray(word, text));
@@ -300,6 +302,7 @@ impl GcodeReader {
         let returned = f64::from(u8::from(value.is_some()));
         self.parameters.set(ParameterKey::Name("_value_returned".into()), returned);
         self.parameters.set(ParameterKey::Name("_value".into()), value.unwrap_or(0.0));
+        self.call_returned(state);
         Ok(())
     }
 
@@ -320,20 +323,47 @@ impl GcodeReader {
         at: usize,
     ) -> Result<f64, ReadRemark> {
         let mut scan = ExpressionScan::new(line.text, at);
-        let env = ExpressionEnv { line: line.number, ..self.env(state) };
+        let mut env = self.env(state);
+        env.view.line = line.number;
         let value = scan.bracket(&env)?;
-        nothing_more(&scan)?;
+        nothing_more(&mut scan)?;
         Ok(value)
     }
 }
 
-/// Checks that nothing but a comment stands behind an O-word.
-fn nothing_more(scan: &ExpressionScan<'_>) -> Result<(), ReadRemark> {
-    let rest = scan.rest().trim_start();
-    if rest.is_empty() || rest.starts_with(['(', ';']) {
+/// Returns the label that an expression stands for.
+fn computed_label(
+    mut scan: ExpressionScan<'_>,
+    env: &ExpressionEnv<'_>,
+) -> Result<Box<str>, ReadRemark> {
+    let at = scan.at;
+    let value = scan.value(env)?.number;
+    let whole = value.round();
+    // As exact as the number of a parameter.
+    if (value - whole).abs() < 1e-4 && (0.0..1e9).contains(&whole) {
+        return Ok(format!("{whole}").into());
+    }
+    Err(ReadRemark::new(at, format!("{value} is no number of a subprogram"), "name a whole number"))
+}
+
+/// Checks that nothing but comments stand behind an O-word.
+fn nothing_more(scan: &mut ExpressionScan<'_>) -> Result<(), ReadRemark> {
+    scan.blanks_and_comments();
+    if scan.rest().is_empty() {
         return Ok(());
     }
     Err(ReadRemark::new(scan.at, "something behind an o-word", "put it on a line of its own"))
+}
+
+/// Returns true for a computed label on anything but a call.
+fn is_misplaced(word: &OWord) -> bool {
+    word.computed.is_some() && word.keyword != OKeyword::Call
+}
+
+fn misplaced(word: &OWord, text: &str) -> ReadRemark {
+    let what = super::super::log::excerpt(text.get(word.at..).unwrap_or_default());
+    let message = format!("{what}: a computed label on something other than a call");
+    ReadRemark::new(word.at, message, "write the number or name itself")
 }
 
 fn unknown(word: &OWord, text: &str) -> ReadRemark {

@@ -1,9 +1,12 @@
 //! Parameters: `#1`, `#<name>`, `#<_global>`.
 
-use crate::read::control::{ControlState, FeedMode};
+use super::predefined::ModalView;
+use crate::read::dialect::Dialect;
 use crate::read::log::ReadRemark;
 use crate::read::options::ReadOptions;
+use std::cell::Cell;
 use std::collections::HashMap;
+use std::ops::RangeInclusive;
 
 /// Numbers of the parameters that belong to a subprogram call.
 pub(super) const LOCALS: usize = 30;
@@ -13,6 +16,9 @@ const HIGHEST: f64 = 1e6;
 
 /// Parameters that stay in memory; a program that makes up more is not one for a machine.
 const MOST: usize = 100_000;
+
+/// Numbers that are the user's own, with the results of probing and inputs above them left out.
+const USER_PARAMETERS: RangeInclusive<u32> = 31..=5000;
 
 /// Fanuc stops with an alarm where this one is set.
 pub(super) const ALARM: ParameterKey = ParameterKey::Number(3000);
@@ -51,6 +57,10 @@ pub(super) struct Parameters {
     globals: HashMap<Box<str>, f64>,
     scopes: Vec<ParameterScope>,
     given: HashMap<Box<str>, f64>,
+    /// Parameters that no one set read as zero: `LinuxCNC`.
+    zeros: bool,
+    /// One of them that was read since it was last asked for.
+    unset: Cell<Option<u32>>,
 }
 
 impl Parameters {
@@ -65,8 +75,15 @@ impl Parameters {
             numbers: HashMap::new(),
             globals: HashMap::new(),
             scopes: vec![ParameterScope::default()],
+            zeros: options.dialect == Dialect::LinuxCnc,
+            unset: Cell::new(None),
             given: options.parameters.iter().map(|(key, value)| (name(key), *value)).collect(),
         }
+    }
+
+    /// Returns a parameter that was read as zero because neither program nor options set it.
+    pub(super) fn take_unset(&self) -> Option<u32> {
+        self.unset.take()
     }
 
     pub(super) fn enter(&mut self, scope: ParameterScope) {
@@ -102,31 +119,42 @@ impl Parameters {
     }
 
     /// Returns the value of a parameter, if it has one.
-    pub(super) fn get(&self, key: &ParameterKey, control: &ControlState, line: u32) -> Option<f64> {
+    pub(super) fn get(&self, key: &ParameterKey, view: &ModalView<'_>) -> Option<f64> {
         match key {
-            ParameterKey::Number(number) => self.number(*number, control),
-            ParameterKey::Name(name) => self.name(name, control, line),
+            ParameterKey::Number(number) => self.number(*number, view),
+            ParameterKey::Name(name) => self.name(name, view),
         }
     }
 
-    fn number(&self, number: u32, control: &ControlState) -> Option<f64> {
+    fn number(&self, number: u32, view: &ModalView<'_>) -> Option<f64> {
         let local = usize::try_from(number).ok().and_then(|at| at.checked_sub(1));
         let local = local.and_then(|at| self.scopes.last()?.numbers.get(at).copied());
         local
             .or_else(|| self.numbers.get(&number).copied())
             // What the control provides goes before what is given for reading.
-            .or_else(|| of_control(number, control))
+            .or_else(|| view.number(number))
             .or_else(|| self.given.get(number.to_string().as_str()).copied())
+            .or_else(|| self.zero(number))
     }
 
-    fn name(&self, name: &str, control: &ControlState, line: u32) -> Option<f64> {
+    /// Returns zero for a parameter of the user that nothing has set.
+    fn zero(&self, number: u32) -> Option<f64> {
+        // The interpreter starts with zeros, apart from what its parameter file keeps.
+        if !self.zeros || !USER_PARAMETERS.contains(&number) {
+            return None;
+        }
+        self.unset.set(Some(number));
+        Some(0.0)
+    }
+
+    fn name(&self, name: &str, view: &ModalView<'_>) -> Option<f64> {
         let scope = self.scopes.last()?;
         scope
             .names
             .get(name)
             .or_else(|| self.globals.get(name))
             .copied()
-            .or_else(|| predefined(name, control, line))
+            .or_else(|| view.name(name, self.scopes.len() - 1))
             .or_else(|| self.given.get(name).copied())
     }
 }
@@ -149,51 +177,4 @@ pub(super) fn key_number(value: f64, at: usize) -> Result<ParameterKey, ReadRema
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
     let number = whole as u32;
     Ok(ParameterKey::Number(number))
-}
-
-/// Returns a parameter that the control provides: current words (`#5420` and on), tool, offset.
-fn of_control(number: u32, control: &ControlState) -> Option<f64> {
-    match number {
-        5400 => Some(f64::from(control.tool)),
-        // LinuxCNC: #5420 to #5428 are the current X Y Z A B C U V W in the program's unit.
-        5420..=5428 => {
-            let at = usize::try_from(number - 5420).ok()?;
-            position("xyzabcuvw".chars().nth(at)?, control)
-        }
-        // #5220 is the active work offset, counted from 1.
-        5220 => Some(f64::from(control.offset) + 1.0),
-        _ => None,
-    }
-}
-
-fn position(letter: char, control: &ControlState) -> Option<f64> {
-    let slot = control.known_slot(letter.to_ascii_uppercase())?;
-    Some(control.written(slot, control.reading(slot)?))
-}
-
-/// Returns a named parameter that the control provides.
-fn predefined(name: &str, control: &ControlState, line: u32) -> Option<f64> {
-    let flag = |on: bool| Some(f64::from(u8::from(on)));
-    let rest = name.strip_prefix('_')?;
-    let mut letters = rest.chars();
-    if let (Some(letter @ ('x' | 'y' | 'z' | 'a' | 'b' | 'c' | 'u' | 'v' | 'w')), None) =
-        (letters.next(), letters.next())
-    {
-        return position(letter, control);
-    }
-    match rest {
-        "metric" => flag(!control.inch),
-        "imperial" => flag(control.inch),
-        "feed" => control.feed,
-        "rpm" => Some(control.speed),
-        "current_tool" => control.tools.last().map(|&tool| f64::from(tool)),
-        "selected_tool" => Some(f64::from(control.tool)),
-        "line" => Some(f64::from(line)),
-        "units_per_minute" => flag(control.feed_mode == FeedMode::PerMinute),
-        "inverse_time" => flag(control.feed_mode == FeedMode::Inverse),
-        "units_per_rev" => flag(control.feed_mode == FeedMode::PerRevolution),
-        "spindle_on" => flag(control.sense != 0),
-        "spindle_cw" => flag(control.sense > 0),
-        _ => None,
-    }
 }

@@ -7,9 +7,11 @@ use super::label::OWord;
 use super::macro_flow::MacroFlow;
 use super::modal::{BlockActions, CycleState, ModalState};
 use super::parameters::Parameters;
+use super::predefined::ModalView;
+use super::spline::SplineState;
 use super::words::left_over;
 use super::{label, parameters};
-use crate::read::control::{DistanceMode, SLOTS};
+use crate::read::control::{ControlState, DistanceMode, SLOTS};
 use crate::read::dialect::Dialect;
 use crate::read::log::{FileLine, LineTail, ReadRemark};
 use crate::read::options::ReadOptions;
@@ -50,9 +52,15 @@ impl GcodeReader {
             arc_absolute: false,
             plane: 0,
             vector: false,
+            diameter: false,
+            spline_code: 0,
+            spline: SplineState::default(),
+            saved: Vec::new(),
             // LinuxCNC's interpreter starts with G99, the others with G98.
             to_r: options.dialect == Dialect::LinuxCnc,
             cycle: CycleState::default(),
+            kept_shift: [0.0; SLOTS],
+            stood: false,
             each: None,
             references: [first, [None; SLOTS]],
         };
@@ -75,10 +83,14 @@ impl GcodeReader {
     pub(super) fn env<'a>(&'a self, state: &'a ReaderState) -> ExpressionEnv<'a> {
         ExpressionEnv {
             parameters: &self.parameters,
-            control: &state.control,
-            line: state.log.line,
+            view: self.view(&state.control, state.log.line),
             fanuc: self.dialect != Dialect::LinuxCnc,
         }
+    }
+
+    /// Returns the state that parameters of the control show.
+    pub(super) fn view<'a>(&'a self, control: &'a ControlState, line: u32) -> ModalView<'a> {
+        ModalView { modal: &self.modal, control, line, dialect: self.dialect }
     }
 
     /// Returns true if lines are to be run before the next of the file.
@@ -95,7 +107,7 @@ impl GcodeReader {
         // The lines are shared by all calls of a subprogram.
         let lines = std::sync::Arc::clone(&frame.lines);
         let Some(NumberedLine { number, text }) = lines.get(at) else {
-            return self.leave();
+            return self.leave(state);
         };
         state.log.line = *number;
         if !self.may_repeat(state, text) {
@@ -129,10 +141,11 @@ impl GcodeReader {
     }
 
     /// Ends the lines that run.
-    pub(super) fn leave(&mut self) {
+    pub(super) fn leave(&mut self, state: &mut ReaderState) {
         if self.flow.frames.pop().is_some_and(|frame| frame.is_scoped()) {
             self.parameters.leave();
         }
+        self.call_returned(state);
         let level = self.flow.frames.len();
         self.macros.leave(level);
     }
@@ -266,15 +279,26 @@ impl GcodeReader {
         {
             let ReaderState { control, log } = state;
             let fanuc = self.dialect != Dialect::LinuxCnc;
-            let env =
-                ExpressionEnv { parameters: &self.parameters, control, line: log.line, fanuc };
+            let view = self.view(control, log.line);
+            let env = ExpressionEnv { parameters: &self.parameters, view, fanuc };
             block.scan(tail, &env, |remark| log.fault(text, remark));
         }
+        self.warn_of_unset(state, text);
         // A line that cannot be read in whole must not run in part.
         if state.log.faults.len() == before && !(block.is_empty() && block.assignments.is_empty()) {
             self.run(state, &mut block, text);
         }
         self.block = Some(block);
+    }
+
+    /// Warns of a parameter that was read as zero because nothing had set it.
+    fn warn_of_unset(&self, state: &mut ReaderState, text: &str) {
+        if let Some(number) = self.parameters.take_unset() {
+            let message = format!("#{number} is zero, as nothing has set it");
+            let help =
+                "LinuxCNC may keep another value in its parameter file: give it when reading";
+            state.log.warn(text, ReadRemark::new(0, message, help));
+        }
     }
 
     /// Runs the words of a line.
@@ -293,6 +317,10 @@ impl GcodeReader {
             let text_of = text.get(word.at..word.end).unwrap_or_default();
             let remark = left_over(letter, text_of, word.at, &state.control);
             state.log.fault(text, remark);
+        }
+        if let Some(word) = block.polar.radius.or(block.polar.angle).filter(|_| !failed) {
+            let message = "polar coordinates without a motion";
+            state.log.fault(text, ReadRemark::new(word.at, message, "write G0 or G1 before them"));
         }
         for (key, value) in block.assignments.drain(..) {
             // Setting #3000 stops a Fanuc control with an alarm.
@@ -330,7 +358,7 @@ impl GcodeReader {
                     self.flow.frames.last().map(|frame| frame.of),
                     Some(FrameKind::Numbered { .. })
                 ) {
-                    self.leave();
+                    self.leave(state);
                 }
                 let done = self.go_to(state, at, line);
                 note(state, text, done);
@@ -345,7 +373,7 @@ impl GcodeReader {
         match self.flow.frames.last_mut() {
             Some(frame) => match &mut frame.of {
                 // M98 with L runs the subprogram again from the line behind its label.
-                FrameKind::Numbered { again: 0, .. } => self.leave(),
+                FrameKind::Numbered { again: 0, .. } => self.leave(state),
                 FrameKind::Numbered { again, .. } => (*again, frame.next) = (*again - 1, 1),
                 _ => state.control.ended = true,
             },

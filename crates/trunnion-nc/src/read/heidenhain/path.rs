@@ -402,7 +402,11 @@ impl HeidenhainReader {
         let sense = Self::sense(block)?;
         let form = ArcForm::Center(self.pole_from_here(state, block.target.at)?);
         let plane = self.plane.map(|axis| state.control.xyz[axis]);
-        arc::way(&state.control, &block.target, &GivenArc { plane, form, sense, turns: 1 })
+        arc::way(
+            &state.control,
+            &block.target,
+            &GivenArc { plane, form, sense, turns: 1, rounded: arc::ROUNDED },
+        )
     }
 
     /// Returns the arc of `CR X Y R+20 DR+`.
@@ -414,7 +418,11 @@ impl HeidenhainReader {
             radius.ok_or_else(|| ReadRemark::new(at, "CR without R", "write its radius"))?;
         let form = ArcForm::Radius(radius);
         let plane = self.plane.map(|axis| state.control.xyz[axis]);
-        arc::way(&state.control, &block.target, &GivenArc { plane, form, sense, turns: 1 })
+        arc::way(
+            &state.control,
+            &block.target,
+            &GivenArc { plane, form, sense, turns: 1, rounded: arc::ROUNDED },
+        )
     }
 
     /// Returns the arc of `CP IPA+720 DR+ IZ-5`: about the pole, any number of turns.

@@ -94,7 +94,11 @@ impl SiemensReader {
         };
         // TURN counts turns beyond the first.
         let turns = line.turns.saturating_add(1);
-        arc::way(&state.control, &line.target, &GivenArc { plane: slots, form, sense, turns })
+        arc::way(
+            &state.control,
+            &line.target,
+            &GivenArc { plane: slots, form, sense, turns, rounded: arc::ROUNDED },
+        )
     }
 }
 

@@ -9,7 +9,7 @@ use crate::nc::control::{
     ArcChords, BlockFrames, NumberedLength, WorkOffset, WorkOffsets, block_end, end_words,
     keeps_xy, path_length, read_words,
 };
-use crate::nc::read::{Frame, Move, Pace, Step, Turning, Way};
+use crate::nc::read::{Frame, Move, Offset, OffsetKind, Pace, Step, Turning, Way};
 use crate::nc::write::{WriteError, work_offset};
 use crate::post::error::{PostError, PostRemedy};
 use crate::post::options::{PostMove, PostPace};
@@ -137,6 +137,8 @@ impl ProgramMoves {
                 }
             }
             Step::Tool { line, number } => return self.change(*line, *number),
+            // The origin that was given holds, as for a program that states where it stands.
+            Step::Offset(Offset { kind: OffsetKind::Standing, .. }) => {}
             Step::Offset(of) => {
                 let what = "a work offset written by the program";
                 return Err(refused(of.line, what, PostRemedy::GiveOrigin));

@@ -5,7 +5,8 @@ use crate::nc::control::{
     end_words, path_length, read_words,
 };
 use crate::nc::read::{
-    Arc, ClMotion, ClSource, Frame, Move, Offset, Pace, ProgramSource, Smoothing, Step, Way,
+    Arc, ClMotion, ClSource, Frame, Move, Offset, OffsetKind, Pace, ProgramSource, Smoothing, Step,
+    Way,
 };
 use crate::types::{AXES, AxisVector, ToolPose};
 use crate::verify::error::VerifyError;
@@ -155,11 +156,14 @@ impl<'a> Replay<'a> {
         match step {
             Step::Dwell { line, seconds } => return Ok(Some(self.rest(*line, *seconds))),
             Step::Tool { line, number } => self.change(*line, *number)?,
-            Step::Offset(offset) => self.write(offset)?,
             Step::Plane(plane) => self.frames.plane = Some(*plane),
             Step::Smoothing { smoothing, .. } => self.smoothing = Some(*smoothing),
             // State beside the motion; `verify::state` follows it.
-            Step::Spindle { .. } | Step::LengthEntry { .. } | Step::Words { .. } => {}
+            Step::Spindle { .. }
+            | Step::LengthEntry { .. }
+            | Step::Words { .. }
+            | Step::Offset(Offset { kind: OffsetKind::Standing, .. }) => {}
+            Step::Offset(offset) => self.write(offset)?,
             Step::Move(step) => return self.go(step),
         }
         Ok(None)

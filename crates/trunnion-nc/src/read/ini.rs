@@ -1,0 +1,73 @@
+//! Configuration of a `LinuxCNC` machine: values that programs can read, and the files beside it.
+
+/// Values of a configuration, as far as programs depend on them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct IniFile {
+    /// Numbers as parameters: `_ini[section]name`.
+    pub parameters: Vec<(String, f64)>,
+    /// Unit of lengths in the tool table \[mm\]: `[TRAJ] LINEAR_UNITS`.
+    pub unit: f64,
+    /// Name of the tool table: `[EMCIO] TOOL_TABLE`.
+    pub tool_table: Option<String>,
+    /// Folders of subprograms: `[DISPLAY] PROGRAM_PREFIX`, `[RS274NGC] SUBROUTINE_PATH`.
+    pub folders: Vec<String>,
+}
+
+/// Reads the configuration of a `LinuxCNC` machine; what is no number stays out of the parameters.
+///
+/// # Example
+///
+/// ```
+/// use trunnion_nc::read::ini_file;
+///
+/// let ini = ini_file("[TRAJ]\nLINEAR_UNITS = inch\n[PROBE]\nspeed = 20 # fast\n");
+/// assert_eq!(ini.parameters, [("_ini[PROBE]speed".to_owned(), 20.0)]);
+/// assert_eq!(ini.unit, 25.4);
+/// ```
+pub fn ini_file(text: &str) -> IniFile {
+    let mut ini = IniFile { unit: 1.0, ..IniFile::default() };
+    let mut section = "";
+    for line in text.lines() {
+        let line = line.trim();
+        if let Some(name) = line.strip_prefix('[') {
+            section = name.split(']').next().unwrap_or_default().trim();
+            continue;
+        }
+        // Remarks begin with a semicolon or a hash.
+        let Some((name, value)) = line.split_once('=').filter(|_| !line.starts_with([';', '#']))
+        else {
+            continue;
+        };
+        let (name, value) = (name.trim(), value.trim());
+        let number = value.split([';', '#']).next().unwrap_or_default().trim();
+        if let Ok(number) = number.parse::<f64>()
+            && number.is_finite()
+        {
+            ini.parameters.push((format!("_ini[{section}]{name}"), number));
+        }
+        let is = |of: &str, named: &str| {
+            section.eq_ignore_ascii_case(of) && name.eq_ignore_ascii_case(named)
+        };
+        if is("TRAJ", "LINEAR_UNITS") {
+            ini.unit = unit_of(number).unwrap_or(ini.unit);
+        } else if is("EMCIO", "TOOL_TABLE") {
+            ini.tool_table = Some(value.to_owned());
+        } else if is("DISPLAY", "PROGRAM_PREFIX") || is("RS274NGC", "SUBROUTINE_PATH") {
+            ini.folders.extend(
+                value.split(':').map(str::trim).filter(|of| !of.is_empty()).map(str::to_owned),
+            );
+        }
+    }
+    ini
+}
+
+/// Returns the millimetres of a unit, which is a name or the number of units in a millimetre.
+fn unit_of(text: &str) -> Option<f64> {
+    match text.to_ascii_lowercase().as_str() {
+        "mm" | "metric" => Some(1.0),
+        "in" | "inch" | "imperial" => Some(25.4),
+        number => {
+            number.parse::<f64>().ok().filter(|number| *number > 0.0).map(|number| 1.0 / number)
+        }
+    }
+}
