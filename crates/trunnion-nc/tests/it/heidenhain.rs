@@ -118,7 +118,13 @@ fn what_changes_motion_is_refused() {
     refuses("L X+1 M140 MB MAX", 1, "M140");
     refuses("PLANE AXIAL B+30 TURN", 1, "PLANE");
     refuses("CALL LBL 1 REP3", 1, "LBL 1 is not in the file");
-    refuses("CYCL DEF 200 DRILLING Q200=2", 1, "not understood");
+    refuses("CYCL DEF 200 DRILLING Q200=2", 1, "without Q206");
+    refuses("CYCL DEF 208 BORE MILLING Q200=2", 1, "not understood");
+    refuses("CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+30", 2, "rotation");
+    refuses("L M99", 1, "without a drilling cycle");
+    refuses("L M89", 1, "M89");
+    refuses("CYCL CALL PAT FMAX", 1, "PAT");
+    refuses("L C+30 FMAX\nL M140 MB MAX", 2, "turned tool");
     refuses("TOOL CALL 1 Z S1 DL+0.5", 1, "oversize");
     refuses("FUNCTION TCPM F TCP AXIS SPAT PATHCTRL AXIS\nL A+5 FMAX", 2, "AXIS SPAT");
     refuses("LN X+1 Y+1 Z+1 TX+0 TY+0 TZ+1 FMAX", 1, "without TCPM");
@@ -126,6 +132,128 @@ fn what_changes_motion_is_refused() {
     refuses("L B+1 FMAX", 1, "machine's axes");
     let cut = trunnion_nc::read::read("0 BEGIN PGM T MM\nL X+1 FMAX\n", &options(DIALECT, "XYZAC"));
     assert!(cut.unwrap_err()[0].message.contains("no end"));
+}
+
+/// Heights of the moves, and true for those in rapid.
+fn heights(program: &Program) -> Vec<(f64, bool)> {
+    let z = |found: trunnion_nc::read::Move| Some((found.words[2]?, found.pace == Pace::Rapid));
+    moves(program).into_iter().filter_map(z).collect()
+}
+
+fn near_heights(text: &str, expected: &[(f64, bool)]) {
+    let found = heights(&read(text));
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    for (one, other) in found.iter().zip(expected) {
+        assert!((one.0 - other.0).abs() < 1e-9 && one.1 == other.1, "{found:?}");
+    }
+}
+
+const RAPID: bool = true;
+const FEED: bool = false;
+
+#[test]
+fn values_may_stand_apart_from_their_letters() {
+    let program = read(
+        "L  X + 10 Y 5 Z- 2.500 F MAX\nTOOL DEF1 L+30,000\nTOOL CALL 1 Z S 1500,000\nL Z 25.000 F 300 M 3",
+    );
+    assert_eq!(places(&program), [[10.0, 5.0, -2.5], [10.0, 5.0, 25.0]]);
+    assert!(program.steps.iter().any(|step| matches!(step, Step::Spindle { speed: 1500.0, .. })));
+    // Half of the last digit written: Z has three.
+    assert!((program.rounding[2] - 0.0005).abs() < 1e-12);
+}
+
+/// The order of cycle 200 in the cycle manual: clearance, infeed, clearance, clearance above the last depth, infeed ..,
+/// second clearance.
+#[test]
+fn cycle_200_pecks_and_leaves_for_the_second_clearance() {
+    near_heights(
+        "L X+1 Y+1 Z+50 FMAX\nCYCL DEF 200 DRILLING ~\n Q200=+2    ;SET-UP CLEARANCE ~\n Q201=-7 ;DEPTH ~\n Q206=+30 ;FEED ~\n\
+         Q202=+5 ;INFEED ~\n Q210=+0 ;DWELL ~\n Q203=+1 ;SURFACE ~\n Q204=+11 ;2ND ~\n Q211=+0 ;DWELL\nL X+5 FMAX M99\nCYCL CALL M8",
+        &[
+            (50.0, RAPID),
+            (3.0, RAPID),
+            (-4.0, FEED),
+            (3.0, RAPID),
+            (-2.0, RAPID),
+            (-6.0, FEED),
+            (12.0, RAPID),
+            (3.0, RAPID),
+            (-4.0, FEED),
+            (3.0, RAPID),
+            (-2.0, RAPID),
+            (-6.0, FEED),
+            (12.0, RAPID),
+        ],
+    );
+    let program = read(
+        "L Z+50 FMAX\nCYCL DEF 200 Q200=2 Q201=-7 Q206=30 Q202=7 Q203=0 Q204=5 Q211=1.5\nL X+5 FMAX M99",
+    );
+    assert_eq!(moves(&program)[3].pace, Pace::PerMinute { speed: 0.5 });
+    assert!(program.steps.iter().any(|step| matches!(step, Step::Dwell { seconds: 1.5, .. })));
+}
+
+#[test]
+fn cycle_1_pecks_from_where_the_tool_stands() {
+    // The surface is the set-up clearance below the start; 0.6 mm above the last depth the feed begins again.
+    near_heights(
+        "CYCLE DEF 1.0 PECKING\nCYCL DEF 1.1 SETUP 2\nCYCL DEF 1.2 DEPTH -8\nCYCL DEF 1.3 PECKG +5\nCYCL DEF 1.4 DWELL 0\nCYCL DEF 1.5 F100\n\
+         L X+50 Y+86 Z+2 FMAX M99",
+        &[(2.0, RAPID), (-5.0, FEED), (2.0, RAPID), (-4.4, RAPID), (-8.0, FEED), (2.0, RAPID)],
+    );
+}
+
+#[test]
+fn cycles_201_and_203_come_out_with_their_feed() {
+    near_heights(
+        "L Z+50 FMAX\nCYCL DEF 201 REAMING ~\nQ200=2 ~\nQ201=-10 ~\nQ206=100 ~\nQ211=0 ~\nQ208=0 ~\nQ203=0 ~\nQ204=20\nL X+1 FMAX M99",
+        &[(50.0, RAPID), (2.0, RAPID), (-10.0, FEED), (2.0, FEED), (20.0, RAPID)],
+    );
+    // One chip break, then out of the hole.
+    near_heights(
+        "L Z+50 FMAX\nCYCL DEF 203 UNIVERSAL DRILLING ~\nQ200=2 ~\nQ201=-10 ~\nQ206=100 ~\nQ202=4 ~\nQ210=0 ~\nQ203=0 ~\nQ204=20 ~\nQ212=0 ~\n\
+         Q213=1 ~\nQ205=4 ~\nQ211=0 ~\nQ208= MAX ~\nQ256=0.2\nL X+1 FMAX M99",
+        &[
+            (50.0, RAPID),
+            (2.0, RAPID),
+            (-4.0, FEED),
+            (-3.8, RAPID),
+            (-8.0, FEED),
+            (2.0, RAPID),
+            (-7.8, RAPID),
+            (-10.0, FEED),
+            (20.0, RAPID),
+        ],
+    );
+}
+
+#[test]
+fn tapping_follows_pitch_and_speed() {
+    let program = read(
+        "TOOL CALL 1 Z S500\nL Z+50 FMAX M3\nCYCL DEF 207 RIGID TAPPING NEW ~\nQ200=2 ~\nQ201=-10 ~\nQ239=+1.5 ~\nQ203=0 ~\nQ204=2\nL X+1 FMAX M99",
+    );
+    let found = moves(&program);
+    // 1.5 mm a turn, 500 turns a minute, in and out.
+    assert_eq!(found[3].pace, Pace::PerMinute { speed: 12.5 });
+    assert_eq!((found[4].words[2], found[4].pace), (Some(2.0), found[3].pace));
+}
+
+#[test]
+fn retracts_along_the_tool_axis() {
+    let program = read("L X+1 Y+2 Z+3 FMAX\nL M140 MB 50 F750\nL M140 MB MAX");
+    let found = moves(&program);
+    assert_eq!((found[1].words[2], found[1].incremental), (Some(50.0), true));
+    assert_eq!(found[1].pace, Pace::PerMinute { speed: 12.5 });
+    assert_eq!((found[2].words[2], found[2].frame), (Some(0.0), Frame::Machine));
+    assert_eq!(found[2].pace, Pace::Rapid);
+}
+
+#[test]
+fn cancelled_transformations_change_nothing() {
+    let program = read(
+        "CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1\nCYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+0\nCYCL DEF 11.0 SCALING\nCYCL DEF 11.1 SCL 1\n\
+         CYCL DEF 19.0 WORKING PLANE\nCYCL DEF 19.1 A+0 B+0 C+0\nL X+1 Y+2 Z+3 FMAX",
+    );
+    assert_eq!(places(&program), [[1.0, 2.0, 3.0]]);
 }
 
 proptest! {

@@ -1,9 +1,10 @@
 //! `FUNCTION TCPM`, `FUNCTION RESET TCPM`, `CYCL DEF`.
 
+use super::drilling::KlartextCycle;
 use super::reader::HeidenhainReader;
 use super::reader::not_understood;
 use super::token::{Token, Tokens};
-use crate::read::log::ReadRemark;
+use crate::read::log::{ReadRemark, excerpt};
 use crate::read::state::ReaderState;
 use crate::read::step::{Smoothing, Turning};
 
@@ -86,7 +87,11 @@ impl HeidenhainReader {
         code: &str,
         tokens: &mut Tokens<'_>,
     ) -> Result<(), ReadRemark> {
-        if !tokens.next_token().is_some_and(|token| token.text.eq_ignore_ascii_case("DEF")) {
+        let verb = tokens.expect()?.text.to_ascii_uppercase();
+        if verb == "CALL" {
+            return self.cycle_call(state, first, tokens);
+        }
+        if verb != "DEF" {
             return Err(not_understood(first, code));
         }
         let which = tokens.expect()?;
@@ -94,6 +99,7 @@ impl HeidenhainReader {
         let (number, part) = which.text.split_once(['.', ',']).unwrap_or((which.text, "0"));
         let number: u32 = number.parse().unwrap_or(0);
         let begins = part == "0";
+        let rest = code.get(which.at + which.text.len()..).unwrap_or_default();
         self.cycle = if begins { number } else { self.cycle };
         match (number, begins) {
             // Cycle 32 sets the path tolerance, which leaves the programmed path as it is.
@@ -116,8 +122,19 @@ impl HeidenhainReader {
                 self.dwell(state, &time)
             }
             (247, _) => self.preset(state, tokens, which.at),
+            (1, true) => {
+                self.drilling = Some(KlartextCycle::pecking());
+                Ok(())
+            }
+            (1, false) => self.pecking_line(part, rest, which.at),
+            (200 | 201 | 203 | 206 | 207 | 240, _) => {
+                self.define_drilling(state, number, rest, which.at)
+            }
+            // Mirror, rotation, scale and the old tilt: only their cancellation.
+            (8 | 10 | 11 | 19, true) => Ok(()),
+            (8 | 10 | 11 | 19, false) => self.cancellation(state, number, tokens, which.at),
             _ => {
-                let help = "write its moves as L; 7, 9, 32 and 247 are understood";
+                let help = "write its moves as L; 1, 7, 9, 32, 200, 201, 203, 206, 207, 240 and 247 are understood";
                 Err(ReadRemark { help: help.to_owned(), ..not_understood(first, code) })
             }
         }
@@ -132,6 +149,59 @@ impl HeidenhainReader {
         Ok(stated.map_or(Smoothing::OfMachine, Smoothing::Within))
     }
 
+    /// Runs `CYCL CALL`, `CYCL CALL M3`.
+    fn cycle_call(
+        &mut self,
+        state: &mut ReaderState,
+        first: &Token<'_>,
+        tokens: &mut Tokens<'_>,
+    ) -> Result<(), ReadRemark> {
+        if let Some(word) = tokens.clone().next_token()
+            && !word.text.starts_with(['M', 'm'])
+        {
+            let message = format!("CYCL CALL {} is not understood", excerpt(word.text));
+            let help = "write L to each place, with M99";
+            return Err(ReadRemark::new(word.at, message, help));
+        }
+        // M functions of the block come before the cycle.
+        self.path(state, "L", first, tokens.clone())?;
+        self.call_cycle(state, first.at)
+    }
+
+    /// Takes a transformation with the values that cancel it: `8.1`, `10.1 ROT+0`, `11.1 SCL 1`, `19.1 A+0`.
+    fn cancellation(
+        &self,
+        state: &mut ReaderState,
+        number: u32,
+        tokens: &mut Tokens<'_>,
+        at: usize,
+    ) -> Result<(), ReadRemark> {
+        let neutral = if number == 11 { 1.0 } else { 0.0 };
+        while let Some(token) = tokens.next_word() {
+            let letters = token.text.find(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+            let value = match letters {
+                Some(letters) => Some(self.value(&token.after(letters))?.value),
+                // The name of the value, from which it stands apart; the axes of a mirror image.
+                None if number == 8 => None,
+                None => continue,
+            };
+            if value.is_none_or(|value| (value - neutral).abs() > 0.0) {
+                let what = match number {
+                    8 => "a mirror image (cycle 8)",
+                    10 => "a rotation (cycle 10)",
+                    11 => "a scale (cycle 11)",
+                    _ => "a tilted plane by cycle 19",
+                };
+                let help = if number == 19 { "write PLANE SPATIAL" } else { "post without it" };
+                return Err(ReadRemark::new(at, what, help));
+            }
+        }
+        if number == 19 {
+            state.control.untilt();
+        }
+        Ok(())
+    }
+
     /// Runs a datum shift: `X+5`, `IX+5`.
     fn datum_shift(
         &mut self,
@@ -143,7 +213,7 @@ impl HeidenhainReader {
             let help = "shift before PLANE";
             return Err(ReadRemark::new(0, "a datum shift in a tilted plane", help));
         }
-        while let Some(token) = tokens.next_token() {
+        while let Some(token) = tokens.next_word() {
             let upper = token.text.to_ascii_uppercase();
             let incremental = upper.starts_with('I');
             let skip = usize::from(incremental);

@@ -1,6 +1,7 @@
 //! Klartext: `L X+10 FMAX`, `LN .. TX TY TZ`, `CC`, `C`, `CYCL DEF`, `Q1 = 5`.
 
 mod calls;
+mod drilling;
 mod flow;
 mod function;
 mod path;

@@ -4,7 +4,7 @@ use super::reader::HeidenhainReader;
 use super::token::{Token, Tokens};
 use crate::read::arc;
 use crate::read::arc::{ArcForm, ArcSense, GivenArc};
-use crate::read::control::{DistanceMode, LARGEST, MoveTarget};
+use crate::read::control::{DistanceMode, LARGEST, MoveTarget, SLOTS};
 use crate::read::gcode::axis_of;
 use crate::read::log::{ReadRemark, column, excerpt};
 use crate::read::state::ReaderState;
@@ -19,6 +19,17 @@ struct PolarWord {
     /// Radius \[mm\] or angle \[rad\].
     value: f64,
     mode: DistanceMode,
+}
+
+/// Retraction along the tool axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Retraction {
+    /// `M140`: `MB` is to follow.
+    Unstated,
+    /// `MB50` \[mm\].
+    Distance(f64),
+    /// `MB MAX`.
+    Limit,
 }
 
 /// Words of a block.
@@ -37,6 +48,10 @@ struct PathBlock {
     polar: [Option<PolarWord>; 2],
     /// `M128` stood in the block: F is how fast it may compensate.
     tcpm: bool,
+    /// `M99`.
+    calls: bool,
+    /// `M140`, and how far `MB` retracts.
+    retract: Option<Retraction>,
     /// `C+Q122`: the rotary axes go where `PLANE` reckoned.
     to_plane: bool,
     ends: bool,
@@ -61,11 +76,13 @@ impl HeidenhainReader {
             radius: None,
             polar: [None; 2],
             tcpm: false,
+            calls: false,
+            retract: None,
             to_plane: false,
             ends: false,
             stop: None,
         };
-        while let Some(token) = tokens.next_token() {
+        while let Some(token) = tokens.next_word() {
             self.word(state, &mut block, token, &mut tokens)?;
         }
         // A block without axis words is placed at its first word.
@@ -77,7 +94,14 @@ impl HeidenhainReader {
         if word == "CC" {
             return self.set_pole(state, &block);
         }
-        self.go(state, word, &mut block)?;
+        if let Some(retraction) = block.retract {
+            self.retract(state, &block, retraction)?;
+        } else {
+            self.go(state, word, &mut block)?;
+        }
+        if block.calls {
+            self.call_cycle(state, first.at)?;
+        }
         if let Some((at, end)) = block.stop {
             state.control.keep(line, tokens.text().get(at..end).unwrap_or_default());
         }
@@ -108,7 +132,16 @@ impl HeidenhainReader {
                 block.sense = Some(sense);
                 Ok(())
             }
-            [b'M', b'0'..=b'9', ..] => self.m_code(state, block, token),
+            [b'M', b'0'..=b'9' | b' ', ..] => self.m_code(state, block, token),
+            [b'M', b'B', ..] if block.retract.is_some() => {
+                let value = if token.text.len() == 2 { tokens.expect()? } else { token.after(2) };
+                block.retract = Some(if value.text.trim().eq_ignore_ascii_case("MAX") {
+                    Retraction::Limit
+                } else {
+                    Retraction::Distance(state.control.scale() * self.value(&value)?.value)
+                });
+                Ok(())
+            }
             [b'F', ..] => self.feed(state, block, token, tokens),
             [b'S', ..] => {
                 state.control.speed = self.value(&token.after(1))?.value;
@@ -236,6 +269,7 @@ impl HeidenhainReader {
             return Err(ReadRemark::new(token.at, message, "is a point missing?"));
         }
         let rotary = state.control.is_rotary(slot);
+        self.turned |= rotary && found.value.abs() > 0.0;
         if rotary && self.spatial {
             let help = "write AXIS POS";
             return Err(ReadRemark::new(token.at, "angles in space (AXIS SPAT)", help));
@@ -264,7 +298,8 @@ impl HeidenhainReader {
         block: &mut PathBlock,
         token: Token<'_>,
     ) -> Result<(), ReadRemark> {
-        let number = token.text.get(1..).unwrap_or_default().parse::<u32>().unwrap_or(u32::MAX);
+        let number =
+            token.text.get(1..).unwrap_or_default().trim().parse::<u32>().unwrap_or(u32::MAX);
         let line = state.log.line;
         match number {
             2 | 30 => block.ends = true,
@@ -277,6 +312,8 @@ impl HeidenhainReader {
             6 | 8 | 9 | 90 | 120 => state.control.keep(line, token.text),
             // M91: axis positions, in its block.
             91 => block.target.machine = true,
+            99 => block.calls = true,
+            140 => block.retract = Some(Retraction::Unstated),
             // M126: rotaries take the shorter way; M127 ends it.
             126 | 127 => self.shortest = number == 126,
             // M128 is FUNCTION TCPM; an F beside it limits the compensation only.
@@ -288,9 +325,14 @@ impl HeidenhainReader {
                 state.control.disable_tcp();
                 state.control.turning = None;
             }
-            89 | 92 | 94 | 97..=99 | 101..=103 | 107..=118 | 130..=140 | 144..=150 => {
+            89 | 92 | 94 | 97 | 98 | 101..=103 | 107..=118 | 130..=139 | 144..=150 => {
                 let message = format!("{} is not understood", excerpt(token.text));
-                let help = "it changes what words or feeds mean; post without it";
+                let help = match number {
+                    // A machine parameter decides what M89 does.
+                    89 => "write M99 in each block that is to call the cycle",
+                    92 => "write axis positions with M91",
+                    _ => "it changes what words or feeds mean; post without it",
+                };
                 return Err(ReadRemark::new(token.at, message, help));
             }
             u32::MAX => return Err(ReadRemark::new(token.at, "M without a number", "")),
@@ -348,6 +390,7 @@ impl HeidenhainReader {
             return state.control.turn_to_plane(state.log.line, at, held);
         }
         if block.vector.iter().any(Option::is_some) {
+            self.turned = true;
             // Tool vectors need TCPM: without it X Y Z would be axis positions.
             if word != "LN" || !state.control.tcp {
                 let message = "TX TY TZ without LN or without TCPM";
@@ -376,6 +419,55 @@ impl HeidenhainReader {
             state.control.pace(&block.target, block.feed)?
         };
         state.control.go(state.log.line, block.target, pace, way.unwrap_or(Way::Line))
+    }
+
+    /// Retracts along the tool axis: `M140 MB50 F500`, `M140 MB MAX`.
+    fn retract(
+        &self,
+        state: &mut ReaderState,
+        block: &PathBlock,
+        retraction: Retraction,
+    ) -> Result<(), ReadRemark> {
+        let at = block.target.at;
+        if !block.target.is_empty() {
+            let help = "retract in a block of its own";
+            return Err(ReadRemark::new(at, "M140 beside axis words", help));
+        }
+        // Which way a turned tool points is known to the machine, not to the text.
+        let stands = |slot: usize| match state.control.reading(slot) {
+            Some(angle) => angle.abs() <= 0.0,
+            None => !self.turned,
+        };
+        let upright = (0..SLOTS).all(|slot| !state.control.is_rotary(slot) || stands(slot));
+        let in_plane = state.control.tilted.is_some_and(|plane| plane.ready);
+        let axis = 3 - self.plane[0] - self.plane[1];
+        let slot = state.control.xyz.get(axis).copied().unwrap_or(2);
+        let mut target = MoveTarget::new(at, block.target.column);
+        match retraction {
+            Retraction::Distance(distance) if upright || in_plane => {
+                target.set(slot, distance, DistanceMode::Incremental);
+            }
+            Retraction::Limit if upright && !in_plane && axis == 2 => {
+                let message = "M140 MB MAX is taken as the reference position of the tool axis";
+                state.log.warn("", ReadRemark::new(at, message, ""));
+                target.machine = true;
+                let reference = self.reference.get(slot).copied().unwrap_or(0.0);
+                target.set(slot, reference, DistanceMode::Absolute);
+            }
+            Retraction::Unstated => {
+                return Err(ReadRemark::new(at, "M140 without MB", "write MB MAX or a distance"));
+            }
+            _ => {
+                let help = "write the retract as L with its coordinates, or with M91";
+                return Err(ReadRemark::new(at, "M140 with a turned tool", help));
+            }
+        }
+        // Without F the control retracts in rapid.
+        let pace = match block.feed {
+            None => Pace::Rapid,
+            Some(feed) => Pace::PerMinute { speed: feed * state.control.scale() / 60.0 },
+        };
+        state.control.go(state.log.line, target, pace, Way::Line)
     }
 
     /// Returns the pole relative to the current position \[mm\].

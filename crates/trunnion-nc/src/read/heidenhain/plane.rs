@@ -64,6 +64,7 @@ impl HeidenhainReader {
             return turn_back(state, at, positioning);
         }
         let [a, b, c, i, j, k] = values;
+        self.turned = true;
         let turn = match name.as_str() {
             "VECTOR" => {
                 // VECTOR: N is the z axis of the plane, B its x axis as far as it is square to N
@@ -105,7 +106,7 @@ impl HeidenhainReader {
     ) -> Result<([f64; 6], Option<PlanePositioning>), ReadRemark> {
         let mut values = [0.0; 6];
         let mut positioning = None;
-        while let Some(token) = tokens.next_token() {
+        while let Some(token) = tokens.next_word() {
             let upper = token.text.to_ascii_uppercase();
             let named = names.iter().zip(&mut values).find(|(name, _)| upper.starts_with(**name));
             // SPB+45 and SPB45 alike: the value follows the name at once.

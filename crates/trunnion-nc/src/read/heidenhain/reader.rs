@@ -1,7 +1,8 @@
 //! Klartext: `L X+10 FMAX`, `LN .. TX TY TZ`, `CC`, `C`, `CYCL DEF`, `Q1 = 5`.
 
+use super::drilling::KlartextCycle;
 use super::flow;
-use super::flow::KlartextFlow;
+use super::flow::{KlartextFlow, same};
 use super::token::{Token, Tokens};
 use crate::read::control::SLOTS;
 use crate::read::log::{FileLine, ReadRemark, excerpt};
@@ -9,6 +10,7 @@ use crate::read::options::ReadOptions;
 use crate::read::remedy::undecided_block;
 use crate::read::state::ReaderState;
 use crate::read::step::Step;
+use crate::types::AXES;
 use std::collections::HashMap;
 
 /// Longest block joined by `~` \[bytes\].
@@ -29,6 +31,12 @@ pub(in crate::read) struct HeidenhainReader {
     pub(super) spatial: bool,
     /// The cycle being defined.
     pub(super) cycle: u32,
+    /// The drilling cycle that `M99` and `CYCL CALL` run.
+    pub(super) drilling: Option<KlartextCycle>,
+    /// The program has turned a rotary axis, or a plane may have.
+    pub(super) turned: bool,
+    /// Axis positions to which `M140 MB MAX` retracts \[mm, rad\].
+    pub(super) reference: [f64; AXES],
     pub(super) flow: KlartextFlow,
     pub(super) lines: u32,
     /// A block that goes on, and its first line.
@@ -48,6 +56,9 @@ impl HeidenhainReader {
             shortest: false,
             spatial: false,
             cycle: 0,
+            drilling: None,
+            turned: false,
+            reference: options.reference,
             flow: KlartextFlow::new(options.most_repeated),
             lines: 0,
             joined: String::new(),
@@ -87,9 +98,12 @@ impl HeidenhainReader {
         // A tool called before the program begins is as good as one called in it.
         state.control.length |= self.lines == 1;
         // Behind a semicolon stands a comment.
-        let code = text.split(';').next().unwrap_or_default().trim_end();
-        // A tilde continues the block on the next line, as long cycles are written.
-        if let Some(part) = code.strip_suffix('~') {
+        let (code, comment) = text.split_once(';').unwrap_or((text, ""));
+        let code = code.trim_end();
+        // A tilde continues the block on the next line, as long cycles are written; it also stands
+        // behind the comment of a parameter.
+        let goes_on = comment.trim_end().ends_with('~') && !code.trim().is_empty();
+        if let Some(part) = code.strip_suffix('~').or(goes_on.then_some(code)) {
             self.begin_or_go_on(number, part);
             if self.joined.len() > LONGEST {
                 let message = format!("a block of more than {LONGEST} bytes");
@@ -185,7 +199,7 @@ impl HeidenhainReader {
             "BLK" | "TOOL" | "STOP" => self.technology(state, &first, code, &mut tokens),
             "L" | "LN" | "LP" | "C" | "CR" | "CP" | "CC" => self.path(state, &word, &first, tokens),
             "FUNCTION" => self.function(state, &first, code, &mut tokens),
-            "CYCL" => self.cycle(state, &first, code, &mut tokens),
+            "CYCL" | "CYCLE" => self.cycle(state, &first, code, &mut tokens),
             "PLANE" => self.plane(state, &first, Tokens::new(code, from)),
             "FN" => self.formula(state, &mut tokens, code),
             "CALL" => self.call(state, &first, code, &mut tokens),
@@ -222,7 +236,13 @@ impl HeidenhainReader {
     ) -> Result<(), ReadRemark> {
         let text = code.get(first.at..).unwrap_or_default();
         let second = tokens.next_token();
-        let is = |word: &str| second.is_some_and(|token| token.text.eq_ignore_ascii_case(word));
+        // The number of a tool may stand at its word: TOOL DEF1.
+        let is = |word: &str| {
+            second.is_some_and(|token| {
+                let name = token.text.trim_end_matches(|c: char| c.is_ascii_digit());
+                token.text.eq_ignore_ascii_case(word) || word == "DEF" && same(name, word)
+            })
+        };
         match first.text.to_ascii_uppercase().as_str() {
             "BLK" if is("FORM") => Ok(()),
             "TOOL" if is("CALL") => self.tool_call(state, text, tokens),
@@ -244,7 +264,7 @@ impl HeidenhainReader {
     ) -> Result<(), ReadRemark> {
         let mut number = None;
         let mut speed = None;
-        while let Some(token) = tokens.next_token() {
+        while let Some(token) = tokens.next_word() {
             let upper = token.text.to_ascii_uppercase();
             match upper.as_bytes() {
                 [b'0'..=b'9', ..] => number = upper.parse().ok(),

@@ -23,6 +23,11 @@ impl HeidenhainReader {
         {
             return Ok(KlartextValue { value: found.value, decimals: found.decimals });
         }
+        // The value may stand apart from its sign and letter.
+        if token.text.contains(char::is_whitespace) {
+            let joined = token.text.replace(char::is_whitespace, "");
+            return self.value(&Token { text: &joined, at: token.at });
+        }
         let value = self.arithmetic(token.text, token.at)?;
         Ok(KlartextValue { value, decimals: COMPUTED })
     }
