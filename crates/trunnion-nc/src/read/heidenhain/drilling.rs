@@ -48,6 +48,9 @@ enum CycleFeed {
     Pitch(f64),
 }
 
+/// A Q parameter of a cycle: its name, and its value or the word in place of one.
+type CycleParameter = (String, Result<f64, String>);
+
 /// Where the tool is in a hole, and where its strokes end.
 struct DrilledWay {
     slot: usize,
@@ -156,12 +159,11 @@ impl HeidenhainReader {
             if number == 207 { CycleFeed::Pitch(needed("Q239")?.abs()) } else { feed("Q206")? };
         // A retraction feed of zero is that of the plunge (cycles 201 and 203).
         let retract = match (number, found("Q208")) {
-            (206 | 207, _) => down,
+            (206 | 207, _) | (201, None) => down,
             (201 | 203, Some(_)) => match feed("Q208")? {
                 CycleFeed::PerMinute(value) if value <= 0.0 => down,
                 given => given,
             },
-            (201, None) => down,
             _ => CycleFeed::Rapid,
         };
         let pecks = matches!(number, 200 | 203);
@@ -196,7 +198,7 @@ impl HeidenhainReader {
         &self,
         text: &str,
         at: usize,
-    ) -> Result<Vec<(String, Result<f64, String>)>, ReadRemark> {
+    ) -> Result<Vec<CycleParameter>, ReadRemark> {
         let upper = text.to_ascii_uppercase();
         let spaced: Vec<&str> = upper.split_whitespace().collect();
         // Blanks may stand on both sides of the sign.

@@ -112,7 +112,7 @@ impl HeidenhainReader {
                 state.control.keep(state.log.line, code.get(first.at..).unwrap_or_default());
                 Ok(())
             }
-            (7 | 9, true) => Ok(()),
+            (7..=11 | 19, true) => Ok(()),
             (7, false) => self.datum_shift(state, tokens),
             (9, false) => {
                 // `9.1 DWELL 2` or `9.1 V.ZEIT2`: the time is at the end.
@@ -131,7 +131,6 @@ impl HeidenhainReader {
                 self.define_drilling(state, number, rest, which.at)
             }
             // Mirror, rotation, scale and the old tilt: only their cancellation.
-            (8 | 10 | 11 | 19, true) => Ok(()),
             (8 | 10 | 11 | 19, false) => self.cancellation(state, number, tokens, which.at),
             _ => {
                 let help = "write its moves as L; 1, 7, 9, 32, 200, 201, 203, 206, 207, 240 and 247 are understood";
