@@ -1,5 +1,6 @@
 //! Drilling cycles, `CYCL DEF 200 .. Q200=+2`, and their calls, `M99` and `CYCL CALL`.
 
+use super::drilling_cycle::{CycleFeed, KlartextCycle};
 use super::reader::HeidenhainReader;
 use crate::read::control::{DistanceMode, INCH, MoveTarget};
 use crate::read::log::{ReadRemark, excerpt};
@@ -8,45 +9,6 @@ use crate::read::step::{Pace, Step, Way};
 
 /// Infeeds of one hole beyond which a value is taken for a slip.
 const MOST_INFEEDS: f64 = 10_000.0;
-
-/// A drilling cycle as it was defined; lengths as written, depths downwards positive.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct KlartextCycle {
-    number: u32,
-    /// `Q200`: from the surface up to where the tool starts.
-    setup: f64,
-    /// `Q201`: from the surface down to the bottom.
-    depth: f64,
-    /// `Q202`; `None`: the hole is one stroke.
-    infeed: Option<f64>,
-    /// `Q206` \[mm/min\]; for tapping with `Q239` the pitch times the speed.
-    feed: CycleFeed,
-    /// `Q208`.
-    retract: CycleFeed,
-    /// `Q203`; `None`: the tool stands at the set-up clearance when the cycle is called.
-    surface: Option<f64>,
-    /// `Q204`: from the surface up to where the tool ends.
-    second: f64,
-    /// `Q210` \[s\].
-    dwell_top: f64,
-    /// `Q211` \[s\].
-    dwell_bottom: f64,
-    /// `Q213`: chip breaks before the tool leaves the hole.
-    breaks: u32,
-    /// `Q256`.
-    chip: f64,
-}
-
-/// Feed of a stroke of a cycle.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum CycleFeed {
-    /// `FMAX`.
-    Rapid,
-    /// \[mm/min\] as written.
-    PerMinute(f64),
-    /// Pitch of a thread as written: the spindle leads.
-    Pitch(f64),
-}
 
 /// A Q parameter of a cycle: its name, and its value or the word in place of one.
 type CycleParameter = (String, Result<f64, String>);
@@ -59,26 +21,6 @@ struct DrilledWay {
     clearance: f64,
     bottom: f64,
     end: f64,
-}
-
-impl KlartextCycle {
-    /// Begins cycle 1, whose data follow line by line.
-    pub(super) fn pecking() -> Self {
-        Self {
-            number: 1,
-            setup: 0.0,
-            depth: 0.0,
-            infeed: None,
-            feed: CycleFeed::PerMinute(0.0),
-            retract: CycleFeed::Rapid,
-            surface: None,
-            second: 0.0,
-            dwell_top: 0.0,
-            dwell_bottom: 0.0,
-            breaks: 0,
-            chip: 0.0,
-        }
-    }
 }
 
 impl HeidenhainReader {

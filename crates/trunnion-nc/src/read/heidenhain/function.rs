@@ -1,6 +1,6 @@
 //! `FUNCTION TCPM`, `FUNCTION RESET TCPM`, `CYCL DEF`.
 
-use super::drilling::KlartextCycle;
+use super::drilling_cycle::KlartextCycle;
 use super::reader::HeidenhainReader;
 use super::reader::not_understood;
 use super::token::{Token, Tokens};

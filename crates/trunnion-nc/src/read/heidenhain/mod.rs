@@ -2,6 +2,7 @@
 
 mod calls;
 mod drilling;
+mod drilling_cycle;
 mod flow;
 mod function;
 mod path;

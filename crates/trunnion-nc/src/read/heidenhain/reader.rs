@@ -1,6 +1,6 @@
 //! Klartext: `L X+10 FMAX`, `LN .. TX TY TZ`, `CC`, `C`, `CYCL DEF`, `Q1 = 5`.
 
-use super::drilling::KlartextCycle;
+use super::drilling_cycle::KlartextCycle;
 use super::flow;
 use super::flow::{KlartextFlow, same};
 use super::token::{Token, Tokens};
