@@ -13,7 +13,7 @@ const MOST_INFEEDS: f64 = 10_000.0;
 /// A Q parameter of a cycle: its name, and its value or the word in place of one.
 type CycleParameter = (String, Result<f64, String>);
 
-/// Where the tool is in a hole, and where its strokes end.
+/// Heights between which the strokes of a hole run, and the place of its call.
 struct DrilledWay {
     slot: usize,
     at: usize,
