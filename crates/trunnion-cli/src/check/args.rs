@@ -64,6 +64,9 @@ pub(crate) struct Args {
     /// of a Heidenhain preset. May be repeated.
     #[arg(long, value_name = "G55=X,Y,Z", value_parser = offset::read, allow_hyphen_values = true)]
     pub(super) offset: Vec<WorkOffsetArgument>,
+    /// Rotaries of the program count against ISO 841, as the trunnion kinematics of `LinuxCNC` count them by default.
+    #[arg(long)]
+    pub(super) reversed_rotaries: bool,
     /// Workpiece origin in machine coordinates with all axes at zero, in mm.
     #[arg(long, value_name = "X,Y,Z", value_parser = three, default_value = "0,0,0", allow_hyphen_values = true)]
     pub(super) origin: [f64; 3],

@@ -223,7 +223,10 @@ fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<Motion, Failure
         let message = format!("{}: a {} program needs a machine", path.display(), dialect.name());
         return Err(Failure::input(format!("{message}\n  help: {help}")));
     };
-    let axes = AxisWords::of(kinematics.machine()).map_err(Failure::input)?;
+    let mut axes = AxisWords::of(kinematics.machine()).map_err(Failure::input)?;
+    if args.reversed_rotaries {
+        axes = axes.with_reversed_rotaries();
+    }
     let mut options = ReadOptions {
         block_delete: args.block_delete,
         parameters: args.parameters.clone(),

@@ -242,6 +242,11 @@ fn planned<const N: usize>(
     for step in planner.by_ref() {
         writer.step(step)?;
     }
+    // A stream that stops short has no error of its own.
+    let (reached, end) = (writer.last.map(|step| step.s[1]), last.map(|last| last.node.s));
+    if reached.is_none_or(|reached| end.is_some_and(|end| reached < end)) {
+        return Err(refused(FeedError::Unresolved { piece: 0 }));
+    }
     writer.end_piece()?;
     Ok(Outcome { duration: planner.time(), points: writer.rows, bounds: planner.bounds() })
 }
@@ -253,6 +258,10 @@ impl Writer<'_> {
     fn step(&mut self, step: StreamStep) -> Result<(), Failure> {
         if self.last.is_some_and(|last| last.piece != step.piece) {
             self.end_piece()?;
+        }
+        if !step.is_resolved() {
+            let error = FeedError::Unresolved { piece: step.piece };
+            return Err(Failure::input(error.to_string()));
         }
         let StreamStep { s, t, speed, acceleration, .. } = step;
         self.row([s[0], t, speed[0], acceleration, step.at(0.0).jerk])?;

@@ -10,6 +10,12 @@ use crate::progress::Bars;
 use crate::text;
 use std::path::Path;
 
+/// Ratio of times from which a slowed move is told by itself.
+const FAR_BELOW: f64 = 10.0;
+
+/// Most of them that are told.
+const MOST_WARNINGS: usize = 20;
+
 pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     if let Some(dialect) = args.print_template {
         return text::print(dialect.template());
@@ -27,6 +33,14 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     if let Some(unread) = &report.unread {
         let path = output.display();
         eprintln!("warning: {path}:{unread}\nwarning: from there on the program was not read back");
+    }
+    // A feed far below the programmed one is never written without a word.
+    let far = report.slowed.iter().filter(|one| one.ratio() >= FAR_BELOW);
+    for one in far.take(MOST_WARNINGS) {
+        let (path, line, ratio) = (input.display(), one.line, one.ratio());
+        eprintln!(
+            "warning: {path}:{line}: this move takes {ratio:.0} times its programmed time, because an axis cannot follow it"
+        );
     }
     // The setup sheet belongs to the program: both are committed together.
     if output::is_regular(output) {

@@ -9,6 +9,9 @@ use trunnion::post::{PostMethod, PostReport};
 /// Largest ratio that counts as within the limit: times are sums of rounded ones.
 const KEPT: f64 = 1.0 + 1e-6;
 
+/// Most lines that are listed.
+const LISTED: usize = 20;
+
 /// Answer of `--json`; mm, degrees, s.
 #[derive(Debug, Serialize)]
 pub(super) struct PostSummary {
@@ -41,6 +44,13 @@ pub(super) struct PostSummary {
     tip_bound: f64,
     axis_bound: f64,
     rounding: f64,
+    /// Deviation that the program allows the control by asking for smoothing; all three together.
+    smoothing_bound: f64,
+    total_bound: f64,
+    /// The same of rapid moves, before rounding and smoothing: mm, degrees.
+    rapid_bound: [f64; 2],
+    /// Moves that take longer than programmed.
+    slowed: Slowed,
     /// Choices of `--smooth`.
     #[serde(skip_serializing_if = "Option::is_none")]
     smoothing: Option<Smoothing>,
@@ -49,6 +59,35 @@ pub(super) struct PostSummary {
     /// True if the text was read back and means what was intended; false if it has words that are not understood.
     read_back: bool,
     kept: bool,
+}
+
+/// Moves that take longer than programmed, because an axis cannot follow them.
+#[derive(Debug, Serialize)]
+struct Slowed {
+    moves: usize,
+    /// Lines of the input, the first of them.
+    lines: Vec<u32>,
+    /// Line of the one that is slowed most, and its time over the programmed one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    worst: Option<(u32, f64)>,
+}
+
+impl Slowed {
+    fn new(report: &PostReport) -> Self {
+        Self {
+            moves: report.slowed_moves,
+            lines: report.slowed.iter().take(LISTED).map(|one| one.line).collect(),
+            worst: report.slowest.map(|one| (one.line, one.ratio())),
+        }
+    }
+
+    fn describe(&self) -> Option<String> {
+        let (first, (line, ratio)) = (self.lines.first()?, self.worst?);
+        let moves = self.moves;
+        Some(format!(
+            "{moves} moves, for the axes; first line {first}, most line {line}: {ratio:.2} times the time"
+        ))
+    }
 }
 
 /// Cuts that were smoothed where that is quicker.
@@ -104,6 +143,10 @@ impl PostSummary {
             // Summaries are in mm and degrees, reports of the library in mm and rad.
             axis_bound: report.strayed[1].to_degrees(),
             rounding: report.rounding,
+            smoothing_bound: report.smoothing_bound,
+            total_bound: report.strayed[0] + report.rounding + report.smoothing_bound,
+            rapid_bound: [report.strayed_rapid[0], report.strayed_rapid[1].to_degrees()],
+            slowed: Slowed::new(report),
             smoothing: report.smoothing.map(|of| Smoothing {
                 cuts: of.cuts,
                 seconds: of.seconds,
@@ -142,11 +185,22 @@ impl PostSummary {
             row(
                 "off the input",
                 format!(
-                    "at most {:.6} mm, {:.6} deg; rounding at most {:.6} mm",
-                    self.tip_bound, self.axis_bound, self.rounding
+                    "at most {:.6} mm, {:.6} deg: program {:.6}, rounding {:.6}, smoothing of the control {:.6} mm",
+                    self.total_bound,
+                    self.axis_bound,
+                    self.tip_bound,
+                    self.rounding,
+                    self.smoothing_bound
                 ),
             ),
+            row(
+                "  in rapid moves",
+                format!("at most {:.6} mm, {:.6} deg", self.rapid_bound[0], self.rapid_bound[1]),
+            ),
         ];
+        if let Some(slowed) = self.slowed.describe() {
+            lines.push(row("slower than asked", slowed));
+        }
         if self.tools.len() > 1 {
             let tools: Vec<String> = self.tools.iter().map(u32::to_string).collect();
             lines.push(row("tools", tools.join(", ")));

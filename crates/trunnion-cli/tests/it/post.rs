@@ -75,6 +75,49 @@ fn every_dialect_keeps_limits_and_tolerance_and_has_its_setup_sheet() {
     }
 }
 
+/// Posted again for the same machine and dialect, a program keeps its blocks and times; so does the third.
+#[test]
+fn a_program_that_is_posted_again_stays_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    for method in ["optimal", "jerk"] {
+        for dialect in DIALECTS.into_iter().filter(|dialect| *dialect != "apt") {
+            let mut input = wave();
+            let mut told = Vec::new();
+            for name in ["first.nc", "second.nc", "third.nc"] {
+                let mut arguments = on_bc(dialect, name);
+                arguments.extend(["--feed", method]);
+                told.push(posted(folder.path(), &input, &arguments));
+                input = folder.path().join(name);
+            }
+            for again in &told[1..] {
+                let at = |of: &Value, key: &str| number(&of[key][1]);
+                assert_eq!(again["blocks"][1], told[0]["blocks"][1], "{dialect} {method}");
+                for key in ["seconds", "model_seconds"] {
+                    let ratio = at(again, key) / at(&told[0], key);
+                    assert!((ratio - 1.0).abs() < 1e-3, "{dialect} {method} {key}: {ratio}");
+                }
+                assert_eq!(again["slowed"]["moves"], 0, "{dialect} {method}: {again}");
+                assert_eq!(again["kept"], true, "{dialect} {method}: {again}");
+            }
+        }
+    }
+}
+
+/// Feeds that the axes can follow stay as they are; those that they cannot are named.
+#[test]
+fn lines_that_are_slower_than_programmed_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let slow = fs::read_to_string(wave()).unwrap().replace("FEDRAT/3000.0", "FEDRAT/60.0");
+    fs::write(folder.path().join("slow.cls"), slow).unwrap();
+    let told = posted(folder.path(), Path::new("slow.cls"), &on_bc("linuxcnc", "slow.nc"));
+    let ratio = number(&told["seconds"][1]) / number(&told["seconds"][0]);
+    assert!(ratio < 1.001, "{told}");
+    let told = posted(folder.path(), &wave(), &on_bc("linuxcnc", "wave.nc"));
+    assert!(
+        number(&told["slowed"]["moves"]) > 0.0 && told["slowed"]["worst"][1].as_f64() > Some(1.0)
+    );
+}
+
 /// A and C cross at machine zero, limits so high that blocks run at their feed: the machine of the worked cut.
 fn pencil_machine(folder: &Path) {
     let show = Command::new(env!("CARGO_BIN_EXE_trunnion"))

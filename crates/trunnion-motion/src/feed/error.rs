@@ -27,12 +27,21 @@ impl fmt::Display for LimitKind {
     }
 }
 
+/// Writes a number without hundreds of zeros.
+fn brief(value: f64) -> String {
+    let plain = value == 0.0 || !value.is_finite() || (1e-6..1e9).contains(&value.abs());
+    if plain { value.to_string() } else { format!("{value:e}") }
+}
+
 /// Reasons why no schedule was planned. Pieces, nodes and axes count from 0.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FeedError {
-    /// A limit is missing (infinite), zero, negative or not a number.
-    #[error("{kind} limit of axis {axis} is {value}; it must be finite and positive (mm, rad, s)")]
+    /// A limit is missing (infinite), zero, negative, not a number, or too large or small to compute with.
+    #[error(
+        "{kind} limit of axis {axis} is {}; it must be finite and positive, between 1e-24 and 1e150 (mm, rad, s)",
+        brief(*value)
+    )]
     BadLimit {
         /// Kind of limit.
         kind: LimitKind,
@@ -44,8 +53,12 @@ pub enum FeedError {
     /// A jerk-limited schedule needs jerk limits.
     #[error("no jerk limits are given; give one for every axis, or plan without jerk limits")]
     NoJerkLimit,
-    /// The feed, link feed or tip speed is zero, negative, infinite or not a number.
-    #[error("{name} is {value} mm/s; it must be finite and positive, or absent for no limit")]
+    /// The feed, link feed or tip speed is zero, negative, infinite, not a number, or too large or small to compute
+    /// with.
+    #[error(
+        "{name} is {} mm/s; it must be finite and positive, between 1e-24 and 1e150, or absent for no limit",
+        brief(*value)
+    )]
     BadFeed {
         /// Name of the field of [`ProgrammedSpeeds`](super::ProgrammedSpeeds).
         name: &'static str,
@@ -164,6 +177,29 @@ pub enum FeedError {
         order: usize,
         /// The value.
         value: f64,
+    },
+    /// A number of the path is too large to compute with.
+    #[error(
+        "piece {piece}, node {node}: {name} is {value:e}; it must be at most 1e24 in size: choose larger units"
+    )]
+    TooLarge {
+        /// Index of the piece.
+        piece: usize,
+        /// Index of the node.
+        node: usize,
+        /// `s`, `position`, `derivative` or the name of a rate.
+        name: &'static str,
+        /// The value.
+        value: f64,
+    },
+    /// The numbers of a piece are so far apart, or so close together, that rounding leaves no schedule.
+    #[error(
+        "piece {piece}: no schedule can be computed; its numbers are too far apart, or its rows too close together \
+         beside s: let s begin near 0, and use units in which limits and path are of like size"
+    )]
+    Unresolved {
+        /// Index of the piece.
+        piece: usize,
     },
     /// A tip or feed rate is negative, infinite or not a number.
     #[error("piece {piece}, node {node}: {name} is {value}; it must be finite and not negative")]

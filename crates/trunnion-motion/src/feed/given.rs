@@ -110,7 +110,7 @@ pub fn given<const N: usize>(
         let lower_bound = lower_bound::bound(&nodes, &inverse, &ends);
         Ok(planned(piece, &grid, &profile, &inverse, lower_bound))
     })?;
-    let plan = assemble(planned);
+    let plan = assemble(planned)?;
     let pieces = path.pieces.iter().zip(&plan.schedule.pieces).enumerate();
     let breaches = pieces.flat_map(|(index, (piece, schedule))| {
         breaches(index, piece, schedule, &ReciprocalLimits::new(piece.motion, limits, options))

@@ -55,7 +55,7 @@ pub fn optimal<const N: usize>(
         let limits = ReciprocalLimits::new(piece.motion, limits, options);
         plan_piece(piece, &limits, options, &EndSquares::of(index, count, options))
     })?;
-    Ok(assemble(planned))
+    assemble(planned)
 }
 
 /// Plans the schedule of [`optimal`] alone, in half the time: without lower bound, dense check and

@@ -61,8 +61,26 @@ pub(super) fn planned<const N: usize>(
     }
 }
 
+impl PlannedPiece {
+    /// Returns true if the schedule consists of numbers, and takes time wherever it must.
+    fn is_resolved(&self) -> bool {
+        let SchedulePiece { s, t, speed, acceleration, .. } = &self.schedule;
+        let finite = [s, t, speed, acceleration].into_iter().flatten().all(|one| one.is_finite());
+        let time = t.last().copied().unwrap_or(0.0);
+        // A path that moves takes time, whatever limits a method may break.
+        finite && self.lower_bound.is_finite() && (time > 0.0 || self.lower_bound <= 0.0)
+    }
+}
+
 /// Joins the pieces to one plan, each starting when the one before ends.
-pub(super) fn assemble(planned: Vec<PlannedPiece>) -> FeedPlan {
+///
+/// # Errors
+///
+/// [`FeedError::Unresolved`] where rounding left no schedule.
+pub(super) fn assemble(planned: Vec<PlannedPiece>) -> Result<FeedPlan, FeedError> {
+    if let Some(piece) = planned.iter().position(|piece| !piece.is_resolved()) {
+        return Err(FeedError::Unresolved { piece });
+    }
     let mut plan = FeedPlan {
         schedule: Schedule::default(),
         lower_bound: 0.0,
@@ -87,5 +105,5 @@ pub(super) fn assemble(planned: Vec<PlannedPiece>) -> FeedPlan {
         plan.binding.push(piece.binding);
         plan.inserted += piece.inserted;
     }
-    plan
+    Ok(plan)
 }

@@ -6,6 +6,14 @@ use super::options::FeedOptions;
 use crate::types::{AxisNode, AxisPath, AxisPiece};
 use nalgebra::SVector;
 
+/// Smallest and largest limit, and largest number of a path, that a planner can compute with.
+///
+/// Planners form products of up to three path numbers and a reciprocal limit, and the squares of these: at most
+/// `(1e72 * 1e24)²`, far inside the range of numbers. Limits up to 1e150 stand for no limit; their reciprocals only make
+/// products smaller.
+const LIMITS: std::ops::RangeInclusive<f64> = 1e-24..=1e150;
+const LARGEST: f64 = 1e24;
+
 /// Checks everything that a planner relies on.
 pub(super) fn validate<const N: usize>(
     path: &AxisPath<N>,
@@ -32,7 +40,7 @@ pub(super) fn validate_limits<const N: usize>(limits: &Limits<N>) -> Result<(), 
     for (kind, values) in all {
         for (axis, &value) in values.iter().flatten().enumerate() {
             // Written so that a NaN is refused.
-            if !(value > 0.0 && value.is_finite()) {
+            if !LIMITS.contains(&value) {
                 return Err(FeedError::BadLimit { kind, axis, value });
             }
         }
@@ -45,12 +53,12 @@ pub(super) fn validate_options(options: &FeedOptions) -> Result<(), FeedError> {
     let speeds = &options.speeds;
     let all = [("feed", speeds.feed), ("link_feed", speeds.link_feed), ("tip", speeds.tip)];
     for (name, value) in all {
-        if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
+        if let Some(value) = value.filter(|value| !LIMITS.contains(value)) {
             return Err(FeedError::BadFeed { name, value });
         }
     }
     for (name, value) in ["start", "end"].into_iter().zip(options.ends) {
-        if !(value.is_finite() && value >= 0.0) {
+        if !(0.0..=LARGEST).contains(&value) {
             return Err(FeedError::BadEnd { name, value });
         }
     }
@@ -81,7 +89,17 @@ pub(super) fn validate_next<const N: usize>(
     if !(at.s > before && at.s.is_finite()) {
         return Err(FeedError::NotIncreasing { piece, node, s: at.s, before });
     }
-    validate_node(piece, node, at)
+    let large = |name, value: f64| (value.abs() > LARGEST).then_some((name, value));
+    validate_node(piece, node, at)?;
+    let axes = at.q.iter().enumerate().flat_map(|(order, values)| {
+        let name = if order == 0 { "a position" } else { "a derivative" };
+        values.iter().map(move |&value| (name, value))
+    });
+    let rates = [("s", at.s), ("tip_rate", at.tip_rate), ("feed_rate", at.feed_rate)];
+    match axes.chain(rates).find_map(|(name, value)| large(name, value)) {
+        Some((name, value)) => Err(FeedError::TooLarge { piece, node, name, value }),
+        None => Ok(()),
+    }
 }
 
 /// Checks that positions, derivatives and rates of a node are finite.

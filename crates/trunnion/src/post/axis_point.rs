@@ -1,6 +1,7 @@
 //! Points on the way of the axes, and the move they divide.
 
 use super::constants::SMALLEST_LENGTH;
+use super::timing::PositionSource;
 use crate::blocks::BlockEnd;
 use crate::machine::FIRST_ROTARY;
 use crate::types::{AxisVector, ToolPose};
@@ -22,6 +23,8 @@ impl AxesPose {
 /// Point that the axes pass.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AxisPoint {
+    /// Line of the input.
+    pub(super) line: u32,
     pub(super) q: AxisVector,
     pub(super) pose: ToolPose,
     /// True if a block ends here.
@@ -30,6 +33,10 @@ pub(super) struct AxisPoint {
     pub(super) goes_out: bool,
     /// Least time from the point before, as programmed; `None` for rapid \[s\].
     pub(super) least: Option<f64>,
+    /// Time from the point before as programmed, whatever the axes can do; `None` for rapid, and without a feed \[s\].
+    pub(super) programmed: Option<f64>,
+    /// Words that the positions come from.
+    pub(super) source: PositionSource,
     /// Travel of the tip from the point before \[mm\].
     pub(super) tip: f64,
     /// Travel of both rotaries from the point before, root of the sum of squares \[rad\].
@@ -86,6 +93,8 @@ pub(super) struct DividedMove<'a> {
     pub(super) per_length: f64,
     pub(super) per_share: f64,
     pub(super) per_way: f64,
+    /// Words that the positions come from.
+    pub(super) source: PositionSource,
     pub(super) out: &'a mut Vec<AxisPoint>,
 }
 
@@ -101,12 +110,16 @@ impl DividedMove<'_> {
         let tip = (to.pose.tip - from.pose.tip).norm();
         let turn = (to.q - from.q).fixed_rows::<2>(FIRST_ROTARY).norm();
         let least = self.per_length * tip + self.per_share * share;
+        let programmed = (least > 0.0 && !self.rapid).then_some(least);
         self.out.push(AxisPoint {
+            line: self.line,
             q: to.q,
             pose: to.pose,
             block: end == PartEnd::Block,
             goes_out: false,
             least: (!self.rapid).then_some(least),
+            programmed,
+            source: self.source,
             tip,
             turn,
             written: [tip, turn],

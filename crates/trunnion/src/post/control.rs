@@ -2,7 +2,39 @@
 
 use crate::blocks::BlockInterpolation;
 use crate::machine::{AxisInterpolation, Kinematics};
-use crate::nc::write::OutputFormat;
+use crate::nc::read::Dialect;
+use crate::nc::write::{OutputFormat, Style};
+
+/// Returns how far a control may leave the program by the smoothing that a program of this style asks for \[mm\].
+///
+/// `LinuxCNC` rounds corners within P of `G64`, and joins straight lines within Q before; Heidenhain and Siemens have one
+/// tolerance. The other dialects ask for nothing.
+///
+/// # Example
+///
+/// ```
+/// use trunnion::files::machine::{built_in, parse};
+/// use trunnion::machine::{Kinematics, Setup};
+/// use trunnion::nc::write::{AxisWords, OutputFormat, Style};
+/// use trunnion::post::smoothing_bound;
+///
+/// let machine = parse(built_in("ac-trunnion").unwrap_or_default()).map_err(|_| "bad file")?.machine;
+/// let kinematics = Kinematics::new(&machine, &Setup::default());
+/// let axes = AxisWords::of(&machine)?;
+/// let style = |dialect| Style { blend: Some([0.01, 1e-3]), ..Style::of(&kinematics, dialect, axes) };
+/// assert_eq!(smoothing_bound(&style(OutputFormat::LinuxCnc)), 0.02);
+/// assert_eq!(smoothing_bound(&style(OutputFormat::Siemens)), 0.01);
+/// assert_eq!(smoothing_bound(&style(OutputFormat::Fanuc)), 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn smoothing_bound(style: &Style) -> f64 {
+    let [tip, _] = style.blend.unwrap_or_default();
+    match style.dialect.dialect() {
+        Dialect::LinuxCnc => 2.0 * tip,
+        Dialect::Siemens | Dialect::Heidenhain => tip,
+        _ => 0.0,
+    }
+}
 
 /// Returns the motion between blocks of a dialect's control.
 ///

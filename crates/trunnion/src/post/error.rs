@@ -32,6 +32,18 @@ pub enum PostError {
         /// Tolerance: mm, rad.
         tolerance: [f64; 2],
     },
+    /// A rotary axis reaches the end of its travel inside a cut that is written as tool vectors.
+    #[error(
+        "a rotary axis reaches the end of its travel in this move and would have to turn by {:.1} deg inside the cut; \
+         tool vectors leave that to the control",
+        turn.to_degrees()
+    )]
+    GoesRound {
+        /// Line of the input.
+        line: u32,
+        /// Turn inside the cut \[rad\].
+        turn: f64,
+    },
     /// The input contains something that cannot be posted.
     #[error("{what} cannot be posted")]
     Refused {
@@ -82,6 +94,8 @@ pub enum PostRemedy {
     RotatePart,
     /// Allow retracts ([`PostOptions::unwind`](super::PostOptions::unwind)), divide the cut, or rotate the workpiece.
     UnwindOrRotatePart,
+    /// Write rotary words, with retracts ([`PostOptions::unwind`](super::PostOptions::unwind)), or divide the cut.
+    WriteRotaries,
     /// Give the length of every tool, or post one tool only.
     ToolLengths,
     /// Give the length of this tool.
@@ -120,6 +134,7 @@ impl PostError {
             Self::Reach { line, .. }
             | Self::Strays { line, .. }
             | Self::Refused { line, .. }
+            | Self::GoesRound { line, .. }
             | Self::Smooth { line, .. }
             | Self::Reversal { line } => *line,
             _ => 0,
@@ -134,6 +149,7 @@ impl PostError {
             }
             Self::Reach { .. } => PostRemedy::RotatePart,
             Self::Strays { .. } => PostRemedy::UnwindOrRotatePart,
+            Self::GoesRound { .. } => PostRemedy::WriteRotaries,
             Self::Refused { remedy, .. } => *remedy,
             Self::Reversal { .. } => PostRemedy::Advice("insert locations between"),
             Self::Empty => PostRemedy::InspectInput,

@@ -44,7 +44,7 @@ mod subdivision;
 mod timing;
 
 pub use constants::MOST_FAULTS;
-pub use control::control_of;
+pub use control::{control_of, smoothing_bound};
 pub use error::{PostError, PostRemedy, ReadBackError};
 pub use options::{
     POST_WINDOW, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostSource, ProgramHead,
@@ -52,5 +52,5 @@ pub use options::{
 pub use poster::Poster;
 pub use read_back::{WrittenText, read_back};
 pub use replay::{LeftOut, ProgramMoves};
-pub use report::{PostChoice, PostReport};
+pub use report::{PostChoice, PostReport, SlowedMove};
 pub use smoothing::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS, smoothing_tolerance};

@@ -3,16 +3,17 @@
 mod output;
 
 use super::axis_point::{AxesPose, AxisPoint};
+use super::control::smoothing_bound;
 use super::error::PostError;
 use super::filter::MoveFilter;
 use super::options::{PostFilter, PostMove, PostOptions, PostPace, PostSource, ProgramHead};
 use super::read_back::ReadBack;
-use super::report::PostReport;
+use super::report::{PostReport, SlowedMove};
 use super::rotaries::{PlannedMove, RetractPhase, RotaryPlanner};
 use super::rounded_words::RoundedWords;
 use super::smoothing_choice::{MoveGroup, SmoothingChoice};
 use super::subdivision::Subdivider;
-use super::timing::{AxisLoad, PointTimer, TimedPoint};
+use super::timing::{AxisLoad, PointTimer, PositionSource, TimedPoint, position_error};
 use crate::inverse::Inverse;
 use crate::machine::Kinematics;
 use crate::nc::write::{OutputFormat, ProgramWriter, Style};
@@ -46,6 +47,8 @@ pub struct Poster {
     before: FeedTally,
     /// Times and axis load of the output.
     after: FeedTally,
+    /// Move of the input whose times are being added up.
+    comparing: Option<SlowedMove>,
     report: PostReport,
 }
 
@@ -122,13 +125,15 @@ impl Poster {
             planned: Vec::new(),
             asked: VecDeque::new(),
             read: None,
-            subdivider: Subdivider::new(kinematics, source.clone(), &rest)?,
+            subdivider: Subdivider::new(kinematics, source.clone(), &rest)?
+                .for_dialect(style.dialect),
             source,
             output: None,
             points: Vec::new(),
             timed: Vec::new(),
             before: FeedTally::new(kinematics),
             after: FeedTally::new(kinematics),
+            comparing: None,
             report: PostReport::default(),
         })
     }
@@ -158,7 +163,8 @@ impl Poster {
         let q = self.subdivider.near(&one, self.read.as_ref())?;
         let to = AxesPose { q, pose: one.pose };
         if let Some(from) = self.read.replace(to) {
-            self.count_input(&from, &to, asked);
+            let source = self.subdivider.position_source(&one);
+            self.count_input(&from, &to, asked, source);
         }
         if self.options.filter == PostFilter::Smooth {
             // Whether smoothing pays is decided for a whole cut, at its end.
@@ -204,6 +210,14 @@ impl Poster {
         self.run(out, &best.points)
     }
 
+    /// Keeps the largest deviation of rapid moves.
+    fn add_rapid(&mut self) {
+        let rapid = self.subdivider.strayed_rapid;
+        for (most, by) in self.report.strayed_rapid.iter_mut().zip(rapid) {
+            *most = most.max(by);
+        }
+    }
+
     /// Keeps the largest deviation from the input \[mm, rad\].
     fn add_deviation(&mut self, by: [f64; 2]) {
         for (most, by) in self.report.strayed.iter_mut().zip(by) {
@@ -241,7 +255,8 @@ impl Poster {
         let asked = if planned.phase.is_none() { self.asked.pop_front() } else { None };
         let Some(from) = from else { return self.begin(out, to, head) };
         if let Some(asked) = asked {
-            self.count_input(&from, &to, asked);
+            let source = self.subdivider.position_source(&planned.one);
+            self.count_input(&from, &to, asked, source);
         }
         // The first point of a retract carries the comment that explains it in the program.
         if let (Some(RetractPhase::Out), Some(first)) = (planned.phase, self.points.first_mut()) {
@@ -270,6 +285,7 @@ impl Poster {
         // Everything of the tool before is written before its kinematics are replaced.
         self.settle(out, head)?;
         let fresh = Self::new(kinematics, source, &self.options, &self.style)?;
+        self.add_rapid();
         self.report.unwound.append(&mut self.rotaries.unwound);
         self.rotaries = fresh.rotaries;
         self.subdivider = fresh.subdivider;
@@ -299,6 +315,9 @@ impl Poster {
             let ended = read.end(out.get(begin..).unwrap_or_default());
             self.understood(ended)?;
         }
+        self.note_slowed();
+        self.report.smoothing_bound = smoothing_bound(&self.style);
+        self.add_rapid();
         self.report.seconds = [self.before.seconds, self.after.seconds];
         self.report.model_seconds = [self.before.model, self.after.model];
         self.report.ratios_before = self.before.load.worst;
@@ -343,7 +362,13 @@ impl Poster {
     }
 
     /// Adds a move of the input to the times and axis loads of the report.
-    fn count_input(&mut self, from: &AxesPose, to: &AxesPose, asked: PostPace) {
+    fn count_input(
+        &mut self,
+        from: &AxesPose,
+        to: &AxesPose,
+        asked: PostPace,
+        source: PositionSource,
+    ) {
         self.report.blocks[0] += 1;
         if asked == PostPace::Rapid {
             return self.before.rapid();
@@ -356,11 +381,11 @@ impl Poster {
             PostPace::Rapid => 0.0,
         };
         // Without a programmed time the axes run as fast as they can.
-        // Without a programmed time the axes run as fast as they can.
         let seconds = if programmed > 0.0 { programmed } else { self.before.load.least(&travel) };
         self.report.length += length;
         self.before.cutting = true;
-        self.before.load.push(&travel, seconds);
+        let error = position_error(&self.kinematics, &self.style.axes, source, &to.q);
+        self.before.load.push(&travel, &error, seconds);
         self.before.seconds += seconds;
         self.before.model += self.model(from, to, seconds);
     }

@@ -21,8 +21,18 @@ pub struct PostReport {
     pub ratios_after: [f64; 2],
     /// Upper bound on the deviation of tip \[mm\] and tool axis \[rad\] from the input, before rounding.
     pub strayed: [f64; 2],
+    /// The same of rapid moves.
+    pub strayed_rapid: [f64; 2],
+    /// Deviation of the tip that the program allows the control by asking for smoothing \[mm\].
+    pub smoothing_bound: f64,
     /// Upper bound on the tip movement caused by rounding the words \[mm\].
     pub rounding: f64,
+    /// Moves with feed that take longer than programmed, the first thousand in order.
+    pub slowed: Vec<SlowedMove>,
+    /// Number of all of them.
+    pub slowed_moves: usize,
+    /// The one that is slowed most.
+    pub slowest: Option<SlowedMove>,
     /// Cuts in which smoothing was chosen, if it was asked for.
     pub smoothing: Option<PostChoice>,
     /// Lines of the input before which the tool retracts so that the rotaries can unwind.
@@ -31,6 +41,30 @@ pub struct PostReport {
     ///
     /// `None`: every block was read back from the text and found to mean what was intended.
     pub unread: Option<Diagnostic>,
+}
+
+/// Move that takes longer than programmed, because an axis could not follow it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SlowedMove {
+    /// Line of the input.
+    pub line: u32,
+    /// Time as programmed and as written \[s\].
+    pub seconds: [f64; 2],
+}
+
+impl SlowedMove {
+    /// Returns the time as written over that as programmed.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion::post::SlowedMove;
+    ///
+    /// assert_eq!(SlowedMove { line: 7, seconds: [0.5, 2.0] }.ratio(), 4.0);
+    /// ```
+    pub fn ratio(&self) -> f64 {
+        self.seconds[1] / self.seconds[0]
+    }
 }
 
 /// Decisions on smoothing, and the timing they rest on.

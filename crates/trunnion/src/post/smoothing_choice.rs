@@ -302,7 +302,7 @@ impl SmoothingChoice<'_> {
         let Some(start) = self.subdivider.position().or(trial.start) else { return Ok(()) };
         // Times are those of the control that runs the program, from the rounded words it is given.
         let mut control = ControlTiming::new(self.kinematics, self.style, start);
-        let mut timer = PointTimer::new(self.kinematics, self.options, start.q)?;
+        let mut timer = PointTimer::new(self.kinematics, &self.style.axes, self.options, start.q)?;
         let mut timed = Vec::new();
         let mut add = |timed: &mut Vec<TimedPoint>| {
             for one in timed.drain(..) {

@@ -4,13 +4,16 @@ use super::axis_point::{AxesPose, AxisPoint, DividedMove, MachinePoint, PartEnd}
 use super::error::PostError;
 use super::options::{PostMove, PostOptions, PostPace, PostSource};
 use super::rotaries::{PlannedMove, RetractPhase};
+use super::timing::PositionSource;
 use crate::blocks::{BlockEnd, BlockInterpolation, bend, moved};
 use crate::inverse::{Inverse, InverseError};
 use crate::machine::{FIRST_ROTARY, Kinematics, SECOND_ROTARY, TurnFormat};
 use crate::math::angle::great_circle;
 use crate::math::jet::{Jet, Real};
+use crate::nc::write::OutputFormat;
 use crate::types::{AxisVector, TRAVEL_ROUNDING, ToolPose};
 use nalgebra::Vector3;
+use std::f64::consts::PI;
 
 /// Most parts of one move: if it needs more, dividing does not bring it closer.
 const MOST_PARTS: u32 = 4096;
@@ -45,10 +48,14 @@ pub(super) struct Subdivider {
     /// True if the input is for the same machine with the same setup: its rotary words are kept.
     own: bool,
     pub(super) tolerance: [f64; 2],
+    /// True if the program runs on a machine, whose rotaries turn; false for cutter locations.
+    turns: bool,
     most_turn: f64,
     at: Option<MachinePoint>,
     /// Largest deviation bounds so far: tip \[mm\], axis \[rad\].
     pub(super) strayed: [f64; 2],
+    /// The same of rapid moves.
+    pub(super) strayed_rapid: [f64; 2],
 }
 
 /// Motion of the input between two points, by the share of the move.
@@ -120,10 +127,17 @@ impl Subdivider {
             source,
             own,
             tolerance: options.tolerance,
+            turns: true,
             most_turn: if wound { f64::INFINITY } else { SHORT_TURN },
             at: None,
             strayed: [0.0; 2],
+            strayed_rapid: [0.0; 2],
         })
+    }
+
+    /// Divides for a dialect: cutter locations have no rotaries that could turn.
+    pub(super) fn for_dialect(self, dialect: OutputFormat) -> Self {
+        Self { turns: dialect != OutputFormat::Apt, ..self }
     }
 
     /// Returns the position of the machine; `None` before the first move.
@@ -148,6 +162,9 @@ impl Subdivider {
         };
         let to = MachinePoint { q, pose: one.pose, source: one.q.unwrap_or(q) };
         let Some(from) = self.at.replace(to) else { return Ok(()) };
+        if planned.axes.is_none() {
+            self.goes_on(one, &from.q, &q)?;
+        }
         let length = (to.pose.tip - from.pose.tip).norm();
         let rapid = one.pace == PostPace::Rapid;
         // Step 2: programmed time, of the whole move or per length.
@@ -171,13 +188,9 @@ impl Subdivider {
             per_length,
             per_share,
             per_way: if matches!(one.pace, PostPace::Feed(_)) { per_length } else { 0.0 },
+            source: self.position_source(one),
             out,
         };
-        // Step 3: a move that needs no division is run as it is.
-        let turns = planned.phase == Some(RetractPhase::Turn);
-        if same || turns || (rapid && self.target.control != BlockInterpolation::Axes) {
-            return self.run_directly([from, to], 1.0, &mut target_move);
-        }
         let source = std::mem::replace(&mut self.source, PostSource::Locations);
         let run = match &source {
             PostSource::Program(of)
@@ -187,10 +200,37 @@ impl Subdivider {
             }
             _ => None,
         };
-        // Step 4: divide it. The source is borrowed beside `self`.
-        let divided = self.cut(&MoveGeometry { run, ends: [from, to] }, &mut target_move);
+        let geometry = MoveGeometry { run, ends: [from, to] };
+        // Step 3: a move that needs no division is run as it is; any other is divided. The source is borrowed beside
+        // `self`.
+        let turns = planned.phase == Some(RetractPhase::Turn);
+        let is_run = same || turns || (rapid && self.target.control != BlockInterpolation::Axes);
+        let divided = if is_run {
+            if rapid && !same && planned.phase.is_none() {
+                self.compare_rapid(&geometry);
+            }
+            self.run_directly([from, to], 1.0, &mut target_move)
+        } else {
+            self.cut(&geometry, &mut target_move)
+        };
         self.source = source;
         divided
+    }
+
+    /// Compares a rapid move that is run as it is with the way of the input.
+    fn compare_rapid(&mut self, geometry: &MoveGeometry<'_>) {
+        let [from, to] = &geometry.ends;
+        let portion = Portion { shares: [0.0, 1.0], ends: [from, to] };
+        // The samples alone: a rapid move may leave its way by any amount, and is only told.
+        let off = self.deviation(geometry, self.target.control, &portion, None);
+        self.note_rapid(off);
+    }
+
+    /// Keeps the largest deviation of rapid moves \[mm, rad\].
+    fn note_rapid(&mut self, off: [f64; 2]) {
+        // Beyond half a turn no angle is larger.
+        let off = [off[0], off[1].min(PI)];
+        self.strayed_rapid = [0, 1].map(|k: usize| self.strayed_rapid[k].max(off[k]));
     }
 
     /// Returns the travel between two points of a block as if each axis kept its largest velocity between them.
@@ -226,6 +266,30 @@ impl Subdivider {
             (_, None) => self.target.inverse.kinematics().machine().home(),
         };
         self.axes(one.line, &one.pose, &near)
+    }
+
+    /// Refuses a cut in which a rotary has to go round: along a great circle the tool would not show it.
+    fn goes_on(&self, one: &PostMove, from: &AxisVector, to: &AxisVector) -> Result<(), PostError> {
+        let great_circle = self.target.control == BlockInterpolation::GreatCircle;
+        let turn = (to - from).fixed_rows::<2>(FIRST_ROTARY).amax();
+        if !great_circle || !self.turns || one.pace == PostPace::Rapid || turn < SHORT_TURN {
+            return Ok(());
+        }
+        // Axes that go on continuously end up elsewhere only if their travel ends.
+        let Ok(on) = self.target.inverse.near(&one.pose, from) else { return Ok(()) };
+        if (on - to).fixed_rows::<2>(FIRST_ROTARY).amax() <= SHORT_TURN {
+            return Ok(());
+        }
+        Err(PostError::GoesRound { line: one.line, turn })
+    }
+
+    /// Returns the words that the positions of a move come from.
+    pub(super) fn position_source(&self, one: &PostMove) -> PositionSource {
+        match one.way {
+            _ if !self.own || one.q.is_none() => PositionSource::Exact,
+            BlockInterpolation::Axes => PositionSource::Axes,
+            _ => PositionSource::Tip,
+        }
     }
 
     /// Returns the axes as programmed, if they are inside travel.
@@ -274,7 +338,7 @@ impl Subdivider {
                     geometry,
                     poses,
                     &Portion { shares, ends: [&before, point] },
-                    tolerance,
+                    Some(tolerance),
                 );
                 worst = [worst[0].max(off[0]), worst[1].max(off[1])];
                 before = *point;
@@ -282,7 +346,9 @@ impl Subdivider {
             // Step 2: accept them, or use more parts.
             let excess = (worst[0] / tolerance[0]).max(worst[1] / tolerance[1]);
             if excess <= 1.0 {
-                if !target_move.rapid {
+                if target_move.rapid {
+                    self.note_rapid(worst);
+                } else {
                     self.strayed = [self.strayed[0].max(worst[0]), self.strayed[1].max(worst[1])];
                 }
                 let mut before = from;
@@ -342,13 +408,13 @@ impl Subdivider {
 
     /// Bounds the deviation of the target from a portion of a move, at equal shares: tip \[mm\], axis \[rad\].
     ///
-    /// Sampling ends once the bound is within `enough`, or once a sample alone exceeds it.
+    /// Sampling ends once the bound is within `enough`, or once a sample alone exceeds it; without it, at most samples.
     fn deviation(
         &self,
         geometry: &MoveGeometry<'_>,
         control: BlockInterpolation,
         portion: &Portion<'_>,
-        enough: [f64; 2],
+        enough: Option<[f64; 2]>,
     ) -> [f64; 2] {
         let Portion { shares, ends } = *portion;
         // The same interpolation on both sides: nothing deviates.
@@ -382,9 +448,9 @@ impl Subdivider {
             let square = f64::from(samples * samples);
             let tip = off[0] + curved[0] / square;
             let bound = [tip, angle_of(off[1] + curved[1] / square)];
-            let fits = bound[0] <= enough[0] && bound[1] <= enough[1];
+            let fits = enough.is_some_and(|most| bound[0] <= most[0] && bound[1] <= most[1]);
             // A sample beyond the tolerance settles it: more of them cannot lower the bound below it.
-            let hopeless = off[0] > enough[0] || off[1] > enough[1];
+            let hopeless = enough.is_some_and(|most| off[0] > most[0] || off[1] > most[1]);
             if fits || hopeless || samples >= MOST_SAMPLES {
                 return bound;
             }
@@ -412,7 +478,9 @@ impl Subdivider {
             // A bow falls with the square of the number of blocks.
             let count = (bow / tolerance).sqrt().ceil();
             blocks = blocks.max(count);
-            if !target_move.rapid {
+            if target_move.rapid {
+                self.note_rapid([bow / (blocks * blocks), 0.0]);
+            } else {
                 self.strayed[0] = self.strayed[0].max(target_move.bowed + bow / (blocks * blocks));
             }
         }

@@ -38,7 +38,8 @@ fn every_failure_is_refused_and_listed() {
     for entry in fs::read_dir(&folder).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        if name == "README.md" {
+        // Inputs of commands are run by the tests of the command line.
+        if name == "README.md" || path.is_dir() {
             continue;
         }
         assert!(list.contains(&format!("| `{name}` |")), "{name} has no reason in the list");

@@ -375,6 +375,30 @@ fn a_helix_beyond_the_travel_of_a_rotary_goes_round_off_the_part() {
     }
 }
 
+/// Tool vectors do not say which way a rotary turns: its end of travel would be a turn inside the cut, at F0.07.
+#[test]
+fn a_rotary_that_must_go_round_in_a_cut_of_tool_vectors_is_refused() {
+    let (_, text) = BUILT_IN.into_iter().find(|(name, _)| *name == "gantry-ca-fork").unwrap();
+    let machine = parse(text).unwrap().machine;
+    let setup = Setup::new(Vector3::new(1500.0, 700.0, -800.0), [0.0; 3], 100.0);
+    let kinematics = Kinematics::new(&machine, &setup);
+    for dialect in [OutputFormat::Heidenhain, OutputFormat::Siemens, OutputFormat::FanucVector] {
+        let template = Template::of(dialect).unwrap();
+        let plain = options(control_of(&kinematics, dialect));
+        for unwind in [None, Some(50.0)] {
+            let options = PostOptions { unwind, ..plain };
+            let post = |moves: &[PostMove]| {
+                let source = PostSource::Locations;
+                posted_with(&kinematics, source, (dialect, &template), moves, &options)
+            };
+            post(&helix(200)).unwrap();
+            let refused = post(&helix(720)).unwrap_err();
+            let PostError::GoesRound { line, turn } = refused else { panic!("{refused:?}") };
+            assert!(line > 200 && turn > 1.5, "line {line}, {turn} rad");
+        }
+    }
+}
+
 #[test]
 fn a_template_that_says_something_else_is_found_by_reading_back() {
     let machine = parse(BUILT_IN[0].1).unwrap().machine;

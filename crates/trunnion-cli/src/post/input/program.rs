@@ -11,6 +11,7 @@ use trunnion::machine::Kinematics;
 use trunnion::nc::read::{AxisWords, Dialect, ReadOptions, Steps, steps};
 use trunnion::post::MOST_FAULTS;
 use trunnion::post::{PostMove, PostPace, ProgramMoves};
+use trunnion::types::Diagnostic;
 
 /// Lines of a file for a reader that knows no I/O errors: an error ends the lines and is kept.
 struct Text<'a> {
@@ -122,6 +123,16 @@ impl<'a> Program<'a> {
         self.ended = true;
         let path = self.path.display();
         for warning in self.steps.warnings() {
+            eprintln!("warning: {path}:{warning}");
+        }
+        if let Some(line) = self.moves.gauge_point() {
+            let length = self.moves.kinematics().setup().tool_length;
+            let message = format!(
+                "no tool length is in force (G43, G43.4, TRAORI, M128): X, Y and Z are taken as the gauge point, \
+                 {length:.4} mm above the tip"
+            );
+            let help = "if they are the tip, switch the length on before this line, or give --from-tool-length 0";
+            let warning = Diagnostic { line, column: 0, message, help: help.to_owned() };
             eprintln!("warning: {path}:{warning}");
         }
         let left = self.moves.left();

@@ -27,6 +27,10 @@ fn help(remedy: PostRemedy) -> &'static str {
             "let the rotaries unwind off the part (--unwind), divide the cut by a rapid move before this line, or turn \
              the part (--rotation)"
         }
+        PostRemedy::WriteRotaries => {
+            "write rotary words and let them unwind off the part (--unwind with -d heidenhain-axes, siemens-axes, fanuc \
+             or linuxcnc), or divide the cut by a rapid move before this line"
+        }
         PostRemedy::ToolLengths => {
             "give the length of each tool, --tool-length NUMBER=L; or post one tool: --tool NUMBER"
         }

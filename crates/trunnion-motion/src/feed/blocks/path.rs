@@ -50,7 +50,7 @@ pub fn blocks<const N: usize>(
         let speeds = plan_rows(&mut rows, &limits.acceleration, options, speeds);
         run(piece, &inverse, &rows, &speeds, &ends)
     })?;
-    Ok(assemble(planned))
+    assemble(planned)
 }
 
 /// Returns the blocks between the nodes of a piece.

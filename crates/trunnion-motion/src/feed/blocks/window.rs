@@ -92,11 +92,13 @@ pub(super) fn speeds<const N: usize>(
     ahead: LookAhead,
     period: f64,
 ) -> Vec<f64> {
+    // Nothing moves, as where a program has a position and no move: there are no junctions either.
+    let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return Vec::new() };
     let count = rows.len();
     let mut caps = vec![0.0; count + 1];
     // Largest speed at each junction; the inner ones stay 0 where every block ends at rest.
-    caps[0] = ends[0].min(rows.first().map_or(0.0, |row| row.feed));
-    caps[count] = ends[1].min(rows.last().map_or(0.0, |row| row.feed));
+    caps[0] = ends[0].min(first.feed);
+    caps[count] = ends[1].min(last.feed);
     if ahead != LookAhead::Stops {
         caps[1..count].copy_from_slice(junctions);
     }
@@ -218,6 +220,13 @@ mod tests {
             for (short, long) in got.iter().zip(&whole) {
                 prop_assert!(short <= long);
             }
+        }
+    }
+
+    #[test]
+    fn no_blocks_have_no_speeds() {
+        for ahead in [LookAhead::Whole, LookAhead::Stops, LookAhead::Blocks(3)] {
+            assert!(speeds::<2>(&[], &[], [1.0; 2], ahead, 1e-3).is_empty());
         }
     }
 

@@ -27,6 +27,11 @@ const LARGEST_SHARE: f64 = 0.0163;
 /// simple fraction either.
 const GROWTH: f64 = 0.26;
 
+/// Fewest cells of a profile: those of rest at both ends, and one between them.
+///
+/// There are always more, unless the piece is so short beside its `s` that rounding forbids rows inside it.
+pub(super) const FEWEST_CELLS: usize = 3;
+
 /// Builds the grid: the path's nodes, with cells halved until they resolve rest at ends that do
 /// not move.
 pub(super) fn graded<const N: usize>(

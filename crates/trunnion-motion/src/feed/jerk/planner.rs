@@ -84,13 +84,15 @@ pub fn jerk_between<const N: usize>(
     let planned = plan_all(path, progress, |index, piece| {
         let at = |here: bool, end: EndMotion| if here { end } else { EndMotion::Rest };
         let ends = [at(index == 0, ends[0]), at(index + 1 == count, ends[1])];
-        plan_piece(piece, &ReciprocalLimits::new(piece.motion, limits, options), options, ends)
+        let limits = ReciprocalLimits::new(piece.motion, limits, options);
+        plan_piece(index, piece, &limits, options, ends)
     })?;
-    Ok(assemble(planned))
+    assemble(planned)
 }
 
 /// Plans one piece between given end motions.
 fn plan_piece<const N: usize>(
+    index: usize,
     piece: &AxisPiece<N>,
     limits: &ReciprocalLimits<N>,
     options: &FeedOptions,
@@ -98,6 +100,9 @@ fn plan_piece<const N: usize>(
 ) -> Result<PlannedPiece, FeedError> {
     // Where nothing limits anything, nothing moves: the spline at rest is the schedule.
     let grid = graded_grid::graded(piece, limits, &ends);
+    if grid.cells.len() < graded_grid::FEWEST_CELLS {
+        return Err(FeedError::Unresolved { piece: index });
+    }
     let mut spline = SpeedSpline::new(lengths(&grid), vec![0.0; grid.cells.len()], ends);
     let mut bounds = LimitRatios { jerk: Some(0.0), ..LimitRatios::default() };
     if let Some((caps, start)) = feasible(&grid, limits, ends) {

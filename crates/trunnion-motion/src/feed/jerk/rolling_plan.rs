@@ -82,19 +82,22 @@ pub(crate) struct RollingPlan<const N: usize> {
 pub(crate) type CellMotion = [[f64; 2]; 3];
 
 impl<const N: usize> RollingPlan<N> {
-    /// Plans a piece from rest to rest.
+    /// Plans a piece from rest to rest; `None` if it is so short beside its `s` that it has no room for rows.
     pub(crate) fn new(
         piece: &AxisPiece<N>,
         limits: &ReciprocalLimits<N>,
         ahead: PathAhead,
-    ) -> Self {
+    ) -> Option<Self> {
         let (grid, start) = slow(piece, limits, [1.0, ahead.reserve()]);
+        if grid.cells.len() < graded_grid::FEWEST_CELLS {
+            return None;
+        }
         let FeasibleSpline { spline, references } = start;
         let motion = spline.motion();
         let bounds = LimitRatios::default();
         let mut course = Self { grid, spline, references, motion, done: 0, ahead, down: 1, bounds };
         course.search(1, FIRST_WEIGHT, [limits; 2]);
-        course
+        Some(course)
     }
 
     /// Wraps a stop from the motion under way.

@@ -1,5 +1,6 @@
 //! Upper bounds of the squared speed that do not depend on its slope.
 
+use super::graded_grid::FEWEST_CELLS;
 use super::rows::{RestSide, rest_cap};
 use super::speed_spline::{EndMotion, SpeedSpline};
 use crate::feed::grid::FeedGrid;
@@ -28,6 +29,10 @@ impl SpeedCaps {
         spline: &SpeedSpline,
         limits: &ReciprocalLimits<N>,
     ) -> Option<Self> {
+        // A piece without room for rows cannot move either.
+        if grid.cells.len() < FEWEST_CELLS {
+            return None;
+        }
         let last = grid.cells.len() - 1;
         let lines: Vec<[f64; 2]> = grid.cells.iter().map(|cell| cell.caps(limits)).collect();
         let fastest = lines.iter().flatten().copied().filter(|cap| cap.is_finite());

@@ -227,8 +227,9 @@ impl<const N: usize> JerkStream<N> {
         self.piece = self.known.piece()?;
         let ahead = self.ahead();
         let piece = self.known.take(self.kept(ahead))?;
-        self.plan = Some(RollingPlan::new(&piece, &self.limits_on(piece.motion), ahead));
-        Some(())
+        // A piece without room for rows has no plan: the stream ends before it.
+        self.plan = RollingPlan::new(&piece, &self.limits_on(piece.motion), ahead);
+        self.plan.is_some().then_some(())
     }
 
     /// Returns the plan, extended where it is time to.

@@ -26,9 +26,16 @@ pub struct StreamStep {
 }
 
 impl StreamStep {
+    /// Returns `true` unless the path is too large, too small or too fine to compute with.
+    pub fn is_resolved(&self) -> bool {
+        let Self { s, t, duration, speed, acceleration, end_acceleration, .. } = *self;
+        let all = [s[0], s[1], t, duration, speed[0], speed[1], acceleration, end_acceleration];
+        all.iter().all(|one| one.is_finite())
+    }
+
     /// Returns position and speed a time after the start, clamped to the step.
     pub fn at(&self, dt: f64) -> PathState {
-        let dt = dt.clamp(0.0, self.duration);
+        let dt = dt.max(0.0).min(self.duration);
         let accelerations = [self.acceleration, self.end_acceleration];
         // Linear in s with jerk limits; constant otherwise, where the closed form is a parabola.
         if accelerations[0].to_bits() != accelerations[1].to_bits() {

@@ -10,7 +10,7 @@ use crate::feed::pieces::{PlannedPiece, assemble};
 use crate::feed::plan::FeedPlan;
 use crate::feed::reciprocal::ReciprocalLimits;
 use crate::feed::validate;
-use crate::types::{AccelerationProfile, AxisPath, SchedulePiece};
+use crate::types::{AccelerationProfile, AxisPath, AxisPiece, SchedulePiece};
 
 /// Plans within jerk limits through a window of so many rows, as a [`JerkStream`] does; from rest
 /// to rest.
@@ -54,12 +54,19 @@ pub fn jerk_through_window<const N: usize>(
         let t = piece.t.last().copied().unwrap_or(0.0) + step.duration;
         row(piece, [step.s[1], t, step.speed[1], step.end_acceleration]);
     }
+    // A stream that stops short has no error of its own.
+    let ends = |piece: &AxisPiece<N>| piece.nodes.last().map(|node| node.s);
+    let short =
+        |(piece, run): (&AxisPiece<N>, &SchedulePiece)| run.s.last().copied() != ends(piece);
+    if let Some(piece) = path.pieces.iter().zip(&pieces).position(short) {
+        return Err(FeedError::Unresolved { piece });
+    }
     let bounds = stream.bounds();
     let planned = path.pieces.iter().zip(pieces).map(|(piece, schedule)| {
         let limits = ReciprocalLimits::new(piece.motion, &limits.smaller(), options);
         PlannedPiece { bounds, ..known_of(piece, schedule, &limits) }
     });
-    Ok(assemble(planned.collect()))
+    assemble(planned.collect())
 }
 
 /// Appends a row to a schedule.

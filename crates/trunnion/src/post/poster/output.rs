@@ -6,12 +6,19 @@ use crate::post::axis_point::{AxesPose, AxisPoint};
 use crate::post::error::{PostError, ReadBackError};
 use crate::post::options::{PostMethod, ProgramHead};
 use crate::post::read_back::ReadBack;
+use crate::post::report::SlowedMove;
 use crate::post::rounded_words::RoundedWords;
 use crate::post::subdivision::Subdivider;
-use crate::post::timing::{ControlModel, PointTimer, TimedPoint, word_travel};
+use crate::post::timing::{ControlModel, PointTimer, TimedPoint, position_error, word_travel};
 
 /// Number of points that are timed before the finished blocks are written.
 const BATCH: usize = 1024;
+
+/// Ratio of the times from which a move counts as slowed: rounding is less.
+const SLOWER: f64 = 1.001;
+
+/// Most slowed moves that are listed.
+const MOST_SLOWED: usize = 1000;
 
 impl Poster {
     /// Writes the head of the program, up to its starting position.
@@ -30,7 +37,7 @@ impl Poster {
         let start = WrittenPosition { q: &to.q, pose: &to.pose };
         // The head depends on where the program starts, so it is written with the first position.
         let writer = ProgramWriter::new(out, &self.kinematics, form, start)?;
-        let timer = PointTimer::new(&self.kinematics, &self.options, to.q)?;
+        let timer = PointTimer::new(&self.kinematics, &self.style.axes, &self.options, to.q)?;
         let text = out.get(begin..).unwrap_or_default();
         let read = ReadBack::new(&self.kinematics, style, text, &to.pose);
         let read_back = self.understood(read)?;
@@ -64,7 +71,7 @@ impl Poster {
             output.read_back = self.understood(done)?.map(|()| read);
         }
         self.output = Some(ProgramOutput {
-            timer: PointTimer::new(&self.kinematics, &self.options, to.q)?,
+            timer: PointTimer::new(&self.kinematics, &self.style.axes, &self.options, to.q)?,
             at: to,
             block: to,
             waiting: [0.0; 3],
@@ -98,7 +105,7 @@ impl Poster {
     pub(super) fn rest(&mut self, out: &mut String) -> Result<(), PostError> {
         let Some(output) = self.output.take() else { return Ok(()) };
         // A fresh timer starts from rest at the same place.
-        let next = PointTimer::new(&self.kinematics, &self.options, output.at.q)?;
+        let next = PointTimer::new(&self.kinematics, &self.style.axes, &self.options, output.at.q)?;
         output.timer.finish(&mut self.timed)?;
         self.output = Some(ProgramOutput { timer: next, ..output });
         self.write(out)?;
@@ -135,6 +142,7 @@ impl Poster {
         for one in &timed {
             let point = &one.point;
             output.pass(one, &self.subdivider);
+            self.compare_time(one);
             if !point.block {
                 continue;
             }
@@ -173,6 +181,35 @@ impl Poster {
         Ok(())
     }
 
+    /// Compares the time of a point with the programmed one, move by move.
+    fn compare_time(&mut self, one: &TimedPoint) {
+        let TimedPoint { point, seconds } = *one;
+        let Some(programmed) = point.programmed else { return };
+        match &mut self.comparing {
+            Some(sum) if sum.line == point.line => {
+                sum.seconds = [sum.seconds[0] + programmed, sum.seconds[1] + seconds];
+            }
+            _ => {
+                self.note_slowed();
+                self.comparing =
+                    Some(SlowedMove { line: point.line, seconds: [programmed, seconds] });
+            }
+        }
+    }
+
+    /// Notes the move that was compared last, if it is slower than programmed.
+    pub(super) fn note_slowed(&mut self) {
+        let slowed = self.comparing.take().filter(|sum| sum.ratio() > SLOWER);
+        let Some(slowed) = slowed else { return };
+        self.report.slowed_moves += 1;
+        if self.report.slowed.len() < MOST_SLOWED {
+            self.report.slowed.push(slowed);
+        }
+        if self.report.slowest.is_none_or(|worst| worst.ratio() < slowed.ratio()) {
+            self.report.slowest = Some(slowed);
+        }
+    }
+
     /// Adds a block of the output to the times and axis loads of the report.
     fn count_output(&mut self, output: &mut ProgramOutput, end: &TimedPoint) {
         let inside = std::mem::take(&mut output.inside);
@@ -183,7 +220,9 @@ impl Poster {
         }
         self.after.cutting = true;
         self.after.seconds += seconds;
-        self.after.load.push(&(end.point.q - output.block.q), seconds);
+        let q = &end.point.q;
+        let error = position_error(&self.kinematics, &self.style.axes, end.point.source, q);
+        self.after.load.push(&(q - output.block.q), &error, seconds);
         // Points inside a block share its time by their size.
         let whole: f64 = inside.iter().map(|(_, size)| size).sum();
         for (travel, size) in &inside {

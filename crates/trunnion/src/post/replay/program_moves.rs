@@ -46,6 +46,8 @@ pub struct ProgramMoves {
     /// Moves in machine coordinates of which is not known yet whether others follow.
     away: Vec<PostMove>,
     left: LeftOut,
+    /// First line that cuts without a tool length.
+    gauge_point: Option<u32>,
     /// Spindle speed, clockwise positive \[1/min\].
     spindle: f64,
 }
@@ -71,6 +73,7 @@ impl ProgramMoves {
             lengths: Vec::new(),
             away: Vec::new(),
             left: LeftOut::default(),
+            gauge_point: None,
             spindle: 0.0,
         })
     }
@@ -113,6 +116,11 @@ impl ProgramMoves {
         self.kinematics().forward(&self.q)
     }
 
+    /// Returns the first line that cuts with no tool length in force, so that X Y Z are the gauge point.
+    pub fn gauge_point(&self) -> Option<u32> {
+        self.gauge_point
+    }
+
     /// Returns what was left out so far.
     pub fn left(&self) -> LeftOut {
         LeftOut { moves: self.left.moves + self.away.len(), ..self.left }
@@ -152,9 +160,13 @@ impl ProgramMoves {
         if self.is_wanted() && block.sixth.is_some() {
             return Err(refused(block.line, "a sixth axis", "only five axes are posted"));
         }
-        let Frame::Work { offset, tcp, .. } = block.frame else {
+        let Frame::Work { offset, length, tcp } = block.frame else {
             return self.run_in_machine(block);
         };
+        let has_length = length || tcp || self.control.tool_length() == 0.0;
+        if self.is_wanted() && !has_length && block.pace != Pace::Rapid {
+            self.gauge_point = self.gauge_point.or(Some(block.line));
+        }
         self.use_offset(block.line, offset)?;
         if block.axis.is_some() && !tcp && block.words != [None; AXES] {
             let what = "a tool vector without tool-centre-point control";

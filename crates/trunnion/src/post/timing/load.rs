@@ -1,18 +1,19 @@
 //! Load on the axes: their velocities and accelerations over the limits.
 
+use super::block_motion::BlockMotion;
 use crate::machine::Machine;
 use crate::types::AxisVector;
 
 /// Largest ratio of axis velocities and accelerations to their limits.
 ///
 /// Blocks count with their mean velocities; accelerations are the changes of these over the time between the middles
-/// of two blocks. The machine rests before and after.
+/// of two blocks. The machine rests before and after. What the rounding of words can have added does not count.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct AxisLoad {
     velocity: AxisVector,
     acceleration: AxisVector,
-    /// Mean velocity and time of the block before.
-    before: Option<(AxisVector, f64)>,
+    /// Mean motion of the block before.
+    before: Option<BlockMotion>,
     /// Largest ratios of velocity and of acceleration; 1 is the limit.
     pub(crate) worst: [f64; 2],
 }
@@ -28,18 +29,17 @@ impl AxisLoad {
         }
     }
 
-    /// Adds a block that moves the axes by `travel` in a time.
-    pub(crate) fn push(&mut self, travel: &AxisVector, seconds: f64) {
+    /// Adds a block that moves the axes by `travel` in a time; its ends may be off by `error`.
+    pub(crate) fn push(&mut self, travel: &AxisVector, error: &AxisVector, seconds: f64) {
         let seconds = if seconds > 0.0 { seconds } else { self.least(travel) };
         if seconds <= 0.0 {
             return;
         }
-        let velocity = travel / seconds;
-        self.worst[0] = self.worst[0].max(velocity.component_div(&self.velocity).amax());
-        // Mean velocities count in the middles of their blocks; at rest before the first.
-        let (last, time) = self.before.unwrap_or((AxisVector::zeros(), 0.0));
-        self.change(&(velocity - last), 0.5 * (time + seconds));
-        self.before = Some((velocity, seconds));
+        let motion = BlockMotion::new(travel, error, seconds);
+        self.worst[0] = self.worst[0].max(motion.over(&self.velocity));
+        let last = self.before.unwrap_or_else(BlockMotion::rest);
+        self.worst[1] = self.worst[1].max(last.to(&motion).over(&self.acceleration));
+        self.before = Some(motion);
     }
 
     /// Adds a part of a block in which the axes reach the velocity `travel / seconds`.
@@ -52,16 +52,11 @@ impl AxisLoad {
 
     /// Brings the axes to rest.
     pub(crate) fn rest(&mut self) {
-        if let Some((velocity, seconds)) = self.before.take() {
+        if let Some(motion) = self.before.take() {
             // From the middle of the last block to its end, where the axes stand.
-            self.change(&velocity, 0.5 * seconds);
+            let change = motion.to(&BlockMotion::rest());
+            self.worst[1] = self.worst[1].max(change.over(&self.acceleration));
         }
-    }
-
-    /// Adds a change of the mean velocity within a time.
-    fn change(&mut self, by: &AxisVector, seconds: f64) {
-        let ratio = by.component_div(&self.acceleration).amax() / seconds;
-        self.worst[1] = self.worst[1].max(ratio);
     }
 
     /// Returns the least time for a travel by the velocities of the axes \[s\].
@@ -82,7 +77,7 @@ mod tests {
         let mut load = AxisLoad::new(&machine);
         // 1 mm in 0.1 s, then 3 mm in 0.1 s: 10 and 30 mm/s; 20 mm/s in 0.1 s, and 30 mm/s to rest in 0.05 s.
         for travel in [1.0, 3.0] {
-            load.push(&AxisVector::from([travel, 0.0, 0.0, 0.0, 0.0]), 0.1);
+            load.push(&AxisVector::from([travel, 0.0, 0.0, 0.0, 0.0]), &AxisVector::zeros(), 0.1);
         }
         load.rest();
         assert!((load.worst[0] - 30.0 / velocity).abs() < 1e-12);

@@ -3,14 +3,17 @@
 //! [`PointTimer`] finds the times that the program asks for; [`ControlTiming`] and [`ControlModel`] the times that
 //! a control takes; [`AxisLoad`] compares both with the limits of the axes.
 
+mod block_motion;
 mod control;
 mod corner;
+mod kept_times;
 mod load;
 mod look_ahead;
 mod smooth_path;
 mod timed_point;
 mod timer;
 
+pub(super) use block_motion::{PositionSource, position_error};
 pub(super) use control::{ControlModel, ControlTiming, word_travel};
 pub(super) use load::AxisLoad;
 pub(super) use timed_point::TimedPoint;

@@ -1,9 +1,11 @@
 //! Timing methods behind one interface.
 
+use super::kept_times::KeptTimes;
 use super::look_ahead::LookAheadTimer;
 use super::smooth_path::SmoothPathTimer;
 use super::timed_point::TimedPoint;
 use crate::machine::{Kinematics, Machine};
+use crate::nc::write::AxisWords;
 use crate::post::axis_point::AxisPoint;
 use crate::post::error::PostError;
 use crate::post::options::{PostMethod, PostOptions};
@@ -12,8 +14,8 @@ use crate::types::AxisVector;
 /// Timer of axis points, by the method of the options.
 #[derive(Debug)]
 pub(crate) enum PointTimer {
-    /// Times along a smooth path.
-    Path(Box<SmoothPathTimer>),
+    /// Times along a smooth path, and those of the program where they can be kept.
+    Path(Box<(SmoothPathTimer, KeptTimes)>, Vec<TimedPoint>),
     /// Times of a control that runs block after block.
     Blocks(Box<LookAheadTimer>),
     /// Times as programmed.
@@ -24,13 +26,16 @@ impl PointTimer {
     /// Creates a timer for axes that rest at `at`.
     pub(crate) fn new(
         kinematics: &Kinematics,
+        words: &AxisWords,
         options: &PostOptions,
         at: AxisVector,
     ) -> Result<Self, PostError> {
         let machine = kinematics.machine();
         Ok(match options.method {
             PostMethod::Optimal | PostMethod::Jerk => {
-                Self::Path(Box::new(SmoothPathTimer::new(kinematics, options, at)?))
+                let planner = SmoothPathTimer::new(kinematics, options, at)?;
+                let kept = KeptTimes::new(kinematics, words, options, at);
+                Self::Path(Box::new((planner, kept)), Vec::new())
             }
             PostMethod::Blocks => Self::Blocks(Box::new(LookAheadTimer::new(machine, options, at))),
             PostMethod::Programmed => Self::Programmed(ProgrammedTimer::new(machine, at)),
@@ -44,7 +49,11 @@ impl PointTimer {
         out: &mut Vec<TimedPoint>,
     ) -> Result<(), PostError> {
         match self {
-            Self::Path(path) => path.push(point, out),
+            Self::Path(path, planned) => {
+                path.0.push(point, planned)?;
+                path.1.take(planned, out);
+                Ok(())
+            }
             Self::Blocks(blocks) => blocks.push(point, out),
             Self::Programmed(programmed) => {
                 out.push(programmed.timed(point));
@@ -56,7 +65,13 @@ impl PointTimer {
     /// Ends the path, and appends all remaining points.
     pub(crate) fn finish(self, out: &mut Vec<TimedPoint>) -> Result<(), PostError> {
         match self {
-            Self::Path(path) => path.finish(out),
+            Self::Path(path, mut planned) => {
+                let (planner, mut kept) = *path;
+                planner.finish(&mut planned)?;
+                kept.take(&mut planned, out);
+                kept.rest(out);
+                Ok(())
+            }
             Self::Blocks(mut blocks) => blocks.rest(out),
             Self::Programmed(_) => Ok(()),
         }
