@@ -445,3 +445,9 @@ impl CheckJson {
         Self { file: file.to_owned(), ok, faults }
     }
 }
+
+/// Returns the upper end of the travel of Z \[mm\]; `None` without one.
+pub(crate) fn top_of_z(machine: &Machine) -> Option<f64> {
+    let [_, _, z, ..] = &machine.axes;
+    Some(z.limits[1]).filter(|end| end.is_finite())
+}

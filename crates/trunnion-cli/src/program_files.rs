@@ -8,11 +8,11 @@ use trunnion::nc::read::{IniFile, ReadOptions, ini_file, tool_rows};
 /// Files of the control.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub(crate) struct ProgramFileArgs {
-    /// Tool table of LinuxCNC, in the unit of --ini or mm: for cutter compensation (G41, G42) and tool offsets that the
+    /// Tool table of the control (.tbl), in the unit of --ini or mm: for cutter compensation and for tool offsets that the
     /// program writes (G10 L1).
     #[arg(long, value_name = "TBL")]
     tool_table: Option<PathBuf>,
-    /// Configuration of a LinuxCNC machine: its values (#<_ini[section]name>), unit and tool table.
+    /// Configuration of the control (.ini): its values (#<_ini[section]name>), unit and tool table.
     #[arg(long, value_name = "INI")]
     ini: Option<PathBuf>,
 }

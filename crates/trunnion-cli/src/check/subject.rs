@@ -6,7 +6,7 @@ use super::setting::Setting;
 use super::what_if::Assumption;
 use crate::outcome::Failure;
 use crate::progress::Bars;
-use crate::{inspect, text};
+use crate::{inspect, machine, text};
 use std::path::Path;
 use trunnion::cutter::Cutter;
 use trunnion::files::summary::ChordSummary;
@@ -230,6 +230,7 @@ fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<Motion, Failure
     let mut options = ReadOptions {
         block_delete: args.block_delete,
         parameters: args.parameters.clone(),
+        retract_height: machine::top_of_z(kinematics.machine()),
         ..ReadOptions::new(dialect, axes, MOST_FAULTS)
     };
     args.files.fill(&mut options)?;

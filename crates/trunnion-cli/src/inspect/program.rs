@@ -151,6 +151,8 @@ fn read(path: &Path, args: &ProgramArgs) -> Result<ProgramSummary, Failure> {
         sixth: true,
         block_delete: args.block_delete,
         parameters: args.parameters.clone(),
+        // Retracts to the end of travel count with other axis positions: their lengths stay out.
+        retract_height: Some(0.0),
         ..ReadOptions::new(dialect, axes, MOST_FAULTS)
     };
     args.files.fill(&mut options)?;

@@ -23,6 +23,8 @@ pub struct ReadOptions {
     pub parameters: Vec<(String, f64)>,
     /// Axis positions of `G28` \[mm, rad\].
     pub reference: [f64; AXES],
+    /// Upper end of the travel of Z \[mm\], to which `M140 MB MAX` retracts; `None`: such a retract is refused.
+    pub retract_height: Option<f64>,
     /// Tool table of the control, for cutter compensation and tool offsets that a program writes.
     pub tools: Vec<ToolRow>,
 }
@@ -53,6 +55,7 @@ impl ReadOptions {
             block_delete: None,
             parameters: Vec::new(),
             reference: [0.0; AXES],
+            retract_height: None,
             tools: Vec::new(),
         }
     }

@@ -7,7 +7,7 @@ use crate::readings;
 use proptest::prelude::*;
 use readings::{moves, options, places};
 use std::f64::consts::TAU;
-use trunnion_nc::read::{Dialect, Frame, Pace, Program, Step, Turning};
+use trunnion_nc::read::{Dialect, Frame, Pace, Program, ReadOptions, Step, Turning};
 
 const DIALECT: Dialect = Dialect::Heidenhain;
 
@@ -239,11 +239,14 @@ fn tapping_follows_pitch_and_speed() {
 
 #[test]
 fn retracts_along_the_tool_axis() {
-    let program = read("L X+1 Y+2 Z+3 FMAX\nL M140 MB 50 F750\nL M140 MB MAX");
+    let text = "L X+1 Y+2 Z+3 FMAX\nL M140 MB 50 F750\nL M140 MB MAX";
+    refuses(text, 3, "without a machine");
+    let with = ReadOptions { retract_height: Some(-2.5), ..options(DIALECT, "XYZAC") };
+    let program = readings::read(&whole(text), &with);
     let found = moves(&program);
     assert_eq!((found[1].words[2], found[1].incremental), (Some(50.0), true));
     assert_eq!(found[1].pace, Pace::PerMinute { speed: 12.5 });
-    assert_eq!((found[2].words[2], found[2].frame), (Some(0.0), Frame::Machine));
+    assert_eq!((found[2].words[2], found[2].frame), (Some(-2.5), Frame::Machine));
     assert_eq!(found[2].pace, Pace::Rapid);
 }
 

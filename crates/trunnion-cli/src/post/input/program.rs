@@ -60,6 +60,7 @@ impl<'a> Program<'a> {
         let mut read_options = ReadOptions {
             parameters: options.parameters.clone(),
             block_delete: options.block_delete,
+            retract_height: crate::machine::top_of_z(machine.machine()),
             ..ReadOptions::new(dialect, words, MOST_FAULTS)
         };
         options.files.fill(&mut read_options)?;

@@ -448,11 +448,12 @@ impl HeidenhainReader {
                 target.set(slot, distance, DistanceMode::Incremental);
             }
             Retraction::Limit if upright && !in_plane && axis == 2 => {
-                let message = "M140 MB MAX is taken as the reference position of the tool axis";
-                state.log.warn("", ReadRemark::new(at, message, ""));
+                let Some(height) = self.retract_height else {
+                    let help = "write L Z with M91 and the upper end of its travel";
+                    return Err(ReadRemark::new(at, "M140 MB MAX without a machine", help));
+                };
                 target.machine = true;
-                let reference = self.reference.get(slot).copied().unwrap_or(0.0);
-                target.set(slot, reference, DistanceMode::Absolute);
+                target.set(slot, height, DistanceMode::Absolute);
             }
             Retraction::Unstated => {
                 return Err(ReadRemark::new(at, "M140 without MB", "write MB MAX or a distance"));

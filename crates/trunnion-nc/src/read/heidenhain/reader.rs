@@ -10,7 +10,6 @@ use crate::read::options::ReadOptions;
 use crate::read::remedy::undecided_block;
 use crate::read::state::ReaderState;
 use crate::read::step::Step;
-use crate::types::AXES;
 use std::collections::HashMap;
 
 /// Longest block joined by `~` \[bytes\].
@@ -35,8 +34,8 @@ pub(in crate::read) struct HeidenhainReader {
     pub(super) drilling: Option<KlartextCycle>,
     /// The program has turned a rotary axis, or a plane may have.
     pub(super) turned: bool,
-    /// Axis positions to which `M140 MB MAX` retracts \[mm, rad\].
-    pub(super) reference: [f64; AXES],
+    /// Upper end of the travel of Z \[mm\].
+    pub(super) retract_height: Option<f64>,
     pub(super) flow: KlartextFlow,
     pub(super) lines: u32,
     /// A block that goes on, and its first line.
@@ -58,7 +57,7 @@ impl HeidenhainReader {
             cycle: 0,
             drilling: None,
             turned: false,
-            reference: options.reference,
+            retract_height: options.retract_height,
             flow: KlartextFlow::new(options.most_repeated),
             lines: 0,
             joined: String::new(),

@@ -136,8 +136,11 @@ impl ProgramMoves {
             Step::Move(block) => return self.run(block, out),
             Step::Dwell { .. } => self.left.dwells += 1,
             Step::Words { .. } => self.left.words += 1,
-            // Lengths are compensated with those of the tools, and smoothing words are counted as words.
-            Step::Smoothing { .. } | Step::LengthEntry { .. } => {}
+            // Lengths are compensated with those of the tools, smoothing words are counted as words, and the origin that was
+            // given holds, as for a program that states where it stands.
+            Step::Smoothing { .. }
+            | Step::LengthEntry { .. }
+            | Step::Offset(Offset { kind: OffsetKind::Standing, .. }) => {}
             Step::Spindle { speed, .. } => {
                 let over = self.only.is_some_and(OnlyTool::is_over);
                 if *speed != 0.0 && !over {
@@ -145,8 +148,6 @@ impl ProgramMoves {
                 }
             }
             Step::Tool { line, number } => return self.change(*line, *number),
-            // The origin that was given holds, as for a program that states where it stands.
-            Step::Offset(Offset { kind: OffsetKind::Standing, .. }) => {}
             Step::Offset(of) => {
                 let what = "a work offset written by the program";
                 return Err(refused(of.line, what, PostRemedy::GiveOrigin));
