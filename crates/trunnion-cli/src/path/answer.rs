@@ -1,5 +1,6 @@
 //! The answer for scripts and for people.
 
+use super::conserved::ClMotionCount;
 use super::smoothed::{ARC_SHARE, SHARE, Sheet, WRITTEN};
 use serde::Serialize;
 use std::path::Path;
@@ -11,6 +12,8 @@ pub(super) struct Answer {
     schema: &'static str,
     /// Cutter locations read, and written.
     locations: [usize; 2],
+    /// Motion as it was read, and as it was read back from what was written.
+    conserved: [ClMotionCount; 2],
     smoothing: Option<Smoothing>,
 }
 
@@ -34,6 +37,7 @@ pub(super) fn answer(sheet: &Sheet, smooth: Option<[f64; 2]>) -> Answer {
     Answer {
         schema: "trunnion-path/1",
         locations: sheet.locations,
+        conserved: sheet.conserved,
         smoothing: smooth.map(|tolerance| smoothing(sheet, tolerance)),
     }
 }
@@ -66,8 +70,14 @@ fn smoothing(sheet: &Sheet, [tip, axis]: [f64; 2]) -> Smoothing {
 pub(super) fn describe(answer: &Answer, place: &Path) -> String {
     let [read, written] = answer.locations;
     let mut lines = vec![format!("{}: {written} cutter locations", place.display())];
+    let row = |name: &str, value: String| format!("  {name:<18}{value}");
+    let [from, to] = &answer.conserved;
+    for (kind, name) in ["rapid moves", "moves with feed"].into_iter().enumerate() {
+        let moves = format!("{} -> {}", from.moves[kind], to.moves[kind]);
+        let length = format!("{:.4} -> {:.4} mm", from.length[kind], to.length[kind]);
+        lines.push(row(name, format!("{moves:<18}{length}")));
+    }
     if let Some(of) = &answer.smoothing {
-        let row = |name: &str, value: String| format!("  {name:<18}{value}");
         let Smoothing { tip_bound, axis_bound, corners_blended, corners_kept, .. } = of;
         lines.extend([
             row("read", format!("{read}, {} of them the same as the one before", of.merged)),

@@ -3,6 +3,7 @@
 mod answer;
 mod args;
 pub(crate) mod chart;
+mod conserved;
 pub(crate) mod lines;
 pub(crate) mod profile;
 mod run;

@@ -3,6 +3,7 @@
 use super::answer::{answer, describe};
 use super::args::Args;
 use super::chart;
+use super::conserved::{self, Counted, Counter};
 use super::lines::{self, Lines};
 use super::smoothed::{Rewriter, Sheet, Stop};
 use crate::form::OutputForm;
@@ -96,9 +97,10 @@ fn rewrite(
     out: impl Write,
 ) -> Result<Sheet, Failure> {
     let name = input.name;
+    let (mut counter, mut counted) = (Counter::default(), Counted::new(out));
     let mut writer = match smooth {
-        Some(tolerance) => Writer::Smooth(Box::new(Rewriter::new(out, tolerance))),
-        None => Writer::Copy(out, Sheet::default()),
+        Some(tolerance) => Writer::Smooth(Box::new(Rewriter::new(&mut counted, tolerance))),
+        None => Writer::Copy(&mut counted, Sheet::default()),
     };
     let mut reader = ClReader::new(MOST_FAULTS);
     let mut raw = Vec::new();
@@ -115,6 +117,7 @@ fn rewrite(
             // Nothing will be written any more; the rest is read for its faults.
             raw.clear();
         } else if let Some(item) = item {
+            counter.item(&item);
             writer.item(&item, &raw, &reader).map_err(|stop| stopped(name, stop))?;
             raw.clear();
         }
@@ -130,7 +133,10 @@ fn rewrite(
     for warning in warnings {
         eprintln!("warning: {}:{warning}", name.display());
     }
-    writer.finish().map_err(|stop| stopped(name, stop))
+    let sheet = writer.finish().map_err(|stop| stopped(name, stop))?;
+    let conserved = [counter.count, counted.count()];
+    conserved::compare(name, [&conserved[0], &conserved[1]], smooth.map(|[tip, _]| tip))?;
+    Ok(Sheet { conserved, ..sheet })
 }
 
 /// Writer of a file, unchanged or smoothed.

@@ -1,5 +1,6 @@
 //! Smoothing of a CL file, statement by statement; everything but its moves stays as it is.
 
+use super::conserved::ClMotionCount;
 use super::profile::Profile;
 use std::collections::VecDeque;
 use std::io::{self, Write};
@@ -27,6 +28,8 @@ pub(super) struct Sheet {
     /// Number of locations read and written.
     pub(super) locations: [usize; 2],
     pub(super) profile: Profile,
+    /// Motion as it was read, and as it was read back.
+    pub(super) conserved: [ClMotionCount; 2],
 }
 
 /// Reason why a statement was not written.

@@ -3,6 +3,7 @@
 use super::args::{Args, Method};
 use super::head::Head;
 use super::input::{Input, InputOptions};
+use super::summary::LeftOutCount;
 use super::tools::Tools;
 use crate::outcome::Failure;
 use crate::progress::Bars;
@@ -18,6 +19,13 @@ use trunnion::post::{
 
 /// Bytes of text that are kept before they are written.
 const CHUNK: usize = 1 << 16;
+
+/// Result of a posting.
+pub(super) struct Posted {
+    pub(super) report: PostReport,
+    pub(super) head: Head,
+    pub(super) left_out: LeftOutCount,
+}
 
 /// Settings that are known before the input is read.
 pub(super) struct Plan {
@@ -115,7 +123,7 @@ impl Plan {
         path: &Path,
         bars: &Bars,
         out: &mut dyn Write,
-    ) -> Result<(PostReport, Head), Failure> {
+    ) -> Result<Posted, Failure> {
         let mut input =
             Input::open(path, &self.from_machine, self.from_words, &self.input_options, bars)?;
         let mut poster: Option<Poster> = None;
@@ -166,7 +174,7 @@ impl Plan {
         // Known only now; the sheet has it, the head of the program does not.
         head.duration = report.seconds[1] + report.rapid_seconds;
         head.tools = tools;
-        Ok((report, head))
+        Ok(Posted { report, head, left_out: input.left_out() })
     }
 
     /// Returns the machine with the length of a tool.

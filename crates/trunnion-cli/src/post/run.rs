@@ -28,7 +28,8 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     let plan = Plan::new(args, machine)?;
     let (mut outputs, name) = Outputs::beside(output)?;
     let bars = Bars::new();
-    let (report, note) = outputs.add_checked(&name, |out| plan.post(input, &bars, out))?;
+    let posted = outputs.add_checked(&name, |out| plan.post(input, &bars, out))?;
+    let report = &posted.report;
     // Text of a template that the reader does not know: the program may still be right.
     if let Some(unread) = &report.unread {
         let path = output.display();
@@ -42,14 +43,23 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
             "warning: {path}:{line}: this move takes {ratio:.0} times its programmed time, because an axis cannot follow it"
         );
     }
+    if let Some(fast) = &report.fastest_rapid {
+        let (path, line, ratio) = (input.display(), fast.line, fast.ratio);
+        eprintln!(
+            "warning: {path}:{line}: LinuxCNC limits X, Y and Z of the tip in a rapid move, not the axes: one of them \
+             would run at {ratio:.2} times its velocity\n  help: lower MAX_LINEAR_VELOCITY of the configuration to \
+             {:.0} % of what it is, or write a feed for such moves",
+            (100.0 / ratio).floor()
+        );
+    }
     // The setup sheet belongs to the program: both are committed together.
     if output::is_regular(output) {
-        let sheet = plan.sheet(&name, &note)?;
+        let sheet = plan.sheet(&name, &posted.head)?;
         outputs.text(&sheet_name(&name), &sheet)?;
     }
     outputs.commit()?;
     bars.finish();
-    let summary = PostSummary::new(&plan, &report, &note.tools, output);
+    let summary = PostSummary::new(&plan, &posted, output);
     form.print(&summary, PostSummary::describe)?;
     Ok(if summary.kept() { Done::Kept } else { Done::Broken })
 }

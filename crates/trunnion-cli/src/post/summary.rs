@@ -1,10 +1,10 @@
 //! Summary of posting, for people and for scripts.
 
-use super::plan::Plan;
+use super::plan::{Plan, Posted};
 use serde::Serialize;
 use std::path::Path;
 use trunnion::nc::write::OutputFormat;
-use trunnion::post::{PostMethod, PostReport};
+use trunnion::post::{MotionCount, PostMethod, PostReport};
 
 /// Largest ratio that counts as within the limit: times are sums of rounded ones.
 const KEPT: f64 = 1.0 + 1e-6;
@@ -25,6 +25,10 @@ pub(super) struct PostSummary {
     tools: Vec<u32>,
     /// Blocks of the input and of the output; the same order below.
     blocks: [usize; 2],
+    /// Motion of the input, and of the output as it was read back.
+    conserved: [CountedMotion; 2],
+    /// What the input has beside it.
+    left_out: LeftOutCount,
     /// Travel of the tip with feed.
     length: f64,
     /// Time with feed: as programmed, and with the limits of the axes kept.
@@ -49,6 +53,9 @@ pub(super) struct PostSummary {
     total_bound: f64,
     /// The same of rapid moves, before rounding and smoothing: mm, degrees.
     rapid_bound: [f64; 2],
+    /// Line and axis velocity over its limit of the rapid move that the control would run fastest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fastest_rapid: Option<(u32, f64)>,
     /// Moves that take longer than programmed.
     slowed: Slowed,
     /// Choices of `--smooth`.
@@ -59,6 +66,31 @@ pub(super) struct PostSummary {
     /// True if the text was read back and means what was intended; false if it has words that are not understood.
     read_back: bool,
     kept: bool,
+}
+
+/// Motion that was counted: rapid, then with feed.
+#[derive(Debug, Serialize)]
+struct CountedMotion {
+    moves: [usize; 2],
+    /// Travel of the tip from end to end.
+    length: [f64; 2],
+    tools: usize,
+}
+
+impl From<MotionCount> for CountedMotion {
+    fn from(of: MotionCount) -> Self {
+        Self { moves: of.moves, length: of.length, tools: of.tools }
+    }
+}
+
+/// Parts of the input that are no motion of the tools that are posted.
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+pub(super) struct LeftOutCount {
+    /// Moves of other tools, to the first place and away from the last.
+    pub(super) moves: usize,
+    pub(super) dwells: usize,
+    /// Lines of words without motion.
+    pub(super) words: usize,
 }
 
 /// Moves that take longer than programmed, because an axis cannot follow them.
@@ -114,7 +146,9 @@ impl Smoothing {
 }
 
 impl PostSummary {
-    pub(super) fn new(plan: &Plan, report: &PostReport, tools: &[u32], output: &Path) -> Self {
+    pub(super) fn new(plan: &Plan, posted: &Posted, output: &Path) -> Self {
+        let Posted { report, head, .. } = posted;
+        let tools = &head.tools;
         let style = &plan.style;
         let [tip, axis] = plan.options.tolerance;
         Self {
@@ -125,6 +159,8 @@ impl PostSummary {
             feed_word: if style.inverse_time { "inverse time" } else { "tip feed" },
             tools: tools.to_vec(),
             blocks: report.blocks,
+            conserved: report.motion.map(CountedMotion::from),
+            left_out: posted.left_out,
             length: report.length,
             seconds: report.seconds,
             timed: match plan.options.method {
@@ -146,6 +182,7 @@ impl PostSummary {
             smoothing_bound: report.smoothing_bound,
             total_bound: report.strayed[0] + report.rounding + report.smoothing_bound,
             rapid_bound: [report.strayed_rapid[0], report.strayed_rapid[1].to_degrees()],
+            fastest_rapid: report.fastest_rapid.map(|fast| (fast.line, fast.ratio)),
             slowed: Slowed::new(report),
             smoothing: report.smoothing.map(|of| Smoothing {
                 cuts: of.cuts,
@@ -158,6 +195,16 @@ impl PostSummary {
             kept: (plan.options.method == PostMethod::Programmed && !style.inverse_time)
                 || report.ratios_after.iter().all(|&ratio| ratio <= KEPT),
         }
+    }
+
+    /// Describes one kind of motion in the input and in the output.
+    fn motion(&self, kind: usize) -> String {
+        let [from, to] = &self.conserved;
+        let [moves, length] = [
+            format!("{} -> {}", from.moves[kind], to.moves[kind]),
+            format!("{:.4} -> {:.4} mm", from.length[kind], to.length[kind]),
+        ];
+        format!("{moves:>18}   {length}")
     }
 
     /// Returns true if the program keeps the limits of the axes.
@@ -181,7 +228,9 @@ impl PostSummary {
             ),
             row("axis velocity", ratio(0)),
             row("axis acceleration", ratio(1)),
-            row("rapid moves", format!("{:>12.2} s by the limits of the axes", self.rapid_seconds)),
+            row("rapid time", format!("{:>12.2} s by the limits of the axes", self.rapid_seconds)),
+            row("rapid moves", self.motion(0)),
+            row("moves with feed", self.motion(1)),
             row(
                 "off the input",
                 format!(
@@ -198,6 +247,13 @@ impl PostSummary {
                 format!("at most {:.6} mm, {:.6} deg", self.rapid_bound[0], self.rapid_bound[1]),
             ),
         ];
+        let LeftOutCount { moves, dwells, words } = self.left_out;
+        if moves + dwells + words > 0 {
+            let text = format!(
+                "{moves} moves of no posted tool, {dwells} dwells, {words} lines of other words"
+            );
+            lines.push(row("left out", text));
+        }
         if let Some(slowed) = self.slowed.describe() {
             lines.push(row("slower than asked", slowed));
         }

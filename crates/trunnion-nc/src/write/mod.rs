@@ -28,7 +28,7 @@ pub use format::{OUTPUT_FORMATS, OutputFormat};
 pub use note::{Note, Remark, ToolNote};
 pub use position::WrittenPosition;
 pub use program::{BRIEFEST_BLOCK, BlockPace, ProgramForm, ProgramWriter};
-pub use sheet::{SheetProgram, program_sheet, setup_sheet, work_offset};
+pub use sheet::{SheetProgram, SheetPrograms, program_sheet, setup_sheet, work_offset};
 pub use style::Style;
 pub use template::{Template, TemplateError};
 pub use whole::{pace, program};

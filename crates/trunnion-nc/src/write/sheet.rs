@@ -35,6 +35,15 @@ pub fn work_offset(kinematics: &Kinematics) -> Option<Vector3<f64>> {
     columns.try_inverse().map(|inverse| -(inverse * start))
 }
 
+/// Programs that one setup sheet describes.
+#[derive(Debug, Clone, Copy)]
+pub struct SheetPrograms<'a> {
+    /// Words of the axes.
+    pub axes: AxisWords,
+    /// Dialects of the programs that are written.
+    pub dialects: &'a [OutputFormat],
+}
+
 /// Writes the setup sheet.
 ///
 /// # Errors
@@ -44,8 +53,9 @@ pub fn setup_sheet(
     out: &mut impl Write,
     kinematics: &Kinematics,
     note: &Note<'_>,
-    axes: AxisWords,
+    programs: SheetPrograms<'_>,
 ) -> Result<(), WriteError> {
+    let SheetPrograms { axes, dialects } = programs;
     writeln!(out, "Setup sheet")?;
     writeln!(out)?;
     for line in facts(kinematics, note, axes) {
@@ -54,7 +64,7 @@ pub fn setup_sheet(
     writeln!(out)?;
     entries(out, kinematics, note, &[])?;
     writeln!(out)?;
-    meanings(out, kinematics)?;
+    meanings(out, kinematics, dialects)?;
     writeln!(out)?;
     if !note.remarks.is_empty() {
         writeln!(out, "Watch")?;
@@ -144,7 +154,7 @@ fn entries(
     note: &Note<'_>,
     lengths: &[NumberedLength],
 ) -> Result<(), WriteError> {
-    let offset = work_offset(kinematics).ok_or(WriteError::WorkOffset)?;
+    let offset = work_offset(kinematics).ok_or(WriteError::WorkOffset)?.map(unsigned_zero);
     writeln!(out, "Enter at the control")?;
     writeln!(
         out,
@@ -177,36 +187,59 @@ fn entries(
 }
 
 /// Writes the meaning of the numbers in the programs.
-fn meanings(out: &mut impl Write, kinematics: &Kinematics) -> Result<(), WriteError> {
+fn meanings(
+    out: &mut impl Write,
+    kinematics: &Kinematics,
+    dialects: &[OutputFormat],
+) -> Result<(), WriteError> {
     let [roll, pitch, yaw] = turns(kinematics);
     writeln!(out, "Coordinates")?;
+    writeln!(out, "  {:<20}  workpiece frame: as in the part file", "toolpath.cls")?;
+    for dialect in dialects {
+        let file = dialect.program_file();
+        match (dialect, dialect.coordinates()) {
+            (OutputFormat::Apt, _) => {
+                writeln!(out, "  {file:<20}  X Y Z = tool tip in the workpiece frame")?;
+            }
+            (_, Coordinates::Tip) => writeln!(
+                out,
+                "  {file:<20}  X Y Z = tool tip in the table frame: origin at the workpiece origin,\n  \
+                 \x20                     axes parallel to the machine's while all axes stand at zero, turning\n  \
+                 \x20                     with the table; that is the workpiece frame turned by\n  \
+                 \x20                     {roll:.4}, {pitch:.4}, {yaw:.4} deg about the fixed x, then y, then z"
+            )?,
+            (_, Coordinates::Axes) => writeln!(
+                out,
+                "  {file:<20}  X Y Z = axis positions less G54 and, along Z, less the tool length;\n  \
+                 \x20                     true only for the pivots, origin and tool length above"
+            )?,
+        }
+    }
     writeln!(
         out,
-        "  toolpath.cls          workpiece frame: as in the part file\n  \
-         program.linuxcnc.ngc  X Y Z = tool tip in the table frame: origin at the workpiece origin,\n  \
-         \x20                     axes parallel to the machine's while all axes stand at zero, turning\n  \
-         \x20                     with the table; that is the workpiece frame turned by\n  \
-         \x20                     {roll:.4}, {pitch:.4}, {yaw:.4} deg about the fixed x, then y, then z\n  \
-         program.g93.nc        X Y Z = axis positions less G54 and, along Z, less the tool length;\n  \
-         \x20                     true only for the pivots, origin and tool length above\n  \
-         tip reference         the lowest point of the cutter on its axis, not the ball centre\n  \
+        "  tip reference         the lowest point of the cutter on its axis, not the ball centre\n  \
          rotaries              axis positions in degrees, unwound (370 is not 10)"
     )?;
     Ok(())
+}
+
+/// Returns a number without the sign of a zero at four decimals.
+fn unsigned_zero(value: f64) -> f64 {
+    if value.abs() < 5e-5 { 0.0 } else { value }
 }
 
 /// Returns the turns of the workpiece about the fixed x, then y, then z \[deg\].
 fn turns(kinematics: &Kinematics) -> [f64; 3] {
     // Rz(yaw) Ry(pitch) Rx(roll): turns about the fixed x, then y, then z.
     let (roll, pitch, yaw) = kinematics.setup().rotation.euler_angles();
-    [roll, pitch, yaw].map(f64::to_degrees)
+    [roll, pitch, yaw].map(|angle| unsigned_zero(angle.to_degrees()))
 }
 
 /// Returns the lines that stand at the head of every program.
 pub(super) fn facts(kinematics: &Kinematics, note: &Note<'_>, axes: AxisWords) -> Vec<String> {
     let (machine, setup) = (kinematics.machine(), kinematics.setup());
     let [roll, pitch, yaw] = turns(kinematics);
-    let [x, y, z] = setup.origin.into();
+    let [x, y, z] = <[f64; 3]>::from(setup.origin).map(unsigned_zero);
     let tool = note.tool;
     let budget: Vec<String> =
         note.budget.iter().map(|(what, share)| format!("{what} {share:.6}")).collect();

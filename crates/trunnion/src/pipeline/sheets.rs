@@ -4,7 +4,7 @@ use super::error::PipelineError;
 use super::job::Job;
 use super::planned_motion::PlannedMotion;
 use super::retracts;
-use crate::nc::write::{self, AxisWords, Note, Remark, ToolNote};
+use crate::nc::write::{self, AxisWords, Note, Remark, SheetPrograms, ToolNote};
 use crate::types::{Block, Leg};
 
 /// Decimals of cutter locations \[mm\].
@@ -30,8 +30,9 @@ pub(super) fn sheets(
         Note { remarks: &remarks, budget: &shares, ..note(job, moved.plan.schedule.duration()) };
     let (mut cl, mut setup) = (String::new(), String::new());
     write::apt(&mut cl, legs, &note, CL_DECIMALS)?;
-    let words = AxisWords::of(job.kinematics.machine())?;
-    write::setup_sheet(&mut setup, &job.kinematics, &note, words)?;
+    let axes = AxisWords::of(job.kinematics.machine())?;
+    let programs = SheetPrograms { axes, dialects: &job.file.dialects };
+    write::setup_sheet(&mut setup, &job.kinematics, &note, programs)?;
     Ok(Sheets { cl, setup })
 }
 

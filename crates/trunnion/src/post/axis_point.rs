@@ -1,7 +1,6 @@
 //! Points on the way of the axes, and the move they divide.
 
 use super::constants::SMALLEST_LENGTH;
-use super::timing::PositionSource;
 use crate::blocks::BlockEnd;
 use crate::machine::FIRST_ROTARY;
 use crate::types::{AxisVector, ToolPose};
@@ -20,6 +19,17 @@ impl AxesPose {
     }
 }
 
+/// Words that positions come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum PositionSource {
+    /// Positions are exact, as those of cutter locations.
+    Exact,
+    /// Positions come from rounded words of the tip.
+    Tip,
+    /// Positions come from rounded words of the axes.
+    Axes,
+}
+
 /// Point that the axes pass.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AxisPoint {
@@ -31,6 +41,8 @@ pub(super) struct AxisPoint {
     pub(super) block: bool,
     /// True for the first point of a retract.
     pub(super) goes_out: bool,
+    /// True for the points of a retract, which is no motion of the input.
+    pub(super) is_added: bool,
     /// Least time from the point before, as programmed; `None` for rapid \[s\].
     pub(super) least: Option<f64>,
     /// Time from the point before as programmed, whatever the axes can do; `None` for rapid, and without a feed \[s\].
@@ -87,6 +99,8 @@ pub(super) struct DividedMove<'a> {
     pub(super) rapid: bool,
     /// True if the target control does exactly what the input does.
     pub(super) same: bool,
+    /// True for moves of a retract.
+    pub(super) is_added: bool,
     pub(super) tolerance: [f64; 2],
     /// Tip tolerance that the way to the poses may have used up \[mm\].
     pub(super) bowed: f64,
@@ -117,6 +131,7 @@ impl DividedMove<'_> {
             pose: to.pose,
             block: end == PartEnd::Block,
             goes_out: false,
+            is_added: self.is_added,
             least: (!self.rapid).then_some(least),
             programmed,
             source: self.source,

@@ -77,6 +77,17 @@ pub enum PostError {
     /// Writing failed.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// Motion of the input is not in the output, or the other way round.
+    #[error(
+        "{:.4} mm of motion were read from this line, and {:.4} mm written: motion would be lost or invented",
+        lengths[0], lengths[1]
+    )]
+    NotConserved {
+        /// Line of the input.
+        line: u32,
+        /// Travel of the tip, as read and as written \[mm\].
+        lengths: [f64; 2],
+    },
     /// The written text means something else than was intended.
     #[error("the program was read back: {0}")]
     ReadBack(#[from] ReadBackError),
@@ -135,6 +146,7 @@ impl PostError {
             | Self::Strays { line, .. }
             | Self::Refused { line, .. }
             | Self::GoesRound { line, .. }
+            | Self::NotConserved { line, .. }
             | Self::Smooth { line, .. }
             | Self::Reversal { line } => *line,
             _ => 0,

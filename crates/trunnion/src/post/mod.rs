@@ -10,6 +10,7 @@
 //! timing            times the axis points, window by window
 //! poster            writes the program
 //! read_back         reads every written block back and compares it with what was meant
+//! conservation      counts what is read and what is written, and compares them line by line
 //! ```
 //!
 //! Memory is bounded by the look-ahead window, however long the input is.
@@ -26,6 +27,7 @@
 //! ```
 
 mod axis_point;
+mod conservation;
 mod constants;
 mod control;
 mod error;
@@ -43,6 +45,7 @@ mod smoothing_choice;
 mod subdivision;
 mod timing;
 
+pub use conservation::MotionCount;
 pub use constants::MOST_FAULTS;
 pub use control::{control_of, smoothing_bound};
 pub use error::{PostError, PostRemedy, ReadBackError};
@@ -52,5 +55,5 @@ pub use options::{
 pub use poster::Poster;
 pub use read_back::{WrittenText, read_back};
 pub use replay::{LeftOut, ProgramMoves};
-pub use report::{PostChoice, PostReport, SlowedMove};
+pub use report::{FastRapid, PostChoice, PostReport, SlowedMove};
 pub use smoothing::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS, smoothing_tolerance};

@@ -2,7 +2,8 @@
 
 mod output;
 
-use super::axis_point::{AxesPose, AxisPoint};
+use super::axis_point::{AxesPose, AxisPoint, PositionSource};
+use super::conservation::MotionAccount;
 use super::control::smoothing_bound;
 use super::error::PostError;
 use super::filter::MoveFilter;
@@ -13,7 +14,7 @@ use super::rotaries::{PlannedMove, RetractPhase, RotaryPlanner};
 use super::rounded_words::RoundedWords;
 use super::smoothing_choice::{MoveGroup, SmoothingChoice};
 use super::subdivision::Subdivider;
-use super::timing::{AxisLoad, PointTimer, PositionSource, TimedPoint, position_error};
+use super::timing::{AxisLoad, PointTimer, TimedPoint, position_error};
 use crate::inverse::Inverse;
 use crate::machine::Kinematics;
 use crate::nc::write::{OutputFormat, ProgramWriter, Style};
@@ -47,6 +48,8 @@ pub struct Poster {
     before: FeedTally,
     /// Times and axis load of the output.
     after: FeedTally,
+    /// Account of the motion that is read and written.
+    account: MotionAccount,
     /// Move of the input whose times are being added up.
     comparing: Option<SlowedMove>,
     report: PostReport,
@@ -89,9 +92,18 @@ struct ProgramOutput {
     block: AxesPose,
     /// Time \[s\], travel of the tip \[mm\] and of the rotaries \[rad\] since the last block end, as written.
     waiting: [f64; 3],
-    /// Points since the last block end: their largest axis travel ([`Subdivider::fastest`]), and their share of the block.
-    inside: Vec<(AxisVector, f64)>,
+    /// Points since the last block end.
+    inside: Vec<InsidePoint>,
     words: RoundedWords,
+}
+
+/// Point inside a block.
+#[derive(Debug, Clone, Copy)]
+struct InsidePoint {
+    /// Largest travel of the axes from the point before ([`Subdivider::fastest`]).
+    fastest: AxisVector,
+    /// Size of its share of the block.
+    size: f64,
 }
 
 impl Poster {
@@ -133,6 +145,7 @@ impl Poster {
             timed: Vec::new(),
             before: FeedTally::new(kinematics),
             after: FeedTally::new(kinematics),
+            account: MotionAccount::default(),
             comparing: None,
             report: PostReport::default(),
         })
@@ -152,6 +165,12 @@ impl Poster {
         head: ProgramHead<'_>,
     ) -> Result<(), PostError> {
         let asked = one.pace;
+        // A filter replaces moves with feed by others.
+        if self.options.filter == PostFilter::None || asked == PostPace::Rapid {
+            self.account.read(one);
+        } else {
+            self.account.read_other(one);
+        }
         // The report compares with the feed as asked; the output is capped.
         let one = PostMove { pace: self.capped(one.pace), ..*one };
         if self.options.filter == PostFilter::None {
@@ -284,6 +303,10 @@ impl Poster {
     ) -> Result<(), PostError> {
         // Everything of the tool before is written before its kinematics are replaced.
         self.settle(out, head)?;
+        if self.report.unread.is_none() {
+            self.account.settle()?;
+        }
+        self.account.start_tool();
         let fresh = Self::new(kinematics, source, &self.options, &self.style)?;
         self.add_rapid();
         self.report.unwound.append(&mut self.rotaries.unwound);
@@ -316,6 +339,10 @@ impl Poster {
             self.understood(ended)?;
         }
         self.note_slowed();
+        if self.report.unread.is_none() {
+            self.account.settle()?;
+        }
+        self.report.motion = [self.account.input, self.account.output];
         self.report.smoothing_bound = smoothing_bound(&self.style);
         self.add_rapid();
         self.report.seconds = [self.before.seconds, self.after.seconds];

@@ -169,6 +169,8 @@ impl ReadBack {
 
     /// Takes in the text of a block, which may be empty, and compares it with the intended end and time.
     ///
+    /// Returns the tool at both ends as the text has them.
+    ///
     /// # Errors
     ///
     /// [`ReadBackError`].
@@ -177,7 +179,7 @@ impl ReadBack {
         text: &str,
         end: &AxesPose,
         pace: BlockPace,
-    ) -> Result<(), ReadBackError> {
+    ) -> Result<[ToolPose; 2], ReadBackError> {
         self.moves.clear();
         self.take(text)?;
         // A block whose words all stay as they were is not written; its time belongs to the next one.
@@ -187,16 +189,19 @@ impl ReadBack {
         }
         let one = match self.moves.as_slice() {
             // No word changes: the block ends where the one before does.
-            [] => return self.compare_pose(&self.before, end, [0.0; 2]),
+            [] => {
+                self.compare_pose(&self.before, end, [0.0; 2])?;
+                return Ok([self.before; 2]);
+            }
             [one] => *one,
             all => return Err(self.differs(format!("{} moves for one block", all.len()))),
         };
         self.compare_pose(&one.pose, end, [0.0; 2])?;
         self.compare_feed(&one, pace)?;
-        self.before = one.pose;
+        let before = std::mem::replace(&mut self.before, one.pose);
         self.axes = one.q.unwrap_or(self.axes);
         self.waiting = [0.0; 3];
-        Ok(())
+        Ok([before, one.pose])
     }
 
     /// Takes in the text behind the last block.

@@ -1,5 +1,6 @@
 //! Results of posting.
 
+use super::conservation::MotionCount;
 use crate::types::Diagnostic;
 
 /// Result of posting an input.
@@ -7,6 +8,8 @@ use crate::types::Diagnostic;
 pub struct PostReport {
     /// Number of moves read and of blocks written.
     pub blocks: [usize; 2],
+    /// Motion as it was read, and as it was read back from what was written.
+    pub motion: [MotionCount; 2],
     /// Travel of the tip with feed \[mm\].
     pub length: f64,
     /// Time with feed as programmed, and with the limits of the axes kept \[s\].
@@ -33,6 +36,8 @@ pub struct PostReport {
     pub slowed_moves: usize,
     /// The one that is slowed most.
     pub slowest: Option<SlowedMove>,
+    /// Rapid move in which the control would run an axis beyond its velocity by most, if there is one.
+    pub fastest_rapid: Option<FastRapid>,
     /// Cuts in which smoothing was chosen, if it was asked for.
     pub smoothing: Option<PostChoice>,
     /// Lines of the input before which the tool retracts so that the rotaries can unwind.
@@ -65,6 +70,15 @@ impl SlowedMove {
     pub fn ratio(&self) -> f64 {
         self.seconds[1] / self.seconds[0]
     }
+}
+
+/// Rapid move that a control plans without the limits of the axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FastRapid {
+    /// Line of the input.
+    pub line: u32,
+    /// Largest axis velocity over its limit.
+    pub ratio: f64,
 }
 
 /// Decisions on smoothing, and the timing they rest on.

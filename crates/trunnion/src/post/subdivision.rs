@@ -1,10 +1,9 @@
 //! Divides moves of the input into points so close that the target control stays within tolerance.
 
-use super::axis_point::{AxesPose, AxisPoint, DividedMove, MachinePoint, PartEnd};
+use super::axis_point::{AxesPose, AxisPoint, DividedMove, MachinePoint, PartEnd, PositionSource};
 use super::error::PostError;
 use super::options::{PostMove, PostOptions, PostPace, PostSource};
 use super::rotaries::{PlannedMove, RetractPhase};
-use super::timing::PositionSource;
 use crate::blocks::{BlockEnd, BlockInterpolation, bend, moved};
 use crate::inverse::{Inverse, InverseError};
 use crate::machine::{FIRST_ROTARY, Kinematics, SECOND_ROTARY, TurnFormat};
@@ -182,6 +181,7 @@ impl Subdivider {
             line: one.line,
             rapid,
             same,
+            is_added: planned.phase.is_some(),
             // If the tip of the input bows, each conversion has half of the tolerance: to poses, then to axes.
             tolerance: [share * self.tolerance[0], self.tolerance[1]],
             bowed: (1.0 - share) * self.tolerance[0],
@@ -359,7 +359,8 @@ impl Subdivider {
                 self.at = Some(MachinePoint { q: before.q, ..to });
                 return Ok(());
             }
-            if parts >= MOST_PARTS || !excess.is_finite() {
+            // A bound on the tool axis that is none yet falls with more parts; one on the tip has no path.
+            if parts >= MOST_PARTS || !worst[0].is_finite() {
                 return Err(PostError::Strays {
                     line: target_move.line,
                     strayed: worst,

@@ -2,15 +2,23 @@
 
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test stops on surprise")]
 
+use crate::posted;
+
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use std::fmt::Write as _;
+use trunnion::blocks::BlockInterpolation;
 use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::control::NumberedLength;
 use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions};
-use trunnion::post::{PostError, PostMove, PostPace, ProgramMoves};
+use trunnion::nc::write::{OUTPUT_FORMATS, OutputFormat, Style, Template};
+use trunnion::post::{
+    PostError, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource,
+    Poster, ProgramHead, ProgramMoves, control_of,
+};
+use trunnion::types::AxisVector;
 use trunnion::verify::{self, CheckInput, Tool, VerifyError};
 
 const LENGTHS: [f64; 3] = [100.0, 80.0, 130.0];
@@ -150,5 +158,105 @@ proptest! {
         }
         text.push_str("M30\n");
         assert_near(&cuts(&text, Dialect::LinuxCnc), &expected);
+    }
+}
+
+/// Axis positions of a random program, off the pole, and the speed that leads there.
+fn five_axis_moves() -> impl Strategy<Value = Vec<PostMove>> {
+    let place = (-30.0..30.0f64, -30.0..30.0f64, -30.0..30.0f64, 0.15..0.6f64, -1.0..1.0f64);
+    let pace = prop_oneof![
+        1 => Just(PostPace::Rapid),
+        4 => (1.0..80.0f64).prop_map(PostPace::Feed),
+    ];
+    prop::collection::vec((place, pace), 2..14).prop_map(|places| {
+        let kinematics = kinematics(LENGTHS[0]);
+        let one =
+            |(index, ((x, y, z, a, c), pace)): (u32, ((f64, f64, f64, f64, f64), PostPace))| {
+                let q = AxisVector::from([x, y, z - 300.0, a, c]);
+                let pace = if index == 0 { PostPace::Rapid } else { pace };
+                let way = BlockInterpolation::GreatCircle;
+                PostMove { line: index + 1, pose: kinematics.forward(&q), q: None, pace, way }
+            };
+        (0..).zip(places).map(one).collect()
+    })
+}
+
+/// Posts moves; returns the text and what was counted.
+fn written(
+    moves: &[PostMove],
+    source: PostSource,
+    dialect: OutputFormat,
+) -> Result<(String, PostReport), PostError> {
+    let kinematics = kinematics(LENGTHS[0]);
+    let options = PostOptions {
+        control: control_of(&kinematics, dialect),
+        tolerance: [0.01, 1e-3],
+        max_feed: None,
+        method: PostMethod::Optimal,
+        window: 256,
+        filter: PostFilter::None,
+        unwind: None,
+    };
+    let style = Style::of(&kinematics, dialect, AxisWords::of(kinematics.machine()).unwrap());
+    let template = Template::of(dialect).unwrap();
+    let head = ProgramHead { note: &posted::NOTE, template: &template };
+    let mut poster = Poster::new(&kinematics, source, &options, &style)?;
+    let mut text = String::new();
+    for one in moves {
+        poster.push(&mut text, one, head)?;
+    }
+    let report = poster.finish(&mut text, head)?;
+    Ok((text, report))
+}
+
+/// Returns the moves of a program that was written.
+fn read_again(text: &str, dialect: OutputFormat) -> Vec<PostMove> {
+    let mut moves = ProgramMoves::new(&kinematics(LENGTHS[0]), 1e-3).unwrap();
+    let mut out = Vec::new();
+    for step in &program(text, dialect.dialect()).steps {
+        moves.step(step, &mut out).unwrap();
+    }
+    out
+}
+
+/// Ends of the moves of one kind, each with where it leads.
+fn ends(moves: &[PostMove], is_rapid: bool) -> Vec<[f64; 3]> {
+    let kind = |one: &&PostMove| (one.pace == PostPace::Rapid) == is_rapid;
+    moves.iter().skip(1).filter(kind).map(|one| one.pose.tip.coords.into()).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// From one dialect to another and back: each cut and each rapid move is still there, in order and in its length.
+    #[test]
+    fn all_motion_survives_from_dialect_to_dialect_and_back(
+        moves in five_axis_moves(),
+        pair in (0..9usize, 0..9usize),
+    ) {
+        let programs: Vec<OutputFormat> =
+            OUTPUT_FORMATS.iter().map(|(_, of)| *of).filter(|of| *of != OutputFormat::Apt).collect();
+        let [there, back] = [programs[pair.0], programs[pair.1]];
+        let (mut now, mut source) = (moves.clone(), PostSource::Locations);
+        for dialect in [there, back, there] {
+            let (text, report) = written(&now, source, dialect).unwrap();
+            let [input, output] = report.motion;
+            prop_assert!(report.unread.is_none(), "{dialect:?}: {:?}", report.unread);
+            prop_assert_eq!([input.tools, output.tools], [1, 1]);
+            for kind in 0..2 {
+                let [a, b] = [input.length[kind], output.length[kind]];
+                prop_assert!((a - b).abs() <= 1e-3 * a + 0.01, "{dialect:?}: {a} mm became {b} mm");
+            }
+            now = read_again(&text, dialect);
+            source = PostSource::Program(Box::new(kinematics(LENGTHS[0])));
+        }
+        for is_rapid in [false, true] {
+            // Moves may be divided: the ends of the first program come one after another among those of the last.
+            let mut found = ends(&now, is_rapid).into_iter();
+            for wanted in ends(&moves, is_rapid) {
+                let near = |end: [f64; 3]| (0..3).all(|k: usize| (end[k] - wanted[k]).abs() < 2e-3);
+                prop_assert!(found.any(near), "{there:?}, {back:?}: {wanted:?} is lost");
+            }
+        }
     }
 }

@@ -174,10 +174,17 @@ fn the_setup_sheet_has_the_numbers() {
     let kinematics = shop::kinematics(layout);
     let budget = [("strip".to_owned(), 0.016), ("rounding".to_owned(), 0.001)];
     let mut text = String::new();
-    write::setup_sheet(&mut text, &kinematics, &note(&budget), words(layout, false)).unwrap();
+    let dialects = [write::OutputFormat::Heidenhain, write::OutputFormat::LinuxCnc];
+    let programs = write::SheetPrograms { axes: words(layout, false), dialects: &dialects };
+    write::setup_sheet(&mut text, &kinematics, &note(&budget), programs).unwrap();
     assert!(text.contains("X -381.0000  Y -254.0000  Z -500.0000"), "{text}");
     assert!(text.contains("Z 120.0000"), "{text}");
     assert!(text.contains("rounding                     0.001000"), "{text}");
+    assert!(
+        text.contains("program.heidenhain.h") && text.contains("program.linuxcnc.ngc"),
+        "{text}"
+    );
+    assert!(!text.contains("program.g93.nc") && !text.contains("-0.0000"), "{text}");
 }
 
 #[test]

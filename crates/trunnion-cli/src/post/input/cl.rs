@@ -3,6 +3,7 @@
 use super::source::{ARC_TOLERANCE, InputOptions, Source, stem};
 use crate::outcome::Failure;
 use crate::post::head::Head;
+use crate::post::summary::LeftOutCount;
 use std::collections::VecDeque;
 use trunnion::blocks::BlockInterpolation;
 use trunnion::nc::read::{ClItem, ClMotion, ClReader, ClRecord};
@@ -22,6 +23,8 @@ pub(crate) struct Locations<'a> {
     /// Tools whose lengths are known; empty for a single tool.
     known: Vec<u32>,
     feed: f64,
+    /// Locations of other tools.
+    left: usize,
 }
 
 impl<'a> Locations<'a> {
@@ -35,6 +38,7 @@ impl<'a> Locations<'a> {
             only: options.tool,
             known: options.lengths.iter().map(|tool| tool.number).collect(),
             feed: 0.0,
+            left: 0,
         }
     }
 
@@ -84,6 +88,7 @@ impl<'a> Locations<'a> {
             // An arc starts where the last location ended, even if that tool is not posted.
             let from = self.place.replace(record.end());
             if !self.is_wanted(tool, record.line)? {
+                self.left += 1;
                 return Ok(true);
             }
             if record.way == trunnion::nc::read::ClPath::Straight {
@@ -127,6 +132,10 @@ impl<'a> Locations<'a> {
             }
             _ => Ok(true),
         }
+    }
+
+    pub(super) fn left_out(&self) -> LeftOutCount {
+        LeftOutCount { moves: self.left, ..LeftOutCount::default() }
     }
 
     pub(super) fn tool(&self) -> Option<u32> {

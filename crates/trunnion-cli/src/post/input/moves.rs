@@ -8,6 +8,7 @@ use crate::inspect;
 use crate::outcome::Failure;
 use crate::path::lines::Lines;
 use crate::post::head::Head;
+use crate::post::summary::LeftOutCount;
 use crate::progress::Bars;
 use anyhow::Context;
 use std::fs::File;
@@ -94,6 +95,14 @@ impl<'a> Input<'a> {
         match self {
             Self::Locations(of) => of.head(head),
             Self::Program(of) => of.head(head),
+        }
+    }
+
+    /// Returns what the input has beside the motion that is posted.
+    pub(crate) fn left_out(&self) -> LeftOutCount {
+        match self {
+            Self::Locations(of) => of.left_out(),
+            Self::Program(of) => of.left_out(),
         }
     }
 

@@ -4,13 +4,14 @@ use super::refusal::failure;
 use super::source::{ARC_TOLERANCE, InputOptions, Source, stem};
 use crate::outcome::Failure;
 use crate::post::head::Head;
+use crate::post::summary::LeftOutCount;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{AxisWords, Dialect, ReadOptions, Steps, steps};
 use trunnion::post::MOST_FAULTS;
-use trunnion::post::{PostMove, PostPace, ProgramMoves};
+use trunnion::post::{LeftOut, PostMove, PostPace, ProgramMoves};
 use trunnion::types::Diagnostic;
 
 /// Lines of a file for a reader that knows no I/O errors: an error ends the lines and is kept.
@@ -154,6 +155,11 @@ impl<'a> Program<'a> {
         head.tool = self.moves.tool();
         head.spindle = self.moves.spindle().abs();
         head.feed = self.feed;
+    }
+
+    pub(super) fn left_out(&self) -> LeftOutCount {
+        let LeftOut { moves, dwells, words } = self.moves.left();
+        LeftOutCount { moves, dwells, words }
     }
 
     pub(super) fn path(&self) -> &Path {

@@ -1,15 +1,19 @@
 //! Output of the poster: times the axis points, writes blocks, and reads every block back.
 
-use super::{Poster, ProgramOutput};
-use crate::nc::write::{BlockPace, ProgramForm, ProgramWriter, WrittenPosition, rounding};
+use super::{InsidePoint, Poster, ProgramOutput};
+use crate::nc::write::{
+    BlockPace, OutputFormat, ProgramForm, ProgramWriter, WrittenPosition, rounding,
+};
 use crate::post::axis_point::{AxesPose, AxisPoint};
+use crate::post::conservation::CountedMove;
 use crate::post::error::{PostError, ReadBackError};
-use crate::post::options::{PostMethod, ProgramHead};
+use crate::post::options::{PostFilter, PostMethod, ProgramHead};
 use crate::post::read_back::ReadBack;
-use crate::post::report::SlowedMove;
+use crate::post::report::{FastRapid, SlowedMove};
 use crate::post::rounded_words::RoundedWords;
 use crate::post::subdivision::Subdivider;
 use crate::post::timing::{ControlModel, PointTimer, TimedPoint, position_error, word_travel};
+use crate::types::ToolPose;
 
 /// Number of points that are timed before the finished blocks are written.
 const BATCH: usize = 1024;
@@ -31,6 +35,7 @@ impl Poster {
         if self.output.is_some() {
             return self.change(out, to, head);
         }
+        self.account.wrote_start();
         let begin = out.len();
         let style = &self.style;
         let form = ProgramForm { note: head.note, style, template: head.template };
@@ -62,6 +67,7 @@ impl Poster {
         head: ProgramHead<'_>,
     ) -> Result<(), PostError> {
         let Some(mut output) = self.output.take() else { return Ok(()) };
+        self.account.wrote_start();
         let begin = out.len();
         let start = WrittenPosition { q: &to.q, pose: &to.pose };
         output.writer.change_tool(out, &self.kinematics, head.note, head.template, start)?;
@@ -170,7 +176,11 @@ impl Poster {
             if let Some(mut read) = output.read_back.take() {
                 let text = out.get(begin..).unwrap_or_default();
                 let done = read.block(text, &end, pace);
-                output.read_back = self.understood(done)?.map(|()| read);
+                let ends = self.understood(done)?;
+                output.read_back = ends.map(|_| read);
+                if let Some(ends) = ends {
+                    self.account_for(point, ends)?;
+                }
             }
             output.waiting = [0.0; 3];
             output.block = output.at;
@@ -179,6 +189,23 @@ impl Poster {
         self.timed.clear();
         self.output = Some(output);
         Ok(())
+    }
+
+    /// Enters a block, as it was read back, in the account of all motion.
+    fn account_for(&mut self, point: &AxisPoint, ends: [ToolPose; 2]) -> Result<(), PostError> {
+        let is_rapid = point.least.is_none();
+        let filters = self.options.filter != PostFilter::None;
+        // Both ends are rounded; a filter may move them within the tolerance.
+        let coordinates = self.style.dialect.coordinates();
+        let off = rounding(&self.kinematics, &point.q, &self.style.axes, coordinates, 0.0);
+        let moved = if filters { self.options.tolerance[0] } else { 0.0 };
+        let rounding = 2.0 * (off + moved);
+        let one = CountedMove { line: point.line, is_rapid, ends, rounding };
+        if point.is_added || (filters && !is_rapid) {
+            self.account.wrote_other(&one);
+            return Ok(());
+        }
+        self.account.wrote(&one)
     }
 
     /// Compares the time of a point with the programmed one, move by move.
@@ -210,11 +237,33 @@ impl Poster {
         }
     }
 
+    /// Compares the axes in a rapid move with their velocities, on a control that limits X, Y and Z of the tip alone.
+    ///
+    /// `LinuxCNC` plans rapid moves under tool-centre-point control in the words: each at most at its own velocity. The
+    /// axes behind X, Y and Z may have to be quicker.
+    fn count_rapid(&mut self, output: &ProgramOutput, line: u32, inside: &[InsidePoint]) {
+        if self.style.dialect != OutputFormat::LinuxCnc {
+            return;
+        }
+        let limits = self.kinematics.machine().vector(|axis| axis.rapid);
+        let words = word_travel(&self.kinematics, self.style.dialect, &output.block, &output.at);
+        let seconds = words.abs().component_div(&limits).amax();
+        let whole: f64 = inside.iter().map(|point| point.size).sum();
+        let over = |point: &InsidePoint| {
+            point.fastest.component_div(&limits).amax() * whole / (point.size * seconds)
+        };
+        let ratio = inside.iter().map(over).filter(|ratio| ratio.is_finite()).fold(0.0, f64::max);
+        if ratio > 1.0 && self.report.fastest_rapid.is_none_or(|worst| worst.ratio < ratio) {
+            self.report.fastest_rapid = Some(FastRapid { line, ratio });
+        }
+    }
+
     /// Adds a block of the output to the times and axis loads of the report.
     fn count_output(&mut self, output: &mut ProgramOutput, end: &TimedPoint) {
         let inside = std::mem::take(&mut output.inside);
         let [seconds, ..] = output.waiting;
         if end.point.least.is_none() {
+            self.count_rapid(output, end.point.line, &inside);
             self.report.rapid_seconds += seconds;
             return self.after.rapid();
         }
@@ -224,9 +273,9 @@ impl Poster {
         let error = position_error(&self.kinematics, &self.style.axes, end.point.source, q);
         self.after.load.push(&(q - output.block.q), &error, seconds);
         // Points inside a block share its time by their size.
-        let whole: f64 = inside.iter().map(|(_, size)| size).sum();
-        for (travel, size) in &inside {
-            self.after.load.inside(travel, seconds * size / whole);
+        let whole: f64 = inside.iter().map(|point| point.size).sum();
+        for InsidePoint { fastest, size } in &inside {
+            self.after.load.inside(fastest, seconds * size / whole);
         }
     }
 }
@@ -236,10 +285,8 @@ impl ProgramOutput {
     fn pass(&mut self, one: &TimedPoint, subdivider: &Subdivider) {
         let point = &one.point;
         let end = point.end();
-        if point.least.is_some() {
-            let fastest = subdivider.fastest([self.at.block_end(), end.block_end()]);
-            self.inside.push((fastest, point.size()));
-        }
+        let fastest = subdivider.fastest([self.at.block_end(), end.block_end()]);
+        self.inside.push(InsidePoint { fastest, size: point.size() });
         self.at = end;
         let passed = [one.seconds, point.written[0], point.written[1]];
         self.waiting.iter_mut().zip(passed).for_each(|(sum, by)| *sum += by);

@@ -2,24 +2,14 @@
 
 use crate::machine::{FIRST_ROTARY, Kinematics};
 use crate::nc::write::{AxisWords, Coordinates, rounding};
+use crate::post::axis_point::PositionSource;
 use crate::types::AxisVector;
 
 /// Last digit of a feed, as a share of the feeds that blocks have \[mm/min or 1/min\].
 const FEED_DIGIT: f64 = 1e-3;
 
-/// Words that positions come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum PositionSource {
-    /// Positions are exact, as those of cutter locations.
-    Exact,
-    /// Positions come from rounded words of the tip.
-    Tip,
-    /// Positions come from rounded words of the axes.
-    Axes,
-}
-
 /// Returns the largest error of each axis at `q` by the rounding of words \[mm, rad\].
-pub(crate) fn position_error(
+pub(in crate::post) fn position_error(
     kinematics: &Kinematics,
     words: &AxisWords,
     source: PositionSource,

@@ -13,7 +13,7 @@ mod smooth_path;
 mod timed_point;
 mod timer;
 
-pub(super) use block_motion::{PositionSource, position_error};
+pub(super) use block_motion::position_error;
 pub(super) use control::{ControlModel, ControlTiming, word_travel};
 pub(super) use load::AxisLoad;
 pub(super) use timed_point::TimedPoint;
