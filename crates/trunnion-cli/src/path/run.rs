@@ -100,7 +100,7 @@ fn rewrite(
     let (mut counter, mut counted) = (Counter::default(), Counted::new(out));
     let mut writer = match smooth {
         Some(tolerance) => Writer::Smooth(Box::new(Rewriter::new(&mut counted, tolerance))),
-        None => Writer::Copy(&mut counted, Sheet::default()),
+        None => Writer::Copy(&mut counted, Box::default()),
     };
     let mut reader = ClReader::new(MOST_FAULTS);
     let mut raw = Vec::new();
@@ -141,7 +141,7 @@ fn rewrite(
 
 /// Writer of a file, unchanged or smoothed.
 enum Writer<W> {
-    Copy(W, Sheet),
+    Copy(W, Box<Sheet>),
     Smooth(Box<Rewriter<W>>),
 }
 
@@ -163,7 +163,7 @@ impl<W: Write> Writer<W> {
             Self::Smooth(rewriter) => rewriter.finish(),
             Self::Copy(mut out, sheet) => {
                 out.flush()?;
-                Ok(sheet)
+                Ok(*sheet)
             }
         }
     }

@@ -157,7 +157,7 @@ impl PostSummary {
             machine: plan.kinematics.machine().name.clone(),
             dialect: style.dialect.name(),
             feed_word: if style.inverse_time { "inverse time" } else { "tip feed" },
-            tools: tools.to_vec(),
+            tools: tools.clone(),
             blocks: report.blocks,
             conserved: report.motion.map(CountedMotion::from),
             left_out: posted.left_out,

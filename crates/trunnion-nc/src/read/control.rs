@@ -125,7 +125,7 @@ pub(super) struct ControlState {
     pub(super) tool_shift: [f64; SLOTS],
     /// Tool table as the options give it, and as the program wrote it since.
     pub(super) tool_table: ToolTable,
-    /// What the program wrote into work offsets.
+    /// Work offsets as the program wrote them.
     pub(super) written_offsets: WrittenOffsets,
     pub(super) offset: u8,
     pub(super) length: bool,

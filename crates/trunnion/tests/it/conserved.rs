@@ -163,20 +163,19 @@ proptest! {
 
 /// Axis positions of a random program, off the pole, and the speed that leads there.
 fn five_axis_moves() -> impl Strategy<Value = Vec<PostMove>> {
-    let place = (-30.0..30.0f64, -30.0..30.0f64, -30.0..30.0f64, 0.15..0.6f64, -1.0..1.0f64);
+    let place = (-30.0..30.0f64, -30.0..30.0f64, -30.0..30.0f64, 0.15..0.6f64, -1.0..1.0f64)
+        .prop_map(|(x, y, z, a, c)| AxisVector::from([x, y, z - 300.0, a, c]));
     let pace = prop_oneof![
         1 => Just(PostPace::Rapid),
         4 => (1.0..80.0f64).prop_map(PostPace::Feed),
     ];
     prop::collection::vec((place, pace), 2..14).prop_map(|places| {
         let kinematics = kinematics(LENGTHS[0]);
-        let one =
-            |(index, ((x, y, z, a, c), pace)): (u32, ((f64, f64, f64, f64, f64), PostPace))| {
-                let q = AxisVector::from([x, y, z - 300.0, a, c]);
-                let pace = if index == 0 { PostPace::Rapid } else { pace };
-                let way = BlockInterpolation::GreatCircle;
-                PostMove { line: index + 1, pose: kinematics.forward(&q), q: None, pace, way }
-            };
+        let one = |(index, (q, pace)): (u32, (AxisVector, PostPace))| {
+            let pace = if index == 0 { PostPace::Rapid } else { pace };
+            let way = BlockInterpolation::GreatCircle;
+            PostMove { line: index + 1, pose: kinematics.forward(&q), q: None, pace, way }
+        };
         (0..).zip(places).map(one).collect()
     })
 }

@@ -118,7 +118,7 @@ fn motion_that_is_not_understood_is_never_skipped() {
         ("G1 X1", 1, "without a feed"),
         ("G93 F10\nG1 X1", 2, "without a feed"),
         ("G0 G1 X1 F1", 1, "contradicts"),
-        ("G0 X#100", 1, "no value"),
+        ("G0 X#<_unset>", 1, "no value"),
         ("/G0 X1", 1, "block delete"),
         ("G0 X1 % Y2", 1, "% must stand alone"),
         ("G0 X1e3", 1, "e3 is not understood"),

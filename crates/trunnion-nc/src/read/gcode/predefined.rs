@@ -121,8 +121,9 @@ impl ModalView<'_> {
     }
 }
 
-fn flag(on: bool) -> f64 {
-    f64::from(u8::from(on))
+/// Returns 1 for what holds, and 0.
+fn flag(holds: impl Into<u8>) -> f64 {
+    f64::from(holds.into())
 }
 
 /// Returns the code of a motion in tenths: 10 for G1.
