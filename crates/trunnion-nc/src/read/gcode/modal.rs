@@ -1,8 +1,9 @@
 //! Modal state of G-code, and the actions of one block.
 
 use super::block::CodeWord;
-use super::saved::SavedState;
-use super::spline::SplineState;
+use super::predefined::ModalCodes;
+use super::saved_state::SavedState;
+use super::spline_points::SplineState;
 use crate::read::arc::ArcSense;
 use crate::read::control::{DistanceMode, SLOTS};
 
@@ -51,6 +52,33 @@ pub(super) struct ModalState {
     pub(super) each: Option<ModalCall>,
     /// `G28` and `G30` \[mm, rad\]; `None`: not known.
     pub(super) references: [[Option<f64>; SLOTS]; 2],
+}
+
+impl ModalState {
+    /// Returns the codes that parameters of the control show.
+    pub(super) fn codes(&self) -> ModalCodes {
+        ModalCodes {
+            motion: self.motion_code(),
+            plane: self.plane,
+            distance: self.distance,
+            arc_absolute: self.arc_absolute,
+            diameter: self.diameter,
+            to_r: self.to_r,
+        }
+    }
+
+    /// Returns the code of the motion in tenths: 10 for `G1`.
+    fn motion_code(&self) -> u32 {
+        match self.motion {
+            Some(GcodeMotion::Rapid) => 0,
+            Some(GcodeMotion::Feed) => 10,
+            Some(GcodeMotion::Arc(ArcSense::Clockwise)) => 20,
+            Some(GcodeMotion::Arc(ArcSense::Counterclockwise)) => 30,
+            Some(GcodeMotion::Cycle(code) | GcodeMotion::Thread(code)) => code,
+            Some(GcodeMotion::Spline) => self.spline_code,
+            None => 800,
+        }
+    }
 }
 
 /// Modal groups, as bits: two codes of one group cannot stand on one line.

@@ -1,17 +1,31 @@
 //! Parameters that the control provides.
 
-use super::modal::{GcodeMotion, ModalState};
-use crate::read::arc::ArcSense;
 use crate::read::control::{ControlState, DistanceMode, FeedMode};
 use crate::read::dialect::Dialect;
 
 /// Letters of axes in the order of their parameters.
 const LETTERS: &str = "xyzabcuvw";
 
+/// Modal codes that parameters of the control show.
+#[derive(Clone, Copy)]
+pub(super) struct ModalCodes {
+    /// In tenths: 10 for `G1`.
+    pub(super) motion: u32,
+    /// 0: XY, 1: ZX, 2: YZ.
+    pub(super) plane: usize,
+    pub(super) distance: DistanceMode,
+    /// `G90.1`.
+    pub(super) arc_absolute: bool,
+    /// `G7`: X counts in diameters.
+    pub(super) diameter: bool,
+    /// `G99`.
+    pub(super) to_r: bool,
+}
+
 /// State that parameters of the control show.
 #[derive(Clone, Copy)]
 pub(super) struct ModalView<'a> {
-    pub(super) modal: &'a ModalState,
+    pub(super) modal: ModalCodes,
     pub(super) control: &'a ControlState,
     pub(super) line: u32,
     pub(super) dialect: Dialect,
@@ -94,7 +108,7 @@ impl ModalView<'_> {
             _ if self.dialect != Dialect::LinuxCnc => None,
             // What the last subprogram returned; none has yet.
             "value" | "value_returned" | "remap_level" | "vminor" => Some(0.0),
-            "motion_mode" => count(motion_code(modal)),
+            "motion_mode" => count(modal.motion),
             "plane" => count(170 + 10 * u32::try_from(modal.plane).unwrap_or_default()),
             "absolute" => is(!incremental),
             "incremental" => is(incremental),
@@ -124,17 +138,4 @@ impl ModalView<'_> {
 /// Returns 1 for what holds, and 0.
 fn flag(holds: impl Into<u8>) -> f64 {
     f64::from(holds.into())
-}
-
-/// Returns the code of a motion in tenths: 10 for G1.
-fn motion_code(modal: &ModalState) -> u32 {
-    match modal.motion {
-        Some(GcodeMotion::Rapid) => 0,
-        Some(GcodeMotion::Feed) => 10,
-        Some(GcodeMotion::Arc(ArcSense::Clockwise)) => 20,
-        Some(GcodeMotion::Arc(ArcSense::Counterclockwise)) => 30,
-        Some(GcodeMotion::Cycle(code) | GcodeMotion::Thread(code)) => code,
-        Some(GcodeMotion::Spline) => modal.spline_code,
-        None => 800,
-    }
 }

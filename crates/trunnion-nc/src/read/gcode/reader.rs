@@ -8,7 +8,7 @@ use super::macro_flow::MacroFlow;
 use super::modal::{BlockActions, CycleState, ModalState};
 use super::parameters::Parameters;
 use super::predefined::ModalView;
-use super::spline::SplineState;
+use super::spline_points::SplineState;
 use super::words::left_over;
 use super::{label, parameters};
 use crate::read::control::{ControlState, DistanceMode, SLOTS};
@@ -90,7 +90,7 @@ impl GcodeReader {
 
     /// Returns the state that parameters of the control show.
     pub(super) fn view<'a>(&'a self, control: &'a ControlState, line: u32) -> ModalView<'a> {
-        ModalView { modal: &self.modal, control, line, dialect: self.dialect }
+        ModalView { modal: self.modal.codes(), control, line, dialect: self.dialect }
     }
 
     /// Returns true if lines are to be run before the next of the file.

@@ -2,33 +2,9 @@
 
 use super::flow::FrameKind;
 use super::reader::GcodeReader;
-use crate::read::control::{DistanceMode, FeedMode, SurfaceSpeed};
+use super::saved_state::SavedState;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
-
-/// Saved states that stay in memory: one for each depth of calls.
-#[derive(Debug, Clone)]
-#[expect(clippy::struct_excessive_bools, reason = "modal switches are what a control has")]
-pub(super) struct SavedState {
-    /// Depth of calls at which it was saved.
-    level: usize,
-    /// Restored when the call returns: `M73`.
-    at_return: bool,
-    distance: DistanceMode,
-    arc_absolute: bool,
-    plane: usize,
-    diameter: bool,
-    to_r: bool,
-    inch: bool,
-    feed_mode: FeedMode,
-    feed: Option<f64>,
-    speed: f64,
-    surface: Option<SurfaceSpeed>,
-    sense: i8,
-    offset: u8,
-    length: bool,
-    shift: [f64; 3],
-}
 
 impl GcodeReader {
     /// Returns how many calls are running.

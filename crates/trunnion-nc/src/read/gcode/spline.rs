@@ -3,6 +3,7 @@
 use super::block::GcodeBlock;
 use super::modal::BlockActions;
 use super::reader::GcodeReader;
+use super::spline_points::{SplineState, WeightedPoint};
 use super::words::natural;
 use crate::read::control::{ControlState, DistanceMode, FeedMode, MoveTarget};
 use crate::read::log::ReadRemark;
@@ -20,30 +21,6 @@ const MOST_POINTS: usize = 10_000;
 
 /// Highest order of a spline.
 const HIGHEST_ORDER: usize = 20;
-
-/// A point of the plane with its weight.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct WeightedPoint {
-    /// \[mm\]
-    point: [f64; 2],
-    weight: f64,
-}
-
-/// Control points that `G5.2` collects until `G5.3`.
-#[derive(Debug, Default)]
-pub(super) struct SplineState {
-    points: Vec<WeightedPoint>,
-    order: usize,
-    /// `G5`: from the last control point to the end, which the next spline continues.
-    continues: Option<[f64; 2]>,
-}
-
-impl SplineState {
-    /// Returns true while control points wait for `G5.3`.
-    pub(super) fn is_open(&self) -> bool {
-        !self.points.is_empty()
-    }
-}
 
 impl GcodeReader {
     /// Runs a line of `G5`, `G5.1` or `G5.2`.
