@@ -39,6 +39,7 @@ pub(super) struct PostSummary {
     rapid_seconds: f64,
     control_model: &'static str,
     model_seconds: [f64; 2],
+    linuxcnc_duration: [f64; 2],
     /// Largest axis velocity and acceleration over their limits.
     ratios_before: [f64; 2],
     ratios_after: [f64; 2],
@@ -171,6 +172,7 @@ impl PostSummary {
             rapid_seconds: report.rapid_seconds,
             control_model: "linuxcnc",
             model_seconds: report.model_seconds,
+            linuxcnc_duration: report.linuxcnc_duration,
             ratios_before: report.ratios_before,
             ratios_after: report.ratios_after,
             tip_tolerance: tip,
@@ -223,8 +225,8 @@ impl PostSummary {
             row("blocks", format!("{:>12} -> {}", self.blocks[0], self.blocks[1])),
             row("time with feed", pair(self.seconds, self.timed)),
             row(
-                "on the control model",
-                pair(self.model_seconds, "s, linuxcnc: no look-ahead over rotary moves"),
+                "on LinuxCNC",
+                pair(self.linuxcnc_duration, "s with rapid moves: no look-ahead over rotary moves"),
             ),
             row("axis velocity", ratio(0)),
             row("axis acceleration", ratio(1)),

@@ -14,7 +14,7 @@ use super::rotaries::{PlannedMove, RetractPhase, RotaryPlanner};
 use super::rounded_words::RoundedWords;
 use super::smoothing_choice::{MoveGroup, SmoothingChoice};
 use super::subdivision::Subdivider;
-use super::timing::{AxisLoad, PointTimer, TimedPoint, position_error};
+use super::timing::{AxisLoad, ControlClock, PointTimer, TimedPoint, position_error, word_travel};
 use crate::inverse::Inverse;
 use crate::machine::Kinematics;
 use crate::nc::write::{OutputFormat, ProgramWriter, Style};
@@ -60,22 +60,39 @@ pub struct Poster {
 struct FeedTally {
     load: AxisLoad,
     seconds: f64,
-    model: f64,
+    /// Clock of the cuts, each from rest to rest.
+    cuts: ControlClock,
+    /// Clock of everything.
+    clock: ControlClock,
     cutting: bool,
 }
 
 impl FeedTally {
-    fn new(kinematics: &Kinematics) -> Self {
-        let load = AxisLoad::new(kinematics.machine());
-        Self { load, seconds: 0.0, model: 0.0, cutting: false }
+    fn new(kinematics: &Kinematics, style: &Style) -> Self {
+        let machine = kinematics.machine();
+        let (load, clock) = (AxisLoad::new(machine), ControlClock::new(machine, style));
+        Self { load, seconds: 0.0, cuts: clock.clone(), clock, cutting: false }
     }
 
-    /// Counts a rapid move, before which the axes come to rest.
-    fn rapid(&mut self) {
+    /// Counts a rapid move whose words change by `words` \[mm, rad\]; before it the axes come to rest.
+    fn rapid(&mut self, words: &AxisVector) {
+        self.rest();
+        self.clock.rapid(words);
+    }
+
+    /// Brings the axes to rest behind a cut.
+    fn rest(&mut self) {
         if self.cutting {
             self.load.rest();
         }
+        self.cuts.stop();
         self.cutting = false;
+    }
+
+    /// Counts a feed move on the control.
+    fn feed(&mut self, words: &AxisVector, seconds: f64) {
+        self.cuts.feed(words, seconds);
+        self.clock.feed(words, seconds);
     }
 }
 
@@ -143,8 +160,8 @@ impl Poster {
             output: None,
             points: Vec::new(),
             timed: Vec::new(),
-            before: FeedTally::new(kinematics),
-            after: FeedTally::new(kinematics),
+            before: FeedTally::new(kinematics, style),
+            after: FeedTally::new(kinematics, style),
             account: MotionAccount::default(),
             comparing: None,
             report: PostReport::default(),
@@ -346,7 +363,8 @@ impl Poster {
         self.report.smoothing_bound = smoothing_bound(&self.style);
         self.add_rapid();
         self.report.seconds = [self.before.seconds, self.after.seconds];
-        self.report.model_seconds = [self.before.model, self.after.model];
+        self.report.model_seconds = [self.before.cuts.stop(), self.after.cuts.stop()];
+        self.report.linuxcnc_duration = [self.before.clock.stop(), self.after.clock.stop()];
         self.report.ratios_before = self.before.load.worst;
         self.report.ratios_after = self.after.load.worst;
         self.report.unwound.append(&mut self.rotaries.unwound);
@@ -398,7 +416,8 @@ impl Poster {
     ) {
         self.report.blocks[0] += 1;
         if asked == PostPace::Rapid {
-            return self.before.rapid();
+            let words = word_travel(&self.kinematics, self.style.dialect, from, to);
+            return self.before.rapid(&words);
         }
         let travel = to.q - from.q;
         let length = (to.pose.tip - from.pose.tip).norm();
@@ -414,7 +433,8 @@ impl Poster {
         let error = position_error(&self.kinematics, &self.style.axes, source, &to.q);
         self.before.load.push(&travel, &error, seconds);
         self.before.seconds += seconds;
-        self.before.model += self.model(from, to, seconds);
+        let words = word_travel(&self.kinematics, self.style.dialect, from, to);
+        self.before.feed(&words, seconds);
     }
 }
 

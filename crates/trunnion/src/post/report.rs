@@ -16,8 +16,10 @@ pub struct PostReport {
     pub seconds: [f64; 2],
     /// Time of rapid moves with the limits of the axes kept \[s\].
     pub rapid_seconds: f64,
-    /// Time with feed on the control model, of input and output \[s\].
+    /// Time with feed on `LinuxCNC`, each cut from rest to rest, of input and output \[s\].
     pub model_seconds: [f64; 2],
+    /// Time from the first to the last position on `LinuxCNC`, rapid moves included, of input and output \[s\].
+    pub linuxcnc_duration: [f64; 2],
     /// Largest axis velocity and acceleration of the input over their limits, as programmed.
     pub ratios_before: [f64; 2],
     /// Largest axis velocity and acceleration of the output over their limits.

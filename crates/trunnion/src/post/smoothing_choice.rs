@@ -304,12 +304,9 @@ impl SmoothingChoice<'_> {
         let mut control = ControlTiming::new(self.kinematics, self.style, start);
         let mut timer = PointTimer::new(self.kinematics, &self.style.axes, self.options, start.q)?;
         let mut timed = Vec::new();
+        let costs = &mut trial.costs;
         let mut add = |timed: &mut Vec<TimedPoint>| {
-            for one in timed.drain(..) {
-                if let Some(cost) = trial.costs.get_mut(one.point.part) {
-                    *cost += control.seconds(&one);
-                }
-            }
+            timed.drain(..).for_each(|one| control.pass(&one, costs));
         };
         let mut points = trial.points.clone();
         let limited = self.options.method != PostMethod::Programmed;
@@ -326,6 +323,7 @@ impl SmoothingChoice<'_> {
         }
         timer.finish(&mut timed)?;
         add(&mut timed);
+        control.finish(&mut trial.costs);
         Ok(())
     }
 }

@@ -128,7 +128,7 @@ fn motion_that_is_not_understood_is_never_skipped() {
         ("G4", 1, "without a time"),
         ("G0 X1 P3", 1, "P word"),
         ("O1 G0 X1", 1, "O1"),
-        ("G1 X1 F0", 1, "no feed"),
+        ("G1 X1 F0", 1, "without a feed"),
     ];
     for (text, line, part) in cases {
         let faults = read(&format!("{text}\nM2\n")).unwrap_err();

@@ -12,7 +12,7 @@ use crate::post::read_back::ReadBack;
 use crate::post::report::{FastRapid, SlowedMove};
 use crate::post::rounded_words::RoundedWords;
 use crate::post::subdivision::Subdivider;
-use crate::post::timing::{ControlModel, PointTimer, TimedPoint, position_error, word_travel};
+use crate::post::timing::{PointTimer, TimedPoint, position_error, word_travel};
 use crate::types::ToolPose;
 
 /// Number of points that are timed before the finished blocks are written.
@@ -68,6 +68,8 @@ impl Poster {
     ) -> Result<(), PostError> {
         let Some(mut output) = self.output.take() else { return Ok(()) };
         self.account.wrote_start();
+        self.before.clock.stop();
+        self.after.clock.stop();
         let begin = out.len();
         let start = WrittenPosition { q: &to.q, pose: &to.pose };
         output.writer.change_tool(out, &self.kinematics, head.note, head.template, start)?;
@@ -115,15 +117,9 @@ impl Poster {
         output.timer.finish(&mut self.timed)?;
         self.output = Some(ProgramOutput { timer: next, ..output });
         self.write(out)?;
-        self.before.rapid();
-        self.after.rapid();
+        self.before.rest();
+        self.after.rest();
         Ok(())
-    }
-
-    /// Returns the time of a block on the control model \[s\].
-    pub(super) fn model(&self, from: &AxesPose, to: &AxesPose, seconds: f64) -> f64 {
-        let words = word_travel(&self.kinematics, self.style.dialect, from, to);
-        ControlModel::new(self.kinematics.machine()).seconds(&words, seconds)
     }
 
     /// Returns the result of reading back; a text that the reader does not understand is noted in the report.
@@ -159,7 +155,9 @@ impl Poster {
                 Some(_) => BlockPace::Timed { seconds, length, turn },
             };
             if point.least.is_some() {
-                self.after.model += self.model(&output.block, &output.at, seconds);
+                let travel =
+                    word_travel(&self.kinematics, self.style.dialect, &output.block, &output.at);
+                self.after.feed(&travel, seconds);
                 let words = &self.style.axes;
                 let coordinates = self.style.dialect.coordinates();
                 // Words are rounded in the axes; the report states what that does to the tip.
@@ -265,7 +263,9 @@ impl Poster {
         if end.point.least.is_none() {
             self.count_rapid(output, end.point.line, &inside);
             self.report.rapid_seconds += seconds;
-            return self.after.rapid();
+            let words =
+                word_travel(&self.kinematics, self.style.dialect, &output.block, &output.at);
+            return self.after.rapid(&words);
         }
         self.after.cutting = true;
         self.after.seconds += seconds;

@@ -1,6 +1,6 @@
 //! Times of the axis points, on the machine and on the control.
 //!
-//! [`PointTimer`] finds the times that the program asks for; [`ControlTiming`] and [`ControlModel`] the times that
+//! [`PointTimer`] finds the times that the program asks for; [`ControlTiming`] and [`ControlClock`] the times that
 //! a control takes; [`AxisLoad`] compares both with the limits of the axes.
 
 mod block_motion;
@@ -14,7 +14,7 @@ mod timed_point;
 mod timer;
 
 pub(super) use block_motion::position_error;
-pub(super) use control::{ControlModel, ControlTiming, word_travel};
+pub(super) use control::{ControlClock, ControlTiming, word_travel};
 pub(super) use load::AxisLoad;
 pub(super) use timed_point::TimedPoint;
 pub(super) use timer::PointTimer;
