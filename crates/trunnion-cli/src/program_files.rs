@@ -1,9 +1,14 @@
-//! Files that a program depends on: the control's tool table and configuration.
+//! Files that a program depends on: the control's tool table and configuration, subprograms beside it.
 
 use crate::outcome::Failure;
-use std::fs;
+use anyhow::Context;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use trunnion::nc::read::{IniFile, ReadOptions, ini_file, tool_rows};
+use trunnion::nc::read::{
+    Dialect, IniFile, ReadOptions, SubprogramFile, ini_file, subprogram_calls, tool_rows,
+};
 
 /// Files of the control.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -15,11 +20,14 @@ pub(crate) struct ProgramFileArgs {
     /// Configuration of the control (.ini): its values (#<_ini[section]name>), unit and tool table.
     #[arg(long, value_name = "INI")]
     ini: Option<PathBuf>,
+    /// Folder with files of subprograms, searched behind that of the program and those of --ini. May be repeated.
+    #[arg(long, value_name = "FOLDER")]
+    sub_dir: Vec<PathBuf>,
 }
 
 impl ProgramFileArgs {
     /// Puts what the files say into the options of a reader.
-    pub(crate) fn fill(&self, options: &mut ReadOptions) -> Result<(), Failure> {
+    pub(crate) fn fill(&self, options: &mut ReadOptions, program: &Path) -> Result<(), Failure> {
         let ini = match &self.ini {
             Some(path) => ini_file(&text_of(path)?),
             None => IniFile { unit: 1.0, ..IniFile::default() },
@@ -28,6 +36,9 @@ impl ProgramFileArgs {
         let given = |name: &str| options.parameters.iter().any(|(known, _)| known == name);
         let more: Vec<_> = ini.parameters.into_iter().filter(|(name, _)| !given(name)).collect();
         options.parameters.extend(more);
+        if options.dialect == Dialect::LinuxCnc {
+            options.subprograms = self.subprograms(program, &ini.folders)?;
+        }
         let beside = self.ini.as_deref().and_then(Path::parent);
         let of_ini = ini.tool_table.zip(beside).map(|(name, folder)| folder.join(name));
         // A table that the configuration merely names may be absent here.
@@ -37,6 +48,40 @@ impl ProgramFileArgs {
             options.tools = rows.map_err(|faults| Failure::faults(&path, &faults))?;
         }
         Ok(())
+    }
+
+    /// Returns the files of the subprograms that a program calls, and that these call.
+    fn subprograms(
+        &self,
+        program: &Path,
+        of_ini: &[String],
+    ) -> Result<Vec<SubprogramFile>, Failure> {
+        let mut folders: Vec<PathBuf> =
+            program.parent().map(Path::to_path_buf).into_iter().collect();
+        let beside = self.ini.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
+        folders.extend(of_ini.iter().map(|folder| beside.join(folder)));
+        folders.extend(self.sub_dir.iter().cloned());
+        // A device or pipe can be read once only, so it is not searched for calls.
+        if !program.is_file() {
+            return Ok(Vec::new());
+        }
+        let lines =
+            BufReader::new(File::open(program).with_context(|| program.display().to_string())?);
+        // Bytes that are no text end the search; the reader tells of them.
+        let mut names: Vec<String> =
+            subprogram_calls(lines.lines().map_while(Result::ok)).into_iter().collect();
+        let mut files: BTreeMap<String, SubprogramFile> = BTreeMap::new();
+        while let Some(name) = names.pop() {
+            // The control asks its file system for a name in lower case.
+            let path = folders.iter().map(|folder| folder.join(format!("{name}.ngc")));
+            let found = path.into_iter().find(|path| path.is_file());
+            if let Some(path) = found.filter(|_| !files.contains_key(&name)) {
+                let text = text_of(&path)?;
+                names.extend(subprogram_calls(text.lines()));
+                files.insert(name.clone(), SubprogramFile { name, text });
+            }
+        }
+        Ok(files.into_values().collect())
     }
 }
 

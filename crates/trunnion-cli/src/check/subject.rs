@@ -233,7 +233,7 @@ fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<Motion, Failure
         retract_height: machine::top_of_z(kinematics.machine()),
         ..ReadOptions::new(dialect, axes, MOST_FAULTS)
     };
-    args.files.fill(&mut options)?;
+    args.files.fill(&mut options, path)?;
     let program = ProgramText::new(text, options).map_err(faults)?;
     Ok(Motion::Program(Box::new(program), Box::new(kinematics)))
 }

@@ -155,7 +155,7 @@ fn read(path: &Path, args: &ProgramArgs) -> Result<ProgramSummary, Failure> {
         retract_height: Some(0.0),
         ..ReadOptions::new(dialect, axes, MOST_FAULTS)
     };
-    args.files.fill(&mut options)?;
+    args.files.fill(&mut options, path)?;
     let mut source = FileLines::open(path)?;
     // Read three times, line by line: memory does not grow with the program.
     let mut steps = read::steps(&mut source, &options);

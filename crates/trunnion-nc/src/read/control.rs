@@ -71,6 +71,7 @@ impl MoveTarget {
             *word = Some(value);
         }
         // One bit for each slot; a byte holds the six of them.
+        self.incremental &= !(1 << slot);
         self.incremental |= u8::from(mode == DistanceMode::Incremental) << slot;
     }
 
@@ -123,6 +124,11 @@ pub(super) struct ControlState {
     pub(super) set_by_92: [f64; SLOTS],
     /// A tool offset that is added to words beside the length of the tool: `G43.1`, `G43.2`, `G10 L1`.
     pub(super) tool_shift: [f64; SLOTS],
+    /// Slots that the next move states although its line does not: behind cutter compensation the control
+    /// takes the axes to be where they were programmed.
+    pub(super) restated: u8,
+    /// Positions of those slots as they are.
+    beside: [Option<f64>; SLOTS],
     /// Tool table as the options give it, and as the program wrote it since.
     pub(super) tool_table: ToolTable,
     /// Work offsets as the program wrote them.
@@ -217,6 +223,8 @@ impl ControlState {
             local: [0.0; SLOTS],
             set_by_92: [0.0; SLOTS],
             tool_shift: [0.0; SLOTS],
+            restated: 0,
+            beside: [None; SLOTS],
             tool_table: ToolTable::new(&options.tools),
             written_offsets: WrittenOffsets::default(),
             offset: 0,
@@ -394,6 +402,19 @@ impl ControlState {
         place
     }
 
+    /// Takes two axes to be at positions of the program, to which the next move leads.
+    pub(super) fn restate(&mut self, slots: [usize; 2], position: [f64; 2]) {
+        let mut readings = self.readings();
+        self.beside = self.place;
+        for (slot, value) in slots.into_iter().zip(position) {
+            self.restated |= 1 << slot;
+            if let Some(reading) = readings.get_mut(slot) {
+                *reading = Some(value);
+            }
+        }
+        self.place = self.place_of(&readings);
+    }
+
     /// Returns what the program would read at the present position.
     pub(super) fn readings(&self) -> [Option<f64>; SLOTS] {
         std::array::from_fn(|slot| self.reading(slot))
@@ -513,6 +534,13 @@ impl ControlState {
 
     /// Puts a tool into the spindle.
     pub(super) fn change_tool(&mut self, line: u32, number: u32) {
+        // Behind a tool change the control looks where the axes are.
+        for slot in (0..SLOTS).filter(|slot| self.restated >> slot & 1 == 1) {
+            if let (Some(place), Some(beside)) = (self.place.get_mut(slot), self.beside.get(slot)) {
+                *place = *beside;
+            }
+        }
+        self.restated = 0;
         self.tools.push(number);
         self.steps.push_back(Step::Tool { line, number });
     }

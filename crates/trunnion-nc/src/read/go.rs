@@ -72,6 +72,7 @@ impl ControlState {
         way: Way,
     ) -> Result<(), ReadRemark> {
         let mut way = way;
+        self.state_again(&mut target)?;
         // Checks come before the positions are changed.
         if let Some(tilted) = &self.tilted {
             self.check_tilted(*tilted, &target)?;
@@ -189,6 +190,32 @@ impl ControlState {
             self.machine = [None; SLOTS];
         }
         Ok(all)
+    }
+
+    /// Adds the words of axes that are not where the control takes them to be.
+    fn state_again(&mut self, target: &mut MoveTarget) -> Result<(), ReadRemark> {
+        if self.restated == 0 {
+            return Ok(());
+        }
+        for slot in (0..SLOTS).filter(|slot| self.restated >> slot & 1 == 1) {
+            let word = match target.get(slot) {
+                Some(_) if !target.is_incremental(slot) => continue,
+                word => word.unwrap_or(0.0),
+            };
+            if target.machine {
+                let message = "G53 as the first move behind cutter compensation";
+                return Err(ReadRemark::new(
+                    target.at,
+                    message,
+                    "move away from the contour before it",
+                ));
+            }
+            if let Some(reading) = self.reading(slot) {
+                target.set(slot, reading + word, DistanceMode::Absolute);
+            }
+        }
+        self.restated = 0;
+        Ok(())
     }
 
     /// Turns the X Y words of a move, and the centre of its arc, with the work offset (`G10 L2 R`).

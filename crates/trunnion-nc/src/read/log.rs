@@ -57,13 +57,15 @@ pub(super) struct ReadLog {
     pub(super) line: u32,
     pub(super) faults: Vec<Diagnostic>,
     pub(super) warnings: Vec<Diagnostic>,
+    /// File and line of a subprogram in another file, while one runs.
+    pub(super) within: Option<Box<str>>,
     most: usize,
 }
 
 impl ReadLog {
     pub(super) fn new(most: usize) -> Self {
         // At least one fault is kept: with none, a faulty file would pass as a good one.
-        Self { line: 0, faults: Vec::new(), warnings: Vec::new(), most: most.max(1) }
+        Self { line: 0, faults: Vec::new(), warnings: Vec::new(), within: None, most: most.max(1) }
     }
 
     /// Returns true if no further fault is wanted.
@@ -73,7 +75,7 @@ impl ReadLog {
 
     pub(super) fn fault(&mut self, text: &str, remark: ReadRemark) {
         if !self.is_full() {
-            self.faults.push(placed(self.line, text, remark));
+            self.faults.push(self.placed(text, remark));
         }
     }
 
@@ -82,7 +84,19 @@ impl ReadLog {
         // Post-processors repeat an unusual word in every block.
         let known = self.warnings.iter().any(|warning| warning.message == remark.message);
         if !known && self.warnings.len() < MOST_WARNINGS {
-            self.warnings.push(placed(self.line, text, remark));
+            self.warnings.push(self.placed(text, remark));
+        }
+    }
+
+    fn placed(&self, text: &str, remark: ReadRemark) -> Diagnostic {
+        let ReadRemark { at, message, help } = remark;
+        let (line, column) = (self.line, column(text, at));
+        match &self.within {
+            None => Diagnostic { line, column, message, help },
+            Some(within) => {
+                let message = format!("in {within}, column {column}: {message}");
+                Diagnostic { line, column: 0, message, help }
+            }
         }
     }
 
@@ -100,11 +114,6 @@ pub(super) fn column(text: &str, at: usize) -> u32 {
     // Continuation bytes begin no character.
     let characters = before.iter().filter(|byte| **byte & 0xC0 != 0x80).count();
     u32::try_from(characters + 1).unwrap_or(u32::MAX)
-}
-
-fn placed(line: u32, text: &str, remark: ReadRemark) -> Diagnostic {
-    let ReadRemark { at, message, help } = remark;
-    Diagnostic { line, column: column(text, at), message, help }
 }
 
 /// Returns the beginning of a text, for a message.

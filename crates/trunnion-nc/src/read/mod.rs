@@ -55,8 +55,9 @@ pub use cl::{
     ClTool, cl, cl_records,
 };
 pub use dialect::Dialect;
+pub use gcode::subprogram_calls;
 pub use ini::{IniFile, ini_file};
-pub use options::{ReadOptions, ToolRow};
+pub use options::{ReadOptions, SubprogramFile, ToolRow};
 pub use remedy::ReadRemedy;
 pub use source::{ClSource, ClText, ProgramSource, ProgramText};
 pub use step::{

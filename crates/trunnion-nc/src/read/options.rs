@@ -27,6 +27,17 @@ pub struct ReadOptions {
     pub retract_height: Option<f64>,
     /// Tool table of the control, for cutter compensation and tool offsets that a program writes.
     pub tools: Vec<ToolRow>,
+    /// Files of subprograms that the program calls and does not contain.
+    pub subprograms: Vec<SubprogramFile>,
+}
+
+/// A file with a subprogram.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SubprogramFile {
+    /// Name of the subprogram, which is that of the file without its ending.
+    pub name: String,
+    /// Its text.
+    pub text: String,
 }
 
 /// A row of the control's tool table.
@@ -57,6 +68,7 @@ impl ReadOptions {
             reference: [0.0; AXES],
             retract_height: None,
             tools: Vec::new(),
+            subprograms: Vec::new(),
         }
     }
 }

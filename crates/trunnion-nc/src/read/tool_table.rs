@@ -99,13 +99,15 @@ pub(super) struct KnownTool {
     pub(super) offset: [f64; 3],
     /// \[mm\]
     pub(super) diameter: f64,
+    /// Corner of a turning tool that its offsets are of, 1 to 8; 0 and 9 are its middle.
+    pub(super) corner: u32,
 }
 
 impl ToolTable {
     pub(super) fn new(rows: &[ToolRow]) -> Self {
         let known = |row: &ToolRow| {
-            let ToolRow { number, offset, diameter, .. } = *row;
-            (number, KnownTool { length: offset[2], offset, diameter })
+            let ToolRow { number, offset, diameter, corner } = *row;
+            (number, KnownTool { length: offset[2], offset, diameter, corner })
         };
         Self { rows: rows.iter().map(known).collect() }
     }

@@ -8,8 +8,8 @@ use readings::options;
 use std::fs;
 use std::path::{Path, PathBuf};
 use trunnion_nc::read::{
-    Dialect, Frame, Move, Offset, OffsetKind, Pace, ReadOptions, Step, ToolRow, Way, read,
-    tool_rows,
+    Dialect, Frame, Move, Offset, OffsetKind, Pace, ReadOptions, ReadRemedy, Step, SubprogramFile,
+    ToolRow, Way, read, tool_rows,
 };
 
 /// Digits of the interpreter's answers: four behind the point of inches.
@@ -138,4 +138,112 @@ fn every_program_moves_as_the_interpreter_moves_it() {
         count += 1;
     }
     assert!(count >= 6, "{count} programs");
+}
+
+/// Rows of the book's table: example, result.
+fn rows_of_the_book() -> Vec<(String, String)> {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../docs/book/src/reference/dialects/linuxcnc.md");
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.strip_prefix("| ")?.split(" | ").collect();
+        let [_, example, result, ..] = cells[..] else { return None };
+        let example = example.strip_prefix('`')?.strip_suffix('`')?;
+        Some((example.to_owned(), result.trim().to_owned()))
+    };
+    fs::read_to_string(page).unwrap().lines().filter_map(row).collect()
+}
+
+#[test]
+fn the_table_of_the_book_is_true() {
+    let rows = rows_of_the_book();
+    assert!(rows.len() > 45, "{} rows", rows.len());
+    let before = "G21 G90 G17 F100 S500 M3\nT1 M6\nG0 X10 Y10 Z10\n";
+    let steps = |example: &str| {
+        let lines = example.replace(" / ", "\n");
+        let program = read(&format!("{before}{lines}\nM2\n"), &linuxcnc());
+        program.map(|program| program.steps)
+    };
+    let plain = steps("").unwrap();
+    for (example, result) in rows {
+        let made = steps(&example);
+        match result.as_str() {
+            "refused" => assert!(made.is_err(), "{example} is not refused"),
+            // One step more: the words as they stand.
+            "kept" => {
+                let made = made.unwrap_or_else(|faults| panic!("{example}: {}", faults[0]));
+                let count = |steps: &[Step], of: fn(&Step) -> bool| {
+                    steps.iter().filter(|step| of(step)).count()
+                };
+                let (is_move, is_words): (fn(&Step) -> bool, fn(&Step) -> bool) = (
+                    |step| matches!(step, Step::Move(_)),
+                    |step| matches!(step, Step::Words { .. }),
+                );
+                assert_eq!(count(&made, is_move), count(&plain, is_move), "{example}");
+                assert_eq!(count(&made, is_words), 1, "{example}");
+            }
+            "run" => {
+                let made = made.unwrap_or_else(|faults| panic!("{example}: {}", faults[0]));
+                let kept = made.iter().any(|step| matches!(step, Step::Words { .. }));
+                assert!(!kept && made.len() >= plain.len(), "{example}");
+            }
+            other => panic!("{example}: {other}"),
+        }
+    }
+}
+
+#[test]
+fn subprograms_of_other_files_run_and_are_named() {
+    let file =
+        |name: &str, text: &str| SubprogramFile { name: name.to_owned(), text: text.to_owned() };
+    let with = |files: Vec<SubprogramFile>| ReadOptions { subprograms: files, ..linuxcnc() };
+    let text = "G0 X0\no<Outer> call [4]\no200 call\nG0 X9\nM2\n";
+    let outer =
+        file("outer", "o<outer> sub\nG1 X#1 F60\no<inner> call [#1]\no<outer> endsub\nM2\n");
+    let inner = file("inner", "o<inner> sub\nG1 Y[2 * #1]\no<inner> endsub\n");
+    let hundred = file("200", "(a number)\no200 sub\nG1 Z1\no200 endsub\n");
+    let program = read(text, &with(vec![outer.clone(), inner, hundred])).unwrap();
+    let moves = readings::moves(&program);
+    let lines: Vec<u32> = moves.iter().map(|step| step.line).collect();
+    // Moves count as those of the line that calls.
+    assert_eq!(lines, [1, 2, 2, 3, 4]);
+    assert_eq!((moves[1].words[0], moves[2].words[1]), (Some(4.0), Some(8.0)));
+    let faults = read(text, &with(vec![outer])).unwrap_err();
+    assert!(faults[0].message.contains("inner is not in the file"), "{}", faults[0]);
+    let broken = file("outer", "o<outer> sub\nG1 X#1 F60\n  G38.2 Z1\no<outer> endsub\n");
+    let faults = read("G0 X0\no<outer> call [1]\nM2\n", &with(vec![broken])).unwrap_err();
+    assert_eq!(faults[0].line, 2);
+    assert!(faults[0].message.starts_with("in outer, line 3, column 3: "), "{}", faults[0]);
+}
+
+#[test]
+fn a_file_of_subprograms_alone_says_that_it_moves_nothing() {
+    let program = read("o<hole> sub\nG0 X1\no<hole> endsub\n", &linuxcnc()).unwrap();
+    let told: Vec<_> = program.warnings.iter().map(|warning| &*warning.message).collect();
+    assert_eq!(told, ["subprogram hole is defined in line 1 and never called"]);
+}
+
+#[test]
+fn compensation_asks_for_the_radius_and_for_room() {
+    let refused = |text: &str, options: &ReadOptions| match read(text, options) {
+        Err(faults) => faults[0].clone(),
+        Ok(program) => panic!("{text} is read: {:?}", readings::moves(&program)),
+    };
+    let plain = options(Dialect::LinuxCnc, "XYZAC");
+    let text = "T1 M6\nG0 X0 Y0 Z0\nG41 G1 X10 F100\nM2\n";
+    let fault = refused(text, &plain);
+    assert_eq!(ReadRemedy::of(&fault), Some(ReadRemedy::GiveTools));
+    assert_eq!((fault.line, fault.column), (3, 1));
+    // Tool 1 has a radius of 1.5 mm.
+    let cases = [
+        ("G41 G1 X1 F100", "not longer than the radius"),
+        ("G41 G1 X10 F100\nX20\nX19.9 Y1\nX25", "without gouging"),
+        ("G41 G1 X10 F100\nG3 X10 Y2 I0 J1", "does not fit"),
+        ("G41 G1 X10 F100\nG54", "G54 with cutter compensation on"),
+        ("G41 G1 X10 F100\nX20\nG40\nG2 X30 Y0 I5 J0", "an arc as the first move behind"),
+        ("G19 G41 G1 Y10 F100", "G19"),
+    ];
+    for (lines, part) in cases {
+        let fault = refused(&format!("T1 M6\nG0 X0 Y0 Z0\n{lines}\nM2\n"), &linuxcnc());
+        assert!(fault.message.contains(part), "{lines}: {fault}");
+    }
 }

@@ -64,7 +64,7 @@ impl<'a> Program<'a> {
             retract_height: crate::machine::top_of_z(machine.machine()),
             ..ReadOptions::new(dialect, words, MOST_FAULTS)
         };
-        options.files.fill(&mut read_options)?;
+        options.files.fill(&mut read_options, &path)?;
         // One tool: its moves alone. Several: each with its own length.
         let moves = ProgramMoves::new(machine, ARC_TOLERANCE).map(|moves| match options.tool {
             Some(tool) => moves.only(tool),

@@ -1,6 +1,7 @@
 //! `G2`, `G3`: from I J K or R to centre and sweep.
 
 use super::block::GcodeBlock;
+use super::compensation::ProgrammedArc;
 use super::reader::GcodeReader;
 use super::words::natural;
 use crate::read::arc;
@@ -52,6 +53,9 @@ impl GcodeReader {
                 let help = format!("write {} and {} in this plane, or R", letters[0], letters[1]);
                 return Err(ReadRemark::new(target.at, message, help));
             }
+            (None, center) if self.is_compensating() && self.modal.arc_absolute => {
+                ArcForm::Center(center.map(|value| value.unwrap_or(0.0)))
+            }
             (None, center) => self.center(state, [u, v], center, target.at)?,
             (Some(radius), _) => {
                 return Err(ReadRemark::new(
@@ -68,6 +72,11 @@ impl GcodeReader {
             Dialect::LinuxCnc => LINUXCNC_ROUNDED,
             _ => arc::ROUNDED,
         };
+        if self.is_compensating() {
+            let absolute = self.modal.arc_absolute;
+            let programmed = ProgrammedArc { form, absolute, sense, turns, rounded };
+            return self.contour_arc(state, target, &programmed, feed);
+        }
         let given = GivenArc { plane: [u, v], form, sense, turns, rounded };
         let way = arc::way(&state.control, &target, &given)?;
         let pace = state.control.pace(&target, feed)?;

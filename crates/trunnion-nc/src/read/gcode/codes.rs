@@ -30,6 +30,9 @@ impl GcodeReader {
         // length, the motion, and what stops or ends the program last.
         for at in 0..block.codes.len() {
             let Some(&code) = block.codes.get(at) else { break };
+            if let Some(compensation) = &self.modal.compensation {
+                self.check_compensated(compensation, code, text)?;
+            }
             let group = if code.letter == b'G' {
                 self.g_code(state, block, text, code, now)?
             } else {
@@ -51,6 +54,9 @@ impl GcodeReader {
         }
         self.plain_words(state, block, now)?;
         self.lengths(state, text, block, now)?;
+        if let Some(code) = now.compensates {
+            self.compensate(state, block, code)?;
+        }
         // G66 calls its program behind every line that moves.
         let before = state.control.steps.len();
         self.motion(state, block, text, now)?;
@@ -234,6 +240,14 @@ impl GcodeReader {
                 }
                 keep_with(state, block, text, code, "PQRE");
                 group::NONE
+            }
+            400 if linuxcnc => {
+                self.end_compensation(state)?;
+                group::COMPENSATION
+            }
+            410 | 411 | 420 | 421 if linuxcnc => {
+                now.compensates = Some(code);
+                group::COMPENSATION
             }
             // States that hold anyway: polar coordinates, cutter compensation, scaling and mirror
             // image off (G15 G40 G50 G50.1).

@@ -2,8 +2,10 @@
 
 use super::label;
 use super::label::{OKeyword, OWord};
+use super::sub_files::{SubFiles, SubLines};
 use crate::read::log::{FileLine, ReadRemark};
-use std::collections::{HashMap, VecDeque};
+use crate::read::options::ReadOptions;
+use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;
 
 /// A line of the file that is kept.
@@ -52,6 +54,16 @@ pub(super) struct CallFrame {
     pub(super) next: usize,
     pub(super) loops: Vec<OpenLoop>,
     pub(super) of: FrameKind,
+    /// Another file that the lines are of.
+    pub(super) file: Option<FrameFile>,
+}
+
+/// File of a subprogram that is not in the program.
+#[derive(Debug, Clone)]
+pub(super) struct FrameFile {
+    pub(super) name: Arc<str>,
+    /// Line of the program that called it.
+    pub(super) line: u32,
 }
 
 /// Kind of the lines.
@@ -117,16 +129,24 @@ impl SubCall {
     fn key(&self) -> Box<str> {
         match self.kind {
             SubKind::Named => self.label.clone(),
-            // No O-word label has a blank, so the two kinds cannot collide.
-            SubKind::Numbered => format!("M98 {}", self.label).into(),
+            SubKind::Numbered => numbered_key(&self.label),
         }
     }
+}
+
+/// Returns the key of a subprogram `O1000`.
+pub(super) fn numbered_key(label: &str) -> Box<str> {
+    // No O-word label has a blank, so the two kinds cannot collide.
+    format!("M98 {label}").into()
 }
 
 /// Everything about the order of lines.
 #[derive(Debug, Default)]
 pub(super) struct GcodeFlow {
-    subs: HashMap<Box<str>, Arc<[NumberedLine]>>,
+    subs: HashMap<Box<str>, SubLines>,
+    files: SubFiles,
+    /// Labels of subprograms that were called.
+    called: HashSet<Box<str>>,
     pub(super) frames: Vec<CallFrame>,
     capture: Option<LineCapture>,
     /// Lines read ahead of their turn.
@@ -151,6 +171,10 @@ pub(super) enum CallOutcome {
 }
 
 impl GcodeFlow {
+    pub(super) fn new(options: &ReadOptions) -> Self {
+        Self { files: SubFiles::new(options), ..Self::default() }
+    }
+
     /// Returns true if lines are to be run before the next of the file.
     pub(super) fn is_busy(&self) -> bool {
         self.wanted.is_none() && !(self.frames.is_empty() && self.ahead.is_empty())
@@ -180,7 +204,7 @@ impl GcodeFlow {
         // A subprogram waits for its calls; a loop or condition runs as soon as it is complete.
         if ends && let Some(LineCapture { label, keyword, lines }) = self.capture.take() {
             if keyword == OKeyword::Sub {
-                self.subs.insert(label, lines.into());
+                self.subs.insert(label, SubLines { lines: lines.into(), file: None });
             } else {
                 let lines = lines.into();
                 self.frames.push(CallFrame {
@@ -188,6 +212,7 @@ impl GcodeFlow {
                     next: 0,
                     loops: Vec::new(),
                     of: FrameKind::File,
+                    file: None,
                 });
             }
         }
@@ -212,8 +237,15 @@ impl GcodeFlow {
             let message = format!("more than {DEEPEST} calls in each other");
             return Err(ReadRemark::new(at, message, "does the subprogram call itself?"));
         }
-        if let Some(lines) = self.subs.get(&call.key()) {
-            return Ok(self.enter(Arc::clone(lines), call));
+        self.called.insert(call.label.clone());
+        if !self.subs.contains_key(&call.key()) {
+            // A file of its own goes before a subprogram further down in the program.
+            for (key, lines) in self.files.open(&call.label) {
+                self.subs.entry(key).or_insert(lines);
+            }
+        }
+        if let Some(lines) = self.subs.get(&call.key()).cloned() {
+            return Ok(self.enter(lines, call, line.number));
         }
         self.wanted = Some(AwaitedSub { call, line: NumberedLine::new(line), at, start: None });
         // The subprogram may stand among the lines that were read ahead for an earlier call.
@@ -225,7 +257,8 @@ impl GcodeFlow {
         Ok(CallOutcome::Later)
     }
 
-    fn enter(&mut self, lines: Arc<[NumberedLine]>, call: SubCall) -> CallOutcome {
+    fn enter(&mut self, sub: SubLines, call: SubCall, line: u32) -> CallOutcome {
+        let SubLines { lines, file } = sub;
         let of = match call.kind {
             SubKind::Named => FrameKind::Sub,
             SubKind::Numbered => FrameKind::Numbered {
@@ -234,7 +267,8 @@ impl GcodeFlow {
             },
         };
         // Line 0 is the one with the label.
-        self.frames.push(CallFrame { lines, next: 1, loops: Vec::new(), of });
+        let file = file.map(|name| FrameFile { name, line });
+        self.frames.push(CallFrame { lines, next: 1, loops: Vec::new(), of, file });
         CallOutcome::Runs(call.arguments)
     }
 
@@ -263,21 +297,40 @@ impl GcodeFlow {
             return None;
         }
         let lines: Arc<[NumberedLine]> = self.ahead.range(start..=at).cloned().collect();
-        let AwaitedSub { call, .. } = self.wanted.take()?;
-        self.subs.insert(call.key(), Arc::clone(&lines));
-        Some(self.enter(lines, call))
+        let AwaitedSub { call, line, .. } = self.wanted.take()?;
+        let sub = SubLines { lines, file: None };
+        self.subs.insert(call.key(), sub.clone());
+        Some(self.enter(sub, call, line.number))
     }
 
     /// Returns the structure that is still open at the end of the file, with the line that opened it.
     pub(super) fn open(&self) -> Option<(&NumberedLine, ReadRemark)> {
         if let Some(AwaitedSub { call, line, at, .. }) = &self.wanted {
             let message = format!("subprogram {} is not in the file", call.label);
-            return Some((line, ReadRemark::new(*at, message, "append its lines to the program")));
+            return Some((
+                line,
+                ReadRemark::new(
+                    *at,
+                    message,
+                    "append its lines to the program, or give the file that has it",
+                ),
+            ));
         }
         let capture = self.capture.as_ref()?;
         let message = format!("what o<{}> begins here has no end", capture.label);
         let remark = ReadRemark::new(0, message, "end it: endsub, endwhile, endif, endrepeat");
         Some((capture.lines.first()?, remark))
+    }
+
+    /// Returns the labels and first lines of the subprograms that nothing called, in the order of lines.
+    pub(super) fn uncalled(&self) -> Vec<(&str, &NumberedLine)> {
+        let own = self.subs.iter().filter(|(label, sub)| {
+            sub.file.is_none() && !label.contains(' ') && !self.called.contains(*label)
+        });
+        let first = own.filter_map(|(label, sub)| Some((&**label, sub.lines.first()?)));
+        let mut uncalled: Vec<_> = first.collect();
+        uncalled.sort_by_key(|(_, line)| line.number);
+        uncalled
     }
 
     /// Returns true if a subprogram was read.

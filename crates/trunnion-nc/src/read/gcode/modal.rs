@@ -1,7 +1,8 @@
 //! Modal state of G-code, and the actions of one block.
 
 use super::block::CodeWord;
-use super::predefined::ModalCodes;
+use super::compensation::Compensation;
+use super::predefined::{ModalCodes, NO_COMPENSATION};
 use super::saved_state::SavedState;
 use super::spline_points::SplineState;
 use crate::read::arc::ArcSense;
@@ -36,6 +37,12 @@ pub(super) struct ModalState {
     pub(super) vector: bool,
     /// `G7`: X counts in diameters.
     pub(super) diameter: bool,
+    /// Cutter compensation that is on.
+    pub(super) compensation: Option<Box<Compensation>>,
+    /// Compensation has ended and nothing has moved since: an arc cannot lead away.
+    pub(super) leaves_contour: bool,
+    /// Steps that were there when the line began.
+    pub(super) line_began: usize,
     /// The code of a spline in tenths, and what its lines have collected.
     pub(super) spline_code: u32,
     pub(super) spline: SplineState,
@@ -59,6 +66,7 @@ impl ModalState {
     pub(super) fn codes(&self) -> ModalCodes {
         ModalCodes {
             motion: self.motion_code(),
+            compensation: self.compensation.as_ref().map_or(NO_COMPENSATION, |on| on.code()),
             plane: self.plane,
             distance: self.distance,
             arc_absolute: self.arc_absolute,
@@ -103,6 +111,7 @@ pub(super) mod group {
     pub(in crate::read::gcode) const CANCEL: u32 = 1 << 16;
     pub(in crate::read::gcode) const SPEED: u32 = 1 << 17;
     pub(in crate::read::gcode) const LATHE: u32 = 1 << 18;
+    pub(in crate::read::gcode) const COMPENSATION: u32 = 1 << 19;
     pub(in crate::read::gcode) const DWELL: u32 = 1 << 20;
 }
 
@@ -115,6 +124,8 @@ pub(super) struct BlockActions {
     pub(super) nonmodal: Option<(u32, usize)>,
     /// `G53`.
     pub(super) machine: bool,
+    /// `G41`, `G42`, `G41.1`, `G42.1`.
+    pub(super) compensates: Option<CodeWord>,
     /// `G4` before the motion of the line: its place.
     pub(super) dwells: Option<usize>,
     /// A motion code stood on the line.

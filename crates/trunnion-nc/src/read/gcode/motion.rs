@@ -74,11 +74,21 @@ impl GcodeReader {
             }
             self.check_machine(state, &target)?;
         }
+        if moves
+            && std::mem::take(&mut self.modal.leaves_contour)
+            && matches!(self.modal.motion, Some(GcodeMotion::Arc(_)))
+        {
+            let message = "an arc as the first move behind cutter compensation";
+            return Err(ReadRemark::new(target.at, message, "lead out by a straight move"));
+        }
         match self.modal.motion {
             Some(GcodeMotion::Cycle(code)) if moves || now.motion => {
                 self.cycle(state, block, target, code)
             }
             _ if !moves => Ok(()),
+            Some(GcodeMotion::Rapid | GcodeMotion::Feed) if self.is_compensating() => {
+                self.contour_line(state, target, now)
+            }
             Some(GcodeMotion::Spline) => self.spline(state, block, target, now),
             Some(GcodeMotion::Thread(760)) => self.thread_cycle(state, block, target),
             Some(GcodeMotion::Thread(code)) => cut_thread(state, block, target, code),

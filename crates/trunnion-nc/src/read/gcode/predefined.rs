@@ -6,11 +6,16 @@ use crate::read::dialect::Dialect;
 /// Letters of axes in the order of their parameters.
 const LETTERS: &str = "xyzabcuvw";
 
+/// Code of `G40` in tenths.
+pub(super) const NO_COMPENSATION: u32 = 400;
+
 /// Modal codes that parameters of the control show.
 #[derive(Clone, Copy)]
 pub(super) struct ModalCodes {
     /// In tenths: 10 for `G1`.
     pub(super) motion: u32,
+    /// Cutter compensation, in tenths: 400 for none.
+    pub(super) compensation: u32,
     /// 0: XY, 1: ZX, 2: YZ.
     pub(super) plane: usize,
     pub(super) distance: DistanceMode,
@@ -73,6 +78,10 @@ impl ModalView<'_> {
     }
 
     fn position(&self, letter: char) -> Option<f64> {
+        // A compensated move that waits has no end yet.
+        if self.modal.compensation != NO_COMPENSATION {
+            return None;
+        }
         let slot = self.control.known_slot(letter.to_ascii_uppercase())?;
         let reading = self.control.reading(slot)?;
         let diameter = if self.modal.diameter && letter == 'x' { 2.0 } else { 1.0 };
@@ -109,6 +118,7 @@ impl ModalView<'_> {
             // What the last subprogram returned; none has yet.
             "value" | "value_returned" | "remap_level" | "vminor" => Some(0.0),
             "motion_mode" => count(modal.motion),
+            "ccomp" => count(modal.compensation),
             "plane" => count(170 + 10 * u32::try_from(modal.plane).unwrap_or_default()),
             "absolute" => is(!incremental),
             "incremental" => is(incremental),

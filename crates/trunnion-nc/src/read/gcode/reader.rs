@@ -2,7 +2,9 @@
 
 use super::block::GcodeBlock;
 use super::expression::ExpressionEnv;
-use super::flow::{CallSite, FrameKind, GcodeFlow, LineCollection, NumberedLine, SubCall, SubKind};
+use super::flow::{
+    CallSite, FrameFile, FrameKind, GcodeFlow, LineCollection, NumberedLine, SubCall, SubKind,
+};
 use super::label::OWord;
 use super::macro_flow::MacroFlow;
 use super::modal::{BlockActions, CycleState, ModalState};
@@ -53,6 +55,9 @@ impl GcodeReader {
             plane: 0,
             vector: false,
             diameter: false,
+            compensation: None,
+            leaves_contour: false,
+            line_began: 0,
             spline_code: 0,
             spline: SplineState::default(),
             saved: Vec::new(),
@@ -72,7 +77,7 @@ impl GcodeReader {
             modal,
             block: Some(Box::new(GcodeBlock::new())),
             parameters: Parameters::new(options),
-            flow: GcodeFlow::default(),
+            flow: GcodeFlow::new(options),
             macros: MacroFlow::new(options.most_repeated),
             ran: false,
             lines: 0,
@@ -100,16 +105,32 @@ impl GcodeReader {
 
     /// Runs one of them.
     pub(in crate::read) fn advance(&mut self, state: &mut ReaderState) {
+        self.advance_by_line(state);
+        self.settle(state);
+    }
+
+    fn advance_by_line(&mut self, state: &mut ReaderState) {
         // The innermost call or loop runs first.
         let Some(frame) = self.flow.frames.last_mut() else { return self.advance_file(state) };
         let at = frame.next;
         frame.next += 1;
         // The lines are shared by all calls of a subprogram.
         let lines = std::sync::Arc::clone(&frame.lines);
+        let frame_file =
+            self.flow.frames.iter().find_map(|frame| frame.file.clone()).map(|outer| {
+                // The outermost file was called from the program itself.
+                let own = self.flow.frames.last().and_then(|frame| frame.file.clone());
+                FrameFile { line: outer.line, ..own.unwrap_or(outer) }
+            });
         let Some(NumberedLine { number, text }) = lines.get(at) else {
             return self.leave(state);
         };
         state.log.line = *number;
+        // Lines of another file count as the line that calls it; messages name both.
+        state.log.within = frame_file.map(|FrameFile { name, line }| {
+            state.log.line = line;
+            format!("{name}, line {number}").into()
+        });
         if !self.may_repeat(state, text) {
             return;
         }
@@ -125,6 +146,7 @@ impl GcodeReader {
 
     /// Runs a line of the file again, or one that was read ahead of its turn.
     pub(super) fn advance_file(&mut self, state: &mut ReaderState) {
+        state.log.within = None;
         // Lines that a loop runs again come before those that were read ahead.
         match self.macros.tape.play() {
             Ok(Some((number, text))) => self.run_of_file(state, FileLine { number, text: &text }),
@@ -171,6 +193,7 @@ impl GcodeReader {
     pub(in crate::read) fn line(&mut self, state: &mut ReaderState, text: &str) {
         self.lines = self.lines.saturating_add(1);
         state.log.line = self.lines;
+        state.log.within = None;
         let line = FileLine { number: self.lines, text };
         match self.flow.collect(line) {
             LineCollection::No => {}
@@ -178,6 +201,7 @@ impl GcodeReader {
             LineCollection::Called(called) => return self.called(called),
         }
         self.of_file(state, line);
+        self.settle(state);
     }
 
     /// Runs a line of the file for the first time, and keeps it where a later line may lead back.
@@ -291,6 +315,20 @@ impl GcodeReader {
         self.block = Some(block);
     }
 
+    /// Warns of a program that consists of subprograms which nothing calls: it moves nothing.
+    fn warn_of_uncalled(&self, state: &mut ReaderState) {
+        if self.ran {
+            return;
+        }
+        for (label, line) in self.flow.uncalled() {
+            let message =
+                format!("subprogram {label} is defined in line {} and never called", line.number);
+            state.log.line = line.number;
+            let help = "call it from a program, or append a call to the file";
+            state.log.warn(&line.text, ReadRemark::new(0, message, help));
+        }
+    }
+
     /// Warns of a parameter that was read as zero because nothing had set it.
     fn warn_of_unset(&self, state: &mut ReaderState, text: &str) {
         if let Some(number) = self.parameters.take_unset() {
@@ -304,6 +342,7 @@ impl GcodeReader {
     /// Runs the words of a line.
     pub(super) fn run(&mut self, state: &mut ReaderState, block: &mut GcodeBlock, text: &str) {
         self.ran = true;
+        self.modal.line_began = state.control.steps.len();
         let mut now = BlockActions::default();
         let done = self.words(state, block, text, &mut now);
         let failed = done.is_err();
@@ -340,6 +379,7 @@ impl GcodeReader {
         }
         // Stops and ends take effect behind the motion of their line.
         state.control.ended |= now.ends;
+        self.order_steps(state);
         if let Some((label, times, at)) = &now.call {
             let call = SubCall {
                 kind: SubKind::Numbered,
@@ -389,6 +429,7 @@ impl GcodeReader {
             state.log.fault(&line.text, open);
             return;
         }
+        self.warn_of_uncalled(state);
         let open = self.macros.open();
         // A file of subprograms alone needs no end.
         if open.is_some() || self.ran || !self.flow.has_subs() {
