@@ -5,7 +5,7 @@
 use super::block::GcodeBlock;
 use super::corner::{
     ContourArc, ContourCorner, CornerKind, CutterSide, OffsetWay, distance, dot, minus, plus,
-    scaled, sweep, unit,
+    scaled, sweep, sweep_left, unit,
 };
 use crate::read::arc::{self, ArcForm, ArcSense, GivenArc};
 use crate::read::control::{ControlState, DistanceMode, INCH, MoveTarget};
@@ -429,7 +429,7 @@ impl Compensation {
                     }
                 }
                 OffsetWay::Arc { center, turn, sweep: programmed } => {
-                    let now = sweep(center, [self.begin, meet], turn);
+                    let now = sweep_left(center, [self.begin, meet], turn, programmed);
                     let off = (distance(center, held.end) - distance(center, meet)).abs();
                     if off > mismatch || now.abs() > programmed.abs() + longer {
                         return Err(gouges());
@@ -493,11 +493,11 @@ impl Compensation {
         }
         let way = match held.way {
             OffsetWay::Line { .. } => Way::Line,
-            OffsetWay::Arc { center, turn, .. } => {
+            OffsetWay::Arc { center, turn, sweep: programmed } => {
                 let start = self.start(control, target.at)?;
                 let center = plus(center, self.corner);
                 let whole = TAU * f64::from(turn.abs() - 1) * f64::from(turn.signum());
-                let angle = sweep(center, [start, end], turn) + whole;
+                let angle = sweep_left(center, [start, end], turn, programmed) + whole;
                 Way::Arc(Arc { plane: self.slots, center: minus(center, start), sweep: angle })
             }
         };

@@ -5,6 +5,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 /// Bends up to this angle need no corner \[rad\], as `LinuxCNC`'s interpreter has it.
 const SMOOTH: f64 = 0.05;
 
+/// Angles below this are rounding \[rad\].
+const SAME_ANGLE: f64 = 1e-9;
+
 /// Side of the contour on which the cutter is, seen along the motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum CutterSide {
@@ -224,6 +227,13 @@ pub(super) fn unit(a: [f64; 2]) -> [f64; 2] {
     if length > 0.0 { scaled(a, 1.0 / length) } else { [0.0; 2] }
 }
 
+/// Returns what is left of an arc that was programmed to run through an angle, up to a whole turn.
+pub(super) fn sweep_left(center: [f64; 2], ends: [[f64; 2]; 2], turn: i32, programmed: f64) -> f64 {
+    let left = sweep(center, ends, turn);
+    // Ends of a whole circle are the same point but for the last bits.
+    if left.abs() < SAME_ANGLE && programmed.abs() > PI { left + TAU.copysign(left) } else { left }
+}
+
 /// Returns the angle from one point to another about a centre in the sense of `turn`, up to a whole turn.
 pub(super) fn sweep(center: [f64; 2], ends: [[f64; 2]; 2], turn: i32) -> f64 {
     let [from, to] = ends.map(|end| minus(end, center));
@@ -258,6 +268,16 @@ mod tests {
         assert_eq!(corner.kind_to_line(down, None), CornerKind::Outside);
         let on = CutterSide::Left.across([1.0, 0.0]);
         assert_eq!(corner.kind_to_line(on, None), CornerKind::Smooth);
+    }
+
+    #[test]
+    fn a_whole_circle_stays_whole() {
+        let ends = [[1.0, 0.0], [1.0, 1e-15]];
+        for (turn, programmed) in [(1, TAU), (-1, -TAU)] {
+            let left = sweep_left([0.0; 2], ends, turn, programmed);
+            assert!((left - programmed).abs() < 1e-12, "{left}");
+        }
+        assert!(sweep_left([0.0; 2], ends, 1, 0.1) < 1e-12);
     }
 
     #[test]
