@@ -183,7 +183,7 @@ impl ContourCorner {
 }
 
 fn kind(roll: f64, closed: bool) -> CornerKind {
-    if closed || roll < -SMOOTH || roll > PI + SMOOTH {
+    if closed || !(-SMOOTH..=PI + SMOOTH).contains(&roll) {
         CornerKind::Inside
     } else if roll > SMOOTH {
         CornerKind::Outside
