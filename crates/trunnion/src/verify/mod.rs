@@ -55,9 +55,9 @@ pub use replay::{
     offset_short_name, track,
 };
 pub use report::{
-    Audit, AxisAudit, AxisRatio, Deviation, ExtremeHeight, FaceMap, Finding, HeightBounds,
-    HeightSample, HistogramBin, LimitRatio, ModelAudit, Report, Sensitivity, ShortBlocks,
-    SingularPassages, TravelOverrun,
+    Audit, AuditedMotion, AxisAudit, AxisRatio, Deviation, ExtremeHeight, FaceMap, Finding,
+    HeightBounds, HeightSample, HistogramBin, LimitRatio, ModelAudit, Report, Sensitivity,
+    ShortBlocks, SingularPassages, TravelOverrun,
 };
 pub use setpoints::{
     AxisMotion, MotionAudit, MotionError, MotionFinding, MotionOptions, MotionReport, MotionRow,

@@ -2,29 +2,12 @@
 
 use super::label;
 use super::label::{OKeyword, OWord};
+use super::numbered_line::NumberedLine;
 use super::sub_files::{SubFiles, SubLines};
 use crate::read::log::{FileLine, ReadRemark};
 use crate::read::options::ReadOptions;
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;
-
-/// A line of the file that is kept.
-#[derive(Debug, Clone)]
-pub(super) struct NumberedLine {
-    /// Number of the line, counted from 1.
-    pub(super) number: u32,
-    pub(super) text: Box<str>,
-}
-
-impl NumberedLine {
-    fn new(line: FileLine<'_>) -> Self {
-        Self { number: line.number, text: line.text.into() }
-    }
-
-    pub(super) fn as_line(&self) -> FileLine<'_> {
-        FileLine { number: self.number, text: &self.text }
-    }
-}
 
 /// Deepest nesting of calls and loops.
 const DEEPEST: usize = 100;

@@ -18,6 +18,7 @@ mod macro_flow;
 mod macros;
 mod modal;
 mod motion;
+mod numbered_line;
 mod offsets;
 mod owords;
 mod parameters;

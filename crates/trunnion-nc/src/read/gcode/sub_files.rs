@@ -1,7 +1,7 @@
 //! Subprograms in files of their own.
 
-use super::flow::NumberedLine;
 use super::label::{self, OKeyword};
+use super::numbered_line::NumberedLine;
 use crate::read::options::{ReadOptions, SubprogramFile};
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
