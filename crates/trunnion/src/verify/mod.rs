@@ -63,7 +63,7 @@ pub use setpoints::{
     AxisMotion, MotionAudit, MotionError, MotionFinding, MotionOptions, MotionReport, MotionRow,
     RowRatio, Unevenness,
 };
-pub use state::{ActiveSmoothing, AffectedCuts, StateFinding, StateReport};
+pub use state::{ActiveSmoothing, AffectedCuts, CoolantDemand, StateFinding, StateReport};
 pub use stock::{
     Collision, CollisionKind, Solid, Stock, StockOptions, StockReport, UndecidedCollision, simulate,
 };
