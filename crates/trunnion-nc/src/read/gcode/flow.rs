@@ -112,15 +112,9 @@ impl SubCall {
     fn key(&self) -> Box<str> {
         match self.kind {
             SubKind::Named => self.label.clone(),
-            SubKind::Numbered => numbered_key(&self.label),
+            SubKind::Numbered => label::numbered_key(&self.label),
         }
     }
-}
-
-/// Returns the key of a subprogram `O1000`.
-pub(super) fn numbered_key(label: &str) -> Box<str> {
-    // No O-word label has a blank, so the two kinds cannot collide.
-    format!("M98 {label}").into()
 }
 
 /// Everything about the order of lines.
