@@ -1,11 +1,12 @@
 //! `motion.csv`: the axes at the servo period.
 
 use std::io::{Error, Result, Write};
+use std::path::Path;
 use trunnion::files::job::MotionMethod;
-use trunnion::machine::AxisKind;
+use trunnion::machine::{Axis, AxisKind};
 use trunnion::pipeline::{Job, Outcome};
 use trunnion::setpoint;
-use trunnion::types::AxisVector;
+use trunnion::types::{AXES, Setpoint};
 
 /// Suffixes of axis names in the header: the derivatives by time.
 pub(crate) const SUFFIXES: [&str; 4] = ["", "_vel", "_acc", "_jerk"];
@@ -19,40 +20,60 @@ pub(crate) fn write(out: &mut dyn Write, job: &Job, outcome: &Outcome) -> Result
     let axes = &job.kinematics.machine().axes;
     // The first line states which limits hold, because the numbers alone do not show it.
     let limits = match job.file.motion.method {
-        MotionMethod::Jerk => "# jerk-limited: velocity, acceleration and jerk of every axis",
+        MotionMethod::Jerk => JERK_LIMITED,
         MotionMethod::Optimal => "# velocity/acceleration-limited: jerk is not limited",
         MotionMethod::Blocks => "# classical look-ahead: axis limits are not certain to hold",
     };
+    header(out, axes, limits)?;
+    let period = job.file.motion.servo_period;
+    let mut setpoints = setpoint::sample(&outcome.followed.path, &outcome.plan.schedule, period)
+        .map_err(Error::other)?;
+    setpoints.try_for_each(|setpoint| row(out, axes, &setpoint))
+}
+
+/// Limits of motion that is planned within jerk limits, as the first line states them.
+pub(crate) const JERK_LIMITED: &str =
+    "# jerk-limited: velocity, acceleration and jerk of every axis";
+
+/// Writes the lines above the rows.
+pub(crate) fn header(out: &mut dyn Write, axes: &[Axis; AXES], limits: &str) -> Result<()> {
     writeln!(out, "{limits}")?;
     writeln!(out, "# mm, deg, s; rotary axes unwound")?;
-    write!(out, "t")?;
-    for suffix in SUFFIXES {
-        for axis in axes {
-            write!(out, ",{}{suffix}", axis.name)?;
-        }
+    writeln!(out, "{}", columns(axes).join(","))
+}
+
+/// Returns the names of the columns.
+pub(crate) fn columns(axes: &[Axis; AXES]) -> Vec<String> {
+    let named =
+        |suffix: &'static str| axes.iter().map(move |axis| format!("{}{suffix}", axis.name));
+    std::iter::once("t".to_owned()).chain(SUFFIXES.into_iter().flat_map(named)).collect()
+}
+
+/// Returns the values of a setpoint in the order of the columns, in mm, degrees and s.
+pub(crate) fn values(axes: &[Axis; AXES], setpoint: &Setpoint) -> Vec<f64> {
+    let Setpoint { t, position, velocity, acceleration, jerk } = setpoint;
+    let shown = |(value, axis): (&f64, &Axis)| match axis.kind {
+        AxisKind::Rotary => value.to_degrees(),
+        AxisKind::Linear => *value,
+    };
+    let groups = [position, velocity, acceleration, jerk];
+    let values = groups.into_iter().flat_map(|group| group.iter().zip(axes).map(shown));
+    std::iter::once(*t).chain(values).collect()
+}
+
+/// Writes a row.
+pub(crate) fn row(out: &mut dyn Write, axes: &[Axis; AXES], setpoint: &Setpoint) -> Result<()> {
+    let values = values(axes, setpoint);
+    let Some((t, values)) = values.split_first() else { return Ok(()) };
+    write!(out, "{t:.9}")?;
+    // Fixed decimals, not the shortest form: columns stay aligned, and their rounding is known.
+    for (group, decimals) in values.chunks(AXES).zip(DECIMALS) {
+        group.iter().try_for_each(|value| write!(out, ",{value:.decimals$}"))?;
     }
-    writeln!(out)?;
-    let period = job.file.motion.servo_period;
-    let setpoints = setpoint::sample(&outcome.followed.path, &outcome.plan.schedule, period)
-        .map_err(Error::other)?;
-    let rotary = |index: usize| axes.get(index).is_some_and(|axis| axis.kind == AxisKind::Rotary);
-    for setpoint in setpoints {
-        write!(out, "{:.9}", setpoint.t)?;
-        // Fixed decimals, not the shortest form: columns stay aligned, and their rounding is known.
-        let mut row = |values: &AxisVector, decimals: usize| {
-            values.iter().enumerate().try_for_each(|(index, value)| {
-                let value = if rotary(index) { value.to_degrees() } else { *value };
-                write!(out, ",{value:.decimals$}")
-            })
-        };
-        for (values, decimals) in
-            [&setpoint.position, &setpoint.velocity, &setpoint.acceleration, &setpoint.jerk]
-                .into_iter()
-                .zip(DECIMALS)
-        {
-            row(values, decimals)?;
-        }
-        writeln!(out)?;
-    }
-    Ok(())
+    writeln!(out)
+}
+
+/// Returns true if a file is named as a Parquet file.
+pub(crate) fn is_parquet(path: &Path) -> bool {
+    path.extension().is_some_and(|name| name.eq_ignore_ascii_case("parquet"))
 }

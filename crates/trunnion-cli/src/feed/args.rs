@@ -1,9 +1,10 @@
 //! Arguments of `trunnion feed`.
 
 use crate::form::OutputForm;
+use crate::motion::is_parquet;
 use crate::outcome::Failure;
 use crate::table::Ends;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -136,9 +137,4 @@ impl Args {
         }
         Ok(())
     }
-}
-
-/// Returns true if a file is named as a Parquet file.
-pub(super) fn is_parquet(path: &Path) -> bool {
-    path.extension().is_some_and(|name| name.eq_ignore_ascii_case("parquet"))
 }

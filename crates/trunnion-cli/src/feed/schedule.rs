@@ -1,11 +1,11 @@
 //! The schedule as a table, and the axes at the servo period.
 
 use super::args::Args;
-#[cfg(feature = "parquet")]
-use super::args::is_parquet;
 use super::path::Table;
 use super::plan::Planned;
 use crate::motion::SUFFIXES;
+#[cfg(feature = "parquet")]
+use crate::motion::is_parquet;
 use crate::outcome::Failure;
 use crate::output;
 use std::io::{Error, Result as Written, Write};

@@ -74,6 +74,13 @@ pub(crate) struct Args {
     /// Method for the times of blocks, and with them F.
     #[arg(long, value_enum, default_value_t = Method::Optimal)]
     pub(super) feed: Method,
+    /// Table of servo setpoints to write as well (.csv, or .parquet if trunnion is built with that feature): the axes within
+    /// their jerk limits, corners rounded within the tolerance. For one tool; dwells are left out.
+    #[arg(long, value_name = "TABLE")]
+    pub(super) motion: Option<PathBuf>,
+    /// Servo period of the setpoints in s [default: that of the machine, or 0.001].
+    #[arg(long, value_name = "S", value_parser = positive, requires = "motion")]
+    pub(super) period: Option<f64>,
     /// Workpiece origin in machine coordinates with all axes at zero, in mm.
     #[arg(long, value_name = "X,Y,Z", default_value = "0,0,0", value_parser = three, allow_hyphen_values = true)]
     pub(super) origin: [f64; 3],
@@ -115,6 +122,7 @@ written.
       --tool-length 120 -d g93 -o new.nc
   trunnion post two-tools.ngc -m new.toml --tool 2 --tool-length 95 -d g93 -o second.nc
   trunnion post two-tools.ngc -m new.toml --tool-length 1=120 --tool-length 2=95 -d fanuc -o both.nc
+  trunnion post part.cls -m my-machine.toml --tool-length 120 -o part.nc --motion motion.csv
   trunnion post --print-template fanuc > shop.j2
   trunnion post part.cls -m my-machine.toml --template shop.j2 -o part.nc";
 

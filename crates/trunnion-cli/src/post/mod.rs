@@ -5,6 +5,7 @@ mod head;
 mod input;
 mod plan;
 mod run;
+mod setpoints;
 mod summary;
 pub(crate) mod tools;
 

@@ -178,7 +178,7 @@ impl Plan {
     }
 
     /// Returns the machine with the length of a tool.
-    fn with_tool(&self, number: Option<u32>) -> Kinematics {
+    pub(super) fn with_tool(&self, number: Option<u32>) -> Kinematics {
         let tool_length = self.tools.length_of(number);
         let setup = Setup { tool_length, ..*self.kinematics.setup() };
         Kinematics::new(self.kinematics.machine(), &setup)

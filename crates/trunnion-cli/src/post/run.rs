@@ -2,8 +2,10 @@
 
 use super::args::Args;
 use super::plan::Plan;
-use super::summary::PostSummary;
+use super::setpoints::{self, SetpointSource};
+use super::summary::{PostSummary, SetpointSummary};
 use crate::form::OutputForm;
+use crate::motion::is_parquet;
 use crate::outcome::{Done, Failure};
 use crate::output::{self, Outputs};
 use crate::progress::Bars;
@@ -26,6 +28,11 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     };
     output::protect(output, &[input, Path::new(machine)])?;
     let plan = Plan::new(args, machine)?;
+    let motion = args.motion.as_deref();
+    if let Some(table) = motion {
+        check_motion(&plan, input, table)?;
+        output::protect(table, &[input, Path::new(machine), output])?;
+    }
     let (mut outputs, name) = Outputs::beside(output)?;
     let bars = Bars::new();
     let posted = outputs.add_checked(&name, |out| plan.post(input, &bars, out))?;
@@ -57,11 +64,71 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
         let sheet = plan.sheet(&name, &posted.head)?;
         outputs.text(&sheet_name(&name), &sheet)?;
     }
+    let setpoints = motion.map(|table| sample(args, &plan, input, table, &bars)).transpose()?;
+    // Nothing is in place before everything is complete.
     outputs.commit()?;
+    let setpoints = setpoints.map(Sampled::commit).transpose()?;
     bars.finish();
-    let summary = PostSummary::new(&plan, &posted, output);
+    let summary = PostSummary::new(&plan, &posted, output).with_setpoints(setpoints);
     form.print(&summary, PostSummary::describe)?;
     Ok(if summary.kept() { Done::Kept } else { Done::Broken })
+}
+
+/// Refuses what setpoints cannot be made of.
+fn check_motion(plan: &Plan, input: &Path, table: &Path) -> Result<(), Failure> {
+    let refused = |message: &str| Err(Failure::input(message));
+    if input == Path::new("-") {
+        return refused("--motion reads the input twice\n  help: name a file in place of -");
+    }
+    if plan.tools.are_several() {
+        return refused("--motion is for one tool\n  help: choose one with --tool");
+    }
+    if is_parquet(table) && !cfg!(feature = "parquet") {
+        return refused(
+            "this trunnion writes no Parquet\n  help: build it with --features parquet, or name a .csv file",
+        );
+    }
+    Ok(())
+}
+
+/// Setpoints that wait to be put in place.
+struct Sampled {
+    outputs: Outputs,
+    summary: SetpointSummary,
+}
+
+impl Sampled {
+    fn commit(self) -> Result<SetpointSummary, Failure> {
+        self.outputs.commit()?;
+        Ok(self.summary)
+    }
+}
+
+/// Writes the setpoints of the input.
+fn sample(
+    args: &Args,
+    plan: &Plan,
+    input: &Path,
+    table: &Path,
+    bars: &Bars,
+) -> Result<Sampled, Failure> {
+    let period = setpoints::period(args.period, plan.kinematics.machine());
+    let (mut outputs, name) = Outputs::beside(table)?;
+    let source = SetpointSource::open(plan, input, period, bars)?;
+    let written = outputs.add_checked(&name, |out| {
+        #[cfg(feature = "parquet")]
+        if is_parquet(table) {
+            return source.write_columns(out);
+        }
+        source.write(out)
+    })?;
+    let summary = SetpointSummary {
+        file: table.display().to_string(),
+        period,
+        rows: written.rows,
+        duration: written.duration,
+    };
+    Ok(Sampled { outputs, summary })
 }
 
 /// Returns the name of the setup sheet: `part.setup.txt` beside `part.nc`.

@@ -64,11 +64,30 @@ pub(super) struct PostSummary {
     /// Choices of `--smooth`.
     #[serde(skip_serializing_if = "Option::is_none")]
     smoothing: Option<Smoothing>,
+    /// Servo setpoints written beside the program.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    setpoints: Option<SetpointSummary>,
     /// Lines of the input before which the tool retracts so that rotaries can unwind.
     unwound: Vec<u32>,
     /// True if the text was read back and means what was intended; false if it has words that are not understood.
     read_back: bool,
     kept: bool,
+}
+
+/// Table of servo setpoints; s.
+#[derive(Debug, Serialize)]
+pub(super) struct SetpointSummary {
+    pub(super) file: String,
+    pub(super) period: f64,
+    pub(super) rows: usize,
+    pub(super) duration: f64,
+}
+
+impl SetpointSummary {
+    fn describe(&self) -> String {
+        let Self { file, period, rows, duration } = self;
+        format!("{rows} rows, one every {period} s, {duration:.2} s in all: {file}")
+    }
 }
 
 /// Motion of the input, and of the output as it was read back.
@@ -212,12 +231,18 @@ impl PostSummary {
                 seconds: of.seconds,
                 by: if of.by_model { "linuxcnc" } else { "axes" },
             }),
+            setpoints: None,
             unwound: report.unwound.clone(),
             read_back: report.unread.is_none(),
             // A tip feed is an upper limit: the control keeps the limits of the axes itself.
             kept: (plan.options.method == PostMethod::Programmed && !style.inverse_time)
                 || report.ratios_after.iter().all(|&ratio| ratio <= KEPT),
         }
+    }
+
+    /// Adds the setpoints that were written.
+    pub(super) fn with_setpoints(self, setpoints: Option<SetpointSummary>) -> Self {
+        Self { setpoints, ..self }
     }
 
     /// Describes one kind of motion in the input and in the output.
@@ -286,6 +311,9 @@ impl PostSummary {
         }
         if let Some(smoothing) = &self.smoothing {
             lines.push(row("smoothed", smoothing.describe()));
+        }
+        if let Some(setpoints) = &self.setpoints {
+            lines.push(row("setpoints", setpoints.describe()));
         }
         if let Some(first) = self.unwound.first() {
             let count = self.unwound.len();

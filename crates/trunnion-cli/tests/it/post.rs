@@ -198,6 +198,38 @@ fn check_finds_the_time_on_the_control_that_post_told() {
     assert!(way > 0.0 && way < 4.0, "{way} s");
 }
 
+/// The table passes the check of setpoints against the machine; a second tool, a stream and a name that is an input are
+/// refused.
+#[test]
+fn setpoints_of_a_cl_file_pass_the_check() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut arguments = on_bc("linuxcnc", "wave.ngc");
+    arguments.extend(["--motion", "motion.csv", "--period", "0.002"]);
+    let told = posted(folder.path(), &wave(), &arguments);
+    let rows = told["setpoints"]["rows"].as_u64().unwrap();
+    let duration = number(&told["setpoints"]["duration"]);
+    let text = fs::read_to_string(folder.path().join("motion.csv")).unwrap();
+    assert_eq!(text.lines().count() as u64, rows + 3);
+    assert!((rows as f64 - 2.0 - duration / 0.002).abs() <= 1.0, "{rows} rows, {duration} s");
+    // Within jerk limits it takes longer than within those of acceleration.
+    let planned = number(&told["seconds"][1]) + number(&told["rapid_seconds"]);
+    assert!(duration > 0.8 * planned && duration < 3.0 * planned, "{duration} s, {planned} s");
+    let output = trunnion(folder.path(), &["check", "motion.csv", "--machine", "bc-trunnion"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stdout));
+    let refused = |input: &str, more: &[&str], part: &str| {
+        let mut arguments = vec![input];
+        arguments.extend(on_bc("linuxcnc", "other.ngc"));
+        arguments.extend(more);
+        let output = post(folder.path(), &arguments);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && told.contains(part), "{told}");
+        assert!(!folder.path().join("other.ngc").exists());
+    };
+    refused("wave.ngc", &["--motion", "wave.ngc"], "overwritten");
+    refused("-", &["--motion", "m.csv"], "twice");
+    refused("wave.ngc", &["--motion", "m.csv", "--tool-length", "1=120"], "--tool");
+}
+
 #[test]
 fn programmed_axes_beyond_travel_are_refused() {
     let folder = tempfile::tempdir().unwrap();

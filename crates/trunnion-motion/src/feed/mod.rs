@@ -115,5 +115,6 @@ pub use options::{FeedOptions, ProgrammedSpeeds};
 pub use plan::{BindingLimit, FeedPlan, LimitRatios};
 pub use speed_limit::limit_speeds;
 pub use stream::{
-    AnyStream, FeedStream, JerkStream, StreamKind, StreamOptions, StreamStep, jerk_through_window,
+    AnyStream, FeedStream, JerkStream, StepSampler, StreamKind, StreamOptions, StreamStep,
+    jerk_through_window,
 };

@@ -2,7 +2,6 @@
 
 use super::error::SetpointError;
 use crate::types::{AXES, AxisPath, PathState, Schedule, Setpoint};
-use nalgebra::SVector;
 
 /// Iterator over the setpoints at every multiple of the servo period, and one exactly at the end.
 ///
@@ -105,7 +104,8 @@ impl<const N: usize> SetpointIter<'_, N> {
             self.piece += 1;
         }
         let state = self.schedule.pieces.get(self.piece)?.at_time(t)?;
-        Some(setpoint(t, self.path.pieces.get(self.piece)?.axes_at(state.s)?, &state))
+        let axes = self.path.pieces.get(self.piece)?.axes_at(state.s)?;
+        Some(Setpoint::on_path(t, axes, &state))
     }
 
     /// Returns the setpoint at the end: exactly the last node.
@@ -116,7 +116,7 @@ impl<const N: usize> SetpointIter<'_, N> {
         let rows = self.schedule.pieces.last()?;
         let state = rows.at_time(t)?;
         let [speed, acceleration] = [*rows.speed.last()?, *rows.acceleration.last()?];
-        Some(setpoint(t, node.q, &PathState { s: node.s, speed, acceleration, ..state }))
+        Some(Setpoint::on_path(t, node.q, &PathState { s: node.s, speed, acceleration, ..state }))
     }
 }
 
@@ -131,20 +131,6 @@ impl<const N: usize> Iterator for SetpointIter<'_, N> {
         self.next += 1;
         // A product instead of a sum: the times do not drift with the number of setpoints.
         if index == self.last { self.end() } else { self.at(index as f64 * self.period) }
-    }
-}
-
-/// Applies the chain rule: `q̇ = q' v`, `q̈ = q' u + q'' v²`, `q⃛ = q' j + 3 q'' u v + q''' v³`.
-fn setpoint<const N: usize>(t: f64, q: [SVector<f64, N>; 4], state: &PathState) -> Setpoint<N> {
-    let [v, u, j] = [state.speed, state.acceleration, state.jerk];
-    // The third derivative by time has 3 q'' u v from the product rule on both q' u and q'' v².
-    let [position, rate, curvature, third] = q;
-    Setpoint {
-        t,
-        position,
-        velocity: rate * v,
-        acceleration: rate * u + curvature * (v * v),
-        jerk: rate * j + curvature * (3.0 * u * v) + third * v.powi(3),
     }
 }
 

@@ -7,8 +7,12 @@ use crate::waves;
 use nalgebra::SVector;
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
-use trunnion::feed::{FeedError, FeedOptions, JerkStream, Limits, StreamOptions, StreamStep, jerk};
-use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
+use trunnion::feed::{
+    FeedError, FeedOptions, JerkStream, Limits, StepSampler, StreamOptions, StreamStep, jerk,
+    jerk_through_window,
+};
+use trunnion::setpoint::sample;
+use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Setpoint, Silent};
 use waves::{FREE, Waves, any_waves, machine, whip};
 
 fn options(window: usize) -> StreamOptions {
@@ -16,7 +20,11 @@ fn options(window: usize) -> StreamOptions {
 }
 
 fn run(path: &AxisPath, window: usize) -> Vec<StreamStep> {
-    let mut stream = JerkStream::new(machine(), options(window)).unwrap();
+    run_with(path, options(window))
+}
+
+fn run_with(path: &AxisPath, options: StreamOptions) -> Vec<StreamStep> {
+    let mut stream = JerkStream::new(machine(), options).unwrap();
     let mut nodes = path.pieces.iter().flat_map(|piece| {
         piece.nodes.iter().enumerate().map(|(index, node)| (index == 0, piece.motion, *node))
     });
@@ -65,6 +73,36 @@ fn worst(waves: &Waves, steps: &[StreamStep]) -> [f64; 4] {
         worst[3] = worst[3].max(s).max(v).max(a);
     }
     worst
+}
+
+/// Sampled step by step, a path has the setpoints of the whole: two pieces, one after the other.
+#[test]
+fn steps_have_the_setpoints_of_the_whole() {
+    let piece = whip(300).pieces.remove(0);
+    let back = AxisPiece { motion: Motion::Link, ..piece.clone() };
+    let path = AxisPath { pieces: vec![piece, back] };
+    let plan = jerk_through_window(&path, &machine(), &FREE, 512).unwrap();
+    let wanted: Vec<Setpoint> = sample(&path, &plan.schedule, 0.001).unwrap().collect();
+    let steps = run_with(&path, StreamOptions { step: f64::MAX, speeds: FREE.speeds, window: 512 });
+    let mut sampler = StepSampler::new(0.001);
+    let mut found: Vec<Setpoint> = Vec::new();
+    for step in &steps {
+        let nodes = &path.pieces[step.piece].nodes;
+        sampler.take(step, &[nodes[step.interval], nodes[step.interval + 1]], &mut found);
+    }
+    sampler.finish(&mut found);
+    assert_eq!(found.len(), wanted.len());
+    for (found, wanted) in found.iter().zip(&wanted) {
+        assert!((found.t - wanted.t).abs() < 1e-12);
+        let pairs = [
+            (found.position, wanted.position, 1e-9),
+            (found.velocity, wanted.velocity, 1e-7),
+            (found.acceleration, wanted.acceleration, 1e-4),
+        ];
+        for (found, wanted, most) in pairs {
+            assert!((found - wanted).amax() < most, "{found} {wanted}");
+        }
+    }
 }
 
 /// Through a window of 512 nodes a path takes a thousandth longer at most than planned as a whole.

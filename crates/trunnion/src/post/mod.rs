@@ -32,6 +32,7 @@ mod constants;
 mod control;
 mod error;
 mod filter;
+mod motion_stream;
 mod options;
 mod poster;
 mod read_back;

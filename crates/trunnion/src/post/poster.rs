@@ -7,6 +7,7 @@ use super::conservation::MotionAccount;
 use super::control::smoothing_bound;
 use super::error::PostError;
 use super::filter::MoveFilter;
+use super::motion_stream::MotionStream;
 use super::options::{PostFilter, PostMove, PostOptions, PostPace, PostSource, ProgramHead};
 use super::read_back::ReadBack;
 use super::report::{PostReport, SlowedMove};
@@ -18,7 +19,7 @@ use super::timing::{AxisLoad, ControlClock, PointTimer, TimedPoint, position_err
 use crate::inverse::Inverse;
 use crate::machine::Kinematics;
 use crate::nc::write::{OutputFormat, ProgramWriter, Style};
-use crate::types::AxisVector;
+use crate::types::{AxisVector, Setpoint};
 use std::collections::VecDeque;
 
 /// Posts the moves of an input one by one.
@@ -52,6 +53,10 @@ pub struct Poster {
     account: MotionAccount,
     /// Move of the input whose times are being added up.
     comparing: Option<SlowedMove>,
+    /// Samples the motion of the axes, where it is asked for.
+    motion: Option<MotionStream>,
+    /// Axes up to which it is sampled.
+    sampled: Option<AxisVector>,
     report: PostReport,
 }
 
@@ -164,8 +169,43 @@ impl Poster {
             after: FeedTally::new(kinematics, style),
             account: MotionAccount::default(),
             comparing: None,
+            motion: None,
+            sampled: None,
             report: PostReport::default(),
         })
+    }
+
+    /// Samples the motion of the axes as well, at the servo period \[s\].
+    ///
+    /// The axes run within their jerk limits through the points of the program, and round its corners within the tolerance
+    /// of the options, which adds to that of the points. Dwells are left out. Take the setpoints with
+    /// [`Self::take_setpoints`] after each move, and end with [`Self::finish_motion`].
+    #[must_use]
+    pub fn with_setpoints(self, period: f64) -> Self {
+        let motion = Some(MotionStream::new(&self.kinematics, &self.options, period));
+        Self { motion, ..self }
+    }
+
+    /// Returns the setpoints since the last call.
+    pub fn take_setpoints(&mut self) -> Vec<Setpoint> {
+        self.motion.as_mut().map(MotionStream::take).unwrap_or_default()
+    }
+
+    /// Ends the motion, and returns its last setpoints.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::finish`].
+    pub fn finish_motion(
+        mut self,
+        out: &mut String,
+        head: ProgramHead<'_>,
+    ) -> Result<Vec<Setpoint>, PostError> {
+        self.settle(out, head)?;
+        if self.output.is_none() {
+            return Err(PostError::Empty);
+        }
+        Ok(self.motion.map(MotionStream::finish).unwrap_or_default())
     }
 
     /// Takes in a move and appends the blocks that are final to `out`.

@@ -17,7 +17,7 @@ use trunnion::post::{
     PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource, Poster,
     ProgramHead, ProgramMoves, control_of,
 };
-use trunnion::types::{AxisVector, ToolPose};
+use trunnion::types::{AxisVector, Setpoint, ToolPose};
 
 const TOLERANCE: [f64; 2] = [0.02, 1e-3];
 
@@ -155,4 +155,77 @@ fn smoothing_is_chosen_where_it_is_quicker_and_stays_within_the_tolerance() {
         }
     }
     assert!(gained > 0 && kept > 0, "{gained} smoothed, {kept} as they were");
+}
+
+/// Setpoints of moves, at a millisecond.
+fn setpoints(kinematics: &Kinematics, moves: &[PostMove]) -> Vec<Setpoint> {
+    let dialect = OutputFormat::G93;
+    let style = Style::of(kinematics, dialect, AxisWords::of(kinematics.machine()).unwrap());
+    let options = PostOptions {
+        control: control_of(kinematics, dialect),
+        // Half for the points, half for the corners between them.
+        tolerance: TOLERANCE.map(|all| 0.5 * all),
+        max_feed: None,
+        method: PostMethod::Programmed,
+        window: 512,
+        filter: PostFilter::None,
+        unwind: None,
+    };
+    let template = Template::of(dialect).unwrap();
+    let head = ProgramHead { note: &posted::NOTE, template: &template };
+    let poster = Poster::new(kinematics, PostSource::Locations, &options, &style).unwrap();
+    let mut poster = poster.with_setpoints(PERIOD);
+    let (mut text, mut setpoints) = (String::new(), Vec::new());
+    for one in moves {
+        poster.push(&mut text, one, head).unwrap();
+        setpoints.append(&mut poster.take_setpoints());
+    }
+    setpoints.append(&mut poster.finish_motion(&mut text, head).unwrap());
+    setpoints
+}
+
+const PERIOD: f64 = 0.001;
+
+/// Positions against velocities by the trapezoidal rule, the path against the moves, rates against the limits.
+#[test]
+fn setpoints_keep_path_and_limits() {
+    let mut random = Random(dice::seed());
+    for (name, text) in BUILT_IN.into_iter().take(4) {
+        let machine = parse(text).unwrap().machine;
+        let kinematics = Kinematics::new(&machine, &Setup::new(Vector3::zeros(), [0.0; 3], 120.0));
+        let moves = moves(&kinematics, &mut random);
+        let found = setpoints(&kinematics, &moves);
+        let ends = [found.first().unwrap(), found.last().unwrap()];
+        for (end, wanted) in ends.into_iter().zip([&moves[0], moves.last().unwrap()]) {
+            assert!((kinematics.forward(&end.position).tip - wanted.pose.tip).norm() < 1e-6);
+            assert!(end.velocity.amax() < 1e-6, "{name}: {}", end.velocity);
+        }
+        let limits = [
+            machine.vector(|axis| axis.vel.max(axis.rapid)),
+            machine.vector(|axis| axis.acc),
+            machine.vector(|axis| axis.jerk),
+        ];
+        for one in &found {
+            let rates = [one.velocity, one.acceleration, one.jerk];
+            for (rate, limit) in rates.iter().zip(&limits) {
+                let ratio = rate.component_div(limit).amax();
+                assert!(ratio < 1.0 + 1e-4, "{name}: {ratio} at {} s", one.t);
+            }
+            let off = off(&kinematics.forward(&one.position), &moves);
+            assert!(off <= 1.0, "{name}: {off} tolerances at {} s", one.t);
+        }
+        for pair in found.windows(2) {
+            let [from, to] = [&pair[0], &pair[1]];
+            let time = to.t - from.t;
+            assert!(time > 0.0 && time < PERIOD + 1e-9, "{name}: {time}");
+            // Error of the rule: h³ / 12 times the largest jerk.
+            let way = (from.velocity + to.velocity) * (0.5 * time);
+            let most = limits[2] * (time.powi(3) / 6.0);
+            let error = (to.position - from.position - way).abs();
+            let within = error.iter().zip(&most).all(|(error, most)| *error <= most + 1e-9);
+            assert!(within, "{name}: {error} at {} s", from.t);
+        }
+        let time = found.last().unwrap().t;
+        assert!((found.len() - 1) as f64 * PERIOD >= time, "{name}: {time}");
+    }
 }

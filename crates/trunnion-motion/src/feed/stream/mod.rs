@@ -6,6 +6,7 @@ mod jerk_stream;
 mod nodes;
 mod options;
 mod step;
+mod step_sampler;
 mod whole_path;
 mod window;
 
@@ -14,4 +15,5 @@ pub use feed_stream::FeedStream;
 pub use jerk_stream::JerkStream;
 pub use options::StreamOptions;
 pub use step::StreamStep;
+pub use step_sampler::StepSampler;
 pub use whole_path::jerk_through_window;

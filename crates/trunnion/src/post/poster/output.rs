@@ -32,6 +32,7 @@ impl Poster {
         to: AxesPose,
         head: ProgramHead<'_>,
     ) -> Result<(), PostError> {
+        self.sampled = Some(to.q);
         if self.output.is_some() {
             return self.change(out, to, head);
         }
@@ -92,6 +93,7 @@ impl Poster {
 
     /// Times points, and writes the blocks whose time is known.
     pub(super) fn run(&mut self, out: &mut String, points: &[AxisPoint]) -> Result<(), PostError> {
+        self.sample(points)?;
         let mut points = points.to_vec();
         if let Some(output) = &mut self.output {
             // Programmed times are kept even where an axis is too fast for them: the report shows it.
@@ -109,8 +111,23 @@ impl Poster {
         Ok(())
     }
 
+    /// Samples the motion along points that are not rounded to words.
+    fn sample(&mut self, points: &[AxisPoint]) -> Result<(), PostError> {
+        let (Some(motion), Some(start)) = (&mut self.motion, self.sampled) else { return Ok(()) };
+        let mut at = start;
+        for point in points {
+            motion.push(at, point)?;
+            at = point.q;
+        }
+        self.sampled = Some(at);
+        Ok(())
+    }
+
     /// Brings the machine to rest, and writes everything up to there.
     pub(super) fn rest(&mut self, out: &mut String) -> Result<(), PostError> {
+        if let Some(motion) = &mut self.motion {
+            motion.rest()?;
+        }
         let Some(output) = self.output.take() else { return Ok(()) };
         // A fresh timer starts from rest at the same place.
         let next = PointTimer::new(&self.kinematics, &self.style.axes, &self.options, output.at.q)?;

@@ -1,6 +1,7 @@
 //! Times of points along a smooth path of the axes through all of them, window by window.
 
 use super::corner::CornerBlend;
+use super::path_sampler::PathSampler;
 use super::timed_point::TimedPoint;
 use crate::feed::{AnyStream, Limits, ProgrammedSpeeds, StreamKind, StreamOptions, StreamStep};
 use crate::machine::Kinematics;
@@ -9,7 +10,7 @@ use crate::post::axis_point::AxisPoint;
 use crate::post::constants::{LEVER, SMALLEST_LENGTH};
 use crate::post::error::PostError;
 use crate::post::options::{PostMethod, PostOptions};
-use crate::types::{AxisNode, AxisVector, Motion};
+use crate::types::{AxisNode, AxisVector, Motion, Setpoint};
 use std::collections::VecDeque;
 
 /// Longest distance of two rows, so that the speed can change between points \[mm\].
@@ -81,6 +82,8 @@ pub(crate) struct SmoothPathTimer {
     held: Option<StraightSegment>,
     closing: VecDeque<PendingInterval>,
     seconds: f64,
+    /// Samples the motion, where it is asked for.
+    sampler: Option<PathSampler>,
 }
 
 impl SmoothPathTimer {
@@ -125,7 +128,18 @@ impl SmoothPathTimer {
             held: None,
             closing: VecDeque::new(),
             seconds: 0.0,
+            sampler: None,
         })
+    }
+
+    /// Samples the motion along the path as well.
+    pub(crate) fn with_sampler(self, sampler: PathSampler) -> Self {
+        Self { sampler: Some(sampler), ..self }
+    }
+
+    /// Returns the setpoints since the last call.
+    pub(crate) fn take_setpoints(&mut self) -> Vec<Setpoint> {
+        self.sampler.as_mut().map(PathSampler::take).unwrap_or_default()
     }
 
     /// Takes in a point, and appends the points whose time is known.
@@ -176,14 +190,17 @@ impl SmoothPathTimer {
         Ok(())
     }
 
-    /// Ends the path, and appends all remaining points.
-    pub(crate) fn finish(mut self, out: &mut Vec<TimedPoint>) -> Result<(), PostError> {
+    /// Ends the path, appends all remaining points, and returns the sampler.
+    pub(crate) fn finish(
+        mut self,
+        out: &mut Vec<TimedPoint>,
+    ) -> Result<Option<PathSampler>, PostError> {
         self.end_piece(out)?;
         while let Some(step) = self.planner.next() {
             self.step(&step, out);
         }
         self.close_before([usize::MAX, 0], out);
-        Ok(())
+        Ok(self.sampler)
     }
 
     /// Ends a piece of one kind of motion, at rest.
@@ -327,6 +344,9 @@ impl SmoothPathTimer {
     /// Hands a node to the planner; `ends` is the point that ends there.
     fn send(&mut self, node: AxisNode, ends: Option<AxisPoint>) -> Result<(), PostError> {
         self.planner.push(node)?;
+        if let Some(sampler) = &mut self.sampler {
+            sampler.node([self.piece, self.nodes], node);
+        }
         if self.nodes > 0 {
             let interval = self.nodes - 1;
             self.closing.push_back(PendingInterval { piece: self.piece, interval, ends });
@@ -345,6 +365,9 @@ impl SmoothPathTimer {
 
     fn step(&mut self, step: &StreamStep, out: &mut Vec<TimedPoint>) {
         self.close_before([step.piece, step.interval], out);
+        if let Some(sampler) = &mut self.sampler {
+            sampler.step(step);
+        }
         self.seconds += step.duration;
     }
 
