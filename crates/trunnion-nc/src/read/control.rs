@@ -30,6 +30,13 @@ pub(super) enum FeedMode {
     PerRevolution,
 }
 
+/// Unit of length in an F word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum FeedUnit {
+    Millimetre,
+    Inch,
+}
+
 /// Distance mode: meaning of an axis word (`G90`, `G91`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum DistanceMode {
@@ -144,6 +151,8 @@ pub(super) struct ControlState {
     pub(super) feed_mode: FeedMode,
     /// F as written, in mm or inch units.
     pub(super) feed: Option<f64>,
+    /// Unit of F where it is not that of the words: at Sinumerik each F keeps that of its block.
+    pub(super) feed_unit: Option<FeedUnit>,
     /// \[1/min\]
     pub(super) speed: f64,
     /// `G96`: S is the speed of the cut, not of the spindle.
@@ -236,6 +245,7 @@ impl ControlState {
             inch: false,
             feed_mode: FeedMode::PerMinute,
             feed: None,
+            feed_unit: None,
             speed: 0.0,
             surface: None,
             sense: 0,

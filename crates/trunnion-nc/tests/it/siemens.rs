@@ -132,6 +132,25 @@ fn words_without_motion_are_kept_or_refused() {
     refuses("G0 X1 X2", 1, "second X");
 }
 
+#[test]
+fn feeds_are_inch_under_g700_alone_and_keep_their_unit() {
+    let text = "G70 G0 X1 C0\nG1 X2 F600\nG700 X3\nX4 F60\nG71 X5\nG70 X6\nF600\nX7\nG700 C60 F6\nM30\n";
+    let speeds: Vec<_> = moves(&read(text))
+        .iter()
+        .filter_map(|step| match step.pace {
+            Pace::PerMinute { speed } => Some(speed),
+            _ => None,
+        })
+        .collect();
+    // 600 mm/min; 60 inch/min, which a later G71 or G70 leaves as it is; 6 degrees a minute.
+    let inch = 60.0 * 25.4 / 60.0;
+    let expected = [10.0, 10.0, inch, inch, inch, 10.0, 0.1];
+    assert_eq!(speeds.len(), expected.len());
+    for (found, expected) in speeds.iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-12, "{speeds:?}");
+    }
+}
+
 proptest! {
     #[test]
     fn shortest_ways_are_at_most_half_a_turn(from in -2000.0..2000.0_f64, to in 0.0..360.0_f64) {

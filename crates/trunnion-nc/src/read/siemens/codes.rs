@@ -4,7 +4,7 @@ use super::line::{ShiftMode, SiemensBlock, SiemensMotion};
 use super::reader::SiemensReader;
 use super::word::{SiemensCode, SiemensWord, WordTail};
 use crate::read::arc::ArcSense;
-use crate::read::control::{DistanceMode, FeedMode};
+use crate::read::control::{DistanceMode, FeedMode, FeedUnit};
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
 use crate::read::step::{Smoothing, Turning};
@@ -81,10 +81,12 @@ impl SiemensReader {
             3 => self.moves(line, SiemensMotion::Arc(ArcSense::Counterclockwise)),
             4 => line.dwell = true,
             17..=19 => self.plane = usize::try_from(number - 17).unwrap_or_default(),
-            // At the control G70 and G71 concern coordinates only, G700 and G710 feeds as well.
-            // Here all four switch both.
-            70 | 700 => state.control.inch = true,
-            71 | 710 => state.control.inch = false,
+            // G70 and G71 concern the lengths of the workpiece, G700 and G710 feeds as well. F under
+            // G70 and G71 is in the basic system of the machine, which is metric by default.
+            70 | 71 | 700 | 710 => {
+                state.control.inch = matches!(number, 70 | 700);
+                self.feed_unit = if number == 700 { FeedUnit::Inch } else { FeedUnit::Millimetre };
+            }
             90 => self.distance = DistanceMode::Absolute,
             91 => self.distance = DistanceMode::Incremental,
             93 => feed_mode(state, FeedMode::Inverse),

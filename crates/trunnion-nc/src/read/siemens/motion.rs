@@ -4,7 +4,7 @@ use super::line::{CenterWord, ShiftMode, SiemensBlock, SiemensMotion};
 use super::reader::SiemensReader;
 use crate::read::arc;
 use crate::read::arc::{ArcForm, ArcSense, GivenArc};
-use crate::read::control::{DistanceMode, SLOTS};
+use crate::read::control::{DistanceMode, FeedUnit, SLOTS};
 use crate::read::gcode::axis_of;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
@@ -18,7 +18,7 @@ impl SiemensReader {
         state: &mut ReaderState,
         mut line: SiemensBlock,
     ) -> Result<(), ReadRemark> {
-        technology(state, &line)?;
+        technology(state, &line, self.feed_unit)?;
         // In the block of G4, F and S are its time.
         if line.dwell {
             return dwell(state, &line);
@@ -160,13 +160,19 @@ fn check_vector(state: &ReaderState, line: &SiemensBlock) -> Result<(), ReadRema
 }
 
 /// Applies F, S, T, M6, M3.
-fn technology(state: &mut ReaderState, line: &SiemensBlock) -> Result<(), ReadRemark> {
+fn technology(
+    state: &mut ReaderState,
+    line: &SiemensBlock,
+    unit: FeedUnit,
+) -> Result<(), ReadRemark> {
     let at = line.target.at;
     let control = &mut state.control;
     if let (Some(feed), false) = (line.feed, line.dwell) {
         if !(feed > 0.0 && feed.is_finite()) {
             return Err(ReadRemark::new(at, format!("F{feed} is no feed"), "give one above 0"));
         }
+        // A feed keeps its unit: G70 behind it does not change it.
+        control.feed_unit = Some(unit);
         control.feed = Some(feed);
     }
     if let Some(tool) = line.tool {

@@ -7,7 +7,7 @@ use super::rotary::unwound;
 use super::value::ValueMode;
 use super::word::{SiemensWord, WordName};
 use super::{value, word};
-use crate::read::control::{DistanceMode, LARGEST};
+use crate::read::control::{DistanceMode, FeedUnit, LARGEST};
 use crate::read::log::{FileLine, ReadRemark, column};
 use crate::read::options::ReadOptions;
 use crate::read::remedy::undecided_block;
@@ -20,6 +20,8 @@ use std::collections::HashMap;
 pub(in crate::read) struct SiemensReader {
     pub(super) motion: Option<SiemensMotion>,
     pub(super) distance: DistanceMode,
+    /// Unit of F words to come.
+    pub(super) feed_unit: FeedUnit,
     /// 0: XY, 1: ZX, 2: YZ.
     pub(super) plane: usize,
     /// R parameters and variables, upper case.
@@ -36,6 +38,7 @@ impl SiemensReader {
         Self {
             motion: None,
             distance: DistanceMode::Absolute,
+            feed_unit: FeedUnit::Millimetre,
             plane: 0,
             variables: given.collect(),
             flow: SiemensFlow::new(options.most_repeated),
