@@ -82,6 +82,9 @@ impl ControlState {
             self.leave_work(&target)?;
             false
         } else {
+            if let Some(map) = &self.word_map {
+                way = self.map_move(map, &mut target, way)?;
+            }
             if self.turn().abs() > 0.0 {
                 way = self.turned(&mut target, way)?;
             }

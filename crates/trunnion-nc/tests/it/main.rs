@@ -11,3 +11,4 @@ mod program_flow;
 mod property;
 mod readings;
 mod siemens;
+mod siemens_cycles;
