@@ -3,6 +3,7 @@
 mod blend_clock;
 mod cl_files;
 mod control_words;
+mod fanuc;
 mod gcode;
 mod heidenhain;
 mod linuxcnc;

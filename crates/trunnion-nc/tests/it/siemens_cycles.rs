@@ -187,3 +187,15 @@ fn what_a_cycle_does_not_say_is_refused() {
         }
     }
 }
+
+#[test]
+fn the_table_of_the_book_is_true() {
+    let rows = readings::rows_of_the_book("siemens.md");
+    assert!(rows.len() > 55, "{} rows", rows.len());
+    let before = "G17 G90 G71 F100 S500 M3\nT1 D1\nM6\nG0 X10 Y10 Z10\n";
+    let with = options(Dialect::Siemens, "XYZAC");
+    let program = readings::ExampleProgram { before, behind: "\nM30\n", options: with };
+    for row in rows {
+        program.holds(&row);
+    }
+}

@@ -1,7 +1,7 @@
 //! G and M codes, and the words that belong to no motion.
 
 use super::block::{BlockWord, CodeWord, GcodeBlock};
-use super::modal::{BlockActions, GcodeMotion, group};
+use super::modal::{BlockActions, GcodeMotion, PolarPlace, group};
 use super::reader::GcodeReader;
 use super::tool_offsets::{ToolOffset, shift_tool};
 use super::words::{keep_with, natural, not_understood};
@@ -163,11 +163,34 @@ impl GcodeReader {
                 now.nonmodal = Some((code.tenths, code.at));
                 group::NONMODAL
             }
+            // Turned, mirrored and polar words of Fanuc and Haas.
+            680 | 510 | 511 | 501 | 1000 | 1010 if !linuxcnc => {
+                now.nonmodal = Some((code.tenths, code.at));
+                group::NONMODAL
+            }
+            150 | 160 if !linuxcnc => {
+                self.modal.polar = (code.tenths == 160).then(PolarPlace::default);
+                group::POLAR
+            }
+            1100..=1290 if self.dialect == Dialect::Haas && code.tenths % 10 == 0 => {
+                // G110 is G154 P1 and so on.
+                let offset = (code.tenths - 1100) / 10 + 9;
+                state.control.set_offset(u8::try_from(offset).unwrap_or(u8::MAX));
+                group::OFFSET
+            }
+            // High speed machining, corner override, tapping mode, check of stored strokes.
+            50 | 220 | 230 | 620 | 630 if !linuxcnc => {
+                keep_with(state, block, text, code, "PQRXYZIJK");
+                group::NONE
+            }
             530 => {
                 now.machine = true;
                 group::NONMODAL
             }
             690 => {
+                if !linuxcnc && !self.modal.mirrors() {
+                    state.control.word_map = None;
+                }
                 state.control.untilt();
                 group::TILT
             }
@@ -251,7 +274,7 @@ impl GcodeReader {
             }
             // States that hold anyway: polar coordinates, cutter compensation, scaling and mirror
             // image off (G15 G40 G50 G50.1).
-            150 | 400 | 500 | 501 | 1230 | 1640 => group::NONE,
+            150 | 131 | 400 | 500 | 501 | 1230 | 1640 | 2550 => group::NONE,
             _ => return Err(not_understood(code, text, self.dialect)),
         })
     }

@@ -73,7 +73,7 @@ impl GcodeReader {
         code: u32,
     ) -> Result<(), ReadRemark> {
         let (axes, _) = self.plane();
-        let [u, v, axis] = axes.map(|axis| state.control.xyz[axis]);
+        let [_, _, axis] = axes.map(|axis| state.control.xyz[axis]);
         let stood = state.control.reading(axis);
         // The initial level of G98 is the height before the first hole of the series.
         if !self.modal.cycle.running {
@@ -91,12 +91,8 @@ impl GcodeReader {
         let times = block.take('L').or_else(|| if linuxcnc { None } else { block.take('K') });
         let times = times.map_or(Ok(1), |word| natural(word, 'L'))?;
         let mut hole = self.hole(state, &target, code, axis)?;
-        // Only distances lead on from hole to hole.
-        let goes_on = target.is_incremental(u) || target.is_incremental(v);
-        let count = if goes_on { times } else { times.min(1) };
-        // Without distances all repetitions would drill the same hole.
-        // LinuxCNC drills the same hole again and again.
-        let count = if linuxcnc { times } else { count };
+        // Without distances (G91) every control drills the same hole again and again.
+        let count = times;
         let wide = self.back_boring(state, block, code)?;
         let polar = std::mem::take(&mut block.polar);
         for _ in 0..count {

@@ -61,7 +61,7 @@ impl MacroFlow {
         }
         match seek {
             // The line with the number is run, the one with END is not.
-            MacroSeek::Number(number) if number_of(text) == Some(number) => {
+            MacroSeek::Number(number) if label::line_number(text) == Some(number) => {
                 self.seek = None;
                 false
             }
@@ -110,13 +110,6 @@ pub(super) fn statement(text: &str, from: usize) -> Option<(usize, MacroWord, us
     let name = rest.get(..letters)?;
     let (_, word) = WORDS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name))?;
     Some((at, *word, at + letters))
-}
-
-/// Returns 10 of a line that begins `N10`.
-pub(super) fn number_of(text: &str) -> Option<u32> {
-    let rest = text.trim_start().strip_prefix(['N', 'n'])?.trim_start();
-    let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
-    rest.get(..digits)?.parse().ok()
 }
 
 /// Returns 1 of `END 1`.

@@ -2,8 +2,9 @@
 
 use super::block::GcodeBlock;
 use super::expression::ExpressionScan;
+use super::label::line_number;
 use super::macro_flow::statement;
-use super::macro_flow::{MacroLoop, MacroSeek, MacroWord, end_of, number_of};
+use super::macro_flow::{MacroLoop, MacroSeek, MacroWord, end_of};
 use super::modal::{BlockActions, ModalCall};
 use super::reader::GcodeReader;
 use super::words::natural;
@@ -195,7 +196,7 @@ impl GcodeReader {
         let level = self.flow.frames.len();
         if let Some(frame) = self.flow.frames.last_mut() {
             // In a subprogram all lines are known, so that a jump may lead either way.
-            let found = frame.lines.iter().position(|line| number_of(&line.text) == Some(number));
+            let found = frame.lines.iter().position(|line| line_number(&line.text) == Some(number));
             let Some(to) = found else {
                 let message = format!("N{number} is not in this subprogram");
                 return Err(ReadRemark::new(at, message, "GOTO does not lead out of subprograms"));
@@ -206,7 +207,7 @@ impl GcodeReader {
             return Ok(());
         }
         let line = state.log.line;
-        let is = |text: &str| number_of(text) == Some(number);
+        let is = |text: &str| line_number(text) == Some(number);
         // Lines before the jump and its own first, then those to come.
         match self.macros.tape.back(line.saturating_add(1), is)? {
             Some(to) => {

@@ -16,6 +16,7 @@ mod label;
 mod m_codes;
 mod macro_flow;
 mod macros;
+mod map_codes;
 mod modal;
 mod motion;
 mod offsets;

@@ -67,6 +67,8 @@ impl GcodeReader {
             kept_shift: [0.0; SLOTS],
             stood: false,
             each: None,
+            polar: None,
+            mirror: [None; 3],
             references: [first, [None; SLOTS]],
         };
         Self {
@@ -382,7 +384,7 @@ impl GcodeReader {
         self.order_steps(state);
         if let Some((label, times, at)) = &now.call {
             let call = SubCall {
-                kind: SubKind::Numbered,
+                kind: if now.calls_locally { SubKind::Local } else { SubKind::Numbered },
                 label: label.clone(),
                 arguments: now.arguments.clone(),
                 times: *times,
