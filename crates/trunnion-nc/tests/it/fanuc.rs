@@ -4,7 +4,7 @@ use crate::readings;
 
 use readings::{moves, options, places};
 use std::f64::consts::TAU;
-use trunnion_nc::read::{Dialect, Frame, Offset, OffsetKind, Program, Step};
+use trunnion_nc::read::{Dialect, Frame, Offset, OffsetKind, Pace, Program, Step};
 
 fn read_as(dialect: Dialect, text: &str) -> Program {
     readings::read(text, &options(dialect, "XYZAC"))
@@ -147,6 +147,7 @@ fn what_a_setting_decides_is_refused() {
         (Dialect::Fanuc, "M198 P5", "other devices"),
         (Dialect::Fanuc, "M97 P5", "Haas"),
         (Dialect::Haas, "G12 I5. F50. Z-1.", "pockets"),
+        (Dialect::Haas, "G72 I5. J0. L3", "patterns"),
         (Dialect::Haas, "G150 P1 X1.", "pockets"),
         (Dialect::Haas, "G254", "own offsets"),
         (Dialect::Fanuc, "G68 X0. Y0.", "without R"),
@@ -173,4 +174,80 @@ fn the_tables_of_the_book_are_true() {
             }
         }
     }
+}
+
+#[test]
+fn g80_goes_back_to_the_motion_before_the_cycle() {
+    let text = "G0 G80 X0. Y0. Z9.\nG81 X5. Z-1. R2. F60.\nG80 Z20.\nM30\n";
+    let program = read_as(Dialect::Fanuc, text);
+    let last = moves(&program).pop().expect("a move");
+    assert_eq!((last.words[2], last.pace), (Some(20.0), Pace::Rapid));
+    assert!(refused(Dialect::Fanuc, "G81 G80 X5. Z-1. R2. F60.").contains("contradicts"));
+}
+
+/// Heights and speeds \[mm/min\] of the moves behind the first three; 0: rapid.
+fn drilled(dialect: Dialect, line: &str) -> Vec<(f64, f64)> {
+    let program = read_as(dialect, &format!("G0 X0. Y0. Z9.\n{line}\nG80\nM30\n"));
+    let paces = moves(&program).into_iter().map(|step| match step.pace {
+        Pace::PerMinute { speed } => 60.0 * speed,
+        _ => 0.0,
+    });
+    places(&program).iter().map(|[.., z]| *z).zip(paces).skip(1).collect()
+}
+
+fn near(found: &[(f64, f64)], expected: &[(f64, f64)]) {
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    for (found, expected) in found.iter().zip(expected) {
+        let off = (found.0 - expected.0).abs().max((found.1 - expected.1).abs());
+        assert!(off < 1e-9, "{found:?} is not {expected:?}");
+    }
+}
+
+#[test]
+fn threads_and_shrinking_pecks() {
+    // A rigid tap turns the spindle itself: 500 turns a minute of 1.25 mm.
+    let rigid = drilled(Dialect::Fanuc, "M29 S500\nG95 G84 Z-15. R5. F1.25");
+    near(&rigid, &[(5.0, 0.0), (-15.0, 625.0), (5.0, 625.0), (9.0, 0.0)]);
+    let fast = drilled(Dialect::Haas, "S500 M3\nG84 Z-15. R5. F625. J4");
+    near(&fast, &[(5.0, 0.0), (-15.0, 625.0), (5.0, 2500.0), (9.0, 0.0)]);
+    // 8 mm, then 2 mm less each, 5 mm at least: 8, 14, 19, 20 below R.
+    let pecks = drilled(Dialect::Haas, "G83 Z-18. R2. I8. J2. K5. F100.");
+    let cuts: Vec<_> = pecks.iter().filter(|(_, feed)| *feed > 0.0).map(|(z, _)| *z).collect();
+    assert_eq!(cuts.len(), 4);
+    for (cut, expected) in cuts.iter().zip([-6.0, -12.0, -17.0, -18.0]) {
+        assert!((cut - expected).abs() < 1e-9, "{cuts:?}");
+    }
+    assert!(refused(Dialect::Haas, "G83 Z-18. R2. I8. F100.").contains("without J or K"));
+}
+
+#[test]
+fn circles_of_holes_at_haas() {
+    let bottoms = |line: &str| -> Vec<[f64; 3]> {
+        let text = format!("G0 X3. Y4. Z9.\nG99 G81 Z-5. R2. F100. L0\n{line}\nG80\nM30\n");
+        let all = places(&read_as(Dialect::Haas, &text));
+        all.into_iter().filter(|[.., z]| *z < 0.0).collect()
+    };
+    for (line, apart, number) in
+        [("G70 I30. J15. L6", TAU / 6.0, 6), ("G71 I30. J15. K20. L3", TAU / 18.0, 3)]
+    {
+        let found = bottoms(line);
+        assert_eq!(found.len(), number, "{line}");
+        for (k, [x, y, _]) in (0_u8..).zip(found) {
+            let (sin, cos) = (TAU / 24.0 + f64::from(k) * apart).sin_cos();
+            assert!((x - 3.0 - 30.0 * cos).hypot(y - 4.0 - 30.0 * sin) < 1e-9, "{line}: {x} {y}");
+        }
+    }
+    assert!(refused(Dialect::Haas, "G70 I30. L6").contains("without a cycle"));
+}
+
+#[test]
+fn short_statements_and_outputs_are_read() {
+    let text =
+        "#1=0\nG0 X0. Y0. Z9.\nWH [#1 LT 3] DO 1\n#1=#1+1\nG0 X#1\nEN 1\nDPRNT[X#1[33]]\nM30\n";
+    let program = read_as(Dialect::Haas, text);
+    let ends: Vec<f64> = places(&program).iter().map(|[x, ..]| *x).collect();
+    assert_eq!(ends.len(), 4);
+    assert!(ends.iter().zip([0.0, 1.0, 2.0, 3.0]).all(|(x, at)| (x - at).abs() < 1e-12));
+    assert!(program.steps.iter().any(|step| matches!(step, Step::Words { line: 7, .. })));
+    assert!(refused(Dialect::Fanuc, "G1 X5. ,R2. F9.").contains("next corner"));
 }

@@ -126,10 +126,34 @@ fn words_without_motion_are_kept_or_refused() {
     refuses("G1 X1 A3=1 F5", 1, "without TRAORI");
     refuses("TRAORI\nG1 X1 A3=0 B3=0 F5", 2, "length zero");
     refuses("TRAORI(2)", 1, "TRAORI with");
+    let named = read("DEF REAL _FEED, _X\n_FEED=600. _X=5\nG1 X=_X F=_FEED\nM30\n");
+    assert_eq!(moves(&named)[0].pace, Pace::PerMinute { speed: 10.0 });
     refuses("MSG(\"open", 1, "not closed");
     refuses("TOROT", 1, "not understood");
     refuses("G0 B10", 1, "machine's axes");
     refuses("G0 X1 X2", 1, "second X");
+}
+
+#[test]
+fn sections_are_repeated_between_labels() {
+    let ends = |lines: &str| -> Vec<f64> {
+        let text = format!("G91 G0 X0\n{lines}\nM30\n");
+        places(&read(&text)).iter().map(|[x, ..]| *x).skip(1).collect()
+    };
+    let is = |found: &[f64], expected: &[f64]| {
+        let same = found.iter().zip(expected).all(|(x, at)| (x - at).abs() < 1e-12);
+        assert!(same && found.len() == expected.len(), "{found:?}");
+    };
+    is(
+        &ends("FIRST: X1\nLAST: X2\nX10\nREPEAT FIRST LAST P=2\nX100"),
+        &[1.0, 3.0, 13.0, 14.0, 16.0, 17.0, 19.0, 119.0],
+    );
+    is(&ends("FIRST: X1\nX2\nREPEATB FIRST P=3\nX100"), &[1.0, 3.0, 4.0, 5.0, 6.0, 106.0]);
+    is(
+        &ends("FIRST: X1\nENDLABEL: X2\nX10\nREPEAT FIRST\nX100"),
+        &[1.0, 3.0, 13.0, 14.0, 16.0, 116.0],
+    );
+    is(&ends("FIRST: X1\nX2\nREPEAT FIRST\nX100"), &[1.0, 3.0, 4.0, 6.0, 106.0]);
 }
 
 #[test]
@@ -142,6 +166,7 @@ fn what_the_control_alone_knows_is_refused_with_the_reason() {
         ("G33 Z-5 K1", "G33", "CYCLE84"),
         ("G1 X5 F100 RND=2", "RND", "arc"),
         ("CIP X5 Y5 I1=3 J1=1", "CIP", "centre or radius"),
+        ("R1=$AA_IW[X]", "a system variable", "write the value"),
         ("DIAMON", "DIAMON", "lathes"),
         ("SPOS=90", "SPOS", "spindle"),
         ("WHEN $AA_IW[X]>5 DO M8", "", ""),

@@ -12,6 +12,11 @@ use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
 use crate::read::step::{LengthEntry, Smoothing};
 use crate::read::step::{Step, Turning};
+/// Returns true for `G73` to `G89` but `G80`.
+fn is_cycle(code: CodeWord) -> bool {
+    code.letter == b'G' && matches!(code.tenths, 730..=799 | 810..=890)
+}
+
 impl GcodeReader {
     /// Runs a block up to its motion.
     pub(super) fn words(
@@ -40,7 +45,8 @@ impl GcodeReader {
             };
             // Codes of one modal group exclude each other.
             let excludes = match group {
-                group::CANCEL | group::MOTION if self.dialect != Dialect::LinuxCnc => {
+                // A cycle excludes G80 as well as other motions; G0 G80 go together.
+                group::MOTION if self.dialect != Dialect::LinuxCnc && is_cycle(code) => {
                     group::CANCEL | group::MOTION
                 }
                 group => group,
@@ -50,7 +56,7 @@ impl GcodeReader {
                 let message = format!("{what} contradicts another code on this line");
                 return Err(ReadRemark::new(code.at, message, "keep one of them"));
             }
-            now.groups |= group;
+            now.groups |= excludes;
         }
         self.plain_words(state, block, now)?;
         self.lengths(state, text, block, now)?;
@@ -88,10 +94,13 @@ impl GcodeReader {
             }
             // G80 ends the cycle: axis words behind it need a motion code again.
             800 => {
-                // In LinuxCNC another motion code of the line prevails: G80 G0.
-                let prevails = self.dialect == Dialect::LinuxCnc && now.motion;
-                if !prevails {
-                    modal.motion = None;
+                // Another motion code of the line prevails: G80 G0.
+                match modal.motion {
+                    _ if now.motion => {}
+                    _ if self.dialect == Dialect::LinuxCnc => modal.motion = None,
+                    // Fanuc and Haas: the motion before the cycle, of another group, is active again.
+                    Some(GcodeMotion::Cycle(_)) => modal.motion = modal.before_cycle,
+                    _ => {}
                 }
                 group::CANCEL
             }
@@ -164,6 +173,10 @@ impl GcodeReader {
                 group::NONMODAL
             }
             // Turned, mirrored and polar words of Fanuc and Haas.
+            700 | 710 if self.dialect == Dialect::Haas => {
+                now.nonmodal = Some((code.tenths, code.at));
+                group::NONMODAL
+            }
             680 | 510 | 511 | 501 | 1000 | 1010 if !linuxcnc => {
                 now.nonmodal = Some((code.tenths, code.at));
                 group::NONMODAL

@@ -12,11 +12,15 @@ pub(super) enum MacroWord {
     End,
 }
 
-pub(super) const WORDS: [(&str, MacroWord); 4] = [
+/// Statements; Fanuc takes their first two letters as well.
+pub(super) const WORDS: [(&str, MacroWord); 7] = [
     ("IF", MacroWord::If),
     ("GOTO", MacroWord::Goto),
     ("WHILE", MacroWord::While),
     ("END", MacroWord::End),
+    ("GO", MacroWord::Goto),
+    ("WH", MacroWord::While),
+    ("EN", MacroWord::End),
 ];
 
 /// A `WHILE` that runs.
@@ -99,6 +103,14 @@ impl MacroFlow {
         };
         Some(LineRemark { line, remark })
     }
+}
+
+/// Finds an output to another device, which moves nothing: `DPRNT[..]`; its byte offset.
+pub(super) fn output(text: &str, from: usize) -> Option<usize> {
+    let at = label::after_number(text, from);
+    let rest = text.get(at..)?;
+    let begins = |word: &str| rest.get(..5).is_some_and(|head| head.eq_ignore_ascii_case(word));
+    ["DPRNT", "BPRNT", "POPEN", "PCLOS"].into_iter().any(begins).then_some(at)
 }
 
 /// Finds a statement: its byte offset, its keyword, and the offset behind it.

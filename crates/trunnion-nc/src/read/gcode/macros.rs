@@ -3,8 +3,8 @@
 use super::block::GcodeBlock;
 use super::expression::ExpressionScan;
 use super::label::line_number;
-use super::macro_flow::statement;
 use super::macro_flow::{MacroLoop, MacroSeek, MacroWord, end_of};
+use super::macro_flow::{output, statement};
 use super::modal::{BlockActions, ModalCall};
 use super::reader::GcodeReader;
 use super::words::natural;
@@ -52,6 +52,10 @@ impl GcodeReader {
             return Ok(false);
         }
         let text = tail.text;
+        if let Some(at) = output(text, tail.from) {
+            state.control.keep(state.log.line, text.get(at..).unwrap_or_default());
+            return Ok(true);
+        }
         let Some((at, word, behind)) = statement(text, tail.from) else { return Ok(false) };
         let mut scan = ExpressionScan::new(text, behind);
         match word {
@@ -88,13 +92,13 @@ impl GcodeReader {
         let word_at = scan.at;
         scan.at += word;
         match name.as_str() {
-            "GOTO" => {
+            "GOTO" | "GO" => {
                 let number = scan.value(&self.env(state))?.number;
                 nothing_more(&mut scan)?;
                 if holds { self.go_to(state, at, number) } else { Ok(()) }
             }
             // The statement behind THEN is an assignment or any other block.
-            "THEN" => {
+            "THEN" | "TH" => {
                 if holds {
                     self.plain(state, LineTail { text, from: scan.at });
                 }

@@ -35,6 +35,8 @@ pub(super) struct PolarPlace {
 #[expect(clippy::struct_excessive_bools, reason = "modal switches are what a control has")]
 pub(super) struct ModalState {
     pub(super) motion: Option<GcodeMotion>,
+    /// Motion that a cycle interrupts.
+    pub(super) before_cycle: Option<GcodeMotion>,
     pub(super) distance: DistanceMode,
     /// `G90.1`.
     pub(super) arc_absolute: bool,
@@ -176,6 +178,8 @@ impl BlockActions {
 /// Values that stay from hole to hole.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct CycleState {
+    /// Haas: by how much each peck is less than the one before, and the least \[mm\].
+    pub(super) shrinks: Option<[f64; 2]>,
     pub(super) r: Option<f64>,
     /// Bottom.
     pub(super) z: Option<f64>,

@@ -197,6 +197,7 @@ impl GcodeReader {
             let message = "a shift, plane or home in turned or mirrored coordinates";
             return Err(ReadRemark::new(at, message, "end them before (G69, G50.1)"));
         }
+        let place = CodeWord { letter: b'G', tenths: code, at, end: at };
         match code {
             40 => self.dwell(state, block, at),
             100 => self.write_offset(state, block, text, at),
@@ -208,12 +209,8 @@ impl GcodeReader {
             }
             531 => self.turn_to_plane(state, at),
             682 => self.tilt(state, block, text, at),
-            680 | 510 | 511 | 501 | 1000 | 1010 => self.map_code(
-                state,
-                block,
-                text,
-                CodeWord { letter: b'G', tenths: code, at, end: at },
-            ),
+            700 | 710 => self.bolt_circle(state, block, text, place),
+            680 | 510 | 511 | 501 | 1000 | 1010 => self.map_code(state, block, text, place),
             _ => self.shift(state, block, text, code, at),
         }
     }

@@ -50,6 +50,7 @@ impl GcodeReader {
         }
         let modal = ModalState {
             motion: None,
+            before_cycle: None,
             distance: DistanceMode::Absolute,
             arc_absolute: false,
             plane: 0,

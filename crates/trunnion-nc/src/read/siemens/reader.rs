@@ -111,8 +111,10 @@ impl SiemensReader {
             Some(word) => self.decide(state, code, &head, word),
             None => self.block(state, code, head.at),
         };
-        if let Err(remark) = done {
-            state.log.fault(text, remark);
+        match done {
+            Err(remark) => state.log.fault(text, remark),
+            Ok(()) if !head.label.is_empty() => self.flow.end_section(head.label),
+            Ok(()) => {}
         }
     }
 
