@@ -1,5 +1,7 @@
 //! Programs of Fanuc and Haas against positions reckoned by hand.
 
+#![expect(clippy::panic, clippy::expect_used, reason = "a test stops on surprise")]
+
 use crate::readings;
 
 use readings::{moves, options, places};
@@ -250,4 +252,10 @@ fn short_statements_and_outputs_are_read() {
     assert!(ends.iter().zip([0.0, 1.0, 2.0, 3.0]).all(|(x, at)| (x - at).abs() < 1e-12));
     assert!(program.steps.iter().any(|step| matches!(step, Step::Words { line: 7, .. })));
     assert!(refused(Dialect::Fanuc, "G1 X5. ,R2. F9.").contains("next corner"));
+}
+
+#[test]
+fn kept_codes_leave_the_motion_of_their_line() {
+    ends_at(Dialect::Fanuc, "G62 G1 X10. F100.", [10.0, 8.0, 9.0]);
+    ends_at(Dialect::Fanuc, "G22 X0. Y0. Z0. I-5. J-5. K-5.", [7.0, 8.0, 9.0]);
 }

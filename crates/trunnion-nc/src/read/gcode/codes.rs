@@ -1,7 +1,7 @@
 //! G and M codes, and the words that belong to no motion.
 
 use super::block::{BlockWord, CodeWord, GcodeBlock};
-use super::modal::{BlockActions, GcodeMotion, PolarPlace, group};
+use super::modal::{BlockActions, GcodeMotion, group};
 use super::reader::GcodeReader;
 use super::tool_offsets::{ToolOffset, shift_tool};
 use super::words::{keep_with, natural, not_understood};
@@ -161,6 +161,9 @@ impl GcodeReader {
         now: &mut BlockActions,
     ) -> Result<u32, ReadRemark> {
         let linuxcnc = self.dialect == Dialect::LinuxCnc;
+        if !linuxcnc && let Some(group) = self.code_of_others(state, block, text, code, now) {
+            return Ok(group);
+        }
         Ok(match code.tenths {
             // These take the axis words of their line, which then are no target of a move.
             // LinuxCNC waits before the motion of the line.
@@ -171,30 +174,6 @@ impl GcodeReader {
             40 | 100 | 280 | 281 | 300 | 301 | 520 | 531 | 682 | 920..=923 => {
                 now.nonmodal = Some((code.tenths, code.at));
                 group::NONMODAL
-            }
-            // Turned, mirrored and polar words of Fanuc and Haas.
-            700 | 710 if self.dialect == Dialect::Haas => {
-                now.nonmodal = Some((code.tenths, code.at));
-                group::NONMODAL
-            }
-            680 | 510 | 511 | 501 | 1000 | 1010 if !linuxcnc => {
-                now.nonmodal = Some((code.tenths, code.at));
-                group::NONMODAL
-            }
-            150 | 160 if !linuxcnc => {
-                self.modal.polar = (code.tenths == 160).then(PolarPlace::default);
-                group::POLAR
-            }
-            1100..=1290 if self.dialect == Dialect::Haas && code.tenths % 10 == 0 => {
-                // G110 is G154 P1 and so on.
-                let offset = (code.tenths - 1100) / 10 + 9;
-                state.control.set_offset(u8::try_from(offset).unwrap_or(u8::MAX));
-                group::OFFSET
-            }
-            // High speed machining, corner override, tapping mode, check of stored strokes.
-            50 | 220 | 230 | 620 | 630 if !linuxcnc => {
-                keep_with(state, block, text, code, "PQRXYZIJK");
-                group::NONE
             }
             530 => {
                 now.machine = true;

@@ -99,7 +99,7 @@ impl GcodeReader {
             70 | 80 | 90 | 480 | 490 | 500 | 510 | 520 | 530 => {}
             // Rigid tapping, chip conveyor, coolant and clamps as posts of these controls write them.
             290 | 100 | 110 | 310 | 330 | 830 | 840 | 880 | 890
-                if !linuxcnc && code.tenths % 10 == 0 =>
+                if !linuxcnc && code.tenths.is_multiple_of(10) =>
             {
                 keep_with(state, block, text, code, "PQS");
                 return Ok(group::NONE);

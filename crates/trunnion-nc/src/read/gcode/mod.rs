@@ -12,6 +12,7 @@ mod corner;
 mod cycle;
 mod expression;
 mod flow;
+mod further_codes;
 mod label;
 mod m_codes;
 mod macro_flow;

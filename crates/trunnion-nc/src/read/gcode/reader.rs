@@ -352,8 +352,8 @@ impl GcodeReader {
         note(state, text, done);
         // A word that no code took would have an effect that is not understood.
         for (letter, word) in block.left() {
-            // Axes are left over where something else of the line could not be understood.
-            if failed && state.control.known_slot(letter).is_some() {
+            // Words are left over where the code that wants them could not be understood.
+            if failed {
                 continue;
             }
             let text_of = text.get(word.at..word.end).unwrap_or_default();

@@ -145,7 +145,7 @@ pub(crate) fn rows_of_the_book(page: &str) -> Vec<BookRow> {
     let (mut heading, mut rows) = (String::new(), Vec::new());
     for line in text.lines() {
         if let Some(title) = line.strip_prefix("## ") {
-            heading = title.trim().to_owned();
+            title.trim().clone_into(&mut heading);
         }
         let Some(row) = line.strip_prefix("| ") else { continue };
         let cells: Vec<&str> = row.split(" | ").collect();
