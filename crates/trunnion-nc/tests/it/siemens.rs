@@ -135,6 +135,26 @@ fn words_without_motion_are_kept_or_refused() {
 }
 
 #[test]
+fn polar_coordinates_count_from_their_pole() {
+    let cases: [(&str, [f64; 3]); 6] = [
+        ("G111 X40 Y50\nG0 RP=30 AP=60 Z3", [55.0, 50.0 + 30.0 * 0.75_f64.sqrt(), 3.0]),
+        ("G111 X40 Y50\nRP=30 AP=60\nAP=IC(30)", [40.0, 80.0, 9.0]),
+        ("G110 X1\nRP=30 AP=0", [38.0, 8.0, 9.0]),
+        ("G111 X40 Y50\nG112 X1 Y2\nRP=10 AP=180", [31.0, 52.0, 9.0]),
+        ("RP=10 AP=90", [0.0, 10.0, 9.0]),
+        ("G700 G111 X1\nRP=1 AP=0", [50.8, 0.0, 9.0]),
+    ];
+    for (lines, expected) in cases {
+        let program = read(&format!("G17 G90 G0 X7 Y8 Z9\n{lines}\nM30\n"));
+        let found = *places(&program).last().unwrap();
+        let off = found.iter().zip(expected).map(|(found, wanted)| (found - wanted).abs());
+        assert!(off.fold(0.0, f64::max) < 1e-9, "{lines}: {found:?} is not {expected:?}");
+    }
+    let arc = read("G17 G0 X70 Y50 Z0\nG111 X40 Y50\nG3 RP=30 AP=90 F100\nM30\n");
+    readings::arcs(&arc, &[([0, 1], [-30.0, 0.0], 0.5)]);
+}
+
+#[test]
 fn sections_are_repeated_between_labels() {
     let ends = |lines: &str| -> Vec<f64> {
         let text = format!("G91 G0 X0\n{lines}\nM30\n");
@@ -173,7 +193,9 @@ fn what_the_control_alone_knows_is_refused_with_the_reason() {
         ("POCKET3(10,0,2,-5)", "POCKET3", "post their moves"),
         ("L100 P2", "L100", "put their lines here"),
         ("CONTOUR1", "CONTOUR1", "put their lines here"),
-        ("G111 X5 Y5", "G111", "polar"),
+        ("RP=5", "alone", "both"),
+        ("G91 AP=5 RP=3", "G91", "AC(..)"),
+        ("X5 AP=5 RP=3", "beside axis words", "one of them"),
     ];
     for (line, part, help) in cases {
         let with = options(DIALECT, "XYZAC");

@@ -96,6 +96,7 @@ impl SiemensReader {
             3 => self.moves(line, SiemensMotion::Arc(ArcSense::Counterclockwise)),
             4 => line.dwell = true,
             17..=19 => self.plane = usize::try_from(number - 17).unwrap_or_default(),
+            110..=112 => line.pole = Some(number),
             // G70 and G71 concern the lengths of the workpiece, G700 and G710 feeds as well. F under
             // G70 and G71 is in the basic system of the machine, which is metric by default.
             70 | 71 | 700 | 710 => {
@@ -271,7 +272,6 @@ fn code_help(number: u32) -> &'static str {
         41 | 42 => "the radius and the corners are the control's; post the path of the tool centre",
         33..=35 | 331 | 332 | 63 => "threads: use CYCLE84 or CYCLE840, or write the moves",
         74 | 75 => "where the machine goes is in its data; write SUPA and the positions",
-        110..=112 => "polar coordinates: write X and Y",
         96 | 97 | 961 | 962 | 971 | 972 => "constant cutting speed is of lathes",
         147 | 148 | 247 | 248 | 347 | 348 => "soft approach: write the moves",
         58 | 59 | 507..=599 => "write TRANS, or one of G54 to G57",
@@ -300,7 +300,6 @@ fn not_understood(item: &SiemensWord<'_>, code: &str) -> ReadRemark {
             "write the rounding or chamfer as an arc or a line of its own"
         }
         (_, "CIP" | "CT" | "I1" | "J1" | "K1") => "write the arc with its centre or radius",
-        (_, "AP" | "RP") => "polar coordinates: write X and Y",
         (_, "SPOS" | "SPOSA" | "M19") => "the angle of the spindle moves no axis: leave it out",
         (_, "ID" | "IDS" | "WHEN" | "WHENEVER" | "EVERY" | "DO" | "FROM") => {
             "what a synchronized action does depends on the run; leave it out to read the program"

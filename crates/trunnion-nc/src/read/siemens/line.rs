@@ -61,6 +61,16 @@ pub(super) struct CenterWord {
     pub(super) mode: DistanceMode,
 }
 
+/// Pole of polar coordinates, and the last of them.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct PolarPole {
+    /// \[mm\]
+    pub(super) pole: [f64; 2],
+    pub(super) radius: Option<f64>,
+    /// \[degrees\]
+    pub(super) angle: Option<f64>,
+}
+
 /// Words of one block.
 #[derive(Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "words that stand in a block or do not")]
@@ -71,6 +81,10 @@ pub(super) struct SiemensBlock {
     /// `I J K`.
     pub(super) center: [Option<CenterWord>; 3],
     pub(super) radius: Option<f64>,
+    /// `RP=` and `AP=`.
+    pub(super) polar: [Option<CenterWord>; 2],
+    /// `G110` to `G112`.
+    pub(super) pole: Option<u32>,
     pub(super) turns: u32,
     pub(super) feed: Option<f64>,
     pub(super) speed: Option<f64>,
@@ -97,6 +111,8 @@ impl SiemensBlock {
             vector: [None; 3],
             center: [None; 3],
             radius: None,
+            polar: [None; 2],
+            pole: None,
             turns: 0,
             feed: None,
             speed: None,

@@ -12,6 +12,7 @@ mod head;
 mod line;
 mod motion;
 mod pattern;
+mod polar;
 mod reader;
 mod rotary;
 mod smoothing;

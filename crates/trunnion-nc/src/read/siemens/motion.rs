@@ -32,6 +32,12 @@ impl SiemensReader {
         if let Some(frame) = &line.frame {
             return frame::apply(state, &line.target, frame, self.plane);
         }
+        if let Some(code) = line.pole {
+            return self.set_pole(state, &line, code);
+        }
+        if line.polar.iter().any(Option::is_some) {
+            self.polar_end(state, &mut line)?;
+        }
         if line.vector.iter().any(Option::is_some) {
             check_vector(state, &line)?;
             let [a, b, c] = line.vector.map(|value| value.unwrap_or(0.0));

@@ -3,7 +3,7 @@
 use super::cycle::SiemensCycle;
 use super::flow::SiemensFlow;
 use super::head::BlockHead;
-use super::line::{CenterWord, FrameEffect, SiemensBlock, SiemensMotion};
+use super::line::{CenterWord, FrameEffect, PolarPole, SiemensBlock, SiemensMotion};
 use super::rotary::unwound;
 use super::value::ValueMode;
 use super::word::{SiemensWord, WordName};
@@ -28,6 +28,7 @@ pub(in crate::read) struct SiemensReader {
     /// R parameters and variables, upper case.
     pub(super) variables: HashMap<Box<str>, f64>,
     pub(super) flow: SiemensFlow,
+    pub(super) polar: PolarPole,
     /// Drilled behind every block that moves: `MCALL`.
     pub(super) modal_cycle: Option<SiemensCycle>,
     pub(super) lines: u32,
@@ -45,6 +46,7 @@ impl SiemensReader {
             plane: 0,
             variables: given.collect(),
             flow: SiemensFlow::new(options.most_repeated),
+            polar: PolarPole::default(),
             modal_cycle: None,
             lines: 0,
             block_delete: options.block_delete,
@@ -172,6 +174,7 @@ impl SiemensReader {
                 line.radius = Some(state.control.scale() * self.value(item)?.0.number);
                 Ok(())
             }
+            "AP" | "RP" => self.polar_word(state, line, item, &name),
             "RPL" if line.frame.is_some() => {
                 let angle = self.value(item)?.0.number;
                 if let Some(frame) = line.frame.as_mut() {
