@@ -4,6 +4,7 @@
 
 use crate::readings;
 
+use proptest::prelude::*;
 use readings::{moves, options, places};
 use std::f64::consts::TAU;
 use trunnion_nc::read::{Dialect, Frame, Offset, OffsetKind, Pace, Program, Step};
@@ -258,4 +259,22 @@ fn short_statements_and_outputs_are_read() {
 fn kept_codes_leave_the_motion_of_their_line() {
     ends_at(Dialect::Fanuc, "G62 G1 X10. F100.", [10.0, 8.0, 9.0]);
     ends_at(Dialect::Fanuc, "G22 X0. Y0. Z0. I-5. J-5. K-5.", [7.0, 8.0, 9.0]);
+}
+
+proptest! {
+    #[test]
+    fn token_soup_ends_and_never_panics(
+        haas in any::<bool>(),
+        tokens in prop::collection::vec(prop::sample::select(vec![
+            "G0", "G1", "G2", "G3", "X1.", "Y-2.", "Z3.", "I1.", "J2.", "K3.", "R5.", "F100.", "G68", "G69", "R30.", "G51.1", "G50.1", "G101", "G100",
+            "G16", "G15", "G17", "G18", "G19", "G81", "G83", "G84", "G70", "G71", "L3", "L0", "Q1.", "P2", "G80", "G90", "G91", "M97", "M98", "M99", "P100",
+            "N100", "\n", "\n", "\n", "G10", "L20", "G54.1", "G110", "G154", "G52", "G53", "G43.4", "H1", "G68.2", "G53.1", "S500", "M3", "M29", "#1=1",
+            "WH [#1 LT 3] DO 1", "EN 1", "DPRNT[", ",R2.", "M30", "G22", "G5", "O100", "A10.", "C5.",
+        ]), 0..60),
+    ) {
+        let dialect = if haas { Dialect::Haas } else { Dialect::Fanuc };
+        let with = options(dialect, "XYZAC");
+        let _ = trunnion_nc::read::read(&tokens.join(" "), &with);
+        let _ = trunnion_nc::read::read(&format!("G0 X0. Y0. Z9.\nF9. S9 M3\n{}", tokens.join(" ")), &with);
+    }
 }

@@ -11,5 +11,6 @@ mod program_flow;
 #[path = "../../../trunnion-motion/tests/it/property/mod.rs"]
 mod property;
 mod readings;
+mod shop_programs;
 mod siemens;
 mod siemens_cycles;

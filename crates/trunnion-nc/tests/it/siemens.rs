@@ -284,6 +284,9 @@ proptest! {
             "G0", "G1", "G2", "G3", "X1", "Y-2", "Z=R1", "R1=5", "R1=R1*2", "A3=1", "B3=", "C3=0", "TRAORI", "TRAFOOF", "C=DC(10)",
             "C=ACP(", ")", "(", "IC(1)", "X=IC(1)", "I1", "J=AC(2)", "CR=5", "TURN=1", "F100", "M3", "M30", "MSG(\"", "\"", ";", "\n",
             "\n", "SUPA", "G4", "TRANS", "T=\"A\"", "D1", "é", "%", "/", "G91", "G70", "--", "=", "==", "N1", "CYCLE832(1,2)",
+            "ROT", "Z30", "MIRROR", "SCALE", "AROT", "ATRANS", "MCALL", "CYCLE81(20,0,2,-5)", "CYCLE86(20,0,2,-5,,0,3,1)", "G18", "G19",
+            "CYCLE83(20,0,2,-30,,,5,-0.5,0,0,1,0)", "CYCLE84(20,0,2,-5,,0,3,8)", "HOLES1(0,0,5,0,1,3)", "HOLES2(0,0,5,0,0,3)", "G111", "G110",
+            "AP=IC(30)", "RP=5", "REPEATB AA", "AA:", "REPEAT AA BB", "BB:", "CYCLE800(0,\"T\",0,57,0,0,0,0,30)", "FGREF[A]=1", "$P=1", "X[1]=",
         ]), 0..60),
     ) {
         let _ = trunnion_nc::read::read(&tokens.join(" "), &options(DIALECT, "XYZAC"));
