@@ -1,7 +1,5 @@
 //! Programs as shops and posts write them (`fixtures/shop-programs`): read, or refused where it says here.
 
-#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
-
 use crate::readings;
 
 use readings::options;
