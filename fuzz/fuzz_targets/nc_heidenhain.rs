@@ -2,13 +2,18 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
+use std::sync::LazyLock;
 use trunnion::files::machine::{built_in, parse};
 use trunnion::nc::read::{AxisWords, Dialect, ReadOptions, read};
 
-fuzz_target!(|text: &str| {
+/// Letters of the axes, parsed once.
+static AXES: LazyLock<AxisWords> = LazyLock::new(|| {
     let machine = parse(built_in("ac-trunnion").expect("built in")).expect("sound").machine;
-    let axes = AxisWords::of(&machine).expect("letters");
-    let mut options = ReadOptions::new(Dialect::Heidenhain, axes, 20);
+    AxisWords::of(&machine).expect("letters")
+});
+
+fuzz_target!(|text: &str| {
+    let mut options = ReadOptions::new(Dialect::Heidenhain, *AXES, 20);
     options.most_repeated = 10_000;
     let _ = read(text, &options);
 });

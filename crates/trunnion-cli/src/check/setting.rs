@@ -16,7 +16,7 @@ use trunnion::files::summary::ChordSummary;
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::pipeline::{Fixtures, Held, Job};
 use trunnion::surface::{Face, FaceIndex};
-use trunnion::verify::{LEAST_GOUGE, Solid, Stock};
+use trunnion::verify::{CoolantDemand, LEAST_GOUGE, Solid, Stock};
 
 /// Distance between measured points by default \[mm\].
 const GRID: f64 = 0.2;
@@ -40,6 +40,7 @@ pub(super) struct Setting {
     stock: Option<Named<Solid>>,
     stock_cell: Option<Named<f64>>,
     fixtures: Vec<Named<Held>>,
+    pub(super) coolant: CoolantDemand,
     /// Keep-off distance of every part of the tool from fixtures \[mm\].
     clearance: f64,
     /// Chord tolerances of the triangles that stand for STEP solids.
@@ -151,6 +152,11 @@ impl Setting {
             clearance: job.file.fixture_clearance,
             chords: job.file.chords(),
             number: Some(job.file.tool.number),
+            coolant: if job.file.cutting.coolant {
+                CoolantDemand::Needed
+            } else {
+                CoolantDemand::Unknown
+            },
             cutter: job.cutter,
             tools,
             kinematics: Some(job.kinematics),
@@ -209,6 +215,7 @@ impl Setting {
             cutter,
             tools,
             number: None,
+            coolant: CoolantDemand::Unknown,
             tolerance,
             grid: GRID,
             stock: None,

@@ -20,8 +20,8 @@ use trunnion::post::MOST_FAULTS;
 use trunnion::surface::Face;
 use trunnion::types::Progress;
 use trunnion::verify::{
-    self, CheckInput, CheckOptions, DeviationTolerance, FindingKind, Inspection, InspectionReport,
-    Stock, Tool, Track, VerifyError, WorkOffset,
+    self, CheckInput, CheckOptions, CoolantDemand, DeviationTolerance, FindingKind, Inspection,
+    InspectionReport, Stock, Tool, Track, VerifyError, WorkOffset,
 };
 
 /// Largest distance between two drawn tool positions \[mm\].
@@ -56,6 +56,7 @@ pub(super) struct Subject {
     pub(super) warnings: Vec<String>,
     /// Kinds of findings that do not fail the check.
     pub(super) accepted: Vec<FindingKind>,
+    pub(super) coolant: CoolantDemand,
     /// Errors of machine, tool and setup to study.
     pub(super) assumptions: Vec<Assumption>,
 }
@@ -111,6 +112,7 @@ impl Subject {
             chords: setting.chords,
             warnings,
             accepted: args.accept.clone(),
+            coolant: setting.coolant,
             assumptions: args.what_if.clone(),
         })
     }
@@ -118,7 +120,8 @@ impl Subject {
     /// Runs the program and returns everything that is found.
     pub(super) fn check(&self, bars: &dyn Progress) -> Result<InspectionReport, Failure> {
         let tools = self.table();
-        let mut inspection = Inspection::new(self.input(&tools), self.options).others(&self.others);
+        let inspection = Inspection::new(self.input(&tools), self.options).others(&self.others);
+        let mut inspection = inspection.coolant(self.coolant);
         if let Some(stock) = &self.stock {
             inspection = inspection.stock(stock, MOST_COLLISIONS);
         }

@@ -9,10 +9,10 @@ use super::what_if::AssumedDeviation;
 use crate::figure::plain;
 use crate::material;
 use std::path::PathBuf;
-use trunnion::files::summary::{ChordSummary, FixturesSummary, StockSummary};
+use trunnion::files::summary::{ChordSummary, FixturesSummary, StockSummary, TimesSummary};
 use trunnion::machine::AxisKind;
 use trunnion::pipeline;
-use trunnion::verify::{self, AxisAudit, ExtremeHeight, Finding, InspectionReport};
+use trunnion::verify::{self, AuditedMotion, AxisAudit, ExtremeHeight, Finding, InspectionReport};
 use trunnion_report::Number;
 
 /// Summary of a program checked against part and machine: `summary.json` and `--json`; mm, degrees, s.
@@ -38,6 +38,10 @@ pub(super) struct PartCheckSummary {
     duration: Option<f64>,
     rapid: Option<f64>,
     moves: Option<usize>,
+    /// Motion of the program; null without an audit of the axes.
+    motion: Option<ReadMotion>,
+    /// Times of the program; null without an audit of the axes.
+    times: Option<TimesSummary>,
     /// Time if no block is shorter than its fastest axis needs \[s\].
     held: Option<f64>,
     /// Time on a control that does not look ahead over rotary moves; null without a machine.
@@ -61,6 +65,25 @@ pub(super) struct PartCheckSummary {
     accepted: Vec<String>,
     /// Files beside this one.
     pub(super) files: Vec<String>,
+}
+
+/// Motion of the program.
+#[derive(Debug, Clone, Copy, serde::Serialize)]
+struct ReadMotion {
+    read: CountedMotion,
+}
+
+/// Motion that was counted: rapid, then with feed; mm.
+#[derive(Debug, Clone, Copy, serde::Serialize)]
+struct CountedMotion {
+    moves: [usize; 2],
+    length: [f64; 2],
+}
+
+impl From<AuditedMotion> for CountedMotion {
+    fn from(of: AuditedMotion) -> Self {
+        Self { moves: of.moves, length: of.length }
+    }
 }
 
 #[derive(Debug, Clone, Copy, serde::Serialize)]
@@ -205,6 +228,12 @@ impl PartCheckSummary {
             duration: audit.map(|audit| audit.duration),
             rapid: audit.map(|audit| audit.rapid),
             moves: audit.map(|audit| audit.moves),
+            motion: audit.map(|audit| ReadMotion { read: CountedMotion::from(audit.motion) }),
+            times: audit.map(|audit| TimesSummary {
+                planned: audit.duration,
+                certified_bound: Some(audit.held),
+                linuxcnc: Some(audit.linuxcnc.seconds),
+            }),
             held: audit.map(|audit| audit.held),
             control_model: audit.map(|audit| ControlModelSummary::of(&audit.linuxcnc)),
             brief: audit.and_then(|audit| audit.brief).map(BriefBlocks::of),
@@ -268,6 +297,11 @@ impl PartCheckSummary {
         if let (Some(duration), Some(rapid), Some(moves)) = (self.duration, self.rapid, self.moves)
         {
             row("time", format!("{duration:.1} s, of it rapid {rapid:.1} s, for {moves} moves"));
+        }
+        if let Some(ReadMotion { read: CountedMotion { moves, length } }) = self.motion {
+            let [rapid, feed] =
+                [0, 1].map(|k: usize| format!("{} moves, {:.3} mm", moves[k], length[k]));
+            row("motion", format!("rapid {rapid}; with feed {feed}"));
         }
         if let Some(held) = self.held {
             row("with limits", format!("{held:.1} s, no axis above its velocity"));

@@ -12,9 +12,17 @@ pub(super) struct Answer {
     schema: &'static str,
     /// Cutter locations read, and written.
     locations: [usize; 2],
-    /// Motion as it was read, and as it was read back from what was written.
-    conserved: [ClMotionCount; 2],
+    motion: ConservedMotion,
     smoothing: Option<Smoothing>,
+}
+
+/// Motion as it was read, and as it was read back from what was written.
+#[derive(Debug, Default, Serialize)]
+struct ConservedMotion {
+    read: ClMotionCount,
+    written: ClMotionCount,
+    /// A difference is an error, and has no answer.
+    conserved: bool,
 }
 
 /// Result of smoothing; mm and degrees.
@@ -34,10 +42,11 @@ struct Smoothing {
 
 /// Returns the answer.
 pub(super) fn answer(sheet: &Sheet, smooth: Option<[f64; 2]>) -> Answer {
+    let [read, written] = sheet.conserved;
     Answer {
         schema: "trunnion-path/1",
         locations: sheet.locations,
-        conserved: sheet.conserved,
+        motion: ConservedMotion { read, written, conserved: true },
         smoothing: smooth.map(|tolerance| smoothing(sheet, tolerance)),
     }
 }
@@ -71,7 +80,7 @@ pub(super) fn describe(answer: &Answer, place: &Path) -> String {
     let [read, written] = answer.locations;
     let mut lines = vec![format!("{}: {written} cutter locations", place.display())];
     let row = |name: &str, value: String| format!("  {name:<18}{value}");
-    let [from, to] = &answer.conserved;
+    let ConservedMotion { read: from, written: to, .. } = &answer.motion;
     for (kind, name) in ["rapid moves", "moves with feed"].into_iter().enumerate() {
         let moves = format!("{} -> {}", from.moves[kind], to.moves[kind]);
         let length = format!("{:.4} -> {:.4} mm", from.length[kind], to.length[kind]);

@@ -3,6 +3,7 @@
 use super::plan::{Plan, Posted};
 use serde::Serialize;
 use std::path::Path;
+use trunnion::files::summary::TimesSummary;
 use trunnion::nc::write::OutputFormat;
 use trunnion::post::{MotionCount, PostMethod, PostReport};
 
@@ -25,8 +26,9 @@ pub(super) struct PostSummary {
     tools: Vec<u32>,
     /// Blocks of the input and of the output; the same order below.
     blocks: [usize; 2],
-    /// Motion of the input, and of the output as it was read back.
-    conserved: [CountedMotion; 2],
+    motion: ConservedMotion,
+    /// Time of the output, rapid moves included.
+    times: TimesSummary,
     /// What the input has beside it.
     left_out: LeftOutCount,
     /// Travel of the tip with feed.
@@ -67,6 +69,15 @@ pub(super) struct PostSummary {
     /// True if the text was read back and means what was intended; false if it has words that are not understood.
     read_back: bool,
     kept: bool,
+}
+
+/// Motion of the input, and of the output as it was read back.
+#[derive(Debug, Serialize)]
+struct ConservedMotion {
+    read: CountedMotion,
+    written: CountedMotion,
+    /// True if both were compared, and are the same; without reading back they cannot be.
+    conserved: bool,
 }
 
 /// Motion that was counted: rapid, then with feed.
@@ -160,7 +171,17 @@ impl PostSummary {
             feed_word: if style.inverse_time { "inverse time" } else { "tip feed" },
             tools: tools.clone(),
             blocks: report.blocks,
-            conserved: report.motion.map(CountedMotion::from),
+            motion: ConservedMotion {
+                read: CountedMotion::from(report.motion[0]),
+                written: CountedMotion::from(report.motion[1]),
+                // A difference is an error, and has no summary.
+                conserved: report.unread.is_none(),
+            },
+            times: TimesSummary {
+                planned: report.seconds[1] + report.rapid_seconds,
+                certified_bound: None,
+                linuxcnc: Some(report.linuxcnc_duration[1]),
+            },
             left_out: posted.left_out,
             length: report.length,
             seconds: report.seconds,
@@ -200,8 +221,8 @@ impl PostSummary {
     }
 
     /// Describes one kind of motion in the input and in the output.
-    fn motion(&self, kind: usize) -> String {
-        let [from, to] = &self.conserved;
+    fn moves(&self, kind: usize) -> String {
+        let ConservedMotion { read: from, written: to, .. } = &self.motion;
         let [moves, length] = [
             format!("{} -> {}", from.moves[kind], to.moves[kind]),
             format!("{:.4} -> {:.4} mm", from.length[kind], to.length[kind]),
@@ -231,8 +252,8 @@ impl PostSummary {
             row("axis velocity", ratio(0)),
             row("axis acceleration", ratio(1)),
             row("rapid time", format!("{:>12.2} s by the limits of the axes", self.rapid_seconds)),
-            row("rapid moves", self.motion(0)),
-            row("moves with feed", self.motion(1)),
+            row("rapid moves", self.moves(0)),
+            row("moves with feed", self.moves(1)),
             row(
                 "off the input",
                 format!(

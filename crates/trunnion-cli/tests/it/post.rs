@@ -433,7 +433,7 @@ fn whole_program_of_two_tools(folder: &Path, input: &Path) {
                     continue;
                 }
                 assert!(lines.any(|other| other == line), "{dialect}, tool {tool}: {line}\n{both}");
-                last = line.to_owned();
+                line.clone_into(&mut last);
             }
         }
     }

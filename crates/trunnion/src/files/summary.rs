@@ -30,6 +30,8 @@ pub struct Summary {
     pub cover: CoverSummary,
     /// Motion of the machine.
     pub motion: MotionSummary,
+    /// Time of the programs: planned, at least, and on a control.
+    pub times: TimesSummary,
     /// Chord tolerances of the triangles that represent STEP solids, stock and fixtures; absent without any.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub chords: Vec<ChordSummary>,
@@ -37,6 +39,17 @@ pub struct Summary {
     pub programs: Vec<ProgramSummary>,
     /// Other files written, relative to this file.
     pub files: Vec<String>,
+}
+
+/// Times of a program, in s.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
+pub struct TimesSummary {
+    /// Time as planned or programmed, rapid moves included.
+    pub planned: f64,
+    /// Lower bound that no control can beat within the limits of the axes; null if none is known.
+    pub certified_bound: Option<f64>,
+    /// Time on `LinuxCNC` 2.9 by the model of its planner; null if it was not computed.
+    pub linuxcnc: Option<f64>,
 }
 
 /// Tolerance and its shares, in mm.

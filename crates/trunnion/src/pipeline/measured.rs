@@ -12,7 +12,8 @@ use crate::post::{MOST_FAULTS, control_of};
 use crate::surface::{Face, FaceIndex};
 use crate::types::{Progress, UncutRegion};
 use crate::verify::{
-    CheckInput, CheckOptions, DeviationTolerance, FeedMeaning, Inspection, InspectionReport,
+    CheckInput, CheckOptions, CoolantDemand, DeviationTolerance, FeedMeaning, Inspection,
+    InspectionReport,
 };
 
 /// Returns true if every block has its time. Where F is a tip feed the control plans its own speeds, and only the
@@ -45,7 +46,10 @@ pub(super) fn run(
     let options = CheckOptions::of_tolerance(tolerance, job.file.verify_grid);
     // F of a control with tool-centre-point control caps the feed: its times reveal nothing about the axes.
     let feeds = if is_timed(form.dialect) { FeedMeaning::Timed } else { FeedMeaning::Cap };
-    let mut inspection = Inspection::new(input, options).others(&others).feeds(feeds);
+    let coolant =
+        if job.file.cutting.coolant { CoolantDemand::Needed } else { CoolantDemand::Unknown };
+    let inspection = Inspection::new(input, options).others(&others).feeds(feeds);
+    let mut inspection = inspection.coolant(coolant);
     if let Some(stock) = &against.solids.stock {
         inspection = inspection.stock(stock, MOST_COLLISIONS);
     }

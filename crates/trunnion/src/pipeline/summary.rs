@@ -15,7 +15,7 @@ use crate::feed::FeedPlan;
 use crate::files::job::MotionMethod;
 use crate::files::summary::{
     AxisSummary, CheckSummary, CoverSummary, LAYOUT, MotionSummary, ProgramSummary,
-    SingularSummary, Summary, TurnLimitSummary,
+    SingularSummary, Summary, TimesSummary, TurnLimitSummary,
 };
 use crate::machine::{Axis, AxisKind};
 use crate::setpoint;
@@ -49,6 +49,8 @@ pub(super) fn summary(job: &Job, results: &StageResults<'_>) -> Result<Summary, 
         .chain(broken(job, moved.plan))
         .chain(regions::unfinished(job, covering))
         .collect();
+    let motion = motion(job, moved)?;
+    let checked: Vec<_> = programs.iter().map(|one| program(job, one, solids)).collect();
     Ok(Summary {
         schema: LAYOUT.to_owned(),
         generator: GENERATOR.to_owned(),
@@ -64,9 +66,14 @@ pub(super) fn summary(job: &Job, results: &StageResults<'_>) -> Result<Summary, 
             .collect(),
         tolerance: job.budget.summary(),
         cover: CoverSummary { turn_limit, ..cover(job, covering) },
-        motion: motion(job, moved)?,
+        times: TimesSummary {
+            planned: motion.duration,
+            certified_bound: Some(motion.lower_bound),
+            linuxcnc: checked.iter().find_map(|program| program.linuxcnc_duration),
+        },
+        motion,
         chords: job.file.chords(),
-        programs: programs.iter().map(|one| program(job, one, solids)).collect(),
+        programs: checked,
         files: Vec::new(),
     })
 }

@@ -33,13 +33,15 @@ pub enum FindingKind {
     NoLength,
     /// [`StateFinding::WrongLength`]
     WrongLength,
-    /// [`StateFinding::Smoothing`]
+    /// [`StateFinding::NoCoolant`]
+    NoCoolant,
+    /// [`StateFinding::Smoothing`] and [`StateFinding::UnboundedSmoothing`]
     Smoothing,
 }
 
 impl FindingKind {
     /// All kinds.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Gouge,
         Self::Excess,
         Self::ToolLength,
@@ -53,6 +55,7 @@ impl FindingKind {
         Self::SpindleReversed,
         Self::NoLength,
         Self::WrongLength,
+        Self::NoCoolant,
         Self::Smoothing,
     ];
 
@@ -72,6 +75,7 @@ impl FindingKind {
             Self::SpindleReversed => "spindle-reversed",
             Self::NoLength => "no-length",
             Self::WrongLength => "wrong-length",
+            Self::NoCoolant => "no-coolant",
             Self::Smoothing => "smoothing",
         }
     }
@@ -108,7 +112,10 @@ impl Finding {
             Self::State(StateFinding::SpindleReversed(_)) => FindingKind::SpindleReversed,
             Self::State(StateFinding::NoLength(_)) => FindingKind::NoLength,
             Self::State(StateFinding::WrongLength { .. }) => FindingKind::WrongLength,
-            Self::State(StateFinding::Smoothing { .. }) => FindingKind::Smoothing,
+            Self::State(StateFinding::NoCoolant(_)) => FindingKind::NoCoolant,
+            Self::State(
+                StateFinding::Smoothing { .. } | StateFinding::UnboundedSmoothing { .. },
+            ) => FindingKind::Smoothing,
         }
     }
 }

@@ -13,7 +13,7 @@ use super::stock::material::Stock;
 use crate::surface::Face;
 use crate::types::Progress;
 use crate::verify::report::{Finding, Report};
-use crate::verify::state::{self, LengthUse, StateLimits, StateReport};
+use crate::verify::state::{self, CoolantDemand, LengthUse, StateLimits, StateReport};
 
 /// Grid on the faces that are not cut, over that on those that are.
 const OTHERS_GRID: f64 = 3.0;
@@ -76,6 +76,7 @@ pub struct Inspection<'a> {
     options: CheckOptions,
     others: &'a [Face],
     feeds: FeedMeaning,
+    coolant: CoolantDemand,
     stock: Option<(&'a Stock, StockOptions)>,
     fixtures: Option<(&'a [Fixture], &'a ClearanceOptions)>,
 }
@@ -121,7 +122,15 @@ pub struct CutStock {
 impl<'a> Inspection<'a> {
     /// Starts a check of motion against the faces of `input`.
     pub fn new(input: CheckInput<'a>, options: CheckOptions) -> Self {
-        Self { input, options, others: &[], feeds: FeedMeaning::Timed, stock: None, fixtures: None }
+        Self {
+            input,
+            options,
+            others: &[],
+            feeds: FeedMeaning::Timed,
+            coolant: CoolantDemand::Unknown,
+            stock: None,
+            fixtures: None,
+        }
     }
 
     /// Sets the other faces of the part, which must not be gouged.
@@ -134,6 +143,12 @@ impl<'a> Inspection<'a> {
     #[must_use]
     pub fn feeds(self, feeds: FeedMeaning) -> Self {
         Self { feeds, ..self }
+    }
+
+    /// Sets the need of coolant; [`CoolantDemand::Unknown`] unless set.
+    #[must_use]
+    pub fn coolant(self, coolant: CoolantDemand) -> Self {
+        Self { coolant, ..self }
     }
 
     /// Sets the stock that is cut; of each kind of collision the `worst` lines are kept.
@@ -190,6 +205,7 @@ impl<'a> Inspection<'a> {
             } else {
                 LengthUse::Irrelevant
             },
+            coolant: self.coolant,
         };
         Some(state::audit(program.steps(), &limits))
     }

@@ -55,15 +55,15 @@ pub use replay::{
     offset_short_name, track,
 };
 pub use report::{
-    Audit, AxisAudit, AxisRatio, Deviation, ExtremeHeight, FaceMap, Finding, HeightBounds,
-    HeightSample, HistogramBin, LimitRatio, ModelAudit, Report, Sensitivity, ShortBlocks,
-    SingularPassages, TravelOverrun,
+    Audit, AuditedMotion, AxisAudit, AxisRatio, Deviation, ExtremeHeight, FaceMap, Finding,
+    HeightBounds, HeightSample, HistogramBin, LimitRatio, ModelAudit, Report, Sensitivity,
+    ShortBlocks, SingularPassages, TravelOverrun,
 };
 pub use setpoints::{
     AxisMotion, MotionAudit, MotionError, MotionFinding, MotionOptions, MotionReport, MotionRow,
     RowRatio, Unevenness,
 };
-pub use state::{ActiveSmoothing, AffectedCuts, StateFinding, StateReport};
+pub use state::{ActiveSmoothing, AffectedCuts, CoolantDemand, StateFinding, StateReport};
 pub use stock::{
     Collision, CollisionKind, Solid, Stock, StockOptions, StockReport, UndecidedCollision, simulate,
 };

@@ -284,6 +284,17 @@ fn histogram(
     bins
 }
 
+/// Motion of a program: rapid moves first, then moves with feed and dwells.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
+pub struct AuditedMotion {
+    /// Number of moves.
+    pub moves: [usize; 2],
+    /// Travel of the tool tip from end to end of the moves, of arcs by their chords \[mm\]; moves from a place that the
+    /// program does not state have none.
+    pub length: [f64; 2],
+}
+
 /// Axes against their limits.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -296,6 +307,8 @@ pub struct Audit {
     pub rapid: f64,
     /// Number of moves.
     pub moves: usize,
+    /// Rapid moves and moves with feed among them.
+    pub motion: AuditedMotion,
     /// Time of all blocks when each lasts as long as the fastest of its axes needs \[s\]: a control cannot be
     /// faster.
     pub held: f64,

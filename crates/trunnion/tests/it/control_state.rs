@@ -10,8 +10,8 @@ use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions};
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::Silent;
 use trunnion::verify::{
-    AssumedError, CheckInput, CheckOptions, DeviationTolerance, Finding, FindingKind, Inspection,
-    InspectionReport, Tool,
+    AssumedError, CheckInput, CheckOptions, CoolantDemand, DeviationTolerance, Finding,
+    FindingKind, Inspection, InspectionReport, Tool,
 };
 
 const MACHINE: &str = include_str!("../../../../machines/bc-trunnion.toml");
@@ -54,6 +54,10 @@ fn clean() -> String {
 }
 
 fn inspect(text: &str) -> InspectionReport {
+    inspect_cooled(text, CoolantDemand::Unknown)
+}
+
+fn inspect_cooled(text: &str, coolant: CoolantDemand) -> InspectionReport {
     let kinematics = kinematics();
     let words = AxisWords::of(kinematics.machine()).unwrap();
     let program = read::read(text, &ReadOptions::new(Dialect::LinuxCnc, words, 5)).unwrap();
@@ -63,7 +67,21 @@ fn inspect(text: &str) -> InspectionReport {
     let input = CheckInput::program(&program, &kinematics, &one).faces(&faces).tools(&tools);
     let tolerance = DeviationTolerance { excess: 0.02, gouge: 0.002 };
     let options = CheckOptions { bounds: None, ..CheckOptions::of_tolerance(tolerance, 1.0) };
-    Inspection::new(input, options).run(&Silent).unwrap()
+    Inspection::new(input, options).coolant(coolant).run(&Silent).unwrap()
+}
+
+/// Coolant is a fault only where the job asks for it; M9 behind the first tool leaves the second dry.
+#[test]
+fn cuts_without_the_coolant_of_the_job_are_found() {
+    let kinds = |text: &str| -> Vec<FindingKind> {
+        let found = inspect_cooled(text, CoolantDemand::Needed).report.findings;
+        found.iter().map(Finding::kind).collect()
+    };
+    assert_eq!(kinds(&clean()), [FindingKind::NoCoolant]);
+    let wet = clean().replace("S5000 M3", "S5000 M3\nM8");
+    assert_eq!(kinds(&wet), []);
+    assert_eq!(kinds(&wet.replace("M5\n", "M5 M9\n")), [FindingKind::NoCoolant]);
+    assert_eq!(kinds(&wet.replace("M5\n", "M9\nM5\n")), [FindingKind::NoCoolant]);
 }
 
 #[test]
@@ -90,6 +108,7 @@ fn every_planted_state_is_the_only_finding() {
         // The length of the other tool.
         ("G43 H2", "G43 H1", FindingKind::WrongLength, cut_behind(second)),
         ("G64 P0.01", "G64 P1", FindingKind::Smoothing, 2),
+        ("G64 P0.01", "G64", FindingKind::Smoothing, 2),
     ];
     for (from, to, kind, at) in faults {
         let found = inspect(&text.replace(from, to)).report.findings;

@@ -92,14 +92,12 @@ impl GcodeReader {
         let plane = [170, 180].get(self.modal.plane).copied();
         let stays = match (code.letter, code.tenths) {
             (b'G', tenths @ (170 | 180 | 190)) => plane == Some(tenths),
-            (b'G', 0 | 10 | 20 | 30) => true,
             (
                 b'G',
-                40 | 80 | 90 | 400 | 610 | 611 | 640 | 800 | 900 | 901 | 910 | 911 | 930 | 940
-                | 950 | 960 | 970 | 980 | 990,
+                0 | 10 | 20 | 30 | 40 | 80 | 90 | 400 | 610 | 611 | 640 | 800 | 900 | 901 | 910
+                | 911 | 930 | 940 | 950 | 960 | 970 | 980 | 990,
             ) => true,
-            (b'G', _) => false,
-            (_, 60 | 610) => false,
+            (b'G', _) | (_, 60 | 610) => false,
             _ => true,
         };
         if stays {

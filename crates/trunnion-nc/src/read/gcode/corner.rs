@@ -99,13 +99,14 @@ impl ContourCorner {
         let roll = self.roll(across);
         // A half turn behind an arc that bulges towards the cutter stays above and beside it.
         let bulges = matches!(held, Some(OffsetWay::Arc { turn, .. }) if !self.side.is_inside(f64::from(turn)));
-        kind(roll, roll > PI - SMOOTH && bulges)
+        if roll > PI - SMOOTH && bulges { CornerKind::Inside } else { kind(roll) }
     }
 
     /// Returns the kind of the corner to an arc.
     pub(super) fn kind_to_arc(&self, across: [f64; 2], arc: &ContourArc) -> CornerKind {
         let roll = self.roll(across);
-        kind(roll, (roll - PI).abs() < SMOOTH && !self.side.is_inside(arc.turn))
+        let closed = (roll - PI).abs() < SMOOTH && !self.side.is_inside(arc.turn);
+        if closed { CornerKind::Inside } else { kind(roll) }
     }
 
     /// Returns the direction of the move before, if it was a line.
@@ -182,8 +183,8 @@ impl ContourCorner {
     }
 }
 
-fn kind(roll: f64, closed: bool) -> CornerKind {
-    if closed || roll < -SMOOTH || roll > PI + SMOOTH {
+fn kind(roll: f64) -> CornerKind {
+    if !(-SMOOTH..=PI + SMOOTH).contains(&roll) {
         CornerKind::Inside
     } else if roll > SMOOTH {
         CornerKind::Outside

@@ -2,29 +2,12 @@
 
 use super::label;
 use super::label::{OKeyword, OWord};
+use super::numbered_line::NumberedLine;
 use super::sub_files::{SubFiles, SubLines};
 use crate::read::log::{FileLine, ReadRemark};
 use crate::read::options::ReadOptions;
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;
-
-/// A line of the file that is kept.
-#[derive(Debug, Clone)]
-pub(super) struct NumberedLine {
-    /// Number of the line, counted from 1.
-    pub(super) number: u32,
-    pub(super) text: Box<str>,
-}
-
-impl NumberedLine {
-    fn new(line: FileLine<'_>) -> Self {
-        Self { number: line.number, text: line.text.into() }
-    }
-
-    pub(super) fn as_line(&self) -> FileLine<'_> {
-        FileLine { number: self.number, text: &self.text }
-    }
-}
 
 /// Deepest nesting of calls and loops.
 const DEEPEST: usize = 100;
@@ -131,16 +114,10 @@ impl SubCall {
     fn key(&self) -> Box<str> {
         match self.kind {
             SubKind::Named => self.label.clone(),
-            SubKind::Numbered => numbered_key(&self.label),
+            SubKind::Numbered => label::numbered_key(&self.label),
             SubKind::Local => format!("M97 {}", self.label).into(),
         }
     }
-}
-
-/// Returns the key of a subprogram `O1000`.
-pub(super) fn numbered_key(label: &str) -> Box<str> {
-    // No O-word label has a blank, so the two kinds cannot collide.
-    format!("M98 {label}").into()
 }
 
 /// Everything about the order of lines.

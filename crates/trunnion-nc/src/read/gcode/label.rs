@@ -180,6 +180,12 @@ pub(super) fn ends_subprogram(text: &str) -> bool {
     behind.is_some_and(|rest| !rest.starts_with(|c: char| c.is_ascii_digit() || c == '.'))
 }
 
+/// Returns the key of a subprogram `O1000`.
+pub(super) fn numbered_key(label: &str) -> Box<str> {
+    // No O-word label has a blank, so the two kinds cannot collide.
+    format!("M98 {label}").into()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -20,6 +20,7 @@ mod macros;
 mod map_codes;
 mod modal;
 mod motion;
+mod numbered_line;
 mod offsets;
 mod owords;
 mod parameters;

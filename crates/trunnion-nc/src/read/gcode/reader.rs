@@ -2,12 +2,11 @@
 
 use super::block::GcodeBlock;
 use super::expression::ExpressionEnv;
-use super::flow::{
-    CallSite, FrameFile, FrameKind, GcodeFlow, LineCollection, NumberedLine, SubCall, SubKind,
-};
+use super::flow::{CallSite, FrameFile, FrameKind, GcodeFlow, LineCollection, SubCall, SubKind};
 use super::label::OWord;
 use super::macro_flow::MacroFlow;
 use super::modal::{BlockActions, CycleState, ModalState};
+use super::numbered_line::NumberedLine;
 use super::parameters::Parameters;
 use super::predefined::ModalView;
 use super::spline_points::SplineState;

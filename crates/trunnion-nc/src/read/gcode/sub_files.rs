@@ -1,7 +1,7 @@
 //! Subprograms in files of their own.
 
-use super::flow::NumberedLine;
-use super::label::{self, OKeyword};
+use super::label::{self, OKeyword, numbered_key};
+use super::numbered_line::NumberedLine;
 use crate::read::options::{ReadOptions, SubprogramFile};
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
@@ -92,11 +92,7 @@ impl SubFiles {
                 _ => label::ends_subprogram(text),
             };
             if ends && let Some((label, keyword, lines)) = open.take() {
-                let key = if keyword == OKeyword::Sub {
-                    label
-                } else {
-                    super::flow::numbered_key(&label)
-                };
+                let key = if keyword == OKeyword::Sub { label } else { numbered_key(&label) };
                 found.push((key, SubLines { lines: lines.into(), file: Some(Arc::clone(&file)) }));
             }
         }

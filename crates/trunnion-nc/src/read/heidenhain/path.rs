@@ -308,6 +308,10 @@ impl HeidenhainReader {
                 let cw = i8::from(matches!(number, 3 | 13));
                 state.control.sense = cw - i8::from(matches!(number, 4 | 14));
                 state.control.spindle(line);
+                // M13 and M14 switch the coolant on as well.
+                if number > 5 {
+                    state.control.keep(line, token.text);
+                }
             }
             6 | 8 | 9 | 90 | 120 => state.control.keep(line, token.text),
             // M91: axis positions, in its block.

@@ -177,9 +177,9 @@ impl ExampleProgram<'_> {
             trunnion_nc::read::read(&text, &self.options).map(|program| program.steps)
         };
         let plain = steps("").expect("the program around the examples");
-        let count = |steps: &[Step], of: fn(&Step) -> bool| steps.iter().filter(|s| of(s)).count();
-        let is_move: fn(&Step) -> bool = |step| matches!(step, Step::Move(_));
-        let is_words: fn(&Step) -> bool = |step| matches!(step, Step::Words { .. });
+        let moves = |steps: &[Step]| steps.iter().filter(|s| matches!(s, Step::Move(_))).count();
+        let words =
+            |steps: &[Step]| steps.iter().filter(|s| matches!(s, Step::Words { .. })).count();
         match (result.as_str(), steps(example)) {
             ("refused", Err(faults)) => {
                 let fault = &faults[0];
@@ -190,11 +190,11 @@ impl ExampleProgram<'_> {
             (_, Err(faults)) => panic!("{dialect}: {example}: {}", faults[0]),
             // One step more: the words as they stand.
             ("kept", Ok(made)) => {
-                assert_eq!(count(&made, is_move), count(&plain, is_move), "{dialect}: {example}");
-                assert_eq!(count(&made, is_words), 1, "{dialect}: {example}");
+                assert_eq!(moves(&made), moves(&plain), "{dialect}: {example}");
+                assert_eq!(words(&made), 1, "{dialect}: {example}");
             }
             ("run", Ok(made)) => {
-                let kept = count(&made, is_words) > 0;
+                let kept = words(&made) > 0;
                 assert!(!kept && made.len() >= plain.len(), "{dialect}: {example}");
             }
             (other, _) => panic!("{dialect}: {example}: {other}"),

@@ -14,7 +14,7 @@ use crate::verify::replay::orient::Choices;
 use crate::verify::replay::segment::{Block, BlockTime, Course, FeedLength, Segment};
 use crate::verify::replay::segments::Run;
 use crate::verify::replay::tables::Changes;
-use crate::verify::report::{Audit, AxisAudit, LimitRatio, TravelOverrun};
+use crate::verify::report::{Audit, AuditedMotion, AxisAudit, LimitRatio, TravelOverrun};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
 
@@ -72,7 +72,7 @@ struct AxisAuditor<'a> {
     start: AxisVector,
     /// Mean acceleration into the feed block before.
     acceleration: MeanAcceleration,
-    moves: usize,
+    motion: AuditedMotion,
     /// Time of all blocks, and of the rapids among them \[s\].
     duration: f64,
     rapid: f64,
@@ -90,7 +90,7 @@ impl<'a> AxisAuditor<'a> {
             chord: None,
             start: AxisVector::zeros(),
             acceleration: MeanAcceleration::STANDSTILL,
-            moves: 0,
+            motion: AuditedMotion::default(),
             duration: 0.0,
             rapid: 0.0,
         }
@@ -103,7 +103,7 @@ impl<'a> AxisAuditor<'a> {
         segment: &Segment,
         program: &dyn ProgramSource,
     ) -> Result<(), VerifyError> {
-        self.moves += usize::from(segment.block.begins);
+        self.count(control, segment)?;
         self.duration += segment.duration;
         self.rapid += if segment.rapid { segment.duration } else { 0.0 };
         self.visit(control, segment)?;
@@ -124,6 +124,17 @@ impl<'a> AxisAuditor<'a> {
             return Ok(());
         }
         self.feed(control, segment, program)
+    }
+
+    /// Counts a segment and the travel of the tip in it.
+    fn count(&mut self, control: &Control, segment: &Segment) -> Result<(), VerifyError> {
+        let kind = usize::from(!segment.rapid);
+        self.motion.moves[kind] += usize::from(segment.block.begins);
+        if !segment.is_unknown() && !matches!(segment.course, Course::Rest) {
+            let [from, to] = [control.pose(segment, 0.0)?, control.pose(segment, 1.0)?];
+            self.motion.length[kind] += (to.tip - from.tip).norm();
+        }
+        Ok(())
     }
 
     /// Takes in the positions of a segment, where they are known.
@@ -208,14 +219,16 @@ impl<'a> AxisAuditor<'a> {
     fn finish(mut self) -> Result<Audit, VerifyError> {
         let before = self.block.take();
         self.difference(before.as_ref(), None);
-        if self.moves == 0 {
+        let moves = self.motion.moves.iter().sum();
+        if moves == 0 {
             return Err(VerifyError::NoMotion);
         }
         Ok(Audit {
             axes: self.axes.map(AxisState::finish),
             duration: self.duration,
             rapid: self.rapid,
-            moves: self.moves,
+            moves,
+            motion: self.motion,
             held: self.timing.held + self.rapid,
             linuxcnc: self.linuxcnc.finish(),
             brief: self.timing.short,

@@ -1,6 +1,6 @@
 //! Follows the state of the control through a program, apart from its motion.
 
-use super::finding::{ActiveSmoothing, AffectedCuts, StateFinding, StateReport};
+use super::finding::{ActiveSmoothing, AffectedCuts, CoolantDemand, StateFinding, StateReport};
 use crate::nc::read::{Frame, LengthEntry, Move, Pace, Smoothing, Step};
 
 /// Values against which the state is judged.
@@ -10,6 +10,7 @@ pub(crate) struct StateLimits {
     pub(crate) tolerance: Option<f64>,
     /// Effect of tool length compensation.
     pub(crate) length: LengthUse,
+    pub(crate) coolant: CoolantDemand,
 }
 
 /// Effect of tool length compensation.
@@ -43,6 +44,9 @@ struct StateFollower {
     reversed: Option<AffectedCuts>,
     no_length: Option<AffectedCuts>,
     wrong_length: Option<WrongLength>,
+    /// Coolant runs.
+    cooled: bool,
+    no_coolant: Option<AffectedCuts>,
 }
 
 /// Cuts with a wrong length.
@@ -61,8 +65,20 @@ impl StateFollower {
             Step::Smoothing { line, smoothing } => {
                 self.smoothing = Some(ActiveSmoothing { line: *line, smoothing: *smoothing });
             }
+            Step::Words { text, .. } => self.cool(text),
             Step::Move(step) if step.pace != Pace::Rapid => self.cut(step, limits),
             _ => {}
+        }
+    }
+
+    /// Follows the M codes of coolant among words that are kept: 7, 8, 13 and 14 start it, 9 ends it.
+    fn cool(&mut self, text: &str) {
+        for code in m_codes(text) {
+            match code {
+                7 | 8 | 13 | 14 => self.cooled = true,
+                9 => self.cooled = false,
+                _ => {}
+            }
         }
     }
 
@@ -91,6 +107,9 @@ impl StateFollower {
             } else if limits.length == LengthUse::Compensated {
                 count(&mut self.no_length, line);
             }
+        }
+        if limits.coolant == CoolantDemand::Needed && !self.cooled {
+            count(&mut self.no_coolant, line);
         }
         if let Some(active) = self.smoothing {
             let looser =
@@ -128,6 +147,9 @@ impl StateFollower {
             Smoothing::Within(smoothing) if smoothing > tolerance => {
                 Some(StateFinding::Smoothing { line: active.line, smoothing, tolerance })
             }
+            Smoothing::Unbounded => {
+                Some(StateFinding::UnboundedSmoothing { line: active.line, tolerance })
+            }
             _ => None,
         });
         let findings = [
@@ -135,11 +157,23 @@ impl StateFollower {
             self.reversed.map(StateFinding::SpindleReversed),
             self.no_length.map(StateFinding::NoLength),
             self.wrong_length.map(wrong),
+            self.no_coolant.map(StateFinding::NoCoolant),
             loose,
         ];
         let findings = findings.into_iter().flatten().collect();
         StateReport { smoothing: self.loosest, findings }
     }
+}
+
+/// Returns the numbers of the M codes in a text.
+fn m_codes(text: &str) -> impl Iterator<Item = u32> {
+    text.match_indices(['M', 'm']).filter_map(|(at, _)| {
+        let (before, code) = (text.get(..at)?, text.get(at + 1..)?);
+        let digits = code.len() - code.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+        // A letter in front belongs to another word.
+        let begins = !before.ends_with(|c: char| c.is_ascii_alphabetic());
+        begins.then(|| code.get(..digits)?.parse().ok()).flatten()
+    })
 }
 
 /// Counts a cut.

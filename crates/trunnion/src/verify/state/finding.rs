@@ -23,6 +23,16 @@ pub struct ActiveSmoothing {
     pub smoothing: Smoothing,
 }
 
+/// Need of coolant during cuts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum CoolantDemand {
+    /// Nothing is known: any program is right.
+    #[default]
+    Unknown,
+    /// The job asks for it.
+    Needed,
+}
+
 /// A state of the control in which no cut is right.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -41,6 +51,15 @@ pub enum StateFinding {
         tool: u32,
         /// Entry of the table that counts.
         entry: LengthEntry,
+    },
+    /// Cuts without coolant, where the job asks for it.
+    NoCoolant(AffectedCuts),
+    /// Smoothing without a bound.
+    UnboundedSmoothing {
+        /// Line that asks for it.
+        line: u32,
+        /// Tolerance of the part \[mm\].
+        tolerance: f64,
     },
     /// Smoothing that is looser than the tolerance of the part.
     Smoothing {
@@ -101,6 +120,16 @@ impl fmt::Display for StateFinding {
                 f,
                 "line {}: {cuts} with tool {tool} and the length of its edge D{edge}; only that of D1 is known here",
                 cuts.line
+            ),
+            Self::NoCoolant(cuts) => write!(
+                f,
+                "line {}: {cuts} without the coolant that the job asks for; write M8 after the tool change",
+                cuts.line
+            ),
+            Self::UnboundedSmoothing { line, tolerance } => write!(
+                f,
+                "line {line}: the control may smooth the path by any distance, with a tolerance of {tolerance} mm; write \
+                 the distance (G64 P)"
             ),
             Self::Smoothing { line, smoothing, tolerance } => write!(
                 f,

@@ -4,4 +4,4 @@ mod audit;
 mod finding;
 
 pub(crate) use audit::{LengthUse, StateLimits, audit};
-pub use finding::{ActiveSmoothing, AffectedCuts, StateFinding, StateReport};
+pub use finding::{ActiveSmoothing, AffectedCuts, CoolantDemand, StateFinding, StateReport};
