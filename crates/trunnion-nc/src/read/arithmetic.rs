@@ -185,7 +185,12 @@ impl FormulaScan<'_> {
                 self.factor()
             }
             Some(b'(') => self.bracket(),
-            Some(byte) if byte.is_ascii_alphabetic() => self.name(),
+            Some(byte) if byte.is_ascii_alphabetic() || byte == b'_' => self.name(),
+            Some(b'$') => {
+                let help =
+                    "what a control measures or stores is not in the program; write the value";
+                Err(self.remark("a system variable", help))
+            }
             _ => {
                 let rest = self.text.get(self.at..).unwrap_or_default();
                 let found = number::number(rest, self.mark).ok_or_else(|| {

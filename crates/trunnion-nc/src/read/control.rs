@@ -4,6 +4,7 @@ use super::log::ReadRemark;
 use super::options::ReadOptions;
 use super::step::{Frame, LengthEntry, Smoothing, Step, Turning};
 use super::tool_table::ToolTable;
+use super::word_map::WordMap;
 use crate::types::{AXES, AxisVector};
 use crate::words::AxisWords;
 use nalgebra::UnitVector3;
@@ -28,6 +29,13 @@ pub(super) enum FeedMode {
     PerMinute,
     Inverse,
     PerRevolution,
+}
+
+/// Unit of length in an F word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum FeedUnit {
+    Millimetre,
+    Inch,
 }
 
 /// Distance mode: meaning of an axis word (`G90`, `G91`).
@@ -118,6 +126,8 @@ pub(super) struct ControlState {
     pub(super) place: [Option<f64>; SLOTS],
     /// Axis positions, as far as the program defines them.
     pub(super) machine: [Option<f64>; SLOTS],
+    /// Turn, mirror image and scale of X Y Z words.
+    pub(super) word_map: Option<WordMap>,
     /// Shift that `G52`, `TRANS` and the like add to words.
     pub(super) local: [f64; SLOTS],
     /// Shift that `G92` adds to words.
@@ -144,6 +154,8 @@ pub(super) struct ControlState {
     pub(super) feed_mode: FeedMode,
     /// F as written, in mm or inch units.
     pub(super) feed: Option<f64>,
+    /// Unit of F where it is not that of the words: at Sinumerik each F keeps that of its block.
+    pub(super) feed_unit: Option<FeedUnit>,
     /// \[1/min\]
     pub(super) speed: f64,
     /// `G96`: S is the speed of the cut, not of the spindle.
@@ -220,6 +232,7 @@ impl ControlState {
             xyz,
             place: [None; SLOTS],
             machine: [None; SLOTS],
+            word_map: None,
             local: [0.0; SLOTS],
             set_by_92: [0.0; SLOTS],
             tool_shift: [0.0; SLOTS],
@@ -236,6 +249,7 @@ impl ControlState {
             inch: false,
             feed_mode: FeedMode::PerMinute,
             feed: None,
+            feed_unit: None,
             speed: 0.0,
             surface: None,
             sense: 0,
@@ -340,6 +354,9 @@ impl ControlState {
     /// Returns the current value of a word as the program would write it \[mm, rad\], without shift.
     pub(super) fn reading(&self, slot: usize) -> Option<f64> {
         let place = self.place.get(slot).copied().flatten()?;
+        if let Some(map) = &self.word_map {
+            return self.mapped_reading(map, slot);
+        }
         // The position contains the shift, the word that leads to it does not.
         if self.turn().abs() > 0.0
             && let Some(axis) = self.turned_axis(slot)
@@ -380,6 +397,8 @@ impl ControlState {
         reading: &[Option<f64>; SLOTS],
         turn: f64,
     ) -> [Option<f64>; SLOTS] {
+        let mapped = self.word_map.map(|map| self.mapped(&map, reading));
+        let reading = mapped.as_ref().unwrap_or(reading);
         let shifted = |slot: usize| {
             let reading = reading.get(slot).copied().flatten();
             reading.map(|reading| reading + self.shift(slot))

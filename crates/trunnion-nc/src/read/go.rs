@@ -1,7 +1,7 @@
 //! Moves of a control of any dialect: how fast, and where it then stands.
 
 use super::control::{
-    ActivePlane, ControlState, DistanceMode, FeedMode, INCH, MoveTarget, SLOTS, rotate,
+    ActivePlane, ControlState, DistanceMode, FeedMode, FeedUnit, INCH, MoveTarget, SLOTS, rotate,
 };
 use super::log::ReadRemark;
 use super::step::{Arc, Frame, Move, Pace, Step, Turning, Way};
@@ -60,7 +60,8 @@ impl ControlState {
             };
             !self.is_rotary(slot) && target.get(slot).is_some_and(moves)
         };
-        if self.inch && (0..SLOTS).any(linear) { INCH } else { 1.0 }
+        let inch = self.feed_unit.map_or(self.inch, |unit| unit == FeedUnit::Inch);
+        if inch && (0..SLOTS).any(linear) { INCH } else { 1.0 }
     }
 
     /// Makes a move and stands at its end.
@@ -81,6 +82,9 @@ impl ControlState {
             self.leave_work(&target)?;
             false
         } else {
+            if let Some(map) = &self.word_map {
+                way = self.map_move(map, &mut target, way)?;
+            }
             if self.turn().abs() > 0.0 {
                 way = self.turned(&mut target, way)?;
             }

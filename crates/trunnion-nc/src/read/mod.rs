@@ -33,6 +33,7 @@ mod go;
 mod heidenhain;
 mod ini;
 mod log;
+mod mapped_words;
 mod number;
 mod options;
 mod reader;
@@ -48,6 +49,7 @@ mod tally;
 mod tape;
 mod tilt;
 mod tool_table;
+mod word_map;
 
 pub use super::words::{AxisWord, AxisWords};
 pub use cl::{

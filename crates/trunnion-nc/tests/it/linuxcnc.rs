@@ -140,72 +140,14 @@ fn every_program_moves_as_the_interpreter_moves_it() {
     assert!(count >= 6, "{count} programs");
 }
 
-/// Rows of the book's table: example, result.
-fn rows_of_the_book() -> Vec<(String, String)> {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../docs/book/src/reference/dialects/linuxcnc.md");
-    let row = |line: &str| {
-        let cells: Vec<&str> = line.strip_prefix("| ")?.split(" | ").collect();
-        let [_, example, result, ..] = cells[..] else { return None };
-        let example = example.strip_prefix('`')?.strip_suffix('`')?;
-        Some((example.to_owned(), result.trim().to_owned()))
-    };
-    fs::read_to_string(page).unwrap().lines().filter_map(row).collect()
-}
-
-/// Kind of a step, as far as the table of the book names it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum StepKind {
-    Move,
-    Words,
-    Other,
-}
-
-impl StepKind {
-    fn of(step: &Step) -> Self {
-        match step {
-            Step::Move(_) => Self::Move,
-            Step::Words { .. } => Self::Words,
-            _ => Self::Other,
-        }
-    }
-}
-
 #[test]
 fn the_table_of_the_book_is_true() {
-    let rows = rows_of_the_book();
+    let rows = readings::rows_of_the_book("linuxcnc.md");
     assert!(rows.len() > 45, "{} rows", rows.len());
     let before = "G21 G90 G17 F100 S500 M3\nT1 M6\nG0 X10 Y10 Z10\n";
-    let steps = |example: &str| {
-        let lines = example.replace(" / ", "\n");
-        let program = read(&format!("{before}{lines}\nM2\n"), &linuxcnc());
-        program.map(|program| program.steps)
-    };
-    let plain = steps("").unwrap();
-    for (example, result) in rows {
-        let made = steps(&example);
-        match result.as_str() {
-            "refused" => assert!(made.is_err(), "{example} is not refused"),
-            // One step more: the words as they stand.
-            "kept" => {
-                let made = made.unwrap_or_else(|faults| panic!("{example}: {}", faults[0]));
-                let count = |steps: &[Step], kind: StepKind| {
-                    steps.iter().filter(|step| StepKind::of(step) == kind).count()
-                };
-                assert_eq!(
-                    count(&made, StepKind::Move),
-                    count(&plain, StepKind::Move),
-                    "{example}"
-                );
-                assert_eq!(count(&made, StepKind::Words), 1, "{example}");
-            }
-            "run" => {
-                let made = made.unwrap_or_else(|faults| panic!("{example}: {}", faults[0]));
-                let kept = made.iter().any(|step| matches!(step, Step::Words { .. }));
-                assert!(!kept && made.len() >= plain.len(), "{example}");
-            }
-            other => panic!("{example}: {other}"),
-        }
+    let program = readings::ExampleProgram { before, behind: "\nM2\n", options: linuxcnc() };
+    for row in rows {
+        program.holds(&row);
     }
 }
 

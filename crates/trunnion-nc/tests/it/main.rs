@@ -3,6 +3,7 @@
 mod blend_clock;
 mod cl_files;
 mod control_words;
+mod fanuc;
 mod gcode;
 mod heidenhain;
 mod linuxcnc;
@@ -10,4 +11,6 @@ mod program_flow;
 #[path = "../../../trunnion-motion/tests/it/property/mod.rs"]
 mod property;
 mod readings;
+mod shop_programs;
 mod siemens;
+mod siemens_cycles;

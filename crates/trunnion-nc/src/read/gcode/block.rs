@@ -284,6 +284,10 @@ fn stray(byte: u8, scan: &ExpressionScan<'_>) -> ReadRemark {
         b'[' => ("an expression without a letter", "write the letter of its word before it"),
         b'%' => ("% must stand alone on its line", ""),
         b'/' => ("a slash inside a line", "block delete stands at its beginning"),
+        b',' => (
+            "a rounding or chamfer of the next corner (,R ,C)",
+            "write it as an arc or a line of its own",
+        ),
         b'0'..=b'9' | b'.' | b'+' | b'-' => ("number without a letter", ""),
         _ => ("not a G-code word", "is it the right dialect?"),
     };

@@ -12,6 +12,11 @@ use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
 use crate::read::step::{LengthEntry, Smoothing};
 use crate::read::step::{Step, Turning};
+/// Returns true for `G73` to `G89` but `G80`.
+fn is_cycle(code: CodeWord) -> bool {
+    code.letter == b'G' && matches!(code.tenths, 730..=799 | 810..=890)
+}
+
 impl GcodeReader {
     /// Runs a block up to its motion.
     pub(super) fn words(
@@ -40,7 +45,8 @@ impl GcodeReader {
             };
             // Codes of one modal group exclude each other.
             let excludes = match group {
-                group::CANCEL | group::MOTION if self.dialect != Dialect::LinuxCnc => {
+                // A cycle excludes G80 as well as other motions; G0 G80 go together.
+                group::MOTION if self.dialect != Dialect::LinuxCnc && is_cycle(code) => {
                     group::CANCEL | group::MOTION
                 }
                 group => group,
@@ -50,7 +56,7 @@ impl GcodeReader {
                 let message = format!("{what} contradicts another code on this line");
                 return Err(ReadRemark::new(code.at, message, "keep one of them"));
             }
-            now.groups |= group;
+            now.groups |= excludes;
         }
         self.plain_words(state, block, now)?;
         self.lengths(state, text, block, now)?;
@@ -88,10 +94,13 @@ impl GcodeReader {
             }
             // G80 ends the cycle: axis words behind it need a motion code again.
             800 => {
-                // In LinuxCNC another motion code of the line prevails: G80 G0.
-                let prevails = self.dialect == Dialect::LinuxCnc && now.motion;
-                if !prevails {
-                    modal.motion = None;
+                // Another motion code of the line prevails: G80 G0.
+                match modal.motion {
+                    _ if now.motion => {}
+                    _ if self.dialect == Dialect::LinuxCnc => modal.motion = None,
+                    // Fanuc and Haas: the motion before the cycle, of another group, is active again.
+                    Some(GcodeMotion::Cycle(_)) => modal.motion = modal.before_cycle,
+                    _ => {}
                 }
                 group::CANCEL
             }
@@ -152,6 +161,9 @@ impl GcodeReader {
         now: &mut BlockActions,
     ) -> Result<u32, ReadRemark> {
         let linuxcnc = self.dialect == Dialect::LinuxCnc;
+        if !linuxcnc && let Some(group) = self.code_of_others(state, block, text, code, now) {
+            return Ok(group);
+        }
         Ok(match code.tenths {
             // These take the axis words of their line, which then are no target of a move.
             // LinuxCNC waits before the motion of the line.
@@ -168,6 +180,9 @@ impl GcodeReader {
                 group::NONMODAL
             }
             690 => {
+                if !linuxcnc && !self.modal.mirrors() {
+                    state.control.word_map = None;
+                }
                 state.control.untilt();
                 group::TILT
             }
@@ -251,7 +266,7 @@ impl GcodeReader {
             }
             // States that hold anyway: polar coordinates, cutter compensation, scaling and mirror
             // image off (G15 G40 G50 G50.1).
-            150 | 400 | 500 | 501 | 1230 | 1640 => group::NONE,
+            150 | 131 | 400 | 500 | 501 | 1230 | 1640 | 2550 => group::NONE,
             _ => return Err(not_understood(code, text, self.dialect)),
         })
     }

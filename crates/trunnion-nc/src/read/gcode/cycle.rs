@@ -6,9 +6,11 @@ use super::reader::GcodeReader;
 use super::words::{natural, not_understood};
 use crate::read::control::{DistanceMode, MoveTarget};
 use crate::read::dialect::Dialect;
-use crate::read::log::ReadRemark;
+use crate::read::log::{ReadRemark, column};
 use crate::read::state::ReaderState;
 use crate::read::step::{Pace, Step, Way};
+use std::f64::consts::TAU;
+
 /// So far above the last depth a peck begins, and so far a chip-breaking drill is drawn back \[mm\]:
 /// a hundredth of an inch, as `LinuxCNC`'s interpreter has it.
 const CLEARANCE: f64 = 0.254;
@@ -24,6 +26,8 @@ struct DrilledHole {
     /// Height to which the tool retracts.
     clear: f64,
     feed: Pace,
+    /// Factor of the feed out of a thread.
+    faster: f64,
     at: usize,
     column: u32,
 }
@@ -58,6 +62,7 @@ impl GcodeReader {
         // A new series forgets R, Z, P and Q; within a series they are modal.
         if !matches!(self.modal.motion, Some(GcodeMotion::Cycle(_))) {
             self.modal.cycle = CycleState::default();
+            self.modal.before_cycle = self.modal.motion;
         }
         self.modal.motion = Some(GcodeMotion::Cycle(code.tenths));
         now.motion = true;
@@ -73,7 +78,7 @@ impl GcodeReader {
         code: u32,
     ) -> Result<(), ReadRemark> {
         let (axes, _) = self.plane();
-        let [u, v, axis] = axes.map(|axis| state.control.xyz[axis]);
+        let [_, _, axis] = axes.map(|axis| state.control.xyz[axis]);
         let stood = state.control.reading(axis);
         // The initial level of G98 is the height before the first hole of the series.
         if !self.modal.cycle.running {
@@ -88,15 +93,23 @@ impl GcodeReader {
         target.incremental &= !(1 << axis);
         // Repetitions: L in LinuxCNC and at Haas, K at Fanuc; K0 and L0 only store the data.
         let linuxcnc = self.dialect == Dialect::LinuxCnc;
-        let times = block.take('L').or_else(|| if linuxcnc { None } else { block.take('K') });
+        let fanuc = self.dialect == Dialect::Fanuc;
+        let times = block.take('L').or_else(|| if fanuc { block.take('K') } else { None });
         let times = times.map_or(Ok(1), |word| natural(word, 'L'))?;
-        let mut hole = self.hole(state, &target, code, axis)?;
-        // Only distances lead on from hole to hole.
-        let goes_on = target.is_incremental(u) || target.is_incremental(v);
-        let count = if goes_on { times } else { times.min(1) };
-        // Without distances all repetitions would drill the same hole.
-        // LinuxCNC drills the same hole again and again.
-        let count = if linuxcnc { times } else { count };
+        // A rigid tap (M29) turns the spindle itself.
+        let sense = state.control.sense;
+        if !linuxcnc && matches!(code, 740 | 840) && sense == 0 {
+            state.control.sense = 1;
+        }
+        let hole = self.hole(state, &target, code, axis);
+        state.control.sense = sense;
+        let mut hole = hole?;
+        // Haas: a thread is left so many times faster.
+        if self.dialect == Dialect::Haas && matches!(code, 740 | 840) {
+            hole.faster = block.take('J').map_or(1.0, |word| word.value.max(1.0));
+        }
+        // Without distances (G91) every control drills the same hole again and again.
+        let count = times;
         let wide = self.back_boring(state, block, code)?;
         let polar = std::mem::take(&mut block.polar);
         for _ in 0..count {
@@ -212,6 +225,7 @@ impl GcodeReader {
             }
             self.modal.cycle.q = Some(depth);
         }
+        self.shrinking_pecks(block, scale)?;
         let cycle = &mut self.modal.cycle;
         // LinuxCNC keeps the words, and adds them up anew for every hole.
         if self.dialect == Dialect::LinuxCnc {
@@ -222,6 +236,74 @@ impl GcodeReader {
             let from = if incremental { cycle.r } else { Some(0.0) };
             let from = from.ok_or_else(|| unknown_height(target.at))?;
             cycle.z = Some(from + depth);
+        }
+        Ok(())
+    }
+
+    /// Takes I J K of `G83` at Haas: the first peck, by how much each is less, and the least.
+    fn shrinking_pecks(&mut self, block: &mut GcodeBlock, scale: f64) -> Result<(), ReadRemark> {
+        let pecks = self.modal.motion == Some(GcodeMotion::Cycle(830));
+        if !pecks || self.dialect != Dialect::Haas {
+            return Ok(());
+        }
+        let Some(first) = block.take('I') else { return Ok(()) };
+        let [less, least] = ['J', 'K'].map(|letter| block.take(letter).map(|word| word.value));
+        let (Some(less), Some(least)) = (less, least.filter(|least| *least > 0.0)) else {
+            let message = "G83 with I, without J or K";
+            return Err(ReadRemark::new(first.at, message, "write all three, or Q"));
+        };
+        if first.value <= 0.0 {
+            let message = "a peck that goes no deeper";
+            return Err(ReadRemark::new(first.at, message, "I must be above 0"));
+        }
+        self.modal.cycle.q = Some(scale * first.value);
+        self.modal.cycle.shrinks = Some([scale * less.max(0.0), scale * least]);
+        Ok(())
+    }
+
+    /// Runs `G70` and `G71` of Haas: the active cycle at holes on a circle about the tool.
+    pub(super) fn bolt_circle(
+        &mut self,
+        state: &mut ReaderState,
+        block: &mut GcodeBlock,
+        text: &str,
+        place: CodeWord,
+    ) -> Result<(), ReadRemark> {
+        let refused = |message: &str, help: &str| Err(ReadRemark::new(place.at, message, help));
+        let Some(GcodeMotion::Cycle(code)) = self.modal.motion else {
+            return refused("a circle of holes without a cycle", "write G81 .. L0 before it");
+        };
+        let scale = state.control.scale();
+        let [radius, start, apart] = ['I', 'J', 'K'].map(|letter| block.take(letter));
+        let number = block.take('L').map(|word| natural(word, 'L')).transpose()?;
+        let (Some(radius), Some(number)) = (radius, number.filter(|number| *number > 0)) else {
+            return refused("a circle of holes without I or L", "write radius and number");
+        };
+        let radius = scale * radius.value;
+        // G70 shares the whole circle, G71 states the angle between holes.
+        let apart = match (place.tenths, apart) {
+            (700, _) => TAU / f64::from(number),
+            (_, Some(apart)) => apart.value.to_radians(),
+            _ => return refused("G71 without K", "write the angle between the holes"),
+        };
+        let start = start.map_or(0.0, |word| word.value.to_radians());
+        let (axes, _) = self.plane();
+        let slots = [axes[0], axes[1]].map(|axis| state.control.xyz[axis]);
+        let [Some(u), Some(v)] = slots.map(|slot| state.control.reading(slot)) else {
+            return refused(
+                "a circle of holes about a place that is not stated",
+                "write X and Y before",
+            );
+        };
+        for index in 0..number {
+            if !self.may_repeat(state, text) {
+                return Ok(());
+            }
+            let (sin, cos) = (start + f64::from(index) * apart).sin_cos();
+            let mut target = MoveTarget::new(place.at, column(text, place.at));
+            target.set(slots[0], u + radius * cos, DistanceMode::Absolute);
+            target.set(slots[1], v + radius * sin, DistanceMode::Absolute);
+            self.cycle(state, &mut GcodeBlock::new(), target, code)?;
         }
         Ok(())
     }
@@ -265,7 +347,7 @@ impl GcodeReader {
         down.set(axis, bottom, DistanceMode::Absolute);
         let feed = state.control.pace(&down, None)?;
         let (line, at, column) = (state.log.line, target.at, target.column);
-        Ok(DrilledHole { code, line, axis, r, bottom, clear, feed, at, column })
+        Ok(DrilledHole { code, line, axis, r, bottom, clear, feed, faster: 1.0, at, column })
     }
 
     /// Drills a hole and retracts.
@@ -291,7 +373,11 @@ impl GcodeReader {
         if matches!(hole.code, 740 | 840 | 850 | 890) {
             // LinuxCNC feeds all the way out.
             let all = self.dialect == Dialect::LinuxCnc;
-            hole.go(state, if all { hole.clear } else { hole.r }, feed)?;
+            let out = match feed {
+                Pace::PerMinute { speed } => Pace::PerMinute { speed: hole.faster * speed },
+                other => other,
+            };
+            hole.go(state, if all { hole.clear } else { hole.r }, out)?;
         }
         hole.go(state, hole.clear, Pace::Rapid)
     }
@@ -301,7 +387,7 @@ impl GcodeReader {
         let Some(step) = self.modal.cycle.q else {
             return Err(ReadRemark::new(hole.at, "pecking without Q", "write the depth of a peck"));
         };
-        let mut depth = hole.r;
+        let (mut depth, mut step) = (hole.r, step);
         // Heights of the pecks: R - Q, R - 2 Q and so on, above the bottom.
         while depth - step > hole.bottom {
             if !self.may_repeat(state, "") {
@@ -317,6 +403,9 @@ impl GcodeReader {
             let near = depth + CLEARANCE;
             let above = self.dialect == Dialect::LinuxCnc;
             hole.go(state, if above { near } else { near.min(hole.r) }, Pace::Rapid)?;
+            if let Some([less, least]) = self.modal.cycle.shrinks {
+                step = (step - less).max(least);
+            }
         }
         Ok(true)
     }

@@ -87,6 +87,8 @@ pub(super) enum SubKind {
     Named,
     /// `O1000 .. M99`, called by `M98 P1000` or `G65 P1000`.
     Numbered,
+    /// `N100 .. M99` of the same program, called by `M97 P100` of Haas.
+    Local,
 }
 
 /// Place of a call.
@@ -113,6 +115,7 @@ impl SubCall {
         match self.kind {
             SubKind::Named => self.label.clone(),
             SubKind::Numbered => label::numbered_key(&self.label),
+            SubKind::Local => format!("M97 {}", self.label).into(),
         }
     }
 }
@@ -238,7 +241,7 @@ impl GcodeFlow {
         let SubLines { lines, file } = sub;
         let of = match call.kind {
             SubKind::Named => FrameKind::Sub,
-            SubKind::Numbered => FrameKind::Numbered {
+            SubKind::Numbered | SubKind::Local => FrameKind::Numbered {
                 again: call.times.saturating_sub(1),
                 scoped: call.arguments.is_some(),
             },
@@ -258,22 +261,29 @@ impl GcodeFlow {
         // First the line that begins it is searched, then the one that ends it.
         let Some(start) = wanted.start else {
             let begins = match wanted.call.kind {
-                SubKind::Numbered => OKeyword::Nothing,
-                SubKind::Named => OKeyword::Sub,
+                SubKind::Numbered => of_label == Some(OKeyword::Nothing),
+                SubKind::Named => of_label == Some(OKeyword::Sub),
+                SubKind::Local => label::line_number(text) == wanted.call.label.parse().ok(),
             };
-            if of_label == Some(begins) {
+            if begins {
                 wanted.start = Some(at);
             }
             return None;
         };
         let ends = match wanted.call.kind {
-            SubKind::Numbered => label::ends_subprogram(text),
+            SubKind::Numbered | SubKind::Local => label::ends_subprogram(text),
             SubKind::Named => of_label == Some(OKeyword::EndSub),
         };
         if !ends {
             return None;
         }
-        let lines: Arc<[NumberedLine]> = self.ahead.range(start..=at).cloned().collect();
+        let mut lines: Vec<NumberedLine> = self.ahead.range(start..=at).cloned().collect();
+        // The line with the number of a local subprogram runs as well: one without words goes before it.
+        if wanted.call.kind == SubKind::Local {
+            let number = lines.first().map_or(0, |line| line.number);
+            lines.insert(0, NumberedLine { number, text: "".into() });
+        }
+        let lines: Arc<[NumberedLine]> = lines.into();
         let AwaitedSub { call, line, .. } = self.wanted.take()?;
         let sub = SubLines { lines, file: None };
         self.subs.insert(call.key(), sub.clone());

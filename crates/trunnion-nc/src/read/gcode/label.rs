@@ -155,6 +155,13 @@ fn keyword(text: &str, from: usize) -> (OKeyword, usize) {
     (found.map_or(OKeyword::Unknown, |(_, keyword)| *keyword), from + blanks + words.len())
 }
 
+/// Returns 10 of a line that begins `N10`.
+pub(super) fn line_number(text: &str) -> Option<u32> {
+    let rest = text.trim_start().strip_prefix(['N', 'n'])?.trim_start();
+    let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
+    rest.get(..digits)?.parse().ok()
+}
+
 /// Returns true if a line has `M99`.
 pub(super) fn ends_subprogram(text: &str) -> bool {
     let mut code = String::new();

@@ -50,6 +50,10 @@ impl GcodeReader {
                 now.changes_tool = true;
                 group::TOOL
             }
+            970 if self.dialect == Dialect::Haas => {
+                now.calls_locally = true;
+                call_numbered(block, code, now)?
+            }
             980 => call_numbered(block, code, now)?,
             // M99 returns; at Fanuc and Haas M99 P10 goes on at N10 of the caller.
             990 => {
@@ -93,12 +97,19 @@ impl GcodeReader {
         match code.tenths {
             // Coolant, override switches and the like.
             70 | 80 | 90 | 480 | 490 | 500 | 510 | 520 | 530 => {}
+            // Rigid tapping, chip conveyor, coolant and clamps as posts of these controls write them.
+            290 | 100 | 110 | 310 | 330 | 830 | 840 | 880 | 890
+                if !linuxcnc && code.tenths.is_multiple_of(10) =>
+            {
+                keep_with(state, block, text, code, "PQS");
+                return Ok(group::NONE);
+            }
             190 | 620..=680 => {
                 keep_with(state, block, text, code, "EDLPQR");
                 return Ok(group::NONE);
             }
             // What a control does with these decides what later words mean.
-            650..=739 | 960 | 970 => return Err(not_understood(code, text, self.dialect)),
+            650..=739 | 960 | 970 | 1980 => return Err(not_understood(code, text, self.dialect)),
             tenths if linuxcnc && tenths >= 2000 => {
                 return Err(not_understood(code, text, self.dialect));
             }
@@ -122,7 +133,7 @@ fn call_numbered(
     now: &mut BlockActions,
 ) -> Result<u32, ReadRemark> {
     let Some(number) = block.take('P') else {
-        return Err(ReadRemark::new(code.at, "M98 without P", "name the subprogram"));
+        return Err(ReadRemark::new(code.at, "M98 or M97 without P", "name the subprogram"));
     };
     let number = natural(number, 'P')?;
     // Repetitions: L at Haas and in LinuxCNC, K on some controls.
@@ -130,7 +141,7 @@ fn call_numbered(
     let (number, times) = match times {
         Some(times) => (number, natural(times, 'L')?),
         // P30100: three times O100.
-        None if number > 9999 => (number % 10_000, number / 10_000),
+        None if number > 9999 && !now.calls_locally => (number % 10_000, number / 10_000),
         None => (number, 1),
     };
     if times > 0 {

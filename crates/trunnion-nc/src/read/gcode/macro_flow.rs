@@ -12,11 +12,15 @@ pub(super) enum MacroWord {
     End,
 }
 
-pub(super) const WORDS: [(&str, MacroWord); 4] = [
+/// Statements; Fanuc takes their first two letters as well.
+pub(super) const WORDS: [(&str, MacroWord); 7] = [
     ("IF", MacroWord::If),
     ("GOTO", MacroWord::Goto),
     ("WHILE", MacroWord::While),
     ("END", MacroWord::End),
+    ("GO", MacroWord::Goto),
+    ("WH", MacroWord::While),
+    ("EN", MacroWord::End),
 ];
 
 /// A `WHILE` that runs.
@@ -61,7 +65,7 @@ impl MacroFlow {
         }
         match seek {
             // The line with the number is run, the one with END is not.
-            MacroSeek::Number(number) if number_of(text) == Some(number) => {
+            MacroSeek::Number(number) if label::line_number(text) == Some(number) => {
                 self.seek = None;
                 false
             }
@@ -101,6 +105,14 @@ impl MacroFlow {
     }
 }
 
+/// Finds an output to another device, which moves nothing: `DPRNT[..]`; its byte offset.
+pub(super) fn output(text: &str, from: usize) -> Option<usize> {
+    let at = label::after_number(text, from);
+    let rest = text.get(at..)?;
+    let begins = |word: &str| rest.get(..5).is_some_and(|head| head.eq_ignore_ascii_case(word));
+    ["DPRNT", "BPRNT", "POPEN", "PCLOS"].into_iter().any(begins).then_some(at)
+}
+
 /// Finds a statement: its byte offset, its keyword, and the offset behind it.
 pub(super) fn statement(text: &str, from: usize) -> Option<(usize, MacroWord, usize)> {
     // Statements stand behind the line number.
@@ -110,13 +122,6 @@ pub(super) fn statement(text: &str, from: usize) -> Option<(usize, MacroWord, us
     let name = rest.get(..letters)?;
     let (_, word) = WORDS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name))?;
     Some((at, *word, at + letters))
-}
-
-/// Returns 10 of a line that begins `N10`.
-pub(super) fn number_of(text: &str) -> Option<u32> {
-    let rest = text.trim_start().strip_prefix(['N', 'n'])?.trim_start();
-    let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
-    rest.get(..digits)?.parse().ok()
 }
 
 /// Returns 1 of `END 1`.

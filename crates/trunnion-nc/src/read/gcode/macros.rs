@@ -2,8 +2,9 @@
 
 use super::block::GcodeBlock;
 use super::expression::ExpressionScan;
-use super::macro_flow::statement;
-use super::macro_flow::{MacroLoop, MacroSeek, MacroWord, end_of, number_of};
+use super::label::line_number;
+use super::macro_flow::{MacroLoop, MacroSeek, MacroWord, end_of};
+use super::macro_flow::{output, statement};
 use super::modal::{BlockActions, ModalCall};
 use super::reader::GcodeReader;
 use super::words::natural;
@@ -51,6 +52,10 @@ impl GcodeReader {
             return Ok(false);
         }
         let text = tail.text;
+        if let Some(at) = output(text, tail.from) {
+            state.control.keep(state.log.line, text.get(at..).unwrap_or_default());
+            return Ok(true);
+        }
         let Some((at, word, behind)) = statement(text, tail.from) else { return Ok(false) };
         let mut scan = ExpressionScan::new(text, behind);
         match word {
@@ -87,13 +92,13 @@ impl GcodeReader {
         let word_at = scan.at;
         scan.at += word;
         match name.as_str() {
-            "GOTO" => {
+            "GOTO" | "GO" => {
                 let number = scan.value(&self.env(state))?.number;
                 nothing_more(&mut scan)?;
                 if holds { self.go_to(state, at, number) } else { Ok(()) }
             }
             // The statement behind THEN is an assignment or any other block.
-            "THEN" => {
+            "THEN" | "TH" => {
                 if holds {
                     self.plain(state, LineTail { text, from: scan.at });
                 }
@@ -195,7 +200,7 @@ impl GcodeReader {
         let level = self.flow.frames.len();
         if let Some(frame) = self.flow.frames.last_mut() {
             // In a subprogram all lines are known, so that a jump may lead either way.
-            let found = frame.lines.iter().position(|line| number_of(&line.text) == Some(number));
+            let found = frame.lines.iter().position(|line| line_number(&line.text) == Some(number));
             let Some(to) = found else {
                 let message = format!("N{number} is not in this subprogram");
                 return Err(ReadRemark::new(at, message, "GOTO does not lead out of subprograms"));
@@ -206,7 +211,7 @@ impl GcodeReader {
             return Ok(());
         }
         let line = state.log.line;
-        let is = |text: &str| number_of(text) == Some(number);
+        let is = |text: &str| line_number(text) == Some(number);
         // Lines before the jump and its own first, then those to come.
         match self.macros.tape.back(line.saturating_add(1), is)? {
             Some(to) => {

@@ -23,11 +23,20 @@ pub(super) enum GcodeMotion {
     Thread(u32),
 }
 
+/// Distance \[mm\] and angle \[degrees\] of words in polar coordinates (`G16`).
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct PolarPlace {
+    pub(super) radius: Option<f64>,
+    pub(super) angle: Option<f64>,
+}
+
 /// Modal state that holds from line to line, beside [`ControlState`](super::control::Control).
 #[derive(Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "modal switches are what a control has")]
 pub(super) struct ModalState {
     pub(super) motion: Option<GcodeMotion>,
+    /// Motion that a cycle interrupts.
+    pub(super) before_cycle: Option<GcodeMotion>,
     pub(super) distance: DistanceMode,
     /// `G90.1`.
     pub(super) arc_absolute: bool,
@@ -57,11 +66,20 @@ pub(super) struct ModalState {
     pub(super) stood: bool,
     /// `G66`.
     pub(super) each: Option<ModalCall>,
+    /// `G16`: words of the plane are a distance and an angle, and these were the last.
+    pub(super) polar: Option<PolarPlace>,
+    /// Planes of mirror images (`G51.1`) \[mm\].
+    pub(super) mirror: [Option<f64>; 3],
     /// `G28` and `G30` \[mm, rad\]; `None`: not known.
     pub(super) references: [[Option<f64>; SLOTS]; 2],
 }
 
 impl ModalState {
+    /// Returns true if words are mirrored.
+    pub(super) fn mirrors(&self) -> bool {
+        self.mirror.iter().any(Option::is_some)
+    }
+
     /// Returns the codes that parameters of the control show.
     pub(super) fn codes(&self) -> ModalCodes {
         ModalCodes {
@@ -113,6 +131,7 @@ pub(super) mod group {
     pub(in crate::read::gcode) const LATHE: u32 = 1 << 18;
     pub(in crate::read::gcode) const COMPENSATION: u32 = 1 << 19;
     pub(in crate::read::gcode) const DWELL: u32 = 1 << 20;
+    pub(in crate::read::gcode) const POLAR: u32 = 1 << 21;
 }
 
 /// Actions of a line besides its motion.
@@ -142,6 +161,8 @@ pub(super) struct BlockActions {
     pub(super) returns: bool,
     /// `M99 P10`: the line that is run next, and its place.
     pub(super) return_to: Option<(f64, usize)>,
+    /// The subprogram is a part of this program (`M97`).
+    pub(super) calls_locally: bool,
     /// Subprogram, times, place.
     pub(super) call: Option<(Box<str>, u32, usize)>,
     /// Parameters of its own.
@@ -157,6 +178,8 @@ impl BlockActions {
 /// Values that stay from hole to hole.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct CycleState {
+    /// Haas: by how much each peck is less than the one before, and the least \[mm\].
+    pub(super) shrinks: Option<[f64; 2]>,
     pub(super) r: Option<f64>,
     /// Bottom.
     pub(super) z: Option<f64>,

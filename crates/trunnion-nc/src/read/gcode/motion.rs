@@ -1,6 +1,6 @@
 //! Moves that a block's axis words make.
 
-use super::block::{BlockWord, GcodeBlock};
+use super::block::{BlockWord, CodeWord, GcodeBlock};
 use super::modal::{BlockActions, GcodeMotion};
 use super::reader::GcodeReader;
 use super::thread::cut_thread;
@@ -41,7 +41,11 @@ impl GcodeReader {
         if block.none_left() && !now.motion && !now.machine {
             return Ok(());
         }
+        let polar_words = self.polar_words(state, block)?;
         let mut target = self.target(state, block, text)?;
+        if let Some(end) = polar_words {
+            end.apply(&mut target, text);
+        }
         // G53: the words are axis positions.
         target.machine = now.machine;
         // A cycle under G91 moves on from hole to hole.
@@ -187,6 +191,13 @@ impl GcodeReader {
         code: u32,
         at: usize,
     ) -> Result<(), ReadRemark> {
+        // These codes would need positions in both kinds of coordinates.
+        let mapped = state.control.word_map.is_some();
+        if mapped && matches!(code, 100 | 280 | 281 | 300 | 301 | 520 | 531 | 682 | 920..=923) {
+            let message = "a shift, plane or home in turned or mirrored coordinates";
+            return Err(ReadRemark::new(at, message, "end them before (G69, G50.1)"));
+        }
+        let place = CodeWord { letter: b'G', tenths: code, at, end: at };
         match code {
             40 => self.dwell(state, block, at),
             100 => self.write_offset(state, block, text, at),
@@ -198,6 +209,8 @@ impl GcodeReader {
             }
             531 => self.turn_to_plane(state, at),
             682 => self.tilt(state, block, text, at),
+            700 | 710 => self.bolt_circle(state, block, text, place),
+            680 | 510 | 511 | 501 | 1000 | 1010 => self.map_code(state, block, text, place),
             _ => self.shift(state, block, text, code, at),
         }
     }

@@ -35,10 +35,16 @@ impl GcodeReader {
         text: &str,
         at: usize,
     ) -> Result<(), ReadRemark> {
+        let mut further = false;
         // L2 writes the offset itself; L20 writes it so that the present position reads as the
         // words.
         let kind = match block.take('L').map(|word| natural(word, 'L')).transpose()? {
             Some(2) => OffsetKind::Origin,
+            // Fanuc and Haas: L20 writes the further offsets, G54.1 P1 and on.
+            Some(20) if self.dialect != Dialect::LinuxCnc => {
+                further = true;
+                OffsetKind::Origin
+            }
             Some(20) => OffsetKind::Reading,
             Some(table @ (1 | 10 | 11)) if self.dialect == Dialect::LinuxCnc => {
                 return self.write_tool(state, block, text, &TableCode { table, at });
@@ -61,7 +67,13 @@ impl GcodeReader {
         }
         // P1 is G54; P0 or no P is the active offset.
         let number = block.take('P').map_or(Ok(0), |word| natural(word, 'P'))?;
-        if number > 9 {
+        if self.dialect != Dialect::LinuxCnc && number == 0 {
+            let message = "G10 P0 writes the external offset, which shifts all others";
+            return Err(ReadRemark::new(at, message, "write P1 for G54 and so on"));
+        }
+        let number = if further { number.saturating_add(9) } else { number };
+        let most = if further { 255 } else { 9 };
+        if number > most {
             return Err(ReadRemark::new(at, format!("G10 P{number}"), "work offsets are P1 to P9"));
         }
         let present = state.control.offset;

@@ -49,6 +49,7 @@ impl GcodeReader {
         }
         let modal = ModalState {
             motion: None,
+            before_cycle: None,
             distance: DistanceMode::Absolute,
             arc_absolute: false,
             plane: 0,
@@ -66,6 +67,8 @@ impl GcodeReader {
             kept_shift: [0.0; SLOTS],
             stood: false,
             each: None,
+            polar: None,
+            mirror: [None; 3],
             references: [first, [None; SLOTS]],
         };
         Self {
@@ -348,8 +351,8 @@ impl GcodeReader {
         note(state, text, done);
         // A word that no code took would have an effect that is not understood.
         for (letter, word) in block.left() {
-            // Axes are left over where something else of the line could not be understood.
-            if failed && state.control.known_slot(letter).is_some() {
+            // Words are left over where the code that wants them could not be understood.
+            if failed {
                 continue;
             }
             let text_of = text.get(word.at..word.end).unwrap_or_default();
@@ -381,7 +384,7 @@ impl GcodeReader {
         self.order_steps(state);
         if let Some((label, times, at)) = &now.call {
             let call = SubCall {
-                kind: SubKind::Numbered,
+                kind: if now.calls_locally { SubKind::Local } else { SubKind::Numbered },
                 label: label.clone(),
                 arguments: now.arguments.clone(),
                 times: *times,

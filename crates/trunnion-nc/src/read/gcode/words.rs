@@ -43,13 +43,33 @@ pub(super) fn not_understood(code: CodeWord, text: &str, dialect: Dialect) -> Re
         (b'G', 410..=429) => {
             "cutter compensation needs the whole contour; post the compensated path"
         }
+        (b'G', 80 | 51 | 960) if dialect != Dialect::LinuxCnc => "of lathes",
+        (b'G', 61 | 62 | 64) => "splines are the control's; post straight moves or arcs",
         (b'G', 50..=69) => "splines are not replayed; post straight moves or arcs",
+        (b'G', 760 | 770 | 870 | 880) if dialect != Dialect::LinuxCnc => {
+            "settings say which way the tool moves aside; use G85, G86 or G89, or write the moves"
+        }
         (b'G', 330..=339 | 760) => "threading follows the spindle; read the program without it",
         (b'G', 380..=389 | 310) => "where a probe stops is not in the program",
+        (b'G', 438 | 439) => {
+            "the contact point depends on the cutter's corner; post the tip (G43.4)"
+        }
+        (b'G', 542 | 544) => "the control's measured setting errors are not in the program",
+        (b'G', 121 | 71 | 1070) => {
+            "coordinates on a turned face or cylinder: post axis coordinates"
+        }
+        (b'G', 120 | 130 | 470 | 700..=729 | 1500) => {
+            "pockets, engraving and patterns: post the moves"
+        }
+        (b'G', 600) => "the overrun of one-sided positioning is a parameter; write G0",
+        (b'G', 661) => "G66 calls behind moves alone",
+        (b'G', 1410 | 1430) => "write TCP (G43.4, G234) and plain moves",
         (b'G', 160 | 510 | 511 | 680) => "polar, scaled or turned coordinates: post plain ones",
         (b'G', 650..=669) => "macro calls: write M98 at each place",
         (b'G', 70 | 80 | 960) => "of lathes",
         (b'G', 2540 | 2550) => "the control's own offsets are not in the program",
+        (b'M', 1980) => "programs of other devices are not known; put their lines here (M98)",
+        (b'M', 970) => "M97 is of Haas; write M98 and a program of its own",
         (b'M', _) => "it may move the machine; leave it out of the program to be checked",
         _ => "is it the right dialect?",
     };

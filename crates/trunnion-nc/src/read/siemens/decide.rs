@@ -256,20 +256,29 @@ impl SiemensReader {
         Ok(())
     }
 
-    /// Runs `REPEAT LABEL P=3`: from the label to this line, as many times again.
+    /// Runs `REPEAT LABEL P=3` (from the label to this line), `REPEAT FIRST LAST P=3` (from one label to
+    /// the block of the other), `REPEATB LABEL P=3` (the block of the label): as many times again.
     fn section(&mut self, line: u32, code: &str, at: usize) -> Result<(), ReadRemark> {
-        let from = at + "REPEAT".len();
+        let word = name_at(code, at);
+        let from = at + word.len();
         let from = from + blanks(code, from);
         let target = name_at(code, from);
-        let behind = code.get(from + target.len()..).unwrap_or_default();
-        let count_at = behind.find('=').map(|equals| from + target.len() + equals + 1);
+        let mut next = from + target.len();
+        next += blanks(code, next);
+        // A name and no P= behind it is the second label.
+        let second = Some(name_at(code, next)).filter(|name| name.len() > 1);
+        next += second.map_or(0, str::len);
+        let behind = code.get(next..).unwrap_or_default();
+        let count_at = behind.find('=').map(|equals| next + equals + 1);
         let plain = behind.trim().is_empty()
             || behind.trim_start().starts_with(['P', 'p']) && count_at.is_some();
-        if !plain {
-            let help = "write REPEAT LABEL P=3; a section between two labels is not repeated";
+        let block = word.eq_ignore_ascii_case("REPEATB");
+        if !plain || block && second.is_some() {
+            let help = "write REPEAT LABEL P=3, REPEAT FIRST LAST P=3 or REPEATB LABEL P=3";
             return Err(ReadRemark::new(at, format!("{} is not understood", excerpt(code)), help));
         }
         // The line is reached again after each repetition: it then counts down what is left.
+        self.flow.returns.retain(|(_, of)| *of != line);
         let left = match self.flow.sections.iter().position(|(of, _)| *of == line) {
             Some(at) => self.flow.sections.remove(at).1,
             None => match count_at {
@@ -287,6 +296,9 @@ impl SiemensReader {
             ));
         }
         self.flow.sections.push((line, left));
+        // ENDLABEL ends every section that names no end.
+        let end = if block { target } else { second.unwrap_or("ENDLABEL") };
+        self.flow.returns.push((end.into(), line));
         Ok(())
     }
 }

@@ -35,6 +35,8 @@ pub(super) struct SiemensFlow {
     pub(super) loops: Vec<SiemensLoop>,
     /// Lines with `REPEAT LABEL`, and how often they still jump.
     pub(super) sections: Vec<(u32, u32)>,
+    /// Labels at whose blocks repeated sections end, and the lines of their `REPEAT`.
+    pub(super) returns: Vec<(Box<str>, u32)>,
 }
 
 impl SiemensFlow {
@@ -46,6 +48,7 @@ impl SiemensFlow {
             asked: 0,
             loops: Vec::new(),
             sections: Vec::new(),
+            returns: Vec::new(),
         }
     }
 
@@ -88,6 +91,15 @@ impl SiemensFlow {
             _ => {}
         }
         true
+    }
+
+    /// Goes back to the `REPEAT` of a section that ends with a block.
+    pub(super) fn end_section(&mut self, label: &str) {
+        let last = self.returns.last();
+        if let Some((_, line)) = last.filter(|(end, _)| end.eq_ignore_ascii_case(label)) {
+            let line = *line;
+            self.tape.go_to(line);
+        }
     }
 
     /// Returns the target that is still missing at the end of the file.

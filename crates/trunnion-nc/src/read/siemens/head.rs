@@ -83,7 +83,7 @@ pub(super) fn name_at(code: &str, at: usize) -> &str {
     if letter { rest.get(..length).unwrap_or_default() } else { "" }
 }
 
-const WORDS: [(&str, FlowWord); 17] = [
+const WORDS: [(&str, FlowWord); 18] = [
     ("IF", FlowWord::Open(StructureKind::If)),
     ("ELSE", FlowWord::Else),
     ("ENDIF", FlowWord::Close(StructureKind::If)),
@@ -94,6 +94,7 @@ const WORDS: [(&str, FlowWord); 17] = [
     ("LOOP", FlowWord::Open(StructureKind::Loop)),
     ("ENDLOOP", FlowWord::Close(StructureKind::Loop)),
     ("REPEAT", FlowWord::Open(StructureKind::Repeat)),
+    ("REPEATB", FlowWord::Section),
     ("UNTIL", FlowWord::Close(StructureKind::Repeat)),
     ("GOTO", FlowWord::Jump),
     ("GOTOF", FlowWord::Jump),

@@ -1,10 +1,11 @@
 //! Effect of the words of a block as a whole.
 
-use super::line::{CenterWord, ShiftMode, SiemensBlock, SiemensMotion};
+use super::frame;
+use super::line::{CenterWord, SiemensBlock, SiemensMotion};
 use super::reader::SiemensReader;
 use crate::read::arc;
 use crate::read::arc::{ArcForm, ArcSense, GivenArc};
-use crate::read::control::{DistanceMode, SLOTS};
+use crate::read::control::{DistanceMode, FeedUnit, SLOTS};
 use crate::read::gcode::axis_of;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
@@ -17,16 +18,25 @@ impl SiemensReader {
         &mut self,
         state: &mut ReaderState,
         mut line: SiemensBlock,
+        code: &str,
     ) -> Result<(), ReadRemark> {
-        technology(state, &line)?;
+        if line.passive {
+            return Ok(());
+        }
+        technology(state, &line, self.feed_unit)?;
         // In the block of G4, F and S are its time.
         if line.dwell {
             return dwell(state, &line);
         }
-        // TRANS and ATRANS stand in a block of their own: the axis words are the shift.
-        if let Some(mode) = line.shift {
-            shift(state, &line, mode)?;
-            return Ok(());
+        // Frames stand in a block of their own: the axis words are their values.
+        if let Some(frame) = &line.frame {
+            return frame::apply(state, &line.target, frame, self.plane);
+        }
+        if let Some(code) = line.pole {
+            return self.set_pole(state, &line, code);
+        }
+        if line.polar.iter().any(Option::is_some) {
+            self.polar_end(state, &mut line)?;
         }
         if line.vector.iter().any(Option::is_some) {
             check_vector(state, &line)?;
@@ -37,8 +47,19 @@ impl SiemensReader {
         let centered = line.center.iter().any(Option::is_some) || line.radius.is_some();
         // A full circle has no axis words.
         let arc = matches!(self.motion, Some(SiemensMotion::Arc(_)));
-        if !line.target.is_empty() || (arc && centered) {
+        let moves = !line.target.is_empty() || (arc && centered);
+        if moves {
             self.go(state, &line)?;
+        }
+        // MCALL sets the cycle of blocks to come, and alone it ends it; a cycle alone is drilled here.
+        match line.cycle {
+            cycle if line.calls_modally => self.modal_cycle = cycle,
+            Some(cycle) => self.drill(state, &cycle, code)?,
+            None => {
+                if let Some(cycle) = self.modal_cycle.filter(|_| moves) {
+                    self.drill(state, &cycle, code)?;
+                }
+            }
         }
         state.control.ended |= line.ends;
         Ok(())
@@ -125,26 +146,6 @@ fn dwell(state: &mut ReaderState, line: &SiemensBlock) -> Result<(), ReadRemark>
     Ok(())
 }
 
-/// Runs `TRANS X Y Z`, `ATRANS`: words are shifted.
-fn shift(state: &mut ReaderState, line: &SiemensBlock, mode: ShiftMode) -> Result<(), ReadRemark> {
-    if state.control.tilted.is_some() {
-        let help = "put it in CYCLE800, or end the plane before: CYCLE800()";
-        return Err(ReadRemark::new(line.target.at, "TRANS in a tilted plane", help));
-    }
-    // TRANS replaces all shifts, ATRANS adds to them.
-    if mode == ShiftMode::Replacing {
-        state.control.local = [0.0; SLOTS];
-    }
-    for slot in 0..SLOTS {
-        if let (Some(word), Some(local)) =
-            (line.target.get(slot), state.control.local.get_mut(slot))
-        {
-            *local += word;
-        }
-    }
-    Ok(())
-}
-
 fn check_vector(state: &ReaderState, line: &SiemensBlock) -> Result<(), ReadRemark> {
     // Without TRAORI the control cannot turn a vector into rotary axes.
     if !state.control.tcp {
@@ -160,13 +161,19 @@ fn check_vector(state: &ReaderState, line: &SiemensBlock) -> Result<(), ReadRema
 }
 
 /// Applies F, S, T, M6, M3.
-fn technology(state: &mut ReaderState, line: &SiemensBlock) -> Result<(), ReadRemark> {
+fn technology(
+    state: &mut ReaderState,
+    line: &SiemensBlock,
+    unit: FeedUnit,
+) -> Result<(), ReadRemark> {
     let at = line.target.at;
     let control = &mut state.control;
     if let (Some(feed), false) = (line.feed, line.dwell) {
         if !(feed > 0.0 && feed.is_finite()) {
             return Err(ReadRemark::new(at, format!("F{feed} is no feed"), "give one above 0"));
         }
+        // A feed keeps its unit: G70 behind it does not change it.
+        control.feed_unit = Some(unit);
         control.feed = Some(feed);
     }
     if let Some(tool) = line.tool {

@@ -1,13 +1,14 @@
 //! Sinumerik programs: `X10`, `A3=0.5`, `C=ACP(33)`, `CYCLE832(..)`, `R1=5`.
 
+use super::cycle::SiemensCycle;
 use super::flow::SiemensFlow;
 use super::head::BlockHead;
-use super::line::{CenterWord, SiemensBlock, SiemensMotion};
+use super::line::{CenterWord, FrameEffect, PolarPole, SiemensBlock, SiemensMotion};
 use super::rotary::unwound;
 use super::value::ValueMode;
 use super::word::{SiemensWord, WordName};
 use super::{value, word};
-use crate::read::control::{DistanceMode, LARGEST};
+use crate::read::control::{DistanceMode, FeedUnit, LARGEST};
 use crate::read::log::{FileLine, ReadRemark, column};
 use crate::read::options::ReadOptions;
 use crate::read::remedy::undecided_block;
@@ -20,11 +21,16 @@ use std::collections::HashMap;
 pub(in crate::read) struct SiemensReader {
     pub(super) motion: Option<SiemensMotion>,
     pub(super) distance: DistanceMode,
+    /// Unit of F words to come.
+    pub(super) feed_unit: FeedUnit,
     /// 0: XY, 1: ZX, 2: YZ.
     pub(super) plane: usize,
     /// R parameters and variables, upper case.
     pub(super) variables: HashMap<Box<str>, f64>,
     pub(super) flow: SiemensFlow,
+    pub(super) polar: PolarPole,
+    /// Drilled behind every block that moves: `MCALL`.
+    pub(super) modal_cycle: Option<SiemensCycle>,
     pub(super) lines: u32,
     pub(super) block_delete: Option<bool>,
 }
@@ -36,9 +42,12 @@ impl SiemensReader {
         Self {
             motion: None,
             distance: DistanceMode::Absolute,
+            feed_unit: FeedUnit::Millimetre,
             plane: 0,
             variables: given.collect(),
             flow: SiemensFlow::new(options.most_repeated),
+            polar: PolarPole::default(),
+            modal_cycle: None,
             lines: 0,
             block_delete: options.block_delete,
         }
@@ -75,9 +84,14 @@ impl SiemensReader {
         let code = word::without_comment(text);
         state.control.length |= self.lines == 1;
         let start = code.len() - code.trim_start().len();
-        // `%_N_NAME_MPF`, `$PATH=..`: names of the file.
-        if code.trim().is_empty() || code.trim_start().starts_with(['%', '$']) {
+        // `%_N_NAME_MPF`, `$PATH=..`, `PROC NAME`: names of the file.
+        if code.trim().is_empty() || is_name(code.trim_start()) {
             return;
+        }
+        if code.trim_start().starts_with('$') {
+            let message = "system variables are not known, and what they set is the control's";
+            let help = "write tool data and offsets at the control; post plain coordinates";
+            return state.log.fault(text, ReadRemark::new(start, message, help));
         }
         let mut from = start;
         if code.as_bytes().get(from) == Some(&b'/') {
@@ -99,8 +113,10 @@ impl SiemensReader {
             Some(word) => self.decide(state, code, &head, word),
             None => self.block(state, code, head.at),
         };
-        if let Err(remark) = done {
-            state.log.fault(text, remark);
+        match done {
+            Err(remark) => state.log.fault(text, remark),
+            Ok(()) if !head.label.is_empty() => self.flow.end_section(head.label),
+            Ok(()) => {}
         }
     }
 
@@ -122,7 +138,7 @@ impl SiemensReader {
             line.target.at = from;
         }
         line.target.column = column(code, line.target.at);
-        self.run(state, line)
+        self.run(state, line, code)
     }
 
     /// Applies a word that carries a value, or a call.
@@ -158,6 +174,14 @@ impl SiemensReader {
                 line.radius = Some(state.control.scale() * self.value(item)?.0.number);
                 Ok(())
             }
+            "AP" | "RP" => self.polar_word(state, line, item, &name),
+            "RPL" if line.frame.is_some() => {
+                let angle = self.value(item)?.0.number;
+                if let Some(frame) = line.frame.as_mut() {
+                    frame.in_plane = Some(angle);
+                }
+                Ok(())
+            }
             "TURN" => {
                 line.turns = value::natural(self.value(item)?.0.number, item.at)?;
                 Ok(())
@@ -168,7 +192,13 @@ impl SiemensReader {
                 line.feed = Some(value.number);
                 Ok(())
             }
-            "S" => {
+            // S1= and M1= are of the first spindle.
+            "M1" if item.is_assignment() => {
+                let number = value::natural(self.value(item)?.0.number, item.at)?;
+                Self::spindle_code(state, line, item, number, code);
+                Ok(())
+            }
+            "S" | "S1" => {
                 line.speed = Some(self.value(item)?.0.number);
                 Ok(())
             }
@@ -185,6 +215,7 @@ impl SiemensReader {
                 Ok(())
             }
             "N" | "H" => Ok(()),
+            "L" | "P" => Self::keyword(state, line, item, &name, code),
             _ => self.axis_or_keyword(state, line, item, &name, code),
         }
     }
@@ -249,12 +280,29 @@ impl SiemensReader {
             if name == "CYCLE800" {
                 return self.swivel(state, item);
             }
+            if matches!(name, "HOLES1" | "HOLES2") {
+                return self.pattern(state, item, name, code);
+            }
+            if let Some(cycle) = self.drilling_cycle(state, item, name)? {
+                line.cycle = Some(cycle);
+                return Ok(());
+            }
             if let Some(smoothing) = self.smoothing(item, name)? {
                 state.control.smooth(state.log.line, smoothing);
             }
             return Self::keyword(state, line, item, name, code);
         };
         let (value, mode) = self.value(item)?;
+        // Behind ROT, MIRROR and SCALE the words of axes are angles and factors.
+        if let Some(frame) = line.frame.as_mut().filter(|frame| frame.kind != FrameEffect::Shift) {
+            let axis = state.control.xyz.iter().position(|axis| *axis == slot);
+            let Some(place) = axis.and_then(|axis| frame.values.get_mut(axis)) else {
+                let message = format!("{name} in a frame that turns, mirrors or scales");
+                return Err(ReadRemark::new(item.at, message, "X, Y and Z are"));
+            };
+            *place = Some(value.number);
+            return Ok(());
+        }
         if line.target.get(slot).is_some() {
             let message = format!("second {name} word on this line");
             return Err(ReadRemark::new(item.at, message, "keep one of them"));
@@ -275,4 +323,12 @@ impl SiemensReader {
         line.target.at = line.target.at.min(item.at);
         Ok(())
     }
+}
+
+/// Returns true for a line that names the file.
+fn is_name(code: &str) -> bool {
+    let begins =
+        |word: &str| code.get(..word.len()).is_some_and(|head| head.eq_ignore_ascii_case(word));
+    // PROC with parameters has values that only its caller knows.
+    code.starts_with('%') || begins("$PATH") || begins("PROC ") && !code.contains('(')
 }

@@ -53,6 +53,9 @@ impl SiemensReader {
             let message = "CYCLE800 other than by angles about axes";
             return refused(message, "swivel axis by axis (mode 57, 27 and the like)");
         }
+        if state.control.word_map.is_some() {
+            return refused("CYCLE800 in a turned frame (ROT, MIRROR, SCALE)", "end it before");
+        }
         if state.control.linear_shift().norm() > 0.0 && state.control.tilted.is_none() {
             return refused("CYCLE800 in a shift (TRANS)", "end it before, or put it in the call");
         }

@@ -127,16 +127,29 @@ impl<'a> SiemensWords<'a> {
         let letters = rest.bytes().take_while(|b| b.is_ascii_alphanumeric() || *b == b'_').count();
         let name = rest.get(..letters).unwrap_or_default();
         let behind = rest.get(letters..).unwrap_or_default().trim_start();
+        // FGREF[A]=10: the index stands before the sign.
+        let index = behind.starts_with('[').then(|| behind.find(']')).flatten();
+        if let Some(close) = index
+            && behind.get(close + 1..).is_some_and(|rest| rest.trim_start().starts_with('='))
+        {
+            let from = rest.len() - behind.len();
+            return self.named(at, name, from + close + 1).map(Some);
+        }
         // `==` compares: the name before it is no assignment.
         if behind.starts_with('=') && !behind.starts_with("==") || behind.starts_with('(') {
-            return self.named(at, name).map(Some);
+            return self.named(at, name, name.len()).map(Some);
         }
         self.address(at, name).map(Some)
     }
 
     /// Reads `NAME = value`, `NAME(..)`.
-    fn named(&mut self, at: usize, name: &'a str) -> Result<SiemensWord<'a>, ReadRemark> {
-        self.at += name.len();
+    fn named(
+        &mut self,
+        at: usize,
+        name: &'a str,
+        length: usize,
+    ) -> Result<SiemensWord<'a>, ReadRemark> {
+        self.at += length;
         self.blanks();
         let assigned = self.peek() == Some(b'=');
         self.at += usize::from(assigned);

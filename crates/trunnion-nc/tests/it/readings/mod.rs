@@ -128,3 +128,76 @@ pub(crate) fn is_the_worked_cut(program: &Program, tolerance: f64) {
     }
     assert!(wanted.is_none(), "{wanted:?} is not among {poses:?}");
 }
+
+/// A row of a table of the book: an example of a code, and what becomes of it.
+#[derive(Debug, Clone)]
+pub(crate) struct BookRow {
+    /// Heading above it.
+    pub(crate) heading: String,
+    pub(crate) example: String,
+    pub(crate) result: String,
+}
+
+/// Rows of the tables of a page about a dialect.
+pub(crate) fn rows_of_the_book(page: &str) -> Vec<BookRow> {
+    let page = root().join("docs/book/src/reference/dialects").join(page);
+    let text = fs::read_to_string(page).expect("a page of the book");
+    let (mut heading, mut rows) = (String::new(), Vec::new());
+    for line in text.lines() {
+        if let Some(title) = line.strip_prefix("## ") {
+            title.trim().clone_into(&mut heading);
+        }
+        let Some(row) = line.strip_prefix("| ") else { continue };
+        let cells: Vec<&str> = row.split(" | ").collect();
+        let [_, example, result, ..] = cells[..] else { continue };
+        if let Some(example) = example.strip_prefix('`').and_then(|cell| cell.strip_suffix('`')) {
+            let (example, result) = (example.to_owned(), result.trim().to_owned());
+            rows.push(BookRow { heading: heading.clone(), example, result });
+        }
+    }
+    rows
+}
+
+/// A program around the examples of a page.
+#[derive(Debug, Clone)]
+pub(crate) struct ExampleProgram<'a> {
+    pub(crate) before: &'a str,
+    pub(crate) behind: &'a str,
+    pub(crate) options: ReadOptions,
+}
+
+impl ExampleProgram<'_> {
+    /// A row of the book says what becomes of its example.
+    pub(crate) fn holds(&self, row: &BookRow) {
+        let BookRow { example, result, .. } = row;
+        let dialect = self.options.dialect;
+        let steps = |example: &str| {
+            let lines = example.replace(" / ", "\n");
+            let text = format!("{}{lines}{}", self.before, self.behind);
+            trunnion_nc::read::read(&text, &self.options).map(|program| program.steps)
+        };
+        let plain = steps("").expect("the program around the examples");
+        let moves = |steps: &[Step]| steps.iter().filter(|s| matches!(s, Step::Move(_))).count();
+        let words =
+            |steps: &[Step]| steps.iter().filter(|s| matches!(s, Step::Words { .. })).count();
+        match (result.as_str(), steps(example)) {
+            ("refused", Err(faults)) => {
+                let fault = &faults[0];
+                let placed = fault.line > 0 && !fault.help.is_empty();
+                assert!(placed, "{dialect}: {example}: {fault}");
+            }
+            ("refused", Ok(_)) => panic!("{dialect}: {example} is not refused"),
+            (_, Err(faults)) => panic!("{dialect}: {example}: {}", faults[0]),
+            // One step more: the words as they stand.
+            ("kept", Ok(made)) => {
+                assert_eq!(moves(&made), moves(&plain), "{dialect}: {example}");
+                assert_eq!(words(&made), 1, "{dialect}: {example}");
+            }
+            ("run", Ok(made)) => {
+                let kept = words(&made) > 0;
+                assert!(!kept && made.len() >= plain.len(), "{dialect}: {example}");
+            }
+            (other, _) => panic!("{dialect}: {example}: {other}"),
+        }
+    }
+}
