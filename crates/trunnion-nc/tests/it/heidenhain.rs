@@ -307,8 +307,10 @@ proptest! {
     }
 }
 
-/// Ends of moves in X and Y, and arcs: centre from the start and sweep over half a turn.
-fn contour(text: &str) -> Vec<([f64; 2], Option<([f64; 2], f64)>)> {
+/// End of a move in X and Y; of an arc, its centre from the start and its sweep over half a turn.
+type ContourMove = ([f64; 2], Option<([f64; 2], f64)>);
+
+fn contour(text: &str) -> Vec<ContourMove> {
     let program = read(text);
     let ends = places(&program);
     let way = |found: trunnion_nc::read::Move| match found.way {
@@ -319,7 +321,7 @@ fn contour(text: &str) -> Vec<([f64; 2], Option<([f64; 2], f64)>)> {
     ends.iter().map(|end| [end[0], end[1]]).zip(ways).collect()
 }
 
-fn is_contour(text: &str, expected: &[([f64; 2], Option<([f64; 2], f64)>)]) {
+fn is_contour(text: &str, expected: &[ContourMove]) {
     let found = contour(text);
     assert_eq!(found.len(), expected.len(), "{text}: {found:?}");
     let near = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-9;
@@ -518,6 +520,15 @@ fn cycles_202_205_and_209_run() {
     refuses(bored, 1, "Q214");
     let pecked = "CYCL DEF 205 Q200=2 Q201=-10 Q206=100 Q202=6 Q203=0 Q204=20 Q258=0.5 Q259=1";
     refuses(pecked, 1, "two advanced stop distances");
+}
+
+#[test]
+fn din_iso_is_recognised_and_refused() {
+    let text = "%DEMO G71 *\nN10 G30 G17 X+0 Y+0 Z-40 *\nN30 T1 G17 S5000 *\nN40 G00 G40 G90 Z+250 *\nN99999999 %DEMO G71 *\n";
+    assert_eq!(Dialect::guess(text.lines()), DIALECT);
+    let faults = trunnion_nc::read::read(text, &options(DIALECT, "XYZAC")).unwrap_err();
+    assert_eq!((faults.len(), faults[0].line, faults[0].column), (1, 1, 1));
+    assert!(faults[0].message.contains("DIN/ISO") && faults[0].help.contains("Klartext"));
 }
 
 #[test]

@@ -8,6 +8,7 @@ use super::path::feed_unit;
 use super::token::{Token, Tokens};
 use super::transform::ProgramFrame;
 use crate::read::control::{FeedMode, SLOTS};
+use crate::read::dialect::is_heidenhain_iso;
 use crate::read::log::{FileLine, ReadRemark, excerpt};
 use crate::read::options::ReadOptions;
 use crate::read::remedy::undecided_block;
@@ -223,6 +224,13 @@ impl HeidenhainReader {
         if let Some(label) = label {
             self.label(label);
             return Ok(());
+        }
+        if self.lines == 1 && is_heidenhain_iso(code) {
+            // Each further block would be a fault of its own.
+            state.control.ended = true;
+            let message = "a DIN/ISO program of a Heidenhain control, of which Klartext is read";
+            let help = "convert it to Klartext (.H), as its editor and its posts can";
+            return Err(ReadRemark::new(from, message, help));
         }
         let mut tokens = Tokens::new(code, from);
         let Some(first) = tokens.next_token() else { return Ok(()) };
