@@ -3,6 +3,7 @@
 mod blend_clock;
 mod cl_files;
 mod control_words;
+mod dialect_pages;
 mod gcode;
 mod heidenhain;
 mod linuxcnc;
