@@ -523,6 +523,29 @@ fn cycles_202_205_and_209_run() {
 }
 
 #[test]
+fn values_stand_behind_names_of_any_language() {
+    near_heights(
+        "Q7=-8\nCYCL DEF 1.0 TIEFBOHREN\nCYCL DEF 1.1 ABST-2.000\nCYCL DEF 1.2 TIEFE Q7\nCYCL DEF 1.3 ZUSTLG-8\nCYCL DEF 1.4 V.ZEIT0.5\n\
+         CYCL DEF 1.5 F100\nL X+1 Y+1 Z+2 FMAX M99",
+        &[(2.0, RAPID), (-8.0, FEED), (2.0, RAPID)],
+    );
+    let program = read(
+        "Q1 = 3\nCYCL DEF 9.0 DWELL TIME\nCYCL DEF 9.1 DWELL Q1\nCYCL DEF 9.0 VERWEILZEIT\nCYCL DEF 9.1 V.ZEIT.5\nFUNCTION DWELL TIME1.5",
+    );
+    let seconds = |step: &Step| match step {
+        Step::Dwell { seconds, .. } => Some(*seconds),
+        _ => None,
+    };
+    let found: Vec<f64> = program.steps.iter().filter_map(seconds).collect();
+    assert!(found.iter().zip([3.0, 0.5, 1.5]).all(|(one, other)| (one - other).abs() < 1e-12));
+    assert_eq!(found.len(), 3);
+    // A repeated section may hold the end of a subprogram: three times in all.
+    let program = read("L X+0 FMAX\nLBL 1\nL IX+1 FMAX\nLBL 0\nCALL LBL 1 REP 2");
+    let [x, ..] = *places(&program).last().unwrap();
+    assert!((x - 3.0).abs() < 1e-12);
+}
+
+#[test]
 fn din_iso_is_recognised_and_refused() {
     let text = "%DEMO G71 *\nN10 G30 G17 X+0 Y+0 Z-40 *\nN30 T1 G17 S5000 *\nN40 G00 G40 G90 Z+250 *\nN99999999 %DEMO G71 *\n";
     assert_eq!(Dialect::guess(text.lines()), DIALECT);

@@ -16,6 +16,10 @@ impl HeidenhainReader {
         if label != "0" {
             return;
         }
+        // Outside of a subprogram it ends nothing: a section that is repeated may contain it.
+        if self.flow.calls.iter().all(|call| call.left.is_some()) {
+            return;
+        }
         // Sections that were begun in it are over with the subprogram.
         while let Some(call) = self.flow.calls.pop() {
             if call.left.is_none() {

@@ -3,6 +3,7 @@
 use super::drilling_cycle::{CycleFeed, KlartextCycle};
 use super::path::feed_unit;
 use super::reader::HeidenhainReader;
+use super::value::value_begins;
 use crate::read::control::{DistanceMode, FeedMode, INCH, MoveTarget};
 use crate::read::log::{ReadRemark, excerpt};
 use crate::read::state::ReaderState;
@@ -42,7 +43,7 @@ impl HeidenhainReader {
         at: usize,
     ) -> Result<(), ReadRemark> {
         // The name of a value differs with the language of the control; its number does not.
-        let digits = text.find(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+        let digits = value_begins(text);
         let (Some(digits), Some(cycle)) = (digits, self.drilling) else {
             return Err(ReadRemark::new(at, "a line of cycle 1 without its value", "write it"));
         };

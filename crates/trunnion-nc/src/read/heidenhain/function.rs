@@ -1,10 +1,12 @@
 //! `FUNCTION TCPM`, `FUNCTION RESET TCPM`, `CYCL DEF`.
 
 use super::drilling_cycle::KlartextCycle;
+use super::flow::same;
 use super::reader::HeidenhainReader;
 use super::reader::not_understood;
 use super::token::{Token, Tokens};
 use super::transform::ProgramFrame;
+use super::value::value_begins;
 use crate::read::log::{ReadRemark, excerpt};
 use crate::read::state::ReaderState;
 use crate::read::step::{Smoothing, Turning};
@@ -18,6 +20,16 @@ impl HeidenhainReader {
         code: &str,
         tokens: &mut Tokens<'_>,
     ) -> Result<(), ReadRemark> {
+        if let Some(what) = tokens.clone().next_token()
+            && same(what.text, "DWELL")
+        {
+            let time = std::iter::from_fn(|| tokens.next_token()).last();
+            let time = time.filter(|time| value_begins(time.text).is_some());
+            let help = "write FUNCTION DWELL TIME1.5";
+            let time =
+                time.ok_or_else(|| ReadRemark::new(first.at, "a dwell without time", help))?;
+            return self.dwell(state, &time);
+        }
         let words: Vec<String> = std::iter::from_fn(|| tokens.next_token())
             .map(|token| token.text.to_ascii_uppercase())
             .collect();

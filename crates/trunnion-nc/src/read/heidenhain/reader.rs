@@ -7,6 +7,7 @@ use super::flow::{KlartextFlow, same};
 use super::path::feed_unit;
 use super::token::{Token, Tokens};
 use super::transform::ProgramFrame;
+use super::value::value_begins;
 use crate::read::control::{FeedMode, SLOTS};
 use crate::read::dialect::is_heidenhain_iso;
 use crate::read::log::{FileLine, ReadRemark, excerpt};
@@ -348,7 +349,8 @@ impl HeidenhainReader {
             "PLANE" => self.plane(state, &first, Tokens::new(code, from)),
             "FN" => self.formula(state, &mut tokens, code),
             "CALL" => self.call(state, &first, code, &mut tokens),
-            _ if is_q(&word) => self.assign(&first, code, 0),
+            // Blanks beside the sign may be absent.
+            _ if is_q(word.split('=').next().unwrap_or_default()) => self.assign(&first, code, 0),
             // `M3` and the like stand alone, too.
             _ if word.starts_with('M') || word.starts_with('S') => {
                 self.path(state, "L", &first, Tokens::new(code, from))
@@ -562,7 +564,7 @@ impl HeidenhainReader {
         token: &Token<'_>,
     ) -> Result<(), ReadRemark> {
         // The time may be joined to its word.
-        let digits = token.text.find(|c: char| c.is_ascii_digit()).unwrap_or(token.text.len());
+        let digits = value_begins(token.text).unwrap_or(token.text.len());
         let seconds = self.value(&token.after(digits))?.value;
         let line = state.log.line;
         state.control.steps.push_back(Step::Dwell { line, seconds });
