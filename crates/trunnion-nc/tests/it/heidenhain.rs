@@ -299,6 +299,7 @@ proptest! {
             "FN 4: Q1 = 1 DIV 0", "TX+1", "TY", "NZ+1", "F", "FMAX", "F MAX", "F500", "R0", "R+5", "DR+", "DR-", "PR+5", "IPA+400", "PA",
             "RND R2", "CHF 1\n", "CT", "CTP", "APPR LT", "APPR LCT", "DEP LT", "DEP LCT", "DEP", "LEN5", "R5", "X+9 Y+3\n", "STOP", "M136",
             "CYCL DEF 10.0\nCYCL DEF 10.1 ROT+30\n", "CYCL DEF 8.1 X\n", "FN 13: Q1 = +3 ANG +4\n", "FAUTO", "FU0.1", "TRANS DATUM",
+            "%A G71 *\n", "G01", "G98 L1 *\n", "L1,2 *\n", "G200 Q200=2", "I+5",
             "M128", "M129", "M91", "M126", "M3", "M30", "TOOL CALL 1 Z S500", "CYCL DEF 32.0", "CYCL DEF 7.1 X+5", "FUNCTION TCPM F TCP",
             "AXIS POS", "FUNCTION RESET TCPM", "A+5", "C-370", "IC+5", "~", "~\n", "\n", "\n", ";", "*", "/", "é", "\"", "12",
         ]), 0..60),
@@ -545,13 +546,56 @@ fn values_stand_behind_names_of_any_language() {
     assert!((x - 3.0).abs() < 1e-12);
 }
 
+/// Two programs of the same moves, in DIN/ISO and in Klartext; steps without lines and columns.
+fn is_klartext_of(iso: &str, klartext: &str) {
+    let steps = |text: &str| -> Vec<String> {
+        let program = readings::read(text, &options(DIALECT, "XYZAC"));
+        let plain = |step: &Step| match step {
+            Step::Move(found) => {
+                format!("{:?}", trunnion_nc::read::Move { line: 0, column: 0, ..*found })
+            }
+            Step::Words { text, .. } => text.to_string(),
+            Step::Spindle { speed, .. } => format!("spindle {speed}"),
+            Step::Tool { number, .. } => format!("tool {number}"),
+            Step::Dwell { seconds, .. } => format!("dwell {seconds}"),
+            other => format!("{other:?}"),
+        };
+        program.steps.iter().map(plain).collect()
+    };
+    let (found, expected) = (steps(iso), steps(klartext));
+    assert_eq!(found, expected, "{iso}");
+}
+
 #[test]
-fn din_iso_is_recognised_and_refused() {
-    let text = "%DEMO G71 *\nN10 G30 G17 X+0 Y+0 Z-40 *\nN30 T1 G17 S5000 *\nN40 G00 G40 G90 Z+250 *\nN99999999 %DEMO G71 *\n";
+fn din_iso_is_read_as_klartext() {
+    let text = "%DEMO G71 *\nN10 G30 G17 X+0 Y+0 Z-40 *\nN20 G31 G90 X+100 Y+100 Z+0 *\nN30 T1 G17 S5000 F200 *\nN40 G00 G40 G90 Z+250 M3 *\n\
+                N50 X-30 Y+50 *\nN60 G01 Z-5 F200 *\nN70 X+0Y+50*\nN80 I+25 J+50 *\nN90 G02 X+50 *\nN100 G91 G03 X+10 Y+10 R+10 *\nN110 G90 G06 X+70 Y+80 *\n\
+                N120 G25 R2 F50 *\nN130 G01 X+70 Y+20 *\nN140 G24 R3 *\nN150 X+100 *\nN160 I+0 J+0 *\nN170 G11 R+20 H+30 *\nN180 G13 G91 H+360 Z-2 *\n\
+                N190 G04 F1.5 *\nN200 G200 Q200=2 Q201=-15 Q206=150 Q202=5 Q210=0 Q203=+0 Q204=50 Q211=0 *\nN210 G00 G90 X+5 Y+5 M99 *\nN220 G79 *\n\
+                N230 G98 L1 *\nN240 G00 G91 X+5 *\nN250 L1,2 *\nN260 G00 G90 Z+250 M2 *\nN99999999 %DEMO G71 *\n";
     assert_eq!(Dialect::guess(text.lines()), DIALECT);
-    let faults = trunnion_nc::read::read(text, &options(DIALECT, "XYZAC")).unwrap_err();
-    assert_eq!((faults.len(), faults[0].line, faults[0].column), (1, 1, 1));
-    assert!(faults[0].message.contains("DIN/ISO") && faults[0].help.contains("Klartext"));
+    is_klartext_of(
+        text,
+        "BEGIN PGM DEMO MM\nTOOL CALL 1 Z S5000 F200\nL Z+250 FMAX M3\nL X-30 Y+50 FMAX\nL Z-5 F200\nL X+0 Y+50\nCC X+25 Y+50\nC X+50 DR-\n\
+         CR IX+10 IY+10 R+10 DR+\nCT X+70 Y+80\nRND R2 F50\nL X+70 Y+20\nCHF 3\nL X+100\nCC X+0 Y+0\nLP PR+20 PA+30\nCP IPA+360 IZ-2 DR+\n\
+         CYCL DEF 9.0 DWELL\nCYCL DEF 9.1 DWELL 1.5\nCYCL DEF 200 Q200=2 Q201=-15 Q206=150 Q202=5 Q210=0 Q203=+0 Q204=50 Q211=0\nL X+5 Y+5 FMAX M99\n\
+         CYCL CALL\nLBL 1\nL IX+5 FMAX\nCALL LBL 1 REP 2\nL Z+250 FMAX M2\nEND PGM DEMO MM\n",
+    );
+    let refused = |line: &str, part: &str| {
+        let text = format!("%A G71 *\nN10 G00 X+0 Y+0 Z+0 *\nN20 {line} *\nN30 M2 *\n");
+        let faults = trunnion_nc::read::read(&text, &options(DIALECT, "XYZAC")).unwrap_err();
+        let fault = &faults[0];
+        assert!(fault.message.contains(part) && !fault.help.is_empty(), "{line}: {fault}");
+        assert_eq!(fault.line, 3);
+    };
+    refused("G01 G41 X+5 F5", "G41");
+    refused("G26 R5", "G26");
+    refused("G72 F0.5", "G72");
+    refused("G83 P01 -2", "P01");
+    refused("D00 Q1 P01 +5", "D00");
+    refused("G05 X+5 F5", "G05");
+    refused("G01 X+5", "without a feed");
+    refused("G208 Q200=2", "CYCL DEF 208");
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod drilling_cycle;
 mod element;
 mod flow;
 mod function;
+mod iso;
 mod path;
 mod plane;
 mod reader;

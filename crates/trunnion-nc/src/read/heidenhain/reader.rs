@@ -4,6 +4,7 @@ use super::contour::{ContourStep, HeldElement, OpenCorner};
 use super::drilling_cycle::KlartextCycle;
 use super::flow;
 use super::flow::{KlartextFlow, same};
+use super::iso::IsoModes;
 use super::path::feed_unit;
 use super::token::{Token, Tokens};
 use super::transform::ProgramFrame;
@@ -66,6 +67,8 @@ pub(in crate::read) struct HeidenhainReader {
     pub(super) heading: Option<[f64; 2]>,
     /// The corner that the element being run opens: an approach.
     pub(super) opened: Option<OpenCorner>,
+    /// Modes of a DIN/ISO program; none: Klartext.
+    pub(super) iso: Option<IsoModes>,
     /// Names of tools by the numbers that they were given.
     pub(super) tool_names: HashMap<u32, Box<str>>,
     pub(super) flow: KlartextFlow,
@@ -97,6 +100,7 @@ impl HeidenhainReader {
             held: None,
             heading: None,
             opened: None,
+            iso: None,
             tool_names: HashMap::new(),
             flow: KlartextFlow::new(options.most_repeated),
             lines: 0,
@@ -173,6 +177,12 @@ impl HeidenhainReader {
 
     pub(super) fn block(&mut self, state: &mut ReaderState, code: &str) {
         let done = match self.skips(code) {
+            Ok(Some(_)) if self.lines == 1 && is_heidenhain_iso(code) => {
+                state.control.inch = code.to_ascii_uppercase().contains("G70");
+                self.iso = Some(IsoModes::new());
+                Ok(())
+            }
+            Ok(Some(from)) if self.iso.is_some() => self.iso_block(state, code, from),
             Ok(Some(from)) => self.statement(state, code, from),
             Ok(None) => Ok(()),
             Err(remark) => Err(remark),
@@ -204,6 +214,30 @@ impl HeidenhainReader {
         Ok((!rest.is_empty() && !rest.starts_with('*')).then_some(from))
     }
 
+    /// Runs a block of a DIN/ISO program.
+    fn iso_block(
+        &mut self,
+        state: &mut ReaderState,
+        code: &str,
+        from: usize,
+    ) -> Result<(), ReadRemark> {
+        // What is kept to be run again, from a label or a call on, is the line as it stands.
+        if code.contains(['L', 'l']) {
+            self.flow.tape.keep(code);
+        }
+        let Some(mut modes) = self.iso else { return Ok(()) };
+        let lines = modes.translate(code, from)?;
+        // Blocks up to a label that is searched change nothing.
+        if self.flow.seek.is_none() {
+            self.iso = Some(modes);
+        }
+        for line in lines {
+            // Columns count in the block, not in what it stands for.
+            self.statement(state, &line, 0).map_err(|remark| ReadRemark { at: from, ..remark })?;
+        }
+        Ok(())
+    }
+
     pub(super) fn statement(
         &mut self,
         state: &mut ReaderState,
@@ -225,13 +259,6 @@ impl HeidenhainReader {
         if let Some(label) = label {
             self.label(label);
             return Ok(());
-        }
-        if self.lines == 1 && is_heidenhain_iso(code) {
-            // Each further block would be a fault of its own.
-            state.control.ended = true;
-            let message = "a DIN/ISO program of a Heidenhain control, of which Klartext is read";
-            let help = "convert it to Klartext (.H), as its editor and its posts can";
-            return Err(ReadRemark::new(from, message, help));
         }
         let mut tokens = Tokens::new(code, from);
         let Some(first) = tokens.next_token() else { return Ok(()) };
