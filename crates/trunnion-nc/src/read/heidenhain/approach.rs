@@ -3,9 +3,9 @@
 use super::contour::{CornerForm, OpenCorner, departure};
 use super::element::{ElementWay, FilletSide, PlaneElement, cross, dot, minus, norm, scaled};
 use super::path::PathBlock;
-use super::path::feed_unit;
 use super::reader::{HeidenhainReader, LastPace};
 use super::token::{Token, Tokens};
+use super::units::feed_unit;
 use crate::read::arc;
 use crate::read::arc::{ArcForm, ArcSense, GivenArc};
 use crate::read::control::{DistanceMode, MoveTarget};

@@ -1,9 +1,9 @@
 //! Drilling cycles, `CYCL DEF 200 .. Q200=+2`, and their calls, `M99` and `CYCL CALL`.
 
 use super::drilling_cycle::{CycleFeed, KlartextCycle};
-use super::path::feed_unit;
 use super::reader::HeidenhainReader;
-use super::value::value_begins;
+use super::units::feed_unit;
+use super::units::value_begins;
 use crate::read::control::{DistanceMode, FeedMode, INCH, MoveTarget};
 use crate::read::log::{ReadRemark, excerpt};
 use crate::read::state::ReaderState;

@@ -2,11 +2,11 @@
 
 use super::drilling_cycle::KlartextCycle;
 use super::flow::same;
+use super::frame::ProgramFrame;
 use super::reader::HeidenhainReader;
 use super::reader::not_understood;
 use super::token::{Token, Tokens};
-use super::transform::ProgramFrame;
-use super::value::value_begins;
+use super::units::value_begins;
 use crate::read::log::{ReadRemark, excerpt};
 use crate::read::state::ReaderState;
 use crate::read::step::{Smoothing, Turning};

@@ -113,7 +113,8 @@ impl IsoModes {
             return Ok(Vec::new());
         }
         if let Some(label) = &block.label {
-            return Ok(vec![label_line(label, block.codes.contains(&98))]);
+            let sets = block.codes.contains(&98);
+            return Ok(vec![if sets { format!("LBL {label}") } else { call_of(label) }]);
         }
         if let (Some(corner), Some(size)) = (corner, &block.radius) {
             let feed = block.feed.as_ref().map_or(String::new(), |feed| format!(" F{feed}"));
@@ -271,10 +272,9 @@ fn value_length(text: &str) -> usize {
     if length == 0 { 0 } else { sign + parameter + length }
 }
 
-/// Returns the Klartext of `G98 L1`, `L1,3`, `L1`.
-fn label_line(label: &str, sets: bool) -> String {
+/// Returns the Klartext of `L1,3`, `L1`.
+fn call_of(label: &str) -> String {
     match label.split_once([',', '.']) {
-        _ if sets => format!("LBL {label}"),
         Some((label, count)) if count.trim_start_matches('0').is_empty() => {
             format!("CALL LBL {label}")
         }

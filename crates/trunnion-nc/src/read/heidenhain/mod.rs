@@ -7,6 +7,7 @@ mod drilling;
 mod drilling_cycle;
 mod element;
 mod flow;
+mod frame;
 mod function;
 mod iso;
 mod path;
@@ -14,6 +15,7 @@ mod plane;
 mod reader;
 mod token;
 mod transform;
+mod units;
 mod value;
 
 pub(super) use reader::HeidenhainReader;

@@ -2,6 +2,7 @@
 
 use super::reader::{HeidenhainReader, LastPace};
 use super::token::{Token, Tokens};
+use super::units::feed_unit;
 use crate::read::arc;
 use crate::read::arc::{ArcForm, ArcSense, GivenArc};
 use crate::read::control::{COMPUTED, DistanceMode, FeedMode, LARGEST, MoveTarget, SLOTS};
@@ -661,9 +662,4 @@ impl HeidenhainReader {
         }
         Ok(())
     }
-}
-
-/// Returns the unit of F in mm or inches a minute: tenths of an inch in INCH programs.
-pub(super) fn feed_unit(state: &ReaderState) -> f64 {
-    if state.control.inch { 0.1 } else { 1.0 }
 }

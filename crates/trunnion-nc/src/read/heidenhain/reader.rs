@@ -4,11 +4,11 @@ use super::contour::{ContourStep, HeldElement, OpenCorner};
 use super::drilling_cycle::KlartextCycle;
 use super::flow;
 use super::flow::{KlartextFlow, same};
+use super::frame::ProgramFrame;
 use super::iso::IsoModes;
-use super::path::feed_unit;
 use super::token::{Token, Tokens};
-use super::transform::ProgramFrame;
-use super::value::value_begins;
+use super::units::feed_unit;
+use super::units::value_begins;
 use crate::read::control::{FeedMode, SLOTS};
 use crate::read::dialect::is_heidenhain_iso;
 use crate::read::log::{FileLine, ReadRemark, excerpt};
@@ -301,7 +301,7 @@ impl HeidenhainReader {
             _ => None,
         };
         let Some((element, at)) = element.filter(|_| is_contour).zip(at) else {
-            return self.pass(state, steps, moves > 0);
+            return self.pass(state, steps);
         };
         self.heading = element.heading();
         let behind = steps.split_off(at + 1);
@@ -332,12 +332,8 @@ impl HeidenhainReader {
     }
 
     /// Passes steps on that are no contour element.
-    fn pass(
-        &mut self,
-        state: &mut ReaderState,
-        steps: VecDeque<Step>,
-        moves: bool,
-    ) -> Result<(), ReadRemark> {
+    fn pass(&mut self, state: &mut ReaderState, steps: VecDeque<Step>) -> Result<(), ReadRemark> {
+        let moves = steps.iter().any(|step| matches!(step, Step::Move(_)));
         let Some(held) = &mut self.held else {
             state.control.steps = steps;
             return Ok(());

@@ -15,26 +15,6 @@ pub(super) struct KlartextValue {
     pub(super) decimals: u8,
 }
 
-/// Returns the byte at which the value behind a name begins: `V.ZEIT0.5`, `DEPTH -20`, `DWELL Q5`.
-pub(super) fn value_begins(text: &str) -> Option<usize> {
-    let bytes = text.as_bytes();
-    (0..bytes.len()).find(|at| {
-        let behind = bytes.get(at + 1).copied().unwrap_or(0).to_ascii_uppercase();
-        let starts_name = at
-            .checked_sub(1)
-            .is_none_or(|before| bytes.get(before).is_some_and(|byte| !byte.is_ascii_alphabetic()));
-        match bytes.get(*at) {
-            Some(b'0'..=b'9' | b'+' | b'-') => true,
-            // A point may be that of an abbreviation.
-            Some(b'.') => behind.is_ascii_digit(),
-            Some(b'Q' | b'q') => {
-                behind.is_ascii_digit() || starts_name && matches!(behind, b'L' | b'R')
-            }
-            _ => false,
-        }
-    })
-}
-
 impl HeidenhainReader {
     /// Reads `+10`, `10,5`, `-Q3`.
     pub(super) fn value(&self, token: &Token<'_>) -> Result<KlartextValue, ReadRemark> {
