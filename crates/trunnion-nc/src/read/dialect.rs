@@ -167,7 +167,7 @@ impl Dialect {
         if let Some((_, dialect)) = STARTS.iter().find(|(word, _)| after_number.starts_with(word)) {
             return Some(*dialect);
         }
-        if is_klartext(after_number) {
+        if is_klartext(after_number) || is_heidenhain_iso(after_number) {
             return Some(Self::Heidenhain);
         }
         // Statements count at the beginning of a block only: in a comment they are plain text.
@@ -206,6 +206,15 @@ fn is_klartext(line: &str) -> bool {
         let mut letters = rest.trim_start().chars();
         letters.next().is_some_and(|c| "XYZABCI".contains(c))
             && letters.next().is_some_and(|c| "+-XYZABCQ".contains(c))
+    })
+}
+
+/// Returns true for `%NAME G71 *`, the first line of a DIN/ISO program of Heidenhain.
+pub(super) fn is_heidenhain_iso(line: &str) -> bool {
+    let head = line.trim().strip_prefix('%').and_then(|line| line.strip_suffix('*'));
+    head.is_some_and(|head| {
+        let unit = head.split_whitespace().last();
+        unit.is_some_and(|unit| matches!(unit.to_ascii_uppercase().as_str(), "G70" | "G71"))
     })
 }
 
@@ -285,6 +294,7 @@ mod tests {
             ("N10 T=\"BALL10\" D1\n", Dialect::Siemens),
             ("; made by\nTRAORI(1)\n", Dialect::Siemens),
             ("0 BEGIN PGM DEMO MM\n", Dialect::Heidenhain),
+            ("%DEMO G71 *\nN10 G30 G17 X+0 Y+0 Z-40 *\n", Dialect::Heidenhain),
             ("8 L X+10 Y+5 R0 FMAX\n", Dialect::Heidenhain),
             ("PARTNO DEMO\nUNITS/MM\n", Dialect::Apt),
             ("goto / 1,2,3\n", Dialect::Apt),

@@ -557,3 +557,76 @@ fn real_files_are_read_without_a_false_fault() {
         }
     }
 }
+
+/// Tips and feeds \[mm/min\] of the straight moves of a file; rapids have none.
+fn straight(text: &str) -> Vec<([f64; 3], Option<f64>)> {
+    let file = read::cl(&format!("{text}\nFINI\n"), 10).unwrap();
+    let mut before = None;
+    let mut all = Vec::new();
+    for record in &file.records {
+        for one in record.straight(before.as_ref(), 0.01) {
+            let feed = match one.motion {
+                ClMotion::Rapid => None,
+                ClMotion::Feed(feed) => Some((feed * 60.0 * 1e6).round() / 1e6),
+            };
+            all.push((one.pose.tip.coords.into(), feed));
+        }
+        before = Some(record.end());
+    }
+    all
+}
+
+#[test]
+fn cycles_take_their_feed_from_the_spindle() {
+    let start = "SPINDL/RPM,500,CLW\nFEDRAT/100,MMPM\nRAPID\nGOTO/0,0,20";
+    // 500 turns of 1.5 mm a minute, in and out.
+    let expected =
+        [([0.0, 0.0, 20.0], None), ([5.0, 0.0, 2.0], None), ([5.0, 0.0, -8.0], Some(750.0))];
+    for feed in ["MMPR,1.5", "PITCH, 1.5", "IPR,0.059055118", "TPI,16.93333333333"] {
+        let moves = straight(&format!("{start}\nCYCLE/TAP,FEDTO,8,{feed},RAPTO,2\nGOTO/5,0,0"));
+        for (found, expected) in moves.iter().zip(expected) {
+            let off = (Vector3::from(found.0) - Vector3::from(expected.0)).norm();
+            assert!(off < 1e-12, "{feed}: {moves:?}");
+            let [one, other] = [found.1, expected.1].map(|feed| feed.unwrap_or(0.0));
+            assert!((one - other).abs() < 1e-3, "{feed}: {moves:?}");
+        }
+        assert!(moves[3].1.is_some(), "a tap comes out with its feed");
+    }
+    let without = "FEDRAT/100\nGOTO/0,0,20\nCYCLE/TAP,FEDTO,8,MMPR,1.5,RAPTO,2\nFINI\n";
+    assert!(read::cl(without, 5).unwrap_err()[0].message.contains("no SPINDL"));
+    // Up to where the tool stood before.
+    let moves = straight(&format!(
+        "{start}\nCYCLE/DRILL,FEDTO,8,RAPTO,2,RTRCTO,AUTO\nGOTO/5,0,0\nGOTO/9,0,0"
+    ));
+    let heights: Vec<f64> = moves.iter().map(|one| one.0[2]).collect();
+    assert_eq!(heights, [20.0, 20.0, 2.0, -8.0, 20.0, 20.0, 2.0, -8.0, 20.0]);
+}
+
+#[test]
+fn no_statement_is_lost_behind_another() {
+    let moves = straight("FEDRAT/60\nRAPID,GOTO/1,2,3\nRAPID , GODLTA / 0,0,5\nGOTO/1,2,4");
+    let expected =
+        [([1.0, 2.0, 3.0], None), ([1.0, 2.0, 8.0], None), ([1.0, 2.0, 4.0], Some(60.0))];
+    assert_eq!(moves, expected);
+    let cases = [
+        ("RAPID,GO/PAST,L1", 7, "behind RAPID"),
+        ("RAPID; GOTO/1,2,3", 6, "second statement"),
+        ("FEDRAT/60,MMPM ; GOTO/1,2,3", 16, "second statement"),
+        ("LOADTL/DRILL", 8, "names no tool"),
+        ("FROM/1,2", 6, "FROM has 3"),
+        ("REPLAY/2", 1, "moves the tool"),
+        ("CALL/HOLES", 1, "moves the tool"),
+        ("TLLFT,GORGT/L1", 1, "moves the tool"),
+        ("CYCLE/BORE,NODRAG,FEDTO,5", 12, "steps aside"),
+        ("CYCLE/TURN,FEDTO,5", 7, "not known"),
+        ("MSYS/0,0,5,1,0,0,0,1,0", 6, "in none"),
+    ];
+    for (line, column, part) in cases {
+        let text = format!("FEDRAT/60\nGOTO/0,0,0\n{line}\nGOTO/1,1,1\nFINI\n");
+        let fault = read::cl(&text, 5).unwrap_err()[0].clone();
+        assert!(fault.message.contains(part) && !fault.help.is_empty(), "{line}: {fault}");
+        assert_eq!((fault.line, fault.column), (3, column), "{line}: {fault}");
+    }
+    let file = read::cl("LOADTL/5.\nFEDRAT/60\nGOTO/0,0,0\nFINI\n", 5).unwrap();
+    assert_eq!(file.tool, Some(5));
+}

@@ -64,6 +64,14 @@ fn parameters_are_reckoned_with() {
     assert_eq!(moves(&program)[1].pace, Pace::PerMinute { speed: 5.0 / 60.0 });
     refuses("L X+Q9 FMAX", 1, "no value");
     refuses("FN 14: ERROR = 1000", 1, "not understood");
+    refuses("FN 18: SYSREAD Q1 = ID1", 1, "not understood");
+    // Sides 3 and 4: hypotenuse 5, angle atan(3 / 4); the angle of sides -1 and -1 is 225 degrees.
+    let program = read(
+        "FN 8: Q1 = +3 LEN +4\nFN 13: Q2 = +3 ANG +4\nFN 13: Q3 = -1 ANG -1\nL X+Q1 Y+Q2 Z+Q3 FMAX",
+    );
+    let place = places(&program)[0];
+    let expected = [5.0, 0.75_f64.atan().to_degrees(), 225.0];
+    assert!((0..3).all(|k| (place[k] - expected[k]).abs() < 1e-9), "{place:?}");
 }
 
 #[test]
@@ -120,7 +128,19 @@ fn what_changes_motion_is_refused() {
     refuses("CALL LBL 1 REP3", 1, "LBL 1 is not in the file");
     refuses("CYCL DEF 200 DRILLING Q200=2", 1, "without Q206");
     refuses("CYCL DEF 208 BORE MILLING Q200=2", 1, "not understood");
-    refuses("CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+30", 2, "rotation");
+    refuses("CYCL DEF 11.0 SCALING\nCYCL DEF 11.1 SCL 0.5", 2, "scale");
+    refuses("CYCL DEF 26.0 SCALING\nCYCL DEF 26.1 X1.4 Y1 CCX+5", 2, "scales of single axes");
+    refuses("CYCL DEF 19.0 WORKING PLANE\nCYCL DEF 19.1 A+30", 2, "which angles");
+    refuses("L M94", 1, "M94");
+    refuses("L M124", 1, "M124");
+    refuses("L M143", 1, "M143");
+    refuses("L X+1 FZ0.1", 1, "FZ0.1");
+    refuses("L X+1 FU0.1", 1, "spindle that stands");
+    refuses("L X+1 FAUTO", 1, "FAUTO without a feed");
+    refuses("TOOL CALL 5.1 Z S100", 1, "5.1");
+    refuses("TOOL CALL \"MILL_10\" Z\nTOOL CALL \"DRILL_10\" Z", 2, "both be tool 10");
+    refuses("CALL PGM OTHER", 1, "CALL PGM");
+    refuses("CYCL DEF 204 BACK BORING Q249=5", 1, "not understood");
     refuses("L M99", 1, "without a drilling cycle");
     refuses("L M89", 1, "M89");
     refuses("CYCL CALL PAT FMAX", 1, "PAT");
@@ -253,7 +273,7 @@ fn retracts_along_the_tool_axis() {
 #[test]
 fn cancelled_transformations_change_nothing() {
     let program = read(
-        "CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1\nCYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+0\nCYCL DEF 11.0 SCALING\nCYCL DEF 11.1 SCL 1\n\
+        "M117\nM145\nTRANS DATUM RESET\nCYCL DEF 26.0 SCALING\nCYCL DEF 26.1 X1 Y1 CCX+5\nCYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1\nCYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+0\nCYCL DEF 11.0 SCALING\nCYCL DEF 11.1 SCL 1\n\
          CYCL DEF 19.0 WORKING PLANE\nCYCL DEF 19.1 A+0 B+0 C+0\nL X+1 Y+2 Z+3 FMAX",
     );
     assert_eq!(places(&program), [[1.0, 2.0, 3.0]]);
@@ -277,10 +297,329 @@ proptest! {
         tokens in prop::collection::vec(prop::sample::select(vec![
             "BEGIN PGM A MM\n", "END PGM A MM", "L", "LN", "CC", "C", "CR", "CP", "LP", "X+1", "IX-2", "Y+Q1", "Q1 = 5", "Q1", "=", "FN 0:",
             "FN 4: Q1 = 1 DIV 0", "TX+1", "TY", "NZ+1", "F", "FMAX", "F MAX", "F500", "R0", "R+5", "DR+", "DR-", "PR+5", "IPA+400", "PA",
+            "RND R2", "CHF 1\n", "CT", "CTP", "APPR LT", "APPR LCT", "DEP LT", "DEP LCT", "DEP", "LEN5", "R5", "X+9 Y+3\n", "STOP", "M136",
+            "CYCL DEF 10.0\nCYCL DEF 10.1 ROT+30\n", "CYCL DEF 8.1 X\n", "FN 13: Q1 = +3 ANG +4\n", "FAUTO", "FU0.1", "TRANS DATUM",
+            "%A G71 *\n", "G01", "G98 L1 *\n", "L1,2 *\n", "G200 Q200=2", "I+5",
             "M128", "M129", "M91", "M126", "M3", "M30", "TOOL CALL 1 Z S500", "CYCL DEF 32.0", "CYCL DEF 7.1 X+5", "FUNCTION TCPM F TCP",
             "AXIS POS", "FUNCTION RESET TCPM", "A+5", "C-370", "IC+5", "~", "~\n", "\n", "\n", ";", "*", "/", "é", "\"", "12",
         ]), 0..60),
     ) {
         let _ = trunnion_nc::read::read(&tokens.join(" "), &options(DIALECT, "XYZAC"));
+    }
+}
+
+/// End of a move in X and Y; of an arc, its centre from the start and its sweep over half a turn.
+type ContourMove = ([f64; 2], Option<([f64; 2], f64)>);
+
+fn contour(text: &str) -> Vec<ContourMove> {
+    let program = read(text);
+    let ends = places(&program);
+    let way = |found: trunnion_nc::read::Move| match found.way {
+        trunnion_nc::read::Way::Line => None,
+        trunnion_nc::read::Way::Arc(arc) => Some((arc.center, arc.sweep / std::f64::consts::PI)),
+    };
+    let ways = moves(&program).into_iter().map(way);
+    ends.iter().map(|end| [end[0], end[1]]).zip(ways).collect()
+}
+
+fn is_contour(text: &str, expected: &[ContourMove]) {
+    let found = contour(text);
+    assert_eq!(found.len(), expected.len(), "{text}: {found:?}");
+    let near = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-9;
+    for (found, expected) in found.iter().zip(expected) {
+        let arcs = match (found.1, expected.1) {
+            (None, None) => true,
+            (Some(one), Some(other)) => near(one.0, other.0) && (one.1 - other.1).abs() < 1e-9,
+            _ => false,
+        };
+        assert!(near(found.0, expected.0) && arcs, "{text}: {found:?} is not {expected:?}");
+    }
+}
+
+#[test]
+fn corners_are_rounded_and_cut_off() {
+    let start = ([0.0, 0.0], None);
+    is_contour(
+        "L X+0 Y+0 FMAX\nL X+10 Y+0 F500\nRND R2 F100\nL X+10 Y+10\nCHF 3\nL IX-10\nRND R4\nL X+0 Y+0\nL M30",
+        &[
+            start,
+            ([8.0, 0.0], None),
+            ([10.0, 2.0], Some(([0.0, 2.0], 0.5))),
+            ([10.0, 7.0], None),
+            ([7.0, 10.0], None),
+            ([4.0, 10.0], None),
+            ([0.0, 6.0], Some(([0.0, -4.0], 0.5))),
+            ([0.0, 0.0], None),
+        ],
+    );
+    // A line, then a clockwise quarter about (20, 0): the arc R2 is 2 above the line and 12 from that centre.
+    let x = 20.0 - 140.0_f64.sqrt();
+    let touch = [20.0 + (x - 20.0) / 1.2, 2.0 / 1.2];
+    let turned = (20.0 - touch[0]).atan2(touch[1]) / std::f64::consts::PI;
+    let found = contour("CC X+20 Y+0\nL X+0 Y+0 FMAX\nL X+10 F500\nRND R2\nC X+20 Y+10 DR-");
+    let (arc, last) = (found[2].1.unwrap(), found[3].1.unwrap());
+    assert!((found[1].0[0] - x).abs() < 1e-9 && found[1].0[1].abs() < 1e-9, "{found:?}");
+    assert!((found[2].0[0] - touch[0]).hypot(found[2].0[1] - touch[1]) < 1e-9, "{found:?}");
+    assert!(arc.0[0].abs() < 1e-9 && (arc.0[1] - 2.0).abs() < 1e-9, "{found:?}");
+    assert!((last.0[0] - (20.0 - touch[0])).abs() < 1e-9 && (last.1 + turned).abs() < 1e-9);
+    let program = read("L X+0 Y+0 FMAX\nL X+10 F500\nRND R2 F100\nM8\nL Y+10");
+    let paces: Vec<_> = moves(&program).iter().skip(1).map(|found| found.pace).collect();
+    let per_minute = |feed: f64| Pace::PerMinute { speed: feed / 60.0 };
+    assert_eq!(paces, [per_minute(500.0), per_minute(100.0), per_minute(500.0)]);
+    refuses("L X+0 Y+0 FMAX\nL X+10 F500\nRND R20\nL Y+10", 4, "RND R20 does not fit");
+    refuses("L X+0 Y+0 Z+0 FMAX\nL X+10 F500\nRND R2\nL Z+10", 4, "leaves the plane");
+    refuses("L X+0 Y+0 FMAX\nL X+10 F500\nCHF 1\nL M30", 4, "no contour element follows");
+    refuses("RND R2", 1, "without a contour element");
+}
+
+#[test]
+fn arcs_go_on_in_the_direction_of_the_contour() {
+    is_contour(
+        "L X+0 Y+0 FMAX\nL X+10 F500\nCT X+20 Y+10\nCT IX-10 IY+10\nCT X+5 Y+20",
+        &[
+            ([0.0, 0.0], None),
+            ([10.0, 0.0], None),
+            ([20.0, 10.0], Some(([0.0, 10.0], 0.5))),
+            ([10.0, 20.0], Some(([-10.0, 0.0], 0.5))),
+            // Straight ahead.
+            ([5.0, 20.0], None),
+        ],
+    );
+    refuses("L X+0 Y+0 FMAX\nL Z+5 FMAX\nCT X+1 Y+1 F5", 3, "tangent");
+    refuses("L X+0 Y+0 FMAX\nL X+5 FMAX\nCT X+1 F5", 3, "behind the contour");
+}
+
+#[test]
+fn approaches_touch_the_contour() {
+    is_contour(
+        "L X+0 Y-20 FMAX\nAPPR LT X+0 Y+0 LEN5 R0 F100\nL X+10\nDEP LT LEN4 F200",
+        &[
+            ([0.0, -20.0], None),
+            ([-5.0, 0.0], None),
+            ([0.0, 0.0], None),
+            ([10.0, 0.0], None),
+            ([14.0, 0.0], None),
+        ],
+    );
+    // Up to the auxiliary point as fast as the block before.
+    let program = read("L X+0 Y-20 FMAX\nAPPR LT X+0 Y+0 LEN5 F100\nL X+10");
+    assert_eq!(moves(&program)[1].pace, Pace::Rapid);
+    assert_eq!(moves(&program)[2].pace, Pace::PerMinute { speed: 100.0 / 60.0 });
+    // The manual's example: from (40, 10) to (10, 20) with R10, the contour goes on to (20, 35).
+    let found = contour("L X+40 Y+10 FMAX\nAPPR LCT X+10 Y+20 R10 F100\nL X+20 Y+35");
+    let ([x, y], Some((center, _))) = (found[1].0, found[2].1) else { panic!("{found:?}") };
+    assert!((center[0].hypot(center[1]) - 10.0).abs() < 1e-9, "{found:?}");
+    let way = [x - 40.0, y - 10.0];
+    assert!((way[0] * center[0] + way[1] * center[1]).abs() < 1e-9, "a tangent");
+    let out = [x + center[0] - 10.0, y + center[1] - 20.0];
+    assert!((out[0] * 10.0 + out[1] * 15.0).abs() < 1e-9, "tangent to the contour");
+    // Along X, then with R5 to the left up to (20, 10): the tangent from there to the circle about (10, 5) has length
+    // sqrt(100 + 25 - 25) = 10, so it touches at (10, 10).
+    is_contour(
+        "L X+0 Y+0 FMAX\nL X+10 F100\nDEP LCT X+20 Y+10 R5",
+        &[
+            ([0.0, 0.0], None),
+            ([10.0, 0.0], None),
+            ([14.0, 2.0], Some(([0.0, 5.0], (0.8_f64).atan2(0.6) / std::f64::consts::PI))),
+            ([20.0, 10.0], None),
+        ],
+    );
+    refuses("L X+0 Y+0 FMAX\nAPPR CT X+5 Y+5 CCA90 R5 F5\nL X+9", 2, "APPR CT");
+    refuses("L X+0 Y+0 FMAX\nAPPR LN X+5 Y+5 LEN5 F5\nL X+9", 2, "APPR LN");
+    refuses("L X+0 Y+0 FMAX\nAPPR LT X+5 Y+5 LEN5 RL F5\nL X+9", 2, "compensation");
+    refuses("L X+0 Y+0 Z+2 FMAX\nAPPR LT X+5 Y+5 Z-5 LEN5 F5\nL X+9", 2, "out of the plane");
+    refuses("L X+0 Y+0 FMAX\nL X+10 F5\nDEP LCT X+11 Y+1 R5", 3, "does not reach");
+}
+
+#[test]
+fn programs_are_rotated_and_mirrored() {
+    // Turned by 90 degrees about the shifted datum (5, 0): X+10 is (5, 10), Y+10 is (-5, 0).
+    is_contour(
+        "TRANS DATUM AXIS X+5\nCYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+90\nL X+10 Y+0 FMAX\nCC X+0 Y+0\nC X+0 Y+10 DR+ F100\n\
+         LP PR+10 PA+0\nL IX-4\nL Y+2\nCYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+0\nL X+1 Y+0",
+        &[
+            ([5.0, 10.0], None),
+            ([-5.0, 0.0], Some(([0.0, -10.0], 0.5))),
+            ([5.0, 10.0], None),
+            ([5.0, 6.0], None),
+            ([3.0, 6.0], None),
+            ([6.0, 0.0], None),
+        ],
+    );
+    is_contour(
+        "CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1 X\nL X+10 Y+0 FMAX\nCC X+0 Y+0\nC X+0 Y+10 DR+ F100\nCP IPA+90 DR+\nLP PA+0\nCYCL DEF 8.0 MIRROR IMAGE\n\
+         CYCL DEF 8.1\nL X+1",
+        &[
+            ([-10.0, 0.0], None),
+            ([0.0, 10.0], Some(([10.0, 0.0], -0.5))),
+            ([10.0, 0.0], Some(([0.0, -10.0], -0.5))),
+            ([-10.0, 0.0], None),
+            ([1.0, 0.0], None),
+        ],
+    );
+    let turned = "CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+30\n";
+    refuses(&format!("{turned}L X+1 FMAX"), 3, "the other is not stated");
+    refuses(&format!("{turned}L C+1 FMAX"), 3, "rotary words");
+    refuses(&format!("{turned}CYCL DEF 7.0 SHIFT\nCYCL DEF 7.1 X+5"), 4, "a datum shift");
+    refuses(&format!("{turned}CYCL DEF 8.0 MIRROR\nCYCL DEF 8.1 X"), 4, "rotated program");
+    refuses(&format!("{turned}PLANE SPATIAL SPA+30 SPB+0 SPC+0 TURN FMAX"), 3, "PLANE");
+    refuses("CYCL DEF 8.0 MIRROR\nCYCL DEF 8.1 Z", 2, "mirror image of Z");
+}
+
+#[test]
+fn feeds_have_their_units() {
+    // F counts tenths of an inch a minute in INCH programs: 10 inches a minute.
+    let text = "0 BEGIN PGM T INCH\nTOOL CALL 1 Z S1000 F50\nL X+1 Y+0 Z+1 F100 M3\nL X+2 FAUTO\nL X+3 FU0.01\nL X+4 F100\nM136\nL X+5 F0.02\n\
+                M137\nL X+6 F100\nCYCL DEF 201 Q200=.1 Q201=-.5 Q206=20 Q211=0 Q208=0 Q203=0 Q204=1\nCYCL CALL\nEND PGM T INCH\n";
+    let program = readings::read(text, &options(DIALECT, "XYZAC"));
+    let inches = |found: &trunnion_nc::read::Move| match found.pace {
+        Pace::PerMinute { speed } => (speed * 60.0 / 25.4 * 1e6).round() / 1e6,
+        _ => 0.0,
+    };
+    let found: Vec<f64> = moves(&program).iter().map(inches).collect();
+    assert_eq!(found, [10.0, 5.0, 10.0, 10.0, 20.0, 10.0, 0.0, 2.0, 2.0, 0.0]);
+    let inch = |line: &str| format!("0 BEGIN PGM T INCH\n{line}\nEND PGM T INCH\n");
+    let rotary = inch("L C+0 FMAX\nL C+30 F100");
+    let faults = trunnion_nc::read::read(&rotary, &options(DIALECT, "XYZAC")).unwrap_err();
+    assert!(faults[0].message.contains("rotary axes alone"), "{}", faults[0]);
+}
+
+#[test]
+fn cycles_202_205_and_209_run() {
+    near_heights(
+        "L Z+50 FMAX\nCYCL DEF 202 BORING ~\nQ200=2 ~\nQ201=-10 ~\nQ206=100 ~\nQ211=0 ~\nQ208=0 ~\nQ203=0 ~\nQ204=20 ~\nQ214=0\nL X+1 FMAX M99",
+        &[(50.0, RAPID), (2.0, RAPID), (-10.0, FEED), (2.0, FEED), (20.0, RAPID)],
+    );
+    near_heights(
+        "L Z+50 FMAX\nCYCL DEF 205 PECKING ~\nQ200=2 ~\nQ201=-10 ~\nQ206=100 ~\nQ202=6 ~\nQ203=0 ~\nQ204=20 ~\nQ212=0 ~\nQ205=1 ~\nQ258=0.5 ~\n\
+         Q259=0.5 ~\nQ257=0 ~\nQ256=0.2 ~\nQ211=0 ~\nQ379=0 ~\nQ253=750\nL X+1 FMAX M99",
+        &[
+            (50.0, RAPID),
+            (2.0, RAPID),
+            (-6.0, FEED),
+            (2.0, RAPID),
+            (-5.5, RAPID),
+            (-10.0, FEED),
+            (20.0, RAPID),
+        ],
+    );
+    // Q256 times the pitch: 0.5 mm back at each break.
+    near_heights(
+        "TOOL CALL 1 Z S500\nL Z+50 FMAX M3\nCYCL DEF 209 TAPPING ~\nQ200=2 ~\nQ201=-10 ~\nQ239=+1 ~\nQ203=0 ~\nQ204=20 ~\nQ257=6 ~\nQ256=0.5 ~\nQ336=0\n\
+         L X+1 FMAX M99",
+        &[
+            (50.0, RAPID),
+            (2.0, RAPID),
+            (-6.0, FEED),
+            (-5.5, FEED),
+            (-10.0, FEED),
+            (2.0, FEED),
+            (20.0, RAPID),
+        ],
+    );
+    let bored = "CYCL DEF 202 Q200=2 Q201=-10 Q206=100 Q211=0 Q208=0 Q203=0 Q204=20 Q214=1";
+    refuses(bored, 1, "Q214");
+    let pecked = "CYCL DEF 205 Q200=2 Q201=-10 Q206=100 Q202=6 Q203=0 Q204=20 Q258=0.5 Q259=1";
+    refuses(pecked, 1, "two advanced stop distances");
+}
+
+#[test]
+fn values_stand_behind_names_of_any_language() {
+    near_heights(
+        "Q7=-8\nCYCL DEF 1.0 TIEFBOHREN\nCYCL DEF 1.1 ABST-2.000\nCYCL DEF 1.2 TIEFE Q7\nCYCL DEF 1.3 ZUSTLG-8\nCYCL DEF 1.4 V.ZEIT0.5\n\
+         CYCL DEF 1.5 F100\nL X+1 Y+1 Z+2 FMAX M99",
+        &[(2.0, RAPID), (-8.0, FEED), (2.0, RAPID)],
+    );
+    let program = read(
+        "Q1 = 3\nCYCL DEF 9.0 DWELL TIME\nCYCL DEF 9.1 DWELL Q1\nCYCL DEF 9.0 VERWEILZEIT\nCYCL DEF 9.1 V.ZEIT.5\nFUNCTION DWELL TIME1.5",
+    );
+    let seconds = |step: &Step| match step {
+        Step::Dwell { seconds, .. } => Some(*seconds),
+        _ => None,
+    };
+    let found: Vec<f64> = program.steps.iter().filter_map(seconds).collect();
+    assert!(found.iter().zip([3.0, 0.5, 1.5]).all(|(one, other)| (one - other).abs() < 1e-12));
+    assert_eq!(found.len(), 3);
+    // A repeated section may hold the end of a subprogram: three times in all.
+    let program = read("L X+0 FMAX\nLBL 1\nL IX+1 FMAX\nLBL 0\nCALL LBL 1 REP 2");
+    let [x, ..] = *places(&program).last().unwrap();
+    assert!((x - 3.0).abs() < 1e-12);
+}
+
+/// Two programs of the same moves, in DIN/ISO and in Klartext; steps without lines and columns.
+fn is_klartext_of(iso: &str, klartext: &str) {
+    let steps = |text: &str| -> Vec<String> {
+        let program = readings::read(text, &options(DIALECT, "XYZAC"));
+        let plain = |step: &Step| match step {
+            Step::Move(found) => {
+                format!("{:?}", trunnion_nc::read::Move { line: 0, column: 0, ..*found })
+            }
+            Step::Words { text, .. } => text.to_string(),
+            Step::Spindle { speed, .. } => format!("spindle {speed}"),
+            Step::Tool { number, .. } => format!("tool {number}"),
+            Step::Dwell { seconds, .. } => format!("dwell {seconds}"),
+            other => format!("{other:?}"),
+        };
+        program.steps.iter().map(plain).collect()
+    };
+    let (found, expected) = (steps(iso), steps(klartext));
+    assert_eq!(found, expected, "{iso}");
+}
+
+#[test]
+fn din_iso_is_read_as_klartext() {
+    let text = "%DEMO G71 *\nN10 G30 G17 X+0 Y+0 Z-40 *\nN20 G31 G90 X+100 Y+100 Z+0 *\nN30 T1 G17 S5000 F200 *\nN40 G00 G40 G90 Z+250 M3 *\n\
+                N50 X-30 Y+50 *\nN60 G01 Z-5 F200 *\nN70 X+0Y+50*\nN80 I+25 J+50 *\nN90 G02 X+50 *\nN100 G91 G03 X+10 Y+10 R+10 *\nN110 G90 G06 X+70 Y+80 *\n\
+                N120 G25 R2 F50 *\nN130 G01 X+70 Y+20 *\nN140 G24 R3 *\nN150 X+100 *\nN160 I+0 J+0 *\nN170 G11 R+20 H+30 *\nN180 G13 G91 H+360 Z-2 *\n\
+                N190 G04 F1.5 *\nN200 G200 Q200=2 Q201=-15 Q206=150 Q202=5 Q210=0 Q203=+0 Q204=50 Q211=0 *\nN210 G00 G90 X+5 Y+5 M99 *\nN220 G79 *\n\
+                N230 G98 L1 *\nN240 G00 G91 X+5 *\nN250 L1,2 *\nN260 G00 G90 Z+250 M2 *\nN99999999 %DEMO G71 *\n";
+    assert_eq!(Dialect::guess(text.lines()), DIALECT);
+    is_klartext_of(
+        text,
+        "BEGIN PGM DEMO MM\nTOOL CALL 1 Z S5000 F200\nL Z+250 FMAX M3\nL X-30 Y+50 FMAX\nL Z-5 F200\nL X+0 Y+50\nCC X+25 Y+50\nC X+50 DR-\n\
+         CR IX+10 IY+10 R+10 DR+\nCT X+70 Y+80\nRND R2 F50\nL X+70 Y+20\nCHF 3\nL X+100\nCC X+0 Y+0\nLP PR+20 PA+30\nCP IPA+360 IZ-2 DR+\n\
+         CYCL DEF 9.0 DWELL\nCYCL DEF 9.1 DWELL 1.5\nCYCL DEF 200 Q200=2 Q201=-15 Q206=150 Q202=5 Q210=0 Q203=+0 Q204=50 Q211=0\nL X+5 Y+5 FMAX M99\n\
+         CYCL CALL\nLBL 1\nL IX+5 FMAX\nCALL LBL 1 REP 2\nL Z+250 FMAX M2\nEND PGM DEMO MM\n",
+    );
+    let refused = |line: &str, part: &str| {
+        let text = format!("%A G71 *\nN10 G00 X+0 Y+0 Z+0 *\nN20 {line} *\nN30 M2 *\n");
+        let faults = trunnion_nc::read::read(&text, &options(DIALECT, "XYZAC")).unwrap_err();
+        let fault = &faults[0];
+        assert!(fault.message.contains(part) && !fault.help.is_empty(), "{line}: {fault}");
+        assert_eq!(fault.line, 3);
+    };
+    refused("G01 G41 X+5 F5", "G41");
+    refused("G26 R5", "G26");
+    refused("G72 F0.5", "G72");
+    refused("G83 P01 -2", "P01");
+    refused("D00 Q1 P01 +5", "D00");
+    refused("G05 X+5 F5", "G05");
+    refused("G01 X+5", "without a feed");
+    refused("G208 Q200=2", "CYCL DEF 208");
+}
+
+#[test]
+fn a_stop_keeps_its_functions() {
+    let program = read("TOOL CALL 1 Z S100\nL X+1 FMAX M3\nSTOP M5");
+    let stops = |step: &Step| matches!(step, Step::Spindle { speed, .. } if speed.abs() <= 0.0);
+    assert!(program.steps.iter().any(stops));
+    let words = |step: &Step| matches!(step, Step::Words { text, .. } if &**text == "STOP");
+    assert!(program.steps.iter().any(words));
+}
+
+proptest! {
+    #[test]
+    fn rounded_corners_touch_both_lines(angle in 0.2..2.8_f64, left: bool, radius in 0.1..2.0_f64) {
+        let turn = if left { angle } else { -angle };
+        let [x, y] = [100.0 + 80.0 * turn.cos(), 80.0 * turn.sin()];
+        let found = contour(&format!("L X+0 Y+0 FMAX\nL X+100 F500\nRND R{radius:.9}\nL X{x:+.9} Y{y:+.9}"));
+        // The tangents of a corner turned by an angle are r tan(angle / 2) long; the arc turns by the angle.
+        let cut = radius * (0.5 * angle).tan();
+        prop_assert!((found[1].0[0] - (100.0 - cut)).abs() < 1e-7);
+        let (center, sweep) = found[2].1.unwrap();
+        prop_assert!(center[0].abs() < 1e-7 && (center[1] - turn.signum() * radius).abs() < 1e-7);
+        prop_assert!((sweep * std::f64::consts::PI - turn).abs() < 1e-7);
+        let end = found[2].0;
+        prop_assert!((end[0] - 100.0 - cut * turn.cos()).hypot(end[1] - cut * turn.sin()) < 1e-6);
     }
 }

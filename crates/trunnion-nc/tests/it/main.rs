@@ -4,6 +4,7 @@ mod blend_clock;
 mod cl_files;
 mod control_words;
 mod fanuc;
+mod dialect_pages;
 mod gcode;
 mod heidenhain;
 mod linuxcnc;

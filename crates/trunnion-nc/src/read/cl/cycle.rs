@@ -5,6 +5,7 @@ use super::reader::{ClReader, no_number, shortened};
 use super::setting::INCH;
 use super::state::{ClCycle, ClResult};
 use super::statement::{ClWord, Statement};
+use crate::types::ToolPose;
 /// Role of a number in a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum CycleRole {
@@ -16,6 +17,13 @@ enum CycleRole {
     Dwell,
     Feed,
     FeedInch,
+    /// Per revolution of the spindle.
+    Turn,
+    TurnInch,
+    /// Per revolution, in the unit of the file.
+    Pitch,
+    /// Threads an inch.
+    Threads,
     /// One that is not needed.
     Other,
     /// Behind a number, without a word of its own.
@@ -43,13 +51,26 @@ fn role(word: &str) -> Option<CycleRole> {
         "DWELL" => CycleRole::Dwell,
         "MMPM" => CycleRole::Feed,
         "IPM" => CycleRole::FeedInch,
+        "MMPR" => CycleRole::Turn,
+        "IPR" => CycleRole::TurnInch,
+        "PITCH" | "LEAD" => CycleRole::Pitch,
+        "TPI" => CycleRole::Threads,
         _ => return None,
     })
 }
 
 /// Kinds that come out of the hole with rapid speed.
-const RAPID_OUT: [&str; 8] =
-    ["DRILL", "DEEP", "DEEP2", "BRKCHP", "CSINK", "CBORE", "FACE", "DEEPHL"];
+const RAPID_OUT: [&str; 9] =
+    ["DRILL", "DEEP", "DEEP2", "BRKCHP", "CSINK", "CBORE", "FACE", "DEEPHL", "SPOT"];
+
+/// All kinds, some of which have a number behind them.
+const KINDS: [&str; 14] = [
+    "DRILL", "DEEP", "BRKCHP", "CSINK", "CBORE", "FACE", "DEEPHL", "SPOT", "THRU", "TAP", "RIGID",
+    "BORE", "REAM", "CDRILL",
+];
+
+/// Words of boring cycles after which the tool leaves the middle of the hole.
+const ASIDES: [&str; 4] = ["NODRAG", "ORIENT", "MANUAL", "BACK"];
 
 impl CycleNumbers {
     fn set(&mut self, role: CycleRole, value: f64) {
@@ -60,7 +81,12 @@ impl CycleNumbers {
             CycleRole::Step => self.steps[0] = Some(value.abs()),
             CycleRole::Further => self.steps[1] = Some(value.abs()),
             CycleRole::Dwell => self.dwell = Some(value),
-            CycleRole::Feed | CycleRole::FeedInch => self.feed = Some((value, role)),
+            CycleRole::Feed
+            | CycleRole::FeedInch
+            | CycleRole::Turn
+            | CycleRole::TurnInch
+            | CycleRole::Pitch
+            | CycleRole::Threads => self.feed = Some((value, role)),
             // The order of ISO 4343: depth, feed, clearance.
             CycleRole::Bare if self.depth.is_none() => self.depth = Some(value.abs()),
             CycleRole::Bare if self.clear.is_none() => self.clear = Some(value),
@@ -89,6 +115,22 @@ impl ClReader {
             }
             _ => {}
         }
+        if !KINDS.iter().any(|kind| name.trim_end_matches(|c: char| c.is_ascii_digit()) == *kind) {
+            let message = format!("CYCLE/{} is not known", shortened(kind.text));
+            let help = "DRILL, DEEP, BRKCHP, CSINK, CBORE, FACE, THRU, TAP, RIGID, BORE, REAM and SPOT are";
+            return Err(Box::new(of.fault(kind.at, message, help)));
+        }
+        let asides = rest.items().find(|word| ASIDES.iter().any(|aside| word.is(aside)));
+        if let Some(word) = asides {
+            let message = format!("{} in a cycle: the tool steps aside", shortened(word.text));
+            return Err(Box::new(of.fault(word.at, message, "post the cycle as moves")));
+        }
+        // Steps of the smaller retract are the control's own.
+        if rest.items().any(|word| word.is("BRKCHP")) {
+            let message = "chip breaks: the tool is taken out of the hole at each of them";
+            self.warn(of, "BRKCHP", message.to_owned(), "");
+        }
+        let auto = rest.items().any(|word| word.is("AUTO"));
         let numbers = numbers(of, words)?;
         let Some(depth) = numbers.depth else {
             let message = format!("CYCLE/{}: no depth is known", shortened(kind.text));
@@ -112,13 +154,47 @@ impl ClReader {
             dwell: numbers.dwell.unwrap_or(0.0).max(0.0),
             feed_out: !RAPID_OUT.contains(&name.as_str()),
         };
-        // mm/min or in/min to mm/s.
-        let feed = numbers.feed.filter(|(feed, _)| *feed > 0.0).map(|(feed, unit)| {
-            let scale = if unit == CycleRole::FeedInch { INCH } else { 1.0 };
-            feed * scale / 60.0
-        });
-        self.state.cycle = Some(ClCycle { hole, feed });
+        let given = numbers.feed.filter(|(feed, _)| *feed > 0.0);
+        let feed = given.map(|(feed, unit)| self.cycle_feed(of, feed, unit)).transpose()?;
+        self.state.cycle = Some(ClCycle { hole, feed, auto });
         Ok(())
+    }
+
+    /// Returns the feed of a cycle \[mm/s\].
+    fn cycle_feed(&self, of: &Statement<'_>, feed: f64, unit: CycleRole) -> ClResult<f64> {
+        let length = match unit {
+            CycleRole::FeedInch | CycleRole::TurnInch => feed * INCH,
+            CycleRole::Pitch => feed * self.state.scale,
+            CycleRole::Threads => INCH / feed,
+            _ => feed,
+        };
+        // mm/min to mm/s.
+        if matches!(unit, CycleRole::Feed | CycleRole::FeedInch) {
+            return Ok(length / 60.0);
+        }
+        let spindle = self.state.spindle.ok_or_else(|| {
+            let message = "a cycle with a feed per revolution, and no SPINDL before it".to_owned();
+            Box::new(of.fault(0, message, "write SPINDL/800,RPM before it"))
+        })?;
+        Ok(length * spindle)
+    }
+
+    /// Returns the hole of a location; RTRCTO,AUTO goes back up to where the tool came from.
+    pub(super) fn hole(
+        &self,
+        of: &Statement<'_>,
+        cycle: &ClCycle,
+        pose: &ToolPose,
+    ) -> ClResult<ClHole> {
+        if !cycle.auto {
+            return Ok(cycle.hole);
+        }
+        let Some(before) = self.state.place else {
+            let message = "RTRCTO,AUTO, and no location before it".to_owned();
+            return Err(Box::new(of.fault(0, message, "write GOTO before the cycle")));
+        };
+        let height = (before.tip - pose.tip).dot(&pose.axis);
+        Ok(ClHole { retract: height.max(cycle.hole.clear), ..cycle.hole })
     }
 }
 
@@ -143,7 +219,12 @@ fn numbers<'a>(
             name.starts_with(|c: char| c == '.' || c == '-' || c.is_ascii_digit());
         next = match role(&name) {
             // The number before was a feed after all, not the clearance.
-            Some(unit @ (CycleRole::Feed | CycleRole::FeedInch)) if second => {
+            Some(
+                unit @ (CycleRole::Feed
+                | CycleRole::FeedInch
+                | CycleRole::Turn
+                | CycleRole::TurnInch),
+            ) if second => {
                 numbers.feed = numbers.clear.take().map(|feed| (feed, unit));
                 CycleRole::Bare
             }

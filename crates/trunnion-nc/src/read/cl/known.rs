@@ -43,6 +43,7 @@ const INSERTED: &str =
 const HOME: &str = "the way home is the machine's own; it is not followed";
 const CURVE: &str = "post the path as points (linear output)";
 const SHIFT: &str = "post the path in one coordinate system";
+const SOURCE: &str = "it is of an APT source: process it to a CL file first";
 const TABLE: &str = "post the path with the tool axis in every location (i, j, k)";
 
 /// Returns the meaning of a major word in capitals.
@@ -83,14 +84,18 @@ fn other(word: &str) -> WordMeaning {
         "PARTNO" | "PPRINT" | "REMARK" | "TITLES" | "LETTER" | "TOOL" | "MACHIN" | "MODE"
         | "HEAD" | "COOLNT" | "TOLER" | "INTOL" | "OUTTOL" | "SELECT" | "SELCTL" | "OFSTNO"
         | "TOOLNO" | "CLEARP" | "SAFPOS" | "DELAY" | "STOP" | "OPSTOP" | "END" | "CLAMP"
-        | "ORIGIN" | "BOX" => M::Nothing,
+        | "ORIGIN" | "BOX" | "TPRINT" | "NOPOST" | "CLPRNT" | "PRINT" | "TDATA" | "LINTOL"
+        | "ARCDAT" => M::Nothing,
+        "GO" | "TLLFT" | "TLRGT" | "TLONPS" | "TLOFPS" | "INDIRP" | "PSIS" | "POCKET"
+        | "PROFIL" | "SCURV" | "SMILL" | "MACRO" | "CALL" | "LOOPST" | "LOOPND" | "IF" | "DO"
+        | "JUMPTO" | "TRANTO" | "REPLAY" | "SYN" => M::Refused(SOURCE),
         "GOFWD" | "GOLFT" | "GORGT" | "GOBACK" | "GOUP" | "GODOWN" | "ARCSLP" | "NURBS"
-        | "KNOT" | "CNTRL" | "SPLINE" | "HELIX" => M::Refused(CURVE),
+        | "KNOT" | "CNTRL" | "SPLINE" | "HELIX" | "THREAD" => M::Refused(CURVE),
         "TRANS" | "TRACUT" | "ROTATE" | "COPY" | "INDEX" | "REFSYS" | "MIRROR" => M::Refused(SHIFT),
         "ROTABL" | "ROTHED" | "ORIENT" => M::Refused(TABLE),
         "CUTCOM" => M::Doubtful(OFFSET),
         "INSERT" | "AUXFUN" | "PREFUN" => M::Doubtful(INSERTED),
-        "GOHOME" => M::Doubtful(HOME),
+        "GOHOME" | "RETRCT" => M::Doubtful(HOME),
         _ if word.starts_with("CSI_SET") || word.starts_with("OP_") => M::Nothing,
         _ => M::Unknown,
     }

@@ -69,15 +69,17 @@ impl ClReader {
             }
             let tip = Point3::new(x, y, z) * self.state.scale;
             self.state.place = Some(ToolPose { tip, axis: self.state.axis });
+            return Ok(());
         }
-        Ok(())
+        let message = format!("{} numbers; FROM has 3 or 6", numbers.as_slice().len());
+        Err(Box::new(of.fault(rest.at, message, "write FROM/x,y,z")))
     }
 
     fn locate(&mut self, of: &Statement<'_>, tip: Point3<f64>) -> ClResult<ClItem> {
         let pose = ToolPose { tip, axis: self.state.axis };
         // A cycle makes a hole of every location, whatever path was announced.
         let way = match (self.state.cycle, self.state.shape) {
-            (Some(cycle), _) => ClPath::Hole(cycle.hole),
+            (Some(cycle), _) => ClPath::Hole(self.hole(of, &cycle, &pose)?),
             (None, PathShape::Straight) => ClPath::Straight,
             (None, PathShape::Circle(circle)) => self.on(of, circle, &tip)?,
         };

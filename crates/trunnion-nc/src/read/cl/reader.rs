@@ -4,7 +4,7 @@ use super::file::ClItem;
 use super::known::{WordMeaning, meaning};
 use super::state::{ClResult, ClState, FileEnd, PathShape};
 use super::statement::LARGEST;
-use super::statement::{ClLine, ClWord, JoinedLines, Statement, classify, single};
+use super::statement::{ClLine, ClWord, JoinedLines, Statement, classify, single, text_word};
 use crate::types::{Diagnostic, Diagnostics, ToolPose};
 use nalgebra::{Isometry3, Vector3};
 
@@ -211,6 +211,8 @@ impl ClReader {
             self.state.end = None;
             return self.goto(statement, rest);
         }
+        // A second statement of the line must not be lost.
+        Self::alone(statement, rest)?;
         let means = meaning(&word);
         if self.state.end == Some(FileEnd::File) {
             return Self::after_the_end(statement, means);
@@ -256,7 +258,7 @@ impl ClReader {
             WordMeaning::Rapid => {
                 self.state.rapid = true;
                 self.state.shape.leave();
-                return Ok(ClItem::Manner);
+                return self.with_rapid(of, rest);
             }
             WordMeaning::Feed => return self.feed_rate(of, rest),
             WordMeaning::Circle => return self.circle(of, rest),
@@ -267,7 +269,7 @@ impl ClReader {
             WordMeaning::Units => self.units(of, rest)?,
             WordMeaning::Cutter => self.set_cutter(rest),
             WordMeaning::ToolData => self.tool_data(rest),
-            WordMeaning::Tool => self.set_tool(rest),
+            WordMeaning::Tool => self.set_tool(of, rest)?,
             WordMeaning::Spindle => self.spindle(rest),
             WordMeaning::MultiAxis if rest.is("OFF") => self.state.axis = self.state.frame_axis,
             WordMeaning::ToolAxis => self.tool_axis(of, rest)?,
@@ -283,6 +285,39 @@ impl ClReader {
             _ => {}
         }
         Ok(ClItem::Words)
+    }
+
+    /// Checks that no further statement stands behind `;`.
+    fn alone(statement: &Statement<'_>, rest: ClWord<'_>) -> ClResult<()> {
+        let Some(found) = rest.text.find(';').filter(|_| !text_word(statement.text.trim_start()))
+        else {
+            return Ok(());
+        };
+        // A comment of some writers may follow the last word.
+        if rest.text.get(found + 1..).is_none_or(|behind| behind.trim().is_empty()) {
+            return Ok(());
+        }
+        let message = "a second statement behind ;".to_owned();
+        Err(Box::new(statement.fault(rest.at + found, message, "write one statement a line")))
+    }
+
+    /// Runs what stands behind `RAPID,`: a location.
+    fn with_rapid(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<ClItem> {
+        let text = rest.text.trim_start_matches([',', ' ']);
+        let at = rest.at + rest.text.len() - text.len();
+        let end = text.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(text.len());
+        let (word, behind) = text.split_at(end);
+        let list = behind.trim_start().trim_start_matches('/');
+        let list = ClWord { text: list, at: at + text.len() - list.len() };
+        match meaning(&word.to_ascii_uppercase()) {
+            WordMeaning::Goto => self.goto(of, list),
+            WordMeaning::Delta => self.delta(of, list),
+            _ if word.is_empty() || !text.contains('/') => Ok(ClItem::Manner),
+            _ => {
+                let message = format!("{} behind RAPID is not understood", shortened(text));
+                Err(Box::new(of.fault(at, message, "write RAPID and what follows as two lines")))
+            }
+        }
     }
 
     /// Checks a statement behind `FINI`, where nothing may move.

@@ -131,9 +131,21 @@ impl ClReader {
         }
     }
 
-    pub(super) fn set_tool(&mut self, rest: ClWord<'_>) {
-        let number = rest.items().find_map(|word| word.text.parse().ok());
-        self.state.tool = number.or(self.state.tool);
+    pub(super) fn set_tool(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<()> {
+        // `5.` and `5.0000` are written, too.
+        let whole = |word: ClWord<'_>| {
+            let number = word.number().filter(|n| n.fract().abs() <= 0.0 && *n >= 0.0)?;
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole")]
+            let number = number as u32;
+            Some(number)
+        };
+        let number = rest.items().find_map(whole);
+        if number.is_none() {
+            let message = format!("{:?} names no tool", shortened(rest.text));
+            return Err(Box::new(of.fault(rest.at, message, "write LOADTL/5")));
+        }
+        self.state.tool = number;
+        Ok(())
     }
 
     pub(super) fn tool_axis(&mut self, of: &Statement<'_>, rest: ClWord<'_>) -> ClResult<()> {
@@ -156,6 +168,11 @@ impl ClReader {
         let turn = rotation(of, rest.at, [x, y])?;
         let origin = Vector3::new(ox, oy, oz) * self.state.scale;
         let frame = Isometry3::from_parts(Translation3::from(origin), turn);
+        if self.state.first_frame.is_none() && self.state.place.is_some() {
+            let message = "MSYS behind locations that are in none".to_owned();
+            let help = "write the MSYS of the first locations before them";
+            return Err(Box::new(of.fault(rest.at, message, help)));
+        }
         // All locations are given in the first frame of the file.
         self.state.first_frame.get_or_insert(frame);
         if self.state.frame != frame {

@@ -57,6 +57,8 @@ pub(super) struct ClCycle {
     pub(super) hole: ClHole,
     /// Feed in the hole \[mm/s\]; that of `FEDRAT` if there is none.
     pub(super) feed: Option<f64>,
+    /// `RTRCTO,AUTO`: up to where the tool stood before.
+    pub(super) auto: bool,
 }
 
 /// A circle that was announced.

@@ -38,7 +38,8 @@ pub(super) struct JoinedLines {
 }
 
 /// Major words whose line is text to its end, whatever it contains.
-const TEXT: [&str; 7] = ["PARTNO", "PPRINT", "INSERT", "REMARK", "DISPLY", "TITLES", "LETTER"];
+const TEXT: [&str; 8] =
+    ["PARTNO", "PPRINT", "INSERT", "REMARK", "DISPLY", "TITLES", "LETTER", "TPRINT"];
 
 /// Kind of a line.
 pub(super) enum ClLine<'a> {
@@ -80,7 +81,7 @@ pub(super) fn classify(line: &str, position: LinePosition) -> ClLine<'_> {
     }
 }
 
-fn text_word(start: &str) -> bool {
+pub(super) fn text_word(start: &str) -> bool {
     let head = start.get(..6).unwrap_or_default();
     TEXT.iter().any(|word| head.eq_ignore_ascii_case(word))
 }

@@ -16,6 +16,10 @@ impl HeidenhainReader {
         if label != "0" {
             return;
         }
+        // Outside of a subprogram it ends nothing: a section that is repeated may contain it.
+        if self.flow.calls.iter().all(|call| call.left.is_some()) {
+            return;
+        }
         // Sections that were begun in it are over with the subprogram.
         while let Some(call) = self.flow.calls.pop() {
             if call.left.is_none() {
@@ -34,7 +38,7 @@ impl HeidenhainReader {
     ) -> Result<(), ReadRemark> {
         let label = tokens.next_token().filter(|token| same(token.text, "LBL"));
         let Some(label) = label.and_then(|_| tokens.next_token()) else {
-            let help = "CALL LBL is; put the lines of other programs here";
+            let help = "CALL LBL is; put the lines of other programs here, behind LBL";
             let message =
                 format!("{} is not understood", excerpt(code.get(first.at..).unwrap_or_default()));
             return Err(ReadRemark::new(first.at, message, help));
@@ -70,7 +74,9 @@ impl HeidenhainReader {
 
     /// Returns the repetitions of a section.
     fn count(&self, word: &Token<'_>) -> Result<u32, ReadRemark> {
-        let count = self.value(word)?.value.round();
+        // Older controls write what is left behind a slash.
+        let text = word.text.split('/').next().unwrap_or_default();
+        let count = self.value(&Token { text, at: word.at })?.value.round();
         if !(0.0..=65_534.0).contains(&count) {
             return Err(ReadRemark::new(word.at, "REP counts from 0 to 65534", ""));
         }

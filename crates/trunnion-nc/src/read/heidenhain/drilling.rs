@@ -2,13 +2,24 @@
 
 use super::drilling_cycle::{CycleFeed, KlartextCycle};
 use super::reader::HeidenhainReader;
-use crate::read::control::{DistanceMode, INCH, MoveTarget};
+use super::units::feed_unit;
+use super::units::value_begins;
+use crate::read::control::{DistanceMode, FeedMode, INCH, MoveTarget};
 use crate::read::log::{ReadRemark, excerpt};
 use crate::read::state::ReaderState;
 use crate::read::step::{Pace, Step, Way};
 
 /// Infeeds of one hole beyond which a value is taken for a slip.
 const MOST_INFEEDS: f64 = 10_000.0;
+
+/// Parameters that let the tool table or the machine decide: their values without effect, and remedies.
+const NEUTRAL: [(&str, f64, &str); 5] = [
+    ("Q395", 0.0, "give the depth of the tip, without it"),
+    ("Q343", 0.0, "give the depth of the tip, without it"),
+    ("Q379", 0.0, "give the whole depth, without it"),
+    ("Q214", 0.0, "write Q214=+0: the control steps aside with a stopped spindle"),
+    ("Q403", 1.0, "write Q403=1, or leave it out"),
+];
 
 /// A Q parameter of a cycle: its name, and its value or the word in place of one.
 type CycleParameter = (String, Result<f64, String>);
@@ -32,7 +43,7 @@ impl HeidenhainReader {
         at: usize,
     ) -> Result<(), ReadRemark> {
         // The name of a value differs with the language of the control; its number does not.
-        let digits = text.find(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+        let digits = value_begins(text);
         let (Some(digits), Some(cycle)) = (digits, self.drilling) else {
             return Err(ReadRemark::new(at, "a line of cycle 1 without its value", "write it"));
         };
@@ -83,7 +94,7 @@ impl HeidenhainReader {
             Some((_, Err(word))) if matches!(word.as_str(), "MAX" | "FMAX") => Ok(CycleFeed::Rapid),
             // FAUTO is the feed of TOOL CALL.
             Some((_, Err(word))) if matches!(word.as_str(), "AUTO" | "FAUTO") => {
-                let feed = state.control.feed.map(CycleFeed::PerMinute);
+                let feed = self.tool_feed.map(|feed| CycleFeed::PerMinute(feed / feed_unit(state)));
                 feed.ok_or_else(|| {
                     ReadRemark::new(at, "FAUTO without a feed", "write F in TOOL CALL")
                 })
@@ -91,26 +102,49 @@ impl HeidenhainReader {
             _ => needed(key).map(CycleFeed::PerMinute),
         };
         // These turn the hole into something that the tool table or the machine decides.
-        for (key, neutral) in [("Q395", 0.0), ("Q343", 0.0), ("Q379", 0.0)] {
+        for (key, neutral, help) in NEUTRAL {
             if value(key)?.is_some_and(|value| (value - neutral).abs() > 0.0) {
-                let help = "give the depth of the tip, without it";
                 return refused(format!("{key} in cycle {number}"), help);
             }
         }
-        let down =
-            if number == 207 { CycleFeed::Pitch(needed("Q239")?.abs()) } else { feed("Q206")? };
+        let taps = matches!(number, 207 | 209);
+        let down = if taps { CycleFeed::Pitch(needed("Q239")?.abs()) } else { feed("Q206")? };
         // A retraction feed of zero is that of the plunge (cycles 201 and 203).
         let retract = match (number, found("Q208")) {
-            (206 | 207, _) | (201, None) => down,
-            (201 | 203, Some(_)) => match feed("Q208")? {
+            (206 | 207 | 209, _) | (201 | 202, None) => down,
+            (201..=203, Some(_)) => match feed("Q208")? {
                 CycleFeed::PerMinute(value) if value <= 0.0 => down,
                 given => given,
             },
+            // Cycle 205 leaves with a feed of its own only on newer controls.
+            (205, Some((_, Ok(_)))) => {
+                let help = "write Q208=MAX, or leave it out";
+                return refused("Q208 in cycle 205".to_owned(), help);
+            }
             _ => CycleFeed::Rapid,
         };
-        let pecks = matches!(number, 200 | 203);
         let depth = -needed("Q201")?;
-        let infeed = if pecks { value("Q202")? } else { None };
+        let infeed = match number {
+            200 | 203 | 205 => value("Q202")?,
+            209 => value("Q257")?,
+            _ => None,
+        };
+        let above = match number {
+            205 => {
+                let (upper, lower) = (needed("Q258")?, value("Q259")?);
+                // In between the control changes the distance from infeed to infeed.
+                if lower.is_some_and(|lower| (lower - upper).abs() > 0.0) {
+                    let help = "write Q259 like Q258";
+                    return refused("two advanced stop distances in cycle 205".to_owned(), help);
+                }
+                if value("Q257")?.is_some_and(|chip| chip > 0.0 && chip < depth) {
+                    let help = "write Q257=+0, or cycle 203";
+                    return refused("chip breaks (Q257) in cycle 205".to_owned(), help);
+                }
+                Some(upper)
+            }
+            _ => None,
+        };
         let decreases = value("Q212")?.is_some_and(|value| value.abs() > 0.0);
         if decreases && infeed.is_some_and(|infeed| infeed < depth) {
             let help = "write Q212=+0, or Q202 as deep as the hole";
@@ -130,7 +164,12 @@ impl HeidenhainReader {
             dwell_top: value("Q210")?.unwrap_or(0.0),
             dwell_bottom: value("Q211")?.unwrap_or(0.0),
             breaks,
-            chip: value("Q256")?.unwrap_or(0.0),
+            chip: match (number, down) {
+                // A multiple of the pitch.
+                (209, CycleFeed::Pitch(pitch)) => value("Q256")?.unwrap_or(0.0) * pitch,
+                _ => value("Q256")?.unwrap_or(0.0),
+            },
+            above,
         });
         Ok(())
     }
@@ -166,8 +205,12 @@ impl HeidenhainReader {
         state: &mut ReaderState,
         at: usize,
     ) -> Result<(), ReadRemark> {
+        if self.feed_mode == FeedMode::PerRevolution {
+            let help = "write M137 before it";
+            return Err(ReadRemark::new(at, "a cycle with feeds per revolution (M136)", help));
+        }
         let Some(cycle) = self.drilling else {
-            let help = "define one of cycles 1, 200, 201, 203, 206, 207, 240 before";
+            let help = "define one of cycles 1, 200 to 203, 205 to 207, 209, 240 before";
             return Err(ReadRemark::new(at, "a call without a drilling cycle", help));
         };
         // A depth of zero: the control does not run the cycle.
@@ -241,6 +284,11 @@ impl DrilledWay {
             if last {
                 return Ok(());
             }
+            // Q256 = 0: the tap leaves the hole.
+            if cycle.number == 209 && cycle.chip > 0.0 {
+                self.go(state, (depth + scale * cycle.chip).min(self.clearance), cycle.retract)?;
+                continue;
+            }
             if cycle.number == 203 && broken < cycle.breaks {
                 broken += 1;
                 self.go(state, (depth + scale * cycle.chip).min(self.clearance), cycle.retract)?;
@@ -250,6 +298,9 @@ impl DrilledWay {
             self.go(state, self.clearance, cycle.retract)?;
             self.dwell(state, cycle.dwell_top);
             let above = match cycle.number {
+                // The thread goes on from the clearance at its own feed.
+                209 => continue,
+                205 => scale * cycle.above.unwrap_or(cycle.setup),
                 1 => advance_stop(whole),
                 203 if cycle.breaks > 0 => scale * cycle.chip,
                 _ => scale * cycle.setup,
@@ -269,14 +320,13 @@ impl DrilledWay {
         target.set(self.slot, to, DistanceMode::Absolute);
         let feed = match feed {
             CycleFeed::Rapid => None,
-            CycleFeed::PerMinute(feed) => Some(feed),
+            CycleFeed::PerMinute(feed) => Some(feed * feed_unit(state)),
             CycleFeed::Pitch(pitch) => Some(pitch * state.control.speed),
         };
         let pace = match feed {
             None => Pace::Rapid,
             Some(feed) if feed > 0.0 => {
                 let scale = if state.control.inch { INCH } else { 1.0 };
-                // Per minute to per second.
                 Pace::PerMinute { speed: feed * scale / 60.0 }
             }
             Some(_) => {

@@ -24,8 +24,10 @@ pub(super) struct KlartextCycle {
     pub(super) dwell_bottom: f64,
     /// `Q213`: chip breaks before the tool leaves the hole.
     pub(super) breaks: u32,
-    /// `Q256`.
+    /// `Q256`; of cycle 209 as a length.
     pub(super) chip: f64,
+    /// `Q258`: height above the last depth at which cycle 205 begins to cut again.
+    pub(super) above: Option<f64>,
 }
 
 /// Feed of a stroke of a cycle.
@@ -55,6 +57,7 @@ impl KlartextCycle {
             dwell_bottom: 0.0,
             breaks: 0,
             chip: 0.0,
+            above: None,
         }
     }
 }

@@ -1,9 +1,12 @@
 //! `FUNCTION TCPM`, `FUNCTION RESET TCPM`, `CYCL DEF`.
 
 use super::drilling_cycle::KlartextCycle;
+use super::flow::same;
+use super::frame::ProgramFrame;
 use super::reader::HeidenhainReader;
 use super::reader::not_understood;
 use super::token::{Token, Tokens};
+use super::units::value_begins;
 use crate::read::log::{ReadRemark, excerpt};
 use crate::read::state::ReaderState;
 use crate::read::step::{Smoothing, Turning};
@@ -17,6 +20,16 @@ impl HeidenhainReader {
         code: &str,
         tokens: &mut Tokens<'_>,
     ) -> Result<(), ReadRemark> {
+        if let Some(what) = tokens.clone().next_token()
+            && same(what.text, "DWELL")
+        {
+            let time = std::iter::from_fn(|| tokens.next_token()).last();
+            let time = time.filter(|time| value_begins(time.text).is_some());
+            let help = "write FUNCTION DWELL TIME1.5";
+            let time =
+                time.ok_or_else(|| ReadRemark::new(first.at, "a dwell without time", help))?;
+            return self.dwell(state, &time);
+        }
         let words: Vec<String> = std::iter::from_fn(|| tokens.next_token())
             .map(|token| token.text.to_ascii_uppercase())
             .collect();
@@ -112,7 +125,7 @@ impl HeidenhainReader {
                 state.control.keep(state.log.line, code.get(first.at..).unwrap_or_default());
                 Ok(())
             }
-            (7..=11 | 19, true) => Ok(()),
+            (7..=11 | 19 | 26, true) => Ok(()),
             (7, false) => self.datum_shift(state, tokens),
             (9, false) => {
                 // `9.1 DWELL 2` or `9.1 V.ZEIT2`: the time is at the end.
@@ -127,13 +140,23 @@ impl HeidenhainReader {
                 Ok(())
             }
             (1, false) => self.pecking_line(part, rest, which.at),
-            (200 | 201 | 203 | 206 | 207 | 240, _) => {
+            (200..=203 | 205..=207 | 209 | 240, _) => {
                 self.define_drilling(state, number, rest, which.at)
             }
-            // Mirror, rotation, scale and the old tilt: only their cancellation.
-            (8 | 10 | 11 | 19, false) => self.cancellation(state, number, tokens, which.at),
+            (8, false) => self.mirror(state, tokens, which.at),
+            (10, false) => self.rotation(state, tokens, which.at),
+            // Scales and the old tilt: only their cancellation.
+            (11 | 19 | 26, false) => self.cancellation(state, number, tokens, which.at),
             _ => {
-                let help = "write its moves as L; 1, 7, 9, 32, 200, 201, 203, 206, 207, 240 and 247 are understood";
+                let help = match number {
+                    208 | 251..=254 | 256 | 257 | 262..=267 => {
+                        "its moves depend on the radius of the tool: write them as L and CP"
+                    }
+                    204 => "the control steps aside with a stopped spindle: write its moves as L",
+                    _ => {
+                        "write its moves as L; 1, 7 to 10, 32, 200 to 203, 205 to 207, 209, 240 and 247 are understood"
+                    }
+                };
                 Err(ReadRemark { help: help.to_owned(), ..not_understood(first, code) })
             }
         }
@@ -175,23 +198,28 @@ impl HeidenhainReader {
         tokens: &mut Tokens<'_>,
         at: usize,
     ) -> Result<(), ReadRemark> {
-        let neutral = if number == 11 { 1.0 } else { 0.0 };
+        let neutral = if number == 19 { 0.0 } else { 1.0 };
         while let Some(token) = tokens.next_word() {
             let letters = token.text.find(|c: char| c.is_ascii_digit() || "+-.".contains(c));
             let value = match letters {
                 Some(letters) => Some(self.value(&token.after(letters))?.value),
-                // The name of the value, from which it stands apart; the axes of a mirror image.
-                None if number == 8 => None,
+                // The name of the value, from which it stands apart.
                 None => continue,
             };
-            if value.is_none_or(|value| (value - neutral).abs() > 0.0) {
-                let what = match number {
-                    8 => "a mirror image (cycle 8)",
-                    10 => "a rotation (cycle 10)",
-                    11 => "a scale (cycle 11)",
-                    _ => "a tilted plane by cycle 19",
+            // The centre of scales counts only beside them.
+            let is_center = number == 26 && token.text.to_ascii_uppercase().starts_with("CC");
+            if !is_center && value.is_none_or(|value| (value - neutral).abs() > 0.0) {
+                let (what, help) = match number {
+                    11 => (
+                        "a scale (cycle 11): a machine parameter says whether the tool axis is scaled",
+                        "post without it",
+                    ),
+                    26 => ("scales of single axes (cycle 26)", "post without them"),
+                    _ => (
+                        "a tilted plane by cycle 19: a machine parameter says which angles are meant",
+                        "write PLANE SPATIAL",
+                    ),
                 };
-                let help = if number == 19 { "write PLANE SPATIAL" } else { "post without it" };
                 return Err(ReadRemark::new(at, what, help));
             }
         }
@@ -199,6 +227,31 @@ impl HeidenhainReader {
             state.control.untilt();
         }
         Ok(())
+    }
+
+    /// Runs `TRANS DATUM AXIS X+5`, `TRANS DATUM RESET`: the datum shift of cycle 7.
+    pub(super) fn trans(
+        &mut self,
+        state: &mut ReaderState,
+        first: &Token<'_>,
+        code: &str,
+        tokens: &mut Tokens<'_>,
+    ) -> Result<(), ReadRemark> {
+        let what = [tokens.next_token(), tokens.next_token()];
+        let [of, how] = what.map(|token| token.map_or("", |token| token.text).to_ascii_uppercase());
+        match (of.as_str(), how.as_str()) {
+            ("DATUM", "AXIS") => self.datum_shift(state, tokens),
+            ("DATUM", "RESET") => {
+                self.plain_frame(first.at, "a datum shift")?;
+                Self::unshift(state);
+                Ok(())
+            }
+            ("MIRROR" | "ROTATION" | "SCALE", "RESET") => Ok(()),
+            _ => {
+                let help = "TRANS DATUM AXIS and TRANS DATUM RESET are; write cycles 8 and 10";
+                Err(ReadRemark { help: help.to_owned(), ..not_understood(first, code) })
+            }
+        }
     }
 
     /// Runs a datum shift: `X+5`, `IX+5`.
@@ -212,6 +265,7 @@ impl HeidenhainReader {
             let help = "shift before PLANE";
             return Err(ReadRemark::new(0, "a datum shift in a tilted plane", help));
         }
+        self.plain_frame(0, "a datum shift")?;
         while let Some(token) = tokens.next_word() {
             let upper = token.text.to_ascii_uppercase();
             let incremental = upper.starts_with('I');
@@ -251,8 +305,10 @@ impl HeidenhainReader {
             let message = "a preset other than a number from 1";
             return Err(ReadRemark::new(at, message, "write Q339=+1 and so on in the same block"));
         };
-        // Activating a preset cancels the datum shift.
+        // Activating a preset cancels datum shift, mirror image and rotation.
         Self::unshift(state);
+        self.frame = ProgramFrame::default();
+        self.pole = [None; 3];
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "in range")]
         state.control.set_offset(number as u8 - 1);
         Ok(())

@@ -1,14 +1,21 @@
 //! Klartext: `L X+10 FMAX`, `LN .. TX TY TZ`, `CC`, `C`, `CYCL DEF`, `Q1 = 5`.
 
+mod approach;
 mod calls;
+mod contour;
 mod drilling;
 mod drilling_cycle;
+mod element;
 mod flow;
+mod frame;
 mod function;
+mod iso;
 mod path;
 mod plane;
 mod reader;
 mod token;
+mod transform;
+mod units;
 mod value;
 
 pub(super) use reader::HeidenhainReader;

@@ -1,10 +1,11 @@
-//! Blocks that move: `L`, `LN`, `C`, `CR`, `CP`, `LP`, and `CC`.
+//! Blocks that move: `L`, `LN`, `C`, `CR`, `CT`, `CP`, `LP`, `CTP`, and `CC`.
 
-use super::reader::HeidenhainReader;
+use super::reader::{HeidenhainReader, LastPace};
 use super::token::{Token, Tokens};
+use super::units::feed_unit;
 use crate::read::arc;
 use crate::read::arc::{ArcForm, ArcSense, GivenArc};
-use crate::read::control::{DistanceMode, LARGEST, MoveTarget, SLOTS};
+use crate::read::control::{COMPUTED, DistanceMode, FeedMode, LARGEST, MoveTarget, SLOTS};
 use crate::read::gcode::axis_of;
 use crate::read::log::{ReadRemark, column, excerpt};
 use crate::read::state::ReaderState;
@@ -35,15 +36,19 @@ enum Retraction {
 /// Words of a block.
 #[derive(Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "words that stand in a block or do not")]
-struct PathBlock {
-    target: MoveTarget,
+pub(super) struct PathBlock {
+    pub(super) target: MoveTarget,
     /// `TX TY TZ`.
     vector: [Option<f64>; 3],
-    feed: Option<f64>,
-    rapid: bool,
+    pub(super) feed: Option<f64>,
+    /// `FU`: the feed is one per revolution.
+    per_revolution: bool,
+    pub(super) rapid: bool,
     /// `DR+` is counterclockwise.
     sense: Option<ArcSense>,
-    radius: Option<f64>,
+    pub(super) radius: Option<f64>,
+    /// `LEN` \[mm\].
+    pub(super) length: Option<f64>,
     /// `PR`, `PA`.
     polar: [Option<PolarWord>; 2],
     /// `M128` stood in the block: F is how fast it may compensate.
@@ -71,9 +76,11 @@ impl HeidenhainReader {
             target: MoveTarget::new(usize::MAX, 1),
             vector: [None; 3],
             feed: None,
+            per_revolution: false,
             rapid: false,
             sense: None,
             radius: None,
+            length: None,
             polar: [None; 2],
             tcpm: false,
             calls: false,
@@ -99,6 +106,9 @@ impl HeidenhainReader {
         } else {
             self.go(state, word, &mut block)?;
         }
+        if !block.target.is_empty() {
+            self.last_pace = Some(if block.rapid { LastPace::Rapid } else { LastPace::Feed });
+        }
         if block.calls {
             self.call_cycle(state, first.at)?;
         }
@@ -120,7 +130,13 @@ impl HeidenhainReader {
         let bytes = upper.as_bytes();
         match bytes {
             // Letter pairs go first, as R, T, P and F also begin other words.
-            b"R0" => Ok(()),
+            // The angle of an approach on an arc, which is refused: its side is that of the compensation.
+            b"R0" | [b'C', b'C', b'A', ..] => Ok(()),
+            [b'L', b'E', b'N', ..] => {
+                let value = if token.text.len() == 3 { tokens.expect()? } else { token.after(3) };
+                block.length = Some(state.control.scale() * self.value(&value)?.value);
+                Ok(())
+            }
             b"RL" | b"RR" | b"R+" | b"R-" => {
                 let help = "post the compensated path with R0";
                 Err(ReadRemark::new(token.at, "cutter compensation needs the whole contour", help))
@@ -177,17 +193,37 @@ impl HeidenhainReader {
             block.rapid = true;
             return Ok(());
         }
+        if value.text.eq_ignore_ascii_case("AUTO") {
+            // FAUTO is the feed of TOOL CALL.
+            let feed = self.tool_feed.ok_or_else(|| {
+                ReadRemark::new(token.at, "FAUTO without a feed", "write F in TOOL CALL")
+            })?;
+            block.feed = Some(feed);
+            return Ok(());
+        }
+        let per_revolution = value.text.starts_with(['U', 'u']);
+        let value = if per_revolution { value.after(1) } else { value };
         if value.text.starts_with(|c: char| c.is_ascii_alphabetic() && !"Qq".contains(c)) {
             let message = format!("{} is not understood", excerpt(token.text));
-            return Err(ReadRemark::new(token.at, message, "write FMAX or F in mm/min"));
+            let help = if value.text.starts_with(['Z', 'z']) {
+                "the number of teeth is not in the program: write FU or F"
+            } else {
+                "write FMAX, FAUTO, FU or F in mm/min"
+            };
+            return Err(ReadRemark::new(token.at, message, help));
         }
         let found = self.value(&value)?;
         if !(found.value > 0.0 && found.value.is_finite()) {
             let message = format!("F{} is no feed", found.value);
             return Err(ReadRemark::new(token.at, message, "give one above 0"));
         }
-        state.control.note_feed(found.decimals);
-        block.feed = Some(found.value);
+        block.per_revolution = per_revolution;
+        let turns = per_revolution || self.feed_mode == FeedMode::PerRevolution;
+        let unit = if turns { 1.0 } else { feed_unit(state) };
+        // A tenth of an inch has one digit more.
+        let tenth = u8::from(unit < 1.0 && found.decimals != COMPUTED);
+        state.control.note_feed(found.decimals.saturating_add(tenth));
+        block.feed = Some(found.value * unit);
         Ok(())
     }
 
@@ -313,7 +349,17 @@ impl HeidenhainReader {
                     state.control.keep(line, token.text);
                 }
             }
-            6 | 8 | 9 | 90 | 120 => state.control.keep(line, token.text),
+            // Coolant, messages, look-ahead, and ends of modes that are refused where they begin.
+            6..=9 | 90 | 102 | 107 | 108 | 111 | 113 | 115 | 117 | 120 | 141 | 145 | 148 | 149 => {
+                state.control.keep(line, token.text);
+            }
+            // Cutting feeds are per revolution of the spindle.
+            136 | 137 => {
+                self.feed_mode =
+                    if number == 136 { FeedMode::PerRevolution } else { FeedMode::PerMinute };
+                state.control.feed_mode = self.feed_mode;
+                state.control.feed = None;
+            }
             // M91: axis positions, in its block.
             91 => block.target.machine = true,
             99 => block.calls = true,
@@ -329,12 +375,15 @@ impl HeidenhainReader {
                 state.control.disable_tcp();
                 state.control.turning = None;
             }
-            89 | 92 | 94 | 97 | 98 | 101..=103 | 107..=118 | 130..=139 | 144..=150 => {
+            89 | 92 | 94 | 97 | 98 | 101..=119 | 121..=125 | 130..=150 => {
                 let message = format!("{} is not understood", excerpt(token.text));
                 let help = match number {
                     // A machine parameter decides what M89 does.
                     89 => "write M99 in each block that is to call the cycle",
                     92 => "write axis positions with M91",
+                    94 => "write M126, or rotary words that count on",
+                    116 => "write the feed in degrees a minute, or move under TCPM",
+                    124 => "the control leaves out points of the path: post with all of them",
                     _ => "it changes what words or feeds mean; post without it",
                 };
                 return Err(ReadRemark::new(token.at, message, help));
@@ -356,11 +405,13 @@ impl HeidenhainReader {
     fn set_pole(&mut self, state: &ReaderState, block: &PathBlock) -> Result<(), ReadRemark> {
         // CC without axes takes the current position as the pole.
         let all = block.target.is_empty();
+        let mut target = block.target;
+        self.frame.place(&state.control, &mut target, self.plane_slots(state))?;
         for axis in 0..3 {
             let slot = state.control.xyz[axis];
             let stands = state.control.reading(slot);
-            let value = match block.target.get(slot) {
-                Some(word) if block.target.is_incremental(slot) => {
+            let value = match target.get(slot) {
+                Some(word) if target.is_incremental(slot) => {
                     Some(word + stands.ok_or_else(|| arc::unknown_start(block.target.at))?)
                 }
                 Some(word) => Some(word),
@@ -384,6 +435,9 @@ impl HeidenhainReader {
         // F is modal, unless it stands beside M128 as the speed of compensation.
         if let (Some(feed), false) = (block.feed, block.tcpm && block.target.is_empty()) {
             state.control.feed = Some(feed);
+            let per_revolution = block.per_revolution || self.feed_mode == FeedMode::PerRevolution;
+            state.control.feed_mode =
+                if per_revolution { FeedMode::PerRevolution } else { FeedMode::PerMinute };
         }
         if block.to_plane {
             if !block.target.is_empty() {
@@ -403,9 +457,22 @@ impl HeidenhainReader {
             let [x, y, z] = block.vector.map(|value| value.unwrap_or(0.0));
             block.target.axis = Some(axis_of(Vector3::new(x, y, z), at)?);
         }
+        let plane = self.plane_slots(state);
+        self.frame.place(&state.control, &mut block.target, plane)?;
+        if let Some(kind) = word.strip_prefix("APPR ") {
+            return self.approach(state, kind, block);
+        }
+        if let Some(kind) = word.strip_prefix("DEP ") {
+            return self.depart(state, kind, block);
+        }
         let way = match word {
             "C" => Some(self.circle_about_pole(state, block)?),
             "CR" => Some(self.circle_by_radius(state, block)?),
+            "CT" => Some(self.tangent_circle(state, block)?),
+            "CTP" => {
+                self.polar_end(state, block)?;
+                Some(self.tangent_circle(state, block)?)
+            }
             "CP" => Some(self.polar_circle(state, block)?),
             // A polar end is reckoned into X Y Z; the move is straight.
             "LP" => {
@@ -417,12 +484,27 @@ impl HeidenhainReader {
         if block.target.is_empty() && way.is_none() {
             return Ok(());
         }
-        let pace = if block.rapid {
-            Pace::Rapid
-        } else {
-            state.control.pace(&block.target, block.feed)?
-        };
+        let pace = Self::pace(state, block)?;
         state.control.go(state.log.line, block.target, pace, way.unwrap_or(Way::Line))
+    }
+
+    /// Returns the pace of a block.
+    pub(super) fn pace(state: &ReaderState, block: &PathBlock) -> Result<Pace, ReadRemark> {
+        if block.rapid {
+            return Ok(Pace::Rapid);
+        }
+        let linear = state.control.xyz.iter().any(|slot| block.target.get(*slot).is_some());
+        if state.control.inch && !linear && block.target.axis.is_none() {
+            let message = "a feed of rotary axes alone in an INCH program";
+            let help = "move them with FMAX, or together with X, Y or Z";
+            return Err(ReadRemark::new(block.target.at, message, help));
+        }
+        state.control.pace(&block.target, block.feed)
+    }
+
+    /// Returns the slots of the plane of circles.
+    pub(super) fn plane_slots(&self, state: &ReaderState) -> [usize; 2] {
+        self.plane.map(|axis| state.control.xyz[axis])
     }
 
     /// Retracts along the tool axis: `M140 MB50 F500`, `M140 MB MAX`.
@@ -488,15 +570,16 @@ impl HeidenhainReader {
         Ok([from(self.plane[0])?, from(self.plane[1])?])
     }
 
-    fn sense(block: &PathBlock) -> Result<ArcSense, ReadRemark> {
-        block.sense.ok_or_else(|| {
+    fn sense(&self, block: &PathBlock) -> Result<ArcSense, ReadRemark> {
+        let written = block.sense.ok_or_else(|| {
             ReadRemark::new(block.target.at, "a circle without its sense", "write DR+ or DR-")
-        })
+        })?;
+        Ok(self.frame.sense(written))
     }
 
     /// Returns the arc of `C X Y DR+`: about the pole.
     fn circle_about_pole(&self, state: &ReaderState, block: &PathBlock) -> Result<Way, ReadRemark> {
-        let sense = Self::sense(block)?;
+        let sense = self.sense(block)?;
         let form = ArcForm::Center(self.pole_from_here(state, block.target.at)?);
         let plane = self.plane.map(|axis| state.control.xyz[axis]);
         arc::way(
@@ -509,7 +592,7 @@ impl HeidenhainReader {
     /// Returns the arc of `CR X Y R+20 DR+`.
     fn circle_by_radius(&self, state: &ReaderState, block: &PathBlock) -> Result<Way, ReadRemark> {
         let at = block.target.at;
-        let sense = Self::sense(block)?;
+        let sense = self.sense(block)?;
         let radius = block.radius;
         let radius =
             radius.ok_or_else(|| ReadRemark::new(at, "CR without R", "write its radius"))?;
@@ -525,13 +608,14 @@ impl HeidenhainReader {
     /// Returns the arc of `CP IPA+720 DR+ IZ-5`: about the pole, any number of turns.
     fn polar_circle(&self, state: &ReaderState, block: &mut PathBlock) -> Result<Way, ReadRemark> {
         let at = block.target.at;
-        let clockwise = Self::sense(block)? == ArcSense::Clockwise;
+        let clockwise = self.sense(block)? == ArcSense::Clockwise;
         let center = self.pole_from_here(state, at)?;
         // Polar angle of the current position about the pole.
         let start = (-center[1]).atan2(-center[0]);
         let Some(PolarWord { value: angle, mode }) = block.polar[1] else {
             return Err(ReadRemark::new(at, "CP without its angle", "write PA or IPA"));
         };
+        let angle = self.frame.angle(angle, mode);
         let sweep = if mode == DistanceMode::Incremental {
             angle
         } else {
@@ -554,7 +638,11 @@ impl HeidenhainReader {
     }
 
     /// Sets the end of `LP PR+10 PA+30`.
-    fn polar_end(&self, state: &ReaderState, block: &mut PathBlock) -> Result<(), ReadRemark> {
+    pub(super) fn polar_end(
+        &self,
+        state: &ReaderState,
+        block: &mut PathBlock,
+    ) -> Result<(), ReadRemark> {
         let at = block.target.at;
         let center = self.pole_from_here(state, at)?;
         let [from_radius, from_angle] =
@@ -565,7 +653,11 @@ impl HeidenhainReader {
             None => from,
         };
         let radius = value(block.polar[0], from_radius);
-        let angle = value(block.polar[1], from_angle);
+        let turned = block.polar[1].map(|word| {
+            let value = self.frame.angle(word.value, word.mode);
+            PolarWord { value, ..word }
+        });
+        let angle = value(turned, from_angle);
         // Pole plus radius in the direction of the angle, relative to the current position.
         let end = [center[0] + radius * angle.cos(), center[1] + radius * angle.sin()];
         let plane = self.plane.map(|axis| state.control.xyz[axis]);

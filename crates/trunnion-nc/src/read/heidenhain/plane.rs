@@ -64,6 +64,7 @@ impl HeidenhainReader {
             return turn_back(state, at, positioning);
         }
         let [a, b, c, i, j, k] = values;
+        self.plain_frame(at, "PLANE")?;
         self.turned = true;
         let turn = match name.as_str() {
             "VECTOR" => {

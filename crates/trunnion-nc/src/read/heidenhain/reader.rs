@@ -1,19 +1,36 @@
 //! Klartext: `L X+10 FMAX`, `LN .. TX TY TZ`, `CC`, `C`, `CYCL DEF`, `Q1 = 5`.
 
+use super::contour::{ContourStep, HeldElement, OpenCorner};
 use super::drilling_cycle::KlartextCycle;
 use super::flow;
 use super::flow::{KlartextFlow, same};
+use super::frame::ProgramFrame;
+use super::iso::IsoModes;
 use super::token::{Token, Tokens};
-use crate::read::control::SLOTS;
+use super::units::feed_unit;
+use super::units::value_begins;
+use crate::read::control::{FeedMode, SLOTS};
+use crate::read::dialect::is_heidenhain_iso;
 use crate::read::log::{FileLine, ReadRemark, excerpt};
 use crate::read::options::ReadOptions;
 use crate::read::remedy::undecided_block;
 use crate::read::state::ReaderState;
 use crate::read::step::Step;
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
+
+/// Words of contour elements.
+const CONTOUR: [&str; 8] = ["L", "LP", "C", "CR", "CT", "CP", "CTP", "APPR"];
 
 /// Longest block joined by `~` \[bytes\].
 const LONGEST: usize = 10_000;
+
+/// Pace of a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum LastPace {
+    /// `FMAX`.
+    Rapid,
+    Feed,
+}
 
 /// Reader of Klartext.
 #[derive(Debug)]
@@ -36,6 +53,24 @@ pub(in crate::read) struct HeidenhainReader {
     pub(super) turned: bool,
     /// Upper end of the travel of Z \[mm\].
     pub(super) retract_height: Option<f64>,
+    /// F of the last `TOOL CALL`, for `FAUTO` \[units/min\].
+    pub(super) tool_feed: Option<f64>,
+    /// `M136`: F is one per revolution.
+    pub(super) feed_mode: FeedMode,
+    /// Pace of the last block that moved.
+    pub(super) last_pace: Option<LastPace>,
+    /// Cycles 8 and 10.
+    pub(super) frame: ProgramFrame,
+    /// The contour element that waits for the next block.
+    pub(super) held: Option<HeldElement>,
+    /// Direction in the plane in which the last contour element ended.
+    pub(super) heading: Option<[f64; 2]>,
+    /// The corner that the element being run opens: an approach.
+    pub(super) opened: Option<OpenCorner>,
+    /// Modes of a DIN/ISO program; none: Klartext.
+    pub(super) iso: Option<IsoModes>,
+    /// Names of tools by the numbers that they were given.
+    pub(super) tool_names: HashMap<u32, Box<str>>,
     pub(super) flow: KlartextFlow,
     pub(super) lines: u32,
     /// A block that goes on, and its first line.
@@ -58,6 +93,15 @@ impl HeidenhainReader {
             drilling: None,
             turned: false,
             retract_height: options.retract_height,
+            tool_feed: None,
+            feed_mode: FeedMode::PerMinute,
+            last_pace: None,
+            frame: ProgramFrame::default(),
+            held: None,
+            heading: None,
+            opened: None,
+            iso: None,
+            tool_names: HashMap::new(),
             flow: KlartextFlow::new(options.most_repeated),
             lines: 0,
             joined: String::new(),
@@ -133,6 +177,12 @@ impl HeidenhainReader {
 
     pub(super) fn block(&mut self, state: &mut ReaderState, code: &str) {
         let done = match self.skips(code) {
+            Ok(Some(_)) if self.lines == 1 && is_heidenhain_iso(code) => {
+                state.control.inch = code.to_ascii_uppercase().contains("G70");
+                self.iso = Some(IsoModes::new());
+                Ok(())
+            }
+            Ok(Some(from)) if self.iso.is_some() => self.iso_block(state, code, from),
             Ok(Some(from)) => self.statement(state, code, from),
             Ok(None) => Ok(()),
             Err(remark) => Err(remark),
@@ -164,6 +214,30 @@ impl HeidenhainReader {
         Ok((!rest.is_empty() && !rest.starts_with('*')).then_some(from))
     }
 
+    /// Runs a block of a DIN/ISO program.
+    fn iso_block(
+        &mut self,
+        state: &mut ReaderState,
+        code: &str,
+        from: usize,
+    ) -> Result<(), ReadRemark> {
+        // What is kept to be run again, from a label or a call on, is the line as it stands.
+        if code.contains(['L', 'l']) {
+            self.flow.tape.keep(code);
+        }
+        let Some(mut modes) = self.iso else { return Ok(()) };
+        let lines = modes.translate(code, from)?;
+        // Blocks up to a label that is searched change nothing.
+        if self.flow.seek.is_none() {
+            self.iso = Some(modes);
+        }
+        for line in lines {
+            // Columns count in the block, not in what it stands for.
+            self.statement(state, &line, 0).map_err(|remark| ReadRemark { at: from, ..remark })?;
+        }
+        Ok(())
+    }
+
     pub(super) fn statement(
         &mut self,
         state: &mut ReaderState,
@@ -189,6 +263,95 @@ impl HeidenhainReader {
         let mut tokens = Tokens::new(code, from);
         let Some(first) = tokens.next_token() else { return Ok(()) };
         let word = first.text.to_ascii_uppercase();
+        if matches!(word.as_str(), "RND" | "CHF") {
+            return self.corner(state, &word, &first, tokens);
+        }
+        // Only a corner may follow an element that waits.
+        if let Some(held) = self.held.take_if(|held| held.corner().is_none()) {
+            held.release(&mut state.control);
+        }
+        let mut released = std::mem::take(&mut state.control.steps);
+        let start = state.control.place;
+        self.run(state, code, from)?;
+        self.settle(state, start, &word)?;
+        // What waited comes before what this block makes.
+        released.append(&mut state.control.steps);
+        state.control.steps = released;
+        Ok(())
+    }
+
+    /// Lets the last contour element wait for the next block, or closes the corner that waits for it.
+    fn settle(
+        &mut self,
+        state: &mut ReaderState,
+        start: [Option<f64>; SLOTS],
+        word: &str,
+    ) -> Result<(), ReadRemark> {
+        let mut steps = std::mem::take(&mut state.control.steps);
+        let plane = self.plane_slots(state);
+        let moves = steps.iter().filter(|step| matches!(step, Step::Move(_))).count();
+        let is_contour = CONTOUR.contains(&word) && moves == 1;
+        let at = steps.iter().position(|step| matches!(step, Step::Move(_)));
+        if moves > 0 {
+            self.heading = None;
+        }
+        let end = state.control.place;
+        let element = match at.and_then(|at| steps.get(at)) {
+            Some(Step::Move(step)) => Some(ContourStep { step: *step, start, end, plane }),
+            _ => None,
+        };
+        let Some((element, at)) = element.filter(|_| is_contour).zip(at) else {
+            return self.pass(state, steps);
+        };
+        self.heading = element.heading();
+        let behind = steps.split_off(at + 1);
+        _ = steps.pop_back();
+        let mut waiting = None;
+        match self.held.take() {
+            Some(mut held) if held.corner().is_some() => {
+                held.follow(steps)?;
+                let rest = held.close(&mut state.control, &element)?;
+                waiting = Some(HeldElement::new(&rest, self.opened.take()));
+            }
+            held => {
+                if let Some(held) = held {
+                    held.release(&mut state.control);
+                }
+                state.control.steps.extend(steps);
+            }
+        }
+        let mut waiting = waiting.unwrap_or_else(|| HeldElement::new(&element, self.opened.take()));
+        waiting.follow(behind)?;
+        // Behind the end of the program no further block comes.
+        if state.control.ended {
+            waiting.release(&mut state.control);
+        } else {
+            self.held = Some(waiting);
+        }
+        Ok(())
+    }
+
+    /// Passes steps on that are no contour element.
+    fn pass(&mut self, state: &mut ReaderState, steps: VecDeque<Step>) -> Result<(), ReadRemark> {
+        let moves = steps.iter().any(|step| matches!(step, Step::Move(_)));
+        let Some(held) = &mut self.held else {
+            state.control.steps = steps;
+            return Ok(());
+        };
+        if let (Some(corner), true) = (held.corner(), moves || state.control.ended) {
+            let message = format!(
+                "no contour element follows the corner or approach of line {}",
+                corner.line
+            );
+            return Err(ReadRemark::new(0, message, "write L, C, CR, CT, LP or CP behind it"));
+        }
+        held.follow(steps)
+    }
+
+    fn run(&mut self, state: &mut ReaderState, code: &str, from: usize) -> Result<(), ReadRemark> {
+        let mut tokens = Tokens::new(code, from);
+        let Some(first) = tokens.next_token() else { return Ok(()) };
+        let word = first.text.to_ascii_uppercase();
         match word.as_str() {
             "BEGIN" => Self::begin(state, &mut tokens),
             "END" => {
@@ -196,13 +359,21 @@ impl HeidenhainReader {
                 Ok(())
             }
             "BLK" | "TOOL" | "STOP" => self.technology(state, &first, code, &mut tokens),
-            "L" | "LN" | "LP" | "C" | "CR" | "CP" | "CC" => self.path(state, &word, &first, tokens),
+            "L" | "LN" | "LP" | "C" | "CR" | "CT" | "CP" | "CTP" | "CC" => {
+                self.path(state, &word, &first, tokens)
+            }
+            "APPR" | "DEP" => {
+                let kind = tokens.expect()?.text.to_ascii_uppercase();
+                self.path(state, &format!("{word} {kind}"), &first, tokens)
+            }
+            "TRANS" => self.trans(state, &first, code, &mut tokens),
             "FUNCTION" => self.function(state, &first, code, &mut tokens),
             "CYCL" | "CYCLE" => self.cycle(state, &first, code, &mut tokens),
             "PLANE" => self.plane(state, &first, Tokens::new(code, from)),
             "FN" => self.formula(state, &mut tokens, code),
             "CALL" => self.call(state, &first, code, &mut tokens),
-            _ if is_q(&word) => self.assign(&first, code, 0),
+            // Blanks beside the sign may be absent.
+            _ if is_q(word.split('=').next().unwrap_or_default()) => self.assign(&first, code, 0),
             // `M3` and the like stand alone, too.
             _ if word.starts_with('M') || word.starts_with('S') => {
                 self.path(state, "L", &first, Tokens::new(code, from))
@@ -247,8 +418,9 @@ impl HeidenhainReader {
             "TOOL" if is("CALL") => self.tool_call(state, text, tokens),
             "TOOL" if is("DEF") => Ok(()),
             "STOP" => {
-                state.control.keep(state.log.line, text);
-                Ok(())
+                state.control.keep(state.log.line, first.text);
+                // M functions may stand behind it.
+                self.path(state, "L", first, Tokens::new(code, first.at + first.text.len()))
             }
             _ => Err(not_understood(first, code)),
         }
@@ -266,11 +438,14 @@ impl HeidenhainReader {
         while let Some(token) = tokens.next_word() {
             let upper = token.text.to_ascii_uppercase();
             match upper.as_bytes() {
-                [b'0'..=b'9', ..] => number = upper.parse().ok(),
-                [b'"', ..] => {
-                    let digits = upper.chars().filter(char::is_ascii_digit).take(9);
-                    number = Some(digits.collect::<String>().parse().unwrap_or(0));
+                [b'0'..=b'9', ..] => {
+                    let help = "write the number of a tool in the tool table";
+                    let wrong = || {
+                        ReadRemark::new(token.at, format!("TOOL CALL {upper} is not known"), help)
+                    };
+                    number = Some(upper.parse().map_err(|_| wrong())?);
                 }
+                [b'"', ..] => number = Some(self.named_tool(&token, &upper)?),
                 // The tool axis is the third axis of a right-handed plane: X to YZ, Y to ZX, Z to
                 // XY.
                 b"X" => self.plane = [1, 2],
@@ -278,8 +453,8 @@ impl HeidenhainReader {
                 b"Z" => self.plane = [0, 1],
                 [b'S', ..] => speed = Some(self.value(&token.after(1))?.value),
                 [b'F', ..] => {
-                    let feed = self.value(&token.after(1))?;
-                    state.control.feed = Some(feed.value);
+                    let feed = self.value(&token.after(1))?.value * feed_unit(state);
+                    (self.tool_feed, state.control.feed) = (Some(feed), Some(feed));
                 }
                 // An oversize changes length or radius of the tool against the programmed path.
                 [b'D', b'L' | b'R', ..] => {
@@ -297,6 +472,7 @@ impl HeidenhainReader {
             }
         }
         let line = state.log.line;
+        self.heading = None;
         if let Some(speed) = speed {
             state.control.speed = speed;
             if state.control.sense != 0 {
@@ -315,6 +491,18 @@ impl HeidenhainReader {
             }
         }
         Ok(())
+    }
+
+    /// Returns the number of a tool that is called by its name.
+    fn named_tool(&mut self, token: &Token<'_>, name: &str) -> Result<u32, ReadRemark> {
+        let digits = name.chars().filter(char::is_ascii_digit).take(9);
+        let number = digits.collect::<String>().parse().unwrap_or(0);
+        let known = self.tool_names.entry(number).or_insert_with(|| name.into());
+        if **known == *name {
+            return Ok(number);
+        }
+        let message = format!("tools {known} and {name} would both be tool {number}");
+        Err(ReadRemark::new(token.at, message, "call them by their numbers"))
     }
 
     /// Runs `Q1 = +5`, from a byte offset on.
@@ -344,24 +532,53 @@ impl HeidenhainReader {
     /// Runs `FN 0: Q1 = +5`, up to `FN 7`; `FN 9` to `FN 12` jump.
     pub(super) fn formula(
         &mut self,
-        state: &ReaderState,
+        state: &mut ReaderState,
         tokens: &mut Tokens<'_>,
         code: &str,
     ) -> Result<(), ReadRemark> {
         let Some(kind) = tokens.next_token() else { return Ok(()) };
         let number = kind.text.trim_end_matches(':').parse::<u32>().unwrap_or(u32::MAX);
-        if !matches!(number, 0..=7 | 9..=12) {
+        if matches!(number, 15 | 16 | 38) {
+            // They print, and move nothing.
+            state.control.keep(state.log.line, code.trim_start());
+            return Ok(());
+        }
+        if number > 13 {
             let message = format!("FN {} is not understood", excerpt(kind.text));
-            return Err(ReadRemark::new(kind.at, message, "FN 0 to FN 7 and FN 9 to FN 12 are"));
+            let help = "FN 0 to FN 13 are; it needs data of the machine, or stops the program";
+            return Err(ReadRemark::new(kind.at, message, help));
         }
         let after = code.get(kind.at..).unwrap_or_default().find(':').map_or(0, |at| at + 1);
         let text = code.get(kind.at + after..).unwrap_or_default();
         let from = kind.at + after + text.len() - text.trim_start().len();
-        if number >= 9 {
+        if matches!(number, 9..=12) {
             return self.condition(state, number, code, from);
+        }
+        if matches!(number, 8 | 13) {
+            return self.two_sides(number, code, from);
         }
         let first = Token { text: "", at: from };
         self.assign(&first, code, from)
+    }
+
+    /// Runs `FN 8: Q1 = +3 LEN +4`, `FN 13: Q1 = +3 ANG +4`: hypotenuse and angle of a right triangle.
+    fn two_sides(&mut self, number: u32, code: &str, from: usize) -> Result<(), ReadRemark> {
+        let word = if number == 8 { "LEN" } else { "ANG" };
+        let text = code.get(from..).unwrap_or_default().to_ascii_uppercase();
+        let parts = text.split_once('=').and_then(|(name, sides)| {
+            sides.split_once(word).map(|(first, second)| (name.trim().to_owned(), first, second))
+        });
+        let Some((name, first, second)) = parts.filter(|(name, ..)| is_q(name)) else {
+            let message = format!("FN {number} without =, or {word}");
+            let help = format!("write FN {number}: Q1 = +3 {word} +4");
+            return Err(ReadRemark::new(from, message, help));
+        };
+        let [a, b] = [self.arithmetic(first, from)?, self.arithmetic(second, from)?];
+        // The first is opposite to the angle, which counts from 0 to 360 degrees.
+        let value =
+            if number == 8 { a.hypot(b) } else { a.atan2(b).to_degrees().rem_euclid(360.0) };
+        self.variables.insert(name.into(), value);
+        Ok(())
     }
 
     pub(super) fn dwell(
@@ -370,7 +587,7 @@ impl HeidenhainReader {
         token: &Token<'_>,
     ) -> Result<(), ReadRemark> {
         // The time may be joined to its word.
-        let digits = token.text.find(|c: char| c.is_ascii_digit()).unwrap_or(token.text.len());
+        let digits = value_begins(token.text).unwrap_or(token.text.len());
         let seconds = self.value(&token.after(digits))?.value;
         let line = state.log.line;
         state.control.steps.push_back(Step::Dwell { line, seconds });
@@ -397,9 +614,7 @@ pub(super) fn is_q(word: &str) -> bool {
 pub(super) fn not_understood(token: &Token<'_>, code: &str) -> ReadRemark {
     let rest = excerpt(code.get(token.at..).unwrap_or_default());
     let help = match token.text.to_ascii_uppercase().as_str() {
-        "RND" | "CHF" | "CT" | "APPR" | "DEP" | "FL" | "FC" | "FLT" | "FCT" | "FPOL" => {
-            "write the contour as L, C and CR"
-        }
+        "FL" | "FC" | "FLT" | "FCT" | "FPOL" | "FSELECT" => "write the contour as L, C and CR",
         _ => "is it the right dialect?",
     };
     ReadRemark::new(token.at, format!("{rest} is not understood as heidenhain"), help)
