@@ -3,8 +3,8 @@
 mod blend_clock;
 mod cl_files;
 mod control_words;
-mod fanuc;
 mod dialect_pages;
+mod fanuc;
 mod gcode;
 mod heidenhain;
 mod linuxcnc;

@@ -77,7 +77,8 @@ impl IsoModes {
                         _ => 'Z',
                     };
                 }
-                40 => {}
+                // No compensation; a label.
+                40 | 98 => {}
                 90 | 91 => self.incremental = *code == 91,
                 24 => corner = Some("CHF "),
                 25 => corner = Some("RND R"),
@@ -85,9 +86,8 @@ impl IsoModes {
                 38 => lines.push("STOP".to_owned()),
                 54 => shift = true,
                 79 => call = true,
-                // Blank, definition of a tool, label: they move nothing.
+                // Blank, definition of a tool: they move nothing.
                 30 | 31 | 99 => still = true,
-                98 => {}
                 4 => {
                     let time = block.feed.clone().unwrap_or_default();
                     return Ok(vec![
