@@ -42,14 +42,19 @@ impl Failure {
 
     /// Returns messages about a program, with the flags of this command line as remedies.
     pub(crate) fn program_faults(path: &Path, faults: &[Diagnostic]) -> Self {
-        let with_flags = |fault: &Diagnostic| match ReadRemedy::of(fault) {
+        let with_flags = |fault: &Diagnostic| {
+            match ReadRemedy::of(fault) {
             Some(ReadRemedy::DecideBlockDelete) => fault
                 .clone()
                 .with_help("state whether such blocks are run: --block-delete true, or false"),
             Some(ReadRemedy::GiveTools) => {
                 fault.clone().with_help("give the control's tool table: --tool-table FILE")
             }
+            Some(ReadRemedy::DeclarePassive) => fault.clone().with_help(
+                "it may move the machine: leave it out, or state that it moves nothing: --passive CODE",
+            ),
             _ => fault.clone(),
+        }
         };
         Self::faults(path, &faults.iter().map(with_flags).collect::<Vec<_>>())
     }

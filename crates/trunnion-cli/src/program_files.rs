@@ -23,11 +23,15 @@ pub(crate) struct ProgramFileArgs {
     /// Folder with files of subprograms, searched behind that of the program and those of --ini. May be repeated.
     #[arg(long, value_name = "FOLDER")]
     sub_dir: Vec<PathBuf>,
+    /// Code of the machine's own that moves nothing, such as M400, CYCLE999 or "CYCL DEF 239": kept, not run. May be repeated.
+    #[arg(long, value_name = "CODE")]
+    passive: Vec<String>,
 }
 
 impl ProgramFileArgs {
     /// Puts what the files say into the options of a reader.
     pub(crate) fn fill(&self, options: &mut ReadOptions, program: &Path) -> Result<(), Failure> {
+        options.passive.clone_from(&self.passive);
         let ini = match &self.ini {
             Some(path) => ini_file(&text_of(path)?),
             None => IniFile { unit: 1.0, ..IniFile::default() },

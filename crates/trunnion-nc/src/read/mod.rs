@@ -36,6 +36,7 @@ mod log;
 mod mapped_words;
 mod number;
 mod options;
+mod passive;
 mod reader;
 mod remedy;
 #[cfg(test)]

@@ -25,6 +25,9 @@ pub struct ReadOptions {
     pub reference: [f64; AXES],
     /// Upper end of the travel of Z \[mm\], to which `M140 MB MAX` retracts; `None`: such a retract is refused.
     pub retract_height: Option<f64>,
+    /// Codes that move nothing and change no meaning, by the user's word: `M400`, `CYCLE999`, `CYCL DEF 239`. One that begins
+    /// a line is kept with the rest of it, another by itself.
+    pub passive: Vec<String>,
     /// Tool table of the control, for cutter compensation and tool offsets that a program writes.
     pub tools: Vec<ToolRow>,
     /// Files of subprograms that the program calls and does not contain.
@@ -67,6 +70,7 @@ impl ReadOptions {
             parameters: Vec::new(),
             reference: [0.0; AXES],
             retract_height: None,
+            passive: Vec::new(),
             tools: Vec::new(),
             subprograms: Vec::new(),
         }

@@ -4,6 +4,7 @@ use super::control::ControlState;
 use super::dialect::Dialect;
 use super::log::{ReadLog, ReadRemark, excerpt};
 use super::options::ReadOptions;
+use super::passive::{ActiveLine, PassiveCodes};
 use super::state::ReaderState;
 use super::step::Step;
 use crate::read::gcode::GcodeReader;
@@ -29,6 +30,7 @@ enum LanguageReader {
 pub(super) struct ProgramReader {
     state: ReaderState,
     language: LanguageReader,
+    passive: PassiveCodes,
     lines: u32,
 }
 
@@ -49,7 +51,8 @@ impl ProgramReader {
                 LanguageReader::None
             }
         };
-        Self { state: ReaderState { control, log }, language, lines: 0 }
+        let passive = PassiveCodes::new(&options.passive);
+        Self { state: ReaderState { control, log }, language, passive, lines: 0 }
     }
 
     /// Returns the next step that was made; none after a fault.
@@ -106,6 +109,11 @@ impl ProgramReader {
             self.state.log.fault(text, ReadRemark::new(0, message, "is this a program?"));
             return;
         }
+        let ActiveLine { text, kept } = self.passive.take(text);
+        for words in &kept {
+            self.state.control.keep(self.lines, words);
+        }
+        let text = &*text;
         match &mut self.language {
             LanguageReader::Gcode(gcode) => gcode.line(&mut self.state, text),
             LanguageReader::Siemens(siemens) => siemens.line(&mut self.state, text),

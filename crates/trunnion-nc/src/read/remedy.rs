@@ -9,6 +9,9 @@ const BLOCK_DELETE: &str = "state whether the control runs such blocks (ReadOpti
 /// Help of the fault of a tool whose row of the tool table is needed.
 const TOOLS: &str = "give the tool table of the control (ReadOptions::tools)";
 
+/// Help of the fault of a code whose effect the program does not tell.
+pub(super) const PASSIVE: &str = "it may move the machine: leave it out, or declare that it moves nothing (ReadOptions::passive)";
+
 /// Remedy of a fault that lies in [`ReadOptions`](super::ReadOptions), not in the program.
 ///
 /// A shell that sets those options can replace the help of such a fault by the words of its own
@@ -34,6 +37,8 @@ pub enum ReadRemedy {
     DecideBlockDelete,
     /// Set [`ReadOptions::tools`](super::ReadOptions::tools).
     GiveTools,
+    /// Name the code in [`ReadOptions::passive`](super::ReadOptions::passive), if it moves nothing.
+    DeclarePassive,
 }
 
 impl ReadRemedy {
@@ -42,6 +47,7 @@ impl ReadRemedy {
         match diagnostic.help.as_str() {
             BLOCK_DELETE => Some(Self::DecideBlockDelete),
             TOOLS => Some(Self::GiveTools),
+            PASSIVE => Some(Self::DeclarePassive),
             _ => None,
         }
     }

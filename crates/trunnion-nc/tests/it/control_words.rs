@@ -5,7 +5,7 @@
 use crate::readings;
 
 use readings::options;
-use trunnion_nc::read::{Dialect, LengthEntry, Smoothing, Step};
+use trunnion_nc::read::{Dialect, LengthEntry, ReadOptions, ReadRemedy, Smoothing, Step, read};
 
 fn steps(dialect: Dialect, text: &str) -> Vec<Step> {
     trunnion_nc::read::read(text, &options(dialect, "XYZAC")).unwrap().steps
@@ -70,4 +70,38 @@ fn entries_of_the_length_table_are_kept() {
     let text = "G21 G90 G94 G54\nT1 M6\nG0 G43 H2 Z50.\nG49\nG43 H1 Z50.\nH0\nM30\n";
     assert_eq!(entries(Dialect::Fanuc, text), [Row(2), Row(1)]);
     assert_eq!(entries(Dialect::Siemens, "T1\nM6\nD2\nD1\nD0\nM30\n"), [Edge(2), Edge(1), Edge(0)]);
+}
+
+/// Codes of the builder are refused unless they are declared; then they are kept, and the rest of the line is run.
+#[test]
+fn declared_codes_are_kept_and_the_rest_of_the_line_runs() {
+    let cases = [
+        (Dialect::LinuxCnc, "G0 X1 Y2 Z3\nM400 P5\nG1 X9 M400 F60\nM2\n", "M400"),
+        (Dialect::Siemens, "G0 X1 Y2 Z3\nCYCLE999(1,2)\nG1 X9 F60\nM30\n", "CYCLE999"),
+        (
+            Dialect::Heidenhain,
+            "0 BEGIN PGM 1 MM\n1 L X+1 Y+2 Z+3 FMAX\n2 CYCL DEF 239 LOAD\n3 L X+9 F60\n4 M30\n5 END PGM 1 MM\n",
+            "CYCL DEF 239",
+        ),
+    ];
+    for (dialect, text, code) in cases {
+        let plain = options(dialect, "XYZAC");
+        let faults = read(text, &plain).unwrap_err();
+        if dialect == Dialect::LinuxCnc {
+            assert_eq!(ReadRemedy::of(&faults[0]), Some(ReadRemedy::DeclarePassive));
+        }
+        let declared = ReadOptions { passive: vec![code.to_lowercase()], ..plain };
+        let program = read(text, &declared).unwrap_or_else(|faults| panic!("{}", faults[0]));
+        let kept: Vec<&str> = program
+            .steps
+            .iter()
+            .filter_map(|step| match step {
+                Step::Words { text, .. } if text.contains(code) => Some(&**text),
+                _ => None,
+            })
+            .collect();
+        assert!(kept[0].starts_with(code) && kept[0].len() > code.len(), "{kept:?}");
+        let ends: Vec<_> = readings::moves(&program).iter().map(|step| step.words[0]).collect();
+        assert_eq!(ends, [Some(1.0), Some(9.0)], "{dialect}");
+    }
 }

@@ -4,6 +4,7 @@ use super::block::{BlockWord, CodeWord, GcodeBlock};
 use crate::read::control::ControlState;
 use crate::read::dialect::Dialect;
 use crate::read::log::ReadRemark;
+use crate::read::remedy::PASSIVE;
 use crate::read::state::ReaderState;
 /// Keeps a code with some of the words beside it.
 pub(super) fn keep_with(
@@ -70,7 +71,7 @@ pub(super) fn not_understood(code: CodeWord, text: &str, dialect: Dialect) -> Re
         (b'G', 2540 | 2550) => "the control's own offsets are not in the program",
         (b'M', 1980) => "programs of other devices are not known; put their lines here (M98)",
         (b'M', 970) => "M97 is of Haas; write M98 and a program of its own",
-        (b'M', _) => "it may move the machine; leave it out of the program to be checked",
+        (b'M', _) => PASSIVE,
         _ => "is it the right dialect?",
     };
     ReadRemark::new(code.at, format!("{what} is not understood as {dialect}"), help)
