@@ -214,7 +214,10 @@ fn setpoints_of_a_cl_file_pass_the_check() {
     // Within jerk limits it takes longer than within those of acceleration.
     let planned = number(&told["seconds"][1]) + number(&told["rapid_seconds"]);
     assert!(duration > 0.8 * planned && duration < 3.0 * planned, "{duration} s, {planned} s");
-    let output = trunnion(folder.path(), &["check", "motion.csv", "--machine", "bc-trunnion"]);
+    let output = trunnion(
+        folder.path(),
+        &["check", "motion.csv", "--machine", "bc-trunnion", "--period", "0.002"],
+    );
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stdout));
     let refused = |input: &str, more: &[&str], part: &str| {
         let mut arguments = vec![input];

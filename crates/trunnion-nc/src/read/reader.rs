@@ -122,6 +122,13 @@ impl ProgramReader {
         }
     }
 
+    /// Runs the move that waits for a corner in the next line.
+    pub(super) fn release_element(&mut self) {
+        if let LanguageReader::Heidenhain(klartext) = &mut self.language {
+            klartext.release_element(&mut self.state);
+        }
+    }
+
     /// Ends the program and returns every fault.
     pub(super) fn finish(&mut self) -> Vec<Diagnostic> {
         // A missing end is often the consequence of a fault that is reported already.

@@ -94,6 +94,14 @@ impl LineReader {
         if faults.is_empty() { Ok(()) } else { Err(faults.to_vec().into()) }
     }
 
+    /// Appends the step of the last line that waits for the next one, which might round its end (`RND`, `CHF`).
+    ///
+    /// For texts in which no such line follows.
+    pub fn release_element(&mut self, out: &mut Vec<Step>) {
+        self.reader.release_element();
+        out.extend(std::iter::from_fn(|| self.reader.pop()));
+    }
+
     /// Returns the warnings so far: words kept but not understood, and likely slips.
     pub fn warnings(&self) -> &[Diagnostic] {
         self.reader.warnings()

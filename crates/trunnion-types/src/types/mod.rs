@@ -19,15 +19,14 @@ mod mesh;
 mod path_state;
 mod progress;
 mod schedule;
+mod setpoint;
 mod tolerance;
 mod tool_path;
 mod uncut;
 mod uv;
 mod waypoints;
 
-pub use axis_path::{
-    AXES, AxisNode, AxisPath, AxisPiece, AxisVector, Block, Setpoint, TRAVEL_ROUNDING,
-};
+pub use axis_path::{AXES, AxisNode, AxisPath, AxisPiece, AxisVector, Block, TRAVEL_ROUNDING};
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use error_list::ErrorList;
 pub use interval::Interval;
@@ -36,6 +35,7 @@ pub use mesh::Mesh;
 pub use path_state::PathState;
 pub use progress::{Cancelled, Progress, Silent, Stage};
 pub use schedule::{AccelerationProfile, Schedule, ScheduleError, SchedulePiece};
+pub use setpoint::Setpoint;
 pub use tolerance::PoseTolerance;
 pub use tool_path::{
     Leg, Motion, Pass, PieceGeometry, PoseCoordinates, PoseCurve, PoseRates, PoseSpan, Station,

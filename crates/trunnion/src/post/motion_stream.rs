@@ -22,9 +22,11 @@ pub(super) struct MotionStream {
 
 impl MotionStream {
     pub(super) fn new(kinematics: &Kinematics, options: &PostOptions, period: f64) -> Self {
+        // The corners at both ends of a short block may bend all of it: their deviations add up.
+        let tolerance = options.tolerance.map(|all| 0.5 * all);
         Self {
             kinematics: kinematics.clone(),
-            options: PostOptions { method: PostMethod::Jerk, ..*options },
+            options: PostOptions { method: PostMethod::Jerk, tolerance, ..*options },
             timer: None,
             sampler: Some(PathSampler::new(period)),
             timed: Vec::new(),

@@ -227,6 +227,8 @@ impl ReadBack {
                 ReadBackLanguage::Program(of) => {
                     let (reader, moves) = &mut **of;
                     reader.line(line, &mut self.steps).map_err(ReadBackError::Unread)?;
+                    // What is written has no rounded corners.
+                    reader.release_element(&mut self.steps);
                     for step in self.steps.drain(..) {
                         let taken = moves.step(&step, &mut self.moves);
                         taken.map_err(|error| unread(self.lines, &error))?;

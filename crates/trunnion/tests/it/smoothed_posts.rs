@@ -211,8 +211,9 @@ fn setpoints_keep_path_and_limits() {
                 let ratio = rate.component_div(limit).amax();
                 assert!(ratio < 1.0 + 1e-4, "{name}: {ratio} at {} s", one.t);
             }
-            let off = off(&kinematics.forward(&one.position), &moves);
-            assert!(off <= 1.0, "{name}: {off} tolerances at {} s", one.t);
+            let pose = kinematics.forward(&one.position);
+            let off = off(&pose, &moves);
+            assert!(off <= 1.0, "{name}: {off} tolerances at {} s, {pose:?}", one.t);
         }
         for pair in found.windows(2) {
             let [from, to] = [&pair[0], &pair[1]];

@@ -18,7 +18,7 @@ const SAME_DIRECTION: f64 = 1e-9;
 /// Positions, as words of the work offset \[mm, rad\].
 pub(super) type Place = [Option<f64>; SLOTS];
 
-/// What is to be put between two elements.
+/// Form of the corner between two elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum CornerForm {
     /// `RND`: an arc of this radius \[mm\].

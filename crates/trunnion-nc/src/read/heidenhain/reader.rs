@@ -331,6 +331,13 @@ impl HeidenhainReader {
         Ok(())
     }
 
+    /// Runs the element that waits, unless a corner waits with it.
+    pub(in crate::read) fn release_element(&mut self, state: &mut ReaderState) {
+        if let Some(held) = self.held.take_if(|held| held.corner().is_none()) {
+            held.release(&mut state.control);
+        }
+    }
+
     /// Passes steps on that are no contour element.
     fn pass(&mut self, state: &mut ReaderState, steps: VecDeque<Step>) -> Result<(), ReadRemark> {
         let moves = steps.iter().any(|step| matches!(step, Step::Move(_)));
