@@ -211,9 +211,9 @@ fn setpoints_of_a_cl_file_pass_the_check() {
     let text = fs::read_to_string(folder.path().join("motion.csv")).unwrap();
     assert_eq!(text.lines().count() as u64, rows + 3);
     assert!((rows as f64 - 2.0 - duration / 0.002).abs() <= 1.0, "{rows} rows, {duration} s");
-    // Within jerk limits it takes longer than within those of acceleration.
+    // Within jerk limits and around corners of 5 um it takes longer than block by block.
     let planned = number(&told["seconds"][1]) + number(&told["rapid_seconds"]);
-    assert!(duration > 0.8 * planned && duration < 3.0 * planned, "{duration} s, {planned} s");
+    assert!(duration > planned && duration < 6.0 * planned, "{duration} s, {planned} s");
     let output = trunnion(
         folder.path(),
         &["check", "motion.csv", "--machine", "bc-trunnion", "--period", "0.002"],
