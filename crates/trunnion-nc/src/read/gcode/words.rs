@@ -59,6 +59,9 @@ pub(super) fn not_understood(code: CodeWord, text: &str, dialect: Dialect) -> Re
         (b'G', 121 | 71 | 1070) => {
             "coordinates on a turned face or cylinder: post axis coordinates"
         }
+        (b'G', 700..=729) if dialect == Dialect::LinuxCnc => {
+            "contour cycles of lathes: write the moves that the control makes of them"
+        }
         (b'G', 120 | 130 | 470 | 700..=729 | 1500) => {
             "pockets, engraving and patterns: post the moves"
         }
@@ -67,9 +70,6 @@ pub(super) fn not_understood(code: CodeWord, text: &str, dialect: Dialect) -> Re
         (b'G', 1410 | 1430) => "write TCP (G43.4, G234) and plain moves",
         (b'G', 160 | 510 | 511 | 680) => "polar, scaled or turned coordinates: post plain ones",
         (b'G', 650..=669) => "macro calls: write M98 at each place",
-        (b'G', 700..=729) => {
-            "contour cycles of lathes: write the moves that the control makes of them"
-        }
         (b'G', 70 | 80 | 960) => "of lathes",
         (b'G', 2540 | 2550) => "the control's own offsets are not in the program",
         (b'M', 1980) => "programs of other devices are not known; put their lines here (M98)",
