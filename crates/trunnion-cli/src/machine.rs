@@ -144,7 +144,7 @@ impl AxisJson {
             kind: if rotary { "rotary" } else { "linear" },
             direction: axis.dir.into_inner().into(),
             point: rotary.then(|| axis.point.coords.into()),
-            travel: axis.limits[0].is_finite().then(|| axis.limits.map(figure)),
+            travel: axis.limits.is_bounded().then(|| axis.limits.ends().map(figure)),
             home: figure(axis.home),
             vel: figure(axis.vel),
             rapid: figure(axis.rapid),
@@ -217,7 +217,7 @@ fn list(files: &[String], form: OutputForm) -> Result<Done, Failure> {
 fn list_row(source: &str, machine: &Machine) -> String {
     let layout = machine.layout().map_or("-".to_owned(), |code| code.to_string());
     let [x, y, z, first, second] = &machine.axes;
-    let length = |axis: &Axis| format!("{}", round(axis.limits[1] - axis.limits[0]));
+    let length = |axis: &Axis| format!("{}", round(axis.limits.width()));
     let linear = [x, y, z].map(length).join(" x ");
     let rotary = [first, second].map(|axis| format!("{} {}", axis.name, travel(axis))).join(", ");
     format!("{source:<28} {:<12} {layout:>6}  {linear:<24} {rotary}", machine.kind().name())
@@ -226,7 +226,7 @@ fn list_row(source: &str, machine: &Machine) -> String {
 /// Describes the travel: `-35 .. 120`, or `endless`.
 fn travel(axis: &Axis) -> String {
     let (factor, _) = unit(axis);
-    let [low, high] = axis.limits.map(|end| round(end * factor));
+    let [low, high] = axis.limits.ends().map(|end| round(end * factor));
     if low.is_finite() { format!("{low} .. {high}") } else { "endless".to_owned() }
 }
 
@@ -325,7 +325,7 @@ fn reach_lines(machine: &Machine, about: &MachineJson) -> Result<Vec<String>, Fa
             "reach     the tool leans from {}'s direction by {low} .. {high} deg; with the travel of {} by {least} .. {most} deg",
             first.name, second.name
         ),
-        match first.limits[1] - first.limits[0] {
+        match first.limits.width() {
             turn if turn >= std::f64::consts::TAU => {
                 format!("          to every side: {} turns all the way round", first.name)
             }
@@ -348,7 +348,7 @@ fn reach_lines(machine: &Machine, about: &MachineJson) -> Result<Vec<String>, Fa
         let [x, y, z] = part.map(short);
         // The second rotary has one position there, up to full turns: the one nearest to its middle.
         let at = inverse.second_at_pole(direction, 1e-9).unwrap_or_default();
-        let [low, high] = second.limits;
+        let [low, high] = second.limits.ends();
         let middle = if low.is_finite() { 0.5 * (low + high) } else { 0.0 };
         let at = trunnion::math::angle::unwrap_near(at, middle);
         let inside = if (low..=high).contains(&at) { "" } else { ", outside its travel" };
@@ -449,5 +449,5 @@ impl CheckJson {
 /// Returns the upper end of the travel of Z \[mm\]; `None` without one.
 pub(crate) fn top_of_z(machine: &Machine) -> Option<f64> {
     let [_, _, z, ..] = &machine.axes;
-    Some(z.limits[1]).filter(|end| end.is_finite())
+    Some(z.limits.high).filter(|end| end.is_finite())
 }

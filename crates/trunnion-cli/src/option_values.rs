@@ -1,5 +1,7 @@
 //! Values of command-line options: numbers and short lists of them.
 
+use trunnion::types::PoseTolerance;
+
 /// Reads a finite number.
 pub(crate) fn finite(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
@@ -40,9 +42,9 @@ pub(crate) fn three(text: &str) -> Result<[f64; 3], String> {
 }
 
 /// Reads the tolerances of tip \[mm\] and tool axis, in degrees; the angle is returned in rad.
-pub(crate) fn pose_tolerance(text: &str) -> Result<[f64; 2], String> {
+pub(crate) fn pose_tolerance(text: &str) -> Result<PoseTolerance, String> {
     match text.split_once(',').map(|(tip, axis)| (positive(tip), positive(axis))) {
-        Some((Ok(tip), Ok(axis))) => Ok([tip, axis.to_radians()]),
+        Some((Ok(tip), Ok(axis))) => Ok(PoseTolerance::new(tip, axis.to_radians())),
         _ => Err("write two numbers above 0, mm and degrees, such as 0.005,0.02".to_owned()),
     }
 }

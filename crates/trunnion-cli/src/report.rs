@@ -382,7 +382,7 @@ pub(crate) fn axis(axis: &Axis, limits: &AxisLimits) -> ReportAxis {
     ReportAxis {
         name: axis.name.clone(),
         unit: if rotary { "deg" } else { "mm" }.to_owned(),
-        travel: (!axis.cyclic).then(|| axis.limits.map(unit)),
+        travel: (!axis.cyclic).then(|| axis.limits.ends().map(unit)),
         // The chart covers cuts and rapid moves: the larger limit is drawn.
         velocity: unit(axis.vel.max(axis.rapid)),
         acceleration: unit(acceleration),

@@ -107,7 +107,7 @@ fn measure(name: &str, what: &str, path: &ToolPath, retract: Option<RetractOptio
     };
     let machine = parse(text).unwrap().machine;
     let middle = |axis: usize| {
-        let [low, high] = machine.axes[axis].limits;
+        let [low, high] = machine.axes[axis].limits.ends();
         0.5 * (low + high)
     };
     let rest = AxisVector::from([middle(0), middle(1), middle(2), 0.0, 0.3]);

@@ -10,7 +10,7 @@ use trunnion::post::{
     POST_WINDOW, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostSource, Poster,
     ProgramHead, control_of,
 };
-use trunnion::types::ToolPose;
+use trunnion::types::{PoseTolerance, ToolPose};
 
 const MOVES: u32 = 50_000;
 
@@ -44,7 +44,7 @@ fn blocks(bencher: Bencher, name: &str) {
     let style = Style::of(&kinematics, dialect, axes);
     let options = PostOptions {
         control: control_of(&kinematics, dialect),
-        tolerance: [0.01, 1e-3],
+        tolerance: PoseTolerance::new(0.01, 1e-3),
         max_feed: None,
         method: PostMethod::Optimal,
         window: POST_WINDOW,
@@ -79,6 +79,6 @@ fn blocks(bencher: Bencher, name: &str) {
             text.clear();
         }
         let done = poster.finish(&mut text, ProgramHead { note: &note, template: &template });
-        done.map_or(0, |report| length + report.blocks[1])
+        done.map_or(0, |report| length + report.blocks.output)
     });
 }

@@ -27,8 +27,8 @@ use trunnion::machine::{
 use trunnion::math::angle::angle_between;
 use trunnion::toolpath::{PathResolution, SmoothOptions, SmoothReference, densify, smooth};
 use trunnion::types::{
-    AxisVector, Motion, PieceGeometry, PoseTolerance, Silent, Station, ToolPath, ToolPiece,
-    ToolPose,
+    AxisVector, Interval, Motion, PieceGeometry, PoseTolerance, Silent, Station, ToolPath,
+    ToolPiece, ToolPose,
 };
 
 /// Radius of the ball at the tool's end \[mm\].
@@ -100,7 +100,11 @@ fn machine() -> Result<Kinematics, Box<dyn Error>> {
         kind: if point.is_some() { AxisKind::Rotary } else { AxisKind::Linear },
         dir,
         point,
-        limits: Some(if point.is_some() { [-20.0, 20.0] } else { [-1000.0, 1000.0] }),
+        limits: Some(if point.is_some() {
+            Interval::new(-20.0, 20.0)
+        } else {
+            Interval::new(-1000.0, 1000.0)
+        }),
         cyclic: None,
         vel: if point.is_some() { 3.0 } else { 500.0 },
         rapid: None,

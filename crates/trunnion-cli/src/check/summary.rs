@@ -82,7 +82,7 @@ struct CountedMotion {
 
 impl From<AuditedMotion> for CountedMotion {
     fn from(of: AuditedMotion) -> Self {
-        Self { moves: of.moves, length: of.length }
+        Self { moves: [of.rapids, of.cuts], length: [of.rapid_length, of.cut_length] }
     }
 }
 

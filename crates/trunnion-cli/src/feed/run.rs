@@ -9,7 +9,7 @@ use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
 use crate::{output, text};
 use std::time::Instant;
-use trunnion::feed::{FeedError, FeedOptions, Limits, ProgrammedSpeeds};
+use trunnion::feed::{FeedError, FeedOptions, Limits, PathEnds, ProgrammedSpeeds};
 use trunnion::files::limits::{LimitsFile, parse};
 
 /// Axis counts that plans are compiled for; other counts get additional axes that stand still.
@@ -101,7 +101,7 @@ fn sized<const N: usize>(
     let options = FeedOptions {
         speeds: ProgrammedSpeeds { feed: table.layout.feed(), ..ProgrammedSpeeds::FASTEST },
         time_tolerance: args.time_tolerance.unwrap_or(args.method.time_tolerance()),
-        ends: [file.path.start, file.path.end],
+        end_speeds: PathEnds { start: file.path.start, end: file.path.end },
         guarantee: !args.no_guarantee,
     };
     let progress = Bars::new();

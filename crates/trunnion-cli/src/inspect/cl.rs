@@ -89,7 +89,7 @@ fn read(path: &Path) -> Result<ClSummary, Failure> {
         locations: tally.locations,
         arcs: tally.arcs,
         holes: tally.holes,
-        length: tally.length,
+        length: [tally.rapid_length, tally.cut_length],
         seconds: tally.seconds,
         x: tip(0),
         y: tip(1),

@@ -76,7 +76,12 @@ struct ByTool {
 
 impl ByTool {
     fn new(tool: u32, tally: &Tally) -> Self {
-        Self { tool, blocks: tally.blocks, length: tally.length, seconds: tally.seconds }
+        Self {
+            tool,
+            blocks: tally.blocks,
+            length: [tally.rapid_length, tally.cut_length],
+            seconds: tally.seconds,
+        }
     }
 }
 
@@ -183,7 +188,7 @@ fn read(path: &Path, args: &ProgramArgs) -> Result<ProgramSummary, Failure> {
     let names = axes.0.map(|word| word.letter).into_iter().chain([sixth]);
     let ranges = names.zip(&tally.ranges).filter_map(|(name, range)| {
         let unit = |value: f64| if "ABC".contains(name) { value.to_degrees() } else { value };
-        range.map(|range| Axis { name, range: range.map(unit) })
+        range.map(|range| Axis { name, range: range.ends().map(unit) })
     });
     Ok(ProgramSummary {
         schema: "trunnion-inspect-program/1",
@@ -192,7 +197,7 @@ fn read(path: &Path, args: &ProgramArgs) -> Result<ProgramSummary, Failure> {
         blocks: tally.blocks,
         rapids: tally.rapids,
         arcs: tally.arcs,
-        length: tally.length,
+        length: [tally.rapid_length, tally.cut_length],
         seconds: tally.seconds,
         axes: ranges.collect(),
         tools,

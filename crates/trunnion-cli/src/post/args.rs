@@ -7,6 +7,7 @@ use crate::program_files::ProgramFileArgs;
 use std::path::PathBuf;
 use trunnion::nc::read;
 use trunnion::nc::write::{OUTPUT_FORMATS, OutputFormat};
+use trunnion::types::PoseTolerance;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
@@ -26,7 +27,7 @@ pub(crate) struct Args {
     pub(super) dialect: Option<OutputFormat>,
     /// Largest deviation of the program from the input: mm at the tip, degrees of the tool axis.
     #[arg(long, value_name = "TIP,AXIS", value_parser = pose_tolerance, default_value = "0.01,0.05", allow_hyphen_values = true)]
-    pub(super) tolerance: [f64; 2],
+    pub(super) tolerance: PoseTolerance,
     /// Dialect of the input [default: detected from its text]: apt linuxcnc fanuc haas siemens heidenhain.
     #[arg(long, value_name = "DIALECT", value_parser = read_dialect)]
     pub(super) from: Option<read::Dialect>,

@@ -172,7 +172,7 @@ impl Plan {
         let report = poster.finish(&mut text, last).map_err(|error| input.failure(&error))?;
         out.write_all(text.as_bytes()).map_err(unwritten)?;
         // Known only now; the sheet has it, the head of the program does not.
-        head.duration = report.seconds[1] + report.rapid_seconds;
+        head.duration = report.seconds.output + report.rapid_seconds;
         head.tools = tools;
         Ok(Posted { report, head, left_out: input.left_out() })
     }

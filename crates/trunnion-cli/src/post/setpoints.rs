@@ -66,7 +66,7 @@ impl<'a> SetpointSource<'a> {
         let dialect = OutputFormat::G93;
         let options = PostOptions {
             control: control_of(&plan.kinematics, dialect),
-            tolerance: plan.options.tolerance.map(|all| 0.5 * all),
+            tolerance: plan.options.tolerance.scaled(0.5),
             method: PostMethod::Programmed,
             ..plan.options
         };

@@ -5,7 +5,7 @@ use serde::Serialize;
 use std::path::Path;
 use trunnion::files::summary::TimesSummary;
 use trunnion::nc::write::OutputFormat;
-use trunnion::post::{MotionCount, PostMethod, PostReport};
+use trunnion::post::{AxisLoadRatios, MotionCount, PostMethod, PostReport};
 
 /// Largest ratio that counts as within the limit: times are sums of rounded ones.
 const KEPT: f64 = 1.0 + 1e-6;
@@ -110,7 +110,11 @@ struct CountedMotion {
 
 impl From<MotionCount> for CountedMotion {
     fn from(of: MotionCount) -> Self {
-        Self { moves: of.moves, length: of.length, tools: of.tools }
+        Self {
+            moves: [of.rapids, of.cuts],
+            length: [of.rapid_length, of.cut_length],
+            tools: of.tools,
+        }
     }
 }
 
@@ -181,7 +185,9 @@ impl PostSummary {
         let Posted { report, head, .. } = posted;
         let tools = &head.tools;
         let style = &plan.style;
-        let [tip, axis] = plan.options.tolerance;
+        let tolerance = plan.options.tolerance;
+        let [before, after] = <[AxisLoadRatios; 2]>::from(report.loads)
+            .map(|load| [load.velocity, load.acceleration]);
         Self {
             schema: "trunnion-post/1",
             output: output.display().to_string(),
@@ -189,21 +195,21 @@ impl PostSummary {
             dialect: style.dialect.name(),
             feed_word: if style.inverse_time { "inverse time" } else { "tip feed" },
             tools: tools.clone(),
-            blocks: report.blocks,
+            blocks: report.blocks.into(),
             motion: ConservedMotion {
-                read: CountedMotion::from(report.motion[0]),
-                written: CountedMotion::from(report.motion[1]),
+                read: CountedMotion::from(report.motion.input),
+                written: CountedMotion::from(report.motion.output),
                 // A difference is an error, and has no summary.
                 conserved: report.unread.is_none(),
             },
             times: TimesSummary {
-                planned: report.seconds[1] + report.rapid_seconds,
+                planned: report.seconds.output + report.rapid_seconds,
                 certified_bound: None,
-                linuxcnc: Some(report.linuxcnc_duration[1]),
+                linuxcnc: Some(report.linuxcnc_duration.output),
             },
             left_out: posted.left_out,
             length: report.length,
-            seconds: report.seconds,
+            seconds: report.seconds.into(),
             timed: match plan.options.method {
                 PostMethod::Optimal | PostMethod::Jerk => "s, as programmed -> limits kept",
                 PostMethod::Blocks => "s, as programmed -> block after block",
@@ -211,24 +217,24 @@ impl PostSummary {
             },
             rapid_seconds: report.rapid_seconds,
             control_model: "linuxcnc",
-            model_seconds: report.model_seconds,
-            linuxcnc_duration: report.linuxcnc_duration,
-            ratios_before: report.ratios_before,
-            ratios_after: report.ratios_after,
-            tip_tolerance: tip,
-            axis_tolerance: axis.to_degrees(),
-            tip_bound: report.strayed[0],
+            model_seconds: report.model_seconds.into(),
+            linuxcnc_duration: report.linuxcnc_duration.into(),
+            ratios_before: before,
+            ratios_after: after,
+            tip_tolerance: tolerance.tip,
+            axis_tolerance: tolerance.axis.to_degrees(),
+            tip_bound: report.deviation.tip,
             // Summaries are in mm and degrees, reports of the library in mm and rad.
-            axis_bound: report.strayed[1].to_degrees(),
+            axis_bound: report.deviation.axis.to_degrees(),
             rounding: report.rounding,
             smoothing_bound: report.smoothing_bound,
-            total_bound: report.strayed[0] + report.rounding + report.smoothing_bound,
-            rapid_bound: [report.strayed_rapid[0], report.strayed_rapid[1].to_degrees()],
+            total_bound: report.deviation.tip + report.rounding + report.smoothing_bound,
+            rapid_bound: [report.rapid_deviation.tip, report.rapid_deviation.axis.to_degrees()],
             fastest_rapid: report.fastest_rapid.map(|fast| (fast.line, fast.ratio)),
             slowed: Slowed::new(report),
             smoothing: report.smoothing.map(|of| Smoothing {
                 cuts: of.cuts,
-                seconds: of.seconds,
+                seconds: of.seconds.into(),
                 by: if of.by_model { "linuxcnc" } else { "axes" },
             }),
             setpoints: None,
@@ -236,7 +242,7 @@ impl PostSummary {
             read_back: report.unread.is_none(),
             // A tip feed is an upper limit: the control keeps the limits of the axes itself.
             kept: (plan.options.method == PostMethod::Programmed && !style.inverse_time)
-                || report.ratios_after.iter().all(|&ratio| ratio <= KEPT),
+                || after.iter().all(|&ratio| ratio <= KEPT),
         }
     }
 

@@ -83,7 +83,7 @@ fn ends(kinematics: &Kinematics, followed: &FollowedPath) -> Option<Vec<TravelEn
             for axis in 0..FIRST_ROTARY {
                 // Slide i at this node moves by row · d: low + room <= q + row · d <= high - room.
                 let row: Vector3<f64> = moves.row(axis).transpose();
-                let [low, high] = axes.get(axis)?.limits;
+                let [low, high] = axes.get(axis)?.limits.ends();
                 let both = [(row, high - ROOM - q[axis]), (-row, q[axis] - low - ROOM)];
                 let real = both.into_iter().filter(|(_, most)| most.is_finite());
                 ends.extend(real.map(|(row, most)| TravelEnd { row, most, axis }));
@@ -278,7 +278,7 @@ fn free(
 pub(super) fn endless(machine: &Machine) -> Machine {
     let mut machine = machine.clone();
     for axis in machine.axes.iter_mut().take(FIRST_ROTARY) {
-        axis.limits = [f64::NEG_INFINITY, f64::INFINITY];
+        axis.limits = Interval::UNBOUNDED;
     }
     machine
 }

@@ -175,7 +175,7 @@ impl RetractPlanner<'_> {
     fn away(&self, q: AxisVector, axis: usize) -> Option<AxisVector> {
         let kinematics = self.follower.inverse.kinematics();
         let machine = kinematics.machine();
-        let [low, high] = machine.axes.get(axis)?.limits;
+        let [low, high] = machine.axes.get(axis)?.limits.ends();
         let margin = self.options.margin.min(0.5 * (high - low));
         let mut moved = q;
         moved[axis] = machine.retract.to.clamp(low + margin, high - margin);

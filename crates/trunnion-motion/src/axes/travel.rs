@@ -6,7 +6,7 @@ use super::error::AxesError;
 use super::options::AxesOptions;
 use crate::machine::{Axis, AxisKind, FIRST_ROTARY, PreferredSign, SECOND_ROTARY};
 use crate::math::angle::{unwrap_near, wrap};
-use crate::types::{AXES, TRAVEL_ROUNDING};
+use crate::types::{AXES, Interval, TRAVEL_ROUNDING};
 use std::f64::consts::TAU;
 use std::iter::successors;
 
@@ -26,14 +26,13 @@ pub(super) struct TravelExcess {
 }
 
 impl TravelLimits<'_> {
-    fn limits(self, axis: usize) -> [f64; 2] {
-        self.axes.get(axis).map_or([0.0; 2], |axis| axis.limits)
+    fn limits(self, axis: usize) -> Interval {
+        self.axes.get(axis).map_or(Interval::point(0.0), |axis| axis.limits)
     }
 
     /// Returns `true` if an axis lacks an end of travel.
     fn endless(self, axis: usize) -> bool {
-        let [low, high] = self.limits(axis);
-        !(low.is_finite() && high.is_finite())
+        !self.limits(axis).is_bounded()
     }
 
     /// Returns the whole turns `[first, last]` that keep a rotary inside travel; none if `first > last`. An
@@ -43,7 +42,7 @@ impl TravelLimits<'_> {
             return [0.0; 2];
         }
         // Least n with from + 2π n >= low, and largest n with to + 2π n <= high.
-        let [low, high] = self.limits(axis);
+        let Interval { low, high } = self.limits(axis);
         let first = ((low - TRAVEL_ROUNDING - from) / TAU).ceil();
         // -0 and 0 are one turn, and turns are compared by their bits.
         [first + 0.0, ((high + TRAVEL_ROUNDING - to) / TAU).floor() + 0.0]
@@ -53,7 +52,7 @@ impl TravelLimits<'_> {
     pub(super) fn slides_inside(self, bounds: &AxisBounds) -> bool {
         self.axes.iter().zip(&bounds.0).take(FIRST_ROTARY).all(|(axis, [low, high])| {
             // Bounds hold between nodes as well, so that the whole interval is inside.
-            let [least, most] = axis.limits;
+            let [least, most] = axis.limits.ends();
             *low >= least - TRAVEL_ROUNDING && *high <= most + TRAVEL_ROUNDING
         })
     }
@@ -127,7 +126,7 @@ impl TravelLimits<'_> {
             let offset = axis.checked_sub(FIRST_ROTARY).and_then(|at| offset.get(at)).copied();
             let [from, to] = [from, to].map(|value| value + offset.unwrap_or(0.0));
             // The larger of both excesses; negative where the axis is inside.
-            let [low, high] = self.limits(axis);
+            let Interval { low, high } = self.limits(axis);
             if low - from > to - high {
                 TravelExcess { axis, value: from, limit: low, excess: low - from }
             } else {
@@ -141,9 +140,12 @@ impl TravelLimits<'_> {
     /// to the middle of the travel.
     fn least_turns(self, bounds: &AxisBounds) -> [f64; 2] {
         [FIRST_ROTARY, SECOND_ROTARY].map(|axis| {
-            let [low, high] = self.limits(axis);
             let middle = bounds.0.get(axis).map_or(0.0, |[from, to]| 0.5 * (from + to));
-            if self.endless(axis) { 0.0 } else { unwrap_near(middle, 0.5 * (low + high)) - middle }
+            if self.endless(axis) {
+                0.0
+            } else {
+                unwrap_near(middle, self.limits(axis).middle()) - middle
+            }
         })
     }
 

@@ -55,7 +55,7 @@ pub struct LimitBreach {
 /// Runs a path at given speeds, one [`GivenSpeed`] a piece, and reports where they break limits.
 ///
 /// `q' = t V`, `q'' = t A + K V²`, `q''' = t J + 3 K V A + L V³` with the derivatives of the path;
-/// the time between rows is `2 ds / (V0 + V1)`. Breaches are in order of `s`. `options.ends` does
+/// the time between rows is `2 ds / (V0 + V1)`. Breaches are in order of `s`. `options.end_speeds` does
 /// not count, because the speeds give the ends.
 ///
 /// # Errors

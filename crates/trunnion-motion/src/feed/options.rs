@@ -18,6 +18,37 @@ impl ProgrammedSpeeds {
     pub const FASTEST: Self = Self { feed: None, link_feed: None, tip: None };
 }
 
+/// A value at the start of the first piece of a path, and one at the end of the last.
+///
+/// # Example
+///
+/// ```
+/// use trunnion_motion::feed::{FeedOptions, PathEnds};
+///
+/// // The path begins at 20 mm/s and ends at rest.
+/// let options = FeedOptions { end_speeds: PathEnds { start: 20.0, end: 0.0 }, ..FeedOptions::fastest() };
+/// assert_eq!(FeedOptions::fastest().end_speeds, PathEnds::REST);
+/// assert_eq!(options.end_speeds.end, 0.0);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathEnds {
+    /// Value at the start of the path.
+    pub start: f64,
+    /// Value at its end.
+    pub end: f64,
+}
+
+impl PathEnds {
+    /// No motion at either end.
+    pub const REST: Self = Self { start: 0.0, end: 0.0 };
+}
+
+impl From<[f64; 2]> for PathEnds {
+    fn from([start, end]: [f64; 2]) -> Self {
+        Self { start, end }
+    }
+}
+
 /// Options of the planners. Begin with [`FeedOptions::fastest`] and change what matters:
 ///
 /// ```
@@ -34,9 +65,8 @@ pub struct FeedOptions {
     /// the time still to gain is estimated below it; [`jerk()`](crate::feed::jerk()) goes on until a sweep gains
     /// less. Limits hold whatever the value; 1e-3 is fine, 1 stops at the first schedule.
     pub time_tolerance: f64,
-    /// `ds/dt` at the start of the first piece and at the end of the last; pieces rest where they
-    /// meet.
-    pub ends: [f64; 2],
+    /// `ds/dt` at the ends of the path; pieces rest where they meet.
+    pub end_speeds: PathEnds,
     /// `true` keeps the limits everywhere in [`optimal()`](crate::feed::optimal()). `false` keeps them at rows alone
     /// (TOPP-RA's interpolation scheme on the path's nodes), for comparison: limits may break in
     /// between, and [`super::FeedPlan::bounds`] reports by how much. [`jerk()`](crate::feed::jerk()) always keeps
@@ -51,7 +81,7 @@ impl FeedOptions {
         Self {
             speeds: ProgrammedSpeeds::FASTEST,
             time_tolerance: 1e-3,
-            ends: [0.0; 2],
+            end_speeds: PathEnds::REST,
             guarantee: true,
         }
     }

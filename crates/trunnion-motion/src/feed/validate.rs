@@ -57,7 +57,8 @@ pub(super) fn validate_options(options: &FeedOptions) -> Result<(), FeedError> {
             return Err(FeedError::BadFeed { name, value });
         }
     }
-    for (name, value) in ["start", "end"].into_iter().zip(options.ends) {
+    let ends = options.end_speeds;
+    for (name, value) in [("start", ends.start), ("end", ends.end)] {
         if !(0.0..=LARGEST).contains(&value) {
             return Err(FeedError::BadEnd { name, value });
         }

@@ -69,7 +69,7 @@ impl Inverse {
         let unique = other.travel - way.travel > TRAVEL_TIE && PI - way.longest > TRAVEL_TIE;
         let q = unwound(self.slide(pose, &way.turns)?, near);
         let inside = q.iter().zip(&self.kinematics().machine().axes).all(|(&value, axis)| {
-            let [low, high] = axis.limits;
+            let [low, high] = axis.limits.ends();
             low <= value && value <= high
         });
         Ok((unique && inside).then_some(ContinuedPosition { q, branch: Some(branch) }))
@@ -135,7 +135,7 @@ impl<'m> NearestChoice<'m> {
     fn turns(&self, q: &AxisVector, axis: usize) -> impl Iterator<Item = f64> + use<> {
         // The nearest turn has a neighbour that is as near if it is half a turn away.
         let [value, near] = [q[axis], self.near[axis]];
-        let [low, high] = self.machine.axes.get(axis).map_or([0.0; 2], |axis| axis.limits);
+        let [low, high] = self.machine.axes.get(axis).map_or([0.0; 2], |axis| axis.limits.ends());
         let [_, slack] = ACCURACY;
         // Whole turns that keep the axis inside its travel.
         let [first, last] =
@@ -188,7 +188,7 @@ impl<'m> NearestChoice<'m> {
 fn at_ends(q: &mut AxisVector, machine: &Machine) {
     for (index, (value, axis)) in q.iter_mut().zip(&machine.axes).enumerate() {
         let slack = if index < FIRST_ROTARY { ACCURACY[0] } else { ACCURACY[1] };
-        let [low, high] = axis.limits;
+        let [low, high] = axis.limits.ends();
         let end = value.clamp(low, high);
         if (*value - end).abs() <= slack {
             *value = end;

@@ -29,7 +29,7 @@ use super::spec::{AxisSpec, MachineSpec};
 ///     .rotary("C", [0.0, 0.0, 1.0], [0.0; 3])
 ///     .rotary("B", [0.0, 1.0, 0.0], [0.0; 3]);
 /// let mut spec = MachineSpec::from(chain);
-/// spec.axes[0].limits = Some([-300.0, 300.0]);
+/// spec.axes[0].limits = Some(Interval::new(-300.0, 300.0));
 /// let machine = Machine::new(spec)?;
 /// assert_eq!(machine.kind().name(), "head-head");
 /// # Ok::<(), trunnion_motion::machine::MachineErrors>(())

@@ -4,7 +4,7 @@ use super::checked::{Axis, Machine};
 use super::error::{MachineError, MachineErrors};
 use super::spec::{AxisKind, AxisSpec, MachineSpec};
 use crate::math::angle::angle_between;
-use crate::types::AXES;
+use crate::types::{AXES, Interval};
 use nalgebra::{Matrix3, Point3, UnitVector3, Vector3};
 use std::f64::consts::TAU;
 
@@ -180,9 +180,9 @@ fn axis(spec: &AxisSpec, faults: &mut Vec<MachineError>) -> Option<Axis> {
     cyclic(spec, &key("cyclic"), faults);
     let limits = travel(spec, &key("limits"), faults);
     // Preset home: 0, or the end of travel next to it.
-    let home = spec.home.unwrap_or_else(|| 0.0_f64.max(limits[0]).min(limits[1]));
+    let home = spec.home.unwrap_or_else(|| limits.clamp(0.0));
     // An empty travel is an error of its own; no home is inside it.
-    if !(limits[0] <= home && home <= limits[1]) && limits[0] < limits[1] {
+    if !limits.contains(home) && limits.low < limits.high {
         let must = "must be inside the travel";
         faults.push(MachineError::Number { key: key("home"), value: home, must });
     }
@@ -219,27 +219,26 @@ fn cyclic(spec: &AxisSpec, key: &str, faults: &mut Vec<MachineError>) {
 
 /// Checks the travel of an axis; unlimited where it is missing or wrong, so that no further error follows
 /// from it.
-fn travel(spec: &AxisSpec, key: &str, faults: &mut Vec<MachineError>) -> [f64; 2] {
-    const FREE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+fn travel(spec: &AxisSpec, key: &str, faults: &mut Vec<MachineError>) -> Interval {
     match spec.limits {
-        Some([low, high]) if low < high => {
-            finite(key, &[low, high], faults);
-            [low, high]
+        Some(limits) if limits.low < limits.high => {
+            finite(key, &limits.ends(), faults);
+            limits
         }
-        Some([low, high]) => {
+        Some(Interval { low, high }) => {
             faults.push(MachineError::EmptyTravel {
                 axis: spec.name.clone(),
                 kind: spec.kind,
                 low,
                 high,
             });
-            FREE
+            Interval::UNBOUNDED
         }
-        None if spec.cyclic.is_some() => FREE,
+        None if spec.cyclic.is_some() => Interval::UNBOUNDED,
         None => {
             let why = "only a cyclic axis has no ends of travel";
             faults.push(MachineError::Missing { key: key.to_owned(), why });
-            FREE
+            Interval::UNBOUNDED
         }
     }
 }
@@ -354,7 +353,7 @@ mod tests {
     fn all_faults_are_reported_at_once() {
         let mut spec = ac_trunnion();
         spec.axes[0].dir = [0.0; 3];
-        spec.axes[1].limits = Some([1.0, -1.0]);
+        spec.axes[1].limits = Some(Interval::new(1.0, -1.0));
         spec.axes[2].vel = f64::NAN;
         spec.axes[3].point = None;
         spec.axes[4].sense = 0.5;
@@ -420,8 +419,8 @@ mod tests {
     #[test]
     fn empty_travel_is_told_in_its_unit() {
         let mut spec = ac_trunnion();
-        spec.axes[0].limits = Some([1.0, -1.0]);
-        spec.axes[4].limits = Some([std::f64::consts::PI, 0.0]);
+        spec.axes[0].limits = Some(Interval::new(1.0, -1.0));
+        spec.axes[4].limits = Some(Interval::new(std::f64::consts::PI, 0.0));
         let faults = Machine::new(spec).unwrap_err();
         let told: Vec<String> = faults.iter().map(ToString::to_string).collect();
         assert!(told[0].contains("axis X is empty: from 1.0000 mm to -1.0000 mm"), "{told:?}");

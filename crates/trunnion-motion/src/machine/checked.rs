@@ -23,8 +23,8 @@ pub struct Axis {
     pub dir: UnitVector3<f64>,
     /// A point of a rotary axis line at q = 0 \[mm\], machine frame; the origin for a linear axis.
     pub point: Point3<f64>,
-    /// Travel `[low, high]` \[mm or rad\]; infinite on a cyclic axis without stated travel.
-    pub limits: [f64; 2],
+    /// Travel \[mm or rad\]; unbounded on a cyclic axis without stated travel.
+    pub limits: Interval,
     /// `true` for a rotary axis that turns without end.
     pub cyclic: bool,
     /// Largest velocity while cutting \[mm/s or rad/s\].
@@ -89,12 +89,7 @@ pub struct OutOfTravel {
     pub excess: f64,
 }
 
-impl Axis {
-    /// Returns the travel \[mm or rad\]; infinite on a cyclic axis without stated travel.
-    pub fn travel(&self) -> Interval {
-        self.limits.into()
-    }
-}
+impl Axis {}
 
 impl Machine {
     /// Returns the index of the axis called `name`.
@@ -120,7 +115,7 @@ impl Machine {
         let faults =
             self.axes.iter().zip(q.iter()).enumerate().filter_map(|(index, (axis, &value))| {
                 // Written so that a NaN is not inside.
-                let [low, high] = axis.limits;
+                let [low, high] = axis.limits.ends();
                 let inside = low <= value && value <= high;
                 let excess = if value < low { low - value } else { value - high };
                 (!inside).then(|| OutOfTravel {

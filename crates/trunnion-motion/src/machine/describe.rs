@@ -112,7 +112,7 @@ impl Machine {
             |t: f64| (still + with_cos * t.cos() + with_sin * t.sin()).clamp(-1.0, 1.0).acos();
         // The cosine of the angle is largest at this position of the second rotary, least half a turn away.
         let turning = with_sin.atan2(with_cos);
-        let [low, high] = second.limits;
+        let [low, high] = second.limits.ends();
         let whole = [turning, turning + PI];
         if !(low.is_finite() && high.is_finite()) {
             return whole.map(angle).into();
@@ -221,7 +221,9 @@ impl Machine {
 
     /// Returns a jog of about `wanted` from home: up if travel allows it, else down, else less.
     fn jog(&self, index: usize, wanted: f64) -> f64 {
-        let Some(Axis { limits: [low, high], home, .. }) = self.axes.get(index) else { return 0.0 };
+        let Some(Axis { limits: Interval { low, high }, home, .. }) = self.axes.get(index) else {
+            return 0.0;
+        };
         // Where travel allows neither direction in full, the one with more room.
         let [up, down] = [high - home, home - low];
         if up >= wanted {
@@ -341,9 +343,9 @@ mod tests {
         let lean = |spec| Machine::new(spec).unwrap().tilt_range().ends().map(f64::to_degrees);
         let near = |[a, b]: [f64; 2], [c, d]: [f64; 2]| (a - c).abs() + (b - d).abs() < 1e-6;
         let mut spec = ac_trunnion();
-        spec.axes[4].limits = Some([-0.5, 1.0]);
+        spec.axes[4].limits = Some(Interval::new(-0.5, 1.0));
         assert!(near(lean(spec.clone()), [0.0, 1.0_f64.to_degrees()]));
-        spec.axes[4].limits = Some([0.5, 1.0]);
+        spec.axes[4].limits = Some(Interval::new(0.5, 1.0));
         assert!(near(lean(spec.clone()), [0.5_f64.to_degrees(), 1.0_f64.to_degrees()]));
         spec.axes[4].limits = None;
         spec.axes[4].cyclic = Some(std::f64::consts::TAU);

@@ -167,7 +167,7 @@ fn extent(points: &[Point3<f64>]) -> Vector3<f64> {
 fn corners(machine: &Machine) -> [Point3<f64>; 8] {
     std::array::from_fn(|corner| {
         let along = machine.axes.iter().take(FIRST_ROTARY).enumerate().map(|(index, axis)| {
-            let [low, high] = axis.limits;
+            let [low, high] = axis.limits.ends();
             let value = if corner >> index & 1 == 1 { high } else { low };
             axis.dir.scale(axis.sense * value)
         });
@@ -279,7 +279,7 @@ fn travel(axis: &Axis) -> String {
         AxisKind::Linear => ("mm", 1.0),
         AxisKind::Rotary => ("deg", 1.0_f64.to_degrees()),
     };
-    let [low, high] = axis.limits.map(|end| (end * factor * 1e3).round() / 1e3);
+    let [low, high] = axis.limits.ends().map(|end| (end * factor * 1e3).round() / 1e3);
     if low.is_finite() { format!("{low} .. {high} {unit}") } else { "endless".to_owned() }
 }
 

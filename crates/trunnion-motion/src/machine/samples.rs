@@ -10,7 +10,7 @@ pub(crate) fn axis(name: &str, kind: AxisKind, dir: [f64; 3]) -> AxisSpec {
         AxisKind::Linear => (AxisSpec::linear(name, dir), [-500.0, 500.0]),
         AxisKind::Rotary => (AxisSpec::rotary(name, dir, [0.0; 3]), [-3.0, 3.0]),
     };
-    AxisSpec { limits: Some(limits), cyclic: None, vel: 2.0, acc: 10.0, jerk: 100.0, ..axis }
+    AxisSpec { limits: Some(limits.into()), cyclic: None, vel: 2.0, acc: 10.0, jerk: 100.0, ..axis }
 }
 
 /// Creates a machine with that chain; X, Y, Z along the frame.

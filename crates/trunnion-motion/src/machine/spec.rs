@@ -3,6 +3,7 @@
 use super::settings::{
     AxisFormat, ControlLimits, PreferredSign, ProgramFormat, RetractPolicy, SingularPolicy,
 };
+use crate::types::Interval;
 use std::f64::consts::{PI, TAU};
 
 /// Kind of motion of an axis.
@@ -36,7 +37,7 @@ pub struct AxisSpec {
     /// Any point of the axis line at q = 0 \[mm\]; needed on a rotary axis.
     pub point: Option<[f64; 3]>,
     /// Travel \[mm or rad\]; may be left out on a cyclic axis only.
-    pub limits: Option<[f64; 2]>,
+    pub limits: Option<Interval>,
     /// Period of an axis that turns without end \[rad\]: one whole turn.
     pub cyclic: Option<f64>,
     /// Largest velocity while cutting \[mm/s or rad/s\].
@@ -67,10 +68,10 @@ impl AxisSpec {
     /// # Example
     ///
     /// ```
-    /// use trunnion_motion::machine::AxisSpec;
+    /// use trunnion_motion::{machine::AxisSpec, types::Interval};
     ///
     /// let x = AxisSpec::linear("X", [1.0, 0.0, 0.0]);
-    /// let short = AxisSpec { limits: Some([-250.0, 250.0]), vel: 300.0, ..x };
+    /// let short = AxisSpec { limits: Some(Interval::new(-250.0, 250.0)), vel: 300.0, ..x };
     /// assert_eq!((short.vel, short.acc), (300.0, 5_000.0));
     /// ```
     pub fn linear(name: &str, dir: [f64; 3]) -> Self {
@@ -79,7 +80,7 @@ impl AxisSpec {
             kind: AxisKind::Linear,
             dir,
             point: None,
-            limits: Some([-10_000.0, 10_000.0]),
+            limits: Some(Interval::new(-10_000.0, 10_000.0)),
             cyclic: None,
             vel: 500.0,
             rapid: None,

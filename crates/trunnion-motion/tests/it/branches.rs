@@ -21,7 +21,9 @@ use trunnion::inverse::{Inverse, InverseSolutions};
 use trunnion::machine::{Kinematics, Machine, MachineSpec, RotaryPair, Setup};
 use trunnion::math::angle::{angle_between, wrap};
 use trunnion::math::jet::{Jet, Real};
-use trunnion::types::{AxisVector, PieceGeometry, PoseTolerance, Silent, ToolPath, ToolPose};
+use trunnion::types::{
+    AxisVector, Interval, PieceGeometry, PoseTolerance, Silent, ToolPath, ToolPose,
+};
 
 const RETRACT_IN_CUT: f64 = 500.0;
 
@@ -59,7 +61,7 @@ fn machines(random: &mut Random) -> [Kinematics; 2] {
     let free = spec(&order, axes, random.point(200.0), tool);
     let mut bound = free.clone();
     for axis in &mut bound.axes[3..] {
-        axis.limits = Some([-random.within(0.8, 4.5), random.within(0.8, 4.5)]);
+        axis.limits = Some(Interval::new(-random.within(0.8, 4.5), random.within(0.8, 4.5)));
         axis.cyclic = None;
     }
     let turn: [f64; 3] = random.point(PI).into();

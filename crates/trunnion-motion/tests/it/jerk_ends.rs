@@ -7,7 +7,7 @@ use crate::waves;
 use nalgebra::Vector1;
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
-use trunnion::feed::{FeedError, FeedOptions, FeedPlan, Limits, jerk, jerk_between};
+use trunnion::feed::{FeedError, FeedOptions, FeedPlan, Limits, PathEnds, jerk, jerk_between};
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
 use waves::{any_waves, machine};
 
@@ -54,9 +54,9 @@ fn halves_take_the_time_of_the_whole() {
         let half = |nodes: &[AxisNode]| AxisPath {
             pieces: vec![AxisPiece { nodes: nodes.to_vec(), ..path.pieces[0].clone() }],
         };
-        let plan = |path: &AxisPath, ends, accelerations| {
-            let options = FeedOptions { ends, ..FREE };
-            jerk_between(path, &machine(), &options, accelerations, &Silent).unwrap()
+        let plan = |path: &AxisPath, ends: [f64; 2], accelerations: [f64; 2]| {
+            let options = FeedOptions { end_speeds: ends.into(), ..FREE };
+            jerk_between(path, &machine(), &options, accelerations.into(), &Silent).unwrap()
         };
         let first = plan(&half(&nodes[..=cut]), [0.0, speed], [0.0, acceleration]);
         let second = plan(&half(&nodes[cut..]), [speed, 0.0], [acceleration, 0.0]);
@@ -102,7 +102,7 @@ fn a_line_from_motion_to_motion_is_a_pencil_calculation() {
         minus: None,
     };
     let time = |length: f64, ends: [f64; 2]| {
-        let options = FeedOptions { ends, ..FREE };
+        let options = FeedOptions { end_speeds: ends.into(), ..FREE };
         let plan = jerk(&line(length), &limits, &options, &Silent)?;
         keeps_limits(&plan);
         Ok::<f64, FeedError>(plan.schedule.duration())
@@ -130,9 +130,9 @@ fn a_line_from_motion_to_motion_is_a_pencil_calculation() {
     };
     let error = time(10.0, [60.0, 0.0]).unwrap_err();
     assert!(matches!(error, FeedError::StartTooFast { most, .. } if most <= 50.0), "{error}");
-    let options = FeedOptions { ends: [20.0, 0.0], ..FREE };
-    let refused = |accelerations| {
-        jerk_between(&line(5.0), &limits, &options, accelerations, &Silent).unwrap_err()
+    let options = FeedOptions { end_speeds: PathEnds { start: 20.0, end: 0.0 }, ..FREE };
+    let refused = |accelerations: [f64; 2]| {
+        jerk_between(&line(5.0), &limits, &options, accelerations.into(), &Silent).unwrap_err()
     };
     assert!(refused([f64::NAN, 0.0]).to_string().contains("start acceleration is NaN"));
     assert!(refused([0.0, 1.0]).to_string().contains("end acceleration is 1 at speed 0"));

@@ -61,7 +61,7 @@ fn path(lean: V3, half: f64, wind: f64, length: f64) -> ToolPath {
 fn rotary(name: &str, dir: V3, limits: Option<[f64; 2]>) -> AxisSpec {
     let mut axis = axis(name, dir, Some(V3::zeros()));
     if let Some(limits) = limits {
-        (axis.limits, axis.cyclic) = (Some(limits), None);
+        (axis.limits, axis.cyclic) = (Some(limits.into()), None);
     }
     axis
 }
@@ -120,7 +120,7 @@ fn poses(path: &ToolPath, count: u32) -> Vec<ToolPose> {
 /// tool-side rotary beyond its travel on both branches.
 fn least(kinematics: &Kinematics, poses: &[ToolPose]) -> Option<f64> {
     let inverse = Inverse::new(kinematics).unwrap();
-    let [low, high] = kinematics.machine().axes[4].limits;
+    let [low, high] = kinematics.machine().axes[4].limits.ends();
     let poles = inverse.singular_directions();
     let mut least = PI;
     for pose in poses {
@@ -344,7 +344,7 @@ fn linear_travel_decides_with_the_origin() {
     let with = |half: f64| {
         let mut spec = machine(0, 1.0);
         for axis in spec.axes.iter_mut().take(3) {
-            axis.limits = Some([50.0 - half, 50.0 + half]);
+            axis.limits = Some(Interval::new(50.0 - half, 50.0 + half));
         }
         on(spec, [0.0; 3])
     };
@@ -368,7 +368,7 @@ fn linear_travel_decides_with_the_origin() {
 #[test]
 fn what_leans_too_far_is_told() {
     let mut spec = machine(0, 1.0);
-    spec.axes[4].limits = Some([-0.1, 0.1]);
+    spec.axes[4].limits = Some(Interval::new(-0.1, 0.1));
     let cone = path(V3::new(1.0, 0.0, 1.0), 0.3, 1.0, 50.0);
     let found = find(&on(spec, [0.0; 3]), &cone, &search(wide())).unwrap();
     assert!(found.best.is_none() && found.evaluated == found.beyond_tilt);

@@ -1,7 +1,7 @@
 //! Totals of a program: blocks, lengths, time as programmed, ranges.
 
 use super::step::{Frame, Move, Offset, OffsetKind, Pace, Step, Way};
-use crate::types::AXES;
+use crate::types::{AXES, Interval};
 
 /// Counts steps as they come.
 ///
@@ -15,13 +15,15 @@ pub struct Tally {
     pub rapids: usize,
     /// Moves on arcs.
     pub arcs: usize,
-    /// Length of the X Y Z words, rapid and with feed \[mm\].
-    pub length: [f64; 2],
+    /// Length of the X Y Z words in rapid moves \[mm\].
+    pub rapid_length: f64,
+    /// The same in moves with feed \[mm\].
+    pub cut_length: f64,
     /// Feed moves at their feed, and dwells \[s\]; rapid moves are left out.
     pub seconds: f64,
     /// Least and largest word of each axis, in the order of the axes and then the sixth \[mm, rad\]; G53 left
     /// out. `None`: the program does not move it.
-    pub ranges: [Option<[f64; 2]>; AXES + 1],
+    pub ranges: [Option<Interval>; AXES + 1],
     place: [Option<f64>; AXES + 1],
     rotary: [bool; AXES],
     of: (Option<u8>, u16),
@@ -34,7 +36,8 @@ impl Tally {
             blocks: 0,
             rapids: 0,
             arcs: 0,
-            length: [0.0; 2],
+            rapid_length: 0.0,
+            cut_length: 0.0,
             seconds: 0.0,
             ranges: [None; AXES + 1],
             place: [None; AXES + 1],
@@ -91,7 +94,7 @@ impl Tally {
         self.blocks += 1;
         self.rapids += usize::from(rapid);
         self.arcs += usize::from(matches!(step.way, Way::Arc(_)));
-        self.length[usize::from(!rapid)] += length;
+        *(if rapid { &mut self.rapid_length } else { &mut self.cut_length }) += length;
         self.seconds += match step.pace {
             Pace::Rapid => 0.0,
             Pace::Inverse { seconds } => seconds,
@@ -107,8 +110,7 @@ impl Tally {
     }
 
     /// Moves to the end of a step. Returns the changes of the linear and of the rotary axes, and
-    /// the travel of a linear sixth
-    /// goes, as far as known.
+    /// the travel of a linear sixth axis, as far as known.
     fn follow(&mut self, step: &Move) -> ([[f64; AXES]; 2], f64) {
         let mut changes = [[0.0; AXES]; 2];
         let mut sixth = 0.0;
@@ -134,7 +136,8 @@ impl Tally {
             if let (Some(at), Frame::Work { .. }, Some(range)) =
                 (*place, step.frame, self.ranges.get_mut(slot))
             {
-                *range = Some(range.map_or([at; 2], |[low, high]| [low.min(at), high.max(at)]));
+                let here = Interval::point(at);
+                *range = Some(range.map_or(here, |range| range.hull(here)));
             }
         }
         (changes, sixth)
@@ -155,8 +158,8 @@ mod tests {
         for step in steps("G0 X0 W0\nG1 W-5 F60\nX1 W0\nM2\n".lines(), &options) {
             tally.push(&step.unwrap());
         }
-        assert!((tally.seconds - 6.0).abs() < 1e-12 && (tally.length[1] - 1.0).abs() < 1e-12);
-        assert_eq!(tally.ranges[5], Some([-5.0, 0.0]));
+        assert!((tally.seconds - 6.0).abs() < 1e-12 && (tally.cut_length - 1.0).abs() < 1e-12);
+        assert_eq!(tally.ranges[5], Some(Interval::new(-5.0, 0.0)));
     }
 
     #[test]
@@ -169,10 +172,10 @@ mod tests {
         assert_eq!((tally.blocks, tally.rapids, tally.arcs), (7, 4, 1));
         let expected = 1.0 + 5.0 * PI;
         assert!(
-            (tally.length[0] - 5.0).abs() < 1e-12 && (tally.length[1] - expected).abs() < 1e-12
+            (tally.rapid_length - 5.0).abs() < 1e-12 && (tally.cut_length - expected).abs() < 1e-12
         );
         assert!((tally.seconds - expected - 90.0 - 2.0).abs() < 1e-12);
-        assert_eq!(tally.ranges[2], Some([0.0, 5.0]));
+        assert_eq!(tally.ranges[2], Some(Interval::new(0.0, 5.0)));
         assert_eq!(tally.ranges[4], None);
     }
 }

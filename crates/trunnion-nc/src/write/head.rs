@@ -84,9 +84,9 @@ impl ProgramWriter {
             coolant: note.coolant,
             cutter: (cutter[0] > 0.0).then(|| format!("{:.4},{:.4}", cutter[0], cutter[1])),
             offset: OffsetWords { x: small(offset.x), y: small(offset.y), z: small(offset.z) },
-            blend: self.style.blend.map(|[tip, _]| self.plain(tip)).transpose()?,
+            blend: self.style.blend.map(|blend| self.plain(blend.tip)).transpose()?,
             axis_tolerance: match self.style.blend {
-                Some([_, axis]) => self.plain(axis.to_degrees())?,
+                Some(blend) => self.plain(blend.axis.to_degrees())?,
                 None => String::new(),
             },
             retract: self.retract()?,

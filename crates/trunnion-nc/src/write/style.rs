@@ -2,6 +2,7 @@
 
 use super::format::OutputFormat;
 use crate::machine::{FeedMode, Kinematics};
+use crate::types::PoseTolerance;
 use crate::words::AxisWords;
 
 /// Style in which a program is written. No `Default`: the caller knows the machine.
@@ -17,8 +18,8 @@ pub struct Style {
     pub numbers: u32,
     /// Number of the program.
     pub program: u32,
-    /// Deviation from the path that the control may use to keep its speed: tip \[mm\], tool axis \[rad\].
-    pub blend: Option<[f64; 2]>,
+    /// Deviation from the path that the control may use to keep its speed.
+    pub blend: Option<PoseTolerance>,
 }
 
 impl Style {

@@ -539,7 +539,7 @@ fn real_files_are_read_without_a_false_fault() {
         let tally = tally(&text);
         println!("{}: {tally:?}", pinned.name);
         assert_eq!([tally.locations, tally.arcs, tally.holes], pinned.counts, "{}", pinned.name);
-        let sums = [tally.length[0], tally.length[1], tally.seconds, tally.turn.to_degrees()];
+        let sums = [tally.rapid_length, tally.cut_length, tally.seconds, tally.turn.to_degrees()];
         for (sum, given) in sums.iter().zip(pinned.sums) {
             assert!((sum - given).abs() < 1e-5, "{}: {sums:?}", pinned.name);
         }

@@ -458,8 +458,8 @@ fn figures(program: &trunnion_nc::read::Program) -> Figures {
     let degrees = |slot: usize, [low, high]: [f64; 2]| {
         if slot < 3 { [low, high] } else { [low.to_degrees(), high.to_degrees()] }
     };
-    let ranges = [0, 1, 2, 3, 4].map(|slot| degrees(slot, tally.ranges[slot].unwrap()));
-    let [rapid, feed] = tally.length;
+    let ranges = [0, 1, 2, 3, 4].map(|slot| degrees(slot, tally.ranges[slot].unwrap().ends()));
+    let [rapid, feed] = [tally.rapid_length, tally.cut_length];
     ([tally.blocks, tally.rapids, tally.arcs], [rapid, feed, tally.seconds], ranges)
 }
 

@@ -14,6 +14,7 @@
 /// assert_eq!(travel.middle(), -45.0);
 /// assert!(travel.contains(30.0) && !travel.contains(30.5));
 /// assert_eq!(travel.clamp(99.0), 30.0);
+/// assert!(travel.widened(0.5).contains(30.5) && travel.is_bounded());
 /// assert_eq!(<[f64; 2]>::from(travel), [-120.0, 30.0]);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,6 +81,23 @@ impl Interval {
     /// Returns `true` if no number lies in the interval.
     pub fn is_empty(&self) -> bool {
         self.low > self.high || self.low.is_nan() || self.high.is_nan()
+    }
+
+    /// Returns `true` if both ends are finite.
+    pub fn is_bounded(&self) -> bool {
+        self.low.is_finite() && self.high.is_finite()
+    }
+
+    /// Returns the interval with both ends times `factor`, such as a change of unit; `factor > 0`.
+    #[must_use]
+    pub const fn scaled(&self, factor: f64) -> Self {
+        Self { low: self.low * factor, high: self.high * factor }
+    }
+
+    /// Returns the interval with `margin` added at both ends.
+    #[must_use]
+    pub const fn widened(&self, margin: f64) -> Self {
+        Self { low: self.low - margin, high: self.high + margin }
     }
 
     /// Returns both ends, the lower one first.

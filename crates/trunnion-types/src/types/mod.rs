@@ -36,7 +36,7 @@ pub use path_state::PathState;
 pub use progress::{Cancelled, Progress, Silent, Stage};
 pub use schedule::{AccelerationProfile, Schedule, ScheduleError, SchedulePiece};
 pub use setpoint::Setpoint;
-pub use tolerance::PoseTolerance;
+pub use tolerance::{PoseDeviation, PoseTolerance};
 pub use tool_path::{
     Leg, Motion, Pass, PieceGeometry, PoseCoordinates, PoseCurve, PoseRates, PoseSpan, Station,
     ToolPath, ToolPiece, ToolPose,

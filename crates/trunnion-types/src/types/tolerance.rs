@@ -1,4 +1,4 @@
-//! Tolerances of a cutter location.
+//! Tolerances and deviations of a cutter location.
 
 /// Largest deviation of a cutter location: of its tip, and of its tool axis.
 ///
@@ -25,6 +25,12 @@ impl PoseTolerance {
     pub const fn new(tip: f64, axis: f64) -> Self {
         Self { tip, axis }
     }
+
+    /// Returns this share of the tolerance.
+    #[must_use]
+    pub const fn scaled(&self, share: f64) -> Self {
+        Self { tip: share * self.tip, axis: share * self.axis }
+    }
 }
 
 impl From<[f64; 2]> for PoseTolerance {
@@ -38,5 +44,38 @@ impl From<PoseTolerance> for [f64; 2] {
     /// Returns `[tip, axis]` \[mm, rad\].
     fn from(tolerance: PoseTolerance) -> Self {
         [tolerance.tip, tolerance.axis]
+    }
+}
+
+/// Deviation of a cutter location: of its tip, and of its tool axis.
+///
+/// # Example
+///
+/// ```
+/// use trunnion_types::types::PoseDeviation;
+///
+/// let worst = PoseDeviation { tip: 0.002, axis: 1e-4 }.max(PoseDeviation { tip: 0.001, axis: 3e-4 });
+/// assert_eq!(worst, PoseDeviation { tip: 0.002, axis: 3e-4 });
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PoseDeviation {
+    /// Distance between tips \[mm\].
+    pub tip: f64,
+    /// Angle between tool axes \[rad\].
+    pub axis: f64,
+}
+
+impl PoseDeviation {
+    /// Returns the larger of both distances, and the larger of both angles.
+    #[must_use]
+    pub const fn max(self, other: Self) -> Self {
+        Self { tip: self.tip.max(other.tip), axis: self.axis.max(other.axis) }
+    }
+}
+
+impl From<[f64; 2]> for PoseDeviation {
+    /// Takes `[tip, axis]` \[mm, rad\].
+    fn from([tip, axis]: [f64; 2]) -> Self {
+        Self { tip, axis }
     }
 }

@@ -6,7 +6,7 @@ use crate::cover::PassCost;
 use crate::files::job::FeedReference;
 use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, Kinematics};
-use crate::types::{AXES, AxisVector, Station, ToolPose};
+use crate::types::{AXES, AxisVector, Interval, Station, ToolPose};
 
 /// Margin of poses from the ends of rotary travel \[rad\]: the curve between stations exceeds them by less.
 const MARGIN: f64 = 0.5 * std::f64::consts::PI / 180.0;
@@ -72,13 +72,13 @@ impl JobPassCost {
 fn inset(kinematics: &Kinematics) -> Kinematics {
     let mut machine = kinematics.machine().clone();
     for axis in &mut machine.axes[..FIRST_ROTARY] {
-        axis.limits = [f64::NEG_INFINITY, f64::INFINITY];
+        axis.limits = Interval::UNBOUNDED;
     }
     for axis in &mut machine.axes[FIRST_ROTARY..] {
-        let [low, high] = axis.limits;
+        let [low, high] = axis.limits.ends();
         // A cyclic axis has infinite ends, which the margin leaves infinite.
         let margin = MARGIN.min(SHARE * (high - low));
-        axis.limits = [low + margin, high - margin];
+        axis.limits = Interval::new(low + margin, high - margin);
     }
     Kinematics::new(&machine, kinematics.setup())
 }

@@ -13,7 +13,7 @@ use crate::blocks::{self, BlockInterpolation, BlockOptions};
 use crate::cover;
 use crate::nc::write::{self, AxisWords, Coordinates, Note, Remark, Style, Template, WriteError};
 use crate::post::{ReadBackError, WrittenText, control_of, read_back};
-use crate::types::{Block, Diagnostic, Motion, Progress, UncutRegion};
+use crate::types::{Block, Diagnostic, Motion, PoseTolerance, Progress, UncutRegion};
 use crate::verify::{self, ClearanceReport, OtherFaces};
 
 /// Longest block \[s\]: a program runs each block at its mean speed, so this bounds its difference from the schedule.
@@ -168,7 +168,7 @@ fn text(
 ) -> Result<ProgramText, PipelineError> {
     let control = job.budget.shares.control;
     // The control may smooth by its share at the tip, and by the angle that moves the contact as far.
-    let blend = Some([control, control / cover::lever(&job.cutter)]);
+    let blend = Some(PoseTolerance::new(control, control / cover::lever(&job.cutter)));
     let style = Style { blend, ..Style::of(&job.kinematics, form.dialect, axes) };
     let template = Template::of(form.dialect).map_err(WriteError::from)?;
     let shares = shares(job);

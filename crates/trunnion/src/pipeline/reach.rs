@@ -170,7 +170,7 @@ impl ReachProbe<'_> {
         // distances covers rotaries in the table and in the head.
         let levers: f64 = chain.rotary.iter().map(arm).sum();
         let axes = self.kinematics().machine().axes.iter().take(FIRST_ROTARY);
-        let least = axes.map(|axis| axis.limits[1] - axis.limits[0]).fold(f64::INFINITY, f64::min);
+        let least = axes.map(|axis| axis.limits.width()).fold(f64::INFINITY, f64::min);
         // A contact beside the sample is at most a diameter away; a direction between those tried
         // differs by at most COVERING.
         let more = 2.0 * self.cutter.radius() + levers * COVERING.to_radians();
@@ -353,7 +353,7 @@ mod tests {
             let machine = file.machine;
             let mut roll = dice(number as u64 + 1);
             for _ in 0..30 {
-                let middle = |k: usize| machine.axes[k].limits.iter().sum::<f64>() * 0.5;
+                let middle = |k: usize| machine.axes[k].limits.middle();
                 let origin = Vector3::new(middle(0), middle(1), middle(2) - 100.0);
                 let rotation = [0; 3].map(|_| 3.0 * roll());
                 let setup = Setup::new(origin, rotation, cutter.length());

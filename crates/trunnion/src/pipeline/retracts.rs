@@ -32,7 +32,7 @@ fn summary(job: &Job, retract: &RetractMove, schedule: &Schedule) -> RetractSumm
     for (axis, [from, to]) in
         axes.iter().skip(FIRST_ROTARY).zip([0, 1].map(|at| [before[at], after[at]]))
     {
-        let [low, high] = axis.limits.map(f64::to_degrees);
+        let [low, high] = axis.limits.ends().map(f64::to_degrees);
         // Less than a millionth of a degree is rounding.
         if (to - from).abs().to_degrees() > 1e-6 {
             why.push(format!(

@@ -16,19 +16,27 @@ const LEAST_TURN: f64 = 1e-5;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct MotionCount {
-    /// Rapid moves, and moves with feed.
-    pub moves: [usize; 2],
-    /// Travel of the tip from end to end of these moves \[mm\].
-    pub length: [f64; 2],
+    /// Rapid moves.
+    pub rapids: usize,
+    /// Moves with feed.
+    pub cuts: usize,
+    /// Travel of the tip from end to end of the rapid moves \[mm\].
+    pub rapid_length: f64,
+    /// The same of the moves with feed \[mm\].
+    pub cut_length: f64,
     /// Tools.
     pub tools: usize,
 }
 
 impl MotionCount {
     fn add(&mut self, one: &CountedMove) {
-        let kind = usize::from(!one.is_rapid);
-        self.moves[kind] += 1;
-        self.length[kind] += one.length();
+        let (moves, length) = if one.is_rapid {
+            (&mut self.rapids, &mut self.rapid_length)
+        } else {
+            (&mut self.cuts, &mut self.cut_length)
+        };
+        *moves += 1;
+        *length += one.length();
     }
 }
 
@@ -206,10 +214,10 @@ mod tests {
             wrote(&mut account, line, ends).unwrap();
         }
         account.settle().unwrap();
-        assert_eq!((account.input.moves, account.output.moves), ([1, 2], [1, 3]));
-        for (read, written) in account.input.length.iter().zip(account.output.length) {
-            assert!((read - written).abs() < 1e-12);
-        }
+        let [read, written] = [account.input, account.output];
+        assert_eq!([read.rapids, read.cuts, written.rapids, written.cuts], [1, 2, 1, 3]);
+        assert!((read.rapid_length - written.rapid_length).abs() < 1e-12);
+        assert!((read.cut_length - written.cut_length).abs() < 1e-12);
     }
 
     #[test]

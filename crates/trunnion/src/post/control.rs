@@ -17,18 +17,20 @@ use crate::nc::write::{OutputFormat, Style};
 /// use trunnion::machine::{Kinematics, Setup};
 /// use trunnion::nc::write::{AxisWords, OutputFormat, Style};
 /// use trunnion::post::smoothing_bound;
+/// use trunnion::types::PoseTolerance;
 ///
 /// let machine = parse(built_in("ac-trunnion").unwrap_or_default()).map_err(|_| "bad file")?.machine;
 /// let kinematics = Kinematics::new(&machine, &Setup::default());
 /// let axes = AxisWords::of(&machine)?;
-/// let style = |dialect| Style { blend: Some([0.01, 1e-3]), ..Style::of(&kinematics, dialect, axes) };
+/// let blend = Some(PoseTolerance::new(0.01, 1e-3));
+/// let style = |dialect| Style { blend, ..Style::of(&kinematics, dialect, axes) };
 /// assert_eq!(smoothing_bound(&style(OutputFormat::LinuxCnc)), 0.02);
 /// assert_eq!(smoothing_bound(&style(OutputFormat::Siemens)), 0.01);
 /// assert_eq!(smoothing_bound(&style(OutputFormat::Fanuc)), 0.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn smoothing_bound(style: &Style) -> f64 {
-    let [tip, _] = style.blend.unwrap_or_default();
+    let tip = style.blend.map_or(0.0, |blend| blend.tip);
     match style.dialect.dialect() {
         Dialect::LinuxCnc => 2.0 * tip,
         Dialect::Siemens | Dialect::Heidenhain => tip,

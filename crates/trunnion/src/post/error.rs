@@ -4,7 +4,7 @@ use crate::feed::FeedError;
 use crate::inverse::InverseError;
 use crate::nc::write::WriteError;
 use crate::toolpath::SmoothError;
-use crate::types::Diagnostics;
+use crate::types::{Diagnostics, PoseDeviation, PoseTolerance};
 
 /// Reason for refusing an input.
 #[derive(Debug, thiserror::Error)]
@@ -22,15 +22,15 @@ pub enum PostError {
     #[error(
         "the machine deviates from this move by {:.4} mm and {:.4} deg, more than {:.4} mm and {:.4} deg, however \
          finely it is divided: a rotary axis reaches the end of its travel and takes the long way round",
-        strayed[0], strayed[1].to_degrees(), tolerance[0], tolerance[1].to_degrees()
+        strayed.tip, strayed.axis.to_degrees(), tolerance.tip, tolerance.axis.to_degrees()
     )]
     Strays {
         /// Line of the input.
         line: u32,
-        /// Bounds on the deviation: mm, rad.
-        strayed: [f64; 2],
-        /// Tolerance: mm, rad.
-        tolerance: [f64; 2],
+        /// Bounds on the deviation.
+        strayed: PoseDeviation,
+        /// Tolerance.
+        tolerance: PoseTolerance,
     },
     /// A rotary axis reaches the end of its travel inside a cut that is written as tool vectors.
     #[error(

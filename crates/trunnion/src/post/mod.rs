@@ -56,5 +56,5 @@ pub use options::{
 pub use poster::Poster;
 pub use read_back::{WrittenText, read_back};
 pub use replay::{LeftOut, ProgramMoves};
-pub use report::{FastRapid, PostChoice, PostReport, SlowedMove};
+pub use report::{AxisLoadRatios, FastRapid, InputOutput, PostChoice, PostReport, SlowedMove};
 pub use smoothing::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS, smoothing_tolerance};

@@ -23,7 +23,7 @@ pub(super) struct MotionStream {
 impl MotionStream {
     pub(super) fn new(kinematics: &Kinematics, options: &PostOptions, period: f64) -> Self {
         // The corners at both ends of a short block may bend all of it: their deviations add up.
-        let tolerance = options.tolerance.map(|all| 0.5 * all);
+        let tolerance = options.tolerance.scaled(0.5);
         Self {
             kinematics: kinematics.clone(),
             options: PostOptions { method: PostMethod::Jerk, tolerance, ..*options },

@@ -3,7 +3,7 @@
 use crate::blocks::BlockInterpolation;
 use crate::machine::Kinematics;
 use crate::nc::write::{Note, Template};
-use crate::types::{AxisVector, ToolPose};
+use crate::types::{AxisVector, PoseTolerance, ToolPose};
 
 /// Source of the moves, which decides the motion of the tool between them.
 #[derive(Debug, Clone)]
@@ -72,10 +72,10 @@ pub enum PostMethod {
 pub struct PostOptions {
     /// Motion of the target control between blocks.
     pub control: BlockInterpolation,
-    /// Largest deviation of tip \[mm\] and tool axis \[rad\] from the input, everywhere; the rounding of words is extra.
+    /// Largest deviation from the input, everywhere; the rounding of words is extra.
     ///
     /// The path that is timed rounds corners within the same tolerance.
-    pub tolerance: [f64; 2],
+    pub tolerance: PoseTolerance,
     /// Tip speed to which feeds may be raised \[mm/s\]; `None` keeps the feeds of the input as upper limits.
     pub max_feed: Option<f64>,
     /// Timing method, and with it the limits that are kept.

@@ -10,7 +10,7 @@ use super::filter::MoveFilter;
 use super::motion_stream::MotionStream;
 use super::options::{PostFilter, PostMove, PostOptions, PostPace, PostSource, ProgramHead};
 use super::read_back::ReadBack;
-use super::report::{PostReport, SlowedMove};
+use super::report::{InputOutput, PostReport, SlowedMove};
 use super::rotaries::{PlannedMove, RetractPhase, RotaryPlanner};
 use super::rounded_words::RoundedWords;
 use super::smoothing_choice::{MoveGroup, SmoothingChoice};
@@ -142,7 +142,7 @@ impl Poster {
     ) -> Result<Self, PostError> {
         // Filter and machine conversion divide the tolerance between them.
         let share = options.filter.left(options.control);
-        let rest = PostOptions { tolerance: options.tolerance.map(|of| share * of), ..*options };
+        let rest = PostOptions { tolerance: options.tolerance.scaled(share), ..*options };
         Ok(Self {
             kinematics: kinematics.clone(),
             options: *options,
@@ -151,7 +151,7 @@ impl Poster {
                 options.filter,
                 options.control,
                 source.clone(),
-                options.tolerance,
+                options.tolerance.into(),
             ),
             filtered: Vec::new(),
             group: MoveGroup::default(),
@@ -288,17 +288,13 @@ impl Poster {
 
     /// Keeps the largest deviation of rapid moves.
     fn add_rapid(&mut self) {
-        let rapid = self.subdivider.strayed_rapid;
-        for (most, by) in self.report.strayed_rapid.iter_mut().zip(rapid) {
-            *most = most.max(by);
-        }
+        let rapid = self.subdivider.strayed_rapid.into();
+        self.report.rapid_deviation = self.report.rapid_deviation.max(rapid);
     }
 
     /// Keeps the largest deviation from the input \[mm, rad\].
     fn add_deviation(&mut self, by: [f64; 2]) {
-        for (most, by) in self.report.strayed.iter_mut().zip(by) {
-            *most = most.max(by);
-        }
+        self.report.deviation = self.report.deviation.max(by.into());
     }
 
     /// Passes a filtered move to the rotary planner, and runs the moves that it releases.
@@ -390,7 +386,7 @@ impl Poster {
         self.settle(out, head)?;
         let Some(output) = self.output.take() else { return Err(PostError::Empty) };
         let begin = out.len();
-        self.report.blocks[1] = output.writer.finish(out);
+        self.report.blocks.output = output.writer.finish(out);
         if let Some(read) = output.read_back {
             let ended = read.end(out.get(begin..).unwrap_or_default());
             self.understood(ended)?;
@@ -399,14 +395,16 @@ impl Poster {
         if self.report.unread.is_none() {
             self.account.settle()?;
         }
-        self.report.motion = [self.account.input, self.account.output];
+        self.report.motion = InputOutput { input: self.account.input, output: self.account.output };
         self.report.smoothing_bound = smoothing_bound(&self.style);
         self.add_rapid();
-        self.report.seconds = [self.before.seconds, self.after.seconds];
-        self.report.model_seconds = [self.before.cuts.stop(), self.after.cuts.stop()];
-        self.report.linuxcnc_duration = [self.before.clock.stop(), self.after.clock.stop()];
-        self.report.ratios_before = self.before.load.worst;
-        self.report.ratios_after = self.after.load.worst;
+        let [before, after] = [&mut self.before, &mut self.after];
+        self.report.seconds = InputOutput { input: before.seconds, output: after.seconds };
+        self.report.model_seconds =
+            InputOutput { input: before.cuts.stop(), output: after.cuts.stop() };
+        self.report.linuxcnc_duration =
+            InputOutput { input: before.clock.stop(), output: after.clock.stop() };
+        self.report.loads = InputOutput { input: before.load.worst, output: after.load.worst };
         self.report.unwound.append(&mut self.rotaries.unwound);
         Ok(self.report)
     }
@@ -435,7 +433,7 @@ impl Poster {
 
     /// Returns the number of moves read so far.
     pub fn moves(&self) -> usize {
-        self.report.blocks[0]
+        self.report.blocks.input
     }
 
     /// Raises or lowers a feed to the largest one of the options.
@@ -454,7 +452,7 @@ impl Poster {
         asked: PostPace,
         source: PositionSource,
     ) {
-        self.report.blocks[0] += 1;
+        self.report.blocks.input += 1;
         if asked == PostPace::Rapid {
             let words = word_travel(&self.kinematics, self.style.dialect, from, to);
             return self.before.rapid(&words);

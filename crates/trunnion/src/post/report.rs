@@ -1,33 +1,65 @@
 //! Results of posting.
 
 use super::conservation::MotionCount;
-use crate::types::Diagnostic;
+use crate::types::{Diagnostic, PoseDeviation};
+
+/// One quantity of the input, and of the output.
+///
+/// # Example
+///
+/// ```
+/// use trunnion::post::InputOutput;
+///
+/// let seconds = InputOutput { input: 12.0, output: 9.0 };
+/// assert_eq!(seconds.output / seconds.input, 0.75);
+/// assert_eq!(<[f64; 2]>::from(seconds), [12.0, 9.0]);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct InputOutput<T> {
+    /// As it was read.
+    pub input: T,
+    /// As it was written.
+    pub output: T,
+}
+
+impl<T> From<InputOutput<T>> for [T; 2] {
+    fn from(of: InputOutput<T>) -> Self {
+        [of.input, of.output]
+    }
+}
+
+/// Largest load of any axis, over its limits.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct AxisLoadRatios {
+    /// Velocity over its limit.
+    pub velocity: f64,
+    /// Acceleration over its limit.
+    pub acceleration: f64,
+}
 
 /// Result of posting an input.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PostReport {
-    /// Number of moves read and of blocks written.
-    pub blocks: [usize; 2],
+    /// Moves read, and blocks written.
+    pub blocks: InputOutput<usize>,
     /// Motion as it was read, and as it was read back from what was written.
-    pub motion: [MotionCount; 2],
+    pub motion: InputOutput<MotionCount>,
     /// Travel of the tip with feed \[mm\].
     pub length: f64,
     /// Time with feed as programmed, and with the limits of the axes kept \[s\].
-    pub seconds: [f64; 2],
+    pub seconds: InputOutput<f64>,
     /// Time of rapid moves with the limits of the axes kept \[s\].
     pub rapid_seconds: f64,
-    /// Time with feed on `LinuxCNC`, each cut from rest to rest, of input and output \[s\].
-    pub model_seconds: [f64; 2],
-    /// Time from the first to the last position on `LinuxCNC`, rapid moves included, of input and output \[s\].
-    pub linuxcnc_duration: [f64; 2],
-    /// Largest axis velocity and acceleration of the input over their limits, as programmed.
-    pub ratios_before: [f64; 2],
-    /// Largest axis velocity and acceleration of the output over their limits.
-    pub ratios_after: [f64; 2],
-    /// Upper bound on the deviation of tip \[mm\] and tool axis \[rad\] from the input, before rounding.
-    pub strayed: [f64; 2],
+    /// Time with feed on `LinuxCNC`, each cut from rest to rest \[s\].
+    pub model_seconds: InputOutput<f64>,
+    /// Time from the first to the last position on `LinuxCNC`, rapid moves included \[s\].
+    pub linuxcnc_duration: InputOutput<f64>,
+    /// Loads of the axes, of the input as programmed.
+    pub loads: InputOutput<AxisLoadRatios>,
+    /// Upper bound on the deviation from the input, before rounding.
+    pub deviation: PoseDeviation,
     /// The same of rapid moves.
-    pub strayed_rapid: [f64; 2],
+    pub rapid_deviation: PoseDeviation,
     /// Deviation of the tip that the program allows the control by asking for smoothing \[mm\].
     pub smoothing_bound: f64,
     /// Upper bound on the tip movement caused by rounding the words \[mm\].
@@ -56,7 +88,7 @@ pub struct SlowedMove {
     /// Line of the input.
     pub line: u32,
     /// Time as programmed and as written \[s\].
-    pub seconds: [f64; 2],
+    pub seconds: InputOutput<f64>,
 }
 
 impl SlowedMove {
@@ -65,12 +97,13 @@ impl SlowedMove {
     /// # Example
     ///
     /// ```
-    /// use trunnion::post::SlowedMove;
+    /// use trunnion::post::{InputOutput, SlowedMove};
     ///
-    /// assert_eq!(SlowedMove { line: 7, seconds: [0.5, 2.0] }.ratio(), 4.0);
+    /// let seconds = InputOutput { input: 0.5, output: 2.0 };
+    /// assert_eq!(SlowedMove { line: 7, seconds }.ratio(), 4.0);
     /// ```
     pub fn ratio(&self) -> f64 {
-        self.seconds[1] / self.seconds[0]
+        self.seconds.output / self.seconds.input
     }
 }
 
@@ -89,7 +122,7 @@ pub struct PostChoice {
     /// Cuts left as they are, changed in part, and changed as a whole.
     pub cuts: [usize; 3],
     /// Time of the cuts unchanged and as chosen \[s\].
-    pub seconds: [f64; 2],
+    pub seconds: InputOutput<f64>,
     /// True if the control model timed the cuts; false if the limits of the axes did.
     pub by_model: bool,
 }

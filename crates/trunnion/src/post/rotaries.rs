@@ -229,7 +229,7 @@ fn choose(
 fn solutions(inverse: &Inverse, pose: &ToolPose, near: &AxisVector) -> Vec<AxisVector> {
     let machine = inverse.kinematics().machine();
     let turns = |value: f64, axis: usize| -> Vec<f64> {
-        let [low, high] = machine.axes.get(axis).map_or([0.0; 2], |axis| axis.limits);
+        let [low, high] = machine.axes.get(axis).map_or([0.0; 2], |axis| axis.limits.ends());
         if !(low.is_finite() && high.is_finite()) {
             return vec![unwrap_near(value, near[axis])];
         }

@@ -169,8 +169,8 @@ impl SmoothingChoice<'_> {
             offer(self.mixed(group, PART * size, plain), 1);
         }
         decisions.cuts[kind] += 1;
-        decisions.seconds[0] += before;
-        decisions.seconds[1] += best.cost();
+        decisions.seconds.input += before;
+        decisions.seconds.output += best.cost();
         Ok(best)
     }
 
@@ -228,7 +228,7 @@ impl SmoothingChoice<'_> {
             let share = kind.left(self.options.control);
             let moved = KINDS.iter().zip(filtered).find(|(own, _)| **own == kind);
             let moved = moved.map_or([0.0; 2], |(_, moved)| moved);
-            trial.subdivider.tolerance = all.map(|of| share * of);
+            trial.subdivider.tolerance = all.scaled(share).into();
             trial.subdivider.strayed = [0.0; 2];
             let begin = trial.points.len();
             let starts = trial.subdivider.position().is_none();
@@ -255,7 +255,7 @@ impl SmoothingChoice<'_> {
     fn filtered(&self, group: &MoveGroup, parts: &GroupParts) -> Result<FilteredMoves, PostError> {
         let options = self.options;
         let mut filters = KINDS.map(|kind| {
-            MoveFilter::new(kind, options.control, self.source.clone(), options.tolerance)
+            MoveFilter::new(kind, options.control, self.source.clone(), options.tolerance.into())
         });
         if let Some(from) = &group.from {
             for filter in &mut filters {

@@ -125,7 +125,7 @@ impl Subdivider {
             target: TargetMachine { inverse, control },
             source,
             own,
-            tolerance: options.tolerance,
+            tolerance: options.tolerance.into(),
             turns: true,
             most_turn: if wound { f64::INFINITY } else { SHORT_TURN },
             at: None,
@@ -363,8 +363,8 @@ impl Subdivider {
             if parts >= MOST_PARTS || !worst[0].is_finite() {
                 return Err(PostError::Strays {
                     line: target_move.line,
-                    strayed: worst,
-                    tolerance,
+                    strayed: worst.into(),
+                    tolerance: tolerance.into(),
                 });
             }
             // A bound falls with the square of the parts; no more than four times as many at once.
@@ -488,8 +488,8 @@ impl Subdivider {
         if blocks > f64::from(MOST_PARTS) {
             return Err(PostError::Strays {
                 line: target_move.line,
-                strayed: [f64::INFINITY, 0.0],
-                tolerance: self.tolerance,
+                strayed: [f64::INFINITY, 0.0].into(),
+                tolerance: self.tolerance.into(),
             });
         }
         // Step 2: points inside each block, where the axes curve.

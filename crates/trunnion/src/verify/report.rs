@@ -284,15 +284,19 @@ fn histogram(
     bins
 }
 
-/// Motion of a program: rapid moves first, then moves with feed and dwells.
+/// Motion of a program. Travel is of the tool tip from end to end of the moves, of arcs by their chords; moves from a
+/// place that the program does not state have none.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct AuditedMotion {
-    /// Number of moves.
-    pub moves: [usize; 2],
-    /// Travel of the tool tip from end to end of the moves, of arcs by their chords \[mm\]; moves from a place that the
-    /// program does not state have none.
-    pub length: [f64; 2],
+    /// Rapid moves.
+    pub rapids: usize,
+    /// Moves with feed, and dwells.
+    pub cuts: usize,
+    /// Travel of the rapid moves \[mm\].
+    pub rapid_length: f64,
+    /// Travel of the moves with feed \[mm\].
+    pub cut_length: f64,
 }
 
 /// Axes against their limits.

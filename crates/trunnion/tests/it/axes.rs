@@ -26,8 +26,8 @@ use trunnion::machine::{
 use trunnion::math::angle::{angle_between, wrap};
 use trunnion::math::jet::{Jet, Real};
 use trunnion::types::{
-    AxisPiece, AxisVector, Motion, PieceGeometry, PoseTolerance, Progress, Silent, Stage, ToolPath,
-    ToolPiece, ToolPose,
+    AxisPiece, AxisVector, Interval, Motion, PieceGeometry, PoseTolerance, Progress, Silent, Stage,
+    ToolPath, ToolPiece, ToolPose,
 };
 
 const OPTIONS: AxesOptions = AxesOptions {
@@ -45,10 +45,10 @@ fn head_spec(c_limits: Option<[f64; 2]>) -> MachineSpec {
     axes.push(axis("C", V3::z(), Some(V3::new(0.0, 0.0, 300.0))));
     axes.push(axis("A", V3::x(), Some(V3::new(0.0, 10.0, 250.0))));
     if let Some(limits) = c_limits {
-        axes[3].limits = Some(limits);
+        axes[3].limits = Some(limits.into());
         axes[3].cyclic = None;
     }
-    axes[4].limits = Some([-2.0, 2.0]);
+    axes[4].limits = Some(Interval::new(-2.0, 2.0));
     axes[4].cyclic = None;
     spec(&["b", "X", "Y", "Z", "C", "A"], axes, V3::zeros(), V3::z())
 }
@@ -123,7 +123,7 @@ fn reference_paths_choose_their_branch() {
         let machine = layout(&json!({"layout": case["layout"], "table_sign": 1})).0;
         // A machine without ends of travel; a case with some must not pass for one without.
         assert!(case.as_object().unwrap().contains_key("limits") && case["limits"].is_null());
-        assert!(machine.machine().axes[3..].iter().all(|axis| axis.limits[1].is_infinite()));
+        assert!(machine.machine().axes[3..].iter().all(|axis| axis.limits.high.is_infinite()));
         let path = if case["id"] == "cone3turns-CA" {
             let [half, turns] = ["half_angle", "turns"].map(|key| number(&case[key]));
             let points = u32::try_from(case["points"].as_u64().unwrap()).unwrap();
@@ -596,7 +596,7 @@ fn the_machine_says_how_to_retract() {
         let mut spec = head_spec(Some([-PI, PI]));
         spec.retract = retract;
         let z = spec.axes.iter_mut().find(|axis| axis.name == "Z").unwrap();
-        z.limits = Some([-1000.0, low]);
+        z.limits = Some(Interval::new(-1000.0, low));
         kinematics(spec)
     };
     let machine = RetractPolicy { to: 700.0, ..RetractPolicy::standard() };
@@ -640,7 +640,7 @@ proptest! {
         way in prop::bool::ANY,
     ) {
         let mut spec = head_spec(Some([-reach[0], reach[1]]));
-        spec.axes[4].limits = Some([-tilt, 1.9]);
+        spec.axes[4].limits = Some(Interval::new(-tilt, 1.9));
         let machine = kinematics(spec);
         let turn = TAU * if way { wind } else { -wind };
         let geometry = curve(knots(0.0, 1.0, 7), |u| cone(half)(u * turn));

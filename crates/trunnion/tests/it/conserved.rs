@@ -15,10 +15,10 @@ use trunnion::nc::control::NumberedLength;
 use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions};
 use trunnion::nc::write::{OUTPUT_FORMATS, OutputFormat, Style, Template};
 use trunnion::post::{
-    PostError, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource,
-    Poster, ProgramHead, ProgramMoves, control_of,
+    InputOutput, PostError, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport,
+    PostSource, Poster, ProgramHead, ProgramMoves, control_of,
 };
-use trunnion::types::AxisVector;
+use trunnion::types::{AxisVector, PoseTolerance};
 use trunnion::verify::{self, CheckInput, Tool, VerifyError};
 
 const LENGTHS: [f64; 3] = [100.0, 80.0, 130.0];
@@ -189,7 +189,7 @@ fn written(
     let kinematics = kinematics(LENGTHS[0]);
     let options = PostOptions {
         control: control_of(&kinematics, dialect),
-        tolerance: [0.01, 1e-3],
+        tolerance: PoseTolerance::new(0.01, 1e-3),
         max_feed: None,
         method: PostMethod::Optimal,
         window: 256,
@@ -239,11 +239,11 @@ proptest! {
         let (mut now, mut source) = (moves.clone(), PostSource::Locations);
         for dialect in [there, back, there] {
             let (text, report) = written(&now, source, dialect).unwrap();
-            let [input, output] = report.motion;
+            let InputOutput { input, output } = report.motion;
             prop_assert!(report.unread.is_none(), "{dialect:?}: {:?}", report.unread);
             prop_assert_eq!([input.tools, output.tools], [1, 1]);
-            for kind in 0..2 {
-                let [a, b] = [input.length[kind], output.length[kind]];
+            let lengths = [input, output].map(|of| [of.rapid_length, of.cut_length]);
+            for (a, b) in lengths[0].into_iter().zip(lengths[1]) {
                 prop_assert!((a - b).abs() <= 1e-3 * a + 0.01, "{dialect:?}: {a} mm became {b} mm");
             }
             now = read_again(&text, dialect);

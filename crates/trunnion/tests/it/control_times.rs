@@ -6,7 +6,7 @@ use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::files::machine;
 use trunnion::machine::{Kinematics, Machine, Setup};
 use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions};
-use trunnion::types::Silent;
+use trunnion::types::{Interval, Silent};
 use trunnion::verify::{self, CheckInput, CheckOptions, DeviationTolerance};
 
 const MACHINE: &str = include_str!("../../../../machines/ac-trunnion.toml");
@@ -28,7 +28,7 @@ fn measured_machine() -> Machine {
             (100.0_f64.to_radians(), 1000.0_f64.to_radians())
         };
         (axis.vel, axis.rapid, axis.acc) = (velocity, velocity, acceleration);
-        (axis.home, axis.limits) = (0.0, [-1e4, 1e4]);
+        (axis.home, axis.limits) = (0.0, Interval::new(-1e4, 1e4));
     }
     machine
 }

@@ -97,7 +97,7 @@ fn the_largest_velocity_inside_a_block_is_told() {
         for k in 0..12 {
             let turn = 10_f64.powf(-0.25 * f64::from(k));
             let from = machine.vector(|axis| {
-                let [low, high] = axis.limits;
+                let [low, high] = axis.limits.ends();
                 if (high - low).is_finite() { 0.4 * low + 0.6 * high } else { 0.3 }
             });
             let by = |axis: usize| if axis < 3 { 20.0 } else { 0.3 * turn };

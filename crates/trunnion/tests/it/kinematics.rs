@@ -569,7 +569,7 @@ proptest! {
         let kinematics = Kinematics::new(&machine, &setup);
         let inverse = Inverse::new(&kinematics).unwrap();
         let travel = |index: usize| {
-            let [low, high] = machine.axes[index].limits;
+            let [low, high] = machine.axes[index].limits.ends();
             if low.is_finite() { [low, high] } else { [-10.0, 10.0] }
         };
         let q = AxisVector::from_fn(|row, _| {

@@ -79,7 +79,7 @@ fn the_reach_within_travel_is_what_the_forward_map_reaches() {
         let machine = parse(text).unwrap().machine;
         let kinematics = Kinematics::new(&machine, &Setup::new(V3::zeros(), [0.0; 3], 0.0));
         let [.., first, second] = &machine.axes;
-        let [low, high] = second.limits;
+        let [low, high] = second.limits.ends();
         let mut walked = [f64::INFINITY, 0.0];
         for step in 0..=10_000 {
             let mut q = machine.home();

@@ -12,7 +12,9 @@ use shop::Layout;
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{self, ClMotion, Dialect, Frame, Move, Pace, Program, ReadOptions, Step};
 use trunnion::nc::write::{self, AxisWords, Coordinates, Note, Style, ToolNote, WriteError};
-use trunnion::types::{AxisVector, Block, Diagnostics, Leg, Motion, Station, ToolPose};
+use trunnion::types::{
+    AxisVector, Block, Diagnostics, Leg, Motion, PoseTolerance, Station, ToolPose,
+};
 
 const LINUXCNC: write::OutputFormat = write::OutputFormat::LinuxCnc;
 
@@ -153,7 +155,8 @@ fn the_tcp_program_is_as_the_documentation_says() {
         block(&kinematics, next, 0.5),
     ];
     let axes = words(Layout::TableTable, true);
-    let style = Style { blend: Some([0.001, 0.0]), ..posted::style(LINUXCNC, axes) };
+    let style =
+        Style { blend: Some(PoseTolerance::new(0.001, 0.0)), ..posted::style(LINUXCNC, axes) };
     let text = posted::text(&kinematics, &blocks, (&note(&[]), &style)).unwrap();
     let body: Vec<&str> = text.lines().filter(|line| !line.starts_with('(')).collect();
     let tip = kinematics.setup().rotation * blocks[1].pose.tip.coords;

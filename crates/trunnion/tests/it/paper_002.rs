@@ -37,7 +37,7 @@ fn there_and_back_through_the_program() {
     for (name, text) in BUILT_IN.iter().filter(|(name, _)| name.starts_with("layout-")) {
         let machine = parse(text).unwrap().machine;
         let middle = AxisVector::from_fn(|row, _| {
-            let [low, high] = machine.axes[row].limits;
+            let [low, high] = machine.axes[row].limits.ends();
             if low.is_finite() { 0.5 * (low + high) } else { 0.0 }
         });
         let setup = Setup::new(Vector3::new(12.0, -34.0, -400.0), [0.0; 3], 90.0);

@@ -19,7 +19,7 @@ use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions};
 use trunnion::nc::write::work_offset;
 use trunnion::surface::Face;
-use trunnion::types::{AxisVector, Silent, ToolPose};
+use trunnion::types::{AxisVector, Interval, Silent, ToolPose};
 use trunnion::verify::{self, CheckInput, Solid, Stock, StockOptions, Tables};
 
 /// What a program's words are, and how the tool turns.
@@ -67,7 +67,7 @@ fn any_machine(random: &mut Random) -> (&'static str, Kinematics, AxisVector) {
     let sizes = [100.0, 100.0, 100.0, 1.0, 1.0];
     let rotation = [0, 1, 2].map(|_| random.within(-0.5, 0.5));
     let setup = Setup::new(random.point(150.0), rotation, random.within(80.0, 150.0));
-    machine.axes.iter_mut().for_each(|axis| axis.limits = [-1e9, 1e9]);
+    machine.axes.iter_mut().for_each(|axis| axis.limits = Interval::new(-1e9, 1e9));
     loop {
         let q = AxisVector::from(sizes.map(|size| random.within(-size, size)));
         machine.axes.iter_mut().zip(q.iter()).for_each(|(axis, &q)| axis.home = q);

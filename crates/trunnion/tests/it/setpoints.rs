@@ -7,7 +7,7 @@ use nalgebra::SVector;
 use proptest::prelude::*;
 use trunnion::files::machine::{built_in, parse};
 use trunnion::machine::{AxisKind, Machine};
-use trunnion::types::{AXES, AxisVector};
+use trunnion::types::{AXES, AxisVector, Interval};
 use trunnion::verify::{
     MotionAudit, MotionError, MotionFinding, MotionOptions, MotionReport, MotionRow,
 };
@@ -73,7 +73,7 @@ impl Pieces {
 fn machine([velocity, acceleration, jerk]: [f64; 3]) -> Machine {
     let mut machine = parse(built_in("bc-trunnion").unwrap()).unwrap().machine;
     for axis in &mut machine.axes {
-        axis.limits = [-1e6, 1e6];
+        axis.limits = Interval::new(-1e6, 1e6);
         (axis.vel, axis.rapid) = (velocity, velocity);
         (axis.acc, axis.jerk) = (acceleration, jerk);
     }
@@ -243,7 +243,7 @@ fn rows_keep_the_period_but_for_the_last() {
 fn travel_is_held() {
     let (mut machine, rows) = example();
     let farthest = rows.iter().map(|row| row.values[0][3]).fold(0.0, f64::max);
-    machine.axes[3].limits = [-1.0, farthest - 1e-6];
+    machine.axes[3].limits = Interval::new(-1.0, farthest - 1e-6);
     let found = audit(&machine, &options(PERIOD, 3, FINE), &rows).findings;
     let [MotionFinding::Travel { axis, kind: AxisKind::Rotary, excess, .. }] = &found[..] else {
         panic!("{found:?}")

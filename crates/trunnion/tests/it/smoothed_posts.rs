@@ -17,9 +17,9 @@ use trunnion::post::{
     PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource, Poster,
     ProgramHead, ProgramMoves, control_of,
 };
-use trunnion::types::{AxisVector, Setpoint, ToolPose};
+use trunnion::types::{AxisVector, PoseTolerance, Setpoint, ToolPose};
 
-const TOLERANCE: [f64; 2] = [0.02, 1e-3];
+const TOLERANCE: PoseTolerance = PoseTolerance::new(0.02, 1e-3);
 
 /// Rounding of the words at a lever of a metre, as in the tests of posting.
 const ROUNDING: f64 = 2.0 * 0.5e-4 * std::f64::consts::PI / 180.0 * 1000.0 + 1e-4;
@@ -28,7 +28,7 @@ const ROUNDING: f64 = 2.0 * 0.5e-4 * std::f64::consts::PI / 180.0 * 1000.0 + 1e-
 fn moves(kinematics: &Kinematics, random: &mut Random) -> Vec<PostMove> {
     let machine = kinematics.machine();
     let mut q = machine.vector(|axis| {
-        let [low, high] = axis.limits;
+        let [low, high] = axis.limits.ends();
         if (high - low).is_finite() { 0.5 * (low + high) } else { 0.3 }
     });
     let mut line = 0;
@@ -110,7 +110,7 @@ fn off_pairs<'a>(pose: &ToolPose, moves: impl Iterator<Item = &'a [PostMove]>) -
         let share = share.clamp(0.0, 1.0);
         let axis = great_circle(&from.axis, &to.axis, share).unwrap();
         let tip = (from.tip + chord * share - pose.tip).norm();
-        ((tip - ROUNDING) / TOLERANCE[0]).max((axis.angle(&pose.axis) - 1e-5) / TOLERANCE[1])
+        ((tip - ROUNDING) / TOLERANCE.tip).max((axis.angle(&pose.axis) - 1e-5) / TOLERANCE.axis)
     };
     moves.map(one).fold(f64::INFINITY, f64::min)
 }
@@ -136,16 +136,19 @@ fn smoothing_is_chosen_where_it_is_quicker_and_stays_within_the_tolerance() {
                 .map(|filter| post(&kinematics, &style, (filter, &moves)));
             let choice = smooth.1.smoothing.unwrap();
             let of = |report: &PostReport| {
-                if choice.by_model { report.model_seconds[1] } else { report.seconds[1] }
+                if choice.by_model { report.model_seconds.output } else { report.seconds.output }
             };
             let [before, after] = [of(&plain.1), of(&smooth.1)];
             assert!(after <= before * (1.0 + 1e-9), "{name} {dialect:?}: {before} -> {after}");
-            assert!((choice.seconds[0] - before).abs() <= 1e-6 * before, "{choice:?} {before}");
-            assert!((choice.seconds[1] - after).abs() <= 1e-6 * after, "{choice:?} {after}");
+            assert!((choice.seconds.input - before).abs() <= 1e-6 * before, "{choice:?} {before}");
+            assert!((choice.seconds.output - after).abs() <= 1e-6 * after, "{choice:?} {after}");
             assert_eq!(choice.cuts.iter().sum::<usize>(), 4, "{choice:?}");
             gained += choice.cuts[1] + choice.cuts[2];
             kept += choice.cuts[0];
-            assert!(smooth.1.strayed[0] <= TOLERANCE[0] && smooth.1.strayed[1] <= TOLERANCE[1]);
+            assert!(
+                smooth.1.deviation.tip <= TOLERANCE.tip
+                    && smooth.1.deviation.axis <= TOLERANCE.axis
+            );
             let program = read::read(&smooth.0, &ReadOptions::new(language, axes, 5)).unwrap();
             let (mut replay, mut places) =
                 (ProgramMoves::new(&kinematics, 1e-3).unwrap(), Vec::new());
@@ -169,7 +172,7 @@ fn setpoints(kinematics: &Kinematics, moves: &[PostMove]) -> Vec<Setpoint> {
     let options = PostOptions {
         control: control_of(kinematics, dialect),
         // Half for the points, half for the corners between them.
-        tolerance: TOLERANCE.map(|all| 0.5 * all),
+        tolerance: TOLERANCE.scaled(0.5),
         max_feed: None,
         method: PostMethod::Programmed,
         window: 512,
@@ -224,7 +227,7 @@ fn setpoints_keep_path_and_limits() {
             // Rapid moves are straight in the axes: 0.02 rad at a lever of half a metre bulge by 0.025 mm.
             let [cut, rapid] = [of(false), of(true)];
             assert!(
-                cut <= 1.0 || rapid <= 1.0 + 0.025 / TOLERANCE[0],
+                cut <= 1.0 || rapid <= 1.0 + 0.025 / TOLERANCE.tip,
                 "{name}: {cut} at {} s",
                 one.t
             );

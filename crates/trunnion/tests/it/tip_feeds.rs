@@ -19,7 +19,7 @@ use trunnion::post::{
     PostError, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource,
     Poster, ProgramHead, control_of,
 };
-use trunnion::types::AxisVector;
+use trunnion::types::{AxisVector, PoseTolerance};
 use trunnion::verify::{self, Audit, LimitRatio};
 
 /// Dialects whose F is a speed of the tip, by what reads them. (Of tool vectors the rotaries are reckoned back, from words
@@ -38,12 +38,12 @@ const FEED: f64 = 50.0;
 fn moves(kinematics: &Kinematics, random: &mut Random, even: bool) -> Vec<PostMove> {
     // Away from the middle, where the tool often stands along an axis.
     let inside = |axis: &Axis| {
-        let [low, high] = axis.limits;
+        let [low, high] = axis.limits.ends();
         let margin = 0.02 * (high - low);
-        if margin.is_finite() { [low + margin, high - margin] } else { axis.limits }
+        if margin.is_finite() { axis.limits.widened(-margin).ends() } else { axis.limits.ends() }
     };
     let mut q = kinematics.machine().vector(|axis| {
-        let [low, high] = axis.limits;
+        let [low, high] = axis.limits.ends();
         if (high - low).is_finite() { 0.3 * low + 0.7 * high } else { 0.3 }
     });
     let wave = AxisVector::from_fn(|_, _| random.within(0.2, 1.0));
@@ -75,7 +75,7 @@ fn post(
 ) -> Option<(String, PostReport)> {
     let options = PostOptions {
         control: control_of(kinematics, style.dialect),
-        tolerance: [0.01, 1e-3],
+        tolerance: PoseTolerance::new(0.01, 1e-3),
         max_feed: None,
         method: PostMethod::Optimal,
         window: 512,
@@ -119,12 +119,13 @@ fn what_is_said_of_the_axes_is_what_the_program_asks_of_them() {
                 let audit = check(&kinematics, axes, (&text, language)).audit.unwrap();
                 let read =
                     [worst(&audit, |axis| axis.velocity), worst(&audit, |axis| axis.acceleration)];
-                for (read, said) in read.into_iter().zip(report.ratios_after) {
+                let loads = report.loads.output;
+                for (read, said) in read.into_iter().zip([loads.velocity, loads.acceleration]) {
                     let case = format!("{name} {dialect:?} {filter:?} {even}: {read} of {said}");
                     assert!(said <= 1.0 + 1e-6, "{case}");
                     assert!(read <= said * (1.0 + 1e-3), "{case}");
                 }
-                limited += usize::from(report.ratios_after[1] > 0.95);
+                limited += usize::from(loads.acceleration > 0.95);
             }
         }
     }

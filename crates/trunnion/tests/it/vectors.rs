@@ -210,11 +210,13 @@ fn rotaries_are_those_of_the_inverse() {
         for _ in 0..40 {
             let home = machine.home();
             let turns = [0, 1].map(|slot| {
-                let [low, high] = machine.axes[3 + slot].limits.map(|limit| limit.clamp(-3.0, 3.0));
+                let [low, high] =
+                    machine.axes[3 + slot].limits.ends().map(|limit| limit.clamp(-3.0, 3.0));
                 low + (high - low) * dice.within(0.0, 1.0)
             });
             let middle = |slot: usize| {
-                let [low, high] = machine.axes[slot].limits.map(|limit| limit.clamp(-1e3, 1e3));
+                let [low, high] =
+                    machine.axes[slot].limits.ends().map(|limit| limit.clamp(-1e3, 1e3));
                 0.5 * (low + high)
             };
             let q = AxisVector::new(middle(0), middle(1), middle(2), turns[0], turns[1]);

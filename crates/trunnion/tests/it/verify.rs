@@ -411,7 +411,7 @@ fn leaving_the_travel_is_found() {
     let clean = job.check_text(&job.text);
     let mut machine = job.machine.clone();
     for (axis, audit) in machine.axes.iter_mut().zip(&clean.audit.as_ref().unwrap().axes) {
-        axis.limits = [audit.range.low - 0.01, audit.range.high + 0.01];
+        axis.limits = audit.range.widened(0.01);
     }
     assert!(job.check_with(&job.text, &machine, &job.setup).passed());
     let (number, line) = job.middle_line();

@@ -249,7 +249,7 @@ impl TravelLevers {
         let axes = &machine.axes;
         let slides: f64 = axes[..FIRST_ROTARY]
             .iter()
-            .map(|axis| axis.limits.iter().fold(0.0_f64, |far, end| far.max(end.abs())))
+            .map(|axis| axis.limits.low.abs().max(axis.limits.high.abs()))
             .sum();
         let tip = machine.gauge - machine.tool_axis.scale(setup.tool_length);
         let [first, second] = [axes[FIRST_ROTARY].point, axes[SECOND_ROTARY].point];

@@ -89,7 +89,7 @@ impl TiltBounds {
         };
         let axis = kinematics.machine().axes.get(FIRST_ROTARY);
         let free = axis.is_some_and(|axis| {
-            axis.dir.z.abs() > UPRIGHT.cos() && axis.limits.iter().all(|end| end.is_infinite())
+            axis.dir.z.abs() > UPRIGHT.cos() && axis.limits == Interval::UNBOUNDED
         });
         let whole = Interval::new(-PI, PI);
         let turn = if free { Interval::point(now.turn) } else { whole };

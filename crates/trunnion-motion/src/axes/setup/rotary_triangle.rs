@@ -4,6 +4,7 @@
 use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
 use crate::math::angle::unwrap_near;
+use crate::types::Interval;
 use nalgebra::{Rotation3, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -39,7 +40,7 @@ pub(super) struct RotaryTriangle {
     cos: [f64; 2],
     sin: [f64; 2],
     azimuth2: f64,
-    limits: [[f64; 2]; 2],
+    limits: [Interval; 2],
 }
 
 /// An interval \[rad\].
@@ -73,7 +74,7 @@ impl RotaryTriangle {
 
     /// Returns `true` if any rotary has an end of travel.
     pub(super) fn ends(&self) -> bool {
-        self.limits.iter().flatten().any(|end| end.is_finite())
+        self.limits.iter().any(|limits| *limits != Interval::UNBOUNDED)
     }
 
     /// Returns the move of the rotaries needed beyond their travel \[rad\], branch and turns of each
@@ -167,7 +168,7 @@ impl RotaryTriangle {
     /// Returns `true` if the travel of the tool-side rotary alone, or none, decides which rotations fit: then the
     /// direction of the workpiece-side rotary seen from the workpiece is all that counts.
     pub(super) fn endless_first(&self) -> bool {
-        !self.limits[0].iter().all(|end| end.is_finite())
+        !self.limits[0].is_bounded()
     }
 
     /// Returns the range of the triangle's angle at the workpiece-side rotary over an interval of polar angles:
@@ -251,11 +252,12 @@ fn minus(value: f64, sign: f64, [low, high]: AngleRange) -> AngleRange {
 }
 
 /// Returns the excess of positions up to `far` and down to `near` over an axis' travel at the best whole turn.
-fn beyond([far, near]: AngleRange, [low, high]: [f64; 2]) -> f64 {
-    if !(low.is_finite() && high.is_finite()) {
+fn beyond([far, near]: AngleRange, travel: Interval) -> f64 {
+    if !travel.is_bounded() {
         return 0.0;
     }
     // Middle of the interval onto the middle of the travel: the whole turn below or above.
+    let Interval { low, high } = travel;
     let best = (0.5 * (low + high - far - near) / TAU).floor();
     let at = |turns: f64| (far + TAU * turns - high).max(low - near - TAU * turns).max(0.0);
     at(best).min(at(best + 1.0))
@@ -279,7 +281,7 @@ mod tests {
     /// With ends of travel, so that every axis is checked.
     fn limited(mut spec: MachineSpec) -> Machine {
         for axis in &mut spec.axes[3..] {
-            (axis.limits, axis.cyclic) = (Some([-1.0, 1.0]), None);
+            (axis.limits, axis.cyclic) = (Some(Interval::new(-1.0, 1.0)), None);
         }
         spec.axes[3].sense = -1.0;
         Machine::new(spec).unwrap()
@@ -343,7 +345,7 @@ mod tests {
 
     #[test]
     fn whole_turns_are_tried() {
-        let limits = [-1.0, 1.0];
+        let limits = Interval::new(-1.0, 1.0);
         assert!(beyond([TAU + 0.5, TAU - 0.5], limits) < 1e-12);
         assert!((beyond([1.5, -0.5], limits) - 0.5).abs() < 1e-12);
         assert!((beyond([PI, PI], limits) - (PI - 1.0)).abs() < 1e-12);

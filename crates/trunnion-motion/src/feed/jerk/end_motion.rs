@@ -4,6 +4,7 @@ use super::graded_grid;
 use super::solve::feasible;
 use super::speed_spline::EndMotion;
 use crate::feed::error::FeedError;
+use crate::feed::options::PathEnds;
 use crate::feed::reciprocal::ReciprocalLimits;
 use crate::types::AxisPiece;
 
@@ -22,12 +23,13 @@ impl EndMotion {
 
 /// Returns the ends of a path with these speeds and `d²s/dt²`.
 pub(super) fn borders(
-    speeds: [f64; 2],
-    accelerations: [f64; 2],
+    speeds: PathEnds,
+    accelerations: PathEnds,
 ) -> Result<[EndMotion; 2], FeedError> {
     let mut ends = [EndMotion::Rest; 2];
-    for (end, name) in ["start", "end"].into_iter().enumerate() {
-        let [speed, value] = [speeds[end], accelerations[end]];
+    let start = ("start", speeds.start, accelerations.start);
+    let last = ("end", speeds.end, accelerations.end);
+    for (end, (name, speed, value)) in [start, last].into_iter().enumerate() {
         if !value.is_finite() || (speed <= 0.0 && value.abs() > 0.0) {
             return Err(FeedError::BadEndAcceleration { name, value, speed });
         }

@@ -6,7 +6,7 @@ use super::{end_motion, graded_grid, measure};
 use crate::feed::ends::EndSquares;
 use crate::feed::error::FeedError;
 use crate::feed::limits::Limits;
-use crate::feed::options::FeedOptions;
+use crate::feed::options::{FeedOptions, PathEnds};
 use crate::feed::pieces::{PlannedPiece, assemble, plan_all};
 use crate::feed::plan::{FeedPlan, LimitRatios};
 use crate::feed::reciprocal::ReciprocalLimits;
@@ -15,7 +15,7 @@ use crate::types::{AxisPath, AxisPiece, Progress, SchedulePiece};
 
 /// Plans a schedule within velocity, acceleration, jerk and feed limits, with continuous
 /// acceleration. Pieces rest where they meet; the first starts and the last ends with the speeds
-/// of `options.ends` and no `d²s/dt²`.
+/// of `options.end_speeds` and no `d²s/dt²`.
 ///
 /// `q''' = q' J + 3 q'' V A + q''' V³` is kept on every axis, between nodes as well:
 /// [`FeedPlan::bounds`] are guaranteed. The problem is not convex, so the schedule is not
@@ -58,7 +58,7 @@ pub fn jerk<const N: usize>(
     options: &FeedOptions,
     progress: &dyn Progress,
 ) -> Result<FeedPlan, FeedError> {
-    jerk_between(path, limits, options, [0.0; 2], progress)
+    jerk_between(path, limits, options, PathEnds::REST, progress)
 }
 
 /// Plans as [`jerk`] does, with `d²s/dt²` at the start and at the end as well.
@@ -70,7 +70,7 @@ pub fn jerk_between<const N: usize>(
     path: &AxisPath<N>,
     limits: &Limits<N>,
     options: &FeedOptions,
-    accelerations: [f64; 2],
+    accelerations: PathEnds,
     progress: &dyn Progress,
 ) -> Result<FeedPlan, FeedError> {
     validate::validate(path, limits, options)?;
@@ -79,7 +79,7 @@ pub fn jerk_between<const N: usize>(
     }
     let limits = &limits.smaller();
     // Inner pieces rest at both ends.
-    let ends = end_motion::borders(options.ends, accelerations)?;
+    let ends = end_motion::borders(options.end_speeds, accelerations)?;
     let count = path.pieces.len();
     let planned = plan_all(path, progress, |index, piece| {
         let at = |here: bool, end: EndMotion| if here { end } else { EndMotion::Rest };

@@ -44,7 +44,7 @@ pub(crate) fn axis(name: &str, dir: V3, rotary_point: Option<V3>) -> AxisSpec {
         kind: if rotary { AxisKind::Rotary } else { AxisKind::Linear },
         dir: dir.into(),
         point: rotary_point.map(Into::into),
-        limits: (!rotary).then_some([-1e5, 1e5]),
+        limits: (!rotary).then_some(trunnion::types::Interval::new(-1e5, 1e5)),
         cyclic: rotary.then_some(TAU),
         vel: 1.0,
         rapid: None,

@@ -10,7 +10,7 @@ use trunnion::inverse::{Inverse, InverseSolutions};
 use trunnion::machine::Kinematics;
 use trunnion::math::angle::wrap;
 use trunnion::math::jet::{Jet, Real};
-use trunnion::types::{Motion, PieceGeometry, ToolPath, ToolPiece, ToolPose};
+use trunnion::types::{Interval, Motion, PieceGeometry, ToolPath, ToolPiece, ToolPose};
 
 pub(crate) fn cut(geometry: PieceGeometry) -> ToolPiece {
     ToolPiece { motion: Motion::Cut, geometry }
@@ -63,7 +63,7 @@ pub(crate) fn brute_force(kinematics: &Kinematics, axes: &[V3], weights: [f64; 2
                 for [i, j] in (-2..=2).flat_map(|i| (-2..=2).map(move |j| [i, j])) {
                     let value = [q[3] + TAU * f64::from(i), q[4] + TAU * f64::from(j)];
                     let inside = |axis: usize| {
-                        let [low, high] = machine.axes[3 + axis].limits;
+                        let [low, high] = machine.axes[3 + axis].limits.ends();
                         low <= value[axis] && value[axis] <= high
                     };
                     if inside(0) && inside(1) {
@@ -93,7 +93,7 @@ pub(crate) fn brute_force(kinematics: &Kinematics, axes: &[V3], weights: [f64; 2
 /// Both branches through all nodes by continuity, with whole turns, and what they cost.
 struct Choices {
     strands: [Vec<[f64; 2]>; 2],
-    limits: [[f64; 2]; 2],
+    limits: [Interval; 2],
     weights: [f64; 2],
 }
 
@@ -131,9 +131,7 @@ impl Choices {
     /// Of the interval that starts at a node; `None` where it leaves travel.
     fn run(&self, choice: Choice, node: usize) -> Option<f64> {
         let ends = [self.at(choice, node), self.at(choice, node + 1)];
-        let inside = |value: [f64; 2]| {
-            (0..2).all(|axis| (self.limits[axis][0]..=self.limits[axis][1]).contains(&value[axis]))
-        };
+        let inside = |value: [f64; 2]| (0..2).all(|axis| self.limits[axis].contains(value[axis]));
         ends.into_iter().all(inside).then(|| self.price(ends[0], ends[1]))
     }
 

@@ -15,8 +15,10 @@ pub struct ClTally {
     pub arcs: usize,
     /// Holes.
     pub holes: usize,
-    /// Way of the tip with rapid speed, and with feed \[mm\].
-    pub length: [f64; 2],
+    /// Travel of the tip at rapid speed \[mm\].
+    pub rapid_length: f64,
+    /// Travel of the tip with feed \[mm\].
+    pub cut_length: f64,
     /// Time of the ways with feed at the feed written, and at the bottom of holes \[s\].
     pub seconds: f64,
     /// Least and largest tip coordinates \[mm\].
@@ -37,7 +39,8 @@ impl ClTally {
             locations: 0,
             arcs: 0,
             holes: 0,
-            length: [0.0; 2],
+            rapid_length: 0.0,
+            cut_length: 0.0,
             seconds: 0.0,
             tip: range,
             axis: range,
@@ -56,13 +59,13 @@ impl ClTally {
             (ClPath::Arc(arc), before) => {
                 self.arcs += 1;
                 // The chords serve the ranges and the turns of the axis only.
-                let sums = (self.length, self.seconds);
+                let sums = (self.rapid_length, self.cut_length, self.seconds);
                 record
                     .straight(before.as_ref(), self.tolerance)
                     .iter()
                     .for_each(|one| self.step(one));
                 // The arc itself is longer than its chords.
-                (self.length, self.seconds) = sums;
+                (self.rapid_length, self.cut_length, self.seconds) = sums;
                 self.travel(arc.length(&record.pose.tip), record.motion);
             }
             (ClPath::Hole(hole), before) => {
@@ -90,9 +93,9 @@ impl ClTally {
 
     fn travel(&mut self, length: f64, motion: ClMotion) {
         match motion {
-            ClMotion::Rapid => self.length[0] += length,
+            ClMotion::Rapid => self.rapid_length += length,
             ClMotion::Feed(feed) => {
-                self.length[1] += length;
+                self.cut_length += length;
                 self.seconds += length / feed;
             }
         }

@@ -14,7 +14,7 @@ use crate::machine::{
     MachineError, MachineSpec, PreferredSign, ProgramFormat, RetractFrame, RetractPolicy,
     SingularPolicy, TurnFormat,
 };
-use crate::types::{Diagnostic, Diagnostics};
+use crate::types::{Diagnostic, Diagnostics, Interval};
 use std::f64::consts::TAU;
 
 /// Machine file that was read and checked.
@@ -155,7 +155,7 @@ fn retracting(retract: &RetractPolicy, to: Option<f64>, axes: &[AxisSpec], doc: 
     if axis.kind == AxisKind::Rotary {
         let message = format!("the retracting axis {} is a rotary axis", axis.name);
         doc.fault("retract.axis", message, "name a linear axis of the chain");
-    } else if let (Some(to), Some([low, high])) = (to, axis.limits)
+    } else if let (Some(to), Some([low, high])) = (to, axis.limits.map(Interval::ends))
         && !(low..=high).contains(&retract.to)
         // An empty travel has its own fault.
         && low < high
@@ -228,7 +228,7 @@ impl Scale {
             kind,
             dir: raw.dir,
             point: raw.point.map(|point| point.map(|value| value * self.length)),
-            limits: raw.limits.map(|limits| limits.map(|value| value * unit)),
+            limits: raw.limits.map(|limits| Interval::from(limits).scaled(unit)),
             cyclic: raw.cyclic.map(|value| value * unit),
             vel: raw.vel * per_time(1),
             rapid: raw.rapid.map(|value| value * per_time(1)),
@@ -348,7 +348,7 @@ C = { kind = "rotary", dir = [0, 0, 1], point = [0, 0, 0], cyclic = 360, vel = 1
         assert_eq!(names, ["X", "Y", "Z", "C", "A"]);
         let [.., a] = &file.machine.axes;
         assert!((a.vel - std::f64::consts::PI).abs() < 1e-15);
-        assert!((a.limits[1] - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
+        assert!((a.limits.high - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
         assert_eq!(file.places.get("axis.A.vel").line, 10);
     }
 

@@ -9,7 +9,7 @@ use crate::post::conservation::CountedMove;
 use crate::post::error::{PostError, ReadBackError};
 use crate::post::options::{PostFilter, PostMethod, ProgramHead};
 use crate::post::read_back::ReadBack;
-use crate::post::report::{FastRapid, SlowedMove};
+use crate::post::report::{FastRapid, InputOutput, SlowedMove};
 use crate::post::rounded_words::RoundedWords;
 use crate::post::subdivision::Subdivider;
 use crate::post::timing::{PointTimer, TimedPoint, position_error, word_travel};
@@ -213,7 +213,7 @@ impl Poster {
         // Both ends are rounded; a filter may move them within the tolerance.
         let coordinates = self.style.dialect.coordinates();
         let off = rounding(&self.kinematics, &point.q, &self.style.axes, coordinates, 0.0);
-        let moved = if filters { self.options.tolerance[0] } else { 0.0 };
+        let moved = if filters { self.options.tolerance.tip } else { 0.0 };
         let rounding = 2.0 * (off + moved);
         let one = CountedMove { line: point.line, is_rapid, ends, rounding };
         if point.is_added || (filters && !is_rapid) {
@@ -229,12 +229,13 @@ impl Poster {
         let Some(programmed) = point.programmed else { return };
         match &mut self.comparing {
             Some(sum) if sum.line == point.line => {
-                sum.seconds = [sum.seconds[0] + programmed, sum.seconds[1] + seconds];
+                sum.seconds.input += programmed;
+                sum.seconds.output += seconds;
             }
             _ => {
                 self.note_slowed();
-                self.comparing =
-                    Some(SlowedMove { line: point.line, seconds: [programmed, seconds] });
+                let seconds = InputOutput { input: programmed, output: seconds };
+                self.comparing = Some(SlowedMove { line: point.line, seconds });
             }
         }
     }

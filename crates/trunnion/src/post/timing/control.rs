@@ -5,7 +5,7 @@ use crate::machine::{FIRST_ROTARY, Kinematics, Machine};
 use crate::nc::control::{BlendClock, BlendTolerance, ClockedBlock, ClockedKind};
 use crate::nc::write::{Coordinates, OutputFormat, Style};
 use crate::post::axis_point::AxesPose;
-use crate::types::{AXES, AxisVector};
+use crate::types::{AXES, AxisVector, PoseTolerance};
 use nalgebra::UnitVector3;
 
 /// Servo period of a machine that states none \[s\]: the usual one of the control.
@@ -24,7 +24,7 @@ pub(crate) struct ControlClock {
 impl ControlClock {
     /// Creates the clock of a program for this machine, which may leave its path as far as the style states.
     pub(crate) fn new(machine: &Machine, style: &Style) -> Self {
-        let within = |[tip, _]: [f64; 2]| BlendTolerance::Within(tip);
+        let within = |blend: PoseTolerance| BlendTolerance::Within(blend.tip);
         Self {
             velocity: machine.vector(|axis| axis.vel),
             rapid: machine.vector(|axis| axis.rapid),

@@ -2,6 +2,7 @@
 
 use super::block_motion::BlockMotion;
 use crate::machine::Machine;
+use crate::post::report::AxisLoadRatios;
 use crate::types::AxisVector;
 
 /// Largest ratio of axis velocities and accelerations to their limits.
@@ -15,7 +16,7 @@ pub(crate) struct AxisLoad {
     /// Mean motion of the block before.
     before: Option<BlockMotion>,
     /// Largest ratios of velocity and of acceleration; 1 is the limit.
-    pub(crate) worst: [f64; 2],
+    pub(crate) worst: AxisLoadRatios,
 }
 
 impl AxisLoad {
@@ -25,7 +26,7 @@ impl AxisLoad {
             velocity: machine.vector(|axis| axis.vel),
             acceleration: machine.vector(|axis| axis.acc),
             before: None,
-            worst: [0.0; 2],
+            worst: AxisLoadRatios::default(),
         }
     }
 
@@ -36,9 +37,10 @@ impl AxisLoad {
             return;
         }
         let motion = BlockMotion::new(travel, error, seconds);
-        self.worst[0] = self.worst[0].max(motion.over(&self.velocity));
+        self.worst.velocity = self.worst.velocity.max(motion.over(&self.velocity));
         let last = self.before.unwrap_or_else(BlockMotion::rest);
-        self.worst[1] = self.worst[1].max(last.to(&motion).over(&self.acceleration));
+        self.worst.acceleration =
+            self.worst.acceleration.max(last.to(&motion).over(&self.acceleration));
         self.before = Some(motion);
     }
 
@@ -46,7 +48,8 @@ impl AxisLoad {
     pub(crate) fn inside(&mut self, travel: &AxisVector, seconds: f64) {
         if seconds > 0.0 {
             let velocity = travel / seconds;
-            self.worst[0] = self.worst[0].max(velocity.component_div(&self.velocity).amax());
+            self.worst.velocity =
+                self.worst.velocity.max(velocity.component_div(&self.velocity).amax());
         }
     }
 
@@ -55,7 +58,7 @@ impl AxisLoad {
         if let Some(motion) = self.before.take() {
             // From the middle of the last block to its end, where the axes stand.
             let change = motion.to(&BlockMotion::rest());
-            self.worst[1] = self.worst[1].max(change.over(&self.acceleration));
+            self.worst.acceleration = self.worst.acceleration.max(change.over(&self.acceleration));
         }
     }
 
@@ -80,7 +83,7 @@ mod tests {
             load.push(&AxisVector::from([travel, 0.0, 0.0, 0.0, 0.0]), &AxisVector::zeros(), 0.1);
         }
         load.rest();
-        assert!((load.worst[0] - 30.0 / velocity).abs() < 1e-12);
-        assert!((load.worst[1] - 600.0 / acceleration).abs() < 1e-12);
+        assert!((load.worst.velocity - 30.0 / velocity).abs() < 1e-12);
+        assert!((load.worst.acceleration - 600.0 / acceleration).abs() < 1e-12);
     }
 }

@@ -118,7 +118,7 @@ impl SmoothPathTimer {
             kinematics: kinematics.clone(),
             planner,
             limits: [limits.velocity, limits.acceleration],
-            tolerance: options.tolerance,
+            tolerance: options.tolerance.into(),
             at,
             motion: None,
             piece: 0,

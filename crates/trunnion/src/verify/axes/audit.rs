@@ -128,11 +128,16 @@ impl<'a> AxisAuditor<'a> {
 
     /// Counts a segment and the travel of the tip in it.
     fn count(&mut self, control: &Control, segment: &Segment) -> Result<(), VerifyError> {
-        let kind = usize::from(!segment.rapid);
-        self.motion.moves[kind] += usize::from(segment.block.begins);
+        let motion = &mut self.motion;
+        let (moves, length) = if segment.rapid {
+            (&mut motion.rapids, &mut motion.rapid_length)
+        } else {
+            (&mut motion.cuts, &mut motion.cut_length)
+        };
+        *moves += usize::from(segment.block.begins);
         if !segment.is_unknown() && !matches!(segment.course, Course::Rest) {
             let [from, to] = [control.pose(segment, 0.0)?, control.pose(segment, 1.0)?];
-            self.motion.length[kind] += (to.tip - from.tip).norm();
+            *length += (to.tip - from.tip).norm();
         }
         Ok(())
     }
@@ -219,7 +224,7 @@ impl<'a> AxisAuditor<'a> {
     fn finish(mut self) -> Result<Audit, VerifyError> {
         let before = self.block.take();
         self.difference(before.as_ref(), None);
-        let moves = self.motion.moves.iter().sum();
+        let moves = self.motion.rapids + self.motion.cuts;
         if moves == 0 {
             return Err(VerifyError::NoMotion);
         }
@@ -364,7 +369,7 @@ impl<'a> AxisState<'a> {
     /// Takes in a position.
     fn visit(&mut self, q: f64, line: u32) {
         self.range = [self.range[0].min(q), self.range[1].max(q)];
-        let [low, high] = self.axis.limits;
+        let [low, high] = self.axis.limits.ends();
         // Positive beyond either end; at most one of both is.
         let excess = (low - q).max(q - high);
         if excess > TRAVEL_ROUNDING && self.travel.is_none_or(|worst| excess > worst.excess) {

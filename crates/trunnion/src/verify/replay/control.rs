@@ -153,9 +153,8 @@ impl Control {
         // X, Y, Z follow from tip and rotaries alone.
         let mut axes = AxisVector::zeros();
         axes.fixed_rows_mut::<2>(FIRST_ROTARY).copy_from_slice(&rotaries);
-        let inside = |(value, axis): (&f64, &Axis)| {
-            axis.limits[0] - TRAVEL_ROUNDING <= *value && *value <= axis.limits[1] + TRAVEL_ROUNDING
-        };
+        let inside =
+            |(value, axis): (&f64, &Axis)| axis.limits.widened(TRAVEL_ROUNDING).contains(*value);
         let linear = self.linear_axes(target, &axes, line);
         linear.is_ok_and(|linear| linear.iter().zip(&self.real.machine().axes).all(inside))
     }

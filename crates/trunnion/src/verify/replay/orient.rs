@@ -197,9 +197,7 @@ fn nearest(
     let axes = [first, second];
     let place = |rotaries: [f64; 2]| {
         let each = || axes.into_iter().zip(rotaries);
-        let inside = |(axis, value): (&Axis, f64)| {
-            axis.limits[0] - TIE <= value && value <= axis.limits[1] + TIE
-        };
+        let inside = |(axis, value): (&Axis, f64)| axis.limits.widened(TIE).contains(value);
         RotaryCandidate {
             rotaries,
             outside: linear == LinearTravel::Outside || !each().all(inside),

@@ -253,7 +253,7 @@ impl<'a> AxisState<'a> {
         let rounding = |order: usize| options.rounding[order][index];
         let q = values[0];
         self.range = [self.range[0].min(q), self.range[1].max(q)];
-        let [low, high] = self.axis.limits;
+        let [low, high] = self.axis.limits.ends();
         let excess = (low - q).max(q - high);
         if excess > rounding(0) + ROUNDING {
             let first = OutsideTravel { line, value: q, excess, rows: 0 };

@@ -9,6 +9,7 @@ use trunnion::machine::{
     AxisFormat, AxisInterpolation, AxisKind, AxisSpec, ControlLimits, FeedMode, Kinematics,
     Machine, MachineSpec, ProgramFormat, RetractPolicy, Setup, SingularPolicy,
 };
+use trunnion::types::Interval;
 
 /// Which machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,7 +31,7 @@ fn axis(name: &str, dir: [f64; 3], point: Option<[f64; 3]>) -> AxisSpec {
         kind,
         dir,
         point,
-        limits: Some([-reach, reach]),
+        limits: Some(Interval::new(-reach, reach)),
         cyclic: None,
         vel,
         rapid: None,
