@@ -197,16 +197,22 @@ fn offsets(args: &Args, kinematics: Option<&Kinematics>) -> Vec<WorkOffset> {
     args.offset.iter().map(|argument| argument.offset(g54)).collect()
 }
 
-/// Returns a warning if the program gives its only tool another number than the job.
+/// Returns a warning if the program gives its only tool another number than the job, or none.
 fn misnamed(motion: &Motion, own: u32) -> Option<String> {
     let called = match motion {
         Motion::Program(program, _) => program.tools().first().copied(),
         Motion::Locations(file) => file.tools().first().map(|tool| tool.number),
     };
-    let called = called.filter(|number| *number != own)?;
-    Some(format!(
-        "the program calls tool {called}; it is taken to be the job's, which is tool {own}"
-    ))
+    match called {
+        Some(number) if number == own => None,
+        Some(number) => Some(format!(
+            "the program calls tool {number}; it is taken to be the job's, which is tool {own}"
+        )),
+        None if matches!(motion, Motion::Locations(_)) => None,
+        None => Some(format!(
+            "the program calls no tool; the job's, tool {own}, has to be in the spindle"
+        )),
+    }
 }
 
 /// Reads the program.

@@ -207,6 +207,11 @@ impl PartCheckSummary {
         let mut warnings = subject.warnings.clone();
         warnings.extend(choices.iter().flat_map(|choices| choices.warnings(&subject.program)));
         warnings.extend(changes.iter().flat_map(|changes| changes.warnings(&subject.program)));
+        // Odd, but no harm to the part by themselves.
+        let unended = audit.and_then(|audit| audit.unended).map(|of| of.to_string());
+        let slow = audit.and_then(|audit| audit.slow).map(|of| of.to_string());
+        let odd = unended.into_iter().chain(slow);
+        warnings.extend(odd.map(|text| format!("{}: {text}", subject.program)));
         Self {
             schema: "trunnion-check/1",
             generator: format!("trunnion {}", env!("CARGO_PKG_VERSION")),

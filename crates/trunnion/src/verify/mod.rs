@@ -57,7 +57,7 @@ pub use replay::{
 pub use report::{
     Audit, AuditedMotion, AxisAudit, AxisRatio, Deviation, ExtremeHeight, FaceMap, Finding,
     HeightBounds, HeightSample, HistogramBin, LimitRatio, ModelAudit, Report, Sensitivity,
-    ShortBlocks, SingularPassages, TravelOverrun,
+    ShortBlocks, SingularPassages, SlowBlocks, TravelOverrun, UnendedCut,
 };
 pub use setpoints::{
     AxisMotion, MotionAudit, MotionError, MotionFinding, MotionOptions, MotionReport, MotionRow,

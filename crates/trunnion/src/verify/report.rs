@@ -322,6 +322,51 @@ pub struct Audit {
     pub brief: Option<ShortBlocks>,
     /// Feed moves that come within the machine's singular cone; `None` if there are none.
     pub singular: Option<SingularPassages>,
+    /// Cuts after which the tool stays where it is; `None` if there are none.
+    pub unended: Option<UnendedCut>,
+    /// Feed blocks that are far slower than both of their neighbours; `None` if there are none.
+    pub slow: Option<SlowBlocks>,
+}
+
+/// Cuts after which the program ends, or changes the tool, without leading the tool off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct UnendedCut {
+    /// Number of them: one for each tool at most.
+    pub count: usize,
+    /// Line of the first.
+    pub line: u32,
+}
+
+impl fmt::Display for UnendedCut {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { count, line } = self;
+        let help = "write a rapid move or a way off along the tool axis behind it";
+        match count {
+            1 => {
+                write!(f, "line {line}: nothing leads the tool off the part after this cut; {help}")
+            }
+            _ => write!(
+                f,
+                "line {line}: nothing leads the tool off the part after this cut, and after {} more; {help}",
+                count - 1
+            ),
+        }
+    }
+}
+
+/// Feed blocks that are slower by far than the blocks beside them, such as one with a wrong F word.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct SlowBlocks {
+    /// Number of them.
+    pub count: usize,
+    /// Line of the slowest.
+    pub line: u32,
+    /// Speed beside it over its own.
+    pub ratio: f64,
+    /// Time that all of them cost \[s\].
+    pub lost: f64,
 }
 
 /// Blocks shorter than the servo period: a control joins them, slows down or skips some.
@@ -351,6 +396,19 @@ pub struct SingularPassages {
     pub angle: f64,
     /// Largest turn of a rotary axis in one of these blocks \[rad\].
     pub turn: f64,
+}
+
+impl fmt::Display for SlowBlocks {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { count, line, ratio, lost } = self;
+        let (blocks, cost) =
+            if *count == 1 { ("block is", "costs") } else { ("blocks are", "cost") };
+        write!(
+            f,
+            "line {line}: {count} {blocks} slower by far than those beside, this one {ratio:.0} times, and {cost} \
+             {lost:.2} s; is F as intended?"
+        )
+    }
 }
 
 /// Range and rates of one axis, against its limits.

@@ -85,6 +85,43 @@ fn a_block_shorter_than_the_servo_period_is_named() {
     assert!((brief.shortest - 0.0005).abs() < 1e-9, "{brief:?}");
 }
 
+/// A finger that slips at one F word costs time, and is found whether the feed is a speed or an inverse time.
+#[test]
+fn a_block_far_slower_than_its_neighbours_is_named() {
+    let row = |k: usize, feed: f64| format!("G1 X{k} F{feed}\n");
+    let program = |head: &str, feeds: [f64; 6]| {
+        let rows: String = feeds.iter().enumerate().map(|(k, feed)| row(k + 1, *feed)).collect();
+        format!("G21 G90 {head}\nG0 X0 Y0 Z0\n{rows}G0 Z5\nM2\n")
+    };
+    for (head, feed) in [("G94", 600.0), ("G93", 600.0)] {
+        let even = [feed; 6];
+        assert_eq!(audit(&program(head, even), &machine()).slow, None);
+        // A ramp of planned feeds is no fault, however steep.
+        let ramp = [10.0, 80.0, feed, feed, 70.0, 9.0];
+        assert_eq!(audit(&program(head, ramp), &machine()).slow, None);
+        let mut slipped = even;
+        slipped[3] = 0.01 * feed;
+        let slow = audit(&program(head, slipped), &machine()).slow.unwrap();
+        assert_eq!((slow.count, slow.line), (1, 6));
+        // 1 mm at 6 mm/min takes 10 s instead of 0.1 s.
+        assert!((slow.ratio - 100.0).abs() < 1e-6 && (slow.lost - 9.9).abs() < 1e-6, "{slow:?}");
+    }
+}
+
+#[test]
+fn a_cut_that_nothing_leads_off_from_is_named() {
+    let unended = |end: &str| {
+        let text = format!("G21 G90 G94\nG0 X0 Y0 Z5\nG1 Z0 F600\nX8\n{end}M2\n");
+        audit(&text, &machine()).unended.map(|of| of.line)
+    };
+    assert_eq!(unended(""), Some(4));
+    assert_eq!(unended("G4 P1\n"), Some(4), "a pause leads nowhere");
+    assert_eq!(unended("G1 Y9\n"), Some(5), "sideways is a cut as well");
+    assert_eq!(unended("G1 Z5\n"), None);
+    assert_eq!(unended("G0 Z5\n"), None);
+    assert_eq!(unended("G53 G0 Z0\n"), None);
+}
+
 #[test]
 fn passages_by_the_singular_direction_are_counted() {
     // B is the angle between tool and C; the cone is 3 degrees. The last move runs through it and out again.

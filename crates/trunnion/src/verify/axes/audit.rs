@@ -1,5 +1,6 @@
 //! Axes against travel, velocity and acceleration limits, from the text's own times.
 
+use super::block_course::BlockCourse;
 use super::block_timing::BlockTiming;
 use super::linuxcnc::LinuxCncModel;
 use super::mean_acceleration::MeanAcceleration;
@@ -73,6 +74,7 @@ struct AxisAuditor<'a> {
     /// Mean acceleration into the feed block before.
     acceleration: MeanAcceleration,
     motion: AuditedMotion,
+    course: BlockCourse,
     /// Time of all blocks, and of the rapids among them \[s\].
     duration: f64,
     rapid: f64,
@@ -91,6 +93,7 @@ impl<'a> AxisAuditor<'a> {
             start: AxisVector::zeros(),
             acceleration: MeanAcceleration::STANDSTILL,
             motion: AuditedMotion::default(),
+            course: BlockCourse::default(),
             duration: 0.0,
             rapid: 0.0,
         }
@@ -135,10 +138,16 @@ impl<'a> AxisAuditor<'a> {
             (&mut motion.cuts, &mut motion.cut_length)
         };
         *moves += usize::from(segment.block.begins);
-        if !segment.is_unknown() && !matches!(segment.course, Course::Rest) {
-            let [from, to] = [control.pose(segment, 0.0)?, control.pose(segment, 1.0)?];
-            *length += (to.tip - from.tip).norm();
+        if matches!(segment.course, Course::Rest) {
+            return Ok(());
         }
+        if segment.is_unknown() {
+            self.course.take(segment, None);
+            return Ok(());
+        }
+        let ends = [control.pose(segment, 0.0)?, control.pose(segment, 1.0)?];
+        *length += (ends[1].tip - ends[0].tip).norm();
+        self.course.take(segment, Some(ends));
         Ok(())
     }
 
@@ -224,6 +233,7 @@ impl<'a> AxisAuditor<'a> {
     fn finish(mut self) -> Result<Audit, VerifyError> {
         let before = self.block.take();
         self.difference(before.as_ref(), None);
+        self.course.end_tool();
         let moves = self.motion.rapids + self.motion.cuts;
         if moves == 0 {
             return Err(VerifyError::NoMotion);
@@ -238,6 +248,8 @@ impl<'a> AxisAuditor<'a> {
             linuxcnc: self.linuxcnc.finish(),
             brief: self.timing.short,
             singular: self.timing.singular,
+            unended: self.course.unended,
+            slow: self.course.slow,
         })
     }
 }
