@@ -5,6 +5,7 @@ use super::smoothed::{ARC_SHARE, SHARE, Sheet, WRITTEN};
 use serde::Serialize;
 use std::path::Path;
 use trunnion::toolpath::SAME;
+use trunnion::types::PoseTolerance;
 
 /// Answer of `--json`.
 #[derive(Debug, Default, Serialize)]
@@ -41,7 +42,7 @@ struct Smoothing {
 }
 
 /// Returns the answer.
-pub(super) fn answer(sheet: &Sheet, smooth: Option<[f64; 2]>) -> Answer {
+pub(super) fn answer(sheet: &Sheet, smooth: Option<PoseTolerance>) -> Answer {
     let [read, written] = sheet.conserved;
     Answer {
         schema: "trunnion-path/1",
@@ -51,7 +52,7 @@ pub(super) fn answer(sheet: &Sheet, smooth: Option<[f64; 2]>) -> Answer {
     }
 }
 
-fn smoothing(sheet: &Sheet, [tip, axis]: [f64; 2]) -> Smoothing {
+fn smoothing(sheet: &Sheet, tolerance: PoseTolerance) -> Smoothing {
     let report = &sheet.report;
     let most = &report.deviated;
     // Without spans nothing was smoothed; merged locations lie within SAME of the tolerance on either side.
@@ -61,8 +62,8 @@ fn smoothing(sheet: &Sheet, [tip, axis]: [f64; 2]) -> Smoothing {
         _ => [SHARE + ARC_SHARE, SHARE],
     };
     Smoothing {
-        tip_tolerance: tip,
-        axis_tolerance: axis.to_degrees(),
+        tip_tolerance: tolerance.tip,
+        axis_tolerance: tolerance.axis.to_degrees(),
         tip_deviation: most.tip,
         // Deviation of the path, division into straight moves, and rounding add up.
         tip_bound: most.tip_bound + tip_share * tip + WRITTEN[0],

@@ -2,6 +2,7 @@
 
 use crate::option_values::pose_tolerance;
 use std::path::PathBuf;
+use trunnion::types::PoseTolerance;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
@@ -13,7 +14,7 @@ pub(crate) struct Args {
     /// Fit a C3 path within these tolerances of the cutter locations: mm at the tip, degrees of the tool axis.
     /// The written locations stay within them everywhere.
     #[arg(long, value_name = "TIP,AXIS", value_parser = pose_tolerance, allow_hyphen_values = true)]
-    pub(super) smooth: Option<[f64; 2]>,
+    pub(super) smooth: Option<PoseTolerance>,
     /// Draw tip and axis deviation along the path (SVG); with --smooth.
     #[arg(long, value_name = "FILE", requires = "smooth")]
     pub(super) chart: Option<PathBuf>,

@@ -2,6 +2,7 @@
 
 use super::profile::Profile;
 use std::fmt::Write;
+use trunnion::types::PoseTolerance;
 
 /// Size of one of the two plots, and the room around them \[px\].
 const PLOT: [f64; 2] = [860.0, 150.0];
@@ -11,7 +12,7 @@ const MARGIN: [f64; 2] = [80.0, 40.0];
 const COLUMNS: usize = 860;
 
 /// Draws deviations under their tolerances.
-pub(crate) fn draw(profile: &Profile, [tip, axis]: [f64; 2]) -> String {
+pub(crate) fn draw(profile: &Profile, tolerance: PoseTolerance) -> String {
     let [width, height] = [PLOT[0] + 1.5 * MARGIN[0], 2.0 * (PLOT[1] + 1.75 * MARGIN[1])];
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" \
@@ -21,12 +22,12 @@ pub(crate) fn draw(profile: &Profile, [tip, axis]: [f64; 2]) -> String {
     let plots = [
         Plot {
             name: "tip, mm",
-            tolerance: tip,
+            tolerance: tolerance.tip,
             columns: profile.columns(COLUMNS, |of| [of.tip, of.tip_bound]),
         },
         Plot {
             name: "axis, deg",
-            tolerance: axis.to_degrees(),
+            tolerance: tolerance.axis.to_degrees(),
             columns: profile.columns(COLUMNS, |of| [of.axis, of.axis_bound].map(f64::to_degrees)),
         },
     ];

@@ -17,7 +17,7 @@ use std::path::Path;
 use trunnion::nc::read::{ClItem, ClReader};
 use trunnion::pipeline;
 use trunnion::post::MOST_FAULTS;
-use trunnion::types::{Progress, Stage};
+use trunnion::types::{PoseTolerance, Progress, Stage};
 
 /// Bytes read at a time.
 const BUFFER: usize = 1 << 16;
@@ -93,7 +93,7 @@ impl<'a> Input<'a> {
 fn rewrite(
     mut input: Input<'_>,
     bars: &Bars,
-    smooth: Option<[f64; 2]>,
+    smooth: Option<PoseTolerance>,
     out: impl Write,
 ) -> Result<Sheet, Failure> {
     let name = input.name;
@@ -135,7 +135,11 @@ fn rewrite(
     }
     let sheet = writer.finish().map_err(|stop| stopped(name, stop))?;
     let conserved = [counter.count, counted.count()];
-    conserved::compare(name, [&conserved[0], &conserved[1]], smooth.map(|[tip, _]| tip))?;
+    conserved::compare(
+        name,
+        [&conserved[0], &conserved[1]],
+        smooth.map(|tolerance| tolerance.tip),
+    )?;
     Ok(Sheet { conserved, ..sheet })
 }
 

@@ -7,7 +7,7 @@ use std::io::{self, Write};
 use trunnion::nc::read::{ClItem, ClMotion, ClPath, ClReader, ClRecord};
 use trunnion::post::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS};
 use trunnion::toolpath::{PathSmoother, SmoothError, SmoothOptions, SmoothReport, SmoothSpan};
-use trunnion::types::{Diagnostic, Station, ToolPose};
+use trunnion::types::{Diagnostic, PoseTolerance, Station, ToolPose};
 
 /// Share of the tolerances for the straight moves between the locations written; the path has the rest.
 pub(super) const SHARE: f64 = 0.5;
@@ -64,8 +64,10 @@ struct Stretch {
 /// Writes a smoothed file.
 pub(super) struct Rewriter<W> {
     out: W,
-    /// Tolerances of tip \[mm\] and axis \[rad\]: of the path, and of the moves between the locations written.
-    tolerance: [[f64; 2]; 2],
+    /// Tolerance of the path.
+    path: PoseTolerance,
+    /// Tolerance of the moves between the locations written.
+    moves: PoseTolerance,
     stretch: Option<Stretch>,
     /// Position of the tool.
     place: Option<ToolPose>,
@@ -79,13 +81,15 @@ pub(super) struct Rewriter<W> {
 }
 
 impl<W: Write> Rewriter<W> {
-    pub(super) fn new(out: W, [tip, axis]: [f64; 2]) -> Self {
-        let path =
-            // Arcs, path, straight moves and rounding share the tip tolerance.
-            [(1.0 - SHARE - ARC_SHARE) * tip - WRITTEN[0], (1.0 - SHARE) * axis - WRITTEN[1]];
+    pub(super) fn new(out: W, tolerance: PoseTolerance) -> Self {
+        let PoseTolerance { tip, axis } = tolerance;
+        // Arcs, path, straight moves and rounding share the tip tolerance.
+        let tip = (1.0 - SHARE - ARC_SHARE) * tip - WRITTEN[0];
+        let path = PoseTolerance::new(tip, (1.0 - SHARE) * axis - WRITTEN[1]);
         Self {
             out,
-            tolerance: [path, [SHARE * tip, SHARE * axis]],
+            path,
+            moves: tolerance.scaled(SHARE),
             stretch: None,
             place: None,
             feed: None,
@@ -129,7 +133,7 @@ impl<W: Write> Rewriter<W> {
 
     fn location(&mut self, record: &ClRecord, raw: &[u8], reader: &ClReader) -> Result<(), Stop> {
         self.sheet.locations[0] += 1;
-        let arc = ARC_SHARE * self.tolerance[1][0] / SHARE;
+        let arc = ARC_SHARE * self.moves.tip / SHARE;
         match (record.way, record.motion, self.place) {
             // A drilling cycle is written as it is: its moves belong to the control.
             (ClPath::Hole(_), ..) => {
@@ -191,7 +195,7 @@ impl<W: Write> Rewriter<W> {
         reader: &ClReader,
     ) -> Result<Stretch, Stop> {
         let radius = reader.cutter().map_or(USUAL_RADIUS, |[diameter, _]| 0.5 * diameter);
-        let mut options = SmoothOptions::within(self.tolerance[0].into());
+        let mut options = SmoothOptions::within(self.path);
         options.lever = if radius > 0.0 { radius } else { USUAL_RADIUS };
         options.corner = CORNER;
         options.step_ratio = STEP_RATIO;
@@ -263,7 +267,7 @@ impl<W: Write> Rewriter<W> {
         let feed = feeds.map(|(_, feed)| *feed).reduce(f64::min);
         let motion = feed.map_or(ClMotion::Rapid, ClMotion::Feed);
         // As few straight moves as keep the other share of the tolerances.
-        let parts = span.chords(self.tolerance[1].into());
+        let parts = span.chords(self.moves);
         for part in 1..=parts {
             if let Some(pose) = span.pose(f64::from(part) / f64::from(parts)) {
                 self.goto(&pose, motion)?;

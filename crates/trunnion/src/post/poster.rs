@@ -42,8 +42,11 @@ pub struct Poster {
     asked: VecDeque<PostPace>,
     /// End of the last move of the input, on the machine, if the moves are filtered.
     read: Option<AxesPose>,
-    output: Option<ProgramOutput>,
+    /// Boxed, because it is taken out and put back at every block.
+    output: Option<Box<ProgramOutput>>,
     points: Vec<AxisPoint>,
+    /// Points rounded to words; kept for its memory.
+    rounded: Vec<AxisPoint>,
     timed: Vec<TimedPoint>,
     /// Times and axis load of the input.
     before: FeedTally,
@@ -107,7 +110,7 @@ struct ProgramOutput {
     timer: PointTimer,
     writer: ProgramWriter,
     /// Reads what the writer writes; `None` once it does not understand the text.
-    read_back: Option<ReadBack>,
+    read_back: Option<Box<ReadBack>>,
     /// Last point whose time is known.
     at: AxesPose,
     /// End of the last block.
@@ -164,6 +167,7 @@ impl Poster {
             source,
             output: None,
             points: Vec::new(),
+            rounded: Vec::new(),
             timed: Vec::new(),
             before: FeedTally::new(kinematics, style),
             after: FeedTally::new(kinematics, style),

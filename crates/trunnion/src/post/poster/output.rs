@@ -46,8 +46,8 @@ impl Poster {
         let timer = PointTimer::new(&self.kinematics, &self.style.axes, &self.options, to.q)?;
         let text = out.get(begin..).unwrap_or_default();
         let read = ReadBack::new(&self.kinematics, style, text, &to.pose);
-        let read_back = self.understood(read)?;
-        self.output = Some(ProgramOutput {
+        let read_back = self.understood(read)?.map(Box::new);
+        self.output = Some(Box::new(ProgramOutput {
             timer,
             writer,
             read_back,
@@ -56,7 +56,7 @@ impl Poster {
             waiting: [0.0; 3],
             inside: Vec::new(),
             words: RoundedWords::new(&self.kinematics, &self.style, &to),
-        });
+        }));
         Ok(())
     }
 
@@ -79,35 +79,34 @@ impl Poster {
             let done = read.change_tool(&self.kinematics, text, &to.pose);
             output.read_back = self.understood(done)?.map(|()| read);
         }
-        self.output = Some(ProgramOutput {
-            timer: PointTimer::new(&self.kinematics, &self.style.axes, &self.options, to.q)?,
-            at: to,
-            block: to,
-            waiting: [0.0; 3],
-            inside: Vec::new(),
-            words: RoundedWords::new(&self.kinematics, &self.style, &to),
-            ..output
-        });
+        output.timer = PointTimer::new(&self.kinematics, &self.style.axes, &self.options, to.q)?;
+        (output.at, output.block, output.waiting) = (to, to, [0.0; 3]);
+        output.inside.clear();
+        output.words = RoundedWords::new(&self.kinematics, &self.style, &to);
+        self.output = Some(output);
         Ok(())
     }
 
     /// Times points, and writes the blocks whose time is known.
     pub(super) fn run(&mut self, out: &mut String, points: &[AxisPoint]) -> Result<(), PostError> {
         self.sample(points)?;
-        let mut points = points.to_vec();
+        let mut rounded = std::mem::take(&mut self.rounded);
+        rounded.clear();
+        rounded.extend_from_slice(points);
         if let Some(output) = &mut self.output {
             // Programmed times are kept even where an axis is too fast for them: the report shows it.
             let limited = self.options.method != PostMethod::Programmed;
             let subdivider = limited.then_some(&self.subdivider);
-            output.words.take(&self.kinematics, &self.style, subdivider, &mut points);
+            output.words.take(&self.kinematics, &self.style, subdivider, &mut rounded);
         }
-        for batch in points.chunks(BATCH) {
+        for batch in rounded.chunks(BATCH) {
             let Some(output) = &mut self.output else { return Ok(()) };
             for point in batch {
                 output.timer.push(point, &mut self.timed)?;
             }
             self.write(out)?;
         }
+        self.rounded = rounded;
         Ok(())
     }
 
@@ -128,11 +127,10 @@ impl Poster {
         if let Some(motion) = &mut self.motion {
             motion.rest()?;
         }
-        let Some(output) = self.output.take() else { return Ok(()) };
+        let Some(output) = &mut self.output else { return Ok(()) };
         // A fresh timer starts from rest at the same place.
         let next = PointTimer::new(&self.kinematics, &self.style.axes, &self.options, output.at.q)?;
-        output.timer.finish(&mut self.timed)?;
-        self.output = Some(ProgramOutput { timer: next, ..output });
+        std::mem::replace(&mut output.timer, next).finish(&mut self.timed)?;
         self.write(out)?;
         self.before.rest();
         self.after.rest();
