@@ -66,9 +66,9 @@ fn smoothing(sheet: &Sheet, tolerance: PoseTolerance) -> Smoothing {
         axis_tolerance: tolerance.axis.to_degrees(),
         tip_deviation: most.tip,
         // Deviation of the path, division into straight moves, and rounding add up.
-        tip_bound: most.tip_bound + tip_share * tip + WRITTEN[0],
+        tip_bound: most.tip_bound + tip_share * tolerance.tip + WRITTEN[0],
         axis_deviation: most.axis.to_degrees(),
-        axis_bound: (most.axis_bound + axis_share * axis + WRITTEN[1]).to_degrees(),
+        axis_bound: (most.axis_bound + axis_share * tolerance.axis + WRITTEN[1]).to_degrees(),
         spans: report.spans,
         merged: report.merged,
         corners_blended: report.blended,

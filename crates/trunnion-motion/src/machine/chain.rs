@@ -20,6 +20,7 @@ use super::spec::{AxisSpec, MachineSpec};
 ///
 /// ```
 /// use trunnion_motion::machine::{KinematicChain, Machine, MachineSpec};
+/// use trunnion_motion::types::Interval;
 ///
 /// let chain = KinematicChain::new()
 ///     .linear("Y", [0.0, 1.0, 0.0])
