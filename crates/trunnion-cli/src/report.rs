@@ -227,7 +227,7 @@ fn smoothing(job: &Job, outcome: &Outcome) -> String {
     }
     chart::draw(
         &profile,
-        trunnion::post::smoothing_tolerance(share, trunnion::cover::lever(&job.cutter)).into(),
+        trunnion::post::smoothing_tolerance(share, trunnion::cover::lever(&job.cutter)),
     )
 }
 
