@@ -1,7 +1,7 @@
 //! End of a verb: exit codes and messages.
 
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trunnion::nc::read::ReadRemedy;
 use trunnion::types::Diagnostic;
@@ -17,11 +17,18 @@ pub(crate) enum Done {
     Refused,
 }
 
-/// Failure of a verb, which wrote nothing.
+/// Failure of a verb, which wrote nothing but what it says.
 #[derive(Debug)]
 pub(crate) enum Failure {
     /// The input cannot be used: one or several messages, each complete in itself.
     Input(Vec<String>),
+    /// The work could not be finished. What was done by then is kept in these files.
+    Unfinished {
+        /// Reasons, each complete in itself.
+        messages: Vec<String>,
+        /// Files that were written.
+        kept: Vec<PathBuf>,
+    },
     /// The user stopped it.
     Stopped,
     /// Something failed that is not the user's fault.
@@ -92,6 +99,15 @@ pub(crate) fn exit(result: Result<Done, Failure>) -> ExitCode {
             }
             eprintln!("nothing was written");
             ExitCode::from(2)
+        }
+        Err(Failure::Unfinished { messages, kept }) => {
+            for message in &messages {
+                eprintln!("error: {message}");
+            }
+            for file in &kept {
+                eprintln!("wrote {}", file.display());
+            }
+            ExitCode::from(1)
         }
         Err(Failure::Stopped) => {
             eprintln!("stopped on request; nothing was written");

@@ -50,7 +50,10 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
         let dry_run = DryRun::of(&job, warnings);
         return form.print(&dry_run, |dry_run| describe_dry_run(&job, &dry_run.warnings));
     }
-    let outcome = pipeline::run(&job, &bars).map_err(refused)?;
+    let outcome = match pipeline::run(&job, &bars) {
+        Err(PipelineError::AfterPasses { why, cl }) => return keep_passes(&folder, &cl, *why),
+        other => other.map_err(refused)?,
+    };
     bars.finish();
     let mut summary = outcome.summary.clone();
     // Warnings about the part come first: they explain later ones.
@@ -203,6 +206,15 @@ fn describe_dry_run(job: &Job, warnings: &[String]) -> String {
         lines.push(format!("  {:<16}{}", "fixtures", fixtures.join(", ")));
     }
     lines.join("\n") + "\n"
+}
+
+/// Writes the cutter locations of passes that could not become a program.
+fn keep_passes(folder: &Path, cl: &str, why: PipelineError) -> Result<Done, Failure> {
+    let mut outputs = Outputs::open(folder)?;
+    outputs.text("toolpath.cls", cl)?;
+    let kept = outputs.commit()?;
+    let help = "the passes are planned and kept as cutter locations, for another setup or machine: trunnion post";
+    Err(Failure::Unfinished { messages: vec![format!("{why}\n  help: {help}")], kept })
 }
 
 fn write(

@@ -36,6 +36,36 @@ fn the_classical_planner_says_which_limits_it_breaks() {
     assert!(told || most("velocity_ratio").max(most("acceleration_ratio")) <= 1.0 + 1e-9);
 }
 
+/// One dialect whose text means something else costs that program alone.
+#[test]
+fn a_program_that_reads_back_otherwise_is_left_out_and_the_rest_is_written() {
+    let folder = folder();
+    let path = folder.path();
+    replace(path, "job.toml", r#"["linuxcnc", "g93"]"#, r#"["haas", "linuxcnc"]"#);
+    replace(path, "job.toml", "grid = 0.5", "grid = 4.0");
+    // The machine's own text shifts the part.
+    replace(path, "machine.toml", r#""G234 H{h}""#, r#""G234 H{h}\nG52 X1.""#);
+    let output = trunnion(path, &["run", "job.toml", "--json"]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let failures = summary["failures"].as_array().unwrap();
+    let reason = failures[0].as_str().unwrap();
+    assert!(
+        failures.len() == 1 && reason.starts_with("program.haas.nc was not written: "),
+        "{failures:?}"
+    );
+    let programs = summary["programs"].as_array().unwrap();
+    assert!(programs.len() == 1 && programs[0]["dialect"] == "linuxcnc", "{programs:?}");
+    assert!(programs[0]["check"]["gouge"].as_f64().unwrap() <= 0.002);
+    let out = |name: &str| path.join("out").join(name);
+    for name in ["program.linuxcnc.ngc", "toolpath.cls", "motion.csv", "report.html"] {
+        assert!(out(name).exists(), "{name} is not written");
+    }
+    assert!(!out("program.haas.nc").exists());
+    let setup = fs::read_to_string(out("setup.txt")).unwrap();
+    assert!(setup.contains("program.linuxcnc.ngc") && !setup.contains("haas"), "{setup}");
+}
+
 /// What the limit of the axis's turn is said to cost is the difference of two runs.
 #[test]
 fn the_cost_of_the_turn_limit_is_that_of_another_run() {
@@ -187,10 +217,22 @@ fn a_file_that_is_not_what_its_name_says_is_told_as_such() {
 }
 
 #[test]
-fn a_pose_out_of_travel_says_which_axis_and_by_how_much() {
+fn a_pose_out_of_travel_says_which_axis_and_by_how_much_and_keeps_the_passes() {
     let folder = folder();
     replace(folder.path(), "job.toml", "[-381, -254, -505]", "[0, 0, -300]");
-    refused(folder.path(), "end of travel");
+    // Some passes would stay inside: that is known when the axes are solved, and the passes are kept.
+    let output = trunnion(folder.path(), &["run", "job.toml"]);
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("end of travel") && message.contains("origin = ["), "{message}");
+    let files = fs::read_dir(folder.path().join("out")).unwrap();
+    let names: Vec<String> =
+        files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
+    assert_eq!(names, ["toolpath.cls"]);
+    let origin = ["--machine", "machine.toml", "--origin", "-381,-254,-505"];
+    let post = ["post", "out/toolpath.cls", "--tool-length", "100", "-d", "fanuc", "-o", "p.nc"];
+    let posted = trunnion(folder.path(), &[&post[..], &origin[..]].concat());
+    assert_eq!(posted.status.code(), Some(0), "{}", stderr(&posted));
 }
 
 #[test]

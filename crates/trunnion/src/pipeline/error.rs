@@ -102,6 +102,14 @@ pub enum PipelineError {
         /// Value read, and value intended.
         what: String,
     },
+    /// A stage could not go on after the passes were planned: their cutter locations are all that remains.
+    #[error("{why}")]
+    AfterPasses {
+        /// Error of the stage.
+        why: Box<PipelineError>,
+        /// Cutter locations as APT/CL text.
+        cl: String,
+    },
     /// The check of a program.
     #[error("checking the program: {0}")]
     Verify(VerifyError),

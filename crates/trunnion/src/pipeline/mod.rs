@@ -43,7 +43,7 @@ pub use fixtures::{
 pub use job::{Job, JobError};
 pub use out_of_reach::OutOfReach;
 pub use outcome::Outcome;
-pub use program::CheckedProgram;
+pub use program::{CheckedProgram, LeftOutProgram};
 pub use reach::reach;
 pub use run::{locations, run};
 pub use setup_search::{SetupResult, setup};

@@ -1,7 +1,7 @@
 //! Result of a run.
 
 use super::fixtures::Fixtures;
-use super::program::CheckedProgram;
+use super::program::{CheckedProgram, LeftOutProgram};
 use crate::axes::FollowedPath;
 use crate::cover::Covering;
 use crate::feed::FeedPlan;
@@ -26,6 +26,8 @@ pub struct Outcome {
     pub plan: FeedPlan,
     /// Programs as text, each with the results of its check.
     pub programs: Vec<CheckedProgram>,
+    /// Programs that were not written, each with its reason.
+    pub left_out: Vec<LeftOutProgram>,
     /// Fixtures that they were checked against; `None` without any.
     pub fixtures: Option<Fixtures>,
     /// Cutter locations as APT/CL text.

@@ -1,7 +1,20 @@
 //! A program of a job, with the results of its check.
 
+use super::error::PipelineError;
+use crate::nc::write::OutputFormat;
 use crate::types::{Block, Diagnostic};
 use crate::verify::{self, ClearanceReport, CutStock, OtherFaces};
+
+/// Program of the job that was not written, because its text would not mean what is intended or cannot be checked.
+#[derive(Debug)]
+pub struct LeftOutProgram {
+    /// Format.
+    pub format: OutputFormat,
+    /// File name that it would have.
+    pub file: &'static str,
+    /// Error of its blocks, its text or its check.
+    pub why: Box<PipelineError>,
+}
 
 /// Program as text, with the results of its check.
 #[derive(Debug)]

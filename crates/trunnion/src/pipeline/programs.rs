@@ -4,14 +4,16 @@ use super::error::PipelineError;
 use super::job::Job;
 use super::measured::{self, CheckedAgainst, WrittenProgram};
 use super::planned_motion::PlannedMotion;
-use super::program::CheckedProgram;
+use super::program::{CheckedProgram, LeftOutProgram};
 use super::program_format::{ProgramFormat, format_of};
 use super::sheets::{note, remarks, shares};
 use super::solids::Solids;
 use super::tolerances::{LINK_TOLERANCE, QUINTIC_SHARE};
 use crate::blocks::{self, BlockInterpolation, BlockOptions};
 use crate::cover;
-use crate::nc::write::{self, AxisWords, Coordinates, Note, Remark, Style, Template, WriteError};
+use crate::nc::write::{
+    self, AxisWords, Coordinates, Note, OutputFormat, Remark, Style, Template, WriteError,
+};
 use crate::post::{ReadBackError, WrittenText, control_of, read_back};
 use crate::types::{Block, Diagnostic, Motion, PoseTolerance, Progress, UncutRegion};
 use crate::verify::{self, ClearanceReport, OtherFaces};
@@ -34,70 +36,108 @@ pub(super) struct ProgramInputs<'a> {
     pub(super) solids: &'a Solids,
 }
 
-/// Writes every program of the job and checks the written text.
+/// Programs of a job.
+#[derive(Default)]
+pub(super) struct Programs {
+    pub(super) checked: Vec<CheckedProgram>,
+    pub(super) left_out: Vec<LeftOutProgram>,
+}
+
+/// Writes every program of the job and checks the written text. One that fails is left out; the others go on.
+///
+/// # Errors
+///
+/// [`PipelineError::Words`] for a machine without words, [`PipelineError::Cancelled`].
 pub(super) fn write(
     job: &Job,
     inputs: ProgramInputs<'_>,
     progress: &dyn Progress,
-) -> Result<Vec<CheckedProgram>, PipelineError> {
-    let ProgramInputs { motion, uncut, solids } = inputs;
+) -> Result<Programs, PipelineError> {
     let words = AxisWords::of(job.kinematics.machine())?;
-    let mut programs: Vec<CheckedProgram> = Vec::new();
-    for &dialect in &job.file.dialects {
-        let form = format_of(dialect);
-        // Step 1: blocks within tolerance.
-        let path = &motion.followed.path;
-        let schedule = &motion.plan.schedule;
-        let options = options(job, control_of(&job.kinematics, form.dialect));
-        let pieces = blocks::by_piece(&job.kinematics, path, schedule, &options, progress)?;
-        let remarks = remarks(motion, &pieces);
-        let blocks: Vec<Block> = pieces.into_iter().flatten().collect();
-        let rounding = rounding(job, &blocks, &words, form.dialect.coordinates());
-        let share = job.budget.shares.rounding;
-        if rounding > share {
-            return Err(PipelineError::Rounding { file: form.file, rounding, share });
+    let mut programs = Programs::default();
+    for &format in &job.file.dialects {
+        match one(job, inputs, ProgramTask { format, words, programs: &programs.checked }, progress)
+        {
+            Ok(program) => programs.checked.push(program),
+            Err(stop @ PipelineError::Cancelled(_)) => return Err(stop),
+            Err(why) => {
+                let (file, why) = (format.program_file(), Box::new(why));
+                programs.left_out.push(LeftOutProgram { format, file, why });
+            }
         }
-        // Step 2: their text, read back.
-        let head = ProgramRemarks { duration: schedule.duration(), remarks: &remarks };
-        let ProgramText { text, ends, unread } = text(job, &form, &blocks, words, head)?;
-        // Step 3: its check, unless a program with the same blocks was checked.
-        let timed = measured::is_timed(form.dialect);
-        let measured = |other: &&CheckedProgram| {
-            // A check without times has not judged the axes: it cannot stand for a timed program.
-            let holds = |check: &verify::Report| !timed || check.audit.is_some();
-            other.check.as_ref().is_some_and(holds) && other.blocks == blocks
-        };
-        let same_as = programs.iter().find(measured).map(|other| other.dialect);
-        let found = if same_as.is_none() {
-            let written = WrittenProgram { form: &form, text: &text, axes: words };
-            let against = CheckedAgainst { rest: uncut, solids };
-            Some(measured::run(job, &written, &against, progress)?)
-        } else {
-            None
-        };
-        let (check, others, carving, clearance) = match found {
-            Some(found) => (Some(found.report), found.others, found.stock, found.clearance),
-            None => (None, OtherFaces::default(), None, None),
-        };
-        let written = WrittenText { text: &text, ends: &ends };
-        let too_near = too_near(clearance.as_ref(), &blocks, written);
-        let program = CheckedProgram {
-            dialect: form.dialect.name(),
-            file: form.file,
-            text,
-            blocks,
-            rounding,
-            unread,
-            check,
-            same_as,
-            others,
-            carving,
-            clearance,
-            too_near,
-        };
-        programs.push(program);
     }
     Ok(programs)
+}
+
+/// Program to write.
+#[derive(Clone, Copy)]
+struct ProgramTask<'a> {
+    format: OutputFormat,
+    words: AxisWords,
+    /// Programs that were checked before.
+    programs: &'a [CheckedProgram],
+}
+
+/// Writes a program and checks the written text.
+fn one(
+    job: &Job,
+    inputs: ProgramInputs<'_>,
+    task: ProgramTask<'_>,
+    progress: &dyn Progress,
+) -> Result<CheckedProgram, PipelineError> {
+    let ProgramInputs { motion, uncut, solids } = inputs;
+    let ProgramTask { format, words, programs } = task;
+    let form = format_of(format);
+    // Step 1: blocks within tolerance.
+    let path = &motion.followed.path;
+    let schedule = &motion.plan.schedule;
+    let options = options(job, control_of(&job.kinematics, form.dialect));
+    let pieces = blocks::by_piece(&job.kinematics, path, schedule, &options, progress)?;
+    let remarks = remarks(motion, &pieces);
+    let blocks: Vec<Block> = pieces.into_iter().flatten().collect();
+    let rounding = rounding(job, &blocks, &words, form.dialect.coordinates());
+    let share = job.budget.shares.rounding;
+    if rounding > share {
+        return Err(PipelineError::Rounding { file: form.file, rounding, share });
+    }
+    // Step 2: their text, read back.
+    let head = ProgramRemarks { duration: schedule.duration(), remarks: &remarks };
+    let ProgramText { text, ends, unread } = text(job, &form, &blocks, words, head)?;
+    // Step 3: its check, unless a program with the same blocks was checked.
+    let timed = measured::is_timed(form.dialect);
+    let measured = |other: &&CheckedProgram| {
+        // A check without times has not judged the axes: it cannot stand for a timed program.
+        let holds = |check: &verify::Report| !timed || check.audit.is_some();
+        other.check.as_ref().is_some_and(holds) && other.blocks == blocks
+    };
+    let same_as = programs.iter().find(measured).map(|other| other.dialect);
+    let found = if same_as.is_none() {
+        let written = WrittenProgram { form: &form, text: &text, axes: words };
+        let against = CheckedAgainst { rest: uncut, solids };
+        Some(measured::run(job, &written, &against, progress)?)
+    } else {
+        None
+    };
+    let (check, others, carving, clearance) = match found {
+        Some(found) => (Some(found.report), found.others, found.stock, found.clearance),
+        None => (None, OtherFaces::default(), None, None),
+    };
+    let written = WrittenText { text: &text, ends: &ends };
+    let too_near = too_near(clearance.as_ref(), &blocks, written);
+    Ok(CheckedProgram {
+        dialect: form.dialect.name(),
+        file: form.file,
+        text,
+        blocks,
+        rounding,
+        unread,
+        check,
+        same_as,
+        others,
+        carving,
+        clearance,
+        too_near,
+    })
 }
 
 fn options(job: &Job, control: BlockInterpolation) -> BlockOptions {

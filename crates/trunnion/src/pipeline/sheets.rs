@@ -4,7 +4,7 @@ use super::error::PipelineError;
 use super::job::Job;
 use super::planned_motion::PlannedMotion;
 use super::retracts;
-use crate::nc::write::{self, AxisWords, Note, Remark, SheetPrograms, ToolNote};
+use crate::nc::write::{self, AxisWords, Note, OutputFormat, Remark, SheetPrograms, ToolNote};
 use crate::types::{Block, Leg};
 
 /// Decimals of cutter locations \[mm\].
@@ -18,11 +18,12 @@ pub(super) struct Sheets {
     pub(super) setup: String,
 }
 
-/// Writes cutter locations and setup sheet.
+/// Writes cutter locations, and a setup sheet for the programs of these formats.
 pub(super) fn sheets(
     job: &Job,
     legs: &[Leg],
     moved: &PlannedMotion<'_>,
+    formats: &[OutputFormat],
 ) -> Result<Sheets, PipelineError> {
     let shares = shares(job);
     let remarks = remarks(moved, &[]);
@@ -31,7 +32,7 @@ pub(super) fn sheets(
     let (mut cl, mut setup) = (String::new(), String::new());
     write::apt(&mut cl, legs, &note, CL_DECIMALS)?;
     let axes = AxisWords::of(job.kinematics.machine())?;
-    let programs = SheetPrograms { axes, dialects: &job.file.dialects };
+    let programs = SheetPrograms { axes, dialects: formats };
     write::setup_sheet(&mut setup, &job.kinematics, &note, programs)?;
     Ok(Sheets { cl, setup })
 }

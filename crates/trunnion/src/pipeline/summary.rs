@@ -5,7 +5,7 @@ use super::error::PipelineError;
 use super::fixture_advice;
 use super::job::Job;
 use super::planned_motion::PlannedMotion;
-use super::program::CheckedProgram;
+use super::program::{CheckedProgram, LeftOutProgram};
 use super::regions;
 use super::retracts;
 use super::solids::Solids;
@@ -32,12 +32,13 @@ pub(super) struct StageResults<'a> {
     pub(super) turn_limit: Option<TurnLimitSummary>,
     pub(super) motion: &'a PlannedMotion<'a>,
     pub(super) programs: &'a [CheckedProgram],
+    pub(super) left_out: &'a [LeftOutProgram],
     pub(super) solids: &'a Solids,
 }
 
 /// Returns the summary of a run.
 pub(super) fn summary(job: &Job, results: &StageResults<'_>) -> Result<Summary, PipelineError> {
-    let &StageResults { covering, turn_limit, motion: moved, programs, solids } = results;
+    let &StageResults { covering, turn_limit, motion: moved, programs, left_out, solids } = results;
     let failures: Vec<String> = programs
         .iter()
         .flat_map(|program| {
@@ -45,6 +46,7 @@ pub(super) fn summary(job: &Job, results: &StageResults<'_>) -> Result<Summary, 
             let findings = program.check.iter().flat_map(|check| &check.findings);
             findings.map(move |finding| format!("{name}: {finding}"))
         })
+        .chain(left_out.iter().map(|left| format!("{} was not written: {}", left.file, left.why)))
         .chain(programs.iter().flat_map(|program| collisions::failures(program, solids)))
         .chain(broken(job, moved.plan))
         .chain(regions::unfinished(job, covering))
