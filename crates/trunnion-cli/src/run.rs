@@ -51,7 +51,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
         return form.print(&dry_run, |dry_run| describe_dry_run(&job, &dry_run.warnings));
     }
     let outcome = match pipeline::run(&job, &bars) {
-        Err(PipelineError::AfterPasses { why, cl }) => return keep_passes(&folder, &cl, *why),
+        Err(PipelineError::AfterPasses { why, cl }) => return keep_passes(&folder, &cl, &why),
         other => other.map_err(refused)?,
     };
     bars.finish();
@@ -209,7 +209,7 @@ fn describe_dry_run(job: &Job, warnings: &[String]) -> String {
 }
 
 /// Writes the cutter locations of passes that could not become a program.
-fn keep_passes(folder: &Path, cl: &str, why: PipelineError) -> Result<Done, Failure> {
+fn keep_passes(folder: &Path, cl: &str, why: &PipelineError) -> Result<Done, Failure> {
     let mut outputs = Outputs::open(folder)?;
     outputs.text("toolpath.cls", cl)?;
     let kept = outputs.commit()?;
