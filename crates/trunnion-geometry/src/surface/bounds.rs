@@ -4,6 +4,7 @@ use super::jet::SurfaceJet2;
 use super::nurbs::BezierPatch;
 use super::nurbs::NurbsSurface;
 use super::patches::hull_box;
+use crate::math::bspline::binomial;
 use nalgebra::Vector3;
 use nalgebra::Vector4;
 
@@ -202,15 +203,20 @@ impl ControlNet {
         let columns = m[1] + n[1] - 1;
         let rows = m[0] + n[0] - 1;
         let mut points = vec![Vector4::zeros(); rows * columns];
-        for (a, x) in self.points.iter().enumerate() {
-            for (b, y) in other.points.iter().enumerate() {
-                let (i, j) = ([a / m[1], a % m[1]], [b / n[1], b % n[1]]);
-                let share = |k: usize| {
-                    binomial(m[k] - 1, i[k]) * binomial(n[k] - 1, j[k])
-                        / binomial(m[k] + n[k] - 2, i[k] + j[k])
-                };
-                points[(i[0] + j[0]) * columns + i[1] + j[1]] +=
-                    product(x, y) * (share(0) * share(1));
+        // The factor of a pair of points is a product of one by each parameter: two small tables.
+        let shares = [0, 1].map(|k| product_shares(m[k], n[k]));
+        for i in 0..m[0] {
+            for j in 0..m[1] {
+                let x = &self.points[i * m[1] + j];
+                for k in 0..n[0] {
+                    let share = shares[0][i * n[0] + k];
+                    let ys = &other.points[k * n[1]..(k + 1) * n[1]];
+                    let by_v = &shares[1][j * n[1]..(j + 1) * n[1]];
+                    let sums = &mut points[(i + k) * columns + j..][..n[1]];
+                    for ((sum, y), other_share) in sums.iter_mut().zip(ys).zip(by_v) {
+                        *sum += product(x, y) * (share * other_share);
+                    }
+                }
             }
         }
         Self { points, columns }
@@ -308,9 +314,10 @@ fn divide(ball: DerivativeBall, normal: &Vector3<f64>, [low, high]: [f64; 2]) ->
     }
 }
 
-/// Returns `n` over `k`, exact in `f64` for the degrees in use.
-fn binomial(n: usize, k: usize) -> f64 {
-    (0..k).fold(1.0, |product, i| product * (n - i) as f64 / (i + 1) as f64)
+/// Returns `C(m-1,i) C(n-1,j) / C(m+n-2,i+j)` for `m` and `n` points, `j` running fastest.
+fn product_shares(m: usize, n: usize) -> Vec<f64> {
+    let share = |i, j| binomial(m - 1, i) * binomial(n - 1, j) / binomial(m + n - 2, i + j);
+    (0..m).flat_map(|i| (0..n).map(move |j| share(i, j))).collect()
 }
 
 /// The tangents of a cell, as columns `J` scaled to unit length at the centres of their balls, so

@@ -5,6 +5,8 @@ use super::beyond::SplineExtension;
 use super::error::{SurfaceError, SurfaceErrors};
 use super::nurbs::curve_quotient;
 use crate::math::bspline::KnotVector;
+use crate::math::bspline::LARGE;
+use crate::math::bspline::SMALL;
 use crate::math::bspline::bernstein;
 use nalgebra::Point3;
 use nalgebra::Vector3;
@@ -201,12 +203,21 @@ impl NurbsCurve {
     }
 
     fn inner(&self, t: f64) -> CurveJet {
+        if self.knots.degree() < SMALL {
+            self.sized_inner::<SMALL>(t)
+        } else {
+            self.sized_inner::<LARGE>(t)
+        }
+    }
+
+    #[inline]
+    fn sized_inner<const N: usize>(&self, t: f64) -> CurveJet {
         let (degree, breaks) = (self.knots.degree(), self.knots.breaks());
         let piece = self.knots.piece(t);
         let [a, b] = [breaks[piece], breaks[piece + 1]];
         let rate = (b - a).recip();
         // Derivatives of the homogeneous curve; the quotient rule makes them Cartesian.
-        let basis = bernstein(degree, (t - a) * rate, rate, 3);
+        let basis = bernstein::<N>(degree, (t - a) * rate, rate, 3);
         let mut net = [Vector4::zeros(); 4];
         let points = &self.pieces[piece * (degree + 1)..(piece + 1) * (degree + 1)];
         for (j, point) in points.iter().enumerate() {

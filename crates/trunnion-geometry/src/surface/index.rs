@@ -378,7 +378,9 @@ impl FaceIndex {
     /// cutter, over its bounds; infinite where it is nowhere concave. A cutter with a larger radius
     /// of curvature cannot touch everywhere without gouging.
     pub fn smallest_concave_radius(&self) -> f64 {
-        self.curvature_range(self.face.bounds()).high.recip()
+        let most = self.curvature_range(self.face.bounds()).high;
+        // A plane seen from its other side has the curvature -0, whose reciprocal is negative.
+        if most > 0.0 { most.recip() } else { f64::INFINITY }
     }
 
     /// Returns side, normal and distance for parameters found.

@@ -3,7 +3,8 @@
 use super::crossing::crossing;
 use super::error::{SurfaceError, SurfaceErrors};
 use crate::math::bspline::KnotVector;
-use crate::math::bspline::MAX_DEGREE;
+use crate::math::bspline::LARGE;
+use crate::math::bspline::SMALL;
 use nalgebra::Vector3;
 
 /// Below this share of its box a loop's area is rounding of its coordinates.
@@ -227,25 +228,34 @@ impl TrimLoop {
     /// Counts the crossings of the loop by the ray from `point` in the direction of growing u
     /// (`along = 0`) or v (1).
     pub(crate) fn crossings(&self, point: [f64; 2], along: usize) -> u32 {
-        let (px, py) = (point[along], point[1 - along]);
         let count = |piece: &TrimPiece| {
-            // With the start of the ray at the origin and the ray along +x; weights stay.
-            let mut local = [Vector3::zeros(); MAX_DEGREE + 1];
-            let local = &mut local[..piece.len()];
-            for (to, from) in local.iter_mut().zip(piece) {
-                let (x, y) = (from[along], from[1 - along]);
-                *to = Vector3::new(x - px * from.z, y - py * from.z, from.z);
+            if piece.len() <= SMALL {
+                crossings_of_ray::<SMALL>(piece, point, along)
+            } else {
+                crossings_of_ray::<LARGE>(piece, point, along)
             }
-            crossings(local, 0)
         };
         self.pieces.iter().map(count).sum()
     }
 }
 
+/// Counts the crossings of one piece, of at most `N` points, by the ray of [`TrimLoop::crossings`].
+fn crossings_of_ray<const N: usize>(piece: &TrimPiece, point: [f64; 2], along: usize) -> u32 {
+    // With the start of the ray at the origin and the ray along +x; weights stay.
+    let (px, py) = (point[along], point[1 - along]);
+    let mut local = [Vector3::zeros(); N];
+    let local = &mut local[..piece.len()];
+    for (to, from) in local.iter_mut().zip(piece) {
+        let (x, y) = (from[along], from[1 - along]);
+        *to = Vector3::new(x - px * from.z, y - py * from.z, from.z);
+    }
+    crossings::<N>(local, 0)
+}
+
 /// Counts crossings of a Bezier piece with the positive x axis: decided by its control points
 /// where these lie on one side, else by halving. Ends count by the half-open rule `y >= 0`, so
 /// that a crossing through a joint counts once.
-fn crossings(piece: &[Vector3<f64>], halvings: u32) -> u32 {
+fn crossings<const N: usize>(piece: &[Vector3<f64>], halvings: u32) -> u32 {
     let above = |point: &Vector3<f64>| point.y >= 0.0;
     let n = piece.len();
     let (first, last) = (&piece[0], &piece[n - 1]);
@@ -265,10 +275,10 @@ fn crossings(piece: &[Vector3<f64>], halvings: u32) -> u32 {
         let right = (b[0] * a[1] - a[0] * b[1]) * (a[1] - b[1]).signum() > 0.0;
         return u32::from(above(first) != above(last) && right);
     }
-    let mut left = [Vector3::zeros(); MAX_DEGREE + 1];
-    let mut right = [Vector3::zeros(); MAX_DEGREE + 1];
+    let mut left = [Vector3::zeros(); N];
+    let mut right = [Vector3::zeros(); N];
     halve(piece, &mut left[..n], &mut right[..n]);
-    crossings(&left[..n], halvings + 1) + crossings(&right[..n], halvings + 1)
+    crossings::<N>(&left[..n], halvings + 1) + crossings::<N>(&right[..n], halvings + 1)
 }
 
 /// Halves a piece by de Casteljau's algorithm.
@@ -299,8 +309,8 @@ fn flatten(piece: &[Vector3<f64>], tolerance: [f64; 2], halvings: u32, out: &mut
         out.push(b);
         return;
     }
-    let mut left = [Vector3::zeros(); MAX_DEGREE + 1];
-    let mut right = [Vector3::zeros(); MAX_DEGREE + 1];
+    let mut left = [Vector3::zeros(); LARGE];
+    let mut right = [Vector3::zeros(); LARGE];
     halve(piece, &mut left[..n], &mut right[..n]);
     flatten(&left[..n], tolerance, halvings + 1, out);
     flatten(&right[..n], tolerance, halvings + 1, out);

@@ -1,6 +1,7 @@
 //! Knot vectors, B-spline and Bernstein basis functions, and the Bezier form of a B-spline.
 //!
-//! Everything that runs per evaluation works on the stack; the degree is bounded by [`MAX_DEGREE`].
+//! Everything that runs per evaluation works on the stack, in arrays of two sizes: [`SMALL`] for the degrees
+//! that nearly all models have, [`LARGE`] for the rest. The degree is bounded by [`MAX_DEGREE`].
 
 use std::error::Error;
 use std::fmt;
@@ -8,14 +9,20 @@ use std::ops::Add;
 use std::ops::Deref;
 use std::ops::Mul;
 
-/// Highest degree supported: the size of the stack arrays.
-pub const MAX_DEGREE: usize = 9;
+/// Highest degree supported: the highest that the CAD kernel Open CASCADE writes.
+pub const MAX_DEGREE: usize = 25;
+
+/// Number of control points of one piece that an array of the small size holds: degrees up to 9.
+pub const SMALL: usize = 10;
+
+/// Number of control points of one piece of the highest degree: size of the large arrays.
+pub const LARGE: usize = MAX_DEGREE + 1;
 
 /// Highest derivative computed.
 pub const MAX_ORDER: usize = 3;
 
 /// `basis[k][i]`: `k`-th derivative of the `i`-th function that is not zero on a span.
-pub type BasisTable = [[f64; MAX_DEGREE + 1]; MAX_ORDER + 1];
+pub type BasisTable<const N: usize = LARGE> = [[f64; N]; MAX_ORDER + 1];
 
 /// Defect of a knot vector.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -222,7 +229,7 @@ impl KnotVector {
     fn basis_from(&self, start: usize, u: f64, order: usize) -> BasisTable {
         // Cox-de Boor recursion on the functions that are not zero on the span.
         let p = self.degree;
-        let mut levels = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
+        let mut levels = [[0.0; LARGE]; LARGE];
         levels[0][0] = 1.0;
         for m in 1..=p {
             for i in 0..m {
@@ -235,7 +242,7 @@ impl KnotVector {
             }
         }
         // The k-th derivative from degree p - k: each step raises the degree by one differentiation.
-        let mut basis = [[0.0; MAX_DEGREE + 1]; MAX_ORDER + 1];
+        let mut basis = [[0.0; LARGE]; MAX_ORDER + 1];
         basis[0] = levels[p];
         for k in 1..=order.min(p) {
             let mut row = levels[p - k];
@@ -248,8 +255,8 @@ impl KnotVector {
     }
 
     /// Turns weights on the functions of degree `m - 1` into weights of the derivative on degree `m`.
-    fn raise(&self, start: usize, m: usize, row: &[f64; MAX_DEGREE + 1]) -> [f64; MAX_DEGREE + 1] {
-        let mut raised = [0.0; MAX_DEGREE + 1];
+    fn raise(&self, start: usize, m: usize, row: &[f64; LARGE]) -> [f64; LARGE] {
+        let mut raised = [0.0; LARGE];
         for i in 0..m {
             let width = self.knots[start + 1 + i] - self.knots[start + 1 + i - m];
             // N' = p (N_i / width_i - N_(i+1) / width_(i+1)): each function feeds two.
@@ -289,7 +296,7 @@ impl KnotVector {
     {
         // The blossom is symmetric: the order of its arguments does not matter.
         let p = self.degree;
-        let mut d = [points[start - p]; MAX_DEGREE + 1];
+        let mut d = [points[start - p]; LARGE];
         d[..=p].copy_from_slice(&points[start - p..=start]);
         for step in 1..=p {
             let x = if step <= p - count { a } else { b };
@@ -311,20 +318,22 @@ pub fn piece_of(breaks: &[f64], u: f64) -> usize {
     after.saturating_sub(1).min(breaks.len().saturating_sub(2))
 }
 
-/// Computes the Bernstein polynomials of `degree` (at most [`MAX_DEGREE`]) at `t`, and their derivatives up to
+/// Computes the Bernstein polynomials of `degree` (below `N`) at `t`, and their derivatives up to
 /// `order` by a parameter that runs `1 / rate` from `t = 0` to `t = 1`.
+///
+/// `N` is [`SMALL`] or [`LARGE`]: both give the same bits for a degree that fits.
 #[inline]
-pub fn bernstein(degree: usize, t: f64, rate: f64, order: usize) -> BasisTable {
+pub fn bernstein<const N: usize>(degree: usize, t: f64, rate: f64, order: usize) -> BasisTable<N> {
     match degree {
-        1 => bernstein_of::<1>(t, rate, order),
-        2 => bernstein_of::<2>(t, rate, order),
-        3 => bernstein_of::<3>(t, rate, order),
-        4 => bernstein_of::<4>(t, rate, order),
-        5 => bernstein_of::<5>(t, rate, order),
-        6 => bernstein_of::<6>(t, rate, order),
-        7 => bernstein_of::<7>(t, rate, order),
-        8 => bernstein_of::<8>(t, rate, order),
-        _ => bernstein_of::<MAX_DEGREE>(t, rate, order),
+        1 => bernstein_of::<1, N>(t, rate, order),
+        2 => bernstein_of::<2, N>(t, rate, order),
+        3 => bernstein_of::<3, N>(t, rate, order),
+        4 => bernstein_of::<4, N>(t, rate, order),
+        5 => bernstein_of::<5, N>(t, rate, order),
+        6 => bernstein_of::<6, N>(t, rate, order),
+        7 => bernstein_of::<7, N>(t, rate, order),
+        8 => bernstein_of::<8, N>(t, rate, order),
+        _ => bernstein_rows(degree, t, rate, order),
     }
 }
 
@@ -364,17 +373,23 @@ pub fn bernstein2<const N: usize>(t: f64, rate: f64) -> [[f64; N]; 3] {
 
 /// Computes [`bernstein`] for one degree, so that the loops unroll.
 #[inline]
-fn bernstein_of<const P: usize>(t: f64, rate: f64, order: usize) -> BasisTable {
+fn bernstein_of<const P: usize, const N: usize>(t: f64, rate: f64, order: usize) -> BasisTable<N> {
+    bernstein_rows(P, t, rate, order)
+}
+
+/// Builds de Casteljau's triangle upwards; rows of degree `degree - k` become `k`-th derivatives on the way.
+#[inline]
+fn bernstein_rows<const N: usize>(degree: usize, t: f64, rate: f64, order: usize) -> BasisTable<N> {
     let s = 1.0 - t;
-    let mut basis = [[0.0; MAX_DEGREE + 1]; MAX_ORDER + 1];
-    let mut row = [0.0; MAX_DEGREE + 1];
+    let mut basis = [[0.0; N]; MAX_ORDER + 1];
+    let mut row = [0.0; N];
     row[0] = 1.0;
-    for m in 0..=P {
-        let missing = P - m;
+    for m in 0..=degree {
+        let missing = degree - m;
         if missing <= order && missing <= MAX_ORDER {
-            basis[missing] = derivative_weights::<P>(row, missing, rate);
+            basis[missing] = derivative_weights(row, degree, missing, rate);
         }
-        if m < P {
+        if m < degree {
             for i in (0..=m).rev() {
                 row[i + 1] += t * row[i];
                 row[i] *= s;
@@ -384,14 +399,15 @@ fn bernstein_of<const P: usize>(t: f64, rate: f64, order: usize) -> BasisTable {
     basis
 }
 
-/// Returns the weights of the `k`-th derivative from the Bernstein polynomials of degree `P - k`.
+/// Returns the weights of the `k`-th derivative from the Bernstein polynomials of degree `degree - k`.
 #[inline]
-fn derivative_weights<const P: usize>(
-    mut row: [f64; MAX_DEGREE + 1],
+fn derivative_weights<const N: usize>(
+    mut row: [f64; N],
+    degree: usize,
     k: usize,
     rate: f64,
-) -> [f64; MAX_DEGREE + 1] {
-    for m in P - k + 1..=P {
+) -> [f64; N] {
+    for m in degree - k + 1..=degree {
         let scale = m as f64 * rate;
         for i in (1..=m).rev() {
             row[i] = (row[i - 1] - row[i]) * scale;
@@ -399,6 +415,32 @@ fn derivative_weights<const P: usize>(
         row[0] *= -scale;
     }
     row
+}
+
+/// Highest degree whose binomial coefficients [`binomial`] has: that of a product of two polynomials of the
+/// highest degree.
+pub const MAX_BINOMIAL: usize = 2 * MAX_DEGREE;
+
+/// Pascal's triangle; every entry, at most `C(50, 25) = 1.3e14 < 2^53`, is exact.
+static PASCAL: [[f64; MAX_BINOMIAL + 1]; MAX_BINOMIAL + 1] = {
+    let mut rows = [[0.0; MAX_BINOMIAL + 1]; MAX_BINOMIAL + 1];
+    let mut n = 0;
+    while n <= MAX_BINOMIAL {
+        rows[n][0] = 1.0;
+        let mut k = 1;
+        while k <= n {
+            rows[n][k] = rows[n - 1][k - 1] + rows[n - 1][k];
+            k += 1;
+        }
+        n += 1;
+    }
+    rows
+};
+
+/// Returns `n` over `k`, exact; `n` is at most [`MAX_BINOMIAL`], and 0 stands for what is not in the triangle.
+#[inline]
+pub fn binomial(n: usize, k: usize) -> f64 {
+    PASCAL.get(n).and_then(|row| row.get(k)).copied().unwrap_or(0.0)
 }
 
 /// Checks degree and counts.
@@ -474,7 +516,7 @@ mod tests {
             let (first, basis) = knots.basis(u, 2);
             let piece = knots.piece(u);
             let [a, b] = [knots.breaks()[piece], knots.breaks()[piece + 1]];
-            let local = bernstein(2, (u - a) / (b - a), 1.0 / (b - a), 2);
+            let local = bernstein::<SMALL>(2, (u - a) / (b - a), 1.0 / (b - a), 2);
             for k in 0..3 {
                 let spline: f64 = (0..3).map(|i| basis[k][i] * points[first + i]).sum();
                 let piece: f64 = (0..3).map(|i| local[k][i] * bezier[3 * piece + i]).sum();
@@ -486,7 +528,7 @@ mod tests {
     #[test]
     fn bernstein_derivatives_sum_to_nothing() {
         for degree in 1..=MAX_DEGREE {
-            let basis = bernstein(degree, 0.3, 2.0, 3);
+            let basis = bernstein::<LARGE>(degree, 0.3, 2.0, 3);
             assert!((basis[0].iter().sum::<f64>() - 1.0).abs() < 1e-14);
             for row in &basis[1..] {
                 assert!(row.iter().sum::<f64>().abs() < 1e-9);
@@ -496,7 +538,8 @@ mod tests {
 
     #[test]
     fn the_unrolled_form_is_the_same() {
-        let [wide, narrow] = [bernstein(3, 0.3, 1.7, 2), bernstein(2, 0.9, 0.2, 2)];
+        let [wide, narrow] =
+            [bernstein::<SMALL>(3, 0.3, 1.7, 2), bernstein::<SMALL>(2, 0.9, 0.2, 2)];
         for k in 0..3 {
             let bits = |row: &[f64]| row.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
             assert_eq!(bits(&bernstein2::<4>(0.3, 1.7)[k]), bits(&wide[k][..4]));
@@ -512,7 +555,78 @@ mod tests {
         assert!(matches!(faults[2], KnotError::Decreasing { index: 4, .. }));
         let torn = KnotVector::new(1, 4, vec![0.0, 0.0, 0.5, 0.5, 1.0, 1.0]).unwrap_err();
         assert!(matches!(torn[0], KnotError::Torn { multiplicity: 2, degree: 1, .. }));
-        let degree = KnotVector::new(10, 11, vec![]).unwrap_err();
-        assert_eq!(*degree, [KnotError::Degree { degree: 10 }]);
+        let degree = KnotVector::new(26, 27, vec![]).unwrap_err();
+        assert_eq!(*degree, [KnotError::Degree { degree: 26 }]);
+    }
+
+    #[test]
+    fn both_sizes_give_the_same_bits() {
+        for degree in 1..SMALL {
+            let (small, large) = (
+                bernstein::<SMALL>(degree, 0.37, 1.9, 3),
+                bernstein::<LARGE>(degree, 0.37, 1.9, 3),
+            );
+            for k in 0..=MAX_ORDER {
+                for i in 0..=degree {
+                    assert_eq!(small[k][i].to_bits(), large[k][i].to_bits(), "{degree} {k} {i}");
+                }
+            }
+        }
+    }
+
+    /// `C(n, i) a^i b^(n - i)` with `t = a / (a + b)`: integers, exact in 128 bits; the oracle shares no step
+    /// with the triangle of de Casteljau.
+    #[test]
+    fn values_of_every_degree_are_those_of_exact_integers() {
+        let power = |base: u128, exponent: usize| (0..exponent).fold(1_u128, |x, _| x * base);
+        let choose =
+            |n: usize, k: usize| (0..k).fold(1_u128, |x, i| x * (n - i) as u128 / (i + 1) as u128);
+        for degree in 1..=MAX_DEGREE {
+            for (a, b) in [(3, 5), (1, 7), (7, 9), (1, 1)] {
+                let [row, ..] = bernstein::<LARGE>(degree, a as f64 / (a + b) as f64, 1.0, 0);
+                for (i, value) in row.iter().enumerate().take(degree + 1) {
+                    let exact = choose(degree, i) * power(a, i) * power(b, degree - i);
+                    let exact = exact as f64 / power(a + b, degree) as f64;
+                    let error = (value - exact).abs() / exact;
+                    assert!(error < 4.0 * degree as f64 * f64::EPSILON, "{degree} {i}: {error:e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn pascals_triangle_is_the_product_formula() {
+        for n in 0..=MAX_BINOMIAL {
+            for k in 0..=n {
+                let exact = (0..k as u128).fold(1, |x, i| x * (n as u128 - i) / (i + 1));
+                assert_eq!(binomial(n, k).to_bits(), (exact as f64).to_bits(), "{n} over {k}");
+            }
+            assert!(binomial(n, n + 1) == 0.0);
+        }
+    }
+
+    #[test]
+    fn a_spline_of_the_highest_degree_has_its_derivatives() {
+        // Knots inside, so that pieces differ; derivatives against central differences.
+        let degree = MAX_DEGREE;
+        let knots: Vec<f64> = std::iter::repeat_n(0.0, degree + 1)
+            .chain([0.3, 0.3, 0.7])
+            .chain(std::iter::repeat_n(1.0, degree + 1))
+            .collect();
+        let count = degree + 4;
+        let knots = KnotVector::new(degree, count, knots).unwrap();
+        let points: Vec<f64> = (0..count).map(|i| (0.7 * i as f64).sin()).collect();
+        let value = |u: f64, k: usize| -> f64 {
+            let (first, basis) = knots.basis(u, 3);
+            (0..=degree).map(|i| basis[k][i] * points[first + i]).sum()
+        };
+        let h = 1e-5;
+        for u in [0.05, 0.29, 0.31, 0.5, 0.71, 0.95] {
+            for k in 0..MAX_ORDER {
+                let difference = (value(u + h, k) - value(u - h, k)) / (2.0 * h);
+                let error = (difference - value(u, k + 1)).abs();
+                assert!(error < 1e-4 * (1.0 + difference.abs()), "u {u}, order {k}: {error:e}");
+            }
+        }
     }
 }

@@ -2,6 +2,8 @@
 
 use super::surface::NurbsSurface;
 use crate::math::bspline::BasisTable;
+use crate::math::bspline::LARGE;
+use crate::math::bspline::SMALL;
 use crate::math::bspline::bernstein;
 use crate::math::bspline::bernstein2;
 use crate::math::bspline::piece_of;
@@ -15,8 +17,8 @@ use nalgebra::Vector4;
 type ControlNet = [[Vector4<f64>; 4]; 4];
 
 /// Workspace of the kernel: basis functions by u and by v, and the patch.
-struct EvaluationWorkspace<'a> {
-    basis: [BasisTable; 2],
+struct EvaluationWorkspace<'a, const N: usize> {
+    basis: [BasisTable<N>; 2],
     block: &'a [Vector4<f64>],
 }
 
@@ -24,10 +26,25 @@ impl NurbsSurface {
     /// Returns the derivatives with total order up to `ORDER`.
     #[inline]
     pub(crate) fn table<const ORDER: usize>(&self, u: f64, v: f64) -> DerivativeTable {
+        if self.is_small() {
+            self.sized_table::<ORDER, SMALL>(u, v)
+        } else {
+            self.sized_table::<ORDER, LARGE>(u, v)
+        }
+    }
+
+    /// Returns `true` if the small arrays hold the basis functions of both directions.
+    #[inline]
+    fn is_small(&self) -> bool {
+        self.degree().iter().all(|&degree| degree < SMALL)
+    }
+
+    #[inline]
+    fn sized_table<const ORDER: usize, const N: usize>(&self, u: f64, v: f64) -> DerivativeTable {
         let ([u, du], [v, dv]) = (self.inside(0, u), self.inside(1, v));
         if du == 0.0 && dv == 0.0 {
-            let local = self.local(u, v, [ORDER, ORDER]);
-            let net = contract::<ORDER>(&local, self.knots[1].degree());
+            let local = self.local::<N>(u, v, [ORDER, ORDER]);
+            let net = contract::<ORDER, N>(&local, self.knots[1].degree());
             if self.rational { quotient::<ORDER>(&net) } else { cartesian(&net, self.patches[0].w) }
         } else {
             self.extended::<ORDER>(u, v, [du, dv])
@@ -85,7 +102,7 @@ impl NurbsSurface {
     fn extended<const ORDER: usize>(&self, u: f64, v: f64, by: [f64; 2]) -> DerivativeTable {
         // A continuation needs value and two derivatives at the rim, whatever order is asked of it.
         let orders = by.map(|x| if x == 0.0 { ORDER } else { 2 });
-        let local = self.local(u, v, orders);
+        let local = self.local::<LARGE>(u, v, orders);
         let net = contract_all(&local, self.knots[1].degree(), orders);
         let mut d = if self.rational {
             quotient_all(&net, orders)
@@ -124,7 +141,12 @@ impl NurbsSurface {
     }
 
     #[inline]
-    fn local(&self, u: f64, v: f64, order: [usize; 2]) -> EvaluationWorkspace<'_> {
+    fn local<const N: usize>(
+        &self,
+        u: f64,
+        v: f64,
+        order: [usize; 2],
+    ) -> EvaluationWorkspace<'_, N> {
         let at = |direction: usize, x: f64| {
             let breaks = self.knots[direction].breaks();
             let piece = piece_of(breaks, x);
@@ -174,7 +196,10 @@ fn sums<const M: usize, const N: usize>(
 
 /// Sums control points against the basis functions: derivatives with total order up to `ORDER`.
 #[inline]
-fn contract<const ORDER: usize>(local: &EvaluationWorkspace<'_>, q: usize) -> ControlNet {
+fn contract<const ORDER: usize, const N: usize>(
+    local: &EvaluationWorkspace<'_, N>,
+    q: usize,
+) -> ControlNet {
     let [bu, bv] = &local.basis;
     let mut out = [[Vector4::zeros(); 4]; 4];
     for (i, row) in local.block.chunks_exact(q + 1).enumerate() {
@@ -196,7 +221,11 @@ fn contract<const ORDER: usize>(local: &EvaluationWorkspace<'_>, q: usize) -> Co
 
 /// Sums as [`contract`] does, all derivatives up to the order given by each parameter.
 #[inline]
-fn contract_all(local: &EvaluationWorkspace<'_>, q: usize, [by_u, by_v]: [usize; 2]) -> ControlNet {
+fn contract_all<const N: usize>(
+    local: &EvaluationWorkspace<'_, N>,
+    q: usize,
+    [by_u, by_v]: [usize; 2],
+) -> ControlNet {
     let [bu, bv] = &local.basis;
     let mut out = [[Vector4::zeros(); 4]; 4];
     for (i, row) in local.block.chunks_exact(q + 1).enumerate() {
