@@ -54,6 +54,8 @@ pub(crate) struct MeasureScope {
     pub(crate) moves: MoveKind,
     /// Accuracy of measured heights \[mm\].
     pub(crate) tolerance: f64,
+    /// Distance within which a cutting end counts as having cut a point that nothing cuts along the normal \[mm\].
+    pub(crate) total: f64,
 }
 
 impl MeasureScope {
@@ -65,8 +67,10 @@ impl MeasureScope {
             of_tool.push(start..narrow(bodies.len()));
         }
         let (bodies, of_tool) = (bodies.into(), of_tool.into());
-        let CheckOptions { reach, ray_tolerance: tolerance, .. } = *tools.options;
-        Self { bodies, of_tool, reach, moves, tolerance }
+        let CheckOptions { reach, ray_tolerance: tolerance, total, .. } = *tools.options;
+        // Rapids finish nothing.
+        let total = if moves == MoveKind::Cuts { total } else { 0.0 };
+        Self { bodies, of_tool, reach, moves, tolerance, total }
     }
 
     /// Returns the height of the search above the faces \[mm\].

@@ -31,6 +31,8 @@ pub(crate) struct FaceField<'a> {
 struct GridTile {
     indices: Vec<usize>,
     lowest: Vec<LowestEntry>,
+    /// Nearest cutting end within the tolerance, where nothing cuts along the normal.
+    nearest: Vec<LowestEntry>,
     /// Box around all rays.
     region: BoundingBox,
 }
@@ -93,7 +95,16 @@ impl<'a> FaceField<'a> {
         let mut samples = vec![None; rows * columns];
         let mut deciding = vec![None; rows * columns];
         for tile in tiles {
-            for (index, lowest) in tile.indices.into_iter().zip(tile.lowest) {
+            let entries = tile.lowest.into_iter().zip(tile.nearest);
+            // At an edge the tool that cuts the next face may be nearer than what cuts along the normal.
+            let entries = entries.map(|(lowest, nearest)| {
+                if nearest.line.is_some() && (lowest.line.is_none() || nearest.s < lowest.s) {
+                    nearest
+                } else {
+                    lowest
+                }
+            });
+            for (index, lowest) in tile.indices.into_iter().zip(entries) {
                 // A search that was given up may have missed a lower entry: its point counts as unmeasured.
                 unmeasured += usize::from(lowest.unresolved);
                 if let (Some(sample), Some(by)) = (samples.get_mut(index), deciding.get_mut(index))
@@ -165,16 +176,17 @@ impl GridTile {
             }
         }
         let lowest = vec![LowestEntry::none(scope.top()); indices.len()];
-        (Self { indices, lowest, region }, bare)
+        let nearest = vec![LowestEntry::none(scope.total); indices.len()];
+        (Self { indices, lowest, nearest, region }, bare)
     }
 
     /// Lowers the entries of the tile by the moves of a chunk.
     fn take(&mut self, chunk: &MotionChunk, face: &Face, grid: &FaceGrid) {
-        let Self { indices, lowest, region } = self;
+        let Self { indices, lowest, nearest, region } = self;
         if !chunk.tree.meets(region) {
             return;
         }
-        let MeasureScope { reach, tolerance, .. } = chunk.parts.scope;
+        let MeasureScope { reach, tolerance, total, .. } = chunk.parts.scope;
         let rays = indices.iter().filter_map(|&index| ray(face, at(grid, index)?.0, reach));
         let rays: Vec<NormalRay> = rays.collect();
         let Some(middle) = rays.get(rays.len() / 2) else { return };
@@ -195,6 +207,19 @@ impl GridTile {
                 if *clearance <= aside + reach.max(lowest.s) {
                     lowest.search(part, ray, tolerance);
                 }
+            }
+        }
+        for (((ray, aside), lowest), nearest) in
+            rays.iter().zip(&aside).zip(lowest.iter()).zip(nearest.iter_mut())
+        {
+            if lowest.line.is_some() && lowest.s <= total {
+                continue;
+            }
+            for (clearance, part) in &around {
+                if *clearance > aside + nearest.s {
+                    break;
+                }
+                nearest.approach(part, &ray.origin);
             }
         }
     }

@@ -3,6 +3,7 @@
 use crate::verify::swept::bvh::ContentId;
 use crate::verify::swept::quadratic::{MotionInstant, MotionPiece, RayQuery};
 use crate::verify::swept::tool::{BodyPose, ConvexBody, NormalRay};
+use nalgebra::Point3;
 
 /// Lowest entry found so far, among tools that leave the ray at the surface or above it.
 ///
@@ -67,6 +68,26 @@ impl LowestEntry {
         let target = RayQuery { body, ray: &upper, s: end, limit: end };
         if piece.bound(piece.middle(), 1.0, &target).low <= GRAZE * tolerance {
             self.refine(part, ray, tolerance);
+        }
+    }
+
+    /// Lowers `s` to the distance of a point from a cutting end during its piece.
+    ///
+    /// It is that at one time, nearly the nearest: never less than the least distance. A point inside counts as touched.
+    pub(crate) fn approach(&mut self, part: &MovingBody<'_>, point: &Point3<f64>) {
+        let MovingBody { piece, body, numbers } = *part;
+        if !matches!(body, ConvexBody::Nose { .. }) {
+            return;
+        }
+        let u = piece.deepest(body, point).clamp(-1.0, 1.0);
+        let distance = piece.distance(body, u, point).0.max(0.0);
+        if distance < self.s {
+            let by = DecidingPose {
+                pose: piece.instant(u).pose,
+                body: numbers.body,
+                piece: numbers.item,
+            };
+            (self.s, self.line, self.by) = (distance, Some(piece.line), Some(by));
         }
     }
 

@@ -227,13 +227,40 @@ pub(crate) struct SurfacePatch<'a> {
     pub(crate) radius: f64,
     /// Unit normal.
     pub(crate) normal: Vector3<f64>,
+    /// Part of the rectangle that the surface fills, if it is less than all of it.
+    pub(crate) part: Option<&'a PatchPart>,
+}
+
+/// Part of a patch: points `[s, t]` whose hull, grown by `slack` in s and t, holds it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct PatchPart {
+    pub(crate) corners: Vec<[f64; 2]>,
+    pub(crate) slack: [f64; 2],
+}
+
+impl SurfacePatch<'_> {
+    /// Bounds the loss of a linear function over the patch against its centre; `slopes` are its changes along both
+    /// halves. Over a part of the patch the loss may be negative.
+    pub(crate) fn loss(&self, [a, b]: [f64; 2]) -> f64 {
+        let whole = a.abs() + b.abs();
+        let loss = self.part.map_or(whole, |part| {
+            let corners = part.corners.iter().map(|[s, t]| -a * s - b * t);
+            let most = corners.fold(f64::NEG_INFINITY, f64::max);
+            (most + a.abs() * part.slack[0] + b.abs() * part.slack[1]).min(whole)
+        });
+        loss + self.bulge
+    }
 }
 
 /// Distance of a body from the centre of a patch at an instant, with what other points and other times can take off it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct DistanceMargin {
     pub(crate) distance: f64,
+    /// Loss over the patch; negative where its part lies beyond the centre.
     pub(crate) extent: f64,
+    /// Size of the patch as the bound sees it, which quartering the patch halves.
+    pub(crate) spread: f64,
+    /// Loss over the interval of time.
     pub(crate) time: f64,
 }
 
@@ -355,7 +382,8 @@ impl MotionPiece {
         let [bend, shear] = self.beyond(half, y.norm() + patch.radius);
         DistanceMargin {
             distance: probe.distance,
-            extent: slope(a).abs() + slope(b).abs() + patch.bulge,
+            extent: patch.loss([slope(a), slope(b)]),
+            spread: slope(a).abs() + slope(b).abs() + patch.bulge,
             time: drift.abs() * half + bend + shear * patch.radius,
         }
     }

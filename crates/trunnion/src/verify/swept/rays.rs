@@ -65,9 +65,11 @@ impl MotionPiece {
         let bulge = disc.bulge + below.max(top.abs()) * disc.turn;
         let radius = disc.radius + top + below + bulge;
         let [bend, shear] = self.beyond(half, y.norm() + radius);
+        let extent = aside * disc.radius + bulge + up.max(0.0) * (top + below);
         DistanceMargin {
             distance: probe.distance,
-            extent: aside * disc.radius + bulge + up.max(0.0) * (top + below),
+            extent,
+            spread: extent,
             time: drift.abs() * half + bend + shear * radius,
         }
     }
@@ -79,7 +81,7 @@ impl MotionPiece {
         disc: &RayBundle,
         range: [f64; 2],
     ) -> f64 {
-        let DistanceMargin { distance, extent, time } =
+        let DistanceMargin { distance, extent, time, .. } =
             self.off_rays(&self.middle, 1.0, body, disc, range);
         distance - extent - time
     }
@@ -97,7 +99,7 @@ impl MotionPiece {
         let mut open = vec![(0.0, 1.0)];
         while let Some((u, half)) = open.pop() {
             let margin = self.off_rays(&self.instant(u), half, body, disc, range);
-            let DistanceMargin { distance, extent, time } = margin;
+            let DistanceMargin { distance, extent, time, .. } = margin;
             if distance - extent - time > slack {
                 continue;
             }
@@ -132,6 +134,7 @@ impl MotionPiece {
         DistanceMargin {
             distance: down.dot(&y) - body.extent(&pose.axis, &down),
             extent: patch.bulge,
+            spread: patch.bulge,
             time: drift.abs() * half + bend + shear * patch.radius,
         }
     }

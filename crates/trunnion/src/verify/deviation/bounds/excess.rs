@@ -1,12 +1,13 @@
 //! Upper bound on excess: proves that a tool holds each piece of the face offset outwards, or sweeps over it.
 
 use super::margin::TileBound;
-use super::shape::{FlatCell, UvRectangle, quarters};
+use super::shape::{FlatCell, UvRectangle, halves, quarters};
 use super::survey::{CellLocation, TILE, TileSurvey};
 use crate::verify::deviation::ray::DecidingPose;
 use crate::verify::report::{ExtremeHeight, HeightSample};
 use crate::verify::swept::bvh::ContentId;
-use crate::verify::swept::tool::NormalRay;
+use crate::verify::swept::tool::{ConvexBody, NormalRay};
+use nalgebra::Vector3;
 use std::rc::Rc;
 
 /// Quarterings after which a larger bound is tried.
@@ -45,12 +46,15 @@ pub(crate) fn tile(survey: &TileSurvey<'_>, at: [usize; 2], most: usize) -> Tile
     while let Some(next) = open.pop() {
         count += 1;
         let Some(piece) = survey.shape.cell(&next.rectangle) else {
-            halve(next, None, &mut open);
+            halve(next, None, None, &mut open);
             continue;
         };
         // Step 1: drop the piece if a pose that decided nearby holds it up to the bound, or passes over it.
         let aim = known.aim();
-        if next.poses.iter().any(|pose| holds(survey, &piece, aim, pose))
+        if next
+            .poses
+            .iter()
+            .any(|pose| holds(survey, &piece, aim, pose) || comes_near(survey, &piece, aim, pose))
             || next.found.is_some_and(|pose| passes(survey, &piece, aim, &pose))
         {
             continue;
@@ -118,6 +122,21 @@ fn holds(survey: &TileSurvey<'_>, cell: &FlatCell, height: f64, by: &DecidingPos
         .all(|corner| body.probe(&(middle + corner), &pose.axis).distance <= -room)
 }
 
+/// Tests if a pose comes within `distance` of all of a piece.
+///
+/// In the corner between two faces the tool keeps off one by some micrometres, and leaves as much of the other: along the
+/// normal nothing cuts there, but all of it is near the tool. The distance of a convex body is convex, so that the corners
+/// of the flat piece bound it. The probe of a cutting end is the distance itself; that of a shank may be less.
+fn comes_near(survey: &TileSurvey<'_>, cell: &FlatCell, distance: f64, by: &DecidingPose) -> bool {
+    let Some(body @ ConvexBody::Nose { .. }) = survey.parts.body(by.body) else { return false };
+    let room = distance - cell.bulge - survey.parts.scope.error();
+    let [a, b] = cell.half;
+    let middle = cell.centre - by.pose.tip;
+    [a + b, a - b, b - a, -a - b]
+        .iter()
+        .all(|corner| body.probe(&(middle + corner), &by.pose.axis).distance <= room)
+}
+
 /// Tests if a moving tool sweeps over all of a piece offset outwards by `height`, point after point. A sharp edge does
 /// that although it holds no two points at once.
 ///
@@ -149,12 +168,40 @@ fn passes(survey: &TileSurvey<'_>, cell: &FlatCell, height: f64, by: &DecidingPo
     })
 }
 
-fn halve(next: ExcessCell, border: Option<Vec<u32>>, open: &mut Vec<ExcessCell>) {
+/// Returns the parameter by which the corners of a piece differ in what a pose does: those on one side it holds, those
+/// on the other it does not. `None` if both matter, or none.
+fn dividing(
+    survey: &TileSurvey<'_>,
+    cell: &FlatCell,
+    height: f64,
+    by: &DecidingPose,
+) -> Option<usize> {
+    let body = survey.parts.body(by.body)?;
+    let [a, b] = cell.half;
+    let middle = cell.centre + cell.normal * height - by.pose.tip;
+    let holds =
+        |corner: Vector3<f64>| body.probe(&(middle + corner), &by.pose.axis).distance <= 0.0;
+    let corners = [[holds(-a - b), holds(b - a)], [holds(a - b), holds(a + b)]];
+    match corners {
+        [[low, up], [other, top]] if low == up && other == top && low != other => Some(0),
+        [[low, up], [other, top]] if low == other && up == top && low != up => Some(1),
+        _ => None,
+    }
+}
+
+fn halve(
+    next: ExcessCell,
+    border: Option<Vec<u32>>,
+    by: Option<usize>,
+    open: &mut Vec<ExcessCell>,
+) {
     if next.level >= DEEPEST {
         return;
     }
     let border = border.or(next.border);
-    for rectangle in quarters(next.rectangle) {
+    let parts = by
+        .map_or_else(|| quarters(next.rectangle).to_vec(), |k| halves(next.rectangle, k).to_vec());
+    for rectangle in parts {
         let (poses, items) = (next.poses.clone(), Rc::clone(&next.items));
         let (level, border) = (next.level + 1, border.clone());
         open.push(ExcessCell { rectangle, level, poses, found: next.found, items, border });
@@ -210,8 +257,8 @@ fn search(
                 return;
             }
         }
-        // A hole between the measured points: nothing cuts here.
-        _ if inside => {
+        // A hole between the measured points: nothing cuts here, or nothing that could be measured along the normal.
+        _ if inside && next.level >= DEEPEST => {
             known.open += piece.area();
             return;
         }
@@ -229,7 +276,8 @@ fn search(
     if border.is_none() {
         next.border = None;
     }
-    halve(next, border, open);
+    let by = next.poses.first().and_then(|pose| dividing(survey, piece, known.aim(), pose));
+    halve(next, border, by, open);
 }
 
 /// Tries larger bounds until one holds.

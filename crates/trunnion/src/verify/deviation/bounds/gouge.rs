@@ -6,13 +6,15 @@ use super::survey::{CellLocation, TILE, TileSurvey};
 use crate::verify::deviation::chunks::MoveKind;
 use crate::verify::report::ExtremeHeight;
 use crate::verify::swept::bvh::ContentId;
-use crate::verify::swept::quadratic::{DistanceMargin, SurfacePatch};
+use crate::verify::swept::quadratic::{DistanceMargin, PatchPart, SurfacePatch};
 use crate::verify::swept::tool::NormalRay;
 
 /// Quarterings after which the height in the middle of an undecided piece is measured.
 const MEASURED_FROM: u32 = 3;
 /// Quarterings after which a larger bound is tried; a piece is then some 1e-6 of a cell.
 const DEEPEST: u32 = 20;
+/// Trim segments in a piece up to which its part inside them is bounded: the bodies are compared with each.
+const FEW_SEGMENTS: usize = 24;
 /// Shortest half interval of time in a search: a millionth of the piece.
 const SHORTEST: f64 = 1e-6;
 /// Most doublings of the bound.
@@ -91,7 +93,14 @@ fn quarter(
     let mut left = items;
     if let Some(cell) = survey.shape.cell(&rectangle) {
         // Nothing comes to the piece offset inwards by the aim: no gouge in it is deeper.
-        left = coming(survey, &cell, known.aim(), &left);
+        let part = match &location {
+            CellLocation::Border(segments) if segments.len() <= FEW_SEGMENTS => {
+                Some(survey.trims.part(survey.shape.face, &rectangle, segments))
+            }
+            _ => None,
+        };
+        let face = FacePiece { cell: &cell, part: part.as_ref() };
+        left = coming(survey, &face, known.aim(), &left);
         if left.is_empty() {
             return;
         }
@@ -100,7 +109,7 @@ fn quarter(
             measure(survey, &cell, &rectangle, &left, known);
         }
         if level >= DEEPEST {
-            beyond(survey, &cell, &left, known);
+            beyond(survey, &face, &left, known);
             return;
         }
     } else if level >= DEEPEST {
@@ -117,13 +126,21 @@ fn quarter(
     }
 }
 
+/// Flat piece of the face, and the part of it inside the trims where they cross it.
+#[derive(Clone, Copy)]
+struct FacePiece<'a> {
+    cell: &'a FlatCell,
+    part: Option<&'a PatchPart>,
+}
+
 /// Returns the bodies that may come to a piece offset inwards by `depth`, their times cut to where they may.
 fn coming(
     survey: &TileSurvey<'_>,
-    cell: &FlatCell,
+    face: &FacePiece<'_>,
     depth: f64,
     items: &[OpenBody],
 ) -> Vec<OpenBody> {
+    let FacePiece { cell, part } = *face;
     // Offset inwards, a point is off the flat piece by the turn of its normal times the depth as well.
     let slack = depth * cell.turn;
     let patch = SurfacePatch {
@@ -132,6 +149,7 @@ fn coming(
         bulge: cell.bulge + slack,
         radius: cell.radius() + slack,
         normal: cell.normal,
+        part,
     };
     let mut left = Vec::new();
     let mut intervals = Vec::new();
@@ -151,10 +169,11 @@ fn coming(
             if flat.least() > error {
                 continue;
             }
-            let DistanceMargin { extent, time, .. } =
-                if flat.least() > near.least() { flat } else { near };
-            // Bisect time only while that gains more than quartering the face would.
-            if extent >= time || half < SHORTEST {
+            // Bisect time where that alone will do, or gains more than quartering the face would. The second bound does
+            // not grow with either beyond its distance.
+            let proves = |margin: &DistanceMargin| margin.distance - margin.extent > error;
+            let by_time = proves(&near) || proves(&flat) || near.time > near.spread;
+            if !by_time || half < SHORTEST {
                 left.push(OpenBody { numbers, u, half });
             } else {
                 intervals.extend([(u - 0.5 * half, 0.5 * half), (u + 0.5 * half, 0.5 * half)]);
@@ -192,17 +211,22 @@ fn measure(
 }
 
 /// Tries larger bounds until one holds.
-fn beyond(survey: &TileSurvey<'_>, cell: &FlatCell, items: &[OpenBody], known: &mut TileBound) {
+fn beyond(
+    survey: &TileSurvey<'_>,
+    face: &FacePiece<'_>,
+    items: &[OpenBody],
+    known: &mut TileBound,
+) {
     for doubling in 1..DOUBLINGS {
         let depth = known.worst.max(0.0) + known.margin() * 2f64.powi(doubling);
         // Beyond the search range moves were not gathered: no proof is possible there.
         if depth > survey.parts.scope.reach {
             break;
         }
-        if coming(survey, cell, depth, items).is_empty() {
+        if coming(survey, face, depth, items).is_empty() {
             known.beyond = known.beyond.max(depth);
             return;
         }
     }
-    known.open += cell.area();
+    known.open += face.cell.area();
 }

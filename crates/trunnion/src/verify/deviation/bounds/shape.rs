@@ -2,6 +2,7 @@
 
 use crate::surface::{BezierPatch, Face, NurbsSurface, SpaceCurve, Surface};
 use crate::verify::error::VerifyError;
+use crate::verify::swept::quadratic::PatchPart;
 use crate::verify::swept::rays::RayBundle;
 use nalgebra::{Point3, Vector3, Vector4};
 
@@ -357,12 +358,35 @@ impl TrimSegments {
         Ok(Self { segments, tolerance })
     }
 
+    /// Returns the part of a rectangle inside the trims, of which `among` cross it.
+    ///
+    /// Its corners are corners of the rectangle, ends of segments, and points where segments cross the border.
+    pub(crate) fn part(&self, face: &Face, rectangle: &UvRectangle, among: &[u32]) -> PatchPart {
+        let [u, v] = *rectangle;
+        let half = rectangle.map(|[low, high]| 0.5 * (high - low));
+        let grown = self.grown(rectangle);
+        let local = |uv: [f64; 2]| [0, 1].map(|k| (uv[k] - rectangle[k][0]) / half[k] - 1.0);
+        let segments = among.iter().filter_map(|index| self.segments.get(*index as usize));
+        let crossing = segments.filter_map(|segment| clipped(segment, &grown)).flatten();
+        let corners = [[u[0], v[0]], [u[0], v[1]], [u[1], v[0]], [u[1], v[1]]];
+        let inside = corners.into_iter().filter(|[u, v]| face.contains(*u, *v));
+        PatchPart {
+            corners: crossing.chain(inside).map(local).collect(),
+            slack: [0, 1].map(|k| self.tolerance[k] / half[k]),
+        }
+    }
+
+    /// Returns a rectangle with all points that a trim curve may be off a segment in it.
+    fn grown(&self, rectangle: &UvRectangle) -> UvRectangle {
+        [0, 1].map(|k: usize| {
+            [rectangle[k][0] - self.tolerance[k], rectangle[k][1] + self.tolerance[k]]
+        })
+    }
+
     /// Finds the segments that touch a rectangle, among all or among the given ones.
     pub(crate) fn side(&self, rectangle: &UvRectangle, among: Option<&[u32]>) -> TrimCrossing {
         // A trim curve may be off its segment by the tolerance, so the rectangle grows by that.
-        let grown = [0, 1].map(|k: usize| {
-            [rectangle[k][0] - self.tolerance[k], rectangle[k][1] + self.tolerance[k]]
-        });
+        let grown = self.grown(rectangle);
         let touches = |index: &u32| {
             let segment = self.segments.get(*index as usize);
             segment.is_some_and(|segment| meets(segment, &grown))
@@ -376,8 +400,13 @@ impl TrimSegments {
     }
 }
 
-/// Tests if a segment meets a rectangle, by Liang and Barsky's clipping.
-fn meets([from, to]: &[[f64; 2]; 2], rectangle: &UvRectangle) -> bool {
+/// Tests if a segment meets a rectangle.
+fn meets(segment: &[[f64; 2]; 2], rectangle: &UvRectangle) -> bool {
+    clipped(segment, rectangle).is_some()
+}
+
+/// Returns the part of a segment in a rectangle, by Liang and Barsky's clipping.
+fn clipped([from, to]: &[[f64; 2]; 2], rectangle: &UvRectangle) -> Option<[[f64; 2]; 2]> {
     let (mut enter, mut leave) = (0.0f64, 1.0f64);
     for k in 0..2 {
         let ([low, high], start, delta) = (rectangle[k], from[k], to[k] - from[k]);
@@ -387,10 +416,20 @@ fn meets([from, to]: &[[f64; 2]; 2], rectangle: &UvRectangle) -> bool {
             enter = enter.max(a.min(b));
             leave = leave.min(a.max(b));
         } else if start < low || start > high {
-            return false;
+            return None;
         }
     }
-    enter <= leave
+    let at = |share: f64| [0, 1].map(|k: usize| from[k] + share * (to[k] - from[k]));
+    (enter <= leave).then(|| [at(enter), at(leave)])
+}
+
+/// Returns the halves of a rectangle by parameter `k`.
+pub(crate) fn halves(rectangle: UvRectangle, k: usize) -> [UvRectangle; 2] {
+    let [low, high] = rectangle[k];
+    let middle = 0.5 * (low + high);
+    let mut parts = [rectangle; 2];
+    (parts[0][k], parts[1][k]) = ([low, middle], [middle, high]);
+    parts
 }
 
 /// Returns the quarters of a rectangle.
