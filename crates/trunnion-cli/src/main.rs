@@ -7,6 +7,7 @@ mod check;
 mod feed;
 mod figure;
 mod form;
+mod init;
 mod inspect;
 mod machine;
 mod material;
@@ -49,6 +50,11 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
+    /// Write a job for a part: faces, cutter, origin and feeds that run as they are, with comments.
+    ///
+    /// The job cuts the faces that the machine reaches from above. The cutter is the largest of a small built-in library
+    /// that reaches nearly all that smaller ones reach. The origin keeps the axes inside travel.
+    Init(init::Args),
     /// Run the whole chain: surface to passes, axis motion, programs, check and report.
     Run(run::Args),
     /// Check an NC program or CL file: simulate it and measure it against the part and the machine.
@@ -118,6 +124,7 @@ fn main() -> ExitCode {
 fn dispatch(arguments: &Arguments) -> Result<Done, Failure> {
     let form = if arguments.json { OutputForm::Json } else { OutputForm::Text };
     match &arguments.verb {
+        Verb::Init(args) => init::run(args, form),
         Verb::Run(args) => run::run(args, form),
         Verb::Check(args) => check::run(args, form),
         Verb::Setup(args) => setup::run(args, form),

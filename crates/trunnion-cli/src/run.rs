@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use trunnion::files;
 use trunnion::files::job::{JobFile, JobFixture, JobSolid, JobStock};
 use trunnion::files::summary::{
-    CheckSummary, CoverSummary, ProgramSummary, SingularSummary, Summary, ToleranceSummary,
-    TurnLimitSummary,
+    CheckSummary, CoverSummary, LayoutSummary, LayoutTime, ProgramSummary, SingularSummary,
+    Summary, ToleranceSummary, TurnLimitSummary,
 };
 use trunnion::pipeline::{self, Job, Outcome, PipelineError};
 use trunnion::types::Mesh;
@@ -355,6 +355,7 @@ fn covered(cover: &CoverSummary) -> Vec<(&'static str, String)> {
         ("cutting length", format!("{:.0} mm", cover.cutting_length)),
         ("strip width", format!("{least:.2} .. {most:.2} mm, mean {mean:.2}")),
     ];
+    rows.extend(cover.layouts.iter().take(LAYOUTS).map(|face| ("layout", compared(face))));
     if let Some(TurnLimitSummary { free_passes, free_length, length, time }) = &cover.turn_limit {
         let [length, time] = [length, time].map(|share| 100.0 * share);
         let detail = format!(
@@ -376,12 +377,46 @@ fn covered(cover: &CoverSummary) -> Vec<(&'static str, String)> {
     rows
 }
 
+/// Faces whose layouts are listed at most; `summary.json` has all.
+const LAYOUTS: usize = 6;
+
+/// Describes the layout of a face beside those that it was compared with.
+fn compared(face: &LayoutSummary) -> String {
+    let left = |one: &LayoutTime| match one.rest {
+        rest if rest > 0.0 => format!(" and {rest:.1} mm2 not finished"),
+        _ => String::new(),
+    };
+    let named = |one: &LayoutTime| match one.along.as_str() {
+        "bent" => "on bent lines".to_owned(),
+        parameter => format!("along {parameter}"),
+    };
+    let chosen = &face.chosen;
+    let others: Vec<String> = face
+        .others
+        .iter()
+        .map(|one| format!("{} {:.1} s{}", named(one), one.seconds, left(one)))
+        .collect();
+    format!(
+        "face {} {}, {:.1} s by the speeds of the axes{}; planned as well: {}",
+        face.face,
+        named(chosen),
+        chosen.seconds,
+        left(chosen),
+        others.join(", ")
+    )
+}
+
 /// Lists the feed directions of the passes, each once.
 fn ways(along: &[String]) -> String {
     let mut ways: Vec<&str> = along.iter().map(String::as_str).collect();
     ways.sort_unstable();
     ways.dedup();
-    let bent = |way| if way == "bent" { "lines bent to the face" } else { way };
+    let bent = |way| match way {
+        "bent" => "lines bent to the face",
+        "flank" => "the flank of the tool",
+        "floor" => "floors",
+        parameter => parameter,
+    };
     ways.into_iter().map(bent).collect::<Vec<_>>().join(" and ")
 }
 

@@ -14,7 +14,8 @@ use nalgebra::Point3;
 use std::f64::consts::FRAC_PI_6;
 use std::path::{Path, PathBuf};
 use trunnion::cover::{
-    CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection, PlacementMethod, cover,
+    CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection, PlacementMethod, PrismaticUse,
+    cover,
 };
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::pipeline::{Job, run};
@@ -56,6 +57,7 @@ fn lengths() {
             feed_direction: along,
             pattern: CutPattern::ZigZag,
             method: PlacementMethod::Widest,
+            prismatic: PrismaticUse::Never,
             side: ContactSide::Ahead,
             band: ToleranceBand { lower: 0.0, upper: 0.01 - SHARE },
             link: 80.0,
@@ -195,6 +197,7 @@ fn small_face(bencher: Bencher<'_, '_>, method: PlacementMethod) {
         feed_direction: FeedDirection::V,
         pattern: CutPattern::ZigZag,
         method,
+        prismatic: PrismaticUse::Never,
         side: ContactSide::Ahead,
         band: ToleranceBand { lower: 0.0, upper: 0.02 },
         link: 80.0,

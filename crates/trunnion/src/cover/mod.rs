@@ -23,6 +23,7 @@
 //! Between stations nothing is sampled. Clearance (`prove::clearance`) and coverage (`prove::coverage`) of the curves
 //! through the stations are bounded, both from the convexity of the tool (`cutter::solid`).
 
+mod access;
 mod cost;
 mod error;
 mod join;
@@ -34,6 +35,7 @@ mod plan;
 mod prove;
 mod report;
 
+pub use access::ToolAccess;
 pub use cost::{LengthCost, PassCost};
 pub use error::{CoverError, FacePoint};
 pub use join::axis_reach::AxisReach;
@@ -42,9 +44,9 @@ pub(crate) use join::leads::height;
 pub use join::legs::legs;
 pub use join::request::{LeadKind, LinkOptions, LinkRequest};
 pub use options::{CoverOptions, FinishTolerance, lever};
-pub use pattern::{CutPattern, FeedDirection, PlacementMethod};
+pub use pattern::{CutPattern, FeedDirection, PlacementMethod, PrismaticUse};
 pub use plan::{CoverRequest, cover};
 pub use report::{
-    CoverReport, Covering, FaceLayout, FallbackReason, GivenUp, PassFallback, PassLayout,
-    RefusedPoint,
+    CoverReport, Covering, FaceLayout, FallbackReason, GivenUp, LayoutCost, PassFallback,
+    PassLayout, RefusedPoint,
 };

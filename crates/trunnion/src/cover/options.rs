@@ -1,7 +1,7 @@
 //! Options of a covering, and the preset for finishing.
 
 use super::error::CoverError;
-use super::pattern::{CutPattern, FeedDirection, PlacementMethod};
+use super::pattern::{CutPattern, FeedDirection, PlacementMethod, PrismaticUse};
 use crate::cutter::Cutter;
 use crate::positioning::{ContactSide, ToleranceBand, ToolInclination};
 use crate::types::Interval;
@@ -47,6 +47,8 @@ pub struct CoverOptions {
     pub pattern: CutPattern,
     /// Placement of the tool.
     pub method: PlacementMethod,
+    /// Use of passes for walls and floors, before strips.
+    pub prismatic: PrismaticUse,
     /// Side of the cutter that cuts.
     pub side: ContactSide,
     /// Tolerance band for the error of each cutter location \[mm\].
@@ -107,6 +109,7 @@ impl CoverOptions {
             feed_direction: FeedDirection::Adaptive,
             pattern: CutPattern::ZigZag,
             method: PlacementMethod::Widest,
+            prismatic: PrismaticUse::Never,
             side: ContactSide::Ahead,
             band: ToleranceBand {
                 lower: path_share - tolerance.gouge,

@@ -31,3 +31,12 @@ pub enum PlacementMethod {
     /// At the fixed inclination everywhere.
     Inclined,
 }
+
+/// Use of passes for prismatic shapes: the flank on walls, the underside on floors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum PrismaticUse {
+    /// Never: all faces are covered by strips.
+    Never,
+    /// On planes, cylinders, cones and extrusions, wherever such passes finish the face.
+    WallsAndFloors,
+}

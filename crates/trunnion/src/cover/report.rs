@@ -81,16 +81,36 @@ pub enum PassLayout {
     V,
     /// On curves bent to the face.
     Bent,
+    /// One pass of the flank.
+    Flank,
+    /// Lines and borders on a plane, with an upright tool.
+    Floor,
 }
 
-/// Pass layout that was chosen for a face.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Pass layout that was chosen for a face, and those that it was compared with.
+#[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct FaceLayout {
     /// Number of the face.
     pub face: usize,
     /// Layout of its passes.
     pub layout: PassLayout,
+    /// Its cost, before material that is left is cut across.
+    pub planned: LayoutCost,
+    /// The other layouts that were planned whole, in the order of their estimates.
+    pub others: Vec<LayoutCost>,
+}
+
+/// Cost of a layout whose passes were planned over a whole face.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct LayoutCost {
+    /// Layout.
+    pub layout: PassLayout,
+    /// Cost of passes and links, as the length that is cut at the feed in that time \[mm\].
+    pub cost: f64,
+    /// Area that it leaves unfinished \[mm²\].
+    pub rest: f64,
 }
 
 /// Point at which the wide strips of a face were given up.

@@ -92,12 +92,38 @@ pub struct CoverSummary {
     pub turn_limit: Option<TurnLimitSummary>,
     /// Area of the faces, in mm2.
     pub area: f64,
-    /// Feed direction on each face: "u", "v", or "bent" to the face.
+    /// Layout of each face: feed direction "u", "v", or "bent" to the face; "flank" for one pass of the tool's side, "floor" for an
+    /// upright tool on a plane.
     pub along: Vec<String>,
+    /// Layouts that were planned whole and compared, face by face; of faces with one layout only, nothing.
+    pub layouts: Vec<LayoutSummary>,
     /// Regions without wide strips, where the tool keeps a fixed inclination instead, largest first.
     pub fixed: Vec<RegionSummary>,
     /// Parts of the faces that the tool does not finish, largest first.
     pub rest: Vec<RestSummary>,
+}
+
+/// Pass layout of a face, and those that it was compared with.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct LayoutSummary {
+    /// Number of the face.
+    pub face: usize,
+    /// Layout that was chosen.
+    pub chosen: LayoutTime,
+    /// The others.
+    pub others: Vec<LayoutTime>,
+}
+
+/// Time of a pass layout, estimated from the speeds of the axes.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct LayoutTime {
+    /// Feed direction: "u", "v", or "bent" to the face; "flank" for one pass of the tool's side, "floor" for an
+    /// upright tool on a plane.
+    pub along: String,
+    /// Time of passes and links, in s.
+    pub seconds: f64,
+    /// Area that the layout leaves unfinished, in mm2.
+    pub rest: f64,
 }
 
 /// Passes under the limit on the rotation of the tool axis, compared with those of a free axis.

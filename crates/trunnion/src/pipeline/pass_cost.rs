@@ -69,7 +69,7 @@ impl JobPassCost {
 /// Returns the machine with less rotary travel and unlimited linear travel.
 ///
 /// A pose beyond linear travel is so at any inclination of the tool; it is reported for the setup.
-fn inset(kinematics: &Kinematics) -> Kinematics {
+pub(super) fn inset(kinematics: &Kinematics) -> Kinematics {
     let mut machine = kinematics.machine().clone();
     for axis in &mut machine.axes[..FIRST_ROTARY] {
         axis.limits = Interval::UNBOUNDED;

@@ -11,7 +11,7 @@ use crate::axes::{
 };
 use crate::cover::{
     self, AxisReach, CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection,
-    FinishTolerance, HopOptions, LinkOptions, LinkRequest, PassCost, PlacementMethod,
+    FinishTolerance, HopOptions, LinkOptions, LinkRequest, PassCost, PlacementMethod, PrismaticUse,
 };
 use crate::feed::{
     self, FeedError, FeedOptions, FeedPlan, Limits, LookAhead, LookAheadOptions, ProgrammedSpeeds,
@@ -89,6 +89,10 @@ pub(super) fn cover_turning(
             file::JobCutPattern::OneWay => CutPattern::OneWay,
         },
         method,
+        prismatic: match strategy.prismatic {
+            file::JobPrismatic::Never => PrismaticUse::Never,
+            file::JobPrismatic::WallsAndFloors => PrismaticUse::WallsAndFloors,
+        },
         side: match strategy.side {
             file::JobContactSide::Ahead => ContactSide::Ahead,
             file::JobContactSide::Behind => ContactSide::Behind,

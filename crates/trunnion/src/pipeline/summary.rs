@@ -10,12 +10,12 @@ use super::regions;
 use super::retracts;
 use super::solids::Solids;
 use super::wording::counted;
-use crate::cover::{Covering, GivenUp, PassLayout};
+use crate::cover::{Covering, FaceLayout, GivenUp, LayoutCost, PassLayout};
 use crate::feed::FeedPlan;
 use crate::files::job::MotionMethod;
 use crate::files::summary::{
-    AxisSummary, CheckSummary, CoverSummary, LAYOUT, MotionSummary, ProgramSummary,
-    SingularSummary, Summary, TimesSummary, TurnLimitSummary,
+    AxisSummary, CheckSummary, CoverSummary, LAYOUT, LayoutSummary, LayoutTime, MotionSummary,
+    ProgramSummary, SingularSummary, Summary, TimesSummary, TurnLimitSummary,
 };
 use crate::machine::{Axis, AxisKind};
 use crate::setpoint;
@@ -153,6 +153,7 @@ fn cover(job: &Job, covering: &Covering) -> CoverSummary {
         strip_width,
         area: covering.report.area,
         along: job.faces.iter().map(|face| along(face.face().number, covering)).collect(),
+        layouts: layouts(job, covering),
         fixed: regions::summaries(&job.faces, covering),
         rest: covering.report.rest.iter().map(regions::rest).collect(),
     }
@@ -161,13 +162,33 @@ fn cover(job: &Job, covering: &Covering) -> CoverSummary {
 /// Returns the direction of the passes on a face.
 fn along(face: usize, covering: &Covering) -> String {
     let of_face = covering.report.layouts.iter().find(|one| one.face == face);
-    let name = match of_face.map(|one| one.layout) {
-        Some(PassLayout::U) => "u",
-        Some(PassLayout::V) => "v",
-        Some(PassLayout::Bent) => "bent",
-        None => "none",
+    of_face.map_or("none", |one| layout_name(one.layout)).to_owned()
+}
+
+fn layout_name(layout: PassLayout) -> &'static str {
+    match layout {
+        PassLayout::U => "u",
+        PassLayout::V => "v",
+        PassLayout::Bent => "bent",
+        PassLayout::Flank => "flank",
+        PassLayout::Floor => "floor",
+    }
+}
+
+/// Returns the layouts of the faces on which several were planned.
+fn layouts(job: &Job, covering: &Covering) -> Vec<LayoutSummary> {
+    let time = |one: &LayoutCost| LayoutTime {
+        along: layout_name(one.layout).to_owned(),
+        seconds: one.cost / job.file.cutting.feed,
+        rest: one.rest,
     };
-    name.to_owned()
+    let compared = covering.report.layouts.iter().filter(|face| !face.others.is_empty());
+    let summary = |face: &FaceLayout| LayoutSummary {
+        face: face.face,
+        chosen: time(&face.planned),
+        others: face.others.iter().map(time).collect(),
+    };
+    compared.map(summary).collect()
 }
 
 /// Reports the limits that the classical planner exceeds; the other planners keep them.

@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 use swept_tool::{SPACING, distance, poses};
 use trunnion::cover::{
     CoverError, CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection, GivenUp, LeadKind,
-    LinkOptions, LinkRequest, PassCost, PlacementMethod, cover, legs, lever,
+    LinkOptions, LinkRequest, PassCost, PlacementMethod, PrismaticUse, cover, legs, lever,
 };
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::positioning::{ContactSide, ToleranceBand, ToolInclination};
@@ -87,6 +87,7 @@ fn options() -> CoverOptions {
         feed_direction: FeedDirection::V,
         pattern: CutPattern::ZigZag,
         method: PlacementMethod::Widest,
+        prismatic: PrismaticUse::Never,
         side: ContactSide::Ahead,
         band: BAND,
         link: 25.0,

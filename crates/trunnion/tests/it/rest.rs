@@ -11,7 +11,7 @@ use nalgebra::{Point3, Vector3};
 use swept_tool::{SPACING, distance, poses};
 use trunnion::cover::{
     CoverError, CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection, LengthCost,
-    PassCost, PlacementMethod, cover,
+    PassCost, PassLayout, PlacementMethod, PrismaticUse, cover,
 };
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::positioning::{ContactSide, ToleranceBand, ToolInclination};
@@ -43,6 +43,7 @@ fn options(method: PlacementMethod) -> CoverOptions {
         feed_direction: FeedDirection::V,
         pattern: CutPattern::ZigZag,
         method,
+        prismatic: PrismaticUse::Never,
         side: ContactSide::Ahead,
         band: BAND,
         link: 25.0,
@@ -259,6 +260,55 @@ fn beside_a_wall_as_much_stays_as_the_corner_is_wide() {
             let [u, _] = part.deepest;
             assert!((part.ball - (20.0 - u)).abs() < 1e-3, "{} {u}", part.ball);
             assert!(part.balls[1] <= beside(radii[1]) + 0.3 * radii[0] + 0.25, "{:?}", part.balls);
+        }
+    }
+}
+
+/// An upright tool on a floor finishes up to the wall in a few passes; a corner leaves its own width and no more.
+#[test]
+fn floor_passes_finish_up_to_the_wall() {
+    for (radii, slope) in
+        [([4.0, 0.0], 0.0), ([4.0, 0.0], 0.6), ([3.0, 1.0], 0.0), ([3.0, 1.0], 0.6)]
+    {
+        let cutter = cutter(radii);
+        let (floor, walls) = (floor(slope), [wall(slope)]);
+        let options = CoverOptions {
+            prismatic: PrismaticUse::WallsAndFloors,
+            ..options(PlacementMethod::Widest)
+        };
+        let (covering, rest) = cut((&floor, &walls), &cutter, &options);
+        assert!(covering.report.layouts.iter().all(|face| face.layout == PassLayout::Floor));
+        assert!(covering.passes.len() <= 6, "{} passes", covering.passes.len());
+        let area: f64 = rest.iter().map(|rest| rest.area).sum();
+        if radii[1] > 0.0 {
+            let expected = 12.0 * slope.hypot(1.0) * beside(radii[1]);
+            assert!(area >= 0.999 * expected && area <= 1.04 * expected, "{area} {expected}");
+        } else {
+            assert!(rest.is_empty(), "{area} are left");
+        }
+    }
+}
+
+/// One pass of the flank finishes a wall down to the floor, and keeps off the floor.
+#[test]
+fn one_flank_pass_finishes_a_wall() {
+    for radii in [[4.0, 0.0], [3.0, 1.0]] {
+        let cutter = cutter(radii);
+        let (wall, floors) = (wall(0.0), [floor(0.0)]);
+        let options = CoverOptions {
+            prismatic: PrismaticUse::WallsAndFloors,
+            ..options(PlacementMethod::Widest)
+        };
+        let (covering, rest) = cut((&wall, &floors), &cutter, &options);
+        assert_eq!(covering.report.layouts[0].layout, PassLayout::Flank);
+        let area: f64 = rest.iter().map(|rest| rest.area).sum();
+        if radii[1] > 0.0 {
+            // Over the floor, 12 mm of the wall's 20, the corner leaves its own height.
+            assert!(covering.passes.len() == 1 || area > 0.0);
+            assert!(area <= 1.04 * 20.0 * beside(radii[1]), "{area}");
+            assert!(area >= 0.999 * 12.0 * beside(radii[1]), "{area}");
+        } else {
+            assert!(covering.passes.len() == 1 && rest.is_empty(), "{area} are left");
         }
     }
 }

@@ -3,7 +3,9 @@
 pub(super) mod advance;
 pub(super) mod chart;
 pub(super) mod choose;
+pub(super) mod contour;
 pub(super) mod effort;
+pub(super) mod outline;
 pub(super) mod region;
 pub(super) mod track;
 pub(super) mod trims;

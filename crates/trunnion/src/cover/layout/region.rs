@@ -57,6 +57,11 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
         (self.inside)(place) && self.out.as_ref().is_none_or(|out| !(out.holds)(place))
     }
 
+    /// Returns the corners of all trim loops.
+    pub(crate) fn outline(&self) -> impl Iterator<Item = ChartPoint> + '_ {
+        self.loops.iter().flatten().copied()
+    }
+
     /// Returns the closed polylines between the region and the rest.
     fn polylines(&self) -> impl Iterator<Item = &Vec<ChartPoint>> {
         self.loops.iter().chain(self.out.iter().flat_map(|out| out.edges.iter()))

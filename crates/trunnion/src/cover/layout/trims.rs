@@ -6,11 +6,11 @@ use crate::surface::FaceIndex;
 
 /// Tolerance of trim loops as a share of the face's extent in u and in v. Passes run on by the
 /// cutter's radius beyond the loops, and their strips begin at a border and end beyond it.
-const LOOP_SHARE: f64 = 1e-4;
+pub(crate) const LOOP_SHARE: f64 = 1e-4;
 
 /// The same for faces that are not cut: well below a micrometre on faces of some hundred
 /// millimetres.
-const GUARDED_SHARE: f64 = 1e-7;
+pub(crate) const GUARDED_SHARE: f64 = 1e-7;
 
 /// Longest edge of a trim loop on bent passes, as a share of the face's extent. Over such an edge a
 /// bend leaves its chord by less than [`LOOP_SHARE`].

@@ -15,7 +15,7 @@ use crate::cover::prove::sweep::PassSweep;
 use crate::cutter::Cutter;
 use crate::cutter::ToolBody;
 use crate::surface::FaceIndex;
-use crate::types::{Cancelled, Station};
+use crate::types::{Cancelled, Pass, Station};
 
 /// Size of the cells into which a face is divided beforehand, as a share of the cutter's radius. The bows of
 /// smaller cells are far below tolerances.
@@ -27,6 +27,9 @@ const PRECISION: f64 = 0.05;
 /// Least width of a useful pass, as a share of the strip on a plane of a ball as wide as the cutter: on an edge rounded
 /// with a hundredth of that ball's radius, a ball's strip is still a tenth as wide.
 const WORTH: f64 = 1.0 / 16.0;
+
+/// Length of the slabs in which a span is checked first, as a share of the cutter's radius.
+const SLAB: f64 = 1.0 / 8.0;
 
 /// Reports the share of the face that is covered, 0 to 1.
 pub(crate) type ProgressFn<'a> = &'a (dyn Fn(f64) -> Result<(), Cancelled> + Sync);
@@ -142,6 +145,36 @@ impl<'a, Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'a, Inside> {
             target: band.lower - path_share + precision,
             precision,
         }
+    }
+
+    /// Returns `true` if the tool keeps off this face and the others between the stations.
+    pub(crate) fn keeps_off(&self, sweep: &PassSweep) -> bool {
+        let keep_off = self.keep_off();
+        let clearance = self.clearance(keep_off.precision);
+        let radius = self.setup.cutter.radius();
+        (0..sweep.curve.spans.len()).all(|span| {
+            let length = sweep.curve.knots[span + 1] - sweep.curve.knots[span];
+            // Small and positive.
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "see above"
+            )]
+            let slabs = (length / (SLAB * radius)).ceil().max(1.0) as u32;
+            let others = keep_off.clearance(sweep, span, slabs, clearance.target);
+            let least = clearance.least(sweep, span, slabs).min(others);
+            least >= clearance.target - clearance.precision
+        })
+    }
+
+    /// Makes a pass of stations that finish a strip of one width.
+    pub(crate) fn whole_pass(&self, stations: Vec<Station>, width: f64) -> Pass {
+        let uv = |station: &Station| {
+            self.face.closest(&station.contact).map_or([0.0; 2], |foot| <[f64; 2]>::from(foot.uv))
+        };
+        let track = stations.iter().map(uv).collect();
+        let widths = vec![width; stations.len()];
+        Pass { face: self.face.face().number, stations, widths, track }
     }
 
     /// Returns the proof of the part of `region` that `sweeps` have finished.

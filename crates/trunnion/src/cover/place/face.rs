@@ -6,14 +6,16 @@ use crate::cover::layout::choose::{ChosenLayouts, choose};
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::layout::trims::region;
 use crate::cover::options::CoverOptions;
-use crate::cover::pattern::{FeedDirection, PlacementMethod};
+use crate::cover::pattern::{FeedDirection, PlacementMethod, PrismaticUse};
 use crate::cover::place::context::{FaceContext, FaceRequest, ProgressFn};
+use crate::cover::place::flank::flank_pass;
+use crate::cover::place::floor::floor_passes;
 use crate::cover::place::placed::PlacedPasses;
 use crate::cover::place::planner::{FacePlanner, FaceRectangle, WorkLimits};
 use crate::cover::place::unreachable::{UnreachableCells, within_reach};
-use crate::cover::report::{Covering, FaceLayout};
+use crate::cover::report::{Covering, FaceLayout, LayoutCost, PassLayout};
 use crate::positioning::ContactSide;
-use crate::types::UncutRegion;
+use crate::types::{UncutReason, UncutRegion};
 use std::sync::Arc;
 
 /// Work, over that of passes at the fixed inclination, after which these are given up as well: several times what they
@@ -28,6 +30,12 @@ pub(crate) fn cover_face(
     request: &FaceRequest<'_>,
     report: ProgressFn<'_>,
 ) -> Result<Covering, CoverError> {
+    if request.options.prismatic == PrismaticUse::WallsAndFloors
+        && let Some(placed) = prismatic(request)?
+    {
+        report(1.0)?;
+        return Ok(placed.covering());
+    }
     if request.options.side != ContactSide::Either {
         return Ok(on_side(request, report)?.covering());
     }
@@ -50,6 +58,42 @@ pub(crate) fn cover_face(
         (ahead, _) => ahead,
     };
     best.map(PlacedPasses::covering)
+}
+
+/// Share of a face that a flank or floor pass has to finish: of less, strips are planned over all of it.
+const PRISMATIC: f64 = 0.5;
+
+/// Plans the flank pass of a wall or the passes of a floor, and passes across what they leave; `None` where they
+/// finish too little.
+fn prismatic(request: &FaceRequest<'_>) -> Result<Option<PlacedPasses>, CoverError> {
+    let flank = || flank_pass(*request).map(|placed| (placed, PassLayout::Flank));
+    let floor = || floor_passes(*request).map(|placed| (placed, PassLayout::Floor));
+    let Some((mut placed, layout)) = flank().or_else(floor) else { return Ok(None) };
+    if placed.left() > (1.0 - PRISMATIC) * placed.report.area {
+        return Ok(None);
+    }
+    let face = request.face;
+    let planned = LayoutCost { layout, cost: placed.price(), rest: placed.left() };
+    let mut work = 0;
+    // Where the corner of the cutter does not fit, no inclination helps.
+    let fits = |part: &UncutRegion| {
+        !matches!(part.reason, UncutReason::Hollow | UncutReason::Neighbour(_))
+    };
+    if placed.report.rest.iter().any(fits) {
+        let chart = Chart::straight(FeedDirection::U);
+        let region = region(face, &chart);
+        let silent = |_: f64| Ok(());
+        let cross = FaceContext::new(*request, chart, &region, &silent);
+        let filled = fill_across(&cross, &placed)?;
+        work = filled.report.work;
+        if placed.leaves_more(&filled) {
+            placed = filled;
+        }
+    }
+    let number = face.face().number;
+    placed.report.layouts = vec![FaceLayout { face: number, layout, planned, others: Vec::new() }];
+    placed.report.work = work;
+    Ok(Some(placed))
 }
 
 /// Plans the face on each of the most promising charts, and returns the best result.
@@ -87,8 +131,12 @@ fn on_side(request: &FaceRequest<'_>, report: ProgressFn<'_>) -> Result<PlacedPa
     let Some(index) = PlacedPasses::best(tried.iter()) else {
         return refused.map_or(Ok(PlacedPasses::new()), Err);
     };
+    let mut costs: Vec<LayoutCost> =
+        tried.iter().zip(&tried_charts).map(|(placed, chart)| layout_cost(placed, chart)).collect();
+    let planned = costs.remove(index);
     let (mut best, chart) = (tried.swap_remove(index), tried_charts.swap_remove(index));
-    best.report.layouts = vec![FaceLayout { face: face.face().number, layout: chart.layout() }];
+    let (number, layout) = (face.face().number, planned.layout);
+    best.report.layouts = vec![FaceLayout { face: number, layout, planned, others: costs }];
 
     // Step 3: passes across the remaining material.
     if !best.report.rest.is_empty() {
@@ -104,6 +152,11 @@ fn on_side(request: &FaceRequest<'_>, report: ProgressFn<'_>) -> Result<PlacedPa
     }
     best.report.work = work;
     Ok(best)
+}
+
+/// Returns the cost of passes on a chart.
+fn layout_cost(placed: &PlacedPasses, chart: &Chart) -> LayoutCost {
+    LayoutCost { layout: chart.layout(), cost: placed.price(), rest: placed.left() }
 }
 
 /// Plans passes across at the fixed inclination over the material that passes along have left. Passes across end in

@@ -4,6 +4,8 @@ pub(super) mod axis_limit;
 pub(super) mod candidate;
 pub(super) mod context;
 pub(super) mod face;
+pub(super) mod flank;
+pub(super) mod floor;
 pub(super) mod inclination;
 pub(super) mod keep_off;
 pub(super) mod locate;

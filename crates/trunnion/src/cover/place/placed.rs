@@ -108,15 +108,25 @@ impl PlacedPasses {
         for segment in segments {
             self.note(&segment, source.options);
             let pass = self.pass(segment, source);
-            let pairs = pass.stations.windows(2);
-            self.report.length += pairs.map(|s| (s[1].contact - s[0].contact).norm()).sum::<f64>();
-            self.report.stations += pass.stations.len();
-            self.price += self.seconds(&pass, source.cost) * source.cost.feed();
-            self.passes.push(Arc::new(pass));
+            self.add_pass(pass, source);
         }
         if source.options.pattern == CutPattern::ZigZag {
             self.forward = !self.forward;
         }
+    }
+
+    /// Adds a pass that is one segment.
+    pub(crate) fn add_whole(&mut self, pass: Pass, sweep: PassSweep, source: PassSource<'_>) {
+        self.recent.push(Arc::new(sweep));
+        self.add_pass(pass, source);
+    }
+
+    fn add_pass(&mut self, pass: Pass, source: PassSource<'_>) {
+        let pairs = pass.stations.windows(2);
+        self.report.length += pairs.map(|s| (s[1].contact - s[0].contact).norm()).sum::<f64>();
+        self.report.stations += pass.stations.len();
+        self.price += self.seconds(&pass, source.cost) * source.cost.feed();
+        self.passes.push(Arc::new(pass));
     }
 
     /// Returns the time of a pass with the link to it \[s\]. The first link is taken to be as long as any.

@@ -82,6 +82,20 @@ pub(crate) fn reason(
     contact: &ContactPoint,
     cutter: &Cutter,
 ) -> UncutReason {
+    fitting_pose(keep_off, contact, cutter).err().unwrap_or(UncutReason::Passes)
+}
+
+/// Returns the first pose, from upright to inclined, in which the cutter touches a point and the whole tool keeps
+/// off all faces, within reach of the machine.
+///
+/// # Errors
+///
+/// The reason why there is none.
+pub(crate) fn fitting_pose(
+    keep_off: &KeepOff<'_>,
+    contact: &ContactPoint,
+    cutter: &Cutter,
+) -> Result<ToolPose, UncutReason> {
     let (part_faces, least) = (keep_off.part_faces, keep_off.least);
     let within = least - keep_off.precision;
     // All faces count, the nearest one most.
@@ -91,11 +105,11 @@ pub(crate) fn reason(
     let corner = contact.point + contact.normal.scale(minor + least);
     let pose = ToolPose { tip: corner, axis: contact.normal };
     if let Some(near) = part_faces.nearest(&ConvexSolid::ball(minor), &pose, None, query) {
-        return if near.face == keep_off.own {
+        return Err(if near.face == keep_off.own {
             UncutReason::Hollow
         } else {
             UncutReason::Neighbour(part_faces.number(near.face))
-        };
+        });
     }
     // Step 2: the whole tool at many inclinations.
     let (mut barred, mut far) = (None, false);
@@ -106,14 +120,14 @@ pub(crate) fn reason(
         });
         match hit {
             Some(near) => barred = barred.or(Some(near.face)),
-            None if keep_off.cost.reaches(&pose) => return UncutReason::Passes,
+            None if keep_off.cost.reaches(&pose) => return Ok(pose),
             None => far = true,
         }
     }
     if far {
-        return UncutReason::Machine;
+        return Err(UncutReason::Machine);
     }
-    barred.map_or(UncutReason::Passes, |face| UncutReason::Tool(part_faces.number(face)))
+    Err(barred.map_or(UncutReason::Passes, |face| UncutReason::Tool(part_faces.number(face))))
 }
 
 /// Returns `true` if the machine reaches a point at any inclination.

@@ -27,6 +27,9 @@ const LOOKS: usize = 48;
 /// range on a bent chart.
 const PARTS: u32 = 4;
 
+/// Halvings of a cell in the proof that the tool comes near to all of it.
+const WITHIN_DEPTH: u32 = 16;
+
 /// Precision with which a ball keeps off the faces, as a share of the path share.
 const PRECISION: f64 = 0.05;
 
@@ -59,10 +62,48 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
         // Step 2: join them to connected regions and measure each.
         let mut rest: Vec<UncutRegion> = parts(&open)
             .into_par_iter()
-            .filter_map(|cells| self.part(&region, &swept, &cells))
+            .filter_map(|cells| {
+                let part = self.part(&region, &swept, &cells)?;
+                // Step 3: drop what is no higher than the excess allowed.
+                (part.depth > swept.limit || !self.is_within(&region, &swept, &cells))
+                    .then_some(part)
+            })
             .collect();
         rest.sort_by(|a, b| b.area.total_cmp(&a.area));
         rest
+    }
+
+    /// Returns `true` if all points of some cells come as near to the tool as the excess allowed.
+    ///
+    /// In the corner between two faces the tool keeps off the other face by some micrometres. There it is not
+    /// above the face along the normal, but near it all the same. The distance from the tool is 1-Lipschitz: that
+    /// of a cell's middle and the radius of the cell bound it.
+    fn is_within(
+        &self,
+        region: &TrimmedRegion<&Inside>,
+        swept: &CoverageProof<'_, &Inside>,
+        cells: &[ParameterBox],
+    ) -> bool {
+        let at = |local: ChartPoint| {
+            let [u, v] = self.chart.uv(local);
+            self.face.face().point(u, v)
+        };
+        cells.par_iter().all(|range| {
+            let mut waiting = vec![(FaceCell::new(*range, &at), 0)];
+            while let Some((cell, depth)) = waiting.pop() {
+                let height = swept.height(&cell.centre());
+                let beyond = || region.edges(cell.range).is_empty() && !region.holds(cell.middle());
+                if height + cell.radius() <= swept.limit || beyond() {
+                    continue;
+                }
+                if height > swept.limit && region.holds(cell.middle()) || depth == WITHIN_DEPTH {
+                    return false;
+                }
+                let longer = usize::from(cell.extent(1) > cell.extent(0));
+                waiting.extend(cell.halves(longer, &at).map(|half| (half, depth + 1)));
+            }
+            true
+        })
     }
 
     /// Returns the resolution of the uncut area \[mm²\]. Cells on its rim count in full, and the

@@ -164,10 +164,28 @@ impl ClearanceSearch<'_> {
 
     fn root(&mut self, slab: TimeSlab) {
         let root = self.clearing.tree.nodes.len();
-        if root > 0 {
+        if root > 0 && !self.is_beyond_outline(&slab) {
             self.slabs.push(slab);
             self.node(root - 1, self.slabs.len() - 1, 0);
         }
+    }
+
+    /// Returns `true` if a plane that moves with the tool keeps the outline of a plane face apart from it all through
+    /// a slab.
+    fn is_beyond_outline(&self, slab: &TimeSlab) -> bool {
+        let Some(hull) = &self.clearing.tree.hull else { return false };
+        let pose = &slab.middle.pose;
+        let far = hull.points.iter().map(|p| (p - pose.tip).norm()).fold(0.0, f64::max);
+        let enough = self.enough() + 0.5 * self.rest(slab, far);
+        let beyond = |normal: &Vector3<f64>| {
+            let enough = enough + hull.beyond(normal);
+            hull.points.iter().all(|p| {
+                // First order of the motion at the corner; a plane is least at a corner of the outline.
+                let moving = normal.dot(&slab.seen(&(p - pose.tip))).abs() * slab.half();
+                self.solid.plane(p, pose, *normal).distance - moving >= enough
+            })
+        };
+        hull.normals(&pose.axis).iter().any(beyond)
     }
 
     /// Bounds the distance over a ball of the tree and a slab: it lies above the tangent plane at
@@ -313,7 +331,7 @@ impl ClearanceSearch<'_> {
                 self.cell(tile, time, depth + 1);
             }
         } else {
-            for half in self.halves(tile, usize::from(b > a)) {
+            for half in self.halves(tile, cell.side([a, b], share)) {
                 self.cell(half, time, depth + 1);
             }
         }

@@ -2,6 +2,8 @@
 
 use crate::cover::layout::chart::Chart;
 use crate::cover::layout::region::{ChartPoint, TrimmedRegion, meets};
+use crate::cover::layout::trims::{GUARDED_SHARE, LOOP_SHARE};
+use crate::cover::prove::face_hull::FaceHull;
 use crate::surface::FaceIndex;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -10,6 +12,9 @@ use std::sync::atomic::{AtomicU8, Ordering};
 
 /// Least and largest number of cells each way in the coarsest subdivision.
 const COUNT: [f64; 2] = [8.0, 192.0];
+
+/// Largest ratio of the sides of a cell that an edge of the trims crosses.
+const SLIVER: f64 = 64.0;
 
 /// Rectangle of local parameters with its image at 3 x 3 points, first index across.
 #[derive(Debug, Clone, Copy)]
@@ -76,6 +81,25 @@ impl FaceCell {
             ((a - b) + (c - b)).norm()
         };
         bow(0).max(bow(1)).max(bow(2))
+    }
+
+    /// Returns the parameter by which to halve the cell, for the loss of a bound by either.
+    ///
+    /// A cell that an edge of the trims crosses loses by what lies beyond the edge as well, which a sliver along
+    /// one parameter never sheds.
+    pub(crate) fn side(&self, losses: [f64; 2], share: CellShare) -> usize {
+        let by_loss = usize::from(losses[1] > losses[0]);
+        if !matches!(share, CellShare::Cut(_)) {
+            return by_loss;
+        }
+        let [across, along] = [self.extent(0), self.extent(1)];
+        if along > SLIVER * across {
+            1
+        } else if across > SLIVER * along {
+            0
+        } else {
+            by_loss
+        }
     }
 
     /// Returns the area: half the parallelogram of the diagonals \[mm²\].
@@ -254,6 +278,8 @@ pub(crate) struct FaceTree {
     marks: Vec<InsideMark>,
     /// Nodes of the tree; the last one is the root.
     pub(crate) nodes: Vec<TreeNode>,
+    /// Outline of a plane face.
+    pub(crate) hull: Option<FaceHull>,
 }
 
 impl FaceTree {
@@ -297,7 +323,9 @@ impl FaceTree {
             .enumerate()
             .map(|(cell, (place, _))| CellIndex { cell, place: *place })
             .collect();
-        let mut tree = Self { cells, edges: Vec::new(), marks: Vec::new(), nodes: Vec::new() };
+        let (edges, marks, nodes) = (Vec::new(), Vec::new(), Vec::new());
+        let hull = FaceHull::of(face, chart, region, LOOP_SHARE);
+        let mut tree = Self { cells, edges, marks, nodes, hull };
         if !indices.is_empty() {
             tree.build(&mut indices);
         }
@@ -317,8 +345,9 @@ impl FaceTree {
             face.face().point(u, v)
         };
         let mut waiting = vec![(FaceCell::new(region.bounds, &at), region.edges(region.bounds))];
-        let mut tree =
-            Self { cells: Vec::new(), edges: Vec::new(), marks: Vec::new(), nodes: Vec::new() };
+        let (edges, marks, nodes) = (Vec::new(), Vec::new(), Vec::new());
+        let hull = FaceHull::of(face, chart, region, GUARDED_SHARE);
+        let mut tree = Self { cells: Vec::new(), edges, marks, nodes, hull };
         while let Some((cell, edges)) = waiting.pop() {
             let size = if edges.is_empty() { coarse } else { fine };
             let [a, b] = [0, 1].map(|k| cell.extent(k));

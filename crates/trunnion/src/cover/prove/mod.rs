@@ -4,6 +4,7 @@ pub(super) mod clearance;
 pub(super) mod connected;
 pub(super) mod coverage;
 pub(super) mod deepest;
+pub(super) mod face_hull;
 pub(super) mod face_tree;
 pub(super) mod part_faces;
 pub(super) mod span_strip;

@@ -115,6 +115,9 @@ impl NearestSearch<'_> {
     /// Searches the tree. The distance is convex: over a ball it lies above the tangent plane at
     /// its centre.
     fn run(&self, found: &mut Option<NearestPoint>) {
+        if self.is_beyond_outline(self.limit(found.as_ref())) {
+            return;
+        }
         let mut waiting: Vec<usize> = self.tree.nodes.len().checked_sub(1).into_iter().collect();
         while let Some(index) = waiting.pop() {
             let node = self.tree.nodes[index];
@@ -138,6 +141,17 @@ impl NearestSearch<'_> {
                 return;
             }
         }
+    }
+
+    /// Returns `true` if a plane shows the whole of a plane face to be at least `limit` from the solid.
+    fn is_beyond_outline(&self, limit: f64) -> bool {
+        let Some(hull) = &self.tree.hull else { return false };
+        let beyond = |normal: &Vector3<f64>| {
+            let away = |p: &Point3<f64>| self.solid.plane(p, self.pose, *normal).distance;
+            let limit = limit + hull.beyond(normal);
+            hull.points.iter().all(|p| away(p) >= limit)
+        };
+        hull.normals(&self.pose.axis).iter().any(beyond)
     }
 
     /// Searches a cell. Over it the distance lies above the tangent plane at the middle, which is
@@ -181,7 +195,7 @@ impl NearestSearch<'_> {
             // Halve the edge along which the bound loses more.
             let slopes =
                 [0, 1].map(|k| 0.5 * gap.gradient.dot(&cell.across_edges(k)).abs() + sags[k]);
-            let halves = cell.halves(usize::from(slopes[1] > slopes[0]), &at);
+            let halves = cell.halves(cell.side(slopes, share), &at);
             waiting.extend(halves.map(|half| (half, share, depth + 1)));
         }
     }

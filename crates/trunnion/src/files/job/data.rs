@@ -186,11 +186,22 @@ pub struct ToleranceSplit {
     pub smoothing: Option<f64>,
 }
 
+/// Use of passes for prismatic shapes: the flank on walls, the underside on floors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JobPrismatic {
+    /// Never.
+    Never,
+    /// Wherever such passes finish the face.
+    WallsAndFloors,
+}
+
 /// Arrangement of the passes on the faces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JobStrategy {
     /// Placement of the tool.
     pub method: JobPlacement,
+    /// Use of passes for walls and floors.
+    pub prismatic: JobPrismatic,
     /// Feed direction of the passes.
     pub along: JobFeedDirection,
     /// Cut pattern.

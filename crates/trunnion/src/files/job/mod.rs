@@ -10,8 +10,9 @@ mod tool;
 
 pub use data::{
     CuttingData, FaceSelection, FeedReference, JobContactSide, JobCutPattern, JobFeedDirection,
-    JobFile, JobLead, JobLinks, JobPart, JobPlacement, JobSetup, JobStrategy, JobTolerance,
-    JobTool, MotionMethod, MotionSettings, ToleranceSplit, ToolConstruction, ToolKind,
+    JobFile, JobLead, JobLinks, JobPart, JobPlacement, JobPrismatic, JobSetup, JobStrategy,
+    JobTolerance, JobTool, MotionMethod, MotionSettings, ToleranceSplit, ToolConstruction,
+    ToolKind,
 };
 pub use layout::LAYOUT;
 pub use read::parse;

@@ -37,6 +37,7 @@ pub(in super::super) struct RawJob {
     /// Permitted deviation of the finished part.
     tolerance: RawTolerance,
     /// Arrangement of the passes on the faces.
+    #[serde(default)]
     strategy: RawStrategy,
     /// Feed and spindle.
     cutting: RawCutting,
@@ -203,11 +204,13 @@ pub(super) struct RawSplit {
     pub(super) smoothing: Option<f64>,
 }
 
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Deserialize, serde::Serialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawStrategy {
-    /// Placement of the tool: "widest" finds the inclination with the widest strip; "fixed-tilt" keeps `lead_angle`
-    /// and `tilt_angle`; "ball" is the same for a ball cutter.
+    /// Placement of the tool: "auto" cuts walls, cylinders and cones with the flank of the tool, and floors with its
+    /// underside, where that finishes them, and other faces by "ball" for a ball cutter, by "widest" for others; "widest" finds the inclination with the widest
+    /// strip; "fixed-tilt" keeps `lead_angle` and `tilt_angle`; "ball" is the same for a ball cutter.
+    #[serde(default)]
     pub(super) method: RawMethod,
     /// Lead angle of "fixed-tilt" and "ball": inclination forward along the feed, from the surface normal, in degrees.
     /// Default for a ball: 10.
@@ -219,6 +222,7 @@ pub(super) struct RawStrategy {
     /// Feed direction: "u" or "v" follows a parameter line; "curvature" follows the direction in which the face is
     /// least concave; "adaptive" searches the passes that take the machine least time, straight, curved or turned at
     /// the edges of the face, and plans a few times as long.
+    #[serde(default)]
     pub(super) along: RawAlong,
     /// Cut pattern: in a zigzag every second pass runs back.
     #[serde(default)]
@@ -246,20 +250,41 @@ pub(super) struct RawStrategy {
     pub(super) offset_range: Option<[f64; 2]>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+impl Default for RawStrategy {
+    fn default() -> Self {
+        Self {
+            method: RawMethod::default(),
+            lead_angle: None,
+            tilt_angle: None,
+            along: RawAlong::default(),
+            direction: RawDirection::default(),
+            side: RawSide::default(),
+            max_axis_turn: usual_turn(),
+            turn_cost: None,
+            lead: RawLead::default(),
+            links: RawLinks::default(),
+            offset_range: None,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum RawMethod {
+    #[default]
+    Auto,
     Widest,
     FixedTilt,
     Ball,
 }
 
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, Deserialize, serde::Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum RawAlong {
     U,
     V,
     Curvature,
+    #[default]
     Adaptive,
 }
 

@@ -45,7 +45,7 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
     let tool = doc.section::<RawTool>("tool").and_then(|raw| tool(raw, "tool", doc));
     let tolerance = doc.section::<RawTolerance>("tolerance").and_then(|raw| tolerance(&raw, doc));
     let strategy = doc
-        .section::<RawStrategy>("strategy")
+        .or_default::<RawStrategy>("strategy")
         .and_then(|raw| strategy(&raw, tool.as_ref().map(|tool| tool.kind), doc));
     let cutting = doc.section::<RawCutting>("cutting").map(|raw| cutting(&raw));
     let machine = doc.section::<RawMachineRef>("machine").map(|raw| raw.file);
@@ -211,7 +211,7 @@ fn dialects(raw: &RawOutput) -> Vec<OutputFormat> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::data::JobPlacement;
+    use super::super::data::{JobFeedDirection, JobPlacement};
     use super::*;
 
     const EXAMPLE: &str = include_str!("../../../../../examples/bezier-patch/job.toml");
@@ -358,6 +358,21 @@ mod tests {
         assert_eq!(text("method = \"fixed-tilt\"\nlead_angle = 5"), fixed(5.0, 0.0));
         let both = "method = \"fixed-tilt\"\nlead_angle = 5\ntilt_angle = -8";
         assert_eq!(text(both), fixed(5.0, -8.0));
+    }
+
+    #[test]
+    fn a_job_needs_no_strategy() {
+        let (head, _) = EXAMPLE.split_once("[strategy]").unwrap();
+        let (_, tail) = EXAMPLE.split_once("[cutting]").unwrap();
+        let bare = format!("{head}[cutting]{tail}");
+        let found = parse(&bare).unwrap().strategy;
+        assert_eq!(found.method, JobPlacement::Widest);
+        assert_eq!(found.along, JobFeedDirection::Adaptive);
+        let ball = bare
+            .replace("kind = \"bull\"", "kind = \"ball\"")
+            .replace("major_radius = 10", "major_radius = 0");
+        let lead = 10_f64.to_radians();
+        assert_eq!(parse(&ball).unwrap().strategy.method, JobPlacement::Fixed { lead, tilt: 0.0 });
     }
 
     #[test]

@@ -2,8 +2,8 @@
 
 use super::super::document::Document;
 use super::data::{
-    JobContactSide, JobCutPattern, JobFeedDirection, JobLead, JobLinks, JobPlacement, JobStrategy,
-    JobTool, ToolConstruction, ToolKind,
+    JobContactSide, JobCutPattern, JobFeedDirection, JobLead, JobLinks, JobPlacement, JobPrismatic,
+    JobStrategy, JobTool, ToolConstruction, ToolKind,
 };
 use super::raw::{RawAlong, RawDirection, RawLead, RawLinks, RawMethod, RawSide, RawStrategy};
 
@@ -28,6 +28,10 @@ pub(super) fn strategy(
     }
     Some(JobStrategy {
         method: method?,
+        prismatic: match raw.method {
+            RawMethod::Auto => JobPrismatic::WallsAndFloors,
+            RawMethod::Widest | RawMethod::FixedTilt | RawMethod::Ball => JobPrismatic::Never,
+        },
         along,
         direction: match raw.direction {
             RawDirection::Zigzag => JobCutPattern::Zigzag,
@@ -67,7 +71,14 @@ fn method(
     doc: &mut Document<'_>,
 ) -> Option<JobPlacement> {
     let angles = [("lead_angle", raw.lead_angle), ("tilt_angle", raw.tilt_angle)];
-    if raw.method == RawMethod::Widest {
+    // A tool that could not be read is no reason for a second fault here.
+    let ball = tool.is_none_or(|kind| kind == ToolKind::Ball);
+    let method = match raw.method {
+        RawMethod::Auto if tool == Some(ToolKind::Ball) => RawMethod::Ball,
+        RawMethod::Auto => RawMethod::Widest,
+        method => method,
+    };
+    if method == RawMethod::Widest {
         // The search owns the inclination: a fixed angle beside it would be ignored.
         for (key, _) in angles.iter().filter(|(_, angle)| angle.is_some()) {
             let help = format!("remove {key}, or write `method = \"fixed-tilt\"`");
@@ -76,16 +87,14 @@ fn method(
         }
         return angles.iter().all(|(_, angle)| angle.is_none()).then_some(JobPlacement::Widest);
     }
-    // A tool that could not be read is no reason for a second fault here.
-    let ball = tool.is_none_or(|kind| kind == ToolKind::Ball);
-    if raw.method == RawMethod::Ball && !ball {
+    if method == RawMethod::Ball && !ball {
         let message = "method \"ball\" is for ball cutters";
         let help = "write `method = \"fixed-tilt\"` with lead_angle and tilt_angle, or `kind = \"ball\"` in [tool]";
         doc.fault("strategy.method", message, help);
         return None;
     }
     // Only a ball has a default: the lead of a bull decides which part of the corner cuts.
-    let usual = (raw.method == RawMethod::Ball).then_some(BALL_LEAD);
+    let usual = (method == RawMethod::Ball).then_some(BALL_LEAD);
     let Some(lead) = raw.lead_angle.or(usual) else {
         let message = "method \"fixed-tilt\" needs lead_angle";
         doc.fault("strategy.method", message, "add `lead_angle = 5`, in degrees, for instance");

@@ -1,0 +1,270 @@
+//! `trunnion init`: writes a job for a part that runs as it is.
+
+use crate::form::OutputForm;
+use crate::outcome::{Done, Failure};
+use crate::progress::Bars;
+use crate::{machine, output, part, text};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use trunnion::cutter::CutterKind;
+use trunnion::pipeline::{self, JobProposal, ProposalRequest};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// STEP or surface JSON file of the part.
+    part: PathBuf,
+    /// Machine file, or name of a built-in machine.
+    #[arg(short, long, value_name = "MACHINE", default_value = "bc-trunnion")]
+    machine: String,
+    /// Job file to write; without it, the job is printed. An existing file is left as it is.
+    #[arg(short, long, value_name = "JOB")]
+    output: Option<PathBuf>,
+    /// Faces to choose from, by their numbers from `trunnion inspect` [default: all].
+    #[arg(long, value_name = "N,N", value_delimiter = ',')]
+    faces: Vec<usize>,
+}
+
+pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+    if let Some(path) = args.output.as_deref().filter(|path| path.exists()) {
+        let help = "choose another name, or remove the file";
+        return Err(Failure::input(format!(
+            "{}: exists already, and may hold your work\n  help: {help}",
+            path.display()
+        )));
+    }
+    let bars = Bars::new();
+    let machine = machine::load(&args.machine)?;
+    let part = part::read(&args.part, &bars)?;
+    for number in &args.faces {
+        if !part.faces.iter().any(|face| face.number == *number) {
+            let help = format!("`trunnion inspect {}` lists them", args.part.display());
+            return Err(Failure::input(format!("the part has no face {number}\n  help: {help}")));
+        }
+    }
+    let request = ProposalRequest {
+        faces: &part.faces,
+        wanted: (!args.faces.is_empty()).then_some(&args.faces[..]),
+        machine: &machine.machine,
+    };
+    let proposal = pipeline::propose(&request, &bars).map_err(Failure::input)?;
+    bars.finish();
+    for warning in &part.warnings {
+        eprintln!("warning: {warning}");
+    }
+    let job = job_text(args, &proposal);
+    let Some(path) = &args.output else {
+        return if form.is_json() { text::print_json(&JobJson { job }) } else { text::print(&job) };
+    };
+    output::protect(path, &[&args.part])?;
+    output::file(path, |out| out.write_all(job.as_bytes()))?;
+    form.print(&InitJson::of(path, &proposal), |_| describe(path, &proposal))
+}
+
+/// The job, for scripts.
+#[derive(Debug, serde::Serialize)]
+struct JobJson {
+    job: String,
+}
+
+/// Result for scripts; lengths in mm.
+#[derive(Debug, serde::Serialize)]
+struct InitJson {
+    job: String,
+    faces: Vec<usize>,
+    left_out: Vec<LeftOutJson>,
+    tool: &'static str,
+    diameter: f64,
+    origin: [f64; 3],
+}
+
+#[derive(Debug, serde::Serialize)]
+struct LeftOutJson {
+    face: usize,
+    reason: String,
+}
+
+impl InitJson {
+    fn of(path: &Path, proposal: &JobProposal) -> Self {
+        let left_out = proposal
+            .left_out
+            .iter()
+            .map(|face| LeftOutJson { face: face.number, reason: face.reason.to_string() });
+        Self {
+            job: path.display().to_string(),
+            faces: proposal.faces.clone(),
+            left_out: left_out.collect(),
+            tool: kind_name(proposal.cutter.kind),
+            diameter: diameter(proposal),
+            origin: proposal.origin.into(),
+        }
+    }
+}
+
+fn kind_name(kind: CutterKind) -> &'static str {
+    match kind {
+        CutterKind::Flat => "flat",
+        CutterKind::Ball => "ball",
+        CutterKind::Bull => "bull",
+    }
+}
+
+fn diameter(proposal: &JobProposal) -> f64 {
+    tidy(2.0 * (proposal.cutter.major + proposal.cutter.minor))
+}
+
+/// Drops the digits that sums of tenths leave behind.
+fn tidy(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6 + 0.0
+}
+
+/// Returns the name of the part as the job names it: relative to the folder of the job.
+fn part_name(args: &Args) -> String {
+    let folder = args.output.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
+    let beside = args.part.parent().unwrap_or(Path::new("")) == folder;
+    match args.part.file_name().filter(|_| beside) {
+        Some(name) => name.to_string_lossy().into_owned(),
+        // Any other folder: the whole path is right from everywhere.
+        None => std::path::absolute(&args.part)
+            .unwrap_or_else(|_| args.part.clone())
+            .to_string_lossy()
+            .into_owned(),
+    }
+}
+
+/// Returns the name of the machine as the job names it.
+fn machine_name(args: &Args) -> String {
+    let path = Path::new(&args.machine);
+    if !path.exists() {
+        return args.machine.clone();
+    }
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).to_string_lossy().into_owned()
+}
+
+/// Returns a string in TOML, quoted.
+fn quoted(text: &str) -> String {
+    serde_json::to_string(text).unwrap_or_else(|_| format!("'{text}'"))
+}
+
+/// Writes the job, with comments for who has never seen one.
+fn job_text(args: &Args, proposal: &JobProposal) -> String {
+    let part = part_name(args);
+    let stem = args.part.file_stem().map_or_else(|| "part".into(), |stem| stem.to_string_lossy());
+    let [x, y, z]: [f64; 3] = proposal.origin.map(tidy).into();
+    let faces: Vec<String> = proposal.faces.iter().map(usize::to_string).collect();
+    let mut out = String::new();
+    let mut line = |text: &str| out.extend([text, "\n"]);
+    line("# Proposed by trunnion init. Lines marked \"check\" hold what only you can know.");
+    line("# Run it:  trunnion run THIS-FILE     Only check it:  trunnion run --dry-run THIS-FILE");
+    line("schema = \"trunnion-job/1\"");
+    line(&format!("name = {}", quoted(&stem)));
+    line("\n[part]");
+    line(&format!("file = {}", quoted(&part)));
+    line(&format!("faces = [{}]", faces.join(", ")));
+    line(
+        "# `trunnion inspect PART -o faces.svg` draws the numbers. The tool keeps off all other faces.",
+    );
+    for face in &proposal.left_out {
+        line(&format!("# not cut: face {} {}", face.number, face.reason));
+    }
+    line("\n[setup]");
+    line(&format!(
+        "origin = [{x}, {y}, {z}]  # check: the zero of the part in machine coordinates, all axes at 0, mm"
+    ));
+    line(
+        "rotation = [0, 0, 0]  # about the machine's x, y, z, deg; `trunnion setup` searches a better one",
+    );
+    line(&format!(
+        "clearance = {}  # links travel this far above the part, mm",
+        proposal.clearance
+    ));
+    line("\n[tool]");
+    line(&tool_lines(proposal));
+    line("\n[tolerance]");
+    line(&format!(
+        "total = {:.2}  # largest excess after everything, mm",
+        Short(proposal.tolerance.excess)
+    ));
+    line(&format!(
+        "gouge = {:.2}  # deepest gouge after everything, mm",
+        Short(proposal.tolerance.gouge)
+    ));
+    line("\n[strategy]");
+    line("method = \"auto\"  # a ball keeps a lead of 10 deg, other cutters cut the widest strips");
+    line(
+        "along = \"adaptive\"  # the quickest of several layouts; \"u\", \"v\" or \"curvature\" plan sooner",
+    );
+    line("\n[cutting]");
+    line(&format!("feed = {}  # check: mm/min", (60.0 * proposal.feed).round()));
+    line(&format!("spindle = {}  # check: rev/min", (60.0 * proposal.spindle).round()));
+    line("coolant = true");
+    line("\n[machine]");
+    line(&format!(
+        "file = {}  # `trunnion machine list` lists those built in",
+        quoted(&machine_name(args))
+    ));
+    line("\n[output]");
+    line("dialects = [\"linuxcnc\"]  # `trunnion schema job` lists all dialects and keys");
+    out
+}
+
+/// A number with a few significant digits, without trailing zeros.
+struct Short(f64);
+
+impl std::fmt::Display for Short {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let digits = f.precision().unwrap_or(3);
+        let size = self.0.abs().max(f64::MIN_POSITIVE).log10().floor();
+        let unit = 10_f64.powf(size - digits as f64 + 1.0);
+        write!(f, "{}", tidy((self.0 / unit).round() * unit))
+    }
+}
+
+fn tool_lines(proposal: &JobProposal) -> String {
+    let mut out = String::new();
+    let why = if proposal.concave_radius.is_finite() {
+        format!(
+            "the tightest concave radius of the faces is {:.3} mm",
+            Short(proposal.concave_radius)
+        )
+    } else {
+        "the faces are nowhere concave".to_owned()
+    };
+    let kind = kind_name(proposal.cutter.kind);
+    let _ = writeln!(out, "number = 1");
+    let _ = writeln!(out, "kind = \"{kind}\"  # {why}");
+    let _ = writeln!(out, "diameter = {}", diameter(proposal));
+    if proposal.cutter.kind == CutterKind::Bull {
+        let _ = writeln!(out, "corner_radius = {}", tidy(proposal.cutter.minor));
+    }
+    let _ = write!(out, "length = {}  # check: gauge point to tip, mm", proposal.cutter.length);
+    out
+}
+
+fn describe(path: &Path, proposal: &JobProposal) -> String {
+    let mut out = String::new();
+    let list: Vec<String> = proposal.faces.iter().map(usize::to_string).collect();
+    let plural = if list.len() == 1 { "face" } else { "faces" };
+    let _ = writeln!(out, "{}: cuts {plural} {}", path.display(), list.join(", "));
+    for face in &proposal.left_out {
+        let _ = writeln!(out, "  face {} is not cut: {}", face.number, face.reason);
+    }
+    let kind = match proposal.cutter.kind {
+        CutterKind::Flat => "flat end mill",
+        CutterKind::Ball => "ball end mill",
+        CutterKind::Bull => "bull-nose end mill",
+    };
+    let _ = writeln!(
+        out,
+        "  tool: {kind}, diameter {} mm, length {} mm",
+        diameter(proposal),
+        proposal.cutter.length
+    );
+    let [x, y, z]: [f64; 3] = proposal.origin.map(tidy).into();
+    let _ = writeln!(out, "  origin: [{x}, {y}, {z}] mm, inside the travel of the machine");
+    let _ = writeln!(
+        out,
+        "next: see the lines marked \"check\", then  trunnion run {}",
+        path.display()
+    );
+    out
+}

@@ -1,0 +1,66 @@
+//! Access of a tool to single points of a part, without planning passes.
+
+use super::cost::PassCost;
+use super::place::tool_fit::{ContactPoint, fitting_pose};
+use super::prove::part_faces::{KeepOff, PartFaces};
+use crate::cutter::{Cutter, ToolBody};
+use crate::surface::{FaceIndex, FaceSample};
+use crate::types::{ToolPose, UncutReason};
+
+/// Precision of the distances, as a share of the excess into the part that counts as touching.
+const PRECISION: f64 = 0.5;
+
+/// Faces of a part, and the tool that is to touch them one point at a time.
+pub struct ToolAccess<'a> {
+    part_faces: PartFaces<'a>,
+    cutter: &'a Cutter,
+    tool: ToolBody,
+    cost: &'a dyn PassCost,
+    /// Depth into the part that still counts as touching \[mm\].
+    depth: f64,
+}
+
+impl std::fmt::Debug for ToolAccess<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { cutter, depth, .. } = self;
+        f.debug_struct("ToolAccess")
+            .field("cutter", cutter)
+            .field("depth", depth)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a> ToolAccess<'a> {
+    /// Prepares the faces for a cutter; a tool that goes into them by `depth` \[mm\] or less counts as touching,
+    /// and `cost` knows the reach of the machine.
+    pub fn new(
+        faces: &'a [FaceIndex],
+        cutter: &'a Cutter,
+        cost: &'a dyn PassCost,
+        depth: f64,
+    ) -> Self {
+        let part_faces = PartFaces::new(faces.iter(), cutter);
+        Self { part_faces, cutter, tool: ToolBody::new(cutter), cost, depth }
+    }
+
+    /// Returns the first pose, from upright to inclined, in which the cutter touches a sample of the face at
+    /// `index` and all of the tool keeps off the part, within reach of the machine.
+    ///
+    /// Some tens of directions are tried, not all there are.
+    ///
+    /// # Errors
+    ///
+    /// The reason why there is none.
+    pub fn pose(&self, index: usize, sample: &FaceSample) -> Result<ToolPose, UncutReason> {
+        let keep_off = KeepOff {
+            cost: self.cost,
+            part_faces: &self.part_faces,
+            own: index,
+            tool: &self.tool,
+            least: -self.depth,
+            precision: PRECISION * self.depth,
+        };
+        let contact = ContactPoint { point: sample.point, normal: sample.normal };
+        fitting_pose(&keep_off, &contact, self.cutter)
+    }
+}

@@ -1,0 +1,355 @@
+//! Floor passes: a tool with a flat underside stands upright on a plane.
+//!
+//! The tool keeps off all other faces while its centre is in a certain region of the plane. Passes run along straight
+//! lines, nearly as far apart as the underside is wide, and along the border of that region. They finish every point
+//! that the underside reaches: either the tool may stand on the line right across from the point, or the border of the
+//! region comes as near to the point as the underside is wide.
+
+use crate::cover::layout::chart::Chart;
+use crate::cover::layout::contour::{
+    Contour, ContourTolerance, LevelField, LevelGrid, PlanePoint, apart, between, on_contour,
+    zero_between,
+};
+use crate::cover::layout::outline::FaceOutline;
+use crate::cover::options::{CoverOptions, lever};
+use crate::cover::pattern::{CutPattern, FeedDirection};
+use crate::cover::place::context::{FaceContext, FaceRequest};
+use crate::cover::place::placed::{PassSource, PlacedPasses};
+use crate::cover::prove::part_faces::{KeepOff, NearestQuery};
+use crate::cover::prove::sweep::PassSweep;
+use crate::positioning::ToleranceBand;
+use crate::surface::{FaceIndex, Surface};
+use crate::types::{Interval, Pass, Station, ToolPose};
+use nalgebra::{Point3, UnitVector3, Vector3};
+use rayon::prelude::*;
+
+/// Least radius of the underside, as a share of the tool's: a narrower one leaves the plane to inclined tools.
+const LEAST_FLAT: f64 = 0.25;
+
+/// Height of the underside above the lower end of the tolerance band, as a share of the band. The edges of the plane are
+/// as far below the underside, while the tool keeps the lower end from all other faces: it may run over the edges.
+const HEIGHT: f64 = 0.1;
+
+/// Share of the underside's radius that a line is to finish to either side.
+const REACH: f64 = 0.9;
+
+/// Run of the lines beyond the plane, as a share of the underside's radius.
+const BEYOND: f64 = 0.05;
+
+/// Gap, in radii of the tool, over which a line runs on.
+const JOINED: f64 = 4.0;
+
+/// Cells of the grid in a radius of the tool. What the tool cannot enter is at least as wide as the tool.
+const CELLS: f64 = 4.0;
+
+/// Nodes of a grid at most: a larger plane is left to passes that need none.
+const NODES: usize = 250_000;
+
+/// Step along a line, as a share of the tool's radius. An obstacle is at least as wide as the tool: one that reaches
+/// into the line between two steps does so by less than 0.0001 of the radius.
+const STEP: f64 = 0.02;
+
+/// Shortest pass on a line, as a share of the tool's radius: what it finishes is finished along the border too.
+const SHORTEST: f64 = 0.02;
+
+/// Distances are known up to this much above the one that the tool keeps \[mm\]: far ones take long to find.
+const KNOWN: f64 = 1e-4;
+
+/// Chord at which a border that still bends has a corner \[mm\].
+const CORNER: f64 = 1e-4;
+
+/// Largest distance of a border from its chords, in path shares: the curve through the stations is far nearer.
+const SAGITTA: f64 = 4.0;
+
+/// Largest distance between stations, as a share of the tool's radius.
+const SPACING: f64 = 0.5;
+
+/// Halvings of the distance between stations where the curve between them comes too near to a face.
+const DENSER: u32 = 3;
+
+/// Plane of the floor with the tool upright on it.
+struct FloorFrame {
+    origin: Point3<f64>,
+    axes: [Vector3<f64>; 2],
+    normal: UnitVector3<f64>,
+    /// Height of the underside \[mm\].
+    height: f64,
+}
+
+impl FloorFrame {
+    fn new(face: &FaceIndex, options: &CoverOptions) -> Option<Self> {
+        let Surface::Plane(plane) = &face.face().surface else { return None };
+        let [u, v] = face.face().bounds();
+        let normal = face.face().normal(0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1]))?;
+        let x = plane.frame.x().into_inner();
+        let axes = [x, normal.cross(&x)];
+        let ToleranceBand { lower, upper } = options.band;
+        let height = lower + HEIGHT * (upper - lower);
+        Some(Self { origin: plane.frame.origin(), axes, normal, height })
+    }
+
+    /// Turns the axes about the normal.
+    fn turned(self, angle: f64) -> Self {
+        let (sin, cos) = angle.sin_cos();
+        let [x, y] = self.axes;
+        Self { axes: [x * cos + y * sin, y * cos - x * sin], ..self }
+    }
+
+    fn place(&self, point: &Point3<f64>) -> PlanePoint {
+        let out = point - self.origin;
+        self.axes.map(|axis| axis.dot(&out))
+    }
+
+    fn point(&self, p: PlanePoint) -> Point3<f64> {
+        self.origin + self.axes[0] * p[0] + self.axes[1] * p[1]
+    }
+
+    fn pose(&self, p: PlanePoint) -> ToolPose {
+        ToolPose { tip: self.point(p) + self.normal.scale(self.height), axis: self.normal }
+    }
+
+    /// Returns the outline of the face.
+    fn outline(&self, face: &FaceIndex, tolerance: f64) -> FaceOutline {
+        let face = face.face();
+        // Parameters of a plane are lengths.
+        let loops = face.loops.iter().map(|trim| {
+            let corners = trim.polyline([tolerance; 2]);
+            corners.iter().map(|[u, v]| self.place(&face.point(*u, *v))).collect()
+        });
+        let mut loops: Vec<Vec<PlanePoint>> = loops.collect();
+        if loops.is_empty() {
+            let [u, v] = face.bounds();
+            let corners = [[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]];
+            loops.push(corners.iter().map(|[u, v]| self.place(&face.point(*u, *v))).collect());
+        }
+        FaceOutline::new(loops)
+    }
+}
+
+/// Kind of a path of the tool's centre.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum PathKind {
+    /// Straight line that may be run either way.
+    Line,
+    /// Straight line that is run one way.
+    OneWayLine,
+    /// Border of the tool's region, with the obstacle on the right: the cutter climbs.
+    Border,
+}
+
+/// Plans floor passes over a plane; `None` where the face is none, the tool has no flat underside, the machine does not
+/// reach all of it, or the passes would gouge. What the passes leave is in their report.
+pub(crate) fn floor_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
+    let FaceRequest { face, setup, options } = request;
+    let (flat, radius) = (setup.cutter.major(), setup.cutter.radius());
+    if flat < LEAST_FLAT * radius {
+        return None;
+    }
+    let frame = FloorFrame::new(face, options)?;
+    // Step 1: the direction of the lines.
+    let outline = frame.outline(face, options.path_share);
+    let angle = outline.direction(2.0 * REACH * flat);
+    let frame = frame.turned(angle);
+    let outline = outline.turned(angle);
+    let [low, high] = outline.bounds();
+    let step = radius / CELLS;
+    let margin = flat + step;
+    let bounds = [low.map(|x| x - margin), high.map(|x| x + margin)];
+    let grid = LevelGrid::over(bounds, step);
+    if grid.nodes() > NODES || !low.iter().chain(&high).all(|x| x.is_finite()) {
+        return None;
+    }
+    let chart = Chart::straight(FeedDirection::U);
+    let region = crate::cover::layout::trims::region(face, &chart);
+    let silent = |_: f64| Ok(());
+    let context = FaceContext::new(request, chart.clone(), &region, &silent);
+    let keep_off = context.keep_off();
+    let distance = keep_off.least;
+    let field = |p: PlanePoint| spare(&keep_off, &frame.pose(p), distance);
+    // Step 2: the border of the tool's region near the face, and the lines in that region.
+    let tolerance = ContourTolerance {
+        sagitta: SAGITTA * options.path_share,
+        longest: SPACING * radius,
+        corner: CORNER,
+    };
+    let near = |p: &PlanePoint| outline.is_near(*p, margin);
+    let borders: Vec<Contour> = grid
+        .contours(&field)
+        .iter()
+        .flat_map(|contour| contour.parts(near))
+        .flat_map(|part| part.followed(&field, tolerance))
+        .collect();
+    let lines: Vec<Contour> = outline
+        .lines(REACH * flat, JOINED * radius)
+        .into_par_iter()
+        .flat_map_iter(|line| {
+            let ranges = line
+                .along
+                .into_iter()
+                .map(|range| Interval::new(range.low - BEYOND * flat, range.high + BEYOND * flat));
+            let free = ranges.flat_map(|range| free_ranges(range, line.across, &field, radius));
+            free.map(move |range| [[range.low, line.across], [range.high, line.across]])
+                .collect::<Vec<_>>()
+        })
+        .map(|[a, b]| Contour { points: vec![a, b], closed: false })
+        .collect();
+    // Step 3: passes in an order without long links.
+    let line = match options.pattern {
+        CutPattern::ZigZag => PathKind::Line,
+        CutPattern::OneWay => PathKind::OneWayLine,
+    };
+    let mut at = None;
+    let mut paths = ordered(lines, line, &mut at);
+    paths.extend(ordered(borders, PathKind::Border, &mut at));
+    let source = PassSource { face: face.face().number, chart: &chart, options, cost: setup.cost };
+    let mut placed = PlacedPasses::new();
+    let planned: Option<Vec<(Pass, PassSweep)>> =
+        paths.par_iter().map(|path| path.pass(&context, &frame, &field)).collect();
+    for (pass, sweep) in planned? {
+        placed.add_whole(pass, sweep, source);
+    }
+    if placed.passes.is_empty() {
+        return None;
+    }
+    // Step 4: what the passes leave of the whole face.
+    placed.missed = vec![face.face().bounds()];
+    placed.report.rest = context.rest(&placed);
+    placed.resolved = context.resolved(&placed.report.rest);
+    placed.report.area = context.area();
+    Some(placed)
+}
+
+/// Returns the distance of the tool from all other faces beyond the one that it keeps, [`KNOWN`] at most; a negative
+/// number where it is less \[mm\].
+fn spare(keep_off: &KeepOff<'_>, pose: &ToolPose, distance: f64) -> f64 {
+    let (part_faces, own) = (keep_off.part_faces, Some(keep_off.own));
+    let within = distance + KNOWN;
+    let query = NearestQuery { within, precision: keep_off.precision, enough: distance };
+    let mut solids = keep_off.tool.solids();
+    let near = |solid| part_faces.nearest(solid, pose, own, query).map(|near| near.distance);
+    let least = solids.try_fold(within, |least, solid| {
+        let least = near(solid).map_or(least, |near| least.min(near));
+        // Only the sign counts below.
+        if least < distance { Err(least) } else { Ok(least) }
+    });
+    least.unwrap_or_else(|least| least) - distance
+}
+
+/// Returns the parts of a range on a line along which a field is positive.
+fn free_ranges(range: Interval, across: f64, field: LevelField<'_>, radius: f64) -> Vec<Interval> {
+    let mut free = Vec::new();
+    let mut at = range.low;
+    let mut value = field([at, across]);
+    let mut start = (value > 0.0).then_some(at);
+    while at < range.high {
+        let next = (at + STEP * radius).min(range.high);
+        let ahead = field([next, across]);
+        if (ahead > 0.0) != (value > 0.0) {
+            let [cut, _] = zero_between([at, across], [next, across], field);
+            match start.take() {
+                Some(low) => free.push(Interval::new(low, cut)),
+                None => start = Some(cut),
+            }
+        }
+        (at, value) = (next, ahead);
+    }
+    free.extend(start.map(|low| Interval::new(low, range.high)));
+    free.retain(|range| range.width() > SHORTEST * radius);
+    free
+}
+
+/// Path of the tool's centre.
+struct FloorPath {
+    contour: Contour,
+    kind: PathKind,
+}
+
+/// Orders paths: after each, the one that begins nearest to its end.
+fn ordered(mut paths: Vec<Contour>, kind: PathKind, at: &mut Option<PlanePoint>) -> Vec<FloorPath> {
+    let mut order = Vec::new();
+    while !paths.is_empty() {
+        let from = at.or_else(|| paths.first()?.points.first().copied()).unwrap_or([0.0; 2]);
+        let begins = |path: &Contour| -> Vec<(f64, usize)> {
+            let last = path.points.len() - 1;
+            let starts: Vec<usize> = match (path.closed, kind) {
+                (true, _) => (0..=last).collect(),
+                (false, PathKind::Line) => vec![0, last],
+                (false, PathKind::OneWayLine | PathKind::Border) => vec![0],
+            };
+            starts.into_iter().map(|start| (apart(from, path.points[start]), start)).collect()
+        };
+        let nearest = paths
+            .iter()
+            .enumerate()
+            .flat_map(|(index, path)| begins(path).into_iter().map(move |start| (index, start)))
+            .min_by(|(_, (a, _)), (_, (b, _))| a.total_cmp(b));
+        let Some((index, (_, start))) = nearest else { break };
+        let mut path = paths.remove(index);
+        if path.closed {
+            path.points.rotate_left(start);
+        } else if start > 0 {
+            path.points.reverse();
+        }
+        *at = if path.closed { path.points.first() } else { path.points.last() }.copied();
+        order.push(FloorPath { contour: path, kind });
+    }
+    order
+}
+
+impl FloorPath {
+    /// Makes a pass of the path; `None` where the machine does not reach it, or it gouges however dense its stations
+    /// are.
+    fn pass<Inside: Fn([f64; 2]) -> bool + Sync>(
+        &self,
+        context: &FaceContext<'_, Inside>,
+        frame: &FloorFrame,
+        field: LevelField<'_>,
+    ) -> Option<(Pass, PassSweep)> {
+        let cutter = context.setup.cutter;
+        let mut points = self.points(SPACING * cutter.radius());
+        // A straight line is the same with more stations.
+        let tries = if self.kind == PathKind::Border { DENSER } else { 0 };
+        for denser in 0..=tries {
+            if denser > 0 {
+                points = halved(&points, field);
+            }
+            let stations: Vec<Station> = points
+                .iter()
+                .map(|p| Station { pose: frame.pose(*p), contact: frame.point(*p) })
+                .collect();
+            if !stations.iter().all(|station| context.setup.cost.reaches(&station.pose)) {
+                return None;
+            }
+            let sweep = PassSweep::through(&stations, lever(cutter));
+            if context.keeps_off(&sweep) {
+                return Some((context.whole_pass(stations, 2.0 * cutter.major()), sweep));
+            }
+        }
+        None
+    }
+
+    /// Returns the points of the stations.
+    fn points(&self, spacing: f64) -> Vec<PlanePoint> {
+        let Contour { points, closed } = &self.contour;
+        if let [a, b] = points[..] {
+            let parts = (apart(a, b) / spacing).ceil().max(2.0);
+            let steps = std::iter::successors(Some(0.0), |i| Some(i + 1.0));
+            return steps.take_while(|i| *i <= parts).map(|i| between(a, b, i / parts)).collect();
+        }
+        // Round and a little on, so that the curve closes.
+        let more = if *closed { 2 } else { 0 };
+        points.iter().chain(points.iter().take(more)).copied().collect()
+    }
+}
+
+/// Adds points of a border between each two.
+fn halved(points: &[PlanePoint], field: LevelField<'_>) -> Vec<PlanePoint> {
+    let mut dense = Vec::new();
+    for pair in points.windows(2) {
+        let chord = [pair[0], pair[1]];
+        dense.push(pair[0]);
+        dense.push(on_contour(chord, field).unwrap_or_else(|| between(pair[0], pair[1], 0.5)));
+    }
+    dense.extend(points.last());
+    dense
+}
