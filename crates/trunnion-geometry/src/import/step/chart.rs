@@ -1,8 +1,8 @@
 //! From points in space back to the parameters of a surface.
 
-use super::curve::Curve;
-use super::model::Frame;
-use super::shape::Shape;
+use super::curve::StepCurve;
+use super::model::StepFrame;
+use super::shape::StepShape;
 use crate::surface::FaceIndex;
 use crate::surface::Surface;
 use nalgebra::Point3;
@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 
 /// A point of the surface at which one parameter is fixed and the other is arbitrary.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Pole {
+pub(super) struct ChartPole {
     /// Fixed parameter: 0 = u, 1 = v.
     pub(super) fixed: usize,
     /// Its value.
@@ -24,40 +24,42 @@ pub(super) struct Pole {
 
 /// A surface and its inverse.
 #[derive(Debug)]
-pub(super) struct Chart<'a> {
-    shape: &'a Shape,
+pub(super) struct SurfaceChart<'a> {
+    shape: &'a StepShape,
     pub(super) surface: &'a Surface,
     /// Closest points, for surfaces without a closed form.
     index: Option<FaceIndex>,
     /// Periods by u and v. Other than those of the surface these include spline surfaces that
     /// close with an edge.
     pub(super) periods: [Option<f64>; 2],
-    pub(super) poles: Vec<Pole>,
+    pub(super) poles: Vec<ChartPole>,
     tolerance: f64,
 }
 
-impl<'a> Chart<'a> {
+impl<'a> SurfaceChart<'a> {
     /// Creates the chart; points closer than `tolerance` \[mm\] count as one.
     pub(super) fn new(
-        shape: &'a Shape,
+        shape: &'a StepShape,
         surface: &'a Surface,
         index: Option<FaceIndex>,
         tolerance: f64,
     ) -> Self {
         let periods = match shape {
-            Shape::Plane(_) => [None; 2],
-            Shape::Cylinder { .. } | Shape::Cone { .. } | Shape::Sphere { .. } => [Some(TAU), None],
-            Shape::Torus { .. } => [Some(TAU); 2],
-            Shape::Extrusion { curve, .. } => [curve.period(tolerance), None],
-            Shape::Revolution { curve, .. } => [Some(TAU), curve.period(tolerance)],
-            Shape::Net(_) => closed_rims(surface, tolerance),
+            StepShape::Plane(_) => [None; 2],
+            StepShape::Cylinder { .. } | StepShape::Cone { .. } | StepShape::Sphere { .. } => {
+                [Some(TAU), None]
+            }
+            StepShape::Torus { .. } => [Some(TAU); 2],
+            StepShape::Extrusion { curve, .. } => [curve.period(tolerance), None],
+            StepShape::Revolution { curve, .. } => [Some(TAU), curve.period(tolerance)],
+            StepShape::Net(_) => closed_rims(surface, tolerance),
         };
         let poles = poles(shape, surface, tolerance);
         Self { shape, surface, index, periods, poles, tolerance }
     }
 
     /// Returns the pole at `p`, if there is one.
-    pub(super) fn pole(&self, p: &Point3<f64>) -> Option<Pole> {
+    pub(super) fn pole(&self, p: &Point3<f64>) -> Option<ChartPole> {
         self.poles.iter().copied().find(|pole| (pole.point - p).norm() <= self.tolerance)
     }
 
@@ -100,34 +102,34 @@ impl<'a> Chart<'a> {
 
     fn any_turn(&self, p: &Point3<f64>, near: Option<[f64; 2]>) -> Option<[f64; 2]> {
         match self.shape {
-            Shape::Plane(frame) => {
+            StepShape::Plane(frame) => {
                 let q = frame.local(p);
                 Some([q.x, q.y])
             }
-            Shape::Cylinder { frame, .. } => {
+            StepShape::Cylinder { frame, .. } => {
                 let q = frame.local(p);
                 // S = O + R (cos u x + sin u y) + v z: longitude and height.
                 Some([q.y.atan2(q.x), q.z])
             }
-            Shape::Cone { frame, radius, angle } => {
+            StepShape::Cone { frame, radius, angle } => {
                 let q = frame.local(p);
                 // Beyond the apex the radius is negative: the point is on the far side of the axis.
                 let turn = if radius + q.z * angle.tan() < 0.0 { PI } else { 0.0 };
                 Some([q.y.atan2(q.x) + turn, q.z])
             }
-            Shape::Sphere { frame, .. } => {
+            StepShape::Sphere { frame, .. } => {
                 let q = frame.local(p);
                 // Longitude, and latitude from the equator; both hold off the sphere, too.
                 Some([q.y.atan2(q.x), q.z.atan2(q.x.hypot(q.y))])
             }
-            Shape::Torus { frame, major, .. } => {
+            StepShape::Torus { frame, major, .. } => {
                 let q = frame.local(p);
                 // In the half plane of p, the angle about the centre of the tube.
                 Some([q.y.atan2(q.x), q.z.atan2(q.x.hypot(q.y) - major)])
             }
-            Shape::Extrusion { curve, direction } => Some(extrusion(curve, direction, p)),
-            Shape::Revolution { curve, axis } => Some(revolution(curve, axis, p)),
-            Shape::Net(_) => self.searched(p, near),
+            StepShape::Extrusion { curve, direction } => Some(extrusion(curve, direction, p)),
+            StepShape::Revolution { curve, axis } => Some(revolution(curve, axis, p)),
+            StepShape::Net(_) => self.searched(p, near),
         }
     }
 
@@ -154,7 +156,7 @@ impl<'a> Chart<'a> {
 }
 
 /// Returns the parameters on an extrusion: seen along the direction, the surface is its curve.
-fn extrusion(curve: &Curve, direction: &Vector3<f64>, p: &Point3<f64>) -> [f64; 2] {
+fn extrusion(curve: &StepCurve, direction: &Vector3<f64>, p: &Point3<f64>) -> [f64; 2] {
     let length = direction.norm_squared();
     // Part of a vector square to the direction: what remains when it is seen along it.
     let across = |x: Vector3<f64>| x - direction * (direction.dot(&x) / length);
@@ -163,7 +165,7 @@ fn extrusion(curve: &Curve, direction: &Vector3<f64>, p: &Point3<f64>) -> [f64; 
 }
 
 /// Returns the parameters on a revolution: turned into one half plane of the axis, it is its curve.
-fn revolution(curve: &Curve, axis: &Frame, p: &Point3<f64>) -> [f64; 2] {
+fn revolution(curve: &StepCurve, axis: &StepFrame, p: &Point3<f64>) -> [f64; 2] {
     let q = axis.local(p);
     let radius = q.x.hypot(q.y);
     let v = curve.nearest(window(curve, p), &|s, ds| {
@@ -180,12 +182,12 @@ fn revolution(curve: &Curve, axis: &Frame, p: &Point3<f64>) -> [f64; 2] {
 }
 
 /// Returns a range of an endless profile that holds every point as far from its origin as `p`.
-fn window(curve: &Curve, p: &Point3<f64>) -> [f64; 2] {
+fn window(curve: &StepCurve, p: &Point3<f64>) -> [f64; 2] {
     let reach = match curve {
-        Curve::Line { origin, direction } => 2.0 * (p - origin).norm() / direction.norm(),
-        Curve::Hyperbola { frame, semi } => (2.0 * (p - frame.origin).norm() / semi[1]).asinh(),
-        Curve::Parabola { frame, focal } => (p - frame.origin).norm() / focal,
-        Curve::Ellipse { .. } | Curve::Spline(_) => 0.0,
+        StepCurve::Line { origin, direction } => 2.0 * (p - origin).norm() / direction.norm(),
+        StepCurve::Hyperbola { frame, semi } => (2.0 * (p - frame.origin).norm() / semi[1]).asinh(),
+        StepCurve::Parabola { frame, focal } => (p - frame.origin).norm() / focal,
+        StepCurve::Ellipse { .. } | StepCurve::Spline(_) => 0.0,
     };
     [-reach, reach]
 }
@@ -213,23 +215,23 @@ fn closed_rims(surface: &Surface, tolerance: f64) -> [Option<f64>; 2] {
     })
 }
 
-fn poles(shape: &Shape, surface: &Surface, tolerance: f64) -> Vec<Pole> {
-    let at_v = |at: f64, point: Point3<f64>| Pole { fixed: 1, at, point };
+fn poles(shape: &StepShape, surface: &Surface, tolerance: f64) -> Vec<ChartPole> {
+    let at_v = |at: f64, point: Point3<f64>| ChartPole { fixed: 1, at, point };
     match shape {
-        Shape::Sphere { frame, radius } => [-1.0, 1.0]
+        StepShape::Sphere { frame, radius } => [-1.0, 1.0]
             .map(|side| at_v(side * FRAC_PI_2, frame.point(0.0, 0.0, side * radius)))
             .to_vec(),
-        Shape::Cone { frame, radius, angle } => {
+        StepShape::Cone { frame, radius, angle } => {
             // R + v tan a = 0.
             let apex = -radius / angle.tan();
             vec![at_v(apex, frame.point(0.0, 0.0, apex))]
         }
-        Shape::Torus { frame, major, minor } if minor >= major => {
+        StepShape::Torus { frame, major, minor } if minor >= major => {
             // The tube reaches the axis where `major + minor cos v` vanishes.
             let v = (-major / minor).acos();
             [-v, v].map(|v| at_v(v, frame.point(0.0, 0.0, minor * v.sin()))).to_vec()
         }
-        Shape::Revolution { axis, .. } => {
+        StepShape::Revolution { axis, .. } => {
             let domain = surface.domain()[1];
             if !domain.iter().all(|v| v.is_finite()) {
                 return Vec::new();
@@ -239,7 +241,7 @@ fn poles(shape: &Shape, surface: &Surface, tolerance: f64) -> Vec<Pole> {
             let on_axis = |p: &Point3<f64>| axis.local(p).xy().norm() <= tolerance;
             ends.into_iter().filter(|(_, p)| on_axis(p)).map(|(v, p)| at_v(v, p)).collect()
         }
-        Shape::Net(_) => {
+        StepShape::Net(_) => {
             let domain = surface.domain();
             let mut poles = Vec::new();
             for (k, end) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
@@ -248,7 +250,7 @@ fn poles(shape: &Shape, surface: &Surface, tolerance: f64) -> Vec<Pole> {
                 let Some(&point) = points.first() else { continue };
                 // A whole side of the control net that shrinks to one point.
                 if points.iter().all(|p| (p - point).norm() <= tolerance) {
-                    poles.push(Pole { fixed: k, at: domain[k][end], point });
+                    poles.push(ChartPole { fixed: k, at: domain[k][end], point });
                 }
             }
             poles

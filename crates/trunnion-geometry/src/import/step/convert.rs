@@ -1,11 +1,11 @@
 //! Stated surfaces to the project's own.
 
-use super::curve::Curve;
-use super::model::Frame;
-use super::model::Loss;
+use super::curve::StepCurve;
+use super::model::FaceLoss;
 use super::model::Read;
+use super::model::StepFrame;
 use super::model::loss;
-use super::shape::Shape;
+use super::shape::StepShape;
 use crate::surface;
 use crate::surface::Face;
 use crate::surface::NurbsCurve;
@@ -15,37 +15,37 @@ use crate::surface::{SurfaceError, SurfaceErrors};
 use nalgebra::Point3;
 
 /// Converts a stated surface, keeping its parametrisation.
-pub(super) fn surface(shape: &Shape, id: u64) -> Read<Surface> {
-    let named = |fault: SurfaceError| Loss { entity: id, message: fault.to_string() };
+pub(super) fn surface(shape: &StepShape, id: u64) -> Read<Surface> {
+    let named = |fault: SurfaceError| FaceLoss { entity: id, message: fault.to_string() };
     let several = |faults: SurfaceErrors| joined(&faults, id);
     match shape {
-        Shape::Plane(at) => Ok(Surface::Plane(surface::PlaneSurface { frame: frame(at, id)? })),
-        Shape::Cylinder { frame: at, radius } => {
+        StepShape::Plane(at) => Ok(Surface::Plane(surface::PlaneSurface { frame: frame(at, id)? })),
+        StepShape::Cylinder { frame: at, radius } => {
             surface::CylinderSurface::new(frame(at, id)?, *radius)
                 .map(Surface::Cylinder)
                 .map_err(named)
         }
-        Shape::Cone { frame: at, radius, angle } => {
+        StepShape::Cone { frame: at, radius, angle } => {
             surface::ConeSurface::new(frame(at, id)?, *radius, *angle)
                 .map(Surface::Cone)
                 .map_err(named)
         }
-        Shape::Sphere { frame: at, radius } => {
+        StepShape::Sphere { frame: at, radius } => {
             surface::SphereSurface::new(frame(at, id)?, *radius).map(Surface::Sphere).map_err(named)
         }
-        Shape::Torus { frame: at, major, minor } => {
+        StepShape::Torus { frame: at, major, minor } => {
             let torus = surface::TorusSurface::new(frame(at, id)?, *major, *minor);
             torus.map(Surface::Torus).map_err(named)
         }
-        Shape::Extrusion { curve, direction } => {
+        StepShape::Extrusion { curve, direction } => {
             let swept = surface::ExtrusionSurface::new(profile(curve, id)?, *direction);
             swept.map(Surface::Extrusion).map_err(named)
         }
-        Shape::Revolution { curve, axis } => {
+        StepShape::Revolution { curve, axis } => {
             let swept = surface::RevolutionSurface::new(profile(curve, id)?, axis.origin, axis.z);
             swept.map(Surface::Revolution).map_err(named)
         }
-        Shape::Net(net) => {
+        StepShape::Net(net) => {
             let net = net.clone();
             let surface = NurbsSurface::new(net.degree, net.knots, net.points, net.weights);
             surface.map(Surface::Nurbs).map_err(several)
@@ -53,26 +53,26 @@ pub(super) fn surface(shape: &Shape, id: u64) -> Read<Surface> {
     }
 }
 
-fn joined(faults: &[SurfaceError], id: u64) -> Loss {
+fn joined(faults: &[SurfaceError], id: u64) -> FaceLoss {
     let all: Vec<String> = faults.iter().map(ToString::to_string).collect();
-    Loss { entity: id, message: all.join("; ") }
+    FaceLoss { entity: id, message: all.join("; ") }
 }
 
-fn frame(at: &Frame, id: u64) -> Read<surface::SurfaceFrame> {
+fn frame(at: &StepFrame, id: u64) -> Read<surface::SurfaceFrame> {
     surface::SurfaceFrame::new(at.origin, at.z.into_inner(), at.x.into_inner())
-        .map_err(|fault| Loss { entity: id, message: fault.to_string() })
+        .map_err(|fault| FaceLoss { entity: id, message: fault.to_string() })
 }
 
-fn profile(curve: &Curve, id: u64) -> Read<surface::SpaceCurve> {
-    let named = |fault: SurfaceError| Loss { entity: id, message: fault.to_string() };
+fn profile(curve: &StepCurve, id: u64) -> Read<surface::SpaceCurve> {
+    let named = |fault: SurfaceError| FaceLoss { entity: id, message: fault.to_string() };
     match curve {
-        Curve::Line { origin, direction } => {
+        StepCurve::Line { origin, direction } => {
             surface::SpaceCurve::line(*origin, *direction).map_err(named)
         }
-        Curve::Ellipse { frame: at, semi } => {
+        StepCurve::Ellipse { frame: at, semi } => {
             surface::SpaceCurve::ellipse(frame(at, id)?, *semi).map_err(named)
         }
-        Curve::Spline(spline) => {
+        StepCurve::Spline(spline) => {
             let points: Vec<Point3<f64>> =
                 spline.points.iter().map(|h| Point3::from(h.xyz() / h.w)).collect();
             let weights: Vec<f64> = spline.points.iter().map(|h| h.w).collect();
@@ -81,7 +81,7 @@ fn profile(curve: &Curve, id: u64) -> Read<surface::SpaceCurve> {
                 .map(surface::SpaceCurve::Nurbs)
                 .map_err(|faults| joined(&faults, id))
         }
-        Curve::Hyperbola { .. } | Curve::Parabola { .. } => loss(
+        StepCurve::Hyperbola { .. } | StepCurve::Parabola { .. } => loss(
             id,
             "a swept hyperbola or parabola is not read; export its surface as a B-spline surface",
         ),

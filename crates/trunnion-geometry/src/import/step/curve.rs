@@ -1,12 +1,12 @@
 //! Curves in space: the edges of faces, and the profiles of swept surfaces.
 
-use super::model::Fields;
-use super::model::Frame;
 use super::model::MAX_CHAIN;
-use super::model::Model;
 use super::model::Read;
+use super::model::RecordFields;
+use super::model::StepFrame;
+use super::model::StepModel;
 use super::model::loss;
-use super::part21::Instance;
+use super::part21::StepInstance;
 use crate::math::bspline::KnotError;
 use crate::math::bspline::KnotVector;
 use crate::math::bspline::MAX_DEGREE;
@@ -17,15 +17,15 @@ use std::f64::consts::TAU;
 
 /// A curve with the parametrisation STEP gives it, except that lengths are mm and angles rad.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Curve {
+pub(super) enum StepCurve {
     /// `origin + t direction`
     Line { origin: Point3<f64>, direction: Vector3<f64> },
     /// `a cos t`, `b sin t` along x and y; a circle if both are equal.
-    Ellipse { frame: Frame, semi: [f64; 2] },
+    Ellipse { frame: StepFrame, semi: [f64; 2] },
     /// `a cosh t`, `b sinh t`.
-    Hyperbola { frame: Frame, semi: [f64; 2] },
+    Hyperbola { frame: StepFrame, semi: [f64; 2] },
     /// `f t^2`, `2 f t`.
-    Parabola { frame: Frame, focal: f64 },
+    Parabola { frame: StepFrame, focal: f64 },
     /// B-spline, rational or not.
     Spline(Spline),
 }
@@ -57,7 +57,7 @@ impl Spline {
     }
 }
 
-impl Curve {
+impl StepCurve {
     pub(super) fn point(&self, t: f64) -> Point3<f64> {
         match self {
             Self::Line { origin, direction } => origin + direction * t,
@@ -89,7 +89,7 @@ impl Curve {
 
     /// Returns the point and the first derivative.
     fn jet(&self, t: f64) -> (Point3<f64>, Vector3<f64>) {
-        let slope = |frame: &Frame, x: f64, y: f64| frame.x.scale(x) + frame.y.scale(y);
+        let slope = |frame: &StepFrame, x: f64, y: f64| frame.x.scale(x) + frame.y.scale(y);
         let tangent = match self {
             Self::Line { direction, .. } => *direction,
             Self::Ellipse { frame, semi } => slope(frame, -semi[0] * t.sin(), semi[1] * t.cos()),
@@ -248,39 +248,41 @@ fn ratio(i: usize, count: usize) -> f64 {
     i as f64 / count as f64
 }
 
-impl<'a> Model<'a> {
+impl<'a> StepModel<'a> {
     /// Reads a curve in space. Curves on surfaces give their curve in space, trimmed ones their
     /// basis: the ends come from the vertices.
-    pub(super) fn curve(&self, id: u64, from: u64) -> Read<Curve> {
+    pub(super) fn curve(&self, id: u64, from: u64) -> Read<StepCurve> {
         self.curve_in(id, from, 0)
     }
 
-    fn curve_in(&self, id: u64, from: u64, depth: usize) -> Read<Curve> {
+    fn curve_in(&self, id: u64, from: u64, depth: usize) -> Read<StepCurve> {
         if depth > MAX_CHAIN {
             return loss(id, "the curve refers to itself");
         }
         let instance = self.instance(id, from)?;
         if let Some(spline) = self.spline_curve(instance)? {
-            return Ok(Curve::Spline(spline));
+            return Ok(StepCurve::Spline(spline));
         }
         let Some(fields) = Self::simple(instance) else {
             return loss(id, format!("{} is not a curve this reader knows", instance.kind()));
         };
         match fields.name {
-            "LINE" => Ok(Curve::Line {
+            "LINE" => Ok(StepCurve::Line {
                 origin: self.point(fields.reference(1)?, id)?,
                 direction: self.vector(fields.reference(2)?, id)?,
             }),
             "CIRCLE" => {
                 let radius = fields.radius(2, self)?;
                 let frame = self.frame(fields.reference(1)?, id)?;
-                Ok(Curve::Ellipse { frame, semi: [radius, radius] })
+                Ok(StepCurve::Ellipse { frame, semi: [radius, radius] })
             }
-            "ELLIPSE" => self.conic(fields).map(|(frame, semi)| Curve::Ellipse { frame, semi }),
-            "HYPERBOLA" => self.conic(fields).map(|(frame, semi)| Curve::Hyperbola { frame, semi }),
+            "ELLIPSE" => self.conic(fields).map(|(frame, semi)| StepCurve::Ellipse { frame, semi }),
+            "HYPERBOLA" => {
+                self.conic(fields).map(|(frame, semi)| StepCurve::Hyperbola { frame, semi })
+            }
             "PARABOLA" => {
                 let focal = fields.radius(2, self)?;
-                Ok(Curve::Parabola { frame: self.frame(fields.reference(1)?, id)?, focal })
+                Ok(StepCurve::Parabola { frame: self.frame(fields.reference(1)?, id)?, focal })
             }
             // All of them refer to a curve in space first; curves in parameters are not needed.
             "SURFACE_CURVE" | "SEAM_CURVE" | "INTERSECTION_CURVE" | "TRIMMED_CURVE" => {
@@ -290,7 +292,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    fn conic(&self, fields: Fields<'a>) -> Read<(Frame, [f64; 2])> {
+    fn conic(&self, fields: RecordFields<'a>) -> Read<(StepFrame, [f64; 2])> {
         let semi = [fields.radius(2, self)?, fields.radius(3, self)?];
         Ok((self.frame(fields.reference(1)?, fields.id)?, semi))
     }
@@ -300,11 +302,11 @@ impl<'a> Model<'a> {
     }
 
     /// Reads a polyline or any kind of B-spline curve; `None` if it is something else.
-    fn spline_curve(&self, instance: &'a Instance) -> Read<Option<Spline>> {
+    fn spline_curve(&self, instance: &'a StepInstance) -> Read<Option<Spline>> {
         let id = instance.id;
         if let Some(fields) = Self::part(instance, "POLYLINE") {
             let points = self.points(&fields.references(1)?, id)?;
-            let knots = Knots::Even.expand(1, points.len(), id)?;
+            let knots = StepKnots::Even.expand(1, points.len(), id)?;
             return Ok(Some(spline(knots, &points, None)));
         }
         let complex = Self::part(instance, "B_SPLINE_CURVE");
@@ -320,10 +322,10 @@ impl<'a> Model<'a> {
         let knots = match kind.name {
             "B_SPLINE_CURVE_WITH_KNOTS" => {
                 let first = if complex.is_some() { 0 } else { 6 };
-                Knots::Given { counts: kind.counts(first)?, values: kind.numbers(first + 1)? }
+                StepKnots::Given { counts: kind.counts(first)?, values: kind.numbers(first + 1)? }
             }
-            "UNIFORM_CURVE" => Knots::Uniform,
-            _ => Knots::Even,
+            "UNIFORM_CURVE" => StepKnots::Uniform,
+            _ => StepKnots::Even,
         };
         let weights = match Self::part(instance, "RATIONAL_B_SPLINE_CURVE") {
             Some(fields) => Some(positive(&fields.numbers(0)?, points.len(), id)?),
@@ -355,7 +357,7 @@ pub(super) fn positive(weights: &[f64], count: usize, id: u64) -> Read<Vec<f64>>
 
 /// Knots as a file states them.
 #[derive(Debug, Clone)]
-pub(super) enum Knots {
+pub(super) enum StepKnots {
     /// Distinct values and how often each occurs.
     Given { counts: Vec<usize>, values: Vec<f64> },
     /// `-degree, ..., 0, 1, 2, ...`: not clamped.
@@ -364,7 +366,7 @@ pub(super) enum Knots {
     Even,
 }
 
-impl Knots {
+impl StepKnots {
     /// Returns the full knot vector, checked.
     pub(super) fn expand(&self, degree: usize, points: usize, id: u64) -> Read<KnotVector> {
         if degree > MAX_DEGREE {
@@ -409,9 +411,9 @@ fn given(counts: &[usize], values: &[f64], needed: usize, id: u64) -> Read<Vec<f
 mod tests {
     use super::*;
 
-    fn circle() -> Curve {
-        let frame = Frame::new(Point3::new(1.0, 2.0, 3.0), Vector3::z_axis(), None);
-        Curve::Ellipse { frame, semi: [5.0, 5.0] }
+    fn circle() -> StepCurve {
+        let frame = StepFrame::new(Point3::new(1.0, 2.0, 3.0), Vector3::z_axis(), None);
+        StepCurve::Ellipse { frame, semi: [5.0, 5.0] }
     }
 
     #[test]
@@ -428,12 +430,12 @@ mod tests {
 
     #[test]
     fn a_vertex_in_the_middle_of_a_spline_is_found() {
-        let knots = Knots::Given { counts: vec![4, 1, 4], values: vec![0.0, 0.4, 1.0] };
+        let knots = StepKnots::Given { counts: vec![4, 1, 4], values: vec![0.0, 0.4, 1.0] };
         let knots = knots.expand(3, 5, 1).unwrap();
         let points: Vec<_> = (0..5)
             .map(|i| Point3::new(f64::from(i), f64::from(i * i) * 0.3, f64::from(i % 2)))
             .collect();
-        let curve = Curve::Spline(spline(knots, &points, Some(&[1.0, 0.5, 2.0, 1.0, 1.0])));
+        let curve = StepCurve::Spline(spline(knots, &points, Some(&[1.0, 0.5, 2.0, 1.0, 1.0])));
         for t in [0.0, 0.123, 0.4, 0.77, 1.0] {
             assert!((curve.parameter(&curve.point(t)) - t).abs() < 1e-9);
         }
@@ -441,7 +443,7 @@ mod tests {
 
     #[test]
     fn damaged_multiplicities_are_refused_before_they_are_written_out() {
-        let knots = Knots::Given { counts: vec![usize::MAX, 4], values: vec![0.0, 1.0] };
+        let knots = StepKnots::Given { counts: vec![usize::MAX, 4], values: vec![0.0, 1.0] };
         assert!(knots.expand(3, 4, 9).is_err());
     }
 }

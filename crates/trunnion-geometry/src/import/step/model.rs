@@ -1,15 +1,15 @@
 //! Typed access to the records of a file: numbers, points, directions, placements, in mm and rad.
 
-use super::part21::Exchange;
-use super::part21::Instance;
-use super::part21::Value;
+use super::part21::StepExchange;
+use super::part21::StepInstance;
+use super::part21::StepValue;
 use nalgebra::Isometry3;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
 
 /// mm and rad, assumed of a file that states no units.
-pub(super) const ASSUMED: Scale = Scale { length: 1.0, angle: 1.0 };
+pub(super) const ASSUMED: UnitScale = UnitScale { length: 1.0, angle: 1.0 };
 
 /// Longest chain of references that is not taken for a circle. Curves on surfaces on
 /// curves nest three or four deep in real files.
@@ -17,29 +17,29 @@ pub(super) const MAX_CHAIN: usize = 16;
 
 /// Something the file holds and the result does not.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Loss {
+pub(super) struct FaceLoss {
     /// The entity it is about.
     pub(super) entity: u64,
     /// Thing lost, and the reason.
     pub(super) message: String,
 }
 
-pub(super) type Read<T> = Result<T, Loss>;
+pub(super) type Read<T> = Result<T, FaceLoss>;
 
 pub(super) fn loss<T>(entity: u64, message: impl Into<String>) -> Read<T> {
-    Err(Loss { entity, message: message.into() })
+    Err(FaceLoss { entity, message: message.into() })
 }
 
 /// Right-handed orthonormal axes at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Frame {
+pub(super) struct StepFrame {
     pub(super) origin: Point3<f64>,
     pub(super) x: UnitVector3<f64>,
     pub(super) y: UnitVector3<f64>,
     pub(super) z: UnitVector3<f64>,
 }
 
-impl Frame {
+impl StepFrame {
     /// Creates the frame with `z` along `axis` and `x` as close to `reference` as that allows. STEP
     /// lets the reference be left out, or be parallel to the axis; any perpendicular will do then.
     pub(super) fn new(
@@ -76,30 +76,30 @@ impl Frame {
 
 /// Factors from the units of the file to mm and rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Scale {
+pub(super) struct UnitScale {
     pub(super) length: f64,
     pub(super) angle: f64,
 }
 
 /// A file and the units of the representation being read.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Model<'a> {
-    pub(super) exchange: &'a Exchange,
-    pub(super) scale: Scale,
+pub(super) struct StepModel<'a> {
+    pub(super) exchange: &'a StepExchange,
+    pub(super) scale: UnitScale,
     /// Placement of the representation: `file_from_representation`.
     pub(super) place: Isometry3<f64>,
 }
 
 /// Parameters of one record, with the entity they belong to, for messages.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Fields<'a> {
+pub(super) struct RecordFields<'a> {
     pub(super) id: u64,
     pub(super) name: &'a str,
-    pub(super) values: &'a [Value],
+    pub(super) values: &'a [StepValue],
 }
 
-impl<'a> Fields<'a> {
-    pub(super) fn value(&self, index: usize) -> Read<&'a Value> {
+impl<'a> RecordFields<'a> {
+    pub(super) fn value(&self, index: usize) -> Read<&'a StepValue> {
         match self.values.get(index) {
             Some(value) => Ok(value),
             None => loss(self.id, format!("{} has no parameter {}", self.name, index + 1)),
@@ -126,27 +126,27 @@ impl<'a> Fields<'a> {
         self.value(index)?.truth().map_or_else(|| self.wrong(index, ".T. or .F."), Ok)
     }
 
-    pub(super) fn list(&self, index: usize) -> Read<&'a [Value]> {
+    pub(super) fn list(&self, index: usize) -> Read<&'a [StepValue]> {
         self.value(index)?.list().map_or_else(|| self.wrong(index, "a list"), Ok)
     }
 
     pub(super) fn numbers(&self, index: usize) -> Read<Vec<f64>> {
-        let numbers: Option<Vec<f64>> = self.list(index)?.iter().map(Value::number).collect();
+        let numbers: Option<Vec<f64>> = self.list(index)?.iter().map(StepValue::number).collect();
         numbers.map_or_else(|| self.wrong(index, "a list of numbers"), Ok)
     }
 
     pub(super) fn counts(&self, index: usize) -> Read<Vec<usize>> {
-        let counts: Option<Vec<usize>> = self.list(index)?.iter().map(Value::count).collect();
+        let counts: Option<Vec<usize>> = self.list(index)?.iter().map(StepValue::count).collect();
         counts.map_or_else(|| self.wrong(index, "a list of counts"), Ok)
     }
 
     pub(super) fn references(&self, index: usize) -> Read<Vec<u64>> {
-        let ids: Option<Vec<u64>> = self.list(index)?.iter().map(Value::reference).collect();
+        let ids: Option<Vec<u64>> = self.list(index)?.iter().map(StepValue::reference).collect();
         ids.map_or_else(|| self.wrong(index, "a list of references"), Ok)
     }
 
     /// Reads a length that must be positive \[mm\].
-    pub(super) fn radius(&self, index: usize, model: &Model<'_>) -> Read<f64> {
+    pub(super) fn radius(&self, index: usize, model: &StepModel<'_>) -> Read<f64> {
         // Scaled first: a positive number may underflow in mm.
         let radius = self.number(index)? * model.scale.length;
         if radius > 0.0 && radius.is_finite() {
@@ -156,13 +156,13 @@ impl<'a> Fields<'a> {
     }
 }
 
-impl<'a> Model<'a> {
+impl<'a> StepModel<'a> {
     /// Creates the view of a file as it is: its own units, its own frame.
-    pub(super) fn plain(exchange: &'a Exchange) -> Self {
+    pub(super) fn plain(exchange: &'a StepExchange) -> Self {
         Self { exchange, scale: ASSUMED, place: Isometry3::identity() }
     }
 
-    pub(super) fn instance(&self, id: u64, from: u64) -> Read<&'a Instance> {
+    pub(super) fn instance(&self, id: u64, from: u64) -> Read<&'a StepInstance> {
         match self.exchange.get(id) {
             Some(instance) => Ok(instance),
             None => loss(from, format!("refers to #{id}, which the file does not define")),
@@ -170,23 +170,23 @@ impl<'a> Model<'a> {
     }
 
     /// Returns the fields of the part called `name`.
-    pub(super) fn part(instance: &'a Instance, name: &str) -> Option<Fields<'a>> {
+    pub(super) fn part(instance: &'a StepInstance, name: &str) -> Option<RecordFields<'a>> {
         let record = instance.part(name)?;
-        Some(Fields { id: instance.id, name: &record.name, values: &record.values })
+        Some(RecordFields { id: instance.id, name: &record.name, values: &record.values })
     }
 
     /// Returns the fields of a simple entity, whatever its name.
-    pub(super) fn simple(instance: &'a Instance) -> Option<Fields<'a>> {
+    pub(super) fn simple(instance: &'a StepInstance) -> Option<RecordFields<'a>> {
         match instance.records.as_slice() {
             [record] => {
-                Some(Fields { id: instance.id, name: &record.name, values: &record.values })
+                Some(RecordFields { id: instance.id, name: &record.name, values: &record.values })
             }
             _ => None,
         }
     }
 
     /// Returns the fields of an entity that must have one of these names.
-    pub(super) fn named(&self, id: u64, from: u64, names: &[&str]) -> Read<Fields<'a>> {
+    pub(super) fn named(&self, id: u64, from: u64, names: &[&str]) -> Read<RecordFields<'a>> {
         let instance = self.instance(id, from)?;
         let found = names.iter().find_map(|name| Self::part(instance, name));
         match found {
@@ -198,7 +198,7 @@ impl<'a> Model<'a> {
         }
     }
 
-    fn triple(fields: Fields<'a>) -> Read<Vector3<f64>> {
+    fn triple(fields: RecordFields<'a>) -> Read<Vector3<f64>> {
         match fields.numbers(1)?.as_slice() {
             &[x, y, z] => Ok(Vector3::new(x, y, z)),
             // Parameter-space entities have two coordinates; none is ever read as a point in space.
@@ -246,17 +246,17 @@ impl<'a> Model<'a> {
 
     fn optional_direction(
         &self,
-        fields: Fields<'a>,
+        fields: RecordFields<'a>,
         index: usize,
     ) -> Read<Option<UnitVector3<f64>>> {
-        match fields.values.get(index).and_then(Value::reference) {
+        match fields.values.get(index).and_then(StepValue::reference) {
             Some(id) => self.direction(id, fields.id).map(Some),
             None => Ok(None),
         }
     }
 
     /// Reads an `AXIS2_PLACEMENT_3D` or `AXIS1_PLACEMENT`.
-    pub(super) fn frame(&self, id: u64, from: u64) -> Read<Frame> {
+    pub(super) fn frame(&self, id: u64, from: u64) -> Read<StepFrame> {
         let fields = self.named(id, from, &["AXIS2_PLACEMENT_3D", "AXIS1_PLACEMENT"])?;
         let origin = self.point(fields.reference(1)?, id)?;
         // ISO 10303-42: an axis left out is z, a reference left out is x, both of the
@@ -264,7 +264,7 @@ impl<'a> Model<'a> {
         let axis = self.optional_direction(fields, 2)?.unwrap_or_else(|| self.placed(Vector3::z()));
         let reference = self.optional_direction(fields, 3)?;
         let reference = reference.unwrap_or_else(|| self.placed(Vector3::x()));
-        Ok(Frame::new(origin, axis, Some(reference)))
+        Ok(StepFrame::new(origin, axis, Some(reference)))
     }
 }
 
@@ -275,7 +275,7 @@ mod tests {
     #[test]
     fn a_frame_is_right_handed_whatever_the_reference() {
         for reference in [None, Some(Vector3::z_axis()), Some(Vector3::y_axis())] {
-            let frame = Frame::new(Point3::origin(), Vector3::z_axis(), reference);
+            let frame = StepFrame::new(Point3::origin(), Vector3::z_axis(), reference);
             assert!((frame.x.cross(&frame.y) - Vector3::z()).norm() < 1e-15);
             let p = frame.point(1.0, 2.0, 3.0);
             assert!((frame.local(&p) - Vector3::new(1.0, 2.0, 3.0)).norm() < 1e-15);

@@ -1,13 +1,13 @@
 //! Assemblies: the placements of a representation in the file's common frame.
 
-use super::model::Loss;
+use super::model::FaceLoss;
 use super::model::MAX_CHAIN;
-use super::model::Model;
 use super::model::Read;
+use super::model::StepModel;
 use super::model::loss;
-use super::part21::Exchange;
-use super::part21::Instance;
-use super::part21::Value;
+use super::part21::StepExchange;
+use super::part21::StepInstance;
+use super::part21::StepValue;
 use super::units;
 use nalgebra::Isometry3;
 use nalgebra::Rotation3;
@@ -29,16 +29,16 @@ struct PlacementStep {
 
 /// Placements of representations in each other.
 #[derive(Debug, Default)]
-pub(super) struct Placements {
+pub(super) struct PartPlacements {
     /// Uses of a representation, in file order.
     steps: BTreeMap<u64, Vec<PlacementStep>>,
     /// Representations of the same thing in the same place, both ways.
     same: BTreeMap<u64, Vec<u64>>,
 }
 
-impl Placements {
+impl PartPlacements {
     /// Reads all relationships of a file, and what could not be read of them.
-    pub(super) fn read(exchange: &Exchange) -> (Self, Vec<Loss>) {
+    pub(super) fn read(exchange: &StepExchange) -> (Self, Vec<FaceLoss>) {
         let mut placements = Self::default();
         let mut losses = Vec::new();
         for instance in &exchange.instances {
@@ -49,12 +49,13 @@ impl Placements {
         (placements, losses)
     }
 
-    fn add(&mut self, exchange: &Exchange, instance: &Instance) -> Read<()> {
-        let model = Model::plain(exchange);
+    fn add(&mut self, exchange: &StepExchange, instance: &StepInstance) -> Read<()> {
+        let model = StepModel::plain(exchange);
         let placing = "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION";
-        if let (Some(pair), Some(fields)) =
-            (Model::part(instance, "REPRESENTATION_RELATIONSHIP"), Model::part(instance, placing))
-        {
+        if let (Some(pair), Some(fields)) = (
+            StepModel::part(instance, "REPRESENTATION_RELATIONSHIP"),
+            StepModel::part(instance, placing),
+        ) {
             let names = ["ITEM_DEFINED_TRANSFORMATION"];
             let items = model.named(fields.reference(0)?, instance.id, &names)?;
             let items = [items.reference(2)?, items.reference(3)?];
@@ -64,7 +65,7 @@ impl Placements {
             let [child, parent] = if swapped { [b, a] } else { [a, b] };
             return self.place(exchange, [child, parent], items, instance.id);
         }
-        if let Some(fields) = Model::part(instance, "SHAPE_REPRESENTATION_RELATIONSHIP")
+        if let Some(fields) = StepModel::part(instance, "SHAPE_REPRESENTATION_RELATIONSHIP")
             && let (Ok(a), Ok(b)) = (fields.reference(2), fields.reference(3))
         {
             // Equivalent both ways: files keep geometry and product structure in two
@@ -72,14 +73,14 @@ impl Placements {
             self.same.entry(a).or_default().push(b);
             self.same.entry(b).or_default().push(a);
         }
-        let Some(items) = Model::simple(instance)
+        let Some(items) = StepModel::simple(instance)
             .filter(|fields| fields.name.ends_with("REPRESENTATION"))
-            .and_then(|fields| fields.values.get(1).and_then(Value::list))
+            .and_then(|fields| fields.values.get(1).and_then(StepValue::list))
         else {
             return Ok(());
         };
-        for item in items.iter().filter_map(Value::reference) {
-            let Some(mapped) = exchange.get(item).and_then(|i| Model::part(i, "MAPPED_ITEM"))
+        for item in items.iter().filter_map(StepValue::reference) {
+            let Some(mapped) = exchange.get(item).and_then(|i| StepModel::part(i, "MAPPED_ITEM"))
             else {
                 continue;
             };
@@ -94,7 +95,7 @@ impl Placements {
     /// Places the child so that its frame `inner` falls on the frame `outer` of the parent.
     fn place(
         &mut self,
-        exchange: &Exchange,
+        exchange: &StepExchange,
         [child, parent]: [u64; 2],
         [inner, outer]: [u64; 2],
         from: u64,
@@ -158,32 +159,32 @@ impl Placements {
 }
 
 /// Returns `true` if the representation lists `item`.
-fn holds(exchange: &Exchange, representation: u64, item: u64) -> bool {
+fn holds(exchange: &StepExchange, representation: u64, item: u64) -> bool {
     exchange
         .get(representation)
-        .and_then(Model::simple)
-        .and_then(|fields| fields.values.get(1).and_then(Value::list))
-        .is_some_and(|items| items.contains(&Value::Reference(item)))
+        .and_then(StepModel::simple)
+        .and_then(|fields| fields.values.get(1).and_then(StepValue::list))
+        .is_some_and(|items| items.contains(&StepValue::Reference(item)))
 }
 
 /// Reads a frame of a representation, in the representation's units.
 fn isometry(
-    exchange: &Exchange,
+    exchange: &StepExchange,
     representation: u64,
     frame: u64,
     from: u64,
 ) -> Read<Isometry3<f64>> {
     let context = exchange
         .get(representation)
-        .and_then(Model::simple)
-        .and_then(|fields| fields.values.get(2).and_then(Value::reference));
+        .and_then(StepModel::simple)
+        .and_then(|fields| fields.values.get(2).and_then(StepValue::reference));
     // A length in the child and one in the parent may have different units.
     let scale = match context {
         Some(context) => units::scale(exchange, context)?,
         None => None,
     };
     let scale = scale.or_else(|| units::first(exchange)).unwrap_or(super::model::ASSUMED);
-    let model = Model { scale, ..Model::plain(exchange) };
+    let model = StepModel { scale, ..StepModel::plain(exchange) };
     let frame = model.frame(frame, from)?;
     let axes = [frame.x.into_inner(), frame.y.into_inner(), frame.z.into_inner()];
     // The axes are orthonormal and right-handed by construction.

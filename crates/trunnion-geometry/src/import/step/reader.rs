@@ -3,15 +3,15 @@
 use super::super::error::ImportError;
 use super::super::format::{looks_like, without_mark};
 use super::super::part::{Part, Reader, Warning};
-use super::chart::Chart;
-use super::model::Loss;
-use super::model::Model;
+use super::chart::SurfaceChart;
+use super::model::FaceLoss;
 use super::model::Read;
-use super::part21::Exchange;
-use super::shape::Shape;
+use super::model::StepModel;
+use super::part21::StepExchange;
+use super::shape::StepShape;
+use super::topology::FaceOutline;
 use super::topology::FaceTopology;
-use super::topology::Outline;
-use super::trim::Exactness;
+use super::trim::TrimExactness;
 use super::{convert, known, topology, trim};
 use crate::surface::Face;
 use crate::surface::FaceIndex;
@@ -84,7 +84,7 @@ impl Reader for StepReader {
 
 impl StepReader {
     /// Parses the records of a file.
-    pub(super) fn exchange(&self, bytes: &[u8]) -> Result<Exchange, ImportError> {
+    pub(super) fn exchange(&self, bytes: &[u8]) -> Result<StepExchange, ImportError> {
         let bytes = without_mark(bytes);
         if !self.recognises(bytes) {
             return Err(ImportError::WrongFormat { expected: "STEP", found: looks_like(bytes) });
@@ -94,18 +94,19 @@ impl StepReader {
                 return Err(ImportError::Tolerance { name, value });
             }
         }
-        Exchange::parse(bytes)
+        StepExchange::parse(bytes)
     }
 
     fn face(
         &self,
-        exchange: &Exchange,
+        exchange: &StepExchange,
         number: usize,
-        outline: &Outline,
-    ) -> Read<(Face, Vec<Loss>)> {
+        outline: &FaceOutline,
+    ) -> Read<(Face, Vec<FaceLoss>)> {
         let (skin, shape, surface) = self.geometry(exchange, outline)?;
-        let chart = Chart::new(&shape, &surface, index(&shape, &surface, skin.surface)?, self.same);
-        let exactness = Exactness { chord: self.chord, same: self.same };
+        let chart =
+            SurfaceChart::new(&shape, &surface, index(&shape, &surface, skin.surface)?, self.same);
+        let exactness = TrimExactness { chord: self.chord, same: self.same };
         let mut loops = Vec::new();
         let mut notes = Vec::new();
         for boundary in &skin.boundaries {
@@ -114,13 +115,13 @@ impl StepReader {
             };
             if off > self.same {
                 let message = format!("the edge lies up to {off:.4} mm off its surface");
-                notes.push(Loss { entity: edge, message });
+                notes.push(FaceLoss { entity: edge, message });
             }
             loops.push(trim);
         }
         let face = Face::new(number, surface, loops);
         let mut face =
-            face.map_err(|fault| Loss { entity: outline.id, message: fault.to_string() })?;
+            face.map_err(|fault| FaceLoss { entity: outline.id, message: fault.to_string() })?;
         // Normal of the face: that of the surface if `same_sense`, turned over by a reversed shell.
         face.flip = skin.same_sense == outline.reversed;
         // A face beyond the rim of its surface would be continued, not read.
@@ -130,11 +131,15 @@ impl StepReader {
 }
 
 /// Topology of a face, and its surface as stated and as it is used.
-pub(super) type Geometry = (FaceTopology, Shape, Surface);
+pub(super) type FaceGeometry = (FaceTopology, StepShape, Surface);
 
 impl StepReader {
-    pub(super) fn geometry(&self, exchange: &Exchange, outline: &Outline) -> Read<Geometry> {
-        let model = Model { exchange, scale: outline.scale, place: outline.place };
+    pub(super) fn geometry(
+        &self,
+        exchange: &StepExchange,
+        outline: &FaceOutline,
+    ) -> Read<FaceGeometry> {
+        let model = StepModel { exchange, scale: outline.scale, place: outline.place };
         let mut skin = model.skin(outline.id, self.same)?;
         let mut shape = model.shape(skin.surface, outline.id)?;
         let mut surface = convert::surface(&shape, skin.surface)?;
@@ -153,20 +158,20 @@ impl StepReader {
 }
 
 /// Prepares closest-point queries for a surface whose parameters have no closed form.
-pub(super) fn index(shape: &Shape, surface: &Surface, id: u64) -> Read<Option<FaceIndex>> {
-    let Shape::Net(_) = shape else { return Ok(None) };
+pub(super) fn index(shape: &StepShape, surface: &Surface, id: u64) -> Read<Option<FaceIndex>> {
+    let StepShape::Net(_) = shape else { return Ok(None) };
     let whole = Face::new(1, surface.clone(), Vec::new()).and_then(FaceIndex::new);
-    whole.map(Some).map_err(|fault| Loss { entity: id, message: fault.to_string() })
+    whole.map(Some).map_err(|fault| FaceLoss { entity: id, message: fault.to_string() })
 }
 
-pub(super) fn warning(exchange: &Exchange, face: Option<usize>, loss: &Loss) -> Warning {
+pub(super) fn warning(exchange: &StepExchange, face: Option<usize>, loss: &FaceLoss) -> Warning {
     let entity = (loss.entity != 0).then_some(loss.entity);
     let line = entity.map(|id| exchange.line(id)).filter(|&line| line != 0);
     Warning { face, entity, line, message: loss.message.clone() }
 }
 
 /// Returns the reason for which a file gives no face.
-pub(super) fn reason(exchange: &Exchange, warnings: &[Warning]) -> String {
+pub(super) fn reason(exchange: &StepExchange, warnings: &[Warning]) -> String {
     match warnings {
         [] if exchange.instances.is_empty() => "its data section is empty".to_owned(),
         [] => format!("none of its {} entities is a face", exchange.instances.len()),

@@ -1,37 +1,37 @@
 //! Surfaces as a STEP file states them.
 
-use super::curve::Curve;
-use super::curve::Knots;
+use super::curve::StepCurve;
+use super::curve::StepKnots;
 use super::curve::positive;
-use super::model::Fields;
-use super::model::Frame;
 use super::model::MAX_CHAIN;
-use super::model::Model;
 use super::model::Read;
+use super::model::RecordFields;
+use super::model::StepFrame;
+use super::model::StepModel;
 use super::model::loss;
-use super::part21::Instance;
-use super::part21::Value;
+use super::part21::StepInstance;
+use super::part21::StepValue;
 use nalgebra::Point3;
 use nalgebra::Vector3;
 use std::f64::consts::FRAC_PI_2;
 
 /// A surface with the parametrisation STEP gives it, except that lengths are mm and angles rad.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Shape {
+pub(super) enum StepShape {
     /// u along x, v along y.
-    Plane(Frame),
+    Plane(StepFrame),
     /// u about z, v along z.
-    Cylinder { frame: Frame, radius: f64 },
+    Cylinder { frame: StepFrame, radius: f64 },
     /// As a cylinder; the radius at v is `radius + v tan(angle)`.
-    Cone { frame: Frame, radius: f64, angle: f64 },
+    Cone { frame: StepFrame, radius: f64, angle: f64 },
     /// u about z, v from the equator towards z.
-    Sphere { frame: Frame, radius: f64 },
+    Sphere { frame: StepFrame, radius: f64 },
     /// u about z, v about the tube, from its outer equator towards z.
-    Torus { frame: Frame, major: f64, minor: f64 },
+    Torus { frame: StepFrame, major: f64, minor: f64 },
     /// `curve(u) + v direction`.
-    Extrusion { curve: Curve, direction: Vector3<f64> },
+    Extrusion { curve: StepCurve, direction: Vector3<f64> },
     /// `curve(v)` turned by u about the z axis of the frame.
-    Revolution { curve: Curve, axis: Frame },
+    Revolution { curve: StepCurve, axis: StepFrame },
     /// Control net, rational or not.
     Net(Net),
 }
@@ -45,29 +45,29 @@ pub(super) struct Net {
     pub(super) weights: Option<Vec<Vec<f64>>>,
 }
 
-impl<'a> Model<'a> {
-    pub(super) fn shape(&self, id: u64, from: u64) -> Read<Shape> {
+impl<'a> StepModel<'a> {
+    pub(super) fn shape(&self, id: u64, from: u64) -> Read<StepShape> {
         self.shape_in(id, from, 0)
     }
 
-    fn shape_in(&self, id: u64, from: u64, depth: usize) -> Read<Shape> {
+    fn shape_in(&self, id: u64, from: u64, depth: usize) -> Read<StepShape> {
         if depth > MAX_CHAIN {
             return loss(id, "the surface refers to itself");
         }
         let instance = self.instance(id, from)?;
         if let Some(net) = self.net(instance)? {
-            return Ok(Shape::Net(net));
+            return Ok(StepShape::Net(net));
         }
         let Some(fields) = Self::simple(instance) else {
             return loss(id, format!("{} is not a surface this reader knows", instance.kind()));
         };
         match fields.name {
             "RECTANGULAR_TRIMMED_SURFACE" => self.shape_in(fields.reference(1)?, id, depth + 1),
-            "SURFACE_OF_LINEAR_EXTRUSION" => Ok(Shape::Extrusion {
+            "SURFACE_OF_LINEAR_EXTRUSION" => Ok(StepShape::Extrusion {
                 curve: self.curve(fields.reference(1)?, id)?,
                 direction: self.vector(fields.reference(2)?, id)?,
             }),
-            "SURFACE_OF_REVOLUTION" => Ok(Shape::Revolution {
+            "SURFACE_OF_REVOLUTION" => Ok(StepShape::Revolution {
                 curve: self.curve(fields.reference(1)?, id)?,
                 axis: self.frame(fields.reference(2)?, id)?,
             }),
@@ -75,27 +75,27 @@ impl<'a> Model<'a> {
         }
     }
 
-    fn elementary(&self, fields: Fields<'a>) -> Read<Shape> {
+    fn elementary(&self, fields: RecordFields<'a>) -> Read<StepShape> {
         let frame = || self.frame(fields.reference(1)?, fields.id);
         match fields.name {
-            "PLANE" => Ok(Shape::Plane(frame()?)),
+            "PLANE" => Ok(StepShape::Plane(frame()?)),
             "CYLINDRICAL_SURFACE" => {
-                Ok(Shape::Cylinder { frame: frame()?, radius: fields.radius(2, self)? })
+                Ok(StepShape::Cylinder { frame: frame()?, radius: fields.radius(2, self)? })
             }
             "CONICAL_SURFACE" => self.cone(fields, frame()?),
             "SPHERICAL_SURFACE" => {
-                Ok(Shape::Sphere { frame: frame()?, radius: fields.radius(2, self)? })
+                Ok(StepShape::Sphere { frame: frame()?, radius: fields.radius(2, self)? })
             }
             "TOROIDAL_SURFACE" | "DEGENERATE_TOROIDAL_SURFACE" => {
                 let [major, minor] = [fields.radius(2, self)?, fields.radius(3, self)?];
-                Ok(Shape::Torus { frame: frame()?, major, minor })
+                Ok(StepShape::Torus { frame: frame()?, major, minor })
             }
             other => loss(fields.id, format!("{other} is not a surface this reader knows")),
         }
     }
 
     /// Reads a cone. Its radius may be zero: its apex is the origin then.
-    fn cone(&self, fields: Fields<'a>, frame: Frame) -> Read<Shape> {
+    fn cone(&self, fields: RecordFields<'a>, frame: StepFrame) -> Read<StepShape> {
         let radius = fields.number(2)? * self.scale.length;
         let angle = fields.number(3)? * self.scale.angle;
         if !(radius >= 0.0 && radius.is_finite()) {
@@ -108,11 +108,11 @@ impl<'a> Model<'a> {
             );
             return loss(fields.id, message);
         }
-        Ok(Shape::Cone { frame, radius, angle })
+        Ok(StepShape::Cone { frame, radius, angle })
     }
 
     /// Reads any kind of B-spline surface; `None` if it is something else.
-    fn net(&self, instance: &'a Instance) -> Read<Option<Net>> {
+    fn net(&self, instance: &'a StepInstance) -> Read<Option<Net>> {
         let id = instance.id;
         let complex = Self::part(instance, "B_SPLINE_SURFACE");
         let names = [
@@ -136,11 +136,11 @@ impl<'a> Model<'a> {
                 let first = if complex.is_some() { 0 } else { 8 };
                 [0, 1].map(|k| {
                     let counts = kind.counts(first + k)?;
-                    Ok(Knots::Given { counts, values: kind.numbers(first + 2 + k)? })
+                    Ok(StepKnots::Given { counts, values: kind.numbers(first + 2 + k)? })
                 })
             }
-            "UNIFORM_SURFACE" => [Ok(Knots::Uniform), Ok(Knots::Uniform)],
-            _ => [Ok(Knots::Even), Ok(Knots::Even)],
+            "UNIFORM_SURFACE" => [Ok(StepKnots::Uniform), Ok(StepKnots::Uniform)],
+            _ => [Ok(StepKnots::Even), Ok(StepKnots::Even)],
         };
         let [ku, kv] = knots;
         let ku = ku?.expand(degree[0], points.len(), id)?;
@@ -153,8 +153,8 @@ impl<'a> Model<'a> {
         Ok(Some(Net { degree, knots, points, weights }))
     }
 
-    fn net_points(&self, fields: Fields<'a>, index: usize) -> Read<Vec<Vec<Point3<f64>>>> {
-        let row = |row: &Value| -> Read<Vec<Point3<f64>>> {
+    fn net_points(&self, fields: RecordFields<'a>, index: usize) -> Read<Vec<Vec<Point3<f64>>>> {
+        let row = |row: &StepValue| -> Read<Vec<Point3<f64>>> {
             let Some(row) = row.list() else {
                 return loss(fields.id, "a row of the control net is not a list");
             };
@@ -169,7 +169,7 @@ impl<'a> Model<'a> {
     }
 }
 
-fn weights(fields: Fields<'_>, points: &[Vec<Point3<f64>>]) -> Read<Vec<Vec<f64>>> {
+fn weights(fields: RecordFields<'_>, points: &[Vec<Point3<f64>>]) -> Read<Vec<Vec<f64>>> {
     let rows = fields.list(0)?;
     if rows.len() != points.len() {
         let message = format!("{} rows of weights for {} of points", rows.len(), points.len());
@@ -179,7 +179,7 @@ fn weights(fields: Fields<'_>, points: &[Vec<Point3<f64>>]) -> Read<Vec<Vec<f64>
         .zip(points)
         .map(|(row, points)| {
             let numbers: Option<Vec<f64>> =
-                row.list().and_then(|row| row.iter().map(Value::number).collect());
+                row.list().and_then(|row| row.iter().map(StepValue::number).collect());
             match numbers {
                 Some(numbers) => positive(&numbers, points.len(), fields.id),
                 None => loss(fields.id, "the weights are not numbers"),

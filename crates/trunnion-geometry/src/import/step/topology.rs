@@ -1,16 +1,16 @@
 //! Faces of a file: their units, placements and orientation, and the edges around them.
 
-use super::curve::Curve;
-use super::model::Fields;
-use super::model::Loss;
+use super::curve::StepCurve;
+use super::model::FaceLoss;
 use super::model::MAX_CHAIN;
-use super::model::Model;
 use super::model::Read;
-use super::model::Scale;
+use super::model::RecordFields;
+use super::model::StepModel;
+use super::model::UnitScale;
 use super::model::loss;
-use super::part21::Exchange;
-use super::part21::Value;
-use super::placement::Placements;
+use super::part21::StepExchange;
+use super::part21::StepValue;
+use super::placement::PartPlacements;
 use super::units;
 use nalgebra::Isometry3;
 use nalgebra::Point3;
@@ -26,11 +26,11 @@ const ORIENTED: [&str; 2] = ["ORIENTED_CLOSED_SHELL", "ORIENTED_OPEN_SHELL"];
 
 /// A face before its geometry is read.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Outline {
+pub(super) struct FaceOutline {
     /// Entity of the face.
     pub(super) id: u64,
     /// Units it is written in.
-    pub(super) scale: Scale,
+    pub(super) scale: UnitScale,
     /// Taken in the opposite sense by its shell.
     pub(super) reversed: bool,
     /// `file_from_representation`
@@ -49,8 +49,8 @@ struct FaceUse {
 const LOOSE: FaceUse = FaceUse { place: None, reversed: false };
 
 /// Lists all faces in file order, once for every placement, and everything doubtful.
-pub(super) fn outlines(exchange: &Exchange) -> (Vec<Outline>, Vec<Loss>) {
-    let (placements, mut losses) = Placements::read(exchange);
+pub(super) fn outlines(exchange: &StepExchange) -> (Vec<FaceOutline>, Vec<FaceLoss>) {
+    let (placements, mut losses) = PartPlacements::read(exchange);
     let default = units::first(exchange);
     let uses = uses(exchange, &mut losses);
     let mut known =
@@ -63,35 +63,35 @@ pub(super) fn outlines(exchange: &Exchange) -> (Vec<Outline>, Vec<Loss>) {
         let id = instance.id;
         let used = uses.get(&id).copied().unwrap_or_else(|| {
             let message = "the face belongs to no shell; its side is taken from the face alone";
-            known.losses.push(Loss { entity: id, message: message.to_owned() });
+            known.losses.push(FaceLoss { entity: id, message: message.to_owned() });
             LOOSE
         });
         // A representation without units takes the first units of the file.
         let (scale, places) = known.of(used);
         let scale = scale.or(default).unwrap_or(super::model::ASSUMED);
-        let placed = |&place| Outline { id, scale, reversed: used.reversed, place };
+        let placed = |&place| FaceOutline { id, scale, reversed: used.reversed, place };
         outlines.extend(places.iter().map(placed));
     }
     if default.is_none() && !outlines.is_empty() {
         let message = "the file states no unit of length; millimetres are assumed";
-        losses.push(Loss { entity: 0, message: message.to_owned() });
+        losses.push(FaceLoss { entity: 0, message: message.to_owned() });
     }
     (outlines, losses)
 }
 
 /// Units of a representation, if stated, and the places where it stands.
-type Found = (Option<Scale>, Vec<Isometry3<f64>>);
+type ContextUnits = (Option<UnitScale>, Vec<Isometry3<f64>>);
 
 /// Units and places of representations, found once each.
 struct RepresentationCache<'a, 'b> {
-    exchange: &'a Exchange,
-    placements: Placements,
-    losses: &'b mut Vec<Loss>,
-    found: HashMap<u64, Found>,
+    exchange: &'a StepExchange,
+    placements: PartPlacements,
+    losses: &'b mut Vec<FaceLoss>,
+    found: HashMap<u64, ContextUnits>,
 }
 
 impl RepresentationCache<'_, '_> {
-    fn of(&mut self, used: FaceUse) -> Found {
+    fn of(&mut self, used: FaceUse) -> ContextUnits {
         let Some([representation, context]) = used.place else {
             return (None, vec![Isometry3::identity()]);
         };
@@ -112,7 +112,7 @@ impl RepresentationCache<'_, '_> {
 }
 
 /// Finds the first use of each face.
-fn uses(exchange: &Exchange, losses: &mut Vec<Loss>) -> HashMap<u64, FaceUse> {
+fn uses(exchange: &StepExchange, losses: &mut Vec<FaceLoss>) -> HashMap<u64, FaceUse> {
     let mut walk = ShellWalk { exchange, uses: HashMap::new(), visited: HashSet::new(), losses };
     walk.representations();
     walk.loose_shells();
@@ -121,11 +121,11 @@ fn uses(exchange: &Exchange, losses: &mut Vec<Loss>) -> HashMap<u64, FaceUse> {
 
 /// From representations down to faces.
 struct ShellWalk<'a, 'b> {
-    exchange: &'a Exchange,
+    exchange: &'a StepExchange,
     uses: HashMap<u64, FaceUse>,
     /// Shells read.
     visited: HashSet<u64>,
-    losses: &'b mut Vec<Loss>,
+    losses: &'b mut Vec<FaceLoss>,
 }
 
 impl ShellWalk<'_, '_> {
@@ -143,17 +143,17 @@ impl ShellWalk<'_, '_> {
     fn representations(&mut self) {
         let exchange = self.exchange;
         for instance in &exchange.instances {
-            let Some(fields) = Model::simple(instance) else { continue };
+            let Some(fields) = StepModel::simple(instance) else { continue };
             if !fields.name.ends_with("REPRESENTATION") {
                 continue;
             }
             let (Some(items), Some(context)) = (
-                fields.values.get(1).and_then(Value::list),
-                fields.values.get(2).and_then(Value::reference),
+                fields.values.get(1).and_then(StepValue::list),
+                fields.values.get(2).and_then(StepValue::reference),
             ) else {
                 continue;
             };
-            for item in items.iter().filter_map(Value::reference) {
+            for item in items.iter().filter_map(StepValue::reference) {
                 self.item(item, instance.id, context);
             }
         }
@@ -161,7 +161,7 @@ impl ShellWalk<'_, '_> {
 
     fn item(&mut self, id: u64, representation: u64, context: u64) {
         let Some(instance) = self.exchange.get(id) else { return };
-        let Some(fields) = Model::simple(instance) else { return };
+        let Some(fields) = StepModel::simple(instance) else { return };
         // Solids and surface models alike are sets of shells.
         let shells = match fields.name {
             "MANIFOLD_SOLID_BREP" | "FACETED_BREP" => fields.reference(1).map(|id| vec![id]),
@@ -183,7 +183,7 @@ impl ShellWalk<'_, '_> {
         let names: Vec<&str> = SHELLS.iter().chain(&ORIENTED).copied().collect();
         let Some(fields) = self.exchange.get(id).map_or_else(
             || self.note(loss(from, format!("refers to #{id}, which the file does not define"))),
-            |instance| names.iter().find_map(|name| Model::part(instance, name)),
+            |instance| names.iter().find_map(|name| StepModel::part(instance, name)),
         ) else {
             return;
         };
@@ -206,7 +206,7 @@ impl ShellWalk<'_, '_> {
         let faces = self.note(faces).unwrap_or_default();
         if faces.is_empty() {
             let message = format!("the {} is empty", fields.name);
-            self.losses.push(Loss { entity: id, message });
+            self.losses.push(FaceLoss { entity: id, message });
         }
         for face in faces {
             self.face(face, id, used);
@@ -214,16 +214,16 @@ impl ShellWalk<'_, '_> {
     }
 
     fn face(&mut self, id: u64, from: u64, used: FaceUse) {
-        let model = Model::plain(self.exchange);
+        let model = StepModel::plain(self.exchange);
         let Some(instance) = self.note(model.instance(id, from)) else { return };
         if FACES.iter().any(|name| instance.part(name).is_some()) {
             // A face of two shells keeps the first: its side would be ambiguous otherwise.
             self.uses.entry(id).or_insert(used);
             return;
         }
-        let Some(fields) = Model::part(instance, "ORIENTED_FACE") else {
+        let Some(fields) = StepModel::part(instance, "ORIENTED_FACE") else {
             let message = format!("{} is not a face this reader knows", instance.kind());
-            self.losses.push(Loss { entity: id, message });
+            self.losses.push(FaceLoss { entity: id, message });
             return;
         };
         let inner = fields.reference(2).and_then(|inner| Ok((inner, fields.truth(3)?)));
@@ -247,11 +247,11 @@ impl ShellWalk<'_, '_> {
 
 /// An edge as its loop uses it.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Edge {
+pub(super) struct LoopEdge {
     /// Entity of the edge curve.
     pub(super) id: u64,
     /// Its curve.
-    pub(super) curve: Curve,
+    pub(super) curve: StepCurve,
     /// Parameters at the start and the end, in the direction of the loop.
     pub(super) range: [f64; 2],
     /// Its vertices, likewise.
@@ -260,11 +260,11 @@ pub(super) struct Edge {
 
 /// The boundary of a face before it is brought into the surface's parameters.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Boundary {
+pub(super) struct FaceBoundary {
     /// Entity of the loop.
     pub(super) id: u64,
     /// Edges in order; empty for a loop that is a single vertex.
-    pub(super) edges: Vec<Edge>,
+    pub(super) edges: Vec<LoopEdge>,
 }
 
 /// Contents of an `ADVANCED_FACE`.
@@ -275,7 +275,7 @@ pub(super) struct FaceTopology {
     /// The face looks where the surface's normal points.
     pub(super) same_sense: bool,
     /// Loops, counter-clockwise about the *surface's* normal: the face is on their left.
-    pub(super) boundaries: Vec<Boundary>,
+    pub(super) boundaries: Vec<FaceBoundary>,
 }
 
 impl FaceTopology {
@@ -288,7 +288,7 @@ impl FaceTopology {
     }
 }
 
-impl Boundary {
+impl FaceBoundary {
     fn reverse(&mut self) {
         self.edges.reverse();
         for edge in &mut self.edges {
@@ -298,7 +298,7 @@ impl Boundary {
     }
 }
 
-impl<'a> Model<'a> {
+impl<'a> StepModel<'a> {
     /// Reads a face; points closer than `tolerance` \[mm\] count as one.
     pub(super) fn skin(&self, id: u64, tolerance: f64) -> Read<FaceTopology> {
         let fields = self.named(id, id, &FACES)?;
@@ -316,7 +316,7 @@ impl<'a> Model<'a> {
         Ok(FaceTopology { surface: fields.reference(2)?, same_sense, boundaries })
     }
 
-    fn boundary(&self, id: u64, from: u64, tolerance: f64) -> Read<Boundary> {
+    fn boundary(&self, id: u64, from: u64, tolerance: f64) -> Read<FaceBoundary> {
         let fields = self.named(id, from, &["EDGE_LOOP", "VERTEX_LOOP", "POLY_LOOP"])?;
         let edges = match fields.name {
             "VERTEX_LOOP" => Vec::new(),
@@ -327,21 +327,21 @@ impl<'a> Model<'a> {
                     return loss(id, "the loop has no edge");
                 }
                 let read = |edge: &u64| self.oriented_edge(*edge, id, tolerance);
-                ids.iter().map(read).collect::<Read<Vec<Edge>>>()?
+                ids.iter().map(read).collect::<Read<Vec<LoopEdge>>>()?
             }
         };
-        Ok(Boundary { id, edges })
+        Ok(FaceBoundary { id, edges })
     }
 
-    fn poly_loop(&self, fields: Fields<'a>) -> Read<Vec<Edge>> {
+    fn poly_loop(&self, fields: RecordFields<'a>) -> Read<Vec<LoopEdge>> {
         let ids = fields.references(1)?;
         let corners: Vec<Point3<f64>> =
             ids.iter().map(|&id| self.point(id, fields.id)).collect::<Read<_>>()?;
         let next = corners.iter().cycle().skip(1);
         // Faceted solids: straight edges between the points, closed by the last.
         let sides = corners.iter().zip(next).map(|(a, b)| {
-            let curve = Curve::Line { origin: *a, direction: b - a };
-            Edge { id: fields.id, curve, range: [0.0, 1.0], ends: [*a, *b] }
+            let curve = StepCurve::Line { origin: *a, direction: b - a };
+            LoopEdge { id: fields.id, curve, range: [0.0, 1.0], ends: [*a, *b] }
         });
         Ok(sides.collect())
     }
@@ -351,7 +351,7 @@ impl<'a> Model<'a> {
         self.point(fields.reference(1)?, id)
     }
 
-    fn oriented_edge(&self, id: u64, from: u64, tolerance: f64) -> Read<Edge> {
+    fn oriented_edge(&self, id: u64, from: u64, tolerance: f64) -> Read<LoopEdge> {
         let oriented = self.named(id, from, &["ORIENTED_EDGE", "EDGE_CURVE"])?;
         let (edge, forward) = if oriented.name == "EDGE_CURVE" {
             (oriented, true)
@@ -377,10 +377,10 @@ impl<'a> Model<'a> {
             ends.reverse();
         }
         let finite = range.iter().all(|t| t.is_finite());
-        if finite { Ok(Edge { id: edge.id, curve, range, ends }) } else { no_range(edge) }
+        if finite { Ok(LoopEdge { id: edge.id, curve, range, ends }) } else { no_range(edge) }
     }
 }
 
-fn no_range(edge: Fields<'_>) -> Read<Edge> {
+fn no_range(edge: RecordFields<'_>) -> Read<LoopEdge> {
     loss(edge.id, "the ends of the edge cannot be found on its curve")
 }

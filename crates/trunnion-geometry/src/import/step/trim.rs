@@ -6,13 +6,13 @@
 //! are never brought back by a period, so that a seam, run along twice, needs no special case. At a
 //! pole, where one parameter is free, the loop runs along the pole's line; the face is on the left.
 
-use super::chart::Chart;
-use super::chart::Pole;
-use super::model::Loss;
+use super::chart::ChartPole;
+use super::chart::SurfaceChart;
+use super::model::FaceLoss;
 use super::model::Read;
 use super::model::loss;
-use super::topology::Boundary;
-use super::topology::Edge;
+use super::topology::FaceBoundary;
+use super::topology::LoopEdge;
 use crate::surface::TrimCurve;
 use crate::surface::TrimLoop;
 use nalgebra::Point3;
@@ -25,7 +25,7 @@ const MAX_POINTS: usize = 20_000;
 
 /// Tolerances of trims.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Exactness {
+pub(super) struct TrimExactness {
     /// Largest distance \[mm\] of a chord of the trim from the edge curve.
     pub(super) chord: f64,
     /// Distance \[mm\] up to which two points count as one.
@@ -42,21 +42,21 @@ pub(super) struct EdgeTrack {
 #[derive(Clone, Copy)]
 pub(super) struct TrackEnd {
     pub(super) point: Point3<f64>,
-    pub(super) pole: Option<Pole>,
+    pub(super) pole: Option<ChartPole>,
 }
 
 /// Returns the loop in parameters, and the largest distance \[mm\] of its edges from the surface
 /// with the entity of the worst edge. `None` for a loop that bounds nothing: a single vertex.
 pub(super) fn trim_loop(
-    chart: &Chart<'_>,
-    boundary: &Boundary,
-    exactness: Exactness,
+    chart: &SurfaceChart<'_>,
+    boundary: &FaceBoundary,
+    exactness: TrimExactness,
 ) -> Read<Option<(TrimLoop, f64, u64)>> {
     let mut worst = (0.0, 0);
     let mut tracks: Vec<EdgeTrack> = Vec::new();
     for edge in &boundary.edges {
         let near = tracks.last().and_then(|track| track.points.last().copied());
-        let (track, off) = Tracer { chart, edge, exactness, off: 0.0 }.track(near)?;
+        let (track, off) = EdgeTracer { chart, edge, exactness, off: 0.0 }.track(near)?;
         if off > worst.0 {
             worst = (off, edge.id);
         }
@@ -68,7 +68,7 @@ pub(super) fn trim_loop(
     let curves = chain(chart, boundary.id, &mut tracks, exactness)?;
     let named = |faults: crate::surface::SurfaceErrors| {
         let all: Vec<String> = faults.iter().map(ToString::to_string).collect();
-        Loss { entity: boundary.id, message: all.join("; ") }
+        FaceLoss { entity: boundary.id, message: all.join("; ") }
     };
     let curves: Result<Vec<TrimCurve>, _> =
         curves.iter().map(|points| TrimCurve::polyline(points)).collect();
@@ -83,10 +83,10 @@ fn size(tracks: &[EdgeTrack]) -> f64 {
 }
 
 /// Samples one edge.
-struct Tracer<'a> {
-    chart: &'a Chart<'a>,
-    edge: &'a Edge,
-    exactness: Exactness,
+struct EdgeTracer<'a> {
+    chart: &'a SurfaceChart<'a>,
+    edge: &'a LoopEdge,
+    exactness: TrimExactness,
     off: f64,
 }
 
@@ -98,13 +98,14 @@ struct EdgeSample {
     uv: [f64; 2],
 }
 
-impl Tracer<'_> {
+impl EdgeTracer<'_> {
     /// Follows the edge in parameters; `None` if it lies in a pole altogether.
     fn track(mut self, near: Option<[f64; 2]>) -> Read<(Option<EdgeTrack>, f64)> {
         let stations = self.edge.curve.stations(self.edge.range);
         let points: Vec<(f64, Point3<f64>)> =
             stations.iter().map(|&t| (t, self.edge.curve.point_around(t))).collect();
-        let poles: Vec<Option<Pole>> = points.iter().map(|(_, p)| self.chart.pole(p)).collect();
+        let poles: Vec<Option<ChartPole>> =
+            points.iter().map(|(_, p)| self.chart.pole(p)).collect();
         let mut samples: Vec<EdgeSample> = Vec::new();
         let mut guess = near;
         for (&(t, point), pole) in points.iter().zip(&poles) {
@@ -179,9 +180,9 @@ impl Tracer<'_> {
     }
 }
 
-impl Tracer<'_> {
+impl EdgeTracer<'_> {
     /// Leaves out points that chords pass within half the tolerance (Douglas and Peucker's scheme;
-    /// the other half is spent by [`Tracer::refine`]): spline edges come in many short spans.
+    /// the other half is spent by [`EdgeTracer::refine`]): spline edges come in many short spans.
     fn simplified(&self, points: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let mut keep = vec![false; points.len()];
         let mut open = vec![(0, points.len().saturating_sub(1))];
@@ -217,7 +218,7 @@ impl Tracer<'_> {
 }
 
 /// Returns the parameters of a pole as met along an edge whose nearest other sample is `uv`.
-pub(super) fn beside(pole: Pole, uv: [f64; 2]) -> [f64; 2] {
+pub(super) fn beside(pole: ChartPole, uv: [f64; 2]) -> [f64; 2] {
     let mut at = uv;
     at[pole.fixed] = pole.at;
     at
@@ -225,10 +226,10 @@ pub(super) fn beside(pole: Pole, uv: [f64; 2]) -> [f64; 2] {
 
 /// Moves the tracks to follow each other and adds the lines along poles between them.
 pub(super) fn chain(
-    chart: &Chart<'_>,
+    chart: &SurfaceChart<'_>,
     id: u64,
     tracks: &mut [EdgeTrack],
-    exactness: Exactness,
+    exactness: TrimExactness,
 ) -> Read<Vec<Vec<[f64; 2]>>> {
     let count = tracks.len();
     let mut curves = Vec::new();
@@ -281,8 +282,8 @@ pub(super) fn chain(
 /// along the lower towards +u; along the right line u = const towards +v, along the left towards
 /// -v. An edge that goes back where it came from (a seam) runs round the whole pole.
 fn along_pole(
-    chart: &Chart<'_>,
-    pole: Pole,
+    chart: &SurfaceChart<'_>,
+    pole: ChartPole,
     [before, end]: [[f64; 2]; 2],
     start: [f64; 2],
 ) -> [f64; 2] {

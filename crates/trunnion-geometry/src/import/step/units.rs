@@ -2,12 +2,12 @@
 
 use super::model::ASSUMED;
 use super::model::MAX_CHAIN;
-use super::model::Model;
 use super::model::Read;
-use super::model::Scale;
+use super::model::StepModel;
+use super::model::UnitScale;
 use super::model::loss;
-use super::part21::Exchange;
-use super::part21::Instance;
+use super::part21::StepExchange;
+use super::part21::StepInstance;
 
 /// Millimetres in a metre.
 const METRE: f64 = 1000.0;
@@ -15,10 +15,10 @@ const METRE: f64 = 1000.0;
 /// Reads the unit context `id`, if it is one: a representation context that assigns global units.
 ///
 /// `Ok(None)` if `id` assigns no units at all.
-pub(super) fn scale(exchange: &Exchange, id: u64) -> Read<Option<Scale>> {
-    let model = Model::plain(exchange);
+pub(super) fn scale(exchange: &StepExchange, id: u64) -> Read<Option<UnitScale>> {
+    let model = StepModel::plain(exchange);
     let Some(instance) = exchange.get(id) else { return Ok(None) };
-    let Some(fields) = Model::part(instance, "GLOBAL_UNIT_ASSIGNED_CONTEXT") else {
+    let Some(fields) = StepModel::part(instance, "GLOBAL_UNIT_ASSIGNED_CONTEXT") else {
         return Ok(None);
     };
     let mut scale = ASSUMED;
@@ -39,14 +39,14 @@ pub(super) fn scale(exchange: &Exchange, id: u64) -> Read<Option<Scale>> {
 }
 
 /// Returns the factor of a unit, if that of the SI unit behind it is `si`.
-fn factor(model: &Model<'_>, unit: &Instance, si: f64, depth: usize) -> Read<f64> {
+fn factor(model: &StepModel<'_>, unit: &StepInstance, si: f64, depth: usize) -> Read<f64> {
     if depth > MAX_CHAIN {
         return loss(unit.id, "the unit is defined by itself");
     }
-    if let Some(fields) = Model::part(unit, "SI_UNIT") {
+    if let Some(fields) = StepModel::part(unit, "SI_UNIT") {
         return Ok(si * prefix(fields.values.first(), unit.id)?);
     }
-    let Some(fields) = Model::part(unit, "CONVERSION_BASED_UNIT") else {
+    let Some(fields) = StepModel::part(unit, "CONVERSION_BASED_UNIT") else {
         return loss(unit.id, format!("{} is not a unit this reader knows", unit.kind()));
     };
     let names = ["LENGTH_MEASURE_WITH_UNIT", "PLANE_ANGLE_MEASURE_WITH_UNIT", "MEASURE_WITH_UNIT"];
@@ -60,8 +60,8 @@ fn factor(model: &Model<'_>, unit: &Instance, si: f64, depth: usize) -> Read<f64
     loss(unit.id, format!("the unit is {factor} times the SI unit; it must be positive"))
 }
 
-fn prefix(value: Option<&super::part21::Value>, id: u64) -> Read<f64> {
-    let Some(super::part21::Value::Word(word)) = value else { return Ok(1.0) };
+fn prefix(value: Option<&super::part21::StepValue>, id: u64) -> Read<f64> {
+    let Some(super::part21::StepValue::Word(word)) = value else { return Ok(1.0) };
     let power = match word.as_str() {
         "NANO" => -9,
         "MICRO" => -6,
@@ -78,7 +78,7 @@ fn prefix(value: Option<&super::part21::Value>, id: u64) -> Read<f64> {
 }
 
 /// Finds the first context of the file that states units.
-pub(super) fn first(exchange: &Exchange) -> Option<Scale> {
+pub(super) fn first(exchange: &StepExchange) -> Option<UnitScale> {
     exchange.instances.iter().find_map(|instance| scale(exchange, instance.id).ok().flatten())
 }
 
@@ -95,7 +95,7 @@ mod tests {
              #7=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));\
              ENDSEC;END-ISO-10303-21;"
         );
-        let scale = first(&Exchange::parse(text.as_bytes()).unwrap()).unwrap();
+        let scale = first(&StepExchange::parse(text.as_bytes()).unwrap()).unwrap();
         assert!((scale.angle.to_degrees() - 1.0).abs() < 1e-8);
         scale.length
     }

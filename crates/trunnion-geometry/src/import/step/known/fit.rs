@@ -4,8 +4,8 @@
 //! rounding; of other samples it gives something, which the proof refuses.
 
 use super::sample::NetSample;
-use crate::import::step::model::Frame;
-use crate::import::step::shape::Shape;
+use crate::import::step::model::StepFrame;
+use crate::import::step::shape::StepShape;
 use nalgebra::DMatrix;
 use nalgebra::DVector;
 use nalgebra::Point3;
@@ -21,14 +21,14 @@ const SINGULAR: f64 = 1e-9;
 /// it: samples lie inside its rim.
 const CAP: f64 = 0.26;
 
-pub(super) fn plane(samples: &[NetSample], middle: &NetSample) -> Option<Shape> {
+pub(super) fn plane(samples: &[NetSample], middle: &NetSample) -> Option<StepShape> {
     let across = samples.first()?.point - middle.point;
     let x = UnitVector3::try_new(across, f64::MIN_POSITIVE);
-    Some(Shape::Plane(Frame::new(middle.point, middle.normal, x)))
+    Some(StepShape::Plane(StepFrame::new(middle.point, middle.normal, x)))
 }
 
 /// Fits a sphere from `|p|^2 = 2 p . c + (R^2 - |c|^2)`. Poles lie off the net where that can be.
-pub(super) fn sphere(samples: &[NetSample], middle: &NetSample) -> Option<Shape> {
+pub(super) fn sphere(samples: &[NetSample], middle: &NetSample) -> Option<StepShape> {
     let rows = samples.iter().map(|s| {
         // About a sample, so that squares keep their digits.
         let p = s.point - middle.point;
@@ -37,12 +37,12 @@ pub(super) fn sphere(samples: &[NetSample], middle: &NetSample) -> Option<Shape>
     let (centre, radius) = round(rows)?;
     let origin = middle.point + Vector3::from(centre);
     let frame = level(samples, &origin, middle).or_else(|| banded(samples, &origin, middle))?;
-    Some(Shape::Sphere { frame, radius })
+    Some(StepShape::Sphere { frame, radius })
 }
 
 /// Chooses axes with the middle of the samples at u = pi, v = 0, where v runs about as it does on
 /// the net: no pole is near, if the samples lie within a cap.
-fn level(samples: &[NetSample], origin: &Point3<f64>, middle: &NetSample) -> Option<Frame> {
+fn level(samples: &[NetSample], origin: &Point3<f64>, middle: &NetSample) -> Option<StepFrame> {
     let outs = || samples.iter().filter_map(|s| (s.point - origin).try_normalize(0.0));
     let out = UnitVector3::try_new(outs().sum::<Vector3<f64>>(), f64::MIN_POSITIVE)?;
     // Beyond the cap a sample could come near a pole, 90 degrees from the middle.
@@ -51,11 +51,11 @@ fn level(samples: &[NetSample], origin: &Point3<f64>, middle: &NetSample) -> Opt
     }
     let along = middle.tangents[1];
     let up = along - out.scale(along.dot(&out));
-    Some(Frame::new(*origin, UnitVector3::try_new(up, f64::MIN_POSITIVE)?, Some(-out)))
+    Some(StepFrame::new(*origin, UnitVector3::try_new(up, f64::MIN_POSITIVE)?, Some(-out)))
 }
 
 /// Finds axes round which the net turns by one of its parameters.
-fn banded(samples: &[NetSample], origin: &Point3<f64>, middle: &NetSample) -> Option<Frame> {
+fn banded(samples: &[NetSample], origin: &Point3<f64>, middle: &NetSample) -> Option<StepFrame> {
     let around = |k: usize| {
         let ways = samples.iter().filter_map(|s| s.tangents[k].try_normalize(0.0));
         let ways: Vec<[f64; 3]> = ways.map(|t| [t.x, t.y, t.z]).collect();
@@ -68,11 +68,11 @@ fn banded(samples: &[NetSample], origin: &Point3<f64>, middle: &NetSample) -> Op
     let (axis, along) = around(0).or_else(|| around(1))?;
     let axis = towards(axis, &along)?;
     let back = UnitVector3::try_new(origin - middle.point, f64::MIN_POSITIVE);
-    Some(Frame::new(*origin, axis, back))
+    Some(StepFrame::new(*origin, axis, back))
 }
 
 /// Fits a cylinder: its axis is square to all normals.
-pub(super) fn cylinder(samples: &[NetSample], middle: &NetSample) -> Option<Shape> {
+pub(super) fn cylinder(samples: &[NetSample], middle: &NetSample) -> Option<StepShape> {
     let normals: Vec<Vector3<f64>> = samples.iter().map(|s| s.normal.into_inner()).collect();
     let axis = Vector3::from(null(&normals.iter().map(|n| [n.x, n.y, n.z]).collect::<Vec<_>>())?);
     let frame = across(middle, towards(axis, &middle.tangents[1])?);
@@ -82,11 +82,11 @@ pub(super) fn cylinder(samples: &[NetSample], middle: &NetSample) -> Option<Shap
     });
     let ([x, y], radius) = round(rows)?;
     let frame = about(&frame, frame.point(x, y, 0.0), middle);
-    Some(Shape::Cylinder { frame, radius })
+    Some(StepShape::Cylinder { frame, radius })
 }
 
 /// Fits a cone: all normals make one angle with the axis, and all tangent planes meet in the apex.
-pub(super) fn cone(samples: &[NetSample], middle: &NetSample) -> Option<Shape> {
+pub(super) fn cone(samples: &[NetSample], middle: &NetSample) -> Option<StepShape> {
     let count = samples.len() as f64;
     let mean = samples.iter().map(|s| s.normal.into_inner()).sum::<Vector3<f64>>() / count;
     // Equal angles to the axis: differences of normals are square to it.
@@ -103,8 +103,8 @@ pub(super) fn cone(samples: &[NetSample], middle: &NetSample) -> Option<Shape> {
     // The normals stand at the half angle to the plane across the axis.
     let angle = mean.dot(&axis).abs().clamp(0.0, 1.0).asin();
     let height = from_apex.dot(&axis);
-    let frame = about(&Frame::new(apex, axis, None), apex + axis.scale(height), middle);
-    (angle > 0.0 && angle < FRAC_PI_2).then_some(Shape::Cone {
+    let frame = about(&StepFrame::new(apex, axis, None), apex + axis.scale(height), middle);
+    (angle > 0.0 && angle < FRAC_PI_2).then_some(StepShape::Cone {
         frame,
         radius: height * angle.tan(),
         angle,
@@ -113,7 +113,7 @@ pub(super) fn cone(samples: &[NetSample], middle: &NetSample) -> Option<Shape> {
 
 /// Fits a torus: all normals meet the axis. With `b = o x a` for its direction `a` and a point `o`
 /// of it, `(p x n) . a + n . b = 0` (Plücker).
-pub(super) fn torus(samples: &[NetSample], middle: &NetSample) -> Option<Shape> {
+pub(super) fn torus(samples: &[NetSample], middle: &NetSample) -> Option<StepShape> {
     let size = samples.iter().map(|s| (s.point - middle.point).norm()).fold(0.0, f64::max);
     let rows: Vec<[f64; 6]> = samples
         .iter()
@@ -128,7 +128,7 @@ pub(super) fn torus(samples: &[NetSample], middle: &NetSample) -> Option<Shape> 
     let (a, b) = (Vector3::new(ax, ay, az), Vector3::new(bx, by, bz));
     // Point of the line closest to the middle: a x (o x a) / |a|^2 = o for o square to a.
     let origin = middle.point + a.cross(&b) * (size / a.norm_squared());
-    let frame = Frame::new(origin, UnitVector3::try_new(a, f64::MIN_POSITIVE)?, None);
+    let frame = StepFrame::new(origin, UnitVector3::try_new(a, f64::MIN_POSITIVE)?, None);
     let rows = samples.iter().map(|s| {
         let q = frame.local(&s.point);
         let rho = q.x.hypot(q.y);
@@ -137,19 +137,19 @@ pub(super) fn torus(samples: &[NetSample], middle: &NetSample) -> Option<Shape> 
     let ([major, height], minor) = round(rows)?;
     let frame = about(&frame, frame.point(0.0, 0.0, height), middle);
     // A spindle torus meets its axis: the bound of the proof does not hold for it.
-    (major > minor).then_some(Shape::Torus { frame, major, minor })
+    (major > minor).then_some(StepShape::Torus { frame, major, minor })
 }
 
 /// Returns axes at a sample with z along `axis`.
-fn across(middle: &NetSample, axis: UnitVector3<f64>) -> Frame {
-    Frame::new(middle.point, axis, None)
+fn across(middle: &NetSample, axis: UnitVector3<f64>) -> StepFrame {
+    StepFrame::new(middle.point, axis, None)
 }
 
 /// Returns axes at `origin` with the z axis given and the middle of the samples at u = pi, far from
 /// the seam.
-fn about(frame: &Frame, origin: Point3<f64>, middle: &NetSample) -> Frame {
+fn about(frame: &StepFrame, origin: Point3<f64>, middle: &NetSample) -> StepFrame {
     let back = UnitVector3::try_new(origin - middle.point, f64::MIN_POSITIVE);
-    Frame::new(origin, frame.z, back)
+    StepFrame::new(origin, frame.z, back)
 }
 
 /// Directs a line's axis the way that `along` points.

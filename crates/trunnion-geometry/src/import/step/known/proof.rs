@@ -5,8 +5,8 @@
 //! coefficients it is bounded over all of the patch, and the value of the first bounds the
 //! distance.
 
-use crate::import::step::model::Frame;
-use crate::import::step::shape::Shape;
+use crate::import::step::model::StepFrame;
+use crate::import::step::shape::StepShape;
 use crate::surface::BezierPatch;
 use crate::surface::NurbsSurface;
 
@@ -27,7 +27,7 @@ struct LocalCoordinates {
 
 /// Bounds the distance of the net's points from an elementary surface \[mm\]; `None` for other
 /// shapes.
-pub(super) fn distance(net: &NurbsSurface, shape: &Shape) -> Option<f64> {
+pub(super) fn distance(net: &NurbsSurface, shape: &StepShape) -> Option<f64> {
     let [columns, rows] = net.patch_count();
     let patches = (0..columns).flat_map(|i| (0..rows).filter_map(move |j| net.patch(i, j)));
     let mut most = 0.0_f64;
@@ -39,30 +39,30 @@ pub(super) fn distance(net: &NurbsSurface, shape: &Shape) -> Option<f64> {
     Some(most)
 }
 
-fn of_patch(patch: &BezierPatch<'_>, columns: usize, shape: &Shape) -> Option<f64> {
-    let local = |frame: &Frame| LocalCoordinates::new(patch, columns, frame);
+fn of_patch(patch: &BezierPatch<'_>, columns: usize, shape: &StepShape) -> Option<f64> {
+    let local = |frame: &StepFrame| LocalCoordinates::new(patch, columns, frame);
     match shape {
-        Shape::Plane(frame) => {
+        StepShape::Plane(frame) => {
             let LocalCoordinates { z, w, .. } = local(frame);
             // z = (w z) / w: the largest numerator over the least weight.
             Some(z.largest() / w.least())
         }
         // | |p| - R | = | |p|^2 - R^2 | / (|p| + R)
-        Shape::Sphere { frame, radius } => {
+        StepShape::Sphere { frame, radius } => {
             let l = local(frame);
             let square = l.x.square().plus(&l.y.square()).plus(&l.z.square());
             let value = square.plus(&l.w.square().times_number(-radius * radius));
             Some(value.largest() / (l.w.least().powi(2) * radius))
         }
-        Shape::Cylinder { frame, radius } => {
+        StepShape::Cylinder { frame, radius } => {
             let l = local(frame);
             // As for the sphere, with the distance from the axis: |rho - R| <= |rho^2 - R^2| / R.
             let square = l.x.square().plus(&l.y.square());
             let value = square.plus(&l.w.square().times_number(-radius * radius));
             Some(value.largest() / (l.w.least().powi(2) * radius))
         }
-        Shape::Cone { frame, radius, angle } => Some(cone(&local(frame), *radius, angle.tan())),
-        Shape::Torus { frame, major, minor } => Some(torus(&local(frame), *major, *minor)),
+        StepShape::Cone { frame, radius, angle } => Some(cone(&local(frame), *radius, angle.tan())),
+        StepShape::Torus { frame, major, minor } => Some(torus(&local(frame), *major, *minor)),
         _ => None,
     }
 }
@@ -97,7 +97,7 @@ fn torus(l: &LocalCoordinates, major: f64, minor: f64) -> f64 {
 }
 
 impl LocalCoordinates {
-    fn new(patch: &BezierPatch<'_>, columns: usize, frame: &Frame) -> Self {
+    fn new(patch: &BezierPatch<'_>, columns: usize, frame: &StepFrame) -> Self {
         let poly = |of: &dyn Fn(&nalgebra::Vector4<f64>) -> f64| BernsteinPolynomial {
             coefficients: patch.points.iter().map(of).collect(),
             columns,

@@ -2,8 +2,8 @@
 
 use super::sample::samples;
 use super::{fit, proof};
-use crate::import::step::model::Frame;
-use crate::import::step::shape::Shape;
+use crate::import::step::model::StepFrame;
+use crate::import::step::shape::StepShape;
 use crate::surface::NurbsSurface;
 use nalgebra::Point3;
 use nalgebra::Vector3;
@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 /// An elementary surface that a control net is.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::import::step) struct RecognisedSurface {
-    pub(in crate::import::step) shape: Shape,
+    pub(in crate::import::step) shape: StepShape,
     /// `true` if its normal points the other way than the net's.
     pub(in crate::import::step) opposed: bool,
 }
@@ -23,7 +23,8 @@ pub(in crate::import::step) fn known(
 ) -> Option<RecognisedSurface> {
     let samples = samples(net);
     let middle = samples.get(samples.len() / 2)?;
-    let proven = |shape: &Shape| proof::distance(net, shape).is_some_and(|off| off <= tolerance);
+    let proven =
+        |shape: &StepShape| proof::distance(net, shape).is_some_and(|off| off <= tolerance);
     let plane = fit::plane(&samples, middle).filter(proven);
     // No polynomials but linear ones keep a distance from a point or a line.
     let curved = || {
@@ -36,23 +37,23 @@ pub(in crate::import::step) fn known(
 }
 
 /// Returns a normal of the shape near a point, on the side of `S_u x S_v`, of any length.
-fn outward(shape: &Shape, p: &Point3<f64>) -> Option<Vector3<f64>> {
-    let out = |frame: &Frame, x: f64, y: f64, z: f64| {
+fn outward(shape: &StepShape, p: &Point3<f64>) -> Option<Vector3<f64>> {
+    let out = |frame: &StepFrame, x: f64, y: f64, z: f64| {
         Some(frame.x.scale(x) + frame.y.scale(y) + frame.z.scale(z))
     };
     match shape {
-        Shape::Plane(frame) => Some(frame.z.into_inner()),
-        Shape::Sphere { frame, .. } => Some(p - frame.origin),
-        Shape::Cylinder { frame, .. } => {
+        StepShape::Plane(frame) => Some(frame.z.into_inner()),
+        StepShape::Sphere { frame, .. } => Some(p - frame.origin),
+        StepShape::Cylinder { frame, .. } => {
             let q = frame.local(p);
             out(frame, q.x, q.y, 0.0)
         }
-        Shape::Cone { frame, angle, .. } => {
+        StepShape::Cone { frame, angle, .. } => {
             let q = frame.local(p);
             // Gradient of rho - z tan a.
             out(frame, q.x, q.y, -q.x.hypot(q.y) * angle.tan())
         }
-        Shape::Torus { frame, major, .. } => {
+        StepShape::Torus { frame, major, .. } => {
             let q = frame.local(p);
             // From the centre of the tube in the half plane of p: (rho - R) out, z up.
             let inner = 1.0 - major / q.x.hypot(q.y);
@@ -117,16 +118,16 @@ mod tests {
         all.map(far).fold(0.0, f64::max)
     }
 
-    fn gap(shape: &Shape, p: &Point3<f64>) -> f64 {
-        let polar = |frame: &Frame| (frame.local(p).xy().norm(), frame.local(p).z);
+    fn gap(shape: &StepShape, p: &Point3<f64>) -> f64 {
+        let polar = |frame: &StepFrame| (frame.local(p).xy().norm(), frame.local(p).z);
         match shape {
-            Shape::Sphere { frame, radius } => frame.local(p).norm() - radius,
-            Shape::Cylinder { frame, radius } => polar(frame).0 - radius,
-            Shape::Cone { frame, radius, angle } => {
+            StepShape::Sphere { frame, radius } => frame.local(p).norm() - radius,
+            StepShape::Cylinder { frame, radius } => polar(frame).0 - radius,
+            StepShape::Cone { frame, radius, angle } => {
                 let (rho, z) = polar(frame);
                 (rho - radius - z * angle.tan()) * angle.cos()
             }
-            Shape::Torus { frame, major, minor } => {
+            StepShape::Torus { frame, major, minor } => {
                 let (rho, z) = polar(frame);
                 (rho - major).hypot(z) - minor
             }

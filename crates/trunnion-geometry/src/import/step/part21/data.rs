@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 /// One parameter of a record.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::import::step) enum Value {
+pub(in crate::import::step) enum StepValue {
     /// `$`, `*`, or a binary: nothing this reader uses.
     Absent,
     /// A whole number.
@@ -18,40 +18,40 @@ pub(in crate::import::step) enum Value {
     /// `#123`
     Reference(u64),
     /// `KEYWORD(value, ...)`
-    Typed(Record),
+    Typed(StepRecord),
     /// `(value, ...)`
-    List(Vec<Value>),
+    List(Vec<StepValue>),
 }
 
 /// `NAME(value, ...)`
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::import::step) struct Record {
+pub(in crate::import::step) struct StepRecord {
     /// Keyword in upper case.
     pub(in crate::import::step) name: String,
     /// Parameters in order.
-    pub(in crate::import::step) values: Vec<Value>,
+    pub(in crate::import::step) values: Vec<StepValue>,
 }
 
 /// `#id = record;` or `#id = ( record record ... );`
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::import::step) struct Instance {
+pub(in crate::import::step) struct StepInstance {
     /// The number after `#`.
     pub(in crate::import::step) id: u64,
     /// Line of the file, from 1.
     pub(in crate::import::step) line: usize,
     /// One record, or the parts of a complex entity.
-    pub(in crate::import::step) records: Vec<Record>,
+    pub(in crate::import::step) records: Vec<StepRecord>,
 }
 
 /// The data sections of a file.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(in crate::import::step) struct Exchange {
+pub(in crate::import::step) struct StepExchange {
     /// In file order.
-    pub(in crate::import::step) instances: Vec<Instance>,
+    pub(in crate::import::step) instances: Vec<StepInstance>,
     index: HashMap<u64, usize>,
 }
 
-impl Value {
+impl StepValue {
     /// Returns the number, written as a real, an integer or `TYPE(number)`.
     pub(in crate::import::step) fn number(&self) -> Option<f64> {
         match self {
@@ -101,9 +101,9 @@ impl Value {
     }
 }
 
-impl Instance {
+impl StepInstance {
     /// Returns the part of that name.
-    pub(in crate::import::step) fn part(&self, name: &str) -> Option<&Record> {
+    pub(in crate::import::step) fn part(&self, name: &str) -> Option<&StepRecord> {
         self.records.iter().find(|record| record.name == name)
     }
 
@@ -114,9 +114,9 @@ impl Instance {
     }
 }
 
-impl Exchange {
+impl StepExchange {
     /// Returns the instance numbered `id`.
-    pub(in crate::import::step) fn get(&self, id: u64) -> Option<&Instance> {
+    pub(in crate::import::step) fn get(&self, id: u64) -> Option<&StepInstance> {
         self.index.get(&id).and_then(|&place| self.instances.get(place))
     }
 
@@ -125,7 +125,7 @@ impl Exchange {
         self.get(id).map_or(0, |instance| instance.line)
     }
 
-    pub(super) fn push(&mut self, instance: Instance) -> Result<(), (usize, u64)> {
+    pub(super) fn push(&mut self, instance: StepInstance) -> Result<(), (usize, u64)> {
         if let Some(earlier) = self.get(instance.id) {
             return Err((earlier.line, instance.id));
         }

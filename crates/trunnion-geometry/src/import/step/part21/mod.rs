@@ -8,4 +8,4 @@ mod data;
 mod parse;
 mod scan;
 
-pub(super) use data::{Exchange, Instance, Value};
+pub(super) use data::{StepExchange, StepInstance, StepValue};

@@ -1,10 +1,10 @@
 //! A whole file to its records.
 
-use super::data::Exchange;
-use super::scan::Scanner;
+use super::data::StepExchange;
+use super::scan::Part21Scanner;
 use crate::import::error::ImportError;
 
-impl Exchange {
+impl StepExchange {
     /// Reads a whole file.
     ///
     /// # Errors
@@ -12,7 +12,7 @@ impl Exchange {
     /// [`ImportError::Syntax`] at the first place that breaks the grammar,
     /// [`ImportError::Truncated`] where the file stops before `END-ISO-10303-21;`.
     pub(in crate::import::step) fn parse(bytes: &[u8]) -> Result<Self, ImportError> {
-        let mut scanner = Scanner::new(bytes);
+        let mut scanner = Part21Scanner::new(bytes);
         scanner.header()?;
         let mut exchange = Self::default();
         while scanner.data_section(&mut exchange)? {}
@@ -23,11 +23,11 @@ impl Exchange {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::import::step::part21::data::Value;
+    use crate::import::step::part21::data::StepValue;
 
-    fn data(text: &str) -> Result<Exchange, ImportError> {
+    fn data(text: &str) -> Result<StepExchange, ImportError> {
         let file = format!("ISO-10303-21;\nHEADER;\nFILE_NAME('DATA;');\nENDSEC;\nDATA;\n{text}\n");
-        Exchange::parse(format!("{file}ENDSEC;\nEND-ISO-10303-21;\n").as_bytes())
+        StepExchange::parse(format!("{file}ENDSEC;\nEND-ISO-10303-21;\n").as_bytes())
     }
 
     #[test]
@@ -37,7 +37,7 @@ mod tests {
         let first = &exchange.instances[0];
         assert_eq!((first.id, first.line), (7, 6));
         let values = &first.part("A").unwrap().values;
-        assert_eq!(values[0], Value::Text("it's".to_owned()));
+        assert_eq!(values[0], StepValue::Text("it's".to_owned()));
         let list = values[1].list().unwrap();
         assert_eq!((list[0].count(), list[1].number()), (Some(1), Some(-25.0)));
         assert_eq!(list[2].truth(), Some(true));
@@ -64,9 +64,9 @@ mod tests {
     #[test]
     fn a_file_cut_short_says_so() {
         let whole = "ISO-10303-21;HEADER;ENDSEC;DATA;#1=A('x',(1.,2.));ENDSEC;END-ISO-10303-21;";
-        assert!(Exchange::parse(whole.as_bytes()).is_ok());
+        assert!(StepExchange::parse(whole.as_bytes()).is_ok());
         for end in 13..whole.len() {
-            assert!(Exchange::parse(&whole.as_bytes()[..end]).is_err(), "{}", &whole[..end]);
+            assert!(StepExchange::parse(&whole.as_bytes()[..end]).is_err(), "{}", &whole[..end]);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The grammar of Part 21: records out of bytes, with line and column for what breaks it.
 
-use super::data::{Exchange, Instance, Record, Value};
+use super::data::{StepExchange, StepInstance, StepRecord, StepValue};
 use crate::import::error::ImportError;
 
 /// Deepest nesting of lists that is read. The deepest of the schema is 3 (rows of a control net
@@ -8,7 +8,7 @@ use crate::import::error::ImportError;
 const MAX_DEPTH: usize = 32;
 
 /// A position in the bytes, and the line it is on.
-pub(super) struct Scanner<'a> {
+pub(super) struct Part21Scanner<'a> {
     bytes: &'a [u8],
     at: usize,
     line: usize,
@@ -17,7 +17,7 @@ pub(super) struct Scanner<'a> {
 
 type Read<T> = Result<T, ImportError>;
 
-impl<'a> Scanner<'a> {
+impl<'a> Part21Scanner<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Self {
         Self { bytes, at: 0, line: 1, line_start: 0 }
     }
@@ -117,7 +117,7 @@ impl<'a> Scanner<'a> {
 
     /// Reads one `DATA ... ENDSEC;`; returns `false` at `END-ISO-10303-21;` (a signature may follow
     /// it).
-    pub(super) fn data_section(&mut self, exchange: &mut Exchange) -> Read<bool> {
+    pub(super) fn data_section(&mut self, exchange: &mut StepExchange) -> Read<bool> {
         self.skip()?;
         if self.starts_with("END-ISO-10303-21;") {
             return Ok(false);
@@ -146,7 +146,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    fn instance(&mut self) -> Read<Instance> {
+    fn instance(&mut self) -> Read<StepInstance> {
         let line = self.line;
         if self.peek() != Some(b'#') {
             let found = self.found();
@@ -169,10 +169,10 @@ impl<'a> Scanner<'a> {
             records.push(self.record(0)?);
         }
         self.expect(b';', "at the end of an entity")?;
-        Ok(Instance { id, line, records })
+        Ok(StepInstance { id, line, records })
     }
 
-    fn record(&mut self, depth: usize) -> Read<Record> {
+    fn record(&mut self, depth: usize) -> Read<StepRecord> {
         // User-defined keywords begin with an exclamation mark.
         if self.peek() == Some(b'!') {
             self.advance();
@@ -186,11 +186,11 @@ impl<'a> Scanner<'a> {
         if self.peek() != Some(b'(') {
             return self.fault(format!("`{name}` is not a value, and no `(` follows it"));
         }
-        Ok(Record { name, values: self.values(depth)? })
+        Ok(StepRecord { name, values: self.values(depth)? })
     }
 
     /// Reads `( value, ... )`.
-    fn values(&mut self, depth: usize) -> Read<Vec<Value>> {
+    fn values(&mut self, depth: usize) -> Read<Vec<StepValue>> {
         if depth > MAX_DEPTH {
             return self.fault(format!("lists are nested more than {MAX_DEPTH} deep"));
         }
@@ -219,19 +219,19 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    fn value(&mut self, depth: usize) -> Read<Value> {
+    fn value(&mut self, depth: usize) -> Read<StepValue> {
         match self.peek() {
             Some(b'$' | b'*') => {
                 self.advance();
-                Ok(Value::Absent)
+                Ok(StepValue::Absent)
             }
-            Some(b'\'') => self.text().map(Value::Text),
+            Some(b'\'') => self.text().map(StepValue::Text),
             Some(b'"') => self.binary(),
             Some(b'.') => self.word(),
-            Some(b'#') => self.identifier().map(Value::Reference),
-            Some(b'(') => self.values(depth + 1).map(Value::List),
+            Some(b'#') => self.identifier().map(StepValue::Reference),
+            Some(b'(') => self.values(depth + 1).map(StepValue::List),
             Some(b'+' | b'-' | b'0'..=b'9') => self.number(),
-            _ => self.record(depth + 1).map(Value::Typed),
+            _ => self.record(depth + 1).map(StepValue::Typed),
         }
     }
 
@@ -264,7 +264,7 @@ impl<'a> Scanner<'a> {
         std::str::from_utf8(digits).unwrap_or_default()
     }
 
-    fn number(&mut self) -> Read<Value> {
+    fn number(&mut self) -> Read<StepValue> {
         let start = self.at;
         let numeric = |byte: u8| matches!(byte, b'+' | b'-' | b'.' | b'E' | b'e' | b'0'..=b'9');
         while self.peek().is_some_and(numeric) {
@@ -274,10 +274,10 @@ impl<'a> Scanner<'a> {
         let text = std::str::from_utf8(text).unwrap_or_default();
         // An integer too large for 64 bits falls through to a real number.
         if let Ok(integer) = text.parse() {
-            return Ok(Value::Integer(integer));
+            return Ok(StepValue::Integer(integer));
         }
         match text.parse::<f64>() {
-            Ok(real) if real.is_finite() => Ok(Value::Real(real)),
+            Ok(real) if real.is_finite() => Ok(StepValue::Real(real)),
             _ => {
                 let text = text.to_owned();
                 self.at = start;
@@ -310,7 +310,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    fn binary(&mut self) -> Read<Value> {
+    fn binary(&mut self) -> Read<StepValue> {
         self.advance();
         while self.peek() != Some(b'"') {
             if self.peek().is_none() {
@@ -319,10 +319,10 @@ impl<'a> Scanner<'a> {
             self.advance();
         }
         self.advance();
-        Ok(Value::Absent)
+        Ok(StepValue::Absent)
     }
 
-    fn word(&mut self) -> Read<Value> {
+    fn word(&mut self) -> Read<StepValue> {
         // `.5` is not a number of this format, but a common slip: the message names it.
         self.advance();
         let word = self.keyword();
@@ -330,6 +330,6 @@ impl<'a> Scanner<'a> {
             return self.fault("a `.WORD.` must end with a dot, a number starts with a digit");
         }
         self.advance();
-        Ok(Value::Word(word))
+        Ok(StepValue::Word(word))
     }
 }

@@ -1,12 +1,12 @@
 //! Triangles of all faces, joined to one closed mesh.
 
 use super::super::super::error::ImportError;
-use super::super::chart::Chart;
+use super::super::chart::SurfaceChart;
 use super::super::model::{Read, loss};
-use super::super::part21::Exchange;
+use super::super::part21::StepExchange;
 use super::super::reader::{self, StepReader};
-use super::super::topology::{self, Outline};
-use super::corner::Triangle;
+use super::super::topology::{self, FaceOutline};
+use super::corner::PointTriangle;
 use super::{ears, refine, ring, unroll};
 use crate::types::{Mesh, Progress, Stage};
 use rayon::prelude::*;
@@ -35,7 +35,7 @@ impl StepReader {
         }
         let (outlines, _) = topology::outlines(&exchange);
         let done = AtomicU64::new(0);
-        let one = |(index, outline): (usize, &Outline)| {
+        let one = |(index, outline): (usize, &FaceOutline)| {
             let count = done.fetch_add(1, Ordering::Relaxed) + 1;
             progress.step(Stage::Import, count, outlines.len() as u64)?;
             let triangles = self.triangles(&exchange, outline, chord);
@@ -44,7 +44,7 @@ impl StepReader {
                 ImportError::NotClosed { reason }
             })
         };
-        let all: Result<Vec<Vec<Triangle>>, ImportError> =
+        let all: Result<Vec<Vec<PointTriangle>>, ImportError> =
             outlines.par_iter().enumerate().map(one).collect();
         let all = all?;
         if all.iter().all(Vec::is_empty) {
@@ -53,10 +53,15 @@ impl StepReader {
         closed(&all)
     }
 
-    fn triangles(&self, exchange: &Exchange, outline: &Outline, chord: f64) -> Read<Vec<Triangle>> {
+    fn triangles(
+        &self,
+        exchange: &StepExchange,
+        outline: &FaceOutline,
+        chord: f64,
+    ) -> Read<Vec<PointTriangle>> {
         let (skin, shape, surface) = self.geometry(exchange, outline)?;
         let index = reader::index(&shape, &surface, skin.surface)?;
-        let chart = Chart::new(&shape, &surface, index, self.same);
+        let chart = SurfaceChart::new(&shape, &surface, index, self.same);
         let mut rings = Vec::new();
         for boundary in &skin.boundaries {
             rings.extend(ring::ring(&chart, boundary, [chord, self.same])?);
@@ -82,7 +87,7 @@ impl StepReader {
 
 /// Joins triangles at equal corners, and checks that every edge is used as often one way as the
 /// other.
-fn closed(faces: &[Vec<Triangle>]) -> Result<Mesh, ImportError> {
+fn closed(faces: &[Vec<PointTriangle>]) -> Result<Mesh, ImportError> {
     let mut mesh = Mesh::default();
     let mut known = BTreeMap::new();
     // How often edges are run through one way more than the other, and by which face first.

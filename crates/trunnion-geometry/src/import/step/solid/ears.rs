@@ -1,12 +1,12 @@
 //! Ear clipping: polygons with holes are cut into triangles at their corners.
 
-use super::corner::Corner;
-use super::unroll::Polygon;
+use super::corner::MeshCorner;
+use super::unroll::LoopPolygon;
 
 /// A polygon in triangles, in a plane in which lengths by u and v are alike.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct PlanarTriangles {
-    pub(super) corners: Vec<Corner>,
+    pub(super) corners: Vec<MeshCorner>,
     pub(super) flat: Vec<[f64; 2]>,
     pub(super) triangles: Vec<[usize; 3]>,
     /// Of u and v.
@@ -19,7 +19,7 @@ pub(super) fn turn([a, b, c]: [[f64; 2]; 3]) -> f64 {
 }
 
 /// Cuts a polygon into triangles; `None` if it crosses itself.
-pub(super) fn cut(polygon: &Polygon, scale: [f64; 2]) -> Option<PlanarTriangles> {
+pub(super) fn cut(polygon: &LoopPolygon, scale: [f64; 2]) -> Option<PlanarTriangles> {
     let mut corners = polygon.outer.clone();
     let mut around: Vec<usize> = (0..corners.len()).collect();
     let mut holes: Vec<Vec<usize>> = Vec::new();
@@ -177,8 +177,8 @@ mod tests {
     use super::*;
     use nalgebra::Point3;
 
-    fn corners(points: &[[f64; 2]]) -> Vec<Corner> {
-        points.iter().map(|&uv| Corner { uv, point: Point3::new(uv[0], uv[1], 0.0) }).collect()
+    fn corners(points: &[[f64; 2]]) -> Vec<MeshCorner> {
+        points.iter().map(|&uv| MeshCorner { uv, point: Point3::new(uv[0], uv[1], 0.0) }).collect()
     }
 
     #[test]
@@ -196,8 +196,10 @@ mod tests {
         ]);
         let square =
             |x: f64, y: f64| corners(&[[x, y], [x, y + 1.0], [x + 1.0, y + 1.0], [x + 1.0, y]]);
-        let polygon =
-            Polygon { outer, holes: vec![square(1.0, 1.0), square(3.0, 1.0), square(3.0, 3.0)] };
+        let polygon = LoopPolygon {
+            outer,
+            holes: vec![square(1.0, 1.0), square(3.0, 1.0), square(3.0, 3.0)],
+        };
         let plain = cut(&polygon, [1.0, 1.0]).unwrap();
         let areas: Vec<f64> =
             plain.triangles.iter().map(|t| 0.5 * turn(t.map(|k| plain.flat[k]))).collect();
@@ -205,7 +207,7 @@ mod tests {
         assert!((areas.iter().sum::<f64>() - 26.0).abs() < 1e-12);
         // As many as corners, and two more for every hole, less two.
         assert_eq!(plain.triangles.len(), 9 + 12 + 6 - 2);
-        let bow = Polygon {
+        let bow = LoopPolygon {
             outer: corners(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]),
             holes: vec![],
         };

@@ -4,11 +4,11 @@
 //! neighbours have it. After each, sides are turned over where that makes triangles rounder
 //! (Lawson's flips), in a plane in which a length is what a chord of it would be off.
 
-use super::super::chart::Chart;
-use super::corner::{Corner, Triangle};
+use super::super::chart::SurfaceChart;
+use super::corner::{MeshCorner, PointTriangle};
 use super::ears::{PlanarTriangles, turn};
 use super::ring::off;
-use super::unroll::Polygon;
+use super::unroll::LoopPolygon;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
@@ -29,7 +29,7 @@ const STRAIGHT: f64 = 0.05;
 const FLIPS: u32 = 10_000;
 
 /// Returns lengths by u and v in tolerances: the number of chords that a unit of each would take.
-pub(super) fn scale(chart: &Chart<'_>, polygons: &[Polygon], chord: f64) -> [f64; 2] {
+pub(super) fn scale(chart: &SurfaceChart<'_>, polygons: &[LoopPolygon], chord: f64) -> [f64; 2] {
     let corners = || polygons.iter().flat_map(|polygon| &polygon.outer);
     let ends = |k: usize| {
         corners().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], corner| {
@@ -58,7 +58,11 @@ pub(super) fn scale(chart: &Chart<'_>, polygons: &[Polygon], chord: f64) -> [f64
 }
 
 /// Divides the triangles of a face until they are within about `chord` \[mm\] of its surface.
-pub(super) fn refine(chart: &Chart<'_>, plain: PlanarTriangles, chord: f64) -> Vec<Triangle> {
+pub(super) fn refine(
+    chart: &SurfaceChart<'_>,
+    plain: PlanarTriangles,
+    chord: f64,
+) -> Vec<PointTriangle> {
     let PlanarTriangles { corners, flat, triangles, scale } = plain;
     let mut mesh = RefinedMesh {
         chart,
@@ -81,9 +85,9 @@ pub(super) fn refine(chart: &Chart<'_>, plain: PlanarTriangles, chord: f64) -> V
 
 /// Triangles under work.
 struct RefinedMesh<'a> {
-    chart: &'a Chart<'a>,
+    chart: &'a SurfaceChart<'a>,
     chord: f64,
-    corners: Vec<Corner>,
+    corners: Vec<MeshCorner>,
     flat: Vec<[f64; 2]>,
     scale: [f64; 2],
     /// `None` where one was replaced.
@@ -236,7 +240,7 @@ impl RefinedMesh<'_> {
     fn halve(&mut self, side: TriangleSide) {
         let uv = self.middle(&[side.from, side.to]);
         let new = self.corners.len();
-        self.corners.push(Corner { uv, point: self.chart.point(uv) });
+        self.corners.push(MeshCorner { uv, point: self.chart.point(uv) });
         self.flat.push([0, 1].map(|k| uv[k] * self.scale[k]));
         let mut around = Vec::new();
         // Two triangles share a side; at a border there is only one.

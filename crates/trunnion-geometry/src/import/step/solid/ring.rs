@@ -1,17 +1,17 @@
 //! Edge loops as corners in space and in parameters.
 
-use super::super::chart::Chart;
-use super::super::curve::Curve;
+use super::super::chart::SurfaceChart;
+use super::super::curve::StepCurve;
 use super::super::model::{Read, loss};
-use super::super::topology::{Boundary, Edge};
-use super::super::trim::{EdgeTrack, Exactness, TrackEnd, beside, chain};
-use super::corner::Corner;
+use super::super::topology::{FaceBoundary, LoopEdge};
+use super::super::trim::{EdgeTrack, TrackEnd, TrimExactness, beside, chain};
+use super::corner::MeshCorner;
 use nalgebra::Point3;
 
 /// A loop, face on the left, each corner once.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Ring {
-    pub(super) corners: Vec<Corner>,
+pub(super) struct BoundaryRing {
+    pub(super) corners: Vec<MeshCorner>,
     /// Difference of end and start by u and v: whole periods.
     pub(super) advance: [f64; 2],
 }
@@ -26,10 +26,10 @@ const HALVINGS: u32 = 10;
 
 /// Brings a loop into parameters; `None` for one that bounds nothing: a single vertex.
 pub(super) fn ring(
-    chart: &Chart<'_>,
-    boundary: &Boundary,
+    chart: &SurfaceChart<'_>,
+    boundary: &FaceBoundary,
     [chord, same]: [f64; 2],
-) -> Read<Option<Ring>> {
+) -> Read<Option<BoundaryRing>> {
     let (mut tracks, mut places): (Vec<EdgeTrack>, Vec<Vec<Point3<f64>>>) =
         (Vec::new(), Vec::new());
     for edge in &boundary.edges {
@@ -43,14 +43,14 @@ pub(super) fn ring(
         return Ok(None);
     }
     // Now the tracks follow each other; between them there may be lines along poles.
-    let curves = chain(chart, boundary.id, &mut tracks, Exactness { chord, same })?;
+    let curves = chain(chart, boundary.id, &mut tracks, TrimExactness { chord, same })?;
     let first = tracks[0].points[0];
     let last = curves.last().and_then(|curve| curve.last()).copied().unwrap_or(first);
     let mut corners = Vec::new();
     for (k, (track, points)) in tracks.iter().zip(&places).enumerate() {
         let next = &tracks[(k + 1) % tracks.len()].ends[0];
         let along_pole = track.ends[1].pole.is_some() && track.ends[1].pole == next.pole;
-        let all = track.points.iter().zip(points).map(|(&uv, &point)| Corner { uv, point });
+        let all = track.points.iter().zip(points).map(|(&uv, &point)| MeshCorner { uv, point });
         // The last corner of an edge is the first of the next one.
         corners.extend(all.take(if along_pole { points.len() } else { points.len() - 1 }));
     }
@@ -58,13 +58,13 @@ pub(super) fn ring(
         Some(period) => period * ((last[k] - first[k]) / period).round(),
         None => 0.0,
     };
-    Ok(Some(Ring { corners, advance: [turns(0), turns(1)] }))
+    Ok(Some(BoundaryRing { corners, advance: [turns(0), turns(1)] }))
 }
 
 /// Brings an edge into parameters; `None` for one that lies in a pole altogether.
 fn track(
-    chart: &Chart<'_>,
-    edge: &Edge,
+    chart: &SurfaceChart<'_>,
+    edge: &LoopEdge,
     chord: f64,
     near: Option<[f64; 2]>,
 ) -> Read<Option<(EdgeTrack, Vec<Point3<f64>>)>> {
@@ -98,9 +98,9 @@ fn track(
 
 /// Returns points of an edge from vertex to vertex, chords within about `chord` of it: the same
 /// ones for both its faces.
-fn chords(edge: &Edge, chord: f64) -> Vec<Point3<f64>> {
+fn chords(edge: &LoopEdge, chord: f64) -> Vec<Point3<f64>> {
     let [start, end] = edge.ends;
-    if matches!(edge.curve, Curve::Line { .. }) {
+    if matches!(edge.curve, StepCurve::Line { .. }) {
         return vec![start, end];
     }
     // Always divided forward along the curve: both faces of the edge get the same points.
@@ -117,7 +117,7 @@ fn chords(edge: &Edge, chord: f64) -> Vec<Point3<f64>> {
         points.push(ends[1].point);
     }
     // Splines come in many short spans; of a small closed one something has to be left.
-    if matches!(edge.curve, Curve::Spline(_)) && (end - start).norm() > SMALL * chord {
+    if matches!(edge.curve, StepCurve::Spline(_)) && (end - start).norm() > SMALL * chord {
         points = thinned(&points, chord);
     }
     if backward {
@@ -142,7 +142,7 @@ struct CurveSample {
 
 /// Adds the points between two samples of a curve, by at most `left` halvings.
 fn halve(
-    curve: &Curve,
+    curve: &StepCurve,
     [a, b]: [CurveSample; 2],
     chord: f64,
     left: u32,
