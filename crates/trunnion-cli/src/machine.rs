@@ -322,7 +322,7 @@ fn reach_lines(machine: &Machine, about: &MachineJson) -> Result<Vec<String>, Fa
     let mut lines = vec![
         String::new(),
         format!(
-            "reach     the tool leans from {}'s direction by {low} .. {high} deg; with the travel of {} by {least} .. {most} deg",
+            "reach     the tool is inclined to {}'s direction by {low} .. {high} deg; with the travel of {} by {least} .. {most} deg",
             first.name, second.name
         ),
         match first.limits.width() {
@@ -365,7 +365,7 @@ fn reach_lines(machine: &Machine, about: &MachineJson) -> Result<Vec<String>, Fa
 fn sign_lines(machine: &Machine, about: &MachineJson) -> Vec<String> {
     let mut lines = vec![
         String::new(),
-        "signs     jog each axis from home and look; if the machine goes the other way, write sense = -1".into(),
+        "signs     jog each axis from home and watch; if the machine moves the other way, write sense = -1".into(),
     ];
     lines.extend(about.signs.iter().zip(&machine.axes).map(|(sign, axis)| {
         let jog = format!("{} {:+}", sign.axis, sign.jog);

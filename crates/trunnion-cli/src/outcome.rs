@@ -17,7 +17,7 @@ pub(crate) enum Done {
     Refused,
 }
 
-/// Failure of a verb, which wrote nothing but what it says.
+/// Failure of a verb; no output was written except those that the message names.
 #[derive(Debug)]
 pub(crate) enum Failure {
     /// The input cannot be used: one or several messages, each complete in itself.

@@ -71,7 +71,7 @@ impl ProgramFileArgs {
         }
         let lines =
             BufReader::new(File::open(program).with_context(|| program.display().to_string())?);
-        // Bytes that are no text end the search; the reader tells of them.
+        // Bytes that are no text end the search; the reader reports them.
         let mut names: Vec<String> =
             subprogram_calls(lines.lines().map_while(Result::ok)).into_iter().collect();
         let mut files: BTreeMap<String, SubprogramFile> = BTreeMap::new();

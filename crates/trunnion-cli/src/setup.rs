@@ -189,7 +189,7 @@ fn why_not(judged: &EvaluatedSetup, machine: &Machine) -> Option<String> {
     match &judged.verdict {
         SetupVerdict::Fits(_) => None,
         SetupVerdict::BeyondTilt(by) => Some(format!(
-            "the tool leans {:.2} deg beyond what the travel of {} allows",
+            "the tool is inclined {:.2} deg beyond what the travel of {} allows",
             by.to_degrees(),
             second.name
         )),
@@ -266,7 +266,7 @@ fn paste(job: &Job, best: &EvaluatedSetup) -> [String; 4] {
         "[setup]".to_owned(),
         format!("origin = {}", list(best.setup.origin.map(rounded).into())),
         format!(
-            "rotation = {}  # leans {tilt} deg towards {towards} deg, turned by {turn} deg",
+            "rotation = {}  # tilted by {tilt} deg towards {towards} deg, turned by {turn} deg",
             list(rotation(best))
         ),
         format!("clearance = {}", job.file.setup.clearance),

@@ -87,14 +87,14 @@ impl AssumedSolutions {
             .map(|place| {
                 let AssumedSolution { line, of, words, .. } = place;
                 format!(
-                    "{program}:{line}: by this {of} the rotaries are taken to go to {words}: the solution inside travel with the least \
+                    "{program}:{line}: for this {of} the rotary axes are assumed to go to {words}: the solution inside travel with the least \
                      motion; the control may choose otherwise"
                 )
             })
             .collect();
         // Places beyond the limit of the library are only counted.
         if self.more > 0 {
-            warnings.push(format!("{program}: {} more such places", self.more));
+            warnings.push(format!("{program}: {} more such lines", self.more));
         }
         warnings
     }
@@ -110,8 +110,8 @@ impl ToolChanges {
         let Self { first_unmeasured, unmeasured, .. } = *self;
         let warning = first_unmeasured.map(|first| {
             format!(
-                "{program}:{first}: {unmeasured} rapid moves were not measured, from here on: after a tool change, X, Y and Z \
-                 are the machine's own, until the program gives all three"
+                "{program}:{first}: {unmeasured} rapid moves from this line on are not measured: after a tool change the \
+                 position of X, Y and Z is not known until the program commands all three"
             )
         });
         warning.into_iter().collect()

@@ -43,7 +43,7 @@ impl SmoothingSummary {
         let line = self.line.map_or_else(String::new, |line| format!(" (line {line})"));
         match (self.kind, self.distance) {
             (SmoothingKind::NotStated, _) => {
-                "not stated: that of the machine comes on top".to_owned()
+                "not stated: the machine's own smoothing adds to the deviations".to_owned()
             }
             (SmoothingKind::Exact, _) => format!("none{line}"),
             (SmoothingKind::Within, Some(distance)) => {
@@ -52,7 +52,7 @@ impl SmoothingSummary {
             (SmoothingKind::Unbounded, _) => {
                 format!("not bounded{line}: the control may cut corners as far as speed demands")
             }
-            _ => format!("that of the machine{line} comes on top"),
+            _ => format!("the machine's own{line}, which adds to the deviations"),
         }
     }
 }

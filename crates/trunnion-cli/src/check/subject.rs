@@ -172,7 +172,7 @@ impl Subject {
         match error {
             VerifyError::Cancelled(_) => Failure::Stopped,
             VerifyError::FromBehind { from_back, examined } => Failure::input(format!(
-                "{}: the tool cuts the faces of {} from behind, at {from_back} of {examined} places examined{remedy}",
+                "{}: the tool cuts the faces of {} from behind, at {from_back} of {examined} points examined{remedy}",
                 self.program,
                 self.part.as_deref().unwrap_or_default()
             )),

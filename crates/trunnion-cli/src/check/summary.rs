@@ -386,7 +386,7 @@ impl Heights {
             let bounds = format!("gouge max <= {gouge:.4}, excess max <= {excess:.4} mm{open}");
             rows.push(("between, too", bounds));
         }
-        let pivot = |adds: f64| format!(", of a rotary axis's place {adds:.4}");
+        let pivot = |adds: f64| format!(", of a rotary axis's position {adds:.4}");
         let sensitivity = format!(
             "tool length adds up to {:.4}, of corner radius {:.4}{} mm",
             self.length_adds,

@@ -185,7 +185,7 @@ impl Layout {
         }
         self.joint(line, before, node, faults);
         if position == JumpPosition::AtEnd {
-            let message = format!("s = {} stands here once too often", node.s);
+            let message = format!("s = {} is repeated once too often", node.s);
             let help = "two rows with the same s mark a jump inside the path, not at its ends; remove the others";
             faults.add(fault(line, message, help));
         }

@@ -137,7 +137,7 @@ pub(super) fn report_rests(rests: &[Rest], more: usize) {
         }
     }
     if more > 0 {
-        eprintln!("and at {more} more places; smooth the path to run through them");
+        eprintln!("and at {more} more rows; smooth the path to run through them");
     }
 }
 

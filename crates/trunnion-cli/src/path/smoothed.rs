@@ -322,7 +322,7 @@ fn refused(error: &SmoothError, line: u32) -> Stop {
     Stop::Diagnostic(match error {
         SmoothError::AxisReversal { .. } => {
             let message = "the tool axis is reversed at the next location: between opposite axes \
-                           the way is not defined";
+                           the turn is not defined";
             fault(message.to_owned()).with_help("insert locations between, or make the move rapid")
         }
         error => fault(error.to_string()),

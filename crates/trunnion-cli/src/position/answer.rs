@@ -132,7 +132,7 @@ pub(super) fn table(location: &CutterLocation, args: &Args) -> String {
     // The constraints that bind show what would give a wider strip.
     rows.extend(location.active.iter().map(|active| {
         let (name, meaning) = words(*active);
-        ("held back by", format!("{name}: {meaning}"))
+        ("limited by", format!("{name}: {meaning}"))
     }));
     let mut text = format!("{} at (u, v) = ({}, {})\n", args.method.name(), args.at[0], args.at[1]);
     for (name, value) in rows {

@@ -80,8 +80,8 @@ fn table(rows: &[Row], args: &Args) -> String {
     // Writing to a String does not fail.
     let _ = writeln!(
         text,
-        "  {:<12}{:>10}{:>9}{:>10}{:>10}{:>10}  held back by",
-        "method", "width, mm", "share", "lean, deg", "rear, um", "queries"
+        "  {:<12}{:>10}{:>9}{:>10}{:>10}{:>10}  limited by",
+        "method", "width, mm", "share", "turn, deg", "rear, um", "queries"
     );
     for row in rows {
         let name = row.method.name();
@@ -102,7 +102,7 @@ fn table(rows: &[Row], args: &Args) -> String {
     }
     text.push_str(
         "share: of the widest; the passes over a face go about as its inverse.\n\
-         lean: about the chord, or from the normal where there is one contact.\n\
+         turn: about the chord, or from the normal where there is one contact.\n\
          rear: least clearance of the cutter beside the strip.\n",
     );
     text
@@ -124,7 +124,7 @@ fn why(error: &PositioningError) -> String {
         E::NotCutting { radius, inner, .. } => {
             format!("touches {radius:.3} mm from the axis, the inserts begin at {inner}")
         }
-        E::NoCircle => "a ball has no circle to place".to_owned(),
+        E::NoCircle => "a ball has no cutting circle to place".to_owned(),
         error => error.to_string(),
     }
 }

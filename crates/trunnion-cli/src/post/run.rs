@@ -12,10 +12,10 @@ use crate::progress::Bars;
 use crate::text;
 use std::path::Path;
 
-/// Ratio of times from which a slowed move is told by itself.
+/// Ratio of times from which a slowed move is reported by itself.
 const FAR_BELOW: f64 = 10.0;
 
-/// Most of them that are told.
+/// Largest number of slowed moves that are reported.
 const MOST_WARNINGS: usize = 20;
 
 pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {

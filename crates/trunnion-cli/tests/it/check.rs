@@ -122,7 +122,8 @@ fn told_by_vectors(folder: &Path, check: &mut [&str]) {
         }
         assert_eq!(summary["axes"].as_array().unwrap().len(), 5, "{dialect}");
         assert_eq!(summary["choices"]["vectors"].as_u64().is_some(), vectors, "{dialect}");
-        let warned = summary["warnings"].to_string().contains("the rotaries are taken to go to");
+        let warned =
+            summary["warnings"].to_string().contains("the rotary axes are assumed to go to");
         assert_eq!(warned, vectors, "{dialect}");
     }
 }

@@ -388,7 +388,7 @@ fn one_location_is_found_explained_and_drawn() {
         let other = call(&["--cutter", "R=10,r=6", "--feed", "0,-1", "--method", method]);
         assert_eq!(other.status.code(), Some(0), "{method}: {}", stderr(&other));
         let text = String::from_utf8_lossy(&other.stdout).into_owned();
-        assert!(text.contains("strip width") && text.contains("held back by"), "{text}");
+        assert!(text.contains("strip width") && text.contains("limited by"), "{text}");
     }
     let all = call(&["--cutter", "R=10,r=6", "--feed", "1,0", "--compare", "-o", "strips.svg"]);
     assert_eq!(all.status.code(), Some(0), "{}", stderr(&all));

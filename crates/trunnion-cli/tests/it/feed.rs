@@ -198,7 +198,7 @@ fn wrong_tables_are_named_with_row_and_axis() {
         &[],
         "path.csv:5: X jumps by 7 from 2 to 9 at s = 2",
     );
-    refused(&with("\n1,1,", "\n0,0,"), LIMITS, &[], "path.csv:3: s = 0 stands here once too often");
+    refused(&with("\n1,1,", "\n0,0,"), LIMITS, &[], "path.csv:3: s = 0 is repeated once too often");
     refused(&with("X2", "Y2"), LIMITS, &[], "column X2 is missing");
     refused("s,X,X1,X2\n0,0,1,0\n", "[axis.X]\nvel=1\nacc=1\njerk=1\n", &[], "at least two rows");
     refused("", LIMITS, &[], "the table is empty");

@@ -339,10 +339,10 @@ fn a_machine_is_shown_in_words_as_data_and_drawn() {
     for line in [
         "bc-trunnion: table-table, layout 24 of the twelve",
         "workpiece - C - B - bed - X - Y - Z - tool",
-        "leans from C's direction by 0 .. 180 deg; with the travel of B by 0 .. 120 deg",
+        "inclined to C's direction by 0 .. 180 deg; with the travel of B by 0 .. 120 deg",
         "tool along (0, 0, 1) of the part: B = 0 deg, C is free there",
         "B = 180 deg, outside its travel",
-        "B +30    deg  the table's +x side goes to +z; seen from the part the spindle end leans to +x, the nose to -x",
+        "B +30    deg  the table's +x side goes to +z; seen from the part the spindle end tilts to +x, the nose to -x",
     ] {
         assert!(text.contains(line), "{line:?} is not in\n{text}");
     }

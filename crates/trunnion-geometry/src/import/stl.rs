@@ -52,7 +52,7 @@ fn binary(bytes: &[u8]) -> Result<Vec<Point3<f64>>, ImportError> {
         let values: Vec<f64> =
             record.get(12..48).unwrap_or_default().chunks_exact(4).map(number).collect();
         if !values.iter().all(|value| value.is_finite()) {
-            let message = format!("triangle {} has a corner that is no place", index + 1);
+            let message = format!("triangle {} has a corner that is not finite", index + 1);
             return Err(ImportError::Syntax {
                 line: 1,
                 column: HEADER + RECORD * index + 1,

@@ -94,7 +94,7 @@ impl Reading<'_> {
         for (at, (key, offset, _)) in members.iter().enumerate() {
             if members.iter().take(at).any(|(other, ..)| other == key) {
                 let fault =
-                    Diagnostic::at(self.text, *offset, format!("the key `{key}` stands twice"));
+                    Diagnostic::at(self.text, *offset, format!("the key `{key}` is given twice"));
                 self.faults.push(fault.with_help("keep one of the two"));
             }
         }
@@ -448,7 +448,7 @@ mod tests {
     #[test]
     fn a_key_that_stands_twice_is_named() {
         let fault = &faults(&BILINEAR.replace("{\"degree\"", "{\"degree\": [2, 2], \"degree\""))[0];
-        assert_eq!(fault.message, "the key `degree` stands twice");
+        assert_eq!(fault.message, "the key `degree` is given twice");
         assert_eq!((fault.line, fault.column), (1, 20));
     }
 

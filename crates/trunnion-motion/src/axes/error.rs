@@ -107,7 +107,7 @@ pub enum AxesError {
     },
     /// Travel ends on the path, and the tool cannot be retracted there.
     #[error(
-        "piece {piece}: travel of a rotary axis ends on the way, and the tool cannot be retracted at X {:.3} Y {:.3} Z {:.3} (workpiece) to unwind: {why}; turn the setup, move its origin, or change [retract] of the machine file",
+        "piece {piece}: a rotary axis reaches the end of its travel, and the tool cannot be retracted at X {:.3} Y {:.3} Z {:.3} (workpiece) to unwind: {why}; turn the setup, move its origin, or change [retract] of the machine file",
         tip.x, tip.y, tip.z
     )]
     NoRetract {

@@ -93,7 +93,7 @@ impl RetractPlanner<'_> {
         if self.travel.slides_inside(&bounds) {
             Ok(steps)
         } else {
-            Err(refused("the way out or back leaves the travel of a linear axis"))
+            Err(refused("the retract or the return leaves the travel of a linear axis"))
         }
     }
 

@@ -260,8 +260,9 @@ pub enum FeedError {
     },
     /// Given speeds do not cover their piece.
     #[error(
-        "piece {piece} runs from s = {from} to {to}, but the {rows:?} places and speeds given for it \
-         run from {first} to {last}; give at least two rows that cover the piece"
+        "piece {piece} runs from s = {from} to {to}, but its {} path parameters and {} speeds are given \
+         from {first} to {last}; give at least two rows that cover the piece",
+        .rows[0], .rows[1]
     )]
     GivenCover {
         /// Index of the piece.

@@ -125,7 +125,7 @@ fn chain_words(chain: &[String], faults: &mut Vec<MachineError>) {
     }
     for (at, word) in chain.iter().enumerate() {
         if chain.iter().take(at).any(|other| other == word) {
-            wrong(format!("{word:?} stands in it twice"));
+            wrong(format!("{word:?} is in it twice"));
         }
     }
 }

@@ -182,13 +182,13 @@ impl Machine {
             let after = seen(&moved(&from, index, by));
             let lean = after - before * before.dot(&after);
             let [spindle, nose] = [lean, -lean].map(|end| direction(&end));
-            format!("the spindle end leans to {spindle}, the nose to {nose}")
+            format!("the spindle end tilts to {spindle}, the nose to {nose}")
         } else {
             let upright = seen(&self.home());
             let lean = direction(&(before - upright * upright.dot(&before)));
             // At the start of the turn: its end depends on how far the jog goes.
             let towards = seen(&moved(&from, index, by * 1e-6)) - before;
-            format!("the lean of the spindle end turns from {lean} towards {}", direction(&towards))
+            format!("the tilt of the spindle end turns from {lean} towards {}", direction(&towards))
         };
         let words = moves + &turns;
         SignCheck { axis: index, by, words }
@@ -296,11 +296,11 @@ mod tests {
         assert_eq!(found[0], "the tool goes to +x");
         assert_eq!(
             found[3],
-            "the table's +x side goes to -y; seen from the part (with A at +30) the lean of the spindle end turns from -y towards +x"
+            "the table's +x side goes to -y; seen from the part (with A at +30) the tilt of the spindle end turns from -y towards +x"
         );
         assert_eq!(
             found[4],
-            "the table's +y side goes to -z; seen from the part the spindle end leans to -y, the nose to +y"
+            "the table's +y side goes to -z; seen from the part the spindle end tilts to -y, the nose to +y"
         );
     }
 
@@ -313,13 +313,13 @@ mod tests {
         );
         let found = words(spec.clone());
         assert_eq!(found[1], "the part goes to -y; seen from it the tool goes to +y");
-        assert_eq!(found[4], "the head turns: the spindle end leans to +x, the nose to -x");
+        assert_eq!(found[4], "the head turns: the spindle end tilts to +x, the nose to -x");
         assert_eq!(
             found[3],
-            "the head turns (with B at +30): the lean of the spindle end turns from +x towards +y"
+            "the head turns (with B at +30): the tilt of the spindle end turns from +x towards +y"
         );
         spec.axes[4].sense = -1.0;
-        assert_eq!(words(spec)[4], "the head turns: the spindle end leans to -x, the nose to +x");
+        assert_eq!(words(spec)[4], "the head turns: the spindle end tilts to -x, the nose to +x");
     }
 
     #[test]

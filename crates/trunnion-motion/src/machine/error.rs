@@ -25,7 +25,7 @@ pub enum MachineError {
         name: String,
     },
     /// An axis is described but the chain does not name it.
-    #[error("axis {name} is described but does not stand in the chain")]
+    #[error("axis {name} is described but is not in the chain")]
     UnusedAxis {
         /// Name of the axis.
         name: String,
@@ -89,7 +89,7 @@ pub enum MachineError {
     },
     /// The two rotary axes are parallel.
     #[error(
-        "rotary axes {first} and {second} are parallel (angle {angle:.2e} rad): they cannot turn the tool two ways"
+        "rotary axes {first} and {second} are parallel (angle {angle:.2e} rad): they turn the tool about one direction only"
     )]
     ParallelRotaries {
         /// Workpiece-side axis.
@@ -135,7 +135,7 @@ impl MachineError {
                 "give the direction the axis has when all axes are at zero".into()
             }
             Self::CoplanarLinear { .. } => {
-                "three linear axes point three ways: give the directions they have when all axes are at zero".into()
+                "give three directions that are not in one plane, as they are when all axes are at zero".into()
             }
             Self::EmptyTravel { .. } => "write [low, high]".into(),
             // The only number with a choice of two values.

@@ -88,7 +88,7 @@ pub enum CoverError {
         across: f64,
     },
     /// The tool cannot finish a single point of any face.
-    #[error("face {face}: the cutter cannot be placed anywhere, however it leans: {error}; {at}")]
+    #[error("face {face}: the cutter cannot be placed anywhere, at any inclination: {error}; {at}")]
     NoPose {
         /// Number of the face.
         face: usize,
@@ -113,8 +113,7 @@ pub enum CoverError {
     },
     /// Both passes have leads, but no link connects them.
     #[error(
-        "pass {pass} on face {face}: on no link round the part from the pass before it does the tool keep clear of \
-         all faces; use a slimmer or shorter tool or a larger clearance, or machine the face in several setups"
+        "pass {pass} on face {face}: no link round the part from the pass before keeps the tool clear of all faces; use a slimmer or shorter tool or a larger clearance, or machine the face in several setups"
     )]
     NoWayRound {
         /// Index of the pass.

@@ -219,7 +219,7 @@ const DUPLICATE: &str = "duplicate key";
 fn syntax(place: TextPosition, message: &str) -> Diagnostic {
     let TextPosition { line, column } = place;
     let help = if message == DUPLICATE {
-        "it stands above already; keep one of the two"
+        "it is given above already; keep one of the two"
     } else {
         "a line is `key = value` or `[table]`; text goes in double quotes"
     };

@@ -89,7 +89,7 @@ impl Walk<'_> {
         } else if let Some((table, longer)) = self.of_this_table(name, path) {
             format!("did you mean `{longer}` in [{table}]?")
         } else if let Some(table) = self.elsewhere(name, path) {
-            format!("`{name}` stands in [{table}]")
+            format!("`{name}` belongs in [{table}]")
         } else if let Some(table) = self.table_at_the_top(name) {
             format!("it is a table of its own: {table}")
         } else {
@@ -216,7 +216,7 @@ impl Walk<'_> {
         let about = description(schema);
         let Some(number) = number.filter(|number: &f64| number.is_finite()) else {
             // NaN and infinity are valid TOML.
-            let message = format!("`{path}` = {text} is not a number one can calculate with");
+            let message = format!("`{path}` = {text} is not a finite number");
             self.add(path, Some(at), message, sentence("write a finite number", about));
             return;
         };

@@ -341,8 +341,8 @@ mod tests {
         }
     }
 
-    /// Where the tool can stand at some lean of up to 35 degrees no place is refused, even right beyond the end
-    /// of what the coarse leans reach, on machines of all kinds in any setup.
+    /// No sample is refused that the tool reaches at some inclination of up to 35 degrees, even right beyond the end
+    /// of the reach of the coarse inclinations, on machines of all kinds in any setup.
     #[test]
     fn no_place_is_refused_that_some_lean_reaches() {
         let cutter = cutter();

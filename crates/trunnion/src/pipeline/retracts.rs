@@ -57,7 +57,7 @@ pub(super) fn line(retract: &RetractSummary) -> String {
     let [x, y, z] = retract.tip;
     let place = if retract.in_cut { "in a pass" } else { "between two motions" };
     format!(
-        "retract {place} at X {x:.3} Y {y:.3} Z {z:.3} of the part, unwind {}, back to the same place: {:.1} s",
+        "retract {place} at X {x:.3} Y {y:.3} Z {z:.3} of the part, unwind {}, back to the same point: {:.1} s",
         retract.why, retract.seconds
     )
 }

@@ -12,7 +12,7 @@ pub(super) fn counted(count: usize, what: &str) -> String {
 pub(super) fn reason(reason: &FallbackReason) -> String {
     match reason {
         FallbackReason::NoStrip(PositioningError::NoStrip { binding, .. }) => {
-            format!("no wide strip fits, held back by {binding}")
+            format!("no wide strip fits, limited by {binding}")
         }
         FallbackReason::NoStrip(error) => error.to_string(),
         FallbackReason::Missed(lines) => {

@@ -52,7 +52,7 @@ pub enum PositioningError {
     /// The contact lies on the part of the underside that does not cut.
     #[error(
         "at (u, v) = ({:.6}, {:.6}) the contact lies {radius:.3} mm from the tool axis, inside the \
-         inner cutting radius of {inner} mm; lean the tool more, or take a cutter that cuts nearer to \
+         inner cutting radius of {inner} mm; incline the tool more, or take a cutter that cuts nearer to \
          its axis",
         .uv.u, .uv.v
     )]
@@ -93,7 +93,7 @@ pub enum PositioningError {
     /// The method's pose cuts too deep.
     #[error(
         "at (u, v) = ({:.6}, {:.6}) the cutter comes {depth:.6} mm too close with {binding}, and this \
-         method has no way around it; {}, or let the end-point method find a pose",
+         method cannot avoid it; {}, or let the end-point method find a pose",
         .uv.u, .uv.v, remedy(*.binding)
     )]
     Gouges {
@@ -160,10 +160,10 @@ pub enum PositioningError {
         /// Clearance that could be proven there \[mm\].
         clearance: f64,
     },
-    /// The machine does not get to the pose.
+    /// The machine does not reach the pose.
     #[error(
-        "at (u, v) = ({:.6}, {:.6}) the machine does not get to where the tool would stand; turn the setup, or lean the \
-         tool otherwise",
+        "at (u, v) = ({:.6}, {:.6}) the machine does not reach the pose of the tool; turn the setup, or incline the tool \
+         otherwise",
         .uv.u, .uv.v
     )]
     OutOfReach {
@@ -173,7 +173,7 @@ pub enum PositioningError {
     /// The tool comes too close to another face of the part.
     #[error(
         "at (u, v) = ({:.6}, {:.6}) the tool goes into face {face}, by {depth:.4} mm or more; use a smaller, slimmer or \
-         longer cutter, or another lean",
+         longer cutter, or another inclination",
         .uv.u, .uv.v
     )]
     Neighbour {
@@ -207,7 +207,7 @@ fn no_strip(Uv { u, v }: Uv, smallest: f64, excess: f64, binding: ActiveConstrai
         "no pose was found to start from".to_owned()
     };
     format!(
-        "{place}: {broken} (on a flat place no strip is narrower than sqrt(8 R e) = {smallest:.3} mm); {}",
+        "{place}: {broken} (on a flat face no strip is narrower than sqrt(8 R e) = {smallest:.3} mm); {}",
         remedy(binding)
     )
 }

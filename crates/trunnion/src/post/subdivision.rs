@@ -221,7 +221,7 @@ impl Subdivider {
     fn compare_rapid(&mut self, geometry: &MoveGeometry<'_>) {
         let [from, to] = &geometry.ends;
         let portion = Portion { shares: [0.0, 1.0], ends: [from, to] };
-        // The samples alone: a rapid move may leave its way by any amount, and is only told.
+        // Rapid moves are sampled, not bounded: they may leave the line by any amount, which is only reported.
         let off = self.deviation(geometry, self.target.control, &portion, None);
         self.note_rapid(off);
     }

@@ -46,7 +46,7 @@ pub enum ToolPathError {
     /// Neighbouring axes are too far apart for a curve between them to be defined.
     #[error(
         "leg {leg}: the tool axis turns {angle:.4} rad from station {station} to the next; \
-         above {limit:.4} rad the way is not defined: insert stations between them"
+         above {limit:.4} rad the turn is not defined: insert stations between them"
     )]
     AxisReversal {
         /// Index of the leg.

@@ -29,7 +29,7 @@ pub enum InterpolationError {
     /// Neighbouring axes are too far apart for a cubic of axis vectors.
     #[error(
         "the tool axis turns {angle:.4} rad from station {station} to the next; \
-         above {limit:.4} rad the way is not defined: insert stations between them"
+         above {limit:.4} rad the turn is not defined: insert stations between them"
     )]
     Turn {
         /// Index of the first of the two stations.

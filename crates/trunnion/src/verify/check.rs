@@ -16,7 +16,7 @@ use crate::verify::report::{Deviation, FaceMap, Finding, Report};
 /// modelled. Rapids are checked for gouges with all axes together and with each axis at its own speed: a control does
 /// one or the other. A point that only a rapid finishes is [`Finding::Rapid`]. Where the program states a direction of the tool and
 /// not the rotaries, they turn as [`Choice`](crate::verify::replay::orient::Choice) states. After a tool change nothing is measured until the
-/// program has stated Z, and X and Y if the tool leans, see [`Changes`](crate::verify::Changes). A broken limit is a finding, not an error.
+/// program has stated Z, and X and Y if the tool is inclined, see [`Changes`](crate::verify::Changes). A broken limit is a finding, not an error.
 ///
 /// # Errors
 ///

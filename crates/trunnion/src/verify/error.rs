@@ -99,8 +99,8 @@ pub enum VerifyError {
     },
     /// A cut from a position that is not known.
     #[error(
-        "line {line}: where X, Y and Z stand after the tool change is the machine's own, and this cut cannot be followed; \
-         put rapid moves before it that name X, Y and Z"
+        "line {line}: after the tool change the position of X, Y and Z is not known, so this cut cannot be followed; put \
+         rapid moves before it that command X, Y and Z"
     )]
     Unfollowed {
         /// Line of the program.

@@ -341,7 +341,7 @@ pub struct UnendedCut {
 impl fmt::Display for UnendedCut {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { count, line } = self;
-        let help = "write a rapid move or a way off along the tool axis behind it";
+        let help = "write a rapid move or a retract along the tool axis after it";
         match count {
             1 => {
                 write!(f, "line {line}: nothing leads the tool off the part after this cut; {help}")
@@ -529,7 +529,7 @@ impl fmt::Display for Finding {
                 write!(
                     f,
                     "as a whole the tool runs {near:.4} to {far:.4} mm too {way} along its axis: no line does by itself; \
-                     look at the tool length and the height of the work offset"
+                     check the tool length and the height of the work offset"
                 )
             }
             Self::Uncut { points, area, point: p } => write!(

@@ -66,7 +66,7 @@ fn signs_in_words_are_those_of_the_frames() {
                 }
                 _ => continue,
             };
-            let expected = format!("the spindle end leans to {}", leans[usize::from(!up)]);
+            let expected = format!("the spindle end tilts to {}", leans[usize::from(!up)]);
             assert!(check.words.contains(&expected), "{name} {}: {}", axis.name, check.words);
         }
     }
@@ -258,7 +258,7 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
         "[0, 0, 1]\nlimits",
         "[1, 1, 0]\nlimits",
         "28:10: linear axes [\"X\", \"Y\", \"Z\"] lie in one plane",
-        "point three ways",
+        "not in one plane",
     ),
     (
         "[-762.0, 0.0]",
@@ -281,7 +281,7 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     (
         "\"X\", \"Y\", \"Z\"",
         "\"X\", \"Z\"",
-        "18:7: axis Y is described but does not stand in the chain",
+        "18:7: axis Y is described but is not in the chain",
         "put \"Y\" into the chain",
     ),
     (
@@ -293,7 +293,7 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     (
         "\"X\", \"Y\", \"Z\"",
         "\"X\", \"Y\", \"Y\"",
-        "6:10: chain [\"w\", \"C\", \"B\", \"b\", \"X\", \"Y\", \"Y\", \"t\"]: \"Y\" stands in it twice",
+        "6:10: chain [\"w\", \"C\", \"B\", \"b\", \"X\", \"Y\", \"Y\", \"t\"]: \"Y\" is in it twice",
         "for example chain",
     ),
     (
@@ -341,7 +341,7 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     (
         "vel    = 150.0",
         "vel    = inf",
-        "50:10: `axis.B.vel` = inf is not a number one can calculate with",
+        "50:10: `axis.B.vel` = inf is not a finite number",
         "finite",
     ),
     (

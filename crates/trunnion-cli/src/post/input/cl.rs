@@ -120,7 +120,7 @@ impl<'a> Locations<'a> {
             (Some(only), _, now) if now != Some(only) => Ok(false),
             // Moves between two uses of the tool are left out: the cut could not continue safely.
             (Some(only), Some(before), _) if before != only && self.feed > 0.0 => {
-                let message = format!("tool {only} comes a second time, after another");
+                let message = format!("tool {only} is called a second time, after another tool");
                 Err(refused(message, "post the part of the file from here on by itself"))
             }
             (None, Some(before), Some(now)) if before != now => {

@@ -255,7 +255,7 @@ mod tests {
             .replace("origin = [-381, -254, -505]", "origin = [0, nan]");
         let expected = [
             "12:10: `setup.origin` needs 3 entries, but has 2",
-            "12:14: `setup.origin.1` = nan is not a number one can calculate with",
+            "12:14: `setup.origin.1` = nan is not a finite number",
             "17:10: `tool.number` must be a whole number, not a text\n  help: write it without quotes: 1",
             "20:1: unknown key `minor_radus` in [tool]\n  help: did you mean `minor_radius`?",
             "26:9: gouge 0.2 mm is above total 0.02 mm\n  help: lower gouge or raise total",

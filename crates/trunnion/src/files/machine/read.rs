@@ -123,7 +123,7 @@ fn sections(doc: &mut Document<'_>) -> Option<Found> {
         (&retract, &chain)
         && !chain.contains(axis)
     {
-        let message = format!("the retracting axis {axis} does not stand in the chain");
+        let message = format!("the retracting axis {axis} is not in the chain");
         doc.fault("retract.axis", message, "name a linear axis of the chain");
     }
     // Without axes there is no machine to judge: everything else has been reported above.
@@ -369,7 +369,7 @@ C = { kind = "rotary", dir = [0, 0, 1], point = [0, 0, 0], cyclic = 360, vel = 1
     #[test]
     fn faults_of_the_whole_machine_have_lines_too() {
         for (line, by, expected) in [
-            ("\"A\", \"b\"", "\"b\"", "10:1: axis A is described but does not stand in the chain"),
+            ("\"A\", \"b\"", "\"b\"", "10:1: axis A is described but is not in the chain"),
             (
                 "dir = [1, 0, 0], point",
                 "dir = [0, 0, 1], point",

@@ -97,7 +97,11 @@ pub fn comparison_picture(traces: &[ErrorTrace], band: ToleranceBand, title: &st
         y: [lower - 0.3 * height, upper + 1.2 * height].map(|e| e * MICRO),
     };
     let mut svg = open([850.0, 410.0], title);
-    panel.frame(&mut svg, band, ["distance across the feed from the place, mm", "error, um"]);
+    panel.frame(
+        &mut svg,
+        band,
+        ["distance across the feed from the surface point, mm", "error, um"],
+    );
     panel.upright(&mut svg, 0.0, "place");
     // The first on top; those below it wider, so that equal ones show at its edges.
     let rows = traces.iter().zip(COLOURS.iter().cycle()).enumerate();

@@ -192,12 +192,12 @@ impl ProgramMoves {
         }
     }
 
-    /// Refuses a cut that leads to the first known position: nobody knows where it begins.
+    /// Refuses a cut that leads to the first known position: its start is not known.
     fn starts_by_rapid(&self, block: &Move) -> Result<(), PostError> {
         let cuts = block.pace != Pace::Rapid && block.words.iter().take(3).any(Option::is_some);
         if self.is_wanted() && !self.is_placed() && cuts {
             let what = "a cut before X, Y and Z are all commanded";
-            let help = "nobody knows where it begins: command X, Y and Z by rapid moves before it";
+            let help = "its start is not known: command X, Y and Z by rapid moves before it";
             return Err(refused(block.line, what, help));
         }
         Ok(())

@@ -26,7 +26,7 @@ pub enum SmoothError {
     /// Neighbouring axes are too far apart for the turn between them to be defined.
     #[error(
         "the tool axis turns {angle:.4} rad from station {station} to the next; above {limit:.4} rad \
-         the way is not defined: insert stations between them"
+         the turn is not defined: insert stations between them"
     )]
     AxisReversal {
         /// Index of the first of the two stations.
