@@ -77,7 +77,7 @@ pub(super) fn warning(retracts: &[RetractSummary]) -> Option<String> {
         count => format!("{count} times"),
     };
     Some(format!(
-        "travel of a rotary axis ends on the path: the tool retracts and unwinds {times} in {seconds:.1} s, \
+        "a rotary axis reaches the end of its travel on the path: the tool retracts and unwinds {times} in {seconds:.1} s, \
          {inside} of them inside a pass{marks}; the first: {}",
         line(first)
     ))

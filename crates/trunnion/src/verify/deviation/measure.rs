@@ -239,7 +239,7 @@ mod tests {
         ClFile { records, ..ClFile::default() }
     }
 
-    /// What is found does not depend on how many moves are looked at together, but for the tolerance of the search.
+    /// The findings do not depend on how many moves are measured together, up to the tolerance of the search.
     #[test]
     fn a_program_in_chunks_leaves_what_it_leaves_as_a_whole() {
         let face = face();

@@ -102,7 +102,7 @@ mod tests {
     }
 
     proptest! {
-        /// What is kept of the box is what lies in the hull of the corners: the farthest corner in any direction is as
+        /// The kept part of the box lies in the hull of the corners: the farthest corner in any direction is as
         /// far as the farthest of many points, and never beyond a plane.
         #[test]
         fn corners_are_the_extremes_of_what_is_kept(

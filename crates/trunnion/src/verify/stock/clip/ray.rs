@@ -352,8 +352,8 @@ mod tests {
     }
 
     proptest! {
-        /// What is laid below a body over a whole piece, from one place or from two, is at no point that it holds above
-        /// how deep that is.
+        /// Planes laid below a body over a whole piece, from one point or from two, bound its distance from below at
+        /// every point that they hold for.
         #[test]
         fn planes_are_below_the_distance(
             body in body(),

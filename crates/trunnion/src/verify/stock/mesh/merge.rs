@@ -268,7 +268,7 @@ mod tests {
         Stock::new(&Solid::Box { low, high }, cell, 10_000_000).unwrap()
     }
 
-    /// What is left behind a bull-nosed or flat cutter from tip to tip.
+    /// Cuts with a bull-nosed or flat cutter from tip to tip, and returns the remaining stock.
     fn cut(mut stock: Stock, minor: f64, axis: [f64; 3], tips: &[[f64; 3]]) -> Stock {
         let (kind, construction) = (
             if minor > 0.0 { CutterKind::Bull } else { CutterKind::Flat },
@@ -307,8 +307,8 @@ mod tests {
         mesh.triangles.iter().map(of).sum()
     }
 
-    /// How many edges are run through more than once the same way, as where two cubes of material touch along
-    /// an edge; nothing if one is not run through as often the other way.
+    /// Counts edges that triangles use more than once in the same direction, as where two cubes of material touch
+    /// along an edge; `None` if one is not used as often in the other direction.
     fn edges(mesh: &Mesh) -> Option<usize> {
         let mut edges = HashMap::new();
         for [a, b, c] in &mesh.triangles {
@@ -320,7 +320,7 @@ mod tests {
         closed.then(|| edges.values().filter(|count| **count > 1).count())
     }
 
-    /// How many times fewer triangles a closed surface of the same volume has.
+    /// Returns the ratio of triangles before and after merging, of a closed surface of the same volume.
     fn fewer(stock: &Stock) -> f64 {
         let (merged, whole) = (stock.mesh(TOLERANCE), whole(stock));
         let [of_merged, of_whole] = [&merged, &whole].map(edges);
