@@ -17,7 +17,7 @@ const BOOL_PARAMETERS: usize = 0;
 /// Functions with more than five parameters besides `self`.
 const LONG_PARAMETERS: usize = 0;
 /// Percent of type names that are one word.
-const ONE_WORD_TYPES: usize = 17;
+const ONE_WORD_TYPES: usize = 10;
 
 /// Words that documentation must not begin with: it states a subject or an action.
 const QUESTION_WORDS: &[&str] = &["What", "How", "Whether", "Where", "Which", "Why", "When", "Who"];
