@@ -7,7 +7,7 @@ use std::fs::{self, File};
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use trunnion::nc::read::{
-    Dialect, IniFile, ReadOptions, SubprogramFile, ini_file, subprogram_calls, tool_rows,
+    CodeRemap, Dialect, IniFile, ReadOptions, SubprogramFile, ini_file, subprogram_calls, tool_rows,
 };
 
 /// Files of the control.
@@ -41,7 +41,8 @@ impl ProgramFileArgs {
         let more: Vec<_> = ini.parameters.into_iter().filter(|(name, _)| !given(name)).collect();
         options.parameters.extend(more);
         if options.dialect == Dialect::LinuxCnc {
-            options.subprograms = self.subprograms(program, &ini.folders)?;
+            options.remaps = ini.remaps;
+            options.subprograms = self.subprograms(program, &ini.folders, &options.remaps)?;
         }
         let beside = self.ini.as_deref().and_then(Path::parent);
         let of_ini = ini.tool_table.zip(beside).map(|(name, folder)| folder.join(name));
@@ -59,6 +60,7 @@ impl ProgramFileArgs {
         &self,
         program: &Path,
         of_ini: &[String],
+        remaps: &[CodeRemap],
     ) -> Result<Vec<SubprogramFile>, Failure> {
         let mut folders: Vec<PathBuf> =
             program.parent().map(Path::to_path_buf).into_iter().collect();
@@ -74,6 +76,8 @@ impl ProgramFileArgs {
         // Bytes that are no text end the search; the reader reports them.
         let mut names: Vec<String> =
             subprogram_calls(lines.lines().map_while(Result::ok)).into_iter().collect();
+        let remapped = remaps.iter().filter_map(|remap| remap.subprogram.as_ref());
+        names.extend(remapped.map(|name| name.to_ascii_lowercase()));
         let mut files: BTreeMap<String, SubprogramFile> = BTreeMap::new();
         while let Some(name) = names.pop() {
             // The control asks its file system for a name in lower case.

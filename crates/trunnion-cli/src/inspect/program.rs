@@ -1,6 +1,7 @@
 //! Summary of an NC program.
 
 use crate::form::OutputForm;
+use crate::option_values::three;
 use crate::outcome::{Done, Failure};
 use crate::path::lines::{self, Lines};
 use crate::program_files::ProgramFileArgs;
@@ -35,6 +36,10 @@ pub(super) struct ProgramArgs {
     /// Run the lines that begin with / (true), or skip them (false).
     #[arg(long, value_name = "RUN")]
     block_delete: Option<bool>,
+    /// Positions of X, Y, Z before the program, mm, of a control as it is switched on: rotaries, work offsets and the places of
+    /// G28 and G30 are zero, no tool is in the spindle. Without it, nothing of that is known.
+    #[arg(long, value_name = "X,Y,Z", value_parser = three, allow_negative_numbers = true)]
+    start: Option<[f64; 3]>,
     #[command(flatten)]
     files: ProgramFileArgs,
 }
@@ -158,6 +163,7 @@ fn read(path: &Path, args: &ProgramArgs) -> Result<ProgramSummary, Failure> {
         parameters: args.parameters.clone(),
         // Retracts to the end of travel count with other axis positions: their lengths stay out.
         retract_height: Some(0.0),
+        start: args.start.map(|[x, y, z]| [x, y, z, 0.0, 0.0]),
         ..ReadOptions::new(dialect, axes, MOST_FAULTS)
     };
     args.files.fill(&mut options, path)?;
@@ -165,6 +171,9 @@ fn read(path: &Path, args: &ProgramArgs) -> Result<ProgramSummary, Failure> {
     // Read three times, line by line: memory does not grow with the program.
     let mut steps = read::steps(&mut source, &options);
     let mut tally = Tally::new(axes.0.map(|word| word.rotary));
+    if let Some(start) = options.start {
+        tally = tally.starting_at(start);
+    }
     let mut tools: Vec<(u32, Tally)> = Vec::new();
     for step in &mut steps {
         let step = step.map_err(|faults| Failure::program_faults(path, &faults))?;

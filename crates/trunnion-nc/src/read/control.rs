@@ -171,6 +171,17 @@ pub(super) struct ControlState {
     pub(super) ended: bool,
 }
 
+/// Returns the axis positions before the first block, as far as they are known.
+fn start_of(options: &ReadOptions) -> [Option<f64>; SLOTS] {
+    let mut start = [None; SLOTS];
+    if let Some(given) = options.start {
+        // A sixth axis has no position of its own here, and stands at zero as well.
+        start = [Some(0.0); SLOTS];
+        start.iter_mut().zip(given).for_each(|(to, from)| *to = Some(from));
+    }
+    start
+}
+
 const NONE: u8 = u8::MAX;
 
 /// Work offsets that a program can write: `G54` to `G59.3`.
@@ -224,22 +235,29 @@ impl ControlState {
         // A machine whose linear axes have other letters has them in the order X Y Z.
         let [x, y, z] = [('X', 0), ('Y', 1), ('Z', 2)];
         let xyz = [x, y, z].map(|(letter, usual)| axes.index_of(letter).unwrap_or(usual));
+        let start = start_of(options);
+        let mut tool_table = ToolTable::new(&options.tools);
+        let mut written_offsets = WrittenOffsets::default();
+        if options.start.is_some() {
+            written_offsets.origins = [[Some(0.0); SLOTS]; OFFSETS];
+            tool_table.empty_spindle();
+        }
         Self {
             axes,
             sixth_allowed: options.sixth,
             sixth: None,
             slots,
             xyz,
-            place: [None; SLOTS],
-            machine: [None; SLOTS],
+            place: start,
+            machine: start,
             word_map: None,
             local: [0.0; SLOTS],
             set_by_92: [0.0; SLOTS],
             tool_shift: [0.0; SLOTS],
             restated: 0,
             beside: [None; SLOTS],
-            tool_table: ToolTable::new(&options.tools),
-            written_offsets: WrittenOffsets::default(),
+            tool_table,
+            written_offsets,
             offset: 0,
             length: false,
             tcp: false,

@@ -5,6 +5,13 @@ use super::control::{
 };
 use super::log::ReadRemark;
 use super::step::{Arc, Frame, Move, Pace, Step, Turning, Way};
+
+/// Distance of chords from an arc that is divided \[mm\]: that of splines.
+const CHORD: f64 = 5e-4;
+
+/// Most chords of an arc; more are a slip.
+const MOST_CHORDS: u32 = 100_000;
+
 impl ControlState {
     /// Returns the pace of a feed move; `feed` is the F word of its own block.
     pub(super) fn pace(&self, target: &MoveTarget, feed: Option<f64>) -> Result<Pace, ReadRemark> {
@@ -74,6 +81,11 @@ impl ControlState {
     ) -> Result<(), ReadRemark> {
         let mut way = way;
         self.state_again(&mut target)?;
+        if let Way::Arc(arc) = way
+            && self.turns_upright(&target, &arc)
+        {
+            return self.go_in_chords(line, &target, pace, &arc);
+        }
         // Checks come before the positions are changed.
         if let Some(tilted) = &self.tilted {
             self.check_tilted(*tilted, &target)?;
@@ -151,6 +163,15 @@ impl ControlState {
         Some(machine? - self.written_offsets.origin(self.offset, slot)?)
     }
 
+    /// Returns the axis position at a position of the work offset, if the program states what lies between.
+    fn machine_at(&self, slot: usize, place: Option<f64>) -> Option<f64> {
+        let [.., z] = self.xyz;
+        if self.tcp || self.length && slot == z {
+            return None;
+        }
+        Some(place? + self.written_offsets.origin(self.offset, slot)?)
+    }
+
     /// Takes the words of a work offset: shifts them, and makes them all absolute unless all are
     /// distances.
     #[inline]
@@ -182,8 +203,9 @@ impl ControlState {
                 *place = end;
             }
             // The axis position that belongs to a word depends on the work offset.
+            let position = self.machine_at(slot, end);
             if let Some(machine) = self.machine.get_mut(slot) {
-                *machine = None;
+                *machine = position;
             }
             if let (false, Some(word)) = (all, target.words.get_mut(slot)) {
                 *word = end;
@@ -207,18 +229,70 @@ impl ControlState {
                 word => word.unwrap_or(0.0),
             };
             if target.machine {
-                let message = "G53 as the first move behind cutter compensation";
-                return Err(ReadRemark::new(
-                    target.at,
-                    message,
-                    "move away from the contour before it",
-                ));
+                // The words of G53 are positions of axes: so is the one that is added.
+                let Some(position) = self.machine_at(slot, self.stands(slot)) else {
+                    let message = "G53 as the first move behind cutter compensation";
+                    let help = "move away from the contour before it";
+                    return Err(ReadRemark::new(target.at, message, help));
+                };
+                target.set(slot, position, DistanceMode::Absolute);
+                continue;
             }
             if let Some(reading) = self.reading(slot) {
                 target.set(slot, reading + word, DistanceMode::Absolute);
             }
         }
         self.restated = 0;
+        Ok(())
+    }
+
+    /// Returns true for an arc of `G18` or `G19` whose plane is upright but, in a turned work offset, no longer along X or Y.
+    fn turns_upright(&self, target: &MoveTarget, arc: &Arc) -> bool {
+        let [x, y, _] = self.xyz;
+        self.turn().abs() > 0.0 && !target.machine && arc.plane != [x, y]
+    }
+
+    /// Runs an arc as chords near it.
+    fn go_in_chords(
+        &mut self,
+        line: u32,
+        target: &MoveTarget,
+        pace: Pace,
+        arc: &Arc,
+    ) -> Result<(), ReadRemark> {
+        let parts = arc.parts(CHORD);
+        if parts > MOST_CHORDS {
+            let message =
+                format!("an arc of more than {MOST_CHORDS} chords in a turned work offset");
+            return Err(ReadRemark::new(target.at, message, "turn the offset back (R0)"));
+        }
+        let pace = match pace {
+            // The time of the block is that of the whole arc.
+            Pace::Inverse { seconds } => Pace::Inverse { seconds: seconds / f64::from(parts) },
+            pace => pace,
+        };
+        let start = self.readings();
+        for part in 1..=parts {
+            let share = f64::from(part) / f64::from(parts);
+            let mut step = MoveTarget::new(target.at, target.column);
+            for (slot, from) in start.iter().enumerate() {
+                match (arc.plane.iter().position(|axis| *axis == slot), target.get(slot), from) {
+                    (Some(axis), _, Some(from)) => {
+                        step.set(slot, from + arc.at(share)[axis], DistanceMode::Absolute);
+                    }
+                    (_, Some(word), _) if target.is_incremental(slot) => {
+                        step.set(slot, word / f64::from(parts), DistanceMode::Incremental);
+                    }
+                    (_, Some(word), Some(from)) => {
+                        step.set(slot, from + share * (word - from), DistanceMode::Absolute);
+                    }
+                    // An axis whose position is not stated reaches its word with the first chord.
+                    (_, Some(word), None) => step.set(slot, word, DistanceMode::Absolute),
+                    _ => {}
+                }
+            }
+            self.go(line, step, pace, Way::Line)?;
+        }
         Ok(())
     }
 
@@ -230,11 +304,6 @@ impl ControlState {
         }
         match way {
             Way::Line => Ok(way),
-            // The plane of such an arc is upright but no longer along X or Y.
-            Way::Arc(arc) if arc.plane != [x, y] => {
-                let message = "an arc in G18 or G19 in a turned work offset (G10 R)";
-                Err(ReadRemark::new(target.at, message, "turn it back (R0), or write lines"))
-            }
             Way::Arc(arc) => Ok(Way::Arc(Arc { center: rotate(arc.center, self.turn()), ..arc })),
         }
     }

@@ -1,5 +1,7 @@
 //! Configuration of a `LinuxCNC` machine: values that programs can read, and the files beside it.
 
+use super::options::CodeRemap;
+
 /// Values of a configuration, as far as programs depend on them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct IniFile {
@@ -11,6 +13,8 @@ pub struct IniFile {
     pub tool_table: Option<String>,
     /// Folders of subprograms: `[DISPLAY] PROGRAM_PREFIX`, `[RS274NGC] SUBROUTINE_PATH`.
     pub folders: Vec<String>,
+    /// Codes with another meaning: `[RS274NGC] REMAP`.
+    pub remaps: Vec<CodeRemap>,
 }
 
 /// Reads the configuration of a `LinuxCNC` machine; what is no number stays out of the parameters.
@@ -56,9 +60,30 @@ pub fn ini_file(text: &str) -> IniFile {
             ini.folders.extend(
                 value.split(':').map(str::trim).filter(|of| !of.is_empty()).map(str::to_owned),
             );
+        } else if is("RS274NGC", "REMAP") {
+            ini.remaps.extend(remap_of(value));
         }
     }
     ini
+}
+
+/// Reads `M400 modalgroup=10 argspec=PQ ngc=name`.
+fn remap_of(value: &str) -> Option<CodeRemap> {
+    let mut fields = value.split_whitespace();
+    let code = fields.next()?.to_ascii_uppercase();
+    let mut remap = CodeRemap { code, words: String::new(), subprogram: None };
+    let mut python = false;
+    for field in fields.filter_map(|field| field.split_once('=')) {
+        match field {
+            ("ngc", name) => remap.subprogram = Some(name.to_owned()),
+            ("argspec", words) => words.clone_into(&mut remap.words),
+            ("py" | "python" | "prolog" | "epilog", _) => python = true,
+            _ => {}
+        }
+    }
+    // Python around a subprogram may move axes and change its parameters.
+    remap.subprogram = remap.subprogram.filter(|_| !python);
+    Some(remap)
 }
 
 /// Returns the millimetres of a unit, which is a name or the number of units in a millimetre.

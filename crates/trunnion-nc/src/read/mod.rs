@@ -60,7 +60,7 @@ pub use cl::{
 pub use dialect::Dialect;
 pub use gcode::subprogram_calls;
 pub use ini::{IniFile, ini_file};
-pub use options::{ReadOptions, SubprogramFile, ToolRow};
+pub use options::{CodeRemap, ReadOptions, SubprogramFile, ToolRow};
 pub use remedy::ReadRemedy;
 pub use source::{ClSource, ClText, ProgramSource, ProgramText};
 pub use step::{

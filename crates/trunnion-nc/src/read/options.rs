@@ -28,10 +28,27 @@ pub struct ReadOptions {
     /// Codes that move nothing and change no meaning, by the user's word: `M400`, `CYCLE999`, `CYCL DEF 239`. One that begins
     /// a line is kept with the rest of it, another by itself.
     pub passive: Vec<String>,
+    /// Axis positions before the first block \[mm, rad\], of a control as it is switched on: work offsets, shifts and the
+    /// places of `G28` and `G30` are zero, and no tool is in the spindle. `None`: all that is not known.
+    pub start: Option<[f64; AXES]>,
     /// Tool table of the control, for cutter compensation and tool offsets that a program writes.
     pub tools: Vec<ToolRow>,
     /// Files of subprograms that the program calls and does not contain.
     pub subprograms: Vec<SubprogramFile>,
+    /// Codes that the configuration of the control gives another meaning.
+    pub remaps: Vec<CodeRemap>,
+}
+
+/// A code that stands for a subprogram: `REMAP` in the configuration of `LinuxCNC`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CodeRemap {
+    /// The code: `M400`, `G88.1`.
+    pub code: String,
+    /// Words that it takes (`argspec`): upper case it needs, lower case it may have; behind `@` they become `#1`, `#2` and so
+    /// on, otherwise `#<p>`, `#<q>`.
+    pub words: String,
+    /// Name of the subprogram; `None`: it is Python, which is not run.
+    pub subprogram: Option<String>,
 }
 
 /// A file with a subprogram.
@@ -71,8 +88,10 @@ impl ReadOptions {
             reference: [0.0; AXES],
             retract_height: None,
             passive: Vec::new(),
+            start: None,
             tools: Vec::new(),
             subprograms: Vec::new(),
+            remaps: Vec::new(),
         }
     }
 }

@@ -46,6 +46,16 @@ impl Tally {
         }
     }
 
+    /// Takes the words to be at these before the first step \[mm, rad\].
+    #[must_use]
+    pub fn starting_at(mut self, words: [f64; AXES]) -> Self {
+        for (place, word) in self.place.iter_mut().zip(words) {
+            *place = Some(word);
+        }
+        self.of = (Some(0), 0);
+        self
+    }
+
     /// Counts a step.
     pub fn push(&mut self, step: &Step) {
         match step {

@@ -104,6 +104,12 @@ pub(super) struct KnownTool {
 }
 
 impl ToolTable {
+    /// Enters the row of an empty spindle, unless the table has a tool 0.
+    pub(super) fn empty_spindle(&mut self) {
+        let none = KnownTool { length: 0.0, offset: [0.0; 3], diameter: 0.0, corner: 0 };
+        self.rows.entry(0).or_insert(none);
+    }
+
     pub(super) fn new(rows: &[ToolRow]) -> Self {
         let known = |row: &ToolRow| {
             let ToolRow { number, offset, diameter, corner } = *row;

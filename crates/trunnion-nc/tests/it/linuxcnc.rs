@@ -8,8 +8,8 @@ use readings::options;
 use std::fs;
 use std::path::{Path, PathBuf};
 use trunnion_nc::read::{
-    Dialect, Frame, Move, Offset, OffsetKind, Pace, ReadOptions, ReadRemedy, Step, SubprogramFile,
-    ToolRow, Way, read, tool_rows,
+    CodeRemap, Dialect, Frame, Move, Offset, OffsetKind, Pace, ReadOptions, ReadRemedy, Step,
+    SubprogramFile, ToolRow, Way, ini_file, read, tool_rows,
 };
 
 /// Digits of the interpreter's answers: four behind the point of inches.
@@ -206,4 +206,108 @@ fn compensation_asks_for_the_radius_and_for_room() {
         let fault = refused(&format!("T1 M6\nG0 X0 Y0 Z0\n{lines}\nM2\n"), &linuxcnc());
         assert!(fault.message.contains(part), "{lines}: {fault}");
     }
+}
+
+/// Axis positions at the end of a program that begins at zero, and the length of its cuts.
+fn run_from_zero(text: &str, options: ReadOptions) -> ([f64; 5], f64) {
+    let options = ReadOptions { start: Some([0.0; 5]), ..options };
+    let program = read(text, &options).unwrap_or_else(|faults| panic!("{text}: {}", faults[0]));
+    let mut machine = PlainMachine::default();
+    let mut cut = 0.0;
+    for step in &program.steps {
+        let before = machine.at;
+        machine.take(step);
+        if matches!(step, Step::Move(step) if step.pace != Pace::Rapid) {
+            cut += (0..3).map(|slot| (machine.at[slot] - before[slot]).powi(2)).sum::<f64>().sqrt();
+        }
+    }
+    (machine.at, cut)
+}
+
+fn near(found: &[f64], expected: &[f64]) {
+    let off = found.iter().zip(expected).map(|(found, expected)| (found - expected).abs());
+    assert!(off.fold(0.0, f64::max) < 1e-9, "{found:?} is not {expected:?}");
+}
+
+#[test]
+fn a_control_that_was_switched_on_stands_at_its_start() {
+    let plain = || options(Dialect::LinuxCnc, "XYZAC");
+    // Each is refused where nothing is known of the start.
+    let cases = [
+        ("G92 X1 Y2\nG92.2\nG0 X3 Y4\nM2\n", [3.0, 4.0, 0.0]),
+        ("G10 L2 P2 X5\nG55\nG0 Y7\nG28.1\nG0 X9\nG28\nM2\n", [0.0, 7.0, 0.0]),
+        ("G30\nM2\n", [0.0, 0.0, 0.0]),
+        ("G18 S800 M3\nG0 X5 Z5\nG76 P1 Z-10 I-1 J0.2 K0.6\nG0 X8\nM2\n", [8.0, 0.0, -10.0]),
+        ("G0 Y5\nG41 D0 G1 X5 F100\nX9\nG40 X10\nM2\n", [10.0, 5.0, 0.0]),
+    ];
+    for (text, expected) in cases {
+        let (at, _) = run_from_zero(text, plain());
+        near(&at[..3], &expected);
+        assert!(
+            text.contains("G92.2") || read(text, &plain()).is_err() || text.contains("G28"),
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn g53_behind_compensation_leads_to_where_the_control_takes_the_axes_to_be() {
+    // The cutter ends 1.5 mm beside X20 Y0; the control takes it to be there.
+    let text = "T1 M6\nG10 L2 P1 X100 Y200 Z300\nG0 X-10 Y0 Z0\nG41 G1 X0 F100\nX20\nG40\nG53 G0 Z50\nM2\n";
+    let (at, _) = run_from_zero(text, linuxcnc());
+    near(&at[..3], &[120.0, 200.0, 50.0]);
+    let unknown = read(&text.replace("G10 L2 P1 X100 Y200 Z300\n", ""), &linuxcnc()).unwrap_err();
+    assert!(unknown[0].message.contains("G53 as the first move"), "{}", unknown[0]);
+}
+
+#[test]
+fn upright_arcs_run_in_a_turned_work_offset() {
+    // A half circle of radius 10 in the plane of Z and X, which the offset turns by 30 degrees.
+    let text = "G10 L2 P1 X0 Y0 R30\nG18 G0 X0 Y0 Z0\nG2 X20 Z0 I10 K0 F100\nM2\n";
+    let (at, cut) = run_from_zero(text, options(Dialect::LinuxCnc, "XYZAC"));
+    let (sin, cos) = 30_f64.to_radians().sin_cos();
+    near(&at[..3], &[20.0 * cos, 20.0 * sin, 0.0]);
+    let arc = 10.0 * std::f64::consts::PI;
+    assert!(cut < arc && arc - cut < 0.01, "{cut}");
+}
+
+#[test]
+fn g10_l11_along_z_needs_no_unturned_offsets() {
+    // At Z-30 the fixture, whose zero is at Z-27, reads -3: that is the length of the tool.
+    let text = "G10 L2 P1 X1 Y2 Z-5 R10\nG10 L2 P9 X25 Y26 Z-27 R0\nG53 G0 Z-30\nG10 L11 P1 Z0\nT1 M6\nG43\nG0 Z0\nM2\n";
+    let options = ReadOptions { tools: vec![tools()[0]], ..options(Dialect::LinuxCnc, "XYZAC") };
+    let (at, _) = run_from_zero(text, options);
+    near(&at[..3], &[0.0, 0.0, -8.0]);
+}
+
+#[test]
+fn remapped_codes_run_their_subprograms() {
+    let ini = ini_file(
+        "[RS274NGC]\nREMAP = M400 modalgroup=10 argspec=Pq ngc=feed_by\nREMAP=G88.1 modalgroup=1 argspec=@XYp ngc=hole\n\
+         REMAP=M401 modalgroup=10 py=something\n",
+    );
+    assert_eq!(ini.remaps.len(), 3);
+    let file =
+        |name: &str, text: &str| SubprogramFile { name: name.to_owned(), text: text.to_owned() };
+    let subprograms = vec![
+        file("feed_by", "o<feed_by> sub\nG91 G1 X#<p> F60\nG90\no<feed_by> endsub\nM2\n"),
+        file("hole", "o<hole> sub\nG0 X#1 Y[#2 + #3]\no<hole> endsub\nM2\n"),
+    ];
+    let with =
+        ReadOptions { subprograms, remaps: ini.remaps, ..options(Dialect::LinuxCnc, "XYZAC") };
+    let (at, cut) = run_from_zero("G0 X1\nM400 P4\nG88.1 X8 Y2 P3\nM400 P2 M30\n", with.clone());
+    near(&at[..3], &[10.0, 5.0, 0.0]);
+    near(&[cut], &[6.0]);
+    let refusals = [
+        ("M400 Q1\nM2\n", "M400 without P"),
+        ("M401\nM2\n", "remapped to Python"),
+        ("M400 P1 G0 X1\nM2\n", "beside another code"),
+    ];
+    for (text, part) in refusals {
+        let faults = read(text, &with).unwrap_err();
+        assert!(faults[0].message.contains(part), "{}", faults[0]);
+        assert!(!faults[0].help.is_empty() && faults[0].line == 1, "{}", faults[0]);
+    }
+    let none = ReadOptions { remaps: Vec::<CodeRemap>::new(), ..with };
+    assert!(read("M400 P4\nM2\n", &none).is_err());
 }

@@ -3,6 +3,7 @@
 use super::block::{BlockWord, CodeWord, GcodeBlock};
 use super::modal::{BlockActions, GcodeMotion, group};
 use super::reader::GcodeReader;
+use super::remap::RemappedCode;
 use super::tool_offsets::{ToolOffset, shift_tool};
 use super::words::{keep_with, natural, not_understood};
 use crate::read::arc::ArcSense;
@@ -37,6 +38,9 @@ impl GcodeReader {
             let Some(&code) = block.codes.get(at) else { break };
             if let Some(compensation) = &self.modal.compensation {
                 self.check_compensated(compensation, code, text)?;
+            }
+            if let Some(remap) = self.remap_of(code) {
+                return self.remapped(state, block, &RemappedCode { text, code, remap });
             }
             let group = if code.letter == b'G' {
                 self.g_code(state, block, text, code, now)?

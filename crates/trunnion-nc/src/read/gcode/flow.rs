@@ -106,8 +106,13 @@ pub(super) struct SubCall {
     pub(super) label: Box<str>,
     /// Parameters of its own begin with these; `None`: it has those of its caller.
     pub(super) arguments: Option<Vec<f64>>,
+    /// Local names that begin with a value.
+    pub(super) names: Vec<NamedArgument>,
     pub(super) times: u32,
 }
+
+/// A local name and its value.
+pub(super) type NamedArgument = (Box<str>, f64);
 
 impl SubCall {
     /// Returns the key under which the lines of the subprogram are kept.
@@ -144,8 +149,8 @@ pub(super) enum LineCollection {
 
 /// Outcome of a call.
 pub(super) enum CallOutcome {
-    /// It runs now, with these arguments if it has its own parameters.
-    Runs(Option<Vec<f64>>),
+    /// It runs now, with these arguments and names if it has its own parameters.
+    Runs(Option<Vec<f64>>, Vec<NamedArgument>),
     /// The file has to be read on to find it.
     Later,
 }
@@ -249,7 +254,7 @@ impl GcodeFlow {
         // Line 0 is the one with the label.
         let file = file.map(|name| FrameFile { name, line });
         self.frames.push(CallFrame { lines, next: 1, loops: Vec::new(), of, file });
-        CallOutcome::Runs(call.arguments)
+        CallOutcome::Runs(call.arguments, call.names)
     }
 
     /// Checks a line ahead for the beginning or end of the subprogram that is wanted.

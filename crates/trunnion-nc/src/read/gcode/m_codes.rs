@@ -95,6 +95,11 @@ impl GcodeReader {
         let what = text.get(code.at..code.end).unwrap_or_default();
         let linuxcnc = self.dialect == Dialect::LinuxCnc;
         match code.tenths {
+            // M50 to M53 of LinuxCNC: P switches the override on or off.
+            500 | 510 | 520 | 530 if linuxcnc => {
+                keep_with(state, block, text, code, "P");
+                return Ok(group::NONE);
+            }
             // Coolant, override switches and the like.
             70 | 80 | 90 | 480 | 490 | 500 | 510 | 520 | 530 => {}
             // Rigid tapping, chip conveyor, coolant and clamps as posts of these controls write them.

@@ -27,6 +27,7 @@ mod parameters;
 mod polar;
 mod predefined;
 mod reader;
+mod remap;
 mod saved;
 mod saved_state;
 mod spline;

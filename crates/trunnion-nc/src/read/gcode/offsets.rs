@@ -46,6 +46,11 @@ impl GcodeReader {
                 OffsetKind::Origin
             }
             Some(20) => OffsetKind::Reading,
+            // L0 reads the tool table again, which is as it was.
+            Some(0) if self.dialect == Dialect::LinuxCnc => {
+                state.control.keep(state.log.line, "G10 L0");
+                return Ok(());
+            }
             Some(table @ (1 | 10 | 11)) if self.dialect == Dialect::LinuxCnc => {
                 return self.write_tool(state, block, text, &TableCode { table, at });
             }

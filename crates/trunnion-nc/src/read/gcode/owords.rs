@@ -259,7 +259,8 @@ impl GcodeReader {
             Some(at) => computed_label(ExpressionScan::new(text, at), &env)?,
             None => word.label.clone(),
         };
-        let call = SubCall { kind: SubKind::Named, label, arguments: Some(arguments), times: 1 };
+        let (kind, arguments, names) = (SubKind::Named, Some(arguments), Vec::new());
+        let call = SubCall { kind, label, arguments, names, times: 1 };
         let line = FileLine { number: state.log.line, text };
         self.run_sub(call, CallSite { line, at: word.at })
     }
@@ -273,8 +274,11 @@ impl GcodeReader {
 
     /// Gives a call its parameters.
     pub(super) fn called(&mut self, called: CallOutcome) {
-        if let CallOutcome::Runs(Some(arguments)) = called {
+        if let CallOutcome::Runs(Some(arguments), names) = called {
             self.parameters.enter(ParameterScope::of_call(&arguments));
+            for (name, value) in names {
+                self.parameters.set(ParameterKey::Name(name), value);
+            }
         }
     }
 

@@ -15,9 +15,10 @@ use super::{label, parameters};
 use crate::read::control::{ControlState, DistanceMode, SLOTS};
 use crate::read::dialect::Dialect;
 use crate::read::log::{FileLine, LineTail, ReadRemark};
-use crate::read::options::ReadOptions;
+use crate::read::options::{CodeRemap, ReadOptions};
 use crate::read::remedy::undecided_block;
 use crate::read::state::ReaderState;
+use std::sync::Arc;
 
 /// Reader of G-code.
 #[derive(Debug)]
@@ -32,6 +33,8 @@ pub(in crate::read) struct GcodeReader {
     pub(super) block: Option<Box<GcodeBlock>>,
     pub(super) parameters: Parameters,
     pub(super) flow: GcodeFlow,
+    /// Codes that stand for subprograms.
+    pub(super) remaps: Arc<[CodeRemap]>,
     pub(super) macros: MacroFlow,
     /// A line with words was run.
     pub(super) ran: bool,
@@ -47,6 +50,8 @@ impl GcodeReader {
         for (to, from) in first.iter_mut().zip(options.reference) {
             *to = Some(from);
         }
+        // A control that is switched on has zeros there, unless it has kept others.
+        let second = options.start.map_or([None; SLOTS], |_| [Some(0.0); SLOTS]);
         let modal = ModalState {
             motion: None,
             before_cycle: None,
@@ -69,7 +74,7 @@ impl GcodeReader {
             each: None,
             polar: None,
             mirror: [None; 3],
-            references: [first, [None; SLOTS]],
+            references: [first, second],
         };
         Self {
             dialect: options.dialect,
@@ -80,6 +85,7 @@ impl GcodeReader {
             block: Some(Box::new(GcodeBlock::new())),
             parameters: Parameters::new(options),
             flow: GcodeFlow::new(options),
+            remaps: options.remaps.clone().into(),
             macros: MacroFlow::new(options.most_repeated),
             ran: false,
             lines: 0,
@@ -387,6 +393,7 @@ impl GcodeReader {
                 kind: if now.calls_locally { SubKind::Local } else { SubKind::Numbered },
                 label: label.clone(),
                 arguments: now.arguments.clone(),
+                names: Vec::new(),
                 times: *times,
             };
             let line = FileLine { number: state.log.line, text };

@@ -68,11 +68,12 @@ fn measured(
     let mut values = [None; 3];
     for (index, slot) in control.xyz.into_iter().enumerate() {
         let Some(value) = target.get(slot) else { continue };
-        // L10: in the active work offset with its shifts; L11: in that of the fixture.
-        let reads = if code.table == 10 && control.turn().abs() <= 0.0 {
+        // L10: in the active work offset with its shifts; L11: in that of the fixture. A turned offset mixes X and Y only.
+        let turned = |angle: f64| angle.abs() > 0.0 && control.turned_axis(slot).is_some();
+        let fixture_turn = control.written_offsets.turn(FIXTURE);
+        let reads = if code.table == 10 && !turned(control.turn()) {
             control.reading(slot)
-        } else if control.turn().abs() <= 0.0 && control.written_offsets.turn(FIXTURE).abs() <= 0.0
-        {
+        } else if code.table == 11 && !turned(control.turn()) && !turned(fixture_turn) {
             let of = |offset| control.written_offsets.origin(offset, slot);
             let between = of(control.offset).zip(of(FIXTURE)).map(|(from, to)| from - to);
             let stands = control.stands(slot).map(|stands| stands - control.tool_offset(slot));
