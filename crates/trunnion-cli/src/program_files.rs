@@ -17,7 +17,8 @@ pub(crate) struct ProgramFileArgs {
     /// program writes (G10 L1).
     #[arg(long, value_name = "TBL")]
     tool_table: Option<PathBuf>,
-    /// Configuration of the control (.ini): its values (`#<_ini[section]name>`), unit and tool table.
+    /// Configuration of the control (.ini): its values (`#<_ini[section]name>`), unit, tool table, and the codes that it
+    /// remaps to subprograms.
     #[arg(long, value_name = "INI")]
     ini: Option<PathBuf>,
     /// Folder with files of subprograms, searched behind that of the program and those of --ini. May be repeated.

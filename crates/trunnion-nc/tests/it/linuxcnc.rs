@@ -144,7 +144,8 @@ fn every_program_moves_as_the_interpreter_moves_it() {
 fn the_table_of_the_book_is_true() {
     let rows = readings::rows_of_the_book("linuxcnc.md");
     assert!(rows.len() > 45, "{} rows", rows.len());
-    let before = "G21 G90 G17 F100 S500 M3\nT1 M6\nG0 X10 Y10 Z10\n";
+    // M6 stops the spindle.
+    let before = "T1 M6\nG21 G90 G17 F100 S500 M3\nG0 X10 Y10 Z10\n";
     let program = readings::ExampleProgram { before, behind: "\nM2\n", options: linuxcnc() };
     for row in rows {
         program.holds(&row);
@@ -211,7 +212,7 @@ fn compensation_asks_for_the_radius_and_for_room() {
 /// Axis positions at the end of a program that begins at zero, and the length of its cuts.
 fn run_from_zero(text: &str, options: ReadOptions) -> ([f64; 5], f64) {
     let options = ReadOptions { start: Some([0.0; 5]), ..options };
-    let program = read(text, &options).unwrap_or_else(|faults| panic!("{text}: {}", faults[0]));
+    let program = read(text, &options).unwrap();
     let mut machine = PlainMachine::default();
     let mut cut = 0.0;
     for step in &program.steps {
@@ -310,4 +311,20 @@ fn remapped_codes_run_their_subprograms() {
     }
     let none = ReadOptions { remaps: Vec::<CodeRemap>::new(), ..with };
     assert!(read("M400 P4\nM2\n", &none).is_err());
+}
+
+#[test]
+fn what_the_interpreter_does_not_run_is_refused() {
+    let cases = [
+        ("G0 X1\n(abort, no tool)\nX2\nM2\n", 2, "the program aborts here"),
+        ("#<_ini[a]b> = 3\nG0 X1\nM2\n", 1, "cannot be set"),
+    ];
+    for (text, line, part) in cases {
+        let faults = read(text, &linuxcnc()).unwrap_err();
+        assert!(faults[0].line == line && faults[0].message.contains(part), "{}", faults[0]);
+        assert!(!faults[0].help.is_empty(), "{}", faults[0]);
+    }
+    // A comment that is not reached aborts nothing.
+    let passed = "o1 if [0]\n(ABORT, never)\no1 endif\nG0 X1\nM2\n";
+    assert!(read(passed, &linuxcnc()).is_ok());
 }

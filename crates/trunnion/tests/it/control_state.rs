@@ -104,6 +104,8 @@ fn every_planted_state_is_the_only_finding() {
         ("S8000 M3\n", "", FindingKind::SpindleStopped, cut_behind(second) - 1),
         // It is stopped, or never was on.
         ("S5000 M3\n", "M5\n", FindingKind::SpindleStopped, cut_behind(4)),
+        // M6 stops it, even for the tool that is in it.
+        ("S5000 M3\n", "S5000 M3\nM6\n", FindingKind::SpindleStopped, cut_behind(4) + 1),
         ("S5000 M3\n", "S5000 M4\n", FindingKind::SpindleReversed, cut_behind(4)),
         // The length of the other tool.
         ("G43 H2", "G43 H1", FindingKind::WrongLength, cut_behind(second)),

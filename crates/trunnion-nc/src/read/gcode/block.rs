@@ -148,6 +148,10 @@ impl GcodeBlock {
         let Some(byte) = scan.peek() else { return Ok(false) };
         match byte {
             // A comment in brackets stands anywhere; one behind a semicolon ends the line.
+            b'(' if !env.fanuc && aborts(scan.rest()) => {
+                let help = "look at what it found wrong, or give the values that it tests";
+                return Err(ReadRemark::new(at, "the program aborts here", help));
+            }
             b'(' => return comment(scan),
             b';' => return Ok(false),
             b'#' => return self.assignment(scan, env),
@@ -257,6 +261,12 @@ impl GcodeBlock {
 #[inline]
 fn bit(letter: char) -> u32 {
     1_u32.checked_shl((letter as u32).wrapping_sub('A' as u32)).unwrap_or(0)
+}
+
+/// Returns true for `(abort, text)`, with which a program of `LinuxCNC` stops itself.
+fn aborts(comment: &str) -> bool {
+    let words = comment.trim_start_matches('(').trim_start();
+    words.get(..6).is_some_and(|word| word.eq_ignore_ascii_case("abort,"))
 }
 
 /// Passes a comment.

@@ -432,6 +432,12 @@ impl GcodeReader {
         if now.changes_tool {
             let number = state.control.tool;
             state.control.change_tool(line, number);
+            // LinuxCNC stops the spindle for M6, even for the tool that is in it; M61 changes nothing.
+            let changes = block.codes.iter().any(|code| code.letter == b'M' && code.tenths == 60);
+            if linuxcnc && changes && !now.turns_spindle && state.control.sense != 0 {
+                state.control.sense = 0;
+                now.turns_spindle = true;
+            }
         }
         if now.turns_spindle {
             state.control.spindle(line);

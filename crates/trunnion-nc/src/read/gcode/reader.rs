@@ -7,7 +7,7 @@ use super::label::OWord;
 use super::macro_flow::MacroFlow;
 use super::modal::{BlockActions, CycleState, ModalState};
 use super::numbered_line::NumberedLine;
-use super::parameters::Parameters;
+use super::parameters::{ParameterKey, Parameters};
 use super::predefined::ModalView;
 use super::spline_points::SplineState;
 use super::words::left_over;
@@ -374,6 +374,13 @@ impl GcodeReader {
             if key == parameters::ALARM && self.dialect != Dialect::LinuxCnc {
                 let message = "the program raises an alarm here (#3000)";
                 state.log.fault(text, ReadRemark::new(0, message, "look at what it found wrong"));
+            }
+            if let ParameterKey::Name(name) = &key
+                && self.dialect == Dialect::LinuxCnc
+                && (name.starts_with("_ini[") || name.starts_with("_hal["))
+            {
+                let message = format!("#<{name}> belongs to the control and cannot be set");
+                state.log.fault(text, ReadRemark::new(0, message, "use another name"));
             }
             self.parameters.set(key, value);
         }
