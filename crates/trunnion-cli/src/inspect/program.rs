@@ -131,6 +131,13 @@ impl FileLines {
             .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
         Ok(Self { lines: Lines::new(BufReader::new(file)), count: 0, failure: None })
     }
+
+    /// Returns the error that ended the lines, if one did.
+    fn ended(&mut self, path: &Path) -> Result<(), Failure> {
+        let reading =
+            |error| anyhow::Error::new(error).context(format!("reading {}", path.display()));
+        self.failure.take().map_or(Ok(()), |error| Err(Failure::from(reading(error))))
+    }
 }
 
 impl Iterator for FileLines {
@@ -170,10 +177,8 @@ fn read(path: &Path, args: &ProgramArgs) -> Result<ProgramSummary, Failure> {
     let mut source = FileLines::open(path)?;
     // Read three times, line by line: memory does not grow with the program.
     let mut steps = read::steps(&mut source, &options);
-    let mut tally = Tally::new(axes.0.map(|word| word.rotary));
-    if let Some(start) = options.start {
-        tally = tally.starting_at(start);
-    }
+    let tally = Tally::new(axes.0.map(|word| word.rotary));
+    let mut tally = options.start.map_or(tally.clone(), |start| tally.starting_at(start));
     let mut tools: Vec<(u32, Tally)> = Vec::new();
     for step in &mut steps {
         let step = step.map_err(|faults| Failure::program_faults(path, &faults))?;
@@ -189,11 +194,7 @@ fn read(path: &Path, args: &ProgramArgs) -> Result<ProgramSummary, Failure> {
     let warnings = steps.warnings().iter().map(|warning| format!("{}:{warning}", path.display()));
     let (warnings, tools) = (warnings.collect(), steps.tools().to_vec());
     drop(steps);
-    if let Some(error) = source.failure {
-        return Err(Failure::from(
-            anyhow::Error::new(error).context(format!("reading {}", path.display())),
-        ));
-    }
+    source.ended(path)?;
     let names = axes.0.map(|word| word.letter).into_iter().chain([sixth]);
     let ranges = names.zip(&tally.ranges).filter_map(|(name, range)| {
         let unit = |value: f64| if "ABC".contains(name) { value.to_degrees() } else { value };
