@@ -62,7 +62,9 @@ impl PlainMachine {
         let length = match step.way {
             Way::Line => change[..3].iter().map(|change| change * change).sum::<f64>().sqrt(),
             Way::Arc(arc) => {
-                let along = (0..3).filter(|slot| !arc.plane.contains(slot)).map(|slot| change[slot].powi(2));
+                let along = (0..3)
+                    .filter(|slot| !arc.plane.contains(slot))
+                    .map(|slot| change[slot].powi(2));
                 ((arc.radius() * arc.sweep).powi(2) + along.sum::<f64>()).sqrt()
             }
         };
@@ -97,7 +99,11 @@ fn subprograms(folder: &Path) -> Vec<SubprogramFile> {
 
 fn main() -> ExitCode {
     let args: Vec<String> = std::env::args().collect();
-    let mut options = ReadOptions { sixth: true, start: Some([0.0; 5]), ..ReadOptions::new(Dialect::LinuxCnc, axes(&args[2]), 20) };
+    let mut options = ReadOptions {
+        sixth: true,
+        start: Some([0.0; 5]),
+        ..ReadOptions::new(Dialect::LinuxCnc, axes(&args[2]), 20)
+    };
     let mut rest = args[3..].iter();
     while let Some(flag) = rest.next() {
         let mut value = || rest.next().expect("a value");
@@ -111,7 +117,11 @@ fn main() -> ExitCode {
                 let ini = ini_file(&fs::read_to_string(value()).unwrap_or_default());
                 options.parameters.extend(ini.parameters);
                 // M428 and M429 are known without it.
-                options.remaps.extend(ini.remaps.into_iter().filter(|remap| remap.subprogram.as_deref() != Some("nothing")));
+                options.remaps.extend(
+                    ini.remaps
+                        .into_iter()
+                        .filter(|remap| remap.subprogram.as_deref() != Some("nothing")),
+                );
             }
             "--sub-dir" => options.subprograms.extend(subprograms(Path::new(value()))),
             _ => options.block_delete = Some(value() == "true"),
@@ -119,7 +129,12 @@ fn main() -> ExitCode {
     }
     let bytes = fs::read(&args[1]).unwrap_or_default();
     let text = String::from_utf8_lossy(&bytes);
-    let mut machine = PlainMachine { at: [0.0; 5], origins: [[0.0; 5]; 16], tools: options.tools.clone(), length: 0.0 };
+    let mut machine = PlainMachine {
+        at: [0.0; 5],
+        origins: [[0.0; 5]; 16],
+        tools: options.tools.clone(),
+        length: 0.0,
+    };
     machine.length = machine.tools.first().map_or(0.0, |row| row.offset[2]);
     for step in steps(text.lines(), &options) {
         match step {
