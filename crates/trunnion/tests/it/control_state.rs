@@ -58,9 +58,13 @@ fn inspect(text: &str) -> InspectionReport {
 }
 
 fn inspect_cooled(text: &str, coolant: CoolantDemand) -> InspectionReport {
+    inspect_in(Dialect::LinuxCnc, text, coolant)
+}
+
+fn inspect_in(dialect: Dialect, text: &str, coolant: CoolantDemand) -> InspectionReport {
     let kinematics = kinematics();
     let words = AxisWords::of(kinematics.machine()).unwrap();
-    let program = read::read(text, &ReadOptions::new(Dialect::LinuxCnc, words, 5)).unwrap();
+    let program = read::read(text, &ReadOptions::new(dialect, words, 5)).unwrap();
     let [one, two] = [flat(4.0, 100.0), flat(2.0, 80.0)];
     let tools = [Tool { number: 1, cutter: &one }, Tool { number: 2, cutter: &two }];
     let faces = [floor()];
@@ -162,4 +166,25 @@ fn an_error_that_the_control_does_not_know_changes_the_part() {
     // A workpiece that stands higher is cut deeper.
     let higher = AssumedError { origin: Vector3::new(0.0, 0.0, 0.005), ..AssumedError::NONE };
     assert!((lowest(longer + higher) + 0.014).abs() < 1e-6);
+}
+
+/// On Sinumerik D may stand beside T, beside M6, or behind it.
+#[test]
+fn another_edge_is_found_wherever_it_is_chosen() {
+    let text = |change: &str| {
+        format!(
+            "G17 G90 G94 G710 G54\n{change}\nS5000 M3\nG0 X-16. Y-10. B0. C0.\nZ40.\n{}M30\n",
+            rows(&[-10.0, -4.0, 0.0, 3.0, 6.0, 8.0])
+        )
+    };
+    let kinds = |change: &str| -> Vec<FindingKind> {
+        let found = inspect_in(Dialect::Siemens, &text(change), CoolantDemand::Unknown);
+        found.report.findings.iter().map(Finding::kind).collect()
+    };
+    for clean in ["T1 D1\nM6", "T1\nM6 D1", "T1\nM6"] {
+        assert!(!kinds(clean).contains(&FindingKind::WrongLength), "{clean}");
+    }
+    for planted in ["T1 D2\nM6", "T1\nM6 D2", "T1\nM6\nD2"] {
+        assert!(kinds(planted).contains(&FindingKind::WrongLength), "{planted}");
+    }
 }

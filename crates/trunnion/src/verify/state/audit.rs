@@ -38,6 +38,8 @@ struct StateFollower {
     spindle: f64,
     tool: Option<u32>,
     entry: Option<LengthEntry>,
+    /// No cut has run since the entry was chosen: it may be meant for the tool that comes.
+    entry_waits: bool,
     smoothing: Option<ActiveSmoothing>,
     loosest: Option<ActiveSmoothing>,
     stopped: Option<AffectedCuts>,
@@ -61,7 +63,9 @@ impl StateFollower {
         match step {
             Step::Spindle { speed, .. } => self.spindle = *speed,
             Step::Tool { number, .. } => self.change(*number),
-            Step::LengthEntry { entry, .. } => self.entry = Some(*entry),
+            Step::LengthEntry { entry, .. } => {
+                (self.entry, self.entry_waits) = (Some(*entry), true)
+            }
             Step::Smoothing { line, smoothing } => {
                 self.smoothing = Some(ActiveSmoothing { line: *line, smoothing: *smoothing });
             }
@@ -88,14 +92,15 @@ impl StateFollower {
             return;
         }
         self.spindle = 0.0;
-        // A row of the table stays chosen; edges begin with the first of the new tool.
-        if let Some(LengthEntry::Edge(_)) = self.entry {
+        // A row of the table stays chosen; edges begin with the first of the new tool, unless one stands beside its T or M6.
+        if let (Some(LengthEntry::Edge(_)), false) = (self.entry, self.entry_waits) {
             self.entry = None;
         }
     }
 
     fn cut(&mut self, step: &Move, limits: &StateLimits) {
         let line = step.line;
+        self.entry_waits = false;
         if self.spindle < 0.0 {
             count(&mut self.reversed, line);
         } else if self.spindle <= 0.0 {
