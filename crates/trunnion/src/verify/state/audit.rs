@@ -64,7 +64,7 @@ impl StateFollower {
             Step::Spindle { speed, .. } => self.spindle = *speed,
             Step::Tool { number, .. } => self.change(*number),
             Step::LengthEntry { entry, .. } => {
-                (self.entry, self.entry_waits) = (Some(*entry), true)
+                (self.entry, self.entry_waits) = (Some(*entry), true);
             }
             Step::Smoothing { line, smoothing } => {
                 self.smoothing = Some(ActiveSmoothing { line: *line, smoothing: *smoothing });
