@@ -141,7 +141,7 @@ fn solids(path: &Path, file: &JobFile) -> Result<Solids, Failure> {
                 (file, None) if material::is_step(file) => "write kind = \"step\" for a STEP file",
                 (file, Some(_)) if material::is_stl(file) => "write kind = \"stl\" for an STL file",
                 (file, _) if file.is_relative() && !beside(path, name).exists() => {
-                    "the file is looked for relative to the job file"
+                    "paths count from the folder of the job file"
                 }
                 _ => "",
             };
@@ -367,7 +367,7 @@ fn covered(cover: &CoverSummary) -> Vec<(&'static str, String)> {
     if !cover.fixed.is_empty() {
         let share: f64 = cover.fixed.iter().map(|region| region.share).sum();
         let detail = format!("{:.1} % of the faces, regions: {}", 100.0 * share, cover.fixed.len());
-        rows.push(("at a fixed lean", detail));
+        rows.push(("fixed inclination", detail));
     }
     if !cover.rest.is_empty() {
         let area: f64 = cover.rest.iter().map(|rest| rest.area).sum();

@@ -169,7 +169,12 @@ fn tools_and_offsets_are_said_by_number() {
     // Before the first tool, behind it, and behind the second.
     assert_eq!(summary["tool_changes"]["count"], 2);
     assert_eq!(summary["tool_changes"]["unmeasured"], 5, "{summary:#}");
-    assert!(summary["warnings"].to_string().contains("the machine's own"), "{summary:#}");
+    assert!(
+        summary["warnings"]
+            .to_string()
+            .contains("is not known until the program commands all three"),
+        "{summary:#}"
+    );
     // The same by the job.
     let other = "[[verify.tool]]\nnumber = 2\nkind = \"bull\"\nmajor_radius = 2\nminor_radius = 1\nlength = 80\n";
     let job = fs::read_to_string(folder.join("job.toml")).unwrap();
@@ -282,7 +287,7 @@ fn a_gouge_tolerance_of_nothing_allows_what_rounding_makes() {
     let wrong = ["check", "moves.cls", "--part", "flat.json", "--cutter", "R=5,r=3,L=60", "--flip"];
     let (code, _, errors) =
         told(&trunnion(folder, &[&wrong[..], &["--tolerance", "0.2,0.01"]].concat()));
-    assert!(code == Some(2) && errors.contains("from behind, at 25 of 25 places"), "{errors}");
+    assert!(code == Some(2) && errors.contains("from behind, at 25 of 25 points"), "{errors}");
     // A comment in another character set.
     let foreign = [b"$$ Gr\xf6\xdfe\n", MOVES.as_bytes()].concat();
     fs::write(folder.join("foreign.cls"), foreign).unwrap();

@@ -14,6 +14,7 @@ use std::path::Path;
 /// Verbs in the order in which a newcomer meets them.
 const VERBS: &[&[&str]] = &[
     &[],
+    &["init"],
     &["run"],
     &["check"],
     &["post"],

@@ -117,7 +117,11 @@ fn a_stock_that_cannot_be_used_is_refused_before_the_work() {
     let (code, _, errors) = told(&trunnion(folder, &dry));
     let missing = ["job.toml:11:8: block.stl: ", ":8: block.stl: ", ":8: vise.step: "];
     assert!(code == Some(2) && missing.iter().all(|what| errors.contains(what)), "{errors}");
-    assert_eq!(errors.matches("relative to the job file").count(), 3, "{errors}");
+    assert_eq!(
+        errors.matches("paths count from the folder of the job file").count(),
+        3,
+        "{errors}"
+    );
     let open = block();
     let cut = open.find("endfacet").unwrap() + "endfacet\n".len();
     fs::write(folder.join("block.stl"), "solid block\n".to_owned() + &open[cut..]).unwrap();

@@ -234,13 +234,27 @@ proptest! {
             grid: 1.0,
             reach: 2.0,
             ray_tolerance: 0.5 * CLOSE,
-            total: 0.1,
+            // Heights along the normal alone: no point counts as cut by what is beside it.
+            total: 1e-9,
             gouge: 0.1,
             most_points: 10_000,
             bounds: None,
         };
         let report = verify::check(&input, &options, &Silent).unwrap();
         let moves: Vec<Move> = path.windows(2).map(|pair| Move::new([&pair[0], &pair[1]])).collect();
+        // With a tolerance, a point that nothing cuts along the normal is as high as the tool is away from it.
+        let near = CheckOptions { total: 0.1, ..options.clone() };
+        let beside = verify::check(&input, &near, &Silent).unwrap();
+        for (along, beside) in report.maps[0].samples.iter().flatten().zip(beside.maps[0].samples.iter().flatten()) {
+            let same = along.height == beside.height;
+            prop_assert!(same || along.height.is_none_or(|height| height > near.total), "{along:?}");
+            if let Some(height) = beside.height.filter(|_| !same) {
+                let p = vector(&beside.point.coords);
+                let away = moves.iter().map(|one| one.nearest(&cutter, &p)).fold(f64::INFINITY, f64::min);
+                prop_assert!(height <= near.total, "{height} at {:?}", beside.point);
+                prop_assert!(away.max(0.0) <= height + CLOSE, "{away} mm away at {height} at {:?}", beside.point);
+            }
+        }
         for sample in report.maps[0].samples.iter().flatten() {
             let nearest = |s: f64| {
                 let p = vector(&(sample.point.coords + Vector3::z() * s));
