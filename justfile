@@ -44,6 +44,12 @@ pictures:
 snapshots:
     UPDATE_EXPECT=1 cargo test -p trunnion-cli
 
+# Plain parts of another CAD kernel, proposed and run: a table of outcomes and times. Needs Python with build123d.
+corpus folder="target/corpus":
+    cargo build --release -p trunnion-cli
+    python3 fixtures/corpus/generate.py {{folder}}/parts
+    python3 fixtures/corpus/run.py target/release/trunnion {{folder}}/parts --out {{folder}}/out
+
 # Rewrite the fixtures from their generators (needs Python; the STEP ones also build123d).
 fixtures:
     python3 fixtures/bezier-patch/make.py

@@ -347,13 +347,13 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     (
         "[-381.0, -254.0, -535.0]",
         "[-381.0, nan, -535.0]",
-        "48:19: `axis.B.point.1` = nan is not a number",
+        "48:19: `axis.B.point.1` = nan is not a finite number",
         "finite",
     ),
     (
         "[-35.0, 120.0]",
         "[-35.0, 1e999]",
-        "49:18: `axis.B.limits.1` = 1e999 is not a number",
+        "49:18: `axis.B.limits.1` = 1e999 is not a finite number",
         "finite",
     ),
     (

@@ -287,7 +287,7 @@ mod tests {
             (
                 "direction = \"zigzag\"",
                 "feed = 3",
-                "31:1: unknown key `feed` in [strategy]\n  help: `feed` stands in [cutting]",
+                "31:1: unknown key `feed` in [strategy]\n  help: `feed` belongs in [cutting]",
             ),
             ("faces = \"all\"", "faces = [3, 3]", "8:13: face 3 is named twice"),
             ("faces = \"all\"", "faces = []", "8:9: no face is named"),

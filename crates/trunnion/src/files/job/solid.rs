@@ -348,7 +348,7 @@ mod tests {
             "64:1: unknown key `clearance` in [[fixture]]\n  help: did you mean `fixture_clearance` in [verify]?",
             "68:9: a fixture of kind \"stl\" has no chord",
             "70:8: `fixture.4.kind` cannot be \"offset\"",
-            "71:1: unknown key `thickness` in [[fixture]]\n  help: `thickness` stands in [stock]",
+            "71:1: unknown key `thickness` in [[fixture]]\n  help: `thickness` belongs in [stock]",
         ];
         let found = faults(text);
         assert_eq!(found.len(), expected.len(), "{found:#?}");
