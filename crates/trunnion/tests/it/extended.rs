@@ -243,7 +243,7 @@ proptest! {
         let report = verify::check(&input, &options, &Silent).unwrap();
         let moves: Vec<Move> = path.windows(2).map(|pair| Move::new([&pair[0], &pair[1]])).collect();
         // With a tolerance, a point that nothing cuts along the normal is as high as the tool is away from it.
-        let near = CheckOptions { total: 0.1, ..options.clone() };
+        let near = CheckOptions { total: 0.1, ..options };
         let beside = verify::check(&input, &near, &Silent).unwrap();
         for (along, beside) in report.maps[0].samples.iter().flatten().zip(beside.maps[0].samples.iter().flatten()) {
             let same = along.height == beside.height;

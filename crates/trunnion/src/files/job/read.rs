@@ -291,7 +291,7 @@ mod tests {
             ),
             ("faces = \"all\"", "faces = [3, 3]", "8:13: face 3 is named twice"),
             ("faces = \"all\"", "faces = []", "8:9: no face is named"),
-            ("length = 120 ", "length = inf ", "21:10: `tool.length` = inf is not a number"),
+            ("length = 120 ", "length = inf ", "21:10: `tool.length` = inf is not a finite number"),
             ("feed = 3000 ", "feed = 3000\nfeed = 3", "37:1: duplicate key"),
             (
                 "dialects = [",
