@@ -1,4 +1,4 @@
-//! Convex outline of a plane face, against which a tool beside or above it is told apart in one step.
+//! Convex outline of a plane face: one plane shows that a tool beside or above it is clear.
 //!
 //! Where a tool rests on one face, it touches the edge that this face shares with its neighbour. A proof by cells
 //! of the neighbour would have to halve them along the whole edge until they stick out over it by less than the
