@@ -134,7 +134,7 @@ export class Charts {
       list.append(item);
     });
     const title = document.createElement("h3");
-    title.textContent = "What holds the motion back";
+    title.textContent = "Limits that bind the motion";
     const plot = document.createElement("div");
     plot.className = "plot strip";
     this.strip = document.createElement("canvas");

@@ -96,7 +96,7 @@ class Clock {
     this.limit = document.createElement("b");
     this.swatch = document.createElement("i");
     const limit = document.createElement("span");
-    limit.append("held back by ", this.swatch, this.limit);
+    limit.append("limited by ", this.swatch, this.limit);
     find("readout").append(speed, limit);
   }
 

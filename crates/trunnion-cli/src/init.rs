@@ -28,7 +28,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     if let Some(path) = args.output.as_deref().filter(|path| path.exists()) {
         let help = "choose another name, or remove the file";
         return Err(Failure::input(format!(
-            "{}: exists already, and may hold your work\n  help: {help}",
+            "{}: the file exists already, and may hold your work\n  help: {help}",
             path.display()
         )));
     }
@@ -42,9 +42,8 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
         }
     }
     let request = ProposalRequest {
-        faces: &part.faces,
         wanted: (!args.faces.is_empty()).then_some(&args.faces[..]),
-        machine: &machine.machine,
+        ..ProposalRequest::new(&part.faces, &machine.machine)
     };
     let proposal = pipeline::propose(&request, &bars).map_err(Failure::input)?;
     bars.finish();
@@ -171,7 +170,7 @@ fn job_text(args: &Args, proposal: &JobProposal) -> String {
         "origin = [{x}, {y}, {z}]  # check: the zero of the part in machine coordinates, all axes at 0, mm"
     ));
     line(
-        "rotation = [0, 0, 0]  # about the machine's x, y, z, deg; `trunnion setup` searches a better one",
+        "rotation = [0, 0, 0]  # about the machine's x, y, z, deg; `trunnion setup` searches for a better one",
     );
     line(&format!(
         "clearance = {}  # links travel this far above the part, mm",

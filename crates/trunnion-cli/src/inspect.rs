@@ -33,13 +33,13 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     if cl::is_one(&args.part) {
         // -o draws faces; ignoring it would leave the user without a file.
         if args.output.is_some() {
-            return Err(Failure::input("a CL file is not drawn\n  help: leave -o out"));
+            return Err(Failure::input("-o draws parts, not CL files\n  help: leave out -o"));
         }
         return cl::run(&args.part, form);
     }
     if program::is_one(&args.part) {
         if args.output.is_some() {
-            return Err(Failure::input("a program is not drawn\n  help: leave -o out"));
+            return Err(Failure::input("-o draws parts, not programs\n  help: leave out -o"));
         }
         return program::run(&args.part, &args.program, form);
     }

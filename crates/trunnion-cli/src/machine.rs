@@ -75,7 +75,7 @@ fn source(argument: &str) -> Result<String, Failure> {
             None => "`trunnion machine list` names the built-in ones".to_owned(),
         };
         Failure::input(format!(
-            "{argument}: no machine file, and no built-in machine of that name\n  help: {help}"
+            "{argument}: neither a machine file nor the name of a built-in machine\n  help: {help}"
         ))
     })
 }
@@ -327,7 +327,7 @@ fn reach_lines(machine: &Machine, about: &MachineJson) -> Result<Vec<String>, Fa
         ),
         match first.limits.width() {
             turn if turn >= std::f64::consts::TAU => {
-                format!("          to every side: {} turns all the way round", first.name)
+                format!("          to every side: {} turns a full circle", first.name)
             }
             turn => format!(
                 "          over a sector of {} deg: the travel of {}",

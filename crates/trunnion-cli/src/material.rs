@@ -73,7 +73,7 @@ pub(crate) fn words(stock: &StockSummary) -> [String; 2] {
     // The rays of x, y and z differ in distance: the coarsest is stated.
     let cell = cell.iter().copied().fold(0.0, f64::max);
     [
-        format!("{removed:.1} mm3 taken away, {left:.1} mm3 left; rays {cell:.3} mm apart"),
+        format!("{removed:.1} mm3 removed, {left:.1} mm3 remaining; rays {cell:.3} mm apart"),
         format!("{} lines run into stock or fixtures{}", lines(stock), undecided(stock)),
     ]
 }
@@ -82,7 +82,7 @@ pub(crate) fn words(stock: &StockSummary) -> [String; 2] {
 fn undecided(stock: &StockSummary) -> String {
     stock.undecided.as_ref().map_or_else(String::new, |UndecidedSummary { line, depth, .. }| {
         format!(
-            "; not decided between rays, {depth:.4} mm at most (line {line}): use smaller cells"
+            "; undecided between rays, at most {depth:.4} mm (line {line}): use smaller cells"
         )
     })
 }
@@ -99,7 +99,7 @@ pub(crate) fn chord_words(all: &[ChordSummary]) -> String {
     }
     let of = |(chord, solids): &(f64, Vec<&str>)| format!("{chord} mm of {}", solids.join(", "));
     let lines: Vec<String> = lines.iter().map(of).collect();
-    format!("triangles within about {}; fixtures larger by that", lines.join("; "))
+    format!("triangles within about {}; fixtures are enlarged by that", lines.join("; "))
 }
 
 /// Describes the clearance of a program from fixtures; `label` names the program.

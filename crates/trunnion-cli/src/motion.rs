@@ -22,7 +22,7 @@ pub(crate) fn write(out: &mut dyn Write, job: &Job, outcome: &Outcome) -> Result
     let limits = match job.file.motion.method {
         MotionMethod::Jerk => JERK_LIMITED,
         MotionMethod::Optimal => "# velocity/acceleration-limited: jerk is not limited",
-        MotionMethod::Blocks => "# classical look-ahead: axis limits are not certain to hold",
+        MotionMethod::Blocks => "# classical look-ahead: axis limits are not guaranteed",
     };
     header(out, axes, limits)?;
     let period = job.file.motion.servo_period;

@@ -20,7 +20,7 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
 /// Reads 0 or a number above it.
 pub(crate) fn not_negative(text: &str) -> Result<f64, String> {
     finite(text).and_then(|value| {
-        if value >= 0.0 { Ok(value) } else { Err("0 or a number above it is expected".into()) }
+        if value >= 0.0 { Ok(value) } else { Err("0 or a number above 0 is expected".into()) }
     })
 }
 

@@ -37,7 +37,7 @@ pub(crate) fn protect(output: &Path, inputs: &[&Path]) -> std::result::Result<()
     if real.is_file() && inputs.iter().any(same) {
         let output = output.display();
         return Err(Failure::input(format!(
-            "{output}: the output is an input, which would be overwritten\n  help: name another file with -o"
+            "{output}: the output file is also an input, and would be overwritten\n  help: name another file with -o"
         )));
     }
     Ok(())
@@ -83,7 +83,7 @@ impl Destination {
                 Err(error) => return Err(error),
             }
         }
-        Err(std::io::Error::other("too many links, one after another"))
+        Err(std::io::Error::other("too many symbolic links in a row"))
     }
 
     /// Makes the temporary file in which the output waits.
@@ -241,7 +241,7 @@ fn unusable(folder: &Path, error: &std::io::Error) -> Failure {
     };
     let folder = folder.display();
     Failure::input(format!(
-        "{folder}: no outputs can be written there: {why}\n  help: name another folder with -o"
+        "{folder}: cannot write outputs into this folder: {why}\n  help: name another folder with -o"
     ))
 }
 

@@ -1,4 +1,4 @@
-//! Worst places that a page lists.
+//! Worst points that a page lists.
 
 use trunnion::files::summary::FixturesSummary;
 use trunnion::pipeline;

@@ -144,7 +144,7 @@ fn near(machine: &Machine, words: &str) -> Result<AxisVector, Failure> {
         let fault = |what: String| Failure::input(format!("--near {words}: {what}"));
         let (name, value) = word
             .split_once('=')
-            .ok_or_else(|| fault(format!("{word:?} is not of the kind C=10")))?;
+            .ok_or_else(|| fault(format!("{word:?} is not of the form C=10")))?;
         let index = machine.index_of(name.trim()).ok_or_else(|| {
             let names = machine.axes.each_ref().map(|axis| axis.name.as_str()).join(", ");
             fault(format!("{} has no axis {}; it has {names}", machine.name, name.trim()))
@@ -186,7 +186,7 @@ impl Work for Forward {
         // Positions of 1e300 mm overflow in the products of the chain.
         if !numbers.iter().all(|number| number.is_finite()) {
             out.push_str(",,,,,\n");
-            return Err(Refusal::Unsolved("the pose is beyond what numbers can hold".into()));
+            return Err(Refusal::Unsolved("the pose is too large to compute with".into()));
         }
         numbers_to(out, numbers);
         out.push('\n');

@@ -21,10 +21,10 @@ pub(crate) struct ProgramFileArgs {
     /// remaps to subprograms.
     #[arg(long, value_name = "INI")]
     ini: Option<PathBuf>,
-    /// Folder with files of subprograms, searched behind that of the program and those of --ini. May be repeated.
+    /// Folder with files of subprograms, searched after the folders of the program and of --ini. May be repeated.
     #[arg(long, value_name = "FOLDER")]
     sub_dir: Vec<PathBuf>,
-    /// Code of the machine's own that moves nothing, such as M400, CYCLE999 or "CYCL DEF 239": kept, not run. May be repeated.
+    /// Code of this machine that causes no motion, such as M400, CYCLE999 or "CYCL DEF 239"; it is kept and not run. May be repeated.
     #[arg(long, value_name = "CODE")]
     passive: Vec<String>,
 }
@@ -35,7 +35,7 @@ impl ProgramFileArgs {
         options.passive.clone_from(&self.passive);
         let ini = match &self.ini {
             Some(path) => ini_file(&text_of(path)?),
-            None => IniFile { unit: 1.0, ..IniFile::default() },
+            None => ini_file(""),
         };
         // Values of the command line go first.
         let given = |name: &str| options.parameters.iter().any(|(known, _)| known == name);

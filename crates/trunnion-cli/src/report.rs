@@ -139,7 +139,7 @@ fn checked(
     numbers.push(plain(&name("blocks"), program.blocks.to_string(), "", String::new()));
     numbers.extend(program.stock.iter().flat_map(|stock| material::numbers(stock, name)));
     let fixtures = program.fixtures.iter();
-    let label = name("least off fixtures");
+    let label = name("least fixture distance");
     numbers.extend(fixtures.map(|fixtures| material::clearance_number(fixtures, &label)));
     numbers
 }
@@ -425,7 +425,7 @@ fn check(job: &Job, program: &CheckedProgram, summary: &Summary) -> Check {
     let fixtures = summarised.and_then(|of| of.fixtures.as_ref());
     Check {
         method: format!(
-            "{} read back, replayed as the control would, and measured along the surface normal",
+            "{} read back, run as the control would run it, and measured along the surface normals",
             program.file
         ),
         grid: job.file.verify_grid,

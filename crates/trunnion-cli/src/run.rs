@@ -231,7 +231,7 @@ fn write(
         outputs.text(program.file, &program.text)?;
         if let Some(unread) = &program.unread {
             let file = program.file;
-            eprintln!("warning: {file}:{unread}\nwarning: from there on it was not read back");
+            eprintln!("warning: {file}:{unread}\nwarning: it was not read back from this line on");
         }
     }
     outputs.text("setup.txt", &outcome.setup)?;
@@ -252,7 +252,7 @@ fn write(
 /// Describes the effect of moving the tool axis at singular directions on this path. The cost of its
 /// share of the tolerance elsewhere is not included.
 fn passages(singular: &SingularSummary) -> String {
-    let SingularSummary { passages, through, tilt, turn_saved, seconds_saved } = *singular;
+    let SingularSummary { passages, through, tilt, turn_saved, seconds_saved, .. } = *singular;
     let places = match (passages, through) {
         (1, 1) => "1 passage (straight through)".to_owned(),
         (1, _) => "1 passage (farther off)".to_owned(),
@@ -328,7 +328,7 @@ fn program(program: &ProgramSummary) -> Vec<(&str, String)> {
     let mut rows = Vec::new();
     if let Some(other) = &program.same_as {
         let detail =
-            format!("{} blocks; the same as those of {other}, whose check holds", program.blocks);
+            format!("{} blocks; the same as those of {other}, whose check applies", program.blocks);
         rows.push((program.dialect.as_str(), detail));
     }
     let Some(check) = &program.check else { return rows };
@@ -356,7 +356,7 @@ fn covered(cover: &CoverSummary) -> Vec<(&'static str, String)> {
         ("strip width", format!("{least:.2} .. {most:.2} mm, mean {mean:.2}")),
     ];
     rows.extend(cover.layouts.iter().take(LAYOUTS).map(|face| ("layout", compared(face))));
-    if let Some(TurnLimitSummary { free_passes, free_length, length, time }) = &cover.turn_limit {
+    if let Some(TurnLimitSummary { free_passes, free_length, length, time, .. }) = &cover.turn_limit {
         let [length, time] = [length, time].map(|share| 100.0 * share);
         let detail = format!(
             "{length:+.1} % of length, {time:+.1} % of time (estimated) against {free_passes} passes of {free_length:.0} mm \
@@ -387,7 +387,7 @@ fn compared(face: &LayoutSummary) -> String {
         _ => String::new(),
     };
     let named = |one: &LayoutTime| match one.along.as_str() {
-        "bent" => "on bent lines".to_owned(),
+        "bent" => "along curves fitted to the face".to_owned(),
         parameter => format!("along {parameter}"),
     };
     let chosen = &face.chosen;
@@ -412,7 +412,7 @@ fn ways(along: &[String]) -> String {
     ways.sort_unstable();
     ways.dedup();
     let bent = |way| match way {
-        "bent" => "lines bent to the face",
+        "bent" => "curves fitted to the face",
         "flank" => "the flank of the tool",
         "floor" => "floors",
         parameter => parameter,
@@ -445,7 +445,7 @@ fn between(check: &CheckSummary) -> String {
         return String::new();
     };
     let open = match check.unbounded_area {
-        area if area > 0.0 => format!(" but for {area:.2} mm2"),
+        area if area > 0.0 => format!(" except on {area:.2} mm2"),
         _ => String::new(),
     };
     format!("; everywhere{open} excess <= {excess:.4}, gouge <= {gouge:.4} mm")
@@ -463,8 +463,11 @@ mod tests {
     #[test]
     fn passages_are_counted_and_time_has_a_side() {
         let detail = |passages, through, seconds_saved| {
-            let (tilt, turn_saved) = (0.0125, 180.0);
-            super::passages(&SingularSummary { passages, through, tilt, turn_saved, seconds_saved })
+            let mut summary = SingularSummary::default();
+            (summary.passages, summary.through, summary.seconds_saved) =
+                (passages, through, seconds_saved);
+            (summary.tilt, summary.turn_saved) = (0.0125, 180.0);
+            super::passages(&summary)
         };
         let start = "tool axis moved at 1 passage (straight through) by up to 0.0125 deg: 180 deg less turn,";
         assert_eq!(detail(1, 1, -0.001), format!("{start} no time saved"));

@@ -148,7 +148,7 @@ fn assured(found: &SetupResult) -> String {
     let SearchAssurance { bound, except, .. } = found.search.assurance;
     let apart = if except > 0.0 {
         format!(
-            ", but for rotations nearer than {:.2} deg to one that was planned in vain",
+            ", except for rotations within {:.2} deg of one that could not be planned",
             except.to_degrees().max(0.01)
         )
     } else {
@@ -164,18 +164,18 @@ fn assured(found: &SetupResult) -> String {
                 ""
             };
             format!(
-                "shown: no rotation within the bounds that fits is better by more than {more:.2} deg{given}{apart}"
+                "proven: no rotation that fits within the bounds is better by more than {more:.2} deg{given}{apart}"
             )
         }
         (Some(_), Some(bound)) => format!(
-            "not shown that nothing is better: not all rotations with up to {:.2} deg were tried; narrower bounds help",
+            "not proven to be the best: rotations with up to {:.2} deg were not all tried; narrow the bounds",
             bound.to_degrees()
         ),
         (None, Some(_)) => {
-            "not shown that none fits: not all rotations were tried; narrower bounds help"
+            "not proven that none fits: not all rotations were tried; narrow the bounds"
                 .to_owned()
         }
-        (_, None) => format!("shown: no rotation within the bounds fits{apart}"),
+        (_, None) => format!("proven: no rotation within the bounds fits{apart}"),
     }
 }
 
@@ -198,6 +198,7 @@ fn why_not(judged: &EvaluatedSetup, machine: &Machine) -> Option<String> {
             Some(format!("travel of {axes} is {by:.1} mm short, wherever the origin is"))
         }
         SetupVerdict::Fails(error) => Some(error.to_string()),
+        other => Some(format!("it does not fit: {other:?}")),
     }
 }
 
@@ -314,7 +315,7 @@ fn compare(machine: &Machine, found: &SetupResult, best: &EvaluatedSetup) -> Vec
     if best.setup.origin != before.setup.origin {
         let [x, y, z]: [f64; 3] = (best.setup.origin - before.setup.origin).into();
         lines.push(format!(
-            "  the origin is moved by [{x:.1}, {y:.1}, {z:.1}] mm to stay inside travel: see that the part can be there"
+            "  the origin is moved by [{x:.1}, {y:.1}, {z:.1}] mm to stay inside travel: make sure that the part can be clamped there"
         ));
     }
     if let Some(why) = why_not(before, machine) {

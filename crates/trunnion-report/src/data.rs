@@ -239,7 +239,7 @@ pub struct Check {
     pub uncut: u64,
     /// Histogram of the deviations.
     pub histogram: Histogram,
-    /// Worst places, the worst first.
+    /// Worst points, the worst first.
     pub places: Vec<WorstPlace>,
 }
 

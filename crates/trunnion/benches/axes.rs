@@ -34,13 +34,12 @@ fn main() {
         measure(machine, "passes", &passes(100, poses / 100, 0.0), None);
     }
     let retract = RetractOptions {
-        up: Vector3::z_axis(),
-        plane: 200.0,
         least: 50.0,
         approach: 20.0,
         margin: 1.0,
         price: 100.0,
         price_in_cut: 1000.0,
+        ..RetractOptions::to_plane(Vector3::z_axis(), 200.0)
     };
     measure("bc-trunnion", "one pass, may retract", &passes(1, poses, 0.0), Some(retract));
     // Twenty turns about the workpiece-side rotary, which has less than one on this machine.

@@ -14,12 +14,11 @@ use nalgebra::Point3;
 use std::f64::consts::FRAC_PI_6;
 use std::path::{Path, PathBuf};
 use trunnion::cover::{
-    CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection, PlacementMethod, PrismaticUse,
-    cover,
+    CoverOptions, CoverRequest, Covering, FeedDirection, FinishTolerance, PlacementMethod, cover,
 };
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterKind, CutterSpec};
 use trunnion::pipeline::{Job, run};
-use trunnion::positioning::{ContactSide, ToleranceBand, ToolInclination};
+use trunnion::positioning::{ToleranceBand, ToolInclination};
 use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
 use trunnion::types::{Interval, Silent};
 
@@ -43,8 +42,7 @@ fn root() -> PathBuf {
 }
 
 fn cutter(kind: CutterKind, [major, minor]: [f64; 2], length: f64) -> Cutter {
-    let (construction, shank) = (CutterConstruction::Solid, Vec::new());
-    Cutter::new(CutterSpec { kind, major, minor, length, construction, shank }).unwrap()
+    Cutter::new(CutterSpec { kind, length, ..CutterSpec::of_radii(major, minor) }).unwrap()
 }
 
 /// Length of cutting over the whole patch within [0, 0.01] mm; 3000 mm at most. The share of the curves is
@@ -55,10 +53,6 @@ fn lengths() {
         let radius = cutter.radius();
         let options = CoverOptions {
             feed_direction: along,
-            pattern: CutPattern::ZigZag,
-            method: PlacementMethod::Widest,
-            prismatic: PrismaticUse::Never,
-            side: ContactSide::Ahead,
             band: ToleranceBand { lower: 0.0, upper: 0.01 - SHARE },
             link: 80.0,
             path_share: SHARE,
@@ -66,7 +60,7 @@ fn lengths() {
             max_axis_turn: 10.0,
             offset_range: Interval::new(-FRAC_PI_6, FRAC_PI_6),
             lean: ToolInclination { angle: 0.087, towards: None },
-            effort: 3.0,
+            ..CoverOptions::finishing(cutter, FinishTolerance { excess: 0.01, gouge: 0.0 })
         };
         let Covering { passes, report, .. } =
             cover(&CoverRequest::new(&[patch()], cutter, &options), &Silent).unwrap();
@@ -184,21 +178,10 @@ fn face() -> FaceIndex {
 /// Budget: seconds a face, so that a user waits for the machine and not for the planner.
 #[divan::bench(args = [PlacementMethod::Widest, PlacementMethod::Inclined], sample_count = 5)]
 fn small_face(bencher: Bencher<'_, '_>, method: PlacementMethod) {
-    let cutter = Cutter::new(CutterSpec {
-        kind: CutterKind::Bull,
-        major: 4.0,
-        minor: 3.0,
-        length: 60.0,
-        construction: CutterConstruction::Solid,
-        shank: Vec::new(),
-    })
-    .unwrap();
+    let cutter = Cutter::new(CutterSpec { length: 60.0, ..CutterSpec::bull(4.0, 3.0) }).unwrap();
     let options = CoverOptions {
         feed_direction: FeedDirection::V,
-        pattern: CutPattern::ZigZag,
         method,
-        prismatic: PrismaticUse::Never,
-        side: ContactSide::Ahead,
         band: ToleranceBand { lower: 0.0, upper: 0.02 },
         link: 80.0,
         path_share: 0.002,
@@ -206,7 +189,7 @@ fn small_face(bencher: Bencher<'_, '_>, method: PlacementMethod) {
         max_axis_turn: 0.05,
         offset_range: Interval::new(-0.5, 0.5),
         lean: ToolInclination { angle: 0.087, towards: None },
-        effort: 3.0,
+        ..CoverOptions::finishing(&cutter, FinishTolerance { excess: 0.02, gouge: 0.0 })
     };
     let faces = [face()];
     bencher.bench(|| {

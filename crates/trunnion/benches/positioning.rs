@@ -8,10 +8,10 @@ use divan::{Bencher, black_box};
 use nalgebra::Point3;
 use rayon::prelude::*;
 use std::time::Instant;
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::positioning::{
-    ContactSide, CutterLocation, CuttingContext, LocationRequest, StripQuery, StripSide,
-    ToleranceBand, strip_of_pose, widest_strip,
+    CutterLocation, CuttingContext, LocationRequest, StripQuery, ToleranceBand, strip_of_pose,
+    widest_strip,
 };
 use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
 use trunnion::types::{Interval, Uv};
@@ -125,15 +125,7 @@ fn patch() -> Option<FaceIndex> {
 }
 
 fn cutter() -> Option<Cutter> {
-    Cutter::new(CutterSpec {
-        kind: CutterKind::Bull,
-        major: 10.0,
-        minor: 6.0,
-        length: 120.0,
-        construction: CutterConstruction::Solid,
-        shank: Vec::new(),
-    })
-    .ok()
+    Cutter::new(CutterSpec { length: 120.0, ..CutterSpec::bull(10.0, 6.0) }).ok()
 }
 
 /// Feed and half range of the offset direction: the widest strips, and the awkward ones whose
@@ -143,15 +135,14 @@ const CASES: [([f64; 2], f64); 2] = [([0.0, 1.0], 0.26), ([-1.0, 0.0], 1.3)];
 fn request<'a>(face: &'a FaceIndex, cutter: &'a Cutter, case: usize) -> LocationRequest<'a> {
     let (feed, range) = CASES[case];
     LocationRequest {
-        face,
-        cutter,
-        band: ToleranceBand { lower: 0.0, upper: 0.01 },
-        at: Uv::new(0.4, 0.5),
-        feed,
-        strip: StripSide::Right,
-        side: ContactSide::Ahead,
         offset_range: Interval::new(-range, range),
-        axis_cone: None,
+        ..LocationRequest::new(
+            face,
+            cutter,
+            ToleranceBand { lower: 0.0, upper: 0.01 },
+            Uv::new(0.4, 0.5),
+            feed,
+        )
     }
 }
 

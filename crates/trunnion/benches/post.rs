@@ -7,8 +7,7 @@ use trunnion::files::machine::{built_in, parse};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::write::{AxisWords, Note, OutputFormat, Style, Template, ToolNote};
 use trunnion::post::{
-    POST_WINDOW, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostSource, Poster,
-    ProgramHead, control_of,
+    PostMove, PostOptions, PostPace, PostSource, Poster, ProgramHead, control_of,
 };
 use trunnion::types::{PoseTolerance, ToolPose};
 
@@ -42,15 +41,8 @@ fn blocks(bencher: Bencher, name: &str) {
         return;
     };
     let style = Style::of(&kinematics, dialect, axes);
-    let options = PostOptions {
-        control: control_of(&kinematics, dialect),
-        tolerance: PoseTolerance::new(0.01, 1e-3),
-        max_feed: None,
-        method: PostMethod::Optimal,
-        window: POST_WINDOW,
-        filter: PostFilter::None,
-        unwind: None,
-    };
+    let options =
+        PostOptions::within(control_of(&kinematics, dialect), PoseTolerance::new(0.01, 1e-3));
     let note = Note {
         name: "bench",
         tool: ToolNote { number: 1, major: 0.0, minor: 5.0 },

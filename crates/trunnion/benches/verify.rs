@@ -10,7 +10,7 @@ mod shop;
 
 use nalgebra::{Point3, Rotation3, Vector3};
 use shop::Layout;
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::inverse::Inverse;
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{self, ClFile, ClMotion, ClPath, ClRecord, Dialect, Program, ReadOptions};
@@ -18,7 +18,8 @@ use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{Block, Motion, Silent, ToolPose};
 use trunnion::verify::{
-    self, BoundOptions, CheckInput, CheckOptions, ClearanceOptions, Fixture, Solid, Stock,
+    self, BoundOptions, CheckInput, CheckOptions, ClearanceOptions, DeviationTolerance, Fixture,
+    Solid, Stock,
 };
 
 fn main() {
@@ -87,14 +88,7 @@ fn tilting(moves: u32) -> ClFile {
 /// Rays 0.1 and 0.5 mm apart. Aim: 2000 and 10 000 moves/s on two cores; at least 300 and 3000.
 #[divan::bench(args = [0.1, 0.5], sample_count = 3, sample_size = 1)]
 fn stock(bencher: divan::Bencher<'_, '_>, cell: f64) {
-    let spec = CutterSpec {
-        kind: CutterKind::Bull,
-        major: MAJOR,
-        minor: MINOR,
-        length: 60.0,
-        construction: CutterConstruction::Solid,
-        shank: vec![],
-    };
+    let spec = CutterSpec { length: 60.0, ..CutterSpec::bull(MAJOR, MINOR) };
     let (cutter, file) = (Cutter::new(spec).unwrap(), tilting(60));
     let [low, high] = [Point3::new(-50.0, -30.0, -20.0), Point3::new(50.0, 30.0, 0.0)];
     let block = Stock::new(&Solid::Box { low, high }, cell, 10_000_000).unwrap();
@@ -106,7 +100,7 @@ fn stock(bencher: divan::Bencher<'_, '_>, cell: f64) {
             verify::simulate(
                 &input,
                 &mut stock,
-                &verify::StockOptions { tolerance: 0.01 * cell, worst: 100 },
+                &verify::StockOptions::within(0.01 * cell),
                 &Silent,
             )
             .unwrap()
@@ -118,12 +112,9 @@ fn stock(bencher: divan::Bencher<'_, '_>, cell: f64) {
 #[divan::bench(args = [300.0, 1.0], sample_count = 3, sample_size = 1)]
 fn fixture(bencher: divan::Bencher<'_, '_>, gap: f64) {
     let spec = CutterSpec {
-        kind: CutterKind::Bull,
-        major: MAJOR,
-        minor: MINOR,
         length: 120.0,
-        construction: CutterConstruction::Solid,
         shank: vec![[40.0, 12.0], [70.0, 25.0], [100.0, 25.0]],
+        ..CutterSpec::bull(MAJOR, MINOR)
     };
     let record = |k: u32| {
         let [row, x] = [k / 100, k % 100].map(f64::from);
@@ -141,7 +132,7 @@ fn fixture(bencher: divan::Bencher<'_, '_>, gap: f64) {
     let base = Point3::new(50.0, 40.0 + 33.9 + gap, -100.0);
     let post = Solid::Cylinder { base, radius: 40.0, height: 200.0 };
     let fixtures = [Fixture::new(&post, 3e-7).unwrap()];
-    let watch = ClearanceOptions { tolerance: 1e-3, clearance: 0.0, worst: 100 };
+    let watch = ClearanceOptions::within(1e-3);
     bencher
         .counter(divan::counter::ItemsCount::new(100_000usize))
         .bench_local(|| verify::clearance(&input, &fixtures, &watch, &Silent).unwrap());
@@ -152,20 +143,16 @@ fn map(bencher: divan::Bencher<'_, '_>, grid: f64) {
     let kinematics = shop::kinematics(Layout::TableTable);
     let face = face();
     let program = program(&kinematics, &face);
-    let (kind, construction) = (CutterKind::Bull, CutterConstruction::Solid);
-    let spec =
-        CutterSpec { kind, major: MAJOR, minor: MINOR, length: 120.0, construction, shank: vec![] };
+    let spec = CutterSpec { length: 120.0, ..CutterSpec::of_radii(MAJOR, MINOR) };
     let cutter = Cutter::new(spec).unwrap();
     let input =
         CheckInput::program(&program, &kinematics, &cutter).faces(std::slice::from_ref(&face));
     let options = CheckOptions {
-        grid,
         reach: 5.0,
         ray_tolerance: 1e-4,
-        total: 0.2,
-        gouge: 0.1,
         most_points: 10_000_000,
-        bounds: Some(BoundOptions { margin: [0.01; 2], excess: true }),
+        bounds: Some(BoundOptions::within([0.01; 2])),
+        ..CheckOptions::of_tolerance(DeviationTolerance { excess: 0.2, gouge: 0.1 }, grid)
     };
     bencher.bench_local(|| verify::check(&input, &options, &Silent).unwrap());
 }

@@ -3,7 +3,7 @@
 
 use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::import::surface_json;
-use trunnion::positioning::{ContactSide, LocationRequest, StripSide, ToleranceBand, widest_strip};
+use trunnion::positioning::{LocationRequest, ToleranceBand, widest_strip};
 use trunnion::surface::{Face, FaceIndex};
 use trunnion::types::{Interval, Uv};
 
@@ -13,15 +13,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let face = FaceIndex::new(Face::new(1, surface, Vec::new())?)?;
     let cutter = Cutter::new(CutterSpec::bull(10.0, 6.0))?;
     let request = LocationRequest {
-        face: &face,
-        cutter: &cutter,
-        band: ToleranceBand { lower: 0.0, upper: 0.01 },
-        at: Uv::new(0.4, 0.5),
-        feed: [0.0, 1.0],
-        strip: StripSide::Right,
-        side: ContactSide::Ahead,
         offset_range: Interval::new(-1.2, 1.2),
-        axis_cone: None,
+        ..LocationRequest::new(
+            &face,
+            &cutter,
+            ToleranceBand { lower: 0.0, upper: 0.01 },
+            Uv::new(0.4, 0.5),
+            [0.0, 1.0],
+        )
     };
     let location = widest_strip(&request, None)?;
     println!("strip {:.4} mm, tip {:.3?}", location.strip_width, location.pose.tip);

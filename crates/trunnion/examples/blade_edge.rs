@@ -12,7 +12,6 @@
 #![expect(clippy::print_stdout, reason = "the figures are what it is for")]
 
 use nalgebra::{Point3, UnitVector3, Vector3};
-use std::collections::BTreeMap;
 use std::error::Error;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write;
@@ -21,8 +20,7 @@ use trunnion::blocks::{BlockInterpolation, BlockOptions, blocks};
 use trunnion::feed::{FeedOptions, Limits, optimal};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{
-    AxisFormat, AxisInterpolation, AxisKind, AxisSpec, FeedMode, Kinematics, Machine, MachineSpec,
-    ProgramFormat, RetractPolicy, Setup, SingularPolicy,
+    AxisInterpolation, AxisSpec, Kinematics, Machine, MachineSpec, ProgramFormat, Setup,
 };
 use trunnion::math::angle::angle_between;
 use trunnion::toolpath::{PathResolution, SmoothOptions, SmoothReference, densify, smooth};
@@ -95,49 +93,33 @@ fn programs() -> Result<[Program; 3], Box<dyn Error>> {
 
 /// Table A and head B, the tool's tip 150 mm from the head's axis.
 fn machine() -> Result<Kinematics, Box<dyn Error>> {
-    let axis = |name: &str, dir: [f64; 3], point: Option<[f64; 3]>| AxisSpec {
-        name: name.to_owned(),
-        kind: if point.is_some() { AxisKind::Rotary } else { AxisKind::Linear },
-        dir,
-        point,
-        limits: Some(if point.is_some() {
-            Interval::new(-20.0, 20.0)
-        } else {
-            Interval::new(-1000.0, 1000.0)
-        }),
-        cyclic: None,
-        vel: if point.is_some() { 3.0 } else { 500.0 },
-        rapid: None,
-        acc: if point.is_some() { 10.0 } else { 2500.0 },
+    let linear = |name, dir| AxisSpec {
+        limits: Some(Interval::new(-1000.0, 1000.0)),
+        acc: 2500.0,
         jerk: 1e5,
-        sense: 1.0,
-        home: None,
-        prefer: None,
-        output: AxisFormat::STANDARD,
+        ..AxisSpec::linear(name, dir)
     };
-    let spec = MachineSpec {
-        name: "table A, head B".to_owned(),
-        chain: ["w", "A", "b", "X", "Y", "Z", "B", "t"].map(str::to_owned).to_vec(),
-        tool_axis: [0.0, 0.0, 1.0],
-        gauge: [0.0; 3],
-        axes: vec![
-            axis("X", [1.0, 0.0, 0.0], None),
-            axis("Y", [0.0, 1.0, 0.0], None),
-            axis("Z", [0.0, 0.0, 1.0], None),
-            axis("A", [1.0, 0.0, 0.0], Some([0.0; 3])),
-            axis("B", [0.0, 1.0, 0.0], Some([0.0; 3])),
-        ],
-        cycle: trunnion::machine::ControlLimits::default(),
-        singular: SingularPolicy::STANDARD,
-        retract: RetractPolicy::standard(),
-        dialect: ProgramFormat {
-            name: "linuxcnc".to_owned(),
-            interpolation: AxisInterpolation::Axes,
-            feed: FeedMode::InverseTime,
-            strings: BTreeMap::new(),
-        },
+    let rotary = |name, dir| AxisSpec {
+        limits: Some(Interval::new(-20.0, 20.0)),
+        cyclic: None,
+        vel: 3.0,
+        acc: 10.0,
+        jerk: 1e5,
+        ..AxisSpec::rotary(name, dir, [0.0; 3])
     };
-    let machine = Machine::new(spec)?;
+    let axes = vec![
+        linear("X", [1.0, 0.0, 0.0]),
+        linear("Y", [0.0, 1.0, 0.0]),
+        linear("Z", [0.0, 0.0, 1.0]),
+        rotary("A", [1.0, 0.0, 0.0]),
+        rotary("B", [0.0, 1.0, 0.0]),
+    ];
+    let chain = ["w", "A", "b", "X", "Y", "Z", "B", "t"];
+    // No tool-centre-point control: all five axes run in proportion.
+    let dialect =
+        ProgramFormat { interpolation: AxisInterpolation::Axes, ..ProgramFormat::linuxcnc() };
+    let spec = MachineSpec::new("table A, head B", &chain, axes);
+    let machine = Machine::new(MachineSpec { dialect, ..spec })?;
     Ok(Kinematics::new(&machine, &Setup::new(Vector3::zeros(), [0.0; 3], 150.0)))
 }
 

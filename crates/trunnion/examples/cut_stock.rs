@@ -5,7 +5,7 @@
 
 use nalgebra::Point3;
 use std::time::Instant;
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::types::Silent;
 use trunnion::verify::{self, CheckInput, Solid, Stock};
 
@@ -24,20 +24,15 @@ fn main() -> Result<(), Failure> {
     let [major, minor, length] = numbers(arguments.next(), "R,r,length")?;
     let [x, y, z, u, v, w] = numbers(arguments.next(), "corners of the stock")?;
     let [cell] = numbers(arguments.next(), "distance of the rays")?;
-    let (kind, construction) = (CutterKind::Bull, CutterConstruction::Solid);
-    let spec = CutterSpec { kind, major, minor, length, construction, shank: vec![] };
+    let spec = CutterSpec { length, ..CutterSpec::of_radii(major, minor) };
     let cutter = Cutter::new(spec)?;
     let file = trunnion::nc::read::cl(&text, 1)?;
     let solid = Solid::Box { low: Point3::new(x, y, z), high: Point3::new(u, v, w) };
     let mut stock = Stock::new(&solid, cell, 100_000_000)?;
     let input = CheckInput::locations(&file, &cutter);
     let start = Instant::now();
-    let cut = verify::simulate(
-        &input,
-        &mut stock,
-        &verify::StockOptions { tolerance: 0.01 * cell, worst: 100 },
-        &Silent,
-    )?;
+    let cut =
+        verify::simulate(&input, &mut stock, &verify::StockOptions::within(0.01 * cell), &Silent)?;
     let seconds = start.elapsed().as_secs_f64();
     let [along_x, along_y, along_z] = stock.volumes();
     println!("{} {seconds} {along_x} {along_y} {along_z}", cut.removed);

@@ -122,7 +122,7 @@ fn limits(with_jerk: bool) -> Limits<5> {
 
 fn streamed_with_jerk(path: &AxisPath) -> Result<f64, Box<dyn Error>> {
     let options =
-        StreamOptions { feed: None, link_feed: None, tip: None, window: 512, step: f64::MAX };
+        StreamOptions { feed: None, link_feed: None, tip: None, ..StreamOptions::fastest(512, f64::MAX) };
     let mut stream = JerkStream::new(limits(true), options)?;
     let mut nodes = path.pieces.iter().flat_map(|piece| &piece.nodes);
     stream.begin(Motion::Cut);
@@ -139,7 +139,7 @@ fn streamed_with_jerk(path: &AxisPath) -> Result<f64, Box<dyn Error>> {
 
 fn streamed(path: &AxisPath) -> Result<f64, Box<dyn Error>> {
     let options =
-        StreamOptions { feed: None, link_feed: None, tip: None, window: 512, step: f64::MAX };
+        StreamOptions { feed: None, link_feed: None, tip: None, ..StreamOptions::fastest(512, f64::MAX) };
     let mut stream = Stream::new(limits(false), options)?;
     let mut nodes = path.pieces.iter().flat_map(|piece| &piece.nodes);
     stream.begin(Motion::Cut);
@@ -178,7 +178,7 @@ fn wave(index: u64) -> AxisNode<5> {
 
 fn endless(with_jerk: bool, points: u64) -> Result<(), Box<dyn Error>> {
     let options =
-        StreamOptions { feed: None, link_feed: None, tip: None, window: 512, step: f64::MAX };
+        StreamOptions { feed: None, link_feed: None, tip: None, ..StreamOptions::fastest(512, f64::MAX) };
     let mut fast = Stream::new(limits(false), options)?;
     let mut smooth = JerkStream::new(limits(true), options)?;
     fast.begin(Motion::Cut);

@@ -37,7 +37,7 @@ pub(crate) struct Args {
     /// number for all other tools.
     #[arg(long, value_name = "[N=]R=10,r=6")]
     pub(super) cutter: Vec<String>,
-    /// Profile above the cutting part: height above the tip and radius in mm, from below up. Tool numbers as for
+    /// Profile above the cutting part: height above the tip and radius in mm, from the lowest point up. Tool numbers as for
     /// --cutter.
     #[arg(long, value_name = "[N=]H:R,H:R..")]
     pub(super) shank: Vec<String>,
@@ -101,7 +101,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "MM", value_parser = positive, allow_negative_numbers = true)]
     pub(super) stock_cell: Option<f64>,
     /// Errors in mm that the control does not know of: length and radius of the tools, origin.x of the workpiece, pivot.B.z
-    /// of a rotary axis. The part is measured under each and under all together; the verdict stays that without them.
+    /// of a rotary axis. The part is measured under each and under all together; the verdict is that without them.
     #[arg(long, value_name = "NAME=MM,..", value_delimiter = ',', value_parser = what_if::read)]
     pub(super) what_if: Vec<Assumption>,
     /// Kind of finding that does not fail the check, such as spindle-stopped for a plotter; see below. May be repeated.
@@ -180,7 +180,7 @@ and degrees, and optionally X_vel,.., X_acc,.., X_jerk,... Every row must keep t
 limits. Between two rows, the smallest acceleration and jerk that any motion through both needs
 must keep them. Rounding of the decimals is allowed for, so that every reported violation is real.
 
-Exit codes: 0 everything is kept; 1 something is broken, and reported; 2 bad input, nothing
+Exit codes: 0 every tolerance and limit is kept; 1 one is broken, and reported; 2 bad input, nothing
 written.
 
   trunnion check out/program.linuxcnc.ngc --job job.toml -o checked

@@ -41,7 +41,7 @@ pub(super) struct ToolChanges {
 impl AssumedSolutions {
     /// Returns the assumptions; `None` if the program leaves nothing open.
     pub(super) fn of(choices: &Choices, subject: &Subject) -> Option<Self> {
-        let Choices { vectors, planes, places, more } = choices;
+        let Choices { vectors, planes, places, more, .. } = choices;
         // Cutter locations have no rotaries to choose.
         let Motion::Program(_, kinematics) = &subject.motion else { return None };
         let [.., first, second] = &kinematics.machine().axes;
@@ -56,10 +56,10 @@ impl AssumedSolutions {
                 .collect::<Vec<_>>()
                 .join(" ")
         };
-        let place = |&Choice { line, plane, taken, other }: &Choice| {
+        let place = |&Choice { line, plane, taken, other, .. }: &Choice| {
             let degrees = |of: RotaryPair| <[f64; 2]>::from(of).map(f64::to_degrees);
             let beside = other.map_or_else(
-                || "the tool is parallel to the first axis, which stays".to_owned(),
+                || "the tool is parallel to the first rotary axis, which keeps its position".to_owned(),
                 |other| format!("the other solution is {}", words(other)),
             );
             AssumedSolution {
@@ -88,7 +88,7 @@ impl AssumedSolutions {
                 let AssumedSolution { line, of, words, .. } = place;
                 format!(
                     "{program}:{line}: for this {of} the rotary axes are assumed to go to {words}: the solution inside travel with the least \
-                     motion; the control may choose otherwise"
+                     motion; the control may choose another"
                 )
             })
             .collect();
@@ -101,7 +101,7 @@ impl AssumedSolutions {
 }
 
 impl ToolChanges {
-    pub(super) fn of(Changes { count, line, unmeasured, first }: Changes) -> Self {
+    pub(super) fn of(Changes { count, line, unmeasured, first, .. }: Changes) -> Self {
         Self { count, line, unmeasured, first_unmeasured: first }
     }
 

@@ -111,7 +111,7 @@ fn numbers(subject: &Subject, summary: &PartCheckSummary) -> Vec<Number> {
         numbers.extend(material::numbers(stock, str::to_owned));
     }
     let fixtures = summary.fixtures.iter();
-    numbers.extend(fixtures.map(|of| material::clearance_number(of, "least off fixtures")));
+    numbers.extend(fixtures.map(|of| material::clearance_number(of, "least fixture distance")));
     let percent = |label: String, of: LimitRatio| {
         let note = format!("of its limit, at line {}", of.line);
         let number = plain(&label, format!("{:.1}", 100.0 * of.ratio), "%", note);
@@ -161,7 +161,7 @@ fn check(subject: &Subject, found: &InspectionReport, summary: &PartCheckSummary
     Check {
         method: match subject.part {
             Some(_) => format!(
-                "{} replayed as the control would, and measured along the surface normal",
+                "{} run as the control would run it, and measured along the surface normals",
                 subject.program
             ),
             None => format!("{} replayed as the control would", subject.program),

@@ -104,7 +104,7 @@ fn only_axes(args: &Args) -> Result<(), Failure> {
     ];
     match given.iter().find(|(_, given)| *given) {
         Some((name, _)) => Err(Failure::input(format!(
-            "{}: setpoints are checked against the machine alone, without {name}\n  help: leave it \
+            "{}: setpoints are checked against the machine alone: {name} does not apply\n  help: leave it \
              out, or check the program",
             args.program.display()
         ))),
@@ -137,14 +137,15 @@ impl Table {
             }
         };
         let looks = TableSurvey::of(&args.program, &machine)?;
+        // The option beats the job, the job the machine; the rows decide if none states a period.
+        let period = args.period.or(period).unwrap_or_else(|| looks.period());
         let options = MotionOptions {
-            // The option beats the job, the job the machine; the rows decide if none states a period.
-            period: args.period.or(period).unwrap_or_else(|| looks.period()),
             // The first of the names is the time, which the division drops.
             derivatives: looks.names.len() / AXES - 1,
             time_rounding: looks.rounding(0),
             rounding: looks.roundings(&machine),
             jerk: jerk && !args.no_jerk,
+            ..MotionOptions::positions(period)
         };
         Ok(Self { machine, options, end: looks.last })
     }
@@ -326,7 +327,7 @@ impl SetpointCheckSummary {
 
     fn page(&self, charts: Motion) -> Result<String, Failure> {
         let verdict = match &self.failures[..] {
-            [] => vec!["every limit is kept by the setpoints, at the rows and between".to_owned()],
+            [] => vec!["the setpoints keep every limit, at the rows and between them".to_owned()],
             failures => failures.to_vec(),
         };
         let data = ReportData {
@@ -384,7 +385,7 @@ impl SetpointCheckSummary {
         let mut lines = vec![format!("{}: {kept}", self.table)];
         let mut row = |name: &str, value: String| lines.push(format!("  {name:<14}{value}"));
         let Self { rows, duration, period, .. } = self;
-        row("rows", format!("{rows}, {duration:.3} s, to be {:.6} ms apart", 1e3 * period));
+        row("rows", format!("{rows} over {duration:.3} s, expected every {:.6} ms", 1e3 * period));
         for axis in &self.axes {
             let [low, high] = axis.range;
             let rates = self.rates(axis).map(|(name, rate, judged)| {

@@ -65,11 +65,11 @@ impl Setting {
         setting.add_solids(args)?;
         // An option without an effect is a mistake, not a preference.
         if args.clearance.is_some() && setting.fixtures.is_empty() {
-            let help = "name what the tool must not touch with --fixture";
+            let help = "describe with --fixture what the tool must not touch";
             return Err(Failure::input(format!("--clearance needs a fixture\n  help: {help}")));
         }
         if args.stock_cell.is_some() && setting.stock.is_none() {
-            let help = "name what is cut with --stock";
+            let help = "describe with --stock the material that is cut";
             return Err(Failure::input(format!("--stock-cell needs --stock\n  help: {help}")));
         }
         Ok(setting)
@@ -122,9 +122,9 @@ impl Setting {
             .map(|cell| Named::new(place(path, &job, "verify.stock_cell", "the stock"), cell));
         let options = toolbox(args);
         if options.has_plain() {
-            let help = "the job has its tool; describe others by number: --cutter 2=R=5,r=1 --tool-length 2=95";
+            let help = "describe a further tool with its number: --cutter 2=R=5,r=1 --tool-length 2=95";
             return Err(Failure::input(format!(
-                "a tool without number beside --job\n  help: {help}"
+                "--job describes the tool already; a further one needs a number\n  help: {help}"
             )));
         }
         // A tool of the command line replaces the one of the job with the same number.
@@ -170,7 +170,7 @@ impl Setting {
             let help = match args.part {
                 Some(_) => "give --part, --cutter and --tolerance, or --job JOB.toml",
                 None => {
-                    "the axes need the length of the tool, stock and fixtures its --cutter; or give --job JOB.toml"
+                    "the check of the axes needs --tool-length, that of stock and fixtures also --cutter; or give --job JOB.toml"
                 }
             };
             Failure::input(format!("{name} is missing\n  help: {help}"))
@@ -259,7 +259,7 @@ fn refuse_face_options(args: &Args) -> Result<(), Failure> {
 /// Returns the warning about a gouge tolerance below the least that can be kept.
 fn least_gouge(gouge: f64) -> String {
     format!(
-        "gouges are reported from {LEAST_GOUGE} mm on, not from {gouge} mm: rounded words alone let a program that touches a face gouge it by as much"
+        "only gouges deeper than {LEAST_GOUGE} mm are reported, instead of {gouge} mm: the rounding of words alone causes gouges up to that depth"
     )
 }
 

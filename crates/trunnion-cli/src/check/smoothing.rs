@@ -50,7 +50,7 @@ impl SmoothingSummary {
                 format!("up to {distance} mm{line}, on top of the deviations")
             }
             (SmoothingKind::Unbounded, _) => {
-                format!("not bounded{line}: the control may cut corners as far as speed demands")
+                format!("not bounded{line}: the control may round corners by as much as the speed requires")
             }
             _ => format!("the machine's own{line}, which adds to the deviations"),
         }

@@ -206,11 +206,11 @@ fn misnamed(motion: &Motion, own: u32) -> Option<String> {
     match called {
         Some(number) if number == own => None,
         Some(number) => Some(format!(
-            "the program calls tool {number}; it is taken to be the job's, which is tool {own}"
+            "the program calls tool {number}, but the job describes tool {own}: the check uses the tool of the job"
         )),
         None if matches!(motion, Motion::Locations(_)) => None,
         None => Some(format!(
-            "the program calls no tool; the job's, tool {own}, has to be in the spindle"
+            "the program calls no tool: tool {own} of the job must be in the spindle at the start"
         )),
     }
 }

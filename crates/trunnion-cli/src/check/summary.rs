@@ -274,13 +274,13 @@ impl PartCheckSummary {
             None => "every limit is kept",
         };
         let rest = if self.deviation.is_some() { "" } else { "; no part was measured" };
-        format!("{kept} by the program as it stands{rest}")
+        format!("{kept} by the program as written{rest}")
     }
 
     /// Returns the time of the program for the page.
     pub(super) fn time(&self) -> Option<Number> {
         let (duration, rapid, moves) = (self.duration?, self.rapid?, self.moves?);
-        let note = format!("of it rapid {rapid:.1} s, for {moves} moves");
+        let note = format!("of which {rapid:.1} s rapid, for {moves} moves");
         Some(plain("time", format!("{duration:.1}"), "s", note))
     }
 
@@ -301,7 +301,7 @@ impl PartCheckSummary {
         // A CL file has no axes, so neither time nor loads.
         if let (Some(duration), Some(rapid), Some(moves)) = (self.duration, self.rapid, self.moves)
         {
-            row("time", format!("{duration:.1} s, of it rapid {rapid:.1} s, for {moves} moves"));
+            row("time", format!("{duration:.1} s, of which {rapid:.1} s rapid, for {moves} moves"));
         }
         if let Some(ReadMotion { read: CountedMotion { moves, length } }) = self.motion {
             let [rapid, feed] =
@@ -309,7 +309,7 @@ impl PartCheckSummary {
             row("motion", format!("rapid {rapid}; with feed {feed}"));
         }
         if let Some(held) = self.held {
-            row("with limits", format!("{held:.1} s, no axis above its velocity"));
+            row("with limits", format!("{held:.1} s with every axis within its velocity limit"));
         }
         if let Some(model) = &self.control_model {
             row("control model", model.words());
@@ -380,7 +380,7 @@ impl Heights {
         if let (Some(gouge), Some(excess)) = (self.gouge_bound, self.excess_bound) {
             // A bound over part of the face only must not be read as one over all of it.
             let open = match self.unbounded_area {
-                area if area > 0.0 => format!("; but for {area:.3} mm2"),
+                area if area > 0.0 => format!("; except on {area:.3} mm2"),
                 _ => String::new(),
             };
             let bounds = format!("gouge max <= {gouge:.4}, excess max <= {excess:.4} mm{open}");

@@ -3,7 +3,7 @@
 use crate::option_values::{finite, two};
 use crate::outcome::Failure;
 use crate::post::tools::{self, ToolLength};
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterSpec};
 
 /// Largest tolerance \[mm\]: rays along the normals reach twice as far from each point of the face.
 const LARGEST_TOLERANCE: f64 = 100.0;
@@ -115,17 +115,16 @@ impl ToolDescription<'_> {
         shank.extend(holder);
         let top = shank.last().map_or(4.0 * (major + minor), |&[height, _]| height);
         let length = self.length.or(length).unwrap_or(top);
-        // R = 0 leaves the corner alone, a ball; r = 0 leaves a sharp edge, a flat end mill.
-        let kind = match (major > 0.0, minor > 0.0) {
-            (true, true) => CutterKind::Bull,
-            (true, false) => CutterKind::Flat,
-            (false, _) => CutterKind::Ball,
-        };
         let construction = inner.map_or(CutterConstruction::Solid, |inner_cutting_radius| {
             CutterConstruction::Insert { inner_cutting_radius }
         });
-        Cutter::new(CutterSpec { kind, major, minor, length, construction, shank })
-            .map_err(|faults| Failure::Input(faults.iter().map(ToString::to_string).collect()))
+        Cutter::new(CutterSpec {
+            length,
+            construction,
+            shank,
+            ..CutterSpec::of_radii(major, minor)
+        })
+        .map_err(|faults| Failure::Input(faults.iter().map(ToString::to_string).collect()))
     }
 
     fn radii(&self) -> Result<Radii, Failure> {
@@ -137,13 +136,13 @@ impl ToolDescription<'_> {
         for entry in self.cutter.split(',') {
             let (name, value) =
                 entry.split_once('=').ok_or_else(|| wrong("name=value is expected"))?;
-            let value = finite(value).map_err(|_| wrong(&format!("{entry} is no number")))?;
+            let value = finite(value).map_err(|_| wrong(&format!("{entry} is not a number")))?;
             let slot = match name.trim() {
                 "R" => &mut major,
                 "r" => &mut minor,
                 "L" => &mut length,
                 "inner" => &mut inner,
-                other => return Err(wrong(&format!("{other} is none of R, r, L, inner"))),
+                other => return Err(wrong(&format!("{other} is not one of R, r, L, inner"))),
             };
             if slot.replace(value).is_some() {
                 return Err(wrong(&format!("{name} is given twice")));
@@ -167,8 +166,8 @@ struct Radii {
 fn profile(option: &str, text: Option<&str>) -> Result<Vec<[f64; 2]>, Failure> {
     let Some(text) = text else { return Ok(Vec::new()) };
     let wrong = || {
-        let help = "height above the tip and radius, from below up: 30:12.5,60:25";
-        Failure::input(format!("{option} {text}: no profile\n  help: {help}"))
+        let help = "give height above the tip and radius, from the lowest point up: 30:12.5,60:25";
+        Failure::input(format!("{option} {text}: not a profile\n  help: {help}"))
     };
     let entry = |entry: &str| {
         let (height, radius) = entry.split_once(':')?;

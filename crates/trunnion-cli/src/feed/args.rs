@@ -21,7 +21,7 @@ pub(crate) struct Args {
     /// optimal: keep the limits at rows only, not in between; for comparison with other planners.
     #[arg(long)]
     pub(super) no_guarantee: bool,
-    /// Plan row by row with a look-ahead of so many rows, inside which the axes can always stop, as a control does;
+    /// Plan row by row with a look-ahead of this many rows, within which the axes can always stop, as a control does;
     /// with jerk limits up to eight times as many rows if stopping takes longer.
     #[arg(long, value_name = "ROWS", value_parser = clap::value_parser!(u32).range(4..))]
     pub(super) window: Option<u32>,
@@ -29,8 +29,7 @@ pub(crate) struct Args {
     /// need the whole path are left out: the certified bound and the binding limits.
     #[arg(long, requires = "window", conflicts_with = "motion")]
     pub(super) stream: bool,
-    /// Stop searching when less than this share of the time can still be gained [default: 1e-3 for jerk; 5e-3 for
-    /// optimal, which takes long to get below].
+    /// Stop searching when less than this share of the time can still be gained [default: 1e-3 for jerk; 5e-3 for optimal, where a smaller share takes long].
     #[arg(long, value_name = "SHARE", value_parser = share)]
     pub(super) time_tolerance: Option<f64>,
     /// Largest difference of NAME3 from the quintic through NAME, NAME1, NAME2, as a share of the
@@ -76,7 +75,7 @@ pub(crate) enum Method {
     Optimal,
     /// Classical look-ahead over straight blocks from row to row, for comparison.
     Blocks,
-    /// Speeds of the column `speed`: reports the axis motion, and each broken limit with its place.
+    /// Speeds of the column `speed`: reports the axis motion, and each broken limit with its position.
     Given,
 }
 
@@ -116,7 +115,7 @@ impl Args {
         }
         if !cfg!(feature = "parquet") && self.motion.as_deref().is_some_and(is_parquet) {
             return Err(Failure::input(
-                "this trunnion writes no Parquet\n  help: build it with --features parquet, or name a .csv file",
+                "this build of trunnion does not write Parquet\n  help: build it with --features parquet, or name a .csv file",
             ));
         }
         let optimal = self.method == Method::Optimal;
@@ -132,7 +131,7 @@ impl Args {
         }
         if self.stream && self.ends.is_stdin() {
             return Err(Failure::input(
-                "--stream reads the table twice, which stdin cannot be\n  help: name a file",
+                "--stream reads the table twice, and stdin can be read only once\n  help: name a file",
             ));
         }
         Ok(())

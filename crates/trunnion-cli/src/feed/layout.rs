@@ -177,7 +177,7 @@ impl Layout {
             return Next::On;
         }
         if node.s < before.s {
-            let message = format!("s = {} falls back from {}", node.s, before.s);
+            let message = format!("s = {} is below {} of the row before", node.s, before.s);
             let help =
                 "sort the rows by s; two rows with the same s mark a jump of the derivatives";
             faults.add(fault(line, message, help));

@@ -54,7 +54,8 @@ pub(super) fn plan<const N: usize>(
         }
         (Method::Jerk, None) => feed::jerk(path, limits, options, progress).map(unbroken),
         (Method::Blocks, _) => {
-            let blocks = LookAheadOptions { period: args.period, ahead: BLOCKS_AHEAD, tiny: None };
+            let blocks =
+                LookAheadOptions { ahead: BLOCKS_AHEAD, ..LookAheadOptions::whole(args.period) };
             feed::blocks(path, limits, options, &blocks, progress).map(unbroken)
         }
         (Method::Given, _) => feed::given(path, &table.speeds(path), limits, options, progress),
@@ -71,8 +72,8 @@ fn streamed<const N: usize>(
     let ends = |nodes: &[AxisNode<N>]| Some(nodes.last()?.s - nodes.first()?.s);
     let length: f64 = path.pieces.iter().filter_map(|piece| ends(&piece.nodes)).sum();
     let step = length / LEAST_ROWS;
-    let mut stream =
-        FeedStream::new(*limits, StreamOptions { speeds: options.speeds, window, step })?;
+    let window = StreamOptions { speeds: options.speeds, ..StreamOptions::fastest(window, step) };
+    let mut stream = FeedStream::new(*limits, window)?;
     let mut speeds = vec![GivenSpeed::default(); path.pieces.len()];
     let mut nodes = path.pieces.iter().flat_map(|piece| {
         piece.nodes.iter().enumerate().map(|(index, node)| (index == 0, piece.motion, node))

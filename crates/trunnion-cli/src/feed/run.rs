@@ -9,7 +9,7 @@ use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
 use crate::{output, text};
 use std::time::Instant;
-use trunnion::feed::{FeedError, FeedOptions, Limits, PathEnds, ProgrammedSpeeds};
+use trunnion::feed::{FeedError, FeedOptions, Limits, PathEnds};
 use trunnion::files::limits::{LimitsFile, parse};
 
 /// Axis counts that plans are compiled for; other counts get additional axes that stand still.
@@ -98,12 +98,11 @@ fn sized<const N: usize>(
         .limits(file, args.period)
         .map_err(|error| Failure::input(format!("{}: {error}", args.limits.display())))?;
     let path = table.path(&limits, args)?;
-    let options = FeedOptions {
-        speeds: ProgrammedSpeeds { feed: table.layout.feed(), ..ProgrammedSpeeds::FASTEST },
-        time_tolerance: args.time_tolerance.unwrap_or(args.method.time_tolerance()),
-        end_speeds: PathEnds { start: file.path.start, end: file.path.end },
-        guarantee: !args.no_guarantee,
-    };
+    let mut options = FeedOptions::fastest();
+    options.speeds.feed = table.layout.feed();
+    options.time_tolerance = args.time_tolerance.unwrap_or(args.method.time_tolerance());
+    options.end_speeds = PathEnds { start: file.path.start, end: file.path.end };
+    options.guarantee = !args.no_guarantee;
     let progress = Bars::new();
     let start = Instant::now();
     let input = PlanInput { path: &path, table, limits: &limits, options: &options };

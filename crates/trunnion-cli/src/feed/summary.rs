@@ -151,7 +151,7 @@ fn report_breaches(breaches: &[LimitBreach], table: &Table) {
     }
     if breaches.len() > MOST_LISTED {
         eprintln!(
-            "and {} more stretches; lower the column `speed` there",
+            "and {} more segments; lower the column `speed` there",
             breaches.len() - MOST_LISTED
         );
     }
@@ -183,6 +183,7 @@ fn limit(name: BindingLimit, table: &Table) -> String {
         BindingLimit::Feed => "feed".into(),
         BindingLimit::Tip => "tip speed".into(),
         BindingLimit::Still => "nothing moves".into(),
+        other => format!("{other:?}"),
     }
 }
 

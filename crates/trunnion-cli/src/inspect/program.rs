@@ -36,8 +36,8 @@ pub(super) struct ProgramArgs {
     /// Run the lines that begin with / (true), or skip them (false).
     #[arg(long, value_name = "RUN")]
     block_delete: Option<bool>,
-    /// Positions of X, Y, Z before the program, mm, of a control as it is switched on: rotaries, work offsets and the places of
-    /// G28 and G30 are zero, no tool is in the spindle. Without it, nothing of that is known.
+    /// Start as on a control that was just switched on, with X, Y and Z at these positions in mm: rotaries, work offsets and
+    /// the positions of G28 and G30 are zero, and no tool is in the spindle. Without it, none of these is known.
     #[arg(long, value_name = "X,Y,Z", value_parser = three, allow_negative_numbers = true)]
     start: Option<[f64; 3]>,
     #[command(flatten)]
@@ -54,7 +54,7 @@ fn dialect(name: &str) -> Result<Dialect, String> {
 
 pub(crate) fn parameter(text: &str) -> Result<(String, f64), String> {
     let (name, value) = text.rsplit_once('=').ok_or("write NAME=VALUE")?;
-    let value: f64 = value.trim().parse().map_err(|_| format!("{value} is no number"))?;
+    let value: f64 = value.trim().parse().map_err(|_| format!("{value} is not a number"))?;
     if value.is_finite() {
         Ok((name.trim().to_owned(), value))
     } else {

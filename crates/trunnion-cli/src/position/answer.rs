@@ -76,13 +76,14 @@ pub(super) fn words(active: ActiveConstraint) -> (&'static str, &'static str) {
         }
         ActiveConstraint::Disc => ("disc", "the flat underside touches"),
         ActiveConstraint::Chord => {
-            ("chord", "the strip is as wide as the cutter: a larger R would be wider")
+            ("chord", "the strip is as wide as the cutter: a larger R would give a wider strip")
         }
         ActiveConstraint::OffsetRange => {
             ("offset-range", "the range of the offset direction ends here")
         }
         ActiveConstraint::AxisTurn => ("axis-turn", "the tool axis may not turn farther"),
         ActiveConstraint::GivenLead => ("given-lead", "the lead was given, not found"),
+        _ => ("other", "another condition of the search is met exactly"),
     }
 }
 

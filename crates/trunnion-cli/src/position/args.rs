@@ -21,13 +21,13 @@ pub(crate) struct Args {
     /// must keep clear (default 2 (R + r)); inner, radius inside which inserts do not cut.
     #[arg(long, value_name = "R=10,r=6")]
     pub(super) cutter: String,
-    /// Largest error of the strip in mm; nothing may gouge.
+    /// Largest error of the strip in mm; gouges are not allowed.
     #[arg(long, value_name = "MM")]
     pub(super) tolerance: f64,
     /// Parameters of the point where the strip begins, as in the knots of the surface.
     #[arg(long, value_name = "U,V", value_parser = two, allow_hyphen_values = true)]
     pub(super) at: [f64; 2],
-    /// Feed direction in parameters; its sign counts.
+    /// Feed direction in parameters; its sign matters.
     #[arg(long, value_name = "DU,DV", value_parser = two, allow_hyphen_values = true)]
     pub(super) feed: [f64; 2],
     /// Side of the feed on which the strip lies.

@@ -101,7 +101,7 @@ fn table(rows: &[Row], args: &Args) -> String {
         };
     }
     text.push_str(
-        "share: of the widest; the passes over a face go about as its inverse.\n\
+        "share: of the widest strip; the number of passes over a face is about inversely proportional to it.\n\
          turn: about the chord, or from the normal where there is one contact.\n\
          rear: least clearance of the cutter beside the strip.\n",
     );

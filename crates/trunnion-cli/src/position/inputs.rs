@@ -4,7 +4,7 @@ use super::args::Args;
 use crate::outcome::Failure;
 use crate::part;
 use crate::progress::Bars;
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterSpec};
 use trunnion::surface::{FaceIndex, Surface};
 
 /// Refuses a point beyond the edges of the surface.
@@ -55,30 +55,24 @@ pub(super) fn cutter(args: &Args) -> Result<Cutter, Failure> {
     for entry in args.cutter.split(',') {
         let (name, value) = entry.split_once('=').ok_or_else(|| wrong("name=value is expected"))?;
         let value = value.trim().parse::<f64>();
-        let value = value.map_err(|_| wrong(&format!("{entry} is no number")))?;
+        let value = value.map_err(|_| wrong(&format!("{entry} is not a number")))?;
         let place = match name.trim() {
             "R" => &mut major,
             "r" => &mut minor,
             "L" => &mut length,
             "inner" => &mut inner,
-            other => return Err(wrong(&format!("{other} is none of R, r, L, inner"))),
+            other => return Err(wrong(&format!("{other} is not one of R, r, L, inner"))),
         };
         *place = Some(value);
     }
     let (Some(major), Some(minor)) = (major, minor) else {
         return Err(wrong("both R and r are needed"));
     };
-    // R = 0 leaves the corner alone, a ball; r = 0 leaves a sharp edge, a flat end mill.
-    let kind = match (major > 0.0, minor > 0.0) {
-        (true, true) => CutterKind::Bull,
-        (true, false) => CutterKind::Flat,
-        (false, _) => CutterKind::Ball,
-    };
     // By default, the part of the tool that must be clear is as high as the cutter is wide.
     let length = length.unwrap_or(2.0 * (major + minor));
     let construction = inner.map_or(CutterConstruction::Solid, |inner_cutting_radius| {
         CutterConstruction::Insert { inner_cutting_radius }
     });
-    Cutter::new(CutterSpec { kind, major, minor, length, construction, shank: Vec::new() })
+    Cutter::new(CutterSpec { length, construction, ..CutterSpec::of_radii(major, minor) })
         .map_err(|faults| Failure::Input(faults.iter().map(ToString::to_string).collect()))
 }

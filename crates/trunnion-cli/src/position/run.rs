@@ -19,12 +19,8 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     require_on_surface(&face.face().surface, args.at)?;
     let cutter = cutter(args)?;
     let tolerance = args.tolerance;
+    let band = ToleranceBand { lower: 0.0, upper: tolerance };
     let request = LocationRequest {
-        face: &face,
-        cutter: &cutter,
-        band: ToleranceBand { lower: 0.0, upper: tolerance },
-        at: args.at.into(),
-        feed: args.feed,
         strip: match args.strip {
             Strip::Right => StripSide::Right,
             Strip::Left => StripSide::Left,
@@ -36,7 +32,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
         },
         // Options are in degrees, the library in radians.
         offset_range: args.offset_range.map(f64::to_radians).into(),
-        axis_cone: None,
+        ..LocationRequest::new(&face, &cutter, band, args.at.into(), args.feed)
     };
     // A comparison treats refusals as results, a single placement as the end.
     if args.compare {

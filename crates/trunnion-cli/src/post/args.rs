@@ -64,7 +64,7 @@ pub(crate) struct Args {
     /// Leave out moves that a longer one replaces within tolerance.
     #[arg(long)]
     pub(super) reduce: bool,
-    /// Retract so far along the tool, in mm, if a rotary axis reaches the end of its travel inside a cut; the rotaries
+    /// Retract by this distance along the tool, in mm, if a rotary axis reaches the end of its travel inside a cut; the rotaries
     /// unwind and the tool returns. Without this option such a cut is refused.
     #[arg(long, value_name = "MM", value_parser = positive, allow_hyphen_values = true)]
     pub(super) unwind: Option<f64>,

@@ -13,8 +13,7 @@ use std::path::Path;
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::write::{AxisWords, OutputFormat, SheetProgram, Style, Template, program_sheet};
 use trunnion::post::{
-    POST_WINDOW, PostError, PostFilter, PostMethod, PostOptions, PostReport, Poster, ProgramHead,
-    control_of,
+    PostError, PostFilter, PostMethod, PostOptions, PostReport, Poster, ProgramHead, control_of,
 };
 
 /// Bytes of text that are kept before they are written.
@@ -77,8 +76,6 @@ impl Plan {
                 .map_err(|error| Failure::input(format!("{}: {error}", path.display()))),
         };
         let options = PostOptions {
-            control: control_of(&kinematics, dialect),
-            tolerance: args.tolerance,
             // Options are in mm/min, as programs are; the library works in mm/s.
             max_feed: args.max_feed.map(|feed| feed / 60.0),
             method: match args.feed {
@@ -87,7 +84,6 @@ impl Plan {
                 Method::Blocks => PostMethod::Blocks,
                 Method::Programmed => PostMethod::Programmed,
             },
-            window: POST_WINDOW,
             // clap refuses both together.
             filter: match (args.smooth, args.reduce) {
                 (true, _) => PostFilter::Smooth,
@@ -95,6 +91,7 @@ impl Plan {
                 _ => PostFilter::None,
             },
             unwind: args.unwind,
+            ..PostOptions::within(control_of(&kinematics, dialect), args.tolerance)
         };
         Ok(Self {
             kinematics,

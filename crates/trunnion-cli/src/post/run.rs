@@ -40,7 +40,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     // Text of a template that the reader does not know: the program may still be right.
     if let Some(unread) = &report.unread {
         let path = output.display();
-        eprintln!("warning: {path}:{unread}\nwarning: from there on the program was not read back");
+        eprintln!("warning: {path}:{unread}\nwarning: the program was not read back from this line on");
     }
     // A feed far below the programmed one is never written without a word.
     let far = report.slowed.iter().filter(|one| one.ratio() >= FAR_BELOW);
@@ -85,7 +85,7 @@ fn check_motion(plan: &Plan, input: &Path, table: &Path) -> Result<(), Failure> 
     }
     if is_parquet(table) && !cfg!(feature = "parquet") {
         return refused(
-            "this trunnion writes no Parquet\n  help: build it with --features parquet, or name a .csv file",
+            "this build of trunnion does not write Parquet\n  help: build it with --features parquet, or name a .csv file",
         );
     }
     Ok(())

@@ -152,7 +152,7 @@ impl Slowed {
         let (first, (line, ratio)) = (self.lines.first()?, self.worst?);
         let moves = self.moves;
         Some(format!(
-            "{moves} moves, for the axes; first line {first}, most line {line}: {ratio:.2} times the time"
+            "{moves} moves, because an axis cannot follow; the first at line {first}, the slowest at line {line}: {ratio:.2} times its time"
         ))
     }
 }
@@ -304,12 +304,12 @@ impl PostSummary {
         let LeftOutCount { moves, dwells, words } = self.left_out;
         if moves + dwells + words > 0 {
             let text = format!(
-                "{moves} moves of no posted tool, {dwells} dwells, {words} lines of other words"
+                "{moves} moves of other tools, {dwells} dwells, {words} lines of other words"
             );
             lines.push(row("left out", text));
         }
         if let Some(slowed) = self.slowed.describe() {
-            lines.push(row("slower than asked", slowed));
+            lines.push(row("slower than the input", slowed));
         }
         if self.tools.len() > 1 {
             let tools: Vec<String> = self.tools.iter().map(u32::to_string).collect();
@@ -328,7 +328,7 @@ impl PostSummary {
             let text = format!(
                 "{count}{times} off the part in a cut, first before line {first} of the input"
             );
-            lines.push(row("rotaries go round", text));
+            lines.push(row("rotaries unwind", text));
         }
         // APT has feeds, but no control that plans below them.
         let capped = self.feed_word == "tip feed"

@@ -182,7 +182,7 @@ fn tools_and_offsets_are_said_by_number() {
     let by_job = ["--json", "check", "two.ngc", "--job", "tools.toml", "--offset", "G55=G54"];
     assert_eq!(json(&trunnion(folder, &by_job)), summary);
     check.extend(["--cutter", "R=5,r=3"]);
-    assert!(refused(&check).contains("a tool without number beside --job"));
+    assert!(refused(&check).contains("--job describes the tool already; a further one needs a number"));
 }
 
 #[test]
@@ -384,7 +384,7 @@ fn fixtures_are_kept_clear_of_without_stock() {
     assert!(lines.contains(&9.into()), "{lines:?}");
     assert_eq!(told(&check(&["--clearance", "0"])).0, Some(0));
     let (code, _, errors) = told(&check(&["--clearance", "-1"]));
-    assert!(code == Some(2) && errors.contains("0 or a number above it is expected"), "{errors}");
+    assert!(code == Some(2) && errors.contains("0 or a number above 0 is expected"), "{errors}");
     assert!(json(&clear)["failures"].to_string().contains("nearer than 3 mm"));
 }
 

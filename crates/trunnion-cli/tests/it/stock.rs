@@ -229,7 +229,7 @@ fn a_fixture_is_told_where_a_program_runs_into_it() {
     let remedies = ["cuts or their leads come too near: move", "keeps them up from pass to pass"];
     assert!(remedies.iter().all(|remedy| warnings.contains(remedy)), "{warnings}");
     let page = fs::read_to_string(folder.join("out/report.html")).unwrap();
-    assert!(page.contains("least off fixtures") && page.contains("deep in box:-40,10,-12"));
+    assert!(page.contains("least fixture distance") && page.contains("deep in box:-40,10,-12"));
     assert!(
         page.contains("The part among its fixtures") && page.contains("data:image/png;base64,")
     );

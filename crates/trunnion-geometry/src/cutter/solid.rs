@@ -186,12 +186,11 @@ impl ConvexSolid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cutter::{CutterConstruction, CutterKind, CutterSpec};
+    use crate::cutter::CutterSpec;
     use nalgebra::Unit;
 
     fn tool(shank: Vec<[f64; 2]>) -> ToolBody {
-        let (kind, construction) = (CutterKind::Bull, CutterConstruction::Solid);
-        let spec = CutterSpec { kind, major: 4.0, minor: 3.0, length: 60.0, construction, shank };
+        let spec = CutterSpec { length: 60.0, shank, ..CutterSpec::of_radii(4.0, 3.0) };
         ToolBody::new(&Cutter::new(spec).unwrap())
     }
 

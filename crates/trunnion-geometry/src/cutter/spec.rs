@@ -99,6 +99,27 @@ impl CutterSpec {
         Self::solid(CutterKind::Flat, 0.5 * diameter, 0.0)
     }
 
+    /// Describes a cutter by both radii \[mm\]; they decide the kind: `R` = 0 is a ball, `r` = 0 a flat cutter.
+    /// Solid, five diameters long, no shank.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion_geometry::cutter::CutterSpec;
+    ///
+    /// assert_eq!(CutterSpec::of_radii(10.0, 6.0), CutterSpec::bull(10.0, 6.0));
+    /// assert_eq!(CutterSpec::of_radii(0.0, 4.0), CutterSpec::ball(8.0));
+    /// assert_eq!(CutterSpec::of_radii(10.0, 0.0), CutterSpec::flat(20.0));
+    /// ```
+    pub fn of_radii(major: f64, minor: f64) -> Self {
+        let kind = match (major > 0.0, minor > 0.0) {
+            (true, true) => CutterKind::Bull,
+            (true, false) => CutterKind::Flat,
+            (false, _) => CutterKind::Ball,
+        };
+        Self::solid(kind, major, minor)
+    }
+
     /// Describes a solid cutter of the preset length without a shank.
     fn solid(kind: CutterKind, major: f64, minor: f64) -> Self {
         Self {

@@ -159,14 +159,7 @@ mod tests {
     use super::*;
 
     fn bull() -> CutterSpec {
-        CutterSpec {
-            kind: CutterKind::Bull,
-            major: 10.0,
-            minor: 6.0,
-            length: 120.0,
-            construction: CutterConstruction::Solid,
-            shank: Vec::new(),
-        }
+        CutterSpec { length: 120.0, ..CutterSpec::bull(10.0, 6.0) }
     }
 
     #[test]

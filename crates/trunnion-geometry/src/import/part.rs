@@ -16,6 +16,7 @@ pub struct Part {
 
 /// Something that a reader left out or doubts.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Warning {
     /// Number of the face it concerns.
     pub face: Option<usize>,

@@ -1,8 +1,9 @@
 //! Options for following a tool path.
 
-use crate::machine::RotaryPair;
+use crate::machine::{RotaryPair, SingularPolicy};
 use crate::types::{AxisVector, PoseTolerance};
 use nalgebra::UnitVector3;
+use std::f64::consts::TAU;
 
 /// Point that the programmed feed refers to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -15,7 +16,7 @@ pub enum FeedPoint {
 
 /// Options for following a tool path.
 ///
-/// Begin with [`AxesOptions::within`] and change what matters. There is no `Default`: the caller knows the
+/// Begin with [`AxesOptions::within`] and change what matters by struct update. There is no `Default`: the caller knows the
 /// part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxesOptions {
@@ -70,8 +71,10 @@ impl AxesOptions {
     }
 }
 
-/// Retract that unwinds a rotary axis, and its cost. The move of the
-/// machine itself is [`crate::machine::RetractPolicy`]. No `Default`: the caller knows part and tool.
+/// Retract that unwinds a rotary axis, and its cost. The move of the machine itself is
+/// [`crate::machine::RetractPolicy`].
+///
+/// Begin with [`RetractOptions::to_plane`] and change the rest by struct update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RetractOptions {
     /// Direction out of the part.
@@ -92,7 +95,44 @@ pub struct RetractOptions {
     pub price_in_cut: f64,
 }
 
-/// Permitted changes inside the singular cone. There is no `Default`: they cost tolerance.
+/// Rotary travel that a retract between two pieces must save \[turns\]: more than a path needs, so the tool
+/// retracts only where travel ends, and inside a cut only where nothing else is possible.
+const RETRACT_TURNS: f64 = 100.0;
+
+impl RetractOptions {
+    /// Retracts along the tool axis up to `plane` \[mm\] along `up`.
+    ///
+    /// Presets: no least distance, all of the retract is a lead, no margin at the ends of travel. A retract costs a
+    /// hundred turns, and inside a cut, where it marks the part, ten times as much.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use nalgebra::Vector3;
+    /// use trunnion_motion::axes::RetractOptions;
+    ///
+    /// let retract = RetractOptions { least: 8.0, ..RetractOptions::to_plane(Vector3::z_axis(), 120.0) };
+    /// assert!(retract.price_in_cut > retract.price && retract.approach.is_infinite());
+    /// ```
+    #[must_use]
+    pub const fn to_plane(up: UnitVector3<f64>, plane: f64) -> Self {
+        Self {
+            up,
+            plane,
+            least: 0.0,
+            approach: f64::INFINITY,
+            margin: 0.0,
+            price: RETRACT_TURNS * TAU,
+            // A mark on the part is worse than any retract between passes.
+            price_in_cut: 10.0 * RETRACT_TURNS * TAU,
+        }
+    }
+}
+
+/// Permitted changes inside the singular cone.
+///
+/// Begin with [`SingularOptions::tilted_by`] and change the rest by struct update. There is no `Default`: the
+/// changes cost tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SingularOptions {
     /// Half angle of the cone about the singular direction in which the tool axis may be moved \[rad\].
@@ -101,4 +141,14 @@ pub struct SingularOptions {
     pub min_rotary: f64,
     /// Largest turn of the tool axis \[rad\]; the tip stays.
     pub tilt: f64,
+}
+
+impl SingularOptions {
+    /// Turns the tool axis by at most `tilt` \[rad\], in the cone and from the rotary move of
+    /// [`SingularPolicy::STANDARD`].
+    #[must_use]
+    pub const fn tilted_by(tilt: f64) -> Self {
+        let SingularPolicy { cone, min_rotary, .. } = SingularPolicy::STANDARD;
+        Self { cone, min_rotary, tilt }
+    }
 }

@@ -5,7 +5,7 @@ use nalgebra::SVector;
 
 /// Velocity, acceleration and jerk limits of the axes. All values are finite and positive.
 ///
-/// Begin with [`Limits::symmetric`].
+/// Begin with [`Limits::symmetric`] and change the rest by struct update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits<const N: usize> {
     /// Axis velocities while cutting, leading in and leading out \[axis unit/s\].

@@ -49,7 +49,7 @@ impl From<[f64; 2]> for PathEnds {
     }
 }
 
-/// Options of the planners. Begin with [`FeedOptions::fastest`] and change what matters:
+/// Options of the planners. Begin with [`FeedOptions::fastest`] and change what matters by struct update:
 ///
 /// ```
 /// use trunnion_motion::feed::FeedOptions;

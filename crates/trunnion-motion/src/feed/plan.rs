@@ -4,6 +4,7 @@ use crate::types::Schedule;
 
 /// Limit that keeps the path from being run faster at one point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum BindingLimit {
     /// Velocity limit of this axis.
     Velocity(u8),

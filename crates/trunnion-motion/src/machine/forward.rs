@@ -47,6 +47,7 @@ pub struct RotaryJoint {
 /// after the rotaries (other columns zero). The setup is inside: rotating a chain as a whole is
 /// again a chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct ChainGeometry {
     /// Workpiece side first.
     pub rotary: [RotaryJoint; 2],

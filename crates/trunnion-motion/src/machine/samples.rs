@@ -1,6 +1,5 @@
 //! Machines for unit tests.
 
-use super::settings::{ControlLimits, ProgramFormat, RetractPolicy, SingularPolicy};
 use super::spec::{AxisKind, AxisSpec, MachineSpec};
 
 /// Creates an axis with round limits.
@@ -22,17 +21,7 @@ pub(crate) fn machine(chain: &[&str], rotary: [AxisSpec; 2]) -> MachineSpec {
         linear("Z", [0.0, 0.0, 1.0]),
     ];
     axes.extend(rotary);
-    MachineSpec {
-        name: "sample".to_owned(),
-        chain: chain.iter().map(|&word| word.to_owned()).collect(),
-        tool_axis: [0.0, 0.0, 1.0],
-        gauge: [0.0; 3],
-        axes,
-        cycle: ControlLimits::default(),
-        singular: SingularPolicy::STANDARD,
-        retract: RetractPolicy::standard(),
-        dialect: ProgramFormat::linuxcnc(),
-    }
+    MachineSpec::new("sample", chain, axes)
 }
 
 /// Creates table C on A, both through the machine origin.

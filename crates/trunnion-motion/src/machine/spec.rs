@@ -26,6 +26,8 @@ impl AxisKind {
 }
 
 /// One axis as written in a machine file, in mm, rad, s.
+///
+/// Begin with [`AxisSpec::linear`] or [`AxisSpec::rotary`] and change the rest by struct update.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AxisSpec {
     /// Name, as in the chain.
@@ -113,6 +115,8 @@ impl AxisSpec {
 }
 
 /// A machine as written in a machine file, in mm, rad, s.
+///
+/// Begin with [`MachineSpec::new`] and change the rest by struct update.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MachineSpec {
     /// Name of the machine.
@@ -133,6 +137,44 @@ pub struct MachineSpec {
     pub retract: RetractPolicy,
     /// Program format of the control.
     pub dialect: ProgramFormat,
+}
+
+impl MachineSpec {
+    /// Creates a machine from its chain, from `w` over `b` to `t`, and its axes.
+    ///
+    /// Presets: the tool points along Z with its gauge point at the machine origin, the control states no limits,
+    /// singular directions and retracts are those of machine files, and programs are for `LinuxCNC`.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use trunnion_motion::machine::{AxisSpec, Machine, MachineSpec};
+    ///
+    /// let linear = |name, dir| AxisSpec::linear(name, dir);
+    /// let [a, c] = [("A", [1.0, 0.0, 0.0]), ("C", [0.0, 0.0, 1.0])]
+    ///     .map(|(name, dir)| AxisSpec::rotary(name, dir, [0.0; 3]));
+    /// let [x, y, z] = [("X", [1.0, 0.0, 0.0]), ("Y", [0.0, 1.0, 0.0]), ("Z", [0.0, 0.0, 1.0])]
+    ///     .map(|(name, dir)| linear(name, dir));
+    /// let chain = ["w", "C", "A", "b", "X", "Y", "Z", "t"];
+    /// let spec = MachineSpec::new("trunnion table", &chain, vec![x, y, z, a, c]);
+    /// // The spindle nose is 80 mm above the origin of the machine at home.
+    /// let machine = Machine::new(MachineSpec { gauge: [0.0, 0.0, 80.0], ..spec })?;
+    /// assert_eq!(machine.axes.len(), 5);
+    /// # Ok::<(), trunnion_motion::machine::MachineErrors>(())
+    /// ```
+    pub fn new(name: &str, chain: &[&str], axes: Vec<AxisSpec>) -> Self {
+        Self {
+            name: name.to_owned(),
+            chain: chain.iter().map(|&word| word.to_owned()).collect(),
+            tool_axis: [0.0, 0.0, 1.0],
+            gauge: [0.0; 3],
+            axes,
+            cycle: ControlLimits::default(),
+            singular: SingularPolicy::STANDARD,
+            retract: RetractPolicy::standard(),
+            dialect: ProgramFormat::linuxcnc(),
+        }
+    }
 }
 
 /// Formats with four decimals, or as a power of ten if the number is below 1e-3 or above 1e9.

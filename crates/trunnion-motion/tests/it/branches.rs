@@ -179,13 +179,12 @@ fn left(random: &mut Random, spans: u32, axis_tolerance: f64) -> Option<Left> {
     // Not exactly along the axis of the cone.
     let up = Rotation3::from_scaled_axis(turned * 0.1) * up;
     let retract = RetractOptions {
-        up,
-        plane: 400.0,
         least: 10.0,
         approach: 20.0,
         margin: 1.0,
         price: 50.0,
         price_in_cut: RETRACT_IN_CUT,
+        ..RetractOptions::to_plane(up, 400.0)
     };
     let options = AxesOptions {
         tolerance: PoseTolerance::new(1e5, axis_tolerance),

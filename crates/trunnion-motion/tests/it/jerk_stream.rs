@@ -83,7 +83,10 @@ fn steps_have_the_setpoints_of_the_whole() {
     let path = AxisPath { pieces: vec![piece, back] };
     let plan = jerk_through_window(&path, &machine(), &FREE, 512).unwrap();
     let wanted: Vec<Setpoint> = sample(&path, &plan.schedule, 0.001).unwrap().collect();
-    let steps = run_with(&path, StreamOptions { step: f64::MAX, speeds: FREE.speeds, window: 512 });
+    let steps = run_with(
+        &path,
+        StreamOptions { speeds: FREE.speeds, ..StreamOptions::fastest(512, f64::MAX) },
+    );
     let mut sampler = StepSampler::new(0.001);
     let mut found: Vec<Setpoint> = Vec::new();
     for step in &steps {

@@ -60,7 +60,7 @@ fn limits<const N: usize>(velocity: SVector<f64, N>, acceleration: SVector<f64, 
 }
 
 fn whole(period: f64) -> LookAheadOptions {
-    LookAheadOptions { period, ahead: LookAhead::Whole, tiny: None }
+    LookAheadOptions::whole(period)
 }
 
 fn total(planned: &[PlannedBlock]) -> f64 {
@@ -115,7 +115,7 @@ fn looking_ahead_makes_many_blocks_one() {
     let moves = vec![Vector2::new(0.2, 0.0); 50];
     let limits = limits(Vector2::repeat(500.0), Vector2::repeat(800.0));
     let run = |ahead: LookAhead| {
-        let options = LookAheadOptions { period: 0.004, ahead, tiny: None };
+        let options = LookAheadOptions { ahead, ..LookAheadOptions::whole(0.004) };
         total(
             &look_ahead(
                 &StraightMoves { travels: &moves, weights: &Vector2::repeat(1.0) },
@@ -258,7 +258,7 @@ proptest! {
             moves.into_iter().map(|travel| SVector::from(travel) * unit).collect();
         let limits = limits(SVector::repeat(50.0 * unit), SVector::repeat(400.0 * unit));
         for ahead in [LookAhead::Whole, LookAhead::Blocks(count)] {
-            let options = LookAheadOptions { period: 2e-3, ahead, tiny: None };
+            let options = LookAheadOptions { ahead, ..LookAheadOptions::whole(2e-3) };
             let one = SVector::repeat(1.0);
             let planned = look_ahead(&StraightMoves { travels: &moves, weights: &one }, &limits, 70.0 * unit, [0.0; 2], &options).unwrap();
             prop_assert!(planned[0].ramp.speeds[0].abs() < f64::MIN_POSITIVE);
@@ -293,7 +293,7 @@ fn figure_4_is_as_committed() {
     let vector = |linear: f64, rotary: f64| SVector::from([linear, linear, linear, rotary, rotary]);
     let limits = limits(vector(200.0, 60.0), vector(400.0, 400.0));
     let run = |ahead: LookAhead| {
-        let options = LookAheadOptions { period: 0.004, ahead, tiny: None };
+        let options = LookAheadOptions { ahead, ..LookAheadOptions::whole(0.004) };
         let weights = vector(1.0, 1.0);
         look_ahead(
             &StraightMoves { travels: &moves, weights: &weights },

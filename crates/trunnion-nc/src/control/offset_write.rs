@@ -9,6 +9,7 @@ use thiserror::Error;
 
 /// Reason why a written work offset cannot be followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum OffsetFault {
     /// A rotary axis is shifted.
     #[error("a work offset of a rotary axis")]

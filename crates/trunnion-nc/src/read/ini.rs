@@ -4,6 +4,7 @@ use super::options::CodeRemap;
 
 /// Values of a configuration, as far as programs depend on them.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
 pub struct IniFile {
     /// Numbers as parameters: `_ini[section]name`.
     pub parameters: Vec<(String, f64)>,

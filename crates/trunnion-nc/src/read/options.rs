@@ -4,7 +4,7 @@ use super::dialect::Dialect;
 use crate::types::AXES;
 use crate::words::AxisWords;
 
-/// Options that decide the meaning of a program.
+/// Options that decide the meaning of a program. Begin with [`ReadOptions::new`] and change the rest by struct update.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReadOptions {
     /// The control's language.

@@ -15,6 +15,7 @@ pub struct Template {
 /// Reason why a template cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("template, line {line}: {message}")]
+#[non_exhaustive]
 pub struct TemplateError {
     /// Line, counted from 1; 0 if not known.
     pub line: usize,

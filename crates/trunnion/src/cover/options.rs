@@ -38,7 +38,7 @@ pub struct FinishTolerance {
 }
 
 /// Options of [`cover`](super::cover). There is no `Default`, since tolerances are the caller's decision;
-/// [`CoverOptions::finishing`] fills in good values for the rest.
+/// [`CoverOptions::finishing`] fills in good values for the rest, which struct update changes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CoverOptions {
     /// Feed direction of the passes.
@@ -84,11 +84,9 @@ impl CoverOptions {
     ///
     /// ```
     /// use trunnion::cover::{CoverOptions, CutPattern, FinishTolerance};
-    /// use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+    /// use trunnion::cutter::{Cutter, CutterSpec};
     ///
-    /// let (kind, construction, shank) = (CutterKind::Ball, CutterConstruction::Solid, Vec::new());
-    /// let spec = CutterSpec { kind, major: 0.0, minor: 4.0, length: 60.0, construction, shank };
-    /// let cutter = Cutter::new(spec).expect("a ball of radius 4 mm");
+    /// let cutter = Cutter::new(CutterSpec::ball(8.0)).expect("a ball of radius 4 mm");
     ///
     /// let tolerance = FinishTolerance { excess: 0.02, gouge: 0.004 };
     /// let options = CoverOptions {
@@ -163,10 +161,9 @@ impl CoverOptions {
 /// # Example
 ///
 /// ```
-/// use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+/// use trunnion::cutter::{Cutter, CutterSpec};
 ///
-/// let (kind, construction, shank) = (CutterKind::Bull, CutterConstruction::Solid, Vec::new());
-/// let spec = CutterSpec { kind, major: 5.0, minor: 3.0, length: 60.0, construction, shank };
+/// let spec = CutterSpec { length: 60.0, ..CutterSpec::bull(5.0, 3.0) };
 /// let cutter = Cutter::new(spec).expect("a bull-nose cutter");
 /// assert_eq!(trunnion::cover::lever(&cutter), 8.0);
 /// ```

@@ -17,7 +17,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Steps of progress per face.
 const STEPS: u64 = 1000;
 
-/// Faces to cover, with tool, options and cost model.
+/// Faces to cover, with tool, options and cost model. Begin with [`CoverRequest::new`] and change the rest by struct
+/// update.
 #[derive(Clone, Copy)]
 pub struct CoverRequest<'a> {
     /// Faces that are cut.
@@ -78,7 +79,7 @@ impl<'a> CoverRequest<'a> {
 /// ```
 /// use nalgebra::Point3;
 /// use trunnion::cover::{CoverOptions, CoverRequest, FeedDirection, FinishTolerance, PlacementMethod, cover};
-/// use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+/// use trunnion::cutter::{Cutter, CutterSpec};
 /// use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
 /// use trunnion::types::Silent;
 ///
@@ -87,8 +88,7 @@ impl<'a> CoverRequest<'a> {
 /// let plane = Surface::Nurbs(NurbsSurface::new([1, 1], knots, points, None)?);
 /// let faces = [FaceIndex::new(Face::new(1, plane, Vec::new())?)?];
 ///
-/// let (kind, construction, shank) = (CutterKind::Ball, CutterConstruction::Solid, Vec::new());
-/// let spec = CutterSpec { kind, major: 0.0, minor: 5.0, length: 60.0, construction, shank };
+/// let spec = CutterSpec { length: 60.0, ..CutterSpec::ball(10.0) };
 /// let cutter = Cutter::new(spec).expect("a ball of radius 5 mm");
 /// let options = CoverOptions {
 ///     feed_direction: FeedDirection::U,

@@ -74,6 +74,7 @@ impl CoverReport {
 
 /// Layout of the passes on a face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum PassLayout {
     /// Along u, on lines of constant v.
     U,

@@ -277,7 +277,7 @@ fn other_layout(root: &DeTable<'_>, layout: &str, lines: &LineIndex<'_>) -> Opti
     let TextPosition { line, column } = lines.place(value.span().start);
     let (message, help) = match found.split_once('/') {
         Some((name, version)) if layout.starts_with(&format!("{name}/")) => (
-            format!("version {version} of the {} file is not known here", kind(layout)),
+            format!("version {version} of the {} file is not supported", kind(layout)),
             format!("this program reads `{layout}`; a newer program may read this file"),
         ),
         Some((name, _)) if name.starts_with("trunnion-") => (

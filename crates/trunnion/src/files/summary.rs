@@ -10,6 +10,7 @@ pub const LAYOUT: &str = "trunnion-summary/1";
 
 /// Result of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct Summary {
     /// Layout of this file, with its version.
     #[schemars(extend("const" = LAYOUT))]
@@ -54,6 +55,7 @@ pub struct TimesSummary {
 
 /// Tolerance and its shares, in mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ToleranceSummary {
     /// Largest excess of the finished part, in mm.
     pub total: f64,
@@ -77,6 +79,7 @@ pub struct ToleranceSummary {
 
 /// Passes over the faces.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CoverSummary {
     /// Numbers of the faces.
     pub faces: Vec<usize>,
@@ -105,6 +108,7 @@ pub struct CoverSummary {
 
 /// Pass layout of a face, and those that it was compared with.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct LayoutSummary {
     /// Number of the face.
     pub face: usize,
@@ -116,6 +120,7 @@ pub struct LayoutSummary {
 
 /// Time of a pass layout, estimated from the speeds of the axes.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct LayoutTime {
     /// Feed direction: "u", "v", or "bent" to the face; "flank" for one pass of the tool's side, "floor" for an
     /// upright tool on a plane.
@@ -128,6 +133,7 @@ pub struct LayoutTime {
 
 /// Passes under the limit on the rotation of the tool axis, compared with those of a free axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct TurnLimitSummary {
     /// Number of passes with the free axis.
     pub free_passes: usize,
@@ -142,6 +148,7 @@ pub struct TurnLimitSummary {
 
 /// Region of a face without wide strips.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct RegionSummary {
     /// Number of the face.
     pub face: usize,
@@ -157,6 +164,7 @@ pub struct RegionSummary {
 
 /// Part of a face that stays unfinished.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct RestSummary {
     /// Number of the face.
     pub face: usize,
@@ -183,6 +191,7 @@ pub struct RestSummary {
 
 /// Motion of the machine.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct MotionSummary {
     /// Name of the machine.
     pub machine: String,
@@ -207,7 +216,8 @@ pub struct MotionSummary {
 }
 
 /// Passages of a singular direction at which the tool axis was moved.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct SingularSummary {
     /// Number of passages changed.
     pub passages: usize,
@@ -223,6 +233,7 @@ pub struct SingularSummary {
 
 /// Retract: the tool leaves the part, the rotaries unwind, and the tool returns to the same point.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct RetractSummary {
     /// Tool tip at which it leaves and returns, in the workpiece frame, in mm.
     pub tip: [f64; 3],
@@ -236,6 +247,7 @@ pub struct RetractSummary {
 
 /// Range and load of one axis, in mm or degrees.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct AxisSummary {
     /// Name of the axis.
     pub name: String,
@@ -251,6 +263,7 @@ pub struct AxisSummary {
 
 /// Program with the results of its check.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ProgramSummary {
     /// Dialect.
     pub dialect: String,
@@ -278,6 +291,7 @@ pub struct ProgramSummary {
 
 /// Distances between tool and fixtures.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct FixturesSummary {
     /// Accuracy of the distances, in mm: no true distance is smaller by more than this.
     pub tolerance: f64,
@@ -304,6 +318,7 @@ pub struct ChordSummary {
 
 /// Closest approach of the tool to fixtures on one line.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct ApproachSummary {
     /// Line of the program.
     pub line: u32,
@@ -317,6 +332,7 @@ pub struct ApproachSummary {
 
 /// Stock after a program, and its collisions.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct StockSummary {
     /// Distance between the rays that represent it, along x, y and z, in mm.
     pub cell: [f64; 3],
@@ -334,6 +350,7 @@ pub struct StockSummary {
 
 /// Possible collision with the stock between two of its rays.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct UndecidedSummary {
     /// Kind as in `collisions`.
     pub kind: String,
@@ -345,6 +362,7 @@ pub struct UndecidedSummary {
 
 /// Colliding lines of one kind.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct KindSummary {
     /// Kind as in `collisions`.
     pub kind: String,
@@ -355,6 +373,7 @@ pub struct KindSummary {
 
 /// Lines of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct LinesSummary {
     /// Number of lines; a line that runs again may count again.
     pub count: usize,
@@ -366,6 +385,7 @@ pub struct LinesSummary {
 
 /// Collision on one line of a program.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CollisionSummary {
     /// "rapid": the cutting part is in the stock at rapid speed; "holder": shank or holder are in the stock; "fixture":
     /// any part of the tool is in a fixture.
@@ -380,6 +400,7 @@ pub struct CollisionSummary {
 
 /// Results of the check of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
 pub struct CheckSummary {
     /// Largest distance between measured points, in mm.
     pub grid: f64,

@@ -84,7 +84,7 @@ impl TableHeader {
             match (places.next(), places.next()) {
                 (Some((place, _)), None) => found.push((place, (*name).to_owned())),
                 (Some(_), Some(_)) => {
-                    faults.push(fault(self.line, 1, format!("column {name} is here twice")));
+                    faults.push(fault(self.line, 1, format!("column {name} occurs twice")));
                 }
                 (None, _) => faults.push(self.missing(name, wanted)),
             }
@@ -107,7 +107,7 @@ impl TableHeader {
         let same = others.iter().find(|here| here.eq_ignore_ascii_case(name)).copied();
         // Names of one or two letters are all near each other: `nearest` would guess.
         let help = match same.or_else(|| nearest(name, &others).filter(|_| name.len() > 2)) {
-            Some(near) => format!("is `{near}` meant to be it? needed: {}", wanted.join(",")),
+            Some(near) => format!("rename `{near}` if it is this column; needed: {}", wanted.join(",")),
             None => format!("needed: {}", wanted.join(",")),
         };
         fault(self.line, 1, format!("column {name} is missing")).with_help(help)
@@ -272,7 +272,7 @@ mod tests {
             ("1,2", "1,2", "1:1: the first line must name the columns"),
             ("x;y", "1;2", "1:1: the header \"x;y\" has no commas"),
             ("X,y", "1,2", "1:1: column x is missing\n  help: is `X` meant to be it?"),
-            ("x,x,y", "1,2,3", "1:1: column x is here twice"),
+            ("x,x,y", "1,2,3", "1:1: column x occurs twice"),
         ] {
             let found = read(header, &["x", "y"], row).unwrap_err();
             assert!(found.starts_with(start), "{found}");

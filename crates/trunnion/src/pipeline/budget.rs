@@ -4,6 +4,7 @@ use crate::files::summary::ToleranceSummary;
 
 /// Shares of the stages after the strips \[mm\].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct BudgetShares {
     /// Curves between stations against the exact cutter locations.
     pub path: f64,

@@ -11,6 +11,7 @@ pub(super) const INCLINATIONS: [f64; 9] = [0.0, 2.5, 5.0, 10.0, 15.0, 20.0, 25.0
 
 /// Part of a face that is out of reach of the machine.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct OutOfReach {
     /// Number of the face.
     pub face: usize,

@@ -11,6 +11,7 @@ use crate::types::{Leg, ToolPath};
 
 /// Everything that a run produces. Nothing is written to files.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Outcome {
     /// Passes over the faces.
     pub covering: Covering,

@@ -7,6 +7,7 @@ use crate::verify::{self, ClearanceReport, CutStock, OtherFaces};
 
 /// Program of the job that was not written, because its text would not mean what is intended or cannot be checked.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct LeftOutProgram {
     /// Format.
     pub format: OutputFormat,
@@ -18,6 +19,7 @@ pub struct LeftOutProgram {
 
 /// Program as text, with the results of its check.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct CheckedProgram {
     /// Name of the dialect.
     pub dialect: &'static str,

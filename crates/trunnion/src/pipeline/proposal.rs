@@ -84,7 +84,8 @@ const FASTEST_SPINDLE: f64 = 200.0;
 const TOOTH_FEED: f64 = 0.005;
 const TEETH: f64 = 2.0;
 
-/// Part and machine for which a job is proposed.
+/// Part and machine for which a job is proposed. Begin with [`ProposalRequest::new`] and change the rest by struct
+/// update.
 #[derive(Debug, Clone, Copy)]
 pub struct ProposalRequest<'a> {
     /// Faces of the part.
@@ -93,6 +94,13 @@ pub struct ProposalRequest<'a> {
     pub wanted: Option<&'a [usize]>,
     /// Machine that is to cut it.
     pub machine: &'a Machine,
+}
+
+impl<'a> ProposalRequest<'a> {
+    /// Requests a job for all faces of a part.
+    pub const fn new(faces: &'a [Face], machine: &'a Machine) -> Self {
+        Self { faces, wanted: None, machine }
+    }
 }
 
 /// Job that is proposed: everything that a job file needs besides names.

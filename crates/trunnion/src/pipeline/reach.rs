@@ -280,7 +280,7 @@ fn remedy(error: &InverseError) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cutter::{CutterConstruction, CutterKind, CutterSpec};
+    use crate::cutter::CutterSpec;
     use crate::files::machine::built_in;
     use crate::machine::Setup;
     use crate::types::Uv;
@@ -324,10 +324,8 @@ mod tests {
     }
 
     fn cutter() -> Cutter {
-        let (kind, construction) = (CutterKind::Bull, CutterConstruction::Solid);
         let (major, minor, length) = (4.0, 3.0, 60.0);
-        Cutter::new(CutterSpec { kind, major, minor, length, construction, shank: Vec::new() })
-            .unwrap()
+        Cutter::new(CutterSpec { length, ..CutterSpec::of_radii(major, minor) }).unwrap()
     }
 
     /// Numbers in [-1, 1].

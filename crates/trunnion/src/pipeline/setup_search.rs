@@ -9,6 +9,7 @@ use crate::types::Progress;
 
 /// Result of a search for a better setup.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct SetupResult {
     /// The setups.
     pub search: SetupSearch,

@@ -27,15 +27,9 @@ use crate::types::{
     AXES, AxisPath, Interval, Leg, Pass, PoseTolerance, Progress, ToolPath, ToolPose,
 };
 use nalgebra::{Point3, UnitVector3};
-use std::f64::consts::TAU;
 
 /// Largest rotary move between two nodes of the axis path \[rad\].
 const MAX_ROTARY_STEP: f64 = 2.0 * std::f64::consts::PI / 180.0;
-
-/// Rotary travel that a retract between two pieces must save to be worth its while \[turns\]: more
-/// than a path needs; so the tool retracts only where travel ends, and inside a pass only where there
-/// is no other place.
-const RETRACT_TURNS: f64 = 100.0;
 
 /// Time still to gain at which the planner stops inserting rows \[s\].
 const TIME_TOLERANCE: f64 = 1e-3;
@@ -189,7 +183,7 @@ pub(super) fn tool_path(
     progress: &dyn Progress,
 ) -> Result<SmoothedPath, PipelineError> {
     let lever = cover::lever(&job.cutter);
-    let options = ToolPathOptions { lever };
+    let options = ToolPathOptions::with_lever(lever);
     let share = job.budget.shares.smoothing;
     // Without a share the curves pass through the cutter locations exactly.
     if share <= 0.0 {
@@ -329,16 +323,13 @@ fn singular(job: &Job) -> Option<SingularOptions> {
 fn retract(job: &Job) -> RetractOptions {
     let up = job.up();
     let radius = job.cutter.radius();
+    // The tool turns about its tip there: its side reaches down by the radius.
+    let plane = job.highest(&up) + job.file.setup.clearance + radius;
     RetractOptions {
-        up,
-        // The tool turns about its tip there: its side reaches down by the radius.
-        plane: job.highest(&up) + job.file.setup.clearance + radius,
         least: radius,
         approach: job.approach(),
         margin: LINK_TOLERANCE,
-        price: RETRACT_TURNS * TAU,
-        // A mark on the part is worse than any retract between passes.
-        price_in_cut: 10.0 * RETRACT_TURNS * TAU,
+        ..RetractOptions::to_plane(up, plane)
     }
 }
 

@@ -4,6 +4,7 @@ use std::fmt;
 
 /// Constraint that limits the width of a strip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum ActiveConstraint {
     /// The cutter touches the lower end of the band inside the strip.
     Touch,

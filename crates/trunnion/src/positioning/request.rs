@@ -5,7 +5,7 @@ use crate::positioning::error::PositioningError;
 use crate::surface::FaceIndex;
 use crate::types::{Interval, Uv};
 use nalgebra::UnitVector3;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_6};
 
 /// Band of the signed error of the finished surface \[mm\]: positive is excess.
 ///
@@ -118,7 +118,7 @@ impl ToolInclination {
     }
 }
 
-/// One cutter location to be found.
+/// One cutter location to be found. Begin with [`LocationRequest::new`] and change the rest by struct update.
 #[derive(Debug, Clone, Copy)]
 pub struct LocationRequest<'a> {
     /// The surface.
@@ -139,6 +139,35 @@ pub struct LocationRequest<'a> {
     pub offset_range: Interval,
     /// Cone in which the tool axis has to lie; `None` leaves it free.
     pub axis_cone: Option<AxisCone>,
+}
+
+/// Offset directions that are searched unless the caller asks for others \[rad\].
+const OFFSET_RANGE: Interval = Interval::new(-FRAC_PI_6, FRAC_PI_6);
+
+impl<'a> LocationRequest<'a> {
+    /// Requests a location at `at` with that feed direction.
+    ///
+    /// Presets: the strip lies to the right of the feed, the front of the cutter cuts, offset directions are searched
+    /// up to 30 degrees to either side, and the tool axis is free.
+    pub const fn new(
+        face: &'a FaceIndex,
+        cutter: &'a Cutter,
+        band: ToleranceBand,
+        at: Uv,
+        feed: [f64; 2],
+    ) -> Self {
+        Self {
+            face,
+            cutter,
+            band,
+            at,
+            feed,
+            strip: StripSide::Right,
+            side: ContactSide::Ahead,
+            offset_range: OFFSET_RANGE,
+            axis_cone: None,
+        }
+    }
 }
 
 impl LocationRequest<'_> {

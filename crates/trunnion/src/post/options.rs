@@ -67,7 +67,8 @@ pub enum PostMethod {
     Programmed,
 }
 
-/// Options of posting. There is no `Default`: tolerances depend on part and machine.
+/// Options of posting. Begin with [`PostOptions::within`] and change the rest by struct update. There is no
+/// `Default`: tolerances depend on part and machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PostOptions {
     /// Motion of the target control between blocks.
@@ -94,6 +95,25 @@ pub struct PostOptions {
 
 /// Look-ahead window that lets a machine stop from full speed in fine programs \[rows\].
 pub const POST_WINDOW: usize = 4096;
+
+impl PostOptions {
+    /// Posts within a tolerance for a control with that motion between blocks.
+    ///
+    /// Presets: the moves as they are, at no more than their own feeds, with velocities and accelerations kept along a
+    /// smooth path; no retract inside a cut.
+    #[must_use]
+    pub const fn within(control: BlockInterpolation, tolerance: PoseTolerance) -> Self {
+        Self {
+            control,
+            tolerance,
+            max_feed: None,
+            method: PostMethod::Optimal,
+            window: POST_WINDOW,
+            filter: PostFilter::None,
+            unwind: None,
+        }
+    }
+}
 
 /// Texts at the head of a program.
 #[derive(Debug, Clone, Copy)]

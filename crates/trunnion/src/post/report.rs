@@ -30,6 +30,7 @@ impl<T> From<InputOutput<T>> for [T; 2] {
 
 /// Largest load of any axis, over its limits.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct AxisLoadRatios {
     /// Velocity over its limit.
     pub velocity: f64,
@@ -39,6 +40,7 @@ pub struct AxisLoadRatios {
 
 /// Result of posting an input.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub struct PostReport {
     /// Moves read, and blocks written.
     pub blocks: InputOutput<usize>,
@@ -84,6 +86,7 @@ pub struct PostReport {
 
 /// Move that takes longer than programmed, because an axis could not follow it.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct SlowedMove {
     /// Line of the input.
     pub line: u32,
@@ -109,6 +112,7 @@ impl SlowedMove {
 
 /// Rapid move that a control plans without the limits of the axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct FastRapid {
     /// Line of the input.
     pub line: u32,
@@ -118,6 +122,7 @@ pub struct FastRapid {
 
 /// Decisions on smoothing, and the timing they rest on.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct PostChoice {
     /// Cuts left as they are, changed in part, and changed as a whole.
     pub cuts: [usize; 3],

@@ -44,7 +44,7 @@ impl ChordDeviation {
 ///     Station { pose, contact: pose.tip }
 /// };
 /// let legs = [Leg { motion: Motion::Cut, stations: (0..=50).map(at).collect() }];
-/// let path = through(&legs, &ToolPathOptions { lever: 10.0 }, &Silent)?;
+/// let path = through(&legs, &ToolPathOptions::with_lever(10.0), &Silent)?;
 /// let bow = deviation(&path, 3).tip;
 /// assert!((bow - 0.001).abs() < 1e-6);
 /// # Ok::<(), trunnion::toolpath::ToolPathError>(())

@@ -38,7 +38,7 @@ const SAME_AXIS: f64 = 16.0 * f64::EPSILON;
 /// };
 /// let stations = [0.0, 4.0, 8.0, 12.0].map(at).to_vec();
 /// let legs = [Leg { motion: Motion::Cut, stations }];
-/// let path = through(&legs, &ToolPathOptions { lever: 16.0 }, &Silent)?;
+/// let path = through(&legs, &ToolPathOptions::with_lever(16.0), &Silent)?;
 /// assert_eq!(path.pieces.len(), 1);
 /// # Ok::<(), trunnion::toolpath::ToolPathError>(())
 /// ```
@@ -152,7 +152,7 @@ mod tests {
     use crate::types::{Silent, ToolPose};
     use nalgebra::{Point3, UnitVector3, Vector3};
 
-    const OPTIONS: ToolPathOptions = ToolPathOptions { lever: 16.0 };
+    const OPTIONS: ToolPathOptions = ToolPathOptions::with_lever(16.0);
 
     fn station(tip: [f64; 3], axis: [f64; 3], contact: [f64; 3]) -> Station {
         let axis = UnitVector3::new_normalize(Vector3::from(axis));
@@ -213,7 +213,7 @@ mod tests {
         let b = station([1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
         let apart = [leg(Motion::Cut, vec![a, b]), leg(Motion::Cut, vec![a, b])];
         assert!(matches!(through(&apart, &OPTIONS, &Silent), Err(ToolPathError::Gap { .. })));
-        let options = ToolPathOptions { lever: f64::NAN };
+        let options = ToolPathOptions::with_lever(f64::NAN);
         assert!(matches!(through(&[], &options, &Silent), Err(ToolPathError::BadLever(_))));
     }
 }

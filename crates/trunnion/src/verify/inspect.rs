@@ -38,21 +38,14 @@ pub enum FeedMeaning {
 /// A ball-end mill of radius 3 mm runs along the middle of a plate, 0.01 mm too deep:
 ///
 /// ```
-/// use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+/// use trunnion::cutter::{Cutter, CutterSpec};
 /// use trunnion::nalgebra::Point3;
 /// use trunnion::nc::read::ClText;
 /// use trunnion::surface::{Face, NurbsSurface, Surface};
 /// use trunnion::types::Silent;
 /// use trunnion::verify::{CheckInput, CheckOptions, DeviationTolerance, Finding, Inspection};
 ///
-/// let cutter = Cutter::new(CutterSpec {
-///     kind: CutterKind::Ball,
-///     major: 0.0,
-///     minor: 3.0,
-///     length: 50.0,
-///     construction: CutterConstruction::Solid,
-///     shank: vec![],
-/// })?;
+/// let cutter = Cutter::new(CutterSpec { length: 50.0, ..CutterSpec::ball(6.0) })?;
 /// let corner = |x, y| Point3::new(x, y, 0.0);
 /// let net = vec![vec![corner(0.0, -0.1), corner(0.0, 0.1)], vec![corner(9.0, -0.1), corner(9.0, 0.1)]];
 /// let knots = || vec![0.0, 0.0, 1.0, 1.0];

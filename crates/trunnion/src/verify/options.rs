@@ -11,7 +11,8 @@ pub struct DeviationTolerance {
     pub gouge: f64,
 }
 
-/// Resolution and tolerances of a check.
+/// Resolution and tolerances of a check. Begin with [`CheckOptions::of_tolerance`] and change the rest by struct
+/// update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CheckOptions {
     /// Largest distance of grid points \[mm\].
@@ -57,26 +58,28 @@ impl CheckOptions {
     /// assert_eq!((options.total, options.gouge), (0.02, 0.002));
     /// assert!(options.ray_tolerance <= 0.05 * options.gouge);
     /// ```
-    pub fn of_tolerance(tolerance: DeviationTolerance, grid: f64) -> Self {
+    #[must_use]
+    pub const fn of_tolerance(tolerance: DeviationTolerance, grid: f64) -> Self {
         let DeviationTolerance { excess: total, gouge } = tolerance;
         // Words rounded to the last decimal take the tool into the face by up to this much.
         let gouge = gouge.max(LEAST_GOUGE);
         // Both tolerances must hold, so the finer share counts.
-        let finer = |[share, of_gouge]: [f64; 2]| (of_gouge * gouge).min(share * total);
-        let margin = [finer(MARGIN_SHARES), MARGIN_SHARES[0] * total];
+        let ray_tolerance = (RAY_SHARES[1] * gouge).min(RAY_SHARES[0] * total);
+        let finer_margin = (MARGIN_SHARES[1] * gouge).min(MARGIN_SHARES[0] * total);
+        let margin = [finer_margin, MARGIN_SHARES[0] * total];
         Self {
             grid,
             reach: REACH.max(2.0 * total).max(2.0 * gouge),
-            ray_tolerance: finer(RAY_SHARES),
+            ray_tolerance,
             total,
             gouge,
             most_points: MOST_POINTS,
-            bounds: Some(BoundOptions { margin, excess: true }),
+            bounds: Some(BoundOptions::within(margin)),
         }
     }
 }
 
-/// Bounds that hold all over the faces.
+/// Bounds that hold all over the faces. Begin with [`BoundOptions::within`] and change the rest by struct update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundOptions {
     /// Largest distance of the bounds from the worst gouge and the worst excess \[mm\]; smaller where the
@@ -84,6 +87,14 @@ pub struct BoundOptions {
     pub margin: [f64; 2],
     /// Bounds excess as well: not for faces that are to be left alone.
     pub excess: bool,
+}
+
+impl BoundOptions {
+    /// Bounds gouges and excess within these distances of the worst of each \[mm\].
+    #[must_use]
+    pub const fn within(margin: [f64; 2]) -> Self {
+        Self { margin, excess: true }
+    }
 }
 
 /// Share of the ray tolerance by which the chords of an arc may be off.

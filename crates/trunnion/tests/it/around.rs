@@ -6,7 +6,7 @@
 use nalgebra::{Point3, Rotation3, Unit, UnitVector3, Vector3};
 use std::f64::consts::TAU;
 use trunnion::cover::{LeadKind, LinkOptions, LinkRequest, legs, lever};
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::surface::{
     CylinderSurface, Face, FaceIndex, SphereSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop,
 };
@@ -17,8 +17,7 @@ const RADIUS: f64 = 20.0;
 const LENGTH: f64 = 60.0;
 
 fn cutter(shank: Vec<[f64; 2]>) -> Cutter {
-    let (kind, construction) = (CutterKind::Bull, CutterConstruction::Solid);
-    let spec = CutterSpec { kind, major: 5.0, minor: 3.0, length: 80.0, construction, shank };
+    let spec = CutterSpec { length: 80.0, shank, ..CutterSpec::of_radii(5.0, 3.0) };
     Cutter::new(spec).unwrap()
 }
 
@@ -57,7 +56,12 @@ fn pass(angle: f64, [from, to]: [f64; 2]) -> Pass {
 
 fn options(part: [Point3<f64>; 2], clearance: f64) -> LinkOptions {
     let (up, lead) = (Vector3::z_axis(), LeadKind::Axis);
-    LinkOptions { up, boxes: vec![part], clearance, lead, approach: 2.0, gouge: 0.01 }
+    LinkOptions {
+        lead,
+        approach: 2.0,
+        gouge: 0.01,
+        ..LinkOptions::above(up, vec![part], clearance)
+    }
 }
 
 fn shaft_box() -> [Point3<f64>; 2] {
@@ -84,7 +88,7 @@ fn nearest(pose: &ToolPose, places: &[Point3<f64>], holder: Option<[f64; 2]>) ->
 
 /// Poses of all links, dense.
 fn link_poses(legs: &[Leg], cutter: &Cutter) -> Vec<Vec<ToolPose>> {
-    let path = through(legs, &ToolPathOptions { lever: lever(cutter) }, &Silent).unwrap();
+    let path = through(legs, &ToolPathOptions::with_lever(lever(cutter)), &Silent).unwrap();
     let links = path.pieces.iter().filter(|piece| piece.motion == Motion::Link);
     let dense = |geometry: &PieceGeometry| match geometry {
         PieceGeometry::Curve(curve) => {

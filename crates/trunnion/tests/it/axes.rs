@@ -514,13 +514,12 @@ fn threads_do_not_matter() {
 }
 
 const RETRACT: RetractOptions = RetractOptions {
-    up: UnitVector3::new_unchecked(V3::new(0.0, 0.0, 1.0)),
-    plane: 400.0,
     least: 10.0,
     approach: 20.0,
     margin: 1.0,
     price: 50.0,
     price_in_cut: 500.0,
+    ..RetractOptions::to_plane(UnitVector3::new_unchecked(V3::new(0.0, 0.0, 1.0)), 400.0)
 };
 
 fn retract_options() -> AxesOptions {

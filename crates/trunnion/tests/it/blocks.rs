@@ -256,7 +256,7 @@ fn blade(kinematics: &Kinematics) -> AxisPath {
     };
     let stations = (-60..510).map(at).collect();
     let legs = [Leg { motion: Motion::Cut, stations }];
-    let path = through(&legs, &ToolPathOptions { lever: 10.0 }, &Silent).unwrap();
+    let path = through(&legs, &ToolPathOptions::with_lever(10.0), &Silent).unwrap();
     let options = AxesOptions {
         max_rotary_step: 0.05,
         feed_at: FeedPoint::Contact,

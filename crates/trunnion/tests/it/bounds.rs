@@ -3,14 +3,16 @@
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterKind, CutterSpec};
 use trunnion::nc::read::{ClFile, ClMotion, ClPath, ClRecord};
 use trunnion::surface::{
     ExtrusionSurface, Face, NurbsCurve, NurbsSurface, RevolutionSurface, SpaceCurve, Surface,
     TrimCurve, TrimLoop,
 };
 use trunnion::types::{Silent, ToolPose};
-use trunnion::verify::{self, BoundOptions, CheckInput, CheckOptions, Deviation, Finding};
+use trunnion::verify::{
+    self, BoundOptions, CheckInput, CheckOptions, Deviation, DeviationTolerance, Finding,
+};
 
 const RADIUS: f64 = 4.0;
 
@@ -29,9 +31,9 @@ fn patch(loops: Vec<TrimLoop>) -> Face {
 }
 
 fn cutter(kind: CutterKind) -> Cutter {
-    let (construction, shank, length) = (CutterConstruction::Solid, Vec::new(), 60.0);
+    let length = 60.0;
     let (major, minor) = if kind == CutterKind::Ball { (0.0, RADIUS) } else { (RADIUS, 0.0) };
-    Cutter::new(CutterSpec { kind, major, minor, length, construction, shank }).unwrap()
+    Cutter::new(CutterSpec { kind, length, ..CutterSpec::of_radii(major, minor) }).unwrap()
 }
 
 /// A profile with a bend that jumps, extruded.
@@ -120,18 +122,16 @@ fn measure_with(
     let faces = std::slice::from_ref(face);
     let input = CheckInput::locations(file, cutter).faces(faces);
     let options = CheckOptions {
-        grid,
         reach: 1.0,
         ray_tolerance: 1e-5,
-        total: 0.05,
-        gouge: 0.002,
         most_points: 1_000_000,
         bounds: promise,
+        ..CheckOptions::of_tolerance(DeviationTolerance { excess: 0.05, gouge: 0.002 }, grid)
     };
     verify::check(&input, &options, &Silent).unwrap().deviation
 }
 
-const PROMISE: BoundOptions = BoundOptions { margin: [1e-3; 2], excess: true };
+const PROMISE: BoundOptions = BoundOptions::within([1e-3; 2]);
 
 fn heights(deviation: &Deviation) -> [f64; 2] {
     [deviation.lowest.unwrap().height, deviation.highest.unwrap().height]
@@ -176,13 +176,11 @@ fn a_dent_between_the_points_is_found_or_bounded_within_the_tolerance() {
         let faces = std::slice::from_ref(&face);
         let input = CheckInput::locations(file, cutter).faces(faces);
         let options = CheckOptions {
-            grid: 0.9,
             reach: 1.0,
             ray_tolerance: exact,
-            total: 0.05,
-            gouge: 0.002,
             most_points: 1_000_000,
-            bounds: Some(BoundOptions { margin: [8e-3; 2], excess: true }),
+            bounds: Some(BoundOptions::within([8e-3; 2])),
+            ..CheckOptions::of_tolerance(DeviationTolerance { excess: 0.05, gouge: 0.002 }, 0.9)
         };
         let dented = verify::check(&input, &options, &Silent).unwrap().deviation;
         let (gouge, bounds) = (-heights(&dented)[0], dented.bounds.unwrap());

@@ -15,8 +15,8 @@ use trunnion::nc::control::NumberedLength;
 use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions};
 use trunnion::nc::write::{OUTPUT_FORMATS, OutputFormat, Style, Template};
 use trunnion::post::{
-    InputOutput, PostError, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport,
-    PostSource, Poster, ProgramHead, ProgramMoves, control_of,
+    InputOutput, PostError, PostMove, PostOptions, PostPace, PostReport, PostSource, Poster,
+    ProgramHead, ProgramMoves, control_of,
 };
 use trunnion::types::{AxisVector, PoseTolerance};
 use trunnion::verify::{self, CheckInput, Tool, VerifyError};
@@ -188,13 +188,8 @@ fn written(
 ) -> Result<(String, PostReport), PostError> {
     let kinematics = kinematics(LENGTHS[0]);
     let options = PostOptions {
-        control: control_of(&kinematics, dialect),
-        tolerance: PoseTolerance::new(0.01, 1e-3),
-        max_feed: None,
-        method: PostMethod::Optimal,
         window: 256,
-        filter: PostFilter::None,
-        unwind: None,
+        ..PostOptions::within(control_of(&kinematics, dialect), PoseTolerance::new(0.01, 1e-3))
     };
     let style = Style::of(&kinematics, dialect, AxisWords::of(kinematics.machine()).unwrap());
     let template = Template::of(dialect).unwrap();

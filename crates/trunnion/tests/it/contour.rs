@@ -7,24 +7,24 @@ use crate::shop;
 use nalgebra::{Point3, Vector3};
 use shop::Layout;
 use std::f64::consts::PI;
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions};
 use trunnion::surface::{CylinderSurface, Face, Surface, SurfaceFrame, TrimCurve, TrimLoop};
 use trunnion::types::Silent;
-use trunnion::verify::{self, CheckInput, CheckOptions, Finding, Report, Track, VerifyError};
+use trunnion::verify::{
+    self, CheckInput, CheckOptions, DeviationTolerance, Finding, Report, Track, VerifyError,
+};
 
 /// Of the part, and of the tool \[mm\].
 const RADII: [f64; 2] = [30.0, 5.0];
 
 const OPTIONS: CheckOptions = CheckOptions {
-    grid: 1.0,
     reach: 1.0,
     ray_tolerance: 1e-4,
-    total: 2e-3,
-    gouge: 1e-3,
     most_points: 100_000,
     bounds: None,
+    ..CheckOptions::of_tolerance(DeviationTolerance { excess: 2e-3, gouge: 1e-3 }, 1.0)
 };
 
 /// Lines of the program, which is right as it stands.
@@ -63,9 +63,7 @@ fn run<T>(text: &str, work: impl Fn(&CheckInput<'_>) -> T) -> T {
     let program = read::read(text, &ReadOptions::new(Dialect::LinuxCnc, words, 5)).unwrap();
     let setup = Setup::new(Vector3::new(-381.0, -254.0, -500.0), [0.0; 3], 60.0);
     let kinematics = Kinematics::new(&machine, &setup);
-    let (kind, construction) = (CutterKind::Flat, CutterConstruction::Solid);
-    let spec =
-        CutterSpec { kind, major: RADII[1], minor: 0.0, length: 60.0, construction, shank: vec![] };
+    let spec = CutterSpec { length: 60.0, ..CutterSpec::of_radii(RADII[1], 0.0) };
     let cutter = Cutter::new(spec).unwrap();
     let (believed, real) = (&kinematics, &kinematics);
     let faces = &[face()];

@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 use nalgebra::{Point3, Vector3};
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::files::machine;
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::{self, AxisWords, Dialect, ReadOptions};
@@ -22,9 +22,8 @@ fn kinematics() -> Kinematics {
 }
 
 fn flat(radius: f64, length: f64) -> Cutter {
-    let (kind, construction) = (CutterKind::Flat, CutterConstruction::Solid);
     let (major, minor, shank) = (radius, 0.0, Vec::new());
-    Cutter::new(CutterSpec { kind, major, minor, length, construction, shank }).unwrap()
+    Cutter::new(CutterSpec { length, shank, ..CutterSpec::of_radii(major, minor) }).unwrap()
 }
 
 fn floor() -> Face {

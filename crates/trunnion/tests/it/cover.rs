@@ -12,10 +12,10 @@ use std::f64::consts::FRAC_PI_2;
 use std::ops::ControlFlow;
 use swept_tool::{SPACING, distance, poses};
 use trunnion::cover::{
-    CoverError, CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection, GivenUp, LeadKind,
-    LinkOptions, LinkRequest, PassCost, PlacementMethod, PrismaticUse, cover, legs, lever,
+    CoverError, CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection, FinishTolerance,
+    GivenUp, LeadKind, LinkOptions, LinkRequest, PassCost, cover, legs, lever,
 };
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::positioning::{ContactSide, ToleranceBand, ToolInclination};
 use trunnion::surface::{
     CylinderSurface, Face, FaceIndex, NurbsSurface, SphereSurface, Surface, SurfaceFrame,
@@ -71,24 +71,12 @@ fn cutter() -> Cutter {
 }
 
 fn long(length: f64) -> Cutter {
-    Cutter::new(CutterSpec {
-        kind: CutterKind::Bull,
-        major: 4.0,
-        minor: 3.0,
-        length,
-        construction: CutterConstruction::Solid,
-        shank: Vec::new(),
-    })
-    .unwrap()
+    Cutter::new(CutterSpec { length, ..CutterSpec::bull(4.0, 3.0) }).unwrap()
 }
 
 fn options() -> CoverOptions {
     CoverOptions {
         feed_direction: FeedDirection::V,
-        pattern: CutPattern::ZigZag,
-        method: PlacementMethod::Widest,
-        prismatic: PrismaticUse::Never,
-        side: ContactSide::Ahead,
         band: BAND,
         link: 25.0,
         path_share: SHARE,
@@ -96,7 +84,10 @@ fn options() -> CoverOptions {
         max_axis_turn: 0.1,
         offset_range: Interval::new(-0.5, 0.5),
         lean: ToolInclination { angle: 0.05, towards: None },
-        effort: 3.0,
+        ..CoverOptions::finishing(
+            &cutter(),
+            FinishTolerance { excess: BAND.upper, gouge: -BAND.lower },
+        )
     }
 }
 
@@ -402,14 +393,7 @@ fn an_octant_of_a_sphere_is_covered_up_to_its_pole() {
 
 #[test]
 fn a_ball_needs_no_more_stations_than_the_face_bends() {
-    let spec = CutterSpec {
-        kind: CutterKind::Ball,
-        major: 0.0,
-        minor: 4.0,
-        length: 60.0,
-        construction: CutterConstruction::Solid,
-        shank: Vec::new(),
-    };
+    let spec = CutterSpec { length: 60.0, ..CutterSpec::ball(8.0) };
     let options = CoverOptions { spacing: Interval::new(0.02, 1.0), ..options() };
     let covering =
         finished_by(&Cutter::new(spec).unwrap(), &face(surface(1.0), &[], false), &options);
@@ -496,17 +480,18 @@ fn legs_join_and_turn_only_above_the_plane() {
     let passes = cover(&CoverRequest::new(&face, &cutter, &options()), &Silent).unwrap().passes;
     for lead in [LeadKind::Axis, LeadKind::Tangent { length: 3.0 }] {
         let link = LinkOptions {
-            up: Vector3::z_axis(),
-            boxes: vec![[Point3::new(0.0, 0.0, -9.0), Point3::new(30.0, 30.0, 12.0)]],
-            clearance: 8.0,
             lead,
-            approach: f64::INFINITY,
             gouge: 0.002,
+            ..LinkOptions::above(
+                Vector3::z_axis(),
+                vec![[Point3::new(0.0, 0.0, -9.0), Point3::new(30.0, 30.0, 12.0)]],
+                8.0,
+            )
         };
         let legs = legs(&LinkRequest::new(&passes, &face, &cutter, &link), &Silent).unwrap();
         assert_eq!(legs.len(), 4 * passes.len() - 1);
         // `through` refuses gaps and leads that turn.
-        through(&legs, &ToolPathOptions { lever: lever(&cutter) }, &Silent).unwrap();
+        through(&legs, &ToolPathOptions::with_lever(lever(&cutter)), &Silent).unwrap();
         for leg in legs.iter().filter(|leg| leg.motion == Motion::Link) {
             for station in &leg.stations {
                 assert!(station.pose.tip.z >= 20.0 + cutter.radius() - 1e-9);
@@ -536,12 +521,12 @@ fn a_lead_that_would_gouge_takes_another_way() {
         vec![Pass { face: 1, stations, widths: vec![1.0; 2], track: vec![[0.0; 2]; 2] }]
     };
     let link = LinkOptions {
-        up: Vector3::z_axis(),
-        boxes: vec![[Point3::origin(), Point3::new(24.0, 30.0, 12.0)]],
-        clearance: 3.0,
-        lead: LeadKind::Axis,
-        approach: f64::INFINITY,
         gouge: 0.01,
+        ..LinkOptions::above(
+            Vector3::z_axis(),
+            vec![[Point3::origin(), Point3::new(24.0, 30.0, 12.0)]],
+            3.0,
+        )
     };
     // A longer tool would touch the wall with its flank from the start.
     let short = long(8.0);

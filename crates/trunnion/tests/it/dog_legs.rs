@@ -6,7 +6,7 @@ use crate::shop;
 
 use nalgebra::{Point3, Vector3};
 use shop::Layout;
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Kinematics, Machine};
 use trunnion::nc::read::{self, Dialect, ReadOptions};
@@ -14,18 +14,17 @@ use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{AxisVector, Silent, ToolPose};
 use trunnion::verify::{
-    self, BoundOptions, CheckInput, CheckOptions, ExtremeHeight, Finding, Report,
+    self, BoundOptions, CheckInput, CheckOptions, DeviationTolerance, ExtremeHeight, Finding,
+    Report,
 };
 
 const RADIUS: f64 = 5.0;
 const OPTIONS: CheckOptions = CheckOptions {
-    grid: 0.5,
     reach: 4.0,
     ray_tolerance: 1e-4,
-    total: 0.02,
-    gouge: 0.002,
     most_points: 100_000,
-    bounds: Some(BoundOptions { margin: [1e-3; 2], excess: true }),
+    bounds: Some(BoundOptions::within([1e-3; 2])),
+    ..CheckOptions::of_tolerance(DeviationTolerance { excess: 0.02, gouge: 0.002 }, 0.5)
 };
 
 /// A machine whose slides but Z are ten times as fast as Z.
@@ -58,9 +57,8 @@ struct Job {
 impl Job {
     fn new() -> Self {
         let kinematics = Kinematics::new(&machine(), &shop::setup(Layout::TableTable));
-        let (kind, construction, shank) = (CutterKind::Ball, CutterConstruction::Solid, vec![]);
         let (major, minor, length) = (0.0, RADIUS, 120.0);
-        let spec = CutterSpec { kind, major, minor, length, construction, shank };
+        let spec = CutterSpec { length, ..CutterSpec::of_radii(major, minor) };
         let pose = ToolPose { tip: Point3::new(0.0, 0.0, -6.0), axis: Vector3::z_axis() };
         let inverse = Inverse::new(&kinematics).unwrap();
         let low = inverse.near(&pose, &kinematics.machine().home()).unwrap();

@@ -7,11 +7,11 @@ use crate::property;
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use proptest::prelude::*;
 use std::ops::{Add, Div, Mul, Sub};
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterKind, CutterSpec};
 use trunnion::nc::read::{ClFile, ClMotion, ClPath, ClRecord};
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{Silent, ToolPose};
-use trunnion::verify::{self, CheckInput, CheckOptions};
+use trunnion::verify::{self, CheckInput, CheckOptions, DeviationTolerance};
 
 /// What is promised of a height \[mm\].
 const CLOSE: f64 = 1e-4;
@@ -190,8 +190,7 @@ fn any_cutter() -> impl Strategy<Value = Cutter> {
     let kinds =
         [(CutterKind::Ball, 0.0, 3.0), (CutterKind::Bull, 5.0, 2.0), (CutterKind::Flat, 4.0, 0.0)];
     prop::sample::select(kinds.to_vec()).prop_map(|(kind, major, minor)| {
-        let construction = CutterConstruction::Solid;
-        let spec = CutterSpec { kind, major, minor, length: 60.0, construction, shank: vec![] };
+        let spec = CutterSpec { kind, length: 60.0, ..CutterSpec::of_radii(major, minor) };
         Cutter::new(spec).unwrap()
     })
 }
@@ -230,15 +229,14 @@ proptest! {
         let file = ClFile { records: (1..).zip(&path).map(record).collect(), ..ClFile::default() };
         let faces = [plane()];
         let input = CheckInput::locations(&file, &cutter).faces(&faces);
+        // Heights along the normal alone: no point counts as cut by what is beside it.
+        let tolerance = DeviationTolerance { excess: 1e-9, gouge: 0.1 };
         let options = CheckOptions {
-            grid: 1.0,
             reach: 2.0,
             ray_tolerance: 0.5 * CLOSE,
-            // Heights along the normal alone: no point counts as cut by what is beside it.
-            total: 1e-9,
-            gouge: 0.1,
             most_points: 10_000,
             bounds: None,
+            ..CheckOptions::of_tolerance(tolerance, 1.0)
         };
         let report = verify::check(&input, &options, &Silent).unwrap();
         let moves: Vec<Move> = path.windows(2).map(|pair| Move::new([&pair[0], &pair[1]])).collect();

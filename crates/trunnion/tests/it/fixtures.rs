@@ -9,7 +9,7 @@ use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use property::cases;
 use proptest::prelude::*;
 use shop::Layout;
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterKind, CutterSpec};
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{
     self, AxisWords, ClFile, ClMotion, ClPath, ClRecord, Dialect, ReadOptions,
@@ -24,8 +24,8 @@ const TOLERANCE: f64 = 1e-3;
 const DEEP: f64 = 0.01;
 
 fn cutter(kind: CutterKind, major: f64, minor: f64, shank: Vec<[f64; 2]>) -> Cutter {
-    let construction = CutterConstruction::Solid;
-    Cutter::new(CutterSpec { kind, major, minor, length: 60.0, construction, shank }).unwrap()
+    Cutter::new(CutterSpec { kind, length: 60.0, shank, ..CutterSpec::of_radii(major, minor) })
+        .unwrap()
 }
 
 fn file(path: &[ToolPose]) -> ClFile {
@@ -48,7 +48,7 @@ fn clearance(
     let input = CheckInput::locations(&file, cutter);
     let fixture = |solid| Fixture::new(solid, 0.1 * TOLERANCE).unwrap();
     let fixtures: Vec<Fixture> = solids.iter().map(fixture).collect();
-    let watch = ClearanceOptions { tolerance: TOLERANCE, clearance, worst: 100 };
+    let watch = ClearanceOptions { clearance, ..ClearanceOptions::within(TOLERANCE) };
     verify::clearance(&input, &fixtures, &watch, &Silent).unwrap()
 }
 
@@ -341,7 +341,7 @@ fn rapid_axes_at_their_own_speeds_do_not_run_straight() {
         // Straight, Y is 2.5 where X is 10; at the same speed Y is there before X is.
         let [low, high] = [Point3::new(9.0, 8.0, -5.0), Point3::new(11.0, 9.0, 0.0)];
         let fixture = Fixture::new(&Solid::Box { low, high }, 1e-4).unwrap();
-        let watch = ClearanceOptions { tolerance: 1e-3, clearance: 0.0, worst: 100 };
+        let watch = ClearanceOptions::within(1e-3);
         verify::clearance(&input, &[fixture], &watch, &Silent).unwrap().near
     };
     assert_eq!(hits(4.0 * 500.0), []);
@@ -355,7 +355,7 @@ fn what_triangles_may_be_off_is_added() {
     let input = CheckInput::locations(&file, &flat);
     let [low, high] = [Point3::new(-9.0, -9.0, -9.0), Point3::new(20.0, 9.0, -0.02)];
     let solid = Solid::Box { low, high };
-    let watch = ClearanceOptions { tolerance: 1e-3, clearance: 0.0, worst: 100 };
+    let watch = ClearanceOptions::within(1e-3);
     for (allowance, lines) in [(0.01, 0), (0.03, 1)] {
         let fixture = Fixture::new(&solid, 1e-4).unwrap().grown(allowance);
         let found = verify::clearance(&input, &[fixture], &watch, &Silent).unwrap();

@@ -8,7 +8,7 @@ use crate::property;
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use property::cases;
 use proptest::prelude::*;
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::nc::read::{ClFile, ClMotion, ClPath, ClRecord};
 use trunnion::types::{Silent, ToolPose};
 use trunnion::verify::{self, CheckInput, CollisionKind, Solid, Stock, StockOptions, StockReport};
@@ -18,8 +18,7 @@ const TOLERANCE: f64 = 5e-4;
 const SHARE: f64 = 0.06;
 
 fn cutter(shank: Vec<[f64; 2]>) -> Cutter {
-    let (kind, construction) = (CutterKind::Bull, CutterConstruction::Solid);
-    let spec = CutterSpec { kind, major: 4.0, minor: 1.0, length: 60.0, construction, shank };
+    let spec = CutterSpec { length: 60.0, shank, ..CutterSpec::of_radii(4.0, 1.0) };
     Cutter::new(spec).unwrap()
 }
 
@@ -34,7 +33,7 @@ fn carve(path: &[Step], cutter: &Cutter, solid: &Solid, cell: f64) -> StockRepor
     let file = ClFile { records: (1..).zip(path).map(record).collect(), ..ClFile::default() };
     let input = CheckInput::locations(&file, cutter);
     let mut stock = Stock::new(solid, cell, 10_000_000).unwrap();
-    let cutting = StockOptions { tolerance: TOLERANCE, worst: 100 };
+    let cutting = StockOptions::within(TOLERANCE);
     verify::simulate(&input, &mut stock, &cutting, &Silent).unwrap()
 }
 

@@ -4,7 +4,7 @@
 
 use nalgebra::{Point3, Unit, Vector3};
 use trunnion::cover::{HopOptions, LeadKind, LinkOptions, LinkRequest, legs, lever};
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
 use trunnion::toolpath::{ToolPathOptions, through};
 use trunnion::types::{Leg, Motion, Pass, PieceGeometry, Silent, Station, ToolPath, ToolPose};
@@ -17,15 +17,7 @@ const CLEAR: f64 = 3.0;
 const GOUGE: f64 = 0.01;
 
 fn cutter() -> Cutter {
-    Cutter::new(CutterSpec {
-        kind: CutterKind::Bull,
-        major: MAJOR,
-        minor: MINOR,
-        length: LENGTH,
-        construction: CutterConstruction::Solid,
-        shank: Vec::new(),
-    })
-    .unwrap()
+    Cutter::new(CutterSpec { length: LENGTH, ..CutterSpec::bull(MAJOR, MINOR) }).unwrap()
 }
 
 /// A floor 80 mm long and wide with a ridge along y in the middle, whose control points are `ridge` high.
@@ -60,7 +52,7 @@ fn link() -> LinkOptions {
     let up = Vector3::z_axis();
     let boxes = vec![[Point3::new(-40.0, -40.0, 0.0), Point3::new(40.0, 40.0, 30.0)]];
     let (clearance, lead) = (30.0, LeadKind::Axis);
-    LinkOptions { up, boxes, clearance, lead, approach: 3.0, gouge: GOUGE }
+    LinkOptions { lead, approach: 3.0, gouge: GOUGE, ..LinkOptions::above(up, boxes, clearance) }
 }
 
 /// Length of the way of the tip: a machine that is as fast in every direction and turns at once.
@@ -73,14 +65,14 @@ fn joined(
     face: FaceIndex,
     seconds: &(dyn Fn(&[ToolPose]) -> f64 + Sync),
 ) -> Vec<Leg> {
-    let hops = Some(HopOptions { height: HEIGHT, clear: CLEAR, seconds });
+    let hops = Some(HopOptions { clear: CLEAR, ..HopOptions::new(HEIGHT, seconds) });
     let (faces, cutter, link) = ([face], cutter(), link());
     let request = LinkRequest { hops, ..LinkRequest::new(passes, &faces, &cutter, &link) };
     legs(&request, &Silent).unwrap()
 }
 
 fn curves(legs: &[Leg]) -> ToolPath {
-    through(legs, &ToolPathOptions { lever: lever(&cutter()) }, &Silent).unwrap()
+    through(legs, &ToolPathOptions::with_lever(lever(&cutter())), &Silent).unwrap()
 }
 
 /// Distance of a place from the tool, below 0 inside: the rounded corner, the flat end, the flank.

@@ -35,8 +35,7 @@ fn spec(major: f64, minor: f64) -> CutterSpec {
         (true, false) => CutterKind::Flat,
         (false, _) => CutterKind::Ball,
     };
-    let construction = CutterConstruction::Solid;
-    CutterSpec { kind, major, minor, length: 120.0, construction, shank: Vec::new() }
+    CutterSpec { kind, length: 120.0, ..CutterSpec::of_radii(major, minor) }
 }
 
 fn cutter(major: f64, minor: f64) -> Cutter {
@@ -51,15 +50,8 @@ fn insert(inner_cutting_radius: f64) -> Cutter {
 fn request<'a>(face: &'a FaceIndex, cutter: &'a Cutter, feed: [f64; 2]) -> LocationRequest<'a> {
     let range = 75.0_f64.to_radians();
     LocationRequest {
-        face,
-        cutter,
-        band: ToleranceBand { lower: 0.0, upper: 0.01 },
-        at: AT,
-        feed,
-        strip: StripSide::Right,
-        side: ContactSide::Ahead,
         offset_range: Interval::new(-range, range),
-        axis_cone: None,
+        ..LocationRequest::new(face, cutter, ToleranceBand { lower: 0.0, upper: 0.01 }, AT, feed)
     }
 }
 

@@ -9,7 +9,7 @@ use crate::shop;
 use nalgebra::{Point3, Rotation3, Vector3};
 use shop::Layout;
 use std::f64::consts::PI;
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Kinematics, Machine, Setup};
 use trunnion::nc::read::{self, ClFile, ClMotion, ClPath, ClRecord, Dialect, Program, ReadOptions};
@@ -18,7 +18,9 @@ use trunnion::surface::{
     Face, NurbsSurface, PlaneSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop,
 };
 use trunnion::types::{Block, Motion, Silent, ToolPose};
-use trunnion::verify::{self, BoundOptions, CheckInput, CheckOptions, Finding, Report};
+use trunnion::verify::{
+    self, BoundOptions, CheckInput, CheckOptions, DeviationTolerance, Finding, Report,
+};
 
 const RADIUS: f64 = 5.0;
 /// Half of the patch's side.
@@ -29,13 +31,11 @@ const ROWS: u32 = 12;
 const STEPS: u32 = 16;
 
 const OPTIONS: CheckOptions = CheckOptions {
-    grid: 0.1,
     reach: 1.0,
     ray_tolerance: 2e-5,
-    total: 0.012,
-    gouge: 0.001,
     most_points: 1_000_000,
-    bounds: Some(BoundOptions { margin: [5e-4; 2], excess: true }),
+    bounds: Some(BoundOptions::within([5e-4; 2])),
+    ..CheckOptions::of_tolerance(DeviationTolerance { excess: 0.012, gouge: 0.001 }, 0.1)
 };
 
 /// Rows with a ball over a patch, the tool swinging, and a holder.
@@ -106,10 +106,8 @@ impl Job {
         let setup = shop::setup(Layout::TableTable);
         let kinematics = Kinematics::new(&machine, &setup);
         let face = patch();
-        let (kind, construction) = (CutterKind::Ball, CutterConstruction::Solid);
         let shank = vec![[30.0, RADIUS], [40.0, 12.0]];
-        let spec =
-            CutterSpec { kind, major: 0.0, minor: RADIUS, length: 120.0, construction, shank };
+        let spec = CutterSpec { length: 120.0, shank, ..CutterSpec::of_radii(0.0, RADIUS) };
         let blocks = blocks(&kinematics, &face);
         let text = posted::plain(&kinematics, &blocks, (words(&machine), true));
         Self { machine, setup, face, cutter: Cutter::new(spec).unwrap(), text }
@@ -262,7 +260,7 @@ fn a_holder_grazing_by_five_micrometres() {
     let corners = [[-20.0, 20.0], [20.0, 20.0], [20.0, 80.0], [-20.0, 80.0], [-20.0, 20.0]];
     let trim = TrimLoop::new(vec![TrimCurve::polyline(&corners).unwrap()], [None, None], 1e-9);
     let face = Face::new(2, Surface::Plane(PlaneSurface { frame }), vec![trim.unwrap()]).unwrap();
-    let bounds = Some(BoundOptions { margin: [5e-4; 2], excess: false });
+    let bounds = Some(BoundOptions { excess: false, ..BoundOptions::within([5e-4; 2]) });
     let options = CheckOptions { grid: 1.0, bounds, ..OPTIONS };
     let check = |nearer: f64| {
         let record = |k: u32| {

@@ -35,22 +35,21 @@ fn cutter(major: f64, minor: f64) -> Cutter {
         (true, false) => CutterKind::Flat,
         (false, _) => CutterKind::Ball,
     };
-    let construction = CutterConstruction::Solid;
     let shank = Vec::new();
-    Cutter::new(CutterSpec { kind, major, minor, length: 120.0, construction, shank }).unwrap()
+    Cutter::new(CutterSpec { kind, length: 120.0, shank, ..CutterSpec::of_radii(major, minor) })
+        .unwrap()
 }
 
 fn request<'a>(face: &'a FaceIndex, cutter: &'a Cutter, feed: [f64; 2]) -> LocationRequest<'a> {
     LocationRequest {
-        face,
-        cutter,
-        band: ToleranceBand { lower: 0.0, upper: 0.01 },
-        at: Uv::new(0.5, 0.5),
-        feed,
-        strip: StripSide::Right,
-        side: ContactSide::Ahead,
         offset_range: Interval::new(-0.4, 0.4),
-        axis_cone: None,
+        ..LocationRequest::new(
+            face,
+            cutter,
+            ToleranceBand { lower: 0.0, upper: 0.01 },
+            Uv::new(0.5, 0.5),
+            feed,
+        )
     }
 }
 

@@ -5,10 +5,10 @@
 
 use nalgebra::Point3;
 use rayon::prelude::*;
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::positioning::{
-    ContactSide, CutterLocation, CuttingContext, LocationRequest, StripQuery, StripSide,
-    ToleranceBand, strip_of_pose, widest_strip,
+    CutterLocation, CuttingContext, LocationRequest, StripQuery, StripSide, ToleranceBand,
+    strip_of_pose, widest_strip,
 };
 use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
 use trunnion::types::{Interval, Uv};
@@ -42,15 +42,7 @@ fn sheet(degree: usize, inner: [&[f64]; 2], height: f64, random: &mut Random) ->
 }
 
 fn cutter() -> Cutter {
-    Cutter::new(CutterSpec {
-        kind: CutterKind::Bull,
-        major: 8.0,
-        minor: 4.0,
-        length: 120.0,
-        construction: CutterConstruction::Solid,
-        shank: Vec::new(),
-    })
-    .unwrap()
+    Cutter::new(CutterSpec { length: 120.0, ..CutterSpec::bull(8.0, 4.0) }).unwrap()
 }
 
 /// Angle round the tool axis from the direction to the contact.
@@ -106,15 +98,15 @@ fn pass(case: u32, face: &FaceIndex, samples: u32) -> (u32, Vec<String>) {
     let strip = if case.is_multiple_of(2) { StripSide::Right } else { StripSide::Left };
     let slant = 0.3 * f64::from(case % 3);
     let request = LocationRequest {
-        face,
-        cutter: &cutter,
-        band: ToleranceBand { lower: 0.0, upper: 0.02 },
-        at: Uv::new(0.5, 0.5),
-        feed: [1.0, slant],
         strip,
-        side: ContactSide::Ahead,
         offset_range: Interval::new(-0.4, 0.4),
-        axis_cone: None,
+        ..LocationRequest::new(
+            face,
+            &cutter,
+            ToleranceBand { lower: 0.0, upper: 0.02 },
+            Uv::new(0.5, 0.5),
+            [1.0, slant],
+        )
     };
     let (mut count, mut wrong) = (0, Vec::new());
     let mut warm: Option<CutterLocation> = None;

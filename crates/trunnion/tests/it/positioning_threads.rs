@@ -9,7 +9,7 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::positioning::{
-    AxisCone, ContactSide, CutterLocation, LocationRequest, StripSide, ToleranceBand, widest_strip,
+    AxisCone, CutterLocation, LocationRequest, StripSide, ToleranceBand, widest_strip,
 };
 use trunnion::surface::FaceIndex;
 use trunnion::types::Interval;
@@ -30,20 +30,26 @@ fn patch() -> FaceIndex {
 fn cutter(major: f64, minor: f64) -> Cutter {
     let (kind, construction) = (CutterKind::Bull, CutterConstruction::Solid);
     let shank = Vec::new();
-    Cutter::new(CutterSpec { kind, major, minor, length: 120.0, construction, shank }).unwrap()
+    Cutter::new(CutterSpec {
+        kind,
+        length: 120.0,
+        construction,
+        shank,
+        ..CutterSpec::of_radii(major, minor)
+    })
+    .unwrap()
 }
 
 fn request<'a>(face: &'a FaceIndex, cutter: &'a Cutter, at: [f64; 2]) -> LocationRequest<'a> {
     LocationRequest {
-        face,
-        cutter,
-        band: ToleranceBand { lower: 0.0, upper: 0.01 },
-        at: at.into(),
-        feed: [0.0, 1.0],
-        strip: StripSide::Right,
-        side: ContactSide::Ahead,
         offset_range: Interval::new(-0.26, 0.26),
-        axis_cone: None,
+        ..LocationRequest::new(
+            face,
+            cutter,
+            ToleranceBand { lower: 0.0, upper: 0.01 },
+            at.into(),
+            [0.0, 1.0],
+        )
     }
 }
 

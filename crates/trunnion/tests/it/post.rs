@@ -15,8 +15,8 @@ use trunnion::nc::write::{
     AxisWords, Note, OUTPUT_FORMATS, OutputFormat, Style, Template, ToolNote, work_offset,
 };
 use trunnion::post::{
-    PostError, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource,
-    Poster, ProgramHead, control_of,
+    PostError, PostMove, PostOptions, PostPace, PostReport, PostSource, Poster, ProgramHead,
+    control_of,
 };
 use trunnion::types::{AxisVector, PoseTolerance, ToolPose};
 
@@ -44,15 +44,7 @@ fn kept(report: &PostReport) -> bool {
 }
 
 fn options(control: BlockInterpolation) -> PostOptions {
-    PostOptions {
-        control,
-        tolerance: TOLERANCE,
-        max_feed: None,
-        method: PostMethod::Optimal,
-        window: 512,
-        filter: PostFilter::None,
-        unwind: None,
-    }
+    PostOptions { window: 512, ..PostOptions::within(control, TOLERANCE) }
 }
 
 fn posted(

@@ -11,8 +11,7 @@ use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::AxisWords;
 use trunnion::nc::write::{OutputFormat, Style, Template};
 use trunnion::post::{
-    PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource, Poster,
-    ProgramHead,
+    PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource, Poster, ProgramHead,
 };
 use trunnion::types::{PoseTolerance, ToolPose};
 
@@ -26,13 +25,9 @@ fn post(
     let setup = Setup::new(Vector3::new(0.0, 0.0, -500.0), [0.0; 3], 100.0);
     let kinematics = Kinematics::new(&machine, &setup);
     let options = PostOptions {
-        control: BlockInterpolation::RotaryLinear,
-        tolerance: PoseTolerance::new(0.01, 1e-3),
-        max_feed: None,
         method,
         window,
-        filter: PostFilter::None,
-        unwind: None,
+        ..PostOptions::within(BlockInterpolation::RotaryLinear, PoseTolerance::new(0.01, 1e-3))
     };
     let axes = AxisWords::of(&machine).unwrap();
     let style = Style::of(&kinematics, dialect, axes);

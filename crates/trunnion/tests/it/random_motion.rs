@@ -68,12 +68,12 @@ fn carved(way: &Way, cutter: &Cutter, stock: &mut Stock) -> StockReport {
     if way.mode == Mode::Circle {
         let file = way.file();
         let input = trunnion::verify::CheckInput::locations(&file, cutter);
-        return simulate(&input, stock, &StockOptions { tolerance, worst: 100 }, &Silent).unwrap();
+        return simulate(&input, stock, &StockOptions::within(tolerance), &Silent).unwrap();
     }
     let (program, kinematics) = (way.program(), &way.kinematics);
     let (believed, real) = (kinematics, kinematics);
     let input = CheckInput::program(&program, believed, cutter).machine(real);
-    simulate(&input, stock, &StockOptions { tolerance, worst: 100 }, &Silent).unwrap()
+    simulate(&input, stock, &StockOptions::within(tolerance), &Silent).unwrap()
 }
 
 /// The volume that is cut is that of the poses, by rays of their own with their own statistical error.

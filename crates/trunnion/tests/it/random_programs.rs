@@ -341,7 +341,7 @@ fn volumes_of_programs_are_those_of_many_poses() {
         let cell = half.x / 40.0;
         let mut stock = Stock::new(&Solid::Box { low, high }, cell, 10_000_000).unwrap();
         let removed = run.input(&[], &cutter, |input| {
-            let cutting = StockOptions { tolerance: 1e-4, worst: 100 };
+            let cutting = StockOptions::within(1e-4);
             verify::simulate(input, &mut stock, &cutting, &Silent).unwrap().removed
         });
         let (along, poses) = (random.below(3), run.poses(0.6 * cell));

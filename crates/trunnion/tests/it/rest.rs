@@ -10,11 +10,11 @@ use crate::swept_tool;
 use nalgebra::{Point3, Vector3};
 use swept_tool::{SPACING, distance, poses};
 use trunnion::cover::{
-    CoverError, CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection, LengthCost,
+    CoverError, CoverOptions, CoverRequest, Covering, FeedDirection, FinishTolerance, LengthCost,
     PassCost, PassLayout, PlacementMethod, PrismaticUse, cover,
 };
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
-use trunnion::positioning::{ContactSide, ToleranceBand, ToolInclination};
+use trunnion::cutter::{Cutter, CutterKind, CutterSpec};
+use trunnion::positioning::{ToleranceBand, ToolInclination};
 use trunnion::surface::{
     CylinderSurface, Face, FaceIndex, PlaneSurface, SphereSurface, Surface, SurfaceFrame,
     TrimCurve, TrimLoop,
@@ -33,18 +33,14 @@ fn cutter([major, minor]: [f64; 2]) -> Cutter {
         (_, false) => CutterKind::Flat,
         _ => CutterKind::Bull,
     };
-    let construction = CutterConstruction::Solid;
-    let spec = CutterSpec { kind, major, minor, length: 60.0, construction, shank: Vec::new() };
+    let spec = CutterSpec { kind, length: 60.0, ..CutterSpec::of_radii(major, minor) };
     Cutter::new(spec).unwrap()
 }
 
 fn options(method: PlacementMethod) -> CoverOptions {
     CoverOptions {
         feed_direction: FeedDirection::V,
-        pattern: CutPattern::ZigZag,
         method,
-        prismatic: PrismaticUse::Never,
-        side: ContactSide::Ahead,
         band: BAND,
         link: 25.0,
         path_share: SHARE,
@@ -52,7 +48,10 @@ fn options(method: PlacementMethod) -> CoverOptions {
         max_axis_turn: 0.1,
         offset_range: Interval::new(-0.5, 0.5),
         lean: ToolInclination { angle: 0.087, towards: None },
-        effort: 3.0,
+        ..CoverOptions::finishing(
+            &cutter([4.0, 1.0]),
+            FinishTolerance { excess: BAND.upper, gouge: -BAND.lower },
+        )
     }
 }
 

@@ -103,11 +103,10 @@ fn rows(motion: &Pieces, period: f64, decimals: [i32; 5]) -> Vec<MotionRow> {
 fn options(period: f64, derivatives: usize, decimals: [i32; 5]) -> MotionOptions {
     let rounding = |decimals: i32| 0.5 * 10.0_f64.powi(-decimals);
     MotionOptions {
-        period,
         derivatives,
         time_rounding: rounding(decimals[0]),
         rounding: [1, 2, 3, 4].map(|k| AxisVector::repeat(rounding(decimals[k]))),
-        jerk: true,
+        ..MotionOptions::positions(period)
     }
 }
 

@@ -74,13 +74,9 @@ fn post(
     (filter, moves): (PostFilter, &[PostMove]),
 ) -> (String, PostReport) {
     let options = PostOptions {
-        control: control_of(kinematics, style.dialect),
-        tolerance: TOLERANCE,
-        max_feed: None,
-        method: PostMethod::Optimal,
         window: 512,
         filter,
-        unwind: None,
+        ..PostOptions::within(control_of(kinematics, style.dialect), TOLERANCE)
     };
     let template = Template::of(style.dialect).unwrap();
     let mut poster = Poster::new(kinematics, PostSource::Locations, &options, style).unwrap();
@@ -170,14 +166,10 @@ fn setpoints(kinematics: &Kinematics, moves: &[PostMove]) -> Vec<Setpoint> {
     let dialect = OutputFormat::G93;
     let style = Style::of(kinematics, dialect, AxisWords::of(kinematics.machine()).unwrap());
     let options = PostOptions {
-        control: control_of(kinematics, dialect),
-        // Half for the points, half for the corners between them.
-        tolerance: TOLERANCE.scaled(0.5),
-        max_feed: None,
         method: PostMethod::Programmed,
         window: 512,
-        filter: PostFilter::None,
-        unwind: None,
+        // Half for the points, half for the corners between them.
+        ..PostOptions::within(control_of(kinematics, dialect), TOLERANCE.scaled(0.5))
     };
     let template = Template::of(dialect).unwrap();
     let head = ProgramHead { note: &posted::NOTE, template: &template };

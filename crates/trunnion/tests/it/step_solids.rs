@@ -8,7 +8,7 @@ use nalgebra::{Point3, Vector3};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::import::ImportError;
 use trunnion::import::step::StepReader;
 use trunnion::nc::read::{ClFile, ClMotion, ClPath, ClRecord};
@@ -133,9 +133,7 @@ fn a_solid_is_a_fixture() {
     let solid = Solid::Mesh(mesh(&root().join("fixtures/step/hollow.step"), 0.01).unwrap());
     let [low, high] = solid.bounds().unwrap();
     let fixtures = [Fixture::new(&solid, 1e-3).unwrap()];
-    let construction = CutterConstruction::Solid;
-    let (kind, shank) = (CutterKind::Flat, vec![]);
-    let spec = CutterSpec { kind, major: 1.0, minor: 0.0, length: 40.0, construction, shank };
+    let spec = CutterSpec { length: 40.0, ..CutterSpec::of_radii(1.0, 0.0) };
     let cutter = Cutter::new(spec).unwrap();
     let middle = nalgebra::center(&low, &high);
     for (above, lines) in [(0.005, 0), (-0.005, 1)] {
@@ -150,7 +148,7 @@ fn a_solid_is_a_fixture() {
         let records = (1..).zip([30.0, above]).map(record).collect();
         let file = ClFile { records, ..ClFile::default() };
         let input = CheckInput::locations(&file, &cutter);
-        let watch = ClearanceOptions { tolerance: 1e-3, clearance: 0.0, worst: 100 };
+        let watch = ClearanceOptions::within(1e-3);
         let found = verify::clearance(&input, &fixtures, &watch, &Silent).unwrap();
         assert!((found.least.unwrap().distance - above).abs() < 1e-3, "{found:?}");
         assert_eq!(found.near.len(), lines);

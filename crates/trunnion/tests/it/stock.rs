@@ -7,7 +7,7 @@ use crate::shop;
 use nalgebra::Point3;
 use shop::Layout;
 use std::f64::consts::PI;
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterKind, CutterSpec};
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{
     self, AxisWords, ClFile, ClMotion, ClPath, ClRecord, Dialect, ReadOptions,
@@ -15,11 +15,11 @@ use trunnion::nc::read::{
 use trunnion::types::{Silent, ToolPose};
 use trunnion::verify::{self, CheckInput, CollisionKind, Solid, Stock, StockOptions, StockReport};
 
-const CUTTING: StockOptions = StockOptions { tolerance: 1e-4, worst: 100 };
+const CUTTING: StockOptions = StockOptions::within(1e-4);
 
 fn cutter(kind: CutterKind, major: f64, minor: f64, shank: Vec<[f64; 2]>) -> Cutter {
-    let construction = CutterConstruction::Solid;
-    Cutter::new(CutterSpec { kind, major, minor, length: 60.0, construction, shank }).unwrap()
+    Cutter::new(CutterSpec { kind, length: 60.0, shank, ..CutterSpec::of_radii(major, minor) })
+        .unwrap()
 }
 
 fn pose(tip: [f64; 3], axis: [f64; 3]) -> ToolPose {
@@ -106,14 +106,7 @@ fn fan(radius: f64, length: f64, angle: f64) -> f64 {
 
 #[test]
 fn a_cutter_turned_about_its_tip_cuts_a_fan() {
-    let flat = Cutter::new(CutterSpec {
-        kind: CutterKind::Flat,
-        major: 2.0,
-        minor: 0.0,
-        length: 9.0,
-        construction: CutterConstruction::Solid,
-        shank: vec![],
-    });
+    let flat = Cutter::new(CutterSpec { length: 9.0, ..CutterSpec::flat(4.0) });
     let tip = [0.3, 0.2, -2.0];
     let lean = |angle: f64| pose(tip, [angle.sin(), 0.0, angle.cos()]);
     let moves = [lean(-0.9), lean(0.3), lean(0.9)].map(|pose| (pose, false));

@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 use nalgebra::{Point3, Vector3};
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::files::machine;
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::{self, AxisWords, ClText, Dialect, ReadOptions};
@@ -11,19 +11,17 @@ use trunnion::nc::write::work_offset;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::Silent;
 use trunnion::verify::{
-    self, CheckInput, CheckOptions, Finding, Report, Solid, Stock, Tables, Tool, VerifyError,
-    WorkOffset,
+    self, CheckInput, CheckOptions, DeviationTolerance, Finding, Report, Solid, Stock, Tables,
+    Tool, VerifyError, WorkOffset,
 };
 
 const MACHINE: &str = include_str!("../../../../machines/bc-trunnion.toml");
 const OPTIONS: CheckOptions = CheckOptions {
-    grid: 1.0,
     reach: 3.0,
     ray_tolerance: 1e-5,
-    total: 0.02,
-    gouge: 0.002,
     most_points: 100_000,
     bounds: None,
+    ..CheckOptions::of_tolerance(DeviationTolerance { excess: 0.02, gouge: 0.002 }, 1.0)
 };
 
 fn kinematics() -> Kinematics {
@@ -32,9 +30,8 @@ fn kinematics() -> Kinematics {
 }
 
 fn flat(radius: f64, length: f64) -> Cutter {
-    let (kind, construction) = (CutterKind::Flat, CutterConstruction::Solid);
     let (major, minor, shank) = (radius, 0.0, Vec::new());
-    Cutter::new(CutterSpec { kind, major, minor, length, construction, shank }).unwrap()
+    Cutter::new(CutterSpec { length, shank, ..CutterSpec::of_radii(major, minor) }).unwrap()
 }
 
 /// A flat face through three corners of a parallelogram, its normal `(b - a) x (c - a)`.
@@ -199,7 +196,7 @@ fn stock_is_cut_by_the_tool_in_the_spindle() {
         verify::simulate(
             &input,
             &mut stock,
-            &verify::StockOptions { tolerance: 1e-3, worst: 10 },
+            &verify::StockOptions { worst: 10, ..verify::StockOptions::within(1e-3) },
             &Silent,
         )
         .unwrap()

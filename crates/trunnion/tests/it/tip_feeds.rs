@@ -16,8 +16,8 @@ use trunnion::machine::{Axis, Kinematics, Setup};
 use trunnion::nc::read::{self, AxisWords};
 use trunnion::nc::write::{OutputFormat, Style, Template};
 use trunnion::post::{
-    PostError, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostReport, PostSource,
-    Poster, ProgramHead, control_of,
+    PostError, PostFilter, PostMove, PostOptions, PostPace, PostReport, PostSource, Poster,
+    ProgramHead, control_of,
 };
 use trunnion::types::{AxisVector, PoseTolerance};
 use trunnion::verify::{self, Audit, LimitRatio};
@@ -74,13 +74,9 @@ fn post(
     (filter, moves): (PostFilter, &[PostMove]),
 ) -> Option<(String, PostReport)> {
     let options = PostOptions {
-        control: control_of(kinematics, style.dialect),
-        tolerance: PoseTolerance::new(0.01, 1e-3),
-        max_feed: None,
-        method: PostMethod::Optimal,
         window: 512,
         filter,
-        unwind: None,
+        ..PostOptions::within(control_of(kinematics, style.dialect), PoseTolerance::new(0.01, 1e-3))
     };
     let template = Template::of(style.dialect).unwrap();
     let mut poster = Poster::new(kinematics, PostSource::Locations, &options, style).unwrap();

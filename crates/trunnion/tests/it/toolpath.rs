@@ -127,7 +127,7 @@ fn the_spline_falls_with_the_fourth_power_of_the_step() {
 fn deviation_of_a_circle_is_its_sagitta() {
     let stations: Vec<_> = (0..=12).map(|i| nose(0.1 * f64::from(i), 20.0)).collect();
     let legs = [Leg { motion: Motion::Cut, stations }];
-    let path = through(&legs, &ToolPathOptions { lever: 16.0 }, &Silent).unwrap();
+    let path = through(&legs, &ToolPathOptions::with_lever(16.0), &Silent).unwrap();
     let found = deviation(&path, 9);
     let sagitta = 20.0 * (1.0 - (0.05f64).cos());
     // The end spans are off the circle by O(step⁴), here 5e-5 mm.
@@ -145,7 +145,7 @@ fn a_stop_is_a_typed_error() {
         }
     }
     let legs = [Leg { motion: Motion::Cut, stations: vec![nose(0.0, 9.0), nose(0.1, 9.0)] }];
-    let stopped = through(&legs, &ToolPathOptions { lever: 16.0 }, &Stop);
+    let stopped = through(&legs, &ToolPathOptions::with_lever(16.0), &Stop);
     assert!(matches!(stopped, Err(ToolPathError::Cancelled(_))));
 }
 

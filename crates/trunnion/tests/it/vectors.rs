@@ -5,25 +5,23 @@
 use crate::dice;
 
 use nalgebra::{Point3, Rotation3, UnitVector3, Vector3};
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::files::machine;
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::{self, ClFile, ClMotion, ClPath, ClRecord, Dialect, Program, ReadOptions};
 use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{AxisVector, Silent, ToolPose};
-use trunnion::verify::{self, CheckInput, CheckOptions, Report, VerifyError};
+use trunnion::verify::{self, CheckInput, CheckOptions, DeviationTolerance, Report, VerifyError};
 
 const MACHINE: &str = include_str!("../../../../machines/bc-trunnion.toml");
 const LENGTH: f64 = 100.0;
 const OPTIONS: CheckOptions = CheckOptions {
-    grid: 1.0,
     reach: 3.0,
     ray_tolerance: 1e-5,
-    total: 0.02,
-    gouge: 0.002,
     most_points: 100_000,
     bounds: None,
+    ..CheckOptions::of_tolerance(DeviationTolerance { excess: 0.02, gouge: 0.002 }, 1.0)
 };
 
 /// The workpiece is turned about x, so that the table frame is not its own.
@@ -34,9 +32,8 @@ fn kinematics() -> Kinematics {
 }
 
 fn cutter() -> Cutter {
-    let construction = CutterConstruction::Solid;
-    let (kind, major, minor, shank) = (CutterKind::Bull, 4.0, 2.0, Vec::new());
-    Cutter::new(CutterSpec { kind, major, minor, length: LENGTH, construction, shank }).unwrap()
+    let (major, minor) = (4.0, 2.0);
+    Cutter::new(CutterSpec { length: LENGTH, ..CutterSpec::of_radii(major, minor) }).unwrap()
 }
 
 /// 20 mm square at height 0 of the workpiece.

@@ -10,29 +10,27 @@ use nalgebra::{Point3, Rotation3, Vector3};
 use proptest::prelude::*;
 use shop::Layout;
 use std::f64::consts::PI;
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterKind, CutterSpec};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Kinematics, Machine, Setup};
 use trunnion::nc::read::{self, Dialect, Program, ReadOptions};
 use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{AxisVector, Block, Motion, Silent, ToolPose};
-use trunnion::verify::{self, CheckInput, CheckOptions, Finding, Report};
+use trunnion::verify::{self, CheckInput, CheckOptions, DeviationTolerance, Finding, Report};
 
 const OPTIONS: CheckOptions = CheckOptions {
-    grid: 0.5,
     reach: 3.0,
     ray_tolerance: 1e-4,
-    total: 0.02,
-    gouge: 0.002,
     most_points: 1_000_000,
     bounds: None,
+    ..CheckOptions::of_tolerance(DeviationTolerance { excess: 0.02, gouge: 0.002 }, 0.5)
 };
 
 fn cutter(kind: CutterKind, major: f64, minor: f64) -> Cutter {
     let shank = vec![[30.0, major + minor], [40.0, major + minor + 6.0]];
-    let construction = CutterConstruction::Solid;
-    Cutter::new(CutterSpec { kind, major, minor, length: 120.0, construction, shank }).unwrap()
+    Cutter::new(CutterSpec { kind, length: 120.0, shank, ..CutterSpec::of_radii(major, minor) })
+        .unwrap()
 }
 
 /// A biquadratic Bezier patch: `size` wide, centred at `place`, bulging by `bulge` at the middle

@@ -158,7 +158,7 @@ impl<'a> Program<'a> {
     }
 
     pub(super) fn left_out(&self) -> LeftOutCount {
-        let LeftOut { moves, dwells, words } = self.moves.left();
+        let LeftOut { moves, dwells, words, .. } = self.moves.left();
         LeftOutCount { moves, dwells, words }
     }
 

@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 
 /// One line of the table of faces.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct FaceSummary {
     /// Number for a job file.
     pub number: usize,
@@ -32,6 +33,7 @@ pub struct FaceSummary {
 
 /// A small piece of a face.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct AreaElement {
     /// Parameters.
     pub uv: Uv,

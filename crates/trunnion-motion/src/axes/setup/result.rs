@@ -23,6 +23,7 @@ pub struct EvaluatedSetup {
 
 /// Verdict on the axes in a setup.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum SetupVerdict {
     /// The path is inside travel.
     Fits(PathTravel),

@@ -2,7 +2,7 @@
 
 use crate::feed::error::FeedError;
 
-/// Options of the classical planner.
+/// Options of the classical planner. Begin with [`LookAheadOptions::whole`] and change the rest by struct update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LookAheadOptions {
     /// Servo period \[s\]: axis velocities may step at a junction by acceleration times period.

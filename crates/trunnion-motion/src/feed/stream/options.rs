@@ -9,6 +9,8 @@ use crate::feed::validate::{validate_limits, validate_options};
 pub(super) const MOST_OVERRIDE: f64 = 2.0;
 
 /// Look-ahead of a [`FeedStream`](super::FeedStream) or a [`JerkStream`](super::JerkStream).
+///
+/// Begin with [`StreamOptions::fastest`] and change the rest by struct update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StreamOptions {
     /// Programmed feed, feed on links and largest tip speed.

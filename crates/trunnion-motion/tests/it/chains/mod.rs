@@ -5,13 +5,8 @@
 
 use nalgebra::{Point3, SVector, UnitVector3, Vector3};
 use serde_json::Value;
-use std::collections::BTreeMap;
-use std::f64::consts::TAU;
 use std::path::Path;
-use trunnion::machine::{
-    AxisFormat, AxisInterpolation, AxisKind, AxisSpec, ControlLimits, FeedMode, Kinematics,
-    Machine, MachineSpec, ProgramFormat, RetractPolicy, Setup, SingularPolicy,
-};
+use trunnion::machine::{AxisSpec, Kinematics, Machine, MachineSpec, Setup};
 use trunnion::math::jet::Jet;
 use trunnion::types::{PieceGeometry, PoseCurve, PoseSpan, ToolPose};
 
@@ -39,43 +34,19 @@ pub(crate) fn vector(value: &Value) -> V3 {
 /// An axis with generous limits: rotaries without end.
 pub(crate) fn axis(name: &str, dir: V3, rotary_point: Option<V3>) -> AxisSpec {
     let rotary = rotary_point.is_some();
-    AxisSpec {
-        name: name.to_owned(),
-        kind: if rotary { AxisKind::Rotary } else { AxisKind::Linear },
-        dir: dir.into(),
-        point: rotary_point.map(Into::into),
-        limits: (!rotary).then_some(trunnion::types::Interval::new(-1e5, 1e5)),
-        cyclic: rotary.then_some(TAU),
-        vel: 1.0,
-        rapid: None,
-        acc: 10.0,
-        jerk: 100.0,
-        sense: 1.0,
-        home: None,
-        prefer: None,
-        output: AxisFormat::STANDARD,
-    }
+    let preset = match rotary_point {
+        Some(point) => AxisSpec::rotary(name, dir.into(), point.into()),
+        None => AxisSpec::linear(name, dir.into()),
+    };
+    let limits = (!rotary).then_some(trunnion::types::Interval::new(-1e5, 1e5));
+    AxisSpec { limits, vel: 1.0, acc: 10.0, jerk: 100.0, ..preset }
 }
 
 /// A machine from its chain (without `w` and `t`) and axes.
 pub(crate) fn spec(chain: &[&str], axes: Vec<AxisSpec>, tip: V3, tool_axis: V3) -> MachineSpec {
-    let words = ["w"].iter().chain(chain).chain(&["t"]);
-    MachineSpec {
-        name: "test".to_owned(),
-        chain: words.map(|&word| word.to_owned()).collect(),
-        tool_axis: tool_axis.into(),
-        gauge: tip.into(),
-        axes,
-        cycle: ControlLimits::default(),
-        singular: SingularPolicy::STANDARD,
-        retract: RetractPolicy::standard(),
-        dialect: ProgramFormat {
-            name: "linuxcnc".to_owned(),
-            interpolation: AxisInterpolation::RotaryLinear,
-            feed: FeedMode::InverseTime,
-            strings: BTreeMap::new(),
-        },
-    }
+    let chain = [&["w"], chain, &["t"]].concat();
+    let spec = MachineSpec::new("test", &chain, axes);
+    MachineSpec { tool_axis: tool_axis.into(), gauge: tip.into(), ..spec }
 }
 
 pub(crate) fn slides() -> Vec<AxisSpec> {

@@ -7,7 +7,7 @@ use nalgebra::Point3;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt;
 
-/// Options of hops. There is no `Default`: the caller knows stock and machine.
+/// Options of hops. Begin with [`HopOptions::new`] and change the rest by struct update.
 #[derive(Clone, Copy)]
 pub struct HopOptions<'a> {
     /// Height of the tip above the ends of the passes in the middle of a hop \[mm\]: more than the
@@ -19,6 +19,14 @@ pub struct HopOptions<'a> {
     /// Estimates the time of the machine through poses, from rest to rest \[s\]. A hop is
     /// taken if it is quicker than three straight moves up, over and down.
     pub seconds: &'a (dyn Fn(&[ToolPose]) -> f64 + Sync),
+}
+
+impl<'a> HopOptions<'a> {
+    /// Hops `height` \[mm\] high on a machine with that estimate of time, at least half the height from the faces
+    /// in the middle.
+    pub fn new(height: f64, seconds: &'a (dyn Fn(&[ToolPose]) -> f64 + Sync)) -> Self {
+        Self { height, clear: 0.5 * height, seconds }
+    }
 }
 
 impl fmt::Debug for HopOptions<'_> {

@@ -37,8 +37,8 @@ const UPRIGHT: f64 = 0.5;
 ///
 /// ```
 /// use nalgebra::{Point3, Vector3};
-/// use trunnion::cover::{LeadKind, LinkOptions, LinkRequest, legs};
-/// use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+/// use trunnion::cover::{LinkOptions, LinkRequest, legs};
+/// use trunnion::cutter::{Cutter, CutterSpec};
 /// use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
 /// use trunnion::types::{Motion, Pass, Silent, Station, ToolPose};
 ///
@@ -47,8 +47,7 @@ const UPRIGHT: f64 = 0.5;
 /// let plane = Surface::Nurbs(NurbsSurface::new([1, 1], knots, points, None)?);
 /// let faces = [FaceIndex::new(Face::new(1, plane, Vec::new())?)?];
 ///
-/// let (kind, construction, shank) = (CutterKind::Ball, CutterConstruction::Solid, Vec::new());
-/// let spec = CutterSpec { kind, major: 0.0, minor: 5.0, length: 60.0, construction, shank };
+/// let spec = CutterSpec { length: 60.0, ..CutterSpec::ball(10.0) };
 /// let cutter = Cutter::new(spec).expect("a ball of radius 5 mm");
 /// let station = |x: f64| {
 ///     let tip = Point3::new(x, 10.0, 0.0);
@@ -56,14 +55,8 @@ const UPRIGHT: f64 = 0.5;
 /// };
 /// let stations = vec![station(5.0), station(15.0)];
 /// let passes = [Pass { face: 1, stations, widths: vec![2.0; 2], track: vec![[0.25, 0.5], [0.75, 0.5]] }];
-/// let options = LinkOptions {
-///     up: Vector3::z_axis(),
-///     boxes: vec![[Point3::origin(), Point3::new(20.0, 20.0, 0.0)]],
-///     clearance: 30.0,
-///     lead: LeadKind::Axis,
-///     approach: f64::INFINITY,
-///     gouge: 0.01,
-/// };
+/// let boxes = vec![[Point3::origin(), Point3::new(20.0, 20.0, 0.0)]];
+/// let options = LinkOptions { gouge: 0.01, ..LinkOptions::above(Vector3::z_axis(), boxes, 30.0) };
 ///
 /// let legs = legs(&LinkRequest::new(&passes, &faces, &cutter, &options), &Silent)?;
 /// let motions: Vec<Motion> = legs.iter().map(|leg| leg.motion).collect();

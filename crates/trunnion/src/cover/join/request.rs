@@ -19,7 +19,7 @@ pub enum LeadKind {
     },
 }
 
-/// Options of [`legs`](super::legs::legs). There is no `Default`: the caller knows part, stock and tolerance.
+/// Options of [`legs`](super::legs::legs). Begin with [`LinkOptions::above`] and change the rest by struct update.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinkOptions {
     /// Direction out of the part: square to the plane of the links.
@@ -39,7 +39,17 @@ pub struct LinkOptions {
     pub gouge: f64,
 }
 
-/// Passes to join, with the faces that the tool keeps off.
+impl LinkOptions {
+    /// Links `clearance` \[mm\] above `boxes`, which hold part and stock.
+    ///
+    /// Presets: leads along the tool axis, all of them at the cutting feed, that do not go into a face.
+    pub const fn above(up: UnitVector3<f64>, boxes: Vec<[Point3<f64>; 2]>, clearance: f64) -> Self {
+        Self { up, boxes, clearance, lead: LeadKind::Axis, approach: f64::INFINITY, gouge: 0.0 }
+    }
+}
+
+/// Passes to join, with the faces that the tool keeps off. Begin with [`LinkRequest::new`] and change the rest by
+/// struct update.
 #[derive(Debug, Clone, Copy)]
 pub struct LinkRequest<'a> {
     /// Passes in cutting order.

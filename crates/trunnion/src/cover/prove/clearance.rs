@@ -370,7 +370,7 @@ mod tests {
     use super::*;
     use crate::cover::layout::region::TrimmedRegion;
     use crate::cover::pattern::FeedDirection;
-    use crate::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+    use crate::cutter::{Cutter, CutterSpec};
     use crate::surface::{Face, NurbsSurface, Surface};
     use crate::types::{PoseCurve, Station, ToolPose};
     use nalgebra::Unit;
@@ -386,8 +386,7 @@ mod tests {
     }
 
     fn tool(shank: Vec<[f64; 2]>) -> ToolBody {
-        let (kind, construction) = (CutterKind::Bull, CutterConstruction::Solid);
-        let spec = CutterSpec { kind, major: 2.0, minor: 1.0, length: 60.0, construction, shank };
+        let spec = CutterSpec { length: 60.0, shank, ..CutterSpec::of_radii(2.0, 1.0) };
         ToolBody::new(&Cutter::new(spec).unwrap())
     }
 

@@ -110,7 +110,7 @@ pub(crate) fn deepest(
 mod tests {
     use super::*;
     use crate::cutter::ToolBody;
-    use crate::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+    use crate::cutter::{Cutter, CutterKind, CutterSpec};
     use crate::types::{PoseCurve, Station, ToolPose};
     use nalgebra::{UnitVector3, Vector3};
 
@@ -139,8 +139,7 @@ mod tests {
                 (_, 0.0) => CutterKind::Flat,
                 _ => CutterKind::Bull,
             };
-            let (construction, shank) = (CutterConstruction::Solid, Vec::new());
-            let spec = CutterSpec { kind, major, minor, length: 60.0, construction, shank };
+            let spec = CutterSpec { kind, length: 60.0, ..CutterSpec::of_radii(major, minor) };
             let cutter = Cutter::new(spec).unwrap();
             let end = ToolBody::new(&cutter).end;
             let sweep = sweep(cutter.radius(), lead);

@@ -8,6 +8,7 @@ use nalgebra::{Rotation3, Vector3};
 
 /// Checked job file. Paths are as written, relative to it.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct JobFile {
     /// Name of the job.
     pub name: String,
@@ -73,6 +74,7 @@ impl JobFile {
 
 /// Part to machine.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct JobPart {
     /// Surface JSON or STEP file.
     pub file: String,
@@ -95,6 +97,7 @@ pub enum FaceSelection {
 
 /// Position of the workpiece on the machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct JobSetup {
     /// Workpiece origin in machine coordinates with all axes at zero \[mm\].
     pub origin: Vector3<f64>,
@@ -114,6 +117,7 @@ impl JobSetup {
 
 /// Tool of a job.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct JobTool {
     /// Tool number in the magazine.
     pub number: u32,
@@ -158,6 +162,7 @@ pub enum ToolConstruction {
 
 /// Permitted deviation of the finished part.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct JobTolerance {
     /// Largest excess \[mm\].
     pub total: f64,
@@ -169,6 +174,7 @@ pub struct JobTolerance {
 
 /// Shares of the tolerance \[mm\]; `None` leaves a share to the pipeline. Their sum is within `total`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct ToleranceSplit {
     /// Scallops of the strips.
     pub strip: Option<f64>,
@@ -197,6 +203,7 @@ pub enum JobPrismatic {
 
 /// Arrangement of the passes on the faces.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct JobStrategy {
     /// Placement of the tool.
     pub method: JobPlacement,
@@ -289,6 +296,7 @@ pub enum JobLinks {
 
 /// Feed and spindle.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct CuttingData {
     /// Feed of the reference point \[mm/s\].
     pub feed: f64,
@@ -318,6 +326,7 @@ pub enum FeedReference {
 
 /// Planning and sampling of the speed along the path.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct MotionSettings {
     /// Planner.
     pub method: MotionMethod,

@@ -174,7 +174,7 @@ fn motion(raw: &RawMotion, doc: &mut Document<'_>) -> Option<MotionSettings> {
         RawMotionMethod::Blocks => MotionMethod::Blocks,
         RawMotionMethod::Given => {
             // The schema lists it because `trunnion feed` has it.
-            let message = "a job has no place for given speeds yet";
+            let message = "a job cannot prescribe speeds yet";
             let help = "write `method = \"jerk\"`, `\"optimal\"` or `\"blocks\"`";
             doc.fault("motion.method", message, help);
             return None;

@@ -23,6 +23,7 @@ pub enum JobStock {
 
 /// Fixture that the tool must not touch.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct JobFixture {
     /// Name in findings: as given, or the solid in words.
     pub name: String,
@@ -209,7 +210,7 @@ impl KindTable<'_> {
                 let [min, max] = [Point3::from(raw.min?), Point3::from(raw.max?)];
                 // A flat or inverted box encloses nothing that rays could hit.
                 if (0..3).any(|axis| min[axis] >= max[axis]) {
-                    let message = format!("the box from {min} to {max} mm has no inside");
+                    let message = format!("the box from {min} to {max} mm is empty");
                     let help = "every coordinate of max is above that of min";
                     doc.fault(&format!("{}.max", self.path), message, help);
                 }
@@ -341,7 +342,7 @@ mod tests {
             [[fixture]]\nkind = \"stl\"\nfile = \"a.stl\"\nchord = 0.5\n\
             [[fixture]]\nkind = \"offset\"\nthickness = 1\n";
         let expected = [
-            "56:7: the box from {0, 0, 0} to {1, 0, 1} mm has no inside",
+            "56:7: the box from {0, 0, 0} to {1, 0, 1} mm is empty",
             "57:10: a fixture of kind \"box\" has no radius\n  help: remove it",
             "60:1: unknown key `fle` in [[fixture]]\n  help: did you mean `file`?",
             "63:9: `fixture.2.chord` = -0.5 must be above 0\n  help: Largest distance of the triangles",

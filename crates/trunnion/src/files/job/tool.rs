@@ -16,7 +16,7 @@ pub(super) fn others(
         let (path, number) = (format!("verify.tool.{at}"), raw.number);
         if known.contains(&number) {
             let message = format!("tool {number} is given twice");
-            let help = "the job's own stands in [tool]; every other has a number of its own";
+            let help = "the job's own tool is in [tool]; give every other tool its own number";
             doc.fault(&format!("{path}.number"), message, help);
         }
         // Pushed even if it is a duplicate: a third one is reported as well.
@@ -170,7 +170,7 @@ fn construction(
             {
                 let radius = major + minor;
                 let message = format!(
-                    "inner_cutting_radius {inner_cutting_radius} mm leaves nothing of a cutter of radius {radius} mm"
+                    "inner_cutting_radius {inner_cutting_radius} mm leaves no cutting edge on a cutter of radius {radius} mm"
                 );
                 doc.fault(&inner, message, "it must be below R + r");
             }
@@ -184,7 +184,7 @@ fn profile(path: &str, pairs: &[[f64; 2]], doc: &mut Document<'_>) {
     for (at, &[height, radius]) in pairs.iter().enumerate() {
         // Equal heights are steps of the profile.
         if height < below || radius < 0.0 {
-            let message = format!("`{path}` does not go up: [{height}, {radius}] after {below} mm");
+            let message = format!("the heights of `{path}` fall: [{height}, {radius}] after {below} mm");
             let help = "pairs are [height above the tip, radius] in mm, heights not falling";
             doc.fault(&format!("{path}.{at}"), message, help);
             return;

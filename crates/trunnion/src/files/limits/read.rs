@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 /// Limits file that was read.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct LimitsFile {
     /// Limits by axis name, in order of names.
     pub axes: BTreeMap<String, AxisLimits>,

@@ -19,6 +19,7 @@ use std::f64::consts::TAU;
 
 /// Machine file that was read and checked.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct MachineFile {
     /// Checked machine.
     pub machine: Machine,
@@ -173,7 +174,7 @@ fn in_file_units(name: &str, axis: &RawAxis, units: Option<Scale>, doc: &mut Doc
         let turns = period * scale.angle / TAU;
         // Far from one turn; the fine comparison is the machine's.
         if (turns - 1.0).abs() > 1e-3 {
-            let message = format!("axis {name} is cyclic with {period}, which is {turns} turns");
+            let message = format!("axis {name} has the period {period}, which is {turns} turns");
             let help = format!("the period of a rotary axis is one turn: {}", TAU / scale.angle);
             doc.fault(&key("cyclic"), message, help);
         }

@@ -366,8 +366,7 @@ pub(crate) fn offset_curvature(
 mod tests {
     use super::*;
     use crate::cutter::Cutter;
-    use crate::cutter::CutterConstruction;
-    use crate::cutter::CutterKind;
+
     use crate::cutter::CutterSpec;
     use crate::positioning::ContactSide;
     use crate::positioning::LocationRequest;
@@ -400,26 +399,14 @@ mod tests {
         x: [f64; 3],
     ) -> Vec<ActiveConstraint> {
         let face = quadric(k[0], k[1]);
-        let cutter = Cutter::new(CutterSpec {
-            kind: CutterKind::Bull,
-            major: 9.0,
-            minor: 4.0,
-            length: 100.0,
-            construction: CutterConstruction::Solid,
-            shank: vec![],
-        })
-        .unwrap();
+        let cutter =
+            Cutter::new(CutterSpec { length: 100.0, ..CutterSpec::bull(9.0, 4.0) }).unwrap();
         let band = ToleranceBand { lower: 0.0, upper: 0.02 };
         let request = LocationRequest {
-            face: &face,
-            cutter: &cutter,
-            band,
-            at: Uv::new(0.45, 0.52),
-            feed: [0.2, 1.0],
             strip,
             side,
             offset_range: Interval::new(-0.5, 0.5),
-            axis_cone: None,
+            ..LocationRequest::new(&face, &cutter, band, Uv::new(0.45, 0.52), [0.2, 1.0])
         };
         let mut probe = FaceProbe::new(&face);
         let frame = EndPointFrame::new(&request, side, &mut probe).unwrap();

@@ -199,11 +199,11 @@ pub(crate) fn pivot(audit: &Audit) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cutter::{CutterConstruction, CutterKind, CutterSpec};
+    use crate::cutter::CutterSpec;
     use crate::nc::read::{ClFile, ClMotion, ClPath, ClRecord};
     use crate::surface::{NurbsSurface, Surface};
     use crate::types::{Silent, ToolPose};
-    use crate::verify::{CheckInput, Finding};
+    use crate::verify::{CheckInput, DeviationTolerance, Finding};
     use nalgebra::{Point3, Rotation3, Vector3};
 
     fn face() -> Face {
@@ -244,19 +244,15 @@ mod tests {
     fn a_program_in_chunks_leaves_what_it_leaves_as_a_whole() {
         let face = face();
         let file = rows(&face);
-        let (kind, construction) = (CutterKind::Bull, CutterConstruction::Solid);
-        let shank = vec![];
-        let spec = CutterSpec { kind, major: 2.0, minor: 1.0, length: 20.0, construction, shank };
+        let spec = CutterSpec { length: 20.0, ..CutterSpec::of_radii(2.0, 1.0) };
         let cutter = Cutter::new(spec).unwrap();
-        let promise = Some(BoundOptions { margin: [1e-3; 2], excess: true });
+        let promise = Some(BoundOptions::within([1e-3; 2]));
         let options = CheckOptions {
-            grid: 0.4,
             reach: 0.5,
             ray_tolerance: 1e-4,
-            total: 0.05,
-            gouge: 2e-3,
             most_points: 10_000,
             bounds: promise,
+            ..CheckOptions::of_tolerance(DeviationTolerance { excess: 0.05, gouge: 2e-3 }, 0.4)
         };
         let input = CheckInput::locations(&file, &cutter);
         let run = input.run(None, 1e-5).unwrap();

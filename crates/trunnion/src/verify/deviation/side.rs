@@ -108,7 +108,7 @@ fn test_points(face: &Face, off: f64) -> Vec<[Point3<f64>; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cutter::{CutterConstruction, CutterKind, CutterSpec};
+    use crate::cutter::{CutterKind, CutterSpec};
     use crate::nc::read::{ClFile, ClMotion, ClPath, ClRecord};
     use crate::surface::{NurbsSurface, Surface};
     use crate::types::ToolPose;
@@ -136,8 +136,7 @@ mod tests {
     #[test]
     fn a_tool_behind_the_face_is_found() {
         for (kind, major, minor) in [(CutterKind::Ball, 0.0, 4.0), (CutterKind::Bull, 3.0, 1.0)] {
-            let (construction, shank) = (CutterConstruction::Solid, vec![]);
-            let spec = CutterSpec { kind, major, minor, length: 50.0, construction, shank };
+            let spec = CutterSpec { kind, length: 50.0, ..CutterSpec::of_radii(major, minor) };
             let cutter = Cutter::new(spec).unwrap();
             let found = |height: f64, flip: bool| {
                 let (file, faces) = (rows(height), [plate(flip)]);

@@ -11,6 +11,7 @@ use std::f64::consts::TAU;
 
 /// Choices of rotary axes that the program leaves to the control.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub struct Choices {
     /// Blocks that give the tool as a vector.
     pub vectors: usize,
@@ -25,6 +26,7 @@ pub struct Choices {
 /// A choice between two solutions: that with the least travel of the rotaries from where they stood, inside their
 /// travel; of equals the one an axis prefers.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Choice {
     /// Line of the program.
     pub line: u32,

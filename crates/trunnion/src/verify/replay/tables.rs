@@ -31,6 +31,7 @@ pub struct Tool<'a> {
 /// The machine decides where a change leaves Z, and with a leaning tool X and Y; they are known again once the program
 /// states them. The rotaries are taken to stand as before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Changes {
     /// Tools put in after the first move.
     pub count: usize,

@@ -10,6 +10,7 @@ use crate::verify::replay::segments::Run;
 
 /// Consecutive moves of one kind with one tool as a chain of tool positions.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Track {
     /// Line of the first move.
     pub line: u32,

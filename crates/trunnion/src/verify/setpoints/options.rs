@@ -3,7 +3,8 @@
 use crate::machine::AxisKind;
 use crate::types::AxisVector;
 
-/// Content and accuracy of a table of setpoints.
+/// Content and accuracy of a table of setpoints. Begin with [`MotionOptions::positions`] and change the rest by struct
+/// update.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotionOptions {
     /// Time from row to row \[s\]; the last row may come sooner.
@@ -16,6 +17,19 @@ pub struct MotionOptions {
     pub rounding: [AxisVector; 4],
     /// Jerk is judged. Set `false` if the motion was planned without a limit of jerk.
     pub jerk: bool,
+}
+
+impl MotionOptions {
+    /// Takes positions alone, exact ones, with `period` \[s\] from row to row, and judges jerk as well.
+    pub fn positions(period: f64) -> Self {
+        Self {
+            period,
+            derivatives: 0,
+            time_rounding: 0.0,
+            rounding: [AxisVector::zeros(); 4],
+            jerk: true,
+        }
+    }
 }
 
 /// Converts a value to the units of reports: mm or degrees.

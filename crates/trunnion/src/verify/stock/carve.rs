@@ -58,7 +58,7 @@ impl StockReport {
     }
 }
 
-/// Accuracy and extent of a simulation.
+/// Accuracy and extent of a simulation. Begin with [`StockOptions::within`] and change the rest by struct update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StockOptions {
     /// Nothing farther than this outside the swept tool is removed, and nothing deeper than this inside it remains on a
@@ -66,6 +66,14 @@ pub struct StockOptions {
     pub tolerance: f64,
     /// Most lines reported of each kind of collision: the worst.
     pub worst: usize,
+}
+
+impl StockOptions {
+    /// Cuts to that accuracy \[mm\], and reports the worst hundred lines of each kind of collision.
+    #[must_use]
+    pub const fn within(tolerance: f64) -> Self {
+        Self { tolerance, worst: 100 }
+    }
 }
 
 /// Moves per batch: enough for threads to share, few enough to keep in memory.
@@ -82,25 +90,18 @@ const BATCH: usize = 256;
 ///
 /// ```
 /// use nalgebra::Point3;
-/// use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+/// use trunnion::cutter::{Cutter, CutterSpec};
 /// use trunnion::nc::read::ClText;
 /// use trunnion::types::Silent;
 /// use trunnion::verify::{CheckInput, Solid, Stock, StockOptions, simulate};
 ///
-/// let cutter = Cutter::new(CutterSpec {
-///     kind: CutterKind::Flat,
-///     major: 3.0,
-///     minor: 0.0,
-///     length: 50.0,
-///     construction: CutterConstruction::Solid,
-///     shank: vec![],
-/// })?;
+/// let cutter = Cutter::new(CutterSpec { length: 50.0, ..CutterSpec::flat(6.0) })?;
 /// let text = "FEDRAT/600,MMPM\nGOTO/-5,0,-1,0,0,1\nGOTO/25,0,-1,0,0,1\nFINI\n";
 /// let locations = ClText::new(text.to_owned(), 20)?;
 /// let [low, high] = [Point3::new(0.0, -5.0, -4.0), Point3::new(20.0, 5.0, 0.0)];
 /// let mut stock = Stock::new(&Solid::Box { low, high }, 0.2, 100_000)?;
 ///
-/// let options = StockOptions { tolerance: 1e-3, worst: 10 };
+/// let options = StockOptions::within(1e-3);
 /// let input = CheckInput::locations(&locations, &cutter);
 /// let report = simulate(&input, &mut stock, &options, &Silent)?;
 /// assert!((report.removed - 120.0).abs() < 1.0); // mm³
@@ -289,7 +290,7 @@ impl<'a> StockCutter<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cutter::{CutterConstruction, CutterKind, CutterSpec};
+    use crate::cutter::{CutterKind, CutterSpec};
     use crate::nc::read::{ClFile, ClMotion, ClPath, ClRecord};
     use crate::types::{Silent, ToolPose};
     use crate::verify::Solid;
@@ -302,8 +303,7 @@ mod tests {
     const TOLERANCE: f64 = 1e-3;
 
     fn cutter(kind: CutterKind, major: f64, minor: f64) -> Cutter {
-        let construction = CutterConstruction::Solid;
-        let spec = CutterSpec { kind, major, minor, length: 25.0, construction, shank: vec![] };
+        let spec = CutterSpec { kind, length: 25.0, ..CutterSpec::of_radii(major, minor) };
         Cutter::new(spec).unwrap()
     }
 
@@ -394,7 +394,7 @@ mod tests {
             let input = CheckInput::locations(&file, &cutter);
             let [low, high] = [Point3::new(-8.0, -6.0, -5.0), Point3::new(8.0, 6.0, 0.0)];
             let mut stock = Stock::new(&Solid::Box { low, high }, 0.45, 100_000).unwrap();
-            simulate(&input, &mut stock, &StockOptions { tolerance: TOLERANCE, worst: 100 }, &Silent).unwrap();
+            simulate(&input, &mut stock, &StockOptions::within(TOLERANCE), &Silent).unwrap();
             for family in &stock.families {
                 let along = family.along;
                 for (index, tile) in family.tiles.iter().enumerate() {

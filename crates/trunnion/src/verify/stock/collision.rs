@@ -5,6 +5,7 @@ use std::fmt;
 
 /// Kind of a collision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum CollisionKind {
     /// The cutting part is in the stock at rapid speed.
     Rapid,

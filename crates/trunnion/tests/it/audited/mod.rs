@@ -3,12 +3,12 @@
 #![allow(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 use nalgebra::Point3;
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{self, AxisWords, ReadOptions};
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::Silent;
-use trunnion::verify::{self, CheckInput, CheckOptions, Report};
+use trunnion::verify::{self, CheckInput, CheckOptions, DeviationTolerance, Report};
 
 /// A face that no tool comes near: only the axes are looked at.
 fn face() -> Face {
@@ -28,19 +28,16 @@ pub(crate) fn check(
     // The reference point is the machine's, not the part's.
     let text = text.replace("G91 G28 Z0.\nG90\n", "");
     let program = read::read(&text, &ReadOptions::new(dialect, axes, 5)).unwrap();
-    let (kind, construction) = (CutterKind::Ball, CutterConstruction::Solid);
     let length = kinematics.setup().tool_length;
-    let spec = CutterSpec { kind, major: 0.0, minor: 3.0, length, construction, shank: vec![] };
+    let spec = CutterSpec { length, ..CutterSpec::of_radii(0.0, 3.0) };
     let (cutter, faces) = (Cutter::new(spec).unwrap(), [face()]);
     let input = CheckInput::program(&program, kinematics, &cutter).faces(&faces);
     let options = CheckOptions {
-        grid: 1.0,
         reach: 1.0,
         ray_tolerance: 1e-3,
-        total: 0.1,
-        gouge: 0.1,
         most_points: 1000,
         bounds: None,
+        ..CheckOptions::of_tolerance(DeviationTolerance { excess: 0.1, gouge: 0.1 }, 1.0)
     };
     verify::check(&input, &options, &Silent).unwrap()
 }

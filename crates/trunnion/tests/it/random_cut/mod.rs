@@ -6,9 +6,9 @@
 use super::dice::Random;
 use super::many_poses::{self, Course};
 use nalgebra::{Rotation3, Vector3};
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterKind, CutterSpec};
 use trunnion::surface::{Face, NurbsSurface, Surface};
-use trunnion::verify::{CheckOptions, Report};
+use trunnion::verify::{CheckOptions, DeviationTolerance, Report};
 
 pub(crate) const RAY_TOLERANCE: f64 = 1e-5;
 pub(crate) const REACH: f64 = 2.0;
@@ -24,8 +24,7 @@ pub(crate) fn any_cutter(random: &mut Random) -> Cutter {
         1 => (CutterKind::Ball, 0.0, minor + 1.0),
         _ => (CutterKind::Bull, major, minor),
     };
-    let construction = CutterConstruction::Solid;
-    let spec = CutterSpec { kind, major, minor, length: LENGTH, construction, shank: vec![] };
+    let spec = CutterSpec { kind, length: LENGTH, ..CutterSpec::of_radii(major, minor) };
     Cutter::new(spec).unwrap()
 }
 
@@ -62,15 +61,14 @@ pub(crate) fn any_face(random: &mut Random, way: &dyn Course, cutter: &Cutter) -
 
 /// How heights are looked for.
 pub(crate) fn options(grid: f64) -> CheckOptions {
+    // Heights along the normal alone: no point counts as cut by what is beside it.
+    let tolerance = DeviationTolerance { excess: 1e-9, gouge: 0.002 };
     CheckOptions {
-        grid,
         reach: REACH,
         ray_tolerance: RAY_TOLERANCE,
-        // Heights along the normal alone: no point counts as cut by what is beside it.
-        total: 1e-9,
-        gouge: 0.002,
         most_points: 10_000,
         bounds: None,
+        ..CheckOptions::of_tolerance(tolerance, grid)
     }
 }
 

@@ -4,11 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 use nalgebra::Vector3;
-use std::collections::BTreeMap;
-use trunnion::machine::{
-    AxisFormat, AxisInterpolation, AxisKind, AxisSpec, ControlLimits, FeedMode, Kinematics,
-    Machine, MachineSpec, ProgramFormat, RetractPolicy, Setup, SingularPolicy,
-};
+use trunnion::machine::{AxisSpec, Kinematics, Machine, MachineSpec, Setup};
 use trunnion::types::Interval;
 
 /// Which machine.
@@ -23,25 +19,14 @@ pub(crate) enum Layout {
 }
 
 fn axis(name: &str, dir: [f64; 3], point: Option<[f64; 3]>) -> AxisSpec {
-    let kind = if point.is_some() { AxisKind::Rotary } else { AxisKind::Linear };
     let [reach, vel, acc] =
         if point.is_some() { [40.0, 3.0, 10.0] } else { [2000.0, 500.0, 2500.0] };
-    AxisSpec {
-        name: name.to_owned(),
-        kind,
-        dir,
-        point,
-        limits: Some(Interval::new(-reach, reach)),
-        cyclic: None,
-        vel,
-        rapid: None,
-        acc,
-        jerk: 40.0 * acc,
-        sense: 1.0,
-        home: None,
-        prefer: None,
-        output: AxisFormat::STANDARD,
-    }
+    let preset = match point {
+        Some(point) => AxisSpec::rotary(name, dir, point),
+        None => AxisSpec::linear(name, dir),
+    };
+    let limits = Some(Interval::new(-reach, reach));
+    AxisSpec { limits, cyclic: None, vel, acc, jerk: 40.0 * acc, ..preset }
 }
 
 /// A machine of that layout with generous travel.
@@ -75,23 +60,7 @@ pub(crate) fn machine(layout: Layout) -> Machine {
         ),
     };
     axes.extend(rotaries);
-    let spec = MachineSpec {
-        name: "test".to_owned(),
-        chain: chain.iter().map(|&word| word.to_owned()).collect(),
-        tool_axis: [0.0, 0.0, 1.0],
-        gauge: [0.0; 3],
-        axes,
-        cycle: ControlLimits::default(),
-        singular: SingularPolicy::STANDARD,
-        retract: RetractPolicy::standard(),
-        dialect: ProgramFormat {
-            name: "linuxcnc".to_owned(),
-            interpolation: AxisInterpolation::RotaryLinear,
-            feed: FeedMode::InverseTime,
-            strings: BTreeMap::new(),
-        },
-    };
-    Machine::new(spec).unwrap()
+    Machine::new(MachineSpec::new("test", chain, axes)).unwrap()
 }
 
 /// A tilted workpiece, tool of 120 mm.

@@ -28,7 +28,7 @@ pub(crate) fn poses(passes: &[Pass], cutter: &Cutter) -> Vec<ToolPose> {
     assert!(!passes.is_empty());
     for pass in passes {
         let legs = [Leg { motion: Motion::Cut, stations: pass.stations.clone() }];
-        let path = through(&legs, &ToolPathOptions { lever: lever(cutter) }, &Silent).unwrap();
+        let path = through(&legs, &ToolPathOptions::with_lever(lever(cutter)), &Silent).unwrap();
         let PieceGeometry::Curve(curve) = &path.pieces[0].geometry else { continue };
         let [start, end] = curve.range();
         let steps = ((end - start) / SPACING).ceil();

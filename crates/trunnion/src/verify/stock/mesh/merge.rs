@@ -275,7 +275,7 @@ mod tests {
             CutterConstruction::Solid,
         );
         let spec =
-            CutterSpec { kind, major: 2.0, minor, length: 30.0, construction, shank: vec![] };
+            CutterSpec { kind, length: 30.0, construction, ..CutterSpec::of_radii(2.0, minor) };
         let cutter = Cutter::new(spec).unwrap();
         let record = |(line, tip): (u32, &[f64; 3])| {
             let pose = ToolPose::new(*tip, axis).unwrap();
@@ -284,7 +284,7 @@ mod tests {
         let records = (1..).zip(tips).map(record).collect();
         let file = ClFile { records, ..ClFile::default() };
         let input = CheckInput::locations(&file, &cutter);
-        let cutting = StockOptions { tolerance: TOLERANCE, worst: 1 };
+        let cutting = StockOptions { worst: 1, ..StockOptions::within(TOLERANCE) };
         simulate(&input, &mut stock, &cutting, &Silent).unwrap();
         stock
     }
