@@ -77,7 +77,7 @@ impl FaceJson {
         Self {
             number: face.number,
             kind: face.kind,
-            range: face.range,
+            range: face.range.map(trunnion::types::Interval::ends),
             bounds: face.bounds.map(|corner| corner.coords.into()),
             area: face.area,
             concave_radius: face.concave_radius,
@@ -97,7 +97,7 @@ fn table(faces: &[FaceSummary]) -> String {
 }
 
 fn row(face: &FaceSummary) -> String {
-    let [[u0, u1], [v0, v1]] = face.range;
+    let [[u0, u1], [v0, v1]] = face.range.map(<[f64; 2]>::from);
     let size = face.bounds[1] - face.bounds[0];
     let concave = face.concave_radius.map_or("none".to_owned(), |r| format!("{r:.2}"));
     let normal = face

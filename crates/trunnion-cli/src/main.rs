@@ -162,7 +162,10 @@ fn view(folder: &std::path::Path) -> Result<Done, Failure> {
     let page = if folder.is_dir() { folder.join("report.html") } else { folder.to_owned() };
     if !page.is_file() {
         let help = "run a job first: trunnion run JOB.toml";
-        return Err(Failure::input(format!("{}: there is no report\n  help: {help}", page.display())));
+        return Err(Failure::input(format!(
+            "{}: there is no report\n  help: {help}",
+            page.display()
+        )));
     }
     // Each desktop has one program that opens a file with the default application.
     let opener = if cfg!(target_os = "macos") {

@@ -81,9 +81,7 @@ pub(crate) fn words(stock: &StockSummary) -> [String; 2] {
 /// Describes a collision between rays that could not be excluded.
 fn undecided(stock: &StockSummary) -> String {
     stock.undecided.as_ref().map_or_else(String::new, |UndecidedSummary { line, depth, .. }| {
-        format!(
-            "; undecided between rays, at most {depth:.4} mm (line {line}): use smaller cells"
-        )
+        format!("; undecided between rays, at most {depth:.4} mm (line {line}): use smaller cells")
     })
 }
 

@@ -7,7 +7,7 @@ use std::fs::{self, File};
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use trunnion::nc::read::{
-    CodeRemap, Dialect, IniFile, ReadOptions, SubprogramFile, ini_file, subprogram_calls, tool_rows,
+    CodeRemap, Dialect, ReadOptions, SubprogramFile, ini_file, subprogram_calls, tool_rows,
 };
 
 /// Files of the control.

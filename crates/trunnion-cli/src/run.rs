@@ -356,7 +356,8 @@ fn covered(cover: &CoverSummary) -> Vec<(&'static str, String)> {
         ("strip width", format!("{least:.2} .. {most:.2} mm, mean {mean:.2}")),
     ];
     rows.extend(cover.layouts.iter().take(LAYOUTS).map(|face| ("layout", compared(face))));
-    if let Some(TurnLimitSummary { free_passes, free_length, length, time, .. }) = &cover.turn_limit {
+    if let Some(TurnLimitSummary { free_passes, free_length, length, time, .. }) = &cover.turn_limit
+    {
         let [length, time] = [length, time].map(|share| 100.0 * share);
         let detail = format!(
             "{length:+.1} % of length, {time:+.1} % of time (estimated) against {free_passes} passes of {free_length:.0} mm \

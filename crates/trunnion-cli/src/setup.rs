@@ -172,8 +172,7 @@ fn assured(found: &SetupResult) -> String {
             bound.to_degrees()
         ),
         (None, Some(_)) => {
-            "not proven that none fits: not all rotations were tried; narrow the bounds"
-                .to_owned()
+            "not proven that none fits: not all rotations were tried; narrow the bounds".to_owned()
         }
         (_, None) => format!("proven: no rotation within the bounds fits{apart}"),
     }

@@ -441,7 +441,9 @@ impl Lines {
             };
             // The line was cut off at the limit.
             if read as u64 == LONGEST {
-                return Err(fault(format!("the line has more than {LONGEST} bytes: this is not a table")));
+                return Err(fault(format!(
+                    "the line has more than {LONGEST} bytes: this is not a table"
+                )));
             }
             // Checked twice: a borrow that is returned must not be taken before the loop goes on.
             let Ok(line) = std::str::from_utf8(&self.bytes) else {

@@ -59,7 +59,10 @@ impl AssumedSolutions {
         let place = |&Choice { line, plane, taken, other, .. }: &Choice| {
             let degrees = |of: RotaryPair| <[f64; 2]>::from(of).map(f64::to_degrees);
             let beside = other.map_or_else(
-                || "the tool is parallel to the first rotary axis, which keeps its position".to_owned(),
+                || {
+                    "the tool is parallel to the first rotary axis, which keeps its position"
+                        .to_owned()
+                },
                 |other| format!("the other solution is {}", words(other)),
             );
             AssumedSolution {

@@ -122,7 +122,8 @@ impl Setting {
             .map(|cell| Named::new(place(path, &job, "verify.stock_cell", "the stock"), cell));
         let options = toolbox(args);
         if options.has_plain() {
-            let help = "describe a further tool with its number: --cutter 2=R=5,r=1 --tool-length 2=95";
+            let help =
+                "describe a further tool with its number: --cutter 2=R=5,r=1 --tool-length 2=95";
             return Err(Failure::input(format!(
                 "--job describes the tool already; a further one needs a number\n  help: {help}"
             )));

@@ -50,7 +50,9 @@ impl SmoothingSummary {
                 format!("up to {distance} mm{line}, on top of the deviations")
             }
             (SmoothingKind::Unbounded, _) => {
-                format!("not bounded{line}: the control may round corners by as much as the speed requires")
+                format!(
+                    "not bounded{line}: the control may round corners by as much as the speed requires"
+                )
             }
             _ => format!("the machine's own{line}, which adds to the deviations"),
         }

@@ -89,11 +89,11 @@ fn streamed<const N: usize>(
         let Some(step) = stream.next() else { break };
         let Some(given) = speeds.get_mut(step.piece) else { break };
         if given.s.is_empty() {
-            given.s.push(step.s[0]);
-            given.speed.push(step.speed[0]);
+            given.s.push(step.s.low);
+            given.speed.push(step.speed.start);
         }
-        given.s.push(step.s[1]);
-        given.speed.push(step.speed[1]);
+        given.s.push(step.s.high);
+        given.speed.push(step.speed.end);
     }
     Ok(speeds)
 }

@@ -243,7 +243,7 @@ fn planned<const N: usize>(
         writer.step(step)?;
     }
     // A stream that stops short has no error of its own.
-    let (reached, end) = (writer.last.map(|step| step.s[1]), last.map(|last| last.node.s));
+    let (reached, end) = (writer.last.map(|step| step.s.high), last.map(|last| last.node.s));
     if reached.is_none_or(|reached| end.is_some_and(|end| reached < end)) {
         return Err(refused(FeedError::Unresolved { piece: 0 }));
     }
@@ -264,7 +264,7 @@ impl Writer<'_> {
             return Err(Failure::input(error.to_string()));
         }
         let StreamStep { s, t, speed, acceleration, .. } = step;
-        self.row([s[0], t, speed[0], acceleration, step.at(0.0).jerk])?;
+        self.row([s.low, t, speed.start, acceleration, step.at(0.0).jerk])?;
         self.last = Some(step);
         Ok(())
     }
@@ -272,7 +272,7 @@ impl Writer<'_> {
     fn end_piece(&mut self) -> Result<(), Failure> {
         let Some(step) = self.last.take() else { return Ok(()) };
         let StreamStep { s, t, duration, speed, end_acceleration, .. } = step;
-        self.row([s[1], t + duration, speed[1], end_acceleration, step.at(duration).jerk])
+        self.row([s.high, t + duration, speed.end, end_acceleration, step.at(duration).jerk])
     }
 
     fn row(&mut self, numbers: [f64; 5]) -> Result<(), Failure> {

@@ -93,9 +93,15 @@ pub(super) fn describe(answer: &Answer, place: &Path) -> String {
             row("read", format!("{read}, {} of them the same as the one before", of.merged)),
             row(
                 "tip",
-                format!("at most {tip_bound:.6} mm from the input path, {} mm allowed", of.tip_tolerance),
+                format!(
+                    "at most {tip_bound:.6} mm from the input path, {} mm allowed",
+                    of.tip_tolerance
+                ),
             ),
-            row("axis", format!("at most {axis_bound:.6} deg, {:.6} deg allowed", of.axis_tolerance)),
+            row(
+                "axis",
+                format!("at most {axis_bound:.6} deg, {:.6} deg allowed", of.axis_tolerance),
+            ),
             row("spans", of.spans.to_string()),
             row("corners", format!("{corners_blended} blended, {corners_kept} kept as stops")),
         ]);

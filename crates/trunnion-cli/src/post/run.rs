@@ -40,7 +40,9 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     // Text of a template that the reader does not know: the program may still be right.
     if let Some(unread) = &report.unread {
         let path = output.display();
-        eprintln!("warning: {path}:{unread}\nwarning: the program was not read back from this line on");
+        eprintln!(
+            "warning: {path}:{unread}\nwarning: the program was not read back from this line on"
+        );
     }
     // A feed far below the programmed one is never written without a word.
     let far = report.slowed.iter().filter(|one| one.ratio() >= FAR_BELOW);

@@ -182,7 +182,9 @@ fn tools_and_offsets_are_said_by_number() {
     let by_job = ["--json", "check", "two.ngc", "--job", "tools.toml", "--offset", "G55=G54"];
     assert_eq!(json(&trunnion(folder, &by_job)), summary);
     check.extend(["--cutter", "R=5,r=3"]);
-    assert!(refused(&check).contains("--job describes the tool already; a further one needs a number"));
+    assert!(
+        refused(&check).contains("--job describes the tool already; a further one needs a number")
+    );
 }
 
 #[test]

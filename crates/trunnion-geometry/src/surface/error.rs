@@ -1,7 +1,7 @@
 //! Errors of surfaces, trims and closest-point queries.
 
 use crate::math::bspline::KnotError;
-use crate::types::ErrorList;
+use crate::types::{ErrorList, Interval, Uv};
 
 /// Reason for which a surface, curve, trim loop or face is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -62,18 +62,18 @@ pub enum SurfaceError {
     /// A patch has no area: its points lie on a line or in a point.
     #[error(
         "the patch u [{}, {}], v [{}, {}] is degenerate: its points lie on a line or in one point; remove repeated control points or the patch",
-        .u[0], .u[1], .v[0], .v[1]
+        .u.low, .u.high, .v.low, .v.high
     )]
     DegeneratePatch {
         /// Range of u.
-        u: [f64; 2],
+        u: Interval,
         /// Range of v.
-        v: [f64; 2],
+        v: Interval,
     },
     /// Neighbouring trim curves do not meet.
     #[error(
         "trim curves {curve} and {next} of the loop do not meet: they end {gap:.3e} apart in u,v near ({:.6}, {:.6}), more than the allowed {tolerance:.3e}",
-        .at[0], .at[1]
+        .at.u, .at.v
     )]
     OpenLoop {
         /// Index of the curve.
@@ -83,7 +83,7 @@ pub enum SurfaceError {
         /// Distance in u,v.
         gap: f64,
         /// End of the first.
-        at: [f64; 2],
+        at: Uv,
         /// Allowed distance in u,v.
         tolerance: f64,
     },
@@ -96,11 +96,11 @@ pub enum SurfaceError {
     /// A trim loop crosses itself: its inside is ambiguous.
     #[error(
         "the trim loop crosses itself near u,v = ({:.6}, {:.6}); put its curves in order, or make a loop of each part",
-        .at[0], .at[1]
+        .at.u, .at.v
     )]
     CrossedLoop {
         /// Point in u, v.
-        at: [f64; 2],
+        at: Uv,
     },
     /// The surface has no end in some direction and no trims bound it.
     #[error("face {face} has no bounds in {direction}: an endless surface needs trim loops")]
@@ -122,22 +122,22 @@ pub enum ClosestError {
     /// The surface has no normal at its closest point.
     #[error(
         "the surface has no normal at its closest point, u,v = ({:.6}, {:.6}), {distance:.6} mm away",
-        .uv[0], .uv[1]
+        .uv.u, .uv.v
     )]
     NoNormal {
         /// Parameters.
-        uv: [f64; 2],
+        uv: Uv,
         /// Distance \[mm\].
         distance: f64,
     },
     /// Too many places are equally close (a point near a centre of curvature).
     #[error(
         "no unique closest point: the best found is {distance:.9} mm away at u,v = ({:.6}, {:.6}), but {bound:.9} mm cannot be excluded elsewhere",
-        .uv[0], .uv[1]
+        .uv.u, .uv.v
     )]
     Undecided {
         /// Parameters of the best point found.
-        uv: [f64; 2],
+        uv: Uv,
         /// Its distance \[mm\].
         distance: f64,
         /// Lower bound on the distance \[mm\].

@@ -79,7 +79,7 @@ impl FaceIndex {
         let bounds = search_bounds(&face);
         let [u, v] = bounds;
         let whole = |faults: SurfaceErrors| {
-            let degenerate = SurfaceError::DegeneratePatch { u, v };
+            let degenerate = SurfaceError::DegeneratePatch { u: u.into(), v: v.into() };
             faults.into_iter().next().unwrap_or(degenerate)
         };
         let (search, curvatures) = match &face.surface {
@@ -397,7 +397,7 @@ impl FaceIndex {
             // At a pole: the limit on the way to the middle of the face.
             .or_else(|| jet.normal_towards(self.face.inwards(uv[0], uv[1])))
             .map(|n| if self.face.flip { -n } else { n })
-            .ok_or(ClosestError::NoNormal { uv, distance: size })?;
+            .ok_or(ClosestError::NoNormal { uv: uv.into(), distance: size })?;
         let distance = if offset.dot(&normal) < 0.0 { -size } else { size };
         Ok(FootPoint { uv: uv.into(), point: jet.s, normal, distance, jet })
     }

@@ -2,7 +2,7 @@
 
 use super::error::SurfaceError;
 use super::face::Face;
-use crate::types::Mesh;
+use crate::types::{Mesh, Uv};
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
@@ -22,7 +22,7 @@ pub struct FaceMesh {
     /// Triangles, counter-clockwise seen from the cutter's side.
     pub mesh: Mesh,
     /// Parameters of each vertex.
-    pub uv: Vec<[f64; 2]>,
+    pub uv: Vec<Uv>,
     /// Unit normal on the cutter's side at each vertex.
     pub normals: Vec<UnitVector3<f64>>,
 }
@@ -232,7 +232,7 @@ impl<'a> FaceTessellation<'a> {
         }
         let index = u32::try_from(self.out.uv.len()).unwrap_or(u32::MAX);
         self.out.mesh.vertices.push(self.face.point(uv[0], uv[1]));
-        self.out.uv.push(uv);
+        self.out.uv.push(uv.into());
         // At a singular point without a limit; vertices and normals have to stay in step.
         let fallback = Vector3::z_axis();
         self.out.normals.push(self.face.normal(uv[0], uv[1]).unwrap_or(fallback));

@@ -152,7 +152,7 @@ impl PatchTree {
             }
         }
         let bound = queue.peek().map_or(best.distance, |look| look.bound);
-        Err(ClosestError::Undecided { uv: best.uv, distance: best.distance, bound })
+        Err(ClosestError::Undecided { uv: best.uv.into(), distance: best.distance, bound })
     }
 
     /// Decides if the surface comes nearer than `limit` to a convex solid.

@@ -153,8 +153,8 @@ fn streamed(path: &AxisPath<5>, limits: &Limits<5>) -> FeedPlan {
             stream.push(*node).unwrap();
         }
         let Some(step) = stream.next() else { break };
-        speeds.s.push(step.s[1]);
-        speeds.speed.push(step.speed[1]);
+        speeds.s.push(step.s.high);
+        speeds.speed.push(step.speed.end);
     }
     given(path, &[speeds], limits, &FREE, &Silent).unwrap().0
 }

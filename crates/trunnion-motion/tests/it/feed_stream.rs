@@ -78,12 +78,12 @@ fn worst(path: &AxisPath, steps: &[StreamStep]) -> [f64; 3] {
     }
     for two in steps.windows(2) {
         let gap = if two[0].piece == two[1].piece {
-            (two[0].s[1] - two[1].s[0]).abs()
+            (two[0].s.high - two[1].s.low).abs()
         } else {
-            two[0].speed[1] + two[1].speed[0]
+            two[0].speed.end + two[1].speed.start
         };
         let late = (two[0].t + two[0].duration - two[1].t).abs();
-        let jump = (two[0].speed[1] - two[1].speed[0]).abs();
+        let jump = (two[0].speed.end - two[1].speed.start).abs();
         worst[2] = worst[2].max(gap).max(late).max(jump);
     }
     worst
@@ -228,8 +228,8 @@ proptest! {
         steps.extend(stream.by_ref());
         let last = steps.last().unwrap();
         prop_assert_eq!(last.piece, 1);
-        prop_assert_eq!(last.s[1].to_bits(), path.pieces[1].nodes.last().unwrap().s.to_bits());
-        prop_assert!(last.speed[1] <= 0.0);
+        prop_assert_eq!(last.s.high.to_bits(), path.pieces[1].nodes.last().unwrap().s.to_bits());
+        prop_assert!(last.speed.end <= 0.0);
         let [velocity, acceleration, gap] = worst(&path, &steps);
         prop_assert!(velocity <= 1.0 + 1e-9, "velocity {velocity}");
         prop_assert!(acceleration <= 1.0 + 1e-7, "acceleration {acceleration}");
@@ -254,7 +254,7 @@ proptest! {
             }
             let Some(step) = stream.next() else { break };
             let node = &path.pieces[0].nodes[step.interval];
-            let speed = step.speed[0] * node.feed_rate;
+            let speed = step.speed.start * node.feed_rate;
             prop_assert!(speed <= value * feed * (1.0 + 1e-9), "{speed} {value} {feed}");
         }
     }

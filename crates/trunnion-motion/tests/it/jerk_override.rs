@@ -44,11 +44,11 @@ fn worst(path: &AxisPath, steps: &[StreamStep]) -> [f64; 4] {
         }
     }
     for two in steps.windows(2) {
-        let v = (two[0].speed[1] - two[1].speed[0]).abs() / two[0].speed[1].max(1.0);
+        let v = (two[0].speed.end - two[1].speed.start).abs() / two[0].speed.end.max(1.0);
         let a = (two[0].end_acceleration - two[1].acceleration).abs() / 1e4;
         let t = (two[0].t + two[0].duration - two[1].t).abs();
         let same = two[0].piece == two[1].piece;
-        let s = if same { (two[0].s[1] - two[1].s[0]).abs() } else { 0.0 };
+        let s = if same { (two[0].s.high - two[1].s.low).abs() } else { 0.0 };
         worst[3] = worst[3].max(s).max(v).max(a).max(t);
     }
     worst
@@ -97,22 +97,22 @@ fn a_hold_stops_in_little_more_than_the_shortest_way() {
     for (feed, way) in [(50.0, 5.0), (80.0, 10.4)] {
         let mut stream = straight(feed);
         let mut nodes = line(400);
-        let steps = until(&mut stream, &mut nodes, |step| step.s[1] > 100.0);
-        let from = steps.last().unwrap().s[1];
+        let steps = until(&mut stream, &mut nodes, |step| step.s.high > 100.0);
+        let from = steps.last().unwrap().s.high;
         assert!(stream.speed() > 0.98 * feed, "{}", stream.speed());
         stream.set_override(0.0).unwrap();
         let steps = until(&mut stream, &mut nodes, |_| false);
         assert!(stream.held() && stream.speed() <= 0.0);
-        let stop = steps.last().unwrap().s[1];
+        let stop = steps.last().unwrap().s.high;
         assert!(stop - from >= way * 0.98, "stopped after {} mm", stop - from);
         assert!(stop - from <= way * 1.35, "stopped after {} mm", stop - from);
-        let fastest = steps.iter().map(|step| step.speed[1]).fold(0.0, f64::max);
+        let fastest = steps.iter().map(|step| step.speed.end).fold(0.0, f64::max);
         assert!(fastest <= 1.01 * feed, "{fastest} mm/s after the hold");
         stream.set_override(1.0).unwrap();
         let steps = until(&mut stream, &mut nodes, |_| false);
-        assert!(steps[0].s[0].to_bits() == stop.to_bits() && steps[0].speed[0] <= 0.0);
-        assert!(steps.last().unwrap().s[1] >= 400.0 && !stream.held());
-        let fastest = steps.iter().map(|step| step.speed[1]).fold(0.0, f64::max);
+        assert!(steps[0].s.low.to_bits() == stop.to_bits() && steps[0].speed.start <= 0.0);
+        assert!(steps.last().unwrap().s.high >= 400.0 && !stream.held());
+        let fastest = steps.iter().map(|step| step.speed.end).fold(0.0, f64::max);
         assert!(fastest > 0.98 * feed);
     }
 }
@@ -123,16 +123,17 @@ fn a_changed_override_is_reached_without_a_stop() {
     for (value, feed) in [(0.5, 30.0), (1.5, 90.0)] {
         let mut stream = straight(60.0);
         let mut nodes = line(600);
-        until(&mut stream, &mut nodes, |step| step.s[1] > 100.0);
+        until(&mut stream, &mut nodes, |step| step.s.high > 100.0);
         stream.set_override(value).unwrap();
-        let steps = until(&mut stream, &mut nodes, |step| step.s[1] > 300.0);
-        let slowest = steps.iter().map(|step| step.speed[1]).fold(f64::INFINITY, f64::min);
-        let last = steps.last().unwrap().speed[1];
+        let steps = until(&mut stream, &mut nodes, |step| step.s.high > 300.0);
+        let slowest = steps.iter().map(|step| step.speed.end).fold(f64::INFINITY, f64::min);
+        let last = steps.last().unwrap().speed.end;
         assert!((last - feed).abs() <= 0.01 * feed, "{value}: {last} mm/s");
         assert!(slowest >= 0.95 * feed.min(60.0), "{value}: down to {slowest} mm/s");
         // 5 mm and 3 mm would do from one speed to the other.
-        let reached = steps.iter().find(|step| (step.speed[1] - feed).abs() < 0.02 * feed).unwrap();
-        assert!(reached.s[1] < 125.0, "{value}: reached at {} mm", reached.s[1]);
+        let reached =
+            steps.iter().find(|step| (step.speed.end - feed).abs() < 0.02 * feed).unwrap();
+        assert!(reached.s.high < 125.0, "{value}: reached at {} mm", reached.s.high);
     }
 }
 
@@ -190,8 +191,8 @@ proptest! {
         }
         let last = steps.last().unwrap();
         prop_assert_eq!(last.piece, 1);
-        prop_assert_eq!(last.s[1].to_bits(), path.pieces[1].nodes.last().unwrap().s.to_bits());
-        prop_assert!(last.speed[1] <= 0.0);
+        prop_assert_eq!(last.s.high.to_bits(), path.pieces[1].nodes.last().unwrap().s.to_bits());
+        prop_assert!(last.speed.end <= 0.0);
         let [velocity, acceleration, jerk, gap] = worst(&path, &steps);
         prop_assert!(velocity <= 1.0 + 1e-9, "velocity {velocity}");
         prop_assert!(acceleration <= 1.0 + 1e-7, "acceleration {acceleration}");

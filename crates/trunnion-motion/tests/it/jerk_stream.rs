@@ -67,8 +67,8 @@ fn worst(waves: &Waves, steps: &[StreamStep]) -> [f64; 4] {
         }
     }
     for two in steps.windows(2).filter(|two| two[0].piece == two[1].piece) {
-        let s = (two[0].s[1] - two[1].s[0]).abs();
-        let v = (two[0].speed[1] - two[1].speed[0]).abs() / two[0].speed[1].max(1.0);
+        let s = (two[0].s.high - two[1].s.low).abs();
+        let v = (two[0].speed.end - two[1].speed.start).abs() / two[0].speed.end.max(1.0);
         let a = (two[0].end_acceleration - two[1].acceleration).abs() / 1e4;
         worst[3] = worst[3].max(s).max(v).max(a);
     }
@@ -129,7 +129,7 @@ fn a_window_of_512_loses_a_thousandth() {
         let last = steps.last().unwrap();
         let got = last.t + last.duration;
         let [velocity, acceleration, jerk, jump] = worst(&waves, &steps);
-        assert!(last.s[1].to_bits() == path.pieces[0].nodes[2600].s.to_bits());
+        assert!(last.s.high.to_bits() == path.pieces[0].nodes[2600].s.to_bits());
         assert!(got <= 1.001 * whole, "{got} s through a window, {whole} s as a whole");
         // The quintics between nodes are not quite the waves: 1e-4 of their third derivatives.
         assert!(velocity <= 1.0 + 1e-6 && acceleration <= 1.0 + 1e-5, "{velocity} {acceleration}");
@@ -169,7 +169,7 @@ fn a_window_grows_to_the_way_to_stop() {
     let [got, best] = [last.t + last.duration, 0.55];
     // The last stop but one leaves a little, a millimetre and a half before the end.
     assert!(got <= 1.03 * best, "{got} s, {best} s at best");
-    let fastest = steps.iter().map(|step| step.speed[1]).fold(0.0, f64::max);
+    let fastest = steps.iter().map(|step| step.speed.end).fold(0.0, f64::max);
     assert!(fastest > 499.0, "{fastest}");
 }
 
@@ -186,12 +186,12 @@ fn pieces_of_any_length_are_run_to_their_ends() {
         for (index, piece) in path.pieces.iter().enumerate() {
             let own: Vec<&StreamStep> = steps.iter().filter(|step| step.piece == index).collect();
             let [first, last] = [own.first().unwrap(), own.last().unwrap()];
-            assert!(first.s[0].to_bits() == piece.nodes[0].s.to_bits());
-            assert!(last.s[1].to_bits() == piece.nodes.last().unwrap().s.to_bits());
-            assert!(first.speed[0] <= 0.0 && last.speed[1] <= 0.0);
+            assert!(first.s.low.to_bits() == piece.nodes[0].s.to_bits());
+            assert!(last.s.high.to_bits() == piece.nodes.last().unwrap().s.to_bits());
+            assert!(first.speed.start <= 0.0 && last.speed.end <= 0.0);
             for step in own {
                 let nodes = &piece.nodes[step.interval..=step.interval + 1];
-                assert!(nodes[0].s <= step.s[0] && step.s[1] <= nodes[1].s);
+                assert!(nodes[0].s <= step.s.low && step.s.high <= nodes[1].s);
             }
         }
         assert!(worst(&waves, &steps)[3] <= 1e-9);

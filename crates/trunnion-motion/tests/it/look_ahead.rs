@@ -10,7 +10,7 @@ use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
 use trunnion::feed::{
-    FeedError, FeedOptions, Limits, LookAhead, LookAheadOptions, PlannedBlock, SpeedRamp,
+    FeedError, FeedOptions, Limits, LookAhead, LookAheadOptions, PathEnds, PlannedBlock, SpeedRamp,
     StraightMoves, TinyBlocks, blocks, look_ahead, optimal,
 };
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
@@ -85,7 +85,7 @@ fn sequences_are_the_reference() {
             &StraightMoves { travels: &moves, weights: &weights },
             limits,
             feed,
-            ends,
+            ends.into(),
             &options,
         )
         .unwrap();
@@ -121,7 +121,7 @@ fn looking_ahead_makes_many_blocks_one() {
                 &StraightMoves { travels: &moves, weights: &Vector2::repeat(1.0) },
                 &limits,
                 100.0,
-                [0.0; 2],
+                PathEnds::REST,
                 &options,
             )
             .unwrap(),
@@ -170,7 +170,7 @@ fn a_circle_depends_on_period_and_chord() {
             &StraightMoves { travels: &moves, weights: &Vector2::repeat(1.0) },
             &limits,
             400.0,
-            [0.0; 2],
+            PathEnds::REST,
             &options,
         );
         let time = total(&planned.unwrap());
@@ -201,7 +201,7 @@ fn runs_of_tiny_blocks_are_passed_without_wavering() {
             &StraightMoves { travels: &moves, weights: &Vector2::repeat(1.0) },
             &limits,
             100.0,
-            [0.0; 2],
+            PathEnds::REST,
             &options,
         )
         .unwrap()
@@ -225,12 +225,12 @@ fn wrong_data_is_named() {
         look_ahead(&StraightMoves { travels: moves, weights: &one }, &limits, 100.0, ends, &options)
             .unwrap_err()
     };
-    let error = run(&[one], whole(0.0), [0.0; 2]);
+    let error = run(&[one], whole(0.0), PathEnds::REST);
     assert_eq!(error, FeedError::BadBlockOption { name: "servo period", value: 0.0 });
-    let error = run(&[one, Vector2::new(1.0, f64::INFINITY)], whole(1e-3), [0.0; 2]);
+    let error = run(&[one, Vector2::new(1.0, f64::INFINITY)], whole(1e-3), PathEnds::REST);
     assert_eq!(error, FeedError::BadMove { index: 1, axis: 1, value: f64::INFINITY });
     assert!(error.to_string().contains("move 1: axis 1 moves by inf"));
-    let error = run(&[one], whole(1e-3), [-1.0, 0.0]);
+    let error = run(&[one], whole(1e-3), [-1.0, 0.0].into());
     assert_eq!(error, FeedError::BadBlockOption { name: "start speed", value: -1.0 });
 }
 
@@ -260,7 +260,7 @@ proptest! {
         for ahead in [LookAhead::Whole, LookAhead::Blocks(count)] {
             let options = LookAheadOptions { ahead, ..LookAheadOptions::whole(2e-3) };
             let one = SVector::repeat(1.0);
-            let planned = look_ahead(&StraightMoves { travels: &moves, weights: &one }, &limits, 70.0 * unit, [0.0; 2], &options).unwrap();
+            let planned = look_ahead(&StraightMoves { travels: &moves, weights: &one }, &limits, 70.0 * unit, PathEnds::REST, &options).unwrap();
             prop_assert!(planned[0].ramp.speeds[0].abs() < f64::MIN_POSITIVE);
             prop_assert!(planned.last().unwrap().ramp.speeds[2].abs() < f64::MIN_POSITIVE);
             for pair in planned.windows(2) {
@@ -299,7 +299,7 @@ fn figure_4_is_as_committed() {
             &StraightMoves { travels: &moves, weights: &weights },
             &limits,
             19.0,
-            [0.0; 2],
+            PathEnds::REST,
             &options,
         )
         .unwrap()

@@ -88,7 +88,7 @@ fn choose<C: ControlKinematics>(
 
 fn turn<C: ControlKinematics>(control: &C, axes: &mut AxisVector, rotaries: Option<&C::Rotaries>) {
     if let Some(rotaries) = rotaries {
-        let positions = control.positions(rotaries);
+        let positions = <[f64; 2]>::from(control.positions(rotaries));
         axes.fixed_rows_mut::<2>(FIRST_ROTARY).copy_from_slice(&positions);
     }
 }

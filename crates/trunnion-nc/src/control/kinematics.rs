@@ -1,6 +1,7 @@
 //! The machine as a control knows it, behind a trait: the check and the makers each bring their own.
 
 use super::word_frame::ToolLength;
+use crate::machine::RotaryPair;
 use crate::types::AxisVector;
 use nalgebra::{Point3, UnitVector3, Vector3};
 
@@ -37,7 +38,7 @@ pub trait ControlKinematics {
     fn rotaries(&self, request: &RotaryRequest<'_>) -> Result<Self::Rotaries, Self::Error>;
 
     /// Returns the positions of two rotaries \[rad\].
-    fn positions(&self, rotaries: &Self::Rotaries) -> [f64; 2];
+    fn positions(&self, rotaries: &Self::Rotaries) -> RotaryPair;
 }
 
 /// A point of the table frame that the tool has to reach.
@@ -49,7 +50,8 @@ pub struct TipTarget {
     pub length: ToolLength,
 }
 
-/// A tool direction for which the control chooses the rotary axes.
+/// A tool direction for which the control chooses the rotary axes. Begin with [`RotaryRequest::new`] and change the
+/// rest by struct update.
 #[derive(Debug, Clone, Copy)]
 pub struct RotaryRequest<'a> {
     /// Line of the program.
@@ -58,6 +60,13 @@ pub struct RotaryRequest<'a> {
     pub direction: UnitVector3<f64>,
     /// Axes before the block \[mm, rad\].
     pub near: &'a AxisVector,
-    /// Goal of the tip under tool-centre-point control; otherwise X, Y, Z stand.
+    /// Goal of the tip under tool-centre-point control; otherwise X, Y, Z keep their positions.
     pub tip: Option<TipTarget>,
+}
+
+impl<'a> RotaryRequest<'a> {
+    /// Requests the rotary axes for a direction, while X, Y and Z keep their positions.
+    pub const fn new(line: u32, direction: UnitVector3<f64>, near: &'a AxisVector) -> Self {
+        Self { line, direction, near, tip: None }
+    }
 }

@@ -1,5 +1,7 @@
 //! Regions of a face that no pass finishes.
 
+use super::interval::Interval;
+use super::uv::Uv;
 use nalgebra::Point3;
 use std::fmt;
 
@@ -9,25 +11,25 @@ pub struct UncutRegion {
     /// Number of the face.
     pub face: usize,
     /// Ranges of u and v that together cover the region; neighbours share edges.
-    pub cells: Vec<[[f64; 2]; 2]>,
+    pub cells: Vec<[Interval; 2]>,
     /// Area of the cells \[mm²\]: at most a little more than the unfinished area.
     pub area: f64,
     /// Ranges of u and v of the whole region.
-    pub uv: [[f64; 2]; 2],
+    pub uv: [Interval; 2],
     /// Lowest and highest corner of the bounding box \[mm\].
     pub bounds: [Point3<f64>; 2],
     /// Largest height of uncut material over the face among the sampled points \[mm\]: the distance to the
     /// nearest point that any pass brings the tool to.
     pub depth: f64,
-    /// Parameters `[u, v]` of that point.
-    pub deepest: [f64; 2],
+    /// Parameters of that point.
+    pub deepest: Uv,
     /// That point \[mm\].
     pub point: Point3<f64>,
     /// Radius of the largest ball that touches the face there and enters no face of the part \[mm\]; infinite if
     /// a ball many times the size of the cutter fits.
     pub ball: f64,
     /// Smallest and largest such radius of all sampled points \[mm\].
-    pub balls: [f64; 2],
+    pub balls: Interval,
     /// Reason at that point.
     pub reason: UncutReason,
 }
@@ -51,9 +53,8 @@ pub enum UncutReason {
 
 impl UncutRegion {
     /// Returns `true` if the point at `uv` lies in the region.
-    pub fn holds(&self, uv: [f64; 2]) -> bool {
-        let within =
-            |range: &[[f64; 2]; 2]| (0..2).all(|k| (range[k][0]..=range[k][1]).contains(&uv[k]));
+    pub fn holds(&self, uv: Uv) -> bool {
+        let within = |[u, v]: &[Interval; 2]| u.contains(uv.u) && v.contains(uv.v);
         // Cells are searched only where the ranges of the whole region hold the point.
         within(&self.uv) && self.cells.iter().any(within)
     }

@@ -107,7 +107,9 @@ impl TableHeader {
         let same = others.iter().find(|here| here.eq_ignore_ascii_case(name)).copied();
         // Names of one or two letters are all near each other: `nearest` would guess.
         let help = match same.or_else(|| nearest(name, &others).filter(|_| name.len() > 2)) {
-            Some(near) => format!("rename `{near}` if it is this column; needed: {}", wanted.join(",")),
+            Some(near) => {
+                format!("rename `{near}` if it is this column; needed: {}", wanted.join(","))
+            }
             None => format!("needed: {}", wanted.join(",")),
         };
         fault(self.line, 1, format!("column {name} is missing")).with_help(help)

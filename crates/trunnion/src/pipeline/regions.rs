@@ -101,12 +101,12 @@ pub(super) fn rest(rest: &UncutRegion) -> RestSummary {
     RestSummary {
         face: rest.face,
         area: rest.area,
-        uv: rest.uv,
+        uv: rest.uv.map(Into::into),
         bounds: rest.bounds.map(|corner| corner.coords.into()),
         depth: rest.depth,
         deepest: rest.point.coords.into(),
         ball: Some(rest.ball).filter(|radius| radius.is_finite()),
-        least_ball: Some(rest.balls[0]).filter(|radius| radius.is_finite()),
+        least_ball: Some(rest.balls.low).filter(|radius| radius.is_finite()),
         why: rest.reason.to_string(),
     }
 }
@@ -138,7 +138,7 @@ pub(super) fn unfinished(job: &Job, covering: &Covering) -> Vec<String> {
 }
 
 fn part(rest: &UncutRegion, all: f64) -> String {
-    let [[a, b], [c, d]] = rest.uv;
+    let [[a, b], [c, d]] = rest.uv.map(<[f64; 2]>::from);
     let p = rest.point;
     let ball = if rest.ball.is_finite() {
         format!("the largest ball that fits there has a radius of {:.3} mm", rest.ball)

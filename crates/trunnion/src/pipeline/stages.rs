@@ -23,9 +23,7 @@ use crate::positioning::{ContactSide, ToleranceBand, ToolInclination};
 use crate::post::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS, smoothing_tolerance};
 use crate::surface::FaceIndex;
 use crate::toolpath::{self, SmoothOptions, SmoothReference, SmoothedPath, ToolPathOptions};
-use crate::types::{
-    AXES, AxisPath, Interval, Leg, Pass, PoseTolerance, Progress, ToolPath, ToolPose,
-};
+use crate::types::{AXES, AxisPath, Leg, Pass, PoseTolerance, Progress, ToolPath, ToolPose};
 use nalgebra::{Point3, UnitVector3};
 
 /// Largest rotary move between two nodes of the axis path \[rad\].
@@ -96,7 +94,7 @@ pub(super) fn cover_turning(
         link: link_length(job),
         path_share: job.budget.shares.path,
         max_axis_turn,
-        offset_range: strategy.offset_range.map_or(preset.offset_range, Interval::from),
+        offset_range: strategy.offset_range.unwrap_or(preset.offset_range),
         lean,
         ..preset
     };

@@ -1,7 +1,7 @@
 //! Options of a tool path.
 
-/// Options of the curves through stations. Begin with [`ToolPathOptions::with_lever`]. There is no `Default`: the
-/// caller knows the tool.
+/// Options of the curves through stations. Begin with [`ToolPathOptions::with_lever`] and change the rest by
+/// struct update. There is no `Default`: the caller knows the tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ToolPathOptions {
     /// Distance from the tip at which a turn of the tool axis counts as movement \[mm per rad\],

@@ -81,7 +81,7 @@ impl FaceMap {
         let [rows, columns] = [self.u.len(), self.v.len()].map(|n| n.saturating_sub(1));
         self.unfinished = vec![false; rows * columns];
         for [u, v] in here().flat_map(|part| &part.cells) {
-            let [i, j] = [held(&self.u, *u), held(&self.v, *v)];
+            let [i, j] = [held(&self.u, u.ends()), held(&self.v, v.ends())];
             for index in i.clone().flat_map(|i| j.clone().map(move |j| i * (columns + 1) + j)) {
                 if let Some(Some(sample)) = self.samples.get_mut(index) {
                     sample.rest = true;
@@ -630,15 +630,15 @@ mod tests {
         let mut map = FaceMap { face: 1, u, v, samples, unmeasured: 0, unfinished: Vec::new() };
         let rest = crate::types::UncutRegion {
             face: 1,
-            cells: vec![[[1.2, 1.4], [0.5, 2.5]]],
+            cells: vec![[[1.2, 1.4].into(), [0.5, 2.5].into()]],
             area: 0.4,
-            uv: [[1.2, 1.4], [0.5, 2.5]],
+            uv: [[1.2, 1.4].into(), [0.5, 2.5].into()],
             bounds: [Point3::origin(); 2],
             depth: 1.0,
-            deepest: [1.3, 1.0],
+            deepest: [1.3, 1.0].into(),
             point: Point3::origin(),
             ball: 1.0,
-            balls: [1.0; 2],
+            balls: [1.0; 2].into(),
             reason: crate::types::UncutReason::Hollow,
         };
         map.note(&[rest]);

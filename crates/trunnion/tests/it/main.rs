@@ -24,6 +24,7 @@ mod failures;
 mod files;
 mod fixtures;
 mod grazes;
+mod growth;
 mod hops;
 mod imports;
 mod inner_velocities;

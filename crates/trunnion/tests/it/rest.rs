@@ -111,7 +111,7 @@ fn agrees(
     let (mut left, mut told, mut both) = (0, 0, 0);
     for (uv, height) in measured(face, &poses, cutter, N) {
         assert!(height >= BAND.lower - SHARE, "gouge of {height} at {uv:?}");
-        let held = rest.iter().any(|rest| rest.holds(uv));
+        let held = rest.iter().any(|rest| rest.holds(uv.into()));
         let over = height > BAND.upper + SHARE + SAMPLING;
         assert!(held || !over, "{height} left at {uv:?}, in no part that is told");
         told += u32::from(held);
@@ -256,9 +256,13 @@ fn beside_a_wall_as_much_stays_as_the_corner_is_wide() {
             assert!(part.depth > 0.8 * deepest, "{}", part.depth);
             assert_eq!(part.reason, UncutReason::Neighbour(2));
             // A ball on the floor that touches the wall is as far from it as it is large.
-            let [u, _] = part.deepest;
+            let u = part.deepest.u;
             assert!((part.ball - (20.0 - u)).abs() < 1e-3, "{} {u}", part.ball);
-            assert!(part.balls[1] <= beside(radii[1]) + 0.3 * radii[0] + 0.25, "{:?}", part.balls);
+            assert!(
+                part.balls.high <= beside(radii[1]) + 0.3 * radii[0] + 0.25,
+                "{:?}",
+                part.balls
+            );
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::quadrature::{self, QuadratureNode};
 use crate::surface::Face;
-use crate::types::Uv;
+use crate::types::{Interval, Uv};
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
@@ -16,7 +16,7 @@ pub struct FaceSummary {
     /// Kind of surface.
     pub kind: &'static str,
     /// Ranges of u and v the trims leave \[knot parameter, mm or rad\].
-    pub range: [[f64; 2]; 2],
+    pub range: [Interval; 2],
     /// Opposite corners of the box around the trimmed face \[mm\].
     pub bounds: [Point3<f64>; 2],
     /// Area of the trimmed face \[mm²\], by quadrature; good to about 1e-3.
@@ -87,7 +87,7 @@ pub fn summary(face: &Face) -> FaceSummary {
     FaceSummary {
         number: face.number,
         kind: face.surface.kind(),
-        range: face.bounds(),
+        range: face.bounds().map(Interval::from),
         bounds: bounds(face, &nodes),
         area,
         concave_radius: hollow_radius(hollow, area),

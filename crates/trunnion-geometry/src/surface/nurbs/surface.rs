@@ -8,6 +8,7 @@ use super::net::net_size;
 use crate::math::bspline::KnotVector;
 use crate::surface::beyond::SplineExtension;
 use crate::surface::error::{SurfaceError, SurfaceErrors};
+use crate::types::Interval;
 use nalgebra::Point3;
 use nalgebra::Vector4;
 
@@ -221,7 +222,10 @@ impl NurbsSurface {
         let [columns, rows] = self.patch_count();
         let all = (0..columns).flat_map(|i| (0..rows).filter_map(move |j| self.patch(i, j)));
         all.filter(|patch| self.is_degenerate(patch))
-            .map(|patch| SurfaceError::DegeneratePatch { u: patch.bounds[0], v: patch.bounds[1] })
+            .map(|patch| {
+                let [u, v] = patch.bounds.map(Interval::from);
+                SurfaceError::DegeneratePatch { u, v }
+            })
             .collect()
     }
 

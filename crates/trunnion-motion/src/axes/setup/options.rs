@@ -11,8 +11,8 @@ const UPRIGHT: f64 = FRAC_PI_4;
 
 /// Options of the setup search.
 ///
-/// Begin with [`SetupOptions::within_bounds`] and change what matters. There is no `Default`: the caller knows
-/// the fixture.
+/// Begin with [`SetupOptions::within_bounds`] and change what matters by struct update. There is no
+/// `Default`: the caller knows the fixture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SetupOptions {
     /// Bounds on the clamping of the workpiece.

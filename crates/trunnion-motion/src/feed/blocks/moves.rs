@@ -5,6 +5,7 @@ use super::ramp::SpeedRamp;
 use super::window::{plan_rows, row};
 use crate::feed::error::FeedError;
 use crate::feed::limits::Limits;
+use crate::feed::options::PathEnds;
 use crate::feed::validate::validate_limits;
 use nalgebra::SVector;
 
@@ -53,11 +54,11 @@ pub struct StraightMoves<'a, const N: usize> {
 ///
 /// ```
 /// use nalgebra::Vector1;
-/// use trunnion_motion::feed::{Limits, LookAheadOptions, StraightMoves, look_ahead};
+/// use trunnion_motion::feed::{Limits, LookAheadOptions, PathEnds, StraightMoves, look_ahead};
 ///
 /// let limits = Limits::symmetric(Vector1::new(50.0), Vector1::new(500.0), Vector1::new(1e4));
 /// let moves = StraightMoves { travels: &[Vector1::new(100.0)], weights: &Vector1::new(1.0) };
-/// let planned = look_ahead(&moves, &limits, 50.0, [0.0; 2], &LookAheadOptions::whole(0.001))?;
+/// let planned = look_ahead(&moves, &limits, 50.0, PathEnds::REST, &LookAheadOptions::whole(0.001))?;
 /// // 0.1 s up, 1.9 s at 50 mm/s, 0.1 s down.
 /// assert!((planned[0].ramp.duration() - 2.1).abs() < 1e-12);
 /// # Ok::<(), trunnion_motion::feed::FeedError>(())
@@ -66,12 +67,13 @@ pub fn look_ahead<const N: usize>(
     moves: &StraightMoves<'_, N>,
     limits: &Limits<N>,
     feed: f64,
-    ends: [f64; 2],
+    ends: PathEnds,
     options: &LookAheadOptions,
 ) -> Result<Vec<PlannedBlock>, FeedError> {
     validate_limits(limits)?;
     validate(options)?;
     let StraightMoves { travels, weights } = *moves;
+    let ends = [ends.start, ends.end];
     validate_moves(moves, feed, ends)?;
     let limits = limits.smaller();
     let mut sources = Vec::with_capacity(travels.len());

@@ -10,7 +10,7 @@ use crate::feed::error::FeedError;
 use crate::feed::limits::Limits;
 use crate::feed::reciprocal::ReciprocalLimits;
 use crate::feed::validate;
-use crate::types::{AXES, AxisNode, Motion};
+use crate::types::{AXES, AxisNode, Interval, Motion};
 
 /// Parts of a stretch that would be run from rest to rest without a row in between, on which nothing
 /// would ever move.
@@ -244,10 +244,10 @@ impl<const N: usize> FeedStream<N> {
         let step = StreamStep {
             piece: row.piece,
             interval: end.interval,
-            s: [row.s, end.s],
+            s: Interval::new(row.s, end.s),
             t: self.time,
             duration,
-            speed,
+            speed: speed.into(),
             acceleration: 0.5 * (y - self.x) / h,
             end_acceleration: 0.5 * (y - self.x) / h,
         };

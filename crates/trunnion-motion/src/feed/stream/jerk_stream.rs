@@ -48,7 +48,7 @@ const WIDEST: usize = 8;
 ///     stream.push(AxisNode { s, q, tip_rate: 1.0, feed_rate: 1.0 })?;
 /// }
 /// let steps: Vec<_> = stream.by_ref().collect();
-/// assert_eq!(steps.last().map(|step| (step.s[1], step.speed[1])), Some((100.0, 0.0)));
+/// assert_eq!(steps.last().map(|step| (step.s.high, step.speed.end)), Some((100.0, 0.0)));
 /// // 2 s at 50 mm/s, and the time to speed up and to slow down.
 /// assert!(stream.time() > 2.0 && stream.bounds().velocity <= 1.0);
 /// # Ok::<(), trunnion_motion::feed::FeedError>(())
@@ -296,10 +296,10 @@ impl<const N: usize> Iterator for JerkStream<N> {
         let step = StreamStep {
             piece: self.piece,
             interval,
-            s,
+            s: s.into(),
             t: self.time,
             duration,
-            speed,
+            speed: speed.into(),
             acceleration: acceleration[0],
             end_acceleration: acceleration[1],
         };

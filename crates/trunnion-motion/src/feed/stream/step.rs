@@ -1,6 +1,7 @@
 //! A step of the committed schedule.
 
-use crate::types::{LinearSegment, PathState};
+use crate::feed::options::PathEnds;
+use crate::types::{Interval, LinearSegment, PathState};
 
 /// A step of the committed schedule: `d²s/dt²` is linear in `s` from its start to its end, and without jerk
 /// limits constant.
@@ -11,14 +12,14 @@ pub struct StreamStep {
     pub piece: usize,
     /// Interval between nodes of the piece, counted from 0.
     pub interval: usize,
-    /// Path parameter at both ends.
-    pub s: [f64; 2],
+    /// Path parameter from the start of the step to its end.
+    pub s: Interval,
     /// Time at the start, since the stream began and without the time it was held \[s\].
     pub t: f64,
     /// Time it takes \[s\].
     pub duration: f64,
     /// `ds/dt` at both ends.
-    pub speed: [f64; 2],
+    pub speed: PathEnds,
     /// `d²s/dt²` at the start.
     pub acceleration: f64,
     /// `d²s/dt²` at the end.
@@ -29,7 +30,8 @@ impl StreamStep {
     /// Returns `true` unless the path is too large, too small or too fine to compute with.
     pub fn is_resolved(&self) -> bool {
         let Self { s, t, duration, speed, acceleration, end_acceleration, .. } = *self;
-        let all = [s[0], s[1], t, duration, speed[0], speed[1], acceleration, end_acceleration];
+        let all =
+            [s.low, s.high, t, duration, speed.start, speed.end, acceleration, end_acceleration];
         all.iter().all(|one| one.is_finite())
     }
 
@@ -39,15 +41,16 @@ impl StreamStep {
         let accelerations = [self.acceleration, self.end_acceleration];
         // Linear in s with jerk limits; constant otherwise, where the closed form is a parabola.
         if accelerations[0].to_bits() != accelerations[1].to_bits() {
-            let length = self.s[1] - self.s[0];
-            let stretch = LinearSegment { length, speed: self.speed, acceleration: accelerations };
-            let [advance, speed, acceleration, jerk] = stretch.at(dt);
-            let s = (self.s[0] + advance).clamp(self.s[0], self.s[1]);
+            let length = self.s.width();
+            let speed = [self.speed.start, self.speed.end];
+            let segment = LinearSegment { length, speed, acceleration: accelerations };
+            let [advance, speed, acceleration, jerk] = segment.at(dt);
+            let s = (self.s.low + advance).clamp(self.s.low, self.s.high);
             return PathState { s, speed: speed.max(0.0), acceleration, jerk };
         }
-        let s = self.s[0] + dt * (self.speed[0] + 0.5 * self.acceleration * dt);
-        let speed = (self.speed[0] + self.acceleration * dt).max(0.0);
-        let s = s.clamp(self.s[0], self.s[1]);
+        let s = self.s.low + dt * (self.speed.start + 0.5 * self.acceleration * dt);
+        let speed = (self.speed.start + self.acceleration * dt).max(0.0);
+        let s = s.clamp(self.s.low, self.s.high);
         PathState { s, speed, acceleration: self.acceleration, jerk: 0.0 }
     }
 }

@@ -76,9 +76,9 @@ impl<const N: usize> StepSampler<N> {
         }
         let state = step.at(step.duration);
         // The last node is reached exactly: sampling would round it.
-        let q = if step.s[1] >= to.s { to.q } else { path.at(state.s - from.s) };
-        let s = step.s[1];
-        let state = PathState { s, speed: step.speed[1], ..state };
+        let q = if step.s.high >= to.s { to.q } else { path.at(state.s - from.s) };
+        let s = step.s.high;
+        let state = PathState { s, speed: step.speed.end, ..state };
         self.end = Some(Setpoint::on_path(end, q, &state));
     }
 

@@ -49,10 +49,10 @@ pub fn jerk_through_window<const N: usize>(
         // Times count from the start of each piece, as in a plan of the whole path.
         if started != Some(step.piece) {
             started = Some(step.piece);
-            row(piece, [step.s[0], 0.0, step.speed[0], step.acceleration]);
+            row(piece, [step.s.low, 0.0, step.speed.start, step.acceleration]);
         }
         let t = piece.t.last().copied().unwrap_or(0.0) + step.duration;
-        row(piece, [step.s[1], t, step.speed[1], step.end_acceleration]);
+        row(piece, [step.s.high, t, step.speed.end, step.end_acceleration]);
     }
     // A stream that stops short has no error of its own.
     let ends = |piece: &AxisPiece<N>| piece.nodes.last().map(|node| node.s);

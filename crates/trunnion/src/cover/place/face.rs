@@ -172,7 +172,7 @@ fn fill_across<Inside: Fn(ChartPoint) -> bool + Sync>(
     let limits = WorkLimits { wide: 0, all };
     let mut work = 0;
     for part in &before.report.rest {
-        let bounds = cross.local_range(part.uv);
+        let bounds = cross.local_range(part.uv.map(Into::into));
         let rectangle = FaceRectangle::whole(bounds, PlacementMethod::Inclined);
         let mut planner = FacePlanner { context: cross, placed, work, limits, share: 0.0 };
         planner.cover_whole(&rectangle)?;

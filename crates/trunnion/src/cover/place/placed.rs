@@ -168,6 +168,7 @@ impl PlacedPasses {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::types::{Interval, Uv};
     use crate::types::{UncutReason, UncutRegion};
     use nalgebra::Point3;
 
@@ -176,13 +177,13 @@ mod tests {
             face: 1,
             cells: Vec::new(),
             area,
-            uv: [[0.0; 2]; 2],
+            uv: [Interval::point(0.0); 2],
             bounds: [Point3::origin(); 2],
             depth: 0.0,
-            deepest: [0.0; 2],
+            deepest: Uv::new(0.0, 0.0),
             point: Point3::origin(),
             ball: 1.0,
-            balls: [1.0; 2],
+            balls: Interval::point(1.0),
             reason: UncutReason::Hollow,
         };
         let rest = if area > 0.0 { vec![rest] } else { Vec::new() };

@@ -9,7 +9,7 @@ use crate::cover::prove::connected::{ParameterBox, hull, parts};
 use crate::cover::prove::coverage::CoverageProof;
 use crate::cover::prove::face_tree::{FaceCell, edge};
 use crate::cover::prove::sweep::PassSweep;
-use crate::types::{UncutReason, UncutRegion};
+use crate::types::{Interval, UncutReason, UncutRegion};
 use nalgebra::Point3;
 use rayon::prelude::*;
 
@@ -158,14 +158,17 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
         Some(UncutRegion {
             face: self.face.face().number,
             area,
-            uv: hull(&uv),
-            cells: uv,
+            uv: hull(&uv).map(Interval::from),
+            cells: uv.into_iter().map(|range| range.map(Interval::from)).collect(),
             bounds: [Point3::from(low), Point3::from(high)],
             depth: deepest.depth,
-            deepest: chart.uv(deepest.place),
+            deepest: chart.uv(deepest.place).into(),
             point: at(deepest.place),
             ball: deepest.ball,
-            balls: [balls.clone().fold(f64::INFINITY, f64::min), balls.fold(0.0, f64::max)],
+            balls: Interval {
+                low: balls.clone().fold(f64::INFINITY, f64::min),
+                high: balls.fold(0.0, f64::max),
+            },
             reason: self.reason(deepest.place),
         })
     }

@@ -4,6 +4,7 @@ use super::super::places::KeyPositions;
 use super::super::summary::ChordSummary;
 use super::solid::{JobFixture, JobSolid, JobStock};
 use crate::nc::write::OutputFormat;
+use crate::types::Interval;
 use nalgebra::{Rotation3, Vector3};
 
 /// Checked job file. Paths are as written, relative to it.
@@ -225,7 +226,7 @@ pub struct JobStrategy {
     pub links: JobLinks,
     /// Range of offset directions to search, from the side of the strip towards the feed \[rad\];
     /// `None` for the default of the method.
-    pub offset_range: Option<[f64; 2]>,
+    pub offset_range: Option<Interval>,
 }
 
 /// Placement of the tool.

@@ -52,7 +52,7 @@ pub(super) fn strategy(
             RawLinks::Hop => JobLinks::Hop,
             RawLinks::Retract => JobLinks::Retract,
         },
-        offset_range: raw.offset_range.map(|range| range.map(f64::to_radians)),
+        offset_range: raw.offset_range.map(|range| range.map(f64::to_radians).into()),
     })
 }
 

@@ -184,7 +184,8 @@ fn profile(path: &str, pairs: &[[f64; 2]], doc: &mut Document<'_>) {
     for (at, &[height, radius]) in pairs.iter().enumerate() {
         // Equal heights are steps of the profile.
         if height < below || radius < 0.0 {
-            let message = format!("the heights of `{path}` fall: [{height}, {radius}] after {below} mm");
+            let message =
+                format!("the heights of `{path}` fall: [{height}, {radius}] after {below} mm");
             let help = "pairs are [height above the tip, radius] in mm, heights not falling";
             doc.fault(&format!("{path}.{at}"), message, help);
             return;

@@ -2,7 +2,7 @@
 
 use super::only_tool::ToolMotion;
 use crate::inverse::Inverse;
-use crate::machine::{FIRST_ROTARY, Kinematics, Setup};
+use crate::machine::{FIRST_ROTARY, Kinematics, RotaryPair, Setup};
 use crate::math::jet::{Jet, Real};
 use crate::nc::control::{ControlKinematics, RotaryRequest, TipTarget, ToolLength};
 use crate::post::error::PostError;
@@ -97,7 +97,7 @@ impl ControlKinematics for PostControl {
         Ok([axes[FIRST_ROTARY], axes[FIRST_ROTARY + 1]])
     }
 
-    fn positions(&self, rotaries: &[f64; 2]) -> [f64; 2] {
-        *rotaries
+    fn positions(&self, rotaries: &[f64; 2]) -> RotaryPair {
+        RotaryPair::from(*rotaries)
     }
 }

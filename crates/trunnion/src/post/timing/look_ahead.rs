@@ -112,7 +112,7 @@ impl LookAheadTimer {
         let weights = SVector::<f64, COORDINATES>::from([1.0, 1.0, 1.0, LEVER, LEVER, TIME_WEIGHT]);
         let ends = [self.speed, 0.0];
         let moves = StraightMoves { travels: &self.moves, weights: &weights };
-        let planned = look_ahead(&moves, limits, UNLIMITED, ends, &self.options)?;
+        let planned = look_ahead(&moves, limits, UNLIMITED, ends.into(), &self.options)?;
         let least = |point: &AxisPoint| point.least.unwrap_or(0.0);
         let timed = |(point, block): (AxisPoint, &PlannedBlock)| TimedPoint {
             point,

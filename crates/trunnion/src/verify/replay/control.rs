@@ -1,6 +1,6 @@
 //! Axis positions and tool poses while a control runs a program.
 
-use crate::machine::{Axis, FIRST_ROTARY, Kinematics, Setup};
+use crate::machine::{Axis, FIRST_ROTARY, Kinematics, RotaryPair, Setup};
 use crate::nc::control::{
     BlockEnd, ControlKinematics, RotaryRequest, TipTarget, ToolLength, WordFrame, block_end,
 };
@@ -192,8 +192,8 @@ impl ControlKinematics for Control {
         orient::turned(&self.real, &direction, request.near, request.line, &reaches)
     }
 
-    fn positions(&self, rotaries: &Turned) -> [f64; 2] {
-        rotaries.rotaries
+    fn positions(&self, rotaries: &Turned) -> RotaryPair {
+        RotaryPair::from(rotaries.rotaries)
     }
 }
 
