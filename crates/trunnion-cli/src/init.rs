@@ -54,6 +54,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     let Some(path) = &args.output else {
         return if form.is_json() { text::print_json(&JobJson { job }) } else { text::print(&job) };
     };
+    // The part is the only input that the output could replace.
     output::protect(path, &[&args.part])?;
     output::file(path, |out| out.write_all(job.as_bytes()))?;
     form.print(&InitJson::of(path, &proposal), |_| describe(path, &proposal))
@@ -113,12 +114,14 @@ fn diameter(proposal: &JobProposal) -> f64 {
 
 /// Drops the digits that sums of tenths leave behind.
 fn tidy(value: f64) -> f64 {
+    // + 0.0 turns -0 into 0.
     (value * 1e6).round() / 1e6 + 0.0
 }
 
 /// Returns the name of the part as the job names it: relative to the folder of the job.
 fn part_name(args: &Args) -> String {
     let folder = args.output.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
+    // A part beside its job is named without a folder, so that both can be moved together.
     let beside = args.part.parent().unwrap_or(Path::new("")) == folder;
     match args.part.file_name().filter(|_| beside) {
         Some(name) => name.to_string_lossy().into_owned(),
@@ -133,6 +136,7 @@ fn part_name(args: &Args) -> String {
 /// Returns the name of the machine as the job names it.
 fn machine_name(args: &Args) -> String {
     let path = Path::new(&args.machine);
+    // The name of a built-in machine needs no path.
     if !path.exists() {
         return args.machine.clone();
     }
@@ -141,6 +145,7 @@ fn machine_name(args: &Args) -> String {
 
 /// Returns a string in TOML, quoted.
 fn quoted(text: &str) -> String {
+    // JSON escapes quotes, backslashes and control characters as basic strings of TOML do.
     serde_json::to_string(text).unwrap_or_else(|_| format!("'{text}'"))
 }
 
@@ -162,6 +167,7 @@ fn job_text(args: &Args, proposal: &JobProposal) -> String {
     line(
         "# `trunnion inspect PART -o faces.svg` draws the numbers. The tool keeps off all other faces.",
     );
+    // Faces left out stay in the text, so that the user can decide otherwise.
     for face in &proposal.left_out {
         line(&format!("# not cut: face {} {}", face.number, face.reason));
     }
@@ -212,6 +218,7 @@ struct Short(f64);
 impl std::fmt::Display for Short {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let digits = f.precision().unwrap_or(3);
+        // Power of ten of the first digit; the smallest number stands in for 0, which has none.
         let size = self.0.abs().max(f64::MIN_POSITIVE).log10().floor();
         let unit = 10_f64.powf(size - digits as f64 + 1.0);
         write!(f, "{}", tidy((self.0 / unit).round() * unit))

@@ -219,6 +219,7 @@ fn list_row(source: &str, machine: &Machine) -> String {
     let [x, y, z, first, second] = &machine.axes;
     let length = |axis: &Axis| format!("{}", round(axis.limits.width()));
     let linear = [x, y, z].map(length).join(" x ");
+    // The workpiece side comes first, as in all tables.
     let rotary = [first, second].map(|axis| format!("{} {}", axis.name, travel(axis))).join(", ");
     format!("{source:<28} {:<12} {layout:>6}  {linear:<24} {rotary}", machine.kind().name())
 }
@@ -310,6 +311,7 @@ fn short(value: f64) -> f64 {
 
 /// Rounds to six digits, at least to the unit.
 fn digits(value: f64) -> f64 {
+    // Six digits in all: fewer decimals for larger numbers, none from 1e5 on.
     let places = (5.0 - value.abs().max(1.0).log10().floor()).max(0.0);
     let scale = 10.0_f64.powf(places);
     (value * scale).round() / scale + 0.0

@@ -123,7 +123,7 @@ pub(crate) fn numbers(stock: &StockSummary, name: impl Fn(&str) -> String) -> [N
             plain(&name("lines in collision"), hits.to_string(), "", note),
             if_any(hits),
         ),
-        volume("taken away", stock.removed),
+        volume("removed", stock.removed),
         volume("stock left", stock.left),
     ]
 }

@@ -29,7 +29,7 @@ pub(crate) fn worst(
         note: extreme.to_string(),
     };
     let mut places: Vec<WorstPlace> =
-        [("excess", &deviation.highest), ("least left", &deviation.lowest)]
+        [("excess", &deviation.highest), ("lowest", &deviation.lowest)]
             .iter()
             .filter_map(|(name, extreme)| extreme.as_ref().map(|extreme| place(name, extreme)))
             .collect();

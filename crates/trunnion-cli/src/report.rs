@@ -188,12 +188,14 @@ fn axis_number(axis: &AxisSummary) -> Number {
 
 fn budget(job: &Job, outcome: &Outcome) -> Budget {
     let budget = &job.budget;
+    // The largest rounding of all programs is what the share has to cover.
     let rounding = outcome.programs.iter().map(|program| program.rounding).reduce(f64::max);
     let lever = trunnion::cover::lever(&job.cutter);
     let most = outcome.smoothing.0.deviated;
     // A rotation of the tool axis moves the contact by up to the lever times its angle.
     let strays = most.tip_bound.max(most.contact_bound) + lever * most.axis_bound;
     let smoothing = (budget.shares.smoothing > 0.0).then_some(strays);
+    // `used` is known only for shares that are measured or proven afterwards.
     let share = |name: &str, allowed: f64, used: Option<f64>| Share {
         name: name.to_owned(),
         allowed,
@@ -239,6 +241,7 @@ pub(crate) fn outline(cutter: &Cutter) -> Vec<[f64; 2]> {
             ProfilePiece::Line { from, to } => points.extend([from, to]),
             ProfilePiece::Arc { center: [rho, z], radius } => {
                 points.extend((0..=ARC_STEPS).map(|step| {
+                    // Quarter of the corner arc, from the underside (0) to the flank.
                     let angle = FRAC_PI_2 * f64::from(step) / f64::from(ARC_STEPS);
                     [rho + radius * angle.sin(), z - radius * angle.cos()]
                 }));
@@ -310,6 +313,7 @@ fn point(piece: &ToolPiece, fraction: f64, s: f64, t: f64) -> Option<PathPoint> 
         }
         PieceGeometry::Reorient { from, to } => {
             let tip: [f64; 3] = (from.tip + (to.tip - from.tip) * fraction).coords.into();
+            // A chord of the great circle, brought back to unit length: exact enough for a picture.
             let axis = from.axis.lerp(&to.axis, fraction).normalize().into();
             Some(PathPoint { t, tip, axis, contact: tip })
         }

@@ -38,6 +38,7 @@ pub(crate) struct Args {
 
 /// Reads `LO..HI` in degrees, or one angle; returns radians.
 fn interval(text: &str) -> Result<[f64; 2], String> {
+    // One angle is an interval of its own.
     let (low, high) = text.split_once("..").unwrap_or((text, text));
     let angle = |text: &str| text.trim().parse::<f64>().ok().filter(|angle| angle.is_finite());
     match (angle(low), angle(high)) {
@@ -157,6 +158,7 @@ fn assured(found: &SetupResult) -> String {
     match (&found.search.best, bound) {
         (Some((best, _)), Some(bound)) if shown(found) => {
             // Stated to a hundredth, as all angles here; less would promise too much.
+            // No rotation has a larger least angle than the bound: the difference is what could still be gained.
             let more = (bound - best.least).to_degrees().max(0.01);
             let given = if bound - best.least > pipeline::SETUP_WITHIN {
                 ", given up for less rotary travel"
@@ -260,6 +262,7 @@ fn paste(job: &Job, best: &EvaluatedSetup) -> [String; 4] {
         let [x, y, z] = values.map(|value| format!("{value}"));
         format!("[{x}, {y}, {z}]")
     };
+    // Two decimals are for the reader; the rotation itself is written in full.
     let [tilt, towards, turn] = [best.workpiece.tilt, best.workpiece.towards, best.workpiece.turn]
         .map(|angle| (angle.to_degrees() * 100.0).round() / 100.0 + 0.0);
     [
@@ -287,6 +290,7 @@ fn compare(machine: &Machine, found: &SetupResult, best: &EvaluatedSetup) -> Vec
         };
         format!("  {name:<22}{:>14}{:>14}", figure(now), figure(then))
     };
+    // A setup that does not fit has no travel, and gets a dash.
     let both = |figure: fn(&PathTravel) -> f64| {
         [before, best].map(|judged| judged.verdict.fits().map(figure))
     };

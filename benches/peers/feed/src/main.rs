@@ -9,7 +9,8 @@
 use nalgebra::SVector;
 use std::error::Error;
 use trunnion::feed::{
-    FeedOptions, JerkStream, Limits, Ratios, Stream, StreamOptions, jerk, optimal, optimal_schedule,
+    FeedOptions, FeedStream, JerkStream, LimitRatios, Limits, StreamOptions, jerk, optimal,
+    optimal_schedule,
 };
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Silent};
 
@@ -29,12 +30,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let points = path.pieces.iter().map(|piece| piece.nodes.len()).sum::<usize>();
     let run = Run { points: points as f64, repeats: repeats.parse()? };
     let options = |guarantee| FeedOptions {
-        feed: None,
-        link_feed: None,
-        tip: None,
         time_tolerance: if method == "jerk" { 1e-3 } else { 1.0 },
-        ends: [0.0; 2],
         guarantee,
+        ..FeedOptions::fastest()
     };
     if method == "jerk" {
         run.time("jerk", || {
@@ -65,7 +63,7 @@ impl Run {
     fn time(
         &self,
         name: &str,
-        plan: impl Fn() -> Result<(f64, Option<Ratios>), Box<dyn Error>>,
+        plan: impl Fn() -> Result<(f64, Option<LimitRatios>), Box<dyn Error>>,
     ) -> Result<(), Box<dyn Error>> {
         let mut times = Vec::new();
         let mut last = (0.0, None);
@@ -76,12 +74,13 @@ impl Run {
         }
         times.sort_by(f64::total_cmp);
         let median = times[times.len() / 2] / self.points;
-        let ratios = last.1.map_or(String::new(), |Ratios { velocity, acceleration, jerk }| {
-            let jerk = jerk.unwrap_or_default();
-            format!(
-                ", \"velocity\": {velocity}, \"acceleration\": {acceleration}, \"jerk\": {jerk}"
-            )
-        });
+        let ratios =
+            last.1.map_or(String::new(), |LimitRatios { velocity, acceleration, jerk, .. }| {
+                let jerk = jerk.unwrap_or_default();
+                format!(
+                    ", \"velocity\": {velocity}, \"acceleration\": {acceleration}, \"jerk\": {jerk}"
+                )
+            });
         println!("{{\"name\": \"{name}\", \"duration\": {}, \"ns\": {median}{ratios}}}", last.0);
         Ok(())
     }
@@ -121,8 +120,7 @@ fn limits(with_jerk: bool) -> Limits<5> {
 }
 
 fn streamed_with_jerk(path: &AxisPath) -> Result<f64, Box<dyn Error>> {
-    let options =
-        StreamOptions { feed: None, link_feed: None, tip: None, ..StreamOptions::fastest(512, f64::MAX) };
+    let options = StreamOptions::fastest(512, f64::MAX);
     let mut stream = JerkStream::new(limits(true), options)?;
     let mut nodes = path.pieces.iter().flat_map(|piece| &piece.nodes);
     stream.begin(Motion::Cut);
@@ -138,9 +136,8 @@ fn streamed_with_jerk(path: &AxisPath) -> Result<f64, Box<dyn Error>> {
 }
 
 fn streamed(path: &AxisPath) -> Result<f64, Box<dyn Error>> {
-    let options =
-        StreamOptions { feed: None, link_feed: None, tip: None, ..StreamOptions::fastest(512, f64::MAX) };
-    let mut stream = Stream::new(limits(false), options)?;
+    let options = StreamOptions::fastest(512, f64::MAX);
+    let mut stream = FeedStream::new(limits(false), options)?;
     let mut nodes = path.pieces.iter().flat_map(|piece| &piece.nodes);
     stream.begin(Motion::Cut);
     loop {
@@ -177,9 +174,8 @@ fn wave(index: u64) -> AxisNode<5> {
 }
 
 fn endless(with_jerk: bool, points: u64) -> Result<(), Box<dyn Error>> {
-    let options =
-        StreamOptions { feed: None, link_feed: None, tip: None, ..StreamOptions::fastest(512, f64::MAX) };
-    let mut fast = Stream::new(limits(false), options)?;
+    let options = StreamOptions::fastest(512, f64::MAX);
+    let mut fast = FeedStream::new(limits(false), options)?;
     let mut smooth = JerkStream::new(limits(true), options)?;
     fast.begin(Motion::Cut);
     smooth.begin(Motion::Cut);

@@ -92,7 +92,7 @@ fn deviation_numbers(subject: &Subject, left: &Heights) -> [Number; 3] {
         format!("{} points, {} mm apart{everywhere}", left.points, left.grid)
     };
     let excess = format!("{:.4}", left.excess);
-    let excess = plain("most left", excess, "mm", at(left.excess_bound));
+    let excess = plain("largest excess", excess, "mm", at(left.excess_bound));
     let gouge = plain("gouge", format!("{:.4}", left.gouge), "mm", at(left.gouge_bound));
     let of = format!("of {}, {:.2} mm2", left.points, left.uncut_area);
     let uncut = plain("uncut points", left.uncut.to_string(), "", of);

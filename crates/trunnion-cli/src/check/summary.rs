@@ -373,8 +373,8 @@ impl Heights {
         let or_less = if deeper { " or less" } else { "" };
         let mut rows = vec![
             ("points", format!("{}, {} mm apart, on {:.1} mm2", self.points, self.grid, self.area)),
-            ("least left", format!("{lowest:.4} mm{or_less}{}", place(&self.lowest))),
-            ("most left", format!("{:.4} mm{}", self.excess, place(&self.highest))),
+            ("lowest point", format!("{lowest:.4} mm{or_less}{}", place(&self.lowest))),
+            ("highest point", format!("{:.4} mm{}", self.excess, place(&self.highest))),
             ("uncut", format!("{} points, {:.2} mm2", self.uncut, self.uncut_area)),
         ];
         if let (Some(gouge), Some(excess)) = (self.gouge_bound, self.excess_bound) {
@@ -384,7 +384,7 @@ impl Heights {
                 _ => String::new(),
             };
             let bounds = format!("gouge max <= {gouge:.4}, excess max <= {excess:.4} mm{open}");
-            rows.push(("between, too", bounds));
+            rows.push(("everywhere", bounds));
         }
         let pivot = |adds: f64| format!(", of a rotary axis's position {adds:.4}");
         let sensitivity = format!(

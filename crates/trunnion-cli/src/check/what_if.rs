@@ -47,6 +47,7 @@ pub(super) fn read(text: &str) -> Result<Assumption, String> {
     let help = "write length, radius, origin.x or pivot.B.z, = and the error in mm";
     let (name, value) = text.split_once('=').ok_or(help)?;
     let direction = |name: &str| DIRECTIONS.iter().position(|known| *known == name).ok_or(help);
+    // Dots divide a name into the thing that is off and the direction in which it is.
     let quantity = match name.trim().split('.').collect::<Vec<_>>()[..] {
         ["length"] => Quantity::Length,
         ["radius"] => Quantity::Radius,
@@ -83,6 +84,7 @@ impl Assumption {
             Quantity::Length => error.length = self.value,
             Quantity::Origin(along) => error.origin[*along] = self.value,
             Quantity::Pivot(name, along) => {
+                // Only rotary axes have a pivot.
                 let axes = kinematics.map(|of| &of.machine().axes[FIRST_ROTARY..]);
                 let axes = axes.unwrap_or_default();
                 let index = axes.iter().position(|axis| axis.name == *name).ok_or_else(|| {
@@ -104,6 +106,7 @@ impl Subject {
         let mut cases: Vec<(String, AssumedError)> =
             self.assumptions.iter().map(Assumption::words).zip(errors.iter().copied()).collect();
         if errors.len() > 1 {
+            // Errors are small, so their sum on one machine stands for all of them at once.
             let all = errors.iter().fold(AssumedError::NONE, |all, error| all + *error);
             cases.push(("all of these".to_owned(), all));
         }
@@ -149,6 +152,7 @@ impl Subject {
         let options = CheckOptions { bounds: None, ..self.options };
         let report = match &self.motion {
             Motion::Program(program, kinematics) => {
+                // The control computes with its own model; the machine moves with the error.
                 let machine = error.kinematics(kinematics);
                 let input = CheckInput::program(&**program, kinematics, &cutter).machine(&machine);
                 verify::check(&self.with_tables(input, &tools), &options, bars)
@@ -164,6 +168,7 @@ impl Subject {
 
 fn deviation(assumed: String, report: &Report, options: &CheckOptions) -> AssumedDeviation {
     let found = &report.deviation;
+    // The lowest point may lie above the face: then nothing is gouged.
     let gouge = found.lowest.map_or(0.0, |lowest| (-lowest.height).max(0.0));
     let excess = found.highest.map_or(0.0, |highest| highest.height.max(0.0));
     let kept = gouge <= options.gouge && excess <= options.total && found.uncut == 0;

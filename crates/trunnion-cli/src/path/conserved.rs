@@ -38,6 +38,7 @@ impl Counter {
     }
 
     fn add(&mut self, record: &ClRecord) {
+        // The first location has no motion: the tool is put there.
         let from = self.at.replace(record.end());
         let Some(from) = from else { return };
         let kind = usize::from(record.motion != ClMotion::Rapid);
@@ -46,6 +47,7 @@ impl Counter {
             self.count.length[kind] += (record.end().tip - from.tip).norm();
             return;
         }
+        // Arcs and holes are counted over the same chords in the input and in the output.
         let mut at = from;
         for part in record.straight(Some(&from), ARC) {
             let kind = usize::from(part.motion != ClMotion::Rapid);
@@ -111,6 +113,7 @@ pub(super) fn compare(
     tolerance: Option<f64>,
 ) -> Result<(), Failure> {
     let differs = |kind: usize| {
+        // Each end of a move is off by at most the tolerance, so the length of a move by twice that.
         let most = 2.0 * read.moves[kind] as f64 * (tolerance.unwrap_or(0.0) + ROUNDING);
         let copied = tolerance.is_none();
         (copied && read.moves[kind] != written.moves[kind])
@@ -120,6 +123,7 @@ pub(super) fn compare(
         || read.holes != written.holes
         || match tolerance {
             None => differs(1),
+            // Smoothing changes the length of cuts by design, but none may vanish.
             Some(_) => (read.length[1] > 0.0) != (written.length[1] > 0.0),
         };
     if !is_lost {

@@ -87,6 +87,7 @@ impl<'a> SetpointSource<'a> {
             let mut each = setpoints.iter();
             Ok(each.try_for_each(|one| motion::row(out, axes, one)).map_err(unwritten)?)
         };
+        // Setpoints are known only behind the look-ahead, so most calls return a batch and some return none.
         while let Some(setpoints) = self.next()? {
             rows(&setpoints)?;
         }
@@ -105,6 +106,7 @@ impl<'a> SetpointSource<'a> {
         let mut failed = None;
         let mut waiting: VecDeque<Setpoint> = VecDeque::new();
         let mut more = true;
+        // The writer of columns pulls rows; an error ends them, and is returned after the file is closed.
         let rows = std::iter::from_fn(|| {
             while waiting.is_empty() && more {
                 let next = self.next().and_then(|moved| match moved {

@@ -203,6 +203,7 @@ impl PostSummary {
                 conserved: report.unread.is_none(),
             },
             times: TimesSummary {
+                // Feed blocks and rapid moves follow each other: their times add up.
                 planned: report.seconds.output + report.rapid_seconds,
                 certified_bound: None,
                 linuxcnc: Some(report.linuxcnc_duration.output),
@@ -228,6 +229,7 @@ impl PostSummary {
             axis_bound: report.deviation.axis.to_degrees(),
             rounding: report.rounding,
             smoothing_bound: report.smoothing_bound,
+            // Deviations of different causes may point the same way, so the bounds add up.
             total_bound: report.deviation.tip + report.rounding + report.smoothing_bound,
             rapid_bound: [report.rapid_deviation.tip, report.rapid_deviation.axis.to_degrees()],
             fastest_rapid: report.fastest_rapid.map(|fast| (fast.line, fast.ratio)),

@@ -203,7 +203,7 @@ fn a_job_may_name_a_built_in_machine() {
     let output = trunnion(folder.path(), &["run", "job.toml", "--dry-run"]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     replace(folder.path(), "job.toml", "bc-trunnion", "bc-trunion");
-    refused(folder.path(), "bc-trunion: no machine file");
+    refused(folder.path(), "bc-trunion: neither a machine file");
 }
 
 #[test]
@@ -422,5 +422,5 @@ fn one_location_is_found_explained_and_drawn() {
     assert!(text.contains("cutter too large for the concave radius here"), "{text}");
     let wrong = call(&["--cutter", "R=10,q=6", "--feed", "0,1"]);
     assert_eq!(wrong.status.code(), Some(2));
-    assert!(stderr(&wrong).contains("q is none of R, r, L, inner"), "{}", stderr(&wrong));
+    assert!(stderr(&wrong).contains("q is not one of R, r, L, inner"), "{}", stderr(&wrong));
 }

@@ -184,7 +184,12 @@ fn refused(text: &str, limits: &str, arguments: &[&str], needle: &str) {
 fn wrong_tables_are_named_with_row_and_axis() {
     let good = table(&even(11, 1.0));
     let with = |from: &str, to: &str| good.replacen(from, to, 1);
-    refused(&with("\n3,3,", "\n1.5,3,"), LIMITS, &[], "path.csv:5: s = 1.5 falls back from 2");
+    refused(
+        &with("\n3,3,", "\n1.5,3,"),
+        LIMITS,
+        &[],
+        "path.csv:5: s = 1.5 is below 2 of the row before",
+    );
     refused(&with("\n3,3,", "\n3,nan,"), LIMITS, &[], "path.csv:5:3: X = nan is not a finite");
     refused(
         &with("\n3,3,1,0,0,", "\n3,3,1,0,7,"),

@@ -354,7 +354,7 @@ fn a_machine_is_shown_in_words_as_data_and_drawn() {
     assert_eq!(json["axes"][4]["travel"], serde_json::json!([-35.0, 120.0]));
     assert_eq!(json["reach_in_travel"], serde_json::json!([0.0, 120.0]));
     let (code, _, message) = run(folder.path(), &["machine", "show", "gantry-fork"]);
-    assert!(code == 2 && message.contains("gantry-fork: no machine file"), "{message}");
+    assert!(code == 2 && message.contains("gantry-fork: neither a machine file"), "{message}");
 }
 
 #[test]
@@ -382,7 +382,7 @@ fn check_tells_everything_at_once() {
         "bad.toml:40:10: `axis.C.acc` = nan",
         "bad.toml:54:1: unknown key `preferr` in [axis.B]\n  help: did you mean `prefer`?",
         "bad.toml:65:1: unknown key `cono` in [singular]\n  help: did you mean `cone`?",
-        "none.toml: no machine file",
+        "none.toml: neither a machine file",
     ] {
         assert!(message.contains(start), "{start:?} is not in\n{message}");
     }

@@ -71,7 +71,7 @@ fn a_cl_file_is_smoothed_between_rapid_moves() {
     let output = path(folder.path(), &arguments);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let told = String::from_utf8_lossy(&output.stdout);
-    assert!(told.contains("blended") && told.contains("of 0.01 mm"), "{told}");
+    assert!(told.contains("blended") && told.contains(", 0.01 mm allowed"), "{told}");
     let text = fs::read_to_string(folder.path().join("out.cls")).unwrap();
     for line in ["PARTNO WAVE", "CUTTER/10.0,5.0", "SPINDL/8000,RPM,CLW", "COOLNT/ON", "FINI"] {
         assert_eq!(text.lines().filter(|found| *found == line).count(), 1, "{line}");

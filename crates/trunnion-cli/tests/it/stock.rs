@@ -268,7 +268,7 @@ fn the_chord_of_a_step_fixture_is_that_of_the_command_line() {
     let both = ["check", "moves.cls", "--job", "job.toml", "--stock", "hollow.step"];
     let (_, table, errors) = told(&trunnion(folder, &both));
     let wanted =
-        "triangles within about 0.004 mm of hollow.step; 0.01 mm of stock; fixtures larger";
+        "triangles within about 0.004 mm of hollow.step; 0.01 mm of stock; fixtures are enlarged";
     assert!(table.contains(wanted), "{table}{errors}");
     assert_eq!(of_job, check("plain.toml", &["--fixture", "hollow.step", "--chord", "0.004"]));
     let coarser = check("job.toml", &["--chord", "0.5"]);

@@ -678,7 +678,7 @@ fn a_tessellation_has_the_area_and_the_side_of_the_face() {
             sense += normal.dot(&out.normals[*a as usize]);
         }
         for (uv, vertex) in out.uv.iter().zip(&out.mesh.vertices) {
-            assert!((face.surface.point(uv[0], uv[1]) - vertex).norm() < 1e-12);
+            assert!((face.surface.point(uv.u, uv.v) - vertex).norm() < 1e-12);
         }
         (area, sense)
     };

@@ -39,7 +39,7 @@ pub use access::ToolAccess;
 pub use cost::{LengthCost, PassCost};
 pub use error::{CoverError, FacePoint};
 pub use join::axis_reach::AxisReach;
-pub use join::hop::HopOptions;
+pub use join::hop::{HopOptions, TravelTime};
 pub(crate) use join::leads::height;
 pub use join::legs::legs;
 pub use join::request::{LeadKind, LinkOptions, LinkRequest};

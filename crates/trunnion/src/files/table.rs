@@ -273,7 +273,7 @@ mod tests {
             ("x,y", "1,1e999", "2:3: y = 1e999 is not a finite"),
             ("1,2", "1,2", "1:1: the first line must name the columns"),
             ("x;y", "1;2", "1:1: the header \"x;y\" has no commas"),
-            ("X,y", "1,2", "1:1: column x is missing\n  help: is `X` meant to be it?"),
+            ("X,y", "1,2", "1:1: column x is missing\n  help: rename `X` if it is this column"),
             ("x,x,y", "1,2,3", "1:1: column x occurs twice"),
         ] {
             let found = read(header, &["x", "y"], row).unwrap_err();

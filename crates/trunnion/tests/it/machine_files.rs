@@ -323,7 +323,7 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
     (
         "cyclic = 360.0",
         "cyclic = 180.0",
-        "38:10: axis C is cyclic with 180, which is 0.5 turns",
+        "38:10: axis C has the period 180, which is 0.5 turns",
         "one turn: 360",
     ),
     (

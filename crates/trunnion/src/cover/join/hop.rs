@@ -7,6 +7,9 @@ use nalgebra::Point3;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt;
 
+/// Estimate of the time of the machine through poses, from rest to rest \[s\].
+pub type TravelTime<'a> = &'a (dyn Fn(&[ToolPose]) -> f64 + Sync);
+
 /// Options of hops. Begin with [`HopOptions::new`] and change the rest by struct update.
 #[derive(Clone, Copy)]
 pub struct HopOptions<'a> {
@@ -18,13 +21,13 @@ pub struct HopOptions<'a> {
     pub clear: f64,
     /// Estimates the time of the machine through poses, from rest to rest \[s\]. A hop is
     /// taken if it is quicker than three straight moves up, over and down.
-    pub seconds: &'a (dyn Fn(&[ToolPose]) -> f64 + Sync),
+    pub seconds: TravelTime<'a>,
 }
 
 impl<'a> HopOptions<'a> {
     /// Hops `height` \[mm\] high on a machine with that estimate of time, at least half the height from the faces
     /// in the middle.
-    pub fn new(height: f64, seconds: &'a (dyn Fn(&[ToolPose]) -> f64 + Sync)) -> Self {
+    pub fn new(height: f64, seconds: TravelTime<'a>) -> Self {
         Self { height, clear: 0.5 * height, seconds }
     }
 }

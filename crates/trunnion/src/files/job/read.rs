@@ -281,7 +281,7 @@ mod tests {
                 "construction = \"insert\"",
                 "22:16: a tool with inserts needs",
             ),
-            ("method = \"jerk\"", "method = \"given\"", "45:10: a job has no place for given"),
+            ("method = \"jerk\"", "method = \"given\"", "45:10: a job cannot prescribe speeds"),
             ("method = \"jerk\"", "metod = \"jerk\"", "45:1: unknown key `metod` in [motion]"),
             ("along = \"v\"", "along = \"w\"", "30:9: `strategy.along` cannot be \"w\""),
             (
@@ -341,7 +341,7 @@ mod tests {
             ("\u{0}\u{1}PK", "1:1: this is a binary file"),
             ("%\nN10 G0 X0", "1:1: this is an NC program"),
             ("schema = \"trunnion-machine/1\"", "1:10: this is a machine file, not a job file"),
-            ("schema = \"trunnion-job/2\"", "1:10: version 2 of the job file is not known"),
+            ("schema = \"trunnion-job/2\"", "1:10: version 2 of the job file is not supported"),
         ] {
             let found = faults(text);
             assert!(found.len() == 1 && found[0].starts_with(expected), "{found:#?}");

@@ -57,6 +57,7 @@ pub(super) fn tool(raw: RawTool, path: &str, doc: &mut Document<'_>) -> Option<J
             "heights count from the tip; the holder sits on the shank",
         );
     }
+    // Everything that can be checked without kind and radii has been reported by now.
     let (kind, [major, minor]) = (kind?, radii?);
     // The corner lies below the gauge point.
     if minor >= raw.length {
@@ -84,6 +85,7 @@ fn radii(raw: &RawTool, kind: ToolKind, path: &str, doc: &mut Document<'_>) -> O
     let by_radii = raw.major_radius.is_some() || raw.minor_radius.is_some();
     let by_diameter = raw.diameter.is_some() || raw.corner_radius.is_some();
     if by_radii && by_diameter {
+        // Even equal values are refused: the next edit would change one of them alone.
         let message = "the tool is given twice: by radii and by diameter";
         doc.fault(
             &format!("{path}.diameter"),
@@ -217,7 +219,7 @@ mod tests {
         let found = parse(&wrong).unwrap_err();
         let found: Vec<String> = found.iter().map(ToString::to_string).collect();
         let expected = [
-            "54:10: tool 1 is given twice\n  help: the job's own stands in [tool]",
+            "54:10: tool 1 is given twice\n  help: the job's own tool is in [tool]",
             "59:10: tool 1 is given twice",
             "60:8: a ball tool cannot have R = 1 mm and r = 2 mm",
         ];
