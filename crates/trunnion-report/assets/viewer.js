@@ -1,4 +1,4 @@
-/*! Built from viewer/, sources 80d27f27f84e03c6. It contains three.js:
+/*! Built from viewer/, sources 67dbb986f60ef53b. It contains three.js:
 The MIT License
 
 Copyright © 2010-2026 three.js authors

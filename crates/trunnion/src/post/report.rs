@@ -86,7 +86,6 @@ pub struct PostReport {
 
 /// Move that takes longer than programmed, because an axis could not follow it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
 pub struct SlowedMove {
     /// Line of the input.
     pub line: u32,
