@@ -82,31 +82,31 @@ pub struct PlaneSurface {
 /// `origin + R (cos u x + sin u y) + v z`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CylinderSurface {
-    frame: SurfaceFrame,
-    radius: f64,
+    pub(super) frame: SurfaceFrame,
+    pub(super) radius: f64,
 }
 
 /// `origin + (R + v tan a)(cos u x + sin u y) + v z`, from the apex on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ConeSurface {
-    frame: SurfaceFrame,
-    radius: f64,
-    slope: f64,
+    pub(super) frame: SurfaceFrame,
+    pub(super) radius: f64,
+    pub(super) slope: f64,
 }
 
 /// `origin + R cos v (cos u x + sin u y) + R sin v z`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SphereSurface {
-    frame: SurfaceFrame,
-    radius: f64,
+    pub(super) frame: SurfaceFrame,
+    pub(super) radius: f64,
 }
 
 /// `origin + (R + r cos v)(cos u x + sin u y) + r sin v z`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TorusSurface {
-    frame: SurfaceFrame,
-    major: f64,
-    minor: f64,
+    pub(super) frame: SurfaceFrame,
+    pub(super) major: f64,
+    pub(super) minor: f64,
 }
 
 impl CylinderSurface {
@@ -139,7 +139,7 @@ impl ConeSurface {
     }
 
     /// Returns `v` of the apex.
-    fn apex(&self) -> f64 {
+    pub(super) fn apex(&self) -> f64 {
         -self.radius / self.slope
     }
 }
@@ -238,23 +238,6 @@ impl ElementarySurface for CylinderSurface {
 
     fn curvatures(&self, _: [f64; 2]) -> [f64; 2] {
         [-self.radius.recip(), 0.0]
-    }
-}
-
-impl CylinderSurface {
-    /// Returns the distance of `p` from the part within ranges of u and v: an arc, drawn out.
-    pub(crate) fn distance_over(&self, p: &Point3<f64>, [u, v]: [[f64; 2]; 2]) -> f64 {
-        let local = self.frame.local(p);
-        let rho = local.x.hypot(local.y);
-        let width = u[1] - u[0];
-        let after = (turn(&local) - u[0]).rem_euclid(TAU);
-        // Angle from the nearer end of the arc; 0 within it.
-        let aside = if after <= width { 0.0 } else { (after - width).min(TAU - after) };
-        // Seen along the axis, with the nearest point of the arc at angle 0 and radius R.
-        let (sin, cos) = aside.sin_cos();
-        let across = (rho * sin).hypot(rho * cos - self.radius);
-        // Beyond the ends of the range of v the height counts besides.
-        across.hypot((v[0] - local.z).max(local.z - v[1]).max(0.0))
     }
 }
 
@@ -382,6 +365,6 @@ fn round(frame: &SurfaceFrame, u: f64, rho: [f64; 4], z: [f64; 4]) -> Derivative
 }
 
 /// Returns the angle about z in [0, 2 pi); 0 on the axis.
-fn turn(local: &Vector3<f64>) -> f64 {
+pub(super) fn turn(local: &Vector3<f64>) -> f64 {
     local.y.atan2(local.x).rem_euclid(TAU)
 }

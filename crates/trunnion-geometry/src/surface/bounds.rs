@@ -3,13 +3,11 @@
 use super::jet::SurfaceJet2;
 use super::nurbs::BezierPatch;
 use super::nurbs::NurbsSurface;
+use super::parameter_box::ParameterBox;
 use super::patches::hull_box;
 use crate::math::bspline::binomial;
 use nalgebra::Vector3;
 use nalgebra::Vector4;
-
-/// Ranges of u and v.
-pub(super) type ParameterBox = [[f64; 2]; 2];
 
 type HomogeneousPoint = Vector4<f64>;
 

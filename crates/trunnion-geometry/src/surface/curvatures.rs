@@ -1,9 +1,9 @@
 //! Bounds of curvature over any rectangle, from a tree of pieces bounded once.
 
-use super::bounds::ParameterBox;
 use super::bounds::PatchCell;
 use super::creases::{CreaseIndex, meets};
 use super::nurbs::NurbsSurface;
+use super::parameter_box::ParameterBox;
 use nalgebra::Point3;
 use nalgebra::Vector3;
 use std::cmp::Ordering;

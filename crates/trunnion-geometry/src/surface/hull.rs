@@ -1,15 +1,18 @@
 //! Boxes round small pieces of a NURBS surface: proof that the surface keeps away from a point.
 
 use super::nurbs::NurbsSurface;
-use super::patches::PatchPiece;
-use super::patches::hull_box;
+use super::parameter_box::ParameterBox;
+use super::patches::{PatchPiece, cells_within, hull_box};
 use super::proximity::{SolidDistance, SolidProximity};
 use nalgebra::Point3;
 use nalgebra::Vector3;
 
-/// Pieces made by halving patches, unless there are more patches to begin with. A piece of a
-/// single patch is then a 32nd of it in both directions.
-const PIECES: usize = 1024;
+/// Diagonal of the boxes to which patches are halved, as a share of that of all: a piece of a single patch is then
+/// about a 32nd of it in both directions.
+const SHARE: f64 = 1.0 / 32.0;
+
+/// Halvings of a patch at most.
+const DEPTH: u32 = 11;
 
 /// Boxes of the control points of pieces, and of pairs of pieces, up to the whole surface.
 #[derive(Debug, Clone)]
@@ -27,13 +30,37 @@ struct HullNode {
     corner: Point3<f64>,
 }
 
+/// Part of the domain that counts, and the size to which patches are halved.
+#[derive(Debug, Clone, Copy)]
+struct PatchDivision {
+    bounds: ParameterBox,
+    /// Diagonal of a box \[mm\].
+    size: f64,
+}
+
+/// Size of a box, and halvings that are left.
+#[derive(Debug, Clone, Copy)]
+struct PieceLimit {
+    /// Diagonal \[mm\].
+    size: f64,
+    depth: u32,
+}
+
 impl HullTree {
-    pub(super) fn new(surface: &NurbsSurface) -> Self {
-        let [columns, rows] = surface.patch_count();
+    /// Builds the boxes of the part of the domain within `bounds`.
+    pub(super) fn new(surface: &NurbsSurface, bounds: ParameterBox) -> Self {
+        let cells = cells_within(surface, bounds);
         let mut tree = Self { nodes: Vec::new() };
-        // 2^depth pieces of each patch.
-        let depth = (PIECES / (columns * rows).max(1)).max(1).ilog2();
-        tree.patches(surface, [[0, columns], [0, rows]], depth);
+        let [[i0, i1], [j0, j1]] = cells;
+        let patches = (i0..i1).flat_map(|i| (j0..j1).filter_map(move |j| surface.patch(i, j)));
+        let piece = |patch| PatchPiece::of(&patch, surface.degree()[1]).within(bounds);
+        let nothing = [f64::INFINITY, f64::NEG_INFINITY].map(Vector3::repeat);
+        let [low, high] = patches.map(piece).fold(nothing, |[low, high], piece| {
+            let (a, b) = hull_box(&piece.points);
+            [low.inf(&a), high.sup(&b)]
+        });
+        let size = SHARE * (high - low).norm();
+        tree.patches(surface, cells, PatchDivision { bounds, size });
         tree
     }
 
@@ -42,33 +69,37 @@ impl HullTree {
         &mut self,
         surface: &NurbsSurface,
         cells: [[usize; 2]; 2],
-        depth: u32,
+        division: PatchDivision,
     ) -> Option<usize> {
+        let PatchDivision { bounds, size } = division;
         let [[i0, i1], [j0, j1]] = cells;
         if i1 - i0 <= 1 && j1 - j0 <= 1 {
             let patch = surface.patch(i0, j0)?;
-            return Some(self.piece(&PatchPiece::of(&patch, surface.degree()[1]), depth));
+            let piece = PatchPiece::of(&patch, surface.degree()[1]).within(bounds);
+            return Some(self.piece(&piece, PieceLimit { size, depth: DEPTH }));
         }
         let index = self.reserve();
         let k = usize::from(j1 - j0 > i1 - i0);
         let (mut first, mut second) = (cells, cells);
         let middle = usize::midpoint(cells[k][0], cells[k][1]);
         (first[k][1], second[k][0]) = (middle, middle);
-        let halves = [self.patches(surface, first, depth)?, self.patches(surface, second, depth)?];
+        let halves =
+            [self.patches(surface, first, division)?, self.patches(surface, second, division)?];
         Some(self.join(index, halves))
     }
 
-    fn piece(&mut self, piece: &PatchPiece, depth: u32) -> usize {
+    fn piece(&mut self, piece: &PatchPiece, limit: PieceLimit) -> usize {
         let index = self.reserve();
-        if depth == 0 {
-            let (low, high) = hull_box(&piece.points);
+        let (low, high) = hull_box(&piece.points);
+        if limit.depth == 0 || (high - low).norm() <= limit.size {
             // A Bezier piece passes through the corners of its net.
             let corner = piece.points.first().map(|point| point.xyz() / point.w);
             let corner = Point3::from(corner.unwrap_or(low));
             self.nodes[index] = HullNode { low, high, halves: [0; 2], corner };
             return index;
         }
-        let halves = piece.halves().map(|half| self.piece(&half, depth - 1));
+        let limit = PieceLimit { depth: limit.depth - 1, ..limit };
+        let halves = piece.halves().map(|half| self.piece(&half, limit));
         self.join(index, halves)
     }
 
@@ -164,7 +195,7 @@ mod tests {
     #[test]
     fn clear_is_never_closer_and_hardly_ever_missed() {
         let surface = sea();
-        let tree = HullTree::new(&surface);
+        let tree = HullTree::new(&surface, surface.domain());
         let face = Face::new(1, Surface::Nurbs(surface), vec![]).unwrap();
         let face = FaceIndex::new(face).unwrap();
         for k in 0..40 {
@@ -182,7 +213,7 @@ mod tests {
     #[test]
     fn a_ball_is_met_where_the_closest_point_is_nearer() {
         let surface = sea();
-        let tree = HullTree::new(&surface);
+        let tree = HullTree::new(&surface, surface.domain());
         let face = Face::new(1, Surface::Nurbs(surface), vec![]).unwrap();
         let face = FaceIndex::new(face).unwrap();
         for k in 0..40 {

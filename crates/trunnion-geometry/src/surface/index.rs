@@ -1,6 +1,5 @@
 //! Closest points: bound-and-prune over Bezier patches, then Newton's method.
 
-use super::bounds::ParameterBox;
 use super::curvatures::CurvatureTree;
 use super::error::ClosestError;
 use super::error::{SurfaceError, SurfaceErrors};
@@ -9,6 +8,9 @@ use super::geometry::Surface;
 use super::hull::HullTree;
 use super::jet::SurfaceJet2;
 use super::newton;
+use super::nurbs::NurbsSurface;
+use super::over_box::distance_over;
+use super::parameter_box::ParameterBox;
 use super::patches::PatchTree;
 use super::proximity::{SolidDistance, SolidProximity};
 use super::swept::NurbsConversion;
@@ -24,8 +26,18 @@ pub struct FaceIndex {
     face: Face,
     search: ClosestSearch,
     curvatures: CurvatureSource,
-    /// Boxes of the pieces; none where the closest point is known in closed form.
-    hulls: Option<HullTree>,
+    /// Pieces over the box of the trims; none where distances are known in closed form.
+    part: Option<FacePart>,
+}
+
+/// Part of a surface over the box of the trims: nothing else of it is there to be kept off.
+#[derive(Debug, Clone)]
+struct FacePart {
+    /// Equal NURBS surface, where the face has none of its own.
+    converted: Option<Box<NurbsSurface>>,
+    tree: PatchTree,
+    /// Boxes of the pieces.
+    hulls: HullTree,
 }
 
 /// Search for the closest point over the whole domain.
@@ -50,6 +62,9 @@ enum CurvatureSource {
     /// In closed form.
     Closed,
 }
+
+/// Share of the domain by which trims may lie beyond its ends by rounding of the file's digits.
+const SEAM: f64 = 1e-6;
 
 /// Foot of a perpendicular (or, from a search over the domain, possibly a border point).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,8 +99,9 @@ impl FaceIndex {
         };
         let (search, curvatures) = match &face.surface {
             Surface::Nurbs(surface) => {
-                let tree = CurvatureTree::new(surface);
-                (ClosestSearch::Patches(PatchTree::new(surface)), CurvatureSource::Own(tree))
+                let curvatures = CurvatureTree::new(surface);
+                let tree = PatchTree::new(surface, surface.domain());
+                (ClosestSearch::Patches(tree), CurvatureSource::Own(curvatures))
             }
             Surface::Extrusion(surface) => {
                 // Along v the curvature of an extrusion is constant: a short strip bounds it
@@ -108,12 +124,8 @@ impl FaceIndex {
             }
             _ => (ClosestSearch::Closed, CurvatureSource::Closed),
         };
-        let hulls = match (&search, &face.surface) {
-            (ClosestSearch::Patches(_), Surface::Nurbs(surface)) => Some(HullTree::new(surface)),
-            (ClosestSearch::Converted(converted, _), _) => Some(HullTree::new(&converted.surface)),
-            _ => None,
-        };
-        Ok(Self { face, search, curvatures, hulls })
+        let part = FacePart::of(&face).map_err(whole)?;
+        Ok(Self { face, search, curvatures, part })
     }
 
     /// Returns the face.
@@ -166,72 +178,55 @@ impl FaceIndex {
         self.foot(uv, surface.jet2(uv[0], uv[1]), p)
     }
 
-    /// Proves that the whole domain, trims disregarded, is at least `radius` \[mm\] away from `p`;
-    /// returns `false` where boxes round pieces of the surface do not show it, up to a few percent
-    /// of the face's size. Some hundred times as fast as [`FaceIndex::closest`].
+    /// Proves that the surface over the box of the face's trims is at least `radius` \[mm\] away from
+    /// `p`; returns `false` where boxes round its pieces do not show it, up to a few percent of the
+    /// face's size. Some hundred times as fast as [`FaceIndex::closest`].
     pub fn clear_of(&self, p: &Point3<f64>, radius: f64) -> bool {
-        match &self.hulls {
-            Some(hulls) => hulls.clear_of(p, radius),
-            None => match self.closest(p) {
-                Ok(foot) => (p - foot.point).norm() >= radius,
-                Err(ClosestError::NoNormal { distance, .. }) => distance >= radius,
-                Err(_) => false,
-            },
+        match &self.part {
+            Some(part) => part.hulls.clear_of(p, radius),
+            None => self.distance_over_box(p).is_some_and(|distance| distance >= radius),
         }
     }
 
-    /// Returns the distance \[mm\] from `p` of a point of the domain, trims disregarded, that is
+    /// Returns the distance \[mm\] from `p` of a point over the box of the face's trims that is
     /// nearer than `enough`: mostly of the nearest one; `None` proves that there is none. Faster
     /// than [`FaceIndex::closest`], which finds the nearest of points that are about equally near.
+    ///
+    /// Across a trimmed bowl or tube there is nothing, where the whole one has its other side.
     ///
     /// # Errors
     ///
     /// As [`FaceIndex::closest`], but for the missing normal.
     pub fn nearer(&self, p: &Point3<f64>, enough: f64) -> Result<Option<f64>, ClosestError> {
-        if self.hulls.as_ref().is_some_and(|hulls| hulls.clear_of(p, enough)) {
-            return Ok(None);
-        }
         if !p.iter().all(|x| x.is_finite()) {
             return Err(ClosestError::NotFinite);
         }
-        match (&self.search, &self.face.surface) {
-            (ClosestSearch::Patches(tree), Surface::Nurbs(surface)) => {
-                tree.nearer(surface, p, enough)
-            }
-            (ClosestSearch::Converted(converted, tree), _) => {
-                tree.nearer(&converted.surface, p, enough)
-            }
-            (_, surface) => {
-                let uv = surface.elementary().map_or([f64::NAN; 2], |surface| surface.closest(p));
-                let distance = (surface.point(uv[0], uv[1]) - p).norm();
-                Ok(Some(distance).filter(|distance| *distance < enough))
-            }
+        let Some(part) = &self.part else {
+            return Ok(self.distance_over_box(p).filter(|distance| *distance < enough));
+        };
+        if part.hulls.clear_of(p, enough) {
+            return Ok(None);
+        }
+        match part.surface(&self.face.surface) {
+            Some(surface) => part.tree.nearer(surface, p, enough),
+            None => Ok(None),
         }
     }
 
-    /// Decides if the domain, trims disregarded, comes nearer than `limit` \[mm\] to a convex
-    /// solid. Undecided on surfaces whose closest point is known in closed form.
+    /// Decides if the surface over the box of the face's trims comes nearer than `limit` \[mm\] to a
+    /// convex solid. Undecided on surfaces whose distances are known in closed form.
     pub fn meets(&self, gap: SolidDistance<'_>, limit: f64) -> SolidProximity {
-        let roughly = self.hulls.as_ref().map(|hulls| hulls.meets(gap, limit));
-        match (roughly, &self.search, &self.face.surface) {
-            (
-                Some(SolidProximity::Undecided),
-                ClosestSearch::Patches(tree),
-                Surface::Nurbs(surface),
-            ) => tree.meets(surface, gap, limit),
-            (Some(SolidProximity::Undecided), ClosestSearch::Converted(converted, tree), _) => {
-                tree.meets(&converted.surface, gap, limit)
-            }
-            (roughly, ..) => roughly.unwrap_or(SolidProximity::Undecided),
+        let Some(part) = &self.part else { return SolidProximity::Undecided };
+        match (part.hulls.meets(gap, limit), part.surface(&self.face.surface)) {
+            (SolidProximity::Undecided, Some(surface)) => part.tree.meets(surface, gap, limit),
+            (roughly, _) => roughly,
         }
     }
 
     /// Returns the unsigned distance \[mm\] of `p` from the surface over the box of the face's
-    /// trims, where this is known in closed form: of cylinders. Across a trimmed tube there is
-    /// nothing, where the whole one has its other side.
+    /// trims, where this is known in closed form: of the elementary surfaces.
     pub fn distance_over_box(&self, p: &Point3<f64>) -> Option<f64> {
-        let Surface::Cylinder(cylinder) = &self.face.surface else { return None };
-        Some(cylinder.distance_over(p, self.face.bounds()))
+        distance_over(&self.face.surface, p, self.face.bounds())
     }
 
     /// Finds the foot of the perpendicular from `p` near `guess`, by Newton's method on the surface
@@ -403,9 +398,43 @@ impl FaceIndex {
     }
 }
 
+impl FacePart {
+    /// Prepares the part; `None` for an elementary surface.
+    fn of(face: &Face) -> Result<Option<Self>, SurfaceErrors> {
+        let bounds = face.bounds();
+        let over = |surface: &NurbsSurface, bounds: ParameterBox| {
+            let tree = PatchTree::new(surface, bounds);
+            Self { converted: None, tree, hulls: HullTree::new(surface, bounds) }
+        };
+        let converted = |NurbsConversion { surface, .. }: NurbsConversion| {
+            let part = over(&surface, surface.domain());
+            Self { converted: Some(Box::new(surface)), ..part }
+        };
+        match &face.surface {
+            Surface::Nurbs(surface) => {
+                let domain = surface.domain();
+                let bounds = [0, 1].map(|k| within(bounds[k], domain[k]));
+                Ok(Some(over(surface, bounds)))
+            }
+            Surface::Extrusion(surface) => surface.to_nurbs(bounds).map(converted).map(Some),
+            Surface::Revolution(surface) => surface.to_nurbs(bounds).map(converted).map(Some),
+            _ => Ok(None),
+        }
+    }
+
+    /// Returns the surface of the pieces: its own, or that of the face.
+    fn surface<'a>(&'a self, own: &'a Surface) -> Option<&'a NurbsSurface> {
+        match (&self.converted, own) {
+            (Some(converted), _) => Some(converted),
+            (None, Surface::Nurbs(surface)) => Some(surface),
+            _ => None,
+        }
+    }
+}
+
 impl ClosestSearch {
     fn over(converted: NurbsConversion) -> Self {
-        let tree = PatchTree::new(&converted.surface);
+        let tree = PatchTree::new(&converted.surface, converted.surface.domain());
         Self::Converted(Box::new(converted), tree)
     }
 }
@@ -415,6 +444,17 @@ impl CurvatureSource {
         let tree = CurvatureTree::new(&strip.surface);
         Self::Thin { across, strip: Box::new(strip), tree }
     }
+}
+
+/// Returns a range of parameters within a domain. A range beyond the seam of a closed surface counts as all the way
+/// round.
+fn within([low, high]: [f64; 2], [first, last]: [f64; 2]) -> [f64; 2] {
+    // Trims that begin at the seam begin a rounding before it.
+    let slack = SEAM * (last - first);
+    if low < first - slack || high > last + slack {
+        return [first, last];
+    }
+    [low.max(first), high.min(last)]
 }
 
 /// Returns the middle and radius of a ball that holds all feet.

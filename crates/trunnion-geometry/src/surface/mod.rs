@@ -41,6 +41,8 @@ mod jet;
 mod mesh;
 mod newton;
 mod nurbs;
+mod over_box;
+mod parameter_box;
 mod patches;
 mod proximity;
 mod swept;

@@ -5,6 +5,7 @@ use super::jet::SurfaceJet2;
 use super::newton::{self, SurfacePoint};
 use super::nurbs::BezierPatch;
 use super::nurbs::NurbsSurface;
+use super::parameter_box::ParameterBox;
 use super::proximity::{SolidDistance, SolidProximity};
 use nalgebra::Point3;
 use nalgebra::Vector3;
@@ -19,13 +20,16 @@ const EQUAL: f64 = 1e-10;
 /// Patches examined before the search gives up; an ordinary query examines tens.
 const LOOKS: usize = 20_000;
 
-/// Pieces halved in the search for one near a solid.
-const MEETINGS: usize = 2_000;
+/// Pieces examined in the search for one near a solid: those of a tool that keeps a tenth of a millimetre off all round a
+/// tube of a thousand patches.
+const MEETINGS: usize = 20_000;
 
 /// Boxes over rectangles of patches, halved down to single patches.
 #[derive(Debug, Clone)]
 pub(crate) struct PatchTree {
     nodes: Vec<PatchNode>,
+    /// Ranges of u and v that count.
+    bounds: ParameterBox,
 }
 
 #[derive(Debug, Clone)]
@@ -53,7 +57,7 @@ enum QueueItem {
 pub(super) struct PatchPiece {
     pub(super) points: Vec<Vector4<f64>>,
     columns: usize,
-    bounds: [[f64; 2]; 2],
+    bounds: ParameterBox,
 }
 
 /// Best point found so far.
@@ -63,11 +67,19 @@ struct BestPoint {
 }
 
 impl PatchTree {
-    pub(crate) fn new(surface: &NurbsSurface) -> Self {
-        let [columns, rows] = surface.patch_count();
-        let mut tree = Self { nodes: Vec::with_capacity(2 * columns * rows) };
-        tree.build(surface, [[0, columns], [0, rows]]);
+    /// Builds the tree over the part of the domain within `bounds`.
+    pub(crate) fn new(surface: &NurbsSurface, bounds: ParameterBox) -> Self {
+        let cells = cells_within(surface, bounds);
+        let [columns, rows] = cells.map(|[first, end]| end - first);
+        let mut tree = Self { nodes: Vec::with_capacity(2 * columns * rows), bounds };
+        tree.build(surface, cells);
         tree
+    }
+
+    /// Returns the part of a patch that counts.
+    fn piece(&self, surface: &NurbsSurface, [i, j]: [usize; 2]) -> Option<PatchPiece> {
+        let patch = surface.patch(i, j)?;
+        Some(PatchPiece::of(&patch, surface.degree()[1]).within(self.bounds))
     }
 
     fn build(&mut self, surface: &NurbsSurface, cells: [[usize; 2]; 2]) -> usize {
@@ -76,8 +88,8 @@ impl PatchTree {
         let (low, high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
         self.nodes.push(PatchNode { low, high, cells, halves: [index; 2] });
         if i1 - i0 <= 1 && j1 - j0 <= 1 {
-            if let Some(patch) = surface.patch(i0, j0) {
-                let (low, high) = hull_box(patch.points);
+            if let Some(piece) = self.piece(surface, [i0, j0]) {
+                let (low, high) = hull_box(&piece.points);
                 (self.nodes[index].low, self.nodes[index].high) = (low, high);
             }
             return index;
@@ -148,7 +160,7 @@ impl PatchTree {
             }
             match look.kind {
                 QueueItem::Node(index) => self.open(surface, p, index, &best, &mut queue),
-                QueueItem::Piece(piece) => split(surface, p, &piece, &mut best, &mut queue),
+                QueueItem::Piece(piece) => self.split(surface, p, &piece, &mut best, &mut queue),
             }
         }
         let bound = queue.peek().map_or(best.distance, |look| look.bound);
@@ -165,28 +177,40 @@ impl PatchTree {
         gap: SolidDistance<'_>,
         limit: f64,
     ) -> SolidProximity {
-        let mut nodes: Vec<usize> = (0..self.nodes.len().min(1)).collect();
-        let mut looks = 0;
-        while let Some(index) = nodes.pop() {
-            let node = &self.nodes[index];
-            let centre = Point3::from(0.5 * (node.low + node.high));
-            // A distance is 1-Lipschitz: over a box it is at least that of the centre less half the
-            // diagonal.
-            if gap(&centre).0 - 0.5 * (node.high - node.low).norm() >= limit {
-                continue;
+        let mut queue = BinaryHeap::new();
+        queue.extend(self.nodes.first().map(|root| node_gap(root, 0, gap)));
+        for _ in 0..MEETINGS {
+            // The queue gives the smallest bound first: where it is large enough, all are.
+            let Some(QueueEntry { bound, kind }) = queue.pop() else {
+                return SolidProximity::Clear;
+            };
+            if bound >= limit {
+                return SolidProximity::Clear;
             }
-            if node.halves[0] != index {
-                nodes.extend(node.halves);
-                continue;
-            }
-            let [[i, _], [j, _]] = node.cells;
-            let Some(patch) = surface.patch(i, j) else { continue };
-            let found = PatchPiece::of(&patch, surface.degree()[1]).meets(gap, limit, &mut looks);
-            if found != SolidProximity::Clear {
-                return found;
+            let pieces = match kind {
+                QueueItem::Node(index) => {
+                    let PatchNode { halves, cells: [[i, _], [j, _]], .. } = self.nodes[index];
+                    if halves[0] != index {
+                        queue.extend(halves.map(|half| node_gap(&self.nodes[half], half, gap)));
+                        continue;
+                    }
+                    self.piece(surface, [i, j]).map_or_else(Vec::new, |piece| vec![piece])
+                }
+                QueueItem::Piece(piece) => piece.halves().into(),
+            };
+            for piece in pieces {
+                // Corners of the net lie on the surface: one within the limit is an answer.
+                let near = |corner: &Point3<f64>| gap(corner).0 < limit;
+                if let Some(corner) = piece.corners().into_iter().find(near) {
+                    return SolidProximity::Nearer(corner);
+                }
+                let bound = piece.least_gap(gap);
+                if bound < limit {
+                    queue.push(QueueEntry { bound, kind: QueueItem::Piece(Box::new(piece)) });
+                }
             }
         }
-        SolidProximity::Clear
+        SolidProximity::Undecided
     }
 
     /// Replaces a node by its halves, or by the control points of its patch.
@@ -201,8 +225,8 @@ impl PatchTree {
         let node = &self.nodes[index];
         if node.halves[0] == index {
             let [[i, _], [j, _]] = node.cells;
-            let Some(patch) = surface.patch(i, j) else { return };
-            offer(p, PatchPiece::of(&patch, surface.degree()[1]), best, queue);
+            let Some(piece) = self.piece(surface, [i, j]) else { return };
+            offer(p, piece, best, queue);
         } else {
             for half in node.halves {
                 let bound = box_distance(p, &self.nodes[half]);
@@ -210,6 +234,32 @@ impl PatchTree {
                     queue.push(QueueEntry { bound, kind: QueueItem::Node(half) });
                 }
             }
+        }
+    }
+
+    /// Improves the best point from the middle of `piece`, then queues its two halves.
+    fn split(
+        &self,
+        surface: &NurbsSurface,
+        p: &Point3<f64>,
+        piece: &PatchPiece,
+        best: &mut BestPoint,
+        queue: &mut BinaryHeap<QueueEntry>,
+    ) {
+        let middle = piece.bounds.map(|[low, high]| 0.5 * (low + high));
+        let at = |uv: [f64; 2]| SurfaceJet2::from_table(&surface.table::<2>(uv[0], uv[1]));
+        let start = at(middle);
+        // Newton's method costs as much as many halvings: only from where it is sure to improve.
+        if (start.s - p).norm() < best.distance {
+            let middle = SurfacePoint { uv: middle, jet: start };
+            let found = newton::minimise(at, p, middle.uv, self.bounds).unwrap_or(middle);
+            let distance = (found.jet.s - p).norm();
+            if distance < best.distance {
+                *best = BestPoint { uv: found.uv, distance };
+            }
+        }
+        for half in piece.halves() {
+            offer(p, half, best, queue);
         }
     }
 }
@@ -222,57 +272,15 @@ fn offer(p: &Point3<f64>, piece: PatchPiece, best: &BestPoint, queue: &mut Binar
     }
 }
 
-/// Improves the best point from the middle of `piece`, then queues its two halves.
-fn split(
-    surface: &NurbsSurface,
-    p: &Point3<f64>,
-    piece: &PatchPiece,
-    best: &mut BestPoint,
-    queue: &mut BinaryHeap<QueueEntry>,
-) {
-    let middle = piece.bounds.map(|[low, high]| 0.5 * (low + high));
-    let at = |uv: [f64; 2]| SurfaceJet2::from_table(&surface.table::<2>(uv[0], uv[1]));
-    let start = at(middle);
-    // Newton's method costs as much as many halvings: only from where it is sure to improve.
-    if (start.s - p).norm() < best.distance {
-        let middle = SurfacePoint { uv: middle, jet: start };
-        let found = newton::minimise(at, p, middle.uv, surface.domain()).unwrap_or(middle);
-        let distance = (found.jet.s - p).norm();
-        if distance < best.distance {
-            *best = BestPoint { uv: found.uv, distance };
-        }
-    }
-    for half in piece.halves() {
-        offer(p, half, best, queue);
-    }
-}
-
 impl PatchPiece {
-    /// Decides as [`PatchTree::meets`] does, for a piece; `looks` counts the pieces halved.
-    fn meets(self, gap: SolidDistance<'_>, limit: f64, looks: &mut usize) -> SolidProximity {
-        let mut waiting = vec![self];
-        while let Some(piece) = waiting.pop() {
-            let points = || piece.points.iter().map(|point| point.xyz() / point.w);
-            let middle = points().sum::<Vector3<f64>>() / piece.points.len() as f64;
-            let (distance, gradient) = gap(&Point3::from(middle));
-            // Convexity: gap(p) >= gap(m) + gradient . (p - m); over the hull this is least at a
-            // point of the net.
-            let rise = points().map(|p| gradient.dot(&(p - middle)));
-            if distance + rise.fold(f64::INFINITY, f64::min) >= limit {
-                continue;
-            }
-            // Corners of the net lie on the surface: one within the limit is an answer.
-            let near = |corner: &Point3<f64>| gap(corner).0 < limit;
-            if let Some(corner) = piece.corners().into_iter().find(near) {
-                return SolidProximity::Nearer(corner);
-            }
-            *looks += 1;
-            if *looks > MEETINGS {
-                return SolidProximity::Undecided;
-            }
-            waiting.extend(piece.halves());
-        }
-        SolidProximity::Clear
+    /// Returns a lower bound on the distance of the piece from a convex solid.
+    fn least_gap(&self, gap: SolidDistance<'_>) -> f64 {
+        let points = || self.points.iter().map(|point| point.xyz() / point.w);
+        let middle = points().sum::<Vector3<f64>>() / self.points.len() as f64;
+        let (distance, gradient) = gap(&Point3::from(middle));
+        // Convexity: gap(p) >= gap(m) + gradient . (p - m); over the hull this is least at a point of the net.
+        let rise = points().map(|p| gradient.dot(&(p - middle)));
+        distance + rise.fold(f64::INFINITY, f64::min)
     }
 
     /// Returns the four corners, in which the piece meets its control points.
@@ -287,9 +295,25 @@ impl PatchPiece {
         Self { points: patch.points.to_vec(), columns: degree + 1, bounds: patch.bounds }
     }
 
+    /// Returns the part of the piece within a box of parameters that it meets.
+    pub(super) fn within(mut self, bounds: ParameterBox) -> Self {
+        for (k, [low, high]) in bounds.into_iter().enumerate() {
+            let [start, end] = self.bounds[k];
+            if high < end && high > start {
+                [self, _] = self.cut(k, (high - start) / (end - start));
+                self.bounds[k][1] = high;
+            }
+            let [start, end] = self.bounds[k];
+            if low > start && low < end {
+                [_, self] = self.cut(k, (low - start) / (end - start));
+                self.bounds[k][0] = low;
+            }
+        }
+        self
+    }
+
     /// Returns the halves across the longer direction of the control net.
     pub(super) fn halves(&self) -> [Self; 2] {
-        let rows = self.points.len() / self.columns;
         let last = self.points.len() - 1;
         let c = |i: usize| self.points[i].xyz() / self.points[i].w;
         // Lengths of the two sides of the net along each parameter.
@@ -298,6 +322,12 @@ impl PatchPiece {
         let along_v =
             (c(self.columns - 1) - c(0)).norm() + (c(last) - c(last + 1 - self.columns)).norm();
         let k = usize::from(along_v > along_u);
+        self.cut(k, 0.5)
+    }
+
+    /// Cuts the piece across parameter `k`, at a share of its range.
+    fn cut(&self, k: usize, share: f64) -> [Self; 2] {
+        let rows = self.points.len() / self.columns;
         let mut low = self.points.clone();
         let mut high = self.points.clone();
         let (lines, count, step, stride) = if k == 0 {
@@ -305,19 +335,20 @@ impl PatchPiece {
         } else {
             (rows, self.columns, self.columns, 1)
         };
-        // De Casteljau at one half: the first point of every level belongs to the low half, and the
-        // points that remain are the high half.
+        // De Casteljau: the first point of every level belongs to the low part, and the points that remain are the
+        // high part.
         for line in 0..lines {
             let at = |i: usize| line * step + i * stride;
             for level in 0..count {
                 low[at(level)] = high[at(0)];
                 for i in 0..count - 1 - level {
-                    high[at(i)] = (high[at(i)] + high[at(i + 1)]) * 0.5;
+                    high[at(i)] = high[at(i)] * (1.0 - share) + high[at(i + 1)] * share;
                 }
             }
         }
         let (mut first, mut second) = (self.bounds, self.bounds);
-        let middle = 0.5 * (self.bounds[k][0] + self.bounds[k][1]);
+        let [start, end] = self.bounds[k];
+        let middle = start + share * (end - start);
         (first[k][1], second[k][0]) = (middle, middle);
         let columns = self.columns;
         [
@@ -325,6 +356,17 @@ impl PatchPiece {
             Self { points: high, columns, bounds: second },
         ]
     }
+}
+
+/// Returns the ranges of patch columns and rows that meet a box of parameters; at least one of either.
+pub(super) fn cells_within(surface: &NurbsSurface, bounds: ParameterBox) -> [[usize; 2]; 2] {
+    [0, 1].map(|k| {
+        let breaks = surface.knots()[k].breaks();
+        let last = breaks.len() - 2;
+        let first = breaks.partition_point(|x| *x <= bounds[k][0]).saturating_sub(1).min(last);
+        let end = breaks.partition_point(|x| *x < bounds[k][1]).clamp(first + 1, last + 1);
+        [first, end]
+    })
 }
 
 /// Returns a lower bound on the distance of the piece: the distance to the box of its control
@@ -345,6 +387,14 @@ fn lower_bound(p: &Point3<f64>, piece: &PatchPiece) -> f64 {
         .try_normalize(0.0)
         .map_or(0.0, |d| points().map(|x| x.dot(&d)).fold(f64::INFINITY, f64::min));
     gap.max(support)
+}
+
+/// Queues a node with a lower bound on its distance from a solid.
+fn node_gap(node: &PatchNode, index: usize, gap: SolidDistance<'_>) -> QueueEntry {
+    let centre = Point3::from(0.5 * (node.low + node.high));
+    // A distance is 1-Lipschitz: over a box it is at least that of the centre less half the diagonal.
+    let bound = gap(&centre).0 - 0.5 * (node.high - node.low).norm();
+    QueueEntry { bound, kind: QueueItem::Node(index) }
 }
 
 /// Returns the distance from `p` to the box of a node.

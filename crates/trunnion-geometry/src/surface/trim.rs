@@ -36,6 +36,8 @@ pub struct TrimCurve {
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrimLoop {
     pieces: Vec<TrimPiece>,
+    /// Boxes of the pieces.
+    boxes: Vec<[[f64; 2]; 2]>,
     bounds: [[f64; 2]; 2],
     /// `turns` periods, in u and v.
     advance: [f64; 2],
@@ -169,8 +171,8 @@ impl TrimLoop {
     fn closed(mut pieces: Vec<TrimPiece>, advance: [f64; 2], turns: [i32; 2]) -> Self {
         unit_ends(&mut pieces);
         meet(&mut pieces, advance);
-        let bounds = bounds_of(&pieces);
-        Self { pieces, bounds, advance, turns }
+        let (boxes, bounds) = (boxes_of(&pieces), bounds_of(&pieces));
+        Self { pieces, boxes, bounds, advance, turns }
     }
 
     /// Returns the reason for which the loop has no inside.
@@ -222,21 +224,31 @@ impl TrimLoop {
     pub(crate) fn shift(&mut self, [du, dv]: [f64; 2]) {
         move_pieces(&mut self.pieces, [du, dv]);
         meet(&mut self.pieces, self.advance);
-        self.bounds = bounds_of(&self.pieces);
+        (self.boxes, self.bounds) = (boxes_of(&self.pieces), bounds_of(&self.pieces));
     }
 
     /// Counts the crossings of the loop by the ray from `point` in the direction of growing u
     /// (`along = 0`) or v (1).
     pub(crate) fn crossings(&self, point: [f64; 2], along: usize) -> u32 {
-        let count = |piece: &TrimPiece| {
-            if piece.len() <= SMALL {
+        let count = |(piece, bounds): (&TrimPiece, &[[f64; 2]; 2])| {
+            if passes_by(bounds, point, along) {
+                0
+            } else if piece.len() <= SMALL {
                 crossings_of_ray::<SMALL>(piece, point, along)
             } else {
                 crossings_of_ray::<LARGE>(piece, point, along)
             }
         };
-        self.pieces.iter().map(count).sum()
+        self.pieces.iter().zip(&self.boxes).map(count).sum()
     }
+}
+
+/// Returns true if the ray of [`TrimLoop::crossings`] passes by a box at a distance, or starts beyond it.
+fn passes_by(bounds: &[[f64; 2]; 2], point: [f64; 2], along: usize) -> bool {
+    let ([low, high], [_, end]) = (bounds[1 - along], bounds[along]);
+    // Control points are moved to the start of the ray with rounding: of a box that near, they decide themselves.
+    let far = |from: f64, to: f64| to - from > ROUNDING * (from.abs() + to.abs());
+    far(high, point[1 - along]) || far(point[1 - along], low) || far(end, point[along])
 }
 
 /// Counts the crossings of one piece, of at most `N` points, by the ray of [`TrimLoop::crossings`].
@@ -372,6 +384,10 @@ fn unit_ends(pieces: &mut [TrimPiece]) {
         }
         end = Some(piece[n]);
     }
+}
+
+fn boxes_of(pieces: &[TrimPiece]) -> Vec<[[f64; 2]; 2]> {
+    pieces.iter().map(|piece| bounds_of(std::slice::from_ref(piece))).collect()
 }
 
 fn bounds_of(pieces: &[TrimPiece]) -> [[f64; 2]; 2] {
