@@ -359,16 +359,38 @@ fn is_prismatic(face: &FaceIndex) -> bool {
     }
 }
 
+/// Distance in height within which a face stands on a floor, and beyond which it rises from it \[mm\].
+const FOOT: f64 = 0.01;
+
 /// Shape of the cutting end that suits the faces.
 fn kind(faces: &[FaceIndex], candidates: &[SampledFace]) -> CutterKind {
     let all = || candidates.iter().map(|candidate| &faces[candidate.index]);
     if all().all(is_prismatic) {
         CutterKind::Flat
-    } else if all().all(|face| face.smallest_concave_radius().is_infinite()) {
-        CutterKind::Bull
-    } else {
+    } else if !all().all(|face| face.smallest_concave_radius().is_infinite()) {
         CutterKind::Ball
+    } else if has_foot(faces, candidates) {
+        // The rounded corner of another cutter would leave the foot of what stands on the floor.
+        CutterKind::Flat
+    } else {
+        CutterKind::Bull
     }
+}
+
+/// Returns `true` if a face that is cut stands with a sharp edge on a floor that is cut.
+fn has_foot(faces: &[FaceIndex], candidates: &[SampledFace]) -> bool {
+    let height = |face: &FaceIndex| inspect::summary(face.face()).bounds.map(|corner| corner.z);
+    let floors: Vec<f64> = candidates
+        .iter()
+        .filter(|face| matches!(faces[face.index].face().surface, Surface::Plane(_)))
+        .map(|face| height(&faces[face.index]))
+        .filter(|[low, high]| high - low <= FOOT)
+        .map(|[low, _]| low)
+        .collect();
+    let stands = |[low, high]: [f64; 2]| {
+        floors.iter().any(|floor| (low - floor).abs() <= FOOT && high - floor > FOOT)
+    };
+    candidates.iter().any(|face| stands(height(&faces[face.index])))
 }
 
 impl<'a> CandidateFaces<'a> {

@@ -73,7 +73,9 @@ pub(crate) fn choose(face: &FaceIndex, cutter: &Cutter, options: &CoverOptions) 
         .then(|| StripWidthTable::new(face, cutter, options, &TableFill { narrow, work: &work }));
     let found =
         LayoutChooser::new(face, cutter, options, widths).map_or_else(Vec::new, |chooser| {
-            if options.feed_direction == FeedDirection::Curvature {
+            if chooser.closed {
+                chooser.straight()
+            } else if options.feed_direction == FeedDirection::Curvature {
                 chooser.curvature()
             } else {
                 chooser.adaptive()
@@ -103,6 +105,8 @@ struct LayoutChooser<'a> {
     face: &'a FaceIndex,
     cutter: &'a Cutter,
     bounds: [[f64; 2]; 2],
+    /// `true` for a face that closes on itself: passes bent in a plane do not close.
+    closed: bool,
     /// Mean length of a step by u, and by v \[mm\].
     rates: [f64; 2],
     costs: AdvanceCosts,
@@ -110,8 +114,7 @@ struct LayoutChooser<'a> {
 }
 
 impl<'a> LayoutChooser<'a> {
-    /// Prepares the comparison; `None` for a face that closes on itself, since passes bent in a
-    /// plane do not close.
+    /// Prepares the comparison; `None` for a face without extent.
     fn new(
         face: &'a FaceIndex,
         cutter: &'a Cutter,
@@ -122,11 +125,9 @@ impl<'a> LayoutChooser<'a> {
         let periods = face.face().surface.periods();
         let closed =
             |k: usize| periods[k].is_some_and(|period| bounds[k][1] - bounds[k][0] >= period);
-        if closed(0) || closed(1) {
-            return None;
-        }
+        let closed = closed(0) || closed(1);
         let costs = AdvanceCosts::new(cutter, options);
-        let mut chooser = Self { face, cutter, bounds, rates: [1.0; 2], costs, widths };
+        let mut chooser = Self { face, cutter, bounds, closed, rates: [1.0; 2], costs, widths };
         let places: Vec<[f64; 2]> = chooser.samples().collect();
         let mean = |pick: &dyn Fn(&[Vector3<f64>; 2]) -> f64| {
             let sum: f64 = places.iter().map(|uv| pick(&chooser.tangents(*uv))).sum();
@@ -301,6 +302,19 @@ impl<'a> LayoutChooser<'a> {
         for p in 0..rows * columns {
             normal[(p, p)] += GROUND * weight;
         }
+    }
+
+    /// Returns the straight charts, the cheaper by estimate first. Where all strips are alike, the estimate is exact, and
+    /// that one is enough.
+    fn straight(&self) -> Vec<Chart> {
+        let priced = |along| {
+            let chart = Chart::straight(along);
+            (self.price(&chart), chart)
+        };
+        let mut charts = [FeedDirection::V, FeedDirection::U].map(priced);
+        charts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let enough = if self.widths.is_some() { 2 } else { 1 };
+        charts.into_iter().take(enough).map(|(_, chart)| chart).collect()
     }
 
     /// Returns the best charts by estimate: straight ones, oblique ones, those along the curvature,

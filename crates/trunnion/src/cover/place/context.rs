@@ -28,6 +28,10 @@ const PRECISION: f64 = 0.05;
 /// with a hundredth of that ball's radius, a ball's strip is still a tenth as wide.
 const WORTH: f64 = 1.0 / 16.0;
 
+/// Size of the cells with which strips of the usual width are measured, as a share of the strip on a plane of a ball
+/// as wide as the cutter.
+const USUAL: f64 = 1.0 / 32.0;
+
 /// Length of the slabs in which a span is checked first, as a share of the cutter's radius.
 const SLAB: f64 = 1.0 / 8.0;
 
@@ -183,13 +187,15 @@ impl<'a, Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'a, Inside> {
         region: &'b TrimmedRegion<&'b Inside>,
         sweeps: &'b [&'b PassSweep],
     ) -> CoverageProof<'b, &'b Inside> {
+        let smallest = 0.5 * self.options.spacing.low;
         CoverageProof {
             face: self.face,
             chart: &self.chart,
             region,
             end: self.tool.end,
             limit: self.options.band.upper + self.options.path_share,
-            smallest: 0.5 * self.options.spacing.low,
+            smallest,
+            usual: smallest.max(USUAL * self.narrow()),
             sweeps,
         }
     }

@@ -11,7 +11,7 @@
 //! [`DEPTH`] rectangles within each other.
 
 use crate::cover::error::CoverError;
-use crate::cover::layout::advance;
+use crate::cover::layout::advance::{self, PassPart};
 use crate::cover::layout::region::{ChartPoint, TrimmedRegion};
 use crate::cover::pattern::{CutPattern, PlacementMethod};
 use crate::cover::place::context::FaceContext;
@@ -136,9 +136,10 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         let rectangle = &self.within_limits(across, rectangle);
         let trial = self.trial(region, across, rectangle.method)?;
 
-        // The outermost rectangle tries several advances; the innermost goes on by its narrowest part.
+        // The outermost rectangle tries several advances where widths differ; the innermost goes on by its narrowest part.
         let parts = trial.open();
-        let mut advances = if rectangle.depth == 0 {
+        let alike = rectangle.method == PlacementMethod::Inclined;
+        let mut advances = if rectangle.depth == 0 && !alike {
             advance::advances(&parts, &trial.costs)
         } else if rectangle.depth < DEPTH {
             vec![advance::advance(&parts, &trial.costs)]
@@ -341,7 +342,12 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         }
         let [_, end] = region.bounds[0];
         let next = (across + STEP * trial.costs.narrow / trial.rate).min(end);
-        if trial.parts.iter().any(|part| part.width > self.context.options.spacing.low) {
+        // A sliver at the end of the region is finished as well, however narrow it is.
+        let finishes = |(part, column): (&PassPart, &PassColumn)| {
+            part.width > self.context.options.spacing.low
+                || (column.finished > across && column.finished >= end)
+        };
+        if trial.parts.iter().zip(&trial.columns).any(finishes) {
             self.add(trial);
         }
         if let (None, Some(RefusedPlace { at, error })) =

@@ -37,8 +37,11 @@ impl ContactPoint {
     }
 }
 
+/// Depth to which the largest ball may go into a face, as a share of its radius.
+const SHALLOW: f64 = 1e-3;
+
 /// Returns the radius of the largest ball that touches a face at a point and goes into no face by
-/// more than `precision` \[mm\]; infinite where a ball of [`LARGEST`] cutter radii fits.
+/// more than `precision` \[mm\] or [`SHALLOW`]; infinite where a ball of [`LARGEST`] cutter radii fits.
 ///
 /// A ball that holds another point `q` of a face shrinks to the one through both, `|q - p|² / (2
 /// n.(q - p))`: no larger one that touches at `p` is free of `q`. So the radius is never too small,
@@ -55,7 +58,8 @@ pub(crate) fn largest_ball(
         let pose =
             ToolPose { tip: contact.point + contact.normal.scale(radius), axis: contact.normal };
         let query = NearestQuery {
-            within: -precision,
+            // In a bowl of the ball's own radius all points are about as near: finer, all of them are compared.
+            within: -precision.max(SHALLOW * radius),
             precision: precision.max(0.01 * radius),
             enough: f64::NEG_INFINITY,
         };

@@ -20,8 +20,15 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::sync::Arc;
 
-/// Width of the columns that are searched independently, in least spacings.
+/// Width of the columns that are searched independently, in usual cells.
 const COLUMN: f64 = 20.0;
+
+/// Width of a strip, in cells, below which it is measured with smaller cells: what a cell that straddles its edge
+/// takes from it is at most this part.
+const FINE: f64 = 16.0;
+
+/// Ratio of the cells of two measurements.
+const FINER: f64 = 4.0;
 
 /// Largest number of columns.
 const COLUMNS: f64 = 400.0;
@@ -66,6 +73,15 @@ struct TimedCorner {
     corner: Point3<f64>,
 }
 
+/// Column to search for its first open cell.
+#[derive(Debug, Clone, Copy)]
+struct ProofColumn {
+    /// Range along.
+    along: [f64; 2],
+    /// Cells are not halved below this \[mm\].
+    smallest: f64,
+}
+
 /// Face with the sweeps of the passes over it.
 pub(crate) struct CoverageProof<'a, Inside> {
     pub(crate) face: &'a FaceIndex,
@@ -74,8 +90,10 @@ pub(crate) struct CoverageProof<'a, Inside> {
     pub(crate) end: ConvexSolid,
     /// Excess allowed \[mm\].
     pub(crate) limit: f64,
-    /// Cells are not halved below this \[mm\].
+    /// Cells are not halved below this where strips are narrow \[mm\].
     pub(crate) smallest: f64,
+    /// Cells are not halved below this where strips are as wide as usual \[mm\]; not below `smallest`.
+    pub(crate) usual: f64,
     pub(crate) sweeps: &'a [&'a PassSweep],
 }
 
@@ -100,7 +118,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
         let range = self.region.bounds[1];
         let at = self.at();
         let whole = FaceCell::new([[from, end], range], &at);
-        let count = (whole.extent(1) / (COLUMN * self.smallest)).ceil().clamp(1.0, COLUMNS);
+        let count = (whole.extent(1) / (COLUMN * self.usual)).ceil().clamp(1.0, COLUMNS);
         let edges: Vec<[f64; 2]> = std::iter::successors(Some(0.0), |i| Some(i + 1.0))
             .take_while(|i| *i < count)
             .map(|i| [i, i + 1.0].map(|i| edge(range, i / count)))
@@ -111,12 +129,20 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
         let mut near = Vec::with_capacity(edges.len());
         self.share(window, &edges, &self.poses(), &mut near);
         let column = |(along, near): ([f64; 2], PoseIndices)| {
-            let open = self.first_open(window, along, near).or_else(|| {
-                let rest = [window[1], end];
-                (rest[0] < end).then(|| self.first_open(rest, along, self.poses()))?
-            });
-            let finished = open.map_or(end, |place| place[0]);
-            let width = (finished - from) * rate;
+            let mut smallest = self.usual;
+            let (finished, width) = loop {
+                let column = ProofColumn { along, smallest };
+                let open = self.first_open(window, column, near.clone()).or_else(|| {
+                    let rest = [window[1], end];
+                    (rest[0] < end).then(|| self.first_open(rest, column, self.poses()))?
+                });
+                let finished = open.map_or(end, |place| place[0]);
+                let width = (finished - from) * rate;
+                if width >= FINE * smallest || smallest <= self.smallest {
+                    break (finished, width);
+                }
+                smallest = (smallest / FINER).max(self.smallest);
+            };
             let length = (at([from, along[1]]) - at([from, along[0]])).norm();
             PassColumn { along, finished, part: PassPart { length, width } }
         };
@@ -247,13 +273,14 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
     fn first_open(
         &self,
         across: [f64; 2],
-        column: [f64; 2],
+        column: ProofColumn,
         near: PoseIndices,
     ) -> Option<ChartPoint> {
         let at = self.at();
-        let edges = self.region.edges([across, column]);
+        let ProofColumn { along, smallest } = column;
+        let edges = self.region.edges([across, along]);
         let mut queue = BinaryHeap::new();
-        let cell = Box::new(FaceCell::new([across, column], &at));
+        let cell = Box::new(FaceCell::new([across, along], &at));
         queue.push(WaitingCell { cell, whole: false, near });
         while let Some(WaitingCell { cell, whole, near }) = queue.pop() {
             let whole = whole || !edges.iter().any(|edge| meets(*edge, cell.range));
@@ -267,7 +294,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
                 continue;
             }
             // Where no pose comes near, all of a cell is open.
-            if a.max(b) <= self.smallest || (whole && near.is_empty()) {
+            if a.max(b) <= smallest || (whole && near.is_empty()) {
                 return Some([cell.range[0][0], cell.middle()[1]]);
             }
             for cell in cell.halves(usize::from(b > a), &at) {

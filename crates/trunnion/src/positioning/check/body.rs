@@ -23,8 +23,9 @@ const SECTORS: u32 = 12;
 ///
 /// The distance `D` of a point from the face clears the sphere of radius `D` around it. Where the
 /// sphere around the middle of a segment of the axis holds that segment of the tool, it is clear; else
-/// the segment is halved, and where it is shorter than wide, cut into sectors.
-/// Unlike the circle's, these distances are to the nearest point of the whole face.
+/// the segment is halved, and where it is shorter than wide, cut into sectors. Beside a spline surface the pieces of
+/// the surface are compared with the tool instead.
+/// Unlike the circle's, these distances are to the nearest point over the box of the face's trims.
 ///
 /// Returns the number of closest-point queries.
 ///
@@ -51,7 +52,6 @@ pub(crate) fn check_body(
     let bottom = cutter.cutting_height().max(EDGE * cutter.radius());
     let body = BodyCheck { setting, pose, uv, limit: probe.queries + QUERIES };
     let mut stretches = vec![[bottom, cutter.length()]];
-    let mut solids_checked = false;
     while let Some(stretch) = stretches.pop() {
         let [low, high] = stretch;
         if high <= low {
@@ -61,16 +61,17 @@ pub(crate) fn check_body(
         let middle = 0.5 * (low + high);
         // Radius of the sphere around the middle that holds the cylinder over the stretch.
         let needed = radius.hypot(0.5 * (high - low));
-        let free = body.free(pose.tip + pose.axis.scale(middle), middle, needed, probe)?;
-        if free >= needed {
+        let centre = pose.tip + pose.axis.scale(middle);
+        // Boxes show it soonest where all is far away; near the face the solids themselves decide.
+        if setting.face.clear_of(&centre, needed + setting.band.lower) {
             continue;
         }
-        // Spheres are soonest where all is clear; what is not is soonest seen on the surface.
-        if !solids_checked {
-            solids_checked = true;
-            if body.check_solids(bottom)? {
-                return Ok(());
-            }
+        if setting.face.distance_over_box(&centre).is_none() {
+            return body.check_solids(bottom);
+        }
+        let free = body.free(centre, middle, needed, probe)?;
+        if free >= needed {
+            continue;
         }
         if high - low > radius {
             stretches.extend([[low, middle], [middle, high]]);
@@ -89,9 +90,9 @@ struct BodyCheck<'a> {
 }
 
 impl BodyCheck<'_> {
-    /// Proves that all of the tool above `bottom` is clear, or that it is not; `false` where neither
-    /// is proven.
-    fn check_solids(&self, bottom: f64) -> Result<bool, PositioningError> {
+    /// Proves that all of the tool above `bottom` is clear; where neither this nor the contrary is proven, it counts as
+    /// touching.
+    fn check_solids(&self, bottom: f64) -> Result<(), PositioningError> {
         let CuttingContext { face, cutter, band } = self.setting;
         for solid in ConvexSolid::above(cutter, bottom) {
             let gap = |p: &Point3<f64>| {
@@ -100,7 +101,13 @@ impl BodyCheck<'_> {
             };
             match face.meets(&gap, band.lower) {
                 SolidProximity::Clear => {}
-                SolidProximity::Undecided => return Ok(false),
+                SolidProximity::Undecided => {
+                    return Err(PositioningError::Body {
+                        uv: self.uv,
+                        height: bottom,
+                        clearance: 0.0,
+                    });
+                }
                 SolidProximity::Nearer(p) => {
                     let height = (p - self.pose.tip).dot(&self.pose.axis);
                     let clearance = gap(&p).0 - band.lower;
@@ -108,7 +115,7 @@ impl BodyCheck<'_> {
                 }
             }
         }
-        Ok(true)
+        Ok(())
     }
 
     /// Returns the largest radius of the profile over an interval of heights.

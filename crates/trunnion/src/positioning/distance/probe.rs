@@ -158,7 +158,7 @@ impl<'a> FaceProbe<'a> {
     }
 
     /// Returns the unsigned distance of `p` from a point of the face nearer than `enough`, mostly the
-    /// nearest one; at least `enough` where there is none. Trims are disregarded where they have to be.
+    /// nearest one; at least `enough` where there is none. What counts is the surface over the box of the trims.
     pub(crate) fn nearest(
         &mut self,
         p: &Point3<f64>,
@@ -166,9 +166,6 @@ impl<'a> FaceProbe<'a> {
         uv: Uv,
     ) -> Result<f64, PositioningError> {
         self.queries += 1;
-        if let Some(distance) = self.face.distance_over_box(p) {
-            return Ok(distance);
-        }
         match self.face.nearer(p, enough) {
             Ok(nearer) => Ok(nearer.unwrap_or(enough)),
             Err(ClosestError::Undecided { bound, .. }) => Ok(bound),
