@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// Every dialect, and how a file of it ends.
-const DIALECTS: [&str; 10] = [
+pub(crate) const DIALECTS: [&str; 10] = [
     "linuxcnc",
     "g93",
     "fanuc",

@@ -52,7 +52,7 @@ mod tilt;
 mod tool_table;
 mod word_map;
 
-pub use super::words::{AxisWord, AxisWords};
+pub use super::words::{AxisWord, AxisWords, Coolant};
 pub use cl::{
     ClArc, ClFile, ClHole, ClItem, ClMotion, ClPath, ClReader, ClRecord, ClRecords, ClTally,
     ClTool, cl, cl_records,

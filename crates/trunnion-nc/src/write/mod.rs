@@ -20,7 +20,7 @@ mod template;
 mod whole;
 mod words_of;
 
-pub use super::words::{AxisWord, AxisWords, WordsError};
+pub use super::words::{AxisWord, AxisWords, Coolant, WordsError};
 pub use apt::apt;
 pub use error::WriteError;
 pub use error_bound::{Coordinates, rounding};

@@ -14,7 +14,7 @@ use super::template::{Template, TemplateFrame};
 use super::words_of;
 use crate::machine::{Kinematics, TurnFormat};
 use crate::types::{AXES, ToolPose};
-use crate::words::AxisWords;
+use crate::words::{AxisWords, Coolant};
 use nalgebra::Vector3;
 
 /// Largest inverse-time word; a quicker block is written with it, and takes longer.
@@ -98,6 +98,8 @@ pub struct ProgramWriter {
     feed: Option<FixedNumber>,
     locations: LocationWriter,
     waiting: PendingBlock,
+    /// Coolant that the text has running.
+    pub(super) coolant: Coolant,
     line: u64,
     blocks: usize,
     /// Index of the block at hand; 0 is the starting position.
@@ -139,6 +141,7 @@ impl ProgramWriter {
             feed: None,
             locations: LocationWriter::default(),
             waiting: PendingBlock::default(),
+            coolant: Coolant::Off,
             line: 0,
             blocks: 0,
             index: 0,
@@ -149,6 +152,7 @@ impl ProgramWriter {
         writer.frame = template.fill(&context, strings)?;
         let text = std::mem::take(&mut writer.frame.start);
         writer.lines(out, &text);
+        writer.coolant = note.coolant;
         // The template may end with either: the first block states G0 or G1.
         writer.rapid = None;
         Ok(writer)
@@ -178,6 +182,7 @@ impl ProgramWriter {
         self.frame = template.fill(&context, &kinematics.machine().dialect.strings)?;
         let text = self.frame.toolchange.take().ok_or(WriteError::NoToolChange)?;
         self.lines(out, &text);
+        self.coolant = note.coolant;
         (self.rapid, self.feed) = (None, None);
         self.locations = LocationWriter::default();
         Ok(())

@@ -1,7 +1,7 @@
 //! Follows the state of the control through a program, apart from its motion.
 
 use super::finding::{ActiveSmoothing, AffectedCuts, CoolantDemand, StateFinding, StateReport};
-use crate::nc::read::{Frame, LengthEntry, Move, Pace, Smoothing, Step};
+use crate::nc::read::{Coolant, Frame, LengthEntry, Move, Pace, Smoothing, Step};
 
 /// Values against which the state is judged.
 #[derive(Debug, Clone, Copy)]
@@ -46,8 +46,7 @@ struct StateFollower {
     reversed: Option<AffectedCuts>,
     no_length: Option<AffectedCuts>,
     wrong_length: Option<WrongLength>,
-    /// Coolant runs.
-    cooled: bool,
+    coolant: Coolant,
     no_coolant: Option<AffectedCuts>,
 }
 
@@ -69,20 +68,9 @@ impl StateFollower {
             Step::Smoothing { line, smoothing } => {
                 self.smoothing = Some(ActiveSmoothing { line: *line, smoothing: *smoothing });
             }
-            Step::Words { text, .. } => self.cool(text),
+            Step::Words { text, .. } => self.coolant = self.coolant.after(text),
             Step::Move(step) if step.pace != Pace::Rapid => self.cut(step, limits),
             _ => {}
-        }
-    }
-
-    /// Follows the M codes of coolant among words that are kept: 7, 8, 13 and 14 start it, 9 ends it.
-    fn cool(&mut self, text: &str) {
-        for code in m_codes(text) {
-            match code {
-                7 | 8 | 13 | 14 => self.cooled = true,
-                9 => self.cooled = false,
-                _ => {}
-            }
         }
     }
 
@@ -113,7 +101,7 @@ impl StateFollower {
                 count(&mut self.no_length, line);
             }
         }
-        if limits.coolant == CoolantDemand::Needed && !self.cooled {
+        if limits.coolant == CoolantDemand::Needed && !self.coolant.is_on() {
             count(&mut self.no_coolant, line);
         }
         if let Some(active) = self.smoothing {
@@ -168,17 +156,6 @@ impl StateFollower {
         let findings = findings.into_iter().flatten().collect();
         StateReport { smoothing: self.loosest, findings }
     }
-}
-
-/// Returns the numbers of the M codes in a text.
-fn m_codes(text: &str) -> impl Iterator<Item = u32> {
-    text.match_indices(['M', 'm']).filter_map(|(at, _)| {
-        let (before, code) = (text.get(..at)?, text.get(at + 1..)?);
-        let digits = code.len() - code.trim_start_matches(|c: char| c.is_ascii_digit()).len();
-        // A letter in front belongs to another word.
-        let begins = !before.ends_with(|c: char| c.is_ascii_alphabetic());
-        begins.then(|| code.get(..digits)?.parse().ok()).flatten()
-    })
 }
 
 /// Counts a cut.
