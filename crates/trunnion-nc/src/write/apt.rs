@@ -2,7 +2,6 @@
 
 use super::error::WriteError;
 use super::format::OutputFormat;
-use super::head::coolant_words;
 use super::note::Note;
 use super::number::{FixedNumber, NumberForm, list};
 use crate::types::{Leg, Motion, Station};
@@ -38,7 +37,7 @@ pub fn apt(
     writeln!(out, "LOADTL/{}", note.tool.number)?;
     writeln!(out, "CUTTER/{diameter:.4},{corner:.4}")?;
     writeln!(out, "SPINDL/{:.0},RPM,CLW", note.spindle)?;
-    if let Some(words) = coolant_words(note.coolant, OutputFormat::Apt) {
+    if let Some(words) = OutputFormat::Apt.coolant_words(note.coolant) {
         writeln!(out, "COOLNT/{words}")?;
     }
     // mm/s to mm/min.

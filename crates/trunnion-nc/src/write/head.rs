@@ -8,7 +8,6 @@ use super::position::WrittenPosition;
 use super::program::ProgramWriter;
 use super::template::{OffsetWords, StartWords, TemplateContext};
 use crate::machine::RetractFrame;
-use crate::words::Coolant;
 use nalgebra::Vector3;
 
 /// Decimals of tolerances.
@@ -82,7 +81,7 @@ impl ProgramWriter {
             program: format!("{:04}", self.style.program),
             tool,
             spindle: (note.spindle > 0.0).then(|| format!("{:.0}", note.spindle)),
-            coolant: coolant_words(note.coolant, self.style.dialect),
+            coolant: self.style.dialect.coolant_words(note.coolant),
             cooled: self.coolant.is_on(),
             cutter: (cutter[0] > 0.0).then(|| format!("{:.4},{:.4}", cutter[0], cutter[1])),
             offset: OffsetWords { x: small(offset.x), y: small(offset.y), z: small(offset.z) },
@@ -118,18 +117,5 @@ impl ProgramWriter {
         let mut text = word.letter.to_string();
         self.fixed(word.written(retract.to), word.decimals)?.push(&mut text, self.syntax.form);
         Ok(Some(text))
-    }
-}
-
-/// Returns the words that start a coolant; `None` for none.
-pub(super) fn coolant_words(coolant: Coolant, format: OutputFormat) -> Option<&'static str> {
-    match (coolant, format) {
-        (Coolant::Off, _) => None,
-        (Coolant::Mist, OutputFormat::Apt) => Some("MIST"),
-        (_, OutputFormat::Apt) => Some("ON"),
-        (Coolant::Mist, _) => Some("M7"),
-        (Coolant::Flood, _) => Some("M8"),
-        // Two codes of one group stand on lines of their own.
-        (Coolant::MistAndFlood, _) => Some("M7\nM8"),
     }
 }
