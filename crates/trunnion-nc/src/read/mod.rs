@@ -28,6 +28,7 @@ mod arithmetic;
 mod cl;
 mod control;
 mod dialect;
+mod emitted;
 mod gcode;
 mod go;
 mod heidenhain;
@@ -37,6 +38,7 @@ mod mapped_words;
 mod number;
 mod options;
 mod passive;
+mod positions;
 mod reader;
 mod remedy;
 #[cfg(test)]

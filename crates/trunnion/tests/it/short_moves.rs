@@ -20,19 +20,24 @@ use trunnion::types::{Block, Motion, ToolPose};
 /// A cut of steps from a nanometre to a millimetre; in every third the rotaries do nearly all, in every fifth all.
 fn blocks(inverse: &Inverse, random: &mut Random) -> Vec<Block> {
     let kinematics = inverse.kinematics();
-    let mut q = kinematics.machine().vector(|axis| {
+    let start = kinematics.machine().vector(|axis| {
         let [low, high] = axis.limits.ends();
         if (high - low).is_finite() { 0.3 * low + 0.7 * high } else { 0.3 }
     });
+    let mut q = start;
     let mut pose = kinematics.forward(&q);
     let mut blocks = vec![Block { motion: Motion::Cut, q, pose, duration: 0.0 }];
     for k in 1..300_u32 {
         // The last one has words of its own: no block is left to take its time over.
         let travel = if k == 299 { 1.0 } else { 10_f64.powf(random.within(-6.0, 0.0)) };
-        let turn = if k % 3 == 0 { 0.02 } else { travel * random.within(0.0, 0.3) };
+        let turn = if k % 3 == 0 { 0.02 } else { (0.3 * travel).min(0.02) };
         let mut near = q;
-        near[3] += turn * random.within(-1.0, 1.0);
-        near[4] += turn * random.within(-1.0, 1.0);
+        for axis in [3, 4] {
+            let by = turn * random.within(-1.0, 1.0);
+            // Near the start, where both rotaries are far from their ends and from the pole.
+            let away = q[axis] + by - start[axis];
+            near[axis] += if away.abs() > 0.1 { -by } else { by };
+        }
         let step = if k % 5 == 0 { Vector3::zeros() } else { random.direction().scale(travel) };
         let to = ToolPose { tip: pose.tip + step, axis: kinematics.forward(&near).axis };
         q = inverse.near(&to, &near).unwrap();
