@@ -145,6 +145,8 @@ pub(super) struct ControlState {
     pub(super) written_offsets: WrittenOffsets,
     pub(super) offset: u8,
     pub(super) length: bool,
+    /// Tool whose length was switched on.
+    length_of: Option<u32>,
     pub(super) tcp: bool,
     /// Interpolation of the tool axis; `None`: not programmed.
     pub(super) turning: Option<Turning>,
@@ -260,6 +262,7 @@ impl ControlState {
             written_offsets,
             offset: 0,
             length: false,
+            length_of: None,
             tcp: false,
             turning: None,
             tilted: None,
@@ -378,15 +381,25 @@ impl ControlState {
 
     /// Switches tool length compensation on, for whatever tool is now in the spindle.
     pub(super) fn enable_length(&mut self) {
-        // Another tool may be meant even if compensation was on.
-        self.forget_along_tool();
-        self.length = true;
+        let spindle = self.tools.last().copied();
+        match self.known_length() {
+            // The same tool again: its offset is that of the table, which words carry beside the length.
+            Some(_) if self.length && self.length_of == spindle => {}
+            Some(length) if !self.length => self.move_along_tool(-length),
+            // Another tool may be meant even if compensation was on.
+            _ => self.forget_along_tool(),
+        }
+        (self.length, self.length_of) = (true, spindle);
     }
 
     /// Switches tool length compensation off.
     pub(super) fn disable_length(&mut self) {
         if self.length {
-            self.forget_along_tool();
+            let same = self.length_of == self.tools.last().copied();
+            match self.known_length() {
+                Some(length) if same => self.move_along_tool(length),
+                _ => self.forget_along_tool(),
+            }
         }
         self.length = false;
     }
@@ -397,6 +410,20 @@ impl ControlState {
             if let Some(known) = self.tool_shift.get_mut(slot) {
                 *known = shift;
             }
+        }
+    }
+
+    /// Returns the length of the tool in the spindle \[mm\] where the tool table has it and it counts along Z.
+    fn known_length(&self) -> Option<f64> {
+        let tool = self.tools.last().filter(|_| !self.tcp && self.tilted.is_none())?;
+        self.tool_table.get(*tool).map(|row| row.length)
+    }
+
+    /// Adds a length to the word of Z, whose axis stays.
+    fn move_along_tool(&mut self, length: f64) {
+        let [.., z] = self.xyz;
+        if let Some(Some(place)) = self.place.get_mut(z) {
+            *place += length;
         }
     }
 

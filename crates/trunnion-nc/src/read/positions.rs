@@ -84,8 +84,8 @@ impl ControlState {
         place
     }
 
-    /// Takes two axes to be at positions of the program, to which the next move leads.
-    pub(super) fn restate(&mut self, slots: [usize; 2], position: [f64; 2]) {
+    /// Takes axes to be at positions of the program, to which the next move leads.
+    pub(super) fn restate<const N: usize>(&mut self, slots: [usize; N], position: [f64; N]) {
         let mut readings = self.readings();
         self.beside = self.place;
         for (slot, value) in slots.into_iter().zip(position) {

@@ -9,7 +9,7 @@ use crate::machine::Kinematics;
 use crate::math::angle::angle_between;
 use crate::nc::control::STANDING;
 use crate::nc::read::{self, ClItem, ClMotion, ClReader, LineReader, ReadOptions};
-use crate::nc::write::{self, BlockPace, OutputFormat, Style, rounding};
+use crate::nc::write::{self, BlockPace, Style, rounding};
 use crate::types::{AxisVector, Block, Diagnostic, Diagnostics, ToolPose};
 use nalgebra::Point3;
 

@@ -127,7 +127,7 @@ fn motion_that_is_not_understood_is_never_skipped() {
         ("G0 X1 % Y2", 1, "% must stand alone"),
         ("G0 X1e3", 1, "e3 is not understood"),
         ("M430", 1, "may move"),
-        ("G38.2 Z0", 1, "not understood"),
+        ("G38.2 Z0", 1, "without a feed"),
         ("G0 X12345678", 1, "beyond"),
         ("G4", 1, "without a time"),
         ("G0 X1 P3", 1, "P word"),

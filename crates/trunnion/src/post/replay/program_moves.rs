@@ -159,6 +159,11 @@ impl ProgramMoves {
                 let what = "a work offset written by the program";
                 return Err(refused(of.line, what, PostRemedy::GiveOrigin));
             }
+            Step::Probe { line } if self.is_wanted() => {
+                let help = "a probe must not be posted as a cut: take its lines out";
+                return Err(refused(*line, "a probing move", help));
+            }
+            Step::Probe { .. } => {}
             Step::Plane(of) => self.frames.plane = Some(*of),
         }
         Ok(())

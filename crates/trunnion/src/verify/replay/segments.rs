@@ -161,6 +161,7 @@ impl<'a> Replay<'a> {
             // State beside the motion; `verify::state` follows it.
             Step::Spindle { .. }
             | Step::LengthEntry { .. }
+            | Step::Probe { .. }
             | Step::Words { .. }
             | Step::Offset(Offset { kind: OffsetKind::Standing, .. }) => {}
             Step::Offset(offset) => self.write(offset)?,
