@@ -1,7 +1,5 @@
 //! Coolant that `trunnion post` carries from its input to every dialect.
 
-#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
-
 use crate::binary::trunnion;
 use crate::post::DIALECTS;
 use std::fs;
