@@ -206,6 +206,9 @@ def verdict(theirs, ours):
         note += f"; moves {len(machine.moves)} {len(moves)}"
         if place is not None:
             note += f", first other at {place + 1}: {machine.moves[place]} {moves[place]}"
+    # The stand-alone interpreter draws a probe 0.01 inch back from the end that it was given.
+    if not same and machine.probes:
+        return "probes", note
     return ("same" if same else "different"), note
 
 

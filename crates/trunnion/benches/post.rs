@@ -5,7 +5,7 @@ use divan::{Bencher, black_box};
 use trunnion::blocks::BlockInterpolation;
 use trunnion::files::machine::{built_in, parse};
 use trunnion::machine::{Kinematics, Setup};
-use trunnion::nc::write::{AxisWords, Note, OutputFormat, Style, Template, ToolNote};
+use trunnion::nc::write::{AxisWords, Coolant, Note, OutputFormat, Style, Template, ToolNote};
 use trunnion::post::{
     PostMove, PostOptions, PostPace, PostSource, Poster, ProgramHead, control_of,
 };
@@ -47,7 +47,7 @@ fn blocks(bencher: Bencher, name: &str) {
         name: "bench",
         tool: ToolNote { number: 1, major: 0.0, minor: 5.0 },
         spindle: 0.0,
-        coolant: false,
+        coolant: Coolant::Off,
         feed: 0.0,
         budget: &[],
         duration: 0.0,

@@ -169,11 +169,12 @@ Without --part, nothing is measured: the check audits the axes, and cuts --stock
 State of the control: every feed move needs a spindle that turns clockwise, tool length compensation
 if a tool has a length, and the length of the tool in the spindle. A tool change stops the spindle.
 Smoothing that the program allows (G64 P, CYCLE832, CYCL DEF 32, G187 E) must not exceed the
-tolerance of the part. A job with cutting.coolant needs M7 or M8 in front of every cut.
+tolerance of the part. A job with cutting.coolant needs M7 or M8 in front of every cut; the
+program has to call the tools of a job, and must not be far slower than its feed.
 
 Findings have kinds, each with a page in the book: gouge, excess, tool-length, uncut, rapid-finish,
 unmeasured, travel, velocity, acceleration, spindle-stopped, spindle-reversed, no-length,
-wrong-length, no-coolant, smoothing. Those named with --accept are reported, but do not fail the check.
+wrong-length, no-tool, slow-cuts, no-coolant, smoothing. Those named with --accept are reported, but do not fail the check.
 
 Setpoints (a .csv file) are checked against the machine alone. Columns: t in s, then X,Y,.. in mm
 and degrees, and optionally X_vel,.., X_acc,.., X_jerk,... Every row must keep the period and all

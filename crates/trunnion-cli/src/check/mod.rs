@@ -3,6 +3,7 @@
 mod args;
 mod assumptions;
 mod control_model;
+mod creeping;
 mod export;
 mod limit_ratio;
 mod named;

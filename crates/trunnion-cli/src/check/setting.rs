@@ -41,6 +41,8 @@ pub(super) struct Setting {
     stock_cell: Option<Named<f64>>,
     fixtures: Vec<Named<Held>>,
     pub(super) coolant: CoolantDemand,
+    /// Feed of the job \[mm/s\].
+    pub(super) feed: Option<f64>,
     /// Keep-off distance of every part of the tool from fixtures \[mm\].
     clearance: f64,
     /// Chord tolerances of the triangles that stand for STEP solids.
@@ -153,6 +155,7 @@ impl Setting {
             clearance: job.file.fixture_clearance,
             chords: job.file.chords(),
             number: Some(job.file.tool.number),
+            feed: Some(job.file.cutting.feed),
             coolant: if job.file.cutting.coolant {
                 CoolantDemand::Needed
             } else {
@@ -216,6 +219,7 @@ impl Setting {
             cutter,
             tools,
             number: None,
+            feed: None,
             coolant: CoolantDemand::Unknown,
             tolerance,
             grid: GRID,

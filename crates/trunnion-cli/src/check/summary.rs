@@ -2,6 +2,7 @@
 
 use super::assumptions::{AssumedSolutions, ToolChanges};
 use super::control_model::ControlModelSummary;
+use super::creeping::creeping;
 use super::limit_ratio::LimitRatio;
 use super::smoothing::SmoothingSummary;
 use super::subject::{Motion, Subject};
@@ -210,7 +211,8 @@ impl PartCheckSummary {
         // Odd, but no harm to the part by themselves.
         let unended = audit.and_then(|audit| audit.unended).map(|of| of.to_string());
         let slow = audit.and_then(|audit| audit.slow).map(|of| of.to_string());
-        let odd = unended.into_iter().chain(slow);
+        let creeping = audit.and_then(|audit| creeping(audit, &report.findings));
+        let odd = unended.into_iter().chain(slow).chain(creeping);
         warnings.extend(odd.map(|text| format!("{}: {text}", subject.program)));
         Self {
             schema: "trunnion-check/1",

@@ -1,6 +1,6 @@
 //! Head of the program.
 
-use trunnion::nc::write::{Note, ToolNote};
+use trunnion::nc::write::{Coolant, Note, ToolNote};
 
 /// Texts and numbers at the head of the program.
 #[derive(Debug, Clone, Default)]
@@ -11,7 +11,7 @@ pub(super) struct Head {
     pub(super) tools: Vec<u32>,
     pub(super) cutter: Option<[f64; 2]>,
     pub(super) spindle: f64,
-    pub(super) coolant: bool,
+    pub(super) coolant: Coolant,
     pub(super) feed: f64,
     pub(super) duration: f64,
 }

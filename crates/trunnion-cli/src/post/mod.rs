@@ -4,6 +4,7 @@ mod args;
 mod head;
 mod input;
 mod plan;
+mod posting;
 mod run;
 mod setpoints;
 mod summary;

@@ -1,30 +1,16 @@
-//! Settings of a posting, and the loop from the first move to the last.
+//! Settings of a posting.
 
 use super::args::{Args, Method};
 use super::head::Head;
-use super::input::{Input, InputOptions};
-use super::summary::LeftOutCount;
+use super::input::InputOptions;
 use super::tools::Tools;
 use crate::outcome::Failure;
-use crate::progress::Bars;
 use crate::{machine, text};
-use std::io::Write;
-use std::path::Path;
 use trunnion::machine::{Kinematics, Setup};
-use trunnion::nc::write::{AxisWords, OutputFormat, SheetProgram, Style, Template, program_sheet};
-use trunnion::post::{
-    PostError, PostFilter, PostMethod, PostOptions, PostReport, Poster, ProgramHead, control_of,
+use trunnion::nc::write::{
+    AxisWords, Coolant, OutputFormat, SheetProgram, Style, Template, program_sheet,
 };
-
-/// Bytes of text that are kept before they are written.
-const CHUNK: usize = 1 << 16;
-
-/// Result of a posting.
-pub(super) struct Posted {
-    pub(super) report: PostReport,
-    pub(super) head: Head,
-    pub(super) left_out: LeftOutCount,
-}
+use trunnion::post::{PostFilter, PostMethod, PostOptions, control_of};
 
 /// Settings that are known before the input is read.
 pub(super) struct Plan {
@@ -33,7 +19,8 @@ pub(super) struct Plan {
     pub(super) style: Style,
     pub(super) template: Template,
     pub(super) spindle: Option<f64>,
-    pub(super) coolant: bool,
+    /// Coolant of all cuts; `None`: that of the input.
+    pub(super) coolant: Option<Coolant>,
     pub(super) input_options: InputOptions,
     /// Lengths of tools by number, where there are several.
     pub(super) tools: Tools,
@@ -99,7 +86,7 @@ impl Plan {
             style,
             template: template?,
             spindle: args.spindle,
-            coolant: args.coolant,
+            coolant: args.coolant.then_some(Coolant::Flood),
             input_options: InputOptions {
                 from: args.from,
                 tool: args.tool,
@@ -112,66 +99,6 @@ impl Plan {
             from_machine: Kinematics::new(&from_machine, &from_setup),
             from_words: from_words.map_err(Failure::input)?,
         })
-    }
-
-    /// Reads the input to its end while the program is written.
-    pub(super) fn post(
-        &self,
-        path: &Path,
-        bars: &Bars,
-        out: &mut dyn Write,
-    ) -> Result<Posted, Failure> {
-        let mut input =
-            Input::open(path, &self.from_machine, self.from_words, &self.input_options, bars)?;
-        let mut poster: Option<Poster> = None;
-        let mut text = String::with_capacity(2 * CHUNK);
-        let (mut head, mut first) = (Head::default(), None);
-        let unwritten = |error| anyhow::Error::new(error).context("writing the program");
-        let mut tools: Vec<u32> = Vec::new();
-        while let Some(one) = input.next()? {
-            // A change of tool ends the program part of the tool before, with its own length.
-            let changed = self.tools.are_several() && head.tool != input.tool();
-            let begun = poster.as_mut().filter(|_| changed);
-            if let (Some(poster), Some(before)) = (begun, first.take_if(|_| changed)) {
-                let before: Head = before;
-                let texts = ProgramHead { note: &before.note(), template: &self.template };
-                let machine = self.with_tool(input.tool());
-                let done = poster.change_tool(&mut text, &machine, input.source(), texts);
-                done.map_err(|error| input.failure(&error))?;
-            }
-            input.head(&mut head);
-            head.spindle = self.spindle.unwrap_or(head.spindle);
-            head.coolant = self.coolant;
-            // The head holds the state at the start of the program, whenever it is written.
-            let first: &Head = first.get_or_insert_with(|| head.clone());
-            let texts = ProgramHead { note: &first.note(), template: &self.template };
-            if let Some(number) = head.tool.filter(|number| tools.last() != Some(number)) {
-                tools.push(number);
-            }
-            let poster = match &mut poster {
-                Some(poster) => poster,
-                none => {
-                    let machine = self.with_tool(head.tool);
-                    let new = Poster::new(&machine, input.source(), &self.options, &self.style);
-                    none.insert(new.map_err(|error| input.failure(&error))?)
-                }
-            };
-            poster.push(&mut text, &one, texts).map_err(|error| input.failure(&error))?;
-            // Written in chunks, so that memory does not grow with the program.
-            if text.len() > CHUNK {
-                out.write_all(text.as_bytes()).map_err(unwritten)?;
-                text.clear();
-            }
-        }
-        let note = first.as_ref().unwrap_or(&head).note();
-        let last = ProgramHead { note: &note, template: &self.template };
-        let poster = poster.ok_or_else(|| input.failure(&PostError::Empty))?;
-        let report = poster.finish(&mut text, last).map_err(|error| input.failure(&error))?;
-        out.write_all(text.as_bytes()).map_err(unwritten)?;
-        // Known only now; the sheet has it, the head of the program does not.
-        head.duration = report.seconds.output + report.rapid_seconds;
-        head.tools = tools;
-        Ok(Posted { report, head, left_out: input.left_out() })
     }
 
     /// Returns the machine with the length of a tool.

@@ -2,6 +2,7 @@
 
 use super::args::Args;
 use super::plan::Plan;
+use super::posting;
 use super::setpoints::{self, SetpointSource};
 use super::summary::{PostSummary, SetpointSummary};
 use crate::form::OutputForm;
@@ -35,13 +36,19 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     }
     let (mut outputs, name) = Outputs::beside(output)?;
     let bars = Bars::new();
-    let posted = outputs.add_checked(&name, |out| plan.post(input, &bars, out))?;
+    let posted = outputs.add_checked(&name, |out| posting::post(&plan, input, &bars, out))?;
     let report = &posted.report;
     // Text of a template that the reader does not know: the program may still be right.
     if let Some(unread) = &report.unread {
         let path = output.display();
         eprintln!(
             "warning: {path}:{unread}\nwarning: the program was not read back from this line on"
+        );
+    }
+    if let Some(line) = posted.other_coolant {
+        let path = input.display();
+        eprintln!(
+            "warning: {path}:{line}: the coolant is switched between cuts of one tool; the program has that of the first cut"
         );
     }
     // A feed far below the programmed one is never written without a word.

@@ -1,6 +1,7 @@
 //! Summary of posting, for people and for scripts.
 
-use super::plan::{Plan, Posted};
+use super::plan::Plan;
+use super::posting::Posted;
 use serde::Serialize;
 use std::path::Path;
 use trunnion::files::summary::TimesSummary;

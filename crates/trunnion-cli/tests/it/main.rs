@@ -4,6 +4,7 @@ mod binary;
 mod book;
 mod check;
 mod cli;
+mod coolant;
 mod failures;
 mod feed;
 mod inspect;

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// Every dialect, and how a file of it ends.
-const DIALECTS: [&str; 10] = [
+pub(crate) const DIALECTS: [&str; 10] = [
     "linuxcnc",
     "g93",
     "fanuc",
@@ -101,6 +101,35 @@ fn a_program_that_is_posted_again_stays_as_it_is() {
             }
         }
     }
+}
+
+/// What smoothing made of a cut is left as it is at the second posting.
+#[test]
+fn a_smoothed_program_that_is_posted_again_stays_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut changed = Vec::new();
+    for dialect in DIALECTS.into_iter().filter(|dialect| *dialect != "apt") {
+        let mut input = wave();
+        let mut told = Vec::new();
+        for name in ["first.nc", "second.nc"] {
+            let mut arguments = on_bc(dialect, name);
+            arguments.push("--smooth");
+            told.push(posted(folder.path(), &input, &arguments));
+            input = folder.path().join(name);
+        }
+        let ratio = |key: &str| {
+            let [first, second] = [0, 1].map(|at: usize| number(&told[at][key][1]));
+            second / first
+        };
+        let ratios = ["blocks", "seconds", "model_seconds"].map(ratio);
+        // On LinuxCNC fewer blocks are quicker, and the second posting finds some more to leave out.
+        let [blocks, _, model] = ratios;
+        let quicker = dialect == "linuxcnc" && (0.9..=1.0).contains(&blocks) && model <= 1.0;
+        if !quicker && ratios.iter().any(|ratio| (ratio - 1.0).abs() > 1e-3) {
+            changed.push((dialect, ratios));
+        }
+    }
+    assert!(changed.is_empty(), "{changed:?}");
 }
 
 /// Feeds that the axes can follow stay as they are; those that they cannot are named.

@@ -26,5 +26,5 @@ pub use offset_write::{OffsetFault, OffsetReading};
 pub use tool_change::keeps_xy;
 pub use tools::{NumberedLength, position_of};
 pub use word_frame::{TipFrame, ToolLength, WordFrame};
-pub use words::{end_words, path_length};
+pub use words::{STANDING, end_words, path_length};
 pub use work_offsets::{NO_OFFSET, WorkOffset, WorkOffsets};

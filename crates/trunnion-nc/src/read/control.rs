@@ -2,7 +2,7 @@
 
 use super::log::ReadRemark;
 use super::options::ReadOptions;
-use super::step::{Frame, LengthEntry, Smoothing, Step, Turning};
+use super::step::{Frame, Step, Turning};
 use super::tool_table::ToolTable;
 use super::word_map::WordMap;
 use crate::types::{AXES, AxisVector};
@@ -138,13 +138,15 @@ pub(super) struct ControlState {
     /// takes the axes to be where they were programmed.
     pub(super) restated: u8,
     /// Positions of those slots as they are.
-    beside: [Option<f64>; SLOTS],
+    pub(super) beside: [Option<f64>; SLOTS],
     /// Tool table as the options give it, and as the program wrote it since.
     pub(super) tool_table: ToolTable,
     /// Work offsets as the program wrote them.
     pub(super) written_offsets: WrittenOffsets,
     pub(super) offset: u8,
     pub(super) length: bool,
+    /// Tool whose length was switched on.
+    length_of: Option<u32>,
     pub(super) tcp: bool,
     /// Interpolation of the tool axis; `None`: not programmed.
     pub(super) turning: Option<Turning>,
@@ -260,6 +262,7 @@ impl ControlState {
             written_offsets,
             offset: 0,
             length: false,
+            length_of: None,
             tcp: false,
             turning: None,
             tilted: None,
@@ -358,124 +361,6 @@ impl ControlState {
         }
     }
 
-    /// Returns the shift added to an absolute word.
-    #[inline]
-    pub(super) fn shift(&self, slot: usize) -> f64 {
-        // A tilted plane has taken the shifts into its origin.
-        if self.tilted.is_some() {
-            return 0.0;
-        }
-        self.local.get(slot).copied().unwrap_or(0.0)
-            + self.set_by_92.get(slot).copied().unwrap_or(0.0)
-    }
-
-    /// Returns the current value of a word as the program would write it \[mm, rad\], without shift.
-    pub(super) fn reading(&self, slot: usize) -> Option<f64> {
-        let place = self.place.get(slot).copied().flatten()?;
-        if let Some(map) = &self.word_map {
-            return self.mapped_reading(map, slot);
-        }
-        // The position contains the shift, the word that leads to it does not.
-        if self.turn().abs() > 0.0
-            && let Some(axis) = self.turned_axis(slot)
-        {
-            let [x, y, _] = self.xyz;
-            let unturned = rotate(
-                [self.stands(x)? - self.tool_offset(x), self.stands(y)? - self.tool_offset(y)],
-                -self.turn(),
-            );
-            return Some(unturned[axis] - self.shift(slot));
-        }
-        Some(place - self.tool_offset(slot) - self.shift(slot))
-    }
-
-    /// Returns the angle by which the active work offset turns X Y words about Z \[rad\].
-    pub(super) fn turn(&self) -> f64 {
-        self.written_offsets.turn(self.offset)
-    }
-
-    /// Returns 0 for X, 1 for Y: the axes that a turned work offset mixes.
-    pub(super) fn turned_axis(&self, slot: usize) -> Option<usize> {
-        self.xyz.iter().take(2).position(|axis| *axis == slot)
-    }
-
-    /// Returns what the tool offset adds to a word, beside the length of the tool.
-    pub(super) fn tool_offset(&self, slot: usize) -> f64 {
-        self.tool_shift.get(slot).copied().unwrap_or(0.0)
-    }
-
-    /// Returns the position that belongs to readings of the program: shifted, turned, with the tool offset.
-    pub(super) fn place_of(&self, reading: &[Option<f64>; SLOTS]) -> [Option<f64>; SLOTS] {
-        self.place_in(reading, self.turn())
-    }
-
-    /// Returns the position that belongs to readings in a work offset with a turn about Z \[rad\].
-    pub(super) fn place_in(
-        &self,
-        reading: &[Option<f64>; SLOTS],
-        turn: f64,
-    ) -> [Option<f64>; SLOTS] {
-        let mapped = self.word_map.map(|map| self.mapped(&map, reading));
-        let reading = mapped.as_ref().unwrap_or(reading);
-        let shifted = |slot: usize| {
-            let reading = reading.get(slot).copied().flatten();
-            reading.map(|reading| reading + self.shift(slot))
-        };
-        let mut place: [Option<f64>; SLOTS] = std::array::from_fn(shifted);
-        let [x, y, _] = self.xyz;
-        if turn.abs() > 0.0 {
-            // Both are needed for either.
-            let both = shifted(x).zip(shifted(y));
-            let turned = both.map(|(x, y)| rotate([x, y], turn));
-            for (axis, slot) in [x, y].into_iter().enumerate() {
-                if let Some(place) = place.get_mut(slot) {
-                    *place = turned.map(|turned| turned[axis]);
-                }
-            }
-        }
-        for (slot, place) in place.iter_mut().enumerate() {
-            *place = place.map(|place| place + self.tool_offset(slot));
-        }
-        place
-    }
-
-    /// Takes two axes to be at positions of the program, to which the next move leads.
-    pub(super) fn restate(&mut self, slots: [usize; 2], position: [f64; 2]) {
-        let mut readings = self.readings();
-        self.beside = self.place;
-        for (slot, value) in slots.into_iter().zip(position) {
-            self.restated |= 1 << slot;
-            if let Some(reading) = readings.get_mut(slot) {
-                *reading = Some(value);
-            }
-        }
-        self.place = self.place_of(&readings);
-    }
-
-    /// Returns what the program would read at the present position.
-    pub(super) fn readings(&self) -> [Option<f64>; SLOTS] {
-        std::array::from_fn(|slot| self.reading(slot))
-    }
-
-    /// Returns the position of a slot including its shift \[mm, rad\].
-    pub(super) fn stands(&self, slot: usize) -> Option<f64> {
-        self.place.get(slot).copied().flatten()
-    }
-
-    /// Marks the positions of the linear axes as unknown.
-    pub(super) fn forget_linear(&mut self) {
-        self.forget(|rotary| !rotary);
-    }
-
-    pub(super) fn forget(&mut self, which: impl Fn(bool) -> bool) {
-        for slot in 0..SLOTS {
-            let rotary = self.is_rotary(slot);
-            if let (Some(place), true) = (self.place.get_mut(slot), which(rotary)) {
-                *place = None;
-            }
-        }
-    }
-
     /// Switches tool-centre-point control on.
     pub(super) fn enable_tcp(&mut self) {
         // X Y Z change between axis positions and tip, so their values become unknown. Rotary words
@@ -496,15 +381,25 @@ impl ControlState {
 
     /// Switches tool length compensation on, for whatever tool is now in the spindle.
     pub(super) fn enable_length(&mut self) {
-        // Another tool may be meant even if compensation was on.
-        self.forget_along_tool();
-        self.length = true;
+        let spindle = self.tools.last().copied();
+        match self.known_length() {
+            // The same tool again: its offset is that of the table, which words carry beside the length.
+            Some(_) if self.length && self.length_of == spindle => {}
+            Some(length) if !self.length => self.move_along_tool(-length),
+            // Another tool may be meant even if compensation was on.
+            _ => self.forget_along_tool(),
+        }
+        (self.length, self.length_of) = (true, spindle);
     }
 
     /// Switches tool length compensation off.
     pub(super) fn disable_length(&mut self) {
         if self.length {
-            self.forget_along_tool();
+            let same = self.length_of == self.tools.last().copied();
+            match self.known_length() {
+                Some(length) if same => self.move_along_tool(length),
+                _ => self.forget_along_tool(),
+            }
         }
         self.length = false;
     }
@@ -515,6 +410,20 @@ impl ControlState {
             if let Some(known) = self.tool_shift.get_mut(slot) {
                 *known = shift;
             }
+        }
+    }
+
+    /// Returns the length of the tool in the spindle \[mm\] where the tool table has it and it counts along Z.
+    fn known_length(&self) -> Option<f64> {
+        let tool = self.tools.last().filter(|_| !self.tcp && self.tilted.is_none())?;
+        self.tool_table.get(*tool).map(|row| row.length)
+    }
+
+    /// Adds a length to the word of Z, whose axis stays.
+    fn move_along_tool(&mut self, length: f64) {
+        let [.., z] = self.xyz;
+        if let Some(Some(place)) = self.place.get_mut(z) {
+            *place += length;
         }
     }
 
@@ -569,56 +478,6 @@ impl ControlState {
         }
     }
 
-    /// Puts a tool into the spindle.
-    pub(super) fn change_tool(&mut self, line: u32, number: u32) {
-        // Behind a tool change the control looks where the axes are.
-        for slot in (0..SLOTS).filter(|slot| self.restated >> slot & 1 == 1) {
-            if let (Some(place), Some(beside)) = (self.place.get_mut(slot), self.beside.get(slot)) {
-                *place = *beside;
-            }
-        }
-        self.restated = 0;
-        self.tools.push(number);
-        self.steps.push_back(Step::Tool { line, number });
-    }
-
-    /// Emits the present state of the spindle.
-    pub(super) fn spindle(&mut self, line: u32) {
-        // The sign is the sense of rotation: M3 positive, M4 negative, M5 zero.
-        let [x, ..] = self.xyz;
-        let speed = self.spindle_speed(self.reading(x)).unwrap_or(self.speed);
-        let speed = f64::from(self.sense) * speed;
-        self.steps.push_back(Step::Spindle { line, speed });
-    }
-
-    /// Emits the distance that the control may keep from the path.
-    pub(super) fn smooth(&mut self, line: u32, smoothing: Smoothing) {
-        self.steps.push_back(Step::Smoothing { line, smoothing });
-    }
-
-    /// Emits the entry of the table of tool lengths.
-    pub(super) fn choose_length(&mut self, line: u32, entry: LengthEntry) {
-        self.steps.push_back(Step::LengthEntry { line, entry });
-    }
-
-    /// Returns the speed of the spindle \[1/min\] at a position of X, which a constant cutting speed
-    /// depends on.
-    pub(super) fn spindle_speed(&self, x: Option<f64>) -> Option<f64> {
-        let Some(SurfaceSpeed { most }) = self.surface else { return Some(self.speed) };
-        // S in m/min or ft/min, over the circumference in mm.
-        let unit = if self.inch { 12.0 * INCH } else { 1000.0 };
-        let turns = x.map(|x| unit * self.speed / (std::f64::consts::TAU * x.abs()));
-        match (turns.filter(|turns| turns.is_finite()), most) {
-            (Some(turns), Some(most)) => Some(turns.min(most)),
-            (turns, most) => turns.or(most),
-        }
-    }
-
-    /// Keeps words without motion.
-    pub(super) fn keep(&mut self, line: u32, text: &str) {
-        self.steps.push_back(Step::Words { line, text: text.trim().into() });
-    }
-
     /// Returns half of the last digit of each axis word \[mm, rad\].
     pub(super) fn rounding(&self) -> AxisVector {
         let mut rounding = AxisVector::zeros();
@@ -633,12 +492,6 @@ impl ControlState {
     pub(super) fn feed_rounding(&self) -> f64 {
         0.5 * self.finest_feed
     }
-}
-
-/// Turns a vector counterclockwise.
-pub(super) fn rotate([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
-    let (sin, cos) = angle.sin_cos();
-    [x * cos - y * sin, x * sin + y * cos]
 }
 
 /// Notes that a word has `decimals` digits after its point.

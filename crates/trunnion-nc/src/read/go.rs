@@ -1,9 +1,10 @@
 //! Moves of a control of any dialect: how fast, and where it then stands.
 
 use super::control::{
-    ActivePlane, ControlState, DistanceMode, FeedMode, FeedUnit, INCH, MoveTarget, SLOTS, rotate,
+    ActivePlane, ControlState, DistanceMode, FeedMode, FeedUnit, INCH, MoveTarget, SLOTS,
 };
 use super::log::ReadRemark;
+use super::positions::rotate;
 use super::step::{Arc, Frame, Move, Pace, Step, Turning, Way};
 
 /// Distance of chords from an arc that is divided \[mm\]: that of splines.

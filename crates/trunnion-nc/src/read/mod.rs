@@ -28,6 +28,7 @@ mod arithmetic;
 mod cl;
 mod control;
 mod dialect;
+mod emitted;
 mod gcode;
 mod go;
 mod heidenhain;
@@ -37,6 +38,7 @@ mod mapped_words;
 mod number;
 mod options;
 mod passive;
+mod positions;
 mod reader;
 mod remedy;
 #[cfg(test)]
@@ -52,7 +54,7 @@ mod tilt;
 mod tool_table;
 mod word_map;
 
-pub use super::words::{AxisWord, AxisWords};
+pub use super::words::{AxisWord, AxisWords, Coolant};
 pub use cl::{
     ClArc, ClFile, ClHole, ClItem, ClMotion, ClPath, ClReader, ClRecord, ClRecords, ClTally,
     ClTool, cl, cl_records,

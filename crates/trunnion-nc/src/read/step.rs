@@ -63,6 +63,11 @@ pub enum Step {
     Offset(Offset),
     /// A tilted plane that later moves name by its number.
     Plane(Plane),
+    /// The next move is that of a probe: its end is where it stops without contact.
+    Probe {
+        /// Line, counted from 1.
+        line: u32,
+    },
     /// Words without motion, kept as they stand: coolant, smoothing, stops, messages.
     Words {
         /// Line, counted from 1.

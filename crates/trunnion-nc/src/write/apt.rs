@@ -1,6 +1,7 @@
 //! Legs as an APT/CL file, ISO 4343 style.
 
 use super::error::WriteError;
+use super::format::OutputFormat;
 use super::note::Note;
 use super::number::{FixedNumber, NumberForm, list};
 use crate::types::{Leg, Motion, Station};
@@ -36,8 +37,8 @@ pub fn apt(
     writeln!(out, "LOADTL/{}", note.tool.number)?;
     writeln!(out, "CUTTER/{diameter:.4},{corner:.4}")?;
     writeln!(out, "SPINDL/{:.0},RPM,CLW", note.spindle)?;
-    if note.coolant {
-        writeln!(out, "COOLNT/ON")?;
+    if let Some(words) = OutputFormat::Apt.coolant_words(note.coolant) {
+        writeln!(out, "COOLNT/{words}")?;
     }
     // mm/s to mm/min.
     let feed = FixedNumber::nearest(note.feed * 60.0, FEED_DECIMALS);
@@ -56,7 +57,7 @@ pub fn apt(
             locations.go(out, feed, &rounded(index, station, decimals)?);
         }
     }
-    if note.coolant {
+    if note.coolant.is_on() {
         out.push_str("COOLNT/OFF\n");
     }
     out.push_str("SPINDL/OFF\nFINI\n");

@@ -4,6 +4,7 @@ use super::error_bound::Coordinates;
 use super::number::NumberForm;
 use crate::machine::Machine;
 use crate::read::Dialect;
+use crate::words::Coolant;
 
 /// A program format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -164,6 +165,19 @@ impl OutputFormat {
     /// Returns true if F is one over the time of the block, unless the machine file chooses otherwise.
     pub(super) fn by_time(self) -> bool {
         matches!(self, Self::LinuxCnc | Self::G93)
+    }
+
+    /// Returns the words that start a coolant; `None` for none.
+    pub(super) fn coolant_words(self, coolant: Coolant) -> Option<&'static str> {
+        match (coolant, self) {
+            (Coolant::Off, _) => None,
+            (Coolant::Mist, Self::Apt) => Some("MIST"),
+            (_, Self::Apt) => Some("ON"),
+            (Coolant::Mist, _) => Some("M7"),
+            (Coolant::Flood, _) => Some("M8"),
+            // Two codes of one group stand on lines of their own.
+            (Coolant::MistAndFlood, _) => Some("M7\nM8"),
+        }
     }
 
     pub(super) fn syntax(self) -> BlockSyntax {

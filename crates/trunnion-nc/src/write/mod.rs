@@ -8,6 +8,7 @@
 mod apt;
 mod error;
 mod error_bound;
+mod feed_word;
 mod format;
 mod head;
 mod note;
@@ -20,14 +21,15 @@ mod template;
 mod whole;
 mod words_of;
 
-pub use super::words::{AxisWord, AxisWords, WordsError};
+pub use super::words::{AxisWord, AxisWords, Coolant, WordsError};
 pub use apt::apt;
 pub use error::WriteError;
 pub use error_bound::{Coordinates, rounding};
+pub use feed_word::BRIEFEST_BLOCK;
 pub use format::{OUTPUT_FORMATS, OutputFormat};
 pub use note::{Note, Remark, ToolNote};
 pub use position::WrittenPosition;
-pub use program::{BRIEFEST_BLOCK, BlockPace, ProgramForm, ProgramWriter};
+pub use program::{BlockPace, ProgramForm, ProgramWriter};
 pub use sheet::{SheetProgram, SheetPrograms, program_sheet, setup_sheet, work_offset};
 pub use style::Style;
 pub use template::{Template, TemplateError};

@@ -1,5 +1,7 @@
 //! Facts about the job that programs carry as comments.
 
+use crate::words::Coolant;
+
 /// Facts about the job besides its motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Note<'a> {
@@ -9,8 +11,8 @@ pub struct Note<'a> {
     pub tool: ToolNote,
     /// Spindle speed, clockwise \[1/min\].
     pub spindle: f64,
-    /// Coolant on.
-    pub coolant: bool,
+    /// Coolant of the cuts.
+    pub coolant: Coolant,
     /// Programmed feed \[mm/s\].
     pub feed: f64,
     /// Parts of the tolerance budget: what for, and how much \[mm\].

@@ -35,6 +35,11 @@ impl FixedNumber {
         Self::new((value * scale(decimals)).floor(), decimals)
     }
 
+    /// Returns the smallest number above 0.
+    pub(super) fn last_digit(decimals: u8) -> Self {
+        Self { digits: 1, decimals }
+    }
+
     fn new(digits: f64, decimals: u8) -> Option<Self> {
         #[expect(clippy::cast_possible_truncation, reason = "integral and in range")]
         // Larger values would lose digits on the way to an integer; NaN fails the comparison, too.

@@ -3,6 +3,7 @@
 use super::apt::LocationWriter;
 use super::error::WriteError;
 use super::error_bound::Coordinates;
+use super::feed_word::{self, FeedTravel};
 use super::format::{BlockSyntax, OrientationWords, OutputFormat};
 use super::note::Note;
 use super::note::comment;
@@ -12,22 +13,10 @@ use super::sheet::work_offset;
 use super::style::Style;
 use super::template::{Template, TemplateFrame};
 use super::words_of;
-use crate::machine::{Kinematics, TurnFormat};
+use crate::machine::{FIRST_ROTARY, Kinematics, TurnFormat};
 use crate::types::{AXES, ToolPose};
-use crate::words::AxisWords;
+use crate::words::{AxisWords, Coolant};
 use nalgebra::Vector3;
-
-/// Largest inverse-time word; a quicker block is written with it, and takes longer.
-const LARGEST_FEED: f64 = 99_999.999;
-
-/// Time of the quickest block that inverse time can express \[s\].
-pub const BRIEFEST_BLOCK: f64 = 60.0 / LARGEST_FEED;
-
-/// Decimals of feed words.
-const FEED_DECIMALS: u8 = 3;
-
-/// Decimals of inverse-time words below 1, of blocks longer than a minute: three would be too coarse.
-const SLOW_DECIMALS: u8 = 6;
 
 /// Feed or time of a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,13 +45,8 @@ pub struct ProgramForm<'a> {
     pub template: &'a Template,
 }
 
-/// Motion of the tip in a block, as its rounded words express it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum TipMotion {
-    Moves,
-    /// No word of the tip changes.
-    Stands,
-}
+/// Change of rotary words from which on they may hide whole turns \[degrees\].
+const HALF_TURN: f64 = 180.0;
 
 /// Words of a block, rounded.
 struct RoundedBlock {
@@ -98,6 +82,8 @@ pub struct ProgramWriter {
     feed: Option<FixedNumber>,
     locations: LocationWriter,
     waiting: PendingBlock,
+    /// Coolant that the text has running.
+    pub(super) coolant: Coolant,
     line: u64,
     blocks: usize,
     /// Index of the block at hand; 0 is the starting position.
@@ -139,6 +125,7 @@ impl ProgramWriter {
             feed: None,
             locations: LocationWriter::default(),
             waiting: PendingBlock::default(),
+            coolant: Coolant::Off,
             line: 0,
             blocks: 0,
             index: 0,
@@ -149,6 +136,7 @@ impl ProgramWriter {
         writer.frame = template.fill(&context, strings)?;
         let text = std::mem::take(&mut writer.frame.start);
         writer.lines(out, &text);
+        writer.coolant = note.coolant;
         // The template may end with either: the first block states G0 or G1.
         writer.rapid = None;
         Ok(writer)
@@ -178,6 +166,7 @@ impl ProgramWriter {
         self.frame = template.fill(&context, &kinematics.machine().dialect.strings)?;
         let text = self.frame.toolchange.take().ok_or(WriteError::NoToolChange)?;
         self.lines(out, &text);
+        self.coolant = note.coolant;
         (self.rapid, self.feed) = (None, None);
         self.locations = LocationWriter::default();
         Ok(())
@@ -242,10 +231,7 @@ impl ProgramWriter {
             return Ok(());
         }
         self.waiting = PendingBlock::default();
-        // Where no word of the tip changes, a control takes F as the speed of the rotaries.
-        let still = words.iter().take(3).zip(&self.last).all(|(now, last)| Some(*now) == *last);
-        let tip = if still { TipMotion::Stands } else { TipMotion::Moves };
-        let feed = feed.map(|of| self.feed_word(&of, tip)).transpose()?;
+        let feed = feed.map(|of| self.feed_word(&of, &words)).transpose()?;
         let block = RoundedBlock { words, count, vector };
         self.blocks += 1;
         if self.style.dialect == OutputFormat::Apt {
@@ -316,28 +302,41 @@ impl ProgramWriter {
         self.last = words.map(Some);
     }
 
-    /// Returns the feed word, rounded down: not faster than planned, or by less than a last digit.
-    fn feed_word(&self, of: &PendingBlock, tip: TipMotion) -> Result<FixedNumber, WriteError> {
+    /// Returns the feed word of a block that ends at `words`.
+    fn feed_word(
+        &self,
+        of: &PendingBlock,
+        words: &[FixedNumber; AXES],
+    ) -> Result<FixedNumber, WriteError> {
         let failed = WriteError::Duration { block: self.index, duration: of.seconds };
         if !(of.seconds > 0.0 && of.seconds.is_finite()) {
             return Err(failed);
         }
-        if self.style.inverse_time {
-            // F = 60 / t. Below 1 three decimals would be a coarse time, so there are six.
-            let value = (60.0 / of.seconds).min(LARGEST_FEED);
-            let decimals = if value < 1.0 { SLOW_DECIMALS } else { FEED_DECIMALS };
-            // The quotient itself was rounded, maybe up.
-            let feed = FixedNumber::down(value, decimals);
-            let feed = feed.map(|feed| feed.lowered_to(|value| 60.0 / value >= of.seconds));
-            return feed.filter(|feed| !feed.is_zero()).ok_or(failed);
+        let feed = if self.style.inverse_time {
+            feed_word::inverse_time(of.seconds)
+        } else {
+            feed_word::per_minute(self.travel(of, words), of.seconds)
+        };
+        feed.ok_or(failed)
+    }
+
+    /// Returns the travel along which F counts: that of the tip if it moves, else that of the rotaries in degrees.
+    fn travel(&self, of: &PendingBlock, words: &[FixedNumber; AXES]) -> FeedTravel {
+        let change = |axis: usize| {
+            let (now, last) = (words.get(axis), self.last.get(axis).copied().flatten());
+            now.zip(last).map_or(0.0, |(now, last)| now.value() - last.value())
+        };
+        let tip = Vector3::from_fn(|axis, _| change(axis)).norm();
+        // Where no word of the tip changes, a control takes F as the speed of the rotaries.
+        if tip > 0.0 || of.turn <= 0.0 {
+            return FeedTravel { planned: of.length, written: tip };
         }
-        // F refers to the tip if it moves, else to the rotaries in degrees.
-        let moves = of.length > 0.0 && !(tip == TipMotion::Stands && of.turn > 0.0);
-        let way = if moves { of.length } else { of.turn.to_degrees() };
-        // A feed that is kept all the way is to be written as it was: its time is a sum of some thousand rounded ones.
-        let feed =
-            FixedNumber::down(60.0 * way / of.seconds, FEED_DECIMALS).map(FixedNumber::up_to_whole);
-        feed.filter(|feed| !feed.is_zero()).ok_or(failed)
+        let planned = of.turn.to_degrees();
+        // Of a tool vector the control reckons the rotaries, and modulo words hide whole turns.
+        let turn = change(FIRST_ROTARY).hypot(change(FIRST_ROTARY + 1));
+        let is_own = matches!(self.syntax.pointing, OrientationWords::Angles);
+        let is_near = (turn - planned).abs() < HALF_TURN;
+        FeedTravel { planned, written: if is_own && is_near { turn } else { planned } }
     }
 
     /// Returns the words of X Y Z and the rotaries, rounded.

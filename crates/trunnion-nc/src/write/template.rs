@@ -46,7 +46,10 @@ pub(super) struct TemplateContext {
     pub(super) program: String,
     pub(super) tool: u32,
     pub(super) spindle: Option<String>,
-    pub(super) coolant: bool,
+    /// Word that starts the coolant; `None`: it stays off.
+    pub(super) coolant: Option<&'static str>,
+    /// Coolant runs up to here.
+    pub(super) cooled: bool,
     pub(super) cutter: Option<String>,
     pub(super) offset: OffsetWords,
     pub(super) blend: Option<String>,
@@ -163,7 +166,8 @@ mod tests {
             program: "0001".into(),
             tool: 1,
             spindle: Some("8000".into()),
-            coolant: false,
+            coolant: None,
+            cooled: false,
             cutter: none(),
             offset: OffsetWords { x: "1".into(), y: "2".into(), z: "3".into() },
             blend: Some("0.01".into()),

@@ -17,7 +17,7 @@ use crate::types::{Block, Motion};
 /// ```
 /// use trunnion_motion::machine::{KinematicChain, Kinematics, Machine, MachineSpec, Setup};
 /// use trunnion_nc::write::{
-///     AxisWords, Note, OutputFormat, ProgramForm, Style, Template, ToolNote, program,
+///     AxisWords, Coolant, Note, OutputFormat, ProgramForm, Style, Template, ToolNote, program,
 /// };
 /// use trunnion_types::types::{AxisVector, Block, Motion};
 ///
@@ -39,7 +39,7 @@ use crate::types::{Block, Motion};
 ///     name: "demo",
 ///     tool: ToolNote { number: 1, major: 0.0, minor: 5.0 },
 ///     spindle: 8000.0,
-///     coolant: false,
+///     coolant: Coolant::Off,
 ///     feed: 10.0,
 ///     budget: &[],
 ///     duration: 0.5,

@@ -170,7 +170,7 @@ fn subprograms_of_other_files_run_and_are_named() {
     assert_eq!((moves[1].words[0], moves[2].words[1]), (Some(4.0), Some(8.0)));
     let faults = read(text, &with(vec![outer])).unwrap_err();
     assert!(faults[0].message.contains("inner is not in the file"), "{}", faults[0]);
-    let broken = file("outer", "o<outer> sub\nG1 X#1 F60\n  G38.2 Z1\no<outer> endsub\n");
+    let broken = file("outer", "o<outer> sub\nG1 X#1 F60\n  G88 Z1 R2\no<outer> endsub\n");
     let faults = read("G0 X0\no<outer> call [1]\nM2\n", &with(vec![broken])).unwrap_err();
     assert_eq!(faults[0].line, 2);
     assert!(faults[0].message.starts_with("in outer, line 3, column 3: "), "{}", faults[0]);
@@ -327,4 +327,21 @@ fn what_the_interpreter_does_not_run_is_refused() {
     // A comment that is not reached aborts nothing.
     let passed = "o1 if [0]\n(ABORT, never)\no1 endif\nG0 X1\nM2\n";
     assert!(read(passed, &linuxcnc()).is_ok());
+}
+
+/// A probe reaches the end of its line, as in the interpreter that runs alone; the step says that it is one.
+#[test]
+fn a_probe_moves_to_its_end_and_says_so() {
+    let text = "G21 F60\nG0 X1 Y2 Z5\nG38.2 Z-5\nG1 X[#5061+10] Y[#5070] Z#5063\nM2\n";
+    let program = read(text, &linuxcnc()).unwrap();
+    let moves = readings::moves(&program);
+    let words = moves.last().unwrap().words;
+    assert_eq!(words[..3], [Some(11.0), Some(0.0), Some(-5.0)]);
+    let probes = program.steps.iter().filter(|step| matches!(step, Step::Probe { line: 3 }));
+    assert_eq!(probes.count(), 1);
+    assert!(
+        program.warnings[0].message.contains("where the probe stops"),
+        "{:?}",
+        program.warnings
+    );
 }

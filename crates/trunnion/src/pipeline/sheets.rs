@@ -4,7 +4,9 @@ use super::error::PipelineError;
 use super::job::Job;
 use super::planned_motion::PlannedMotion;
 use super::retracts;
-use crate::nc::write::{self, AxisWords, Note, OutputFormat, Remark, SheetPrograms, ToolNote};
+use crate::nc::write::{
+    self, AxisWords, Coolant, Note, OutputFormat, Remark, SheetPrograms, ToolNote,
+};
 use crate::types::{Block, Leg};
 
 /// Decimals of cutter locations \[mm\].
@@ -65,7 +67,7 @@ pub(super) fn note(job: &Job, duration: f64) -> Note<'_> {
             minor: job.cutter.minor(),
         },
         spindle: job.file.cutting.spindle_rpm(),
-        coolant: job.file.cutting.coolant,
+        coolant: if job.file.cutting.coolant { Coolant::Flood } else { Coolant::Off },
         feed: job.file.cutting.feed,
         budget: &[],
         duration,

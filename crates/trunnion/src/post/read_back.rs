@@ -7,9 +7,11 @@ use super::options::{PostMove, PostPace};
 use super::replay::ProgramMoves;
 use crate::machine::Kinematics;
 use crate::math::angle::angle_between;
+use crate::nc::control::STANDING;
 use crate::nc::read::{self, ClItem, ClMotion, ClReader, LineReader, ReadOptions};
-use crate::nc::write::{self, BlockPace, OutputFormat, Style, rounding};
+use crate::nc::write::{self, BlockPace, Style, rounding};
 use crate::types::{AxisVector, Block, Diagnostic, Diagnostics, ToolPose};
+use nalgebra::Point3;
 
 /// Last digit of a feed \[mm/min or 1/min\]: feeds are rounded down by it, or up to a whole number of mm/min.
 const FEED_DIGIT: f64 = 1e-3;
@@ -50,7 +52,8 @@ pub(super) struct ReadBack {
     waiting: [f64; 3],
     /// Tool pose at the last block end.
     before: ToolPose,
-    /// Axes there, as the reader understands them.
+    /// Tip and axes there, as the reader understands them.
+    tip: Point3<f64>,
     axes: AxisVector,
 }
 
@@ -115,6 +118,7 @@ impl ReadBack {
             lines: 0,
             waiting: [0.0; 3],
             before: *pose,
+            tip: pose.tip,
             axes: AxisVector::zeros(),
         };
         read.start(text, pose)?;
@@ -154,6 +158,7 @@ impl ReadBack {
         match found {
             // The way to the part may end up to 1 mm and 1 rad away.
             Some(found) => {
+                self.tip = found.tip;
                 self.compare_pose(&found, &AxesPose { q, pose: *pose }, [POSITIONS + 1.0, 1.0])?;
             }
             None => return Err(self.differs("the start of the program moves nothing".to_owned())),
@@ -199,7 +204,7 @@ impl ReadBack {
         self.compare_pose(&one.pose, end, [0.0; 2])?;
         self.compare_feed(&one, pace)?;
         let before = std::mem::replace(&mut self.before, one.pose);
-        self.axes = one.q.unwrap_or(self.axes);
+        (self.tip, self.axes) = (one.pose.tip, one.q.unwrap_or(self.axes));
         self.waiting = [0.0; 3];
         Ok([before, one.pose])
     }
@@ -281,40 +286,57 @@ impl ReadBack {
 
     /// Compares F with the intended speed, to its last digit; in inverse time it must not be above.
     fn compare_feed(&self, read: &PostMove, pace: BlockPace) -> Result<(), ReadBackError> {
-        let [seconds, length, turn] = self.waiting;
-        let is_apt = self.style.dialect == OutputFormat::Apt;
         let (read_feed, meant) = match (read.pace, pace) {
             (PostPace::Rapid, BlockPace::Rapid) => return Ok(()),
             (PostPace::Rapid, _) => return Err(self.differs("rapid instead of feed".to_owned())),
             (_, BlockPace::Rapid) => return Err(self.differs("feed instead of rapid".to_owned())),
-            // A CL file has no word for the speed of a turn while the tip stands.
-            (PostPace::Feed(_), _) if is_apt && length <= 0.0 => return Ok(()),
-            (PostPace::Feed(feed), _) if length > 0.0 => (60.0 * feed, 60.0 * length / seconds),
             (PostPace::Seconds(time), _) if self.style.inverse_time => {
-                (60.0 / time, (60.0 / seconds).min(LARGEST_FEED))
+                let meant = (60.0 / self.waiting[0]).min(LARGEST_FEED);
+                (60.0 / time, [meant; 2])
             }
-            (PostPace::Seconds(_) | PostPace::Feed(_), _) if turn <= 0.0 => {
-                return Err(self.differs("F of nothing".to_owned()));
-            }
-            // Degrees per minute of both rotaries: the reader's time is that of its own turn.
-            (PostPace::Seconds(time), _) => {
-                let turned = read.q.map_or(0.0, |q| (q - self.axes).fixed_rows::<2>(3).norm());
-                if !(turned > 0.0 && time > 0.0) {
-                    return Ok(());
-                }
-                (60.0 * turned.to_degrees() / time, 60.0 * turn.to_degrees() / seconds)
-            }
-            // Rounding moves the tip where none was meant.
-            (PostPace::Feed(_), _) => return Ok(()),
+            (pace, _) => match self.speeds(read, pace)? {
+                Some(speeds) => speeds,
+                None => return Ok(()),
+            },
         };
         // An inverse time above the intended one would be too fast; a feed may round either way.
         let above = if self.style.inverse_time { 0.0 } else { FEED_DIGIT };
-        let fits = read_feed <= meant * (1.0 + SUMS) + above
-            && read_feed >= meant * (1.0 - SUMS) - FEED_DIGIT;
-        if fits {
+        let fits = |meant: f64| {
+            read_feed <= meant * (1.0 + SUMS) + above
+                && read_feed >= meant * (1.0 - SUMS) - FEED_DIGIT
+        };
+        if meant.into_iter().any(fits) {
             return Ok(());
         }
-        Err(self.differs(format!("F is {read_feed:.4} instead of {meant:.4}")))
+        Err(self.differs(format!("F is {read_feed:.4} instead of {:.4}", meant[0])))
+    }
+
+    /// Returns a speed that was read, and those that are right: along the planned travel, and along the words, which
+    /// takes the planned time. `None` where F does not matter. Speeds are in mm/min, or degrees/min.
+    fn speeds(
+        &self,
+        read: &PostMove,
+        pace: PostPace,
+    ) -> Result<Option<(f64, [f64; 2])>, ReadBackError> {
+        let [seconds, length, turn] = self.waiting;
+        let moved = (read.pose.tip - self.tip).norm();
+        let (feed, travels) = match pace {
+            // A CL file has no word for the speed of a turn while the tip stands.
+            PostPace::Feed(_) if moved <= STANDING => return Ok(None),
+            PostPace::Feed(feed) => (feed, [length, moved]),
+            _ if turn <= 0.0 => return Err(self.differs("F of nothing".to_owned())),
+            // Degrees per minute of both rotaries: the reader's time is that of its own turn.
+            PostPace::Seconds(time) => {
+                let turned = read.q.map_or(0.0, |q| (q - self.axes).fixed_rows::<2>(3).norm());
+                if !(turned > 0.0 && time > 0.0) {
+                    return Ok(None);
+                }
+                let turned = turned.to_degrees();
+                (turned / time, [turn.to_degrees(), turned])
+            }
+            PostPace::Rapid => return Ok(None),
+        };
+        Ok(Some((60.0 * feed, travels.map(|travel| 60.0 * travel / seconds))))
     }
 
     /// Returns the error for a difference; text that the reader does not understand comes first.

@@ -10,7 +10,7 @@ use super::rounded_words::RoundedWords;
 use super::subdivision::Subdivider;
 use super::timing::{ControlTiming, PointTimer, TimedPoint};
 use crate::machine::Kinematics;
-use crate::nc::write::Style;
+use crate::nc::write::{OutputFormat, Style};
 
 /// Most moves of a group; a longer cut is decided in parts.
 const MOST: usize = 1 << 16;
@@ -86,6 +86,12 @@ impl GroupParts {
     }
 }
 
+/// Share of the unchanged time that a change of a whole cut, and of a part of one, may take at most.
+///
+/// A smoothed cut that is posted again can always be smoothed a little more, farther from what it was made of: less than
+/// this is no gain, so that the second posting leaves it as it is.
+const PAYS: [f64; 2] = [0.95, 0.9];
+
 /// Filters that change a part.
 const KINDS: [PostFilter; 2] = [PostFilter::Smooth, PostFilter::Reduce];
 
@@ -150,9 +156,11 @@ impl SmoothingChoice<'_> {
         let before = plain.cost();
         // Two parts of a long cut meet without a stop; timed by itself, each has one.
         let stop = if group.is_whole() { 0.0 } else { 2.0 * self.stop() };
+        let [pays, _] = self.pays();
         let (mut best, mut kind) = (plain, 0);
         let mut offer = |trial: Option<GroupTrial>, changed: usize| {
-            let quicker = |of: &GroupTrial| of.cost() + stop < before && of.cost() < best.cost();
+            let quicker =
+                |of: &GroupTrial| of.cost() + stop < pays * before && of.cost() < best.cost();
             if let Some(trial) = trial.filter(quicker) {
                 (best, kind) = (trial, changed);
             }
@@ -166,7 +174,7 @@ impl SmoothingChoice<'_> {
         // A filter of its own for each part.
         for size in PARTS.into_iter().filter(|size| PART * size < cut) {
             let plain: Vec<f64> = costs.chunks(size).map(|part| part.iter().sum()).collect();
-            offer(self.mixed(group, PART * size, plain), 1);
+            offer(self.mixed(group, PART * size, &plain), 1);
         }
         decisions.cuts[kind] += 1;
         decisions.seconds.input += before;
@@ -174,8 +182,11 @@ impl SmoothingChoice<'_> {
         Ok(best)
     }
 
-    /// Gives each part the filter that makes it quickest; `least` are the times of the unchanged parts \[s\].
-    fn mixed(&self, group: &MoveGroup, size: usize, mut least: Vec<f64>) -> Option<GroupTrial> {
+    /// Gives each part the filter that makes it quickest; `plain` are the times of the unchanged parts \[s\].
+    fn mixed(&self, group: &MoveGroup, size: usize, plain: &[f64]) -> Option<GroupTrial> {
+        // Less than a change has to gain counts as none.
+        let [_, pays] = self.pays();
+        let mut least: Vec<f64> = plain.iter().map(|time| pays * time).collect();
         let mut kinds = vec![PostFilter::None; least.len()];
         for kind in KINDS {
             let all = GroupParts { size, kinds: vec![kind; least.len()] };
@@ -190,6 +201,11 @@ impl SmoothingChoice<'_> {
         }
         let changed = kinds.iter().any(|kind| *kind != PostFilter::None);
         if changed { self.run(group, &GroupParts { size, kinds }).ok() } else { None }
+    }
+
+    /// Returns [`PAYS`]; on `LinuxCNC`, whose time grows with the number of blocks, small gains are real.
+    fn pays(&self) -> [f64; 2] {
+        if self.style.dialect == OutputFormat::LinuxCnc { [1.0; 2] } else { PAYS }
     }
 
     /// Returns the longest stopping time of an axis \[s\].

@@ -33,6 +33,10 @@ pub enum FindingKind {
     NoLength,
     /// [`StateFinding::WrongLength`]
     WrongLength,
+    /// [`StateFinding::NoTool`]
+    NoTool,
+    /// [`StateFinding::SlowCuts`]
+    SlowCuts,
     /// [`StateFinding::NoCoolant`]
     NoCoolant,
     /// [`StateFinding::Smoothing`] and [`StateFinding::UnboundedSmoothing`]
@@ -41,7 +45,7 @@ pub enum FindingKind {
 
 impl FindingKind {
     /// All kinds.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 17] = [
         Self::Gouge,
         Self::Excess,
         Self::ToolLength,
@@ -55,6 +59,8 @@ impl FindingKind {
         Self::SpindleReversed,
         Self::NoLength,
         Self::WrongLength,
+        Self::NoTool,
+        Self::SlowCuts,
         Self::NoCoolant,
         Self::Smoothing,
     ];
@@ -75,6 +81,8 @@ impl FindingKind {
             Self::SpindleReversed => "spindle-reversed",
             Self::NoLength => "no-length",
             Self::WrongLength => "wrong-length",
+            Self::NoTool => "no-tool",
+            Self::SlowCuts => "slow-cuts",
             Self::NoCoolant => "no-coolant",
             Self::Smoothing => "smoothing",
         }
@@ -112,6 +120,8 @@ impl Finding {
             Self::State(StateFinding::SpindleReversed(_)) => FindingKind::SpindleReversed,
             Self::State(StateFinding::NoLength(_)) => FindingKind::NoLength,
             Self::State(StateFinding::WrongLength { .. }) => FindingKind::WrongLength,
+            Self::State(StateFinding::NoTool { .. }) => FindingKind::NoTool,
+            Self::State(StateFinding::SlowCuts { .. }) => FindingKind::SlowCuts,
             Self::State(StateFinding::NoCoolant(_)) => FindingKind::NoCoolant,
             Self::State(
                 StateFinding::Smoothing { .. } | StateFinding::UnboundedSmoothing { .. },

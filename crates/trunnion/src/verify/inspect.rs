@@ -13,7 +13,16 @@ use super::stock::material::Stock;
 use crate::surface::Face;
 use crate::types::Progress;
 use crate::verify::report::{Finding, Report};
-use crate::verify::state::{self, CoolantDemand, LengthUse, StateLimits, StateReport};
+use crate::verify::state::{
+    self, AffectedCuts, CoolantDemand, LengthUse, PlannedCuts, StateFinding, StateLimits,
+    StateReport,
+};
+
+/// Ratio of times from which cuts are slower than any control's acceleration makes them.
+const FAR_SLOWER: f64 = 30.0;
+
+/// Share of its limits up to which no axis explains slow cuts.
+const HARDLY_LOADED: f64 = 0.1;
 
 /// Grid on the faces that are not cut, over that on those that are.
 const OTHERS_GRID: f64 = 3.0;
@@ -70,6 +79,7 @@ pub struct Inspection<'a> {
     others: &'a [Face],
     feeds: FeedMeaning,
     coolant: CoolantDemand,
+    planned: Option<PlannedCuts<'a>>,
     stock: Option<(&'a Stock, StockOptions)>,
     fixtures: Option<(&'a [Fixture], &'a ClearanceOptions)>,
 }
@@ -121,6 +131,7 @@ impl<'a> Inspection<'a> {
             others: &[],
             feeds: FeedMeaning::Timed,
             coolant: CoolantDemand::Unknown,
+            planned: None,
             stock: None,
             fixtures: None,
         }
@@ -142,6 +153,12 @@ impl<'a> Inspection<'a> {
     #[must_use]
     pub fn coolant(self, coolant: CoolantDemand) -> Self {
         Self { coolant, ..self }
+    }
+
+    /// Sets the tools and the feed that a job plans: cuts without its tools, and cuts far slower, are findings.
+    #[must_use]
+    pub fn planned(self, planned: PlannedCuts<'a>) -> Self {
+        Self { planned: Some(planned), ..self }
     }
 
     /// Sets the stock that is cut; of each kind of collision the `worst` lines are kept.
@@ -182,7 +199,10 @@ impl<'a> Inspection<'a> {
         if let (Some(stock), Some(clearance)) = (&mut stock, &clearance) {
             add_contacts(&mut stock.report, clearance);
         }
-        let state = self.audit_state();
+        let mut state = self.audit_state();
+        if let Some(state) = &mut state {
+            state.findings.extend(self.slow_cuts(&report, state.cuts));
+        }
         let findings = state.iter().flat_map(|state| &state.findings);
         report.findings.extend(findings.map(|finding| Finding::State(*finding)));
         Ok(InspectionReport { report, others, stock, clearance, state })
@@ -199,8 +219,21 @@ impl<'a> Inspection<'a> {
                 LengthUse::Irrelevant
             },
             coolant: self.coolant,
+            planned: self.planned,
         };
         Some(state::audit(program.steps(), &limits))
+    }
+
+    /// Judges the time of all cuts by the planned feed.
+    fn slow_cuts(&self, report: &Report, cuts: Option<AffectedCuts>) -> Option<StateFinding> {
+        let (planned, audit, cuts) = (self.planned?, report.audit.as_ref()?, cuts?);
+        let ratio = (audit.duration - audit.rapid) * planned.feed / audit.motion.cut_length;
+        // Where an axis cannot follow, the tip is slow for a good reason.
+        let loads = audit.axes.iter().flat_map(|axis| [&axis.velocity, &axis.acceleration]);
+        if loads.map(|load| load.worst).fold(0.0, f64::max) > HARDLY_LOADED {
+            return None;
+        }
+        (ratio > FAR_SLOWER).then_some(StateFinding::SlowCuts { cuts, ratio })
     }
 
     /// Measures the faces that are not cut, on a coarser grid, and adds their gouges to the findings.

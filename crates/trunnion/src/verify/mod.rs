@@ -63,7 +63,9 @@ pub use setpoints::{
     AxisMotion, MotionAudit, MotionError, MotionFinding, MotionOptions, MotionReport, MotionRow,
     RowRatio, Unevenness,
 };
-pub use state::{ActiveSmoothing, AffectedCuts, CoolantDemand, StateFinding, StateReport};
+pub use state::{
+    ActiveSmoothing, AffectedCuts, CoolantDemand, PlannedCuts, StateFinding, StateReport,
+};
 pub use stock::{
     Collision, CollisionKind, Solid, Stock, StockOptions, StockReport, UndecidedCollision, simulate,
 };

@@ -254,3 +254,11 @@ proptest! {
         }
     }
 }
+
+/// A probing move never becomes a cut.
+#[test]
+fn a_probe_is_not_posted() {
+    let text = "T1 M6\nG0 X0 Y0 Z20\nG38.2 Z-5 F60\nG0 Z20\nM2\n";
+    let refused = post(text, Dialect::LinuxCnc).unwrap_err().to_string();
+    assert!(refused.contains("a probing move"), "{refused}");
+}

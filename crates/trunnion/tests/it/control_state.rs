@@ -11,7 +11,7 @@ use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::Silent;
 use trunnion::verify::{
     AssumedError, CheckInput, CheckOptions, CoolantDemand, DeviationTolerance, Finding,
-    FindingKind, Inspection, InspectionReport, Tool,
+    FindingKind, Inspection, InspectionReport, PlannedCuts, Tool,
 };
 
 const MACHINE: &str = include_str!("../../../../machines/bc-trunnion.toml");
@@ -61,6 +61,14 @@ fn inspect_cooled(text: &str, coolant: CoolantDemand) -> InspectionReport {
 }
 
 fn inspect_in(dialect: Dialect, text: &str, coolant: CoolantDemand) -> InspectionReport {
+    inspect_planned(dialect, text, (coolant, None))
+}
+
+fn inspect_planned(
+    dialect: Dialect,
+    text: &str,
+    (coolant, planned): (CoolantDemand, Option<PlannedCuts<'_>>),
+) -> InspectionReport {
     let kinematics = kinematics();
     let words = AxisWords::of(kinematics.machine()).unwrap();
     let program = read::read(text, &ReadOptions::new(dialect, words, 5)).unwrap();
@@ -70,7 +78,9 @@ fn inspect_in(dialect: Dialect, text: &str, coolant: CoolantDemand) -> Inspectio
     let input = CheckInput::program(&program, &kinematics, &one).faces(&faces).tools(&tools);
     let tolerance = DeviationTolerance { excess: 0.02, gouge: 0.002 };
     let options = CheckOptions { bounds: None, ..CheckOptions::of_tolerance(tolerance, 1.0) };
-    Inspection::new(input, options).coolant(coolant).run(&Silent).unwrap()
+    let inspection = Inspection::new(input, options).coolant(coolant);
+    let inspection = planned.map_or(inspection, |planned| inspection.planned(planned));
+    inspection.run(&Silent).unwrap()
 }
 
 /// Coolant is a fault only where the job asks for it; M9 behind the first tool leaves the second dry.
@@ -186,4 +196,21 @@ fn another_edge_is_found_wherever_it_is_chosen() {
     for planted in ["T1 D2\nM6", "T1\nM6 D2", "T1\nM6\nD2"] {
         assert!(kinds(planted).contains(&FindingKind::WrongLength), "{planted}");
     }
+}
+
+/// With the tools and the feed of a job, a call that is left out and feeds in another unit are faults.
+#[test]
+fn a_job_shows_missing_calls_and_slow_cuts() {
+    let kinds = |text: &str, tools: &[u32]| -> Vec<FindingKind> {
+        let planned = Some(PlannedCuts { tools, feed: 10.0 });
+        let found = inspect_planned(Dialect::LinuxCnc, text, (CoolantDemand::Unknown, planned));
+        found.report.findings.iter().map(Finding::kind).collect()
+    };
+    let text = clean();
+    assert_eq!(kinds(&text, &[1, 2]), []);
+    assert!(kinds(&text.replace("T2 M6\n", ""), &[1, 2]).contains(&FindingKind::NoTool));
+    // A single tool may have another number at the control.
+    assert_eq!(kinds(&text, &[7]), []);
+    assert_eq!(kinds(&text.replace("F600.", "F0.6"), &[1, 2]), [FindingKind::SlowCuts]);
+    assert_eq!(kinds(&text.replace("F600.", "F60."), &[1, 2]), []);
 }

@@ -55,6 +55,7 @@ mod round_trip;
 mod run_dialects;
 mod setpoints;
 mod shop;
+mod short_moves;
 mod smoothed_posts;
 mod smoothing;
 mod smoothing_bounds;

@@ -11,7 +11,9 @@ use proptest::prelude::*;
 use shop::Layout;
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{self, ClMotion, Dialect, Frame, Move, Pace, Program, ReadOptions, Step};
-use trunnion::nc::write::{self, AxisWords, Coordinates, Note, Style, ToolNote, WriteError};
+use trunnion::nc::write::{
+    self, AxisWords, Coolant, Coordinates, Note, Style, ToolNote, WriteError,
+};
 use trunnion::types::{
     AxisVector, Block, Diagnostics, Leg, Motion, PoseTolerance, Station, ToolPose,
 };
@@ -33,7 +35,7 @@ fn note(budget: &[(String, f64)]) -> Note<'_> {
         name: "a (strange) jöb $ name\nG0 X99",
         tool: ToolNote { number: 3, major: 10.0, minor: 6.0 },
         spindle: 8000.0,
-        coolant: true,
+        coolant: Coolant::Flood,
         feed: 50.0,
         budget,
         duration: 12.5,
@@ -125,7 +127,7 @@ fn motion_that_is_not_understood_is_never_skipped() {
         ("G0 X1 % Y2", 1, "% must stand alone"),
         ("G0 X1e3", 1, "e3 is not understood"),
         ("M430", 1, "may move"),
-        ("G38.2 Z0", 1, "not understood"),
+        ("G38.2 Z0", 1, "without a feed"),
         ("G0 X12345678", 1, "beyond"),
         ("G4", 1, "without a time"),
         ("G0 X1 P3", 1, "P word"),

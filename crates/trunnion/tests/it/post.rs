@@ -12,7 +12,7 @@ use trunnion::machine::{Kinematics, Setup};
 use trunnion::math::angle::great_circle;
 use trunnion::nc::read::{self, Frame, Move, Pace, ReadOptions, Step};
 use trunnion::nc::write::{
-    AxisWords, Note, OUTPUT_FORMATS, OutputFormat, Style, Template, ToolNote, work_offset,
+    AxisWords, Coolant, Note, OUTPUT_FORMATS, OutputFormat, Style, Template, ToolNote, work_offset,
 };
 use trunnion::post::{
     PostError, PostMove, PostOptions, PostPace, PostReport, PostSource, Poster, ProgramHead,
@@ -30,7 +30,7 @@ fn note() -> Note<'static> {
         name: "random (path)",
         tool: ToolNote { number: 1, major: 0.0, minor: 5.0 },
         spindle: 8000.0,
-        coolant: true,
+        coolant: Coolant::Flood,
         feed: 0.0,
         budget: &[],
         duration: 0.0,

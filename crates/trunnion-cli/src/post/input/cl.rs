@@ -149,6 +149,7 @@ impl<'a> Locations<'a> {
         if let Some(reader) = &self.reader {
             head.tool = reader.tool();
             head.cutter = reader.cutter();
+            head.coolant = reader.coolant();
             head.spindle = reader.spindle_speed().unwrap_or(0.0) * 60.0;
         }
         head.feed = self.feed;

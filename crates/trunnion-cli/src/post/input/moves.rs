@@ -90,7 +90,7 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// Adds name, tool and spindle speed of the input so far.
+    /// Adds name, tool, spindle speed and coolant of the input so far.
     pub(crate) fn head(&self, head: &mut Head) {
         match self {
             Self::Locations(of) => of.head(head),

@@ -141,7 +141,7 @@ impl<'a> Program<'a> {
         // Words that cannot move the tool are dropped, but never silently.
         if left.dwells > 0 || left.words > 0 {
             eprintln!(
-                "warning: {path}: left out: {} dwells, {} lines of other words (coolant, stops, smoothing): \
+                "warning: {path}: left out: {} dwells, {} lines of other words (stops, smoothing, messages): \
                  the template has its own",
                 left.dwells, left.words
             );
@@ -153,6 +153,7 @@ impl<'a> Program<'a> {
             head.name = stem(&self.path);
         }
         head.tool = self.moves.tool();
+        head.coolant = self.moves.coolant();
         head.spindle = self.moves.spindle().abs();
         head.feed = self.feed;
     }

@@ -17,6 +17,7 @@ pub(super) enum WordMeaning {
     ToolData,
     Tool,
     Spindle,
+    Coolant,
     MultiAxis,
     ToolAxis,
     Frame,
@@ -64,6 +65,7 @@ pub(super) fn meaning(word: &str) -> WordMeaning {
         "TLDATA" => M::ToolData,
         "LOADTL" | "LOAD" | "TURRET" => M::Tool,
         "SPINDL" => M::Spindle,
+        "COOLNT" => M::Coolant,
         "MULTAX" => M::MultiAxis,
         "TLAXIS" => M::ToolAxis,
         "MSYS" => M::Frame,
@@ -82,10 +84,11 @@ fn other(word: &str) -> WordMeaning {
     use WordMeaning as M;
     match word {
         "PARTNO" | "PPRINT" | "REMARK" | "TITLES" | "LETTER" | "TOOL" | "MACHIN" | "MODE"
-        | "HEAD" | "COOLNT" | "TOLER" | "INTOL" | "OUTTOL" | "SELECT" | "SELCTL" | "OFSTNO"
-        | "TOOLNO" | "CLEARP" | "SAFPOS" | "DELAY" | "STOP" | "OPSTOP" | "END" | "CLAMP"
-        | "ORIGIN" | "BOX" | "TPRINT" | "NOPOST" | "CLPRNT" | "PRINT" | "TDATA" | "LINTOL"
-        | "ARCDAT" => M::Nothing,
+        | "HEAD" | "TOLER" | "INTOL" | "OUTTOL" | "SELECT" | "SELCTL" | "OFSTNO" | "TOOLNO"
+        | "CLEARP" | "SAFPOS" | "DELAY" | "STOP" | "OPSTOP" | "END" | "CLAMP" | "ORIGIN"
+        | "BOX" | "TPRINT" | "NOPOST" | "CLPRNT" | "PRINT" | "TDATA" | "LINTOL" | "ARCDAT" => {
+            M::Nothing
+        }
         "GO" | "TLLFT" | "TLRGT" | "TLONPS" | "TLOFPS" | "INDIRP" | "PSIS" | "POCKET"
         | "PROFIL" | "SCURV" | "SMILL" | "MACRO" | "CALL" | "LOOPST" | "LOOPND" | "IF" | "DO"
         | "JUMPTO" | "TRANTO" | "REPLAY" | "SYN" => M::Refused(SOURCE),

@@ -6,6 +6,7 @@ use super::state::{ClResult, ClState, FileEnd, PathShape};
 use super::statement::LARGEST;
 use super::statement::{ClLine, ClWord, JoinedLines, Statement, classify, single, text_word};
 use crate::types::{Diagnostic, Diagnostics, ToolPose};
+use crate::words::Coolant;
 use nalgebra::{Isometry3, Vector3};
 
 /// Reads a CL file line by line; in memory at a time is one statement.
@@ -76,6 +77,7 @@ impl ClReader {
             directive: None,
             cutter: None,
             tool: None,
+            coolant: Coolant::Off,
             end: None,
         };
         Self {
@@ -155,6 +157,11 @@ impl ClReader {
     /// Returns the current spindle speed \[1/s\].
     pub fn spindle_speed(&self) -> Option<f64> {
         self.state.spindle
+    }
+
+    /// Returns the coolant that runs.
+    pub fn coolant(&self) -> Coolant {
+        self.state.coolant
     }
 
     /// Returns the length of the unit of the file \[mm\].
@@ -271,6 +278,9 @@ impl ClReader {
             WordMeaning::ToolData => self.tool_data(rest),
             WordMeaning::Tool => self.set_tool(of, rest)?,
             WordMeaning::Spindle => self.spindle(rest),
+            WordMeaning::Coolant => {
+                self.state.coolant = Coolant::of_cl(rest.items().map(|word| word.text));
+            }
             WordMeaning::MultiAxis if rest.is("OFF") => self.state.axis = self.state.frame_axis,
             WordMeaning::ToolAxis => self.tool_axis(of, rest)?,
             WordMeaning::Frame => self.frame(of, rest)?,
@@ -324,6 +334,7 @@ impl ClReader {
     fn after_the_end(statement: &Statement<'_>, means: WordMeaning) -> ClResult<ClItem> {
         match means {
             WordMeaning::Remark | WordMeaning::End => Ok(ClItem::Remark),
+            WordMeaning::Coolant => Ok(ClItem::Words),
             WordMeaning::Nothing if statement.text.trim_start().get(..6) != Some("PARTNO") => {
                 Ok(ClItem::Words)
             }

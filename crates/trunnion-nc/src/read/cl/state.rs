@@ -2,6 +2,7 @@
 
 use super::path::ClHole;
 use crate::types::{Diagnostic, ToolPose};
+use crate::words::Coolant;
 use nalgebra::{Isometry3, Point3, UnitVector3, Vector3};
 
 /// Modal state for the next statement.
@@ -31,6 +32,7 @@ pub(super) struct ClState {
     /// Diameter and corner radius in the unit of the file, which may be declared later.
     pub(super) cutter: Option<[f64; 2]>,
     pub(super) tool: Option<u32>,
+    pub(super) coolant: Coolant,
     pub(super) end: Option<FileEnd>,
 }
 

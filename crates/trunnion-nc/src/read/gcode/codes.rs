@@ -250,6 +250,7 @@ impl GcodeReader {
                 group::NONMODAL
             }
             330 | 331 | 760 if linuxcnc => self.moves(GcodeMotion::Thread(code.tenths), now),
+            382..=385 if linuxcnc => self.moves(GcodeMotion::Probe(code.tenths), now),
             // Look-ahead, exact stop: nothing about where the machine goes.
             51 | 80 | 90 | 1030 | 1870 => {
                 // Haas: G187 E is the largest rounding of corners, P a class of the machine.

@@ -16,20 +16,20 @@ use std::f64::consts::TAU;
 const CLEARANCE: f64 = 0.254;
 
 /// One hole.
-struct DrilledHole {
-    code: u32,
-    line: u32,
+pub(super) struct DrilledHole {
+    pub(super) code: u32,
+    pub(super) line: u32,
     /// Slot of the drill axis.
-    axis: usize,
+    pub(super) axis: usize,
     r: f64,
     bottom: f64,
     /// Height to which the tool retracts.
-    clear: f64,
-    feed: Pace,
+    pub(super) clear: f64,
+    pub(super) feed: Pace,
     /// Factor of the feed out of a thread.
     faster: f64,
-    at: usize,
-    column: u32,
+    pub(super) at: usize,
+    pub(super) column: u32,
 }
 
 impl GcodeReader {
@@ -42,17 +42,6 @@ impl GcodeReader {
         if self.dialect == Dialect::LinuxCnc && code.tenths == 880 {
             let message = "G88: the operator draws the tool back by hand";
             return Err(ReadRemark::new(code.at, message, "use G86 or G89"));
-        }
-        // LinuxCNC's interpreter confuses the axes of these cycles outside of G17.
-        if self.dialect == Dialect::LinuxCnc
-            && matches!(code.tenths, 740 | 840)
-            && self.modal.plane != 0
-        {
-            let message = format!(
-                "G{} in G18 or G19: LinuxCNC feeds along another axis than the drill axis",
-                code.tenths / 10
-            );
-            return Err(ReadRemark::new(code.at, message, "use G33.1, or write the moves"));
         }
         let back_boring = self.dialect == Dialect::LinuxCnc && code.tenths == 870;
         if matches!(code.tenths, 870 | 880) && !back_boring || !code.tenths.is_multiple_of(10) {
@@ -357,7 +346,11 @@ impl GcodeReader {
         if matches!(hole.code, 730 | 830) && !self.peck(state, hole)? {
             return Ok(());
         }
-        hole.go(state, hole.bottom, feed)?;
+        let swapped = self.swapped_axes(state, hole);
+        match &swapped {
+            Some(swapped) => swapped.feed(state, hole, hole.bottom)?,
+            None => hole.go(state, hole.bottom, feed)?,
+        }
         let dwells = match hole.code {
             // G82 and G89 always dwell; G86 and the tapping cycles G74 and G84 only with P.
             820 | 890 => true,
@@ -373,6 +366,11 @@ impl GcodeReader {
         if matches!(hole.code, 740 | 840 | 850 | 890) {
             // LinuxCNC feeds all the way out.
             let all = self.dialect == Dialect::LinuxCnc;
+            if let Some(swapped) = swapped {
+                swapped.feed(state, hole, hole.clear)?;
+                swapped.end(state, hole);
+                return Ok(());
+            }
             let out = match feed {
                 Pace::PerMinute { speed } => Pace::PerMinute { speed: hole.faster * speed },
                 other => other,

@@ -41,12 +41,8 @@ impl GcodeReader {
                 now.changes_tool = true;
                 group::TOOL
             }
-            // M61 Q declares the tool in the spindle without a change.
             610 if linuxcnc => {
-                let number = block.take('Q').ok_or_else(|| {
-                    ReadRemark::new(code.at, "M61 without a tool", "write Q and its number")
-                })?;
-                state.control.tool = natural(number, 'Q')?;
+                state.control.tool = declared_tool(block, code)?;
                 now.changes_tool = true;
                 group::TOOL
             }
@@ -55,14 +51,8 @@ impl GcodeReader {
                 call_numbered(block, code, now)?
             }
             980 => call_numbered(block, code, now)?,
-            // M99 returns; at Fanuc and Haas M99 P10 goes on at N10 of the caller.
             990 => {
-                if let Some(line) = block.take('P') {
-                    if linuxcnc {
-                        return Err(ReadRemark::new(code.at, "M99 P: a jump", "return without P"));
-                    }
-                    now.return_to = Some((line.value, code.at));
-                }
+                now.return_to = self.return_line(block, code)?;
                 now.returns = true;
                 group::NONE
             }
@@ -82,6 +72,19 @@ impl GcodeReader {
             }
             _ => self.kept_code(state, block, text, code)?,
         })
+    }
+
+    /// Returns the line of the caller at which a program goes on behind `M99 P10`, and the column of the code.
+    fn return_line(
+        &self,
+        block: &mut GcodeBlock,
+        code: CodeWord,
+    ) -> Result<Option<(f64, usize)>, ReadRemark> {
+        let Some(line) = block.take('P') else { return Ok(None) };
+        if self.dialect == Dialect::LinuxCnc {
+            return Err(ReadRemark::new(code.at, "M99 P: a jump", "return without P"));
+        }
+        Ok(Some((line.value, code.at)))
     }
 
     /// Keeps M codes without motion as they stand.
@@ -129,6 +132,14 @@ impl GcodeReader {
         state.control.keep(state.log.line, what);
         Ok(group::NONE)
     }
+}
+
+/// Returns the tool that `M61 Q2` declares to be in the spindle, without a change.
+fn declared_tool(block: &mut GcodeBlock, code: CodeWord) -> Result<u32, ReadRemark> {
+    let number = block.take('Q');
+    let number = number
+        .ok_or_else(|| ReadRemark::new(code.at, "M61 without a tool", "write Q and its number"))?;
+    natural(number, 'Q')
 }
 
 /// Reads `M98 P1000 L3`.

@@ -21,6 +21,8 @@ pub(super) enum GcodeMotion {
     Spline,
     /// `G33`, `G33.1`, `G76` of `LinuxCNC`, in tenths.
     Thread(u32),
+    /// `G38.2` and so on, in tenths.
+    Probe(u32),
 }
 
 /// Distance \[mm\] and angle \[degrees\] of words in polar coordinates (`G16`).
@@ -100,7 +102,9 @@ impl ModalState {
             Some(GcodeMotion::Feed) => 10,
             Some(GcodeMotion::Arc(ArcSense::Clockwise)) => 20,
             Some(GcodeMotion::Arc(ArcSense::Counterclockwise)) => 30,
-            Some(GcodeMotion::Cycle(code) | GcodeMotion::Thread(code)) => code,
+            Some(
+                GcodeMotion::Cycle(code) | GcodeMotion::Thread(code) | GcodeMotion::Probe(code),
+            ) => code,
             Some(GcodeMotion::Spline) => self.spline_code,
             None => 800,
         }

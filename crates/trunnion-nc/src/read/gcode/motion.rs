@@ -96,6 +96,7 @@ impl GcodeReader {
             Some(GcodeMotion::Spline) => self.spline(state, block, target, now),
             Some(GcodeMotion::Thread(760)) => self.thread_cycle(state, block, target),
             Some(GcodeMotion::Thread(code)) => cut_thread(state, block, target, code),
+            Some(GcodeMotion::Probe(code)) => self.probe(state, target, now, code),
             Some(GcodeMotion::Rapid) => {
                 state.control.go(state.log.line, target, Pace::Rapid, Way::Line)
             }

@@ -26,6 +26,29 @@ struct WrittenOffset {
     at: usize,
 }
 
+/// Table that a `G10` writes.
+enum TableDestination {
+    /// None.
+    Unchanged,
+    /// Tools, by the number behind L.
+    Tools(u32),
+    Offsets(OffsetDestination),
+}
+
+/// Work offsets that a `G10` writes.
+struct OffsetDestination {
+    kind: OffsetKind,
+    first: FirstOffset,
+}
+
+/// Offset that P1 names.
+enum FirstOffset {
+    /// `G54`.
+    Usual,
+    /// `G54.1 P1`, behind the usual ones.
+    Further,
+}
+
 impl GcodeReader {
     /// Runs `G10`.
     pub(super) fn write_offset(
@@ -35,64 +58,29 @@ impl GcodeReader {
         text: &str,
         at: usize,
     ) -> Result<(), ReadRemark> {
-        let mut further = false;
-        // L2 writes the offset itself; L20 writes it so that the present position reads as the
-        // words.
-        let kind = match block.take('L').map(|word| natural(word, 'L')).transpose()? {
-            Some(2) => OffsetKind::Origin,
-            // Fanuc and Haas: L20 writes the further offsets, G54.1 P1 and on.
-            Some(20) if self.dialect != Dialect::LinuxCnc => {
-                further = true;
-                OffsetKind::Origin
-            }
-            Some(20) => OffsetKind::Reading,
+        let destination = match self.destination(block, at)? {
             // L0 reads the tool table again, which is as it was.
-            Some(0) if self.dialect == Dialect::LinuxCnc => {
+            TableDestination::Unchanged => {
                 state.control.keep(state.log.line, "G10 L0");
                 return Ok(());
             }
-            Some(table @ (1 | 10 | 11)) if self.dialect == Dialect::LinuxCnc => {
+            TableDestination::Tools(table) => {
                 return self.write_tool(state, block, text, &TableCode { table, at });
             }
-            _ => {
-                let message = "G10 other than L2 or L20 changes what later words mean";
-                return Err(ReadRemark::new(at, message, "set tool tables at the control"));
-            }
+            TableDestination::Offsets(destination) => destination,
         };
-        let turn = block.take('R');
-        if let Some(turn) = turn
-            && (self.dialect != Dialect::LinuxCnc || kind == OffsetKind::Reading)
-            && turn.value.abs() > 0.0
-        {
-            return Err(ReadRemark::new(
-                turn.at,
-                "a turned work offset (R)",
-                "post turned coordinates",
-            ));
-        }
-        // P1 is G54; P0 or no P is the active offset.
-        let number = block.take('P').map_or(Ok(0), |word| natural(word, 'P'))?;
-        if self.dialect != Dialect::LinuxCnc && number == 0 {
-            let message = "G10 P0 writes the external offset, which shifts all others";
-            return Err(ReadRemark::new(at, message, "write P1 for G54 and so on"));
-        }
-        let number = if further { number.saturating_add(9) } else { number };
-        let most = if further { 255 } else { 9 };
-        if number > most {
-            return Err(ReadRemark::new(at, format!("G10 P{number}"), "work offsets are P1 to P9"));
-        }
-        let present = state.control.offset;
-        let offset = number.checked_sub(1).map_or(present, |n| u8::try_from(n).unwrap_or(u8::MAX));
+        let turn = self.offset_turn(block, destination.kind)?;
+        let offset = self.offset_number(state, block, &destination, at)?;
         let target = self.target(state, block, text)?;
         // LinuxCNC takes the words of G10 as values in any distance mode; Fanuc adds them under
         // G91.
         if target.incremental != 0 && self.dialect != Dialect::LinuxCnc {
             return Err(ReadRemark::new(at, "G10 with distances (G91)", "write G90"));
         }
-        let written = WrittenOffset { offset, kind, target, at };
-        let words = note_offset(state, &written)?;
+        let kind = destination.kind;
+        let words = note_offset(state, &WrittenOffset { offset, kind, target, at })?;
         if let Some(turn) = turn {
-            state.control.written_offsets.set_turn(offset, turn.value.to_radians());
+            state.control.written_offsets.set_turn(offset, turn);
         }
         let [w0, w1, w2, w3, w4, sixth] = words;
         if sixth.is_some() {
@@ -105,6 +93,70 @@ impl GcodeReader {
             state.control.steps.push_back(Step::Offset(Offset { line, offset, words, kind }));
         }
         Ok(())
+    }
+
+    /// Returns the table that `L` of a `G10` chooses.
+    fn destination(
+        &self,
+        block: &mut GcodeBlock,
+        at: usize,
+    ) -> Result<TableDestination, ReadRemark> {
+        let linuxcnc = self.dialect == Dialect::LinuxCnc;
+        let offsets = |kind, first| TableDestination::Offsets(OffsetDestination { kind, first });
+        // L2 writes the offset itself; L20 writes it so that the present position reads as the
+        // words.
+        Ok(match block.take('L').map(|word| natural(word, 'L')).transpose()? {
+            Some(2) => offsets(OffsetKind::Origin, FirstOffset::Usual),
+            // Fanuc and Haas: L20 writes the further offsets, G54.1 P1 and on.
+            Some(20) if !linuxcnc => offsets(OffsetKind::Origin, FirstOffset::Further),
+            Some(20) => offsets(OffsetKind::Reading, FirstOffset::Usual),
+            Some(0) if linuxcnc => TableDestination::Unchanged,
+            Some(table @ (1 | 10 | 11)) if linuxcnc => TableDestination::Tools(table),
+            _ => {
+                let message = "G10 other than L2 or L20 changes what later words mean";
+                return Err(ReadRemark::new(at, message, "set tool tables at the control"));
+            }
+        })
+    }
+
+    /// Returns the angle of an offset about Z \[rad\], `R`.
+    fn offset_turn(
+        &self,
+        block: &mut GcodeBlock,
+        kind: OffsetKind,
+    ) -> Result<Option<f64>, ReadRemark> {
+        let Some(turn) = block.take('R') else { return Ok(None) };
+        let understood = self.dialect == Dialect::LinuxCnc && kind != OffsetKind::Reading;
+        if !understood && turn.value.abs() > 0.0 {
+            let message = "a turned work offset (R)";
+            return Err(ReadRemark::new(turn.at, message, "post turned coordinates"));
+        }
+        Ok(Some(turn.value.to_radians()))
+    }
+
+    /// Returns the number of the offset that `P` names.
+    fn offset_number(
+        &self,
+        state: &ReaderState,
+        block: &mut GcodeBlock,
+        destination: &OffsetDestination,
+        at: usize,
+    ) -> Result<u8, ReadRemark> {
+        // P1 is G54; P0 or no P is the active offset.
+        let number = block.take('P').map_or(Ok(0), |word| natural(word, 'P'))?;
+        if self.dialect != Dialect::LinuxCnc && number == 0 {
+            let message = "G10 P0 writes the external offset, which shifts all others";
+            return Err(ReadRemark::new(at, message, "write P1 for G54 and so on"));
+        }
+        let (number, most) = match destination.first {
+            FirstOffset::Usual => (number, 9),
+            FirstOffset::Further => (number.saturating_add(9), 255),
+        };
+        if number > most {
+            return Err(ReadRemark::new(at, format!("G10 P{number}"), "work offsets are P1 to P9"));
+        }
+        let present = state.control.offset;
+        Ok(number.checked_sub(1).map_or(present, |n| u8::try_from(n).unwrap_or(u8::MAX)))
     }
 
     /// Runs `G52`, `G92`, `G92.1`, `G92.2`, `G92.3`: words are shifted.

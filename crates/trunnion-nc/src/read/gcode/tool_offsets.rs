@@ -5,6 +5,7 @@ use super::reader::GcodeReader;
 use super::words::natural;
 use crate::read::control::{ControlState, MoveTarget};
 use crate::read::log::ReadRemark;
+use crate::read::positions::rotate;
 use crate::read::remedy::unknown_tool;
 use crate::read::state::ReaderState;
 
@@ -46,7 +47,12 @@ impl GcodeReader {
             *value = target.get(slot);
         }
         if table != 1 && values.iter().any(Option::is_some) {
+            let before = state.control.tool_table.get(number).map(|row| row.offset);
             values = measured(&state.control, &target, code)?;
+            if let (10, true, Some(before)) = (table, state.control.turn().abs() > 0.0, before) {
+                let [x, y] = turned_offset(&state.control, &target, [before[0], before[1]], code)?;
+                (values[0], values[1]) = (Some(x), Some(y));
+            }
         }
         if let Some(row) = state.control.tool_table.row(number) {
             for (offset, value) in row.offset.iter_mut().zip(values) {
@@ -70,8 +76,11 @@ fn measured(
         let Some(value) = target.get(slot) else { continue };
         // L10: in the active work offset with its shifts; L11: in that of the fixture. A turned offset mixes X and Y only.
         let turned = |angle: f64| angle.abs() > 0.0 && control.turned_axis(slot).is_some();
+        if code.table == 10 && turned(control.turn()) {
+            continue;
+        }
         let fixture_turn = control.written_offsets.turn(FIXTURE);
-        let reads = if code.table == 10 && !turned(control.turn()) {
+        let reads = if code.table == 10 {
             control.reading(slot)
         } else if code.table == 11 && !turned(control.turn()) && !turned(fixture_turn) {
             let of = |offset| control.written_offsets.origin(offset, slot);
@@ -82,15 +91,37 @@ fn measured(
             None
         };
         let Some((reads, active)) = reads.zip(active) else {
-            let message =
-                format!("G10 L{} at a position that the program does not state", code.table);
-            let help =
-                "program the axis absolutely and write the work offsets before, or use G10 L1";
-            return Err(ReadRemark::new(code.at, message, help));
+            return Err(unstated(code));
         };
         values[index] = Some(reads + active[index] - value);
     }
     Ok(values)
+}
+
+/// Returns X and Y of the tool offset of `G10 L10` in a turned work offset.
+///
+/// The offset is reckoned in the turned coordinates, where an axis without a word keeps that of `before`.
+fn turned_offset(
+    control: &ControlState,
+    target: &MoveTarget,
+    before: [f64; 2],
+    code: &TableCode,
+) -> Result<[f64; 2], ReadRemark> {
+    let [x, y, _] = control.xyz;
+    let stands = control.stands(x).zip(control.stands(y)).ok_or_else(|| unstated(code))?;
+    let here = rotate([stands.0, stands.1], -control.turn());
+    let kept = rotate(before, -control.turn());
+    let offset = [(x, here[0], kept[0]), (y, here[1], kept[1])].map(|(slot, here, kept)| {
+        target.get(slot).map_or(kept, |word| here - control.shift(slot) - word)
+    });
+    Ok(rotate(offset, control.turn()))
+}
+
+/// Fault of a measured offset whose position is not known.
+fn unstated(code: &TableCode) -> ReadRemark {
+    let message = format!("G10 L{} at a position that the program does not state", code.table);
+    let help = "program the axis absolutely and write the work offsets before, or use G10 L1";
+    ReadRemark::new(code.at, message, help)
 }
 
 /// Applies the tool offset of `G43 H`, `G43.1` or `G43.2` beside the length of the tool in the spindle.

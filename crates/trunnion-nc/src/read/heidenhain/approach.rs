@@ -2,7 +2,7 @@
 
 use super::contour::{CornerForm, OpenCorner, departure};
 use super::element::{ElementWay, FilletSide, PlaneElement, cross, dot, minus, norm, scaled};
-use super::path::PathBlock;
+use super::path_block::PathBlock;
 use super::reader::{HeidenhainReader, LastPace};
 use super::token::{Token, Tokens};
 use super::units::feed_unit;

@@ -1,8 +1,9 @@
 //! Coordinates of a program that is mirrored or rotated.
 
 use crate::read::arc::ArcSense;
-use crate::read::control::{ControlState, DistanceMode, MoveTarget, rotate};
+use crate::read::control::{ControlState, DistanceMode, MoveTarget};
 use crate::read::log::ReadRemark;
+use crate::read::positions::rotate;
 use std::f64::consts::PI;
 
 /// Mirror image and rotation about the active datum.

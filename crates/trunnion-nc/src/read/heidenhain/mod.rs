@@ -2,6 +2,7 @@
 
 mod approach;
 mod calls;
+mod circles;
 mod contour;
 mod drilling;
 mod drilling_cycle;
@@ -10,7 +11,10 @@ mod flow;
 mod frame;
 mod function;
 mod iso;
+mod m_functions;
 mod path;
+mod path_block;
+mod path_words;
 mod plane;
 mod reader;
 mod token;

@@ -8,6 +8,6 @@ pub struct LeftOut {
     pub moves: usize,
     /// Dwells.
     pub dwells: usize,
-    /// Lines of words without motion: coolant, stops, smoothing.
+    /// Lines of words without motion: stops, smoothing, messages.
     pub words: usize,
 }

@@ -9,7 +9,7 @@ use crate::nc::control::{
     ArcChords, BlockFrames, NumberedLength, WorkOffset, WorkOffsets, block_end, end_words,
     keeps_xy, path_length, read_words,
 };
-use crate::nc::read::{Frame, Move, Offset, OffsetKind, Pace, Step, Turning, Way};
+use crate::nc::read::{Coolant, Frame, Move, Offset, OffsetKind, Pace, Step, Turning, Way};
 use crate::nc::write::{WriteError, work_offset};
 use crate::post::error::{PostError, PostRemedy};
 use crate::post::options::{PostMove, PostPace};
@@ -50,6 +50,7 @@ pub struct ProgramMoves {
     gauge_point: Option<u32>,
     /// Spindle speed, clockwise positive \[1/min\].
     spindle: f64,
+    coolant: Coolant,
 }
 
 impl ProgramMoves {
@@ -75,6 +76,7 @@ impl ProgramMoves {
             left: LeftOut::default(),
             gauge_point: None,
             spindle: 0.0,
+            coolant: Coolant::Off,
         })
     }
 
@@ -111,6 +113,11 @@ impl ProgramMoves {
         self.spindle
     }
 
+    /// Returns the coolant that runs.
+    pub fn coolant(&self) -> Coolant {
+        self.coolant
+    }
+
     /// Returns the present pose of the tool in the workpiece.
     pub fn pose(&self) -> ToolPose {
         self.kinematics().forward(&self.q)
@@ -135,7 +142,7 @@ impl ProgramMoves {
         match step {
             Step::Move(block) => return self.run(block, out),
             Step::Dwell { .. } => self.left.dwells += 1,
-            Step::Words { .. } => self.left.words += 1,
+            Step::Words { text, .. } => self.keep(text),
             // Lengths are compensated with those of the tools, smoothing words are counted as words, and the origin that was
             // given holds, as for a program that states where it stands.
             Step::Smoothing { .. }
@@ -152,9 +159,28 @@ impl ProgramMoves {
                 let what = "a work offset written by the program";
                 return Err(refused(of.line, what, PostRemedy::GiveOrigin));
             }
+            Step::Probe { line } if self.is_wanted() => {
+                let help = "a probe must not be posted as a cut: take its lines out";
+                return Err(refused(*line, "a probing move", help));
+            }
+            Step::Probe { .. } => {}
             Step::Plane(of) => self.frames.plane = Some(*of),
         }
         Ok(())
+    }
+
+    /// Follows the coolant in words without motion, and counts all others as left out.
+    fn keep(&mut self, text: &str) {
+        let over = self.only.is_some_and(OnlyTool::is_over);
+        let running = self.coolant.after(text);
+        // Words that start what runs, or end what does not, are those of the coolant as well.
+        let switches = Coolant::Off.after(text).is_on() || !Coolant::Flood.after(text).is_on();
+        if !switches {
+            self.left.words += 1;
+        }
+        if !over {
+            self.coolant = running;
+        }
     }
 
     fn run(&mut self, block: &Move, out: &mut Vec<PostMove>) -> Result<(), PostError> {

@@ -1,8 +1,8 @@
 //! Segments of a program or CL file, from its start as often as needed.
 
 use crate::nc::control::{
-    ArcChords, BlockFrames, OffsetReading, ToolLength, UnknownOffset, WordFrame, WorkOffsets,
-    end_words, path_length, read_words,
+    ArcChords, BlockFrames, OffsetReading, STANDING, ToolLength, UnknownOffset, WordFrame,
+    WorkOffsets, end_words, path_length, read_words,
 };
 use crate::nc::read::{
     Arc, ClMotion, ClSource, Frame, Move, Offset, OffsetKind, Pace, ProgramSource, Smoothing, Step,
@@ -161,6 +161,7 @@ impl<'a> Replay<'a> {
             // State beside the motion; `verify::state` follows it.
             Step::Spindle { .. }
             | Step::LengthEntry { .. }
+            | Step::Probe { .. }
             | Step::Words { .. }
             | Step::Offset(Offset { kind: OffsetKind::Standing, .. }) => {}
             Step::Offset(offset) => self.write(offset)?,
@@ -381,7 +382,7 @@ fn feed_length(joints: &[AxisVector; 2], course: &Course) -> FeedLength {
         Course::Circle { ends: [from, to] } => (to.tip - from.tip).norm(),
         _ => change.fixed_rows::<3>(0).norm(),
     };
-    if length > 0.0 {
+    if length > STANDING {
         return FeedLength::Linear(length);
     }
     FeedLength::Degrees(change.fixed_rows::<2>(3).norm().to_degrees())

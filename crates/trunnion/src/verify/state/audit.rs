@@ -1,16 +1,20 @@
 //! Follows the state of the control through a program, apart from its motion.
 
-use super::finding::{ActiveSmoothing, AffectedCuts, CoolantDemand, StateFinding, StateReport};
-use crate::nc::read::{Frame, LengthEntry, Move, Pace, Smoothing, Step};
+use super::finding::{
+    ActiveSmoothing, AffectedCuts, CoolantDemand, PlannedCuts, StateFinding, StateReport,
+};
+use crate::nc::read::{Coolant, Frame, LengthEntry, Move, Pace, Smoothing, Step};
 
 /// Values against which the state is judged.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct StateLimits {
+pub(crate) struct StateLimits<'a> {
     /// Tolerance of the part \[mm\]; `None` without a part.
     pub(crate) tolerance: Option<f64>,
     /// Effect of tool length compensation.
     pub(crate) length: LengthUse,
     pub(crate) coolant: CoolantDemand,
+    /// Tools of the job; `None` without one.
+    pub(crate) planned: Option<PlannedCuts<'a>>,
 }
 
 /// Effect of tool length compensation.
@@ -23,7 +27,7 @@ pub(crate) enum LengthUse {
 }
 
 /// Audits the state during all cuts of a program.
-pub(crate) fn audit(steps: impl Iterator<Item = Step>, limits: &StateLimits) -> StateReport {
+pub(crate) fn audit(steps: impl Iterator<Item = Step>, limits: &StateLimits<'_>) -> StateReport {
     let mut state = StateFollower::default();
     for step in steps {
         state.take(&step, limits);
@@ -46,9 +50,14 @@ struct StateFollower {
     reversed: Option<AffectedCuts>,
     no_length: Option<AffectedCuts>,
     wrong_length: Option<WrongLength>,
-    /// Coolant runs.
-    cooled: bool,
+    coolant: Coolant,
+    /// The next move is that of a probe.
+    probes: bool,
     no_coolant: Option<AffectedCuts>,
+    /// All cuts.
+    cuts: Option<AffectedCuts>,
+    /// Numbers of the tools that were called.
+    called: Vec<u32>,
 }
 
 /// Cuts with a wrong length.
@@ -59,7 +68,7 @@ struct WrongLength {
 }
 
 impl StateFollower {
-    fn take(&mut self, step: &Step, limits: &StateLimits) {
+    fn take(&mut self, step: &Step, limits: &StateLimits<'_>) {
         match step {
             Step::Spindle { speed, .. } => self.spindle = *speed,
             Step::Tool { number, .. } => self.change(*number),
@@ -69,25 +78,20 @@ impl StateFollower {
             Step::Smoothing { line, smoothing } => {
                 self.smoothing = Some(ActiveSmoothing { line: *line, smoothing: *smoothing });
             }
-            Step::Words { text, .. } => self.cool(text),
+            Step::Words { text, .. } => self.coolant = self.coolant.after(text),
+            Step::Probe { .. } => self.probes = true,
+            // A probe needs neither spindle nor coolant.
+            Step::Move(_) if std::mem::take(&mut self.probes) => {}
             Step::Move(step) if step.pace != Pace::Rapid => self.cut(step, limits),
             _ => {}
         }
     }
 
-    /// Follows the M codes of coolant among words that are kept: 7, 8, 13 and 14 start it, 9 ends it.
-    fn cool(&mut self, text: &str) {
-        for code in m_codes(text) {
-            match code {
-                7 | 8 | 13 | 14 => self.cooled = true,
-                9 => self.cooled = false,
-                _ => {}
-            }
-        }
-    }
-
     /// Another tool goes into the spindle, which stops for it.
     fn change(&mut self, number: u32) {
+        if !self.called.contains(&number) {
+            self.called.push(number);
+        }
         if self.tool.replace(number) == Some(number) {
             return;
         }
@@ -98,9 +102,10 @@ impl StateFollower {
         }
     }
 
-    fn cut(&mut self, step: &Move, limits: &StateLimits) {
+    fn cut(&mut self, step: &Move, limits: &StateLimits<'_>) {
         let line = step.line;
         self.entry_waits = false;
+        count(&mut self.cuts, line);
         if self.spindle < 0.0 {
             count(&mut self.reversed, line);
         } else if self.spindle <= 0.0 {
@@ -113,7 +118,7 @@ impl StateFollower {
                 count(&mut self.no_length, line);
             }
         }
-        if limits.coolant == CoolantDemand::Needed && !self.cooled {
+        if limits.coolant == CoolantDemand::Needed && !self.coolant.is_on() {
             count(&mut self.no_coolant, line);
         }
         if let Some(active) = self.smoothing {
@@ -141,7 +146,19 @@ impl StateFollower {
         }
     }
 
-    fn finish(self, limits: &StateLimits) -> StateReport {
+    /// Returns the first tool of the job that the program does not call.
+    fn missing_tool(&self, limits: &StateLimits<'_>) -> Option<StateFinding> {
+        let (planned, cuts) = (limits.planned?, self.cuts?);
+        // A single tool may have another number at the control.
+        if planned.tools.len() < 2 && !self.called.is_empty() {
+            return None;
+        }
+        let tool = planned.tools.iter().find(|tool| !self.called.contains(tool))?;
+        Some(StateFinding::NoTool { cuts, tool: *tool })
+    }
+
+    fn finish(self, limits: &StateLimits<'_>) -> StateReport {
+        let missing = self.missing_tool(limits);
         let wrong = |of: WrongLength| {
             let WrongLength { cuts, tool, entry } = of;
             StateFinding::WrongLength { cuts, tool, entry }
@@ -162,23 +179,13 @@ impl StateFollower {
             self.reversed.map(StateFinding::SpindleReversed),
             self.no_length.map(StateFinding::NoLength),
             self.wrong_length.map(wrong),
+            missing,
             self.no_coolant.map(StateFinding::NoCoolant),
             loose,
         ];
         let findings = findings.into_iter().flatten().collect();
-        StateReport { smoothing: self.loosest, findings }
+        StateReport { smoothing: self.loosest, cuts: self.cuts, findings }
     }
-}
-
-/// Returns the numbers of the M codes in a text.
-fn m_codes(text: &str) -> impl Iterator<Item = u32> {
-    text.match_indices(['M', 'm']).filter_map(|(at, _)| {
-        let (before, code) = (text.get(..at)?, text.get(at + 1..)?);
-        let digits = code.len() - code.trim_start_matches(|c: char| c.is_ascii_digit()).len();
-        // A letter in front belongs to another word.
-        let begins = !before.ends_with(|c: char| c.is_ascii_alphabetic());
-        begins.then(|| code.get(..digits)?.parse().ok()).flatten()
-    })
 }
 
 /// Counts a cut.

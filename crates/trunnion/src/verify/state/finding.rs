@@ -9,6 +9,8 @@ use std::fmt;
 pub struct StateReport {
     /// Loosest smoothing during a cut, with the line that asks for it; `None`: no word of the program is about it.
     pub smoothing: Option<ActiveSmoothing>,
+    /// All feed moves.
+    pub cuts: Option<AffectedCuts>,
     /// States in which no cut is right; the first cut of each kind.
     pub findings: Vec<StateFinding>,
 }
@@ -33,6 +35,15 @@ pub enum CoolantDemand {
     Needed,
 }
 
+/// Tools and feed that a job plans its cuts with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlannedCuts<'a> {
+    /// Numbers of the tools.
+    pub tools: &'a [u32],
+    /// Feed \[mm/s\].
+    pub feed: f64,
+}
+
 /// A state of the control in which no cut is right.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -51,6 +62,20 @@ pub enum StateFinding {
         tool: u32,
         /// Entry of the table that counts.
         entry: LengthEntry,
+    },
+    /// Cuts, of which none runs with a tool that the job plans.
+    NoTool {
+        /// All cuts.
+        cuts: AffectedCuts,
+        /// Number of the tool that is never called.
+        tool: u32,
+    },
+    /// Cuts that take far longer than at the feed of the job, although the axes could follow.
+    SlowCuts {
+        /// The cuts.
+        cuts: AffectedCuts,
+        /// Time by the program over the time at the planned feed.
+        ratio: f64,
     },
     /// Cuts without coolant, where the job asks for it.
     NoCoolant(AffectedCuts),
@@ -119,6 +144,16 @@ impl fmt::Display for StateFinding {
             Self::WrongLength { cuts, tool, entry: LengthEntry::Edge(edge) } => write!(
                 f,
                 "line {}: {cuts} with tool {tool} and the length of its edge D{edge}; only that of D1 is known here",
+                cuts.line
+            ),
+            Self::NoTool { cuts, tool } => write!(
+                f,
+                "line {}: {cuts}, none with tool {tool}, which the job cuts with; its call is missing",
+                cuts.line
+            ),
+            Self::SlowCuts { cuts, ratio } => write!(
+                f,
+                "line {}: {cuts} {ratio:.0} times as long as at the feed of the job; look at the unit and the mode of F",
                 cuts.line
             ),
             Self::NoCoolant(cuts) => write!(

@@ -4,4 +4,6 @@ mod audit;
 mod finding;
 
 pub(crate) use audit::{LengthUse, StateLimits, audit};
-pub use finding::{ActiveSmoothing, AffectedCuts, CoolantDemand, StateFinding, StateReport};
+pub use finding::{
+    ActiveSmoothing, AffectedCuts, CoolantDemand, PlannedCuts, StateFinding, StateReport,
+};

@@ -5,7 +5,7 @@
 
 use trunnion::machine::Kinematics;
 use trunnion::nc::write::{
-    self, AxisWords, Note, OutputFormat, Style, Template, ToolNote, WriteError,
+    self, AxisWords, Coolant, Note, OutputFormat, Style, Template, ToolNote, WriteError,
 };
 use trunnion::types::Block;
 
@@ -14,7 +14,7 @@ pub(crate) const NOTE: Note<'static> = Note {
     name: "test",
     tool: ToolNote { number: 1, major: 0.0, minor: 6.0 },
     spindle: 1.0,
-    coolant: false,
+    coolant: Coolant::Off,
     feed: 1.0,
     budget: &[],
     duration: 0.0,

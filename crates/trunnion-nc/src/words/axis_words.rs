@@ -1,4 +1,4 @@
-//! Letters, decimals and signs of axis words; shared by [`read`](super::read) and [`write`](mod@super::write).
+//! Letters, decimals and signs of axis words; shared by [`read`](crate::read) and [`write`](mod@crate::write).
 
 use crate::machine::{AxisKind, Machine};
 use crate::types::{AXES, AxisVector};
