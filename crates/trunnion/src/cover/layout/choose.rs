@@ -304,8 +304,7 @@ impl<'a> LayoutChooser<'a> {
         }
     }
 
-    /// Returns the straight charts, the cheaper by estimate first. Where all strips are alike, the estimate is exact, and
-    /// that one is enough.
+    /// Returns the straight charts, the cheaper by estimate first.
     fn straight(&self) -> Vec<Chart> {
         let priced = |along| {
             let chart = Chart::straight(along);
@@ -313,8 +312,7 @@ impl<'a> LayoutChooser<'a> {
         };
         let mut charts = [FeedDirection::V, FeedDirection::U].map(priced);
         charts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let enough = if self.widths.is_some() { 2 } else { 1 };
-        charts.into_iter().take(enough).map(|(_, chart)| chart).collect()
+        charts.into_iter().map(|(_, chart)| chart).collect()
     }
 
     /// Returns the best charts by estimate: straight ones, oblique ones, those along the curvature,

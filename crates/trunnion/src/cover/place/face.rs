@@ -112,7 +112,9 @@ fn on_side(request: &FaceRequest<'_>, report: ProgressFn<'_>) -> Result<PlacedPa
         let region = within_reach(face, &chart, unreachable.as_ref());
         let context = FaceContext::new(*request, chart.clone(), &region, &report);
         let limits = work_limits(&context);
-        if !tried.is_empty() && work > limits.wide {
+        // At a fixed inclination all strips are alike: the estimate that put the first chart first is exact.
+        let alike = options.method == PlacementMethod::Inclined;
+        if !tried.is_empty() && (alike || work > limits.wide) {
             break;
         }
         match on_chart(&context, unreachable.as_deref(), limits) {

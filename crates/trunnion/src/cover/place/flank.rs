@@ -258,10 +258,7 @@ pub(crate) fn flank_pass(request: FaceRequest<'_>) -> Option<PlacedPasses> {
     let source = PassSource { face: face.face().number, chart: &chart, options, cost: setup.cost };
     placed.add_whole(pass, sweep, source);
     // Step 5: what the pass leaves of the whole face.
-    placed.missed = vec![face.face().bounds()];
-    placed.report.rest = context.rest(&placed);
-    placed.resolved = context.resolved(&placed.report.rest);
-    placed.report.area = context.area();
+    context.measure_whole(&mut placed);
     Some(placed)
 }
 

@@ -212,10 +212,7 @@ pub(crate) fn floor_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
         return None;
     }
     // Step 4: what the passes leave of the whole face.
-    placed.missed = vec![face.face().bounds()];
-    placed.report.rest = context.rest(&placed);
-    placed.resolved = context.resolved(&placed.report.rest);
-    placed.report.area = context.area();
+    context.measure_whole(&mut placed);
     Some(placed)
 }
 

@@ -18,7 +18,7 @@ const CHOSEN: usize = 5;
 
 /// Angles from the normal that are tried, and directions \[rad\]: all round for a ball, on either
 /// side of the feed for other cutters.
-const BALL_ANGLES: [f64; 5] = [0.2, 0.45, 0.7, 1.0, 1.3];
+const BALL_ANGLES: [f64; 6] = [0.2, 0.45, 0.7, 1.0, 1.3, 1.5];
 const BALL_DIRECTIONS: u32 = 8;
 const ANGLES: [f64; 5] = [0.0, 0.01, 0.09, 0.25, 0.5];
 const DIRECTIONS: [f64; 5] = [0.0, 0.8, -0.8, 1.4, -1.4];

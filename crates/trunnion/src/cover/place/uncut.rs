@@ -73,6 +73,14 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
         rest
     }
 
+    /// Measures the material that passes over all of the face leave.
+    pub(crate) fn measure_whole(&self, placed: &mut PlacedPasses) {
+        placed.missed = vec![self.face.face().bounds()];
+        placed.report.rest = self.rest(placed);
+        placed.resolved = self.resolved(&placed.report.rest);
+        placed.report.area = self.area();
+    }
+
     /// Returns `true` if all points of some cells come as near to the tool as the excess allowed.
     ///
     /// In the corner between two faces the tool keeps off the other face by some micrometres. There it is not

@@ -1,0 +1,147 @@
+//! Faces that may be cut, with samples, and the kind of cutter that suits them.
+
+use super::left_out::{FaceReason, LeftOutFace};
+use super::part_measure::PartMeasure;
+use crate::cutter::CutterKind;
+use crate::import::inspect::{self, FaceSummary};
+use crate::surface::{FaceIndex, FaceSample, Surface};
+use rayon::prelude::*;
+
+/// About as many samples a face.
+const SAMPLES: f64 = 60.0;
+
+/// Share of a face's samples that the tool has to reach; the rest is what no pass gets to, such as its corners.
+pub(super) const REACHED: f64 = 0.5;
+
+/// Cosine between normal and z up to which a face is a wall: two degrees to either side of the horizon.
+const WALL: f64 = 0.035;
+
+/// Least z of the straight lines of a wall, of unit length: 60 degrees.
+const STEEP: f64 = 0.87;
+
+/// Distance in height within which a face stands on a floor, and beyond which it rises from it \[mm\].
+const FOOT: f64 = 0.01;
+
+/// Faces that may be cut, with samples.
+pub(super) struct CandidateFaces<'a> {
+    pub(super) faces: &'a [FaceIndex],
+    /// Index of each candidate, its area \[mm²\] and samples.
+    pub(super) candidates: Vec<SampledFace>,
+}
+
+pub(super) struct SampledFace {
+    pub(super) index: usize,
+    pub(super) area: f64,
+    /// Height of its lowest point \[mm\].
+    pub(super) low: f64,
+    pub(super) samples: Vec<FaceSample>,
+}
+
+/// Direction in which most of a face looks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum FaceView {
+    Up,
+    Wall,
+    Down,
+}
+
+impl SampledFace {
+    fn view(&self) -> FaceView {
+        let count = |looks: &dyn Fn(f64) -> bool| {
+            let found = self.samples.iter().filter(|sample| looks(sample.normal.z)).count();
+            found as f64 >= REACHED * self.samples.len() as f64
+        };
+        // A dome that goes a little below its equator is still worth cutting.
+        if count(&|z| z < -WALL) {
+            FaceView::Down
+        } else if count(&|z| z > WALL) {
+            FaceView::Up
+        } else {
+            FaceView::Wall
+        }
+    }
+}
+
+impl<'a> CandidateFaces<'a> {
+    /// Samples the faces; those that look down are left out.
+    pub(super) fn new(
+        faces: &'a [FaceIndex],
+        wanted: Option<&[usize]>,
+        part: &PartMeasure,
+        left_out: &mut Vec<LeftOutFace>,
+    ) -> Self {
+        let asked = |face: &FaceIndex| wanted.is_none_or(|all| all.contains(&face.face().number));
+        let sampled: Vec<SampledFace> = faces
+            .par_iter()
+            .enumerate()
+            .filter(|(_, face)| asked(face))
+            .map(|(index, face)| {
+                let FaceSummary { area, bounds: [low, _], .. } = inspect::summary(face.face());
+                let samples = face.face().grid((area / SAMPLES).sqrt()).unwrap_or_default();
+                SampledFace { index, area, low: low.z, samples }
+            })
+            .collect();
+        let mut candidates = Vec::new();
+        for face in sampled {
+            let reason = match face.view() {
+                FaceView::Up => None,
+                FaceView::Down => Some(FaceReason::Down),
+                FaceView::Wall if wanted.is_some() || !part.holds_at(face.low) => None,
+                FaceView::Wall => Some(FaceReason::Wall),
+            };
+            match reason {
+                None => candidates.push(face),
+                Some(reason) => {
+                    let number = faces[face.index].face().number;
+                    left_out.push(LeftOutFace { number, reason });
+                }
+            }
+        }
+        Self { faces, candidates }
+    }
+}
+
+/// Shape of the cutting end that suits the faces.
+pub(super) fn kind(faces: &[FaceIndex], candidates: &[SampledFace]) -> CutterKind {
+    let all = || candidates.iter().map(|candidate| &faces[candidate.index]);
+    if all().all(is_prismatic) {
+        CutterKind::Flat
+    } else if !all().all(|face| face.smallest_concave_radius().is_infinite()) {
+        CutterKind::Ball
+    } else if has_foot(faces, candidates) {
+        // The rounded corner of another cutter would leave the foot of what stands on the floor.
+        CutterKind::Flat
+    } else {
+        CutterKind::Bull
+    }
+}
+
+/// Returns `true` if a face that is cut stands with a sharp edge on a floor that is cut.
+fn has_foot(faces: &[FaceIndex], candidates: &[SampledFace]) -> bool {
+    let height = |face: &FaceIndex| inspect::summary(face.face()).bounds.map(|corner| corner.z);
+    let floors: Vec<f64> = candidates
+        .iter()
+        .filter(|face| matches!(faces[face.index].face().surface, Surface::Plane(_)))
+        .map(|face| height(&faces[face.index]))
+        .filter(|[low, high]| high - low <= FOOT)
+        .map(|[low, _]| low)
+        .collect();
+    let stands = |[low, high]: [f64; 2]| {
+        floors.iter().any(|floor| (low - floor).abs() <= FOOT && high - floor > FOOT)
+    };
+    candidates.iter().any(|face| stands(height(&faces[face.index])))
+}
+
+/// Returns `true` for planes, and for walls that the flank of an upright tool finishes.
+fn is_prismatic(face: &FaceIndex) -> bool {
+    let face = face.face();
+    match face.surface {
+        Surface::Plane(_) => true,
+        Surface::Cylinder(_) | Surface::Cone(_) | Surface::Extrusion(_) => {
+            let [u, v] = face.bounds().map(|[low, high]| 0.5 * (low + high));
+            let ruling = face.surface.jet1(u, v).sv;
+            ruling.z.abs() >= STEEP * ruling.norm()
+        }
+        _ => false,
+    }
+}

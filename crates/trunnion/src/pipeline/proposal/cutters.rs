@@ -1,0 +1,186 @@
+//! Built-in cutters, and what each of them reaches.
+
+use super::candidates::{CandidateFaces, REACHED, SampledFace, kind};
+use super::left_out::{FaceReason, LeftOutFace};
+use super::part_measure::{LARGEST, PartMeasure};
+use super::request::TOLERANCE;
+use crate::cover::{PassCost, ToolAccess};
+use crate::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use crate::inverse::Inverse;
+use crate::machine::{Kinematics, Machine, Setup};
+use crate::pipeline::pass_cost::inset;
+use crate::surface::{FaceIndex, FaceSample};
+use crate::types::{AxisVector, Cancelled, Progress, Stage, Station, ToolPose, UncutReason};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+/// Diameters of the built-in cutters, the largest first \[mm\].
+const DIAMETERS: [f64; 9] = [20.0, 16.0, 12.0, 8.0, 6.0, 4.0, 3.0, 2.0, 1.0];
+
+/// Corner radius of the bull-nose cutters, as a share of the diameter: 2 mm for 16 mm.
+const CORNER: f64 = 0.125;
+
+/// Largest ball, as a share of the tightest concave radius: the ball of the radius itself touches along a line, where
+/// rounding decides.
+const CONCAVE: f64 = 0.8;
+
+/// Tool length in diameters, and at least \[mm\].
+const LENGTH: [f64; 2] = [6.0, 60.0];
+
+/// Height of the tool above the part when its tip is at the bottom of the part \[mm\].
+const OVER: f64 = 30.0;
+
+/// Share of the area reached by the best cutter that a larger cutter has to reach.
+const AS_GOOD: f64 = 0.85;
+
+/// Share of a face's samples that may be too concave for a ball.
+const NARROW: f64 = 0.03;
+
+/// Smallest diameter, as a share of the second largest extent of the part: a smaller cutter takes days.
+const SMALLEST: f64 = 0.01;
+
+/// Reach of one cutter of the library.
+pub(super) struct CutterTrial {
+    pub(super) cutter: Cutter,
+    /// Indices of the faces that it cuts.
+    pub(super) cut: Vec<usize>,
+    pub(super) left_out: Vec<LeftOutFace>,
+    /// Area reached \[mm²\].
+    pub(super) area: f64,
+    pub(super) poses: Vec<ToolPose>,
+}
+
+impl CutterTrial {
+    fn empty(cutter: Cutter) -> Self {
+        Self { cutter, cut: Vec::new(), left_out: Vec::new(), area: 0.0, poses: Vec::new() }
+    }
+
+    /// Returns the largest cutter that reaches about as much as any; trials come largest first.
+    pub(super) fn choose(trials: Vec<Self>) -> Option<Self> {
+        let most = trials.iter().map(|trial| trial.area).fold(0.0, f64::max);
+        trials.into_iter().find(|trial| trial.area >= AS_GOOD * most)
+    }
+}
+
+impl CandidateFaces<'_> {
+    /// Tries the cutters of the library that are not too large for the part; at least the smallest.
+    pub(super) fn tried(
+        &self,
+        machine: &Machine,
+        part: &PartMeasure,
+        progress: &dyn Progress,
+    ) -> Result<Vec<CutterTrial>, Cancelled> {
+        let kind = kind(self.faces, &self.candidates);
+        let most = part.largest_diameter();
+        let [largest, .., smallest] = DIAMETERS;
+        let least = SMALLEST / LARGEST * most;
+        let fits =
+            |diameter: &f64| *diameter <= most.max(smallest) && *diameter >= least.min(largest);
+        let diameters: Vec<f64> = DIAMETERS.into_iter().filter(fits).collect();
+        let mut trials = Vec::new();
+        for (done, diameter) in diameters.iter().enumerate() {
+            progress.step(Stage::Cover, done as u64, diameters.len() as u64)?;
+            let cutter = Cutter::new(spec(kind, *diameter, part.size().z));
+            trials.extend(cutter.ok().map(|cutter| self.trial(machine, &cutter)));
+        }
+        Ok(trials)
+    }
+
+    fn trial(&self, machine: &Machine, cutter: &Cutter) -> CutterTrial {
+        let setup = Setup::new(Vector3::zeros(), [0.0; 3], cutter.length());
+        let reach = RotaryReach::new(&inset(&Kinematics::new(machine, &setup)));
+        let access = ToolAccess::new(self.faces, cutter, &reach, TOLERANCE.excess);
+        let mut trial = CutterTrial::empty(cutter.clone());
+        for SampledFace { index, area, samples, .. } in &self.candidates {
+            let found: Vec<Result<ToolPose, UncutReason>> =
+                samples.par_iter().map(|sample| access.pose(*index, sample)).collect();
+            let poses: Vec<ToolPose> =
+                found.iter().filter_map(|pose| pose.as_ref().ok().copied()).collect();
+            let share = poses.len() as f64 / samples.len().max(1) as f64;
+            // A flat end cuts a hollow with its flank, which has to be narrower.
+            let flat = cutter.kind() == CutterKind::Flat;
+            let widest = if flat { cutter.radius() } else { cutter.minor() };
+            let face = &self.faces[*index];
+            let tight = |radius: f64| radius * CONCAVE < widest;
+            // A few narrow points of a large face are no obstacle, a hollow of the ball's own radius is.
+            let too_tight = tight(face.smallest_concave_radius())
+                && (flat
+                    || share_of(samples, |sample| tight(concave_radius(face, sample))) > NARROW);
+            if share < REACHED || too_tight {
+                let number = self.faces[*index].face().number;
+                let reason = FaceReason::NotReached { share, reason: usual(&found) };
+                trial.left_out.push(LeftOutFace { number, reason });
+            } else {
+                trial.cut.push(*index);
+                trial.area += share * area;
+                trial.poses.extend(poses);
+            }
+        }
+        trial
+    }
+}
+
+/// Returns the concave radius at a sample \[mm\]; infinite where the face is not concave.
+fn concave_radius(face: &FaceIndex, sample: &FaceSample) -> f64 {
+    let [u, v] = <[f64; 2]>::from(sample.uv).map(|x| [x, x]);
+    let most = face.curvature_range([u, v]).high;
+    if most > 0.0 { most.recip() } else { f64::INFINITY }
+}
+
+/// Returns the share of samples for which `test` holds.
+fn share_of(samples: &[FaceSample], test: impl Fn(&FaceSample) -> bool) -> f64 {
+    samples.iter().filter(|sample| test(sample)).count() as f64 / samples.len().max(1) as f64
+}
+
+/// Returns the most frequent reason.
+fn usual(found: &[Result<ToolPose, UncutReason>]) -> UncutReason {
+    let all: Vec<UncutReason> =
+        found.iter().filter_map(|pose| pose.as_ref().err().copied()).collect();
+    let count = |reason: &UncutReason| all.iter().filter(|other| *other == reason).count();
+    all.iter().copied().max_by_key(count).unwrap_or(UncutReason::Passes)
+}
+
+/// Describes a cutter of the library.
+fn spec(kind: CutterKind, diameter: f64, height: f64) -> CutterSpec {
+    let radius = 0.5 * diameter;
+    let minor = match kind {
+        CutterKind::Ball => radius,
+        CutterKind::Bull => CORNER * diameter,
+        CutterKind::Flat => 0.0,
+    };
+    // Ten millimetres are how tools are set.
+    let length = (LENGTH[0] * diameter).max(LENGTH[1]).max(height + OVER);
+    let length = 10.0 * (0.1 * length).ceil();
+    let construction = CutterConstruction::Solid;
+    CutterSpec { kind, major: radius - minor, minor, length, construction, shank: Vec::new() }
+}
+
+/// Reach of the rotary axes, wherever the workpiece is.
+struct RotaryReach {
+    inverse: Option<Inverse>,
+    home: AxisVector,
+}
+
+impl RotaryReach {
+    fn new(kinematics: &Kinematics) -> Self {
+        Self { inverse: Inverse::new(kinematics).ok(), home: kinematics.machine().home() }
+    }
+}
+
+impl PassCost for RotaryReach {
+    fn feed(&self) -> f64 {
+        1.0
+    }
+
+    fn pass(&self, _: &[Station]) -> f64 {
+        0.0
+    }
+
+    fn link(&self, _: &Station, _: &Station) -> f64 {
+        0.0
+    }
+
+    fn reaches(&self, pose: &ToolPose) -> bool {
+        self.inverse.as_ref().is_some_and(|inverse| inverse.continued(pose, &self.home).is_ok())
+    }
+}

@@ -1,0 +1,13 @@
+//! Proposal of a job for a part: faces, cutter and setup that run as they are.
+
+mod candidates;
+mod cutters;
+mod left_out;
+mod origin;
+mod part_measure;
+mod propose;
+mod request;
+
+pub use left_out::{FaceReason, LeftOutFace, ProposalError};
+pub use propose::propose;
+pub use request::{JobProposal, ProposalRequest};

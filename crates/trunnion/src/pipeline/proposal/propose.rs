@@ -1,0 +1,83 @@
+//! Proposal of a job for a part: faces, cutter and setup that run as they are.
+
+use super::candidates::CandidateFaces;
+use super::cutters::CutterTrial;
+use super::left_out::{FaceReason, LeftOutFace, ProposalError};
+use super::origin::OriginSearch;
+use super::part_measure::PartMeasure;
+use super::request::{JobProposal, ProposalRequest, TOLERANCE};
+use crate::cover::FinishTolerance;
+use crate::surface::FaceIndex;
+use crate::types::Progress;
+
+/// Largest tolerance, as a share of the part's size.
+const TOLERANCE_SHARE: f64 = 1e-3;
+
+/// Cutting speed \[mm/s\], largest spindle speed \[rev/s\], feed per tooth as a share of the diameter, and teeth: modest
+/// values for finishing aluminium.
+const CUTTING_SPEED: f64 = 200_000.0 / 60.0;
+const FASTEST_SPINDLE: f64 = 200.0;
+const TOOTH_FEED: f64 = 0.005;
+const TEETH: f64 = 2.0;
+
+/// Proposes a job that finishes the faces of a part that the machine reaches from above.
+///
+/// The cutter is the largest of a small built-in library that reaches nearly all that the smaller ones reach: flat
+/// for planes, a ball where a face is concave, else a bull-nose. The workpiece stays as drawn, on the middle of the
+/// rotary table where the machine has one, moved as far as the travel of the axes needs.
+///
+/// # Errors
+///
+/// [`ProposalError`].
+pub fn propose(
+    request: &ProposalRequest<'_>,
+    progress: &dyn Progress,
+) -> Result<JobProposal, ProposalError> {
+    // Step 1: faces that look up or to the side.
+    let mut left_out = Vec::new();
+    let mut faces: Vec<FaceIndex> = Vec::new();
+    for face in request.faces {
+        match FaceIndex::new(face.clone()) {
+            Ok(index) => faces.push(index),
+            Err(error) => {
+                let reason = FaceReason::Surface(error.to_string());
+                left_out.push(LeftOutFace { number: face.number, reason });
+            }
+        }
+    }
+    let part = PartMeasure::new(&faces);
+    let candidates = CandidateFaces::new(&faces, request.wanted, &part, &mut left_out);
+    // Step 2: the cutter, by what each of the library reaches.
+    let tried = candidates.tried(request.machine, &part, progress)?;
+    let Some(chosen) = CutterTrial::choose(tried) else {
+        return Err(ProposalError::NothingReached { left_out });
+    };
+    left_out.extend(chosen.left_out.iter().cloned());
+    if chosen.cut.is_empty() {
+        return Err(ProposalError::NothingReached { left_out });
+    }
+    left_out.sort_by_key(|face| face.number);
+    // Step 3: the origin that keeps the poses inside travel.
+    let clearance = part.clearance();
+    let origin = OriginSearch::new(request.machine, &chosen, &part).best()?;
+    // Step 4: cutting data by the diameter.
+    let diameter = 2.0 * chosen.cutter.radius();
+    let spindle = (CUTTING_SPEED / (std::f64::consts::PI * diameter)).min(FASTEST_SPINDLE);
+    let excess = TOLERANCE.excess.min(TOLERANCE_SHARE * part.size().norm());
+    let gouge = excess * TOLERANCE.gouge / TOLERANCE.excess;
+    Ok(JobProposal {
+        faces: chosen.cut.iter().map(|&at| faces[at].face().number).collect(),
+        left_out,
+        cutter: chosen.cutter.spec().clone(),
+        concave_radius: chosen
+            .cut
+            .iter()
+            .map(|&at| faces[at].smallest_concave_radius())
+            .fold(f64::INFINITY, f64::min),
+        origin,
+        clearance,
+        tolerance: FinishTolerance { excess, gouge },
+        feed: spindle * TEETH * TOOTH_FEED * diameter,
+        spindle,
+    })
+}

@@ -1,0 +1,54 @@
+//! Part and machine for which a job is proposed, and the proposal.
+
+use super::left_out::LeftOutFace;
+use crate::cover::FinishTolerance;
+use crate::cutter::CutterSpec;
+use crate::machine::Machine;
+use crate::surface::Face;
+use nalgebra::Vector3;
+
+/// Tolerance of a proposal \[mm\].
+pub(super) const TOLERANCE: FinishTolerance = FinishTolerance { excess: 0.02, gouge: 0.002 };
+
+/// Part and machine for which a job is proposed. Begin with [`ProposalRequest::new`] and change the rest by struct
+/// update.
+#[derive(Debug, Clone, Copy)]
+pub struct ProposalRequest<'a> {
+    /// Faces of the part.
+    pub faces: &'a [Face],
+    /// Numbers of the faces to choose from; `None`: all.
+    pub wanted: Option<&'a [usize]>,
+    /// Machine that is to cut it.
+    pub machine: &'a Machine,
+}
+
+impl<'a> ProposalRequest<'a> {
+    /// Requests a job for all faces of a part.
+    pub const fn new(faces: &'a [Face], machine: &'a Machine) -> Self {
+        Self { faces, wanted: None, machine }
+    }
+}
+
+/// Job that is proposed: everything that a job file needs besides names.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct JobProposal {
+    /// Numbers of the faces to cut.
+    pub faces: Vec<usize>,
+    /// Faces that the job does not cut, each with the reason.
+    pub left_out: Vec<LeftOutFace>,
+    /// Cutter.
+    pub cutter: CutterSpec,
+    /// Tightest concave radius of the faces to cut \[mm\]; infinite where they are nowhere concave.
+    pub concave_radius: f64,
+    /// Workpiece origin in machine coordinates \[mm\]; the workpiece is not turned.
+    pub origin: Vector3<f64>,
+    /// Height of the clearance plane above the part \[mm\].
+    pub clearance: f64,
+    /// Tolerance.
+    pub tolerance: FinishTolerance,
+    /// Feed \[mm/s\].
+    pub feed: f64,
+    /// Spindle speed \[rev/s\].
+    pub spindle: f64,
+}
