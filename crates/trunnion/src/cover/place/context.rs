@@ -6,6 +6,7 @@ use crate::cover::layout::chart::Chart;
 use crate::cover::layout::effort::WorkCounter;
 use crate::cover::layout::region::{ChartPoint, TrimmedRegion};
 use crate::cover::options::{CoverOptions, lever};
+use crate::cover::pattern::PlacementMethod;
 use crate::cover::place::trim::PassSegment;
 use crate::cover::prove::clearance::ClearanceProof;
 use crate::cover::prove::coverage::CoverageProof;
@@ -195,7 +196,11 @@ impl<'a, Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'a, Inside> {
             end: self.tool.end,
             limit: self.options.band.upper + self.options.path_share,
             smallest,
-            usual: smallest.max(USUAL * self.narrow()),
+            usual: match self.options.method {
+                // A fraction of a percent of wide strips adds up to a pass.
+                PlacementMethod::Widest => smallest,
+                PlacementMethod::Inclined => smallest.max(USUAL * self.narrow()),
+            },
             sweeps,
         }
     }
