@@ -10,11 +10,11 @@ const HARDLY_LOADED: f64 = 0.1;
 
 /// Returns a warning of cuts that creep, unless a finding speaks of them.
 pub(super) fn creeping(audit: &Audit, findings: &[Finding]) -> Option<String> {
-    let told = findings.iter().any(|finding| finding.kind() == FindingKind::SlowCuts);
+    let known = findings.iter().any(|finding| finding.kind() == FindingKind::SlowCuts);
     let seconds = audit.duration - audit.rapid;
     let mean = audit.motion.cut_length / seconds;
     let loaded = audit.axes.iter().any(|axis| axis.velocity.worst > HARDLY_LOADED);
-    if told || loaded || audit.motion.cut_length <= 0.0 || mean.is_nan() || mean >= CREEPING {
+    if known || loaded || audit.motion.cut_length <= 0.0 || mean.is_nan() || mean >= CREEPING {
         return None;
     }
     Some(format!(
