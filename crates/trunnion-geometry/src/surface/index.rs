@@ -209,7 +209,8 @@ impl FaceIndex {
         }
         match part.surface(&self.face.surface) {
             Some(surface) => part.tree.nearer(surface, p, enough),
-            None => Ok(None),
+            // Without a surface to search nothing is proven.
+            None => Ok(Some(0.0)),
         }
     }
 
