@@ -48,7 +48,7 @@ pub(crate) struct ContourTolerance {
     pub(crate) corner: f64,
 }
 
-/// Signed distance: the contour is where it is zero.
+/// Signed distance: the contour is where it is zero. Where it is negative it may be lower than it says.
 pub(crate) type LevelField<'a> = &'a (dyn Fn(PlanePoint) -> f64 + Sync);
 
 impl LevelGrid {
@@ -145,6 +145,11 @@ impl LevelGrid {
     }
 }
 
+/// Returns `true` at the contour. A negative value tells the sign alone: the field may be far lower.
+fn is_zero(value: f64) -> bool {
+    (0.0..=ROOT).contains(&value)
+}
+
 /// Finds the point between `a` and `b` at which a field of different signs there is zero.
 pub(crate) fn zero_between(
     mut a: PlanePoint,
@@ -157,7 +162,7 @@ pub(crate) fn zero_between(
         let share = if step % 2 == 0 { (fa / (fa - fb)).clamp(0.0, 1.0) } else { 0.5 };
         let middle = between(a, b, share);
         let value = field(middle);
-        if value.abs() <= ROOT || apart(a, b) <= ROOT {
+        if is_zero(value) || apart(a, b) <= ROOT {
             return middle;
         }
         if (value > 0.0) == (fa > 0.0) {
@@ -325,7 +330,7 @@ pub(crate) fn on_contour([a, b]: [PlanePoint; 2], field: LevelField<'_>) -> Opti
     let middle = between(a, b, 0.5);
     let chord = apart(a, b);
     let value = field(middle);
-    if value.abs() <= ROOT {
+    if is_zero(value) {
         return Some(middle);
     }
     // The positive side is on the left of the chord; the contour is at least as far away as the distance says.

@@ -212,8 +212,14 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
     }
 }
 
-/// Returns `true` if a segment meets a box: its parts between the two pairs of lines overlap.
-pub(crate) fn meets([a, b]: [ChartPoint; 2], range: [[f64; 2]; 2]) -> bool {
+/// Returns `true` if a segment meets a rectangle.
+pub(crate) fn meets(segment: [ChartPoint; 2], range: [[f64; 2]; 2]) -> bool {
+    clip(segment, range).is_some()
+}
+
+/// Returns the ends of the part of a segment in a rectangle, borders included (Liang and Barsky); `None` if there is no
+/// such part.
+pub(crate) fn clip([a, b]: [ChartPoint; 2], range: [[f64; 2]; 2]) -> Option<[ChartPoint; 2]> {
     let (mut first, mut last) = (0.0_f64, 1.0_f64);
     for k in 0..2 {
         let [low, high] = range[k];
@@ -224,10 +230,11 @@ pub(crate) fn meets([a, b]: [ChartPoint; 2], range: [[f64; 2]; 2]) -> bool {
             first = first.max(ends[0].min(ends[1]));
             last = last.min(ends[0].max(ends[1]));
         } else if a[k] < low || a[k] > high {
-            return false;
+            return None;
         }
     }
-    first <= last
+    let at = |share: f64| [0, 1].map(|k| a[k] + share * (b[k] - a[k]));
+    (first <= last).then(|| [at(first), at(last)])
 }
 
 #[cfg(test)]

@@ -64,6 +64,9 @@ const SAGITTA: f64 = 4.0;
 /// Largest distance between stations, as a share of the tool's radius.
 const SPACING: f64 = 0.5;
 
+/// Largest ratio of the chords on both sides of a station on a border.
+const GRADED: f64 = 2.0;
+
 /// Halvings of the distance between stations where the curve between them comes too near to a face.
 const DENSER: u32 = 3;
 
@@ -221,7 +224,7 @@ pub(crate) fn floor_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
 fn spare(keep_off: &KeepOff<'_>, pose: &ToolPose, distance: f64) -> f64 {
     let (part_faces, own) = (keep_off.part_faces, Some(keep_off.own));
     let within = distance + KNOWN;
-    let query = NearestQuery { within, precision: keep_off.precision, enough: distance };
+    let query = NearestQuery { enough: distance, ..NearestQuery::any(within, keep_off.precision) };
     let mut solids = keep_off.tool.solids();
     let near = |solid| part_faces.nearest(solid, pose, own, query).map(|near| near.distance);
     let least = solids.try_fold(within, |least, solid| {
@@ -304,6 +307,9 @@ impl FloorPath {
     ) -> Option<(Pass, PassSweep)> {
         let cutter = context.setup.cutter;
         let mut points = self.points(SPACING * cutter.radius());
+        if self.kind == PathKind::Border {
+            points = graded(&points, field);
+        }
         // A straight line is the same with more stations.
         let tries = if self.kind == PathKind::Border { DENSER } else { 0 };
         for denser in 0..=tries {
@@ -339,13 +345,45 @@ impl FloorPath {
     }
 }
 
+/// Adds points of a border until no chord is more than [`GRADED`] times as long as the next.
+///
+/// Where a straight piece runs into a round one, the curve through the stations swings by the curvature of one times
+/// the chords of both: long chords beside short ones waste the short ones.
+fn graded(points: &[PlanePoint], field: LevelField<'_>) -> Vec<PlanePoint> {
+    let mut graded = points.to_vec();
+    loop {
+        let chords: Vec<f64> = graded.windows(2).map(|pair| apart(pair[0], pair[1])).collect();
+        let is_long = |i: usize| {
+            let beside = [i.checked_sub(1), Some(i + 1)].into_iter().flatten();
+            let least = beside.filter_map(|k| chords.get(k)).fold(f64::INFINITY, |a, b| a.min(*b));
+            chords[i] > GRADED * least.max(CORNER)
+        };
+        if !(0..chords.len()).any(is_long) {
+            return graded;
+        }
+        let mut finer = Vec::new();
+        for (i, pair) in graded.windows(2).enumerate() {
+            finer.push(pair[0]);
+            if is_long(i) {
+                finer.push(middle([pair[0], pair[1]], field));
+            }
+        }
+        finer.extend(graded.last());
+        graded = finer;
+    }
+}
+
+/// Returns the point of the border across from the middle of a chord, or that middle.
+fn middle(chord: [PlanePoint; 2], field: LevelField<'_>) -> PlanePoint {
+    on_contour(chord, field).unwrap_or_else(|| between(chord[0], chord[1], 0.5))
+}
+
 /// Adds points of a border between each two.
 fn halved(points: &[PlanePoint], field: LevelField<'_>) -> Vec<PlanePoint> {
     let mut dense = Vec::new();
     for pair in points.windows(2) {
-        let chord = [pair[0], pair[1]];
         dense.push(pair[0]);
-        dense.push(on_contour(chord, field).unwrap_or_else(|| between(pair[0], pair[1], 0.5)));
+        dense.push(middle([pair[0], pair[1]], field));
     }
     dense.extend(points.last());
     dense

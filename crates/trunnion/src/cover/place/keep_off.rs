@@ -126,7 +126,7 @@ impl CandidatePass<'_> {
         let minor = self.cutter.minor();
         let KeepOff { part_faces, own, least, precision, .. } = self.keep_off;
         let within = least - precision;
-        let query = NearestQuery { within, precision, enough: within };
+        let query = NearestQuery::any(within, precision);
         // Centre of the corner when it touches with the distance that the tool keeps.
         let tip = contact.point + contact.normal.scale(minor + least);
         let pose = ToolPose { tip, axis: contact.normal };

@@ -60,6 +60,7 @@ pub(crate) fn largest_ball(
         let query = NearestQuery {
             // In a bowl of the ball's own radius all points are about as near: finer, all of them are compared.
             within: -precision.max(SHALLOW * radius),
+            slack: 0.0,
             precision: precision.max(0.01 * radius),
             enough: f64::NEG_INFINITY,
         };
@@ -103,7 +104,8 @@ pub(crate) fn fitting_pose(
     let (part_faces, least) = (keep_off.part_faces, keep_off.least);
     let within = least - keep_off.precision;
     // All faces count, the nearest one most.
-    let query = NearestQuery { within, precision: keep_off.precision, enough: f64::NEG_INFINITY };
+    let query =
+        NearestQuery { enough: f64::NEG_INFINITY, ..NearestQuery::any(within, keep_off.precision) };
     let minor = cutter.minor();
     // Step 1: the corner alone. If it does not fit, no inclination helps.
     let corner = contact.point + contact.normal.scale(minor + least);

@@ -292,8 +292,8 @@ impl ClearanceSearch<'_> {
     /// solid touches from below. A plane is least at a corner, but for the bows of the cell and of
     /// the motion.
     fn cell(&mut self, tile: usize, time: usize, depth: u32) {
-        let (slab, CellPart { cell, sags, share, .. }) = (self.slabs[time], &self.tiles[tile]);
-        let (sags, share) = (*sags, *share);
+        let (slab, CellPart { cell, of, sags, share, .. }) = (self.slabs[time], &self.tiles[tile]);
+        let (of, sags, share) = (*of, *sags, *share);
         if share == CellShare::None {
             return;
         }
@@ -302,15 +302,29 @@ impl ClearanceSearch<'_> {
         let corners = cell.corners();
         // No point of the cell is farther from the tip, but for the bows.
         let far = corners.iter().map(|corner| (corner - pose.tip).norm()).fold(0.0, f64::max);
-        let rest = 0.5 * self.rest(&slab, far + sags[0] + sags[1]);
+        let bows = sags[0] + sags[1];
+        let rest =
+            0.5 * self.rest(&slab, far + bows) + slab.middle.turn.norm() * bows * slab.half();
         let gap = self.solid.gap(&centre, pose);
         // The tangent plane decides where to divide; the other planes only end the search sooner.
         let tangent = over(&slab, &centre, &corners, gap);
-        let mut least = tangent.least;
-        for normal in cell.normal().into_iter().flat_map(|n| [n, -n]) {
-            let plane = self.solid.plane(&centre, pose, normal);
-            least = least.max(over(&slab, &centre, &corners, plane).least);
-        }
+        let sides =
+            cell.normal().into_iter().flat_map(|n| [n, -n]).chain([-pose.axis.into_inner()]);
+        let planes = sides.map(|normal| self.solid.plane(&centre, pose, normal)).chain([gap]);
+        let kept =
+            matches!(share, CellShare::Cut(_)).then(|| self.clearing.tree.kept(of, cell)).flatten();
+        let least = match &kept {
+            // What the face has of the cell lies within its corners; a plane is least at an extreme point of it.
+            Some(kept) => {
+                let twist = kept.twist * (1.0 + slab.middle.turn.norm() * slab.half());
+                planes
+                    .map(|plane| over(&slab, &centre, kept.points(), plane).least - twist)
+                    .fold(tangent.least, f64::max)
+            }
+            None => planes
+                .map(|plane| over(&slab, &centre, &corners, plane).least)
+                .fold(tangent.least, f64::max),
+        };
         let slopes = [0, 1].map(|k| 0.5 * gap.gradient.dot(&cell.across_edges(k)).abs());
         // An upper bound: some point of the face is as near, since the distance is 1-Lipschitz.
         if let Some(away) = cell.some_within(share) {
@@ -349,7 +363,7 @@ struct PlaneBound {
 fn over(
     slab: &TimeSlab,
     centre: &Point3<f64>,
-    corners: &[Point3<f64>; 4],
+    corners: &[Point3<f64>],
     plane: SignedDistance,
 ) -> PlaneBound {
     let SignedDistance { distance, gradient } = plane;

@@ -1,7 +1,7 @@
 //! Tree over a face: cells that are halved as finely as a proof needs, and flat balls around them.
 
 use crate::cover::layout::chart::Chart;
-use crate::cover::layout::region::{ChartPoint, TrimmedRegion, meets};
+use crate::cover::layout::region::{ChartPoint, TrimmedRegion, clip, meets};
 use crate::cover::layout::trims::{GUARDED_SHARE, LOOP_SHARE};
 use crate::cover::prove::face_hull::FaceHull;
 use crate::surface::FaceIndex;
@@ -231,12 +231,54 @@ fn crossed(edges: &[[ChartPoint; 2]], from: ChartPoint, to: ChartPoint) -> bool 
     edges.iter().filter(crosses).count() % 2 == 1
 }
 
+/// Most points around what a face has of a cell: more edges are left to the halves of the cell.
+const MOST_KEPT: usize = 12;
+
+/// Points of the image of a cell, around what the face has of it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct KeptPoints {
+    points: [Point3<f64>; MOST_KEPT],
+    count: usize,
+    /// Distance of the bilinear image from the plane one that holds the points \[mm\].
+    pub(crate) twist: f64,
+}
+
+impl KeptPoints {
+    fn of(cell: &FaceCell) -> Self {
+        let [a, b, c, d] = cell.corners();
+        let twist = ((a - b) + (d - c)).norm();
+        Self { points: [a; MOST_KEPT], count: 0, twist }
+    }
+
+    pub(crate) fn points(&self) -> &[Point3<f64>] {
+        self.points.get(..self.count).unwrap_or(&self.points)
+    }
+
+    /// Adds the image of a local point; `None` if there are too many.
+    fn add(&mut self, cell: &FaceCell, local: ChartPoint) -> Option<()> {
+        let [a, b, c, _] = cell.corners();
+        let share = |k: usize| {
+            let [low, high] = cell.range[k];
+            (local[k] - low) / (high - low)
+        };
+        *self.points.get_mut(self.count)? = a + (c - a) * share(0) + (b - a) * share(1);
+        self.count += 1;
+        Some(())
+    }
+}
+
 /// Known side of the middle of a cell: on the face or off it. Any thread may find it first, with
 /// the same result.
 #[derive(Debug, Clone, Default)]
 struct InsideMark(Arc<AtomicU8>);
 
 impl InsideMark {
+    /// Returns the side, if it was found before and the edges separate the face.
+    fn known(&self) -> Option<bool> {
+        let known = self.0.load(Ordering::Relaxed);
+        (known > 1).then_some(known == 3)
+    }
+
     /// Returns the known side, or finds it now; `None` where the edges do not separate the face.
     fn get_or(&self, find: impl FnOnce() -> Option<bool>) -> Option<bool> {
         match self.0.load(Ordering::Relaxed) {
@@ -398,6 +440,36 @@ impl FaceTree {
             return CellShare::Cut(holds);
         }
         if holds { CellShare::Whole } else { CellShare::None }
+    }
+
+    /// Returns points of the bilinear image of part of a cell whose hull holds what the face has of it; `None` where
+    /// that is not known, or takes too many points.
+    ///
+    /// The hull of all corners sticks out over the edge that the face shares with its neighbour, which the tool
+    /// touches while it cuts the neighbour.
+    pub(crate) fn kept(&self, index: usize, part: &FaceCell) -> Option<KeptPoints> {
+        let edges = self.edges.get(index).filter(|edges| !edges.is_empty())?;
+        let (from, inside) = self.known_mark(index)?;
+        let mut kept = KeptPoints::of(part);
+        let [a, b] = part.range;
+        // What is kept has its extreme points at corners of the cell and on edges of the trims.
+        for corner in [[a[0], b[0]], [a[0], b[1]], [a[1], b[0]], [a[1], b[1]]] {
+            if inside != crossed(edges, from, corner) {
+                kept.add(part, corner)?;
+            }
+        }
+        for edge in edges {
+            for end in clip(*edge, part.range).into_iter().flatten() {
+                kept.add(part, end)?;
+            }
+        }
+        (kept.count > 0).then_some(kept)
+    }
+
+    /// Returns the middle of a cell, and `true` if it is on the face, as found before.
+    fn known_mark(&self, index: usize) -> Option<(ChartPoint, bool)> {
+        let (cell, mark) = (self.cells.get(index)?, self.marks.get(index)?);
+        mark.known().map(|inside| (cell.middle(), inside))
     }
 
     /// Returns the middle of a cell, and `true` if it is on the face. Any other point is as many

@@ -6,10 +6,10 @@ use crate::cover::layout::chart::Chart;
 use crate::cover::layout::trims;
 use crate::cover::pattern::FeedDirection;
 use crate::cover::prove::clearance::ClearanceProof;
-use crate::cover::prove::face_tree::{CellShare, FaceTree, TreeBranch};
+use crate::cover::prove::face_tree::{CellShare, FaceCell, FaceTree, TreeBranch};
 use crate::cover::prove::sweep::PassSweep;
 use crate::cutter::Cutter;
-use crate::cutter::{ConvexSolid, ToolBody};
+use crate::cutter::{ConvexSolid, SignedDistance, ToolBody};
 use crate::positioning::PositioningError;
 use crate::surface::FaceIndex;
 use crate::types::{ToolPose, Uv};
@@ -49,11 +49,21 @@ pub(crate) struct NearestPoint {
 pub(crate) struct NearestQuery {
     /// Points farther off than this do not count \[mm\].
     pub(crate) within: f64,
+    /// Points may be missed that are nearer than that by less than this \[mm\]: a tool that just touches would be
+    /// searched for ever.
+    pub(crate) slack: f64,
     /// Precision: points are not searched that are nearer than the known one by less than this
     /// \[mm\].
     pub(crate) precision: f64,
     /// The search ends at the first point nearer than this \[mm\].
     pub(crate) enough: f64,
+}
+
+impl NearestQuery {
+    /// Returns the query for any point nearer than `within`, to a precision \[mm\].
+    pub(crate) fn any(within: f64, precision: f64) -> Self {
+        Self { within, slack: precision, precision, enough: within }
+    }
 }
 
 impl<'a> PartFaces<'a> {
@@ -109,7 +119,8 @@ struct NearestSearch<'a> {
 impl NearestSearch<'_> {
     /// Returns the distance from which on points do not matter.
     fn limit(&self, found: Option<&NearestPoint>) -> f64 {
-        found.map_or(self.query.within, |near| near.distance - self.query.precision)
+        let NearestQuery { within, slack, precision, .. } = self.query;
+        found.map_or(within - slack, |near| near.distance - precision)
     }
 
     /// Searches the tree. The distance is convex: over a ball it lies above the tangent plane at
@@ -181,15 +192,10 @@ impl NearestSearch<'_> {
             // Lower bound: a plane below the distance at the middle is least at a corner, less the sags in
             // both directions. The planes along the normal of the cell often bound more sharply.
             let sags = [cell.sag(0), cell.sag(1)];
-            let lowest = |plane: &crate::cutter::SignedDistance| {
-                let over = |corner: &Point3<f64>| plane.gradient.dot(&(corner - point));
-                plane.distance + cell.corners().iter().map(over).fold(f64::INFINITY, f64::min)
-            };
-            let sides = cell.normal().into_iter().flat_map(|n| [n, -n]);
-            let planes = sides.map(|n| self.solid.plane(&point, self.pose, n));
-            let least = planes.fold(lowest(&gap), |least, plane| least.max(lowest(&plane)));
             let enough = found.is_some_and(|near| near.distance < self.query.enough);
-            if enough || least - sags[0] - sags[1] >= self.limit(found.as_ref()) || depth == DEPTH {
+            let limit = self.limit(found.as_ref());
+            let searched = SearchedCell { index, cell: &cell, share, gap: &gap };
+            if enough || depth == DEPTH || self.is_beyond(&searched, limit) {
                 continue;
             }
             // Halve the edge along which the bound loses more.
@@ -197,6 +203,48 @@ impl NearestSearch<'_> {
                 [0, 1].map(|k| 0.5 * gap.gradient.dot(&cell.across_edges(k)).abs() + sags[k]);
             let halves = cell.halves(cell.side(slopes, share), &at);
             waiting.extend(halves.map(|half| (half, share, depth + 1)));
+        }
+    }
+}
+
+/// Cell under search.
+struct SearchedCell<'a> {
+    /// Index of the cell of the tree that it is part of.
+    index: usize,
+    cell: &'a FaceCell,
+    share: CellShare,
+    /// Distance of its middle from the solid.
+    gap: &'a SignedDistance,
+}
+
+impl NearestSearch<'_> {
+    /// Returns `true` if a plane shows all that the face has of a cell to be at least `limit` from the solid.
+    ///
+    /// A plane is least at an extreme point of what the face has of the cell, less the sags in both directions. The
+    /// tangent plane at the middle is tried first, then those along the normal of the cell and the end of the tool,
+    /// which often bound more sharply.
+    fn is_beyond(&self, part: &SearchedCell<'_>, limit: f64) -> bool {
+        let SearchedCell { index, cell, share, gap } = *part;
+        let middle = cell.centre();
+        let sags = cell.sag(0) + cell.sag(1);
+        let beyond = |points: &[Point3<f64>], plane: &SignedDistance, sags: f64| {
+            let over = |point: &Point3<f64>| plane.gradient.dot(&(point - middle));
+            plane.distance + points.iter().map(over).fold(f64::INFINITY, f64::min) - sags >= limit
+        };
+        let corners = cell.corners();
+        if beyond(&corners, gap, sags) {
+            return true;
+        }
+        let below = -self.pose.axis.into_inner();
+        let sides = cell.normal().into_iter().flat_map(|n| [n, -n]).chain([below]);
+        let planes = sides.map(|n| self.solid.plane(&middle, self.pose, n));
+        let kept =
+            matches!(share, CellShare::Cut(_)).then(|| self.tree.kept(index, cell)).flatten();
+        match kept {
+            None => planes.into_iter().any(|plane| beyond(&corners, &plane, sags)),
+            Some(kept) => std::iter::once(*gap)
+                .chain(planes)
+                .any(|plane| beyond(kept.points(), &plane, sags + kept.twist)),
         }
     }
 }
@@ -227,7 +275,7 @@ impl KeepOff<'_> {
             return Err(PositioningError::OutOfReach { uv });
         }
         let within = self.least - self.precision;
-        let query = NearestQuery { within, precision: self.precision, enough: within };
+        let query = NearestQuery::any(within, self.precision);
         for solid in self.tool.solids() {
             if let Some(near) = self.part_faces.nearest(solid, pose, Some(self.own), query) {
                 let (face, depth) = (self.part_faces.number(near.face), self.least - near.distance);
@@ -241,7 +289,7 @@ impl KeepOff<'_> {
     /// seen along `normal`.
     pub(crate) fn is_right_below(&self, pose: &ToolPose, normal: &Vector3<f64>) -> bool {
         let within = self.least - self.precision;
-        let query = NearestQuery { within, precision: self.precision, enough: within };
+        let query = NearestQuery::any(within, self.precision);
         let below = |solid: &ConvexSolid| {
             let near = self.part_faces.nearest(solid, pose, Some(self.own), query)?;
             Some(solid.gap(&near.point, pose).gradient.dot(normal) <= -BELOW)
@@ -252,7 +300,7 @@ impl KeepOff<'_> {
     /// Returns `true` if a pose goes into any face, including the one that is cut.
     pub(crate) fn hits_any(&self, pose: &ToolPose) -> bool {
         let within = self.least - self.precision;
-        let query = NearestQuery { within, precision: self.precision, enough: within };
+        let query = NearestQuery::any(within, self.precision);
         self.tool.solids().any(|solid| self.part_faces.nearest(solid, pose, None, query).is_some())
     }
 

@@ -90,6 +90,11 @@ impl MeasureScope {
         BoundingBox { low: bundle.centre, high: bundle.centre }.grown(far)
     }
 
+    /// Returns the distance from a ray at which a moving body may still count for it \[mm\].
+    fn aside(&self) -> f64 {
+        self.total.max(0.0) + self.error()
+    }
+
     /// Returns the largest distance of the tool from its approximation by pieces \[mm\].
     pub(crate) fn error(&self) -> f64 {
         ERROR_SHARE * self.tolerance
@@ -251,11 +256,27 @@ impl ChunkMotion {
         lowest
     }
 
-    /// Tests if a moving body may come to a bundle of rays, from the reach below up to `top` \[mm\]; returns its approximate
-    /// distance if so.
+    /// Returns the lowest entry of a ray into the given moving bodies, or the distance of the cutting end that comes nearest
+    /// to its origin, if that is within the tolerance and what cuts along the ray is not.
+    ///
+    /// It is the rule by which the map measures its points: at an edge the tool that cuts the next face cuts this one too.
+    pub(crate) fn lowest_or_nearest(&self, numbers: &[ContentId], ray: &NormalRay) -> LowestEntry {
+        let lowest = self.lowest(numbers.iter().copied(), ray);
+        if lowest.line.is_some() && lowest.s <= self.scope.total {
+            return lowest;
+        }
+        let mut nearest = LowestEntry::none(self.scope.total);
+        for part in numbers.iter().filter_map(|&numbers| self.part(numbers)) {
+            nearest.approach(&part, &ray.origin);
+        }
+        lowest.or_nearer(nearest)
+    }
+
+    /// Tests if a moving body may come to a bundle of rays, from the reach below up to `top` \[mm\], or near enough to count
+    /// as having cut it; returns its approximate distance if so.
     pub(crate) fn comes(&self, numbers: ContentId, bundle: &RayBundle, top: f64) -> Option<f64> {
         let MovingBody { piece, body, .. } = self.part(numbers)?;
-        piece.comes(body, bundle, [self.scope.reach, top], self.scope.error())
+        piece.comes(body, bundle, [self.scope.reach, top], self.scope.aside())
     }
 }
 

@@ -97,13 +97,7 @@ impl<'a> FaceField<'a> {
         for tile in tiles {
             let entries = tile.lowest.into_iter().zip(tile.nearest);
             // At an edge the tool that cuts the next face may be nearer than what cuts along the normal.
-            let entries = entries.map(|(lowest, nearest)| {
-                if nearest.line.is_some() && (lowest.line.is_none() || nearest.s < lowest.s) {
-                    nearest
-                } else {
-                    lowest
-                }
-            });
+            let entries = entries.map(|(lowest, nearest)| lowest.or_nearer(nearest));
             for (index, lowest) in tile.indices.into_iter().zip(entries) {
                 // A search that was given up may have missed a lower entry: its point counts as unmeasured.
                 unmeasured += usize::from(lowest.unresolved);

@@ -50,6 +50,12 @@ impl LowestEntry {
         Self { s: reach, line: None, by: None, unresolved: false }
     }
 
+    /// Returns the nearest cutting end in place of what cuts along the normal, if it is nearer.
+    pub(crate) fn or_nearer(self, nearest: Self) -> Self {
+        let nearer = nearest.line.is_some() && (self.line.is_none() || nearest.s < self.s);
+        if nearer { nearest } else { self }
+    }
+
     /// Lowers `s` to the lowest entry of the ray into a body during its piece, to within `tolerance` \[mm\].
     ///
     /// Branch and bound over time. An interval in which the tool cannot come lower by more than the tolerance is dropped.

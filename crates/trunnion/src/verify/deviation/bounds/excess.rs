@@ -51,10 +51,7 @@ pub(crate) fn tile(survey: &TileSurvey<'_>, at: [usize; 2], most: usize) -> Tile
         };
         // Step 1: drop the piece if a pose that decided nearby holds it up to the bound, or passes over it.
         let aim = known.aim();
-        if next
-            .poses
-            .iter()
-            .any(|pose| holds(survey, &piece, aim, pose) || comes_near(survey, &piece, aim, pose))
+        if next.poses.iter().any(|pose| clears(survey, &piece, aim, pose))
             || next.found.is_some_and(|pose| passes(survey, &piece, aim, &pose))
         {
             continue;
@@ -120,6 +117,11 @@ fn holds(survey: &TileSurvey<'_>, cell: &FlatCell, height: f64, by: &DecidingPos
     [a + b, a - b, b - a, -a - b]
         .iter()
         .all(|corner| body.probe(&(middle + corner), &pose.axis).distance <= -room)
+}
+
+/// Tests if a pose leaves no more than `height` on a piece: it holds the offset piece, or all of the piece is near it.
+fn clears(survey: &TileSurvey<'_>, cell: &FlatCell, height: f64, by: &DecidingPose) -> bool {
+    holds(survey, cell, height, by) || comes_near(survey, cell, height, by)
 }
 
 /// Tests if a pose comes within `distance` of all of a piece.
@@ -224,7 +226,7 @@ fn search(
         NormalRay { origin: piece.centre, normal: piece.normal, below: survey.parts.scope.reach };
     // Step 1: keep the bodies that may come to the piece, and measure its middle against them.
     next.items = coming(survey, piece, &next.items);
-    let lowest = survey.parts.lowest(next.items.iter().copied(), &ray);
+    let lowest = survey.parts.lowest_or_nearest(&next.items, &ray);
     let inside = survey.holds_middle(&next.rectangle, &location);
     // Moves above `top` were not gathered, but may count here: the tile is inspected again with more of them.
     if inside && lowest.s > survey.top {
@@ -252,8 +254,8 @@ fn search(
                 });
             }
             next.found = Some(pose);
-            if holds(survey, piece, known.aim(), &pose) || passes(survey, piece, known.aim(), &pose)
-            {
+            let aim = known.aim();
+            if clears(survey, piece, aim, &pose) || passes(survey, piece, aim, &pose) {
                 return;
             }
         }
@@ -288,7 +290,7 @@ fn beyond(survey: &TileSurvey<'_>, piece: &FlatCell, next: &ExcessCell, known: &
         if height > survey.parts.scope.reach {
             break;
         }
-        if next.poses.iter().any(|pose| holds(survey, piece, height, pose))
+        if next.poses.iter().any(|pose| clears(survey, piece, height, pose))
             || next.found.is_some_and(|pose| passes(survey, piece, height, &pose))
         {
             known.beyond = known.beyond.max(height);
