@@ -314,13 +314,18 @@ impl PatchPiece {
 
     /// Returns the halves across the longer direction of the control net.
     pub(super) fn halves(&self) -> [Self; 2] {
-        let last = self.points.len() - 1;
-        let c = |i: usize| self.points[i].xyz() / self.points[i].w;
-        // Lengths of the two sides of the net along each parameter.
-        let along_u =
-            (c(last + 1 - self.columns) - c(0)).norm() + (c(last) - c(self.columns - 1)).norm();
-        let along_v =
-            (c(self.columns - 1) - c(0)).norm() + (c(last) - c(last + 1 - self.columns)).norm();
+        let rows = self.points.len() / self.columns;
+        let c = |i: usize, j: usize| {
+            let point = &self.points[i * self.columns + j];
+            point.xyz() / point.w
+        };
+        // Lengths of the four sides of the net, point by point: a piece all round ends where it begins.
+        let sides = [0, self.columns - 1]
+            .map(|j| (1..rows).map(|i| (c(i, j) - c(i - 1, j)).norm()).sum::<f64>());
+        let along_u = sides[0] + sides[1];
+        let sides = [0, rows - 1]
+            .map(|i| (1..self.columns).map(|j| (c(i, j) - c(i, j - 1)).norm()).sum::<f64>());
+        let along_v = sides[0] + sides[1];
         let k = usize::from(along_v > along_u);
         self.cut(k, 0.5)
     }

@@ -189,7 +189,11 @@ impl CandidatePass<'_> {
 
     /// Returns the steps on the face by one across and by one along, at arc length `arc`.
     pub(crate) fn steps(&self, arc: f64) -> [Vector3<f64>; 2] {
-        let at = [self.across, self.track.at(arc)];
+        self.steps_at([self.across, self.track.at(arc)])
+    }
+
+    /// Returns the steps on the face by one across and by one along, at a point.
+    pub(crate) fn steps_at(&self, at: ChartPoint) -> [Vector3<f64>; 2] {
         let [u, v] = self.chart.uv(at);
         let jet = self.face.face().surface.jet1(u, v);
         self.chart.steps(at).map(|[du, dv]| jet.su * du + jet.sv * dv)

@@ -9,7 +9,7 @@ use crate::cover::options::{CoverOptions, lever};
 use crate::cover::pattern::PlacementMethod;
 use crate::cover::place::trim::PassSegment;
 use crate::cover::prove::clearance::ClearanceProof;
-use crate::cover::prove::coverage::CoverageProof;
+use crate::cover::prove::coverage::{CellGrain, CoverageProof};
 use crate::cover::prove::face_tree::{FaceCell, FaceTree};
 use crate::cover::prove::part_faces::{KeepOff, PartFaces};
 use crate::cover::prove::sweep::PassSweep;
@@ -28,6 +28,9 @@ const PRECISION: f64 = 0.05;
 /// Least width of a useful pass, as a share of the strip on a plane of a ball as wide as the cutter: on an edge rounded
 /// with a hundredth of that ball's radius, a ball's strip is still a tenth as wide.
 const WORTH: f64 = 1.0 / 16.0;
+
+/// Length of these cells along a pass, over their width: the edge of such a strip runs along the pass.
+const LONG: f64 = 4.0;
 
 /// Size of the cells with which strips of the usual width are measured, as a share of the strip on a plane of a ball
 /// as wide as the cutter.
@@ -196,10 +199,12 @@ impl<'a, Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'a, Inside> {
             end: self.tool.end,
             limit: self.options.band.upper + self.options.path_share,
             smallest,
-            usual: match self.options.method {
+            grain: match self.options.method {
                 // A fraction of a percent of wide strips adds up to a pass.
-                PlacementMethod::Widest => smallest,
-                PlacementMethod::Inclined => smallest.max(USUAL * self.narrow()),
+                PlacementMethod::Widest => CellGrain { usual: smallest, long: 1.0 },
+                PlacementMethod::Inclined => {
+                    CellGrain { usual: smallest.max(USUAL * self.narrow()), long: LONG }
+                }
             },
             sweeps,
         }

@@ -5,6 +5,7 @@ use super::candidate::{
 };
 use super::tool_fit::{self, ContactPoint};
 use crate::cover::layout::effort::SearchOutcome;
+use crate::cover::layout::region::ChartPoint;
 use crate::cover::pattern::PlacementMethod;
 use crate::cover::prove::part_faces::KeepOff;
 use crate::positioning::{
@@ -94,6 +95,14 @@ impl CandidatePass<'_> {
             band,
             ..self.request([at.across, self.track.at(at.arc)], limits)
         };
+        // The axis of a ball is known beforehand. The machine first: it costs least to find.
+        if self.method == PlacementMethod::Inclined
+            && self.cutter.major() <= 0.0
+            && let Some(pose) = self.touching([at.across, self.track.at(at.arc)], start.lean)
+            && !self.keep_off.cost.reaches(&pose)
+        {
+            return Err(PositioningError::OutOfReach { uv: request.at });
+        }
         let location = match self.method {
             PlacementMethod::Widest => widest_strip(&request, start.warm)?,
             PlacementMethod::Inclined => with_inclination(&request, start.lean, start.warm)?,
@@ -151,21 +160,9 @@ impl CandidatePass<'_> {
     /// Then the machine does not reach a tool whose corner touches on the track, or that tool goes into some face by
     /// more than the width of a narrow strip: one that touches beside the track does so as well.
     fn barred(&self, arc: f64, lean: ToolInclination) -> bool {
-        let uv = self.chart.uv([self.across, self.track.at(arc)]);
-        let [_, feed] = self.steps(arc);
-        let Some(contact) = ContactPoint::new(self.face, uv) else { return false };
-        let normal = contact.normal;
-        // The inclination is measured from the contact side of the feed towards the strip.
-        let along = feed - normal.scale(normal.dot(&feed));
-        let Some(along) = Unit::try_new(along, f64::MIN_POSITIVE) else { return false };
-        let forward = along.scale(if self.forward { 1.0 } else { -1.0 });
-        let behind = self.options.side == ContactSide::Behind;
-        let ahead = if behind { -forward } else { forward };
-        let beside = forward.cross(&normal).scale(self.strip().sign());
-        let (sin, cos) = lean.towards.unwrap_or(0.0).sin_cos();
-        let towards = ahead.scale(cos) + beside.scale(sin);
-        let corner = contact.point + normal.scale(self.cutter.minor());
-        let pose = tool_fit::pose(corner, &normal, &towards, lean.angle, self.cutter);
+        let Some(pose) = self.touching([self.across, self.track.at(arc)], lean) else {
+            return false;
+        };
         let narrow = self.costs().narrow;
         let deep = KeepOff {
             least: self.keep_off.least - narrow,
@@ -173,5 +170,22 @@ impl CandidatePass<'_> {
             ..self.keep_off
         };
         !self.keep_off.cost.reaches(&pose) || deep.hits_any(&pose)
+    }
+
+    /// Returns the pose at an inclination whose corner touches the face at a point.
+    fn touching(&self, place: ChartPoint, lean: ToolInclination) -> Option<ToolPose> {
+        let contact = ContactPoint::new(self.face, self.chart.uv(place))?;
+        let normal = contact.normal;
+        let [_, feed] = self.steps_at(place);
+        // The inclination is measured from the contact side of the feed towards the strip.
+        let along = Unit::try_new(feed - normal.scale(normal.dot(&feed)), f64::MIN_POSITIVE)?;
+        let forward = along.scale(if self.forward { 1.0 } else { -1.0 });
+        let behind = self.options.side == ContactSide::Behind;
+        let ahead = if behind { -forward } else { forward };
+        let beside = forward.cross(&normal).scale(self.strip().sign());
+        let (sin, cos) = lean.towards.unwrap_or(0.0).sin_cos();
+        let towards = ahead.scale(cos) + beside.scale(sin);
+        let corner = contact.point + normal.scale(self.cutter.minor());
+        Some(tool_fit::pose(corner, &normal, &towards, lean.angle, self.cutter))
     }
 }

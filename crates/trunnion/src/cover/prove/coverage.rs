@@ -82,6 +82,15 @@ struct ProofColumn {
     smallest: f64,
 }
 
+/// Size and shape of the smallest cells.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct CellGrain {
+    /// Cells are not halved below this where strips are as wide as usual \[mm\].
+    pub(crate) usual: f64,
+    /// Length of a cell along over its width across.
+    pub(crate) long: f64,
+}
+
 /// Face with the sweeps of the passes over it.
 pub(crate) struct CoverageProof<'a, Inside> {
     pub(crate) face: &'a FaceIndex,
@@ -92,8 +101,7 @@ pub(crate) struct CoverageProof<'a, Inside> {
     pub(crate) limit: f64,
     /// Cells are not halved below this where strips are narrow \[mm\].
     pub(crate) smallest: f64,
-    /// Cells are not halved below this where strips are as wide as usual \[mm\]; not below `smallest`.
-    pub(crate) usual: f64,
+    pub(crate) grain: CellGrain,
     pub(crate) sweeps: &'a [&'a PassSweep],
 }
 
@@ -118,7 +126,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
         let range = self.region.bounds[1];
         let at = self.at();
         let whole = FaceCell::new([[from, end], range], &at);
-        let count = (whole.extent(1) / (COLUMN * self.usual)).ceil().clamp(1.0, COLUMNS);
+        let count = (whole.extent(1) / (COLUMN * self.grain.usual)).ceil().clamp(1.0, COLUMNS);
         let edges: Vec<[f64; 2]> = std::iter::successors(Some(0.0), |i| Some(i + 1.0))
             .take_while(|i| *i < count)
             .map(|i| [i, i + 1.0].map(|i| edge(range, i / count)))
@@ -129,7 +137,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
         let mut near = Vec::with_capacity(edges.len());
         self.share(window, &edges, &self.poses(), &mut near);
         let column = |(along, near): ([f64; 2], PoseIndices)| {
-            let mut smallest = self.usual;
+            let mut smallest = self.grain.usual;
             let (finished, width) = loop {
                 let column = ProofColumn { along, smallest };
                 let open = self.first_open(window, column, near.clone()).or_else(|| {
@@ -294,6 +302,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
                 continue;
             }
             // Where no pose comes near, all of a cell is open.
+            let b = b / self.grain.long;
             if a.max(b) <= smallest || (whole && near.is_empty()) {
                 return Some([cell.range[0][0], cell.middle()[1]]);
             }
