@@ -53,6 +53,9 @@ pub struct CoverOptions {
     pub side: ContactSide,
     /// Tolerance band for the error of each cutter location \[mm\].
     pub band: ToleranceBand,
+    /// Excess allowed after everything that follows \[mm\], at least `band.upper`: spots between strips that are no higher
+    /// get no passes of their own.
+    pub excess: f64,
     /// Cost of one more pass besides its own length: leads and a link, as the length that is cut in that
     /// time \[mm\].
     pub link: f64,
@@ -113,6 +116,7 @@ impl CoverOptions {
                 lower: path_share - tolerance.gouge,
                 upper: tolerance.excess - path_share,
             },
+            excess: tolerance.excess,
             link: LINK * radius,
             path_share,
             spacing: Interval::new(SPACING.low * radius, SPACING.high * radius),

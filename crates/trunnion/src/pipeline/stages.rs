@@ -91,6 +91,7 @@ pub(super) fn cover_turning(
             file::JobContactSide::Either => ContactSide::Either,
         },
         band: ToleranceBand { lower: job.budget.lower, upper: job.budget.upper },
+        excess: job.budget.total,
         link: link_length(job),
         path_share: job.budget.shares.path,
         max_axis_turn,
@@ -105,7 +106,10 @@ pub(super) fn cover_turning(
         cost: Some(&cost),
         ..CoverRequest::new(&job.faces, &job.cutter, &options)
     };
-    Ok(cover::cover(&request, progress)?)
+    let mut covering = cover::cover(&request, progress)?;
+    // The inspection of the program decides about spots that are within the tolerance, but above the strips' share.
+    covering.report.rest.retain(|part| part.depth > job.budget.total);
+    Ok(covering)
 }
 
 /// Returns true if the tool may hop; where stock may be anywhere, it links above all of it.

@@ -12,10 +12,11 @@ use crate::cover::place::flank::flank_pass;
 use crate::cover::place::floor::floor_passes;
 use crate::cover::place::placed::PlacedPasses;
 use crate::cover::place::planner::{FacePlanner, FaceRectangle, WorkLimits};
+use crate::cover::place::touch_up::{may_fit, touch_up};
 use crate::cover::place::unreachable::{UnreachableCells, within_reach};
 use crate::cover::report::{Covering, FaceLayout, LayoutCost, PassLayout};
 use crate::positioning::ContactSide;
-use crate::types::{UncutReason, UncutRegion};
+use crate::types::UncutRegion;
 use std::sync::Arc;
 
 /// Work, over that of passes at the fixed inclination, after which these are given up as well: several times what they
@@ -60,6 +61,15 @@ pub(crate) fn cover_face(
     best.map(PlacedPasses::covering)
 }
 
+/// Share of a face up to which what is left is finished spot by spot.
+const SPOTS: f64 = 0.02;
+
+/// Rounds of short passes: each is over what the round before has left.
+const TOUCH_UPS: u32 = 4;
+
+/// Share of the area left after a round, over that before, at which another is tried.
+const WORTHWHILE: f64 = 0.9;
+
 /// Share of a face that a flank or floor pass has to finish: of less, strips are planned over all of it.
 const PRISMATIC: f64 = 0.5;
 
@@ -76,19 +86,13 @@ fn prismatic(request: &FaceRequest<'_>) -> Result<Option<PlacedPasses>, CoverErr
     let planned = LayoutCost { layout, cost: placed.price(), rest: placed.left() };
     let mut work = 0;
     // Where the corner of the cutter does not fit, no inclination helps.
-    let fits = |part: &UncutRegion| {
-        !matches!(part.reason, UncutReason::Hollow | UncutReason::Neighbour(_))
-    };
-    if placed.report.rest.iter().any(fits) {
+    if is_left(&placed, request.options) {
         let chart = Chart::straight(FeedDirection::U);
         let region = region(face, &chart);
         let silent = |_: f64| Ok(());
         let cross = FaceContext::new(*request, chart, &region, &silent);
-        let filled = fill_across(&cross, &placed)?;
-        work = filled.report.work;
-        if placed.leaves_more(&filled) {
-            placed = filled;
-        }
+        placed = finish(&cross, placed)?;
+        work = placed.report.work;
     }
     let number = face.face().number;
     placed.report.layouts = vec![FaceLayout { face: number, layout, planned, others: Vec::new() }];
@@ -140,17 +144,15 @@ fn on_side(request: &FaceRequest<'_>, report: ProgressFn<'_>) -> Result<PlacedPa
     let (number, layout) = (face.face().number, planned.layout);
     best.report.layouts = vec![FaceLayout { face: number, layout, planned, others: costs }];
 
-    // Step 3: passes across the remaining material.
+    // Step 3: further passes over the remaining material.
     if !best.report.rest.is_empty() {
         let chart = chart.crossed();
         let region = within_reach(face, &chart, unreachable.as_ref());
         let report = |_: f64| report(1.0);
         let cross = FaceContext::new(*request, chart, &region, &report);
-        let filled = fill_across(&cross, &best)?;
-        work += filled.report.work;
-        if best.leaves_more(&filled) {
-            best = filled;
-        }
+        best.report.work = 0;
+        best = finish(&cross, best)?;
+        work += best.report.work;
     }
     best.report.work = work;
     Ok(best)
@@ -159,6 +161,38 @@ fn on_side(request: &FaceRequest<'_>, report: ProgressFn<'_>) -> Result<PlacedPa
 /// Returns the cost of passes on a chart.
 fn layout_cost(placed: &PlacedPasses, chart: &Chart) -> LayoutCost {
     LayoutCost { layout: chart.layout(), cost: placed.price(), rest: placed.left() }
+}
+
+/// Returns `true` if passes have left material that the tool may finish.
+fn is_left(placed: &PlacedPasses, options: &CoverOptions) -> bool {
+    placed.report.rest.iter().any(|part| may_fit(part, options.excess))
+}
+
+/// Finishes the material that passes have left: spots by short passes, larger regions by passes across first.
+fn finish<Inside: Fn(ChartPoint) -> bool + Sync>(
+    cross: &FaceContext<'_, Inside>,
+    mut placed: PlacedPasses,
+) -> Result<PlacedPasses, CoverError> {
+    if placed.left() > SPOTS * placed.report.area {
+        let filled = fill_across(cross, &placed)?;
+        if placed.leaves_more(&filled) {
+            placed = filled;
+        }
+    }
+    for _ in 0..TOUCH_UPS {
+        if !is_left(&placed, cross.options) {
+            break;
+        }
+        (cross.report)(1.0)?;
+        let mut touched = touch_up(cross, &placed);
+        measure_rest(cross, &mut touched);
+        // Cells at the rims count in full in both: what differs is finished.
+        if touched.left() > WORTHWHILE * placed.left() {
+            break;
+        }
+        placed = touched;
+    }
+    Ok(placed)
 }
 
 /// Plans passes across at the fixed inclination over the material that passes along have left. Passes across end in

@@ -13,6 +13,7 @@ pub(super) mod placed;
 pub(super) mod planner;
 pub(super) mod run_out;
 pub(super) mod tool_fit;
+pub(super) mod touch_up;
 pub(super) mod trial;
 pub(super) mod trim;
 pub(super) mod uncut;

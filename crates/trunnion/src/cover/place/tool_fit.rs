@@ -136,6 +136,58 @@ pub(crate) fn fitting_pose(
     Err(barred.map_or(UncutReason::Passes, |face| UncutReason::Tool(part_faces.number(face))))
 }
 
+/// Heights above the lower end of the band at which a tool is tried that goes into a neighbouring face, as shares of
+/// the room above it.
+const LIFTS: [f64; 3] = [0.0, 0.5, 1.0];
+
+/// Returns the pose nearest to the inclination of another in which the cutter touches a point and the whole tool keeps
+/// off all faces, within reach of the machine; the first from upright to inclined where there is no other.
+///
+/// Where its corner would go into a face, the tool is raised by up to `room` \[mm\].
+pub(crate) fn fitting_pose_near(
+    keep_off: &KeepOff<'_>,
+    contact: &ContactPoint,
+    cutter: &Cutter,
+    room: f64,
+    before: Option<ToolPose>,
+) -> Option<ToolPose> {
+    let query = NearestQuery::any(keep_off.least - keep_off.precision, keep_off.precision);
+    let corner_fits = |corner: &Point3<f64>| {
+        let ball = ToolPose { tip: *corner, axis: contact.normal };
+        let solid = ConvexSolid::ball(cutter.minor());
+        keep_off.part_faces.nearest(&solid, &ball, None, query).is_none()
+    };
+    // Step 1: the corner alone. Where it does not fit, no inclination helps.
+    let raised = |share: f64| {
+        contact.point + contact.normal.scale(cutter.minor() + keep_off.least + share * room)
+    };
+    let corner = LIFTS.into_iter().map(raised).find(corner_fits)?;
+    // Step 2: the whole tool, at inclinations more and more different.
+    let fits = |pose: &ToolPose| keep_off.cost.reaches(pose) && !keep_off.hits_any(pose);
+    let Some(before) = before else { return poses(contact, corner, cutter).find(fits) };
+    let same = pose_along(&before.axis, contact, corner, cutter);
+    let mut others: Vec<ToolPose> = poses(contact, corner, cutter).collect();
+    let turn = |pose: &ToolPose| -pose.axis.dot(&before.axis);
+    others.sort_by(|a, b| turn(a).total_cmp(&turn(b)));
+    same.into_iter().chain(others).find(fits)
+}
+
+/// Returns the pose along an axis that touches at a point; `None` where such an axis leaves the face's side, or inclines
+/// a cutter that is no ball too far.
+fn pose_along(
+    axis: &UnitVector3<f64>,
+    contact: &ContactPoint,
+    corner: Point3<f64>,
+    cutter: &Cutter,
+) -> Option<ToolPose> {
+    let normal = contact.normal;
+    let angle = normal.dot(axis).clamp(-1.0, 1.0).acos();
+    let most = if cutter.major() > 0.0 { MOST } else { ANGLES[ANGLES.len() - 1] };
+    let ahead = axis.into_inner() - normal.scale(normal.dot(axis));
+    let ahead = Unit::try_new(ahead, f64::MIN_POSITIVE)?;
+    (angle <= most).then(|| pose(corner, &normal, &ahead, angle, cutter))
+}
+
 /// Returns `true` if the machine reaches a point at any inclination.
 pub(crate) fn reached(cost: &dyn PassCost, contact: &ContactPoint, cutter: &Cutter) -> bool {
     let corner = contact.point + contact.normal.scale(cutter.minor());

@@ -31,7 +31,7 @@ const LENGTH: [f64; 2] = [6.0, 60.0];
 const OVER: f64 = 30.0;
 
 /// Share of the area reached by the best cutter that a larger cutter has to reach.
-const AS_GOOD: f64 = 0.85;
+const AS_GOOD: f64 = 0.95;
 
 /// Share of a face's samples that may be too concave for a ball.
 const NARROW: f64 = 0.03;
