@@ -667,6 +667,24 @@ proptest! {
 
 /// The lower half of a tube as a spline surface keeps no tool out that stands in it, and one that goes through its
 /// wall.
+/// One patch all round ends where it begins: it has to be halved round the turn as well.
+#[test]
+fn a_closed_patch_is_known_to_keep_off_a_solid() {
+    let around =
+        [[10.0, 0.0], [10.0, 20.0], [-20.0, 10.0], [-20.0, -10.0], [10.0, -20.0], [10.0, 0.0]];
+    let ring = |x: f64| around.map(|[y, z]| Point3::new(x, y, z)).to_vec();
+    let knots = [vec![0.0, 0.0, 1.0, 1.0], [vec![0.0; 6], vec![1.0; 6]].concat()];
+    let tube = NurbsSurface::new([1, 5], knots, vec![ring(0.0), ring(2.0)], None).unwrap();
+    let index = FaceIndex::new(Face::new(1, Surface::Nurbs(tube), Vec::new()).unwrap()).unwrap();
+    let centre = Point3::new(1.0, 0.0, 0.0);
+    let distance = index.closest(&centre).unwrap().distance.abs();
+    let ball = |radius: f64| {
+        move |p: &Point3<f64>| ((p - centre).norm() - radius, (p - centre).normalize())
+    };
+    assert_eq!(index.meets(&ball(distance - 0.01), 0.0), SolidProximity::Clear);
+    assert!(matches!(index.meets(&ball(distance + 0.01), 0.0), SolidProximity::Nearer(_)));
+}
+
 #[test]
 fn a_trimmed_tube_is_open_at_the_top() {
     let h = 0.5_f64.sqrt();

@@ -17,7 +17,7 @@ use trunnion::cutter::{Cutter, CutterKind, CutterSpec};
 use trunnion::positioning::{ToleranceBand, ToolInclination};
 use trunnion::surface::{
     CylinderSurface, Face, FaceIndex, PlaneSurface, SphereSurface, Surface, SurfaceFrame,
-    TrimCurve, TrimLoop,
+    TorusSurface, TrimCurve, TrimLoop,
 };
 use trunnion::types::{Interval, Silent, Station, ToolPose, UncutReason, UncutRegion};
 
@@ -385,6 +385,49 @@ fn a_rounded_corner_is_finished_up_to_the_faces_next_to_it() {
         let area: f64 = rest.iter().map(|rest| rest.area).sum();
         assert!(rest.is_empty(), "{r} {tool:?} {lower}: {area} mm2 in {} parts", rest.len());
     }
+}
+
+/// The floor z = 0 round a post of radius 5 on a foot rounded with 4 mm, and these two.
+fn floor_round_a_post() -> (FaceIndex, Vec<FaceIndex>) {
+    use std::f64::consts::{FRAC_PI_2, TAU};
+    let frame =
+        |z: f64| SurfaceFrame::new(Point3::new(0.0, 0.0, z), Vector3::z(), Vector3::x()).unwrap();
+    let loop_of = |corners: &[[f64; 2]]| {
+        let closed: Vec<_> = corners.iter().chain(corners.first()).copied().collect();
+        TrimLoop::new(vec![TrimCurve::polyline(&closed).unwrap()], [None, None], 1e-9).unwrap()
+    };
+    let ring: Vec<[f64; 2]> = (0..720)
+        .map(|i| (TAU * f64::from(i) / 720.0).sin_cos())
+        .map(|(sin, cos)| [9.0 * cos, 9.0 * sin])
+        .collect();
+    let square = [[-16.0, -16.0], [16.0, -16.0], [16.0, 16.0], [-16.0, 16.0]];
+    let floor = plane(Point3::origin(), Vector3::z(), Vector3::x());
+    let floor = Face::new(1, floor, vec![loop_of(&square), loop_of(&ring)]).unwrap();
+    let foot = Surface::Torus(TorusSurface::new(frame(4.0), 9.0, 4.0).unwrap());
+    let foot = face(
+        2,
+        foot,
+        &[
+            [0.0, 2.0 * FRAC_PI_2],
+            [TAU, 2.0 * FRAC_PI_2],
+            [TAU, 3.0 * FRAC_PI_2],
+            [0.0, 3.0 * FRAC_PI_2],
+        ],
+        true,
+    );
+    let post = Surface::Cylinder(CylinderSurface::new(frame(0.0), 5.0).unwrap());
+    let post = face(3, post, &[[0.0, 4.0], [TAU, 4.0], [TAU, 12.0], [0.0, 12.0]], false);
+    (FaceIndex::new(floor).unwrap(), vec![foot, post])
+}
+
+/// Passes from edge to edge leave spots where the floor goes over into the foot; each is touched on its own.
+#[test]
+fn a_floor_is_finished_up_to_the_rounded_foot_of_a_post() {
+    let (floor, others) = floor_round_a_post();
+    let (_, rest) =
+        cut((&floor, &others), &cutter([0.0, 3.0]), &options(PlacementMethod::Inclined));
+    let deepest = rest.iter().map(|rest| rest.depth).fold(0.0, f64::max);
+    assert!(deepest <= BAND.upper + SHARE + SAMPLING, "{deepest} in {} parts", rest.len());
 }
 
 /// A machine that gets to poses that lean to one side only: every other pass of a zigzag, along which the tool would lean to

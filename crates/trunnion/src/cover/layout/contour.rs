@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 pub(crate) type PlanePoint = [f64; 2];
 
 /// Steps of a root search: the interval shrinks by half at least every second step.
-const ROOT_STEPS: usize = 40;
+const ROOT_STEPS: usize = 64;
 
 /// Length of the interval, and distance, at which a root search ends \[mm\].
 const ROOT: f64 = 1e-7;
@@ -411,6 +411,18 @@ mod tests {
         }
         // Clockwise: the positive outside is on the left.
         assert!((turned + std::f64::consts::TAU).abs() < 1e-9, "{turned}");
+    }
+
+    /// A field may end its search at the first point that is too near: below zero only its sign counts.
+    #[test]
+    fn a_field_that_is_shallow_below_zero_is_followed_all_the_same() {
+        let field = |[x, y]: PlanePoint| {
+            let distance = x.hypot(y) - 12.0;
+            if distance < 0.0 { -1e-8 } else { distance.min(1e-4) }
+        };
+        let round = grid().contours(&field)[0].followed(&field, TOLERANCE);
+        assert!(round.len() == 1 && round[0].closed);
+        assert!(round[0].points.iter().all(|p| (p[0].hypot(p[1]) - 12.0).abs() < 1e-6));
     }
 
     #[test]
