@@ -116,8 +116,10 @@ fn on_side(request: &FaceRequest<'_>, report: ProgressFn<'_>) -> Result<PlacedPa
         let region = within_reach(face, &chart, unreachable.as_ref());
         let context = FaceContext::new(*request, chart.clone(), &region, &report);
         let limits = work_limits(&context);
-        // At a fixed inclination all strips are alike: the estimate that put the first chart first is exact.
-        let alike = options.method == PlacementMethod::Inclined;
+        // At a fixed inclination all strips are alike: the estimate that put the first chart first is exact, but for what
+        // the tool does not get to along it.
+        let alike = options.method == PlacementMethod::Inclined
+            && tried.iter().any(|placed| placed.left() <= SPOTS * placed.report.area);
         if !tried.is_empty() && (alike || work > limits.wide) {
             break;
         }
