@@ -193,7 +193,7 @@ impl FormulaScan<'_> {
             }
             _ => {
                 let rest = self.text.get(self.at..).unwrap_or_default();
-                let found = number::number(rest, self.mark).ok_or_else(|| {
+                let found = number::number(rest.as_bytes(), self.mark).ok_or_else(|| {
                     self.remark("a value is missing here", "write a number or a parameter")
                 })?;
                 self.at += found.length;

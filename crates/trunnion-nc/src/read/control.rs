@@ -511,6 +511,7 @@ fn finer(finest: &mut f64, decimals: u8, scale: f64) {
 }
 
 /// Returns the index of a letter in the alphabet: 0 for `A`.
+#[inline]
 pub(super) fn letter_index(letter: char) -> Option<usize> {
     let index = (letter as u32).checked_sub('A' as u32)?;
     usize::try_from(index).ok().filter(|index| *index < 26)

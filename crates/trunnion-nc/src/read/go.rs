@@ -204,7 +204,7 @@ impl ControlState {
                 *place = end;
             }
             // The axis position that belongs to a word depends on the work offset.
-            let position = self.machine_at(slot, end);
+            let position = if self.tcp { None } else { self.machine_at(slot, end) };
             if let Some(machine) = self.machine.get_mut(slot) {
                 *machine = position;
             }

@@ -89,10 +89,11 @@ impl GcodeBlock {
     /// Returns the word of a letter.
     #[inline]
     pub(super) fn look(&self, letter: char) -> Option<BlockWord> {
-        if self.present & bit(letter) == 0 {
+        let at = letter_index(letter)?;
+        if self.present >> at & 1 == 0 {
             return None;
         }
-        letter_index(letter).and_then(|at| self.words.get(at)).copied()
+        self.words.get(at).copied()
     }
 
     pub(super) fn has_any(&self, letters: &str) -> bool {
@@ -105,11 +106,14 @@ impl GcodeBlock {
 
     /// Iterates over the words that no code took.
     pub(super) fn left(&self) -> impl Iterator<Item = (char, BlockWord)> + '_ {
-        let left = self.present & !self.used;
-        ('A'..='Z')
-            .zip(&self.words)
-            .filter(move |(letter, _)| left & bit(*letter) != 0)
-            .map(|(letter, word)| (letter, *word))
+        // Most lines have none: the words of the others are counted off, bit by bit.
+        let mut left = self.present & !self.used;
+        std::iter::from_fn(move || {
+            let at = left.trailing_zeros();
+            left &= left.wrapping_sub(1);
+            let letter = u8::try_from(at).ok()?.checked_add(b'A').filter(u8::is_ascii_uppercase)?;
+            self.words.get(usize::try_from(at).ok()?).map(|word| (char::from(letter), *word))
+        })
     }
 
     pub(super) fn none_left(&self) -> bool {
@@ -160,9 +164,9 @@ impl GcodeBlock {
             _ if !byte.is_ascii_alphabetic() => return Err(stray(byte, scan)),
             _ => scan.at += 1,
         }
-        let value = match scan.value(env) {
-            Ok(value) => value,
-            Err(remark) => return Err(letter_alone(scan, at, remark)),
+        let value = match scan.plain() {
+            Some(value) => value,
+            None => scan.value(env).map_err(|remark| letter_alone(scan, at, remark))?,
         };
         let letter = byte.to_ascii_uppercase();
         match letter {

@@ -199,15 +199,23 @@ impl<'a> ExpressionScan<'a> {
         rest.get(..end).unwrap_or_default()
     }
 
+    /// Reads a plain number, if one stands here.
+    #[inline]
+    pub(super) fn plain(&mut self) -> Option<ExpressionValue> {
+        self.blanks();
+        let rest = self.text.as_bytes().get(self.at..)?;
+        let found = number::signed(rest, DecimalMark::Point)?;
+        self.at += found.length;
+        let number::ScannedNumber { value: number, decimals, point, .. } = found;
+        Some(ExpressionValue { number, decimals, point })
+    }
+
     /// Reads a value: number, `[expression]`, `#parameter`, function, with signs.
     #[inline]
     pub(super) fn value(&mut self, env: &ExpressionEnv<'_>) -> Result<ExpressionValue, ReadRemark> {
-        self.blanks();
         // Plain numbers are by far the most frequent values, and keep their digits.
-        if let Some(found) = number::signed(self.rest(), DecimalMark::Point) {
-            self.at += found.length;
-            let number::ScannedNumber { value: number, decimals, point, .. } = found;
-            return Ok(ExpressionValue { number, decimals, point });
+        if let Some(plain) = self.plain() {
+            return Ok(plain);
         }
         let number = self.computed(env)?;
         Ok(ExpressionValue { number, decimals: COMPUTED, point: true })

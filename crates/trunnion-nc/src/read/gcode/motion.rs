@@ -141,15 +141,12 @@ impl GcodeReader {
         text: &str,
     ) -> Result<MoveTarget, ReadRemark> {
         let mut target = MoveTarget::new(usize::MAX, 0);
-        for letter in AXES {
-            let Some(word) = block.look(letter) else { continue };
-            let slot = state.control.slot(letter as u8);
-            let Some(slot) = slot else {
+        for letter in AXES.iter().copied() {
+            let Some(word) = block.take(letter) else { continue };
+            let Some(slot) = state.control.slot(letter as u8) else {
                 let what = text.get(word.at..word.end).unwrap_or_default();
-                block.take(letter);
                 return Err(state.control.no_axis(word.at, what));
             };
-            block.take(letter);
             // Beyond any machine: often increments of 0.001 mm that were written without a point.
             if word.value.abs() > LARGEST {
                 let what = text.get(word.at..word.end).unwrap_or_default();
@@ -174,6 +171,7 @@ impl GcodeReader {
 
     /// Warns of a word without a point: Fanuc and Haas count it in the smallest increment, if so
     /// set.
+    #[inline]
     fn check_point(&self, state: &mut ReaderState, letter: char, word: BlockWord, text: &str) {
         // Parameter 3401 bit 0 (DPI) decides at Fanuc: X10 is 10 mm or 10 increments of 0.001 mm.
         if self.dialect != Dialect::LinuxCnc && !word.point && word.value.abs() > 0.0 {

@@ -18,7 +18,7 @@ pub(super) struct KlartextValue {
 impl HeidenhainReader {
     /// Reads `+10`, `10,5`, `-Q3`.
     pub(super) fn value(&self, token: &Token<'_>) -> Result<KlartextValue, ReadRemark> {
-        if let Some(found) = number::signed(token.text, DecimalMark::PointOrComma)
+        if let Some(found) = number::signed(token.text.as_bytes(), DecimalMark::PointOrComma)
             && found.length == token.text.len()
         {
             return Ok(KlartextValue { value: found.value, decimals: found.decimals });

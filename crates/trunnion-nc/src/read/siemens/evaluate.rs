@@ -19,7 +19,7 @@ impl SiemensReader {
             let message = format!("{} without a value", item.text_name());
             return Err(ReadRemark::new(item.at, message, "write it behind ="));
         };
-        if let Some(found) = number::signed(text, DecimalMark::Point)
+        if let Some(found) = number::signed(text.as_bytes(), DecimalMark::Point)
             && found.length == text.trim_end().len()
         {
             return Ok((
@@ -41,7 +41,8 @@ impl SiemensReader {
         let inner = inner.strip_prefix('(').and_then(|inner| inner.strip_suffix(')'));
         let plain = inner.and_then(|inner| {
             let inner = inner.trim();
-            number::signed(inner, DecimalMark::Point).filter(|found| found.length == inner.len())
+            number::signed(inner.as_bytes(), DecimalMark::Point)
+                .filter(|found| found.length == inner.len())
         });
         let decimals = plain.map_or(COMPUTED, |found| found.decimals);
         Ok((SiemensValue { number, decimals }, mode.map_or(ValueMode::Plain, |(_, mode)| *mode)))

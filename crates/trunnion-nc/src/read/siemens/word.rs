@@ -190,7 +190,7 @@ impl<'a> SiemensWords<'a> {
         self.at += 1;
         self.blanks();
         let value_at = self.at;
-        let Some(found) = number::signed(self.rest(), DecimalMark::Point) else {
+        let Some(found) = number::signed(self.rest().as_bytes(), DecimalMark::Point) else {
             let message = "letter without a number";
             return Err(ReadRemark::new(at, message, "write its value, or = and an expression"));
         };
