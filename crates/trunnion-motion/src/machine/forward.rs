@@ -133,6 +133,30 @@ impl Kinematics {
         ToolPose { tip: Point3::from(tip), axis: UnitVector3::new_unchecked(axis) }
     }
 
+    /// Returns the motion of the tip by each axis at `q`: its partial derivatives.
+    pub fn tip_levers(&self, q: &AxisVector) -> TipLevers {
+        let ChainGeometry { rotary: [first, second], slides, stage, tip, .. } = &self.chain;
+        let linear = Vector3::new(q[0], q[1], q[2]);
+        let [sin_cos1, sin_cos2] =
+            [FIRST_ROTARY, SECOND_ROTARY].map(|axis| q[axis].sin_cos().into());
+        // Rotations keep distances, so each lever is taken before the turns that follow in the chain.
+        let inner = slides[2] * linear + (tip - second.point);
+        let middle =
+            slides[1] * linear + (second.point - first.point) + second.turn(sin_cos2, &inner);
+        let lever = |joint: &RotaryJoint, arm: &Vector3<f64>| joint.dir.cross(arm).norm();
+        // The tip is affine in a linear axis: its direction, turned by the rotaries before it.
+        let linear = [0, 1, 2].map(|axis| match stage[axis] {
+            0 => slides[0].column(axis).into_owned(),
+            1 => first.turn(sin_cos1, &slides[1].column(axis).into_owned()),
+            _ => {
+                let inner = second.turn(sin_cos2, &slides[2].column(axis).into_owned());
+                first.turn(sin_cos1, &inner)
+            }
+        });
+        let rotary = [lever(first, &middle), lever(second, &inner)];
+        TipLevers { linear, rotary }
+    }
+
     /// Returns the rates `[tip, tool axis]` at `q` while the axes change at `rate`.
     ///
     /// This is the derivative of [`Self::forward`] along `rate`, in the workpiece frame \[mm and 1 per unit
@@ -161,6 +185,16 @@ impl Kinematics {
     }
 }
 
+/// Motion of the tip by each axis at one position of a machine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct TipLevers {
+    /// Motion of the tip by 1 mm of X, Y and Z, workpiece frame \[mm\].
+    pub linear: [Vector3<f64>; 3],
+    /// Distance of the tip from each rotary axis \[mm\].
+    pub rotary: [f64; 2],
+}
+
 impl RotaryJoint {
     /// Turns `v` about the direction by the angle with this sine and cosine (Rodrigues' formula).
     fn turn(&self, [sin, cos]: [f64; 2], v: &Vector3<f64>) -> Vector3<f64> {
@@ -172,7 +206,8 @@ impl RotaryJoint {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::samples::ac_trunnion;
+    use crate::machine::AxisKind;
+    use crate::machine::samples::{ac_trunnion, axis, machine};
 
     /// The worked cut of a trunnion with the datum 80 mm above the crossing of A and C.
     #[test]
@@ -237,6 +272,39 @@ mod tests {
             let [tip, axis] = kinematics.forward_rate(&q, &rate);
             assert!((tip - (after.tip - before.tip) / (2.0 * step)).norm() < 1e-5, "{seed}");
             assert!((axis - (*after.axis - *before.axis) / (2.0 * step)).norm() < 1e-7, "{seed}");
+        }
+    }
+
+    /// Against the forward map: a step of a linear axis, and half a turn of a rotary, which leads to the opposite point
+    /// of a circle.
+    #[test]
+    fn levers_are_those_of_the_forward_map() {
+        let rotary = |name, dir| axis(name, AxisKind::Rotary, dir);
+        let a = rotary("A", [1.0, 0.0, 0.0]);
+        let c = rotary("C", [0.0, 0.6, 0.8]);
+        let chains: [(&[&str], _); 3] = [
+            (&["w", "C", "A", "b", "X", "Y", "Z", "t"], [c.clone(), a.clone()]),
+            (&["w", "C", "X", "b", "Y", "A", "Z", "t"], [c.clone(), a.clone()]),
+            (&["w", "b", "X", "Y", "Z", "C", "A", "t"], [c, a]),
+        ];
+        let setup = Setup::new(Vector3::new(40.0, -30.0, 20.0), [0.1, 0.2, 0.3], 120.0);
+        for (chain, rotary) in chains {
+            let spec = machine(chain, rotary);
+            let kinematics = Kinematics::new(&Machine::new(spec).unwrap(), &setup);
+            let q = AxisVector::from([31.0, -47.0, 12.0, 0.7, -1.9]);
+            let tip = kinematics.forward(&q).tip;
+            let levers = kinematics.tip_levers(&q);
+            for axis in 0..5 {
+                let mut moved = q;
+                moved[axis] += if axis < 3 { 1.0 } else { std::f64::consts::PI };
+                let way = kinematics.forward(&moved).tip - tip;
+                match axis.checked_sub(3) {
+                    None => assert!((way - levers.linear[axis]).norm() < 1e-12),
+                    Some(rotary) => {
+                        assert!((0.5 * way.norm() - levers.rotary[rotary]).abs() < 1e-11);
+                    }
+                }
+            }
         }
     }
 

@@ -49,7 +49,7 @@ pub use chain::KinematicChain;
 pub use checked::{Axis, FIRST_ROTARY, Machine, OutOfTravel, SECOND_ROTARY};
 pub use describe::{MachineKind, MovedBody, SignCheck};
 pub use error::{MachineError, MachineErrors};
-pub use forward::{ChainGeometry, Kinematics, RotaryJoint, Setup};
+pub use forward::{ChainGeometry, Kinematics, RotaryJoint, Setup, TipLevers};
 pub use picture::picture;
 pub use rotary_pair::RotaryPair;
 pub use settings::{

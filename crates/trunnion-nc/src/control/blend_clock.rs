@@ -85,7 +85,7 @@ const COMPLETE: f64 = 1e-9;
 const LEAST_COSINE: f64 = 1e-6;
 
 /// A block that runs or waits to run.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct RunningBlock {
     block: ClockedBlock,
     tolerance: BlendTolerance,
@@ -175,6 +175,21 @@ impl BlendClock {
             self.blend(&mut current, &mut next);
         }
         self.current = Some(next);
+    }
+
+    /// Takes the next block into two clocks of one period. Where both run alike, it is run once.
+    pub fn push_to_both(clocks: [&mut Self; 2], block: ClockedBlock, tolerance: BlendTolerance) {
+        let [one, other] = clocks;
+        // The time of a block depends on the one that runs and on nothing before it.
+        let is_alike = one.current == other.current;
+        let before = one.cycles;
+        one.push(block, tolerance);
+        if is_alike {
+            other.cycles += one.cycles - before;
+            other.current = one.current;
+        } else {
+            other.push(block, tolerance);
+        }
     }
 
     /// Runs the last block into a standstill.

@@ -53,6 +53,32 @@ pub fn block_end<C: ControlKinematics>(
     block: &Move,
     frame: &WordFrame,
 ) -> Result<BlockEnd<C::Rotaries>, C::Error> {
+    // Words left out stay as the tip reads now, even if the frame changed since the last block.
+    let start = BlockStart { axes: *from, words: read_words(control, from, frame) };
+    block_end_from(control, &start, block, frame)
+}
+
+/// Start of a block: axis positions, and what the words of its frame read there \[mm, rad\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BlockStart {
+    /// Axis positions.
+    pub axes: AxisVector,
+    /// Words there ([`read_words`]).
+    pub words: AxisVector,
+}
+
+/// Returns where a straight block ends, for a caller that has read the words of its start.
+///
+/// # Errors
+///
+/// Those of the control's [`ControlKinematics`].
+pub fn block_end_from<C: ControlKinematics>(
+    control: &C,
+    start: &BlockStart,
+    block: &Move,
+    frame: &WordFrame,
+) -> Result<BlockEnd<C::Rotaries>, C::Error> {
+    let from = &start.axes;
     match frame {
         WordFrame::Axes(shift) => {
             let mut axes = end_words(*from, block, shift);
@@ -62,9 +88,7 @@ pub fn block_end<C: ControlKinematics>(
             Ok(BlockEnd { axes, tip: None, rotaries })
         }
         WordFrame::Tip(tip) => {
-            // Words left out stay as the tip reads now, even if the frame changed since the last block.
-            let start = read_words(control, from, frame);
-            let mut axes = end_words(start, block, &AxisVector::zeros());
+            let mut axes = end_words(start.words, block, &AxisVector::zeros());
             let target = tip_target(tip, &axes);
             let rotaries = choose(control, from, block, Some(target))?;
             turn(control, &mut axes, rotaries.as_ref());

@@ -148,8 +148,13 @@ impl AxisWords {
 impl AxisWord {
     /// Returns half of the last digit \[mm or rad\].
     fn rounding(self) -> f64 {
+        /// Units of the first digits; the table spares a power for each word of a program.
+        const UNITS: [f64; 10] = [1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
         // A number rounded to a unit is off by half of it at most.
-        let unit = 10f64.powi(-i32::from(self.decimals));
+        let unit = match UNITS.get(usize::from(self.decimals)) {
+            Some(unit) => *unit,
+            None => 10f64.powi(-i32::from(self.decimals)),
+        };
         0.5 * if self.rotary { unit.to_radians() } else { unit }
     }
 

@@ -1,10 +1,9 @@
 //! Bounds on the error that rounding a program's words causes at the tool.
 
-use crate::machine::Kinematics;
+use crate::machine::{Kinematics, TipLevers};
 use crate::types::AxisVector;
 use crate::words::AxisWords;
 use nalgebra::Vector3;
-use std::f64::consts::PI;
 
 /// Meaning of X Y Z in a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,8 +18,7 @@ pub enum Coordinates {
 /// the tip
 /// \[mm\].
 ///
-/// A rotary error `e` moves a point by at most `e` times its distance from the axis; the tip's
-/// distance is half the way between its places at `q` and half a turn further. With TCP the tip is
+/// A rotary error `e` moves a point by at most `e` times its distance from the axis. With TCP the tip is
 /// written directly and a rotary error only turns the tool about it.
 pub fn rounding(
     kinematics: &Kinematics,
@@ -38,31 +36,16 @@ pub fn rounding(
         Coordinates::Tip => half.fixed_rows::<3>(0).norm() + rotary * lever,
         Coordinates::Axes => {
             // X Y Z are axes: a rotary error also swings the tip about the rotary axis.
-            let tips: f64 =
-                [3, 4].iter().map(|&axis| half[axis] * radius(kinematics, q, axis)).sum();
-            linear(kinematics, q, &half) + tips + rotary * lever
+            let TipLevers { linear, rotary: radius, .. } = kinematics.tip_levers(q);
+            let tips = half[3] * radius[0] + half[4] * radius[1];
+            farthest(&linear, &half) + tips + rotary * lever
         }
     }
 }
 
-/// Returns the distance of the tip from a rotary axis \[mm\].
-fn radius(kinematics: &Kinematics, q: &AxisVector, axis: usize) -> f64 {
-    let mut opposite = *q;
-    // Half a turn takes the tip to the opposite point of its circle: the distance is the diameter.
-    opposite[axis] += PI;
-    0.5 * (kinematics.forward(&opposite).tip - kinematics.forward(q).tip).norm()
-}
-
 /// Returns the distance of the farthest corner of the box that the linear roundings span \[mm\].
-fn linear(kinematics: &Kinematics, q: &AxisVector, half: &AxisVector) -> f64 {
-    let tip = kinematics.forward(q).tip;
-    let edge = |axis: usize| {
-        let mut moved = *q;
-        // The tip is affine in a linear axis, so a step of 1 mm is its exact derivative.
-        moved[axis] += 1.0;
-        (kinematics.forward(&moved).tip - tip) * half[axis]
-    };
-    let [x, y, z]: [Vector3<f64>; 3] = [edge(0), edge(1), edge(2)];
+fn farthest(linear: &[Vector3<f64>; 3], half: &AxisVector) -> f64 {
+    let [x, y, z] = [0, 1, 2].map(|axis| linear[axis] * half[axis]);
     // The other four corners are these with opposite sign.
     let corners = [x + y + z, x + y - z, x - y + z, x - y - z];
     corners.iter().map(Vector3::norm).fold(0.0, f64::max)

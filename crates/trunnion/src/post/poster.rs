@@ -99,8 +99,7 @@ impl FeedTally {
 
     /// Counts a feed move on the control.
     fn feed(&mut self, words: &AxisVector, seconds: f64) {
-        self.cuts.feed(words, seconds);
-        self.clock.feed(words, seconds);
+        ControlClock::feed_both([&mut self.cuts, &mut self.clock], words, seconds);
     }
 }
 

@@ -5,6 +5,7 @@ use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, Kinematics, RotaryPair, Setup};
 use crate::math::jet::{Jet, Real};
 use crate::nc::control::{ControlKinematics, RotaryRequest, TipTarget, ToolLength};
+use crate::post::axis_point::AxesPose;
 use crate::post::error::PostError;
 use crate::types::{AxisVector, ToolPose};
 use nalgebra::{Point3, UnitVector3, Vector3};
@@ -16,6 +17,8 @@ pub(super) struct PostControl {
     /// Without tool length, for `G49`.
     bare: Inverse,
     pub(super) motion: ToolMotion,
+    /// Axis positions to which a block led, and the tool there: the next block begins with both.
+    stands: AxesPose,
 }
 
 impl PostControl {
@@ -25,7 +28,19 @@ impl PostControl {
         let inverse =
             |of: &Kinematics| Inverse::new(of).map_err(|error| PostError::reach(0, error));
         let (with_tool, bare) = (inverse(kinematics)?, inverse(&bare)?);
-        Ok(Self { with_tool, bare, motion: ToolMotion::Unplaced })
+        let home = kinematics.machine().home();
+        let stands = AxesPose { q: home, pose: kinematics.forward(&home) };
+        Ok(Self { with_tool, bare, motion: ToolMotion::Unplaced, stands })
+    }
+
+    /// Keeps the tool at axis positions, which will be asked for again.
+    pub(super) fn stand(&mut self, q: AxisVector) {
+        self.stands = AxesPose { q, pose: self.kinematics().forward(&q) };
+    }
+
+    /// Returns the tool at axis positions.
+    pub(super) fn pose(&self, q: &AxisVector) -> ToolPose {
+        if self.stands.q == *q { self.stands.pose } else { self.kinematics().forward(q) }
     }
 
     /// The machine with the tool that is in the spindle.
@@ -51,7 +66,11 @@ impl ControlKinematics for PostControl {
 
     fn tip(&self, axes: &AxisVector, length: ToolLength) -> Point3<f64> {
         let kinematics = self.inverse(length).kinematics();
-        kinematics.setup().rotation * kinematics.forward(axes).tip
+        let tip = match length {
+            ToolLength::Active => self.pose(axes).tip,
+            ToolLength::Cancelled => kinematics.forward(axes).tip,
+        };
+        kinematics.setup().rotation * tip
     }
 
     fn axis(&self, axes: &AxisVector) -> UnitVector3<f64> {

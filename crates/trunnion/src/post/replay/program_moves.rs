@@ -6,8 +6,8 @@ use super::only_tool::{OnlyTool, ToolMotion};
 use crate::blocks::BlockInterpolation;
 use crate::machine::{FIRST_ROTARY, Kinematics, Setup};
 use crate::nc::control::{
-    ArcChords, BlockFrames, NumberedLength, WorkOffset, WorkOffsets, block_end, end_words,
-    keeps_xy, path_length, read_words,
+    ArcChords, BlockFrames, BlockStart, NumberedLength, WorkOffset, WorkOffsets, block_end,
+    block_end_from, end_words, keeps_xy, path_length, read_words,
 };
 use crate::nc::read::{Coolant, Frame, Move, Offset, OffsetKind, Pace, Step, Turning, Way};
 use crate::nc::write::{WriteError, work_offset};
@@ -120,7 +120,13 @@ impl ProgramMoves {
 
     /// Returns the present pose of the tool in the workpiece.
     pub fn pose(&self) -> ToolPose {
-        self.kinematics().forward(&self.q)
+        self.control.pose(&self.q)
+    }
+
+    /// Takes the axes to these positions.
+    fn stand(&mut self, q: AxisVector) {
+        self.q = q;
+        self.control.stand(q);
     }
 
     /// Returns the first line that cuts with no tool length in force, so that X Y Z are the gauge point.
@@ -238,9 +244,9 @@ impl ProgramMoves {
         let length = path_length(block, &from, &to);
         match block.way {
             Way::Line => {
-                let before = self.q;
-                self.q = block_end(&self.control, &self.q, block, &frame)?.axes;
-                self.push(block, self.pace(block, length, &before), out);
+                let start = BlockStart { axes: self.q, words: from };
+                self.stand(block_end_from(&self.control, &start, block, &frame)?.axes);
+                self.push(block, self.pace(block, length, &start.axes), out);
             }
             Way::Arc(arc) => {
                 let count = arc.parts(self.arc_tolerance).min(MOST_CHORDS);
@@ -252,7 +258,7 @@ impl ProgramMoves {
                         pace => pace,
                     };
                     let chord = Move { pace, ..chord };
-                    self.q = block_end(&self.control, &self.q, &chord, &frame)?.axes;
+                    self.stand(block_end(&self.control, &self.q, &chord, &frame)?.axes);
                     self.push(&chord, self.pace(&chord, length / chords, &before), out);
                 }
             }

@@ -40,6 +40,13 @@ impl ControlClock {
         self.push(words, seconds.max(least));
     }
 
+    /// Takes a feed block into two clocks of one program; see [`Self::feed`].
+    pub(crate) fn feed_both(clocks: [&mut Self; 2], words: &AxisVector, seconds: f64) {
+        let [one, other] = clocks;
+        let block = one.block(words, seconds.max(over(words, &one.velocity)));
+        BlendClock::push_to_both([&mut one.clock, &mut other.clock], block, one.tolerance);
+    }
+
     /// Takes in a rapid block.
     pub(crate) fn rapid(&mut self, words: &AxisVector) {
         let least = over(words, &self.rapid);
@@ -48,6 +55,12 @@ impl ControlClock {
 
     /// Takes in a block that lasts `seconds` without regard to acceleration.
     fn push(&mut self, words: &AxisVector, seconds: f64) {
+        let block = self.block(words, seconds);
+        self.clock.push(block, self.tolerance);
+    }
+
+    /// Returns a block that lasts `seconds` without regard to acceleration.
+    fn block(&self, words: &AxisVector, seconds: f64) -> ClockedBlock {
         let linear = words.fixed_rows::<FIRST_ROTARY>(0).into_owned();
         let turn = words.fixed_rows::<{ AXES - FIRST_ROTARY }>(FIRST_ROTARY).norm();
         // F counts along X, Y, Z, and along the rotaries where these stand.
@@ -55,14 +68,13 @@ impl ControlClock {
         let length = if tip > 0.0 { tip } else { turn };
         let directions = UnitVector3::try_new(linear, 0.0).map(|along| [along; 2]);
         let kind = if turn > 0.0 { ClockedKind::Rotary } else { ClockedKind::Linear };
-        let block = ClockedBlock {
+        ClockedBlock {
             length,
             velocity: length / seconds,
             acceleration: length / over(words, &self.acceleration),
             directions,
             kind,
-        };
-        self.clock.push(block, self.tolerance);
+        }
     }
 
     /// Returns the time of the blocks but the last, whose end depends on the next \[s\].
