@@ -1,6 +1,7 @@
 //! Configuration of a `LinuxCNC` machine: values that programs can read, and the files beside it.
 
 use super::options::CodeRemap;
+use std::ops::RangeInclusive;
 
 /// Values of a configuration, as far as programs depend on them.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -87,13 +88,32 @@ fn remap_of(value: &str) -> Option<CodeRemap> {
     Some(remap)
 }
 
+/// Units in a millimetre that a machine can have: from kilometres to nanometres.
+const UNITS: RangeInclusive<f64> = 1e-6..=1e6;
+
 /// Returns the millimetres of a unit, which is a name or the number of units in a millimetre.
 fn unit_of(text: &str) -> Option<f64> {
     match text.to_ascii_lowercase().as_str() {
         "mm" | "metric" => Some(1.0),
         "in" | "inch" | "imperial" => Some(25.4),
         number => {
-            number.parse::<f64>().ok().filter(|number| *number > 0.0).map(|number| 1.0 / number)
+            // Beyond any length: the unit would be none, or none of the table's lengths a number.
+            let number = number.parse::<f64>().ok().filter(|number| UNITS.contains(number))?;
+            Some(1.0 / number)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_unit_that_no_machine_has_is_left_out() {
+        let unit = |text: &str| ini_file(&format!("[TRAJ]\nLINEAR_UNITS = {text}\n")).unit;
+        for beyond in ["1e-320", "inf", "1e308", "0", "-1", "nan"] {
+            assert!((unit(beyond) - 1.0).abs() < 1e-15, "{beyond}");
+        }
+        assert!((unit("0.03937007874015748") - 25.4).abs() < 1e-12);
     }
 }

@@ -4,6 +4,9 @@ use super::options::ToolRow;
 use crate::types::{Diagnostic, Diagnostics};
 use std::collections::BTreeMap;
 
+/// Largest length in a tool table \[mm\]; beyond it is a slip.
+const LONGEST: f64 = 1e6;
+
 /// Reads a tool table of `LinuxCNC`: lines such as `T1 P1 Z20.5 D6 ; end mill`.
 ///
 /// `unit` is the length of the table's unit \[mm\]: that of the machine, 1 or 25.4.
@@ -57,6 +60,10 @@ fn tool_row(words: &str, unit: f64) -> Result<ToolRow, String> {
         if !value.is_finite() {
             return Err(format!("{letter}{text} is not finite"));
         }
+        let length = unit * value;
+        if matches!(letter.to_ascii_uppercase(), 'X' | 'Y' | 'Z' | 'D') && length.abs() > LONGEST {
+            return Err(format!("{letter}{text} is beyond {LONGEST} mm"));
+        }
         match letter.to_ascii_uppercase() {
             'T' => number = Some(count(value).ok_or_else(|| format!("T{text} is no tool"))?),
             'Q' => {
@@ -64,10 +71,10 @@ fn tool_row(words: &str, unit: f64) -> Result<ToolRow, String> {
                     .filter(|q| *q < 10)
                     .ok_or_else(|| format!("Q{text} is no corner"))?;
             }
-            'X' => row.offset[0] = unit * value,
-            'Y' => row.offset[1] = unit * value,
-            'Z' => row.offset[2] = unit * value,
-            'D' => row.diameter = unit * value,
+            'X' => row.offset[0] = length,
+            'Y' => row.offset[1] = length,
+            'Z' => row.offset[2] = length,
+            'D' => row.diameter = length,
             // Pocket, offsets of further axes, angles of the tool: no word of a program counts from them.
             'P' | 'A' | 'B' | 'C' | 'U' | 'V' | 'W' | 'I' | 'J' => {}
             _ => return Err(format!("{letter} is no word of a tool table")),

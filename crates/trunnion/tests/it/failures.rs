@@ -5,7 +5,7 @@
 use std::fs;
 use std::path::Path;
 use trunnion::files::machine::{built_in, parse};
-use trunnion::nc::read::{AxisWords, Dialect, ReadOptions, cl, read};
+use trunnion::nc::read::{AxisWords, Dialect, ReadOptions, cl, ini_file, read, tool_rows};
 
 /// Reads a file with the reader of its kind; true if it was read without a complaint.
 fn is_accepted(name: &str, bytes: &[u8]) -> bool {
@@ -16,6 +16,9 @@ fn is_accepted(name: &str, bytes: &[u8]) -> bool {
             let axes = AxisWords::of(&machine).unwrap();
             read(&text, &ReadOptions::new(Dialect::LinuxCnc, axes, 20)).is_ok()
         }
+        "tbl" => tool_rows(&text, 25.4).is_ok(),
+        // What is no unit leaves millimetres, the value of an empty file.
+        "ini" => ini_file(&text).unit.to_bits() != ini_file("").unit.to_bits(),
         "cls" => cl(&text, 20).is_ok(),
         "stl" => trunnion::import::stl::read(bytes).is_ok(),
         "json" => trunnion::import::surface_json::read(bytes).is_ok(),
