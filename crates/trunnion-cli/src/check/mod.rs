@@ -1,6 +1,7 @@
 //! `trunnion check`: a program against the part, and against the machine; or a table of setpoints.
 
 mod args;
+mod assumed_tool;
 mod assumptions;
 mod control_model;
 mod creeping;

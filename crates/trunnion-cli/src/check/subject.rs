@@ -1,6 +1,7 @@
 //! The program that is checked, with everything it is checked against.
 
 use super::args::Args;
+use super::assumed_tool::AssumedTool;
 use super::remedy;
 use super::setting::Setting;
 use super::what_if::Assumption;
@@ -12,7 +13,7 @@ use trunnion::cutter::Cutter;
 use trunnion::files::summary::ChordSummary;
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{
-    AxisWords, ClSource, ClText, Dialect, ProgramSource, ProgramText, ReadOptions,
+    AxisWords, ClSource, ClText, Dialect, ProgramSource, ProgramText, ReadOptions, ToolRow,
 };
 use trunnion::nc::write::work_offset;
 use trunnion::pipeline::{Fixtures, MOST_COLLISIONS};
@@ -54,6 +55,8 @@ pub(super) struct Subject {
     /// Chord tolerances of the triangles that stand for STEP solids.
     pub(super) chords: Vec<ChordSummary>,
     pub(super) warnings: Vec<String>,
+    /// Contradictions between the program's tool and the one that is checked in its place.
+    pub(super) contradictions: Vec<String>,
     /// Kinds of findings that do not fail the check.
     pub(super) accepted: Vec<FindingKind>,
     pub(super) coolant: CoolantDemand,
@@ -69,7 +72,7 @@ impl Subject {
         let setting = Setting::read(args, bars)?;
         let (stock, fixtures) = setting.solids()?;
         let offsets = offsets(args, setting.kinematics.as_ref());
-        let motion = motion(args, setting.kinematics)?;
+        let ReadProgram { motion, tools: rows } = motion(args, setting.kinematics)?;
         let meets_nothing = setting.part.is_none() && stock.is_none() && fixtures.is_none();
         if meets_nothing && matches!(motion, Motion::Locations(_)) {
             let help = "give what the tool meets: --part, --stock or --fixture, with --cutter";
@@ -86,8 +89,17 @@ impl Subject {
         let file = args.program.display();
         warnings.extend(reading.iter().map(|warning| format!("{file}:{warning}")));
         // With several tools the number selects the tool; with one it can only be a misunderstanding.
-        if setting.tools.is_empty() {
-            warnings.extend(setting.number.and_then(|own| misnamed(&motion, own)));
+        let mut contradictions = Vec::new();
+        if setting.tools.is_empty()
+            && let Some(number) = setting.number.and_then(|own| misnamed(&motion, own))
+        {
+            let taken = AssumedTool {
+                number,
+                own: setting.number.unwrap_or_default(),
+                cutter: &setting.cutter,
+            };
+            warnings.push(taken.warning());
+            contradictions.extend(taken.contradiction(&rows));
         }
         let numbers = setting.tools.iter().map(|(number, _)| *number);
         let numbers: Vec<u32> = if setting.tools.is_empty() {
@@ -120,6 +132,7 @@ impl Subject {
             fixtures,
             chords: setting.chords,
             warnings,
+            contradictions,
             accepted: args.accept.clone(),
             coolant: setting.coolant,
             planned,
@@ -210,24 +223,24 @@ fn offsets(args: &Args, kinematics: Option<&Kinematics>) -> Vec<WorkOffset> {
     args.offset.iter().map(|argument| argument.offset(g54)).collect()
 }
 
-/// Returns a warning if the program gives its only tool another number than the job, or none.
-fn misnamed(motion: &Motion, own: u32) -> Option<String> {
+/// Returns the number that the program gives its only tool, if it is not that of the job.
+fn misnamed(motion: &Motion, own: u32) -> Option<u32> {
     let called = match motion {
         Motion::Program(program, _) => program.tools().first().copied(),
         Motion::Locations(file) => file.tools().first().map(|tool| tool.number),
     };
-    match called {
-        Some(number) if number == own => None,
-        Some(number) => Some(format!(
-            "the program calls tool {number}, but the job describes tool {own}: the check uses the tool of the job"
-        )),
-        // The check of the state finds a call that is missing.
-        None => None,
-    }
+    // The check of the state finds a call that is missing.
+    called.filter(|number| *number != own)
+}
+
+/// Program, and the tool table of its control.
+struct ReadProgram {
+    motion: Motion,
+    tools: Vec<ToolRow>,
 }
 
 /// Reads the program.
-fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<Motion, Failure> {
+fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<ReadProgram, Failure> {
     let path = &args.program;
     let text = text::program(path)?;
     let faults = |faults: trunnion::types::Diagnostics| Failure::program_faults(path, &faults);
@@ -236,7 +249,7 @@ fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<Motion, Failure
     if dialect == Dialect::Apt {
         // Cutter locations need no machine: they are checked against the part alone.
         let file = ClText::new(text, MOST_FAULTS).map_err(faults)?;
-        return Ok(Motion::Locations(Box::new(file)));
+        return Ok(ReadProgram { motion: Motion::Locations(Box::new(file)), tools: Vec::new() });
     }
     let Some(kinematics) = kinematics else {
         let help = "add --machine M; for cutter locations --dialect apt";
@@ -254,6 +267,7 @@ fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<Motion, Failure
         ..ReadOptions::new(dialect, axes, MOST_FAULTS)
     };
     args.files.fill(&mut options, path)?;
+    let tools = options.tools.clone();
     let program = ProgramText::new(text, options).map_err(faults)?;
-    Ok(Motion::Program(Box::new(program), Box::new(kinematics)))
+    Ok(ReadProgram { motion: Motion::Program(Box::new(program), Box::new(kinematics)), tools })
 }

@@ -199,6 +199,7 @@ impl PartCheckSummary {
         let (accepted, failed): (Vec<&Finding>, Vec<&Finding>) =
             report.findings.iter().partition(is_accepted);
         let mut failures: Vec<String> = failed.iter().map(ToString::to_string).collect();
+        failures.extend(subject.contradictions.iter().cloned());
         // Findings of the faces first, then collisions, then approaches: the order of their weight.
         failures.extend(pipeline::describe_collisions(&collisions, count, fixtures.as_ref()));
         failures.extend(fixtures.iter().flat_map(pipeline::too_near));
@@ -222,6 +223,7 @@ impl PartCheckSummary {
             machine: subject.machine.clone(),
             // A collision or an approach fails the program even if every face is within tolerance.
             passed: failed.is_empty()
+                && subject.contradictions.is_empty()
                 && collisions.is_empty()
                 && fixtures.iter().all(|fixtures| fixtures.near.is_empty()),
             tolerance: subject

@@ -144,6 +144,16 @@ fn tools_and_offsets_are_said_by_number() {
         code == Some(0) && table.contains("the program calls tool 3, but the job describes tool"),
         "{table}"
     );
+    assert!(table.contains("the check uses the tool of the job, diameter"), "{table}");
+    // The control has another tool under that number: the check of this one says nothing of it.
+    let with_table = [&renumbered[..], &["--tool-table", "tools.tbl"]].concat();
+    for (row, expected) in [("T5 P5 Z77.7 D3\n", 0), ("T3 P3 Z77.7 D3\n", 1)] {
+        fs::write(folder.join("tools.tbl"), row).unwrap();
+        let (code, table, errors) = told(&trunnion(folder, &with_table));
+        assert_eq!(code, Some(expected), "{row}{table}{errors}");
+        let message = "tool 3 of the tool table has length 77.7 mm and diameter 3 mm";
+        assert_eq!(table.contains(message), expected == 1, "{table}");
+    }
     // Only the call was renumbered: the length that counts is that of another tool.
     fs::write(folder.join("other.ngc"), other).unwrap();
     let (code, table, _) = told(&trunnion(folder, &renumbered));
