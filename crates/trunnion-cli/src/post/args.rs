@@ -98,7 +98,7 @@ pub(crate) struct Args {
     /// Spindle speed in 1/min [default: that of the input].
     #[arg(long, value_name = "S", value_parser = positive, allow_hyphen_values = true)]
     pub(super) spindle: Option<f64>,
-    /// Switch the coolant on at the start and off at the end [default: as in the first cut of each tool of the input].
+    /// Switch the coolant on at the start and off at the end [default: as in the input].
     #[arg(long)]
     pub(super) coolant: bool,
     /// Template of the text around the blocks; --print-template prints one to start from.

@@ -8,6 +8,7 @@ use crate::outcome::Failure;
 use crate::progress::Bars;
 use std::io::Write;
 use std::path::Path;
+use trunnion::nc::write::Coolant;
 use trunnion::post::{PostError, PostMove, PostPace, PostReport, Poster, ProgramHead};
 
 /// Bytes of text that are kept before they are written.
@@ -21,8 +22,6 @@ pub(super) struct Posted {
     pub(super) report: PostReport,
     pub(super) head: Head,
     pub(super) left_out: LeftOutCount,
-    /// First line that cuts with another coolant than the program has.
-    pub(super) other_coolant: Option<u32>,
 }
 
 /// Reads the input of a plan to its end while the program is written.
@@ -42,7 +41,7 @@ pub(super) fn post(
         approach: Vec::new(),
         is_cutting: false,
         tools: Vec::new(),
-        other_coolant: None,
+        coolant: Coolant::Off,
         text: String::with_capacity(2 * CHUNK),
     };
     while let Some(one) = posting.input.next()? {
@@ -70,7 +69,8 @@ struct Posting<'a> {
     /// The tool has begun to cut, so that its head is settled.
     is_cutting: bool,
     tools: Vec<u32>,
-    other_coolant: Option<u32>,
+    /// Coolant of the moves that were posted.
+    coolant: Coolant,
     text: String,
 }
 
@@ -91,9 +91,7 @@ impl Posting<'_> {
         let cuts = one.pace != PostPace::Rapid;
         let first = self.first.get_or_insert_with(|| self.head.clone());
         if self.is_cutting {
-            if cuts && first.coolant.is_on() != self.head.coolant.is_on() {
-                self.other_coolant = self.other_coolant.or(Some(one.line));
-            }
+            self.switch_coolant()?;
             return self.push(&one);
         }
         // Spindle and coolant may start behind the first rapid moves: they are those of the first cut.
@@ -119,7 +117,21 @@ impl Posting<'_> {
     /// Posts the moves that were held back.
     fn begin_cuts(&mut self) -> Result<(), Failure> {
         self.is_cutting = true;
+        self.coolant = self.first.as_ref().map_or(self.coolant, |first| first.coolant);
         std::mem::take(&mut self.approach).iter().try_for_each(|one| self.push(one))
+    }
+
+    /// Switches the coolant where the input does.
+    fn switch_coolant(&mut self) -> Result<(), Failure> {
+        let now = self.head.coolant;
+        if std::mem::replace(&mut self.coolant, now) == now {
+            return Ok(());
+        }
+        let note = self.first.as_ref().unwrap_or(&self.head).note();
+        let texts = ProgramHead { note: &note, template: &self.plan.template };
+        let Some(poster) = &mut self.poster else { return Ok(()) };
+        let switched = poster.switch_coolant(&mut self.text, now, texts);
+        switched.map_err(|error| self.input.failure(&error))
     }
 
     fn push(&mut self, one: &PostMove) -> Result<(), Failure> {
@@ -157,7 +169,7 @@ impl Posting<'_> {
         head.duration = report.seconds.output + report.rapid_seconds;
         head.tools = self.tools;
         let left_out = self.input.left_out();
-        Ok(Posted { report, head, left_out, other_coolant: self.other_coolant })
+        Ok(Posted { report, head, left_out })
     }
 }
 

@@ -45,12 +45,6 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
             "warning: {path}:{unread}\nwarning: the program was not read back from this line on"
         );
     }
-    if let Some(line) = posted.other_coolant {
-        let path = input.display();
-        eprintln!(
-            "warning: {path}:{line}: the coolant is switched between cuts of one tool; the program has that of the first cut"
-        );
-    }
     // A feed far below the programmed one is never written without a word.
     let far = report.slowed.iter().filter(|one| one.ratio() >= FAR_BELOW);
     for one in far.take(MOST_WARNINGS) {

@@ -39,6 +39,9 @@ pub(super) struct PostSummary {
     /// Meaning of the second of them.
     #[serde(skip)]
     timed: &'static str,
+    /// Time of last blocks that round to no word, which is in no block.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unwritten_seconds: Option<f64>,
     rapid_seconds: f64,
     control_model: &'static str,
     model_seconds: [f64; 2],
@@ -217,6 +220,7 @@ impl PostSummary {
                 PostMethod::Blocks => "s, as programmed -> block after block",
                 PostMethod::Programmed => "s, as programmed, and so written",
             },
+            unwritten_seconds: Some(report.unwritten_seconds).filter(|seconds| *seconds > 0.0),
             rapid_seconds: report.rapid_seconds,
             control_model: "linuxcnc",
             model_seconds: report.model_seconds.into(),
@@ -304,6 +308,10 @@ impl PostSummary {
                 format!("at most {:.6} mm, {:.6} deg", self.rapid_bound[0], self.rapid_bound[1]),
             ),
         ];
+        if let Some(seconds) = self.unwritten_seconds {
+            let text = format!("{seconds:.6} s of last blocks that round to no word");
+            lines.push(row("time without a block", text));
+        }
         let LeftOutCount { moves, dwells, words } = self.left_out;
         if moves + dwells + words > 0 {
             let text = format!(

@@ -72,9 +72,68 @@ fn the_coolant_of_the_input_is_kept() {
     fs::write(folder.path().join("in.ngc"), cooled_tools(["", ""])).unwrap();
     let (forced, _) = post("in.ngc", "fanuc", "forced.nc", &["--coolant"]);
     assert_eq!(coolant(&forced, "fanuc"), ["M8", "M9", "M8", "M9"]);
-    // Coolant that is switched between the cuts of one tool is not carried, and said so.
-    let mixed = cooled_tools(["", "M8"]).replace("X20\n", "M8\nX20\n");
-    fs::write(folder.path().join("in.ngc"), mixed).unwrap();
-    let (_, told) = post("in.ngc", "fanuc", "mixed.nc", &[]);
-    assert!(told.contains("in.ngc:10: the coolant is switched"), "{told}");
+}
+
+/// Coolant that is switched between the cuts of one tool, or within a cut, is switched there in every dialect and behind
+/// every filter, and back.
+#[test]
+fn a_switch_of_the_coolant_stays_between_its_moves() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = "G21 G90 G17 G40 G80 G54 G94\nT1 M6\nS5000 M3\nG43 H1\nG0 X0 Y0\nG0 Z20\nG1 Z-1 F500\nX10\nM8\nX20\nX30 Y1\n\
+                 M7\nX40\nM9\nM7\nG0 Z20\nX0\nG1 Z-2\nY10\nM9\nY20\nG0 Z50\nM2\n";
+    fs::write(folder.path().join("in.ngc"), input).unwrap();
+    let post = |input: &str, dialect: &str, out: &str, filter: &[&str]| {
+        let mut arguments = vec!["post", input, "-m", "ac-trunnion", "-d", dialect, "-o", out];
+        arguments.extend(["--tool-length", "100", "--origin=0,0,-430"]);
+        arguments.extend(filter);
+        let output = trunnion(folder.path(), &arguments);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{dialect} {input}: {told}");
+        assert!(!told.contains("coolant"), "{told}");
+        fs::read_to_string(folder.path().join(out)).unwrap()
+    };
+    // Coolant of the moves from the first cut on.
+    let course = |text: &str, dialect: &str| -> String {
+        let (mut running, mut course) = (String::new(), Vec::new());
+        let mut cuts = false;
+        for line in text.lines() {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            let has = |word: &str| words.contains(&word);
+            running = match dialect {
+                "apt" if line == "COOLNT/OFF" => String::new(),
+                "apt" if line == "COOLNT/MIST" => "7".to_owned(),
+                "apt" if line == "COOLNT/ON" => "8".to_owned(),
+                _ if has("M9") => String::new(),
+                _ if has("M7") && !running.contains('7') => format!("{running}7"),
+                _ if has("M8") && !running.contains('8') => format!("{running}8"),
+                _ => running,
+            };
+            let rapid = match dialect {
+                "apt" => line == "RAPID",
+                "heidenhain" | "heidenhain-axes" => has("FMAX"),
+                _ => has("G0"),
+            };
+            let goes = |word: &&str| word.starts_with(['X', 'Y', 'Z']) && word.len() > 1;
+            let moves = line.starts_with("GOTO/") || words.iter().any(goes);
+            cuts |= line.contains('F') && !rapid && moves || line.starts_with("FEDRAT/");
+            if cuts && moves && course.last() != Some(&running) {
+                course.push(running.clone());
+            }
+        }
+        course.join(",")
+    };
+    // The cut without, with flood, with both, with mist, without again; the end switches off what runs.
+    let (wanted, of_cl) = (",8,87,7,", ",8,7,");
+    for dialect in DIALECTS {
+        for filter in [&[][..], &["--reduce"], &["--smooth"]] {
+            let name = if dialect == "apt" { "out.cls" } else { "out.nc" };
+            let text = post("in.ngc", dialect, name, filter);
+            let found = course(&text, dialect).replace("78", "87");
+            let wanted = if dialect == "apt" { of_cl } else { wanted };
+            assert_eq!(found, wanted, "{dialect} {filter:?}\n{text}");
+            let back = post(name, "linuxcnc", "back.ngc", filter);
+            let found = course(&back, "linuxcnc").replace("78", "87");
+            assert_eq!(found, wanted, "{dialect} {filter:?}, back\n{back}");
+        }
+    }
 }

@@ -19,9 +19,7 @@ mod work_offsets;
 
 pub use arc_chords::ArcChords;
 pub use blend_clock::{BlendClock, BlendTolerance, ClockedBlock, ClockedKind};
-pub use block_end::{
-    BlockEnd, BlockStart, block_end, block_end_from, read_words, tip_target,
-};
+pub use block_end::{BlockEnd, BlockStart, block_end, block_end_from, read_words, tip_target};
 pub use block_frames::{BlockFrames, UnknownOffset};
 pub use kinematics::{ControlKinematics, RotaryRequest, TipTarget};
 pub use offset_write::{OffsetFault, OffsetReading};

@@ -30,6 +30,11 @@ impl Coolant {
         self != Self::Off
     }
 
+    /// Returns true if all of the other coolant runs.
+    pub fn includes(self, other: Self) -> bool {
+        self == other || self == Self::MistAndFlood || other == Self::Off
+    }
+
     /// Returns the coolant that runs behind words of a program.
     #[must_use]
     pub fn after(self, words: &str) -> Self {

@@ -180,6 +180,21 @@ impl OutputFormat {
         }
     }
 
+    /// Returns the lines that switch from one coolant to another.
+    pub(super) fn coolant_switch(self, from: Coolant, to: Coolant) -> Vec<&'static str> {
+        let words = self.coolant_words(to);
+        if self == Self::Apt {
+            return vec![match words {
+                None => "COOLNT/OFF",
+                Some("MIST") => "COOLNT/MIST",
+                Some(_) => "COOLNT/ON",
+            }];
+        }
+        // M9 ends both; M7 and M8 end nothing.
+        let ends = from.is_on() && !to.includes(from);
+        ends.then_some("M9").into_iter().chain(words.into_iter().flat_map(str::lines)).collect()
+    }
+
     pub(super) fn syntax(self) -> BlockSyntax {
         // ISO 6983 words; the others differ from it in the fields that are set.
         let iso = BlockSyntax {

@@ -84,6 +84,10 @@ pub struct ProgramWriter {
     waiting: PendingBlock,
     /// Coolant that the text has running.
     pub(super) coolant: Coolant,
+    /// The end of the template stops the coolant.
+    ends_coolant: bool,
+    /// Time of blocks that no later block could take over \[s\].
+    unwritten: f64,
     line: u64,
     blocks: usize,
     /// Index of the block at hand; 0 is the starting position.
@@ -126,6 +130,8 @@ impl ProgramWriter {
             locations: LocationWriter::default(),
             waiting: PendingBlock::default(),
             coolant: Coolant::Off,
+            ends_coolant: false,
+            unwritten: 0.0,
             line: 0,
             blocks: 0,
             index: 0,
@@ -136,7 +142,7 @@ impl ProgramWriter {
         writer.frame = template.fill(&context, strings)?;
         let text = std::mem::take(&mut writer.frame.start);
         writer.lines(out, &text);
-        writer.coolant = note.coolant;
+        (writer.coolant, writer.ends_coolant) = (note.coolant, note.coolant.is_on());
         // The template may end with either: the first block states G0 or G1.
         writer.rapid = None;
         Ok(writer)
@@ -160,13 +166,13 @@ impl ProgramWriter {
         self.kinematics = kinematics.clone();
         self.shift = offset + Vector3::z() * kinematics.setup().tool_length;
         // The template of the change brings the tool to the new start; nothing is pending there.
-        self.waiting = PendingBlock::default();
+        self.drop_waiting();
         let first = self.first(start)?;
         let context = self.context(note, offset, first)?;
         self.frame = template.fill(&context, &kinematics.machine().dialect.strings)?;
         let text = self.frame.toolchange.take().ok_or(WriteError::NoToolChange)?;
         self.lines(out, &text);
-        self.coolant = note.coolant;
+        (self.coolant, self.ends_coolant) = (note.coolant, note.coolant.is_on());
         (self.rapid, self.feed) = (None, None);
         self.locations = LocationWriter::default();
         Ok(())
@@ -174,6 +180,10 @@ impl ProgramWriter {
 
     /// Writes the end of the program; returns the number of its blocks.
     pub fn finish(mut self, out: &mut String) -> usize {
+        // The end was made for the coolant of the start.
+        if !self.ends_coolant {
+            self.switch_coolant(out, Coolant::Off);
+        }
         let end = std::mem::take(&mut self.frame.end);
         self.lines(out, &end);
         self.blocks
@@ -182,6 +192,35 @@ impl ProgramWriter {
     /// Returns the number of blocks written so far.
     pub fn blocks(&self) -> usize {
         self.blocks
+    }
+
+    /// Returns the time of blocks that no block of the text has \[s\]: their words rounded to those before, and no feed
+    /// block followed that could take the time over.
+    pub fn unwritten(&self) -> f64 {
+        self.unwritten + self.waiting.seconds
+    }
+
+    /// Returns the coolant that the text has running.
+    pub fn coolant(&self) -> Coolant {
+        self.coolant
+    }
+
+    /// Switches the coolant, on lines of their own.
+    pub fn switch_coolant(&mut self, out: &mut String, to: Coolant) {
+        if self.coolant == to {
+            return;
+        }
+        for line in self.style.dialect.coolant_switch(self.coolant, to) {
+            self.number(out);
+            out.push_str(line);
+            out.push('\n');
+        }
+        self.coolant = to;
+    }
+
+    /// Gives up the time that waits for a next feed block.
+    fn drop_waiting(&mut self) {
+        self.unwritten += std::mem::take(&mut self.waiting).seconds;
     }
 
     /// Writes a comment on a line of its own.
@@ -230,7 +269,11 @@ impl ProgramWriter {
         if same {
             return Ok(());
         }
-        self.waiting = PendingBlock::default();
+        // A rapid move has no time that could be longer.
+        match feed {
+            Some(_) => self.waiting = PendingBlock::default(),
+            None => self.drop_waiting(),
+        }
         let feed = feed.map(|of| self.feed_word(&of, &words)).transpose()?;
         let block = RoundedBlock { words, count, vector };
         self.blocks += 1;

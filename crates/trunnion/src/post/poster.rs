@@ -18,7 +18,7 @@ use super::subdivision::Subdivider;
 use super::timing::{AxisLoad, ControlClock, PointTimer, TimedPoint, position_error, word_travel};
 use crate::inverse::Inverse;
 use crate::machine::Kinematics;
-use crate::nc::write::{OutputFormat, ProgramWriter, Style};
+use crate::nc::write::{Coolant, OutputFormat, ProgramWriter, Style};
 use crate::types::{AxisVector, Setpoint};
 use std::collections::VecDeque;
 
@@ -40,6 +40,10 @@ pub struct Poster {
     planned: Vec<PlannedMove>,
     /// Programmed speeds of the moves that the rotary planner holds back.
     asked: VecDeque<PostPace>,
+    /// Coolant of the moves that are pushed; `None`: that of the note.
+    coolant: Option<Coolant>,
+    /// Coolant of the moves that the rotary planner holds back.
+    cooled: VecDeque<Option<Coolant>>,
     /// End of the last move of the input, on the machine, if the moves are filtered.
     read: Option<AxesPose>,
     /// Boxed, because it is taken out and put back at every block.
@@ -95,6 +99,12 @@ impl FeedTally {
         }
         self.cuts.stop();
         self.cutting = false;
+    }
+
+    /// Brings the axes and the control to rest, as words do for which it waits.
+    fn stop(&mut self) {
+        self.rest();
+        self.clock.stop();
     }
 
     /// Counts a feed move on the control.
@@ -160,6 +170,8 @@ impl Poster {
             rotaries: RotaryPlanner::new(chooses(kinematics, &source, style)?, options.unwind),
             planned: Vec::new(),
             asked: VecDeque::new(),
+            coolant: None,
+            cooled: VecDeque::new(),
             read: None,
             subdivider: Subdivider::new(kinematics, source.clone(), &rest)?
                 .for_dialect(style.dialect),
@@ -209,6 +221,29 @@ impl Poster {
             return Err(PostError::Empty);
         }
         Ok(self.motion.map(MotionStream::finish).unwrap_or_default())
+    }
+
+    /// Switches the coolant for the moves that are pushed from here on, until the next change of tool.
+    ///
+    /// The program has it on a line of its own, where the machine rests: a control waits for its motion before it switches.
+    ///
+    /// # Errors
+    ///
+    /// [`PostError`].
+    pub fn switch_coolant(
+        &mut self,
+        out: &mut String,
+        coolant: Coolant,
+        head: ProgramHead<'_>,
+    ) -> Result<(), PostError> {
+        if self.options.filter != PostFilter::None {
+            // A filter must not join moves over the change.
+            self.decide(out, head)?;
+            self.hand_on_filtered(out, head)?;
+            self.before.stop();
+        }
+        self.coolant = Some(coolant);
+        Ok(())
     }
 
     /// Takes in a move and appends the blocks that are final to `out`.
@@ -286,6 +321,7 @@ impl Poster {
         if let Some(start) = best.start {
             self.begin(out, start, head)?;
         }
+        self.switch_to(out, self.coolant)?;
         self.run(out, &best.points)
     }
 
@@ -308,6 +344,7 @@ impl Poster {
         head: ProgramHead<'_>,
     ) -> Result<(), PostError> {
         let mut planned = std::mem::take(&mut self.planned);
+        self.cooled.push_back(self.coolant);
         self.rotaries.push(one, &mut planned);
         for one in planned.drain(..) {
             self.take(out, &one, head)?;
@@ -323,6 +360,12 @@ impl Poster {
         planned: &PlannedMove,
         head: ProgramHead<'_>,
     ) -> Result<(), PostError> {
+        // Moves that are added belong to the move behind them, and run with the coolant before it.
+        let coolant =
+            if planned.phase.is_none() { self.cooled.pop_front().flatten() } else { None };
+        if self.switch_to(out, coolant)? && self.options.filter == PostFilter::None {
+            self.before.stop();
+        }
         let from = self.subdivider.position();
         self.points.clear();
         self.subdivider.divide(planned, &mut self.points)?;
@@ -373,6 +416,7 @@ impl Poster {
         self.source = fresh.source;
         self.group = MoveGroup::default();
         self.read = None;
+        self.coolant = None;
         Ok(())
     }
 
@@ -389,6 +433,7 @@ impl Poster {
         self.settle(out, head)?;
         let Some(output) = self.output.take() else { return Err(PostError::Empty) };
         let begin = out.len();
+        let unwritten = output.writer.unwritten();
         self.report.blocks.output = output.writer.finish(out);
         if let Some(read) = output.read_back {
             let ended = read.end(out.get(begin..).unwrap_or_default());
@@ -402,7 +447,10 @@ impl Poster {
         self.report.smoothing_bound = smoothing_bound(&self.style);
         self.add_rapid();
         let [before, after] = [&mut self.before, &mut self.after];
-        self.report.seconds = InputOutput { input: before.seconds, output: after.seconds };
+        self.report.unwritten_seconds = unwritten;
+        // What no block of the text has is no time of the program.
+        let written = (after.seconds - unwritten).max(0.0);
+        self.report.seconds = InputOutput { input: before.seconds, output: written };
         self.report.model_seconds =
             InputOutput { input: before.cuts.stop(), output: after.cuts.stop() };
         self.report.linuxcnc_duration =
@@ -415,11 +463,7 @@ impl Poster {
     /// Writes everything that is held back, and brings the machine to rest.
     fn settle(&mut self, out: &mut String, head: ProgramHead<'_>) -> Result<(), PostError> {
         self.decide(out, head)?;
-        let mut filtered = std::mem::take(&mut self.filtered);
-        self.filter.finish(&mut filtered)?;
-        for one in &filtered {
-            self.choose_rotaries(out, one, head)?;
-        }
+        self.hand_on_filtered(out, head)?;
         let mut planned = Vec::new();
         self.rotaries.finish(&mut planned);
         for one in &planned {
@@ -431,6 +475,21 @@ impl Poster {
             let filtered = self.filter.strayed();
             self.add_deviation([divided[0] + filtered[0], divided[1] + filtered[1]]);
         }
+        Ok(())
+    }
+
+    /// Passes on the moves that the filter holds back.
+    fn hand_on_filtered(
+        &mut self,
+        out: &mut String,
+        head: ProgramHead<'_>,
+    ) -> Result<(), PostError> {
+        let mut filtered = std::mem::take(&mut self.filtered);
+        self.filter.finish(&mut filtered)?;
+        for one in filtered.drain(..) {
+            self.choose_rotaries(out, &one, head)?;
+        }
+        self.filtered = filtered;
         Ok(())
     }
 

@@ -8,7 +8,7 @@ use super::replay::ProgramMoves;
 use crate::machine::Kinematics;
 use crate::math::angle::angle_between;
 use crate::nc::control::STANDING;
-use crate::nc::read::{self, ClItem, ClMotion, ClReader, LineReader, ReadOptions};
+use crate::nc::read::{self, ClItem, ClMotion, ClReader, Coolant, LineReader, ReadOptions};
 use crate::nc::write::{self, BlockPace, Style, rounding};
 use crate::types::{AxisVector, Block, Diagnostic, Diagnostics, ToolPose};
 use nalgebra::Point3;
@@ -207,6 +207,24 @@ impl ReadBack {
         (self.tip, self.axes) = (one.pose.tip, one.q.unwrap_or(self.axes));
         self.waiting = [0.0; 3];
         Ok([before, one.pose])
+    }
+
+    /// Takes in the text that switches the coolant.
+    ///
+    /// # Errors
+    ///
+    /// [`ReadBackError`].
+    pub(super) fn coolant(&mut self, text: &str, coolant: Coolant) -> Result<(), ReadBackError> {
+        self.moves.clear();
+        self.take(text)?;
+        let read = match &self.language {
+            ReadBackLanguage::Program(of) => of.1.coolant(),
+            ReadBackLanguage::Locations(cl) => cl.coolant(),
+        };
+        if !self.moves.is_empty() || read.is_on() != coolant.is_on() {
+            return Err(self.differs(format!("the coolant is {read:?} instead of {coolant:?}")));
+        }
+        Ok(())
     }
 
     /// Takes in the text behind the last block.

@@ -50,6 +50,9 @@ pub struct PostReport {
     pub length: f64,
     /// Time with feed as programmed, and with the limits of the axes kept \[s\].
     pub seconds: InputOutput<f64>,
+    /// Time with feed that no block has, and so is not in the time above \[s\]: the last blocks of a cut whose words all
+    /// round to those before.
+    pub unwritten_seconds: f64,
     /// Time of rapid moves with the limits of the axes kept \[s\].
     pub rapid_seconds: f64,
     /// Time with feed on `LinuxCNC`, each cut from rest to rest \[s\].

@@ -117,3 +117,18 @@ fn blocks_quicker_than_inverse_time_can_say_are_planned_as_they_are_written() {
         }
     }
 }
+
+/// The last move is shorter than half a digit, so that no word of it changes.
+#[test]
+fn the_time_of_a_last_block_without_words_is_named_and_not_counted() {
+    let ends_short = [[0.0, 0.0], [10.0, 0.0], [10.000_01, 0.0]];
+    let (_, report) = post(OutputFormat::Fanuc, (PostMethod::Programmed, 64), (&ends_short, 1.0));
+    assert!((report.unwritten_seconds - 1e-5).abs() < 1e-12, "{}", report.unwritten_seconds);
+    assert!((report.seconds.output - 10.0).abs() < 1e-9, "{}", report.seconds.output);
+    assert!((report.seconds.input - 10.000_01).abs() < 1e-9);
+    // A further cut takes the time over.
+    let goes_on = [ends_short[0], ends_short[1], ends_short[2], [20.0, 0.0]];
+    let (_, report) = post(OutputFormat::Fanuc, (PostMethod::Programmed, 64), (&goes_on, 1.0));
+    assert!(report.unwritten_seconds.abs() < 1e-15, "{}", report.unwritten_seconds);
+    assert!((report.seconds.output - 20.0).abs() < 1e-6, "{}", report.seconds.output);
+}

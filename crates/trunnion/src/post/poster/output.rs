@@ -2,7 +2,7 @@
 
 use super::{InsidePoint, Poster, ProgramOutput};
 use crate::nc::write::{
-    BlockPace, OutputFormat, ProgramForm, ProgramWriter, WrittenPosition, rounding,
+    BlockPace, Coolant, OutputFormat, ProgramForm, ProgramWriter, WrittenPosition, rounding,
 };
 use crate::post::axis_point::{AxesPose, AxisPoint};
 use crate::post::conservation::CountedMove;
@@ -124,6 +124,36 @@ impl Poster {
 
     /// Brings the machine to rest, and writes everything up to there.
     pub(super) fn rest(&mut self, out: &mut String) -> Result<(), PostError> {
+        self.rest_output(out)?;
+        self.before.rest();
+        Ok(())
+    }
+
+    /// Switches the coolant of the program, if another one is wanted; returns true if it was switched.
+    pub(super) fn switch_to(
+        &mut self,
+        out: &mut String,
+        wanted: Option<Coolant>,
+    ) -> Result<bool, PostError> {
+        let Some(output) = &self.output else { return Ok(false) };
+        let Some(coolant) = wanted.filter(|wanted| *wanted != output.writer.coolant()) else {
+            return Ok(false);
+        };
+        self.rest_output(out)?;
+        self.after.stop();
+        let Some(mut output) = self.output.take() else { return Ok(false) };
+        let begin = out.len();
+        output.writer.switch_coolant(out, coolant);
+        if let Some(mut read) = output.read_back.take() {
+            let done = read.coolant(out.get(begin..).unwrap_or_default(), coolant);
+            output.read_back = self.understood(done)?.map(|()| read);
+        }
+        self.output = Some(output);
+        Ok(true)
+    }
+
+    /// Brings the machine of the program to rest, and writes everything up to there.
+    fn rest_output(&mut self, out: &mut String) -> Result<(), PostError> {
         if let Some(motion) = &mut self.motion {
             motion.rest()?;
         }
@@ -132,7 +162,6 @@ impl Poster {
         let next = PointTimer::new(&self.kinematics, &self.style.axes, &self.options, output.at.q)?;
         std::mem::replace(&mut output.timer, next).finish(&mut self.timed)?;
         self.write(out)?;
-        self.before.rest();
         self.after.rest();
         Ok(())
     }
