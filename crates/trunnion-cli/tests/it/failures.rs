@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 const ON_BC: &str = "-m bc-trunnion --origin=-381,-254,-505 --tool-length 100 -o out";
 
 /// File, command, and exit code.
-const COMMANDS: [(&str, &str, i32); 14] = [
+const COMMANDS: [(&str, &str, i32); 16] = [
     ("one-place.cls", "post one-place.cls -d heidenhain --feed blocks", 0),
     ("one-place.cls", "post one-place.cls -d g93 --feed blocks", 0),
     ("one-place.cls", "post one-place.cls -d linuxcnc", 0),
@@ -18,6 +18,12 @@ const COMMANDS: [(&str, &str, i32); 14] = [
         "post one-place.nc --from-machine ac-trunnion --from-origin=0,0,-300 -d haas --feed blocks",
         0,
     ),
+    (
+        "slow-feed.nc",
+        "post slow-feed.nc --from-machine ac-trunnion --from-origin=0,0,-430 -d linuxcnc",
+        2,
+    ),
+    ("unresolved-length.nc", "post unresolved-length.nc -m gantry-ca-fork -d linuxcnc", 0),
     ("short-and-far.csv", "feed short-and-far.csv --limits short-and-far.toml", 2),
     ("short-and-far.csv", "feed short-and-far.csv --limits short-and-far.toml --window 64", 2),
     (
@@ -75,7 +81,8 @@ fn every_command_ends_with_a_message() {
         for name in [file.to_owned(), file.replace(".csv", ".toml")] {
             fs::copy(inputs().join(&name), folder.path().join(&name)).unwrap();
         }
-        let rest = if command.starts_with("post") { ON_BC } else { "-o out" };
+        let is_for_bc = command.starts_with("post") && !command.contains(" -m ");
+        let rest = if is_for_bc { ON_BC } else { "-o out" };
         let arguments: Vec<&str> = command.split(' ').chain(rest.split(' ')).collect();
         let output = trunnion(folder.path(), &arguments);
         let told = stderr(&output);

@@ -121,6 +121,10 @@ impl RunningBlock {
         let square = self.acceleration * (2.0 * self.left() - self.velocity * period) + half * half;
         let most = if square > half * half { square.sqrt() - half } else { 0.0 };
         let before = self.velocity;
+        if before <= 0.0 && most <= 0.0 {
+            // Less is left than the ramp of a cycle resolves: no further cycle would move.
+            self.travelled = self.block.length;
+        }
         let change = (most.min(target) - before).clamp(-gain, gain);
         self.slows_down = most <= target && change < 0.0;
         self.velocity = (before + change).max(0.0);
@@ -129,17 +133,14 @@ impl RunningBlock {
     }
 
     /// Cycles that it runs on at an unchanged velocity before it has to slow down.
-    fn cruise(&self, period: f64) -> u64 {
+    fn cruise(&self, period: f64) -> f64 {
         if (self.velocity - self.block.velocity).abs() > 0.0 || self.velocity <= 0.0 {
-            return 0;
+            return 0.0;
         }
         let way = self.velocity * period;
         // Two cycles remain for the transition.
         let free = self.left() - 0.5 * self.velocity * self.velocity / self.acceleration;
-        let cycles = (free / way - 2.0).floor();
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
-        let cycles = cycles.max(0.0) as u64;
-        cycles
+        (free / way - 2.0).floor().max(0.0)
     }
 
     /// Returns true if it ends within the next cycle at the deceleration that leads to rest.
@@ -158,7 +159,8 @@ impl BlendClock {
     /// Takes in the next block; one without length or limits takes no time.
     pub fn push(&mut self, block: ClockedBlock, tolerance: BlendTolerance) {
         let usable = |value: f64| value > 0.0 && value.is_finite();
-        if ![block.length, block.velocity, block.acceleration].into_iter().all(usable) {
+        let cycle = block.velocity * self.period / block.length;
+        if ![block.length, block.velocity, block.acceleration, cycle].into_iter().all(usable) {
             return;
         }
         let mut next = RunningBlock::new(block, tolerance);
@@ -185,7 +187,7 @@ impl BlendClock {
         let before = one.cycles;
         one.push(block, tolerance);
         if is_alike {
-            other.cycles += one.cycles - before;
+            other.cycles = other.cycles.saturating_add(one.cycles - before);
             other.current = one.current;
         } else {
             other.push(block, tolerance);
@@ -217,9 +219,9 @@ impl BlendClock {
         while !current.ends_within(self.period) {
             self.skip(&mut current);
             current.step(target, self.period);
-            self.cycles += 1;
+            self.cycles = self.cycles.saturating_add(1);
         }
-        self.cycles += 1;
+        self.cycles = self.cycles.saturating_add(1);
     }
 
     /// Runs a block to its end, and the next one along with it from where this one slows down.
@@ -239,21 +241,22 @@ impl BlendClock {
             if is_blending {
                 next.step(to, self.period);
             }
-            self.cycles += 1;
+            self.cycles = self.cycles.saturating_add(1);
         }
         // Step 3: the cycle in which it ends is a whole one of the next.
         current.travelled = current.block.length;
         next.step(next.block.velocity, self.period);
-        self.cycles += 1;
+        self.cycles = self.cycles.saturating_add(1);
     }
 
     /// Skips cycles that change nothing but the way.
     fn skip(&mut self, current: &mut RunningBlock) {
         let cycles = current.cruise(self.period);
-        #[expect(clippy::cast_precision_loss, reason = "far fewer than 2^53")]
-        let way = cycles as f64 * current.velocity * self.period;
-        current.travelled += way;
-        self.cycles += cycles;
+        // A feed near zero takes more cycles than can be counted, but its way has to end.
+        current.travelled += cycles * current.velocity * self.period;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+        let cycles = cycles as u64;
+        self.cycles = self.cycles.saturating_add(cycles);
     }
 }
 
@@ -308,4 +311,77 @@ fn joined(current: RunningBlock, next: &ClockedBlock) -> RunningBlock {
         kind: ClockedKind::Linear,
     };
     RunningBlock { block, ..current }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_feed_near_zero_ends_in_a_number() {
+        for velocity in [1e-17, 1e-40, 1e-310] {
+            let mut clock = BlendClock::new(0.001);
+            let kind = ClockedKind::Linear;
+            let block = ClockedBlock {
+                length: 10.0,
+                velocity,
+                acceleration: 500.0,
+                directions: None,
+                kind,
+            };
+            for _ in 0..2 {
+                clock.push(block, BlendTolerance::Within(0.01));
+            }
+            clock.stop();
+            assert!(clock.seconds().is_finite() && clock.seconds() >= 0.0, "{velocity}");
+        }
+    }
+
+    #[test]
+    fn a_length_below_the_ramp_of_a_cycle_is_passed() {
+        let mut clock = BlendClock::new(0.001);
+        for length in [10.0, 1e-20, 1e-300, 1e-20, 10.0] {
+            let kind = ClockedKind::Rotary;
+            let block = ClockedBlock {
+                length,
+                velocity: 100.0,
+                acceleration: 500.0,
+                directions: None,
+                kind,
+            };
+            clock.push(block, BlendTolerance::Within(0.01));
+        }
+        clock.stop();
+        assert!(clock.seconds() < 2.0, "{}", clock.seconds());
+    }
+
+    /// Both clocks are where each would be alone, also behind a stop of one of them.
+    #[test]
+    fn two_clocks_run_together_as_each_alone() {
+        let block = |k: u32| ClockedBlock {
+            length: 0.3 + 0.1 * f64::from(k % 7),
+            velocity: 20.0 + f64::from(k % 5),
+            acceleration: 800.0,
+            directions: None,
+            kind: ClockedKind::Rotary,
+        };
+        let mut together = [BlendClock::new(0.001), BlendClock::new(0.001)];
+        let mut alone = together.clone();
+        for k in 0..200 {
+            if k % 50 == 30 {
+                together[1].stop();
+                alone[1].stop();
+            }
+            let [one, other] = &mut together;
+            BlendClock::push_to_both([one, other], block(k), BlendTolerance::Unbounded);
+            for clock in &mut alone {
+                clock.push(block(k), BlendTolerance::Unbounded);
+            }
+        }
+        for (one, other) in together.iter_mut().zip(&mut alone) {
+            one.stop();
+            other.stop();
+            assert_eq!(one.seconds().to_bits(), other.seconds().to_bits());
+        }
+    }
 }
