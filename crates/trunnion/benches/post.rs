@@ -1,10 +1,13 @@
 //! Posting with new feeds: cutter locations in, text out, blocks per second on one core. The budget is 200 000.
+//!
+//! Beside it, in the same run, the part that any check of the text has to do: read it.
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use trunnion::blocks::BlockInterpolation;
 use trunnion::files::machine::{built_in, parse};
 use trunnion::machine::{Kinematics, Setup};
+use trunnion::nc::read::{ReadOptions, steps};
 use trunnion::nc::write::{AxisWords, Coolant, Note, OutputFormat, Style, Template, ToolNote};
 use trunnion::post::{
     PostMove, PostOptions, PostPace, PostSource, Poster, ProgramHead, control_of,
@@ -30,47 +33,72 @@ fn moves() -> Vec<PostMove> {
         .collect()
 }
 
-#[divan::bench(args = ["linuxcnc", "g93", "fanuc", "siemens", "heidenhain"])]
-fn blocks(bencher: Bencher, name: &str) {
-    let Some(dialect) = OutputFormat::from_name(name) else { return };
-    let Ok(text) = built_in("ac-trunnion") else { return };
-    let Ok(file) = parse(text) else { return };
-    let setup = Setup::new([0.0, 0.0, -450.0].into(), [0.0; 3], 100.0);
-    let kinematics = Kinematics::new(&file.machine, &setup);
-    let (Ok(axes), Ok(template)) = (AxisWords::of(&file.machine), Template::of(dialect)) else {
-        return;
-    };
-    let style = Style::of(&kinematics, dialect, axes);
-    let options =
-        PostOptions::within(control_of(&kinematics, dialect), PoseTolerance::new(0.01, 1e-3));
-    let note = Note {
-        name: "bench",
-        tool: ToolNote { number: 1, major: 0.0, minor: 5.0 },
-        spindle: 0.0,
-        coolant: Coolant::Off,
-        feed: 0.0,
-        budget: &[],
-        duration: 0.0,
-        remarks: &[],
-    };
-    let moves = moves();
-    bencher.counter(ItemsCount::new(MOVES)).bench(|| {
-        let Ok(mut poster) = Poster::new(&kinematics, PostSource::Locations, &options, &style)
-        else {
-            return 0;
-        };
-        let (mut text, mut length) = (String::new(), 0);
-        for one in &moves {
-            if poster
-                .push(&mut text, black_box(one), ProgramHead { note: &note, template: &template })
-                .is_err()
-            {
-                return 0;
-            }
-            length += text.len();
+/// Machine, words and template of a dialect.
+struct Setting {
+    kinematics: Kinematics,
+    style: Style,
+    options: PostOptions,
+    template: Template,
+}
+
+impl Setting {
+    fn of(name: &str) -> Option<Self> {
+        let dialect = OutputFormat::from_name(name)?;
+        let file = parse(built_in("ac-trunnion").ok()?).ok()?;
+        let setup = Setup::new([0.0, 0.0, -450.0].into(), [0.0; 3], 100.0);
+        let kinematics = Kinematics::new(&file.machine, &setup);
+        let style = Style::of(&kinematics, dialect, AxisWords::of(&file.machine).ok()?);
+        let control = control_of(&kinematics, dialect);
+        let options = PostOptions::within(control, PoseTolerance::new(0.01, 1e-3));
+        Some(Self { kinematics, style, options, template: Template::of(dialect).ok()? })
+    }
+
+    /// Posts moves, and hands the text on in pieces.
+    fn post(&self, moves: &[PostMove], mut take: impl FnMut(&str)) -> Option<usize> {
+        let head = ProgramHead { note: &NOTE, template: &self.template };
+        let source = PostSource::Locations;
+        let mut poster = Poster::new(&self.kinematics, source, &self.options, &self.style).ok()?;
+        let mut text = String::new();
+        for one in moves {
+            poster.push(&mut text, black_box(one), head).ok()?;
+            take(&text);
             text.clear();
         }
-        let done = poster.finish(&mut text, ProgramHead { note: &note, template: &template });
-        done.map_or(0, |report| length + report.blocks.output)
+        let report = poster.finish(&mut text, head).ok()?;
+        take(&text);
+        Some(report.blocks.output)
+    }
+}
+
+const NOTE: Note<'static> = Note {
+    name: "bench",
+    tool: ToolNote { number: 1, major: 0.0, minor: 5.0 },
+    spindle: 0.0,
+    coolant: Coolant::Off,
+    feed: 0.0,
+    budget: &[],
+    duration: 0.0,
+    remarks: &[],
+};
+
+#[divan::bench(args = ["linuxcnc", "g93", "fanuc", "siemens", "heidenhain"])]
+fn blocks(bencher: Bencher, name: &str) {
+    let Some(setting) = Setting::of(name) else { return };
+    let moves = moves();
+    bencher.counter(ItemsCount::new(MOVES)).bench(|| {
+        let mut length = 0;
+        setting.post(&moves, |text| length += text.len()).map_or(0, |blocks| length + blocks)
     });
+}
+
+/// Reads the posted text alone, as posting does besides.
+#[divan::bench(args = ["linuxcnc", "g93", "fanuc", "siemens", "heidenhain"])]
+fn reading(bencher: Bencher, name: &str) {
+    let Some(setting) = Setting::of(name) else { return };
+    let mut posted = String::new();
+    setting.post(&moves(), |text| posted.push_str(text));
+    let options = ReadOptions::new(setting.style.dialect.dialect(), setting.style.axes, 5);
+    bencher
+        .counter(ItemsCount::new(MOVES))
+        .bench(|| steps(black_box(&posted).lines(), &options).map_while(Result::ok).count());
 }
