@@ -164,6 +164,11 @@ fn job_text(args: &Args, proposal: &JobProposal) -> String {
     line("\n[part]");
     line(&format!("file = {}", quoted(&part)));
     line(&format!("faces = [{}]", faces.join(", ")));
+    if proposal.flip {
+        line(
+            "flip = true  # the faces look down to the table: the cutter works on their other side",
+        );
+    }
     line(
         "# `trunnion inspect PART -o faces.svg` draws the numbers. The tool keeps off all other faces.",
     );

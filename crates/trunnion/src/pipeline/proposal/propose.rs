@@ -7,7 +7,7 @@ use super::origin::OriginSearch;
 use super::part_measure::PartMeasure;
 use super::request::{JobProposal, ProposalRequest, TOLERANCE};
 use crate::cover::FinishTolerance;
-use crate::surface::FaceIndex;
+use crate::surface::{Face, FaceIndex};
 use crate::types::Progress;
 
 /// Largest tolerance, as a share of the part's size.
@@ -24,12 +24,33 @@ const TEETH: f64 = 2.0;
 ///
 /// The cutter is the largest of a small built-in library that reaches nearly all that the smaller ones reach: flat
 /// for planes, a ball where a face is concave, else a bull-nose. The workpiece stays as drawn, on the middle of the
-/// rotary table where the machine has one, moved as far as the travel of the axes needs.
+/// rotary table where the machine has one, moved as far as the travel of the axes needs. A sheet that looks down is cut
+/// on its other side.
 ///
 /// # Errors
 ///
 /// [`ProposalError`].
 pub fn propose(
+    request: &ProposalRequest<'_>,
+    progress: &dyn Progress,
+) -> Result<JobProposal, ProposalError> {
+    match of_side(request, progress) {
+        // No solid looks down all over: these faces are a sheet, whose sides are as good as each other.
+        Err(ProposalError::NothingReached { left_out })
+            if request.wanted.is_none()
+                && left_out.iter().all(|face| matches!(face.reason, FaceReason::Down)) =>
+        {
+            let faces: Vec<Face> =
+                request.faces.iter().map(|face| face.clone().flipped()).collect();
+            let other = ProposalRequest { faces: &faces, ..*request };
+            Ok(JobProposal { flip: true, ..of_side(&other, progress)? })
+        }
+        proposal => proposal,
+    }
+}
+
+/// Proposes a job for the side of the faces that they have.
+fn of_side(
     request: &ProposalRequest<'_>,
     progress: &dyn Progress,
 ) -> Result<JobProposal, ProposalError> {
@@ -67,6 +88,7 @@ pub fn propose(
     let gouge = excess * TOLERANCE.gouge / TOLERANCE.excess;
     Ok(JobProposal {
         faces: chosen.cut.iter().map(|&at| faces[at].face().number).collect(),
+        flip: false,
         left_out,
         cutter: chosen.cutter.spec().clone(),
         concave_radius: chosen
@@ -80,4 +102,36 @@ pub fn propose(
         feed: spindle * TEETH * TOOTH_FEED * diameter,
         spindle,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::Machine;
+    use crate::surface::{NurbsSurface, Surface};
+    use crate::types::Silent;
+    use nalgebra::Point3;
+
+    /// A sheet of 40 mm square that bulges by 4 mm.
+    fn sheet() -> Face {
+        let point = |i: u8, j: u8| {
+            let bulge = if (i, j) == (1, 1) { 16.0 } else { 0.0 };
+            Point3::new(20.0 * f64::from(i), 20.0 * f64::from(j), bulge)
+        };
+        let net = (0..3).map(|i| (0..3).map(|j| point(i, j)).collect()).collect();
+        let knots = || vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
+        let surface = NurbsSurface::new([2, 2], [knots(), knots()], net, None).unwrap();
+        Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap()
+    }
+
+    #[test]
+    fn a_sheet_that_looks_down_is_cut_on_its_other_side() {
+        let machine = Machine::new(crate::sample_machine::ac_trunnion()).unwrap();
+        let propose_for =
+            |face: Face| propose(&ProposalRequest::new(&[face], &machine), &Silent).unwrap();
+        let up = propose_for(sheet());
+        let down = propose_for(sheet().flipped());
+        assert!(!up.flip && down.flip);
+        assert_eq!(JobProposal { flip: false, ..down }, up);
+    }
 }

@@ -35,6 +35,8 @@ impl<'a> ProposalRequest<'a> {
 pub struct JobProposal {
     /// Numbers of the faces to cut.
     pub faces: Vec<usize>,
+    /// `true` if the cutter works on the other side of the faces.
+    pub flip: bool,
     /// Faces that the job does not cut, each with the reason.
     pub left_out: Vec<LeftOutFace>,
     /// Cutter.
