@@ -28,7 +28,7 @@ const LEAST_FLAT: f64 = 0.25;
 
 /// Height of the underside above the lower end of the tolerance band, as a share of the band. The edges of the plane are
 /// as far below the underside, while the tool keeps the lower end from all other faces: it may run over the edges.
-const HEIGHT: f64 = 0.1;
+const HEIGHT: f64 = 0.2;
 
 /// Share of the underside's radius that a line is to finish to either side.
 const REACH: f64 = 0.9;
@@ -51,6 +51,11 @@ const STEP: f64 = 0.02;
 
 /// Shortest pass on a line, as a share of the tool's radius: what it finishes is finished along the border too.
 const SHORTEST: f64 = 0.02;
+
+/// Distance by which the tool's region keeps off the other faces beyond what they need, as a share of the band; less than
+/// [`HEIGHT`], so that the tool runs over edges. Where it goes round a convex edge of the part, a nick of a tenth of a
+/// micrometre is as deep, along the edge, as the tool is long.
+const BESIDE: f64 = 0.15;
 
 /// Distances are known up to this much above the one that the tool keeps \[mm\]: far ones take long to find.
 const KNOWN: f64 = 1e-4;
@@ -167,7 +172,8 @@ pub(crate) fn floor_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
     let silent = |_: f64| Ok(());
     let context = FaceContext::new(request, chart.clone(), &region, &silent);
     let keep_off = context.keep_off();
-    let distance = keep_off.least;
+    let ToleranceBand { lower, upper } = options.band;
+    let distance = keep_off.least + BESIDE * (upper - lower);
     let field = |p: PlanePoint| spare(&keep_off, &frame.pose(p), distance);
     // Step 2: the border of the tool's region near the face, and the lines in that region.
     let tolerance = ContourTolerance {
