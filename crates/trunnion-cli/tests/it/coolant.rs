@@ -23,8 +23,8 @@ fn the_coolant_of_the_input_is_kept() {
         arguments.extend(lengths);
         arguments.extend(more);
         let output = trunnion(folder.path(), &[vec!["post"], arguments].concat());
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(0), "{dialect} {input}: {told}");
+        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{dialect} {input}: {errors}");
         let text = fs::read_to_string(folder.path().join(out)).unwrap();
         (text.lines().map(str::to_owned).collect::<Vec<_>>(), told)
     };
@@ -57,7 +57,7 @@ fn the_coolant_of_the_input_is_kept() {
             let name = if dialect == "apt" { "first.cls" } else { "first.nc" };
             let (first, told) = post("in.ngc", dialect, name, &[]);
             assert_eq!(coolant(&first, dialect), wanted, "{dialect} {codes:?}");
-            assert!(!told.contains("coolant"), "{told}");
+            assert!(!errors.contains("coolant"), "{errors}");
             // Read again, it is the coolant of LinuxCNC.
             let (again, _) = post(name, "linuxcnc", "again.ngc", &[]);
             let linuxcnc = if wanted.len() == 3 {
@@ -87,9 +87,9 @@ fn a_switch_of_the_coolant_stays_between_its_moves() {
         arguments.extend(["--tool-length", "100", "--origin=0,0,-430"]);
         arguments.extend(filter);
         let output = trunnion(folder.path(), &arguments);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(0), "{dialect} {input}: {told}");
-        assert!(!told.contains("coolant"), "{told}");
+        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{dialect} {input}: {errors}");
+        assert!(!errors.contains("coolant"), "{errors}");
         fs::read_to_string(folder.path().join(out)).unwrap()
     };
     // Coolant of the moves from the first cut on.

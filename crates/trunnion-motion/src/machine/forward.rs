@@ -119,30 +119,31 @@ impl Kinematics {
 
     /// Returns the tool pose in the workpiece frame. Total: every `q` has a pose.
     pub fn forward(&self, q: &AxisVector) -> ToolPose {
-        let ChainGeometry { rotary: [first, second], slides, tip, axis, .. } = &self.chain;
-        let linear = Vector3::new(q[0], q[1], q[2]);
-        let [sin_cos1, sin_cos2] =
-            [FIRST_ROTARY, SECOND_ROTARY].map(|axis| q[axis].sin_cos().into());
-        // From the tool to the workpiece: each rotary turns everything behind it about its point.
-        let inner = slides[2] * linear + (tip - second.point);
-        let middle =
-            slides[1] * linear + (second.point - first.point) + second.turn(sin_cos2, &inner);
+        let ChainGeometry { rotary: [first, second], slides, axis, .. } = &self.chain;
+        let ChainArms { linear, sin_cos: [sin_cos1, sin_cos2], middle, .. } = self.arms(q);
         let tip = slides[0] * linear + first.point + first.turn(sin_cos1, &middle);
         let axis = first.turn(sin_cos1, &second.turn(sin_cos2, axis));
         // A product of two rotations of a unit vector: unit to a few roundings, no need to divide.
         ToolPose { tip: Point3::from(tip), axis: UnitVector3::new_unchecked(axis) }
     }
 
-    /// Returns the motion of the tip by each axis at `q`: its partial derivatives.
-    pub fn tip_levers(&self, q: &AxisVector) -> TipLevers {
-        let ChainGeometry { rotary: [first, second], slides, stage, tip, .. } = &self.chain;
+    /// Returns the arms of the rotaries at `q`. From the tool to the workpiece, each rotary turns everything behind it
+    /// about its point.
+    fn arms(&self, q: &AxisVector) -> ChainArms {
+        let ChainGeometry { rotary: [first, second], slides, tip, .. } = &self.chain;
         let linear = Vector3::new(q[0], q[1], q[2]);
-        let [sin_cos1, sin_cos2] =
-            [FIRST_ROTARY, SECOND_ROTARY].map(|axis| q[axis].sin_cos().into());
-        // Rotations keep distances, so each lever is taken before the turns that follow in the chain.
+        let sin_cos = [FIRST_ROTARY, SECOND_ROTARY].map(|axis| q[axis].sin_cos().into());
         let inner = slides[2] * linear + (tip - second.point);
         let middle =
-            slides[1] * linear + (second.point - first.point) + second.turn(sin_cos2, &inner);
+            slides[1] * linear + (second.point - first.point) + second.turn(sin_cos[1], &inner);
+        ChainArms { linear, sin_cos, inner, middle }
+    }
+
+    /// Returns the motion of the tip by each axis at `q`: its partial derivatives.
+    pub fn tip_levers(&self, q: &AxisVector) -> TipLevers {
+        let ChainGeometry { rotary: [first, second], slides, stage, .. } = &self.chain;
+        let ChainArms { sin_cos: [sin_cos1, sin_cos2], inner, middle, .. } = self.arms(q);
+        // Rotations keep distances, so each lever is taken before the turns that follow in the chain.
         let lever = |joint: &RotaryJoint, arm: &Vector3<f64>| joint.dir.cross(arm).norm();
         // The tip is affine in a linear axis: its direction, turned by the rotaries before it.
         let linear = [0, 1, 2].map(|axis| match stage[axis] {
@@ -183,6 +184,18 @@ impl Kinematics {
             + first.turn(sin_cos1, &spin2.cross(&inner_axis));
         [tip, axis]
     }
+}
+
+/// Arms of the rotary axes at one position of a machine, each before its own axis turns it.
+struct ChainArms {
+    /// Positions of the linear axes \[mm\].
+    linear: Vector3<f64>,
+    /// Sine and cosine of each rotary axis.
+    sin_cos: [[f64; 2]; 2],
+    /// From the point of the second rotary axis to the tip \[mm\].
+    inner: Vector3<f64>,
+    /// From the point of the first rotary axis to the tip \[mm\].
+    middle: Vector3<f64>,
 }
 
 /// Motion of the tip by each axis at one position of a machine.

@@ -145,7 +145,7 @@ impl LevelGrid {
     }
 }
 
-/// Returns `true` at the contour. A negative value tells the sign alone: the field may be far lower.
+/// Returns `true` at the contour. Of a negative value only the sign is certain: the field may be far lower.
 fn is_zero(value: f64) -> bool {
     (0.0..=ROOT).contains(&value)
 }

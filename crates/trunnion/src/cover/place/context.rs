@@ -29,12 +29,12 @@ const PRECISION: f64 = 0.05;
 /// with a hundredth of that ball's radius, a ball's strip is still a tenth as wide.
 const WORTH: f64 = 1.0 / 16.0;
 
-/// Length of these cells along a pass, over their width: the edge of such a strip runs along the pass.
-const LONG: f64 = 4.0;
-
 /// Size of the cells with which strips of the usual width are measured, as a share of the strip on a plane of a ball
 /// as wide as the cutter.
 const USUAL: f64 = 1.0 / 32.0;
+
+/// Length of these cells along a pass, over their width across it: the edge of such a strip runs along the pass.
+const LONG: f64 = 4.0;
 
 /// Length of the slabs in which a span is checked first, as a share of the cutter's radius.
 const SLAB: f64 = 1.0 / 8.0;

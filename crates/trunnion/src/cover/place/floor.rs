@@ -353,8 +353,8 @@ impl FloorPath {
 
 /// Adds points of a border until no chord is more than [`GRADED`] times as long as the next.
 ///
-/// Where a straight piece runs into a round one, the curve through the stations swings by the curvature of one times
-/// the chords of both: long chords beside short ones waste the short ones.
+/// Where a straight piece runs into a round one, the curve through the stations overshoots. The overshoot grows with the
+/// longer of the two chords there, so short chords beside a long one do not help.
 fn graded(points: &[PlanePoint], field: LevelField<'_>) -> Vec<PlanePoint> {
     let mut graded = points.to_vec();
     loop {

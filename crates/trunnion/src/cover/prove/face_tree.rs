@@ -542,6 +542,9 @@ fn place(local: ChartPoint, bounds: [[f64; 2]; 2]) -> [usize; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cover::layout::trims::guarded;
+    use crate::cover::pattern::FeedDirection;
+    use crate::surface::{Face, PlaneSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop};
 
     #[test]
     fn parts_of_a_range_end_where_it_ends() {
@@ -557,6 +560,53 @@ mod tests {
                 assert!(edges.windows(2).all(|pair| pair[0] < pair[1]), "{edges:?}");
             }
         }
+    }
+
+    /// A plane in the shape of an L whose corners lie on no line of the cells.
+    fn angle_plate() -> FaceIndex {
+        let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+        let corners = [[0.0, 0.1], [9.7, 0.3], [9.4, 4.1], [4.2, 3.9], [4.6, 8.8], [0.2, 9.1]];
+        let closed: Vec<[f64; 2]> = corners.iter().chain(corners.first()).copied().collect();
+        let curve = TrimCurve::polyline(&closed).unwrap();
+        let trim = TrimLoop::new(vec![curve], [None, None], 1e-9).unwrap();
+        let plane = Surface::Plane(PlaneSurface { frame });
+        FaceIndex::new(Face::new(1, plane, vec![trim]).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn the_kept_points_of_a_cell_hold_what_the_face_has_of_it() {
+        const N: u32 = 24;
+        let face = angle_plate();
+        let chart = Chart::straight(FeedDirection::V);
+        let tree = FaceTree::adaptive(&face, &chart, &guarded(&face, &chart), [4.0, 1.0]);
+        let holds = |local: ChartPoint| {
+            let [u, v] = chart.uv(local);
+            face.face().contains(u, v)
+        };
+        let at = |local: ChartPoint| {
+            let [u, v] = chart.uv(local);
+            face.face().point(u, v)
+        };
+        let (mut cut, mut sharper) = (0, 0);
+        for (index, cell) in tree.cells.iter().enumerate() {
+            if !matches!(tree.share(index, cell, holds), CellShare::Cut(_)) {
+                continue;
+            }
+            let Some(kept) = tree.kept(index, cell) else { continue };
+            cut += 1;
+            let part = |k: usize, i: u32| edge(cell.range[k], f64::from(i) / f64::from(N));
+            let places = (0..=N * (N + 2)).map(|i| [part(0, i / (N + 1)), part(1, i % (N + 1))]);
+            let inside: Vec<_> = places.filter(|place| holds(*place)).map(at).collect();
+            for k in 0..32 {
+                let (y, x) = (0.2 * f64::from(k)).sin_cos();
+                let along = |p: &Point3<f64>| x * p.x + y * p.y;
+                let least =
+                    |points: &[Point3<f64>]| points.iter().map(along).fold(f64::INFINITY, f64::min);
+                assert!(least(kept.points()) <= least(&inside) + 1e-9, "cell {index}, way {k}");
+                sharper += u32::from(least(kept.points()) > least(&cell.corners()) + 0.05);
+            }
+        }
+        assert!(cut > 20 && sharper > 10 * cut, "{cut} {sharper}");
     }
 
     #[test]
