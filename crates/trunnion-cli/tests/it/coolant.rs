@@ -26,7 +26,7 @@ fn the_coolant_of_the_input_is_kept() {
         let errors = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(0), "{dialect} {input}: {errors}");
         let text = fs::read_to_string(folder.path().join(out)).unwrap();
-        (text.lines().map(str::to_owned).collect::<Vec<_>>(), told)
+        (text.lines().map(str::to_owned).collect::<Vec<_>>(), errors)
     };
     // Codes in the order of the program, as its dialect writes them.
     let coolant = |lines: &[String], dialect: &str| -> Vec<String> {
@@ -55,7 +55,7 @@ fn the_coolant_of_the_input_is_kept() {
                 _ => wanted.to_vec(),
             };
             let name = if dialect == "apt" { "first.cls" } else { "first.nc" };
-            let (first, told) = post("in.ngc", dialect, name, &[]);
+            let (first, errors) = post("in.ngc", dialect, name, &[]);
             assert_eq!(coolant(&first, dialect), wanted, "{dialect} {codes:?}");
             assert!(!errors.contains("coolant"), "{errors}");
             // Read again, it is the coolant of LinuxCNC.
