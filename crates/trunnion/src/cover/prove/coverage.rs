@@ -46,6 +46,10 @@ const LARGEST: f64 = 16.0;
 /// Number of poses below which a cell is not compared with each of them again.
 const FEW: usize = 8;
 
+/// Smallest part of a box, by parameter, into which it is divided: some thousand times what rounding leaves of a
+/// parameter.
+const RESOLVED: f64 = 1e-12;
+
 /// Number of passes of the cutter over a point that are tried, the closest ones.
 const PASSINGS: usize = 3;
 
@@ -107,6 +111,18 @@ pub(crate) struct CoverageProof<'a, Inside> {
 
 /// Poses, as indices of sweep and pose.
 type PoseIndices = Arc<[[usize; 2]]>;
+
+/// Returns `true` if a cell is too small a part of a box, by parameter `k`, to be halved. Its points may still lie apart
+/// where normals jump, as at a pole.
+fn is_resolved(cell: &FaceCell, whole: [[f64; 2]; 2], k: usize) -> bool {
+    let [of_cell, of_whole] = [cell.range[k], whole[k]].map(|[low, high]| high - low);
+    of_cell <= RESOLVED * of_whole
+}
+
+/// Returns `true` for poses of one sweep.
+fn same_sweep(a: &[usize; 2], b: &[usize; 2]) -> bool {
+    a[0] == b[0]
+}
 
 /// Cell that waits to be proven; the queue returns the one that begins first.
 struct WaitingCell {
@@ -207,7 +223,10 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
             // Parts of a cell inherit its poses, so the list shrinks with the cells.
             let near = self.near(&cell, &near);
             let [a, b] = [0, 1].map(|k| cell.extent(k));
-            if a <= self.end.width() && !near.is_empty() && self.finished(&cell, &near) {
+            let fits = a <= self.end.width();
+            let (near, lowest) =
+                if fits { self.touching(&cell, near) } else { (near, f64::INFINITY) };
+            if fits && !near.is_empty() && self.finished(&cell, &near) {
                 continue;
             }
             let least = a.max(b);
@@ -217,34 +236,57 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
                 open.push(cell.range);
                 continue;
             }
-            let small = least <= size && !(least > finest && self.cuts(&cell.centre(), &near));
+            // A centre inside the cutter: part of the cell is finished.
+            let small = least <= size && !(least > finest && lowest <= 0.0);
             if small && (whole || self.region.holds(cell.middle()) || least <= 0.5 * size) {
                 open.push(cell.range);
                 continue;
             }
-            for cell in cell.halves(usize::from(b > a), &at) {
+            let longer = usize::from(b > a);
+            if is_resolved(&cell, range, longer) {
+                open.push(cell.range);
+                continue;
+            }
+            for cell in cell.halves(longer, &at) {
                 waiting.push((cell, whole, near.clone()));
             }
         }
         open
     }
 
-    /// Returns `true` if a point was inside the cutter near some poses.
-    fn cuts(&self, place: &Point3<f64>, near: &[[usize; 2]]) -> bool {
-        self.nearest(place, near) <= 0.0
-    }
-
     /// Returns the least distance of a point from the cutter, near some poses \[mm\].
     fn nearest(&self, place: &Point3<f64>, near: &[[usize; 2]]) -> f64 {
-        let same = |a: &[usize; 2], b: &[usize; 2]| a[0] == b[0];
-        let of = |poses: &[[usize; 2]]| {
-            let sweep = self.sweeps[poses.first().map_or(0, |place| place[0])];
-            let starts = self.passings(place, sweep, poses).into_iter().flatten();
-            let times = starts.filter_map(|start| deepest(sweep, &self.end, place, start));
-            let distance = |(_, here): (f64, SweepInstant)| self.end.distance(place, &here.pose);
-            times.map(distance).fold(f64::INFINITY, f64::min)
-        };
-        near.chunk_by(same).map(of).fold(f64::INFINITY, f64::min)
+        near.chunk_by(same_sweep)
+            .map(|poses| self.nearest_of_sweep(place, poses))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Returns the least distance of a point from the cutter, near some poses of one sweep \[mm\].
+    fn nearest_of_sweep(&self, place: &Point3<f64>, poses: &[[usize; 2]]) -> f64 {
+        let sweep = self.sweeps[poses.first().map_or(0, |place| place[0])];
+        let starts = self.passings(place, sweep, poses).into_iter().flatten();
+        let times = starts.filter_map(|start| deepest(sweep, &self.end, place, start));
+        let distance = |(_, here): (f64, SweepInstant)| self.end.distance(place, &here.pose);
+        times.map(distance).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Returns the poses of those sweeps in which the cutter comes to a cell, and the least distance of its centre.
+    ///
+    /// A sweep whose cutter stays farther from the centre than the cell reaches cuts none of it. The poses alone do not
+    /// tell: between them the cutter moves by more than a small cell measures.
+    fn touching(&self, cell: &FaceCell, near: PoseIndices) -> (PoseIndices, f64) {
+        let (centre, radius) = (cell.centre(), cell.radius());
+        let mut least = f64::INFINITY;
+        let mut kept: Vec<[usize; 2]> = Vec::with_capacity(near.len());
+        for poses in near.chunk_by(same_sweep) {
+            let distance = self.nearest_of_sweep(&centre, poses);
+            least = least.min(distance);
+            if distance <= radius {
+                kept.extend(poses);
+            }
+        }
+        let near = if kept.len() == near.len() { near } else { kept.into() };
+        (near, least)
     }
 
     /// Returns the least distance of a point from the cutter during all sweeps \[mm\].
@@ -298,15 +340,18 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
             let near = if near.len() > FEW { self.near(&cell, &near) } else { near };
             let [a, b] = [0, 1].map(|k| cell.extent(k));
             let fits = a <= self.end.width();
+            let near = if fits && near.len() > FEW { self.touching(&cell, near).0 } else { near };
             if fits && !near.is_empty() && self.finished(&cell, &near) {
                 continue;
             }
             // Where no pose comes near, all of a cell is open.
             let b = b / self.grain.long;
-            if a.max(b) <= smallest || (whole && near.is_empty()) {
+            let longer = usize::from(b > a);
+            let resolved = is_resolved(&cell, [across, along], longer);
+            if a.max(b) <= smallest || resolved || (whole && near.is_empty()) {
                 return Some([cell.range[0][0], cell.middle()[1]]);
             }
-            for cell in cell.halves(usize::from(b > a), &at) {
+            for cell in cell.halves(longer, &at) {
                 queue.push(WaitingCell { cell: Box::new(cell), whole, near: near.clone() });
             }
         }
@@ -339,8 +384,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
     }
 
     fn finished(&self, cell: &FaceCell, near: &[[usize; 2]]) -> bool {
-        let same = |a: &[usize; 2], b: &[usize; 2]| a[0] == b[0];
-        near.chunk_by(same).rev().any(|poses| self.inside(cell, poses).unwrap_or(false))
+        near.chunk_by(same_sweep).rev().any(|poses| self.inside(cell, poses).unwrap_or(false))
     }
 
     /// Returns `true` if the cell was inside the cutter near some poses of one sweep; `None` where
@@ -399,17 +443,22 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
         if self.end.distance(&centre, &here.pose) > 0.0 {
             return Some(false);
         }
+        let at = |u: f64| cell.corners().map(|corner| TimedCorner { u, corner });
+        // First at one instant. Where the cutter hardly moves, as about a pole, the deepest times of neighbouring points
+        // lie far apart, and the bounds over the time between them prove nothing.
+        if self.holds(cell, sweep, &at(u))? {
+            return Some(true);
+        }
         // Guess for each corner: the time at which the cutter has moved on by its offset.
         // Time in which the cutter moves on by a vector: its component along the velocity over the
         // speed.
         let pace = here.velocity / here.velocity.norm_squared().max(f64::MIN_POSITIVE);
         let [low, high] = sweep.curve.range();
-        let mut ends = Vec::with_capacity(4);
-        for corner in cell.corners() {
-            let guess = (u + (corner - centre).dot(&pace)).clamp(low, high);
-            ends.push(TimedCorner { u: guess, corner });
+        let mut ends = at(u);
+        for end in &mut ends {
+            end.u = (u + (end.corner - centre).dot(&pace)).clamp(low, high);
         }
-        // First with guessed times; only if that fails, with the deepest time of each corner.
+        // Then with guessed times; only if that fails, with the deepest time of each corner.
         if self.holds(cell, sweep, &ends)? {
             return Some(true);
         }
