@@ -6,8 +6,9 @@ use crate::progress::Bars;
 use crate::{machine, output, part, text};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use trunnion::cutter::CutterKind;
-use trunnion::pipeline::{self, JobProposal, ProposalRequest};
+use trunnion::cutter::{CutterKind, CutterSpec};
+use trunnion::files::job::JobArea;
+use trunnion::pipeline::{self, JobProposal, ProposalRequest, ProposedOperation};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
@@ -72,9 +73,37 @@ struct InitJson {
     job: String,
     faces: Vec<usize>,
     left_out: Vec<LeftOutJson>,
+    /// Kind and diameter of the first tool.
     tool: &'static str,
     diameter: f64,
+    operations: Vec<OperationJson>,
     origin: [f64; 3],
+}
+
+#[derive(Debug, serde::Serialize)]
+struct OperationJson {
+    faces: Vec<usize>,
+    method: &'static str,
+    tool: &'static str,
+    diameter: f64,
+}
+
+impl OperationJson {
+    fn of(operation: &ProposedOperation) -> Self {
+        Self {
+            faces: operation.faces.clone(),
+            method: method(operation),
+            tool: kind_name(operation.cutter.kind),
+            diameter: diameter(&operation.cutter),
+        }
+    }
+}
+
+fn method(operation: &ProposedOperation) -> &'static str {
+    match operation.area {
+        JobArea::Whole => "auto",
+        JobArea::Rest => "rest",
+    }
 }
 
 #[derive(Debug, serde::Serialize)]
@@ -89,12 +118,14 @@ impl InitJson {
             .left_out
             .iter()
             .map(|face| LeftOutJson { face: face.number, reason: face.reason.to_string() });
+        let first = proposal.operations.first();
         Self {
             job: path.display().to_string(),
             faces: proposal.faces.clone(),
             left_out: left_out.collect(),
-            tool: kind_name(proposal.cutter.kind),
-            diameter: diameter(proposal),
+            tool: first.map_or("", |one| kind_name(one.cutter.kind)),
+            diameter: first.map_or(0.0, |one| diameter(&one.cutter)),
+            operations: proposal.operations.iter().map(OperationJson::of).collect(),
             origin: proposal.origin.into(),
         }
     }
@@ -108,8 +139,8 @@ fn kind_name(kind: CutterKind) -> &'static str {
     }
 }
 
-fn diameter(proposal: &JobProposal) -> f64 {
-    tidy(2.0 * (proposal.cutter.major + proposal.cutter.minor))
+fn diameter(cutter: &CutterSpec) -> f64 {
+    tidy(2.0 * (cutter.major + cutter.minor))
 }
 
 /// Drops the digits that sums of tenths leave behind.
@@ -187,8 +218,7 @@ fn job_text(args: &Args, proposal: &JobProposal) -> String {
         "clearance = {}  # links travel this far above the part, mm",
         proposal.clearance
     ));
-    line("\n[tool]");
-    line(&tool_lines(proposal));
+    line(&tools(proposal));
     line("\n[tolerance]");
     line(&format!(
         "total = {:.2}  # largest excess after everything, mm",
@@ -203,10 +233,12 @@ fn job_text(args: &Args, proposal: &JobProposal) -> String {
     line(
         "along = \"adaptive\"  # the quickest of several layouts; \"u\", \"v\" or \"curvature\" plan sooner",
     );
-    line("\n[cutting]");
-    line(&format!("feed = {}  # check: mm/min", (60.0 * proposal.feed).round()));
-    line(&format!("spindle = {}  # check: rev/min", (60.0 * proposal.spindle).round()));
-    line("coolant = true");
+    if let [only] = &proposal.operations[..] {
+        line("\n[cutting]");
+        line(&format!("feed = {}  # check: mm/min", feed(only)));
+        line(&format!("spindle = {}  # check: rev/min", spindle(only)));
+        line("coolant = true");
+    }
     line("\n[machine]");
     line(&format!(
         "file = {}  # `trunnion machine list` lists those built in",
@@ -230,8 +262,18 @@ impl std::fmt::Display for Short {
     }
 }
 
-fn tool_lines(proposal: &JobProposal) -> String {
-    let mut out = String::new();
+/// Returns the feed in mm/min.
+fn feed(operation: &ProposedOperation) -> f64 {
+    (60.0 * operation.feed).round()
+}
+
+/// Returns the spindle speed in rev/min.
+fn spindle(operation: &ProposedOperation) -> f64 {
+    (60.0 * operation.spindle).round()
+}
+
+/// Writes the tool of a job of one operation, or all operations.
+fn tools(proposal: &JobProposal) -> String {
     let why = if proposal.concave_radius.is_finite() {
         format!(
             "the tightest concave radius of the faces is {:.3} mm",
@@ -240,14 +282,50 @@ fn tool_lines(proposal: &JobProposal) -> String {
     } else {
         "the faces are nowhere concave".to_owned()
     };
-    let kind = kind_name(proposal.cutter.kind);
-    let _ = writeln!(out, "number = 1");
-    let _ = writeln!(out, "kind = \"{kind}\"  # {why}");
-    let _ = writeln!(out, "diameter = {}", diameter(proposal));
-    if proposal.cutter.kind == CutterKind::Bull {
-        let _ = writeln!(out, "corner_radius = {}", tidy(proposal.cutter.minor));
+    let mut out = String::new();
+    if let [only] = &proposal.operations[..] {
+        out.push_str("\n[tool]\n");
+        out.push_str(&tool_lines(&only.cutter, 1, Some(&why)));
+        return out.trim_end().to_owned();
     }
-    let _ = write!(out, "length = {}  # check: gauge point to tip, mm", proposal.cutter.length);
+    out.push_str("\n# One tool after the other; all in one program.\n");
+    let count = proposal.operations.len();
+    for (index, operation) in proposal.operations.iter().enumerate() {
+        let faces: Vec<String> = operation.faces.iter().map(usize::to_string).collect();
+        let _ = writeln!(out, "[[operation]]");
+        let _ = writeln!(out, "faces = [{}]", faces.join(", "));
+        if operation.area == JobArea::Rest {
+            let _ = writeln!(
+                out,
+                "method = \"rest\"  # only what the operations before leave, and faces that they do not cut"
+            );
+        }
+        let _ = writeln!(
+            out,
+            "cutting = {{ feed = {}, spindle = {}, coolant = true }}  # check: mm/min, rev/min",
+            feed(operation),
+            spindle(operation)
+        );
+        let _ = writeln!(out, "[operation.tool]");
+        let why = (index + 1 == count).then_some(why.as_str());
+        out.push_str(&tool_lines(&operation.cutter, index + 1, why));
+        out.push('\n');
+    }
+    out.trim_end().to_owned()
+}
+
+/// Writes the lines of a tool.
+fn tool_lines(cutter: &CutterSpec, number: usize, why: Option<&str>) -> String {
+    let mut out = String::new();
+    let kind = kind_name(cutter.kind);
+    let why = why.map_or_else(String::new, |why| format!("  # {why}"));
+    let _ = writeln!(out, "number = {number}");
+    let _ = writeln!(out, "kind = \"{kind}\"{why}");
+    let _ = writeln!(out, "diameter = {}", diameter(cutter));
+    if cutter.kind == CutterKind::Bull {
+        let _ = writeln!(out, "corner_radius = {}", tidy(cutter.minor));
+    }
+    let _ = writeln!(out, "length = {}  # check: gauge point to tip, mm", cutter.length);
     out
 }
 
@@ -259,17 +337,26 @@ fn describe(path: &Path, proposal: &JobProposal) -> String {
     for face in &proposal.left_out {
         let _ = writeln!(out, "  face {} is not cut: {}", face.number, face.reason);
     }
-    let kind = match proposal.cutter.kind {
-        CutterKind::Flat => "flat end mill",
-        CutterKind::Ball => "ball end mill",
-        CutterKind::Bull => "bull-nose end mill",
-    };
-    let _ = writeln!(
-        out,
-        "  tool: {kind}, diameter {} mm, length {} mm",
-        diameter(proposal),
-        proposal.cutter.length
-    );
+    let several = proposal.operations.len() > 1;
+    for operation in &proposal.operations {
+        let kind = match operation.cutter.kind {
+            CutterKind::Flat => "flat end mill",
+            CutterKind::Ball => "ball end mill",
+            CutterKind::Bull => "bull-nose end mill",
+        };
+        let faces: Vec<String> = operation.faces.iter().map(usize::to_string).collect();
+        let cuts = match operation.area {
+            _ if !several => String::new(),
+            JobArea::Whole => format!(", for faces {}", faces.join(", ")),
+            JobArea::Rest => ", for the rest".to_owned(),
+        };
+        let _ = writeln!(
+            out,
+            "  tool: {kind}, diameter {} mm, length {} mm{cuts}",
+            diameter(&operation.cutter),
+            operation.cutter.length
+        );
+    }
     let [x, y, z]: [f64; 3] = proposal.origin.map(tidy).into();
     let _ = writeln!(out, "  origin: [{x}, {y}, {z}] mm, inside the travel of the machine");
     let _ = writeln!(

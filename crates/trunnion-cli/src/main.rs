@@ -53,7 +53,8 @@ enum Verb {
     /// Write a job for a part: faces, cutter, origin and feeds that run as they are, with comments.
     ///
     /// The job cuts the faces that the machine reaches from above. The cutter is the largest of a small built-in library
-    /// that reaches nearly all that smaller ones reach. The origin keeps the axes inside travel.
+    /// that reaches nearly all that smaller ones reach. Planes beside concave faces get a flat end mill of their own, and
+    /// hollows a ball behind a larger one: a job of several operations. The origin keeps the axes inside travel.
     Init(init::Args),
     /// Run the whole chain: surface to passes, axis motion, programs, check and report.
     Run(run::Args),

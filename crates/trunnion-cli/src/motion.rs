@@ -4,7 +4,7 @@ use std::io::{Error, Result, Write};
 use std::path::Path;
 use trunnion::files::job::MotionMethod;
 use trunnion::machine::{Axis, AxisKind};
-use trunnion::pipeline::{Job, Outcome};
+use trunnion::pipeline::{Job, PlannedOperation};
 use trunnion::setpoint;
 use trunnion::types::{AXES, Setpoint};
 
@@ -15,8 +15,17 @@ pub(crate) const SUFFIXES: [&str; 4] = ["", "_vel", "_acc", "_jerk"];
 /// 6 units/s³ at most (32 h⁻³, 17 h⁻² and 4.4 h⁻¹ times twice half a unit): below a per mille of what axes have.
 const DECIMALS: [usize; 4] = [10, 7, 4, 1];
 
+/// Returns the name of the table of an operation: a tool change parts one from the next.
+pub(crate) fn file_name(job: &Job, operation: &PlannedOperation) -> String {
+    if job.following.is_empty() {
+        "motion.csv".to_owned()
+    } else {
+        format!("motion-{}.csv", operation.index + 1)
+    }
+}
+
 /// Writes one row a servo period: time, then position, velocity, acceleration, jerk of every axis.
-pub(crate) fn write(out: &mut dyn Write, job: &Job, outcome: &Outcome) -> Result<()> {
+pub(crate) fn write(out: &mut dyn Write, job: &Job, operation: &PlannedOperation) -> Result<()> {
     let axes = &job.kinematics.machine().axes;
     // The first line states which limits hold, because the numbers alone do not show it.
     let limits = match job.file.motion.method {
@@ -26,8 +35,9 @@ pub(crate) fn write(out: &mut dyn Write, job: &Job, outcome: &Outcome) -> Result
     };
     header(out, axes, limits)?;
     let period = job.file.motion.servo_period;
-    let mut setpoints = setpoint::sample(&outcome.followed.path, &outcome.plan.schedule, period)
-        .map_err(Error::other)?;
+    let mut setpoints =
+        setpoint::sample(&operation.followed.path, &operation.plan.schedule, period)
+            .map_err(Error::other)?;
     setpoints.try_for_each(|setpoint| row(out, axes, &setpoint))
 }
 

@@ -10,7 +10,7 @@ use trunnion::cutter::{Cutter, ProfilePiece};
 use trunnion::files::job::MotionMethod;
 use trunnion::files::summary::{AxisSummary, CheckSummary, ProgramSummary, RestSummary, Summary};
 use trunnion::machine::{Axis, AxisKind, FIRST_ROTARY};
-use trunnion::pipeline::{self, CheckedProgram, Job, Outcome};
+use trunnion::pipeline::{self, CheckedProgram, Job, Outcome, PlannedOperation};
 use trunnion::setpoint;
 use trunnion::types::{Motion, PieceGeometry, PoseRates, ToolPiece};
 use trunnion::verify::{self, ExtremeHeight, FaceMap};
@@ -47,7 +47,7 @@ pub(crate) fn page(job: &Job, outcome: &Outcome, summary: &Summary) -> Result<St
         warnings: summary.warnings.clone(),
         numbers: numbers(summary),
         budget: budget(job, outcome),
-        tools: vec![outline(&job.cutter)],
+        tools: job.operations().map(|one| outline(&one.cutter)).collect(),
         surface: shown.map(surface).unwrap_or_default(),
         path: path(outcome),
         motion: motion(job, outcome)?,
@@ -68,14 +68,21 @@ fn worst(program: &CheckedProgram) -> f64 {
 }
 
 fn tool(job: &Job) -> String {
-    let (major, minor) = (job.cutter.major(), job.cutter.minor());
-    format!(
-        "T{} {:?} D{} r{minor}, length {} mm",
-        job.file.tool.number,
-        job.cutter.kind(),
-        2.0 * (major + minor),
-        job.cutter.length()
-    )
+    let mut tools: Vec<String> = Vec::new();
+    for one in job.operations() {
+        let (major, minor) = (one.cutter.major(), one.cutter.minor());
+        let text = format!(
+            "T{} {:?} D{} r{minor}, length {} mm",
+            one.file.tool.number,
+            one.cutter.kind(),
+            2.0 * (major + minor),
+            one.cutter.length()
+        );
+        if !tools.contains(&text) {
+            tools.push(text);
+        }
+    }
+    tools.join("; ")
 }
 
 fn verdict(summary: &Summary) -> Vec<String> {
@@ -97,7 +104,7 @@ fn numbers(summary: &Summary) -> Vec<Number> {
         })
     });
     checks
-        .chain(planned(summary))
+        .chain(planned_numbers(summary))
         .chain(summary.cover.rest.iter().map(left))
         .chain(summary.motion.axes.iter().map(axis_number))
         .collect()
@@ -144,7 +151,7 @@ fn checked(
     numbers
 }
 
-fn planned(summary: &Summary) -> Vec<Number> {
+fn planned_numbers(summary: &Summary) -> Vec<Number> {
     let (cover, motion) = (&summary.cover, &summary.motion);
     let large = |number: Number| Number { headline: true, ..number };
     let bound = format!("no schedule within the limits beats {:.1} s", motion.lower_bound);
@@ -190,10 +197,13 @@ fn budget(job: &Job, outcome: &Outcome) -> Budget {
     let budget = &job.budget;
     // The largest rounding of all programs is what the share has to cover.
     let rounding = outcome.programs.iter().map(|program| program.rounding).reduce(f64::max);
-    let lever = trunnion::cover::lever(&job.cutter);
-    let most = outcome.smoothing.0.deviated;
     // A rotation of the tool axis moves the contact by up to the lever times its angle.
-    let strays = most.tip_bound.max(most.contact_bound) + lever * most.axis_bound;
+    let stray = |(one, of): (&PlannedOperation, &Job)| {
+        let most = one.smoothing.0.deviated;
+        most.tip_bound.max(most.contact_bound)
+            + trunnion::cover::lever(&of.cutter) * most.axis_bound
+    };
+    let strays = planned(job, outcome).map(stray).fold(0.0, f64::max);
     let smoothing = (budget.shares.smoothing > 0.0).then_some(strays);
     // `used` is known only for shares that are measured or proven afterwards.
     let share = |name: &str, allowed: f64, used: Option<f64>| Share {
@@ -218,14 +228,18 @@ fn budget(job: &Job, outcome: &Outcome) -> Budget {
 
 /// Draws the deviation of the smoothed path.
 fn smoothing(job: &Job, outcome: &Outcome) -> String {
-    let along = &outcome.smoothing.1;
-    if along.is_empty() {
-        return String::new();
-    }
     let share = job.budget.shares.smoothing;
     let mut profile = Profile::default();
-    for (end, deviated) in along {
-        profile.push(*end, deviated);
+    let mut before = 0.0;
+    for one in &outcome.operations {
+        let along = &one.smoothing.1;
+        for (end, deviated) in along {
+            profile.push(before + *end, deviated);
+        }
+        before += along.last().map_or(0.0, |(end, _)| *end);
+    }
+    if before <= 0.0 {
+        return String::new();
     }
     chart::draw(
         &profile,
@@ -276,11 +290,34 @@ fn columns(map: &FaceMap) -> usize {
     map.v.len()
 }
 
+/// Returns the operations that were planned, each with its job.
+fn planned<'a>(
+    job: &'a Job,
+    outcome: &'a Outcome,
+) -> impl Iterator<Item = (&'a PlannedOperation, &'a Job)> {
+    outcome.operations.iter().filter_map(|one| Some((one, job.operations().nth(one.index)?)))
+}
+
+/// Returns the times at which the operations begin, as if changes of tool took none \[s\].
+fn starts(outcome: &Outcome) -> impl Iterator<Item = f64> + '_ {
+    outcome.operations.iter().scan(0.0, |time, one| {
+        let start = *time;
+        *time += one.plan.schedule.duration();
+        Some(start)
+    })
+}
+
 fn path(outcome: &Outcome) -> Vec<PathPiece> {
-    let rows = outcome.plan.schedule.pieces.iter().zip(&outcome.followed.path.pieces);
+    let all = outcome.operations.iter().zip(starts(outcome));
+    all.flat_map(|(operation, start)| operation_path(operation, start)).collect()
+}
+
+/// Returns the path of an operation that begins at `start` \[s\].
+fn operation_path(operation: &PlannedOperation, start: f64) -> Vec<PathPiece> {
+    let rows = operation.plan.schedule.pieces.iter().zip(&operation.followed.path.pieces);
     rows.filter_map(|(schedule, axes)| {
         // A piece of the axis path names the piece of the tool path that it follows.
-        let piece = outcome.tool_path.pieces.get(axes.source)?;
+        let piece = operation.tool_path.pieces.get(axes.source)?;
         let (first, last) = (*schedule.s.first()?, *schedule.s.last()?);
         // At least both ends, even of a rotation at a point.
         let steps = ((last - first) / DRAWN_STEP).ceil().max(1.0);
@@ -288,11 +325,11 @@ fn path(outcome: &Outcome) -> Vec<PathPiece> {
         let points = (0..=steps as u32)
             .filter_map(|step| {
                 let s = first + (last - first) * f64::from(step) / steps;
-                let t = schedule.time_at(s);
+                let t = start + schedule.time_at(s);
                 point(piece, (s - first) / (last - first), s, t)
             })
             .collect();
-        Some(PathPiece { motion: kind(axes.motion), tool: 0, points })
+        Some(PathPiece { motion: kind(axes.motion), tool: operation.index, points })
     })
     .collect()
 }
@@ -331,7 +368,6 @@ fn kind(motion: Motion) -> MotionKind {
 
 fn motion(job: &Job, outcome: &Outcome) -> Result<trunnion_report::Motion> {
     let axes = &job.kinematics.machine().axes;
-    let (path, schedule) = (&outcome.followed.path, &outcome.plan.schedule);
     let feed = job.file.cutting.feed;
     let jerk = job.file.motion.method == MotionMethod::Jerk;
     let (limits, chords) = pipeline::motion_limits(job)?;
@@ -343,7 +379,8 @@ fn motion(job: &Job, outcome: &Outcome) -> Result<trunnion_report::Motion> {
             axis(of, &AxisLimits { acceleration, chord: chords[index], jerk })
         })
         .collect();
-    let mut recorder = Recorder::new(report_axes, schedule.duration(), SLOTS, feed);
+    let duration = outcome.operations.iter().map(|one| one.plan.schedule.duration()).sum();
+    let mut recorder = Recorder::new(report_axes, duration, SLOTS, feed);
     let units = |values: &trunnion::types::AxisVector| {
         let mut out: Vec<f64> = values.iter().copied().collect();
         for value in out.iter_mut().skip(FIRST_ROTARY) {
@@ -351,18 +388,21 @@ fn motion(job: &Job, outcome: &Outcome) -> Result<trunnion_report::Motion> {
         }
         out
     };
-    for setpoint in setpoint::sample(path, schedule, job.file.motion.servo_period)? {
-        let ([speed, tip], cutting) = speeds(outcome, setpoint.t);
-        recorder.add(&Sample {
-            t: setpoint.t,
-            position: &units(&setpoint.position),
-            velocity: &units(&setpoint.velocity),
-            acceleration: &units(&setpoint.acceleration),
-            jerk: &units(&setpoint.jerk),
-            speed,
-            tip,
-            cutting,
-        });
+    for (one, start) in outcome.operations.iter().zip(starts(outcome)) {
+        let (path, schedule) = (&one.followed.path, &one.plan.schedule);
+        for setpoint in setpoint::sample(path, schedule, job.file.motion.servo_period)? {
+            let ([speed, tip], cutting) = speeds(one, setpoint.t);
+            recorder.add(&Sample {
+                t: start + setpoint.t,
+                position: &units(&setpoint.position),
+                velocity: &units(&setpoint.velocity),
+                acceleration: &units(&setpoint.acceleration),
+                jerk: &units(&setpoint.jerk),
+                speed,
+                tip,
+                cutting,
+            });
+        }
     }
     Ok(recorder.finish())
 }
@@ -396,11 +436,11 @@ pub(crate) fn axis(axis: &Axis, limits: &AxisLimits) -> ReportAxis {
 }
 
 /// Returns the speeds of the programmed point and of the tip at time `t` \[mm/s\], and true if the feed applies there.
-fn speeds(outcome: &Outcome, t: f64) -> ([f64; 2], bool) {
+fn speeds(operation: &PlannedOperation, t: f64) -> ([f64; 2], bool) {
     let nothing = ([0.0; 2], false);
-    let pieces = &outcome.plan.schedule.pieces;
+    let pieces = &operation.plan.schedule.pieces;
     let index = pieces.partition_point(|piece| piece.t.last().is_some_and(|&end| end < t));
-    let (Some(rows), Some(axes)) = (pieces.get(index), outcome.followed.path.pieces.get(index))
+    let (Some(rows), Some(axes)) = (pieces.get(index), operation.followed.path.pieces.get(index))
     else {
         return nothing;
     };

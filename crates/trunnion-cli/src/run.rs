@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use trunnion::files;
 use trunnion::files::job::{JobFile, JobFixture, JobSolid, JobStock};
 use trunnion::files::summary::{
-    CheckSummary, CoverSummary, LayoutSummary, LayoutTime, ProgramSummary, SingularSummary,
-    Summary, ToleranceSummary, TurnLimitSummary,
+    CheckSummary, CoverSummary, LayoutSummary, LayoutTime, OperationSummary, ProgramSummary,
+    SingularSummary, Summary, ToleranceSummary, TurnLimitSummary,
 };
 use trunnion::pipeline::{self, Job, Outcome, PipelineError};
 use trunnion::types::Mesh;
@@ -43,10 +43,10 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     };
     // The dry run makes every check that takes little time.
     if args.dry_run {
-        pipeline::reach(&job).map_err(failure)?;
+        job.operations().try_for_each(pipeline::reach).map_err(failure)?;
+        let too_concave = pipeline::fit(&job).map_err(failure)?;
         pipeline::solids(&job).map_err(refused)?;
-    }
-    if args.dry_run {
+        let warnings = [warnings, too_concave].concat();
         let dry_run = DryRun::of(&job, warnings);
         return form.print(&dry_run, |dry_run| describe_dry_run(&job, &dry_run.warnings));
     }
@@ -189,7 +189,7 @@ impl DryRun {
         Self {
             schema: "trunnion-dry-run/1",
             job: job.file.name.clone(),
-            faces: job.faces.len(),
+            faces: job.cut_faces().len(),
             fixtures: job.fixtures.iter().map(|held| held.name.clone()).collect(),
             tolerance: job.budget.summary(),
             warnings,
@@ -223,8 +223,11 @@ fn write(
     summary: &mut Summary,
     folder: &Path,
 ) -> Result<Vec<PathBuf>, Failure> {
+    let motions: Vec<String> =
+        outcome.operations.iter().map(|one| motion::file_name(job, one)).collect();
+    let first = ["toolpath.cls", "setup.txt"].map(str::to_owned).into_iter();
     summary.files =
-        ["toolpath.cls", "setup.txt", "motion.csv", "report.html"].map(str::to_owned).into();
+        first.chain(motions.iter().cloned()).chain(["report.html".to_owned()]).collect();
     let mut outputs = Outputs::open(folder)?;
     outputs.text("toolpath.cls", &outcome.cl)?;
     for program in &outcome.programs {
@@ -235,7 +238,9 @@ fn write(
         }
     }
     outputs.text("setup.txt", &outcome.setup)?;
-    outputs.add("motion.csv", |out| motion::write(out, job, outcome))?;
+    for (file, operation) in motions.iter().zip(&outcome.operations) {
+        outputs.add(file, |out| motion::write(out, job, operation))?;
+    }
     if let Some(left) = material::left(outcome) {
         summary.files.push("stock.stl".to_owned());
         outputs.add("stock.stl", |out| {
@@ -280,6 +285,9 @@ fn table(summary: &Summary, places: &[PathBuf]) -> String {
     for (name, value) in covered(&summary.cover) {
         row(name, value);
     }
+    for operation in &summary.operations {
+        row("operation", operation_words(operation));
+    }
     let (motion, tolerance) = (&summary.motion, &summary.tolerance);
     row(
         "time",
@@ -321,6 +329,20 @@ fn table(summary: &Summary, places: &[PathBuf]) -> String {
     lines.extend(summary.failures.iter().map(|failure| format!("broken: {failure}")));
     lines.extend(places.iter().map(|place| format!("wrote {}", place.display())));
     lines.join("\n") + "\n"
+}
+
+/// Describes an operation.
+fn operation_words(operation: &OperationSummary) -> String {
+    let OperationSummary { name, cover, motion, .. } = operation;
+    let faces: Vec<String> = cover.faces.iter().map(usize::to_string).collect();
+    format!(
+        "{name}: passes {}, {:.0} mm on faces {}, {:.1} s, of it cutting {:.1} s",
+        cover.passes,
+        cover.cutting_length,
+        faces.join(", "),
+        motion.duration,
+        motion.cutting
+    )
 }
 
 /// Describes a program, row by row.

@@ -140,13 +140,18 @@ impl Setting {
         if !tools.is_empty() && !has(&tools, own.0) {
             tools.insert(0, own);
         }
-        let plain = |faces: &[FaceIndex]| -> Vec<Face> {
-            faces.iter().map(|face| face.face().clone()).collect()
+        let plain = |faces: Vec<&FaceIndex>| -> Vec<Face> {
+            faces.into_iter().map(|face| face.face().clone()).collect()
         };
+        // Cuts as slow as the slowest operation are as planned, and so are cuts without coolant if one has none.
+        let cutting = || job.operations().map(|one| one.file.cutting);
+        let feed = cutting().map(|of| of.feed).fold(f64::INFINITY, f64::min);
+        let coolant = cutting().all(|of| of.coolant);
+        let (faces, others) = (plain(job.cut_faces()), plain(job.avoided_faces()));
         Ok(Self {
             part: Some(job.file.part.file.clone()),
-            faces: plain(&job.faces),
-            others: plain(&job.others),
+            faces,
+            others,
             tolerance: [job.budget.total, job.budget.gouge],
             grid: job.file.verify_grid,
             stock,
@@ -155,12 +160,8 @@ impl Setting {
             clearance: job.file.fixture_clearance,
             chords: job.file.chords(),
             number: Some(job.file.tool.number),
-            feed: Some(job.file.cutting.feed),
-            coolant: if job.file.cutting.coolant {
-                CoolantDemand::Needed
-            } else {
-                CoolantDemand::Unknown
-            },
+            feed: Some(feed),
+            coolant: if coolant { CoolantDemand::Needed } else { CoolantDemand::Unknown },
             cutter: job.cutter,
             tools,
             kinematics: Some(job.kinematics),

@@ -13,7 +13,16 @@ pub(super) const AXIS_DECIMALS: u8 = 9;
 /// Decimals of feeds \[mm/min\].
 const FEED_DECIMALS: u8 = 3;
 
-/// Writes legs as APT/CL records in the workpiece frame, tips with `decimals` decimals.
+/// Legs that one tool runs.
+#[derive(Debug, Clone, Copy)]
+pub struct LegSection<'a> {
+    /// Facts about the tool and its cuts.
+    pub note: &'a Note<'a>,
+    /// Legs in the order in which they are run.
+    pub legs: &'a [Leg],
+}
+
+/// Writes legs as APT/CL records in the workpiece frame, tips with `decimals` decimals, tool after tool.
 ///
 /// Links are `RAPID`, everything else runs at the job's feed. The first station of a leg is the last
 /// of the leg before and is written once.
@@ -21,19 +30,28 @@ const FEED_DECIMALS: u8 = 3;
 /// # Errors
 ///
 /// [`WriteError`].
-pub fn apt(
+pub fn apt(out: &mut String, sections: &[LegSection<'_>], decimals: u8) -> Result<(), WriteError> {
+    let first = sections.first().ok_or(WriteError::Empty)?;
+    writeln!(out, "PARTNO {}", plain(first.note.name))?;
+    writeln!(out, "UNITS/MM")?;
+    writeln!(out, "MULTAX/ON")?;
+    for section in sections {
+        tool_section(out, section, decimals)?;
+    }
+    out.push_str("FINI\n");
+    Ok(())
+}
+
+fn tool_section(
     out: &mut String,
-    legs: &[Leg],
-    note: &Note<'_>,
+    section: &LegSection<'_>,
     decimals: u8,
 ) -> Result<(), WriteError> {
+    let &LegSection { note, legs } = section;
     // The first station is only approached.
     let first = legs.first().and_then(|leg| leg.stations.first()).ok_or(WriteError::Empty)?;
     // APT: CUTTER/diameter, corner radius. The centre circle and the rounding add up to the radius.
     let [diameter, corner] = [2.0 * (note.tool.major + note.tool.minor), note.tool.minor];
-    writeln!(out, "PARTNO {}", plain(note.name))?;
-    writeln!(out, "UNITS/MM")?;
-    writeln!(out, "MULTAX/ON")?;
     writeln!(out, "LOADTL/{}", note.tool.number)?;
     writeln!(out, "CUTTER/{diameter:.4},{corner:.4}")?;
     writeln!(out, "SPINDL/{:.0},RPM,CLW", note.spindle)?;
@@ -60,7 +78,7 @@ pub fn apt(
     if note.coolant.is_on() {
         out.push_str("COOLNT/OFF\n");
     }
-    out.push_str("SPINDL/OFF\nFINI\n");
+    out.push_str("SPINDL/OFF\n");
     Ok(())
 }
 

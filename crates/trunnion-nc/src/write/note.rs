@@ -43,6 +43,13 @@ pub struct ToolNote {
     pub minor: f64,
 }
 
+impl std::fmt::Display for ToolNote {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { number, major, minor } = self;
+        write!(f, "tool T{number}, R {major:.4} r {minor:.4} mm")
+    }
+}
+
 /// Returns a text that can stand inside a `( )` comment: one line, printable ASCII, no parentheses.
 pub(super) fn comment(text: &str) -> String {
     let plain = |c: char| match c {

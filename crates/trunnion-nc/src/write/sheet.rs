@@ -3,7 +3,7 @@
 use super::error::WriteError;
 use super::error_bound::Coordinates;
 use super::format::OutputFormat;
-use super::note::Note;
+use super::note::{Note, ToolNote};
 use super::style::Style;
 use crate::control::NumberedLength;
 use crate::machine::{AxisKind, Kinematics, TurnFormat};
@@ -42,6 +42,17 @@ pub struct SheetPrograms<'a> {
     pub axes: AxisWords,
     /// Dialects of the programs that are written.
     pub dialects: &'a [OutputFormat],
+    /// Tools of the programs with their lengths; empty for the one of the setup.
+    pub tools: &'a [SheetTool],
+}
+
+/// Tool of a setup sheet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SheetTool {
+    /// Number and shape.
+    pub tool: ToolNote,
+    /// Length from gauge point to tip \[mm\].
+    pub length: f64,
 }
 
 /// Writes the setup sheet.
@@ -55,14 +66,24 @@ pub fn setup_sheet(
     note: &Note<'_>,
     programs: SheetPrograms<'_>,
 ) -> Result<(), WriteError> {
-    let SheetPrograms { axes, dialects } = programs;
+    let SheetPrograms { axes, dialects, tools } = programs;
     writeln!(out, "Setup sheet")?;
     writeln!(out)?;
     for line in facts(kinematics, note, axes) {
         writeln!(out, "{line}")?;
     }
     writeln!(out)?;
-    entries(out, kinematics, note, &[])?;
+    if !tools.is_empty() {
+        writeln!(out, "Tools in the order of their first cuts")?;
+        for SheetTool { tool, length } in tools {
+            writeln!(out, "  {tool}, gauge length {length:.4} mm")?;
+        }
+        writeln!(out)?;
+    }
+    let length =
+        |tool: &SheetTool| NumberedLength { number: tool.tool.number, length: tool.length };
+    let lengths: Vec<NumberedLength> = tools.iter().map(length).collect();
+    entries(out, kinematics, note, &lengths)?;
     writeln!(out)?;
     meanings(out, kinematics, dialects)?;
     writeln!(out)?;

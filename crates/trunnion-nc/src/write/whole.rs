@@ -1,8 +1,11 @@
 //! All blocks of a plan as one program.
 
 use super::error::WriteError;
+use super::note::Note;
 use super::position::WrittenPosition;
 use super::program::{BlockPace, ProgramForm, ProgramWriter};
+use super::style::Style;
+use super::template::Template;
 use crate::machine::{FIRST_ROTARY, Kinematics};
 use crate::types::{Block, Motion};
 
@@ -64,11 +67,68 @@ pub fn program(
     blocks: &[Block],
     form: ProgramForm<'_>,
 ) -> Result<Vec<usize>, WriteError> {
-    let (mut before, rest) = blocks.split_first().ok_or(WriteError::Empty)?;
-    let start = WrittenPosition { q: &before.q, pose: &before.pose };
-    let mut writer = ProgramWriter::new(out, kinematics, form, start)?;
+    let ProgramForm { note, style, template } = form;
+    let section = ToolSection { kinematics, note, blocks };
+    let ends = sections(out, &[section], style, template)?;
+    Ok(ends.into_iter().next().unwrap_or_default())
+}
+
+/// Blocks that one tool runs in a program of several.
+#[derive(Debug, Clone, Copy)]
+pub struct ToolSection<'a> {
+    /// Machine and setup, with the length of the tool.
+    pub kinematics: &'a Kinematics,
+    /// Facts about the tool and its cuts. The head of the program has those of the first section.
+    pub note: &'a Note<'a>,
+    /// Blocks; the first is the starting position.
+    pub blocks: &'a [Block],
+}
+
+/// Writes the blocks of several tools, with a change of tool in front of each but the first. Returns the ends of the
+/// texts of the blocks as [`program`] does, section by section.
+///
+/// # Errors
+///
+/// [`WriteError`].
+pub fn sections(
+    out: &mut String,
+    sections: &[ToolSection<'_>],
+    style: &Style,
+    template: &Template,
+) -> Result<Vec<Vec<usize>>, WriteError> {
+    let mut writer: Option<ProgramWriter> = None;
+    let mut ends = Vec::new();
+    for section in sections {
+        let &ToolSection { kinematics, note, blocks } = section;
+        let first = blocks.first().ok_or(WriteError::Empty)?;
+        let start = WrittenPosition { q: &first.q, pose: &first.pose };
+        let mut at_start = match writer.take() {
+            None => {
+                let form = ProgramForm { note, style, template };
+                ProgramWriter::new(out, kinematics, form, start)?
+            }
+            Some(mut before) => {
+                before.comment(out, &note.tool.to_string());
+                before.change_tool(out, kinematics, note, template, start)?;
+                before
+            }
+        };
+        ends.push(section_blocks(out, &mut at_start, section)?);
+        writer = Some(at_start);
+    }
+    writer.ok_or(WriteError::Empty)?.finish(out);
+    Ok(ends)
+}
+
+/// Writes the blocks of a section behind its starting position.
+fn section_blocks(
+    out: &mut String,
+    writer: &mut ProgramWriter,
+    section: &ToolSection<'_>,
+) -> Result<Vec<usize>, WriteError> {
+    let (mut before, rest) = section.blocks.split_first().ok_or(WriteError::Empty)?;
     let mut ends = vec![out.len()];
-    let mut remarks = form.note.remarks.iter().peekable();
+    let mut remarks = section.note.remarks.iter().peekable();
     let mut passes = PassComments::default();
     for (index, block) in rest.iter().enumerate() {
         // Remarks stand before their block; several may stand before one.
@@ -84,7 +144,6 @@ pub fn program(
         ends.push(out.len());
         before = block;
     }
-    writer.finish(out);
     Ok(ends)
 }
 

@@ -45,7 +45,7 @@ pub use join::legs::legs;
 pub use join::request::{LeadKind, LinkOptions, LinkRequest};
 pub use options::{CoverOptions, FinishTolerance, lever};
 pub use pattern::{CutPattern, FeedDirection, PlacementMethod, PrismaticUse};
-pub use plan::{CoverRequest, cover};
+pub use plan::{CoverRequest, LeftArea, cover};
 pub use report::{
     CoverReport, Covering, FaceLayout, FallbackReason, GivenUp, LayoutCost, PassFallback,
     PassLayout, RefusedPoint,

@@ -5,11 +5,13 @@ use super::error::{CoverError, FacePoint};
 use super::options::CoverOptions;
 use super::place::context::{FaceRequest, PartSetup};
 use super::place::face::cover_face;
+use super::place::leftover::cover_leftover;
+use super::place::placed::PlacedPasses;
 use super::prove::part_faces::PartFaces;
 use super::report::{Covering, RefusedPoint};
 use crate::cutter::Cutter;
 use crate::surface::FaceIndex;
-use crate::types::{Cancelled, Progress, Stage};
+use crate::types::{Cancelled, Progress, Stage, UncutRegion};
 use rayon::prelude::*;
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -29,8 +31,19 @@ pub struct CoverRequest<'a> {
     pub cutter: &'a Cutter,
     /// Options of the passes.
     pub options: &'a CoverOptions,
+    /// Area that operations before have left; `None`: all of the faces.
+    pub left: Option<LeftArea<'a>>,
     /// Cost of passes and links on a machine; `None` counts lengths ([`LengthCost`]).
     pub cost: Option<&'a dyn PassCost>,
+}
+
+/// Area that operations before have left.
+#[derive(Debug, Clone, Copy)]
+pub struct LeftArea<'a> {
+    /// Numbers of the faces that were cut before; all others are cut whole.
+    pub cut: &'a [usize],
+    /// Regions of these faces that are left.
+    pub regions: &'a [UncutRegion],
 }
 
 impl fmt::Debug for CoverRequest<'_> {
@@ -48,11 +61,14 @@ impl fmt::Debug for CoverRequest<'_> {
 impl<'a> CoverRequest<'a> {
     /// Requests passes over `faces` alone, by length.
     pub fn new(faces: &'a [FaceIndex], cutter: &'a Cutter, options: &'a CoverOptions) -> Self {
-        Self { faces, others: &[], cutter, options, cost: None }
+        Self { faces, others: &[], cutter, options, left: None, cost: None }
     }
 }
 
 /// Plans passes over the faces of `request`, face after face, in cutting order.
+///
+/// With [`CoverRequest::left`], passes are limited to what an operation before has left: a smaller cutter finishes
+/// corners and fillets. The report then is about that area alone.
 ///
 /// Every point of a face inside its trims comes to lie in a strip. At the stations the error keeps
 /// [`CoverOptions::band`]. On the curve that `toolpath::through` lays through them (with [`lever`](super::lever)) it
@@ -102,7 +118,7 @@ impl<'a> CoverRequest<'a> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn cover(request: &CoverRequest<'_>, progress: &dyn Progress) -> Result<Covering, CoverError> {
-    let CoverRequest { faces, others, cutter, options, cost } = *request;
+    let CoverRequest { faces, others, cutter, options, left, cost } = *request;
     options.check()?;
     let by_length = LengthCost { link: options.link };
     let cost: &dyn PassCost = cost.unwrap_or(&by_length);
@@ -127,7 +143,17 @@ pub fn cover(request: &CoverRequest<'_>, progress: &dyn Progress) -> Result<Cove
                 progress.step(Stage::Cover, sum, total)
             };
             let setup = PartSetup { cutter, part_faces: &part_faces, own, cost };
-            cover_face(&FaceRequest { face, setup, options }, &report)
+            let request = FaceRequest { face, setup, options };
+            let number = face.face().number;
+            let Some(LeftArea { regions, .. }) = left.filter(|left| left.cut.contains(&number))
+            else {
+                return cover_face(&request, &report);
+            };
+            let parts: Vec<_> = regions.iter().filter(|part| part.face == number).collect();
+            if parts.is_empty() {
+                return Ok(Covering::default());
+            }
+            cover_leftover(&request, &parts, &report).map(PlacedPasses::covering)
         })
         .collect();
     // Faces are collected in their own order, so that threads decide nothing.
@@ -140,7 +166,9 @@ pub fn cover(request: &CoverRequest<'_>, progress: &dyn Progress) -> Result<Cove
         all.report.add(report);
     }
     match refused {
-        Some(RefusedPoint { face: number, uv, error }) if all.passes.is_empty() => {
+        Some(RefusedPoint { face: number, uv, error })
+            if all.passes.is_empty() && left.is_none() =>
+        {
             let face = faces.iter().find(|face| face.face().number == number);
             let at = face.map(|face| Box::new(FacePoint::new(face, uv)));
             at.map_or(Ok(all), |at| Err(CoverError::NoPose { face: number, at, error }))

@@ -173,6 +173,42 @@ impl<'t> Document<'t> {
         read
     }
 
+    /// Reads the table `key` of entry `index` of a `list`, with the values of the table at the top for the keys that it
+    /// leaves out.
+    pub(super) fn merged<T: DeserializeOwned>(
+        &mut self,
+        key: &str,
+        [list, index]: [&str; 2],
+    ) -> Option<T> {
+        let own_path = join(&join(list, index), key);
+        if self.is_faulty(key) || self.is_faulty(&own_path) {
+            return None;
+        }
+        let table = |value: &Spanned<DeValue<'t>>| match value.get_ref() {
+            DeValue::Table(table) => Some(table.clone()),
+            _ => None,
+        };
+        let entry = match self.root.get(list).map(Spanned::get_ref) {
+            Some(DeValue::Array(items)) => index.parse().ok().and_then(|i: usize| items.get(i)),
+            _ => None,
+        };
+        let own = entry.and_then(table).and_then(|entry| entry.get(key).and_then(table));
+        let mut merged = self.root.get(key).and_then(table).unwrap_or_default();
+        for (name, value) in own.into_iter().flatten() {
+            // A key that is there already keeps its place in the job, so it is taken out first.
+            merged.remove(name.get_ref().as_ref());
+            merged.insert(name, value);
+        }
+        let value = Spanned::new(0..0, DeValue::Table(merged));
+        match T::deserialize(ValueDeserializer::from(value)) {
+            Ok(section) => Some(section),
+            Err(error) => {
+                self.fault(&own_path, error.message().to_owned(), "");
+                None
+            }
+        }
+    }
+
     /// Reads an optional table; an absent one is the default.
     pub(super) fn or_default<T: DeserializeOwned + Default>(&mut self, key: &str) -> Option<T> {
         if self.root.contains_key(key) { self.section(key) } else { Some(T::default()) }

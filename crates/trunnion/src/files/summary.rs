@@ -31,8 +31,11 @@ pub struct Summary {
     pub cover: CoverSummary,
     /// Motion of the machine.
     pub motion: MotionSummary,
-    /// Time of the programs: planned, at least, and on a control.
+    /// Time of the programs: planned, at least, and on a control; changes of tool not included.
     pub times: TimesSummary,
+    /// Operations that cut something, in order; absent in a job of one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub operations: Vec<OperationSummary>,
     /// Chord tolerances of the triangles that represent STEP solids, stock and fixtures; absent without any.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub chords: Vec<ChordSummary>,
@@ -40,6 +43,20 @@ pub struct Summary {
     pub programs: Vec<ProgramSummary>,
     /// Other files written, relative to this file.
     pub files: Vec<String>,
+}
+
+/// One operation of a job.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
+pub struct OperationSummary {
+    /// Name.
+    pub name: String,
+    /// Number of its tool.
+    pub tool: u32,
+    /// Passes. Of an operation over a rest, `area` is that of the rest.
+    pub cover: CoverSummary,
+    /// Motion of the machine.
+    pub motion: MotionSummary,
 }
 
 /// Times of a program, in s.

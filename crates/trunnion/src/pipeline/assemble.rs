@@ -2,7 +2,7 @@
 
 use super::budget::{Budget, BudgetError, BudgetShares};
 use super::fixtures::Held;
-use super::job::{Job, JobError};
+use super::job::{FACES, Job, JobError};
 use super::rounding::expected_rounding;
 use super::stock_solid::stock_solid;
 use crate::cover;
@@ -11,6 +11,7 @@ use crate::files::job::{self, JobFile};
 use crate::machine::{Kinematics, Machine, Setup};
 use crate::surface::{Face, FaceIndex, SurfaceError};
 use crate::types::{Diagnostic, Diagnostics};
+use std::collections::BTreeMap;
 
 impl Job {
     /// Creates a job from its file, the faces of its part and its machine.
@@ -19,51 +20,120 @@ impl Job {
     ///
     /// All faults found, each at its line of the job file.
     pub fn new(file: JobFile, faces: &[Face], machine: &Machine) -> Result<Self, Diagnostics> {
-        let mut faults = Vec::new();
-        let cutter = Cutter::new(cutter_spec(&file.tool))
-            .map_err(|errors| faults.extend(errors.into_iter().map(JobError::Cutter)))
-            .ok();
-        let (other_tools, mut tool_faults) = other_tools(&file);
-        let (others, unguarded) = others(&file.part, faces).unwrap_or_else(|error| {
-            faults.push(error);
-            Default::default()
-        });
-        let faces = choose(&file.part, faces).map_err(|errors| faults.extend(errors)).ok();
-        let kinematics = Kinematics::new(machine, &setup(&file));
-        // Faulty faces or a faulty cutter only make the estimate smaller: the job is refused anyway.
-        let needed = expected_rounding(
-            &kinematics,
-            faces.as_deref().unwrap_or_default(),
-            &file.dialects,
-            cutter.as_ref().map_or(0.0, cover::lever),
-        );
-        let budget = budget(&file, needed).map_err(|error| faults.push(error.into())).ok();
-        match (cutter, faces, budget) {
-            (Some(cutter), Some(faces), Some(budget)) if tool_faults.is_empty() => {
-                let all = faces.iter().chain(&others).map(FaceIndex::face);
-                let stock = file.stock.as_ref().and_then(|stock| stock_solid(stock, all));
-                let fixtures = file.fixtures.iter().map(Held::of).collect();
-                Ok(Self {
-                    file,
-                    faces,
-                    others,
-                    unguarded,
-                    stock,
-                    fixtures,
-                    cutter,
-                    other_tools,
-                    kinematics,
-                    budget,
-                })
+        let mut part = PartIndex { faces, known: BTreeMap::new() };
+        let (other_tools, mut faults) = other_tools(&file);
+        let count = file.operations.len().max(1);
+        let mut jobs = Vec::new();
+        for index in 0..count {
+            let of_operation = file.operations.get(index);
+            let own = of_operation.map_or_else(|| file.clone(), |one| file.of_operation(one));
+            let operation = OperationFile {
+                name: of_operation.map_or_else(String::new, |one| one.name.clone()),
+                index,
+                path: if count > 1 { format!("operation.{index}.") } else { String::new() },
+                file: own,
+            };
+            match one(operation, &mut part, machine) {
+                Ok(job) => jobs.push(job),
+                Err(found) => faults.extend(found),
+            }
+        }
+        let mut jobs = jobs.into_iter();
+        match jobs.next() {
+            Some(first) if faults.is_empty() => {
+                Ok(Self { file, other_tools, following: jobs.collect(), ..first })
             }
             _ => {
-                let place = |fault: JobError| file.places.fault(fault.key(), fault.to_string());
-                // In the order of the job file: part, tool and tolerance come before [verify].
-                tool_faults.splice(0..0, faults.into_iter().map(place));
-                Err(tool_faults.into())
+                // Operations share the part and the tolerance: each of their faults is reported once.
+                faults.sort_by_key(|fault| (fault.line, fault.column));
+                faults.dedup();
+                Err(faults.into())
             }
         }
     }
+}
+
+/// One operation, as a job file of its own.
+struct OperationFile {
+    name: String,
+    index: usize,
+    /// Prefix of the keys of the operation.
+    path: String,
+    file: JobFile,
+}
+
+/// Faces of the part, each prepared for queries once.
+struct PartIndex<'a> {
+    faces: &'a [Face],
+    /// By number and side.
+    known: BTreeMap<(usize, bool), FaceIndex>,
+}
+
+impl PartIndex<'_> {
+    fn get(&mut self, face: Face) -> Result<FaceIndex, SurfaceError> {
+        let key = (face.number, face.flip);
+        if let Some(known) = self.known.get(&key) {
+            return Ok(known.clone());
+        }
+        let index = FaceIndex::new(face)?;
+        self.known.insert(key, index.clone());
+        Ok(index)
+    }
+}
+
+/// Creates the job of one operation.
+fn one(
+    operation: OperationFile,
+    part: &mut PartIndex<'_>,
+    machine: &Machine,
+) -> Result<Job, Vec<Diagnostic>> {
+    let OperationFile { name, index, path, file } = operation;
+    let mut faults = Vec::new();
+    let cutter = Cutter::new(cutter_spec(&file.tool))
+        .map_err(|errors| faults.extend(errors.into_iter().map(JobError::Cutter)))
+        .ok();
+    let (others, unguarded) = others(&file.part, part).unwrap_or_else(|error| {
+        faults.push(error);
+        Default::default()
+    });
+    let faces = choose(&file.part, part).map_err(|errors| faults.extend(errors)).ok();
+    let kinematics = Kinematics::new(machine, &setup(&file));
+    // Faulty faces or a faulty cutter only make the estimate smaller: the job is refused anyway.
+    let needed = expected_rounding(
+        &kinematics,
+        faces.as_deref().unwrap_or_default(),
+        &file.dialects,
+        cutter.as_ref().map_or(0.0, cover::lever),
+    );
+    let budget = budget(&file, needed).map_err(|error| faults.push(error.into())).ok();
+    let (Some(cutter), Some(faces), Some(budget)) = (cutter, faces, budget) else {
+        let own = |key: &str| match key {
+            FACES => format!("{path}faces"),
+            "tool" => format!("{path}tool"),
+            _ => key.to_owned(),
+        };
+        let key = |key: &'static str| if path.is_empty() { key.to_owned() } else { own(key) };
+        let place = |fault: JobError| file.places.fault(&key(fault.key()), fault.to_string());
+        return Err(faults.into_iter().map(place).collect());
+    };
+    let all = faces.iter().chain(&others).map(FaceIndex::face);
+    let stock = file.stock.as_ref().and_then(|stock| stock_solid(stock, all));
+    let fixtures = file.fixtures.iter().map(Held::of).collect();
+    Ok(Job {
+        name,
+        index,
+        following: Vec::new(),
+        file,
+        faces,
+        others,
+        unguarded,
+        stock,
+        fixtures,
+        cutter,
+        other_tools: Vec::new(),
+        kinematics,
+        budget,
+    })
 }
 
 fn cutter_spec(tool: &job::JobTool) -> CutterSpec {
@@ -134,8 +204,9 @@ type UnguardedFaces = Vec<(usize, SurfaceError)>;
 /// Returns the faces that the tool must avoid, and those of them that cannot be worked with.
 fn others(
     part: &job::JobPart,
-    faces: &[Face],
+    index: &mut PartIndex<'_>,
 ) -> Result<(Vec<FaceIndex>, UnguardedFaces), JobError> {
+    let faces = index.faces;
     let cut = numbers(&part.faces, faces);
     let (mut others, mut unguarded) = (Vec::new(), Vec::new());
     for number in numbers(&part.avoid, faces) {
@@ -145,7 +216,7 @@ fn others(
         };
         // `avoid = "all"` names the faces that are cut, too.
         if !cut.contains(&number) {
-            match FaceIndex::new(face.clone()) {
+            match index.get(face.clone()) {
                 Ok(index) => others.push(index),
                 // A face that cannot be indexed is a warning: the job may still be worth running.
                 Err(error) => unguarded.push((number, error)),
@@ -156,7 +227,8 @@ fn others(
 }
 
 /// Returns the faces to cut, in the order of the job, with normals flipped if the job asks for it.
-fn choose(part: &job::JobPart, faces: &[Face]) -> Result<Vec<FaceIndex>, Vec<JobError>> {
+fn choose(part: &job::JobPart, index: &mut PartIndex<'_>) -> Result<Vec<FaceIndex>, Vec<JobError>> {
+    let faces = index.faces;
     let numbers = numbers(&part.faces, faces);
     if numbers.is_empty() {
         return Err(vec![JobError::EmptyPart]);
@@ -165,18 +237,14 @@ fn choose(part: &job::JobPart, faces: &[Face]) -> Result<Vec<FaceIndex>, Vec<Job
     let mut chosen = Vec::new();
     for number in numbers {
         let Some(face) = faces.iter().find(|face| face.number == number) else {
-            errors.push(JobError::NoFace {
-                number,
-                available: available(faces),
-                key: "part.faces",
-            });
+            errors.push(JobError::NoFace { number, available: available(faces), key: FACES });
             continue;
         };
         let mut face = face.clone();
         // The face may be flipped in the part already.
         face.flip ^= part.flip;
-        match FaceIndex::new(face) {
-            Ok(index) => chosen.push(index),
+        match index.get(face) {
+            Ok(face) => chosen.push(face),
             Err(error) => errors.push(JobError::Face { number, error }),
         }
     }

@@ -1,5 +1,6 @@
 //! Errors of the chain, by stage.
 
+use super::fit::TooConcave;
 use super::out_of_reach::OutOfReach;
 use crate::axes::AxesError;
 use crate::blocks::BlocksError;
@@ -21,6 +22,13 @@ pub enum PipelineError {
     /// Part of a face that the machine cannot reach, found before anything was placed.
     #[error(transparent)]
     OutOfReach(Box<OutOfReach>),
+    /// Face that no cutter fits, found before anything was placed.
+    #[error(
+        "{0}; take a ball or a corner of at most {radius:.3} mm, in a further [[operation]] with method = \"rest\" or in its place, \
+         or leave the face out",
+        radius = .0.radius
+    )]
+    TooConcave(Box<TooConcave>),
     /// Stock or fixtures that cannot be worked with, each at its line of the job.
     #[error("{}", first(.0))]
     Solids(Diagnostics),

@@ -15,6 +15,12 @@ use nalgebra::{Isometry3, Point3, Unit, UnitVector3, Vector3};
 /// Everything that one run needs. Created by [`Job::new`] from files that were read elsewhere.
 #[derive(Debug)]
 pub struct Job {
+    /// Name of the operation; empty if the job has only one.
+    pub name: String,
+    /// Index of the operation.
+    pub index: usize,
+    /// The operations behind this one, in order, each as a job of its own.
+    pub following: Vec<Job>,
     /// The job file, checked.
     pub file: JobFile,
     /// Faces to machine, in the order of the job, ready for closest-point queries.
@@ -70,12 +76,15 @@ pub enum JobError {
     Budget(#[from] BudgetError),
 }
 
+/// Key of the faces to cut.
+pub(super) const FACES: &str = "part.faces";
+
 impl JobError {
     /// Returns the key of the job file that the error is about.
     pub(super) fn key(&self) -> &'static str {
         match self {
             Self::NoFace { key, .. } => key,
-            Self::EmptyPart => "part.faces",
+            Self::EmptyPart => FACES,
             Self::Face { .. } => "part.file",
             Self::Cutter(_) => "tool",
             Self::Budget(_) => "tolerance",
@@ -91,12 +100,43 @@ const LEAST_SENSE: f64 = 0.05;
 const LEAST_RISE: f64 = 0.5;
 
 impl Job {
+    /// Returns the operations in the order in which they are cut, this job as the first.
+    pub fn operations(&self) -> impl Iterator<Item = &Job> {
+        std::iter::once(self).chain(&self.following)
+    }
+
+    /// Returns the faces that some operation cuts, each once.
+    pub fn cut_faces(&self) -> Vec<&FaceIndex> {
+        let mut all: Vec<&FaceIndex> = Vec::new();
+        for face in self.operations().flat_map(|one| &one.faces) {
+            if all.iter().all(|known| known.face().number != face.face().number) {
+                all.push(face);
+            }
+        }
+        all
+    }
+
+    /// Returns the faces that every operation must avoid.
+    pub fn avoided_faces(&self) -> Vec<&FaceIndex> {
+        let cut = self.cut_faces();
+        let is_cut =
+            |face: &&FaceIndex| cut.iter().any(|other| other.face().number == face.face().number);
+        self.others.iter().filter(|face| !is_cut(face)).collect()
+    }
+
     /// Sets the stock from its file, moved to its place in the job.
     #[must_use]
     pub fn with_stock(self, mesh: Mesh) -> Self {
         let solid = self.file.stock.as_ref().and_then(job::JobStock::solid);
         let place = solid.map_or_else(Isometry3::identity, job::JobSolid::place);
-        Self { stock: Some(Solid::Mesh(mesh.moved(&place))), ..self }
+        self.with_stock_solid(&Solid::Mesh(mesh.moved(&place)))
+    }
+
+    fn with_stock_solid(mut self, stock: &Solid) -> Self {
+        self.stock = Some(stock.clone());
+        let following = std::mem::take(&mut self.following).into_iter();
+        self.following = following.map(|one| one.with_stock_solid(stock)).collect();
+        self
     }
 
     /// Sets the solid of a fixture from its file, moved to its place in the job; `number` counts from 0.
@@ -106,6 +146,7 @@ impl Job {
         if let (Some(held), Some(fixture)) = (self.fixtures.get_mut(number), fixture) {
             held.solid = Some(Solid::Mesh(mesh.moved(&fixture.solid.place())));
         }
+        // The checks of all operations are one: only the first needs the solids.
         self
     }
 }

@@ -13,7 +13,7 @@ use crate::surface::{Face, FaceIndex};
 use crate::types::{Progress, UncutRegion};
 use crate::verify::{
     CheckInput, CheckOptions, CoolantDemand, DeviationTolerance, FeedMeaning, Inspection,
-    InspectionReport,
+    InspectionReport, Tool,
 };
 
 /// Returns true if every block has its time. Where F is a tip feed the control plans its own speeds, and only the
@@ -36,11 +36,12 @@ pub(super) fn run(
     if control_of(&job.kinematics, form.dialect) == BlockInterpolation::GreatCircle {
         on_circles(&mut program);
     }
-    let plain = |faces: &[FaceIndex]| -> Vec<Face> {
-        faces.iter().map(|face| face.face().clone()).collect()
+    let plain = |faces: Vec<&FaceIndex>| -> Vec<Face> {
+        faces.into_iter().map(|face| face.face().clone()).collect()
     };
-    let (faces, others) = (plain(&job.faces), plain(&job.others));
-    let input = CheckInput::program(&program, &job.kinematics, &job.cutter);
+    let (faces, others) = (plain(job.cut_faces()), plain(job.avoided_faces()));
+    let tools = tools(job);
+    let input = CheckInput::program(&program, &job.kinematics, &job.cutter).tools(&tools);
     let input = input.faces(&faces).rest(against.rest);
     let tolerance = DeviationTolerance { excess: job.budget.total, gouge: job.budget.gouge };
     let options = CheckOptions::of_tolerance(tolerance, job.file.verify_grid);
@@ -57,6 +58,18 @@ pub(super) fn run(
         inspection = inspection.fixtures(fixtures.all(), fixtures.watch());
     }
     Ok(inspection.run(progress)?)
+}
+
+/// Returns the tools of a job of several operations, each once; none for a job of one.
+fn tools(job: &Job) -> Vec<Tool<'_>> {
+    let mut tools: Vec<Tool<'_>> = Vec::new();
+    for one in job.operations().filter(|_| !job.following.is_empty()) {
+        let tool = Tool { number: one.file.tool.number, cutter: &one.cutter };
+        if tools.iter().all(|known| known.number != tool.number) {
+            tools.push(tool);
+        }
+    }
+    tools
 }
 
 /// Text of a program, as it was written.

@@ -8,10 +8,14 @@ mod budget;
 mod collisions;
 mod error;
 mod estimate;
+mod fit;
 mod fixture_advice;
 mod fixtures;
 mod job;
+mod joined;
+mod leftover;
 mod measured;
+mod operations;
 mod out_of_reach;
 mod outcome;
 mod pass_cost;
@@ -38,14 +42,19 @@ mod wording;
 pub use budget::{Budget, BudgetError, BudgetShares};
 pub use collisions::{describe_collisions, stock_summary};
 pub use error::PipelineError;
+pub use fit::{TooConcave, fit};
 pub use fixtures::{
     Fixtures, Held, MOST_COLLISIONS, approach, collisions, nearest_fixture, too_near,
 };
 pub use job::{Job, JobError};
+pub use operations::PlannedOperation;
 pub use out_of_reach::OutOfReach;
 pub use outcome::Outcome;
 pub use program::{CheckedProgram, LeftOutProgram};
-pub use proposal::{FaceReason, JobProposal, LeftOutFace, ProposalError, ProposalRequest, propose};
+pub use proposal::{
+    FaceReason, JobProposal, LeftOutFace, ProposalError, ProposalRequest, ProposedOperation,
+    propose,
+};
 pub use reach::reach;
 pub use run::{locations, run};
 pub use setup_search::{SetupResult, setup};

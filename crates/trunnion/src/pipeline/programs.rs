@@ -3,7 +3,7 @@
 use super::error::PipelineError;
 use super::job::Job;
 use super::measured::{self, CheckedAgainst, WrittenProgram};
-use super::planned_motion::PlannedMotion;
+use super::operations::OperationMotion;
 use super::program::{CheckedProgram, LeftOutProgram};
 use super::program_format::{ProgramFormat, format_of};
 use super::sheets::{note, remarks, shares};
@@ -12,9 +12,10 @@ use super::tolerances::{LINK_TOLERANCE, QUINTIC_SHARE};
 use crate::blocks::{self, BlockInterpolation, BlockOptions};
 use crate::cover;
 use crate::nc::write::{
-    self, AxisWords, Coordinates, Note, OutputFormat, Remark, Style, Template, WriteError,
+    self, AxisWords, Coordinates, Note, OutputFormat, Remark, Style, Template, ToolSection,
+    WriteError,
 };
-use crate::post::{ReadBackError, WrittenText, control_of, read_back};
+use crate::post::{ReadBackError, WrittenSection, WrittenText, control_of, read_back_sections};
 use crate::types::{Block, Diagnostic, Motion, PoseTolerance, Progress, UncutRegion};
 use crate::verify::{self, ClearanceReport, OtherFaces};
 
@@ -30,7 +31,7 @@ const LARGEST_TURN: f64 = 5.0 * std::f64::consts::PI / 180.0;
 /// Inputs of the programs beside the job.
 #[derive(Clone, Copy)]
 pub(super) struct ProgramInputs<'a> {
-    pub(super) motion: &'a PlannedMotion<'a>,
+    pub(super) operations: &'a [OperationMotion<'a>],
     /// Regions that stay uncut, which the check does not report again.
     pub(super) uncut: &'a [UncutRegion],
     pub(super) solids: &'a Solids,
@@ -85,24 +86,16 @@ fn one(
     task: ProgramTask<'_>,
     progress: &dyn Progress,
 ) -> Result<CheckedProgram, PipelineError> {
-    let ProgramInputs { motion, uncut, solids } = inputs;
+    let ProgramInputs { operations, uncut, solids } = inputs;
     let ProgramTask { format, words, programs } = task;
     let form = format_of(format);
     // Step 1: blocks within tolerance.
-    let path = &motion.followed.path;
-    let schedule = &motion.plan.schedule;
-    let options = options(job, control_of(&job.kinematics, form.dialect));
-    let pieces = blocks::by_piece(&job.kinematics, path, schedule, &options, progress)?;
-    let remarks = remarks(motion, &pieces);
-    let blocks: Vec<Block> = pieces.into_iter().flatten().collect();
-    let rounding = rounding(job, &blocks, &words, form.dialect.coordinates());
-    let share = job.budget.shares.rounding;
-    if rounding > share {
-        return Err(PipelineError::Rounding { file: form.file, rounding, share });
-    }
+    let sections = operations.iter().map(|of| section(of, &form, words, progress));
+    let sections = sections.collect::<Result<Vec<_>, _>>()?;
+    let rounding = sections.iter().map(|section| section.rounding).fold(0.0, f64::max);
     // Step 2: their text, read back.
-    let head = ProgramRemarks { duration: schedule.duration(), remarks: &remarks };
-    let ProgramText { text, ends, unread } = text(job, &form, &blocks, words, head)?;
+    let ProgramText { text, ends, unread } = text(&sections, &form, words)?;
+    let blocks: Vec<Block> = sections.into_iter().flat_map(|section| section.blocks).collect();
     // Step 3: its check, unless a program with the same blocks was checked.
     let timed = measured::is_timed(form.dialect);
     let measured = |other: &&CheckedProgram| {
@@ -155,6 +148,39 @@ fn options(job: &Job, control: BlockInterpolation) -> BlockOptions {
     }
 }
 
+/// Blocks of one operation, with the remarks among them.
+struct OperationBlocks<'a> {
+    job: &'a Job,
+    blocks: Vec<Block>,
+    remarks: Vec<Remark>,
+    /// Planned time \[s\].
+    duration: f64,
+    /// Bound on the effect of rounding \[mm\].
+    rounding: f64,
+}
+
+/// Breaks the motion of an operation into blocks.
+fn section<'a>(
+    operation: &OperationMotion<'a>,
+    form: &ProgramFormat,
+    words: AxisWords,
+    progress: &dyn Progress,
+) -> Result<OperationBlocks<'a>, PipelineError> {
+    let (job, motion) = (operation.job, operation.motion());
+    let path = &motion.followed.path;
+    let schedule = &motion.plan.schedule;
+    let options = options(job, control_of(&job.kinematics, form.dialect));
+    let pieces = blocks::by_piece(&job.kinematics, path, schedule, &options, progress)?;
+    let remarks = remarks(&motion, &pieces);
+    let blocks: Vec<Block> = pieces.into_iter().flatten().collect();
+    let rounding = rounding(job, &blocks, &words, form.dialect.coordinates());
+    let share = job.budget.shares.rounding;
+    if rounding > share {
+        return Err(PipelineError::Rounding { file: form.file, rounding, share });
+    }
+    Ok(OperationBlocks { job, blocks, remarks, duration: schedule.duration(), rounding })
+}
+
 /// Bounds the cutter movement caused by rounding while the tool cuts; elsewhere it is clear of the part.
 fn rounding(job: &Job, blocks: &[Block], words: &AxisWords, coordinates: Coordinates) -> f64 {
     let lever = cover::lever(&job.cutter);
@@ -191,32 +217,49 @@ fn too_near(
     [near().any(|near| is_link(near.line)), near().any(|near| !is_link(near.line))]
 }
 
-/// Duration and remarks at the head of a program.
-#[derive(Clone, Copy)]
-struct ProgramRemarks<'a> {
-    duration: f64,
-    remarks: &'a [Remark],
-}
-
 /// Writes the text of a program and reads it back.
 fn text(
-    job: &Job,
+    operations: &[OperationBlocks<'_>],
     form: &ProgramFormat,
-    blocks: &[Block],
     axes: AxisWords,
-    head: ProgramRemarks<'_>,
 ) -> Result<ProgramText, PipelineError> {
-    let control = job.budget.shares.control;
+    let job = operations.first().ok_or(WriteError::Empty)?.job;
     // The control may smooth by its share at the tip, and by the angle that moves the contact as far.
-    let blend = Some(PoseTolerance::new(control, control / cover::lever(&job.cutter)));
+    let smoothing = |of: &OperationBlocks<'_>| {
+        let control = of.job.budget.shares.control;
+        PoseTolerance::new(control, control / cover::lever(&of.job.cutter))
+    };
+    // One word allows it for all operations.
+    let blend = operations
+        .iter()
+        .map(smoothing)
+        .reduce(|a, b| PoseTolerance::new(a.tip.min(b.tip), a.axis.min(b.axis)));
     let style = Style { blend, ..Style::of(&job.kinematics, form.dialect, axes) };
     let template = Template::of(form.dialect).map_err(WriteError::from)?;
     let shares = shares(job);
-    let note = Note { remarks: head.remarks, budget: &shares, ..note(job, head.duration) };
+    // The head of the program is about all operations; the changes of tool about their own.
+    let total = operations.iter().map(|of| of.duration).sum();
+    let duration_of =
+        |of: &OperationBlocks<'_>| if of.job.index == job.index { total } else { of.duration };
+    let notes: Vec<Note<'_>> = operations
+        .iter()
+        .map(|of| Note { remarks: &of.remarks, budget: &shares, ..note(of.job, duration_of(of)) })
+        .collect();
+    let sections: Vec<ToolSection<'_>> = operations
+        .iter()
+        .zip(&notes)
+        .map(|(of, note)| ToolSection { kinematics: &of.job.kinematics, note, blocks: &of.blocks })
+        .collect();
     let mut text = String::new();
-    let written = write::ProgramForm { note: &note, style: &style, template: &template };
-    let ends = write::program(&mut text, &job.kinematics, blocks, written)?;
-    match read_back(&job.kinematics, &style, blocks, WrittenText { text: &text, ends: &ends }) {
+    let ends = write::sections(&mut text, &sections, &style, &template)?;
+    let written: Vec<WrittenSection<'_>> = sections
+        .iter()
+        .zip(&ends)
+        .map(|(of, ends)| WrittenSection { kinematics: of.kinematics, blocks: of.blocks, ends })
+        .collect();
+    let read = read_back_sections(&style, &written, &text);
+    let ends = ends.into_iter().flatten().collect();
+    match read {
         Ok(()) => Ok(ProgramText { text, ends, unread: None }),
         // Strings of the machine file may be unknown to the reader: a warning, not an error.
         Err(ReadBackError::Unread(faults)) => {

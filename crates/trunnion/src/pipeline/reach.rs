@@ -94,7 +94,7 @@ pub fn reach(job: &Job) -> Result<(), PipelineError> {
 }
 
 /// Returns samples spread about evenly over a face.
-fn samples(face: &FaceIndex) -> Vec<FaceSample> {
+pub(super) fn samples(face: &FaceIndex) -> Vec<FaceSample> {
     let elements = crate::import::inspect::elements(face.face());
     let area: f64 = elements.iter().map(|element| element.area.norm()).sum();
     // Cells of area / SAMPLES each, taken as squares.

@@ -1,6 +1,7 @@
 //! Regions of the faces in words and numbers: where wide strips did not fit, and what stays unfinished.
 
 use super::job::Job;
+use super::leftover::Leftover;
 use super::wording::{counted, reason};
 use crate::cover::{Covering, PassFallback};
 use crate::files::summary::{RegionSummary, RestSummary};
@@ -112,10 +113,10 @@ pub(super) fn rest(rest: &UncutRegion) -> RestSummary {
 }
 
 /// Reports the uncut regions, one sentence each; of many, the smaller ones together.
-pub(super) fn unfinished(job: &Job, covering: &Covering) -> Vec<String> {
-    let mut parts: Vec<&UncutRegion> = covering.report.rest.iter().collect();
+pub(super) fn unfinished(job: &Job, left: &Leftover) -> Vec<String> {
+    let mut parts: Vec<&UncutRegion> = left.regions.iter().collect();
     parts.sort_by(|a, b| b.area.total_cmp(&a.area));
-    let all = covering.report.area.max(f64::MIN_POSITIVE);
+    let all = left.area().max(f64::MIN_POSITIVE);
     let mut lines: Vec<String> =
         parts.iter().take(MOST_LISTED).map(|rest| part(rest, all)).collect();
     let others = parts.get(MOST_LISTED..).unwrap_or_default();
@@ -126,12 +127,13 @@ pub(super) fn unfinished(job: &Job, covering: &Covering) -> Vec<String> {
             counted(others.len(), "smaller part")
         ));
     }
-    if job.cutter.minor() > 0.0 && !lines.is_empty() {
+    let smallest = job.operations().map(|one| one.cutter.minor()).fold(f64::INFINITY, f64::min);
+    if smallest > 0.0 && !lines.is_empty() {
+        let share = parts.iter().map(|rest| rest.area).sum::<f64>() / all;
         lines.push(format!(
-            "rest: the cutter, with a corner of {} mm, finishes {:.2} % of the faces; a smaller one in a further job, \
-             or another setup, finishes more",
-            job.cutter.minor(),
-            100.0 * (1.0 - parts.iter().map(|rest| rest.area).sum::<f64>() / all).max(0.0)
+            "rest: the cutter, with a corner of {smallest} mm, finishes {:.2} % of the faces; a smaller one in a further \
+             [[operation]] with method = \"rest\", or another setup, finishes more",
+            100.0 * (1.0 - share).max(0.0)
         ));
     }
     lines

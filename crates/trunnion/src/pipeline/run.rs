@@ -1,25 +1,23 @@
 //! The chain from a job to its programs.
 
 use super::error::PipelineError;
+use super::fit::fit;
 use super::job::Job;
+use super::leftover::Leftover;
+use super::operations::{JobPasses, OperationMotion, OperationPasses, passes};
 use super::outcome::Outcome;
-use super::planned_motion::PlannedMotion;
 use super::programs::{self, ProgramInputs, Programs};
 use super::reach::reach;
 use super::regions;
-use super::retracts;
-use super::sheets::{Sheets, cutter_locations, sheets};
+use super::sheets::{LegsOf, Sheets, cutter_locations, sheets};
 use super::solids::{Solids, solids};
 use super::stages;
 use super::summary::{StageResults, summary};
-use super::turn_limit;
 use crate::cover::Covering;
-use crate::files::summary::TurnLimitSummary;
 use crate::nc::write::OutputFormat;
-use crate::toolpath::SmoothedPath;
-use crate::types::{Leg, Progress};
+use crate::types::Progress;
 
-/// Runs the whole chain.
+/// Runs the whole chain, operation by operation.
 ///
 /// A result that breaks a tolerance or a limit is not an error: see [`Summary::passed`](crate::files::summary::Summary::passed).
 ///
@@ -28,87 +26,72 @@ use crate::types::{Leg, Progress};
 /// The error of the stage that could not go on, or [`PipelineError::Cancelled`].
 pub fn run(job: &Job, progress: &dyn Progress) -> Result<Outcome, PipelineError> {
     // Step 1: refuse what cannot work, before the long stages.
-    reach(job)?;
+    job.operations().try_for_each(reach)?;
+    let too_concave = fit(job)?;
     let solids = solids(job)?;
     // Step 2: passes, and curves through their cutter locations.
-    let covering = covered(job, progress)?;
-    let turn_limit = turn_limit::cost(job, &covering.report, progress)?;
-    let legs = stages::legs(job, &covering.passes, progress)?;
-    let run = PlannedPasses { job, covering, turn_limit, legs, solids };
+    let passes = passes(job, progress)?;
     // From here on work is not lost: what cannot become a program remains as cutter locations.
-    let cl = cutter_locations(job, &run.legs)?;
-    run.programs(progress).map_err(|error| match error {
+    let cl = cutter_locations(&legs_of(&passes.operations))?;
+    programs(JobRun { job, passes, too_concave, solids }, progress).map_err(|error| match error {
         PipelineError::Cancelled(_) => error,
         error => PipelineError::AfterPasses { why: Box::new(error), cl },
     })
 }
 
-/// Passes of a job, in the order they are run.
-struct PlannedPasses<'a> {
+fn legs_of<'a>(operations: &'a [OperationPasses<'_>]) -> Vec<LegsOf<'a>> {
+    operations.iter().map(|one| LegsOf { job: one.job, legs: &one.legs }).collect()
+}
+
+/// Job with the passes of its operations.
+struct JobRun<'a> {
     job: &'a Job,
-    covering: Covering,
-    turn_limit: Option<TurnLimitSummary>,
-    legs: Vec<Leg>,
+    passes: JobPasses<'a>,
+    /// Warnings about faces that the cutters fit in part.
+    too_concave: Vec<String>,
     solids: Solids,
 }
 
-impl PlannedPasses<'_> {
-    /// Runs the passes on the machine, and writes the programs.
-    fn programs(self, progress: &dyn Progress) -> Result<Outcome, PipelineError> {
-        let Self { job, covering, turn_limit, legs, solids } = self;
-        let SmoothedPath { path: tool_path, report, along } =
-            stages::tool_path(job, &legs, progress)?;
-        // Step 3: axes and speeds.
-        let followed = stages::axes(job, &tool_path, progress)?;
-        let plan = stages::feed(job, &followed.path, progress)?;
-        stages::rows(job, &plan)?;
-        let retracts = retracts::summaries(job, &followed, &plan.schedule);
-        let singular = stages::singular_gain(job, &tool_path, &followed, &plan, progress)?;
-        let motion =
-            PlannedMotion { followed: &followed, plan: &plan, retracts: &retracts, singular };
-        // Step 4: programs with their check, sheets, summary.
-        let inputs =
-            ProgramInputs { motion: &motion, uncut: &covering.report.rest, solids: &solids };
-        let Programs { checked: programs, left_out } = programs::write(job, inputs, progress)?;
-        let formats: Vec<OutputFormat> = job
-            .file
-            .dialects
-            .iter()
-            .copied()
-            .filter(|format| left_out.iter().all(|left| left.format != *format))
-            .collect();
-        let Sheets { cl, setup } = sheets(job, &legs, &motion, &formats)?;
-        let results = StageResults {
-            covering: &covering,
-            turn_limit,
-            motion: &motion,
-            programs: &programs,
-            left_out: &left_out,
-            solids: &solids,
-        };
-        let summary = summary(job, &results)?;
-        Ok(Outcome {
-            covering,
-            legs,
-            tool_path,
-            smoothing: (report, along),
-            followed,
-            plan,
-            programs,
-            left_out,
-            fixtures: solids.fixtures,
-            cl,
-            setup,
-            summary,
-        })
-    }
+/// Runs the passes on the machine, and writes the programs.
+fn programs(run: JobRun<'_>, progress: &dyn Progress) -> Result<Outcome, PipelineError> {
+    let JobRun { job, passes, too_concave, solids } = run;
+    let JobPasses { operations, left, idle } = passes;
+    let warnings = [too_concave, idle].concat();
+    // Step 3: axes and speeds.
+    let operations = operations.into_iter().map(|passes| OperationMotion::plan(passes, progress));
+    let operations = operations.collect::<Result<Vec<OperationMotion<'_>>, _>>()?;
+    // Step 4: programs with their check, sheets, summary.
+    let inputs = ProgramInputs { operations: &operations, uncut: &left.regions, solids: &solids };
+    let Programs { checked: programs, left_out } = programs::write(job, inputs, progress)?;
+    let is_written = |format: &OutputFormat| left_out.iter().all(|left| left.format != *format);
+    let formats: Vec<OutputFormat> = job.file.dialects.iter().copied().filter(is_written).collect();
+    let Sheets { cl, setup } = sheets(&operations, &formats)?;
+    let results = StageResults {
+        operations: &operations,
+        left: &left,
+        warnings: &warnings,
+        programs: &programs,
+        left_out: &left_out,
+        solids: &solids,
+    };
+    let summary = summary(job, &results)?;
+    Ok(Outcome {
+        operations: operations.into_iter().map(OperationMotion::result).collect(),
+        programs,
+        left_out,
+        fixtures: solids.fixtures,
+        cl,
+        setup,
+        summary,
+    })
 }
 
-/// Places the passes over the faces; at least one must exist.
+/// Places the passes of the first operation over its faces; at least one must exist.
 pub(super) fn covered(job: &Job, progress: &dyn Progress) -> Result<Covering, PipelineError> {
     let covering = stages::cover(job, progress)?;
     if covering.passes.is_empty() {
-        return Err(PipelineError::NothingCut { why: regions::unfinished(job, &covering) });
+        let left = Leftover::of(job, &covering);
+        return Err(PipelineError::NothingCut { why: regions::unfinished(job, &left) });
     }
     Ok(covering)
 }
@@ -119,7 +102,6 @@ pub(super) fn covered(job: &Job, progress: &dyn Progress) -> Result<Covering, Pi
 ///
 /// The error of the stage that could not go on, or [`PipelineError::Cancelled`].
 pub fn locations(job: &Job, progress: &dyn Progress) -> Result<String, PipelineError> {
-    let covering = covered(job, progress)?;
-    let legs = stages::legs(job, &covering.passes, progress)?;
-    cutter_locations(job, &legs)
+    let passes = passes(job, progress)?;
+    cutter_locations(&legs_of(&passes.operations))
 }

@@ -2,10 +2,12 @@
 
 use super::error::PipelineError;
 use super::job::Job;
+use super::operations::OperationMotion;
 use super::planned_motion::PlannedMotion;
 use super::retracts;
 use crate::nc::write::{
-    self, AxisWords, Coolant, Note, OutputFormat, Remark, SheetPrograms, ToolNote,
+    self, AxisWords, Coolant, LegSection, Note, OutputFormat, Remark, SheetPrograms, SheetTool,
+    ToolNote, WriteError,
 };
 use crate::types::{Block, Leg};
 
@@ -22,27 +24,57 @@ pub(super) struct Sheets {
 
 /// Writes cutter locations, and a setup sheet for the programs of these formats.
 pub(super) fn sheets(
-    job: &Job,
-    legs: &[Leg],
-    moved: &PlannedMotion<'_>,
+    operations: &[OperationMotion<'_>],
     formats: &[OutputFormat],
 ) -> Result<Sheets, PipelineError> {
+    let job = operations.first().ok_or(WriteError::Empty)?.job;
     let shares = shares(job);
-    let remarks = remarks(moved, &[]);
-    let note =
-        Note { remarks: &remarks, budget: &shares, ..note(job, moved.plan.schedule.duration()) };
-    let (mut cl, mut setup) = (String::new(), String::new());
-    write::apt(&mut cl, legs, &note, CL_DECIMALS)?;
+    let remarks: Vec<Remark> =
+        operations.iter().flat_map(|one| remarks(&one.motion(), &[])).collect();
+    let duration = |one: &OperationMotion<'_>| one.motion().plan.schedule.duration();
+    let total = operations.iter().map(duration).sum();
+    let note = Note { remarks: &remarks, budget: &shares, ..note(job, total) };
+    let legs: Vec<LegsOf<'_>> =
+        operations.iter().map(|one| LegsOf { job: one.job, legs: &one.legs }).collect();
+    let cl = cutter_locations(&legs)?;
+    let mut setup = String::new();
     let axes = AxisWords::of(job.kinematics.machine())?;
-    let programs = SheetPrograms { axes, dialects: formats };
+    let tools = sheet_tools(operations);
+    let tools = if tools.len() > 1 { tools.as_slice() } else { &[] };
+    let programs = SheetPrograms { axes, dialects: formats, tools };
     write::setup_sheet(&mut setup, &job.kinematics, &note, programs)?;
     Ok(Sheets { cl, setup })
 }
 
+/// Returns the tools of the operations, each once.
+fn sheet_tools(operations: &[OperationMotion<'_>]) -> Vec<SheetTool> {
+    let mut tools: Vec<SheetTool> = Vec::new();
+    for job in operations.iter().map(|one| one.job) {
+        let tool = note(job, 0.0).tool;
+        if tools.iter().all(|known| known.tool.number != tool.number) {
+            tools.push(SheetTool { tool, length: job.cutter.length() });
+        }
+    }
+    tools
+}
+
+/// Legs of an operation.
+#[derive(Clone, Copy)]
+pub(super) struct LegsOf<'a> {
+    pub(super) job: &'a Job,
+    pub(super) legs: &'a [Leg],
+}
+
 /// Writes the cutter locations alone.
-pub(super) fn cutter_locations(job: &Job, legs: &[Leg]) -> Result<String, PipelineError> {
+pub(super) fn cutter_locations(operations: &[LegsOf<'_>]) -> Result<String, PipelineError> {
     let mut cl = String::new();
-    write::apt(&mut cl, legs, &note(job, 0.0), CL_DECIMALS)?;
+    let notes: Vec<Note<'_>> = operations.iter().map(|one| note(one.job, 0.0)).collect();
+    let sections: Vec<LegSection<'_>> = operations
+        .iter()
+        .zip(&notes)
+        .map(|(of, note)| LegSection { note, legs: of.legs })
+        .collect();
+    write::apt(&mut cl, &sections, CL_DECIMALS)?;
     Ok(cl)
 }
 

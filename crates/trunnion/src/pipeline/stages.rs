@@ -11,7 +11,8 @@ use crate::axes::{
 };
 use crate::cover::{
     self, AxisReach, CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection,
-    FinishTolerance, HopOptions, LinkOptions, LinkRequest, PassCost, PlacementMethod, PrismaticUse,
+    FinishTolerance, HopOptions, LeftArea, LinkOptions, LinkRequest, PassCost, PlacementMethod,
+    PrismaticUse,
 };
 use crate::feed::{
     self, FeedError, FeedOptions, FeedPlan, Limits, LookAhead, LookAheadOptions, ProgrammedSpeeds,
@@ -51,7 +52,16 @@ pub(super) fn rows(job: &Job, plan: &FeedPlan) -> Result<(), PipelineError> {
 
 /// Places the passes over the faces.
 pub(super) fn cover(job: &Job, progress: &dyn Progress) -> Result<Covering, PipelineError> {
-    cover_turning(job, job.file.strategy.max_axis_turn, progress)
+    cover_area(job, CoverArea::of(job), progress)
+}
+
+/// Places passes over the area that operations before have left.
+pub(super) fn cover_left(
+    job: &Job,
+    left: LeftArea<'_>,
+    progress: &dyn Progress,
+) -> Result<Covering, PipelineError> {
+    cover_area(job, CoverArea { left: Some(left), ..CoverArea::of(job) }, progress)
 }
 
 /// Passes with another limit of the turn of the tool axis \[rad/mm\].
@@ -60,6 +70,30 @@ pub(super) fn cover_turning(
     max_axis_turn: f64,
     progress: &dyn Progress,
 ) -> Result<Covering, PipelineError> {
+    cover_area(job, CoverArea { max_axis_turn, left: None }, progress)
+}
+
+/// Area of the passes, and limit of the turn of the tool axis.
+#[derive(Clone, Copy)]
+struct CoverArea<'a> {
+    /// Area that operations before have left; `None`: all of the faces.
+    left: Option<LeftArea<'a>>,
+    /// \[rad/mm\]
+    max_axis_turn: f64,
+}
+
+impl CoverArea<'_> {
+    fn of(job: &Job) -> Self {
+        Self { left: None, max_axis_turn: job.file.strategy.max_axis_turn }
+    }
+}
+
+fn cover_area(
+    job: &Job,
+    area: CoverArea<'_>,
+    progress: &dyn Progress,
+) -> Result<Covering, PipelineError> {
+    let CoverArea { left, max_axis_turn } = area;
     let strategy = &job.file.strategy;
     let tolerance = FinishTolerance { excess: job.budget.total, gouge: job.budget.gouge };
     let preset = CoverOptions::finishing(&job.cutter, tolerance);
@@ -103,6 +137,7 @@ pub(super) fn cover_turning(
     let cost = JobPassCost::new(job, options.link);
     let request = CoverRequest {
         others: &job.others,
+        left,
         cost: Some(&cost),
         ..CoverRequest::new(&job.faces, &job.cutter, &options)
     };

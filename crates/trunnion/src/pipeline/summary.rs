@@ -4,6 +4,9 @@ use super::collisions;
 use super::error::PipelineError;
 use super::fixture_advice;
 use super::job::Job;
+use super::joined;
+use super::leftover::Leftover;
+use super::operations::OperationMotion;
 use super::planned_motion::PlannedMotion;
 use super::program::{CheckedProgram, LeftOutProgram};
 use super::regions;
@@ -15,9 +18,10 @@ use crate::feed::FeedPlan;
 use crate::files::job::MotionMethod;
 use crate::files::summary::{
     AxisSummary, CheckSummary, CoverSummary, LAYOUT, LayoutSummary, LayoutTime, MotionSummary,
-    ProgramSummary, SingularSummary, Summary, TimesSummary, TurnLimitSummary,
+    OperationSummary, ProgramSummary, SingularSummary, Summary, TimesSummary,
 };
 use crate::machine::{Axis, AxisKind};
+use crate::nc::write::WriteError;
 use crate::setpoint;
 use crate::types::{AxisVector, Motion, Uv};
 
@@ -27,10 +31,12 @@ const GENERATOR: &str = concat!("trunnion ", env!("CARGO_PKG_VERSION"));
 /// Results of all stages, to be summarised.
 #[derive(Clone, Copy)]
 pub(super) struct StageResults<'a> {
-    pub(super) covering: &'a Covering,
-    /// Cost of the limit on the turn of the tool axis, if it was computed.
-    pub(super) turn_limit: Option<TurnLimitSummary>,
-    pub(super) motion: &'a PlannedMotion<'a>,
+    /// Operations that cut something; at least one.
+    pub(super) operations: &'a [OperationMotion<'a>],
+    /// Regions that they leave.
+    pub(super) left: &'a Leftover,
+    /// Warnings about faces that the cutters fit in part, and operations that cut nothing.
+    pub(super) warnings: &'a [String],
     pub(super) programs: &'a [CheckedProgram],
     pub(super) left_out: &'a [LeftOutProgram],
     pub(super) solids: &'a Solids,
@@ -38,7 +44,7 @@ pub(super) struct StageResults<'a> {
 
 /// Returns the summary of a run.
 pub(super) fn summary(job: &Job, results: &StageResults<'_>) -> Result<Summary, PipelineError> {
-    let &StageResults { covering, turn_limit, motion: moved, programs, left_out, solids } = results;
+    let &StageResults { operations, left, warnings: found, programs, left_out, solids } = results;
     let failures: Vec<String> = programs
         .iter()
         .flat_map(|program| {
@@ -48,26 +54,33 @@ pub(super) fn summary(job: &Job, results: &StageResults<'_>) -> Result<Summary, 
         })
         .chain(left_out.iter().map(|left| format!("{} was not written: {}", left.file, left.why)))
         .chain(programs.iter().flat_map(|program| collisions::failures(program, solids)))
-        .chain(broken(job, moved.plan))
-        .chain(regions::unfinished(job, covering))
+        .chain(operations.iter().flat_map(|one| broken(job, one.motion().plan)))
+        .chain(regions::unfinished(job, left))
         .collect();
-    let motion = motion(job, moved)?;
+    let parts = operations.iter().map(operation).collect::<Result<Vec<_>, _>>()?;
     let checked: Vec<_> = programs.iter().map(|one| program(job, one, solids)).collect();
+    let motion = joined::motion(&parts).ok_or(WriteError::Empty)?;
+    let cover = CoverSummary {
+        area: left.area(),
+        rest: left.regions.iter().map(regions::rest).collect(),
+        ..joined::cover(&parts)
+    };
     Ok(Summary {
         schema: LAYOUT.to_owned(),
         generator: GENERATOR.to_owned(),
         job: job.file.name.clone(),
         passed: failures.is_empty(),
         failures,
-        warnings: warnings(job, covering)
-            .into_iter()
+        warnings: found
+            .iter()
+            .cloned()
+            .chain(operations.iter().flat_map(operation_warnings))
             .chain(regions::unguarded(job))
-            .chain(retracts::warning(moved.retracts))
-            .chain(idle_share(job.budget.shares.singular, moved.singular.as_ref()))
+            .chain(operations.iter().flat_map(motion_warnings))
             .chain(fixture_advice::remedy(job, programs))
             .collect(),
         tolerance: job.budget.summary(),
-        cover: CoverSummary { turn_limit, ..cover(job, covering) },
+        cover,
         times: TimesSummary {
             planned: motion.duration,
             certified_bound: Some(motion.lower_bound),
@@ -76,8 +89,37 @@ pub(super) fn summary(job: &Job, results: &StageResults<'_>) -> Result<Summary, 
         motion,
         chords: job.file.chords(),
         programs: checked,
+        operations: if job.following.is_empty() { Vec::new() } else { parts },
         files: Vec::new(),
     })
+}
+
+/// Returns the summary of one operation.
+fn operation(one: &OperationMotion<'_>) -> Result<OperationSummary, PipelineError> {
+    Ok(OperationSummary {
+        name: one.job.name.clone(),
+        tool: one.job.file.tool.number,
+        cover: CoverSummary { turn_limit: one.turn_limit, ..cover(one.job, &one.covering) },
+        motion: motion(one.job, &one.motion())?,
+    })
+}
+
+/// Puts the name of an operation in front of a warning, if the job has several.
+fn named(job: &Job, warning: String) -> String {
+    if job.name.is_empty() { warning } else { format!("{}: {warning}", job.name) }
+}
+
+/// Returns the warnings about the passes of an operation.
+fn operation_warnings(one: &OperationMotion<'_>) -> Vec<String> {
+    warnings(one.job, &one.covering).into_iter().map(|text| named(one.job, text)).collect()
+}
+
+/// Returns the warnings about the motion of an operation.
+fn motion_warnings(one: &OperationMotion<'_>) -> Vec<String> {
+    let motion = one.motion();
+    let singular = idle_share(one.job.budget.shares.singular, motion.singular.as_ref());
+    let all = retracts::warning(motion.retracts).into_iter().chain(singular);
+    all.map(|text| named(one.job, text)).collect()
 }
 
 /// Warns if the tolerance share for singular directions saves less than the hundredth of a second that is shown.

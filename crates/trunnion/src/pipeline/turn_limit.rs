@@ -4,7 +4,7 @@ use super::error::PipelineError;
 use super::job::Job;
 use super::stages;
 use crate::cover::CoverReport;
-use crate::files::job::JobPlacement;
+use crate::files::job::{JobArea, JobPlacement};
 use crate::files::summary::TurnLimitSummary;
 use crate::types::Progress;
 
@@ -24,7 +24,9 @@ pub(super) fn cost(
 ) -> Result<Option<TurnLimitSummary>, PipelineError> {
     let strategy = &job.file.strategy;
     let wanted = strategy.turn_cost.unwrap_or(report.work <= LITTLE && job.others.is_empty());
-    if strategy.method != JobPlacement::Widest || strategy.max_axis_turn >= FREE || !wanted {
+    // Passes over a rest are at a fixed inclination.
+    let is_widest = strategy.method == JobPlacement::Widest && strategy.area == JobArea::Whole;
+    if !is_widest || strategy.max_axis_turn >= FREE || !wanted {
         return Ok(None);
     }
     let free = stages::cover_turning(job, FREE, progress)?;

@@ -54,7 +54,7 @@ pub use options::{
     POST_WINDOW, PostFilter, PostMethod, PostMove, PostOptions, PostPace, PostSource, ProgramHead,
 };
 pub use poster::Poster;
-pub use read_back::{WrittenText, read_back};
+pub use read_back::{WrittenSection, WrittenText, read_back, read_back_sections};
 pub use replay::{LeftOut, ProgramMoves};
 pub use report::{AxisLoadRatios, FastRapid, InputOutput, PostChoice, PostReport, SlowedMove};
 pub use smoothing::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS, smoothing_tolerance};

@@ -78,15 +78,52 @@ pub fn read_back(
     written: WrittenText<'_>,
 ) -> Result<(), ReadBackError> {
     let WrittenText { text, ends } = written;
-    let (Some(start), [begin, rest @ ..]) = (blocks.first(), ends) else { return Ok(()) };
+    read_back_sections(style, &[WrittenSection { kinematics, blocks, ends }], text)
+}
+
+/// Blocks that one tool runs in a program of several, with the ends of their texts.
+#[derive(Debug, Clone, Copy)]
+pub struct WrittenSection<'a> {
+    /// Machine and setup, with the length of the tool.
+    pub kinematics: &'a Kinematics,
+    /// Intended blocks; the first is the starting position.
+    pub blocks: &'a [Block],
+    /// End of the text of each block \[bytes\].
+    pub ends: &'a [usize],
+}
+
+/// Reads a whole program of several tools back, as [`read_back()`] does.
+///
+/// # Errors
+///
+/// [`ReadBackError`].
+pub fn read_back_sections(
+    style: &Style,
+    sections: &[WrittenSection<'_>],
+    text: &str,
+) -> Result<(), ReadBackError> {
     let part = |from: usize, to: usize| text.get(from..to).unwrap_or_default();
-    let mut read = ReadBack::new(kinematics, style, part(0, *begin), &start.pose)?;
-    for ((pair, from), to) in blocks.windows(2).zip(ends).zip(rest) {
-        let [before, block] = pair else { continue };
-        let end = AxesPose { q: block.q, pose: block.pose };
-        read.block(part(*from, *to), &end, write::pace(before, block))?;
+    let mut read: Option<ReadBack> = None;
+    let mut end = 0;
+    for &WrittenSection { kinematics, blocks, ends } in sections {
+        let (Some(start), [begin, rest @ ..]) = (blocks.first(), ends) else { continue };
+        let head = part(end, *begin);
+        let mut at_start = match read.take() {
+            None => ReadBack::new(kinematics, style, head, &start.pose)?,
+            Some(mut before) => {
+                before.change_tool(kinematics, head, &start.pose)?;
+                before
+            }
+        };
+        for ((pair, from), to) in blocks.windows(2).zip(ends).zip(rest) {
+            let [before, block] = pair else { continue };
+            let at = AxesPose { q: block.q, pose: block.pose };
+            at_start.block(part(*from, *to), &at, write::pace(before, block))?;
+        }
+        end = ends.last().copied().unwrap_or(end);
+        read = Some(at_start);
     }
-    read.end(text.get(ends.last().copied().unwrap_or(0)..).unwrap_or_default())
+    read.map_or(Ok(()), |read| read.end(text.get(end..).unwrap_or_default()))
 }
 
 impl ReadBack {

@@ -106,7 +106,8 @@ fn run(avoid: &str, links: &str) -> (Job, Outcome) {
 
 /// How near the tool comes to the wall at any setpoint \[mm\].
 fn nearest(job: &Job, outcome: &Outcome) -> f64 {
-    let (path, schedule) = (&outcome.followed.path, &outcome.plan.schedule);
+    let operation = &outcome.operations[0];
+    let (path, schedule) = (&operation.followed.path, &operation.plan.schedule);
     let setpoints = setpoint::sample(path, schedule, job.file.motion.servo_period).unwrap();
     let wall = wall();
     let near = |pose: ToolPose| {
@@ -120,9 +121,11 @@ fn a_wall_that_is_not_cut_is_kept_off_on_every_way_between_passes() {
     for links in ["hop", "retract"] {
         let (job, outcome) = run("\"all\"", links);
         assert!(outcome.summary.passed, "{:?}", outcome.summary.failures);
-        let faces: Vec<usize> = outcome.covering.passes.iter().map(|pass| pass.face).collect();
+        let faces: Vec<usize> =
+            outcome.operations[0].covering.passes.iter().map(|pass| pass.face).collect();
         assert!(faces.contains(&1) && faces.contains(&2), "{faces:?}");
-        let hops = outcome.legs.iter().filter(|leg| leg.motion == Motion::Hop).count();
+        let hops =
+            outcome.operations[0].legs.iter().filter(|leg| leg.motion == Motion::Hop).count();
         assert_eq!(hops > 0, links == "hop", "{hops}");
         let least = nearest(&job, &outcome);
         assert!(least >= -job.budget.gouge, "{links}: {least}");

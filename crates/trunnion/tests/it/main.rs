@@ -36,6 +36,7 @@ mod many_poses;
 mod methods;
 mod names;
 mod nc;
+mod operations;
 mod paper_002;
 mod planted;
 mod positioning;

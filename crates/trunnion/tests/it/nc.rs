@@ -180,7 +180,8 @@ fn the_setup_sheet_has_the_numbers() {
     let budget = [("strip".to_owned(), 0.016), ("rounding".to_owned(), 0.001)];
     let mut text = String::new();
     let dialects = [write::OutputFormat::Heidenhain, write::OutputFormat::LinuxCnc];
-    let programs = write::SheetPrograms { axes: words(layout, false), dialects: &dialects };
+    let programs =
+        write::SheetPrograms { axes: words(layout, false), dialects: &dialects, tools: &[] };
     write::setup_sheet(&mut text, &kinematics, &note(&budget), programs).unwrap();
     assert!(text.contains("X -381.0000  Y -254.0000  Z -500.0000"), "{text}");
     assert!(text.contains("Z 120.0000"), "{text}");
@@ -329,7 +330,9 @@ proptest! {
             Leg { motion: Motion::Link, stations: vec![last, stations[0]] },
         ];
         let mut text = String::new();
-        write::apt(&mut text, &legs, &note(&[]), 5).unwrap();
+        let note = note(&[]);
+        let section = write::LegSection { note: &note, legs: &legs };
+        write::apt(&mut text, &[section], 5).unwrap();
         let file = read::cl(&text, 5).unwrap();
         prop_assert_eq!(file.records.len(), stations.len() + 1);
         prop_assert_eq!(file.cutter, Some([32.0, 6.0]));

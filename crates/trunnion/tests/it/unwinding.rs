@@ -66,8 +66,8 @@ fn a_retract_in_a_pass_is_told_everywhere_and_the_part_is_right() {
     }
 
     // Out and back again the same way: lead-out first, lead-in last, to the place it left.
-    let [retracted] = &bound.followed.retracts[..] else { panic!() };
-    let pieces = &bound.followed.path.pieces[retracted.pieces.clone()];
+    let [retracted] = &bound.operations[0].followed.retracts[..] else { panic!() };
+    let pieces = &bound.operations[0].followed.path.pieces[retracted.pieces.clone()];
     assert_eq!(pieces[0].motion, Motion::LeadOut);
     assert_eq!(pieces.last().unwrap().motion, Motion::LeadIn);
 }

@@ -1,6 +1,7 @@
 //! All passes over one face.
 
 use crate::cover::error::CoverError;
+use crate::cover::layout::cell_grid::{CellGrid, region_without};
 use crate::cover::layout::chart::Chart;
 use crate::cover::layout::choose::{ChosenLayouts, choose};
 use crate::cover::layout::region::ChartPoint;
@@ -8,20 +9,15 @@ use crate::cover::layout::trims::region;
 use crate::cover::options::CoverOptions;
 use crate::cover::pattern::{FeedDirection, PlacementMethod, PrismaticUse};
 use crate::cover::place::context::{FaceContext, FaceRequest, ProgressFn};
+use crate::cover::place::finish::{REST, SPOTS, finish, is_left, measure_rest};
 use crate::cover::place::flank::flank_pass;
 use crate::cover::place::floor::floor_passes;
 use crate::cover::place::placed::PlacedPasses;
 use crate::cover::place::planner::{FacePlanner, FaceRectangle, WorkLimits};
-use crate::cover::place::touch_up::{may_fit, touch_up};
-use crate::cover::place::unreachable::{UnreachableCells, within_reach};
+use crate::cover::place::unreachable::unreachable_cells;
 use crate::cover::report::{Covering, FaceLayout, LayoutCost, PassLayout};
 use crate::positioning::ContactSide;
-use crate::types::UncutRegion;
 use std::sync::Arc;
-
-/// Work, over that of passes at the fixed inclination, after which these are given up as well: several times what they
-/// should take, as where the tool has to keep off something many inclinations are tried.
-const REST: f64 = 10.0;
 
 /// Plans all passes over one face.
 ///
@@ -61,15 +57,6 @@ pub(crate) fn cover_face(
     best.map(PlacedPasses::covering)
 }
 
-/// Share of a face up to which what is left is finished spot by spot.
-const SPOTS: f64 = 0.02;
-
-/// Rounds of short passes: each is over what the round before has left.
-const TOUCH_UPS: u32 = 4;
-
-/// Share of the area left after a round, over that before, at which another is tried.
-const WORTHWHILE: f64 = 0.9;
-
 /// Share of a face that a flank or floor pass has to finish: of less, strips are planned over all of it.
 const PRISMATIC: f64 = 0.5;
 
@@ -105,7 +92,7 @@ fn on_side(request: &FaceRequest<'_>, report: ProgressFn<'_>) -> Result<PlacedPa
     let FaceRequest { face, setup, options } = *request;
     let ChosenLayouts { charts, mut work } = choose(face, setup.cutter, options);
     let share = 1.0 / charts.len().max(1) as f64;
-    let unreachable = UnreachableCells::of(face, setup.cutter, setup.cost).map(Arc::new);
+    let unreachable = unreachable_cells(face, setup.cutter, setup.cost).map(Arc::new);
 
     // Step 1: each chart in earnest, as long as the work for wide strips lasts.
     let mut tried: Vec<PlacedPasses> = Vec::new();
@@ -113,7 +100,7 @@ fn on_side(request: &FaceRequest<'_>, report: ProgressFn<'_>) -> Result<PlacedPa
     let mut refused = None;
     for (i, chart) in charts.into_iter().enumerate() {
         let report = |done: f64| report(share * (i as f64 + done));
-        let region = within_reach(face, &chart, unreachable.as_ref());
+        let region = region_without(face, &chart, unreachable.as_ref());
         let context = FaceContext::new(*request, chart.clone(), &region, &report);
         let limits = work_limits(&context);
         // At a fixed inclination all strips are alike: the estimate that put the first chart first is exact, but for what
@@ -149,7 +136,7 @@ fn on_side(request: &FaceRequest<'_>, report: ProgressFn<'_>) -> Result<PlacedPa
     // Step 3: further passes over the remaining material.
     if !best.report.rest.is_empty() {
         let chart = chart.crossed();
-        let region = within_reach(face, &chart, unreachable.as_ref());
+        let region = region_without(face, &chart, unreachable.as_ref());
         let report = |_: f64| report(1.0);
         let cross = FaceContext::new(*request, chart, &region, &report);
         best.report.work = 0;
@@ -165,73 +152,15 @@ fn layout_cost(placed: &PlacedPasses, chart: &Chart) -> LayoutCost {
     LayoutCost { layout: chart.layout(), cost: placed.price(), rest: placed.left() }
 }
 
-/// Returns `true` if passes have left material that the tool may finish.
-fn is_left(placed: &PlacedPasses, options: &CoverOptions) -> bool {
-    placed.report.rest.iter().any(|part| may_fit(part, options.excess))
-}
-
-/// Finishes the material that passes have left: spots by short passes, larger regions by passes across first.
-fn finish<Inside: Fn(ChartPoint) -> bool + Sync>(
-    cross: &FaceContext<'_, Inside>,
-    mut placed: PlacedPasses,
-) -> Result<PlacedPasses, CoverError> {
-    if placed.left() > SPOTS * placed.report.area {
-        let filled = fill_across(cross, &placed)?;
-        if placed.leaves_more(&filled) {
-            placed = filled;
-        }
-    }
-    for _ in 0..TOUCH_UPS {
-        if !is_left(&placed, cross.options) {
-            break;
-        }
-        (cross.report)(1.0)?;
-        let mut touched = touch_up(cross, &placed);
-        measure_rest(cross, &mut touched);
-        // Cells at the rims count in full in both: what differs is finished.
-        if touched.left() > WORTHWHILE * placed.left() {
-            break;
-        }
-        placed = touched;
-    }
-    Ok(placed)
-}
-
-/// Plans passes across at the fixed inclination over the material that passes along have left. Passes across end in
-/// steps at the faces that the tool keeps off, where passes along follow them.
-fn fill_across<Inside: Fn(ChartPoint) -> bool + Sync>(
-    cross: &FaceContext<'_, Inside>,
-    before: &PlacedPasses,
-) -> Result<PlacedPasses, CoverError> {
-    let mut placed = before.clone();
-    // A count of locations is far below 2^53.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]
-    let all = (REST * cross.usual_work()) as u64;
-    let limits = WorkLimits { wide: 0, all };
-    let mut work = 0;
-    for part in &before.report.rest {
-        let bounds = cross.local_range(part.uv.map(Into::into));
-        let rectangle = FaceRectangle::whole(bounds, PlacementMethod::Inclined);
-        let mut planner = FacePlanner { context: cross, placed, work, limits, share: 0.0 };
-        planner.cover_whole(&rectangle)?;
-        (placed, work) = (planner.placed, planner.work);
-    }
-    placed.report.work = work;
-    // The material that was left before is measured again, and nothing else.
-    placed.missed.clone_from(&before.missed);
-    measure_rest(cross, &mut placed);
-    Ok(placed)
-}
-
 /// Plans all passes on one chart.
 fn on_chart<Inside: Fn(ChartPoint) -> bool + Sync>(
     context: &FaceContext<'_, Inside>,
-    unreachable: Option<&UnreachableCells>,
+    unreachable: Option<&CellGrid>,
     limits: WorkLimits,
 ) -> Result<PlacedPasses, CoverError> {
     let rectangle = FaceRectangle::whole(context.whole.bounds, context.options.method);
     let mut placed = PlacedPasses::new();
-    placed.missed = unreachable.map_or_else(Vec::new, UnreachableCells::ranges);
+    placed.missed = unreachable.map_or_else(Vec::new, CellGrid::ranges);
     let mut planner = FacePlanner { context, placed, work: 0, limits, share: 0.0 };
     planner.cover_whole(&rectangle)?;
     let mut placed = planner.placed;
@@ -239,28 +168,6 @@ fn on_chart<Inside: Fn(ChartPoint) -> bool + Sync>(
     measure_rest(context, &mut placed);
     placed.report.area = context.area();
     Ok(placed)
-}
-
-/// Measures the material that the passes leave.
-fn measure_rest<Inside: Fn(ChartPoint) -> bool + Sync>(
-    context: &FaceContext<'_, Inside>,
-    placed: &mut PlacedPasses,
-) {
-    placed.report.rest = rest(context, placed);
-    placed.resolved = context.resolved(&placed.report.rest);
-}
-
-/// Finds the remaining material on lines of constant parameters, so that its cells are ranges of u and v.
-fn rest<Inside: Fn(ChartPoint) -> bool + Sync>(
-    context: &FaceContext<'_, Inside>,
-    placed: &PlacedPasses,
-) -> Vec<UncutRegion> {
-    if context.chart.is_straight() || placed.missed.is_empty() {
-        return context.rest(placed);
-    }
-    let chart = Chart::straight(FeedDirection::V);
-    let region = region(context.face, &chart);
-    FaceContext::new(context.request(), chart, &region, context.report).rest(placed)
 }
 
 /// Returns the work after which wide strips are given up, and after which everything is.

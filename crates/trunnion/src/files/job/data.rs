@@ -32,6 +32,9 @@ pub struct JobFile {
     pub strategy: JobStrategy,
     /// Feed and spindle.
     pub cutting: CuttingData,
+    /// Operations in the order in which they are cut; empty if the job is one operation. Tool, faces, strategy and
+    /// cutting data of the job are those of the first.
+    pub operations: Vec<JobOperation>,
     /// Machine file.
     pub machine: String,
     /// Planning of the speed along the path.
@@ -50,6 +53,14 @@ pub struct JobFile {
 }
 
 impl JobFile {
+    /// Returns the job as one operation alone.
+    #[must_use]
+    pub fn of_operation(&self, operation: &JobOperation) -> Self {
+        let JobOperation { faces, tool, strategy, cutting, .. } = operation.clone();
+        let part = JobPart { faces, ..self.part.clone() };
+        Self { part, tool, strategy, cutting, operations: Vec::new(), ..self.clone() }
+    }
+
     /// Sets the chord tolerance of the triangles of all STEP solids \[mm\].
     #[must_use]
     pub fn with_chord(mut self, chord: f64) -> Self {
@@ -71,6 +82,22 @@ impl JobFile {
         };
         stock.chain(held).filter_map(of).collect()
     }
+}
+
+/// Operation of a job: one tool over some faces.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct JobOperation {
+    /// Name for reports.
+    pub name: String,
+    /// Faces to machine.
+    pub faces: FaceSelection,
+    /// Tool.
+    pub tool: JobTool,
+    /// Arrangement of the passes.
+    pub strategy: JobStrategy,
+    /// Feed and spindle.
+    pub cutting: CuttingData,
 }
 
 /// Part to machine.
@@ -202,10 +229,21 @@ pub enum JobPrismatic {
     WallsAndFloors,
 }
 
+/// Part of the faces that an operation cuts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JobArea {
+    /// All of them.
+    Whole,
+    /// Area that the operations before have left.
+    Rest,
+}
+
 /// Arrangement of the passes on the faces.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct JobStrategy {
+    /// Part of the faces that is cut.
+    pub area: JobArea,
     /// Placement of the tool.
     pub method: JobPlacement,
     /// Use of passes for walls and floors.

@@ -1,7 +1,10 @@
 //! The job file (`trunnion-job/1`): part, tool, tolerance, strategy and machine.
 
+mod cutting;
 mod data;
 mod layout;
+mod operation;
+mod part;
 pub(super) mod raw;
 mod read;
 mod solid;
@@ -9,10 +12,10 @@ mod strategy;
 mod tool;
 
 pub use data::{
-    CuttingData, FaceSelection, FeedReference, JobContactSide, JobCutPattern, JobFeedDirection,
-    JobFile, JobLead, JobLinks, JobPart, JobPlacement, JobPrismatic, JobSetup, JobStrategy,
-    JobTolerance, JobTool, MotionMethod, MotionSettings, ToleranceSplit, ToolConstruction,
-    ToolKind,
+    CuttingData, FaceSelection, FeedReference, JobArea, JobContactSide, JobCutPattern,
+    JobFeedDirection, JobFile, JobLead, JobLinks, JobOperation, JobPart, JobPlacement,
+    JobPrismatic, JobSetup, JobStrategy, JobTolerance, JobTool, MotionMethod, MotionSettings,
+    ToleranceSplit, ToolConstruction, ToolKind,
 };
 pub use layout::LAYOUT;
 pub use read::parse;

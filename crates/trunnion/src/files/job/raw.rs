@@ -32,15 +32,21 @@ pub(in super::super) struct RawJob {
     /// avoid them.
     #[serde(default)]
     fixture: Option<Vec<RawFixture>>,
-    /// Tool that cuts the part.
-    tool: RawTool,
+    /// Tool that cuts the part. May be left out if every operation has its own.
+    #[serde(default)]
+    tool: Option<RawTool>,
     /// Permitted deviation of the finished part.
     tolerance: RawTolerance,
     /// Arrangement of the passes on the faces.
     #[serde(default)]
     strategy: RawStrategy,
-    /// Feed and spindle.
-    cutting: RawCutting,
+    /// Feed and spindle. May be left out if every operation has its own.
+    #[serde(default)]
+    cutting: Option<RawCutting>,
+    /// Operations, one table each, in the order in which they are cut: each with its own tool, faces and method. What
+    /// an operation leaves out is as in [tool], [part], [strategy] and [cutting]. Without any, the job is one operation.
+    #[serde(default)]
+    operation: Option<Vec<RawOperation>>,
     /// Machine that runs the programs.
     machine: RawMachineRef,
     /// Planning of the speed along the path.
@@ -164,6 +170,54 @@ pub(super) enum RawConstruction {
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
+pub(super) struct RawOperation {
+    /// Name of the operation, for reports. Default: its number.
+    #[schemars(length(min = 1))]
+    pub(super) name: Option<String>,
+    /// Tool: the number of one that is described elsewhere in the job, or its description, with the keys of [tool].
+    /// Default: the tool of the job.
+    pub(super) tool: Option<RawToolChoice>,
+    /// Faces to machine, as in [part]. Default: those of the job.
+    pub(super) faces: Option<RawFaces>,
+    /// Placement of the tool, as strategy.method; "rest" cuts only what the operations before have left: corners and fillets,
+    /// and all of a face that none of them cuts.
+    pub(super) method: Option<RawMethod>,
+    /// Keys of [strategy] that differ from those of the job.
+    #[expect(dead_code, reason = "read together with the keys of the job")]
+    strategy: Option<RawStrategy>,
+    /// Keys of [cutting] that differ from those of the job.
+    #[expect(dead_code, reason = "read together with the keys of the job")]
+    cutting: Option<RawOwnCutting>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum RawToolChoice {
+    /// Number of a tool that is described elsewhere in the job.
+    Number(u32),
+    /// Description of the tool.
+    Tool(Box<RawTool>),
+}
+
+/// Keys of [cutting], of which an operation may have any.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+#[expect(dead_code, reason = "describes the layout; read together with the keys of the job")]
+struct RawOwnCutting {
+    /// Feed in mm/min.
+    #[schemars(extend("minimum" = 0.01, "maximum" = 1e6))]
+    feed: Option<f64>,
+    /// Point that moves at the feed: cutter contact or tool tip.
+    reference: Option<RawReference>,
+    /// Spindle speed in rev/min.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6))]
+    spindle: Option<f64>,
+    /// Switches the coolant on.
+    coolant: Option<bool>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
 pub(super) struct RawTolerance {
     /// Largest excess of the finished part, in mm: all errors together.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 100.0))]
@@ -209,7 +263,7 @@ pub(super) struct RawSplit {
 pub(super) struct RawStrategy {
     /// Placement of the tool: "auto" cuts walls, cylinders and cones with the flank of the tool, and floors with its
     /// underside, where that finishes them, and other faces by "ball" for a ball cutter, by "widest" for others; "widest" finds the inclination with the widest
-    /// strip; "fixed-tilt" keeps `lead_angle` and `tilt_angle`; "ball" is the same for a ball cutter.
+    /// strip; "fixed-tilt" keeps `lead_angle` and `tilt_angle`; "ball" is the same for a ball cutter; "rest" is "auto" for what the operations before have left, and cuts nothing else.
     #[serde(default)]
     pub(super) method: RawMethod,
     /// Lead angle of "fixed-tilt" and "ball": inclination forward along the feed, from the surface normal, in degrees.
@@ -276,6 +330,7 @@ pub(super) enum RawMethod {
     Widest,
     FixedTilt,
     Ball,
+    Rest,
 }
 
 #[derive(Debug, Clone, Copy, Default, Deserialize, serde::Serialize, JsonSchema)]

@@ -2,14 +2,17 @@
 
 use super::super::document::Document;
 use super::super::schema;
+use super::cutting::cutting;
 use super::data::{
-    CuttingData, FaceSelection, FeedReference, JobFile, JobPart, JobSetup, JobTolerance,
-    MotionMethod, MotionSettings, ToleranceSplit,
+    JobFile, JobOperation, JobPart, JobSetup, JobTolerance, JobTool, MotionMethod, MotionSettings,
+    ToleranceSplit,
 };
 use super::layout::LAYOUT;
+use super::operation::{self, OperationDefaults, ReadOperations};
+use super::part::part;
 use super::raw::{
-    RawCutting, RawDialect, RawFaces, RawMachineRef, RawMotion, RawMotionMethod, RawOutput,
-    RawPart, RawReference, RawSetup, RawStock, RawStrategy, RawTolerance, RawTool, RawVerify,
+    RawCutting, RawDialect, RawMachineRef, RawMethod, RawMotion, RawMotionMethod, RawOutput,
+    RawPart, RawSetup, RawStock, RawStrategy, RawTolerance, RawTool, RawVerify,
 };
 use super::solid::{fixtures, stock};
 use super::strategy::{side_of, strategy};
@@ -17,7 +20,8 @@ use super::tool::{others, tool};
 use crate::nc::write::OutputFormat;
 use crate::types::{Diagnostic, Diagnostics};
 use nalgebra::Vector3;
-use std::f64::consts::TAU;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 
 /// Reads a job file.
 ///
@@ -26,13 +30,37 @@ use std::f64::consts::TAU;
 /// Every fault that was found, in order of lines: syntax, unknown and missing keys, wrong types,
 /// values out of range, and values that do not go together.
 pub fn parse(text: &str) -> Result<JobFile, Diagnostics> {
-    let mut doc = Document::open(text, LAYOUT, &schema::job_value())?;
+    let mut doc = Document::open(text, LAYOUT, &layout_of(text))?;
     let job = sections(&mut doc);
     let places = doc.finish()?;
     match job {
         Some(job) => Ok(JobFile { places, ..job }),
         None => Err(Diagnostic::whole("the job file cannot be read").into()),
     }
+}
+
+/// Tables that a job needs, unless every operation has its own.
+const OWN_TABLES: [&str; 2] = ["cutting", "tool"];
+
+/// Returns the layout, which requires the tables that some operation of the job leaves out.
+fn layout_of(text: &str) -> serde_json::Value {
+    let mut layout = schema::job_value();
+    let (root, _) = DeTable::parse_recoverable(text);
+    let root = root.into_inner();
+    let operations = match root.get(operation::KEY).map(Spanned::get_ref) {
+        Some(DeValue::Array(operations)) => operations.iter().map(Spanned::get_ref).collect(),
+        _ => Vec::new(),
+    };
+    let states = |operation: &&DeValue<'_>, key: &str| matches!(operation, DeValue::Table(table) if table.contains_key(key));
+    for key in OWN_TABLES {
+        let all = !operations.is_empty() && operations.iter().all(|one| states(one, key));
+        if let Some(required) = layout.get_mut("required").and_then(|list| list.as_array_mut())
+            && !all
+        {
+            required.push(key.into());
+        }
+    }
+    layout
 }
 
 fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
@@ -42,40 +70,51 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
     let setup = doc.section::<RawSetup>("setup").map(|raw| setup(&raw));
     let stock = doc.section::<RawStock>("stock").map(|raw| stock(&raw, doc));
     let fixtures = fixtures(doc);
-    let tool = doc.section::<RawTool>("tool").and_then(|raw| tool(raw, "tool", doc));
+    let own_tool = doc.section::<RawTool>("tool").and_then(|raw| tool(raw, "tool", doc));
     let tolerance = doc.section::<RawTolerance>("tolerance").and_then(|raw| tolerance(&raw, doc));
-    let strategy = doc
-        .or_default::<RawStrategy>("strategy")
-        .and_then(|raw| strategy(&raw, tool.as_ref().map(|tool| tool.kind), doc));
-    let cutting = doc.section::<RawCutting>("cutting").map(|raw| cutting(&raw));
     let machine = doc.section::<RawMachineRef>("machine").map(|raw| raw.file);
     let motion = doc.or_default::<RawMotion>("motion").and_then(|raw| motion(&raw, doc));
     let dialects = doc.or_default::<RawOutput>("output").map(|raw| dialects(&raw));
     let mut verify = doc.or_default::<RawVerify>("verify");
     let other_tools = verify.as_mut().and_then(|verify| verify.tool.take()).unwrap_or_default();
+    let read = ReadOperations::read(doc);
+    let described = own_tool.iter().chain(read.described()).map(|tool| tool.number).collect();
     // The tools are taken out: they are checked with the same rules as [tool], under their own paths.
-    let other_tools = others(other_tools, tool.as_ref().map(|tool| tool.number), doc);
-    // A rule between two sections needs both; a faulty one has its own diagnostics.
-    if let (Some(tool), Some(strategy)) = (&tool, &strategy) {
-        side_of(tool, strategy, doc);
-    }
+    let other_tools = others(other_tools, described, doc);
+    let first = if read.is_empty() {
+        alone(own_tool, part.as_ref(), doc)
+    } else {
+        let defaults = OperationDefaults {
+            tool: own_tool.as_ref(),
+            others: other_tools.as_deref().unwrap_or_default(),
+            faces: part.as_ref().map(|part| &part.faces),
+        };
+        read.with(defaults, doc)
+    };
     // Absent stock is fine; stock that could not be read is not.
     let stock = match stock {
         Some(stock) => Some(stock?),
         None => None,
     };
     let verify = verify?;
+    let mut operations = first?;
+    let other_tools = beside(&operations, other_tools?);
+    let JobOperation { faces, tool, strategy, cutting, .. } = operations.first()?.clone();
+    if operations.len() == 1 {
+        operations.clear();
+    }
     Some(JobFile {
         name: name?,
-        part: part?,
+        part: JobPart { faces, ..part? },
         setup: setup?,
         stock,
         fixtures: fixtures?,
-        tool: tool?,
-        other_tools: other_tools?,
+        tool,
+        other_tools,
         tolerance: tolerance?,
-        strategy: strategy?,
-        cutting: cutting?,
+        strategy,
+        cutting,
+        operations,
         machine: machine?,
         motion: motion?,
         dialects: dialects?,
@@ -86,33 +125,42 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
     })
 }
 
-fn part(raw: RawPart, doc: &mut Document<'_>) -> Option<JobPart> {
-    let faces = faces(raw.faces, "part.faces", doc);
-    let avoid = faces_of(raw.avoid, "part.avoid", doc);
-    Some(JobPart { file: raw.file, faces: faces?, flip: raw.flip, avoid: avoid? })
-}
-
-/// Reads a selection of at least one face.
-fn faces(raw: RawFaces, path: &str, doc: &mut Document<'_>) -> Option<FaceSelection> {
-    if matches!(&raw, RawFaces::Numbers(numbers) if numbers.is_empty()) {
-        let help = "write `faces = \"all\"`, or numbers from `trunnion inspect`";
-        doc.fault(path, "no face is named", help);
-        return None;
+/// Returns the only operation of a job without `[[operation]]` tables.
+fn alone(
+    tool: Option<JobTool>,
+    part: Option<&JobPart>,
+    doc: &mut Document<'_>,
+) -> Option<Vec<JobOperation>> {
+    let raw = doc.or_default::<RawStrategy>("strategy");
+    if raw.as_ref().is_some_and(|raw| raw.method == RawMethod::Rest) {
+        let message = "method \"rest\" cuts what the operations before have left, and this job is one operation";
+        doc.fault("strategy.method", message, "write it in an [[operation]] behind another one");
     }
-    faces_of(raw, path, doc)
+    let kind = tool.as_ref().map(|tool| tool.kind);
+    let strategy = raw.and_then(|raw| strategy(&raw, kind, "strategy", doc));
+    let cutting = doc.section::<RawCutting>("cutting").map(|raw| cutting(&raw));
+    // A rule between two sections needs both; a faulty one has its own diagnostics.
+    if let (Some(tool), Some(strategy)) = (&tool, &strategy) {
+        side_of(tool, strategy, "strategy", doc);
+    }
+    let faces = part?.faces.clone();
+    let name = String::new();
+    Some(vec![JobOperation { name, faces, tool: tool?, strategy: strategy?, cutting: cutting? }])
 }
 
-fn faces_of(raw: RawFaces, path: &str, doc: &mut Document<'_>) -> Option<FaceSelection> {
-    let RawFaces::Numbers(numbers) = raw else { return Some(FaceSelection::All) };
-    for (at, number) in numbers.iter().enumerate() {
-        if numbers.iter().take(at).any(|other| other == number) {
-            let path = format!("{path}.{at}");
-            // A face listed twice would be machined and measured twice.
-            doc.fault(&path, format!("face {number} is named twice"), "name it once");
-            return None;
+/// Returns the tools besides that of the first operation, each once.
+fn beside(operations: &[JobOperation], others: Vec<JobTool>) -> Vec<JobTool> {
+    let mut known: Vec<u32> =
+        operations.first().map(|first| first.tool.number).into_iter().collect();
+    let mut tools = others;
+    known.extend(tools.iter().map(|tool| tool.number));
+    for JobOperation { tool, .. } in operations {
+        if !known.contains(&tool.number) {
+            known.push(tool.number);
+            tools.push(tool.clone());
         }
     }
-    Some(FaceSelection::Numbers(numbers))
+    tools
 }
 
 fn setup(raw: &RawSetup) -> JobSetup {
@@ -151,19 +199,6 @@ fn tolerance(raw: &RawTolerance, doc: &mut Document<'_>) -> Option<JobTolerance>
         doc.fault("tolerance.split", message, "lower a share or raise total");
     }
     (gouge <= total && sum <= total).then_some(JobTolerance { total, gouge, split })
-}
-
-fn cutting(raw: &RawCutting) -> CuttingData {
-    CuttingData {
-        // mm/min and rev/min are the shop's units; inside, everything is per second.
-        feed: raw.feed / 60.0,
-        reference: match raw.reference {
-            RawReference::Contact => FeedReference::Contact,
-            RawReference::Tip => FeedReference::Tip,
-        },
-        spindle: raw.spindle * TAU / 60.0,
-        coolant: raw.coolant,
-    }
 }
 
 /// Reads the planner and the sampling.

@@ -1,9 +1,10 @@
 //! The job's `[strategy]`.
 
 use super::super::document::Document;
+use super::super::path::join;
 use super::data::{
-    JobContactSide, JobCutPattern, JobFeedDirection, JobLead, JobLinks, JobPlacement, JobPrismatic,
-    JobStrategy, JobTool, ToolConstruction, ToolKind,
+    JobArea, JobContactSide, JobCutPattern, JobFeedDirection, JobLead, JobLinks, JobPlacement,
+    JobPrismatic, JobStrategy, JobTool, ToolConstruction, ToolKind,
 };
 use super::raw::{RawAlong, RawDirection, RawLead, RawLinks, RawMethod, RawSide, RawStrategy};
 
@@ -11,9 +12,10 @@ use super::raw::{RawAlong, RawDirection, RawLead, RawLinks, RawMethod, RawSide, 
 pub(super) fn strategy(
     raw: &RawStrategy,
     tool: Option<ToolKind>,
+    path: &str,
     doc: &mut Document<'_>,
 ) -> Option<JobStrategy> {
-    let method = method(raw, tool, doc);
+    let method = method(raw, tool, path, doc);
     let along = match raw.along {
         RawAlong::U => JobFeedDirection::U,
         RawAlong::V => JobFeedDirection::V,
@@ -24,14 +26,16 @@ pub(super) fn strategy(
         && low >= high
     {
         let message = format!("offset_range [{low}, {high}] deg is empty");
-        doc.fault("strategy.offset_range", message, "the smaller angle comes first");
+        doc.fault(&join(path, "offset_range"), message, "the smaller angle comes first");
     }
     Some(JobStrategy {
         method: method?,
         prismatic: match raw.method {
-            RawMethod::Auto => JobPrismatic::WallsAndFloors,
+            // Of a face that was not cut before, all is left.
+            RawMethod::Auto | RawMethod::Rest => JobPrismatic::WallsAndFloors,
             RawMethod::Widest | RawMethod::FixedTilt | RawMethod::Ball => JobPrismatic::Never,
         },
+        area: if raw.method == RawMethod::Rest { JobArea::Rest } else { JobArea::Whole },
         along,
         direction: match raw.direction {
             RawDirection::Zigzag => JobCutPattern::Zigzag,
@@ -68,14 +72,15 @@ const MOST_TURN: f64 = 60.0;
 fn method(
     raw: &RawStrategy,
     tool: Option<ToolKind>,
+    path: &str,
     doc: &mut Document<'_>,
 ) -> Option<JobPlacement> {
     let angles = [("lead_angle", raw.lead_angle), ("tilt_angle", raw.tilt_angle)];
     // A tool that could not be read is no reason for a second fault here.
     let ball = tool.is_none_or(|kind| kind == ToolKind::Ball);
     let method = match raw.method {
-        RawMethod::Auto if tool == Some(ToolKind::Ball) => RawMethod::Ball,
-        RawMethod::Auto => RawMethod::Widest,
+        RawMethod::Auto | RawMethod::Rest if tool == Some(ToolKind::Ball) => RawMethod::Ball,
+        RawMethod::Auto | RawMethod::Rest => RawMethod::Widest,
         method => method,
     };
     if method == RawMethod::Widest {
@@ -83,21 +88,21 @@ fn method(
         for (key, _) in angles.iter().filter(|(_, angle)| angle.is_some()) {
             let help = format!("remove {key}, or write `method = \"fixed-tilt\"`");
             let message = "method \"widest\" finds the inclination of the tool itself";
-            doc.fault(&format!("strategy.{key}"), message, &help);
+            doc.fault(&join(path, key), message, &help);
         }
         return angles.iter().all(|(_, angle)| angle.is_none()).then_some(JobPlacement::Widest);
     }
     if method == RawMethod::Ball && !ball {
         let message = "method \"ball\" is for ball cutters";
         let help = "write `method = \"fixed-tilt\"` with lead_angle and tilt_angle, or `kind = \"ball\"` in [tool]";
-        doc.fault("strategy.method", message, help);
+        doc.fault(&join(path, "method"), message, help);
         return None;
     }
     // Only a ball has a default: the lead of a bull decides which part of the corner cuts.
     let usual = (method == RawMethod::Ball).then_some(BALL_LEAD);
     let Some(lead) = raw.lead_angle.or(usual) else {
         let message = "method \"fixed-tilt\" needs lead_angle";
-        doc.fault("strategy.method", message, "add `lead_angle = 5`, in degrees, for instance");
+        doc.fault(&join(path, "method"), message, "add `lead_angle = 5`, in degrees, for instance");
         return None;
     };
     let tilt = raw.tilt_angle.unwrap_or(0.0);
@@ -118,7 +123,7 @@ fn method(
             }
             _ => "write a lead_angle above 0".to_owned(),
         };
-        doc.fault("strategy.tilt_angle", message, &help);
+        doc.fault(&join(path, "tilt_angle"), message, &help);
         return None;
     }
     // The inclination from the normal: tan² = tan² lead + tan² tilt.
@@ -127,18 +132,18 @@ fn method(
         let message = format!(
             "the tool would be inclined by {angle:.1} deg: only a ball may be by more than {MOST_LEAN} deg"
         );
-        doc.fault("strategy.lead_angle", message, "lower lead_angle and tilt_angle");
+        doc.fault(&join(path, "lead_angle"), message, "lower lead_angle and tilt_angle");
         return None;
     }
     Some(JobPlacement::Fixed { lead: lead.to_radians(), tilt: tilt.to_radians() })
 }
 
 /// Refuses contact behind the centre for a tool that does not cut at its centre.
-pub(super) fn side_of(tool: &JobTool, strategy: &JobStrategy, doc: &mut Document<'_>) {
+pub(super) fn side_of(tool: &JobTool, strategy: &JobStrategy, path: &str, doc: &mut Document<'_>) {
     // With contact behind, the centre of the cutter passes over uncut material first.
     if strategy.side != JobContactSide::Ahead && tool.construction != ToolConstruction::Solid {
         let message = "a tool with inserts cannot cut behind its centre";
         let help = "write `side = \"ahead\"`, or use a tool with construction = \"solid\"";
-        doc.fault("strategy.side", message, help);
+        doc.fault(&join(path, "side"), message, help);
     }
 }

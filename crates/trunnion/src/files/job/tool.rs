@@ -4,13 +4,12 @@ use super::super::document::Document;
 use super::data::{JobTool, ToolConstruction, ToolKind};
 use super::raw::{RawConstruction, RawTool, RawToolKind};
 
-/// Reads the tools that other programs call beside the job's `own`.
+/// Reads the tools that other programs call beside those `known` by their numbers.
 pub(super) fn others(
     raw: Vec<RawTool>,
-    own: Option<u32>,
+    mut known: Vec<u32>,
     doc: &mut Document<'_>,
 ) -> Option<Vec<JobTool>> {
-    let mut known: Vec<u32> = own.into_iter().collect();
     let mut all = Vec::new();
     for (at, raw) in raw.into_iter().enumerate() {
         let (path, number) = (format!("verify.tool.{at}"), raw.number);

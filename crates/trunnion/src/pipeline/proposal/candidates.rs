@@ -99,6 +99,25 @@ impl<'a> CandidateFaces<'a> {
         }
         Self { faces, candidates }
     }
+
+    /// Returns the area of the candidates \[mm²\].
+    pub(super) fn area(&self) -> f64 {
+        self.candidates.iter().map(|candidate| candidate.area).sum()
+    }
+
+    /// Separates planes and upright walls, which a flat end mill cuts, from the other faces.
+    pub(super) fn prismatic_and_others(self) -> [Self; 2] {
+        let faces = self.faces;
+        let (prismatic, others) =
+            self.candidates.into_iter().partition(|face| is_prismatic(&faces[face.index]));
+        [prismatic, others].map(|candidates| Self { faces, candidates })
+    }
+
+    /// Adds candidates.
+    pub(super) fn join(&mut self, others: impl IntoIterator<Item = SampledFace>) {
+        self.candidates.extend(others);
+        self.candidates.sort_by_key(|candidate| candidate.index);
+    }
 }
 
 /// Shape of the cutting end that suits the faces.

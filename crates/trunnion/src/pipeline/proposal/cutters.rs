@@ -1,6 +1,6 @@
 //! Built-in cutters, and what each of them reaches.
 
-use super::candidates::{CandidateFaces, REACHED, SampledFace, kind};
+use super::candidates::{CandidateFaces, REACHED, SampledFace};
 use super::left_out::{FaceReason, LeftOutFace};
 use super::part_measure::{LARGEST, PartMeasure};
 use super::request::TOLERANCE;
@@ -33,6 +33,12 @@ const OVER: f64 = 30.0;
 /// Share of the area reached by the best cutter that a larger cutter has to reach.
 const AS_GOOD: f64 = 0.95;
 
+/// Ratio of radii from which a larger cutter in front of a small one is worth a change of tool.
+const MUCH_LARGER: f64 = 2.0;
+
+/// Share of the area of the small cutter that the larger one has to cut.
+const GOOD_PART: f64 = 0.5;
+
 /// Share of a face's samples that may be too concave for a ball.
 const NARROW: f64 = 0.03;
 
@@ -45,32 +51,63 @@ pub(super) struct CutterTrial {
     /// Indices of the faces that it cuts.
     pub(super) cut: Vec<usize>,
     pub(super) left_out: Vec<LeftOutFace>,
+    /// Indices of the faces that are left out.
+    pub(super) not_cut: Vec<usize>,
     /// Area reached \[mm²\].
     pub(super) area: f64,
+    /// Indices of the faces of which it cuts a good part, tight hollows aside.
+    pub(super) partly_cut: Vec<usize>,
+    /// Area of these parts \[mm²\].
+    pub(super) partly_area: f64,
     pub(super) poses: Vec<ToolPose>,
 }
 
 impl CutterTrial {
     fn empty(cutter: Cutter) -> Self {
-        Self { cutter, cut: Vec::new(), left_out: Vec::new(), area: 0.0, poses: Vec::new() }
+        Self {
+            cutter,
+            cut: Vec::new(),
+            left_out: Vec::new(),
+            not_cut: Vec::new(),
+            area: 0.0,
+            partly_cut: Vec::new(),
+            partly_area: 0.0,
+            poses: Vec::new(),
+        }
     }
 
-    /// Returns the largest cutter that reaches about as much as any; trials come largest first.
-    pub(super) fn choose(trials: Vec<Self>) -> Option<Self> {
+    /// Returns the index of the largest cutter that reaches about as much as any; trials come largest first.
+    pub(super) fn choose(trials: &[Self]) -> Option<usize> {
         let most = trials.iter().map(|trial| trial.area).fold(0.0, f64::max);
-        trials.into_iter().find(|trial| trial.area >= AS_GOOD * most)
+        trials.iter().position(|trial| trial.area >= AS_GOOD * most)
+    }
+
+    /// Returns the index of a far larger cutter than that of index `fine` which cuts most of what that one reaches.
+    pub(super) fn choose_before(trials: &[Self], fine: usize) -> Option<usize> {
+        let fine = trials.get(fine)?;
+        let larger = |trial: &Self| trial.cutter.radius() >= MUCH_LARGER * fine.cutter.radius();
+        let most = |trial: &Self| trial.partly_area >= GOOD_PART * fine.area;
+        trials.iter().position(|trial| larger(trial) && most(trial))
+    }
+
+    /// The same cutter with another length \[mm\].
+    pub(super) fn with_length(self, length: f64) -> Self {
+        let spec = CutterSpec { length, ..self.cutter.spec().clone() };
+        // A longer cutter is as valid as it was.
+        let cutter = Cutter::new(spec).unwrap_or_else(|_| self.cutter.clone());
+        Self { cutter, ..self }
     }
 }
 
 impl CandidateFaces<'_> {
-    /// Tries the cutters of the library that are not too large for the part; at least the smallest.
+    /// Tries the cutters of one kind that are not too large for the part; at least the smallest.
     pub(super) fn tried(
         &self,
+        kind: CutterKind,
         machine: &Machine,
         part: &PartMeasure,
         progress: &dyn Progress,
     ) -> Result<Vec<CutterTrial>, Cancelled> {
-        let kind = kind(self.faces, &self.candidates);
         let most = part.largest_diameter();
         let [largest, .., smallest] = DIAMETERS;
         let least = SMALLEST / LARGEST * most;
@@ -106,10 +143,20 @@ impl CandidateFaces<'_> {
             let too_tight = tight(face.smallest_concave_radius())
                 && (flat
                     || share_of(samples, |sample| tight(concave_radius(face, sample))) > NARROW);
+            let fits = |(pose, sample): (&Result<ToolPose, UncutReason>, &FaceSample)| {
+                pose.is_ok() && !tight(concave_radius(face, sample))
+            };
+            let partly = found.iter().zip(samples).filter(|pair| fits(*pair)).count() as f64
+                / samples.len().max(1) as f64;
+            if partly >= REACHED {
+                trial.partly_cut.push(*index);
+                trial.partly_area += partly * area;
+            }
             if share < REACHED || too_tight {
                 let number = self.faces[*index].face().number;
                 let reason = FaceReason::NotReached { share, reason: usual(&found) };
                 trial.left_out.push(LeftOutFace { number, reason });
+                trial.not_cut.push(*index);
             } else {
                 trial.cut.push(*index);
                 trial.area += share * area;

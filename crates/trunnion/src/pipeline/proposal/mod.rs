@@ -2,6 +2,7 @@
 
 mod candidates;
 mod cutters;
+mod ladder;
 mod left_out;
 mod origin;
 mod part_measure;
@@ -10,4 +11,4 @@ mod request;
 
 pub use left_out::{FaceReason, LeftOutFace, ProposalError};
 pub use propose::propose;
-pub use request::{JobProposal, ProposalRequest};
+pub use request::{JobProposal, ProposalRequest, ProposedOperation};

@@ -41,12 +41,14 @@ struct TravelNeed {
 }
 
 impl<'a> OriginSearch<'a> {
-    pub(super) fn new(machine: &'a Machine, chosen: &CutterTrial, part: &PartMeasure) -> Self {
-        let length = chosen.cutter.length();
-        let stride = chosen.poses.len().div_ceil(POSES).max(1);
+    pub(super) fn new(machine: &'a Machine, chosen: &[CutterTrial], part: &PartMeasure) -> Self {
+        // The cutters of a proposal are equally long.
+        let length = chosen.first().map_or(0.0, |trial| trial.cutter.length());
+        let all: Vec<&ToolPose> = chosen.iter().flat_map(|trial| &trial.poses).collect();
+        let stride = all.len().div_ceil(POSES).max(1);
         let clearance = part.clearance();
         // Where the tool cuts, and above, where it comes from.
-        let poses = chosen.poses.iter().step_by(stride).flat_map(|pose| {
+        let poses = all.into_iter().step_by(stride).flat_map(|pose| {
             let up = pose.tip + Vector3::z() * clearance + pose.axis.scale(clearance);
             [*pose, ToolPose { tip: up, ..*pose }]
         });

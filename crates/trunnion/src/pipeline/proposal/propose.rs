@@ -2,11 +2,13 @@
 
 use super::candidates::CandidateFaces;
 use super::cutters::CutterTrial;
+use super::ladder::{CutterLadder, LadderStep};
 use super::left_out::{FaceReason, LeftOutFace, ProposalError};
 use super::origin::OriginSearch;
 use super::part_measure::PartMeasure;
-use super::request::{JobProposal, ProposalRequest, TOLERANCE};
+use super::request::{JobProposal, ProposalRequest, ProposedOperation, TOLERANCE};
 use crate::cover::FinishTolerance;
+use crate::files::job::JobArea;
 use crate::surface::{Face, FaceIndex};
 use crate::types::Progress;
 
@@ -23,7 +25,9 @@ const TEETH: f64 = 2.0;
 /// Proposes a job that finishes the faces of a part that the machine reaches from above.
 ///
 /// The cutter is the largest of a small built-in library that reaches nearly all that the smaller ones reach: flat
-/// for planes, a ball where a face is concave, else a bull-nose. The workpiece stays as drawn, on the middle of the
+/// for planes, a ball where a face is concave, else a bull-nose. Planes beside concave faces are cut by a flat end mill
+/// first, and most of the concave faces by a large ball where only hollows and corners need a small one; the small one
+/// then cuts the rest. The workpiece stays as drawn, on the middle of the
 /// rotary table where the machine has one, moved as far as the travel of the axes needs. A sheet that looks down is cut
 /// on its other side.
 ///
@@ -68,40 +72,52 @@ fn of_side(
     }
     let part = PartMeasure::new(&faces);
     let candidates = CandidateFaces::new(&faces, request.wanted, &part, &mut left_out);
-    // Step 2: the cutter, by what each of the library reaches.
-    let tried = candidates.tried(request.machine, &part, progress)?;
-    let Some(chosen) = CutterTrial::choose(tried) else {
+    // Step 2: the cutters, by what each of the library reaches.
+    let ladder = CutterLadder::choose(candidates, request.machine, &part, progress)?;
+    let Some(CutterLadder { steps, left_out: not_reached }) = ladder else {
         return Err(ProposalError::NothingReached { left_out });
     };
-    left_out.extend(chosen.left_out.iter().cloned());
-    if chosen.cut.is_empty() {
+    left_out.extend(not_reached);
+    let mut cut: Vec<usize> = steps.iter().flat_map(|step| step.faces.iter().copied()).collect();
+    cut.sort_unstable();
+    cut.dedup();
+    if cut.is_empty() {
         return Err(ProposalError::NothingReached { left_out });
     }
     left_out.sort_by_key(|face| face.number);
     // Step 3: the origin that keeps the poses inside travel.
     let clearance = part.clearance();
-    let origin = OriginSearch::new(request.machine, &chosen, &part).best()?;
-    // Step 4: cutting data by the diameter.
-    let diameter = 2.0 * chosen.cutter.radius();
-    let spindle = (CUTTING_SPEED / (std::f64::consts::PI * diameter)).min(FASTEST_SPINDLE);
+    let number = |at: &usize| faces[*at].face().number;
+    let mut trials = Vec::new();
+    let mut operations = Vec::new();
+    for LadderStep { trial, faces: of_step, area } in steps {
+        operations.push(operation(&trial, of_step.iter().map(number).collect(), area));
+        trials.push(trial);
+    }
+    let origin = OriginSearch::new(request.machine, &trials, &part).best()?;
     let excess = TOLERANCE.excess.min(TOLERANCE_SHARE * part.size().norm());
     let gouge = excess * TOLERANCE.gouge / TOLERANCE.excess;
     Ok(JobProposal {
-        faces: chosen.cut.iter().map(|&at| faces[at].face().number).collect(),
+        faces: cut.iter().map(number).collect(),
         flip: false,
         left_out,
-        cutter: chosen.cutter.spec().clone(),
-        concave_radius: chosen
-            .cut
+        operations,
+        concave_radius: cut
             .iter()
             .map(|&at| faces[at].smallest_concave_radius())
             .fold(f64::INFINITY, f64::min),
         origin,
         clearance,
         tolerance: FinishTolerance { excess, gouge },
-        feed: spindle * TEETH * TOOTH_FEED * diameter,
-        spindle,
     })
+}
+
+/// Returns an operation with cutting data by the diameter.
+fn operation(trial: &CutterTrial, faces: Vec<usize>, area: JobArea) -> ProposedOperation {
+    let diameter = 2.0 * trial.cutter.radius();
+    let spindle = (CUTTING_SPEED / (std::f64::consts::PI * diameter)).min(FASTEST_SPINDLE);
+    let feed = spindle * TEETH * TOOTH_FEED * diameter;
+    ProposedOperation { faces, area, cutter: trial.cutter.spec().clone(), feed, spindle }
 }
 
 #[cfg(test)]

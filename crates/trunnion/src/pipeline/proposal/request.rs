@@ -3,6 +3,7 @@
 use super::left_out::LeftOutFace;
 use crate::cover::FinishTolerance;
 use crate::cutter::CutterSpec;
+use crate::files::job::JobArea;
 use crate::machine::Machine;
 use crate::surface::Face;
 use nalgebra::Vector3;
@@ -39,8 +40,8 @@ pub struct JobProposal {
     pub flip: bool,
     /// Faces that the job does not cut, each with the reason.
     pub left_out: Vec<LeftOutFace>,
-    /// Cutter.
-    pub cutter: CutterSpec,
+    /// Operations in the order in which they are cut; at least one.
+    pub operations: Vec<ProposedOperation>,
     /// Tightest concave radius of the faces to cut \[mm\]; infinite where they are nowhere concave.
     pub concave_radius: f64,
     /// Workpiece origin in machine coordinates \[mm\]; the workpiece is not turned.
@@ -49,6 +50,18 @@ pub struct JobProposal {
     pub clearance: f64,
     /// Tolerance.
     pub tolerance: FinishTolerance,
+}
+
+/// Operation of a proposed job: a cutter over some faces.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct ProposedOperation {
+    /// Numbers of the faces to cut.
+    pub faces: Vec<usize>,
+    /// Part of them that it cuts.
+    pub area: JobArea,
+    /// Cutter.
+    pub cutter: CutterSpec,
     /// Feed \[mm/s\].
     pub feed: f64,
     /// Spindle speed \[rev/s\].

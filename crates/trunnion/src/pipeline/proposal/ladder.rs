@@ -1,0 +1,102 @@
+//! Cutters of a proposed job, from the largest to the smallest: each cuts what it can, the last what is left.
+
+use super::candidates::{CandidateFaces, kind};
+use super::cutters::CutterTrial;
+use super::left_out::LeftOutFace;
+use super::part_measure::PartMeasure;
+use crate::cutter::CutterKind;
+use crate::files::job::JobArea;
+use crate::machine::Machine;
+use crate::types::{Cancelled, Progress};
+
+/// Share of the area that planes and walls must have for a flat end mill of their own.
+const WORTH_A_TOOL: f64 = 0.2;
+
+/// Cutters in the order in which they cut.
+pub(super) struct CutterLadder {
+    pub(super) steps: Vec<LadderStep>,
+    /// Faces that none of them cuts.
+    pub(super) left_out: Vec<LeftOutFace>,
+}
+
+/// Cutter, with the faces that it cuts.
+pub(super) struct LadderStep {
+    pub(super) trial: CutterTrial,
+    /// Indices of the faces.
+    pub(super) faces: Vec<usize>,
+    pub(super) area: JobArea,
+}
+
+impl CutterLadder {
+    /// Chooses the cutters; `None` without a cutter for the part.
+    pub(super) fn choose(
+        candidates: CandidateFaces<'_>,
+        machine: &Machine,
+        part: &PartMeasure,
+        progress: &dyn Progress,
+    ) -> Result<Option<Self>, Cancelled> {
+        let shape = kind(candidates.faces, &candidates.candidates);
+        let one = |candidates: CandidateFaces<'_>| -> Result<Option<Self>, Cancelled> {
+            let tried = candidates.tried(shape, machine, part, progress)?;
+            Ok(CutterTrial::choose(&tried).map(|fine| Self::of(Vec::new(), tried, fine)))
+        };
+        if shape == CutterKind::Flat {
+            return one(candidates);
+        }
+        // Step 1: planes and walls beside other faces get a flat end mill. Without them, wide strips of a bull-nose cut
+        // faces that are nowhere concave.
+        let all = candidates.area();
+        let [prismatic, mut others] = candidates.prismatic_and_others();
+        let is_mixed = prismatic.area() >= WORTH_A_TOOL * all && !others.candidates.is_empty();
+        if shape == CutterKind::Bull && !is_mixed {
+            others.join(prismatic.candidates);
+            return one(others);
+        }
+        let mut steps = Vec::new();
+        let mut flat = None;
+        if is_mixed {
+            let mut tried = prismatic.tried(CutterKind::Flat, machine, part, progress)?;
+            let chosen = CutterTrial::choose(&tried).filter(|at| !tried[*at].cut.is_empty());
+            flat = chosen.map(|at| tried.swap_remove(at));
+        }
+        let is_cut = |index: usize| flat.as_ref().is_some_and(|flat| flat.cut.contains(&index));
+        others.join(prismatic.candidates.into_iter().filter(|face| !is_cut(face.index)));
+        if let Some(trial) = flat {
+            let faces = trial.cut.clone();
+            steps.push(LadderStep { trial, faces, area: JobArea::Whole });
+        }
+        // Step 2: a ball for all other faces, and a much larger one before it where that cuts most of them.
+        let mut tried = others.tried(CutterKind::Ball, machine, part, progress)?;
+        let Some(fine) = CutterTrial::choose(&tried) else { return Ok(None) };
+        if let Some(large) = CutterTrial::choose_before(&tried, fine) {
+            let trial = tried.remove(large);
+            let faces = trial.partly_cut.clone();
+            steps.push(LadderStep { trial, faces, area: JobArea::Whole });
+            return Ok(Some(Self::of(steps, tried, fine - 1)));
+        }
+        Ok(Some(Self::of(steps, tried, fine)))
+    }
+
+    /// Ends a ladder with the cutter of index `fine`, which cuts what those before leave.
+    fn of(mut steps: Vec<LadderStep>, mut tried: Vec<CutterTrial>, fine: usize) -> Self {
+        let trial = tried.swap_remove(fine);
+        let left_out = trial.left_out.clone();
+        let mut faces = trial.cut.clone();
+        let area = if steps.is_empty() { JobArea::Whole } else { JobArea::Rest };
+        // A face that the finest cutter does not reach is not begun by another.
+        for step in &mut steps {
+            step.faces.retain(|index| !trial.not_cut.contains(index));
+            faces.extend(&step.faces);
+        }
+        steps.retain(|step| !step.faces.is_empty());
+        faces.sort_unstable();
+        faces.dedup();
+        steps.push(LadderStep { trial, faces, area });
+        let longest = steps.iter().map(|step| step.trial.cutter.length()).fold(0.0, f64::max);
+        let steps = steps
+            .into_iter()
+            .map(|step| LadderStep { trial: step.trial.with_length(longest), ..step })
+            .collect();
+        Self { steps, left_out }
+    }
+}
