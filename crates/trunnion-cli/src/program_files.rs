@@ -14,7 +14,7 @@ use trunnion::nc::read::{
 #[derive(Debug, Clone, Default, clap::Args)]
 pub(crate) struct ProgramFileArgs {
     /// Tool table of the control (.tbl), in the unit of --ini or mm: for cutter compensation and for tool offsets that the
-    /// program writes (G10 L1).
+    /// program writes (G10 L1). A tool that it has with another length is reported.
     #[arg(long, value_name = "TBL")]
     tool_table: Option<PathBuf>,
     /// Configuration of the control (.ini): its values (`#<_ini[section]name>`), unit, tool table, and the codes that it

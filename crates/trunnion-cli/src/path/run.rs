@@ -1,7 +1,7 @@
 //! The verb: copies or smooths a CL file, line by line.
 
 use super::answer::{answer, describe};
-use super::args::Args;
+use super::args::PathArgs;
 use super::chart;
 use super::conserved::{self, Counted, Counter};
 use super::lines::{self, Lines};
@@ -25,7 +25,7 @@ const BUFFER: usize = 1 << 16;
 /// Lines between two checks for cancellation.
 const LINES_A_STEP: u64 = 4096;
 
-pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+pub(crate) fn run(args: &PathArgs, form: OutputForm) -> Result<Done, Failure> {
     if form.is_json() && args.output.is_none() {
         let help = "help: name the CL file with -o";
         return Err(Failure::input(format!("--json and the CL file both go to stdout\n  {help}")));
@@ -180,7 +180,7 @@ fn stopped(name: &Path, stop: Stop) -> Failure {
     }
 }
 
-fn draw(args: &Args, sheet: &Sheet) -> Result<(), Failure> {
+fn draw(args: &PathArgs, sheet: &Sheet) -> Result<(), Failure> {
     let (Some(place), Some(tolerance)) = (&args.chart, args.smooth) else { return Ok(()) };
     let chart = chart::draw(&sheet.profile, tolerance);
     output::file(place, |out| out.write_all(chart.as_bytes()))

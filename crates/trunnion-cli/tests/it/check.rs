@@ -154,6 +154,16 @@ fn tools_and_offsets_are_said_by_number() {
         let message = "tool 3 of the tool table has length 77.7 mm and diameter 3 mm";
         assert_eq!(table.contains(message), expected == 1, "{table}");
     }
+    // The tool itself has another length in the table of the control.
+    let row = "T1 P1 Z77.7 D20\n";
+    fs::write(folder.join("tools.tbl"), row).unwrap();
+    let table =
+        ["check", "out/program.linuxcnc.ngc", "--job", "job.toml", "--tool-table", "tools.tbl"];
+    let (code, table, errors) = outcome(&trunnion(folder, &table));
+    assert!(
+        code == Some(1) && table.contains("tool 1 of the tool table has length 77.7 mm"),
+        "{table}{errors}"
+    );
     // Only the call was renumbered: the length that counts is that of another tool.
     fs::write(folder.join("other.ngc"), other).unwrap();
     let (code, table, _) = outcome(&trunnion(folder, &renumbered));
@@ -394,9 +404,9 @@ fn fixtures_are_kept_clear_of_without_stock() {
     let least = json(&touched)["fixtures"]["least"].clone();
     assert!(least["distance"].as_f64().unwrap().abs() < 1e-3, "{least}");
     assert_eq!(least["fixture"], "cyl:0,58,-20,50,40");
-    assert_eq!(reported(&touched).0, Some(0));
+    assert_eq!(outcome(&touched).0, Some(0));
     let clear = check(&["--fixture", "box:-5,-20,-9,5,-10,9", "--clearance", "3"]);
-    assert_eq!(reported(&clear).0, Some(1));
+    assert_eq!(outcome(&clear).0, Some(1));
     let lines: Vec<_> = near(&clear).iter().map(|near| near["line"].clone()).collect();
     // The rapid move before it passes at an angle; the descent stays at x = 30.
     assert!(lines.contains(&9.into()), "{lines:?}");

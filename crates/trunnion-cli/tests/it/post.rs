@@ -521,3 +521,40 @@ fn whole_program_of_two_tools(folder: &Path, input: &Path) {
 fn bare(line: &str) -> &str {
     line.trim_start_matches(|c: char| c.is_ascii_digit()).trim_start()
 }
+
+/// A tool that the control's table has otherwise is in the summary, and the exit code is that of a broken limit.
+#[test]
+fn a_tool_table_with_another_length_is_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    posted(folder.path(), &wave(), &on_bc("linuxcnc", "wave.ngc"));
+    let arguments =
+        [&["wave.ngc", "--json", "--tool-table", "tools.tbl"], &on_bc("linuxcnc", "again.ngc")[..]];
+    for (length, code) in [("120", 0), ("130", 1)] {
+        fs::write(folder.path().join("tools.tbl"), format!("T1 P1 Z{length} D20\n")).unwrap();
+        let output = post(folder.path(), &arguments.concat());
+        assert_eq!(output.status.code(), Some(code), "{}", String::from_utf8_lossy(&output.stderr));
+        let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let found = summary["contradictions"].as_array().map_or(0, Vec::len);
+        assert_eq!(
+            (found, summary["kept"].as_bool()),
+            (usize::from(code == 1), Some(code == 0)),
+            "{summary}"
+        );
+        assert!(folder.path().join("again.ngc").is_file());
+    }
+}
+
+/// A refusal of a program without a tool length names the missing word, too.
+#[test]
+fn a_refusal_without_a_tool_length_names_it() {
+    let folder = tempfile::tempdir().unwrap();
+    posted(folder.path(), &wave(), &on_bc("linuxcnc", "wave.ngc"));
+    let text = fs::read_to_string(folder.path().join("wave.ngc")).unwrap();
+    let without = text.replace("\nG43 H1", "\n");
+    assert_ne!(without, text);
+    fs::write(folder.path().join("without.ngc"), without).unwrap();
+    let output =
+        post(folder.path(), &[&["without.ngc"], &on_bc("linuxcnc", "again.ngc")[..]].concat());
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(errors.contains("no tool length is in force"), "{errors}");
+}

@@ -222,7 +222,7 @@ fn a_tool_ten_micrometres_too_long_gouges_all_over() {
 /// How much higher the tool would have to be, where that is all that is wrong.
 fn as_a_whole(report: &Report) -> Option<[f64; 2]> {
     report.findings.iter().find_map(|finding| match finding {
-        Finding::Length { higher } => Some(*higher),
+        Finding::Length { higher } => Some(higher.ends()),
         _ => None,
     })
 }

@@ -106,6 +106,14 @@ impl<'a> Input<'a> {
         }
     }
 
+    /// Returns the tools that the tool table of the input's control has otherwise.
+    pub(crate) fn contradictions(&self) -> &[String] {
+        match self {
+            Self::Locations(_) => &[],
+            Self::Program(of) => of.contradictions(),
+        }
+    }
+
     fn path(&self) -> &Path {
         match self {
             Self::Locations(of) => &of.source.path,
@@ -115,6 +123,9 @@ impl<'a> Input<'a> {
 
     /// Returns an error with its line in the file.
     pub(crate) fn failure(&self, error: &PostError) -> Failure {
+        if let Self::Program(of) = self {
+            of.explain_refusal();
+        }
         failure(self.path(), error)
     }
 }

@@ -1,7 +1,7 @@
 //! Worst heights of all faces, and bounds on them.
 
 use super::face_map::{FaceMap, HeightSample};
-use crate::types::Uv;
+use crate::types::{Interval, Uv};
 use nalgebra::Point3;
 use std::fmt;
 
@@ -49,7 +49,7 @@ pub struct Deviation {
     pub sensitivity: Sensitivity,
     /// Least and largest shift of the tool along its axis that would keep the tolerance everywhere \[mm\]: suggests a wrong
     /// tool length or height of the work offset. `None` unless most lines break the tolerance and one shift repairs all.
-    pub higher: Option<[f64; 2]>,
+    pub higher: Option<Interval>,
     /// Line of a rapid move that gets to where no cut leaves as little as the tolerance.
     pub rapid: Option<u32>,
     /// Bounds between the points; `None` if they were not requested or cannot be proven.
@@ -89,7 +89,7 @@ pub struct HeightBounds {
 #[non_exhaustive]
 pub struct HistogramBin {
     /// Range \[mm\].
-    pub range: [f64; 2],
+    pub range: Interval,
     /// Area \[mm²\].
     pub area: f64,
 }
@@ -150,11 +150,12 @@ fn histogram(
 ) -> Vec<HistogramBin> {
     // Computed from the ends alone, so that neighbouring bins share their edge exactly.
     let edge = |k: usize| low + (high - low) * k as f64 / BINS as f64;
-    let mut bins: Vec<HistogramBin> =
-        (0..BINS).map(|k| HistogramBin { range: [edge(k), edge(k + 1)], area: 0.0 }).collect();
+    let mut bins: Vec<HistogramBin> = (0..BINS)
+        .map(|k| HistogramBin { range: Interval::new(edge(k), edge(k + 1)), area: 0.0 })
+        .collect();
     for (height, area) in heights {
         // The highest sample is at the upper edge of the last bin, and counts in it.
-        let bin = bins.partition_point(|bin| bin.range[1] <= height).min(BINS - 1);
+        let bin = bins.partition_point(|bin| bin.range.high <= height).min(BINS - 1);
         if let Some(bin) = bins.get_mut(bin) {
             bin.area += area;
         }

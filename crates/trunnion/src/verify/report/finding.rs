@@ -2,6 +2,7 @@
 
 use super::axis_audit::{LimitRatio, TravelOverrun};
 use super::deviation::ExtremeHeight;
+use crate::types::Interval;
 use crate::verify::state::StateFinding;
 use nalgebra::Point3;
 use std::fmt;
@@ -17,7 +18,7 @@ pub enum Finding {
     /// One shift of the tool along its axis would keep the tolerance everywhere, see [`Deviation::higher`](super::Deviation::higher).
     Length {
         /// Least and largest shift \[mm\].
-        higher: [f64; 2],
+        higher: Interval,
     },
     /// Points that no tool came near.
     Uncut {
@@ -71,7 +72,7 @@ impl fmt::Display for Finding {
                 write!(f, "gouge of {:.4} mm{more} {e}", 0.0 - e.height)
             }
             Self::Excess(e) => write!(f, "excess of {:.4} mm {e}", e.height),
-            Self::Length { higher: [least, most] } => {
+            Self::Length { higher: Interval { low: least, high: most } } => {
                 let (way, near, far) =
                     if least > &0.0 { ("low", *least, *most) } else { ("high", -most, -least) };
                 write!(
