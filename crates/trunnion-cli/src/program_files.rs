@@ -1,6 +1,7 @@
 //! Files that a program depends on: the control's tool table and configuration, subprograms beside it.
 
 use crate::outcome::Failure;
+use crate::text;
 use anyhow::Context;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -14,7 +15,7 @@ use trunnion::nc::read::{
 #[derive(Debug, Clone, Default, clap::Args)]
 pub(crate) struct ProgramFileArgs {
     /// Tool table of the control (.tbl), in the unit of --ini or mm: for cutter compensation and for tool offsets that the
-    /// program writes (G10 L1). A tool that it has with another length is reported.
+    /// program writes (G10 L1).
     #[arg(long, value_name = "TBL")]
     tool_table: Option<PathBuf>,
     /// Configuration of the control (.ini): its values (`#<_ini[section]name>`), unit, tool table, and the codes that it
@@ -95,7 +96,9 @@ impl ProgramFileArgs {
 }
 
 fn text_of(path: &Path) -> Result<String, Failure> {
-    let bytes =
-        fs::read(path).map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+    let bytes = fs::read(path).map_err(|error| {
+        let what = text::unreadable(&error);
+        Failure::input(format!("{}: {what}", path.display()))
+    })?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }

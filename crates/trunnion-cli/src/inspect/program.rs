@@ -5,6 +5,7 @@ use crate::option_values::three;
 use crate::outcome::{Done, Failure};
 use crate::path::lines::{self, Lines};
 use crate::program_files::ProgramFileArgs;
+use crate::text::unreadable;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -127,8 +128,9 @@ struct FileLines {
 
 impl FileLines {
     fn open(path: &Path) -> Result<Self, Failure> {
-        let file = File::open(path)
-            .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+        let file = File::open(path).map_err(|error| {
+            Failure::input(format!("{}: {}", path.display(), unreadable(&error)))
+        })?;
         Ok(Self { lines: Lines::new(BufReader::new(file)), count: 0, failure: None })
     }
 

@@ -9,7 +9,7 @@ use super::smoothed::{Rewriter, Sheet, Stop};
 use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
-use crate::{output, run as jobs};
+use crate::{output, run as jobs, text};
 use anyhow::Context;
 use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, Cursor, Seek, Write};
@@ -78,11 +78,11 @@ impl<'a> Input<'a> {
             (Box::new(Cursor::new(cl)), size)
         } else {
             let fault = |what: String| Failure::input(format!("{}: {what}", name.display()));
-            let size = std::fs::metadata(name).map_err(|error| fault(error.to_string()))?;
+            let size = std::fs::metadata(name).map_err(|error| fault(text::unreadable(&error)))?;
             if size.is_dir() {
                 return Err(fault("is a folder; a file is expected".into()));
             }
-            let file = File::open(name).map_err(|error| fault(error.to_string()))?;
+            let file = File::open(name).map_err(|error| fault(text::unreadable(&error)))?;
             (Box::new(BufReader::with_capacity(BUFFER, file)), size.len())
         };
         Ok(Self { name, lines: Lines::new(from), size })
