@@ -543,18 +543,3 @@ fn a_tool_table_with_another_length_is_reported() {
         assert!(folder.path().join("again.ngc").is_file());
     }
 }
-
-/// A refusal of a program without a tool length names the missing word, too.
-#[test]
-fn a_refusal_without_a_tool_length_names_it() {
-    let folder = tempfile::tempdir().unwrap();
-    posted(folder.path(), &wave(), &on_bc("linuxcnc", "wave.ngc"));
-    let text = fs::read_to_string(folder.path().join("wave.ngc")).unwrap();
-    let without = text.replace("\nG43 H1", "\n");
-    assert_ne!(without, text);
-    fs::write(folder.path().join("without.ngc"), without).unwrap();
-    let output =
-        post(folder.path(), &[&["without.ngc"], &on_bc("linuxcnc", "again.ngc")[..]].concat());
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(errors.contains("no tool length is in force"), "{errors}");
-}
