@@ -1,7 +1,11 @@
 //! Posting from a program of any dialect to another: no panic, no endless run; motion is conserved or refused.
+//!
+//! Behind the text of the input come moves inside the travel of the machine, so that most inputs are posted to the end.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
+use std::fmt::Write;
+use std::sync::LazyLock;
 use trunnion::files::machine::{BUILT_IN, parse};
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::nc::read::{AxisWords, Dialect, ReadOptions, read};
@@ -23,17 +27,49 @@ const NOTE: Note<'static> = Note {
     remarks: &[],
 };
 
-fuzz_target!(|input: (u8, &str)| {
-    let (choice, text) = input;
-    let Some((_, machine)) = BUILT_IN.get(usize::from(choice) % BUILT_IN.len()) else { return };
-    let Ok(machine) = parse(machine) else { return };
-    let kinematics = Kinematics::new(&machine.machine, &Setup::default());
-    let _ = post(&kinematics, choice, text);
+/// Built-in machines with their words, parsed once.
+static MACHINES: LazyLock<Vec<(Kinematics, AxisWords)>> = LazyLock::new(|| {
+    let machines = BUILT_IN.iter().filter_map(|(_, text)| parse(text).ok());
+    machines
+        .filter_map(|file| {
+            let words = AxisWords::of(&file.machine).ok()?;
+            Some((Kinematics::new(&file.machine, &Setup::default()), words))
+        })
+        .collect()
 });
 
-fn post(kinematics: &Kinematics, choice: u8, text: &str) -> Option<String> {
-    let axes = AxisWords::of(kinematics.machine()).ok()?;
-    let options = ReadOptions { most_repeated: 1000, ..ReadOptions::new(Dialect::guess(text.lines()), axes, 5) };
+/// Choice of machine, dialect and method, text of a program, and moves behind it.
+type Input<'a> = (u8, u8, &'a str, Vec<(u8, [i8; 5])>);
+
+fuzz_target!(|input: Input<'_>| {
+    let (machine, choice, text, moves) = input;
+    let Some((kinematics, words)) = MACHINES.get(usize::from(machine) % MACHINES.len()) else { return };
+    let mut whole = text.to_owned();
+    append_moves(&mut whole, kinematics, words, &moves);
+    let _ = post(kinematics, *words, choice, &whole);
+});
+
+/// Appends moves whose axes are inside travel: the first number is the feed, zero a rapid move.
+fn append_moves(text: &mut String, kinematics: &Kinematics, words: &AxisWords, moves: &[(u8, [i8; 5])]) {
+    if moves.is_empty() {
+        return;
+    }
+    text.push_str("\nG21 G90 G94 G54 G17 G49\n");
+    for (feed, shares) in moves.iter().take(200) {
+        text.push_str(if *feed == 0 { "G0" } else { "G1" });
+        for ((word, share), axis) in words.0.iter().zip(shares).zip(&kinematics.machine().axes) {
+            let [low, high] = axis.limits.ends();
+            let [low, high] = [low.max(-10.0), high.min(10.0)];
+            let at = low + (f64::from(*share) + 128.0) / 256.0 * (high - low);
+            let _ = write!(text, " {}{:.3}", word.letter, if word.rotary { at.to_degrees() } else { at });
+        }
+        let _ = if *feed == 0 { writeln!(text) } else { writeln!(text, " F{}", 40 * u32::from(*feed)) };
+    }
+}
+
+fn post(kinematics: &Kinematics, axes: AxisWords, choice: u8, text: &str) -> Option<String> {
+    let dialect = Dialect::guess(text.lines());
+    let options = ReadOptions { most_repeated: 1000, ..ReadOptions::new(dialect, axes, 5) };
     let program = read(text, &options).ok()?;
     let mut moves: Vec<PostMove> = Vec::new();
     let mut replay = ProgramMoves::new(kinematics, 1e-2).ok()?;
@@ -41,15 +77,17 @@ fn post(kinematics: &Kinematics, choice: u8, text: &str) -> Option<String> {
         replay.step(step, &mut moves).ok()?;
     }
     moves.truncate(2000);
-    let (_, format) = OUTPUT_FORMATS[usize::from(choice / 7) % OUTPUT_FORMATS.len()];
+    let (_, format) = OUTPUT_FORMATS[usize::from(choice) % OUTPUT_FORMATS.len()];
     let style = Style::of(kinematics, format, axes);
+    let methods = [PostMethod::Optimal, PostMethod::Blocks, PostMethod::Programmed];
+    let filters = [PostFilter::None, PostFilter::None, PostFilter::Reduce, PostFilter::Smooth];
     let options = PostOptions {
         control: control_of(kinematics, format),
         tolerance: PoseTolerance::new(0.01, 1e-3),
         max_feed: None,
-        method: PostMethod::Optimal,
+        method: methods[usize::from(choice / 16) % methods.len()],
         window: 256,
-        filter: PostFilter::None,
+        filter: filters[usize::from(choice / 48) % filters.len()],
         unwind: None,
     };
     let template = Template::of(format).ok()?;

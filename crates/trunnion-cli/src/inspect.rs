@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use trunnion::import::inspect::{self, FaceSummary};
 
 #[derive(Debug, clap::Args)]
-pub(crate) struct Args {
+pub(crate) struct InspectArgs {
     /// Surface JSON or STEP file; a CL file (.cls .clsf .apt .aptsource .ncl .cl .clt); or an NC program
     /// (.ngc .nc .cnc .tap .gcode .mpf .spf .h .eia .min .ptp).
     part: PathBuf,
@@ -29,7 +29,7 @@ pub(crate) fn is_cl(path: &std::path::Path) -> bool {
     cl::is_one(path)
 }
 
-pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+pub(crate) fn run(args: &InspectArgs, form: OutputForm) -> Result<Done, Failure> {
     if cl::is_one(&args.part) {
         // -o draws faces; ignoring it would leave the user without a file.
         if args.output.is_some() {

@@ -29,6 +29,7 @@ mod report;
 mod run;
 mod setup;
 mod table;
+mod table_tool;
 mod text;
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -59,37 +60,37 @@ enum Verb {
     /// Run the whole chain: surface to passes, axis motion, programs, check and report.
     Run(run::Args),
     /// Check an NC program or CL file: simulate it and measure it against the part and the machine.
-    Check(Box<check::Args>),
+    Check(Box<check::CheckArgs>),
     /// Search the rotation of the workpiece that keeps a job's path off the singular directions.
     ///
     /// Near a singular direction (the tool parallel to the workpiece-side rotary axis) that axis must turn fast, which
     /// limits the feed. Turning the workpiece moves the path away from there. The command prints the [setup] lines to
     /// paste into the job file. It considers the part alone: check that the turned part clears table and fixture.
-    Setup(setup::Args),
+    Setup(setup::SetupArgs),
     /// Write the cutter locations of a job or of a CL file as a CL file; smoothed with --smooth.
     ///
     /// Smoothing fits a C3 path through the locations between rapid moves. Corners are found first, and rounded within
     /// the tolerance or kept. Lines without motion stay unchanged.
-    Path(path::Args),
+    Path(path::PathArgs),
     /// List the faces of a part with number, kind, size and smallest concave radius; draw them with -o.
-    Inspect(inspect::Args),
+    Inspect(inspect::InspectArgs),
     /// List, show and check machine files.
     Machine {
         #[command(subcommand)]
         action: machine::Action,
     },
     /// Convert tables of tool poses to tables of machine axes, and back.
-    Pose(pose::Args),
+    Pose(pose::PoseArgs),
     /// Compute one cutter location: the widest strip from a point of a face, explained.
-    Position(position::Args),
+    Position(position::PositionArgs),
     /// Post a CL file or program for a machine, with feeds that its axes can follow.
     ///
     /// Poses become axis positions. Moves are divided as finely as the control needs to stay within tolerance. Every
     /// block gets a feed at which no axis exceeds its velocity or acceleration. Memory does not grow with the length of
     /// the file.
-    Post(Box<post::Args>),
+    Post(Box<post::PostArgs>),
     /// Plan the speed along a table of axis positions: as fast as the axes allow, with or without jerk limits.
-    Feed(feed::Args),
+    Feed(feed::FeedArgs),
     /// Print the JSON schema of a file format, for editors and scripts.
     Schema {
         /// File format.

@@ -17,7 +17,7 @@ const POSE: [&str; 6] = ["x", "y", "z", "i", "j", "k"];
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct Args {
+pub(crate) struct PoseArgs {
     /// Machine file, or name of a built-in machine (see `trunnion machine list`).
     machine: String,
     /// Direction of the conversion.
@@ -67,7 +67,7 @@ enum Direction {
     Jets,
 }
 
-pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+pub(crate) fn run(args: &PoseArgs, form: OutputForm) -> Result<Done, Failure> {
     usage(args, form)?;
     let machine = machine::load(&args.machine)?.machine;
     let setup =
@@ -95,7 +95,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
         let rows = tally.rows;
         let Machine { name: machine, .. } = machine;
         let (unsolved, messages) = (tally.unsolved, tally.messages);
-        text::print_json(&Summary { machine, direction, rows, unsolved, messages, output })?;
+        text::print_json(&PoseSummary { machine, direction, rows, unsolved, messages, output })?;
     } else if !args.ends.to_stdout() {
         let (rows, none) = (tally.rows, tally.unsolved);
         text::print(&format!("{rows} rows, {none} without an answer\nwrote {output}\n"))?;
@@ -105,7 +105,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
 
 /// Summary for scripts.
 #[derive(Debug, serde::Serialize)]
-struct Summary {
+struct PoseSummary {
     machine: String,
     direction: String,
     /// Rows read.
@@ -118,7 +118,7 @@ struct Summary {
 }
 
 /// Refuses options that do not go together.
-fn usage(args: &Args, form: OutputForm) -> Result<(), Failure> {
+fn usage(args: &PoseArgs, form: OutputForm) -> Result<(), Failure> {
     let refuse = |message: &str| Err(Failure::input(message));
     if form.is_json() && args.ends.to_stdout() {
         return refuse("--json prints a summary on stdout\n  help: give the table a file with -o");

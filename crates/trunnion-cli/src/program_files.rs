@@ -1,6 +1,7 @@
 //! Files that a program depends on: the control's tool table and configuration, subprograms beside it.
 
 use crate::outcome::Failure;
+use crate::text;
 use anyhow::Context;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -95,7 +96,9 @@ impl ProgramFileArgs {
 }
 
 fn text_of(path: &Path) -> Result<String, Failure> {
-    let bytes =
-        fs::read(path).map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+    let bytes = fs::read(path).map_err(|error| {
+        let what = text::unreadable(&error);
+        Failure::input(format!("{}: {what}", path.display()))
+    })?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }

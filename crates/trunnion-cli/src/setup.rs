@@ -19,7 +19,7 @@ use trunnion::types::Interval;
 const OTHERS: usize = 12;
 
 #[derive(Debug, clap::Args)]
-pub(crate) struct Args {
+pub(crate) struct SetupArgs {
     /// Job file (TOML); paths in it are relative to it.
     job: PathBuf,
     /// Range of the tilt of the part's z from the machine's z, in degrees [default: 0..45, or 45 to either
@@ -50,7 +50,7 @@ fn interval(text: &str) -> Result<[f64; 2], String> {
     }
 }
 
-pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+pub(crate) fn run(args: &SetupArgs, form: OutputForm) -> Result<Done, Failure> {
     let bars = Bars::new();
     let (job, warnings) = jobs::load(&args.job, None, &bars)?;
     let bounds = bounds(args, &job)?;
@@ -61,7 +61,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     Ok(if found.search.best.is_some() { Done::Kept } else { Done::Broken })
 }
 
-fn bounds(args: &Args, job: &Job) -> Result<TiltBounds, Failure> {
+fn bounds(args: &SetupArgs, job: &Job) -> Result<TiltBounds, Failure> {
     // Bounds that are not given follow the machine and the job's own setup.
     let usual = TiltBounds::usual(&job.kinematics);
     let bounds = TiltBounds {

@@ -2,6 +2,7 @@
 
 use crate::outcome::Failure;
 use crate::output;
+use crate::text::unreadable;
 use anyhow::Context;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, BufWriter, IsTerminal, Read, Seek, Write};
@@ -268,7 +269,7 @@ impl Ends {
 fn open(path: &Path) -> Result<Box<dyn BufRead>, Failure> {
     let fault =
         |what: &dyn std::fmt::Display| Failure::input(format!("{}: {what}", path.display()));
-    let file = File::open(path).map_err(|error| fault(&error))?;
+    let file = File::open(path).map_err(|error| fault(&unreadable(&error)))?;
     if file.metadata().is_ok_and(|data| data.is_dir()) {
         return Err(fault(&"is a folder; a file is expected"));
     }

@@ -25,6 +25,17 @@ pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<Done, Failure>
     print(&(text + "\n"))
 }
 
+/// States why a file cannot be read, and what helps.
+pub(crate) fn unreadable(error: &std::io::Error) -> String {
+    match error.kind() {
+        std::io::ErrorKind::NotFound => {
+            "there is no such file\n  help: check the name; it counts from the folder in which the command runs"
+                .to_owned()
+        }
+        _ => error.to_string(),
+    }
+}
+
 /// Reads a file whole.
 pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     bytes(path).map_err(|what| Failure::input(format!("{}: {what}", path.display())))
@@ -32,7 +43,7 @@ pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Failure> {
 
 /// Reads a whole file, or reports the error.
 pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, String> {
-    let size = std::fs::metadata(path).map_err(|error| error.to_string())?;
+    let size = std::fs::metadata(path).map_err(|error| unreadable(&error))?;
     if size.is_dir() {
         return Err("is a folder; a file is expected".into());
     }
@@ -43,7 +54,7 @@ pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     std::fs::File::open(path)
         .and_then(|file| file.take(LARGEST + 1).read_to_end(&mut bytes))
-        .map_err(|error| error.to_string())?;
+        .map_err(|error| unreadable(&error))?;
     if bytes.len() as u64 > LARGEST {
         return Err(format!("does not end; at most {LARGEST} bytes are read"));
     }

@@ -121,7 +121,7 @@ fn measure(name: &str, what: &str, path: &ToolPath, retract: Option<RetractOptio
     };
     let mut best = f64::INFINITY;
     let mut cpu = [f64::INFINITY, 0.0];
-    let mut told = String::new();
+    let mut reported = String::new();
     for _ in 0..RUNS {
         let (start, before) = (Instant::now(), processor());
         let followed = follow(&kinematics, path, &options, &Silent);
@@ -132,7 +132,7 @@ fn measure(name: &str, what: &str, path: &ToolPath, retract: Option<RetractOptio
                 cpu = used;
             }
         }
-        told = match followed {
+        reported = match followed {
             Ok(found) => format!(
                 "{} nodes, {} retracts, travel {:.9} rad, off by {:.3e} mm {:.3e} rad, bits {:016x}",
                 found.path.pieces.iter().map(|piece| piece.nodes.len()).sum::<usize>(),
@@ -147,7 +147,7 @@ fn measure(name: &str, what: &str, path: &ToolPath, retract: Option<RetractOptio
     }
     let [own, system] = cpu;
     println!(
-        "{name}, {what}: {best:.3} s, processor {:.2} s (system {system:.2} s), of {RUNS} runs the best; {told}",
+        "{name}, {what}: {best:.3} s, processor {:.2} s (system {system:.2} s), of {RUNS} runs the best; {reported}",
         own + system
     );
 }

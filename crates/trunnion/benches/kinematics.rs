@@ -202,7 +202,7 @@ fn arithmetic(call: &mut dyn FnMut(usize)) {
 }
 
 /// Median, 99.9 %, 99.99 % and worst.
-fn told(name: &str, mut times: Vec<u128>) {
+fn print_times(name: &str, mut times: Vec<u128>) {
     times.sort_unstable();
     let at = |part: usize| times[(times.len() - 1) * part / 10_000];
     let [median, most, nearly, worst] = [5000, 9990, 9999, 10_000].map(at);
@@ -215,7 +215,7 @@ fn told(name: &str, mut times: Vec<u128>) {
 /// operating system takes away in between; `clock alone` shows how much that is.
 fn spread() {
     println!("one call at a time, clock reads included");
-    told("clock alone", clock(|_| {}));
+    print_times("clock alone", clock(|_| {}));
     for name in ["A-C trunnion", "skew, slides on both sides"] {
         println!("{name}");
         let kinematics = machine(name);
@@ -223,7 +223,7 @@ fn spread() {
         let all = poses(&kinematics);
         let paths = rates(&all);
         let one = |name: &str, call: &mut dyn FnMut(usize)| {
-            told(name, clock(&mut *call));
+            print_times(name, clock(&mut *call));
             arithmetic(call);
         };
         one("forward", &mut |index| {

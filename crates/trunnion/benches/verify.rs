@@ -18,8 +18,8 @@ use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{Block, Motion, Silent, ToolPose};
 use trunnion::verify::{
-    self, BoundOptions, CheckInput, CheckOptions, ClearanceOptions, DeviationTolerance, Fixture,
-    Solid, Stock,
+    self, BoundMargins, BoundOptions, CheckInput, CheckOptions, ClearanceOptions,
+    DeviationTolerance, Fixture, Solid, Stock,
 };
 
 fn main() {
@@ -151,7 +151,7 @@ fn map(bencher: divan::Bencher<'_, '_>, grid: f64) {
         reach: 5.0,
         ray_tolerance: 1e-4,
         most_points: 10_000_000,
-        bounds: Some(BoundOptions::within([0.01; 2])),
+        bounds: Some(BoundOptions::within(BoundMargins::both(0.01))),
         ..CheckOptions::of_tolerance(DeviationTolerance { excess: 0.2, gouge: 0.1 }, grid)
     };
     bencher.bench_local(|| verify::check(&input, &options, &Silent).unwrap());

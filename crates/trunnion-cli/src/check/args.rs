@@ -13,7 +13,7 @@ use trunnion::verify::FindingKind;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct Args {
+pub(crate) struct CheckArgs {
     /// Program (G-code), CL file, or axis setpoints as a run writes them (motion.csv).
     pub(super) program: PathBuf,
     /// Take machine, part, setup, tool, tolerance, grid, stock and fixtures from a job file.

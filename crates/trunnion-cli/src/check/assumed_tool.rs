@@ -1,10 +1,8 @@
 //! The tool of a job that is checked in place of the one that the program calls.
 
+use crate::table_tool::DescribedTool;
 use trunnion::cutter::Cutter;
 use trunnion::nc::read::ToolRow;
-
-/// Difference up to which two lengths of a tool are the same \[mm\]: tables have three or four decimals.
-const SAME: f64 = 5e-4;
 
 /// The only tool of a job, taken for another number.
 pub(super) struct AssumedTool<'a> {
@@ -26,14 +24,8 @@ impl AssumedTool<'_> {
 
     /// Says in what the tool table of the control has another tool under the number that the program calls.
     pub(super) fn contradiction(&self, table: &[ToolRow]) -> Option<String> {
-        let row = table.iter().rev().find(|row| row.number == self.number)?;
-        let cutter = self.cutter;
-        // A table without a value leaves it open.
-        let differs = |of: f64, taken: f64| of.abs() > 0.0 && (of.abs() - taken).abs() > SAME;
+        let row = described(self.number, self.cutter).other_row(table)?;
         let [length, diameter] = [row.offset[2], row.diameter];
-        if !differs(length, cutter.length()) && !differs(diameter, diameter_of(cutter)) {
-            return None;
-        }
         let (number, tool) = (self.number, self.words());
         Some(format!(
             "tool {number} of the tool table has length {length} mm and diameter {diameter} mm: it is not the tool of \
@@ -45,6 +37,11 @@ impl AssumedTool<'_> {
     fn words(&self) -> String {
         format!(", diameter {} mm, length {} mm", diameter_of(self.cutter), self.cutter.length())
     }
+}
+
+/// Returns a cutter as the tool that a program calls by `number`.
+pub(super) fn described(number: u32, cutter: &Cutter) -> DescribedTool {
+    DescribedTool { number, length: cutter.length(), diameter: Some(diameter_of(cutter)) }
 }
 
 /// Diameter of the cutting part \[mm\].

@@ -1,6 +1,6 @@
 //! Assumptions about what a program leaves to the machine: rotary solutions and tool changes.
 
-use super::subject::{Motion, Subject};
+use super::subject::{CheckedMotion, Subject};
 use trunnion::machine::RotaryPair;
 use trunnion::verify::{Changes, Choice, Choices};
 
@@ -43,7 +43,7 @@ impl AssumedSolutions {
     pub(super) fn of(choices: &Choices, subject: &Subject) -> Option<Self> {
         let Choices { vectors, planes, places, more, .. } = choices;
         // Cutter locations have no rotaries to choose.
-        let Motion::Program(_, kinematics) = &subject.motion else { return None };
+        let CheckedMotion::Program(_, kinematics) = &subject.motion else { return None };
         let [.., first, second] = &kinematics.machine().axes;
         let words = |of: RotaryPair| {
             let position = |(axis, value): (&trunnion::machine::Axis, f64)| {

@@ -70,7 +70,7 @@ impl ControlModelSummary {
             format!("{:.1} % of {axis} (line {line})", 100.0 * ratio)
         };
         format!(
-            "{name}: {seconds:.1} s, no look-ahead over rotary moves; velocity up to {}, acceleration up to {}, jerk up to {}",
+            "{name}: {seconds:.1} s, no look-ahead over rotary moves; velocity up to {}, acceleration up to {}, jerk up to {}, not judged",
             worst(&self.velocity),
             worst(&self.acceleration),
             worst(&self.jerk)

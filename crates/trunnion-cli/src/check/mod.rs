@@ -21,5 +21,5 @@ mod summary;
 mod tool;
 mod what_if;
 
-pub(crate) use args::Args;
+pub(crate) use args::CheckArgs;
 pub(crate) use run::run;

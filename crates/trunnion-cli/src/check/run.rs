@@ -1,6 +1,6 @@
 //! The verb: reads, checks, writes and prints.
 
-use super::args::Args;
+use super::args::CheckArgs;
 use super::subject::Subject;
 use super::summary::PartCheckSummary;
 use super::{export, page, setpoints};
@@ -12,7 +12,7 @@ use crate::progress::Bars;
 use std::path::PathBuf;
 use trunnion::verify::InspectionReport;
 
-pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+pub(crate) fn run(args: &CheckArgs, form: OutputForm) -> Result<Done, Failure> {
     if setpoints::is_table(&args.program) {
         return setpoints::check(args, form);
     }

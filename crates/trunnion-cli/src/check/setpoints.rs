@@ -1,6 +1,6 @@
 //! `trunnion check motion.csv`: a table of axis setpoints against the machine.
 
-use super::args::Args;
+use super::args::CheckArgs;
 use crate::form::OutputForm;
 use crate::motion::SUFFIXES;
 use crate::outcome::{Done, Failure};
@@ -71,7 +71,7 @@ struct Table {
     end: f64,
 }
 
-pub(super) fn check(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+pub(super) fn check(args: &CheckArgs, form: OutputForm) -> Result<Done, Failure> {
     // Before anything is read: these options would be ignored silently.
     only_axes(args)?;
     let bars = Bars::new();
@@ -91,7 +91,7 @@ pub(super) fn check(args: &Args, form: OutputForm) -> Result<Done, Failure> {
 }
 
 /// Refuses options about the part, which a table of setpoints does not know.
-fn only_axes(args: &Args) -> Result<(), Failure> {
+fn only_axes(args: &CheckArgs) -> Result<(), Failure> {
     let given = [
         ("--part", args.part.is_some()),
         ("--cutter", !args.cutter.is_empty()),
@@ -114,7 +114,7 @@ fn only_axes(args: &Args) -> Result<(), Failure> {
 
 impl Table {
     /// Reads the machine, and the table once for its decimals and its period.
-    fn open(args: &Args, bars: &Bars) -> Result<Self, Failure> {
+    fn open(args: &CheckArgs, bars: &Bars) -> Result<Self, Failure> {
         let (machine, period, jerk) = match (&args.job, &args.machine) {
             (Some(path), _) => {
                 let (job, _) = run::load(path, None, bars)?;
@@ -298,7 +298,7 @@ impl TableSurvey {
 }
 
 impl SetpointCheckSummary {
-    fn new(args: &Args, table: &Table, found: &MotionReport) -> Self {
+    fn new(args: &CheckArgs, table: &Table, found: &MotionReport) -> Self {
         Self {
             schema: "trunnion-motion-check/1",
             generator: format!("trunnion {}", env!("CARGO_PKG_VERSION")),
@@ -419,7 +419,7 @@ impl AxisRates {
         Self {
             name: axis.name.clone(),
             unit: if rotary { "deg" } else { "mm" },
-            range: if rotary { axis.range.map(f64::to_degrees) } else { axis.range },
+            range: if rotary { axis.range.ends().map(f64::to_degrees) } else { axis.range.ends() },
             velocity,
             acceleration,
             jerk,

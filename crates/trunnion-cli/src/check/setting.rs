@@ -1,6 +1,6 @@
 //! Part, machine, tools and solids that a program is checked against: from a job or the arguments.
 
-use super::args::Args;
+use super::args::CheckArgs;
 use super::named::Named;
 use super::stock;
 use super::tool::{ToolShape, Toolbox};
@@ -51,7 +51,7 @@ pub(super) struct Setting {
 }
 
 impl Setting {
-    pub(super) fn read(args: &Args, bars: &Bars) -> Result<Self, Failure> {
+    pub(super) fn read(args: &CheckArgs, bars: &Bars) -> Result<Self, Failure> {
         let mut setting = match &args.job {
             Some(job) => Self::of_job(job, args, bars)?,
             None => Self::of_arguments(args, bars)?,
@@ -78,7 +78,7 @@ impl Setting {
     }
 
     /// Adds the solids of the command line: stock replaces that of the job, fixtures join its own.
-    fn add_solids(&mut self, args: &Args) -> Result<(), Failure> {
+    fn add_solids(&mut self, args: &CheckArgs) -> Result<(), Failure> {
         let chord = args.chord.unwrap_or(STEP_CHORD);
         if let Some(name) = &args.stock {
             self.stock = Some(Named::new(name, stock::read(name, chord)?));
@@ -111,7 +111,7 @@ impl Setting {
         both(stock, if faults.is_empty() { Ok(fixtures) } else { Err(Failure::Input(faults)) })
     }
 
-    fn of_job(path: &Path, args: &Args, bars: &Bars) -> Result<Self, Failure> {
+    fn of_job(path: &Path, args: &CheckArgs, bars: &Bars) -> Result<Self, Failure> {
         let (mut job, warnings) = run::load(path, args.chord, bars)?;
         // The stock of the command line replaces that of the job.
         if args.stock.is_some() {
@@ -170,7 +170,7 @@ impl Setting {
     }
 
     /// Reads what the arguments name; without a job they must name everything.
-    fn of_arguments(args: &Args, bars: &Bars) -> Result<Self, Failure> {
+    fn of_arguments(args: &CheckArgs, bars: &Bars) -> Result<Self, Failure> {
         let missing = |name: &str| {
             let help = match args.part {
                 Some(_) => "give --part, --cutter and --tolerance, or --job JOB.toml",
@@ -235,7 +235,7 @@ impl Setting {
 }
 
 /// Refuses a check in which there is nothing to check against.
-fn refuse_nothing(args: &Args) -> Result<(), Failure> {
+fn refuse_nothing(args: &CheckArgs) -> Result<(), Failure> {
     if args.machine.is_some() || args.stock.is_some() || !args.fixture.is_empty() {
         return Ok(());
     }
@@ -247,7 +247,7 @@ fn refuse_nothing(args: &Args) -> Result<(), Failure> {
 }
 
 /// Refuses options about faces where there are none: they would have no effect.
-fn refuse_face_options(args: &Args) -> Result<(), Failure> {
+fn refuse_face_options(args: &CheckArgs) -> Result<(), Failure> {
     let given = [
         ("--faces", !args.faces.is_empty()),
         ("--flip", args.flip),
@@ -287,15 +287,19 @@ fn of_file(path: &Path, job: &Job) -> (Option<Named<Solid>>, Vec<Named<Held>>) {
     (solid.map(|solid| Named::new(place("stock.file", "the stock"), solid)), fixtures)
 }
 
-fn toolbox(args: &Args) -> Toolbox<'_> {
-    let Args { cutter, shank, holder, tool_length: length, .. } = args;
+fn toolbox(args: &CheckArgs) -> Toolbox<'_> {
+    let CheckArgs { cutter, shank, holder, tool_length: length, .. } = args;
+    Toolbox { cutter, shank, holder, length, shape: shape(args) }
+}
+
+/// Returns the use of the tools' shapes.
+pub(super) fn shape(args: &CheckArgs) -> ToolShape {
     let meets_nothing = args.part.is_none() && args.job.is_none();
-    let shape = if meets_nothing && args.stock.is_none() && args.fixture.is_empty() {
+    if meets_nothing && args.stock.is_none() && args.fixture.is_empty() {
         ToolShape::LengthOnly
     } else {
         ToolShape::Needed
-    };
-    Toolbox { cutter, shank, holder, length, shape }
+    }
 }
 
 /// Returns the tools that the options describe by number.
@@ -311,7 +315,7 @@ fn numbered(options: &Toolbox<'_>) -> Result<Vec<(u32, Cutter)>, Failure> {
 }
 
 /// Separates the faces that are cut, flipped if asked for, from the others.
-fn choose(faces: Vec<Face>, args: &Args) -> Result<(Vec<Face>, Vec<Face>), Failure> {
+fn choose(faces: Vec<Face>, args: &CheckArgs) -> Result<(Vec<Face>, Vec<Face>), Failure> {
     let known = |number: &usize| faces.iter().any(|face| face.number == *number);
     if let Some(number) = args.faces.iter().find(|number| !known(number)) {
         let count = faces.len();

@@ -1,12 +1,14 @@
 //! The program that is checked, with everything it is checked against.
 
-use super::args::Args;
-use super::assumed_tool::AssumedTool;
+use super::args::CheckArgs;
+use super::assumed_tool::{AssumedTool, described};
 use super::remedy;
-use super::setting::Setting;
+use super::setting::{self, Setting};
+use super::tool::ToolShape;
 use super::what_if::Assumption;
 use crate::outcome::Failure;
 use crate::progress::Bars;
+use crate::table_tool::DescribedTool;
 use crate::{inspect, machine, text};
 use std::path::Path;
 use trunnion::cutter::Cutter;
@@ -29,14 +31,14 @@ use trunnion::verify::{
 const DRAWN_STEP: f64 = 1.0;
 
 /// Source of the tool's motion.
-pub(super) enum Motion {
+pub(super) enum CheckedMotion {
     Program(Box<ProgramText>, Box<Kinematics>),
     Locations(Box<ClText>),
 }
 
 /// Program with everything it is checked against.
 pub(super) struct Subject {
-    pub(super) motion: Motion,
+    pub(super) motion: CheckedMotion,
     /// Names of program, part and machine.
     pub(super) program: String,
     pub(super) part: Option<String>,
@@ -68,13 +70,14 @@ pub(super) struct Subject {
 
 impl Subject {
     /// Reads everything the arguments name.
-    pub(super) fn load(args: &Args, bars: &Bars) -> Result<Self, Failure> {
+    pub(super) fn load(args: &CheckArgs, bars: &Bars) -> Result<Self, Failure> {
         let setting = Setting::read(args, bars)?;
         let (stock, fixtures) = setting.solids()?;
         let offsets = offsets(args, setting.kinematics.as_ref());
+        let shapes = setting::shape(args);
         let ReadProgram { motion, tools: rows } = motion(args, setting.kinematics)?;
         let meets_nothing = setting.part.is_none() && stock.is_none() && fixtures.is_none();
-        if meets_nothing && matches!(motion, Motion::Locations(_)) {
+        if meets_nothing && matches!(motion, CheckedMotion::Locations(_)) {
             let help = "give what the tool meets: --part, --stock or --fixture, with --cutter";
             return Err(Failure::input(format!(
                 "{}: cutter locations have no axes, so nothing is left to check\n  help: {help}",
@@ -83,8 +86,8 @@ impl Subject {
         }
         let mut warnings = setting.warnings;
         let reading = match &motion {
-            Motion::Program(program, _) => program.warnings(),
-            Motion::Locations(file) => file.warnings(),
+            CheckedMotion::Program(program, _) => program.warnings(),
+            CheckedMotion::Locations(file) => file.warnings(),
         };
         let file = args.program.display();
         warnings.extend(reading.iter().map(|warning| format!("{file}:{warning}")));
@@ -101,6 +104,13 @@ impl Subject {
             warnings.push(taken.warning());
             contradictions.extend(taken.contradiction(&rows));
         }
+        let described = DescribedTools {
+            numbered: &setting.tools,
+            own: setting.number,
+            only: &setting.cutter,
+            shapes,
+        };
+        contradictions.extend(described.others(&motion, &rows));
         let numbers = setting.tools.iter().map(|(number, _)| *number);
         let numbers: Vec<u32> = if setting.tools.is_empty() {
             setting.number.into_iter().collect()
@@ -109,8 +119,8 @@ impl Subject {
         };
         let planned = setting.feed.map(|feed| (numbers, feed));
         let machine = match &motion {
-            Motion::Program(_, kinematics) => Some(kinematics.machine().name.clone()),
-            Motion::Locations(_) => None,
+            CheckedMotion::Program(_, kinematics) => Some(kinematics.machine().name.clone()),
+            CheckedMotion::Locations(_) => None,
         };
         let grid = args.grid.unwrap_or(setting.grid);
         let options = CheckOptions::of_tolerance(
@@ -169,10 +179,10 @@ impl Subject {
 
     fn input<'a>(&'a self, tools: &'a [Tool<'a>]) -> CheckInput<'a> {
         let input = match &self.motion {
-            Motion::Program(program, kinematics) => {
+            CheckedMotion::Program(program, kinematics) => {
                 CheckInput::program(&**program, kinematics, &self.cutter)
             }
-            Motion::Locations(file) => CheckInput::locations(&**file, &self.cutter),
+            CheckedMotion::Locations(file) => CheckInput::locations(&**file, &self.cutter),
         };
         self.with_tables(input, tools)
     }
@@ -204,8 +214,8 @@ impl Subject {
             )),
             error => {
                 let program: Option<&dyn ProgramSource> = match &self.motion {
-                    Motion::Program(program, _) => Some(&**program),
-                    Motion::Locations(_) => None,
+                    CheckedMotion::Program(program, _) => Some(&**program),
+                    CheckedMotion::Locations(_) => None,
                 };
                 let mut fault = error.fault(program);
                 // The library names the cause; the options are those of this command line.
@@ -217,30 +227,66 @@ impl Subject {
 }
 
 /// Returns the work offsets beside that of the setup.
-fn offsets(args: &Args, kinematics: Option<&Kinematics>) -> Vec<WorkOffset> {
+fn offsets(args: &CheckArgs, kinematics: Option<&Kinematics>) -> Vec<WorkOffset> {
     // Offsets are compared with G54, which the setup defines.
     let g54 = kinematics.and_then(work_offset).unwrap_or_default();
     args.offset.iter().map(|argument| argument.offset(g54)).collect()
 }
 
 /// Returns the number that the program gives its only tool, if it is not that of the job.
-fn misnamed(motion: &Motion, own: u32) -> Option<u32> {
+fn misnamed(motion: &CheckedMotion, own: u32) -> Option<u32> {
     let called = match motion {
-        Motion::Program(program, _) => program.tools().first().copied(),
-        Motion::Locations(file) => file.tools().first().map(|tool| tool.number),
+        CheckedMotion::Program(program, _) => program.tools().first().copied(),
+        CheckedMotion::Locations(file) => file.tools().first().map(|tool| tool.number),
     };
     // The check of the state finds a call that is missing.
     called.filter(|number| *number != own)
 }
 
+/// Tools of the command line or of the job.
+struct DescribedTools<'a> {
+    numbered: &'a [(u32, Cutter)],
+    /// Number of the job's only tool.
+    own: Option<u32>,
+    /// The only tool, where none has a number.
+    only: &'a Cutter,
+    /// Use of their shapes.
+    shapes: ToolShape,
+}
+
+impl DescribedTools<'_> {
+    /// States which tools that a program calls are others in the control's own tool table.
+    fn others(&self, motion: &CheckedMotion, table: &[ToolRow]) -> Vec<String> {
+        let CheckedMotion::Program(program, _) = motion else { return Vec::new() };
+        let tools = program.tools().iter().filter_map(|&number| self.tool(number));
+        tools.filter_map(|tool| tool.contradiction(table, "--tool-length")).collect()
+    }
+
+    /// Returns the tool that is checked under a number; `None` if there is none, or another one stands in for it.
+    fn tool(&self, number: u32) -> Option<DescribedTool> {
+        let numbered = self.numbered.iter().find(|(own, _)| *own == number);
+        let cutter = match numbered {
+            Some((_, cutter)) => cutter,
+            None if !self.numbered.is_empty() || self.own.is_some_and(|own| own != number) => {
+                return None;
+            }
+            None => self.only,
+        };
+        let tool = described(number, cutter);
+        // Without anything to meet, the shape of the cutter is nominal.
+        let diameter = tool.diameter.filter(|_| self.shapes == ToolShape::Needed);
+        Some(DescribedTool { diameter, ..tool })
+    }
+}
+
 /// Program, and the tool table of its control.
 struct ReadProgram {
-    motion: Motion,
+    motion: CheckedMotion,
     tools: Vec<ToolRow>,
 }
 
 /// Reads the program.
-fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<ReadProgram, Failure> {
+fn motion(args: &CheckArgs, kinematics: Option<Kinematics>) -> Result<ReadProgram, Failure> {
     let path = &args.program;
     let text = text::program(path)?;
     let faults = |faults: trunnion::types::Diagnostics| Failure::program_faults(path, &faults);
@@ -249,7 +295,10 @@ fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<ReadProgram, Fa
     if dialect == Dialect::Apt {
         // Cutter locations need no machine: they are checked against the part alone.
         let file = ClText::new(text, MOST_FAULTS).map_err(faults)?;
-        return Ok(ReadProgram { motion: Motion::Locations(Box::new(file)), tools: Vec::new() });
+        return Ok(ReadProgram {
+            motion: CheckedMotion::Locations(Box::new(file)),
+            tools: Vec::new(),
+        });
     }
     let Some(kinematics) = kinematics else {
         let help = "add --machine M; for cutter locations --dialect apt";
@@ -269,5 +318,8 @@ fn motion(args: &Args, kinematics: Option<Kinematics>) -> Result<ReadProgram, Fa
     args.files.fill(&mut options, path)?;
     let tools = options.tools.clone();
     let program = ProgramText::new(text, options).map_err(faults)?;
-    Ok(ReadProgram { motion: Motion::Program(Box::new(program), Box::new(kinematics)), tools })
+    Ok(ReadProgram {
+        motion: CheckedMotion::Program(Box::new(program), Box::new(kinematics)),
+        tools,
+    })
 }

@@ -5,7 +5,7 @@ use super::control_model::ControlModelSummary;
 use super::creeping::creeping;
 use super::limit_ratio::LimitRatio;
 use super::smoothing::SmoothingSummary;
-use super::subject::{Motion, Subject};
+use super::subject::{CheckedMotion, Subject};
 use super::what_if::AssumedDeviation;
 use crate::figure::plain;
 use crate::material;
@@ -437,8 +437,8 @@ fn heights(subject: &Subject, found: &InspectionReport) -> Heights {
 
 fn axis(subject: &Subject, audit: &AxisAudit) -> AxisLoad {
     let machine = match &subject.motion {
-        Motion::Program(_, kinematics) => Some(kinematics.machine()),
-        Motion::Locations(_) => None,
+        CheckedMotion::Program(_, kinematics) => Some(kinematics.machine()),
+        CheckedMotion::Locations(_) => None,
     };
     let mut axes = machine.iter().flat_map(|machine| &machine.axes);
     // The audit knows axes by name; the unit follows from the machine.
@@ -470,7 +470,7 @@ impl AxisLoad {
         let percent = |of: LimitRatio| 100.0 * of.ratio;
         format!(
             "{low:.3} .. {high:.3} {}, velocity {:.1} % (line {}), acceleration {:.1} % (line {}), \
-             jerk {:.1} % (line {}) at the blocks' own times",
+             jerk {:.1} % (line {}) at the blocks' own times, not judged",
             self.unit,
             percent(self.velocity),
             self.velocity.line,

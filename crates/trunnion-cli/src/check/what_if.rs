@@ -1,6 +1,6 @@
 //! `--what-if length=+0.01,pivot.B.z=0.02`: the part that machine, tool and setup with such errors would cut.
 
-use super::subject::{Motion, Subject};
+use super::subject::{CheckedMotion, Subject};
 use crate::option_values::finite;
 use crate::outcome::Failure;
 use trunnion::cutter::Cutter;
@@ -120,8 +120,8 @@ impl Subject {
     /// Returns the assumed errors; a wrong one is refused before the long work.
     pub(super) fn errors(&self) -> Result<Vec<AssumedError>, Failure> {
         let kinematics = match &self.motion {
-            Motion::Program(_, kinematics) => Some(&**kinematics),
-            Motion::Locations(_) => None,
+            CheckedMotion::Program(_, kinematics) => Some(&**kinematics),
+            CheckedMotion::Locations(_) => None,
         };
         if !self.assumptions.is_empty() && self.part.is_none() {
             let help = "name the part with --part, or leave --what-if out";
@@ -151,13 +151,13 @@ impl Subject {
             numbers.zip(&cutters).map(|(number, cutter)| Tool { number, cutter }).collect();
         let options = CheckOptions { bounds: None, ..self.options };
         let report = match &self.motion {
-            Motion::Program(program, kinematics) => {
+            CheckedMotion::Program(program, kinematics) => {
                 // The control computes with its own model; the machine moves with the error.
                 let machine = error.kinematics(kinematics);
                 let input = CheckInput::program(&**program, kinematics, &cutter).machine(&machine);
                 verify::check(&self.with_tables(input, &tools), &options, bars)
             }
-            Motion::Locations(file) => {
+            CheckedMotion::Locations(file) => {
                 let input = CheckInput::locations(&**file, &cutter);
                 verify::check(&self.with_tables(input, &tools), &options, bars)
             }

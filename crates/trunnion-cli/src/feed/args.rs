@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct Args {
+pub(crate) struct FeedArgs {
     #[command(flatten)]
     pub(super) ends: Ends,
     /// Limits of the axes: [axis.X] vel, acc, jerk; see `trunnion schema limits`.
@@ -17,7 +17,7 @@ pub(crate) struct Args {
     /// Planning method. `jerk` is the fastest schedule within velocity, acceleration and jerk limits, `optimal`
     /// within velocity and acceleration limits alone; `blocks` and `given` may break limits, which is reported.
     #[arg(long, value_enum, default_value = "jerk")]
-    pub(super) method: Method,
+    pub(super) method: FeedMethod,
     /// optimal: keep the limits at rows only, not in between; for comparison with other planners.
     #[arg(long)]
     pub(super) no_guarantee: bool,
@@ -68,7 +68,7 @@ nothing written.
   trunnion feed path.csv --limits machine.toml -o profile.csv --motion motion.csv --period 0.002";
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Method {
+pub(crate) enum FeedMethod {
     /// Velocity, acceleration and jerk limits.
     Jerk,
     /// Velocity and acceleration limits.
@@ -79,7 +79,7 @@ pub(crate) enum Method {
     Given,
 }
 
-impl Method {
+impl FeedMethod {
     /// Returns the share of the time below which the search stops.
     pub(super) fn time_tolerance(self) -> f64 {
         match self {
@@ -105,7 +105,7 @@ fn share(text: &str) -> Result<f64, String> {
     }
 }
 
-impl Args {
+impl FeedArgs {
     /// Refuses options that do not go together.
     pub(super) fn check(&self, form: OutputForm) -> Result<(), Failure> {
         if form.is_json() && self.ends.to_stdout() {
@@ -118,12 +118,12 @@ impl Args {
                 "this build of trunnion does not write Parquet\n  help: build it with --features parquet, or name a .csv file",
             ));
         }
-        let optimal = self.method == Method::Optimal;
+        let optimal = self.method == FeedMethod::Optimal;
         if self.no_guarantee && !optimal {
             return Err(Failure::input("--no-guarantee goes with --method optimal only"));
         }
         // Only these two planners work in a window.
-        let streams = matches!(self.method, Method::Optimal | Method::Jerk);
+        let streams = matches!(self.method, FeedMethod::Optimal | FeedMethod::Jerk);
         if self.window.is_some() && (!streams || self.no_guarantee) {
             return Err(Failure::input(
                 "--window goes with --method optimal or jerk, and always keeps the limits",

@@ -1,6 +1,6 @@
 //! Columns of a table of axis positions, and faults of its rows.
 
-use super::args::Method;
+use super::args::FeedMethod;
 use crate::table::Faults;
 use nalgebra::SVector;
 use trunnion::feed::{FeedError, Limits, MinusLimits};
@@ -44,7 +44,7 @@ pub(super) struct PieceInterval<'a, const N: usize> {
 /// Settings of the comparison of NAME3 with the quintic between rows.
 pub(super) struct ThirdTolerance<'a, const N: usize> {
     pub(super) limits: &'a Limits<N>,
-    pub(super) method: Method,
+    pub(super) method: FeedMethod,
     /// Largest difference, as a share of the largest NAME3.
     pub(super) share: f64,
 }
@@ -276,13 +276,13 @@ fn noticed<const N: usize>(
     axis: usize,
     h: f64,
     limits: &Limits<N>,
-    method: Method,
+    method: FeedMethod,
 ) -> f64 {
     // The velocity limits alone allow ds/dt up to 1 / max |q'_k| / v_k.
     let fastest = node.q[1].component_div(&limits.velocity).amax().recip();
     match (method, &limits.jerk) {
         // The term q''' (ds/dt)³ of the jerk.
-        (Method::Jerk, Some(jerk)) => jerk[axis] / fastest.powi(3),
+        (FeedMethod::Jerk, Some(jerk)) => jerk[axis] / fastest.powi(3),
         // Over an interval h, q''' changes q'' by q''' h, and the acceleration by q''' h (ds/dt)².
         _ => limits.acceleration[axis] / (fastest * fastest * h),
     }
@@ -301,7 +301,7 @@ fn rounding<const N: usize>(pair: &[AxisNode<N>], axis: usize, h: f64) -> f64 {
 pub(super) fn columns(
     header: &TableHeader,
     limits: &LimitsFile,
-    method: Method,
+    method: FeedMethod,
 ) -> Result<Vec<String>, Diagnostics> {
     let has = |name: &str| header.names().iter().any(|column| column == name);
     let mut faults = Vec::new();
@@ -325,7 +325,7 @@ pub(super) fn columns(
     if has("feed") {
         wanted.push("feed".into());
     }
-    if method == Method::Given {
+    if method == FeedMethod::Given {
         wanted.push("speed".into());
     }
     Ok(wanted)

@@ -9,5 +9,5 @@ mod schedule;
 mod streamed;
 mod summary;
 
-pub(crate) use args::Args;
+pub(crate) use args::FeedArgs;
 pub(crate) use run::run;

@@ -1,6 +1,6 @@
 //! A table of axis positions and derivatives as an axis path.
 
-use super::args::{Args, Method};
+use super::args::{FeedArgs, FeedMethod};
 use super::layout::{JumpPosition, Layout, Next, PieceInterval, ThirdTolerance, columns};
 use crate::outcome::Failure;
 use crate::table::{Ends, Faults, Rows};
@@ -26,7 +26,11 @@ pub(super) struct Rest {
 
 impl Table {
     /// Reads the table. Its axes are those of the limits file; others have no limits, which is a fault.
-    pub(super) fn read(ends: &Ends, limits: &LimitsFile, method: Method) -> Result<Self, Failure> {
+    pub(super) fn read(
+        ends: &Ends,
+        limits: &LimitsFile,
+        method: FeedMethod,
+    ) -> Result<Self, Failure> {
         let rows = ends.read(|header| columns(header, limits, method))?;
         let layout = Layout::new(&rows.names, limits);
         Ok(Self { name: ends.name().to_owned(), rows, layout })
@@ -36,7 +40,7 @@ impl Table {
     pub(super) fn path<const N: usize>(
         &self,
         limits: &Limits<N>,
-        args: &Args,
+        args: &FeedArgs,
     ) -> Result<AxisPath<N>, Failure> {
         let mut faults = Faults::default();
         if self.rows.lines.len() < 2 {
@@ -92,7 +96,7 @@ impl Table {
         &self,
         path: &AxisPath<N>,
         limits: &Limits<N>,
-        args: &Args,
+        args: &FeedArgs,
         faults: &mut Faults,
     ) {
         let tolerance = ThirdTolerance { limits, method: args.method, share: args.third_tolerance };

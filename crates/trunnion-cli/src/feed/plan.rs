@@ -1,6 +1,6 @@
 //! The methods of `trunnion feed`.
 
-use super::args::{Args, Method};
+use super::args::{FeedArgs, FeedMethod};
 use super::path::Table;
 use trunnion::feed::{
     self, FeedError, FeedOptions, FeedPlan, FeedStream, GivenSpeed, LimitBreach, Limits, LookAhead,
@@ -35,30 +35,30 @@ pub(super) struct Planned<const N: usize> {
 
 /// Plans by the method of the arguments; breaches occur with given speeds only.
 pub(super) fn plan<const N: usize>(
-    args: &Args,
+    args: &FeedArgs,
     input: &PlanInput<'_, N>,
     progress: &dyn Progress,
 ) -> Result<(FeedPlan, Vec<LimitBreach>), FeedError> {
     let PlanInput { path, table, limits, options } = *input;
     let unbroken = |plan| (plan, Vec::new());
     match (args.method, args.window) {
-        (Method::Optimal, Some(rows)) => {
+        (FeedMethod::Optimal, Some(rows)) => {
             let speeds = streamed(path, limits, options, rows as usize)?;
             // The speeds of the stream are measured and bounded as given speeds are.
             let (plan, _) = feed::given(path, &speeds, limits, options, progress)?;
             Ok(unbroken(plan))
         }
-        (Method::Optimal, None) => feed::optimal(path, limits, options, progress).map(unbroken),
-        (Method::Jerk, Some(rows)) => {
+        (FeedMethod::Optimal, None) => feed::optimal(path, limits, options, progress).map(unbroken),
+        (FeedMethod::Jerk, Some(rows)) => {
             feed::jerk_through_window(path, limits, options, rows as usize).map(unbroken)
         }
-        (Method::Jerk, None) => feed::jerk(path, limits, options, progress).map(unbroken),
-        (Method::Blocks, _) => {
+        (FeedMethod::Jerk, None) => feed::jerk(path, limits, options, progress).map(unbroken),
+        (FeedMethod::Blocks, _) => {
             let blocks =
                 LookAheadOptions { ahead: BLOCKS_AHEAD, ..LookAheadOptions::whole(args.period) };
             feed::blocks(path, limits, options, &blocks, progress).map(unbroken)
         }
-        (Method::Given, _) => feed::given(path, &table.speeds(path), limits, options, progress),
+        (FeedMethod::Given, _) => feed::given(path, &table.speeds(path), limits, options, progress),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The verb: reads limits and table, plans, writes and reports.
 
-use super::args::{Args, Method};
+use super::args::{FeedArgs, FeedMethod};
 use super::path::Table;
 use super::plan::{PlanInput, Planned, plan};
 use super::{schedule, streamed, summary};
@@ -15,7 +15,7 @@ use trunnion::files::limits::{LimitsFile, parse};
 /// Axis counts that plans are compiled for; other counts get additional axes that stand still.
 const SIZES: [usize; 4] = [3, 5, 6, 10];
 
-pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+pub(crate) fn run(args: &FeedArgs, form: OutputForm) -> Result<Done, Failure> {
     args.check(form)?;
     let inputs = [args.ends.input(), &args.limits];
     for written in args.motion.as_deref().into_iter().chain([args.ends.output()]) {
@@ -46,7 +46,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     }
 }
 
-fn too_many(args: &Args, axes: usize) -> Failure {
+fn too_many(args: &FeedArgs, axes: usize) -> Failure {
     Failure::input(format!(
         "{}: {axes} axes, with the path's own limits; at most {} can be planned together",
         args.limits.display(),
@@ -55,8 +55,8 @@ fn too_many(args: &Args, axes: usize) -> Failure {
 }
 
 /// Refuses axes without a jerk limit if the method keeps jerk limits.
-fn jerks(args: &Args, limits: &LimitsFile) -> Result<(), Failure> {
-    if args.method != Method::Jerk {
+fn jerks(args: &FeedArgs, limits: &LimitsFile) -> Result<(), Failure> {
+    if args.method != FeedMethod::Jerk {
         return Ok(());
     }
     let missing = limits.axes.iter().filter(|(_, axis)| axis.jerk.is_none());
@@ -73,7 +73,7 @@ fn jerks(args: &Args, limits: &LimitsFile) -> Result<(), Failure> {
 }
 
 /// Refuses speeds at the ends of a path that is planned through a window, which starts and ends at rest.
-fn rests(args: &Args, limits: &LimitsFile) -> Result<(), Failure> {
+fn rests(args: &FeedArgs, limits: &LimitsFile) -> Result<(), Failure> {
     let ends = [limits.path.start, limits.path.end];
     if args.window.is_none() || ends.iter().all(|speed| *speed <= 0.0) {
         return Ok(());
@@ -88,7 +88,7 @@ fn rests(args: &Args, limits: &LimitsFile) -> Result<(), Failure> {
 }
 
 fn sized<const N: usize>(
-    args: &Args,
+    args: &FeedArgs,
     form: OutputForm,
     file: &LimitsFile,
     table: &Table,

@@ -1,6 +1,6 @@
 //! The schedule as a table, and the axes at the servo period.
 
-use super::args::Args;
+use super::args::FeedArgs;
 use super::path::Table;
 use super::plan::Planned;
 use crate::motion::SUFFIXES;
@@ -18,7 +18,7 @@ pub(super) const HEADER: &str = "s,t,speed,acceleration,jerk";
 
 /// Writes the schedule, and the axes at the servo period where asked for.
 pub(super) fn write<const N: usize>(
-    args: &Args,
+    args: &FeedArgs,
     planned: &Planned<N>,
     table: &Table,
 ) -> Result<(), Failure> {

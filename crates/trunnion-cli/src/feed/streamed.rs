@@ -1,6 +1,6 @@
 //! `trunnion feed --stream`: a table of any length, planned row by row through a window.
 
-use super::args::{Args, Method};
+use super::args::{FeedArgs, FeedMethod};
 use super::layout::{JumpPosition, Layout, Next, PieceInterval, ThirdTolerance, columns};
 use super::path::Rest;
 use super::plan::LEAST_ROWS;
@@ -59,7 +59,7 @@ struct Outcome {
 
 /// Summary for scripts.
 #[derive(Debug, serde::Serialize)]
-struct Summary {
+struct StreamSummary {
     method: &'static str,
     window: Option<u32>,
     stream: bool,
@@ -82,13 +82,13 @@ struct Summary {
 }
 
 /// Returns the number of axes to plan for.
-pub(super) fn axes(args: &Args, limits: &LimitsFile) -> Result<usize, Failure> {
+pub(super) fn axes(args: &FeedArgs, limits: &LimitsFile) -> Result<usize, Failure> {
     let names = args.ends.columns(|header| columns(header, limits, args.method))?;
     Ok(Layout::new(&names, limits).axes())
 }
 
 pub(super) fn run<const N: usize>(
-    args: &Args,
+    args: &FeedArgs,
     form: OutputForm,
     file: &LimitsFile,
 ) -> Result<Done, Failure> {
@@ -106,7 +106,7 @@ pub(super) fn run<const N: usize>(
         let LimitRatios { velocity, acceleration, jerk, .. } = bounds;
         kept(velocity) && kept(acceleration) && jerk.is_none_or(kept)
     });
-    let summary = Summary {
+    let summary = StreamSummary {
         method: args.method.name(),
         window: args.window,
         stream: true,
@@ -124,8 +124,8 @@ pub(super) fn run<const N: usize>(
     Ok(if within { Done::Kept } else { Done::Broken })
 }
 
-fn describe(summary: &Summary) -> String {
-    let Summary { duration, seconds, read, points, within_limits, .. } = summary;
+fn describe(summary: &StreamSummary) -> String {
+    let StreamSummary { duration, seconds, read, points, within_limits, .. } = summary;
     let kept = if *within_limits { "every limit is kept" } else { "a limit is broken" };
     let wrote = &summary.output;
     let wrote = if wrote == "-" { String::new() } else { format!("wrote {wrote}\n") };
@@ -133,7 +133,7 @@ fn describe(summary: &Summary) -> String {
 }
 
 /// Reads the table once, for the faults of its rows and for the data that planning needs beforehand.
-fn survey<const N: usize>(args: &Args, file: &LimitsFile) -> Result<Survey, Failure> {
+fn survey<const N: usize>(args: &FeedArgs, file: &LimitsFile) -> Result<Survey, Failure> {
     let name = args.ends.name();
     let names = args.ends.columns(|header| columns(header, file, args.method))?;
     let layout = Layout::new(&names, file);
@@ -181,7 +181,7 @@ fn survey<const N: usize>(args: &Args, file: &LimitsFile) -> Result<Survey, Fail
 
 /// Reads the table again, plans and writes.
 fn planned<const N: usize>(
-    args: &Args,
+    args: &FeedArgs,
     file: &LimitsFile,
     survey: &Survey,
     limits: &Limits<N>,
@@ -197,7 +197,7 @@ fn planned<const N: usize>(
         ..StreamOptions::fastest(window, step)
     };
     let kind = match args.method {
-        Method::Jerk => StreamKind::Jerk,
+        FeedMethod::Jerk => StreamKind::Jerk,
         _ => StreamKind::Optimal,
     };
     let mut planner = AnyStream::new(kind, *limits, options).map_err(refused)?;

@@ -1,6 +1,6 @@
 //! The summary for scripts and for people.
 
-use super::args::{Args, Method};
+use super::args::{FeedArgs, FeedMethod};
 use super::path::{Rest, Table};
 use super::plan::Planned;
 use crate::form::OutputForm;
@@ -22,7 +22,7 @@ pub(super) const MOST_LISTED: usize = 10;
 
 /// Summary for scripts.
 #[derive(Debug, serde::Serialize)]
-struct Summary {
+struct FeedSummary {
     method: &'static str,
     /// Rows looked ahead; all without.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -70,7 +70,7 @@ struct Bound {
 
 /// Prints the summary, and lists rests and broken limits on stderr.
 pub(super) fn report<const N: usize>(
-    args: &Args,
+    args: &FeedArgs,
     form: OutputForm,
     planned: &Planned<N>,
     table: &Table,
@@ -81,18 +81,19 @@ pub(super) fn report<const N: usize>(
     report_rests(&rests[..listed], rests.len() - listed);
     let kept = |ratio: f64| ratio <= 1.0 + ROUNDING;
     // Other methods do not promise jerk limits: breaking one is no failure.
-    let jerk_kept = args.method != Method::Jerk || plan.bounds.jerk.is_none_or(kept);
+    let jerk_kept = args.method != FeedMethod::Jerk || plan.bounds.jerk.is_none_or(kept);
     // Given speeds are judged by their breaches, plans by their guaranteed bounds.
-    let within = if args.method == Method::Given {
+    let within = if args.method == FeedMethod::Given {
         planned.breaches.is_empty()
     } else {
         kept(plan.bounds.velocity) && kept(plan.bounds.acceleration) && jerk_kept
     };
     report_breaches(&planned.breaches, table);
-    let summary = Summary {
+    let summary = FeedSummary {
         method: args.method.name(),
         window: args.window,
-        guarantee: !args.no_guarantee && matches!(args.method, Method::Jerk | Method::Optimal),
+        guarantee: !args.no_guarantee
+            && matches!(args.method, FeedMethod::Jerk | FeedMethod::Optimal),
         duration: plan.schedule.duration(),
         seconds: planned.seconds,
         points: plan.schedule.pieces.iter().map(|piece| piece.s.len()).sum(),
@@ -111,7 +112,7 @@ pub(super) fn report<const N: usize>(
 
 /// Prints a summary: as JSON, or as text on the stream that the schedule does not use.
 pub(super) fn print<S: serde::Serialize>(
-    args: &Args,
+    args: &FeedArgs,
     form: OutputForm,
     summary: &S,
     describe: impl Fn(&S) -> String,
@@ -187,9 +188,9 @@ fn limit(name: BindingLimit, table: &Table) -> String {
     }
 }
 
-fn describe(summary: &Summary) -> String {
+fn describe(summary: &FeedSummary) -> String {
     let mut out = String::new();
-    let Summary { duration, lower_bound, points, inserted, .. } = summary;
+    let FeedSummary { duration, lower_bound, points, inserted, .. } = summary;
     // A path without length has a bound of 0.
     let above = 100.0 * (duration / lower_bound.max(f64::MIN_POSITIVE) - 1.0);
     // Writing to a string cannot fail.
@@ -210,7 +211,7 @@ fn describe(summary: &Summary) -> String {
         binding.map(|bound| format!("{} {:.1} %", bound.limit, 100.0 * bound.share)).collect();
     let _ = writeln!(out, "what binds: {}", binding.join(", "));
     if !summary.within_limits {
-        let rows_alone = summary.method == Method::Optimal.name() && !summary.guarantee;
+        let rows_alone = summary.method == FeedMethod::Optimal.name() && !summary.guarantee;
         let _ = writeln!(out, "a limit is broken{}", if rows_alone { HINT } else { "" });
     }
     if summary.output != "-" {

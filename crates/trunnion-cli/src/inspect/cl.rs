@@ -3,6 +3,7 @@
 use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::path::lines::{self, Lines};
+use crate::text::unreadable;
 use anyhow::Context;
 use std::fs::File;
 use std::io::BufReader;
@@ -61,8 +62,8 @@ pub(super) fn run(path: &Path, form: OutputForm) -> Result<Done, Failure> {
 }
 
 fn read(path: &Path) -> Result<ClSummary, Failure> {
-    let file =
-        File::open(path).map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+    let file = File::open(path)
+        .map_err(|error| Failure::input(format!("{}: {}", path.display(), unreadable(&error))))?;
     let mut lines = Lines::new(BufReader::new(file));
     let mut reader = ClReader::new(MOST_FAULTS);
     let mut tally = ClTally::new(ARC_TOLERANCE);

@@ -5,6 +5,7 @@ use crate::option_values::three;
 use crate::outcome::{Done, Failure};
 use crate::path::lines::{self, Lines};
 use crate::program_files::ProgramFileArgs;
+use crate::text::unreadable;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -64,7 +65,7 @@ pub(crate) fn parameter(text: &str) -> Result<(String, f64), String> {
 
 /// Axis for scripts; mm or degrees.
 #[derive(Debug, serde::Serialize)]
-struct Axis {
+struct AxisRange {
     name: char,
     range: [f64; 2],
 }
@@ -103,7 +104,7 @@ struct ProgramSummary {
     length: [f64; 2],
     /// Time at the feeds written, with dwells, without rapid moves.
     seconds: f64,
-    axes: Vec<Axis>,
+    axes: Vec<AxisRange>,
     tools: Vec<u32>,
     /// Work of each tool in order; moves before the first are left out.
     by_tool: Vec<ByTool>,
@@ -127,8 +128,9 @@ struct FileLines {
 
 impl FileLines {
     fn open(path: &Path) -> Result<Self, Failure> {
-        let file = File::open(path)
-            .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+        let file = File::open(path).map_err(|error| {
+            Failure::input(format!("{}: {}", path.display(), unreadable(&error)))
+        })?;
         Ok(Self { lines: Lines::new(BufReader::new(file)), count: 0, failure: None })
     }
 
@@ -198,7 +200,7 @@ fn read(path: &Path, args: &ProgramArgs) -> Result<ProgramSummary, Failure> {
     let names = axes.0.map(|word| word.letter).into_iter().chain([sixth]);
     let ranges = names.zip(&tally.ranges).filter_map(|(name, range)| {
         let unit = |value: f64| if "ABC".contains(name) { value.to_degrees() } else { value };
-        range.map(|range| Axis { name, range: range.ends().map(unit) })
+        range.map(|range| AxisRange { name, range: range.ends().map(unit) })
     });
     Ok(ProgramSummary {
         schema: "trunnion-inspect-program/1",
@@ -264,7 +266,7 @@ fn describe(summary: &ProgramSummary) -> String {
         row("length", format!("{feed:.3} mm of words with feed, {rapid:.3} mm rapid")),
         row("time", format!("{:.1} s at the feeds written, without rapid moves", summary.seconds)),
     ];
-    for Axis { name, range: [low, high] } in &summary.axes {
+    for AxisRange { name, range: [low, high] } in &summary.axes {
         let unit = if "ABC".contains(*name) { "deg" } else { "mm" };
         rows.push(row(&name.to_string(), format!("{low:.4} .. {high:.4} {unit}")));
     }

@@ -14,7 +14,7 @@ pub(super) struct Answer {
     /// Cutter locations read, and written.
     locations: [usize; 2],
     motion: ConservedMotion,
-    smoothing: Option<Smoothing>,
+    smoothing: Option<SmoothingAnswer>,
 }
 
 /// Motion as it was read, and as it was read back from what was written.
@@ -28,7 +28,7 @@ struct ConservedMotion {
 
 /// Result of smoothing; mm and degrees.
 #[derive(Debug, Serialize)]
-struct Smoothing {
+struct SmoothingAnswer {
     tip_tolerance: f64,
     axis_tolerance: f64,
     tip_deviation: f64,
@@ -52,7 +52,7 @@ pub(super) fn answer(sheet: &Sheet, smooth: Option<PoseTolerance>) -> Answer {
     }
 }
 
-fn smoothing(sheet: &Sheet, tolerance: PoseTolerance) -> Smoothing {
+fn smoothing(sheet: &Sheet, tolerance: PoseTolerance) -> SmoothingAnswer {
     let report = &sheet.report;
     let most = &report.deviated;
     // Without spans nothing was smoothed; merged locations lie within SAME of the tolerance on either side.
@@ -61,7 +61,7 @@ fn smoothing(sheet: &Sheet, tolerance: PoseTolerance) -> Smoothing {
         (0, _) => [2.0 * SAME; 2],
         _ => [SHARE + ARC_SHARE, SHARE],
     };
-    Smoothing {
+    SmoothingAnswer {
         tip_tolerance: tolerance.tip,
         axis_tolerance: tolerance.axis.to_degrees(),
         tip_deviation: most.tip,
@@ -88,7 +88,7 @@ pub(super) fn describe(answer: &Answer, place: &Path) -> String {
         lines.push(row(name, format!("{moves:<18}{length}")));
     }
     if let Some(of) = &answer.smoothing {
-        let Smoothing { tip_bound, axis_bound, corners_blended, corners_kept, .. } = of;
+        let SmoothingAnswer { tip_bound, axis_bound, corners_blended, corners_kept, .. } = of;
         lines.extend([
             row("read", format!("{read}, {} of them the same as the one before", of.merged)),
             row(

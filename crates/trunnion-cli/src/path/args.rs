@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use trunnion::types::PoseTolerance;
 
 #[derive(Debug, clap::Args)]
-pub(crate) struct Args {
+pub(crate) struct PathArgs {
     /// Job file (TOML), or a CL file (APT/CL as NX, CATIA, Creo, SOLIDWORKS and Autodesk write it); - is stdin.
     pub(super) input: PathBuf,
     /// CL file to write [default: stdout].

@@ -9,5 +9,5 @@ pub(crate) mod profile;
 mod run;
 mod smoothed;
 
-pub(crate) use args::Args;
+pub(crate) use args::PathArgs;
 pub(crate) use run::run;

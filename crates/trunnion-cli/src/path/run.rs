@@ -1,7 +1,7 @@
 //! The verb: copies or smooths a CL file, line by line.
 
 use super::answer::{answer, describe};
-use super::args::Args;
+use super::args::PathArgs;
 use super::chart;
 use super::conserved::{self, Counted, Counter};
 use super::lines::{self, Lines};
@@ -9,7 +9,7 @@ use super::smoothed::{Rewriter, Sheet, Stop};
 use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
-use crate::{output, run as jobs};
+use crate::{output, run as jobs, text};
 use anyhow::Context;
 use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, Cursor, Seek, Write};
@@ -25,7 +25,7 @@ const BUFFER: usize = 1 << 16;
 /// Lines between two checks for cancellation.
 const LINES_A_STEP: u64 = 4096;
 
-pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+pub(crate) fn run(args: &PathArgs, form: OutputForm) -> Result<Done, Failure> {
     if form.is_json() && args.output.is_none() {
         let help = "help: name the CL file with -o";
         return Err(Failure::input(format!("--json and the CL file both go to stdout\n  {help}")));
@@ -78,11 +78,11 @@ impl<'a> Input<'a> {
             (Box::new(Cursor::new(cl)), size)
         } else {
             let fault = |what: String| Failure::input(format!("{}: {what}", name.display()));
-            let size = std::fs::metadata(name).map_err(|error| fault(error.to_string()))?;
+            let size = std::fs::metadata(name).map_err(|error| fault(text::unreadable(&error)))?;
             if size.is_dir() {
                 return Err(fault("is a folder; a file is expected".into()));
             }
-            let file = File::open(name).map_err(|error| fault(error.to_string()))?;
+            let file = File::open(name).map_err(|error| fault(text::unreadable(&error)))?;
             (Box::new(BufReader::with_capacity(BUFFER, file)), size.len())
         };
         Ok(Self { name, lines: Lines::new(from), size })
@@ -180,7 +180,7 @@ fn stopped(name: &Path, stop: Stop) -> Failure {
     }
 }
 
-fn draw(args: &Args, sheet: &Sheet) -> Result<(), Failure> {
+fn draw(args: &PathArgs, sheet: &Sheet) -> Result<(), Failure> {
     let (Some(place), Some(tolerance)) = (&args.chart, args.smooth) else { return Ok(()) };
     let chart = chart::draw(&sheet.profile, tolerance);
     output::file(place, |out| out.write_all(chart.as_bytes()))

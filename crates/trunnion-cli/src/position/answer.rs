@@ -1,6 +1,6 @@
 //! One cutter location, for people and for scripts.
 
-use super::args::{Args, Method};
+use super::args::{PositionArgs, PositionMethod};
 use std::fmt::Write;
 use trunnion::positioning::{ActiveConstraint, ContactSide, CutterLocation};
 
@@ -28,7 +28,7 @@ pub(super) struct Answer {
 }
 
 impl Answer {
-    pub(super) fn new(location: &CutterLocation, method: Method) -> Self {
+    pub(super) fn new(location: &CutterLocation, method: PositionMethod) -> Self {
         Self {
             method: method.name(),
             strip_width: location.strip_width,
@@ -87,7 +87,7 @@ pub(super) fn words(active: ActiveConstraint) -> (&'static str, &'static str) {
     }
 }
 
-pub(super) fn table(location: &CutterLocation, args: &Args) -> String {
+pub(super) fn table(location: &CutterLocation, args: &PositionArgs) -> String {
     let triple = |x: [f64; 3]| format!("{:.4} {:.4} {:.4}", x[0], x[1], x[2]);
     let degrees: Vec<String> =
         location.contact_angles.iter().map(|a| format!("{:.2}", a.to_degrees())).collect();

@@ -7,7 +7,7 @@ use trunnion::positioning::{NestedGrid, PlacementMethod};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct Args {
+pub(crate) struct PositionArgs {
     /// Surface JSON or STEP file.
     #[arg(long, value_name = "FILE")]
     pub(super) surface: PathBuf,
@@ -42,7 +42,7 @@ pub(crate) struct Args {
     pub(super) offset_range: [f64; 2],
     /// Method of placing the cutter.
     #[arg(long, default_value = "end-point")]
-    pub(super) method: Method,
+    pub(super) method: PositionMethod,
     /// Place the cutter by every method, and print the results side by side.
     #[arg(long, conflicts_with = "method")]
     pub(super) compare: bool,
@@ -95,7 +95,7 @@ pub(super) enum Side {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum Method {
+pub(super) enum PositionMethod {
     EndPoint,
     Nested,
     Mpm,
@@ -107,7 +107,7 @@ pub(super) enum Method {
     Ball,
 }
 
-impl Method {
+impl PositionMethod {
     /// All methods in the order of the comparison: first those whose strip begins at the point.
     pub(super) const ALL: [Self; 9] = [
         Self::EndPoint,
@@ -135,7 +135,7 @@ impl Method {
         }
     }
 
-    pub(super) fn placing(self, args: &Args) -> PlacementMethod {
+    pub(super) fn placing(self, args: &PositionArgs) -> PlacementMethod {
         let lead = args.lead.to_radians();
         match self {
             Self::EndPoint => PlacementMethod::EndPoint,

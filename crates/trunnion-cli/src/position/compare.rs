@@ -1,7 +1,7 @@
 //! All methods at one point, side by side.
 
 use super::answer::{Answer, words};
-use super::args::{Args, Method};
+use super::args::{PositionArgs, PositionMethod};
 use super::drawing::title;
 use super::refusal::{is_request_error, refusal};
 use crate::form::OutputForm;
@@ -14,17 +14,17 @@ use trunnion::positioning::{
 
 /// Result of one method.
 struct Row {
-    method: Method,
+    method: PositionMethod,
     found: Result<CutterLocation, PositioningError>,
 }
 
 pub(super) fn run(
     request: &LocationRequest,
-    args: &Args,
+    args: &PositionArgs,
     form: OutputForm,
 ) -> Result<Done, Failure> {
     let mut rows = Vec::new();
-    for method in Method::ALL {
+    for method in PositionMethod::ALL {
         let found = place(request, &method.placing(args));
         match found {
             // A ball has no circle to place, which is no fault of the comparison.
@@ -50,7 +50,7 @@ pub(super) fn run(
 
 fn traced(
     request: &LocationRequest,
-    args: &Args,
+    args: &PositionArgs,
     row: &Row,
 ) -> Option<Result<ErrorTrace, PositioningError>> {
     let location = row.found.as_ref().ok()?;
@@ -68,7 +68,7 @@ fn answer(row: &Row) -> serde_json::Value {
     }
 }
 
-fn table(rows: &[Row], args: &Args) -> String {
+fn table(rows: &[Row], args: &PositionArgs) -> String {
     let width = |row: &Row| row.found.as_ref().map_or(0.0, |location| location.strip_width);
     // Shares are of the widest strip found, whichever method found it.
     let widest = rows.iter().map(width).fold(0.0, f64::max);

@@ -1,6 +1,6 @@
 //! Drawing of the error along the cutting circle.
 
-use super::args::Args;
+use super::args::PositionArgs;
 use trunnion::positioning::{
     CutterLocation, LocationRequest, PositioningError, error_picture, trace,
 };
@@ -9,7 +9,7 @@ use trunnion::positioning::{
 pub(super) fn picture(
     request: &LocationRequest,
     location: &CutterLocation,
-    args: &Args,
+    args: &PositionArgs,
 ) -> Result<String, PositioningError> {
     let cutter = args.method.placing(args).cutter(request.cutter)?;
     let name = args.method.name();
@@ -18,7 +18,7 @@ pub(super) fn picture(
 }
 
 /// Returns the title of a drawing.
-pub(super) fn title(args: &Args, what: &str) -> String {
+pub(super) fn title(args: &PositionArgs, what: &str) -> String {
     let ([u, v], [du, dv]) = (args.at, args.feed);
     format!("{what}, at (u, v) = ({u}, {v}), feed ({du}, {dv}), tolerance {} mm", args.tolerance)
 }

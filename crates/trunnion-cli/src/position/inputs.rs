@@ -1,6 +1,6 @@
 //! Face, point and cutter that the arguments name.
 
-use super::args::Args;
+use super::args::PositionArgs;
 use crate::outcome::Failure;
 use crate::part;
 use crate::progress::Bars;
@@ -25,7 +25,7 @@ pub(super) fn require_on_surface(surface: &Surface, at: [f64; 2]) -> Result<(), 
 }
 
 /// Reads the face that is machined.
-pub(super) fn face(args: &Args) -> Result<FaceIndex, Failure> {
+pub(super) fn face(args: &PositionArgs) -> Result<FaceIndex, Failure> {
     let part = part::read(&args.surface, &Bars::new())?;
     for warning in &part.warnings {
         eprintln!("warning: {warning}");
@@ -46,7 +46,7 @@ pub(super) fn face(args: &Args) -> Result<FaceIndex, Failure> {
 }
 
 /// Reads the cutter: `R=10,r=6`, optionally `L=..` and `inner=..`.
-pub(super) fn cutter(args: &Args) -> Result<Cutter, Failure> {
+pub(super) fn cutter(args: &PositionArgs) -> Result<Cutter, Failure> {
     let wrong = |what: &str| {
         let help = "for instance --cutter R=10,r=6 or R=10,r=6,L=120,inner=4";
         Failure::input(format!("--cutter {}: {what}\n  help: {help}", args.cutter))

@@ -8,5 +8,5 @@ mod inputs;
 mod refusal;
 mod run;
 
-pub(crate) use args::Args;
+pub(crate) use args::PositionArgs;
 pub(crate) use run::run;

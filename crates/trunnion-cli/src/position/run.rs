@@ -1,7 +1,7 @@
 //! The verb: places the cutter, draws and prints.
 
 use super::answer::{Answer, table};
-use super::args::{Args, Side, Strip};
+use super::args::{PositionArgs, Side, Strip};
 use super::compare;
 use super::drawing::picture;
 use super::inputs::{cutter, face, require_on_surface};
@@ -11,7 +11,7 @@ use crate::outcome::{Done, Failure};
 use crate::output;
 use trunnion::positioning::{ContactSide, LocationRequest, StripSide, ToleranceBand, place};
 
-pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+pub(crate) fn run(args: &PositionArgs, form: OutputForm) -> Result<Done, Failure> {
     if let Some(path) = &args.output {
         output::protect(path, &[&args.surface])?;
     }

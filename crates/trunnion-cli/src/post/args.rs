@@ -12,7 +12,7 @@ use trunnion::types::PoseTolerance;
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 #[expect(clippy::struct_excessive_bools, reason = "switches of a command line")]
-pub(crate) struct Args {
+pub(crate) struct PostArgs {
     /// CL file (APT/CL as written by NX, CATIA, Creo, SOLIDWORKS and Autodesk) or NC program; - is stdin.
     #[arg(required_unless_present = "print_template")]
     pub(super) input: Option<PathBuf>,
@@ -73,8 +73,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "F", value_parser = positive, allow_hyphen_values = true)]
     pub(super) max_feed: Option<f64>,
     /// Method for the times of blocks, and with them F.
-    #[arg(long, value_enum, default_value_t = Method::Optimal)]
-    pub(super) feed: Method,
+    #[arg(long, value_enum, default_value_t = PostTiming::Optimal)]
+    pub(super) feed: PostTiming,
     /// Table of servo setpoints to write as well (.csv, or .parquet if trunnion is built with that feature): the axes within
     /// their jerk limits, corners rounded within the tolerance. For one tool; dwells are left out.
     #[arg(long, value_name = "TABLE")]
@@ -128,7 +128,7 @@ written.
   trunnion post part.cls -m my-machine.toml --template shop.j2 -o part.nc";
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum Method {
+pub(super) enum PostTiming {
     /// Shortest time within velocity and acceleration limits.
     Optimal,
     /// Jerk limits as well: gentler, and a little slower.

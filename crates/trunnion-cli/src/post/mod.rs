@@ -10,5 +10,5 @@ mod setpoints;
 mod summary;
 pub(crate) mod tools;
 
-pub(crate) use args::Args;
+pub(crate) use args::PostArgs;
 pub(crate) use run::run;

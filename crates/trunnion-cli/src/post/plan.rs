@@ -1,6 +1,6 @@
 //! Settings of a posting.
 
-use super::args::{Args, Method};
+use super::args::{PostArgs, PostTiming};
 use super::head::Head;
 use super::input::InputOptions;
 use super::tools::Tools;
@@ -30,7 +30,7 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    pub(super) fn new(args: &Args, name: &str) -> Result<Self, Failure> {
+    pub(super) fn new(args: &PostArgs, name: &str) -> Result<Self, Failure> {
         let machine = machine::load(name)?.machine;
         let rotation = args.rotation.map(f64::to_radians);
         let tools = Tools::new(&args.tool_length, &args.from_tool_length, args.tool);
@@ -66,10 +66,10 @@ impl Plan {
             // Options are in mm/min, as programs are; the library works in mm/s.
             max_feed: args.max_feed.map(|feed| feed / 60.0),
             method: match args.feed {
-                Method::Optimal => PostMethod::Optimal,
-                Method::Jerk => PostMethod::Jerk,
-                Method::Blocks => PostMethod::Blocks,
-                Method::Programmed => PostMethod::Programmed,
+                PostTiming::Optimal => PostMethod::Optimal,
+                PostTiming::Jerk => PostMethod::Jerk,
+                PostTiming::Blocks => PostMethod::Blocks,
+                PostTiming::Programmed => PostMethod::Programmed,
             },
             // clap refuses both together.
             filter: match (args.smooth, args.reduce) {

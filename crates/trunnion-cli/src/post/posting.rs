@@ -22,6 +22,8 @@ pub(super) struct Posted {
     pub(super) report: PostReport,
     pub(super) head: Head,
     pub(super) left_out: LeftOutCount,
+    /// Tools that the tool table of the input's control has otherwise.
+    pub(super) contradictions: Vec<String>,
 }
 
 /// Reads the input of a plan to its end while the program is written.
@@ -169,7 +171,8 @@ impl Posting<'_> {
         head.duration = report.seconds.output + report.rapid_seconds;
         head.tools = self.tools;
         let left_out = self.input.left_out();
-        Ok(Posted { report, head, left_out })
+        let contradictions = self.input.contradictions().to_vec();
+        Ok(Posted { report, head, left_out, contradictions })
     }
 }
 

@@ -1,6 +1,6 @@
 //! The verb: opens the outputs, posts and reports.
 
-use super::args::Args;
+use super::args::PostArgs;
 use super::plan::Plan;
 use super::posting;
 use super::setpoints::{self, SetpointSource};
@@ -19,7 +19,7 @@ const FAR_BELOW: f64 = 10.0;
 /// Largest number of slowed moves that are reported.
 const MOST_WARNINGS: usize = 20;
 
-pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+pub(crate) fn run(args: &PostArgs, form: OutputForm) -> Result<Done, Failure> {
     if let Some(dialect) = args.print_template {
         return text::print(dialect.template());
     }
@@ -109,7 +109,7 @@ impl Sampled {
 
 /// Writes the setpoints of the input.
 fn sample(
-    args: &Args,
+    args: &PostArgs,
     plan: &Plan,
     input: &Path,
     table: &Path,

@@ -67,7 +67,7 @@ pub(super) struct PostSummary {
     slowed: Slowed,
     /// Choices of `--smooth`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    smoothing: Option<Smoothing>,
+    smoothing: Option<SmoothingSummary>,
     /// Servo setpoints written beside the program.
     #[serde(skip_serializing_if = "Option::is_none")]
     setpoints: Option<SetpointSummary>,
@@ -75,6 +75,9 @@ pub(super) struct PostSummary {
     unwound: Vec<u32>,
     /// True if the text was read back and means what was intended; false if it has words that are not understood.
     read_back: bool,
+    /// Tools that the tool table of the input's control has otherwise.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    contradictions: Vec<String>,
     kept: bool,
 }
 
@@ -163,7 +166,7 @@ impl Slowed {
 
 /// Cuts that were smoothed where that is quicker.
 #[derive(Debug, Serialize)]
-struct Smoothing {
+struct SmoothingSummary {
     /// Cuts left as they are, changed in part, and as a whole.
     cuts: [usize; 3],
     /// Time with nothing changed, and as chosen.
@@ -172,7 +175,7 @@ struct Smoothing {
     by: &'static str,
 }
 
-impl Smoothing {
+impl SmoothingSummary {
     fn describe(&self) -> String {
         let [kept, part, whole] = self.cuts;
         let [before, after] = self.seconds;
@@ -239,7 +242,7 @@ impl PostSummary {
             rapid_bound: [report.rapid_deviation.tip, report.rapid_deviation.axis.to_degrees()],
             fastest_rapid: report.fastest_rapid.map(|fast| (fast.line, fast.ratio)),
             slowed: Slowed::new(report),
-            smoothing: report.smoothing.map(|of| Smoothing {
+            smoothing: report.smoothing.map(|of| SmoothingSummary {
                 cuts: of.cuts,
                 seconds: of.seconds.into(),
                 by: if of.by_model { "linuxcnc" } else { "axes" },
@@ -247,9 +250,11 @@ impl PostSummary {
             setpoints: None,
             unwound: report.unwound.clone(),
             read_back: report.unread.is_none(),
+            contradictions: posted.contradictions.clone(),
             // A tip feed is an upper limit: the control keeps the limits of the axes itself.
-            kept: (plan.options.method == PostMethod::Programmed && !style.inverse_time)
-                || after.iter().all(|&ratio| ratio <= KEPT),
+            kept: posted.contradictions.is_empty()
+                && ((plan.options.method == PostMethod::Programmed && !style.inverse_time)
+                    || after.iter().all(|&ratio| ratio <= KEPT)),
         }
     }
 
@@ -268,7 +273,7 @@ impl PostSummary {
         format!("{moves:>18}   {length}")
     }
 
-    /// Returns true if the program keeps the limits of the axes.
+    /// Returns true if the program keeps the limits of the axes, and the tools are those of the control.
     pub(super) fn kept(&self) -> bool {
         self.kept
     }
@@ -319,6 +324,7 @@ impl PostSummary {
             );
             lines.push(row("left out", text));
         }
+        lines.extend(self.contradictions.iter().map(|text| row("another tool", text.clone())));
         if let Some(slowed) = self.slowed.describe() {
             lines.push(row("slower than the input", slowed));
         }

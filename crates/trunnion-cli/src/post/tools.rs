@@ -15,12 +15,22 @@ pub(crate) enum ToolLength {
 /// Reads a length.
 pub(crate) fn length(text: &str) -> Result<ToolLength, String> {
     let Some((number, length)) = text.split_once('=') else {
-        return finite(text).map(ToolLength::Only);
+        return not_below_zero(text).map(ToolLength::Only);
     };
     // Tool tables write T2 as well as 2.
     let number = number.trim().trim_start_matches(['T', 't']).parse();
     let number = number.map_err(|_| "write the tool's number and its length, such as 2=95")?;
-    finite(length).map(|length| ToolLength::Of(number, length))
+    not_below_zero(length).map(|length| ToolLength::Of(number, length))
+}
+
+/// Reads a length from the gauge point to the tip, which lies on the side of the tool.
+fn not_below_zero(text: &str) -> Result<f64, String> {
+    match finite(text)? {
+        length if length >= 0.0 => Ok(length),
+        length => Err(format!(
+            "{length} is below 0; write the distance from the gauge point to the tip in mm, such as 120"
+        )),
+    }
 }
 
 /// Tool lengths in the program to write and in the input program \[mm\].

@@ -4,7 +4,7 @@
 
 use crate::binary;
 
-use binary::{folder, json, root, told, trunnion};
+use binary::{folder, json, outcome, root, trunnion};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -31,7 +31,7 @@ const SAID: [&str; 16] = [
 /// A run's folder, and in it `edited.ngc`: one line in the middle goes 30 micrometres deeper.
 fn planted() -> (tempfile::TempDir, PathBuf, usize) {
     let folder = folder();
-    let (code, _, errors) = told(&trunnion(folder.path(), &["run", "job.toml", "-o", "out"]));
+    let (code, _, errors) = outcome(&trunnion(folder.path(), &["run", "job.toml", "-o", "out"]));
     assert_eq!(code, Some(0), "{errors}");
     let program = folder.path().join("out/program.linuxcnc.ngc");
     let text = fs::read_to_string(&program).unwrap();
@@ -52,7 +52,7 @@ fn an_edited_program_is_found_out_and_a_clean_one_is_not() {
     let (folder, _, number) = planted();
     let folder = folder.path();
     let clean = ["check", "out/program.linuxcnc.ngc", "--job", "job.toml", "-o", "clean"];
-    let (code, table, errors) = told(&trunnion(folder, &clean));
+    let (code, table, errors) = outcome(&trunnion(folder, &clean));
     assert_eq!(code, Some(0), "{table}{errors}");
     assert!(table.contains("every tolerance and limit is kept"), "{table}");
     let mut files: Vec<String> = fs::read_dir(folder.join("clean"))
@@ -83,12 +83,12 @@ fn an_edited_program_is_found_out_and_a_clean_one_is_not() {
         assert_eq!(output.status.code(), Some(0), "{program}: {summary:#}");
         assert_eq!(summary["axes"].as_array().unwrap().is_empty(), program.ends_with("cls"));
     }
-    told_by_vectors(folder, &mut whole);
+    compare_vectors(folder, &mut whole);
 }
 
-/// The locations posted for controls that are told vectors leave what the locations do, and for one that is told angles
+/// The locations posted for controls that receive vectors leave what the locations do, and for one that receives angles
 /// about that, as between two blocks it turns otherwise.
-fn told_by_vectors(folder: &Path, check: &mut [&str]) {
+fn compare_vectors(folder: &Path, check: &mut [&str]) {
     let heights = |check: &[&str]| {
         let output = trunnion(folder, check);
         let summary = json(&output);
@@ -106,7 +106,7 @@ fn told_by_vectors(folder: &Path, check: &mut [&str]) {
     for (dialect, file, vectors) in posted {
         let post = ["post", "out/toolpath.cls", "-m", "machine.toml", "--tool-length", "100"];
         let place = ["--origin=-381,-254,-505", "--rotation=0,20,0", "-d", dialect, "-o", file];
-        let (code, _, errors) = told(&trunnion(folder, &[&post[..], &place[..]].concat()));
+        let (code, _, errors) = outcome(&trunnion(folder, &[&post[..], &place[..]].concat()));
         assert_eq!(code, Some(0), "{dialect}: {errors}");
         check[2] = file;
         let (found, summary) = if vectors {
@@ -139,7 +139,7 @@ fn tools_and_offsets_are_said_by_number() {
     let other = text.replace("T1 M6", "T3 M6");
     fs::write(folder.join("other.ngc"), other.replace("G43 H1", "G43 H3")).unwrap();
     let renumbered = ["check", "other.ngc", "--job", "job.toml"];
-    let (code, table, _) = told(&trunnion(folder, &renumbered));
+    let (code, table, _) = outcome(&trunnion(folder, &renumbered));
     assert!(
         code == Some(0) && table.contains("the program calls tool 3, but the job describes tool"),
         "{table}"
@@ -149,20 +149,30 @@ fn tools_and_offsets_are_said_by_number() {
     let with_table = [&renumbered[..], &["--tool-table", "tools.tbl"]].concat();
     for (row, expected) in [("T5 P5 Z77.7 D3\n", 0), ("T3 P3 Z77.7 D3\n", 1)] {
         fs::write(folder.join("tools.tbl"), row).unwrap();
-        let (code, table, errors) = told(&trunnion(folder, &with_table));
+        let (code, table, errors) = outcome(&trunnion(folder, &with_table));
         assert_eq!(code, Some(expected), "{row}{table}{errors}");
         let message = "tool 3 of the tool table has length 77.7 mm and diameter 3 mm";
         assert_eq!(table.contains(message), expected == 1, "{table}");
     }
+    // The tool itself has another length in the table of the control.
+    let row = "T1 P1 Z77.7 D20\n";
+    fs::write(folder.join("tools.tbl"), row).unwrap();
+    let table =
+        ["check", "out/program.linuxcnc.ngc", "--job", "job.toml", "--tool-table", "tools.tbl"];
+    let (code, table, errors) = outcome(&trunnion(folder, &table));
+    assert!(
+        code == Some(1) && table.contains("tool 1 of the tool table has length 77.7 mm"),
+        "{table}{errors}"
+    );
     // Only the call was renumbered: the length that counts is that of another tool.
     fs::write(folder.join("other.ngc"), other).unwrap();
-    let (code, table, _) = told(&trunnion(folder, &renumbered));
+    let (code, table, _) = outcome(&trunnion(folder, &renumbered));
     assert!(code == Some(1) && table.contains("with tool 3 and the length of H1"), "{table}");
     let two = text.replace("G54", "G55").replace("\nM2", "\nT2 M6\nG53 G0 Z0\nG0 G54 X0 Y0\nM2");
     fs::write(folder.join("two.ngc"), two).unwrap();
     let mut check = vec!["--json", "check", "two.ngc", "--job", "job.toml"];
     let refused = |check: &[&str]| {
-        let (code, stdout, errors) = told(&trunnion(folder, check));
+        let (code, stdout, errors) = outcome(&trunnion(folder, check));
         assert_eq!((code, stdout.as_str()), (Some(2), ""), "{errors}");
         errors
     };
@@ -207,29 +217,29 @@ fn bad_input_writes_nothing_and_tells_all() {
     fs::write(folder.join("arc.ngc"), "G21 G90 G94 G54\nG2 X1 I1 F100\nG1 Q\nM2\n").unwrap();
     let mut arguments = vec!["check", "arc.ngc", "-o", "out"];
     arguments.extend(SAID);
-    let (code, stdout, errors) = told(&trunnion(folder, &arguments));
+    let (code, stdout, errors) = outcome(&trunnion(folder, &arguments));
     assert_eq!((code, stdout.as_str()), (Some(2), ""), "{errors}");
     assert!(errors.contains("arc.ngc:2:") && errors.contains("arc.ngc:3:"), "{errors}");
     assert!(!folder.join("out").exists());
     fs::write(folder.join("skip.ngc"), "G21 G90 G94 G54\n/G0 X#500\nM2\n").unwrap();
     arguments[1] = "skip.ngc";
-    let (code, _, errors) = told(&trunnion(folder, &arguments));
+    let (code, _, errors) = outcome(&trunnion(folder, &arguments));
     assert_eq!(code, Some(2), "{errors}");
     assert!(errors.contains("skip.ngc:2:1: block delete"), "{errors}");
     assert!(errors.contains("--block-delete true, or false"), "{errors}");
     arguments.extend(["--block-delete", "true", "--set", "500=-381"]);
-    let (code, _, errors) = told(&trunnion(folder, &arguments));
+    let (code, _, errors) = outcome(&trunnion(folder, &arguments));
     assert_eq!(code, Some(1), "{errors}");
     let missing =
         ["check", "arc.ngc", "--part", "none.json", "--cutter", "R=5,r=-3", "--tolerance", "1,1"];
-    let (code, _, errors) = told(&trunnion(folder, &missing));
+    let (code, _, errors) = outcome(&trunnion(folder, &missing));
     assert_eq!(code, Some(2), "{errors}");
     assert!(errors.contains("none.json") && errors.contains("minor radius"), "{errors}");
 }
 
-/// Faults of what a job or the command line names are told where they are named.
+/// Faults of what a job or the command line names are reported where they are named.
 #[test]
-fn what_cannot_be_worked_with_is_told_at_its_place() {
+fn what_cannot_be_worked_with_is_reported_at_its_place() {
     let folder = folder();
     let folder = folder.path();
     let job = fs::read_to_string(folder.join("job.toml")).unwrap();
@@ -240,7 +250,7 @@ fn what_cannot_be_worked_with_is_told_at_its_place() {
     fs::write(folder.join("moves.cls"), MOVES).unwrap();
     let refused = |more: &[&str]| {
         let all = [&["check", "moves.cls", "--job", "job.toml"], more].concat();
-        let (code, _, errors) = told(&trunnion(folder, &all));
+        let (code, _, errors) = outcome(&trunnion(folder, &all));
         assert_eq!(code, Some(2), "{errors}");
         errors
     };
@@ -262,7 +272,7 @@ fn what_cannot_be_worked_with_is_told_at_its_place() {
     assert!(refused(&[]).contains(&wanted), "{wanted}\n{}", refused(&[]));
     let errors = refused(&["--stock-cell", "0.002"]);
     assert!(errors.contains("--stock-cell 0.002: the solid would have"), "{errors}");
-    let (code, _, errors) = told(&trunnion(folder, &["run", "job.toml", "--dry-run"]));
+    let (code, _, errors) = outcome(&trunnion(folder, &["run", "job.toml", "--dry-run"]));
     assert!(code == Some(2) && errors.contains(&wanted), "{errors}");
     fs::write(folder.join("job.toml"), job).unwrap();
     for (text, wanted) in [
@@ -272,7 +282,7 @@ fn what_cannot_be_worked_with_is_told_at_its_place() {
         ("G21 G90\nG0 X0\n o<a> call\nM2\n", "p.ngc:3:2: subprogram a is not in the file"),
     ] {
         fs::write(folder.join("p.ngc"), text).unwrap();
-        let (code, _, errors) = told(&trunnion(
+        let (code, _, errors) = outcome(&trunnion(
             folder,
             &["check", "p.ngc", "--job", "job.toml", "--dialect", "linuxcnc"],
         ));
@@ -291,7 +301,7 @@ fn a_gouge_tolerance_of_nothing_allows_what_rounding_makes() {
     let check = |depth: &str, tolerance: &str| {
         fs::write(folder.join("moves.cls"), MOVES.replace(",-5,", depth)).unwrap();
         let all = ["check", "moves.cls", "--part", "flat.json", "--cutter", "R=5,r=3,L=60"];
-        told(&trunnion(folder, &[&all[..], &["--tolerance", tolerance, "--grid", "1"]].concat()))
+        outcome(&trunnion(folder, &[&all[..], &["--tolerance", tolerance, "--grid", "1"]].concat()))
     };
     for (depth, kept) in [(",-5,", 0), (",-5.00005,", 0), (",-5.0003,", 1)] {
         let (code, table, errors) = check(depth, "0.2,0");
@@ -304,14 +314,14 @@ fn a_gouge_tolerance_of_nothing_allows_what_rounding_makes() {
     }
     let wrong = ["check", "moves.cls", "--part", "flat.json", "--cutter", "R=5,r=3,L=60", "--flip"];
     let (code, _, errors) =
-        told(&trunnion(folder, &[&wrong[..], &["--tolerance", "0.2,0.01"]].concat()));
+        outcome(&trunnion(folder, &[&wrong[..], &["--tolerance", "0.2,0.01"]].concat()));
     assert!(code == Some(2) && errors.contains("from behind, at 25 of 25 points"), "{errors}");
     // A comment in another character set.
     let foreign = [b"$$ Gr\xf6\xdfe\n", MOVES.as_bytes()].concat();
     fs::write(folder.join("foreign.cls"), foreign).unwrap();
     let all = ["check", "foreign.cls", "--part", "flat.json", "--cutter", "R=5,r=3,L=60"];
     let more = ["--tolerance", "0.2,0.01", "--grid", "1"];
-    let (code, table, errors) = told(&trunnion(folder, &[&all[..], &more[..]].concat()));
+    let (code, table, errors) = outcome(&trunnion(folder, &[&all[..], &more[..]].concat()));
     assert_eq!(code, Some(0), "{table}{errors}");
     for wrong in ["0,0", "0.02,-0.001", "-0.02,0.001", "1e9,1", "0.02,1e9"] {
         let (code, _, errors) = check(",-5,", wrong);
@@ -334,7 +344,7 @@ FINI
 ";
 
 #[test]
-fn stock_is_cut_and_collisions_are_told_with_their_lines() {
+fn stock_is_cut_and_collisions_are_reported_with_their_lines() {
     let folder = folder();
     let folder = folder.path();
     let flat = r#"{"degree":[1,1], "knots":[[0,0,1,1],[0,0,1,1]],
@@ -350,7 +360,7 @@ fn stock_is_cut_and_collisions_are_told_with_their_lines() {
     let stock = "box:-20,-15,-10,20,15,0";
     let fixture = "box:25,-20,-10,35,-7,10";
     let output = check(&["--stock", stock, "--fixture", fixture, "-o", "out"]);
-    let (code, _, errors) = told(&output);
+    let (code, _, errors) = outcome(&output);
     assert_eq!(code, Some(1), "{errors}");
     let stock = json(&output)["stock"].clone();
     // 40 mm of a slot 5 mm deep, 16 mm wide, with its rounding of 3 mm.
@@ -366,9 +376,9 @@ fn stock_is_cut_and_collisions_are_told_with_their_lines() {
     assert!((of("fixture")[1]["depth"].as_f64().unwrap() - 1.0).abs() < 0.01, "{hits:?}");
     let left = trunnion::import::stl::read(&fs::read(folder.join("out/stock.stl")).unwrap());
     assert!(left.unwrap().triangles.len() > 1000);
-    let (code, _, errors) = told(&check(&["--clearance", "1"]));
+    let (code, _, errors) = outcome(&check(&["--clearance", "1"]));
     assert!(code == Some(2) && errors.contains("--fixture"), "{errors}");
-    let (code, _, errors) = told(&check(&["--stock", "box:1,2,3"]));
+    let (code, _, errors) = outcome(&check(&["--stock", "box:1,2,3"]));
     assert!(code == Some(2) && errors.contains("box:-50,-30,-20,50,30,0"), "{errors}");
 }
 
@@ -394,14 +404,14 @@ fn fixtures_are_kept_clear_of_without_stock() {
     let least = json(&touched)["fixtures"]["least"].clone();
     assert!(least["distance"].as_f64().unwrap().abs() < 1e-3, "{least}");
     assert_eq!(least["fixture"], "cyl:0,58,-20,50,40");
-    assert_eq!(told(&touched).0, Some(0));
+    assert_eq!(outcome(&touched).0, Some(0));
     let clear = check(&["--fixture", "box:-5,-20,-9,5,-10,9", "--clearance", "3"]);
-    assert_eq!(told(&clear).0, Some(1));
+    assert_eq!(outcome(&clear).0, Some(1));
     let lines: Vec<_> = near(&clear).iter().map(|near| near["line"].clone()).collect();
     // The rapid move before it passes at an angle; the descent stays at x = 30.
     assert!(lines.contains(&9.into()), "{lines:?}");
-    assert_eq!(told(&check(&["--clearance", "0"])).0, Some(0));
-    let (code, _, errors) = told(&check(&["--clearance", "-1"]));
+    assert_eq!(outcome(&check(&["--clearance", "0"])).0, Some(0));
+    let (code, _, errors) = outcome(&check(&["--clearance", "-1"]));
     assert!(code == Some(2) && errors.contains("0 or a number above 0 is expected"), "{errors}");
     assert!(json(&clear)["failures"].to_string().contains("nearer than 3 mm"));
 }
@@ -434,6 +444,6 @@ fn stock_and_fixtures_are_read_from_step_files() {
     let open = root().join("examples/step-face/part.step");
     let mut all = vec!["check", "moves.cls", "--part", "flat.json", "--cutter", "R=5,r=3,L=60"];
     all.extend(["--tolerance", "9,0.01", "--stock", open.to_str().unwrap()]);
-    let (code, _, errors) = told(&trunnion(folder, &all));
+    let (code, _, errors) = outcome(&trunnion(folder, &all));
     assert!(code == Some(2) && errors.contains("not closed"), "{errors}");
 }

@@ -26,14 +26,14 @@ fn the_classical_planner_says_which_limits_it_breaks() {
     let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert!(summary["motion"]["method"].as_str().unwrap().starts_with("blocks:"));
     let failures = summary["failures"].as_array().unwrap();
-    let told = failures.iter().any(|one| one.as_str().unwrap().starts_with("motion.csv: "));
+    let reported = failures.iter().any(|one| one.as_str().unwrap().starts_with("motion.csv: "));
     assert_eq!(output.status.code(), Some(i32::from(!failures.is_empty())));
     let most = |name: &str| {
         let axes = summary["motion"]["axes"].as_array().unwrap().iter();
         axes.map(|axis| axis[name].as_f64().unwrap()).fold(0.0, f64::max)
     };
-    // What the setpoints show is told; the dense check may see more.
-    assert!(told || most("velocity_ratio").max(most("acceleration_ratio")) <= 1.0 + 1e-9);
+    // What the setpoints show is reported; the dense check may see more.
+    assert!(reported || most("velocity_ratio").max(most("acceleration_ratio")) <= 1.0 + 1e-9);
 }
 
 /// One dialect whose text means something else costs that program alone.
@@ -81,11 +81,11 @@ fn the_cost_of_the_turn_limit_is_that_of_another_run() {
     let limited = summary("max_axis_turn = 0.3\nturn_cost = true");
     // 10 rad/mm: no axis turns as fast.
     let free = summary("max_axis_turn = 572.9\nturn_cost = false");
-    let told = &limited["turn_limit"];
-    assert_eq!(told["free_passes"], free["passes"]);
+    let reported = &limited["turn_limit"];
+    assert_eq!(reported["free_passes"], free["passes"]);
     let [long, short] = [&limited, &free].map(|cover| number(cover, "cutting_length"));
-    assert!((number(told, "free_length") - short).abs() <= 1e-9 * short, "{told} {short}");
-    assert!((number(told, "length") - (long / short - 1.0)).abs() <= 1e-9, "{told} {long}");
+    assert!((number(reported, "free_length") - short).abs() <= 1e-9 * short, "{reported} {short}");
+    assert!((number(reported, "length") - (long / short - 1.0)).abs() <= 1e-9, "{reported} {long}");
     // To either side: passes of a free axis do not always meet as well.
     assert!((long - short).abs() > 0.01 * short, "the limit changes nothing: {long} {short}");
     assert!(free["turn_limit"].is_null(), "{free}");
@@ -181,7 +181,7 @@ fn an_unknown_key_is_answered_with_the_one_that_was_meant() {
 }
 
 #[test]
-fn faults_of_several_files_are_told_together() {
+fn faults_of_several_files_are_reported_together() {
     let folder = folder();
     fs::write(folder.path().join("patch.json"), "{\"degree\": [3, 3]").unwrap();
     replace(folder.path(), "machine.toml", "kind   = \"linear\"", "kind   = \"liner\"");
@@ -207,7 +207,7 @@ fn a_job_may_name_a_built_in_machine() {
 }
 
 #[test]
-fn a_file_that_is_not_what_its_name_says_is_told_as_such() {
+fn a_file_that_is_not_what_its_name_says_is_reported_as_such() {
     let folder = folder();
     fs::write(folder.path().join("patch.json"), "solid cube\nfacet normal 0 0 1\n").unwrap();
     refused(folder.path(), "patch.json");
@@ -247,7 +247,7 @@ fn a_face_that_looks_away_from_the_spindle_is_refused_before_the_work() {
 
 /// A ball of the parabola's radius of curvature, 2 mm, fits at its bottom; the cutter's corner, 3 mm, only near the rims.
 #[test]
-fn a_hollow_too_narrow_for_the_cutter_is_told_as_rest_with_the_ball_that_fits() {
+fn a_hollow_too_narrow_for_the_cutter_is_reported_as_rest_with_the_ball_that_fits() {
     let folder = folder();
     let trough = r#"{"degree":[2,2],"knots":[[0,0,0,1,1,1],[0,0,0,1,1,1]],
         "points":[[[-6,-3,9],[-6,0,9],[-6,3,9]],[[0,-3,-9],[0,0,-9],[0,3,-9]],

@@ -85,9 +85,9 @@ fn every_command_ends_with_a_message() {
         let rest = if is_for_bc { ON_BC } else { "-o out" };
         let arguments: Vec<&str> = command.split(' ').chain(rest.split(' ')).collect();
         let output = trunnion(folder.path(), &arguments);
-        let told = stderr(&output);
-        assert_eq!(output.status.code(), Some(code), "{command}: {told}");
-        let said = format!("{told}{}", String::from_utf8_lossy(&output.stdout));
+        let reported = stderr(&output);
+        assert_eq!(output.status.code(), Some(code), "{command}: {reported}");
+        let said = format!("{reported}{}", String::from_utf8_lossy(&output.stdout));
         let numbers = ["NaN", "nan", "inf "];
         assert!(!numbers.iter().any(|none| said.contains(none)), "{command}: {said}");
         assert_eq!(folder.path().join("out").exists(), code == 0, "{command}");

@@ -84,9 +84,9 @@ fn a_schedule_keeps_its_limits_and_lands_on_the_end() {
 }
 
 /// Where rows are inserted close together, bounds of 1 are met but for rounding: that is no breach. By
-/// rows alone the same path breaks its limits, and that is told.
+/// rows alone the same path breaks its limits, and that is reported.
 #[test]
-fn rounding_is_no_breach_and_a_breach_is_told() {
+fn rounding_is_no_breach_and_a_breach_is_reported() {
     let mut text = "s,X,X1,X2,X3,C,C1,C2,C3\n".to_owned();
     for k in 0..=400 {
         let s = 0.25 * f64::from(k);
@@ -104,8 +104,8 @@ fn rounding_is_no_breach_and_a_breach_is_told() {
     assert!(found["inserted"].as_u64().unwrap() > 0);
     let output = feed(folder.path(), &["--method", "optimal", "--no-guarantee", "-o", "rows.csv"]);
     assert_eq!(output.status.code(), Some(1));
-    let told = String::from_utf8_lossy(&output.stdout);
-    assert!(told.contains("a limit is broken between rows"), "{told}");
+    let reported = String::from_utf8_lossy(&output.stdout);
+    assert!(reported.contains("a limit is broken between rows"), "{reported}");
 }
 
 #[test]
@@ -132,8 +132,8 @@ fn limits_along_the_path_and_speeds_at_its_ends() {
     fs::write(folder.path().join("limits.toml"), format!("{LIMITS}{path}")).unwrap();
     let output = feed(folder.path(), &[]);
     assert_eq!(output.status.code(), Some(2));
-    let told = stderr(&output);
-    assert!(told.contains("start speed 20 is above what the path allows"), "{told}");
+    let reported = stderr(&output);
+    assert!(reported.contains("start speed 20 is above what the path allows"), "{reported}");
 }
 
 #[test]
@@ -156,7 +156,7 @@ fn a_feed_column_limits_every_row() {
 }
 
 #[test]
-fn a_jump_of_the_direction_is_a_rest_and_is_told() {
+fn a_jump_of_the_direction_is_a_rest_and_is_reported() {
     let text = "s,X,X1,X2\n0,0,1,0\n10,10,1,0\n10,10,-1,0\n20,0,-1,0\n";
     let folder = folder(text, "[axis.X]\nvel = 50\nacc = 500\njerk = 1e4\n");
     let output = feed(folder.path(), &["--json", "-o", "out.csv"]);
@@ -250,8 +250,8 @@ fn a_window_gives_the_schedule_of_the_whole_path() {
 fn a_chord_error_limits_acceleration() {
     let limits = LIMITS.replacen("acc", "chord = 1e-6\nacc", 1);
     let folder = folder(&table(&even(101, 1.0)), &limits);
-    let told = summary(folder.path(), &["--method", "optimal", "--motion", "motion.csv"]);
-    assert_eq!(told["binding"][0]["limit"], "chord error of X");
+    let reported = summary(folder.path(), &["--method", "optimal", "--motion", "motion.csv"]);
+    assert_eq!(reported["binding"][0]["limit"], "chord error of X");
     let motion = rows(&fs::read_to_string(folder.path().join("motion.csv")).unwrap());
     let width = (motion[0].len() - 1) / 4;
     let most = motion.iter().map(|row| row[1 + 2 * width].abs()).fold(0.0, f64::max);
@@ -277,9 +277,9 @@ fn parquet_is_a_feature() {
 fn directions_may_differ() {
     let time = |limits: &str| {
         let folder = folder(&table(&even(101, 1.0)), limits);
-        let told = summary(folder.path(), &["--method", "optimal"]);
-        assert!(told["bounds"]["acceleration"].as_f64().unwrap() <= 1.0 + 1e-9);
-        told["duration"].as_f64().unwrap()
+        let reported = summary(folder.path(), &["--method", "optimal"]);
+        assert!(reported["bounds"]["acceleration"].as_f64().unwrap() <= 1.0 + 1e-9);
+        reported["duration"].as_f64().unwrap()
     };
     let slower = LIMITS.replacen("acc = 500", "acc = 500\nacc_minus = 50", 1);
     assert!(time(&slower) > 1.05 * time(LIMITS));
@@ -305,7 +305,7 @@ fn a_window_keeps_jerk_limits_too() {
 }
 
 #[test]
-fn classical_blocks_are_told_what_they_break() {
+fn classical_blocks_are_reported_what_they_break() {
     let folder = folder(&table(&even(101, 1.0)), LIMITS);
     let output = feed(folder.path(), &["--method", "blocks", "--json", "-o", "out.csv"]);
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -317,7 +317,7 @@ fn classical_blocks_are_told_what_they_break() {
 
 /// 10 mm at constant 20 mm/s is 0.5 s; a step to rest at the end would break the acceleration.
 #[test]
-fn given_speeds_are_run_and_their_breaches_told() {
+fn given_speeds_are_run_and_their_breaches_reported() {
     let text = "s,X,X1,X2,speed\n0,0,1,0,20\n5,5,1,0,20\n10,10,1,0,20\n";
     let limits = "[axis.X]\nvel = 50\nacc = 500\njerk = 1e4\n";
     let kept = folder(text, limits);
@@ -341,7 +341,7 @@ fn given_speeds_are_run_and_their_breaches_told() {
     refused(&wrong, limits, &["--method", "given"], "speeds be finite and not negative");
 }
 
-/// Row by row, the schedule is that of the whole table through the same window; faults are told as they are there.
+/// Row by row, the schedule is that of the whole table through the same window; faults are reported as they are there.
 #[test]
 fn a_streamed_table_gives_the_schedule_of_its_window() {
     // Two pieces: the sine is left for a straight line in both axes.
@@ -373,7 +373,7 @@ fn a_streamed_table_gives_the_schedule_of_its_window() {
                 );
             }
         }
-        let [long, short] = [&whole, &found].map(|told| told["duration"].as_f64().unwrap());
+        let [long, short] = [&whole, &found].map(|reported| reported["duration"].as_f64().unwrap());
         assert!((long - short).abs() <= 1e-9 * long, "{method}: {long} {short}");
     }
     let stream = ["--window", "64", "--stream"];

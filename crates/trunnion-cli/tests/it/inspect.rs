@@ -26,16 +26,16 @@ fn close(found: &Value, wanted: f64) {
 }
 
 #[test]
-fn a_program_is_told_in_blocks_lengths_times_and_ranges() {
-    let told = inspect("part.ngc", LINUXCNC);
-    assert_eq!(told["dialect"], "linuxcnc");
-    assert_eq!([&told["blocks"], &told["rapids"], &told["arcs"]], [4, 1, 1]);
-    assert_eq!(told["tools"], serde_json::json!([3]));
+fn a_program_is_reported_in_blocks_lengths_times_and_ranges() {
+    let reported = inspect("part.ngc", LINUXCNC);
+    assert_eq!(reported["dialect"], "linuxcnc");
+    assert_eq!([&reported["blocks"], &reported["rapids"], &reported["arcs"]], [4, 1, 1]);
+    assert_eq!(reported["tools"], serde_json::json!([3]));
     // Down 10, across 50, half a circle of radius 10; at 10 mm/s, and two seconds of rest.
     let way = 10.0 + 50.0 + 10.0 * std::f64::consts::PI;
-    close(&told["length"][1], way);
-    close(&told["seconds"], way / 10.0 + 2.0);
-    let ranges: Vec<(String, Vec<f64>)> = told["axes"]
+    close(&reported["length"][1], way);
+    close(&reported["seconds"], way / 10.0 + 2.0);
+    let ranges: Vec<(String, Vec<f64>)> = reported["axes"]
         .as_array()
         .unwrap()
         .iter()
@@ -56,15 +56,15 @@ fn loops_are_run_in_every_language() {
         ("a.mpf", SIEMENS, "siemens", 3, 20.0),
         ("a.h", HEIDENHAIN, "heidenhain", 4, 30.0),
     ] {
-        let told = inspect(name, text);
-        assert_eq!(told["dialect"], dialect);
-        assert_eq!(told["blocks"], blocks, "{told}");
-        close(&told["length"][1], way);
+        let reported = inspect(name, text);
+        assert_eq!(reported["dialect"], dialect);
+        assert_eq!(reported["blocks"], blocks, "{reported}");
+        close(&reported["length"][1], way);
     }
 }
 
 #[test]
-fn what_is_wrong_is_told_with_place_words_and_remedy() {
+fn what_is_wrong_is_reported_with_place_words_and_remedy() {
     let folder = tempfile::tempdir().unwrap();
     for (name, text, needles) in [
         ("a.mpf", "G0 X1\nGOTOF NOWHERE\nM30\n", ["a.mpf:2:", "NOWHERE", "help:"]),

@@ -138,7 +138,7 @@ fn the_first_row_continues_from_near() {
 }
 
 #[test]
-fn what_cannot_be_reached_is_told_and_the_run_goes_on() {
+fn what_cannot_be_reached_is_reported_and_the_run_goes_on() {
     let table = "x,y,z,i,j,k\n0,0,0,0,0,-1\n0,0,900,0,0,1\n0,0,0,0,0,1\n";
     let (code, out, message) = pose(&with_setup(&["bc-trunnion", "inverse"]), table);
     assert_eq!(code, 1);

@@ -70,8 +70,8 @@ fn a_cl_file_is_smoothed_between_rapid_moves() {
     let arguments = ["in.cls", "--smooth", "0.01,0.05", "-o", "out.cls", "--chart", "chart.svg"];
     let output = path(folder.path(), &arguments);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    let told = String::from_utf8_lossy(&output.stdout);
-    assert!(told.contains("blended") && told.contains(", 0.01 mm allowed"), "{told}");
+    let reported = String::from_utf8_lossy(&output.stdout);
+    assert!(reported.contains("blended") && reported.contains(", 0.01 mm allowed"), "{reported}");
     let text = fs::read_to_string(folder.path().join("out.cls")).unwrap();
     for line in ["PARTNO WAVE", "CUTTER/10.0,5.0", "SPINDL/8000,RPM,CLW", "COOLNT/ON", "FINI"] {
         assert_eq!(text.lines().filter(|found| *found == line).count(), 1, "{line}");
@@ -113,7 +113,7 @@ fn rapid_moves_alone_stray_by_their_decimals() {
 }
 
 #[test]
-fn what_is_wrong_is_told() {
+fn what_is_wrong_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let flipped = "RAPID\nGOTO/0,0,0,0,0,1\nFEDRAT/100\nGOTO/1,0,0\nGOTO/2,0,0,0,0,-1\nFINI\n";
     fs::write(folder.path().join("flip.cls"), flipped).unwrap();
@@ -125,9 +125,9 @@ fn what_is_wrong_is_told() {
     ];
     for (arguments, message) in cases {
         let output = path(folder.path(), arguments);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{told}");
-        assert!(told.contains(message), "{told}");
+        let reported = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{reported}");
+        assert!(reported.contains(message), "{reported}");
     }
     let same = path(folder.path(), &["flip.cls"]);
     assert_eq!(String::from_utf8_lossy(&same.stdout), flipped);
@@ -158,13 +158,13 @@ fn a_job_plans_its_smooth_path_and_writes_its_locations() {
 }
 
 #[test]
-fn a_tolerance_below_zero_is_told_what_is_wanted() {
+fn a_tolerance_below_zero_is_reported_what_is_wanted() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("in.cls"), file()).unwrap();
     let output = path(folder.path(), &["in.cls", "--smooth", "-0.01,0.05", "-o", "out.cls"]);
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{told}");
-    assert!(told.contains("two numbers above 0"), "{told}");
+    let reported = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{reported}");
+    assert!(reported.contains("two numbers above 0"), "{reported}");
     assert!(!folder.path().join("out.cls").exists());
 }
 
@@ -213,9 +213,14 @@ fn a_foreign_file_keeps_its_units_its_holes_and_every_byte_that_is_no_motion() {
         .collect();
     assert!(on_arc.len() > 4 && on_arc.iter().all(|off| off.abs() <= 0.02), "{on_arc:?}");
     let counts = |name: &str| {
-        let told = trunnion(folder.path(), &["inspect", name, "--json"]);
-        assert_eq!(told.status.code(), Some(0), "{}", String::from_utf8_lossy(&told.stderr));
-        serde_json::from_slice::<Value>(&told.stdout).unwrap()
+        let reported = trunnion(folder.path(), &["inspect", name, "--json"]);
+        assert_eq!(
+            reported.status.code(),
+            Some(0),
+            "{}",
+            String::from_utf8_lossy(&reported.stderr)
+        );
+        serde_json::from_slice::<Value>(&reported.stdout).unwrap()
     };
     let [read, written] = ["nx.cls", "out.cls"].map(counts);
     assert_eq!((&read["arcs"], &read["holes"]), (&Value::from(1), &Value::from(2)));
@@ -223,7 +228,7 @@ fn a_foreign_file_keeps_its_units_its_holes_and_every_byte_that_is_no_motion() {
     assert_eq!(read["cutter"], serde_json::json!([10.16, 5.08]));
     for (sum, slack) in [("length", 0.5), ("x", 0.02), ("z", 0.02)] {
         for end in 0..2 {
-            let [a, b] = [&read, &written].map(|told| told[sum][end].as_f64().unwrap());
+            let [a, b] = [&read, &written].map(|reported| reported[sum][end].as_f64().unwrap());
             assert!((a - b).abs() < slack, "{sum}: {a} {b}");
         }
     }
@@ -246,6 +251,9 @@ fn a_cl_file_comes_from_a_pipe_and_goes_to_one() {
     assert_eq!((cut.status.code(), cut.stdout.len()), (Some(2), 0));
     fs::write(folder.path().join("bad.cls"), "RAPID\nGOTO/1,2,x\nNURBS/3\nFINI\n").unwrap();
     let bad = path(folder.path(), &["bad.cls"]);
-    let told = String::from_utf8_lossy(&bad.stderr).into_owned();
-    assert!(told.contains("bad.cls:2:10: \"x\"") && told.contains("bad.cls:3:1: NURBS"), "{told}");
+    let reported = String::from_utf8_lossy(&bad.stderr).into_owned();
+    assert!(
+        reported.contains("bad.cls:2:10: \"x\"") && reported.contains("bad.cls:3:1: NURBS"),
+        "{reported}"
+    );
 }

@@ -40,8 +40,13 @@ fn posted(folder: &Path, input: &Path, more: &[&str]) -> Value {
     let mut arguments = vec![input, "--json"];
     arguments.extend(more);
     let output = post(folder, &arguments);
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(0), "{told}{}", String::from_utf8_lossy(&output.stdout));
+    let reported = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "{reported}{}",
+        String::from_utf8_lossy(&output.stdout)
+    );
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
@@ -59,15 +64,18 @@ fn number(value: &Value) -> f64 {
 fn every_dialect_keeps_limits_and_tolerance_and_has_its_setup_sheet() {
     let folder = tempfile::tempdir().unwrap();
     for dialect in DIALECTS {
-        let told = posted(folder.path(), &wave(), &on_bc(dialect, "part.nc"));
-        assert_eq!(told["kept"], true, "{dialect}: {told}");
-        assert_eq!(told["dialect"], *dialect);
+        let reported = posted(folder.path(), &wave(), &on_bc(dialect, "part.nc"));
+        assert_eq!(reported["kept"], true, "{dialect}: {reported}");
+        assert_eq!(reported["dialect"], *dialect);
         assert!(
-            number(&told["tip_bound"]) <= 0.01 && number(&told["axis_bound"]) <= 0.05,
-            "{told}"
+            number(&reported["tip_bound"]) <= 0.01 && number(&reported["axis_bound"]) <= 0.05,
+            "{reported}"
         );
-        assert!(number(&told["seconds"][1]) >= number(&told["seconds"][0]));
-        assert!(number(&told["ratios_before"][1]) > 1.0, "the example asks for too much: {told}");
+        assert!(number(&reported["seconds"][1]) >= number(&reported["seconds"][0]));
+        assert!(
+            number(&reported["ratios_before"][1]) > 1.0,
+            "the example asks for too much: {reported}"
+        );
         let text = fs::read_to_string(folder.path().join("part.nc")).unwrap();
         assert!(text.lines().count() > 360, "{dialect}");
         let sheet = fs::read_to_string(folder.path().join("part.setup.txt")).unwrap();
@@ -82,18 +90,18 @@ fn a_program_that_is_posted_again_stays_as_it_is() {
     for method in ["optimal", "jerk"] {
         for dialect in DIALECTS.into_iter().filter(|dialect| *dialect != "apt") {
             let mut input = wave();
-            let mut told = Vec::new();
+            let mut reported = Vec::new();
             for name in ["first.nc", "second.nc", "third.nc"] {
                 let mut arguments = on_bc(dialect, name);
                 arguments.extend(["--feed", method]);
-                told.push(posted(folder.path(), &input, &arguments));
+                reported.push(posted(folder.path(), &input, &arguments));
                 input = folder.path().join(name);
             }
-            for again in &told[1..] {
+            for again in &reported[1..] {
                 let at = |of: &Value, key: &str| number(&of[key][1]);
-                assert_eq!(again["blocks"][1], told[0]["blocks"][1], "{dialect} {method}");
+                assert_eq!(again["blocks"][1], reported[0]["blocks"][1], "{dialect} {method}");
                 for key in ["seconds", "model_seconds"] {
-                    let ratio = at(again, key) / at(&told[0], key);
+                    let ratio = at(again, key) / at(&reported[0], key);
                     assert!((ratio - 1.0).abs() < 1e-3, "{dialect} {method} {key}: {ratio}");
                 }
                 assert_eq!(again["slowed"]["moves"], 0, "{dialect} {method}: {again}");
@@ -110,15 +118,15 @@ fn a_smoothed_program_that_is_posted_again_stays_as_it_is() {
     let mut changed = Vec::new();
     for dialect in DIALECTS.into_iter().filter(|dialect| *dialect != "apt") {
         let mut input = wave();
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         for name in ["first.nc", "second.nc"] {
             let mut arguments = on_bc(dialect, name);
             arguments.push("--smooth");
-            told.push(posted(folder.path(), &input, &arguments));
+            reported.push(posted(folder.path(), &input, &arguments));
             input = folder.path().join(name);
         }
         let ratio = |key: &str| {
-            let [first, second] = [0, 1].map(|at: usize| number(&told[at][key][1]));
+            let [first, second] = [0, 1].map(|at: usize| number(&reported[at][key][1]));
             second / first
         };
         let ratios = ["blocks", "seconds", "model_seconds"].map(ratio);
@@ -134,16 +142,17 @@ fn a_smoothed_program_that_is_posted_again_stays_as_it_is() {
 
 /// Feeds that the axes can follow stay as they are; those that they cannot are named.
 #[test]
-fn lines_that_are_slower_than_programmed_are_told() {
+fn lines_that_are_slower_than_programmed_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let slow = fs::read_to_string(wave()).unwrap().replace("FEDRAT/3000.0", "FEDRAT/60.0");
     fs::write(folder.path().join("slow.cls"), slow).unwrap();
-    let told = posted(folder.path(), Path::new("slow.cls"), &on_bc("linuxcnc", "slow.nc"));
-    let ratio = number(&told["seconds"][1]) / number(&told["seconds"][0]);
-    assert!(ratio < 1.001, "{told}");
-    let told = posted(folder.path(), &wave(), &on_bc("linuxcnc", "wave.nc"));
+    let reported = posted(folder.path(), Path::new("slow.cls"), &on_bc("linuxcnc", "slow.nc"));
+    let ratio = number(&reported["seconds"][1]) / number(&reported["seconds"][0]);
+    assert!(ratio < 1.001, "{reported}");
+    let reported = posted(folder.path(), &wave(), &on_bc("linuxcnc", "wave.nc"));
     assert!(
-        number(&told["slowed"]["moves"]) > 0.0 && told["slowed"]["worst"][1].as_f64() > Some(1.0)
+        number(&reported["slowed"]["moves"]) > 0.0
+            && reported["slowed"]["worst"][1].as_f64() > Some(1.0)
     );
 }
 
@@ -205,24 +214,24 @@ fn times_on_linuxcnc(feed: &str) -> [f64; 2] {
     let folder = folder();
     let text = fs::read_to_string(wave()).unwrap().replace("FEDRAT/3000.0", feed);
     fs::write(folder.path().join("wave.cls"), text).unwrap();
-    let told = posted(folder.path(), Path::new("wave.cls"), &on_bc("linuxcnc", "wave.ngc"));
+    let reported = posted(folder.path(), Path::new("wave.cls"), &on_bc("linuxcnc", "wave.ngc"));
     let mut arguments = vec!["check", "wave.ngc", "--json", "--machine", "bc-trunnion"];
     arguments.extend(["--part", "patch.json", "--cutter", "R=0,r=5"]);
     arguments.extend(["--tolerance", "5,5", "--grid", "5"]);
     arguments.extend(SETUP.iter().take(3));
     let output = trunnion(folder.path(), &arguments);
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
-    [number(&told["linuxcnc_duration"][1]), number(&found["control_model"]["seconds"])]
+    [number(&reported["linuxcnc_duration"][1]), number(&found["control_model"]["seconds"])]
 }
 
 /// `post` counts from the first position on, `check` from machine zero: the ways there and back are the same at both
 /// feeds.
 #[test]
-fn check_finds_the_time_on_the_control_that_post_told() {
+fn check_finds_the_time_on_the_control_that_post_reported() {
     let [fast, slow] = ["FEDRAT/3000.0", "FEDRAT/300.0"].map(times_on_linuxcnc);
-    let [told, found] = [slow[0] - fast[0], slow[1] - fast[1]];
-    assert!(told > 10.0, "{told} s");
-    assert!((found - told).abs() < 1e-4 * told, "{found} s, told {told} s");
+    let [reported, found] = [slow[0] - fast[0], slow[1] - fast[1]];
+    assert!(reported > 10.0, "{reported} s");
+    assert!((found - reported).abs() < 1e-4 * reported, "{found} s, reported {reported} s");
     let way = fast[1] - fast[0];
     assert!(way > 0.0 && way < 4.0, "{way} s");
 }
@@ -234,14 +243,14 @@ fn setpoints_of_a_cl_file_pass_the_check() {
     let folder = tempfile::tempdir().unwrap();
     let mut arguments = on_bc("linuxcnc", "wave.ngc");
     arguments.extend(["--motion", "motion.csv", "--period", "0.002"]);
-    let told = posted(folder.path(), &wave(), &arguments);
-    let rows = told["setpoints"]["rows"].as_u64().unwrap();
-    let duration = number(&told["setpoints"]["duration"]);
+    let reported = posted(folder.path(), &wave(), &arguments);
+    let rows = reported["setpoints"]["rows"].as_u64().unwrap();
+    let duration = number(&reported["setpoints"]["duration"]);
     let text = fs::read_to_string(folder.path().join("motion.csv")).unwrap();
     assert_eq!(text.lines().count() as u64, rows + 3);
     assert!((rows as f64 - 2.0 - duration / 0.002).abs() <= 1.0, "{rows} rows, {duration} s");
     // Within jerk limits and around corners of 5 um it takes longer than block by block.
-    let planned = number(&told["seconds"][1]) + number(&told["rapid_seconds"]);
+    let planned = number(&reported["seconds"][1]) + number(&reported["rapid_seconds"]);
     assert!(duration > planned && duration < 6.0 * planned, "{duration} s, {planned} s");
     let output = trunnion(
         folder.path(),
@@ -253,8 +262,8 @@ fn setpoints_of_a_cl_file_pass_the_check() {
         arguments.extend(on_bc("linuxcnc", "other.ngc"));
         arguments.extend(more);
         let output = post(folder.path(), &arguments);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.code() == Some(2) && told.contains(part), "{told}");
+        let reported = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && reported.contains(part), "{reported}");
         assert!(!folder.path().join("other.ngc").exists());
     };
     refused("wave.ngc", &["--motion", "wave.ngc"], "overwritten");
@@ -269,9 +278,9 @@ fn programmed_axes_beyond_travel_are_refused() {
     fs::write(folder.path().join("far.ngc"), program).unwrap();
     let arguments = ["far.ngc", "-m", "bc-trunnion", "-o", "out.nc", "--origin=-381,-254,-405"];
     let output = post(folder.path(), &arguments);
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{told}");
-    assert!(told.contains("far.ngc:3: B = 175.0000 deg is outside its travel"), "{told}");
+    let reported = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{reported}");
+    assert!(reported.contains("far.ngc:3: B = 175.0000 deg is outside its travel"), "{reported}");
     assert!(!folder.path().join("out.nc").exists());
 }
 
@@ -312,12 +321,12 @@ fn a_shop_changes_one_block_of_a_template() {
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let output = post(folder.path(), &arguments);
     assert_eq!(output.status.code(), Some(2));
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert!(told.contains("shop.j2") && told.contains("line 2"), "{told}");
+    let reported = String::from_utf8(output.stderr).unwrap();
+    assert!(reported.contains("shop.j2") && reported.contains("line 2"), "{reported}");
 }
 
 #[test]
-fn a_pose_out_of_reach_is_told_with_line_and_remedy_and_nothing_is_written() {
+fn a_pose_out_of_reach_is_reported_with_line_and_remedy_and_nothing_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let text = "UNITS/MM\nRAPID\nGOTO/0,0,50,0,0,1\nFEDRAT/100,MMPM\nGOTO/0,0,0,0,0,1\n\
                 GOTO/2000,0,0,0,0,1\nFINI\n";
@@ -326,8 +335,8 @@ fn a_pose_out_of_reach_is_told_with_line_and_remedy_and_nothing_is_written() {
     arguments.extend(on_bc("fanuc", "far.nc"));
     let output = post(folder.path(), &arguments);
     assert_eq!(output.status.code(), Some(2));
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert!(told.contains("far.cls:6: X = ") && told.contains("--origin"), "{told}");
+    let reported = String::from_utf8(output.stderr).unwrap();
+    assert!(reported.contains("far.cls:6: X = ") && reported.contains("--origin"), "{reported}");
     assert!(
         !folder.path().join("far.nc").exists() && !folder.path().join("far.setup.txt").exists()
     );
@@ -339,7 +348,7 @@ fn a_program_for_one_machine_becomes_one_for_another() {
     let folder = tempfile::tempdir().unwrap();
     posted(folder.path(), &wave(), &on_bc("g93", "old.nc"));
     let old = folder.path().join("old.nc");
-    let told = posted(
+    let reported = posted(
         folder.path(),
         &old,
         &[
@@ -356,7 +365,7 @@ fn a_program_for_one_machine_becomes_one_for_another() {
             "--from-tool-length=120",
         ],
     );
-    assert_eq!(told["kept"], true, "{told}");
+    assert_eq!(reported["kept"], true, "{reported}");
     let text = fs::read_to_string(folder.path().join("new.ngc")).unwrap();
     // The last location of the example, as a tip of the other machine's program.
     let words = |text: &str| {
@@ -398,11 +407,11 @@ fn smoothing_takes_less_time_and_reducing_fewer_blocks() {
     ];
     for (option, better, mut arguments, plain) in cases {
         arguments.push(option);
-        let told = posted(folder.path(), &wave(), &arguments);
-        assert_eq!(told["kept"], true, "{option}: {told}");
-        let within = |bound: &str, most: &str| number(&told[bound]) <= number(&told[most]);
+        let reported = posted(folder.path(), &wave(), &arguments);
+        assert_eq!(reported["kept"], true, "{option}: {reported}");
+        let within = |bound: &str, most: &str| number(&reported[bound]) <= number(&reported[most]);
         assert!(within("tip_bound", "tip_tolerance") && within("axis_bound", "axis_tolerance"));
-        assert!(number(&told[better][1]) < number(&plain[better][1]), "{told}\n{plain}");
+        assert!(number(&reported[better][1]) < number(&plain[better][1]), "{reported}\n{plain}");
     }
 }
 
@@ -421,17 +430,19 @@ fn a_program_with_two_tools_is_posted_tool_by_tool() {
         ]
         .concat(),
     );
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    let reported = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(
-        output.status.code() == Some(2) && told.contains("two.ngc:8:") && told.contains("--tool"),
-        "{told}"
+        output.status.code() == Some(2)
+            && reported.contains("two.ngc:8:")
+            && reported.contains("--tool"),
+        "{reported}"
     );
     whole_program_of_two_tools(folder.path(), &input);
     for (tool, way, last) in [("1", 10.0 + 10.0, "X10"), ("2", 5.0 + 25.0, "X25")] {
         let mut arguments = on_bc("g93", "one.nc");
         arguments.extend(["--tool", tool, "--set", "_hal[wide]=25", "--block-delete=false"]);
-        let told = posted(folder.path(), &input, &arguments);
-        assert!((number(&told["length"]) - way).abs() < 1e-9, "{told}");
+        let reported = posted(folder.path(), &input, &arguments);
+        assert!((number(&reported["length"]) - way).abs() < 1e-9, "{reported}");
         let text = fs::read_to_string(folder.path().join("one.nc")).unwrap();
         assert!(text.contains(&format!("T{tool} M6")) && text.contains(last), "{text}");
     }
@@ -439,16 +450,19 @@ fn a_program_with_two_tools_is_posted_tool_by_tool() {
     none.extend(on_bc("g93", "none.nc"));
     none.extend(["--tool", "9", "--set", "_hal[wide]=25", "--block-delete=false"]);
     let output = post(folder.path(), &none);
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.code() == Some(2) && told.contains("which tools it calls"), "{told}");
+    let reported = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        output.status.code() == Some(2) && reported.contains("which tools it calls"),
+        "{reported}"
+    );
     assert!(!folder.path().join("none.nc").exists());
-    let told = trunnion(
+    let reported = trunnion(
         folder.path(),
         &["inspect", "two.ngc", "--json", "--set", "_hal[wide]=25", "--block-delete=false"],
     );
-    let told: Value = serde_json::from_slice(&told.stdout).unwrap();
+    let reported: Value = serde_json::from_slice(&reported.stdout).unwrap();
     let seconds: Vec<f64> =
-        told["by_tool"].as_array().unwrap().iter().map(|own| number(&own["seconds"])).collect();
+        reported["by_tool"].as_array().unwrap().iter().map(|own| number(&own["seconds"])).collect();
     // 10 mm down at 10 mm/s, 10 across; the second 5 down and 25 across at 5 mm/s.
     assert!((seconds[0] - 2.0).abs() < 1e-9 && (seconds[1] - 6.0).abs() < 1e-9, "{seconds:?}");
 }
@@ -466,9 +480,9 @@ fn whole_program_of_two_tools(folder: &Path, input: &Path) {
         }
         whole.extend(set);
         whole.extend(["--tool-length", "1=120", "--tool-length", "2=95"]);
-        let told = posted(folder, input, &whole);
-        assert_eq!(told["tools"], serde_json::json!([1, 2]), "{dialect}: {told}");
-        assert_eq!(told["read_back"], true, "{dialect}: {told}");
+        let reported = posted(folder, input, &whole);
+        assert_eq!(reported["tools"], serde_json::json!([1, 2]), "{dialect}: {reported}");
+        assert_eq!(reported["read_back"], true, "{dialect}: {reported}");
         let sheet = fs::read_to_string(folder.join("both.setup.txt")).unwrap();
         assert!(sheet.contains("H1") && sheet.contains("120.0000"), "{sheet}");
         assert!(sheet.contains("H2") && sheet.contains("95.0000"), "{sheet}");
@@ -506,4 +520,26 @@ fn whole_program_of_two_tools(folder: &Path, input: &Path) {
 /// A line without its number.
 fn bare(line: &str) -> &str {
     line.trim_start_matches(|c: char| c.is_ascii_digit()).trim_start()
+}
+
+/// A tool that the control's table has otherwise is in the summary, and the exit code is that of a broken limit.
+#[test]
+fn a_tool_table_with_another_length_is_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    posted(folder.path(), &wave(), &on_bc("linuxcnc", "wave.ngc"));
+    let arguments =
+        [&["wave.ngc", "--json", "--tool-table", "tools.tbl"], &on_bc("linuxcnc", "again.ngc")[..]];
+    for (length, code) in [("120", 0), ("130", 1)] {
+        fs::write(folder.path().join("tools.tbl"), format!("T1 P1 Z{length} D20\n")).unwrap();
+        let output = post(folder.path(), &arguments.concat());
+        assert_eq!(output.status.code(), Some(code), "{}", String::from_utf8_lossy(&output.stderr));
+        let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let found = summary["contradictions"].as_array().map_or(0, Vec::len);
+        assert_eq!(
+            (found, summary["kept"].as_bool()),
+            (usize::from(code == 1), Some(code == 0)),
+            "{summary}"
+        );
+        assert!(folder.path().join("again.ngc").is_file());
+    }
 }

@@ -4,7 +4,7 @@
 
 use crate::binary;
 
-use binary::{root, told, trunnion};
+use binary::{outcome, root, trunnion};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -64,7 +64,7 @@ fn examples(folder: &Path) -> Vec<(String, String)> {
         assert!(job.contains("\ntotal = 0.2 ") && job.contains("\ngrid = 2.0 "), "{name}");
         let file = format!("{name}.toml");
         fs::write(folder.join(&file), job).unwrap();
-        let (code, table, errors) = told(&trunnion(folder, &["run", &file, "-o", name]));
+        let (code, table, errors) = outcome(&trunnion(folder, &["run", &file, "-o", name]));
         assert_eq!(code, Some(0), "{table}{errors}");
         let program = format!("{name}/program.linuxcnc.ngc");
         let text = fs::read_to_string(folder.join(&program)).unwrap();

@@ -5,7 +5,7 @@
 
 use crate::binary;
 
-use binary::{folder, json, replace, told, trunnion};
+use binary::{folder, json, outcome, replace, trunnion};
 use std::fs;
 use std::path::Path;
 
@@ -32,7 +32,7 @@ fn alter(folder: &Path, line: usize, field: usize, by: f64) {
 fn setpoints_of_a_run_are_kept_and_faults_in_them_are_found() {
     let folder = folder();
     let folder = folder.path();
-    let (code, _, errors) = told(&trunnion(folder, &["run", "job.toml", "-o", "out"]));
+    let (code, _, errors) = outcome(&trunnion(folder, &["run", "job.toml", "-o", "out"]));
     assert_eq!(code, Some(0), "{errors}");
 
     let job = ["--json", "check", "out/motion.csv", "--job", "job.toml", "-o", "checked"];
@@ -55,14 +55,14 @@ fn setpoints_of_a_run_are_kept_and_faults_in_them_are_found() {
         assert_eq!((&found["period"], &found["rows"]), (&clean["period"], &clean["rows"]));
     }
     let wrong = ["check", "out/motion.csv", "--machine", "machine.toml", "--period", "0.001"];
-    let (code, table, _) = told(&trunnion(folder, &wrong));
+    let (code, table, _) = outcome(&trunnion(folder, &wrong));
     assert_eq!(code, Some(1), "{table}");
     assert!(table.contains("line 5: 2.000000 ms after the row before"), "{table}");
 
     // A micrometre in one row.
     alter(folder, 1234, 2, 0.001);
     let altered = ["check", "altered.csv", "--machine", "machine.toml"];
-    let (code, table, _) = told(&trunnion(folder, &altered));
+    let (code, table, _) = outcome(&trunnion(folder, &altered));
     assert_eq!(code, Some(1), "{table}");
     assert!(table.contains("broken: Y jerk is ") && table.contains("at line 1234,"), "{table}");
     assert!(!table.contains("broken: X") && !table.contains("broken: Z"), "{table}");
@@ -79,7 +79,7 @@ fn setpoints_of_a_run_are_kept_and_faults_in_them_are_found() {
     let machine = machine[..at].to_owned() + &lowered + &machine[end..];
     fs::write(folder.join("slower.toml"), machine).unwrap();
     let slower = ["check", "out/motion.csv", "--machine", "slower.toml"];
-    let (code, table, errors) = told(&trunnion(folder, &slower));
+    let (code, table, errors) = outcome(&trunnion(folder, &slower));
     assert_eq!(code, Some(1), "{table}{errors}");
     let line = axis["velocity"]["line"].as_u64().unwrap();
     let found = format!("broken: Z velocity is 1.0020 times its limit at line {line}");
@@ -104,13 +104,13 @@ fn setpoints_need_a_machine_and_no_part() {
         ),
         (&["check", "a.ngc", "--machine", "machine.toml"], "error: --tool-length is missing"),
     ] {
-        let (code, _, errors) = told(&trunnion(folder, arguments));
+        let (code, _, errors) = outcome(&trunnion(folder, arguments));
         assert_eq!(code, Some(2), "{errors}");
         assert!(errors.starts_with(start), "{errors}");
     }
     fs::write(folder.join("m.csv"), "t,X,Y,Z,C,B\n0,0,0,0,0,0\n0,1,0,0,0,0\n").unwrap();
     let arguments = ["check", "m.csv", "--machine", "machine.toml"];
-    let (code, _, errors) = told(&trunnion(folder, &arguments));
+    let (code, _, errors) = outcome(&trunnion(folder, &arguments));
     assert_eq!(code, Some(2), "{errors}");
     assert!(errors.starts_with("error: m.csv:3:1: t = 0 s comes after 0 s"), "{errors}");
 }

@@ -1,11 +1,11 @@
 //! A job's stock and fixtures as a user meets them: stock is cut away in the final check of a run, and what runs into
-//! either is told.
+//! either is reported.
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
 use crate::binary;
 
-use binary::{folder, json, replace, root, told, trunnion};
+use binary::{folder, json, outcome, replace, root, trunnion};
 use serde_json::Value;
 use std::fmt::Write;
 use std::fs;
@@ -114,7 +114,7 @@ fn a_stock_that_cannot_be_used_is_refused_before_the_work() {
     let dry = ["run", "job.toml", "--dry-run"];
     add(folder, "[[fixture]]\nkind = \"stl\"\nfile = \"block.stl\"\n");
     add(folder, "[[fixture]]\nkind = \"step\"\nfile = \"vise.step\"\n");
-    let (code, _, errors) = told(&trunnion(folder, &dry));
+    let (code, _, errors) = outcome(&trunnion(folder, &dry));
     let missing = ["job.toml:11:8: block.stl: ", ":8: block.stl: ", ":8: vise.step: "];
     assert!(code == Some(2) && missing.iter().all(|what| errors.contains(what)), "{errors}");
     assert_eq!(
@@ -127,20 +127,20 @@ fn a_stock_that_cannot_be_used_is_refused_before_the_work() {
     fs::write(folder.join("block.stl"), "solid block\n".to_owned() + &open[cut..]).unwrap();
     let solid = root().join("fixtures/step/hollow.step");
     fs::copy(solid, folder.join("vise.step")).unwrap();
-    let (code, _, errors) = told(&trunnion(folder, &dry));
+    let (code, _, errors) = outcome(&trunnion(folder, &dry));
     let open = ["job.toml:11:8: the stock: ", ":8: fixture block.stl: "];
     assert!(code == Some(2) && open.iter().all(|what| errors.contains(what)), "{errors}");
     assert_eq!(errors.matches("is not closed").count(), 2, "{errors}");
     fs::write(folder.join("block.stl"), block()).unwrap();
-    let (code, said, errors) = told(&trunnion(folder, &dry));
+    let (code, said, errors) = outcome(&trunnion(folder, &dry));
     assert!(code == Some(0) && said.contains("block.stl, vise.step"), "{said}{errors}");
     replace(folder, "job.toml", "kind = \"step\"", "kind = \"stl\"");
-    let (code, _, errors) = told(&trunnion(folder, &dry));
+    let (code, _, errors) = outcome(&trunnion(folder, &dry));
     assert!(code == Some(2) && errors.contains("write kind = \"step\""), "{errors}");
     replace(folder, "job.toml", "\"stl\"\nfile = \"vise.step\"", "\"step\"\nfile = \"vise.step\"");
     let face = root().join("examples/step-face/part.step");
     fs::copy(face, folder.join("vise.step")).unwrap();
-    let (code, _, errors) = told(&trunnion(folder, &dry));
+    let (code, _, errors) = outcome(&trunnion(folder, &dry));
     assert!(
         code == Some(2) && errors.contains(":8: vise.step: the solid is not closed"),
         "{errors}"
@@ -166,7 +166,7 @@ fn quick(folder: &Path) {
 }
 
 #[test]
-fn links_that_are_too_low_are_told_how_high_to_go() {
+fn links_that_are_too_low_are_reported_how_high_to_go() {
     let folder = folder();
     let folder = folder.path();
     quick(folder);
@@ -182,7 +182,7 @@ fn links_that_are_too_low_are_told_how_high_to_go() {
 }
 
 #[test]
-fn a_fixture_is_told_where_a_program_runs_into_it() {
+fn a_fixture_is_reported_where_a_program_runs_into_it() {
     let folder = folder();
     let folder = folder.path();
     quick(folder);
@@ -266,7 +266,7 @@ fn the_chord_of_a_step_fixture_is_that_of_the_command_line() {
     assert_eq!(of_job.0, serde_json::json!([{"solid": "hollow.step", "chord": 0.004}]));
     // Every solid with its own.
     let both = ["check", "moves.cls", "--job", "job.toml", "--stock", "hollow.step"];
-    let (_, table, errors) = told(&trunnion(folder, &both));
+    let (_, table, errors) = outcome(&trunnion(folder, &both));
     let wanted =
         "triangles within about 0.004 mm of hollow.step; 0.01 mm of stock; fixtures are enlarged";
     assert!(table.contains(wanted), "{table}{errors}");
@@ -286,6 +286,6 @@ fn the_chord_of_a_step_fixture_is_that_of_the_command_line() {
     let [moved, said] = [moved, said].map(|(_, of)| least(&of));
     assert!((moved - said).abs() < 1e-12 && (moved - fine).abs() > 0.1, "{moved} {said} {fine}");
     let wrong = ["check", "moves.cls", "--job", "plain.toml", "--fixture", "hollow.step@1,2"];
-    let (code, _, errors) = told(&trunnion(folder, &wrong));
+    let (code, _, errors) = outcome(&trunnion(folder, &wrong));
     assert!(code == Some(2) && errors.contains("vise.step@10,0,-25,0,0,90"), "{errors}");
 }

@@ -4,7 +4,7 @@
 
 use crate::binary;
 
-use binary::{json, told, trunnion};
+use binary::{json, outcome, trunnion};
 use std::fs;
 use std::path::Path;
 
@@ -18,7 +18,7 @@ fn check(folder: &Path, program: &str, more: &[&str]) -> std::process::Output {
 }
 
 fn refused(folder: &Path, more: &[&str], part: &str) {
-    let (code, _, errors) = told(&check(folder, PROGRAM, more));
+    let (code, _, errors) = outcome(&check(folder, PROGRAM, more));
     assert!(code == Some(2) && errors.contains(part), "{more:?}: {errors}");
 }
 
@@ -43,7 +43,7 @@ fn axes_state_and_stock_need_no_part() {
     let by_hand = 20.0 * (10.0 - 2.0 * (1.0 - std::f64::consts::FRAC_PI_4));
     assert!((removed / by_hand - 1.0).abs() < 0.01, "{removed}, by hand {by_hand}");
     let vise = ["--cutter", "R=4,r=1", "--fixture", "box:-10,-10,-5,10,10,2"];
-    let (code, table, _) = told(&check(folder, PROGRAM, &[&axes[..], &vise[..]].concat()));
+    let (code, table, _) = outcome(&check(folder, PROGRAM, &[&axes[..], &vise[..]].concat()));
     assert!(code == Some(1) && table.contains("NOT KEPT"), "{table}");
 }
 
@@ -60,7 +60,7 @@ fn what_is_missing_or_has_no_effect_is_refused() {
     refused(folder, &[&axes[..], &["--what-if", "size=0.1"]].concat(), "pivot.B.z");
     refused(folder, &[&axes[..], &["--accept", "everything"]].concat(), "spindle-stopped");
     let locations = "FEDRAT/600,MMPM\nGOTO/-1,0,0,0,0,1\nGOTO/10,0,0,0,0,1\nFINI\n";
-    let (code, _, errors) = told(&check(folder, locations, &axes));
+    let (code, _, errors) = outcome(&check(folder, locations, &axes));
     assert!(code == Some(2) && errors.contains("cutter locations have no axes"), "{errors}");
 }
 
@@ -70,10 +70,10 @@ fn an_accepted_finding_is_shown_and_does_not_fail() {
     let folder = folder.path();
     let axes = [&PLACE[..], &["--tool-length", "100"]].concat();
     let stopped = PROGRAM.replace("S5000 M3\n", "");
-    let (code, table, _) = told(&check(folder, &stopped, &axes));
+    let (code, table, _) = outcome(&check(folder, &stopped, &axes));
     let found = "line 6: a feed move runs while the spindle stands still";
     assert!(code == Some(1) && table.contains(&format!("broken: {found}")), "{table}");
     let accepted = [&axes[..], &["--accept", "spindle-stopped"]].concat();
-    let (code, table, _) = told(&check(folder, &stopped, &accepted));
+    let (code, table, _) = outcome(&check(folder, &stopped, &accepted));
     assert!(code == Some(0) && table.contains(&format!("accepted: {found}")), "{table}");
 }

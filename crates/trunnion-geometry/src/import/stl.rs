@@ -115,10 +115,10 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_stl_is_told_with_its_place() {
-        let told = |bytes: &[u8]| read(bytes).unwrap_err().to_string();
-        assert!(told(b"solid x\nvertex 1 2\n").starts_with("line 2"));
-        assert!(told(b"solid x\nvertex 1 2 3\nvertex 1 2 3\n").contains("2 vertices"));
-        assert!(told(b"PK").contains("not a STL file"));
+    fn what_is_no_stl_is_reported_with_its_place() {
+        let reported = |bytes: &[u8]| read(bytes).unwrap_err().to_string();
+        assert!(reported(b"solid x\nvertex 1 2\n").starts_with("line 2"));
+        assert!(reported(b"solid x\nvertex 1 2 3\nvertex 1 2 3\n").contains("2 vertices"));
+        assert!(reported(b"PK").contains("not a STL file"));
     }
 }

@@ -415,7 +415,7 @@ mod tests {
     }
 
     #[test]
-    fn several_faults_are_told_at_their_places() {
+    fn several_faults_are_reported_at_their_places() {
         let text = BILINEAR.replace("\"knots\"", "\"knot\"").replace("[9,0,0]", "[9,\"x\",0]");
         let faults = faults(&text);
         let said: Vec<_> = faults.iter().map(|f| (f.line, f.column, f.message.as_str())).collect();

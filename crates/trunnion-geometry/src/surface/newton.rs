@@ -21,7 +21,7 @@ const EVALUATIONS: u32 = 64;
 
 /// Parameters with the point and the derivatives there.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct SurfacePoint {
+pub(crate) struct FacePoint {
     pub(crate) uv: [f64; 2],
     pub(crate) jet: SurfaceJet2,
 }
@@ -29,7 +29,7 @@ pub(crate) struct SurfacePoint {
 /// Finds parameters and derivatives of a local minimum of the distance from `p` on the continued
 /// surface; `None` where the method does not settle at one, or ends at a rim that is a point:
 /// another way down from there may lead on.
-pub(crate) fn free(surface: &Surface, p: &Point3<f64>, guess: [f64; 2]) -> Option<SurfacePoint> {
+pub(crate) fn free(surface: &Surface, p: &Point3<f64>, guess: [f64; 2]) -> Option<FacePoint> {
     let at = |uv: [f64; 2]| surface.jet2(uv[0], uv[1]);
     let ends = surface.ends();
     let found = minimise(at, p, guess, ends)?;
@@ -44,10 +44,10 @@ pub(crate) fn minimise(
     p: &Point3<f64>,
     guess: [f64; 2],
     bounds: [[f64; 2]; 2],
-) -> Option<SurfacePoint> {
+) -> Option<FacePoint> {
     let mut descent = DampedDescent { at, p, bounds, left: EVALUATIONS };
     let uv = descent.clamp(guess);
-    let mut current = SurfacePoint { uv, jet: (descent.at)(uv) };
+    let mut current = FacePoint { uv, jet: (descent.at)(uv) };
     for _ in 0..STEPS {
         let step = descent.step(&current)?;
         current = descent.advance(&current, &step)?;
@@ -85,7 +85,7 @@ impl<F: Fn([f64; 2]) -> SurfaceJet2> DampedDescent<'_, F> {
         jet.s.coords.norm() + self.p.coords.norm()
     }
 
-    fn step(&self, from: &SurfacePoint) -> Option<NewtonStep> {
+    fn step(&self, from: &FacePoint) -> Option<NewtonStep> {
         let jet = &from.jet;
         let by = descent(jet, self.p, from.uv, self.bounds)?;
         // Length of the step in the tangent plane, to be compared with the rounding of coordinates.
@@ -95,7 +95,7 @@ impl<F: Fn([f64; 2]) -> SurfaceJet2> DampedDescent<'_, F> {
 
     /// Takes `step`, halved until the distance does not grow beyond its rounding (a last, small
     /// step is not questioned: rounding decides there).
-    fn advance(&mut self, from: &SurfacePoint, step: &NewtonStep) -> Option<SurfacePoint> {
+    fn advance(&mut self, from: &FacePoint, step: &NewtonStep) -> Option<FacePoint> {
         // 2^-30 of a step above LAST is below rounding: no descent exists.
         const HALVINGS: u32 = 30;
         let allowed = (from.jet.s - self.p).norm() + ROUNDING * self.scale(&from.jet);
@@ -106,7 +106,7 @@ impl<F: Fn([f64; 2]) -> SurfaceJet2> DampedDescent<'_, F> {
             let jet = (self.at)(uv);
             let after = (jet.s - self.p).norm();
             if step.is_last || after <= allowed {
-                return after.is_finite().then_some(SurfacePoint { uv, jet });
+                return after.is_finite().then_some(FacePoint { uv, jet });
             }
             share *= 0.5;
         }

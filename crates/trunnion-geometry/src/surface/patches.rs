@@ -2,7 +2,7 @@
 
 use super::error::ClosestError;
 use super::jet::SurfaceJet2;
-use super::newton::{self, SurfacePoint};
+use super::newton::{self, FacePoint};
 use super::nurbs::BezierPatch;
 use super::nurbs::NurbsSurface;
 use super::parameter_box::ParameterBox;
@@ -251,7 +251,7 @@ impl PatchTree {
         let start = at(middle);
         // Newton's method costs as much as many halvings: only from where it is sure to improve.
         if (start.s - p).norm() < best.distance {
-            let middle = SurfacePoint { uv: middle, jet: start };
+            let middle = FacePoint { uv: middle, jet: start };
             let found = newton::minimise(at, p, middle.uv, self.bounds).unwrap_or(middle);
             let distance = (found.jet.s - p).norm();
             if distance < best.distance {

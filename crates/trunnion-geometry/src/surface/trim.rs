@@ -5,6 +5,7 @@ use super::error::{SurfaceError, SurfaceErrors};
 use crate::math::bspline::KnotVector;
 use crate::math::bspline::LARGE;
 use crate::math::bspline::SMALL;
+use crate::types::Uv;
 use nalgebra::Vector3;
 
 /// Below this share of its box a loop's area is rounding of its coordinates.
@@ -97,14 +98,14 @@ impl TrimCurve {
     }
 
     /// Returns the first point.
-    pub fn start(&self) -> [f64; 2] {
-        cartesian(&self.pieces[0][0])
+    pub fn start(&self) -> Uv {
+        cartesian(&self.pieces[0][0]).into()
     }
 
     /// Returns the last point.
-    pub fn end(&self) -> [f64; 2] {
+    pub fn end(&self) -> Uv {
         let piece = &self.pieces[self.pieces.len() - 1];
-        cartesian(&piece[piece.len() - 1])
+        cartesian(&piece[piece.len() - 1]).into()
     }
 
     /// Moves the curve by `[du, dv]`.
@@ -128,7 +129,7 @@ impl TrimLoop {
         tolerance: f64,
     ) -> Result<Self, SurfaceErrors> {
         let count = curves.len();
-        let Some(start) = curves.first().map(TrimCurve::start) else {
+        let Some(start) = curves.first().map(|curve| <[f64; 2]>::from(curve.start())) else {
             return Err(vec![SurfaceError::DegenerateLoop { reason: "it has no curves" }].into());
         };
         let mut faults = Vec::new();
@@ -144,13 +145,13 @@ impl TrimLoop {
         for (index, curve) in curves.into_iter().enumerate() {
             // Ends whole periods apart are one point of the surface: the curve moves to the turn of
             // the last.
-            let shift = whole_periods(curve.start(), end, periods);
+            let shift = whole_periods(curve.start().into(), end, periods);
             let curve = curve.moved(shift);
             if index > 0 {
-                gap_at(index - 1, end, curve.start());
+                gap_at(index - 1, end, curve.start().into());
             }
-            join(&mut pieces, end, curve.start());
-            end = curve.end();
+            join(&mut pieces, end, curve.start().into());
+            end = curve.end().into();
             pieces.extend(curve.pieces);
         }
         // Likewise the end of the loop may lie whole periods from its start: it runs round the

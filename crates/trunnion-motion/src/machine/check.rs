@@ -404,27 +404,33 @@ mod tests {
 
     #[test]
     fn a_chain_needs_workpiece_and_tool() {
-        let told = |drop: &str| {
+        let reported = |drop: &str| {
             let mut spec = ac_trunnion();
             spec.chain.retain(|word| word != drop);
             let faults = Machine::new(spec).unwrap_err();
             assert_eq!(faults.len(), 1, "{faults:?}");
             faults[0].to_string()
         };
-        assert!(told("w").ends_with("it must start with \"w\", the workpiece"));
-        assert!(told("t").ends_with("it must end with \"t\", the tool"));
-        assert!(told("b").contains("it needs \"b\", the bed"));
+        assert!(reported("w").ends_with("it must start with \"w\", the workpiece"));
+        assert!(reported("t").ends_with("it must end with \"t\", the tool"));
+        assert!(reported("b").contains("it needs \"b\", the bed"));
     }
 
     #[test]
-    fn empty_travel_is_told_in_its_unit() {
+    fn empty_travel_is_reported_in_its_unit() {
         let mut spec = ac_trunnion();
         spec.axes[0].limits = Some(Interval::new(1.0, -1.0));
         spec.axes[4].limits = Some(Interval::new(std::f64::consts::PI, 0.0));
         let faults = Machine::new(spec).unwrap_err();
-        let told: Vec<String> = faults.iter().map(ToString::to_string).collect();
-        assert!(told[0].contains("axis X is empty: from 1.0000 mm to -1.0000 mm"), "{told:?}");
-        assert!(told[1].contains("axis A is empty: from 180.0000 deg to 0.0000 deg"), "{told:?}");
+        let reported: Vec<String> = faults.iter().map(ToString::to_string).collect();
+        assert!(
+            reported[0].contains("axis X is empty: from 1.0000 mm to -1.0000 mm"),
+            "{reported:?}"
+        );
+        assert!(
+            reported[1].contains("axis A is empty: from 180.0000 deg to 0.0000 deg"),
+            "{reported:?}"
+        );
     }
 
     #[test]

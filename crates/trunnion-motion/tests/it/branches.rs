@@ -71,15 +71,15 @@ fn machines(random: &mut Random) -> [Kinematics; 2] {
 }
 
 /// What the search found is what is best of all, or that there is nothing.
-fn compare(found: Result<&FollowedPath, &AxesError>, best: Option<f64>, told: &str) {
+fn compare(found: Result<&FollowedPath, &AxesError>, best: Option<f64>, reported: &str) {
     match (found, best) {
         (Ok(followed), Some(best)) => {
             let cost = followed.rotary_travel;
-            assert!((cost - best).abs() < 1e-6, "{told}: {cost} found, {best} is best");
+            assert!((cost - best).abs() < 1e-6, "{reported}: {cost} found, {best} is best");
         }
         (Err(AxesError::OutOfTravel { .. } | AxesError::NoRetract { .. }), None) => {}
         (found, best) => {
-            panic!("{told}: {:?}, best {best:?}", found.map(|followed| followed.rotary_travel))
+            panic!("{reported}: {:?}, best {best:?}", found.map(|followed| followed.rotary_travel))
         }
     }
 }
@@ -251,11 +251,11 @@ fn cuts_that_have_to_be_left_on_random_machines() {
         let found = follow(&machine, &path, &options, &Silent);
         let best =
             brute_force_retracts(&machine, &nodes, options.rotary_weights.into(), RETRACT_IN_CUT);
-        let told = format!("case {}", tally.cuts());
-        compare(found.as_ref(), best, &told);
+        let reported = format!("case {}", tally.cuts());
+        compare(found.as_ref(), best, &reported);
         let again = every_interval(&machine, &nodes, options.rotary_weights.into(), RETRACT_IN_CUT);
         let same = best.zip(again).is_none_or(|(a, b)| (a - b).abs() < 1e-9);
-        assert!(same && best.is_some() == again.is_some(), "{told}: {best:?} {again:?}");
+        assert!(same && best.is_some() == again.is_some(), "{reported}: {best:?} {again:?}");
         tally.add(&machine, &path, found.ok().as_ref());
     }
     tally.has_both("cuts");
@@ -295,11 +295,11 @@ fn loose_tolerances_are_used_and_nothing_is_lost_by_them() {
         if nodes.len() > 11 {
             continue;
         }
-        let told = format!("case {}, {tolerance} rad", ran + refused);
+        let reported = format!("case {}, {tolerance} rad", ran + refused);
         let found = follow(&machine, &path, &options, &Silent);
         let best = every_interval(&machine, &nodes, options.rotary_weights.into(), RETRACT_IN_CUT);
         let Ok(followed) = &found else {
-            assert!(best.is_none(), "{told}: {best:?} is possible, but {found:?}");
+            assert!(best.is_none(), "{reported}: {best:?} is possible, but {found:?}");
             refused += 1;
             continue;
         };
@@ -309,10 +309,10 @@ fn loose_tolerances_are_used_and_nothing_is_lost_by_them() {
         if best.is_none_or(|best| followed.rotary_travel < best - 1e-6) {
             better += 1;
         } else if let Some(best) = best {
-            assert!(followed.rotary_travel < best + 1e-6, "{told}: {best}");
+            assert!(followed.rotary_travel < best + 1e-6, "{reported}: {best}");
         }
         let off = farthest_off(&machine, &path, followed);
-        assert!(off <= tolerance, "{told}: {off} rad off");
+        assert!(off <= tolerance, "{reported}: {off} rad off");
     }
     println!(
         "{count} loose cuts: {ran} run, {better} better than on one branch, {refused} refused"

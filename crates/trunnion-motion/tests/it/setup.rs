@@ -235,12 +235,12 @@ impl Case {
         let deg = |least: Option<f64>| least.map(f64::to_degrees);
         let Some((best, followed)) = &found.best else {
             // That there is none is not always shown.
-            let told = format!("nothing found, brute force {:?}", deg(brute));
-            return if brute.is_none() { Ok(()) } else { Err(told) };
+            let reported = format!("nothing found, brute force {:?}", deg(brute));
+            return if brute.is_none() { Ok(()) } else { Err(reported) };
         };
         let again = Kinematics::new(kinematics.machine(), &best.setup);
         let measured = least(&again, &poses(&path, 400)).unwrap();
-        let told = format!(
+        let reported = format!(
             "{:.3} deg, measured {:.3}, brute force {:?}, bound {:?}, except {:.3}",
             best.least / DEGREE,
             measured / DEGREE,
@@ -249,7 +249,7 @@ impl Case {
             except / DEGREE
         );
         // Tool axes are looked at every 0.1 deg, those of the brute force less closely.
-        let fault = |what: &str| Err(format!("{what}: {told}"));
+        let fault = |what: &str| Err(format!("{what}: {reported}"));
         if (best.least - measured).abs() > 0.2 * DEGREE {
             return fault("not what it says");
         }
@@ -337,7 +337,7 @@ fn a_search_does_not_depend_on_threads() {
     assert_eq!(on_threads(1), on_threads(3));
 }
 
-/// Short slides: the origin is moved where that helps; where nothing does, what is short is told.
+/// Short slides: the origin is moved where that helps; where nothing does, what is short is reported.
 #[test]
 fn linear_travel_decides_with_the_origin() {
     let cone = path(V3::z(), 0.2, 1.0, 200.0);
@@ -364,9 +364,9 @@ fn linear_travel_decides_with_the_origin() {
     assert!(found.others.iter().all(|other| other.verdict.fits().is_none()));
 }
 
-/// Where every rotation leans the tool too far, the one that does by least is told.
+/// Where every rotation leans the tool too far, the one that does by least is reported.
 #[test]
-fn what_leans_too_far_is_told() {
+fn what_leans_too_far_is_reported() {
     let mut spec = machine(0, 1.0);
     spec.axes[4].limits = Some(Interval::new(-0.1, 0.1));
     let cone = path(V3::new(1.0, 0.0, 1.0), 0.3, 1.0, 50.0);

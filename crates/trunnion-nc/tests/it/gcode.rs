@@ -114,7 +114,7 @@ fn arcs_have_centre_and_sweep() {
 }
 
 #[test]
-fn arcs_that_cannot_be_are_told() {
+fn arcs_that_cannot_be_are_reported() {
     refuses(DIALECT, "G0 X0 Y0\nG1 F1\nG2 X10 Y0 I4", 3, "ends at 6.0000 mm");
     refuses(DIALECT, "G0 X0 Y0\nG1 F1\nG2 X10 Y0 R3", 3, "more than twice");
     refuses(DIALECT, "G0 X0 Y0\nG1 F1\nG2 X0 Y0 R3", 3, "full circle");
@@ -329,16 +329,16 @@ fn block_delete_is_asked_for() {
 }
 
 #[test]
-fn a_length_of_another_tool_is_told() {
-    let told = |text: &str| -> Vec<(u32, String)> {
+fn a_length_of_another_tool_is_reported() {
+    let reported = |text: &str| -> Vec<(u32, String)> {
         let program = read(text, &options(DIALECT, "XYZAC"));
         program.warnings.into_iter().map(|warning| (warning.line, warning.message)).collect()
     };
     let none = Vec::new();
-    assert_eq!(told("T1 M6\nT2\nG43 H1\nG0 Z1\nM2\n"), none);
-    assert_eq!(told("G43 H7\nG0 Z1\nG49 H0\nM2\n"), none);
+    assert_eq!(reported("T1 M6\nT2\nG43 H1\nG0 Z1\nM2\n"), none);
+    assert_eq!(reported("G43 H7\nG0 Z1\nG49 H0\nM2\n"), none);
     assert_eq!(
-        told("T1 M6\nG0 X1\nG43.4 H2\nG0 Z1\nM2\n"),
+        reported("T1 M6\nG0 X1\nG43.4 H2\nG0 Z1\nM2\n"),
         [(3, "H2 with tool 1 in the spindle".to_owned())]
     );
 }

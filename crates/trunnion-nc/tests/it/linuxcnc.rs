@@ -179,8 +179,8 @@ fn subprograms_of_other_files_run_and_are_named() {
 #[test]
 fn a_file_of_subprograms_alone_says_that_it_moves_nothing() {
     let program = read("o<hole> sub\nG0 X1\no<hole> endsub\n", &linuxcnc()).unwrap();
-    let told: Vec<_> = program.warnings.iter().map(|warning| &*warning.message).collect();
-    assert_eq!(told, ["subprogram hole is defined in line 1 and never called"]);
+    let reported: Vec<_> = program.warnings.iter().map(|warning| &*warning.message).collect();
+    assert_eq!(reported, ["subprogram hole is defined in line 1 and never called"]);
 }
 
 #[test]

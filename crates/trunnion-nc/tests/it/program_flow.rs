@@ -95,7 +95,7 @@ fn fanuc_macros_loop_and_jump() {
 }
 
 #[test]
-fn what_cannot_be_followed_is_told_with_its_line() {
+fn what_cannot_be_followed_is_reported_with_its_line() {
     let siemens = |text: &str, line, part: &str| refuses(Dialect::Siemens, text, line, part);
     siemens("R1=1\nGOTOF NOWHERE\nG0 X1\nM30\n", 2, "NOWHERE does not stand behind");
     siemens("G0 X1\nGOTOB ABC\nM30\n", 2, "ABC does not stand before");

@@ -1,5 +1,6 @@
 //! Cutter locations and the curves through them, in the workpiece frame.
 
+use super::uv::Uv;
 use crate::math::angle::angle_between;
 use crate::math::spline::cubic_spline;
 use nalgebra::{Point3, SVector, UnitVector3, Vector3};
@@ -102,8 +103,8 @@ pub struct Pass {
     pub stations: Vec<Station>,
     /// Strip width at each station \[mm\].
     pub widths: Vec<f64>,
-    /// End-point track in the face's parameters `[u, v]`, one per station.
-    pub track: Vec<[f64; 2]>,
+    /// End-point track in the face's parameters, one point per station.
+    pub track: Vec<Uv>,
 }
 
 /// Consecutive cutter locations with one kind of motion. Consecutive legs share their end poses.

@@ -1,26 +1,32 @@
 //! Entry point: takes the moves of an input one by one and writes the program.
 
+mod audit;
 mod output;
+mod program_output;
+mod read_moves;
+mod tally;
 
 use super::axis_point::{AxesPose, AxisPoint, PositionSource};
-use super::conservation::MotionAccount;
 use super::control::smoothing_bound;
 use super::error::PostError;
 use super::filter::MoveFilter;
 use super::motion_stream::MotionStream;
 use super::options::{PostFilter, PostMove, PostOptions, PostPace, PostSource, ProgramHead};
-use super::read_back::ReadBack;
-use super::report::{InputOutput, PostReport, SlowedMove};
+use super::report::{InputOutput, PostReport};
 use super::rotaries::{PlannedMove, RetractPhase, RotaryPlanner};
-use super::rounded_words::RoundedWords;
 use super::smoothing_choice::{MoveGroup, SmoothingChoice};
 use super::subdivision::Subdivider;
-use super::timing::{AxisLoad, ControlClock, PointTimer, TimedPoint, position_error, word_travel};
 use crate::inverse::Inverse;
 use crate::machine::Kinematics;
-use crate::nc::write::{Coolant, OutputFormat, ProgramWriter, Style};
+use crate::nc::write::{Coolant, OutputFormat, Style};
 use crate::types::{AxisVector, Setpoint};
+use audit::{OutputAudit, WrittenBatch};
+use program_output::ProgramOutput;
+use read_moves::{ReadItem, ReadMove};
 use std::collections::VecDeque;
+
+/// Moves of the input that wait to be counted, at most.
+const MOST_COUNTED: usize = 1 << 13;
 
 /// Posts the moves of an input one by one.
 ///
@@ -46,98 +52,19 @@ pub struct Poster {
     cooled: VecDeque<Option<Coolant>>,
     /// End of the last move of the input, on the machine, if the moves are filtered.
     read: Option<AxesPose>,
-    /// Boxed, because it is taken out and put back at every block.
-    output: Option<Box<ProgramOutput>>,
+    output: Option<ProgramOutput>,
     points: Vec<AxisPoint>,
-    /// Points rounded to words; kept for its memory.
-    rounded: Vec<AxisPoint>,
-    timed: Vec<TimedPoint>,
-    /// Times and axis load of the input.
-    before: FeedTally,
-    /// Times and axis load of the output.
-    after: FeedTally,
-    /// Account of the motion that is read and written.
-    account: MotionAccount,
-    /// Move of the input whose times are being added up.
-    comparing: Option<SlowedMove>,
+    /// Moves of the input whose times are not counted yet.
+    counted: Vec<ReadItem>,
+    /// Audit of the output.
+    audit: OutputAudit,
+    /// Blocks that are being audited; kept for its memory.
+    audited: WrittenBatch,
     /// Samples the motion of the axes, where it is asked for.
     motion: Option<MotionStream>,
     /// Axes up to which it is sampled.
     sampled: Option<AxisVector>,
     report: PostReport,
-}
-
-/// Times and axis load of the input or of the output.
-#[derive(Debug)]
-struct FeedTally {
-    load: AxisLoad,
-    seconds: f64,
-    /// Clock of the cuts, each from rest to rest.
-    cuts: ControlClock,
-    /// Clock of everything.
-    clock: ControlClock,
-    cutting: bool,
-}
-
-impl FeedTally {
-    fn new(kinematics: &Kinematics, style: &Style) -> Self {
-        let machine = kinematics.machine();
-        let (load, clock) = (AxisLoad::new(machine), ControlClock::new(machine, style));
-        Self { load, seconds: 0.0, cuts: clock.clone(), clock, cutting: false }
-    }
-
-    /// Counts a rapid move whose words change by `words` \[mm, rad\]; before it the axes come to rest.
-    fn rapid(&mut self, words: &AxisVector) {
-        self.rest();
-        self.clock.rapid(words);
-    }
-
-    /// Brings the axes to rest behind a cut.
-    fn rest(&mut self) {
-        if self.cutting {
-            self.load.rest();
-        }
-        self.cuts.stop();
-        self.cutting = false;
-    }
-
-    /// Brings the axes and the control to rest, as words do for which it waits.
-    fn stop(&mut self) {
-        self.rest();
-        self.clock.stop();
-    }
-
-    /// Counts a feed move on the control.
-    fn feed(&mut self, words: &AxisVector, seconds: f64) {
-        ControlClock::feed_both([&mut self.cuts, &mut self.clock], words, seconds);
-    }
-}
-
-/// Program that is being written; it exists from the first move on.
-#[derive(Debug)]
-struct ProgramOutput {
-    timer: PointTimer,
-    writer: ProgramWriter,
-    /// Reads what the writer writes; `None` once it does not understand the text.
-    read_back: Option<Box<ReadBack>>,
-    /// Last point whose time is known.
-    at: AxesPose,
-    /// End of the last block.
-    block: AxesPose,
-    /// Time \[s\], travel of the tip \[mm\] and of the rotaries \[rad\] since the last block end, as written.
-    waiting: [f64; 3],
-    /// Points since the last block end.
-    inside: Vec<InsidePoint>,
-    words: RoundedWords,
-}
-
-/// Point inside a block.
-#[derive(Debug, Clone, Copy)]
-struct InsidePoint {
-    /// Largest travel of the axes from the point before ([`Subdivider::fastest`]).
-    fastest: AxisVector,
-    /// Size of its share of the block.
-    size: f64,
 }
 
 impl Poster {
@@ -178,12 +105,9 @@ impl Poster {
             source,
             output: None,
             points: Vec::new(),
-            rounded: Vec::new(),
-            timed: Vec::new(),
-            before: FeedTally::new(kinematics, style),
-            after: FeedTally::new(kinematics, style),
-            account: MotionAccount::default(),
-            comparing: None,
+            counted: Vec::new(),
+            audit: OutputAudit::new(kinematics, style),
+            audited: WrittenBatch::default(),
             motion: None,
             sampled: None,
             report: PostReport::default(),
@@ -240,7 +164,7 @@ impl Poster {
             // A filter must not join moves over the change.
             self.decide(out, head)?;
             self.hand_on_filtered(out, head)?;
-            self.before.stop();
+            self.counted.push(ReadItem::Stop);
         }
         self.coolant = Some(coolant);
         Ok(())
@@ -262,9 +186,9 @@ impl Poster {
         let asked = one.pace;
         // A filter replaces moves with feed by others.
         if self.options.filter == PostFilter::None || asked == PostPace::Rapid {
-            self.account.read(one);
+            self.audit.account.read(one);
         } else {
-            self.account.read_other(one);
+            self.audit.account.read_other(one);
         }
         // The report compares with the feed as asked; the output is capped.
         let one = PostMove { pace: self.capped(one.pace), ..*one };
@@ -364,7 +288,7 @@ impl Poster {
         let coolant =
             if planned.phase.is_none() { self.cooled.pop_front().flatten() } else { None };
         if self.switch_to(out, coolant)? && self.options.filter == PostFilter::None {
-            self.before.stop();
+            self.counted.push(ReadItem::Stop);
         }
         let from = self.subdivider.position();
         self.points.clear();
@@ -403,9 +327,9 @@ impl Poster {
         // Everything of the tool before is written before its kinematics are replaced.
         self.settle(out, head)?;
         if self.report.unread.is_none() {
-            self.account.settle()?;
+            self.audit.account.settle()?;
         }
-        self.account.start_tool();
+        self.audit.account.start_tool();
         let fresh = Self::new(kinematics, source, &self.options, &self.style)?;
         self.add_rapid();
         self.report.unwound.append(&mut self.rotaries.unwound);
@@ -435,18 +359,15 @@ impl Poster {
         let begin = out.len();
         let unwritten = output.writer.unwritten();
         self.report.blocks.output = output.writer.finish(out);
-        if let Some(read) = output.read_back {
-            let ended = read.end(out.get(begin..).unwrap_or_default());
-            self.understood(ended)?;
-        }
-        self.note_slowed();
+        self.audit.end(out.get(begin..).unwrap_or_default(), &mut self.report)?;
         if self.report.unread.is_none() {
-            self.account.settle()?;
+            self.audit.account.settle()?;
         }
-        self.report.motion = InputOutput { input: self.account.input, output: self.account.output };
+        self.report.motion =
+            InputOutput { input: self.audit.account.input, output: self.audit.account.output };
         self.report.smoothing_bound = smoothing_bound(&self.style);
         self.add_rapid();
-        let [before, after] = [&mut self.before, &mut self.after];
+        let [before, after] = [&mut self.audit.before, &mut self.audit.after];
         self.report.unwritten_seconds = unwritten;
         // What no block of the text has is no time of the program.
         let written = (after.seconds - unwritten).max(0.0);
@@ -470,6 +391,8 @@ impl Poster {
             self.take(out, one, head)?;
         }
         self.rest(out)?;
+        let Self { audit, counted, kinematics, style, .. } = self;
+        audit.count_read(counted, kinematics, style);
         if self.options.filter != PostFilter::Smooth {
             let divided = self.subdivider.strayed;
             let filtered = self.filter.strayed();
@@ -506,7 +429,7 @@ impl Poster {
         }
     }
 
-    /// Adds a move of the input to the times and axis loads of the report.
+    /// Takes a move of the input for the times and axis loads of the report.
     fn count_input(
         &mut self,
         from: &AxesPose,
@@ -515,26 +438,15 @@ impl Poster {
         source: PositionSource,
     ) {
         self.report.blocks.input += 1;
-        if asked == PostPace::Rapid {
-            let words = word_travel(&self.kinematics, self.style.dialect, from, to);
-            return self.before.rapid(&words);
+        if asked != PostPace::Rapid {
+            self.report.length += (to.pose.tip - from.pose.tip).norm();
         }
-        let travel = to.q - from.q;
-        let length = (to.pose.tip - from.pose.tip).norm();
-        let programmed = match asked {
-            PostPace::Feed(feed) => length / feed,
-            PostPace::Seconds(seconds) => seconds,
-            PostPace::Rapid => 0.0,
-        };
-        // Without a programmed time the axes run as fast as they can.
-        let seconds = if programmed > 0.0 { programmed } else { self.before.load.least(&travel) };
-        self.report.length += length;
-        self.before.cutting = true;
-        let error = position_error(&self.kinematics, &self.style.axes, source, &to.q);
-        self.before.load.push(&travel, &error, seconds);
-        self.before.seconds += seconds;
-        let words = word_travel(&self.kinematics, self.style.dialect, from, to);
-        self.before.feed(&words, seconds);
+        self.counted.push(ReadItem::Move(ReadMove { from: *from, to: *to, asked, source }));
+        if self.counted.len() >= MOST_COUNTED {
+            // A filter may leave so much out that no batch is written for long.
+            let Self { audit, counted, kinematics, style, .. } = self;
+            audit.count_read(counted, kinematics, style);
+        }
     }
 }
 

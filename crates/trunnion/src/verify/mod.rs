@@ -49,7 +49,7 @@ pub use fixture::{
 pub use input::CheckInput;
 pub use inspect::{CutStock, FeedMeaning, Inspection, InspectionReport, OtherFaces};
 pub use line_stats::LineCount;
-pub use options::{BoundOptions, CheckOptions, DeviationTolerance, LEAST_GOUGE};
+pub use options::{BoundMargins, BoundOptions, CheckOptions, DeviationTolerance, LEAST_GOUGE};
 pub use replay::{
     Changes, Choice, Choices, Tables, TimedPose, Tool, Track, WorkOffset, offset_name,
     offset_short_name, track,

@@ -66,7 +66,7 @@ impl CheckOptions {
         // Both tolerances must hold, so the finer share counts.
         let ray_tolerance = (RAY_SHARES[1] * gouge).min(RAY_SHARES[0] * total);
         let finer_margin = (MARGIN_SHARES[1] * gouge).min(MARGIN_SHARES[0] * total);
-        let margin = [finer_margin, MARGIN_SHARES[0] * total];
+        let margin = BoundMargins { gouge: finer_margin, excess: MARGIN_SHARES[0] * total };
         Self {
             grid,
             reach: REACH.max(2.0 * total).max(2.0 * gouge),
@@ -79,20 +79,36 @@ impl CheckOptions {
     }
 }
 
+/// Largest distances of bounds from the worst that is measured; smaller where the tolerance is kept by less.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoundMargins {
+    /// Distance from the worst gouge \[mm\].
+    pub gouge: f64,
+    /// Distance from the worst excess \[mm\].
+    pub excess: f64,
+}
+
+impl BoundMargins {
+    /// Creates margins of the same distance \[mm\].
+    #[must_use]
+    pub const fn both(distance: f64) -> Self {
+        Self { gouge: distance, excess: distance }
+    }
+}
+
 /// Bounds that hold all over the faces. Begin with [`BoundOptions::within`] and change the rest by struct update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundOptions {
-    /// Largest distance of the bounds from the worst gouge and the worst excess \[mm\]; smaller where the
-    /// tolerance is kept by less.
-    pub margin: [f64; 2],
+    /// Largest distances of the bounds from the worst gouge and the worst excess.
+    pub margin: BoundMargins,
     /// Bounds excess as well: not for faces that are to be left alone.
     pub excess: bool,
 }
 
 impl BoundOptions {
-    /// Bounds gouges and excess within these distances of the worst of each \[mm\].
+    /// Bounds gouges and excess within these distances of the worst of each.
     #[must_use]
-    pub const fn within(margin: [f64; 2]) -> Self {
+    pub const fn within(margin: BoundMargins) -> Self {
         Self { margin, excess: true }
     }
 }

@@ -11,7 +11,7 @@ use trunnion::surface::{
     CylinderSurface, Face, FaceIndex, SphereSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop,
 };
 use trunnion::toolpath::{ToolPathOptions, through};
-use trunnion::types::{Leg, Motion, Pass, PieceGeometry, Silent, Station, ToolPose};
+use trunnion::types::{Leg, Motion, Pass, PieceGeometry, Silent, Station, ToolPose, Uv};
 
 const RADIUS: f64 = 20.0;
 const LENGTH: f64 = 60.0;
@@ -51,7 +51,7 @@ fn pass(angle: f64, [from, to]: [f64; 2]) -> Pass {
         Station { pose: ToolPose { tip, axis }, contact }
     };
     let stations = vec![at(from), at(0.5 * (from + to)), at(to)];
-    Pass { face: 1, stations, widths: vec![1.0; 3], track: vec![[0.0; 2]; 3] }
+    Pass { face: 1, stations, widths: vec![1.0; 3], track: vec![Uv::new(0.0, 0.0); 3] }
 }
 
 fn options(part: [Point3<f64>; 2], clearance: f64) -> LinkOptions {
@@ -188,7 +188,7 @@ fn a_ball_is_gone_round_to_its_far_side() {
             Station { pose: ToolPose { tip: contact + axis.scale(0.01), axis }, contact }
         };
         let stations = vec![at(0.0), at(0.1), at(0.2)];
-        Pass { face: 1, stations, widths: vec![1.0; 3], track: vec![[0.0; 2]; 3] }
+        Pass { face: 1, stations, widths: vec![1.0; 3], track: vec![Uv::new(0.0, 0.0); 3] }
     };
     let ways =
         [[0.0, 0.0, 1.0], [1.0, 0.2, -0.1], [-1.0, 0.0, -0.5], [0.1, 0.1, -1.0], [0.0, 1.0, 0.2]];

@@ -1,5 +1,5 @@
 //! What the audit of a program says beside velocity and acceleration: jerk, short blocks, singular directions,
-//! time. Faults are planted in one block and have to be told there.
+//! time. Faults are planted in one block and have to be reported there.
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
@@ -55,7 +55,7 @@ fn limited() -> Machine {
 }
 
 #[test]
-fn a_jerk_that_is_kept_is_told_as_kept() {
+fn a_jerk_that_is_kept_is_reported_as_kept() {
     let jerk = audit(&s_curve(0, 0.0), &limited()).axes[0].jerk;
     assert!(jerk.broken == 0 && jerk.worst <= 1.0, "{jerk:?}");
     // A micrometre of rounding in 10 ms blocks is a jerk of 1e-6 * 8 / 1e-6 s3.
@@ -203,7 +203,7 @@ fn slides_are_not_limited_on_linuxcnc_where_the_tip_is_programmed() {
 }
 
 #[test]
-fn a_pivot_that_is_off_moves_the_tool_by_no_more_than_is_told() {
+fn a_pivot_that_is_off_moves_the_tool_by_no_more_than_is_reported() {
     let machine = machine();
     let text = "G21 G90 G93\nG1 B30 C20 F6\nG1 B-10 C-5 F6\nM2\n";
     let pivot = check(text, &machine).deviation.sensitivity.pivot.unwrap();
@@ -222,7 +222,7 @@ fn a_pivot_that_is_off_moves_the_tool_by_no_more_than_is_told() {
 }
 
 /// C turns at a thousandth below and two thousandths above its limit while the tip goes 5 mm, with the F word of `feed`:
-/// how often that is told.
+/// how often that is reported.
 fn too_fast(feed: &str, seconds: f64, decimals: usize) -> Vec<String> {
     let machine = machine();
     let limit = machine.axes[3].vel.to_degrees();
@@ -233,11 +233,11 @@ fn too_fast(feed: &str, seconds: f64, decimals: usize) -> Vec<String> {
             machine.axes[3].name
         )
     };
-    let told = |share: f64| {
+    let reported = |share: f64| {
         let report = check(&text(by(share)), &machine);
         report.findings.iter().filter(|f| matches!(f, Finding::Velocity { .. })).count()
     };
-    [0.999, 1.002].map(|share| format!("{share}: {}", told(share))).to_vec()
+    [0.999, 1.002].map(|share| format!("{share}: {}", reported(share))).to_vec()
 }
 
 #[test]

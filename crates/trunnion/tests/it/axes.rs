@@ -381,8 +381,8 @@ fn turns_are_unwound_on_links() {
     let AxesError::OutOfTravel { axis, excess, .. } = &error else { panic!("{error}") };
     assert_eq!(axis, "C");
     assert!(*excess > 1.0, "{error}");
-    let told = format!("by {:.4} deg on", excess.to_degrees());
-    assert!(error.to_string().contains(&told), "{error}");
+    let reported = format!("by {:.4} deg on", excess.to_degrees());
+    assert!(error.to_string().contains(&reported), "{error}");
     let mut pieces = Vec::new();
     for geometry in &turns {
         if let Some(ToolPiece { geometry: last, .. }) = pieces.last() {

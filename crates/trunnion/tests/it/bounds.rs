@@ -11,7 +11,8 @@ use trunnion::surface::{
 };
 use trunnion::types::{Silent, ToolPose};
 use trunnion::verify::{
-    self, BoundOptions, CheckInput, CheckOptions, Deviation, DeviationTolerance, Finding,
+    self, BoundMargins, BoundOptions, CheckInput, CheckOptions, Deviation, DeviationTolerance,
+    Finding,
 };
 
 const RADIUS: f64 = 4.0;
@@ -131,7 +132,7 @@ fn measure_with(
     verify::check(&input, &options, &Silent).unwrap().deviation
 }
 
-const PROMISE: BoundOptions = BoundOptions::within([1e-3; 2]);
+const PROMISE: BoundOptions = BoundOptions::within(BoundMargins::both(1e-3));
 
 fn heights(deviation: &Deviation) -> [f64; 2] {
     [deviation.lowest.unwrap().height, deviation.highest.unwrap().height]
@@ -179,7 +180,7 @@ fn a_dent_between_the_points_is_found_or_bounded_within_the_tolerance() {
             reach: 1.0,
             ray_tolerance: exact,
             most_points: 1_000_000,
-            bounds: Some(BoundOptions::within([8e-3; 2])),
+            bounds: Some(BoundOptions::within(BoundMargins::both(8e-3))),
             ..CheckOptions::of_tolerance(DeviationTolerance { excess: 0.05, gouge: 0.002 }, 0.9)
         };
         let dented = verify::check(&input, &options, &Silent).unwrap().deviation;

@@ -1,4 +1,4 @@
-//! A program of arcs, round a cylinder: it is run as it is written, and faults planted in it are told at their line.
+//! A program of arcs, round a cylinder: it is run as it is written, and faults planted in it are reported at their line.
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
@@ -128,7 +128,7 @@ fn arcs_run_in_their_plane_and_sense() {
 }
 
 #[test]
-fn faults_planted_in_arcs_are_told() {
+fn faults_planted_in_arcs_are_reported() {
     let gouge = |text: &str| {
         check(text).findings.into_iter().find_map(|finding| match finding {
             Finding::Gouge(worst) => Some(worst.line),

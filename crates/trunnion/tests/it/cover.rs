@@ -22,7 +22,7 @@ use trunnion::surface::{
     TrimCurve, TrimLoop,
 };
 use trunnion::toolpath::{ToolPathOptions, through};
-use trunnion::types::{Interval, Motion, Pass, Progress, Silent, Stage, Station, ToolPose};
+use trunnion::types::{Interval, Motion, Pass, Progress, Silent, Stage, Station, ToolPose, Uv};
 
 const BAND: ToleranceBand = ToleranceBand { lower: 0.0, upper: 0.02 };
 const SHARE: f64 = 0.002;
@@ -144,13 +144,13 @@ fn strips_meet_over_the_whole_face() {
     assert!(to_and_fro.report.fallbacks.is_empty(), "{:?}", to_and_fro.report);
     let one_way = finished(&face, &CoverOptions { pattern: CutPattern::OneWay, ..options() });
     let feeds = |covering: &Covering| -> Vec<bool> {
-        covering.passes.iter().map(|pass| pass.track[0][1] < pass.track[1][1]).collect()
+        covering.passes.iter().map(|pass| pass.track[0].v < pass.track[1].v).collect()
     };
     assert!(feeds(&one_way).iter().all(|forward| *forward));
     // Parts of one lane run the same way, the lane after it the other way.
     for pair in to_and_fro.passes.windows(2) {
-        let lane = |pass: &Pass| pass.track[0][0];
-        let forward = |pass: &Pass| pass.track[0][1] < pass.track[1][1];
+        let lane = |pass: &Pass| pass.track[0].u;
+        let forward = |pass: &Pass| pass.track[0].v < pass.track[1].v;
         let same_lane = lane(&pair[0]).total_cmp(&lane(&pair[1])).is_eq();
         assert_eq!(forward(&pair[0]) == forward(&pair[1]), same_lane);
     }
@@ -315,9 +315,9 @@ fn passes_run_out_over_the_border() {
     for pass in &covering.passes {
         let [first, last] = [pass.track[0], pass.track[pass.track.len() - 1]];
         let outside = |v: f64| !(0.0..=1.0).contains(&v);
-        assert!(outside(first[1]) || outside(last[1]), "an island from {first:?} to {last:?}");
-        whole += usize::from(outside(first[1]) && outside(last[1]));
-        for [u, v] in [first, last] {
+        assert!(outside(first.v) || outside(last.v), "an island from {first:?} to {last:?}");
+        whole += usize::from(outside(first.v) && outside(last.v));
+        for Uv { u, v } in [first, last] {
             // No farther than the tool needs to leave the face: half of that by its radius.
             let border = face.face().point(u, v.clamp(0.0, 1.0));
             let beyond = (face.face().point(u, v) - border).norm();
@@ -346,11 +346,11 @@ fn trims_shorten_and_split_passes() {
     let face = face(wide, &[square(0.02, 0.98), square(0.22, 0.78)], false);
     let covering = finished(&face, &options());
     let wholly = |inside: &dyn Fn(f64) -> bool| {
-        covering.passes.iter().filter(|pass| pass.track.iter().all(|[_, v]| inside(*v))).count()
+        covering.passes.iter().filter(|pass| pass.track.iter().all(|uv| inside(uv.v))).count()
     };
     let [below, above] = [wholly(&|v| v < 0.36), wholly(&|v| v > 0.64)];
     assert!(below > 0 && above > 0, "{below} passes below the hole, {above} above");
-    let in_hole = |[u, v]: &[f64; 2]| (0.36..0.64).contains(u) && (0.36..0.64).contains(v);
+    let in_hole = |Uv { u, v }: &Uv| (0.36..0.64).contains(u) && (0.36..0.64).contains(v);
     assert!(!covering.passes.iter().flat_map(|pass| &pass.track).any(in_hole));
 }
 
@@ -518,7 +518,7 @@ fn a_lead_that_would_gouge_takes_another_way() {
             Station { pose, contact: Point3::new(x, y, 0.0) }
         };
         let stations = vec![at(10.0), at(20.0)];
-        vec![Pass { face: 1, stations, widths: vec![1.0; 2], track: vec![[0.0; 2]; 2] }]
+        vec![Pass { face: 1, stations, widths: vec![1.0; 2], track: vec![Uv::new(0.0, 0.0); 2] }]
     };
     let link = LinkOptions {
         gouge: 0.01,

@@ -14,8 +14,8 @@ use trunnion::nc::write::AxisWords;
 use trunnion::surface::{Face, NurbsSurface, Surface};
 use trunnion::types::{AxisVector, Silent, ToolPose};
 use trunnion::verify::{
-    self, BoundOptions, CheckInput, CheckOptions, DeviationTolerance, ExtremeHeight, Finding,
-    Report,
+    self, BoundMargins, BoundOptions, CheckInput, CheckOptions, DeviationTolerance, ExtremeHeight,
+    Finding, Report,
 };
 
 const RADIUS: f64 = 5.0;
@@ -23,7 +23,7 @@ const OPTIONS: CheckOptions = CheckOptions {
     reach: 4.0,
     ray_tolerance: 1e-4,
     most_points: 100_000,
-    bounds: Some(BoundOptions::within([1e-3; 2])),
+    bounds: Some(BoundOptions::within(BoundMargins::both(1e-3))),
     ..CheckOptions::of_tolerance(DeviationTolerance { excess: 0.02, gouge: 0.002 }, 0.5)
 };
 
@@ -152,13 +152,13 @@ fn a_rapid_that_is_clear_if_all_axes_arrive_together_gouges_if_they_do_not() {
     // A tenth of what a broken tolerance is exceeded by is margin.
     assert!(bounds.gouge >= own && bounds.gouge < 1.11 * own, "{bounds:?} {own}");
     assert!(bounds.open == 0.0);
-    // What such a rapid cuts is not counted on: what else is left stays told.
+    // What such a rapid cuts is not counted on: what else is left stays reported.
     assert!(report.findings.iter().any(|finding| matches!(finding, Finding::Uncut { .. })));
 }
 
 /// Rotary axes arrive at their own times, too.
 #[test]
-fn the_deeper_of_both_ways_is_told() {
+fn the_deeper_of_both_ways_is_reported() {
     let job = Job::new();
     let high = [-15.0, 3.0, 40.0, 0.1, 0.3];
     for (from, to) in [
@@ -175,9 +175,9 @@ fn the_deeper_of_both_ways_is_told() {
     }
 }
 
-/// What a rapid move cuts is not counted on: where no feed move gets as low, it is told by its line.
+/// What a rapid move cuts is not counted on: where no feed move gets as low, it is reported by its line.
 #[test]
-fn a_face_that_a_rapid_finishes_is_told() {
+fn a_face_that_a_rapid_finishes_is_reported() {
     let job = Job::new();
     let away = |x: f64, y: f64, z: f64| [x, y, z, 0.0, 0.0];
     let rows = |rapid: usize| {

@@ -220,7 +220,7 @@ fn plane() -> Face {
 proptest! {
     #![proptest_config(ProptestConfig { max_shrink_iters: 0, ..property::cases(8) })]
 
-    /// A tenth of a micrometre below what is told no tool is met, as much above it one is.
+    /// A tenth of a micrometre below what is reported no tool is met, as much above it one is.
     #[test]
     fn heights_are_known_to_a_tenth_of_a_micrometre(cutter in any_cutter(), path in any_path()) {
         let record = |(line, &pose)| {
@@ -268,7 +268,7 @@ proptest! {
             let met = nearest(height + CLOSE);
             prop_assert!(met <= 0.0, "{met} mm off at {height} over {:?}", sample.point);
             // Below a gouge there may be another tool's flank behind what is cut away: only above the face is
-            // what is told the lowest of all.
+            // what is reported the lowest of all.
             if height > 0.0 {
                 let free = nearest(height - CLOSE);
                 // A touch that cuts in by a tenth of the ray tolerance may be passed over.

@@ -207,20 +207,20 @@ fn exact_enough(distance: f64) -> f64 {
 proptest! {
     #![proptest_config(cases(60))]
 
-    /// No place at any time is nearer than told, and at the place told the tool is as near as told.
+    /// No place at any time is nearer than reported, and at the place reported the tool is as near as reported.
     #[test]
-    fn nothing_is_nearer_than_told(cutter in cutters(), ends in poses(), corners in tetrahedra()) {
+    fn nothing_is_nearer_than_reported(cutter in cutters(), ends in poses(), corners in tetrahedra()) {
         let found = clearance(&ends, &cutter, &[mesh(&corners)], 0.0);
         let least = found.least.unwrap();
         let sampled = faces(&corners).map(|face| from_triangle(&cutter, &ends, &face));
         let sampled = sampled.into_iter().fold(f64::INFINITY, f64::min);
-        let told = least.distance;
-        prop_assert!(told <= sampled + exact_enough(told), "told {told}, sampled {sampled}");
+        let reported = least.distance;
+        prop_assert!(reported <= sampled + exact_enough(reported), "reported {reported}, sampled {sampled}");
         let there = from_place(&cutter, &ends, &least.point);
-        prop_assert!((there - told).abs() <= exact_enough(told), "told {told}, there {there}");
+        prop_assert!((there - reported).abs() <= exact_enough(reported), "reported {reported}, there {there}");
         prop_assert_eq!(least.line, 2);
         match &found.near[..] {
-            [] => prop_assert!(told > -TOLERANCE),
+            [] => prop_assert!(reported > -TOLERANCE),
             [hit] => prop_assert!(hit.distance < 0.0 && hit.line == 2),
             more => prop_assert!(false, "{more:?}"),
         }

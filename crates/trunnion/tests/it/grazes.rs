@@ -14,7 +14,7 @@ use trunnion::types::{Silent, ToolPose};
 use trunnion::verify::{self, CheckInput, CollisionKind, Solid, Stock, StockOptions, StockReport};
 
 const TOLERANCE: f64 = 5e-4;
-/// Depths are told to a twentieth, and to half a micrometre.
+/// Depths are reported to a twentieth, and to half a micrometre.
 const SHARE: f64 = 0.06;
 
 fn cutter(shank: Vec<[f64; 2]>) -> Cutter {
@@ -53,7 +53,7 @@ fn wedge(dip: f64, lean: f64) -> f64 {
     dip / (lean.sin() + lean.cos())
 }
 
-/// What is told of shank and holder: lines and depths.
+/// What is reported of shank and holder: lines and depths.
 fn holders(carving: &StockReport) -> Vec<(u32, f64)> {
     assert_eq!(carving.undecided, None);
     let all = carving.collisions.iter().filter(|hit| hit.kind == CollisionKind::Holder);
@@ -87,13 +87,13 @@ proptest! {
             let (path, deep) = ([20.0, 5.0, -dip, 5.0].map(pose), wedge(dip, lean));
             // The cutter's end is far beside the block, or below it.
             let carving = carve(&path, &cutter, &solid, cell);
-            let told = holders(&carving);
+            let reported = holders(&carving);
             if lines.is_empty() {
-                prop_assert!(told.is_empty(), "{told:?}");
+                prop_assert!(reported.is_empty(), "{reported:?}");
                 continue;
             }
-            prop_assert!(!told.is_empty() && told.iter().all(|(line, _)| lines.contains(line)), "{told:?}");
-            for (_, found) in told {
+            prop_assert!(!reported.is_empty() && reported.iter().all(|(line, _)| lines.contains(line)), "{reported:?}");
+            for (_, found) in reported {
                 prop_assert!((found - deep).abs() < SHARE * deep + TOLERANCE, "{found} {deep}");
             }
         }
@@ -138,15 +138,15 @@ proptest! {
             path.extend([pose(x - 3.0, from, 30.0), pose(x - 3.0, from, -30.0)]);
             let first = u32::try_from(path.len()).unwrap() + 1;
             path.extend([pose(x, from, -30.0), pose(x, from + 3.0, -30.0), pose(x - 3.0, from, -30.0)]);
-            let told = holders(&carve(&path, &cutter, &solid, cell));
+            let reported = holders(&carve(&path, &cutter, &solid, cell));
             if dip < 0.0 {
-                prop_assert!(told.is_empty(), "{told:?}");
+                prop_assert!(reported.is_empty(), "{reported:?}");
                 continue;
             }
-            prop_assert!(told.iter().all(|(line, _)| *line >= first), "{told:?} {first}");
-            let lines: Vec<u32> = told.iter().map(|(line, _)| *line).collect();
-            prop_assert!(lines.contains(&first), "{told:?} {first}");
-            for (_, found) in told {
+            prop_assert!(reported.iter().all(|(line, _)| *line >= first), "{reported:?} {first}");
+            let lines: Vec<u32> = reported.iter().map(|(line, _)| *line).collect();
+            prop_assert!(lines.contains(&first), "{reported:?} {first}");
+            for (_, found) in reported {
                 prop_assert!((found - deep).abs() < SHARE * deep + TOLERANCE, "{found} {deep}");
             }
         }
@@ -208,13 +208,13 @@ fn path() -> impl Strategy<Value = Vec<Step>> {
 proptest! {
     #![proptest_config(cases(24))]
 
-    /// Nowhere is a shank or a rapid move deeper in what is left than told: many random places, and no place told that
+    /// Nowhere is a shank or a rapid move deeper in what is left than reported: many random places, and no place reported that
     /// something was before.
     #[test]
     fn random_paths_with_a_short_cutter(path in path(), places in prop::collection::vec([-1.0..1.0, -1.0..1.0, -1.0..1.0, 0.0..1.0], 4000)) {
         let cutter = cutter(vec![[7.0, 6.0]]);
         let carving = carve(&path, &cutter, &block(), 0.5);
-        let told = |line: u32, kind: CollisionKind| {
+        let reported = |line: u32, kind: CollisionKind| {
             carving.collisions.iter().find(|hit| (hit.line, hit.kind) == (line, kind))
         };
         let kinds = [CollisionKind::Rapid, CollisionKind::Holder];
@@ -232,10 +232,10 @@ proptest! {
                     if kind == CollisionKind::Rapid && !path[k].1 {
                         continue;
                     }
-                    let known = told(u32::try_from(k).unwrap() + 1, kind).map_or(0.002, |hit| hit.depth);
+                    let known = reported(u32::try_from(k).unwrap() + 1, kind).map_or(0.002, |hit| hit.depth);
                     if -distance > known + SHARE * known + TOLERANCE && nearest_to_cut(&cutter, &path, k, &p) > 0.3 {
-                        // What is deeper than rays are apart is told as deep as rays show it.
-                        prop_assert!(known > 0.25, "line {}, {kind:?}: {} deep at {p}, told {known}", k + 1, -distance);
+                        // What is deeper than rays are apart is reported as deep as rays show it.
+                        prop_assert!(known > 0.25, "line {}, {kind:?}: {} deep at {p}, reported {known}", k + 1, -distance);
                     }
                 }
             }

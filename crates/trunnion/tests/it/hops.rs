@@ -7,7 +7,7 @@ use trunnion::cover::{HopOptions, LeadKind, LinkOptions, LinkRequest, legs, leve
 use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
 use trunnion::toolpath::{ToolPathOptions, through};
-use trunnion::types::{Leg, Motion, Pass, PieceGeometry, Silent, Station, ToolPath, ToolPose};
+use trunnion::types::{Leg, Motion, Pass, PieceGeometry, Silent, Station, ToolPath, ToolPose, Uv};
 
 const MAJOR: f64 = 4.0;
 const MINOR: f64 = 2.0;
@@ -45,7 +45,7 @@ fn pass(x: f64, lean: f64, back: bool) -> Pass {
         stations.reverse();
     }
     let many = stations.len();
-    Pass { face: 1, stations, widths: vec![1.0; many], track: vec![[0.0; 2]; many] }
+    Pass { face: 1, stations, widths: vec![1.0; many], track: vec![Uv::new(0.0, 0.0); many] }
 }
 
 fn link() -> LinkOptions {

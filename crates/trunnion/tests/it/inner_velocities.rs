@@ -16,7 +16,7 @@ use trunnion::nc::read::{self, AxisWords};
 use trunnion::nc::write::OutputFormat;
 use trunnion::types::{AxisVector, Block, Motion};
 
-/// What is told may differ from the largest velocity by this share of that of lever and tip, or of both rotaries, together.
+/// What is reported may differ from the largest velocity by this share of that of lever and tip, or of both rotaries, together.
 const SHARE: f64 = 1e-3;
 
 /// Times at which the inverse is sampled.
@@ -51,7 +51,7 @@ fn sampled(
     (fastest, together)
 }
 
-/// A block from one place to another \[mm, rad\], and what is told of it, whose rotaries are told to within `rounding`.
+/// A block from one place to another \[mm, rad\], and what is reported of it, whose rotaries are reported to within `rounding`.
 fn compare(
     kinematics: &Kinematics,
     (dialect, language, control): (OutputFormat, read::Dialect, BlockInterpolation),
@@ -73,13 +73,13 @@ fn compare(
     let tip = (blocks[1].pose.tip - blocks[0].pose.tip).norm() / seconds;
     for (index, axis) in audit.axes.iter().enumerate() {
         let limit = kinematics.machine().axes[index].vel;
-        let told = axis.velocity.raw * limit;
+        let reported = axis.velocity.raw * limit;
         // Of the lever, too, which is shorter than a metre.
         let off = 2.0 * rounding / seconds * if index < 3 { 1e3 } else { 1.0 };
         let scale = if index < 3 { together + tip } else { fastest[3] + fastest[4] };
         assert!(
-            (told - fastest[index]).abs() <= SHARE * scale + off + 1e-6 / seconds,
-            "{} {dialect:?}: {} at {told} of {} ({scale}), {from:?} to {to:?}",
+            (reported - fastest[index]).abs() <= SHARE * scale + off + 1e-6 / seconds,
+            "{} {dialect:?}: {} at {reported} of {} ({scale}), {from:?} to {to:?}",
             kinematics.machine().name,
             axis.name,
             fastest[index]
@@ -88,7 +88,7 @@ fn compare(
 }
 
 #[test]
-fn the_largest_velocity_inside_a_block_is_told() {
+fn the_largest_velocity_inside_a_block_is_reported() {
     let mut random = Random(dice::seed());
     for (_, text) in BUILT_IN {
         let machine = parse(text).unwrap().machine;
@@ -115,7 +115,7 @@ fn so_it_is_between_vectors() {
     let (_, text) = BUILT_IN.into_iter().find(|(name, _)| *name == "bc-trunnion").unwrap();
     let machine = parse(text).unwrap().machine;
     let kinematics = Kinematics::new(&machine, &Setup::new(random.point(200.0), [0.0; 3], 150.0));
-    // A control that is told vectors starts with the rotaries nearest to home.
+    // A control that receives vectors starts with the rotaries nearest to home.
     let home = machine.home();
     for (k, near) in (0..12).zip([0.02, 0.1, 0.7].into_iter().cycle()) {
         let turn = 10_f64.powf(-0.25 * f64::from(k));

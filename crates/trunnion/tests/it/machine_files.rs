@@ -1,5 +1,5 @@
 //! The files of `machines/`: each loads, fits its schema, and the twelve layouts agree with the
-//! closed forms of docs/sources.md#002. And files with faults: each is told at its line.
+//! closed forms of docs/sources.md#002. And files with faults: each is reported at its line.
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
@@ -393,16 +393,18 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
 ];
 
 #[test]
-fn every_fault_is_told_at_its_line_with_a_remedy() {
+fn every_fault_is_reported_at_its_line_with_a_remedy() {
     let (_, good) = BUILT_IN[1];
     let mut missing = Vec::new();
     for (from, to, place, remedy) in FAULTS {
         assert!(good.contains(from), "{from}");
         let faults = parse(&good.replacen(from, to, 1)).err().unwrap_or_default();
-        let told: Vec<String> = faults.iter().map(ToString::to_string).collect();
-        let hit = told.iter().any(|fault| fault.starts_with(place) && fault.contains(remedy));
+        let reported: Vec<String> = faults.iter().map(ToString::to_string).collect();
+        let hit = reported.iter().any(|fault| fault.starts_with(place) && fault.contains(remedy));
         if !hit || faults.iter().any(|fault| fault.help.is_empty()) {
-            missing.push(format!("{from} -> {to}\n wanted {place} .. {remedy}\n found  {told:#?}"));
+            missing.push(format!(
+                "{from} -> {to}\n wanted {place} .. {remedy}\n found  {reported:#?}"
+            ));
         }
     }
     assert!(missing.is_empty(), "{}", missing.join("\n"));
@@ -410,7 +412,7 @@ fn every_fault_is_told_at_its_line_with_a_remedy() {
 
 /// One fault must not hide another, nor make up a third.
 #[test]
-fn faults_are_told_together_and_once() {
+fn faults_are_reported_together_and_once() {
     let (_, good) = BUILT_IN[1];
     let bad = good
         .replacen("tool_axis = [0, 0, 1]", "tool_axis = [0, 0]", 1)
@@ -418,7 +420,7 @@ fn faults_are_told_together_and_once() {
         .replacen("[-508.0, 0.0]", "[0.0, -508.0]", 1)
         .replacen("[0, 1, 0]\npoint", "[0, 0, 0]\npoint", 1)
         .replacen("servo_period          = 0.001", "servo_period = \"fast\"", 1);
-    let told: Vec<String> = parse(&bad).unwrap_err().iter().map(ToString::to_string).collect();
+    let reported: Vec<String> = parse(&bad).unwrap_err().iter().map(ToString::to_string).collect();
     let starts = [
         "7:13: `tool_axis` needs 3 entries",
         "10:7: missing key `vel` in [axis.X]",
@@ -426,23 +428,23 @@ fn faults_are_told_together_and_once() {
         "47:10: axis.B.dir is the zero vector",
         "57:16: `cycle.servo_period` must be a number",
     ];
-    assert_eq!(told.len(), starts.len(), "{told:#?}");
-    for (fault, start) in told.iter().zip(starts) {
-        assert!(fault.starts_with(start), "{start}: {told:#?}");
+    assert_eq!(reported.len(), starts.len(), "{reported:#?}");
+    for (fault, start) in reported.iter().zip(starts) {
+        assert!(fault.starts_with(start), "{start}: {reported:#?}");
     }
     // What axes are to each other does not wait for the chain.
     let bad = good.replacen(", \"t\"]", "]", 1).replacen("[0, 1, 0]\npoint", "[0, 0, 1]\npoint", 1);
     let bad = bad.replacen("[0, 0, 1]\nlimits", "[1, 1, 0]\nlimits", 1);
-    let told: Vec<String> = parse(&bad).unwrap_err().iter().map(ToString::to_string).collect();
+    let reported: Vec<String> = parse(&bad).unwrap_err().iter().map(ToString::to_string).collect();
     let words = ["must end with \"t\"", "lie in one plane", "are parallel"];
     assert!(
-        told.len() == 3 && told.iter().zip(words).all(|(fault, word)| fault.contains(word)),
-        "{told:#?}"
+        reported.len() == 3 && reported.iter().zip(words).all(|(fault, word)| fault.contains(word)),
+        "{reported:#?}"
     );
     // What is missing is what was misspelt.
     let bad = good.replacen("limits = [-35.0", "limit = [-35.0", 1);
-    let told = parse(&bad).unwrap_err();
-    assert!(told.len() == 1 && told[0].help == "did you mean `limits`?", "{told:?}");
+    let reported = parse(&bad).unwrap_err();
+    assert!(reported.len() == 1 && reported[0].help == "did you mean `limits`?", "{reported:?}");
     // Nothing is known of a machine without units but what each line says.
     let bad = good.replacen("angle = \"deg\"", "angle = \"grad\"", 1);
     assert_eq!(parse(&bad).unwrap_err().len(), 1);

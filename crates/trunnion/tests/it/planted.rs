@@ -19,7 +19,7 @@ use trunnion::surface::{
 };
 use trunnion::types::{Block, Motion, Silent, ToolPose};
 use trunnion::verify::{
-    self, BoundOptions, CheckInput, CheckOptions, DeviationTolerance, Finding, Report,
+    self, BoundMargins, BoundOptions, CheckInput, CheckOptions, DeviationTolerance, Finding, Report,
 };
 
 const RADIUS: f64 = 5.0;
@@ -34,7 +34,7 @@ const OPTIONS: CheckOptions = CheckOptions {
     reach: 1.0,
     ray_tolerance: 2e-5,
     most_points: 1_000_000,
-    bounds: Some(BoundOptions::within([5e-4; 2])),
+    bounds: Some(BoundOptions::within(BoundMargins::both(5e-4))),
     ..CheckOptions::of_tolerance(DeviationTolerance { excess: 0.012, gouge: 0.001 }, 0.1)
 };
 
@@ -140,7 +140,7 @@ impl Job {
     }
 }
 
-fn told(report: &Report) -> Vec<String> {
+fn messages(report: &Report) -> Vec<String> {
     report.findings.iter().map(ToString::to_string).collect()
 }
 
@@ -156,7 +156,7 @@ fn gouge(report: &Report) -> (u32, f64) {
 fn nothing_is_found_in_the_clean_program_and_its_bounds_keep_the_tolerance() {
     let job = Job::new();
     let report = job.check(&job.text);
-    assert!(report.passed(), "{:?}", told(&report));
+    assert!(report.passed(), "{:?}", messages(&report));
     let bounds = report.deviation.bounds.unwrap();
     assert!(bounds.open <= 0.0 && bounds.gouge <= OPTIONS.gouge, "{bounds:?}");
     assert!(bounds.excess.unwrap() <= OPTIONS.total, "{bounds:?} {:?}", report.deviation.highest);
@@ -222,7 +222,7 @@ fn a_tool_ten_micrometres_too_long_gouges_all_over() {
 /// How much higher the tool would have to be, where that is all that is wrong.
 fn as_a_whole(report: &Report) -> Option<[f64; 2]> {
     report.findings.iter().find_map(|finding| match finding {
-        Finding::Length { higher } => Some(*higher),
+        Finding::Length { higher } => Some(higher.ends()),
         _ => None,
     })
 }
@@ -260,7 +260,8 @@ fn a_holder_grazing_by_five_micrometres() {
     let corners = [[-20.0, 20.0], [20.0, 20.0], [20.0, 80.0], [-20.0, 80.0], [-20.0, 20.0]];
     let trim = TrimLoop::new(vec![TrimCurve::polyline(&corners).unwrap()], [None, None], 1e-9);
     let face = Face::new(2, Surface::Plane(PlaneSurface { frame }), vec![trim.unwrap()]).unwrap();
-    let bounds = Some(BoundOptions { excess: false, ..BoundOptions::within([5e-4; 2]) });
+    let bounds =
+        Some(BoundOptions { excess: false, ..BoundOptions::within(BoundMargins::both(5e-4)) });
     let options = CheckOptions { grid: 1.0, bounds, ..OPTIONS };
     let check = |nearer: f64| {
         let record = |k: u32| {
@@ -279,7 +280,7 @@ fn a_holder_grazing_by_five_micrometres() {
         all.filter(|finding| matches!(finding, Finding::Gouge(_))).count()
     };
     let clean = check(0.0);
-    assert_eq!(gouges(&clean), 0, "{:?}", told(&clean));
+    assert_eq!(gouges(&clean), 0, "{:?}", messages(&clean));
     assert!(clean.deviation.bounds.unwrap().gouge <= 5e-4);
     let grazed = check(0.006);
     let (line, depth) = gouge(&grazed);

@@ -441,10 +441,13 @@ fn a_template_that_says_something_else_is_found_by_reading_back() {
         ("G93", "G91 G93", "instead of"),
         ("G93", "", "instead of"),
     ] {
-        let told = post(&good.replace(good_word, bad_word)).unwrap_err().to_string();
-        assert!(told.contains("read back") && told.contains(part), "{bad_word:?}: {told}");
+        let reported = post(&good.replace(good_word, bad_word)).unwrap_err().to_string();
+        assert!(
+            reported.contains("read back") && reported.contains(part),
+            "{bad_word:?}: {reported}"
+        );
     }
-    // Words that are not known are told, and the program is written.
+    // Words that are not known are reported, and the program is written.
     let (_, report) = post(&good.replace("T1 M6", "G65 P9810 Z10.")).unwrap();
     assert!(report.unread.unwrap().message.contains("G65"));
 }

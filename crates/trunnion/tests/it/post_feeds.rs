@@ -87,7 +87,7 @@ fn programmed_feeds_stay_as_they_are() {
         .filter(|word| word.starts_with("F6") || word.starts_with("F5"))
         .collect();
     assert_eq!(feeds, ["F6000."], "{text}");
-    assert!(report.loads.output.acceleration > 1.0, "corners at full speed are told");
+    assert!(report.loads.output.acceleration > 1.0, "corners at full speed are reported");
 }
 
 /// Inverse time says nothing quicker than 0.6 ms: what comes before and behind such blocks slows down in time.

@@ -1,6 +1,6 @@
 //! Random tools on random ways through random machines, against the same ways in many poses: the heights that a check
 //! measures over a bicubic face, and the volume that is cut from stock. A few by default; `just torture` sets
-//! `TRUNNION_TORTURE=1` for thousands. The seed of each is told where it fails; `TRUNNION_TORTURE_SEED` repeats a run.
+//! `TRUNNION_TORTURE=1` for thousands. The seed of each is reported where it fails; `TRUNNION_TORTURE_SEED` repeats a run.
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 #![expect(clippy::print_stdout, reason = "the worst found says how near it is")]

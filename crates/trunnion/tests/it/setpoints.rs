@@ -165,11 +165,11 @@ proptest! {
         }
         let found = audit(&machine, &options(PERIOD, 3, FINE), &rows);
         let [finding] = &found.findings[..] else { panic!("{:?}", found.findings) };
-        let MotionFinding::Rate { axis: name, rate: told, worst } = finding else {
+        let MotionFinding::Rate { axis: name, rate: reported, worst } = finding else {
             panic!("{finding}")
         };
         prop_assert_eq!(name, &machine.axes[axis].name);
-        prop_assert_eq!(*told, ["velocity", "acceleration", "jerk"][rate]);
+        prop_assert_eq!(*reported, ["velocity", "acceleration", "jerk"][rate]);
         prop_assert!(worst.worst > 1.001, "{finding}");
         if rate < 2 {
             // Between rows more can be asked for than any row says.

@@ -261,7 +261,7 @@ fn words_count_from_the_work_offset_that_is_active() {
     for (text, dialect, number) in &cases {
         let report = with_offsets(text, *dialect, &at(*number, 0.0)).unwrap();
         assert_heights(&report, 0, |_| Some(0.005));
-        // 10 micrometres lower is found, and so is an offset that nobody told.
+        // 10 micrometres lower is found, and so is an offset that nobody named.
         let report = with_offsets(text, *dialect, &at(*number, -0.01)).unwrap();
         let gouge = matches!(report.findings[..], [Finding::Gouge(at), ..] if (at.height + 0.005).abs() < 1e-4);
         assert!(gouge, "{:?}", report.findings);
@@ -301,10 +301,10 @@ fn offsets_that_the_program_writes_are_read() {
         ("G10 L2 P2 X0. Y0. Z0. C5.", "line 2: a work offset of a rotary axis"),
         ("G10 L2 P2 X0.", "line 2: a part of a work offset"),
     ];
-    for (block, told) in refused {
+    for (block, reported) in refused {
         let text = shifted(&format!("{START} G55 G43 H1\n{block}"), "M2\n");
         let error = with_offsets(&text, Dialect::LinuxCnc, &[]).unwrap_err().to_string();
-        assert!(error.starts_with(told) && error.contains("as axis positions"), "{error}");
+        assert!(error.starts_with(reported) && error.contains("as axis positions"), "{error}");
     }
 }
 

@@ -119,13 +119,13 @@ fn what_cannot_be_followed_is_refused_with_its_line() {
         (Dialect::Siemens, "CYCLE800(0,\"\",0,57,0,0,0,1,0,0,0,0,0,0)\nG1 X1 F10", "direction"),
         (Dialect::Siemens, "TRANS X5\nCYCLE800(0,\"\",0,57,0,0,0,1,0,0,0,0,0,1)", "TRANS"),
     ];
-    for (dialect, words, told) in cases {
+    for (dialect, words, reported) in cases {
         let start = if dialect == Dialect::Siemens { "G90 G54" } else { "0 BEGIN PGM T MM" };
         let text = format!("{start}\n{words}\n");
         let faults = read::read(&text, &ReadOptions::new(dialect, axes, 5)).unwrap_err();
         let fault = faults.first().unwrap();
         let said = fault.to_string();
-        assert!(said.contains(told) && fault.line >= 2, "{words}: {said}");
+        assert!(said.contains(reported) && fault.line >= 2, "{words}: {said}");
     }
     // Planes are steps of their own for whoever follows them.
     let text = "0 BEGIN PGM T MM\nPLANE SPATIAL SPB+30 TURN FMAX\nEND PGM T MM\n";

@@ -30,7 +30,7 @@ fn outcome(c_travel: &str) -> Outcome {
 }
 
 #[test]
-fn a_retract_in_a_pass_is_told_everywhere_and_the_part_is_right() {
+fn a_retract_in_a_pass_is_reported_everywhere_and_the_part_is_right() {
     let free = outcome("cyclic = 360.0");
     assert!(free.summary.motion.retracts.is_empty() && !free.setup.contains("retract"));
 

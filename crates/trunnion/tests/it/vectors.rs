@@ -60,24 +60,24 @@ fn poses() -> Vec<ToolPose> {
 }
 
 /// Numbers of a pose in the table frame: tip, and axis.
-fn told(pose: &ToolPose) -> [f64; 6] {
+fn coordinates(pose: &ToolPose) -> [f64; 6] {
     let table = Rotation3::from_euler_angles(0.3, 0.0, 0.0);
     let (tip, axis) = (table * pose.tip, table * pose.axis);
     [tip.x, tip.y, tip.z, axis.x, axis.y, axis.z]
 }
 
 fn siemens(pose: &ToolPose) -> String {
-    let [x, y, z, i, j, k] = told(pose);
+    let [x, y, z, i, j, k] = coordinates(pose);
     format!("X{x:.9} Y{y:.9} Z{z:.9} A3={i:.12} B3={j:.12} C3={k:.12}")
 }
 
 fn fanuc(pose: &ToolPose) -> String {
-    let [x, y, z, i, j, k] = told(pose);
+    let [x, y, z, i, j, k] = coordinates(pose);
     format!("X{x:.9} Y{y:.9} Z{z:.9} I{i:.12} J{j:.12} K{k:.12}")
 }
 
 fn heidenhain(pose: &ToolPose) -> String {
-    let [x, y, z, i, j, k] = told(pose);
+    let [x, y, z, i, j, k] = coordinates(pose);
     format!("LN X{x:+.9} Y{y:+.9} Z{z:+.9} TX{i:+.12} TY{j:+.12} TZ{k:+.12}")
 }
 
@@ -189,8 +189,8 @@ fn what_cannot_be_followed_is_refused_with_line_and_remedy() {
         let refused = check(&(begin + rest + "M30\n"), Dialect::Siemens).map(|_| ());
         refused.unwrap_err().to_string()
     };
-    let told = refused("G17 G2 X-2 I5 J0 A3=0 B3=0 C3=1 F100\n");
-    assert!(told.starts_with("line 4: an arc between tool vectors"), "{told}");
+    let reported = refused("G17 G2 X-2 I5 J0 A3=0 B3=0 C3=1 F100\n");
+    assert!(reported.starts_with("line 4: an arc between tool vectors"), "{reported}");
 }
 
 /// The rotaries that are taken for a vector are those of the makers' inverse, which shares nothing with the check.

@@ -420,9 +420,12 @@ fn leaving_the_travel_is_found() {
         _ => None,
     };
     assert_eq!(report.findings.iter().find_map(travel), Some(number));
-    // Deeper than is looked for: not told as a depth.
-    let told = messages(&report);
-    assert!(told.iter().any(|line| line.contains("gouge of 3.0000 mm or more")), "{told:?}");
+    // Deeper than is looked for: not reported as a depth.
+    let reported = messages(&report);
+    assert!(
+        reported.iter().any(|line| line.contains("gouge of 3.0000 mm or more")),
+        "{reported:?}"
+    );
 }
 
 #[test]

@@ -10,6 +10,7 @@ use crate::path::lines::Lines;
 use crate::post::head::Head;
 use crate::post::summary::LeftOutCount;
 use crate::progress::Bars;
+use crate::text::unreadable;
 use anyhow::Context;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read};
@@ -41,11 +42,11 @@ impl<'a> Input<'a> {
             (Box::new(std::io::stdin().lock()), 0)
         } else {
             let fault = |what: String| Failure::input(format!("{}: {what}", path.display()));
-            let size = std::fs::metadata(path).map_err(|error| fault(error.to_string()))?;
+            let size = std::fs::metadata(path).map_err(|error| fault(unreadable(&error)))?;
             if size.is_dir() {
                 return Err(fault("is a folder; a file is expected".into()));
             }
-            let file = File::open(path).map_err(|error| fault(error.to_string()))?;
+            let file = File::open(path).map_err(|error| fault(unreadable(&error)))?;
             (Box::new(BufReader::with_capacity(BUFFER, file)), size.len())
         };
         // Stdin cannot be read twice: the beginning that shows the dialect is put back in front.
@@ -106,6 +107,14 @@ impl<'a> Input<'a> {
         }
     }
 
+    /// Returns the tools that the tool table of the input's control has otherwise.
+    pub(crate) fn contradictions(&self) -> &[String] {
+        match self {
+            Self::Locations(_) => &[],
+            Self::Program(of) => of.contradictions(),
+        }
+    }
+
     fn path(&self) -> &Path {
         match self {
             Self::Locations(of) => &of.source.path,
@@ -115,6 +124,9 @@ impl<'a> Input<'a> {
 
     /// Returns an error with its line in the file.
     pub(crate) fn failure(&self, error: &PostError) -> Failure {
+        if let Self::Program(of) = self {
+            of.explain_refusal();
+        }
         failure(self.path(), error)
     }
 }

@@ -5,11 +5,12 @@ use super::source::{ARC_TOLERANCE, InputOptions, Source, stem};
 use crate::outcome::Failure;
 use crate::post::head::Head;
 use crate::post::summary::LeftOutCount;
+use crate::table_tool::DescribedTool;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use trunnion::machine::Kinematics;
-use trunnion::nc::read::{AxisWords, Dialect, ReadOptions, Steps, steps};
+use trunnion::nc::read::{AxisWords, Dialect, ReadOptions, Steps, ToolRow, steps};
 use trunnion::post::MOST_FAULTS;
 use trunnion::post::{LeftOut, PostMove, PostPace, ProgramMoves};
 use trunnion::types::Diagnostic;
@@ -45,6 +46,12 @@ pub(crate) struct Program<'a> {
     taken: usize,
     feed: f64,
     ended: bool,
+    /// Tool table of the control.
+    table: Vec<ToolRow>,
+    /// Tools so far that the table has otherwise.
+    contradictions: Vec<String>,
+    /// Last tool that was compared with the table.
+    compared: Option<u32>,
 }
 
 impl<'a> Program<'a> {
@@ -79,6 +86,9 @@ impl<'a> Program<'a> {
             taken: 0,
             feed: 0.0,
             ended: false,
+            table: read_options.tools,
+            contradictions: Vec::new(),
+            compared: None,
         })
     }
 
@@ -107,9 +117,30 @@ impl<'a> Program<'a> {
                 Some(Ok(step)) => {
                     let taken = self.moves.step(&step, &mut self.waiting);
                     taken.map_err(|error| failure(&self.path, &error))?;
+                    self.compare_tool();
                 }
             }
         }
+    }
+
+    /// Compares the tool in the spindle with the tool table of the control.
+    fn compare_tool(&mut self) {
+        let Some(number) = self.moves.tool().filter(|number| self.compared != Some(*number)) else {
+            return;
+        };
+        self.compared = Some(number);
+        let length = self.kinematics().setup().tool_length;
+        let tool = DescribedTool { number, length, diameter: None };
+        if let Some(found) = tool.contradiction(&self.table, "--from-tool-length")
+            && !self.contradictions.contains(&found)
+        {
+            self.contradictions.push(found);
+        }
+    }
+
+    /// Returns the tools that the tool table of the control has otherwise.
+    pub(super) fn contradictions(&self) -> &[String] {
+        &self.contradictions
     }
 
     pub(super) fn tool(&self) -> Option<u32> {
@@ -121,12 +152,16 @@ impl<'a> Program<'a> {
         self.moves.kinematics()
     }
 
-    fn end(&mut self) {
-        self.ended = true;
-        let path = self.path.display();
-        for warning in self.steps.warnings() {
-            eprintln!("warning: {path}:{warning}");
+    /// Warns of moves without a tool length, of which a refusal may come.
+    pub(super) fn explain_refusal(&self) {
+        // At the end of the program it was warned of.
+        if !self.ended {
+            self.warn_gauge_point();
         }
+    }
+
+    fn warn_gauge_point(&self) {
+        let path = self.path.display();
         if let Some(line) = self.moves.gauge_point() {
             let length = self.moves.kinematics().setup().tool_length;
             let message = format!(
@@ -137,6 +172,15 @@ impl<'a> Program<'a> {
             let warning = Diagnostic { line, column: 0, message, help: help.to_owned() };
             eprintln!("warning: {path}:{warning}");
         }
+    }
+
+    fn end(&mut self) {
+        self.ended = true;
+        let path = self.path.display();
+        for warning in self.steps.warnings() {
+            eprintln!("warning: {path}:{warning}");
+        }
+        self.warn_gauge_point();
         let left = self.moves.left();
         // Words that cannot move the tool are dropped, but never silently.
         if left.dwells > 0 || left.words > 0 {

@@ -41,7 +41,7 @@ pub(crate) fn stderr(output: &Output) -> String {
 }
 
 /// Exit code, stdout, stderr.
-pub(crate) fn told(output: &Output) -> (Option<i32>, String, String) {
+pub(crate) fn outcome(output: &Output) -> (Option<i32>, String, String) {
     let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
     (output.status.code(), text(&output.stdout), text(&output.stderr))
 }

@@ -187,7 +187,7 @@ impl HeidenhainReader {
         let mut given = Vec::new();
         for word in joined.split(' ') {
             let Some((name, value)) = word.split_once('=') else { continue };
-            if !super::reader::is_q(name) {
+            if !super::token::is_q(name) {
                 let message = format!("{} in a cycle", excerpt(word));
                 return Err(ReadRemark::new(at, message, "write Q and its number"));
             }

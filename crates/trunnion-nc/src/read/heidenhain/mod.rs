@@ -1,6 +1,7 @@
 //! Klartext: `L X+10 FMAX`, `LN .. TX TY TZ`, `CC`, `C`, `CYCL DEF`, `Q1 = 5`.
 
 mod approach;
+mod assignment;
 mod calls;
 mod circles;
 mod contour;
@@ -17,6 +18,7 @@ mod path_block;
 mod path_words;
 mod plane;
 mod reader;
+mod technology;
 mod token;
 mod transform;
 mod units;

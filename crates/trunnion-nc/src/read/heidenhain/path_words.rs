@@ -12,12 +12,12 @@ use std::f64::consts::{PI, TAU};
 
 impl HeidenhainReader {
     /// Takes in a word.
-    pub(super) fn word(
+    pub(super) fn word<'a>(
         &mut self,
         state: &mut ReaderState,
         block: &mut PathBlock,
-        token: Token<'_>,
-        tokens: &mut Tokens<'_>,
+        token: Token<'a>,
+        tokens: &mut Tokens<'a>,
     ) -> Result<(), ReadRemark> {
         let upper = token.text.to_ascii_uppercase();
         let bytes = upper.as_bytes();
@@ -26,7 +26,7 @@ impl HeidenhainReader {
             // The angle of an approach on an arc, which is refused: its side is that of the compensation.
             b"R0" | [b'C', b'C', b'A', ..] => Ok(()),
             [b'L', b'E', b'N', ..] => {
-                let value = if token.text.len() == 3 { tokens.expect()? } else { token.after(3) };
+                let value = tokens.value_of(&token, 3)?;
                 block.length = Some(state.control.scale() * self.value(&value)?.value);
                 Ok(())
             }
@@ -43,7 +43,7 @@ impl HeidenhainReader {
             }
             [b'M', b'0'..=b'9' | b' ', ..] => self.m_code(state, block, token),
             [b'M', b'B', ..] if block.retract.is_some() => {
-                let value = if token.text.len() == 2 { tokens.expect()? } else { token.after(2) };
+                let value = tokens.value_of(&token, 2)?;
                 block.retract = Some(if value.text.trim().eq_ignore_ascii_case("MAX") {
                     Retraction::Limit
                 } else {
@@ -51,7 +51,8 @@ impl HeidenhainReader {
                 });
                 Ok(())
             }
-            [b'F', ..] => self.feed(state, block, token, tokens),
+            // The value may stand apart: `F 800`, `F MAX`.
+            [b'F', ..] => self.feed(state, block, token, tokens.value_of(&token, 1)?),
             [b'S', ..] => {
                 state.control.speed = self.value(&token.after(1))?.value;
                 if state.control.sense != 0 {
@@ -78,10 +79,8 @@ impl HeidenhainReader {
         state: &mut ReaderState,
         block: &mut PathBlock,
         token: Token<'_>,
-        tokens: &mut Tokens<'_>,
+        value: Token<'_>,
     ) -> Result<(), ReadRemark> {
-        // The value may stand apart: `F 800`, `F MAX`.
-        let value = if token.text.len() == 1 { tokens.expect()? } else { token.after(1) };
         if value.text.eq_ignore_ascii_case("MAX") {
             block.rapid = true;
             return Ok(());

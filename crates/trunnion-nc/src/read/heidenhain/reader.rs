@@ -3,11 +3,10 @@
 use super::contour::{ContourStep, HeldElement, OpenCorner};
 use super::drilling_cycle::KlartextCycle;
 use super::flow;
-use super::flow::{KlartextFlow, same};
+use super::flow::KlartextFlow;
 use super::frame::ProgramFrame;
 use super::iso::IsoModes;
-use super::token::{Token, Tokens};
-use super::units::feed_unit;
+use super::token::{Token, Tokens, is_q};
 use super::units::value_begins;
 use crate::read::control::{FeedMode, SLOTS};
 use crate::read::dialect::is_heidenhain_iso;
@@ -403,191 +402,6 @@ impl HeidenhainReader {
         Ok(())
     }
 
-    /// Runs `BLK FORM`, `TOOL CALL`, `TOOL DEF`, `STOP`.
-    pub(super) fn technology(
-        &mut self,
-        state: &mut ReaderState,
-        first: &Token<'_>,
-        code: &str,
-        tokens: &mut Tokens<'_>,
-    ) -> Result<(), ReadRemark> {
-        let text = code.get(first.at..).unwrap_or_default();
-        let second = tokens.next_token();
-        // The number of a tool may stand at its word: TOOL DEF1.
-        let is = |word: &str| {
-            second.is_some_and(|token| {
-                let name = token.text.trim_end_matches(|c: char| c.is_ascii_digit());
-                token.text.eq_ignore_ascii_case(word) || word == "DEF" && same(name, word)
-            })
-        };
-        match first.text.to_ascii_uppercase().as_str() {
-            "BLK" if is("FORM") => Ok(()),
-            "TOOL" if is("CALL") => self.tool_call(state, text, tokens),
-            "TOOL" if is("DEF") => Ok(()),
-            "STOP" => {
-                state.control.keep(state.log.line, first.text);
-                // M functions may stand behind it.
-                self.path(state, "L", first, Tokens::new(code, first.at + first.text.len()))
-            }
-            _ => Err(not_understood(first, code)),
-        }
-    }
-
-    /// Runs `TOOL CALL 5 Z S8000 F500`.
-    pub(super) fn tool_call(
-        &mut self,
-        state: &mut ReaderState,
-        text: &str,
-        tokens: &mut Tokens<'_>,
-    ) -> Result<(), ReadRemark> {
-        let mut number = None;
-        let mut speed = None;
-        while let Some(token) = tokens.next_word() {
-            let upper = token.text.to_ascii_uppercase();
-            match upper.as_bytes() {
-                [b'0'..=b'9', ..] => {
-                    let help = "write the number of a tool in the tool table";
-                    let wrong = || {
-                        ReadRemark::new(token.at, format!("TOOL CALL {upper} is not known"), help)
-                    };
-                    number = Some(upper.parse().map_err(|_| wrong())?);
-                }
-                [b'"', ..] => number = Some(self.named_tool(&token, &upper)?),
-                // The tool axis is the third axis of a right-handed plane: X to YZ, Y to ZX, Z to
-                // XY.
-                b"X" => self.plane = [1, 2],
-                b"Y" => self.plane = [2, 0],
-                b"Z" => self.plane = [0, 1],
-                [b'S', ..] => speed = Some(self.value(&token.after(1))?.value),
-                [b'F', ..] => {
-                    let feed = self.value(&token.after(1))?.value * feed_unit(state);
-                    (self.tool_feed, state.control.feed) = (Some(feed), Some(feed));
-                }
-                // An oversize changes length or radius of the tool against the programmed path.
-                [b'D', b'L' | b'R', ..] => {
-                    let skip = if upper.starts_with("DR2") { 3 } else { 2 };
-                    if self.value(&token.after(skip))?.value.abs() > 0.0 {
-                        let message = "a tool with oversize (DL, DR)";
-                        return Err(ReadRemark::new(
-                            token.at,
-                            message,
-                            "post the path of the real tool",
-                        ));
-                    }
-                }
-                _ => return Err(ReadRemark::new(token.at, format!("{upper} in TOOL CALL"), "")),
-            }
-        }
-        let line = state.log.line;
-        self.heading = None;
-        if let Some(speed) = speed {
-            state.control.speed = speed;
-            if state.control.sense != 0 {
-                state.control.spindle(line);
-            }
-        }
-        if let Some(number) = number {
-            state.control.keep(line, text);
-            state.control.tool = number;
-            // TOOL CALL changes the tool and compensates its length at once; tool 0 is none.
-            state.control.change_tool(line, number);
-            if number == 0 {
-                state.control.disable_length();
-            } else {
-                state.control.enable_length();
-            }
-        }
-        Ok(())
-    }
-
-    /// Returns the number of a tool that is called by its name.
-    fn named_tool(&mut self, token: &Token<'_>, name: &str) -> Result<u32, ReadRemark> {
-        let digits = name.chars().filter(char::is_ascii_digit).take(9);
-        let number = digits.collect::<String>().parse().unwrap_or(0);
-        let known = self.tool_names.entry(number).or_insert_with(|| name.into());
-        if **known == *name {
-            return Ok(number);
-        }
-        let message = format!("tools {known} and {name} would both be tool {number}");
-        Err(ReadRemark::new(token.at, message, "call them by their numbers"))
-    }
-
-    /// Runs `Q1 = +5`, from a byte offset on.
-    pub(super) fn assign(
-        &mut self,
-        first: &Token<'_>,
-        code: &str,
-        at: usize,
-    ) -> Result<(), ReadRemark> {
-        // FN 0: stands before the assignment, which begins behind its colon.
-        let from = at.max(first.at);
-        let text = code.get(from..).unwrap_or_default();
-        let Some((name, value)) = text.split_once('=') else {
-            return Err(ReadRemark::new(from, "= is missing here", "write Q1 = 5"));
-        };
-        let name = name.trim().to_ascii_uppercase();
-        if !is_q(&name) {
-            let message = format!("{} is no parameter", excerpt(&name));
-            return Err(ReadRemark::new(from, message, "write Q and its number"));
-        }
-        let value_at = code.len() - value.len();
-        let value = self.arithmetic(value, value_at)?;
-        self.variables.insert(name.into(), value);
-        Ok(())
-    }
-
-    /// Runs `FN 0: Q1 = +5`, up to `FN 7`; `FN 9` to `FN 12` jump.
-    pub(super) fn formula(
-        &mut self,
-        state: &mut ReaderState,
-        tokens: &mut Tokens<'_>,
-        code: &str,
-    ) -> Result<(), ReadRemark> {
-        let Some(kind) = tokens.next_token() else { return Ok(()) };
-        let number = kind.text.trim_end_matches(':').parse::<u32>().unwrap_or(u32::MAX);
-        if matches!(number, 15 | 16 | 38) {
-            // They print, and move nothing.
-            state.control.keep(state.log.line, code.trim_start());
-            return Ok(());
-        }
-        if number > 13 {
-            let message = format!("FN {} is not understood", excerpt(kind.text));
-            let help = "FN 0 to FN 13 are; it needs data of the machine, or stops the program";
-            return Err(ReadRemark::new(kind.at, message, help));
-        }
-        let after = code.get(kind.at..).unwrap_or_default().find(':').map_or(0, |at| at + 1);
-        let text = code.get(kind.at + after..).unwrap_or_default();
-        let from = kind.at + after + text.len() - text.trim_start().len();
-        if matches!(number, 9..=12) {
-            return self.condition(state, number, code, from);
-        }
-        if matches!(number, 8 | 13) {
-            return self.two_sides(number, code, from);
-        }
-        let first = Token { text: "", at: from };
-        self.assign(&first, code, from)
-    }
-
-    /// Runs `FN 8: Q1 = +3 LEN +4`, `FN 13: Q1 = +3 ANG +4`: hypotenuse and angle of a right triangle.
-    fn two_sides(&mut self, number: u32, code: &str, from: usize) -> Result<(), ReadRemark> {
-        let word = if number == 8 { "LEN" } else { "ANG" };
-        let text = code.get(from..).unwrap_or_default().to_ascii_uppercase();
-        let parts = text.split_once('=').and_then(|(name, sides)| {
-            sides.split_once(word).map(|(first, second)| (name.trim().to_owned(), first, second))
-        });
-        let Some((name, first, second)) = parts.filter(|(name, ..)| is_q(name)) else {
-            let message = format!("FN {number} without =, or {word}");
-            let help = format!("write FN {number}: Q1 = +3 {word} +4");
-            return Err(ReadRemark::new(from, message, help));
-        };
-        let [a, b] = [self.arithmetic(first, from)?, self.arithmetic(second, from)?];
-        // The first is opposite to the angle, which counts from 0 to 360 degrees.
-        let value =
-            if number == 8 { a.hypot(b) } else { a.atan2(b).to_degrees().rem_euclid(360.0) };
-        self.variables.insert(name.into(), value);
-        Ok(())
-    }
-
     pub(super) fn dwell(
         &self,
         state: &mut ReaderState,
@@ -610,12 +424,6 @@ impl HeidenhainReader {
 /// Returns true if a block begins with a word.
 pub(super) fn starts(code: &str, from: usize, word: &str) -> bool {
     code.get(from..from + word.len()).is_some_and(|head| head.eq_ignore_ascii_case(word))
-}
-
-/// Returns true for `Q1`, `QL2`, `QR3`.
-pub(super) fn is_q(word: &str) -> bool {
-    let digits = word.trim_start_matches("QL").trim_start_matches("QR").trim_start_matches('Q');
-    word.starts_with('Q') && !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
 }
 
 pub(super) fn not_understood(token: &Token<'_>, code: &str) -> ReadRemark {

@@ -68,11 +68,26 @@ impl<'a> Tokens<'a> {
         Some(Token { text: self.text.get(word.at..end)?, at: word.at })
     }
 
+    /// Returns the value of a word behind its first bytes, or the next word where nothing is behind them: `F800`, `F 800`.
+    pub(super) fn value_of(
+        &mut self,
+        word: &Token<'a>,
+        bytes: usize,
+    ) -> Result<Token<'a>, ReadRemark> {
+        if word.text.len() == bytes { self.expect() } else { Ok(word.after(bytes)) }
+    }
+
     /// Returns the next word, which has to be there.
     pub(super) fn expect(&mut self) -> Result<Token<'a>, ReadRemark> {
         let at = self.text.len();
         self.next_token().ok_or_else(|| ReadRemark::new(at, "a word is missing here", ""))
     }
+}
+
+/// Returns true for `Q1`, `QL2`, `QR3`.
+pub(super) fn is_q(word: &str) -> bool {
+    let digits = word.trim_start_matches("QL").trim_start_matches("QR").trim_start_matches('Q');
+    word.starts_with('Q') && !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit())
 }
 
 /// Returns true for a letter, or one of the pairs of letters, whose value is still to come.

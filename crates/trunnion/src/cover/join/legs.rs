@@ -40,7 +40,7 @@ const UPRIGHT: f64 = 0.5;
 /// use trunnion::cover::{LinkOptions, LinkRequest, legs};
 /// use trunnion::cutter::{Cutter, CutterSpec};
 /// use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
-/// use trunnion::types::{Motion, Pass, Silent, Station, ToolPose};
+/// use trunnion::types::{Motion, Pass, Silent, Station, ToolPose, Uv};
 ///
 /// let points = [0.0, 20.0].map(|x| [0.0, 20.0].map(|y| Point3::new(x, y, 0.0)).to_vec()).to_vec();
 /// let knots = [vec![0.0, 0.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
@@ -54,7 +54,8 @@ const UPRIGHT: f64 = 0.5;
 ///     Station { pose: ToolPose { tip, axis: Vector3::z_axis() }, contact: tip }
 /// };
 /// let stations = vec![station(5.0), station(15.0)];
-/// let passes = [Pass { face: 1, stations, widths: vec![2.0; 2], track: vec![[0.25, 0.5], [0.75, 0.5]] }];
+/// let track = vec![Uv::new(0.25, 0.5), Uv::new(0.75, 0.5)];
+/// let passes = [Pass { face: 1, stations, widths: vec![2.0; 2], track }];
 /// let boxes = vec![[Point3::origin(), Point3::new(20.0, 20.0, 0.0)]];
 /// let options = LinkOptions { gouge: 0.01, ..LinkOptions::above(Vector3::z_axis(), boxes, 30.0) };
 ///

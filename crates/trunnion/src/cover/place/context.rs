@@ -16,7 +16,7 @@ use crate::cover::prove::sweep::PassSweep;
 use crate::cutter::Cutter;
 use crate::cutter::ToolBody;
 use crate::surface::FaceIndex;
-use crate::types::{Cancelled, Pass, Station};
+use crate::types::{Cancelled, Pass, Station, Uv};
 
 /// Size of the cells into which a face is divided beforehand, as a share of the cutter's radius. The bows of
 /// smaller cells are far below tolerances.
@@ -178,7 +178,7 @@ impl<'a, Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'a, Inside> {
     /// Makes a pass of stations that finish a strip of one width.
     pub(crate) fn whole_pass(&self, stations: Vec<Station>, width: f64) -> Pass {
         let uv = |station: &Station| {
-            self.face.closest(&station.contact).map_or([0.0; 2], |foot| <[f64; 2]>::from(foot.uv))
+            self.face.closest(&station.contact).map_or(Uv::new(0.0, 0.0), |foot| foot.uv)
         };
         let track = stations.iter().map(uv).collect();
         let widths = vec![width; stations.len()];

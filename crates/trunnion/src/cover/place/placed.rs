@@ -158,7 +158,7 @@ impl PlacedPasses {
         if !self.forward {
             placed.reverse();
         }
-        let track = placed.iter().map(|p| source.chart.uv([p.across, p.along])).collect();
+        let track = placed.iter().map(|p| source.chart.uv([p.across, p.along]).into()).collect();
         let widths = placed.iter().map(|p| p.location.strip_width).collect();
         let stations = placed.into_iter().map(|p| p.station).collect();
         Pass { face: source.face, stations, widths, track }

@@ -11,7 +11,7 @@ use crate::cutter::Cutter;
 use crate::surface::Face;
 use crate::types::{Cancelled, Progress, Stage, UncutRegion};
 use crate::verify::error::VerifyError;
-use crate::verify::options::{BoundOptions, CheckOptions};
+use crate::verify::options::{BoundMargins, BoundOptions, CheckOptions};
 use crate::verify::replay::segments::Run;
 use crate::verify::report::{Audit, Deviation, ExtremeHeight, FaceMap, HeightBounds, Sensitivity};
 use std::f64::consts::PI;
@@ -147,7 +147,7 @@ impl MeasureTask<'_> {
             // Deeper than the search goes: no bound is possible.
             return Ok(());
         }
-        let [gouge, excess] = promise.margin;
+        let BoundMargins { gouge, excess } = promise.margin;
         let exact = options.ray_tolerance;
         let rules = [(gouge, options.gouge), (excess, options.total)]
             .map(|(margin, tolerance)| MarginRule { margin, tolerance, exact });
@@ -246,7 +246,7 @@ mod tests {
         let file = rows(&face);
         let spec = CutterSpec { length: 20.0, ..CutterSpec::of_radii(2.0, 1.0) };
         let cutter = Cutter::new(spec).unwrap();
-        let promise = Some(BoundOptions::within([1e-3; 2]));
+        let promise = Some(BoundOptions::within(BoundMargins::both(1e-3)));
         let options = CheckOptions {
             reach: 0.5,
             ray_tolerance: 1e-4,

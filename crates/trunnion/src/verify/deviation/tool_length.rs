@@ -2,6 +2,7 @@
 
 use super::map::MeasuredMap;
 use crate::surface::Face;
+use crate::types::Interval;
 use crate::verify::options::CheckOptions;
 use std::collections::BTreeMap;
 
@@ -16,7 +17,7 @@ pub(crate) fn length(
     faces: &[Face],
     measured: &[MeasuredMap],
     options: &CheckOptions,
-) -> Option<[f64; 2]> {
+) -> Option<Interval> {
     let [low, high] = [-options.gouge, options.total];
     let mut higher = [f64::NEG_INFINITY, f64::INFINITY];
     let mut lines: BTreeMap<u32, bool> = BTreeMap::new();
@@ -41,5 +42,5 @@ pub(crate) fn length(
     let broken = lines.values().filter(|broken| **broken).count();
     let all_over = broken as f64 > MOST * lines.len() as f64;
     let [least, most] = higher;
-    (all_over && least <= most && (least > 0.0 || most < 0.0)).then_some(higher)
+    (all_over && least <= most && (least > 0.0 || most < 0.0)).then_some(higher.into())
 }

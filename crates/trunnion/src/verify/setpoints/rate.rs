@@ -3,7 +3,7 @@
 use super::least::RateBound;
 use super::options::{MotionOptions, shown};
 use crate::machine::{Axis, AxisKind};
-use crate::types::AXES;
+use crate::types::{AXES, Interval};
 use std::fmt;
 
 /// Result of an audit of setpoints.
@@ -31,7 +31,7 @@ pub struct AxisMotion {
     /// Linear or rotary.
     pub kind: AxisKind,
     /// Smallest and largest position \[mm or rad\].
-    pub range: [f64; 2],
+    pub range: Interval,
     /// Velocity, acceleration and jerk against their limits. Velocity is compared with that of rapids, since a row does not
     /// state if it is one.
     pub rates: [RowRatio; 3],
@@ -295,6 +295,6 @@ impl<'a> AxisState<'a> {
 
     pub(super) fn finish(self) -> AxisMotion {
         let Self { axis, range, rates, .. } = self;
-        AxisMotion { name: axis.name.clone(), kind: axis.kind, range, rates }
+        AxisMotion { name: axis.name.clone(), kind: axis.kind, range: range.into(), rates }
     }
 }

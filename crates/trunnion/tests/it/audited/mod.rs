@@ -19,7 +19,7 @@ fn face() -> Face {
     Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap()
 }
 
-/// What is told of the text: of its axes alone.
+/// What is reported of the text: of its axes alone.
 pub(crate) fn check(
     kinematics: &Kinematics,
     axes: AxisWords,

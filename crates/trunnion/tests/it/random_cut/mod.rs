@@ -88,7 +88,7 @@ pub(crate) fn off(
         let ray = (sample.point, normal);
         let [seen, other] = [&poses, &others]
             .map(|poses| many_poses::lowest(poses, cutter, ray, REACH, 0.2 * RAY_TOLERANCE));
-        // A gouge within the tolerance may be told or not.
+        // A gouge within the tolerance may be reported or not.
         let gouge = other.filter(|s| *s < -RAY_TOLERANCE);
         let found = sample.height;
         worst[0] = worst[0].max(match (seen, found) {

@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn the_side_of_the_normal_is_told() {
+    fn the_side_of_the_normal_is_reported() {
         let net = turned(&arc([0.2, 1.4], 3.0, [20.0, 1.0]), FRAC_PI_2);
         assert!(!known(&net, 1e-6).unwrap().opposed);
         let [u, v] = net.knots().clone();

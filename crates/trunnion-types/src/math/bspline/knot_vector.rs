@@ -1,130 +1,8 @@
-//! Knot vectors, B-spline and Bernstein basis functions, and the Bezier form of a B-spline.
-//!
-//! Everything that runs per evaluation works on the stack, in arrays of two sizes: [`SMALL`] for the degrees
-//! that nearly all models have, [`LARGE`] for the rest. The degree is bounded by [`MAX_DEGREE`].
+//! Knots, the basis functions on them, and the Bezier form of their curves.
 
-use std::error::Error;
-use std::fmt;
-use std::ops::Add;
-use std::ops::Deref;
-use std::ops::Mul;
-
-/// Highest degree supported: the highest that the CAD kernel Open CASCADE writes.
-pub const MAX_DEGREE: usize = 25;
-
-/// Number of control points of one piece that an array of the small size holds: degrees up to 9.
-pub const SMALL: usize = 10;
-
-/// Number of control points of one piece of the highest degree: size of the large arrays.
-pub const LARGE: usize = MAX_DEGREE + 1;
-
-/// Highest derivative computed.
-pub const MAX_ORDER: usize = 3;
-
-/// `basis[k][i]`: `k`-th derivative of the `i`-th function that is not zero on a span.
-pub type BasisTable<const N: usize = LARGE> = [[f64; N]; MAX_ORDER + 1];
-
-/// Defect of a knot vector.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum KnotError {
-    /// The degree is 0 or above [`MAX_DEGREE`].
-    #[error("degree {degree} is not supported (1 to {MAX_DEGREE}); reduce it when exporting")]
-    Degree {
-        /// Degree given.
-        degree: usize,
-    },
-    /// The number of knots does not fit the number of control points.
-    #[error(
-        "{knots} knots for {points} control points of degree {degree}; {expected} are needed (points + degree + 1, end knots repeated)"
-    )]
-    Count {
-        /// Degree.
-        degree: usize,
-        /// Control points.
-        points: usize,
-        /// Knots given.
-        knots: usize,
-        /// Knots needed.
-        expected: usize,
-    },
-    /// Fewer control points than degree + 1.
-    #[error("{points} control points are too few for degree {degree}; at least {} are needed", degree + 1)]
-    TooFewPoints {
-        /// Degree.
-        degree: usize,
-        /// Control points.
-        points: usize,
-    },
-    /// A knot is NaN or infinite.
-    #[error("knot {index} is {value}, not a finite number")]
-    NotFinite {
-        /// Index of the knot.
-        index: usize,
-        /// Its value.
-        value: f64,
-    },
-    /// Knots must not decrease.
-    #[error("knot {index} = {value} is less than the knot before it, {before}")]
-    Decreasing {
-        /// Index of the knot.
-        index: usize,
-        /// Its value.
-        value: f64,
-        /// The knot before.
-        before: f64,
-    },
-    /// A knot inside the range repeated more often than the degree tears the spline apart.
-    #[error(
-        "knot {value} is repeated {multiplicity} times; inside the range at most {degree} (the degree) keep the spline in one piece"
-    )]
-    Torn {
-        /// Value of the knot.
-        value: f64,
-        /// Number of times that it occurs.
-        multiplicity: usize,
-        /// Degree.
-        degree: usize,
-    },
-    /// The parameter range is a single point.
-    #[error("the knots span no range: first and last are both {value}")]
-    Empty {
-        /// Value of all knots.
-        value: f64,
-    },
-}
-
-/// All errors of a knot vector, as one error that displays one a line.
-///
-/// The list dereferences to a slice.
-#[derive(Debug, Clone, PartialEq)]
-pub struct KnotErrors(Vec<KnotError>);
-
-impl Deref for KnotErrors {
-    type Target = [KnotError];
-
-    fn deref(&self) -> &[KnotError] {
-        &self.0
-    }
-}
-
-impl IntoIterator for KnotErrors {
-    type Item = KnotError;
-    type IntoIter = std::vec::IntoIter<KnotError>;
-
-    fn into_iter(self) -> Self::IntoIter {
-        self.0.into_iter()
-    }
-}
-
-impl fmt::Display for KnotErrors {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let lines: Vec<String> = self.iter().map(ToString::to_string).collect();
-        f.write_str(&lines.join("\n"))
-    }
-}
-
-impl Error for KnotErrors {}
+use super::knot_error::{KnotError, KnotErrors};
+use super::sizes::{BasisTable, LARGE, MAX_DEGREE, MAX_ORDER};
+use std::ops::{Add, Mul};
 
 /// Degree and checked knots of a B-spline; clamped or not.
 #[derive(Debug, Clone, PartialEq)]
@@ -318,131 +196,6 @@ pub fn piece_of(breaks: &[f64], u: f64) -> usize {
     after.saturating_sub(1).min(breaks.len().saturating_sub(2))
 }
 
-/// Computes the Bernstein polynomials of `degree` (below `N`) at `t`, and their derivatives up to
-/// `order` by a parameter that runs `1 / rate` from `t = 0` to `t = 1`.
-///
-/// `N` is [`SMALL`] or [`LARGE`]: both give the same bits for a degree that fits.
-#[inline]
-pub fn bernstein<const N: usize>(degree: usize, t: f64, rate: f64, order: usize) -> BasisTable<N> {
-    match degree {
-        1 => bernstein_of::<1, N>(t, rate, order),
-        2 => bernstein_of::<2, N>(t, rate, order),
-        3 => bernstein_of::<3, N>(t, rate, order),
-        4 => bernstein_of::<4, N>(t, rate, order),
-        5 => bernstein_of::<5, N>(t, rate, order),
-        6 => bernstein_of::<6, N>(t, rate, order),
-        7 => bernstein_of::<7, N>(t, rate, order),
-        8 => bernstein_of::<8, N>(t, rate, order),
-        _ => bernstein_rows(degree, t, rate, order),
-    }
-}
-
-/// Computes the Bernstein polynomials of degree `N - 1`, at least 2, with first and second derivatives, bit
-/// for bit as [`bernstein`] does, but in loops that unroll.
-#[inline]
-pub fn bernstein2<const N: usize>(t: f64, rate: f64) -> [[f64; N]; 3] {
-    // De Casteljau's triangle upwards: rows of degree N - 3, N - 2 and N - 1 are kept on the way.
-    let s = 1.0 - t;
-    let mut basis = [[0.0; N]; 3];
-    let mut row = [0.0; N];
-    row[0] = 1.0;
-    for m in 0..N {
-        let missing = N - 1 - m;
-        if missing <= 2 {
-            basis[missing] = row;
-        }
-        if m + 1 < N {
-            for i in (0..=m).rev() {
-                row[i + 1] += t * row[i];
-                row[i] *= s;
-            }
-        }
-    }
-    for (missing, row) in basis.iter_mut().enumerate() {
-        for m in N - missing..N {
-            // B'_(i,m) = m (B_(i-1,m-1) - B_(i,m-1)), times the rate of t.
-            let scale = m as f64 * rate;
-            for i in (1..=m).rev() {
-                row[i] = (row[i - 1] - row[i]) * scale;
-            }
-            row[0] *= -scale;
-        }
-    }
-    basis
-}
-
-/// Computes [`bernstein`] for one degree, so that the loops unroll.
-#[inline]
-fn bernstein_of<const P: usize, const N: usize>(t: f64, rate: f64, order: usize) -> BasisTable<N> {
-    bernstein_rows(P, t, rate, order)
-}
-
-/// Builds de Casteljau's triangle upwards; rows of degree `degree - k` become `k`-th derivatives on the way.
-#[inline]
-fn bernstein_rows<const N: usize>(degree: usize, t: f64, rate: f64, order: usize) -> BasisTable<N> {
-    let s = 1.0 - t;
-    let mut basis = [[0.0; N]; MAX_ORDER + 1];
-    let mut row = [0.0; N];
-    row[0] = 1.0;
-    for m in 0..=degree {
-        let missing = degree - m;
-        if missing <= order && missing <= MAX_ORDER {
-            basis[missing] = derivative_weights(row, degree, missing, rate);
-        }
-        if m < degree {
-            for i in (0..=m).rev() {
-                row[i + 1] += t * row[i];
-                row[i] *= s;
-            }
-        }
-    }
-    basis
-}
-
-/// Returns the weights of the `k`-th derivative from the Bernstein polynomials of degree `degree - k`.
-#[inline]
-fn derivative_weights<const N: usize>(
-    mut row: [f64; N],
-    degree: usize,
-    k: usize,
-    rate: f64,
-) -> [f64; N] {
-    for m in degree - k + 1..=degree {
-        let scale = m as f64 * rate;
-        for i in (1..=m).rev() {
-            row[i] = (row[i - 1] - row[i]) * scale;
-        }
-        row[0] *= -scale;
-    }
-    row
-}
-
-/// Highest degree whose binomial coefficients [`binomial`] has: that of a product of two polynomials of the
-/// highest degree.
-pub const MAX_BINOMIAL: usize = 2 * MAX_DEGREE;
-
-/// Pascal's triangle; every entry, at most `C(50, 25) = 1.3e14 < 2^53`, is exact.
-static PASCAL: [[f64; MAX_BINOMIAL + 1]; MAX_BINOMIAL + 1] = {
-    let mut rows = [[0.0; MAX_BINOMIAL + 1]; MAX_BINOMIAL + 1];
-    let mut n = 0;
-    while n <= MAX_BINOMIAL {
-        rows[n][0] = 1.0;
-        let mut k = 1;
-        while k <= n {
-            rows[n][k] = rows[n - 1][k - 1] + rows[n - 1][k];
-            k += 1;
-        }
-        n += 1;
-    }
-    rows
-};
-
-/// Returns `n` over `k`, exact; `n` is at most [`MAX_BINOMIAL`], and 0 stands for what is not in the triangle.
-#[inline]
-pub fn binomial(n: usize, k: usize) -> f64 {
-    PASCAL.get(n).and_then(|row| row.get(k)).copied().unwrap_or(0.0)
-}
-
 /// Checks degree and counts.
 fn shape_faults(degree: usize, points: usize, knots: &[f64]) -> Vec<KnotError> {
     if degree == 0 || degree > MAX_DEGREE {
@@ -484,6 +237,8 @@ fn multiplicity(knots: &[f64], value: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::bspline::bernstein::bernstein;
+    use crate::math::bspline::sizes::SMALL;
 
     fn clamped() -> KnotVector {
         let knots = vec![0.0, 0.0, 0.0, 1.0, 3.0, 3.0, 3.0];
@@ -526,28 +281,6 @@ mod tests {
     }
 
     #[test]
-    fn bernstein_derivatives_sum_to_nothing() {
-        for degree in 1..=MAX_DEGREE {
-            let basis = bernstein::<LARGE>(degree, 0.3, 2.0, 3);
-            assert!((basis[0].iter().sum::<f64>() - 1.0).abs() < 1e-14);
-            for row in &basis[1..] {
-                assert!(row.iter().sum::<f64>().abs() < 1e-9);
-            }
-        }
-    }
-
-    #[test]
-    fn the_unrolled_form_is_the_same() {
-        let [wide, narrow] =
-            [bernstein::<SMALL>(3, 0.3, 1.7, 2), bernstein::<SMALL>(2, 0.9, 0.2, 2)];
-        for k in 0..3 {
-            let bits = |row: &[f64]| row.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-            assert_eq!(bits(&bernstein2::<4>(0.3, 1.7)[k]), bits(&wide[k][..4]));
-            assert_eq!(bits(&bernstein2::<3>(0.9, 0.2)[k]), bits(&narrow[k][..3]));
-        }
-    }
-
-    #[test]
     fn faults_are_named_together() {
         let faults = KnotVector::new(2, 4, vec![0.0, 0.0, f64::NAN, 1.0, 0.5]).unwrap_err();
         assert!(matches!(faults[0], KnotError::Count { knots: 5, expected: 7, .. }));
@@ -557,52 +290,6 @@ mod tests {
         assert!(matches!(torn[0], KnotError::Torn { multiplicity: 2, degree: 1, .. }));
         let degree = KnotVector::new(26, 27, vec![]).unwrap_err();
         assert_eq!(*degree, [KnotError::Degree { degree: 26 }]);
-    }
-
-    #[test]
-    fn both_sizes_give_the_same_bits() {
-        for degree in 1..SMALL {
-            let (small, large) = (
-                bernstein::<SMALL>(degree, 0.37, 1.9, 3),
-                bernstein::<LARGE>(degree, 0.37, 1.9, 3),
-            );
-            for k in 0..=MAX_ORDER {
-                for i in 0..=degree {
-                    assert_eq!(small[k][i].to_bits(), large[k][i].to_bits(), "{degree} {k} {i}");
-                }
-            }
-        }
-    }
-
-    /// `C(n, i) a^i b^(n - i)` with `t = a / (a + b)`: integers, exact in 128 bits; the oracle shares no step
-    /// with the triangle of de Casteljau.
-    #[test]
-    fn values_of_every_degree_are_those_of_exact_integers() {
-        let power = |base: u128, exponent: usize| (0..exponent).fold(1_u128, |x, _| x * base);
-        let choose =
-            |n: usize, k: usize| (0..k).fold(1_u128, |x, i| x * (n - i) as u128 / (i + 1) as u128);
-        for degree in 1..=MAX_DEGREE {
-            for (a, b) in [(3, 5), (1, 7), (7, 9), (1, 1)] {
-                let [row, ..] = bernstein::<LARGE>(degree, a as f64 / (a + b) as f64, 1.0, 0);
-                for (i, value) in row.iter().enumerate().take(degree + 1) {
-                    let exact = choose(degree, i) * power(a, i) * power(b, degree - i);
-                    let exact = exact as f64 / power(a + b, degree) as f64;
-                    let error = (value - exact).abs() / exact;
-                    assert!(error < 4.0 * degree as f64 * f64::EPSILON, "{degree} {i}: {error:e}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn pascals_triangle_is_the_product_formula() {
-        for n in 0..=MAX_BINOMIAL {
-            for k in 0..=n {
-                let exact = (0..k as u128).fold(1, |x, i| x * (n as u128 - i) / (i + 1));
-                assert_eq!(binomial(n, k).to_bits(), (exact as f64).to_bits(), "{n} over {k}");
-            }
-            assert!(binomial(n, n + 1) == 0.0);
-        }
     }
 
     #[test]
