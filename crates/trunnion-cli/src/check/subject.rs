@@ -6,7 +6,6 @@ use super::remedy;
 use super::setting::Setting;
 use super::what_if::Assumption;
 use crate::outcome::Failure;
-use crate::progress::Bars;
 use crate::{inspect, machine, text};
 use std::path::Path;
 use trunnion::cutter::Cutter;
@@ -68,7 +67,7 @@ pub(super) struct Subject {
 
 impl Subject {
     /// Reads everything the arguments name.
-    pub(super) fn load(args: &Args, bars: &Bars) -> Result<Self, Failure> {
+    pub(super) fn load(args: &Args, bars: &dyn Progress) -> Result<Self, Failure> {
         let setting = Setting::read(args, bars)?;
         let (stock, fixtures) = setting.solids()?;
         let offsets = offsets(args, setting.kinematics.as_ref());
