@@ -5,6 +5,7 @@
 //!
 //! The binary calls [`main`]. Shells for other languages call the verbs as functions, in [`calls`].
 
+mod batch;
 pub mod calls;
 mod check;
 mod feed;
@@ -63,6 +64,8 @@ enum Verb {
     Run(run::Args),
     /// Check an NC program or CL file: simulate it and measure it against the part and the machine.
     Check(Box<check::Args>),
+    /// Run many jobs, and check many programs, on this machine; what is finished is not run again.
+    Batch(batch::Args),
     /// Search the rotation of the workpiece that keeps a job's path off the singular directions.
     ///
     /// Near a singular direction (the tool parallel to the workpiece-side rotary axis) that axis must turn fast, which
@@ -132,6 +135,7 @@ fn dispatch(arguments: &Arguments) -> Result<Done, Failure> {
         Verb::Init(args) => init::run(args, form),
         Verb::Run(args) => run::run(args, form),
         Verb::Check(args) => check::run(args, form),
+        Verb::Batch(args) => batch::run(args, form),
         Verb::Setup(args) => setup::run(args, form),
         Verb::Path(args) => path::run(args, form),
         Verb::Inspect(args) => inspect::run(args, form),

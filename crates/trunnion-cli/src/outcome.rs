@@ -46,6 +46,15 @@ impl Failure {
         Self::Internal(anyhow::Error::msg(message))
     }
 
+    /// Returns all messages of the failure.
+    pub(crate) fn messages(&self) -> Vec<String> {
+        match self {
+            Self::Input(messages) | Self::Unfinished { messages, .. } => messages.clone(),
+            Self::Stopped => vec!["stopped on request".to_owned()],
+            Self::Internal(error) => vec![format!("internal error: {error:#}")],
+        }
+    }
+
     /// Returns messages about a file: `path:line:column: message`, then the remedy.
     pub(crate) fn faults(path: &Path, faults: &[Diagnostic]) -> Self {
         let messages = faults.iter().map(|fault| format!("{}:{fault}", path.display())).collect();

@@ -23,6 +23,7 @@ pub(crate) struct NativePlan(PlanAnswer);
 
 /// Plans the speed along a table: `names` of its columns, `values` row by row.
 #[pyfunction]
+#[pyo3(signature = (names, values, limits, options, progress=None))]
 pub(crate) fn plan(
     names: Vec<String>,
     values: &Bound<'_, PyAny>,

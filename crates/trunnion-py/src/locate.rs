@@ -2,7 +2,7 @@
 
 use crate::arrays::{array, positive};
 use crate::cutter::Cutter;
-use crate::errors::input;
+use crate::errors::{WrongArgument, input};
 use crate::part::Face;
 use crate::progress::watched;
 use pyo3::prelude::*;
@@ -141,11 +141,21 @@ pub(crate) fn cover<'py>(
     arguments: CoverArguments,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let tolerance = FinishTolerance {
-        excess: positive(py, "excess", arguments.excess)?,
-        gouge: positive(py, "gouge", arguments.gouge)?,
-    };
     let cutter = &cutter.0;
+    let within = |name: &str, value: f64| {
+        let value = positive(py, name, value)?;
+        // Beyond its radius a cutter finishes everything and nothing.
+        if value <= cutter.radius() {
+            return Ok(value);
+        }
+        let defect = format!("is more than the radius of the cutter, {} mm", cutter.radius());
+        let (value, defect) = (value.to_string(), defect.as_str());
+        Err(WrongArgument { name, index: &[], value, defect, remedy: "" }.error(py))
+    };
+    let tolerance = FinishTolerance {
+        excess: within("excess", arguments.excess)?,
+        gouge: within("gouge", arguments.gouge)?,
+    };
     let options = CoverOptions {
         feed_direction: match arguments.along.as_str() {
             "u" => FeedDirection::U,

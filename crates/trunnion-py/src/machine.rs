@@ -208,7 +208,7 @@ impl Machine {
     ///
     /// Example:
     ///     >>> import trunnion
-    ///     >>> trunnion.Machine("bc-trunnion").travel(deg=True)[4].tolist()
+    ///     >>> trunnion.Machine("bc-trunnion").travel(deg=True)[4].round(9).tolist()
     ///     [-35.0, 120.0]
     #[pyo3(signature = (*, deg=false))]
     fn travel<'py>(&self, py: Python<'py>, deg: bool) -> PyResult<Bound<'py, PyAny>> {

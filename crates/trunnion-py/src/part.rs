@@ -84,7 +84,7 @@ impl Part {
     ///     >>> face.point([0.5, 0.25]).tolist()
     ///     [2.0, 2.0, 0.0]
     #[staticmethod]
-    #[pyo3(signature = (points, degree=[3, 3], knots=None, weights=None, *, flip=false))]
+    #[pyo3(signature = (points, degree=(3, 3), knots=None, weights=None, *, flip=false))]
     fn from_net(
         points: &Bound<'_, PyAny>,
         degree: [usize; 2],

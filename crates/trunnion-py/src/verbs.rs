@@ -21,6 +21,7 @@ pub(crate) fn json<'py>(
 
 /// Checks a program, CL file or table of setpoints.
 #[pyfunction]
+#[pyo3(signature = (options, progress=None))]
 pub(crate) fn check<'py>(
     py: Python<'py>,
     options: Vec<String>,
@@ -57,6 +58,7 @@ pub(crate) fn maps_of<'py>(py: Python<'py>, maps: &[FaceMap]) -> PyResult<Bound<
 
 /// Posts a CL file or program.
 #[pyfunction]
+#[pyo3(signature = (options, progress=None))]
 pub(crate) fn post<'py>(
     py: Python<'py>,
     options: Vec<String>,
@@ -74,6 +76,7 @@ pub(crate) fn post<'py>(
 
 /// Reads the moves of a CL file or program.
 #[pyfunction]
+#[pyo3(signature = (options, progress=None))]
 pub(crate) fn moves<'py>(
     py: Python<'py>,
     options: Vec<String>,

@@ -33,7 +33,7 @@ def test_examples_of_docstrings(name, tmp_path, monkeypatch):
     runner = doctest.DocTestRunner(optionflags=doctest.IGNORE_EXCEPTION_DETAIL | doctest.ELLIPSIS)
     for test in {test.name + test.docstring: test for test in tests}.values():
         runner.run(test)
-    assert runner.failures == 0
+    assert runner.failures == 0, f"{runner.failures} examples say something else"
 
 
 def public():
@@ -47,7 +47,7 @@ def public():
                 yield f"{kind.__name__}.{name}", thing
 
 
-@pytest.mark.parametrize("name, thing", public())
+@pytest.mark.parametrize("name, thing", list(public()))
 def test_everything_public_is_documented(name, thing):
     assert (thing.__doc__ or "").strip(), name
 

@@ -11,6 +11,7 @@ _Array = NDArray[np.float64]
 _Path = str | PathLike[str]
 _Report = Callable[[str, int, int], object]
 
+__all__: list[str]
 __version__: str
 
 class Machine:
@@ -81,8 +82,8 @@ class Part:
     @staticmethod
     def from_net(
         points: ArrayLike,
-        degree: tuple[int, int] = (3, 3),
-        knots: tuple[Sequence[float], Sequence[float]] | None = None,
+        degree: Sequence[int] = ...,
+        knots: Sequence[Sequence[float]] | None = None,
         weights: ArrayLike | None = None,
         *,
         flip: bool = False,

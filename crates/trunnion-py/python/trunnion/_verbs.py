@@ -173,8 +173,9 @@ def check(
 
     Example:
         >>> import trunnion
-        >>> program = b"G21 G90 G94\\nM3 S1000\\nG43 H1\\nG0 X0 Y0 Z50 B0 C0\\nG1 X10 F600\\nM2\\n"
-        >>> trunnion.check(program, machine="bc-trunnion", tool_length=120).passed
+        >>> program = b"G21 G90 G94\\nT1 M6\\nM3 S1000\\nG43 H1\\nG0 X0 Y0 Z50 B0 C0\\nG1 X10 F600\\nM2\\n"
+        >>> machine = trunnion.Machine("bc-trunnion", origin=(-381, -254, -505), tool_length=120)
+        >>> trunnion.check(program, machine=machine).passed
         True
     """
     from . import _trunnion

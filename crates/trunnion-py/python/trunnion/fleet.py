@@ -353,8 +353,9 @@ def audit(
         >>> import os, tempfile, trunnion
         >>> folder = tempfile.mkdtemp()
         >>> program = os.path.join(folder, "a.ngc")
-        >>> _ = open(program, "w").write("G21 G90 G94\\nM3 S1000\\nG43 H1\\nG0 X0 Y0 Z50 B0 C0\\nG1 X10 F600\\nM2\\n")
-        >>> [row["passed"] for row in trunnion.fleet.audit(program, "bc-trunnion", workers=0, tool_length=120)]
+        >>> _ = open(program, "w").write("G21 G90 G94\\nT1 M6\\nM3 S1000\\nG43 H1\\nG0 X0 Y0 Z50 B0 C0\\nG1 X10 F600\\nM2\\n")
+        >>> setup = dict(tool_length=120, origin=(-381, -254, -505))
+        >>> [row["passed"] for row in trunnion.fleet.audit(program, "bc-trunnion", workers=0, **setup)]
         [True]
     """
     items = []
