@@ -145,3 +145,17 @@ def test_processes_that_die_are_replaced(programs, monkeypatch):
     monkeypatch.setattr(fleet, "_worked", deadly)
     found = fleet.audit(programs, "bc-trunnion", workers=2, **SETUP)
     assert [row["status"] for row in found.rows] == ["done"] * 6
+
+
+def always_deadly(item):
+    """An item that takes every worker with it."""
+    if item["work"]["program"].endswith("part2.ngc"):
+        os.kill(os.getpid(), signal.SIGKILL)
+    return fleet._audited(item["work"])
+
+
+def test_an_item_that_kills_every_worker_fails_alone(programs, monkeypatch):
+    monkeypatch.setattr(fleet, "_worked", always_deadly)
+    found = fleet.audit(programs[:4], "bc-trunnion", workers=2, **SETUP)
+    assert [row["status"] for row in found.rows] == ["done", "done", "failed", "done"]
+    assert "BrokenProcessPool" in found.failed[0]["message"]

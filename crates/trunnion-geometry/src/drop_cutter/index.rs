@@ -2,8 +2,8 @@
 
 use super::end::CuttingEnd;
 use super::error::DropError;
-use super::touch::{PlacedEnd, Touch};
-use super::tree::{IndexedTriangle, TreeNode, build};
+use super::touch::{EndTouch, PlacedEnd};
+use super::tree::{DropNode, IndexedTriangle, build};
 use crate::types::{Interval, Mesh};
 use nalgebra::{Point3, Vector2};
 use rayon::prelude::*;
@@ -33,7 +33,7 @@ pub struct DropContact {
 #[derive(Debug, Clone)]
 pub struct DropIndex {
     triangles: Vec<IndexedTriangle>,
-    nodes: Vec<TreeNode>,
+    nodes: Vec<DropNode>,
 }
 
 impl DropIndex {
@@ -68,7 +68,7 @@ impl DropIndex {
     /// Lowers a cutting end at a place `[x, y]` \[mm\] until it touches; `None` where nothing lies below it.
     pub fn lowered(&self, end: &CuttingEnd, place: [f64; 2]) -> Option<DropContact> {
         let placed = PlacedEnd { end, place: Vector2::from(place) };
-        let mut best: Option<(Touch, u32)> = None;
+        let mut best: Option<(EndTouch, u32)> = None;
         let mut stack = [0_usize; DEPTH];
         let mut depth = usize::from(!self.nodes.is_empty());
         while depth > 0 {
@@ -131,7 +131,7 @@ impl DropIndex {
 
 impl PlacedEnd<'_> {
     /// Returns an upper bound on the tip over everything in a node; `None` if it lies beside the end.
-    fn bound(&self, node: &TreeNode) -> Option<f64> {
+    fn bound(&self, node: &DropNode) -> Option<f64> {
         let distance = node.bounds.distance(&self.place);
         (distance <= self.end.radius()).then(|| node.bounds.top - self.end.height(distance))
     }
@@ -140,8 +140,8 @@ impl PlacedEnd<'_> {
     fn best_of(
         &self,
         triangles: &[IndexedTriangle],
-        mut best: Option<(Touch, u32)>,
-    ) -> Option<(Touch, u32)> {
+        mut best: Option<(EndTouch, u32)>,
+    ) -> Option<(EndTouch, u32)> {
         for IndexedTriangle { corners, number, bounds } in triangles {
             let least = best.map_or(f64::NEG_INFINITY, |(touch, _)| touch.tip);
             let distance = bounds.distance(&self.place);

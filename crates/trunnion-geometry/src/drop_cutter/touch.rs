@@ -8,7 +8,7 @@ const STEPS: u32 = 60;
 
 /// Point of a triangle, and the height of the tip \[mm\] when the end touches it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Touch {
+pub(super) struct EndTouch {
     pub(super) tip: f64,
     pub(super) point: Point3<f64>,
 }
@@ -22,7 +22,7 @@ pub(super) struct PlacedEnd<'a> {
 
 impl PlacedEnd<'_> {
     /// Returns the highest touch of a triangle above `least`.
-    pub(super) fn triangle(&self, corners: &[Point3<f64>; 3], least: f64) -> Option<Touch> {
+    pub(super) fn triangle(&self, corners: &[Point3<f64>; 3], least: f64) -> Option<EndTouch> {
         let mut best = self.facet(corners).filter(|touch| touch.tip > least);
         for (from, to) in [(0, 1), (1, 2), (2, 0)] {
             let least = best.map_or(least, |touch| touch.tip);
@@ -36,7 +36,7 @@ impl PlacedEnd<'_> {
     ///
     /// The tube centre of the torus lies on the normal of the contact, and on the circle of radius `R` about the axis:
     /// seen from above the contact lies `R + r |n_xy|` from the axis, against the normal.
-    fn facet(&self, corners: &[Point3<f64>; 3]) -> Option<Touch> {
+    fn facet(&self, corners: &[Point3<f64>; 3]) -> Option<EndTouch> {
         let [a, b, c] = corners;
         let normal = (b - a).cross(&(c - a)).try_normalize(f64::MIN_POSITIVE)?;
         // Both sides of a triangle are solid.
@@ -51,14 +51,14 @@ impl PlacedEnd<'_> {
         }
         let z = a.z - flat.dot(&(at - a.xy().coords)) / normal.z;
         let tip = z - minor * slope * slope / (1.0 + normal.z);
-        Some(Touch { tip, point: Point3::new(at.x, at.y, z) })
+        Some(EndTouch { tip, point: Point3::new(at.x, at.y, z) })
     }
 
     /// Returns the touch of an edge with its ends, if it may be above `least`.
     ///
     /// Along the edge, `t` from the foot of the axis, the tip stands at `z(t) - h(sqrt(d² + t²))`. The height `h` is
     /// convex and does not fall outwards, so this is concave in `t` and has one maximum.
-    fn edge(&self, from: &Point3<f64>, to: &Point3<f64>, least: f64) -> Option<Touch> {
+    fn edge(&self, from: &Point3<f64>, to: &Point3<f64>, least: f64) -> Option<EndTouch> {
         let along = to.xy() - from.xy();
         let length = along.norm();
         let radius = self.end.radius();
@@ -67,7 +67,7 @@ impl PlacedEnd<'_> {
             let distance = offset.norm();
             let top = if from.z > to.z { from } else { to };
             let tip = top.z - self.end.height(distance);
-            return (distance <= radius).then_some(Touch { tip, point: *top });
+            return (distance <= radius).then_some(EndTouch { tip, point: *top });
         }
         let direction = along / length;
         let start = offset.dot(&direction);
@@ -85,7 +85,7 @@ impl PlacedEnd<'_> {
         let share = ((t - start) / length).clamp(0.0, 1.0);
         let point = from + (to - from) * share;
         let tip = point.z - self.end.height(t.hypot(distance));
-        Some(Touch { tip, point })
+        Some(EndTouch { tip, point })
     }
 
     /// Returns the place of the maximum on the endless line: where `slope = h'(rho) t / rho`.

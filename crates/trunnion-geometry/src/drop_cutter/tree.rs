@@ -40,7 +40,7 @@ impl FlatBox {
 
 /// Node: the triangles from `first`, or two nodes.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct TreeNode {
+pub(super) struct DropNode {
     pub(super) bounds: FlatBox,
     /// First triangle of a leaf; of others, the second child: the first follows at once.
     pub(super) first: u32,
@@ -49,7 +49,7 @@ pub(super) struct TreeNode {
 }
 
 /// Builds the tree, and puts the triangles in its order.
-pub(super) fn build(triangles: &mut [IndexedTriangle]) -> Vec<TreeNode> {
+pub(super) fn build(triangles: &mut [IndexedTriangle]) -> Vec<DropNode> {
     let mut nodes = Vec::with_capacity(triangles.len());
     if !triangles.is_empty() {
         divide(triangles, 0, &mut nodes);
@@ -75,13 +75,13 @@ impl IndexedTriangle {
     }
 }
 
-fn divide(triangles: &mut [IndexedTriangle], first: usize, nodes: &mut Vec<TreeNode>) {
+fn divide(triangles: &mut [IndexedTriangle], first: usize, nodes: &mut Vec<DropNode>) {
     let mut boxes = triangles.iter().map(|of| of.bounds);
     let Some(start) = boxes.next() else { return };
     let bounds = boxes.fold(start, |all, own| all.with(&own));
     let narrow = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
     let at = nodes.len();
-    nodes.push(TreeNode { bounds, first: narrow(first), count: narrow(triangles.len()) });
+    nodes.push(DropNode { bounds, first: narrow(first), count: narrow(triangles.len()) });
     if triangles.len() <= LEAF {
         return;
     }

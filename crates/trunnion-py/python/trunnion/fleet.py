@@ -8,6 +8,7 @@ beside the results. Work runs in processes of this machine, or on a Dask cluster
 from __future__ import annotations
 
 import concurrent.futures as futures
+import concurrent.futures.process
 import hashlib
 import itertools
 import json
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Fleet", "audit", "compare", "which_machine"]
 
-#: Times that an item may take its worker with it before it counts as failed.
+#: Times that workers may die before items are run one by one, and times that Dask runs an item again.
 _DEATHS = 3
 
 #: Figures of a run that stand in the table; the whole summary is in the result.
@@ -200,27 +201,26 @@ class _Plan:
         import multiprocessing
 
         waiting = {item["key"]: item for item in items}
-        deaths = dict.fromkeys(waiting, 0)
+        deaths = 0
         # Threads of this process do not survive a fork.
         context = multiprocessing.get_context("spawn")
         while waiting:
-            pool = futures.ProcessPoolExecutor(self._workers, context, initializer=_single_thread)
-            broken = False
-            with pool:
-                tasks = {pool.submit(_worked, item): key for key, item in waiting.items()}
+            # One item after another, once items keep taking their workers with them: the guilty one is known then.
+            alone = deaths >= _DEATHS
+            batch = dict(itertools.islice(waiting.items(), 1 if alone else None))
+            workers = 1 if alone else self._workers
+            with futures.ProcessPoolExecutor(workers, context, initializer=_single_thread) as pool:
+                tasks = {pool.submit(_worked, item): key for key, item in batch.items()}
+                lost = False
                 for task in futures.as_completed(tasks):
-                    key = tasks[task]
                     error = task.exception()
-                    if isinstance(error, futures.process.BrokenProcessPool):
-                        # One of the items took its worker with it: all that were lost are run again.
-                        broken = True
-                        deaths[key] += 1
-                        if deaths[key] < _DEATHS or len(tasks) > 1 and deaths[key] < 3 * _DEATHS:
-                            continue
-                    del waiting[key]
-                    yield key, task.result() if error is None else _failed(error)
-            if not broken:
-                break
+                    if isinstance(error, futures.process.BrokenProcessPool) and not alone:
+                        # Whatever was not finished is run again.
+                        lost = True
+                        continue
+                    del waiting[tasks[task]]
+                    yield tasks[task], task.result() if error is None else _failed(error)
+                deaths += lost
 
 
 def _single_thread() -> None:
