@@ -114,7 +114,7 @@ impl<'py> Numbers<'py> {
             let same = |(wanted, length): (&usize, &usize)| *wanted == 0 || wanted == length;
             expected.len() == shape.len() && expected.iter().zip(shape).all(same)
         };
-        if expected.iter().any(|one| fits(one)) {
+        if expected.iter().any(fits) {
             return Ok(());
         }
         let words: Vec<String> = expected.iter().map(|shape| shape_words(shape)).collect();
@@ -201,6 +201,6 @@ pub(crate) fn array<'py>(
 }
 
 /// Moves whole numbers into an array.
-pub(crate) fn whole<'py>(py: Python<'py>, values: Vec<i64>) -> Bound<'py, PyAny> {
+pub(crate) fn whole(py: Python<'_>, values: Vec<i64>) -> Bound<'_, PyAny> {
     PyArray1::from_vec(py, values).into_any()
 }

@@ -56,9 +56,10 @@ impl WrongArgument<'_> {
         let help = if remedy.is_empty() { String::new() } else { format!("\n  help: {remedy}") };
         let message = format!("{name}{place} = {value} {defect}{help}");
         let build = || {
-            let index = match index.is_empty() {
-                true => py.None().into_bound(py),
-                false => PyTuple::new(py, *index)?.into_any(),
+            let index = if index.is_empty() {
+                py.None().into_bound(py)
+            } else {
+                PyTuple::new(py, *index)?.into_any()
             };
             // Numbers come back as numbers, everything else as text.
             let value = match value.parse::<f64>() {

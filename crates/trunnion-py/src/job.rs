@@ -11,8 +11,11 @@ use pyo3::types::{PyDict, PyList};
 use std::path::PathBuf;
 use std::sync::Arc;
 use trunnion::setpoint;
-use trunnion::types::{AXES, Leg, Motion, Setpoint, Silent};
+use trunnion::types::{AXES, AxisVector, Leg, Motion, Setpoint, Silent};
 use trunnion_cli::calls::{self, JobAnswer, LoadedJob};
+
+/// Position of a setpoint, or one of its derivatives.
+type SetpointPart = fn(&Setpoint) -> &AxisVector;
 
 /// Job that was read with the files that it names.
 #[pyclass(module = "trunnion._trunnion", name = "NativeJob", frozen)]
@@ -165,8 +168,7 @@ impl NativeRun {
         let answer = PyDict::new(py);
         let times = points.iter().map(|point| point.t).collect();
         answer.set_item("t", array(py, times, &[points.len()])?)?;
-        type Part = fn(&Setpoint) -> &trunnion::types::AxisVector;
-        let parts: [(&str, Part); 4] = [
+        let parts: [(&str, SetpointPart); 4] = [
             ("position", |point| &point.position),
             ("velocity", |point| &point.velocity),
             ("acceleration", |point| &point.acceleration),

@@ -3,6 +3,7 @@
 //! Options, documentation for users and pictures are in `python/trunnion`.
 
 #![expect(clippy::doc_markdown, reason = "documentation of classes is read in Python")]
+#![expect(clippy::needless_pass_by_value, reason = "arguments of a Python call become values")]
 
 mod arrays;
 mod cutter;

@@ -34,8 +34,8 @@ const LISTED: usize = 3;
 ///
 /// Example:
 ///     >>> import trunnion
-///     >>> trunnion.Machine("bc-trunnion").axes
-///     ['X', 'Y', 'Z', 'C', 'B']
+///     >>> " ".join(trunnion.Machine("bc-trunnion").axes)
+///     'X Y Z C B'
 #[pyclass(module = "trunnion", frozen, subclass, from_py_object)]
 #[derive(Debug, Clone)]
 pub(crate) struct Machine {

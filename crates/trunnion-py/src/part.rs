@@ -46,18 +46,12 @@ impl Part {
     #[pyo3(signature = (path, *, progress=None))]
     fn read(path: &Bound<'_, PyAny>, progress: Option<Py<PyAny>>) -> PyResult<Self> {
         let py = path.py();
-        let read = match path.cast::<PyBytes>() {
-            Ok(bytes) => {
-                let name = PathBuf::from("part");
-                let bytes = bytes.as_bytes().to_vec();
-                watched(py, progress.as_ref(), move |watch| {
-                    calls::part_of_bytes(&name, &bytes, watch)
-                })?
-            }
-            Err(_) => {
-                let path: PathBuf = path.extract()?;
-                watched(py, progress.as_ref(), move |watch| calls::part(&path, watch))?
-            }
+        let read = if let Ok(bytes) = path.cast::<PyBytes>() {
+            let (name, bytes) = (PathBuf::from("part"), bytes.as_bytes().to_vec());
+            watched(py, progress.as_ref(), |watch| calls::part_of_bytes(&name, &bytes, watch))?
+        } else {
+            let path: PathBuf = path.extract()?;
+            watched(py, progress.as_ref(), |watch| calls::part(&path, watch))?
         };
         let part = read.map_err(|error| failure(py, error))?;
         let warnings = part.warnings.iter().map(ToString::to_string).collect();
@@ -84,7 +78,7 @@ impl Part {
     ///     >>> face.point([0.5, 0.25]).tolist()
     ///     [2.0, 2.0, 0.0]
     #[staticmethod]
-    #[pyo3(signature = (points, degree=(3, 3), knots=None, weights=None, *, flip=false))]
+    #[pyo3(signature = (points, degree=[3, 3], knots=None, weights=None, *, flip=false))]
     fn from_net(
         points: &Bound<'_, PyAny>,
         degree: [usize; 2],

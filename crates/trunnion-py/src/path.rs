@@ -158,10 +158,10 @@ fn poses(view: &Poses<'_>) -> Vec<ToolPose> {
 }
 
 /// Returns arrays of tips and axes.
-fn pair<'py>(
-    py: Python<'py>,
+fn pair(
+    py: Python<'_>,
     poses: impl Iterator<Item = (Vector3<f64>, Vector3<f64>)>,
-) -> PyResult<PosePair<'py>> {
+) -> PyResult<PosePair<'_>> {
     let (mut tips, mut axes) = (Vec::new(), Vec::new());
     for (tip, axis) in poses {
         tips.extend(<[f64; 3]>::from(tip));

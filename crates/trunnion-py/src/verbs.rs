@@ -22,11 +22,11 @@ pub(crate) fn json<'py>(
 /// Checks a program, CL file or table of setpoints.
 #[pyfunction]
 #[pyo3(signature = (options, progress=None))]
-pub(crate) fn check<'py>(
-    py: Python<'py>,
+pub(crate) fn check(
+    py: Python<'_>,
     options: Vec<String>,
     progress: Option<Py<PyAny>>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<Bound<'_, PyDict>> {
     let found = watched(py, progress.as_ref(), |watch| calls::check(&options, watch))?
         .map_err(|error| failure(py, error))?;
     let answer = PyDict::new(py);
@@ -59,11 +59,11 @@ pub(crate) fn maps_of<'py>(py: Python<'py>, maps: &[FaceMap]) -> PyResult<Bound<
 /// Posts a CL file or program.
 #[pyfunction]
 #[pyo3(signature = (options, progress=None))]
-pub(crate) fn post<'py>(
-    py: Python<'py>,
+pub(crate) fn post(
+    py: Python<'_>,
     options: Vec<String>,
     progress: Option<Py<PyAny>>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<Bound<'_, PyDict>> {
     let found = watched(py, progress.as_ref(), |watch| calls::post(&options, watch))?
         .map_err(|error| failure(py, error))?;
     let answer = PyDict::new(py);
@@ -77,11 +77,11 @@ pub(crate) fn post<'py>(
 /// Reads the moves of a CL file or program.
 #[pyfunction]
 #[pyo3(signature = (options, progress=None))]
-pub(crate) fn moves<'py>(
-    py: Python<'py>,
+pub(crate) fn moves(
+    py: Python<'_>,
     options: Vec<String>,
     progress: Option<Py<PyAny>>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<Bound<'_, PyDict>> {
     let found = watched(py, progress.as_ref(), |watch| calls::moves(&options, watch))?
         .map_err(|error| failure(py, error))?;
     let count = found.len();
