@@ -68,14 +68,14 @@ impl DropIndex {
     /// Lowers a cutting end at a place `[x, y]` \[mm\] until it touches; `None` where nothing lies below it.
     pub fn lowered(&self, end: &CuttingEnd, place: [f64; 2]) -> Option<DropContact> {
         let placed = PlacedEnd { end, place: Vector2::from(place) };
-        let mut best: Option<(EndTouch, u32)> = None;
+        let mut best: Option<NumberedTouch> = None;
         let mut stack = [0_usize; DEPTH];
         let mut depth = usize::from(!self.nodes.is_empty());
         while depth > 0 {
             depth -= 1;
             let at = stack[depth];
             let Some(node) = self.nodes.get(at) else { continue };
-            let least = best.map_or(f64::NEG_INFINITY, |(touch, _)| touch.tip);
+            let least = best.map_or(f64::NEG_INFINITY, |best| best.touch.tip);
             if placed.bound(node).is_none_or(|bound| bound <= least) {
                 continue;
             }
@@ -99,7 +99,7 @@ impl DropIndex {
                 }
             }
         }
-        best.map(|(touch, number)| DropContact {
+        best.map(|NumberedTouch { touch, number }| DropContact {
             tip: Point3::new(place[0], place[1], touch.tip),
             point: touch.point,
             triangle: number as usize,
@@ -129,6 +129,13 @@ impl DropIndex {
     }
 }
 
+/// Touch of a triangle, with the number of the triangle in the mesh.
+#[derive(Debug, Clone, Copy)]
+struct NumberedTouch {
+    touch: EndTouch,
+    number: u32,
+}
+
 impl PlacedEnd<'_> {
     /// Returns an upper bound on the tip over everything in a node; `None` if it lies beside the end.
     fn bound(&self, node: &DropNode) -> Option<f64> {
@@ -140,16 +147,18 @@ impl PlacedEnd<'_> {
     fn best_of(
         &self,
         triangles: &[IndexedTriangle],
-        mut best: Option<(EndTouch, u32)>,
-    ) -> Option<(EndTouch, u32)> {
+        mut best: Option<NumberedTouch>,
+    ) -> Option<NumberedTouch> {
         for IndexedTriangle { corners, number, bounds } in triangles {
-            let least = best.map_or(f64::NEG_INFINITY, |(touch, _)| touch.tip);
+            let least = best.map_or(f64::NEG_INFINITY, |best| best.touch.tip);
             let distance = bounds.distance(&self.place);
             let beside = distance > self.end.radius();
             if beside || bounds.top - self.end.height(distance) <= least {
                 continue;
             }
-            best = self.triangle(corners, least).map(|touch| (touch, *number)).or(best);
+            let number = *number;
+            let touch = self.triangle(corners, least);
+            best = touch.map(|touch| NumberedTouch { touch, number }).or(best);
         }
         best
     }
