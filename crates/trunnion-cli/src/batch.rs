@@ -30,16 +30,18 @@ pub(crate) struct Args {
 }
 
 const EXAMPLES: &str = "\
-Jobs are run, programs and CL files are checked with the options behind --. Each item has a record, NAME-KEY.json, with its
-verdict and messages, and a folder of that name with its files. KEY is the hash of everything the result depends on:
-an item that is finished is not run again, one that changed is. Items that cannot be run are recorded with
-their messages, and do not stop the others.
-Exit codes: 0 every tolerance and limit is kept; 1 one is broken, or an item could not be run; 2 bad input.
+Jobs are run, programs and CL files are checked with the options behind --. Each item has a
+record, NAME-KEY.json, with its verdict and messages, and a folder of that name with its files.
+KEY is the hash of everything the result depends on: an item that is finished is not run again,
+one that changed is. Items that cannot be run are recorded with their messages, and do not stop
+the others.
+Exit codes: 0 every tolerance and limit is kept; 1 one is broken, or an item could not be run;
+2 bad input, nothing written.
 
   trunnion batch jobs/ -o results
-  trunnion batch programs.txt -o results -- --machine bc-trunnion --tool-length 120 --origin -381,-254,-505";
+  trunnion batch programs.txt -o results -- --machine bc-trunnion --tool-length 120";
 
-/// Files of one line of the list: longer lists are a mistake.
+/// Most items of a list: longer ones are a wrong file.
 const MOST_ITEMS: usize = 1_000_000;
 
 /// Job, program or CL file.
