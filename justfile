@@ -27,6 +27,10 @@ fuzz seconds="60":
         cargo +nightly fuzz run "$target" -- -max_total_time={{seconds}} -timeout=10 -rss_limit_mb=2048
     done
 
+# The Python package: wheel, fresh environment, tests, notebooks.
+python:
+    bash .ci/python
+
 # Figures, side by side with their peers.
 bench:
     cargo bench --workspace

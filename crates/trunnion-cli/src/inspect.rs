@@ -29,6 +29,11 @@ pub(crate) fn is_cl(path: &std::path::Path) -> bool {
     cl::is_one(path)
 }
 
+/// Returns true if the file name is that of a program or CL file.
+pub(crate) fn is_motion(path: &std::path::Path) -> bool {
+    cl::is_one(path) || program::is_one(path)
+}
+
 pub(crate) fn run(args: &InspectArgs, form: OutputForm) -> Result<Done, Failure> {
     if cl::is_one(&args.part) {
         // -o draws faces; ignoring it would leave the user without a file.

@@ -63,7 +63,7 @@ pub(crate) fn load_beside(job: &Path, name: &str) -> Result<MachineFile, Failure
 }
 
 /// Returns the text of a machine file or built-in machine.
-fn source(argument: &str) -> Result<String, Failure> {
+pub(crate) fn source(argument: &str) -> Result<String, Failure> {
     let path = Path::new(argument);
     // A folder of that name is no machine file, but a built-in machine may be meant.
     if path.is_file() || (path.exists() && built_in(argument).is_err()) {

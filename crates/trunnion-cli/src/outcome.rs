@@ -19,7 +19,7 @@ pub(crate) enum Done {
 
 /// Failure of a verb; no output was written except those that the message names.
 #[derive(Debug)]
-pub(crate) enum Failure {
+pub enum Failure {
     /// The input cannot be used: one or several messages, each complete in itself.
     Input(Vec<String>),
     /// The work could not be finished. What was done by then is kept in these files.
@@ -39,6 +39,20 @@ impl Failure {
     /// Returns a single message about the input.
     pub(crate) fn input(message: impl fmt::Display) -> Self {
         Self::Input(vec![message.to_string()])
+    }
+
+    /// Returns the failure for a defect of trunnion itself.
+    pub fn defect(message: &'static str) -> Self {
+        Self::Internal(anyhow::Error::msg(message))
+    }
+
+    /// Returns all messages of the failure.
+    pub(crate) fn messages(&self) -> Vec<String> {
+        match self {
+            Self::Input(messages) | Self::Unfinished { messages, .. } => messages.clone(),
+            Self::Stopped => vec!["stopped on request".to_owned()],
+            Self::Internal(error) => vec![format!("internal error: {error:#}")],
+        }
     }
 
     /// Returns messages about a file: `path:line:column: message`, then the remedy.

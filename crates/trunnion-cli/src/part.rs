@@ -15,9 +15,17 @@ pub(crate) const STEP: StepReader = StepReader { chord: 0.001, same: 0.01 };
 
 /// Reads the faces of a part.
 pub(crate) fn read(path: &Path, progress: &dyn Progress) -> Result<Part, Failure> {
-    let bytes = text::read_bytes(path)?;
-    if is_json(path, &bytes) {
-        return surface_json::read(&bytes)
+    read_bytes(path, &text::read_bytes(path)?, progress)
+}
+
+/// Reads the faces of a part from the bytes of a file.
+pub(crate) fn read_bytes(
+    path: &Path,
+    bytes: &[u8],
+    progress: &dyn Progress,
+) -> Result<Part, Failure> {
+    if is_json(path, bytes) {
+        return surface_json::read(bytes)
             .and_then(|surface| {
                 Face::new(1, surface, Vec::new())
                     .map_err(|error| Diagnostic::whole(error.to_string()).into())
@@ -25,7 +33,7 @@ pub(crate) fn read(path: &Path, progress: &dyn Progress) -> Result<Part, Failure
             .map(|face| Part { faces: vec![face], warnings: Vec::new() })
             .map_err(|faults| Failure::faults(path, &faults));
     }
-    STEP.read(&bytes, progress).map_err(|error| match error {
+    STEP.read(bytes, progress).map_err(|error| match error {
         ImportError::Cancelled(_) => Failure::Stopped,
         error => Failure::input(format!("{}: {error}", path.display())),
     })

@@ -32,6 +32,11 @@ impl Bars {
         Self { stopped, bars }
     }
 
+    /// Creates a progress that shows nothing, and listens to Ctrl-C.
+    pub(crate) fn without_bars() -> Self {
+        Self { bars: None, ..Self::new() }
+    }
+
     /// Leaves the finished bars on the screen.
     pub(crate) fn finish(&self) {
         if let Some((_, bars)) = &self.bars {

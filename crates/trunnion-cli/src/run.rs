@@ -12,8 +12,8 @@ use trunnion::files::summary::{
     CheckSummary, CoverSummary, LayoutSummary, LayoutTime, OperationSummary, ProgramSummary,
     SingularSummary, Summary, ToleranceSummary, TurnLimitSummary,
 };
-use trunnion::pipeline::{self, Job, Outcome, PipelineError};
-use trunnion::types::Mesh;
+use trunnion::pipeline::{self, CheckedProgram, Job, Outcome, PipelineError};
+use trunnion::types::{Mesh, Progress};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
@@ -36,29 +36,27 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
     };
     // Minutes of planning must not end at a folder without write permission.
     Outputs::probe(&folder)?;
-    // Defects of stock and fixtures are reported at their lines of the job.
-    let refused = |error| match error {
-        PipelineError::Solids(faults) => Failure::faults(&args.job, &faults),
-        error => failure(error),
-    };
     // The dry run makes every check that takes little time.
     if args.dry_run {
         job.operations().try_for_each(pipeline::reach).map_err(failure)?;
         let too_concave = pipeline::fit(&job).map_err(failure)?;
-        pipeline::solids(&job).map_err(refused)?;
+        pipeline::solids(&job).map_err(|error| refused(&args.job, error))?;
         let warnings = [warnings, too_concave].concat();
         let dry_run = DryRun::of(&job, warnings);
         return form.print(&dry_run, |dry_run| describe_dry_run(&job, &dry_run.warnings));
     }
     let outcome = match pipeline::run(&job, &bars) {
-        Err(PipelineError::AfterPasses { why, cl }) => return keep_passes(&folder, &cl, &why),
-        other => other.map_err(refused)?,
+        Err(PipelineError::AfterPasses { why, cl }) => return Err(kept_passes(&folder, &cl, &why)),
+        other => other.map_err(|error| refused(&args.job, error))?,
     };
     bars.finish();
     let mut summary = outcome.summary.clone();
     // Warnings about the part come first: they explain later ones.
     summary.warnings.splice(0..0, warnings);
     let places = write(&job, &outcome, &mut summary, &folder)?;
+    for warning in unread(&outcome) {
+        eprintln!("warning: {warning}");
+    }
     form.print(&summary, |summary| table(summary, &places))?;
     Ok(if summary.passed { Done::Kept } else { Done::Broken })
 }
@@ -68,9 +66,19 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
 pub(crate) fn load(
     path: &Path,
     chord: Option<f64>,
-    bars: &Bars,
+    bars: &dyn Progress,
 ) -> Result<(Job, Vec<String>), Failure> {
-    let file = files::job::parse(&text::read(path)?).map_err(|f| Failure::faults(path, &f))?;
+    load_text(path, &text::read(path)?, chord, bars)
+}
+
+/// Reads the text of a job; `path` is where it stands or would stand.
+pub(crate) fn load_text(
+    path: &Path,
+    text: &str,
+    chord: Option<f64>,
+    bars: &dyn Progress,
+) -> Result<(Job, Vec<String>), Failure> {
+    let file = files::job::parse(text).map_err(|f| Failure::faults(path, &f))?;
     // The chord must be known before the STEP files are divided into triangles.
     let file = match chord {
         Some(chord) => file.with_chord(chord),
@@ -162,6 +170,14 @@ fn solids(path: &Path, file: &JobFile) -> Result<Solids, Failure> {
     }
 }
 
+/// Returns the failure of a stage; defects of stock and fixtures are reported at their lines of the job.
+pub(crate) fn refused(path: &Path, error: PipelineError) -> Failure {
+    match error {
+        PipelineError::Solids(faults) => Failure::faults(path, &faults),
+        error => failure(error),
+    }
+}
+
 /// Returns the failure of a stage: the job, its part or its machine is the cause, and nothing is written.
 pub(crate) fn failure(error: PipelineError) -> Failure {
     match error {
@@ -208,16 +224,32 @@ fn describe_dry_run(job: &Job, warnings: &[String]) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Writes the cutter locations of passes that could not become a program.
-fn keep_passes(folder: &Path, cl: &str, why: &PipelineError) -> Result<Done, Failure> {
-    let mut outputs = Outputs::open(folder)?;
-    outputs.text("toolpath.cls", cl)?;
-    let kept = outputs.commit()?;
+/// Writes the cutter locations of passes that could not become a program, and returns the reason.
+pub(crate) fn kept_passes(folder: &Path, cl: &str, why: &PipelineError) -> Failure {
+    let keep = || {
+        let mut outputs = Outputs::open(folder)?;
+        outputs.text("toolpath.cls", cl)?;
+        Ok(outputs.commit()?)
+    };
+    let kept = match keep() {
+        Ok(kept) => kept,
+        Err(failure) => return failure,
+    };
     let help = "the passes are planned and kept as cutter locations, for another setup or machine: trunnion post";
-    Err(Failure::Unfinished { messages: vec![format!("{why}\n  help: {help}")], kept })
+    Failure::Unfinished { messages: vec![format!("{why}\n  help: {help}")], kept }
 }
 
-fn write(
+/// Returns warnings about programs that could not be read back to their end.
+pub(crate) fn unread(outcome: &Outcome) -> Vec<String> {
+    let of = |program: &CheckedProgram| {
+        let (file, unread) = (program.file, program.unread.as_ref()?);
+        Some(format!("{file}:{unread}\nwarning: it was not read back from this line on"))
+    };
+    outcome.programs.iter().filter_map(of).collect()
+}
+
+/// Writes the files of a run; nothing is visible before all of them are complete.
+pub(crate) fn write(
     job: &Job,
     outcome: &Outcome,
     summary: &mut Summary,
@@ -232,10 +264,6 @@ fn write(
     outputs.text("toolpath.cls", &outcome.cl)?;
     for program in &outcome.programs {
         outputs.text(program.file, &program.text)?;
-        if let Some(unread) = &program.unread {
-            let file = program.file;
-            eprintln!("warning: {file}:{unread}\nwarning: it was not read back from this line on");
-        }
     }
     outputs.text("setup.txt", &outcome.setup)?;
     for (file, operation) in motions.iter().zip(&outcome.operations) {
@@ -275,7 +303,7 @@ fn passages(singular: &SingularSummary) -> String {
 }
 
 /// Returns the table for people.
-fn table(summary: &Summary, places: &[PathBuf]) -> String {
+pub(crate) fn table(summary: &Summary, places: &[PathBuf]) -> String {
     let mut lines = vec![format!(
         "{}: {}",
         summary.job,

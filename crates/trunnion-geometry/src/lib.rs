@@ -1,10 +1,11 @@
 //! Surfaces, cutters and the files they come from.
 //!
 //! [`surface`] evaluates B-spline faces with derivatives, bounds and closest points, [`cutter`]
-//! describes a milling cutter as a profile of revolution, and [`import`] reads STEP, STL and
-//! surface JSON. Units everywhere: **mm, rad**.
+//! describes a milling cutter as a profile of revolution, [`drop_cutter`] lowers one on triangles, and
+//! [`import`] reads STEP, STL and surface JSON. Units everywhere: **mm, rad**.
 
 pub mod cutter;
+pub mod drop_cutter;
 pub mod import;
 pub mod surface;
 

@@ -26,7 +26,7 @@ pub mod toolpath;
 pub mod verify;
 
 pub use nalgebra;
-pub use trunnion_geometry::{cutter, import, surface};
+pub use trunnion_geometry::{cutter, drop_cutter, import, surface};
 pub use trunnion_motion::{axes, feed, inverse, machine, setpoint};
 pub use trunnion_nc as nc;
 pub use trunnion_types::{math, types};

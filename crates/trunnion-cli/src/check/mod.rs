@@ -22,4 +22,5 @@ mod tool;
 mod what_if;
 
 pub(crate) use args::CheckArgs;
-pub(crate) use run::run;
+pub use run::CheckAnswer;
+pub(crate) use run::{answer, run};

@@ -10,34 +10,77 @@ use crate::outcome::{Done, Failure};
 use crate::output::Outputs;
 use crate::progress::Bars;
 use std::path::PathBuf;
+use trunnion::types::Progress;
 use trunnion::verify::InspectionReport;
 
 pub(crate) fn run(args: &CheckArgs, form: OutputForm) -> Result<Done, Failure> {
     if setpoints::is_table(&args.program) {
         return setpoints::check(args, form);
     }
+    let bars = Bars::new();
+    let PartCheck { summary, places, .. } = checked(args, &bars)?;
+    bars.finish();
+    form.print(&summary, |summary| summary.table(&places))?;
+    Ok(if summary.passed { Done::Kept } else { Done::Broken })
+}
+
+/// Result of a check of a program or CL file.
+pub(super) struct PartCheck {
+    pub(super) summary: PartCheckSummary,
+    pub(super) found: InspectionReport,
+    /// Files that were written.
+    pub(super) places: Vec<PathBuf>,
+}
+
+/// Checks a program or CL file, and writes the report files where the arguments name a folder.
+pub(super) fn checked(args: &CheckArgs, progress: &dyn Progress) -> Result<PartCheck, Failure> {
     // Options of setpoints would be ignored silently here.
     if args.period.is_some() || args.no_jerk {
         let message = "--period and --no-jerk go with a table of setpoints (.csv)";
         return Err(Failure::input(message));
     }
-    let bars = Bars::new();
     // Everything is read and the folder probed before the long work: a typing error costs seconds.
-    let subject = Subject::load(args, &bars)?;
+    let subject = Subject::load(args, progress)?;
     if let Some(folder) = &args.output {
         Outputs::probe(folder)?;
     }
     subject.errors()?;
-    let found = subject.check(&bars)?;
-    let assumed = subject.assumed(&bars)?;
-    bars.finish();
+    let found = subject.check(progress)?;
+    let assumed = subject.assumed(progress)?;
     let mut summary = PartCheckSummary::new(&subject, &found, assumed);
     let places = match &args.output {
         Some(folder) => write(&subject, &found, &mut summary, folder)?,
         None => Vec::new(),
     };
-    form.print(&summary, |summary| summary.table(&places))?;
-    Ok(if summary.passed { Done::Kept } else { Done::Broken })
+    Ok(PartCheck { summary, found, places })
+}
+
+/// Verdict of a check for callers in other languages.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct CheckAnswer {
+    /// Summary as `--json` prints it.
+    pub summary: serde_json::Value,
+    /// Summary as a table for people.
+    pub table: String,
+    /// True if every tolerance and limit is kept.
+    pub passed: bool,
+    /// Measured points; `None` for a table of setpoints.
+    pub found: Option<InspectionReport>,
+}
+
+/// Checks a program, CL file or table of setpoints, and prints nothing.
+pub(crate) fn answer(args: &CheckArgs, progress: &dyn Progress) -> Result<CheckAnswer, Failure> {
+    if setpoints::is_table(&args.program) {
+        let (summary, places) = setpoints::judged(args, progress)?;
+        let json = serde_json::to_value(&summary).map_err(anyhow::Error::from)?;
+        let (table, passed) = (summary.table(&places), summary.passed);
+        return Ok(CheckAnswer { summary: json, table, passed, found: None });
+    }
+    let PartCheck { summary, found, places } = checked(args, progress)?;
+    let json = serde_json::to_value(&summary).map_err(anyhow::Error::from)?;
+    let (table, passed) = (summary.table(&places), summary.passed);
+    Ok(CheckAnswer { summary: json, table, passed, found: Some(found) })
 }
 
 /// Writes the report files; nothing is visible before all of them are complete.

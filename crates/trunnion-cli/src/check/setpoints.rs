@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use trunnion::files::job::MotionMethod;
 use trunnion::files::table::TableHeader;
 use trunnion::machine::{AxisKind, Machine};
-use trunnion::types::{AXES, AxisVector, Diagnostic, Diagnostics};
+use trunnion::types::{AXES, AxisVector, Diagnostic, Diagnostics, Progress};
 use trunnion::verify::{
     AxisMotion, MotionAudit, MotionError, MotionOptions, MotionReport, MotionRow, RowRatio,
 };
@@ -25,12 +25,12 @@ pub(super) fn is_table(path: &Path) -> bool {
 
 /// Summary of a table of setpoints: `summary.json` and `--json`; mm, degrees, s.
 #[derive(Debug, serde::Serialize)]
-struct SetpointCheckSummary {
+pub(super) struct SetpointCheckSummary {
     schema: &'static str,
     generator: String,
     table: String,
     machine: String,
-    passed: bool,
+    pub(super) passed: bool,
     rows: usize,
     duration: f64,
     period: f64,
@@ -72,22 +72,31 @@ struct Table {
 }
 
 pub(super) fn check(args: &CheckArgs, form: OutputForm) -> Result<Done, Failure> {
+    let bars = Bars::new();
+    let (summary, places) = judged(args, &bars)?;
+    bars.finish();
+    form.print(&summary, |summary| summary.table(&places))?;
+    Ok(if summary.passed { Done::Kept } else { Done::Broken })
+}
+
+/// Judges the rows, and writes the report files where the arguments name a folder.
+pub(super) fn judged(
+    args: &CheckArgs,
+    progress: &dyn Progress,
+) -> Result<(SetpointCheckSummary, Vec<PathBuf>), Failure> {
     // Before anything is read: these options would be ignored silently.
     only_axes(args)?;
-    let bars = Bars::new();
-    let table = Table::open(args, &bars)?;
+    let table = Table::open(args, progress)?;
     if let Some(folder) = &args.output {
         Outputs::probe(folder)?;
     }
     let (found, charts) = table.audit(&args.program)?;
-    bars.finish();
     let mut summary = SetpointCheckSummary::new(args, &table, &found);
     let places = match &args.output {
         Some(folder) => summary.write(charts, folder)?,
         None => Vec::new(),
     };
-    form.print(&summary, |summary| summary.table(&places))?;
-    Ok(if summary.passed { Done::Kept } else { Done::Broken })
+    Ok((summary, places))
 }
 
 /// Refuses options about the part, which a table of setpoints does not know.
@@ -114,7 +123,7 @@ fn only_axes(args: &CheckArgs) -> Result<(), Failure> {
 
 impl Table {
     /// Reads the machine, and the table once for its decimals and its period.
-    fn open(args: &CheckArgs, bars: &Bars) -> Result<Self, Failure> {
+    fn open(args: &CheckArgs, bars: &dyn Progress) -> Result<Self, Failure> {
         let (machine, period, jerk) = match (&args.job, &args.machine) {
             (Some(path), _) => {
                 let (job, _) = run::load(path, None, bars)?;
@@ -380,7 +389,7 @@ impl SetpointCheckSummary {
     }
 
     /// Returns the table for people.
-    fn table(&self, places: &[PathBuf]) -> String {
+    pub(super) fn table(&self, places: &[PathBuf]) -> String {
         let kept = if self.passed { "every limit is kept" } else { "NOT KEPT" };
         let mut lines = vec![format!("{}: {kept}", self.table)];
         let mut row = |name: &str, value: String| lines.push(format!("  {name:<14}{value}"));

@@ -5,7 +5,6 @@ use super::named::Named;
 use super::stock;
 use super::tool::{ToolShape, Toolbox};
 use crate::outcome::Failure;
-use crate::progress::Bars;
 use crate::run::{self, both};
 use crate::{machine, part};
 use nalgebra::Vector3;
@@ -16,6 +15,7 @@ use trunnion::files::summary::ChordSummary;
 use trunnion::machine::{Kinematics, Setup};
 use trunnion::pipeline::{Fixtures, Held, Job};
 use trunnion::surface::{Face, FaceIndex};
+use trunnion::types::Progress;
 use trunnion::verify::{CoolantDemand, LEAST_GOUGE, Solid, Stock};
 
 /// Distance between measured points by default \[mm\].
@@ -51,7 +51,7 @@ pub(super) struct Setting {
 }
 
 impl Setting {
-    pub(super) fn read(args: &CheckArgs, bars: &Bars) -> Result<Self, Failure> {
+    pub(super) fn read(args: &CheckArgs, bars: &dyn Progress) -> Result<Self, Failure> {
         let mut setting = match &args.job {
             Some(job) => Self::of_job(job, args, bars)?,
             None => Self::of_arguments(args, bars)?,
@@ -111,7 +111,7 @@ impl Setting {
         both(stock, if faults.is_empty() { Ok(fixtures) } else { Err(Failure::Input(faults)) })
     }
 
-    fn of_job(path: &Path, args: &CheckArgs, bars: &Bars) -> Result<Self, Failure> {
+    fn of_job(path: &Path, args: &CheckArgs, bars: &dyn Progress) -> Result<Self, Failure> {
         let (mut job, warnings) = run::load(path, args.chord, bars)?;
         // The stock of the command line replaces that of the job.
         if args.stock.is_some() {
@@ -170,7 +170,7 @@ impl Setting {
     }
 
     /// Reads what the arguments name; without a job they must name everything.
-    fn of_arguments(args: &CheckArgs, bars: &Bars) -> Result<Self, Failure> {
+    fn of_arguments(args: &CheckArgs, bars: &dyn Progress) -> Result<Self, Failure> {
         let missing = |name: &str| {
             let help = match args.part {
                 Some(_) => "give --part, --cutter and --tolerance, or --job JOB.toml",

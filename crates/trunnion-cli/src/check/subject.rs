@@ -7,7 +7,6 @@ use super::setting::{self, Setting};
 use super::tool::ToolShape;
 use super::what_if::Assumption;
 use crate::outcome::Failure;
-use crate::progress::Bars;
 use crate::table_tool::DescribedTool;
 use crate::{inspect, machine, text};
 use std::path::Path;
@@ -70,7 +69,7 @@ pub(super) struct Subject {
 
 impl Subject {
     /// Reads everything the arguments name.
-    pub(super) fn load(args: &CheckArgs, bars: &Bars) -> Result<Self, Failure> {
+    pub(super) fn load(args: &CheckArgs, bars: &dyn Progress) -> Result<Self, Failure> {
         let setting = Setting::read(args, bars)?;
         let (stock, fixtures) = setting.solids()?;
         let offsets = offsets(args, setting.kinematics.as_ref());

@@ -10,4 +10,5 @@ mod streamed;
 mod summary;
 
 pub(crate) use args::FeedArgs;
-pub(crate) use run::run;
+pub use run::{AxisTable, PlanAnswer, PlannedMotion};
+pub(crate) use run::{answer, run};

@@ -2,12 +2,14 @@
 
 use super::args::{FeedArgs, FeedMethod};
 use super::layout::{JumpPosition, Layout, Next, PieceInterval, ThirdTolerance, columns};
+use super::run::AxisTable;
 use crate::outcome::Failure;
 use crate::table::{Ends, Faults, Rows};
 use std::path::PathBuf;
 use trunnion::feed::{GivenSpeed, Limits};
 use trunnion::files::limits::LimitsFile;
-use trunnion::types::{AxisNode, AxisPath, AxisPiece, Diagnostic, Motion};
+use trunnion::files::table::TableHeader;
+use trunnion::types::{AxisNode, AxisPath, AxisPiece, Diagnostic, Diagnostics, Motion};
 
 /// Table and the meaning of its columns.
 pub(super) struct Table {
@@ -34,6 +36,28 @@ impl Table {
         let rows = ends.read(|header| columns(header, limits, method))?;
         let layout = Layout::new(&rows.names, limits);
         Ok(Self { name: ends.name().to_owned(), rows, layout })
+    }
+
+    /// Takes the columns of a table in memory; rows count from 1.
+    pub(super) fn of_values(
+        table: AxisTable<'_>,
+        limits: &LimitsFile,
+        method: FeedMethod,
+    ) -> Result<Self, Failure> {
+        let name = PathBuf::from("table");
+        let faults = |faults: Diagnostics| Failure::faults(&name, &faults);
+        let header =
+            TableHeader::parse(1, &table.names.join(",")).map_err(|fault| faults(fault.into()))?;
+        let names = columns(&header, limits, method).map_err(faults)?;
+        let wanted: Vec<&str> = names.iter().map(String::as_str).collect();
+        header.columns(&wanted).map_err(faults)?;
+        let at = |name: &String| table.names.iter().position(|known| known == name).unwrap_or(0);
+        let places: Vec<usize> = names.iter().map(at).collect();
+        let rows = table.values.chunks_exact(table.names.len().max(1));
+        let values = rows.clone().flat_map(|row| places.iter().map(|&at| row[at])).collect();
+        let lines = (1..).take(rows.len()).collect();
+        let layout = Layout::new(&names, limits);
+        Ok(Self { name, rows: Rows { names, lines, values }, layout })
     }
 
     /// Returns the path, or all faults of its rows.

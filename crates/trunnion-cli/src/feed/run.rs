@@ -9,8 +9,10 @@ use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
 use crate::{output, text};
 use std::time::Instant;
-use trunnion::feed::{FeedError, FeedOptions, Limits, PathEnds};
+use trunnion::feed::{FeedError, FeedOptions, FeedPlan, Limits, PathEnds};
 use trunnion::files::limits::{LimitsFile, parse};
+use trunnion::setpoint;
+use trunnion::types::{Progress, Setpoint};
 
 /// Axis counts that plans are compiled for; other counts get additional axes that stand still.
 const SIZES: [usize; 4] = [3, 5, 6, 10];
@@ -93,6 +95,18 @@ fn sized<const N: usize>(
     file: &LimitsFile,
     table: &Table,
 ) -> Result<Done, Failure> {
+    let planned = planned::<N>(args, file, table, &Bars::new())?;
+    schedule::write(args, &planned, table)?;
+    summary::report(args, form, &planned, table)
+}
+
+/// Plans the speed along a table.
+fn planned<const N: usize>(
+    args: &FeedArgs,
+    file: &LimitsFile,
+    table: &Table,
+    progress: &dyn Progress,
+) -> Result<Planned<N>, Failure> {
     let (limits, chords): (Limits<N>, _) = table
         .layout
         .limits(file, args.period)
@@ -103,10 +117,9 @@ fn sized<const N: usize>(
     options.time_tolerance = args.time_tolerance.unwrap_or(args.method.time_tolerance());
     options.end_speeds = PathEnds { start: file.path.start, end: file.path.end };
     options.guarantee = !args.no_guarantee;
-    let progress = Bars::new();
     let start = Instant::now();
     let input = PlanInput { path: &path, table, limits: &limits, options: &options };
-    let plan = plan(args, &input, &progress);
+    let plan = plan(args, &input, progress);
     let seconds = start.elapsed().as_secs_f64();
     let (mut plan, breaches) = plan.map_err(|error| match error {
         FeedError::Cancelled(_) => Failure::Stopped,
@@ -114,7 +127,103 @@ fn sized<const N: usize>(
     })?;
     // Limits that the chord error lowered are named after it.
     plan.name_chords(chords);
-    let planned = Planned { path, plan, breaches, seconds };
-    schedule::write(args, &planned, table)?;
-    summary::report(args, form, &planned, table)
+    Ok(Planned { path, plan, breaches, seconds })
+}
+
+/// Table of axis positions in memory.
+#[derive(Debug, Clone, Copy)]
+pub struct AxisTable<'a> {
+    /// Names of the columns.
+    pub names: &'a [String],
+    /// Values, row by row.
+    pub values: &'a [f64],
+}
+
+/// Plan of a table for callers in other languages.
+pub struct PlanAnswer {
+    /// Summary as `--json` prints it.
+    pub summary: serde_json::Value,
+    /// True if every limit is kept.
+    pub within_limits: bool,
+    /// Names of the axes, in the order of [`PlannedMotion::sample`].
+    pub axes: Vec<String>,
+    /// Path and schedule.
+    pub motion: Box<dyn PlannedMotion>,
+}
+
+impl std::fmt::Debug for PlanAnswer {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("PlanAnswer").field("axes", &self.axes).finish_non_exhaustive()
+    }
+}
+
+/// Path of any number of axes with its schedule.
+pub trait PlannedMotion: Send + Sync {
+    /// Returns the plan.
+    fn plan(&self) -> &FeedPlan;
+
+    /// Returns the motion of the first `axes` axes at every `period` \[s\].
+    ///
+    /// Each row has the time, then positions, velocities, accelerations and jerks.
+    ///
+    /// # Errors
+    ///
+    /// A period that is not above 0, or so short that the rows would not fit in memory.
+    fn sample(&self, axes: usize, period: f64) -> Result<Vec<f64>, Failure>;
+}
+
+impl<const N: usize> PlannedMotion for Planned<N> {
+    fn plan(&self) -> &FeedPlan {
+        &self.plan
+    }
+
+    fn sample(&self, axes: usize, period: f64) -> Result<Vec<f64>, Failure> {
+        let points =
+            setpoint::sample(&self.path, &self.plan.schedule, period).map_err(Failure::input)?;
+        let mut rows = Vec::new();
+        for Setpoint { t, position, velocity, acceleration, jerk } in points {
+            rows.push(t);
+            for vector in [position, velocity, acceleration, jerk] {
+                rows.extend(vector.iter().take(axes));
+            }
+        }
+        Ok(rows)
+    }
+}
+
+/// Plans the speed along a table in memory, and writes nothing.
+pub(crate) fn answer(
+    args: &FeedArgs,
+    table: AxisTable<'_>,
+    limits: &LimitsFile,
+    progress: &dyn Progress,
+) -> Result<PlanAnswer, Failure> {
+    args.check(OutputForm::Text)?;
+    jerks(args, limits)?;
+    rests(args, limits)?;
+    let table = Table::of_values(table, limits, args.method)?;
+    match table.layout.axes() {
+        0..=3 => answered::<3>(args, limits, &table, progress),
+        4..=5 => answered::<5>(args, limits, &table, progress),
+        6 => answered::<6>(args, limits, &table, progress),
+        7..=10 => answered::<10>(args, limits, &table, progress),
+        many => Err(too_many(args, many)),
+    }
+}
+
+fn answered<const N: usize>(
+    args: &FeedArgs,
+    limits: &LimitsFile,
+    table: &Table,
+    progress: &dyn Progress,
+) -> Result<PlanAnswer, Failure> {
+    let planned = planned::<N>(args, limits, table, progress)?;
+    let summary = summary::of(args, &planned, table);
+    let json = serde_json::to_value(&summary).map_err(anyhow::Error::from)?;
+    Ok(PlanAnswer {
+        summary: json,
+        within_limits: summary.within_limits,
+        axes: table.layout.names().to_vec(),
+        motion: Box::new(planned),
+    })
 }

@@ -22,7 +22,7 @@ pub(super) const MOST_LISTED: usize = 10;
 
 /// Summary for scripts.
 #[derive(Debug, serde::Serialize)]
-struct FeedSummary {
+pub(super) struct FeedSummary {
     method: &'static str,
     /// Rows looked ahead; all without.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -45,7 +45,7 @@ struct FeedSummary {
     binding: Vec<Bound>,
     /// Places inside the path at which the axes rest.
     rests: usize,
-    within_limits: bool,
+    pub(super) within_limits: bool,
     output: String,
 }
 
@@ -75,10 +75,22 @@ pub(super) fn report<const N: usize>(
     planned: &Planned<N>,
     table: &Table,
 ) -> Result<Done, Failure> {
-    let plan = &planned.plan;
     let rests = table.rests(&planned.path);
     let listed = rests.len().min(MOST_LISTED);
     report_rests(&rests[..listed], rests.len() - listed);
+    report_breaches(&planned.breaches, table);
+    let summary = of(args, planned, table);
+    print(args, form, &summary, describe)?;
+    Ok(if summary.within_limits { Done::Kept } else { Done::Broken })
+}
+
+/// Returns the summary of a plan.
+pub(super) fn of<const N: usize>(
+    args: &FeedArgs,
+    planned: &Planned<N>,
+    table: &Table,
+) -> FeedSummary {
+    let plan = &planned.plan;
     let kept = |ratio: f64| ratio <= 1.0 + ROUNDING;
     // Other methods do not promise jerk limits: breaking one is no failure.
     let jerk_kept = args.method != FeedMethod::Jerk || plan.bounds.jerk.is_none_or(kept);
@@ -88,8 +100,7 @@ pub(super) fn report<const N: usize>(
     } else {
         kept(plan.bounds.velocity) && kept(plan.bounds.acceleration) && jerk_kept
     };
-    report_breaches(&planned.breaches, table);
-    let summary = FeedSummary {
+    FeedSummary {
         method: args.method.name(),
         window: args.window,
         guarantee: !args.no_guarantee
@@ -102,12 +113,10 @@ pub(super) fn report<const N: usize>(
         ratios: plan.ratios.into(),
         bounds: plan.bounds.into(),
         binding: binding(plan, table),
-        rests: rests.len(),
+        rests: table.rests(&planned.path).len(),
         within_limits: within,
         output: args.ends.output().display().to_string(),
-    };
-    print(args, form, &summary, describe)?;
-    Ok(if within { Done::Kept } else { Done::Broken })
+    }
 }
 
 /// Prints a summary: as JSON, or as text on the stream that the schedule does not use.

@@ -64,7 +64,7 @@ struct Input<'a> {
 }
 
 impl<'a> Input<'a> {
-    fn open(name: &'a Path, bars: &Bars) -> Result<Self, Failure> {
+    fn open(name: &'a Path, bars: &dyn Progress) -> Result<Self, Failure> {
         let (from, size): (Box<dyn BufRead>, u64) = if name == Path::new("-") {
             (Box::new(std::io::stdin().lock()), 0)
         } else if name.extension().is_some_and(|kind| kind.eq_ignore_ascii_case("toml")) {
@@ -92,7 +92,7 @@ impl<'a> Input<'a> {
 /// Copies a CL file, or writes it smoothed. After an error the output is discarded.
 fn rewrite(
     mut input: Input<'_>,
-    bars: &Bars,
+    bars: &dyn Progress,
     smooth: Option<PoseTolerance>,
     out: impl Write,
 ) -> Result<Sheet, Failure> {

@@ -3,6 +3,7 @@
 mod args;
 mod head;
 mod input;
+mod moves;
 mod plan;
 mod posting;
 mod run;
@@ -11,4 +12,6 @@ mod summary;
 pub(crate) mod tools;
 
 pub(crate) use args::PostArgs;
-pub(crate) use run::run;
+pub(crate) use moves::moves;
+pub use run::PostAnswer;
+pub(crate) use run::{answer, run};

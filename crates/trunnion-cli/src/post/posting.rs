@@ -5,11 +5,11 @@ use super::input::Input;
 use super::plan::Plan;
 use super::summary::LeftOutCount;
 use crate::outcome::Failure;
-use crate::progress::Bars;
 use std::io::Write;
 use std::path::Path;
 use trunnion::nc::write::Coolant;
 use trunnion::post::{PostError, PostMove, PostPace, PostReport, Poster, ProgramHead};
+use trunnion::types::Progress;
 
 /// Bytes of text that are kept before they are written.
 const CHUNK: usize = 1 << 16;
@@ -30,7 +30,7 @@ pub(super) struct Posted {
 pub(super) fn post(
     plan: &Plan,
     path: &Path,
-    bars: &Bars,
+    bars: &dyn Progress,
     out: &mut dyn Write,
 ) -> Result<Posted, Failure> {
     let input = Input::open(path, &plan.from_machine, plan.from_words, &plan.input_options, bars)?;

@@ -12,6 +12,8 @@ use crate::output::{self, Outputs};
 use crate::progress::Bars;
 use crate::text;
 use std::path::Path;
+use trunnion::post::PostReport;
+use trunnion::types::Progress;
 
 /// Ratio of times from which a slowed move is reported by itself.
 const FAR_BELOW: f64 = 10.0;
@@ -27,6 +29,64 @@ pub(crate) fn run(args: &PostArgs, form: OutputForm) -> Result<Done, Failure> {
     else {
         return Err(Failure::input("an input, a machine (-m) and an output (-o) are needed"));
     };
+    let bars = Bars::new();
+    let Written { summary, warnings } =
+        written(args, &PostFiles { input, machine, output }, &bars)?;
+    bars.finish();
+    for warning in warnings {
+        eprintln!("warning: {warning}");
+    }
+    form.print(&summary, PostSummary::describe)?;
+    Ok(if summary.kept() { Done::Kept } else { Done::Broken })
+}
+
+/// Program that was written.
+struct Written {
+    summary: PostSummary,
+    warnings: Vec<String>,
+}
+
+/// Files of a posting.
+struct PostFiles<'a> {
+    input: &'a Path,
+    machine: &'a str,
+    output: &'a Path,
+}
+
+/// Result of a posting for callers in other languages.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct PostAnswer {
+    /// Summary as `--json` prints it.
+    pub summary: serde_json::Value,
+    /// Summary as a table for people.
+    pub table: String,
+    /// True if every limit is kept.
+    pub kept: bool,
+    /// Warnings, as the command line prints them.
+    pub warnings: Vec<String>,
+}
+
+/// Posts an input, and prints nothing.
+pub(crate) fn answer(args: &PostArgs, progress: &dyn Progress) -> Result<PostAnswer, Failure> {
+    let (Some(input), Some(machine), Some(output)) = (&args.input, &args.machine, &args.output)
+    else {
+        return Err(Failure::input("an input, a machine and an output are needed"));
+    };
+    let Written { summary, warnings } =
+        written(args, &PostFiles { input, machine, output }, progress)?;
+    let json = serde_json::to_value(&summary).map_err(anyhow::Error::from)?;
+    let (table, kept) = (summary.describe(), summary.kept());
+    Ok(PostAnswer { summary: json, table, kept, warnings })
+}
+
+/// Posts the input; nothing is in place before everything is complete.
+fn written(
+    args: &PostArgs,
+    files: &PostFiles<'_>,
+    progress: &dyn Progress,
+) -> Result<Written, Failure> {
+    let PostFiles { input, machine, output } = *files;
     output::protect(output, &[input, Path::new(machine)])?;
     let plan = Plan::new(args, machine)?;
     let motion = args.motion.as_deref();
@@ -35,46 +95,48 @@ pub(crate) fn run(args: &PostArgs, form: OutputForm) -> Result<Done, Failure> {
         output::protect(table, &[input, Path::new(machine), output])?;
     }
     let (mut outputs, name) = Outputs::beside(output)?;
-    let bars = Bars::new();
-    let posted = outputs.add_checked(&name, |out| posting::post(&plan, input, &bars, out))?;
-    let report = &posted.report;
-    // Text of a template that the reader does not know: the program may still be right.
-    if let Some(unread) = &report.unread {
-        let path = output.display();
-        eprintln!(
-            "warning: {path}:{unread}\nwarning: the program was not read back from this line on"
-        );
-    }
-    // A feed far below the programmed one is never written without a word.
-    let far = report.slowed.iter().filter(|one| one.ratio() >= FAR_BELOW);
-    for one in far.take(MOST_WARNINGS) {
-        let (path, line, ratio) = (input.display(), one.line, one.ratio());
-        eprintln!(
-            "warning: {path}:{line}: this move takes {ratio:.0} times its programmed time, because an axis cannot follow it"
-        );
-    }
-    if let Some(fast) = &report.fastest_rapid {
-        let (path, line, ratio) = (input.display(), fast.line, fast.ratio);
-        eprintln!(
-            "warning: {path}:{line}: LinuxCNC limits X, Y and Z of the tip in a rapid move, not the axes: one of them \
-             would run at {ratio:.2} times its velocity\n  help: lower MAX_LINEAR_VELOCITY of the configuration to \
-             {:.0} % of what it is, or write a feed for such moves",
-            (100.0 / ratio).floor()
-        );
-    }
+    let posted = outputs.add_checked(&name, |out| posting::post(&plan, input, progress, out))?;
+    let warnings = warnings(&posted.report, input, output);
     // The setup sheet belongs to the program: both are committed together.
     if output::is_regular(output) {
         let sheet = plan.sheet(&name, &posted.head)?;
         outputs.text(&sheet_name(&name), &sheet)?;
     }
-    let setpoints = motion.map(|table| sample(args, &plan, input, table, &bars)).transpose()?;
-    // Nothing is in place before everything is complete.
+    let setpoints = motion.map(|table| sample(args, &plan, input, table, progress)).transpose()?;
     outputs.commit()?;
     let setpoints = setpoints.map(Sampled::commit).transpose()?;
-    bars.finish();
     let summary = PostSummary::new(&plan, &posted, output).with_setpoints(setpoints);
-    form.print(&summary, PostSummary::describe)?;
-    Ok(if summary.kept() { Done::Kept } else { Done::Broken })
+    Ok(Written { summary, warnings })
+}
+
+/// Returns the warnings about a program that was posted.
+fn warnings(report: &PostReport, input: &Path, output: &Path) -> Vec<String> {
+    let mut warnings = Vec::new();
+    // Text of a template that the reader does not know: the program may still be right.
+    if let Some(unread) = &report.unread {
+        let path = output.display();
+        warnings.push(format!(
+            "{path}:{unread}\nwarning: the program was not read back from this line on"
+        ));
+    }
+    // A feed far below the programmed one is never written without a word.
+    let far = report.slowed.iter().filter(|one| one.ratio() >= FAR_BELOW);
+    for one in far.take(MOST_WARNINGS) {
+        let (path, line, ratio) = (input.display(), one.line, one.ratio());
+        warnings.push(format!(
+            "{path}:{line}: this move takes {ratio:.0} times its programmed time, because an axis cannot follow it"
+        ));
+    }
+    if let Some(fast) = &report.fastest_rapid {
+        let (path, line, ratio) = (input.display(), fast.line, fast.ratio);
+        warnings.push(format!(
+            "{path}:{line}: LinuxCNC limits X, Y and Z of the tip in a rapid move, not the axes: one of them \
+             would run at {ratio:.2} times its velocity\n  help: lower MAX_LINEAR_VELOCITY of the configuration to \
+             {:.0} % of what it is, or write a feed for such moves",
+            (100.0 / ratio).floor()
+        ));
+    }
+    warnings
 }
 
 /// Refuses what setpoints cannot be made of.
@@ -113,7 +175,7 @@ fn sample(
     plan: &Plan,
     input: &Path,
     table: &Path,
-    bars: &Bars,
+    bars: &dyn Progress,
 ) -> Result<Sampled, Failure> {
     let period = setpoints::period(args.period, plan.kinematics.machine());
     let (mut outputs, name) = Outputs::beside(table)?;

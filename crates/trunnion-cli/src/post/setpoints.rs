@@ -5,7 +5,6 @@ use super::input::Input;
 use super::plan::Plan;
 use crate::motion;
 use crate::outcome::Failure;
-use crate::progress::Bars;
 #[cfg(feature = "parquet")]
 use std::collections::VecDeque;
 use std::io::Write;
@@ -13,7 +12,7 @@ use std::path::Path;
 use trunnion::machine::Machine;
 use trunnion::nc::write::{OutputFormat, Style, Template};
 use trunnion::post::{PostError, PostMethod, PostOptions, Poster, ProgramHead, control_of};
-use trunnion::types::Setpoint;
+use trunnion::types::{Progress, Setpoint};
 
 /// Servo period of a machine that states none \[s\].
 const SERVO_PERIOD: f64 = 0.001;
@@ -58,7 +57,7 @@ impl<'a> SetpointSource<'a> {
         plan: &'a Plan,
         path: &'a Path,
         period: f64,
-        bars: &'a Bars,
+        bars: &'a dyn Progress,
     ) -> Result<Self, Failure> {
         let input =
             Input::open(path, &plan.from_machine, plan.from_words, &plan.input_options, bars)?;

@@ -1,5 +1,6 @@
 //! Tests of the binary as its users run it: one binary, one module a verb.
 
+mod batch;
 mod binary;
 mod book;
 mod check;

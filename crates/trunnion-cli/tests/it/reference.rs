@@ -17,6 +17,7 @@ const VERBS: &[&[&str]] = &[
     &["init"],
     &["run"],
     &["check"],
+    &["batch"],
     &["post"],
     &["path"],
     &["feed"],

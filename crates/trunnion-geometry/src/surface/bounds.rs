@@ -78,6 +78,12 @@ impl PatchCell {
         self.rate
     }
 
+    /// Returns upper bounds of `|S_uu|`, `|S_uv|`, `|S_vv|` over the unit square.
+    pub(super) fn second_derivatives(&self) -> Option<[f64; 3]> {
+        let [_, _, uu, uv, vv] = self.net.derivatives()?;
+        Some([uu, uv, vv].map(|ball| ball.reach()))
+    }
+
     /// Returns the curvatures in the middle, likewise.
     pub(super) fn attained(&self, surface: &NurbsSurface) -> [f64; 2] {
         let [u, v] = self.bounds.map(|[low, high]| 0.5 * (low + high));

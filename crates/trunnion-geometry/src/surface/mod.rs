@@ -39,6 +39,7 @@ mod hull;
 mod index;
 mod jet;
 mod mesh;
+mod mesh_deviation;
 mod newton;
 mod nurbs;
 mod over_box;

@@ -4,6 +4,7 @@
 extern crate trunnion_geometry as trunnion;
 
 mod curvature_rate;
+mod drop_cutter;
 #[path = "../../../trunnion-motion/tests/it/property/mod.rs"]
 mod property;
 mod step;

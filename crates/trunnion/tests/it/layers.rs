@@ -10,6 +10,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("types", &["math"]),
     ("surface", &["math", "types"]),
     ("cutter", &["types"]),
+    ("drop_cutter", &["cutter", "types"]),
     ("machine", &["math", "types"]),
     ("inverse", &["machine", "math", "types"]),
     ("positioning", &["surface", "cutter", "types"]),

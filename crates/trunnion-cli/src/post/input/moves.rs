@@ -9,7 +9,6 @@ use crate::outcome::Failure;
 use crate::path::lines::Lines;
 use crate::post::head::Head;
 use crate::post::summary::LeftOutCount;
-use crate::progress::Bars;
 use crate::text::unreadable;
 use anyhow::Context;
 use std::fs::File;
@@ -18,6 +17,7 @@ use std::path::Path;
 use trunnion::machine::Kinematics;
 use trunnion::nc::read::{AxisWords, Dialect};
 use trunnion::post::{PostError, PostMove, PostSource};
+use trunnion::types::Progress;
 
 /// Bytes read at a time, and those of the beginning by which a dialect is known.
 const BUFFER: usize = 1 << 16;
@@ -35,7 +35,7 @@ impl<'a> Input<'a> {
         machine: &Kinematics,
         words: AxisWords,
         options: &InputOptions,
-        bars: &'a Bars,
+        bars: &'a dyn Progress,
     ) -> Result<Self, Failure> {
         let (mut file, size): (Box<dyn BufRead>, u64) = if path == Path::new("-") {
             // Without a size there is no progress to show.

@@ -3,7 +3,6 @@
 use crate::outcome::Failure;
 use crate::path::lines::{self, Lines};
 use crate::program_files::ProgramFileArgs;
-use crate::progress::Bars;
 use anyhow::Context;
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
@@ -23,7 +22,7 @@ pub(super) struct Source<'a> {
     pub(super) lines: Lines<Box<dyn BufRead>>,
     pub(super) size: u64,
     pub(super) count: u64,
-    pub(super) bars: &'a Bars,
+    pub(super) bars: &'a dyn Progress,
 }
 
 impl Source<'_> {

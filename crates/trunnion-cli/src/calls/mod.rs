@@ -1,0 +1,15 @@
+//! Verbs as functions, for shells in other languages: the same work and the same messages, without a terminal.
+//!
+//! Options are those of the command line, as words: `["part.ngc", "--machine", "bc-trunnion"]`. Nothing is printed;
+//! warnings come back as values.
+
+mod files;
+mod job;
+mod verbs;
+
+pub use crate::check::CheckAnswer;
+pub use crate::feed::{AxisTable, PlanAnswer, PlannedMotion};
+pub use crate::post::PostAnswer;
+pub use files::{machine, machine_text, mesh, part, part_of_bytes};
+pub use job::{JobAnswer, LoadedJob, load_job, load_job_text, run_job};
+pub use verbs::{check, moves, plan, post};

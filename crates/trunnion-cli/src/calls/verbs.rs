@@ -1,0 +1,64 @@
+//! Verbs that take options.
+
+use crate::check::CheckAnswer;
+use crate::feed::{AxisTable, PlanAnswer};
+use crate::outcome::Failure;
+use crate::post::PostAnswer;
+use crate::{check as checks, feed, post as posts};
+use clap::{Args, Command};
+use trunnion::files::limits::LimitsFile;
+use trunnion::post::PostMove;
+use trunnion::types::Progress;
+
+/// Checks a program, CL file or table of setpoints, as `trunnion check` does.
+///
+/// # Errors
+///
+/// Wrong options or input.
+pub fn check(options: &[String], progress: &dyn Progress) -> Result<CheckAnswer, Failure> {
+    checks::answer(&parsed("check", options)?, progress)
+}
+
+/// Posts a CL file or program, as `trunnion post` does.
+///
+/// # Errors
+///
+/// Wrong options or input, or poses out of reach.
+pub fn post(options: &[String], progress: &dyn Progress) -> Result<PostAnswer, Failure> {
+    posts::answer(&parsed("post", options)?, progress)
+}
+
+/// Reads the moves of a CL file or program; the options are those of `trunnion post`.
+///
+/// # Errors
+///
+/// Wrong options or input.
+pub fn moves(options: &[String], progress: &dyn Progress) -> Result<Vec<PostMove>, Failure> {
+    posts::moves(&parsed("post", options)?, progress)
+}
+
+/// Plans the speed along a table in memory; the options are those of `trunnion feed`.
+///
+/// # Errors
+///
+/// Wrong options, limits or rows.
+pub fn plan(
+    options: &[String],
+    table: AxisTable<'_>,
+    limits: &LimitsFile,
+    progress: &dyn Progress,
+) -> Result<PlanAnswer, Failure> {
+    feed::answer(&parsed("feed", options)?, table, limits, progress)
+}
+
+/// Reads the options of a verb.
+fn parsed<A: Args>(verb: &'static str, options: &[String]) -> Result<A, Failure> {
+    let command = A::augment_args(Command::new(verb).no_binary_name(true));
+    let matches = command.try_get_matches_from(options);
+    matches.and_then(|matches| A::from_arg_matches(&matches)).map_err(|error| {
+        let text = error.to_string();
+        // Below the first paragraph clap explains how to ask for help on a command line.
+        let first = text.split("\n\n").next().unwrap_or_default();
+        Failure::input(first.trim_start_matches("error: "))
+    })
+}

@@ -1,0 +1,244 @@
+"""Jobs: from surface to checked programs."""
+
+from __future__ import annotations
+
+import copy
+import os
+from typing import TYPE_CHECKING, Any, Mapping
+
+from . import _options, _picture
+from ._errors import InputError
+from ._plan import Motion
+from ._progress import Progress, adapted
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class Job:
+    """A job: part, setup, tool, tolerance, strategy, machine, as a job file has them.
+
+    Args:
+        data: content of the job, nested dicts with the keys of job.toml (see `trunnion schema job`).
+        folder: folder from which the files in it count.
+
+    Example:
+        >>> import trunnion
+        >>> job = trunnion.Job({"schema": "trunnion-job/1", "name": "patch"})
+        >>> job.replace({"tool.minor_radius": 4.0}).data["tool"]
+        {'minor_radius': 4.0}
+    """
+
+    def __init__(self, data: Mapping[str, Any], folder: Any = ".") -> None:
+        self.data: dict[str, Any] = copy.deepcopy(dict(data))
+        self.data.setdefault("schema", "trunnion-job/1")
+        self.folder = _options.path("folder", folder)
+        self._file: str | None = None
+        self._text: str | None = None
+
+    @classmethod
+    def read(cls, path: Any) -> "Job":
+        """Reads a job file.
+
+        Raises:
+            InputError: the file cannot be read as TOML. Its content is checked by `check` and `run`.
+        """
+        from . import _trunnion
+
+        name = _options.path("job", path)
+        try:
+            with open(name, encoding="utf-8") as file:
+                text = file.read()
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError(f"{name}: {error}") from None
+        try:
+            data = _trunnion.toml_data(text)
+        except InputError as error:
+            raise InputError(*(f"{name}:{one}" for one in error.messages)) from None
+        job = cls(data, os.path.dirname(name) or ".")
+        job._file, job._text = name, text
+        return job
+
+    @property
+    def path(self) -> str:
+        """File of the job, or the one that it would be."""
+        return self._file or os.path.join(self.folder, "job.toml")
+
+    def replace(self, changes: Mapping[str, Any]) -> "Job":
+        """Returns the job with other values, named as in the file: `{"tool.minor_radius": 4.0}`."""
+        job = Job(self.data, self.folder)
+        for name, value in changes.items():
+            *sections, key = name.split(".")
+            table = job.data
+            for section in sections:
+                table = table.setdefault(section, {})
+            table[key] = value
+        return job
+
+    def to_toml(self) -> str:
+        """Returns the text of the job file."""
+        from . import _trunnion
+
+        if self._text is not None and _trunnion.toml_data(self._text) == self.data:
+            return self._text
+        return str(_trunnion.toml_text(self.data))
+
+    def save(self, path: Any) -> None:
+        """Writes the job file; files in it count from the folder of that file."""
+        with open(_options.path("path", path), "w", encoding="utf-8") as out:
+            out.write(self.to_toml())
+
+    def _native(self) -> Any:
+        from . import _trunnion
+
+        return _trunnion.NativeJob(self.path, self.to_toml())
+
+    def check(self) -> list[str]:
+        """Checks the job and its files without running it, and returns warnings about the part.
+
+        Raises:
+            InputError: every fault of the job, with line and column.
+        """
+        warnings: list[str] = self._native().warnings
+        return warnings
+
+    def run(self, *, output: Any = None, progress: Progress = None) -> "RunResult":
+        """Runs the job; see `trunnion.run`."""
+        return run(self, output=output, progress=progress)
+
+    def __repr__(self) -> str:
+        return f"Job({self.data.get('name', '')!r}, {self.path!r})"
+
+
+class RunResult:
+    """Result of a run.
+
+    Attributes:
+        passed: True if every tolerance and limit is kept.
+        summary: everything as `summary.json` has it; mm, degrees, s.
+        programs: text of each program by file name.
+        passes: dicts of `tip`, `axis`, `contact` (n, 3), `width` (n,), `track` (n, 2), `face` for each pass.
+        tip, axis: all cutter locations with leads and links, (n, 3) [mm, unit vectors].
+        cutting: True for cutter locations of cuts, (n,).
+        cl, setup: cutter locations as APT/CL text, and the setup sheet.
+        files: files that were written.
+    """
+
+    def __init__(self, native: Any) -> None:
+        self._native = native
+        self.passed: bool = native.passed
+        self.summary: dict[str, Any] = native.summary()
+        self.programs: dict[str, str] = native.programs
+        self.files: list[Any] = native.files
+        self.warnings: list[str] = [*self.summary["warnings"], *native.warnings]
+
+    @property
+    def failures(self) -> list[str]:
+        """Broken tolerances and limits, in words."""
+        return list(self.summary["failures"])
+
+    @property
+    def passes(self) -> list[dict[str, Any]]:
+        """The passes as arrays."""
+        found: list[dict[str, Any]] = self._native.passes
+        return found
+
+    @property
+    def tip(self) -> "NDArray[np.float64]":
+        """Tips of all cutter locations, (n, 3) [mm]."""
+        return self._native.locations["tip"]
+
+    @property
+    def axis(self) -> "NDArray[np.float64]":
+        """Tool axes of all cutter locations, (n, 3)."""
+        return self._native.locations["axis"]
+
+    @property
+    def cutting(self) -> "NDArray[np.bool_]":
+        """True for cutter locations of cuts, (n,)."""
+        return self._native.locations["cutting"].astype(bool)
+
+    @property
+    def cl(self) -> str:
+        """Cutter locations as APT/CL text."""
+        return str(self._native.cl)
+
+    @property
+    def setup(self) -> str:
+        """The setup sheet."""
+        return str(self._native.setup)
+
+    @property
+    def maps(self) -> list[dict[str, Any]]:
+        """Measured points of the first program: `face`, `point` (n, 3), `height` (n,), `line` (n,) for each face."""
+        found: list[dict[str, Any]] = self._native.maps
+        return found
+
+    @property
+    def duration(self) -> float:
+        """Planned time [s]."""
+        return float(self.summary["motion"]["duration"])
+
+    def sample(self, period: float, *, deg: bool = False) -> Motion:
+        """Returns the machine axes at every servo period [mm, rad or degrees, s]."""
+        found = self._native.sample(float(_options.number("period", period)), deg)
+        return Motion(*(found[name] for name in Motion._fields))
+
+    def limits(self, *, deg: bool = False) -> dict[str, Any]:
+        """Returns `axes`, and `velocity`, `acceleration`, `jerk` of each."""
+        found: dict[str, Any] = self._native.limits(deg)
+        return found
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns the summary."""
+        return dict(self.summary)
+
+    def to_pandas(self) -> Any:
+        """Returns the cutter locations as a DataFrame."""
+        import pandas as pd
+
+        (x, y, z), (i, j, k) = self.tip.T, self.axis.T
+        return pd.DataFrame({"x": x, "y": y, "z": z, "i": i, "j": j, "k": k, "cutting": self.cutting})
+
+    def __str__(self) -> str:
+        return str(self._native.table)
+
+    def __repr__(self) -> str:
+        return f"RunResult(passed={self.passed}, {len(self.programs)} programs, {self.duration:.1f} s)"
+
+    def _repr_html_(self) -> str:
+        rows: list[tuple[str, object]] = [
+            ("verdict", "kept" if self.passed else "NOT KEPT"),
+            ("time", f"{self.duration:.1f} s"),
+            ("programs", ", ".join(self.programs)),
+        ]
+        rows += [("broken", failure) for failure in self.failures]
+        return _picture.table(rows) + _picture.path("cutter locations", self.tip, self.axis)
+
+
+@_options.pythonic
+def run(job: Any, *, output: Any = None, progress: Progress = None) -> RunResult:
+    """Runs a job: passes, axis motion, speeds, programs and their check, as `trunnion run` does.
+
+    Args:
+        job: a Job, a job file, or a dict with its content.
+        output: folder for the files of the run; without one nothing is written.
+        progress: callable of (stage, done, total), or tqdm.
+
+    Raises:
+        InputError: faults of the job or its files; or no pass is possible.
+        UnfinishedError: the passes could not become a program; they are kept in `output`.
+
+    Example:
+        >>> import trunnion
+        >>> trunnion.run({"schema": "trunnion-job/1"})  # doctest: +IGNORE_EXCEPTION_DETAIL
+        Traceback (most recent call last):
+        trunnion.InputError: ...
+    """
+    if isinstance(job, Mapping):
+        job = Job(job)
+    elif not isinstance(job, Job):
+        job = Job.read(job)
+    folder = _options.path("output", output) if output is not None else None
+    return RunResult(job._native().run(folder, adapted(progress)))

@@ -1,0 +1,143 @@
+"""Keywords of a call as options of the command line, and its messages in the words of Python."""
+
+from __future__ import annotations
+
+import functools
+import os
+import re
+from typing import Any, Callable, Iterable, Mapping, TypeVar
+
+from ._errors import ArgumentError, InputError, TrunnionError
+
+_FLAG = re.compile(r"--([a-z][a-z-]*)")
+#: Options that state true or false, and are no switches.
+_STATED = ("block_delete",)
+_F = TypeVar("_F", bound=Callable[..., Any])
+
+
+def worded(text: str) -> str:
+    """Names keywords in place of flags: `--tool-length L` becomes `tool_length`."""
+    return _FLAG.sub(lambda found: found[1].replace("-", "_"), text)
+
+
+def pythonic(function: _F) -> _F:
+    """Words the exceptions of a verb with the keywords of its Python function."""
+
+    @functools.wraps(function)
+    def call(*args: Any, **kwargs: Any) -> Any:
+        try:
+            return function(*args, **kwargs)
+        except ArgumentError:
+            raise
+        except TrunnionError as error:
+            again = type(error)(*map(worded, error.messages))
+            raise again.with_traceback(error.__traceback__) from None
+
+    return call  # type: ignore[return-value]
+
+
+def number(name: str, value: Any) -> str:
+    """Returns a finite number as an option."""
+    try:
+        found = float(value)
+    except (TypeError, ValueError):
+        kind = type(value).__name__
+        raise ArgumentError(f"{name} = {kind} is not a number", name, None, value) from None
+    if found != found or found in (float("inf"), float("-inf")):
+        raise ArgumentError(f"{name} = {found} is not a finite number", name, None, found)
+    return repr(found)
+
+
+def numbers(name: str, value: Any, count: int) -> str:
+    """Returns `count` numbers as an option."""
+    try:
+        entries = [float(entry) for entry in value]
+    except (TypeError, ValueError):
+        kind = type(value).__name__
+        raise ArgumentError(f"{name} = {kind} is not {count} numbers", name, None, kind) from None
+    if len(entries) != count:
+        shape = (len(entries),)
+        raise ArgumentError(f"{name} = shape {shape} is not {(count,)}", name, None, shape)
+    for index, entry in enumerate(entries):
+        if entry != entry or entry in (float("inf"), float("-inf")):
+            message = f"{name}[{index}] = {entry} is not a finite number"
+            raise ArgumentError(message, name, (index,), entry)
+    return ",".join(map(repr, entries))
+
+
+def angles(name: str, value: Any, count: int, deg: bool) -> str:
+    """Returns angles as an option, which is in degrees."""
+    text = numbers(name, value, count)
+    if deg:
+        return text
+    import math
+
+    return ",".join(repr(math.degrees(float(entry))) for entry in text.split(","))
+
+
+def path(name: str, value: Any) -> str:
+    """Returns a path as an option."""
+    try:
+        found = os.fspath(value)
+    except TypeError:
+        kind = type(value).__name__
+        raise ArgumentError(f"{name} = {kind} is not a path", name, None, kind) from None
+    found = os.fsdecode(found)
+    if "\0" in found or not found:
+        raise ArgumentError(f"{name} = {found!r} is not a path", name, None, found)
+    # A path that begins with a minus would be taken for an option.
+    return os.path.join(os.curdir, found) if found.startswith("-") else found
+
+
+def per_tool(name: str, value: Any, one: Callable[[str, Any], str]) -> list[str]:
+    """Returns a value, or one for each tool number, as repeated options."""
+    flag = "--" + name.replace("_", "-")
+    if isinstance(value, Mapping):
+        return [f"{flag}={number}={one(name, each)}" for number, each in value.items()]
+    return [f"{flag}={one(name, value)}"]
+
+
+def cutter_words(cutter: Any) -> str:
+    """Returns a cutter as the option `R=10,r=6,L=120`."""
+    if isinstance(cutter, str):
+        return cutter
+    words = f"R={cutter.major_radius!r},r={cutter.minor_radius!r},L={cutter.length!r}"
+    return words if cutter.inner is None else f"{words},inner={cutter.inner!r}"
+
+
+def shank_words(cutter: Any) -> str:
+    """Returns the profile above the cutting part as an option; empty without one."""
+    if isinstance(cutter, str):
+        return ""
+    return ",".join(f"{height!r}:{radius!r}" for height, radius in cutter.shank.tolist())
+
+
+def others(verb: str, known: Iterable[str], extra: Mapping[str, Any]) -> list[str]:
+    """Returns further keywords of a verb as options: True is a switch, a list a repeated option."""
+    words: list[str] = []
+    for name, value in extra.items():
+        if name not in known:
+            import difflib
+
+            near = difflib.get_close_matches(name, list(known), 1)
+            remedy = f"did you mean {near[0]}?" if near else "known are " + ", ".join(sorted(known))
+            raise InputError(f"{verb} has no keyword {name}\n  help: {remedy}")
+        flag = "--" + name.replace("_", "-")
+        for one in value if isinstance(value, (list, tuple)) else [value]:
+            if name in _STATED and isinstance(one, bool):
+                words.append(f"{flag}={str(one).lower()}")
+            elif one is True:
+                words.append(flag)
+            elif one is not None and one is not False:
+                words.append(f"{flag}={one}")
+    return words
+
+
+def as_file(value: Any, suffix: str, folder: str) -> str:
+    """Returns the path of a file, or of a temporary one with the bytes given."""
+    if isinstance(value, (bytes, bytearray, memoryview)):
+        name = os.path.join(folder, "content" + suffix)
+        with open(name, "wb") as out:
+            out.write(value)
+        return name
+    return path("path", value)

@@ -1,0 +1,162 @@
+"""Paths of cutter locations."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from . import _options, _picture
+from ._progress import Progress
+from ._result import Table
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+
+class Path(Table):
+    """Cutter locations, joined by straight moves of the tip and great circles of the tool axis.
+
+    Args:
+        tip: tips, (n, 3) [mm].
+        axis: unit vectors from tip to holder, (n, 3), or one (3,) for all.
+
+    Example:
+        >>> import trunnion
+        >>> path = trunnion.Path([[0, 0, 0], [10, 0, 0]], [[0, 0, 1], [0, 0.6, 0.8]])
+        >>> len(path.interpolate(max_step=4.0, max_turn=0.1))
+        8
+    """
+
+    _columns = ("tip", "axis")
+
+    def __init__(self, tip: "ArrayLike", axis: "ArrayLike" = (0.0, 0.0, 1.0)) -> None:
+        import numpy as np
+
+        from . import _trunnion
+
+        self.tip: NDArray[np.float64] = floats("tip", tip)
+        self.axis: NDArray[np.float64] = floats("axis", axis)
+        if self.axis.shape == (3,) and self.tip.ndim == 2:
+            self.axis = np.ascontiguousarray(np.broadcast_to(self.axis, self.tip.shape))
+        # Refused here rather than at the first use.
+        _trunnion.interpolate(self.tip, self.axis, 1e300, 1e300)
+
+    @classmethod
+    def read(cls, path: Any, *, progress: Progress = None, **more: Any) -> "Path":
+        """Reads the locations of a CL file or program; see `trunnion.read`."""
+        from ._program import read
+
+        program = read(path, progress=progress, **more)
+        return cls(program.tip, program.axis)
+
+    @classmethod
+    def from_cl(cls, text: str) -> "Path":
+        """Reads the locations of APT/CL text."""
+        return cls.read(text.encode(), suffix=".cls")
+
+    @property
+    def length(self) -> float:
+        """Travel of the tip [mm]."""
+        import numpy as np
+
+        return float(np.linalg.norm(np.diff(self.tip, axis=0), axis=1).sum())
+
+    def interpolate(self, max_step: float, max_turn: float, *, deg: bool = False) -> "Path":
+        """Inserts locations so that neither steps nor turns are longer; given ones are kept.
+
+        Args:
+            max_step: largest distance of neighbouring tips [mm].
+            max_turn: largest angle of neighbouring tool axes [rad, or degrees with deg].
+        """
+        import math
+
+        from . import _trunnion
+
+        turn = math.radians(max_turn) if deg else max_turn
+        return Path(*_trunnion.interpolate(self.tip, self.axis, max_step, turn))
+
+    def smooth(self, tip: float = 0.005, axis: float = 1e-3, *, deg: bool = False) -> "SmoothPath":
+        """Lays a C3 path within tolerance of the straight moves; corners are rounded within it, or kept.
+
+        Args:
+            tip: largest distance of the tip [mm].
+            axis: largest angle of the tool axis [rad, or degrees with deg].
+
+        Raises:
+            InputError: two locations are the same, or their axes opposite.
+        """
+        import math
+
+        from . import _trunnion
+
+        angle = math.radians(axis) if deg else axis
+        return SmoothPath(*_trunnion.smooth(self.tip, self.axis, tip, angle))
+
+    def to_cl(self, feed: float = 1000.0) -> str:
+        """Returns the locations as APT/CL text with one feed [mm/min]."""
+        lines = ["UNITS/MM", "MULTAX/ON", f"FEDRAT/{feed},MMPM"]
+        for row, axis in zip(self.tip.tolist(), self.axis.tolist()):
+            lines.append("GOTO/" + ",".join(f"{value:.9f}" for value in [*row, *axis]))
+        return "\n".join([*lines, "FINI", ""])
+
+    def __len__(self) -> int:
+        return len(self.tip)
+
+    def __repr__(self) -> str:
+        return f"Path({len(self)} locations, {self.length:.3f} mm)"
+
+    def _repr_html_(self) -> str:
+        return _picture.path(f"{len(self)} cutter locations, {self.length:.1f} mm", self.tip, self.axis)
+
+
+def floats(name: str, value: Any) -> Any:
+    """Returns lists and whole numbers as an array; arrays of other types stay, and are refused where they are used."""
+    import numpy as np
+
+    from ._errors import ArgumentError
+
+    if isinstance(value, np.ndarray) and value.dtype.kind not in "iu":
+        return value
+    try:
+        return np.ascontiguousarray(value, dtype=float)
+    except (TypeError, ValueError) as error:
+        kind = type(value).__name__
+        raise ArgumentError(f"{name} = {kind} is no array of numbers: {error}", name, None, kind) from None
+
+
+class SmoothPath:
+    """C3 curves of tip and tool axis.
+
+    Attributes:
+        ranges: parameter at both ends of each span, (k, 2).
+        coefficients: ascending coefficients of each span from its start: tip, axis vector (not unit), contact, (k, 6, 9).
+        starts: index of the first span of each curve; the tool rests where two curves meet.
+        tip_deviation: upper bound on the distance from the straight moves [mm].
+        axis_deviation: upper bound on the angle from them [rad].
+    """
+
+    def __init__(self, ranges: Any, coefficients: Any, starts: list[int], deviation: list[float]) -> None:
+        self.ranges: NDArray[np.float64] = ranges
+        self.coefficients: NDArray[np.float64] = coefficients
+        self.starts = starts
+        self.tip_deviation, self.axis_deviation = deviation
+
+    def linearise(self, tip: float = 0.005, axis: float = 1e-3, *, deg: bool = False) -> Path:
+        """Divides the curves into straight moves of the tip.
+
+        Args:
+            tip: largest distance of a move from the curve, bounded by its second derivative [mm].
+            axis: largest angle of the tool axis from the curve [rad, or degrees with deg].
+        """
+        import math
+
+        from . import _trunnion
+
+        angle = math.radians(axis) if deg else axis
+        return Path(*_trunnion.linearise(self.ranges, self.coefficients, tip, angle))
+
+    def __repr__(self) -> str:
+        return f"SmoothPath({len(self.starts)} curves, {len(self.ranges)} spans)"
+
+    def _repr_html_(self) -> str:
+        return self.linearise(0.01, 0.01)._repr_html_()

@@ -1,0 +1,487 @@
+"""Many programs, jobs and machines at once: tables of results that can be resumed.
+
+Every item has a key, the hash of everything that its result depends on. With `results=` a finished item is kept as
+`KEY.json` in a folder (or any fsspec URL), and is not run again. An item that fails is finished too: its message stands
+beside the results. Work runs in processes of this machine, or on a Dask cluster when a client is given.
+"""
+
+from __future__ import annotations
+
+import concurrent.futures as futures
+import concurrent.futures.process
+import hashlib
+import itertools
+import json
+import os
+from typing import TYPE_CHECKING, Any, Callable, Iterable, Iterator, Mapping, Sequence
+
+from . import _options
+from ._errors import InputError, TrunnionError
+from ._job import Job, run
+from ._progress import Progress, adapted
+from ._verbs import check
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["Fleet", "audit", "compare", "which_machine"]
+
+#: Times that workers may die before items are run one by one, and times that Dask runs an item again.
+_DEATHS = 3
+
+#: Figures of a run that stand in the table; the whole summary is in the result.
+_RUN = {
+    "duration": ("motion", "duration"),
+    "cutting": ("motion", "cutting"),
+    "lower_bound": ("motion", "lower_bound"),
+    "passes": ("cover", "passes"),
+    "cutting_length": ("cover", "cutting_length"),
+}
+
+
+class Fleet:
+    """Items of work with their results. Lazy: nothing runs before the results are asked for.
+
+    Iterating yields rows as they finish; `rows` runs everything and returns them in order. A row is a dict with the
+    columns of the item (`program`, `machine`, ..), `status` ("done" or "failed"), `passed`, figures, and `message`.
+    """
+
+    def __init__(self, items: Sequence[dict[str, Any]], plan: "_Plan") -> None:
+        self._items = items
+        self._plan = plan
+        self._found: dict[str, dict[str, Any]] = {}
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __iter__(self) -> Iterator[dict[str, Any]]:
+        waiting = {item["key"]: item for item in self._items if item["key"] not in self._found}
+        yield from (self._row(item) for item in self._items if item["key"] in self._found)
+        store = self._plan.store
+        for key in [key for key in waiting if store is not None]:
+            kept = store.read(key)  # type: ignore[union-attr]
+            if kept is not None:
+                self._found[key] = kept
+                yield self._row(waiting.pop(key))
+        done = len(self._items) - len(waiting)
+        self._plan.report(done, len(self._items))
+        for key, result in self._plan.run(list(waiting.values())):
+            if store is not None:
+                store.write(key, result)
+            self._found[key] = result
+            done += 1
+            self._plan.report(done, len(self._items))
+            yield self._row(waiting[key])
+
+    def _row(self, item: dict[str, Any]) -> dict[str, Any]:
+        return {**item["columns"], **self._found[item["key"]]["row"]}
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """Rows of all items in order; what has not run yet is run."""
+        for _ in self:
+            pass
+        return [self._row(item) for item in self._items]
+
+    @property
+    def summaries(self) -> list[dict[str, Any] | None]:
+        """Whole summaries of all items in order, None for failed ones."""
+        _ = self.rows
+        return [self._found[item["key"]]["summary"] for item in self._items]
+
+    @property
+    def failed(self) -> list[dict[str, Any]]:
+        """Rows of items that could not be run, with their message."""
+        return [row for row in self.rows if row["status"] == "failed"]
+
+    def to_dict(self) -> dict[str, list[Any]]:
+        """Returns the columns."""
+        rows = self.rows
+        names = list(dict.fromkeys(name for row in rows for name in row))
+        return {name: [row.get(name) for row in rows] for name in names}
+
+    def to_pandas(self) -> "pd.DataFrame":
+        """Returns the rows as a DataFrame."""
+        import pandas as pd
+
+        return pd.DataFrame(self.rows)
+
+    def __repr__(self) -> str:
+        return f"Fleet({len(self._items)} items, {len(self._found)} finished)"
+
+    def _repr_html_(self) -> str:
+        import html
+
+        rows = [self._row(item) for item in self._items if item["key"] in self._found]
+        names = list(dict.fromkeys(name for row in rows for name in row))
+        head = "".join(f"<th>{html.escape(name)}</th>" for name in names)
+        body = "".join(
+            "<tr>" + "".join(f"<td>{html.escape(str(row.get(name, '')))}</td>" for name in names) + "</tr>"
+            for row in rows
+        )
+        return f"<p>{html.escape(repr(self))}</p><table><tr>{head}</tr>{body}</table>"
+
+
+class _Store:
+    """Results by key in a folder, or under an fsspec URL."""
+
+    def __init__(self, place: Any) -> None:
+        self._url = str(place) if "://" in str(place) else ""
+        self._folder = self._url or _options.path("results", place)
+        if self._url:
+            import fsspec
+
+            self._system, self._root = fsspec.core.url_to_fs(self._url)
+            self._system.makedirs(self._root, exist_ok=True)
+        else:
+            os.makedirs(self._folder, exist_ok=True)
+
+    def read(self, key: str) -> dict[str, Any] | None:
+        try:
+            if self._url:
+                text = self._system.cat_file(f"{self._root}/{key}.json").decode()
+            else:
+                with open(os.path.join(self._folder, key + ".json"), encoding="utf-8") as file:
+                    text = file.read()
+            found: dict[str, Any] = json.loads(text)
+        except (FileNotFoundError, ValueError):
+            # A file that was cut off counts as absent: the item is run again.
+            return None
+        return found
+
+    def write(self, key: str, result: Mapping[str, Any]) -> None:
+        text = json.dumps(result)
+        if self._url:
+            self._system.pipe_file(f"{self._root}/{key}.json", text.encode())
+            return
+        whole = os.path.join(self._folder, key + ".json")
+        part = f"{whole}.{os.getpid()}"
+        with open(part, "w", encoding="utf-8") as out:
+            out.write(text)
+        # A result is there as a whole or not at all.
+        os.replace(part, whole)
+
+
+class _Plan:
+    """Where items are worked on, and where results are kept."""
+
+    def __init__(self, results: Any, client: Any, workers: int | None, progress: Progress) -> None:
+        self.store = None if results is None else _Store(results)
+        self._client = client
+        self._workers = workers
+        self._progress = adapted(progress)
+
+    def report(self, done: int, total: int) -> None:
+        if self._progress is not None:
+            self._progress("running items", done, total)
+
+    def run(self, items: list[dict[str, Any]]) -> Iterator[tuple[str, dict[str, Any]]]:
+        if not items:
+            return iter(())
+        if self._client is not None:
+            return self._on_dask(items)
+        if self._workers == 0:
+            return ((item["key"], _worked(item)) for item in items)
+        return self._in_processes(items)
+
+    def _on_dask(self, items: list[dict[str, Any]]) -> Iterator[tuple[str, dict[str, Any]]]:
+        from distributed import as_completed
+
+        # The key of the task is that of the item: a scheduler never holds the same work twice.
+        tasks = [
+            self._client.submit(_worked, item, key=f"trunnion-{item['key']}", retries=_DEATHS, pure=True)
+            for item in items
+        ]
+        keys = {task.key: item["key"] for task, item in zip(tasks, items)}
+        for task in as_completed(tasks):
+            error = task.exception() if task.status == "error" else None
+            yield keys[task.key], _failed(error) if error is not None else task.result()
+
+    def _in_processes(self, items: list[dict[str, Any]]) -> Iterator[tuple[str, dict[str, Any]]]:
+        import multiprocessing
+
+        waiting = {item["key"]: item for item in items}
+        deaths = 0
+        # Threads of this process do not survive a fork.
+        context = multiprocessing.get_context("spawn")
+        while waiting:
+            # One item after another, once items keep taking their workers with them: the guilty one is known then.
+            alone = deaths >= _DEATHS
+            batch = dict(itertools.islice(waiting.items(), 1 if alone else None))
+            workers = 1 if alone else self._workers
+            with futures.ProcessPoolExecutor(workers, context, initializer=_single_thread) as pool:
+                tasks = {pool.submit(_worked, item): key for key, item in batch.items()}
+                lost = False
+                for task in futures.as_completed(tasks):
+                    error = task.exception()
+                    if isinstance(error, futures.process.BrokenProcessPool) and not alone:
+                        # Whatever was not finished is run again.
+                        lost = True
+                        continue
+                    del waiting[tasks[task]]
+                    yield tasks[task], task.result() if error is None else _failed(error)
+                deaths += lost
+
+
+def _single_thread() -> None:
+    # As many workers as cores: threads of their own would only wait for each other.
+    os.environ["RAYON_NUM_THREADS"] = "1"
+
+
+def _failed(error: BaseException) -> dict[str, Any]:
+    messages = error.messages if isinstance(error, TrunnionError) else (f"{type(error).__name__}: {error}",)
+    row = {"status": "failed", "passed": None, "message": "\n".join(messages)}
+    return {"row": row, "summary": None, "messages": list(messages)}
+
+
+def _worked(item: dict[str, Any]) -> dict[str, Any]:
+    """Runs an item; runs in a worker."""
+    try:
+        return _WORK[item["kind"]](item["work"])
+    except TrunnionError as error:
+        return _failed(error)
+
+
+def _audited(work: dict[str, Any]) -> dict[str, Any]:
+    found = check(work["program"], machine=work["machine"], **work["options"])
+    summary = found.summary
+    axes = summary.get("axes") or []
+    row = {
+        "status": "done",
+        "passed": found.passed,
+        "duration": summary.get("duration"),
+        "velocity": max((_ratio(axis.get("velocity")) for axis in axes), default=None),
+        "acceleration": max((_ratio(axis.get("acceleration")) for axis in axes), default=None),
+        "message": "\n".join(found.failures),
+    }
+    return {"row": row, "summary": summary, "messages": found.failures}
+
+
+def _ratio(value: Any) -> float:
+    if isinstance(value, Mapping):
+        value = value.get("ratio")
+    return float(value) if isinstance(value, (int, float)) else 0.0
+
+
+def _ran(work: dict[str, Any]) -> dict[str, Any]:
+    found = run(Job(work["data"], work["folder"]))
+    row: dict[str, Any] = {"status": "done", "passed": found.passed}
+    for name, (section, key) in _RUN.items():
+        row[name] = found.summary[section].get(key)
+    row["message"] = "\n".join(found.failures)
+    return {"row": row, "summary": found.summary, "messages": found.failures}
+
+
+_WORK: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {"audit": _audited, "run": _ran}
+
+
+class _Hash:
+    """Hash of everything that a result depends on."""
+
+    def __init__(self, kind: str) -> None:
+        from . import __version__
+
+        self._hash = hashlib.sha256(f"trunnion {__version__} {kind}".encode())
+
+    def text(self, value: Any) -> "_Hash":
+        part = json.dumps(value, sort_keys=True, default=repr).encode()
+        self._hash.update(len(part).to_bytes(8, "little") + part)
+        return self
+
+    def file(self, name: str) -> "_Hash":
+        """Adds the content of a file: a copy elsewhere is the same, an edited one is not."""
+        try:
+            with open(name, "rb") as file:
+                content = file.read()
+        except OSError:
+            # The item itself reports what is wrong with its file.
+            return self.text(name)
+        self._hash.update(hashlib.sha256(content).digest())
+        return self
+
+    def files_in(self, value: Any, folder: str) -> "_Hash":
+        """Adds the content of all files that stand in nested values."""
+        if isinstance(value, Mapping):
+            for key in sorted(value, key=str):
+                self.files_in(value[key], folder)
+        elif isinstance(value, (list, tuple)):
+            for one in value:
+                self.files_in(one, folder)
+        elif isinstance(value, (str, os.PathLike)):
+            name = os.path.join(folder, os.fspath(value))
+            if os.path.isfile(name):
+                self.file(name)
+        return self
+
+    @property
+    def key(self) -> str:
+        return self._hash.hexdigest()[:40]
+
+
+def _paths(name: str, value: Any) -> list[str]:
+    if isinstance(value, (str, os.PathLike)):
+        return [_options.path(name, value)]
+    return [_options.path(name, one) for one in value]
+
+
+def audit(
+    programs: Any,
+    machines: Any,
+    *,
+    results: Any = None,
+    client: Any = None,
+    workers: int | None = None,
+    progress: Progress = None,
+    **options: Any,
+) -> Fleet:
+    """Checks every program on every machine.
+
+    Args:
+        programs: paths of programs.
+        machines: names or files of machines.
+        results: folder or fsspec URL that keeps finished items; without one nothing is kept.
+        client: dask.distributed.Client to work on; else processes of this machine.
+        workers: number of processes [default: one for each core]; 0 works in this one.
+        progress: callable of (stage, done, total), or tqdm.
+        **options: keywords of `trunnion.check` for all items: tool_length, origin, part, cutter, ...
+
+    Returns:
+        A Fleet with the columns `program`, `machine`, `status`, `passed`, `duration` [s], `velocity` and
+        `acceleration` (largest ratio to a limit), `message`.
+
+    Example:
+        >>> import os, tempfile, trunnion
+        >>> folder = tempfile.mkdtemp()
+        >>> program = os.path.join(folder, "a.ngc")
+        >>> _ = open(program, "w").write("G21 G90 G94\\nT1 M6\\nM3 S1000\\nG43 H1\\nG0 X0 Y0 Z50 B0 C0\\nG1 X10 F600\\nM2\\n")
+        >>> setup = dict(tool_length=120, origin=(-381, -254, -505))
+        >>> [row["passed"] for row in trunnion.fleet.audit(program, "bc-trunnion", workers=0, **setup)]
+        [True]
+    """
+    items = []
+    for program, machine in itertools.product(_paths("programs", programs), _paths("machines", machines)):
+        key = _Hash("audit").file(program).text(sorted(options.items(), key=lambda one: one[0]))
+        key = key.files_in(options, ".").text(os.path.basename(program))
+        key = key.file(machine) if os.path.isfile(machine) else key.text(machine)
+        work = {"program": os.path.abspath(program), "machine": _absolute(machine), "options": options}
+        columns = {"program": program, "machine": machine}
+        items.append({"key": key.key, "kind": "audit", "columns": columns, "work": work})
+    return Fleet(_distinct(items), _Plan(results, client, workers, progress))
+
+
+def _absolute(machine: str) -> str:
+    # Workers may stand in another folder.
+    return os.path.abspath(machine) if os.path.isfile(machine) else machine
+
+
+def _distinct(items: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Keeps the first of items with the same key: their results are the same."""
+    return list({item["key"]: item for item in reversed(items)}.values())[::-1]
+
+
+#: Short names of `compare`, as keys of a job.
+_KEYS = {"tilt": "strategy.tilt_angle", "lead": "strategy.lead_angle", "direction": "strategy.along",
+         "tolerance": "tolerance.total", "machine": "machine.file"}
+
+
+def compare(
+    job: Any,
+    over: Mapping[str, Iterable[Any]],
+    *,
+    results: Any = None,
+    client: Any = None,
+    workers: int | None = None,
+    progress: Progress = None,
+) -> Fleet:
+    """Runs a job with every combination of values.
+
+    Args:
+        job: a Job, a job file, or a dict with its content.
+        over: values by name: `cutter` (Cutters), `tilt` and `lead` [degrees, for the method fixed-tilt], `direction`,
+            `tolerance` [mm], `machine`, or any key of the job such as "strategy.method".
+        results, client, workers, progress: as in `audit`.
+
+    Returns:
+        A Fleet with a column for each name, `status`, `passed`, `duration` [s], `cutting` [s], `lower_bound` [s],
+        `passes`, `cutting_length` [mm], `message`.
+
+    Example:
+        >>> import trunnion
+        >>> fleet = trunnion.fleet.compare({"name": "a"}, {"tolerance": [0.01, 0.02]}, workers=0)
+        >>> [row["status"] for row in fleet]
+        ['failed', 'failed']
+    """
+    if isinstance(job, Mapping):
+        job = Job(job)
+    elif not isinstance(job, Job):
+        job = Job.read(job)
+    values = {name: list(each) for name, each in over.items()}
+    if not values or not all(values.values()):
+        raise InputError("over has no values\n  help: give values by name: {\"tolerance\": [0.01, 0.02]}")
+    folder = os.path.abspath(job.folder)
+    items = []
+    for combination in itertools.product(*values.values()):
+        changes: dict[str, Any] = {}
+        columns: dict[str, Any] = {}
+        for name, value in zip(values, combination):
+            changes.update(_changes(name, value))
+            plain = isinstance(value, (str, int, float, bool, type(None)))
+            columns[name] = value if plain else str(value)
+        data = job.replace(changes).data
+        key = _Hash("run").text(data).files_in(data, folder).key
+        work = {"data": json.loads(_json(data)), "folder": folder}
+        items.append({"key": key, "kind": "run", "columns": columns, "work": work})
+    return Fleet(_distinct(items), _Plan(results, client, workers, progress))
+
+
+def _json(data: Any) -> str:
+    from ._rebuild import json_text
+
+    return json_text(data)
+
+
+def _changes(name: str, value: Any) -> dict[str, Any]:
+    from ._trunnion import Cutter
+
+    if isinstance(value, Cutter):
+        return {
+            "tool.kind": value.kind,
+            "tool.major_radius": value.major_radius,
+            "tool.minor_radius": value.minor_radius,
+            "tool.length": value.length,
+        }
+    return {_KEYS.get(name, name): value}
+
+
+def which_machine(
+    job: Any,
+    machines: Any,
+    *,
+    results: Any = None,
+    client: Any = None,
+    workers: int | None = None,
+    progress: Progress = None,
+) -> list[dict[str, Any]]:
+    """Runs a job on several machines, and returns their rows, the best first.
+
+    A machine on which every tolerance and limit is kept comes before one on which it is not, a quicker one before a
+    slower one, and a machine on which the job cannot run last, with the reason in `message`.
+
+    Args:
+        job, results, client, workers, progress: as in `compare`.
+        machines: names of machines, or files that count from the folder of the job.
+
+    Example:
+        >>> import trunnion
+        >>> [row["machine"] for row in trunnion.fleet.which_machine({"name": "a"}, ["bc-trunnion"], workers=0)]
+        ['bc-trunnion']
+    """
+    names = _paths("machines", machines)
+    found = compare(job, {"machine": names}, results=results, client=client, workers=workers, progress=progress)
+    worst = float("inf")
+
+    def rank(row: dict[str, Any]) -> tuple[bool, bool, float]:
+        duration = row.get("duration")
+        return row["status"] != "done", not row["passed"], worst if duration is None else float(duration)
+
+    return sorted(found.rows, key=rank)

@@ -1,0 +1,196 @@
+//! `trunnion.plan` and `trunnion.Stream`.
+
+use crate::arrays::{Numbers, array};
+use crate::errors::{WrongArgument, failure, input};
+use crate::progress::watched;
+use crate::verbs::json;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use trunnion::feed::{AnyStream, Limits, StreamKind, StreamOptions, StreamStep};
+use trunnion::files::limits::{LimitsFile, parse};
+use trunnion::nalgebra::SVector;
+use trunnion::types::{AxisNode, Motion};
+use trunnion_cli::Failure;
+use trunnion_cli::calls::{self, AxisTable, PlanAnswer};
+
+/// Axes that streams are compiled for; fewer get axes that stand still.
+const STREAMED: usize = 6;
+
+/// Plan of a table.
+#[pyclass(module = "trunnion._trunnion", name = "NativePlan", frozen)]
+#[derive(Debug)]
+pub(crate) struct NativePlan(PlanAnswer);
+
+/// Plans the speed along a table: `names` of its columns, `values` row by row.
+#[pyfunction]
+#[pyo3(signature = (names, values, limits, options, progress=None))]
+pub(crate) fn plan(
+    names: Vec<String>,
+    values: &Bound<'_, PyAny>,
+    limits: &str,
+    options: Vec<String>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<NativePlan> {
+    let py = values.py();
+    let numbers = Numbers::of("table", values)?;
+    numbers.shaped("table", &[&[0, names.len()]])?;
+    let limits = read_limits(py, limits)?;
+    let values = numbers.slice();
+    let planned = watched(py, progress.as_ref(), |watch| {
+        calls::plan(&options, AxisTable { names: &names, values }, &limits, watch)
+    })?;
+    planned.map(NativePlan).map_err(|error| failure(py, error))
+}
+
+fn read_limits(py: Python<'_>, text: &str) -> PyResult<LimitsFile> {
+    parse(text).map_err(|faults| {
+        let messages = faults.iter().map(|fault| format!("limits:{fault}")).collect();
+        failure(py, Failure::Input(messages))
+    })
+}
+
+#[pymethods]
+impl NativePlan {
+    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        json(py, &self.0.summary)
+    }
+
+    #[getter]
+    fn axes(&self) -> Vec<String> {
+        self.0.axes.clone()
+    }
+
+    #[getter]
+    fn duration(&self) -> f64 {
+        self.0.motion.plan().schedule.duration()
+    }
+
+    #[getter]
+    fn lower_bound(&self) -> f64 {
+        self.0.motion.plan().lower_bound
+    }
+
+    #[getter]
+    fn within_limits(&self) -> bool {
+        self.0.within_limits
+    }
+
+    /// Rows of the schedule: s, t, speed, acceleration.
+    fn schedule<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let mut rows = Vec::new();
+        for piece in &self.0.motion.plan().schedule.pieces {
+            let columns = piece.s.iter().zip(&piece.t).zip(&piece.speed).zip(&piece.acceleration);
+            rows.extend(columns.flat_map(|(((s, t), v), a)| [*s, *t, *v, *a]));
+        }
+        let count = rows.len() / 4;
+        array(py, rows, &[count, 4])
+    }
+
+    /// Time, position, velocity, acceleration and jerk of the axes at every period.
+    fn sample<'py>(&self, py: Python<'py>, period: f64) -> PyResult<Bound<'py, PyAny>> {
+        let axes = self.0.axes.len();
+        let rows = py.detach(|| self.0.motion.sample(axes, period));
+        let rows = rows.map_err(|error| failure(py, error))?;
+        let width = 1 + 4 * axes;
+        let count = rows.len() / width;
+        array(py, rows, &[count, width])
+    }
+}
+
+/// Path that is planned as it arrives.
+#[pyclass(module = "trunnion._trunnion", name = "NativeStream")]
+#[derive(Debug)]
+pub(crate) struct NativeStream {
+    stream: AnyStream<STREAMED>,
+    axes: usize,
+}
+
+#[pymethods]
+impl NativeStream {
+    #[new]
+    fn new(
+        axes: Vec<String>,
+        limits: &Bound<'_, PyAny>,
+        jerk: bool,
+        window: usize,
+        step: f64,
+    ) -> PyResult<Self> {
+        let py = limits.py();
+        let table = Numbers::of("limits", limits)?;
+        table.shaped("limits", &[&[axes.len(), 3]])?;
+        if axes.is_empty() || axes.len() > STREAMED {
+            let defect = format!("axes; a stream takes 1 to {STREAMED}");
+            let value = axes.len().to_string();
+            let (name, defect) = ("axes", defect.as_str());
+            let wrong = WrongArgument { name, index: &[], value, defect, remedy: "" };
+            return Err(wrong.error(py));
+        }
+        // Axes that stand still never bind, whatever their limits; 1 avoids divisions by zero.
+        let column = |order: usize| {
+            let rows = table.rows::<3>();
+            SVector::from_fn(|axis, _| rows.get(axis).map_or(1.0, |row| row[order]))
+        };
+        let limits: Limits<STREAMED> = Limits::symmetric(column(0), column(1), column(2));
+        let kind = if jerk { StreamKind::Jerk } else { StreamKind::Optimal };
+        let stream = AnyStream::new(kind, limits, StreamOptions::fastest(window, step));
+        let mut stream = stream.map_err(|error| input(py, error))?;
+        stream.begin(Motion::Cut);
+        Ok(Self { stream, axes: axes.len() })
+    }
+
+    /// Takes rows of the path: s, then value and derivatives of each axis.
+    fn push<'py>(&mut self, rows: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let py = rows.py();
+        let numbers = Numbers::of("rows", rows)?;
+        let width = 1 + 3 * self.axes;
+        numbers.shaped("rows", &[&[0, width]])?;
+        let mut steps = Vec::new();
+        for row in numbers.slice().chunks_exact(width) {
+            let mut q = [SVector::<f64, STREAMED>::zeros(); 4];
+            for (axis, values) in row[1..].chunks_exact(3).enumerate() {
+                for (derivative, value) in q.iter_mut().zip(values) {
+                    derivative[axis] = *value;
+                }
+            }
+            let node = AxisNode { s: row[0], q, tip_rate: 0.0, feed_rate: 1.0 };
+            self.stream.push(node).map_err(|error| input(py, error))?;
+            while !self.stream.wants() {
+                let Some(step) = self.stream.next() else { break };
+                steps.push(step);
+            }
+        }
+        table_of(py, &steps)
+    }
+
+    /// Ends the path, and returns the rest of its steps.
+    fn finish<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let steps: Vec<StreamStep> = self.stream.by_ref().collect();
+        table_of(py, &steps)
+    }
+
+    #[getter]
+    fn time(&self) -> f64 {
+        self.stream.time()
+    }
+
+    #[getter]
+    fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(bounds) = self.stream.bounds() else { return Ok(None) };
+        let answer = PyDict::new(py);
+        answer.set_item("velocity", bounds.velocity)?;
+        answer.set_item("acceleration", bounds.acceleration)?;
+        answer.set_item("jerk", bounds.jerk)?;
+        Ok(Some(answer))
+    }
+}
+
+/// Rows of steps: s, s at the end, t, duration, both speeds, both accelerations.
+fn table_of<'py>(py: Python<'py>, steps: &[StreamStep]) -> PyResult<Bound<'py, PyAny>> {
+    let row = |of: &StreamStep| {
+        let [low, high] = of.s.ends();
+        let speeds = [of.speed.start, of.speed.end];
+        let accelerations = [of.acceleration, of.end_acceleration];
+        [low, high, of.t, of.duration, speeds[0], speeds[1], accelerations[0], accelerations[1]]
+    };
+    array(py, steps.iter().flat_map(row).collect(), &[steps.len(), 8])
+}

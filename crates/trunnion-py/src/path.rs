@@ -1,0 +1,172 @@
+//! Paths of cutter locations: interpolation, smoothing, straight moves.
+
+use crate::arrays::{Numbers, array, positive};
+use crate::errors::{WrongArgument, input};
+use crate::machine::{PoseArrays, Poses};
+use pyo3::prelude::*;
+use trunnion::nalgebra::{Unit, Vector3};
+use trunnion::toolpath::{PathResolution, SmoothOptions, densify, smooth as smoothed};
+use trunnion::types::{PoseCoordinates, PoseSpan, PoseTolerance, Station, ToolPose};
+
+/// Tips and tool axes.
+type PosePair<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
+
+/// Inserts cutter locations so that steps and turns stay below both limits.
+#[pyfunction]
+pub(crate) fn interpolate<'py>(
+    tip: &Bound<'py, PyAny>,
+    axis: &Bound<'py, PyAny>,
+    max_step: f64,
+    max_turn: f64,
+) -> PyResult<PosePair<'py>> {
+    let py = tip.py();
+    let arrays = PoseArrays::of(tip, axis)?;
+    let poses = poses(&arrays.view());
+    let resolution = PathResolution {
+        max_step: positive(py, "max_step", max_step)?,
+        max_turn: positive(py, "max_turn", max_turn)?,
+    };
+    let fine = py.detach(|| densify(&poses, resolution)).map_err(|error| input(py, error))?;
+    pair(py, fine.iter().map(|pose| (pose.tip.coords, pose.axis.into_inner())))
+}
+
+/// Curves within tolerance of cutter locations: knots, coefficients, starts of curves, deviations.
+type Curves<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Vec<usize>, [f64; 2]);
+
+/// Lays smooth curves through cutter locations.
+#[pyfunction]
+pub(crate) fn smooth<'py>(
+    tip: &Bound<'py, PyAny>,
+    axis: &Bound<'py, PyAny>,
+    tip_tolerance: f64,
+    axis_tolerance: f64,
+) -> PyResult<Curves<'py>> {
+    let py = tip.py();
+    let arrays = PoseArrays::of(tip, axis)?;
+    let stations: Vec<Station> =
+        poses(&arrays.view()).into_iter().map(|pose| Station { pose, contact: pose.tip }).collect();
+    let tolerance = PoseTolerance::new(
+        positive(py, "tip_tolerance", tip_tolerance)?,
+        positive(py, "axis_tolerance", axis_tolerance)?,
+    );
+    let options = SmoothOptions::within(tolerance);
+    let found = py.detach(|| smoothed(&stations, &options)).map_err(|error| input(py, error))?;
+    let (mut ranges, mut coefficients, mut starts) = (Vec::new(), Vec::new(), Vec::new());
+    for curve in &found.curves {
+        starts.push(coefficients.len() / (6 * 9));
+        for (span, ends) in curve.spans.iter().zip(curve.knots.windows(2)) {
+            ranges.extend_from_slice(ends);
+            coefficients.extend(span.coefficients.iter().flat_map(PoseCoordinates::iter).copied());
+        }
+    }
+    let count = ranges.len() / 2;
+    Ok((
+        array(py, ranges, &[count, 2])?,
+        array(py, coefficients, &[count, 6, 9])?,
+        starts,
+        [found.report.deviated.tip_bound, found.report.deviated.axis_bound],
+    ))
+}
+
+/// Divides curves into straight moves of the tip within tolerance.
+#[pyfunction]
+pub(crate) fn linearise<'py>(
+    ranges: &Bound<'py, PyAny>,
+    coefficients: &Bound<'py, PyAny>,
+    tip_tolerance: f64,
+    axis_tolerance: f64,
+) -> PyResult<PosePair<'py>> {
+    let py = ranges.py();
+    let ranges = Numbers::of("ranges", ranges)?;
+    ranges.shaped("ranges", &[&[0, 2]])?;
+    let numbers = Numbers::of("coefficients", coefficients)?;
+    numbers.shaped("coefficients", &[&[ranges.shape()[0], 6, 9]])?;
+    let tolerance = [
+        positive(py, "tip_tolerance", tip_tolerance)?,
+        positive(py, "axis_tolerance", axis_tolerance)?,
+    ];
+    let mut poses = Vec::new();
+    for ([low, high], row) in ranges.rows::<2>().iter().zip(numbers.rows::<54>()) {
+        let span = span_of(row);
+        let parts = parts(&span, high - low, tolerance).map_err(|parts| {
+            let (value, defect) = (tip_tolerance.to_string(), "asks for more moves than fit");
+            let remedy = format!("allow more: a span would need {parts:.0} moves");
+            let (name, remedy) = ("tip_tolerance", remedy.as_str());
+            WrongArgument { name, index: &[], value, defect, remedy }.error(py)
+        })?;
+        if poses.is_empty() {
+            poses.push(at(&span, 0.0));
+        }
+        let step = (high - low) / f64::from(parts);
+        poses.extend((1..=parts).map(|part| at(&span, step * f64::from(part))));
+    }
+    pair(py, poses.into_iter())
+}
+
+/// Most straight moves of one span: far beyond any control, and it fits in memory.
+const MOST_PARTS: f64 = 1e6;
+
+/// Returns the number of equal parts whose chords stay within tolerance; the number that would be needed if there
+/// are too many.
+fn parts(span: &PoseSpan, length: f64, [tip, axis]: [f64; 2]) -> Result<u32, f64> {
+    let [of_tip, of_axis, shortest] = bends(span, length);
+    // A chord of length h leaves its curve by at most h² max|c''| / 8.
+    let needed = |bend: f64, tolerance: f64| length * (bend / (8.0 * tolerance)).sqrt();
+    // Half of the angle for the chord, half for the difference of equal shares from the great circle.
+    let parts = needed(of_tip, tip).max(needed(of_axis / shortest, 0.5 * axis)).ceil().max(1.0);
+    if parts <= MOST_PARTS {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
+        let parts = parts as u32;
+        return Ok(parts);
+    }
+    Err(parts)
+}
+
+/// Returns upper bounds of the second derivatives of tip and axis vector, and a lower bound of its length.
+fn bends(span: &PoseSpan, h: f64) -> [f64; 3] {
+    let [_, _, c2, c3, c4, c5] = span.coefficients;
+    // The second derivative is a cubic, and lies in the hull of its Bernstein points.
+    let (a, b, c, d) = (2.0 * c2, 6.0 * h * c3, 12.0 * h * h * c4, 20.0 * h.powi(3) * c5);
+    let points = [a, a + b / 3.0, a + 2.0 * b / 3.0 + c / 3.0, a + b + c + d];
+    let tip = |point: &PoseCoordinates| Vector3::new(point[0], point[1], point[2]).norm();
+    let axis = |point: &PoseCoordinates| Vector3::new(point[3], point[4], point[5]).norm();
+    let most = |part: &dyn Fn(&PoseCoordinates) -> f64| points.iter().map(part).fold(0.0, f64::max);
+    let shortest = axis(&span.coefficients[0]).min(at(span, h).1.norm());
+    // Between the ends the vector is shorter than at them by no more than a chord of the bend.
+    let sag = h * h * most(&axis) / 8.0;
+    [most(&tip), most(&axis), (shortest - sag).max(0.5 * shortest).max(f64::MIN_POSITIVE)]
+}
+
+/// Returns tip and tool axis at a parameter from the start of a span.
+fn at(span: &PoseSpan, x: f64) -> (Vector3<f64>, Vector3<f64>) {
+    let value = span.coefficients.iter().rev().fold(PoseCoordinates::zeros(), |sum, c| sum * x + c);
+    let axis = Vector3::new(value[3], value[4], value[5]);
+    (Vector3::new(value[0], value[1], value[2]), axis.normalize())
+}
+
+fn span_of(row: &[f64; 54]) -> PoseSpan {
+    let of = |k: usize| PoseCoordinates::from_fn(|axis, _| row[9 * k + axis]);
+    PoseSpan { coefficients: [0, 1, 2, 3, 4, 5].map(of) }
+}
+
+fn poses(view: &Poses<'_>) -> Vec<ToolPose> {
+    let pose = |(tip, axis): (&[f64; 3], &[f64; 3])| ToolPose {
+        tip: (*tip).into(),
+        axis: Unit::new_normalize(Vector3::from(*axis)),
+    };
+    view.tips.iter().zip(view.axes).map(pose).collect()
+}
+
+/// Returns arrays of tips and axes.
+fn pair(
+    py: Python<'_>,
+    poses: impl Iterator<Item = (Vector3<f64>, Vector3<f64>)>,
+) -> PyResult<PosePair<'_>> {
+    let (mut tips, mut axes) = (Vec::new(), Vec::new());
+    for (tip, axis) in poses {
+        tips.extend(<[f64; 3]>::from(tip));
+        axes.extend(<[f64; 3]>::from(axis));
+    }
+    let shape = [tips.len() / 3, 3];
+    Ok((array(py, tips, &shape)?, array(py, axes, &shape)?))
+}

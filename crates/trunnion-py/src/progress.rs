@@ -1,0 +1,104 @@
+//! Long calls: without the lock of the interpreter, with progress and Ctrl-C.
+
+use crate::errors;
+use pyo3::prelude::*;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+use trunnion::types::{Progress, Stage};
+use trunnion_cli::Failure;
+
+/// Time between two looks at signals and two reports: short for a person, long for a computer.
+const LOOK: Duration = Duration::from_millis(40);
+
+/// Newest report of the work, and the request to stop it.
+#[derive(Default)]
+struct Watch {
+    newest: Mutex<Option<(Stage, u64, u64)>>,
+    stopped: AtomicBool,
+}
+
+impl Progress for Watch {
+    fn report(&self, stage: Stage, done: u64, total: u64) -> ControlFlow<()> {
+        *self.newest.lock().unwrap_or_else(PoisonError::into_inner) = Some((stage, done, total));
+        if self.stopped.load(Ordering::Relaxed) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    }
+}
+
+impl Watch {
+    /// Hands the newest report to the caller, and lets its signal handlers run.
+    fn look(&self, callable: Option<&Py<PyAny>>) -> PyResult<()> {
+        let newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner).take();
+        Python::attach(|py| {
+            py.check_signals()?;
+            match (callable, newest) {
+                (Some(callable), Some((stage, done, total))) => {
+                    callable.call1(py, (words(stage), done, total)).map(drop)
+                }
+                _ => Ok(()),
+            }
+        })
+    }
+}
+
+/// Runs `work` in a thread of its own, so that this one can report progress and take Ctrl-C.
+///
+/// An exception of the callable or of a signal handler stops the work, and is returned.
+pub(crate) fn watched<T: Send>(
+    py: Python<'_>,
+    callable: Option<&Py<PyAny>>,
+    work: impl FnOnce(&dyn Progress) -> T + Send,
+) -> PyResult<T> {
+    py.detach(|| {
+        let watch = Watch::default();
+        std::thread::scope(|scope| {
+            let (sender, receiver) = channel();
+            let watched = &watch;
+            let worker = scope.spawn(move || {
+                // Nobody waits any more only if this thread has failed.
+                let _ = sender.send(work(watched));
+            });
+            let mut raised = None;
+            loop {
+                match receiver.recv_timeout(LOOK) {
+                    Ok(result) => {
+                        // The last report may be newer than the last look.
+                        raised = raised.or(watch.look(callable).err());
+                        return raised.map_or(Ok(result), Err);
+                    }
+                    Err(RecvTimeoutError::Timeout) if raised.is_none() => {
+                        raised = watch.look(callable).err();
+                        watch.stopped.store(raised.is_some(), Ordering::Relaxed);
+                    }
+                    Err(RecvTimeoutError::Timeout) => {}
+                    // A defect of the library: the interpreter goes on.
+                    Err(RecvTimeoutError::Disconnected) => {
+                        let message = "the work ended without a result, by a defect of trunnion";
+                        let _ = worker.join();
+                        let internal = Failure::defect(message);
+                        return Err(Python::attach(|py| errors::failure(py, internal)));
+                    }
+                }
+            }
+        })
+    })
+}
+
+fn words(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Import => "reading the part",
+        Stage::Cover => "placing strips",
+        Stage::ToolPath => "fitting curves",
+        Stage::Axes => "solving the axes",
+        Stage::Feed => "planning speeds",
+        Stage::Setpoints => "sampling setpoints",
+        Stage::Program => "writing programs",
+        Stage::Verify => "checking the program",
+    }
+}

@@ -1,0 +1,180 @@
+"""Programs, checks, posts, jobs."""
+
+import json
+import pickle
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from conftest import LOCATIONS, PROGRAM
+
+import trunnion
+
+SETUP = dict(tool_length=120, origin=(-381, -254, -505))
+
+
+def test_a_cl_file_becomes_arrays(tmp_path):
+    file = tmp_path / "part.cls"
+    file.write_bytes(LOCATIONS)
+    program = trunnion.read(file)
+    assert len(program) == 4 and program.tip.shape == program.axis.shape == (4, 3)
+    assert program.line.tolist() == [3, 4, 5, 6]
+    np.testing.assert_allclose(program.feed, 1000 / 60)
+    assert program.length == pytest.approx(np.linalg.norm(np.diff(program.tip, axis=0), axis=1).sum())
+    assert not program.rapid.any()
+    assert program.to_dict()["tip"] is program.tip
+    assert list(program.to_pandas().columns)[:4] == ["line", "tip_0", "tip_1", "tip_2"]
+    assert "<svg" in program._repr_html_()
+    same = trunnion.read(LOCATIONS, suffix=".cls")
+    np.testing.assert_array_equal(same.tip, program.tip)
+
+
+def test_a_program_needs_its_machine_where_rotaries_move():
+    program = trunnion.read(PROGRAM, machine="bc-trunnion", **SETUP)
+    machine = trunnion.Machine("bc-trunnion", **SETUP)
+    np.testing.assert_allclose(machine.forward(program.q)[0], program.tip, atol=1e-9)
+    with pytest.raises(trunnion.InputError, match="moves rotary axes") as found:
+        trunnion.read(PROGRAM)
+    assert "machine" in found.value.remedy
+    upright = trunnion.read(b"G21 G90\nG0 X0 Y0 Z5\nG1 Z0 F600\nG1 X20\nM2\n")
+    assert upright.rapid.tolist() == [True, False, False] and upright.cutting_length == 25
+
+
+def test_faults_of_a_program_have_lines():
+    with pytest.raises(trunnion.InputError) as found:
+        trunnion.read(b"G0 X0 Y0 Z0\nG1 X[2 +\n", dialect="linuxcnc")
+    assert found.value.line == 2 and found.value.file == "program"
+
+
+def test_a_check_finds_the_gouge(tmp_path, plane, root):
+    part = tmp_path / "plane.json"
+    part.write_text(
+        json.dumps({"degree": [1, 1], "knots": [[0, 0, 1, 1]] * 2, "points": [[[0, 0, 0], [0, 10, 0]], [[20, 0, 0], [20, 10, 0]]]})
+    )
+    cutter = trunnion.Cutter.flat(12, length=50)
+    found = trunnion.check(LOCATIONS, dialect="apt", part=part, cutter=cutter, tolerance=(0.02, 0.002), grid=0.5)
+    assert not found.passed and any("program" in one or "line" in one for one in found.failures)
+    assert found.height.min() < -0.04 and found.point.shape == (len(found.height), 3)
+    assert found.line[np.argmin(found.height)] in (5, 6)
+    assert len(found.to_pandas()) == len(found.height)
+    assert "<svg" in found._repr_html_()
+    # The same as the command line says, number by number.
+    assert found.to_dict()["deviation"]["gouge"] == pytest.approx(-found.height.min(), abs=1e-9)
+
+
+def test_keywords_are_named_in_messages():
+    with pytest.raises(trunnion.InputError, match="tool_length") as found:
+        trunnion.check(PROGRAM, machine="bc-trunnion")
+    assert "--" not in str(found.value)
+    with pytest.raises(trunnion.InputError, match="did you mean clearance"):
+        trunnion.check(PROGRAM, machine="bc-trunnion", clearence=1)
+
+
+def test_a_machine_brings_its_setup():
+    machine = trunnion.Machine("bc-trunnion", **SETUP)
+    with_machine = trunnion.check(PROGRAM, machine=machine).summary
+    with_words = trunnion.check(PROGRAM, machine="bc-trunnion", **SETUP).summary
+    assert with_machine == with_words
+
+
+def test_a_post_is_read_back(tmp_path):
+    posted = trunnion.post(PROGRAM, "bc-trunnion", dialect="g93", **SETUP)
+    assert posted.kept and "G93" in posted.text and posted.setup
+    assert posted.summary["motion"]["conserved"]
+    file = tmp_path / "out.nc"
+    again = trunnion.post(PROGRAM, trunnion.Machine("bc-trunnion", **SETUP), dialect="g93", output=file)
+    body = [line for line in posted.text.splitlines() if line.startswith("G1")]
+    assert body == [line for line in file.read_text().splitlines() if line.startswith("G1")]
+    assert again.summary["output"] == str(file)
+
+
+def test_the_command_line_says_the_same(tmp_path):
+    binary = shutil.which("trunnion")
+    if binary is None:
+        pytest.skip("the program `trunnion` is not installed here")
+    file = tmp_path / "part.ngc"
+    file.write_bytes(PROGRAM)
+    words = ["check", file, "--machine", "bc-trunnion", "--tool-length", "120", "--origin", "-381,-254,-505", "--json"]
+    done = subprocess.run([binary, *words], capture_output=True, text=True)
+    assert json.loads(done.stdout) == trunnion.check(file, machine="bc-trunnion", **SETUP).summary
+
+
+def test_a_job_runs(job_folder):
+    stages = []
+    result = trunnion.run(job_folder / "job.toml", progress=lambda stage, done, total: stages.append(stage))
+    assert result.passed and not result.failures and not result.files
+    assert stages and result.programs
+    assert result.tip.shape == result.axis.shape and len(result.cutting) == len(result.tip)
+    assert {"tip", "axis", "contact", "width"} <= set(result.passes[0])
+    motion = result.sample(0.01, deg=True)
+    assert motion.position.shape == (len(motion.t), 5) and motion.t[-1] == pytest.approx(result.duration, rel=1e-6)
+    limits = result.limits(deg=True)
+    assert (np.abs(motion.velocity) <= limits["velocity"] * (1 + 1e-6)).all()
+    assert np.concatenate([one["height"] for one in result.maps]).size > 100
+    assert result.cl.startswith(("PARTNO", "$$", "UNITS")) and "<svg" in result._repr_html_()
+    # Its own program passes the check of the same job.
+    name, text = next(iter(result.programs.items()))
+    (job_folder / name).write_text(text)
+    assert trunnion.check(job_folder / name, job=job_folder / "job.toml").passed
+
+
+def test_a_job_in_code_is_the_job_of_the_file(job_folder, tmp_path):
+    job = trunnion.Job.read(job_folder / "job.toml")
+    assert job.check() == []
+    again = trunnion.Job(job.data, job_folder)
+    assert again.check() == []
+    again.save(job_folder / "saved.toml")
+    assert trunnion.Job.read(job_folder / "saved.toml").data == job.data
+    wrong = job.replace({"tolerance.total": -1.0})
+    with pytest.raises(trunnion.InputError, match="total") as found:
+        wrong.check()
+    assert found.value.line
+
+
+def test_outputs_are_written_where_asked(job_folder):
+    result = trunnion.run(job_folder / "job.toml", output=job_folder / "out")
+    names = {path.name for path in (job_folder / "out").iterdir()}
+    assert {"report.html", "summary.json", "motion.csv", "toolpath.cls", "setup.txt"} <= names
+    assert {file.name for file in result.files} == names
+
+
+def test_ctrl_c_stops_a_run(job_folder):
+    class Enough(Exception):
+        pass
+
+    def stop(stage, done, total):
+        raise Enough
+
+    with pytest.raises(Enough):
+        trunnion.run(job_folder / "job.toml", progress=stop)
+
+
+def test_signals_are_heard(job_folder, root):
+    import os
+    import signal
+    import sys
+    import time
+
+    script = f"import trunnion; print('ready', flush=True); trunnion.run({str(root / 'examples/bezier-patch/job.toml')!r})"
+    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout.readline() == b"ready\n"
+    time.sleep(0.5)
+    start = time.monotonic()
+    os.kill(process.pid, signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert b"KeyboardInterrupt" in errors and time.monotonic() - start < 20
+
+
+def test_tqdm_is_moved(job_folder):
+    tqdm = pytest.importorskip("tqdm").tqdm
+    bar = tqdm(total=1, disable=False)
+    trunnion.check(LOCATIONS, dialect="apt", cutter="R=0,r=3,L=40", stock="box:-10,0,-10,30,10,0", progress=bar)
+    bar.close()
+
+
+def test_errors_can_be_sent_to_other_processes():
+    with pytest.raises(trunnion.InputError) as found:
+        trunnion.Machine("bc-trunnion").forward([[0, 0, 0, 0, np.nan]])
+    again = pickle.loads(pickle.dumps(found.value))
+    assert again.argument == "q" and again.index == (0, 4) and str(again) == str(found.value)

@@ -1,0 +1,173 @@
+"""Parts, cutters, locations, passes, paths, lowered cutters."""
+
+import json
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import trunnion
+
+
+def saddle():
+    x = np.linspace(-60, 60, 6)
+    xx, yy = np.meshgrid(x, x, indexing="ij")
+    return trunnion.Part.from_net(np.stack([xx, yy, 0.002 * (xx**2 - yy**2)], axis=-1))
+
+
+def test_faces_are_evaluated(patch):
+    face = trunnion.Part.read(patch).faces[0]
+    np.testing.assert_allclose(face.point([0.4, 0.5]), [-13.44, 0, -15.365], atol=1e-3)
+    # fixtures/bezier-patch/README.md; positive is hollow for the cutter.
+    np.testing.assert_allclose(face.curvature([0.4, 0.5]), [0.0015098, 0.0057387], atol=1e-7)
+    uv = np.random.default_rng(3).uniform(0.1, 0.9, (50, 2))
+    table = face.derivatives(uv)
+    assert table.shape == (50, 6, 3)
+    np.testing.assert_array_equal(table[:, 0], face.point(uv))
+    normal = np.cross(table[:, 1], table[:, 2])
+    np.testing.assert_allclose(face.normal(uv), normal / np.linalg.norm(normal, axis=1)[:, None], atol=1e-12)
+    h = 1e-5
+    step = (face.point(uv + [h, 0]) - face.point(uv - [h, 0])) / (2 * h)
+    np.testing.assert_allclose(step, table[:, 1], rtol=1e-6, atol=1e-4)
+    np.testing.assert_allclose(face.flipped().normal(uv), -face.normal(uv))
+    assert face.bounds.tolist() == [[0, 1], [0, 1]] and face.kind and face.area > 10000
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=30, deadline=None)
+def test_the_closest_point_of_an_offset_is_where_it_started(seed):
+    face = saddle().faces[0]
+    rng = np.random.default_rng(seed)
+    uv, height = rng.uniform(0.2, 0.8, (8, 2)), rng.uniform(-20, 20, 8)
+    points = face.point(uv) + height[:, None] * face.normal(uv)
+    found, foot, distance = face.closest(points)
+    np.testing.assert_allclose(found, uv, atol=1e-6)
+    np.testing.assert_allclose(distance, height, atol=1e-6)
+    np.testing.assert_allclose(foot, face.point(uv), atol=1e-5)
+
+
+def test_bytes_and_files_are_the_same(patch):
+    a, b = trunnion.Part.read(patch), trunnion.Part.read(patch.read_bytes())
+    np.testing.assert_array_equal(a.faces[0].point([0.3, 0.3]), b.faces[0].point([0.3, 0.3]))
+    net = json.loads(patch.read_text())
+    c = trunnion.Part.from_net(net["points"], net["degree"], tuple(net["knots"]))
+    np.testing.assert_array_equal(a.faces[0].point([0.3, 0.3]), c.faces[0].point([0.3, 0.3]))
+    with pytest.raises(trunnion.InputError):
+        trunnion.Part.read(b"{")
+
+
+def test_cutters(tmp_path):
+    cutter = trunnion.Cutter.bull(10, 6, length=120, shank=[[30, 12], [60, 20]])
+    assert (cutter.radius, cutter.kind, cutter.length) == (16, "bull", 120)
+    assert pickle.loads(pickle.dumps(cutter)) == cutter
+    for wrong in (lambda: trunnion.Cutter.ball(-1), lambda: trunnion.Cutter.bull(10, 6, length=float("nan"))):
+        with pytest.raises(trunnion.InputError):
+            wrong()
+
+
+def test_the_widest_strip_of_the_paper(patch):
+    face, cutter = trunnion.Part.read(patch).faces[0], trunnion.Cutter.bull(10, 6)
+    found = trunnion.position(face, cutter, at=(0.4, 0.5), feed=(0, 1), tolerance=0.01, offset_range=(-15, 15))
+    assert found.strip_width == pytest.approx(17.1725, abs=0.01)
+    assert np.linalg.norm(found.axis) == pytest.approx(1) and found.rear_min >= -1e-9
+    assert found.error_curve.shape[1] == 3 and "<svg" in found._repr_html_()
+    ball = trunnion.position(face, cutter, at=(0.4, 0.5), feed=(0, 1), method="ball")
+    assert ball.strip_width < found.strip_width
+    with pytest.raises(trunnion.InputError, match="not one of"):
+        trunnion.position(face, cutter, at=(0.4, 0.5), feed=(0, 1), method="best")
+
+
+def test_passes_cover_a_plane():
+    plane = trunnion.Part.from_net([[[0, 0, 0], [0, 20, 0]], [[20, 0, 0], [20, 20, 0]]], degree=(1, 1))
+    stages = []
+    found = trunnion.cover(
+        plane, trunnion.Cutter.ball(10, length=60), excess=0.1, gouge=0.01, along="u", method="inclined",
+        progress=lambda *state: stages.append(state),
+    )
+    assert 10 <= len(found.passes) <= 13 and not found.unfinished
+    assert found.passes[0]["tip"].shape[1] == 3 and "<svg" in found._repr_html_()
+
+
+def test_a_path_is_interpolated_smoothed_and_divided():
+    t = np.linspace(0, 2, 101)
+    tip = np.stack([20 * np.cos(t), 20 * np.sin(t), t], axis=1)
+    axis = np.stack([0.2 * np.sin(t), 0 * t, np.ones_like(t)], axis=1)
+    axis /= np.linalg.norm(axis, axis=1)[:, None]
+    path = trunnion.Path(tip, axis)
+    fine = path.interpolate(0.1, 1.0, deg=True)
+    assert np.linalg.norm(np.diff(fine.tip, axis=0), axis=1).max() <= 0.1 + 1e-12
+    smooth = path.smooth(0.005, 1e-4)
+    assert smooth.tip_deviation <= 0.005 and smooth.axis_deviation <= 1e-4 and len(smooth.starts) == 1
+    dense, coarse = smooth.linearise(1e-6, 1e-6), smooth.linearise(0.005, 1e-3)
+    assert len(coarse) < len(dense)
+    gap = np.abs(dense.tip[:, None] - coarse.tip[None]).sum(axis=2).min(axis=1)
+    assert np.isfinite(gap).all()
+    # No point of the curve is farther from the straight moves than asked for.
+    ends = coarse.tip
+    a, b = ends[:-1], ends[1:]
+    along = b - a
+    share = np.clip(((dense.tip[:, None] - a) * along).sum(-1) / (along**2).sum(-1), 0, 1)
+    distance = np.linalg.norm(dense.tip[:, None] - (a + share[..., None] * along), axis=-1).min(axis=1)
+    assert distance.max() <= 0.005
+    again = trunnion.Path.from_cl(path.to_cl())
+    np.testing.assert_allclose(again.tip, path.tip, atol=1e-8)
+    assert "<svg" in smooth._repr_html_()
+
+
+def lowered(vertices, triangles, end, place, samples=60):
+    """Height of the tip on a dense grid of points of all triangles."""
+    major, minor = end
+    s = np.arange(samples + 1) / samples
+    s, t = np.meshgrid(s, s)
+    inside = s + t <= 1 + 1e-12
+    weights = np.stack([1 - s[inside] - t[inside], s[inside], t[inside]], axis=1)
+    points = np.einsum("ki,tij->tkj", weights, np.asarray(vertices)[triangles]).reshape(-1, 3)
+    distance = np.hypot(points[:, 0] - place[0], points[:, 1] - place[1])
+    points, distance = points[distance <= major + minor], distance[distance <= major + minor]
+    out = np.maximum(distance - major, 0)
+    height = minor - np.sqrt(np.maximum(minor**2 - out**2, 0))
+    return (points[:, 2] - height).max() if len(points) else np.nan
+
+
+@pytest.mark.parametrize("cutter", [trunnion.Cutter.ball(12), trunnion.Cutter.flat(10), trunnion.Cutter.bull(4, 2)])
+def test_lowered_cutters_touch_what_samples_touch(cutter):
+    rng = np.random.default_rng(11)
+    x, y = np.meshgrid(np.linspace(0, 40, 9), np.linspace(0, 40, 9), indexing="ij")
+    vertices = np.stack([x.ravel(), y.ravel(), rng.uniform(-3, 3, x.size)], axis=1)
+    quad = lambda i, j: 9 * i + j
+    triangles = np.array(
+        [[quad(i, j), quad(i + a, j + 1 - a), quad(i + 1, j + 1)] for i in range(8) for j in range(8) for a in (0, 1)]
+    )
+    places = rng.uniform(-2, 42, (40, 2))
+    found = trunnion.drop_cutter((vertices, triangles), cutter, places)
+    end = (cutter.major_radius, cutter.minor_radius)
+    sampled = np.array([lowered(vertices, triangles, end, place) for place in places])
+    np.testing.assert_array_equal(np.isnan(found.z), np.isnan(sampled))
+    assert (found.z >= sampled - 1e-9)[~np.isnan(sampled)].all()
+    assert np.nanmax(found.z - sampled) < 0.15
+    assert found.deviation == 0 and np.asarray(found) is not None and found.tip.shape == (40, 3)
+
+
+def test_the_height_on_a_face_is_bounded():
+    part = saddle()
+    places = np.random.default_rng(5).uniform(-40, 40, (50, 2))
+    found = trunnion.drop_cutter(part, trunnion.Cutter.bull(10, 6), places, chord=0.01, bounds=True)
+    assert found.deviation <= 0.01
+    finer = trunnion.drop_cutter(part, trunnion.Cutter.bull(10, 6), places, chord=0.0002)
+    low, high = found.bounds.T
+    assert (low <= finer.z + 2e-4).all() and (finer.z - 2e-4 <= high).all()
+    assert (high - low).max() < 0.06
+
+
+def test_meshes_come_from_stl(tmp_path):
+    text = "solid a\n facet normal 0 0 1\n outer loop\n vertex 0 0 0\n vertex 9 0 0\n vertex 0 9 0\n endloop\n endfacet\nendsolid a\n"
+    file = tmp_path / "a.stl"
+    file.write_text(text)
+    assert trunnion.drop_cutter(file, trunnion.Cutter.ball(2), [[2, 2]]).z.tolist() == [0]
+    with pytest.raises(trunnion.ArgumentError) as found:
+        trunnion.drop_cutter(([[0, 0, 0]], [[0, 1, -2]]), trunnion.Cutter.ball(2), [[2, 2]])
+    assert found.value.argument == "triangles" and found.value.index == (0, 2)
+    with pytest.raises(trunnion.InputError, match="corner 1"):
+        trunnion.drop_cutter(([[0, 0, 0]], [[0, 1, 2]]), trunnion.Cutter.ball(2), [[2, 2]])

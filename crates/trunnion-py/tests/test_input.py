@@ -1,0 +1,113 @@
+"""Mutated input: no call ends the interpreter or raises anything but what is documented."""
+
+import random
+
+import numpy as np
+import pytest
+from conftest import LOCATIONS, PROGRAM
+
+import trunnion
+
+ODD = [
+    None, 0, -1, 1e300, float("nan"), float("inf"), True, "", "x", "\0", b"", b"\xff" * 40, [], [[]], [None], {}, {"a": 1},
+    [1, 2], [[1, 2, 3]], np.zeros(0), np.zeros((0, 3)), np.zeros((2, 3)), np.full((2, 3), np.nan), np.zeros((3, 3, 3)),
+    np.zeros((2, 5), dtype=np.float32), np.zeros((2, 3), dtype=object), np.zeros((4, 6))[::2, ::2], np.array("x"), object(),
+]
+#: What a wrong call may raise. TypeError and OverflowError come from Python itself: too many arguments, no number.
+RAISED = (trunnion.TrunnionError, ValueError, TypeError, OverflowError, OSError, AttributeError, KeyError, IndexError)
+
+MACHINE = trunnion.Machine("bc-trunnion", tool_length=120.0)
+PART = trunnion.Part.from_net([[[x, y, 0.01 * x * y] for y in (0, 10, 20, 30)] for x in (0, 10, 20, 30)])
+FACE = PART.faces[0]
+BULL = trunnion.Cutter.bull(4, 2, length=60)
+TIP, AXIS = np.array([[0.0, 0, 0], [5, 0, 0]]), np.array([[0.0, 0, 1], [0, 0.6, 0.8]])
+TABLE = {"s": [0, 1], "X": [0, 10], "X1": [10, 10], "X2": [0, 0]}
+MESH = ([[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]])
+
+CALLS = {
+    "Machine": (trunnion.Machine, ["bc-trunnion"], dict(origin=[0, 0, 0], rotation=[0, 0, 0], tool_length=1.0)),
+    "with_setup": (MACHINE.with_setup, [], dict(origin=[0, 0, 0], rotation=[0, 0, 0], tool_length=1.0)),
+    "forward": (MACHINE.forward, [np.zeros((2, 5))], dict(deg=True)),
+    "inverse": (MACHINE.inverse, [TIP, AXIS], dict(near=np.zeros(5))),
+    "jets": (MACHINE.jets, [np.ones((1, 4, 3)), np.ones((1, 4, 3))], dict(near=np.zeros(5))),
+    "singular_angle": (MACHINE.singular_angle, [AXIS], {}),
+    "Part.read": (trunnion.Part.read, [b'{"degree": [1, 1]}'], {}),
+    "from_net": (trunnion.Part.from_net, [np.random.default_rng(0).random((4, 4, 3))], dict(weights=np.ones((4, 4)))),
+    "point": (FACE.point, [[0.5, 0.5]], {}),
+    "normal": (FACE.normal, [[0.5, 0.5]], {}),
+    "derivatives": (FACE.derivatives, [[[0.5, 0.5]]], {}),
+    "curvature": (FACE.curvature, [[0.5, 0.5]], {}),
+    "closest": (FACE.closest, [[5, 5, 5]], {}),
+    "mesh": (FACE.mesh, [0.1], {}),
+    "ball": (trunnion.Cutter.ball, [10.0], dict(length=50.0, shank=[[20.0, 8.0]], inner=1.0)),
+    "bull": (trunnion.Cutter.bull, [10.0, 2.0], dict(length=50.0)),
+    "flat": (trunnion.Cutter.flat, [10.0], dict(length=50.0)),
+    "position": (trunnion.position, [FACE, BULL], dict(at=(0.5, 0.5), feed=(0, 1), tolerance=0.01, side="ahead")),
+    "cover": (trunnion.cover, [PART, BULL], dict(excess=0.5, gouge=0.05, along="u", method="inclined")),
+    "drop_cutter": (trunnion.drop_cutter, [MESH, BULL, [[1, 1]]], dict(chord=0.1)),
+    "Path": (trunnion.Path, [TIP, AXIS], {}),
+    "interpolate": (trunnion.Path(TIP, AXIS).interpolate, [1.0, 1.0], {}),
+    "smooth": (trunnion.Path(TIP, AXIS).smooth, [0.01, 0.01], {}),
+    "from_cl": (trunnion.Path.from_cl, ["GOTO/0,0,0"], {}),
+    "Limits": (trunnion.Limits, [{"X": (1, 2, 3)}], dict(path={"feed": 1.0})),
+    "plan": (trunnion.plan, [TABLE, {"X": (100, 1000, 20000)}], dict(method="optimal", window=16)),
+    "Stream": (trunnion.Stream, [{"X": (100, 1000, 20000)}], dict(method="jerk", window=16, step=0.5)),
+    "push": (lambda rows: trunnion.Stream({"X": (100, 1000, 20000)}).push(rows), [[[0, 0, 1, 0], [1, 1, 1, 0]]], {}),
+    "sample": (trunnion.plan(TABLE, {"X": (100, 1000, 20000)}).sample, [0.01], {}),
+    "read": (trunnion.read, [PROGRAM], dict(machine="bc-trunnion", dialect="linuxcnc", origin=[0, 0, 0], tool_length=1)),
+    "check": (trunnion.check, [PROGRAM], dict(machine="bc-trunnion", tool_length=120, origin=[0, 0, 0], dialect="fanuc")),
+    "post": (trunnion.post, [LOCATIONS, "bc-trunnion"], dict(suffix=".cls", dialect="g93", tolerance=(0.1, 0.1))),
+    "Job": (trunnion.Job, [{"name": "a"}], dict(folder=".")),
+    "run": (trunnion.run, [{"name": "a"}], {}),
+    "toml_text": (trunnion._trunnion.toml_text, [{"a": 1}], {}),
+    "toml_data": (trunnion._trunnion.toml_data, ["a = 1"], {}),
+    "audit": (lambda *a, **k: trunnion.fleet.audit(*a, workers=0, **k).rows, [[], "bc-trunnion"], {}),
+    "compare": (lambda *a: trunnion.fleet.compare(*a, workers=0).rows, [{"name": "a"}, {"tolerance": [1]}], {}),
+}
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("name", CALLS)
+def test_odd_arguments_are_refused_or_answered(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    function, arguments, keywords = CALLS[name]
+    places = [*range(len(arguments)), *keywords]
+    for place in places:
+        for odd in ODD:
+            args, words = list(arguments), dict(keywords)
+            if isinstance(place, int):
+                args[place] = odd
+            else:
+                words[place] = odd
+            try:
+                function(*args, **words)
+            except RAISED:
+                pass
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("content, suffix", [(PROGRAM, ".ngc"), (LOCATIONS, ".cls")])
+def test_mutated_files_are_refused_or_read(content, suffix):
+    rng = random.Random(7)
+    for _ in range(300):
+        text = bytearray(content)
+        for _ in range(rng.randint(1, 6)):
+            at = rng.randrange(len(text))
+            kind = rng.randrange(3)
+            if kind == 0:
+                text[at] = rng.randrange(256)
+            elif kind == 1:
+                del text[at : at + rng.randint(1, 9)]
+            else:
+                text[at:at] = text[rng.randrange(len(text)) :][: rng.randint(1, 20)]
+            if not text:
+                text = bytearray(content)
+        try:
+            trunnion.read(bytes(text), suffix=suffix, machine="bc-trunnion")
+        except trunnion.TrunnionError as error:
+            assert str(error)
+
+
+def test_a_signature_names_what_is_missing():
+    with pytest.raises(TypeError, match="axis"):
+        MACHINE.inverse(TIP)
