@@ -51,9 +51,10 @@ impl Leftover {
                 of_job.iter().filter(|region| region.face == number).collect();
             let was_cut = self.areas.insert(number, share).is_some();
             let now = covering.report.rest.iter().filter(|region| region.face == number);
-            match was_cut {
-                true => self.regions.extend(now.filter_map(|region| common(region, &before))),
-                false => self.regions.extend(now.cloned()),
+            if was_cut {
+                self.regions.extend(now.filter_map(|region| common(region, &before)));
+            } else {
+                self.regions.extend(now.cloned());
             }
         }
     }

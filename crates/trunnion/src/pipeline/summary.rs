@@ -54,7 +54,7 @@ pub(super) fn summary(job: &Job, results: &StageResults<'_>) -> Result<Summary, 
         })
         .chain(left_out.iter().map(|left| format!("{} was not written: {}", left.file, left.why)))
         .chain(programs.iter().flat_map(|program| collisions::failures(program, solids)))
-        .chain(operations.iter().flat_map(|one| broken(job, one.motion().plan)))
+        .chain(operations.iter().filter_map(|one| broken(job, one.motion().plan)))
         .chain(regions::unfinished(job, left))
         .collect();
     let parts = operations.iter().map(operation).collect::<Result<Vec<_>, _>>()?;
