@@ -1,7 +1,7 @@
 //! Errors of the chain, by stage.
 
-use super::fit::TooConcave;
 use super::out_of_reach::OutOfReach;
+use super::too_concave::TooConcave;
 use crate::axes::AxesError;
 use crate::blocks::BlocksError;
 use crate::cover::CoverError;

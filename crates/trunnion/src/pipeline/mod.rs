@@ -36,13 +36,14 @@ mod stages;
 mod stock_solid;
 mod summary;
 mod tolerances;
+mod too_concave;
 mod turn_limit;
 mod wording;
 
 pub use budget::{Budget, BudgetError, BudgetShares};
 pub use collisions::{describe_collisions, stock_summary};
 pub use error::PipelineError;
-pub use fit::{TooConcave, fit};
+pub use fit::fit;
 pub use fixtures::{
     Fixtures, Held, MOST_COLLISIONS, approach, collisions, nearest_fixture, too_near,
 };
@@ -60,3 +61,4 @@ pub use run::{locations, run};
 pub use setup_search::{SetupResult, setup};
 pub use solids::{MOST_RAYS, Solids, solids};
 pub use stages::{SETUP_SHOWN, SETUP_WITHIN, motion_limits};
+pub use too_concave::TooConcave;
