@@ -36,7 +36,7 @@ class Program(Table):
 
     Example:
         >>> import trunnion
-        >>> program = trunnion.read(b"UNITS/MM\\nRAPID\\nGOTO/0,0,0,0,0,1\\nFEDRAT/600,MMPM\\nGOTO/30,40,0,0,0,1\\n", suffix=".cls")
+        >>> program = trunnion.read(b"UNITS/MM\\nRAPID\\nGOTO/0,0,0,0,0,1\\nFEDRAT/600,MMPM\\nGOTO/30,40,0,0,0,1\\nFINI\\n", suffix=".cls")
         >>> program.length
         50.0
     """

@@ -7,11 +7,36 @@ from typing import Any, Callable, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+__all__ = [
+    "Cutter",
+    "Face",
+    "Machine",
+    "NativeJob",
+    "NativePlan",
+    "NativeRun",
+    "NativeStream",
+    "Part",
+    "__version__",
+    "built_in",
+    "check",
+    "cover",
+    "drop_cutter",
+    "interpolate",
+    "linearise",
+    "moves",
+    "plan",
+    "position",
+    "post",
+    "read_mesh",
+    "smooth",
+    "toml_data",
+    "toml_text",
+]
+
 _Array = NDArray[np.float64]
 _Path = str | PathLike[str]
 _Report = Callable[[str, int, int], object]
 
-__all__: list[str]
 __version__: str
 
 class Machine:
