@@ -52,7 +52,10 @@ fn interval(text: &str) -> Result<[f64; 2], String> {
 
 pub(crate) fn run(args: &SetupArgs, form: OutputForm) -> Result<Done, Failure> {
     let bars = Bars::new();
-    let (job, warnings) = jobs::load(&args.job, None, &bars)?;
+    let (job, mut warnings) = jobs::load(&args.job, None, &bars)?;
+    if !job.following.is_empty() {
+        warnings.push(format!("the search is for the path of {} alone", job.name));
+    }
     let bounds = bounds(args, &job)?;
     let found = pipeline::setup(&job, &bounds, &bars).map_err(jobs::failure)?;
     bars.finish();

@@ -4,6 +4,7 @@ use super::error::PipelineError;
 use super::job::Job;
 use super::reach::samples;
 use super::too_concave::TooConcave;
+use crate::files::job::JobArea;
 use crate::surface::{FaceIndex, FaceSample};
 use crate::types::Uv;
 use nalgebra::Point3;
@@ -14,16 +15,16 @@ const SHARE: f64 = 0.02;
 /// Relative rounding of a curvature: a cutter of the radius of a fillet fits it.
 const ROUNDING: f64 = 1e-6;
 
-/// Checks that the cutters fit into the concave faces, as far as the curvature tells.
+/// Checks by the curvature of the faces that the cutters fit into their hollows.
 ///
 /// It takes a fraction of a second; [`run`](super::run()) begins with it. Returns a warning for every face of which
-/// some part is too concave. A flat end mill has no corner radius: it is not judged.
+/// some part is too concave, and for every face that two operations cut whole. A flat end mill has no corner radius: it is not judged.
 ///
 /// # Errors
 ///
 /// [`PipelineError::TooConcave`] for the first face that is too concave everywhere.
 pub fn fit(job: &Job) -> Result<Vec<String>, PipelineError> {
-    let mut warnings = Vec::new();
+    let mut warnings = cut_twice(job);
     for face in job.cut_faces() {
         let number = face.face().number;
         let cuts = |one: &&Job| one.faces.iter().any(|other| other.face().number == number);
@@ -48,6 +49,24 @@ pub fn fit(job: &Job) -> Result<Vec<String>, PipelineError> {
         }
     }
     Ok(warnings)
+}
+
+/// Warns of faces that two operations cut whole: the second takes its time and changes little.
+fn cut_twice(job: &Job) -> Vec<String> {
+    let whole: Vec<&Job> =
+        job.operations().filter(|one| one.file.strategy.area == JobArea::Whole).collect();
+    let mut warnings = Vec::new();
+    for face in job.cut_faces().into_iter().map(|face| face.face().number) {
+        let cuts = |one: &&&Job| one.faces.iter().any(|other| other.face().number == face);
+        let names: Vec<&str> = whole.iter().filter(cuts).map(|one| one.name.as_str()).collect();
+        if names.len() > 1 {
+            warnings.push(format!(
+                "face {face} is cut whole by {}: write method = \"rest\" in the later one to cut only what is left",
+                names.join(" and by ")
+            ));
+        }
+    }
+    warnings
 }
 
 /// Returns the smallest radius with which a face bends towards the cutter \[mm\]; `None` where it does not.

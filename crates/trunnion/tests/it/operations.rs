@@ -157,6 +157,18 @@ fn an_operation_without_work_is_named() {
 }
 
 #[test]
+fn a_face_that_two_operations_cut_whole_is_named() {
+    let twice = TWO.replace("method = \"rest\"", "faces = [1]");
+    let warnings = pipeline::fit(&job(&twice).unwrap());
+    // The fillet is left to the first ball, which does not fit it.
+    assert!(matches!(warnings, Err(PipelineError::TooConcave(_))));
+    let both = twice.replace("diameter = 14", "diameter = 8");
+    let warnings = pipeline::fit(&job(&both).unwrap()).unwrap();
+    let expected = "face 1 is cut whole by operation 1, T1 and by fillet: write method = \"rest\"";
+    assert!(warnings.len() == 1 && warnings[0].starts_with(expected), "{warnings:?}");
+}
+
+#[test]
 fn a_fillet_that_no_ball_fits_is_refused_at_once() {
     let large = TWO.replace("diameter = 8", "diameter = 12");
     let error = pipeline::run(&job(&large).unwrap(), &Silent).unwrap_err();

@@ -272,8 +272,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
 
     /// Returns the poses of those sweeps in which the cutter comes to a cell, and the least distance of its centre.
     ///
-    /// A sweep whose cutter stays farther from the centre than the cell reaches cuts none of it. The poses alone do not
-    /// tell: between them the cutter moves by more than a small cell measures.
+    /// A sweep whose cutter stays farther from the centre than the cell reaches cuts none of it. The poses alone are not
+    /// enough: between them the cutter moves farther than a small cell is wide.
     fn touching(&self, cell: &FaceCell, near: PoseIndices) -> (PoseIndices, f64) {
         let (centre, radius) = (cell.centre(), cell.radius());
         let mut least = f64::INFINITY;
