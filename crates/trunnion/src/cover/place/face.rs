@@ -127,7 +127,7 @@ fn on_side(request: &FaceRequest<'_>, report: ProgressFn<'_>) -> Result<PlacedPa
         return refused.map_or(Ok(PlacedPasses::new()), Err);
     };
     let mut costs: Vec<LayoutCost> =
-        tried.iter().zip(&tried_charts).map(|(placed, chart)| layout_cost(placed, chart)).collect();
+        tried.iter().zip(&tried_charts).map(|(placed, chart)| placed.cost_on(chart)).collect();
     let planned = costs.remove(index);
     let (mut best, chart) = (tried.swap_remove(index), tried_charts.swap_remove(index));
     let (number, layout) = (face.face().number, planned.layout);
@@ -145,11 +145,6 @@ fn on_side(request: &FaceRequest<'_>, report: ProgressFn<'_>) -> Result<PlacedPa
     }
     best.report.work = work;
     Ok(best)
-}
-
-/// Returns the cost of passes on a chart.
-fn layout_cost(placed: &PlacedPasses, chart: &Chart) -> LayoutCost {
-    LayoutCost { layout: chart.layout(), cost: placed.price(), rest: placed.left() }
 }
 
 /// Plans all passes on one chart.

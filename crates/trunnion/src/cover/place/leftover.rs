@@ -54,15 +54,8 @@ pub(crate) fn cover_leftover(
         left = before;
     }
     let Some(best) = PlacedPasses::best(tried.iter()) else { return Ok(lowered(left, parts)) };
-    let mut costs: Vec<LayoutCost> = tried
-        .iter()
-        .zip(&charts)
-        .map(|(placed, chart)| LayoutCost {
-            layout: chart.layout(),
-            cost: placed.price(),
-            rest: placed.left(),
-        })
-        .collect();
+    let mut costs: Vec<LayoutCost> =
+        tried.iter().zip(&charts).map(|(placed, chart)| placed.cost_on(chart)).collect();
     let planned = costs.remove(best);
     let (mut placed, chart) = (tried.swap_remove(best), charts.swap_remove(best));
     // Spots that passes from edge to edge have left.

@@ -6,7 +6,7 @@ use crate::cover::options::CoverOptions;
 use crate::cover::pattern::CutPattern;
 use crate::cover::place::trim::PassSegment;
 use crate::cover::prove::sweep::PassSweep;
-use crate::cover::report::{CoverReport, Covering};
+use crate::cover::report::{CoverReport, Covering, LayoutCost};
 use crate::math::angle::angle_between;
 use crate::types::Pass;
 use std::sync::Arc;
@@ -57,6 +57,11 @@ impl PlacedPasses {
     /// Returns the cost of all passes, as the length that is cut at the feed in that time \[mm\].
     pub(crate) fn price(&self) -> f64 {
         self.price
+    }
+
+    /// Returns the cost of the passes, which are on a chart.
+    pub(crate) fn cost_on(&self, chart: &Chart) -> LayoutCost {
+        LayoutCost { layout: chart.layout(), cost: self.price(), rest: self.left() }
     }
 
     /// Returns the index of the best of several results, the first of equals.
