@@ -11,6 +11,7 @@ use std::sync::Arc;
 use trunnion::import::inspect;
 use trunnion::nalgebra::Point3;
 use trunnion::surface::{Face as LibraryFace, FaceIndex, NurbsSurface, Surface};
+use trunnion::types::Interval;
 use trunnion_cli::calls;
 
 /// Faces of a part.
@@ -171,7 +172,7 @@ impl Face {
     /// Ranges of u and v, (2, 2).
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        array(py, self.0.face().bounds().as_flattened().to_vec(), &[2, 2])
+        array(py, self.0.face().bounds().map(Interval::ends).as_flattened().to_vec(), &[2, 2])
     }
 
     /// Area [mm2], good to about 1e-3.

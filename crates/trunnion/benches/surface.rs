@@ -125,7 +125,7 @@ fn closest_warm(bencher: Bencher) {
     let face = Face::new(1, surface, Vec::new()).and_then(FaceIndex::new);
     let Ok(index) = face else { return };
     bencher.with_inputs(turns(queries)).bench_local_values(|query| {
-        query.map(|([u, v], p)| index.closest_near(&p, [u + 2e-3, v - 2e-3]))
+        query.map(|([u, v], p)| index.closest_near(&p, [u + 2e-3, v - 2e-3].into()))
     });
 }
 

@@ -6,6 +6,7 @@ use crate::part;
 use crate::progress::Bars;
 use trunnion::cutter::{Cutter, CutterConstruction, CutterSpec};
 use trunnion::surface::{FaceIndex, Surface};
+use trunnion::types::Interval;
 
 /// Refuses a point beyond the edges of the surface.
 ///
@@ -13,9 +14,10 @@ use trunnion::surface::{FaceIndex, Surface};
 /// that a user names beyond an edge is a slip.
 pub(super) fn require_on_surface(surface: &Surface, at: [f64; 2]) -> Result<(), Failure> {
     let parameters = ["u", "v"].into_iter().zip(at).zip(surface.domain()).zip(surface.periods());
-    for (((name, value), [low, high]), period) in parameters {
+    for (((name, value), range), period) in parameters {
         // A periodic parameter has no edge to cross.
-        if period.is_none() && !(low..=high).contains(&value) {
+        if period.is_none() && !range.contains(value) {
+            let Interval { low, high } = range;
             return Err(Failure::input(format!(
                 "--at: {name} = {value} is off the surface, where {name} goes from {low} to {high}"
             )));

@@ -2,6 +2,7 @@
 
 use super::error::SurfaceError;
 use super::jet::DerivativeTable;
+use crate::types::Interval;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
@@ -178,21 +179,21 @@ fn positive(what: &'static str, value: f64) -> Result<f64, SurfaceError> {
 
 /// Common interface of the elementary surfaces.
 pub(crate) trait ElementarySurface {
-    fn domain(&self) -> [[f64; 2]; 2];
+    fn domain(&self) -> [Interval; 2];
     fn periods(&self) -> [Option<f64>; 2];
     fn table(&self, u: f64, v: f64) -> DerivativeTable;
     /// Returns the parameters of a closest point of the whole surface.
     fn closest(&self, p: &Point3<f64>) -> [f64; 2];
     /// Returns bounds of the curvatures over `v` in the range: of the smaller (or 0) from below, of
     /// the larger (or 0) from above; positive towards `S_u x S_v`.
-    fn curvatures(&self, v: [f64; 2]) -> [f64; 2];
+    fn curvatures(&self, v: Interval) -> Interval;
 }
 
-const ENDLESS: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+const ROUND: Interval = Interval::new(0.0, TAU);
 
 impl ElementarySurface for PlaneSurface {
-    fn domain(&self) -> [[f64; 2]; 2] {
-        [ENDLESS; 2]
+    fn domain(&self) -> [Interval; 2] {
+        [Interval::UNBOUNDED; 2]
     }
 
     fn periods(&self) -> [Option<f64>; 2] {
@@ -213,14 +214,14 @@ impl ElementarySurface for PlaneSurface {
         [local.x, local.y]
     }
 
-    fn curvatures(&self, _: [f64; 2]) -> [f64; 2] {
-        [0.0; 2]
+    fn curvatures(&self, _: Interval) -> Interval {
+        Interval::point(0.0)
     }
 }
 
 impl ElementarySurface for CylinderSurface {
-    fn domain(&self) -> [[f64; 2]; 2] {
-        [[0.0, TAU], ENDLESS]
+    fn domain(&self) -> [Interval; 2] {
+        [ROUND, Interval::UNBOUNDED]
     }
 
     fn periods(&self) -> [Option<f64>; 2] {
@@ -236,14 +237,14 @@ impl ElementarySurface for CylinderSurface {
         [turn(&local), local.z]
     }
 
-    fn curvatures(&self, _: [f64; 2]) -> [f64; 2] {
-        [-self.radius.recip(), 0.0]
+    fn curvatures(&self, _: Interval) -> Interval {
+        Interval::new(-self.radius.recip(), 0.0)
     }
 }
 
 impl ElementarySurface for ConeSurface {
-    fn domain(&self) -> [[f64; 2]; 2] {
-        [[0.0, TAU], [self.apex(), f64::INFINITY]]
+    fn domain(&self) -> [Interval; 2] {
+        [ROUND, Interval::new(self.apex(), f64::INFINITY)]
     }
 
     fn periods(&self) -> [Option<f64>; 2] {
@@ -265,16 +266,16 @@ impl ElementarySurface for ConeSurface {
         [turn(&local), v.max(self.apex())]
     }
 
-    fn curvatures(&self, [low, _]: [f64; 2]) -> [f64; 2] {
-        let rho = self.radius + low.max(self.apex()) * self.slope;
+    fn curvatures(&self, v: Interval) -> Interval {
+        let rho = self.radius + v.low.max(self.apex()) * self.slope;
         // Square to the rulings: cos a / rho, largest at the narrow end. S_u x S_v points outwards.
-        [-(rho * 1.0_f64.hypot(self.slope)).recip(), 0.0]
+        Interval::new(-(rho * 1.0_f64.hypot(self.slope)).recip(), 0.0)
     }
 }
 
 impl ElementarySurface for SphereSurface {
-    fn domain(&self) -> [[f64; 2]; 2] {
-        [[0.0, TAU], [-FRAC_PI_2, FRAC_PI_2]]
+    fn domain(&self) -> [Interval; 2] {
+        [ROUND, Interval::new(-FRAC_PI_2, FRAC_PI_2)]
     }
 
     fn periods(&self) -> [Option<f64>; 2] {
@@ -292,14 +293,14 @@ impl ElementarySurface for SphereSurface {
         [turn(&local), local.z.atan2(local.x.hypot(local.y))]
     }
 
-    fn curvatures(&self, _: [f64; 2]) -> [f64; 2] {
-        [-self.radius.recip(), 0.0]
+    fn curvatures(&self, _: Interval) -> Interval {
+        Interval::new(-self.radius.recip(), 0.0)
     }
 }
 
 impl ElementarySurface for TorusSurface {
-    fn domain(&self) -> [[f64; 2]; 2] {
-        [[0.0, TAU]; 2]
+    fn domain(&self) -> [Interval; 2] {
+        [ROUND; 2]
     }
 
     fn periods(&self) -> [Option<f64>; 2] {
@@ -330,16 +331,16 @@ impl ElementarySurface for TorusSurface {
 
     /// Returns `-1/r` across and `-cos v / (R + r cos v)`, never below `-1/r`, round. Where the
     /// circle reaches the axis (a spindle torus) there is no bound.
-    fn curvatures(&self, [low, high]: [f64; 2]) -> [f64; 2] {
+    fn curvatures(&self, Interval { low, high }: Interval) -> Interval {
         // cos v is least at v = pi: at the first such turn above `low` if in the range, else at an
         // end.
         let innermost = 0.5 * TAU + ((low - 0.5 * TAU) / TAU).ceil() * TAU;
         let smallest = if innermost <= high { -1.0 } else { low.cos().min(high.cos()) };
         let rho = self.major + self.minor * smallest;
         if rho > 0.0 {
-            [-self.minor.recip(), (-smallest / rho).max(0.0)]
+            Interval::new(-self.minor.recip(), (-smallest / rho).max(0.0))
         } else {
-            [f64::NEG_INFINITY, f64::INFINITY]
+            Interval::UNBOUNDED
         }
     }
 }

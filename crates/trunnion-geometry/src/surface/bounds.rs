@@ -6,6 +6,7 @@ use super::nurbs::NurbsSurface;
 use super::parameter_box::ParameterBox;
 use super::patches::hull_box;
 use crate::math::bspline::binomial;
+use crate::types::Interval;
 use nalgebra::Vector3;
 use nalgebra::Vector4;
 
@@ -54,8 +55,8 @@ impl PatchCell {
         let [by_u, by_v] = self.net.variation();
         let k = usize::from(by_v > by_u);
         let (mut low, mut high) = (self.bounds, self.bounds);
-        let middle = 0.5 * (low[k][0] + low[k][1]);
-        (low[k][1], high[k][0]) = (middle, middle);
+        let middle = low[k].middle();
+        (low[k].high, high[k].low) = (middle, middle);
         let (first, second) = self.net.split(k, 0.5);
         [Self::new(first, low), Self::new(second, high)]
     }
@@ -67,8 +68,8 @@ impl PatchCell {
     }
 
     /// Returns a range that no normal curvature in the cell leaves; at most 0, at least 0.
-    pub(super) fn bound(&self) -> [f64; 2] {
-        [self.range[0] - self.spread, self.range[1] + self.spread]
+    pub(super) fn bound(&self) -> Interval {
+        Interval::from(self.range).widened(self.spread)
     }
 
     /// Returns the largest value of `|d II (t, t, t)|` in the cell for unit tangents `t`: of the
@@ -85,10 +86,12 @@ impl PatchCell {
     }
 
     /// Returns the curvatures in the middle, likewise.
-    pub(super) fn attained(&self, surface: &NurbsSurface) -> [f64; 2] {
-        let [u, v] = self.bounds.map(|[low, high]| 0.5 * (low + high));
+    pub(super) fn attained(&self, surface: &NurbsSurface) -> Interval {
+        let [u, v] = self.bounds.map(|range| range.middle());
         let curvature = SurfaceJet2::from_table(&surface.table::<2>(u, v)).curvature();
-        curvature.map_or([0.0; 2], |curvature| [curvature.min.min(0.0), curvature.max.max(0.0)])
+        curvature.map_or(Interval::point(0.0), |curvature| {
+            Interval::new(curvature.min.min(0.0), curvature.max.max(0.0))
+        })
     }
 }
 

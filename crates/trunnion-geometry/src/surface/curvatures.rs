@@ -4,6 +4,7 @@ use super::bounds::PatchCell;
 use super::creases::{CreaseIndex, meets};
 use super::nurbs::NurbsSurface;
 use super::parameter_box::ParameterBox;
+use crate::types::Interval;
 use nalgebra::Point3;
 use nalgebra::Vector3;
 use std::cmp::Ordering;
@@ -39,7 +40,7 @@ pub(super) struct CurvatureTree {
 struct CurvatureNode {
     bounds: ParameterBox,
     /// At most 0, at least 0 \[1/mm\].
-    range: [f64; 2],
+    range: Interval,
     /// Largest rate of curvature \[1/mm^2\].
     rate: f64,
     /// Low and high corner of a box that holds the piece.
@@ -56,7 +57,7 @@ struct CurvaturePiece {
     /// Largest curvature, either sign, by the bound \[1/mm\].
     bound: f64,
     /// Curvatures in its middle.
-    attained: [f64; 2],
+    attained: Interval,
 }
 
 impl CurvatureTree {
@@ -75,17 +76,17 @@ impl CurvatureTree {
             queue.push(tree.leaf(surface, PatchCell::of_patch(&patch, surface.degree()[1]), 0));
         }
         tree.columns = tree.nodes.chunks(rows).map(hull_of_all).collect();
-        let mut attained = queue.iter().map(|piece| piece.attained).fold([0.0; 2], widen);
+        let mut attained =
+            queue.iter().map(|piece| piece.attained).fold(Interval::point(0.0), |a, b| a.hull(b));
         // First, bounds that are sharp against the largest curvature of the whole surface.
-        let whole = |_: &CurvaturePiece, [low, high]: [f64; 2], attained: [f64; 2]| {
-            let slack = CLOSE * size(attained);
-            low >= attained[0] - slack && high <= attained[1] + slack
+        let whole = |_: &CurvaturePiece, range: Interval, attained: Interval| {
+            contains(attained.widened(CLOSE * size(attained)), range)
         };
         // Then bounds sharp against the curvature of the same piece, unless this is next to
         // nothing.
-        let part = |piece: &CurvaturePiece, [low, high]: [f64; 2], attained: [f64; 2]| {
+        let part = |piece: &CurvaturePiece, range: Interval, attained: Interval| {
             let slack = CLOSE * size(piece.attained).max(FLAT * size(attained));
-            low >= piece.attained[0] - slack && high <= piece.attained[1] + slack
+            contains(piece.attained.widened(slack), range)
         };
         let rest = tree.refine(surface, queue, &mut attained, PIECES[0], whole);
         tree.refine(surface, rest, &mut attained, PIECES[1], part);
@@ -99,9 +100,9 @@ impl CurvatureTree {
         &mut self,
         surface: &NurbsSurface,
         mut queue: BinaryHeap<CurvaturePiece>,
-        attained: &mut [f64; 2],
+        attained: &mut Interval,
         budget: usize,
-        close: impl Fn(&CurvaturePiece, [f64; 2], [f64; 2]) -> bool,
+        close: impl Fn(&CurvaturePiece, Interval, Interval) -> bool,
     ) -> BinaryHeap<CurvaturePiece> {
         let most = self.nodes.len() + budget;
         let mut done = BinaryHeap::new();
@@ -117,7 +118,7 @@ impl CurvatureTree {
             self.nodes[piece.node].halves = Some(self.nodes.len());
             for half in piece.cell.halves() {
                 let half = self.leaf(surface, half, piece.depth + 1);
-                *attained = widen(*attained, half.attained);
+                *attained = attained.hull(half.attained);
                 queue.push(half);
             }
         }
@@ -143,9 +144,9 @@ impl CurvatureTree {
     fn tighten(&mut self) {
         for k in (0..self.nodes.len()).rev() {
             if let Some(first) = self.nodes[k].halves {
-                let both = widen(self.nodes[first].range, self.nodes[first + 1].range);
+                let both = self.nodes[first].range.hull(self.nodes[first + 1].range);
                 let own = self.nodes[k].range;
-                self.nodes[k].range = [own[0].max(both[0]), own[1].min(both[1])];
+                self.nodes[k].range = own.intersection(both);
                 let both = self.nodes[first].rate.max(self.nodes[first + 1].rate);
                 self.nodes[k].rate = self.nodes[k].rate.min(both);
             }
@@ -153,15 +154,16 @@ impl CurvatureTree {
     }
 
     /// Returns a range that no normal curvature over `cell`, clipped to the domain, leaves.
-    pub(super) fn range(&self, cell: ParameterBox) -> [f64; 2] {
+    pub(super) fn range(&self, cell: ParameterBox) -> Interval {
         // Beyond the domain there is the continuation, of which no bound is kept.
         let cell = [0, 1].map(|k| {
             let (low, high) = (self.breaks[k][0], self.breaks[k][self.breaks[k].len() - 1]);
-            cell[k].map(|x| x.clamp(low, high))
+            let [low, high] = cell[k].ends().map(|x| x.clamp(low, high));
+            Interval::new(low, high)
         });
         let rows = self.breaks[1].len() - 1;
         let [(i0, i1), (j0, j1)] = [0, 1].map(|k| touched(&self.breaks[k], cell[k]));
-        let mut range = [0.0; 2];
+        let mut range = Interval::point(0.0);
         for i in i0..i1 {
             for j in j0..j1 {
                 range = self.widened(range, i * rows + j, &cell);
@@ -171,13 +173,13 @@ impl CurvatureTree {
     }
 
     /// Returns a range that no normal curvature of the surface within `radius` of `p` leaves.
-    pub(super) fn near(&self, p: &Point3<f64>, radius: f64) -> [f64; 2] {
+    pub(super) fn near(&self, p: &Point3<f64>, radius: f64) -> Interval {
         let rows = self.breaks[1].len() - 1;
         let columns = self.columns.iter().enumerate();
         // Whole columns are rejected first: most of a long surface by a few boxes.
         let met = columns.filter(|(_, hull)| meets(hull, p, radius)).map(|(i, _)| i * rows);
         met.flat_map(|first| first..first + rows)
-            .fold([0.0; 2], |range, node| self.widened_near(range, node, p, radius))
+            .fold(Interval::point(0.0), |range, node| self.widened_near(range, node, p, radius))
     }
 
     /// Returns `true` if curvature may jump, or the surface end, within `radius` of `p`.
@@ -210,10 +212,10 @@ impl CurvatureTree {
         }
     }
 
-    fn widened_near(&self, range: [f64; 2], node: usize, p: &Point3<f64>, radius: f64) -> [f64; 2] {
+    fn widened_near(&self, range: Interval, node: usize, p: &Point3<f64>, radius: f64) -> Interval {
         let node = &self.nodes[node];
         // A node whose range is in the result already adds nothing, nor do its halves.
-        let inside = range[0] <= node.range[0] && node.range[1] <= range[1];
+        let inside = contains(range, node.range);
         if inside || !meets(&node.hull, p, radius) {
             return range;
         }
@@ -222,35 +224,34 @@ impl CurvatureTree {
                 let range = self.widened_near(range, first, p, radius);
                 self.widened_near(range, first + 1, p, radius)
             }
-            None => widen(range, node.range),
+            None => range.hull(node.range),
         }
     }
 
     /// Returns `range` widened by the part of a piece that meets `cell`.
-    fn widened(&self, range: [f64; 2], node: usize, cell: &ParameterBox) -> [f64; 2] {
+    fn widened(&self, range: Interval, node: usize, cell: &ParameterBox) -> Interval {
         let node = &self.nodes[node];
-        let inside = range[0] <= node.range[0] && node.range[1] <= range[1];
+        let inside = contains(range, node.range);
         let apart =
-            (0..2).any(|k| node.bounds[k][0] > cell[k][1] || node.bounds[k][1] < cell[k][0]);
+            (0..2).any(|k| node.bounds[k].low > cell[k].high || node.bounds[k].high < cell[k].low);
         if inside || apart {
             return range;
         }
         // Of a piece wholly in the cell the own range is used: tightening made it as narrow as
         // those of its halves.
-        let whole =
-            (0..2).all(|k| cell[k][0] <= node.bounds[k][0] && node.bounds[k][1] <= cell[k][1]);
+        let whole = (0..2).all(|k| contains(cell[k], node.bounds[k]));
         match node.halves {
             Some(first) if !whole => {
                 let range = self.widened(range, first, cell);
                 self.widened(range, first + 1, cell)
             }
-            _ => widen(range, node.range),
+            _ => range.hull(node.range),
         }
     }
 }
 
 /// Returns the pieces between `breaks` that meet the closed range: first, and one after the last.
-fn touched(breaks: &[f64], [low, high]: [f64; 2]) -> (usize, usize) {
+fn touched(breaks: &[f64], Interval { low, high }: Interval) -> (usize, usize) {
     // Both ends count: a range that ends on a break meets the pieces on both sides of it.
     let inner = &breaks[1..breaks.len() - 1];
     (inner.partition_point(|&b| b < low), inner.partition_point(|&b| b <= high) + 1)
@@ -263,12 +264,14 @@ fn hull_of_all(nodes: &[CurvatureNode]) -> [Vector3<f64>; 2] {
         .fold(nothing, |[low, high], node| [low.inf(&node.hull[0]), high.sup(&node.hull[1])])
 }
 
-fn size([low, high]: [f64; 2]) -> f64 {
-    high.max(-low)
+/// Returns the largest curvature of a range, either sign; the range holds 0.
+fn size(range: Interval) -> f64 {
+    range.high.max(-range.low)
 }
 
-fn widen(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
-    [a[0].min(b[0]), a[1].max(b[1])]
+/// Returns `true` if all of `part` lies in `whole`.
+fn contains(whole: Interval, part: Interval) -> bool {
+    whole.low <= part.low && part.high <= whole.high
 }
 
 impl PartialEq for CurvaturePiece {

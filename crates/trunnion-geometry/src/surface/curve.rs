@@ -8,6 +8,7 @@ use crate::math::bspline::KnotVector;
 use crate::math::bspline::LARGE;
 use crate::math::bspline::SMALL;
 use crate::math::bspline::bernstein;
+use crate::types::Interval;
 use nalgebra::Point3;
 use nalgebra::Vector3;
 use nalgebra::Vector4;
@@ -84,10 +85,10 @@ impl SpaceCurve {
     }
 
     /// Returns the range of the parameter; endless for a line.
-    pub fn domain(&self) -> [f64; 2] {
+    pub fn domain(&self) -> Interval {
         match self {
-            Self::Line { .. } => [f64::NEG_INFINITY, f64::INFINITY],
-            Self::Ellipse { .. } => [0.0, TAU],
+            Self::Line { .. } => Interval::UNBOUNDED,
+            Self::Ellipse { .. } => Interval::new(0.0, TAU),
             Self::Nurbs(curve) => curve.knots.range(),
         }
     }
@@ -98,7 +99,7 @@ impl SpaceCurve {
             Self::Line { .. } => None,
             Self::Ellipse { .. } => Some(TAU),
             Self::Nurbs(curve) => {
-                let [low, high] = curve.knots.range();
+                let Interval { low, high } = curve.knots.range();
                 curve.closed.then_some(high - low)
             }
         }
@@ -154,7 +155,7 @@ impl NurbsCurve {
         let beyond = [SplineExtension::with(0.0); 2];
         let mut curve = Self { knots, net, pieces, closed: false, beyond };
         curve.closed = curve.closes(points);
-        let [low, high] = curve.knots.range();
+        let Interval { low, high } = curve.knots.range();
         // One continuation for each end; at the low one the parameter falls outwards.
         curve.beyond = [(low, -1.0), (high, 1.0)].map(|(end, outwards)| {
             let [_, first, second, _] = curve.inner(end);
@@ -180,7 +181,7 @@ impl NurbsCurve {
     }
 
     fn closes(&self, points: &[Point3<f64>]) -> bool {
-        let [low, high] = self.knots.range();
+        let Interval { low, high } = self.knots.range();
         let size = points.iter().map(|p| (p - points[0]).norm()).fold(0.0, f64::max);
         let (a, b) = (self.jet(low), self.jet(high));
         // Tangents are compared by the length they cover over the whole range, as points in mm.
@@ -190,7 +191,7 @@ impl NurbsCurve {
 
     /// Returns the point and derivatives to order 3.
     pub fn jet(&self, t: f64) -> CurveJet {
-        let [low, high] = self.knots.range();
+        let Interval { low, high } = self.knots.range();
         if self.closed && !(low..=high).contains(&t) && t.is_finite() {
             return self.inner((low + (t - low).rem_euclid(high - low)).clamp(low, high));
         }

@@ -4,6 +4,7 @@ use super::error::SurfaceError;
 use super::geometry::Surface;
 use super::trim::ROUNDING;
 use super::trim::TrimLoop;
+use crate::types::Interval;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
 
@@ -37,7 +38,7 @@ impl Face {
         centre_loops(&surface, &mut loops);
         let face = Self { number, surface, loops, flip: false };
         for (bounds, direction) in face.bounds().into_iter().zip(["u", "v"]) {
-            if !bounds.iter().all(|bound| bound.is_finite()) {
+            if !bounds.is_bounded() {
                 return Err(SurfaceError::Unbounded { face: number, direction });
             }
         }
@@ -68,24 +69,24 @@ impl Face {
 
     /// Returns the box in u, v of the trim loops, or the domain where there are none. By a periodic
     /// parameter it may reach outside the domain but is never wider than the period.
-    pub fn bounds(&self) -> [[f64; 2]; 2] {
+    pub fn bounds(&self) -> [Interval; 2] {
         let domain = self.surface.domain();
         let periods = self.surface.periods();
         [0, 1].map(|k| {
-            let boxes = || self.loops.iter().map(|trim| trim.bounds()[k]);
-            let low = boxes().map(|b| b[0]).reduce(f64::min).unwrap_or(domain[k][0]);
-            let high = boxes().map(|b| b[1]).reduce(f64::max).unwrap_or(domain[k][1]);
+            let boxes = self.loops.iter().map(|trim| trim.bounds()[k]);
+            let extent = boxes.reduce(|a, b| a.hull(b)).unwrap_or(domain[k]);
+            let inside = extent.intersection(domain[k]);
             let around = self.loops.iter().any(|trim| trim.turns()[k] != 0);
             let turns = self.loops.iter().map(|trim| trim.turns()[1 - k]).sum::<i32>();
             match periods[k] {
                 // With a loop that runs round, or loops that together span a period, all values of
                 // it may occur.
-                Some(period) if around || high - low > period => domain[k],
-                Some(_) => [low, high],
+                Some(period) if around || extent.width() > period => domain[k],
+                Some(_) => extent,
                 // A cap round a pole, on the left of its rim.
-                None if turns != 0 && beyond(turns, k) => [low.max(domain[k][0]), domain[k][1]],
-                None if turns != 0 => [domain[k][0], high.min(domain[k][1])],
-                None => [low.max(domain[k][0]), high.min(domain[k][1])],
+                None if turns != 0 && beyond(turns, k) => Interval { low: inside.low, ..domain[k] },
+                None if turns != 0 => Interval { high: inside.high, ..domain[k] },
+                None => inside,
             }
         })
     }
@@ -95,9 +96,10 @@ impl Face {
     /// turn.
     pub fn contains(&self, u: f64, v: f64) -> bool {
         let (domain, periods) = (self.surface.domain(), self.surface.periods());
-        let in_domain = [u, v].iter().enumerate().all(|(k, x)| {
-            x.is_finite() && (periods[k].is_some() || (domain[k][0]..=domain[k][1]).contains(x))
-        });
+        let in_domain = [u, v]
+            .iter()
+            .enumerate()
+            .all(|(k, x)| x.is_finite() && (periods[k].is_some() || domain[k].contains(*x)));
         if !in_domain || self.loops.is_empty() {
             return in_domain;
         }
@@ -124,15 +126,16 @@ impl Face {
     /// Returns a step from `(u, v)` towards the middle of the face: where limits are taken.
     pub(crate) fn inwards(&self, u: f64, v: f64) -> [f64; 2] {
         let [bu, bv] = self.bounds();
-        [0.5 * (bu[0] + bu[1]) - u, 0.5 * (bv[0] + bv[1]) - v]
+        [bu.middle() - u, bv.middle() - v]
     }
 }
 
 /// More copies of a point than this over a loop's box are no trim but a broken file.
 const TURNS: usize = 1000;
 
-/// Returns the values of a parameter, `x` plus whole periods, within `[low, high]`.
-fn copies(x: f64, [low, high]: [f64; 2], period: Option<f64>) -> impl Iterator<Item = f64> {
+/// Returns the values of a parameter, `x` plus whole periods, that lie within a range.
+fn copies(x: f64, within: Interval, period: Option<f64>) -> impl Iterator<Item = f64> {
+    let Interval { low, high } = within;
     // The lowest copy not below `low`.
     let first = period.map_or(x, |period| low + (x - low).rem_euclid(period));
     let count = if period.is_some() { TURNS } else { 1 };
@@ -145,7 +148,7 @@ fn copies(x: f64, [low, high]: [f64; 2], period: Option<f64>) -> impl Iterator<I
 /// Returns the values as [`copies`] does for a loop that runs round the period, counted from its
 /// joint so that a point on the joint's line has copies exactly at the loop's ends.
 fn round_copies(x: f64, trim: &TrimLoop, across: usize, period: f64) -> impl Iterator<Item = f64> {
-    let ([low, high], joint) = (trim.bounds()[across], trim.joint()[across]);
+    let (Interval { low, high }, joint) = (trim.bounds()[across], trim.joint()[across]);
     let past = (x - joint).rem_euclid(period);
     // Within rounding of the joint the copy is put on it: the half-open rule then counts it once.
     let on_joint = past.min(period - past) <= ROUNDING * (period + x.abs());
@@ -175,7 +178,7 @@ fn inside_round(loops: &[&TrimLoop], mut point: [f64; 2], periods: [Option<f64>;
     let across = 1 - along;
     if let Some(period) = periods[along] {
         // On the lowest turn, where the ray meets all that lies beyond the point.
-        let low = loops.iter().map(|trim| trim.bounds()[along][0]).fold(f64::INFINITY, f64::min);
+        let low = loops.iter().map(|trim| trim.bounds()[along].low).fold(f64::INFINITY, f64::min);
         point[along] = low + (point[along] - low).rem_euclid(period);
     }
     let crossings = |trim: &&TrimLoop| {
@@ -189,7 +192,7 @@ fn inside_round(loops: &[&TrimLoop], mut point: [f64; 2], periods: [Option<f64>;
     };
     let count: u32 = loops.iter().map(crossings).sum();
     let net: i32 = loops.iter().map(|trim| trim.turns()[across]).sum();
-    let high = |trim: &TrimLoop| trim.bounds()[along][1];
+    let high = |trim: &TrimLoop| trim.bounds()[along].high;
     let outermost = loops.iter().max_by(|a, b| high(a).total_cmp(&high(b)));
     let outermost = outermost.map_or(0, |trim| trim.turns()[across]);
     let sense = if periods[along].is_some() { outermost } else { net };
@@ -208,13 +211,13 @@ fn centre_loops(surface: &Surface, loops: &mut [TrimLoop]) {
     let (domain, periods) = (surface.domain(), surface.periods());
     for k in 0..2 {
         let Some(period) = periods[k] else { continue };
-        let width = |trim: &TrimLoop| trim.bounds()[k][1] - trim.bounds()[k][0];
-        let centre = |trim: &TrimLoop| 0.5 * (trim.bounds()[k][0] + trim.bounds()[k][1]);
+        let width = |trim: &TrimLoop| trim.bounds()[k].width();
+        let centre = |trim: &TrimLoop| trim.bounds()[k].middle();
         let Some(largest) = loops.iter().max_by(|a, b| width(a).total_cmp(&width(b))) else {
             return;
         };
         // The largest loop goes into the domain, then every other within half a period of it.
-        let turn = ((centre(largest) - domain[k][0]) / period).floor();
+        let turn = ((centre(largest) - domain[k].low) / period).floor();
         let middle = centre(largest) - turn * period;
         for trim in loops.iter_mut() {
             let turn = ((centre(trim) - middle) / period).round();

@@ -6,6 +6,7 @@ use super::analytic::{
 use super::jet::{DerivativeTable, SurfaceJet, SurfaceJet1, SurfaceJet2};
 use super::nurbs::NurbsSurface;
 use super::swept::{ExtrusionSurface, RevolutionSurface};
+use crate::types::Interval;
 use nalgebra::Point3;
 
 /// A surface over a rectangle of parameters u, v, each possibly endless or periodic.
@@ -43,12 +44,12 @@ impl Surface {
     }
 
     /// Returns the ranges of u and v; infinite where the surface has no end.
-    pub fn domain(&self) -> [[f64; 2]; 2] {
+    pub fn domain(&self) -> [Interval; 2] {
         match self {
             Self::Nurbs(surface) => surface.domain(),
             Self::Extrusion(surface) => surface.domain(),
             Self::Revolution(surface) => surface.domain(),
-            _ => self.elementary().map_or([[0.0; 2]; 2], ElementarySurface::domain),
+            _ => self.elementary().map_or([Interval::point(0.0); 2], ElementarySurface::domain),
         }
     }
 
@@ -65,10 +66,10 @@ impl Surface {
     /// Returns the parameters beyond which there is nothing, by u and v; infinite where the surface
     /// goes on. A rim of a spline surface that is a point has no continuation: it would turn over
     /// there.
-    pub(crate) fn ends(&self) -> [[f64; 2]; 2] {
+    pub(crate) fn ends(&self) -> [Interval; 2] {
         match self {
             Self::Nurbs(surface) => surface.ends(),
-            _ => [[f64::NEG_INFINITY, f64::INFINITY]; 2],
+            _ => [Interval::UNBOUNDED; 2],
         }
     }
 
@@ -76,7 +77,7 @@ impl Surface {
     /// of the surface, and no rim is a point.
     pub fn is_regular(&self) -> bool {
         match self {
-            Self::Nurbs(surface) => surface.ends().iter().flatten().all(|end| end.is_infinite()),
+            Self::Nurbs(surface) => surface.ends() == [Interval::UNBOUNDED; 2],
             Self::Extrusion(_) => true,
             _ => false,
         }

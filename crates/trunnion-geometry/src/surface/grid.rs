@@ -2,6 +2,7 @@
 
 use super::error::SurfaceError;
 use super::face::Face;
+use crate::types::Interval;
 use crate::types::Uv;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
@@ -39,14 +40,13 @@ impl Face {
         // Largest |S_v| over a few u: rows keep their distance where they are farthest apart.
         let across = |v: f64| {
             let step = |k: usize| {
-                let u = u[0] + (u[1] - u[0]) * k as f64 / LINES as f64;
+                let u = u.low + (u.high - u.low) * k as f64 / LINES as f64;
                 self.surface.jet1(u, v).sv.norm()
             };
             (0..=LINES).map(step).fold(0.0, f64::max)
         };
         let rows = ArcLengthTable::new(v, across);
-        let middle =
-            ArcLengthTable::new(u, |u| self.surface.jet1(u, 0.5 * (v[0] + v[1])).su.norm());
+        let middle = ArcLengthTable::new(u, |u| self.surface.jet1(u, v.middle()).su.norm());
         // Estimated from the middle row, before any sample is stored.
         let estimate = (rows.length() / spacing + 1.0) * (middle.length() / spacing + 1.0);
         if !(spacing > 0.0 && estimate <= MOST) {
@@ -74,19 +74,19 @@ impl Face {
 
 /// Arc length over a parameter, piecewise linear.
 struct ArcLengthTable {
-    range: [f64; 2],
+    range: Interval,
     /// Length up to each of the `STEPS + 1` nodes.
     lengths: Vec<f64>,
 }
 
 impl ArcLengthTable {
     /// Sums `speed` over `range` by the trapezoidal rule.
-    fn new(range: [f64; 2], speed: impl Fn(f64) -> f64) -> Self {
-        let step = (range[1] - range[0]) / STEPS as f64;
+    fn new(range: Interval, speed: impl Fn(f64) -> f64) -> Self {
+        let step = (range.high - range.low) / STEPS as f64;
         let mut lengths = vec![0.0];
-        let (mut before, mut length) = (speed(range[0]), 0.0);
+        let (mut before, mut length) = (speed(range.low), 0.0);
         for k in 1..=STEPS {
-            let here = speed(range[0] + step * k as f64);
+            let here = speed(range.low + step * k as f64);
             length += 0.5 * (before + here) * step;
             lengths.push(length);
             before = here;
@@ -114,7 +114,7 @@ impl ArcLengthTable {
         let [a, b] = [self.lengths[after - 1], self.lengths[after]];
         // A step without length, beside a pole, is represented by its middle.
         let share = if b > a { (length - a) / (b - a) } else { 0.5 };
-        let step = (self.range[1] - self.range[0]) / STEPS as f64;
-        self.range[0] + step * (after as f64 - 1.0 + share)
+        let step = (self.range.high - self.range.low) / STEPS as f64;
+        self.range.low + step * (after as f64 - 1.0 + share)
     }
 }

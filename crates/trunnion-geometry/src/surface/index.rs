@@ -106,7 +106,7 @@ impl FaceIndex {
             Surface::Extrusion(surface) => {
                 // Along v the curvature of an extrusion is constant: a short strip bounds it
                 // everywhere.
-                let strip = [u, [0.0, surface.thin()]];
+                let strip = [u, Interval::new(0.0, surface.thin())];
                 let [all, thin] = [bounds, strip].map(|range| surface.to_nurbs(range));
                 (
                     ClosestSearch::over(all.map_err(whole)?),
@@ -115,7 +115,7 @@ impl FaceIndex {
             }
             Surface::Revolution(surface) => {
                 // So it is round the axis of a revolution: a short arc stands for the whole turn.
-                let strip = [[0.0, RevolutionSurface::THIN], v];
+                let strip = [Interval::new(0.0, RevolutionSurface::THIN), v];
                 let [all, thin] = [bounds, strip].map(|range| surface.to_nurbs(range));
                 (
                     ClosestSearch::over(all.map_err(whole)?),
@@ -238,12 +238,8 @@ impl FaceIndex {
     /// # Errors
     ///
     /// As [`FaceIndex::closest`].
-    pub fn closest_near(
-        &self,
-        p: &Point3<f64>,
-        guess: [f64; 2],
-    ) -> Result<FootPoint, ClosestError> {
-        let surface = &self.face.surface;
+    pub fn closest_near(&self, p: &Point3<f64>, guess: Uv) -> Result<FootPoint, ClosestError> {
+        let (surface, guess) = (&self.face.surface, guess.into());
         if let Some(elementary) = surface.elementary()
             && p.iter().all(|x| x.is_finite())
         {
@@ -268,32 +264,32 @@ impl FaceIndex {
     /// Guaranteed, from derivative control nets of pieces bounded once, and within 10 % of the
     /// largest curvature over the pieces the rectangle meets, unless the surface is singular there
     /// (infinite at a pole or a collapsed edge). Takes no longer than an evaluation or two.
-    pub fn curvature_range(&self, cell: [[f64; 2]; 2]) -> Interval {
-        let [low, high] = match &self.curvatures {
+    pub fn curvature_range(&self, cell: [Interval; 2]) -> Interval {
+        let range = match &self.curvatures {
             CurvatureSource::Closed => {
                 let elementary = self.face.surface.elementary();
-                elementary.map_or([0.0; 2], |surface| surface.curvatures(cell[1]))
+                elementary.map_or(Interval::point(0.0), |surface| surface.curvatures(cell[1]))
             }
             CurvatureSource::Own(tree) => tree.range(cell),
             CurvatureSource::Thin { across, strip, tree } => {
                 // The parameter of the profile is clipped to its range; along the sweep all of the
                 // strip counts.
                 let mut within = strip.surface.domain();
-                let [least, most] = within[*across];
-                within[*across] = cell[*across].map(|x| x.clamp(least, most));
+                let own = within[*across];
+                within[*across] = cell[*across].ends().map(|x| own.clamp(x)).into();
                 // Parameters of the NURBS form run at another pace in arcs, but increase with
                 // these: ends map to ends.
-                let [low, high] = [0, 1].map(|end| strip.converted(within.map(|x| x[end])));
-                tree.range([0, 1].map(|k| [low[k], high[k]]))
+                let [low, high] = [0, 1].map(|end| strip.converted(within.map(|x| x.ends()[end])));
+                tree.range([0, 1].map(|k| Interval::new(low[k], high[k])))
             }
         };
-        self.towards_cutter(low, high)
+        self.towards_cutter(range)
     }
 
     /// Returns the interval of curvatures as the cutter's side sees it.
-    fn towards_cutter(&self, low: f64, high: f64) -> Interval {
+    fn towards_cutter(&self, range: Interval) -> Interval {
         // Seen from the other side curvatures change their sign, and so their order.
-        if self.face.flip { Interval::new(-high, -low) } else { Interval::new(low, high) }
+        if self.face.flip { Interval::new(-range.high, -range.low) } else { range }
     }
 
     /// Returns bounds of the curvature as [`FaceIndex::curvature_range`] does, over all of the
@@ -309,11 +305,10 @@ impl FaceIndex {
         feet: impl Iterator<Item = &'a FootPoint> + Clone,
         reach: f64,
     ) -> Interval {
-        let empty = [f64::INFINITY, f64::NEG_INFINITY];
+        let empty = Interval::new(f64::INFINITY, f64::NEG_INFINITY);
         if let CurvatureSource::Own(tree) = &self.curvatures {
             let (middle, far) = ball_round(feet);
-            let [low, high] = tree.near(&middle, far + reach);
-            return self.towards_cutter(low, high);
+            return self.towards_cutter(tree.near(&middle, far + reach));
         }
         let closed = matches!(self.curvatures, CurvatureSource::Closed);
         // A profile may run at half the pace beyond the feet: twice the range of parameters then.
@@ -323,8 +318,7 @@ impl FaceIndex {
             let uv: [f64; 2] = foot.uv.into();
             [0, 1].map(|k| {
                 // reach / |S_k| is the range of the parameter that takes `reach` mm at the foot.
-                let ([low, high], margin) = (cell[k], reach / paces[k]);
-                [low.min(uv[k] - margin), high.max(uv[k] + margin)]
+                cell[k].hull(Interval::point(uv[k]).widened(reach / paces[k]))
             })
         });
         self.curvature_range(cell)
@@ -347,7 +341,7 @@ impl FaceIndex {
                 let domain = self.face.surface.domain();
                 let inside = |foot: &FootPoint| {
                     let uv: [f64; 2] = foot.uv.into();
-                    uv.iter().zip(domain).all(|(at, [low, high])| low <= *at && *at <= high)
+                    uv.iter().zip(domain).all(|(at, range)| range.contains(*at))
                 };
                 let smooth =
                     |foot: &FootPoint| inside(foot) && !tree.jumps_near(&foot.point, reach);
@@ -365,7 +359,7 @@ impl FaceIndex {
 
     /// Returns an upper bound of |curvature| \[1/mm\] over a rectangle of parameters; see
     /// [`FaceIndex::curvature_range`]. For the whole face pass [`Face::bounds`].
-    pub fn curvature_bound(&self, cell: [[f64; 2]; 2]) -> f64 {
+    pub fn curvature_bound(&self, cell: [Interval; 2]) -> f64 {
         let Interval { low, high } = self.curvature_range(cell);
         high.max(-low)
     }
@@ -449,13 +443,13 @@ impl CurvatureSource {
 
 /// Returns a range of parameters within a domain. A range beyond the seam of a closed surface counts as all the way
 /// round.
-fn within([low, high]: [f64; 2], [first, last]: [f64; 2]) -> [f64; 2] {
+fn within(range: Interval, domain: Interval) -> Interval {
     // Trims that begin at the seam begin a rounding before it.
-    let slack = SEAM * (last - first);
-    if low < first - slack || high > last + slack {
-        return [first, last];
+    let whole = domain.widened(SEAM * domain.width());
+    if range.low < whole.low || range.high > whole.high {
+        return domain;
     }
-    [low.max(first), high.min(last)]
+    range.intersection(domain)
 }
 
 /// Returns the middle and radius of a ball that holds all feet.
@@ -483,7 +477,7 @@ fn on_turn(uv: [f64; 2], guess: [f64; 2], periods: [Option<f64>; 2]) -> [f64; 2]
 /// Returns the domain; where it is endless, the box of the trims.
 fn search_bounds(face: &Face) -> ParameterBox {
     let (domain, trims) = (face.surface.domain(), face.bounds());
-    [0, 1].map(|k| if domain[k].iter().all(|x| x.is_finite()) { domain[k] } else { trims[k] })
+    [0, 1].map(|k| if domain[k].is_bounded() { domain[k] } else { trims[k] })
 }
 
 impl std::ops::Deref for FaceIndex {

@@ -2,6 +2,7 @@
 
 use super::error::SurfaceError;
 use super::face::Face;
+use crate::types::Interval;
 use crate::types::{Mesh, Uv};
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
@@ -60,7 +61,7 @@ impl Face {
 /// Work in progress.
 struct FaceTessellation<'a> {
     face: &'a Face,
-    bounds: [[f64; 2]; 2],
+    bounds: [Interval; 2],
     cells: [u32; 2],
     inside: Vec<bool>,
     /// Indices of the vertices made so far.
@@ -89,11 +90,11 @@ enum VertexKey {
 /// Returns the numbers of cells for which neither the bend of a cell's edges nor its twist exceed
 /// half of `chord`: a parabola leaves its chord by `|S_uu| du^2 / 8`, a twisted cell its diagonal
 /// by `|S_uv| du dv / 4`.
-fn cells(face: &Face, [u, v]: [[f64; 2]; 2], chord: f64) -> [u32; 2] {
+fn cells(face: &Face, [u, v]: [Interval; 2], chord: f64) -> [u32; 2] {
     let mut bend = [0.0_f64; 3];
     for i in 0..=PROBES {
         for j in 0..=PROBES {
-            let at = |k: u32, [low, high]: [f64; 2]| {
+            let at = |k: u32, Interval { low, high }: Interval| {
                 low + (high - low) * f64::from(k) / f64::from(PROBES)
             };
             let jet = face.surface.jet2(at(i, u), at(j, v));
@@ -104,7 +105,7 @@ fn cells(face: &Face, [u, v]: [[f64; 2]; 2], chord: f64) -> [u32; 2] {
             }
         }
     }
-    let (width, height) = (u[1] - u[0], v[1] - v[0]);
+    let (width, height) = (u.high - u.low, v.high - v.low);
     // |S_uu| du^2 / 8 = chord / 2 gives du = sqrt(4 chord / |S_uu|).
     let count = |bend: f64, width: f64| (width * (bend / (4.0 * chord)).sqrt()).ceil();
     let mut counts = [count(bend[0], width), count(bend[2], height)];
@@ -145,7 +146,7 @@ impl<'a> FaceTessellation<'a> {
     /// Returns the parameters of a grid point.
     fn at(&self, point: GridPoint) -> [f64; 2] {
         let along = |k: usize, n: u32| {
-            let [low, high] = self.bounds[k];
+            let Interval { low, high } = self.bounds[k];
             // The last line is the bound itself: a sum could be rounded to beyond the trims.
             if n == self.cells[k] {
                 high

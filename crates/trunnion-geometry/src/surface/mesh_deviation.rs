@@ -62,7 +62,7 @@ fn of_spline(surface: &NurbsSurface) -> Option<[f64; 3]> {
     let mut most = [0.0_f64; 3];
     for (i, j) in (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j))) {
         let patch = surface.patch(i, j)?;
-        let [width, height] = patch.bounds.map(|[low, high]| high - low);
+        let [width, height] = patch.bounds.map(|range| range.width());
         // The bounds are those over the unit square.
         let unit = PatchCell::of_patch(&patch, surface.degree()[1]).second_derivatives()?;
         let own = [unit[0] / (width * width), unit[1] / (width * height), unit[2] / height.powi(2)];

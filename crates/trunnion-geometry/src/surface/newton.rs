@@ -2,6 +2,7 @@
 
 use super::geometry::Surface;
 use super::jet::SurfaceJet2;
+use super::parameter_box::ParameterBox;
 use nalgebra::Point3;
 
 /// Steps of one run: quadratic convergence needs 3 to 6; the rest is damping far away.
@@ -34,7 +35,7 @@ pub(crate) fn free(surface: &Surface, p: &Point3<f64>, guess: [f64; 2]) -> Optio
     let ends = surface.ends();
     let found = minimise(at, p, guess, ends)?;
     // At a rim that is a point the continuation turns over: a minimum there is not one of the face.
-    let inside = |k: usize| ends[k][0] < found.uv[k] && found.uv[k] < ends[k][1];
+    let inside = |k: usize| ends[k].low < found.uv[k] && found.uv[k] < ends[k].high;
     (inside(0) && inside(1)).then_some(found)
 }
 
@@ -43,7 +44,7 @@ pub(crate) fn minimise(
     at: impl Fn([f64; 2]) -> SurfaceJet2,
     p: &Point3<f64>,
     guess: [f64; 2],
-    bounds: [[f64; 2]; 2],
+    bounds: ParameterBox,
 ) -> Option<FacePoint> {
     let mut descent = DampedDescent { at, p, bounds, left: EVALUATIONS };
     let uv = descent.clamp(guess);
@@ -69,7 +70,7 @@ struct NewtonStep {
 struct DampedDescent<'a, F> {
     at: F,
     p: &'a Point3<f64>,
-    bounds: [[f64; 2]; 2],
+    bounds: ParameterBox,
     /// Evaluations left.
     left: u32,
 }
@@ -77,7 +78,7 @@ struct DampedDescent<'a, F> {
 impl<F: Fn([f64; 2]) -> SurfaceJet2> DampedDescent<'_, F> {
     /// Moves parameters to the nearest ones of the rectangle.
     fn clamp(&self, uv: [f64; 2]) -> [f64; 2] {
-        [0, 1].map(|k| uv[k].clamp(self.bounds[k][0], self.bounds[k][1]))
+        [0, 1].map(|k| uv[k].clamp(self.bounds[k].low, self.bounds[k].high))
     }
 
     /// Returns the size of the coordinates, of which distances are known to a share.
@@ -121,14 +122,14 @@ fn descent(
     jet: &SurfaceJet2,
     p: &Point3<f64>,
     uv: [f64; 2],
-    bounds: [[f64; 2]; 2],
+    bounds: ParameterBox,
 ) -> Option<[f64; 2]> {
     // f = |S(u, v) - p|^2 / 2: gradient g_k = r . S_k, Hessian S_k . S_l + r . S_kl with r = S - p.
     let r = jet.s - p;
     let g = [r.dot(&jet.su), r.dot(&jet.sv)];
     // A parameter that the gradient presses against its bound stays there.
     let held = [0, 1]
-        .map(|k| (uv[k] <= bounds[k][0] && g[k] > 0.0) || (uv[k] >= bounds[k][1] && g[k] < 0.0));
+        .map(|k| (uv[k] <= bounds[k].low && g[k] > 0.0) || (uv[k] >= bounds[k].high && g[k] < 0.0));
     // Gauss-Newton leaves out r . S_kl: the first fundamental form, which is never indefinite.
     let first = [jet.su.norm_squared(), jet.su.dot(&jet.sv), jet.sv.norm_squared()];
     let full = [first[0] + r.dot(&jet.suu), first[1] + r.dot(&jet.suv), first[2] + r.dot(&jet.svv)];

@@ -7,6 +7,7 @@ use super::analytic::turn;
 use super::analytic::{ConeSurface, PlaneSurface, TorusSurface};
 use super::geometry::Surface;
 use super::parameter_box::ParameterBox;
+use crate::types::Interval;
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::TAU;
 
@@ -21,7 +22,7 @@ pub(super) fn distance_over(
         Surface::Cylinder(cylinder) => {
             let local = cylinder.frame.local(p);
             let seen = SeenFromEnd::of(&local, u);
-            let above = (v[0] - local.z).max(local.z - v[1]).max(0.0);
+            let above = (v.low - local.z).max(local.z - v.high).max(0.0);
             Some(seen.aside.hypot(seen.out - cylinder.radius).hypot(above))
         }
         Surface::Cone(cone) => {
@@ -49,7 +50,7 @@ struct SeenFromEnd {
 }
 
 impl SeenFromEnd {
-    fn of(local: &Vector3<f64>, u: [f64; 2]) -> Self {
+    fn of(local: &Vector3<f64>, u: Interval) -> Self {
         let (sin, cos) = beyond_arc(turn(local), u).sin_cos();
         let rho = local.x.hypot(local.y);
         Self { out: rho * cos, aside: rho * sin }
@@ -57,13 +58,13 @@ impl SeenFromEnd {
 }
 
 /// Returns the angle between a direction and the nearer end of an arc; 0 within it.
-fn beyond_arc(angle: f64, [from, to]: [f64; 2]) -> f64 {
-    let (width, after) = (to - from, (angle - from).rem_euclid(TAU));
+fn beyond_arc(angle: f64, arc: Interval) -> f64 {
+    let (width, after) = (arc.width(), (angle - arc.low).rem_euclid(TAU));
     if after <= width { 0.0 } else { (after - width).min(TAU - after) }
 }
 
 /// Returns the distance from an arc about the origin of a half plane.
-fn from_arc([x, z]: [f64; 2], radius: f64, arc: [f64; 2]) -> f64 {
+fn from_arc([x, z]: [f64; 2], radius: f64, arc: Interval) -> f64 {
     let (sin, cos) = beyond_arc(z.atan2(x), arc).sin_cos();
     let rho = x.hypot(z);
     // Seen from the nearest point of the arc, turned to the angle 0.
@@ -71,8 +72,8 @@ fn from_arc([x, z]: [f64; 2], radius: f64, arc: [f64; 2]) -> f64 {
 }
 
 /// Returns the distance in a half plane from the ruling of a cone over a range of v.
-fn from_ruling(cone: &ConeSurface, [x, z]: [f64; 2], v: [f64; 2]) -> f64 {
-    let [low, high] = v.map(|v| v.max(cone.apex()));
+fn from_ruling(cone: &ConeSurface, [x, z]: [f64; 2], v: Interval) -> f64 {
+    let [low, high] = v.ends().map(|v| v.max(cone.apex()));
     // Foot on the line (R, 0) + v (tan a, 1), within the range.
     let foot = ((x - cone.radius) * cone.slope + z) / (1.0 + cone.slope * cone.slope);
     let v = foot.clamp(low, high.max(low));
@@ -82,7 +83,7 @@ fn from_ruling(cone: &ConeSurface, [x, z]: [f64; 2], v: [f64; 2]) -> f64 {
 /// Returns the distance from a rectangle of a plane.
 fn from_rectangle(plane: &PlaneSurface, p: &Point3<f64>, bounds: ParameterBox) -> f64 {
     let local = plane.frame.local(p);
-    let beyond = |x: f64, [low, high]: [f64; 2]| (low - x).max(x - high).max(0.0);
+    let beyond = |x: f64, range: Interval| (range.low - x).max(x - range.high).max(0.0);
     beyond(local.x, bounds[0]).hypot(beyond(local.y, bounds[1])).hypot(local.z)
 }
 

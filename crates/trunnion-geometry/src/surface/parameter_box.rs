@@ -1,4 +1,6 @@
 //! Rectangle of parameters.
 
+use crate::types::Interval;
+
 /// Ranges of u and v.
-pub(super) type ParameterBox = [[f64; 2]; 2];
+pub(super) type ParameterBox = [Interval; 2];

@@ -7,6 +7,7 @@ use super::nurbs::BezierPatch;
 use super::nurbs::NurbsSurface;
 use super::parameter_box::ParameterBox;
 use super::proximity::{SolidDistance, SolidProximity};
+use crate::types::Interval;
 use nalgebra::Point3;
 use nalgebra::Vector3;
 use nalgebra::Vector4;
@@ -246,7 +247,7 @@ impl PatchTree {
         best: &mut BestPoint,
         queue: &mut BinaryHeap<QueueEntry>,
     ) {
-        let middle = piece.bounds.map(|[low, high]| 0.5 * (low + high));
+        let middle = piece.bounds.map(|range| range.middle());
         let at = |uv: [f64; 2]| SurfaceJet2::from_table(&surface.table::<2>(uv[0], uv[1]));
         let start = at(middle);
         // Newton's method costs as much as many halvings: only from where it is sure to improve.
@@ -297,16 +298,16 @@ impl PatchPiece {
 
     /// Returns the part of the piece within a box of parameters that it meets.
     pub(super) fn within(mut self, bounds: ParameterBox) -> Self {
-        for (k, [low, high]) in bounds.into_iter().enumerate() {
-            let [start, end] = self.bounds[k];
+        for (k, Interval { low, high }) in bounds.into_iter().enumerate() {
+            let Interval { low: start, high: end } = self.bounds[k];
             if high < end && high > start {
                 [self, _] = self.cut(k, (high - start) / (end - start));
-                self.bounds[k][1] = high;
+                self.bounds[k].high = high;
             }
-            let [start, end] = self.bounds[k];
+            let Interval { low: start, high: end } = self.bounds[k];
             if low > start && low < end {
                 [_, self] = self.cut(k, (low - start) / (end - start));
-                self.bounds[k][0] = low;
+                self.bounds[k].low = low;
             }
         }
         self
@@ -352,9 +353,9 @@ impl PatchPiece {
             }
         }
         let (mut first, mut second) = (self.bounds, self.bounds);
-        let [start, end] = self.bounds[k];
+        let Interval { low: start, high: end } = self.bounds[k];
         let middle = start + share * (end - start);
-        (first[k][1], second[k][0]) = (middle, middle);
+        (first[k].high, second[k].low) = (middle, middle);
         let columns = self.columns;
         [
             Self { points: low, columns, bounds: first },
@@ -368,8 +369,8 @@ pub(super) fn cells_within(surface: &NurbsSurface, bounds: ParameterBox) -> [[us
     [0, 1].map(|k| {
         let breaks = surface.knots()[k].breaks();
         let last = breaks.len() - 2;
-        let first = breaks.partition_point(|x| *x <= bounds[k][0]).saturating_sub(1).min(last);
-        let end = breaks.partition_point(|x| *x < bounds[k][1]).clamp(first + 1, last + 1);
+        let first = breaks.partition_point(|x| *x <= bounds[k].low).saturating_sub(1).min(last);
+        let end = breaks.partition_point(|x| *x < bounds[k].high).clamp(first + 1, last + 1);
         [first, end]
     })
 }

@@ -4,6 +4,7 @@ use super::curve::SpaceCurve;
 use super::error::{SurfaceError, SurfaceErrors};
 use super::jet::DerivativeTable;
 use super::nurbs::NurbsSurface;
+use crate::types::Interval;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
@@ -51,8 +52,8 @@ impl ExtrusionSurface {
         &self.curve
     }
 
-    pub(crate) fn domain(&self) -> [[f64; 2]; 2] {
-        [self.curve.domain(), [f64::NEG_INFINITY, f64::INFINITY]]
+    pub(crate) fn domain(&self) -> [Interval; 2] {
+        [self.curve.domain(), Interval::UNBOUNDED]
     }
 
     pub(crate) fn periods(&self) -> [Option<f64>; 2] {
@@ -72,16 +73,16 @@ impl ExtrusionSurface {
     }
 
     /// Converts the surface over a range of parameters to NURBS; see [`NurbsConversion`].
-    pub(crate) fn to_nurbs(&self, [u, v]: [[f64; 2]; 2]) -> Result<NurbsConversion, SurfaceErrors> {
+    pub(crate) fn to_nurbs(&self, [u, v]: [Interval; 2]) -> Result<NurbsConversion, SurfaceErrors> {
         let strip = SweptStrip::of_curve(&self.curve, u);
         // Degree 1 across: the homogeneous net of the curve, moved by v D times its weights, at
         // both ends of v.
-        let ends = v.map(|v| self.direction * v);
+        let ends = v.ends().map(|v| self.direction * v);
         let net = strip.net.iter().map(|point| {
             ends.iter().map(|end| (point.xyz() + end * point.w).push(point.w)).collect()
         });
         let surface =
-            from_net([strip.degree, 1], [strip.knots, vec![v[0], v[0], v[1], v[1]]], net)?;
+            from_net([strip.degree, 1], [strip.knots, vec![v.low, v.low, v.high, v.high]], net)?;
         Ok(NurbsConversion { surface, arcs: [strip.arcs, false] })
     }
 }
@@ -118,8 +119,8 @@ impl RevolutionSurface {
         self.axis.cross(&(point - self.origin.coords)).norm()
     }
 
-    pub(crate) fn domain(&self) -> [[f64; 2]; 2] {
-        [[0.0, TAU], self.curve.domain()]
+    pub(crate) fn domain(&self) -> [Interval; 2] {
+        [Interval::new(0.0, TAU), self.curve.domain()]
     }
 
     pub(crate) fn periods(&self) -> [Option<f64>; 2] {
@@ -150,7 +151,7 @@ impl RevolutionSurface {
     }
 
     /// Converts the surface over a range of parameters to NURBS; see [`NurbsConversion`].
-    pub(crate) fn to_nurbs(&self, [u, v]: [[f64; 2]; 2]) -> Result<NurbsConversion, SurfaceErrors> {
+    pub(crate) fn to_nurbs(&self, [u, v]: [Interval; 2]) -> Result<NurbsConversion, SurfaceErrors> {
         let strip = SweptStrip::of_curve(&self.curve, v);
         // A rational quadratic arc of half angle h: its middle control point is where the end
         // tangents meet, 1 / cos h times the radius out, with weight cos h (Piegl and Tiller, *The
@@ -215,14 +216,14 @@ struct SweptStrip {
 }
 
 impl SweptStrip {
-    fn of_curve(curve: &SpaceCurve, [low, high]: [f64; 2]) -> Self {
+    fn of_curve(curve: &SpaceCurve, Interval { low, high }: Interval) -> Self {
         match curve {
             SpaceCurve::Line { .. } => {
                 let net = [low, high].map(|t| curve.jet(t)[0].push(1.0)).to_vec();
                 Self { degree: 1, knots: vec![low, low, high, high], net, arcs: false }
             }
             SpaceCurve::Ellipse { frame, .. } => {
-                let (breaks, half) = arcs([low, high]);
+                let (breaks, half) = arcs(Interval { low, high });
                 let centre = frame.origin().coords;
                 let point = |(t, weight): (f64, f64)| {
                     // Tangents meet 1/weight times as far from the centre.
@@ -241,7 +242,7 @@ impl SweptStrip {
 }
 
 /// Returns breaks of arcs of at most a right angle, and half the angle of each.
-fn arcs([low, high]: [f64; 2]) -> (Vec<f64>, f64) {
+fn arcs(Interval { low, high }: Interval) -> (Vec<f64>, f64) {
     // The slack keeps a range of exactly n right angles at n arcs, whatever its last digits.
     let count = ((high - low) / FRAC_PI_2 - 1e-9).ceil().clamp(1.0, 8.0);
     let step = (high - low) / count;

@@ -5,6 +5,7 @@ use super::error::{SurfaceError, SurfaceErrors};
 use crate::math::bspline::KnotVector;
 use crate::math::bspline::LARGE;
 use crate::math::bspline::SMALL;
+use crate::types::Interval;
 use crate::types::Uv;
 use nalgebra::Vector3;
 
@@ -38,8 +39,8 @@ pub struct TrimCurve {
 pub struct TrimLoop {
     pieces: Vec<TrimPiece>,
     /// Boxes of the pieces.
-    boxes: Vec<[[f64; 2]; 2]>,
-    bounds: [[f64; 2]; 2],
+    boxes: Vec<[Interval; 2]>,
+    bounds: [Interval; 2],
     /// `turns` periods, in u and v.
     advance: [f64; 2],
     turns: [i32; 2],
@@ -178,7 +179,7 @@ impl TrimLoop {
 
     /// Returns the reason for which the loop has no inside.
     fn fault(&self, tolerance: f64) -> Option<SurfaceError> {
-        let [width, height] = self.bounds.map(|[low, high]| high - low);
+        let [width, height] = self.bounds.map(|range| range.width());
         let fine = [CHORDS * width, CHORDS * height];
         if let Some(at) = crossing(&self.polyline(fine), tolerance) {
             return Some(SurfaceError::CrossedLoop { at: at.into() });
@@ -192,7 +193,7 @@ impl TrimLoop {
 
     /// Returns the box of the loop, `[[u low, u high], [v low, v high]]`: of control points, so
     /// that the loop itself may be a little smaller.
-    pub fn bounds(&self) -> [[f64; 2]; 2] {
+    pub fn bounds(&self) -> [Interval; 2] {
         self.bounds
     }
 
@@ -231,7 +232,7 @@ impl TrimLoop {
     /// Counts the crossings of the loop by the ray from `point` in the direction of growing u
     /// (`along = 0`) or v (1).
     pub(crate) fn crossings(&self, point: [f64; 2], along: usize) -> u32 {
-        let count = |(piece, bounds): (&TrimPiece, &[[f64; 2]; 2])| {
+        let count = |(piece, bounds): (&TrimPiece, &[Interval; 2])| {
             if passes_by(bounds, point, along) {
                 0
             } else if piece.len() <= SMALL {
@@ -245,8 +246,8 @@ impl TrimLoop {
 }
 
 /// Returns true if the ray of [`TrimLoop::crossings`] passes by a box at a distance, or starts beyond it.
-fn passes_by(bounds: &[[f64; 2]; 2], point: [f64; 2], along: usize) -> bool {
-    let ([low, high], [_, end]) = (bounds[1 - along], bounds[along]);
+fn passes_by(bounds: &[Interval; 2], point: [f64; 2], along: usize) -> bool {
+    let (Interval { low, high }, end) = (bounds[1 - along], bounds[along].high);
     // Control points are moved to the start of the ray with rounding: of a box that near, they decide themselves.
     let far = |from: f64, to: f64| to - from > ROUNDING * (from.abs() + to.abs());
     far(high, point[1 - along]) || far(point[1 - along], low) || far(end, point[along])
@@ -387,15 +388,15 @@ fn unit_ends(pieces: &mut [TrimPiece]) {
     }
 }
 
-fn boxes_of(pieces: &[TrimPiece]) -> Vec<[[f64; 2]; 2]> {
+fn boxes_of(pieces: &[TrimPiece]) -> Vec<[Interval; 2]> {
     pieces.iter().map(|piece| bounds_of(std::slice::from_ref(piece))).collect()
 }
 
-fn bounds_of(pieces: &[TrimPiece]) -> [[f64; 2]; 2] {
-    let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+fn bounds_of(pieces: &[TrimPiece]) -> [Interval; 2] {
+    let mut bounds = [Interval::new(f64::INFINITY, f64::NEG_INFINITY); 2];
     for point in pieces.iter().flatten().map(cartesian) {
         for (bound, x) in bounds.iter_mut().zip(point) {
-            *bound = [bound[0].min(x), bound[1].max(x)];
+            *bound = bound.hull(Interval::point(x));
         }
     }
     bounds

@@ -63,7 +63,7 @@ fn rate(face: &FaceIndex, [u, v]: [f64; 2]) -> f64 {
 /// Bound and largest rate found around `[u, v]` within `reach`.
 fn both(face: &FaceIndex, [u, v]: [f64; 2], reach: f64) -> [f64; 2] {
     let p = face.face().surface.point(u, v);
-    let foot = face.closest_near(&p, [u, v]).unwrap();
+    let foot = face.closest_near(&p, [u, v].into()).unwrap();
     let bound = face.curvature_rate_around(std::iter::once(&foot), reach);
     let mut found = 0.0_f64;
     for i in 0..40 {

@@ -24,6 +24,8 @@ use trunnion::surface::SurfaceJet;
 use trunnion::surface::TorusSurface;
 use trunnion::surface::TrimCurve;
 use trunnion::surface::TrimLoop;
+use trunnion::types::Interval;
+use trunnion::types::Uv;
 
 /// The paper's patch: see fixtures/bezier-patch/README.md.
 fn bezier_patch() -> Surface {
@@ -133,7 +135,7 @@ fn derivatives_agree_with_differences() {
     for (seed, degree) in [(1, [3, 3]), (2, [2, 4]), (3, [5, 3]), (4, [1, 2])] {
         for rational in [false, true] {
             let surface = Surface::Nurbs(wavy(seed, degree, [8, 9], rational));
-            let [[u0, u1], [v0, v1]] = surface.domain();
+            let [Interval { low: u0, high: u1 }, Interval { low: v0, high: v1 }] = surface.domain();
             let mut numbers = Numbers(seed + 100);
             for _ in 0..20 {
                 // Off the domain too: 20 % beyond every border.
@@ -149,7 +151,7 @@ fn derivatives_agree_with_differences() {
 fn the_continuation_is_twice_continuously_differentiable() {
     for rational in [false, true] {
         let surface = Surface::Nurbs(wavy(9, [3, 4], [7, 6], rational));
-        let [[u0, u1], [v0, v1]] = surface.domain();
+        let [Interval { low: u0, high: u1 }, Interval { low: v0, high: v1 }] = surface.domain();
         let h = 1e-12;
         let inside = 0.37;
         let border = [
@@ -177,7 +179,7 @@ fn the_continuation_is_twice_continuously_differentiable() {
 /// Points of a dense grid with their parameters.
 fn dense(surface: &Surface) -> Vec<([f64; 2], Point3<f64>)> {
     let n = 120;
-    let at = |[low, high]: [f64; 2], k: i32| low + (high - low) * f64::from(k) / f64::from(n);
+    let at = |range: Interval, k: i32| range.at(f64::from(k) / f64::from(n));
     let [u, v] = surface.domain();
     let all = (0..=n).flat_map(|i| (0..=n).map(move |j| [at(u, i), at(v, j)]));
     all.map(|uv| (uv, surface.point(uv[0], uv[1]))).collect()
@@ -191,12 +193,12 @@ fn brute(surface: &Surface, grid: &[([f64; 2], Point3<f64>)], p: &Point3<f64>) -
     best.select_nth_unstable_by(6, by_distance);
     best.truncate(6);
     let refine = |&(mut d, mut uv): &(f64, [f64; 2])| {
-        let mut step = bounds.map(|[low, high]| (high - low) / 120.0);
+        let mut step = bounds.map(|range| range.width() / 120.0);
         for _ in 0..40 {
             let (centre, before) = (uv, d);
             for k in (0..9).filter(|k| *k != 4) {
                 let move_by = [f64::from(k / 3 - 1) * step[0], f64::from(k % 3 - 1) * step[1]];
-                let to = [0, 1].map(|k| (centre[k] + move_by[k]).clamp(bounds[k][0], bounds[k][1]));
+                let to = [0, 1].map(|k| bounds[k].clamp(centre[k] + move_by[k]));
                 let there = (surface.point(to[0], to[1]) - p).norm();
                 if there < d {
                     (d, uv) = (there, to);
@@ -274,7 +276,7 @@ fn the_centre_of_a_sphere_is_undecided() {
     }
     let nan = index.closest(&Point3::new(f64::NAN, 0.0, 0.0));
     assert_eq!(nan, Err(ClosestError::NotFinite));
-    assert!(index.closest_near(&Point3::new(f64::INFINITY, 0.0, 0.0), [0.0; 2]).is_err());
+    assert!(index.closest_near(&Point3::new(f64::INFINITY, 0.0, 0.0), Uv::new(0.0, 0.0)).is_err());
 }
 
 /// Values and all derivatives to order 3 against the peer's recursive basis functions.
@@ -330,14 +332,14 @@ proptest! {
         let index = FaceIndex::new(Face { flip, ..Face::new(1, surface.clone(), vec![]).unwrap() }).unwrap();
         let side = if flip { -1.0 } else { 1.0 };
         let p = surface.point(u, v) + surface.jet1(u, v).normal().unwrap().scale(h * side);
-        let foot = index.closest_near(&p, [u + 0.02, v - 0.02]).unwrap();
+        let foot = index.closest_near(&p, Uv::new(u + 0.02, v - 0.02)).unwrap();
         prop_assert!((foot.uv.u - u).abs() < 1e-9 && (foot.uv.v - v).abs() < 1e-9, "{:?}", foot);
         prop_assert!((foot.distance - h).abs() < 1e-9, "{:?}", foot);
     }
 }
 
 /// One face of every kind, trimmed to a rectangle of parameters where endless.
-fn every_kind() -> Vec<(Face, [[f64; 2]; 2])> {
+fn every_kind() -> Vec<(Face, [Interval; 2])> {
     let frame =
         SurfaceFrame::new(Point3::new(1.0, -2.0, 3.0), Vector3::new(0.2, 0.3, 1.0), Vector3::x());
     let frame = frame.unwrap();
@@ -394,13 +396,13 @@ fn every_kind() -> Vec<(Face, [[f64; 2]; 2])> {
         let corners = [[a, c], [b, c], [b, d], [a, d], [a, c]];
         let trim = TrimCurve::polyline(&corners).unwrap();
         let trim = TrimLoop::new(vec![trim], surface.periods(), 1e-9).unwrap();
-        (Face::new(number + 1, surface, vec![trim]).unwrap(), bounds)
+        (Face::new(number + 1, surface, vec![trim]).unwrap(), bounds.map(Interval::from))
     };
     kinds.into_iter().enumerate().map(face).collect()
 }
 
-fn between([low, high]: [f64; 2], x: f64) -> f64 {
-    low + (high - low) * 0.5 * (x + 1.0)
+fn between(range: Interval, x: f64) -> f64 {
+    range.low + range.width() * 0.5 * (x + 1.0)
 }
 
 #[test]
@@ -414,11 +416,11 @@ fn every_kind_has_exact_derivatives_and_closest_points() {
             let uv = bounds.map(|range| between(range, 0.98 * numbers.next()));
             check_differences(&face.surface, uv);
             assert!(face.contains(uv[0], uv[1]), "{kind}: {uv:?}");
-            assert!(!face.contains(uv[0], bounds[1][1] + 0.01), "{kind}: {uv:?}");
+            assert!(!face.contains(uv[0], bounds[1].high + 0.01), "{kind}: {uv:?}");
             // Close enough to the surface that the foot is the only one.
             let h = 0.3 * numbers.next();
             let p = face.surface.point(uv[0], uv[1]) + face.normal(uv[0], uv[1]).unwrap().scale(h);
-            let near = index.closest_near(&p, uv.map(|x| x + 1e-3)).unwrap();
+            let near = index.closest_near(&p, uv.map(|x| x + 1e-3).into()).unwrap();
             assert!((near.distance - h).abs() < 1e-9, "{kind} {query}: {near:?}");
             let foot = index.closest(&p).unwrap();
             let there = face.surface.point(foot.uv.u, foot.uv.v);
@@ -429,19 +431,18 @@ fn every_kind_has_exact_derivatives_and_closest_points() {
 }
 
 /// Bounds over small rectangles hold, and are of use there: mostly near what is attained.
-fn check_small_cells(index: &FaceIndex, face: &Face, bounds: [[f64; 2]; 2]) {
+fn check_small_cells(index: &FaceIndex, face: &Face, bounds: [Interval; 2]) {
     let mut numbers = Numbers(23);
     let largest = index.curvature_bound(bounds);
     let mut loose = 0;
     for _ in 0..200 {
         let middle = bounds.map(|range| between(range, numbers.next()));
-        let half = bounds.map(|[low, high]| 0.02 * (high - low) * numbers.next().abs());
-        let cell = [0, 1].map(|k| [middle[k] - half[k], middle[k] + half[k]]);
+        let half = bounds.map(|range| 0.02 * range.width() * numbers.next().abs());
+        let cell = [0, 1].map(|k| Interval::point(middle[k]).widened(half[k]));
         let [low, high] = index.curvature_range(cell).ends();
         let mut attained = 0.0_f64;
         for _ in 0..20 {
-            let uv =
-                [0, 1].map(|k| between(cell[k], numbers.next()).clamp(bounds[k][0], bounds[k][1]));
+            let uv = [0, 1].map(|k| bounds[k].clamp(between(cell[k], numbers.next())));
             let curvature = face.surface.jet2(uv[0], uv[1]).curvature().unwrap();
             let sign = if face.flip { -1.0 } else { 1.0 };
             let pair = [sign * curvature.min, sign * curvature.max];
@@ -602,7 +603,7 @@ proptest! {
         match trunnion::import::surface_json::read(&bytes) {
             Ok(surface) => {
                 let [u, v] = surface.domain();
-                let _ = surface.jet(u[1], v[0]).normal();
+                let _ = surface.jet(u.high, v.low).normal();
                 if let Ok(index) = FaceIndex::new(Face::new(1, surface, vec![]).unwrap()) {
                     let _ = index.closest(&Point3::new(1.0, 2.0, 30.0));
                 }
@@ -795,7 +796,7 @@ fn loops_round_a_period() {
     for u in [0.0, 0.3, 3.0, 6.2, -20.0, 40.0] {
         assert!(band.contains(u, 2.0) && !band.contains(u, 0.9) && !band.contains(u, 4.1), "{u}");
     }
-    assert_eq!(band.bounds(), [[0.0, turn], [1.0, 4.0]]);
+    assert_eq!(band.bounds(), [Interval::new(0.0, turn), Interval::new(1.0, 4.0)]);
     // Caps of a sphere above and below a circle of latitude.
     for (ahead, inside, outside) in [(true, 1.0, -1.0), (false, -1.0, 1.0)] {
         let sphere = Surface::Sphere(SphereSurface::new(frame, 5.0).unwrap());

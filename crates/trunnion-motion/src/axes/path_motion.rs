@@ -5,6 +5,7 @@ use crate::inverse::{AxisJets, Branch, Inverse, InverseError};
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
 use crate::math::angle::unwrap_near;
 use crate::math::jet::{Jet, Real};
+use crate::types::Interval;
 use crate::types::{AxisNode, AxisVector, PoseCurve, PoseRates, ToolPose};
 use nalgebra::{Point3, Vector3};
 
@@ -116,7 +117,7 @@ impl CurveMotion<'_> {
     /// Returns the exact axes of both branches at a point where the first rotary is not free.
     pub(super) fn both(&self, rates: &PoseRates) -> Result<[AxisJets; 2], InverseError> {
         // Derivatives by the parameter are compared with rounding over the length of the curve.
-        let [start, end] = self.curve.range();
+        let Interval { low: start, high: end } = self.curve.range();
         self.inverse.both_jets_through(rates, self.pole, end - start)
     }
 

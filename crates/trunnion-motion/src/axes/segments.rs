@@ -9,6 +9,7 @@ use super::path_motion::CurveMotion;
 use crate::inverse::{InverseError, InverseSolutions};
 use crate::machine::FIRST_ROTARY;
 use crate::math::angle::angle_between;
+use crate::types::Interval;
 use crate::types::{
     AxisVector, Cancelled, Motion, PieceGeometry, PoseCurve, Progress, Stage, ToolPath, ToolPose,
 };
@@ -94,7 +95,7 @@ fn meet(path: &ToolPath, options: &AxesOptions) -> Result<(), AxesError> {
 fn ends(geometry: &PieceGeometry) -> Option<[ToolPose; 2]> {
     match geometry {
         PieceGeometry::Curve(curve) => {
-            let [start, end] = curve.range();
+            let Interval { low: start, high: end } = curve.range();
             Some([curve.pose(start)?, curve.pose(end)?])
         }
         PieceGeometry::Reorient { from, to } => Some([*from, *to]),

@@ -109,7 +109,7 @@ fn poses(path: &ToolPath, count: u32) -> Vec<ToolPose> {
     let mut poses = Vec::new();
     for piece in &path.pieces {
         let PieceGeometry::Curve(curve) = &piece.geometry else { panic!() };
-        let [from, to] = curve.range();
+        let Interval { low: from, high: to } = curve.range();
         let at = |i: u32| from + (to - from) * f64::from(i) / f64::from(count);
         poses.extend((0..=count).map(|i| curve.pose(at(i)).unwrap()));
     }

@@ -13,7 +13,6 @@
 mod axis_path;
 mod diagnostic;
 mod error_list;
-mod interval;
 mod linear_segment;
 mod mesh;
 mod path_state;
@@ -26,10 +25,10 @@ mod uncut;
 mod uv;
 mod waypoints;
 
+pub use crate::math::Interval;
 pub use axis_path::{AXES, AxisNode, AxisPath, AxisPiece, AxisVector, Block, TRAVEL_ROUNDING};
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use error_list::ErrorList;
-pub use interval::Interval;
 pub use linear_segment::LinearSegment;
 pub use mesh::Mesh;
 pub use path_state::PathState;

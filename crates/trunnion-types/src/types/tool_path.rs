@@ -1,6 +1,7 @@
 //! Cutter locations and the curves through them, in the workpiece frame.
 
 use super::uv::Uv;
+use crate::math::Interval;
 use crate::math::angle::angle_between;
 use crate::math::spline::cubic_spline;
 use nalgebra::{Point3, SVector, UnitVector3, Vector3};
@@ -172,10 +173,10 @@ impl PoseCurve {
     }
 
     /// Returns the first and last value of the parameter.
-    pub fn range(&self) -> [f64; 2] {
+    pub fn range(&self) -> Interval {
         match (self.knots.first(), self.knots.last()) {
-            (Some(&first), Some(&last)) => [first, last],
-            _ => [0.0, 0.0],
+            (Some(&first), Some(&last)) => Interval::new(first, last),
+            _ => Interval::point(0.0),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Regions of a face that no pass finishes.
 
-use super::interval::Interval;
 use super::uv::Uv;
+use crate::math::Interval;
 use nalgebra::Point3;
 use std::fmt;
 

@@ -112,9 +112,8 @@ mod tests {
     /// Flat neighbour over the middle of a face, a distance above it \[mm\].
     fn neighbour(face: &Face, above: f64) -> Face {
         let ([u, v], near) = (face.bounds(), 0.45);
-        let at = |[low, high]: [f64; 2], share: f64| low + share * (high - low);
-        let normal = face.normal(at(u, 0.5), at(v, 0.5)).unwrap().into_inner();
-        let corner = |a: f64, b: f64| face.point(at(u, a), at(v, b)) + normal * above;
+        let normal = face.normal(u.at(0.5), v.at(0.5)).unwrap().into_inner();
+        let corner = |a: f64, b: f64| face.point(u.at(a), v.at(b)) + normal * above;
         let far = 1.0 - near;
         let net = vec![
             vec![corner(near, near), corner(near, far)],

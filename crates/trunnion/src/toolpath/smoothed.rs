@@ -55,7 +55,7 @@ impl SmoothedPath {
         for (curve, deviated) in cut.curves.into_iter().zip(cut.deviated) {
             // Knots of a curve count from where the cut began: shift them to the length of all cuts
             // so far.
-            let before = self.along.last().map_or(0.0, |(end, _)| *end) - curve.range()[0];
+            let before = self.along.last().map_or(0.0, |(end, _)| *end) - curve.range().low;
             self.along.extend(curve.knots[1..].iter().map(|end| before + end).zip(deviated));
             self.path
                 .pieces

@@ -175,7 +175,7 @@ mod tests {
         let PieceGeometry::Curve(out) = &path.pieces[0].geometry else {
             panic!("a lead is a curve")
         };
-        assert!((out.range()[1] - 50.0).abs() < 1e-12);
+        assert!((out.range().high - 50.0).abs() < 1e-12);
         let rates = out.rates(20.0);
         assert!((rates.tip[0].z - 20.0).abs() < 1e-12);
         assert_eq!(rates.axis[1], Vector3::zeros());
@@ -194,7 +194,7 @@ mod tests {
         let PieceGeometry::Curve(curve) = &path.pieces[0].geometry else {
             panic!("a cut is a curve")
         };
-        assert!((curve.range()[1] - 0.3 * 16.0 / 8.0).abs() < 1e-12);
+        assert!((curve.range().high - 0.3 * 16.0 / 8.0).abs() < 1e-12);
     }
 
     #[test]

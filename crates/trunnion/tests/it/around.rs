@@ -11,6 +11,7 @@ use trunnion::surface::{
     CylinderSurface, Face, FaceIndex, SphereSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop,
 };
 use trunnion::toolpath::{ToolPathOptions, through};
+use trunnion::types::Interval;
 use trunnion::types::{Leg, Motion, Pass, PieceGeometry, Silent, Station, ToolPose, Uv};
 
 const RADIUS: f64 = 20.0;
@@ -92,7 +93,7 @@ fn link_poses(legs: &[Leg], cutter: &Cutter) -> Vec<Vec<ToolPose>> {
     let links = path.pieces.iter().filter(|piece| piece.motion == Motion::Link);
     let dense = |geometry: &PieceGeometry| match geometry {
         PieceGeometry::Curve(curve) => {
-            let [a, b] = curve.range();
+            let Interval { low: a, high: b } = curve.range();
             (0..=60).map(|k| curve.pose(a + (b - a) * f64::from(k) / 60.0).unwrap()).collect()
         }
         PieceGeometry::Reorient { from, to } => vec![*from, *to],

@@ -373,7 +373,7 @@ fn turns_are_unwound_on_links() {
     let turn = |index: f64| curve(knots(TAU * index, TAU * (index + 1.0), 40), cone(0.35));
     let ends = |geometry: &PieceGeometry| {
         let PieceGeometry::Curve(curve) = geometry else { panic!() };
-        curve.range().map(|u| curve.pose(u).unwrap())
+        curve.range().ends().map(|u| curve.pose(u).unwrap())
     };
     let turns = [0.0, 1.0, 2.0].map(turn);
     let all = ToolPath { pieces: turns.iter().cloned().map(cut).collect() };

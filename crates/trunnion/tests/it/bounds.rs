@@ -90,7 +90,7 @@ fn rows(face: &Face, deeper: f64) -> ClFile {
 fn rows_of(face: &Face, deeper: f64, pose: fn(&Face, [f64; 2], [f64; 2]) -> ToolPose) -> ClFile {
     let mut records = Vec::new();
     let at =
-        |k: usize, share: f64| face.bounds()[k][0] * (1.0 - share) + face.bounds()[k][1] * share;
+        |k: usize, share: f64| face.bounds()[k].low * (1.0 - share) + face.bounds()[k].high * share;
     let mut line = 0;
     for row in 0..=21 {
         for step in 0..=30 {

@@ -102,7 +102,7 @@ fn left_over(
     let mut worst = [(f64::NEG_INFINITY, 0.0, 0.0), (f64::INFINITY, 0.0, 0.0)];
     for i in 0..=n {
         for j in 0..=n {
-            let at = |b: [f64; 2], k: u32| b[0] + (b[1] - b[0]) * f64::from(k) / f64::from(n);
+            let at = |range: Interval, k: u32| range.at(f64::from(k) / f64::from(n));
             let (u, v) = (at(bu, i), at(bv, j));
             if !face.face().contains(u, v) {
                 continue;

@@ -7,6 +7,7 @@ use trunnion::cover::{HopOptions, LeadKind, LinkOptions, LinkRequest, legs, leve
 use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::surface::{Face, FaceIndex, NurbsSurface, Surface};
 use trunnion::toolpath::{ToolPathOptions, through};
+use trunnion::types::Interval;
 use trunnion::types::{Leg, Motion, Pass, PieceGeometry, Silent, Station, ToolPath, ToolPose, Uv};
 
 const MAJOR: f64 = 4.0;
@@ -90,7 +91,7 @@ fn distance(pose: &ToolPose, place: &Point3<f64>) -> f64 {
 /// Least distance from the floor over a hop, and over its middle third, by sampling.
 fn clearance(path: &ToolPath, piece: usize, face: &FaceIndex) -> [f64; 2] {
     let PieceGeometry::Curve(curve) = &path.pieces[piece].geometry else { return [f64::NAN; 2] };
-    let [start, end] = curve.range();
+    let Interval { low: start, high: end } = curve.range();
     let mut least = [f64::INFINITY; 2];
     for i in 0..=60 {
         let share = f64::from(i) / 60.0;

@@ -19,6 +19,10 @@ const LONG_PARAMETERS: usize = 0;
 /// Percent of type names that are one word.
 const ONE_WORD_TYPES: usize = 10;
 
+/// Public functions and fields with ranges as `[[f64; 2]; 2]` instead of `Interval`; both are in the form that
+/// summary.json has.
+const BARE_RANGES: usize = 2;
+
 /// Words that documentation must not begin with: it states a subject or an action.
 const QUESTION_WORDS: &[&str] = &["What", "How", "Whether", "Where", "Which", "Why", "When", "Who"];
 
@@ -89,6 +93,19 @@ fn parameters_have_names() {
     only_falls(&tuples, TUPLE_PARAMETERS, "TUPLE_PARAMETERS");
     only_falls(&bools, BOOL_PARAMETERS, "BOOL_PARAMETERS");
     only_falls(&long, LONG_PARAMETERS, "LONG_PARAMETERS");
+}
+
+#[test]
+fn public_ranges_are_intervals() {
+    let mut found = Vec::new();
+    for source in library() {
+        for (index, line) in source.lines.iter().enumerate() {
+            if line.trim_start().starts_with("pub ") && line.contains("[[f64; 2]; 2]") {
+                found.push(source.position(index));
+            }
+        }
+    }
+    only_falls(&found, BARE_RANGES, "BARE_RANGES");
 }
 
 /// Fails unless there are exactly as many offenders as the constant states.

@@ -84,7 +84,7 @@ fn wall(slope: f64) -> FaceIndex {
 fn measured(face: &FaceIndex, poses: &[ToolPose], cutter: &Cutter, n: u32) -> Vec<([f64; 2], f64)> {
     let bounds = face.face().bounds();
     let at = |k: usize, i: u32| {
-        let [low, high] = bounds[k];
+        let Interval { low, high } = bounds[k];
         low + (high - low) * (f64::from(i) + 0.5) / f64::from(n)
     };
     let places = (0..n * n).map(|i| [at(0, i / n), at(1, i % n)]);

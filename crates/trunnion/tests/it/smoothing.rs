@@ -11,6 +11,7 @@ use shop::Layout;
 use trunnion::inverse::Inverse;
 use trunnion::math::angle::{angle_between, great_circle};
 use trunnion::toolpath::{PathSmoother, SmoothError, SmoothOptions, SmoothedCurves, smooth};
+use trunnion::types::Interval;
 use trunnion::types::{AxisVector, PoseCurve, PoseTolerance, Station, ToolPose};
 
 const TIP: f64 = 0.01;
@@ -125,7 +126,7 @@ fn check(stations: &[Station]) -> SmoothedCurves {
     for curve in &smoothed.curves {
         check_c3(curve);
         if let Some(before) = before {
-            let [end, start] = [before.pose(before.range()[1]), curve.pose(curve.range()[0])];
+            let [end, start] = [before.pose(before.range().high), curve.pose(curve.range().low)];
             assert!((end.unwrap().tip - start.unwrap().tip).norm() < 1e-9);
         }
         before = Some(curve);
@@ -235,7 +236,7 @@ fn the_nose_of_a_blade_is_met_between_its_stations() {
     wide.axis = 0.03_f64.to_radians();
     let smoothed = smooth(&stations, &wide).unwrap();
     let curve = &smoothed.curves[0];
-    let [start, end] = curve.range();
+    let Interval { low: start, high: end } = curve.range();
     let worst = (0..=2000).map(|k| {
         let pose = curve.pose(start + (end - start) * f64::from(k) / 2000.0).unwrap();
         // The place of the true curve with this turn, and a little around it.
@@ -301,7 +302,7 @@ fn noise_is_smoothed() {
     assert!(smoothed.report.spans < 1200 / 6, "{:?}", smoothed.report);
     let curve = &smoothed.curves[0];
     let jerk = (0..4000)
-        .map(|k| curve.rates(curve.range()[1] * f64::from(k) / 4000.0).tip[3].norm())
+        .map(|k| curve.rates(curve.range().high * f64::from(k) / 4000.0).tip[3].norm())
         .fold(0.0, f64::max);
     // Third differences of the noise itself are some 8 times 0.1 TIP over the cube of the step.
     let raw = 0.8 * TIP / 0.05_f64.powi(3);

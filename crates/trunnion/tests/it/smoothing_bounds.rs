@@ -9,6 +9,7 @@ use trunnion::math::angle::angle_between;
 use trunnion::toolpath::{
     PathSmoother, SmoothError, SmoothOptions, SmoothReference, local_cubic, smooth,
 };
+use trunnion::types::Interval;
 use trunnion::types::{PoseCoordinates, PoseCurve, PoseTolerance, Station, ToolPose};
 
 const LEVER: f64 = 10.0;
@@ -184,7 +185,7 @@ fn the_local_cubic_is_not_the_pass() {
     let tolerance = 1e-3;
     let [pass, cubic] =
         [PoseCurve::through(&stations, LEVER), local_cubic(&stations, LEVER).unwrap()];
-    let end = pass.range()[1];
+    let end = pass.range().high;
     let apart = (0..4000).map(|k| {
         let u = end * f64::from(k) / 4000.0;
         (pass.pose(u).unwrap().tip - cubic.pose(u).unwrap().tip).norm()
@@ -193,7 +194,7 @@ fn the_local_cubic_is_not_the_pass() {
     assert!(apart > 2.0 * tolerance, "{apart} mm apart");
     let smoothed = smooth(&stations, &options(tolerance, 1e-3, SmoothReference::Curve)).unwrap();
     let off = smoothed.curves.iter().flat_map(|curve| {
-        let [from, to] = curve.range();
+        let Interval { low: from, high: to } = curve.range();
         (0..4000).map(move |k| from + (to - from) * f64::from(k) / 4000.0).map(|u| {
             let [mine, its] = [curve.pose(u), pass.pose(u)].map(Option::unwrap);
             (mine.tip - its.tip).norm()

@@ -15,6 +15,7 @@ use trunnion::toolpath::{
     GreatCircle, PathResolution, ToolPathError, ToolPathOptions, densify, deviation, great_circle,
     local_cubic, through,
 };
+use trunnion::types::Interval;
 use trunnion::types::{
     AxisVector, Leg, Motion, PoseCurve, Progress, Silent, Stage, Station, ToolPose,
 };
@@ -112,7 +113,7 @@ fn the_spline_falls_with_the_fourth_power_of_the_step() {
         let stations: Vec<_> =
             (0..=steps).map(|i| nose(1.2 * f64::from(i) / f64::from(steps), 20.0)).collect();
         let curve = PoseCurve::through(&stations, 16.0);
-        let [start, end] = curve.range();
+        let Interval { low: start, high: end } = curve.range();
         let middle = start + 0.5 * (end - start);
         (0..=200)
             .map(|i| middle + 0.1 * (end - start) * f64::from(i) / 200.0)

@@ -113,7 +113,7 @@ fn trimmed(face: &Face, covered: f64) -> bool {
     /// Share of a range covered whole that the quadrature may miss.
     const MISSED: f64 = 1e-6;
     let [u, v] = face.surface.domain();
-    let whole = (u[1] - u[0]) * (v[1] - v[0]);
+    let whole = (u.high - u.low) * (v.high - v.low);
     let complete = whole.is_finite() && covered >= whole * (1.0 - MISSED);
     !face.loops.is_empty() && !complete
 }

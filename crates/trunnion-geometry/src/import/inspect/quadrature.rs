@@ -1,6 +1,7 @@
 //! Points and weights over the trimmed part of a face.
 
 use crate::surface::Face;
+use crate::types::Interval;
 
 /// Intervals between columns of nodes, across the face.
 const COLUMNS: usize = 48;
@@ -50,7 +51,7 @@ pub(super) fn nodes(face: &Face) -> Vec<QuadratureNode> {
 /// Returns the loops as polylines, or the rim of the range where there are none.
 pub(super) fn rims(face: &Face) -> Vec<Vec<[f64; 2]>> {
     let [u, v] = face.bounds();
-    let tolerance = [(u[1] - u[0]) * RIM, (v[1] - v[0]) * RIM];
+    let tolerance = [(u.high - u.low) * RIM, (v.high - v.low) * RIM];
     let closed = |mut points: Vec<[f64; 2]>, turns: [i32; 2]| {
         if turns == [0, 0] {
             points.extend(points.first().copied());
@@ -58,7 +59,13 @@ pub(super) fn rims(face: &Face) -> Vec<Vec<[f64; 2]>> {
         points
     };
     if face.loops.is_empty() {
-        return vec![vec![[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]], [u[0], v[0]]]];
+        return vec![vec![
+            [u.low, v.low],
+            [u.high, v.low],
+            [u.high, v.high],
+            [u.low, v.high],
+            [u.low, v.low],
+        ]];
     }
     face.loops.iter().map(|trim| closed(trim.polyline(tolerance), trim.turns())).collect()
 }
@@ -66,7 +73,7 @@ pub(super) fn rims(face: &Face) -> Vec<Vec<[f64; 2]>> {
 /// Divides a rim into steps of at most 1 / `chords` of the face's range: straight in (u, v) is not
 /// straight in space.
 pub(super) fn dense(face: &Face, rim: &[[f64; 2]], chords: f64) -> Vec<[f64; 2]> {
-    let size = face.bounds().map(|[low, high]| high - low);
+    let size = face.bounds().map(|range| range.width());
     let mut points: Vec<[f64; 2]> = rim.first().copied().into_iter().collect();
     for pair in rim.windows(2) {
         let step = [0, 1].map(|k| pair[1][k] - pair[0][k]);
@@ -89,8 +96,8 @@ fn cuts(face: &Face, rims: &[Vec<[f64; 2]>], sweep: usize) -> Vec<f64> {
     /// Cosine of the turn that makes a corner: 30 degrees, a good deal more than a chord's.
     const CORNER: f64 = 0.866;
     let bounds = face.bounds();
-    let [low, high] = bounds[sweep];
-    let size = bounds.map(|[low, high]| high - low);
+    let Interval { low, high } = bounds[sweep];
+    let size = bounds.map(|range| range.width());
     let mut cuts = vec![low, high];
     for rim in rims {
         for triple in rim.windows(3) {
@@ -144,7 +151,7 @@ fn inside(
     face: &Face,
     rims: &[Vec<[f64; 2]>],
     line: IsoparametricLine,
-    [low, high]: [f64; 2],
+    Interval { low, high }: Interval,
 ) -> Vec<[f64; 2]> {
     let periods = face.surface.periods();
     let mut cuts = vec![low, high];

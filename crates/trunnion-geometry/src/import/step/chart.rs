@@ -5,6 +5,7 @@ use super::model::StepFrame;
 use super::shape::StepShape;
 use crate::surface::FaceIndex;
 use crate::surface::Surface;
+use crate::types::Interval;
 use nalgebra::Point3;
 use nalgebra::Vector3;
 use std::f64::consts::FRAC_PI_2;
@@ -92,8 +93,8 @@ impl<'a> SurfaceChart<'a> {
     pub(super) fn wrapped(&self, uv: [f64; 2]) -> [f64; 2] {
         let domain = self.surface.domain();
         [0, 1].map(|k| match self.periods[k] {
-            Some(period) if domain[k][0].is_finite() => {
-                let turns = ((uv[k] - domain[k][0]) / period).floor();
+            Some(period) if domain[k].low.is_finite() => {
+                let turns = ((uv[k] - domain[k].low) / period).floor();
                 uv[k] - turns * period
             }
             _ => uv[k],
@@ -136,7 +137,7 @@ impl<'a> SurfaceChart<'a> {
     fn searched(&self, p: &Point3<f64>, near: Option<[f64; 2]>) -> Option<[f64; 2]> {
         let index = self.index.as_ref()?;
         let foot = match near {
-            Some(near) => index.closest_near(p, self.wrapped(near)),
+            Some(near) => index.closest_near(p, self.wrapped(near).into()),
             None => index.closest(p),
         };
         let mut foot = foot.ok()?;
@@ -150,7 +151,7 @@ impl<'a> SurfaceChart<'a> {
         let foot: [f64; 2] = foot.uv.into();
         Some([0, 1].map(|k| match self.periods[k] {
             Some(_) => foot[k],
-            None => foot[k].clamp(domain[k][0], domain[k][1]),
+            None => foot[k].clamp(domain[k].low, domain[k].high),
         }))
     }
 }
@@ -195,11 +196,11 @@ fn window(curve: &StepCurve, p: &Point3<f64>) -> [f64; 2] {
 /// Intervals of samples by which rims are compared: enough to distinguish rims of the same ends.
 const RIM: usize = 16;
 
-fn rim(domain: [[f64; 2]; 2], k: usize, end: usize) -> impl Iterator<Item = [f64; 2]> {
+fn rim(domain: [Interval; 2], k: usize, end: usize) -> impl Iterator<Item = [f64; 2]> {
     (0..=RIM).map(move |i| {
-        let [low, high] = domain[1 - k];
+        let Interval { low, high } = domain[1 - k];
         let mut uv = [low + (high - low) * i as f64 / RIM as f64; 2];
-        uv[k] = domain[k][end];
+        uv[k] = domain[k].ends()[end];
         uv
     })
 }
@@ -211,7 +212,7 @@ fn closed_rims(surface: &Surface, tolerance: f64) -> [Option<f64>; 2] {
         let meet = pairs.all(|([a, b], [c, d])| {
             (surface.point(a, b) - surface.point(c, d)).norm() <= tolerance
         });
-        meet.then(|| domain[k][1] - domain[k][0])
+        meet.then(|| domain[k].width())
     })
 }
 
@@ -233,11 +234,11 @@ fn poles(shape: &StepShape, surface: &Surface, tolerance: f64) -> Vec<ChartPole>
         }
         StepShape::Revolution { axis, .. } => {
             let domain = surface.domain()[1];
-            if !domain.iter().all(|v| v.is_finite()) {
+            if !domain.is_bounded() {
                 return Vec::new();
             }
             // A profile that starts or ends on the axis closes the surface there.
-            let ends = domain.map(|v| (v, surface.point(surface.domain()[0][0], v)));
+            let ends = domain.ends().map(|v| (v, surface.point(surface.domain()[0].low, v)));
             let on_axis = |p: &Point3<f64>| axis.local(p).xy().norm() <= tolerance;
             ends.into_iter().filter(|(_, p)| on_axis(p)).map(|(v, p)| at_v(v, p)).collect()
         }
@@ -250,7 +251,7 @@ fn poles(shape: &StepShape, surface: &Surface, tolerance: f64) -> Vec<ChartPole>
                 let Some(&point) = points.first() else { continue };
                 // A whole side of the control net that shrinks to one point.
                 if points.iter().all(|p| (p - point).norm() <= tolerance) {
-                    poles.push(ChartPole { fixed: k, at: domain[k][end], point });
+                    poles.push(ChartPole { fixed: k, at: domain[k].ends()[end], point });
                 }
             }
             poles

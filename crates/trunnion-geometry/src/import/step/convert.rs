@@ -95,19 +95,20 @@ pub(super) fn inside_domain(face: &Face, id: u64, tolerance: f64) -> Read<()> {
     let periods = face.surface.periods();
     for k in (0..2).filter(|&k| periods[k].is_none()) {
         let ends = face.loops.iter().map(|trim| trim.bounds()[k]);
-        let low = ends.clone().map(|end| end[0]).fold(f64::INFINITY, f64::min);
-        let high = ends.map(|end| end[1]).fold(f64::NEG_INFINITY, f64::max);
+        let low = ends.clone().map(|end| end.low).fold(f64::INFINITY, f64::min);
+        let high = ends.map(|end| end.high).fold(f64::NEG_INFINITY, f64::max);
         let [u, v] = face.bounds();
         // Compared in space, in the middle of the other parameter: both ends may be one seam.
-        let middle = [0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])];
+        let middle = [0.5 * (u.low + u.high), 0.5 * (v.low + v.high)];
         let point = |x: f64| {
             let mut uv = middle;
             uv[k] = x;
             face.point(uv[0], uv[1])
         };
-        for (beyond, bound, rim) in
-            [(low < domain[k][0], low, domain[k][0]), (high > domain[k][1], high, domain[k][1])]
-        {
+        for (beyond, bound, rim) in [
+            (low < domain[k].low, low, domain[k].low),
+            (high > domain[k].high, high, domain[k].high),
+        ] {
             if beyond && (point(bound) - point(rim)).norm() > tolerance {
                 return loss(id, "the face reaches beyond the rim of its surface");
             }

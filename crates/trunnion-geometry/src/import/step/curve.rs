@@ -10,6 +10,7 @@ use super::part21::StepInstance;
 use crate::math::bspline::KnotError;
 use crate::math::bspline::KnotVector;
 use crate::math::bspline::MAX_DEGREE;
+use crate::types::Interval;
 use nalgebra::Point3;
 use nalgebra::Vector3;
 use nalgebra::Vector4;
@@ -52,7 +53,7 @@ impl Spline {
     }
 
     fn closed(&self, tolerance: f64) -> bool {
-        let [low, high] = self.knots.range();
+        let Interval { low, high } = self.knots.range();
         (self.jet(low).0 - self.jet(high).0).norm() <= tolerance
     }
 }
@@ -139,7 +140,7 @@ impl StepCurve {
     fn clamped(&self, t: f64) -> f64 {
         match self {
             Self::Spline(spline) => {
-                let [low, high] = spline.knots.range();
+                let Interval { low, high } = spline.knots.range();
                 t.clamp(low, high)
             }
             _ => t,
@@ -167,7 +168,7 @@ impl StepCurve {
         match self {
             Self::Ellipse { .. } => Some(TAU),
             Self::Spline(spline) if spline.closed(tolerance) => {
-                let [low, high] = spline.knots.range();
+                let Interval { low, high } = spline.knots.range();
                 Some(high - low)
             }
             _ => None,
@@ -180,9 +181,9 @@ impl StepCurve {
         let same = (start - end).norm() <= tolerance;
         if let (Self::Spline(spline), true) = (self, same)
             && spline.closed(tolerance)
-            && (spline.jet(spline.knots.range()[0]).0 - start).norm() <= tolerance
+            && (spline.jet(spline.knots.range().low).0 - start).norm() <= tolerance
         {
-            return spline.knots.range();
+            return spline.knots.range().ends();
         }
         let from = self.parameter(start);
         let to = self.parameter(end);
@@ -199,7 +200,7 @@ impl StepCurve {
     pub(super) fn point_around(&self, t: f64) -> Point3<f64> {
         match self {
             Self::Spline(spline) => {
-                let [low, high] = spline.knots.range();
+                let Interval { low, high } = spline.knots.range();
                 self.point(if t > high { t - (high - low) } else { t.max(low) })
             }
             _ => self.point(t),
@@ -217,7 +218,7 @@ impl StepCurve {
             // At most 22.5 degrees each: an edge is at most one turn.
             Self::Ellipse { .. } | Self::Hyperbola { .. } | Self::Parabola { .. } => even(16),
             Self::Spline(spline) => {
-                let [low, high] = spline.knots.range();
+                let Interval { low, high } = spline.knots.range();
                 let breaks = spline.knots.breaks();
                 // A closed spline may be followed past its end: its breaks repeat a period later.
                 let again = breaks.iter().map(|knot| knot + (high - low));

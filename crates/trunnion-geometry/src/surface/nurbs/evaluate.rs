@@ -9,6 +9,7 @@ use crate::math::bspline::bernstein2;
 use crate::math::bspline::piece_of;
 use crate::surface::jet::DerivativeTable;
 use crate::surface::jet::SurfaceJet2;
+use crate::types::Interval;
 use nalgebra::Point3;
 use nalgebra::Vector3;
 use nalgebra::Vector4;
@@ -131,7 +132,7 @@ impl NurbsSurface {
     /// Returns the parameter inside the range, and the signed distance of the given one outside.
     #[inline]
     fn inside(&self, direction: usize, x: f64) -> [f64; 2] {
-        let [low, high] = self.knots[direction].range();
+        let Interval { low, high } = self.knots[direction].range();
         if self.closed[direction] && !(low..=high).contains(&x) && x.is_finite() {
             // The sum may be rounded to beyond the end.
             return [(low + (x - low).rem_euclid(high - low)).clamp(low, high), 0.0];

@@ -46,7 +46,7 @@ pub struct BezierPatch<'a> {
     /// Control points, `(p + 1)(q + 1)`.
     pub points: &'a [Vector4<f64>],
     /// Ranges of u and v.
-    pub bounds: [[f64; 2]; 2],
+    pub bounds: [Interval; 2],
 }
 
 impl NurbsSurface {
@@ -57,6 +57,7 @@ impl NurbsSurface {
     /// ```
     /// use nalgebra::Point3;
     /// use trunnion_geometry::surface::{NurbsSurface, Surface};
+    /// use trunnion_geometry::types::Interval;
     ///
     /// // The plane z = 0 over a square of 40 mm.
     /// let point = |x, y| Point3::new(x, y, 0.0);
@@ -65,7 +66,7 @@ impl NurbsSurface {
     /// let knots = vec![0.0, 0.0, 1.0, 1.0];
     /// let plane = NurbsSurface::new([1, 1], [knots.clone(), knots], points, None).unwrap();
     /// let surface = Surface::Nurbs(plane);
-    /// assert_eq!(surface.domain(), [[0.0, 1.0], [0.0, 1.0]]);
+    /// assert_eq!(surface.domain(), [Interval::new(0.0, 1.0); 2]);
     /// assert_eq!(surface.point(0.25, 0.5), Point3::new(10.0, 20.0, 0.0));
     /// # Ok::<(), trunnion_geometry::surface::SurfaceError>(())
     /// ```
@@ -141,24 +142,24 @@ impl NurbsSurface {
     }
 
     /// Returns the ranges of u and v.
-    pub fn domain(&self) -> [[f64; 2]; 2] {
+    pub fn domain(&self) -> [Interval; 2] {
         [self.knots[0].range(), self.knots[1].range()]
     }
 
     /// Returns the periods by u and v where opposite rims meet with equal tangents.
     pub fn periods(&self) -> [Option<f64>; 2] {
         let [u, v] = self.domain();
-        [self.closed[0].then(|| u[1] - u[0]), self.closed[1].then(|| v[1] - v[0])]
+        [self.closed[0].then(|| u.width()), self.closed[1].then(|| v.width())]
     }
 
     /// Returns the parameters at which the surface ends: at rims that are points.
-    pub(crate) fn ends(&self) -> [[f64; 2]; 2] {
+    pub(crate) fn ends(&self) -> [Interval; 2] {
         let outside = [f64::NEG_INFINITY, f64::INFINITY];
         let domain = self.domain();
         let end = |k: usize, end: usize| {
-            if self.collapsed[k][end] { domain[k][end] } else { outside[end] }
+            if self.collapsed[k][end] { domain[k].ends()[end] } else { outside[end] }
         };
-        [0, 1].map(|k| [end(k, 0), end(k, 1)])
+        [0, 1].map(|k| Interval::new(end(k, 0), end(k, 1)))
     }
 
     /// Returns the number of Bezier patches along u and v.
@@ -173,7 +174,7 @@ impl NurbsSurface {
             return None;
         }
         let [u, v] = [self.knots[0].breaks(), self.knots[1].breaks()];
-        let bounds = [[u[i], u[i + 1]], [v[j], v[j + 1]]];
+        let bounds = [Interval::new(u[i], u[i + 1]), Interval::new(v[j], v[j + 1])];
         Some(BezierPatch { points: self.block(i, j), bounds })
     }
 
@@ -187,7 +188,7 @@ impl NurbsSurface {
     /// Returns the continuation beyond one end (0 low, 1 high) of `direction`, for the point of
     /// that rim at which the parametrisation slows down most.
     fn continuation(&self, direction: usize, end: usize) -> SplineExtension {
-        let x = self.knots[direction].range()[end];
+        let x = self.knots[direction].range().ends()[end];
         let pace = |y: f64| {
             let [u, v] = if direction == 0 { [x, y] } else { [y, x] };
             let d = self.table::<2>(u, v);
@@ -240,10 +241,10 @@ impl NurbsSurface {
         inner.all(|(i, j)| {
             let s = (i as f64 + 0.5) / m as f64;
             let t = (j as f64 + 0.5) / n as f64;
-            let d = self.table::<1>(u[0] + s * (u[1] - u[0]), v[0] + t * (v[1] - v[0]));
+            let d = self.table::<1>(u.low + s * (u.high - u.low), v.low + t * (v.high - v.low));
             // |S_u x S_v| by parameters in [0, 1]: mm^2, comparable with the square of the net's
             // size.
-            let area = d[1][0].cross(&d[0][1]).norm() * (u[1] - u[0]) * (v[1] - v[0]);
+            let area = d[1][0].cross(&d[0][1]).norm() * (u.high - u.low) * (v.high - v.low);
             area.is_nan() || area <= FLAT * size * size
         })
     }
@@ -264,7 +265,7 @@ impl NurbsSurface {
 
     /// Returns `true` if the rims across `direction` meet with equal first derivatives.
     fn closes(&self, direction: usize) -> bool {
-        let [low, high] = self.knots[direction].range();
+        let Interval { low, high } = self.knots[direction].range();
         let size = net_size(&self.patches);
         let at = |x: f64, y: f64| {
             let [u, v] = if direction == 0 { [x, y] } else { [y, x] };

@@ -204,7 +204,7 @@ pub(crate) fn every_interval(
 pub(crate) fn assert_complete(path: &ToolPath, followed: &FollowedPath) {
     for (source, tool) in path.pieces.iter().enumerate() {
         let PieceGeometry::Curve(curve) = &tool.geometry else { continue };
-        let [start, end] = curve.range();
+        let Interval { low: start, high: end } = curve.range();
         let mut at = start;
         let cuts = followed.path.pieces.iter().enumerate().filter(|(index, piece)| {
             piece.source == source

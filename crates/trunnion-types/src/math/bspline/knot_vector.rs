@@ -2,6 +2,7 @@
 
 use super::knot_error::{KnotError, KnotErrors};
 use super::sizes::{BasisTable, LARGE, MAX_DEGREE, MAX_ORDER};
+use crate::math::Interval;
 use std::ops::{Add, Mul};
 
 /// Degree and checked knots of a B-spline; clamped or not.
@@ -83,8 +84,8 @@ impl KnotVector {
     }
 
     /// Returns the parameter range.
-    pub fn range(&self) -> [f64; 2] {
-        [self.breaks[0], self.breaks[self.breaks.len() - 1]]
+    pub fn range(&self) -> Interval {
+        Interval::new(self.breaks[0], self.breaks[self.breaks.len() - 1])
     }
 
     /// Returns the index of the polynomial piece (between two breaks) that holds `u`; ends are clamped.

@@ -5,12 +5,13 @@ use super::region::{ChartPoint, TrimmedRegion};
 use super::trims::{region, shifts};
 use crate::cover::prove::face_tree::edge;
 use crate::surface::FaceIndex;
+use crate::types::Interval;
 use std::sync::Arc;
 
 /// Even grid over the box of a face, with the cells that are left out.
 #[derive(Debug, Clone)]
 pub(crate) struct CellGrid {
-    bounds: [[f64; 2]; 2],
+    bounds: [Interval; 2],
     /// `[u, v]`-periods of the surface.
     periods: [Option<f64>; 2],
     /// Cells along u and along v.
@@ -35,7 +36,7 @@ impl CellGrid {
     /// Returns `true` if a point lies in a cell that is left out.
     pub(crate) fn holds(&self, uv: [f64; 2]) -> bool {
         let index = |k: usize| {
-            let [low, high] = self.bounds[k];
+            let Interval { low, high } = self.bounds[k];
             // Parameters beyond the box of a periodic surface are brought back by whole periods.
             let by = self.periods[k].map_or(0.0, |p| ((uv[k] - low) / p).floor() * p);
             let share = (uv[k] - by - low) / (high - low);
@@ -56,7 +57,7 @@ impl CellGrid {
     }
 
     fn line(&self, k: usize, i: usize) -> f64 {
-        edge(self.bounds[k], i as f64 / self.counts[k] as f64)
+        edge(self.bounds[k].ends(), i as f64 / self.counts[k] as f64)
     }
 
     /// Returns ranges of u and v that together make up all cells that are left out.
@@ -130,7 +131,8 @@ mod tests {
     #[test]
     fn half_a_box_by_pencil() {
         // The upper half of the box 0..64 x 0..32, from v = 16 on; u is periodic.
-        let (bounds, periods) = ([[0.0, 64.0], [0.0, 32.0]], [Some(64.0), None]);
+        let (bounds, periods) =
+            ([Interval::new(0.0, 64.0), Interval::new(0.0, 32.0)], [Some(64.0), None]);
         let counts = [64, 8];
         let cells = (0..64 * 8).map(|index| index % 8 >= 4).collect();
         let out = CellGrid { bounds, periods, counts, cells };

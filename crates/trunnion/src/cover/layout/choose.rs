@@ -15,6 +15,7 @@ use crate::cover::options::CoverOptions;
 use crate::cover::pattern::{FeedDirection, PlacementMethod};
 use crate::cutter::Cutter;
 use crate::surface::FaceIndex;
+use crate::types::Interval;
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -104,7 +105,7 @@ struct PricedBend {
 struct LayoutChooser<'a> {
     face: &'a FaceIndex,
     cutter: &'a Cutter,
-    bounds: [[f64; 2]; 2],
+    bounds: [Interval; 2],
     /// `true` for a face that closes on itself: passes bent in a plane do not close.
     closed: bool,
     /// Mean length of a step by u, and by v \[mm\].
@@ -123,8 +124,7 @@ impl<'a> LayoutChooser<'a> {
     ) -> Option<Self> {
         let bounds = face.face().bounds();
         let periods = face.face().surface.periods();
-        let closed =
-            |k: usize| periods[k].is_some_and(|period| bounds[k][1] - bounds[k][0] >= period);
+        let closed = |k: usize| periods[k].is_some_and(|period| bounds[k].width() >= period);
         let closed = closed(0) || closed(1);
         let costs = AdvanceCosts::new(cutter, options);
         let mut chooser = Self { face, cutter, bounds, closed, rates: [1.0; 2], costs, widths };
@@ -146,7 +146,7 @@ impl<'a> LayoutChooser<'a> {
     /// Returns points spread over the box of the face.
     fn samples(&self) -> impl Iterator<Item = [f64; 2]> + use<'_> {
         let at = |k: usize, i: u32| {
-            let [low, high] = self.bounds[k];
+            let Interval { low, high } = self.bounds[k];
             low + (high - low) * (f64::from(i) + 0.5) / f64::from(SAMPLES)
         };
         (0..SAMPLES).flat_map(move |i| (0..SAMPLES).map(move |j| [at(0, i), at(1, j)]))
@@ -159,11 +159,11 @@ impl<'a> LayoutChooser<'a> {
         // direction.
         let [by_u, by_v] = self.rates;
         let axes = [[cos / by_u, sin / by_v], [-sin / by_u, cos / by_v]];
-        let origin = self.bounds.map(|[low, high]| 0.5 * (low + high));
+        let origin = self.bounds.map(|range| range.middle());
         let bend = ChartSpline::flat([[0.0, 1.0]; 2], INTERVALS);
         let mut bent = BentChart { origin, axes, bend };
         let [u, v] = self.bounds;
-        let corners = [[u[0], v[0]], [u[0], v[1]], [u[1], v[0]], [u[1], v[1]]];
+        let corners = [[u.low, v.low], [u.low, v.high], [u.high, v.low], [u.high, v.high]];
         let places = corners.map(|corner| bent.frame(corner));
         // Run-outs follow the spline a cutter's width beyond the face; across there are none.
         let reach = [0.0, 2.0 * self.cutter.radius()];
@@ -413,8 +413,8 @@ impl<'a> LayoutChooser<'a> {
         let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
         for i in 0..=SAMPLES {
             let share = f64::from(i) / f64::from(SAMPLES);
-            let at = |[low, high]: [f64; 2]| low + share * (high - low);
-            for uv in [[u[0], at(v)], [u[1], at(v)], [at(u), v[0]], [at(u), v[1]]] {
+            let at = |range: Interval| range.at(share);
+            for uv in [[u.low, at(v)], [u.high, at(v)], [at(u), v.low], [at(u), v.high]] {
                 let local = chart.local(uv);
                 for k in 0..2 {
                     bounds[k] = [bounds[k][0].min(local[k]), bounds[k][1].max(local[k])];

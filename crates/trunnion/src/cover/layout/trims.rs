@@ -51,16 +51,21 @@ fn region_within<'a>(
 ) -> TrimmedRegion<impl Fn(ChartPoint) -> bool + Sync + use<'a>> {
     let face = face.face();
     let [u, v] = face.bounds();
-    let tolerance = [u, v].map(|range| share * (range[1] - range[0]));
+    let tolerance = [u, v].map(|range| share * range.width());
     let [pu, pv] = face.surface.periods();
     let mut polylines: Vec<Vec<[f64; 2]>> =
         face.loops.iter().map(|trim| trim.polyline(tolerance)).collect();
     if !chart.is_straight() {
         if polylines.is_empty() {
             // Without trims the border of the rectangle bounds the region on a bent chart.
-            polylines.push(vec![[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]]);
+            polylines.push(vec![
+                [u.low, v.low],
+                [u.high, v.low],
+                [u.high, v.high],
+                [u.low, v.high],
+            ]);
         }
-        let most = [u, v].map(|range| BENT_SHARE * (range[1] - range[0]));
+        let most = [u, v].map(|range| BENT_SHARE * range.width());
         polylines = polylines.iter().map(|points| finer(points, most)).collect();
     }
     let mut loops: Vec<Vec<ChartPoint>> = Vec::new();
@@ -72,7 +77,7 @@ fn region_within<'a>(
         }
     }
     let bounds = if chart.is_straight() {
-        let [a, b] = [chart.local([u[0], v[0]]), chart.local([u[1], v[1]])];
+        let [a, b] = [chart.local([u.low, v.low]), chart.local([u.high, v.high])];
         [[a[0], b[0]], [a[1], b[1]]]
     } else {
         [0, 1].map(|k| {

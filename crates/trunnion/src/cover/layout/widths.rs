@@ -5,6 +5,7 @@ use crate::cover::options::CoverOptions;
 use crate::cutter::Cutter;
 use crate::positioning::{LocationRequest, StripSide, widest_strip};
 use crate::surface::FaceIndex;
+use crate::types::Interval;
 use nalgebra::{Unit, Vector3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -20,7 +21,7 @@ const INSET: f64 = 0.005;
 
 /// Strip widths at evenly spaced points and feed directions.
 pub(crate) struct StripWidthTable {
-    bounds: [[f64; 2]; 2],
+    bounds: [Interval; 2],
     /// By point (v fastest), then by direction \[mm\].
     widths: Vec<f64>,
 }
@@ -33,10 +34,10 @@ pub(crate) struct TableFill<'a> {
 }
 
 /// Returns a point of the table.
-fn place(bounds: [[f64; 2]; 2], index: u32) -> [f64; 2] {
+fn place(bounds: [Interval; 2], index: u32) -> [f64; 2] {
     let [i, j] = [index / PLACES, index % PLACES];
     let share = |i: u32| (f64::from(i) / f64::from(PLACES - 1)).clamp(INSET, 1.0 - INSET);
-    let at = |k: usize, i: u32| bounds[k][0] + (bounds[k][1] - bounds[k][0]) * share(i);
+    let at = |k: usize, i: u32| bounds[k].low + bounds[k].width() * share(i);
     [at(0, i), at(1, j)]
 }
 
@@ -75,7 +76,7 @@ impl StripWidthTable {
     ) -> Self {
         let TableFill { narrow, work } = *fill;
         let bounds = face.face().bounds();
-        let spread = [0, 1].map(|k| (bounds[k][1] - bounds[k][0]) / f64::from(PLACES - 1));
+        let spread = [0, 1].map(|k| bounds[k].width() / f64::from(PLACES - 1));
         let near = |[u, v]: [f64; 2]| {
             // Points up to half a step off the face still serve the interpolation on it.
             let shifts = [-0.5, 0.0, 0.5];
@@ -135,7 +136,7 @@ impl StripWidthTable {
         let turned = angle(tangents, way)? / PI;
         let (k, s) = cell((turned - turned.floor()) * f64::from(DIRECTIONS), DIRECTIONS);
         let [(i, a), (j, b)] = [0, 1].map(|k| {
-            let [low, high] = self.bounds[k];
+            let Interval { low, high } = self.bounds[k];
             let share = ((uv[k] - low) / (high - low)).clamp(0.0, 1.0);
             cell(share * f64::from(PLACES - 1), PLACES - 1)
         });

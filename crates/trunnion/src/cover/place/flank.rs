@@ -93,9 +93,9 @@ impl<'a> RuledFace<'a> {
             }
             Surface::Cylinder(_) | Surface::Cone(_) | Surface::Extrusion(_) => {
                 let [u, _] = face.face().bounds();
-                let step = face.face().surface.jet1(0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])).sv;
+                let step = face.face().surface.jet1(u.middle(), v.middle()).sv;
                 let rate = step.norm() * if step.z < 0.0 { -1.0 } else { 1.0 };
-                let base = if rate < 0.0 { v[1] } else { v[0] };
+                let base = if rate < 0.0 { v.high } else { v.low };
                 RulingChart::Parameters { base, rate }
             }
             _ => return None,
@@ -111,11 +111,11 @@ impl<'a> RuledFace<'a> {
     fn measure(&mut self) -> Option<()> {
         let face = self.face.face();
         let [u, v] = face.bounds();
-        let tolerance = [u, v].map(|range| LOOP_SHARE * (range[1] - range[0]));
+        let tolerance = [u, v].map(|range| LOOP_SHARE * range.width());
         let mut points: Vec<[f64; 2]> =
             face.loops.iter().flat_map(|trim| trim.polyline(tolerance)).collect();
         if points.is_empty() {
-            points = vec![[u[0], v[0]], [u[0], v[1]], [u[1], v[0]], [u[1], v[1]]];
+            points = vec![[u.low, v.low], [u.low, v.high], [u.high, v.low], [u.high, v.high]];
         }
         let places: Vec<[f64; 2]> = points.iter().map(|uv| self.place(*uv)).collect();
         let range = |k: usize| {
@@ -125,9 +125,9 @@ impl<'a> RuledFace<'a> {
         (self.range, self.heights) = (range(0), range(1));
         if let RulingChart::Parameters { .. } = self.chart {
             // Loops that run round a closed face leave the box of the face.
-            self.range = u;
+            self.range = u.ends();
             let period = face.surface.periods()[0];
-            self.closed = period.is_some_and(|period| u[1] - u[0] >= period * (1.0 - LOOP_SHARE));
+            self.closed = period.is_some_and(|period| u.width() >= period * (1.0 - LOOP_SHARE));
         }
         let finite = self.range.iter().chain(&self.heights).all(|x| x.is_finite());
         (finite && self.range[1] > self.range[0] && self.heights[1] > self.heights[0]).then_some(())
@@ -157,7 +157,7 @@ impl<'a> RuledFace<'a> {
             }
             RulingChart::Plane { origin, across, up } => {
                 let [u, v] = self.face.face().bounds();
-                let normal = self.face.face().normal(0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1]))?;
+                let normal = self.face.face().normal(u.middle(), v.middle())?;
                 Some(Ruling { foot: origin + across * at, along: *up, normal })
             }
         }

@@ -88,7 +88,7 @@ impl FloorFrame {
     fn new(face: &FaceIndex, options: &CoverOptions) -> Option<Self> {
         let Surface::Plane(plane) = &face.face().surface else { return None };
         let [u, v] = face.face().bounds();
-        let normal = face.face().normal(0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1]))?;
+        let normal = face.face().normal(u.middle(), v.middle())?;
         let x = plane.frame.x().into_inner();
         let axes = [x, normal.cross(&x)];
         let ToleranceBand { lower, upper } = options.band;
@@ -127,7 +127,7 @@ impl FloorFrame {
         let mut loops: Vec<Vec<PlanePoint>> = loops.collect();
         if loops.is_empty() {
             let [u, v] = face.bounds();
-            let corners = [[u[0], v[0]], [u[1], v[0]], [u[1], v[1]], [u[0], v[1]]];
+            let corners = [[u.low, v.low], [u.high, v.low], [u.high, v.high], [u.low, v.high]];
             loops.push(corners.iter().map(|[u, v]| self.place(&face.point(*u, *v))).collect());
         }
         FaceOutline::new(loops)

@@ -101,7 +101,7 @@ fn finished_cells(request: &FaceRequest<'_>, parts: &[&UncutRegion]) -> Option<C
     let bounds = face.face().bounds();
     let size = CELL * ball_strip_width(setup.cutter, options);
     let at = |[u, v]: ChartPoint| face.face().point(u, v);
-    let whole = FaceCell::new(bounds, &at);
+    let whole = FaceCell::new(bounds.map(Interval::ends), &at);
     let counts = [0, 1].map(|k| {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
         let count = (whole.extent(k) / size).ceil().min(CELLS[1] as f64) as usize;
@@ -119,7 +119,7 @@ fn finished_cells(request: &FaceRequest<'_>, parts: &[&UncutRegion]) -> Option<C
     }
     // Step 2: all others are left out, and those out of reach.
     let unreachable = unreachable_cells(face, setup.cutter, setup.cost);
-    let middle = |k: usize, i: usize| edge(bounds[k], (i as f64 + 0.5) / counts[k] as f64);
+    let middle = |k: usize, i: usize| edge(bounds[k].ends(), (i as f64 + 0.5) / counts[k] as f64);
     let is_beyond = |[i, j]: [usize; 2]| {
         unreachable.as_ref().is_some_and(|out| out.holds([middle(0, i), middle(1, j)]))
     };
@@ -127,13 +127,9 @@ fn finished_cells(request: &FaceRequest<'_>, parts: &[&UncutRegion]) -> Option<C
 }
 
 /// Returns the cells of a line of `count` that a range touches.
-fn indices(
-    [low, high]: [f64; 2],
-    count: usize,
-    range: Interval,
-) -> std::ops::RangeInclusive<usize> {
+fn indices(whole: Interval, count: usize, range: Interval) -> std::ops::RangeInclusive<usize> {
     let index = |value: f64| {
-        let share = ((value - low) / (high - low)).clamp(0.0, 1.0);
+        let share = ((value - whole.low) / whole.width()).clamp(0.0, 1.0);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to count")]
         let index = (share * count as f64) as usize;
         index.min(count - 1)
@@ -148,8 +144,8 @@ mod tests {
     #[test]
     fn a_range_touches_the_cells_it_enters() {
         let range = |low, high| Interval::new(low, high);
-        assert_eq!(indices([0.0, 10.0], 10, range(2.5, 4.5)), 2..=4);
-        assert_eq!(indices([0.0, 10.0], 10, range(-3.0, 0.5)), 0..=0);
-        assert_eq!(indices([0.0, 10.0], 10, range(9.5, 12.0)), 9..=9);
+        assert_eq!(indices(range(0.0, 10.0), 10, range(2.5, 4.5)), 2..=4);
+        assert_eq!(indices(range(0.0, 10.0), 10, range(-3.0, 0.5)), 0..=0);
+        assert_eq!(indices(range(0.0, 10.0), 10, range(9.5, 12.0)), 9..=9);
     }
 }

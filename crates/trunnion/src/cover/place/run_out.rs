@@ -86,7 +86,9 @@ pub(crate) fn run_out(
     for step in std::iter::successors(Some(1.0), |i| Some(i + 1.0)).take_while(|i| *i <= steps) {
         let length = distance * step / steps;
         let station = roll.carry(&last.station, length);
-        let Ok(foot) = candidate.face.closest_near(&station.contact, guess) else { return added };
+        let Ok(foot) = candidate.face.closest_near(&station.contact, guess.into()) else {
+            return added;
+        };
         let Ok(strip) = between.strip(&station.pose, &station.contact, foot.uv.into()) else {
             return added;
         };

@@ -217,7 +217,7 @@ fn beside<Inside: Fn(ChartPoint) -> bool + Sync>(
     let [range, _] = face.bounds();
     let by = SINGLE * context.narrow() / jet.su.norm().max(f64::MIN_POSITIVE);
     // Away from the nearer end of the range.
-    let by = if foot.uv.u + by > range[1] { -by } else { by };
+    let by = if foot.uv.u + by > range.high { -by } else { by };
     let contact = ContactPoint::new(context.face, [foot.uv.u + by, foot.uv.v])?;
     let (keep_off, cutter) = (context.keep_off(), context.setup.cutter);
     let pose = fitting_pose_near(&keep_off, &contact, cutter, room(context), Some(station.pose))?;

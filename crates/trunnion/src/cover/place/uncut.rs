@@ -75,7 +75,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
 
     /// Measures the material that passes over all of the face leave.
     pub(crate) fn measure_whole(&self, placed: &mut PlacedPasses) {
-        placed.missed = vec![self.face.face().bounds()];
+        placed.missed = vec![self.face.face().bounds().map(Interval::ends)];
         placed.report.rest = self.rest(placed);
         placed.resolved = self.resolved(&placed.report.rest);
         placed.report.area = self.area();

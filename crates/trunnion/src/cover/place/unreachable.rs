@@ -21,7 +21,7 @@ pub(crate) fn unreachable_cells(
     cost: &dyn PassCost,
 ) -> Option<CellGrid> {
     let bounds = face.face().bounds();
-    let line = |k: usize, i: usize| edge(bounds[k], i as f64 / CELLS as f64);
+    let line = |k: usize, i: usize| edge(bounds[k].ends(), i as f64 / CELLS as f64);
     let wide = CELLS + 1;
     let out: Vec<bool> = (0..wide * wide)
         .into_par_iter()

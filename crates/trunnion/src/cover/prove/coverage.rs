@@ -14,6 +14,7 @@ use crate::cover::prove::face_tree::{FaceCell, edge};
 use crate::cover::prove::sweep::{PassSweep, SweepInstant};
 use crate::cutter::ConvexSolid;
 use crate::surface::FaceIndex;
+use crate::types::Interval;
 use nalgebra::Point3;
 use rayon::prelude::*;
 use std::cmp::Ordering;
@@ -453,7 +454,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
         // Time in which the cutter moves on by a vector: its component along the velocity over the
         // speed.
         let pace = here.velocity / here.velocity.norm_squared().max(f64::MIN_POSITIVE);
-        let [low, high] = sweep.curve.range();
+        let Interval { low, high } = sweep.curve.range();
         let mut ends = at(u);
         for end in &mut ends {
             end.u = (u + (end.corner - centre).dot(&pace)).clamp(low, high);

@@ -2,6 +2,7 @@
 
 use crate::cover::prove::sweep::{PassSweep, SweepInstant};
 use crate::cutter::ConvexSolid;
+use crate::types::Interval;
 use nalgebra::Point3;
 
 /// Largest number of evaluations after the first two; mostly three suffice.
@@ -50,7 +51,7 @@ pub(crate) fn deepest(
     place: &Point3<f64>,
     start: f64,
 ) -> Option<(f64, SweepInstant)> {
-    let [low, high] = sweep.curve.range();
+    let Interval { low, high } = sweep.curve.range();
     let look = |u: f64| -> Option<TimeSample> {
         let u = u.clamp(low, high);
         let here = sweep.instant(sweep.curve.span_at(u), u)?;

@@ -161,10 +161,10 @@ impl SpanCheck<'_> {
         point: Point3<f64>,
         guess: [f64; 2],
     ) -> Result<UndersidePoint, ClosestError> {
-        let foot = self.face.closest_near(&point, guess)?;
+        let foot = self.face.closest_near(&point, guess.into())?;
         let domain = self.face.face().surface.domain();
         let uv: [f64; 2] = foot.uv.into();
-        let over = uv.iter().zip(domain).all(|(at, [low, high])| (low..=high).contains(at));
+        let over = uv.iter().zip(domain).all(|(at, range)| range.contains(*at));
         let inside = (point - c.centre).norm() <= c.radius;
         let error =
             if over && inside { foot.distance - self.cutter.minor() } else { f64::INFINITY };
@@ -183,7 +183,7 @@ impl SpanCheck<'_> {
         angle: f64,
         guess: [f64; 2],
     ) -> Result<CircleSample, ClosestError> {
-        let foot = self.face.closest_near(&c.point(angle), guess)?;
+        let foot = self.face.closest_near(&c.point(angle), guess.into())?;
         Ok(CircleSample { angle, error: foot.distance - self.cutter.minor(), uv: foot.uv.into() })
     }
 
@@ -209,9 +209,8 @@ impl SpanCheck<'_> {
     /// through three samples.
     fn least(&self, c: &CentreCircle, half: &[CircleSample]) -> f64 {
         let domain = self.face.face().surface.domain();
-        let clamp = |uv: [f64; 2]| [0, 1].map(|k| uv[k].clamp(domain[k][0], domain[k][1]));
-        let over =
-            |s: &CircleSample| (0..2).all(|k| (domain[k][0]..=domain[k][1]).contains(&s.uv[k]));
+        let clamp = |uv: [f64; 2]| [0, 1].map(|k| domain[k].clamp(uv[k]));
+        let over = |s: &CircleSample| (0..2).all(|k| domain[k].contains(s.uv[k]));
         // Above a foot beside the face, the face is as far as its border, seen from either side.
         let border = |s: &CircleSample| {
             let [u, v] = clamp(s.uv);

@@ -1,5 +1,6 @@
 //! Curve of a pass, with bounds on its bending.
 
+use crate::types::Interval;
 use crate::types::{PoseCurve, PoseSpan, Station, ToolPose};
 use nalgebra::{Point3, UnitVector3, Vector3, Vector6};
 
@@ -85,7 +86,7 @@ impl PassSweep {
     pub(crate) fn of(curve: PoseCurve, lever: f64) -> Self {
         let bends = (0..curve.spans.len()).map(|span| CurveBound::of(&curve, span)).collect();
         let bends: Vec<CurveBound> = bends;
-        let [start, end] = curve.range();
+        let Interval { low: start, high: end } = curve.range();
         let steps = ((end - start) / (STEP * lever)).ceil().max(1.0);
         let poses = std::iter::successors(Some(0.0), |i| Some(i + 1.0))
             .take_while(|i| *i <= steps)

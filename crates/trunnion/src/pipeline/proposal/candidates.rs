@@ -157,7 +157,7 @@ fn is_prismatic(face: &FaceIndex) -> bool {
     match face.surface {
         Surface::Plane(_) => true,
         Surface::Cylinder(_) | Surface::Cone(_) | Surface::Extrusion(_) => {
-            let [u, v] = face.bounds().map(|[low, high]| 0.5 * (low + high));
+            let [u, v] = face.bounds().map(|range| range.middle());
             let ruling = face.surface.jet1(u, v).sv;
             ruling.z.abs() >= STEEP * ruling.norm()
         }

@@ -10,6 +10,7 @@ use crate::inverse::Inverse;
 use crate::machine::{Kinematics, Machine, Setup};
 use crate::pipeline::pass_cost::inset;
 use crate::surface::{FaceIndex, FaceSample};
+use crate::types::Interval;
 use crate::types::{AxisVector, Cancelled, Progress, Stage, Station, ToolPose, UncutReason};
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -169,7 +170,7 @@ impl CandidateFaces<'_> {
 
 /// Returns the concave radius at a sample \[mm\]; infinite where the face is not concave.
 fn concave_radius(face: &FaceIndex, sample: &FaceSample) -> f64 {
-    let [u, v] = <[f64; 2]>::from(sample.uv).map(|x| [x, x]);
+    let [u, v] = <[f64; 2]>::from(sample.uv).map(Interval::point);
     let most = face.curvature_range([u, v]).high;
     if most > 0.0 { most.recip() } else { f64::INFINITY }
 }

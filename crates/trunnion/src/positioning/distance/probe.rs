@@ -152,7 +152,7 @@ impl<'a> FaceProbe<'a> {
         self.queries += 1;
         let foot = self
             .face
-            .closest_near(p, guess)
+            .closest_near(p, guess.into())
             .map_err(|error| PositioningError::Closest { uv: guess.into(), error })?;
         Ok(DistanceReading { poleless: self.poleless, ..DistanceReading::new(p, foot) })
     }

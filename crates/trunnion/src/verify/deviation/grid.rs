@@ -1,6 +1,7 @@
 //! Grids of nearly equidistant points over a face.
 
 use crate::surface::Face;
+use crate::types::Interval;
 use crate::verify::error::VerifyError;
 use crate::verify::options::CheckOptions;
 
@@ -65,10 +66,10 @@ fn share(values: &[f64], i: usize) -> f64 {
 }
 
 /// Sums the length along parameter `k` \[mm\] over [`STEPS`] steps; at each step the fastest of [`LINES`] lines counts.
-fn lengths(face: &Face, bounds: [[f64; 2]; 2], k: usize) -> Vec<f64> {
-    let along = |t: f64| bounds[k][0] + (bounds[k][1] - bounds[k][0]) * t;
-    let across = |t: f64| bounds[1 - k][0] + (bounds[1 - k][1] - bounds[1 - k][0]) * t;
-    let step = (bounds[k][1] - bounds[k][0]) / STEPS as f64;
+fn lengths(face: &Face, bounds: [Interval; 2], k: usize) -> Vec<f64> {
+    let along = |t: f64| bounds[k].at(t);
+    let across = |t: f64| bounds[1 - k].at(t);
+    let step = (bounds[k].high - bounds[k].low) / STEPS as f64;
     let mut total = 0.0;
     let mut sums = vec![0.0];
     for index in 0..STEPS {
@@ -87,7 +88,7 @@ fn lengths(face: &Face, bounds: [[f64; 2]; 2], k: usize) -> Vec<f64> {
 }
 
 /// Returns the values of the parameter that cut the length into `count` equal parts.
-fn breaks(sums: &[f64], [low, high]: [f64; 2], count: f64) -> Vec<f64> {
+fn breaks(sums: &[f64], Interval { low, high }: Interval, count: f64) -> Vec<f64> {
     let total = sums.last().copied().unwrap_or(0.0);
     let mut values = vec![low];
     let mut index = 1.0;
@@ -112,7 +113,7 @@ mod tests {
     fn breaks_cut_a_length_into_equal_parts() {
         // Length grows as the square of the parameter.
         let sums: Vec<f64> = (0..=STEPS).map(|i| (i as f64 / STEPS as f64).powi(2)).collect();
-        let values = breaks(&sums, [2.0, 4.0], 4.0);
+        let values = breaks(&sums, Interval::new(2.0, 4.0), 4.0);
         let expected = [2.0, 3.0, 2.0 + 2.0 * 0.5f64.sqrt(), 2.0 + 2.0 * 0.75f64.sqrt(), 4.0];
         for (value, expected) in values.iter().zip(expected) {
             assert!((value - expected).abs() < 1e-5, "{value} {expected}");

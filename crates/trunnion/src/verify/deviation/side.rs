@@ -2,6 +2,7 @@
 
 use crate::cutter::Cutter;
 use crate::surface::Face;
+use crate::types::Interval;
 use crate::verify::error::VerifyError;
 use crate::verify::input::CheckInput;
 use crate::verify::replay::track::{TimedPose, Track, track};
@@ -93,7 +94,7 @@ impl<'a> SideProbes<'a> {
 fn test_points(face: &Face, off: f64) -> Vec<[Point3<f64>; 2]> {
     let [u, v] = face.bounds();
     // Middles of equal cells, away from the borders of the face.
-    let at = |[low, high]: [f64; 2], k: u32| {
+    let at = |Interval { low, high }: Interval, k: u32| {
         low + (high - low) * (f64::from(k) + 0.5) / f64::from(ACROSS)
     };
     let grid = (0..ACROSS * ACROSS).map(|k| [at(u, k / ACROSS), at(v, k % ACROSS)]);

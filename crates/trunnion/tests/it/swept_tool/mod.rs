@@ -6,6 +6,7 @@ use nalgebra::Point3;
 use trunnion::cover::lever;
 use trunnion::cutter::Cutter;
 use trunnion::toolpath::{ToolPathOptions, through};
+use trunnion::types::Interval;
 use trunnion::types::{Leg, Motion, Pass, PieceGeometry, Silent, ToolPose};
 
 /// Distance between the poses that are tried \[mm\].
@@ -30,7 +31,7 @@ pub(crate) fn poses(passes: &[Pass], cutter: &Cutter) -> Vec<ToolPose> {
         let legs = [Leg { motion: Motion::Cut, stations: pass.stations.clone() }];
         let path = through(&legs, &ToolPathOptions::with_lever(lever(cutter)), &Silent).unwrap();
         let PieceGeometry::Curve(curve) = &path.pieces[0].geometry else { continue };
-        let [start, end] = curve.range();
+        let Interval { low: start, high: end } = curve.range();
         let steps = ((end - start) / SPACING).ceil();
         let ways = std::iter::successors(Some(0.0), |i| Some(i + 1.0)).take_while(|i| *i <= steps);
         poses.extend(ways.map(|i| curve.pose(start + (end - start) * i / steps).unwrap()));

@@ -1,6 +1,7 @@
 //! Samples of a control net: points, normals and tangents.
 
 use crate::surface::NurbsSurface;
+use crate::types::Interval;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
@@ -27,7 +28,7 @@ pub(super) fn samples(net: &NurbsSurface) -> Vec<NetSample> {
     for patch in patches {
         let [u, v] = patch.bounds;
         for (i, j) in (0..SAMPLES).flat_map(|i| (0..SAMPLES).map(move |j| (i, j))) {
-            let at = |[low, high]: [f64; 2], k: usize| low + (high - low) * share(k);
+            let at = |range: Interval, k: usize| range.at(share(k));
             let jet = net.jet2(at(u, i), at(v, j));
             let sample = |normal| NetSample { point: jet.s, normal, tangents: [jet.su, jet.sv] };
             samples.extend(jet.normal().map(sample));

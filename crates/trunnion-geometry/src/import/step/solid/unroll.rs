@@ -3,6 +3,7 @@
 use super::super::chart::{ChartPole, SurfaceChart};
 use super::corner::MeshCorner;
 use super::ring::{BoundaryRing, CHORDS, is_chord};
+use crate::types::Interval;
 
 /// The outside of a polygon, counter-clockwise, and its holes, clockwise; corners on a seam are
 /// there twice.
@@ -226,7 +227,8 @@ impl FaceSeams<'_> {
 
     /// Returns the outline of a surface without a loop: its whole domain.
     fn whole(&self) -> Option<Vec<MeshCorner>> {
-        let [[u0, u1], [v0, v1]] = self.chart.surface.domain();
+        let [Interval { low: u0, high: u1 }, Interval { low: v0, high: v1 }] =
+            self.chart.surface.domain();
         if ![u0, u1, v0, v1].iter().all(|x| x.is_finite()) {
             return None;
         }

@@ -1,6 +1,7 @@
 //! Splits a face into pieces that are flat to within a stated error.
 
 use crate::surface::{BezierPatch, Face, NurbsSurface, SpaceCurve, Surface};
+use crate::types::Interval;
 use crate::verify::error::VerifyError;
 use crate::verify::swept::quadratic::PatchPart;
 use crate::verify::swept::rays::RayBundle;
@@ -55,7 +56,7 @@ impl<'a> FaceShape<'a> {
     /// Computes the bounds of a face.
     pub(crate) fn new(face: &'a Face) -> Self {
         let [u, v] = face.bounds();
-        let ends = |[low, high]: [f64; 2]| vec![low, high];
+        let ends = |range: Interval| range.ends().to_vec();
         let jet = |u: f64, v: f64| face.surface.jet2(u, v);
         let size = |vector: Vector3<f64>| vector.norm();
         let plain = |second: [f64; 3], curvature: f64| {
@@ -66,14 +67,14 @@ impl<'a> FaceShape<'a> {
         match &face.surface {
             Surface::Plane(_) => plain([0.0; 3], 0.0),
             Surface::Cylinder(_) => {
-                let radius = size(jet(u[0], v[0]).suu);
+                let radius = size(jet(u.low, v.low).suu);
                 plain([radius, 0.0, 0.0], 1.0 / radius)
             }
             Surface::Cone(_) => {
                 // |S_uu| is the local radius and |S_uv| the constant slope of the radius. The curvature is at
                 // most 1 / radius.
-                let radii = v.map(|v| size(jet(u[0], v).suu));
-                let second = [radii[0].max(radii[1]), size(jet(u[0], v[0]).suv), 0.0];
+                let radii = v.ends().map(|v| size(jet(u.low, v).suu));
+                let second = [radii[0].max(radii[1]), size(jet(u.low, v.low).suv), 0.0];
                 plain(second, 1.0 / radii[0].min(radii[1]))
             }
             Surface::Sphere(_) => {
@@ -122,8 +123,8 @@ impl<'a> FaceShape<'a> {
         // A face across the seam of a periodic surface leaves the parameters of the patches.
         let beyond = |k: usize| {
             let [first, last] = [breaks[k].first(), breaks[k].last()];
-            first.is_none_or(|low| bounds[k][0] < *low)
-                || last.is_none_or(|high| bounds[k][1] > *high)
+            first.is_none_or(|low| bounds[k].low < *low)
+                || last.is_none_or(|high| bounds[k].high > *high)
         };
         let most = |k: usize| bends.iter().map(|bend| bend[k]).fold(0.0, f64::max);
         let anywhere = (beyond(0) || beyond(1)).then(|| [most(0), most(1), most(2)]);
@@ -254,7 +255,7 @@ fn second(patch: &BezierPatch<'_>, degree: [usize; 2]) -> [f64; 3] {
         (vector + mixed + weight * far) / least
     };
     // Step 4: convert from the unit square to the parameters of the surface.
-    let [du, dv] = patch.bounds.map(|[low, high]| high - low);
+    let [du, dv] = patch.bounds.map(|range| range.width());
     [
         bound(u.derivative(0), 0, 0) / (du * du),
         bound(u.derivative(1), 0, 1) / (du * dv),
@@ -272,7 +273,7 @@ struct ControlStrip {
 impl ControlStrip {
     fn new(
         curve: &SpaceCurve,
-        [low, high]: [f64; 2],
+        Interval { low, high }: Interval,
         distance: impl Fn(&Vector3<f64>) -> f64,
     ) -> Self {
         let plain = |bound: [f64; 3]| Self { breaks: vec![low, high], bounds: vec![bound] };
