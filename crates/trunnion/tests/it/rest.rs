@@ -430,6 +430,42 @@ fn a_floor_is_finished_up_to_the_rounded_foot_of_a_post() {
     assert!(deepest <= BAND.upper + SHARE + SAMPLING, "{deepest} in {} parts", rest.len());
 }
 
+/// The rounded corner of a box, an eighth of a sphere of 5 mm with its pole on top, and the fillets and the top beside it.
+fn eighth_of_a_sphere() -> (FaceIndex, Vec<FaceIndex>) {
+    use std::f64::consts::{FRAC_PI_2, PI};
+    let frame = |z, x| SurfaceFrame::new(Point3::origin(), z, x).unwrap();
+    let quarter = [[0.0, 0.0], [FRAC_PI_2, 0.0], [FRAC_PI_2, FRAC_PI_2], [0.0, FRAC_PI_2]];
+    let sphere = SphereSurface::new(frame(Vector3::z(), Vector3::x()), 5.0).unwrap();
+    let fillet = |number, axis: Vector3<f64>, x: Vector3<f64>, from: f64| {
+        let surface = CylinderSurface::new(frame(axis, x), 5.0).unwrap();
+        let to = from + FRAC_PI_2;
+        let corners = [[from, -10.0], [to, -10.0], [to, 0.0], [from, 0.0]];
+        face(number, Surface::Cylinder(surface), &corners, false)
+    };
+    let top = plane(Point3::new(0.0, 0.0, 5.0), Vector3::z(), Vector3::x());
+    let others = vec![
+        fillet(2, Vector3::z(), Vector3::x(), 0.0),
+        fillet(3, Vector3::y(), Vector3::x(), 3.0 * FRAC_PI_2),
+        fillet(4, Vector3::x(), -Vector3::y(), PI),
+        face(5, top, &[[-10.0, -10.0], [0.0, -10.0], [0.0, 0.0], [-10.0, 0.0]], false),
+    ];
+    (face(1, Surface::Sphere(sphere), &quarter, false), others)
+}
+
+/// At the pole of a small sphere spots lie all round, and the tool cuts the corner between two of them.
+#[test]
+fn the_pole_of_a_rounded_corner_is_finished() {
+    let (corner, others) = eighth_of_a_sphere();
+    let options = CoverOptions {
+        band: ToleranceBand { lower: 0.0015, upper: 0.0165 },
+        lean: ToolInclination { angle: 0.175, towards: None },
+        ..options(PlacementMethod::Inclined)
+    };
+    let (_, rest) = cut((&corner, &others), &cutter([0.0, 10.0]), &options);
+    let area: f64 = rest.iter().map(|rest| rest.area).sum();
+    assert!(rest.is_empty(), "{area} mm2 in {} parts", rest.len());
+}
+
 /// A machine that gets to poses that lean to one side only: every other pass of a zigzag, along which the tool would lean to
 /// the other side, is run the same way as the one before.
 #[test]

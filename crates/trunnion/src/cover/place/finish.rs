@@ -20,7 +20,7 @@ pub(crate) const REST: f64 = 10.0;
 pub(crate) const SPOTS: f64 = 0.02;
 
 /// Rounds of short passes: each is over what the round before has left.
-const TOUCH_UPS: u32 = 4;
+const TOUCH_UPS: u32 = 10;
 
 /// Share of the area left after a round, over that before, at which another is tried.
 const WORTHWHILE: f64 = 0.9;

@@ -34,6 +34,9 @@ const TURN: f64 = 0.3;
 /// Length of a pass that touches a single spot, in widths of a narrow strip.
 const SINGLE: f64 = 0.1;
 
+/// Number of times that stations are added between those of a pass that comes too deep.
+const DENSER: u32 = 3;
+
 /// Spot that is left, as a point of the face.
 #[derive(Debug, Clone, Copy)]
 struct Spot {
@@ -91,21 +94,21 @@ fn spots<Inside: Fn(ChartPoint) -> bool + Sync>(
         let [u, v] = [middle(&cell[0]), middle(&cell[1])];
         face.contains(u, v).then(|| Spot { uv: [u, v], point: face.point(u, v) })
     };
-    // One spot per cube of that size: the nearest to its middle.
+    // One spot per cube of that size: the nearest to its middle, and before all others the deepest.
     let mut cubes: BTreeMap<[i64; 3], (f64, Spot)> = BTreeMap::new();
-    let cells = part.cells.iter().filter_map(spot);
-    let deepest = Spot { uv: part.deepest.into(), point: part.point };
-    for spot in std::iter::once(deepest).chain(cells) {
+    let mut offer = |spot: Spot, rank: &dyn Fn(f64) -> f64| {
         // Positions over a fraction of a millimetre: far below 2^63.
         #[expect(clippy::cast_possible_truncation, reason = "see above")]
         let cube = [0, 1, 2].map(|k: usize| (spot.point[k] / spacing).floor() as i64);
         let off = |k: usize| spot.point[k] / spacing - cube[k] as f64 - 0.5;
-        let off = Vector3::new(off(0), off(1), off(2)).norm_squared();
-        let known = cubes.entry(cube).or_insert((off, spot));
-        if off < known.0 {
-            *known = (off, spot);
+        let rank = rank(Vector3::new(off(0), off(1), off(2)).norm_squared());
+        let known = cubes.entry(cube).or_insert((rank, spot));
+        if rank < known.0 {
+            *known = (rank, spot);
         }
-    }
+    };
+    part.cells.iter().filter_map(spot).for_each(|spot| offer(spot, &|off| off));
+    offer(Spot { uv: part.deepest.into(), point: part.point }, &|_| -1.0);
     cubes.into_values().map(|(_, spot)| spot).collect()
 }
 
@@ -180,30 +183,54 @@ fn runs<Inside: Fn(ChartPoint) -> bool + Sync>(
     runs
 }
 
-/// Adds a pass through stations if the tool keeps off all faces on it, or else passes through its halves.
+/// Adds a pass through stations if the tool keeps off all faces on it, with more stations between them where that
+/// helps, or else passes through its halves.
 fn add<Inside: Fn(ChartPoint) -> bool + Sync>(
     context: &FaceContext<'_, Inside>,
     stations: &[Station],
     placed: &mut PlacedPasses,
 ) {
-    let stations = match *stations {
+    let mut dense = match *stations {
         [single] => match beside(context, single) {
             Some(next) => vec![single, next],
             None => return,
         },
         _ => stations.to_vec(),
     };
-    let sweep = PassSweep::through(&stations, lever(context.setup.cutter));
-    if context.keeps_off(&sweep) {
-        let pass = context.whole_pass(stations, context.narrow());
-        let (chart, options, cost) = (&context.chart, context.options, context.setup.cost);
-        let source = PassSource { face: context.face.face().number, chart, options, cost };
-        placed.add_whole(pass, sweep, source);
-    } else if stations.len() > 2 {
+    for _ in 0..=DENSER {
+        let sweep = PassSweep::through(&dense, lever(context.setup.cutter));
+        if context.keeps_off(&sweep) {
+            let pass = context.whole_pass(dense, context.narrow());
+            let (chart, options, cost) = (&context.chart, context.options, context.setup.cost);
+            let source = PassSource { face: context.face.face().number, chart, options, cost };
+            placed.add_whole(pass, sweep, source);
+            return;
+        }
+        // On a face that bulges, the tool cuts the corner between stations far apart.
+        let Some(more) = denser(context, &dense) else { break };
+        dense = more;
+    }
+    if stations.len() > 2 {
         let (first, last) = stations.split_at(stations.len() / 2);
         add(context, first, placed);
         add(context, last, placed);
     }
+}
+
+/// Returns stations with another one in the middle of each span; `None` where the tool does not fit there, or has to
+/// turn.
+fn denser<Inside: Fn(ChartPoint) -> bool + Sync>(
+    context: &FaceContext<'_, Inside>,
+    stations: &[Station],
+) -> Option<Vec<Station>> {
+    let mut denser = vec![*stations.first()?];
+    for pair in stations.windows(2) {
+        let middle = nalgebra::center(&pair[0].contact, &pair[1].contact);
+        let foot = context.face.closest(&middle).ok()?;
+        denser.push(near(context, foot.uv.into(), &pair[0])?);
+        denser.push(pair[1]);
+    }
+    Some(denser)
 }
 
 /// Returns a station a little beside another: a pass needs two.
@@ -212,15 +239,27 @@ fn beside<Inside: Fn(ChartPoint) -> bool + Sync>(
     station: Station,
 ) -> Option<Station> {
     let face = context.face.face();
-    let foot = context.face.closest(&station.contact).ok()?;
-    let jet = face.surface.jet1(foot.uv.u, foot.uv.v);
-    let [range, _] = face.bounds();
-    let by = SINGLE * context.narrow() / jet.su.norm().max(f64::MIN_POSITIVE);
+    let uv: [f64; 2] = context.face.closest(&station.contact).ok()?.uv.into();
+    let jet = face.surface.jet1(uv[0], uv[1]);
+    // Near a pole only one of the parameters moves the point.
+    let paces = [jet.su.norm(), jet.sv.norm()];
+    let k = usize::from(paces[1] > paces[0]);
+    let by = SINGLE * context.narrow() / paces[k].max(f64::MIN_POSITIVE);
+    let mut to = uv;
     // Away from the nearer end of the range.
-    let by = if foot.uv.u + by > range.high { -by } else { by };
-    let contact = ContactPoint::new(context.face, [foot.uv.u + by, foot.uv.v])?;
+    to[k] += if uv[k] > face.bounds()[k].middle() { -by } else { by };
+    near(context, to, &station)
+}
+
+/// Returns the station at a point of the face with about the inclination of another.
+fn near<Inside: Fn(ChartPoint) -> bool + Sync>(
+    context: &FaceContext<'_, Inside>,
+    uv: [f64; 2],
+    other: &Station,
+) -> Option<Station> {
+    let contact = ContactPoint::new(context.face, uv)?;
     let (keep_off, cutter) = (context.keep_off(), context.setup.cutter);
-    let pose = fitting_pose_near(&keep_off, &contact, cutter, room(context), Some(station.pose))?;
-    (angle_between(&pose.axis, &station.pose.axis) <= TURN)
+    let pose = fitting_pose_near(&keep_off, &contact, cutter, room(context), Some(other.pose))?;
+    (angle_between(&pose.axis, &other.pose.axis) <= TURN)
         .then_some(Station { pose, contact: contact.point })
 }
