@@ -57,6 +57,9 @@ const PLACED: usize = 4;
 /// Largest estimated cost over the least one at which a chart may still turn out best.
 const HOPE: f64 = 1.5;
 
+/// The same on a closed face, where passes run round it or across and nothing bends them.
+const CLOSED_HOPE: f64 = 1.25;
+
 /// Forms by which passes are bent: powers of the coordinates across and along. Those without the
 /// second would only renumber the passes.
 const FORMS: [[i32; 2]; 8] = [[0, 1], [0, 2], [1, 1], [0, 3], [1, 2], [2, 1], [1, 3], [2, 2]];
@@ -306,13 +309,19 @@ impl<'a> LayoutChooser<'a> {
 
     /// Returns the straight charts, the cheaper by estimate first.
     fn straight(&self) -> Vec<Chart> {
-        let priced = |along| {
-            let chart = Chart::straight(along);
-            (self.price(&chart), chart)
-        };
-        let mut charts = [FeedDirection::V, FeedDirection::U].map(priced);
-        charts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        charts.into_iter().map(|(_, chart)| chart).collect()
+        self.promising([FeedDirection::V, FeedDirection::U].map(Chart::straight).into())
+    }
+
+    /// Returns the charts that may turn out best, the cheapest by estimate first.
+    fn promising(&self, charts: Vec<Chart>) -> Vec<Chart> {
+        let mut priced: Vec<(f64, Chart)> =
+            charts.into_iter().map(|chart| (self.price(&chart), chart)).collect();
+        // A stable sort keeps the order of equals.
+        priced.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let least = priced.first().map_or(0.0, |chart| chart.0);
+        let hope = if self.closed { CLOSED_HOPE } else { HOPE };
+        priced.retain(|chart| chart.0 <= least * hope);
+        priced.into_iter().map(|(_, chart)| chart).collect()
     }
 
     /// Returns the best charts by estimate: straight ones, oblique ones, those along the curvature,
@@ -335,19 +344,14 @@ impl<'a> LayoutChooser<'a> {
             starts.into_par_iter().map(|start| self.search(start)).collect();
         // The frames along u and v are straight charts.
         let oblique = frames.into_iter().enumerate().filter(|(i, _)| i % 2 == 1).map(|one| one.1);
-        let mut charts: Vec<(f64, Chart)> = [oblique.collect(), fits, found]
+        let charts = [oblique.collect(), fits, found]
             .into_iter()
             .filter_map(|kind| self.best(kind))
-            .chain([FeedDirection::V, FeedDirection::U].map(Chart::straight))
-            .map(|chart| (self.price(&chart), chart))
-            .collect();
-        // A stable sort keeps the order of equals.
-        charts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let least = charts.first().map_or(0.0, |chart| chart.0);
-        charts.retain(|chart| chart.0 <= least * HOPE);
+            .chain([FeedDirection::V, FeedDirection::U].map(Chart::straight));
+        let mut charts = self.promising(charts.collect());
         // Where all strips are alike, the estimate is exact.
         charts.truncate(if self.widths.is_some() { PLACED } else { 1 });
-        charts.into_iter().map(|(_, chart)| chart).collect()
+        charts
     }
 
     /// Returns the bend with the least estimated cost.
