@@ -94,7 +94,7 @@ impl FaceIndex {
         let bounds = search_bounds(&face);
         let [u, v] = bounds;
         let whole = |faults: SurfaceErrors| {
-            let degenerate = SurfaceError::DegeneratePatch { u: u.into(), v: v.into() };
+            let degenerate = SurfaceError::DegeneratePatch { u, v };
             faults.into_iter().next().unwrap_or(degenerate)
         };
         let (search, curvatures) = match &face.surface {

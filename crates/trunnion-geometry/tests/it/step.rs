@@ -23,6 +23,7 @@ use trunnion::import::Part;
 use trunnion::import::Reader;
 use trunnion::import::inspect;
 use trunnion::import::step::StepReader;
+use trunnion::types::Interval;
 use trunnion::types::Silent;
 
 const READER: StepReader = StepReader { chord: 0.002, same: 0.01 };
@@ -327,7 +328,7 @@ proptest! {
         match read(&bytes) {
             Ok(part) => {
                 for face in &part.faces {
-                    prop_assert!(face.bounds().iter().all(|range| range.is_bounded()));
+                    prop_assert!(face.bounds().iter().all(Interval::is_bounded));
                 }
             }
             Err(error) => prop_assert!(!error.to_string().is_empty()),

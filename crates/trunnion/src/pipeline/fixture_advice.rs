@@ -14,7 +14,7 @@ pub(super) fn remedy(job: &Job, programs: &[CheckedProgram]) -> Option<String> {
             .to_owned()
     });
     let what: Vec<String> = [links, cuts].into_iter().flatten().collect();
-    (!what.is_empty()).then(|| format!("fixtures are checked, not avoided; {}", what.join("; ")))
+    (!what.is_empty()).then(|| format!("passes and links keep off fixtures where they are planned, but the program does not everywhere; {}", what.join("; ")))
 }
 
 /// Returns advice for links: the clearance that passes over the tallest fixture, or another link strategy.

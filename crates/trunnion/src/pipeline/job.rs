@@ -141,12 +141,18 @@ impl Job {
 
     /// Sets the solid of a fixture from its file, moved to its place in the job; `number` counts from 0.
     #[must_use]
-    pub fn with_fixture(mut self, number: usize, mesh: Mesh) -> Self {
-        let fixture = self.file.fixtures.get(number);
-        if let (Some(held), Some(fixture)) = (self.fixtures.get_mut(number), fixture) {
-            held.solid = Some(Solid::Mesh(mesh.moved(&fixture.solid.place())));
+    pub fn with_fixture(self, number: usize, mesh: Mesh) -> Self {
+        let place = self.file.fixtures.get(number).map(|fixture| fixture.solid.place());
+        let place = place.unwrap_or_else(Isometry3::identity);
+        self.with_fixture_solid(number, &Solid::Mesh(mesh.moved(&place)))
+    }
+
+    fn with_fixture_solid(mut self, number: usize, solid: &Solid) -> Self {
+        if let Some(held) = self.fixtures.get_mut(number) {
+            held.solid = Some(solid.clone());
         }
-        // The checks of all operations are one: only the first needs the solids.
+        let following = std::mem::take(&mut self.following).into_iter();
+        self.following = following.map(|one| one.with_fixture_solid(number, solid)).collect();
         self
     }
 }

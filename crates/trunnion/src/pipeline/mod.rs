@@ -11,6 +11,7 @@ mod estimate;
 mod fit;
 mod fixture_advice;
 mod fixtures;
+mod guards;
 mod job;
 mod joined;
 mod leftover;

@@ -1,5 +1,6 @@
 //! Regions of the faces in words and numbers: where wide strips did not fit, and what stays unfinished.
 
+use super::guards::with_fixture_names;
 use super::job::Job;
 use super::leftover::Leftover;
 use super::wording::{counted, reason};
@@ -98,7 +99,7 @@ pub(super) fn fixed(faces: &[FaceIndex], covering: &Covering) -> Option<String> 
 }
 
 /// Returns the summary of an uncut region.
-pub(super) fn rest(rest: &UncutRegion) -> RestSummary {
+pub(super) fn rest(job: &Job, rest: &UncutRegion) -> RestSummary {
     RestSummary {
         face: rest.face,
         area: rest.area,
@@ -108,7 +109,7 @@ pub(super) fn rest(rest: &UncutRegion) -> RestSummary {
         deepest: rest.point.coords.into(),
         ball: Some(rest.ball).filter(|radius| radius.is_finite()),
         least_ball: Some(rest.balls.low).filter(|radius| radius.is_finite()),
-        why: rest.reason.to_string(),
+        why: with_fixture_names(job, &rest.reason.to_string()),
     }
 }
 
@@ -118,7 +119,7 @@ pub(super) fn unfinished(job: &Job, left: &Leftover) -> Vec<String> {
     parts.sort_by(|a, b| b.area.total_cmp(&a.area));
     let all = left.area().max(f64::MIN_POSITIVE);
     let mut lines: Vec<String> =
-        parts.iter().take(MOST_LISTED).map(|rest| part(rest, all)).collect();
+        parts.iter().take(MOST_LISTED).map(|rest| part(job, rest, all)).collect();
     let others = parts.get(MOST_LISTED..).unwrap_or_default();
     if !others.is_empty() {
         let area: f64 = others.iter().map(|rest| rest.area).sum();
@@ -139,7 +140,7 @@ pub(super) fn unfinished(job: &Job, left: &Leftover) -> Vec<String> {
     lines
 }
 
-fn part(rest: &UncutRegion, all: f64) -> String {
+fn part(job: &Job, rest: &UncutRegion, all: f64) -> String {
     let [[a, b], [c, d]] = rest.uv.map(<[f64; 2]>::from);
     let p = rest.point;
     let ball = if rest.ball.is_finite() {
@@ -157,7 +158,7 @@ fn part(rest: &UncutRegion, all: f64) -> String {
         p.x,
         p.y,
         p.z,
-        rest.reason
+        with_fixture_names(job, &rest.reason.to_string())
     )
 }
 

@@ -2,6 +2,7 @@
 
 use super::error::PipelineError;
 use super::estimate::{TravelEstimate, rest_to_rest};
+use super::guards::{fixture_boxes, guarded_faces};
 use super::job::Job;
 use super::pass_cost::JobPassCost;
 use super::tolerances::{LINK_TOLERANCE, QUINTIC_SHARE};
@@ -135,8 +136,9 @@ fn cover_area(
     };
     // Candidate passes are compared by their time on this machine, not by their length.
     let cost = JobPassCost::new(job, options.link);
+    let others = guarded_faces(job);
     let request = CoverRequest {
-        others: &job.others,
+        others: &others,
         left,
         cost: Some(&cost),
         ..CoverRequest::new(&job.faces, &job.cutter, &options)
@@ -186,7 +188,7 @@ pub(super) fn legs(
     let approach = job.approach();
     let options = LinkOptions {
         up: job.up(),
-        boxes: job.boxes(),
+        boxes: job.boxes().into_iter().chain(fixture_boxes(job)).collect(),
         // Even stock is not in the boxes: links rise above it by its thickness.
         clearance: job.file.setup.clearance + job.thickness(),
         lead,
@@ -204,7 +206,7 @@ pub(super) fn legs(
     let reaches =
         |axis: &UnitVector3<f64>| cost.reaches(&ToolPose { tip: Point3::origin(), axis: *axis });
     let home = job.kinematics.forward(&job.kinematics.machine().home()).axis;
-    let faces: Vec<FaceIndex> = job.faces.iter().chain(&job.others).cloned().collect();
+    let faces: Vec<FaceIndex> = job.faces.iter().cloned().chain(guarded_faces(job)).collect();
     let request = LinkRequest {
         hops,
         reach: Some(AxisReach { home, reaches: &reaches }),

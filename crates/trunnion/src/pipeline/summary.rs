@@ -3,6 +3,7 @@
 use super::collisions;
 use super::error::PipelineError;
 use super::fixture_advice;
+use super::guards;
 use super::job::Job;
 use super::joined;
 use super::leftover::Leftover;
@@ -62,7 +63,7 @@ pub(super) fn summary(job: &Job, results: &StageResults<'_>) -> Result<Summary, 
     let motion = joined::motion(&parts).ok_or(WriteError::Empty)?;
     let cover = CoverSummary {
         area: left.area(),
-        rest: left.regions.iter().map(regions::rest).collect(),
+        rest: left.regions.iter().map(|rest| regions::rest(job, rest)).collect(),
         ..joined::cover(&parts)
     };
     Ok(Summary {
@@ -76,6 +77,7 @@ pub(super) fn summary(job: &Job, results: &StageResults<'_>) -> Result<Summary, 
             .cloned()
             .chain(operations.iter().flat_map(operation_warnings))
             .chain(regions::unguarded(job))
+            .chain(guards::unplanned(job))
             .chain(operations.iter().flat_map(motion_warnings))
             .chain(fixture_advice::remedy(job, programs))
             .collect(),
@@ -197,7 +199,7 @@ fn cover(job: &Job, covering: &Covering) -> CoverSummary {
         along: job.faces.iter().map(|face| along(face.face().number, covering)).collect(),
         layouts: layouts(job, covering),
         fixed: regions::summaries(&job.faces, covering),
-        rest: covering.report.rest.iter().map(regions::rest).collect(),
+        rest: covering.report.rest.iter().map(|rest| regions::rest(job, rest)).collect(),
     }
 }
 

@@ -9,6 +9,7 @@ mod bounds;
 mod brute_force;
 #[path = "../../../trunnion-motion/tests/it/chains/mod.rs"]
 mod chains;
+mod clamps;
 mod conserved;
 mod contour;
 mod control_state;

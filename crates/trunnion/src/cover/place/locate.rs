@@ -150,7 +150,7 @@ impl CandidatePass<'_> {
         let guess = location.contact_uv;
         let foot = self
             .face
-            .closest_near(&(location.center + out), guess.into())
+            .closest_near(&(location.center + out), guess)
             .map_err(|error| PositioningError::Closest { uv: guess, error })?;
         Ok((Station { pose: location.pose, contact: foot.point }, foot.uv))
     }
