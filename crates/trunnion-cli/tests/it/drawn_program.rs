@@ -59,8 +59,8 @@ impl DrawnProgram {
                 let feed = [100.0, 200.0, 300.0, 500.0][draw.below(4)];
                 for _ in 0..3 + draw.below(18) {
                     let to = program.near(draw, [4.0, 4.0, 2.0]);
-                    // Short blocks with a turn would be slower than programmed.
-                    if distance(program.at, to) < 0.5 {
+                    // In a shorter block the turn would be too much for the rotaries: the program would not be clean.
+                    if distance(program.at, to) < 2.0 {
                         continue;
                     }
                     turn[0] = word((turn[0] + draw.within(-2.0, 2.0)).clamp(8.0, 40.0));
