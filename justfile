@@ -12,10 +12,11 @@ ci:
     bash .ci/run
 
 # Long random tests, with another seed each time; proptest prints and keeps the seed of a failure. `just torture 100000`
-# for more. The round trips of the kinematics and the choice of branches print their seed;
+# for more. The round trips of the kinematics, the choice of branches and the programs from dialect to dialect print their seed;
 # TRUNNION_TORTURE_SEED=... repeats one.
 torture cases="20000" seed=`date +%s`:
     TRUNNION_TORTURE=1 cargo test --release -p trunnion-motion -p trunnion --test it -- --nocapture branches:: setup:: feed:: jerk:: jerk_ends:: feed_stream:: jerk_stream:: jerk_override:: round_trip:: random_motion:: random_programs::
+    TRUNNION_TORTURE=1 TRUNNION_TORTURE_SEED={{seed}} cargo test --release -p trunnion-cli --test it -- --nocapture conservation::
     PROPTEST_RNG_SEED={{seed}} PROPTEST_CASES={{cases}} POSITIONING_CASES=1000 cargo test --release --workspace
 
 # Every fuzz target for so many seconds. Needs a nightly compiler and cargo-fuzz; failures stay in fuzz/artifacts.

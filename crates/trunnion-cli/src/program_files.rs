@@ -1,15 +1,22 @@
 //! Files that a program depends on: the control's tool table and configuration, subprograms beside it.
 
 use crate::outcome::Failure;
+use crate::path::lines::{self, Lines};
 use crate::text;
 use anyhow::Context;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{BufRead, BufReader};
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use trunnion::nc::read::{
     CodeRemap, Dialect, ReadOptions, SubprogramFile, ini_file, subprogram_calls, tool_rows,
 };
+
+/// Bytes read at a time.
+const BUFFER: usize = 1 << 16;
+
+/// Characters one of which every call of a subprogram has: `o<name> call`, `M98 P100`.
+const CALLS: &[u8] = b":OoMm";
 
 /// Files of the control.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -73,11 +80,18 @@ impl ProgramFileArgs {
         if !program.is_file() {
             return Ok(Vec::new());
         }
-        let lines =
-            BufReader::new(File::open(program).with_context(|| program.display().to_string())?);
-        // Bytes that are no text end the search; the reader reports them.
-        let mut names: Vec<String> =
-            subprogram_calls(lines.lines().map_while(Result::ok)).into_iter().collect();
+        let file = File::open(program).with_context(|| program.display().to_string())?;
+        let mut lines = Lines::new(BufReader::with_capacity(BUFFER, file));
+        // A file that cannot be read ends the search; the reader reports it.
+        let calls = std::iter::from_fn(|| {
+            while let Some(raw) = lines.next().ok()? {
+                if raw.iter().any(|byte| CALLS.contains(byte)) {
+                    return Some(lines::text(raw).into_owned());
+                }
+            }
+            None
+        });
+        let mut names: Vec<String> = subprogram_calls(calls).into_iter().collect();
         let remapped = remaps.iter().filter_map(|remap| remap.subprogram.as_ref());
         names.extend(remapped.map(|name| name.to_ascii_lowercase()));
         let mut files: BTreeMap<String, SubprogramFile> = BTreeMap::new();

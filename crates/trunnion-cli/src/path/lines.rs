@@ -31,7 +31,9 @@ impl<R: BufRead> Lines<R> {
 /// Returns the text of a line without its line break. Letters of older encodings occur in comments and names only.
 pub(crate) fn text(raw: &[u8]) -> Cow<'_, str> {
     let end = raw.strip_suffix(b"\n").unwrap_or(raw);
-    String::from_utf8_lossy(end.strip_suffix(b"\r").unwrap_or(end))
+    let end = end.strip_suffix(b"\r").unwrap_or(end);
+    // Nearly every line is plain text, for which this test is quicker than the search for broken letters.
+    std::str::from_utf8(end).map_or_else(|_| String::from_utf8_lossy(end), Cow::Borrowed)
 }
 
 #[cfg(test)]

@@ -16,7 +16,26 @@ pub(super) struct Head {
     pub(super) duration: f64,
 }
 
+/// State of the input's control at a move, as far as the head of the program has it.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct HeadState {
+    pub(super) tool: Option<u32>,
+    pub(super) cutter: Option<[f64; 2]>,
+    /// Spindle speed \[1/min\].
+    pub(super) spindle: f64,
+    pub(super) coolant: Coolant,
+    /// Largest feed so far \[mm/s\].
+    pub(super) feed: f64,
+}
+
 impl Head {
+    /// Takes over the state at a move.
+    pub(super) fn take(&mut self, state: &HeadState) {
+        let HeadState { tool, cutter, spindle, coolant, feed } = *state;
+        (self.tool, self.cutter, self.spindle) = (tool, cutter, spindle);
+        (self.coolant, self.feed) = (coolant, feed);
+    }
+
     /// Returns the note that programs and sheets are written with.
     pub(super) fn note(&self) -> Note<'_> {
         // CL files state diameter and corner radius: D = 2 (R + r).

@@ -18,5 +18,6 @@ pub(crate) fn moves(args: &PostArgs, progress: &dyn Progress) -> Result<Vec<Post
     while let Some(one) = input.next()? {
         moves.push(one);
     }
+    input.warn();
     Ok(moves)
 }

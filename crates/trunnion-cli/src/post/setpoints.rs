@@ -134,8 +134,14 @@ impl<'a> SetpointSource<'a> {
 
     /// Takes the next move in, and returns the setpoints that are known then; `None` behind the last move.
     fn next(&mut self) -> Result<Option<Vec<Setpoint>>, Failure> {
-        let Some(one) = self.input.next()? else { return Ok(None) };
-        self.input.head(&mut self.head);
+        let Some(one) = self.input.next()? else {
+            self.input.warn();
+            return Ok(None);
+        };
+        if self.poster.is_none() {
+            self.head.name = self.input.name();
+        }
+        self.head.take(&self.input.state());
         let note = self.head.note();
         let texts = ProgramHead { note: &note, template: &self.template };
         let poster = match &mut self.poster {

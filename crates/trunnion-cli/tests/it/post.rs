@@ -284,6 +284,34 @@ fn programmed_axes_beyond_travel_are_refused() {
     assert!(!folder.path().join("out.nc").exists());
 }
 
+/// A missing length moves all of Z: where that is refused, the length is named first, also before the first cut.
+#[test]
+fn a_missing_tool_length_is_named_before_what_it_leads_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |program: &str| {
+        fs::write(folder.path().join("bare.ngc"), program).unwrap();
+        let mut arguments = vec!["bare.ngc"];
+        arguments.extend(on_bc("linuxcnc", "out.nc"));
+        let output = post(folder.path(), &arguments);
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let before = |reported: &str, line: u32, at: u32| {
+        let named = reported.find(&format!("bare.ngc:{line}: no tool length is in force"));
+        let travel = reported.find(&format!("bare.ngc:{at}: Z = "));
+        assert!(named.zip(travel).is_some_and(|(named, travel)| named < travel), "{reported}");
+    };
+    // In a cut, and already on the way to the first one, where the length would have brought it into travel.
+    let head = "G21 G90 G54 G94\nT1 M6\nG0 X0 Y0 Z20 B0 C0\n";
+    before(&refused(&format!("{head}G1 Z-60 F100\nM2\n")), 4, 4);
+    before(&refused(&format!("{head}G0 Z-60\nG1 X10 F100\nM2\n")), 3, 4);
+    // With a length in force it is no reason, even if a later line ends the length.
+    let with =
+        "G21 G90 G54 G94\nT1 M6\nG43 H1\nG0 X0 Y0 Z20 B0 C0\nG1 Z-900 F100\nG49\nG1 X3\nM2\n";
+    let with = refused(with);
+    assert!(with.contains("bare.ngc:5: Z = ") && !with.contains("no tool length"), "{with}");
+}
+
 /// The same words; F, where both have it, up to a hundredth below: the machine starts from rest.
 fn says(found: &str, wanted: &str) -> bool {
     let parts = |line: &str| -> (String, Option<f64>) {

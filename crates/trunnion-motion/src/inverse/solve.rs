@@ -8,7 +8,7 @@ use crate::machine::{FIRST_ROTARY, Kinematics, OutOfTravel, RotaryPair, SECOND_R
 use crate::math::angle::unwrap_near;
 use crate::math::jet::{Jet, Real};
 use crate::types::{AxisVector, Interval, PoseRates, ToolPose};
-use nalgebra::{UnitVector3, Vector3};
+use nalgebra::{Point3, UnitVector3, Vector3};
 use std::f64::consts::PI;
 
 /// One of the two rotary solutions.
@@ -371,6 +371,25 @@ impl Inverse {
         rotaries: [Jet; 2],
     ) -> Result<[AxisVector; 4], InverseError> {
         self.with_turns(tip, &rotaries.map(RotaryAngle::from_angle))
+    }
+
+    /// Returns the axes that bring the tip to a point while the rotaries stand.
+    ///
+    /// The values are those of [`Inverse::with_rotaries`], without derivatives.
+    ///
+    /// # Errors
+    ///
+    /// [`InverseError::FlatSlides`].
+    pub fn at_rotaries(
+        &self,
+        tip: &Point3<f64>,
+        rotaries: RotaryPair,
+    ) -> Result<AxisVector, InverseError> {
+        let RotaryPair { first, second } = rotaries;
+        let turns = [first, second].map(RotaryAngle::from_angle);
+        let found = self.slides.solve([tip.x, tip.y, tip.z], &turns);
+        let [x, y, z] = found.ok_or_else(|| self.flat(first, second))?;
+        Ok(AxisVector::from([x, y, z, first, second]))
     }
 
     /// Returns the second rotary's angle at a pose within `pole` \[rad\] of the singular direction, where

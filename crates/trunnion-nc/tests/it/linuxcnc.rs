@@ -281,6 +281,15 @@ fn g10_l11_along_z_needs_no_unturned_offsets() {
     near(&at[..3], &[0.0, 0.0, -8.0]);
 }
 
+/// The sample of the control touches off a second time with the length of the first in force.
+#[test]
+fn g10_l11_takes_no_part_of_a_length_in_force() {
+    let text = "G10 L2 P1 X1 Y2 Z-5 R10\nG10 L2 P9 X25 Y26 Z-27 R0\nT1 M6\nG43\nG53 G0 Z-30\nG10 L11 P1 Z1\nG43\nG0 Z0\nM2\n";
+    let options = ReadOptions { tools: vec![tools()[0]], ..options(Dialect::LinuxCnc, "XYZAC") };
+    let (at, _) = run_from_zero(text, options);
+    near(&at[..3], &[0.0, 0.0, -9.0]);
+}
+
 #[test]
 fn remapped_codes_run_their_subprograms() {
     let ini = ini_file(

@@ -59,6 +59,10 @@ pub(super) struct AxisPoint {
     pub(super) per_way: f64,
     /// Part of the cut, where some parts are smoothed.
     pub(super) part: usize,
+    /// Error of X, Y and Z by the rounding of tip words, at the end of a block that has them \[mm\].
+    pub(super) linear_error: f64,
+    /// Travel from the point before as if each axis kept its largest velocity between them, once it is known.
+    pub(super) fastest: Option<AxisVector>,
 }
 
 impl AxisPoint {
@@ -140,6 +144,8 @@ impl DividedMove<'_> {
             written: [tip, turn],
             per_way: self.per_way,
             part: 0,
+            linear_error: 0.0,
+            fastest: None,
         });
     }
 }

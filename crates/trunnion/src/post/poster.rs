@@ -6,7 +6,7 @@ mod program_output;
 mod read_moves;
 mod tally;
 
-use super::axis_point::{AxesPose, AxisPoint, PositionSource};
+use super::axis_point::{AxesPose, AxisPoint};
 use super::control::smoothing_bound;
 use super::error::PostError;
 use super::filter::MoveFilter;
@@ -100,8 +100,7 @@ impl Poster {
             coolant: None,
             cooled: VecDeque::new(),
             read: None,
-            subdivider: Subdivider::new(kinematics, source.clone(), &rest)?
-                .for_dialect(style.dialect),
+            subdivider: Subdivider::new(kinematics, source.clone(), &rest)?.for_style(style),
             source,
             output: None,
             points: Vec::new(),
@@ -202,7 +201,8 @@ impl Poster {
         let to = AxesPose { q, pose: one.pose };
         if let Some(from) = self.read.replace(to) {
             let source = self.subdivider.position_source(&one);
-            self.count_input(&from, &to, asked, source);
+            let linear_error = self.subdivider.linear_error(source, &to.q);
+            self.count_input(ReadMove { from, to, asked, source, linear_error });
         }
         if self.options.filter == PostFilter::Smooth {
             // Whether smoothing pays is decided for a whole cut, at its end.
@@ -298,7 +298,9 @@ impl Poster {
         let Some(from) = from else { return self.begin(out, to, head) };
         if let Some(asked) = asked {
             let source = self.subdivider.position_source(&planned.one);
-            self.count_input(&from, &to, asked, source);
+            // The last point ends where the move does.
+            let linear_error = self.points.last().map_or(0.0, |last| last.linear_error);
+            self.count_input(ReadMove { from, to, asked, source, linear_error });
         }
         // The first point of a retract carries the comment that explains it in the program.
         if let (Some(RetractPhase::Out), Some(first)) = (planned.phase, self.points.first_mut()) {
@@ -430,18 +432,13 @@ impl Poster {
     }
 
     /// Takes a move of the input for the times and axis loads of the report.
-    fn count_input(
-        &mut self,
-        from: &AxesPose,
-        to: &AxesPose,
-        asked: PostPace,
-        source: PositionSource,
-    ) {
+    fn count_input(&mut self, read: ReadMove) {
+        let ReadMove { from, to, asked, .. } = &read;
         self.report.blocks.input += 1;
-        if asked != PostPace::Rapid {
+        if *asked != PostPace::Rapid {
             self.report.length += (to.pose.tip - from.pose.tip).norm();
         }
-        self.counted.push(ReadItem::Move(ReadMove { from: *from, to: *to, asked, source }));
+        self.counted.push(ReadItem::Move(read));
         if self.counted.len() >= MOST_COUNTED {
             // A filter may leave so much out that no batch is written for long.
             let Self { audit, counted, kinematics, style, .. } = self;

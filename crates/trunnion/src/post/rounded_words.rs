@@ -55,10 +55,11 @@ impl RoundedWords {
         let limits = kinematics.machine().vector(|axis| axis.vel);
         let whole: f64 = block.iter().map(AxisPoint::size).sum();
         let (mut need, mut before) = (0.0_f64, self.at);
-        for point in block.iter() {
+        for point in block.iter_mut() {
             let end = point.end();
             // The block runs at one speed: its time is the largest that any of its points asks for.
             let fastest = subdivider.fastest([before.block_end(), end.block_end()]);
+            point.fastest = Some(fastest);
             need = need.max(fastest.component_div(&limits).amax() * whole / point.size());
             before = end;
         }

@@ -6,12 +6,10 @@ use super::options::{PostMove, PostOptions, PostPace, PostSource};
 use super::rotaries::{PlannedMove, RetractPhase};
 use crate::blocks::{BlockEnd, BlockInterpolation, bend, moved};
 use crate::inverse::{Inverse, InverseError};
-use crate::machine::{FIRST_ROTARY, Kinematics, SECOND_ROTARY, TurnFormat};
+use crate::machine::{FIRST_ROTARY, Kinematics, RotaryPair, SECOND_ROTARY, TurnFormat};
 use crate::math::angle::great_circle;
-use crate::math::jet::{Jet, Real};
-use crate::nc::write::OutputFormat;
+use crate::nc::write::{AxisWords, Coordinates, OutputFormat, Style, rounding};
 use crate::types::{AxisVector, TRAVEL_ROUNDING, ToolPose};
-use nalgebra::Vector3;
 use std::f64::consts::PI;
 
 /// Most parts of one move: if it needs more, dividing does not bring it closer.
@@ -49,6 +47,8 @@ pub(super) struct Subdivider {
     pub(super) tolerance: [f64; 2],
     /// True if the program runs on a machine, whose rotaries turn; false for cutter locations.
     turns: bool,
+    /// Words of the program, whose rounding the ends of blocks state.
+    words: Option<AxisWords>,
     most_turn: f64,
     at: Option<MachinePoint>,
     /// Largest deviation bounds so far: tip \[mm\], axis \[rad\].
@@ -127,6 +127,7 @@ impl Subdivider {
             own,
             tolerance: options.tolerance.into(),
             turns: true,
+            words: None,
             most_turn: if wound { f64::INFINITY } else { SHORT_TURN },
             at: None,
             strayed: [0.0; 2],
@@ -134,9 +135,20 @@ impl Subdivider {
         })
     }
 
-    /// Divides for a dialect: cutter locations have no rotaries that could turn.
-    pub(super) fn for_dialect(self, dialect: OutputFormat) -> Self {
-        Self { turns: dialect != OutputFormat::Apt, ..self }
+    /// Divides for programs of a style: cutter locations have no rotaries that could turn.
+    pub(super) fn for_style(self, style: &Style) -> Self {
+        Self { turns: style.dialect != OutputFormat::Apt, words: Some(style.axes), ..self }
+    }
+
+    /// Returns the largest error of X, Y and Z at `q` by the rounding of tip words; 0 where there are none \[mm\].
+    pub(super) fn linear_error(&self, source: PositionSource, q: &AxisVector) -> f64 {
+        match &self.words {
+            // The linear axes follow the tip, whose words are off by their own rounding, and swing with the rotaries.
+            Some(words) if source == PositionSource::Tip => {
+                rounding(self.target.inverse.kinematics(), q, words, Coordinates::Axes, 0.0)
+            }
+            _ => 0.0,
+        }
     }
 
     /// Returns the position of the machine; `None` before the first move.
@@ -164,6 +176,7 @@ impl Subdivider {
         if planned.axes.is_none() {
             self.goes_on(one, &from.q, &q)?;
         }
+        let (begin, source) = (out.len(), self.position_source(one));
         let length = (to.pose.tip - from.pose.tip).norm();
         let rapid = one.pace == PostPace::Rapid;
         // Step 2: programmed time, of the whole move or per length.
@@ -188,11 +201,11 @@ impl Subdivider {
             per_length,
             per_share,
             per_way: if matches!(one.pace, PostPace::Feed(_)) { per_length } else { 0.0 },
-            source: self.position_source(one),
+            source,
             out,
         };
-        let source = std::mem::replace(&mut self.source, PostSource::Locations);
-        let run = match &source {
+        let input = std::mem::replace(&mut self.source, PostSource::Locations);
+        let run = match &input {
             PostSource::Program(of)
                 if one.way != BlockInterpolation::GreatCircle && one.q.is_some() =>
             {
@@ -213,7 +226,10 @@ impl Subdivider {
         } else {
             self.cut(&geometry, &mut target_move)
         };
-        self.source = source;
+        self.source = input;
+        for point in out.iter_mut().skip(begin).filter(|point| point.block) {
+            point.linear_error = self.linear_error(source, &point.q);
+        }
         divided
     }
 
@@ -552,10 +568,8 @@ impl Subdivider {
         // Rotaries at their share; the linear axes follow from the tip on its straight line.
         let mixed = pair[0].q.lerp(pair[1].q, share);
         let tip = pair[0].pose.tip + (pair[1].pose.tip - pair[0].pose.tip) * share;
-        let zero = Vector3::zeros();
-        let turns = [mixed[FIRST_ROTARY], mixed[SECOND_ROTARY]].map(<Jet as Real>::constant);
-        let found = inverse.with_rotaries(&[tip.coords, zero, zero, zero], turns);
-        let [q, ..] = found.map_err(|error| PostError::reach(line, error))?;
+        let turns = RotaryPair::new(mixed[FIRST_ROTARY], mixed[SECOND_ROTARY]);
+        let q = inverse.at_rotaries(&tip, turns).map_err(|error| PostError::reach(line, error))?;
         Ok(MachinePoint { q, pose: inverse.kinematics().forward(&q), source: q })
     }
 }

@@ -1,8 +1,8 @@
 //! Moves of a CL file.
 
-use super::source::{ARC_TOLERANCE, InputOptions, Source, stem};
+use super::source::{ARC_TOLERANCE, InputOptions, Source};
 use crate::outcome::Failure;
-use crate::post::head::Head;
+use crate::post::head::HeadState;
 use crate::post::summary::LeftOutCount;
 use std::collections::VecDeque;
 use trunnion::blocks::BlockInterpolation;
@@ -142,16 +142,15 @@ impl<'a> Locations<'a> {
         self.tool
     }
 
-    pub(super) fn head(&self, head: &mut Head) {
-        if head.name.is_empty() {
-            head.name = stem(&self.source.path);
+    pub(super) fn state(&self) -> HeadState {
+        let feed = self.feed;
+        let Some(reader) = &self.reader else { return HeadState { feed, ..HeadState::default() } };
+        HeadState {
+            tool: reader.tool(),
+            cutter: reader.cutter(),
+            spindle: reader.spindle_speed().unwrap_or(0.0) * 60.0,
+            coolant: reader.coolant(),
+            feed,
         }
-        if let Some(reader) = &self.reader {
-            head.tool = reader.tool();
-            head.cutter = reader.cutter();
-            head.coolant = reader.coolant();
-            head.spindle = reader.spindle_speed().unwrap_or(0.0) * 60.0;
-        }
-        head.feed = self.feed;
     }
 }

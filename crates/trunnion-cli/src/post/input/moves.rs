@@ -3,11 +3,11 @@
 use super::cl::Locations;
 use super::program::Program;
 use super::refusal::failure;
-use super::source::{InputOptions, Source};
+use super::source::{InputOptions, Source, stem};
 use crate::inspect;
 use crate::outcome::Failure;
 use crate::path::lines::Lines;
-use crate::post::head::Head;
+use crate::post::head::HeadState;
 use crate::post::summary::LeftOutCount;
 use crate::text::unreadable;
 use anyhow::Context;
@@ -91,11 +91,23 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// Adds name, tool, spindle speed and coolant of the input so far.
-    pub(crate) fn head(&self, head: &mut Head) {
+    /// Prints the warnings of the whole input, once it was read to its end.
+    pub(crate) fn warn(&mut self) {
+        if let Self::Program(of) = self {
+            of.warn();
+        }
+    }
+
+    /// Returns the name of the input.
+    pub(crate) fn name(&self) -> String {
+        stem(self.path())
+    }
+
+    /// Returns tool, spindle speed and coolant at the last move.
+    pub(in crate::post) fn state(&self) -> HeadState {
         match self {
-            Self::Locations(of) => of.head(head),
-            Self::Program(of) => of.head(head),
+            Self::Locations(of) => of.state(),
+            Self::Program(of) => of.state(),
         }
     }
 
@@ -125,7 +137,7 @@ impl<'a> Input<'a> {
     /// Returns an error with its line in the file.
     pub(crate) fn failure(&self, error: &PostError) -> Failure {
         if let Self::Program(of) = self {
-            of.explain_refusal();
+            of.explain_refusal(error.line());
         }
         failure(self.path(), error)
     }

@@ -1,9 +1,9 @@
 //! Moves of an NC program.
 
 use super::refusal::failure;
-use super::source::{ARC_TOLERANCE, InputOptions, Source, stem};
+use super::source::{ARC_TOLERANCE, InputOptions, Source};
 use crate::outcome::Failure;
-use crate::post::head::Head;
+use crate::post::head::HeadState;
 use crate::post::summary::LeftOutCount;
 use crate::table_tool::DescribedTool;
 use std::cell::RefCell;
@@ -46,6 +46,8 @@ pub(crate) struct Program<'a> {
     taken: usize,
     feed: f64,
     ended: bool,
+    /// The warnings of the whole program are printed.
+    warned: bool,
     /// Tool table of the control.
     table: Vec<ToolRow>,
     /// Tools so far that the table has otherwise.
@@ -86,6 +88,7 @@ impl<'a> Program<'a> {
             taken: 0,
             feed: 0.0,
             ended: false,
+            warned: false,
             table: read_options.tools,
             contradictions: Vec::new(),
             compared: None,
@@ -112,7 +115,7 @@ impl<'a> Program<'a> {
                 return Err(failure);
             }
             match step {
-                None => self.end(),
+                None => self.ended = true,
                 Some(Err(faults)) => return Err(Failure::program_faults(&self.path, &faults)),
                 Some(Ok(step)) => {
                     let taken = self.moves.step(&step, &mut self.waiting);
@@ -153,34 +156,40 @@ impl<'a> Program<'a> {
     }
 
     /// Warns of moves without a tool length, of which a refusal may come.
-    pub(super) fn explain_refusal(&self) {
-        // At the end of the program it was warned of.
-        if !self.ended {
-            self.warn_gauge_point();
+    pub(super) fn explain_refusal(&self, line: u32) {
+        // At the end of the program it was warned of; behind the refused line it is no reason.
+        let first =
+            if line == 0 { self.moves.gauge_point() } else { self.moves.gauge_point_at(line) };
+        if let Some(first) = first.filter(|_| !self.warned) {
+            self.warn_gauge_point(first);
         }
     }
 
-    fn warn_gauge_point(&self) {
+    /// Warns that the moves from a line on are those of the gauge point.
+    fn warn_gauge_point(&self, line: u32) {
         let path = self.path.display();
-        if let Some(line) = self.moves.gauge_point() {
-            let length = self.moves.kinematics().setup().tool_length;
-            let message = format!(
-                "no tool length is in force (G43, G43.4, TRAORI, M128): X, Y and Z are taken as the gauge point, \
-                 {length:.4} mm above the tip"
-            );
-            let help = "if they are the tip, switch the length on before this line, or give --from-tool-length 0";
-            let warning = Diagnostic { line, column: 0, message, help: help.to_owned() };
-            eprintln!("warning: {path}:{warning}");
-        }
+        let length = self.moves.kinematics().setup().tool_length;
+        let message = format!(
+            "no tool length is in force (G43, G43.4, TRAORI, M128): X, Y and Z are taken as the gauge point, \
+             {length:.4} mm above the tip"
+        );
+        let help = "if they are the tip, switch the length on before this line, or give --from-tool-length 0";
+        let warning = Diagnostic { line, column: 0, message, help: help.to_owned() };
+        eprintln!("warning: {path}:{warning}");
     }
 
-    fn end(&mut self) {
-        self.ended = true;
+    /// Prints the warnings of the whole program, once it was read to its end.
+    pub(super) fn warn(&mut self) {
+        if !self.ended || std::mem::replace(&mut self.warned, true) {
+            return;
+        }
         let path = self.path.display();
         for warning in self.steps.warnings() {
             eprintln!("warning: {path}:{warning}");
         }
-        self.warn_gauge_point();
+        if let Some(line) = self.moves.gauge_point() {
+            self.warn_gauge_point(line);
+        }
         let left = self.moves.left();
         // Words that cannot move the tool are dropped, but never silently.
         if left.dwells > 0 || left.words > 0 {
@@ -192,14 +201,14 @@ impl<'a> Program<'a> {
         }
     }
 
-    pub(super) fn head(&self, head: &mut Head) {
-        if head.name.is_empty() {
-            head.name = stem(&self.path);
+    pub(super) fn state(&self) -> HeadState {
+        HeadState {
+            tool: self.moves.tool(),
+            cutter: None,
+            spindle: self.moves.spindle().abs(),
+            coolant: self.moves.coolant(),
+            feed: self.feed,
         }
-        head.tool = self.moves.tool();
-        head.coolant = self.moves.coolant();
-        head.spindle = self.moves.spindle().abs();
-        head.feed = self.feed;
     }
 
     pub(super) fn left_out(&self) -> LeftOutCount {

@@ -80,6 +80,15 @@ fn measured(
             continue;
         }
         let fixture_turn = control.written_offsets.turn(FIXTURE);
+        if code.table == 11 && !turned(fixture_turn) {
+            // Where the axis stands, less the fixture: no other offset takes part, nor does a tool length in force.
+            let stands = control.machine.get(slot).copied().flatten();
+            let fixture = control.written_offsets.origin(FIXTURE, slot);
+            if let Some((stands, fixture)) = stands.zip(fixture) {
+                values[index] = Some(stands - fixture - value);
+                continue;
+            }
+        }
         let reads = if code.table == 10 {
             control.reading(slot)
         } else if code.table == 11 && !turned(control.turn()) && !turned(fixture_turn) {

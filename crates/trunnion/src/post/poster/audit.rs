@@ -214,7 +214,8 @@ impl OutputAudit {
     fn pass(&mut self, one: &TimedPoint, context: &AuditContext<'_>, report: &mut PostReport) {
         let end = one.point.end();
         let from = self.at.replace(end).unwrap_or(end);
-        let fastest = context.subdivider.fastest([from.block_end(), end.block_end()]);
+        let between = || context.subdivider.fastest([from.block_end(), end.block_end()]);
+        let fastest = one.point.fastest.unwrap_or_else(between);
         self.inside.push(InsidePoint { fastest, size: one.point.size() });
         self.compare_time(one, report);
     }
@@ -285,7 +286,7 @@ impl OutputAudit {
             report.rapid_seconds += block.seconds;
             return self.after.rapid(&words);
         };
-        let error = position_error(kinematics, &style.axes, point.source, &point.q);
+        let error = position_error(&style.axes, point.source, point.linear_error);
         self.after.block(&(point.q - from.q), &error, seconds);
         // Points inside a block share its time by their size.
         let whole: f64 = self.inside.iter().map(|point| point.size).sum();

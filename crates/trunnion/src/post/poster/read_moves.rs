@@ -27,6 +27,8 @@ pub(super) struct ReadMove {
     pub(super) to: AxesPose,
     pub(super) asked: PostPace,
     pub(super) source: PositionSource,
+    /// Error of X, Y and Z at its end by the rounding of tip words, where it has them \[mm\].
+    pub(super) linear_error: f64,
 }
 
 impl ReadItem {
@@ -43,7 +45,7 @@ impl ReadItem {
 
 impl ReadMove {
     fn count(&self, tally: &mut FeedTally, kinematics: &Kinematics, style: &Style) {
-        let Self { from, to, asked, source } = self;
+        let Self { from, to, asked, source, linear_error } = self;
         let words = word_travel(kinematics, style.dialect, from, to);
         let programmed = match asked {
             PostPace::Rapid => return tally.rapid(&words),
@@ -53,7 +55,7 @@ impl ReadMove {
         let travel = to.q - from.q;
         // Without a programmed time the axes run as fast as they can.
         let seconds = if programmed > 0.0 { programmed } else { tally.load.least(&travel) };
-        let error = position_error(kinematics, &style.axes, *source, &to.q);
+        let error = position_error(&style.axes, *source, *linear_error);
         tally.block(&travel, &error, seconds);
         tally.feed(&words, seconds);
     }

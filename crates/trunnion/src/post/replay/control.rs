@@ -3,7 +3,6 @@
 use super::only_tool::ToolMotion;
 use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, Kinematics, RotaryPair, Setup};
-use crate::math::jet::{Jet, Real};
 use crate::nc::control::{ControlKinematics, RotaryRequest, TipTarget, ToolLength};
 use crate::post::axis_point::AxesPose;
 use crate::post::error::PostError;
@@ -85,13 +84,10 @@ impl ControlKinematics for PostControl {
         line: u32,
     ) -> Result<Vector3<f64>, PostError> {
         let inverse = self.inverse(target.length);
-        let tip = inverse.kinematics().setup().rotation.inverse() * target.point.coords;
-        // A point at rest: its derivatives are zero, and so are those of the rotaries.
-        let still = Vector3::zeros();
-        let rotaries = [axes[FIRST_ROTARY], axes[FIRST_ROTARY + 1]];
-        let turns = rotaries.map(<Jet as Real>::constant);
-        let found = inverse.with_rotaries(&[tip, still, still, still], turns);
-        let [at, ..] = found.map_err(|error| PostError::reach(line, error))?;
+        let tip = inverse.kinematics().setup().rotation.inverse() * target.point;
+        let rotaries = RotaryPair::new(axes[FIRST_ROTARY], axes[FIRST_ROTARY + 1]);
+        let found = inverse.at_rotaries(&tip, rotaries);
+        let at = found.map_err(|error| PostError::reach(line, error))?;
         Ok(at.fixed_rows::<3>(0).into())
     }
 

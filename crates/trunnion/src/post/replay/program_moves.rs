@@ -1,5 +1,6 @@
 //! Steps of a program as moves of the tool.
 
+use super::bare_moves::BareMoves;
 use super::control::PostControl;
 use super::left_out::LeftOut;
 use super::only_tool::{OnlyTool, ToolMotion};
@@ -48,6 +49,8 @@ pub struct ProgramMoves {
     left: LeftOut,
     /// First line that cuts without a tool length.
     gauge_point: Option<u32>,
+    /// Moves before the first tool length.
+    bare: BareMoves,
     /// Spindle speed, clockwise positive \[1/min\].
     spindle: f64,
     coolant: Coolant,
@@ -75,6 +78,7 @@ impl ProgramMoves {
             away: Vec::new(),
             left: LeftOut::default(),
             gauge_point: None,
+            bare: BareMoves::default(),
             spindle: 0.0,
             coolant: Coolant::Off,
         })
@@ -132,6 +136,13 @@ impl ProgramMoves {
     /// Returns the first line that cuts with no tool length in force, so that X Y Z are the gauge point.
     pub fn gauge_point(&self) -> Option<u32> {
         self.gauge_point
+    }
+
+    /// Returns the first line that moves the gauge point, if no tool length is in force at a line either.
+    ///
+    /// A length that comes into force later counts: the lines before it approach the part without one.
+    pub fn gauge_point_at(&self, line: u32) -> Option<u32> {
+        self.gauge_point.filter(|first| *first <= line).or(self.bare.first(line))
     }
 
     /// Returns what was left out so far.
@@ -199,6 +210,11 @@ impl ProgramMoves {
         let has_length = length || tcp || self.control.tool_length() == 0.0;
         if self.is_wanted() && !has_length && block.pace != Pace::Rapid {
             self.gauge_point = self.gauge_point.or(Some(block.line));
+        }
+        if has_length {
+            self.bare.end();
+        } else if self.is_wanted() {
+            self.bare.add(block.line);
         }
         self.use_offset(block.line, offset)?;
         if block.axis.is_some() && !tcp && block.words != [None; AXES] {

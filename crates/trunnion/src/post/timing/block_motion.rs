@@ -1,27 +1,25 @@
 //! Mean motion of the axes over blocks, with what the rounding of their words can have added.
 
-use crate::machine::{FIRST_ROTARY, Kinematics};
-use crate::nc::write::{AxisWords, Coordinates, rounding};
+use crate::machine::FIRST_ROTARY;
+use crate::nc::write::AxisWords;
 use crate::post::axis_point::PositionSource;
 use crate::types::AxisVector;
 
 /// Last digit of a feed, as a share of the feeds that blocks have \[mm/min or 1/min\].
 const FEED_DIGIT: f64 = 1e-3;
 
-/// Returns the largest error of each axis at `q` by the rounding of words \[mm, rad\].
+/// Returns the largest error of each axis by the rounding of words \[mm, rad\]; `linear` is that of X, Y and Z by
+/// tip words.
 pub(in crate::post) fn position_error(
-    kinematics: &Kinematics,
     words: &AxisWords,
     source: PositionSource,
-    q: &AxisVector,
+    linear: f64,
 ) -> AxisVector {
     let mut error = words.rounding();
     match source {
         PositionSource::Exact => AxisVector::zeros(),
         PositionSource::Axes => error,
         PositionSource::Tip => {
-            // The linear axes follow the tip, whose words are off by their own rounding, and swing with the rotaries.
-            let linear = rounding(kinematics, q, words, Coordinates::Axes, 0.0);
             error.fixed_rows_mut::<FIRST_ROTARY>(0).fill(linear);
             error
         }

@@ -7,7 +7,7 @@
 
 use super::block_motion::{BlockMotion, MeanChange, position_error};
 use super::timed_point::TimedPoint;
-use crate::machine::Kinematics;
+use crate::machine::Machine;
 use crate::nc::write::AxisWords;
 use crate::post::options::{PostMethod, PostOptions};
 use crate::types::AxisVector;
@@ -60,7 +60,6 @@ struct BlockPair {
 /// Stage behind the planner that returns to programmed times.
 #[derive(Debug, Clone)]
 pub(crate) struct KeptTimes {
-    kinematics: Kinematics,
     words: AxisWords,
     acceleration: AxisVector,
     /// Jerk limits, if they are kept.
@@ -82,15 +81,13 @@ pub(crate) struct KeptTimes {
 impl KeptTimes {
     /// Creates the stage for axes that rest at `at`.
     pub(crate) fn new(
-        kinematics: &Kinematics,
+        machine: &Machine,
         words: &AxisWords,
         options: &PostOptions,
         at: AxisVector,
     ) -> Self {
-        let machine = kinematics.machine();
         let keeps_jerk = options.method == PostMethod::Jerk;
         Self {
-            kinematics: kinematics.clone(),
             words: *words,
             acceleration: machine.vector(|axis| axis.acc),
             jerk: keeps_jerk.then(|| machine.vector(|axis| axis.jerk)),
@@ -147,7 +144,7 @@ impl KeptTimes {
     fn close(&mut self) {
         let count = std::mem::take(&mut self.open);
         let Some(end) = self.points.back().filter(|_| count > 0) else { return };
-        let (q, source) = (end.point.q, end.point.source);
+        let (q, source, linear) = (end.point.q, end.point.source, end.point.linear_error);
         let block = self.points.range(self.points.len() - count..);
         let planned: f64 = block.clone().map(|one| one.seconds).sum();
         let paced = self.keeps && block.clone().all(|one| one.point.programmed.is_some());
@@ -156,7 +153,7 @@ impl KeptTimes {
         self.blocks.push_back(ChosenBlock {
             points: count,
             travel: q - self.at,
-            error: position_error(&self.kinematics, &self.words, source, &q),
+            error: position_error(&self.words, source, linear),
             base,
             planned,
         });

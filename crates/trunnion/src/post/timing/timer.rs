@@ -34,7 +34,7 @@ impl PointTimer {
         Ok(match options.method {
             PostMethod::Optimal | PostMethod::Jerk => {
                 let planner = SmoothPathTimer::new(kinematics, options, at)?;
-                let kept = KeptTimes::new(kinematics, words, options, at);
+                let kept = KeptTimes::new(machine, words, options, at);
                 Self::Path(Box::new((planner, kept)), Vec::new())
             }
             PostMethod::Blocks => Self::Blocks(Box::new(LookAheadTimer::new(machine, options, at))),
