@@ -9,6 +9,10 @@ use crate::post::timing::{position_error, word_travel};
 
 /// Move of the input, or a standstill behind its moves.
 #[derive(Debug, Clone, Copy)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "nearly all items are moves, and a hot path allocates nothing"
+)]
 pub(super) enum ReadItem {
     /// Move with its programmed speed.
     Move(ReadMove),
