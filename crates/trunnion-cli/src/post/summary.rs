@@ -30,7 +30,7 @@ pub(super) struct PostSummary {
     motion: ConservedMotion,
     /// Time of the output, rapid moves included.
     times: TimesSummary,
-    /// What the input has beside it.
+    /// Contents of the input beside it.
     left_out: LeftOutCount,
     /// Travel of the tip with feed.
     length: f64,
