@@ -15,7 +15,7 @@ use trunnion::types::{Progress, Stage};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct Args {
+pub(crate) struct BatchArgs {
     /// Folder with jobs (.toml), programs and CL files, or a text file that lists them, one path a line.
     input: PathBuf,
     /// Folder for the results: one folder and one record for each item.
@@ -103,7 +103,7 @@ struct Item {
     name: String,
 }
 
-pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+pub(crate) fn run(args: &BatchArgs, form: OutputForm) -> Result<Done, Failure> {
     let items = items(args)?;
     Outputs::probe(&args.output)?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -147,7 +147,7 @@ pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
 }
 
 /// Returns the items of a folder, in order of their names, or of a list, in its order.
-fn items(args: &Args) -> Result<Vec<Item>, Failure> {
+fn items(args: &BatchArgs) -> Result<Vec<Item>, Failure> {
     let fault =
         |what: &dyn std::fmt::Display| Failure::input(format!("{}: {what}", args.input.display()));
     let mut paths: Vec<PathBuf> = if args.input.is_dir() {
@@ -186,7 +186,7 @@ fn kind_of(path: &Path) -> Option<ItemKind> {
 }
 
 /// Returns the record of an item: the one that is kept, or that of a new run.
-fn row(args: &Args, item: &Item, progress: &dyn Progress) -> Result<ItemRow, Failure> {
+fn row(args: &BatchArgs, item: &Item, progress: &dyn Progress) -> Result<ItemRow, Failure> {
     let file = args.output.join(format!("{}.json", item.name));
     let result = item.name.clone();
     // A record that cannot be read counts as absent: the item is run again.
@@ -217,7 +217,11 @@ fn row(args: &Args, item: &Item, progress: &dyn Progress) -> Result<ItemRow, Fai
 }
 
 /// Runs a job or checks a program; returns true with its messages if everything is kept.
-fn work(args: &Args, item: &Item, progress: &dyn Progress) -> Result<(bool, Vec<String>), Failure> {
+fn work(
+    args: &BatchArgs,
+    item: &Item,
+    progress: &dyn Progress,
+) -> Result<(bool, Vec<String>), Failure> {
     let folder = args.output.join(&item.name);
     if item.kind == ItemKind::Job {
         let loaded = calls::load_job(&item.path, progress)?;

@@ -11,7 +11,7 @@ use trunnion::files::job::JobArea;
 use trunnion::pipeline::{self, JobProposal, ProposalRequest, ProposedOperation};
 
 #[derive(Debug, clap::Args)]
-pub(crate) struct Args {
+pub(crate) struct InitArgs {
     /// STEP or surface JSON file of the part.
     part: PathBuf,
     /// Machine file, or name of a built-in machine.
@@ -25,7 +25,7 @@ pub(crate) struct Args {
     faces: Vec<usize>,
 }
 
-pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+pub(crate) fn run(args: &InitArgs, form: OutputForm) -> Result<Done, Failure> {
     if let Some(path) = args.output.as_deref().filter(|path| path.exists()) {
         let help = "choose another name, or remove the file";
         return Err(Failure::input(format!(
@@ -150,7 +150,7 @@ fn tidy(value: f64) -> f64 {
 }
 
 /// Returns the name of the part as the job names it: relative to the folder of the job.
-fn part_name(args: &Args) -> String {
+fn part_name(args: &InitArgs) -> String {
     let folder = args.output.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
     // A part beside its job is named without a folder, so that both can be moved together.
     let beside = args.part.parent().unwrap_or(Path::new("")) == folder;
@@ -165,7 +165,7 @@ fn part_name(args: &Args) -> String {
 }
 
 /// Returns the name of the machine as the job names it.
-fn machine_name(args: &Args) -> String {
+fn machine_name(args: &InitArgs) -> String {
     let path = Path::new(&args.machine);
     // The name of a built-in machine needs no path.
     if !path.exists() {
@@ -181,7 +181,7 @@ fn quoted(text: &str) -> String {
 }
 
 /// Writes the job, with comments for who has never seen one.
-fn job_text(args: &Args, proposal: &JobProposal) -> String {
+fn job_text(args: &InitArgs, proposal: &JobProposal) -> String {
     let part = part_name(args);
     let stem = args.part.file_stem().map_or_else(|| "part".into(), |stem| stem.to_string_lossy());
     let [x, y, z]: [f64; 3] = proposal.origin.map(tidy).into();

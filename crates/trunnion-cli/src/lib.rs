@@ -61,13 +61,13 @@ enum Verb {
     /// The job cuts the faces that the machine reaches from above. The cutter is the largest of a small built-in library
     /// that reaches nearly all that smaller ones reach. Planes beside concave faces get a flat end mill of their own, and
     /// hollows a ball behind a larger one: a job of several operations. The origin keeps the axes inside travel.
-    Init(init::Args),
+    Init(init::InitArgs),
     /// Run the whole chain: surface to passes, axis motion, programs, check and report.
-    Run(run::Args),
+    Run(run::RunArgs),
     /// Check an NC program or CL file: simulate it and measure it against the part and the machine.
     Check(Box<check::CheckArgs>),
     /// Run many jobs, and check many programs, on this machine; what is finished is not run again.
-    Batch(batch::Args),
+    Batch(batch::BatchArgs),
     /// Search the rotation of the workpiece that keeps a job's path off the singular directions.
     ///
     /// Near a singular direction (the tool parallel to the workpiece-side rotary axis) that axis must turn fast, which

@@ -16,7 +16,7 @@ use trunnion::pipeline::{self, CheckedProgram, Job, Outcome, PipelineError};
 use trunnion::types::{Mesh, Progress};
 
 #[derive(Debug, clap::Args)]
-pub(crate) struct Args {
+pub(crate) struct RunArgs {
     /// Job file (TOML); paths in it are relative to it.
     job: PathBuf,
     /// Folder for the outputs [default: out/ beside the job].
@@ -27,7 +27,7 @@ pub(crate) struct Args {
     dry_run: bool,
 }
 
-pub(crate) fn run(args: &Args, form: OutputForm) -> Result<Done, Failure> {
+pub(crate) fn run(args: &RunArgs, form: OutputForm) -> Result<Done, Failure> {
     let bars = Bars::new();
     let (job, warnings) = load(&args.job, None, &bars)?;
     let folder = match &args.output {

@@ -17,12 +17,12 @@ pub(crate) enum Known {
     /// All axes.
     Axes(AxisVector),
     /// After a tool change, the words stated since.
-    Part(Part),
+    Part(PartlyKnown),
 }
 
 /// Some of the axes, or what the tip reads.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Part {
+pub(crate) struct PartlyKnown {
     axes: [Option<f64>; AXES],
     /// X, Y and Z of the tip \[mm\], and in what they count.
     tip: [Option<f64>; 3],
@@ -40,11 +40,11 @@ impl Known {
         if !at_height(&axes, 0.0).is_some_and(|q| keeps_xy(control, &q)) {
             [axes[0], axes[1]] = [None; 2];
         }
-        Self::Part(Part { axes, tip: [None; 3], frame: None })
+        Self::Part(PartlyKnown { axes, tip: [None; 3], frame: None })
     }
 }
 
-impl Part {
+impl PartlyKnown {
     /// Returns the position behind a straight block.
     pub(crate) fn after(
         &self,
