@@ -166,7 +166,7 @@ fn quick(folder: &Path) {
 }
 
 #[test]
-fn links_that_are_too_low_are_reported_how_high_to_go() {
+fn links_pass_over_a_wall_that_is_higher_than_the_part() {
     let folder = folder();
     let folder = folder.path();
     quick(folder);
@@ -174,11 +174,52 @@ fn links_that_are_too_low_are_reported_how_high_to_go() {
     let wall = "kind = \"box\"\nmin = [60, -400, -12]\nmax = [80, 400, 300]\n";
     add(folder, &format!("[[fixture]]\nname = \"wall\"\n{wall}"));
     let (code, summary) = run(folder);
-    let warnings = summary["warnings"].to_string();
-    let higher = "mm higher than they travel; setup.clearance, 20 mm now, above";
-    assert!(code == Some(1) && warnings.contains(higher), "{summary:#}");
-    assert!(!warnings.contains("cuts or their leads"), "{warnings}");
-    assert!(summary["failures"].to_string().contains("runs into wall, "), "{summary:#}");
+    assert!(code == Some(0) && summary["passed"] == true, "{summary:#}");
+    let fixtures = &summary["programs"][0]["fixtures"];
+    assert!(fixtures["hits"].is_null() && fixtures["least"]["fixture"] == "wall", "{fixtures:#}");
+    assert!(fixtures["least"]["distance"].as_f64().unwrap() > 0.0, "{fixtures:#}");
+}
+
+#[test]
+fn passes_keep_off_a_clamp_and_what_it_covers_is_named() {
+    let folder = folder();
+    let folder = folder.path();
+    quick(folder);
+    add(folder, "fixture_clearance = 2.5\n");
+    add(folder, &clamp(-18.0));
+    let (code, summary) = run(folder);
+    let fixtures = &summary["programs"][0]["fixtures"];
+    assert!(fixtures["lines"].is_null() && fixtures["hits"].is_null(), "{fixtures:#}");
+    let failures = summary["failures"].to_string();
+    assert!(code == Some(1) && failures.contains("gouge fixture box:-40,10,-12"), "{failures}");
+}
+
+/// The clamp in the way, of more triangles than planning keeps off.
+fn fine_clamp() -> String {
+    const N: usize = 8;
+    let (low, high) = ([-40.0, 10.0, -12.0], [-18.0, 30.0, 4.0]);
+    let mut text = "solid clamp\n".to_owned();
+    for (k, end) in (0..3).flat_map(|k| [(k, 0.0), (k, 1.0)]) {
+        let at = |i: usize, j: usize| {
+            let mut share = [end; 3];
+            share[(k + 1) % 3] = i as f64 / N as f64;
+            share[(k + 2) % 3] = j as f64 / N as f64;
+            let place = [0, 1, 2].map(|k: usize| low[k] + share[k] * (high[k] - low[k]));
+            format!("vertex {} {} {}\n", place[0], place[1], place[2])
+        };
+        for (i, j) in (0..N).flat_map(|i| (0..N).map(move |j| (i, j))) {
+            let corners = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            let mut halves = [[0, 1, 2], [0, 2, 3]];
+            if end < 0.5 {
+                halves.iter_mut().for_each(|half| half.reverse());
+            }
+            for half in halves {
+                let corners = half.map(|corner| corners[corner].clone()).concat();
+                text += &format!("facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n");
+            }
+        }
+    }
+    text + "endsolid clamp\n"
 }
 
 #[test]
@@ -202,23 +243,27 @@ fn a_fixture_is_reported_where_a_program_runs_into_it() {
     };
 
     // In the way: the run and the check say the same, whoever says the fixture.
-    fs::write(folder.join("plain.toml"), plain).unwrap();
-    replace(folder, "job.toml", "max = [-30,", "max = [-18,");
+    fs::write(folder.join("plain.toml"), &plain).unwrap();
+    fs::write(folder.join("clamp.stl"), fine_clamp()).unwrap();
+    let only_checked = format!(
+        "{plain}fixture_clearance = 2.5\n[[fixture]]\nkind = \"stl\"\nfile = \"clamp.stl\"\n"
+    );
+    fs::write(folder.join("job.toml"), only_checked).unwrap();
     let (code, summary) = run(folder);
     assert_eq!(code, Some(1), "{summary:#}");
     let fixtures = &summary["programs"][0]["fixtures"];
-    assert_eq!(fixtures["least"]["fixture"], "box:-40,10,-12,-18,30,4");
+    assert_eq!(fixtures["least"]["fixture"], "clamp.stl");
     let deepest = fixtures["near"].as_array().unwrap().iter();
     let deepest = deepest.map(|near| near["distance"].as_f64().unwrap()).reduce(f64::min);
     assert!((-6.0..-2.0).contains(&least(&summary)) && deepest == Some(least(&summary)));
-    let said = ["--fixture", "box:-40,10,-12,-18,30,4", "--clearance", "2.5"];
+    let said = ["--fixture", "clamp.stl", "--clearance", "2.5"];
     let [of_job, of_arguments] = [check("job.toml", &[]), check("plain.toml", &said)];
     assert_eq!((of_job.0, of_arguments.0), (Some(1), Some(1)));
     assert_eq!(&of_job.1["fixtures"], fixtures);
     assert_eq!(&of_arguments.1["fixtures"], fixtures);
     assert_eq!(of_job.1["failures"], of_arguments.1["failures"]);
     let failures = summary["failures"].as_array().unwrap();
-    let words = [": runs into box:-40,10,-12,-18,30,4, ", " mm deep at X ", "nearer than 2.5 mm"];
+    let words = [": runs into clamp.stl, ", " mm deep at X ", "nearer than 2.5 mm"];
     for words in words {
         assert!(
             failures.iter().any(|failure| failure.as_str().unwrap().contains(words)),
@@ -226,10 +271,10 @@ fn a_fixture_is_reported_where_a_program_runs_into_it() {
         );
     }
     let warnings = summary["warnings"].to_string();
-    let remedies = ["cuts or their leads come too near: move", "keeps them up from pass to pass"];
+    let remedies = ["cuts or their leads come too near: move", "has more than 600 triangles"];
     assert!(remedies.iter().all(|remedy| warnings.contains(remedy)), "{warnings}");
     let page = fs::read_to_string(folder.join("out/report.html")).unwrap();
-    assert!(page.contains("least fixture distance") && page.contains("deep in box:-40,10,-12"));
+    assert!(page.contains("least fixture distance") && page.contains("deep in clamp.stl"));
     assert!(
         page.contains("The part among its fixtures") && page.contains("data:image/png;base64,")
     );
@@ -251,7 +296,7 @@ fn the_chord_of_a_step_fixture_is_that_of_the_command_line() {
     let folder = folder();
     let folder = folder.path();
     let plain = fs::read_to_string(folder.join("job.toml")).unwrap();
-    fs::write(folder.join("plain.toml"), plain).unwrap();
+    fs::write(folder.join("plain.toml"), &plain).unwrap();
     let solid = root().join("fixtures/step/hollow.step");
     fs::copy(solid, folder.join("hollow.step")).unwrap();
     add(folder, "[[fixture]]\nkind = \"step\"\nfile = \"hollow.step\"\nchord = 0.004\n");
