@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Plants faults in a program one at a time, and prints those that `trunnion check` does not find.
+"""Plants faults in a program one at a time, and prints how `trunnion check` finds them.
 
-plant.py TRUNNION JOB PROGRAM [--only NAME] [--more OPTION]...
+plant.py TRUNNION JOB PROGRAM [--only NAME] [--more OPTION]... [--verbose]
 
 PROGRAM is a LinuxCNC or g93 program of the job that passes. Every kind of fault is planted in up to three blocks of the passes; a
-fault counts as found if the check ends with exit 1 or 2.
+fault counts as found if the check ends with exit 1 or 2. It is found at its line if a failure names a changed line or a neighbour
+of one, and found elsewhere if only other lines, or none, are named.
 """
 
 import argparse
@@ -15,6 +16,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+VERDICTS = ("at its line", "elsewhere", "missed")
 WORD = r"{}(-?\d+\.?\d*)"
 
 
@@ -106,7 +108,9 @@ def faults(lines, rng):
     yield "smoothing of 1 mm", whole(r"^G64.*", "G64 P1")
     yield "smoothing without bound", whole(r"^G64.*", "G64")
     yield "TCP never on", whole(r"^M428$", "")
-    yield "TCP off in a cut", insert("M429", [chosen[3]])
+    switched = any(line == "M428" for line in lines)
+    yield "TCP off in a cut", insert("M429", [chosen[3]]) if switched else []
+    yield "TCP on in a cut", [] if switched else insert("M428", [chosen[3]])
     yield "rapid in a cut", some(lambda l: re.sub(r"^G1", "G0", re.sub(r" F\S+", "", l)))
     # One block of many hardly moves the tool off its path, and one written twice does not at all: several are a fault.
     yield "blocks exchanged", [(i, lines[:i] + [lines[i + 1], lines[i]] + lines[i + 2:]) for i in chosen[:3] if re.match(r"G1", lines[i + 1])]
@@ -127,6 +131,22 @@ def faults(lines, rng):
     yield "all Z 0.01 mm lower", [(0, [shifted(l, "Z", -0.01) or l if re.match(r"G1", l) else l for l in lines])]
 
 
+def changed(lines, text, planted):
+    """Numbers of the lines that differ, and of their neighbours; of what was put in or left out, the border."""
+    if len(lines) == len(text):
+        own = [i + 1 for i, (old, new) in enumerate(zip(lines, text)) if old != new]
+    else:
+        own = [planted + 1]
+    return {line + by for line in own for by in (-1, 0, 1)}
+
+
+def named(done):
+    """Numbers of the lines that failures and errors name."""
+    text = done.stdout + done.stderr
+    told = [line for line in text.splitlines() if line.startswith(("broken:", "error:"))]
+    return {int(n) for line in told for pair in re.findall(r"lines? (\d+)|\.ngc:(\d+)", line) for n in pair if n}, told
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("trunnion")
@@ -134,10 +154,11 @@ def main():
     parser.add_argument("program")
     parser.add_argument("--only", default="")
     parser.add_argument("--more", action="append", default=[])
+    parser.add_argument("--verbose", action="store_true")
     args = parser.parse_args()
     lines = Path(args.program).read_text().splitlines()
     job = Path(args.job).resolve()
-    found = missed = 0
+    counts = dict.fromkeys(VERDICTS, 0)
     with tempfile.TemporaryDirectory() as folder:
         def check(text):
             path = Path(folder) / "planted.ngc"
@@ -154,14 +175,19 @@ def main():
                 print(f"{'not possible here':18}{name}", flush=True)
             for line, text in planted:
                 done = check(text)
-                if done.returncode in (1, 2):
-                    found += 1
+                places, told = named(done)
+                if done.returncode not in (1, 2):
+                    verdict = "missed"
+                    told = [w for w in (done.stdout + done.stderr).splitlines() if w.startswith("warning")]
+                elif places & changed(lines, text, line):
+                    verdict = "at its line"
                 else:
-                    missed += 1
-                    warnings = [w for w in (done.stdout + done.stderr).splitlines() if w.startswith("warning")]
-                    print(f"{'missed':18}{name}, line {line + 1}, exit {done.returncode}: {warnings[:2]}", flush=True)
-    print(f"{found} faults found, {missed} missed")
-    return missed > 0
+                    verdict = "elsewhere"
+                counts[verdict] += 1
+                if args.verbose or verdict != "at its line":
+                    print(f"{verdict:18}{name}, line {line + 1}, exit {done.returncode}: {told[:2]}", flush=True)
+    print(", ".join(f"{count} {verdict}" for verdict, count in counts.items()))
+    return counts["missed"] > 0
 
 
 sys.exit(main())
