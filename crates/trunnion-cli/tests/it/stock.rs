@@ -209,13 +209,10 @@ fn fine_clamp() -> String {
         };
         for (i, j) in (0..N).flat_map(|i| (0..N).map(move |j| (i, j))) {
             let corners = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-            let mut halves = [[0, 1, 2], [0, 2, 3]];
-            if end < 0.5 {
-                halves.iter_mut().for_each(|half| half.reverse());
-            }
+            let halves = if end < 0.5 { [[2, 1, 0], [3, 2, 0]] } else { [[0, 1, 2], [0, 2, 3]] };
             for half in halves {
                 let corners = half.map(|corner| corners[corner].clone()).concat();
-                text += &format!("facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n");
+                text.extend(["facet normal 0 0 0\nouter loop\n", &corners, "endloop\nendfacet\n"]);
             }
         }
     }
