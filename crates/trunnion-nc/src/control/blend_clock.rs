@@ -81,6 +81,12 @@ pub struct BlendClock {
 const STRAIGHT_ON: f64 = 0.966;
 /// Distance from the end at which a block is complete, over its length.
 const COMPLETE: f64 = 1e-9;
+/// Cosine below which a path turns back: no arc fits into such a corner, of 175 degrees and more.
+const TURNS_BACK: f64 = -0.996;
+/// Share of the acceleration that is left for the direction on an arc: sqrt(3) / 2, as measured.
+const ARC_SHARE: f64 = 0.866;
+/// Share of a block that the arc at one of its ends may replace.
+const ARC_REACH: f64 = 0.5;
 /// Least cosine in the velocity of a blend, so that a straight line has no infinite one.
 const LEAST_COSINE: f64 = 1e-6;
 
@@ -95,12 +101,25 @@ struct RunningBlock {
     travelled: f64,
     /// It decelerates to its end.
     slows_down: bool,
+    /// Velocity at its end: zero, or that on the arc behind it.
+    leaves: f64,
+    /// Length of the last block, where several are joined \[mm\].
+    last: f64,
 }
 
 impl RunningBlock {
     fn new(block: ClockedBlock, tolerance: BlendTolerance) -> Self {
         let acceleration = block.acceleration;
-        Self { block, tolerance, acceleration, velocity: 0.0, travelled: 0.0, slows_down: false }
+        Self {
+            block,
+            tolerance,
+            acceleration,
+            velocity: 0.0,
+            travelled: 0.0,
+            slows_down: false,
+            leaves: 0.0,
+            last: block.length,
+        }
     }
 
     fn left(&self) -> f64 {
@@ -116,9 +135,11 @@ impl RunningBlock {
     fn step(&mut self, target: f64, period: f64) {
         let gain = self.acceleration * period;
         // v: after this cycle at mean velocity (v + v0) / 2, the rest of the way suffices to stop:
-        // v² / (2 a) = left - (v + v0) T / 2.
+        // (v² - v1²) / (2 a) = left - (v + v0) T / 2, with v1 at the end.
         let half = 0.5 * gain;
-        let square = self.acceleration * (2.0 * self.left() - self.velocity * period) + half * half;
+        let end = self.leaves * self.leaves;
+        let way = 2.0 * self.left() - self.velocity * period;
+        let square = self.acceleration * way + half * half + end;
         let most = if square > half * half { square.sqrt() - half } else { 0.0 };
         let before = self.velocity;
         if before <= 0.0 && most <= 0.0 {
@@ -146,7 +167,9 @@ impl RunningBlock {
     /// Returns true if it ends within the next cycle at the deceleration that leads to rest.
     fn ends_within(&self, period: f64) -> bool {
         let left = self.left();
-        left <= COMPLETE * self.block.length || left < 0.5 * self.velocity * period
+        // The mean velocity of that cycle: from the present one to that at the end.
+        let mean = 0.5 * (self.velocity + self.leaves.min(self.velocity));
+        left <= COMPLETE * self.block.length || left < mean * period
     }
 }
 
@@ -173,6 +196,8 @@ impl BlendClock {
         } else if goes_straight_on(&current.block, &block) {
             self.current = Some(joined(current, &block));
             return;
+        } else if let Some(arc) = CornerArc::between(&current, &next) {
+            self.round(&mut current, &mut next, &arc);
         } else {
             self.blend(&mut current, &mut next);
         }
@@ -249,6 +274,27 @@ impl BlendClock {
         self.cycles = self.cycles.saturating_add(1);
     }
 
+    /// Runs a block to the arc at its end, and along the arc to the next block.
+    fn round(&mut self, current: &mut RunningBlock, next: &mut RunningBlock, arc: &CornerArc) {
+        // Step 1: the arc replaces a length of both, and is as long as its own.
+        current.block.length = (current.block.length - arc.reach).max(current.travelled);
+        next.block.length -= arc.reach;
+        current.leaves = arc.velocity;
+        // Step 2: cycle by cycle to the arc.
+        let target = current.block.velocity;
+        while !current.ends_within(self.period) {
+            self.skip(current);
+            current.step(target, self.period);
+            self.cycles = self.cycles.saturating_add(1);
+        }
+        // Step 3: what is left of the block and the arc, at the velocity of the arc.
+        let cycles = ((current.left() + arc.length) / (arc.velocity * self.period)).round();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+        let cycles = cycles as u64;
+        self.cycles = self.cycles.saturating_add(cycles);
+        next.velocity = arc.velocity;
+    }
+
     /// Skips cycles that change nothing but the way.
     fn skip(&mut self, current: &mut RunningBlock) {
         let cycles = current.cruise(self.period);
@@ -257,6 +303,48 @@ impl BlendClock {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
         let cycles = cycles as u64;
         self.cycles = self.cycles.saturating_add(cycles);
+    }
+}
+
+/// Arc that rounds the corner between two blocks without rotaries.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct CornerArc {
+    /// Length of either block that it replaces \[mm\].
+    reach: f64,
+    /// Its own length \[mm\].
+    length: f64,
+    /// Velocity along it \[mm/s\].
+    velocity: f64,
+}
+
+impl CornerArc {
+    /// Returns the arc, or `None` where a rotary moves, the path turns back, or nothing moves along it.
+    ///
+    /// With the angle `t` by which the path turns, the tolerance `P` allows the radius `P / (1 / cos(t / 2) - 1)`, and half of
+    /// the shorter length `L` allows `L / (2 tan(t / 2))`. `v = sqrt(0.866 a R)` passes it.
+    fn between(current: &RunningBlock, next: &RunningBlock) -> Option<Self> {
+        let [a, b] = [&current.block, &next.block];
+        let is_linear = a.kind == ClockedKind::Linear && b.kind == ClockedKind::Linear;
+        let cosine = turn_cosine(a, b).filter(|cosine| is_linear && *cosine > TURNS_BACK)?;
+        let half = 0.5 * cosine.clamp(-1.0, 1.0).acos();
+        // An arc at the other end of the block has already taken its half.
+        let most = (ARC_REACH * current.last.min(b.length)).min(current.left());
+        let reach = match current.tolerance {
+            BlendTolerance::Within(tolerance) if tolerance > 0.0 => {
+                most.min(tolerance / (half.cos().recip() - 1.0) * half.tan())
+            }
+            _ => most,
+        };
+        let radius = reach / half.tan();
+        let acceleration = ARC_SHARE * a.acceleration.min(b.acceleration);
+        let velocity = (acceleration * radius).sqrt().min(a.velocity).min(b.velocity);
+        let length = 2.0 * half * radius;
+        let usable = |value: f64| value > 0.0 && value.is_finite();
+        [reach, length, velocity].into_iter().all(usable).then_some(Self {
+            reach,
+            length,
+            velocity,
+        })
     }
 }
 
@@ -310,7 +398,7 @@ fn joined(current: RunningBlock, next: &ClockedBlock) -> RunningBlock {
         directions: before.directions.zip(next.directions).map(|([from, _], [_, to])| [from, to]),
         kind: ClockedKind::Linear,
     };
-    RunningBlock { block, ..current }
+    RunningBlock { block, last: next.length, ..current }
 }
 
 #[cfg(test)]

@@ -79,3 +79,51 @@ fn the_kind_of_path_decides() {
     let endless = ClockedBlock { velocity: f64::NAN, ..rotary };
     assert!(seconds(endless, BlendTolerance::Unbounded) <= 0.0);
 }
+
+/// Corners without rotaries: a zigzag with every second leg along X, at F12000; 2500 mm/s² for X and for Y.
+#[test]
+fn corners_without_rotaries_pass_as_measured() {
+    let cycles = |degrees: f64, tolerance: BlendTolerance, length: f64| {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        let legs = [[1.0, 0.0], [cosine, sine]]
+            .map(|[x, y]| nalgebra::Unit::new_normalize(nalgebra::Vector3::new(x, y, 0.0)));
+        let seconds = |count: usize| {
+            let mut clock = BlendClock::new(PERIOD);
+            for k in 0..count {
+                let directions = Some([legs[k % 2]; 2]);
+                let velocity = 200.0;
+                let acceleration = 2500.0 / legs[k % 2].amax();
+                let kind = ClockedKind::Linear;
+                let block = ClockedBlock { length, velocity, acceleration, directions, kind };
+                clock.push(block, tolerance);
+            }
+            clock.stop();
+            clock.seconds()
+        };
+        (seconds(220) - seconds(20)) / (200.0 * PERIOD)
+    };
+    let within = BlendTolerance::Within;
+    // Degrees, tolerance, length; mean cycles of the four legs in the middle.
+    let measured = [
+        (20.0, within(0.001), 10.0, 117.5),
+        (36.0, within(0.001), 10.0, 117.25),
+        (60.0, within(0.01), 10.0, 118.75),
+        (90.0, within(0.05), 10.0, 124.25),
+        (120.0, within(0.01), 10.0, 122.75),
+        (150.0, within(0.001), 10.0, 122.5),
+        (60.0, within(0.05), 0.5, 17.5),
+        (90.0, within(0.05), 1.0, 36.0),
+        (36.0, within(0.01), 0.3, 14.25),
+        (36.0, BlendTolerance::Unbounded, 10.0, 53.25),
+        (90.0, BlendTolerance::Unbounded, 10.0, 75.5),
+        (60.0, BlendTolerance::Unbounded, 1.0, 21.0),
+    ];
+    for (degrees, tolerance, length, measured) in measured {
+        let found = cycles(degrees, tolerance, length);
+        // Blocks and arcs end within cycles: a leg of few cycles is off by one and a part.
+        assert!(
+            (found - measured).abs() < 1.5_f64.max(0.02 * measured),
+            "{degrees} degrees, {tolerance:?}, {length} mm: {found}, measured {measured}"
+        );
+    }
+}
