@@ -225,13 +225,13 @@ fn times_on_linuxcnc(feed: &str) -> [f64; 2] {
 }
 
 /// `post` counts from the first position on, `check` from machine zero: the ways there and back are the same at both
-/// feeds.
+/// feeds, but for the corners between them and the cut, which the control rounds at the feed: some cycles.
 #[test]
 fn check_finds_the_time_on_the_control_that_post_reported() {
     let [fast, slow] = ["FEDRAT/3000.0", "FEDRAT/300.0"].map(times_on_linuxcnc);
     let [reported, found] = [slow[0] - fast[0], slow[1] - fast[1]];
     assert!(reported > 10.0, "{reported} s");
-    assert!((found - reported).abs() < 1e-4 * reported, "{found} s, reported {reported} s");
+    assert!((found - reported).abs() < 1e-3 * reported, "{found} s, reported {reported} s");
     let way = fast[1] - fast[0];
     assert!(way > 0.0 && way < 4.0, "{way} s");
 }
@@ -310,6 +310,27 @@ fn a_missing_tool_length_is_named_before_what_it_leads_to() {
         "G21 G90 G54 G94\nT1 M6\nG43 H1\nG0 X0 Y0 Z20 B0 C0\nG1 Z-900 F100\nG49\nG1 X3\nM2\n";
     let with = refused(with);
     assert!(with.contains("bare.ngc:5: Z = ") && !with.contains("no tool length"), "{with}");
+}
+
+/// M428 of `LinuxCNC` switches kinematics: without G43 no length counts, and the tip would be a tool's length too low.
+#[test]
+fn tcp_without_a_tool_length_is_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let warned = |length: &str| {
+        let program = format!(
+            "G21 G90 G54 G94\nT1 M6\n{length}S600 M3\nM428\nG0 X0 Y0 Z60 B0 C0\nG1 Z50 F600\nX9 B5\nG0 Z60\nM2\n"
+        );
+        fs::write(folder.path().join("bare.ngc"), program).unwrap();
+        let mut arguments = vec!["bare.ngc"];
+        arguments.extend(on_bc("linuxcnc", "out.ngc"));
+        let output = post(folder.path(), &arguments);
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let bare = warned("");
+    assert!(bare.contains("bare.ngc:6: no tool length is in force"), "{bare}");
+    let with = warned("G43 H1\n");
+    assert!(!with.contains("no tool length"), "{with}");
 }
 
 /// The same words; F, where both have it, up to a hundredth below: the machine starts from rest.

@@ -207,7 +207,8 @@ impl ProgramMoves {
         let Frame::Work { offset, length, tcp } = block.frame else {
             return self.run_in_machine(block);
         };
-        let has_length = length || tcp || self.control.tool_length() == 0.0;
+        // Tool-centre-point control alone brings no length where a code of its own switches it (M428 of `LinuxCNC`).
+        let has_length = length || self.control.tool_length() == 0.0;
         if self.is_wanted() && !has_length && block.pace != Pace::Rapid {
             self.gauge_point = self.gauge_point.or(Some(block.line));
         }
