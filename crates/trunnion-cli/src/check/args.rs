@@ -21,7 +21,7 @@ pub(crate) struct CheckArgs {
         "origin", "rotation"])]
     pub(super) job: Option<PathBuf>,
     /// Machine file, or name of a built-in machine. A CL file needs none.
-    #[arg(long, value_name = "M")]
+    #[arg(short, long, value_name = "M")]
     pub(super) machine: Option<String>,
     /// Surface JSON or STEP file. Without one, only axes, stock and fixtures are checked.
     #[arg(long, value_name = "FILE")]

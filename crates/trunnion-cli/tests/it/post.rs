@@ -225,13 +225,14 @@ fn times_on_linuxcnc(feed: &str) -> [f64; 2] {
 }
 
 /// `post` counts from the first position on, `check` from machine zero: the ways there and back are the same at both
-/// feeds, but for the corners between them and the cut, which the control rounds at the feed: some cycles.
+/// feeds, but for the corner from the way to the first cut. `LinuxCNC` passes its arc, here 0.1 mm long, at the slower
+/// of both velocities: 0.1 mm at 5 mm/s are 20 ms, of which the test sees 16.
 #[test]
 fn check_finds_the_time_on_the_control_that_post_reported() {
     let [fast, slow] = ["FEDRAT/3000.0", "FEDRAT/300.0"].map(times_on_linuxcnc);
     let [reported, found] = [slow[0] - fast[0], slow[1] - fast[1]];
     assert!(reported > 10.0, "{reported} s");
-    assert!((found - reported).abs() < 1e-3 * reported, "{found} s, reported {reported} s");
+    assert!((found - reported).abs() < 0.02, "{found} s, reported {reported} s");
     let way = fast[1] - fast[0];
     assert!(way > 0.0 && way < 4.0, "{way} s");
 }

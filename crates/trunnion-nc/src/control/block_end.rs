@@ -3,7 +3,7 @@
 use super::kinematics::{ControlKinematics, RotaryRequest, TipTarget};
 use super::word_frame::{TipFrame, WordFrame};
 use super::words::end_words;
-use crate::read::Move;
+use crate::read::{Move, Pace, Turning};
 use crate::types::{AXES, AxisVector};
 use nalgebra::Point3;
 
@@ -106,7 +106,13 @@ fn choose<C: ControlKinematics>(
     block: &Move,
     tip: Option<TipTarget>,
 ) -> Result<Option<C::Rotaries>, C::Error> {
-    let request = |direction| RotaryRequest { line: block.line, direction, near, tip };
+    // A rapid move positions the rotaries by the shortest way.
+    let turning = if block.pace == Pace::Rapid { Turning::Rotary } else { block.turning };
+    let request = |direction| RotaryRequest {
+        tip,
+        turning,
+        ..RotaryRequest::new(block.line, direction, near)
+    };
     block.axis.map(|direction| control.rotaries(&request(direction))).transpose()
 }
 

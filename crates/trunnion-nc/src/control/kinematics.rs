@@ -2,6 +2,7 @@
 
 use super::word_frame::ToolLength;
 use crate::machine::RotaryPair;
+use crate::read::Turning;
 use crate::types::AxisVector;
 use nalgebra::{Point3, UnitVector3, Vector3};
 
@@ -62,11 +63,13 @@ pub struct RotaryRequest<'a> {
     pub near: &'a AxisVector,
     /// Goal of the tip under tool-centre-point control; otherwise X, Y, Z keep their positions.
     pub tip: Option<TipTarget>,
+    /// Path of the tool axis to that direction: on a great circle the rotaries stay with their solution.
+    pub turning: Turning,
 }
 
 impl<'a> RotaryRequest<'a> {
-    /// Requests the rotary axes for a direction, while X, Y and Z keep their positions.
+    /// Requests the rotary axes for a direction, while X, Y and Z keep their positions and the rotaries turn steadily.
     pub const fn new(line: u32, direction: UnitVector3<f64>, near: &'a AxisVector) -> Self {
-        Self { line, direction, near, tip: None }
+        Self { line, direction, near, tip: None, turning: Turning::Rotary }
     }
 }

@@ -37,6 +37,8 @@ pub enum FindingKind {
     NoTool,
     /// [`StateFinding::SlowCuts`]
     SlowCuts,
+    /// [`StateFinding::FastCuts`]
+    FastCuts,
     /// [`StateFinding::NoCoolant`]
     NoCoolant,
     /// [`StateFinding::Smoothing`] and [`StateFinding::UnboundedSmoothing`]
@@ -45,7 +47,7 @@ pub enum FindingKind {
 
 impl FindingKind {
     /// All kinds.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::Gouge,
         Self::Excess,
         Self::ToolLength,
@@ -61,6 +63,7 @@ impl FindingKind {
         Self::WrongLength,
         Self::NoTool,
         Self::SlowCuts,
+        Self::FastCuts,
         Self::NoCoolant,
         Self::Smoothing,
     ];
@@ -83,6 +86,7 @@ impl FindingKind {
             Self::WrongLength => "wrong-length",
             Self::NoTool => "no-tool",
             Self::SlowCuts => "slow-cuts",
+            Self::FastCuts => "fast-cuts",
             Self::NoCoolant => "no-coolant",
             Self::Smoothing => "smoothing",
         }
@@ -122,6 +126,7 @@ impl Finding {
             Self::State(StateFinding::WrongLength { .. }) => FindingKind::WrongLength,
             Self::State(StateFinding::NoTool { .. }) => FindingKind::NoTool,
             Self::State(StateFinding::SlowCuts { .. }) => FindingKind::SlowCuts,
+            Self::State(StateFinding::FastCuts { .. }) => FindingKind::FastCuts,
             Self::State(StateFinding::NoCoolant(_)) => FindingKind::NoCoolant,
             Self::State(
                 StateFinding::Smoothing { .. } | StateFinding::UnboundedSmoothing { .. },

@@ -12,14 +12,18 @@ use super::stock::collision::CollisionKind;
 use super::stock::material::Stock;
 use crate::surface::Face;
 use crate::types::Progress;
-use crate::verify::report::{Finding, Report};
+use crate::verify::report::{FastBlock, Finding, Report};
 use crate::verify::state::{
     self, AffectedCuts, CoolantDemand, LengthUse, PlannedCuts, StateFinding, StateLimits,
     StateReport,
 };
+use std::collections::BTreeSet;
 
 /// Ratio of times from which cuts are slower than any control's acceleration makes them.
 const FAR_SLOWER: f64 = 30.0;
+
+/// Ratio to the feed of the job from which a cut between slower ones is too fast.
+const FAR_FASTER: f64 = 2.0;
 
 /// Share of its limits up to which no axis explains slow cuts.
 const HARDLY_LOADED: f64 = 0.1;
@@ -202,6 +206,7 @@ impl<'a> Inspection<'a> {
         let mut state = self.audit_state();
         if let Some(state) = &mut state {
             state.findings.extend(self.slow_cuts(&report, state.cuts));
+            state.findings.extend(self.fast_cuts(&report));
         }
         let findings = state.iter().flat_map(|state| &state.findings);
         report.findings.extend(findings.map(|finding| Finding::State(*finding)));
@@ -234,6 +239,24 @@ impl<'a> Inspection<'a> {
             return None;
         }
         (ratio > FAR_SLOWER).then_some(StateFinding::SlowCuts { cuts, ratio })
+    }
+
+    /// Finds blocks that cut far faster than planned, between slower ones.
+    fn fast_cuts(&self, report: &Report) -> Option<StateFinding> {
+        let (feed, audit) = (self.planned?.feed, report.audit.as_ref()?);
+        let is_fast = |block: &&FastBlock| block.speed > FAR_FASTER * feed;
+        let fast: Vec<&FastBlock> = audit.fast.iter().filter(is_fast).collect();
+        if fast.is_empty() {
+            return None;
+        }
+        // What a block finishes it cuts; on the way through the air nothing is fast.
+        let samples = report.maps.iter().flat_map(|map| map.samples.iter().flatten());
+        let finished =
+            samples.filter(|sample| sample.height.is_some_and(|s| s <= self.options.total));
+        let lines: BTreeSet<u32> = finished.filter_map(|sample| sample.line).collect();
+        let cuts = || fast.iter().copied().filter(|block| lines.contains(&block.line));
+        let fastest = *cuts().max_by(|a, b| a.speed.total_cmp(&b.speed))?;
+        Some(StateFinding::FastCuts { fastest, count: cuts().count(), feed })
     }
 
     /// Measures the faces that are not cut, on a coarser grid, and adds their gouges to the findings.

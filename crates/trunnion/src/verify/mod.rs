@@ -55,8 +55,8 @@ pub use replay::{
     offset_short_name, track,
 };
 pub use report::{
-    Audit, AuditedMotion, AxisAudit, AxisRatio, Deviation, ExtremeHeight, FaceMap, Finding,
-    HeightBounds, HeightSample, HistogramBin, LimitRatio, ModelAudit, Report, Sensitivity,
+    Audit, AuditedMotion, AxisAudit, AxisRatio, Deviation, ExtremeHeight, FaceMap, FastBlock,
+    Finding, HeightBounds, HeightSample, HistogramBin, LimitRatio, ModelAudit, Report, Sensitivity,
     ShortBlocks, SingularPassages, SlowBlocks, TravelOverrun, UnendedCut,
 };
 pub use setpoints::{

@@ -214,3 +214,27 @@ fn a_job_shows_missing_calls_and_slow_cuts() {
     assert_eq!(kinds(&text.replace("F600.", "F0.6"), &[1, 2]), [FindingKind::SlowCuts]);
     assert_eq!(kinds(&text.replace("F600.", "F60."), &[1, 2]), []);
 }
+
+/// A wrong digit of F in one block of many is a fault where the block cuts, and none on the way through the air.
+#[test]
+fn one_fast_cut_between_slow_ones_is_found() {
+    let found = |low: f64, feeds: [u32; 3]| -> Vec<String> {
+        let [before, middle, after] = feeds;
+        let blocks = format!("Z{low}\nG1 F{before}. X-4.\nF{middle}. X4.\nF{after}. X16.\n");
+        let text = clean().replacen("Z0.001\nG1 F600. X16.\n", &blocks, 1);
+        let planned = Some(PlannedCuts { tools: &[1, 2], feed: 10.0 });
+        let found = inspect_planned(Dialect::LinuxCnc, &text, (CoolantDemand::Unknown, planned));
+        let findings = found.report.findings.iter();
+        let fast = findings.filter(|finding| finding.kind() == FindingKind::FastCuts);
+        fast.map(ToString::to_string).collect()
+    };
+    let [fast] = found(0.001, [600, 6000, 500]).try_into().unwrap();
+    assert!(
+        fast.starts_with("line 10: this cut runs at 6000 mm/min between cuts at 600 "),
+        "{fast}"
+    );
+    // Twice the feed of the job, faster than one neighbour alone, and in the air.
+    assert_eq!(found(0.001, [600, 1100, 300]), [""; 0]);
+    assert_eq!(found(0.001, [3000, 6000, 600]), [""; 0]);
+    assert_eq!(found(5.0, [600, 6000, 600]), [""; 0]);
+}

@@ -181,6 +181,52 @@ fn ways_between_vectors_are_run_on_the_branch_that_was_taken() {
     assert!((lowest(&report) - lowest(&a).min(lowest(&b))).abs() < 3e-5);
 }
 
+/// Past the direction of the first rotary a great circle turns it by up to half a turn, and never into the other solution:
+/// one block, or the same in 200 blocks, leads to the same axes.
+#[test]
+fn a_great_circle_keeps_the_solution_of_the_rotaries() {
+    let mut dice = dice::Random(11);
+    // C and B over the whole program [rad].
+    let ranges = |axes: &[UnitVector3<f64>]| {
+        let block = |axis: &UnitVector3<f64>| {
+            format!("X0 Y0 Z50 A3={:.12} B3={:.12} C3={:.12}\n", axis.x, axis.y, axis.z)
+        };
+        let [first, rest @ ..] = axes else { unreachable!("there is a first direction") };
+        let rest: String = rest.iter().map(block).collect();
+        let text = format!(
+            "G90 G94 G54\nTRAORI\nORIWKS ORIVECT\nG0 {}G1 F6000\n{rest}TRAFOOF\nG0 SUPA Z0 D0\nM30\n",
+            block(first)
+        );
+        let (program, kinematics, cutter) =
+            (parse(&text, Dialect::Siemens), kinematics(), cutter());
+        let input = CheckInput::program(&program, &kinematics, &cutter).machine(&kinematics);
+        let report = verify::check(&input, &OPTIONS, &Silent).unwrap();
+        assert_eq!(report.choices.places.len(), 1, "{:?}", report.choices);
+        let audit = report.audit.unwrap();
+        [3, 4].map(|slot| audit.axes[slot].range.ends())
+    };
+    let mut swung = 0;
+    for _ in 0..60 {
+        let [from, to] = [(); 2].map(|()| {
+            let [x, y] = [(); 2].map(|()| dice.within(-0.4, 0.4));
+            UnitVector3::new_normalize(Vector3::new(x, y, 1.0))
+        });
+        // Between the solutions nothing is steep, but at the pole itself.
+        let near_pole = from.cross(&to).z.abs() / from.cross(&to).norm() < 0.02;
+        if near_pole || from.angle(&to) < 0.05 {
+            continue;
+        }
+        let between = |k: u32| from.slerp(&to, f64::from(k) / 200.0);
+        let dense: Vec<_> = (0..=200).map(between).collect();
+        let [one, many] = [ranges(&[from, to]), ranges(&dense)];
+        for (one, many) in one.iter().flatten().zip(many.iter().flatten()) {
+            assert!((one - many).abs() < 0.01, "{from:?} {to:?}: {one} {many}");
+        }
+        swung += usize::from(many[0][1] - many[0][0] > 1.8);
+    }
+    assert!(swung > 5, "{swung} swing C by more than a hundred degrees");
+}
+
 #[test]
 fn what_cannot_be_followed_is_refused_with_line_and_remedy() {
     let pose = above(&poses());

@@ -250,6 +250,7 @@ impl<'a> AxisAuditor<'a> {
             singular: self.timing.singular,
             unended: self.course.unended,
             slow: self.course.slow,
+            fast: self.course.finish_fast(),
         })
     }
 }

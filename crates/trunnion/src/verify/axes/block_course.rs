@@ -1,8 +1,9 @@
-//! Course of the blocks: how the last cut is left, and blocks that are far slower than their neighbours.
+//! Course of the blocks: how the last cut is left, and blocks that are far slower or faster than their neighbours.
 
 use crate::types::ToolPose;
+use crate::verify::line_stats::LineStatistics;
 use crate::verify::replay::segment::Segment;
-use crate::verify::report::{SlowBlocks, UnendedCut};
+use crate::verify::report::{FastBlock, SlowBlocks, UnendedCut};
 
 /// Block that ran last.
 #[derive(Debug, Clone, Copy)]
@@ -31,7 +32,7 @@ impl PacedBlock {
 }
 
 /// Follows the moves of a program, block by block.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct BlockCourse {
     last: Option<LastBlock>,
     current: Option<PacedBlock>,
@@ -39,6 +40,20 @@ pub(crate) struct BlockCourse {
     before: [Option<PacedBlock>; 2],
     pub(crate) unended: Option<UnendedCut>,
     pub(crate) slow: Option<SlowBlocks>,
+    fast: LineStatistics<FastBlock>,
+}
+
+impl Default for BlockCourse {
+    fn default() -> Self {
+        Self {
+            last: None,
+            current: None,
+            before: [None; 2],
+            unended: None,
+            slow: None,
+            fast: LineStatistics::new(MOST_FAST),
+        }
+    }
 }
 
 impl BlockCourse {
@@ -77,6 +92,7 @@ impl BlockCourse {
         let next = self.current.take().filter(|block| block.duration > 0.0);
         if let ([Some(one), Some(middle)], Some(next)) = (self.before, next) {
             self.note_slow(&middle, one.speed().min(next.speed()));
+            self.note_fast(&middle, one.speed().max(next.speed()));
         }
         self.before = [self.before[1], next];
     }
@@ -97,6 +113,19 @@ impl BlockCourse {
             (slow.line, slow.ratio) = (block.line, ratio);
         }
     }
+
+    /// Notes a block that is faster than the faster one of its neighbours by far.
+    fn note_fast(&mut self, block: &PacedBlock, beside: f64) {
+        let speed = block.speed();
+        if block.length >= SHORT && speed >= FASTER * beside {
+            self.fast.note(block.line, speed, FastBlock { line: block.line, speed, beside });
+        }
+    }
+
+    /// Returns the fastest blocks between far slower ones, in the order of lines.
+    pub(crate) fn finish_fast(&mut self) -> Vec<FastBlock> {
+        std::mem::replace(&mut self.fast, LineStatistics::new(MOST_FAST)).finish().0
+    }
 }
 
 /// Travel along the tool axis that leads a tool off the part \[mm\].
@@ -108,6 +137,13 @@ const SHORT: f64 = 0.02;
 /// Ratio of speeds from which a block is called slow. Planned feeds change by less than 10 from block to block, also
 /// next to a stop.
 const SLOWER: f64 = 25.0;
+
+/// Ratio of speeds from which a block is faster than both of its neighbours by far: a tool that speeds up and slows down
+/// within its limits takes several blocks for it.
+const FASTER: f64 = 3.0;
+
+/// Most fast blocks that are kept.
+const MOST_FAST: usize = 200;
 
 /// Time that a block has to cost to be called slow \[s\].
 const LOST: f64 = 0.1;

@@ -8,7 +8,7 @@ use crate::nc::read::{Move, Turning};
 use crate::types::TRAVEL_ROUNDING;
 use crate::types::{AxisVector, ToolPose};
 use crate::verify::error::VerifyError;
-use crate::verify::replay::orient::{self, Turned};
+use crate::verify::replay::orient::{self, RotaryBranch, TurnRequest, Turned};
 use crate::verify::replay::segment::{Course, Segment, on_circle};
 use nalgebra::{Matrix3, Point3, UnitVector3, Vector3};
 use std::f64::consts::PI;
@@ -72,9 +72,15 @@ impl Control {
             }
             Course::Circle { ends } if t > 0.0 && t < 1.0 => {
                 let pose = on_circle(ends, t, segment.line)?;
-                // Between its ends a great circle takes the rotaries nearest to the chord of both ends.
-                let anywhere = |_: [f64; 2]| false;
-                let turned = orient::turned(&self.real, &pose.axis, &q, segment.line, &anywhere)?;
+                // Between its ends a great circle takes the rotaries nearest to the chord of both ends, in their solution.
+                let anywhere = |_: [f64; 2]| true;
+                let request = TurnRequest {
+                    direction: pose.axis,
+                    near: &q,
+                    keeps: self.shared_branch(segment),
+                    line: segment.line,
+                };
+                let turned = orient::turned(&self.real, &request, &anywhere)?;
                 q.fixed_rows_mut::<2>(FIRST_ROTARY).copy_from_slice(&turned.rotaries);
                 linear_joints(&self.real, &pose.tip, &q).ok_or(VerifyError::LinearAxes)?
             }
@@ -82,6 +88,16 @@ impl Control {
         };
         q.fixed_rows_mut::<3>(0).copy_from(&linear);
         Ok(q)
+    }
+
+    /// Returns the solution of the rotaries at both ends of a segment, if it is the same.
+    fn shared_branch(&self, segment: &Segment) -> Option<RotaryBranch> {
+        let [from, to] = segment.joints.map(|joints| orient::branch_at(&self.real, &joints));
+        // Where the tool stands along the first rotary's axis, both solutions are the same.
+        match (from, to) {
+            (Some(from), Some(to)) => (from == to).then_some(from),
+            (one, None) | (None, one) => one,
+        }
     }
 
     /// Returns the pose of the real tool at `t` in 0..=1.
@@ -188,8 +204,15 @@ impl ControlKinematics for Control {
         let reaches = |rotaries| {
             request.tip.is_none_or(|target| self.reaches(&target, rotaries, request.line))
         };
+        let RotaryRequest { near, line, .. } = *request;
+        // Along a great circle the rotaries come to the other solution only through the direction of the first.
+        let keeps = match request.turning {
+            Turning::Rotary => None,
+            Turning::GreatCircle => orient::branch_at(&self.real, near),
+        };
         let direction = self.in_workpiece(&request.direction);
-        orient::turned(&self.real, &direction, request.near, request.line, &reaches)
+        let turn = TurnRequest { direction, near, keeps, line };
+        orient::turned(&self.real, &turn, &reaches)
     }
 
     fn positions(&self, rotaries: &Turned) -> RotaryPair {

@@ -6,7 +6,7 @@ use crate::machine::{Axis, FIRST_ROTARY, Kinematics, PreferredSign, RotaryPair, 
 use crate::math::angle::angle_between;
 use crate::types::AxisVector;
 use crate::verify::error::VerifyError;
-use nalgebra::{UnitVector3, Vector3};
+use nalgebra::{Rotation3, UnitVector3, Vector3};
 use std::f64::consts::TAU;
 
 /// Choices of rotary axes that the program leaves to the control.
@@ -23,8 +23,8 @@ pub struct Choices {
     pub more: usize,
 }
 
-/// A choice between two solutions: that with the least travel of the rotaries from where they stood, inside their
-/// travel; of equals the one an axis prefers.
+/// A choice between two solutions inside travel: along a great circle the one in which the rotaries stand, otherwise
+/// that with the least travel from there; of equals the one an axis prefers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Choice {
@@ -106,18 +106,43 @@ const REACH_ROUNDING: f64 = 1e-6;
 /// Travels of rotaries closer than this are equal \[rad\].
 const TIE: f64 = 1e-9;
 
-/// Rotaries that turn the tool along a direction of the workpiece frame, nearest to those of `near`; of those in travel
-/// for which X, Y and Z are in travel too (`slides`), if there are any.
+/// Direction of the workpiece frame along which the tool is turned.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TurnRequest<'a> {
+    /// The direction.
+    pub(crate) direction: UnitVector3<f64>,
+    /// Axes from which the tool is turned.
+    pub(crate) near: &'a AxisVector,
+    /// Solution that the rotaries keep, if it is inside travel; otherwise the nearest counts.
+    pub(crate) keeps: Option<RotaryBranch>,
+    /// Line of the program.
+    pub(crate) line: u32,
+}
+
+/// Returns the solution in which the rotaries stand; `None` where both are the same.
+pub(crate) fn branch_at(kinematics: &Kinematics, axes: &AxisVector) -> Option<RotaryBranch> {
+    let chain = kinematics.chain();
+    let [first, second] = chain.rotary.map(|joint| joint.dir);
+    let turn = Rotation3::from_axis_angle(&second, axes[SECOND_ROTARY]);
+    let side = (turn * chain.axis.into_inner()).dot(&first.cross(&second));
+    match side {
+        _ if side.abs() < ALONG => None,
+        _ if side > 0.0 => Some(RotaryBranch::Positive),
+        _ => Some(RotaryBranch::Negative),
+    }
+}
+
+/// Rotaries that turn the tool as requested: with the solution that they keep, or else nearest to where they stand; of
+/// those in travel for which X, Y and Z are in travel too (`slides`), if there are any.
 ///
 /// With `z = R2 a = R1' w`, both `z d1 = w d1` and `z d2 = a d2` hold; so that `z` lies on the line where two planes
 /// meet, and is where that leaves the unit sphere (subproblem 2 of Paden and Kahan).
 pub(crate) fn turned(
     kinematics: &Kinematics,
-    direction: &UnitVector3<f64>,
-    near: &AxisVector,
-    line: u32,
+    request: &TurnRequest<'_>,
     slides: &dyn Fn([f64; 2]) -> bool,
 ) -> Result<Turned, VerifyError> {
+    let TurnRequest { direction, near, keeps, line } = *request;
     let chain = kinematics.chain();
     let [d1, d2] = chain.rotary.map(|joint| joint.dir.into_inner());
     let (a, w) = (chain.axis.into_inner(), direction.into_inner());
@@ -133,7 +158,7 @@ pub(crate) fn turned(
     }
     let out = across * (rest.max(0.0) / square).sqrt();
     // Along the first axis every turn of it gives the same direction.
-    let free = angle_between(direction, &chain.rotary[0].dir).sin().abs() < ALONG;
+    let free = angle_between(&direction, &chain.rotary[0].dir).sin().abs() < ALONG;
     let solution = |sign: f64| {
         let z = d1 * first + d2 * second + out * sign;
         let turn = if free { near[FIRST_ROTARY] } else { angle(&d1, &z, &w) };
@@ -146,7 +171,11 @@ pub(crate) fn turned(
         nearest(kinematics, turns, near, linear)
     };
     let [plus, minus] = [solution(1.0), solution(-1.0)].map(best);
-    let is_plus = !minus.is_before(&plus);
+    let is_plus = match keeps {
+        Some(RotaryBranch::Positive) if !plus.outside => true,
+        Some(RotaryBranch::Negative) if !minus.outside => false,
+        _ => !minus.is_before(&plus),
+    };
     let (taken, other) = if is_plus { (plus, minus) } else { (minus, plus) };
     let other = (!free).then_some(other.rotaries);
     let branch = if is_plus { RotaryBranch::Positive } else { RotaryBranch::Negative };

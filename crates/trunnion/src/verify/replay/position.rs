@@ -123,7 +123,7 @@ impl PartlyKnown {
                 Some(tip_target(tip, &end_words(words, step, &AxisVector::zeros())))
             }
         };
-        let request = RotaryRequest { line: step.line, direction, near: &near, tip };
+        let request = RotaryRequest { tip, ..RotaryRequest::new(step.line, direction, &near) };
         control.rotaries(&request).map(Some)
     }
 

@@ -46,6 +46,8 @@ pub struct Audit {
     pub unended: Option<UnendedCut>,
     /// Feed blocks that are far slower than both of their neighbours; `None` if there are none.
     pub slow: Option<SlowBlocks>,
+    /// Feed blocks that are far faster than both of their neighbours: the fastest, in the order of lines.
+    pub fast: Vec<FastBlock>,
 }
 
 /// Cuts after which the program ends, or changes the tool, without leading the tool off.
@@ -87,6 +89,18 @@ pub struct SlowBlocks {
     pub ratio: f64,
     /// Time that all of them cost \[s\].
     pub lost: f64,
+}
+
+/// A feed block that is faster by far than the blocks beside it: a short way through the air, or a wrong F word.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct FastBlock {
+    /// Line of the program.
+    pub line: u32,
+    /// Mean speed of the tip \[mm/s\].
+    pub speed: f64,
+    /// Speed of the faster neighbour \[mm/s\].
+    pub beside: f64,
 }
 
 /// Blocks shorter than the servo period: a control joins them, slows down or skips some.

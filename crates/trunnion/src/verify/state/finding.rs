@@ -1,6 +1,7 @@
 //! Findings about the state of the control.
 
 use crate::nc::read::{LengthEntry, Smoothing};
+use crate::verify::report::FastBlock;
 use std::fmt;
 
 /// State of the control over a whole program.
@@ -76,6 +77,15 @@ pub enum StateFinding {
         cuts: AffectedCuts,
         /// Time by the program over the time at the planned feed.
         ratio: f64,
+    },
+    /// Cuts far faster than the feed of the job, each between far slower ones.
+    FastCuts {
+        /// The fastest of them.
+        fastest: FastBlock,
+        /// Number of them.
+        count: usize,
+        /// Feed of the job \[mm/s\].
+        feed: f64,
     },
     /// Cuts without coolant, where the job asks for it.
     NoCoolant(AffectedCuts),
@@ -156,6 +166,18 @@ impl fmt::Display for StateFinding {
                 "line {}: {cuts} {ratio:.0} times as long as at the feed of the job; look at the unit and the mode of F",
                 cuts.line
             ),
+            Self::FastCuts { fastest: FastBlock { line, speed, beside }, count, feed } => {
+                let [speed, beside, feed] = [speed, beside, feed].map(|speed| speed * 60.0);
+                let more = match count {
+                    1 => String::new(),
+                    _ => format!("; {} more are like it", count - 1),
+                };
+                write!(
+                    f,
+                    "line {line}: this cut runs at {speed:.0} mm/min between cuts at {beside:.0} mm/min or less, and the feed of the \
+                     job is {feed:.0} mm/min; look at F{more}"
+                )
+            }
             Self::NoCoolant(cuts) => write!(
                 f,
                 "line {}: {cuts} without the coolant that the job asks for; write M8 after the tool change",
