@@ -148,9 +148,6 @@ fn solids(path: &Path, file: &JobFile) -> Result<Solids, Failure> {
             let help = match (Path::new(name), solid.chord()) {
                 (file, None) if material::is_step(file) => "write kind = \"step\" for a STEP file",
                 (file, Some(_)) if material::is_stl(file) => "write kind = \"stl\" for an STL file",
-                (file, _) if file.is_relative() && !beside(path, name).exists() => {
-                    "paths count from the folder of the job file"
-                }
                 _ => "",
             };
             faults.push(file.places.fault(key, format!("{name}: {what}")).with_help(help));

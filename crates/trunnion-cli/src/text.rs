@@ -29,8 +29,8 @@ pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<Done, Failure>
 pub(crate) fn unreadable(error: &std::io::Error) -> String {
     match error.kind() {
         std::io::ErrorKind::NotFound => {
-            "there is no such file\n  help: check the name; it counts from the folder in which the command runs, and in a job file from the folder \
-             of the job"
+            "there is no such file\n  help: check the name; in a job file paths count from the folder of the job file, on the command line from the \
+             folder in which the command runs"
                 .to_owned()
         }
         _ => error.to_string(),

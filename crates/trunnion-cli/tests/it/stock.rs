@@ -268,7 +268,11 @@ fn a_fixture_is_reported_where_a_program_runs_into_it() {
         );
     }
     let warnings = summary["warnings"].to_string();
-    let remedies = ["cuts or their leads come too near: move", "has more than 600 triangles"];
+    let remedies = [
+        "cuts or their leads come too near: move",
+        "keeps them up from pass to pass",
+        "has more than 600 triangles",
+    ];
     assert!(remedies.iter().all(|remedy| warnings.contains(remedy)), "{warnings}");
     let page = fs::read_to_string(folder.join("out/report.html")).unwrap();
     assert!(page.contains("least fixture distance") && page.contains("deep in clamp.stl"));

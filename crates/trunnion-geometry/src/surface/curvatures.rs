@@ -80,13 +80,13 @@ impl CurvatureTree {
             queue.iter().map(|piece| piece.attained).fold(Interval::point(0.0), |a, b| a.hull(b));
         // First, bounds that are sharp against the largest curvature of the whole surface.
         let whole = |_: &CurvaturePiece, range: Interval, attained: Interval| {
-            contains(attained.widened(CLOSE * size(attained)), range)
+            attained.widened(CLOSE * size(attained)).encloses(range)
         };
         // Then bounds sharp against the curvature of the same piece, unless this is next to
         // nothing.
         let part = |piece: &CurvaturePiece, range: Interval, attained: Interval| {
             let slack = CLOSE * size(piece.attained).max(FLAT * size(attained));
-            contains(piece.attained.widened(slack), range)
+            piece.attained.widened(slack).encloses(range)
         };
         let rest = tree.refine(surface, queue, &mut attained, PIECES[0], whole);
         tree.refine(surface, rest, &mut attained, PIECES[1], part);
@@ -215,7 +215,7 @@ impl CurvatureTree {
     fn widened_near(&self, range: Interval, node: usize, p: &Point3<f64>, radius: f64) -> Interval {
         let node = &self.nodes[node];
         // A node whose range is in the result already adds nothing, nor do its halves.
-        let inside = contains(range, node.range);
+        let inside = range.encloses(node.range);
         if inside || !meets(&node.hull, p, radius) {
             return range;
         }
@@ -231,7 +231,7 @@ impl CurvatureTree {
     /// Returns `range` widened by the part of a piece that meets `cell`.
     fn widened(&self, range: Interval, node: usize, cell: &ParameterBox) -> Interval {
         let node = &self.nodes[node];
-        let inside = contains(range, node.range);
+        let inside = range.encloses(node.range);
         let apart =
             (0..2).any(|k| node.bounds[k].low > cell[k].high || node.bounds[k].high < cell[k].low);
         if inside || apart {
@@ -239,7 +239,7 @@ impl CurvatureTree {
         }
         // Of a piece wholly in the cell the own range is used: tightening made it as narrow as
         // those of its halves.
-        let whole = (0..2).all(|k| contains(cell[k], node.bounds[k]));
+        let whole = (0..2).all(|k| cell[k].encloses(node.bounds[k]));
         match node.halves {
             Some(first) if !whole => {
                 let range = self.widened(range, first, cell);
@@ -267,11 +267,6 @@ fn hull_of_all(nodes: &[CurvatureNode]) -> [Vector3<f64>; 2] {
 /// Returns the largest curvature of a range, either sign; the range holds 0.
 fn size(range: Interval) -> f64 {
     range.high.max(-range.low)
-}
-
-/// Returns `true` if all of `part` lies in `whole`.
-fn contains(whole: Interval, part: Interval) -> bool {
-    whole.low <= part.low && part.high <= whole.high
 }
 
 impl PartialEq for CurvaturePiece {

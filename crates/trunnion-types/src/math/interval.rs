@@ -59,6 +59,11 @@ impl Interval {
         self.low <= value && value <= self.high
     }
 
+    /// Returns `true` if all of `part` lies in the interval.
+    pub fn encloses(&self, part: Self) -> bool {
+        self.low <= part.low && part.high <= self.high
+    }
+
     /// Returns the number of the interval that is nearest to `value`.
     ///
     /// Of an empty interval, returns `high`.

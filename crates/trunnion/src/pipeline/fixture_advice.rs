@@ -13,7 +13,7 @@ pub(super) fn remedy(job: &Job, programs: &[CheckedProgram]) -> Option<String> {
             .to_owned()
     });
     let what: Vec<String> = [links, cuts].into_iter().flatten().collect();
-    (!what.is_empty()).then(|| format!("passes and links keep off fixtures where they are planned, but the program does not everywhere; {}", what.join("; ")))
+    (!what.is_empty()).then(|| format!("fixtures: {}", what.join("; ")))
 }
 
 /// Returns advice for links: another link strategy.

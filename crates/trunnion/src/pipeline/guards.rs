@@ -41,8 +41,7 @@ pub(super) fn fixture_boxes(job: &Job) -> Vec<[Point3<f64>; 2]> {
 
 /// Warns about fixtures that passes are not planned round.
 pub(super) fn unplanned(job: &Job) -> Vec<String> {
-    let held = job.fixtures.iter().filter(|held| held.solid.is_some());
-    let unplanned = held.filter(|held| parts(held, 0.0).is_none());
+    let unplanned = job.fixtures.iter().filter(|held| is_only_checked(held));
     let line = |held: &Held| {
         format!(
             "fixture {} has more than {MOST_TRIANGLES} triangles: passes are not planned round it, it is only checked; a box \
@@ -53,13 +52,33 @@ pub(super) fn unplanned(job: &Job) -> Vec<String> {
     unplanned.map(line).collect()
 }
 
+/// Returns true for a fixture of more triangles than planning keeps off.
+fn is_only_checked(held: &Held) -> bool {
+    matches!(&held.solid, Some(Solid::Mesh(mesh)) if mesh.triangles.len() > MOST_TRIANGLES)
+}
+
 /// Replaces the numbers that fixtures have as faces by their names.
 pub(super) fn with_fixture_names(job: &Job, text: &str) -> String {
-    let first = first_number(job);
-    let named = (first..).zip(&job.fixtures);
-    named.fold(text.to_owned(), |text, (number, held)| {
-        text.replace(&format!("face {number}"), &format!("fixture {}", held.name))
-    })
+    let names: Vec<&str> = job.fixtures.iter().map(|held| held.name.as_str()).collect();
+    with_names(text, first_number(job), &names)
+}
+
+/// Replaces faces with the numbers from `first` on by fixtures of these names.
+fn with_names(text: &str, first: usize, names: &[&str]) -> String {
+    const WORD: &str = "face ";
+    let mut parts = text.split(WORD);
+    let mut named = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let digits = part.len() - part.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+        let (number, rest) = part.split_at(digits);
+        let place = number.parse().ok().and_then(|number: usize| number.checked_sub(first));
+        let is_word = !named.ends_with(char::is_alphanumeric);
+        match place.and_then(|place| names.get(place)).filter(|_| is_word) {
+            Some(name) => named.extend(["fixture ", name, rest]),
+            None => named.extend([WORD, part]),
+        }
+    }
+    named
 }
 
 fn first_number(job: &Job) -> usize {
@@ -119,8 +138,8 @@ fn parts(held: &Held, larger: f64) -> Option<Vec<FixturePart>> {
             let base = base - Vector3::z() * larger;
             Some(of_cylinder(base, radius + larger, height + 2.0 * larger))
         }
-        Solid::Mesh(mesh) if mesh.triangles.len() <= MOST_TRIANGLES => Some(of_mesh(mesh, larger)),
-        Solid::Mesh(_) => None,
+        Solid::Mesh(_) if is_only_checked(held) => None,
+        Solid::Mesh(mesh) => Some(of_mesh(mesh, larger)),
     }
 }
 
@@ -225,6 +244,14 @@ mod tests {
                 assert!((p - middle).dot(&n) > 1.0, "{p} {n:?}");
             }
         }
+    }
+
+    #[test]
+    fn every_fixture_has_its_own_name() {
+        let names = ["a", "b", "c", "d", "e", "f", "g", "h", "face 3", "i", "j"];
+        let text = "face 1 gouges face 2, face 10 and surface 12; face 12 and face 30 face 11";
+        let named = "face 1 gouges fixture a, fixture face 3 and surface 12; fixture j and face 30 fixture i";
+        assert_eq!(with_names(text, 2, &names), named);
     }
 
     #[test]
