@@ -11,7 +11,7 @@ use trunnion::files::limits::{LimitsFile, parse};
 use trunnion::nalgebra::SVector;
 use trunnion::types::{AxisNode, Motion};
 use trunnion_cli::Failure;
-use trunnion_cli::calls::{self, AxisTable, PlanAnswer};
+use trunnion_cli::calls::{self, AxisTable, PlanAnswer, PlanFigures};
 
 /// Axes that streams are compiled for; fewer get axes that stand still.
 const STREAMED: usize = 6;
@@ -49,10 +49,16 @@ fn read_limits(py: Python<'_>, text: &str) -> PyResult<LimitsFile> {
     })
 }
 
+impl NativePlan {
+    fn figures(&self, py: Python<'_>) -> PyResult<&PlanFigures> {
+        py.detach(|| self.0.motion.figures()).map_err(|error| failure(py, error))
+    }
+}
+
 #[pymethods]
 impl NativePlan {
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        json(py, &self.0.summary)
+        json(py, &self.figures(py)?.summary)
     }
 
     #[getter]
@@ -62,23 +68,23 @@ impl NativePlan {
 
     #[getter]
     fn duration(&self) -> f64 {
-        self.0.motion.plan().schedule.duration()
+        self.0.motion.schedule().duration()
     }
 
     #[getter]
-    fn lower_bound(&self) -> f64 {
-        self.0.motion.plan().lower_bound
+    fn lower_bound(&self, py: Python<'_>) -> PyResult<f64> {
+        Ok(self.figures(py)?.lower_bound)
     }
 
     #[getter]
-    fn within_limits(&self) -> bool {
-        self.0.within_limits
+    fn within_limits(&self, py: Python<'_>) -> PyResult<bool> {
+        Ok(self.figures(py)?.within_limits)
     }
 
     /// Rows of the schedule: s, t, speed, acceleration.
     fn schedule<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let mut rows = Vec::new();
-        for piece in &self.0.motion.plan().schedule.pieces {
+        for piece in &self.0.motion.schedule().pieces {
             let columns = piece.s.iter().zip(&piece.t).zip(&piece.speed).zip(&piece.acceleration);
             rows.extend(columns.flat_map(|(((s, t), v), a)| [*s, *t, *v, *a]));
         }

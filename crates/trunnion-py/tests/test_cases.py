@@ -69,6 +69,239 @@ def test_general_chains(cases):
             assert np.abs(gap).max(axis=1).min() < 1e-7, case["id"]
 
 
+def layout(case, first, second):
+    """A machine of paper 002: L, R and T are the offsets of its transformations."""
+    left, middle, right = (np.array(case[name], dtype=float) for name in "LRT")
+    kind = case["layout"] // 10
+    # Table-table: the second rotary is next to the workpiece, and R counts from the other side.
+    shift = -middle if kind == 2 else middle
+    points = {first: left + shift if kind == 2 else left, second: left if kind == 2 else left + middle}
+    work, tool = {1: ([], [first, second]), 2: ([second, first], []), 3: ([first], [second])}[kind]
+    axes = {}
+    for index, name in enumerate("XYZ"):
+        axes[name] = {"kind": "linear", "dir": np.eye(3)[index].tolist(), **LIMIT, "limits": [-1e5, 1e5]}
+    for name in (first, second):
+        axes[name] = {
+            "kind": "rotary", "dir": np.eye(3)["ABC".index(name)].tolist(), **LIMIT, "limits": [-1e4, 1e4],
+            "point": points[name].tolist(), "sense": -case["table_sign"] if name in work else 1,
+        }
+    return trunnion.Machine({
+        "schema": "trunnion-machine/1",
+        "name": f"layout-{case['layout']}",
+        "units": {"length": "mm", "angle": "deg", "time": "s"},
+        "chain": ["w", *work, "b", "X", "Y", "Z", *tool, "t"],
+        "tool_axis": [0, 0, 1],
+        "gauge": (left + shift + right).tolist(),
+        "axis": axes,
+    })
+
+
+ROTARIES = {
+    11: "AB", 12: "BA", 13: "CA", 14: "CB", 21: "AB", 22: "BA", 23: "AC", 24: "BC", 31: "AB", 32: "BA", 33: "CA", 34: "CB",
+}
+
+
+def in_order(machine, xyz, rotaries):
+    values = dict(zip("XYZ", xyz)) | rotaries
+    return np.array([values[name] for name in machine.axes])
+
+
+def apart(found, expected):
+    """Distance of axis positions, whole turns ignored."""
+    gap = np.asarray(found) - expected
+    gap[..., 3:] = (gap[..., 3:] + np.pi) % (2 * np.pi) - np.pi
+    return np.abs(gap).max(axis=-1)
+
+
+def test_layouts(cases):
+    for case in cases["kinematics_layouts"]:
+        first, second = case["first_axis"], case["second_axis"]
+        machine = layout(case, first, second)
+        tip, axis = np.array(case["tip"]), np.array(case["axis"])
+        expected = [
+            in_order(machine, one["xyz"], {first: one["first"], second: one["second"]}) for one in case["solutions"]
+        ]
+        for q in expected:
+            there, along = machine.forward(q)
+            np.testing.assert_allclose(there, tip, atol=case["tol"]["fk_mm"], err_msg=case["id"])
+            np.testing.assert_allclose(along, axis, atol=case["tol"]["fk_axis"], err_msg=case["id"])
+        assert abs(machine.singular_angle(axis) - case["angle_to_singular_axis"]) < 1e-12, case["id"]
+        if case["singular"]:
+            # The free axis stays where it stood.
+            near = np.zeros(5)
+            near[3] = case["hold_work_side_axis"]
+            assert apart(machine.inverse(tip, axis, near), expected[0]) < 1e-9, case["id"]
+        else:
+            found = machine.inverse(tip, axis, all=True)
+            for q in expected:
+                assert apart(found, q).min() < 1e-9, case["id"]
+
+
+@pytest.mark.filterwarnings("ignore::trunnion.UnreachableWarning")
+def test_reach(cases):
+    """Tool axes inside the band of angles about the first rotary are reached, and those outside are not."""
+    machines = {case["machine_name"]: case for case in cases["kinematics_general"] if not isinstance(case["machine"], str)}
+    for case in cases["reachability"]:
+        of = machines[case["machine_name"]]
+        if len(of["joint_values"]) != 5:
+            continue
+        machine = machine_of(of)
+        pole = machine.singular_directions()[0]
+        aside = np.cross(pole, [0.3, 0.5, 0.7])
+        aside /= np.linalg.norm(aside)
+        edges = [case["polar_min"], case["polar_max"]]
+        for angle in np.linspace(0.02, np.pi - 0.02, 40):
+            # The band may be about the pole or about its opposite.
+            along = [np.cos(a) * pole + np.sin(a) * aside for a in (angle, np.pi - angle)]
+            inside = edges[0] < angle < edges[1]
+            if min(abs(angle - edge) for edge in edges) < 0.01:
+                continue
+            reached = [np.isfinite(machine.inverse([0, 0, 0], axis, all=True)).any() for axis in along]
+            assert (reached[0] or reached[1]) if inside else not all(reached), (case["id"], angle, reached)
+        count = sum(
+            np.isfinite(machine.inverse([0, 0, 0], np.cos(a) * pole + np.sin(a) * aside, all=True)).any()
+            for a in np.linspace(0.005, np.pi - 0.005, 400)
+        )
+        assert abs(count / 400 - (edges[1] - edges[0]) / np.pi) < 0.01, case["id"]
+
+
+def derivatives(coefficients, u):
+    """Value and three derivatives of a polynomial with ascending coefficients, (4, 3)."""
+    rows = []
+    ascending = np.array(coefficients, dtype=float)
+    for _ in range(4):
+        rows.append(np.polynomial.polynomial.polyval(u, ascending.T))
+        ascending = np.polynomial.polynomial.polyder(ascending, axis=1) if ascending.shape[1] > 1 else 0 * ascending
+    return np.array(rows)
+
+
+def test_coordinated_motion(cases):
+    for case in cases["coordinated_motion"]:
+        first, second = ROTARIES[case["layout"]]
+        machine = layout(case, first, second)
+        tip, axis = (derivatives(case[name], case["u"]) for name in ("P_poly", "D_poly"))
+        near = in_order(machine, case["q"][:3], {first: case["q"][3], second: case["q"][4]})
+        jets = machine.jets(tip, axis, near, arc_length=True)
+        order = [machine.axes.index(name) for name in ("X", "Y", "Z", first, second)]
+        assert apart(jets[0], near) < case["tol"]["pos"], case["id"]
+        for row, name, tolerance in ((1, "t", "rel_vel"), (2, "K", "rel_acc"), (3, "L3", "rel_jerk")):
+            expected = np.array(case[name])
+            off = np.abs(jets[row][order] - expected).max() / np.abs(expected).max()
+            assert off < 10 * case["tol"][tolerance], (case["id"], name, off)
+
+
+def test_head_of_paper_000(cases):
+    """Head-head machine of paper 000: O = (sin t2 sin t1, -sin t2 cos t1, cos t2), both rotaries through one point."""
+    for case in cases["seed000_head_fixed_bed"]:
+        zero = [0.0, 0.0, 0.0]
+        machine = layout({"layout": 13, "table_sign": 1, "L": zero, "R": zero, "T": [0, 0, -case["d2"]]}, "C", "A")
+        u = case["u"]
+        theta = derivatives(case["theta"], u)
+        q = np.array([*case["q"][:3], theta[0][0], theta[0][1]])
+        tip, axis = machine.forward(q)
+        expected = [np.sin(q[4]) * np.sin(q[3]), -np.sin(q[4]) * np.cos(q[3]), np.cos(q[4])]
+        np.testing.assert_allclose(axis, expected, atol=1e-12, err_msg=case["id"])
+        np.testing.assert_allclose(machine.inverse(tip, axis, q), q, atol=1e-9, err_msg=case["id"])
+
+
+def test_time_law(cases):
+    """Constant acceleration along a cubic: the time from speeds that are given at rows."""
+    for case in cases["time_law"]:
+        u = np.linspace(0.0, 1.0, 4001)
+        jets = [derivatives(case["P_poly"], at) for at in u]
+        rate = np.array([np.linalg.norm(jet[1]) for jet in jets])
+        middle = np.array([np.linalg.norm(derivatives(case["P_poly"], 0.5 * (a + b))[1]) for a, b in zip(u, u[1:])])
+        # Simpson's rule: exact to 1e-12 here.
+        s = np.concatenate([[0.0], np.cumsum((rate[:-1] + 4 * middle + rate[1:]) * np.diff(u) / 6)])
+        assert abs(s[-1] - case["S"]) < 1e-9 * case["S"], case["id"]
+        table = {"s": s}
+        for index, name in enumerate("XYZ"):
+            first = np.array([jet[1][index] for jet in jets]) / rate
+            along = np.array([jet[1] @ jet[2] for jet in jets]) / rate**2
+            second = (np.array([jet[2][index] for jet in jets]) / rate - first * along) / rate
+            table |= {name: np.array([jet[0][index] for jet in jets]), f"{name}1": first, f"{name}2": second}
+        table["speed"] = np.sqrt(np.maximum(case["V0"] ** 2 + 2 * case["A_const"] * s, 0.0))
+        limits = {name: (1e3, 1e5, 1e9) for name in "XYZ"}
+        plan = trunnion.plan(table, limits, "given")
+        assert abs(plan.duration - case["t_end"]) < 1e-8 * case["t_end"], (case["id"], plan.duration)
+        half = np.interp(case["S_half"], plan.s, np.arange(len(plan.s)))
+        assert abs(plan.t[int(round(half))] - case["t_half"]) < 1e-2 * case["t_half"], case["id"]
+
+
+def test_single_blocks(cases):
+    """Blocks of the look-ahead whose end speeds can be reached; sequences are those of the library's own tests."""
+    planned = 0
+    for case in cases["lookahead"]:
+        if case["kind"] != "single_block" or case["expect"]["ve"] != case["ve"] or case["expect"]["vs"] != case["vs"]:
+            continue
+        length = float(case["L"])
+        table = {"s": [0.0, length], "X": [0.0, length], "X1": [1.0, 1.0], "X2": [0.0, 0.0]}
+        axis = {"vel": case["F"], "acc": case["A"], "acc_minus": case["D"]}
+        limits = trunnion.Limits({"X": axis}, {"start": case["vs"], "end": case["ve"]})
+        plan = trunnion.plan(table, limits, "optimal", time_tolerance=1e-6)
+        assert abs(plan.duration - case["total"]) < 2e-6 * case["total"], (case["id"], plan.duration)
+        planned += 1
+    assert planned >= 5
+
+
+def test_listing_of_paper_003(cases):
+    """The axis halfway on the great circle, as angles of a machine with table A and head B."""
+    zero = [0.0, 0.0, 0.0]
+    machine = layout({"layout": 31, "table_sign": -1, "L": zero, "R": zero, "T": zero}, "A", "B")
+    for case in cases["seed003_listing"]:
+        ends = np.array([case["from_XYZAB"], case["to_XYZAB"]], dtype=float)
+        ends[:, 3:] = np.radians(ends[:, 3:])
+        tip, axis = machine.forward(ends)
+        halved = trunnion.Path(tip, axis).interpolate(1e6, 0.51 * np.arccos(np.clip(axis[0] @ axis[1], -1, 1)))
+        assert len(halved) == 3, case["id"]
+        found = machine.inverse(halved.tip[1], halved.axis[1], ends[0])
+        found[3:] = np.degrees(found[3:])
+        np.testing.assert_allclose(found, case["mid_XYZAB"], atol=1e-8, err_msg=case["id"])
+
+
+def test_passing_the_pole(cases):
+    """Rotary velocity where a great circle passes the pole, and the angle through which C swings."""
+    zero = [0.0, 0.0, 0.0]
+    machine = layout({"layout": 13, "table_sign": 1, "L": zero, "R": zero, "T": zero}, "C", "A")
+    c = machine.axes.index("C")
+    for case in cases["singular_pass"]:
+        delta = np.radians(case["delta_deg"])
+
+        def axis(s, delta=delta):
+            sin, cos = np.sin(s), np.cos(s)
+            across, up = np.sin(delta), np.cos(delta)
+            value = np.array([cos * across, sin, cos * up])
+            rate = np.array([-sin * across, cos, -sin * up])
+            return np.array([value, rate, -value, -rate])
+
+        tip = np.array([zero, [1.0, 0.0, 0.0], zero, zero])
+        jets = machine.jets(tip, axis(0.0))
+        assert abs(abs(jets[1][c]) / case["max_dtheta"] - 1) < 1e-9, case["id"]
+        assert abs(machine.singular_angle(axis(0.0)[0]) - delta) < 1e-12, case["id"]
+        steps = np.linspace(-0.5, 0.5, 2001)
+        turned = machine.inverse(np.zeros((2001, 3)), np.array([axis(s)[0] for s in steps]))
+        swept = abs(turned[-1, c] - turned[0, c])
+        assert abs(swept / case["azimuth_sweep_rad_for_s_pm_0p5"] - 1) < 1e-9, case["id"]
+
+
+def test_choice_of_branch(cases):
+    """Continuing from pose to pose: round a cone C turns on, and through the pole it stands."""
+    zero = [0.0, 0.0, 0.0]
+    machine = layout({"layout": 13, "table_sign": 1, "L": zero, "R": zero, "T": zero}, "C", "A")
+    cone, pole = cases["branch_selection"]
+    turn = np.linspace(0.0, 2 * np.pi * cone["turns"], cone["points"])
+    half = cone["half_angle"]
+    round_cone = np.stack([np.sin(half) * np.cos(turn), np.sin(half) * np.sin(turn), np.full_like(turn, np.cos(half))], axis=1)
+    s = np.linspace(-0.6, 0.6, 25)
+    s = s[np.abs(s) > 1e-9]
+    through = np.stack([np.sin(s), np.zeros_like(s), np.cos(s)], axis=1)
+    for case, axes in ((cone, round_cone), (pole, through)):
+        q = machine.inverse(np.zeros_like(axes), axes)
+        travel = np.abs(np.diff(q, axis=0)).sum(axis=0)
+        for name, expected in (("C", "expect_total_travel_first"), ("A", "expect_total_travel_second")):
+            assert abs(travel[machine.axes.index(name)] - case[expected]) < 1e-6, (case["id"], name, travel)
+
+
 def test_great_circles(cases):
     for case in cases["slerp"]:
         a, b = (np.array(case[name]) / np.linalg.norm(case[name]) for name in "ab")

@@ -8,7 +8,7 @@ mod job;
 mod verbs;
 
 pub use crate::check::CheckAnswer;
-pub use crate::feed::{AxisTable, PlanAnswer, PlannedMotion};
+pub use crate::feed::{AxisTable, PlanAnswer, PlanFigures, PlannedMotion};
 pub use crate::post::PostAnswer;
 pub use files::{machine, machine_text, mesh, part, part_of_bytes};
 pub use job::{JobAnswer, LoadedJob, load_job, load_job_text, run_job};

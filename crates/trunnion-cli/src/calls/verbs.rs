@@ -48,7 +48,7 @@ pub fn plan(
     limits: &LimitsFile,
     progress: &dyn Progress,
 ) -> Result<PlanAnswer, Failure> {
-    feed::answer(&parsed("feed", options)?, table, limits, progress)
+    feed::answer(parsed("feed", options)?, table, limits, progress)
 }
 
 /// Reads the options of a verb.

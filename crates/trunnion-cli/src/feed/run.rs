@@ -8,11 +8,12 @@ use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
 use crate::{output, text};
+use std::sync::OnceLock;
 use std::time::Instant;
-use trunnion::feed::{FeedError, FeedOptions, FeedPlan, Limits, PathEnds};
+use trunnion::feed::{FeedError, FeedOptions, Limits, PathEnds, optimal_schedule};
 use trunnion::files::limits::{LimitsFile, parse};
 use trunnion::setpoint;
-use trunnion::types::{Progress, Setpoint};
+use trunnion::types::{AxisPath, Progress, Schedule, Setpoint, Silent};
 
 /// Axis counts that plans are compiled for; other counts get additional axes that stand still.
 const SIZES: [usize; 4] = [3, 5, 6, 10];
@@ -100,6 +101,38 @@ fn sized<const N: usize>(
     summary::report(args, form, &planned, table)
 }
 
+/// Path, limits and options of a plan.
+struct PreparedPlan<const N: usize> {
+    path: AxisPath<N>,
+    limits: Limits<N>,
+    options: FeedOptions,
+    /// Axes whose limits the chord error lowers.
+    chords: [bool; N],
+}
+
+impl<const N: usize> PreparedPlan<N> {
+    fn new(args: &FeedArgs, file: &LimitsFile, table: &Table) -> Result<Self, Failure> {
+        let (limits, chords) = table
+            .layout
+            .limits(file, args.period)
+            .map_err(|error| Failure::input(format!("{}: {error}", args.limits.display())))?;
+        let path = table.path(&limits, args)?;
+        let mut options = FeedOptions::fastest();
+        options.speeds.feed = table.layout.feed();
+        options.time_tolerance = args.time_tolerance.unwrap_or(args.method.time_tolerance());
+        options.end_speeds = PathEnds { start: file.path.start, end: file.path.end };
+        options.guarantee = !args.no_guarantee;
+        Ok(Self { path, limits, options, chords })
+    }
+}
+
+fn refused(args: &FeedArgs, error: FeedError) -> Failure {
+    match error {
+        FeedError::Cancelled(_) => Failure::Stopped,
+        error => Failure::input(format!("{}: {error}", args.ends.name().display())),
+    }
+}
+
 /// Plans the speed along a table.
 fn planned<const N: usize>(
     args: &FeedArgs,
@@ -107,24 +140,12 @@ fn planned<const N: usize>(
     table: &Table,
     progress: &dyn Progress,
 ) -> Result<Planned<N>, Failure> {
-    let (limits, chords): (Limits<N>, _) = table
-        .layout
-        .limits(file, args.period)
-        .map_err(|error| Failure::input(format!("{}: {error}", args.limits.display())))?;
-    let path = table.path(&limits, args)?;
-    let mut options = FeedOptions::fastest();
-    options.speeds.feed = table.layout.feed();
-    options.time_tolerance = args.time_tolerance.unwrap_or(args.method.time_tolerance());
-    options.end_speeds = PathEnds { start: file.path.start, end: file.path.end };
-    options.guarantee = !args.no_guarantee;
+    let PreparedPlan { path, limits, options, chords } = PreparedPlan::new(args, file, table)?;
     let start = Instant::now();
     let input = PlanInput { path: &path, table, limits: &limits, options: &options };
     let plan = plan(args, &input, progress);
     let seconds = start.elapsed().as_secs_f64();
-    let (mut plan, breaches) = plan.map_err(|error| match error {
-        FeedError::Cancelled(_) => Failure::Stopped,
-        error => Failure::input(format!("{}: {error}", args.ends.name().display())),
-    })?;
+    let (mut plan, breaches) = plan.map_err(|error| refused(args, error))?;
     // Limits that the chord error lowered are named after it.
     plan.name_chords(chords);
     Ok(Planned { path, plan, breaches, seconds })
@@ -141,10 +162,6 @@ pub struct AxisTable<'a> {
 
 /// Plan of a table for callers in other languages.
 pub struct PlanAnswer {
-    /// Summary as `--json` prints it.
-    pub summary: serde_json::Value,
-    /// True if every limit is kept.
-    pub within_limits: bool,
     /// Names of the axes, in the order of [`PlannedMotion::sample`].
     pub axes: Vec<String>,
     /// Path and schedule.
@@ -157,10 +174,29 @@ impl std::fmt::Debug for PlanAnswer {
     }
 }
 
+/// What is measured of a plan.
+#[derive(Debug, Clone)]
+pub struct PlanFigures {
+    /// Summary as `--json` prints it.
+    pub summary: serde_json::Value,
+    /// True if every limit is kept.
+    pub within_limits: bool,
+    /// No schedule within the velocity and acceleration limits is faster \[s\].
+    pub lower_bound: f64,
+}
+
 /// Path of any number of axes with its schedule.
 pub trait PlannedMotion: Send + Sync {
-    /// Returns the plan.
-    fn plan(&self) -> &FeedPlan;
+    /// Returns the schedule.
+    fn schedule(&self) -> &Schedule;
+
+    /// Returns what is measured of the plan. A plan that keeps the limits at its rows alone is measured when it is first
+    /// asked, which takes longer than planning it.
+    ///
+    /// # Errors
+    ///
+    /// Failures of the measurement.
+    fn figures(&self) -> Result<&PlanFigures, Failure>;
 
     /// Returns the motion of the first `axes` axes at every `period` \[s\].
     ///
@@ -172,14 +208,33 @@ pub trait PlannedMotion: Send + Sync {
     fn sample(&self, axes: usize, period: f64) -> Result<Vec<f64>, Failure>;
 }
 
-impl<const N: usize> PlannedMotion for Planned<N> {
-    fn plan(&self) -> &FeedPlan {
-        &self.plan
+/// Plan that keeps all it needs to be measured later.
+struct KeptPlan<const N: usize> {
+    args: FeedArgs,
+    limits: LimitsFile,
+    table: Table,
+    path: AxisPath<N>,
+    schedule: Schedule,
+    figures: OnceLock<PlanFigures>,
+}
+
+impl<const N: usize> PlannedMotion for KeptPlan<N> {
+    fn schedule(&self) -> &Schedule {
+        &self.schedule
+    }
+
+    fn figures(&self) -> Result<&PlanFigures, Failure> {
+        if let Some(found) = self.figures.get() {
+            return Ok(found);
+        }
+        let planned = planned::<N>(&self.args, &self.limits, &self.table, &Silent)?;
+        let measured = figures(&self.args, &planned, &self.table)?;
+        Ok(self.figures.get_or_init(|| measured))
     }
 
     fn sample(&self, axes: usize, period: f64) -> Result<Vec<f64>, Failure> {
         let points =
-            setpoint::sample(&self.path, &self.plan.schedule, period).map_err(Failure::input)?;
+            setpoint::sample(&self.path, &self.schedule, period).map_err(Failure::input)?;
         let mut rows = Vec::new();
         for Setpoint { t, position, velocity, acceleration, jerk } in points {
             rows.push(t);
@@ -193,37 +248,55 @@ impl<const N: usize> PlannedMotion for Planned<N> {
 
 /// Plans the speed along a table in memory, and writes nothing.
 pub(crate) fn answer(
-    args: &FeedArgs,
+    args: FeedArgs,
     table: AxisTable<'_>,
     limits: &LimitsFile,
     progress: &dyn Progress,
 ) -> Result<PlanAnswer, Failure> {
     args.check(OutputForm::Text)?;
-    jerks(args, limits)?;
-    rests(args, limits)?;
+    jerks(&args, limits)?;
+    rests(&args, limits)?;
     let table = Table::of_values(table, limits, args.method)?;
     match table.layout.axes() {
-        0..=3 => answered::<3>(args, limits, &table, progress),
-        4..=5 => answered::<5>(args, limits, &table, progress),
-        6 => answered::<6>(args, limits, &table, progress),
-        7..=10 => answered::<10>(args, limits, &table, progress),
-        many => Err(too_many(args, many)),
+        0..=3 => answered::<3>(args, limits, table, progress),
+        4..=5 => answered::<5>(args, limits, table, progress),
+        6 => answered::<6>(args, limits, table, progress),
+        7..=10 => answered::<10>(args, limits, table, progress),
+        many => Err(too_many(&args, many)),
     }
 }
 
 fn answered<const N: usize>(
-    args: &FeedArgs,
+    args: FeedArgs,
     limits: &LimitsFile,
-    table: &Table,
+    table: Table,
     progress: &dyn Progress,
 ) -> Result<PlanAnswer, Failure> {
-    let planned = planned::<N>(args, limits, table, progress)?;
-    let summary = summary::of(args, &planned, table);
-    let json = serde_json::to_value(&summary).map_err(anyhow::Error::from)?;
-    Ok(PlanAnswer {
-        summary: json,
-        within_limits: summary.within_limits,
-        axes: table.layout.names().to_vec(),
-        motion: Box::new(planned),
-    })
+    let axes = table.layout.names().to_vec();
+    let measured = OnceLock::new();
+    let (path, schedule) = if args.no_guarantee {
+        let prepared = PreparedPlan::<N>::new(&args, limits, &table)?;
+        let PreparedPlan { path, limits, options, .. } = &prepared;
+        let schedule = optimal_schedule(path, limits, options, progress);
+        let schedule = schedule.map_err(|error| refused(&args, error))?;
+        (prepared.path, schedule)
+    } else {
+        let planned = planned::<N>(&args, limits, &table, progress)?;
+        let _ = measured.set(figures(&args, &planned, &table)?);
+        (planned.path, planned.plan.schedule)
+    };
+    let (limits, figures) = (limits.clone(), measured);
+    let motion = Box::new(KeptPlan { args, limits, table, path, schedule, figures });
+    Ok(PlanAnswer { axes, motion })
+}
+
+fn figures<const N: usize>(
+    args: &FeedArgs,
+    planned: &Planned<N>,
+    table: &Table,
+) -> Result<PlanFigures, Failure> {
+    let summary = summary::of(args, planned, table);
+    let within_limits = summary.within_limits;
+    let summary = serde_json::to_value(&summary).map_err(anyhow::Error::from)?;
+    Ok(PlanFigures { summary, within_limits, lower_bound: planned.plan.lower_bound })
 }

@@ -110,7 +110,8 @@ class Plan(Table):
         duration: time of the whole path [s].
         lower_bound: no schedule within the velocity and acceleration limits is faster [s].
         within_limits: True if every limit is kept everywhere.
-        summary: everything as `trunnion feed --json` prints it.
+        summary: everything as `trunnion feed --json` prints it. With `no_guarantee` these three are measured when they are
+            first asked for, which takes longer than the plan.
         s, t, speed, acceleration: rows of the schedule, (n,) each.
     """
 
@@ -121,9 +122,17 @@ class Plan(Table):
         self.limits = limits
         self.axes: list[str] = native.axes
         self.duration: float = native.duration
-        self.lower_bound: float = native.lower_bound
-        self.within_limits: bool = native.within_limits
         self._rows: Any = None
+
+    @property
+    def lower_bound(self) -> float:
+        """Time that no schedule within the velocity and acceleration limits undercuts [s]."""
+        return float(self._native.lower_bound)
+
+    @property
+    def within_limits(self) -> bool:
+        """True if every limit is kept everywhere."""
+        return bool(self._native.within_limits)
 
     @property
     def summary(self) -> dict[str, Any]:
