@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use trunnion::cutter::{CutterKind, CutterSpec};
 use trunnion::files::job::JobArea;
 use trunnion::pipeline::{self, JobProposal, ProposalRequest, ProposedOperation};
+use trunnion::types::Progress;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct InitArgs {
@@ -34,8 +35,36 @@ pub(crate) fn run(args: &InitArgs, form: OutputForm) -> Result<Done, Failure> {
         )));
     }
     let bars = Bars::new();
+    let ProposalAnswer { proposal, warnings, job } = answer(args, &bars)?;
+    bars.finish();
+    for warning in &warnings {
+        eprintln!("warning: {warning}");
+    }
+    let Some(path) = &args.output else {
+        return if form.is_json() { text::print_json(&JobJson { job }) } else { text::print(&job) };
+    };
+    // The part is the only input that the output could replace.
+    output::protect(path, &[&args.part])?;
+    output::file(path, |out| out.write_all(job.as_bytes()))?;
+    form.print(&InitJson::of(path, &proposal), |_| describe(path, &proposal))
+}
+
+/// Proposed job for callers in other languages.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct ProposalAnswer {
+    /// Text of the job file.
+    pub job: String,
+    /// Remarks about the part, in words.
+    pub warnings: Vec<String>,
+    /// Faces, tools and origin behind the text.
+    pub proposal: JobProposal,
+}
+
+/// Proposes a job, and writes nothing.
+pub(crate) fn answer(args: &InitArgs, progress: &dyn Progress) -> Result<ProposalAnswer, Failure> {
     let machine = machine::load(&args.machine)?;
-    let part = part::read(&args.part, &bars)?;
+    let part = part::read(&args.part, progress)?;
     for number in &args.faces {
         if !part.faces.iter().any(|face| face.number == *number) {
             let help = format!("`trunnion inspect {}` lists them", args.part.display());
@@ -46,19 +75,8 @@ pub(crate) fn run(args: &InitArgs, form: OutputForm) -> Result<Done, Failure> {
         wanted: (!args.faces.is_empty()).then_some(&args.faces[..]),
         ..ProposalRequest::new(&part.faces, &machine.machine)
     };
-    let proposal = pipeline::propose(&request, &bars).map_err(Failure::input)?;
-    bars.finish();
-    for warning in &part.warnings {
-        eprintln!("warning: {warning}");
-    }
-    let job = job_text(args, &proposal);
-    let Some(path) = &args.output else {
-        return if form.is_json() { text::print_json(&JobJson { job }) } else { text::print(&job) };
-    };
-    // The part is the only input that the output could replace.
-    output::protect(path, &[&args.part])?;
-    output::file(path, |out| out.write_all(job.as_bytes()))?;
-    form.print(&InitJson::of(path, &proposal), |_| describe(path, &proposal))
+    let proposal = pipeline::propose(&request, progress).map_err(Failure::input)?;
+    Ok(ProposalAnswer { job: job_text(args, &proposal), warnings: part.warnings, proposal })
 }
 
 /// The job, for scripts.

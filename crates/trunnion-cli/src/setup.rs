@@ -13,7 +13,7 @@ use trunnion::files::setups::{
 };
 use trunnion::machine::{FIRST_ROTARY, Machine};
 use trunnion::pipeline::{self, Job, SetupResult};
-use trunnion::types::Interval;
+use trunnion::types::{Interval, Progress};
 
 /// Most other setups that are listed.
 const OTHERS: usize = 12;
@@ -52,16 +52,32 @@ fn interval(text: &str) -> Result<[f64; 2], String> {
 
 pub(crate) fn run(args: &SetupArgs, form: OutputForm) -> Result<Done, Failure> {
     let bars = Bars::new();
-    let (job, mut warnings) = jobs::load(&args.job, None, &bars)?;
+    let SetupAnswer { summary, table } = answer(args, &bars)?;
+    bars.finish();
+    form.print(&summary, |_| table)?;
+    Ok(if summary.found { Done::Kept } else { Done::Broken })
+}
+
+/// Setups that were found, for callers in other languages.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct SetupAnswer {
+    /// Summary as `--json` prints it.
+    pub summary: SetupSummary,
+    /// The same for people.
+    pub table: String,
+}
+
+/// Searches setups of a job.
+pub(crate) fn answer(args: &SetupArgs, progress: &dyn Progress) -> Result<SetupAnswer, Failure> {
+    let (job, mut warnings) = jobs::load(&args.job, None, progress)?;
     if !job.following.is_empty() {
         warnings.push(format!("the search is for the path of {} alone", job.name));
     }
     let bounds = bounds(args, &job)?;
-    let found = pipeline::setup(&job, &bounds, &bars).map_err(jobs::failure)?;
-    bars.finish();
-    let answer = answer(&job, &bounds, &found, warnings);
-    form.print(&answer, |answer| describe(&job, &bounds, &found, &answer.warnings))?;
-    Ok(if found.search.best.is_some() { Done::Kept } else { Done::Broken })
+    let found = pipeline::setup(&job, &bounds, progress).map_err(jobs::failure)?;
+    let table = describe(&job, &bounds, &found, &warnings);
+    Ok(SetupAnswer { summary: summary(&job, &bounds, &found, warnings), table })
 }
 
 fn bounds(args: &SetupArgs, job: &Job) -> Result<TiltBounds, Failure> {
@@ -80,7 +96,7 @@ fn bounds(args: &SetupArgs, job: &Job) -> Result<TiltBounds, Failure> {
 }
 
 /// Returns the answer of `--json`.
-fn answer(
+fn summary(
     job: &Job,
     bounds: &TiltBounds,
     found: &SetupResult,

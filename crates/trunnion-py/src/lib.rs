@@ -48,6 +48,8 @@ fn _trunnion(module: &Bound<'_, PyModule>) -> PyResult<()> {
         wrap_pyfunction!(verbs::check, module)?,
         wrap_pyfunction!(verbs::post, module)?,
         wrap_pyfunction!(verbs::moves, module)?,
+        wrap_pyfunction!(verbs::propose, module)?,
+        wrap_pyfunction!(verbs::setup, module)?,
     ];
     functions.into_iter().try_for_each(|function| module.add_function(function))
 }

@@ -74,6 +74,32 @@ pub(crate) fn post(
     Ok(answer)
 }
 
+/// Returns the text of a proposed job, and remarks about the part.
+#[pyfunction]
+#[pyo3(signature = (options, progress=None))]
+pub(crate) fn propose(
+    py: Python<'_>,
+    options: Vec<String>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(String, Vec<String>)> {
+    let found = watched(py, progress.as_ref(), |watch| calls::propose(&options, watch))?
+        .map_err(|error| failure(py, error))?;
+    Ok((found.job, found.warnings))
+}
+
+/// Searches setups of a job.
+#[pyfunction]
+#[pyo3(signature = (options, progress=None))]
+pub(crate) fn setup(
+    py: Python<'_>,
+    options: Vec<String>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(Bound<'_, PyAny>, String)> {
+    let found = watched(py, progress.as_ref(), |watch| calls::setup(&options, watch))?
+        .map_err(|error| failure(py, error))?;
+    Ok((json(py, &found.summary)?, found.table))
+}
+
 /// Reads the moves of a CL file or program.
 #[pyfunction]
 #[pyo3(signature = (options, progress=None))]

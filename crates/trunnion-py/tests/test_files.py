@@ -178,3 +178,26 @@ def test_errors_can_be_sent_to_other_processes():
         trunnion.Machine("bc-trunnion").forward([[0, 0, 0, 0, np.nan]])
     again = pickle.loads(pickle.dumps(found.value))
     assert again.argument == "q" and again.index == (0, 4) and str(again) == str(found.value)
+
+
+def test_a_proposed_job_runs(root, tmp_path):
+    part = root / "fixtures" / "corpus" / "gate" / "cone.step"
+    job = trunnion.Job.propose(part, "ac-trunnion")
+    assert job.data["part"]["faces"] and job.data["part"]["file"] == str(part)
+    assert job.check() == [] and job.data["machine"]["file"] == "ac-trunnion"
+    assert trunnion.Job.propose(part, faces=[job.data["part"]["faces"][0]]).data["part"]["faces"] == [1]
+    result = job.run(output=tmp_path / "out")
+    assert result.passed, result.failures
+    with pytest.raises(trunnion.InputError, match="has no face 99"):
+        trunnion.Job.propose(part, faces=[99])
+
+
+def test_setups_of_a_job_are_searched(job_folder):
+    job = trunnion.Job.read(job_folder / "job.toml")
+    found = job.setups(tilt=(0, 10), towards=(0, 0))
+    assert found["found"] and found["after"]["least_angle"] >= found["before"]["least_angle"]
+    # A job that was changed in memory is searched as it is now, wherever its files are.
+    turned = job.replace({"setup.rotation": [0, 5, 0]}).setups(tilt=(0, 10), towards=(0, 0))
+    assert turned["before"]["tilt"] == pytest.approx(5)
+    with pytest.raises(trunnion.InputError, match="tilt"):
+        job.setups(tilt=(10, 0))

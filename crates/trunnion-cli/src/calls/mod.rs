@@ -9,7 +9,9 @@ mod verbs;
 
 pub use crate::check::CheckAnswer;
 pub use crate::feed::{AxisTable, PlanAnswer, PlanFigures, PlannedMotion};
+pub use crate::init::ProposalAnswer;
 pub use crate::post::PostAnswer;
+pub use crate::setup::SetupAnswer;
 pub use files::{machine, machine_text, mesh, part, part_of_bytes};
 pub use job::{JobAnswer, LoadedJob, load_job, load_job_text, run_job};
-pub use verbs::{check, moves, plan, post};
+pub use verbs::{check, moves, plan, post, propose, setup};

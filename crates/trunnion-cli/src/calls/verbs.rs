@@ -2,9 +2,11 @@
 
 use crate::check::CheckAnswer;
 use crate::feed::{AxisTable, PlanAnswer};
+use crate::init::ProposalAnswer;
 use crate::outcome::Failure;
 use crate::post::PostAnswer;
-use crate::{check as checks, feed, post as posts};
+use crate::setup::SetupAnswer;
+use crate::{check as checks, feed, init, post as posts, setup as setups};
 use clap::{Args, Command};
 use trunnion::files::limits::LimitsFile;
 use trunnion::post::PostMove;
@@ -49,6 +51,24 @@ pub fn plan(
     progress: &dyn Progress,
 ) -> Result<PlanAnswer, Failure> {
     feed::answer(parsed("feed", options)?, table, limits, progress)
+}
+
+/// Proposes a job for a part; the options are those of `trunnion init`, and nothing is written.
+///
+/// # Errors
+///
+/// Wrong options or input, or a part that no cutter of the library finishes.
+pub fn propose(options: &[String], progress: &dyn Progress) -> Result<ProposalAnswer, Failure> {
+    init::answer(&parsed("init", options)?, progress)
+}
+
+/// Searches setups of a job; the options are those of `trunnion setup`.
+///
+/// # Errors
+///
+/// Wrong options, or a job that cannot be planned.
+pub fn setup(options: &[String], progress: &dyn Progress) -> Result<SetupAnswer, Failure> {
+    setups::answer(&parsed("setup", options)?, progress)
 }
 
 /// Reads the options of a verb.

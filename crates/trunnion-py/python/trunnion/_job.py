@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import copy
 import os
-from typing import TYPE_CHECKING, Any, Mapping
+from typing import TYPE_CHECKING, Any, Mapping, Sequence
 
 from . import _options, _picture
-from ._errors import InputError
+from ._errors import InputError, TrunnionWarning
 from ._plan import Motion
 from ._progress import Progress, adapted
 
@@ -58,6 +58,87 @@ class Job:
             raise InputError(*(f"{name}:{one}" for one in error.messages)) from None
         job = cls(data, os.path.dirname(name) or ".")
         job._file, job._text = name, text
+        return job
+
+    @classmethod
+    def propose(
+        cls, part: Any, machine: Any = "bc-trunnion", faces: Sequence[int] = (), *, progress: Progress = None
+    ) -> "Job":
+        """Returns a job that runs as it is: faces that can be reached, cutters by the concave radius, an origin that fits.
+
+        Args:
+            part: STEP or surface JSON file.
+            machine: name of a built-in machine, or a machine file.
+            faces: numbers of the faces to choose from; all if empty.
+            progress: callable of (stage, done, total), or tqdm.
+
+        Returns:
+            the job as `trunnion init` writes it; `to_toml()` has comments that say what to check.
+
+        Raises:
+            InputError: the part or the machine cannot be read, or no cutter of the library finishes a face.
+
+        Example:
+            >>> import trunnion
+            >>> trunnion.Job.propose("missing.step")  # doctest: +IGNORE_EXCEPTION_DETAIL
+            Traceback (most recent call last):
+            trunnion.InputError: ...
+        """
+        import warnings
+
+        from . import _trunnion
+
+        words = [_options.path("part", part), "--machine", _options.path("machine", machine)]
+        if len(faces):
+            words.append("--faces=" + ",".join(str(int(face)) for face in faces))
+        text, remarks = _trunnion.propose(words, adapted(progress))
+        for remark in remarks:
+            warnings.warn(_options.worded(remark), TrunnionWarning, stacklevel=2)
+        job = cls(_trunnion.toml_data(text), os.path.dirname(words[0]) or ".")
+        # The part is named from where the caller stands.
+        job.data["part"]["file"] = os.path.abspath(words[0])
+        return job
+
+    def setups(self, *, tilt: Any = None, towards: Any = None, turn: Any = None, progress: Progress = None) -> dict[str, Any]:
+        """Searches the rotation of the workpiece that keeps the tool farthest from the singular direction.
+
+        Args:
+            tilt, towards, turn: bounds of the search, pairs of degrees, as in `trunnion setup`.
+            progress: callable of (stage, done, total), or tqdm.
+
+        Returns:
+            everything as `trunnion setup --json` prints it, in mm and degrees: `before`, `after` (None if nothing fits), `others`.
+
+        Raises:
+            InputError: faults of the job, or bounds that are none.
+        """
+        import tempfile
+
+        from . import _trunnion
+
+        with tempfile.TemporaryDirectory() as folder:
+            file = self.path
+            if self._file is None or self._text != self.to_toml():
+                file = os.path.join(folder, "job.toml")
+                self.moved(folder).save(file)
+            words = [file]
+            for name, bounds in (("tilt", tilt), ("towards", towards), ("turn", turn)):
+                if bounds is not None:
+                    low, high = (float(_options.number(name, value)) for value in bounds)
+                    words.append(f"--{name}={low!r}..{high!r}")
+            summary, _ = _trunnion.setup(words, adapted(progress))
+        return dict(summary)
+
+    def moved(self, folder: Any) -> "Job":
+        """Returns the job for another folder: files that it names from its own folder are named by their whole path."""
+        job = Job(self.data, folder)
+        tables = [job.data.get(name) for name in ("part", "machine", "stock")] + list(job.data.get("fixture", []))
+        for table in tables:
+            name = table.get("file") if isinstance(table, dict) else None
+            here = os.path.join(self.folder, name) if isinstance(name, str) else ""
+            # Names of built-in machines are no files.
+            if here and os.path.exists(here):
+                table["file"] = os.path.abspath(here)
         return job
 
     @property
