@@ -76,7 +76,8 @@ pub(crate) fn answer(args: &InitArgs, progress: &dyn Progress) -> Result<Proposa
         ..ProposalRequest::new(&part.faces, &machine.machine)
     };
     let proposal = pipeline::propose(&request, progress).map_err(Failure::input)?;
-    Ok(ProposalAnswer { job: job_text(args, &proposal), warnings: part.warnings, proposal })
+    let warnings = part.warnings.iter().map(ToString::to_string).collect();
+    Ok(ProposalAnswer { job: job_text(args, &proposal), warnings, proposal })
 }
 
 /// The job, for scripts.

@@ -10,7 +10,7 @@ use crate::surface::{
 };
 use crate::types::Mesh;
 use crate::verify::Solid;
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Unit, Vector3};
 use std::f64::consts::TAU;
 
 /// Triangles of a fixture that planning keeps off; one with more is checked only.
@@ -194,21 +194,112 @@ fn of_mesh(mesh: &Mesh, larger: f64) -> Vec<FixturePart> {
     let volume: f64 =
         triangles.iter().map(|[a, b, c]| a.coords.dot(&b.coords.cross(&c.coords))).sum();
     let outwards = |[a, b, c]: [Point3<f64>; 3]| if volume < 0.0 { [a, c, b] } else { [a, b, c] };
-    let part = |corners| FixturePart::polygon(&wider(outwards(corners), larger)?, larger);
-    triangles.into_iter().filter_map(part).collect()
+    let sides = FlatSide::of(triangles.into_iter().map(outwards));
+    let part = |corners: Vec<Point3<f64>>| FixturePart::polygon(&wider(&corners, larger)?, larger);
+    sides.iter().flat_map(FlatSide::outlines).filter_map(part).collect()
 }
 
-/// Returns a triangle with its sides moved outwards, as a hexagon: moved along its normal as well, it meets a neighbour
-/// round an edge of up to 90 degrees.
-fn wider(corners: [Point3<f64>; 3], by: f64) -> Option<[Point3<f64>; 6]> {
-    let [a, b, c] = corners;
-    let normal = (b - a).cross(&(c - b)).try_normalize(f64::MIN_POSITIVE)?;
-    let side = |from: Point3<f64>, to: Point3<f64>| -> Option<[Point3<f64>; 2]> {
-        let out = (to - from).cross(&normal).try_normalize(f64::MIN_POSITIVE)? * by;
-        Some([from + out, to + out])
+/// Triangles of a mesh in one plane.
+struct FlatSide {
+    normal: Unit<Vector3<f64>>,
+    /// Distance of the plane from the origin \[mm\].
+    offset: f64,
+    triangles: Vec<[Point3<f64>; 3]>,
+    area: f64,
+}
+
+/// Largest sine of the angle between normals of one plane, and largest distance of its triangles \[mm\].
+const FLAT: f64 = 1e-7;
+
+/// Share by which the hull of a flat side may exceed the side itself.
+const CONVEX: f64 = 1e-4;
+
+impl FlatSide {
+    /// Collects triangles by their planes; those without area have none.
+    fn of(triangles: impl Iterator<Item = [Point3<f64>; 3]>) -> Vec<Self> {
+        let mut sides: Vec<Self> = Vec::new();
+        for triangle in triangles {
+            let [a, b, c] = &triangle;
+            let across = (b - a).cross(&(c - b));
+            let Some(normal) = Unit::try_new(across, f64::MIN_POSITIVE) else { continue };
+            let (offset, area) = (normal.dot(&a.coords), 0.5 * across.norm());
+            let same = |side: &&mut Self| {
+                (side.normal.into_inner() - normal.into_inner()).norm() < FLAT
+                    && (side.offset - offset).abs() < FLAT
+            };
+            match sides.iter_mut().find(same) {
+                Some(side) => {
+                    side.triangles.push(triangle);
+                    side.area += area;
+                }
+                None => sides.push(Self { normal, offset, triangles: vec![triangle], area }),
+            }
+        }
+        sides
+    }
+
+    /// Returns polygons that cover the side, counter-clockwise seen from outside: one if the side is convex, else its
+    /// triangles.
+    fn outlines(&self) -> Vec<Vec<Point3<f64>>> {
+        match self.hull() {
+            Some(hull) => vec![hull],
+            None => self.triangles.iter().map(|corners| corners.to_vec()).collect(),
+        }
+    }
+
+    /// Returns the convex hull of the side if it is hardly larger than the side.
+    fn hull(&self) -> Option<Vec<Point3<f64>>> {
+        let first = self.triangles.first()?[0];
+        let frame =
+            SurfaceFrame::new(first, self.normal.into_inner(), self.triangles.first()?[1] - first)
+                .ok()?;
+        let flat = |p: &Point3<f64>| [(p - first).dot(&frame.x()), (p - first).dot(&frame.y())];
+        let points: Vec<[f64; 2]> = self.triangles.iter().flatten().map(flat).collect();
+        let hull = convex_hull(points);
+        let area: f64 = hull
+            .iter()
+            .zip(hull.iter().cycle().skip(1))
+            .map(|([x, y], [u, v])| 0.5 * (x * v - u * y))
+            .sum();
+        let back = |[x, y]: [f64; 2]| first + frame.x().scale(x) + frame.y().scale(y);
+        (area <= (1.0 + CONVEX) * self.area).then(|| hull.into_iter().map(back).collect())
+    }
+}
+
+/// Returns the convex hull of points, counter-clockwise (monotone chain of Andrew).
+fn convex_hull(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    points.dedup_by(|a, b| (a[0] - b[0]).abs() < FLAT && (a[1] - b[1]).abs() < FLAT);
+    let half = |points: &mut dyn Iterator<Item = [f64; 2]>| {
+        let mut chain: Vec<[f64; 2]> = Vec::new();
+        for p in points {
+            while let [.., a, b] = chain[..]
+                && (b[0] - a[0]) * (p[1] - b[1]) - (b[1] - a[1]) * (p[0] - b[0]) <= FLAT * FLAT
+            {
+                chain.pop();
+            }
+            chain.push(p);
+        }
+        // The last point is the first of the other half.
+        chain.pop();
+        chain
     };
-    let ([a1, b1], [b2, c2], [c3, a3]) = (side(a, b)?, side(b, c)?, side(c, a)?);
-    Some([a1, b1, b2, c2, c3, a3])
+    let mut hull = half(&mut points.iter().copied());
+    hull.extend(half(&mut points.iter().rev().copied()));
+    hull
+}
+
+/// Returns a convex polygon with its sides moved outwards, two corners for each: moved along its normal as well, it meets
+/// a neighbour round an edge of up to 90 degrees.
+fn wider(corners: &[Point3<f64>], by: f64) -> Option<Vec<Point3<f64>>> {
+    let [a, b, c] = [corners.first()?, corners.get(1)?, corners.get(2)?];
+    let normal = (b - a).cross(&(c - b)).try_normalize(f64::MIN_POSITIVE)?;
+    let mut out = Vec::with_capacity(2 * corners.len());
+    for (from, to) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+        let aside = (to - from).cross(&normal).try_normalize(f64::MIN_POSITIVE)? * by;
+        out.extend([from + aside, to + aside]);
+    }
+    Some(out)
 }
 
 #[cfg(test)]
@@ -244,6 +335,26 @@ mod tests {
                 assert!((p - middle).dot(&n) > 1.0, "{p} {n:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_flat_side_of_many_triangles_is_one_face() {
+        // Two squares in one plane, each of two triangles, and a triangle beside them that makes the outline an L.
+        let p = |x: f64, y: f64| Point3::new(x, y, 3.0);
+        let squares =
+            [[p(0.0, 0.0), p(4.0, 0.0), p(4.0, 4.0)], [p(0.0, 0.0), p(4.0, 4.0), p(0.0, 4.0)]];
+        let more = squares.map(|corners| corners.map(|q| q + Vector3::x() * 4.0));
+        let all: Vec<_> = squares.into_iter().chain(more).collect();
+        let sides = FlatSide::of(all.iter().copied());
+        assert_eq!(sides.len(), 1);
+        let outlines = sides[0].outlines();
+        assert_eq!((outlines.len(), outlines[0].len()), (1, 4));
+
+        let wide = wider(&outlines[0], 0.5).unwrap();
+        assert!(wide.iter().all(|q| (q.x - 4.0).abs() <= 4.5 && (q.y - 2.0).abs() <= 2.5));
+        let notch = [p(0.0, 4.0), p(4.0, 4.0), p(0.0, 8.0)];
+        let sides = FlatSide::of(all.into_iter().chain([notch]));
+        assert_eq!((sides.len(), sides[0].outlines().len()), (1, 5));
     }
 
     #[test]

@@ -1,0 +1,1 @@
+"""Called by FreeCAD at start, with and without a window."""

@@ -1,0 +1,34 @@
+"""Workbench of the add-on; called by FreeCAD at start with a window."""
+
+import FreeCADGui
+
+
+class TrunnionWorkbench(FreeCADGui.Workbench):
+    """Five-axis finishing, checks and posts for jobs of the CAM workbench."""
+
+    MenuText = "trunnion"
+    ToolTip = "Five-axis finishing, checks with guaranteed bounds, and posts"
+
+    def __init__(self):
+        import os
+
+        import trunnion_cam
+
+        # FreeCAD runs this file without a name of its own.
+        folder = os.path.dirname(os.path.dirname(trunnion_cam.__file__))
+        self.__class__.Icon = os.path.join(folder, "resources", "icons", "trunnion.svg")
+
+    def Initialize(self):
+        """Adds the commands to menu and toolbar."""
+        from trunnion_cam.gui import commands
+
+        names = commands.register()
+        self.appendToolbar("trunnion", names)
+        self.appendMenu("trunnion", names)
+
+    def GetClassName(self):
+        """A workbench in Python."""
+        return "Gui::PythonWorkbench"
+
+
+FreeCADGui.addWorkbench(TrunnionWorkbench())

@@ -1,0 +1,80 @@
+"""Parts that the tests build, and jobs on them."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Any
+
+FOLDER = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+for place in (FOLDER, *filter(None, os.environ.get("TRUNNION_SITE", "").split(os.pathsep))):
+    if place not in sys.path:
+        sys.path.append(place)
+
+import FreeCAD  # noqa: E402
+import Part  # noqa: E402
+
+from trunnion_cam import compat, machines  # noqa: E402
+
+
+def wave() -> tuple[Any, list[str]]:
+    """A block of 40 x 30 mm with a wavy top; returns its shape and the names of the faces to finish."""
+    poles = [
+        [FreeCAD.Vector(20.0 * (i - 1.5) / 1.5, 15.0 * (j - 1.5) / 1.5, 10.0 + [0.0, 3.0, -2.0, 1.0][(i + j) % 4]) for j in range(4)]
+        for i in range(4)
+    ]
+    surface = Part.BSplineSurface()
+    surface.buildFromPolesMultsKnots(poles, [4, 4], [4, 4], [0, 1], [0, 1], False, False, 3, 3)
+    top = surface.toShape()
+    floor = 0.0
+    faces = [top]
+    for edge in top.Edges:
+        ends = [vertex.Point for vertex in edge.Vertexes]
+        down = [FreeCAD.Vector(end.x, end.y, floor) for end in ends]
+        wire = Part.Wire(Part.__sortEdges__([edge, Part.makeLine(ends[0], down[0]), Part.makeLine(down[0], down[1]), Part.makeLine(down[1], ends[1])]))
+        faces.append(Part.Face(wire))
+    corners = [FreeCAD.Vector(x, y, floor) for x, y in ((-20, -15), (20, -15), (20, 15), (-20, 15), (-20, -15))]
+    faces.append(Part.Face(Part.makePolygon(corners)))
+    shell = Part.Shell(faces)
+    shell.sewShape()
+    solid = Part.Solid(shell)
+    return solid, [name_of(solid, lambda face: type(face.Surface).__name__ == "BSplineSurface")]
+
+
+def dome() -> tuple[Any, list[str]]:
+    """A cylinder of 30 mm with a spherical cap of 40 mm radius."""
+    cap = Part.makeSphere(40.0, FreeCAD.Vector(0, 0, -20)).common(Part.makeCylinder(15.0, 60.0, FreeCAD.Vector(0, 0, -5)))
+    return cap, [name_of(cap, lambda face: type(face.Surface).__name__ == "Sphere")]
+
+
+def plate() -> tuple[Any, list[str]]:
+    """A plate of 40 x 30 x 8 mm."""
+    box = Part.makeBox(40.0, 30.0, 8.0, FreeCAD.Vector(-20, -15, 0))
+    return box, [name_of(box, lambda face: face.CenterOfMass.z > 7.9)]
+
+
+def name_of(shape: Any, wanted: Any) -> str:
+    """Returns the name of the face that a condition holds for."""
+    found = [index for index, face in enumerate(shape.Faces, 1) if wanted(face)]
+    assert len(found) == 1, found
+    return f"Face{found[0]}"
+
+
+def document(shape: Any, tool: str = "ballend", diameter: float = 8.0) -> tuple[Any, Any]:
+    """A document with a body, a job, a tool and a machine; returns the job and the body."""
+    doc = FreeCAD.newDocument("trunnion")
+    body = doc.addObject("Part::Feature", "Body")
+    body.Shape = shape
+    doc.recompute()
+    job = compat.create_job("Job", [body])
+    bit = compat.create_bit(tool)
+    bit.Diameter = diameter
+    controller = compat.controllers(job)[0]
+    controller.Tool = bit
+    controller.HorizFeed = 50.0
+    controller.VertFeed = 10.0
+    controller.SpindleSpeed = 6000.0
+    machine = machines.create(job, "bc-trunnion")
+    machine.Origin = FreeCAD.Vector(-381, -254, -515)
+    doc.recompute()
+    return job, body

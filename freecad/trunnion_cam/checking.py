@@ -1,0 +1,148 @@
+"""Check of a whole CAM job: its program against machine, part, stock and fixtures."""
+
+from __future__ import annotations
+
+import os
+import re
+import tempfile
+from typing import Any, Callable, NamedTuple
+
+from . import compat, machines, programs, shapes, tools
+from .engine import engine
+from .problem import Problem, words
+
+_LINE = re.compile(r"\bline (\d+)\b")
+
+
+class Finding(NamedTuple):
+    """One problem: its words, its line in the program, and where that line comes from (None for the job as a whole)."""
+
+    text: str
+    line: int
+    place: programs.Place | None
+
+
+class JobCheck(NamedTuple):
+    """Verdict of a check.
+
+    Attributes:
+        passed: True if nothing is broken.
+        problems, remarks: broken limits, and what does not fail the check.
+        program: the program that was checked.
+        table: the summary as the command line prints it.
+    """
+
+    passed: bool
+    problems: list[Finding]
+    remarks: list[Finding]
+    program: programs.Program
+    table: str
+
+
+class Question(NamedTuple):
+    """Everything that a check needs, taken from the document: the check itself runs beside the window."""
+
+    program: programs.Program
+    options: dict[str, Any]
+    files: dict[str, bytes]
+
+
+def question(job: Any) -> Question:
+    """Gathers the program of a job, its part, stock and fixtures."""
+    machine = machines.needed_machine(job)
+    machines.load(machine.Machine)
+    program = programs.program_of(compat.operations(job))
+    files: dict[str, bytes] = {}
+    own = [one for one in map(compat.base_operation, compat.operations(job)) if hasattr(one, "InputKey") and one.Active]
+    lengths = {int(one.ToolController.ToolNumber): float(one.ToolLength.Value) for one in own}
+    for number, controller in program.tools.items():
+        lengths.setdefault(number, tools.usual_length(controller))
+    options: dict[str, Any] = {
+        "machine": machine.Machine,
+        "dialect": "linuxcnc",
+        "origin": [*machine.Origin],
+        "rotation": [*machine.Rotation],
+        "deg": True,
+        "tool_length": lengths,
+    }
+    cutters = _cutters(program.tools, lengths)
+    if cutters is not None:
+        options["cutter"] = cutters
+        files["part.step"] = shapes.step_bytes(model(job))
+        tolerances = [(float(one.Excess.Value), float(one.Gouge.Value)) for one in own]
+        excess, gouge = max(tolerances) if tolerances else (1.0, 0.01)
+        options["tolerance"] = (excess, gouge)
+        # Only gouges count: other operations and other setups cut the rest.
+        options["accept"] = ["uncut", "excess", "rapid-finish", "unmeasured"]
+    stock = getattr(job.Stock, "Shape", None) if job.Stock is not None else None
+    if stock is not None and stock.Solids:
+        files["stock.step"] = shapes.step_bytes(stock)
+    for index, one in enumerate(machine.Fixtures, 1):
+        files[f"fixture{index}.step"] = shapes.step_bytes(shapes.placed_shape(one))
+    if machine.Fixtures:
+        options["clearance"] = float(machine.Clearance.Value)
+    return Question(program, options, files)
+
+
+def _cutters(controllers: dict[int, Any], lengths: dict[int, float]) -> str | dict[int, str] | None:
+    """Returns the cutters by tool number; None if the shape of one is not known."""
+    try:
+        found = {number: tools.cutter_words(one, lengths[number]) for number, one in controllers.items()}
+    except Problem:
+        # Drills and the like: axes, state, stock and fixtures are checked without the part.
+        return None
+    return found if len(found) > 1 else next(iter(found.values()))
+
+
+def model(job: Any) -> Any:
+    """Returns the shape of the model of a job."""
+    import Part
+
+    found = [shapes.placed_shape(one) for one in job.Model.Group]
+    if not found:
+        raise Problem(f"{job.Label} has no model", "add one to the job")
+    return found[0] if len(found) == 1 else Part.Compound(found)
+
+
+def answer(asked: Question, progress: Callable[[str, int, int], None] | None = None) -> JobCheck:
+    """Runs the check."""
+    trunnion = engine()
+    with tempfile.TemporaryDirectory() as folder:
+        paths = {}
+        for name, content in asked.files.items():
+            paths[name] = os.path.join(folder, name)
+            with open(paths[name], "wb") as file:
+                file.write(content)
+        options = dict(asked.options)
+        if "part.step" in paths:
+            options["part"] = paths["part.step"]
+        if "stock.step" in paths:
+            options["stock"] = paths["stock.step"]
+        fixtures = [path for name, path in paths.items() if name.startswith("fixture")]
+        if fixtures:
+            options["fixture"] = fixtures
+        try:
+            found = trunnion.check(asked.program.text.encode(), progress=progress, **options)
+        except trunnion.TrunnionError as error:
+            text = words(error).replace(folder + os.sep, "")
+            lines = _LINE.findall(text) or re.findall(r"program:(\d+)", text)
+            if not lines:
+                raise Problem(text) from None
+            problems = [_finding(text, int(lines[0]), asked.program)]
+            return JobCheck(False, problems, [], asked.program, text)
+    listed = [[_finding(text, _line_of(text), asked.program) for text in texts] for texts in (found.failures, found.warnings)]
+    return JobCheck(found.passed, listed[0], listed[1], asked.program, str(found))
+
+
+def _line_of(text: str) -> int:
+    match = _LINE.search(text) or re.search(r"program:(\d+)", text)
+    return int(match[1]) if match else 0
+
+
+def _finding(text: str, line: int, program: programs.Program) -> Finding:
+    return Finding(text, line, program.place(line) if line else None)
+
+
+def check(job: Any, progress: Callable[[str, int, int], None] | None = None) -> JobCheck:
+    """Checks a job, in scripts."""
+    return answer(question(job), progress)

@@ -1,0 +1,1 @@
+"""The window: commands, task panels, work in progress. Nothing here computes."""

@@ -1,0 +1,65 @@
+"""Best setup, comparison and simulation of an operation."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from typing import Any, Callable
+
+from . import operation
+from .engine import engine
+from .problem import Problem, words
+
+Progress = Callable[[str, int, int], None]
+
+
+def best_setup(found: operation.Inputs, progress: Progress | None = None) -> dict[str, Any]:
+    """Searches the rotation of the workpiece; returns what `trunnion setup --json` prints."""
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            return operation.write_job(found, folder).setups(progress=progress)
+        except engine().TrunnionError as error:
+            raise Problem(words(error).replace(folder + os.sep, "")) from None
+
+
+def use_setup(machine: Any, summary: dict[str, Any]) -> None:
+    """Puts the best setup of a search into the machine of a job."""
+    import FreeCAD
+
+    best = summary.get("after")
+    if not best:
+        raise Problem("no rotation within the bounds fits", "allow more tilt, or take a shorter tool")
+    machine.Origin = FreeCAD.Vector(*best["origin"])
+    machine.Rotation = FreeCAD.Vector(*best["rotation"])
+
+
+def compare(found: operation.Inputs, over: dict[str, list[Any]], progress: Progress | None = None) -> Any:
+    """Runs the job of an operation with other values, such as `{"tool.diameter": [6, 10]}`; returns a DataFrame-like table."""
+    trunnion = engine()
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            return trunnion.fleet.compare(operation.write_job(found, folder), over)
+        except trunnion.TrunnionError as error:
+            raise Problem(words(error).replace(folder + os.sep, "")) from None
+
+
+def simulate(found: operation.Inputs, folder: str, progress: Progress | None = None) -> str:
+    """Runs the job of an operation, and returns its report page, which plays the program."""
+    operation.compute(found, progress, output=folder)
+    return os.path.join(folder, "report.html")
+
+
+def usual_origin(job: Any, machine: str) -> list[float]:
+    """Returns an origin of the document on a machine that `trunnion init` would propose for the model of a job [mm]."""
+    from . import checking, shapes
+
+    trunnion = engine()
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "part.step")
+        with open(path, "wb") as file:
+            file.write(shapes.step_bytes(checking.model(job)))
+        try:
+            proposed = trunnion.Job.propose(path, machine)
+        except trunnion.TrunnionError as error:
+            raise Problem(words(error).replace(folder + os.sep, "")) from None
+    return [float(value) for value in proposed.data["setup"]["origin"]]
