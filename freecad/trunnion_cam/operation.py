@@ -27,6 +27,9 @@ class Inputs(NamedTuple):
     job: dict[str, Any]
     step: bytes
     key: str
+    faces: list[shapes.FaceMark]
+    #: Diagonal of the part [mm].
+    size: float
 
 
 class FiveAxisFinish:
@@ -150,16 +153,15 @@ def inputs(obj: Any) -> Inputs:
     key = hashlib.sha256("\n".join(parts).encode()).hexdigest()
     if key == obj.InputKey:
         # Nothing has changed: STEP and numbers are not needed.
-        return Inputs(data, b"", key)
-    step = shapes.step_bytes(shape)
-    data["part"]["faces"] = shapes.face_numbers(shape, step, names)
+        return Inputs(data, b"", key, [], 0.0)
+    marks = shapes.face_marks(shape, names)
     data["fixture"] = [
         {"name": one.Label, "kind": "step", "file": f"fixture{index}.step", "bytes": shapes.step_bytes(solid).decode("latin-1")}
         for index, (one, solid) in enumerate(zip(machine.Fixtures, solids), 1)
     ]
     if not data["fixture"]:
         del data["fixture"]
-    return Inputs(data, step, key)
+    return Inputs(data, shapes.step_bytes(shape), key, marks, shape.BoundBox.DiagonalLength)
 
 
 def machine_text(source: str) -> str:
@@ -202,6 +204,7 @@ def job_data(obj: Any, machine: Any) -> dict[str, Any]:
 def write_job(found: Inputs, folder: str) -> Any:
     """Writes job.toml and its parts into a folder, and returns the engine's job: `trunnion run` takes it from there."""
     data = json.loads(json.dumps(found.job))
+    data["part"]["faces"] = shapes.face_numbers(found.step, found.faces, found.size)
     with open(os.path.join(folder, "part.step"), "wb") as file:
         file.write(found.step)
     for fixture in data.get("fixture", []):
@@ -250,8 +253,3 @@ def refuse(obj: Any, problem: Problem) -> None:
     obj.Kept, obj.InputKey, obj.Programs = False, "", {}
     obj.Verdict = str(problem)
     FreeCAD.Console.PrintError(f"{obj.Label}: {problem}\n")
-
-
-def job_of(obj: Any) -> Any:
-    """Returns the engine's job of an operation, in memory; its files exist only while it runs."""
-    return engine().Job(inputs(obj).job)

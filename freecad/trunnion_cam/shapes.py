@@ -6,7 +6,7 @@ import hashlib
 import os
 import re
 import tempfile
-from typing import Any, Iterable
+from typing import Any, Iterable, NamedTuple
 
 from .engine import engine
 from .problem import Problem
@@ -74,35 +74,51 @@ def selected_faces(selection: Iterable[tuple[Any, Iterable[str]]]) -> tuple[Any,
     return thing, faces
 
 
-def face_numbers(shape: Any, step: bytes, names: Iterable[str]) -> list[int]:
-    """Returns the engine's numbers of faces that FreeCAD names `Face1`, `Face2`, ..
+class FaceMark(NamedTuple):
+    """What a face of FreeCAD is recognized by: its place in the part, its area [mm2] and its centre [mm]."""
 
-    Both read the same STEP file, but may count differently: a face is recognized by its area and its centre.
-    """
-    import numpy as np
+    name: str
+    index: int
+    area: float
+    centre: tuple[float, float, float]
 
-    part = engine().Part.read(step)
-    chord = max(_CHORD * shape.BoundBox.DiagonalLength, 1e-6)
-    known = [(face.number, float(face.area), _centre(*face.mesh(chord))) for face in part.faces]
-    size = shape.BoundBox.DiagonalLength
-    numbers = []
+
+def face_marks(shape: Any, names: Iterable[str]) -> list[FaceMark]:
+    """Returns the marks of faces that FreeCAD names `Face1`, `Face2`, .."""
+    marks = []
     for name in names:
         index = int(name.removeprefix("Face"))
         if not 1 <= index <= len(shape.Faces):
             raise Problem(f"{name} is no face of the part, which has {len(shape.Faces)}", "select the faces anew: the model has changed")
         face = shape.Faces[index - 1]
-        centre = np.array([*face.CenterOfMass])
+        marks.append(FaceMark(name, index, float(face.Area), tuple(face.CenterOfMass)))
+    return marks
 
-        def unlike(one: tuple[int, float, Any]) -> tuple[float, float, int]:
+
+def face_numbers(step: bytes, marks: list[FaceMark], size: float) -> list[int]:
+    """Returns the engine's numbers of faces in a STEP file; `size` is the diagonal of the part [mm].
+
+    Both kernels read the same file, but may count differently: a face is recognized by its area and its centre.
+    """
+    import numpy as np
+
+    part = engine().Part.read(step)
+    chord = max(_CHORD * size, 1e-6)
+    known = [(face.number, float(face.area), _centre(*face.mesh(chord))) for face in part.faces]
+    numbers = []
+    for mark in marks:
+
+        def unlike(one: tuple[int, float, Any], mark: FaceMark = mark) -> tuple[float, float, int]:
             number, area, middle = one
-            aside = abs(area - face.Area) / max(face.Area, 1e-12)
+            aside = abs(area - mark.area) / max(mark.area, 1e-12)
+            off = float(np.linalg.norm(middle - np.array(mark.centre))) / size
             # Of equals, the face at the same place in the file.
-            return (float(aside > _ALIKE_AREA), round(float(np.linalg.norm(middle - centre)) / size, 5), abs(number - index))
+            return (float(aside > _ALIKE_AREA), round(off, 5), abs(number - mark.index))
 
         best = min(known, key=unlike, default=None)
         if best is None or unlike(best)[0] or unlike(best)[1] > _ALIKE_CENTRE:
             raise Problem(
-                f"{name} is not among the {len(known)} faces that the engine reads of the part",
+                f"{mark.name} is not among the {len(known)} faces that the engine reads of the part",
                 "check the part with Part > Check geometry",
             )
         numbers.append(best[0])
