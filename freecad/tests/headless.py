@@ -37,8 +37,8 @@ class Base(unittest.TestCase):
 class Parts(Base):
     """Model, program, check: three parts."""
 
-    def test_wave(self):
-        self.follow(models.wave())
+    def test_bump(self):
+        self.follow(models.bump())
 
     def test_dome(self):
         self.follow(models.dome(), Method="ball")

@@ -17,10 +17,10 @@ import Part  # noqa: E402
 from trunnion_cam import compat, machines  # noqa: E402
 
 
-def wave() -> tuple[Any, list[str]]:
-    """A block of 40 x 30 mm with a wavy top; returns its shape and the names of the faces to finish."""
+def bump() -> tuple[Any, list[str]]:
+    """A block of 40 x 30 mm with a bump on top; returns its shape and the names of the faces to finish."""
     poles = [
-        [FreeCAD.Vector(20.0 * (i - 1.5) / 1.5, 15.0 * (j - 1.5) / 1.5, 10.0 + [0.0, 3.0, -2.0, 1.0][(i + j) % 4]) for j in range(4)]
+        [FreeCAD.Vector(20.0 * (i - 1.5) / 1.5, 15.0 * (j - 1.5) / 1.5, 13.0 if 0 < i < 3 and 0 < j < 3 else 10.0) for j in range(4)]
         for i in range(4)
     ]
     surface = Part.BSplineSurface()
