@@ -1,0 +1,8 @@
+//! Tests of the kinematics for a servo cycle, by its Rust and its C interface.
+
+mod allocation;
+mod c_interface;
+mod header;
+mod kinematics;
+mod switched;
+mod walk;
