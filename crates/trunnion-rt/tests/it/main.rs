@@ -4,5 +4,6 @@ mod allocation;
 mod c_interface;
 mod header;
 mod kinematics;
+mod linuxcnc_modules;
 mod switched;
 mod walk;
