@@ -88,6 +88,8 @@ typedef struct TrunnionAxis {
   double high;
 } TrunnionAxis;
 
+
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus

@@ -36,6 +36,7 @@
 pub mod interface;
 mod kinematics;
 mod load;
+pub mod motion;
 mod refusal;
 mod switched;
 

@@ -5,5 +5,6 @@ mod c_interface;
 mod header;
 mod kinematics;
 mod linuxcnc_modules;
+mod motion;
 mod switched;
 mod walk;
