@@ -87,7 +87,7 @@ enum Verb {
         #[command(subcommand)]
         action: machine::Action,
     },
-    /// Write a configuration of LinuxCNC for a machine, which runs as a simulator.
+    /// Write a configuration of `LinuxCNC` for a machine, which runs as a simulator.
     ///
     /// It has the limits of the machine file, HAL, a tool table and the codes M428 and M429 that switch tool-centre-point
     /// control. The kinematics are those of the machine file, by the module trunnionkins of the folder `linuxcnc`.

@@ -128,8 +128,8 @@ fn cycle(line: &str) -> Cycle {
         line.split_whitespace().skip(1).map(|word| word.parse().unwrap()).collect();
     // Joint 3 is B and joint 4 is C; the machine file has C first.
     let axes = |at: usize| {
-        let [x, y, z, b, c] = numbers[at..at + 5] else { panic!("{line}") };
-        AxisVector::from([x, y, z, c.to_radians(), b.to_radians()])
+        let [b, c] = [numbers[at + 3], numbers[at + 4]].map(f64::to_radians);
+        AxisVector::from([numbers[at], numbers[at + 1], numbers[at + 2], c, b])
     };
     Cycle {
         joints: axes(0),
@@ -156,9 +156,8 @@ fn follows(cycles: &[Cycle]) -> usize {
     let machine = parse(built_in("bc-trunnion").unwrap()).unwrap().machine;
     let setup = Setup { tool_length: LENGTH, ..Setup::default() };
     let inverse = Inverse::new(&Kinematics::new(&machine, &setup)).unwrap();
-    let joints = |cycle: &Cycle| match cycle.tool_center_point {
-        true => wanted(&inverse, &cycle.words),
-        false => cycle.words,
+    let joints = |cycle: &Cycle| {
+        if cycle.tool_center_point { wanted(&inverse, &cycle.words) } else { cycle.words }
     };
     let expected: Vec<AxisVector> = cycles.iter().map(joints).collect();
     let mut compared = 0;
@@ -172,7 +171,7 @@ fn follows(cycles: &[Cycle]) -> usize {
             compared += usize::from(cycles[at].tool_center_point);
         }
     }
-    println!("joints are off by {worst:.2e} mm or rad at most");
+    eprintln!("joints are off by {worst:.2e} mm or rad at most");
     // The sampler writes six decimals of a millimetre or degree, and a degree has a lever of half a metre.
     assert!(worst < 1e-5, "{worst}");
     compared
@@ -219,7 +218,7 @@ fn linuxcnc_runs_written_programs_with_these_kinematics() {
         let step = largest_step(&cycles);
         let mut times: Vec<f64> = cycles.iter().map(|cycle| cycle.inverse_ns).collect();
         times.sort_by(f64::total_cmp);
-        println!(
+        eprintln!(
             "{name}: {} cycles, {compared} with tool-centre-point control; largest step {step:.3} of the limit; \
              inverse {:.0} ns median, {:.0} ns worst",
             cycles.len(),

@@ -91,7 +91,7 @@ fn the_tables_of_linuxcnc_are_machine_files() {
         let pins = [".x-rot-point=11", ".y-rot-point=13.5", ".z-rot-point=7", ".z-offset=-19.25"];
         let arguments = [&[machine.as_str(), offset], &pins[..]].concat();
         let (code, out) = run(&folder, module.to_str().unwrap(), &arguments);
-        println!("{stock}: {out}");
+        eprintln!("{stock}: {out}");
         assert_eq!(code, Some(0), "{stock}: {out}");
     }
 }

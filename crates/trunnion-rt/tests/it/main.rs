@@ -1,5 +1,7 @@
 //! Tests of the kinematics for a servo cycle, by its Rust and its C interface.
 
+#![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test stops on surprise")]
+
 mod allocation;
 mod c_interface;
 mod header;

@@ -56,9 +56,11 @@ fn player(pieces: usize) -> (PieceSender, MotionPlayer) {
 fn fill(sender: &mut PieceSender, mut next: u32, most: u32) -> u32 {
     while next < most {
         match sender.send(&piece(next)) {
-            Ok(()) => next += 1,
             Err(PieceError::QueueFull { .. }) => break,
-            Err(error) => panic!("{error}"),
+            sent => {
+                sent.unwrap();
+                next += 1;
+            }
         }
     }
     next
@@ -149,7 +151,7 @@ fn a_late_planner_slows_the_motion_down_and_never_empties_the_queue_at_speed() {
         for _ in 0..20_000 {
             // The planner sends at a speed that changes, and pauses.
             if dice.unit() < 0.002 {
-                speed = [0.0, 0.2, 0.9, 1.5][(dice.unit() * 4.0) as usize];
+                speed = [0.0, 0.2, 0.9, 1.5][dice.below(4)];
             }
             allowed += u32::from(dice.unit() < speed * PERIOD / DURATION);
             next = fill(&mut sender, next, allowed);
@@ -170,7 +172,7 @@ fn a_stop_from_anywhere_fits_into_its_own_figure() {
     let mut dice = Dice::new(31);
     for _ in 0..2000 {
         let mut at = PlanRate::REST;
-        let cycles = (dice.unit() * 400.0) as usize;
+        let cycles = dice.below(400);
         let wanted = dice.unit();
         for cycle in 0..cycles {
             at = at.toward(if cycle % 97 < 60 { wanted } else { 0.1 }, BOUNDS, PERIOD);

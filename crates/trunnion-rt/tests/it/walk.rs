@@ -18,12 +18,22 @@ impl Dice {
         Self(seed.wrapping_mul(2) | 1)
     }
 
-    /// A number between 0 and 1, by xorshift.
-    pub(crate) fn unit(&mut self) -> f64 {
+    /// Any 64 bits, by xorshift.
+    fn bits(&mut self) -> u64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+        self.0
+    }
+
+    /// A number between 0 and 1.
+    pub(crate) fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// A whole number below `count`.
+    pub(crate) fn below(&mut self, count: usize) -> usize {
+        usize::try_from((self.bits() >> 11) % count as u64).unwrap()
     }
 
     pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
