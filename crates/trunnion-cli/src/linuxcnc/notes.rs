@@ -35,9 +35,11 @@ For real drives
   5. Cut air first.
 
 Watch
-  LinuxCNC's own planner looks one block ahead while a rotary moves, and keeps the limits of X Y Z A B C as
-  programmed. With tool-centre-point control the joints of X, Y and Z can exceed theirs: program feeds that the
-  joints can follow, as `trunnion post` writes them.
+  LinuxCNC's own planner looks one block ahead while a rotary moves, and limits the words of a program. With
+  tool-centre-point control X, Y and Z are the tip there, so the joints can exceed their limits: program feeds that
+  they can follow, as `trunnion run` and `trunnion post` write them.
+  With tool-centre-point control the drives are switched off where a joint would leave its travel inside a block.
+  `trunnion check` finds such blocks before.
 
 HAL pins of trunnionkins
   tool-offset        length of the tool in the spindle, mm

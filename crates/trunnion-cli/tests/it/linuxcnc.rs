@@ -7,7 +7,7 @@ use crate::linuxcnc_run::{Control, Plan};
 use crate::rs274::examples;
 use std::fs;
 use std::path::Path;
-use trunnion::files::machine::{built_in, parse};
+use trunnion::files::machine::{BUILT_IN, built_in, parse};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Kinematics, RotaryPair, Setup};
 use trunnion::nalgebra::{Point3, Vector3};
@@ -108,6 +108,35 @@ fn what_cannot_be_configured_is_refused_and_leaves_no_folder() {
         assert_eq!(code, Some(2), "{errors}");
         assert!(errors.contains(reason), "{errors}");
         assert!(!folder.join("control").exists());
+    }
+}
+
+#[test]
+fn a_machine_that_counts_against_the_frame_is_told_of_its_work_offset() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let text = built_in("bc-trunnion").unwrap();
+    let reversed = text.replacen("dir    = [1, 0, 0]\n", "dir    = [1, 0, 0]\nsense = -1\n", 1);
+    fs::write(folder.join("reversed.toml"), reversed).unwrap();
+    for (machine, remark) in [("bc-trunnion", false), ("reversed.toml", true)] {
+        let output = machine.replace('.', "-");
+        assert!(trunnion(folder, &["linuxcnc", machine, "-o", &output]).status.success());
+        let notes = fs::read_to_string(folder.join(output).join("bc-trunnion.txt")).unwrap();
+        assert_eq!(notes.contains("do not count along the machine frame"), remark, "{notes}");
+    }
+}
+
+#[test]
+fn every_built_in_machine_starts_as_it_is_written() {
+    let Some(control) = Control::ready() else { return };
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    for (machine, _) in BUILT_IN {
+        assert!(trunnion(folder, &["linuxcnc", machine, "-o", machine]).status.success());
+        let (code, log) = control.start(&folder.join(machine), &format!("{machine}.ini"), 60);
+        assert_eq!(code, Some(0), "{machine}: {log}");
+        // The screen is reached, behind kinematics, joints and HAL.
+        assert!(log.contains("DUMMY DISPLAY") && !log.to_lowercase().contains("error"), "{log}");
     }
 }
 

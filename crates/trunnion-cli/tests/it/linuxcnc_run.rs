@@ -8,7 +8,7 @@ use serde_json::Value;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 /// Folder from which `LinuxCNC` loads modules.
 const MODULES: &str = "/usr/lib/linuxcnc/modules";
@@ -22,6 +22,8 @@ pub(crate) struct Control {
     module: PathBuf,
     /// Module that was installed before.
     before: Option<Vec<u8>>,
+    /// Held while the module is installed: tests, and other runs of them, wait for each other.
+    _lock: fs::File,
 }
 
 /// Program to run, and the lines of the operator before it.
@@ -70,38 +72,43 @@ impl Control {
             eprintln!("only root installs a module of LinuxCNC: no program is run in it");
             return None;
         }
+        let lock = fs::File::create(std::env::temp_dir().join("trunnionkins.lock")).unwrap();
+        lock.lock().unwrap();
         let module = Path::new(MODULES).join(MODULE);
         let before = fs::read(&module).ok();
         fs::copy(build().path().join(MODULE), &module).unwrap();
-        Some(Self { module, before })
+        Some(Self { module, before, _lock: lock })
     }
 
     /// Runs a program with the configuration in a folder.
     pub(crate) fn run(&self, folder: &Path, plan: &Plan<'_>) -> Run {
-        assert!(self.module.is_file());
         prepare(folder, plan);
+        let (_, log) = self.start(folder, plan.ini, plan.seconds + 60);
+        result(folder, log)
+    }
+
+    /// Starts the control with a configuration, as a user without rights, and waits for its end: exit code and output.
+    pub(crate) fn start(&self, folder: &Path, ini: &str, seconds: u32) -> (Option<i32>, String) {
+        assert!(self.module.is_file());
         let owner = format!("{NOBODY}:{NOBODY}");
         assert!(Command::new("chown").args(["-R", &owner]).arg(folder).status().unwrap().success());
         // Memory of the control has one name on a machine: runs wait for each other.
         let lock = std::env::temp_dir().join("lcnc-run.lock");
-        let seconds = (plan.seconds + 60).to_string();
         let ran = Command::new("flock")
             .arg("--close")
             .arg(lock)
-            .args(["timeout", "-k", "20", &seconds])
+            .args(["timeout", "-k", "20", &seconds.to_string()])
             .arg("setpriv")
             .args([&format!("--reuid={NOBODY}"), &format!("--regid={NOBODY}"), "--clear-groups"])
-            .args(["linuxcnc", "-r"])
-            .arg(folder.join(plan.ini))
+            .args(["linuxcnc", "-r", ini])
             .current_dir(folder)
             .env("HOME", folder)
             .env_remove("DISPLAY")
+            .stdin(Stdio::null())
             .output()
             .unwrap();
-        let log = [ran.stdout, ran.stderr]
-            .map(|text| String::from_utf8_lossy(&text).into_owned())
-            .concat();
-        result(folder, log)
+        let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+        (ran.status.code(), [ran.stdout, ran.stderr].map(text).concat())
     }
 }
 

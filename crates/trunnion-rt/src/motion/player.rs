@@ -100,8 +100,9 @@ impl MotionPlayer {
         let asked = rate.toward(wanted, bounds, period);
         // The wanted rate is taken if the plan can still be stopped behind it. Where not, the stop begins, which the cycle
         // before has left room for. A plan that ends at rest stops by itself.
-        let needed = rate.passed(asked, period) + asked.stopping_time(bounds, period);
-        let starved = !end.at_rest && needed > ahead;
+        let step = rate.passed(asked, period);
+        let plenty = end.at_rest || ahead >= step + bounds.longest_stop(period);
+        let starved = !plenty && step + asked.stopping_time(bounds, period) > ahead;
         let next = if starved { rate.toward(0.0, bounds, period) } else { asked };
         self.advance(rate.passed(next, period).min(ahead));
         self.rate = next;

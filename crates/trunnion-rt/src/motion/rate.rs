@@ -43,6 +43,15 @@ pub enum RateError {
 const MOST_STEP: f64 = 0.05;
 
 impl RateBounds {
+    /// Returns a bound on the plan time of a stop from any rate within the bounds \[s\].
+    ///
+    /// A rising rate bends down within `change / bend`, falls from 1 within `1 / change`, and bends again; at no time is it
+    /// above 1. Whole cycles add less than one cycle to each of the three.
+    pub fn longest_stop(&self, period: f64) -> f64 {
+        let Self { change, bend } = *self;
+        2.0 * change / bend + 1.0 / change + 3.0 * period
+    }
+
     /// Checks the bounds for a servo period \[s\].
     pub(super) fn check(&self, period: f64) -> Result<(), RateError> {
         let Self { change, bend } = *self;

@@ -73,9 +73,15 @@ fn table(tilt: &str, direction: &str, tilt_point: &str) -> String {
     .concat()
 }
 
+/// One test, because the module takes long to link.
 #[test]
-fn the_tables_of_linuxcnc_are_machine_files() {
+fn trunnionkins_stands_in_for_the_modules_of_linuxcnc() {
     let Some(folder) = built() else { return };
+    the_tables_of_linuxcnc_are_machine_files(&folder);
+    joints_have_the_letters_that_the_configuration_gives_them(&folder);
+}
+
+fn the_tables_of_linuxcnc_are_machine_files(folder: &TempDir) {
     let rows = [
         ("xyzac-trt-kins", "A", "[1, 0, 0]", "[0, 33.5, -12.25]", ".y-offset=20"),
         ("xyzbc-trt-kins", "B", "[0, 1, 0]", "[31, 0, -12.25]", ".x-offset=20"),
@@ -90,17 +96,15 @@ fn the_tables_of_linuxcnc_are_machine_files() {
         fs::write(folder.path().join(&machine), table(tilt, direction, point)).unwrap();
         let pins = [".x-rot-point=11", ".y-rot-point=13.5", ".z-rot-point=7", ".z-offset=-19.25"];
         let arguments = [&[machine.as_str(), offset], &pins[..]].concat();
-        let (code, out) = run(&folder, module.to_str().unwrap(), &arguments);
+        let (code, out) = run(folder, module.to_str().unwrap(), &arguments);
         eprintln!("{stock}: {out}");
         assert_eq!(code, Some(0), "{stock}: {out}");
     }
 }
 
-#[test]
-fn joints_have_the_letters_that_the_configuration_gives_them() {
-    let Some(folder) = built() else { return };
+fn joints_have_the_letters_that_the_configuration_gives_them(folder: &TempDir) {
     let joints = |arguments: &[&str]| {
-        let (code, out) = run(&folder, "-", arguments);
+        let (code, out) = run(folder, "-", arguments);
         assert_eq!(code, Some(0), "{out}");
         out.lines().find(|line| line.starts_with("10 ")).unwrap_or_default().trim().to_owned()
     };
@@ -113,7 +117,7 @@ fn joints_have_the_letters_that_the_configuration_gives_them() {
         (["bc-trunnion", "coordinates=XYZC"], "axis B of the machine file has no joint"),
         (["missing.toml", ""], "reading machine file missing.toml"),
     ] {
-        let (code, out) = run(&folder, "-", &arguments);
+        let (code, out) = run(folder, "-", &arguments);
         assert_eq!(code, Some(2), "{out}");
         assert!(out.contains(reason), "{out}");
     }
