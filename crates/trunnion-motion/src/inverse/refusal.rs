@@ -1,13 +1,12 @@
 //! Refusals of the inverse as plain numbers, for callers that must not allocate.
 
-use super::solve::{Inverse, InverseError};
 use crate::machine::{RotaryPair, TravelExcess};
 use nalgebra::UnitVector3;
 
-/// Reason why a pose has no axis position: an [`InverseError`] without the names of the axes.
+/// Reason why a pose has no axis position: an [`InverseError`](super::InverseError) without the names of the axes.
 ///
 /// It is a copy of numbers, so that a control can refuse a pose inside its servo cycle.
-/// [`Inverse::named`] adds the names for a message.
+/// [`Inverse::named`](super::Inverse::named) adds the names for a message.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum PoseRefusal {
@@ -32,23 +31,4 @@ pub enum PoseRefusal {
         /// Name of the quantity.
         what: &'static str,
     },
-}
-
-impl Inverse {
-    /// Returns a refusal as an error that names the axes.
-    pub fn named(&self, refusal: PoseRefusal) -> InverseError {
-        let names = || self.rotary_names();
-        match refusal {
-            PoseRefusal::Unreachable { direction, nearest, miss } => {
-                let [first, second] = names();
-                InverseError::Unreachable { direction, nearest, miss, first, second }
-            }
-            PoseRefusal::OutOfTravel(excess) => excess.named(self.kinematics().machine()).into(),
-            PoseRefusal::FlatSlides { at } => {
-                let [first, second] = names();
-                InverseError::FlatSlides { first, second, at }
-            }
-            PoseRefusal::NotFinite { what } => InverseError::NotFinite { what },
-        }
-    }
 }

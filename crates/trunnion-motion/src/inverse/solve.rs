@@ -510,7 +510,24 @@ impl Inverse {
         Ok([0, 1, 2, 3].map(|order| AxisVector::from(all.map(|jet| jet[order]))))
     }
 
-    pub(super) fn rotary_names(&self) -> [String; 2] {
+    /// Returns a refusal as an error that names the axes.
+    pub fn named(&self, refusal: PoseRefusal) -> InverseError {
+        let names = || self.rotary_names();
+        match refusal {
+            PoseRefusal::Unreachable { direction, nearest, miss } => {
+                let [first, second] = names();
+                InverseError::Unreachable { direction, nearest, miss, first, second }
+            }
+            PoseRefusal::OutOfTravel(excess) => excess.named(self.kinematics().machine()).into(),
+            PoseRefusal::FlatSlides { at } => {
+                let [first, second] = names();
+                InverseError::FlatSlides { first, second, at }
+            }
+            PoseRefusal::NotFinite { what } => InverseError::NotFinite { what },
+        }
+    }
+
+    fn rotary_names(&self) -> [String; 2] {
         let [_, _, _, first, second] = &self.kinematics.machine().axes;
         [first.name.clone(), second.name.clone()]
     }
