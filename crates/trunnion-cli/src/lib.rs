@@ -13,6 +13,7 @@ mod figure;
 mod form;
 mod init;
 mod inspect;
+mod linuxcnc;
 mod machine;
 mod material;
 mod motion;
@@ -86,6 +87,12 @@ enum Verb {
         #[command(subcommand)]
         action: machine::Action,
     },
+    /// Write a configuration of `LinuxCNC` for a machine, which runs as a simulator.
+    ///
+    /// It has the limits of the machine file, HAL, a tool table and the codes M428 and M429 that switch tool-centre-point
+    /// control. The kinematics are those of the machine file, by the module trunnionkins of the folder `linuxcnc`.
+    /// A text beside it says what to change for real drives.
+    Linuxcnc(linuxcnc::LinuxcncArgs),
     /// Convert tables of tool poses to tables of machine axes, and back.
     Pose(pose::PoseArgs),
     /// Compute one cutter location: the widest strip from a point of a face, explained.
@@ -141,6 +148,7 @@ fn dispatch(arguments: &Arguments) -> Result<Done, Failure> {
         Verb::Setup(args) => setup::run(args, form),
         Verb::Path(args) => path::run(args, form),
         Verb::Inspect(args) => inspect::run(args, form),
+        Verb::Linuxcnc(args) => linuxcnc::run(args, form),
         Verb::Machine { action } => machine::run(action, form),
         Verb::Pose(args) => pose::run(args, form),
         Verb::Position(args) => position::run(args, form),

@@ -11,6 +11,8 @@ mod drawn_program;
 mod failures;
 mod feed;
 mod inspect;
+mod linuxcnc;
+mod linuxcnc_run;
 mod machine;
 mod outputs;
 mod path;

@@ -29,6 +29,7 @@ const VERBS: &[&[&str]] = &[
     &["machine", "list"],
     &["machine", "show"],
     &["machine", "check"],
+    &["linuxcnc"],
     &["schema"],
     &["view"],
     &["completions"],

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// A program on the path.
-fn installed(name: &str) -> Option<PathBuf> {
+pub(crate) fn installed(name: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
     std::env::split_paths(&path).map(|folder| folder.join(name)).find(|file| file.is_file())
 }
@@ -45,7 +45,7 @@ fn read(interpreter: &Path, folder: &Path, program: &str) -> usize {
 }
 
 /// Both examples, run with a tenth of the accuracy for a few seconds' work: the programs' names and texts.
-fn examples(folder: &Path) -> Vec<(String, String)> {
+pub(crate) fn examples(folder: &Path) -> Vec<(String, String)> {
     let root = root();
     let of = |name: &str| {
         let example = root.join("examples").join(name);

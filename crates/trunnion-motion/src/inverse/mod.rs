@@ -12,11 +12,13 @@
 //! products; the linear axes then follow from one 3x3 solve. The same code runs on plain numbers
 //! and on jets, so that derivatives of all orders are exact.
 
+mod refusal;
 mod rotary;
 mod slides;
 mod solve;
 mod travel;
 
+pub use refusal::PoseRefusal;
 pub use rotary::RotaryAngle;
 pub use solve::{AxisJets, Branch, Inverse, InverseError, InverseSolutions};
 pub use travel::ContinuedPosition;

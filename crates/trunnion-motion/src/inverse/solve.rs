@@ -1,5 +1,6 @@
 //! The inverse of a machine with a setup.
 
+use super::refusal::PoseRefusal;
 use super::rotary::{
     FrameDirection, ROUNDING, ReachMiss, Reachability, RotaryAngle, RotaryTriangle,
 };
@@ -228,6 +229,11 @@ impl Inverse {
     ///
     /// [`InverseError::Unreachable`] with the nearest direction, `FlatSlides`, `NotFinite`.
     pub fn solutions(&self, pose: &ToolPose) -> Result<InverseSolutions, InverseError> {
+        self.every(pose).map_err(|refusal| self.named(refusal))
+    }
+
+    /// Returns [`Inverse::solutions`] without names in its refusal.
+    pub(super) fn every(&self, pose: &ToolPose) -> Result<InverseSolutions, PoseRefusal> {
         let (seen, place) = self.seen(pose)?;
         match place {
             Reachability::Regular => {
@@ -249,6 +255,16 @@ impl Inverse {
     /// As [`Inverse::solutions`].
     #[inline]
     pub fn near(&self, pose: &ToolPose, near: &AxisVector) -> Result<AxisVector, InverseError> {
+        self.nearest(pose, near).map_err(|refusal| self.named(refusal))
+    }
+
+    /// Returns [`Inverse::near`] without names in its refusal.
+    #[inline]
+    pub(super) fn nearest(
+        &self,
+        pose: &ToolPose,
+        near: &AxisVector,
+    ) -> Result<AxisVector, PoseRefusal> {
         let (seen, place) = self.seen(pose)?;
         if place == Reachability::Pole {
             return self.held(pose, &seen, near[FIRST_ROTARY]).map(|q| unwound(q, near));
@@ -266,7 +282,7 @@ impl Inverse {
         &self,
         pose: &ToolPose,
         near: &AxisVector,
-    ) -> Result<Option<[BranchMove; 2]>, InverseError> {
+    ) -> Result<Option<[BranchMove; 2]>, PoseRefusal> {
         let (seen, place) = self.seen(pose)?;
         if place == Reachability::Pole {
             return Ok(None);
@@ -290,7 +306,8 @@ impl Inverse {
         let seen = self.triangle.see(axis);
         // Reach is decided on the plain numbers: comparing jets makes no sense.
         let plain = self.triangle.see(axis.map(Real::value));
-        if self.reachable(&plain, ROUNDING, || unit(axis))? == Reachability::Pole {
+        let place = self.reachable(&plain, ROUNDING, || unit(axis));
+        if place.map_err(|refusal| self.named(refusal))? == Reachability::Pole {
             return Err(self.singular());
         }
         let turns = self.triangle.turns(seen, branch.sign());
@@ -331,7 +348,8 @@ impl Inverse {
         let axis = direction(rates)?;
         let seen = self.triangle.see(axis);
         let plain = self.triangle.see(axis.map(Real::value));
-        if self.reachable(&plain, pole.max(ROUNDING), || unit(axis))? == Reachability::Regular {
+        let place = self.reachable(&plain, pole.max(ROUNDING), || unit(axis));
+        if place.map_err(|refusal| self.named(refusal))? == Reachability::Regular {
             let [plus, minus] = self.triangle.both(seen);
             self.off_rim(&plus)?;
             self.off_rim(&minus)?;
@@ -385,10 +403,23 @@ impl Inverse {
         tip: &Point3<f64>,
         rotaries: RotaryPair,
     ) -> Result<AxisVector, InverseError> {
+        self.at_rotaries_or_refused(tip, rotaries).map_err(|refusal| self.named(refusal))
+    }
+
+    /// Returns the axes of [`Inverse::at_rotaries`]. Allocates nothing, also where it refuses the point.
+    ///
+    /// # Errors
+    ///
+    /// [`PoseRefusal::FlatSlides`].
+    pub fn at_rotaries_or_refused(
+        &self,
+        tip: &Point3<f64>,
+        rotaries: RotaryPair,
+    ) -> Result<AxisVector, PoseRefusal> {
         let RotaryPair { first, second } = rotaries;
         let turns = [first, second].map(RotaryAngle::from_angle);
         let found = self.slides.solve([tip.x, tip.y, tip.z], &turns);
-        let [x, y, z] = found.ok_or_else(|| self.flat(first, second))?;
+        let [x, y, z] = found.ok_or_else(|| flat(first, second))?;
         Ok(AxisVector::from([x, y, z, first, second]))
     }
 
@@ -403,28 +434,27 @@ impl Inverse {
     }
 
     /// Returns the tool direction in the frame of the first rotary, and its reachability.
-    fn seen(&self, pose: &ToolPose) -> Result<(FrameDirection<f64>, Reachability), InverseError> {
+    fn seen(&self, pose: &ToolPose) -> Result<(FrameDirection<f64>, Reachability), PoseRefusal> {
         let axis = pose.axis;
         let seen = self.triangle.see([axis.x, axis.y, axis.z]);
         let place = self.reachable(&seen, ROUNDING, || axis)?;
         Ok((seen, place))
     }
 
-    /// Classifies a direction, and converts a miss to an error; `direction` is called for the error alone.
+    /// Classifies a direction, and converts a miss to a refusal; `direction` is called for the refusal alone.
     #[inline]
     fn reachable(
         &self,
         seen: &FrameDirection<f64>,
         pole: f64,
         direction: impl FnOnce() -> UnitVector3<f64>,
-    ) -> Result<Reachability, InverseError> {
+    ) -> Result<Reachability, PoseRefusal> {
         self.triangle.place(seen, pole).map_err(|ReachMiss { angle: miss, nearest }| {
-            let [first, second] = self.rotary_names();
             // A NaN in the direction fails every comparison and ends up here.
             if miss.is_nan() {
-                return InverseError::NotFinite { what: "the tool axis" };
+                return PoseRefusal::NotFinite { what: "the tool axis" };
             }
-            InverseError::Unreachable { direction: direction(), nearest, miss, first, second }
+            PoseRefusal::Unreachable { direction: direction(), nearest, miss }
         })
     }
 
@@ -433,15 +463,15 @@ impl Inverse {
         &self,
         pose: &ToolPose,
         turns: &[RotaryAngle<f64>; 2],
-    ) -> Result<AxisVector, InverseError> {
+    ) -> Result<AxisVector, PoseRefusal> {
         let tip = [pose.tip.x, pose.tip.y, pose.tip.z];
         match self.slides.solve(tip, turns) {
             // One test for three numbers: a sum with an infinity or a NaN is not finite.
             Some([x, y, z]) if (x + y + z).is_finite() => {
                 Ok(AxisVector::from([x, y, z, turns[0].angle, turns[1].angle]))
             }
-            Some(_) => Err(InverseError::NotFinite { what: "the tip" }),
-            None => Err(self.flat(turns[0].angle, turns[1].angle)),
+            Some(_) => Err(PoseRefusal::NotFinite { what: "the tip" }),
+            None => Err(flat(turns[0].angle, turns[1].angle)),
         }
     }
 
@@ -451,7 +481,7 @@ impl Inverse {
         pose: &ToolPose,
         seen: &FrameDirection<f64>,
         first: f64,
-    ) -> Result<AxisVector, InverseError> {
+    ) -> Result<AxisVector, PoseRefusal> {
         self.slide(
             pose,
             &[RotaryAngle::from_angle(first), self.triangle.second_at_pole(seen.cos())],
@@ -474,10 +504,27 @@ impl Inverse {
         let [x, y, z] = self
             .slides
             .solve(jets_of(tip), turns)
-            .ok_or_else(|| self.flat(turns[0].angle.value(), turns[1].angle.value()))?;
+            .ok_or_else(|| self.named(flat(turns[0].angle.value(), turns[1].angle.value())))?;
         // From one jet an axis to one axis vector a derivative.
         let all = [x, y, z, turns[0].angle, turns[1].angle].map(Jet::derivatives);
         Ok([0, 1, 2, 3].map(|order| AxisVector::from(all.map(|jet| jet[order]))))
+    }
+
+    /// Returns a refusal as an error that names the axes.
+    pub fn named(&self, refusal: PoseRefusal) -> InverseError {
+        let names = || self.rotary_names();
+        match refusal {
+            PoseRefusal::Unreachable { direction, nearest, miss } => {
+                let [first, second] = names();
+                InverseError::Unreachable { direction, nearest, miss, first, second }
+            }
+            PoseRefusal::OutOfTravel(excess) => excess.named(self.kinematics().machine()).into(),
+            PoseRefusal::FlatSlides { at } => {
+                let [first, second] = names();
+                InverseError::FlatSlides { first, second, at }
+            }
+            PoseRefusal::NotFinite { what } => InverseError::NotFinite { what },
+        }
     }
 
     fn rotary_names(&self) -> [String; 2] {
@@ -489,11 +536,11 @@ impl Inverse {
         let [axis, _] = self.rotary_names();
         InverseError::Singular { axis }
     }
+}
 
-    fn flat(&self, first_at: f64, second_at: f64) -> InverseError {
-        let [first, second] = self.rotary_names();
-        InverseError::FlatSlides { first, second, at: RotaryPair::new(first_at, second_at) }
-    }
+/// Returns the refusal of linear axes that lie in one plane with the rotaries at these angles \[rad\].
+fn flat(first: f64, second: f64) -> PoseRefusal {
+    PoseRefusal::FlatSlides { at: RotaryPair::new(first, second) }
 }
 
 /// Converts three components with derivatives 0..=3 to jets.

@@ -1,7 +1,8 @@
 //! Branch and turn inside travel: a position that continues the one before.
 
+use super::refusal::PoseRefusal;
 use super::solve::{Branch, Inverse, InverseError, InverseSolutions, unwound};
-use crate::machine::{Axis, FIRST_ROTARY, Machine, OutOfTravel, PreferredSign, SECOND_ROTARY};
+use crate::machine::{Axis, FIRST_ROTARY, Machine, PreferredSign, SECOND_ROTARY, TravelExcess};
 use crate::math::angle::unwrap_near;
 use crate::types::{AxisVector, PoseRates, ToolPose};
 use std::f64::consts::{PI, TAU};
@@ -37,16 +38,29 @@ impl Inverse {
         pose: &ToolPose,
         near: &AxisVector,
     ) -> Result<ContinuedPosition, InverseError> {
+        self.continued_or_refused(pose, near).map_err(|refusal| self.named(refusal))
+    }
+
+    /// Returns the position of [`Inverse::continued`]. Allocates nothing, also where it refuses the pose.
+    ///
+    /// # Errors
+    ///
+    /// As [`Inverse::continued`], without the names of the axes.
+    pub fn continued_or_refused(
+        &self,
+        pose: &ToolPose,
+        near: &AxisVector,
+    ) -> Result<ContinuedPosition, PoseRefusal> {
         if let Some(found) = self.plainly(pose, near)? {
             return Ok(found);
         }
         let mut choice = NearestChoice::new(self.kinematics().machine(), near);
-        match self.solutions(pose)? {
+        match self.every(pose)? {
             InverseSolutions::Regular([plus, minus]) => {
                 choice.offer(plus, Some(Branch::Plus));
                 choice.offer(minus, Some(Branch::Minus));
             }
-            InverseSolutions::Singular(_) => choice.offer(self.near(pose, near)?, None),
+            InverseSolutions::Singular(_) => choice.offer(self.nearest(pose, near)?, None),
         }
         choice.made()
     }
@@ -58,7 +72,7 @@ impl Inverse {
         &self,
         pose: &ToolPose,
         near: &AxisVector,
-    ) -> Result<Option<ContinuedPosition>, InverseError> {
+    ) -> Result<Option<ContinuedPosition>, PoseRefusal> {
         let Some([plus, minus]) = self.regular(pose, near)? else { return Ok(None) };
         let (way, other, branch) = if plus.travel <= minus.travel {
             (plus, minus, Branch::Plus)
@@ -111,7 +125,7 @@ struct NearestChoice<'m> {
     machine: &'m Machine,
     near: &'m AxisVector,
     best: Option<(f64, ContinuedPosition)>,
-    fault: Option<OutOfTravel>,
+    fault: Option<TravelExcess>,
 }
 
 impl<'m> NearestChoice<'m> {
@@ -155,8 +169,8 @@ impl<'m> NearestChoice<'m> {
     fn weigh(&mut self, mut q: AxisVector, branch: Option<Branch>) {
         at_ends(&mut q, self.machine);
         // Positions outside are kept for the error: the one outside by least, as a share of its travel.
-        if let Some(outside) = self.machine.out_of_travel(&q) {
-            let nearer = |worst: &OutOfTravel| outside.relative_excess() < worst.relative_excess();
+        if let Some(outside) = self.machine.travel_excess(&q) {
+            let nearer = |worst: &TravelExcess| outside.relative_excess() < worst.relative_excess();
             if self.fault.as_ref().is_none_or(nearer) {
                 self.fault = Some(outside);
             }
@@ -175,11 +189,11 @@ impl<'m> NearestChoice<'m> {
     }
 
     /// Returns the best position, or the error of the one outside by least.
-    fn made(self) -> Result<ContinuedPosition, InverseError> {
+    fn made(self) -> Result<ContinuedPosition, PoseRefusal> {
         match (self.best, self.fault) {
             (Some((_, found)), _) => Ok(found),
-            (None, Some(fault)) => Err(fault.into()),
-            (None, None) => Err(InverseError::NotFinite { what: "the pose" }),
+            (None, Some(fault)) => Err(PoseRefusal::OutOfTravel(fault)),
+            (None, None) => Err(PoseRefusal::NotFinite { what: "the pose" }),
         }
     }
 }

@@ -89,7 +89,21 @@ pub struct OutOfTravel {
     pub excess: f64,
 }
 
-impl Axis {}
+/// Distance of one axis outside its travel: an [`OutOfTravel`] without the name, which allocates nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct TravelExcess {
+    /// Index of the axis in an [`AxisVector`].
+    pub index: usize,
+    /// Position it would need \[mm or rad\].
+    pub value: f64,
+    /// Lower end of travel.
+    pub low: f64,
+    /// Upper end of travel.
+    pub high: f64,
+    /// Distance outside; positive.
+    pub excess: f64,
+}
 
 impl Machine {
     /// Returns the index of the axis called `name`.
@@ -112,31 +126,38 @@ impl Machine {
     ///
     /// The excess is compared as a share of the travel, so that mm and rad compare. NaN counts as outside.
     pub fn out_of_travel(&self, q: &AxisVector) -> Option<OutOfTravel> {
+        self.travel_excess(q).map(|excess| excess.named(self))
+    }
+
+    /// Returns the axis of [`Machine::out_of_travel`] without its name. Allocates nothing.
+    pub fn travel_excess(&self, q: &AxisVector) -> Option<TravelExcess> {
         let faults =
             self.axes.iter().zip(q.iter()).enumerate().filter_map(|(index, (axis, &value))| {
                 // Written so that a NaN is not inside.
                 let [low, high] = axis.limits.ends();
                 let inside = low <= value && value <= high;
                 let excess = if value < low { low - value } else { value - high };
-                (!inside).then(|| OutOfTravel {
-                    axis: axis.name.clone(),
-                    index,
-                    value,
-                    low,
-                    high,
-                    excess,
-                })
+                (!inside).then_some(TravelExcess { index, value, low, high, excess })
             });
         faults.max_by(|a, b| a.relative_excess().total_cmp(&b.relative_excess()))
     }
 }
 
-impl OutOfTravel {
+impl TravelExcess {
     /// Returns the excess as a share of the travel, so that mm and rad compare.
     pub(crate) fn relative_excess(&self) -> f64 {
         self.excess / (self.high - self.low)
     }
 
+    /// Returns the excess with the name that the axis has in `machine`.
+    pub fn named(self, machine: &Machine) -> OutOfTravel {
+        let Self { index, value, low, high, excess } = self;
+        let axis = machine.axes.get(index).map_or_else(String::new, |axis| axis.name.clone());
+        OutOfTravel { axis, index, value, low, high, excess }
+    }
+}
+
+impl OutOfTravel {
     /// Returns the message, in mm or deg.
     fn message(&self) -> String {
         let kind = if self.index < FIRST_ROTARY { AxisKind::Linear } else { AxisKind::Rotary };

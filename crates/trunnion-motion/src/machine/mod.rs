@@ -46,7 +46,7 @@ mod settings;
 mod spec;
 
 pub use chain::KinematicChain;
-pub use checked::{Axis, FIRST_ROTARY, Machine, OutOfTravel, SECOND_ROTARY};
+pub use checked::{Axis, FIRST_ROTARY, Machine, OutOfTravel, SECOND_ROTARY, TravelExcess};
 pub use describe::{MachineKind, MovedBody, SignCheck};
 pub use error::{MachineError, MachineErrors};
 pub use forward::{ChainGeometry, Kinematics, RotaryJoint, Setup, TipLevers};

@@ -1,7 +1,7 @@
 //! The arrows between modules are a table, and this test reads it.
 
 use crate::imports::{Import, imports};
-use crate::sources::{LIBRARIES, Source, library};
+use crate::sources::{LIBRARIES, Source, library, sources_of};
 use std::collections::BTreeSet;
 
 /// Module, and the modules it may use. Bottom to top: a target stands above its user.
@@ -32,6 +32,9 @@ const TOP: &str = "pipeline";
 
 /// Checkers may use only these parts of a module they share with a maker.
 const ONLY: &[(&str, &str, &[&str])] = &[("verify", "nc", &["control", "read"])];
+
+/// Parts of the library that the crate for a servo cycle may use: nothing that plans, writes or checks.
+const REAL_TIME: &[&str] = &["files", "inverse", "machine", "nalgebra", "nc", "types"];
 
 /// What no module of the library imports: it does no I/O, reads no clock.
 const ABSENT_PATHS: &[&str] = &["fs", "io", "env", "time", "process", "net", "thread"];
@@ -85,6 +88,23 @@ fn modules_use_only_what_is_below_them() {
         }
     }
     assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn the_real_time_crate_uses_only_kinematics() {
+    let mut used = BTreeSet::new();
+    for source in sources_of("trunnion-rt") {
+        for import in imports(&source).iter().filter(|import| import.foreign) {
+            let [root, part, ..] = import.parts.as_slice() else { continue };
+            if root == "trunnion" {
+                let position = source.position(import.line);
+                assert!(REAL_TIME.contains(&part.as_str()), "{position}: {part}");
+                used.insert(part.clone());
+            }
+        }
+    }
+    let stated: BTreeSet<String> = REAL_TIME.iter().map(|part| (*part).to_owned()).collect();
+    assert_eq!(used, stated, "parts that nothing uses");
 }
 
 #[test]

@@ -1,0 +1,220 @@
+//! A `LinuxCNC` without people: builds and installs the kinematics module, runs a program, returns samples.
+
+#![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test stops on surprise")]
+
+use crate::binary::root;
+use crate::rs274::installed;
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Folder from which `LinuxCNC` loads modules.
+const MODULES: &str = "/usr/lib/linuxcnc/modules";
+const MODULE: &str = "trunnionkins.so";
+
+/// User and group without rights: the control refuses to run as root.
+const NOBODY: &str = "65534";
+
+/// An installed control with the kinematics module of this tree. Dropped, the module that stood there before is back.
+pub(crate) struct Control {
+    module: PathBuf,
+    /// Module that was installed before.
+    before: Option<Vec<u8>>,
+    /// Held while the module is installed: tests, and other runs of them, wait for each other.
+    _lock: fs::File,
+}
+
+/// Program to run, and the lines of the operator before it.
+pub(crate) struct Plan<'a> {
+    pub(crate) ini: &'a str,
+    pub(crate) program: &'a str,
+    pub(crate) start: &'a [&'a str],
+    /// Letters of the joints in their order.
+    pub(crate) letters: &'a str,
+    /// Time limit.
+    pub(crate) seconds: u32,
+}
+
+/// Result of a run.
+pub(crate) struct Run {
+    /// Messages for the operator.
+    pub(crate) errors: Vec<String>,
+    /// The program was run to its end.
+    pub(crate) ended: bool,
+    /// Cycles without a sample.
+    pub(crate) lost: u64,
+    /// One cycle a line: number, joints, words of the same letters, type of kinematics, time of the inverse in ns.
+    pub(crate) samples: String,
+    pub(crate) refusals: u64,
+    /// Reason of the last refusal, 0 for none.
+    pub(crate) refusal: u64,
+    pub(crate) worst_inverse_ns: f64,
+    /// Output of the control.
+    pub(crate) log: String,
+}
+
+impl Control {
+    /// Builds the module and installs it; `None`, with the reason, where that is not possible.
+    pub(crate) fn ready() -> Option<Self> {
+        for (program, package) in [
+            ("linuxcnc", "linuxcnc-uspace"),
+            ("halcompile", "linuxcnc-uspace-dev"),
+            ("setpriv", "util-linux"),
+        ] {
+            if installed(program).is_none() {
+                eprintln!("{program} of {package} is not installed: no program is run in LinuxCNC");
+                return None;
+            }
+        }
+        if Command::new("id").arg("-u").output().unwrap().stdout != b"0\n" {
+            eprintln!("only root installs a module of LinuxCNC: no program is run in it");
+            return None;
+        }
+        let lock = fs::File::create(std::env::temp_dir().join("trunnionkins.lock")).unwrap();
+        lock.lock().unwrap();
+        let module = Path::new(MODULES).join(MODULE);
+        let before = fs::read(&module).ok();
+        fs::copy(build().path().join(MODULE), &module).unwrap();
+        Some(Self { module, before, _lock: lock })
+    }
+
+    /// Runs a program with the configuration in a folder.
+    pub(crate) fn run(&self, folder: &Path, plan: &Plan<'_>) -> Run {
+        prepare(folder, plan);
+        let (_, log) = self.start(folder, plan.ini, plan.seconds + 60);
+        result(folder, log)
+    }
+
+    /// Starts the control with a configuration, as a user without rights, and waits for its end: exit code and output.
+    pub(crate) fn start(&self, folder: &Path, ini: &str, seconds: u32) -> (Option<i32>, String) {
+        assert!(self.module.is_file());
+        let owner = format!("{NOBODY}:{NOBODY}");
+        assert!(Command::new("chown").args(["-R", &owner]).arg(folder).status().unwrap().success());
+        // Memory of the control has one name on a machine: runs wait for each other.
+        let lock = std::env::temp_dir().join("lcnc-run.lock");
+        let ran = Command::new("flock")
+            .arg("--close")
+            .arg(lock)
+            .args(["timeout", "-k", "20", &seconds.to_string()])
+            .arg("setpriv")
+            .args([&format!("--reuid={NOBODY}"), &format!("--regid={NOBODY}"), "--clear-groups"])
+            .args(["linuxcnc", "-r", ini])
+            .current_dir(folder)
+            .env("HOME", folder)
+            .env_remove("DISPLAY")
+            .stdin(Stdio::null())
+            .output()
+            .unwrap();
+        let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+        (ran.status.code(), [ran.stdout, ran.stderr].map(text).concat())
+    }
+}
+
+impl Drop for Control {
+    fn drop(&mut self) {
+        // A test that failed already has more to say than this.
+        let _ = match &self.before {
+            Some(bytes) => fs::write(&self.module, bytes),
+            None => fs::remove_file(&self.module),
+        };
+    }
+}
+
+/// The newest static library that cargo built for these tests.
+fn library() -> PathBuf {
+    let test = std::env::current_exe().unwrap();
+    let files = fs::read_dir(test.parent().unwrap()).unwrap().map(|entry| entry.unwrap().path());
+    let archive = |path: &PathBuf| {
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        name.starts_with("libtrunnion_rt") && path.extension().is_some_and(|of| of == "a")
+    };
+    let newest =
+        files.filter(archive).max_by_key(|path| path.metadata().unwrap().modified().unwrap());
+    newest.expect("cargo builds the static library of trunnion-rt for this test")
+}
+
+/// Builds the module in a folder of its own.
+fn build() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["Makefile", "trunnionkins.c", "trunnion_rt.h"] {
+        fs::copy(root().join("linuxcnc").join(name), folder.path().join(name)).unwrap();
+    }
+    let made = Command::new("make")
+        .arg("-s")
+        .arg(format!("LIBRARY={}", library().display()))
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    folder
+}
+
+/// Adds the driver and the sampler to a configuration.
+fn prepare(folder: &Path, plan: &Plan<'_>) {
+    let driver = folder.join("drive.py");
+    fs::copy(root().join("crates/trunnion-cli/tests/linuxcnc/drive.py"), &driver).unwrap();
+    assert!(Command::new("chmod").arg("755").arg(&driver).status().unwrap().success());
+    let ini = folder.join(plan.ini);
+    let text = fs::read_to_string(&ini).unwrap();
+    let driven = text
+        .replace("\nDISPLAY = dummy\n", &format!("\nDISPLAY = {}\n", driver.display()))
+        .replace("\n\n[EMCIO]", "\nHALFILE = sample.hal\n\n[EMCIO]");
+    assert!(driven.contains("drive.py") && driven.contains("sample.hal"));
+    fs::write(&ini, driven).unwrap();
+    fs::write(folder.join("sample.hal"), sampler(plan.letters)).unwrap();
+    fs::write(folder.join("program.ngc"), plan.program).unwrap();
+    let steps = serde_json::json!({
+        "program": "program.ngc",
+        "start": plan.start,
+        "seconds": plan.seconds,
+        "pins": ["trunnionkins.refusals", "trunnionkins.refusal", "trunnionkins.inverse-ns-max"],
+    });
+    fs::write(folder.join("drive.json"), steps.to_string()).unwrap();
+}
+
+/// Samples joints, words, the type of kinematics and the time of the inverse in every servo cycle.
+fn sampler(letters: &str) -> String {
+    let count = letters.len();
+    let mut text = format!(
+        "loadrt sampler depth=16000 cfg={}bs\naddf sampler.0 servo-thread\nsetp sampler.0.enable 0\n",
+        "f".repeat(2 * count)
+    );
+    for (joint, letter) in letters.chars().enumerate() {
+        let word = count + joint;
+        write!(
+            text,
+            "net sampled-joint-{joint} joint.{joint}.pos-cmd => sampler.0.pin.{joint}\n\
+             net sampled-{letter} axis.{letter}.pos-cmd => sampler.0.pin.{word}\n"
+        )
+        .unwrap();
+    }
+    write!(
+        text,
+        "net sampled-kind kinstype.is-1 => sampler.0.pin.{}\nnet sampled-time trunnionkins.inverse-ns => sampler.0.pin.{}\n",
+        2 * count,
+        2 * count + 1
+    )
+    .unwrap();
+    text
+}
+
+fn result(folder: &Path, log: String) -> Run {
+    let text = fs::read_to_string(folder.join("result.json"));
+    let text = text.unwrap_or_else(|error| format!("{{\"errors\": [\"no result: {error}\"]}}"));
+    let result: Value = serde_json::from_str(&text).unwrap();
+    let number = |pin: &str| result[pin].as_f64().unwrap_or(f64::NAN);
+    let whole = |pin: &str| result[pin].as_u64().unwrap_or(u64::MAX);
+    let errors = result["errors"].as_array().unwrap().iter();
+    Run {
+        errors: errors.map(|error| error.as_str().unwrap().to_owned()).collect(),
+        ended: result["ended"] == true,
+        lost: whole("lost"),
+        samples: fs::read_to_string(folder.join("samples.txt")).unwrap_or_default(),
+        refusals: whole("trunnionkins.refusals"),
+        refusal: whole("trunnionkins.refusal"),
+        worst_inverse_ns: number("trunnionkins.inverse-ns-max"),
+        log,
+    }
+}

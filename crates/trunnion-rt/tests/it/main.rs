@@ -1,0 +1,12 @@
+//! Tests of the kinematics for a servo cycle, by its Rust and its C interface.
+
+#![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test stops on surprise")]
+
+mod allocation;
+mod c_interface;
+mod header;
+mod kinematics;
+mod linuxcnc_modules;
+mod motion;
+mod switched;
+mod walk;
