@@ -85,7 +85,8 @@ impl Table {
     /// Splits the rows into pieces at repeated values of s.
     fn pieces<const N: usize>(&self, faults: &mut Faults) -> Vec<AxisPiece<N>> {
         let mut pieces = Vec::new();
-        let mut nodes: Vec<AxisNode<N>> = Vec::new();
+        // Most paths are one piece; growing would move them several times.
+        let mut nodes: Vec<AxisNode<N>> = Vec::with_capacity(self.rows.lines.len());
         let width = self.rows.names.len();
         let rows = self.rows.lines.iter().zip(self.rows.values.chunks(width));
         for (row, (line, values)) in rows.enumerate() {
