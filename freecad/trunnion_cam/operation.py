@@ -180,7 +180,7 @@ def job_data(obj: Any, machine: Any) -> dict[str, Any]:
         strategy |= {"lead_angle": float(obj.LeadAngle.Value), "tilt_angle": float(obj.TiltAngle.Value)}
     data: dict[str, Any] = {
         "schema": "trunnion-job/1",
-        "name": f"{obj.Document.Label} {obj.Label}",
+        "name": f"{obj.Base[0].Label} {obj.Label}",
         "part": {"file": "part.step", "faces": []},
         "setup": {
             "origin": [*machine.Origin],

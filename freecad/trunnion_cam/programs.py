@@ -39,6 +39,9 @@ def commands(text: str) -> list[Any]:
         others = sorted((code for code in codes if code not in _MOTION), key=lambda code: code == "G53")
         places = {letter for letter in values if letter in "XYZABC"}
         for code in others:
+            # Paths are in mm: FreeCAD drops G21 when it reads them again.
+            if code == "G21":
+                continue
             # T and S belong to M6 and M3, H to G43, P to G64.
             own = {letter: values.pop(letter) for letter in _OWN.get(code, "") if letter in values}
             found.append(Path.Command(code, own))

@@ -15,8 +15,6 @@ from .problem import Problem
 _CHORD = 2e-4
 #: Share by which areas of a face may differ between both kernels, and its centre, which is that of triangles, over the size.
 _ALIKE_AREA, _ALIKE_CENTRE = 5e-3, 3e-2
-
-
 #: Line of a BREP text with the flags of a shape.
 _FLAGS = re.compile(r"^[01]{7}\s*$", re.MULTILINE)
 
