@@ -12,7 +12,8 @@ use super::stock::collision::CollisionKind;
 use super::stock::material::Stock;
 use crate::surface::Face;
 use crate::types::Progress;
-use crate::verify::report::{FastBlock, Finding, Report};
+use crate::verify::fast_block::FastBlock;
+use crate::verify::report::{Finding, Report};
 use crate::verify::state::{
     self, AffectedCuts, CoolantDemand, LengthUse, PlannedCuts, StateFinding, StateLimits,
     StateReport,

@@ -24,6 +24,7 @@ mod axes;
 mod check;
 mod deviation;
 mod error;
+mod fast_block;
 mod finding_kind;
 mod findings;
 mod fixture;
@@ -42,6 +43,7 @@ pub use assumed_error::AssumedError;
 pub use check::check;
 pub use deviation::side::{FacesFromBehind, behind};
 pub use error::{VerifyError, VerifyRemedy};
+pub use fast_block::FastBlock;
 pub use finding_kind::FindingKind;
 pub use fixture::{
     ClearanceOptions, ClearanceReport, DEPTH_SHARE, Fixture, FixtureApproach, clearance,
@@ -55,8 +57,8 @@ pub use replay::{
     offset_short_name, track,
 };
 pub use report::{
-    Audit, AuditedMotion, AxisAudit, AxisRatio, Deviation, ExtremeHeight, FaceMap, FastBlock,
-    Finding, HeightBounds, HeightSample, HistogramBin, LimitRatio, ModelAudit, Report, Sensitivity,
+    Audit, AuditedMotion, AxisAudit, AxisRatio, Deviation, ExtremeHeight, FaceMap, Finding,
+    HeightBounds, HeightSample, HistogramBin, LimitRatio, ModelAudit, Report, Sensitivity,
     ShortBlocks, SingularPassages, SlowBlocks, TravelOverrun, UnendedCut,
 };
 pub use setpoints::{

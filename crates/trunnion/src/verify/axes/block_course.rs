@@ -1,9 +1,10 @@
 //! Course of the blocks: how the last cut is left, and blocks that are far slower or faster than their neighbours.
 
 use crate::types::ToolPose;
+use crate::verify::fast_block::FastBlock;
 use crate::verify::line_stats::LineStatistics;
 use crate::verify::replay::segment::Segment;
-use crate::verify::report::{FastBlock, SlowBlocks, UnendedCut};
+use crate::verify::report::{SlowBlocks, UnendedCut};
 
 /// Block that ran last.
 #[derive(Debug, Clone, Copy)]

@@ -2,6 +2,7 @@
 
 use crate::machine::AxisKind;
 use crate::types::{AXES, Interval};
+use crate::verify::fast_block::FastBlock;
 use std::fmt;
 
 /// Motion of a program. Travel is of the tool tip from end to end of the moves, of arcs by their chords; moves from a
@@ -89,18 +90,6 @@ pub struct SlowBlocks {
     pub ratio: f64,
     /// Time that all of them cost \[s\].
     pub lost: f64,
-}
-
-/// A feed block that is faster by far than the blocks beside it: a short way through the air, or a wrong F word.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct FastBlock {
-    /// Line of the program.
-    pub line: u32,
-    /// Mean speed of the tip \[mm/s\].
-    pub speed: f64,
-    /// Speed of the faster neighbour \[mm/s\].
-    pub beside: f64,
 }
 
 /// Blocks shorter than the servo period: a control joins them, slows down or skips some.

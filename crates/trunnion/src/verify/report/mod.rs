@@ -7,7 +7,7 @@ mod finding;
 mod summary;
 
 pub use axis_audit::{
-    Audit, AuditedMotion, AxisAudit, AxisRatio, FastBlock, LimitRatio, ModelAudit, ShortBlocks,
+    Audit, AuditedMotion, AxisAudit, AxisRatio, LimitRatio, ModelAudit, ShortBlocks,
     SingularPassages, SlowBlocks, TravelOverrun, UnendedCut,
 };
 pub use deviation::{Deviation, ExtremeHeight, HeightBounds, HistogramBin, Sensitivity};

@@ -1,7 +1,7 @@
 //! Findings about the state of the control.
 
 use crate::nc::read::{LengthEntry, Smoothing};
-use crate::verify::report::FastBlock;
+use crate::verify::fast_block::FastBlock;
 use std::fmt;
 
 /// State of the control over a whole program.
