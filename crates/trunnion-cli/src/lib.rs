@@ -8,6 +8,7 @@
 mod batch;
 pub mod calls;
 mod check;
+mod disk;
 mod feed;
 mod figure;
 mod form;

@@ -7,9 +7,12 @@ mod files;
 mod job;
 mod verbs;
 
-pub use crate::check::CheckAnswer;
+pub use crate::check::{CheckAnswer, ReplayAnswer};
+pub use crate::disk::{MemoryFiles, in_memory};
 pub use crate::feed::{AxisTable, PlanAnswer, PlannedMotion};
+pub use crate::outcome::exit_code;
 pub use crate::post::PostAnswer;
+pub use crate::progress::stage_words;
 pub use files::{machine, machine_text, mesh, part, part_of_bytes};
 pub use job::{JobAnswer, LoadedJob, load_job, load_job_text, run_job};
-pub use verbs::{check, moves, plan, post};
+pub use verbs::{check, moves, plan, post, replay};

@@ -13,6 +13,7 @@ mod feed;
 mod inspect;
 mod machine;
 mod outputs;
+mod page;
 mod path;
 mod post;
 mod reference;
