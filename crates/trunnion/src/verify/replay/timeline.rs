@@ -28,7 +28,8 @@ pub struct TimelinePoint {
     pub pose: ToolPose,
 }
 
-/// Distances between two points of a timeline at most, and the number of points that may be exceeded by one move.
+/// Distances between two points of a timeline at most, and the number of points that one move may exceed. Built by
+/// struct update from [`TimelineOptions::for_pictures`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimelineOptions {
     /// Travel of the tip \[mm\].
@@ -40,7 +41,7 @@ pub struct TimelineOptions {
 }
 
 impl TimelineOptions {
-    /// Steps fine enough for a picture; change the rest by struct update.
+    /// Steps fine enough for a picture.
     pub fn for_pictures() -> Self {
         Self { step: 1.0, turn: 0.1, most: 400_000 }
     }
@@ -60,20 +61,20 @@ pub fn timeline(
 ) -> Result<Vec<TimelinePoint>, VerifyError> {
     let controls = input.controls()?;
     let run = input.run(controls.as_ref(), options.step)?;
-    let mut drawing = Timeline { options, points: Vec::new(), now: 0.0, apart: true };
+    let mut drawing = TimelineDrawing { options, points: Vec::new(), now: 0.0, apart: true };
     drawing.fill(&run)?;
     Ok(drawing.points)
 }
 
 /// Timeline that grows move by move.
-struct Timeline<'a> {
+struct TimelineDrawing<'a> {
     options: &'a TimelineOptions,
     points: Vec<TimelinePoint>,
     now: f64,
     apart: bool,
 }
 
-impl Timeline<'_> {
+impl TimelineDrawing<'_> {
     fn fill(&mut self, run: &Run<'_>) -> Result<(), VerifyError> {
         for segment in run.segments() {
             let segment = &segment?;
