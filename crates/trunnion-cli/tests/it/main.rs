@@ -21,4 +21,5 @@ mod rs274;
 mod setpoints;
 mod snapshots;
 mod stock;
+mod studio;
 mod without_part;

@@ -31,6 +31,7 @@ const VERBS: &[&[&str]] = &[
     &["machine", "check"],
     &["schema"],
     &["view"],
+    &["studio"],
     &["completions"],
 ];
 
