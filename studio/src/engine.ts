@@ -1,5 +1,6 @@
 // The worker as functions that return promises.
 
+import type { Drawing } from "./report";
 import type { Answer, Outputs, Replay, Reply, Request } from "./messages";
 
 export type Files = Map<string, Uint8Array<ArrayBuffer>>;
@@ -24,6 +25,8 @@ type Verb<R> = R extends { id: number } ? Omit<R, "id"> : never;
 export interface Done {
   answer: Answer;
   outputs: Outputs;
+  /** What the report of the outputs draws. */
+  drawing: Drawing | null;
 }
 
 export class EngineClient {

@@ -1,6 +1,7 @@
 // The engine in a worker, so that the page never waits for it.
 
 import start, { Engine, lastPanic } from "./engine/trunnion_web.js";
+import { drawingOf } from "./report";
 import type { Answer, Replay, Reply, Request } from "./messages";
 
 let engine: Engine | undefined;
@@ -65,7 +66,10 @@ function answer(of: Engine, request: Request): void {
         const bytes = of.file(name);
         if (bytes) outputs.set(name, bytes as Uint8Array<ArrayBuffer>);
       }
-      return send({ id, kind: "answer", answer: done, outputs }, [...outputs.values()].map((bytes) => bytes.buffer));
+      // Unpacked here: the page would stand still for a moment.
+      const page = [...outputs].find(([name]) => name.endsWith("/report.html"))?.[1];
+      const drawing = page ? drawingOf(page) : null;
+      return send({ id, kind: "answer", answer: done, outputs, drawing }, [...outputs.values()].map((bytes) => bytes.buffer));
     }
     case "timeline": {
       const moves = replay(of, request.options);

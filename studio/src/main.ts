@@ -14,7 +14,7 @@ import { LARGEST, found, kindOf, words } from "./files";
 import type { Outputs } from "./messages";
 import { Player } from "./player";
 import { ProgramText } from "./program";
-import { type Drawing, type Place, drawingOf, movesOf, summaryOf, textOf } from "./report";
+import { type Drawing, type Place, movesOf, summaryOf, textOf } from "./report";
 import { SAMPLES, filesOf, type Sample } from "./samples";
 import { Stage } from "./stage";
 import { Timeline } from "./timeline";
@@ -287,7 +287,7 @@ class Studio {
 
   // Result.
 
-  private async show({ answer, outputs }: Done): Promise<void> {
+  private async show({ answer, outputs, drawing }: Done): Promise<void> {
     // A refusal keeps everything that was open.
     if (outputs.size === 0) {
       this.showFaults(answer.messages, answer.warnings);
@@ -298,8 +298,7 @@ class Studio {
     this.outputs = new Map([...others, ...outputs]);
     find("table").textContent = answer.table;
     this.list();
-    const page = outputs.get(`${folder}/report.html`);
-    this.drawing = page ? drawingOf(page) : null;
+    this.drawing = drawing;
     const program = (this.drawing && measuredIn(this.drawing, outputs)) ?? this.program;
     this.drawn = program;
     await this.choose(program ?? [...outputs.keys()].find((name) => /\/program\.|\/toolpath\./.test(name)) ?? null);

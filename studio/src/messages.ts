@@ -1,5 +1,7 @@
 // What page and worker say to each other.
 
+import type { Drawing } from "./report";
+
 /** Result of a verb, in the words of the command line. */
 export interface Answer {
   /** Exit code: 0 kept, 1 broken, 2 bad input, 3 internal, 130 stopped. */
@@ -57,7 +59,7 @@ export type Outputs = Map<string, Uint8Array<ArrayBuffer>>;
 
 export type Reply = { id: number } & (
   | { kind: "progress"; stage: string; done: number; total: number }
-  | { kind: "answer"; answer: Answer; outputs: Outputs }
+  | { kind: "answer"; answer: Answer; outputs: Outputs; drawing: Drawing | null }
   | { kind: "replay"; replay: Replay }
   | { kind: "failure"; messages: string[]; isLost: boolean }
 );
