@@ -47,6 +47,8 @@ class Studio {
   private shown: Drawing | null = null;
   private measured: number[][] = [];
   private editing = 0;
+  /** Counts the programs that were chosen: only the moves of the last one are drawn. */
+  private chosen = 0;
   private isBusy = false;
 
   constructor() {
@@ -352,6 +354,7 @@ class Studio {
   private async choose(program: string | null): Promise<void> {
     const bytes = program && (this.engine.files.get(program) ?? this.outputs.get(program));
     if (!program || !bytes) return;
+    const chosen = (this.chosen += 1);
     this.program = program;
     this.programs.value = program;
     // A measured part belongs to the program that was measured.
@@ -362,8 +365,10 @@ class Studio {
     find("lines").textContent = `${text.split("\n").length - 1} lines`;
     try {
       const options = program.startsWith("out/program.") && this.job ? ["--job", this.job] : words(this.options.value);
-      this.draw(drawing, new Timeline(await this.engine.timeline([program, ...options])));
+      const timeline = new Timeline(await this.engine.timeline([program, ...options]));
+      if (chosen === this.chosen) this.draw(drawing, timeline);
     } catch (error) {
+      if (chosen !== this.chosen) return;
       // The picture before stays; a program that cannot be run has its text and its faults.
       if (drawing) this.draw(drawing, null);
       else this.player.open((this.timeline = null));
