@@ -60,6 +60,11 @@ fixtures:
     python3 fixtures/bezier-patch/make.py
     python3 fixtures/step/generate.py
 
+# The studio: its engine, the site in studio/dist, and a `trunnion` that has it inside (needs Node and wasm-bindgen-cli).
+studio:
+    cd studio && npm ci && node engine.mjs && npm run build
+    cargo build --release -p trunnion-cli --features studio
+
 # Rebuild the page that the report embeds (needs Node).
 viewer:
     cd viewer && npm ci && npm run build

@@ -53,8 +53,9 @@ function extent(band, scale) {
 
 /** What is drawn in the cells: title, unit, range, reference lines. */
 function cells({ axes, bands, speed, tip, feed }) {
-  const all = [
-    {
+  const all = [];
+  if (speed) {
+    all.push({
       key: "speed",
       title: "Speed of the programmed point",
       unit: "mm/min",
@@ -64,9 +65,9 @@ function cells({ axes, bands, speed, tip, feed }) {
       low: 0,
       lines: feed > 0 ? [{ at: 60 * feed, label: "programmed feed" }] : [],
       wide: true,
-    },
-    { title: "Speed of the tool tip", unit: "mm/min", hue: FEED_HUE, band: tip, scale: 60, low: 0, lines: [], wide: true },
-  ];
+    });
+  }
+  all.push({ title: "Speed of the tool tip", unit: "mm/min", hue: FEED_HUE, band: tip, scale: 60, low: 0, lines: [], wide: true });
   axes.forEach((axis, index) => {
     const hue = HUES[index % HUES.length];
     const { position, velocity, acceleration, jerk } = bands[index];
@@ -76,8 +77,11 @@ function cells({ axes, bands, speed, tip, feed }) {
     all.push(
       { title: `${axis.name} position`, unit: axis.unit, hue, band: position, scale: 1, lines: ends, loose: true },
       { title: `${axis.name} velocity`, unit: "% of limit", hue, band: velocity, scale: share(axis.velocity), low: -105, high: 105, lines: hundred, real: [axis.velocity / 100, `${axis.unit}/s`] },
-      { title: `${axis.name} acceleration`, unit: "% of limit", hue, band: acceleration, scale: share(axis.acceleration), low: -105, high: 105, lines: hundred, real: [axis.acceleration / 100, `${axis.unit}/s²`] },
     );
+    // The replay of a program knows no accelerations: its controls plan them.
+    if (acceleration) {
+      all.push({ title: `${axis.name} acceleration`, unit: "% of limit", hue, band: acceleration, scale: share(axis.acceleration), low: -105, high: 105, lines: hundred, real: [axis.acceleration / 100, `${axis.unit}/s²`] });
+    }
     if (axis.jerk > 0) {
       all.push({ title: `${axis.name} jerk`, unit: "% of limit", hue, band: jerk, scale: share(axis.jerk), low: -105, high: 105, lines: hundred, real: [axis.jerk / 100, `${axis.unit}/s³`] });
     }
@@ -93,7 +97,7 @@ export class Charts {
     this.time = 0;
     host.classList.toggle("four", this.motion.axes.some((axis) => axis.jerk > 0));
     this.cells = cells(this.motion).map((cell) => this.addCell(host, cell));
-    this.addStrip(strip);
+    if (strip) this.addStrip(strip);
     new ResizeObserver(() => this.draw()).observe(host);
     this.draw();
   }
@@ -221,7 +225,7 @@ export class Charts {
       const real = cell.real ? ` (${number(peak * cell.real[0])} ${cell.real[1]})` : "";
       cell.value.textContent = `${number(peak)}${percent}${real}`;
     }
-    place(this.stripCursor, this.strip.parentElement.clientWidth);
+    if (this.strip) place(this.stripCursor, this.strip.parentElement.clientWidth);
   }
 
   draw() {
@@ -230,7 +234,7 @@ export class Charts {
     requestAnimationFrame(() => {
       this.waiting = false;
       this.cells.forEach((cell) => this.drawCell(cell));
-      this.drawStrip();
+      if (this.strip) this.drawStrip();
       this.hover(this.time);
     });
   }

@@ -1,5 +1,7 @@
 // Starts the parts of the page and lets them share the time.
 
+import "./theme.css";
+import "./parts.css";
 import "./style.css";
 import { Charts, limitColour, number } from "./charts.js";
 import { inTolerances, micrometres } from "./colour.js";

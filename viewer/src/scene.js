@@ -186,15 +186,18 @@ export class View {
     this.controls.addEventListener("change", () => this.draw());
     this.triad = new Triad(host);
     this.addLights();
+    // Everything that moves with the workpiece.
+    this.part = new Group();
+    this.scene.add(this.part);
     this.mesh = surfaceMesh(data);
-    this.scene.add(this.mesh);
+    this.part.add(this.mesh);
     this.lines = Object.fromEntries(LINES.map((line) => [line.key, pathLines(data, line)]));
-    this.scene.add(...Object.values(this.lines));
+    this.part.add(...Object.values(this.lines));
     this.fixtures = fixtureMesh(data.fixtures);
-    this.scene.add(this.fixtures);
+    this.part.add(this.fixtures);
     this.tool = new Group();
     this.tool.add(...data.tools.map(toolMesh));
-    this.scene.add(this.tool);
+    this.part.add(this.tool);
     this.addMarker();
     this.measure();
     this.theme();
@@ -218,7 +221,7 @@ export class View {
     this.marker = new Mesh(new SphereGeometry(1, 20, 12), material);
     this.marker.visible = false;
     this.marker.renderOrder = 9;
-    this.scene.add(this.marker);
+    this.part.add(this.marker);
   }
 
   measure() {
@@ -295,8 +298,8 @@ export class View {
       if (look) {
         const offset = this.camera.position.clone().sub(this.controls.target);
         offset.setLength(Math.min(offset.length(), 1.6 * this.radius));
-        this.controls.target.fromArray(point);
-        this.camera.position.fromArray(point).add(offset);
+        this.controls.target.copy(this.marker.getWorldPosition(new Vector3()));
+        this.camera.position.copy(this.controls.target).add(offset);
         this.controls.update();
       }
     }
@@ -306,17 +309,18 @@ export class View {
   /** Vertex of the surface under a point of the screen; null beside it. */
   pick(clientX, clientY) {
     const box = this.renderer.domElement.getBoundingClientRect();
-    const place = new Vector2(
+    const spot = new Vector2(
       (2 * (clientX - box.left)) / box.width - 1,
       1 - (2 * (clientY - box.top)) / box.height,
     );
     const ray = new Raycaster();
-    ray.setFromCamera(place, this.camera);
+    ray.setFromCamera(spot, this.camera);
     const hit = this.mesh.visible ? ray.intersectObject(this.mesh)[0] : undefined;
     if (!hit) return null;
     const { positions } = this.data.surface;
+    const place = this.mesh.worldToLocal(hit.point.clone());
     const away = (vertex) =>
-      Math.hypot(...[0, 1, 2].map((k) => positions[3 * vertex + k] - hit.point.getComponent(k)));
+      Math.hypot(...[0, 1, 2].map((k) => positions[3 * vertex + k] - place.getComponent(k)));
     const corners = [hit.face.a, hit.face.b, hit.face.c];
     return corners.reduce((best, corner) => (away(corner) < away(best) ? corner : best));
   }
@@ -335,7 +339,7 @@ export class View {
     this.lamp.position.copy(this.camera.position);
     this.lamp.position.addScaledVector(UP, 0.6 * this.radius);
     this.lamp.target.position.copy(this.controls.target);
-    const distance = this.camera.position.distanceTo(this.marker.position);
+    const distance = this.camera.position.distanceTo(this.marker.getWorldPosition(new Vector3()));
     this.marker.scale.setScalar(0.006 * distance);
     this.renderer.render(this.scene, this.camera);
     this.triad.turn(this.camera);

@@ -8,6 +8,8 @@
 mod batch;
 pub mod calls;
 mod check;
+mod desktop;
+mod disk;
 mod feed;
 mod figure;
 mod form;
@@ -33,6 +35,7 @@ mod progress;
 mod report;
 mod run;
 mod setup;
+mod studio;
 mod table;
 mod table_tool;
 mod text;
@@ -115,6 +118,8 @@ enum Verb {
         /// Output folder of a run, or the report itself.
         folder: PathBuf,
     },
+    /// Plan and check in a page of the browser, with everything computed there; see the book.
+    Studio(studio::StudioArgs),
     /// Print completions for a shell: `trunnion completions bash > ...`.
     Completions {
         /// Shell.
@@ -156,6 +161,7 @@ fn dispatch(arguments: &Arguments) -> Result<Done, Failure> {
         Verb::Feed(args) => feed::run(args, form),
         Verb::Schema { format } => schema(*format),
         Verb::View { folder } => view(folder),
+        Verb::Studio(args) => studio::run(args, form),
         Verb::Completions { shell } => {
             let mut text = Vec::new();
             clap_complete::generate(*shell, &mut Arguments::command(), "trunnion", &mut text);
@@ -186,19 +192,6 @@ fn view(folder: &std::path::Path) -> Result<Done, Failure> {
             page.display()
         )));
     }
-    // Each desktop has one program that opens a file with the default application.
-    let opener = if cfg!(target_os = "macos") {
-        "open"
-    } else if cfg!(windows) {
-        "explorer"
-    } else {
-        "xdg-open"
-    };
-    match std::process::Command::new(opener).arg(&page).status() {
-        Ok(_) => Ok(Done::Kept),
-        Err(error) => Err(Failure::input(format!(
-            "cannot start {opener} ({error})\n  help: open {} in a browser",
-            page.display()
-        ))),
-    }
+    desktop::open(&page.display().to_string())?;
+    Ok(Done::Kept)
 }

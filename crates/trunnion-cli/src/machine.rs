@@ -2,7 +2,7 @@
 
 use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
-use crate::{output, text};
+use crate::{disk, output, text};
 use std::path::{Path, PathBuf};
 use trunnion::files::machine::{BUILT_IN, MachineFile, built_in, parse};
 use trunnion::inverse::Inverse;
@@ -55,18 +55,20 @@ pub(crate) fn load(argument: &str) -> Result<MachineFile, Failure> {
 pub(crate) fn load_beside(job: &Path, name: &str) -> Result<MachineFile, Failure> {
     // A file beside the job wins, so that an edited copy may keep the name of its built-in original.
     let path = job.parent().unwrap_or(Path::new("")).join(name);
-    if path.exists() || built_in(name).is_err() {
-        load(&path.to_string_lossy())
-    } else {
-        load(name)
-    }
+    if is_built_in(job, name) { load(name) } else { load(&path.to_string_lossy()) }
+}
+
+/// Returns true if a job beside which no such file stands names a built-in machine.
+pub(crate) fn is_built_in(job: &Path, name: &str) -> bool {
+    let path = job.parent().unwrap_or(Path::new("")).join(name);
+    !disk::exists(&path) && built_in(name).is_ok()
 }
 
 /// Returns the text of a machine file or built-in machine.
 pub(crate) fn source(argument: &str) -> Result<String, Failure> {
     let path = Path::new(argument);
     // A folder of that name is no machine file, but a built-in machine may be meant.
-    if path.is_file() || (path.exists() && built_in(argument).is_err()) {
+    if disk::is_file(path) || (disk::exists(path) && built_in(argument).is_err()) {
         return text::read(path);
     }
     built_in(argument).map(str::to_owned).map_err(|nearest| {

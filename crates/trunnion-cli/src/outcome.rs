@@ -47,7 +47,7 @@ impl Failure {
     }
 
     /// Returns all messages of the failure.
-    pub(crate) fn messages(&self) -> Vec<String> {
+    pub fn messages(&self) -> Vec<String> {
         match self {
             Self::Input(messages) | Self::Unfinished { messages, .. } => messages.clone(),
             Self::Stopped => vec!["stopped on request".to_owned()],
@@ -100,37 +100,43 @@ impl From<anyhow::Error> for Failure {
     }
 }
 
+/// Exit code of a failure, as the process returns it: 1 a part was done, 2 bad input, 3 internal, 130 stopped.
+pub fn exit_code(failure: &Failure) -> u8 {
+    match failure {
+        // Scripts distinguish a result that breaks a tolerance (1) from input that gave none (2).
+        Failure::Unfinished { .. } => 1,
+        Failure::Input(_) => 2,
+        Failure::Internal(_) => 3,
+        // 128 + SIGINT, as shells report it.
+        Failure::Stopped => 130,
+    }
+}
+
 /// Returns the exit code of a verb; failures are reported on stderr first.
 pub(crate) fn exit(result: Result<Done, Failure>) -> ExitCode {
-    match result {
-        Ok(Done::Kept) => ExitCode::SUCCESS,
-        // Scripts distinguish a result that breaks a tolerance (1) from input that gave none (2).
-        Ok(Done::Broken) => ExitCode::from(1),
-        Ok(Done::Refused) => ExitCode::from(2),
-        Err(Failure::Input(messages)) => {
-            for message in &messages {
+    let failure = match result {
+        Ok(Done::Kept) => return ExitCode::SUCCESS,
+        Ok(Done::Broken) => return ExitCode::from(1),
+        Ok(Done::Refused) => return ExitCode::from(2),
+        Err(failure) => failure,
+    };
+    match &failure {
+        Failure::Input(messages) => {
+            for message in messages {
                 eprintln!("error: {message}");
             }
             eprintln!("nothing was written");
-            ExitCode::from(2)
         }
-        Err(Failure::Unfinished { messages, kept }) => {
-            for message in &messages {
+        Failure::Unfinished { messages, kept } => {
+            for message in messages {
                 eprintln!("error: {message}");
             }
-            for file in &kept {
+            for file in kept {
                 eprintln!("wrote {}", file.display());
             }
-            ExitCode::from(1)
         }
-        Err(Failure::Stopped) => {
-            eprintln!("stopped on request; nothing was written");
-            // 128 + SIGINT, as shells report it.
-            ExitCode::from(130)
-        }
-        Err(Failure::Internal(error)) => {
-            eprintln!("internal error: {error:#}");
-            ExitCode::from(3)
-        }
+        Failure::Stopped => eprintln!("stopped on request; nothing was written"),
+        Failure::Internal(error) => eprintln!("internal error: {error:#}"),
     }
+    ExitCode::from(exit_code(&failure))
 }

@@ -1,6 +1,7 @@
 //! Files are written whole or not at all: under a temporary name in the same folder, then renamed.
 //! Links lead to what they name; devices, pipes and sockets receive the finished text.
 
+use crate::disk;
 use crate::outcome::Failure;
 use anyhow::{Context, Result};
 use std::fs;
@@ -140,13 +141,23 @@ fn stream(path: &Path) -> std::io::Result<Box<dyn Write>> {
 pub(crate) struct Outputs {
     folder: PathBuf,
     created: bool,
-    /// Complete files under their temporary names, with their names and what these stand for.
-    staged: Vec<(NamedTempFile, PathBuf, Destination)>,
+    staged: Vec<Staged>,
+}
+
+/// Complete file that waits for its name.
+#[derive(Debug)]
+enum Staged {
+    /// Under a temporary name, with its name and what this stands for.
+    Disk(NamedTempFile, PathBuf, Destination),
+    Memory(Vec<u8>, PathBuf),
 }
 
 impl Outputs {
     /// Opens `folder`, making it if it is missing.
     pub(crate) fn open(folder: &Path) -> std::result::Result<Self, Failure> {
+        if disk::is_memory() {
+            return Ok(Self { folder: folder.to_owned(), created: false, staged: Vec::new() });
+        }
         let created = !folder.exists();
         fs::create_dir_all(folder).map_err(|error| unusable(folder, &error))?;
         Ok(Self { folder: folder.to_owned(), created, staged: Vec::new() })
@@ -168,6 +179,9 @@ impl Outputs {
     ///
     /// [`Failure::Input`] if it is not.
     pub(crate) fn probe(folder: &Path) -> std::result::Result<(), Failure> {
+        if disk::is_memory() {
+            return Ok(());
+        }
         // The nearest folder that exists decides: the others are made below it.
         let missing = |place: &&Path| !place.as_os_str().is_empty() && !place.exists();
         let standing = folder.ancestors().find(|place| !missing(place)).unwrap_or(folder);
@@ -184,12 +198,18 @@ impl Outputs {
     ) -> Result<()> {
         let place = self.folder.join(name);
         let context = || format!("writing {}", place.display());
+        if disk::is_memory() {
+            let mut bytes = Vec::new();
+            fill(&mut bytes).with_context(context)?;
+            self.staged.push(Staged::Memory(bytes, place));
+            return Ok(());
+        }
         let destination = Destination::of(&place).with_context(context)?;
         let file = destination.stage().with_context(context)?;
         let mut writer = BufWriter::new(file);
         fill(&mut writer).with_context(context)?;
         let file = writer.into_inner().map_err(std::io::IntoInnerError::into_error);
-        self.staged.push((file.with_context(context)?, place, destination));
+        self.staged.push(Staged::Disk(file.with_context(context)?, place, destination));
         Ok(())
     }
 
@@ -223,10 +243,18 @@ impl Outputs {
     pub(crate) fn commit(mut self) -> Result<Vec<PathBuf>> {
         let mut places = Vec::new();
         // All are complete here; only a full disk or a changed folder can stop a rename.
-        for (file, place, destination) in self.staged.drain(..) {
-            let context = || format!("writing {}", place.display());
-            destination.receive(file).with_context(context)?;
-            places.push(place);
+        for staged in self.staged.drain(..) {
+            places.push(match staged {
+                Staged::Disk(file, place, destination) => {
+                    let context = || format!("writing {}", place.display());
+                    destination.receive(file).with_context(context)?;
+                    place
+                }
+                Staged::Memory(bytes, place) => {
+                    disk::keep(&place, bytes);
+                    place
+                }
+            });
         }
         self.created = false;
         Ok(places)

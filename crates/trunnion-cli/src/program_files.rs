@@ -1,19 +1,15 @@
 //! Files that a program depends on: the control's tool table and configuration, subprograms beside it.
 
+use crate::disk;
 use crate::outcome::Failure;
 use crate::path::lines::{self, Lines};
 use crate::text;
 use anyhow::Context;
 use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use trunnion::nc::read::{
     CodeRemap, Dialect, ReadOptions, SubprogramFile, ini_file, subprogram_calls, tool_rows,
 };
-
-/// Bytes read at a time.
-const BUFFER: usize = 1 << 16;
 
 /// Characters one of which every call of a subprogram has: `o<name> call`, `M98 P100`.
 const CALLS: &[u8] = b":OoMm";
@@ -56,7 +52,7 @@ impl ProgramFileArgs {
         let beside = self.ini.as_deref().and_then(Path::parent);
         let of_ini = ini.tool_table.zip(beside).map(|(name, folder)| folder.join(name));
         // A table that the configuration merely names may be absent here.
-        let table = self.tool_table.clone().or(of_ini.filter(|path| path.is_file()));
+        let table = self.tool_table.clone().or(of_ini.filter(|path| disk::is_file(path)));
         if let Some(path) = table {
             let rows = tool_rows(&text_of(&path)?, ini.unit);
             options.tools = rows.map_err(|faults| Failure::faults(&path, &faults))?;
@@ -77,11 +73,11 @@ impl ProgramFileArgs {
         folders.extend(of_ini.iter().map(|folder| beside.join(folder)));
         folders.extend(self.sub_dir.iter().cloned());
         // A device or pipe can be read once only, so it is not searched for calls.
-        if !program.is_file() {
+        if !disk::is_file(program) {
             return Ok(Vec::new());
         }
-        let file = File::open(program).with_context(|| program.display().to_string())?;
-        let mut lines = Lines::new(BufReader::with_capacity(BUFFER, file));
+        let file = disk::open(program).with_context(|| program.display().to_string())?;
+        let mut lines = Lines::new(file);
         // A file that cannot be read ends the search; the reader reports it.
         let calls = std::iter::from_fn(|| {
             while let Some(raw) = lines.next().ok()? {
@@ -98,7 +94,7 @@ impl ProgramFileArgs {
         while let Some(name) = names.pop() {
             // The control asks its file system for a name in lower case.
             let path = folders.iter().map(|folder| folder.join(format!("{name}.ngc")));
-            let found = path.into_iter().find(|path| path.is_file());
+            let found = path.into_iter().find(|path| disk::is_file(path));
             if let Some(path) = found.filter(|_| !files.contains_key(&name)) {
                 let text = text_of(&path)?;
                 names.extend(subprogram_calls(text.lines()));
@@ -110,9 +106,5 @@ impl ProgramFileArgs {
 }
 
 fn text_of(path: &Path) -> Result<String, Failure> {
-    let bytes = fs::read(path).map_err(|error| {
-        let what = text::unreadable(&error);
-        Failure::input(format!("{}: {what}", path.display()))
-    })?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
+    Ok(String::from_utf8_lossy(&text::read_bytes(path)?).into_owned())
 }

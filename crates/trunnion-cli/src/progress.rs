@@ -8,6 +8,28 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use trunnion::types::{Progress, Stage};
 
+/// Asks the library to stop at the first Ctrl-C, by `flag`, and ends the process at the second.
+#[cfg(not(target_family = "wasm"))]
+fn listen(flag: Arc<AtomicBool>) {
+    // Without a handler Ctrl-C ends the process, and staged files are never renamed: as safe.
+    let _ = ctrlc::set_handler(move || {
+        // The first signal asks, the second does not wait for an answer.
+        if flag.swap(true, Ordering::SeqCst) {
+            std::process::exit(130);
+        }
+    });
+}
+
+/// A page has no signals.
+#[cfg(target_family = "wasm")]
+fn listen(_: Arc<AtomicBool>) {}
+
+/// Lets Ctrl-C no longer stop the process.
+pub(crate) fn ignore_interrupts() {
+    #[cfg(not(target_family = "wasm"))]
+    let _ = ctrlc::set_handler(|| {});
+}
+
 /// Progress bars on stderr, one for each stage; none if stderr is not a terminal.
 #[derive(Debug)]
 pub(crate) struct Bars {
@@ -19,14 +41,7 @@ impl Bars {
     /// Creates bars that also listen to Ctrl-C: the first asks the library to stop, a second ends at once.
     pub(crate) fn new() -> Self {
         let stopped = Arc::new(AtomicBool::new(false));
-        let flag = Arc::clone(&stopped);
-        // Without a handler Ctrl-C ends the process, and staged files are never renamed: as safe.
-        let _ = ctrlc::set_handler(move || {
-            // The first signal asks, the second does not wait for an answer.
-            if flag.swap(true, Ordering::SeqCst) {
-                std::process::exit(130);
-            }
-        });
+        listen(Arc::clone(&stopped));
         let terminal = std::io::stderr().is_terminal();
         let bars = terminal.then(|| (MultiProgress::new(), Mutex::new(BTreeMap::new())));
         Self { stopped, bars }
@@ -66,10 +81,11 @@ impl Progress for Bars {
 fn bar(stage: Stage) -> ProgressBar {
     let style = ProgressStyle::with_template("{msg:<28} {bar:32} {percent:>3} %  {elapsed}");
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(0).with_style(style).with_message(words(stage))
+    ProgressBar::new(0).with_style(style).with_message(stage_words(stage))
 }
 
-fn words(stage: Stage) -> &'static str {
+/// Names a stage for people.
+pub fn stage_words(stage: Stage) -> &'static str {
     match stage {
         Stage::Import => "reading the part",
         Stage::Cover => "placing strips",

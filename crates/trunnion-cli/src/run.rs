@@ -4,7 +4,7 @@ use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::output::Outputs;
 use crate::progress::Bars;
-use crate::{machine, material, motion, part, report, text};
+use crate::{disk, machine, material, motion, part, report, text};
 use std::path::{Path, PathBuf};
 use trunnion::files;
 use trunnion::files::job::{JobFile, JobFixture, JobSolid, JobStock};
@@ -120,7 +120,7 @@ fn beside(job: &Path, name: &str) -> PathBuf {
 fn at_key(path: &Path, file: &JobFile, key: &str, name: &str, what: Failure) -> Failure {
     match what {
         // A file that exists has its own positions; one that does not is a mistake in the job.
-        Failure::Input(messages) if !beside(path, name).is_file() => {
+        Failure::Input(messages) if !disk::is_file(&beside(path, name)) => {
             let at = file.places.get(key);
             let detail =
                 |message| format!("{}:{}:{}: {message}", path.display(), at.line, at.column);

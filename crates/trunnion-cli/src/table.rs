@@ -1,11 +1,12 @@
 //! Conversion of tables row by row: bounded memory, and output written whole or not at all.
 
+use crate::disk;
 use crate::outcome::Failure;
 use crate::output;
+use crate::progress;
 use crate::text::unreadable;
 use anyhow::Context;
-use std::fs::File;
-use std::io::{self, BufRead, BufReader, BufWriter, IsTerminal, Read, Seek, Write};
+use std::io::{self, BufRead, BufWriter, IsTerminal, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use tempfile::SpooledTempFile;
 use trunnion::files::table::{TableColumns, TableHeader, is_row};
@@ -100,7 +101,7 @@ impl Ends {
             to_stdout(&mut spool)?;
         } else {
             // The result is complete, and the rename is moments away: Ctrl-C no longer stops it.
-            let _ = ctrlc::set_handler(|| {});
+            progress::ignore_interrupts();
             output::file(&self.output, |out| io::copy(&mut spool, out).map(drop))?;
         }
         Ok(tally)
@@ -269,11 +270,7 @@ impl Ends {
 fn open(path: &Path) -> Result<Box<dyn BufRead>, Failure> {
     let fault =
         |what: &dyn std::fmt::Display| Failure::input(format!("{}: {what}", path.display()));
-    let file = File::open(path).map_err(|error| fault(&unreadable(&error)))?;
-    if file.metadata().is_ok_and(|data| data.is_dir()) {
-        return Err(fault(&"is a folder; a file is expected"));
-    }
-    Ok(Box::new(BufReader::with_capacity(1 << 16, file)))
+    disk::open(path).map_err(|error| fault(&unreadable(&error)))
 }
 
 /// Hands every row of a table file to `row`: line, text, columns, and their values. `choose` names the columns,

@@ -1,5 +1,6 @@
 //! Output on stdout, and reading of text files.
 
+use crate::disk;
 use crate::outcome::{Done, Failure};
 use anyhow::Context;
 use std::io::{Read, Write};
@@ -33,6 +34,7 @@ pub(crate) fn unreadable(error: &std::io::Error) -> String {
              folder in which the command runs"
                 .to_owned()
         }
+        std::io::ErrorKind::IsADirectory => "is a folder; a file is expected".to_owned(),
         _ => error.to_string(),
     }
 }
@@ -44,16 +46,12 @@ pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, Failure> {
 
 /// Reads a whole file, or reports the error.
 pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, String> {
-    let size = std::fs::metadata(path).map_err(|error| unreadable(&error))?;
-    if size.is_dir() {
-        return Err("is a folder; a file is expected".into());
-    }
-    if size.len() > LARGEST {
-        return Err(format!("has {} bytes; at most {LARGEST} are read", size.len()));
+    if let Some(size) = disk::size(path).filter(|size| *size > LARGEST) {
+        return Err(format!("has {size} bytes; at most {LARGEST} are read"));
     }
     // A device or a pipe has no size beforehand.
     let mut bytes = Vec::new();
-    std::fs::File::open(path)
+    disk::open(path)
         .and_then(|file| file.take(LARGEST + 1).read_to_end(&mut bytes))
         .map_err(|error| unreadable(&error))?;
     if bytes.len() as u64 > LARGEST {

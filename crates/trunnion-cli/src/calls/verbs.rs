@@ -1,6 +1,6 @@
 //! Verbs that take options.
 
-use crate::check::CheckAnswer;
+use crate::check::{CheckAnswer, ReplayAnswer};
 use crate::feed::{AxisTable, PlanAnswer};
 use crate::init::ProposalAnswer;
 use crate::outcome::Failure;
@@ -19,6 +19,15 @@ use trunnion::types::Progress;
 /// Wrong options or input.
 pub fn check(options: &[String], progress: &dyn Progress) -> Result<CheckAnswer, Failure> {
     checks::answer(&parsed("check", options)?, progress)
+}
+
+/// Runs a program or CL file as `trunnion check` does, and returns the moves in place of a verdict.
+///
+/// # Errors
+///
+/// Wrong options or input.
+pub fn replay(options: &[String], progress: &dyn Progress) -> Result<ReplayAnswer, Failure> {
+    checks::replay(&parsed("check", options)?, progress)
 }
 
 /// Posts a CL file or program, as `trunnion post` does.

@@ -11,6 +11,7 @@ mod named;
 mod offset;
 mod page;
 mod remedy;
+mod replay;
 mod run;
 mod setpoints;
 mod setting;
@@ -22,5 +23,7 @@ mod tool;
 mod what_if;
 
 pub(crate) use args::CheckArgs;
+pub use replay::ReplayAnswer;
+pub(crate) use replay::replay;
 pub use run::CheckAnswer;
 pub(crate) use run::{answer, run};

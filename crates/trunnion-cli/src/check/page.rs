@@ -60,7 +60,7 @@ pub(super) fn page(
 }
 
 /// Returns the outlines of the tools, in the order of their table.
-fn outlines(subject: &Subject) -> Vec<Vec<[f64; 2]>> {
+pub(super) fn outlines(subject: &Subject) -> Vec<Vec<[f64; 2]>> {
     if subject.tools.is_empty() {
         return vec![report::outline(&subject.cutter)];
     }

@@ -23,7 +23,8 @@ use trunnion::surface::Face;
 use trunnion::types::Progress;
 use trunnion::verify::{
     self, CheckInput, CheckOptions, CoolantDemand, DeviationTolerance, FindingKind, Inspection,
-    InspectionReport, PlannedCuts, Stock, Tool, Track, VerifyError, WorkOffset,
+    InspectionReport, PlannedCuts, Stock, TimelineOptions, TimelinePoint, Tool, Track, VerifyError,
+    WorkOffset,
 };
 
 /// Largest distance between two drawn tool positions \[mm\].
@@ -199,6 +200,13 @@ impl Subject {
     pub(super) fn track(&self) -> Result<Vec<Track>, Failure> {
         let tools = self.table();
         verify::track(&self.input(&tools), DRAWN_STEP).map_err(|error| self.failure(&error))
+    }
+
+    /// Returns machine and tool over the time of the program.
+    pub(super) fn timeline(&self) -> Result<Vec<TimelinePoint>, Failure> {
+        let tools = self.table();
+        verify::timeline(&self.input(&tools), &TimelineOptions::for_pictures())
+            .map_err(|error| self.failure(&error))
     }
 
     /// Words an error, with the options that help.

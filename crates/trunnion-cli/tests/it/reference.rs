@@ -32,6 +32,7 @@ const VERBS: &[&[&str]] = &[
     &["linuxcnc"],
     &["schema"],
     &["view"],
+    &["studio"],
     &["completions"],
 ];
 

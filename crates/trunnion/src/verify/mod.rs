@@ -53,8 +53,8 @@ pub use inspect::{CutStock, FeedMeaning, Inspection, InspectionReport, OtherFace
 pub use line_stats::LineCount;
 pub use options::{BoundMargins, BoundOptions, CheckOptions, DeviationTolerance, LEAST_GOUGE};
 pub use replay::{
-    Changes, Choice, Choices, Tables, TimedPose, Tool, Track, WorkOffset, offset_name,
-    offset_short_name, track,
+    Changes, Choice, Choices, Tables, TimedPose, TimelineOptions, TimelinePoint, Tool, Track,
+    WorkOffset, offset_name, offset_short_name, timeline, track,
 };
 pub use report::{
     Audit, AuditedMotion, AxisAudit, AxisRatio, Deviation, ExtremeHeight, FaceMap, Finding,

@@ -9,10 +9,12 @@ pub(crate) mod position;
 pub(crate) mod segment;
 pub(crate) mod segments;
 pub(crate) mod tables;
+pub(crate) mod timeline;
 pub(crate) mod track;
 
 pub use crate::nc::control::WorkOffset;
 pub use offset_names::{offset_name, offset_short_name};
 pub use orient::{Choice, Choices};
 pub use tables::{Changes, Tables, Tool};
+pub use timeline::{TimelineOptions, TimelinePoint, timeline};
 pub use track::{TimedPose, Track, track};

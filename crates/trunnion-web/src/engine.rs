@@ -1,0 +1,116 @@
+//! Files in memory, and the verbs that work on them.
+
+use crate::answer::{PageAnswer, Verdict};
+use crate::machine_model::MachineModel;
+use crate::timeline::Timeline;
+use std::path::Path;
+use trunnion::types::{Progress, Silent};
+use trunnion_cli::Failure;
+use trunnion_cli::calls::{self, MemoryFiles};
+
+/// Folder of the outputs of the last run.
+pub const RUN_FOLDER: &str = "out";
+/// Folder of the outputs of the last check: a program that a run wrote can be checked, and stays.
+pub const CHECK_FOLDER: &str = "checked";
+
+/// Named files, and the verbs that read and write them.
+///
+/// # Example
+///
+/// ```
+/// use trunnion::types::Silent;
+/// use trunnion_web::Engine;
+///
+/// let mut engine = Engine::default();
+/// engine.insert("job.toml", b"schema = 3".to_vec());
+/// let answer = engine.run("job.toml", &Silent);
+/// assert_eq!(answer.code, 2);
+/// assert!(answer.messages[0].starts_with("job.toml:1:"));
+/// ```
+#[derive(Debug, Clone, Default)]
+pub struct Engine {
+    files: MemoryFiles,
+}
+
+impl Engine {
+    /// Adds a file, or replaces the one of that name. Names may have folders, as `../part.step` in a job.
+    pub fn insert(&mut self, name: &str, bytes: Vec<u8>) {
+        self.files.insert(name, bytes);
+    }
+
+    /// Takes a file away.
+    pub fn remove(&mut self, name: &str) {
+        self.files.remove(name);
+    }
+
+    /// Returns the bytes of a file, of an output as well: `out/summary.json`.
+    pub fn file(&self, name: &str) -> Option<&[u8]> {
+        self.files.get(name)
+    }
+
+    /// Runs a job, as `trunnion run JOB -o out` does.
+    pub fn run(&mut self, job: &str, progress: &dyn Progress) -> PageAnswer {
+        let path = Path::new(job);
+        self.written(RUN_FOLDER, || {
+            let loaded = calls::load_job(path, progress)?;
+            let answer = calls::run_job(path, &loaded, Some(Path::new(RUN_FOLDER)), progress)?;
+            let verdict = Verdict::of(answer.outcome.summary.passed);
+            Ok(PageAnswer { warnings: answer.warnings, ..PageAnswer::done(answer.table, verdict) })
+        })
+    }
+
+    /// Checks a program, as `trunnion check OPTIONS -o checked` does.
+    pub fn check(&mut self, options: &[String], progress: &dyn Progress) -> PageAnswer {
+        let place = ["--output", CHECK_FOLDER].map(str::to_owned);
+        let options = [options, &place].concat();
+        self.written(CHECK_FOLDER, || {
+            let answer = calls::check(&options, progress)?;
+            Ok(PageAnswer::done(answer.table, Verdict::of(answer.passed)))
+        })
+    }
+
+    /// Reads a job and the files that it names, without planning; the answer has the faults.
+    pub fn read_job(&mut self, job: &str) -> PageAnswer {
+        let read = || {
+            let loaded = calls::load_job(Path::new(job), &Silent)?;
+            Ok(PageAnswer { warnings: loaded.warnings, ..PageAnswer::default() })
+        };
+        let read = calls::in_memory(&mut self.files, read);
+        read.unwrap_or_else(|failure: Failure| PageAnswer::refused(&failure))
+    }
+
+    /// Runs a program as `trunnion check OPTIONS` would, and returns its moves over time.
+    ///
+    /// # Errors
+    ///
+    /// The messages of the command line.
+    pub fn timeline(&mut self, options: &[String]) -> Result<Timeline, Vec<String>> {
+        let replay = calls::in_memory(&mut self.files, || calls::replay(options, &Silent));
+        replay.map(|replay| Timeline::of(&replay)).map_err(|failure| failure.messages())
+    }
+
+    /// Returns the chain of a machine file, or of the built-in machine of that name.
+    ///
+    /// # Errors
+    ///
+    /// The messages of the command line.
+    pub fn machine(&mut self, name: &str) -> Result<MachineModel, Vec<String>> {
+        let read = calls::in_memory(&mut self.files, || calls::machine(name));
+        let file = read.map_err(|failure| failure.messages())?;
+        Ok(MachineModel::of(&file.machine))
+    }
+
+    /// Runs a verb that writes into `folder`, which is emptied first.
+    fn written(
+        &mut self,
+        folder: &str,
+        work: impl FnOnce() -> Result<PageAnswer, Failure>,
+    ) -> PageAnswer {
+        self.files.clear_below(folder);
+        let done = calls::in_memory(&mut self.files, work);
+        let mut answer = done.unwrap_or_else(|failure| PageAnswer::refused(&failure));
+        let name = |(name, _): (&Path, &[u8])| format!("{folder}/{}", name.display());
+        answer.files = self.files.below(folder).map(name).collect();
+        answer
+    }
+}

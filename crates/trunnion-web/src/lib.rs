@@ -1,0 +1,16 @@
+//! The verbs of trunnion for web pages.
+//!
+//! An [`Engine`] holds named files in memory, and runs jobs and checks on them. Its outputs, tables and messages are those
+//! of the command line: both call `trunnion_cli::calls`. On `wasm32` the module `page` makes it a JavaScript class.
+
+mod answer;
+mod engine;
+mod machine_model;
+#[cfg(target_family = "wasm")]
+pub mod page;
+mod timeline;
+
+pub use answer::PageAnswer;
+pub use engine::{CHECK_FOLDER, Engine, RUN_FOLDER};
+pub use machine_model::{LinkModel, MachineModel};
+pub use timeline::Timeline;

@@ -1,0 +1,163 @@
+//! The engine as a JavaScript class.
+
+use crate::answer::PageAnswer;
+use crate::engine::Engine;
+use crate::timeline::Timeline;
+use js_sys::Function;
+use std::cell::RefCell;
+use std::ops::ControlFlow;
+use trunnion::types::{Progress, Stage};
+use trunnion_cli::calls::stage_words;
+use wasm_bindgen::JsValue;
+use wasm_bindgen::prelude::wasm_bindgen;
+
+thread_local! {
+    /// Receiver of progress while a verb runs: JavaScript functions cannot be shared, as an observer must be.
+    static RECEIVER: RefCell<Option<Function>> = const { RefCell::new(None) };
+    /// Words of the panic that ended the module.
+    static LAST_PANIC: RefCell<String> = const { RefCell::new(String::new()) };
+}
+
+/// Sends progress to the receiver, and stops where it returns `false`.
+struct PageProgress;
+
+impl Progress for PageProgress {
+    fn report(&self, stage: Stage, done: u64, total: u64) -> ControlFlow<()> {
+        RECEIVER.with_borrow(|receiver| {
+            let Some(receiver) = receiver else { return ControlFlow::Continue(()) };
+            let stage = JsValue::from_str(stage_words(stage));
+            // Counts of steps are far below the whole numbers that a JavaScript number holds.
+            let [done, total] = [done, total].map(|count| JsValue::from_f64(count as f64));
+            match receiver.call3(&JsValue::NULL, &stage, &done, &total) {
+                Ok(answer) if answer == JsValue::FALSE => ControlFlow::Break(()),
+                // A receiver that fails must not end the work.
+                _ => ControlFlow::Continue(()),
+            }
+        })
+    }
+}
+
+/// Files and verbs of a page.
+#[wasm_bindgen(js_name = Engine)]
+#[derive(Debug, Default)]
+pub struct PageEngine {
+    engine: Engine,
+}
+
+#[wasm_bindgen(js_class = Engine)]
+impl PageEngine {
+    /// Starts without files.
+    #[wasm_bindgen(constructor)]
+    pub fn new() -> Self {
+        std::panic::set_hook(Box::new(|panic| {
+            LAST_PANIC.with_borrow_mut(|words| *words = panic.to_string());
+        }));
+        Self::default()
+    }
+
+    /// Adds a file, or replaces the one of that name.
+    pub fn insert(&mut self, name: &str, bytes: Vec<u8>) {
+        self.engine.insert(name, bytes);
+    }
+
+    /// Takes a file away.
+    pub fn remove(&mut self, name: &str) {
+        self.engine.remove(name);
+    }
+
+    /// Returns the bytes of a file or output.
+    pub fn file(&self, name: &str) -> Option<Vec<u8>> {
+        self.engine.file(name).map(<[u8]>::to_vec)
+    }
+
+    /// Runs a job; returns the answer as JSON.
+    pub fn run(&mut self, job: &str, receiver: &Function) -> String {
+        let answer = receiving(receiver, || self.engine.run(job, &PageProgress));
+        json(&answer)
+    }
+
+    /// Checks a program with the options of the command line; returns the answer as JSON.
+    pub fn check(&mut self, options: Vec<String>, receiver: &Function) -> String {
+        let answer = receiving(receiver, || self.engine.check(&options, &PageProgress));
+        json(&answer)
+    }
+
+    /// Reads a job and its files; returns the answer as JSON.
+    #[wasm_bindgen(js_name = readJob)]
+    pub fn read_job(&mut self, job: &str) -> String {
+        json(&self.engine.read_job(job))
+    }
+
+    /// Returns the moves of a program over time.
+    ///
+    /// # Errors
+    ///
+    /// The messages of the command line, one a line.
+    pub fn timeline(&mut self, options: Vec<String>) -> Result<PageTimeline, JsValue> {
+        let timeline = self.engine.timeline(&options);
+        timeline.map(PageTimeline).map_err(|messages| JsValue::from_str(&messages.join("\n")))
+    }
+}
+
+/// Words of the panic that ended the module; empty if none did.
+#[wasm_bindgen(js_name = lastPanic)]
+pub fn last_panic() -> String {
+    LAST_PANIC.with_borrow(Clone::clone)
+}
+
+/// Version of the engine.
+#[wasm_bindgen]
+pub fn version() -> String {
+    env!("CARGO_PKG_VERSION").to_owned()
+}
+
+/// Moves of a program as typed arrays.
+#[wasm_bindgen(js_name = Timeline)]
+#[derive(Debug)]
+pub struct PageTimeline(Timeline);
+
+#[wasm_bindgen(js_class = Timeline)]
+impl PageTimeline {
+    /// Times \[s\].
+    pub fn times(&self) -> Vec<f64> {
+        self.0.times.clone()
+    }
+
+    /// Lines of the program.
+    pub fn lines(&self) -> Vec<u32> {
+        self.0.lines.clone()
+    }
+
+    /// Tool, rapid and apart, packed.
+    pub fn kinds(&self) -> Vec<u32> {
+        self.0.kinds.clone()
+    }
+
+    /// Axes \[mm, rad\].
+    pub fn axes(&self) -> Vec<f64> {
+        self.0.axes.clone()
+    }
+
+    /// Tips \[mm\] and tool axes.
+    pub fn poses(&self) -> Vec<f32> {
+        self.0.poses.clone()
+    }
+
+    /// Machine and tools as JSON.
+    pub fn model(&self) -> String {
+        serde_json::json!({ "machine": self.0.machine, "tools": self.0.tools }).to_string()
+    }
+}
+
+/// Runs work whose progress goes to `receiver`.
+fn receiving(receiver: &Function, work: impl FnOnce() -> PageAnswer) -> PageAnswer {
+    RECEIVER.set(Some(receiver.clone()));
+    let answer = work();
+    RECEIVER.set(None);
+    answer
+}
+
+fn json(answer: &PageAnswer) -> String {
+    // Strings and numbers alone: it cannot fail.
+    serde_json::to_string(answer).unwrap_or_default()
+}

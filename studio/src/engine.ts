@@ -1,0 +1,127 @@
+// The worker as functions that return promises.
+
+import type { Drawing } from "./report";
+import type { Answer, Outputs, Replay, Reply, Request } from "./messages";
+
+export type Files = Map<string, Uint8Array<ArrayBuffer>>;
+export type OnProgress = (stage: string, done: number, total: number) => void;
+
+/** Verb that could not be finished; its messages are those of the command line. */
+export class Refused extends Error {
+  constructor(readonly messages: string[]) {
+    super(messages.join("\n"));
+  }
+}
+
+interface Waiting {
+  resolve: (reply: Reply) => void;
+  reject: (error: Refused) => void;
+  onProgress: OnProgress | undefined;
+}
+
+type Verb<R> = R extends { id: number } ? Omit<R, "id"> : never;
+
+/** Result of a run or check with the files that it wrote. */
+export interface Done {
+  answer: Answer;
+  outputs: Outputs;
+  /** What the report of the outputs draws. */
+  drawing: Drawing | null;
+}
+
+export class EngineClient {
+  /** Everything that is open. The worker has a copy, which is made again if the worker ends. */
+  readonly files: Files = new Map();
+  /** Files that verbs wrote: a program among them can be checked. */
+  private readonly made: Files = new Map();
+  private worker = this.begin();
+  private waiting = new Map<number, Waiting>();
+  private last = 0;
+
+  private begin(): Worker {
+    const worker = new Worker(new URL("./engine.worker.ts", import.meta.url), { type: "module" });
+    worker.onmessage = ({ data }: MessageEvent<Reply>) => this.receive(data);
+    worker.onerror = (event) => this.lose([`the engine cannot start: ${event.message || "it could not be loaded"}`]);
+    return worker;
+  }
+
+  private receive(reply: Reply): void {
+    const waiting = this.waiting.get(reply.id);
+    if (!waiting) return;
+    if (reply.kind === "progress") return waiting.onProgress?.(reply.stage, reply.done, reply.total);
+    this.waiting.delete(reply.id);
+    if (reply.kind !== "failure") return waiting.resolve(reply);
+    waiting.reject(new Refused(reply.messages));
+    // After a defect the memory of the module is not to be trusted.
+    if (reply.isLost) this.restart();
+  }
+
+  /** Ends every verb that waits, with these messages. */
+  private lose(messages: string[]): void {
+    for (const { reject } of this.waiting.values()) reject(new Refused(messages));
+    this.waiting.clear();
+  }
+
+  private restart(): void {
+    this.worker.terminate();
+    this.worker = this.begin();
+    for (const [name, bytes] of [...this.files, ...this.made]) this.tell({ verb: "insert", name, bytes });
+  }
+
+  /** Stops what runs, at once; the files stay. */
+  cancel(): void {
+    this.lose(["stopped on request"]);
+    this.restart();
+  }
+
+  private tell(verb: Verb<Request>): number {
+    this.last += 1;
+    this.worker.postMessage({ ...verb, id: this.last });
+    return this.last;
+  }
+
+  private ask(verb: Verb<Request>, onProgress?: OnProgress): Promise<Reply> {
+    return new Promise((resolve, reject) => {
+      this.waiting.set(this.tell(verb), { resolve, reject, onProgress });
+    });
+  }
+
+  private async done(verb: Verb<Request>, onProgress?: OnProgress): Promise<Done> {
+    const reply = await this.ask(verb, onProgress);
+    if (reply.kind !== "answer") throw new Refused(["the engine gave no answer"]);
+    for (const [name, bytes] of reply.outputs) this.made.set(name, bytes);
+    return reply;
+  }
+
+  insert(name: string, bytes: Uint8Array<ArrayBuffer>): void {
+    this.files.set(name, bytes);
+    this.tell({ verb: "insert", name, bytes });
+  }
+
+  remove(name: string): void {
+    this.files.delete(name);
+    this.tell({ verb: "remove", name });
+  }
+
+  clear(): void {
+    for (const name of [...this.files.keys()]) this.remove(name);
+  }
+
+  run(job: string, onProgress: OnProgress): Promise<Done> {
+    return this.done({ verb: "run", job }, onProgress);
+  }
+
+  check(options: string[], onProgress: OnProgress): Promise<Done> {
+    return this.done({ verb: "check", options }, onProgress);
+  }
+
+  async readJob(job: string): Promise<Answer> {
+    return (await this.done({ verb: "readJob", job })).answer;
+  }
+
+  async timeline(options: string[]): Promise<Replay> {
+    const reply = await this.ask({ verb: "timeline", options });
+    if (reply.kind !== "replay") throw new Refused(["the engine gave no moves"]);
+    return reply.replay;
+  }
+}

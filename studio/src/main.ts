@@ -1,0 +1,535 @@
+// Starts the studio: files, work, result, and the time that all parts share.
+
+import "../../viewer/src/theme.css";
+import "../../viewer/src/parts.css";
+import "./studio.css";
+import { Charts } from "../../viewer/src/charts.js";
+import { inTolerances, micrometres } from "../../viewer/src/colour.js";
+import { deviationAt } from "../../viewer/src/data.js";
+import { layers, legend } from "../../viewer/src/panels.js";
+import { Tabs, find, make, sizeOf } from "./dom";
+import { Editor, faultOf } from "./editor";
+import { EngineClient, Refused, type Done } from "./engine";
+import { LARGEST, found, kindOf, words } from "./files";
+import type { Outputs } from "./messages";
+import { Player } from "./player";
+import { ProgramText } from "./program";
+import { type Drawing, type Place, movesOf, summaryOf, textOf } from "./report";
+import { SAMPLES, filesOf, type Sample } from "./samples";
+import { Stage } from "./stage";
+import { Timeline } from "./timeline";
+
+/** Milliseconds after the last key before a job is read again. */
+const REST = 350;
+
+class Studio {
+  private readonly engine = new EngineClient();
+  private readonly tabs = new Tabs();
+  private readonly player = new Player((tool, axes) => {
+    this.stage?.place(tool, axes);
+    this.charts?.setTime(this.player.t);
+    this.text.go(tool.line);
+  });
+  private readonly text = new ProgramText(find("program"), (line) => this.goToLine(line));
+  private readonly editor = new Editor(find("job"), (text) => this.edit(text));
+  private readonly options = find<HTMLInputElement>("options");
+  private readonly programs = find<HTMLSelectElement>("programs");
+  private job: string | null = null;
+  private program: string | null = null;
+  private outputs: Outputs = new Map();
+  private stage: Stage | null = null;
+  private charts: Charts | null = null;
+  private timeline: Timeline | null = null;
+  private drawing: Drawing | null = null;
+  /** Program that the drawing is about: a run measures several, and draws the one that deviates most. */
+  private drawn: string | null = null;
+  /** Drawing on the stage: that of the result, or the moves alone. */
+  private shown: Drawing | null = null;
+  private measured: number[][] = [];
+  private editing = 0;
+  /** Counts the programs that were chosen: only the moves of the last one are drawn. */
+  private chosen = 0;
+  private isBusy = false;
+
+  constructor() {
+    this.gallery();
+    find("open").addEventListener("click", () => find("chooser").click());
+    find<HTMLInputElement>("chooser").addEventListener("change", ({ target }) => {
+      const chooser = target as HTMLInputElement;
+      void this.openFiles([...(chooser.files ?? [])]);
+      chooser.value = "";
+    });
+    find("home").addEventListener("click", () => {
+      find("gallery").hidden = !find("gallery").hidden && this.stage !== null;
+    });
+    find("run").addEventListener("click", () => void this.run());
+    find("check").addEventListener("click", () => void this.check());
+    find("cancel").addEventListener("click", () => this.engine.cancel());
+    this.programs.addEventListener("change", () => void this.choose(this.programs.value));
+    this.options.addEventListener("input", () => this.enable());
+    this.dropping();
+    this.sceneControls();
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+      this.stage?.theme();
+      this.charts?.draw();
+    });
+    void this.openServed();
+  }
+
+  private gallery(): void {
+    const buttons = SAMPLES.map((sample) => {
+      const button = make("button", { type: "button" }, make("b", { textContent: sample.name }), sample.words);
+      button.addEventListener("click", () => void this.openSample(sample));
+      return button;
+    });
+    find("samples").append(...buttons);
+  }
+
+  private dropping(): void {
+    const drop = find("drop");
+    addEventListener("dragover", (event) => {
+      event.preventDefault();
+      drop.hidden = false;
+    });
+    addEventListener("dragleave", (event) => {
+      if (event.relatedTarget === null) drop.hidden = true;
+    });
+    addEventListener("drop", (event) => {
+      event.preventDefault();
+      drop.hidden = true;
+      void this.openFiles([...(event.dataTransfer?.files ?? [])]);
+    });
+  }
+
+  // Files.
+
+  async openSample(sample: Sample): Promise<void> {
+    if (this.isBusy) return;
+    try {
+      const files = await filesOf(sample);
+      this.engine.clear();
+      this.forget();
+      for (const [name, bytes] of files) this.engine.insert(name, bytes);
+      await this.opened(sample.job, sample.program ?? null);
+      if (sample.program) await this.check();
+      else await this.run();
+    } catch (error) {
+      this.refuse(error);
+    }
+  }
+
+  /** Files that `trunnion studio JOB` serves beside the page. */
+  private async openServed(): Promise<void> {
+    try {
+      const response = await fetch("opened.json");
+      if (!response.ok || !response.headers.get("content-type")?.includes("json")) return;
+      const names = (await response.json()) as string[];
+      for (const [at, name] of names.entries()) {
+        this.engine.insert(name, new Uint8Array(await (await fetch(`opened/${at}`)).arrayBuffer()));
+      }
+      if (names.length > 0) await this.opened(null, null);
+    } catch {
+      // A site without that command has no such list.
+    }
+  }
+
+  private async openFiles(files: File[]): Promise<void> {
+    const refused: string[] = [];
+    for (const file of files) {
+      if (file.size > LARGEST) {
+        refused.push(`${file.name}: has ${file.size} bytes; at most ${LARGEST} are read`);
+        continue;
+      }
+      try {
+        this.engine.insert(file.name, new Uint8Array(await file.arrayBuffer()));
+      } catch (error) {
+        refused.push(`${file.name}: cannot be read (${error instanceof Error ? error.message : String(error)})`);
+      }
+    }
+    const of = (kind: string) =>
+      files.map(({ name }) => name).find((name) => kindOf(name, this.engine.files.get(name) ?? new Uint8Array()) === kind);
+    await this.opened(of("job") ?? null, of("program") ?? null);
+    if (refused.length > 0) this.problems(refused.map((message) => ({ message, kind: "bad" })));
+  }
+
+  /** Takes a job and a program among the open files; keeps those before where there is none. */
+  private async opened(job: string | null, program: string | null): Promise<void> {
+    const names = [...this.engine.files].map(([name, bytes]) => ({ name, kind: kindOf(name, bytes) }));
+    const first = (kind: string) => names.find((file) => file.kind === kind)?.name ?? null;
+    this.job = job ?? this.job ?? first("job");
+    if (this.job) {
+      for (const [path, open] of found(this.engine.files, this.job)) this.engine.insert(path, this.engine.files.get(open)!);
+      this.editor.show(textOf(this.engine.files.get(this.job)!));
+      await this.readJob();
+    }
+    if (this.options.value === "" || (this.job && !this.options.value.includes("--job"))) {
+      const machine = first("machine") ?? "bc-trunnion";
+      this.options.value = this.job ? `--job ${this.job}` : `--machine ${machine} --tool-length 120`;
+    }
+    this.list();
+    this.tabs.show(this.job ? "job" : "problems");
+    const wanted = program ?? this.program ?? first("program");
+    if (wanted) await this.choose(wanted);
+    this.enable();
+  }
+
+  private list(): void {
+    const inputs = [...this.engine.files].map(([name, bytes]) => {
+      const close = make("button", { type: "button", textContent: "close", title: `Close ${name}` });
+      close.addEventListener("click", () => {
+        this.engine.remove(name);
+        if (name === this.job) this.job = null;
+        if (name === this.program) this.program = null;
+        this.list();
+        this.enable();
+      });
+      return make("li", {}, make("span", { textContent: name }), make("small", { textContent: sizeOf(bytes.length) }), close);
+    });
+    find("inputs").replaceChildren(...inputs);
+    const outputs = [...this.outputs].map(([name, bytes]) => {
+      const link = make("a", { href: "#", textContent: "save" });
+      link.addEventListener("click", (event) => {
+        event.preventDefault();
+        save(name, bytes);
+      });
+      return make("li", {}, make("span", { textContent: name }), make("small", { textContent: sizeOf(bytes.length) }), link);
+    });
+    find("outputs").replaceChildren(...outputs);
+    const programs = [...this.engine.files].filter(([name, bytes]) => kindOf(name, bytes) === "program").map(([name]) => name);
+    const made = [...this.outputs.keys()].filter((name) => /\/(program\.|toolpath\.cls)/.test(name));
+    const names = [...programs, ...made];
+    this.programs.replaceChildren(...(names.length > 0 ? names : ["no program"]).map((name) => make("option", { textContent: name })));
+    this.programs.disabled = names.length === 0;
+    if (this.program && names.includes(this.program)) this.programs.value = this.program;
+  }
+
+  private forget(): void {
+    this.job = this.program = this.drawing = this.drawn = null;
+    this.outputs = new Map();
+    this.options.value = "";
+    this.text.show("");
+  }
+
+  // Job.
+
+  private edit(text: string): void {
+    if (!this.job) this.job = "job.toml";
+    this.engine.insert(this.job, new TextEncoder().encode(text));
+    clearTimeout(this.editing);
+    this.editing = window.setTimeout(() => void this.readJob(), REST);
+  }
+
+  private async readJob(): Promise<void> {
+    if (!this.job || this.isBusy) return;
+    try {
+      const { messages, warnings } = await this.engine.readJob(this.job);
+      this.showFaults(messages, warnings);
+    } catch (error) {
+      this.refuse(error);
+    }
+  }
+
+  /** Marks faults at their lines, and lists them below the text. */
+  private showFaults(messages: string[], warnings: string[]): void {
+    const faults = messages.map((message) => ({ message, fault: faultOf(message, this.job ?? "") }));
+    this.editor.mark(faults.flatMap(({ fault }) => fault ?? []));
+    const items = faults.map(({ message, fault }) => {
+      if (!fault) return make("li", {}, make("div", { textContent: message }));
+      const button = make("button", { type: "button", textContent: message });
+      button.addEventListener("click", () => this.editor.go(fault));
+      return make("li", {}, button);
+    });
+    const notes = warnings.map((text) => make("li", {}, make("div", { className: "warning", textContent: text })));
+    find("faults").replaceChildren(...items, ...notes);
+  }
+
+  // Work.
+
+  private enable(): void {
+    find<HTMLButtonElement>("run").disabled = this.isBusy || this.job === null;
+    find<HTMLButtonElement>("check").disabled = this.isBusy || this.program === null || this.options.value.trim() === "";
+  }
+
+  /** Runs long work with progress and a way to stop it. */
+  private async work(verb: (onProgress: (stage: string, done: number, total: number) => void) => Promise<Done>): Promise<void> {
+    if (this.isBusy) return;
+    this.isBusy = true;
+    this.enable();
+    const [name, bar] = [find("stage-name"), find<HTMLProgressElement>("bar")];
+    name.textContent = "starting";
+    bar.removeAttribute("value");
+    find("progress").hidden = false;
+    try {
+      const done = await verb((stage, count, total) => {
+        name.textContent = stage;
+        bar.value = total > 0 ? count / total : 0;
+      });
+      await this.show(done);
+    } catch (error) {
+      this.refuse(error);
+    } finally {
+      this.isBusy = false;
+      find("progress").hidden = true;
+      this.enable();
+    }
+  }
+
+  private run(): Promise<void> {
+    return this.work((onProgress) => this.engine.run(this.job!, onProgress));
+  }
+
+  private check(): Promise<void> {
+    return this.work((onProgress) => this.engine.check([this.program!, ...words(this.options.value)], onProgress));
+  }
+
+  private refuse(error: unknown): void {
+    const messages = error instanceof Refused ? error.messages : [error instanceof Error ? error.message : String(error)];
+    this.problems(messages.map((message) => ({ message, kind: "bad" })));
+  }
+
+  // Result.
+
+  private async show({ answer, outputs, drawing }: Done): Promise<void> {
+    // A refusal keeps everything that was open.
+    if (outputs.size === 0) {
+      this.showFaults(answer.messages, answer.warnings);
+      return this.problems(answer.messages.map((message) => ({ message, kind: "bad" })));
+    }
+    const folder = [...outputs.keys()][0]!.split("/")[0]!;
+    const others = [...this.outputs].filter(([name]) => !name.startsWith(`${folder}/`));
+    this.outputs = new Map([...others, ...outputs]);
+    find("table").textContent = answer.table;
+    this.list();
+    this.drawing = drawing;
+    const program = (this.drawing && measuredIn(this.drawing, outputs)) ?? this.program;
+    this.drawn = program;
+    await this.choose(program ?? [...outputs.keys()].find((name) => /\/program\.|\/toolpath\./.test(name)) ?? null);
+    this.verdict(outputs, answer.messages, answer.warnings);
+  }
+
+  /** Lists what is wrong first, then the worst places, then warnings. */
+  private verdict(outputs: Outputs, messages: string[], warnings: string[]): void {
+    const summary = summaryOf(outputs);
+    const verdict = find("verdict");
+    verdict.hidden = summary === null;
+    if (!summary) return this.problems(messages.map((message) => ({ message, kind: "bad" })));
+    verdict.className = `verdict ${summary.passed ? "good" : "bad"}`;
+    verdict.textContent = summary.passed ? "✓ Every tolerance and limit is kept" : `✗ Not kept: ${summary.failures.length} ${summary.failures.length === 1 ? "finding" : "findings"}`;
+    const good = summary.passed ? [{ message: "Every tolerance and limit is kept by the program as written.", kind: "good" }] : [];
+    this.problems([
+      ...good,
+      ...[...messages, ...summary.failures].map((message) => ({ message, kind: "bad" })),
+      ...(this.drawing?.check.places ?? []).map((place) => ({ message: wordsOf(place), kind: "place", place })),
+      ...[...warnings, ...summary.warnings].map((message) => ({ message, kind: "warning" })),
+    ]);
+    const marks = new Map<number, string>();
+    for (const failure of summary.failures) {
+      const line = this.lineIn(failure);
+      if (line !== null) marks.set(line, failure);
+    }
+    this.text.mark(marks);
+  }
+
+  private problems(list: { message: string; kind: string; place?: Place }[]): void {
+    const items = list.map(({ message, kind, place }) => {
+      const line = this.lineIn(message);
+      if (!place && line === null) return make("li", {}, make("div", { className: kind, textContent: message }));
+      const button = make("button", { type: "button", className: kind, textContent: message });
+      button.addEventListener("click", () => (place ? this.goToPlace(place, line) : this.goToLine(line!)));
+      return make("li", {}, button);
+    });
+    find("problems").replaceChildren(make("ul", { className: "messages" }, ...items));
+    this.tabs.show("problems");
+  }
+
+  /** Line of the program that a message names; null without one. */
+  private lineIn(message: string): number | null {
+    const named = this.program && message.startsWith(`${this.program}:`) ? /^(\d+)/.exec(message.slice(this.program.length + 1)) : null;
+    const found = named ?? /\bline (\d+)/.exec(message);
+    return found ? Number(found[1]) : null;
+  }
+
+  // Program and picture.
+
+  private async choose(program: string | null): Promise<void> {
+    const bytes = program && (this.engine.files.get(program) ?? this.outputs.get(program));
+    if (!program || !bytes) return;
+    const chosen = (this.chosen += 1);
+    this.program = program;
+    this.programs.value = program;
+    // A measured part belongs to the program that was measured.
+    const drawing = this.drawn === program ? this.drawing : null;
+    if (!drawing) find("verdict").hidden = true;
+    const text = textOf(bytes);
+    this.text.show(text);
+    find("lines").textContent = `${text.split("\n").length - 1} lines`;
+    try {
+      const options = program.startsWith("out/program.") && this.job ? ["--job", this.job] : words(this.options.value);
+      const timeline = new Timeline(await this.engine.timeline([program, ...options]));
+      if (chosen === this.chosen) this.draw(drawing, timeline);
+    } catch (error) {
+      if (chosen !== this.chosen) return;
+      // The picture before stays; a program that cannot be run has its text and its faults.
+      if (drawing) this.draw(drawing, null);
+      else this.player.open((this.timeline = null));
+      this.refuse(error);
+    }
+    this.enable();
+  }
+
+  private draw(drawing: Drawing | null, timeline: Timeline | null): void {
+    const shown = drawing ?? (timeline && timeline.count > 0 ? movesOf(timeline) : null);
+    this.timeline = timeline;
+    if (!shown) return this.player.open(null);
+    this.shown = shown;
+    find("gallery").hidden = true;
+    this.stage?.dispose();
+    find("view").replaceChildren();
+    for (const id of ["legend", "layers", "charts"]) find(id).replaceChildren();
+    find("aside").hidden = false;
+    find("room").classList.add("has-panel");
+    find("picked").hidden = true;
+    this.measured = [];
+    try {
+      this.stage = new Stage(find("view"), shown);
+    } catch (error) {
+      this.stage = null;
+      const why = error instanceof Error ? error.message : String(error);
+      find("view").append(make("p", { className: "hint", textContent: `There is no picture: this browser has no WebGL (${why}). Numbers and programs are complete.` }));
+    }
+    if (drawing && drawing.surface.count > 0) legend(find("legend"), drawing);
+    if (this.stage) layers(find("layers"), this.stage, shown);
+    const machine = timeline?.moves.machine ?? null;
+    if (machine) this.stage?.setMachine(machine);
+    for (const id of ["machine", "still"]) find<HTMLInputElement>(id).disabled = machine === null;
+    this.applyControls();
+    this.showCharts(timeline);
+    this.player.open(timeline);
+    // The beginning of the first cut shows more than the machine at home.
+    if (timeline) this.player.set(this.startOf(timeline));
+  }
+
+  private startOf(timeline: Timeline): number {
+    const { kinds, times } = timeline.moves;
+    const cut = kinds.findIndex((kind) => (kind & 1) === 0);
+    return times[Math.max(cut, 0)] ?? 0;
+  }
+
+  private showCharts(timeline: Timeline | null): void {
+    const motion = timeline?.motion() ?? null;
+    this.charts = null;
+    find("charts").hidden = motion === null;
+    if (motion) this.charts = new Charts(find("charts"), null, { motion }, (t: number) => this.player.set(t));
+  }
+
+  private sceneControls(): void {
+    for (const id of ["machine", "still", "measure", "section", "cut"]) {
+      find(id).addEventListener("input", () => this.applyControls(id));
+    }
+    let grip: [number, number] | null = null;
+    const host = find("view");
+    host.addEventListener("pointerdown", ({ clientX, clientY }) => (grip = [clientX, clientY]));
+    host.addEventListener("click", ({ clientX, clientY }) => {
+      // A turn of the view is no pick.
+      if (grip && Math.hypot(clientX - grip[0], clientY - grip[1]) <= 4) this.pick(clientX, clientY);
+    });
+  }
+
+  private applyControls(changed?: string): void {
+    const isOn = (id: string) => find<HTMLInputElement>(id).checked;
+    const section = find<HTMLSelectElement>("section").value;
+    find<HTMLInputElement>("cut").disabled = section === "";
+    if (!this.stage) return;
+    this.stage.showMachine(isOn("machine"));
+    if (changed === "still" || changed === "machine" || changed === undefined) this.stage.keepMachineStill(isOn("still"));
+    this.stage.section(section || null, Number(find<HTMLInputElement>("cut").value));
+    if (!isOn("measure")) {
+      this.measured = [];
+      this.stage.measureLine(null);
+    }
+  }
+
+  private pick(x: number, y: number): void {
+    const { stage, shown: drawing } = this;
+    const label = find("picked");
+    const vertex = stage?.pick(x, y) ?? null;
+    if (!stage || !drawing || vertex === null) {
+      label.hidden = true;
+      stage?.mark(null);
+      return;
+    }
+    const point = [...drawing.surface.positions.subarray(3 * vertex, 3 * vertex + 3)];
+    stage.mark(point);
+    label.hidden = false;
+    if (find<HTMLInputElement>("measure").checked) return this.measure(point, label);
+    label.replaceChildren(...this.describe(vertex, point));
+  }
+
+  /** Distance between the last two points. */
+  private measure(point: number[], label: HTMLElement): void {
+    this.measured = [...this.measured, point].slice(-2);
+    const [from, to] = this.measured;
+    if (!from || !to) {
+      label.replaceChildren("Click the second point");
+      return;
+    }
+    this.stage?.measureLine({ from, to });
+    const by = to.map((x, k) => x - from[k]!);
+    const each = by.map((x, k) => `${"xyz"[k]} ${x.toFixed(3)}`).join(", ");
+    label.replaceChildren(make("b", { textContent: `${Math.hypot(...by).toFixed(3)} mm` }), make("small", { textContent: each }));
+  }
+
+  private describe(vertex: number, point: number[]): HTMLElement[] {
+    const { shown: drawing, timeline } = this;
+    const deviation = deviationAt(drawing!.surface, vertex) as number | null | undefined;
+    const value = make("b");
+    const parts: HTMLElement[] = [value];
+    if (deviation === undefined) value.textContent = "not measured";
+    else if (deviation === null) value.textContent = "not cut";
+    else {
+      value.textContent = micrometres(deviation);
+      const share = Math.abs(inTolerances(deviation, drawing!.budget));
+      parts.push(make("span", { textContent: `${deviation < 0 ? "gouge" : "excess"}, ${(100 * share).toFixed(0)} % of its tolerance` }));
+    }
+    parts.push(make("small", { textContent: `${point.map((x) => x.toFixed(3)).join(", ")} mm` }));
+    const t = timeline?.timeNear(point, timeline.moves.tools) ?? null;
+    if (t !== null) {
+      const button = make("button", { type: "button", textContent: `Go to the block that cuts here (line ${timeline!.toolAt(t).line})` });
+      button.addEventListener("click", () => this.player.set(t));
+      parts.push(button);
+    }
+    return parts;
+  }
+
+  private goToLine(line: number): void {
+    const t = this.timeline?.timeOfLine(line) ?? null;
+    this.player.play(false);
+    if (t !== null) this.player.set(t);
+    // A line without motion is shown all the same.
+    this.text.go(line);
+  }
+
+  private goToPlace(place: Place, line: number | null): void {
+    const t = (line === null ? null : this.timeline?.timeOfLine(line)) ?? this.timeline?.timeNear(place.point, this.timeline.moves.tools) ?? null;
+    this.player.play(false);
+    if (t !== null) this.player.set(t);
+    this.stage?.mark(place.point, { look: true });
+  }
+}
+
+const wordsOf = ({ kind, deviation, note }: Place): string =>
+  `${deviation === null ? "" : `${micrometres(deviation)} `}${kind}\n${note}`;
+
+/** Program of a run that its report draws; null for a check. */
+function measuredIn(drawing: Drawing, outputs: Outputs): string | null {
+  const [, name] = /^(\S+) read back/.exec(drawing.check.method) ?? [];
+  return [...outputs.keys()].find((output) => output.endsWith(`/${name}`)) ?? null;
+}
+
+function save(name: string, bytes: Uint8Array<ArrayBuffer>): void {
+  const link = make("a", { href: URL.createObjectURL(new Blob([bytes])), download: name.split("/").at(-1)! });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}
+
+new Studio();

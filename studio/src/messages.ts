@@ -1,0 +1,65 @@
+// What page and worker say to each other.
+
+import type { Drawing } from "./report";
+
+/** Result of a verb, in the words of the command line. */
+export interface Answer {
+  /** Exit code: 0 kept, 1 broken, 2 bad input, 3 internal, 130 stopped. */
+  code: number;
+  messages: string[];
+  warnings: string[];
+  table: string;
+  files: string[];
+}
+
+export interface Link {
+  name: string;
+  axis: number;
+  rotary: boolean;
+  direction: Triple;
+  point: Triple;
+  travel: [number, number] | null;
+  velocity: [number, number];
+}
+
+export type Triple = [number, number, number];
+
+/** Chain of a machine with a workpiece on it; machine coordinates, all axes at zero. */
+export interface Machine {
+  name: string;
+  workpiece_side: Link[];
+  tool_side: Link[];
+  tool_axis: Triple;
+  gauge: Triple;
+  origin: Triple;
+  rotation: [Triple, Triple, Triple];
+}
+
+/** Moves of a program: arrays with one entry a point, five axes, or six numbers of a pose. */
+export interface Replay {
+  times: Float64Array;
+  lines: Uint32Array;
+  kinds: Uint32Array;
+  axes: Float64Array;
+  poses: Float32Array;
+  machine: Machine | null;
+  tools: [number, number][][];
+}
+
+export type Request = { id: number } & (
+  | { verb: "insert"; name: string; bytes: Uint8Array<ArrayBuffer> }
+  | { verb: "remove"; name: string }
+  | { verb: "run"; job: string }
+  | { verb: "readJob"; job: string }
+  | { verb: "check"; options: string[] }
+  | { verb: "timeline"; options: string[] }
+);
+
+export type Outputs = Map<string, Uint8Array<ArrayBuffer>>;
+
+export type Reply = { id: number } & (
+  | { kind: "progress"; stage: string; done: number; total: number }
+  | { kind: "answer"; answer: Answer; outputs: Outputs; drawing: Drawing | null }
+  | { kind: "replay"; replay: Replay }
+  | { kind: "failure"; messages: string[]; isLost: boolean }
+);
