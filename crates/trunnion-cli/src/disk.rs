@@ -132,9 +132,10 @@ pub(crate) fn size(path: &Path) -> Option<u64> {
 pub(crate) fn open(path: &Path) -> Result<Box<dyn BufRead>> {
     let found = memory(|files| {
         let shared = files.0.get(&plain(path)).cloned();
-        shared.ok_or_else(|| match files.is_folder(path) {
-            true => Error::from(ErrorKind::IsADirectory),
-            false => Error::from(ErrorKind::NotFound),
+        shared.ok_or_else(|| {
+            let kind =
+                if files.is_folder(path) { ErrorKind::IsADirectory } else { ErrorKind::NotFound };
+            Error::from(kind)
         })
     });
     if let Some(found) = found {

@@ -98,8 +98,7 @@ mod tests {
         let text = built_in("bc-trunnion").unwrap_or_default();
         let machine = parse(text).map(|file| file.machine);
         let model = machine
-            .map(|machine| MachineModel::of(&machine))
-            .unwrap_or_else(|faults| unreachable!("{faults:?}"));
+            .map_or_else(|faults| unreachable!("{faults:?}"), |machine| MachineModel::of(&machine));
         let names = |links: &[LinkModel]| -> Vec<String> {
             links.iter().map(|link| link.name.clone()).collect()
         };

@@ -92,7 +92,7 @@ impl TimelineDrawing<'_> {
     fn add(&mut self, mover: &Mover<'_>, segment: &Segment) -> Result<(), VerifyError> {
         let rests = matches!(segment.course, Course::Rest);
         // A pause keeps the pose of the move before it.
-        if rests && segment.duration <= 0.0 || rests && self.points.is_empty() {
+        if rests && (segment.duration <= 0.0 || self.points.is_empty()) {
             return Ok(());
         }
         let [from, to] = [self.point(mover, segment, 0.0)?, self.point(mover, segment, 1.0)?];
