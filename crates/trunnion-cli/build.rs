@@ -5,17 +5,17 @@ use std::path::{Path, PathBuf};
 use std::{env, fmt, fs};
 
 fn main() -> io::Result<()> {
-    tell("rerun-if-changed=build.rs")?;
+    instruct("rerun-if-changed=build.rs")?;
     let mut list = String::from("&[\n");
     if env::var_os("CARGO_FEATURE_STUDIO").is_some() {
         let here = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
         let site = here.join("../../studio/dist");
-        tell(&format!("rerun-if-changed={}", site.display()))?;
+        instruct(&format!("rerun-if-changed={}", site.display()))?;
         if site.join("index.html").is_file() {
             pack(&site, &mut list)?;
         } else {
             let help = "build it first (just studio), or leave the feature `studio` out";
-            tell(&format!("error=the feature `studio` needs the site in studio/dist: {help}"))?;
+            instruct(&format!("error=the feature `studio` needs the site in studio/dist: {help}"))?;
         }
     }
     list.push(']');
@@ -23,8 +23,8 @@ fn main() -> io::Result<()> {
     fs::write(out.join("site.rs"), list)
 }
 
-/// Tells cargo something.
-fn tell(what: &str) -> io::Result<()> {
+/// Prints an instruction for cargo.
+fn instruct(what: &str) -> io::Result<()> {
     writeln!(io::stdout(), "cargo::{what}")
 }
 

@@ -272,6 +272,25 @@ class Programs(Base):
         origin = searching.usual_origin(job, "ac-trunnion")
         self.assertEqual(len(origin), 3)
 
+    def test_two_diameters_are_compared(self):
+        _, obj = self.finish(models.bump(), Method="ball")
+        obj.InputKey = ""
+        stages = []
+        over = {"tool.diameter": [6.0, 8.0]}
+        rows = searching.compare(operation.inputs(obj), over, lambda stage, done, total: stages.append(stage))
+        self.assertEqual([(row["tool.diameter"], row["status"], row["passed"]) for row in rows], [(6.0, "done", True), (8.0, "done", True)])
+        self.assertGreater(rows[0]["cutting_length"], rows[1]["cutting_length"])
+        self.assertGreater(len(set(stages)), 2)
+
+    def test_the_page_of_a_simulation_has_the_program(self):
+        _, obj = self.finish(models.bump(), Method="ball")
+        obj.InputKey = ""
+        with tempfile.TemporaryDirectory() as folder:
+            with open(searching.simulate(operation.inputs(obj), folder), encoding="utf-8") as page:
+                text = page.read()
+        self.assertGreater(len(text), 500_000)
+        self.assertIn("</html>", text)
+
     def test_the_pictures_are_replaced(self):
         job, obj = self.finish(models.plate(), tool="endmill", diameter=12.0)
         count = len(job.Document.Objects)

@@ -33,12 +33,16 @@ def use_setup(machine: Any, summary: dict[str, Any]) -> None:
     machine.Rotation = FreeCAD.Vector(*best["rotation"])
 
 
-def compare(found: operation.Inputs, over: dict[str, list[Any]], progress: Progress | None = None) -> Any:
-    """Runs the job of an operation with other values, such as `{"tool.diameter": [6, 10]}`; returns a DataFrame-like table."""
+def compare(
+    found: operation.Inputs, over: dict[str, list[Any]], progress: Progress | None = None
+) -> list[dict[str, Any]]:
+    """Runs the job of an operation with other values, such as `{"tool.diameter": [6, 10]}`; returns a row for each value."""
     trunnion = engine()
     with tempfile.TemporaryDirectory() as folder:
         try:
-            return trunnion.fleet.compare(operation.write_job(found, folder), over)
+            job = operation.write_job(found, folder)
+            # In this process: a worker process would be another FreeCAD. The engine uses every core for one run.
+            return trunnion.fleet.compare(job, over, workers=0, progress=progress).rows
         except trunnion.TrunnionError as error:
             raise Problem(words(error).replace(folder + os.sep, "")) from None
 

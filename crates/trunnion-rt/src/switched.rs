@@ -40,7 +40,7 @@ enum LengthChange {
     Settled,
     /// The tool has another length, and the linear axes would jump.
     Waiting,
-    /// The control was told, and stops.
+    /// The control has the reason, and stops.
     Refused,
 }
 

@@ -397,9 +397,8 @@ class ComparisonPanel:
         self.message.setText(translated("comparing .."))
         running.Running("compare", lambda report: searching.compare(found, over, report), self.show_table, self.message.setText)
 
-    def show_table(self, fleet: Any) -> None:
+    def show_table(self, rows: list[dict[str, Any]]) -> None:
         """Shows a row for each value."""
-        rows = list(fleet)
         names = [name for name in (self.name.currentText(), "passed", "duration", "passes", "message") if rows and name in rows[0]]
         self.table.setColumnCount(len(names))
         self.table.setRowCount(len(rows))

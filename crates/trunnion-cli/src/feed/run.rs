@@ -174,7 +174,7 @@ impl std::fmt::Debug for PlanAnswer {
     }
 }
 
-/// What is measured of a plan.
+/// Figures that are measured on a plan.
 #[derive(Debug, Clone)]
 pub struct PlanFigures {
     /// Summary as `--json` prints it.

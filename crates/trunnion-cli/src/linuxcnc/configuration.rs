@@ -38,7 +38,8 @@ pub(super) struct Configuration {
 #[derive(Debug, Clone, serde::Serialize)]
 pub(super) struct Joint {
     pub(super) letter: char,
-    pub(super) rotary: bool,
+    #[serde(rename = "rotary", serialize_with = "write_is_rotary")]
+    pub(super) kind: AxisKind,
     /// Lower end of travel; `None` without end.
     pub(super) low: Option<f64>,
     pub(super) high: Option<f64>,
@@ -56,11 +57,12 @@ impl Configuration {
             .map(|(letter, axis)| joint(letter, axis))
             .collect();
         // LinuxCNC's own five-axis machines have their rotaries in the order of letters.
-        joints.sort_by_key(|joint| (joint.rotary, joint.letter));
+        joints.sort_by_key(|joint| (joint.kind == AxisKind::Rotary, joint.letter));
         let tip_travel = tip_bound(machine);
         if !(tool_length.is_finite() && tool_length.abs() <= LONGEST_TOOL) {
             return Err(Failure::input(format!(
-                "--tool-length {tool_length}: the length of a tool is at most {LONGEST_TOOL} mm"
+                "--tool-length {tool_length}: the length of a tool is at most {LONGEST_TOOL} mm\n  \
+                 help: give the distance from the gauge line to the tip; a longer tool belongs into the tool table"
             )));
         }
         Ok(Self {
@@ -74,8 +76,8 @@ impl Configuration {
     }
 
     /// Joints of one kind.
-    pub(super) fn of_kind(&self, rotary: bool) -> impl Iterator<Item = &Joint> {
-        self.joints.iter().filter(move |joint| joint.rotary == rotary)
+    pub(super) fn of_kind(&self, kind: AxisKind) -> impl Iterator<Item = &Joint> {
+        self.joints.iter().filter(move |joint| joint.kind == kind)
     }
 
     /// Letters of the joints, with `between` between them.
@@ -86,14 +88,17 @@ impl Configuration {
     }
 }
 
+fn write_is_rotary<S: serde::Serializer>(kind: &AxisKind, out: S) -> Result<S::Ok, S::Error> {
+    out.serialize_bool(*kind == AxisKind::Rotary)
+}
+
 fn joint(letter: char, axis: &Axis) -> Joint {
-    let rotary = axis.kind == AxisKind::Rotary;
-    let scale = if rotary { 1.0_f64.to_degrees() } else { 1.0 };
+    let scale = if axis.kind == AxisKind::Rotary { 1.0_f64.to_degrees() } else { 1.0 };
     let end = |value: f64| value.is_finite().then_some(value * scale);
     let [low, high] = axis.limits.ends();
     Joint {
         letter,
-        rotary,
+        kind: axis.kind,
         low: end(low),
         high: end(high),
         velocity: axis.vel * scale,

@@ -6,7 +6,7 @@ use std::fmt::Write;
 /// Writes the HAL file.
 pub(super) fn hal(of: &Configuration) -> String {
     let mut text = format!(
-        "# HAL of machine {}, written by trunnion. Every joint is simulated: what it is told it reports back.
+        "# HAL of machine {}, written by trunnion. Every joint is simulated: it reports the position it is commanded.
 
 loadrt [KINS]KINEMATICS
 loadrt [EMCMOT]EMCMOT servo_period_nsec=[EMCMOT]SERVO_PERIOD num_joints=[KINS]JOINTS

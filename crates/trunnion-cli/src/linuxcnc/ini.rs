@@ -2,6 +2,7 @@
 
 use super::configuration::{Configuration, Joint, number};
 use std::fmt::Write;
+use trunnion::machine::AxisKind;
 
 /// Following error that stops the machine, as the time that the joint may lag behind at full speed \[s\].
 const LAG: f64 = 0.01;
@@ -67,15 +68,15 @@ TOOL_TABLE = {name}.tbl
 ",
         geometry = of.coordinates(""),
         letters = of.coordinates(""),
-        fastest = number(together(of, false, |joint| joint.velocity)),
+        fastest = number(together(of, AxisKind::Linear, |joint| joint.velocity)),
         count = joints.len(),
         nanoseconds = period * 1e9,
     )
 }
 
 /// Largest rate of all joints of a kind together: along the diagonal of their box.
-fn together(of: &Configuration, rotary: bool, rate: impl Fn(&Joint) -> f64) -> f64 {
-    of.of_kind(rotary).map(|joint| rate(joint).powi(2)).sum::<f64>().sqrt()
+fn together(of: &Configuration, kind: AxisKind, rate: impl Fn(&Joint) -> f64) -> f64 {
+    of.of_kind(kind).map(|joint| rate(joint).powi(2)).sum::<f64>().sqrt()
 }
 
 /// Writes the speeds of the path, which leave the decision to the axes.
@@ -89,16 +90,16 @@ ANGULAR_UNITS = degree
 ",
         of.coordinates(" ")
     );
-    for (kind, rotary) in [("LINEAR", false), ("ANGULAR", true)] {
-        let velocity = number(together(of, rotary, |joint| joint.velocity));
-        let acceleration = number(together(of, rotary, |joint| joint.acceleration));
+    for (name, kind) in [("LINEAR", AxisKind::Linear), ("ANGULAR", AxisKind::Rotary)] {
+        let velocity = number(together(of, kind, |joint| joint.velocity));
+        let acceleration = number(together(of, kind, |joint| joint.acceleration));
         // Writing to a string cannot fail.
         let _ = write!(
             text,
-            "DEFAULT_{kind}_VELOCITY = {velocity}
-MAX_{kind}_VELOCITY = {velocity}
-DEFAULT_{kind}_ACCELERATION = {acceleration}
-MAX_{kind}_ACCELERATION = {acceleration}
+            "DEFAULT_{name}_VELOCITY = {velocity}
+MAX_{name}_VELOCITY = {velocity}
+DEFAULT_{name}_ACCELERATION = {acceleration}
+MAX_{name}_ACCELERATION = {acceleration}
 "
         );
     }
@@ -109,7 +110,7 @@ MAX_{kind}_ACCELERATION = {acceleration}
 /// it: their travel is that of the tip, and the joints have their own.
 fn axis(of: &Configuration, joint: &Joint) -> String {
     let mut text = format!("\n[AXIS_{}]\n", joint.letter);
-    if joint.rotary {
+    if joint.kind == AxisKind::Rotary {
         travel(&mut text, [joint.low, joint.high]);
     } else {
         text.push_str(
@@ -122,7 +123,7 @@ fn axis(of: &Configuration, joint: &Joint) -> String {
 }
 
 fn joint_section(index: usize, joint: &Joint) -> String {
-    let kind = if joint.rotary { "ANGULAR" } else { "LINEAR" };
+    let kind = if joint.kind == AxisKind::Rotary { "ANGULAR" } else { "LINEAR" };
     let mut text = format!("\n[JOINT_{index}]\nTYPE = {kind}\n");
     travel(&mut text, [joint.low, joint.high]);
     rates(&mut text, joint);

@@ -10,6 +10,7 @@ use crate::outcome::{Done, Failure};
 use crate::output::Outputs;
 use std::fmt::Write as _;
 use std::path::Path;
+use trunnion::machine::AxisKind;
 
 /// Folder of the remapped codes, inside the configuration.
 const SUBROUTINES: &str = "subroutines";
@@ -76,7 +77,7 @@ struct LinuxcncJson {
 fn describe(summary: &LinuxcncJson, of: &Configuration) -> String {
     let mut text = format!("wrote {}\n", summary.ini);
     for (index, joint) in of.joints.iter().enumerate() {
-        let unit = if joint.rotary { "deg" } else { "mm" };
+        let unit = if joint.kind == AxisKind::Rotary { "deg" } else { "mm" };
         let travel = match (joint.low, joint.high) {
             (Some(low), Some(high)) => format!("{low:.3} to {high:.3} {unit}"),
             _ => "without end".to_owned(),

@@ -47,7 +47,7 @@ impl Server {
         let host = self.address.to_string();
         for stream in self.listener.incoming().flatten() {
             let (content, host) = (Arc::clone(&self.content), host.clone());
-            // A browser that hangs up has nothing to be told.
+            // A browser that hangs up needs no answer.
             std::thread::spawn(move || content.answer(&stream, &host));
         }
     }

@@ -151,18 +151,34 @@ fn build() -> tempfile::TempDir {
     folder
 }
 
+/// Replaces the screen of a configuration by one that ends when the task answers.
+///
+/// The dummy screen ends at once, and `LinuxCNC` starts the task beside the screen: on a busy machine it would be shut
+/// down while it starts.
+pub(crate) fn wait_for_the_task(ini: &Path) {
+    replace_screen(ini, "wait.py");
+}
+
+/// Replaces the screen of a configuration by a script of these tests.
+fn replace_screen(ini: &Path, script: &str) {
+    let screen = ini.with_file_name(script);
+    fs::copy(root().join("crates/trunnion-cli/tests/linuxcnc").join(script), &screen).unwrap();
+    assert!(Command::new("chmod").arg("755").arg(&screen).status().unwrap().success());
+    let text = fs::read_to_string(ini).unwrap();
+    let driven =
+        text.replace("\nDISPLAY = dummy\n", &format!("\nDISPLAY = {}\n", screen.display()));
+    assert!(driven.contains(script));
+    fs::write(ini, driven).unwrap();
+}
+
 /// Adds the driver and the sampler to a configuration.
 fn prepare(folder: &Path, plan: &Plan<'_>) {
-    let driver = folder.join("drive.py");
-    fs::copy(root().join("crates/trunnion-cli/tests/linuxcnc/drive.py"), &driver).unwrap();
-    assert!(Command::new("chmod").arg("755").arg(&driver).status().unwrap().success());
     let ini = folder.join(plan.ini);
+    replace_screen(&ini, "drive.py");
     let text = fs::read_to_string(&ini).unwrap();
-    let driven = text
-        .replace("\nDISPLAY = dummy\n", &format!("\nDISPLAY = {}\n", driver.display()))
-        .replace("\n\n[EMCIO]", "\nHALFILE = sample.hal\n\n[EMCIO]");
-    assert!(driven.contains("drive.py") && driven.contains("sample.hal"));
-    fs::write(&ini, driven).unwrap();
+    let sampled = text.replace("\n\n[EMCIO]", "\nHALFILE = sample.hal\n\n[EMCIO]");
+    assert!(sampled.contains("sample.hal"));
+    fs::write(&ini, sampled).unwrap();
     fs::write(folder.join("sample.hal"), sampler(plan.letters)).unwrap();
     fs::write(folder.join("program.ngc"), plan.program).unwrap();
     let steps = serde_json::json!({

@@ -79,10 +79,9 @@ impl PatchCell {
         self.rate
     }
 
-    /// Returns upper bounds of `|S_uu|`, `|S_uv|`, `|S_vv|` over the unit square.
-    pub(super) fn second_derivatives(&self) -> Option<[f64; 3]> {
-        let [_, _, uu, uv, vv] = self.net.derivatives()?;
-        Some([uu, uv, vv].map(|ball| ball.reach()))
+    /// Returns upper bounds of `|S_u|`, `|S_v|`, `|S_uu|`, `|S_uv|`, `|S_vv|` over the unit square.
+    pub(super) fn derivatives(&self) -> Option<[f64; 5]> {
+        Some(self.net.derivatives()?.map(|ball| ball.reach()))
     }
 
     /// Returns the curvatures in the middle, likewise.

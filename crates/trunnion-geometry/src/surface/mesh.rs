@@ -2,11 +2,13 @@
 
 use super::error::SurfaceError;
 use super::face::Face;
+use super::trim::TrimLoop;
+use super::trimmed_grid::TrimmedGrid;
 use crate::types::Interval;
 use crate::types::{Mesh, Uv};
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Sampled lines by which the largest second derivatives are found.
 const PROBES: u32 = 32;
@@ -14,8 +16,8 @@ const PROBES: u32 = 32;
 /// Fewest and most cells by either parameter.
 const CELLS: [f64; 2] = [8.0, 512.0];
 
-/// Halvings that find a trim between two neighbouring grid points: far below a pixel.
-const HALVINGS: u32 = 20;
+/// Share of the chord tolerance by which the chords of trims may leave them.
+const TRIM_SHARE: f64 = 0.25;
 
 /// Triangles over a face with the parameters and normals of their corners.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,12 +28,14 @@ pub struct FaceMesh {
     pub uv: Vec<Uv>,
     /// Unit normal on the cutter's side at each vertex.
     pub normals: Vec<UnitVector3<f64>>,
+    /// Largest distance by u and by v between the trims and the chords that stand for them.
+    pub trim_deviation: [f64; 2],
 }
 
 impl Face {
     /// Returns triangles within about `chord` \[mm\] of the surface: a grid in u and v as fine as
-    /// the sampled second derivatives ask, cut at the trims (marching squares). Trim details
-    /// smaller than a cell may be lost; at most 512 cells a parameter.
+    /// the sampled second derivatives ask, at most 512 cells a parameter, cut along chords of the
+    /// trims. Triangles that are neighbours share their edge.
     ///
     /// # Example
     ///
@@ -58,195 +62,203 @@ impl Face {
     }
 }
 
-/// Work in progress.
-struct FaceTessellation<'a> {
-    face: &'a Face,
-    bounds: [Interval; 2],
-    cells: [u32; 2],
-    inside: Vec<bool>,
-    /// Indices of the vertices made so far.
-    known: BTreeMap<VertexKey, u32>,
-    out: FaceMesh,
+/// Largest sampled derivatives of a face.
+#[derive(Debug, Default)]
+struct Derivatives {
+    /// Lengths of the first derivatives, by u and by v \[mm\].
+    first: [f64; 2],
+    /// Normal parts of the second ones: `uu`, `uv`, `vv` \[mm\].
+    second: [f64; 3],
 }
 
-/// Column and row of a point of the grid in u and v.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct GridPoint {
-    i: u32,
-    j: u32,
-}
-
-/// Place of a vertex: by this, neighbouring cells find the vertex they share.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum VertexKey {
-    /// At a point of the grid.
-    Corner(GridPoint),
-    /// At the cut of a trim through the edge along u that starts at the point.
-    CutAlongU(GridPoint),
-    /// At the cut of a trim through the edge along v that starts at the point.
-    CutAlongV(GridPoint),
-}
-
-/// Returns the numbers of cells for which neither the bend of a cell's edges nor its twist exceed
-/// half of `chord`: a parabola leaves its chord by `|S_uu| du^2 / 8`, a twisted cell its diagonal
-/// by `|S_uv| du dv / 4`.
-fn cells(face: &Face, [u, v]: [Interval; 2], chord: f64) -> [u32; 2] {
-    let mut bend = [0.0_f64; 3];
-    for i in 0..=PROBES {
-        for j in 0..=PROBES {
-            let at = |k: u32, Interval { low, high }: Interval| {
-                low + (high - low) * f64::from(k) / f64::from(PROBES)
-            };
-            let jet = face.surface.jet2(at(i, u), at(j, v));
-            // Only the normal part of a second derivative takes the surface off its chords.
-            let Some(n) = jet.normal() else { continue };
-            for (bend, d) in bend.iter_mut().zip([jet.suu, jet.suv, jet.svv]) {
-                *bend = bend.max(d.dot(&n).abs());
+impl Derivatives {
+    fn of(face: &Face, [u, v]: [Interval; 2]) -> Self {
+        let mut largest = Self::default();
+        for i in 0..=PROBES {
+            for j in 0..=PROBES {
+                let at = |k: u32, Interval { low, high }: Interval| {
+                    low + (high - low) * f64::from(k) / f64::from(PROBES)
+                };
+                let jet = face.surface.jet2(at(i, u), at(j, v));
+                for (first, d) in largest.first.iter_mut().zip([jet.su, jet.sv]) {
+                    *first = first.max(d.norm());
+                }
+                // Only the normal part of a second derivative takes the surface off its chords.
+                let Some(n) = jet.normal() else { continue };
+                for (second, d) in largest.second.iter_mut().zip([jet.suu, jet.suv, jet.svv]) {
+                    *second = second.max(d.dot(&n).abs());
+                }
             }
         }
+        largest
     }
-    let (width, height) = (u.high - u.low, v.high - v.low);
-    // |S_uu| du^2 / 8 = chord / 2 gives du = sqrt(4 chord / |S_uu|).
-    let count = |bend: f64, width: f64| (width * (bend / (4.0 * chord)).sqrt()).ceil();
-    let mut counts = [count(bend[0], width), count(bend[2], height)];
-    // |S_uv| du dv / 4 over chord / 2. Where it exceeds 1, both directions take the root of it.
-    let twist = bend[1] * width * height / (2.0 * chord * counts[0].max(1.0) * counts[1].max(1.0));
-    counts = counts.map(|n| n.max(1.0) * twist.max(1.0).sqrt());
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-    counts.map(|n| n.clamp(CELLS[0], CELLS[1]).ceil() as u32)
+
+    /// Returns the numbers of cells for which neither the bend of a cell's edges nor its twist
+    /// exceed half of `chord`: a parabola leaves its chord by `|S_uu| du^2 / 8`, a twisted cell its
+    /// diagonal by `|S_uv| du dv / 4`.
+    fn cells(&self, [u, v]: [Interval; 2], chord: f64) -> [u32; 2] {
+        let (width, height) = (u.width(), v.width());
+        // |S_uu| du^2 / 8 = chord / 2 gives du = sqrt(4 chord / |S_uu|).
+        let count = |bend: f64, width: f64| (width * (bend / (4.0 * chord)).sqrt()).ceil();
+        let [uu, uv, vv] = self.second;
+        let mut counts = [count(uu, width), count(vv, height)];
+        // |S_uv| du dv / 4 over chord / 2. Where it exceeds 1, both directions take the root of it.
+        let twist = uv * width * height / (2.0 * chord * counts[0].max(1.0) * counts[1].max(1.0));
+        counts = counts.map(|n| n.max(1.0) * twist.max(1.0).sqrt());
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        counts.map(|n| n.clamp(CELLS[0], CELLS[1]).ceil() as u32)
+    }
+
+    /// Returns the steps by u and by v that together move a point by at most `distance` \[mm\].
+    fn steps(&self, bounds: [Interval; 2], distance: f64) -> [f64; 2] {
+        // Where nothing moves, any step within the bounds does.
+        [0, 1].map(|k| (0.5 * distance / self.first[k]).min(bounds[k].width()))
+    }
+}
+
+/// Order of parameters by their bits, for sets of vertices.
+type Key = u64;
+
+/// Returns a key that rises with the number.
+fn key(x: f64) -> Key {
+    // Equal numbers have equal bits but for the zeros; negative numbers fall with their bits.
+    let bits = (x + 0.0).to_bits();
+    if bits >> 63 == 0 { bits | (1 << 63) } else { !bits }
+}
+
+/// Triangles of the polygons into which the trims cut the cells.
+struct FaceTessellation<'a> {
+    face: &'a Face,
+    grid: TrimmedGrid<'a>,
+    polygons: Vec<Vec<[f64; 2]>>,
+    /// Corners of all polygons on each line of equal u, and on each row line.
+    on_columns: BTreeMap<Key, BTreeSet<Key>>,
+    on_rows: BTreeMap<Key, BTreeSet<Key>>,
+    /// Indices of the vertices made so far.
+    known: BTreeMap<[Key; 2], u32>,
+    out: FaceMesh,
 }
 
 impl<'a> FaceTessellation<'a> {
     fn new(face: &'a Face, chord: f64) -> Self {
         let bounds = face.bounds();
-        let cells = cells(face, bounds, chord);
-        let mesh = FaceMesh { mesh: Mesh::default(), uv: Vec::new(), normals: Vec::new() };
-        let (inside, known) = (Vec::new(), BTreeMap::new());
-        let mut work = Self { face, bounds, cells, inside, known, out: mesh };
-        for i in 0..=cells[0] {
-            for j in 0..=cells[1] {
-                let [u, v] = work.at(GridPoint { i, j });
-                work.inside.push(face.contains(u, v));
-            }
-        }
+        let derivatives = Derivatives::of(face, bounds);
+        let tolerance = derivatives.steps(bounds, TRIM_SHARE * chord);
+        let grid = TrimmedGrid::new(face, derivatives.cells(bounds, chord), tolerance);
+        let straight = face.loops.iter().all(TrimLoop::is_polygon);
+        let out = FaceMesh {
+            mesh: Mesh::default(),
+            uv: Vec::new(),
+            normals: Vec::new(),
+            trim_deviation: if straight { [0.0; 2] } else { tolerance },
+        };
+        let mut work = Self {
+            face,
+            polygons: grid.cells().flat_map(|cell| grid.parts(cell)).collect(),
+            grid,
+            on_columns: BTreeMap::new(),
+            on_rows: BTreeMap::new(),
+            known: BTreeMap::new(),
+            out,
+        };
+        work.enter_corners();
         work
     }
 
-    fn run(mut self) -> FaceMesh {
-        for i in 0..self.cells[0] {
-            for j in 0..self.cells[1] {
-                for polygon in self.polygons(i, j) {
-                    self.fan(&polygon);
-                }
+    fn enter_corners(&mut self) {
+        for &[u, v] in self.polygons.iter().flatten() {
+            self.on_columns.entry(key(u)).or_default().insert(key(v));
+            if self.grid.is_row_line(v) {
+                self.on_rows.entry(key(v)).or_default().insert(key(u));
             }
+        }
+    }
+
+    fn run(mut self) -> FaceMesh {
+        for polygon in std::mem::take(&mut self.polygons) {
+            let outline = self.outline(&polygon);
+            self.fan(&outline, &polygon);
         }
         self.out
     }
 
-    /// Returns the parameters of a grid point.
-    fn at(&self, point: GridPoint) -> [f64; 2] {
-        let along = |k: usize, n: u32| {
-            let Interval { low, high } = self.bounds[k];
-            // The last line is the bound itself: a sum could be rounded to beyond the trims.
-            if n == self.cells[k] {
-                high
-            } else {
-                low + (high - low) * f64::from(n) / f64::from(self.cells[k])
-            }
-        };
-        [along(0, point.i), along(1, point.j)]
+    /// Returns the corners of a polygon, and between them those of its neighbours on its sides.
+    fn outline(&mut self, polygon: &[[f64; 2]]) -> Vec<u32> {
+        let mut outline = Vec::new();
+        for (at, &from) in polygon.iter().enumerate() {
+            let to = polygon[(at + 1) % polygon.len()];
+            outline.push(self.vertex(from));
+            let between = self.between(from, to);
+            outline.extend(between.into_iter().map(|uv| self.vertex(uv)));
+        }
+        outline
     }
 
-    fn is_inside(&self, point: GridPoint) -> bool {
-        let at = point.i as usize * (self.cells[1] as usize + 1) + point.j as usize;
-        self.inside.get(at).copied().unwrap_or(false)
-    }
-
-    /// Returns the part of a cell inside the trims, counter-clockwise in u, v; two parts where
-    /// opposite corners are inside and the middle is not.
-    fn polygons(&mut self, i: u32, j: u32) -> Vec<Vec<u32>> {
-        let corners =
-            [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]].map(|[i, j]| GridPoint { i, j });
-        let inside = corners.map(|corner| self.is_inside(corner));
-        if inside == [false; 4] {
+    /// Returns the corners that lie on a side strictly between its ends, in order along it. Only sides along lines of
+    /// the grid and of slabs have such.
+    fn between(&self, from: [f64; 2], to: [f64; 2]) -> Vec<[f64; 2]> {
+        let [[u0, v0], [u1, v1]] = [from, to].map(|[u, v]| [key(u), key(v)]);
+        let (line, low, high) = if u0 == u1 {
+            (self.on_columns.get(&u0), v0.min(v1), v0.max(v1))
+        } else if v0 == v1 {
+            (self.on_rows.get(&v0), u0.min(u1), u0.max(u1))
+        } else {
             return Vec::new();
+        };
+        let inner = line.into_iter().flat_map(|line| line.range(low + 1..high));
+        let place = |&k: &Key| if u0 == u1 { [from[0], number(k)] } else { [number(k), from[1]] };
+        let mut inner: Vec<[f64; 2]> = inner.map(place).collect();
+        if (v0, u0) > (v1, u1) {
+            inner.reverse();
         }
-        // Marching squares: inside corners, and cuts between unlike neighbours, in order round the
-        // cell.
-        let mut polygon = Vec::new();
-        for k in 0..4 {
-            let next = (k + 1) % 4;
-            if inside[k] {
-                polygon.push(self.corner(corners[k]));
-            }
-            if inside[k] != inside[next] {
-                polygon.push(self.cut(corners[k], corners[next]));
-            }
-        }
-        let opposite = inside[0] == inside[2] && inside[1] == inside[3] && inside[0] != inside[1];
-        // The ambiguous case: the middle of the cell decides if the inside corners are connected.
-        if opposite {
-            let [a, b] = [self.at(corners[0]), self.at(corners[2])];
-            if !self.face.contains(0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])) {
-                // Around each inside corner: the cut before it, the corner, the cut after it.
-                if inside[0] {
-                    polygon.rotate_right(1);
-                }
-                let second = polygon.split_off(3);
-                return vec![polygon, second];
-            }
-        }
-        vec![polygon]
+        inner
     }
 
-    fn corner(&mut self, point: GridPoint) -> u32 {
-        let uv = self.at(point);
-        self.vertex(VertexKey::Corner(point), uv)
-    }
-
-    /// Returns the vertex where a trim crosses the edge between an inside and an outside grid
-    /// point.
-    fn cut(&mut self, a: GridPoint, b: GridPoint) -> u32 {
-        // Named by its lower grid point, an edge gives both cells beside it the same vertex.
-        let first = a.min(b);
-        let key =
-            if a.i == b.i { VertexKey::CutAlongV(first) } else { VertexKey::CutAlongU(first) };
-        let (mut inner, mut outer) =
-            if self.is_inside(a) { (self.at(a), self.at(b)) } else { (self.at(b), self.at(a)) };
-        if !self.known.contains_key(&key) {
-            // Bisection; its inner end is taken, so that no vertex lies outside the trims.
-            for _ in 0..HALVINGS {
-                let middle = [0.5 * (inner[0] + outer[0]), 0.5 * (inner[1] + outer[1])];
-                if self.face.contains(middle[0], middle[1]) {
-                    inner = middle;
-                } else {
-                    outer = middle;
-                }
-            }
-        }
-        self.vertex(key, inner)
-    }
-
-    fn vertex(&mut self, key: VertexKey, uv: [f64; 2]) -> u32 {
-        if let Some(&index) = self.known.get(&key) {
+    fn vertex(&mut self, uv: [f64; 2]) -> u32 {
+        let place = uv.map(key);
+        if let Some(&index) = self.known.get(&place) {
             return index;
         }
+        let index = self.new_vertex(uv);
+        self.known.insert(place, index);
+        index
+    }
+
+    fn new_vertex(&mut self, uv: [f64; 2]) -> u32 {
         let index = u32::try_from(self.out.uv.len()).unwrap_or(u32::MAX);
         self.out.mesh.vertices.push(self.face.point(uv[0], uv[1]));
         self.out.uv.push(uv.into());
         // At a singular point without a limit; vertices and normals have to stay in step.
         let fallback = Vector3::z_axis();
         self.out.normals.push(self.face.normal(uv[0], uv[1]).unwrap_or(fallback));
-        self.known.insert(key, index);
         index
     }
 
-    /// Adds the triangles of a convex polygon, turned round if the cutter is on the other side.
-    fn fan(&mut self, polygon: &[u32]) {
-        let [first, rest @ ..] = polygon else { return };
-        for pair in rest.windows(2) {
-            let [a, b] = if self.face.flip { [pair[1], pair[0]] } else { [pair[0], pair[1]] };
-            self.out.mesh.triangles.push([*first, a, b]);
+    /// Adds the triangles of a convex polygon: from a corner, or from its middle where sides have vertices between
+    /// their ends, since some triangles from a corner would be flat.
+    fn fan(&mut self, outline: &[u32], polygon: &[[f64; 2]]) {
+        if outline.len() == polygon.len() {
+            let [first, rest @ ..] = outline else { return };
+            for pair in rest.windows(2) {
+                self.add([*first, pair[0], pair[1]]);
+            }
+            return;
+        }
+        let share = 1.0 / polygon.len() as f64;
+        let middle = [0, 1].map(|k| polygon.iter().map(|corner| share * corner[k]).sum());
+        let middle = self.new_vertex(middle);
+        for (at, &from) in outline.iter().enumerate() {
+            self.add([middle, from, outline[(at + 1) % outline.len()]]);
         }
     }
+
+    /// Adds a triangle, turned round if the cutter is on the other side.
+    fn add(&mut self, [a, b, c]: [u32; 3]) {
+        self.out.mesh.triangles.push(if self.face.flip { [a, c, b] } else { [a, b, c] });
+    }
+}
+
+/// Returns the number of a key.
+fn number(key: Key) -> f64 {
+    f64::from_bits(if key >> 63 == 1 { key & !(1 << 63) } else { !key })
 }

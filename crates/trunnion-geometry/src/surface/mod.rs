@@ -48,6 +48,7 @@ mod patches;
 mod proximity;
 mod swept;
 mod trim;
+mod trimmed_grid;
 
 pub use analytic::{
     ConeSurface, CylinderSurface, PlaneSurface, SphereSurface, SurfaceFrame, TorusSurface,

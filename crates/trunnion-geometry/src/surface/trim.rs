@@ -191,6 +191,11 @@ impl TrimLoop {
         flat.then_some(SurfaceError::DegenerateLoop { reason: "it encloses no area" })
     }
 
+    /// Returns `true` if the loop is made of straight lines.
+    pub(crate) fn is_polygon(&self) -> bool {
+        self.pieces.iter().all(|piece| piece.len() == 2)
+    }
+
     /// Returns the box of the loop, `[[u low, u high], [v low, v high]]`: of control points, so
     /// that the loop itself may be a little smaller.
     pub fn bounds(&self) -> [Interval; 2] {

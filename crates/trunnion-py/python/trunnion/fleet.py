@@ -181,7 +181,8 @@ class _Plan:
         if self._client is not None:
             return self._on_dask(items)
         if self._workers == 0:
-            return ((item["key"], _worked(item)) for item in items)
+            # Beside the items, the stages of each are reported: whoever watches this process can stop it between them.
+            return ((item["key"], _worked(item, self._progress)) for item in items)
         return self._in_processes(items)
 
     def _on_dask(self, items: list[dict[str, Any]]) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -234,16 +235,16 @@ def _failed(error: BaseException) -> dict[str, Any]:
     return {"row": row, "summary": None, "messages": list(messages)}
 
 
-def _worked(item: dict[str, Any]) -> dict[str, Any]:
+def _worked(item: dict[str, Any], progress: Progress = None) -> dict[str, Any]:
     """Runs an item; runs in a worker."""
     try:
-        return _WORK[item["kind"]](item["work"])
+        return _WORK[item["kind"]](item["work"], progress)
     except TrunnionError as error:
         return _failed(error)
 
 
-def _audited(work: dict[str, Any]) -> dict[str, Any]:
-    found = check(work["program"], machine=work["machine"], **work["options"])
+def _audited(work: dict[str, Any], progress: Progress) -> dict[str, Any]:
+    found = check(work["program"], machine=work["machine"], progress=progress, **work["options"])
     summary = found.summary
     axes = summary.get("axes") or []
     row = {
@@ -263,8 +264,8 @@ def _ratio(value: Any) -> float:
     return float(value) if isinstance(value, (int, float)) else 0.0
 
 
-def _ran(work: dict[str, Any]) -> dict[str, Any]:
-    found = run(Job(work["data"], work["folder"]))
+def _ran(work: dict[str, Any], progress: Progress) -> dict[str, Any]:
+    found = run(Job(work["data"], work["folder"]), progress=progress)
     row: dict[str, Any] = {"status": "done", "passed": found.passed}
     for name, (section, key) in _RUN.items():
         row[name] = found.summary[section].get(key)
@@ -272,7 +273,7 @@ def _ran(work: dict[str, Any]) -> dict[str, Any]:
     return {"row": row, "summary": found.summary, "messages": found.failures}
 
 
-_WORK: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {"audit": _audited, "run": _ran}
+_WORK: dict[str, Callable[[dict[str, Any], Progress], dict[str, Any]]] = {"audit": _audited, "run": _ran}
 
 
 class _Hash:
