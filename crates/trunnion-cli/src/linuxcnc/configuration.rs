@@ -88,6 +88,7 @@ impl Configuration {
     }
 }
 
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde asks for")]
 fn write_is_rotary<S: serde::Serializer>(kind: &AxisKind, out: S) -> Result<S::Ok, S::Error> {
     out.serialize_bool(*kind == AxisKind::Rotary)
 }

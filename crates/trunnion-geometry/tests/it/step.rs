@@ -13,6 +13,7 @@ use crate::property;
 use nalgebra::Point3;
 use proptest::prelude::*;
 use serde_json::Value;
+use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 use std::path::PathBuf;
@@ -334,5 +335,63 @@ proptest! {
             Err(error) => prop_assert!(!error.to_string().is_empty()),
         }
         prop_assert!(start.elapsed() < Duration::from_secs(5));
+    }
+}
+
+/// A plane wall whose upper edge is a cubic with these heights of its control points at x = -20, -6.67, 6.67, 20 mm.
+fn wall(heights: [f64; 4]) -> Vec<u8> {
+    let mut text = String::from(
+        "ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('AUTOMOTIVE_DESIGN'));\nENDSEC;\nDATA;\n\
+         #1=DIRECTION('',(0.,-1.,0.));\n#2=DIRECTION('',(1.,0.,0.));\n#3=CARTESIAN_POINT('',(0.,0.,0.));\n\
+         #4=AXIS2_PLACEMENT_3D('',#3,#1,#2);\n#5=PLANE('',#4);\n#6=DIRECTION('',(0.,0.,1.));\n\
+         #7=VECTOR('',#6,1.);\n#8=VECTOR('',#2,1.);\n",
+    );
+    let corners = [[-20.0, 0.0], [20.0, 0.0], [20.0, heights[3]], [-20.0, heights[0]]];
+    for (k, [x, z]) in corners.iter().enumerate() {
+        let id = 10 + k;
+        let _ = write!(
+            text,
+            "#{id}=CARTESIAN_POINT('',({x:?},0.,{z:?}));\n#2{id}=VERTEX_POINT('',#{id});\n"
+        );
+    }
+    for (k, z) in heights.iter().enumerate() {
+        let x = -20.0 + 40.0 * k as f64 / 3.0;
+        let _ = writeln!(text, "#{}=CARTESIAN_POINT('',({x:?},0.,{z:?}));", 30 + k);
+    }
+    text += "#40=B_SPLINE_CURVE_WITH_KNOTS('',3,(#30,#31,#32,#33),.UNSPECIFIED.,.F.,.F.,(4,4),(0.,1.),.UNSPECIFIED.);\n\
+             #41=LINE('',#10,#8);\n#42=LINE('',#11,#7);\n#43=LINE('',#10,#7);\n\
+             #51=EDGE_CURVE('',#210,#211,#41,.T.);\n#52=EDGE_CURVE('',#211,#212,#42,.T.);\n\
+             #53=EDGE_CURVE('',#213,#212,#40,.T.);\n#54=EDGE_CURVE('',#210,#213,#43,.T.);\n\
+             #61=ORIENTED_EDGE('',*,*,#51,.T.);\n#62=ORIENTED_EDGE('',*,*,#52,.T.);\n\
+             #63=ORIENTED_EDGE('',*,*,#53,.F.);\n#64=ORIENTED_EDGE('',*,*,#54,.F.);\n\
+             #70=EDGE_LOOP('',(#61,#62,#63,#64));\n#71=FACE_OUTER_BOUND('',#70,.T.);\n\
+             #72=ADVANCED_FACE('',(#71),#5,.T.);\n#73=OPEN_SHELL('',(#72));\n\
+             #74=SHELL_BASED_SURFACE_MODEL('',(#73));\nENDSEC;\nEND-ISO-10303-21;\n";
+    text.into_bytes()
+}
+
+/// Edges that cross their chords are followed all the same: a cubic in the shape of an S, symmetric and not.
+#[test]
+fn an_edge_with_an_inflection_is_kept_within_the_chord_tolerance() {
+    for heights in [[10.0, 13.0, 8.0, 11.0], [10.0, 12.0, 8.0, 10.0], [9.0, 14.0, 7.5, 10.5]] {
+        let part = read(&wall(heights)).unwrap();
+        let face = &part.faces[0];
+        for k in 1..1000 {
+            let t = f64::from(k) * 1e-3;
+            let s = 1.0 - t;
+            let z = s * s * s * heights[0]
+                + 3.0 * s * s * t * heights[1]
+                + 3.0 * s * t * t * heights[2]
+                + t * t * t * heights[3];
+            let x = -20.0 + 40.0 * t;
+            let holds = |z: f64| {
+                let origin = face.point(0.0, 0.0);
+                let jet = face.surface.jet2(0.0, 0.0);
+                let away = Point3::new(x, 0.0, z) - origin;
+                face.contains(jet.su.dot(&away), jet.sv.dot(&away))
+            };
+            let off = READER.chord;
+            assert!(holds(z - off) && !holds(z + off), "{heights:?} at x = {x}");
+        }
     }
 }

@@ -94,7 +94,6 @@ struct EdgeTracer<'a> {
 #[derive(Clone, Copy)]
 struct EdgeSample {
     t: f64,
-    point: Point3<f64>,
     uv: [f64; 2],
 }
 
@@ -113,7 +112,7 @@ impl EdgeTracer<'_> {
                 continue;
             }
             let uv = self.uv(&point, guess)?;
-            samples.push(EdgeSample { t, point, uv });
+            samples.push(EdgeSample { t, uv });
             // Each sample stays on the turn of the one before: the edge is continuous.
             guess = Some(uv);
         }
@@ -159,25 +158,37 @@ impl EdgeTracer<'_> {
         out: &mut Vec<[f64; 2]>,
     ) -> Read<()> {
         let t = 0.5 * (a.t + b.t);
-        let middle = [0.5 * (a.uv[0] + b.uv[0]), 0.5 * (a.uv[1] + b.uv[1])];
+        let middle = between(a.uv, b.uv, 0.5);
         let point = self.edge.curve.point_around(t);
-        if left == 0 || out.len() >= MAX_POINTS || self.chart.pole(&point).is_some() {
-            out.push(b.uv);
-            return Ok(());
-        }
-        let chord = b.point - a.point;
-        let gap = self.chart.point(middle) - point;
-        // Only the part across the chord counts: parameters may run unevenly along it.
-        let along = chord * (chord.dot(&gap) / chord.norm_squared().max(f64::MIN_POSITIVE));
-        if (gap - along).norm() <= 0.5 * self.exactness.chord {
+        let ends_here = left == 0 || out.len() >= MAX_POINTS || self.chart.pole(&point).is_some();
+        if ends_here || self.is_chord(a, b) {
             out.push(b.uv);
             return Ok(());
         }
         let uv = self.uv(&point, Some(middle))?;
-        let m = EdgeSample { t, point, uv };
+        let m = EdgeSample { t, uv };
         self.refine(a, m, left - 1, out)?;
         self.refine(m, b, left - 1, out)
     }
+
+    /// Returns `true` if the edge is within half the tolerance of the straight line in u, v: at its quarters, too, since
+    /// an edge in the shape of an S crosses the line in the middle.
+    fn is_chord(&self, a: EdgeSample, b: EdgeSample) -> bool {
+        const QUARTERS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+        let line = QUARTERS.map(|share| self.chart.point(between(a.uv, b.uv, share)));
+        (1..4).all(|k| {
+            let gap = line[k] - self.edge.curve.point_around(a.t + QUARTERS[k] * (b.t - a.t));
+            // Only the part across the line counts: parameters may run unevenly along it.
+            let way = line[k + 1] - line[k - 1];
+            let along = way * (way.dot(&gap) / way.norm_squared().max(f64::MIN_POSITIVE));
+            (gap - along).norm() <= 0.5 * self.exactness.chord
+        })
+    }
+}
+
+/// Returns the point at a share of the way between two.
+fn between(a: [f64; 2], b: [f64; 2], share: f64) -> [f64; 2] {
+    [0, 1].map(|k| a[k] + share * (b[k] - a[k]))
 }
 
 impl EdgeTracer<'_> {
