@@ -1,6 +1,5 @@
 //! Errors of covering and joining, with the point of the face that they are about.
 
-use super::pattern::FeedDirection;
 use crate::positioning::PositioningError;
 use crate::surface::{FaceIndex, PrincipalCurvatures};
 use crate::types::{Cancelled, Uv};
@@ -74,18 +73,6 @@ pub enum CoverError {
         value: f64,
         /// Range that it must be in.
         must: &'static str,
-    },
-    /// Passes along this parameter have no length.
-    #[error(
-        "face {face}: at {across} the pass along {along:?} has no length; cover it along the other parameter"
-    )]
-    NoTrack {
-        /// Number of the face.
-        face: usize,
-        /// Feed direction.
-        along: FeedDirection,
-        /// Value of the other parameter.
-        across: f64,
     },
     /// The tool cannot finish a single point of any face.
     #[error("face {face}: the cutter cannot be placed anywhere, at any inclination: {error}; {at}")]

@@ -134,7 +134,9 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         }
         let Some(across) = region.next_from(across) else { return Ok(None) };
         let rectangle = &self.within_limits(across, rectangle);
-        let trial = self.trial(region, across, rectangle.method)?;
+        let Some(trial) = self.trial(region, across, rectangle.method) else {
+            return Ok(self.pass_over_point(region, across));
+        };
 
         // The outermost rectangle tries several advances where widths differ; the innermost goes on by its narrowest part.
         let parts = trial.open();
@@ -167,7 +169,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         region: &TrimmedRegion<&Inside>,
         across: f64,
         method: PlacementMethod,
-    ) -> Result<TrialPass, CoverError> {
+    ) -> Option<TrialPass> {
         let trial = self.context.lay(region, across, method, &self.placed)?;
         self.work += trial.work;
         let far = matches!(
@@ -176,7 +178,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         );
         let zigzag = self.context.options.pattern == CutPattern::ZigZag;
         if !(far && zigzag && method == PlacementMethod::Inclined) {
-            return Ok(trial);
+            return Some(trial);
         }
         // The other feed direction wins if it leaves less of the length without a strip.
         let forward = !self.placed.forward;
@@ -186,9 +188,23 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         let least = self.least();
         if other.length_below(least) < trial.length_below(least) {
             self.placed.forward = forward;
-            return Ok(other);
+            return Some(other);
         }
-        Ok(trial)
+        Some(trial)
+    }
+
+    /// Goes on from a track that is a point. The first pass with a length finishes what lies before it, or it is left.
+    fn pass_over_point(
+        &mut self,
+        region: &TrimmedRegion<&Inside>,
+        across: f64,
+    ) -> Option<PassStep> {
+        let context = self.context;
+        let ([first, last], [_, end]) = (context.whole.bounds[0], region.bounds[0]);
+        let rate = context.extent(0) / (last - first);
+        let next = (across + STEP * context.narrow() / rate).min(end);
+        self.placed.missed.push(context.uv_range([[across, next], region.bounds[1]]));
+        (next > across && next < end).then_some(PassStep { next, rate, again: 0.0 })
     }
 
     /// Returns the rectangle, at the fixed inclination once wide strips have used up their work.

@@ -1,11 +1,9 @@
 //! Trial of a candidate pass: the segments that it cuts, and how far they finish the face.
 
-use crate::cover::error::CoverError;
 use crate::cover::layout::advance::{AdvanceCosts, PassPart};
 use crate::cover::layout::effort::WorkCounter;
 use crate::cover::layout::region::{ChartPoint, TrimmedRegion};
 use crate::cover::layout::track::EndPointTrack;
-use crate::cover::options::CoverOptions;
 use crate::cover::pattern::PlacementMethod;
 use crate::cover::place::candidate::{CandidatePass, PlacedStation};
 use crate::cover::place::context::FaceContext;
@@ -95,14 +93,15 @@ impl TrialPass {
 }
 
 impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
-    /// Lays a candidate pass at `across`, beside the passes that are placed.
+    /// Lays a candidate pass at `across`, beside the passes that are placed; `None` where the track is a point, as at a
+    /// collapsed edge.
     pub(crate) fn lay(
         &self,
         region: &TrimmedRegion<&Inside>,
         across: f64,
         method: PlacementMethod,
         placed: &PlacedPasses,
-    ) -> Result<TrialPass, CoverError> {
+    ) -> Option<TrialPass> {
         let keep_off = self.keep_off();
         let clearance = self.clearance(keep_off.precision);
         let candidate = CandidatePass {
@@ -147,7 +146,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
             error: refused.error,
         });
         let (costs, work) = (candidate.costs(), candidate.work.done());
-        Ok(TrialPass { rate, segments, columns, parts, ended, costs, refused, work })
+        Some(TrialPass { rate, segments, columns, parts, ended, costs, refused, work })
     }
 
     /// Finds the columns that no other pass at the fixed inclination would finish farther.
@@ -192,23 +191,14 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
         self.coverage(region, &sweeps).columns(across, start.rate)
     }
 
-    /// Returns the end-point track at `across`.
-    fn track(
-        &self,
-        region: &TrimmedRegion<&Inside>,
-        across: f64,
-    ) -> Result<EndPointTrack, CoverError> {
+    /// Returns the end-point track at `across`; `None` if it is shorter than the least spacing of stations.
+    fn track(&self, region: &TrimmedRegion<&Inside>, across: f64) -> Option<EndPointTrack> {
         let chart = &self.chart;
         let extension = self.setup.cutter.radius();
         let along = self.over_region(region, across);
         let track = EndPointTrack::new(self.face, chart, across, along, extension);
         let [start, end] = track.range();
-        if end - start > self.options.spacing.low {
-            Ok(track)
-        } else {
-            let CoverOptions { feed_direction: along, .. } = *self.options;
-            Err(CoverError::NoTrack { face: self.face.face().number, along, across })
-        }
+        (end - start > self.options.spacing.low).then_some(track)
     }
 
     /// Returns the range along in which a pass may have something to cut.
