@@ -243,7 +243,7 @@ def _worked(item: dict[str, Any], progress: Progress = None) -> dict[str, Any]:
         return _failed(error)
 
 
-def _audited(work: dict[str, Any], progress: Progress) -> dict[str, Any]:
+def _audited(work: dict[str, Any], progress: Progress = None) -> dict[str, Any]:
     found = check(work["program"], machine=work["machine"], progress=progress, **work["options"])
     summary = found.summary
     axes = summary.get("axes") or []
@@ -264,7 +264,7 @@ def _ratio(value: Any) -> float:
     return float(value) if isinstance(value, (int, float)) else 0.0
 
 
-def _ran(work: dict[str, Any], progress: Progress) -> dict[str, Any]:
+def _ran(work: dict[str, Any], progress: Progress = None) -> dict[str, Any]:
     found = run(Job(work["data"], work["folder"]), progress=progress)
     row: dict[str, Any] = {"status": "done", "passed": found.passed}
     for name, (section, key) in _RUN.items():
