@@ -112,7 +112,7 @@ impl OperationJson {
         Self {
             faces: operation.faces.clone(),
             method: method(operation),
-            tool: kind_name(operation.cutter.kind),
+            tool: operation.cutter.kind.name(),
             diameter: diameter(&operation.cutter),
         }
     }
@@ -142,19 +142,11 @@ impl InitJson {
             job: path.display().to_string(),
             faces: proposal.faces.clone(),
             left_out: left_out.collect(),
-            tool: first.map_or("", |one| kind_name(one.cutter.kind)),
+            tool: first.map_or("", |one| one.cutter.kind.name()),
             diameter: first.map_or(0.0, |one| diameter(&one.cutter)),
             operations: proposal.operations.iter().map(OperationJson::of).collect(),
             origin: proposal.origin.into(),
         }
-    }
-}
-
-fn kind_name(kind: CutterKind) -> &'static str {
-    match kind {
-        CutterKind::Flat => "flat",
-        CutterKind::Ball => "ball",
-        CutterKind::Bull => "bull",
     }
 }
 
@@ -336,7 +328,7 @@ fn tools(proposal: &JobProposal) -> String {
 /// Writes the lines of a tool.
 fn tool_lines(cutter: &CutterSpec, number: usize, why: Option<&str>) -> String {
     let mut out = String::new();
-    let kind = kind_name(cutter.kind);
+    let kind = cutter.kind.name();
     let why = why.map_or_else(String::new, |why| format!("  # {why}"));
     let _ = writeln!(out, "number = {number}");
     let _ = writeln!(out, "kind = \"{kind}\"{why}");
@@ -362,6 +354,7 @@ fn describe(path: &Path, proposal: &JobProposal) -> String {
             CutterKind::Flat => "flat end mill",
             CutterKind::Ball => "ball end mill",
             CutterKind::Bull => "bull-nose end mill",
+            other => other.name(),
         };
         let faces: Vec<String> = operation.faces.iter().map(usize::to_string).collect();
         let cuts = match operation.area {

@@ -5,8 +5,7 @@ use crate::path::chart;
 use crate::path::profile::Profile;
 use crate::{material, places};
 use anyhow::Result;
-use std::f64::consts::FRAC_PI_2;
-use trunnion::cutter::{Cutter, ProfilePiece};
+use trunnion::cutter::{Cutter, CutterSide};
 use trunnion::files::job::MotionMethod;
 use trunnion::files::summary::{AxisSummary, CheckSummary, ProgramSummary, RestSummary, Summary};
 use trunnion::machine::{Axis, AxisKind, FIRST_ROTARY};
@@ -70,19 +69,27 @@ fn worst(program: &CheckedProgram) -> f64 {
 fn tool(job: &Job) -> String {
     let mut tools: Vec<String> = Vec::new();
     for one in job.operations() {
-        let (major, minor) = (one.cutter.major(), one.cutter.minor());
-        let text = format!(
-            "T{} {:?} D{} r{minor}, length {} mm",
-            one.file.tool.number,
-            one.cutter.kind(),
-            2.0 * (major + minor),
-            one.cutter.length()
-        );
+        let text = format!("T{} {}", one.file.tool.number, describe(&one.cutter));
         if !tools.contains(&text) {
             tools.push(text);
         }
     }
     tools.join("; ")
+}
+
+/// Describes a cutter by its kind, radii and length.
+pub(crate) fn describe(cutter: &Cutter) -> String {
+    let (diameter, tip, length) = (2.0 * cutter.radius(), cutter.minor(), cutter.length());
+    let side = match cutter.spec().side {
+        CutterSide::Straight => {
+            return format!("{:?} D{diameter} r{tip}, length {length} mm", cutter.kind());
+        }
+        CutterSide::Cone { .. } => String::new(),
+        CutterSide::Arc { radius, .. } => format!(" R{radius}"),
+    };
+    let angle = cutter.spec().side.taper_angle().to_degrees();
+    let angle = if angle > 0.0 { format!(" {angle:.4}°") } else { String::new() };
+    format!("{} D{diameter} r{tip}{side}{angle}, length {length} mm", cutter.kind().name())
 }
 
 fn verdict(summary: &Summary) -> Vec<String> {
@@ -251,16 +258,7 @@ fn smoothing(job: &Job, outcome: &Outcome) -> String {
 pub(crate) fn outline(cutter: &Cutter) -> Vec<[f64; 2]> {
     let mut points: Vec<[f64; 2]> = Vec::new();
     for piece in cutter.profile() {
-        match *piece {
-            ProfilePiece::Line { from, to } => points.extend([from, to]),
-            ProfilePiece::Arc { center: [rho, z], radius } => {
-                points.extend((0..=ARC_STEPS).map(|step| {
-                    // Quarter of the corner arc, from the underside (0) to the flank.
-                    let angle = FRAC_PI_2 * f64::from(step) / f64::from(ARC_STEPS);
-                    [rho + radius * angle.sin(), z - radius * angle.cos()]
-                }));
-            }
-        }
+        points.extend(piece.points(ARC_STEPS));
     }
     // Neighbouring pieces share their ends.
     points.dedup();

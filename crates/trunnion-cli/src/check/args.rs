@@ -33,7 +33,9 @@ pub(crate) struct CheckArgs {
     #[arg(long)]
     pub(super) flip: bool,
     /// Cutter in mm: R, radius of the centre circle; r, radius of the corner; optionally L, length from gauge point to
-    /// tip, instead of --tool-length. A number in front, 2=R=5,r=1, describes tool 2. May be repeated, once without a
+    /// tip, instead of --tool-length. Cutters with a side beside the tip arc have r, the radius of that arc, and D, the
+    /// diameter where the side ends: taper=5 is a cone with that half angle in degrees, barrel=85 a barrel of that radius,
+    /// both a conical barrel, corner=1 a lens with that corner. A number in front, 2=R=5,r=1, describes tool 2. May be repeated, once without a
     /// number for all other tools.
     #[arg(long, value_name = "[N=]R=10,r=6")]
     pub(super) cutter: Vec<String>,

@@ -27,3 +27,4 @@ pub use replay::ReplayAnswer;
 pub(crate) use replay::replay;
 pub use run::CheckAnswer;
 pub(crate) use run::{answer, run};
+pub(crate) use tool::ToolDescription;

@@ -74,8 +74,7 @@ fn tools(subject: &Subject) -> String {
             // No cutter was described: only its length counts.
             return format!("length {} mm", cutter.length());
         }
-        let [diameter, corner] = [2.0 * cutter.radius(), cutter.minor()];
-        format!("{:?} D{diameter} r{corner}, length {} mm", cutter.kind(), cutter.length())
+        report::describe(cutter)
     };
     if subject.tools.is_empty() {
         return words(&subject.cutter);

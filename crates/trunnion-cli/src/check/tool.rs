@@ -3,7 +3,7 @@
 use crate::option_values::{finite, two};
 use crate::outcome::Failure;
 use crate::post::tools::{self, ToolLength};
-use trunnion::cutter::{Cutter, CutterConstruction, CutterSpec};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterSide, CutterSpec};
 
 /// Largest tolerance \[mm\]: rays along the normals reach twice as far from each point of the face.
 const LARGEST_TOLERANCE: f64 = 100.0;
@@ -94,71 +94,111 @@ fn option_of(texts: &[String], number: Option<u32>) -> Option<&str> {
 }
 
 /// Description of one tool on the command line.
-pub(super) struct ToolDescription<'a> {
-    pub(super) cutter: &'a str,
-    pub(super) shank: Option<&'a str>,
-    pub(super) holder: Option<&'a str>,
-    pub(super) length: Option<f64>,
+pub(crate) struct ToolDescription<'a> {
+    pub(crate) cutter: &'a str,
+    pub(crate) shank: Option<&'a str>,
+    pub(crate) holder: Option<&'a str>,
+    pub(crate) length: Option<f64>,
 }
 
 impl ToolDescription<'_> {
     /// Builds the tool. Without a length it ends with its profile, or two diameters above the tip.
-    pub(super) fn cutter(&self) -> Result<Cutter, Failure> {
-        let Radii { major, minor, length, inner } = self.radii()?;
+    pub(crate) fn cutter(&self) -> Result<Cutter, Failure> {
+        let end = self.end()?;
+        let spec = self.spec(&end)?;
+        let outer = spec.side.diameter().map_or(spec.major + spec.minor, |diameter| 0.5 * diameter);
         let mut shank = profile("--shank", self.shank)?;
         let holder = profile("--holder", self.holder)?;
         // The profile is a chain: the shank reaches the lower end of the holder with its last radius.
         if let Some(&[height, _]) = holder.first() {
-            let radius = shank.last().map_or(major + minor, |&[_, radius]| radius);
+            let radius = shank.last().map_or(outer, |&[_, radius]| radius);
             shank.push([height, radius]);
         }
         shank.extend(holder);
-        let top = shank.last().map_or(4.0 * (major + minor), |&[height, _]| height);
-        let length = self.length.or(length).unwrap_or(top);
-        let construction = inner.map_or(CutterConstruction::Solid, |inner_cutting_radius| {
+        let top = shank.last().map_or(preset(&spec, outer), |&[height, _]| height);
+        let length = self.length.or(end.length).unwrap_or(top);
+        let construction = end.inner.map_or(CutterConstruction::Solid, |inner_cutting_radius| {
             CutterConstruction::Insert { inner_cutting_radius }
         });
-        Cutter::new(CutterSpec {
-            length,
-            construction,
-            shank,
-            ..CutterSpec::of_radii(major, minor)
-        })
-        .map_err(|faults| Failure::Input(faults.iter().map(ToString::to_string).collect()))
+        Cutter::new(CutterSpec { length, construction, shank, ..spec })
+            .map_err(|faults| Failure::Input(faults.iter().map(ToString::to_string).collect()))
     }
 
-    fn radii(&self) -> Result<Radii, Failure> {
-        let wrong = |what: &str| {
-            let help = "for instance --cutter R=10,r=6 or R=0,r=3,L=80";
-            Failure::input(format!("--cutter {}: {what}\n  help: {help}", self.cutter))
-        };
-        let (mut major, mut minor, mut length, mut inner) = (None, None, None, None);
+    /// Reads the cutting end.
+    fn end(&self) -> Result<CuttingEndText, Failure> {
+        let mut end = CuttingEndText::default();
         for entry in self.cutter.split(',') {
             let (name, value) =
-                entry.split_once('=').ok_or_else(|| wrong("name=value is expected"))?;
-            let value = finite(value).map_err(|_| wrong(&format!("{entry} is not a number")))?;
+                entry.split_once('=').ok_or_else(|| self.wrong("name=value is expected"))?;
+            let value =
+                finite(value).map_err(|_| self.wrong(&format!("{entry} is not a number")))?;
             let slot = match name.trim() {
-                "R" => &mut major,
-                "r" => &mut minor,
-                "L" => &mut length,
-                "inner" => &mut inner,
-                other => return Err(wrong(&format!("{other} is not one of R, r, L, inner"))),
+                "R" => &mut end.major,
+                "r" => &mut end.minor,
+                "L" => &mut end.length,
+                "D" => &mut end.diameter,
+                "taper" => &mut end.taper,
+                "barrel" => &mut end.barrel,
+                "corner" => &mut end.corner,
+                "inner" => &mut end.inner,
+                other => {
+                    let known = "R, r, L, D, taper, barrel, corner, inner";
+                    return Err(self.wrong(&format!("{other} is not one of {known}")));
+                }
             };
             if slot.replace(value).is_some() {
-                return Err(wrong(&format!("{name} is given twice")));
+                return Err(self.wrong(&format!("{name} is given twice")));
             }
         }
-        let (Some(major), Some(minor)) = (major, minor) else {
-            return Err(wrong("both R and r are needed"));
+        Ok(end)
+    }
+
+    /// Describes the cutting end, by radii or with a side beside its tip arc.
+    fn spec(&self, end: &CuttingEndText) -> Result<CutterSpec, Failure> {
+        let sides = [end.diameter, end.taper, end.barrel, end.corner];
+        if sides.iter().all(Option::is_none) {
+            let (Some(major), Some(minor)) = (end.major, end.minor) else {
+                return Err(self.wrong("both R and r are needed"));
+            };
+            return Ok(CutterSpec::of_radii(major, minor));
+        }
+        let (None, Some(tip), Some(diameter)) = (end.major, end.minor, end.diameter) else {
+            return Err(self.wrong("a tapered, barrel or lens cutter needs r and D, and has no R"));
         };
-        Ok(Radii { major, minor, length, inner })
+        let angle = end.taper.map(f64::to_radians);
+        match (angle, end.barrel, end.corner) {
+            (Some(angle), None, None) => Ok(CutterSpec::taper(tip, angle, diameter)),
+            (None, Some(barrel), None) => Ok(CutterSpec::barrel(tip, barrel, diameter)),
+            (Some(angle), Some(barrel), None) => {
+                Ok(CutterSpec::conical_barrel(tip, barrel, angle, diameter))
+            }
+            (None, None, Some(corner)) => Ok(CutterSpec::lens(tip, corner, diameter)),
+            _ => Err(self.wrong("beside r and D, give taper, barrel, both of them, or corner")),
+        }
+    }
+
+    fn wrong(&self, what: &str) -> Failure {
+        let help = "for instance --cutter R=10,r=6 or R=0,r=3,L=80; tapered r=1,taper=5,D=10, barrel r=2,barrel=85,D=12, \
+                    conical barrel with both, lens r=85,corner=1,D=12";
+        Failure::input(format!("--cutter {}: {what}\n  help: {help}", self.cutter))
     }
 }
 
-struct Radii {
-    major: f64,
-    minor: f64,
+/// Returns the length of a tool that is given without one: two diameters, or the preset where a side may be longer \[mm\].
+fn preset(spec: &CutterSpec, radius: f64) -> f64 {
+    if spec.side == CutterSide::Straight { 4.0 * radius } else { spec.length }
+}
+
+/// Names and values of `--cutter`: mm, and degrees for `taper`.
+#[derive(Debug, Default)]
+struct CuttingEndText {
+    major: Option<f64>,
+    minor: Option<f64>,
     length: Option<f64>,
+    diameter: Option<f64>,
+    taper: Option<f64>,
+    barrel: Option<f64>,
+    corner: Option<f64>,
     inner: Option<f64>,
 }
 
@@ -216,6 +256,18 @@ mod tests {
         assert!((described(None).cutter().ok().unwrap().length() - 90.0).abs() < 1e-12);
         assert!(ToolDescription { cutter: "R=10,r=six", ..described(None) }.cutter().is_err());
         assert!(ToolDescription { cutter: "R=10,R=9,r=1", ..described(None) }.cutter().is_err());
+        let kind = |cutter| {
+            ToolDescription { cutter, shank: None, holder: None, length: Some(90.0) }
+                .cutter()
+                .ok()
+                .map(|cutter| cutter.kind().name())
+        };
+        assert_eq!(kind("r=1,taper=5,D=10"), Some("taper"));
+        assert_eq!(kind("r=2,barrel=85,D=12"), Some("barrel"));
+        assert_eq!(kind("r=2,barrel=250,taper=20,D=12"), Some("conical-barrel"));
+        assert_eq!(kind("r=85,corner=1,D=12"), Some("lens"));
+        assert_eq!(kind("r=85,corner=1,taper=3,D=12"), None);
+        assert_eq!(kind("R=1,r=2,D=12"), None);
         assert!(ToolDescription { shank: Some("30"), ..described(None) }.cutter().is_err());
     }
 }

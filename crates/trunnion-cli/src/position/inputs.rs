@@ -1,10 +1,11 @@
 //! Face, point and cutter that the arguments name.
 
 use super::args::PositionArgs;
+use crate::check::ToolDescription;
 use crate::outcome::Failure;
 use crate::part;
 use crate::progress::Bars;
-use trunnion::cutter::{Cutter, CutterConstruction, CutterSpec};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use trunnion::surface::{FaceIndex, Surface};
 use trunnion::types::Interval;
 
@@ -47,8 +48,27 @@ pub(super) fn face(args: &PositionArgs) -> Result<FaceIndex, Failure> {
     FaceIndex::new(face).map_err(Failure::input)
 }
 
-/// Reads the cutter: `R=10,r=6`, optionally `L=..` and `inner=..`.
+/// Reads a cutter with a side beside its tip arc: `r=1,taper=5,D=10`, or a lens.
+///
+/// Its tip arc is the ball that is placed, the side is kept off.
+fn with_side(text: &str) -> Result<Cutter, Failure> {
+    let tool = ToolDescription { cutter: text, shank: None, holder: None, length: None };
+    let cutter = tool.cutter()?;
+    match cutter.kind() {
+        CutterKind::Barrel | CutterKind::ConicalBarrel => Err(Failure::input(format!(
+            "--cutter {text}: a {} cutter cannot be placed yet\n  help: `trunnion check` takes it; place a ball, bull nose, \
+             flat, tapered or lens cutter",
+            cutter.kind().name()
+        ))),
+        _ => Ok(cutter),
+    }
+}
+
+/// Reads the cutter: `R=10,r=6`, optionally `L=..` and `inner=..`, or one with a side.
 pub(super) fn cutter(args: &PositionArgs) -> Result<Cutter, Failure> {
+    if args.cutter.split(',').any(|entry| entry.trim_start().starts_with("D=")) {
+        return with_side(&args.cutter);
+    }
     let wrong = |what: &str| {
         let help = "for instance --cutter R=10,r=6 or R=10,r=6,L=120,inner=4";
         Failure::input(format!("--cutter {}: {what}\n  help: {help}", args.cutter))

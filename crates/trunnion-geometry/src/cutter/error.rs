@@ -35,6 +35,21 @@ pub enum CutterError {
         /// Radii that the kind has.
         must: &'static str,
     },
+    /// No side of the kind named joins the tip arc to the diameter.
+    #[error(
+        "a {} cutter with a tip radius of {tip_radius} mm has no such side: {must}, but {given} was given",
+        kind.name()
+    )]
+    WrongSide {
+        /// The kind named.
+        kind: CutterKind,
+        /// Radius of the tip arc \[mm\].
+        tip_radius: f64,
+        /// Condition that the side has to meet.
+        must: &'static str,
+        /// The side given, in words with mm and degrees.
+        given: String,
+    },
     /// The rounding is higher than the tool is long.
     #[error("the cutter is {length} mm long, shorter than its corner radius of {minor} mm")]
     TooShort {
@@ -42,6 +57,17 @@ pub enum CutterError {
         length: f64,
         /// `r` \[mm\].
         minor: f64,
+    },
+    /// The side ends above the gauge point.
+    #[error(
+        "the cutter is {length} mm long, but its side reaches the diameter {height:.3} mm above the tip; \
+         make the tool longer or the diameter smaller"
+    )]
+    SideTooLong {
+        /// Tip to gauge point \[mm\].
+        length: f64,
+        /// Height at which the side ends \[mm\].
+        height: f64,
     },
     /// Nothing is left to cut with.
     #[error(

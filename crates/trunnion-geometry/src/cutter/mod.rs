@@ -1,7 +1,9 @@
-//! Cutters as profiles of revolution about the tool axis: flat, ball and bull nose.
+//! Cutters as profiles of revolution about the tool axis: flat, ball, bull nose, taper, barrel and lens.
 //!
-//! All three are one shape: a circle of radius `R` (major) swept by a circle of radius `r` (minor).
-//! A flat cutter has `r = 0`, a ball `R = 0`. The centre circle lies `r` above the tip.
+//! The tip of all is one shape: a circle of radius `R` (major) swept by a circle of radius `r` (minor).
+//! A flat cutter has `r = 0`, a ball `R = 0`. The centre circle lies `r` above the tip. Tapered cutters go on with a
+//! cone, barrels with an arc of larger radius, and a lens, whose tip arc is the large one, with its corner: see
+//! [`TangentProfile`].
 //! Coordinates of the profile are `[rho, z]`: distance from the axis, height above the tip \[mm\].
 //!
 //! # Example
@@ -20,10 +22,12 @@ mod error;
 mod profile;
 mod solid;
 mod spec;
+mod tangent;
 mod validated;
 
 pub use error::{CutterError, CutterErrors};
 pub use profile::ProfilePiece;
 pub use solid::{ConvexSolid, SignedDistance, ToolBody};
-pub use spec::{CutterConstruction, CutterKind, CutterSpec};
+pub use spec::{CutterConstruction, CutterKind, CutterSide, CutterSpec};
+pub use tangent::{ProfileDistance, TangentProfile};
 pub use validated::Cutter;

@@ -1,16 +1,21 @@
 //! The outline of a cutter in the half plane through its axis.
 
 use super::spec::CutterSpec;
+use super::tangent::{ProfileSide, TangentProfile};
 
 /// A piece of the outline, directed from the tip to the spindle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ProfilePiece {
-    /// Quarter circle, convex, from straight below its centre to straight outward of it.
+    /// Convex arc of at most a quarter of a circle.
     Arc {
-        /// Centre `[rho, z]` \[mm\].
+        /// Centre `[rho, z]` \[mm\]; that of a barrel arc may lie beyond the axis, at a negative distance.
         center: [f64; 2],
         /// Radius \[mm\].
         radius: f64,
+        /// Outward normal at the start, a unit vector: `[0, -1]` is straight down.
+        from: [f64; 2],
+        /// Outward normal at the end, a unit vector: `[1, 0]` is straight outward.
+        to: [f64; 2],
     },
     /// Straight line.
     Line {
@@ -25,7 +30,7 @@ impl ProfilePiece {
     /// Returns the start, `[rho, z]` \[mm\].
     pub fn start(&self) -> [f64; 2] {
         match *self {
-            Self::Arc { center: [rho, z], radius } => [rho, z - radius],
+            Self::Arc { center, radius, from, .. } => on_circle(center, radius, from),
             Self::Line { from, .. } => from,
         }
     }
@@ -33,8 +38,40 @@ impl ProfilePiece {
     /// Returns the end, `[rho, z]` \[mm\].
     pub fn end(&self) -> [f64; 2] {
         match *self {
-            Self::Arc { center: [rho, z], radius } => [rho + radius, z],
+            Self::Arc { center, radius, to, .. } => on_circle(center, radius, to),
             Self::Line { to, .. } => to,
+        }
+    }
+
+    /// Returns the point at a share of the length, from 0 at the start to 1 at the end, `[rho, z]` \[mm\].
+    pub fn at(&self, share: f64) -> [f64; 2] {
+        match *self {
+            Self::Arc { center, radius, from, to } => {
+                // Angles from straight down.
+                let [first, last] = [from, to].map(|[out, up]| out.atan2(-up));
+                let angle = first + (last - first) * share;
+                [center[0] + radius * angle.sin(), center[1] - radius * angle.cos()]
+            }
+            Self::Line { from, to } => {
+                [from[0] + share * (to[0] - from[0]), from[1] + share * (to[1] - from[1])]
+            }
+        }
+    }
+
+    /// Returns points along an arc that divide it into `steps` equal parts, with both ends, or the ends of a line,
+    /// `[rho, z]` \[mm\].
+    pub fn points(&self, steps: u32) -> Vec<[f64; 2]> {
+        match *self {
+            Self::Arc { center, radius, from, to } => {
+                // Angles from straight down.
+                let [first, last] = [from, to].map(|[out, up]| out.atan2(-up));
+                let point = |step: u32| {
+                    let angle = first + (last - first) * f64::from(step) / f64::from(steps);
+                    [center[0] + radius * angle.sin(), center[1] - radius * angle.cos()]
+                };
+                (0..=steps).map(point).collect()
+            }
+            Self::Line { from, to } => vec![from, to],
         }
     }
 
@@ -45,30 +82,62 @@ impl ProfilePiece {
     }
 }
 
-/// Returns the whole outline; pieces without length are left out.
-pub(super) fn lay_out(spec: &CutterSpec) -> Vec<ProfilePiece> {
+fn on_circle(center: [f64; 2], radius: f64, [out, up]: [f64; 2]) -> [f64; 2] {
+    [center[0] + radius * out, center[1] + radius * up]
+}
+
+/// Returns the whole outline; pieces without length are left out. `tangent` is the cutting end of a cutter with a side.
+pub(super) fn lay_out(spec: &CutterSpec, tangent: Option<&TangentProfile>) -> Vec<ProfilePiece> {
     let [major, minor] = [spec.major, spec.minor];
-    // Flat bottom up to the centre circle, then the corner arc out to the largest radius.
+    // Flat bottom up to the centre circle, then the tip arc.
     let mut pieces = vec![ProfilePiece::Line { from: [0.0, 0.0], to: [major, 0.0] }];
-    if minor > 0.0 {
-        pieces.push(ProfilePiece::Arc { center: [major, minor], radius: minor });
-    }
-    let mut at = [major + minor, minor];
+    let mut at = match tangent {
+        Some(profile) => {
+            pieces.extend(profile.pieces());
+            profile.end()
+        }
+        None => {
+            if minor > 0.0 {
+                let (from, to) = ([0.0, -1.0], [1.0, 0.0]);
+                pieces.push(ProfilePiece::Arc { center: [major, minor], radius: minor, from, to });
+            }
+            [major + minor, minor]
+        }
+    };
+    let outer = at[0];
     let mut line_to = |to: [f64; 2]| {
         pieces.push(ProfilePiece::Line { from: at, to });
         at = to;
     };
     // The flank keeps the radius of the cutter up to the first entry of the shank.
     if let Some(&[height, _]) = spec.shank.first() {
-        line_to([major + minor, height]);
+        line_to([outer, height]);
     }
     for &[height, radius] in &spec.shank {
         line_to([radius, height]);
     }
     // From the last entry straight up to the gauge point.
-    let last = spec.shank.last().map_or(major + minor, |&[_, radius]| radius);
+    let last = spec.shank.last().map_or(outer, |&[_, radius]| radius);
     line_to([last, spec.length]);
     // No disc on a ball, no flank where the shank begins at the corner.
     pieces.retain(|piece| piece.extent() > 0.0);
     pieces
+}
+
+impl TangentProfile {
+    /// Returns the tip arc and the side.
+    pub fn pieces(&self) -> [ProfilePiece; 2] {
+        let [joint, last] = self.normals();
+        let tip = self.tip();
+        let (center, radius) = (tip.center, tip.radius);
+        let below = ProfilePiece::Arc { center, radius, from: [0.0, -1.0], to: joint };
+        let beside = match self.side() {
+            ProfileSide::Cone => ProfilePiece::Line { from: self.joint(), to: self.end() },
+            ProfileSide::Arc(arc) => {
+                let (center, radius) = (arc.center, arc.radius);
+                ProfilePiece::Arc { center, radius, from: joint, to: last }
+            }
+        };
+        [below, beside]
+    }
 }

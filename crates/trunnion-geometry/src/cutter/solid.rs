@@ -5,13 +5,24 @@
 //! bounds on a moving cutter's distance from a face rest on these two facts.
 
 use super::profile::ProfilePiece;
+use super::tangent::TangentProfile;
 use super::validated::Cutter;
 use crate::types::ToolPose;
 use nalgebra::{Point3, Vector3};
 
+/// A convex solid about the tool axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ConvexSolid(SolidShape);
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum SolidShape {
+    Grown(GrownCone),
+    Tangent(TangentProfile),
+}
+
 /// A truncated cone about the tool axis, grown by a ball.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ConvexSolid {
+struct GrownCone {
     /// `[rho, z]` of the rim below and above, before growing \[mm\].
     low: [f64; 2],
     high: [f64; 2],
@@ -60,11 +71,15 @@ impl ToolBody {
         let shank = cutter.spec().shank.first();
         // The flank ends where the shank begins.
         let top = shank.map_or(cutter.length(), |&[height, _]| height).max(minor);
-        let end = ConvexSolid { low: [major, minor], high: [major, top], rounding: minor };
+        let end = match cutter.tangent_profile() {
+            Some(profile) => ConvexSolid(SolidShape::Tangent(*profile)),
+            None => ConvexSolid::grown([major, minor], [major, top], minor),
+        };
+        let top = cutter.tangent_profile().map_or(top, |profile| profile.top());
         // Horizontal shoulders are the discs of the solids below and above them.
         let above = cutter.profile().iter().filter_map(|piece| match *piece {
             ProfilePiece::Line { from, to } if from[1] >= top && to[1] > from[1] => {
-                Some(ConvexSolid { low: from, high: to, rounding: 0.0 })
+                Some(ConvexSolid::grown(from, to, 0.0))
             }
             _ => None,
         });
@@ -78,22 +93,36 @@ impl ToolBody {
 }
 
 impl ConvexSolid {
-    /// Returns the solids above a height: the flank, which is straight there, shank and holder.
+    fn grown(low: [f64; 2], high: [f64; 2], rounding: f64) -> Self {
+        Self(SolidShape::Grown(GrownCone { low, high, rounding }))
+    }
+
+    /// Returns the solids above a height: side and flank, shank and holder.
     pub fn above(cutter: &Cutter, bottom: f64) -> impl Iterator<Item = Self> {
         cutter.profile().iter().filter_map(move |piece| match *piece {
             ProfilePiece::Line { from, to } if to[1] > from[1].max(bottom) => {
                 // A line that begins below the height is cut there.
                 let up = ((bottom - from[1]) / (to[1] - from[1])).max(0.0);
                 let low = [from[0] + up * (to[0] - from[0]), from[1].max(bottom)];
-                Some(Self { low, high: to, rounding: 0.0 })
+                Some(Self::grown(low, to, 0.0))
             }
-            _ => None,
+            // The corner of a lens is the rim of a disc, grown by its radius. The side of a barrel is not: there the whole
+            // cutting end stands for it.
+            ProfilePiece::Arc { center, radius, from, to } if from[0] > 0.0 => {
+                let end = cutter.tangent_profile()?;
+                if radius < end.tip_radius() && to[1] >= 0.0 {
+                    Some(Self::grown(center, center, radius))
+                } else {
+                    Some(Self(SolidShape::Tangent(*end)))
+                }
+            }
+            ProfilePiece::Arc { .. } | ProfilePiece::Line { .. } => None,
         })
     }
 
     /// Creates a ball about the tip of a pose.
     pub fn ball(radius: f64) -> Self {
-        Self { low: [0.0; 2], high: [0.0; 2], rounding: radius }
+        Self::grown([0.0; 2], [0.0; 2], radius)
     }
 
     /// Returns the signed distance of `point` from the solid at `pose` \[mm\].
@@ -107,14 +136,20 @@ impl ConvexSolid {
 
     /// Returns the largest diameter \[mm\].
     pub fn width(&self) -> f64 {
-        2.0 * (self.low[0].max(self.high[0]) + self.rounding)
+        match &self.0 {
+            SolidShape::Grown(cone) => 2.0 * (cone.low[0].max(cone.high[0]) + cone.rounding),
+            SolidShape::Tangent(profile) => 2.0 * profile.radius(),
+        }
     }
 
     /// Returns about the radius at which a point passes under the cutter, the scale on which the
     /// rate of its distance changes \[mm\].
     pub fn bending_radius(&self) -> f64 {
-        // A sharp edge has none; then anything well below the width of the cutter serves.
-        self.rounding.max(0.05 * self.low[0])
+        match &self.0 {
+            // A sharp edge has none; then anything well below the width of the cutter serves.
+            SolidShape::Grown(cone) => cone.rounding.max(0.05 * cone.low[0]),
+            SolidShape::Tangent(profile) => profile.tip_radius().min(profile.radius()),
+        }
     }
 
     /// Returns the signed distance of `point` from the solid at `pose`, with its gradient.
@@ -142,12 +177,30 @@ impl ConvexSolid {
     ) -> SignedDistance {
         let up = normal.dot(&pose.axis);
         let out = (1.0 - up * up).max(0.0).sqrt();
-        // Support function: the farthest point of either rim along the normal, and the ball.
-        let rim = |[rho, z]: [f64; 2]| rho * out + z * up;
-        let reach = rim(self.low).max(rim(self.high)) + self.rounding;
+        let reach = match &self.0 {
+            SolidShape::Grown(cone) => {
+                // Support function: the farthest point of either rim along the normal, and the ball.
+                let rim = |[rho, z]: [f64; 2]| rho * out + z * up;
+                rim(cone.low).max(rim(cone.high)) + cone.rounding
+            }
+            SolidShape::Tangent(profile) => profile.extent([out, up]),
+        };
         SignedDistance { distance: normal.dot(&(point - pose.tip)) - reach, gradient: normal }
     }
 
+    /// Returns the distance in the half plane through the axis, and its gradient by `[rho, z]`.
+    fn section(&self, place: [f64; 2]) -> (f64, [f64; 2]) {
+        match &self.0 {
+            SolidShape::Grown(cone) => cone.section(place),
+            SolidShape::Tangent(profile) => {
+                let found = profile.distance(place);
+                (found.distance, found.gradient)
+            }
+        }
+    }
+}
+
+impl GrownCone {
     /// Returns the distance in the half plane through the axis, and its gradient by `[rho, z]`.
     fn section(&self, place: [f64; 2]) -> (f64, [f64; 2]) {
         let [rho, z] = place;
@@ -217,7 +270,15 @@ mod tests {
             let at = |k: u32| f64::from((i / 7_u32.pow(k)) % 7) * 4.1 - 12.0;
             Point3::new(at(0), at(1), at(2))
         };
-        for solid in tool(vec![[10.0, 5.0], [20.0, 12.0]]).solids() {
+        let others = [
+            CutterSpec::taper(1.5, 0.3, 12.0),
+            CutterSpec::barrel(1.5, 40.0, 12.0),
+            CutterSpec::conical_barrel(1.5, 60.0, 0.4, 12.0),
+            CutterSpec::lens(30.0, 1.5, 12.0),
+        ];
+        let others = others.map(|spec| ToolBody::new(&Cutter::new(spec).unwrap()));
+        let bull = tool(vec![[10.0, 5.0], [20.0, 12.0]]);
+        for solid in bull.solids().chain(others.iter().flat_map(ToolBody::solids)) {
             for p in (0..343).map(grid) {
                 let gap = solid.gap(&p, &pose);
                 assert!((gap.distance - solid.distance(&p, &pose)).abs() < 1e-12);

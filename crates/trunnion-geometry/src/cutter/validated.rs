@@ -2,13 +2,17 @@
 
 use super::error::{CutterError, CutterErrors};
 use super::profile::{ProfilePiece, lay_out};
-use super::spec::{CutterConstruction, CutterKind, CutterSpec};
+use super::spec::{CutterConstruction, CutterKind, CutterSide, CutterSpec};
+use super::tangent::TangentProfile;
+use std::f64::consts::FRAC_PI_2;
 
 /// A cutter that passed all checks of [`Cutter::new`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cutter {
     spec: CutterSpec,
     profile: Vec<ProfilePiece>,
+    /// Cutting end of a cutter with a side.
+    tangent: Option<TangentProfile>,
 }
 
 impl Cutter {
@@ -32,10 +36,15 @@ impl Cutter {
         if errors.is_empty() {
             errors = bad_shape(&spec);
         }
-        errors.extend(bad_shank(&spec));
+        // So does a profile from such lengths, which checks of kinds and heights need.
+        let tangent = if errors.is_empty() { tangent(&spec) } else { None };
         if errors.is_empty() {
-            let profile = lay_out(&spec);
-            Ok(Self { spec, profile })
+            errors = bad_side(&spec, tangent.as_ref());
+        }
+        errors.extend(bad_shank(&spec, tangent.as_ref()));
+        if errors.is_empty() {
+            let profile = lay_out(&spec, tangent.as_ref());
+            Ok(Self { spec, profile, tangent })
         } else {
             Err(errors.into())
         }
@@ -57,9 +66,9 @@ impl Cutter {
         self.spec.minor
     }
 
-    /// Returns the outer radius `R + r` \[mm\].
+    /// Returns the outer radius \[mm\]: `R + r`, or half the diameter of a cutter with a side.
     pub fn radius(&self) -> f64 {
-        self.spec.major + self.spec.minor
+        outer_radius(&self.spec)
     }
 
     /// Returns the distance from the tip to the gauge point \[mm\].
@@ -86,15 +95,21 @@ impl Cutter {
     }
 
     /// Returns the profile of revolution from the tip outward and up to [`Cutter::length`], pieces
-    /// end to end: disc (flat, bull), arc (ball, bull), flank and shank lines.
+    /// end to end: disc (flat, bull), arc (all but flat), side (taper, barrel, lens), flank and shank lines.
     pub fn profile(&self) -> &[ProfilePiece] {
         &self.profile
     }
 
-    /// Returns the height below which the outline is the cutting end: `r` \[mm\]. Above are flank
-    /// and shank.
+    /// Returns the cutting end of a tapered, barrel or lens cutter with its flank, up to the shank; `None` for flat,
+    /// ball and bull nose, whose tip arc ends in the flank.
+    pub fn tangent_profile(&self) -> Option<&TangentProfile> {
+        self.tangent.as_ref()
+    }
+
+    /// Returns the height at which the tip arc ends \[mm\]: `r`, or less if a side goes on from it. Above are side,
+    /// flank and shank.
     pub fn cutting_height(&self) -> f64 {
-        self.spec.minor
+        self.tangent.map_or(self.spec.minor, |profile| profile.joint()[1])
     }
 }
 
@@ -106,11 +121,34 @@ fn bad_lengths(spec: &CutterSpec) -> Vec<CutterError> {
             errors.push(CutterError::BadLength { name, value, must: "at least 0" });
         }
     }
+    let side = match spec.side {
+        CutterSide::Straight => Vec::new(),
+        CutterSide::Cone { diameter, .. } => vec![("diameter", diameter)],
+        CutterSide::Arc { radius, diameter, .. } => {
+            vec![("radius of the side arc", radius), ("diameter", diameter)]
+        }
+    };
+    for (name, value) in side {
+        if !(value.is_finite() && value > 0.0) {
+            errors.push(CutterError::BadLength { name, value, must: "above 0" });
+        }
+    }
     if !(spec.length.is_finite() && spec.length > 0.0) {
         let (name, value) = ("length", spec.length);
         errors.push(CutterError::BadLength { name, value, must: "above 0" });
     }
     errors
+}
+
+/// Returns the outer radius \[mm\].
+fn outer_radius(spec: &CutterSpec) -> f64 {
+    spec.side.diameter().map_or(spec.major + spec.minor, |diameter| 0.5 * diameter)
+}
+
+/// Returns the cutting end of a cutter with a side, if there is such a profile.
+fn tangent(spec: &CutterSpec) -> Option<TangentProfile> {
+    let top = spec.shank.first().map_or(spec.length, |&[height, _]| height);
+    TangentProfile::new([spec.major, spec.minor], spec.side, top)
 }
 
 /// Checks kind, inner cutting radius and length against the radii, which are numbers by now.
@@ -122,16 +160,20 @@ fn bad_shape(spec: &CutterSpec) -> Vec<CutterError> {
         CutterKind::Flat => (major > 0.0 && minor <= 0.0, "R above 0 and r = 0"),
         CutterKind::Ball => (major <= 0.0 && minor > 0.0, "R = 0 and r above 0"),
         CutterKind::Bull => (major > 0.0 && minor > 0.0, "R and r above 0"),
+        CutterKind::Taper | CutterKind::Barrel | CutterKind::ConicalBarrel => {
+            (minor > 0.0, "a tip radius r above 0")
+        }
+        CutterKind::Lens => (major <= 0.0 && minor > 0.0, "R = 0 and a tip radius r above 0"),
     };
     if !fits {
         errors.push(CutterError::WrongKind { kind, major, minor, must });
     }
     // The corner arc reaches up to the height r.
-    if spec.length < minor {
+    if spec.length < minor && spec.side == CutterSide::Straight {
         errors.push(CutterError::TooShort { length: spec.length, minor });
     }
     if let CutterConstruction::Insert { inner_cutting_radius: inner } = spec.construction {
-        let radius = major + minor;
+        let radius = outer_radius(spec);
         if !(inner >= 0.0 && inner < radius) {
             errors.push(CutterError::InnerRadius { inner, radius });
         }
@@ -139,9 +181,65 @@ fn bad_shape(spec: &CutterSpec) -> Vec<CutterError> {
     errors
 }
 
+/// Checks the side against kind, radii and length.
+fn bad_side(spec: &CutterSpec, tangent: Option<&TangentProfile>) -> Vec<CutterError> {
+    let kind = spec.kind;
+    let in_range = |angle: f64| angle > 0.0 && angle < FRAC_PI_2;
+    let (fits, must) = match (kind, spec.side) {
+        (CutterKind::Flat | CutterKind::Ball | CutterKind::Bull, side) => {
+            (side == CutterSide::Straight, "flat, ball and bull have a straight flank")
+        }
+        (CutterKind::Taper, side) => (
+            matches!(side, CutterSide::Cone { taper_angle, .. } if in_range(taper_angle)),
+            "a cone needs a taper angle between 0 and 90 degrees and a diameter above that of the tip arc where the cone begins",
+        ),
+        (CutterKind::Barrel, side) => (
+            matches!(side, CutterSide::Arc { radius, taper_angle, .. } if radius > spec.minor && taper_angle.abs() <= 0.0),
+            "the barrel radius must exceed tip radius and half the diameter, the diameter must exceed that of the tip",
+        ),
+        (CutterKind::ConicalBarrel, side) => (
+            matches!(side, CutterSide::Arc { radius, taper_angle, .. } if radius > spec.minor && in_range(taper_angle)),
+            "the barrel radius must exceed the tip radius, the taper angle lie between 0 and 90 degrees, and the diameter exceed that of the tip arc but not what the barrel arc reaches",
+        ),
+        (CutterKind::Lens, side) => (
+            matches!(side, CutterSide::Arc { radius, taper_angle, .. } if radius > 0.0 && radius < spec.minor && taper_angle.abs() <= 0.0),
+            "half the diameter must lie between corner radius and tip radius",
+        ),
+    };
+    if !fits || tangent.is_none() != (spec.side == CutterSide::Straight) {
+        let (tip_radius, given) = (spec.minor, describe(spec.side));
+        return vec![CutterError::WrongSide { kind, tip_radius, must, given }];
+    }
+    match tangent {
+        Some(profile) if profile.flank_start() > spec.length => {
+            let (length, height) = (spec.length, profile.flank_start());
+            vec![CutterError::SideTooLong { length, height }]
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Describes a side in mm and degrees.
+fn describe(side: CutterSide) -> String {
+    match side {
+        CutterSide::Straight => "no side".to_owned(),
+        CutterSide::Cone { taper_angle, diameter } => {
+            format!(
+                "a cone of {} degrees up to a diameter of {diameter} mm",
+                taper_angle.to_degrees()
+            )
+        }
+        CutterSide::Arc { radius, taper_angle, diameter } => format!(
+            "an arc of {radius} mm that ends at {} degrees and a diameter of {diameter} mm",
+            taper_angle.to_degrees()
+        ),
+    }
+}
+
 /// Lists entries of the shank profile that are out of order or out of range.
-fn bad_shank(spec: &CutterSpec) -> Vec<CutterError> {
-    let mut below = spec.minor;
+fn bad_shank(spec: &CutterSpec, tangent: Option<&TangentProfile>) -> Vec<CutterError> {
+    // The shank begins above the cutting end.
+    let mut below = tangent.map_or(spec.minor, TangentProfile::flank_start);
     let mut errors = Vec::new();
     for (index, &[height, radius]) in spec.shank.iter().enumerate() {
         let fits = height >= below && height <= spec.length && radius > 0.0 && radius.is_finite();
@@ -169,7 +267,12 @@ mod tests {
             cutter.profile(),
             [
                 ProfilePiece::Line { from: [0.0, 0.0], to: [10.0, 0.0] },
-                ProfilePiece::Arc { center: [10.0, 6.0], radius: 6.0 },
+                ProfilePiece::Arc {
+                    center: [10.0, 6.0],
+                    radius: 6.0,
+                    from: [0.0, -1.0],
+                    to: [1.0, 0.0]
+                },
                 ProfilePiece::Line { from: [16.0, 6.0], to: [16.0, 120.0] },
             ]
         );
@@ -193,6 +296,25 @@ mod tests {
         let ball =
             Cutter::new(CutterSpec { kind: CutterKind::Ball, major: 0.0, ..bull() }).unwrap();
         assert!(matches!(ball.profile()[0], ProfilePiece::Arc { center: [0.0, 6.0], .. }));
+    }
+
+    #[test]
+    fn sides_that_cannot_be_are_refused_with_their_values() {
+        let message = |spec: CutterSpec| Cutter::new(spec).unwrap_err()[0].to_string();
+        // A cone that ends below the tip, a barrel smaller than its flank, a lens narrower than its corners.
+        let taper = message(CutterSpec::taper(3.0, 0.1, 4.0));
+        assert!(taper.contains("taper") && taper.contains("diameter of 4 mm"), "{taper}");
+        let barrel = message(CutterSpec::barrel(2.0, 5.0, 12.0));
+        assert!(barrel.contains("barrel") && barrel.contains("an arc of 5 mm"), "{barrel}");
+        assert!(message(CutterSpec::lens(85.0, 3.0, 5.0)).contains("corner radius"));
+        assert!(message(CutterSpec::lens(4.0, 3.0, 12.0)).contains("lens"));
+        let long = CutterSpec { length: 9.0, ..CutterSpec::barrel(2.0, 85.0, 12.0) };
+        assert!(message(long).contains("9 mm long"));
+        let flat =
+            CutterSpec { side: CutterSpec::taper(1.0, 0.1, 8.0).side, ..CutterSpec::flat(8.0) };
+        assert!(message(flat).contains("straight flank"));
+        let nan = CutterSpec::conical_barrel(1.0, f64::NAN, 0.3, 12.0);
+        assert!(message(nan).contains("side arc"));
     }
 
     #[test]

@@ -12,7 +12,8 @@ pub struct CuttingEnd {
 }
 
 impl CuttingEnd {
-    /// Takes the cutting end of a cutter. Its shank is left out: the cutter goes on upwards as a cylinder.
+    /// Takes the cutting end of a flat, ball or bull-nose cutter. Its shank is left out: the cutter goes on upwards as a
+    /// cylinder. Of a cutter with a side beside its tip arc it takes the ball of that arc alone.
     pub fn of(cutter: &Cutter) -> Self {
         Self { major: cutter.major(), minor: cutter.minor() }
     }

@@ -6,7 +6,7 @@ use super::job::{FACES, Job, JobError};
 use super::rounding::expected_rounding;
 use super::stock_solid::stock_solid;
 use crate::cover;
-use crate::cutter::{Cutter, CutterConstruction, CutterError, CutterKind, CutterSpec};
+use crate::cutter::{Cutter, CutterConstruction, CutterError, CutterKind, CutterSide, CutterSpec};
 use crate::files::job::{self, JobFile};
 use crate::machine::{Kinematics, Machine, Setup};
 use crate::surface::{Face, FaceIndex, SurfaceError};
@@ -142,9 +142,22 @@ fn cutter_spec(tool: &job::JobTool) -> CutterSpec {
             job::ToolKind::Flat => CutterKind::Flat,
             job::ToolKind::Ball => CutterKind::Ball,
             job::ToolKind::Bull => CutterKind::Bull,
+            job::ToolKind::Taper => CutterKind::Taper,
+            job::ToolKind::Barrel => CutterKind::Barrel,
+            job::ToolKind::ConicalBarrel => CutterKind::ConicalBarrel,
+            job::ToolKind::Lens => CutterKind::Lens,
         },
         major: tool.major,
         minor: tool.minor,
+        side: match tool.side {
+            job::ToolSide::Straight => CutterSide::Straight,
+            job::ToolSide::Cone { taper_angle, diameter } => {
+                CutterSide::Cone { taper_angle, diameter }
+            }
+            job::ToolSide::Arc { radius, taper_angle, diameter } => {
+                CutterSide::Arc { radius, taper_angle, diameter }
+            }
+        },
         length: tool.length,
         construction: match tool.construction {
             job::ToolConstruction::Solid => CutterConstruction::Solid,
@@ -173,7 +186,7 @@ fn other_tools(file: &JobFile) -> (Vec<(u32, Cutter)>, Vec<Diagnostic>) {
 
 /// Returns shank and holder as one profile; the shank continues straight up to the holder.
 fn above_the_cutting_end(tool: &job::JobTool) -> Vec<[f64; 2]> {
-    let radius = tool.shank.last().map_or(tool.major + tool.minor, |&[_, radius]| radius);
+    let radius = tool.shank.last().map_or(tool.radius(), |&[_, radius]| radius);
     let joint = tool.holder.first().map(|&[height, _]| [height, radius]);
     tool.shank.iter().copied().chain(joint).chain(tool.holder.iter().copied()).collect()
 }

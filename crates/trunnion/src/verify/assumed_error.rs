@@ -1,6 +1,6 @@
 //! Errors of machine, tool and setup that the control does not know of.
 
-use crate::cutter::{Cutter, CutterErrors, CutterKind, CutterSpec};
+use crate::cutter::{Cutter, CutterErrors, CutterKind, CutterSide, CutterSpec};
 use crate::machine::{FIRST_ROTARY, Kinematics, Setup};
 use nalgebra::Vector3;
 use std::ops::Add;
@@ -63,6 +63,11 @@ impl AssumedError {
         let spec = believed.spec().clone();
         let spec = match spec.kind {
             CutterKind::Flat => CutterSpec { major: spec.major + self.radius, ..spec },
+            _ if spec.side != CutterSide::Straight => CutterSpec {
+                minor: spec.minor + self.radius,
+                side: spec.side.grown(self.radius),
+                ..spec
+            },
             _ => CutterSpec { minor: spec.minor + self.radius, ..spec },
         };
         Cutter::new(spec)

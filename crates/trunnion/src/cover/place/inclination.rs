@@ -6,6 +6,7 @@
 //! different inclinations, as few as possible.
 
 use crate::cover::place::candidate::{CandidatePass, LocationResult, PlacedStation};
+use crate::cutter::TangentProfile;
 use crate::positioning::{ActiveConstraint, PositioningError, ToolInclination};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -53,7 +54,9 @@ impl CandidatePass<'_> {
                 ToolInclination { angle, towards: Some(towards) }
             })
         };
-        BALL_ANGLES.into_iter().flat_map(of).collect()
+        // A side ends the ball of the tip: farther inclined, the contact would be off its arc.
+        let most = self.cutter.tangent_profile().map_or(TAU, TangentProfile::tip_angle);
+        BALL_ANGLES.into_iter().filter(|angle| *angle < most).flat_map(of).collect()
     }
 
     /// Returns `true` if another inclination may do better at a station.

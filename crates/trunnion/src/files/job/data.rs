@@ -6,6 +6,7 @@ use super::solid::{JobFixture, JobSolid, JobStock};
 use crate::nc::write::OutputFormat;
 use crate::types::Interval;
 use nalgebra::{Rotation3, Vector3};
+use std::f64::consts::FRAC_PI_2;
 
 /// Checked job file. Paths are as written, relative to it.
 #[derive(Debug, Clone, PartialEq)]
@@ -153,8 +154,10 @@ pub struct JobTool {
     pub kind: ToolKind,
     /// Radius of the circle the torus is swept along, `R` \[mm\]; 0 for a ball.
     pub major: f64,
-    /// Radius of the cutting arc, `r` \[mm\]; 0 for a flat end.
+    /// Radius of the tip arc, `r` \[mm\]; 0 for a flat end.
     pub minor: f64,
+    /// Part of the profile between the tip arc and the flank.
+    pub side: ToolSide,
     /// Tool length from the gauge point to the tip \[mm\].
     pub length: f64,
     /// Construction, which limits where it cuts.
@@ -174,6 +177,62 @@ pub enum ToolKind {
     Ball,
     /// Torus.
     Bull,
+    /// Cone tangent to the tip arc.
+    Taper,
+    /// Large arc tangent to tip arc and flank.
+    Barrel,
+    /// Large arc tangent to the tip arc, inclined to the axis where it ends.
+    ConicalBarrel,
+    /// Large arc across the tip, with a corner.
+    Lens,
+}
+
+/// Part of a tool's profile between the tip arc and the flank.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ToolSide {
+    /// None: the tip arc ends in the flank.
+    Straight,
+    /// Cone tangent to the tip arc.
+    Cone {
+        /// Half angle of the cone \[rad\].
+        taper_angle: f64,
+        /// Diameter at which it ends \[mm\].
+        diameter: f64,
+    },
+    /// Arc tangent to the tip arc.
+    Arc {
+        /// Radius of the arc \[mm\].
+        radius: f64,
+        /// Angle between the arc and the axis where it ends \[rad\].
+        taper_angle: f64,
+        /// Diameter at which it ends \[mm\].
+        diameter: f64,
+    },
+}
+
+impl JobTool {
+    /// Returns the largest angle between a normal of the tip arc and the axis \[rad\].
+    ///
+    /// A right angle without a side. A side begins where it is tangent: `sin = (rho - R) / (r - q)` for an arc of radius
+    /// `q` that ends on the normal `n` at `rho + q n`.
+    pub fn tip_angle(&self) -> f64 {
+        match self.side {
+            ToolSide::Straight => FRAC_PI_2,
+            ToolSide::Cone { taper_angle, .. } => FRAC_PI_2 - taper_angle,
+            ToolSide::Arc { radius, taper_angle, diameter } => {
+                let rho = 0.5 * diameter - radius * taper_angle.cos();
+                ((rho - self.major) / (self.minor - radius)).asin()
+            }
+        }
+    }
+
+    /// Returns the outer radius of the cutting end \[mm\].
+    pub fn radius(&self) -> f64 {
+        match self.side {
+            ToolSide::Straight => self.major + self.minor,
+            ToolSide::Cone { diameter, .. } | ToolSide::Arc { diameter, .. } => 0.5 * diameter,
+        }
+    }
 }
 
 /// Construction of a tool.

@@ -10,12 +10,13 @@ mod read;
 mod solid;
 mod strategy;
 mod tool;
+mod tool_side;
 
 pub use data::{
     CuttingData, FaceSelection, FeedReference, JobArea, JobContactSide, JobCutPattern,
     JobFeedDirection, JobFile, JobLead, JobLinks, JobOperation, JobPart, JobPlacement,
     JobPrismatic, JobSetup, JobStrategy, JobTolerance, JobTool, MotionMethod, MotionSettings,
-    ToleranceSplit, ToolConstruction, ToolKind,
+    ToleranceSplit, ToolConstruction, ToolKind, ToolSide,
 };
 pub use layout::LAYOUT;
 pub use read::parse;

@@ -159,7 +159,7 @@ fn operation(
             "method \"rest\" cuts what the operations before have left, and this is the first";
         doc.fault(&path(index, "method"), message, "put the operation behind another one");
     }
-    let own = strategy(&own, tool.as_ref().map(|tool| tool.kind), &strategy_path, doc);
+    let own = strategy(&own, tool.as_ref(), &strategy_path, doc);
     if let (Some(tool), Some(own)) = (&tool, &own) {
         side_of(tool, own, &strategy_path, doc);
     }

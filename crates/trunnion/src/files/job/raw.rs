@@ -127,12 +127,24 @@ pub(super) struct RawTool {
     /// Radius r of the corner arc, in mm.
     #[schemars(extend("minimum" = 0.0))]
     pub(super) minor_radius: Option<f64>,
-    /// Cutting diameter 2 (R + r), in mm; given with `corner_radius` instead of R and r.
+    /// Cutting diameter, in mm: 2 (R + r), given with `corner_radius` instead of R and r. For "taper" and "barrel" kinds
+    /// and "lens" the diameter at which the side ends and the straight flank begins.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) diameter: Option<f64>,
-    /// Radius of the corner arc, in mm; given with `diameter`.
+    /// Radius of the corner arc, in mm; given with `diameter`. For "lens" the small arc beside the large one.
     #[schemars(extend("minimum" = 0.0))]
     pub(super) corner_radius: Option<f64>,
+    /// Radius of the arc at the tip, in mm; for "taper", "barrel", "conical-barrel", and "lens", whose tip arc is the
+    /// large one.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) tip_radius: Option<f64>,
+    /// Radius of the large arc beside the tip, in mm; for "barrel" and "conical-barrel".
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) barrel_radius: Option<f64>,
+    /// Angle between the side and the tool axis, in degrees: half the angle of the cone of "taper", the angle at the
+    /// upper end of the arc of "conical-barrel".
+    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 90.0))]
+    pub(super) taper_angle: Option<f64>,
     /// Tool length from the gauge point to the tip, in mm.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub(super) length: f64,
@@ -151,13 +163,15 @@ pub(super) struct RawTool {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub(super) enum RawToolKind {
     Flat,
     Ball,
     Bull,
     Taper,
     Barrel,
+    ConicalBarrel,
+    Lens,
 }
 
 #[derive(Debug, Clone, Copy, Default, Deserialize, serde::Serialize, JsonSchema)]

@@ -136,8 +136,7 @@ fn alone(
         let message = "method \"rest\" cuts what the operations before have left, and this job is one operation";
         doc.fault("strategy.method", message, "write it in an [[operation]] behind another one");
     }
-    let kind = tool.as_ref().map(|tool| tool.kind);
-    let strategy = raw.and_then(|raw| strategy(&raw, kind, "strategy", doc));
+    let strategy = raw.and_then(|raw| strategy(&raw, tool.as_ref(), "strategy", doc));
     let cutting = doc.section::<RawCutting>("cutting").map(|raw| cutting(&raw));
     // A rule between two sections needs both; a faulty one has its own diagnostics.
     if let (Some(tool), Some(strategy)) = (&tool, &strategy) {
@@ -307,7 +306,11 @@ mod tests {
     #[test]
     fn each_single_fault_names_its_line_and_a_remedy() {
         for (line, by, expected) in [
-            ("kind = \"bull\"", "kind = \"barrel\"", "18:8: tapered and barrel"),
+            (
+                "kind = \"bull\"",
+                "kind = \"bull\"\nbarrel_radius = 85",
+                "19:17: a bull tool has no barrel_radius",
+            ),
             ("kind = \"bull\"", "kind = \"ball\"", "18:8: a ball tool cannot have R = 10 mm"),
             ("minor_radius = 6 ", "diameter = 32 ", "20:12: the tool is given twice"),
             ("minor_radius = 6 ", "# ", "18:8: a bull tool needs minor_radius"),

@@ -4,14 +4,15 @@ use super::super::document::Document;
 use super::super::path::join;
 use super::data::{
     JobArea, JobContactSide, JobCutPattern, JobFeedDirection, JobLead, JobLinks, JobPlacement,
-    JobPrismatic, JobStrategy, JobTool, ToolConstruction, ToolKind,
+    JobPrismatic, JobStrategy, JobTool, ToolConstruction, ToolKind, ToolSide,
 };
 use super::raw::{RawAlong, RawDirection, RawLead, RawLinks, RawMethod, RawSide, RawStrategy};
+use super::tool_side::kind_name;
 
 /// Reads the strategy, if its entries agree with each other and with the tool.
 pub(super) fn strategy(
     raw: &RawStrategy,
-    tool: Option<ToolKind>,
+    tool: Option<&JobTool>,
     path: &str,
     doc: &mut Document<'_>,
 ) -> Option<JobStrategy> {
@@ -32,7 +33,13 @@ pub(super) fn strategy(
         method: method?,
         prismatic: match raw.method {
             // Of a face that was not cut before, all is left.
-            RawMethod::Auto | RawMethod::Rest => JobPrismatic::WallsAndFloors,
+            // Walls and floors take a straight flank and a flat end.
+            RawMethod::Auto | RawMethod::Rest
+                if tool.is_none_or(|tool| tool.side == ToolSide::Straight) =>
+            {
+                JobPrismatic::WallsAndFloors
+            }
+            RawMethod::Auto | RawMethod::Rest => JobPrismatic::Never,
             RawMethod::Widest | RawMethod::FixedTilt | RawMethod::Ball => JobPrismatic::Never,
         },
         area: if raw.method == RawMethod::Rest { JobArea::Rest } else { JobArea::Whole },
@@ -71,15 +78,21 @@ const MOST_TURN: f64 = 60.0;
 
 fn method(
     raw: &RawStrategy,
-    tool: Option<ToolKind>,
+    tool: Option<&JobTool>,
     path: &str,
     doc: &mut Document<'_>,
 ) -> Option<JobPlacement> {
     let angles = [("lead_angle", raw.lead_angle), ("tilt_angle", raw.tilt_angle)];
-    // A tool that could not be read is no reason for a second fault here.
-    let ball = tool.is_none_or(|kind| kind == ToolKind::Ball);
+    let kind = tool.map(|tool| tool.kind);
+    if kind.is_some_and(|kind| refuse_barrel(kind, path, doc)) {
+        return None;
+    }
+    // The tip of a tapered cutter and the large arc of a lens are balls. A tool that could not be read is no reason for a
+    // second fault here.
+    let is_ball = |kind| matches!(kind, ToolKind::Ball | ToolKind::Taper | ToolKind::Lens);
+    let ball = kind.is_none_or(is_ball);
     let method = match raw.method {
-        RawMethod::Auto | RawMethod::Rest if tool == Some(ToolKind::Ball) => RawMethod::Ball,
+        RawMethod::Auto | RawMethod::Rest if kind.is_some_and(is_ball) => RawMethod::Ball,
         RawMethod::Auto | RawMethod::Rest => RawMethod::Widest,
         method => method,
     };
@@ -99,7 +112,8 @@ fn method(
         return None;
     }
     // Only a ball has a default: the lead of a bull decides which part of the corner cuts.
-    let usual = (method == RawMethod::Ball).then_some(BALL_LEAD);
+    let most = tool.map_or(90.0, |tool| tool.tip_angle().to_degrees());
+    let usual = (method == RawMethod::Ball).then_some(BALL_LEAD.min(0.5 * most));
     let Some(lead) = raw.lead_angle.or(usual) else {
         let message = "method \"fixed-tilt\" needs lead_angle";
         doc.fault(&join(path, "method"), message, "add `lead_angle = 5`, in degrees, for instance");
@@ -109,25 +123,15 @@ fn method(
     // The axis leans along (tan lead, tan tilt) in the tangent plane of the surface.
     let [ahead, beside] = [lead, tilt].map(|angle| angle.to_radians().tan());
     if !ball && beside.abs().atan2(ahead) > MOST_TURN.to_radians() {
-        let message = format!(
-            "only a ball can tilt by {tilt} deg with a lead of {lead} deg: other cutters cut with their front"
-        );
-        // atan2(tan tilt, tan lead) <= MOST_TURN solved for the tilt angle.
-        let most = (ahead.max(0.0) * MOST_TURN.to_radians().tan()).atan().to_degrees();
-        let help = match lead {
-            lead if lead > 0.0 => {
-                format!("keep tilt_angle within {most:.1} deg, or raise lead_angle")
-            }
-            lead if lead < 0.0 => {
-                "write a lead_angle above 0; `side = \"behind\"` cuts with the rear".to_owned()
-            }
-            _ => "write a lead_angle above 0".to_owned(),
-        };
-        doc.fault(&join(path, "tilt_angle"), message, &help);
+        refuse_tilt(lead, tilt, path, doc);
         return None;
     }
     // The inclination from the normal: tan² = tan² lead + tan² tilt.
     let angle = ahead.hypot(beside).atan().to_degrees();
+    if ball && angle > most {
+        refuse_off_the_tip_arc([angle, most], path, doc);
+        return None;
+    }
     if !ball && angle > MOST_LEAN {
         let message = format!(
             "the tool would be inclined by {angle:.1} deg: only a ball may be by more than {MOST_LEAN} deg"
@@ -136,6 +140,47 @@ fn method(
         return None;
     }
     Some(JobPlacement::Fixed { lead: lead.to_radians(), tilt: tilt.to_radians() })
+}
+
+/// Refuses a kind that planning does not take; returns `true` if it did.
+fn refuse_barrel(kind: ToolKind, path: &str, doc: &mut Document<'_>) -> bool {
+    let is_barrel = matches!(kind, ToolKind::Barrel | ToolKind::ConicalBarrel);
+    if is_barrel {
+        let message = format!("planning does not take {} cutters", kind_name(kind));
+        let help = "check, stock and page take this cutter, in [[verify.tool]] or `trunnion check --cutter`; plan with flat, \
+                    ball, bull, taper or lens";
+        doc.fault(&join(path, "method"), message, help);
+    }
+    is_barrel
+}
+
+/// Refuses an inclination at which the contact would leave the tip arc; both angles in degrees.
+fn refuse_off_the_tip_arc([angle, most]: [f64; 2], path: &str, doc: &mut Document<'_>) {
+    let message = format!(
+        "the tool would be inclined by {angle:.2} deg: its tip arc ends at {most:.2} deg from the axis"
+    );
+    let help = format!("keep lead_angle and tilt_angle below {most:.2} deg");
+    doc.fault(&join(path, "lead_angle"), message, &help);
+}
+
+/// Refuses a tilt angle, with the lead angle beside it, that turns the contact too far from the front; in degrees.
+fn refuse_tilt(lead: f64, tilt: f64, path: &str, doc: &mut Document<'_>) {
+    let ahead = lead.to_radians().tan();
+    let message = format!(
+        "only a ball can tilt by {tilt} deg with a lead of {lead} deg: other cutters cut with their front"
+    );
+    // atan2(tan tilt, tan lead) <= MOST_TURN solved for the tilt angle.
+    let most = (ahead.max(0.0) * MOST_TURN.to_radians().tan()).atan().to_degrees();
+    let help = match lead {
+        lead if lead > 0.0 => {
+            format!("keep tilt_angle within {most:.1} deg, or raise lead_angle")
+        }
+        lead if lead < 0.0 => {
+            "write a lead_angle above 0; `side = \"behind\"` cuts with the rear".to_owned()
+        }
+        _ => "write a lead_angle above 0".to_owned(),
+    };
+    doc.fault(&join(path, "tilt_angle"), message, &help);
 }
 
 /// Refuses contact behind the centre for a tool that does not cut at its centre.

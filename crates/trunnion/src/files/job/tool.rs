@@ -1,8 +1,9 @@
 //! The job's `[tool]`, and the tools of other programs that are checked.
 
 use super::super::document::Document;
-use super::data::{JobTool, ToolConstruction, ToolKind};
+use super::data::{JobTool, ToolConstruction, ToolKind, ToolSide};
 use super::raw::{RawConstruction, RawTool, RawToolKind};
+use super::tool_side::{self as side, EndShape, kind_name};
 
 /// Reads the tools that other programs call beside those `known` by their numbers.
 pub(super) fn others(
@@ -28,22 +29,26 @@ pub(super) fn others(
 /// Reads the tool at `path`, if its entries agree.
 pub(super) fn tool(raw: RawTool, path: &str, doc: &mut Document<'_>) -> Option<JobTool> {
     let kind = match raw.kind {
-        RawToolKind::Flat => Some(ToolKind::Flat),
-        RawToolKind::Ball => Some(ToolKind::Ball),
-        RawToolKind::Bull => Some(ToolKind::Bull),
-        RawToolKind::Taper | RawToolKind::Barrel => {
-            // The schema knows these kinds so that the message can name the remedy.
-            let message = "tapered and barrel tools cannot be placed yet";
-            doc.fault(
-                &format!("{path}.kind"),
-                message,
-                "use \"bull\" with the radii of the cutting end",
-            );
-            None
-        }
+        RawToolKind::Flat => ToolKind::Flat,
+        RawToolKind::Ball => ToolKind::Ball,
+        RawToolKind::Bull => ToolKind::Bull,
+        RawToolKind::Taper => ToolKind::Taper,
+        RawToolKind::Barrel => ToolKind::Barrel,
+        RawToolKind::ConicalBarrel => ToolKind::ConicalBarrel,
+        RawToolKind::Lens => ToolKind::Lens,
     };
-    let radii = kind.and_then(|kind| radii(&raw, kind, path, doc));
-    let construction = construction(&raw, radii, path, doc);
+    let shape = match kind {
+        ToolKind::Flat | ToolKind::Ball | ToolKind::Bull => {
+            side::none(&raw, kind, path, doc);
+            radii(&raw, kind, path, doc).map(|[major, minor]| EndShape {
+                major,
+                minor,
+                side: ToolSide::Straight,
+            })
+        }
+        _ => side::shape(&raw, kind, path, doc),
+    };
+    let construction = construction(&raw, shape.as_ref(), path, doc);
     profile(&format!("{path}.shank"), &raw.shank, doc);
     profile(&format!("{path}.holder"), &raw.holder, doc);
     if let (Some(&[end, _]), Some(&[start, _])) = (raw.shank.last(), raw.holder.first())
@@ -57,9 +62,9 @@ pub(super) fn tool(raw: RawTool, path: &str, doc: &mut Document<'_>) -> Option<J
         );
     }
     // Everything that can be checked without kind and radii has been reported by now.
-    let (kind, [major, minor]) = (kind?, radii?);
-    // The corner lies below the gauge point.
-    if minor >= raw.length {
+    let EndShape { major, minor, side } = shape?;
+    // The corner lies below the gauge point; where a side ends is known when the profile is laid out.
+    if minor >= raw.length && side == ToolSide::Straight {
         let message = format!("a corner of {minor} mm does not fit a length of {} mm", raw.length);
         doc.fault(
             &format!("{path}.length"),
@@ -72,6 +77,7 @@ pub(super) fn tool(raw: RawTool, path: &str, doc: &mut Document<'_>) -> Option<J
         kind,
         major,
         minor,
+        side,
         length: raw.length,
         construction: construction?,
         shank: raw.shank,
@@ -106,25 +112,29 @@ fn radii(raw: &RawTool, kind: ToolKind, path: &str, doc: &mut Document<'_>) -> O
             (_, Some(corner)) => corner,
             (ToolKind::Flat, None) => 0.0,
             (ToolKind::Ball, None) => radius,
-            (ToolKind::Bull, None) => return missing("corner_radius", "or use minor_radius"),
+            (_, None) => return missing("corner_radius", "or use minor_radius"),
         };
         (radius - corner, corner)
     } else {
         match (kind, raw.major_radius, raw.minor_radius) {
-            (ToolKind::Flat | ToolKind::Bull, None, _) => {
+            (ToolKind::Flat, Some(major), minor) => (major, minor.unwrap_or(0.0)),
+            (ToolKind::Ball, major, Some(minor)) => (major.unwrap_or(0.0), minor),
+            (ToolKind::Flat, None, _) => {
                 return missing("major_radius", "or diameter and corner_radius");
             }
-            (ToolKind::Ball | ToolKind::Bull, _, None) => {
+            (ToolKind::Ball, _, None) => {
                 return missing("minor_radius", "the radius of the corner arc");
             }
-            (_, major, minor) => (major.unwrap_or(0.0), minor.unwrap_or(0.0)),
+            (_, None, _) => return missing("major_radius", "or diameter and corner_radius"),
+            (_, _, None) => return missing("minor_radius", "the radius of the corner arc"),
+            (_, Some(major), Some(minor)) => (major, minor),
         }
     };
     // R = 0 is a ball, r = 0 a flat end: the kind must agree with the radii.
     let fits = match kind {
         ToolKind::Flat => major > 0.0 && minor <= 0.0,
         ToolKind::Ball => major.abs() <= 0.0 && minor > 0.0,
-        ToolKind::Bull => major > 0.0 && minor > 0.0,
+        _ => major > 0.0 && minor > 0.0,
     };
     if fits {
         return Some([major, minor]);
@@ -136,17 +146,9 @@ fn radii(raw: &RawTool, kind: ToolKind, path: &str, doc: &mut Document<'_>) -> O
     None
 }
 
-fn kind_name(kind: ToolKind) -> &'static str {
-    match kind {
-        ToolKind::Flat => "flat",
-        ToolKind::Ball => "ball",
-        ToolKind::Bull => "bull",
-    }
-}
-
 fn construction(
     raw: &RawTool,
-    radii: Option<[f64; 2]>,
+    shape: Option<&EndShape>,
     path: &str,
     doc: &mut Document<'_>,
 ) -> Option<ToolConstruction> {
@@ -165,11 +167,10 @@ fn construction(
             None
         }
         (RawConstruction::Insert, Some(inner_cutting_radius)) => {
-            // The outer radius is R + r; inserts that begin there cut nothing.
-            if let Some([major, minor]) = radii
-                && inner_cutting_radius >= major + minor
+            // Inserts that begin at the outer radius cut nothing.
+            if let Some(radius) = shape.map(EndShape::radius)
+                && inner_cutting_radius >= radius
             {
-                let radius = major + minor;
                 let message = format!(
                     "inner_cutting_radius {inner_cutting_radius} mm leaves no cutting edge on a cutter of radius {radius} mm"
                 );
@@ -201,6 +202,64 @@ mod tests {
 
     /// The last line of it, 52, stands in [verify].
     const EXAMPLE: &str = include_str!("../../../../../examples/bezier-patch/job.toml");
+
+    /// The example with another cutter.
+    fn with_tool(lines: &str) -> String {
+        let plain = "kind = \"bull\"";
+        let start = EXAMPLE.find(plain).unwrap();
+        let end = EXAMPLE.find("minor_radius").unwrap();
+        let rest = EXAMPLE[end..].find('\n').map_or("", |line| &EXAMPLE[end + line..]);
+        let method = rest.replace("method = \"widest\"", "method = \"auto\"");
+        format!("{}{lines}{method}", &EXAMPLE[..start])
+    }
+
+    #[test]
+    fn cutters_with_a_side_have_the_keys_of_catalogues() {
+        let end = |lines: &str| {
+            let tool = parse(&with_tool(lines)).unwrap().tool;
+            (tool.minor, tool.radius(), tool.tip_angle().to_degrees())
+        };
+        let (tip, radius, angle) =
+            end("kind = \"taper\"\ntip_radius = 1\ntaper_angle = 5\ndiameter = 10");
+        assert!((tip - 1.0).abs() < 1e-12 && (radius - 5.0).abs() < 1e-12);
+        assert!((angle - 85.0).abs() < 1e-9);
+        let (tip, radius, angle) =
+            end("kind = \"lens\"\ntip_radius = 101\ncorner_radius = 1\ndiameter = 22");
+        assert!((tip - 101.0).abs() < 1e-12 && (radius - 11.0).abs() < 1e-12);
+        assert!((angle.to_radians().sin() - 0.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn keys_of_other_kinds_and_missing_ones_are_named() {
+        let found = |lines: &str| -> Vec<String> {
+            parse(&with_tool(lines)).unwrap_err().iter().map(ToString::to_string).collect()
+        };
+        let taper = found("kind = \"taper\"\ntip_radius = 1\nbarrel_radius = 85");
+        assert!(taper.iter().any(|one| one.contains("needs taper_angle")), "{taper:?}");
+        assert!(taper.iter().any(|one| one.contains("needs diameter")), "{taper:?}");
+        assert!(taper.iter().any(|one| one.contains("has no barrel_radius")), "{taper:?}");
+        let bull = found("kind = \"bull\"\ndiameter = 32\ncorner_radius = 6\ntip_radius = 1");
+        assert!(bull[0].contains("a bull tool has no tip_radius"), "{bull:?}");
+        // Planning refuses barrels early, and says what takes them.
+        let barrel = "kind = \"barrel\"\ntip_radius = 2\nbarrel_radius = 85\ndiameter = 12";
+        let barrel = found(barrel);
+        assert_eq!(barrel.len(), 1, "{barrel:?}");
+        assert!(barrel[0].contains("planning does not take barrel cutters"), "{barrel:?}");
+        assert!(barrel[0].contains("check, stock and page take this cutter"), "{barrel:?}");
+        let lens = "kind = \"lens\"\ntip_radius = 101\ncorner_radius = 1\ndiameter = 22";
+        let far = with_tool(lens).replace("[strategy]", "[strategy]\nlead_angle = 8");
+        let far: Vec<String> = parse(&far).unwrap_err().iter().map(ToString::to_string).collect();
+        assert!(far[0].contains("its tip arc ends at 5.74 deg"), "{far:?}");
+    }
+
+    #[test]
+    fn a_barrel_is_read_as_the_tool_of_another_program() {
+        let tool = "[[verify.tool]]\nnumber = 2\nkind = \"conical-barrel\"\ntip_radius = 2\nbarrel_radius = 250\n\
+                    taper_angle = 20\ndiameter = 12\nlength = 80\n";
+        let job = parse(&format!("{EXAMPLE}{tool}")).unwrap();
+        let radius = job.other_tools[0].radius();
+        assert!((radius - 6.0).abs() < 1e-12);
+    }
 
     #[test]
     fn other_tools_are_written_as_the_jobs_own() {

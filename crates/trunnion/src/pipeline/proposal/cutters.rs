@@ -192,15 +192,15 @@ fn usual(found: &[Result<ToolPose, UncutReason>]) -> UncutReason {
 fn spec(kind: CutterKind, diameter: f64, height: f64) -> CutterSpec {
     let radius = 0.5 * diameter;
     let minor = match kind {
-        CutterKind::Ball => radius,
         CutterKind::Bull => CORNER * diameter,
         CutterKind::Flat => 0.0,
+        _ => radius,
     };
     // Ten millimetres are how tools are set.
     let length = (LENGTH[0] * diameter).max(LENGTH[1]).max(height + OVER);
     let length = 10.0 * (0.1 * length).ceil();
     let construction = CutterConstruction::Solid;
-    CutterSpec { kind, major: radius - minor, minor, length, construction, shank: Vec::new() }
+    CutterSpec { length, construction, ..CutterSpec::of_radii(radius - minor, minor) }
 }
 
 /// Reach of the rotary axes, wherever the workpiece is.

@@ -49,7 +49,11 @@ pub(crate) fn check_body(
     probe: &mut FaceProbe,
 ) -> Result<(), PositioningError> {
     let cutter = setting.cutter;
-    let bottom = cutter.cutting_height().max(EDGE * cutter.radius());
+    let bottom = match cutter.tangent_profile() {
+        // A side goes on from the tip arc at once.
+        Some(profile) => profile.joint()[1],
+        None => cutter.cutting_height().max(EDGE * cutter.radius()),
+    };
     let body = BodyCheck { setting, pose, uv, limit: probe.queries + QUERIES };
     let mut stretches = vec![[bottom, cutter.length()]];
     while let Some(stretch) = stretches.pop() {

@@ -1,6 +1,6 @@
 //! All methods of placing a cutter behind one function, so that they can be compared.
 
-use crate::cutter::{Cutter, CutterKind, CutterSpec};
+use crate::cutter::{Cutter, CutterKind, CutterSide, CutterSpec};
 use crate::positioning::error::PositioningError;
 use crate::positioning::location::CutterLocation;
 use crate::positioning::methods::ball::ball_location;
@@ -62,11 +62,15 @@ impl PlacementMethod {
     ///
     /// [`PositioningError::Cutter`] where such a ball does not go with length or shank.
     pub fn cutter<'a>(&self, cutter: &'a Cutter) -> Result<Cow<'a, Cutter>, PositioningError> {
-        if !matches!(self, Self::Ball { .. }) || cutter.kind() == CutterKind::Ball {
+        // The tip of a tapered cutter and the large arc of a lens are balls already.
+        let is_ball =
+            matches!(cutter.kind(), CutterKind::Ball | CutterKind::Taper | CutterKind::Lens);
+        if !matches!(self, Self::Ball { .. }) || is_ball && cutter.major() <= 0.0 {
             return Ok(Cow::Borrowed(cutter));
         }
         let (kind, major, minor) = (CutterKind::Ball, 0.0, cutter.radius());
-        let spec = CutterSpec { kind, major, minor, ..cutter.spec().clone() };
+        let side = CutterSide::Straight;
+        let spec = CutterSpec { kind, major, minor, side, ..cutter.spec().clone() };
         Cutter::new(spec).map(Cow::Owned).map_err(PositioningError::Cutter)
     }
 }

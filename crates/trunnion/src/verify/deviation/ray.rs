@@ -82,7 +82,7 @@ impl LowestEntry {
     /// It is that at one time, nearly the nearest: never less than the least distance. A point inside counts as touched.
     pub(crate) fn approach(&mut self, part: &MovingBody<'_>, point: &Point3<f64>) {
         let MovingBody { piece, body, numbers } = *part;
-        if !matches!(body, ConvexBody::Nose { .. }) {
+        if body.end_top().is_none() {
             return;
         }
         let u = piece.deepest(body, point).clamp(-1.0, 1.0);

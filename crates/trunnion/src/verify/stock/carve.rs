@@ -290,7 +290,7 @@ impl<'a> StockCutter<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cutter::{CutterKind, CutterSpec};
+    use crate::cutter::{CutterKind, CutterSpec, ProfilePiece};
     use crate::nc::read::{ClFile, ClMotion, ClPath, ClRecord};
     use crate::types::{Silent, ToolPose};
     use crate::verify::Solid;
@@ -312,7 +312,41 @@ mod tests {
             Just(cutter(CutterKind::Bull, 3.0, 2.0)),
             Just(cutter(CutterKind::Ball, 0.0, 2.5)),
             Just(cutter(CutterKind::Flat, 4.0, 0.0)),
+            Just(with_side(CutterSpec::taper(1.0, 0.2, 8.0))),
+            Just(with_side(CutterSpec::barrel(1.0, 40.0, 8.0))),
+            Just(with_side(CutterSpec::conical_barrel(1.0, 60.0, 0.3, 8.0))),
+            Just(with_side(CutterSpec::lens(30.0, 1.0, 8.0))),
         ]
+    }
+
+    fn with_side(spec: CutterSpec) -> Cutter {
+        Cutter::new(CutterSpec { length: 25.0, ..spec }).unwrap()
+    }
+
+    /// Outward normal of a supporting line of the profile, and its distance from the tip.
+    type ProfileLine = ([f64; 2], f64);
+
+    /// Lines around the profile, close enough together to stand for its arcs: no piece decides where a point lies.
+    fn lines(cutter: &Cutter) -> Vec<ProfileLine> {
+        let mut all = vec![([0.0, 1.0], cutter.length())];
+        for piece in cutter.profile() {
+            match *piece {
+                ProfilePiece::Line { from, to } => {
+                    let along = [to[0] - from[0], to[1] - from[1]];
+                    let length = along[0].hypot(along[1]);
+                    let normal = [along[1] / length, -along[0] / length];
+                    all.push((normal, normal[0] * from[0] + normal[1] * from[1]));
+                }
+                ProfilePiece::Arc { center, radius, from, to } => {
+                    let [first, last] = [from, to].map(|[out, up]| out.atan2(-up));
+                    all.extend((0..=80).map(|k| {
+                        let (out, down) = (first + (last - first) * f64::from(k) / 80.0).sin_cos();
+                        ([out, -down], center[0] * out - center[1] * down + radius)
+                    }));
+                }
+            }
+        }
+        all
     }
 
     /// Forth and back, leaning this way and that, through the block and out of it.
@@ -348,19 +382,38 @@ mod tests {
         prop_oneof![far_apart(), close_by()]
     }
 
-    fn distance(cutter: &Cutter, [from, to]: &[ToolPose; 2], t: f64, p: &Point3<f64>) -> f64 {
+    /// Cutter with the lines around its profile, if it has a side.
+    struct Outline<'a> {
+        cutter: &'a Cutter,
+        lines: Vec<ProfileLine>,
+    }
+
+    impl<'a> Outline<'a> {
+        fn of(cutter: &'a Cutter) -> Self {
+            let has_side = cutter.tangent_profile().is_some();
+            Self { cutter, lines: if has_side { lines(cutter) } else { Vec::new() } }
+        }
+    }
+
+    fn distance(outline: &Outline<'_>, [from, to]: &[ToolPose; 2], t: f64, p: &Point3<f64>) -> f64 {
         let axis = from.axis.slerp(&to.axis, t);
         let y = p - (from.tip + (to.tip - from.tip) * t);
+        let Outline { cutter, lines } = outline;
+        if !lines.is_empty() {
+            let (rho, z) = (axis.cross(&y).norm(), axis.dot(&y));
+            let beyond = |([out, up], reach): ProfileLine| out * rho + up * z - reach;
+            return lines.iter().copied().map(beyond).fold(f64::NEG_INFINITY, f64::max);
+        }
         let [out, down] = [axis.cross(&y).norm() - cutter.major(), cutter.minor() - axis.dot(&y)];
         let round = out.max(0.0).hypot(down.max(0.0)) + out.max(down).min(0.0);
         (round - cutter.minor()).max(axis.dot(&y) - cutter.length())
     }
 
     /// Over a whole path: sampled, then by thirds around the best samples of every move.
-    fn nearest(cutter: &Cutter, path: &[ToolPose], p: &Point3<f64>) -> f64 {
+    fn nearest(outline: &Outline<'_>, path: &[ToolPose], p: &Point3<f64>) -> f64 {
         let ends = path.windows(2).map(|pair| [pair[0], pair[1]]);
         let least = ends.map(|ends| {
-            let at = |t: f64| distance(cutter, &ends, t, p);
+            let at = |t: f64| distance(outline, &ends, t, p);
             let values: Vec<f64> = (0..=40).map(|k| at(f64::from(k) / 40.0)).collect();
             let lowest = values.iter().copied().fold(f64::INFINITY, f64::min);
             if lowest > 1.0 {
@@ -388,6 +441,7 @@ mod tests {
         /// tool, what is gone is inside, to the tolerance.
         #[test]
         fn what_is_left_is_what_no_pose_holds(cutter in any_cutter(), path in any_path()) {
+            let outline = Outline::of(&cutter);
             let motion = ClMotion::Feed(10.0);
             let record = |(line, &pose)| ClRecord { line, pose, motion, way: ClPath::Straight };
             let file = ClFile { records: (1..).zip(&path).map(record).collect(), ..ClFile::default() };
@@ -412,7 +466,7 @@ mod tests {
                             if s <= low[along] || s >= high[along] {
                                 continue;
                             }
-                            let distance = nearest(&cutter, &path, &line.at(s));
+                            let distance = nearest(&outline, &path, &line.at(s));
                             let kept = spans.iter().any(|[from, to]| (from..=to).contains(&s));
                             let sound = if kept { distance >= -TOLERANCE } else { distance <= TOLERANCE };
                             prop_assert!(sound, "axis {along}: {distance} at {s}, {spans:?}");

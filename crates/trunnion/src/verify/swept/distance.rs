@@ -19,6 +19,10 @@ pub(crate) fn distance(
     let rho = aside.norm();
     let (distance, out, up) = match body {
         ConvexBody::Nose { major, minor, top } => nose([rho, height], [major, minor, top]),
+        ConvexBody::Tangent(profile) => {
+            let found = profile.distance([rho, height]);
+            (found.distance, found.gradient[0], found.gradient[1])
+        }
         ConvexBody::Frustum { low, high, radius, slope } => {
             // Signed distance from the line of the cone, whose outward unit normal is (1, -slope) / steep.
             let steep = slope.hypot(1.0);
@@ -46,7 +50,7 @@ pub(crate) fn other_sides(pose: &BodyPose, point: &Point3<f64>) -> [Vector3<f64>
 pub(crate) fn sides(body: ConvexBody, pose: &BodyPose, point: &Point3<f64>) -> [Vector3<f64>; 3] {
     let [across, _, up, down] = other_sides(pose, point);
     let side = match body {
-        ConvexBody::Nose { .. } => across,
+        ConvexBody::Nose { .. } | ConvexBody::Tangent(_) => across,
         ConvexBody::Frustum { slope, .. } => (across + down * slope) / slope.hypot(1.0),
     };
     [side, up, down]
@@ -121,6 +125,10 @@ pub(crate) fn farthest(body: ConvexBody, pose: &BodyPose, direction: &Vector3<f6
     match body {
         ConvexBody::Nose { major, minor, top } if up > 0.0 => pose.tip + rim(major + minor, top),
         ConvexBody::Nose { major, minor, .. } => pose.tip + rim(major, minor) + direction * minor,
+        ConvexBody::Tangent(profile) => {
+            let [radius, height] = profile.farthest([aside.norm(), up]);
+            pose.tip + rim(radius, height)
+        }
         ConvexBody::Frustum { low, high, radius, slope } => {
             // A linear function on a frustum is largest on one of its rims.
             let [lower, upper] = [rim(radius, low), rim(radius + slope * (high - low), high)];
@@ -135,6 +143,7 @@ pub(crate) fn deepest(body: ConvexBody) -> f64 {
     let middle = 0.5 * (low + high);
     match body {
         ConvexBody::Nose { .. } => middle,
+        ConvexBody::Tangent(profile) => profile.deepest(),
         ConvexBody::Frustum { radius, slope, .. } => {
             // At this height the side is as near as the wider end.
             let steep = slope.hypot(1.0);
@@ -151,6 +160,7 @@ pub(crate) fn deepest(body: ConvexBody) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cutter::{Cutter, CutterSpec};
     use proptest::prelude::*;
 
     fn body() -> impl Strategy<Value = ConvexBody> {
@@ -162,7 +172,23 @@ mod tests {
         let nose = (0.0..5.0, 0.0..4.0, 0.5..30.0).prop_map(|(major, minor, more)| {
             ConvexBody::Nose { major: major + 0.1, minor, top: minor + more }
         });
-        prop_oneof![frustum, nose]
+        prop_oneof![frustum, nose, tangent()]
+    }
+
+    /// Tapered, barrel and lens cutters.
+    fn tangent() -> impl Strategy<Value = ConvexBody> {
+        let spec = (0..4u32, 0.3..2.0f64, 0.5..6.0f64, 0.1..0.7f64, 30.0..200.0f64);
+        spec.prop_map(|(kind, r, more, angle, large)| {
+            let diameter = 2.0 * (r + more);
+            let spec = match kind {
+                0 => CutterSpec::taper(r, angle, diameter),
+                1 => CutterSpec::barrel(r, large, diameter),
+                2 => CutterSpec::conical_barrel(r, large, angle, diameter),
+                _ => CutterSpec::lens(large, r, diameter),
+            };
+            let cutter = Cutter::new(CutterSpec { length: 70.0, ..spec }).unwrap();
+            ConvexBody::Tangent(*cutter.tangent_profile().unwrap())
+        })
     }
 
     fn pose() -> BodyPose {
@@ -177,6 +203,16 @@ mod tests {
         for k in 0..=400 {
             let s = along(k);
             match body {
+                ConvexBody::Tangent(profile) => {
+                    let end = profile.flank_start();
+                    // The arc of a barrel is long.
+                    let finer = (0..8).map(|j| s + along(j) / 8.0).filter(|s| *s <= 1.0);
+                    for share in finer {
+                        points.extend(profile.pieces().iter().map(|piece| piece.at(share)));
+                    }
+                    points.push([profile.radius(), end + (profile.top() - end) * s]);
+                    points.push([profile.radius() * s, profile.top()]);
+                }
                 ConvexBody::Nose { major, minor, top } => {
                     let angle = s * std::f64::consts::FRAC_PI_2;
                     points.push([major + minor * angle.sin(), minor - minor * angle.cos()]);

@@ -1,6 +1,6 @@
 //! The tool as convex bodies of revolution: signed distance and its gradient.
 
-use crate::cutter::Cutter;
+use crate::cutter::{Cutter, TangentProfile};
 use nalgebra::{Point3, Vector3};
 
 /// Convex body of revolution about the tool axis.
@@ -9,6 +9,8 @@ pub(crate) enum ConvexBody {
     /// Cutting end and flank: a circle of radius `minor` swept around one of radius `major`, and the
     /// cylinder above it up to `top`.
     Nose { major: f64, minor: f64, top: f64 },
+    /// Cutting end with a cone or a second arc beside its tip arc, and the cylinder above it.
+    Tangent(TangentProfile),
     /// Section of the shank or holder between two heights; `slope` is the growth of the radius with height.
     Frustum { low: f64, high: f64, radius: f64, slope: f64 },
 }
@@ -30,7 +32,11 @@ pub(crate) struct BodyProbe {
 pub(crate) fn bodies(cutter: &Cutter) -> Vec<ConvexBody> {
     let shank = &cutter.spec().shank;
     let top = shank.first().map_or(cutter.length(), |&[height, _]| height);
-    let mut bodies = vec![ConvexBody::Nose { major: cutter.major(), minor: cutter.minor(), top }];
+    let end = match cutter.tangent_profile() {
+        Some(profile) => ConvexBody::Tangent(*profile),
+        None => ConvexBody::Nose { major: cutter.major(), minor: cutter.minor(), top },
+    };
+    let mut bodies = vec![end];
     let last = shank.last().map(|&[_, radius]| [cutter.length(), radius]);
     let ends = shank.iter().copied().skip(1).chain(last);
     for ([low, radius], [high, end]) in shank.iter().copied().zip(ends) {
@@ -64,6 +70,7 @@ impl ConvexBody {
     pub(crate) fn heights(self) -> [f64; 2] {
         match self {
             Self::Nose { top, .. } => [0.0, top],
+            Self::Tangent(profile) => [0.0, profile.top()],
             Self::Frustum { low, high, .. } => [low, high],
         }
     }
@@ -72,7 +79,19 @@ impl ConvexBody {
     pub(crate) fn radius(self) -> f64 {
         match self {
             Self::Nose { major, minor, .. } => major + minor,
+            Self::Tangent(profile) => profile.radius(),
             Self::Frustum { low, high, radius, slope } => radius.max(radius + slope * (high - low)),
+        }
+    }
+
+    /// Returns the top of the flank over the cutting end \[mm above the tip\]; `None` for shank and holder.
+    ///
+    /// Below it the body faces across its axis and back along it: its radius never falls with height.
+    pub(crate) fn end_top(self) -> Option<f64> {
+        match self {
+            Self::Nose { top, .. } => Some(top),
+            Self::Tangent(profile) => Some(profile.top()),
+            Self::Frustum { .. } => None,
         }
     }
 
@@ -89,6 +108,7 @@ impl ConvexBody {
                     major * out + minor * up + minor
                 }
             }
+            Self::Tangent(profile) => profile.extent([out, up]),
             Self::Frustum { low, high, radius, slope } => {
                 let end = radius + slope * (high - low);
                 (radius * out + low * up).max(end * out + high * up)
@@ -106,6 +126,10 @@ impl ConvexBody {
         let rho = (y - axis * height).norm();
         let (distance, by_rho, axial) = match self {
             Self::Nose { major, minor, top } => nose([rho, height], [major, minor, top]),
+            Self::Tangent(profile) => {
+                let found = profile.distance([rho, height]);
+                (found.distance, found.gradient[0], found.gradient[1])
+            }
             Self::Frustum { low, high, radius, slope } => {
                 frustum([rho, height], [low, high], [radius, slope])
             }

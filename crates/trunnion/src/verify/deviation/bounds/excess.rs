@@ -6,7 +6,7 @@ use super::survey::{CellLocation, TILE, TileSurvey};
 use crate::verify::deviation::ray::DecidingPose;
 use crate::verify::report::{ExtremeHeight, HeightSample};
 use crate::verify::swept::bvh::ContentId;
-use crate::verify::swept::tool::{ConvexBody, NormalRay};
+use crate::verify::swept::tool::NormalRay;
 use nalgebra::Vector3;
 use std::rc::Rc;
 
@@ -130,7 +130,9 @@ fn clears(survey: &TileSurvey<'_>, cell: &FlatCell, height: f64, by: &DecidingPo
 /// normal nothing cuts there, but all of it is near the tool. The distance of a convex body is convex, so that the corners
 /// of the flat piece bound it. The probe of a cutting end is the distance itself; that of a shank may be less.
 fn comes_near(survey: &TileSurvey<'_>, cell: &FlatCell, distance: f64, by: &DecidingPose) -> bool {
-    let Some(body @ ConvexBody::Nose { .. }) = survey.parts.body(by.body) else { return false };
+    let Some(body) = survey.parts.body(by.body).filter(|body| body.end_top().is_some()) else {
+        return false;
+    };
     let room = distance - cell.bulge - survey.parts.scope.error();
     let [a, b] = cell.half;
     let middle = cell.centre - by.pose.tip;

@@ -17,7 +17,7 @@ use crate::verify::swept::bvh::BoundingBox;
 use crate::verify::swept::distance;
 use crate::verify::swept::mesh::{BoxContent, ClosedMesh};
 use crate::verify::swept::relative::RelativeMotion;
-use crate::verify::swept::tool::{BodyPose, ConvexBody};
+use crate::verify::swept::tool::BodyPose;
 use nalgebra::{Point3, Vector3};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -274,7 +274,7 @@ impl<'a> DepthSearch<'a> {
     /// That holds if no point of the body's surface, as seen from the box, has advanced by more than the goal since.
     fn leaves(&self, bounds: &BoundingBox, time: [f64; 2], goal: f64) -> bool {
         let RelativeMotion { body, piece, sag } = self.motion;
-        let (Some((was, off)), ConvexBody::Nose { top, .. }) = (self.last, body) else {
+        let (Some((was, off)), Some(top)) = (self.last, body.end_top()) else {
             return false;
         };
         let half = 0.5 * (bounds.high - bounds.low).norm();

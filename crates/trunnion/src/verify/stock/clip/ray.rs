@@ -271,6 +271,7 @@ mod tests {
                 let round = out.max(0.0).hypot(down.max(0.0)) + out.max(down).min(0.0);
                 (round - minor).max(z - top)
             }
+            ConvexBody::Tangent(_) => panic!("cut by random programs in `carve`"),
             ConvexBody::Frustum { low, high, radius, slope } => {
                 let side = (rho - radius - slope * (z - low)) / slope.hypot(1.0);
                 side.max(low - z).max(z - high)
