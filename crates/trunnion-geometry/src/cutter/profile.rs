@@ -62,14 +62,8 @@ impl ProfilePiece {
     /// `[rho, z]` \[mm\].
     pub fn points(&self, steps: u32) -> Vec<[f64; 2]> {
         match *self {
-            Self::Arc { center, radius, from, to } => {
-                // Angles from straight down.
-                let [first, last] = [from, to].map(|[out, up]| out.atan2(-up));
-                let point = |step: u32| {
-                    let angle = first + (last - first) * f64::from(step) / f64::from(steps);
-                    [center[0] + radius * angle.sin(), center[1] - radius * angle.cos()]
-                };
-                (0..=steps).map(point).collect()
+            Self::Arc { .. } => {
+                (0..=steps).map(|step| self.at(f64::from(step) / f64::from(steps))).collect()
             }
             Self::Line { from, to } => vec![from, to],
         }
@@ -91,19 +85,13 @@ pub(super) fn lay_out(spec: &CutterSpec, tangent: Option<&TangentProfile>) -> Ve
     let [major, minor] = [spec.major, spec.minor];
     // Flat bottom up to the centre circle, then the tip arc.
     let mut pieces = vec![ProfilePiece::Line { from: [0.0, 0.0], to: [major, 0.0] }];
-    let mut at = match tangent {
-        Some(profile) => {
-            pieces.extend(profile.pieces());
-            profile.end()
-        }
-        None => {
-            if minor > 0.0 {
-                let (from, to) = ([0.0, -1.0], [1.0, 0.0]);
-                pieces.push(ProfilePiece::Arc { center: [major, minor], radius: minor, from, to });
-            }
-            [major + minor, minor]
-        }
-    };
+    let mut at = tangent.map_or([major + minor, minor], TangentProfile::end);
+    if let Some(profile) = tangent {
+        pieces.extend(profile.pieces());
+    } else if minor > 0.0 {
+        let (from, to) = ([0.0, -1.0], [1.0, 0.0]);
+        pieces.push(ProfilePiece::Arc { center: [major, minor], radius: minor, from, to });
+    }
     let outer = at[0];
     let mut line_to = |to: [f64; 2]| {
         pieces.push(ProfilePiece::Line { from: at, to });

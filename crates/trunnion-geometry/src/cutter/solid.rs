@@ -75,7 +75,7 @@ impl ToolBody {
             Some(profile) => ConvexSolid(SolidShape::Tangent(*profile)),
             None => ConvexSolid::grown([major, minor], [major, top], minor),
         };
-        let top = cutter.tangent_profile().map_or(top, |profile| profile.top());
+        let top = cutter.tangent_profile().map_or(top, TangentProfile::top);
         // Horizontal shoulders are the discs of the solids below and above them.
         let above = cutter.profile().iter().filter_map(|piece| match *piece {
             ProfilePiece::Line { from, to } if from[1] >= top && to[1] > from[1] => {

@@ -317,7 +317,7 @@ mod tests {
 
         /// Nothing lies beyond the support function, and its point is on the outline.
         #[test]
-        fn nothing_lies_beyond_the_extent(cutter in any_cutter(), angle in 0.0..3.14f64) {
+        fn nothing_lies_beyond_the_extent(cutter in any_cutter(), angle in 0.0..std::f64::consts::PI) {
             let profile = cutter.tangent_profile().unwrap();
             let direction = [angle.sin(), -angle.cos()];
             let reach = profile.extent(direction);

@@ -39,8 +39,7 @@ pub(super) fn strategy(
             {
                 JobPrismatic::WallsAndFloors
             }
-            RawMethod::Auto | RawMethod::Rest => JobPrismatic::Never,
-            RawMethod::Widest | RawMethod::FixedTilt | RawMethod::Ball => JobPrismatic::Never,
+            _ => JobPrismatic::Never,
         },
         area: if raw.method == RawMethod::Rest { JobArea::Rest } else { JobArea::Whole },
         along,
