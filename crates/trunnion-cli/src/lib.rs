@@ -85,7 +85,7 @@ enum Verb {
     Path(path::PathArgs),
     /// List the faces of a part with number, kind, size and smallest concave radius; draw them with -o.
     Inspect(inspect::InspectArgs),
-    /// List, show and check machine files.
+    /// List, show, check, make, import and calibrate machine files.
     Machine {
         #[command(subcommand)]
         action: machine::Action,

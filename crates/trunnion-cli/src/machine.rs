@@ -1,4 +1,8 @@
-//! `trunnion machine`: lists, shows and checks machine files; loads machines for other verbs.
+//! `trunnion machine`: lists, shows, checks, makes, imports and calibrates machine files; loads machines for other verbs.
+
+mod calibrate;
+mod create;
+mod import;
 
 use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
@@ -33,6 +37,19 @@ pub(crate) enum Action {
         #[arg(required = true)]
         files: Vec<String>,
     },
+    /// Make a machine file from a few answers: what turns the table, what tilts, where they meet, what a jog shows.
+    New(create::NewArgs),
+    /// Turn the parameters of a control, or a machine of `FreeCAD`, into a machine file.
+    ///
+    /// Prints which value became which. What the file does not state is asked for by key, and what its manual leaves open
+    /// is written into the machine file as a comment.
+    Import(import::ImportArgs),
+    /// Find the errors of a real machine from measured spheres, and write its calibrated file.
+    ///
+    /// Readings are the positions of the axes at which a probe or an R-test finds the centre of a sphere on the table, at
+    /// several rotary positions, or ball-bar radii. What the readings cannot tell apart is named, and further positions that
+    /// would. `trunnion post --to-calibrated` moves a program to the calibrated machine.
+    Calibrate(calibrate::CalibrateArgs),
 }
 
 pub(crate) fn run(action: &Action, form: OutputForm) -> Result<Done, Failure> {
@@ -41,6 +58,9 @@ pub(crate) fn run(action: &Action, form: OutputForm) -> Result<Done, Failure> {
         Action::Show { machine, file: true, .. } => text::print(&source(machine)?),
         Action::Show { machine, output, .. } => show(machine, output.as_deref(), form),
         Action::Check { files } => check(files, form),
+        Action::New(args) => create::run(args, form),
+        Action::Import(args) => import::run(args, form),
+        Action::Calibrate(args) => calibrate::run(args, form),
     }
 }
 

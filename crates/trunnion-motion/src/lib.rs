@@ -6,6 +6,7 @@
 //! file format. Units everywhere: **mm, rad, s**.
 
 pub mod axes;
+pub mod calibrate;
 pub mod feed;
 pub mod inverse;
 pub mod machine;

@@ -34,6 +34,10 @@ pub(crate) struct PostArgs {
     /// Machine of the input program [default: that of --machine].
     #[arg(long, value_name = "MACHINE")]
     pub(super) from_machine: Option<String>,
+    /// Calibrated file of the machine, by `trunnion machine calibrate`: the input is for --machine, and the axis positions
+    /// that are written bring the tool to the same places on the real machine. For programs in axis positions (-d g93).
+    #[arg(long, value_name = "FILE", conflicts_with = "from_machine")]
+    pub(super) to_calibrated: Option<String>,
     /// Workpiece origin assumed by the input program [default: --origin].
     #[arg(long, value_name = "X,Y,Z", value_parser = three, allow_hyphen_values = true)]
     pub(super) from_origin: Option<[f64; 3]>,
@@ -121,6 +125,7 @@ written.
       -d fanuc -o part.nc
   trunnion post old.ngc -m new.toml --from-machine old.toml --from-tool-length 150 \\
       --tool-length 120 -d g93 -o new.nc
+  trunnion post part.nc -m my.toml --to-calibrated calibrated.toml --tool-length 120 -d g93 -o real.nc
   trunnion post two-tools.ngc -m new.toml --tool 2 --tool-length 95 -d g93 -o second.nc
   trunnion post two-tools.ngc -m new.toml --tool-length 1=120 --tool-length 2=95 -d fanuc -o both.nc
   trunnion post part.cls -m my-machine.toml --tool-length 120 -o part.nc --motion motion.csv

@@ -6,7 +6,7 @@ use super::input::InputOptions;
 use super::tools::Tools;
 use crate::outcome::Failure;
 use crate::{machine, text};
-use trunnion::machine::{Kinematics, Setup};
+use trunnion::machine::{Kinematics, Machine, Setup};
 use trunnion::nc::write::{
     AxisWords, Coolant, OutputFormat, SheetProgram, Style, Template, program_sheet,
 };
@@ -31,15 +31,22 @@ pub(super) struct Plan {
 
 impl Plan {
     pub(super) fn new(args: &PostArgs, name: &str) -> Result<Self, Failure> {
-        let machine = machine::load(name)?.machine;
+        let stated = machine::load(name)?.machine;
+        let machine = match &args.to_calibrated {
+            Some(file) => calibrated(&stated, file)?,
+            None => stated.clone(),
+        };
         let rotation = args.rotation.map(f64::to_radians);
         let tools = Tools::new(&args.tool_length, &args.from_tool_length, args.tool);
         let setup = Setup::new(args.origin.into(), rotation, tools.length);
         let kinematics = Kinematics::new(&machine, &setup);
         let dialect = args.dialect.unwrap_or_else(|| OutputFormat::of(&machine));
+        if args.to_calibrated.is_some() {
+            in_axis_positions(dialect)?;
+        }
         let from_machine = match &args.from_machine {
             Some(name) => machine::load(name)?.machine,
-            None => machine.clone(),
+            None => stated,
         };
         let from_setup = Setup::new(
             // The input is for the same setup unless stated otherwise.
@@ -116,4 +123,30 @@ impl Plan {
             .map_err(|error| Failure::input(error.to_string()))?;
         Ok(sheet)
     }
+}
+
+/// Reads the calibrated file of a machine, which has the same axes in the same order.
+fn calibrated(stated: &Machine, file: &str) -> Result<Machine, Failure> {
+    let machine = machine::load(file)?.machine;
+    if machine.chain == stated.chain {
+        return Ok(machine);
+    }
+    let [here, there] = [&machine, stated].map(|machine| machine.chain.join(" - "));
+    Err(Failure::input(format!(
+        "--to-calibrated {file}: its chain is {here}, and that of --machine is {there}\n  help: calibrate the machine \
+         of --machine; a program for another machine is posted with --machine and --from-machine"
+    )))
+}
+
+/// Refuses formats in which the control computes the axes by its own kinematics.
+fn in_axis_positions(dialect: OutputFormat) -> Result<(), Failure> {
+    if dialect == OutputFormat::G93 {
+        return Ok(());
+    }
+    Err(Failure::input(format!(
+        "--to-calibrated with dialect {}: the control computes the axes from the tool tip by its own kinematics, and \
+         would correct twice or not at all\n  help: write axis positions with -d g93, or enter the calibrated values \
+         into the control and run the program as it is",
+        dialect.name()
+    )))
 }

@@ -87,7 +87,8 @@ fn written(
     progress: &dyn Progress,
 ) -> Result<Written, Failure> {
     let PostFiles { input, machine, output } = *files;
-    output::protect(output, &[input, Path::new(machine)])?;
+    let calibrated = args.to_calibrated.as_deref().map_or(Path::new(machine), Path::new);
+    output::protect(output, &[input, Path::new(machine), calibrated])?;
     let plan = Plan::new(args, machine)?;
     let motion = args.motion.as_deref();
     if let Some(table) = motion {

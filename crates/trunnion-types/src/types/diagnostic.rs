@@ -46,6 +46,15 @@ impl Diagnostic {
         Self { line: 0, column: 0, message: message.into(), help: String::new() }
     }
 
+    /// Sets the line, if the diagnostic has none yet.
+    #[must_use]
+    pub fn on_line(mut self, line: u64) -> Self {
+        if self.line == 0 {
+            self.line = u32::try_from(line).unwrap_or(u32::MAX);
+        }
+        self
+    }
+
     /// Adds the remedy.
     #[must_use]
     pub fn with_help(mut self, help: impl Into<String>) -> Self {

@@ -1,9 +1,11 @@
 //! Job, machine and limits files, tables: text to data with line, column and suggestion; no I/O.
 
 mod document;
+pub mod foreign;
 pub mod job;
 pub mod limits;
 pub mod machine;
+pub mod measurements;
 mod path;
 mod places;
 pub mod schema;

@@ -13,6 +13,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("drop_cutter", &["cutter", "types"]),
     ("machine", &["math", "types"]),
     ("inverse", &["machine", "math", "types"]),
+    ("calibrate", &["machine", "types"]),
     ("positioning", &["surface", "cutter", "types"]),
     ("cover", &["positioning", "surface", "cutter", "math", "types"]),
     ("toolpath", &["math", "types"]),
@@ -22,7 +23,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("blocks", &["machine", "math", "types"]),
     ("nc", &["machine", "math", "types"]),
     ("import", &["surface", "math", "types"]),
-    ("files", &["machine", "nc", "types"]),
+    ("files", &["calibrate", "machine", "nc", "types"]),
     ("post", &["inverse", "machine", "feed", "toolpath", "blocks", "nc", "math", "types"]),
     ("verify", &["surface", "cutter", "machine", "nc", "math", "types"]),
 ];

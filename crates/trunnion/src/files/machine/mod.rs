@@ -4,7 +4,9 @@ mod built_in;
 mod layout;
 pub(super) mod raw;
 mod read;
+mod write;
 
 pub use built_in::{BUILT_IN, built_in};
 pub use layout::LAYOUT;
 pub use read::{MachineFile, parse};
+pub use write::write;
