@@ -10,7 +10,7 @@ use nalgebra::{Point3, Rotation3, Vector3};
 use proptest::prelude::*;
 use shop::Layout;
 use std::f64::consts::PI;
-use trunnion::cutter::{Cutter, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterKind, CutterSpec, ProfilePiece};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Kinematics, Machine, Setup};
 use trunnion::nc::read::{self, Dialect, Program, ReadOptions};
@@ -70,7 +70,10 @@ fn inside(cutter: &Cutter, pose: &ToolPose, p: &Point3<f64>, grow: f64) -> bool 
     let y = p - pose.tip;
     let z = pose.axis.dot(&y);
     let rho = (y - pose.axis.into_inner() * z).norm();
-    let radius = if (-grow..cutter.minor()).contains(&z) {
+    let radius = if cutter.tangent_profile().is_some() && (-grow..30.0).contains(&z) {
+        let Some(radius) = beside_tip(cutter, z, grow) else { return false };
+        radius
+    } else if (-grow..cutter.minor()).contains(&z) {
         let down = cutter.minor() - z;
         cutter.major() + ((cutter.minor() + grow).powi(2) - down.powi(2)).max(0.0).sqrt()
     } else if (cutter.minor().max(-grow)..30.0).contains(&z) {
@@ -83,6 +86,27 @@ fn inside(cutter: &Cutter, pose: &ToolPose, p: &Point3<f64>, grow: f64) -> bool 
         return false;
     };
     rho <= radius
+}
+
+/// Radius at a height of a cutter with a side, grown by `grow`: circle by circle and line by line.
+fn beside_tip(cutter: &Cutter, z: f64, grow: f64) -> Option<f64> {
+    cutter.profile().iter().find_map(|piece| {
+        let height = z.max(0.0);
+        if !(piece.start()[1]..=piece.end()[1]).contains(&height) {
+            return None;
+        }
+        match *piece {
+            ProfilePiece::Arc { center, radius, .. } => {
+                let square = (radius + grow).powi(2) - (z - center[1]).powi(2);
+                Some(center[0] + square.max(0.0).sqrt())
+            }
+            ProfilePiece::Line { from, to } if to[1] > from[1] => {
+                let slope = (to[0] - from[0]) / (to[1] - from[1]);
+                Some(from[0] + slope * (z - from[1]) + grow * slope.hypot(1.0))
+            }
+            ProfilePiece::Line { .. } => None,
+        }
+    })
 }
 
 /// Lowest `s` on a ray that is inside the tool, shrunk by what verification may overlook (a tenth
@@ -108,7 +132,24 @@ fn any_cutter() -> impl Strategy<Value = Cutter> {
         Just(cutter(CutterKind::Flat, 5.0, 0.0)),
         Just(cutter(CutterKind::Ball, 0.0, 5.0)),
         Just(cutter(CutterKind::Bull, 3.0, 2.0)),
+        Just(with_side(CutterSpec::taper(1.0, 0.3, 10.0))),
+        Just(with_side(CutterSpec::barrel(1.0, 40.0, 10.0))),
+        Just(with_side(CutterSpec::conical_barrel(1.0, 60.0, 0.4, 10.0))),
+        Just(with_side(CutterSpec::lens(30.0, 1.0, 10.0))),
     ]
+}
+
+fn with_side(spec: CutterSpec) -> Cutter {
+    Cutter::new(CutterSpec { length: 120.0, shank: vec![[30.0, 5.0], [40.0, 11.0]], ..spec })
+        .unwrap()
+}
+
+/// Point of a cutter with a side that is farthest against a direction.
+fn lowest(cutter: &Cutter, pose: &ToolPose, normal: &Vector3<f64>) -> Option<Point3<f64>> {
+    let up = -normal.dot(&pose.axis);
+    let out = -normal - pose.axis.into_inner() * up;
+    let [rho, z] = cutter.tangent_profile()?.farthest([out.norm(), up]);
+    Some(pose.tip + pose.axis.into_inner() * z + out.normalize() * rho)
 }
 
 proptest! {
@@ -126,6 +167,7 @@ proptest! {
         tilt in prop::array::uniform2(-0.5..0.5f64),
         bulge in prop::array::uniform3(-0.4..0.4f64),
         gap in -0.3..0.3f64,
+        aside in 0.1..1.4f64,
     ) {
         let mut machine = shop::machine(layout);
         let scale = AxisVector::new(2.0, 2.0, 0.5, 0.03, 0.03);
@@ -144,9 +186,17 @@ proptest! {
         }
         let pose = blocks[0].pose;
         let up = Rotation3::rotation_between(&Vector3::z(), &pose.axis).unwrap();
-        let turn = up * Rotation3::from_euler_angles(tilt[0], tilt[1], 0.0);
+        let mut turn = up * Rotation3::from_euler_angles(tilt[0], tilt[1], 0.0);
         let lean = tilt[0].hypot(tilt[1]) * cutter.radius();
-        let place = pose.tip - pose.axis.into_inner() * (gap + 0.3 * lean);
+        let mut place = pose.tip - pose.axis.into_inner() * (gap + 0.3 * lean);
+        if cutter.tangent_profile().is_some() {
+            // The face lies at the tip arc, at the side or at the flank.
+            turn = up * Rotation3::from_euler_angles(aside, 0.3 * tilt[1], 0.0);
+            let normal = turn * Vector3::z();
+            if let Some(point) = lowest(&cutter, &pose, &normal) {
+                place = point - normal * gap;
+            }
+        }
         let face = patch(place, turn, 5.0, bulge);
         let (text, _) = program(&kinematics, &blocks, tcp);
         let program = parse(&text.replace("G53 G0 Z0.", ""), &machine);
@@ -182,14 +232,26 @@ proptest! {
                     })
                 })
             };
+            // Within the tolerance the distance from the nearest cutting end counts, where it is less than along the normal.
+            let near = |s: f64| {
+                let grow = s + 3e-4;
+                s <= OPTIONS.total
+                    && blocks.windows(2).any(|pair| {
+                        (0..=10_000).any(|k| {
+                            let pose = pose_at(&kinematics, pair, f64::from(k) / 1e4, tcp);
+                            inside(&cutter, &pose, &sample.point, grow)
+                        })
+                    })
+            };
+            let right = |s: f64| touched(s) || near(s);
             match (brute, found) {
                 (Some(brute), Some(found)) => {
                     prop_assert!(found <= brute + 1.001e-4, "missed {brute}, found {found}");
-                    let right = found >= brute - 1e-5 || touched(found);
+                    let right = found >= brute - 1e-5 || right(found);
                     prop_assert!(right, "found {found}, sampling only {brute}");
                 }
                 (Some(brute), None) => prop_assert!(brute > OPTIONS.reach - 1e-3, "missed {brute}"),
-                (None, Some(found)) => prop_assert!(touched(found), "only {found}"),
+                (None, Some(found)) => prop_assert!(right(found), "only {found}"),
                 (None, None) => {}
             }
         }
