@@ -1,7 +1,5 @@
 //! `trunnion machine new` from flags; the dialogue is tested beside its code.
 
-#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
-
 use crate::binary;
 use binary::{outcome, trunnion};
 use std::fs;

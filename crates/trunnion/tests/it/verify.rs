@@ -132,16 +132,20 @@ fn any_cutter() -> impl Strategy<Value = Cutter> {
         Just(cutter(CutterKind::Flat, 5.0, 0.0)),
         Just(cutter(CutterKind::Ball, 0.0, 5.0)),
         Just(cutter(CutterKind::Bull, 3.0, 2.0)),
-        Just(with_side(CutterSpec::taper(1.0, 0.3, 10.0))),
-        Just(with_side(CutterSpec::barrel(1.0, 40.0, 10.0))),
-        Just(with_side(CutterSpec::conical_barrel(1.0, 60.0, 0.4, 10.0))),
-        Just(with_side(CutterSpec::lens(30.0, 1.0, 10.0))),
+        Just(with_side(&CutterSpec::taper(1.0, 0.3, 10.0))),
+        Just(with_side(&CutterSpec::barrel(1.0, 40.0, 10.0))),
+        Just(with_side(&CutterSpec::conical_barrel(1.0, 60.0, 0.4, 10.0))),
+        Just(with_side(&CutterSpec::lens(30.0, 1.0, 10.0))),
     ]
 }
 
-fn with_side(spec: CutterSpec) -> Cutter {
-    Cutter::new(CutterSpec { length: 120.0, shank: vec![[30.0, 5.0], [40.0, 11.0]], ..spec })
-        .unwrap()
+fn with_side(spec: &CutterSpec) -> Cutter {
+    Cutter::new(CutterSpec {
+        length: 120.0,
+        shank: vec![[30.0, 5.0], [40.0, 11.0]],
+        ..spec.clone()
+    })
+    .unwrap()
 }
 
 /// Point of a cutter with a side that is farthest against a direction.
