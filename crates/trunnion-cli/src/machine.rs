@@ -38,7 +38,7 @@ pub(crate) enum Action {
         files: Vec<String>,
     },
     /// Make a machine file from a few answers: what turns the table, what tilts, where they meet, what a jog shows.
-    New(create::NewArgs),
+    New(Box<create::NewArgs>),
     /// Turn the parameters of a control, or a machine of `FreeCAD`, into a machine file.
     ///
     /// Prints which value became which. What the file does not state is asked for by key, and what its manual leaves open

@@ -29,7 +29,7 @@ pub(crate) struct CalibrateArgs {
     /// Calibrated machine file to write; without it, the result is only printed.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Gauge point to the centre of the probe ball or sphere in the spindle, in mm, for tables without length_mm.
+    /// Gauge point to the centre of the probe ball or sphere in the spindle, in mm, for tables without `length_mm`.
     #[arg(long, value_name = "L", default_value = "0", value_parser = finite, allow_hyphen_values = true)]
     tool_length: f64,
     /// Standard deviation of a reading, in mm [default: from the residuals].
@@ -266,19 +266,16 @@ impl Summary {
 /// Says which deviations only show together.
 fn open_words(parts: &[PartJson]) -> String {
     let names: Vec<&str> = parts.iter().map(|part| part.name.as_str()).collect();
-    match names.as_slice() {
-        [one] => format!("no reading depends on {one}: it stays as in the machine file"),
-        _ => {
-            let amount =
-                |part: &PartJson| format!("{:+.4} {} of {}", part.change, part.unit, part.name);
-            let amounts: Vec<String> = parts.iter().map(amount).collect();
-            format!(
-                "cannot be told apart: {}; no reading notices {} together",
-                names.join(", "),
-                amounts.join(", ")
-            )
-        }
+    if let [one] = names.as_slice() {
+        return format!("no reading depends on {one}: it stays as in the machine file");
     }
+    let amount = |part: &PartJson| format!("{:+.4} {} of {}", part.change, part.unit, part.name);
+    let amounts: Vec<String> = parts.iter().map(amount).collect();
+    format!(
+        "cannot be told apart: {}; no reading notices {} together",
+        names.join(", "),
+        amounts.join(", ")
+    )
 }
 
 /// Returns the factor to the unit of the summary, and its name.

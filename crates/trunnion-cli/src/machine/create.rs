@@ -268,11 +268,11 @@ fn interview(answers: &mut Answers<'_>) -> Result<MachineSpec, Failure> {
     let axes = axes(answers, &table, &head);
     finish(answers)?;
     let words: Vec<&str> = chain.iter().map(String::as_str).collect();
-    Ok(MachineSpec::new(&name.unwrap_or_default(), &words, axes.unwrap_or_default()))
+    Ok(MachineSpec::new(&name.unwrap_or_default(), &words, axes))
 }
 
 /// Asks for everything about the axes.
-fn axes(answers: &mut Answers<'_>, table: &[String], head: &[String]) -> Option<Vec<AxisSpec>> {
+fn axes(answers: &mut Answers<'_>, table: &[String], head: &[String]) -> Vec<AxisSpec> {
     let mut all = Vec::new();
     let linear = answers.get(
         "linear",
@@ -334,7 +334,7 @@ fn axes(answers: &mut Answers<'_>, table: &[String], head: &[String]) -> Option<
         let cyclic = base.cyclic.filter(|_| limits.is_none());
         all.push(AxisSpec { limits, cyclic, vel, acc, jerk, sense, ..base });
     }
-    Some(all)
+    all
 }
 
 fn own_dir(answers: &mut Answers<'_>, name: &str) -> Option<[f64; 3]> {

@@ -14,7 +14,7 @@ pub(super) fn combinations(
 ) -> Vec<DeviationCombination> {
     let mut rows = basis.to_vec();
     for row in 0..rows.len() {
-        let Some(pivot) = rows.get(row).map(|row| row.icamax()) else { break };
+        let Some(pivot) = rows.get(row).map(nalgebra::Matrix::icamax) else { break };
         let Some(own) = rows.get(row).copied().filter(|own| own[pivot].abs() > 0.0) else {
             continue;
         };

@@ -149,7 +149,7 @@ impl ReducedEquations {
     }
 
     fn pairs(&self) -> impl Iterator<Item = (f64, Deviations)> {
-        let vectors = self.eigen.eigenvectors.column_iter().map(|column| column.into_owned());
+        let vectors = self.eigen.eigenvectors.column_iter().map(nalgebra::Matrix::into_owned);
         self.eigen.eigenvalues.iter().copied().zip(vectors)
     }
 }

@@ -183,8 +183,7 @@ impl<'a> Fit<'a> {
                 Some(DeviationKind::Offset) => options.largest_offset,
                 _ => options.largest_tilt,
             };
-            // Written so that NaN is too large.
-            !(self.by[*index].abs() <= most)
+            self.by[*index].is_nan() || self.by[*index].abs() > most
         };
         let index = (0..CHAIN_DEVIATIONS).find(too_large)?;
         let deviation = self.model.deviations.get(index)?;

@@ -96,30 +96,15 @@ impl Search {
     fn best(&self, first: &SphereReading, report: &CalibrationReport) -> Option<FurtherReading> {
         let center = report.spheres.get(first.sphere)?.coords;
         let target = SphereTarget { sphere: first.sphere, center, tool_length: first.tool_length };
-        self.best_of(self.positions(report, target, 0.0))
+        self.best_of(positions(report, target, 0.0))
             .or_else(|| {
                 let longer = |by| {
                     let tool_length = first.tool_length + by;
-                    self.positions(report, SphereTarget { tool_length, ..target }, by)
+                    positions(report, SphereTarget { tool_length, ..target }, by)
                 };
                 self.best_of(OTHER_LENGTHS.into_iter().flat_map(longer).collect())
             })
             .or_else(|| self.best_of(self.second_spheres(report, target)))
-    }
-
-    fn positions(
-        &self,
-        report: &CalibrationReport,
-        target: SphereTarget,
-        longer: f64,
-    ) -> Vec<FurtherReading> {
-        let one = |reading| FurtherReading {
-            readings: vec![reading],
-            second_sphere: None,
-            longer,
-            fixes: 0,
-        };
-        over_travel(&report.machine, &target).into_iter().map(one).collect()
     }
 
     /// Returns the readings of a second sphere at the rotary positions that were read.
@@ -161,4 +146,11 @@ impl Search {
             .max_by(|(a, p), (b, q)| a.fixes.cmp(&b.fixes).then(p.total_cmp(q)));
         best.map(|(one, _)| one)
     }
+}
+
+/// Returns one reading a rotary position.
+fn positions(report: &CalibrationReport, target: SphereTarget, longer: f64) -> Vec<FurtherReading> {
+    let one =
+        |reading| FurtherReading { readings: vec![reading], second_sphere: None, longer, fixes: 0 };
+    over_travel(&report.machine, &target).into_iter().map(one).collect()
 }

@@ -139,17 +139,10 @@ fn rotary(
     let controlled = values.needed(&number, "axis names")?;
     let along = values.needed(&direction, "axis.dir")?;
     let inclination = values.number(&(numbers[1] + 1).to_string(), "axis.dir").unwrap_or(0.0);
-    let (dir, letter) = match direction_of(along, inclination) {
-        Some(found) => found,
-        None => {
-            let message = format!("parameter {direction} = {along} names no direction");
-            values.fault(
-                &direction,
-                message,
-                "1 to 3 are X, Y and Z, 4 to 6 are tilted from these",
-            );
-            return None;
-        }
+    let Some((dir, letter)) = direction_of(along, inclination) else {
+        let message = format!("parameter {direction} = {along} names no direction");
+        values.fault(&direction, message, "1 to 3 are X, Y and Z, 4 to 6 are tilted from these");
+        return None;
     };
     // 0 turns the body right-handed about the direction; a table that does turns the tool the other way.
     let left = values.needed(&sense, "axis.sense")? > 0.0;

@@ -151,9 +151,9 @@ fn chain(axes: &[FcmAxis]) -> Option<Vec<String>> {
             _ => false,
         });
         // A rotary without parent beside linear axes of its side: whether they carry it is open.
-        let loose = |axis: &&&FcmAxis| axis.parent.is_none();
+        let loose = |axis: &&FcmAxis| axis.parent.is_none();
         let linear = found.iter().any(|axis| axis.draft.kind == AxisKind::Linear);
-        if open || (linear && rotaries.iter().any(|axis| loose(&axis))) {
+        if open || (linear && rotaries.iter().any(|axis| loose(axis))) {
             return None;
         }
         Some(found.iter().map(|axis| axis.draft.name.clone()).collect())

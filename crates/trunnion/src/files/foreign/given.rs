@@ -96,7 +96,7 @@ pub(super) fn complete(draft: MachineDraft, faults: &mut Vec<Diagnostic>) -> Mac
         chain: draft.chain.unwrap_or_default(),
         tool_axis: draft.tool_axis,
         gauge: draft.gauge,
-        axes: draft.axes.into_iter().map(axis_spec).collect(),
+        axes: draft.axes.iter().map(axis_spec).collect(),
         cycle: ControlLimits { servo_period: draft.servo_period, ..ControlLimits::default() },
         singular: SingularPolicy::STANDARD,
         retract: RetractPolicy::standard(),
@@ -140,7 +140,7 @@ fn missing_of(axes: &[AxisDraft], kind: AxisKind, faults: &mut Vec<Diagnostic>) 
     }
 }
 
-fn axis_spec(draft: AxisDraft) -> AxisSpec {
+fn axis_spec(draft: &AxisDraft) -> AxisSpec {
     let dir = draft.dir.unwrap_or([0.0, 0.0, 1.0]);
     let (base, unit) = match draft.kind {
         AxisKind::Linear => (AxisSpec::linear(&draft.name, dir), 1.0),

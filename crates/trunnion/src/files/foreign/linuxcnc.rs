@@ -82,7 +82,7 @@ fn sections(text: &str, values: &mut SourceValues, hal: &mut HalPins) {
                 // Several lines of a key are a list.
                 ("HAL", "HALFILE") => values.add(&format!("HAL.HALFILE {line}"), value, line),
                 ("EMC" | "KINS" | "TRAJ" | "EMCMOT", _) => {
-                    values.add(&format!("{section}.{key}"), value, line)
+                    values.add(&format!("{section}.{key}"), value, line);
                 }
                 _ if section.starts_with("JOINT_") || section.starts_with("AXIS_") => {
                     values.add(&format!("{section}.{key}"), value, line);

@@ -53,20 +53,16 @@ impl SourceValues {
     /// Returns a number, and records what it became.
     pub(super) fn number(&mut self, key: &str, target: &str) -> Option<f64> {
         let found = self.find(key)?.clone();
-        match found.value.parse::<f64>().ok().filter(|value| value.is_finite()) {
-            Some(value) => {
-                self.origins.push(ValueOrigin::new(&found, target));
-                Some(value)
-            }
-            None => {
-                let SourceValue { key, value, line } = found;
-                let message = format!("{key} = {value:?} is not a number");
-                self.faults.push(
-                    Diagnostic::whole(message).with_help("write a decimal number").on_line(line),
-                );
-                None
-            }
+        let value = found.value.parse::<f64>().ok().filter(|value| value.is_finite());
+        if value.is_some() {
+            self.origins.push(ValueOrigin::new(&found, target));
+        } else {
+            let SourceValue { key, value, line } = found;
+            let message = format!("{key} = {value:?} is not a number");
+            let help = "write a decimal number";
+            self.faults.push(Diagnostic::whole(message).with_help(help).on_line(line));
         }
+        value
     }
 
     /// Returns a number without which there is no machine.
