@@ -61,8 +61,9 @@ const EXAMPLES: &str = "\
 On a terminal, everything that no flag states is asked for. In a script it is an error that names the flag.
 
   trunnion machine new -o my.toml
-  trunnion machine new -o my.toml --name mill --table C,B --head none --carries none --meet=-381,-254,-535 \\
-      --travel X=-762,0 --travel Y=-508,0 --travel Z=-508,0 --travel C=endless --travel B=-35,120 \\
+  trunnion machine new -o my.toml --name mill --table C,B --head none --carries none \\
+      --meet=-381,-254,-535 --travel X=-762,0 --travel Y=-508,0 --travel Z=-508,0 \\
+      --travel C=endless --travel B=-35,120 \\
       --jog C=clockwise --jog B=clockwise --linear 500,2500,40000 --rotary 150,300,6000";
 
 pub(crate) fn run(args: &NewArgs, form: OutputForm) -> Result<Done, Failure> {

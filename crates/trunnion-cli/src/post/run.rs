@@ -97,7 +97,14 @@ fn written(
     }
     let (mut outputs, name) = Outputs::beside(output)?;
     let posted = outputs.add_checked(&name, |out| posting::post(&plan, input, progress, out))?;
-    let warnings = warnings(&posted.report, input, output);
+    let mut warnings = warnings(&posted.report, input, output);
+    if args.to_calibrated.is_some() {
+        warnings.push(format!(
+            "{}: the origin of the calibrated machine is not that of the ideal one\n  help: enter G54 as the head of \
+             this program states it",
+            output.display()
+        ));
+    }
     // The setup sheet belongs to the program: both are committed together.
     if output::is_regular(output) {
         let sheet = plan.sheet(&name, &posted.head)?;
