@@ -143,15 +143,15 @@ impl MeasurementColumns {
         let mut axes = Vec::new();
         for axis in &machine.axes {
             let units = match axis.kind {
-                AxisKind::Linear => [("mm", 1.0), ("inch", INCH)],
-                AxisKind::Rotary => [("deg", 1.0_f64.to_radians()), ("rad", 1.0)],
+                AxisKind::Linear => LENGTHS,
+                AxisKind::Rotary => ANGLES,
             };
             match with_unit(header, &axis.name, units) {
                 Some(column) => axes.push(column),
                 None => faults.push(missing(header, &axis.name, units).on_line(line)),
             }
         }
-        let length = |name: &str| with_unit(header, name, [("mm", 1.0), ("inch", INCH)]);
+        let length = |name: &str| with_unit(header, name, LENGTHS);
         let deviation = match [length("dx"), length("dy"), length("dz")] {
             [Some(x), Some(y), Some(z)] => Some([x, y, z]),
             [None, None, None] => None,
@@ -186,15 +186,30 @@ impl MeasurementColumns {
     }
 }
 
-fn with_unit(header: &TableHeader, name: &str, units: [(&str, f64); 2]) -> Option<UnitColumn> {
-    units.into_iter().find_map(|(unit, factor)| {
-        let name = format!("{name}_{unit}");
-        header.names().contains(&name).then_some(UnitColumn { name, factor })
+/// Unit that the name of a column may end with.
+#[derive(Debug, Clone, Copy)]
+struct ColumnUnit {
+    name: &'static str,
+    /// One of it in mm or rad.
+    factor: f64,
+}
+
+const LENGTHS: [ColumnUnit; 2] =
+    [ColumnUnit { name: "mm", factor: 1.0 }, ColumnUnit { name: "inch", factor: INCH }];
+const ANGLES: [ColumnUnit; 2] = [
+    ColumnUnit { name: "deg", factor: std::f64::consts::PI / 180.0 },
+    ColumnUnit { name: "rad", factor: 1.0 },
+];
+
+fn with_unit(header: &TableHeader, name: &str, units: [ColumnUnit; 2]) -> Option<UnitColumn> {
+    units.into_iter().find_map(|unit| {
+        let name = format!("{name}_{}", unit.name);
+        header.names().contains(&name).then_some(UnitColumn { name, factor: unit.factor })
     })
 }
 
-fn missing(header: &TableHeader, name: &str, units: [(&str, f64); 2]) -> Diagnostic {
-    let [first, second] = units.map(|(unit, _)| format!("{name}_{unit}"));
+fn missing(header: &TableHeader, name: &str, units: [ColumnUnit; 2]) -> Diagnostic {
+    let [first, second] = units.map(|unit| format!("{name}_{}", unit.name));
     let bare = header.names().iter().any(|here| here == name);
     let message = if bare {
         format!("column {name} states no unit")
@@ -239,7 +254,7 @@ mod tests {
                 "1: column X states no unit\n  help: call it X_mm or X_inch",
             ),
             ("X_mm,Y_mm,Z_mm,B_deg\n".to_owned(), "1: there is no column for axis C"),
-            (format!("{head}\n1,1,1,1,1\n"), "2: X = 1.0000 mm is outside its travel"),
+            (format!("{head}\n1,-1,-1,1,1\n"), "2: X = 1.0000 mm is outside its travel"),
             (format!("{head}\n-1,-1,-1,1,x\n"), "2:12: B_deg = \"x\" is not a number"),
             (
                 format!("{head},dx_mm\n"),

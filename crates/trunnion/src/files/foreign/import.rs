@@ -49,7 +49,7 @@ pub struct ImportedMachine {
     pub format: ControlFormat,
     /// The machine; [`Machine::new`] accepts it.
     pub spec: MachineSpec,
-    /// Which value became which.
+    /// Values of the file with the keys that they became.
     pub origins: Vec<ValueOrigin>,
     /// Statements that the format or its manual leaves open.
     pub notes: Vec<String>,
