@@ -156,7 +156,10 @@ def test_signals_are_heard(job_folder, root):
     import sys
     import time
 
-    script = f"import trunnion; print('ready', flush=True); trunnion.run({str(root / 'examples/bezier-patch/job.toml')!r})"
+    # A shell in the background leaves SIGINT ignored, and Python keeps it so.
+    heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    job = str(root / "examples/bezier-patch/job.toml")
+    script = f"{heard}; import trunnion; print('ready', flush=True); trunnion.run({job!r})"
     process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert process.stdout.readline() == b"ready\n"
     time.sleep(0.5)
