@@ -27,12 +27,8 @@ pub(crate) struct InitArgs {
 }
 
 pub(crate) fn run(args: &InitArgs, form: OutputForm) -> Result<Done, Failure> {
-    if let Some(path) = args.output.as_deref().filter(|path| path.exists()) {
-        let help = "choose another name, or remove the file";
-        return Err(Failure::input(format!(
-            "{}: the file exists already, and may hold your work\n  help: {help}",
-            path.display()
-        )));
+    if let Some(path) = &args.output {
+        output::refuse_existing(path)?;
     }
     let bars = Bars::new();
     let ProposalAnswer { proposal, warnings, job } = answer(args, &bars)?;

@@ -41,14 +41,14 @@ pub(crate) enum Action {
     New(Box<create::NewArgs>),
     /// Turn the parameters of a control, or a machine of `FreeCAD`, into a machine file.
     ///
-    /// Prints which value became which. What the file does not state is asked for by key, and what its manual leaves open
-    /// is written into the machine file as a comment.
+    /// Prints each value with the key that it became. A value that is missing is asked for by its key; a sign that the manual
+    /// leaves open becomes a comment in the machine file.
     Import(import::ImportArgs),
     /// Find the errors of a real machine from measured spheres, and write its calibrated file.
     ///
     /// Readings are the positions of the axes at which a probe or an R-test finds the centre of a sphere on the table, at
-    /// several rotary positions, or ball-bar radii. What the readings cannot tell apart is named, and further positions that
-    /// would. `trunnion post --to-calibrated` moves a program to the calibrated machine.
+    /// several rotary positions, or ball-bar radii. The report names deviations that the readings do not separate, and further
+    /// positions that would. `trunnion post --to-calibrated` moves a program to the calibrated machine.
     Calibrate(calibrate::CalibrateArgs),
 }
 

@@ -44,6 +44,18 @@ pub(crate) fn protect(output: &Path, inputs: &[&Path]) -> std::result::Result<()
     Ok(())
 }
 
+/// Refuses an output that exists: people go on working in such files, so that none is ever replaced.
+pub(crate) fn refuse_existing(path: &Path) -> std::result::Result<(), Failure> {
+    if !path.exists() {
+        return Ok(());
+    }
+    let help = "choose another name, or remove the file";
+    Err(Failure::input(format!(
+        "{}: the file exists already, and may hold your work\n  help: {help}",
+        path.display()
+    )))
+}
+
 /// Returns true if an output is, or becomes, a regular file; a device, pipe or socket has no files beside it.
 pub(crate) fn is_regular(path: &Path) -> bool {
     matches!(Destination::of(path), Ok(Destination::File(_)))

@@ -5,7 +5,7 @@ use crate::path::chart;
 use crate::path::profile::Profile;
 use crate::{material, places};
 use anyhow::Result;
-use trunnion::cutter::{Cutter, CutterSide};
+use trunnion::cutter::{Cutter, CutterKind, CutterSide};
 use trunnion::files::job::MotionMethod;
 use trunnion::files::summary::{AxisSummary, CheckSummary, ProgramSummary, RestSummary, Summary};
 use trunnion::machine::{Axis, AxisKind, FIRST_ROTARY};
@@ -85,11 +85,14 @@ pub(crate) fn describe(cutter: &Cutter) -> String {
             return format!("{:?} D{diameter} r{tip}, length {length} mm", cutter.kind());
         }
         CutterSide::Cone { .. } => String::new(),
-        CutterSide::Arc { radius, .. } => format!(" R{radius}"),
+        CutterSide::Arc { radius, .. } if cutter.kind() == CutterKind::Lens => {
+            format!(", corner r{radius}")
+        }
+        CutterSide::Arc { radius, .. } => format!(", barrel r{radius}"),
     };
     let angle = cutter.spec().side.taper_angle().to_degrees();
-    let angle = if angle > 0.0 { format!(" {angle:.4}°") } else { String::new() };
-    format!("{} D{diameter} r{tip}{side}{angle}, length {length} mm", cutter.kind().name())
+    let angle = if angle > 0.0 { format!(", side {angle:.4}°") } else { String::new() };
+    format!("{} D{diameter}, tip r{tip}{side}{angle}, length {length} mm", cutter.kind().name())
 }
 
 fn verdict(summary: &Summary) -> Vec<String> {

@@ -45,15 +45,18 @@ Columns are matched by name, others ignored; the unit is part of the name. Lines
   dx_mm,dy_mm,dz_mm            ball in the spindle less sphere, in the directions of the workpiece (R-test); without
                                them the ball was at the centre of the sphere (spindle probe)
   radius_mm                    distance of both centres instead (ball bar)
-Thirteen deviations are found: place and tilt of both rotary axes, squareness of X, Y and Z, tilt of the tool axis.
+The fit has thirteen deviations: place and tilt of both rotary axes, squareness of X, Y and Z, tilt of the tool axis.
 The tilt of the tool shows only with two lengths. Uncertainties are for 95 %. X and the gauge point define the frame.
-Exit codes: 0 every deviation is found; 1 some cannot be told apart, or readings contradict the others; 2 malformed
-input, or readings of another machine; nothing written.
+Exit codes: 0 the readings determine every deviation; 1 they leave some open, or contradict each other; 2 the input is
+malformed, or the readings are of another machine; nothing is written.
 
   trunnion machine calibrate probe.csv -m bc-trunnion --tool-length 150 -o calibrated.toml
   trunnion machine calibrate short.csv long.csv ballbar.csv -m my.toml -o calibrated.toml";
 
 pub(crate) fn run(args: &CalibrateArgs, form: OutputForm) -> Result<Done, Failure> {
+    if let Some(path) = &args.output {
+        output::refuse_existing(path)?;
+    }
     let MachineFile { machine, spec, .. } = machine::load(&args.machine)?;
     let mut table = MeasurementTable::default();
     let mut rows = Vec::new();
@@ -65,15 +68,14 @@ pub(crate) fn run(args: &CalibrateArgs, form: OutputForm) -> Result<Done, Failur
     }
     let options = CalibrationOptions { noise: args.noise, ..CalibrationOptions::standard() };
     let report = calibrate(&machine, &table.readings, options).map_err(|error| {
-        Failure::input(format!("{}: {error}\n  help: {}", args.machine, error.remedy()))
+        let names: Vec<String> =
+            args.measurements.iter().map(|file| file.display().to_string()).collect();
+        Failure::input(format!("{}: {error}\n  help: {}", names.join(", "), error.remedy()))
     })?;
     let further = further_readings(&table.readings, &report, options.weak);
     let summary =
         Summary::new(args, &machine, &report, &further, &Rows { table: &table, files: &rows });
     if let Some(path) = &args.output {
-        let mut inputs: Vec<&Path> = args.measurements.iter().map(PathBuf::as_path).collect();
-        inputs.push(Path::new(&args.machine));
-        output::protect(path, &inputs)?;
         let text = write(&calibrated(&spec, &report.machine), &summary.notes());
         output::file(path, |out| out.write_all(text.as_bytes()))?;
     }
@@ -236,14 +238,14 @@ impl Summary {
             let _ = writeln!(text, "\n{}", open_words(parts));
         }
         if !self.further.is_empty() {
-            text.push_str("\nfurther readings that would tell them apart:\n");
+            text.push_str("\nfurther readings that would separate them:\n");
         }
         for one in &self.further {
             let _ = writeln!(text, "  {}", one.words);
         }
         if !self.confounded.is_empty() && self.further.is_empty() {
             text.push_str(
-                "no further sphere within the travel tells them apart: they stay as in the machine file\n",
+                "no further sphere within the travel separates them: they stay as in the machine file\n",
             );
         }
     }
@@ -272,7 +274,7 @@ fn open_words(parts: &[PartJson]) -> String {
     let amount = |part: &PartJson| format!("{:+.4} {} of {}", part.change, part.unit, part.name);
     let amounts: Vec<String> = parts.iter().map(amount).collect();
     format!(
-        "cannot be told apart: {}; no reading notices {} together",
+        "the readings do not separate {}: together, {} change none of them",
         names.join(", "),
         amounts.join(", ")
     )

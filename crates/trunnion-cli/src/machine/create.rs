@@ -45,8 +45,8 @@ pub(crate) struct NewArgs {
     /// Ends of travel in mm or degrees, such as X=-762,0 or C=endless. May be repeated.
     #[arg(long, value_name = "AXIS=LOW,HIGH", value_parser = key_value)]
     travel: Vec<(String, String)>,
-    /// What a jog by +30 degrees does, seen from the positive end of the axis (C from above, A from +x, B from +y): the
-    /// table or head turns clockwise or counterclockwise, such as C=clockwise. May be repeated.
+    /// Turn of the table or head when an axis is jogged by +30 degrees, seen from the positive end of the axis (C from
+    /// above, A from +x, B from +y): clockwise or counterclockwise, such as C=clockwise. May be repeated.
     #[arg(long, value_name = "AXIS=TURN", value_parser = key_value)]
     jog: Vec<(String, String)>,
     /// Largest velocity, acceleration and jerk of the linear axes, mm and s.
@@ -67,6 +67,8 @@ On a terminal, everything that no flag states is asked for. In a script it is an
       --jog C=clockwise --jog B=clockwise --linear 500,2500,40000 --rotary 150,300,6000";
 
 pub(crate) fn run(args: &NewArgs, form: OutputForm) -> Result<Done, Failure> {
+    // Before the first question: no answers are asked for in vain.
+    output::refuse_existing(&args.output)?;
     let stdin = std::io::stdin();
     let terminal = stdin.is_terminal() && std::io::stderr().is_terminal();
     let mut input = stdin.lock();

@@ -55,6 +55,9 @@ pub(super) fn key_value(word: &str) -> Result<(String, String), String> {
 }
 
 pub(crate) fn run(args: &ImportArgs, form: OutputForm) -> Result<Done, Failure> {
+    if let Some(path) = &args.output {
+        output::refuse_existing(path)?;
+    }
     let content = text::read(&args.file)?;
     let given: BTreeMap<String, String> = args.given.iter().cloned().collect();
     let request = ImportRequest {
@@ -69,7 +72,6 @@ pub(crate) fn run(args: &ImportArgs, form: OutputForm) -> Result<Done, Failure> 
     })?;
     let summary = Summary::new(args, &imported);
     if let Some(path) = &args.output {
-        output::protect(path, &[&args.file])?;
         let text = write(&imported.spec, &summary.comments());
         output::file(path, |out| out.write_all(text.as_bytes()))?;
     }
@@ -119,7 +121,7 @@ struct Summary {
     name: String,
     chain: Vec<String>,
     values: Vec<OriginJson>,
-    /// What the description or its manual leaves open.
+    /// Statements that the description or its manual leaves open.
     open: Vec<String>,
     output: Option<String>,
 }

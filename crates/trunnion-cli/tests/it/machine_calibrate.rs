@@ -104,6 +104,41 @@ fn calibrated() -> TempDir {
     folder
 }
 
+/// Compares a calibrated file with the real machine.
+fn compare(text: &str) {
+    let machine = parse(text).unwrap().machine;
+    for (a, b) in machine.axes.iter().zip(&real().axes) {
+        assert!(a.dir.cross(&b.dir).norm() < 15e-6, "{}: {:e}", a.name, a.dir.cross(&b.dir).norm());
+        let apart = a.point - b.point;
+        assert!((apart - *b.dir * b.dir.dot(&apart)).norm() < 0.004, "{}: {apart}", a.name);
+    }
+}
+
+/// A ball bar of 100 mm between a ball in the spindle and two on the table, all around.
+#[test]
+fn ball_bar_radii_give_the_real_machine() {
+    let (real, mut dice) = (real(), Dice(11));
+    let center = V3::new(-381.0, -254.0, -560.0);
+    let spheres = [center + V3::new(160.0, 0.0, 190.0), center + V3::new(-40.0, 150.0, 250.0)];
+    let mut text = "X_mm,Y_mm,Z_mm,C_deg,B_deg,length_mm,sphere,radius_mm\n".to_owned();
+    for index in 0..400 {
+        let (sphere, length) = (index % 2, [80.0, 260.0][index / 2 % 2]);
+        let rotary = [3.1 * dice.next(), TILTS[index % 5].to_radians()];
+        let bar = dice.point(1.0).normalize() * 100.0;
+        let q = found(&real, spheres[sphere] + bar, length, rotary, &mut dice);
+        if real.out_of_travel(&q).is_none() {
+            writeln!(text, "{},{length},{},100", row(&q), sphere + 1).unwrap();
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("bar.csv"), text).unwrap();
+    let arguments =
+        ["machine", "calibrate", "bar.csv", "-m", "bc-trunnion", "-o", "calibrated.toml"];
+    let (code, text, errors) = outcome(&trunnion(folder.path(), &arguments));
+    assert_eq!(code, Some(0), "{text}{errors}");
+    compare(&fs::read_to_string(folder.path().join("calibrated.toml")).unwrap());
+}
+
 #[test]
 fn a_calibrated_file_is_the_real_machine() {
     let folder = calibrated();
@@ -111,12 +146,7 @@ fn a_calibrated_file_is_the_real_machine() {
     assert!(
         text.starts_with("# Calibrated by trunnion from bc-trunnion and 40 readings: probe.csv.\n")
     );
-    let machine = parse(&text).unwrap().machine;
-    for (a, b) in machine.axes.iter().zip(&real().axes) {
-        assert!(a.dir.cross(&b.dir).norm() < 15e-6, "{}: {:e}", a.name, a.dir.cross(&b.dir).norm());
-        let apart = a.point - b.point;
-        assert!((apart - *b.dir * b.dir.dot(&apart)).norm() < 0.004, "{}: {apart}", a.name);
-    }
+    compare(&text);
     let check = trunnion(folder.path(), &["machine", "check", "calibrated.toml"]);
     assert_eq!(check.status.code(), Some(0));
 }
@@ -218,7 +248,8 @@ fn what_the_readings_leave_open_is_named_with_what_helps() {
     // One length: the tilt of the tool is an offset of everything else.
     assert!(text.contains("tool.tilt.x") && text.contains("open"), "{text}");
     assert!(
-        text.contains("cannot be told apart") && text.contains("mm farther from the spindle"),
+        text.contains("the readings do not separate")
+            && text.contains("mm farther from the spindle"),
         "{text}"
     );
     fs::write(folder.path().join("flat.csv"), table(&[100.0, 200.0], &[0.0])).unwrap();
@@ -269,7 +300,7 @@ fn readings_of_another_machine_are_refused_with_the_reason() {
         table(&[100.0], &TILTS).lines().take(4).map(|line| format!("{line}\n")).collect();
     fs::write(folder.path().join("few.csv"), few).unwrap();
     let errors = run(folder.path(), &["few.csv", "-m", "bc-trunnion"]);
-    assert!(errors.contains("6 numbers were read, and they depend on"), "{errors}");
+    assert!(errors.contains("few.csv: 6 numbers were read, and they depend on"), "{errors}");
     let output = trunnion(
         folder.path(),
         &[

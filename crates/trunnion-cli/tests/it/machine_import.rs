@@ -42,7 +42,10 @@ fn import(folder: &Path, file: &str, given: &[&str]) -> Machine {
     assert!(stdout(&output).contains("became"), "{}", stdout(&output));
     let check = trunnion(folder, &["machine", "check", "machine.toml"]);
     assert!(check.status.success(), "{file}: {}", stdout(&check));
-    parse(&fs::read_to_string(folder.join("machine.toml")).unwrap()).unwrap().machine
+    let text = fs::read_to_string(folder.join("machine.toml")).unwrap();
+    // Another import into the same file would be refused.
+    fs::remove_file(folder.join("machine.toml")).unwrap();
+    parse(&text).unwrap().machine
 }
 
 /// Compares the tip at many positions with a formula of positions by axis name.
@@ -281,6 +284,14 @@ fn what_cannot_be_used_is_said_with_its_line() {
         assert!(stderr(&output).contains(expected), "{name}: {}", stderr(&output));
         assert!(!folder.path().join("out.toml").exists());
     }
+    // One number in two forms contradicts nothing.
+    fs::write(
+        folder.path().join("same.prm"),
+        fanuc.replace("N19700 P10.0", "N19700 P10.0\nN19700 P10"),
+    )
+    .unwrap();
+    let same = trunnion(folder.path(), &["machine", "import", "same.prm"]);
+    assert!(!stderr(&same).contains("19700"), "{}", stderr(&same));
     let output =
         trunnion(folder.path(), &["machine", "import", "fanuc-table.prm", "--set", "axis.C.jrk=3"]);
     assert!(stderr(&output).contains("did you mean jerk?"), "{}", stderr(&output));

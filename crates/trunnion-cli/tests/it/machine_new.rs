@@ -60,6 +60,9 @@ fn flags_make_a_machine_that_check_accepts() {
             .unwrap()
             .contains("mill: table-table, layout 24")
     );
+    // The file may have been changed since: it is not replaced.
+    let (code, _, errors) = outcome(&trunnion(folder.path(), &arguments));
+    assert!(code == Some(2) && errors.contains("exists already"), "{errors}");
 }
 
 #[test]

@@ -108,9 +108,9 @@ impl ConvexSolid {
             }
             // The corner of a lens is the rim of a disc, grown by its radius. The side of a barrel is not: there the whole
             // cutting end stands for it.
-            ProfilePiece::Arc { center, radius, from, to } if from[0] > 0.0 => {
+            ProfilePiece::Arc { center, radius, from, .. } if from[0] > 0.0 => {
                 let end = cutter.tangent_profile()?;
-                if radius < end.tip_radius() && to[1] >= 0.0 {
+                if radius < end.tip_radius() {
                     Some(Self::grown(center, center, radius))
                 } else {
                     Some(Self(SolidShape::Tangent(*end)))
@@ -259,6 +259,23 @@ mod tests {
         }
         let above = |x: f64, z: f64| tool.body[0].distance(&Point3::new(x, 0.0, z), &pose);
         assert!((above(5.0, 28.0) - 2.0).abs() < 1e-12 && (above(10.0, 35.0) + 2.0).abs() < 1e-12);
+    }
+
+    /// Corners of lenses of many sizes: above the tip arc no solid comes down to it.
+    #[test]
+    fn what_is_above_the_tip_arc_of_a_lens_keeps_off_its_tip() {
+        let pose = ToolPose { tip: Point3::origin(), axis: Vector3::z_axis() };
+        for k in 0..2000 {
+            let corner = 0.1 + 0.001 * f64::from(k);
+            let (tip, diameter) = (12.0 + 0.37 * f64::from(k % 97), 2.0 * corner + 9.0);
+            let spec = CutterSpec { length: 60.0, ..CutterSpec::lens(tip, corner, diameter) };
+            let cutter = Cutter::new(spec).unwrap();
+            let joint = cutter.cutting_height();
+            for solid in ConvexSolid::above(&cutter, joint) {
+                let clear = solid.distance(&Point3::origin(), &pose);
+                assert!(clear > 0.5 * joint, "{tip} {corner} {diameter}: {clear} of {joint}");
+            }
+        }
     }
 
     /// Convexity as it is used: nowhere below the tangent plane at any place.

@@ -149,6 +149,21 @@ impl TangentProfile {
         self.tip.point(self.joint)
     }
 
+    /// Returns the height up to which the profile lies inside the circle of its tip arc \[mm\].
+    ///
+    /// A cone or a larger arc leaves the circle at the joint. The corner of a lens turns inwards: there the flank leaves
+    /// it, at `z = r + sqrt(r^2 - rho^2)` for the outer radius `rho`.
+    pub fn height_in_tip_circle(&self) -> f64 {
+        let (center, radius) = (self.tip.center, self.tip.radius);
+        match self.side {
+            ProfileSide::Arc(arc) if arc.radius < radius => {
+                let across = self.end[0] - center[0];
+                (center[1] + (radius * radius - across * across).max(0.0).sqrt()).min(self.top)
+            }
+            _ => self.joint()[1],
+        }
+    }
+
     /// Returns the largest angle between a normal of the tip arc and the axis \[rad\].
     pub fn tip_angle(&self) -> f64 {
         self.joint[0].atan2(-self.joint[1])
@@ -363,6 +378,23 @@ mod tests {
         assert!((profile.joint()[0] - 1.8).abs() < 1e-12);
         assert!((profile.tip_angle().sin() - 0.9).abs() < 1e-12);
         assert!((profile.radius() - 10.0).abs() < 1e-12);
+    }
+
+    /// Sampled, from the tip up to that height: no point of a lens lies outside the circle, and above it one does.
+    #[test]
+    fn a_lens_lies_inside_its_tip_circle_up_to_that_height() {
+        for (tip, corner, diameter) in [(20.0, 1.5, 12.0), (101.0, 1.0, 22.0), (14.0, 2.0, 12.0)] {
+            let spec = CutterSpec { length: 300.0, ..CutterSpec::lens(tip, corner, diameter) };
+            let cutter = Cutter::new(spec).unwrap();
+            let height = cutter.tangent_profile().unwrap().height_in_tip_circle();
+            let beyond = |[rho, z]: [f64; 2]| rho.hypot(z - tip) - tip;
+            let below = outline(&cutter).into_iter().filter(|point| point[1] <= height);
+            assert!(below.map(beyond).fold(f64::MIN, f64::max) <= 1e-9);
+            assert!(beyond([0.5 * diameter, height + 0.01]) > 0.0);
+        }
+        let taper = Cutter::new(CutterSpec::taper(2.0, 0.2, 12.0)).unwrap();
+        let profile = taper.tangent_profile().unwrap();
+        assert_eq!(profile.height_in_tip_circle().to_bits(), profile.joint()[1].to_bits());
     }
 
     #[test]

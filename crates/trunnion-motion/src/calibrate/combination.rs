@@ -1,4 +1,4 @@
-//! Combinations that the readings cannot tell apart, with as few parts as possible.
+//! Combinations that the readings do not separate, with as few parts as possible.
 
 use super::model::{ChainModel, Deviations};
 use super::report::{CombinationPart, DeviationCombination};

@@ -1,4 +1,4 @@
-//! Further readings that tell deviations apart.
+//! Further readings that separate deviations.
 
 use super::candidates::{OTHER_LENGTHS, OTHER_PLACES, SphereTarget, over_travel, reading};
 use super::equations::NormalEquations;

@@ -4,7 +4,7 @@
 //! offset across itself (2) and tilted (2), Y is out of square with X (1), Z with both (2), and the tool axis
 //! is tilted (2). X and the gauge point define the machine frame. [`calibrate`] finds them by least squares
 //! on the derivatives of the forward map, the unknown centres of the spheres beside them, and states which
-//! of them the readings cannot tell apart. [`further_readings`] names the positions that would.
+//! of them the readings do not separate. [`further_readings`] names the positions that would.
 //!
 //! # Example
 //!

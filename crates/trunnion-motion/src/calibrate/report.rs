@@ -42,7 +42,7 @@ pub struct CalibrationReport {
     pub machine: Machine,
     /// All deviations, in a fixed order.
     pub estimates: Vec<DeviationEstimate>,
-    /// Combinations that the readings cannot tell apart.
+    /// Combinations that the readings do not separate.
     pub confounded: Vec<DeviationCombination>,
     /// Centres of the spheres \[mm\], workpiece frame of a workpiece at the machine origin.
     pub spheres: Vec<Point3<f64>>,

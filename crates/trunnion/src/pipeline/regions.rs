@@ -128,11 +128,15 @@ pub(super) fn unfinished(job: &Job, left: &Leftover) -> Vec<String> {
             counted(others.len(), "smaller part")
         ));
     }
-    let smallest = job.operations().map(|one| one.cutter.minor()).fold(f64::INFINITY, f64::min);
-    if smallest > 0.0 && !lines.is_empty() {
+    let cutters = job.operations().map(|one| &one.cutter);
+    let finest = cutters.min_by(|a, b| a.minor().total_cmp(&b.minor()));
+    if let Some(finest) = finest.filter(|finest| finest.minor() > 0.0 && !lines.is_empty()) {
+        // A lens has a small corner, too, but it cuts with the large arc at its tip.
+        let arc = if finest.tangent_profile().is_some() { "tip arc" } else { "corner" };
+        let smallest = finest.minor();
         let share = parts.iter().map(|rest| rest.area).sum::<f64>() / all;
         lines.push(format!(
-            "rest: the cutter, with a corner of {smallest} mm, finishes {:.2} % of the faces; a smaller one in a further \
+            "rest: the cutter, with a {arc} of {smallest} mm, finishes {:.2} % of the faces; a smaller one in a further \
              [[operation]] with method = \"rest\", or another setup, finishes more",
             100.0 * (1.0 - share).max(0.0)
         ));

@@ -391,6 +391,21 @@ fn an_octant_of_a_sphere_is_covered_up_to_its_pole() {
     finished(&octant, &options());
 }
 
+/// A lens fits closely into a bowl: its corner comes within a tenth of a millimetre of the face all round.
+#[test]
+fn a_lens_finishes_a_bowl_that_it_nearly_fits() {
+    let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let sphere = Surface::Sphere(SphereSurface::new(frame, 45.0).unwrap());
+    let corners = [[0.0, -1.4], [0.6, -1.4], [0.6, -0.9], [0.0, -0.9]];
+    let bowl = face(sphere, &[corners.to_vec()], true);
+    let spec = CutterSpec { length: 100.0, ..CutterSpec::lens(20.0, 1.5, 12.0) };
+    let lean = ToolInclination { angle: 10_f64.to_radians(), towards: None };
+    let options =
+        CoverOptions { method: trunnion::cover::PlacementMethod::Inclined, lean, ..options() };
+    let covering = finished_by(&Cutter::new(spec).unwrap(), &bowl, &options);
+    assert!(covering.report.rest.is_empty(), "{:?}", covering.report);
+}
+
 #[test]
 fn a_ball_needs_no_more_stations_than_the_face_bends() {
     let spec = CutterSpec { length: 60.0, ..CutterSpec::ball(8.0) };

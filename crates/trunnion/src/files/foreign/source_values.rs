@@ -12,12 +12,18 @@ pub(super) struct SourceValues {
     pub(super) origins: Vec<ValueOrigin>,
 }
 
+/// Returns `true` for the same text, or for one number in two forms, such as 360 and 360.0.
+fn is_same(a: &str, b: &str) -> bool {
+    let number = |text: &str| text.parse::<f64>().ok();
+    a == b || matches!((number(a), number(b)), (Some(a), Some(b)) if a.total_cmp(&b).is_eq())
+}
+
 impl SourceValues {
     /// Adds a value; a second, different one for its key is a fault.
     pub(super) fn add(&mut self, key: &str, value: &str, line: u64) {
         let value = value.trim().trim_matches('"');
         match self.find(key) {
-            Some(first) if first.value != value => {
+            Some(first) if !is_same(&first.value, value) => {
                 let message =
                     format!("{key} is {value} here and {} in line {}", first.value, first.line);
                 self.faults.push(

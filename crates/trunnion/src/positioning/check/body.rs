@@ -50,8 +50,8 @@ pub(crate) fn check_body(
 ) -> Result<(), PositioningError> {
     let cutter = setting.cutter;
     let bottom = match cutter.tangent_profile() {
-        // A side goes on from the tip arc at once.
-        Some(profile) => profile.joint()[1],
+        // What lies inside the circle of the tip arc is as clear as the whole circle, which is proven by its centre.
+        Some(profile) => profile.height_in_tip_circle(),
         None => cutter.cutting_height().max(EDGE * cutter.radius()),
     };
     let body = BodyCheck { setting, pose, uv, limit: probe.queries + QUERIES };
