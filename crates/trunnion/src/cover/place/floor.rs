@@ -1,4 +1,7 @@
-//! Floor passes: a tool with a flat underside stands upright on a plane.
+//! Floor passes: a tool stands on a plane and keeps its axis.
+//!
+//! A tool with a flat underside stands upright. A ball leans by its lead in one direction all over the plane, so the
+//! rotary axes of the machine hold still; its underside is the cap that is no higher than the excess allowed.
 //!
 //! The tool keeps off all other faces while its centre is in a certain region of the plane. Passes run along straight
 //! lines, nearly as far apart as the underside is wide, and along the border of that region. They finish every point
@@ -17,6 +20,7 @@ use crate::cover::place::context::{FaceContext, FaceRequest};
 use crate::cover::place::placed::{PassSource, PlacedPasses};
 use crate::cover::prove::part_faces::{KeepOff, NearestQuery};
 use crate::cover::prove::sweep::PassSweep;
+use crate::cutter::{Cutter, CutterKind};
 use crate::positioning::ToleranceBand;
 use crate::surface::{FaceIndex, Surface};
 use crate::types::{Interval, Pass, Station, ToolPose};
@@ -26,12 +30,30 @@ use rayon::prelude::*;
 /// Least radius of the underside, as a share of the tool's: a narrower one leaves the plane to inclined tools.
 const LEAST_FLAT: f64 = 0.25;
 
-/// Height of the underside above the lower end of the tolerance band, as a share of the band. The edges of the plane are
-/// as far below the underside, while the tool keeps the lower end from all other faces: it may run over the edges.
+/// Height of a flat underside above the lower end of the tolerance band, as a share of the band. The edges of the plane
+/// are as far below the underside, while the tool keeps the lower end from all other faces: it may run over the edges.
 const HEIGHT: f64 = 0.2;
+
+/// The same for a ball, whose cap is the wider the lower it runs.
+const BALL_HEIGHT: f64 = 0.1;
+
+/// Share of the band that stays above the rim of a ball's cap.
+const BALL_SPARE: f64 = 0.02;
 
 /// Share of the underside's radius that a line is to finish to either side.
 const REACH: f64 = 0.9;
+
+/// The same for a ball: passes are narrow, and those along the border finish the rest.
+const BALL_REACH: f64 = 0.97;
+
+/// Directions in which a ball is tried to lean.
+const LEANS: u32 = 8;
+
+/// Points of a plane, each way, at which the directions are compared.
+const TRIED: u32 = 16;
+
+/// Share of the points that an upright ball reaches which a leaning one has to reach as well.
+const REACHED: f64 = 0.98;
 
 /// Run of the lines beyond the plane, as a share of the underside's radius.
 const BEYOND: f64 = 0.05;
@@ -52,10 +74,10 @@ const STEP: f64 = 0.02;
 /// Shortest pass on a line, as a share of the tool's radius: what it finishes is finished along the border too.
 const SHORTEST: f64 = 0.02;
 
-/// Distance by which the tool's region keeps off the other faces beyond what they need, as a share of the band; less than
-/// [`HEIGHT`], so that the tool runs over edges. Where it goes round a convex edge of the part, a nick of a tenth of a
+/// Height of the underside over the distance by which the tool's region keeps off the other faces beyond what they need:
+/// more than 1, so that the tool runs over edges. Where it goes round a convex edge of the part, a nick of a tenth of a
 /// micrometre is as deep, along the edge, as the tool is long.
-const BESIDE: f64 = 0.15;
+const HIGHER: f64 = 4.0 / 3.0;
 
 /// Distances are known up to this much above the one that the tool keeps \[mm\]: far ones take long to find.
 const KNOWN: f64 = 1e-4;
@@ -75,25 +97,78 @@ const GRADED: f64 = 2.0;
 /// Halvings of the distance between stations where the curve between them comes too near to a face.
 const DENSER: u32 = 3;
 
-/// Plane of the floor with the tool upright on it.
+/// Underside of a tool that stands on a plane.
+#[derive(Debug, Clone, Copy)]
+struct Underside {
+    /// Radius of what it finishes \[mm\].
+    radius: f64,
+    /// Share of that radius that a line is to finish to either side.
+    reach: f64,
+    /// Height above the lower end of the band \[mm\].
+    above: f64,
+    /// Radius of the ball about which the tool may lean; 0 for a tool that stands upright \[mm\].
+    ball: f64,
+}
+
+impl Underside {
+    /// Returns the underside of a cutter; `None` where it has none to speak of.
+    fn new(cutter: &Cutter, band: ToleranceBand) -> Option<Self> {
+        let ToleranceBand { lower, upper } = band;
+        let width = upper - lower;
+        if cutter.spec().kind == CutterKind::Ball {
+            let ball = cutter.minor();
+            let above = BALL_HEIGHT * width;
+            // Rim of the cap: rho^2 = r^2 - (r - h)^2 at height h above the lowest point.
+            let rim = (1.0 - BALL_SPARE) * width - above;
+            let radius = (rim * (2.0 * ball - rim)).max(0.0).sqrt();
+            return (radius > 0.0).then_some(Self { radius, reach: BALL_REACH, above, ball });
+        }
+        let radius = cutter.major();
+        (radius >= LEAST_FLAT * cutter.radius()).then_some(Self {
+            radius,
+            reach: REACH,
+            above: HEIGHT * width,
+            ball: 0.0,
+        })
+    }
+
+    /// Returns the distance that a line is to finish to either side \[mm\].
+    fn reach(&self) -> f64 {
+        self.reach * self.radius
+    }
+}
+
+/// Plane of the floor with the tool on it.
 struct FloorFrame {
     origin: Point3<f64>,
     axes: [Vector3<f64>; 2],
     normal: UnitVector3<f64>,
+    /// Axis of the tool.
+    tool: UnitVector3<f64>,
+    underside: Underside,
     /// Height of the underside \[mm\].
     height: f64,
 }
 
 impl FloorFrame {
-    fn new(face: &FaceIndex, options: &CoverOptions) -> Option<Self> {
+    fn new(face: &FaceIndex, options: &CoverOptions, underside: Underside) -> Option<Self> {
         let Surface::Plane(plane) = &face.face().surface else { return None };
         let [u, v] = face.face().bounds();
         let normal = face.face().normal(u.middle(), v.middle())?;
         let x = plane.frame.x().into_inner();
         let axes = [x, normal.cross(&x)];
-        let ToleranceBand { lower, upper } = options.band;
-        let height = lower + HEIGHT * (upper - lower);
-        Some(Self { origin: plane.frame.origin(), axes, normal, height })
+        let height = options.band.lower + underside.above;
+        let origin = plane.frame.origin();
+        Some(Self { origin, axes, normal, tool: normal, underside, height })
+    }
+
+    /// Leans the tool in a direction of the plane, given as an angle.
+    fn leaning(&self, lean: f64, towards: f64) -> Self {
+        let (sin, cos) = towards.sin_cos();
+        let [x, y] = self.axes;
+        let way = x * cos + y * sin;
+        let tool = UnitVector3::new_normalize(self.normal.scale(lean.cos()) + way * lean.sin());
+        Self { tool, ..*self }
     }
 
     /// Turns the axes about the normal.
@@ -113,7 +188,48 @@ impl FloorFrame {
     }
 
     fn pose(&self, p: PlanePoint) -> ToolPose {
-        ToolPose { tip: self.point(p) + self.normal.scale(self.height), axis: self.normal }
+        // The middle of the ball stays above the point, and the tip goes round it.
+        let round = (self.normal.into_inner() - self.tool.into_inner()) * self.underside.ball;
+        let tip = self.point(p) + self.normal.scale(self.height) + round;
+        ToolPose { tip, axis: self.tool }
+    }
+
+    /// Leans a ball in the direction in which it reaches most of the plane; it stands upright where leaning costs too
+    /// much of that, and `None` where the machine reaches neither.
+    fn best_leaning(
+        self,
+        lean: f64,
+        outline: &FaceOutline,
+        keep_off: &KeepOff<'_>,
+        distance: f64,
+    ) -> Option<Self> {
+        let [low, high] = outline.bounds();
+        let at = |k: usize, i: u32| {
+            low[k] + (high[k] - low[k]) * (f64::from(i) + 0.5) / f64::from(TRIED)
+        };
+        let all = (0..TRIED * TRIED).map(|i| [at(0, i / TRIED), at(1, i % TRIED)]);
+        let places: Vec<PlanePoint> = all.filter(|p| outline.is_near(*p, 0.0)).collect();
+        let reached = |frame: &Self| {
+            let poses = || places.iter().map(|p| frame.pose(*p));
+            // The axis is the same everywhere, and with it the rotary axes.
+            let reaches = poses().next().is_some_and(|pose| keep_off.cost.reaches(&pose));
+            let free = |pose: &ToolPose| spare(keep_off, pose, distance) > 0.0;
+            if reaches { poses().filter(free).count() } else { 0 }
+        };
+        let leaning = (0..LEANS).into_par_iter().map(|i| {
+            let frame = self.leaning(lean, std::f64::consts::TAU * f64::from(i) / f64::from(LEANS));
+            (reached(&frame), frame)
+        });
+        let leaning: Vec<(usize, Self)> = leaning.collect();
+        let upright = reached(&self);
+        // The first of the best, so that the order decides among equals.
+        let best = leaning.into_iter().rev().max_by_key(|(reached, _)| *reached);
+        match best {
+            Some((most, frame)) if most > 0 && most as f64 >= REACHED * upright as f64 => {
+                Some(frame)
+            }
+            _ => (upright > 0).then_some(self),
+        }
     }
 
     /// Returns the outline of the face.
@@ -149,14 +265,12 @@ enum PathKind {
 /// reach all of it, or the passes would gouge. What the passes leave is in their report.
 pub(crate) fn floor_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
     let FaceRequest { face, setup, options } = request;
-    let (flat, radius) = (setup.cutter.major(), setup.cutter.radius());
-    if flat < LEAST_FLAT * radius {
-        return None;
-    }
-    let frame = FloorFrame::new(face, options)?;
+    let underside = Underside::new(setup.cutter, options.band)?;
+    let (flat, radius) = (underside.radius, setup.cutter.radius());
+    let frame = FloorFrame::new(face, options, underside)?;
     // Step 1: the direction of the lines.
     let outline = frame.outline(face, options.path_share);
-    let angle = outline.direction(2.0 * REACH * flat);
+    let angle = outline.direction(2.0 * underside.reach());
     let frame = frame.turned(angle);
     let outline = outline.turned(angle);
     let [low, high] = outline.bounds();
@@ -172,8 +286,11 @@ pub(crate) fn floor_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
     let silent = |_: f64| Ok(());
     let context = FaceContext::new(request, chart.clone(), &region, &silent);
     let keep_off = context.keep_off();
-    let ToleranceBand { lower, upper } = options.band;
-    let distance = keep_off.least + BESIDE * (upper - lower);
+    let distance = keep_off.least + underside.above / HIGHER;
+    let frame = match underside.ball > 0.0 {
+        true => frame.best_leaning(options.lean.angle, &outline, &keep_off, distance)?,
+        false => frame,
+    };
     let field = |p: PlanePoint| spare(&keep_off, &frame.pose(p), distance);
     // Step 2: the border of the tool's region near the face, and the lines in that region.
     let tolerance = ContourTolerance {
@@ -189,7 +306,7 @@ pub(crate) fn floor_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
         .flat_map(|part| part.followed(&field, tolerance))
         .collect();
     let lines: Vec<Contour> = outline
-        .lines(REACH * flat, JOINED * radius)
+        .lines(underside.reach(), JOINED * radius)
         .into_par_iter()
         .flat_map_iter(|line| {
             let ranges = line
@@ -331,7 +448,7 @@ impl FloorPath {
             }
             let sweep = PassSweep::through(&stations, lever(cutter));
             if context.keeps_off(&sweep) {
-                return Some((context.whole_pass(stations, 2.0 * cutter.major()), sweep));
+                return Some((context.whole_pass(stations, 2.0 * frame.underside.radius), sweep));
             }
         }
         None
