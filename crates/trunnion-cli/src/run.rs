@@ -463,6 +463,7 @@ fn ways(along: &[String]) -> String {
         "bent" => "curves fitted to the face",
         "flank" => "the flank of the tool",
         "floor" => "floors",
+        "fixed-axis" => "lines at a fixed axis",
         parameter => parameter,
     };
     ways.into_iter().map(bent).collect::<Vec<_>>().join(" and ")

@@ -53,8 +53,8 @@ pub struct CoverOptions {
     pub side: ContactSide,
     /// Tolerance band for the error of each cutter location \[mm\].
     pub band: ToleranceBand,
-    /// Excess allowed after everything that follows \[mm\], at least `band.upper`: spots between strips that are no higher
-    /// get no passes of their own.
+    /// Excess that the passes may leave \[mm\], at least `band.upper`: spots between strips that are no higher get no
+    /// passes of their own. What follows adds its errors to it.
     pub excess: f64,
     /// Cost of one more pass besides its own length: leads and a link, as the length that is cut in that
     /// time \[mm\].

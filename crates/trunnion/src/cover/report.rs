@@ -84,8 +84,10 @@ pub enum PassLayout {
     Bent,
     /// One pass of the flank.
     Flank,
-    /// Lines and borders on a plane, with an upright tool.
+    /// Lines and borders on a plane, with an axis that holds still.
     Floor,
+    /// Along u or v on a round face, with an axis that holds still.
+    FixedAxis,
 }
 
 /// Pass layout that was chosen for a face, and those that it was compared with.

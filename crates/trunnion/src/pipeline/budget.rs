@@ -135,6 +135,23 @@ impl Budget {
 }
 
 impl Budget {
+    /// Returns the excess that the passes may leave, with the errors of their curves: what is left of the total by the
+    /// stages after them \[mm\].
+    pub fn covered(&self) -> f64 {
+        self.total - self.later()
+    }
+
+    /// Returns the depth to which leads and hops may go into a face: what is left of the gouge by the stages after them,
+    /// negative where they have to keep a distance \[mm\].
+    pub fn link_gouge(&self) -> f64 {
+        self.gouge - self.later()
+    }
+
+    /// Returns the sum of the shares of the stages after the curves of the passes \[mm\].
+    fn later(&self) -> f64 {
+        self.shares.sum() - self.shares.path
+    }
+
     /// Returns the budget as in `summary.json`.
     pub fn summary(&self) -> ToleranceSummary {
         ToleranceSummary {

@@ -11,6 +11,9 @@ use crate::types::{AXES, AxisVector, Interval, Station, ToolPose};
 /// Margin of poses from the ends of rotary travel \[rad\]: the curve between stations exceeds them by less.
 const MARGIN: f64 = 0.5 * std::f64::consts::PI / 180.0;
 
+/// Margin of poses from the ends of linear travel \[mm\], for the same reason.
+const LINEAR_MARGIN: f64 = 0.5;
+
 /// Largest margin, as a share of the travel.
 const SHARE: f64 = 0.01;
 
@@ -19,7 +22,7 @@ const SHARE: f64 = 0.01;
 pub(super) struct JobPassCost {
     /// `None` for a setup without numbers, which is refused where the axes are solved.
     inverse: Option<Inverse>,
-    /// Inverse with less rotary travel and without ends of linear travel.
+    /// Inverse with less travel.
     inside: Option<Inverse>,
     home: AxisVector,
     /// Feed of the contact or the tip \[mm/s\].
@@ -38,7 +41,7 @@ impl JobPassCost {
         let feed = job.file.cutting.feed;
         Self {
             inverse: Inverse::new(&job.kinematics).ok(),
-            inside: Inverse::new(&inset(&job.kinematics)).ok(),
+            inside: Inverse::new(&inset(&job.kinematics, LinearTravel::Inset)).ok(),
             home: machine.home(),
             feed,
             at_contact: job.file.cutting.reference == FeedReference::Contact,
@@ -66,19 +69,33 @@ impl JobPassCost {
     }
 }
 
-/// Returns the machine with less rotary travel and unlimited linear travel.
-///
-/// A pose beyond linear travel is so at any inclination of the tool; it is reported for the setup.
-pub(super) fn inset(kinematics: &Kinematics) -> Kinematics {
+/// Linear travel of an inset machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum LinearTravel {
+    /// A little less than the machine has.
+    Inset,
+    /// No ends: the direction of the tool alone decides.
+    Unbounded,
+}
+
+/// Returns the machine with a little less rotary travel, and less or no bounds of linear travel.
+pub(super) fn inset(kinematics: &Kinematics, linear: LinearTravel) -> Kinematics {
     let mut machine = kinematics.machine().clone();
-    for axis in &mut machine.axes[..FIRST_ROTARY] {
-        axis.limits = Interval::UNBOUNDED;
-    }
-    for axis in &mut machine.axes[FIRST_ROTARY..] {
-        let [low, high] = axis.limits.ends();
+    let (lines, turns) = machine.axes.split_at_mut(FIRST_ROTARY);
+    let less = |limits: Interval, most: f64| {
+        let [low, high] = limits.ends();
         // A cyclic axis has infinite ends, which the margin leaves infinite.
-        let margin = MARGIN.min(SHARE * (high - low));
-        axis.limits = Interval::new(low + margin, high - margin);
+        let margin = most.min(SHARE * (high - low));
+        Interval::new(low + margin, high - margin)
+    };
+    for axis in lines {
+        axis.limits = match linear {
+            LinearTravel::Inset => less(axis.limits, LINEAR_MARGIN),
+            LinearTravel::Unbounded => Interval::UNBOUNDED,
+        };
+    }
+    for axis in turns {
+        axis.limits = less(axis.limits, MARGIN);
     }
     Kinematics::new(&machine, kinematics.setup())
 }

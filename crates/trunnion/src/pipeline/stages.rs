@@ -4,7 +4,7 @@ use super::error::PipelineError;
 use super::estimate::{TravelEstimate, rest_to_rest};
 use super::guards::{fixture_boxes, guarded_faces};
 use super::job::Job;
-use super::pass_cost::JobPassCost;
+use super::pass_cost::{JobPassCost, LinearTravel, inset};
 use super::tolerances::{LINK_TOLERANCE, QUINTIC_SHARE};
 use crate::axes::{
     self, AxesOptions, FeedPoint, FollowedPath, RetractOptions, SetupOptions, SetupSearch,
@@ -12,14 +12,14 @@ use crate::axes::{
 };
 use crate::cover::{
     self, AxisReach, CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection,
-    FinishTolerance, HopOptions, LeftArea, LinkOptions, LinkRequest, PassCost, PlacementMethod,
-    PrismaticUse,
+    FinishTolerance, HopOptions, LeftArea, LinkOptions, LinkRequest, PlacementMethod, PrismaticUse,
 };
 use crate::feed::{
     self, FeedError, FeedOptions, FeedPlan, Limits, LookAhead, LookAheadOptions, ProgrammedSpeeds,
 };
 use crate::files::job as file;
 use crate::files::summary::SingularSummary;
+use crate::inverse::Inverse;
 use crate::machine::{AxisKind, SingularPolicy};
 use crate::positioning::{ContactSide, ToleranceBand, ToolInclination};
 use crate::post::{CORNER, LARGEST_BLEND, STEP_RATIO, WINDOW_STATIONS, smoothing_tolerance};
@@ -126,7 +126,7 @@ fn cover_area(
             file::JobContactSide::Either => ContactSide::Either,
         },
         band: ToleranceBand { lower: job.budget.lower, upper: job.budget.upper },
-        excess: job.budget.total,
+        excess: job.budget.covered(),
         link: link_length(job),
         path_share: job.budget.shares.path,
         max_axis_turn,
@@ -193,7 +193,7 @@ pub(super) fn legs(
         clearance: job.file.setup.clearance + job.thickness(),
         lead,
         approach,
-        gouge: job.budget.gouge,
+        gouge: job.budget.link_gouge(),
     };
     let estimate = TravelEstimate::new(&job.kinematics);
     // A pose without a solution makes a hop infinitely long, so that the retract wins.
@@ -201,10 +201,13 @@ pub(super) fn legs(
         |poses: &[ToolPose]| estimate.as_ref().map_or(f64::INFINITY, |e| e.seconds(poses));
     let hops = HopOptions { height: approach, clear: 0.5 * approach, seconds: &seconds };
     let hops = Some(hops).filter(|_| hop(job));
-    let cost = JobPassCost::new(job, options.clearance);
-    // Linear travel is unlimited there: the direction alone decides, and any tip will do.
-    let reaches =
-        |axis: &UnitVector3<f64>| cost.reaches(&ToolPose { tip: Point3::origin(), axis: *axis });
+    // Without ends of linear travel the direction alone decides, and any tip will do.
+    let directions = Inverse::new(&inset(&job.kinematics, LinearTravel::Unbounded)).ok();
+    let at_home = job.kinematics.machine().home();
+    let reaches = |axis: &UnitVector3<f64>| {
+        let pose = ToolPose { tip: Point3::origin(), axis: *axis };
+        directions.as_ref().is_none_or(|inverse| inverse.continued(&pose, &at_home).is_ok())
+    };
     let home = job.kinematics.forward(&job.kinematics.machine().home()).axis;
     let faces: Vec<FaceIndex> = job.faces.iter().cloned().chain(guarded_faces(job)).collect();
     let request = LinkRequest {

@@ -216,6 +216,7 @@ fn layout_name(layout: PassLayout) -> &'static str {
         PassLayout::Bent => "bent",
         PassLayout::Flank => "flank",
         PassLayout::Floor => "floor",
+        PassLayout::FixedAxis => "fixed-axis",
     }
 }
 

@@ -292,6 +292,57 @@ fn floor_passes_finish_up_to_the_wall() {
     }
 }
 
+/// A ball keeps its axis all over a floor, leans by the lead that is asked for, and leaves what its radius leaves.
+#[test]
+fn a_ball_keeps_its_axis_on_a_floor() {
+    for slope in [0.0, 0.6] {
+        let cutter = cutter([0.0, 3.0]);
+        let (floor, walls) = (floor(slope), [wall(slope)]);
+        let options = CoverOptions {
+            prismatic: PrismaticUse::WallsAndFloors,
+            ..options(PlacementMethod::Inclined)
+        };
+        let (covering, rest) = cut((&floor, &walls), &cutter, &options);
+        assert_eq!(covering.report.layouts[0].layout, PassLayout::Floor);
+        // Touches at single spots may lean another way.
+        let axes: Vec<Vector3<f64>> = axes(&covering);
+        let same = axes.iter().filter(|axis| (*axis - axes[0]).norm() < 1e-12).count();
+        assert!(10 * same > 9 * axes.len(), "{same} of {}", axes.len());
+        let lean = axes[0].z.acos();
+        assert!((lean - options.lean.angle).abs() < 1e-9, "{lean}");
+        let area: f64 = rest.iter().map(|rest| rest.area).sum();
+        let expected = 12.0 * slope.hypot(1.0) * beside(3.0);
+        assert!(area >= 0.999 * expected && area <= 1.04 * expected, "{area} {expected}");
+    }
+}
+
+/// Returns the axes of all stations.
+fn axes(covering: &Covering) -> Vec<Vector3<f64>> {
+    let stations = covering.passes.iter().flat_map(|pass| &pass.stations);
+    stations.map(|station| station.pose.axis.into_inner()).collect()
+}
+
+/// A fillet as wide as the tool, into which no rim fits, is finished by the corner with an axis that holds still.
+#[test]
+fn a_fillet_is_finished_at_a_fixed_axis() {
+    let (floor, mut others) = floor_round_a_post();
+    let foot = others.remove(0);
+    others.push(floor);
+    for radii in [[0.0, 3.0], [3.0, 1.0], [2.0, 2.0]] {
+        let options = CoverOptions {
+            prismatic: PrismaticUse::WallsAndFloors,
+            ..options(PlacementMethod::Widest)
+        };
+        let (covering, rest) = cut((&foot, &others), &cutter(radii), &options);
+        assert_eq!(covering.report.layouts[0].layout, PassLayout::FixedAxis, "{radii:?}");
+        let axes: Vec<Vector3<f64>> = axes(&covering);
+        let upright = axes.iter().filter(|axis| (axis.z - 1.0).abs() < 1e-12).count();
+        assert!(10 * upright > 9 * axes.len(), "{upright} of {}", axes.len());
+        let deepest = rest.iter().map(|rest| rest.depth).fold(0.0, f64::max);
+        assert!(deepest <= BAND.upper + SHARE + SAMPLING, "{radii:?}: {deepest} in {}", rest.len());
+    }
+}
+
 /// One pass of the flank finishes a wall down to the floor, and keeps off the floor.
 #[test]
 fn one_flank_pass_finishes_a_wall() {

@@ -10,6 +10,7 @@ use crate::cover::options::CoverOptions;
 use crate::cover::pattern::{FeedDirection, PlacementMethod, PrismaticUse};
 use crate::cover::place::context::{FaceContext, FaceRequest, ProgressFn};
 use crate::cover::place::finish::{REST, SPOTS, finish, is_left, measure_rest};
+use crate::cover::place::fixed_axis::fixed_axis_passes;
 use crate::cover::place::flank::flank_pass;
 use crate::cover::place::floor::floor_passes;
 use crate::cover::place::placed::PlacedPasses;
@@ -65,7 +66,8 @@ const PRISMATIC: f64 = 0.5;
 fn prismatic(request: &FaceRequest<'_>) -> Result<Option<PlacedPasses>, CoverError> {
     let flank = || flank_pass(*request).map(|placed| (placed, PassLayout::Flank));
     let floor = || floor_passes(*request).map(|placed| (placed, PassLayout::Floor));
-    let Some((mut placed, layout)) = flank().or_else(floor) else { return Ok(None) };
+    let fixed = || fixed_axis_passes(*request).map(|placed| (placed, PassLayout::FixedAxis));
+    let Some((mut placed, layout)) = flank().or_else(floor).or_else(fixed) else { return Ok(None) };
     if placed.left() > (1.0 - PRISMATIC) * placed.report.area {
         return Ok(None);
     }
@@ -73,7 +75,7 @@ fn prismatic(request: &FaceRequest<'_>) -> Result<Option<PlacedPasses>, CoverErr
     let planned = LayoutCost { layout, cost: placed.price(), rest: placed.left() };
     let mut work = 0;
     // Where the corner of the cutter does not fit, no inclination helps.
-    if is_left(&placed, request.options) {
+    if is_left(&placed) {
         let chart = Chart::straight(FeedDirection::U);
         let region = region(face, &chart);
         let silent = |_: f64| Ok(());

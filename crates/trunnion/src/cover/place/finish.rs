@@ -4,7 +4,6 @@ use crate::cover::error::CoverError;
 use crate::cover::layout::chart::Chart;
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::layout::trims::region;
-use crate::cover::options::CoverOptions;
 use crate::cover::pattern::{FeedDirection, PlacementMethod};
 use crate::cover::place::context::FaceContext;
 use crate::cover::place::placed::PlacedPasses;
@@ -26,8 +25,8 @@ const TOUCH_UPS: u32 = 10;
 const WORTHWHILE: f64 = 0.9;
 
 /// Returns `true` if passes have left material that the tool may finish.
-pub(crate) fn is_left(placed: &PlacedPasses, options: &CoverOptions) -> bool {
-    placed.report.rest.iter().any(|part| may_fit(part, options.excess))
+pub(crate) fn is_left(placed: &PlacedPasses) -> bool {
+    placed.report.rest.iter().any(may_fit)
 }
 
 /// Finishes the material that passes have left: spots by short passes, larger regions by passes across first.
@@ -50,7 +49,7 @@ pub(crate) fn touch_up_rounds<Inside: Fn(ChartPoint) -> bool + Sync>(
     mut placed: PlacedPasses,
 ) -> Result<PlacedPasses, CoverError> {
     for _ in 0..TOUCH_UPS {
-        if !is_left(&placed, cross.options) {
+        if !is_left(&placed) {
             break;
         }
         (cross.report)(1.0)?;

@@ -39,7 +39,7 @@ pub(crate) fn cover_leftover(
         let report = |share: f64| report(0.5 * share + half);
         let context = FaceContext::new(*request, chart.clone(), &region, &report);
         let before = untouched(&context, parts);
-        if !is_left(&before, request.options) {
+        if !is_left(&before) {
             return Ok(lowered(before, parts));
         }
         match fill_across(&context, &before) {

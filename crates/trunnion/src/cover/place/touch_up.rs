@@ -47,10 +47,10 @@ struct Spot {
 /// Share of the band by which the tool is raised at most.
 const RAISED: f64 = 0.5;
 
-/// Returns `true` for a region higher than `excess` \[mm\] where the tool fits as far as is known, or goes into a
-/// neighbouring face that it may be raised over.
-pub(crate) fn may_fit(part: &UncutRegion, excess: f64) -> bool {
-    part.depth > excess && part.reason != UncutReason::Hollow
+/// Returns `true` for a region where the tool fits as far as is known, or goes into a neighbouring face that it may be
+/// raised over.
+pub(crate) fn may_fit(part: &UncutRegion) -> bool {
+    part.reason != UncutReason::Hollow
 }
 
 /// Adds short passes over the regions that are left; their remaining material is not measured again.
@@ -60,8 +60,7 @@ pub(crate) fn touch_up<Inside: Fn(ChartPoint) -> bool + Sync>(
 ) -> PlacedPasses {
     let mut placed = before.clone();
     let mut room = MOST;
-    let excess = context.options.excess;
-    for part in before.report.rest.iter().filter(|part| may_fit(part, excess)) {
+    for part in before.report.rest.iter().filter(|part| may_fit(part)) {
         let spots = spots(context, part);
         if spots.len() > room {
             break;

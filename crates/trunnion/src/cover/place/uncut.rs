@@ -30,6 +30,9 @@ const PARTS: u32 = 4;
 /// Halvings of a cell in the proof that the tool comes near to all of it.
 const WITHIN_DEPTH: u32 = 16;
 
+/// Distance from a region up to which poses are searched first for its height, as a share of the cutter's radius.
+const MARGIN: f64 = 0.125;
+
 /// Precision with which a ball keeps off the faces, as a share of the path share.
 const PRECISION: f64 = 0.05;
 
@@ -65,8 +68,12 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
             .filter_map(|cells| {
                 let part = self.part(&region, &swept, &cells)?;
                 // Step 3: drop what is no higher than the excess allowed.
-                (part.depth > swept.limit || !self.is_within(&region, &swept, &cells))
-                    .then_some(part)
+                // In the corner between two faces the tool keeps off the other face by some micrometres. There it is
+                // not above the face along the normal, but near it all the same.
+                let height = swept.limit.max(self.options.excess);
+                let is_left =
+                    part.depth > height || !swept.comes_near(&cells, height, WITHIN_DEPTH);
+                is_left.then_some(part)
             })
             .collect();
         rest.sort_by(|a, b| b.area.total_cmp(&a.area));
@@ -79,39 +86,6 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
         placed.report.rest = self.rest(placed);
         placed.resolved = self.resolved(&placed.report.rest);
         placed.report.area = self.area();
-    }
-
-    /// Returns `true` if all points of some cells come as near to the tool as the excess allowed.
-    ///
-    /// In the corner between two faces the tool keeps off the other face by some micrometres. There it is not
-    /// above the face along the normal, but near it all the same. The distance from the tool is 1-Lipschitz: that
-    /// of a cell's middle and the radius of the cell bound it.
-    fn is_within(
-        &self,
-        region: &TrimmedRegion<&Inside>,
-        swept: &CoverageProof<'_, &Inside>,
-        cells: &[ParameterBox],
-    ) -> bool {
-        let at = |local: ChartPoint| {
-            let [u, v] = self.chart.uv(local);
-            self.face.face().point(u, v)
-        };
-        cells.par_iter().all(|range| {
-            let mut waiting = vec![(FaceCell::new(*range, &at), 0)];
-            while let Some((cell, depth)) = waiting.pop() {
-                let height = swept.height(&cell.centre());
-                let beyond = || region.edges(cell.range).is_empty() && !region.holds(cell.middle());
-                if height + cell.radius() <= swept.limit || beyond() {
-                    continue;
-                }
-                if height > swept.limit && region.holds(cell.middle()) || depth == WITHIN_DEPTH {
-                    return false;
-                }
-                let longer = usize::from(cell.extent(1) > cell.extent(0));
-                waiting.extend(cell.halves(longer, &at).map(|half| (half, depth + 1)));
-            }
-            true
-        })
     }
 
     /// Returns the resolution of the uncut area \[mm²\]. Cells on its rim count in full, and the
@@ -198,6 +172,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
             spread(&inside).into_iter().map(middle).collect()
         };
         let precision = PRECISION * self.options.path_share;
+        let margin = MARGIN * self.setup.cutter.radius();
+        let near = swept.poses_near(hull(cells), margin);
         let look = |&place: &ChartPoint| {
             let contact = ContactPoint::new(self.face, self.chart.uv(place))?;
             let ball = tool_fit::largest_ball(
@@ -206,7 +182,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
                 self.setup.cutter,
                 precision,
             );
-            Some(LookedAt { place, depth: swept.height(&contact.point), ball })
+            Some(LookedAt { place, depth: swept.height(&contact.point, &near, margin), ball })
         };
         places.par_iter().filter_map(look).collect()
     }

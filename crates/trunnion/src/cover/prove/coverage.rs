@@ -9,6 +9,7 @@
 use crate::cover::layout::advance::PassPart;
 use crate::cover::layout::chart::Chart;
 use crate::cover::layout::region::{ChartPoint, TrimmedRegion, meets};
+use crate::cover::prove::connected::hull;
 use crate::cover::prove::deepest::deepest;
 use crate::cover::prove::face_tree::{FaceCell, edge};
 use crate::cover::prove::sweep::{PassSweep, SweepInstant};
@@ -108,6 +109,15 @@ pub(crate) struct CoverageProof<'a, Inside> {
     pub(crate) smallest: f64,
     pub(crate) grain: CellGrain,
     pub(crate) sweeps: &'a [&'a PassSweep],
+}
+
+/// Proof that the cutter comes near to all points.
+#[derive(Debug, Clone, Copy)]
+struct NearSearch {
+    /// Largest distance from the cutter \[mm\].
+    height: f64,
+    /// Number of times that a cell is halved.
+    depth: u32,
 }
 
 /// Poses, as indices of sweep and pose.
@@ -290,9 +300,53 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
         (near, least)
     }
 
-    /// Returns the least distance of a point from the cutter during all sweeps \[mm\].
-    pub(crate) fn height(&self, place: &Point3<f64>) -> f64 {
-        self.nearest(place, &self.poses())
+    /// Returns the least distance of a point from the cutter during all sweeps \[mm\], by the poses `near` in which
+    /// the cutter comes within `margin` \[mm\] of it; farther away than that, by all.
+    pub(crate) fn height(&self, place: &Point3<f64>, near: &[[usize; 2]], margin: f64) -> f64 {
+        let least = self.nearest(place, near);
+        if least <= margin { least } else { self.nearest(place, &self.poses()) }
+    }
+
+    /// Returns `true` if all points of some cells of the face come within `height` \[mm\] of the cutter: the points
+    /// themselves, not those raised by the excess.
+    ///
+    /// The distance from the cutter is 1-Lipschitz: that of a cell's middle and the radius of the cell bound it.
+    pub(crate) fn comes_near(&self, cells: &[[[f64; 2]; 2]], height: f64, depth: u32) -> bool {
+        self.all_near(cells, &self.poses(), NearSearch { height, depth })
+    }
+
+    /// Divides a list of cells with the poses that come near, so that none is compared with all of them.
+    fn all_near(&self, cells: &[[[f64; 2]; 2]], near: &PoseIndices, search: NearSearch) -> bool {
+        let at = self.at_face();
+        let NearSearch { height: limit, depth } = search;
+        let near = self.near_within(&FaceCell::new(hull(cells), &at), near, limit);
+        let [range] = cells else {
+            let (first, last) = cells.split_at(cells.len() / 2);
+            let of = |part: &[[[f64; 2]; 2]]| part.is_empty() || self.all_near(part, &near, search);
+            return of(first) && of(last);
+        };
+        let mut waiting = vec![(FaceCell::new(*range, &at), near, depth)];
+        while let Some((cell, near, depth)) = waiting.pop() {
+            let near = self.near_within(&cell, &near, limit);
+            // No pose within the limit counts as farther away than the limit.
+            let height = self.nearest(&cell.centre(), &near);
+            let held = || self.region.holds(cell.middle());
+            let beyond = || self.region.edges(cell.range).is_empty() && !held();
+            if height + cell.radius() <= limit || beyond() {
+                continue;
+            }
+            if height > limit && held() || depth == 0 {
+                return false;
+            }
+            let longer = usize::from(cell.extent(1) > cell.extent(0));
+            waiting.extend(cell.halves(longer, &at).map(|half| (half, near.clone(), depth - 1)));
+        }
+        true
+    }
+
+    /// Returns the poses in which the cutter may come within `margin` \[mm\] of a cell of the face.
+    pub(crate) fn poses_near(&self, range: [[f64; 2]; 2], margin: f64) -> PoseIndices {
+        self.near_within(&FaceCell::new(range, &self.at_face()), &self.poses(), margin)
     }
 
     /// Returns all poses of all sweeps.
@@ -361,7 +415,12 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
 
     /// Returns those poses between which and the next a point of the cell may be inside the cutter.
     fn near(&self, cell: &FaceCell, poses: &[[usize; 2]]) -> PoseIndices {
-        let (centre, radius) = (cell.centre(), cell.radius());
+        self.near_within(cell, poses, 0.0)
+    }
+
+    /// Returns those poses between which and the next a point of the cell may be within `margin` \[mm\] of the cutter.
+    fn near_within(&self, cell: &FaceCell, poses: &[[usize; 2]], margin: f64) -> PoseIndices {
+        let (centre, radius) = (cell.centre(), cell.radius() + margin);
         let close = |place: &&[usize; 2]| {
             let sweep = self.sweeps[place[0]];
             let (_, pose) = &sweep.poses[place[1]];
@@ -381,6 +440,15 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
                 None => face.normal(u, v),
             };
             normal.map_or(jet.s, |normal| jet.s + normal.scale(limit))
+        }
+    }
+
+    /// Returns the face itself.
+    fn at_face(&self) -> impl Fn(ChartPoint) -> Point3<f64> {
+        let (face, chart) = (self.face.face(), self.chart);
+        move |local| {
+            let [u, v] = chart.uv(local);
+            face.point(u, v)
         }
     }
 

@@ -8,7 +8,7 @@ use crate::cover::{PassCost, ToolAccess};
 use crate::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use crate::inverse::Inverse;
 use crate::machine::{Kinematics, Machine, Setup};
-use crate::pipeline::pass_cost::inset;
+use crate::pipeline::pass_cost::{LinearTravel, inset};
 use crate::surface::{FaceIndex, FaceSample};
 use crate::types::Interval;
 use crate::types::{AxisVector, Cancelled, Progress, Stage, Station, ToolPose, UncutReason};
@@ -126,7 +126,8 @@ impl CandidateFaces<'_> {
 
     fn trial(&self, machine: &Machine, cutter: &Cutter) -> CutterTrial {
         let setup = Setup::new(Vector3::zeros(), [0.0; 3], cutter.length());
-        let reach = RotaryReach::new(&inset(&Kinematics::new(machine, &setup)));
+        let reach =
+            RotaryReach::new(&inset(&Kinematics::new(machine, &setup), LinearTravel::Unbounded));
         let access = ToolAccess::new(self.faces, cutter, &reach, TOLERANCE.excess);
         let mut trial = CutterTrial::empty(cutter.clone());
         for SampledFace { index, area, samples, .. } in &self.candidates {

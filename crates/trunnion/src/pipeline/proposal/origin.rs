@@ -5,7 +5,7 @@ use super::left_out::ProposalError;
 use super::part_measure::PartMeasure;
 use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, Kinematics, Machine, MovedBody, Setup};
-use crate::pipeline::pass_cost::inset;
+use crate::pipeline::pass_cost::{LinearTravel, inset};
 use crate::types::{Interval, ToolPose};
 use nalgebra::Vector3;
 
@@ -90,7 +90,9 @@ impl<'a> OriginSearch<'a> {
         let none = TravelNeed { sum: f64::INFINITY, axis: 0, short: f64::INFINITY };
         let setup = Setup::new(*origin, [0.0; 3], self.length);
         let kinematics = Kinematics::new(self.machine, &setup);
-        let Ok(inverse) = Inverse::new(&inset(&kinematics)) else { return none };
+        let Ok(inverse) = Inverse::new(&inset(&kinematics, LinearTravel::Unbounded)) else {
+            return none;
+        };
         let home = self.machine.home();
         let mut ranges = [Interval::new(f64::INFINITY, f64::NEG_INFINITY); FIRST_ROTARY];
         for pose in &self.poses {
