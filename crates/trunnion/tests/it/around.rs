@@ -122,6 +122,28 @@ fn in_shaft(p: &Point3<f64>) -> bool {
     p.xy().coords.norm() <= RADIUS + 1e-9 && (0.0..=LENGTH).contains(&p.z)
 }
 
+/// Returns `true` for a link on which the tool turns; on the others it climbs or comes down along its axis.
+fn goes_round(leg: &Leg) -> bool {
+    let axis = |station: Option<&Station>| station.map(|station| station.pose.axis);
+    let [first, last] = [leg.stations.first(), leg.stations.last()].map(axis);
+    leg.motion == Motion::Link && leg.stations.len() > 2 && first != last
+}
+
+/// A way along a leaning axis is one that the axes follow: left to the machine, a rotary could turn whole turns on it, and
+/// the tool would swing into the part.
+#[test]
+fn a_rotary_has_no_room_for_a_whole_turn_beside_the_part() {
+    let (faces, cutter) = ([shaft()], cutter(Vec::new()));
+    let passes = [0.0, 2.4, 4.0].map(|angle| pass(angle, [5.0, 55.0]));
+    let options = LinkOptions { approach: 4.0, ..options(shaft_box(), 10.0) };
+    let legs = legs(&LinkRequest::new(&passes, &faces, &cutter, &options), &Silent).unwrap();
+    let leaning = |leg: &&Leg| leg.stations.iter().all(|station| station.pose.axis.z < 0.5);
+    let links: Vec<&Leg> =
+        legs.iter().filter(|leg| leg.motion == Motion::Link).filter(leaning).collect();
+    assert!(links.iter().filter(|leg| !goes_round(leg)).count() >= 4, "{}", links.len());
+    assert!(links.iter().all(|leg| leg.stations.len() > 2));
+}
+
 #[test]
 fn a_shaft_is_gone_round_with_the_whole_tool_clear_of_it() {
     let (faces, places) = ([shaft()], grid(in_shaft));
@@ -146,8 +168,7 @@ fn a_shaft_is_gone_round_with_the_whole_tool_clear_of_it() {
         }
         // Leads begin 2 mm above the surface; what is above that keeps off.
         assert!(least > 1.5, "{least}");
-        let between =
-            legs.iter().filter(|leg| leg.stations.len() > 2 && leg.motion == Motion::Link);
+        let between = legs.iter().filter(|leg| goes_round(leg));
         let mut count = 0;
         for leg in between {
             let poses = link_poses(std::slice::from_ref(leg), &cutter).concat();
@@ -167,8 +188,7 @@ fn neighbouring_passes_are_joined_by_short_links() {
     let legs =
         legs(&LinkRequest::new(&passes, &faces, &cutter, &options(shaft_box(), 10.0)), &Silent)
             .unwrap();
-    let link =
-        legs.iter().find(|leg| leg.motion == Motion::Link && leg.stations.len() > 2).unwrap();
+    let link = legs.iter().find(|leg| goes_round(leg)).unwrap();
     let length: f64 =
         link.stations.windows(2).map(|s| (s[1].pose.tip - s[0].pose.tip).norm()).sum();
     // Up to the corner of the shaft's box, and not to a plane over its end.

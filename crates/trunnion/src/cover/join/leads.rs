@@ -166,14 +166,14 @@ impl LinkPlanner<'_> {
         let start = Station { pose: *from, contact: from.tip };
         let end = moved(&start, &direction.scale(length));
         let sweep = PassSweep::of(PoseCurve::through(&[start, end], self.lever), self.lever);
-        let precision = PRECISION * self.options.gouge;
+        let precision = PRECISION * self.options.gouge.abs();
         self.depth_in(&sweep, 0, precision - self.options.gouge)
     }
 
     /// Returns the depth to which the tool goes into a face during a span; a lower bound of it where the tool does not
     /// keep `target`.
     pub(crate) fn depth_in(&self, sweep: &PassSweep, span: usize, target: f64) -> f64 {
-        let precision = PRECISION * self.options.gouge;
+        let precision = PRECISION * self.options.gouge.abs();
         let of = |(face, tree): (&FaceIndex, &FaceTree)| {
             let tool = &self.tool;
             let chart = &self.chart;

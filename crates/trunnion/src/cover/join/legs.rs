@@ -171,7 +171,7 @@ impl LinkPlanner<'_> {
         let over = [self.shortest(from), self.shortest(to)].map(|end| end.map(|s| s.pose));
         let hop = HopPath { from, to, over, lever: self.lever };
         // The proof is short of its target by the precision at most: ask for that much more.
-        let margin = PRECISION * self.options.gouge;
+        let margin = PRECISION * self.options.gouge.abs();
         let free = |sweep: &PassSweep, span, least: f64| {
             self.depth_in(sweep, span, least + margin) <= -least
         };
@@ -231,7 +231,10 @@ impl LinkPlanner<'_> {
             (Some(from), Some(to)) if level == ClearLevel::Plane => vec![*from, *to],
             (Some(from), Some(to)) if from.pose != to.pose => {
                 let blocked = CoverError::NoWayRound { pass: next.index, face: next.pass.face };
-                self.around(from, to, reach).ok_or(blocked)?
+                match &self.around(from, to, reach).ok_or(blocked)?[..] {
+                    [from, to] if from.pose.axis == to.pose.axis => followed(from, to),
+                    stations => stations.to_vec(),
+                }
             }
             _ => Vec::new(),
         };
@@ -251,7 +254,14 @@ fn split(mut up: Vec<Station>, approach: f64) -> SplitLead {
     let near = moved(&foot, &climb.scale(approach / climb.norm()));
     up.pop();
     up.push(near);
-    SplitLead { high: Some(vec![near, top]), low: up }
+    SplitLead { high: Some(followed(&near, &top)), low: up }
+}
+
+/// Returns the stations of a straight way that the axes have to follow. Two stations alone are left to the machine, which
+/// may then turn a rotary by whole turns: beside the part the tool would swing into it.
+fn followed(from: &Station, to: &Station) -> Vec<Station> {
+    let way = to.pose.tip - from.pose.tip;
+    vec![*from, moved(from, &way.scale(0.5)), *to]
 }
 
 /// Returns the station at an end of a pass.
@@ -285,7 +295,7 @@ mod tests {
         let tip = |station: &Station| station.pose.tip.coords.norm();
         assert!((tip(&low[1]) - 8.0).abs() < 1e-12 && low.len() == 2);
         assert!((high[0].pose.tip - low[1].pose.tip).norm() < 1e-15);
-        assert!((tip(&high[1]) - 50.0).abs() < 1e-12);
+        assert!((tip(&high[1]) - 29.0).abs() < 1e-12 && (tip(&high[2]) - 50.0).abs() < 1e-12);
         assert!(split(vec![at(0.0), at(5.0)], 8.0).high.is_none());
     }
 }

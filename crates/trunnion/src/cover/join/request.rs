@@ -35,7 +35,8 @@ pub struct LinkOptions {
     /// Last part of a lead that is run at the cutting feed \[mm\]; what lies above counts as a link.
     /// If it is longer than the lead, all of the lead is run at the feed.
     pub approach: f64,
-    /// Depth to which the cutter may go into a face during a lead \[mm\]: the gouge tolerance.
+    /// Depth to which the cutter may go into a face during a lead or hop \[mm\]: the gouge tolerance, less the errors of
+    /// what follows; a negative number is a distance that it keeps.
     pub gouge: f64,
 }
 
