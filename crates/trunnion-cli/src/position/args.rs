@@ -19,7 +19,7 @@ pub(crate) struct PositionArgs {
     pub(super) flip: bool,
     /// Radii in mm: R of the centre circle, r of the corner. Optional: L, length of the tool that
     /// must keep clear (default 2 (R + r)); inner, radius inside which inserts do not cut. Tapered r=1,taper=5,D=10 and lens
-    /// r=85,corner=1,D=12 are placed by their tip arc, with --method ball.
+    /// r=85,corner=1,D=12 are placed by their tip arc, barrels r=2,barrel=85,D=12 by their large one, with --method ball.
     #[arg(long, value_name = "R=10,r=6")]
     pub(super) cutter: String,
     /// Largest error of the strip in mm; gouges are not allowed.

@@ -5,7 +5,7 @@ use crate::check::ToolDescription;
 use crate::outcome::Failure;
 use crate::part;
 use crate::progress::Bars;
-use trunnion::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use trunnion::cutter::{Cutter, CutterConstruction, CutterSpec};
 use trunnion::surface::{FaceIndex, Surface};
 use trunnion::types::Interval;
 
@@ -48,20 +48,12 @@ pub(super) fn face(args: &PositionArgs) -> Result<FaceIndex, Failure> {
     FaceIndex::new(face).map_err(Failure::input)
 }
 
-/// Reads a cutter with a side beside its tip arc: `r=1,taper=5,D=10`, or a lens.
+/// Reads a cutter with a side beside its tip arc: `r=1,taper=5,D=10`, a lens or a barrel.
 ///
-/// Its tip arc is the ball that is placed, the side is kept off.
+/// The large arc of a barrel is placed, of others the tip arc; the rest of the tool is kept off.
 fn with_side(text: &str) -> Result<Cutter, Failure> {
     let tool = ToolDescription { cutter: text, shank: None, holder: None, length: None };
-    let cutter = tool.cutter()?;
-    match cutter.kind() {
-        CutterKind::Barrel | CutterKind::ConicalBarrel => Err(Failure::input(format!(
-            "--cutter {text}: a {} cutter cannot be placed yet\n  help: `trunnion check` takes it; place a ball, bull nose, \
-             flat, tapered or lens cutter",
-            cutter.kind().name()
-        ))),
-        _ => Ok(cutter),
-    }
+    tool.cutter()
 }
 
 /// Reads the cutter: `R=10,r=6`, optionally `L=..` and `inner=..`, or one with a side.

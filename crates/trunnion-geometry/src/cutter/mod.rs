@@ -18,6 +18,7 @@
 //! # Ok::<(), trunnion_geometry::cutter::CutterErrors>(())
 //! ```
 
+mod contact_arc;
 mod error;
 mod profile;
 mod solid;
@@ -25,6 +26,7 @@ mod spec;
 mod tangent;
 mod validated;
 
+pub use contact_arc::ContactArc;
 pub use error::{CutterError, CutterErrors};
 pub use profile::ProfilePiece;
 pub use solid::{ConvexSolid, SignedDistance, ToolBody};

@@ -69,7 +69,8 @@ pub struct CoverOptions {
     /// Offset directions to search, from the strip side towards the feed \[rad\].
     pub offset_range: Interval,
     /// Inclination of the tool with [`PlacementMethod::Inclined`]. Where the tool would touch something at this
-    /// inclination, others are tried.
+    /// inclination, others are tried. A barrel without a direction is inclined square to the feed, to the side that takes
+    /// less over the whole face.
     pub lean: ToolInclination,
     /// Work that a face may take before wide strips are given up and its remainder is finished at the fixed
     /// lead. It is relative to the work of finishing all of the face at the fixed lead, estimated from its area.
@@ -122,7 +123,7 @@ impl CoverOptions {
             spacing: Interval::new(SPACING.low * radius, SPACING.high * radius),
             max_axis_turn: AXIS_TURN / radius,
             offset_range: OFFSET_RANGE,
-            lean: ToolInclination { angle: FALLBACK_LEAD, towards: None },
+            lean: usual_inclination(cutter),
             effort: EFFORT,
         }
     }
@@ -157,8 +158,15 @@ impl CoverOptions {
     }
 }
 
+/// Returns the inclination of a cutter for which none is given: the fallback lead, or the middle of a barrel's arc.
+fn usual_inclination(cutter: &Cutter) -> ToolInclination {
+    let inclinations = cutter.contact_arc().inclinations;
+    let angle = if cutter.is_barrel() { inclinations.middle() } else { FALLBACK_LEAD };
+    ToolInclination { angle, towards: None }
+}
+
 /// Returns the distance from the tip at which an axis turn counts as movement when a curve is laid through the
-/// stations of a pass \[mm\]: the cutter's outer radius.
+/// stations of a pass \[mm\]: the cutter's outer radius, or the distance of the upper end of a barrel's arc.
 ///
 /// `cover` checks passes on curves with this lever, so the tool path must use the same.
 ///
@@ -172,5 +180,7 @@ impl CoverOptions {
 /// assert_eq!(trunnion::cover::lever(&cutter), 8.0);
 /// ```
 pub fn lever(cutter: &Cutter) -> f64 {
-    cutter.radius()
+    let arc = cutter.contact_arc();
+    let [rho, z] = arc.point(arc.inclinations.high);
+    if cutter.is_barrel() { rho.hypot(z) } else { cutter.radius() }
 }

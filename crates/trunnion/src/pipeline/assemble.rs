@@ -5,7 +5,6 @@ use super::fixtures::Held;
 use super::job::{FACES, Job, JobError};
 use super::rounding::expected_rounding;
 use super::stock_solid::stock_solid;
-use crate::cover;
 use crate::cutter::{Cutter, CutterConstruction, CutterError, CutterKind, CutterSide, CutterSpec};
 use crate::files::job::{self, JobFile};
 use crate::machine::{Kinematics, Machine, Setup};
@@ -103,7 +102,7 @@ fn one(
         &kinematics,
         faces.as_deref().unwrap_or_default(),
         &file.dialects,
-        cutter.as_ref().map_or(0.0, cover::lever),
+        cutter.as_ref(),
     );
     let budget = budget(&file, needed).map_err(|error| faults.push(error.into())).ok();
     let (Some(cutter), Some(faces), Some(budget)) = (cutter, faces, budget) else {

@@ -4,6 +4,7 @@ use super::error::PipelineError;
 use super::job::Job;
 use super::reach::samples;
 use super::too_concave::TooConcave;
+use crate::cutter::Cutter;
 use crate::files::job::JobArea;
 use crate::surface::{FaceIndex, FaceSample};
 use crate::types::Uv;
@@ -28,19 +29,30 @@ pub fn fit(job: &Job) -> Result<Vec<String>, PipelineError> {
     for face in job.cut_faces() {
         let number = face.face().number;
         let cuts = |one: &&Job| one.faces.iter().any(|other| other.face().number == number);
-        let corners = job.operations().filter(cuts).map(|one| one.cutter.minor());
-        let corner = corners.fold(f64::INFINITY, f64::min);
+        let cutters: Vec<&Cutter> = job.operations().filter(cuts).map(|one| &one.cutter).collect();
         let samples = samples(face);
         let tight = |sample: &FaceSample| {
-            let radius = concave_radius(face, sample.uv)?;
-            (radius < corner * (1.0 - ROUNDING)).then_some((radius, sample.point))
+            let curvatures = curvatures(face, sample.uv)?;
+            // The cutter that comes nearest to fitting names the miss.
+            let mut nearest: Option<Miss> = None;
+            for cutter in &cutters {
+                let miss = miss(cutter, curvatures)?;
+                if nearest.as_ref().is_none_or(|known| miss.ratio() > known.ratio()) {
+                    nearest = Some(miss);
+                }
+            }
+            nearest.map(|miss| (miss, sample.point))
         };
-        let found: Vec<(f64, Point3<f64>)> = samples.iter().filter_map(tight).collect();
-        let Some(&(radius, point)) = found.iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
+        let found: Vec<(Miss, Point3<f64>)> = samples.iter().filter_map(tight).collect();
+        let least = |a: &&(Miss, Point3<f64>), b: &&(Miss, Point3<f64>)| {
+            a.0.concave.total_cmp(&b.0.concave)
+        };
+        let Some((Miss { concave, radius, arc }, point)) = found.iter().min_by(least).copied()
+        else {
             continue;
         };
         let share = found.len() as f64 / samples.len().max(1) as f64;
-        let tight = TooConcave { face: number, share, radius, point, corner };
+        let tight = TooConcave { face: number, share, radius: concave, point, corner: radius, arc };
         if found.len() == samples.len() {
             return Err(PipelineError::TooConcave(Box::new(tight)));
         }
@@ -69,10 +81,48 @@ fn cut_twice(job: &Job) -> Vec<String> {
     warnings
 }
 
-/// Returns the smallest radius with which a face bends towards the cutter \[mm\]; `None` where it does not.
-fn concave_radius(face: &FaceIndex, Uv { u, v }: Uv) -> Option<f64> {
+/// Arc of a cutter that does not fit.
+#[derive(Debug, Clone, Copy)]
+struct Miss {
+    /// Concave radius of the face \[mm\].
+    concave: f64,
+    /// Radius of the arc \[mm\].
+    radius: f64,
+    arc: &'static str,
+}
+
+impl Miss {
+    /// Returns the share of the arc that would fit: the nearer to 1, the smaller the miss.
+    fn ratio(&self) -> f64 {
+        self.concave / self.radius
+    }
+}
+
+/// Returns the arc with which a cutter does not fit a face of some principal curvatures; `None` if it fits, at some
+/// inclination and in some direction.
+fn miss(cutter: &Cutter, [less, more]: [f64; 2]) -> Option<Miss> {
+    let arc = cutter.contact_arc();
+    let fails = |curvature: f64, radius: f64, arc: &'static str| {
+        // A flat end mill has no corner radius, and any cutter fits where the face does not bend towards it.
+        let concave = curvature.recip();
+        (curvature > 0.0 && concave < radius * (1.0 - ROUNDING)).then_some(Miss {
+            concave,
+            radius,
+            arc,
+        })
+    };
+    if !cutter.is_barrel() {
+        return fails(more, arc.radius, "corner");
+    }
+    // Across its arc a barrel bends most at the tip; along the arc it has the direction in which the face bends less.
+    let thin = arc.radius_across(arc.inclinations.low);
+    fails(less, arc.radius, "large arc").or_else(|| fails(more, thin, "body"))
+}
+
+/// Returns the principal curvatures of a face, the smaller first \[1/mm\]: positive towards the cutter.
+fn curvatures(face: &FaceIndex, Uv { u, v }: Uv) -> Option<[f64; 2]> {
     let curvature = face.face().surface.jet2(u, v).curvature()?;
     // Positive: towards S_u x S_v, which is away from the cutter on a flipped face.
-    let most = if face.face().flip { -curvature.min } else { curvature.max };
-    (most > 0.0).then(|| most.recip())
+    let both = [curvature.min, curvature.max];
+    Some(if face.face().flip { [-both[1], -both[0]] } else { both })
 }

@@ -2,7 +2,7 @@
 
 use crate::inverse::InverseError;
 use crate::machine::FIRST_ROTARY;
-use crate::types::Uv;
+use crate::types::{Interval, Uv};
 use nalgebra::Point3;
 
 /// Angles between tool axis and normal that are tried \[deg\]. The last is a little more than the largest inclination
@@ -17,7 +17,10 @@ pub struct OutOfReach {
     pub face: usize,
     /// Share of its area, by samples.
     pub share: f64,
-    /// Share of its area for a tool that stands square to the face, as it nearly does in wide strips.
+    /// Range of the inclinations that were tried \[deg\].
+    pub inclinations: Interval,
+    /// Share of its area for a tool at the least inclination: square to the face, as it nearly is in wide strips, but for
+    /// a barrel.
     pub upright: f64,
     /// Parameters of the point that is farthest out.
     pub uv: Uv,
@@ -35,15 +38,29 @@ impl std::error::Error for OutOfReach {}
 
 impl std::fmt::Display for OutOfReach {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { face, share, upright, uv: Uv { u, v }, point, axes, error, remedy } = self;
-        let [_, .., most] = INCLINATIONS;
+        let Self {
+            face,
+            share,
+            inclinations,
+            upright,
+            uv: Uv { u, v },
+            point,
+            axes,
+            error,
+            remedy,
+        } = self;
+        let Interval { low, high } = *inclinations;
+        let inclined = if low > 0.0 {
+            format!("from {low:.1} to {high:.1} deg, with which its arc touches")
+        } else {
+            format!("up to {high} deg ({:.1} % if it stands square to the face)", 100.0 * upright)
+        };
         write!(
             f,
-            "face {face}: {:.1} % of it is out of reach in this setup, at any inclination of the cutter up to \
-             {most} deg ({:.1} % if it stands square to the face), because of {axes}; worst at (u, v) = ({u:.4}, {v:.4}), X {:.3} Y {:.3} Z {:.3}: {}; \
+            "face {face}: {:.1} % of it is out of reach in this setup, at any inclination of the cutter {inclined}, \
+             because of {axes}; worst at (u, v) = ({u:.4}, {v:.4}), X {:.3} Y {:.3} Z {:.3}: {}; \
              {remedy}",
             100.0 * share,
-            100.0 * upright,
             point.x,
             point.y,
             point.z,

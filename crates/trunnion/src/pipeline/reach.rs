@@ -10,8 +10,8 @@ use crate::cutter::Cutter;
 use crate::inverse::{Inverse, InverseError};
 use crate::machine::{FIRST_ROTARY, Kinematics, RotaryJoint};
 use crate::surface::{FaceIndex, FaceSample};
-use crate::types::ToolPose;
-use nalgebra::{Unit, UnitVector3, Vector3};
+use crate::types::{Interval, ToolPose};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -21,6 +21,9 @@ const SAMPLES: f64 = 400.0;
 
 /// Number of directions of each inclination.
 const DIRECTIONS: u32 = 24;
+
+/// Points of the arc of a barrel with which it is tried first, as shares of the arc.
+const ARC_SHARES: [f64; 3] = [0.5, 0.0, 1.0];
 
 /// Finer steps of the inclination, and distance between neighbouring directions, for points that seem out of
 /// reach \[deg\].
@@ -82,11 +85,12 @@ pub fn reach(job: &Job) -> Result<(), PipelineError> {
         // The first of the coarse inclinations is 0: the tool stands square to the face.
         let home = job.kinematics.machine().home();
         let upright = |sample: &&FaceSample| {
-            let pose = leans(&job.cutter, sample, coarse()).next();
+            let pose = leans(&job.cutter, sample, coarse(&job.cutter)).next();
             pose.is_some_and(|pose| inverse.continued(&pose, &home).is_err())
         };
+        let tried = inclinations(&job.cutter);
         let shares = [share(missed.len()), share(samples.iter().filter(upright).count())];
-        if let Some(out) = report(face.face().number, shares, missed) {
+        if let Some(out) = report(face.face().number, tried, shares, missed) {
             return Err(PipelineError::OutOfReach(Box::new(out)));
         }
     }
@@ -148,7 +152,7 @@ impl ReachProbe<'_> {
     fn miss(&self, sample: &FaceSample) -> Option<ReachMiss> {
         let home = self.kinematics().machine().home();
         let mut nearest: Option<ReachMiss> = None;
-        for pose in leans(self.cutter, sample, coarse()) {
+        for pose in leans(self.cutter, sample, coarse(self.cutter)) {
             let Err(error) = self.inverse.continued(&pose, &home) else { return None };
             // An error that is no miss leaves the question open: nothing is refused.
             let (by, axes) = measured(&error)?;
@@ -189,25 +193,39 @@ impl ReachProbe<'_> {
             Err(InverseError::OutOfTravel(_) | InverseError::Unreachable { .. }) => true,
             Ok(_) | Err(_) => false,
         };
-        leans(self.cutter, sample, fine(margins.lean)).all(out)
+        leans(self.cutter, sample, fine(self.cutter, margins.lean)).all(out)
     }
 }
 
+/// Returns the range of the inclinations at which a cutter is tried \[deg\].
+fn inclinations(cutter: &Cutter) -> Interval {
+    if cutter.is_barrel() {
+        let Interval { low, high } = cutter.contact_arc().inclinations;
+        return Interval::new(low.to_degrees(), high.to_degrees());
+    }
+    let [least, .., most] = INCLINATIONS;
+    Interval::new(least, most)
+}
+
 /// Returns the inclinations and directions that are tried first \[rad\].
-fn coarse() -> impl Iterator<Item = [f64; 2]> {
+fn coarse(cutter: &Cutter) -> impl Iterator<Item = [f64; 2]> + use<> {
     let directions = |lean: f64| (0..DIRECTIONS).map(move |k| (lean, k));
-    let all = INCLINATIONS.into_iter().flat_map(directions);
+    let (tried, is_barrel) = (inclinations(cutter), cutter.is_barrel());
+    let leans = INCLINATIONS.into_iter().filter(move |_| !is_barrel);
+    let arc = ARC_SHARES.into_iter().map(move |share| tried.at(share)).filter(move |_| is_barrel);
+    let all = leans.chain(arc).flat_map(directions);
     all.map(|(lean, k)| [lean.to_radians(), TAU * f64::from(k) / f64::from(DIRECTIONS)])
 }
 
-/// Returns the finer inclinations and directions, up to `more` degrees farther \[rad\].
-fn fine(more: f64) -> impl Iterator<Item = [f64; 2]> {
+/// Returns the finer inclinations and directions, up to `more` degrees farther on either side \[rad\].
+fn fine(cutter: &Cutter, more: f64) -> impl Iterator<Item = [f64; 2]> + use<> {
     let [step, across] = FINE;
-    let [.., most] = INCLINATIONS;
+    let Interval { low, high } = inclinations(cutter);
     // No tool touches a face from behind.
-    let end = (most + more).min(90.0);
-    let leans =
-        (0_u32..).map(move |k| step * f64::from(k)).take_while(move |lean| *lean < end + step);
+    let (start, end) = ((low - more).max(0.0), (high + more).min(90.0));
+    let leans = (0_u32..)
+        .map(move |k| start + step * f64::from(k))
+        .take_while(move |lean| *lean < end + step);
     leans.flat_map(move |lean| {
         // The circle of directions at this inclination has a circumference of 360 sin(lean) degrees.
         let count = (360.0 * lean.to_radians().sin() / across).abs().ceil().max(1.0);
@@ -222,7 +240,7 @@ fn leans(
     sample: &FaceSample,
     directions: impl Iterator<Item = [f64; 2]>,
 ) -> impl Iterator<Item = ToolPose> {
-    let (major, minor) = (cutter.major(), cutter.minor());
+    let arc = cutter.contact_arc();
     let normal = sample.normal;
     // Any tangent will do: the component of least size keeps the cross product away from zero.
     let side = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
@@ -230,17 +248,17 @@ fn leans(
     let point = sample.point;
     directions.map(move |[lean, turn]| {
         let way = side * turn.cos() + other * turn.sin();
-        let axis: UnitVector3<f64> =
-            Unit::new_normalize(normal.scale(lean.cos()) + way * lean.sin());
-        // The corner touches: from there up its radius, in to the axis, and down to the tip.
-        let inward = normal.scale(lean.sin()) - way * lean.cos();
-        let centre = point + normal.scale(minor) + inward * major;
-        ToolPose { tip: centre - axis.scale(minor), axis }
+        arc.pose(point + normal.scale(arc.radius), &normal, &way, lean)
     })
 }
 
 /// Returns the report of the samples out of reach; `None` if there are none.
-fn report(face: usize, [share, upright]: [f64; 2], missed: Vec<ReachMiss>) -> Option<OutOfReach> {
+fn report(
+    face: usize,
+    inclinations: Interval,
+    [share, upright]: [f64; 2],
+    missed: Vec<ReachMiss>,
+) -> Option<OutOfReach> {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for miss in &missed {
         *counts.entry(miss.axes.clone()).or_default() += 1;
@@ -257,7 +275,7 @@ fn report(face: usize, [share, upright]: [f64; 2], missed: Vec<ReachMiss>) -> Op
     };
     let remedy = remedy(&worst.error);
     let ReachMiss { sample: FaceSample { uv, point, .. }, error, .. } = worst;
-    Some(OutOfReach { face, share, upright, uv, point, axes: part, error, remedy })
+    Some(OutOfReach { face, share, inclinations, upright, uv, point, axes: part, error, remedy })
 }
 
 /// Returns advice for an error.
@@ -284,7 +302,7 @@ mod tests {
     use crate::files::machine::built_in;
     use crate::machine::Setup;
     use crate::types::Uv;
-    use nalgebra::Point3;
+    use nalgebra::{Point3, Unit};
 
     /// The nearest point of the tool's corner circle is the corner's radius above the sample, along the normal.
     #[test]
@@ -295,7 +313,7 @@ mod tests {
         let sample =
             FaceSample { uv: Uv::new(0.0, 0.0), point: Point3::new(1.0, 2.0, 3.0), normal };
         let mut poses = 0;
-        for pose in leans(&cutter, &sample, coarse()).skip(24) {
+        for pose in leans(&cutter, &sample, coarse(&cutter)).skip(24) {
             let centre = pose.tip + pose.axis.scale(minor);
             let out = sample.point - centre;
             let flat = out - pose.axis.scale(out.dot(&pose.axis));
@@ -313,7 +331,7 @@ mod tests {
         let direction = |[lean, turn]: [f64; 2]| {
             Vector3::new(lean.sin() * turn.cos(), lean.sin() * turn.sin(), lean.cos())
         };
-        let tried: Vec<Vector3<f64>> = fine(FARTHER).map(direction).collect();
+        let tried: Vec<Vector3<f64>> = fine(&cutter(), FARTHER).map(direction).collect();
         let reach = COVERING.to_radians().cos();
         for k in 0..4000 {
             let (a, b) = (f64::from(k) * 0.618_034, f64::from(k) * 0.754_878);

@@ -1,6 +1,8 @@
 //! Rounding of the words, estimated before there is a path.
 
 use super::program_format::format_of;
+use crate::cover;
+use crate::cutter::Cutter;
 use crate::import::inspect;
 use crate::inverse::Inverse;
 use crate::machine::Kinematics;
@@ -19,8 +21,15 @@ pub(super) fn expected_rounding(
     kinematics: &Kinematics,
     faces: &[FaceIndex],
     dialects: &[OutputFormat],
-    lever: f64,
+    cutter: Option<&Cutter>,
 ) -> f64 {
+    let lever = cutter.map_or(0.0, cover::lever);
+    // A barrel is inclined to one side, far.
+    let barrel = cutter.filter(|cutter| cutter.is_barrel());
+    let tilts = barrel.map_or(TILTS, |cutter| {
+        let most = cutter.contact_arc().inclinations.middle();
+        [-most, 0.0, most]
+    });
     let (Ok(inverse), Ok(words)) = (Inverse::new(kinematics), AxisWords::of(kinematics.machine()))
     else {
         // Refused later, with a better message.
@@ -34,11 +43,11 @@ pub(super) fn expected_rounding(
         };
         dialects.iter().map(bound).reduce(f64::max)
     };
-    faces.iter().flat_map(poses).filter_map(of).fold(0.0, f64::max)
+    faces.iter().flat_map(|face| poses(face, tilts)).filter_map(of).fold(0.0, f64::max)
 }
 
 /// Returns tools at the corners of a face's box, tilted about its mean normal.
-fn poses(face: &FaceIndex) -> Vec<ToolPose> {
+fn poses(face: &FaceIndex, tilts: [f64; 3]) -> Vec<ToolPose> {
     let summary = inspect::summary(face.face());
     let normal = summary.normal.unwrap_or_else(Vector3::z_axis);
     let [low, high] = summary.bounds;
@@ -47,7 +56,7 @@ fn poses(face: &FaceIndex) -> Vec<ToolPose> {
         // Bit k of the corner's number selects the upper end of axis k.
         let pick = |axis: u32| if corner >> axis & 1 == 0 { low } else { high };
         let tip = Point3::new(pick(0).x, pick(1).y, pick(2).z);
-        for [x, y] in TILTS.iter().flat_map(|&x| TILTS.map(|y| [x, y])) {
+        for [x, y] in tilts.iter().flat_map(|&x| tilts.map(|y| [x, y])) {
             poses.push(ToolPose { tip, axis: Rotation3::from_euler_angles(x, y, 0.0) * normal });
         }
     }

@@ -99,6 +99,10 @@ fn cover_area(
     let tolerance = FinishTolerance { excess: job.budget.total, gouge: job.budget.gouge };
     let preset = CoverOptions::finishing(&job.cutter, tolerance);
     let (method, lean) = match strategy.method {
+        // A barrel has one inclination at which its arc touches with its middle.
+        file::JobPlacement::Widest if job.cutter.is_barrel() => {
+            (PlacementMethod::Inclined, preset.lean)
+        }
         file::JobPlacement::Widest => (PlacementMethod::Widest, preset.lean),
         file::JobPlacement::Fixed { lead, tilt } => {
             (PlacementMethod::Inclined, ToolInclination::of(lead, tilt))

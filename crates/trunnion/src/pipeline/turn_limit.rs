@@ -25,7 +25,10 @@ pub(super) fn cost(
     let strategy = &job.file.strategy;
     let wanted = strategy.turn_cost.unwrap_or(report.work <= LITTLE && job.others.is_empty());
     // Passes over a rest are at a fixed inclination.
-    let is_widest = strategy.method == JobPlacement::Widest && strategy.area == JobArea::Whole;
+    // A barrel keeps its inclination.
+    let is_widest = strategy.method == JobPlacement::Widest
+        && strategy.area == JobArea::Whole
+        && !job.cutter.is_barrel();
     if !is_widest || strategy.max_axis_turn >= FREE || !wanted {
         return Ok(None);
     }

@@ -78,6 +78,20 @@ pub enum PositioningError {
         /// Corner radius `r` \[mm\].
         minor: f64,
     },
+    /// The surface bends more sharply than the arc of the cutter.
+    #[error(
+        "cutter too large for the concave radius here: {concave:.3} mm at (u, v) = ({:.6}, {:.6}), where the arc of the \
+         cutter touches with {radius:.3} mm; take a radius below {concave:.3} mm, or another feed direction",
+        .uv.u, .uv.v
+    )]
+    ConcaveArc {
+        /// Parameters of the point.
+        uv: Uv,
+        /// Concave radius in the direction that does not fit \[mm\].
+        concave: f64,
+        /// Radius of the cutter in that direction \[mm\].
+        radius: f64,
+    },
     /// No strip wider than what every inclination gives.
     #[error("{}", no_strip(*.uv, *.smallest, *.excess, *.binding))]
     NoStrip {
@@ -123,6 +137,11 @@ pub enum PositioningError {
         "the method needs a cutter with R above 0; a ball touches in one point: use ball or sturz"
     )]
     NoCircle,
+    /// The method places the tip of the cutter.
+    #[error(
+        "the method places the tip of the cutter, and a barrel cuts with its large arc: use end-point or ball"
+    )]
+    BarrelArc,
     /// An angle of the method is out of range.
     #[error("the {name} is {:.4} deg: must be {must}", .value.to_degrees())]
     Angle {

@@ -1,5 +1,6 @@
 //! One cutter location and the strip it leaves.
 
+use crate::cutter::Cutter;
 use crate::positioning::active::ActiveConstraint;
 use crate::positioning::request::{ContactSide, LocationRequest, StripSide};
 use crate::positioning::strip::MeasuredStrip;
@@ -21,7 +22,7 @@ pub struct CutterLocation {
     pub offset_direction: f64,
     /// Rotation theta about the chord \[rad\].
     pub rotation: f64,
-    /// Centre of the torus circle \[mm\].
+    /// Centre of the torus circle, of the ball, or of the arc of a barrel above the contact \[mm\].
     pub center: Point3<f64>,
     /// Tip and tool axis.
     pub pose: ToolPose,
@@ -89,6 +90,19 @@ pub(crate) struct LocationParts {
     pub(crate) marks: Vec<ExtremumMark>,
 }
 
+/// Returns the centre of the circle, ball or arc with which a cutter touches at `contact` \[mm\].
+pub(crate) fn contact_center(
+    cutter: &Cutter,
+    pose: &ToolPose,
+    contact: &Point3<f64>,
+) -> Point3<f64> {
+    if cutter.is_barrel() {
+        cutter.contact_arc().center_at(pose, contact)
+    } else {
+        pose.tip + pose.axis.scale(cutter.minor())
+    }
+}
+
 impl CutterLocation {
     pub(crate) fn new(
         request: &LocationRequest,
@@ -105,7 +119,7 @@ impl CutterLocation {
             offset,
             offset_direction,
             rotation,
-            center: pose.tip + pose.axis.scale(request.cutter.minor()),
+            center: contact_center(request.cutter, &pose, &strip.contact.point),
             pose,
             side,
             strip: request.strip,

@@ -4,6 +4,7 @@ mod around;
 mod audit;
 mod audited;
 mod axes;
+mod barrels;
 mod blocks;
 mod bounds;
 mod brute_force;

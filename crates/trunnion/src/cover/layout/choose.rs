@@ -70,8 +70,9 @@ pub(crate) fn choose(face: &FaceIndex, cutter: &Cutter, options: &CoverOptions) 
         return ChosenLayouts { charts: vec![Chart::straight(options.feed_direction)], work: 0 };
     }
     let work = WorkCounter::default();
-    let table = options.feed_direction == FeedDirection::Adaptive
-        && options.method == PlacementMethod::Widest;
+    // The strips of a barrel are as wide as the face bends across them.
+    let varies = options.method == PlacementMethod::Widest || cutter.is_barrel();
+    let table = options.feed_direction == FeedDirection::Adaptive && varies;
     let narrow = advance::ball_strip_width(cutter, options);
     let widths = table
         .then(|| StripWidthTable::new(face, cutter, options, &TableFill { narrow, work: &work }));

@@ -17,13 +17,14 @@ use crate::cover::place::placed::PlacedPasses;
 use crate::cover::place::planner::{FacePlanner, FaceRectangle, WorkLimits};
 use crate::cover::place::unreachable::unreachable_cells;
 use crate::cover::report::{Covering, FaceLayout, LayoutCost, PassLayout};
-use crate::positioning::ContactSide;
+use crate::positioning::{ContactSide, ToolInclination};
+use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 /// Plans all passes over one face.
 ///
 /// Where either side of the cutter may cut, the side that takes less over the whole face is used: passes that change
-/// sides from point to point would have to turn the tool over.
+/// sides from point to point would have to turn the tool over. So is the side to which a barrel is inclined.
 pub(crate) fn cover_face(
     request: &FaceRequest<'_>,
     report: ProgressFn<'_>,
@@ -34,17 +35,23 @@ pub(crate) fn cover_face(
         report(1.0)?;
         return Ok(placed.covering());
     }
-    if request.options.side != ContactSide::Either {
+    let options = *request.options;
+    let sides = if request.setup.cutter.is_barrel() && options.lean.towards.is_none() {
+        [FRAC_PI_2, -FRAC_PI_2].map(|towards| CoverOptions {
+            lean: ToolInclination { towards: Some(towards), ..options.lean },
+            side: ContactSide::Ahead,
+            ..options
+        })
+    } else if options.side == ContactSide::Either {
+        [ContactSide::Ahead, ContactSide::Behind].map(|side| CoverOptions { side, ..options })
+    } else {
         return Ok(on_side(request, report)?.covering());
-    }
-    let half = |side: ContactSide, from: f64| {
-        let options = CoverOptions { side, ..*request.options };
-        let sided = FaceRequest { options: &options, ..*request };
+    };
+    let half = |options: &CoverOptions, from: f64| {
+        let sided = FaceRequest { options, ..*request };
         on_side(&sided, &|share| report(from + 0.5 * share))
     };
-    let ahead = half(ContactSide::Ahead, 0.0);
-    let behind = half(ContactSide::Behind, 0.5);
-    let best = match (ahead, behind) {
+    let best = match (half(&sides[0], 0.0), half(&sides[1], 0.5)) {
         (Ok(ahead), Ok(behind)) => {
             let tried = [ahead, behind];
             // Compared over the whole face, as the passes of both sides do not fit together.

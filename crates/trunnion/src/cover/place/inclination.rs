@@ -9,7 +9,7 @@ use crate::cover::place::candidate::{CandidatePass, LocationResult, PlacedStatio
 use crate::cutter::TangentProfile;
 use crate::positioning::{ActiveConstraint, PositioningError, ToolInclination};
 use rayon::prelude::*;
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Approximate number of stations at which all inclinations are tried.
 const TRIED: usize = 16;
@@ -23,6 +23,9 @@ const BALL_ANGLES: [f64; 6] = [0.2, 0.45, 0.7, 1.0, 1.3, 1.5];
 const BALL_DIRECTIONS: u32 = 8;
 const ANGLES: [f64; 5] = [0.0, 0.01, 0.09, 0.25, 0.5];
 const DIRECTIONS: [f64; 5] = [0.0, 0.8, -0.8, 1.4, -1.4];
+
+/// Shares of the arc of a barrel with which it is tried.
+const BARREL_SHARES: [f64; 3] = [0.5, 0.2, 0.8];
 
 /// Costs by which inclinations are chosen: per radian of difference from the one asked for; of a
 /// station before the track; of lifting the tool; of leaving a station out.
@@ -40,7 +43,10 @@ struct InclinedRow {
 impl CandidatePass<'_> {
     /// Returns the inclinations to try, without the one asked for.
     fn leans(&self) -> Vec<ToolInclination> {
-        if self.cutter.major() > 0.0 {
+        if self.cutter.is_barrel() {
+            return self.barrel_leans();
+        }
+        if !self.cutter.touches_in_one_point() {
             let upright = |lean: &ToolInclination| lean.angle <= 0.0 && lean.towards != Some(0.0);
             let of = |angle: f64| {
                 DIRECTIONS.map(move |towards| ToolInclination { angle, towards: Some(towards) })
@@ -57,6 +63,18 @@ impl CandidatePass<'_> {
         // A side ends the ball of the tip: farther inclined, the contact would be off its arc.
         let most = self.cutter.tangent_profile().map_or(TAU, TangentProfile::tip_angle);
         BALL_ANGLES.into_iter().filter(|angle| *angle < most).flat_map(of).collect()
+    }
+
+    /// Returns the inclinations of a barrel: all over its arc, square to the feed, where the arc lies across it.
+    fn barrel_leans(&self) -> Vec<ToolInclination> {
+        let arc = self.cutter.contact_arc();
+        let of = |share: f64| {
+            [FRAC_PI_2, -FRAC_PI_2].map(|towards| ToolInclination {
+                angle: arc.inclinations.at(share),
+                towards: Some(towards),
+            })
+        };
+        BARREL_SHARES.into_iter().flat_map(of).collect()
     }
 
     /// Returns `true` if another inclination may do better at a station.

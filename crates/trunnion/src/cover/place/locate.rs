@@ -3,7 +3,7 @@
 use super::candidate::{
     CandidatePass, LocationLimits, LocationResult, LocationStart, PlacedStation, TrackPoint,
 };
-use super::tool_fit::{self, ContactPoint};
+use super::tool_fit::ContactPoint;
 use crate::cover::layout::effort::SearchOutcome;
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::pattern::PlacementMethod;
@@ -97,7 +97,7 @@ impl CandidatePass<'_> {
         };
         // The axis of a ball is known beforehand. The machine first: it costs least to find.
         if self.method == PlacementMethod::Inclined
-            && self.cutter.major() <= 0.0
+            && self.cutter.touches_in_one_point()
             && let Some(pose) = self.touching([at.across, self.track.at(at.arc)], start.lean)
             && !self.keep_off.cost.reaches(&pose)
         {
@@ -107,7 +107,10 @@ impl CandidatePass<'_> {
             PlacementMethod::Widest => widest_strip(&request, start.warm)?,
             PlacementMethod::Inclined => with_inclination(&request, start.lean, start.warm)?,
         };
-        let barred = self.keep_off.check(&location.pose, request.at).err();
+        let mut barred = self.keep_off.check(&location.pose, request.at).err();
+        if self.cutter.is_barrel() {
+            barred = barred.or_else(|| self.keep_off.check_own(&location.pose, request.at).err());
+        }
         Ok(CheckedLocation { location, barred })
     }
 
@@ -139,6 +142,11 @@ impl CandidatePass<'_> {
         at: Uv,
         location: &CutterLocation,
     ) -> Result<(Station, Uv), PositioningError> {
+        // A barrel has one contact. From the centre of its arc, far above, the face may be nearer elsewhere.
+        if self.cutter.is_barrel() {
+            let CutterLocation { pose, contact, contact_uv, .. } = *location;
+            return Ok((Station { pose, contact }, contact_uv));
+        }
         let ToolPose { axis, .. } = location.pose;
         let point = |uv: Uv| self.face.face().point(uv.u, uv.v);
         // The middle of the two end points, projected into the plane of the centre circle.
@@ -185,7 +193,8 @@ impl CandidatePass<'_> {
         let beside = forward.cross(&normal).scale(self.strip().sign());
         let (sin, cos) = lean.towards.unwrap_or(0.0).sin_cos();
         let towards = ahead.scale(cos) + beside.scale(sin);
-        let corner = contact.point + normal.scale(self.cutter.minor());
-        Some(tool_fit::pose(corner, &normal, &towards, lean.angle, self.cutter))
+        let arc = self.cutter.contact_arc();
+        let corner = contact.point + normal.scale(arc.radius);
+        Some(arc.pose(corner, &normal, &towards, lean.angle))
     }
 }

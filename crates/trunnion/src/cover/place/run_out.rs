@@ -1,8 +1,8 @@
 //! Run-outs where the continued surface gives no cutter location.
 
 use crate::cover::place::candidate::{CandidatePass, PlacedStation};
-use crate::cover::prove::span_strip::SpanCheck;
-use crate::types::{Station, ToolPose};
+use crate::cover::prove::span_strip::{SpanCheck, SpanStrip};
+use crate::types::{Station, ToolPose, Uv};
 use nalgebra::{Point3, Rotation3, Unit, UnitVector3, Vector3};
 
 /// Direction along a track.
@@ -89,8 +89,13 @@ pub(crate) fn run_out(
         let Ok(foot) = candidate.face.closest_near(&station.contact, guess.into()) else {
             return added;
         };
-        let Ok(strip) = between.strip(&station.pose, &station.contact, foot.uv.into()) else {
-            return added;
+        let strip = if candidate.cutter.is_barrel() {
+            barrel_strip(candidate, &station.pose, foot.uv)
+        } else {
+            let Ok(strip) = between.strip(&station.pose, &station.contact, foot.uv.into()) else {
+                return added;
+            };
+            strip
         };
         let arc = last.arc + heading.sign() * length;
         // Over the face the pass has to leave a strip; beside it only not to gouge.
@@ -110,6 +115,12 @@ pub(crate) fn run_out(
         added.push(PlacedStation { arc, along, location, station, contact_uv, ..*last });
     }
     added
+}
+
+/// Returns the strip of a barrel that is carried on: none, as it serves beside the face only, and whether it gouges.
+fn barrel_strip(candidate: &CandidatePass<'_>, pose: &ToolPose, uv: Uv) -> SpanStrip {
+    let is_clear = candidate.keep_off.check_own(pose, uv).is_ok();
+    SpanStrip { far: None, least: if is_clear { f64::INFINITY } else { f64::NEG_INFINITY } }
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use crate::cover::prove::part_faces::{KeepOff, NearestQuery, PartFaces};
 use crate::cutter::ConvexSolid;
 use crate::cutter::Cutter;
 use crate::surface::FaceIndex;
-use crate::types::{ToolPose, UncutReason};
+use crate::types::{Interval, ToolPose, UncutReason};
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
 use std::f64::consts::TAU;
 
@@ -19,6 +19,9 @@ const STEPS: u32 = 60;
 /// Directions and angles of inclination at which the tool is tried at a point.
 const DIRECTIONS: u32 = 12;
 const ANGLES: [f64; 7] = [0.01, 0.09, 0.25, 0.5, 0.8, 1.1, 1.35];
+
+/// Points of the arc of a barrel with which it is tried, as shares of the arc.
+const ARC_SHARES: [f64; 3] = [0.1, 0.5, 0.9];
 
 /// Largest inclination of cutters that are not balls \[rad\].
 const MOST: f64 = 0.6;
@@ -35,6 +38,20 @@ impl ContactPoint {
         let (point, normal) = (face.face().point(u, v), face.face().normal(u, v)?);
         Some(Self { point, normal })
     }
+
+    /// Returns the centre of an arc of a radius \[mm\] that touches with a gap.
+    fn above(&self, radius: f64, gap: ContactGap) -> Point3<f64> {
+        self.point + self.normal.scale(radius + gap.least + gap.raised)
+    }
+}
+
+/// Distance between a cutter and the point that it touches \[mm\].
+#[derive(Debug, Clone, Copy)]
+struct ContactGap {
+    /// Distance that the tool keeps from every face.
+    least: f64,
+    /// Height by which it is raised over that.
+    raised: f64,
 }
 
 /// Depth to which the largest ball may go into a face, as a share of its radius.
@@ -107,7 +124,8 @@ pub(crate) fn fitting_pose(
     let query =
         NearestQuery { enough: f64::NEG_INFINITY, ..NearestQuery::any(within, keep_off.precision) };
     let minor = cutter.minor();
-    // Step 1: the corner alone. If it does not fit, no inclination helps.
+    // Step 1: the corner alone, or the tip of a barrel, which bends as much as its arc at most. If it does not fit, no
+    // inclination helps.
     let corner = contact.point + contact.normal.scale(minor + least);
     let pose = ToolPose { tip: corner, axis: contact.normal };
     if let Some(near) = part_faces.nearest(&ConvexSolid::ball(minor), &pose, None, query) {
@@ -119,7 +137,7 @@ pub(crate) fn fitting_pose(
     }
     // Step 2: the whole tool at many inclinations.
     let (mut barred, mut far) = (None, false);
-    for pose in poses(contact, corner, cutter) {
+    for pose in poses(contact, ContactGap { least, raised: 0.0 }, cutter) {
         let hit = keep_off.tool.solids().find_map(|solid| {
             let enough = NearestQuery { enough: within, ..query };
             part_faces.nearest(solid, &pose, None, enough)
@@ -158,15 +176,14 @@ pub(crate) fn fitting_pose_near(
         keep_off.part_faces.nearest(&solid, &ball, None, query).is_none()
     };
     // Step 1: the corner alone. Where it does not fit, no inclination helps.
-    let raised = |share: f64| {
-        contact.point + contact.normal.scale(cutter.minor() + keep_off.least + share * room)
-    };
-    let corner = LIFTS.into_iter().map(raised).find(corner_fits)?;
+    let gap = |share: f64| ContactGap { least: keep_off.least, raised: share * room };
+    let fits_raised = |gap: &ContactGap| corner_fits(&contact.above(cutter.minor(), *gap));
+    let gap = LIFTS.into_iter().map(gap).find(fits_raised)?;
     // Step 2: the whole tool, at inclinations more and more different.
     let fits = |pose: &ToolPose| keep_off.cost.reaches(pose) && !keep_off.hits_any(pose);
-    let Some(before) = before else { return poses(contact, corner, cutter).find(fits) };
-    let same = pose_along(&before.axis, contact, corner, cutter);
-    let mut others: Vec<ToolPose> = poses(contact, corner, cutter).collect();
+    let Some(before) = before else { return poses(contact, gap, cutter).find(fits) };
+    let same = pose_along(&before.axis, contact, gap, cutter);
+    let mut others: Vec<ToolPose> = poses(contact, gap, cutter).collect();
     let turn = |pose: &ToolPose| -pose.axis.dot(&before.axis);
     others.sort_by(|a, b| turn(a).total_cmp(&turn(b)));
     same.into_iter().chain(others).find(fits)
@@ -177,55 +194,55 @@ pub(crate) fn fitting_pose_near(
 fn pose_along(
     axis: &UnitVector3<f64>,
     contact: &ContactPoint,
-    corner: Point3<f64>,
+    gap: ContactGap,
     cutter: &Cutter,
 ) -> Option<ToolPose> {
     let normal = contact.normal;
+    let arc = cutter.contact_arc();
     let angle = normal.dot(axis).clamp(-1.0, 1.0).acos();
-    let most = if cutter.major() > 0.0 { MOST } else { ANGLES[ANGLES.len() - 1] };
+    let range = if cutter.is_barrel() {
+        arc.inclinations
+    } else if cutter.major() > 0.0 {
+        Interval::new(0.0, MOST)
+    } else {
+        Interval::new(0.0, ANGLES[ANGLES.len() - 1])
+    };
     let ahead = axis.into_inner() - normal.scale(normal.dot(axis));
     let ahead = Unit::try_new(ahead, f64::MIN_POSITIVE)?;
-    (angle <= most).then(|| pose(corner, &normal, &ahead, angle, cutter))
+    let center = contact.above(arc.radius, gap);
+    range.contains(angle).then(|| arc.pose(center, &normal, &ahead, angle))
 }
 
 /// Returns `true` if the machine reaches a point at any inclination.
 pub(crate) fn reached(cost: &dyn PassCost, contact: &ContactPoint, cutter: &Cutter) -> bool {
-    let corner = contact.point + contact.normal.scale(cutter.minor());
-    poses(contact, corner, cutter).any(|pose| cost.reaches(&pose))
+    poses(contact, ContactGap { least: 0.0, raised: 0.0 }, cutter).any(|pose| cost.reaches(&pose))
 }
 
-/// Returns poses whose corner touches at a point, inclined more and more, all round.
+/// Returns poses that touch at a point with a gap, inclined more and more, all round.
 fn poses(
     contact: &ContactPoint,
-    corner: Point3<f64>,
+    gap: ContactGap,
     cutter: &Cutter,
 ) -> impl Iterator<Item = ToolPose> {
-    let major = cutter.major();
+    let arc = cutter.contact_arc();
+    let center = contact.above(arc.radius, gap);
     let normal = contact.normal;
     let across = Unit::new_normalize(normal.cross(&Vector3::ith(normal.iamin(), 1.0)));
     let beside = normal.cross(&across);
-    let angles = ANGLES.into_iter().filter(move |angle| major <= 0.0 || *angle <= MOST);
-    angles.flat_map(move |angle| {
+    angles(cutter).flat_map(move |angle| {
         (0..DIRECTIONS).map(move |i| {
             let (sin, cos) = (TAU * f64::from(i) / f64::from(DIRECTIONS)).sin_cos();
             let ahead = across.scale(cos) + beside.scale(sin);
-            pose(corner, &normal, &ahead, angle, cutter)
+            arc.pose(center, &normal, &ahead, angle)
         })
     })
 }
 
-/// Returns the pose inclined by `angle` towards `ahead`, a unit vector square to the normal, whose
-/// corner in front of the cutter's centre is a ball around `corner`.
-pub(crate) fn pose(
-    corner: Point3<f64>,
-    normal: &UnitVector3<f64>,
-    ahead: &Vector3<f64>,
-    angle: f64,
-    cutter: &Cutter,
-) -> ToolPose {
-    let (sin, cos) = angle.sin_cos();
-    let axis = Unit::new_normalize(normal.scale(cos) + ahead.scale(sin));
-    // From the corner's centre back by R, square to the axis.
-    let centre = corner - (ahead.scale(cos) - normal.scale(sin)).scale(cutter.major());
-    ToolPose { tip: centre - axis.scale(cutter.minor()), axis }
+/// Returns the inclinations at which a cutter is tried at a point \[rad\].
+fn angles(cutter: &Cutter) -> impl Iterator<Item = f64> + use<> {
+    let (inclinations, is_barrel) = (cutter.contact_arc().inclinations, cutter.is_barrel());
+    let on_circle = cutter.major() > 0.0;
+    let tip = ANGLES.into_iter().filter(move |angle| !on_circle || *angle <= MOST);
+    let arc = ARC_SHARES.into_iter().map(move |share| inclinations.at(share));
+    tip.filter(move |_| !is_barrel).chain(arc.filter(move |_| is_barrel))
 }

@@ -106,6 +106,22 @@ impl<'a> PartFaces<'a> {
     }
 }
 
+impl PartFaces<'_> {
+    /// Finds the point of one face that comes nearest to a solid.
+    pub(crate) fn nearest_of(
+        &self,
+        index: usize,
+        solid: &ConvexSolid,
+        pose: &ToolPose,
+        query: NearestQuery,
+    ) -> Option<NearestPoint> {
+        let (face, tree) = self.faces.get(index)?;
+        let mut found = None;
+        NearestSearch { face, tree, index, solid, pose, query }.run(&mut found);
+        found
+    }
+}
+
 /// Search over one face for one solid.
 struct NearestSearch<'a> {
     face: &'a FaceIndex,
@@ -280,6 +296,24 @@ impl KeepOff<'_> {
             if let Some(near) = self.part_faces.nearest(solid, pose, Some(self.own), query) {
                 let (face, depth) = (self.part_faces.number(near.face), self.least - near.distance);
                 return Err(PositioningError::Neighbour { uv, face, depth });
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that the tool keeps off the face that is cut, as near to it as it touches.
+    ///
+    /// # Errors
+    ///
+    /// `Body`, at parameters `uv` of that face.
+    pub(crate) fn check_own(&self, pose: &ToolPose, uv: Uv) -> Result<(), PositioningError> {
+        let within = self.least - self.precision;
+        let query = NearestQuery::any(within, self.precision);
+        for solid in self.tool.solids() {
+            if let Some(near) = self.part_faces.nearest_of(self.own, solid, pose, query) {
+                let height = (near.point - pose.tip).dot(&pose.axis);
+                let clearance = near.distance - self.least;
+                return Err(PositioningError::Body { uv, height, clearance });
             }
         }
         Ok(())

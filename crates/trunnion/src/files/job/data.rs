@@ -226,6 +226,21 @@ impl JobTool {
         }
     }
 
+    /// Returns `true` for a barrel or conical barrel.
+    pub fn is_barrel(&self) -> bool {
+        matches!(self.kind, ToolKind::Barrel | ToolKind::ConicalBarrel)
+    }
+
+    /// Returns the angles between tool axis and face normal at which the side of the tool touches \[rad\]: from the end of
+    /// the tip arc to its own.
+    pub fn arc_inclinations(&self) -> Interval {
+        let taper_angle = match self.side {
+            ToolSide::Straight => 0.0,
+            ToolSide::Cone { taper_angle, .. } | ToolSide::Arc { taper_angle, .. } => taper_angle,
+        };
+        Interval::new(self.tip_angle(), FRAC_PI_2 - taper_angle)
+    }
+
     /// Returns the outer radius of the cutting end \[mm\].
     pub fn radius(&self) -> f64 {
         match self.side {

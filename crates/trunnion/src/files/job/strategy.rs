@@ -8,6 +8,7 @@ use super::data::{
 };
 use super::raw::{RawAlong, RawDirection, RawLead, RawLinks, RawMethod, RawSide, RawStrategy};
 use super::tool_side::kind_name;
+use crate::types::Interval;
 
 /// Reads the strategy, if its entries agree with each other and with the tool.
 pub(super) fn strategy(
@@ -83,9 +84,6 @@ fn method(
 ) -> Option<JobPlacement> {
     let angles = [("lead_angle", raw.lead_angle), ("tilt_angle", raw.tilt_angle)];
     let kind = tool.map(|tool| tool.kind);
-    if kind.is_some_and(|kind| refuse_barrel(kind, path, doc)) {
-        return None;
-    }
     // The tip of a tapered cutter and the large arc of a lens are balls. A tool that could not be read is no reason for a
     // second fault here.
     let is_ball = |kind| matches!(kind, ToolKind::Ball | ToolKind::Taper | ToolKind::Lens);
@@ -109,6 +107,9 @@ fn method(
         let help = "write `method = \"fixed-tilt\"` with lead_angle and tilt_angle, or `kind = \"ball\"` in [tool]";
         doc.fault(&join(path, "method"), message, help);
         return None;
+    }
+    if let Some(tool) = tool.filter(|tool| tool.is_barrel()) {
+        return barrel(raw, tool, path, doc);
     }
     // Only a ball has a default: the lead of a bull decides which part of the corner cuts.
     let most = tool.map_or(90.0, |tool| tool.tip_angle().to_degrees());
@@ -141,16 +142,37 @@ fn method(
     Some(JobPlacement::Fixed { lead: lead.to_radians(), tilt: tilt.to_radians() })
 }
 
-/// Refuses a kind that planning does not take; returns `true` if it did.
-fn refuse_barrel(kind: ToolKind, path: &str, doc: &mut Document<'_>) -> bool {
-    let is_barrel = matches!(kind, ToolKind::Barrel | ToolKind::ConicalBarrel);
-    if is_barrel {
-        let message = format!("planning does not take {} cutters", kind_name(kind));
-        let help = "check, stock and page take this cutter, in [[verify.tool]] or `trunnion check --cutter`; plan with flat, \
-                    ball, bull, taper or lens";
-        doc.fault(&join(path, "method"), message, help);
+/// Reads the fixed inclination of a barrel, which touches with its large arc: sideways, as far as that arc goes.
+fn barrel(
+    raw: &RawStrategy,
+    tool: &JobTool,
+    path: &str,
+    doc: &mut Document<'_>,
+) -> Option<JobPlacement> {
+    let kind = kind_name(tool.kind);
+    if let Some(lead) = raw.lead_angle.filter(|lead| lead.abs() > 0.0) {
+        let message =
+            format!("a {kind} tool cannot lead by {lead} deg: its arc lies across the feed");
+        let help = "remove lead_angle; tilt_angle inclines the tool sideways";
+        doc.fault(&join(path, "lead_angle"), message, help);
+        return None;
     }
-    is_barrel
+    let Interval { low, high } = tool.arc_inclinations();
+    let [low, high] = [low, high].map(f64::to_degrees);
+    let arc = format!("its large arc touches from {low:.2} to {high:.2} deg from the axis");
+    let Some(tilt) = raw.tilt_angle else {
+        let message = "method \"fixed-tilt\" needs tilt_angle with a barrel";
+        let help = format!("add tilt_angle, or write `method = \"auto\"`: {arc}");
+        doc.fault(&join(path, "method"), message, &help);
+        return None;
+    };
+    if !(low..=high).contains(&tilt.abs()) {
+        let message = format!("a {kind} tool cannot tilt by {tilt} deg: {arc}");
+        let help = "keep tilt_angle between them, on either side, or write `method = \"auto\"`";
+        doc.fault(&join(path, "tilt_angle"), message, help);
+        return None;
+    }
+    Some(JobPlacement::Fixed { lead: 0.0, tilt: tilt.to_radians() })
 }
 
 /// Refuses an inclination at which the contact would leave the tip arc; both angles in degrees.

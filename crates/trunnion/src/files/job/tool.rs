@@ -198,7 +198,7 @@ fn profile(path: &str, pairs: &[[f64; 2]], doc: &mut Document<'_>) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::parse;
+    use super::super::{JobPlacement, parse};
 
     /// The last line of it, 52, stands in [verify].
     const EXAMPLE: &str = include_str!("../../../../../examples/bezier-patch/job.toml");
@@ -240,16 +240,36 @@ mod tests {
         assert!(taper.iter().any(|one| one.contains("has no barrel_radius")), "{taper:?}");
         let bull = found("kind = \"bull\"\ndiameter = 32\ncorner_radius = 6\ntip_radius = 1");
         assert!(bull[0].contains("a bull tool has no tip_radius"), "{bull:?}");
-        // Planning refuses barrels early, and says what takes them.
-        let barrel = "kind = \"barrel\"\ntip_radius = 2\nbarrel_radius = 85\ndiameter = 12";
-        let barrel = found(barrel);
-        assert_eq!(barrel.len(), 1, "{barrel:?}");
-        assert!(barrel[0].contains("planning does not take barrel cutters"), "{barrel:?}");
-        assert!(barrel[0].contains("check, stock and page take this cutter"), "{barrel:?}");
         let lens = "kind = \"lens\"\ntip_radius = 101\ncorner_radius = 1\ndiameter = 22";
         let far = with_tool(lens).replace("[strategy]", "[strategy]\nlead_angle = 8");
         let far: Vec<String> = parse(&far).unwrap_err().iter().map(ToString::to_string).collect();
         assert!(far[0].contains("its tip arc ends at 5.74 deg"), "{far:?}");
+    }
+
+    #[test]
+    fn a_barrel_is_inclined_sideways_as_far_as_its_arc_goes() {
+        let tool = "kind = \"barrel\"\ntip_radius = 2\nbarrel_radius = 85\ndiameter = 12";
+        let free = parse(&with_tool(tool)).unwrap();
+        assert_eq!(free.strategy.method, JobPlacement::Widest);
+        // sin = 79 / 83 where tip arc and large arc meet.
+        let arc = free.tool.arc_inclinations();
+        assert!((arc.low.sin() - 79.0 / 83.0).abs() < 1e-12 && arc.high.cos().abs() < 1e-12);
+        let with = |keys: &str| {
+            let text = with_tool(tool)
+                .replace("method = \"auto\"", &format!("method = \"fixed-tilt\"\n{keys}"));
+            parse(&text)
+        };
+        let tilted = with("tilt_angle = -78").unwrap().strategy.method;
+        let JobPlacement::Fixed { lead, tilt } = tilted else { panic!("{tilted:?}") };
+        assert!(lead.abs() <= 0.0 && (tilt.to_degrees() + 78.0).abs() < 1e-9);
+        let message = |keys: &str| with(keys).unwrap_err().iter().next().unwrap().to_string();
+        let found = message("");
+        assert!(found.contains("needs tilt_angle"), "{found}");
+        assert!(found.contains("from 72.14 to 90.00 deg"), "{found}");
+        let found = message("tilt_angle = 60");
+        assert!(found.contains("a barrel tool cannot tilt by 60 deg"), "{found}");
+        let found = message("tilt_angle = 75\nlead_angle = 4");
+        assert!(found.contains("a barrel tool cannot lead by 4 deg"), "{found}");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use crate::cutter::ConvexSolid;
 use crate::positioning::distance::probe::FaceProbe;
 use crate::positioning::error::PositioningError;
+use crate::positioning::request::ToleranceBand;
 use crate::positioning::strip::CuttingContext;
 use crate::surface::SolidProximity;
 use crate::types::{ToolPose, Uv};
@@ -15,6 +16,9 @@ const QUERIES: u32 = 400;
 /// Below this share of the cutter's radius the flank of a flat cutter is its edge, which the
 /// circle answers for.
 const EDGE: f64 = 0.125;
+
+/// Share of the band by which the arc of a barrel may come nearer than it allows.
+const CONTACT_ROOM: f64 = 1e-2;
 
 /// Sectors into which the flank is cut where a sphere around the axis does not clear it.
 const SECTORS: u32 = 12;
@@ -49,7 +53,17 @@ pub(crate) fn check_body(
     probe: &mut FaceProbe,
 ) -> Result<(), PositioningError> {
     let cutter = setting.cutter;
+    if cutter.is_barrel() && setting.face.distance_over_box(&pose.tip).is_none() {
+        // Its arc touches far from the tip, which may come down to the face as well as the flank. Where it does touch,
+        // it is as near as the band allows: without some room nothing is proven there.
+        let ToleranceBand { lower, upper } = setting.band;
+        let band = ToleranceBand { lower: lower - CONTACT_ROOM * (upper - lower), upper };
+        let setting = &CuttingContext { band, ..*setting };
+        return BodyCheck { setting, pose, uv, limit: 0 }.check_solids(0.0);
+    }
     let bottom = match cutter.tangent_profile() {
+        // Of a barrel that touches a face with distances in closed form, what is above its arc.
+        Some(profile) if cutter.is_barrel() => profile.flank_start(),
         // What lies inside the circle of the tip arc is as clear as the whole circle, which is proven by its centre.
         Some(profile) => profile.height_in_tip_circle(),
         None => cutter.cutting_height().max(EDGE * cutter.radius()),

@@ -1,11 +1,13 @@
 //! Independent measurement of the strip that a pose leaves.
 
-use crate::positioning::check::ball_strip::ball_strip;
+use crate::positioning::check::arc_contact;
+use crate::positioning::check::ball_strip::{PlacedBall, ball_strip, limit};
 use crate::positioning::check::survey::{CircleSurvey, GapRefinement};
 use crate::positioning::distance::circle::ErrorCircle;
 use crate::positioning::distance::curve::circle_of_pose;
 use crate::positioning::distance::probe::FaceProbe;
 use crate::positioning::error::PositioningError;
+use crate::positioning::location::contact_center;
 use crate::positioning::strip::{CuttingContext, MeasuredStrip, StripQuery};
 use crate::types::ToolPose;
 
@@ -59,13 +61,19 @@ pub fn strip_of_pose(
     look: &StripQuery,
 ) -> Result<MeasuredStrip, PositioningError> {
     let mut probe = FaceProbe::new(setting.face);
-    let minor = setting.cutter.minor();
     let middle = probe.read(&look.contact, look.uv.into())?;
     let (ring, v) = circle_of_pose(setting, pose, look, &middle)?;
     if ring.radius <= 0.0 {
-        return ball_strip(setting, ring.center, &v, &middle, probe);
+        let (center, middle) = if setting.cutter.is_barrel() {
+            let touch = arc_contact::contact(setting, pose, look, &mut probe)?;
+            (contact_center(setting.cutter, pose, &touch.foot.point), touch)
+        } else {
+            (ring.center, middle)
+        };
+        let ball = PlacedBall { center, pose, limit: limit(setting.cutter) };
+        return ball_strip(setting, ball, &v, &middle, &mut probe);
     }
-    let circle = ErrorCircle { ring, minor };
+    let circle = ErrorCircle { ring, minor: setting.cutter.minor() };
     let (axis, v) = (pose.axis, v.into_inner());
     let survey = CircleSurvey {
         setting,

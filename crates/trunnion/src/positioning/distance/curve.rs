@@ -4,6 +4,7 @@ use crate::positioning::distance::circle::ErrorCircle;
 use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
 use crate::positioning::distance::ring::CenterCircle;
 use crate::positioning::error::PositioningError;
+use crate::positioning::location::contact_center;
 use crate::positioning::strip::{CuttingContext, StripQuery};
 use crate::types::ToolPose;
 use nalgebra::{UnitVector3, Vector3};
@@ -19,8 +20,8 @@ pub(crate) fn circle_of_pose(
     // On the right of the feed, seen with the normal up, is feed x normal.
     let v = look.feed.cross(&middle.normal()) * look.strip.sign();
     let v = UnitVector3::try_new(v, f64::MIN_POSITIVE).ok_or_else(no_direction)?;
-    let center = pose.tip + pose.axis.scale(setting.cutter.minor());
-    let radius = setting.cutter.major();
+    let center = contact_center(setting.cutter, pose, &look.contact);
+    let radius = if setting.cutter.touches_in_one_point() { 0.0 } else { setting.cutter.major() };
     // A ball has no circle; its point needs no direction.
     if radius <= 0.0 {
         let [f, e2] = [Vector3::zeros(); 2];
@@ -60,7 +61,7 @@ pub fn error_curve(
     let mut probe = FaceProbe::new(setting.face);
     let middle = probe.read(&look.contact, look.uv.into())?;
     let (ring, _) = circle_of_pose(setting, pose, look, &middle)?;
-    let circle = ErrorCircle { ring, minor: setting.cutter.minor() };
+    let circle = ErrorCircle { ring, minor: setting.cutter.contact_arc().radius };
     let samples = circle.all_round(middle.foot.uv.into(), half, &mut probe)?;
     Ok(samples
         .iter()

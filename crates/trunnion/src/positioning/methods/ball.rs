@@ -1,21 +1,33 @@
-//! Cutter locations of a ball.
+//! A ball, which touches in one point, and cutters with an arc that stands for one: the tip of a tapered cutter, the
+//! large arc of a lens or a barrel.
 
 use crate::positioning::active::ActiveConstraint;
-use crate::positioning::check::ball_strip::ball_strip;
+use crate::positioning::check::ball_strip::{PlacedBall, ball_strip};
 use crate::positioning::check::body::check_body;
 use crate::positioning::check::cutting_zone::cuts_there;
 use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
 use crate::positioning::error::PositioningError;
 use crate::positioning::location::{CutterLocation, LocationParts};
+use crate::positioning::methods::arc_fit;
+use crate::positioning::methods::arc_limit::on_arc;
 use crate::positioning::request::{ContactSide, LocationRequest, ToleranceBand, ToolInclination};
 use crate::positioning::solve::placement::EndPointFrame;
-use crate::positioning::strip::CuttingContext;
+use crate::positioning::strip::{CuttingContext, MeasuredStrip};
 use crate::types::ToolPose;
-use nalgebra::UnitVector3;
+use nalgebra::{Point3, Vector3};
+use std::f64::consts::FRAC_PI_2;
+
+/// Ball or arc in contact with a face, with its strip.
+pub(crate) struct TouchingBall {
+    pub(crate) pose: ToolPose,
+    /// Centre of the ball or arc \[mm\].
+    pub(crate) center: Point3<f64>,
+    pub(crate) strip: MeasuredStrip,
+}
 
 /// Location of a ball whose strip begins at the end point: it touches at the lower end of the band
 /// where the end point lies at the upper end. The tool axis
-/// is inclined along the feed unless a direction is given.
+/// is inclined along the feed unless a direction is given; that of a barrel to the strip's side.
 pub(crate) fn ball_location(
     request: &LocationRequest,
     side: ContactSide,
@@ -23,33 +35,22 @@ pub(crate) fn ball_location(
 ) -> Result<CutterLocation, PositioningError> {
     let mut probe = FaceProbe::new(request.face);
     let frame = EndPointFrame::new(request, side, &mut probe)?;
-    let (first, minor) = (&frame.first, frame.minor);
-    let concave = first.curvatures()[1];
-    // k (r + e) >= 1: the ball raised by the band does not fit into the hollow.
-    if concave * frame.lift >= 1.0 {
-        let (uv, concave) = (request.at, 1.0 / concave);
-        return Err(PositioningError::ConcaveRadius { uv, concave, minor });
-    }
-    let touch = touching(&frame, request.band, &mut probe)?;
-    let n = touch.normal();
-    let center = touch.foot.point + n.scale(minor + request.band.lower);
-    // The contact lies beside P1: the feed is projected into the tangent plane there.
-    let along = (frame.a - n.scale(n.dot(&frame.a))).normalize();
-    let ahead = if side == ContactSide::Behind { -along } else { along };
-    // The strip's side, square to the feed.
-    let beside = along.cross(&n).scale(request.strip.sign());
-    let (sin, cos) = lean.towards.unwrap_or(0.0).sin_cos();
-    // Any inclination leaves the same strip; only the part of the ball that cuts differs.
-    let leaning = n.scale(lean.angle.cos()) + (ahead * cos + beside * sin) * lean.angle.sin();
-    let axis = UnitVector3::new_normalize(leaning);
-    let pose = ToolPose { tip: center - axis.scale(minor), axis };
+    let lean = if request.cutter.is_barrel() {
+        let angle = request.cutter.contact_arc().inclinations.clamp(lean.angle);
+        ToolInclination { angle, ..lean }
+    } else {
+        lean
+    };
+    let found = on_arc(request.cutter, first_band(request, &frame), lean, |band, lean| {
+        touching_ball(&LocationRequest { band, ..*request }, &frame, lean, &mut probe)
+    })?;
+    let (TouchingBall { pose, strip, .. }, lean) = found;
     let setting = CuttingContext { face: request.face, cutter: request.cutter, band: request.band };
     check_body(&setting, &pose, request.at, &mut probe)?;
-    let strip = ball_strip(&setting, center, &frame.v, &touch, probe)?;
     cuts_there(&setting, &pose, &strip)?;
     let chord = nalgebra::distance(&strip.near.point, &strip.far.point);
     // A chord of a circle of radius r spans the angle 2 asin(c / 2 r).
-    let half = (0.5 * chord / minor).min(1.0).asin();
+    let half = (0.5 * chord / frame.minor).min(1.0).asin();
     let found = LocationParts {
         pose,
         side,
@@ -59,10 +60,75 @@ pub(crate) fn ball_location(
         contact_angles: vec![half],
         active: vec![ActiveConstraint::Touch, ActiveConstraint::GivenLead],
         end: strip.far.uv,
-        queries: strip.queries,
+        queries: probe.queries,
         marks: Vec::new(),
     };
     Ok(CutterLocation::new(request, &strip, found))
+}
+
+/// Returns the band with which the search for a strip on the arc begins.
+///
+/// Where a face bends nearly like the arc of a barrel, a strip of the whole band would be far longer than the arc, and
+/// its ends far off. By the curvature at the end point, half of it is as long as the arc at most.
+fn first_band(request: &LocationRequest, frame: &EndPointFrame) -> ToleranceBand {
+    let ToleranceBand { lower, upper } = request.band;
+    if !request.cutter.is_barrel() {
+        return request.band;
+    }
+    let arc = request.cutter.contact_arc();
+    let bend = arc.radius.recip() - frame.first.normal_curvature(&frame.v);
+    let length = arc.radius * arc.inclinations.width();
+    // The gap at the distance t from a contact is bend t^2 / 2.
+    let most = 0.5 * bend.max(0.0) * length * length;
+    ToleranceBand { lower, upper: if most > 0.0 { upper.min(lower + most) } else { upper } }
+}
+
+/// Places the ball in contact, and measures its strip.
+fn touching_ball(
+    request: &LocationRequest,
+    frame: &EndPointFrame,
+    lean: ToolInclination,
+    probe: &mut FaceProbe,
+) -> Result<TouchingBall, PositioningError> {
+    let arc = request.cutter.contact_arc();
+    let is_barrel = request.cutter.is_barrel();
+    let (first, minor) = (&frame.first, frame.minor);
+    let usual = if is_barrel { FRAC_PI_2 } else { 0.0 };
+    let (sin, cos) = lean.towards.unwrap_or(usual).sin_cos();
+    // Directions along the feed and to the strip's side, as they are at a contact.
+    let towards = |along: &Vector3<f64>, beside: &Vector3<f64>| {
+        let ahead = if frame.side == ContactSide::Behind { -along } else { *along };
+        ahead * cos + beside * sin
+    };
+    if is_barrel {
+        arc_fit::fits(&arc, first, &towards(&frame.a, &frame.v), lean.angle)?;
+    } else {
+        let concave = first.curvatures()[1];
+        // k (r + e) >= 1: the ball raised by the band does not fit into the hollow.
+        if concave * (minor + request.band.upper) >= 1.0 {
+            let (uv, concave) = (request.at, 1.0 / concave);
+            return Err(PositioningError::ConcaveRadius { uv, concave, minor });
+        }
+    }
+    let touch = touching(frame, request.band, probe)?;
+    let n = touch.normal();
+    let center = touch.foot.point + n.scale(minor + request.band.lower);
+    // The contact lies beside P1: the feed is projected into the tangent plane there.
+    let along = (frame.a - n.scale(n.dot(&frame.a))).normalize();
+    // The strip's side, square to the feed.
+    let beside = along.cross(&n).scale(request.strip.sign());
+    let towards = towards(&along, &beside);
+    if is_barrel {
+        arc_fit::fits(&arc, &touch, &towards, lean.angle)?;
+    }
+    // Any inclination leaves the same strip; only the part of the ball that cuts differs.
+    let pose = arc.pose(center, &n, &towards, lean.angle);
+    let setting = CuttingContext { face: request.face, cutter: request.cutter, band: request.band };
+    // In the plane of its arc a barrel is a ball, and in no other.
+    let across = if is_barrel { &beside } else { &frame.v };
+    let ball = PlacedBall { center, pose: &pose, limit: None };
+    let strip = ball_strip(&setting, ball, across, &touch, probe)?;
+    Ok(TouchingBall { pose, center, strip })
 }
 
 /// Finds the contact from which the end point is at the upper end of the band.
@@ -77,8 +143,9 @@ fn touching(
     let gap = band.upper - band.lower;
     // Over a surface of curvature k the ball rises by (1 / lift - k) t^2 / 2 at the distance
     // t from its contact.
-    let curvature = 1.0 / frame.lift - first.normal_curvature(&frame.v);
-    let mut t = (2.0 * gap / curvature.max(f64::EPSILON)).sqrt().min(frame.lift);
+    let lift = frame.minor + band.upper;
+    let curvature = 1.0 / lift - first.normal_curvature(&frame.v);
+    let mut t = (2.0 * gap / curvature.max(f64::EPSILON)).sqrt().min(lift);
     let raised = first.foot.point + first.normal().scale(band.upper);
     let mut touch = *first;
     for _ in 0..STEPS {
@@ -95,7 +162,7 @@ fn touching(
         }
         let step = 0.5 * t * outside / rise;
         t -= step;
-        if step.abs() <= 1e-9 * frame.lift {
+        if step.abs() <= 1e-9 * lift {
             break;
         }
     }

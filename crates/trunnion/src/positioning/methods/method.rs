@@ -47,9 +47,10 @@ pub enum PlacementMethod {
         /// Tool axis.
         axis: UnitVector3<f64>,
     },
-    /// A ball of the cutter's radius `R + r`, see [`PlacementMethod::cutter`].
+    /// A ball of the cutter's radius `R + r`, see [`PlacementMethod::cutter`]. A barrel touches with its large arc,
+    /// inclined to the strip's side.
     Ball {
-        /// Angle between normal and tool axis \[rad\].
+        /// Angle between normal and tool axis \[rad\]; that of a barrel is moved to its arc.
         lead: f64,
     },
 }
@@ -62,10 +63,11 @@ impl PlacementMethod {
     ///
     /// [`PositioningError::Cutter`] where such a ball does not go with length or shank.
     pub fn cutter<'a>(&self, cutter: &'a Cutter) -> Result<Cow<'a, Cutter>, PositioningError> {
-        // The tip of a tapered cutter and the large arc of a lens are balls already.
+        // The tip of a tapered cutter and the large arc of a lens are balls already, that of a barrel stands for one.
         let is_ball =
             matches!(cutter.kind(), CutterKind::Ball | CutterKind::Taper | CutterKind::Lens);
-        if !matches!(self, Self::Ball { .. }) || is_ball && cutter.major() <= 0.0 {
+        let is_ball = is_ball && cutter.major() <= 0.0 || cutter.is_barrel();
+        if !matches!(self, Self::Ball { .. }) || is_ball {
             return Ok(Cow::Borrowed(cutter));
         }
         let (kind, major, minor) = (CutterKind::Ball, 0.0, cutter.radius());
@@ -129,8 +131,12 @@ impl PlacementMethod {
     /// Refuses cutters and angles that the method cannot work with.
     fn check(&self, request: &LocationRequest) -> Result<(), PositioningError> {
         let circle = matches!(self, Self::Nested(_) | Self::MultiPoint | Self::HermiteChebyshev);
-        if circle && request.cutter.major() <= 0.0 {
+        let is_barrel = request.cutter.is_barrel();
+        if circle && !is_barrel && request.cutter.major() <= 0.0 {
             return Err(PositioningError::NoCircle);
+        }
+        if is_barrel && !matches!(self, Self::EndPoint | Self::Ball { .. }) {
+            return Err(PositioningError::BarrelArc);
         }
         let (name, value, range, must) = match *self {
             Self::Sturz { lead } | Self::Ball { lead } => {

@@ -1,5 +1,7 @@
 //! Methods that place a cutter, and the choice between the sides of the cutter.
 
+pub(crate) mod arc_fit;
+pub(crate) mod arc_limit;
 pub(crate) mod ball;
 pub(crate) mod contact;
 pub(crate) mod method;

@@ -6,9 +6,10 @@ use crate::positioning::location::CutterLocation;
 use crate::positioning::methods::ball::ball_location;
 use crate::positioning::methods::sides::on_sides;
 use crate::positioning::methods::widest_search::search_side;
-use crate::positioning::request::{LocationRequest, ToolInclination};
+use crate::positioning::request::{ContactSide, LocationRequest, ToolInclination};
 use crate::positioning::solve::placement::MOST_ROTATION;
 use crate::types::Interval;
+use std::f64::consts::FRAC_PI_2;
 
 /// Finds the cutter location with the widest strip from `request.at`.
 ///
@@ -69,12 +70,31 @@ pub fn widest_strip(
     request.validate()?;
     let rotation = Interval::new(-MOST_ROTATION, MOST_ROTATION);
     on_sides(request, |side| {
-        if request.cutter.major() > 0.0 {
+        if !request.cutter.touches_in_one_point() {
             search_side(request, side, warm, rotation)
+        } else if request.cutter.is_barrel() {
+            barrel_location(request, side)
         } else {
             ball_location(request, side, ToolInclination { angle: 0.0, towards: None })
         }
     })
+}
+
+/// Returns the location of a barrel that touches with the middle of its arc, inclined square to the feed: to the strip's
+/// side, or away from it where that is wider.
+fn barrel_location(
+    request: &LocationRequest,
+    side: ContactSide,
+) -> Result<CutterLocation, PositioningError> {
+    let angle = request.cutter.contact_arc().inclinations.middle();
+    let to = |towards: f64| {
+        ball_location(request, side, ToolInclination { angle, towards: Some(towards) })
+    };
+    match (to(FRAC_PI_2), to(-FRAC_PI_2)) {
+        (Ok(a), Ok(b)) if b.strip_width > a.strip_width => Ok(b),
+        (Ok(a), _) | (Err(_), Ok(a)) => Ok(a),
+        (Err(error), Err(_)) => Err(error),
+    }
 }
 
 /// Finds the widest location whose rotation about the chord is at least `lead` \[rad\]: a fixed
@@ -145,13 +165,13 @@ pub fn with_inclination(
     lean: ToolInclination,
     warm: Option<&CutterLocation>,
 ) -> Result<CutterLocation, PositioningError> {
-    let turned = lean.towards.filter(|_| request.cutter.major() > 0.0);
+    let turned = lean.towards.filter(|_| !request.cutter.touches_in_one_point());
     // The chord lies square to the inclination: alpha turns it from the strip side towards the feed.
     let offset_range = turned.map_or(request.offset_range, |towards| Interval::point(-towards));
     let request = &LocationRequest { offset_range, ..*request };
     request.validate()?;
     on_sides(request, |side| {
-        if request.cutter.major() <= 0.0 {
+        if request.cutter.touches_in_one_point() {
             return ball_location(request, side, lean);
         }
         let least = lean.angle.min(MOST_ROTATION);

@@ -20,7 +20,7 @@ pub(crate) const MOST_ROTATION: f64 = 0.6;
 pub(crate) struct EndPointFrame {
     /// Radius of the centre circle `R` \[mm\].
     pub(crate) major: f64,
-    /// Corner radius `r` \[mm\].
+    /// Corner radius `r`, or the radius of the large arc of a barrel \[mm\].
     pub(crate) minor: f64,
     /// Distance of `C1` and `C2` from the surface: `r + e` \[mm\].
     pub(crate) lift: f64,
@@ -92,10 +92,11 @@ impl EndPointFrame {
         let a = UnitVector3::try_new(along, f64::MIN_POSITIVE).ok_or_else(no_direction)?;
         let strip = request.strip.sign();
         let sense = if side == ContactSide::Behind { -1.0 } else { 1.0 };
+        let minor = request.cutter.contact_arc().radius;
         Ok(Self {
             major: request.cutter.major(),
-            minor: request.cutter.minor(),
-            lift: request.cutter.minor() + request.band.upper,
+            minor,
+            lift: minor + request.band.upper,
             first,
             a: a.into_inner(),
             v: a.cross(&first.normal()) * strip,
