@@ -65,9 +65,9 @@ OFF = {"C": (0.08, -0.05, 0.0), "B": (-0.04, 0.0, 0.11)}
 def built():
     """The machine as it was built: places of the rotaries a little off."""
     data = trunnion._trunnion.toml_data(trunnion.Machine("bc-trunnion").to_toml())
-    for axis in data["axis"]:
-        if axis["name"] in OFF:
-            axis["point"] = [value + by for value, by in zip(axis["point"], OFF[axis["name"]])]
+    for name, off in OFF.items():
+        axis = data["axis"][name]
+        axis["point"] = [value + by for value, by in zip(axis["point"], off)]
     return trunnion.Machine(data)
 
 
