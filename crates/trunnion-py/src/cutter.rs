@@ -304,7 +304,7 @@ impl Cutter {
     ///
     /// Example:
     ///     >>> import trunnion
-    ///     >>> trunnion.Cutter.taper(1, 5, 8, deg=True, length=60).to_dict()["taper_angle"]
+    ///     >>> trunnion.Cutter.taper(1, 5, 8, deg=True, length=60).to_dict().get("taper_angle")
     ///     5.0
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let table = PyDict::new(py);

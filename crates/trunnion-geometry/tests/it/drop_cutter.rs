@@ -3,7 +3,7 @@
 use crate::property;
 use nalgebra::Point3;
 use proptest::prelude::*;
-use trunnion_geometry::cutter::{Cutter, CutterSpec, ProfilePiece};
+use trunnion_geometry::cutter::{Cutter, CutterSpec, ProfilePiece, TangentProfile};
 use trunnion_geometry::drop_cutter::{CuttingEnd, DropIndex};
 use trunnion_geometry::types::Mesh;
 
@@ -22,7 +22,7 @@ fn height(cutter: &Cutter, distance: f64) -> f64 {
             from[1] + (to[1] - from[1]) * (distance - from[0]) / (to[0] - from[0])
         }
         // On the rim, where the flank begins.
-        _ => cutter.tangent_profile().map_or(cutter.minor(), |profile| profile.flank_start()),
+        _ => cutter.tangent_profile().map_or(cutter.minor(), TangentProfile::flank_start),
     }
 }
 
