@@ -13,6 +13,11 @@ use trunnion::inverse::Inverse;
 use trunnion::machine::{Axis, AxisKind, Kinematics, Machine, Setup, picture};
 use trunnion::types::{Diagnostic, Diagnostics};
 
+pub(crate) use calibrate::{CalibrateArgs, answer as calibration};
+pub use calibrate::{CalibrationAnswer, CalibrationSummary};
+pub use import::{ImportAnswer, ImportSummary};
+pub(crate) use import::{ImportArgs, answer as imported};
+
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Action {
     /// List the built-in machines, and the given files.
@@ -43,13 +48,13 @@ pub(crate) enum Action {
     ///
     /// Prints each value with the key that it became. A value that is missing is asked for by its key; a sign that the manual
     /// leaves open becomes a comment in the machine file.
-    Import(import::ImportArgs),
+    Import(ImportArgs),
     /// Find the errors of a real machine from measured spheres, and write its calibrated file.
     ///
     /// Readings are the positions of the axes at which a probe or an R-test finds the centre of a sphere on the table, at
     /// several rotary positions, or ball-bar radii. The report names deviations that the readings do not separate, and further
     /// positions that would. `trunnion post --to-calibrated` moves a program to the calibrated machine.
-    Calibrate(calibrate::CalibrateArgs),
+    Calibrate(CalibrateArgs),
 }
 
 pub(crate) fn run(action: &Action, form: OutputForm) -> Result<Done, Failure> {

@@ -11,7 +11,7 @@ use trunnion::files::limits::{LimitsFile, parse};
 use trunnion::nalgebra::SVector;
 use trunnion::types::{AxisNode, Motion};
 use trunnion_cli::Failure;
-use trunnion_cli::calls::{self, AxisTable, PlanAnswer, PlanFigures};
+use trunnion_cli::calls::{self, AxisColumn, AxisTable, PlanAnswer, PlanFigures};
 
 /// Axes that streams are compiled for; fewer get axes that stand still.
 const STREAMED: usize = 6;
@@ -21,25 +21,62 @@ const STREAMED: usize = 6;
 #[derive(Debug)]
 pub(crate) struct NativePlan(PlanAnswer);
 
-/// Plans the speed along a table: `names` of its columns, `values` row by row.
+/// Plans the speed along a table: `names` of its columns, `rows` side by side in an array.
 #[pyfunction]
-#[pyo3(signature = (names, values, limits, options, progress=None))]
+#[pyo3(signature = (names, rows, limits, options, progress=None))]
 pub(crate) fn plan(
     names: Vec<String>,
-    values: &Bound<'_, PyAny>,
+    rows: &Bound<'_, PyAny>,
     limits: &str,
     options: Vec<String>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<NativePlan> {
-    let py = values.py();
-    let numbers = Numbers::of("table", values)?;
+    let numbers = Numbers::of("table", rows)?;
     numbers.shaped("table", &[&[0, names.len()]])?;
-    let limits = read_limits(py, limits)?;
-    let values = numbers.slice();
-    let planned = watched(py, progress.as_ref(), |watch| {
-        calls::plan(&options, AxisTable { names: &names, values }, &limits, watch)
-    })?;
-    planned.map(NativePlan).map_err(|error| failure(py, error))
+    let values = |column| numbers.slice().get(column..).unwrap_or_default();
+    let column = |at| AxisColumn { values: values(at), step: names.len() };
+    let columns: Vec<AxisColumn<'_>> = (0..names.len()).map(column).collect();
+    let table = AxisTable { names: &names, columns: &columns };
+    PlanCall { table, limits, options, progress }.planned(rows.py())
+}
+
+/// Plans the speed along a table: an array for each of the columns.
+#[pyfunction]
+#[pyo3(signature = (names, columns, limits, options, progress=None))]
+pub(crate) fn plan_columns(
+    py: Python<'_>,
+    names: Vec<String>,
+    columns: Vec<Bound<'_, PyAny>>,
+    limits: &str,
+    options: Vec<String>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<NativePlan> {
+    let numbers = columns.iter().map(|column| Numbers::of("table", column));
+    let numbers = numbers.collect::<PyResult<Vec<_>>>()?;
+    let rows = numbers.first().map_or(0, |first| first.slice().len());
+    numbers.iter().try_for_each(|column| column.shaped("table", &[&[rows]]))?;
+    let column = |numbers| AxisColumn { values: Numbers::slice(numbers), step: 1 };
+    let columns: Vec<AxisColumn<'_>> = numbers.iter().map(column).collect();
+    let table = AxisTable { names: &names, columns: &columns };
+    PlanCall { table, limits, options, progress }.planned(py)
+}
+
+/// Arguments of a plan.
+struct PlanCall<'a> {
+    table: AxisTable<'a>,
+    limits: &'a str,
+    options: Vec<String>,
+    progress: Option<Py<PyAny>>,
+}
+
+impl PlanCall<'_> {
+    fn planned(self, py: Python<'_>) -> PyResult<NativePlan> {
+        let Self { table, limits, options, progress } = self;
+        let limits = read_limits(py, limits)?;
+        let planned =
+            watched(py, progress.as_ref(), |watch| calls::plan(&options, table, &limits, watch))?;
+        planned.map(NativePlan).map_err(|error| failure(py, error))
+    }
 }
 
 fn read_limits(py: Python<'_>, text: &str) -> PyResult<LimitsFile> {

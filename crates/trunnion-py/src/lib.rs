@@ -35,6 +35,8 @@ fn _trunnion(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<feed::NativeStream>()?;
     let functions = [
         wrap_pyfunction!(machine::built_in, module)?,
+        wrap_pyfunction!(machine::import_machine, module)?,
+        wrap_pyfunction!(machine::calibrate_machine, module)?,
         wrap_pyfunction!(toml_text::toml_text, module)?,
         wrap_pyfunction!(toml_text::toml_data, module)?,
         wrap_pyfunction!(drop::drop_cutter, module)?,
@@ -45,6 +47,7 @@ fn _trunnion(module: &Bound<'_, PyModule>) -> PyResult<()> {
         wrap_pyfunction!(path::smooth, module)?,
         wrap_pyfunction!(path::linearise, module)?,
         wrap_pyfunction!(feed::plan, module)?,
+        wrap_pyfunction!(feed::plan_columns, module)?,
         wrap_pyfunction!(verbs::check, module)?,
         wrap_pyfunction!(verbs::post, module)?,
         wrap_pyfunction!(verbs::moves, module)?,

@@ -176,6 +176,19 @@ def test_tqdm_is_moved(job_folder):
     bar.close()
 
 
+def test_results_go_to_arrow_and_share_their_memory(tmp_path):
+    program = trunnion.read(LOCATIONS, suffix=".cls")
+    # Parts of an array are views of it: nothing is copied.
+    assert np.shares_memory(program.tip, program.to_dict()["tip"])
+    plan = trunnion.plan({"s": [0, 1], "X": [0, 10], "X1": [10, 10], "X2": [0, 0]}, {"X": (100, 1000)}, "optimal")
+    assert np.shares_memory(plan.s, plan.speed.base) and np.shares_memory(plan.s, plan.t.base)
+    pyarrow = pytest.importorskip("pyarrow")
+    pytest.importorskip("pandas")
+    table = pyarrow.table(program)
+    assert table.num_rows == 4 and table["tip_0"].to_pylist() == program.tip[:, 0].tolist()
+    assert pyarrow.table(plan).column_names == ["s", "t", "speed", "acceleration"]
+
+
 def test_errors_can_be_sent_to_other_processes():
     with pytest.raises(trunnion.InputError) as found:
         trunnion.Machine("bc-trunnion").forward([[0, 0, 0, 0, np.nan]])

@@ -44,6 +44,15 @@ def test_items_are_resumed_by_content(programs, tmp_path):
     assert len(list(results.iterdir())) == 7
 
 
+def test_all_that_a_cutter_states_is_part_of_the_key(programs):
+    cutters = [dict(), dict(shank=[[30, 7]]), dict(shank=[[30, 8]]), dict(inner=2.0)]
+    keys = {
+        fleet.audit(programs[:1], "bc-trunnion", cutter=trunnion.Cutter.bull(3, 2, length=90, **more))._items[0]["key"]
+        for more in cutters
+    }
+    assert len(keys) == len(cutters)
+
+
 def test_failures_stand_beside_results(programs, tmp_path):
     with open(programs[1], "wb") as out:
         out.write(b"G1 X[2 +\n")

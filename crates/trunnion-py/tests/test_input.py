@@ -1,5 +1,6 @@
 """Mutated input: no call ends the interpreter or raises anything but what is documented."""
 
+import inspect
 import random
 
 import numpy as np
@@ -42,6 +43,11 @@ CALLS = {
     "ball": (trunnion.Cutter.ball, [10.0], dict(length=50.0, shank=[[20.0, 8.0]], inner=1.0)),
     "bull": (trunnion.Cutter.bull, [10.0, 2.0], dict(length=50.0)),
     "flat": (trunnion.Cutter.flat, [10.0], dict(length=50.0)),
+    "taper": (trunnion.Cutter.taper, [1.0, 0.1, 10.0], dict(length=50.0, deg=False)),
+    "barrel": (trunnion.Cutter.barrel, [2.0, 85.0, 12.0], dict(length=60.0, shank=[[50.0, 8.0]], inner=1.0)),
+    "conical_barrel": (trunnion.Cutter.conical_barrel, [3.0, 250.0, 0.3, 12.0], dict(length=60.0)),
+    "lens": (trunnion.Cutter.lens, [40.0, 1.0, 12.0], dict(length=60.0)),
+    "outline": (BULL.outline, [8], {}),
     "position": (trunnion.position, [FACE, BULL], dict(at=(0.5, 0.5), feed=(0, 1), tolerance=0.01, side="ahead")),
     "cover": (trunnion.cover, [PART, BULL], dict(excess=0.5, gouge=0.05, along="u", method="inclined")),
     "drop_cutter": (trunnion.drop_cutter, [MESH, BULL, [[1, 1]]], dict(chord=0.1)),
@@ -57,6 +63,28 @@ CALLS = {
     "read": (trunnion.read, [PROGRAM], dict(machine="bc-trunnion", dialect="linuxcnc", origin=[0, 0, 0], tool_length=1)),
     "check": (trunnion.check, [PROGRAM], dict(machine="bc-trunnion", tool_length=120, origin=[0, 0, 0], dialect="fanuc")),
     "post": (trunnion.post, [LOCATIONS, "bc-trunnion"], dict(suffix=".cls", dialect="g93", tolerance=(0.1, 0.1))),
+    "Limits.of": (trunnion.Limits.of, [MACHINE], dict(deg=True)),
+    "Limits.read": (trunnion.Limits.read, ["missing.toml"], {}),
+    "from_toml": (trunnion.Machine.from_toml, [MACHINE.to_toml(), "own"], {}),
+    "from_control": (trunnion.Machine.from_control, [b"[KINS]"], dict(format="linuxcnc", given={"name": "a"})),
+    "import_machine": (trunnion.import_machine, [b"[KINS]"], dict(format="linuxcnc", given={"name": "a"})),
+    "calibrate": (MACHINE.calibrate, [{"X_mm": [0.0], "Y_mm": [0.0]}], dict(tool_length=100.0, noise=0.001)),
+    "rotation": (MACHINE.rotation, [], dict(deg=True)),
+    "travel": (MACHINE.travel, [], dict(deg=True)),
+    "velocity": (MACHINE.velocity, [], dict(deg=True)),
+    "acceleration": (MACHINE.acceleration, [], dict(deg=True)),
+    "jerk": (MACHINE.jerk, [], dict(deg=True)),
+    "home": (MACHINE.home, [], dict(deg=True)),
+    "taper_angle": (BULL.taper_angle, [], dict(deg=True)),
+    "linearise": (trunnion.Path(TIP, AXIS).smooth(0.01, 0.01).linearise, [0.01, 0.01], {}),
+    "to_cl": (trunnion.Path(TIP, AXIS).to_cl, [500.0], {}),
+    "Job.read": (trunnion.Job.read, ["missing.toml"], {}),
+    "propose": (trunnion.Job.propose, ["missing.step"], dict(machine="bc-trunnion", faces=[0])),
+    "replace": (trunnion.Job({"name": "a"}).replace, [{"tool.length": 1.0}], {}),
+    "save": (trunnion.Job({"name": "a"}).save, ["job.toml"], {}),
+    "moved": (trunnion.Job({"name": "a", "part": {"file": "b"}}).moved, ["."], {}),
+    "setups": (trunnion.Job({"name": "a"}).setups, [], dict(tilt=(0, 1), towards=(0, 1), turn=(0, 1))),
+    "which_machine": (lambda *a: trunnion.fleet.which_machine(*a, workers=0), [{"name": "a"}, ["bc-trunnion"]], {}),
     "Job": (trunnion.Job, [{"name": "a"}], dict(folder=".")),
     "run": (trunnion.run, [{"name": "a"}], {}),
     "toml_text": (trunnion._trunnion.toml_text, [{"a": 1}], {}),
@@ -106,6 +134,27 @@ def test_mutated_files_are_refused_or_read(content, suffix):
             trunnion.read(bytes(text), suffix=suffix, machine="bc-trunnion")
         except trunnion.TrunnionError as error:
             assert str(error)
+
+
+def public_functions():
+    """Public functions and methods that take arguments, by name."""
+    kinds = [trunnion.Machine, trunnion.Part, trunnion.Face, trunnion.Cutter, trunnion.Path, trunnion.SmoothPath]
+    kinds += [trunnion.Limits, trunnion.Plan, trunnion.Stream, trunnion.Job]
+    spaces = [(vars(trunnion), trunnion.__all__), (vars(trunnion.fleet), ["audit", "compare", "which_machine"])]
+    spaces += [(vars(kind), [name for name in vars(kind) if not name.startswith("_")]) for kind in kinds]
+    for space, names in spaces:
+        for name in names:
+            thing = space[name] if name in space else getattr(trunnion, name)
+            thing = getattr(thing, "__func__", thing)
+            if inspect.isclass(thing) or not callable(thing):
+                continue
+            if set(inspect.signature(thing).parameters) - {"self", "cls", "slf"}:
+                yield name
+
+
+def test_no_function_is_left_out():
+    tried = {name.rpartition(".")[2] for name in CALLS} | {"run"}
+    assert not sorted(set(public_functions()) - tried)
 
 
 def test_a_signature_names_what_is_missing():

@@ -9,12 +9,13 @@ mod verbs;
 
 pub use crate::check::{CheckAnswer, ReplayAnswer};
 pub use crate::disk::{MemoryFiles, in_memory};
-pub use crate::feed::{AxisTable, PlanAnswer, PlanFigures, PlannedMotion};
+pub use crate::feed::{AxisColumn, AxisTable, PlanAnswer, PlanFigures, PlannedMotion};
 pub use crate::init::ProposalAnswer;
+pub use crate::machine::{CalibrationAnswer, CalibrationSummary, ImportAnswer, ImportSummary};
 pub use crate::outcome::exit_code;
 pub use crate::post::PostAnswer;
 pub use crate::progress::stage_words;
 pub use crate::setup::SetupAnswer;
 pub use files::{machine, machine_text, mesh, part, part_of_bytes};
 pub use job::{JobAnswer, LoadedJob, load_job, load_job_text, run_job};
-pub use verbs::{check, moves, plan, post, propose, replay, setup};
+pub use verbs::{calibrate, check, import, moves, plan, post, propose, replay, setup};

@@ -3,6 +3,7 @@
 use crate::check::{CheckAnswer, ReplayAnswer};
 use crate::feed::{AxisTable, PlanAnswer};
 use crate::init::ProposalAnswer;
+use crate::machine::{self as machines, CalibrationAnswer, ImportAnswer};
 use crate::outcome::Failure;
 use crate::post::PostAnswer;
 use crate::setup::SetupAnswer;
@@ -78,6 +79,26 @@ pub fn propose(options: &[String], progress: &dyn Progress) -> Result<ProposalAn
 /// Wrong options, or a job that cannot be planned.
 pub fn setup(options: &[String], progress: &dyn Progress) -> Result<SetupAnswer, Failure> {
     setups::answer(&parsed("setup", options)?, progress)
+}
+
+/// Turns the description of a machine by a control or another program into a machine file; the options are those of
+/// `trunnion machine import`, and nothing is written.
+///
+/// # Errors
+///
+/// Wrong options or input, or values that the description does not state.
+pub fn import(options: &[String]) -> Result<ImportAnswer, Failure> {
+    machines::imported(&parsed("import", options)?)
+}
+
+/// Finds the errors of a machine from measured spheres; the options are those of `trunnion machine calibrate`, and
+/// nothing is written.
+///
+/// # Errors
+///
+/// Wrong options or input, or readings of another machine.
+pub fn calibrate(options: &[String]) -> Result<CalibrationAnswer, Failure> {
+    machines::calibration(&parsed("calibrate", options)?)
 }
 
 /// Reads the options of a verb.

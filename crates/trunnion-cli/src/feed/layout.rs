@@ -139,10 +139,9 @@ impl Layout {
     pub(super) fn node<const N: usize>(
         &self,
         line: u32,
-        values: &[f64],
+        mut values: impl Iterator<Item = f64>,
         faults: &mut Faults,
     ) -> AxisNode<N> {
-        let mut values = values.iter().copied();
         let s = values.next().unwrap_or_default();
         let mut q = [SVector::zeros(); 4];
         for (axis, third) in self.has_third.iter().enumerate() {

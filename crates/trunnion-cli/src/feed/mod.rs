@@ -10,5 +10,5 @@ mod streamed;
 mod summary;
 
 pub(crate) use args::FeedArgs;
-pub use run::{AxisTable, PlanAnswer, PlanFigures, PlannedMotion};
+pub use run::{AxisColumn, AxisTable, PlanAnswer, PlanFigures, PlannedMotion};
 pub(crate) use run::{answer, run};

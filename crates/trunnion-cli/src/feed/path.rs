@@ -2,19 +2,22 @@
 
 use super::args::{FeedArgs, FeedMethod};
 use super::layout::{JumpPosition, Layout, Next, PieceInterval, ThirdTolerance, columns};
-use super::run::AxisTable;
+use super::run::{AxisColumn, AxisTable};
 use crate::outcome::Failure;
-use crate::table::{Ends, Faults, Rows};
+use crate::table::{Ends, Faults};
 use std::path::PathBuf;
 use trunnion::feed::{GivenSpeed, Limits};
 use trunnion::files::limits::LimitsFile;
 use trunnion::files::table::TableHeader;
 use trunnion::types::{AxisNode, AxisPath, AxisPiece, Diagnostic, Diagnostics, Motion};
 
-/// Table and the meaning of its columns.
+/// Table and the meaning of its columns. Its numbers become a path at once, and are not kept.
 pub(super) struct Table {
     name: PathBuf,
-    rows: Rows,
+    /// Line of each row.
+    lines: Vec<u32>,
+    /// Column `speed`; empty where the method does not read it.
+    speeds: Vec<f64>,
     pub(super) layout: Layout,
 }
 
@@ -27,23 +30,29 @@ pub(super) struct Rest {
 }
 
 impl Table {
-    /// Reads the table. Its axes are those of the limits file; others have no limits, which is a fault.
-    pub(super) fn read(
+    /// Reads a table, and hands it on with its numbers. Its axes are those of the limits file; others have no limits,
+    /// which is a fault.
+    pub(super) fn read<T>(
         ends: &Ends,
         limits: &LimitsFile,
         method: FeedMethod,
-    ) -> Result<Self, Failure> {
+        with: impl FnOnce(&Self, &TableNumbers<'_>) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
         let rows = ends.read(|header| columns(header, limits, method))?;
+        let step = rows.names.len();
+        let column = |at| AxisColumn { values: rows.values.get(at..).unwrap_or_default(), step };
+        let numbers = TableNumbers((0..step).map(column).collect());
         let layout = Layout::new(&rows.names, limits);
-        Ok(Self { name: ends.name().to_owned(), rows, layout })
+        let speeds = numbers.speeds(method);
+        with(&Self { name: ends.name().to_owned(), lines: rows.lines, speeds, layout }, &numbers)
     }
 
     /// Takes the columns of a table in memory; rows count from 1.
-    pub(super) fn of_values(
-        table: AxisTable<'_>,
+    pub(super) fn of_columns<'a>(
+        table: AxisTable<'a>,
         limits: &LimitsFile,
         method: FeedMethod,
-    ) -> Result<Self, Failure> {
+    ) -> Result<(Self, TableNumbers<'a>), Failure> {
         let name = PathBuf::from("table");
         let faults = |faults: Diagnostics| Failure::faults(&name, &faults);
         let header =
@@ -51,26 +60,28 @@ impl Table {
         let names = columns(&header, limits, method).map_err(faults)?;
         let wanted: Vec<&str> = names.iter().map(String::as_str).collect();
         header.columns(&wanted).map_err(faults)?;
-        let at = |name: &String| table.names.iter().position(|known| known == name).unwrap_or(0);
-        let places: Vec<usize> = names.iter().map(at).collect();
-        let rows = table.values.chunks_exact(table.names.len().max(1));
-        let values = rows.clone().flat_map(|row| places.iter().map(|&at| row[at])).collect();
-        let lines = (1..).take(rows.len()).collect();
+        let known = || table.names.iter().zip(table.columns);
+        let column = |name: &String| known().find(|(known, _)| *known == name);
+        let found = names.iter().filter_map(column).map(|(_, column)| *column);
+        let numbers = TableNumbers(found.collect());
+        let lines = (1..).take(numbers.rows()).collect();
         let layout = Layout::new(&names, limits);
-        Ok(Self { name, rows: Rows { names, lines, values }, layout })
+        let speeds = numbers.speeds(method);
+        Ok((Self { name, lines, speeds, layout }, numbers))
     }
 
     /// Returns the path, or all faults of its rows.
     pub(super) fn path<const N: usize>(
         &self,
+        numbers: &TableNumbers<'_>,
         limits: &Limits<N>,
         args: &FeedArgs,
     ) -> Result<AxisPath<N>, Failure> {
         let mut faults = Faults::default();
-        if self.rows.lines.len() < 2 {
+        if self.lines.len() < 2 {
             faults.add(Diagnostic::whole("a path needs at least two rows"));
         }
-        let path = AxisPath { pieces: self.pieces(&mut faults) };
+        let path = AxisPath { pieces: self.pieces(numbers, &mut faults) };
         // Quintics through faulty rows would only report the same faults again.
         if faults.is_empty() {
             self.thirds(&path, limits, args, &mut faults);
@@ -83,17 +94,19 @@ impl Table {
     }
 
     /// Splits the rows into pieces at repeated values of s.
-    fn pieces<const N: usize>(&self, faults: &mut Faults) -> Vec<AxisPiece<N>> {
+    fn pieces<const N: usize>(
+        &self,
+        numbers: &TableNumbers<'_>,
+        faults: &mut Faults,
+    ) -> Vec<AxisPiece<N>> {
         let mut pieces = Vec::new();
         // Most paths are one piece; growing would move them several times.
-        let mut nodes: Vec<AxisNode<N>> = Vec::with_capacity(self.rows.lines.len());
-        let width = self.rows.names.len();
-        let rows = self.rows.lines.iter().zip(self.rows.values.chunks(width));
-        for (row, (line, values)) in rows.enumerate() {
-            let node = self.layout.node(*line, values, faults);
+        let mut nodes: Vec<AxisNode<N>> = Vec::with_capacity(self.lines.len());
+        for (row, line) in self.lines.iter().enumerate() {
+            let node = self.layout.node(*line, numbers.row(row), faults);
             if let Some(before) = nodes.last() {
                 // A jump needs a piece of two rows before it, and a row after it.
-                let inside = nodes.len() >= 2 && row + 1 < self.rows.lines.len();
+                let inside = nodes.len() >= 2 && row + 1 < self.lines.len();
                 let position = if inside { JumpPosition::Inside } else { JumpPosition::AtEnd };
                 if self.layout.next(*line, [before, &node], position, faults) == Next::Piece {
                     pieces.push(piece(std::mem::take(&mut nodes)));
@@ -107,11 +120,10 @@ impl Table {
 
     /// Returns the column `speed`, piece by piece.
     pub(super) fn speeds<const N: usize>(&self, path: &AxisPath<N>) -> Vec<GivenSpeed> {
-        let width = self.rows.names.len();
-        let mut speeds = self.rows.values.chunks(width).map(|row| row.last().copied());
+        let mut speeds = self.speeds.iter().copied();
         let of = |piece: &AxisPiece<N>| GivenSpeed {
             s: piece.nodes.iter().map(|node| node.s).collect(),
-            speed: speeds.by_ref().take(piece.nodes.len()).flatten().collect(),
+            speed: speeds.by_ref().take(piece.nodes.len()).collect(),
         };
         path.pieces.iter().map(of).collect()
     }
@@ -128,7 +140,7 @@ impl Table {
         for axis in self.layout.thirds() {
             let nodes = path.pieces.iter().flat_map(|piece| &piece.nodes);
             let largest = nodes.fold(0.0_f64, |most, node| most.max(node.q[3][axis].abs()));
-            let mut lines = self.rows.lines.as_slice();
+            let mut lines = self.lines.as_slice();
             for piece in &path.pieces {
                 let (own, rest) = lines.split_at(piece.nodes.len().min(lines.len()));
                 for (index, lines) in own.windows(2).enumerate() {
@@ -149,10 +161,32 @@ impl Table {
             let (Some(before), Some(after)) = (pair[0].nodes.last(), pair[1].nodes.first()) else {
                 continue;
             };
-            let line = self.rows.lines.get(row).copied().unwrap_or(0);
+            let line = self.lines.get(row).copied().unwrap_or(0);
             rests.push(Rest { s: after.s, line, jump: self.layout.jump([before, after]) });
         }
         rests
+    }
+}
+
+/// Columns of a table that are read, in the order of [`columns`].
+pub(super) struct TableNumbers<'a>(Vec<AxisColumn<'a>>);
+
+impl TableNumbers<'_> {
+    /// Returns the number of rows that all columns have.
+    fn rows(&self) -> usize {
+        self.0.iter().map(AxisColumn::len).min().unwrap_or(0)
+    }
+
+    /// Returns the numbers of a row.
+    #[inline]
+    fn row(&self, row: usize) -> impl Iterator<Item = f64> {
+        self.0.iter().map(move |column| column.at(row))
+    }
+
+    /// Returns the column `speed`, which is the last one of given speeds.
+    fn speeds(&self, method: FeedMethod) -> Vec<f64> {
+        let last = self.0.last().filter(|_| method == FeedMethod::Given);
+        last.map_or(Vec::new(), |column| (0..column.len()).map(|row| column.at(row)).collect())
     }
 }
 

@@ -24,8 +24,8 @@ pub(super) struct PlanInput<'a, const N: usize> {
 }
 
 /// A path with its schedule.
-pub(super) struct Planned<const N: usize> {
-    pub(super) path: AxisPath<N>,
+pub(super) struct Planned<'a, const N: usize> {
+    pub(super) path: &'a AxisPath<N>,
     pub(super) plan: FeedPlan,
     /// Stretches on which a given speed breaks a limit.
     pub(super) breaches: Vec<LimitBreach>,

@@ -1,7 +1,7 @@
 //! The verb: reads limits and table, plans, writes and reports.
 
 use super::args::{FeedArgs, FeedMethod};
-use super::path::Table;
+use super::path::{Table, TableNumbers};
 use super::plan::{PlanInput, Planned, plan};
 use super::{schedule, streamed, summary};
 use crate::form::OutputForm;
@@ -38,15 +38,17 @@ pub(crate) fn run(args: &FeedArgs, form: OutputForm) -> Result<Done, Failure> {
             many => Err(too_many(args, many)),
         };
     }
-    let table = Table::read(&args.ends, &limits, args.method)?;
-    match table.layout.axes() {
-        // Rounded up to the next compiled count: additional axes stand still and never bind.
-        0..=3 => sized::<3>(args, form, &limits, &table),
-        4..=5 => sized::<5>(args, form, &limits, &table),
-        6 => sized::<6>(args, form, &limits, &table),
-        7..=10 => sized::<10>(args, form, &limits, &table),
-        many => Err(too_many(args, many)),
-    }
+    Table::read(&args.ends, &limits, args.method, |table, numbers| {
+        let input = PathInput { args, limits: &limits, table, numbers };
+        match table.layout.axes() {
+            // Rounded up to the next compiled count: additional axes stand still and never bind.
+            0..=3 => sized::<3>(&input, form),
+            4..=5 => sized::<5>(&input, form),
+            6 => sized::<6>(&input, form),
+            7..=10 => sized::<10>(&input, form),
+            many => Err(too_many(args, many)),
+        }
+    })
 }
 
 fn too_many(args: &FeedArgs, axes: usize) -> Failure {
@@ -90,13 +92,18 @@ fn rests(args: &FeedArgs, limits: &LimitsFile) -> Result<(), Failure> {
     )))
 }
 
-fn sized<const N: usize>(
-    args: &FeedArgs,
-    form: OutputForm,
-    file: &LimitsFile,
-    table: &Table,
-) -> Result<Done, Failure> {
-    let planned = planned::<N>(args, file, table, &Bars::new())?;
+/// Table and limits that a path is made of.
+struct PathInput<'a> {
+    args: &'a FeedArgs,
+    limits: &'a LimitsFile,
+    table: &'a Table,
+    numbers: &'a TableNumbers<'a>,
+}
+
+fn sized<const N: usize>(input: &PathInput<'_>, form: OutputForm) -> Result<Done, Failure> {
+    let PathInput { args, table, .. } = *input;
+    let prepared = PreparedPlan::<N>::new(input)?;
+    let planned = prepared.planned(args, table, &Bars::new())?;
     schedule::write(args, &planned, table)?;
     summary::report(args, form, &planned, table)
 }
@@ -111,18 +118,36 @@ struct PreparedPlan<const N: usize> {
 }
 
 impl<const N: usize> PreparedPlan<N> {
-    fn new(args: &FeedArgs, file: &LimitsFile, table: &Table) -> Result<Self, Failure> {
+    fn new(input: &PathInput<'_>) -> Result<Self, Failure> {
+        let PathInput { args, limits: file, table, numbers } = *input;
         let (limits, chords) = table
             .layout
             .limits(file, args.period)
             .map_err(|error| Failure::input(format!("{}: {error}", args.limits.display())))?;
-        let path = table.path(&limits, args)?;
+        let path = table.path(numbers, &limits, args)?;
         let mut options = FeedOptions::fastest();
         options.speeds.feed = table.layout.feed();
         options.time_tolerance = args.time_tolerance.unwrap_or(args.method.time_tolerance());
         options.end_speeds = PathEnds { start: file.path.start, end: file.path.end };
         options.guarantee = !args.no_guarantee;
         Ok(Self { path, limits, options, chords })
+    }
+
+    /// Plans the speed along the path.
+    fn planned(
+        &self,
+        args: &FeedArgs,
+        table: &Table,
+        progress: &dyn Progress,
+    ) -> Result<Planned<'_, N>, Failure> {
+        let Self { path, limits, options, chords } = self;
+        let start = Instant::now();
+        let plan = plan(args, &PlanInput { path, table, limits, options }, progress);
+        let seconds = start.elapsed().as_secs_f64();
+        let (mut plan, breaches) = plan.map_err(|error| refused(args, error))?;
+        // Limits that the chord error lowered are named after it.
+        plan.name_chords(*chords);
+        Ok(Planned { path, plan, breaches, seconds })
     }
 }
 
@@ -133,31 +158,36 @@ fn refused(args: &FeedArgs, error: FeedError) -> Failure {
     }
 }
 
-/// Plans the speed along a table.
-fn planned<const N: usize>(
-    args: &FeedArgs,
-    file: &LimitsFile,
-    table: &Table,
-    progress: &dyn Progress,
-) -> Result<Planned<N>, Failure> {
-    let PreparedPlan { path, limits, options, chords } = PreparedPlan::new(args, file, table)?;
-    let start = Instant::now();
-    let input = PlanInput { path: &path, table, limits: &limits, options: &options };
-    let plan = plan(args, &input, progress);
-    let seconds = start.elapsed().as_secs_f64();
-    let (mut plan, breaches) = plan.map_err(|error| refused(args, error))?;
-    // Limits that the chord error lowered are named after it.
-    plan.name_chords(chords);
-    Ok(Planned { path, plan, breaches, seconds })
-}
-
 /// Table of axis positions in memory.
 #[derive(Debug, Clone, Copy)]
 pub struct AxisTable<'a> {
     /// Names of the columns.
     pub names: &'a [String],
-    /// Values, row by row.
+    /// Columns, as many as names.
+    pub columns: &'a [AxisColumn<'a>],
+}
+
+/// Column of a table, where the caller has it in memory.
+#[derive(Debug, Clone, Copy)]
+pub struct AxisColumn<'a> {
+    /// Numbers from the first of the column on.
     pub values: &'a [f64],
+    /// Distance of neighbouring rows in `values`: 1 for a column of its own, the width of a table that is stored row by
+    /// row.
+    pub step: usize,
+}
+
+impl AxisColumn<'_> {
+    /// Returns the number of rows.
+    pub(super) fn len(&self) -> usize {
+        self.values.len().div_ceil(self.step.max(1))
+    }
+
+    /// Returns the number of a row; 0 beyond the last.
+    #[inline]
+    pub(super) fn at(&self, row: usize) -> f64 {
+        self.values.get(row * self.step).copied().unwrap_or(0.0)
+    }
 }
 
 /// Plan of a table for callers in other languages.
@@ -211,9 +241,8 @@ pub trait PlannedMotion: Send + Sync {
 /// Plan that keeps all it needs to be measured later.
 struct KeptPlan<const N: usize> {
     args: FeedArgs,
-    limits: LimitsFile,
     table: Table,
-    path: AxisPath<N>,
+    prepared: PreparedPlan<N>,
     schedule: Schedule,
     figures: OnceLock<PlanFigures>,
 }
@@ -227,14 +256,14 @@ impl<const N: usize> PlannedMotion for KeptPlan<N> {
         if let Some(found) = self.figures.get() {
             return Ok(found);
         }
-        let planned = planned::<N>(&self.args, &self.limits, &self.table, &Silent)?;
+        let planned = self.prepared.planned(&self.args, &self.table, &Silent)?;
         let measured = figures(&self.args, &planned, &self.table)?;
         Ok(self.figures.get_or_init(|| measured))
     }
 
     fn sample(&self, axes: usize, period: f64) -> Result<Vec<f64>, Failure> {
-        let points =
-            setpoint::sample(&self.path, &self.schedule, period).map_err(Failure::input)?;
+        let points = setpoint::sample(&self.prepared.path, &self.schedule, period)
+            .map_err(Failure::input)?;
         let mut rows = Vec::new();
         for Setpoint { t, position, velocity, acceleration, jerk } in points {
             rows.push(t);
@@ -256,43 +285,44 @@ pub(crate) fn answer(
     args.check(OutputForm::Text)?;
     jerks(&args, limits)?;
     rests(&args, limits)?;
-    let table = Table::of_values(table, limits, args.method)?;
-    match table.layout.axes() {
-        0..=3 => answered::<3>(args, limits, table, progress),
-        4..=5 => answered::<5>(args, limits, table, progress),
-        6 => answered::<6>(args, limits, table, progress),
-        7..=10 => answered::<10>(args, limits, table, progress),
+    let (table, numbers) = Table::of_columns(table, limits, args.method)?;
+    let input = PathInput { args: &args, limits, table: &table, numbers: &numbers };
+    let axes = table.layout.names().to_vec();
+    let motion = match table.layout.axes() {
+        0..=3 => PreparedPlan::<3>::new(&input)?.kept(args, table, progress),
+        4..=5 => PreparedPlan::<5>::new(&input)?.kept(args, table, progress),
+        6 => PreparedPlan::<6>::new(&input)?.kept(args, table, progress),
+        7..=10 => PreparedPlan::<10>::new(&input)?.kept(args, table, progress),
         many => Err(too_many(&args, many)),
-    }
+    };
+    Ok(PlanAnswer { axes, motion: motion? })
 }
 
-fn answered<const N: usize>(
-    args: FeedArgs,
-    limits: &LimitsFile,
-    table: Table,
-    progress: &dyn Progress,
-) -> Result<PlanAnswer, Failure> {
-    let axes = table.layout.names().to_vec();
-    let measured = OnceLock::new();
-    let (path, schedule) = if args.no_guarantee {
-        let prepared = PreparedPlan::<N>::new(&args, limits, &table)?;
-        let PreparedPlan { path, limits, options, .. } = &prepared;
-        let schedule = optimal_schedule(path, limits, options, progress);
-        let schedule = schedule.map_err(|error| refused(&args, error))?;
-        (prepared.path, schedule)
-    } else {
-        let planned = planned::<N>(&args, limits, &table, progress)?;
-        let _ = measured.set(figures(&args, &planned, &table)?);
-        (planned.path, planned.plan.schedule)
-    };
-    let (limits, figures) = (limits.clone(), measured);
-    let motion = Box::new(KeptPlan { args, limits, table, path, schedule, figures });
-    Ok(PlanAnswer { axes, motion })
+impl<const N: usize> PreparedPlan<N> {
+    /// Plans the speed along the path, and keeps all that can be asked for later.
+    fn kept(
+        self,
+        args: FeedArgs,
+        table: Table,
+        progress: &dyn Progress,
+    ) -> Result<Box<dyn PlannedMotion>, Failure> {
+        let measured = OnceLock::new();
+        let schedule = if args.no_guarantee {
+            let Self { path, limits, options, .. } = &self;
+            let schedule = optimal_schedule(path, limits, options, progress);
+            schedule.map_err(|error| refused(&args, error))?
+        } else {
+            let planned = self.planned(&args, &table, progress)?;
+            let _ = measured.set(figures(&args, &planned, &table)?);
+            planned.plan.schedule
+        };
+        Ok(Box::new(KeptPlan { args, table, prepared: self, schedule, figures: measured }))
+    }
 }
 
 fn figures<const N: usize>(
     args: &FeedArgs,
-    planned: &Planned<N>,
+    planned: &Planned<'_, N>,
     table: &Table,
 ) -> Result<PlanFigures, Failure> {
     let summary = summary::of(args, planned, table);

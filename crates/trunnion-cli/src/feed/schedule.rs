@@ -19,7 +19,7 @@ pub(super) const HEADER: &str = "s,t,speed,acceleration,jerk";
 /// Writes the schedule, and the axes at the servo period where asked for.
 pub(super) fn write<const N: usize>(
     args: &FeedArgs,
-    planned: &Planned<N>,
+    planned: &Planned<'_, N>,
     table: &Table,
 ) -> Result<(), Failure> {
     if let Some(place) = &args.motion {
@@ -53,7 +53,7 @@ fn schedule(out: &mut dyn Write, plan: &FeedPlan) -> Written<()> {
 
 fn motion<const N: usize>(
     out: &mut dyn Write,
-    planned: &Planned<N>,
+    planned: &Planned<'_, N>,
     names: &[String],
     period: f64,
 ) -> Written<()> {
@@ -66,7 +66,7 @@ fn motion<const N: usize>(
     writeln!(out)?;
     let mut line = String::new();
     let points =
-        setpoint::sample(&planned.path, &planned.plan.schedule, period).map_err(Error::other)?;
+        setpoint::sample(planned.path, &planned.plan.schedule, period).map_err(Error::other)?;
     for point in points {
         line.clear();
         write_number(&mut line, point.t);
@@ -85,7 +85,7 @@ fn motion<const N: usize>(
 #[cfg(feature = "parquet")]
 fn columns<const N: usize>(
     out: impl Write + Send,
-    planned: &Planned<N>,
+    planned: &Planned<'_, N>,
     names: &[String],
     period: f64,
 ) -> Written<()> {
@@ -93,7 +93,7 @@ fn columns<const N: usize>(
         SUFFIXES.iter().flat_map(|suffix| names.iter().map(move |name| format!("{name}{suffix}")));
     let all: Vec<String> = std::iter::once("t".to_owned()).chain(all).collect();
     let points =
-        setpoint::sample(&planned.path, &planned.plan.schedule, period).map_err(Error::other)?;
+        setpoint::sample(planned.path, &planned.plan.schedule, period).map_err(Error::other)?;
     let rows = points.map(|point| {
         let tables = [point.position, point.velocity, point.acceleration, point.jerk];
         let values = tables.iter().flat_map(|values| values.iter().take(names.len()).copied());

@@ -144,7 +144,7 @@ fn survey<const N: usize>(args: &FeedArgs, file: &LimitsFile) -> Result<Survey, 
     let mut last: Option<Last<N>> = None;
     let choose = |header: &_| columns(header, file, args.method);
     each_of(name, choose, |line, _, _, values| {
-        let node: AxisNode<N> = layout.node(line, values, &mut faults);
+        let node: AxisNode<N> = layout.node(line, values.iter().copied(), &mut faults);
         // The comparison of NAME3 is relative to the largest of the whole table, known after one reading.
         for (most, third) in largest.iter_mut().zip(node.q[3].iter()) {
             *most = most.max(third.abs());
@@ -209,7 +209,7 @@ fn planned<const N: usize>(
     let mut pair = AxisPiece { motion: Motion::Cut, source: 0, nodes: Vec::with_capacity(2) };
     let choose = |header: &_| columns(header, file, args.method);
     each_of(name, choose, |line, _, _, values| {
-        let node = layout.node(line, values, &mut faults);
+        let node = layout.node(line, values.iter().copied(), &mut faults);
         let before = last.replace(Last { line, node, of_piece: 0 });
         match before.filter(|before| node.s > before.node.s) {
             Some(before) => {

@@ -72,10 +72,10 @@ struct Bound {
 pub(super) fn report<const N: usize>(
     args: &FeedArgs,
     form: OutputForm,
-    planned: &Planned<N>,
+    planned: &Planned<'_, N>,
     table: &Table,
 ) -> Result<Done, Failure> {
-    let rests = table.rests(&planned.path);
+    let rests = table.rests(planned.path);
     let listed = rests.len().min(MOST_LISTED);
     report_rests(&rests[..listed], rests.len() - listed);
     report_breaches(&planned.breaches, table);
@@ -87,7 +87,7 @@ pub(super) fn report<const N: usize>(
 /// Returns the summary of a plan.
 pub(super) fn of<const N: usize>(
     args: &FeedArgs,
-    planned: &Planned<N>,
+    planned: &Planned<'_, N>,
     table: &Table,
 ) -> FeedSummary {
     let plan = &planned.plan;
@@ -113,7 +113,7 @@ pub(super) fn of<const N: usize>(
         ratios: plan.ratios.into(),
         bounds: plan.bounds.into(),
         binding: binding(plan, table),
-        rests: table.rests(&planned.path).len(),
+        rests: table.rests(planned.path).len(),
         within_limits: within,
         output: args.ends.output().display().to_string(),
     }

@@ -57,6 +57,30 @@ pub(crate) fn run(args: &CalibrateArgs, form: OutputForm) -> Result<Done, Failur
     if let Some(path) = &args.output {
         output::refuse_existing(path)?;
     }
+    let found = answer(args)?;
+    if let Some(path) = &args.output {
+        output::file(path, |out| out.write_all(found.text.as_bytes()))?;
+    }
+    form.print(&found.summary, CalibrationSummary::describe)?;
+    Ok(if found.complete { Done::Kept } else { Done::Broken })
+}
+
+/// Errors of a machine that were found, for callers in other languages.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct CalibrationAnswer {
+    /// Summary as `--json` prints it.
+    pub summary: CalibrationSummary,
+    /// The same for people.
+    pub table: String,
+    /// The calibrated machine file.
+    pub text: String,
+    /// True if the readings determine every deviation, and none contradicts the others.
+    pub complete: bool,
+}
+
+/// Fits the deviations, and writes nothing.
+pub(crate) fn answer(args: &CalibrateArgs) -> Result<CalibrationAnswer, Failure> {
     let MachineFile { machine, spec, .. } = machine::load(&args.machine)?;
     let mut table = MeasurementTable::default();
     let mut rows = Vec::new();
@@ -73,15 +97,11 @@ pub(crate) fn run(args: &CalibrateArgs, form: OutputForm) -> Result<Done, Failur
         Failure::input(format!("{}: {error}\n  help: {}", names.join(", "), error.remedy()))
     })?;
     let further = further_readings(&table.readings, &report, options.weak);
-    let summary =
-        Summary::new(args, &machine, &report, &further, &Rows { table: &table, files: &rows });
-    if let Some(path) = &args.output {
-        let text = write(&calibrated(&spec, &report.machine), &summary.notes());
-        output::file(path, |out| out.write_all(text.as_bytes()))?;
-    }
-    form.print(&summary, Summary::describe)?;
-    let all = report.confounded.is_empty() && report.contradicting.is_empty();
-    Ok(if all { Done::Kept } else { Done::Broken })
+    let rows = Rows { table: &table, files: &rows };
+    let summary = CalibrationSummary::new(args, &machine, &report, &further, &rows);
+    let text = write(&calibrated(&spec, &report.machine), &summary.notes());
+    let complete = report.confounded.is_empty() && report.contradicting.is_empty();
+    Ok(CalibrationAnswer { table: summary.describe(), summary, text, complete })
 }
 
 /// Puts directions and points of the calibrated machine into the content of the file.
@@ -108,7 +128,7 @@ struct Rows<'a> {
 
 /// Result for scripts; mm and degrees.
 #[derive(Debug, serde::Serialize)]
-struct Summary {
+pub struct CalibrationSummary {
     machine: String,
     measurements: Vec<String>,
     readings: usize,
@@ -160,7 +180,7 @@ struct ContradictionJson {
     residual: f64,
 }
 
-impl Summary {
+impl CalibrationSummary {
     fn new(
         args: &CalibrateArgs,
         machine: &Machine,

@@ -58,6 +58,27 @@ pub(crate) fn run(args: &ImportArgs, form: OutputForm) -> Result<Done, Failure> 
     if let Some(path) = &args.output {
         output::refuse_existing(path)?;
     }
+    let found = answer(args)?;
+    if let Some(path) = &args.output {
+        output::file(path, |out| out.write_all(found.text.as_bytes()))?;
+    }
+    form.print(&found.summary, ImportSummary::describe)
+}
+
+/// Machine that was imported, for callers in other languages.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct ImportAnswer {
+    /// Summary as `--json` prints it.
+    pub summary: ImportSummary,
+    /// The same for people.
+    pub table: String,
+    /// The machine file.
+    pub text: String,
+}
+
+/// Imports a description, and writes nothing.
+pub(crate) fn answer(args: &ImportArgs) -> Result<ImportAnswer, Failure> {
     let content = text::read(&args.file)?;
     let given: BTreeMap<String, String> = args.given.iter().cloned().collect();
     let request = ImportRequest {
@@ -70,12 +91,9 @@ pub(crate) fn run(args: &ImportArgs, form: OutputForm) -> Result<Done, Failure> 
         let with_flag: Vec<Diagnostic> = faults.iter().map(with_flag).collect();
         Failure::faults(&args.file, &with_flag)
     })?;
-    let summary = Summary::new(args, &imported);
-    if let Some(path) = &args.output {
-        let text = write(&imported.spec, &summary.comments());
-        output::file(path, |out| out.write_all(text.as_bytes()))?;
-    }
-    form.print(&summary, Summary::describe)
+    let summary = ImportSummary::new(args, &imported);
+    let text = write(&imported.spec, &summary.comments());
+    Ok(ImportAnswer { table: summary.describe(), summary, text })
 }
 
 /// Words the remedy for a missing value with the flag of this command line.
@@ -115,7 +133,7 @@ fn companions(file: &Path, content: &str) -> Vec<CompanionFile> {
 
 /// Result for scripts.
 #[derive(Debug, serde::Serialize)]
-struct Summary {
+pub struct ImportSummary {
     file: String,
     format: &'static str,
     name: String,
@@ -134,7 +152,7 @@ struct OriginJson {
     became: String,
 }
 
-impl Summary {
+impl ImportSummary {
     fn new(args: &ImportArgs, imported: &ImportedMachine) -> Self {
         let origin = |ValueOrigin { line, key, value, target, .. }: &ValueOrigin| OriginJson {
             line: *line,

@@ -66,6 +66,16 @@ impl ProfileArc {
         [self.center[0] + self.radius * out, self.center[1] + self.radius * up]
     }
 
+    /// Returns the height of the circle over its lowest point, at a distance from the axis of at most its reach
+    /// \[mm\].
+    fn height(&self, distance: f64) -> f64 {
+        let out = (distance - self.center[0]).clamp(0.0, self.radius);
+        // r - sqrt(r² - out²), without the cancellation of small distances.
+        let square = out * out;
+        let root = (self.radius * self.radius - square).max(0.0).sqrt();
+        if square > 0.0 { square / (self.radius + root) } else { 0.0 }
+    }
+
     fn distance(&self, [rho, z]: [f64; 2]) -> ProfileDistance {
         let [out, up] = [rho - self.center[0], z - self.center[1]];
         // Millimetres do not overflow, and hypot is a slow call.
@@ -252,6 +262,55 @@ impl TangentProfile {
         }
     }
 
+    /// Returns the height of the underside at a distance from the axis of at most [`TangentProfile::radius`] \[mm\].
+    pub fn height(&self, distance: f64) -> f64 {
+        let below = self.joint();
+        if distance <= below[0] {
+            return self.tip.height(distance);
+        }
+        match self.side {
+            ProfileSide::Arc(arc) => arc.center[1] - arc.radius + arc.height(distance),
+            ProfileSide::Cone => {
+                let [out, up] = along(self.last);
+                below[1] + (distance - below[0]) * up / out
+            }
+        }
+    }
+
+    /// Returns the profile of a cutting end that lies outside by `by` everywhere \[mm\], or inside by `-by`, in its own
+    /// coordinates: its tip lies `by` below the tip of this one. `None` if an arc has no such radius.
+    ///
+    /// Where side and flank meet at an angle, the outline outside goes on along the side, beyond the rounded rim of
+    /// everything within `by`.
+    pub fn parallel(&self, by: f64) -> Option<Self> {
+        let moved = |arc: ProfileArc| {
+            let [rho, z] = arc.center;
+            ProfileArc { center: [rho, z + by], radius: arc.radius + by }
+        };
+        let (tip, outer) = (moved(self.tip), self.end[0] + by);
+        let (side, last, end) = match self.side {
+            ProfileSide::Arc(arc) => {
+                let arc = moved(arc);
+                let out = ((outer - arc.center[0]) / arc.radius).min(1.0);
+                let last = [out, -(1.0 - out * out).sqrt()];
+                (ProfileSide::Arc(arc), last, [outer, arc.point(last)[1]])
+            }
+            ProfileSide::Cone => {
+                let (from, [out, up]) = (tip.point(self.joint), along(self.last));
+                let end = [outer, from[1] + (outer - from[0]) * up / out];
+                (ProfileSide::Cone, self.last, end)
+            }
+        };
+        let has_radii = tip.radius > 0.0
+            && match side {
+                ProfileSide::Arc(arc) => arc.radius > 0.0,
+                ProfileSide::Cone => true,
+            };
+        let fits = has_radii && outer > tip.point(self.joint)[0];
+        let top = self.top.max(end[1]);
+        fits.then_some(Self { tip, joint: self.joint, side, last, end, top })
+    }
+
     /// Returns the support function: the reach of the profile along a unit vector `[out, up]` \[mm\].
     pub fn extent(&self, direction: [f64; 2]) -> f64 {
         dot(self.farthest(direction), direction)
@@ -339,6 +398,34 @@ mod tests {
             let most = outline(&cutter).iter().map(|p| dot(*p, direction)).fold(f64::MIN, f64::max);
             prop_assert!(most <= reach + 1e-9 && reach - most < 0.02, "{most} {reach}");
             prop_assert!(profile.distance(profile.farthest(direction)).distance.abs() < 1e-9);
+        }
+
+        /// The underside is the outline, whose lowest point at that distance it is.
+        #[test]
+        fn the_height_is_that_of_the_outline(cutter in any_cutter(), share in 0.0..1.0f64) {
+            let profile = cutter.tangent_profile().unwrap();
+            let distance = share * profile.radius();
+            let point = [distance, profile.height(distance)];
+            prop_assert!(profile.distance(point).distance.abs() < 1e-9, "{point:?}");
+            prop_assert!(point[1] <= profile.flank_start() + 1e-9);
+        }
+
+        /// Parallel profiles outside hold everything within the distance, and those inside are held.
+        #[test]
+        fn parallel_profiles_are_that_far_away(
+            cutter in any_cutter(), share in 0.0..1.0f64, angle in 0.0..std::f64::consts::FRAC_PI_2,
+        ) {
+            let (by, profile) = (0.15, cutter.tangent_profile().unwrap());
+            let [outside, inside] = [by, -by].map(|by| profile.parallel(by).unwrap());
+            let distance = share * profile.radius();
+            // Any point of the underside, moved by the distance in any direction down or out.
+            let moved = [distance + by * angle.sin(), profile.height(distance) - by * angle.cos()];
+            let of = outside.distance([moved[0], moved[1] + by]).distance;
+            prop_assert!(of < 1e-9, "{moved:?} is {of} outside");
+            // Every point of the inner one is that deep inside.
+            let within = share * inside.radius();
+            let deep = profile.distance([within, inside.height(within) + by]).distance;
+            prop_assert!(deep < 1e-9 - by, "{within} from the axis is {deep} deep");
         }
 
         /// Outward normals turn one way along the outline, and its pieces join.

@@ -123,7 +123,7 @@ impl DropIndex {
         place: [f64; 2],
         deviation: f64,
     ) -> Option<Interval> {
-        let grown = self.lowered(&end.grown(deviation), place)?;
+        let grown = self.lowered(&end.grown(deviation)?, place)?;
         let shrunk = self.lowered(&end.shrunk(deviation)?, place)?;
         Some(Interval::new(shrunk.tip.z - deviation, grown.tip.z + deviation))
     }

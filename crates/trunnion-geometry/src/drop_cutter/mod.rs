@@ -20,7 +20,7 @@
 //! let vertices = corners.map(|[x, y]| Point3::new(x, y, 0.0)).to_vec();
 //! let index = DropIndex::new(&Mesh { vertices, triangles: vec![[0, 1, 2]] })?;
 //!
-//! let ball = CuttingEnd { major: 0.0, minor: 5.0 };
+//! let ball = CuttingEnd::round(0.0, 5.0);
 //! let contact = index.lowered(&ball, [3.0, 0.0]).ok_or("nothing below")?;
 //! assert!((contact.tip.z + 1.0).abs() < 1e-12);
 //! assert!((contact.point - Point3::origin()).norm() < 1e-12);

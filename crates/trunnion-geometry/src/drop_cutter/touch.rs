@@ -1,6 +1,7 @@
 //! Heights at which a cutting end touches a facet or an edge of a triangle.
 
 use super::end::CuttingEnd;
+use crate::cutter::{ProfilePiece, TangentProfile};
 use nalgebra::{Point3, Vector2, Vector3};
 
 /// Most steps of the root search: bisection alone would need no more for every digit.
@@ -35,22 +36,27 @@ impl PlacedEnd<'_> {
     /// Returns the touch in the inside of a triangle, in closed form.
     ///
     /// The tube centre of the torus lies on the normal of the contact, and on the circle of radius `R` about the axis:
-    /// seen from above the contact lies `R + r |n_xy|` from the axis, against the normal.
+    /// seen from above the contact lies `R + r |n_xy|` from the axis, against the normal. On a profile with a side it is
+    /// the point that is farthest against the normal.
     fn facet(&self, corners: &[Point3<f64>; 3]) -> Option<EndTouch> {
         let [a, b, c] = corners;
         let normal = (b - a).cross(&(c - a)).try_normalize(f64::MIN_POSITIVE)?;
         // Both sides of a triangle are solid.
         let normal = if normal.z < 0.0 { -normal } else { normal };
-        let CuttingEnd { major, minor } = *self.end;
+        let CuttingEnd { major, minor, side } = self.end;
         let flat = normal.xy();
         let slope = flat.norm();
         let uphill = if slope > 0.0 { flat / slope } else { Vector2::zeros() };
-        let at = self.place - uphill * major - flat * minor;
+        let [out, up] = match side {
+            Some(side) => side.farthest([slope, -normal.z]),
+            None => [major + minor * slope, minor * slope * slope / (1.0 + normal.z)],
+        };
+        let at = self.place - uphill * out;
         if normal.z <= 0.0 || !inside(corners, &at) {
             return None;
         }
         let z = a.z - flat.dot(&(at - a.xy().coords)) / normal.z;
-        let tip = z - minor * slope * slope / (1.0 + normal.z);
+        let tip = z - up;
         Some(EndTouch { tip, point: Point3::new(at.x, at.y, z) })
     }
 
@@ -90,22 +96,55 @@ impl PlacedEnd<'_> {
 
     /// Returns the place of the maximum on the endless line: where `slope = h'(rho) t / rho`.
     fn steepest(&self, slope: f64, distance: f64, reach: f64) -> f64 {
-        let CuttingEnd { major, minor } = *self.end;
+        let CuttingEnd { major, minor, side } = self.end;
         let steep = slope.abs();
         if steep <= 0.0 {
             return 0.0;
         }
-        if minor <= 0.0 {
-            return reach.copysign(slope);
-        }
-        let t = if major <= 0.0 {
-            // On a sphere the edge touches its circle, of radius sqrt(r² - d²).
-            steep * reach / steep.hypot(1.0)
-        } else {
-            on_torus(steep, distance, [major, minor])
+        let t = match side {
+            Some(side) => on_profile(steep, distance, side),
+            None if *minor > 0.0 => on_arc(steep, distance, [*major, *minor]),
+            None => reach,
         };
         t.min(reach).copysign(slope)
     }
+}
+
+/// Returns `t` at which a line of that slope, at a distance from the axis, touches a profile with a side; it may lie
+/// beyond the rim.
+fn on_profile(steep: f64, distance: f64, profile: &TangentProfile) -> f64 {
+    let [tip, side] = profile.pieces();
+    let joint = profile.joint()[0];
+    let on = |piece: ProfilePiece| match piece {
+        ProfilePiece::Arc { center: [major, _], radius, .. } => {
+            on_arc(steep, distance, [major, radius])
+        }
+        ProfilePiece::Line { from, to } => {
+            // The slope of a cone is the same everywhere: t / rho is the share of it that the line has.
+            let cone = (to[1] - from[1]) / (to[0] - from[0]);
+            if steep < cone {
+                steep * distance / ((cone - steep) * (cone + steep)).sqrt()
+            } else {
+                f64::INFINITY
+            }
+        }
+    };
+    let ProfilePiece::Arc { to: [out, up], .. } = tip else { return on(side) };
+    // h' t / rho grows outwards: it reaches the slope on the tip arc, or beyond its end.
+    let share = distance / joint;
+    let across = (1.0 - share * share).max(0.0).sqrt();
+    if distance < joint && out * across >= -up * steep { on(tip) } else { on(side) }
+}
+
+/// Returns `t` at which a line of that slope, at a distance from the axis, touches the arc of radius `minor` about a
+/// circle of radius `major`, which is negative for an arc about a centre beyond the axis.
+fn on_arc(steep: f64, distance: f64, [major, minor]: [f64; 2]) -> f64 {
+    if major.abs() > 0.0 {
+        return on_torus(steep, distance, [major, minor]);
+    }
+    // On a sphere the edge touches its circle, of radius sqrt(r² - d²).
+    let reach = (minor * minor - distance * distance).max(0.0).sqrt();
+    steep * reach / steep.hypot(1.0)
 }
 
 /// Returns `t` at which a line of that slope, at a distance from the axis, touches a torus.

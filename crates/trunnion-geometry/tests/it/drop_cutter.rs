@@ -3,26 +3,41 @@
 use crate::property;
 use nalgebra::Point3;
 use proptest::prelude::*;
+use trunnion_geometry::cutter::{Cutter, CutterSpec, ProfilePiece, TangentProfile};
 use trunnion_geometry::drop_cutter::{CuttingEnd, DropIndex};
 use trunnion_geometry::types::Mesh;
 
 /// Points of a triangle along each side.
 const SAMPLES: u32 = 160;
 
+/// The height of the outline over the tip at a distance from the axis, within the cutter's radius.
+fn height(cutter: &Cutter, distance: f64) -> f64 {
+    let reaches = |piece: &&ProfilePiece| distance <= piece.end()[0];
+    match cutter.profile().iter().find(reaches) {
+        Some(ProfilePiece::Arc { center, radius, .. }) => {
+            let out = distance - center[0];
+            center[1] - (radius * radius - out * out).max(0.0).sqrt()
+        }
+        Some(ProfilePiece::Line { from, to }) if to[0] > from[0] => {
+            from[1] + (to[1] - from[1]) * (distance - from[0]) / (to[0] - from[0])
+        }
+        // On the rim, where the flank begins.
+        _ => cutter.tangent_profile().map_or(cutter.minor(), TangentProfile::flank_start),
+    }
+}
+
 /// The tip on points alone: a lower bound that dense samples bring close.
-fn by_samples(corners: &[Point3<f64>; 3], end: CuttingEnd, place: [f64; 2]) -> f64 {
+fn by_samples(corners: &[Point3<f64>; 3], cutter: &Cutter, place: [f64; 2]) -> f64 {
     let mut best = f64::NEG_INFINITY;
     for i in 0..=SAMPLES {
         for j in 0..=SAMPLES - i {
             let [s, t] = [i, j].map(|k| f64::from(k) / f64::from(SAMPLES));
             let point = corners[0] + (corners[1] - corners[0]) * s + (corners[2] - corners[0]) * t;
             let distance = (point.x - place[0]).hypot(point.y - place[1]);
-            if distance > end.major + end.minor {
-                continue;
+            // No point is touched above its own height.
+            if distance <= cutter.radius() && point.z > best {
+                best = best.max(point.z - height(cutter, distance));
             }
-            let out = (distance - end.major).max(0.0);
-            let height = end.minor - (end.minor * end.minor - out * out).max(0.0).sqrt();
-            best = best.max(point.z - height);
         }
     }
     best
@@ -32,12 +47,32 @@ fn corner() -> impl Strategy<Value = Point3<f64>> {
     (-8.0..8.0, -8.0..8.0, -4.0..4.0).prop_map(|(x, y, z)| Point3::new(x, y, z))
 }
 
-fn ends() -> impl Strategy<Value = CuttingEnd> {
-    prop_oneof![
-        (0.5..6.0).prop_map(|minor| CuttingEnd { major: 0.0, minor }),
-        (0.5..6.0).prop_map(|major| CuttingEnd { major, minor: 0.0 }),
-        (0.2..5.0, 0.2..4.0).prop_map(|(major, minor)| CuttingEnd { major, minor }),
-    ]
+fn cutters() -> impl Strategy<Value = Cutter> {
+    let specs = prop_oneof![
+        (0.5..6.0).prop_map(|r| CutterSpec::ball(2.0 * r)),
+        (0.5..6.0).prop_map(|r| CutterSpec::flat(2.0 * r)),
+        (0.2..5.0, 0.2..4.0).prop_map(|(major, minor)| CutterSpec::bull(major, minor)),
+        (0.3..2.0, 0.1..1.2, 0.5..4.0).prop_map(|(r, angle, more)| CutterSpec::taper(
+            r,
+            angle,
+            2.0 * (r + more)
+        )),
+        (0.3..2.0, 20.0..90.0, 0.5..4.0).prop_map(|(r, arc, more)| CutterSpec::barrel(
+            r,
+            arc,
+            2.0 * (r + more)
+        )),
+        (0.3..2.0, 30.0..90.0, 0.1..0.8, 0.5..4.0).prop_map(|(r, arc, angle, more)| {
+            CutterSpec::conical_barrel(r, arc, angle, 2.0 * (r + more))
+        }),
+        (12.0..40.0, 0.3..2.0, 0.5..4.0).prop_map(|(arc, r, more)| CutterSpec::lens(
+            arc,
+            r,
+            2.0 * (r + more)
+        )),
+    ];
+    let made = |spec| Cutter::new(CutterSpec { length: 300.0, ..spec }).ok();
+    specs.prop_filter_map("a side that joins the tip arc to the diameter", made)
 }
 
 proptest! {
@@ -47,29 +82,29 @@ proptest! {
     #[test]
     fn a_triangle_is_touched_where_samples_say(
         corners in [corner(), corner(), corner()],
-        end in ends(),
+        cutter in cutters(),
         place in [-6.0..6.0, -6.0..6.0],
     ) {
         let mesh = Mesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2]] };
-        let index = DropIndex::new(&mesh)?;
+        let (index, end) = (DropIndex::new(&mesh)?, CuttingEnd::of(&cutter));
         let found = index.lowered(&end, place).map_or(f64::NEG_INFINITY, |contact| contact.tip.z);
-        let sampled = by_samples(&corners, end, place);
+        let sampled = by_samples(&corners, &cutter, place);
         prop_assert!(sampled <= found + 1e-9, "a sample touches at {sampled}, found {found}");
         // Steep triangles fall between two samples by more than the tool does.
         let near = corners[0] - corners[1];
         let size = near.norm().max((corners[0] - corners[2]).norm());
         if sampled.is_finite() {
             let step = 2.0 * size / f64::from(SAMPLES);
-            let rim = (2.0 * (end.minor + end.major) * step).sqrt() + 3.0 * step;
+            let steepest = (height(&cutter, cutter.radius()) / cutter.radius()).max(1.0);
+            let rim = (2.0 * cutter.radius() * step).sqrt() * steepest + 3.0 * step * steepest;
             prop_assert!(found - sampled <= rim, "found {found}, sampled {sampled}");
         }
         // The contact lies on the end: the height of the tip follows from it.
         if let Some(contact) = index.lowered(&end, place) {
             let distance = (contact.point.x - place[0]).hypot(contact.point.y - place[1]);
-            let out = (distance - end.major).clamp(0.0, end.minor);
-            let height = end.minor - (end.minor * end.minor - out * out).max(0.0).sqrt();
+            prop_assert!(distance <= cutter.radius() + 1e-9);
+            let height = height(&cutter, distance.min(cutter.radius()));
             prop_assert!((contact.point.z - height - contact.tip.z).abs() < 1e-6);
-            prop_assert!(distance <= end.major + end.minor + 1e-9);
         }
     }
 
@@ -77,12 +112,13 @@ proptest! {
     #[test]
     fn a_mesh_is_the_highest_of_its_triangles(
         corners in prop::collection::vec([corner(), corner(), corner()], 1..40),
-        end in ends(),
+        cutter in cutters(),
         place in [-6.0..6.0, -6.0..6.0],
     ) {
         let vertices: Vec<Point3<f64>> = corners.iter().flatten().copied().collect();
         let triangles = (0..).map(|k: u32| [3 * k, 3 * k + 1, 3 * k + 2]).take(corners.len());
         let mesh = Mesh { vertices, triangles: triangles.collect() };
+        let end = CuttingEnd::of(&cutter);
         let whole = DropIndex::new(&mesh)?.lowered(&end, place).map(|contact| contact.tip.z);
         let mut best: Option<f64> = None;
         for triangle in &mesh.triangles {
@@ -101,10 +137,10 @@ proptest! {
     fn bounds_hold_for_meshes_within_the_deviation(
         corners in [corner(), corner(), corner()],
         moves in [[-1.0..1.0, -1.0..1.0, -1.0..1.0], [-1.0..1.0, -1.0..1.0, -1.0..1.0], [-1.0..1.0, -1.0..1.0, -1.0..1.0]],
-        end in ends(),
+        cutter in cutters(),
         place in [-6.0..6.0, -6.0..6.0],
     ) {
-        let deviation = 0.05;
+        let (deviation, end) = (0.05, CuttingEnd::of(&cutter));
         let mesh = Mesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2]] };
         let mut other = mesh.clone();
         for (vertex, by) in other.vertices.iter_mut().zip(moves) {

@@ -31,6 +31,12 @@ pub(super) fn plan_all<const N: usize, T: Send>(
     let done = AtomicU64::new(0);
     let total = path.pieces.len() as u64;
     progress.step(Stage::Feed, 0, total)?;
+    // Waking another thread for one piece would take longer than many a plan.
+    if let [piece] = path.pieces.as_slice() {
+        let planned = plan(0, piece)?;
+        progress.step(Stage::Feed, 1, total)?;
+        return Ok(vec![planned]);
+    }
     path.pieces
         .par_iter()
         .enumerate()

@@ -28,6 +28,7 @@ from ._errors import (
 )
 from ._job import Job, RunResult, run
 from ._locate import Covering, CutterLocation, cover, position
+from ._machine import Calibration, ImportedMachine, import_machine
 from ._path import Path, SmoothPath
 from ._plan import Limits, Motion, Plan, Stream, plan
 from ._program import Program, read
@@ -39,12 +40,14 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ArgumentError",
+    "Calibration",
     "CheckResult",
     "Covering",
     "Cutter",
     "CutterLocation",
     "DropResult",
     "Face",
+    "ImportedMachine",
     "InputError",
     "InternalError",
     "Job",
@@ -70,6 +73,7 @@ __all__ = [
     "cover",
     "drop_cutter",
     "fleet",
+    "import_machine",
     "plan",
     "plot",
     "position",

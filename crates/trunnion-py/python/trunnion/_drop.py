@@ -76,7 +76,7 @@ def drop_cutter(
 
     Args:
         shape: triangles as (vertices (v, 3), corners (t, 3)), an STL or STEP file, a Part, a Face or several.
-        cutter: ball, bull or flat.
+        cutter: the cutter, of any kind.
         points: places, (n, 2) or (n, 3) of which z is ignored [mm].
         chord: largest distance of the triangles from faces [mm]; what is reached stands in `deviation`.
         bounds: also return guaranteed bounds of the height on the faces themselves, at three times the cost.

@@ -20,7 +20,8 @@ class Job:
     """A job: part, setup, tool, tolerance, strategy, machine, as a job file has them.
 
     Args:
-        data: content of the job, nested dicts with the keys of job.toml (see `trunnion schema job`).
+        data: content of the job, nested dicts with the keys of job.toml (see `trunnion schema job`); a Cutter may stand for
+            the table `tool`.
         folder: folder from which the files in it count.
 
     Example:
@@ -33,6 +34,8 @@ class Job:
     def __init__(self, data: Mapping[str, Any], folder: Any = ".") -> None:
         self.data: dict[str, Any] = copy.deepcopy(dict(data))
         self.data.setdefault("schema", "trunnion-job/1")
+        if "tool" in self.data:
+            self.data["tool"] = _tool({}, self.data["tool"])
         self.folder = _options.path("folder", folder)
         self._file: str | None = None
         self._text: str | None = None
@@ -147,14 +150,17 @@ class Job:
         return self._file or os.path.join(self.folder, "job.toml")
 
     def replace(self, changes: Mapping[str, Any]) -> "Job":
-        """Returns the job with other values, named as in the file: `{"tool.minor_radius": 4.0}`."""
+        """Returns the job with other values, named as in the file: `{"tool.minor_radius": 4.0}`.
+
+        A Cutter takes the place of the whole `tool`, whose number and holder stay: `{"tool": Cutter.barrel(2, 85, 12)}`.
+        """
         job = Job(self.data, self.folder)
         for name, value in changes.items():
             *sections, key = name.split(".")
             table = job.data
             for section in sections:
                 table = table.setdefault(section, {})
-            table[key] = value
+            table[key] = _tool(table.get(key, {}), value)
         return job
 
     def to_toml(self) -> str:
@@ -190,6 +196,16 @@ class Job:
 
     def __repr__(self) -> str:
         return f"Job({self.data.get('name', '')!r}, {self.path!r})"
+
+
+def _tool(before: Any, value: Any) -> Any:
+    """Returns a Cutter as the table of a tool, with number and holder of the one before; other values as they are."""
+    from ._trunnion import Cutter
+
+    if not isinstance(value, Cutter):
+        return value
+    stays = {name: before[name] for name in ("number", "holder") if name in before}
+    return {"number": 1, **stays, **value.to_dict()}
 
 
 class RunResult:
@@ -281,6 +297,10 @@ class RunResult:
 
         (x, y, z), (i, j, k) = self.tip.T, self.axis.T
         return pd.DataFrame({"x": x, "y": y, "z": z, "i": i, "j": j, "k": k, "cutting": self.cutting})
+
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
+        """Hands the cutter locations to Arrow; needs pandas with pyarrow."""
+        return self.to_pandas().__arrow_c_stream__(requested_schema)
 
     def __str__(self) -> str:
         return str(self._native.table)

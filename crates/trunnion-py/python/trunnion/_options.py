@@ -89,6 +89,24 @@ def path(name: str, value: Any) -> str:
     return os.path.join(os.curdir, found) if found.startswith("-") else found
 
 
+def machine_file(machine: Any, folder: str) -> str:
+    """Returns name or file of a machine as an option; a Machine that no file has is written into the folder."""
+    from ._trunnion import Machine
+
+    if not isinstance(machine, Machine):
+        return path("machine", machine)
+    try:
+        if Machine(machine.source).to_toml() == machine.to_toml():
+            return machine.source
+    except InputError:
+        # It was made from a dict, imported or calibrated.
+        pass
+    name = os.path.join(folder, "machine.toml")
+    with open(name, "w", encoding="utf-8") as out:
+        out.write(machine.to_toml())
+    return name
+
+
 def per_tool(name: str, value: Any, one: Callable[[str, Any], str]) -> list[str]:
     """Returns a value, or one for each tool number, as repeated options."""
     flag = "--" + name.replace("_", "-")
@@ -101,7 +119,12 @@ def cutter_words(cutter: Any) -> str:
     """Returns a cutter as the option `R=10,r=6,L=120`."""
     if isinstance(cutter, str):
         return cutter
-    words = f"R={cutter.major_radius!r},r={cutter.minor_radius!r},L={cutter.length!r}"
+    sides = (("taper", cutter.taper_angle(deg=True) or None), ("barrel", cutter.barrel_radius), ("corner", cutter.corner_radius))
+    stated = [f"{name}={value!r}" for name, value in sides if value is not None]
+    if stated:
+        words = ",".join([f"r={cutter.minor_radius!r}", f"D={2 * cutter.radius!r}", *stated, f"L={cutter.length!r}"])
+    else:
+        words = f"R={cutter.major_radius!r},r={cutter.minor_radius!r},L={cutter.length!r}"
     return words if cutter.inner is None else f"{words},inner={cutter.inner!r}"
 
 

@@ -201,36 +201,51 @@ class Plan(Table):
 
 
 def _table(table: Any, axes: Sequence[str] | None) -> tuple[list[str], Any]:
-    """Returns names of columns, and values row by row."""
-    import numpy as np
-
+    """Returns names of columns, and a list of them or an array of rows."""
     if isinstance(table, (str, os.PathLike)):
         return _csv(_options.path("table", table))
     if axes is not None:
         names = ["s", *(f"{axis}{order}" for axis in axes for order in ("", "1", "2"))]
         return names, table
     if isinstance(table, Mapping) or hasattr(table, "columns"):
-        names = [str(name) for name in (table.columns if hasattr(table, "columns") else table)]
-        columns = [np.asarray(table[name]) for name in names]
-        for name, column in zip(names, columns):
-            if column.dtype.kind not in "fiu" or column.ndim != 1:
-                value = f"dtype {column.dtype}, shape {column.shape}"
-                raise ArgumentError(f"table[{name!r}] = {value} is not a column of numbers", "table", None, value)
-            if len(column) != len(columns[0]):
-                value = (len(column),)
-                message = f"table[{name!r}] = shape {value} is not {(len(columns[0]),)} as the first column"
-                raise ArgumentError(message, "table", None, value)
-            wrong = np.flatnonzero(~np.isfinite(column)) if column.dtype.kind == "f" else []
-            if len(wrong):
-                index, value = int(wrong[0]), float(column[wrong[0]])
-                message = f"table[{name!r}][{index}] = {value} is not a finite number"
-                raise ArgumentError(message, "table", (index,), value)
-        return names, np.ascontiguousarray(np.stack(columns, axis=1), dtype=float) if columns else np.zeros((0, 0))
+        found = list(table.columns if hasattr(table, "columns") else table)
+        return [str(name) for name in found], _columns({str(name): table[name] for name in found})
     if getattr(getattr(table, "dtype", None), "names", None):
-        return _table({name: table[name] for name in table.dtype.names}, None)
+        return list(table.dtype.names), _columns({name: table[name] for name in table.dtype.names})
     kind = type(table).__name__
     remedy = "give a dict of columns, a DataFrame, a CSV file, or an array with axes=[..]"
     raise ArgumentError(f"table = {kind} has no names of columns\n  help: {remedy}", "table", None, kind)
+
+
+def _columns(table: Mapping[str, Any]) -> list[Any]:
+    """Returns columns of numbers of one length; those that are float64 as they are."""
+    import numpy as np
+
+    columns: list[Any] = []
+    for name, given in table.items():
+        column = np.asarray(given)
+        if column.dtype.kind not in "fiu" or column.ndim != 1:
+            value = f"dtype {column.dtype}, shape {column.shape}"
+            raise ArgumentError(f"table[{name!r}] = {value} is not a column of numbers", "table", None, value)
+        if columns and len(column) != len(columns[0]):
+            shape = (len(column),)
+            message = f"table[{name!r}] = shape {shape} is not {(len(columns[0]),)} as the first column"
+            raise ArgumentError(message, "table", None, shape)
+        columns.append(np.ascontiguousarray(column, dtype=float))
+    return columns
+
+
+def _gap(names: Sequence[str], columns: Sequence[Any]) -> ArgumentError | None:
+    """Returns the error of the first number in columns that is none."""
+    import numpy as np
+
+    for name, column in zip(names, columns):
+        wrong = np.flatnonzero(~np.isfinite(column))
+        if len(wrong):
+            index, value = int(wrong[0]), float(column[wrong[0]])
+            message = f"table[{name!r}][{index}] = {value} is not a finite number"
+            return ArgumentError(message, "table", (index,), value)
+    return None
 
 
 def _csv(name: str) -> tuple[list[str], Any]:
@@ -301,8 +316,14 @@ def plan(
     if window is not None:
         words.append(f"--window={window}")
     words += _options.others("plan", _KNOWN, more)
-    native = _trunnion.plan(names, values, found.to_toml(), words, adapted(progress))
-    return Plan(native, found)
+    arguments = (names, values, found.to_toml(), words, adapted(progress))
+    if not isinstance(values, list) or axes is not None:
+        return Plan(_trunnion.plan(*arguments), found)
+    try:
+        return Plan(_trunnion.plan_columns(*arguments), found)
+    except ArgumentError as error:
+        # The message says in which column the number is that is none.
+        raise _gap(names, values) or error from None
 
 
 def _limits(limits: Any) -> Limits:

@@ -106,7 +106,8 @@ def read(
 
     Args:
         path: the file, or its content as bytes.
-        machine: name or file of the machine that a program is for. CL files and programs without rotary words need none.
+        machine: the machine that a program is for: name, file, or Machine, whose setup holds where none is given. CL files
+            and programs without rotary words need none.
         dialect: "apt", "linuxcnc", "fanuc", "haas", "siemens" or "heidenhain"; else the text decides.
         origin: workpiece origin in machine coordinates with all axes at zero, (3,) [mm].
         rotation: rotation of the workpiece about the fixed x, then y, then z, (3,) [rad, or degrees with deg].
@@ -129,8 +130,13 @@ def read(
     with tempfile.TemporaryDirectory() as folder:
         file = _options.as_file(path, suffix or ".nc", folder)
         name = "program" if file.startswith(folder) else file
-        needs = _options.path("machine", machine) if machine is not None else _UPRIGHT
+        needs = _options.machine_file(machine, folder) if machine is not None else _UPRIGHT
         words = [file, "--machine", needs, "--output", "unused"]
+        if isinstance(machine, _trunnion.Machine):
+            origin = machine.origin if origin is None else origin
+            if rotation is None:
+                rotation, deg = machine.rotation(deg=True), True
+            tool_length = machine.tool_length or None if tool_length is None else tool_length
         if dialect is not None:
             words.append(f"--from={dialect}")
         if origin is not None:

@@ -40,8 +40,23 @@ def machine(text: str, state: dict[str, Any]) -> Any:
     )
 
 
-def cutter(major: float, minor: float, length: float, shank: Any, inner: float | None) -> Any:
+def cutter(
+    kind: str,
+    radii: tuple[float, float],
+    side: tuple[float | None, float, float],
+    length: float,
+    shank: Any,
+    inner: float | None,
+) -> Any:
     """Rebuilds a cutter."""
     from ._trunnion import Cutter
 
-    return Cutter.bull(major, minor, length=length, shank=shank if len(shank) else None, inner=inner)
+    (major, minor), (arc, angle, diameter) = radii, side
+    more: dict[str, Any] = {"length": length, "shank": shank if len(shank) else None, "inner": inner}
+    if kind == "taper":
+        return Cutter.taper(minor, angle, diameter, **more)
+    if arc is None:
+        return Cutter.bull(major, minor, **more)
+    if kind == "conical-barrel":
+        return Cutter.conical_barrel(minor, arc, angle, diameter, **more)
+    return (Cutter.lens if kind == "lens" else Cutter.barrel)(minor, arc, diameter, **more)

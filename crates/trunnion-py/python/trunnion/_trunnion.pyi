@@ -7,6 +7,8 @@ from typing import Any, Callable, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._machine import Calibration
+
 __all__ = [
     "Cutter",
     "Face",
@@ -18,13 +20,16 @@ __all__ = [
     "Part",
     "__version__",
     "built_in",
+    "calibrate_machine",
     "check",
     "cover",
     "drop_cutter",
+    "import_machine",
     "interpolate",
     "linearise",
     "moves",
     "plan",
+    "plan_columns",
     "position",
     "post",
     "propose",
@@ -52,7 +57,14 @@ class Machine:
         deg: bool = False,
     ) -> Machine: ...
     @staticmethod
+    def from_control(
+        source: _Path | bytes, format: str | None = None, *, given: Mapping[str, Any] | None = None
+    ) -> Machine: ...
+    @staticmethod
     def from_toml(text: str, source: str) -> Machine: ...
+    def calibrate(
+        self, measurements: Any, *, tool_length: float | None = None, noise: float | None = None
+    ) -> Calibration: ...
     def with_setup(
         self,
         *,
@@ -164,12 +176,60 @@ class Cutter:
     def flat(
         d: float, *, length: float | None = None, shank: ArrayLike | None = None, inner: float | None = None
     ) -> Cutter: ...
+    @staticmethod
+    def taper(
+        tip_radius: float,
+        taper_angle: float,
+        d: float,
+        *,
+        deg: bool = False,
+        length: float | None = None,
+        shank: ArrayLike | None = None,
+        inner: float | None = None,
+    ) -> Cutter: ...
+    @staticmethod
+    def barrel(
+        tip_radius: float,
+        barrel_radius: float,
+        d: float,
+        *,
+        length: float | None = None,
+        shank: ArrayLike | None = None,
+        inner: float | None = None,
+    ) -> Cutter: ...
+    @staticmethod
+    def conical_barrel(
+        tip_radius: float,
+        barrel_radius: float,
+        taper_angle: float,
+        d: float,
+        *,
+        deg: bool = False,
+        length: float | None = None,
+        shank: ArrayLike | None = None,
+        inner: float | None = None,
+    ) -> Cutter: ...
+    @staticmethod
+    def lens(
+        tip_radius: float,
+        corner_radius: float,
+        d: float,
+        *,
+        length: float | None = None,
+        shank: ArrayLike | None = None,
+        inner: float | None = None,
+    ) -> Cutter: ...
     @property
     def kind(self) -> str: ...
     @property
     def major_radius(self) -> float: ...
     @property
     def minor_radius(self) -> float: ...
+    @property
+    def barrel_radius(self) -> float | None: ...
+    @property
+    def corner_radius(self) -> float | None: ...
+    def taper_angle(self, *, deg: bool = False) -> float: ...
     @property
     def radius(self) -> float: ...
     @property
@@ -178,6 +238,8 @@ class Cutter:
     def inner(self) -> float | None: ...
     @property
     def shank(self) -> _Array: ...
+    def outline(self, steps: int = 32) -> _Array: ...
+    def to_dict(self) -> dict[str, Any]: ...
     def __reduce__(self) -> Any: ...
 
 @final
@@ -260,8 +322,17 @@ def linearise(
     ranges: ArrayLike, coefficients: ArrayLike, tip_tolerance: float, axis_tolerance: float
 ) -> tuple[_Array, _Array]: ...
 def plan(
-    names: Sequence[str], values: ArrayLike, limits: str, options: Sequence[str], progress: _Report | None = None
+    names: Sequence[str], rows: ArrayLike, limits: str, options: Sequence[str], progress: _Report | None = None
 ) -> NativePlan: ...
+def plan_columns(
+    names: Sequence[str],
+    columns: Sequence[ArrayLike],
+    limits: str,
+    options: Sequence[str],
+    progress: _Report | None = None,
+) -> NativePlan: ...
+def import_machine(options: Sequence[str]) -> dict[str, Any]: ...
+def calibrate_machine(options: Sequence[str]) -> dict[str, Any]: ...
 def check(options: Sequence[str], progress: _Report | None = None) -> dict[str, Any]: ...
 def post(options: Sequence[str], progress: _Report | None = None) -> dict[str, Any]: ...
 def moves(options: Sequence[str], progress: _Report | None = None) -> dict[str, Any]: ...

@@ -116,19 +116,20 @@ def _joined(maps: Sequence[Mapping[str, Any]], name: str, empty: tuple[int, ...]
     return np.concatenate([one[name] for one in maps]) if maps else np.zeros(empty)
 
 
-def _machine(machine: Any) -> tuple[str, list[str]]:
+def _machine(machine: Any, folder: str) -> tuple[str, list[str]]:
     """Returns the machine as an option, and the options of its setup if it is a Machine."""
     from ._trunnion import Machine
 
+    name = _options.machine_file(machine, folder)
     if not isinstance(machine, Machine):
-        return _options.path("machine", machine), []
+        return name, []
     setup = [
         "--origin=" + _options.numbers("origin", machine.origin, 3),
         "--rotation=" + _options.numbers("rotation", machine.rotation(deg=True), 3),
     ]
     if machine.tool_length:
         setup.append(f"--tool-length={machine.tool_length!r}")
-    return machine.source, setup
+    return name, setup
 
 
 @_options.pythonic
@@ -186,7 +187,7 @@ def check(
         if job is not None:
             words += ["--job", _options.path("job", job)]
         if machine is not None:
-            name, setup = _machine(machine)
+            name, setup = _machine(machine, folder)
             words += ["--machine", name]
             if origin is None and rotation is None:
                 words += [one for one in setup if tool_length is None or not one.startswith("--tool")]
@@ -331,7 +332,7 @@ def post(
         target = _options.path("output", output) if output is not None else os.path.join(folder, "out", "program.nc")
         if output is None:
             os.mkdir(os.path.dirname(target))
-        name, setup = _machine(machine)
+        name, setup = _machine(machine, folder)
         words = [file, "--machine", name, "--output", target]
         words.append("--tolerance=" + _options.numbers("tolerance", tolerance, 2))
         if dialect is not None:

@@ -106,6 +106,10 @@ class Fleet:
 
         return pd.DataFrame(self.rows)
 
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
+        """Hands the rows to Arrow; needs pandas with pyarrow."""
+        return self.to_pandas().__arrow_c_stream__(requested_schema)
+
     def __repr__(self) -> str:
         return f"Fleet({len(self._items)} items, {len(self._found)} finished)"
 
@@ -276,6 +280,13 @@ def _ran(work: dict[str, Any], progress: Progress = None) -> dict[str, Any]:
 _WORK: dict[str, Callable[[dict[str, Any], Progress], dict[str, Any]]] = {"audit": _audited, "run": _ran}
 
 
+def _stated(value: Any) -> Any:
+    """Returns all that a value states: short forms of cutters and arrays leave things out."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    return value.to_dict() if hasattr(value, "to_dict") else repr(value)
+
+
 class _Hash:
     """Hash of everything that a result depends on."""
 
@@ -285,7 +296,7 @@ class _Hash:
         self._hash = hashlib.sha256(f"trunnion {__version__} {kind}".encode())
 
     def text(self, value: Any) -> "_Hash":
-        part = json.dumps(value, sort_keys=True, default=repr).encode()
+        part = json.dumps(value, sort_keys=True, default=_stated).encode()
         self._hash.update(len(part).to_bytes(8, "little") + part)
         return self
 
@@ -444,14 +455,7 @@ def _json(data: Any) -> str:
 def _changes(name: str, value: Any) -> dict[str, Any]:
     from ._trunnion import Cutter
 
-    if isinstance(value, Cutter):
-        return {
-            "tool.kind": value.kind,
-            "tool.major_radius": value.major_radius,
-            "tool.minor_radius": value.minor_radius,
-            "tool.length": value.length,
-        }
-    return {_KEYS.get(name, name): value}
+    return {"tool": value} if isinstance(value, Cutter) else {_KEYS.get(name, name): value}
 
 
 def which_machine(

@@ -1,25 +1,19 @@
-//! `trunnion.Machine`: forward map, inverse, derivatives.
+//! The class: setup, figures of the axes, files.
 
-use crate::arrays::{Numbers, array, numbers};
+use super::angle_unit::AngleUnit;
+use super::maps::{self, JetParameter};
+use crate::arrays::{array, numbers};
 use crate::errors::{WrongArgument, failure, input};
 use crate::toml_text::toml_text;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rayon::prelude::*;
 use trunnion::files::machine::{BUILT_IN, parse};
-use trunnion::inverse::{Inverse, InverseError, InverseSolutions};
-use trunnion::machine::{Axis, FIRST_ROTARY, Kinematics, Setup};
-use trunnion::math::jet::by_arc_length;
-use trunnion::nalgebra::{Unit, Vector3};
-use trunnion::types::{AXES, AxisVector, PoseRates, ToolPose};
+use trunnion::inverse::Inverse;
+use trunnion::machine::{Axis, Kinematics, Setup};
+use trunnion::nalgebra::Vector3;
+use trunnion::types::AXES;
 use trunnion_cli::{Failure, calls};
-
-/// Rows from which a call works without the lock of the interpreter: below, the lock costs more than the work.
-const LONG: usize = 64;
-
-/// Most poses without an answer that a warning names.
-const LISTED: usize = 3;
 
 /// Machine with the setup of a workpiece and a tool length.
 ///
@@ -42,73 +36,6 @@ pub(crate) struct Machine {
     source: String,
     text: String,
     inverse: Inverse,
-}
-
-/// Unit of angles in arrays.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum AngleUnit {
-    Radians,
-    Degrees,
-}
-
-impl AngleUnit {
-    pub(crate) fn of(deg: bool) -> Self {
-        if deg { Self::Degrees } else { Self::Radians }
-    }
-
-    /// Returns an angle in radians.
-    fn inside(self, angle: f64) -> f64 {
-        if self == Self::Degrees { angle.to_radians() } else { angle }
-    }
-
-    /// Returns an angle of the library in this unit.
-    fn outside(self, angle: f64) -> f64 {
-        if self == Self::Degrees { angle.to_degrees() } else { angle }
-    }
-
-    /// Converts a row of axis values to mm and rad.
-    fn axes_inside(self, mut row: [f64; AXES]) -> AxisVector {
-        row.iter_mut().skip(FIRST_ROTARY).for_each(|angle| *angle = self.inside(*angle));
-        row.into()
-    }
-
-    /// Converts axis values, or their derivatives, to this unit.
-    pub(crate) fn axes_outside(self, q: &AxisVector) -> [f64; AXES] {
-        let mut row = <[f64; AXES]>::from(*q);
-        row.iter_mut().skip(FIRST_ROTARY).for_each(|angle| *angle = self.outside(*angle));
-        row
-    }
-}
-
-/// Poses without an answer.
-#[derive(Default)]
-struct Unreached {
-    count: usize,
-    first: Vec<String>,
-}
-
-impl Unreached {
-    fn add(&mut self, pose: usize, error: &dyn std::fmt::Display) {
-        self.count += 1;
-        if self.first.len() < LISTED {
-            self.first.push(format!("pose {pose}: {error}"));
-        }
-    }
-
-    /// Warns about poses whose rows are NaN.
-    fn warn(&self, py: Python<'_>, poses: usize) -> PyResult<()> {
-        if self.count == 0 {
-            return Ok(());
-        }
-        let more = if self.count > LISTED { "\n  .." } else { "" };
-        let message = format!(
-            "{} of {poses} poses have no axis position, and rows of NaN:\n  {}{more}",
-            self.count,
-            self.first.join("\n  ")
-        );
-        let warning = py.import("trunnion._errors")?.getattr("UnreachableWarning")?;
-        py.import("warnings")?.call_method1("warn", (message, warning)).map(drop)
-    }
 }
 
 #[pymethods]
@@ -244,9 +171,7 @@ impl Machine {
 
     /// Returns the tool axes at which the first rotary is free, unit vectors in the workpiece frame, (k, 3).
     fn singular_directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let directions = self.inverse.singular_directions();
-        let values = directions.iter().flat_map(|axis| <[f64; 3]>::from(axis.into_inner()));
-        array(py, values.collect(), &[directions.len(), 3])
+        maps::singular_directions(self, py)
     }
 
     /// Returns the angle between tool axes and the line of the first rotary, from 0 to a right angle.
@@ -267,19 +192,7 @@ impl Machine {
         axis: &Bound<'py, PyAny>,
         deg: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let py = axis.py();
-        let axes = Numbers::of("axis", axis)?;
-        axes.shaped("axis", &[&[3], &[0, 3]])?;
-        axes.unit("axis")?;
-        let (unit, inverse, rows) = (AngleUnit::of(deg), &self.inverse, axes.rows::<3>());
-        let angle = |row: &[f64; 3]| {
-            unit.outside(inverse.pole_distance(&Unit::new_normalize(Vector3::from(*row))))
-        };
-        let angles: Vec<f64> = py.detach(|| rows.par_iter().map(angle).collect());
-        match axes.shape() {
-            [3] => Ok(angles.first().copied().unwrap_or(f64::NAN).into_pyobject(py)?.into_any()),
-            _ => array(py, angles, &[rows.len()]),
-        }
+        maps::singular_angle(self, axis, AngleUnit::of(deg))
     }
 
     /// Returns tips and tool axes for axis positions.
@@ -304,27 +217,7 @@ impl Machine {
         q: &Bound<'py, PyAny>,
         deg: bool,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let py = q.py();
-        let numbers = Numbers::of("q", q)?;
-        numbers.shaped("q", &[&[AXES], &[0, AXES]])?;
-        let (unit, kinematics) = (AngleUnit::of(deg), self.inverse.kinematics());
-        let rows = numbers.rows::<AXES>();
-        let pose = |row: &[f64; AXES]| kinematics.forward(&unit.axes_inside(*row));
-        let parts = |pose: &ToolPose| {
-            (<[f64; 3]>::from(pose.tip.coords), <[f64; 3]>::from(pose.axis.into_inner()))
-        };
-        if let ([row], [_]) = (rows, numbers.shape()) {
-            let (tip, axis) = parts(&pose(row));
-            let one = |row: [f64; 3]| PyArray1::from_slice(py, &row).into_any();
-            return Ok((one(tip), one(axis)));
-        }
-        let (tips, axes): (Vec<[f64; 3]>, Vec<[f64; 3]>) = if rows.len() < LONG {
-            rows.iter().map(|row| parts(&pose(row))).unzip()
-        } else {
-            py.detach(|| rows.par_iter().map(|row| parts(&pose(row))).unzip())
-        };
-        let shape = [rows.len(), 3];
-        Ok((array(py, tips.into_flattened(), &shape)?, array(py, axes.into_flattened(), &shape)?))
+        maps::forward(self, q, AngleUnit::of(deg))
     }
 
     /// Returns axis positions for tool poses, inside travel, each continuing from the one before.
@@ -357,42 +250,14 @@ impl Machine {
         all: bool,
         deg: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let py = tip.py();
-        let arrays = PoseArrays::of(tip, axis)?;
-        let poses = arrays.view();
-        let unit = AngleUnit::of(deg);
-        if all && near.is_some() {
-            let message = "near goes with one solution a pose, and all asks for every branch\n  help: leave one out";
-            return Err(input(py, message));
-        }
-        let mut unreached = Unreached::default();
-        let count = poses.tips.len();
-        if all {
-            let rows = self.branches(py, &poses, unit, &mut unreached);
-            unreached.warn(py, count)?;
-            let shape = [count, 2, AXES];
-            return array(py, rows, if poses.single { &shape[1..] } else { &shape });
-        }
-        let start = self.start(near, unit)?;
-        if poses.single {
-            let (Some(tip), Some(axis)) = (poses.tips.first(), poses.axes.first()) else {
-                return array(py, Vec::new(), &[0, AXES]);
-            };
-            let found = self.inverse.continued(&pose(tip, axis), &start);
-            let row = found.as_ref().map_or([f64::NAN; AXES], |found| unit.axes_outside(&found.q));
-            if let Err(error) = found {
-                unreached.add(0, &error);
-                unreached.warn(py, count)?;
+        match (all, near) {
+            (true, Some(_)) => {
+                let message = "near goes with one solution a pose, and all asks for every branch\n  help: leave one out";
+                Err(input(tip.py(), message))
             }
-            return Ok(PyArray1::from_slice(py, &row).into_any());
+            (true, None) => maps::solutions(self, tip, axis, AngleUnit::of(deg)),
+            (false, near) => maps::inverse(self, tip, axis, near, AngleUnit::of(deg)),
         }
-        let rows = if count < LONG {
-            self.follow(&poses, start, unit, &mut unreached)
-        } else {
-            py.detach(|| self.follow(&poses, start, unit, &mut unreached))
-        };
-        unreached.warn(py, count)?;
-        array(py, rows.into_flattened(), &[count, AXES])
     }
 
     /// Returns axis positions and their first three derivatives along a path.
@@ -422,42 +287,8 @@ impl Machine {
         arc_length: bool,
         deg: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let py = tip.py();
-        let (tips, axes) = (Numbers::of("tip", tip)?, Numbers::of("axis", axis)?);
-        tips.shaped("tip", &[&[4, 3], &[0, 4, 3]])?;
-        axes.shaped("axis", &[tips.shape()])?;
-        let unit = AngleUnit::of(deg);
-        let mut near = self.start(near, unit)?;
-        let mut unreached = Unreached::default();
-        let (tips_of, axes_of) = (tips.rows::<12>(), axes.rows::<12>());
-        let mut rows: Vec<[f64; AXES]> = Vec::with_capacity(4 * tips_of.len());
-        for (index, (tip, axis)) in tips_of.iter().zip(axes_of).enumerate() {
-            let vectors = |row: &[f64; 12]| {
-                [0, 3, 6, 9].map(|at| Vector3::new(row[at], row[at + 1], row[at + 2]))
-            };
-            // The contact is not used by the inverse; the tip stands in for it.
-            let (tip, axis) = (vectors(tip), vectors(axis));
-            let rates = PoseRates { tip, axis, contact: tip };
-            let found = self
-                .inverse
-                .jets_continued(&rates, &near)
-                .map_err(|error| error.to_string())
-                .and_then(|q| if arc_length { by_length(q, &rates) } else { Ok(q) });
-            match found {
-                Ok(q) => {
-                    near = q[0];
-                    rows.extend(q.iter().map(|q| unit.axes_outside(q)));
-                }
-                Err(error) => {
-                    unreached.add(index, &error);
-                    rows.extend([[f64::NAN; AXES]; 4]);
-                }
-            }
-        }
-        unreached.warn(py, tips_of.len())?;
-        let shape = [tips_of.len(), 4, AXES];
-        let single = tips.shape().len() == 2;
-        array(py, rows.into_flattened(), if single { &shape[1..] } else { &shape })
+        let parameter = if arc_length { JetParameter::ArcLength } else { JetParameter::Given };
+        maps::jets(self, tip, axis, near, parameter, AngleUnit::of(deg))
     }
 
     /// Returns a drawing of the chain as SVG.
@@ -490,6 +321,68 @@ impl Machine {
         (rebuild, (&self.text, state)).into_pyobject(py).map(Bound::into_any)
     }
 
+    /// Returns the machine that the parameters of a control, or another program, describe.
+    ///
+    /// Args:
+    ///     source: file of the description: INI of LinuxCNC, machine data of Siemens, kinematics of Heidenhain, parameters of
+    ///         Fanuc, settings of Haas, .fcm of FreeCAD; or its content as bytes.
+    ///     format: "linuxcnc", "siemens", "heidenhain", "fanuc", "haas" or "freecad"; else by its text.
+    ///     given: values that the description does not state, by key: {"axis.C.limits": "endless", "linear.jerk": 50000}; mm,
+    ///         degrees, s. They win over the description.
+    ///
+    /// Returns:
+    ///     The machine; `trunnion.import_machine` also says which value became which.
+    ///
+    /// Raises:
+    ///     InputError: the description cannot be read, or values are missing; `messages` has all of them with line and key.
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> trunnion.Machine.from_control(b"[KINS]")  # doctest: +IGNORE_EXCEPTION_DETAIL
+    ///     Traceback (most recent call last):
+    ///     trunnion.InputError: ...
+    #[staticmethod]
+    #[pyo3(signature = (source, format=None, *, given=None))]
+    fn from_control<'py>(
+        source: &Bound<'py, PyAny>,
+        format: Option<&Bound<'py, PyAny>>,
+        given: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let module = source.py().import("trunnion._machine")?;
+        module.call_method1("import_machine", (source, format, given))?.getattr("machine")
+    }
+
+    /// Finds the errors of the real machine from measured spheres.
+    ///
+    /// Args:
+    ///     measurements: tables of readings: CSV files, dicts of columns or DataFrames, one or a list of them. Columns as in
+    ///         `trunnion machine calibrate`: X_mm, .., C_deg for the axes, optionally length_mm, sphere, dx_mm, radius_mm.
+    ///     tool_length: gauge point to the ball in the spindle [mm], for tables without `length_mm`.
+    ///     noise: standard deviation of a reading [mm]; else from the residuals.
+    ///
+    /// Returns:
+    ///     A Calibration with the calibrated machine, the deviations and their uncertainties.
+    ///
+    /// Raises:
+    ///     InputError: tables that cannot be read, or readings of another machine.
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> machine = trunnion.Machine("bc-trunnion")
+    ///     >>> machine.calibrate({"X_mm": [0]})  # doctest: +IGNORE_EXCEPTION_DETAIL
+    ///     Traceback (most recent call last):
+    ///     trunnion.InputError: ...
+    #[pyo3(signature = (measurements, *, tool_length=None, noise=None))]
+    fn calibrate<'py>(
+        slf: &Bound<'py, Self>,
+        measurements: &Bound<'py, PyAny>,
+        tool_length: Option<&Bound<'py, PyAny>>,
+        noise: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let module = slf.py().import("trunnion._machine")?;
+        module.call_method1("calibrate", (slf, measurements, tool_length, noise))
+    }
+
     /// Rebuilds a machine from the text of its file; `source` stands in messages.
     #[staticmethod]
     #[pyo3(signature = (text, source))]
@@ -513,124 +406,8 @@ impl Machine {
         AngleUnit::of(deg).axes_outside(&self.machine().vector(figure))
     }
 
-    /// Returns the position before the first pose.
-    fn start(&self, near: Option<&Bound<'_, PyAny>>, unit: AngleUnit) -> PyResult<AxisVector> {
-        match near {
-            None => Ok(self.machine().home()),
-            Some(near) => numbers::<AXES>("near", near).map(|row| unit.axes_inside(row)),
-        }
-    }
-
-    /// Returns a row for each pose, each continuing from the one before; NaN where there is none.
-    fn follow(
-        &self,
-        poses: &Poses<'_>,
-        mut near: AxisVector,
-        unit: AngleUnit,
-        unreached: &mut Unreached,
-    ) -> Vec<[f64; AXES]> {
-        let mut rows = Vec::with_capacity(poses.tips.len());
-        for (index, (tip, axis)) in poses.tips.iter().zip(poses.axes).enumerate() {
-            match self.inverse.continued(&pose(tip, axis), &near) {
-                Ok(found) => {
-                    near = found.q;
-                    rows.push(unit.axes_outside(&found.q));
-                }
-                Err(error) => {
-                    unreached.add(index, &error);
-                    rows.push([f64::NAN; AXES]);
-                }
-            }
-        }
-        rows
-    }
-
-    /// Returns two rows for each pose, NaN where a pose has one solution or none.
-    fn branches(
-        &self,
-        py: Python<'_>,
-        poses: &Poses<'_>,
-        unit: AngleUnit,
-        unreached: &mut Unreached,
-    ) -> Vec<f64> {
-        let inverse = &self.inverse;
-        let solve = |(tip, axis): (&[f64; 3], &[f64; 3])| inverse.solutions(&pose(tip, axis));
-        let (tips, axes) = (poses.tips, poses.axes);
-        let found: Vec<Result<InverseSolutions, InverseError>> =
-            py.detach(|| tips.par_iter().zip(axes).map(solve).collect());
-        let mut rows = Vec::with_capacity(2 * AXES * found.len());
-        for (index, solutions) in found.into_iter().enumerate() {
-            let both = match solutions {
-                Ok(InverseSolutions::Regular(both)) => both.map(Some),
-                Ok(InverseSolutions::Singular(q)) => [Some(q), None],
-                Err(error) => {
-                    unreached.add(index, &error);
-                    [None; 2]
-                }
-            };
-            for q in both {
-                rows.extend(q.map_or([f64::NAN; AXES], |q| unit.axes_outside(&half_open(q))));
-            }
-        }
-        rows
-    }
-}
-
-/// Moves rotaries into (-pi, pi]: -pi becomes pi.
-fn half_open(q: AxisVector) -> AxisVector {
-    let fold = |angle: f64| if angle <= -std::f64::consts::PI { -angle } else { angle };
-    AxisVector::from_fn(|row, _| if row < FIRST_ROTARY { q[row] } else { fold(q[row]) })
-}
-
-/// Returns derivatives by the arc length of the tip.
-fn by_length(q: [AxisVector; 4], rates: &PoseRates) -> Result<[AxisVector; 4], String> {
-    let ([q0, q1, q2, q3], [_, p1, p2, p3]) = (q, rates.tip);
-    let found = by_arc_length([q1, q2, q3], [p1, p2, p3]);
-    let [t, k, l] = found.ok_or(
-        "the tip stands still (its first derivative is 0): there are no derivatives by its arc length; leave out arc_length",
-    )?;
-    Ok([q0, t, k, l])
-}
-
-fn pose(tip: &[f64; 3], axis: &[f64; 3]) -> ToolPose {
-    ToolPose { tip: (*tip).into(), axis: Unit::new_normalize(Vector3::from(*axis)) }
-}
-
-/// Tool poses of an argument pair.
-#[derive(Clone, Copy)]
-pub(crate) struct Poses<'a> {
-    pub(crate) tips: &'a [[f64; 3]],
-    pub(crate) axes: &'a [[f64; 3]],
-    /// True for one pose without a row index.
-    single: bool,
-}
-
-/// Arrays behind [`Poses`].
-pub(crate) struct PoseArrays<'py> {
-    tips: Numbers<'py>,
-    axes: Numbers<'py>,
-}
-
-impl<'py> PoseArrays<'py> {
-    /// Takes tips of any finite value, and axes of length 1.
-    pub(crate) fn of(tip: &Bound<'py, PyAny>, axis: &Bound<'py, PyAny>) -> PyResult<Self> {
-        let (tips, axes) = (Numbers::of("tip", tip)?, Numbers::of("axis", axis)?);
-        tips.shaped("tip", &[&[3], &[0, 3]])?;
-        axes.shaped("axis", &[&[3], &[0, 3]])?;
-        if tips.shape() != axes.shape() {
-            let value = format!("shape {:?}", axes.shape());
-            let defect = format!("does not match the shape {:?} of tip", tips.shape());
-            let wrong =
-                WrongArgument { name: "axis", index: &[], value, defect: &defect, remedy: "" };
-            return Err(wrong.error(tip.py()));
-        }
-        axes.unit("axis")?;
-        Ok(Self { tips, axes })
-    }
-
-    pub(crate) fn view(&self) -> Poses<'_> {
-        let single = self.tips.shape().len() == 1;
-        Poses { tips: self.tips.rows(), axes: self.axes.rows(), single }
+    pub(super) fn solver(&self) -> &Inverse {
+        &self.inverse
     }
 }
 
