@@ -171,7 +171,7 @@ impl Machine {
 
     /// Returns the tool axes at which the first rotary is free, unit vectors in the workpiece frame, (k, 3).
     fn singular_directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        maps::singular_directions(self, py)
+        maps::singular_directions(&self.inverse, py)
     }
 
     /// Returns the angle between tool axes and the line of the first rotary, from 0 to a right angle.
@@ -192,7 +192,7 @@ impl Machine {
         axis: &Bound<'py, PyAny>,
         deg: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        maps::singular_angle(self, axis, AngleUnit::of(deg))
+        maps::singular_angle(&self.inverse, axis, AngleUnit::of(deg))
     }
 
     /// Returns tips and tool axes for axis positions.
@@ -217,7 +217,7 @@ impl Machine {
         q: &Bound<'py, PyAny>,
         deg: bool,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        maps::forward(self, q, AngleUnit::of(deg))
+        maps::forward(&self.inverse, q, AngleUnit::of(deg))
     }
 
     /// Returns axis positions for tool poses, inside travel, each continuing from the one before.
@@ -255,8 +255,8 @@ impl Machine {
                 let message = "near goes with one solution a pose, and all asks for every branch\n  help: leave one out";
                 Err(input(tip.py(), message))
             }
-            (true, None) => maps::solutions(self, tip, axis, AngleUnit::of(deg)),
-            (false, near) => maps::inverse(self, tip, axis, near, AngleUnit::of(deg)),
+            (true, None) => maps::solutions(&self.inverse, tip, axis, AngleUnit::of(deg)),
+            (false, near) => maps::inverse(&self.inverse, tip, axis, near, AngleUnit::of(deg)),
         }
     }
 
@@ -288,7 +288,7 @@ impl Machine {
         deg: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let parameter = if arc_length { JetParameter::ArcLength } else { JetParameter::Given };
-        maps::jets(self, tip, axis, near, parameter, AngleUnit::of(deg))
+        maps::jets(&self.inverse, tip, axis, near, parameter, AngleUnit::of(deg))
     }
 
     /// Returns a drawing of the chain as SVG.
@@ -404,10 +404,6 @@ impl Machine {
 
     fn figures(&self, deg: bool, figure: impl Fn(&Axis) -> f64) -> [f64; AXES] {
         AngleUnit::of(deg).axes_outside(&self.machine().vector(figure))
-    }
-
-    pub(super) fn solver(&self) -> &Inverse {
-        &self.inverse
     }
 }
 

@@ -1,7 +1,6 @@
 //! Forward map, inverse, derivatives.
 
 use super::angle_unit::AngleUnit;
-use super::class::Machine;
 use super::poses::{PoseArrays, Poses, Unreached, pose};
 use crate::arrays::{Numbers, array, numbers};
 use numpy::PyArray1;
@@ -18,17 +17,17 @@ const LONG: usize = 64;
 
 /// Returns the tool axes at which the first rotary is free, unit vectors in the workpiece frame, (k, 3).
 pub(super) fn singular_directions<'py>(
-    machine: &Machine,
+    solver: &Inverse,
     py: Python<'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let directions = machine.solver().singular_directions();
+    let directions = solver.singular_directions();
     let values = directions.iter().flat_map(|axis| <[f64; 3]>::from(axis.into_inner()));
     array(py, values.collect(), &[directions.len(), 3])
 }
 
 /// Returns the angle between tool axes and the line of the first rotary, from 0 to a right angle.
 pub(super) fn singular_angle<'py>(
-    machine: &Machine,
+    solver: &Inverse,
     axis: &Bound<'py, PyAny>,
     unit: AngleUnit,
 ) -> PyResult<Bound<'py, PyAny>> {
@@ -36,7 +35,7 @@ pub(super) fn singular_angle<'py>(
     let axes = Numbers::of("axis", axis)?;
     axes.shaped("axis", &[&[3], &[0, 3]])?;
     axes.unit("axis")?;
-    let (inverse, rows) = (machine.solver(), axes.rows::<3>());
+    let (inverse, rows) = (solver, axes.rows::<3>());
     let angle = |row: &[f64; 3]| {
         unit.outside(inverse.pole_distance(&Unit::new_normalize(Vector3::from(*row))))
     };
@@ -49,14 +48,14 @@ pub(super) fn singular_angle<'py>(
 
 /// Returns tips and tool axes for axis positions.
 pub(super) fn forward<'py>(
-    machine: &Machine,
+    solver: &Inverse,
     q: &Bound<'py, PyAny>,
     unit: AngleUnit,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
     let py = q.py();
     let numbers = Numbers::of("q", q)?;
     numbers.shaped("q", &[&[AXES], &[0, AXES]])?;
-    let kinematics = machine.solver().kinematics();
+    let kinematics = solver.kinematics();
     let rows = numbers.rows::<AXES>();
     let pose = |row: &[f64; AXES]| kinematics.forward(&unit.axes_inside(*row));
     let parts = |pose: &ToolPose| {
@@ -78,7 +77,7 @@ pub(super) fn forward<'py>(
 
 /// Returns axis positions for tool poses, inside travel, each continuing from the one before.
 pub(super) fn inverse<'py>(
-    machine: &Machine,
+    solver: &Inverse,
     tip: &Bound<'py, PyAny>,
     axis: &Bound<'py, PyAny>,
     near: Option<&Bound<'py, PyAny>>,
@@ -89,12 +88,12 @@ pub(super) fn inverse<'py>(
     let poses = arrays.view();
     let mut unreached = Unreached::default();
     let count = poses.tips.len();
-    let start = start(machine, near, unit)?;
+    let start = start(solver, near, unit)?;
     if poses.single {
         let (Some(tip), Some(axis)) = (poses.tips.first(), poses.axes.first()) else {
             return array(py, Vec::new(), &[0, AXES]);
         };
-        let found = machine.solver().continued(&pose(tip, axis), &start);
+        let found = solver.continued(&pose(tip, axis), &start);
         let row = found.as_ref().map_or([f64::NAN; AXES], |found| unit.axes_outside(&found.q));
         if let Err(error) = found {
             unreached.add(0, &error);
@@ -103,9 +102,9 @@ pub(super) fn inverse<'py>(
         return Ok(PyArray1::from_slice(py, &row).into_any());
     }
     let rows = if count < LONG {
-        follow(machine.solver(), &poses, start, unit, &mut unreached)
+        follow(solver, &poses, start, unit, &mut unreached)
     } else {
-        py.detach(|| follow(machine.solver(), &poses, start, unit, &mut unreached))
+        py.detach(|| follow(solver, &poses, start, unit, &mut unreached))
     };
     unreached.warn(py, count)?;
     array(py, rows.into_flattened(), &[count, AXES])
@@ -113,7 +112,7 @@ pub(super) fn inverse<'py>(
 
 /// Returns both solutions of tool poses, travel ignored.
 pub(super) fn solutions<'py>(
-    machine: &Machine,
+    solver: &Inverse,
     tip: &Bound<'py, PyAny>,
     axis: &Bound<'py, PyAny>,
     unit: AngleUnit,
@@ -123,7 +122,7 @@ pub(super) fn solutions<'py>(
     let poses = arrays.view();
     let mut unreached = Unreached::default();
     let count = poses.tips.len();
-    let rows = py.detach(|| branches(machine.solver(), &poses, unit, &mut unreached));
+    let rows = py.detach(|| branches(solver, &poses, unit, &mut unreached));
     unreached.warn(py, count)?;
     let shape = [count, 2, AXES];
     array(py, rows, if poses.single { &shape[1..] } else { &shape })
@@ -140,7 +139,7 @@ pub(super) enum JetParameter {
 
 /// Returns axis positions and their first three derivatives along a path.
 pub(super) fn jets<'py>(
-    machine: &Machine,
+    solver: &Inverse,
     tip: &Bound<'py, PyAny>,
     axis: &Bound<'py, PyAny>,
     near: Option<&Bound<'py, PyAny>>,
@@ -151,7 +150,7 @@ pub(super) fn jets<'py>(
     let (tips, axes) = (Numbers::of("tip", tip)?, Numbers::of("axis", axis)?);
     tips.shaped("tip", &[&[4, 3], &[0, 4, 3]])?;
     axes.shaped("axis", &[tips.shape()])?;
-    let mut near = start(machine, near, unit)?;
+    let mut near = start(solver, near, unit)?;
     let mut unreached = Unreached::default();
     let (tips_of, axes_of) = (tips.rows::<12>(), axes.rows::<12>());
     let mut rows: Vec<[f64; AXES]> = Vec::with_capacity(4 * tips_of.len());
@@ -162,7 +161,7 @@ pub(super) fn jets<'py>(
         // The contact is not used by the inverse; the tip stands in for it.
         let (tip, axis) = (vectors(tip), vectors(axis));
         let rates = PoseRates { tip, axis, contact: tip };
-        let found = machine.solver().jets_continued(&rates, &near);
+        let found = solver.jets_continued(&rates, &near);
         let found = found.map_err(|error| error.to_string()).and_then(|q| match parameter {
             JetParameter::Given => Ok(q),
             JetParameter::ArcLength => by_length(q, &rates),
@@ -186,12 +185,12 @@ pub(super) fn jets<'py>(
 
 /// Returns the position before the first pose.
 fn start(
-    machine: &Machine,
+    solver: &Inverse,
     near: Option<&Bound<'_, PyAny>>,
     unit: AngleUnit,
 ) -> PyResult<AxisVector> {
     match near {
-        None => Ok(machine.machine().home()),
+        None => Ok(solver.kinematics().machine().home()),
         Some(near) => numbers::<AXES>("near", near).map(|row| unit.axes_inside(row)),
     }
 }
