@@ -139,7 +139,7 @@ pub enum PositioningError {
     NoCircle,
     /// The method places the tip of the cutter.
     #[error(
-        "the method places the tip of the cutter, and a barrel cuts with its large arc: use end-point or ball"
+        "the method places the tip of the cutter, and a barrel cuts with its large arc: take end-point or ball"
     )]
     BarrelArc,
     /// An angle of the method is out of range.
