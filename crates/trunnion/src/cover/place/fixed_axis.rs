@@ -74,7 +74,7 @@ const JOINED: f64 = 2.0;
 
 /// Ball that touches, and the ring on which its middle lies about the axis.
 #[derive(Debug, Clone, Copy)]
-struct TouchingBall {
+struct CornerBall {
     /// Radius of the ball \[mm\].
     radius: f64,
     /// Radius of the ring; 0 for a ball end.
@@ -85,7 +85,7 @@ struct TouchingBall {
     rim: f64,
 }
 
-impl TouchingBall {
+impl CornerBall {
     /// Returns the ball of a cutter; `None` where it has none, or its side ends it.
     fn new(cutter: &Cutter, band: ToleranceBand) -> Option<Self> {
         let kind = cutter.spec().kind;
@@ -118,7 +118,7 @@ impl TouchingBall {
 struct TouchedFace<'a> {
     face: &'a FaceIndex,
     chart: Chart,
-    ball: TouchingBall,
+    ball: CornerBall,
     /// Ranges across and along.
     bounds: [Interval; 2],
     /// `true` if passes run all round.
@@ -126,7 +126,7 @@ struct TouchedFace<'a> {
 }
 
 impl<'a> TouchedFace<'a> {
-    fn new(face: &'a FaceIndex, along: FeedDirection, ball: TouchingBall) -> Self {
+    fn new(face: &'a FaceIndex, along: FeedDirection, ball: CornerBall) -> Self {
         let chart = Chart::straight(along);
         let [u, v] = face.face().bounds();
         let [pu, pv] = face.face().surface.periods();
@@ -280,7 +280,7 @@ const RIM: f64 = 0.5;
 /// of it. What the passes leave is in their report.
 pub(crate) fn fixed_axis_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
     let FaceRequest { face, setup, options } = request;
-    let ball = TouchingBall::new(setup.cutter, options.band)?;
+    let ball = CornerBall::new(setup.cutter, options.band)?;
     if !is_worth(face, setup.cutter) {
         return None;
     }
@@ -476,7 +476,7 @@ impl FreeRows<'_> {
     }
 }
 
-impl TouchingBall {
+impl CornerBall {
     /// Returns the width of its strip on a plane \[mm\].
     fn strip(&self) -> f64 {
         2.0 * (2.0 * self.radius * self.rim).sqrt()

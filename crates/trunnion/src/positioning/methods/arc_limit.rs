@@ -4,7 +4,7 @@ use crate::cutter::Cutter;
 use crate::positioning::active::ActiveConstraint;
 use crate::positioning::check::ball_strip::{inclination, limit};
 use crate::positioning::error::PositioningError;
-use crate::positioning::methods::ball::TouchingBall;
+use crate::positioning::methods::touching_ball::TouchingBall;
 use crate::positioning::request::{ToleranceBand, ToolInclination};
 use crate::types::Interval;
 

@@ -10,20 +10,12 @@ use crate::positioning::error::PositioningError;
 use crate::positioning::location::{CutterLocation, LocationParts};
 use crate::positioning::methods::arc_fit;
 use crate::positioning::methods::arc_limit::on_arc;
+use crate::positioning::methods::touching_ball::TouchingBall;
 use crate::positioning::request::{ContactSide, LocationRequest, ToleranceBand, ToolInclination};
 use crate::positioning::solve::placement::EndPointFrame;
-use crate::positioning::strip::{CuttingContext, MeasuredStrip};
-use crate::types::ToolPose;
-use nalgebra::{Point3, Vector3};
+use crate::positioning::strip::CuttingContext;
+use nalgebra::Vector3;
 use std::f64::consts::FRAC_PI_2;
-
-/// Ball or arc in contact with a face, with its strip.
-pub(crate) struct TouchingBall {
-    pub(crate) pose: ToolPose,
-    /// Centre of the ball or arc \[mm\].
-    pub(crate) center: Point3<f64>,
-    pub(crate) strip: MeasuredStrip,
-}
 
 /// Location of a ball whose strip begins at the end point: it touches at the lower end of the band
 /// where the end point lies at the upper end. The tool axis

@@ -9,5 +9,6 @@ pub(crate) mod nested;
 pub(crate) mod pair;
 pub(crate) mod settle;
 pub(crate) mod sides;
+pub(crate) mod touching_ball;
 pub(crate) mod widest;
 pub(crate) mod widest_search;
