@@ -120,7 +120,7 @@ fn planned(case: &Case, face: &Face, tool: &str) -> Result<Outcome, Box<dyn Erro
         case.name, case.along
     );
     let machine = machine::parse(include_str!("../../../machines/ac-trunnion.toml"))?.machine;
-    let job = Job::new(job::parse(&text)?, &[face.clone()], &machine)?;
+    let job = Job::new(job::parse(&text)?, std::slice::from_ref(face), &machine)?;
     Ok(run(&job, &Silent)?)
 }
 

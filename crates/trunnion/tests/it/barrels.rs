@@ -69,7 +69,7 @@ impl Radii {
     }
 
     /// Radius of the tool at a height above the tip, 0 below it.
-    fn radius_at(&self, profile: &[[f64; 2]], z: f64) -> f64 {
+    fn radius_at(profile: &[[f64; 2]], z: f64) -> f64 {
         let above = profile.partition_point(|[_, height]| *height <= z);
         match (above.checked_sub(1).and_then(|i| profile.get(i)), profile.get(above)) {
             (Some([r0, z0]), Some([r1, z1])) => r0 + (r1 - r0) * (z - z0) / (z1 - z0),
@@ -100,11 +100,11 @@ fn nearest(radii: &Radii, pose: &ToolPose, shape: Shape) -> f64 {
 }
 
 /// Whether a point lies inside the tool, to 1e-6 mm.
-fn holds(radii: &Radii, profile: &[[f64; 2]], pose: &ToolPose, p: &Point3<f64>) -> bool {
+fn holds(profile: &[[f64; 2]], pose: &ToolPose, p: &Point3<f64>) -> bool {
     let out = p - pose.tip;
     let z = out.dot(&pose.axis);
     let rho = (out - pose.axis.scale(z)).norm();
-    rho <= radii.radius_at(profile, z) + 1e-6
+    rho <= Radii::radius_at(profile, z) + 1e-6
 }
 
 /// Side and inclination of a location along a heading of a quadric.
@@ -148,7 +148,7 @@ impl Task {
             let middle = near + (far - near) * share;
             let foot = face.closest(&middle).unwrap();
             let raised = foot.point + foot.normal.scale(BAND.upper + 1e-5);
-            assert!(holds(&radii, &profile, pose, &raised), "{self:?} at {share}");
+            assert!(holds(&profile, pose, &raised), "{self:?} at {share}");
         }
         // Square to the feed, on the side asked for.
         let (sin, cos) = degrees.to_radians().sin_cos();

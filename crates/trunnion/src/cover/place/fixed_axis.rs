@@ -195,7 +195,7 @@ impl<'a> TouchedFace<'a> {
             sums.push(sums[sums.len() - 1] + piece / (ADVANCE * step));
         }
         let count = sums[sums.len() - 1].ceil().max(1.0);
-        if !(count <= PASSES) {
+        if count.is_nan() || count > PASSES {
             return None;
         }
         let per = sums[sums.len() - 1] / count;
@@ -352,7 +352,7 @@ impl FreeRows<'_> {
         let touched = self.touched;
         let along = touched.bounds[1];
         let length = self.length(across);
-        if !(length > 0.0) {
+        if length.is_nan() || length <= 0.0 {
             return Vec::new();
         }
         let parts = (length / (FINE * self.radius)).ceil().clamp(POINTS[0], POINTS[1]);

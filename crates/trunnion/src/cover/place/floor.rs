@@ -287,9 +287,10 @@ pub(crate) fn floor_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
     let context = FaceContext::new(request, chart.clone(), &region, &silent);
     let keep_off = context.keep_off();
     let distance = keep_off.least + underside.above / HIGHER;
-    let frame = match underside.ball > 0.0 {
-        true => frame.best_leaning(options.lean.angle, &outline, &keep_off, distance)?,
-        false => frame,
+    let frame = if underside.ball > 0.0 {
+        frame.best_leaning(options.lean.angle, &outline, &keep_off, distance)?
+    } else {
+        frame
     };
     let field = |p: PlanePoint| spare(&keep_off, &frame.pose(p), distance);
     // Step 2: the border of the tool's region near the face, and the lines in that region.
