@@ -14,8 +14,7 @@ const HALVINGS: u32 = 7;
 /// Allowance for the bisection, which ends up to 1/128 short of the longest block.
 const ROUNDED_UP: f64 = 1.0 + 1.0 / 64.0;
 
-/// Largest deviation of a hop, over the distance from its ends: it leaves the part along the tool axis, so the tool is
-/// clear by more than that.
+/// Largest deviation of a hop, over the distance from its ends: hops are planned so that the tool is clear by as much.
 const CLEAR: f64 = 0.1;
 
 /// Block that exceeds the tolerance however short it is.

@@ -97,6 +97,19 @@ pub fn reach(job: &Job) -> Result<(), PipelineError> {
     Ok(())
 }
 
+/// Returns `true` if linear travel keeps the tool from no sample of the faces at every inclination.
+///
+/// Then travel decides between inclinations at most. Otherwise the origin is wrong, and the run says which one fits.
+pub(super) fn linear_travel_suffices(job: &Job) -> bool {
+    let Ok(inverse) = Inverse::new(&job.kinematics) else { return false };
+    let probe = ReachProbe { inverse: &inverse, cutter: &job.cutter };
+    let lacks = |sample: &FaceSample| {
+        let error = probe.miss(sample).map(|miss| miss.error);
+        matches!(error, Some(InverseError::OutOfTravel(out)) if out.index < FIRST_ROTARY)
+    };
+    job.faces.iter().all(|face| !samples(face).par_iter().any(lacks))
+}
+
 /// Returns samples spread about evenly over a face.
 pub(super) fn samples(face: &FaceIndex) -> Vec<FaceSample> {
     let elements = crate::import::inspect::elements(face.face());

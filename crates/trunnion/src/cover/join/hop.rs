@@ -49,6 +49,9 @@ const STEPS: u32 = 16;
 /// height.
 const NEAR: usize = 3;
 
+/// Least distance from the faces over that from the ends of the hop: blocks may be off the curve by as much.
+const CLEAR: f64 = 0.1;
+
 /// Hop from the end of one pass to the start of another.
 pub(crate) struct HopPath<'a> {
     pub(crate) from: &'a Station,
@@ -90,14 +93,22 @@ impl HopPath<'_> {
             let stations = self.stations(share * hops.height);
             let sweep = PassSweep::of(PoseCurve::through(&stations, self.lever), self.lever);
             let spans = sweep.curve.spans.len();
-            // Near its ends the tool may touch the face within the gouge tolerance; in the middle it clears
-            // the material.
+            // At its ends the tool may touch the face within the gouge tolerance, and is clear by a share of the way from
+            // there; in the middle it clears the material.
             let kept = |span: usize| {
                 let middle = (NEAR..spans - NEAR).contains(&span);
-                free(&sweep, span, if middle { hops.clear } else { -gouge })
+                let near = CLEAR * self.away(&stations[span..=span + 1]) - gouge;
+                free(&sweep, span, if middle { hops.clear } else { near })
             };
             (quick(&stations) && (0..spans).all(kept)).then_some(stations)
         })
+    }
+
+    /// Returns the least distance of some stations from the ends of the hop \[mm\].
+    fn away(&self, stations: &[Station]) -> f64 {
+        let ends = [self.from, self.to].map(|end| end.pose.tip);
+        let away = |station: &Station| ends.map(|end| (station.pose.tip - end).norm());
+        stations.iter().flat_map(away).fold(f64::INFINITY, f64::min)
     }
 
     /// Returns the stations of half an ellipse, up along the tool axis; the axis turns on the great

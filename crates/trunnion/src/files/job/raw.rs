@@ -275,8 +275,8 @@ pub(super) struct RawSplit {
 #[derive(Debug, Deserialize, serde::Serialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawStrategy {
-    /// Placement of the tool: "auto" cuts walls, cylinders and cones with the flank of the tool, and floors with its
-    /// underside, where that finishes them, and other faces by "ball" for a ball cutter, by "widest" for others; "widest" finds the inclination with the widest
+    /// Placement of the tool: "auto" cuts walls, cylinders and cones with the flank of the tool, floors with its
+    /// underside, and fillets and other round faces with an axis that holds still, where that finishes them, and other faces by "ball" for a ball cutter, by "widest" for others; "widest" finds the inclination with the widest
     /// strip; "fixed-tilt" keeps `lead_angle` and `tilt_angle`; "ball" is the same for a ball cutter; "rest" is "auto" for what the operations before have left, and cuts nothing else.
     #[serde(default)]
     pub(super) method: RawMethod,
