@@ -219,8 +219,13 @@ fn a_file_that_is_not_what_its_name_says_is_reported_as_such() {
 #[test]
 fn a_pose_out_of_travel_says_which_axis_and_by_how_much_and_keeps_the_passes() {
     let folder = folder();
-    replace(folder.path(), "job.toml", "[-381, -254, -505]", "[0, 0, -300]");
-    // Some passes would stay inside: that is known when the axes are solved, and the passes are kept.
+    // A little higher than the travel allows with an upright tool: other inclinations stay inside.
+    replace(folder.path(), "job.toml", "[-381, -254, -505]", "[0, 0, -297]");
+    let output = trunnion(folder.path(), &["run", "job.toml", "-o", "higher"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    // Some points are beyond the travel at any inclination, others not: that is known when the axes are solved, and the
+    // passes are kept.
+    replace(folder.path(), "job.toml", "[0, 0, -297]", "[0, 0, -291]");
     let output = trunnion(folder.path(), &["run", "job.toml"]);
     let message = stderr(&output);
     assert_eq!(output.status.code(), Some(1), "{message}");
