@@ -280,8 +280,8 @@ impl TangentProfile {
     /// Returns the profile of a cutting end that lies outside by `by` everywhere \[mm\], or inside by `-by`, in its own
     /// coordinates: its tip lies `by` below the tip of this one. `None` if an arc has no such radius.
     ///
-    /// Where side and flank meet at an angle, the outline outside goes on along the side, beyond the rounded rim of
-    /// everything within `by`.
+    /// Where side and flank meet at an angle, everything within `by` has a rounded rim. The profile has a sharp one: it
+    /// goes on along the side.
     pub fn parallel(&self, by: f64) -> Option<Self> {
         let moved = |arc: ProfileArc| {
             let [rho, z] = arc.center;

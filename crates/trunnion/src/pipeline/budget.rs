@@ -212,4 +212,15 @@ mod tests {
         let refused = Budget::split(0.002, 0.0, shares, None);
         assert!(matches!(refused, Err(BudgetError::NothingLeft { .. })), "{refused:?}");
     }
+
+    /// What the curves of passes and links may be off, with everything after them, is the whole tolerance.
+    #[test]
+    fn passes_and_links_leave_room_for_what_follows() {
+        let b = Budget::split(0.02, 0.002, BudgetShares::usual(0.02), None).unwrap();
+        let later = b.shares.linearisation + b.shares.rounding + b.shares.control;
+        assert!((b.covered() + later - b.total).abs() < 1e-15);
+        assert!((b.covered() - (b.upper + b.shares.path)).abs() < 1e-15);
+        assert!((b.link_gouge() + later - b.gouge).abs() < 1e-15);
+        assert!((b.link_gouge() + (b.lower - b.shares.path)).abs() < 1e-15);
+    }
 }

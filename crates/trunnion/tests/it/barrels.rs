@@ -99,7 +99,7 @@ fn nearest(radii: &Radii, pose: &ToolPose, shape: Shape) -> f64 {
     least
 }
 
-/// Whether a point lies inside the tool, to 1e-6 mm.
+/// Returns `true` if a point lies inside the tool, or at most 1e-6 mm outside.
 fn holds(profile: &[[f64; 2]], pose: &ToolPose, p: &Point3<f64>) -> bool {
     let out = p - pose.tip;
     let z = out.dot(&pose.axis);

@@ -146,6 +146,40 @@ fn a_ridge_is_passed_higher_and_a_wall_over_the_plane() {
     }
 }
 
+/// Blocks may be off a hop by a tenth of the way from its ends. So where the tool leaves the face, beside a slope that it
+/// runs up, it is clear by as much.
+#[test]
+fn a_hop_up_a_slope_is_clear_by_a_share_of_the_way() {
+    /// Spans at either end in which the tool leaves the face.
+    const NEAR: usize = 3;
+    let mut hops = 0;
+    for (x, ridge) in (26..36).flat_map(|x| [4.0, 9.0, 16.0].map(|ridge| (x, ridge))) {
+        let (x, face) = (f64::from(x), floor(ridge));
+        let passes = [pass(-x, 0.0, false), pass(x, 0.0, true)];
+        let legs = joined(&passes, floor(ridge), &way);
+        let path = curves(&legs);
+        let Some(index) = path.pieces.iter().position(|piece| piece.motion == Motion::Hop) else {
+            continue;
+        };
+        let PieceGeometry::Curve(curve) = &path.pieces[index].geometry else { panic!("no curve") };
+        hops += 1;
+        let at = |knot: usize| curve.pose(curve.knots[knot]).unwrap().tip;
+        let spans = curve.spans.len();
+        for span in (0..NEAR).chain(spans - NEAR..spans) {
+            let away = |knot: usize| (at(knot) - at(0)).norm().min((at(knot) - at(spans)).norm());
+            let least = 0.1 * away(span).min(away(span + 1)) - GOUGE;
+            for i in 0..=8 {
+                let [low, high] = [curve.knots[span], curve.knots[span + 1]];
+                let pose = curve.pose(low + (high - low) * f64::from(i) / 8.0).unwrap();
+                let places = (0..=200).map(|j| face.face().point(7.0 * f64::from(j) / 200.0, 0.5));
+                let gap = places.map(|place| distance(&pose, &place)).fold(f64::INFINITY, f64::min);
+                assert!(gap >= least - 1e-9, "x {x}, ridge {ridge}, span {span}: {gap} of {least}");
+            }
+        }
+    }
+    assert!(hops > 10, "{hops} hops");
+}
+
 #[test]
 fn a_slow_hop_is_not_taken() {
     let passes = [pass(-12.0, 0.1, false), pass(-8.0, -0.1, true)];

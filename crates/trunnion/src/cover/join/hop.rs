@@ -135,3 +135,36 @@ impl HopPath<'_> {
         (0..=STEPS).map(at).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+    use std::cell::RefCell;
+
+    /// A hop of 40 mm: what it keeps from the faces is asked span by span, and grows with the way from its ends.
+    #[test]
+    fn near_its_ends_a_hop_keeps_a_share_of_the_way() {
+        let at = |x: f64| {
+            let tip = Point3::new(x, 0.0, 0.0);
+            Station { pose: ToolPose { tip, axis: Vector3::z_axis() }, contact: tip }
+        };
+        let (from, to) = (at(0.0), at(40.0));
+        let over = [None; 2];
+        let hop = HopPath { from: &from, to: &to, over, lever: 5.0 };
+        let asked = RefCell::new(Vec::new());
+        let free = |_: &PassSweep, span: usize, least: f64| {
+            asked.borrow_mut().push((span, least));
+            true
+        };
+        let seconds = |_: &[ToolPose]| 1.0;
+        let stations = hop.find(&HopOptions::new(4.0, &seconds), free, 0.01).unwrap();
+        for (span, least) in asked.into_inner() {
+            let last = stations.len() - 1;
+            let near = span.min(last - 1 - span);
+            let tip = stations[near].pose.tip;
+            let expected = if near < NEAR { CLEAR * tip.coords.norm() - 0.01 } else { 2.0 };
+            assert!((least - expected).abs() < 1e-9, "span {span}: {least} instead of {expected}");
+        }
+    }
+}

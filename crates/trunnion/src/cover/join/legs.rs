@@ -231,10 +231,7 @@ impl LinkPlanner<'_> {
             (Some(from), Some(to)) if level == ClearLevel::Plane => vec![*from, *to],
             (Some(from), Some(to)) if from.pose != to.pose => {
                 let blocked = CoverError::NoWayRound { pass: next.index, face: next.pass.face };
-                match &self.around(from, to, reach).ok_or(blocked)?[..] {
-                    [from, to] if from.pose.axis == to.pose.axis => followed(from, to),
-                    stations => stations.to_vec(),
-                }
+                self.around(from, to, reach).ok_or(blocked)?
             }
             _ => Vec::new(),
         };

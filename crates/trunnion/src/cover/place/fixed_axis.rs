@@ -9,12 +9,13 @@ use crate::cover::layout::chart::Chart;
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::options::lever;
 use crate::cover::pattern::{CutPattern, FeedDirection};
+use crate::cover::place::ball_cap::BallCap;
 use crate::cover::place::context::{FaceContext, FaceRequest};
 use crate::cover::place::placed::{PassSource, PlacedPasses};
 use crate::cover::place::tool_fit::ContactPoint;
 use crate::cover::prove::part_faces::KeepOff;
 use crate::cover::prove::sweep::PassSweep;
-use crate::cutter::{Cutter, CutterKind};
+use crate::cutter::{ContactArc, Cutter, CutterKind};
 use crate::math::angle::angle_between;
 use crate::positioning::ToleranceBand;
 use crate::surface::{FaceIndex, Surface};
@@ -22,11 +23,6 @@ use crate::types::{Interval, Pass, Station, ToolPose};
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
-
-/// Height of the ball above the lower end of the tolerance band where it touches, as a share of the band, and share that
-/// stays above the rim of its strip.
-const HEIGHT: f64 = 0.1;
-const SPARE: f64 = 0.02;
 
 /// Share of a strip's width by which the next pass follows.
 const ADVANCE: f64 = 0.95;
@@ -72,17 +68,13 @@ const DENSER: u32 = 3;
 /// Gap, in radii of the tool, over which a pass runs on.
 const JOINED: f64 = 2.0;
 
-/// Ball that touches, and the ring on which its middle lies about the axis.
+/// Ball, or corner of a bull-nose cutter as a ball, that touches a face.
 #[derive(Debug, Clone, Copy)]
 struct CornerBall {
-    /// Radius of the ball \[mm\].
-    radius: f64,
-    /// Radius of the ring; 0 for a ball end.
-    ring: f64,
+    arc: ContactArc,
     /// Height above the face where it touches \[mm\].
     height: f64,
-    /// Height of the strip's rim above that \[mm\].
-    rim: f64,
+    cap: BallCap,
 }
 
 impl CornerBall {
@@ -90,27 +82,30 @@ impl CornerBall {
     fn new(cutter: &Cutter, band: ToleranceBand) -> Option<Self> {
         let kind = cutter.spec().kind;
         let ball = matches!(kind, CutterKind::Ball | CutterKind::Bull) && cutter.minor() > 0.0;
-        let ToleranceBand { lower, upper } = band;
-        let width = upper - lower;
-        ball.then_some(Self {
-            radius: cutter.minor(),
-            ring: cutter.major(),
-            height: lower + HEIGHT * width,
-            rim: (1.0 - HEIGHT - SPARE) * width,
-        })
+        let cap = BallCap::new(band);
+        let height = band.lower + cap.above;
+        ball.then(|| Self { arc: cutter.contact_arc(), height, cap })
     }
 
     /// Returns the pose in which the ball touches a point of the face; `None` beyond the end of the ball.
     fn pose(&self, at: &ContactPoint, axis: &UnitVector3<f64>) -> Option<ToolPose> {
-        if angle_between(&at.normal, axis) > STEEPEST {
+        let angle = angle_between(&at.normal, axis);
+        if angle > STEEPEST {
             return None;
         }
-        let middle = at.point + at.normal.scale(self.radius + self.height);
-        // The ring's radius points from the axis to the contact; on the axis itself any direction serves.
-        let down = axis.scale(at.normal.dot(axis)) - at.normal.into_inner();
-        let out = Unit::try_new(down, f64::EPSILON)
-            .unwrap_or_else(|| Unit::new_normalize(axis.cross(&Vector3::ith(axis.iamin(), 1.0))));
-        Some(ToolPose { tip: middle - out.scale(self.ring) - axis.scale(self.radius), axis: *axis })
+        let center = at.point + at.normal.scale(self.arc.radius + self.height);
+        // Where the normal is the axis, any direction serves.
+        let lean = axis.into_inner() - at.normal.scale(at.normal.dot(axis));
+        let towards = Unit::try_new(lean, f64::EPSILON).unwrap_or_else(|| {
+            Unit::new_normalize(at.normal.cross(&Vector3::ith(at.normal.iamin(), 1.0)))
+        });
+        // The axis itself, without the rounding of sine and cosine: the rotaries hold still.
+        Some(ToolPose { axis: *axis, ..self.arc.pose(center, &at.normal, &towards, angle) })
+    }
+
+    /// Returns the width of its strip on a plane \[mm\].
+    fn strip(&self) -> f64 {
+        2.0 * self.cap.radius(self.arc.radius)
     }
 }
 
@@ -165,11 +160,11 @@ impl<'a> TouchedFace<'a> {
         let square = over.cross(&way).norm() / way.norm();
         let second = jet.suu * (du * du) + jet.suv * (2.0 * du * dv) + jet.svv * (dv * dv);
         let concave = normal.dot(&second) / (rate * rate);
-        let lift = self.ball.radius + self.ball.height;
+        let lift = self.ball.arc.radius + self.ball.height;
         // The ball rises over the face by (1 / r - k) t^2 / 2 at a distance t; in a hollow of nearly its own radius it
         // finishes as much as it is wide.
         let bend = (1.0 / lift - concave).max(1.0 / (16.0 * lift));
-        let width = 2.0 * (2.0 * self.ball.rim / bend).sqrt().min(self.ball.radius);
+        let width = 2.0 * (2.0 * self.ball.cap.rim / bend).sqrt().min(self.ball.arc.radius);
         let step = width / square;
         step.is_finite().then_some(step)
     }
@@ -259,22 +254,30 @@ impl<'a> TouchedFace<'a> {
     }
 }
 
-/// Returns `true` where the rim of a leaning cutter does not fit most of a face, as in a fillet that is narrower than the
-/// tool, or where the cutter is a ball, whose strips are the same at any axis.
+/// Returns `true` for a round face on which the normal turns so sharply that a tool which follows it would whip about, and
+/// for a hollow into which the rim of a bull-nose cutter does not fit.
 fn is_worth(face: &FaceIndex, cutter: &Cutter) -> bool {
     let round = matches!(
         face.face().surface,
         Surface::Cylinder(_) | Surface::Cone(_) | Surface::Sphere(_) | Surface::Torus(_)
     );
-    if !round || cutter.major() <= 0.0 {
-        return round;
+    if !round {
+        return false;
     }
-    // The rim of radius R + r, lying in the hollow, needs a hollow that is wider.
-    face.smallest_concave_radius() <= cutter.radius() * (1.0 + RIM)
+    if cutter.major() > 0.0 {
+        // The rim of radius R + r, lying in the hollow, needs a hollow that is wider.
+        return face.smallest_concave_radius() <= RIM * cutter.radius();
+    }
+    let Interval { low, high } = face.curvature_range(face.face().bounds());
+    low.abs().max(high.abs()) * SHARP * cutter.radius() >= 1.0
 }
 
 /// Radius of a hollow over that of the cutter up to which its rim does not fit usefully.
-const RIM: f64 = 0.5;
+const RIM: f64 = 1.5;
+
+/// Radius of a rounding over that of a ball up to which the ball keeps its axis. On larger faces it keeps its lead, and
+/// does not cut with its tip where the face is level.
+const SHARP: f64 = 4.0;
 
 /// Plans fixed-axis passes over a face; `None` where the face or the cutter is not of the kind, or no axis reaches most
 /// of it. What the passes leave is in their report.
@@ -473,13 +476,6 @@ impl FreeRows<'_> {
             Some(Station { pose: self.touched.ball.pose(&at, &self.axis)?, contact: at.point })
         };
         places.map(station).collect()
-    }
-}
-
-impl CornerBall {
-    /// Returns the width of its strip on a plane \[mm\].
-    fn strip(&self) -> f64 {
-        2.0 * (2.0 * self.radius * self.rim).sqrt()
     }
 }
 

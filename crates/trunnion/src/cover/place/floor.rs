@@ -16,6 +16,7 @@ use crate::cover::layout::contour::{
 use crate::cover::layout::outline::FaceOutline;
 use crate::cover::options::{CoverOptions, lever};
 use crate::cover::pattern::{CutPattern, FeedDirection};
+use crate::cover::place::ball_cap::BallCap;
 use crate::cover::place::context::{FaceContext, FaceRequest};
 use crate::cover::place::placed::{PassSource, PlacedPasses};
 use crate::cover::prove::part_faces::{KeepOff, NearestQuery};
@@ -33,12 +34,6 @@ const LEAST_FLAT: f64 = 0.25;
 /// Height of a flat underside above the lower end of the tolerance band, as a share of the band. The edges of the plane
 /// are as far below the underside, while the tool keeps the lower end from all other faces: it may run over the edges.
 const HEIGHT: f64 = 0.2;
-
-/// The same for a ball, whose cap is the wider the lower it runs.
-const BALL_HEIGHT: f64 = 0.1;
-
-/// Share of the band that stays above the rim of a ball's cap.
-const BALL_SPARE: f64 = 0.02;
 
 /// Share of the underside's radius that a line is to finish to either side.
 const REACH: f64 = 0.9;
@@ -113,21 +108,21 @@ struct Underside {
 impl Underside {
     /// Returns the underside of a cutter; `None` where it has none to speak of.
     fn new(cutter: &Cutter, band: ToleranceBand) -> Option<Self> {
-        let ToleranceBand { lower, upper } = band;
-        let width = upper - lower;
         if cutter.spec().kind == CutterKind::Ball {
-            let ball = cutter.minor();
-            let above = BALL_HEIGHT * width;
-            // Rim of the cap: rho^2 = r^2 - (r - h)^2 at height h above the lowest point.
-            let rim = (1.0 - BALL_SPARE) * width - above;
-            let radius = (rim * (2.0 * ball - rim)).max(0.0).sqrt();
-            return (radius > 0.0).then_some(Self { radius, reach: BALL_REACH, above, ball });
+            let (ball, cap) = (cutter.minor(), BallCap::new(band));
+            let radius = cap.radius(ball);
+            return (radius > 0.0).then_some(Self {
+                radius,
+                reach: BALL_REACH,
+                above: cap.above,
+                ball,
+            });
         }
         let radius = cutter.major();
         (radius >= LEAST_FLAT * cutter.radius()).then_some(Self {
             radius,
             reach: REACH,
-            above: HEIGHT * width,
+            above: HEIGHT * (band.upper - band.lower),
             ball: 0.0,
         })
     }

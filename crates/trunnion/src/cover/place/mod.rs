@@ -1,6 +1,7 @@
 //! Placing the passes of one face: cutter locations along a candidate pass, trimming, and the material that stays.
 
 pub(super) mod axis_limit;
+mod ball_cap;
 pub(super) mod candidate;
 pub(super) mod context;
 pub(super) mod face;

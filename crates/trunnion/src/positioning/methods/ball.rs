@@ -60,8 +60,8 @@ pub(crate) fn ball_location(
 
 /// Returns the band with which the search for a strip on the arc begins.
 ///
-/// Where a face bends nearly like the arc of a barrel, a strip of the whole band would be far longer than the arc, and
-/// its ends far off. By the curvature at the end point, half of it is as long as the arc at most.
+/// A face may bend nearly as the arc of a barrel does. Then the whole band gives a strip that is far longer than the arc.
+/// This band gives one of which half is as long as the arc at most, by the curvature at the end point.
 fn first_band(request: &LocationRequest, frame: &EndPointFrame) -> ToleranceBand {
     let ToleranceBand { lower, upper } = request.band;
     if !request.cutter.is_barrel() {
