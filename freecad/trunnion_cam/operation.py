@@ -14,7 +14,7 @@ from .problem import Problem, words
 
 Progress = Callable[[str, int, int], None]
 
-METHODS = ["auto", "widest", "fixed-tilt", "ball"]
+METHODS = ["auto", "widest", "fixed-tilt", "ball", "flank"]
 ALONG = ["adaptive", "u", "v", "curvature"]
 DIRECTIONS = ["zigzag", "one-way"]
 #: Program from which the path is made.

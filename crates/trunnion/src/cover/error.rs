@@ -1,5 +1,6 @@
 //! Errors of covering and joining, with the point of the face that they are about.
 
+use super::flank_refusal::FlankRefusal;
 use crate::positioning::PositioningError;
 use crate::surface::{FaceIndex, PrincipalCurvatures};
 use crate::types::{Cancelled, Uv};
@@ -83,6 +84,14 @@ pub enum CoverError {
         at: Box<FacePoint>,
         /// Reason at that point.
         error: PositioningError,
+    },
+    /// The job asks for the flank, and it cannot cut the face.
+    #[error("face {face} cannot be cut by the flank: {why}")]
+    NoFlank {
+        /// Number of the face.
+        face: usize,
+        /// Reason.
+        why: FlankRefusal,
     },
     /// No lead connects a pass with the height of the links.
     #[error(

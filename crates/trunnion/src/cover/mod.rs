@@ -26,6 +26,7 @@
 mod access;
 mod cost;
 mod error;
+mod flank_refusal;
 mod join;
 mod layout;
 mod options;
@@ -38,6 +39,7 @@ mod report;
 pub use access::ToolAccess;
 pub use cost::{LengthCost, PassCost};
 pub use error::{CoverError, FacePoint};
+pub use flank_refusal::FlankRefusal;
 pub use join::axis_reach::AxisReach;
 pub use join::hop::{HopOptions, TravelTime};
 pub(crate) use join::leads::height;
@@ -45,6 +47,7 @@ pub use join::legs::legs;
 pub use join::request::{LeadKind, LinkOptions, LinkRequest};
 pub use options::{CoverOptions, FinishTolerance, lever};
 pub use pattern::{CutPattern, FeedDirection, PlacementMethod, PrismaticUse};
+pub use place::flank::flank_fits;
 pub use plan::{CoverRequest, LeftArea, cover};
 pub use report::{
     CoverReport, Covering, FaceLayout, FallbackReason, GivenUp, LayoutCost, PassFallback,

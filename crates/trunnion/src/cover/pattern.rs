@@ -39,4 +39,6 @@ pub enum PrismaticUse {
     Never,
     /// On planes, cylinders, cones and extrusions, wherever such passes finish the face.
     WallsAndFloors,
+    /// The flank alone: a face that it cannot cut is an error.
+    Flank,
 }

@@ -29,6 +29,12 @@ pub enum PipelineError {
         radius = .0.radius
     )]
     TooConcave(Box<TooConcave>),
+    /// Faces that the flank is asked to cut and cannot, found before anything was placed.
+    #[error("method = \"flank\" does not fit:\n{}", why.join("\n"))]
+    NoFlank {
+        /// Faces with their reasons.
+        why: Vec<String>,
+    },
     /// Stock or fixtures that cannot be worked with, each at its line of the job.
     #[error("{}", first(.0))]
     Solids(Diagnostics),

@@ -4,8 +4,10 @@ use super::error::PipelineError;
 use super::job::Job;
 use super::reach::samples;
 use super::too_concave::TooConcave;
+use crate::cover::{CoverOptions, FinishTolerance, flank_fits};
 use crate::cutter::Cutter;
-use crate::files::job::JobArea;
+use crate::files::job::{JobArea, JobPrismatic};
+use crate::positioning::ToleranceBand;
 use crate::surface::{FaceIndex, FaceSample};
 use crate::types::Uv;
 use nalgebra::Point3;
@@ -23,8 +25,10 @@ const ROUNDING: f64 = 1e-6;
 ///
 /// # Errors
 ///
-/// [`PipelineError::TooConcave`] for the first face that is too concave everywhere.
+/// [`PipelineError::TooConcave`] for the first face that is too concave everywhere, [`PipelineError::NoFlank`] with all
+/// faces that the flank is asked to cut and cannot.
 pub fn fit(job: &Job) -> Result<Vec<String>, PipelineError> {
+    flanks(job)?;
     let mut warnings = cut_twice(job);
     for face in job.cut_faces() {
         let number = face.face().number;
@@ -61,6 +65,25 @@ pub fn fit(job: &Job) -> Result<Vec<String>, PipelineError> {
         }
     }
     Ok(warnings)
+}
+
+/// Checks that the flank can lie along the faces of the operations that ask for it.
+fn flanks(job: &Job) -> Result<(), PipelineError> {
+    let asked = job.operations().filter(|one| one.file.strategy.prismatic == JobPrismatic::Flank);
+    let refused = |one: &Job| {
+        let tolerance = FinishTolerance { excess: one.budget.total, gouge: one.budget.gouge };
+        let options = CoverOptions {
+            band: ToleranceBand { lower: one.budget.lower, upper: one.budget.upper },
+            ..CoverOptions::finishing(&one.cutter, tolerance)
+        };
+        let fits = |face: &FaceIndex| match flank_fits(face, &one.cutter, &options) {
+            Ok(()) => None,
+            Err(why) => Some(format!("face {}: {why}", face.face().number)),
+        };
+        one.faces.iter().filter_map(fits).collect::<Vec<String>>()
+    };
+    let why: Vec<String> = asked.flat_map(refused).collect();
+    if why.is_empty() { Ok(()) } else { Err(PipelineError::NoFlank { why }) }
 }
 
 /// Warns of faces that two operations cut whole: the second takes its time and changes little.

@@ -1,6 +1,6 @@
 //! Fixtures of a job, and the clearance of its programs from them.
 //!
-//! Programs are checked against fixtures; planning does not avoid them.
+//! Passes and links are planned round fixtures (see [`super::guards`]), and programs are checked against them.
 
 use super::stock_solid::plain_solid;
 use crate::files::job;

@@ -123,6 +123,7 @@ fn cover_area(
         prismatic: match strategy.prismatic {
             file::JobPrismatic::Never => PrismaticUse::Never,
             file::JobPrismatic::WallsAndFloors => PrismaticUse::WallsAndFloors,
+            file::JobPrismatic::Flank => PrismaticUse::Flank,
         },
         side: match strategy.side {
             file::JobContactSide::Ahead => ContactSide::Ahead,

@@ -25,6 +25,7 @@ mod extended;
 mod failures;
 mod files;
 mod fixtures;
+mod flanks;
 mod grazes;
 mod growth;
 mod hops;

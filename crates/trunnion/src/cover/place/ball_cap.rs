@@ -2,10 +2,6 @@
 
 use crate::positioning::ToleranceBand;
 
-/// Height of the ball above the lower end of the tolerance band, as a share of the band. The lower it runs, the wider it
-/// cuts; a little is left so that it runs over the edges that a face has in common with others.
-const HEIGHT: f64 = 0.1;
-
 /// Share of the band that stays above the rim.
 const SPARE: f64 = 0.02;
 
@@ -19,10 +15,10 @@ pub(crate) struct BallCap {
 }
 
 impl BallCap {
-    /// Places the cap in the band.
-    pub(crate) fn new(band: ToleranceBand) -> Self {
+    /// Places the cap in the band, its lowest point above the lower end by a share of the band.
+    pub(crate) fn new(band: ToleranceBand, above: f64) -> Self {
         let width = band.upper - band.lower;
-        Self { above: HEIGHT * width, rim: (1.0 - HEIGHT - SPARE) * width }
+        Self { above: above * width, rim: (1.0 - above - SPARE) * width }
     }
 
     /// Returns the radius of the rim of a ball \[mm\].
@@ -39,7 +35,7 @@ mod tests {
     #[test]
     fn the_rim_is_as_high_as_the_band_allows() {
         let band = ToleranceBand { lower: 0.002, upper: 0.012 };
-        let cap = BallCap::new(band);
+        let cap = BallCap::new(band, 0.1);
         // On a plane the ball of radius 5 rises by r - sqrt(r^2 - rho^2) over its rim.
         let rho = cap.radius(5.0);
         let top = band.lower + cap.above + 5.0 - (25.0 - rho * rho).sqrt();

@@ -35,6 +35,12 @@ pub(crate) fn cover_face(
         report(1.0)?;
         return Ok(placed.covering());
     }
+    if request.options.prismatic == PrismaticUse::Flank {
+        let face = request.face.face().number;
+        let placed = flank_pass(*request).map_err(|why| CoverError::NoFlank { face, why })?;
+        report(1.0)?;
+        return Ok(with_layout(placed, face, PassLayout::Flank).covering());
+    }
     let options = *request.options;
     let sides = if request.setup.cutter.is_barrel() && options.lean.towards.is_none() {
         [FRAC_PI_2, -FRAC_PI_2].map(|towards| CoverOptions {
@@ -71,7 +77,7 @@ const PRISMATIC: f64 = 0.5;
 /// Plans the flank pass of a wall or the passes of a floor, and passes across what they leave; `None` where they
 /// finish too little.
 fn prismatic(request: &FaceRequest<'_>) -> Result<Option<PlacedPasses>, CoverError> {
-    let flank = || flank_pass(*request).map(|placed| (placed, PassLayout::Flank));
+    let flank = || flank_pass(*request).ok().map(|placed| (placed, PassLayout::Flank));
     let floor = || floor_passes(*request).map(|placed| (placed, PassLayout::Floor));
     let fixed = || fixed_axis_passes(*request).map(|placed| (placed, PassLayout::FixedAxis));
     let Some((mut placed, layout)) = flank().or_else(floor).or_else(fixed) else { return Ok(None) };
@@ -79,7 +85,8 @@ fn prismatic(request: &FaceRequest<'_>) -> Result<Option<PlacedPasses>, CoverErr
         return Ok(None);
     }
     let face = request.face;
-    let planned = LayoutCost { layout, cost: placed.price(), rest: placed.left() };
+    let number = face.face().number;
+    placed = with_layout(placed, number, layout);
     let mut work = 0;
     // Where the corner of the cutter does not fit, no inclination helps.
     if is_left(&placed) {
@@ -90,10 +97,15 @@ fn prismatic(request: &FaceRequest<'_>) -> Result<Option<PlacedPasses>, CoverErr
         placed = finish(&cross, placed)?;
         work = placed.report.work;
     }
-    let number = face.face().number;
-    placed.report.layouts = vec![FaceLayout { face: number, layout, planned, others: Vec::new() }];
     placed.report.work = work;
     Ok(Some(placed))
+}
+
+/// Enters the layout of passes over a face into their report.
+fn with_layout(mut placed: PlacedPasses, face: usize, layout: PassLayout) -> PlacedPasses {
+    let planned = LayoutCost { layout, cost: placed.price(), rest: placed.left() };
+    placed.report.layouts = vec![FaceLayout { face, layout, planned, others: Vec::new() }];
+    placed
 }
 
 /// Plans the face on each of the most promising charts, and returns the best result.

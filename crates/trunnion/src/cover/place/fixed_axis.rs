@@ -24,8 +24,11 @@ use nalgebra::{Point3, Unit, UnitVector3, Vector3};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
+/// Height of the ball above the lower end of the tolerance band where it touches, as a share of the band.
+const HEIGHT: f64 = 0.02;
+
 /// Share of a strip's width by which the next pass follows.
-const ADVANCE: f64 = 0.95;
+const ADVANCE: f64 = 0.98;
 
 /// Largest angle between normal and axis \[rad\]: the ball ends at a right angle.
 const STEEPEST: f64 = 1.55;
@@ -82,7 +85,7 @@ impl CornerBall {
     fn new(cutter: &Cutter, band: ToleranceBand) -> Option<Self> {
         let kind = cutter.spec().kind;
         let ball = matches!(kind, CutterKind::Ball | CutterKind::Bull) && cutter.minor() > 0.0;
-        let cap = BallCap::new(band);
+        let cap = BallCap::new(band, HEIGHT);
         let height = band.lower + cap.above;
         ball.then(|| Self { arc: cutter.contact_arc(), height, cap })
     }
@@ -93,14 +96,19 @@ impl CornerBall {
         if angle > STEEPEST {
             return None;
         }
-        let center = at.point + at.normal.scale(self.arc.radius + self.height);
         // Where the normal is the axis, any direction serves.
         let lean = axis.into_inner() - at.normal.scale(at.normal.dot(axis));
         let towards = Unit::try_new(lean, f64::EPSILON).unwrap_or_else(|| {
             Unit::new_normalize(at.normal.cross(&Vector3::ith(at.normal.iamin(), 1.0)))
         });
         // The axis itself, without the rounding of sine and cosine: the rotaries hold still.
-        Some(ToolPose { axis: *axis, ..self.arc.pose(center, &at.normal, &towards, angle) })
+        Some(ToolPose { axis: *axis, ..self.inclined(at, &towards, angle) })
+    }
+
+    /// Returns the pose that touches a point of the face, inclined by an angle towards a tangent.
+    fn inclined(&self, at: &ContactPoint, towards: &Vector3<f64>, angle: f64) -> ToolPose {
+        let center = at.point + at.normal.scale(self.arc.radius + self.height);
+        self.arc.pose(center, &at.normal, towards, angle)
     }
 
     /// Returns the width of its strip on a plane \[mm\].
@@ -309,6 +317,12 @@ pub(crate) fn fixed_axis_passes(request: FaceRequest<'_>) -> Option<PlacedPasses
     alternate(&mut runs, &touched, options.pattern);
     let passes: Vec<(Pass, PassSweep)> =
         runs.par_iter().flat_map_iter(|run| rows.passes(run, &context)).collect();
+    if setup.cutter.major() <= 0.0 && {
+        let all: Vec<&Pass> = passes.iter().map(|(pass, _)| pass).collect();
+        follows_sooner(&all, &touched, &request)
+    } {
+        return None;
+    }
     let chart = touched.chart.clone();
     let source = PassSource { face: face.face().number, chart: &chart, options, cost: setup.cost };
     let mut placed = PlacedPasses::new();
@@ -321,6 +335,36 @@ pub(crate) fn fixed_axis_passes(request: FaceRequest<'_>) -> Option<PlacedPasses
     // Step 4: what the passes leave of the whole face.
     context.measure_whole(&mut placed);
     (placed.left() <= (1.0 - LEAST) * placed.report.area).then_some(placed)
+}
+
+/// Returns `true` if a ball would take less time for passes with its lead, by the cost model, than at a fixed axis.
+///
+/// The tip goes a longer way round a bulging face than the contact does, and the feed is that of the tip.
+fn follows_sooner(passes: &[&Pass], touched: &TouchedFace<'_>, request: &FaceRequest<'_>) -> bool {
+    let cost = request.setup.cost;
+    let leading = |pass: &Pass| -> Option<Vec<Station>> {
+        let ahead = |i: usize| {
+            let (from, to) = (i.saturating_sub(1), (i + 1).min(pass.stations.len() - 1));
+            pass.stations[to].contact - pass.stations[from].contact
+        };
+        let station = |i: usize| {
+            let uv = pass.track[i];
+            let at = ContactPoint::new(touched.face, uv.into())?;
+            let feed = ahead(i) - at.normal.scale(at.normal.dot(&ahead(i)));
+            let towards = Unit::try_new(feed, f64::MIN_POSITIVE)?;
+            let pose = touched.ball.inclined(&at, &towards, request.options.lean.angle);
+            Some(Station { pose, contact: at.point })
+        };
+        (0..pass.stations.len()).map(station).collect()
+    };
+    let price = |all: &[Vec<Station>]| {
+        let ends = |pair: &[Vec<Station>]| Some((*pair[0].last()?, *pair[1].first()?));
+        let links = all.windows(2).filter_map(ends).map(|(from, to)| cost.link(&from, &to));
+        all.iter().map(|stations| cost.pass(stations)).chain(links).sum::<f64>()
+    };
+    let fixed: Vec<Vec<Station>> = passes.iter().map(|pass| pass.stations.clone()).collect();
+    let other: Option<Vec<Vec<Station>>> = passes.iter().map(|pass| leading(pass)).collect();
+    other.is_some_and(|other| price(&other) < price(&fixed))
 }
 
 /// Part of a track on which the tool is free; `range` runs backwards where its ends have changed places.

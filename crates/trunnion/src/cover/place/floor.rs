@@ -35,11 +35,14 @@ const LEAST_FLAT: f64 = 0.25;
 /// are as far below the underside, while the tool keeps the lower end from all other faces: it may run over the edges.
 const HEIGHT: f64 = 0.2;
 
+/// The same for a ball, whose cap is the wider the lower it runs.
+const BALL_HEIGHT: f64 = 0.05;
+
 /// Share of the underside's radius that a line is to finish to either side.
 const REACH: f64 = 0.9;
 
 /// The same for a ball: passes are narrow, and those along the border finish the rest.
-const BALL_REACH: f64 = 0.97;
+const BALL_REACH: f64 = 0.98;
 
 /// Directions in which a ball is tried to lean.
 const LEANS: u32 = 8;
@@ -109,7 +112,7 @@ impl Underside {
     /// Returns the underside of a cutter; `None` where it has none to speak of.
     fn new(cutter: &Cutter, band: ToleranceBand) -> Option<Self> {
         if cutter.spec().kind == CutterKind::Ball {
-            let (ball, cap) = (cutter.minor(), BallCap::new(band));
+            let (ball, cap) = (cutter.minor(), BallCap::new(band, BALL_HEIGHT));
             let radius = cap.radius(ball);
             return (radius > 0.0).then_some(Self {
                 radius,

@@ -20,8 +20,7 @@ pub struct JobFile {
     pub setup: JobSetup,
     /// Raw material; `None` if nothing is known of it.
     pub stock: Option<JobStock>,
-    /// Fixtures that the tool must not touch: programs are checked against them, planning does not
-    /// avoid them.
+    /// Fixtures that the tool must not touch: passes and links are planned round them, programs are checked against them.
     pub fixtures: Vec<JobFixture>,
     /// Tool that cuts the part.
     pub tool: JobTool,
@@ -301,6 +300,8 @@ pub enum JobPrismatic {
     Never,
     /// Wherever such passes finish the face.
     WallsAndFloors,
+    /// The flank alone, on every face.
+    Flank,
 }
 
 /// Part of the faces that an operation cuts.

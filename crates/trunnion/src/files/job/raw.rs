@@ -28,8 +28,8 @@ pub(in super::super) struct RawJob {
     /// Raw material that the part is cut from. Without it, the program is not checked against stock.
     #[serde(default)]
     stock: Option<RawStock>,
-    /// Fixtures that the tool must not touch, one table each. Programs are checked against them; planning does not
-    /// avoid them.
+    /// Fixtures that the tool must not touch, one table each. Passes and links are planned round them, and programs are
+    /// checked against them.
     #[serde(default)]
     fixture: Option<Vec<RawFixture>>,
     /// Tool that cuts the part. May be left out if every operation has its own.
@@ -275,9 +275,10 @@ pub(super) struct RawSplit {
 #[derive(Debug, Deserialize, serde::Serialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct RawStrategy {
-    /// Placement of the tool: "auto" cuts walls, cylinders and cones with the flank of the tool, floors with its
+    /// Placement of the tool: "auto" cuts walls, cylinders, cones and other faces of straight lines with the flank of the tool, floors with its
     /// underside, and fillets and other round faces with an axis that holds still, where that finishes them, and other faces by "ball" for a ball cutter, by "widest" for others; "widest" finds the inclination with the widest
-    /// strip; "fixed-tilt" keeps `lead_angle` and `tilt_angle`; "ball" is the same for a ball cutter; "rest" is "auto" for what the operations before have left, and cuts nothing else.
+    /// strip; "fixed-tilt" keeps `lead_angle` and `tilt_angle`; "ball" is the same for a ball cutter;
+    /// "flank" lays the side of the tool along the straight lines of every face, twisted ones too, in one pass each; "rest" is "auto" for what the operations before have left, and cuts nothing else.
     #[serde(default)]
     pub(super) method: RawMethod,
     /// Lead angle of "fixed-tilt" and "ball": inclination forward along the feed, from the surface normal, in degrees.
@@ -344,6 +345,7 @@ pub(super) enum RawMethod {
     Widest,
     FixedTilt,
     Ball,
+    Flank,
     Rest,
 }
 

@@ -40,6 +40,7 @@ pub(super) fn strategy(
             {
                 JobPrismatic::WallsAndFloors
             }
+            RawMethod::Flank => JobPrismatic::Flank,
             _ => JobPrismatic::Never,
         },
         area: if raw.method == RawMethod::Rest { JobArea::Rest } else { JobArea::Whole },
@@ -88,7 +89,20 @@ fn method(
     // second fault here.
     let is_ball = |kind| matches!(kind, ToolKind::Ball | ToolKind::Taper | ToolKind::Lens);
     let ball = kind.is_none_or(is_ball);
+    if raw.method == RawMethod::Flank
+        && let Some(tool) = tool.filter(|tool| tool.side != ToolSide::Straight)
+    {
+        let message = format!(
+            "method \"flank\" needs a tool with a straight side, not a {}",
+            kind_name(tool.kind)
+        );
+        let help = "take `kind = \"flat\"`, \"ball\" or \"bull\", or another method";
+        doc.fault(&join(path, "method"), message, help);
+        return None;
+    }
     let method = match raw.method {
+        // Nothing is placed by strips: their inclination does not matter.
+        RawMethod::Flank => RawMethod::Widest,
         RawMethod::Auto | RawMethod::Rest if kind.is_some_and(is_ball) => RawMethod::Ball,
         RawMethod::Auto | RawMethod::Rest => RawMethod::Widest,
         method => method,
