@@ -6,11 +6,12 @@ mod import;
 
 use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
-use crate::{disk, output, text};
+use crate::{disk, material, output, text};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use trunnion::files::machine::{BUILT_IN, MachineFile, built_in, parse};
 use trunnion::inverse::Inverse;
-use trunnion::machine::{Axis, AxisKind, Kinematics, Machine, Setup, picture};
+use trunnion::machine::{Axis, AxisKind, BodyShape, Kinematics, Machine, Setup, picture};
 use trunnion::types::{Diagnostic, Diagnostics};
 
 pub(crate) use calibrate::{CalibrateArgs, answer as calibration};
@@ -73,7 +74,30 @@ pub(crate) fn run(action: &Action, form: OutputForm) -> Result<Done, Failure> {
 pub(crate) fn load(argument: &str) -> Result<MachineFile, Failure> {
     let path = Path::new(argument);
     let text = source(argument)?;
-    parse(&text).map_err(|faults| Failure::faults(path, &faults))
+    let file = parse(&text).map_err(|faults| Failure::faults(path, &faults))?;
+    with_solids(path, file)
+}
+
+/// Reads the files of a machine's bodies, beside the machine file.
+fn with_solids(path: &Path, mut file: MachineFile) -> Result<MachineFile, Failure> {
+    let mut faults = Vec::new();
+    for (number, body) in file.machine.bodies.iter_mut().enumerate() {
+        let BodyShape::File { file: name, place, chord } = &body.shape else { continue };
+        let solid = path.parent().unwrap_or(Path::new("")).join(name);
+        let chord = material::is_step(&solid).then_some(*chord);
+        match material::mesh_of(&solid, chord) {
+            Ok(mesh) => {
+                let (mesh, place) = (Arc::new(mesh), *place);
+                let allowance = chord.unwrap_or(0.0);
+                body.shape = BodyShape::Mesh { mesh, place, allowance };
+            }
+            Err(what) => {
+                let key = format!("body.{number}.file");
+                faults.push(file.places.fault(&key, format!("{name}: {what}")));
+            }
+        }
+    }
+    if faults.is_empty() { Ok(file) } else { Err(Failure::faults(path, &faults)) }
 }
 
 /// Reads the machine that a job names: a file beside the job, else a built-in machine.

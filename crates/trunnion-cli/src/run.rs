@@ -383,6 +383,8 @@ fn program(program: &ProgramSummary) -> Vec<(&str, String)> {
     rows.extend(program.stock.iter().flat_map(material::words).map(|words| ("", words)));
     let fixtures = program.fixtures.iter().map(pipeline::nearest_fixture);
     rows.extend(fixtures.map(|words| ("", format!("fixtures: {words}"))));
+    let bodies = program.bodies.iter().map(pipeline::nearest_bodies);
+    rows.extend(bodies.map(|words| ("", format!("machine bodies: {words}"))));
     rows
 }
 

@@ -13,7 +13,7 @@ use trunnion::cutter::Cutter;
 use trunnion::files::job::STEP_CHORD;
 use trunnion::files::summary::ChordSummary;
 use trunnion::machine::{Kinematics, Setup};
-use trunnion::pipeline::{Fixtures, Held, Job};
+use trunnion::pipeline::{Fixtures, Held, Job, WatchedMachine};
 use trunnion::surface::{Face, FaceIndex};
 use trunnion::types::Progress;
 use trunnion::verify::{CoolantDemand, LEAST_GOUGE, Solid, Stock};
@@ -66,8 +66,10 @@ impl Setting {
         }
         setting.add_solids(args)?;
         // An option without an effect is a mistake, not a preference.
-        if args.clearance.is_some() && setting.fixtures.is_empty() {
-            let help = "describe with --fixture what the tool must not touch";
+        let bodies = setting.kinematics.iter().any(|chain| !chain.machine().bodies.is_empty());
+        if args.clearance.is_some() && setting.fixtures.is_empty() && !bodies {
+            let help =
+                "describe with --fixture what the tool must not touch, or give the machine bodies";
             return Err(Failure::input(format!("--clearance needs a fixture\n  help: {help}")));
         }
         if args.stock_cell.is_some() && setting.stock.is_none() {
@@ -109,6 +111,21 @@ impl Setting {
         let fixtures = Some(fixtures).filter(|_| !self.fixtures.is_empty());
         // Faults of stock and fixtures are reported together.
         both(stock, if faults.is_empty() { Ok(fixtures) } else { Err(Failure::Input(faults)) })
+    }
+
+    /// Returns the bodies of the machine, with stock and fixtures.
+    pub(super) fn bodies(&self) -> Result<Option<WatchedMachine>, Failure> {
+        let Some(kinematics) = &self.kinematics else { return Ok(None) };
+        let machine = WatchedMachine::new(kinematics.machine(), self.clearance);
+        let mut machine = machine.map_err(Failure::input)?;
+        if let Some(machine) = &mut machine {
+            for Named { value, .. } in &self.fixtures {
+                let solid = value.solid.iter();
+                solid.for_each(|solid| machine.hold(&value.name, solid, value.allowance));
+            }
+            self.stock.iter().for_each(|stock| machine.hold("stock", &stock.value, 0.0));
+        }
+        Ok(machine)
     }
 
     fn of_job(path: &Path, args: &CheckArgs, bars: &dyn Progress) -> Result<Self, Failure> {

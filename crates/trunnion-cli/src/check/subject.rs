@@ -17,7 +17,7 @@ use trunnion::nc::read::{
     AxisWords, ClSource, ClText, Dialect, ProgramSource, ProgramText, ReadOptions, ToolRow,
 };
 use trunnion::nc::write::work_offset;
-use trunnion::pipeline::{Fixtures, MOST_COLLISIONS};
+use trunnion::pipeline::{Fixtures, MOST_COLLISIONS, WatchedMachine};
 use trunnion::post::MOST_FAULTS;
 use trunnion::surface::Face;
 use trunnion::types::Progress;
@@ -54,6 +54,7 @@ pub(super) struct Subject {
     /// Raw material, if it was named.
     stock: Option<Stock>,
     pub(super) fixtures: Option<Fixtures>,
+    pub(super) bodies: Option<WatchedMachine>,
     /// Chord tolerances of the triangles that stand for STEP solids.
     pub(super) chords: Vec<ChordSummary>,
     pub(super) warnings: Vec<String>,
@@ -73,6 +74,7 @@ impl Subject {
     pub(super) fn load(args: &CheckArgs, bars: &dyn Progress) -> Result<Self, Failure> {
         let setting = Setting::read(args, bars)?;
         let (stock, fixtures) = setting.solids()?;
+        let bodies = setting.bodies()?;
         let offsets = offsets(args, setting.kinematics.as_ref());
         let shapes = setting::shape(args);
         let ReadProgram { motion, tools: rows } = motion(args, setting.kinematics)?;
@@ -140,6 +142,7 @@ impl Subject {
             options,
             stock,
             fixtures,
+            bodies,
             chords: setting.chords,
             warnings,
             contradictions,
@@ -163,6 +166,9 @@ impl Subject {
         }
         if let Some(fixtures) = &self.fixtures {
             inspection = inspection.fixtures(fixtures.all(), fixtures.watch());
+        }
+        if let Some(machine) = &self.bodies {
+            inspection = inspection.bodies(machine.bodies(), machine.watch());
         }
         inspection.run(bars).map_err(|error| self.failure(&error))
     }

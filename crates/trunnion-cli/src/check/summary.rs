@@ -10,7 +10,9 @@ use super::what_if::AssumedDeviation;
 use crate::figure::plain;
 use crate::material;
 use std::path::PathBuf;
-use trunnion::files::summary::{ChordSummary, FixturesSummary, StockSummary, TimesSummary};
+use trunnion::files::summary::{
+    BodiesSummary, ChordSummary, FixturesSummary, StockSummary, TimesSummary,
+};
 use trunnion::machine::AxisKind;
 use trunnion::pipeline;
 use trunnion::verify::{self, AuditedMotion, AxisAudit, ExtremeHeight, Finding, InspectionReport};
@@ -60,6 +62,8 @@ pub(super) struct PartCheckSummary {
     chords: Vec<ChordSummary>,
     /// Null without fixtures.
     pub(super) fixtures: Option<FixturesSummary>,
+    /// Null without bodies of the machine.
+    pub(super) bodies: Option<BodiesSummary>,
     pub(super) warnings: Vec<String>,
     pub(super) failures: Vec<String>,
     /// Findings of accepted kinds, which do not count as failures.
@@ -203,6 +207,8 @@ impl PartCheckSummary {
         // Findings of the faces first, then collisions, then approaches: the order of their weight.
         failures.extend(pipeline::describe_collisions(&collisions, count, fixtures.as_ref()));
         failures.extend(fixtures.iter().flat_map(pipeline::too_near));
+        let bodies = bodies(subject, found);
+        failures.extend(bodies.iter().flat_map(pipeline::bodies_too_near));
         let choices = AssumedSolutions::of(&report.choices, subject);
         let changes = report.changes.map(ToolChanges::of);
         // Assumptions of the replay are warnings: they hold unless the control decides otherwise.
@@ -225,7 +231,8 @@ impl PartCheckSummary {
             passed: failed.is_empty()
                 && subject.contradictions.is_empty()
                 && collisions.is_empty()
-                && fixtures.iter().all(|fixtures| fixtures.near.is_empty()),
+                && fixtures.iter().all(|fixtures| fixtures.near.is_empty())
+                && bodies.iter().all(|bodies| bodies.near.is_empty()),
             tolerance: subject
                 .part
                 .as_ref()
@@ -252,6 +259,7 @@ impl PartCheckSummary {
             stock: stock.map(|stock| pipeline::stock_summary(&stock.report, &stock.remaining)),
             chords: subject.chords.clone(),
             fixtures,
+            bodies,
             failures,
             accepted: accepted.iter().map(ToString::to_string).collect(),
             smoothing: found.state.as_ref().map(SmoothingSummary::of),
@@ -350,12 +358,19 @@ impl PartCheckSummary {
         if let Some(fixtures) = &self.fixtures {
             lines.push(format!("  {:<14}{}", "fixtures", pipeline::nearest_fixture(fixtures)));
         }
+        if let Some(bodies) = &self.bodies {
+            lines.push(format!("  {:<14}{}", "bodies", pipeline::nearest_bodies(bodies)));
+        }
         lines.extend(self.warnings.iter().map(|warning| format!("warning: {warning}")));
         lines.extend(self.accepted.iter().map(|finding| format!("accepted: {finding}")));
         lines.extend(self.failures.iter().map(|failure| format!("broken: {failure}")));
         lines.extend(places.iter().map(|place| format!("wrote {}", place.display())));
         lines.join("\n") + "\n"
     }
+}
+
+fn bodies(subject: &Subject, found: &InspectionReport) -> Option<BodiesSummary> {
+    Some(subject.bodies.as_ref()?.summary(found.bodies.as_ref()?))
 }
 
 fn fixtures(subject: &Subject, found: &InspectionReport) -> Option<FixturesSummary> {

@@ -107,6 +107,7 @@ impl From<KinematicChain> for MachineSpec {
             singular: SingularPolicy::STANDARD,
             retract: RetractPolicy::standard(),
             dialect: ProgramFormat::linuxcnc(),
+            bodies: Vec::new(),
         }
     }
 }

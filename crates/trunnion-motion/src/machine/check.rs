@@ -2,6 +2,7 @@
 
 use super::checked::{Axis, Machine};
 use super::error::{MachineError, MachineErrors};
+use super::links;
 use super::spec::{AxisKind, AxisSpec, MachineSpec};
 use crate::math::angle::angle_between;
 use crate::types::{AXES, Interval};
@@ -36,6 +37,7 @@ fn machine(spec: MachineSpec) -> Result<Machine, MachineErrors> {
     let tool_axis = direction("tool_axis", spec.tool_axis, &mut faults);
     finite("gauge", &spec.gauge, &mut faults);
     settings(&spec, &mut faults);
+    links::bodies(&spec, &mut faults);
     let axes: Vec<Option<Axis>> = spec.axes.iter().map(|one| axis(one, &mut faults)).collect();
     let ordered: Option<Vec<Axis>> =
         order.and_then(|order| order.iter().map(|&at| axes.get(at).cloned().flatten()).collect());
@@ -52,7 +54,7 @@ fn machine(spec: MachineSpec) -> Result<Machine, MachineErrors> {
         (Some(axes), Some(tool_axis)) if faults.is_empty() => {
             let stage = stages(&spec.chain, &axes);
             let gauge = Point3::from(spec.gauge);
-            let MachineSpec { name, chain, cycle, singular, retract, dialect, .. } = spec;
+            let MachineSpec { name, chain, cycle, singular, retract, dialect, bodies, .. } = spec;
             Ok(Machine {
                 name,
                 axes,
@@ -63,6 +65,7 @@ fn machine(spec: MachineSpec) -> Result<Machine, MachineErrors> {
                 singular,
                 retract,
                 dialect,
+                bodies,
                 stage,
             })
         }

@@ -1,5 +1,6 @@
 //! A machine that passed every check, and its travel.
 
+use super::body::MachineBody;
 use super::settings::{
     AxisFormat, ControlLimits, PreferredSign, ProgramFormat, RetractPolicy, SingularPolicy,
 };
@@ -66,6 +67,8 @@ pub struct Machine {
     pub retract: RetractPolicy,
     /// Program format of the control.
     pub dialect: ProgramFormat,
+    /// Bodies that must not collide.
+    pub bodies: Vec<MachineBody>,
     /// Number of rotaries between the workpiece and each of X, Y, Z.
     pub(super) stage: [usize; 3],
 }

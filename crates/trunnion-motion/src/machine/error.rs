@@ -109,6 +109,16 @@ pub enum MachineError {
         /// Angle between the lines \[rad\].
         angle: f64,
     },
+    /// A body that cannot be used.
+    #[error("{what}")]
+    Body {
+        /// Its key, such as `body.2.link`.
+        key: String,
+        /// Defect.
+        what: String,
+        /// Change that mends it.
+        remedy: String,
+    },
     /// The three linear axes lie in one plane.
     #[error("linear axes {axes:?} lie in one plane (volume {volume:.2e} of the unit cube)")]
     CoplanarLinear {
@@ -138,6 +148,7 @@ impl MachineError {
                 "give three directions that are not in one plane, as they are when all axes are at zero".into()
             }
             Self::EmptyTravel { .. } => "write [low, high]".into(),
+            Self::Body { remedy, .. } => remedy.clone(),
             // The only number with a choice of two values.
             Self::Number { key, .. } if key.rsplit('.').next() == Some("sense") => {
                 "leave it out if the control counts by ISO 841".into()
@@ -159,6 +170,7 @@ impl MachineError {
                 key.clone()
             }
             Self::EmptyTravel { axis, .. } => format!("axis.{axis}.limits"),
+            Self::Body { key, .. } => key.clone(),
             Self::ParallelRotaries { second, .. } => format!("axis.{second}.dir"),
             Self::SpindleParallel { axis, .. } => format!("axis.{axis}.dir"),
             Self::CoplanarLinear { axes, .. } => format!("axis.{}.dir", axes[2]),

@@ -34,22 +34,26 @@
 //! # Ok::<(), trunnion_motion::machine::MachineErrors>(())
 //! ```
 
+mod body;
 mod chain;
 mod check;
 mod checked;
 mod describe;
 mod error;
 mod forward;
+mod links;
 mod picture;
 mod rotary_pair;
 mod settings;
 mod spec;
 
+pub use body::{BodyShape, MachineBody};
 pub use chain::KinematicChain;
 pub use checked::{Axis, FIRST_ROTARY, Machine, OutOfTravel, SECOND_ROTARY, TravelExcess};
 pub use describe::{MachineKind, MovedBody, SignCheck};
 pub use error::{MachineError, MachineErrors};
 pub use forward::{ChainGeometry, Kinematics, RotaryJoint, Setup, TipLevers};
+pub use links::{LINKS, joint_motion};
 pub use picture::picture;
 pub use rotary_pair::RotaryPair;
 pub use settings::{

@@ -1,5 +1,6 @@
 //! A machine as plain data, before it is checked.
 
+use super::body::MachineBody;
 use super::settings::{
     AxisFormat, ControlLimits, PreferredSign, ProgramFormat, RetractPolicy, SingularPolicy,
 };
@@ -137,13 +138,15 @@ pub struct MachineSpec {
     pub retract: RetractPolicy,
     /// Program format of the control.
     pub dialect: ProgramFormat,
+    /// Bodies that must not collide.
+    pub bodies: Vec<MachineBody>,
 }
 
 impl MachineSpec {
     /// Creates a machine from its chain, from `w` over `b` to `t`, and its axes.
     ///
     /// Presets: the tool points along Z with its gauge point at the machine origin, the control states no limits,
-    /// singular directions and retracts are those of machine files, and programs are for `LinuxCNC`.
+    /// singular directions and retracts are those of machine files, programs are for `LinuxCNC`, and there are no bodies.
     ///
     /// # Example
     ///
@@ -173,6 +176,7 @@ impl MachineSpec {
             singular: SingularPolicy::STANDARD,
             retract: RetractPolicy::standard(),
             dialect: ProgramFormat::linuxcnc(),
+            bodies: Vec::new(),
         }
     }
 }

@@ -304,6 +304,56 @@ pub struct ProgramSummary {
     /// Distances to fixtures; absent without fixtures or check.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fixtures: Option<FixturesSummary>,
+    /// Distances between the bodies of the machine; absent without bodies or check.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bodies: Option<BodiesSummary>,
+}
+
+/// Distances between the bodies of the machine, the tool with its holder, stock and fixtures.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
+pub struct BodiesSummary {
+    /// Accuracy of the distances, in mm: no true distance is smaller by more than this, or than 1 % of what is beyond the
+    /// clearance.
+    pub tolerance: f64,
+    /// Distance below which lines are reported, in mm.
+    pub clearance: f64,
+    /// Number of pairs that were compared.
+    pub pairs: usize,
+    /// Pairs that were not compared, as they may touch.
+    pub left_out: Vec<BodyMeetingSummary>,
+    /// Closest approach of the whole program.
+    pub least: Option<BodyApproachSummary>,
+    /// Closest of the lines below the clearance.
+    pub near: Vec<BodyApproachSummary>,
+    /// Lines below the clearance; null if there are none.
+    pub lines: Option<LinesSummary>,
+    /// Lines on which bodies touch; null if there are none.
+    pub hits: Option<LinesSummary>,
+}
+
+/// Two bodies that may touch.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+#[non_exhaustive]
+pub struct BodyMeetingSummary {
+    /// Names of both.
+    pub bodies: [String; 2],
+    /// Reason why they are not compared.
+    pub why: String,
+}
+
+/// Closest approach of two bodies on one line.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
+pub struct BodyApproachSummary {
+    /// Line of the program.
+    pub line: u32,
+    /// Names of both bodies, the one nearer to the workpiece first.
+    pub bodies: [String; 2],
+    /// Smallest distance, in mm; negative if they touch.
+    pub distance: f64,
+    /// Point between them, in machine coordinates in which the first body is where it is with all axes at zero.
+    pub point: [f64; 3],
 }
 
 /// Distances between tool and fixtures.

@@ -1,10 +1,11 @@
 //! Collisions of a program, as numbers and in words.
 
+use super::bodies::bodies_too_near;
 use super::fixtures::{self, lines};
 use super::program::CheckedProgram;
 use super::solids::Solids;
 use crate::files::summary::{
-    CollisionSummary, FixturesSummary, KindSummary, StockSummary, UndecidedSummary,
+    BodiesSummary, CollisionSummary, FixturesSummary, KindSummary, StockSummary, UndecidedSummary,
 };
 use crate::verify::{Collision, CollisionKind, Stock, StockReport, UndecidedCollision};
 
@@ -66,7 +67,10 @@ pub(super) fn failures(program: &CheckedProgram, solids: &Solids) -> Vec<String>
     let (kept, count) = fixtures::collisions(carving, program.clearance.as_ref());
     let summary = fixtures_summary(program, solids);
     let near = summary.iter().flat_map(fixtures::too_near);
-    let reported = describe_collisions(&kept, count, summary.as_ref()).into_iter().chain(near);
+    let bodies = bodies_summary(program, solids);
+    let bodies = bodies.iter().flat_map(bodies_too_near);
+    let reported = describe_collisions(&kept, count, summary.as_ref()).into_iter();
+    let reported = reported.chain(near).chain(bodies);
     reported.map(|what| format!("{}: {what}", program.file)).collect()
 }
 
@@ -76,4 +80,9 @@ pub(super) fn fixtures_summary(
     solids: &Solids,
 ) -> Option<FixturesSummary> {
     Some(solids.fixtures.as_ref()?.summary(program.clearance.as_ref()?))
+}
+
+/// Returns the distances of the machine's bodies over a program.
+pub(super) fn bodies_summary(program: &CheckedProgram, solids: &Solids) -> Option<BodiesSummary> {
+    Some(solids.machine.as_ref()?.summary(program.bodies.as_ref()?))
 }

@@ -57,6 +57,9 @@ pub(super) fn run(
     if let Some(fixtures) = &against.solids.fixtures {
         inspection = inspection.fixtures(fixtures.all(), fixtures.watch());
     }
+    if let Some(machine) = &against.solids.machine {
+        inspection = inspection.bodies(machine.bodies(), machine.watch());
+    }
     Ok(inspection.run(progress)?)
 }
 
@@ -147,7 +150,7 @@ mod tests {
         let others = [neighbour(&face, 0.05)];
         job.others = others.iter().cloned().map(|face| FaceIndex::new(face).unwrap()).collect();
         let axes = AxisWords::of(job.kinematics.machine()).unwrap();
-        let (solids, rest) = (Solids { stock: None, fixtures: None }, []);
+        let (solids, rest) = (Solids { stock: None, fixtures: None, machine: None }, []);
         let against = CheckedAgainst { rest: &rest, solids: &solids };
         for (program, dialect) in programs.iter().zip(&job.file.dialects) {
             let form = crate::pipeline::program_format::format_of(*dialect);

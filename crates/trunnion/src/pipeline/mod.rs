@@ -4,6 +4,7 @@
 //! stage its share of the tolerance.
 
 mod assemble;
+mod bodies;
 mod budget;
 mod collisions;
 mod error;
@@ -41,6 +42,7 @@ mod too_concave;
 mod turn_limit;
 mod wording;
 
+pub use bodies::{WatchedMachine, bodies_too_near, nearest_bodies};
 pub use budget::{Budget, BudgetError, BudgetShares};
 pub use collisions::{describe_collisions, stock_summary};
 pub use error::PipelineError;

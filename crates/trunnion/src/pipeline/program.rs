@@ -3,7 +3,7 @@
 use super::error::PipelineError;
 use crate::nc::write::OutputFormat;
 use crate::types::{Block, Diagnostic};
-use crate::verify::{self, ClearanceReport, CutStock, OtherFaces};
+use crate::verify::{self, BodyReport, ClearanceReport, CutStock, OtherFaces};
 
 /// Program of the job that was not written, because its text would not mean what is intended or cannot be checked.
 #[derive(Debug)]
@@ -46,6 +46,8 @@ pub struct CheckedProgram {
     pub carving: Option<CutStock>,
     /// Clearance from the fixtures of the job; `None` without any, or if another program has the same blocks.
     pub clearance: Option<ClearanceReport>,
+    /// Distances of the machine's bodies; `None` without any, or if another program has the same blocks.
+    pub bodies: Option<BodyReport>,
     /// True for links, and for cuts or their leads, that come nearer to a fixture than the required clearance.
     pub too_near: [bool; 2],
 }

@@ -111,9 +111,11 @@ fn one(
     } else {
         None
     };
-    let (check, others, carving, clearance) = match found {
-        Some(found) => (Some(found.report), found.others, found.stock, found.clearance),
-        None => (None, OtherFaces::default(), None, None),
+    let (check, others, carving, clearance, bodies) = match found {
+        Some(found) => {
+            (Some(found.report), found.others, found.stock, found.clearance, found.bodies)
+        }
+        None => (None, OtherFaces::default(), None, None, None),
     };
     let written = WrittenText { text: &text, ends: &ends };
     let too_near = too_near(clearance.as_ref(), &blocks, written);
@@ -129,6 +131,7 @@ fn one(
         others,
         carving,
         clearance,
+        bodies,
         too_near,
     })
 }

@@ -1,5 +1,6 @@
 //! Stock and fixtures of a job, ready for the check of its programs.
 
+use super::bodies::WatchedMachine;
 use super::error::PipelineError;
 use super::fixtures::Fixtures;
 use super::job::Job;
@@ -16,6 +17,8 @@ pub struct Solids {
     pub stock: Option<Stock>,
     /// Fixtures; `None` without any.
     pub fixtures: Option<Fixtures>,
+    /// Bodies of the machine, with stock and fixtures; `None` without any.
+    pub machine: Option<WatchedMachine>,
 }
 
 /// Builds stock and fixtures of a job.
@@ -38,10 +41,21 @@ pub fn solids(job: &Job) -> Result<Solids, PipelineError> {
             refuse(&path, format!("fixture {}: {error}", held.name));
         }
     }
+    let machine = WatchedMachine::new(job.kinematics.machine(), file.fixture_clearance);
+    let mut machine = machine.unwrap_or_else(|error| {
+        faults.push(file.places.fault("machine.file", error.to_string()));
+        None
+    });
     if !faults.is_empty() {
         return Err(PipelineError::Solids(faults.into()));
     }
-    Ok(Solids { stock, fixtures: Some(fixtures).filter(|all| !all.all().is_empty()) })
+    if let Some(machine) = &mut machine {
+        for held in &job.fixtures {
+            held.solid.iter().for_each(|solid| machine.hold(&held.name, solid, held.allowance));
+        }
+        job.stock.iter().for_each(|stock| machine.hold("stock", stock, 0.0));
+    }
+    Ok(Solids { stock, fixtures: Some(fixtures).filter(|all| !all.all().is_empty()), machine })
 }
 
 /// Returns the key of the job to report a bad stock at: the ray spacing, if another spacing works.

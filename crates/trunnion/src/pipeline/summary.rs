@@ -354,6 +354,7 @@ fn program(job: &Job, program: &CheckedProgram, solids: &Solids) -> ProgramSumma
             .as_ref()
             .map(|stock| collisions::stock_summary(&stock.report, &stock.remaining)),
         fixtures: collisions::fixtures_summary(program, solids),
+        bodies: collisions::bodies_summary(program, solids),
     }
 }
 

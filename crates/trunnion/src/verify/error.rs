@@ -32,6 +32,12 @@ pub enum VerifyError {
         /// All points that were examined.
         examined: usize,
     },
+    /// Bodies of the machine that cannot be checked.
+    #[error("machine {what}")]
+    Bodies {
+        /// Defect, with its remedy.
+        what: String,
+    },
     /// The program moves nothing.
     #[error("the program has no moves")]
     NoMotion,

@@ -101,6 +101,14 @@ impl<'a> CheckInput<'a> {
         Self { motion, ..self }
     }
 
+    /// Returns the machine as it is; `None` for cutter locations.
+    pub(super) fn real(&self) -> Option<&'a Kinematics> {
+        match self.motion {
+            MotionSource::Program { machine, .. } => Some(machine),
+            MotionSource::Locations(_) => None,
+        }
+    }
+
     /// The program, if it is one.
     pub(super) fn source(&self) -> Option<&'a dyn ProgramSource> {
         match self.motion {

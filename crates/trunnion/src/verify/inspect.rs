@@ -1,12 +1,14 @@
 //! One check of a program: faces, other faces, axes, stock and fixtures, in one report.
 
 use super::check::check;
+use super::clash::bodies::MachineBodies;
+use super::clash::watch::{BodyReport, WatchedBodies, watch_bodies};
 use super::deviation::side::behind;
 use super::error::VerifyError;
 use super::fixture::obstacle::Fixture;
 use super::fixture::watch::{ClearanceOptions, ClearanceReport, FixtureApproach, clearance};
 use super::input::CheckInput;
-use super::options::{BoundOptions, CheckOptions};
+use super::options::{BoundOptions, CHORD_SHARE, CheckOptions};
 use super::stock::carve::{StockOptions, StockReport, simulate};
 use super::stock::collision::CollisionKind;
 use super::stock::material::Stock;
@@ -87,6 +89,7 @@ pub struct Inspection<'a> {
     planned: Option<PlannedCuts<'a>>,
     stock: Option<(&'a Stock, StockOptions)>,
     fixtures: Option<(&'a [Fixture], &'a ClearanceOptions)>,
+    bodies: Option<(&'a MachineBodies, &'a ClearanceOptions)>,
 }
 
 /// Everything that a check found.
@@ -101,6 +104,8 @@ pub struct InspectionReport {
     pub stock: Option<CutStock>,
     /// Distance from fixtures.
     pub clearance: Option<ClearanceReport>,
+    /// Distances of the machine's bodies.
+    pub bodies: Option<BodyReport>,
     /// State of the control during cuts; `None` for cutter locations. Its findings are among those of `report`.
     pub state: Option<StateReport>,
 }
@@ -139,6 +144,7 @@ impl<'a> Inspection<'a> {
             planned: None,
             stock: None,
             fixtures: None,
+            bodies: None,
         }
     }
 
@@ -179,6 +185,13 @@ impl<'a> Inspection<'a> {
         Self { fixtures: Some((fixtures, options)), ..self }
     }
 
+    /// Sets the bodies of the machine, which must not touch each other, the tool, stock and fixtures. Of a CL file nothing
+    /// is known of the machine.
+    #[must_use]
+    pub fn bodies(self, bodies: &'a MachineBodies, options: &'a ClearanceOptions) -> Self {
+        Self { bodies: Some((bodies, options)), ..self }
+    }
+
     /// Runs the motion and reports everything that is found.
     ///
     /// # Errors
@@ -204,6 +217,7 @@ impl<'a> Inspection<'a> {
         if let (Some(stock), Some(clearance)) = (&mut stock, &clearance) {
             add_contacts(&mut stock.report, clearance);
         }
+        let bodies = self.watch_bodies(progress)?;
         let mut state = self.audit_state();
         if let Some(state) = &mut state {
             state.findings.extend(self.slow_cuts(&report, state.cuts));
@@ -211,7 +225,7 @@ impl<'a> Inspection<'a> {
         }
         let findings = state.iter().flat_map(|state| &state.findings);
         report.findings.extend(findings.map(|finding| Finding::State(*finding)));
-        Ok(InspectionReport { report, others, stock, clearance, state })
+        Ok(InspectionReport { report, others, stock, clearance, bodies, state })
     }
 
     /// Audits spindle, tool length and smoothing of a program.
@@ -281,6 +295,18 @@ impl<'a> Inspection<'a> {
         let deepest = other.deviation.lowest.map_or(0.0, |lowest| (-lowest.height).max(0.0));
         let gouge_bound = other.deviation.bounds.map(|bounds| bounds.gouge);
         Ok(OtherFaces { points: other.deviation.points, deepest, gouge_bound })
+    }
+
+    /// Finds the distances of the machine's bodies; `None` for cutter locations.
+    fn watch_bodies(&self, progress: &dyn Progress) -> Result<Option<BodyReport>, VerifyError> {
+        let (Some((bodies, watch)), Some(kinematics)) = (self.bodies, self.input.real()) else {
+            return Ok(None);
+        };
+        let controls = self.input.controls()?;
+        let run = self.input.run(controls.as_ref(), CHORD_SHARE * watch.tolerance)?;
+        let cutters = self.input.cutters();
+        let watched = WatchedBodies { bodies, cutters: &cutters, kinematics, watch: *watch };
+        watch_bodies(&watched, &run, progress).map(Some)
     }
 
     fn cut_stock(&self, progress: &dyn Progress) -> Result<Option<CutStock>, VerifyError> {

@@ -22,6 +22,7 @@
 mod assumed_error;
 mod axes;
 mod check;
+mod clash;
 mod deviation;
 mod error;
 mod fast_block;
@@ -41,6 +42,7 @@ mod swept;
 
 pub use assumed_error::AssumedError;
 pub use check::check;
+pub use clash::{BodyApproach, BodyMeeting, BodyReport, MachineBodies};
 pub use deviation::side::{FacesFromBehind, behind};
 pub use error::{VerifyError, VerifyRemedy};
 pub use fast_block::FastBlock;

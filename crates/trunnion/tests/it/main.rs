@@ -6,6 +6,7 @@ mod audited;
 mod axes;
 mod barrels;
 mod blocks;
+mod bodies;
 mod bounds;
 mod brute_force;
 #[path = "../../../trunnion-motion/tests/it/chains/mod.rs"]

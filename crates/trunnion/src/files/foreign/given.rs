@@ -101,6 +101,7 @@ pub(super) fn complete(draft: MachineDraft, faults: &mut Vec<Diagnostic>) -> Mac
         singular: SingularPolicy::STANDARD,
         retract: RetractPolicy::standard(),
         dialect: draft.dialect,
+        bodies: Vec::new(),
     }
 }
 

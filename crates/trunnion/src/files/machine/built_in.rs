@@ -10,11 +10,14 @@ macro_rules! machine {
 
 /// Names and texts of the machine files that come with the library, in order of names. Dimensions
 /// are typical of their class and taken from no data sheet.
-pub const BUILT_IN: [(&str, &str); 16] = [
+pub const BUILT_IN: [(&str, &str); 19] = [
     machine!("ac-trunnion"),
     machine!("bc-trunnion"),
+    machine!("bc-trunnion-bodies"),
+    machine!("cb-table-head-bodies"),
     machine!("dmu-nutating45"),
     machine!("gantry-ca-fork"),
+    machine!("gantry-ca-fork-bodies"),
     machine!("layout-11-ab-head-head"),
     machine!("layout-12-ba-head-head"),
     machine!("layout-13-ca-head-head"),

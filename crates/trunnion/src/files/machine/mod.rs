@@ -1,5 +1,6 @@
 //! The machine file (`trunnion-machine/1`): the kinematic chain, its limits, its control.
 
+mod body;
 mod built_in;
 mod layout;
 pub(super) mod raw;

@@ -39,6 +39,60 @@ pub(in super::super) struct RawMachine {
     /// Format of programs.
     #[serde(default)]
     dialect: RawDialect,
+    /// Bodies that must not collide, one table each: table, slides, column, head. Bodies of different links are checked
+    /// against each other, and against the tool with its holder, stock and fixtures.
+    #[serde(default)]
+    body: Vec<RawBody>,
+}
+
+/// Body of the machine.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct RawBody {
+    /// Name of the body in findings.
+    #[schemars(length(min = 1))]
+    pub(super) name: String,
+    /// Link that the body moves with: an axis of the chain, "w", "b" or "t".
+    pub(super) link: String,
+    /// Kind of solid, which decides the other keys. box: min, max; cylinder: base, radius, height, optionally axis; stl: file,
+    /// optionally origin, rotation; step: file, optionally chord, origin, rotation.
+    pub(super) kind: RawBodyKind,
+    /// Corner of the box with the smallest coordinates, in machine coordinates with all axes at zero.
+    pub(super) min: Option<[f64; 3]>,
+    /// Corner of the box with the largest coordinates.
+    pub(super) max: Option<[f64; 3]>,
+    /// Centre of the end of the cylinder from which it rises.
+    pub(super) base: Option<[f64; 3]>,
+    /// Direction in which the cylinder rises. Default: 0, 0, 1.
+    pub(super) axis: Option<[f64; 3]>,
+    /// Radius of the cylinder.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) radius: Option<f64>,
+    /// Height of the cylinder.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) height: Option<f64>,
+    /// STL file in mm, or STEP file, relative to this file.
+    #[schemars(length(min = 1))]
+    pub(super) file: Option<String>,
+    /// Largest distance of the triangles that represent a STEP solid from its faces. Default: 0.1 mm.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub(super) chord: Option<f64>,
+    /// Position of the file's origin in machine coordinates. Default: 0, 0, 0.
+    pub(super) origin: Option<[f64; 3]>,
+    /// Rotation of the solid about the fixed x, then y, then z, before it is moved to `origin`. Default: 0, 0, 0.
+    pub(super) rotation: Option<[f64; 3]>,
+    /// Bodies that this one may touch, such as the ways of a slide.
+    #[serde(default)]
+    pub(super) touches: Vec<String>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum RawBodyKind {
+    Box,
+    Cylinder,
+    Stl,
+    Step,
 }
 
 #[derive(Debug, Clone, Copy, Default, Deserialize, serde::Serialize, JsonSchema)]

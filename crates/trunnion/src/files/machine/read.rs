@@ -4,6 +4,7 @@ use super::super::document::Document;
 use super::super::places::KeyPositions;
 use super::super::schema;
 use super::super::walk::nearest;
+use super::body::{BodyScale, bodies};
 use super::layout::LAYOUT;
 use super::raw::{
     RawAngle, RawAxis, RawCycle, RawDialect, RawFeed, RawFrame, RawInterpolation, RawKind,
@@ -127,6 +128,7 @@ fn sections(doc: &mut Document<'_>) -> Option<Found> {
         let message = format!("the retracting axis {axis} is not in the chain");
         doc.fault("retract.axis", message, "name a linear axis of the chain");
     }
+    let bodies = bodies(BodyScale { length: scale.length, angle: scale.angle }, doc);
     // Without axes there is no machine to judge: everything else has been reported above.
     let (axes, unread) = axes?;
     if let Some(retract) = &retract {
@@ -143,6 +145,7 @@ fn sections(doc: &mut Document<'_>) -> Option<Found> {
         singular: singular.unwrap_or(SingularPolicy::STANDARD),
         retract: retract.unwrap_or_else(RetractPolicy::standard),
         dialect,
+        bodies: bodies?,
     };
     // With unreadable units every number may be wrong by a factor: the whole is not judged.
     units.map(|_| Found { spec, unread, has_chain })

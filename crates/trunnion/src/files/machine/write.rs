@@ -2,8 +2,9 @@
 
 use super::layout::LAYOUT;
 use crate::machine::{
-    AxisFormat, AxisInterpolation, AxisKind, AxisSpec, ControlLimits, FeedMode, MachineSpec,
-    PreferredSign, ProgramFormat, RetractFrame, RetractPolicy, SingularPolicy, TurnFormat,
+    AxisFormat, AxisInterpolation, AxisKind, AxisSpec, BodyShape, ControlLimits, FeedMode,
+    MachineBody, MachineSpec, PreferredSign, ProgramFormat, RetractFrame, RetractPolicy,
+    SingularPolicy, TurnFormat,
 };
 use std::fmt::Write;
 
@@ -46,7 +47,50 @@ pub fn write(spec: &MachineSpec, notes: &[String]) -> String {
     write_singular(&mut text, &spec.singular);
     write_retract(&mut text, &spec.retract, spec);
     write_dialect(&mut text, &spec.dialect);
+    for body in &spec.bodies {
+        write_body(&mut text, body);
+    }
     text
+}
+
+/// Writes a body; triangles that were read from a file are left to that file, whose name they do not have.
+fn write_body(text: &mut String, body: &MachineBody) {
+    let mut entries = vec![("name", quoted(&body.name)), ("link", quoted(&body.link))];
+    let mut kind = |kind: &str| entries.push(("kind", quoted(kind)));
+    match &body.shape {
+        BodyShape::Box { min, max } => {
+            kind("box");
+            entries.extend([("min", vector((*min).into())), ("max", vector((*max).into()))]);
+        }
+        BodyShape::Cylinder { base, axis, radius, height } => {
+            kind("cylinder");
+            entries.extend([
+                ("base", vector((*base).into())),
+                ("axis", vector(*axis)),
+                ("radius", number(*radius)),
+                ("height", number(*height)),
+            ]);
+        }
+        BodyShape::File { file, place, chord } => {
+            let is_step =
+                file.to_lowercase().ends_with(".step") || file.to_lowercase().ends_with(".stp");
+            kind(if is_step { "step" } else { "stl" });
+            let (x, y, z) = place.rotation.euler_angles();
+            entries.push(("file", quoted(file)));
+            if is_step {
+                entries.push(("chord", number(*chord)));
+            }
+            entries.push(("origin", vector(place.translation.vector.into())));
+            entries.push(("rotation", vector([x, y, z].map(f64::to_degrees))));
+        }
+        BodyShape::Mesh { .. } => return,
+    }
+    if !body.touches.is_empty() {
+        let names: Vec<String> = body.touches.iter().map(|name| quoted(name)).collect();
+        entries.push(("touches", format!("[{}]", names.join(", "))));
+    }
+    let lines: String = entries.iter().map(|(key, value)| format!("{key} = {value}\n")).collect();
+    let _ = write!(text, "\n[[body]]\n{lines}");
 }
 
 fn write_axis(text: &mut String, axis: &AxisSpec) {

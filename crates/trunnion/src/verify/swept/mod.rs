@@ -1,7 +1,8 @@
 //! Kernel of the swept volume: the tool as convex bodies in motion.
 //!
 //! [`tool`] cuts a tool into convex bodies, [`quadratic`] its motion into pieces that are quadratic in time, [`distance`],
-//! [`relative`] and [`rays`] measure points, planes and rays against a body on a piece. [`bvh`] and [`mesh`] find what is near.
+//! [`relative`] and [`rays`] measure points, planes and rays against a body on a piece. [`bvh`] and [`mesh`] find what is near, [`triangles`] how far meshes
+//! are apart.
 
 pub(crate) mod bvh;
 pub(crate) mod crossing;
@@ -11,3 +12,4 @@ pub(crate) mod quadratic;
 pub(crate) mod rays;
 pub(crate) mod relative;
 pub(crate) mod tool;
+pub(crate) mod triangles;
