@@ -161,11 +161,19 @@ impl<const N: usize> RollingPlan<N> {
 
     /// Takes the next cell.
     pub(crate) fn take_cell(&mut self) -> Option<CellMotion> {
-        let cell = self.done;
-        let pair = |list: &[f64]| Some([*list.get(cell)?, *list.get(cell + 1)?]);
-        let run = [pair(&self.grid.s)?, pair(&self.motion[0])?, pair(&self.motion[1])?];
+        let run = self.cell(self.done)?;
         self.done += 1;
         Some(run)
+    }
+
+    /// Returns the cells that were not run, down to rest.
+    pub(crate) fn cells(&self) -> impl Iterator<Item = CellMotion> {
+        (self.done..).map_while(|cell| self.cell(cell))
+    }
+
+    fn cell(&self, cell: usize) -> Option<CellMotion> {
+        let pair = |list: &[f64]| Some([*list.get(cell)?, *list.get(cell + 1)?]);
+        Some([pair(&self.grid.s)?, pair(&self.motion[0])?, pair(&self.motion[1])?])
     }
 
     /// Extends the plan over a piece that begins where this ends; returns `false` if it cannot,

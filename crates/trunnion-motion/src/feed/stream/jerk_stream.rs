@@ -4,8 +4,9 @@ use super::nodes::{NodeEntry, NodeQueue};
 use super::options::{MOST_OVERRIDE, StreamOptions};
 use super::step::StreamStep;
 use crate::feed::error::FeedError;
-use crate::feed::jerk::{PathAhead, RollingPlan, stop};
+use crate::feed::jerk::{CellMotion, PathAhead, RollingPlan, stop};
 use crate::feed::limits::Limits;
+use crate::feed::options::SpeedOverrides;
 use crate::feed::plan::LimitRatios;
 use crate::feed::reciprocal::ReciprocalLimits;
 use crate::feed::validate;
@@ -60,8 +61,8 @@ pub struct JerkStream<const N: usize = AXES> {
     given: [ReciprocalLimits<N>; 2],
     limits: [ReciprocalLimits<N>; 2],
     factor: f64,
-    /// Override that the plan was made for.
-    planned_for: f64,
+    /// The plan was made for other limits.
+    outdated: bool,
     known: NodeQueue<N>,
     plan: Option<RollingPlan<N>>,
     pushed: [usize; 2],
@@ -93,7 +94,7 @@ impl<const N: usize> JerkStream<N> {
             given,
             limits: given,
             factor: 1.0,
-            planned_for: 1.0,
+            outdated: false,
             known: NodeQueue::new(),
             plan: None,
             pushed: [0; 2],
@@ -144,11 +145,50 @@ impl<const N: usize> JerkStream<N> {
         if !(0.0..=MOST_OVERRIDE).contains(&value) {
             return Err(FeedError::BadOverride { value });
         }
+        self.outdated |= value.to_bits() != self.factor.to_bits();
         self.factor = value;
         if value > 0.0 {
             self.limits = self.given.map(|limits| limits.at_override(value));
         }
         Ok(())
+    }
+
+    /// Sets an override for the feed and one for the tip speed, from the next stretch on, as soon as the limits allow. The
+    /// speeds of the axes stay as they are, unlike under [`JerkStream::set_override`], which this replaces.
+    ///
+    /// # Errors
+    ///
+    /// [`FeedError::BadOverride`] unless the feed's is above 0 and at most 2, and the tip's above 0 and at most 1.
+    pub fn set_speed_overrides(&mut self, overrides: SpeedOverrides) -> Result<(), FeedError> {
+        for (value, most) in [(overrides.feed, MOST_OVERRIDE), (overrides.tip, 1.0)] {
+            if !(value > 0.0 && value <= most) {
+                return Err(FeedError::BadOverride { value });
+            }
+        }
+        let limits = self.given.map(|limits| limits.at_speed_overrides(overrides));
+        let same = |(a, b): (&ReciprocalLimits<N>, &ReciprocalLimits<N>)| {
+            a.feed.to_bits() == b.feed.to_bits() && a.tip.to_bits() == b.tip.to_bits()
+        };
+        self.outdated |= self.factor <= 0.0 || !limits.iter().zip(&self.limits).all(same);
+        (self.factor, self.limits) = (1.0, limits);
+        Ok(())
+    }
+
+    /// Returns the steps that follow the committed schedule if neither nodes nor overrides come: down to rest, as the
+    /// plan has them now.
+    pub fn uncommitted(&self) -> Vec<StreamStep> {
+        let Some(plan) = &self.plan else { return Vec::new() };
+        let mut intervals = self.known.intervals();
+        let mut t = self.time;
+        let mut steps = Vec::new();
+        for cell in plan.cells() {
+            let [[_, high], ..] = cell;
+            let Some(interval) = intervals.of(high) else { break };
+            let step = step_of(self.piece, interval, t, cell);
+            t += step.duration;
+            steps.push(step);
+        }
+        steps
     }
 
     /// Returns guaranteed upper bounds of the ratios over the committed schedule. Where the feed was above a new
@@ -206,7 +246,7 @@ impl<const N: usize> JerkStream<N> {
     /// Plans the known nodes where it is time to.
     fn plan(&mut self) -> Option<()> {
         // Another override: from the motion under way, before anything else.
-        if self.factor.to_bits() != self.planned_for.to_bits() {
+        if std::mem::take(&mut self.outdated) {
             self.plan_anew();
         }
         if self.known.is_run() {
@@ -259,7 +299,6 @@ impl<const N: usize> JerkStream<N> {
 
     /// Changes to another override from the motion under way.
     fn plan_anew(&mut self) {
-        self.planned_for = self.factor;
         let Some(mut plan) = self.plan.take() else { return };
         let Some([s, speed, acceleration]) = plan.here() else { return };
         if speed <= 0.0 {
@@ -289,22 +328,31 @@ impl<const N: usize> Iterator for JerkStream<N> {
     fn next(&mut self) -> Option<StreamStep> {
         self.plan()?;
         let plan = self.plan.as_mut()?;
-        let [s, speed, acceleration] = plan.take_cell()?;
+        let cell = plan.take_cell()?;
         self.bounds = self.bounds.max(plan.bounds);
-        let interval = self.known.run_to(s[1])?;
-        let duration = LinearSegment { length: s[1] - s[0], speed, acceleration }.time();
-        let step = StreamStep {
-            piece: self.piece,
-            interval,
-            s: s.into(),
-            t: self.time,
-            duration,
-            speed: speed.into(),
-            acceleration: acceleration[0],
-            end_acceleration: acceleration[1],
-        };
-        self.time += duration;
-        self.speed = speed[1];
+        let interval = self.known.run_to(cell[0][1])?;
+        let step = step_of(self.piece, interval, self.time, cell);
+        self.time += step.duration;
+        self.speed = step.speed.end;
         Some(step)
+    }
+}
+
+/// Returns the step over a cell of the plan, from time `t` on.
+fn step_of(
+    piece: usize,
+    interval: usize,
+    t: f64,
+    [s, speed, acceleration]: CellMotion,
+) -> StreamStep {
+    StreamStep {
+        piece,
+        interval,
+        s: s.into(),
+        t,
+        duration: LinearSegment { length: s[1] - s[0], speed, acceleration }.time(),
+        speed: speed.into(),
+        acceleration: acceleration[0],
+        end_acceleration: acceleration[1],
     }
 }

@@ -1,0 +1,387 @@
+//! A polyline that arrives leg by leg becomes a smooth path, with its corners rounded within their tolerances.
+//!
+//! Every corner has a kernel (`kernel`) of its own half width. Where kernels overlap their roundings add up, so short
+//! legs of a smooth curve become that curve again: the kernels reach over many of them.
+
+use super::block::BlockStart;
+use super::kernel::rounding;
+use super::leg::{Leg, LetterVector, triples};
+use std::collections::VecDeque;
+
+/// Largest half width of a kernel \[mm\]: a path must be known three times as far ahead.
+const WIDEST: f64 = 2.0;
+
+/// Largest distance between two nodes \[mm\].
+const LARGEST_STEP: f64 = 4.0;
+
+/// Largest turn of the rotaries between two nodes \[rad\]: the axes move on curves there.
+const LARGEST_TURN: f64 = 0.035;
+
+/// Nodes over the half width of a kernel.
+const NODES: f64 = 6.0;
+
+/// A place that stands out gets a node unless another one is nearer than this share of a step.
+const NEAR: f64 = 0.3;
+
+/// Share of a tolerance that roundings use; the rest is for the quintics between nodes.
+const USED: f64 = 0.95;
+
+/// Change of direction that is none: rounding of positions.
+const STRAIGHT: f64 = 1e-9;
+
+/// Distance before a change of speed at which the old speed still holds \[mm\].
+const SPEED_STEP: f64 = 0.02;
+
+/// Halvings of the range of a width.
+const HALVINGS: u32 = 10;
+
+/// Rounds in which widths are made smaller together.
+const ROUNDS: u32 = 40;
+
+/// Largest deviations at a corner.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct CornerTolerance {
+    /// Of X Y Z, and of U V W \[mm\].
+    pub(super) tip: f64,
+    /// Of A B C \[rad\].
+    pub(super) axis: f64,
+}
+
+impl CornerTolerance {
+    /// Returns a deviation as a share of the tolerance.
+    fn share(&self, deviation: &LetterVector) -> f64 {
+        let [xyz, abc, uvw] = triples(deviation).map(|triple| triple.norm());
+        (xyz / self.tip).max(abc / self.axis).max(uvw / self.tip)
+    }
+
+    /// Returns the smaller tolerance of both.
+    pub(super) fn min(self, other: Self) -> Self {
+        Self { tip: self.tip.min(other.tip), axis: self.axis.min(other.axis) }
+    }
+}
+
+#[derive(Debug, Clone)]
+struct Corner {
+    at: f64,
+    /// Change of direction.
+    turn: LetterVector,
+    tolerance: CornerTolerance,
+    /// Half width of its kernel, once it was chosen.
+    width: f64,
+}
+
+/// A place of the smooth path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PathNode {
+    pub(super) s: f64,
+    /// Letters and their derivatives by `s`.
+    pub(super) letters: [LetterVector; 4],
+    /// Seconds per length of a feed and of a rapid move.
+    pub(super) rates: [f64; 2],
+    /// Block that begins or is run here.
+    pub(super) block: u32,
+}
+
+#[derive(Debug, Clone)]
+struct PlacedLeg {
+    from: f64,
+    leg: Leg,
+}
+
+impl PlacedLeg {
+    fn end(&self) -> f64 {
+        self.from + self.leg.length
+    }
+}
+
+/// The smooth path of one run, from rest to rest.
+#[derive(Debug, Clone, Default)]
+pub(super) struct RoundedPath {
+    legs: VecDeque<PlacedLeg>,
+    corners: VecDeque<Corner>,
+    /// Corners whose widths are tried, and those that are settled.
+    chosen: usize,
+    settled: usize,
+    length: f64,
+    ended: bool,
+    /// Last node.
+    node: Option<f64>,
+}
+
+impl RoundedPath {
+    /// Appends a leg; `tolerance` is that of the corner where it begins.
+    pub(super) fn push(&mut self, leg: Leg, tolerance: CornerTolerance) {
+        if let Some(last) = self.legs.back() {
+            let turn = leg.direction - last.leg.direction;
+            if turn.amax() > STRAIGHT {
+                self.corners.push_back(Corner { at: self.length, turn, tolerance, width: 0.0 });
+            }
+        }
+        self.legs.push_back(PlacedLeg { from: self.length, leg });
+        self.length += leg.length;
+    }
+
+    /// Ends the path where the last leg ends.
+    pub(super) fn end(&mut self) {
+        self.ended = true;
+    }
+
+    pub(super) fn is_ended(&self) -> bool {
+        self.ended
+    }
+
+    /// True if the last node was returned.
+    pub(super) fn is_finished(&self) -> bool {
+        let all = self.node.is_some_and(|node| node >= self.length);
+        self.ended && (self.legs.is_empty() || all)
+    }
+
+    /// Returns the direction of the last leg.
+    pub(super) fn direction(&self) -> Option<LetterVector> {
+        self.legs.back().map(|last| last.leg.direction)
+    }
+
+    /// Returns the number of legs that nodes have not passed.
+    pub(super) fn waiting(&self) -> usize {
+        self.legs.len()
+    }
+
+    /// Returns the next node; `None` while the path ahead is not known well enough, and at the end.
+    pub(super) fn next_node(&mut self) -> Option<PathNode> {
+        self.settle();
+        let s = self.next_place()?;
+        let settled = self.settled_to();
+        if s > settled {
+            return None;
+        }
+        self.node = Some(s);
+        let node = self.node_at(s)?;
+        self.forget(s - 2.0 * WIDEST);
+        Some(node)
+    }
+
+    /// Place up to which no corner will change any more.
+    fn settled_to(&self) -> f64 {
+        match self.corners.get(self.settled) {
+            Some(corner) => corner.at - WIDEST,
+            None if self.ended => self.length,
+            None => self.length - WIDEST,
+        }
+    }
+
+    /// Place up to which the path is known, as far as corners ask.
+    fn known(&self) -> f64 {
+        if self.ended { f64::INFINITY } else { self.length }
+    }
+
+    /// Chooses and settles the widths of corners that enough is known of.
+    fn settle(&mut self) {
+        let known = self.known();
+        while let Some(corner) = self.corners.get(self.chosen) {
+            if corner.at + WIDEST > known {
+                break;
+            }
+            let width = self.widest(self.chosen);
+            if let Some(corner) = self.corners.get_mut(self.chosen) {
+                corner.width = width;
+            }
+            self.chosen += 1;
+        }
+        while self.settled < self.chosen {
+            let Some(corner) = self.corners.get(self.settled) else { break };
+            if corner.at + 2.0 * WIDEST > known {
+                break;
+            }
+            let to = corner.at + corner.width;
+            self.shrink(self.settled, to);
+            self.settled += 1;
+        }
+    }
+
+    /// Returns the largest half width of a corner's kernel, if all corners near it had the same.
+    fn widest(&self, index: usize) -> f64 {
+        let Some(corner) = self.corners.get(index) else { return 0.0 };
+        let end = if self.ended { self.length - corner.at } else { f64::INFINITY };
+        let most = WIDEST.min(corner.at).min(end);
+        let share = |width: f64| {
+            let near = self.near(corner.at, width);
+            let deviation = near.fold(LetterVector::zeros(), |sum, other| {
+                sum + other.turn * (width * rounding((corner.at - other.at) / width)[0])
+            });
+            corner.tolerance.share(&deviation)
+        };
+        if share(most) <= USED {
+            return most;
+        }
+        let [mut low, mut high] = [0.0, most];
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if share(middle) <= USED { low = middle } else { high = middle }
+        }
+        if low > 0.0 { low } else { high * (USED / share(high)).min(1.0) }
+    }
+
+    /// Makes kernels from `first` on smaller until the path keeps its tolerances at the corners and between them, up to
+    /// `to`.
+    fn shrink(&mut self, first: usize, to: f64) {
+        let Some(from) = self.corners.get(first).map(|corner| corner.at - corner.width) else {
+            return;
+        };
+        let places: Vec<(f64, CornerTolerance)> = self.places(from, to);
+        for _ in 0..ROUNDS {
+            let mut kept = true;
+            for (s, tolerance) in &places {
+                let share = tolerance.share(&self.deviation(*s));
+                if share > USED {
+                    kept = false;
+                    self.scale(first, *s, 0.97 * (USED / share).max(0.25));
+                }
+            }
+            if kept {
+                return;
+            }
+        }
+    }
+
+    /// Corners in a stretch and the middles between them, with their tolerances.
+    fn places(&self, from: f64, to: f64) -> Vec<(f64, CornerTolerance)> {
+        let mut places = Vec::new();
+        let mut last: Option<&Corner> = None;
+        for corner in self.corners.iter().filter(|corner| (from..=to).contains(&corner.at)) {
+            if let Some(last) = last {
+                let tolerance = last.tolerance.min(corner.tolerance);
+                places.push((0.5 * (last.at + corner.at), tolerance));
+            }
+            places.push((corner.at, corner.tolerance));
+            last = Some(corner);
+        }
+        places
+    }
+
+    /// Scales the widths of the kernels from `first` on that reach `s`.
+    fn scale(&mut self, first: usize, s: f64, factor: f64) {
+        for corner in self.corners.iter_mut().skip(first).take(self.chosen - first) {
+            if (corner.at - s).abs() < corner.width {
+                corner.width *= factor;
+            }
+        }
+    }
+
+    /// Corners within `width` of `s`.
+    fn near(&self, s: f64, width: f64) -> impl Iterator<Item = &Corner> {
+        let first = self.corners.partition_point(|corner| corner.at <= s - width);
+        self.corners.range(first..).take_while(move |corner| corner.at < s + width)
+    }
+
+    /// Returns the deviation from the polyline at `s`.
+    fn deviation(&self, s: f64) -> LetterVector {
+        self.near(s, WIDEST).filter(|corner| corner.width > 0.0).fold(
+            LetterVector::zeros(),
+            |sum, corner| {
+                let [value, ..] = rounding((s - corner.at) / corner.width);
+                sum + corner.turn * (corner.width * value)
+            },
+        )
+    }
+
+    /// Returns the leg that begins at `s` or holds it.
+    fn leg_at(&self, s: f64) -> usize {
+        let after = self.legs.partition_point(|leg| leg.from <= s);
+        after.saturating_sub(1)
+    }
+
+    /// Returns the place of the next node.
+    fn next_place(&self) -> Option<f64> {
+        let Some(last) = self.node else { return (!self.legs.is_empty()).then_some(0.0) };
+        if last >= self.length {
+            return None;
+        }
+        let mut step = LARGEST_STEP;
+        for corner in self.near(last, WIDEST) {
+            if (corner.at - last).abs() < corner.width && corner.at + corner.width > last {
+                step = step.min(corner.width / NODES);
+            }
+        }
+        let legs = self.legs.range(self.leg_at(last)..);
+        if let Some(leg) = legs.clone().next() {
+            let turn = triples(&leg.leg.direction)[1].norm();
+            step = step.min(LARGEST_TURN / turn.max(f64::MIN_POSITIVE));
+        }
+        // Kernels that begin ahead.
+        for corner in self.near(last, LARGEST_STEP + WIDEST) {
+            let begin = corner.at - corner.width;
+            if corner.width > 0.0 && begin > last && begin < last + step {
+                let own = corner.width / NODES;
+                step = if begin - last > NEAR * own { begin - last } else { step.min(own) };
+            }
+        }
+        for leg in legs.skip(1) {
+            if leg.from >= last + step {
+                break;
+            }
+            step = self.step_to(last, step, leg);
+        }
+        let left = self.length - last;
+        let s = if left <= step {
+            self.length
+        } else if left < 2.0 * step {
+            last + 0.5 * left
+        } else {
+            last + step
+        };
+        (s > last).then_some(s)
+    }
+
+    /// Returns the step to the beginning of a leg ahead, or the whole step where it needs no node.
+    fn step_to(&self, last: f64, step: f64, leg: &PlacedLeg) -> f64 {
+        let distance = leg.from - last;
+        let before = self.legs.get(self.leg_at(leg.from).saturating_sub(1));
+        let changes = before.is_some_and(|before| before.leg.rates != leg.leg.rates);
+        let needed = leg.leg.begins == BlockStart::Marked;
+        if changes && distance > 2.0 * SPEED_STEP {
+            return step.min(distance - SPEED_STEP);
+        }
+        if changes || needed || distance > NEAR * step { step.min(distance) } else { step }
+    }
+
+    /// Returns the path at `s`.
+    fn node_at(&self, s: f64) -> Option<PathNode> {
+        let index = self.leg_at(s);
+        let PlacedLeg { from, leg } = self.legs.get(index)?;
+        let mut letters = [LetterVector::zeros(); 4];
+        letters[0] = leg.start + leg.direction * (s - from);
+        letters[1] = leg.direction;
+        for corner in self.near(s, WIDEST).filter(|corner| corner.width > 0.0) {
+            let w = corner.width;
+            let mut u = (s - corner.at) / w;
+            // At a corner the leg behind it counts, and so does the slope behind it.
+            if u.abs() < f64::EPSILON {
+                u = f64::MIN_POSITIVE;
+            }
+            let [value, slope, bend, change] = rounding(u);
+            for (letter, factor) in
+                letters.iter_mut().zip([w * value, slope, bend / w, change / (w * w)])
+            {
+                *letter += corner.turn * factor;
+            }
+        }
+        let mut rates = leg.rates;
+        // Where the speed changes the lower one holds.
+        if s <= *from && let Some(before) = index.checked_sub(1).and_then(|i| self.legs.get(i)) {
+            rates = [0, 1].map(|kind| rates[kind].max(before.leg.rates[kind]));
+        }
+        Some(PathNode { s, letters, rates, block: leg.block })
+    }
+
+    /// Forgets legs and corners before `s`.
+    fn forget(&mut self, s: f64) {
+        while self.legs.len() > 1 && self.legs.front().is_some_and(|leg| leg.end() < s) {
+            self.legs.pop_front();
+        }
+        while self.settled > 0 && self.corners.front().is_some_and(|corner| corner.at < s) {
+            self.corners.pop_front();
+            self.settled -= 1;
+            self.chosen -= 1;
+        }
+    }
+}

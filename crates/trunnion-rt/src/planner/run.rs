@@ -1,0 +1,223 @@
+//! One run from rest to rest: blocks in, steps of its schedule out.
+
+use super::block::{BlockEnding, BlockStart, MotionBlock};
+use super::joints::{WordJoints, WordsFault};
+use super::leg::{Leg, LetterVector, legs};
+use super::pieces;
+use super::rounded_path::{CornerTolerance, PathNode, RoundedPath};
+use crate::motion::MotionPiece;
+use std::collections::VecDeque;
+use trunnion::feed::{FeedError, JerkStream, Limits, ProgrammedSpeeds, StreamOptions, StreamStep};
+use trunnion::math::quintic::Quintic;
+use trunnion::types::{AXES, AxisNode, Motion};
+
+/// Nodes that the plan looks ahead.
+const WINDOW: usize = 128;
+
+/// Deviation of the tip where a path is to be exact \[mm\]: inside arcs, which consist of chords.
+const EXACT: f64 = 0.001;
+
+/// Change of direction that an exact path goes through without a stop.
+const SAME_DIRECTION: f64 = 1e-4;
+
+/// Distance between places where a block is checked \[mm\], and the most places.
+const CHECK_STEP: f64 = 2.0;
+const MOST_CHECKS: u32 = 500;
+
+/// A node of the path, with joints.
+#[derive(Debug, Clone, Copy)]
+struct RunNode {
+    path: PathNode,
+    axes: AxisNode,
+}
+
+/// A run that is under way.
+#[derive(Debug, Clone)]
+pub(super) struct Run {
+    path: RoundedPath,
+    joints: WordJoints,
+    limits: Limits<AXES>,
+    stream: JerkStream,
+    /// Nodes from the last committed step on.
+    nodes: VecDeque<RunNode>,
+    /// Largest deviation of the rotaries at corners \[rad\].
+    axis_tolerance: f64,
+    /// How the last block ends, and the tolerance there.
+    ending: BlockEnding,
+    tolerance: CornerTolerance,
+}
+
+impl Run {
+    /// Begins a run with the kinematics of its blocks.
+    pub(super) fn new(
+        joints: WordJoints,
+        limits: Limits<AXES>,
+        axis_tolerance: f64,
+    ) -> Result<Self, FeedError> {
+        let stream = stream(limits)?;
+        let tolerance = CornerTolerance { tip: EXACT, axis: axis_tolerance };
+        Ok(Self {
+            path: RoundedPath::default(),
+            joints,
+            limits,
+            stream,
+            nodes: VecDeque::new(),
+            axis_tolerance,
+            ending: BlockEnding::Blend,
+            tolerance,
+        })
+    }
+
+    pub(super) fn stream(&mut self) -> &mut JerkStream {
+        &mut self.stream
+    }
+
+    pub(super) fn path(&self) -> &RoundedPath {
+        &self.path
+    }
+
+    /// Ends the run where its last block ends.
+    pub(super) fn end(&mut self) {
+        self.path.end();
+    }
+
+    /// Takes a block; returns false where the run has to end before it.
+    pub(super) fn take(&mut self, block: &MotionBlock) -> Result<bool, WordsFault> {
+        let suits = self.joints.suits(block.mode, block.tool_length);
+        let begins = self.path.direction().is_none();
+        if self.path.is_ended() || !suits || (!begins && block.begins == BlockStart::Rest) {
+            return Ok(false);
+        }
+        let tolerance = self.corner_tolerance(block);
+        let inner = self.inner_tolerance(&tolerance);
+        let legs = legs(block, inner.tip);
+        if let (false, Some(first)) = (begins, legs.first())
+            && !self.goes_on(first)
+        {
+            return Ok(false);
+        }
+        check(&self.joints, block, &legs)?;
+        let mut at_start = self.tolerance;
+        for leg in legs {
+            self.path.push(leg, at_start);
+            at_start = inner;
+            (self.ending, self.tolerance) = (block.ending, tolerance);
+        }
+        Ok(true)
+    }
+
+    /// True if the last block goes over into a leg without a stop.
+    fn goes_on(&self, leg: &Leg) -> bool {
+        match self.ending {
+            BlockEnding::Stop => false,
+            BlockEnding::Blend => true,
+            BlockEnding::Exact => self
+                .path
+                .direction()
+                .is_some_and(|direction| (leg.direction - direction).amax() < SAME_DIRECTION),
+        }
+    }
+
+    /// Tolerance at the end of a block.
+    fn corner_tolerance(&self, block: &MotionBlock) -> CornerTolerance {
+        let blends = block.ending == BlockEnding::Blend;
+        let tip = if blends { block.tolerance } else { EXACT };
+        let end = LetterVector::from(block.end);
+        if block.mode == crate::switched::KinematicsMode::ToolCenterPoint {
+            return CornerTolerance { tip, axis: self.axis_tolerance };
+        }
+        // Plain axes: the rotaries move the tip as well, and half of the tolerance is theirs.
+        let lever = self.joints.lever(&end);
+        CornerTolerance { tip: 0.5 * tip, axis: self.axis_tolerance.min(0.5 * tip / lever) }
+    }
+
+    /// Tolerance inside an arc: a share, since its chords deviate as well.
+    fn inner_tolerance(&self, at_end: &CornerTolerance) -> CornerTolerance {
+        CornerTolerance { tip: 0.5 * at_end.tip, axis: 0.5 * at_end.axis }
+    }
+
+    /// Hands nodes to the plan while it wants more. Returns true if it wants more and the path has none yet.
+    pub(super) fn feed(&mut self) -> Result<bool, RunFault> {
+        while self.stream.wants() {
+            let Some(node) = self.path.next_node() else { return Ok(!self.path.is_finished()) };
+            let q = self.joints.jets(&node.letters).map_err(|_| RunFault { block: node.block })?;
+            let [feed_rate, tip_rate] = node.rates;
+            let axes = AxisNode { s: node.s, q, tip_rate, feed_rate };
+            self.stream.push(axes).map_err(|_| RunFault { block: node.block })?;
+            self.nodes.push_back(RunNode { path: node, axes });
+        }
+        Ok(false)
+    }
+
+    /// Appends the pieces of a step.
+    pub(super) fn pieces(&self, step: &StreamStep, out: &mut Vec<MotionPiece>) {
+        let after = self.nodes.partition_point(|node| node.path.s <= step.s.low);
+        let before = after.saturating_sub(1);
+        if let (Some(from), Some(to)) = (self.nodes.get(before), self.nodes.get(before + 1)) {
+            pieces::append(step, [&from.path, &to.path], out);
+        }
+    }
+
+    /// Forgets nodes before `s`, but the last of them.
+    pub(super) fn forget(&mut self, s: f64) {
+        while self.nodes.get(1).is_some_and(|next| next.path.s <= s) {
+            self.nodes.pop_front();
+        }
+    }
+
+    /// Plans anew from rest at `s`.
+    pub(super) fn restart(&mut self, s: f64) -> Result<(), FeedError> {
+        self.forget(s);
+        self.stream = stream(self.limits)?;
+        let halfway = match (self.nodes.front(), self.nodes.get(1)) {
+            (Some(from), Some(to)) if from.path.s < s => Some(between(from, to, s)),
+            _ => None,
+        };
+        if let (Some(front), Some(node)) = (self.nodes.front_mut(), halfway) {
+            *front = node;
+        }
+        for node in &self.nodes {
+            self.stream.push(node.axes)?;
+        }
+        Ok(())
+    }
+}
+
+/// Reason why a run cannot go on: the kinematics or the plan has no answer at this block.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RunFault {
+    pub(super) block: u32,
+}
+
+fn stream(limits: Limits<AXES>) -> Result<JerkStream, FeedError> {
+    // Nodes have seconds per length: the programmed speed is one.
+    let speeds = ProgrammedSpeeds { feed: Some(1.0), link_feed: None, tip: Some(1.0) };
+    let options = StreamOptions { speeds, ..StreamOptions::fastest(WINDOW, f64::MAX) };
+    let mut stream = JerkStream::new(limits, options)?;
+    stream.begin(Motion::Cut);
+    Ok(stream)
+}
+
+/// Checks that the joints reach every place of a block.
+fn check(joints: &WordJoints, block: &MotionBlock, legs: &[Leg]) -> Result<(), WordsFault> {
+    joints.has_axes(&block.start.into(), &block.end.into())?;
+    for leg in legs {
+        let count = (1..MOST_CHECKS).find(|&n| leg.length <= CHECK_STEP * f64::from(n));
+        let count = count.unwrap_or(MOST_CHECKS);
+        for k in 1..=count {
+            let at = leg.length * f64::from(k) / f64::from(count);
+            joints.at(&(leg.start + leg.direction * at))?;
+        }
+    }
+    Ok(())
+}
+
+/// The place `s` between two nodes.
+fn between(from: &RunNode, to: &RunNode, s: f64) -> RunNode {
+    let length = to.path.s - from.path.s;
+    let jet = |node: &RunNode| [node.path.letters[0], node.path.letters[1], node.path.letters[2]];
+    let letters = Quintic::new(length, jet(from), jet(to)).at(s - from.path.s);
+    let jet = |node: &RunNode| [node.axes.q[0], node.axes.q[1], node.axes.q[2]];
+    let q = Quintic::new(length, jet(from), jet(to)).at(s - from.path.s);
+    RunNode { path: PathNode { s, letters, ..from.path }, axes: AxisNode { s, q, ..from.axes } }
+}
