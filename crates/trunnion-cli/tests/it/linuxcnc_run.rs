@@ -12,18 +12,22 @@ use std::process::{Command, Stdio};
 
 /// Folder from which `LinuxCNC` loads modules.
 const MODULES: &str = "/usr/lib/linuxcnc/modules";
-const MODULE: &str = "trunnionkins.so";
+const MODULE_NAMES: [&str; 2] = ["trunnionkins.so", "trunniontp.so"];
 
 /// User and group without rights: the control refuses to run as root.
 const NOBODY: &str = "65534";
 
-/// An installed control with the kinematics module of this tree. Dropped, the module that stood there before is back.
+/// An installed control with the modules of this tree. Dropped, the modules that stood there before are back.
 pub(crate) struct Control {
-    module: PathBuf,
+    modules: Vec<InstalledModule>,
+    /// Held while the modules are installed: tests, and other runs of them, wait for each other.
+    _lock: fs::File,
+}
+
+struct InstalledModule {
+    path: PathBuf,
     /// Module that was installed before.
     before: Option<Vec<u8>>,
-    /// Held while the module is installed: tests, and other runs of them, wait for each other.
-    _lock: fs::File,
 }
 
 /// Program to run, and the lines of the operator before it.
@@ -56,7 +60,7 @@ pub(crate) struct Run {
 }
 
 impl Control {
-    /// Builds the module and installs it; `None`, with the reason, where that is not possible.
+    /// Builds the modules and installs them; `None`, with the reason, where that is not possible.
     pub(crate) fn ready() -> Option<Self> {
         for (program, package) in [
             ("linuxcnc", "linuxcnc-uspace"),
@@ -74,10 +78,14 @@ impl Control {
         }
         let lock = fs::File::create(std::env::temp_dir().join("trunnionkins.lock")).unwrap();
         lock.lock().unwrap();
-        let module = Path::new(MODULES).join(MODULE);
-        let before = fs::read(&module).ok();
-        fs::copy(build().path().join(MODULE), &module).unwrap();
-        Some(Self { module, before, _lock: lock })
+        let built = build();
+        let install = |name: &&str| {
+            let path = Path::new(MODULES).join(name);
+            let before = fs::read(&path).ok();
+            fs::copy(built.path().join(name), &path).unwrap();
+            InstalledModule { path, before }
+        };
+        Some(Self { modules: MODULE_NAMES.iter().map(install).collect(), _lock: lock })
     }
 
     /// Runs a program with the configuration in a folder.
@@ -89,7 +97,7 @@ impl Control {
 
     /// Starts the control with a configuration, as a user without rights, and waits for its end: exit code and output.
     pub(crate) fn start(&self, folder: &Path, ini: &str, seconds: u32) -> (Option<i32>, String) {
-        assert!(self.module.is_file());
+        assert!(self.modules.iter().all(|module| module.path.is_file()));
         let owner = format!("{NOBODY}:{NOBODY}");
         assert!(Command::new("chown").args(["-R", &owner]).arg(folder).status().unwrap().success());
         // Memory of the control has one name on a machine: runs wait for each other.
@@ -114,11 +122,13 @@ impl Control {
 
 impl Drop for Control {
     fn drop(&mut self) {
-        // A test that failed already has more to say than this.
-        let _ = match &self.before {
-            Some(bytes) => fs::write(&self.module, bytes),
-            None => fs::remove_file(&self.module),
-        };
+        for InstalledModule { path, before } in &self.modules {
+            // A test that failed already has more to say than this.
+            let _ = match before {
+                Some(bytes) => fs::write(path, bytes),
+                None => fs::remove_file(path),
+            };
+        }
     }
 }
 
@@ -135,10 +145,10 @@ fn library() -> PathBuf {
     newest.expect("cargo builds the static library of trunnion-rt for this test")
 }
 
-/// Builds the module in a folder of its own.
+/// Builds the modules in a folder of its own.
 fn build() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    for name in ["Makefile", "trunnionkins.c", "trunnion_rt.h"] {
+    for name in ["Makefile", "trunnionkins.c", "trunniontp.c", "trunnion_rt.h"] {
         fs::copy(root().join("linuxcnc").join(name), folder.path().join(name)).unwrap();
     }
     let made = Command::new("make")

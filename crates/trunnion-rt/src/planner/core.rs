@@ -436,7 +436,12 @@ impl PlannerCore {
             run.pieces(step, &mut pieces);
             let duration = pieces[before..].iter().map(|piece| piece.duration).sum();
             let pieces = pieces.len() - before;
-            expected.push_back(ExpectedStep { key: key_of(step), end: step.s.high, pieces, duration });
+            expected.push_back(ExpectedStep {
+                key: key_of(step),
+                end: step.s.high,
+                pieces,
+                duration,
+            });
         }
         let first = self.plan.free;
         for (index, piece) in pieces.iter().enumerate() {

@@ -59,7 +59,8 @@ impl WordJoints {
 
     /// True if the mapping is the one of this kind and tool.
     pub(super) fn suits(&self, mode: KinematicsMode, length: f64) -> bool {
-        self.mode == mode && (mode == KinematicsMode::Axes || self.length.to_bits() == length.to_bits())
+        self.mode == mode
+            && (mode == KinematicsMode::Axes || self.length.to_bits() == length.to_bits())
     }
 
     /// Takes another kind of kinematics and tool.
@@ -92,7 +93,11 @@ impl WordJoints {
     }
 
     /// Refuses a move of letters that have no axis.
-    pub(super) fn has_axes(&self, from: &LetterVector, to: &LetterVector) -> Result<(), WordsFault> {
+    pub(super) fn has_axes(
+        &self,
+        from: &LetterVector,
+        to: &LetterVector,
+    ) -> Result<(), WordsFault> {
         let moves = |letter: &usize| {
             !self.letters.contains(letter) && (to[*letter] - from[*letter]).abs() > SHORTEST
         };
@@ -100,7 +105,10 @@ impl WordJoints {
     }
 
     /// Returns the joints along words with their derivatives.
-    pub(super) fn jets(&self, letters: &[LetterVector; 4]) -> Result<[AxisVector; 4], InverseError> {
+    pub(super) fn jets(
+        &self,
+        letters: &[LetterVector; 4],
+    ) -> Result<[AxisVector; 4], InverseError> {
         let words = letters.each_ref().map(|order| self.words(order));
         if self.mode == KinematicsMode::Axes {
             return Ok(words);
@@ -108,9 +116,8 @@ impl WordJoints {
         let mut tip = words.map(|word| Vector3::new(word[0], word[1], word[2]));
         // Words count the length along z.
         tip[0] += self.machine().gauge.coords - Vector3::z() * self.length;
-        let rotaries = [FIRST_ROTARY, SECOND_ROTARY].map(|axis| {
-            Jet::from_derivatives(words.map(|word| word[axis]))
-        });
+        let rotaries = [FIRST_ROTARY, SECOND_ROTARY]
+            .map(|axis| Jet::from_derivatives(words.map(|word| word[axis])));
         self.inverse.with_rotaries(&tip, rotaries)
     }
 

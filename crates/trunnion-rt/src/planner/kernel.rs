@@ -8,9 +8,12 @@
 //! ```
 //!
 //! `g` is even and `g'' = k`, so that curvature is continuous and its change is bounded.
-
-/// Deviation at the corner itself, over the width and the change of direction: `g(0)`.
-pub(super) const AT_CORNER: f64 = 39.0 / 288.0;
+//!
+//! Where the curvature jumps by `B`, as between a line and an arc, `B w^2 h(u)` takes the jump away:
+//!
+//! ```text
+//! h(u) = u (1 - |u|)^3 / 12,    h''(0+) = -1/2,    h''(0-) = 1/2
+//! ```
 
 /// Returns `g`, `g'`, `g''` and `g'''` at `u`; zeros outside -1 to 1.
 pub(super) fn rounding(u: f64) -> [f64; 4] {
@@ -30,13 +33,25 @@ pub(super) fn rounding(u: f64) -> [f64; 4] {
     [value / 1.5, sign * slope, 1.5 * bend, sign * 2.25 * change]
 }
 
+/// Returns `h` and its derivatives at `u`; zeros outside -1 to 1.
+pub(super) fn bending(u: f64) -> [f64; 4] {
+    let (x, sign) = (u.abs(), if u < 0.0 { -1.0 } else { 1.0 });
+    if x >= 1.0 {
+        return [0.0; 4];
+    }
+    let y = 1.0 - x;
+    let [value, slope, bend, change] =
+        [x * y.powi(3), y * y * (y - 3.0 * x), 6.0 * y * (x - y), 18.0 - 24.0 * x];
+    [sign * value / 12.0, slope / 12.0, sign * bend / 12.0, change / 12.0]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn derivatives_agree_and_the_kernel_has_weight_one() {
-        assert!((rounding(0.0)[0] - AT_CORNER).abs() < 1e-15);
+        assert!((rounding(0.0)[0] - 39.0 / 288.0).abs() < 1e-15);
         let h = 1e-5;
         let mut weight = 0.0;
         for k in -1100..1100 {
@@ -54,5 +69,20 @@ mod tests {
         assert!((weight - 1.0).abs() < 1e-6, "{weight}");
         // Just behind the corner the slope is -1/2, the path's half of its turn.
         assert!((rounding(1e-12)[1] + 0.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_bend_takes_half_of_the_jump_on_either_side() {
+        let h = 1e-5;
+        for k in -11..11 {
+            let u = f64::from(k) * 0.1 + 0.03;
+            let [low, at, high] = [u - h, u, u + h].map(bending);
+            for order in 0..3 {
+                let slope = (high[order] - low[order]) / (2.0 * h);
+                assert!((slope - at[order + 1]).abs() < 1e-3, "{u} {order}");
+            }
+        }
+        let [before, behind] = [-1e-12, 1e-12].map(bending);
+        assert!((before[2] - 0.5).abs() < 1e-9 && (behind[2] + 0.5).abs() < 1e-9);
     }
 }

@@ -1,4 +1,4 @@
-//! Straight legs of which a path consists: blocks, and the chords of arcs.
+//! Legs of which a path consists: straight ones and arcs.
 
 use super::block::{BlockKind, BlockShape, BlockStart, MotionBlock};
 use crate::motion::LETTERS;
@@ -14,21 +14,18 @@ pub(super) const RADIAN: f64 = 10.0;
 /// Length below which a block does not move \[mm\]: rounding of positions.
 pub(super) const SHORTEST: f64 = 1e-7;
 
-/// Largest distance between an arc and its chords, as a share of the tolerance.
-const SAGITTA: f64 = 0.1;
+/// Curve of a leg by its length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum LegCurve {
+    /// Start, and change of the letters per length.
+    Line([LetterVector; 2]),
+    Arc(Arc),
+}
 
-/// Largest angle of a chord \[rad\].
-const LARGEST_CHORD: f64 = 0.1;
-
-/// Most chords of an arc.
-const MOST_CHORDS: f64 = 20_000.0;
-
-/// A straight leg.
+/// A leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Leg {
-    pub(super) start: LetterVector,
-    /// Change of the letters per length.
-    pub(super) direction: LetterVector,
+    pub(super) curve: LegCurve,
     pub(super) length: f64,
     pub(super) block: u32,
     /// Seconds per length at the programmed speed: of a feed, and of a rapid move. Zero for the other kind.
@@ -59,47 +56,68 @@ fn programmed_length(of: &LetterVector) -> f64 {
     }
 }
 
-/// Returns the legs of a block, none if it does not move.
-pub(super) fn legs(block: &MotionBlock, tolerance: f64) -> Vec<Leg> {
-    let mut at = LetterVector::from(block.start);
-    let mut legs = Vec::new();
-    for point in points(block, tolerance) {
-        let step = point - at;
-        let length = length(&step);
-        // A block without length has no direction: the next one begins where it did.
-        if length <= SHORTEST {
-            continue;
-        }
-        let rate = programmed_length(&step) / (length * block.speed);
+impl Leg {
+    /// Returns the leg of a block; `None` for a block that does not move.
+    pub(super) fn of(block: &MotionBlock) -> Option<Self> {
+        let [start, end] = [block.start, block.end].map(LetterVector::from);
+        let step = end - start;
+        let arc = match block.shape {
+            BlockShape::Line => None,
+            BlockShape::Arc { center, normal, turns } => {
+                Arc::new([start, end], center.into(), normal.into(), turns)
+            }
+        };
+        let (curve, length, programmed) = if let Some(arc) = arc {
+            (LegCurve::Arc(arc), arc.length, arc.travel)
+        } else {
+            let length = length(&step);
+            (LegCurve::Line([start, step / length]), length, programmed_length(&step))
+        };
+        (length > SHORTEST).then_some(())?;
+        let rate = programmed / (length * block.speed);
         let rates = if block.kind == BlockKind::Rapid { [0.0, rate] } else { [rate, 0.0] };
-        let begins = if legs.is_empty() { block.begins } else { BlockStart::Flow };
-        let direction = step / length;
-        legs.push(Leg { start: at, direction, length, block: block.number, rates, begins });
-        at = point;
+        Some(Self { curve, length, block: block.number, rates, begins: block.begins })
     }
-    legs
+
+    /// Returns the letters and their derivatives at a length from the start.
+    pub(super) fn at(&self, x: f64) -> [LetterVector; 4] {
+        match &self.curve {
+            LegCurve::Line([start, direction]) => {
+                let none = LetterVector::zeros();
+                [start + direction * x, *direction, none, none]
+            }
+            LegCurve::Arc(arc) => arc.at(x),
+        }
+    }
+
+    /// Returns the largest distance of nodes that follow its curve.
+    pub(super) fn largest_step(&self) -> f64 {
+        match &self.curve {
+            LegCurve::Line(_) => f64::INFINITY,
+            LegCurve::Arc(arc) => LARGEST_ARC / arc.turn.abs(),
+        }
+    }
 }
 
-/// Returns the ends of the legs.
-fn points(block: &MotionBlock, tolerance: f64) -> Vec<LetterVector> {
-    let end = LetterVector::from(block.end);
-    let BlockShape::Arc { center, normal, turns } = block.shape else { return vec![end] };
-    let start = LetterVector::from(block.start);
-    let arc = Arc::new([start, end], center.into(), normal.into(), turns);
-    let Some(arc) = arc else { return vec![end] };
-    let count = arc.chords(SAGITTA * tolerance);
-    (1..=count).map(|k| if k == count { end } else { arc.at(k as f64 / count as f64) }).collect()
-}
+/// Angle of an arc between two nodes \[rad\]: the quintic between them is as good as round.
+const LARGEST_ARC: f64 = 0.1;
 
 /// A helix, or a spiral where both ends have different radii.
-#[derive(Debug)]
-struct Arc {
-    ends: [LetterVector; 2],
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Arc {
+    start: LetterVector,
+    /// Change of the letters per length, without the circle.
+    drift: LetterVector,
     center: Vector3<f64>,
-    axes: [Vector3<f64>; 3],
-    radii: [f64; 2],
-    heights: [f64; 2],
-    angle: f64,
+    /// Directions at the start, radial and along the arc.
+    axes: [Vector3<f64>; 2],
+    /// Radius at the start, and its change per length.
+    radius: [f64; 2],
+    /// Angle per length \[rad\].
+    turn: f64,
+    length: f64,
+    /// Length of X Y Z alone.
+    travel: f64,
 }
 
 impl Arc {
@@ -117,42 +135,70 @@ impl Arc {
         let radii = flat.map(|arm| arm.norm());
         let first = flat[0].try_normalize(SHORTEST)?;
         let second = axis.cross(&first);
-        let to = flat[1].dot(&second).atan2(flat[1].dot(&first));
-        // Full circles end where they begin, up to rounding of the program.
-        let rounding = SHORTEST / radii[0];
-        let angle = if turns >= 0 {
-            let positive = if to <= rounding { to + TAU } else { to };
-            positive + TAU * f64::from(turns)
-        } else {
-            let negative = if to >= -rounding { to - TAU } else { to };
-            negative + TAU * f64::from(turns + 1)
-        };
-        Some(Self { ends, center, axes: [first, second, axis], radii, heights, angle })
+        let angle = whole_angle(flat[1].dot(&second).atan2(flat[1].dot(&first)), turns, radii[0]);
+        // X Y Z drift along the axis alone, the other letters in proportion.
+        let rise = heights[1] - heights[0];
+        let mut drift = ends[1] - ends[0];
+        drift.fixed_rows_mut::<3>(0).copy_from(&(axis * rise));
+        let along = 0.5 * (radii[0] + radii[1]) * angle;
+        let travel = along.hypot(rise);
+        let [_, abc, uvw] = triples(&drift);
+        let others = uvw.norm_squared() + (abc * RADIAN).norm_squared();
+        let length = (travel * travel + others).sqrt();
+        Some(Self {
+            start: ends[0],
+            drift: drift / length,
+            center: center + axis * heights[0],
+            axes: [first, second],
+            radius: [radii[0], (radii[1] - radii[0]) / length],
+            turn: angle / length,
+            length,
+            travel,
+        })
     }
 
-    /// Number of chords that keep within `sagitta` of the arc.
-    fn chords(&self, sagitta: f64) -> usize {
-        let radius = self.radii[0].max(self.radii[1]);
-        let widest = (8.0 * sagitta / radius).sqrt().min(LARGEST_CHORD);
-        let count = (self.angle.abs() / widest).ceil().clamp(1.0, MOST_CHORDS);
-        // The clamped number is small and not negative.
-        (1..).find(|&n| n as f64 >= count).unwrap_or(1)
+    fn at(&self, x: f64) -> [LetterVector; 4] {
+        let (sin, cos) = (self.turn * x).sin_cos();
+        let [first, second] = self.axes;
+        let [out, along] = [first * cos + second * sin, second * cos - first * sin];
+        let [start, change] = self.radius;
+        let (r, w) = (start + change * x, self.turn);
+        // Derivatives of r(x) times a direction that turns with w.
+        let circle = [
+            out * r,
+            out * change + along * (r * w),
+            along * (2.0 * change * w) - out * (r * w * w),
+            -out * (3.0 * change * w * w) - along * (r * w.powi(3)),
+        ];
+        let none = LetterVector::zeros();
+        let mut letters = [self.start + self.drift * x, self.drift, none, none];
+        let rise = triples(&letters[0])[0] - triples(&self.start)[0];
+        letters[0].fixed_rows_mut::<3>(0).copy_from(&(self.center + rise));
+        for (order, part) in letters.iter_mut().zip(circle) {
+            let mut xyz = order.fixed_rows_mut::<3>(0);
+            xyz += part;
+        }
+        letters
     }
+}
 
-    fn at(&self, share: f64) -> LetterVector {
-        let mean = |[from, to]: [f64; 2]| from + (to - from) * share;
-        let (sin, cos) = (self.angle * share).sin_cos();
-        let [first, second, axis] = self.axes;
-        let arm = (first * cos + second * sin) * mean(self.radii) + axis * mean(self.heights);
-        let [from, to] = self.ends;
-        let mut point = from + (to - from) * share;
-        point.fixed_rows_mut::<3>(0).copy_from(&(self.center + arm));
-        point
+/// Returns the signed angle of an arc whose ends are `to` apart \[rad\].
+fn whole_angle(to: f64, turns: i32, radius: f64) -> f64 {
+    // Full circles end where they begin, up to rounding of the program.
+    let rounding = SHORTEST / radius;
+    if turns >= 0 {
+        let positive = if to <= rounding { to + TAU } else { to };
+        positive + TAU * f64::from(turns)
+    } else {
+        let negative = if to >= -rounding { to - TAU } else { to };
+        negative + TAU * f64::from(turns + 1)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
     use super::*;
     use crate::planner::block::BlockEnding;
     use crate::switched::KinematicsMode;
@@ -186,18 +232,25 @@ mod tests {
             ([10.0, 0.0, 2.0], 2, -1.0, 3.0),
         ] {
             let shape = BlockShape::Arc { center: [0.0; 3], normal: [0.0, 0.0, z], turns };
-            let legs = legs(&block(end, shape), 0.01);
-            let length: f64 = legs.iter().map(|leg| leg.length).sum();
+            let leg = Leg::of(&block(end, shape)).unwrap();
             let wanted = (angle * TAU * 10.0_f64).hypot(end[2]);
-            assert!((length - wanted).abs() < 2e-3 * wanted, "{end:?} {turns}: {length} {wanted}");
-            for leg in &legs {
-                assert!((leg.start.xy().norm() - 10.0).abs() < 1e-9);
+            assert!((leg.length - wanted).abs() < 1e-9, "{end:?} {turns}");
+            let last = leg.at(leg.length)[0];
+            for (letter, value) in end.iter().enumerate() {
+                assert!((last[letter] - value).abs() < 1e-9, "{last}");
+            }
+            let h = 1e-4;
+            let [low, at, high] = [1.0 - h, 1.0, 1.0 + h].map(|x| leg.at(x));
+            assert!((at[0].xy().norm() - 10.0).abs() < 1e-9);
+            for order in 0..3 {
+                let slope = (high[order] - low[order]) / (2.0 * h);
+                assert!((slope - at[order + 1]).amax() < 1e-6);
             }
         }
     }
 
     #[test]
-    fn a_block_without_length_has_no_legs() {
-        assert!(legs(&block([10.0, 0.0, 0.0], BlockShape::Line), 0.01).is_empty());
+    fn a_block_without_length_has_no_leg() {
+        assert!(Leg::of(&block([10.0, 0.0, 0.0], BlockShape::Line)).is_none());
     }
 }

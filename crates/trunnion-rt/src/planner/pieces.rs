@@ -47,7 +47,12 @@ fn motion(path: &Quintic<LETTERS>, origin: f64, state: &PathState) -> [LetterVec
 }
 
 /// The quintic through position, velocity and acceleration at both ends.
-fn piece(start: [LetterVector; 3], end: [LetterVector; 3], duration: f64, block: u32) -> MotionPiece {
+fn piece(
+    start: [LetterVector; 3],
+    end: [LetterVector; 3],
+    duration: f64,
+    block: u32,
+) -> MotionPiece {
     let powers = *Quintic::new(duration, start, end).powers();
     let letters = std::array::from_fn(|letter| {
         let mut scale = 1.0;

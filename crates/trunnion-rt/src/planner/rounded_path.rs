@@ -4,7 +4,7 @@
 //! legs of a smooth curve become that curve again: the kernels reach over many of them.
 
 use super::block::BlockStart;
-use super::kernel::rounding;
+use super::kernel::{bending, rounding};
 use super::leg::{Leg, LetterVector, triples};
 use std::collections::VecDeque;
 
@@ -20,6 +20,10 @@ const LARGEST_TURN: f64 = 0.035;
 /// Nodes over the half width of a kernel.
 const NODES: f64 = 6.0;
 
+/// Smallest distance between two nodes \[mm\]. Positions are rounded to 1e-13 of a metre, and over this distance a third
+/// derivative by 0.1 1/mm2 then.
+const SMALLEST_STEP: f64 = 1e-3;
+
 /// A place that stands out gets a node unless another one is nearer than this share of a step.
 const NEAR: f64 = 0.3;
 
@@ -31,6 +35,9 @@ const STRAIGHT: f64 = 1e-9;
 
 /// Distance before a change of speed at which the old speed still holds \[mm\].
 const SPEED_STEP: f64 = 0.02;
+
+/// Largest value of the kernel of a bend: at 1/4.
+const LARGEST_BEND: f64 = 27.0 / 3072.0;
 
 /// Halvings of the range of a width.
 const HALVINGS: u32 = 10;
@@ -63,11 +70,44 @@ impl CornerTolerance {
 #[derive(Debug, Clone)]
 struct Corner {
     at: f64,
-    /// Change of direction.
+    /// Change of direction, and of curvature.
     turn: LetterVector,
+    bend: LetterVector,
     tolerance: CornerTolerance,
     /// Half width of its kernel, once it was chosen.
     width: f64,
+}
+
+impl Corner {
+    /// What a kernel of half width `w` adds to the path at `s`, with derivatives.
+    fn at(&self, s: f64, w: f64) -> [LetterVector; 4] {
+        // At a corner the leg behind it counts, and so do the jumps behind it.
+        let u =
+            ((s - self.at) / w).abs().max(f64::MIN_POSITIVE) * if s < self.at { -1.0 } else { 1.0 };
+        let [turn, bend] = [rounding(u), bending(u)];
+        let mut scale = w;
+        std::array::from_fn(|order| {
+            let part = self.turn * (turn[order] * scale) + self.bend * (bend[order] * scale * w);
+            scale /= w;
+            part
+        })
+    }
+
+    /// What it adds at `s`, without derivatives.
+    fn deviation(&self, s: f64, w: f64) -> LetterVector {
+        let u = (s - self.at) / w;
+        self.turn * (rounding(u)[0] * w) + self.bend * (bending(u)[0] * w * w)
+    }
+
+    /// Bound on what it adds at `s`, as a share of a tolerance.
+    fn share(&self, s: f64, w: f64, tolerance: &CornerTolerance) -> f64 {
+        let u = (s - self.at) / w;
+        if u.abs() >= 1.0 {
+            return 0.0;
+        }
+        tolerance.share(&(self.turn * (rounding(u)[0] * w)))
+            + tolerance.share(&(self.bend * (LARGEST_BEND * w * w)))
+    }
 }
 
 /// A place of the smooth path.
@@ -111,10 +151,12 @@ pub(super) struct RoundedPath {
 impl RoundedPath {
     /// Appends a leg; `tolerance` is that of the corner where it begins.
     pub(super) fn push(&mut self, leg: Leg, tolerance: CornerTolerance) {
-        if let Some(last) = self.legs.back() {
-            let turn = leg.direction - last.leg.direction;
-            if turn.amax() > STRAIGHT {
-                self.corners.push_back(Corner { at: self.length, turn, tolerance, width: 0.0 });
+        if let Some(PlacedLeg { leg: last, .. }) = self.legs.back() {
+            let [before, behind] = [last.at(last.length), leg.at(0.0)];
+            let [turn, bend] = [1, 2].map(|order: usize| behind[order] - before[order]);
+            if turn.amax() > STRAIGHT || bend.amax() > STRAIGHT {
+                let at = self.length;
+                self.corners.push_back(Corner { at, turn, bend, tolerance, width: 0.0 });
             }
         }
         self.legs.push_back(PlacedLeg { from: self.length, leg });
@@ -136,9 +178,9 @@ impl RoundedPath {
         self.ended && (self.legs.is_empty() || all)
     }
 
-    /// Returns the direction of the last leg.
+    /// Returns the direction at the end of the last leg.
     pub(super) fn direction(&self) -> Option<LetterVector> {
-        self.legs.back().map(|last| last.leg.direction)
+        self.legs.back().map(|last| last.leg.at(last.leg.length)[1])
     }
 
     /// Returns the number of legs that nodes have not passed.
@@ -205,10 +247,8 @@ impl RoundedPath {
         let most = WIDEST.min(corner.at).min(end);
         let share = |width: f64| {
             let near = self.near(corner.at, width);
-            let deviation = near.fold(LetterVector::zeros(), |sum, other| {
-                sum + other.turn * (width * rounding((corner.at - other.at) / width)[0])
-            });
-            corner.tolerance.share(&deviation)
+            // Corners that cancel out would not, were one of them to become narrower.
+            near.map(|other| other.share(corner.at, width, &corner.tolerance)).sum::<f64>()
         };
         if share(most) <= USED {
             return most;
@@ -243,14 +283,16 @@ impl RoundedPath {
         }
     }
 
-    /// Corners in a stretch and the middles between them, with their tolerances.
+    /// Corners in a stretch and places between them, with their tolerances.
     fn places(&self, from: f64, to: f64) -> Vec<(f64, CornerTolerance)> {
         let mut places = Vec::new();
         let mut last: Option<&Corner> = None;
         for corner in self.corners.iter().filter(|corner| (from..=to).contains(&corner.at)) {
             if let Some(last) = last {
                 let tolerance = last.tolerance.min(corner.tolerance);
-                places.push((0.5 * (last.at + corner.at), tolerance));
+                let between =
+                    [0.25, 0.5, 0.75].map(|share| last.at + share * (corner.at - last.at));
+                places.extend(between.map(|s| (s, tolerance)));
             }
             places.push((corner.at, corner.tolerance));
             last = Some(corner);
@@ -275,13 +317,8 @@ impl RoundedPath {
 
     /// Returns the deviation from the polyline at `s`.
     fn deviation(&self, s: f64) -> LetterVector {
-        self.near(s, WIDEST).filter(|corner| corner.width > 0.0).fold(
-            LetterVector::zeros(),
-            |sum, corner| {
-                let [value, ..] = rounding((s - corner.at) / corner.width);
-                sum + corner.turn * (corner.width * value)
-            },
-        )
+        let near = self.near(s, WIDEST).filter(|corner| corner.width > 0.0);
+        near.fold(LetterVector::zeros(), |sum, corner| sum + corner.deviation(s, corner.width))
     }
 
     /// Returns the leg that begins at `s` or holds it.
@@ -297,23 +334,19 @@ impl RoundedPath {
             return None;
         }
         let mut step = LARGEST_STEP;
-        for corner in self.near(last, WIDEST) {
-            if (corner.at - last).abs() < corner.width && corner.at + corner.width > last {
-                step = step.min(corner.width / NODES);
-            }
-        }
         let legs = self.legs.range(self.leg_at(last)..);
         if let Some(leg) = legs.clone().next() {
-            let turn = triples(&leg.leg.direction)[1].norm();
-            step = step.min(LARGEST_TURN / turn.max(f64::MIN_POSITIVE));
+            let turn = triples(&leg.leg.at(0.0)[1])[1].norm();
+            step = step.min(LARGEST_TURN / turn.max(f64::MIN_POSITIVE)).min(leg.leg.largest_step());
         }
-        // Kernels that begin ahead.
-        for corner in self.near(last, LARGEST_STEP + WIDEST) {
-            let begin = corner.at - corner.width;
-            if corner.width > 0.0 && begin > last && begin < last + step {
-                let own = corner.width / NODES;
-                step = if begin - last > NEAR * own { begin - last } else { step.min(own) };
+        for corner in self.near(last, LARGEST_STEP + WIDEST).filter(|corner| corner.width > 0.0) {
+            let (begin, end) = (corner.at - corner.width, corner.at + corner.width);
+            if begin >= last + step || end <= last {
+                continue;
             }
+            // Inside a kernel, or nearly; or before it.
+            let own = (corner.width / NODES).max(SMALLEST_STEP);
+            step = if begin > last + NEAR * own { begin - last } else { step.min(own) };
         }
         for leg in legs.skip(1) {
             if leg.from >= last + step {
@@ -322,7 +355,7 @@ impl RoundedPath {
             step = self.step_to(last, step, leg);
         }
         let left = self.length - last;
-        let s = if left <= step {
+        let s = if left <= step + SMALLEST_STEP {
             self.length
         } else if left < 2.0 * step {
             last + 0.5 * left
@@ -335,42 +368,39 @@ impl RoundedPath {
     /// Returns the step to the beginning of a leg ahead, or the whole step where it needs no node.
     fn step_to(&self, last: f64, step: f64, leg: &PlacedLeg) -> f64 {
         let distance = leg.from - last;
+        if distance < SMALLEST_STEP {
+            return step;
+        }
         let before = self.legs.get(self.leg_at(leg.from).saturating_sub(1));
         let changes = before.is_some_and(|before| before.leg.rates != leg.leg.rates);
-        let needed = leg.leg.begins == BlockStart::Marked;
+        // Of short legs the number of the block comes late by less than a step.
+        let marked = leg.leg.begins == BlockStart::Marked || leg.leg.length > step;
         if changes && distance > 2.0 * SPEED_STEP {
-            return step.min(distance - SPEED_STEP);
+            return step.min(distance - SPEED_STEP).max(SMALLEST_STEP);
         }
-        if changes || needed || distance > NEAR * step { step.min(distance) } else { step }
+        if changes || marked { step.min(distance) } else { step }
     }
 
     /// Returns the path at `s`.
     fn node_at(&self, s: f64) -> Option<PathNode> {
         let index = self.leg_at(s);
         let PlacedLeg { from, leg } = self.legs.get(index)?;
-        let mut letters = [LetterVector::zeros(); 4];
-        letters[0] = leg.start + leg.direction * (s - from);
-        letters[1] = leg.direction;
+        let mut letters = leg.at(s - from);
         for corner in self.near(s, WIDEST).filter(|corner| corner.width > 0.0) {
-            let w = corner.width;
-            let mut u = (s - corner.at) / w;
-            // At a corner the leg behind it counts, and so does the slope behind it.
-            if u.abs() < f64::EPSILON {
-                u = f64::MIN_POSITIVE;
-            }
-            let [value, slope, bend, change] = rounding(u);
-            for (letter, factor) in
-                letters.iter_mut().zip([w * value, slope, bend / w, change / (w * w)])
-            {
-                *letter += corner.turn * factor;
+            for (letter, part) in letters.iter_mut().zip(corner.at(s, corner.width)) {
+                *letter += part;
             }
         }
         let mut rates = leg.rates;
         // Where the speed changes the lower one holds.
-        if s <= *from && let Some(before) = index.checked_sub(1).and_then(|i| self.legs.get(i)) {
+        if s <= *from
+            && let Some(before) = index.checked_sub(1).and_then(|i| self.legs.get(i))
+        {
             rates = [0, 1].map(|kind| rates[kind].max(before.leg.rates[kind]));
         }
-        Some(PathNode { s, letters, rates, block: leg.block })
+        // A leg that begins so soon has no node of its own.
+        let block = self.legs.get(self.leg_at(s + SMALLEST_STEP))?.leg.block;
+        Some(PathNode { s, letters, rates, block })
     }
 
     /// Forgets legs and corners before `s`.

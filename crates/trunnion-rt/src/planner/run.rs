@@ -2,7 +2,7 @@
 
 use super::block::{BlockEnding, BlockStart, MotionBlock};
 use super::joints::{WordJoints, WordsFault};
-use super::leg::{Leg, LetterVector, legs};
+use super::leg::{Leg, LetterVector};
 use super::pieces;
 use super::rounded_path::{CornerTolerance, PathNode, RoundedPath};
 use crate::motion::MotionPiece;
@@ -14,7 +14,7 @@ use trunnion::types::{AXES, AxisNode, Motion};
 /// Nodes that the plan looks ahead.
 const WINDOW: usize = 128;
 
-/// Deviation of the tip where a path is to be exact \[mm\]: inside arcs, which consist of chords.
+/// Deviation of the tip where a path is to be exact \[mm\]: where it goes on in the same direction, and arcs begin.
 const EXACT: f64 = 0.001;
 
 /// Change of direction that an exact path goes through without a stop.
@@ -89,18 +89,15 @@ impl Run {
             return Ok(false);
         }
         let tolerance = self.corner_tolerance(block);
-        let inner = self.inner_tolerance(&tolerance);
-        let legs = legs(block, inner.tip);
-        if let (false, Some(first)) = (begins, legs.first())
-            && !self.goes_on(first)
+        let leg = Leg::of(block);
+        if let (false, Some(leg)) = (begins, &leg)
+            && !self.goes_on(leg)
         {
             return Ok(false);
         }
-        check(&self.joints, block, &legs)?;
-        let mut at_start = self.tolerance;
-        for leg in legs {
-            self.path.push(leg, at_start);
-            at_start = inner;
+        check(&self.joints, block, leg.as_ref())?;
+        if let Some(leg) = leg {
+            self.path.push(leg, self.tolerance);
             (self.ending, self.tolerance) = (block.ending, tolerance);
         }
         Ok(true)
@@ -114,7 +111,7 @@ impl Run {
             BlockEnding::Exact => self
                 .path
                 .direction()
-                .is_some_and(|direction| (leg.direction - direction).amax() < SAME_DIRECTION),
+                .is_some_and(|direction| (leg.at(0.0)[1] - direction).amax() < SAME_DIRECTION),
         }
     }
 
@@ -131,15 +128,16 @@ impl Run {
         CornerTolerance { tip: 0.5 * tip, axis: self.axis_tolerance.min(0.5 * tip / lever) }
     }
 
-    /// Tolerance inside an arc: a share, since its chords deviate as well.
-    fn inner_tolerance(&self, at_end: &CornerTolerance) -> CornerTolerance {
-        CornerTolerance { tip: 0.5 * at_end.tip, axis: 0.5 * at_end.axis }
-    }
-
     /// Hands nodes to the plan while it wants more. Returns true if it wants more and the path has none yet.
     pub(super) fn feed(&mut self) -> Result<bool, RunFault> {
         while self.stream.wants() {
-            let Some(node) = self.path.next_node() else { return Ok(!self.path.is_finished()) };
+            let Some(node) = self.path.next_node() else {
+                let more = !self.path.is_finished();
+                if !more {
+                    self.stream.complete();
+                }
+                return Ok(more);
+            };
             let q = self.joints.jets(&node.letters).map_err(|_| RunFault { block: node.block })?;
             let [feed_rate, tip_rate] = node.rates;
             let axes = AxisNode { s: node.s, q, tip_rate, feed_rate };
@@ -195,19 +193,19 @@ fn stream(limits: Limits<AXES>) -> Result<JerkStream, FeedError> {
     let options = StreamOptions { speeds, ..StreamOptions::fastest(WINDOW, f64::MAX) };
     let mut stream = JerkStream::new(limits, options)?;
     stream.begin(Motion::Cut);
+    stream.go_on();
     Ok(stream)
 }
 
 /// Checks that the joints reach every place of a block.
-fn check(joints: &WordJoints, block: &MotionBlock, legs: &[Leg]) -> Result<(), WordsFault> {
+fn check(joints: &WordJoints, block: &MotionBlock, leg: Option<&Leg>) -> Result<(), WordsFault> {
     joints.has_axes(&block.start.into(), &block.end.into())?;
-    for leg in legs {
-        let count = (1..MOST_CHECKS).find(|&n| leg.length <= CHECK_STEP * f64::from(n));
-        let count = count.unwrap_or(MOST_CHECKS);
-        for k in 1..=count {
-            let at = leg.length * f64::from(k) / f64::from(count);
-            joints.at(&(leg.start + leg.direction * at))?;
-        }
+    let Some(leg) = leg else { return Ok(()) };
+    let count = (1..MOST_CHECKS).find(|&n| leg.length <= CHECK_STEP * f64::from(n));
+    let count = count.unwrap_or(MOST_CHECKS);
+    for k in 1..=count {
+        let [at, ..] = leg.at(leg.length * f64::from(k) / f64::from(count));
+        joints.at(&at)?;
     }
     Ok(())
 }

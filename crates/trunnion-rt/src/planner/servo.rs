@@ -217,7 +217,8 @@ impl PlannerServo {
     /// Goes on with the offer for the place at hand, if there is one.
     fn jump(&mut self) {
         let here = self.cursor;
-        let found = |jump: &&mut Option<PlanOffer>| jump.is_some_and(|offer| offer.replaces == here);
+        let found =
+            |jump: &&mut Option<PlanOffer>| jump.is_some_and(|offer| offer.replaces == here);
         if let Some(offer) = self.jumps.iter_mut().find(found).and_then(Option::take) {
             self.cursor = offer.first;
         }

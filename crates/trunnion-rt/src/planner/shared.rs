@@ -3,7 +3,7 @@
 use super::block::BLOCK_NUMBERS;
 use super::numbers::{AtomicReal, NumberQueue, Packed, Slots};
 use crate::motion::{COEFFICIENTS, LETTERS, MotionPiece};
-use std::sync::atomic::{AtomicU64, AtomicU32, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
 
 /// Numbers of a piece.
 const PIECE_NUMBERS: usize = LETTERS * COEFFICIENTS + 2;
@@ -22,8 +22,7 @@ impl Packed<PIECE_NUMBERS> for MotionPiece {
     }
 
     fn unpack(numbers: &[u64; PIECE_NUMBERS]) -> Self {
-        let mut piece =
-            Self { duration: 0.0, letters: [[0.0; COEFFICIENTS]; LETTERS], block: 0 };
+        let mut piece = Self { duration: 0.0, letters: [[0.0; COEFFICIENTS]; LETTERS], block: 0 };
         let mut rest = numbers.iter().copied();
         for (number, bits) in piece.letters.iter_mut().flatten().zip(&mut rest) {
             *number = f64::from_bits(bits);

@@ -82,7 +82,8 @@ pub(crate) struct RollingPlan<const N: usize> {
 pub(crate) type CellMotion = [[f64; 2]; 3];
 
 impl<const N: usize> RollingPlan<N> {
-    /// Plans a piece from rest to rest; `None` if it is so short beside its `s` that it has no room for rows.
+    /// Plans a piece from rest to rest; `None` if it is so short beside its `s` that it has no room for rows, or no profile
+    /// moves on it.
     pub(crate) fn new(
         piece: &AxisPiece<N>,
         limits: &ReciprocalLimits<N>,
@@ -93,6 +94,9 @@ impl<const N: usize> RollingPlan<N> {
             return None;
         }
         let FeasibleSpline { spline, references } = start;
+        if !moves(&spline) {
+            return None;
+        }
         let motion = spline.motion();
         let bounds = LimitRatios::default();
         let mut course = Self { grid, spline, references, motion, done: 0, ahead, down: 1, bounds };
@@ -191,6 +195,9 @@ impl<const N: usize> RollingPlan<N> {
         // The new part is planned from rest to rest; both rests where they meet become one parabola.
         let (onward, start) = slow(piece, limits[0], [RESERVE, ahead.reserve()]);
         let mut other = start.spline;
+        if !moves(&other) {
+            return false;
+        }
         let stop = self.spline.len();
         let mut grid = self.grid.clone();
         grid.s.extend(onward.s.iter().skip(1));
@@ -214,6 +221,10 @@ impl<const N: usize> RollingPlan<N> {
             }
             // The rows where both meet break a limit: the new part is made slower. Jerks go with x^(3/2).
             let less = (0.8 / worst).cbrt().powi(2);
+            // A part that stands still is no plan.
+            if !(less > 0.0 && worst.is_finite()) {
+                return false;
+            }
             other.controls.iter_mut().for_each(|control| *control *= less);
         }
         false
@@ -364,6 +375,11 @@ fn caps_with<const N: usize>(
         }
     }
     Some(caps)
+}
+
+/// True if a profile stands nowhere but at its ends.
+fn moves(spline: &SpeedSpline) -> bool {
+    spline.cells().all(|cell| spline.controls.get(cell).is_some_and(|control| *control > 0.0))
 }
 
 /// Returns a slow plan from rest to rest.

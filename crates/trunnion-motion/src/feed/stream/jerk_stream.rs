@@ -17,6 +17,9 @@ use crate::types::{AXES, AxisNode, LinearSegment, Motion};
 /// for 4 MB at 512 rows of five axes.
 const WIDEST: usize = 8;
 
+/// Fewest nodes that a plan is extended by while more are to come.
+const FEWEST: usize = 8;
+
 /// Plans a path that arrives node by node, within velocity, acceleration and jerk limits.
 ///
 /// Works as [`FeedStream`](crate::feed::FeedStream): [`JerkStream::begin`] and [`JerkStream::push`] take nodes,
@@ -68,6 +71,8 @@ pub struct JerkStream<const N: usize = AXES> {
     pushed: [usize; 2],
     last: Option<f64>,
     motion: Motion,
+    /// What comes behind the nodes of the last piece.
+    behind: PathAhead,
     /// Piece that is run.
     piece: usize,
     time: f64,
@@ -100,6 +105,7 @@ impl<const N: usize> JerkStream<N> {
             pushed: [0; 2],
             last: None,
             motion: Motion::Cut,
+            behind: PathAhead::Nothing,
             piece: 0,
             time: 0.0,
             speed: 0.0,
@@ -111,6 +117,7 @@ impl<const N: usize> JerkStream<N> {
     pub fn begin(&mut self, motion: Motion) {
         self.pushed[0] += usize::from(self.pushed[1] > 0);
         (self.motion, self.last, self.pushed[1]) = (motion, None, 0);
+        self.behind = PathAhead::Nothing;
     }
 
     /// Takes the next node of the piece.
@@ -124,6 +131,17 @@ impl<const N: usize> JerkStream<N> {
         self.known.push(NodeEntry { piece, index, motion: self.motion, node });
         (self.last, self.pushed[1]) = (Some(node.s), index + 1);
         Ok(())
+    }
+
+    /// Says that nodes of this piece are still to come, however few are known: it goes on until [`JerkStream::complete`]
+    /// or the next [`JerkStream::begin`]. Without this word the path ends where nodes run out.
+    pub fn go_on(&mut self) {
+        self.behind = PathAhead::More;
+    }
+
+    /// Says that the piece ends with the last node.
+    pub fn complete(&mut self) {
+        self.behind = PathAhead::Nothing;
     }
 
     /// Returns `true` if more nodes are of use before the next step is taken.
@@ -215,8 +233,10 @@ impl<const N: usize> JerkStream<N> {
     /// Returns the path expected after the known nodes: nothing where another piece has begun, or
     /// nodes run out.
     fn ahead(&self) -> PathAhead {
-        if self.is_short() || self.known.has_another_piece() {
+        if self.known.has_another_piece() {
             PathAhead::Nothing
+        } else if self.is_short() {
+            self.behind
         } else {
             PathAhead::More
         }
@@ -279,7 +299,9 @@ impl<const N: usize> JerkStream<N> {
         // With less than a quarter only where no more is at hand. Every quarter is searched four times so; later, with
         // 40 to 110 us a node instead of 80 to 140, searches are not done with it: up to 2 % of the time is lost.
         let quarter = self.options.window / 4;
-        let due = known > quarter || self.is_short() || plan.stops_within(quarter);
+        let ends = self.is_short() && self.ahead() == PathAhead::Nothing;
+        let fewest = if self.behind == PathAhead::More { FEWEST } else { 2 };
+        let due = known > quarter || ends || (known >= fewest && plan.stops_within(quarter));
         if known >= 2 && due {
             let ahead = self.ahead();
             // A plan that cannot be extended stays as it is, and so do the nodes.
