@@ -182,6 +182,8 @@ typedef struct TrunnionPlannerState {
   double worked;
   // Number of plans that came too late.
   uint32_t late;
+  // Limit that binds: 0 none, 1 feed, 2 rapid; 10, 20 or 30 and the axis for its velocity, acceleration or jerk.
+  uint32_t limit;
 } TrunnionPlannerState;
 
 

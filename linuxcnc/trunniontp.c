@@ -66,6 +66,7 @@ struct pins {
     hal_float_t *plan_longest;    /* longest turn of the planning thread, s */
     hal_float_t *plan_worked;     /* time that the planning thread has worked, s */
     hal_u32_t *plan_late;         /* plans that came too late: the tool stopped */
+    hal_s32_t *limit;             /* what limits the speed */
     hal_s32_t *fault;             /* reason of the last refusal */
 };
 
@@ -616,6 +617,7 @@ static void show(const TP_STRUCT *tp)
     *pins->plan_longest = state.longest_turn;
     *pins->plan_worked = state.worked;
     *pins->plan_late = state.late;
+    *pins->limit = (hal_s32_t)state.limit;
 }
 
 /* Ends what is at rest: a program at its end, an abort, a refused block. */
@@ -738,6 +740,7 @@ static int make_pins(void)
     failed |= hal_pin_float_newf(HAL_OUT, &pins->plan_longest, component, "trunniontp.plan-longest");
     failed |= hal_pin_float_newf(HAL_OUT, &pins->plan_worked, component, "trunniontp.plan-worked");
     failed |= hal_pin_u32_newf(HAL_OUT, &pins->plan_late, component, "trunniontp.plan-late");
+    failed |= hal_pin_s32_newf(HAL_OUT, &pins->limit, component, "trunniontp.binding-limit");
     failed |= hal_pin_s32_newf(HAL_OUT, &pins->fault, component, "trunniontp.fault");
     if (failed)
         return -1;

@@ -21,6 +21,8 @@ HAL pins of trunniontp
   time-ahead         time until rest of what the servo thread has, s
   cycle-ns           time of the planner in the last servo cycle; cycle-ns-max the longest
   plan-worked        time that the planning thread has worked, s; plan-longest its longest turn
+  binding-limit      what limits the speed: 0 nothing, 1 feed, 2 rapid; 10, 20, 30 and the axis of the machine file
+                     for its velocity, acceleration, jerk
   plan-late          plans that came too late: the tool stopped, and went on
   fault              reason of the last refusal, as trunnionkins.refusal; 8: a letter without an axis
 ";

@@ -39,7 +39,21 @@ pub(crate) struct Plan<'a> {
     pub(crate) letters: &'a str,
     /// Time limit.
     pub(crate) seconds: u32,
+    /// What the operator does while the program runs.
+    pub(crate) actions: &'a [Action],
+    /// Pins that are read at the end, besides those of the kinematics.
+    pub(crate) pins: &'a [&'a str],
 }
+
+/// One thing that the operator does.
+#[derive(serde::Serialize)]
+pub(crate) struct Action(
+    /// Time after the start \[s\].
+    pub(crate) f64,
+    /// Name in the script of the screen.
+    pub(crate) &'static str,
+    pub(crate) f64,
+);
 
 /// Result of a run.
 pub(crate) struct Run {
@@ -49,12 +63,15 @@ pub(crate) struct Run {
     pub(crate) ended: bool,
     /// Cycles without a sample.
     pub(crate) lost: u64,
-    /// One cycle a line: number, joints, words of the same letters, type of kinematics, time of the inverse in ns.
+    /// One cycle a line: number, joints times a million, words of the same letters, type of kinematics, time of the inverse
+    /// in ns. The sampler writes six decimals, and third differences of joints need more.
     pub(crate) samples: String,
     pub(crate) refusals: u64,
     /// Reason of the last refusal, 0 for none.
     pub(crate) refusal: u64,
     pub(crate) worst_inverse_ns: f64,
+    /// Everything that the screen wrote down, pins among it.
+    pub(crate) values: Value,
     /// Output of the control.
     pub(crate) log: String,
 }
@@ -191,11 +208,15 @@ fn prepare(folder: &Path, plan: &Plan<'_>) {
     fs::write(&ini, sampled).unwrap();
     fs::write(folder.join("sample.hal"), sampler(plan.letters)).unwrap();
     fs::write(folder.join("program.ngc"), plan.program).unwrap();
+    let kinematics =
+        ["trunnionkins.refusals", "trunnionkins.refusal", "trunnionkins.inverse-ns-max"];
+    let pins: Vec<&str> = kinematics.iter().chain(plan.pins).copied().collect();
     let steps = serde_json::json!({
         "program": "program.ngc",
         "start": plan.start,
         "seconds": plan.seconds,
-        "pins": ["trunnionkins.refusals", "trunnionkins.refusal", "trunnionkins.inverse-ns-max"],
+        "pins": pins,
+        "actions": plan.actions,
     });
     fs::write(folder.join("drive.json"), steps.to_string()).unwrap();
 }
@@ -204,14 +225,19 @@ fn prepare(folder: &Path, plan: &Plan<'_>) {
 fn sampler(letters: &str) -> String {
     let count = letters.len();
     let mut text = format!(
-        "loadrt sampler depth=16000 cfg={}bs\naddf sampler.0 servo-thread\nsetp sampler.0.enable 0\n",
+        "loadrt scale count={count}\nloadrt sampler depth=16000 cfg={}bs\n",
         "f".repeat(2 * count)
     );
+    for joint in 0..count {
+        write!(text, "addf scale.{joint} servo-thread\nsetp scale.{joint}.gain 1e6\n").unwrap();
+    }
+    text.push_str("addf sampler.0 servo-thread\nsetp sampler.0.enable 0\n");
     for (joint, letter) in letters.chars().enumerate() {
         let word = count + joint;
         write!(
             text,
-            "net sampled-joint-{joint} joint.{joint}.pos-cmd => sampler.0.pin.{joint}\n\
+            "net joint-fine-{joint} joint.{joint}.pos-cmd => scale.{joint}.in\n\
+             net sampled-joint-{joint} scale.{joint}.out => sampler.0.pin.{joint}\n\
              net sampled-{letter} axis.{letter}.pos-cmd => sampler.0.pin.{word}\n"
         )
         .unwrap();
@@ -241,6 +267,7 @@ fn result(folder: &Path, log: String) -> Run {
         refusals: whole("trunnionkins.refusals"),
         refusal: whole("trunnionkins.refusal"),
         worst_inverse_ns: number("trunnionkins.inverse-ns-max"),
+        values: result,
         log,
     }
 }

@@ -115,6 +115,8 @@ pub struct TrunnionPlannerState {
     pub worked: f64,
     /// Number of plans that came too late.
     pub late: u32,
+    /// Limit that binds: 0 none, 1 feed, 2 rapid; 10, 20 or 30 and the axis for its velocity, acceleration or jerk.
+    pub limit: u32,
 }
 
 /// Starts a planner for `blocks` blocks and a servo period in s. Returns null where that fails, with the reason as text
@@ -320,6 +322,7 @@ pub unsafe extern "C" fn trunnion_planner_state(
         longest_turn: found.longest_turn,
         worked: found.worked,
         late: found.late,
+        limit: found.limit,
     };
 }
 

@@ -3,18 +3,26 @@
 use super::block::MotionBlock;
 use super::joints::{WordJoints, WordsFault};
 use super::run::{Run, RunFault};
-use super::shared::{PlanOffer, PlannerFault, Shared};
+use super::shared::{PlanLimit, PlanOffer, PlannerFault, Shared};
 use crate::kinematics::MachineKinematics;
 use crate::refusal::RefusalCode;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::time::Instant;
 use trunnion::feed::{Limits, SpeedOverrides, StreamStep};
 use trunnion::nc::write::WordsError;
 use trunnion::types::AXES;
 
 /// Plan time that is committed ahead of the servo thread \[s\]: a change of override, hold or abort is felt after it.
-const HORIZON: f64 = 0.05;
+const HORIZON: f64 = 0.03;
+
+/// What is committed before the plan is made anew, as a multiple of the time that it took of late, and at most \[s\].
+const MARGIN: f64 = 1.6;
+const LONGEST_HORIZON: f64 = 0.4;
+
+/// Share of the longest time that is kept from plan to plan.
+const FORGET: f64 = 0.95;
 
 /// Time without a new block after which the blocks at hand are run to their end \[s\].
 const PATIENCE: f64 = 0.02;
@@ -110,6 +118,8 @@ pub struct PlannerCore {
     last_block: f64,
     overrides: Option<[f64; 2]>,
     last_override: f64,
+    /// Time that a plan takes \[s\].
+    planning: f64,
 }
 
 impl PlannerCore {
@@ -139,6 +149,7 @@ impl PlannerCore {
             last_block: f64::NEG_INFINITY,
             overrides: None,
             last_override: f64::NEG_INFINITY,
+            planning: 0.0,
         })
     }
 
@@ -154,6 +165,9 @@ impl PlannerCore {
         }
         let ahead = self.plan.time + self.tail() - self.shared.played.get();
         self.shared.ahead.set(ahead.max(0.0));
+        if ahead <= 0.0 {
+            self.shared.limit.store(PlanLimit::None.number(), Ordering::Relaxed);
+        }
     }
 
     /// Notes the time that a turn took \[s\].
@@ -194,7 +208,6 @@ impl PlannerCore {
             self.plan.end = offer.end;
             self.plan.rest = steps.back().map_or(self.plan.rest, |step| step.end);
             self.plan.expected = steps;
-            self.commit_first();
         } else {
             // The servo thread was past that place: it runs the old plan to its rest.
             self.shared.late.fetch_add(1, Ordering::Relaxed);
@@ -369,23 +382,73 @@ impl PlannerCore {
         }
     }
 
-    /// Extends the plan as far as it is due.
+    /// Plans what is due, and commits what the servo thread needs.
     fn plan(&mut self, now: f64) {
         let aborting = self.is_aborting();
-        while self.run.is_some() && self.plan.offer.is_none() {
-            let ahead = self.plan.time - self.shared.played.get();
-            // The stream takes what comes behind its window for the end of the path: it gets all it wants first.
-            if !self.feed(now) || (ahead >= HORIZON && !aborting) {
-                return;
+        if self.run.is_some() && self.feed(now) {
+            self.commit(HORIZON);
+            self.plan_due();
+            if self.plan.offer.is_none() {
+                if aborting {
+                    self.commit(f64::INFINITY);
+                }
+                self.finish_run(aborting);
+                self.give_up();
             }
-            let Some(run) = &mut self.run else { return };
-            let Some(step) = run.stream().next() else {
-                self.finish(aborting);
-                return;
-            };
-            self.commit(&step);
         }
         if self.run.is_none() && self.waiting.is_none() {
+            self.finish(aborting);
+        }
+    }
+
+    /// Plans if it is time to. As long as that takes the servo thread lives on what is committed.
+    fn plan_due(&mut self) {
+        let Some(run) = &mut self.run else { return };
+        if !run.stream().is_due() {
+            return;
+        }
+        self.commit((MARGIN * self.planning).clamp(HORIZON, LONGEST_HORIZON));
+        let Some(run) = &mut self.run else { return };
+        let begin = Instant::now();
+        run.stream().plan_ahead();
+        // The longest of late, which is forgotten slowly.
+        self.planning = begin.elapsed().as_secs_f64().max(FORGET * self.planning);
+        let steps = run.stream().uncommitted();
+        let expected = &self.plan.expected;
+        let known = steps.iter().zip(expected).all(|(step, next)| key_of(step) == next.key);
+        if steps.len() != expected.len() || !known {
+            self.offer(&steps);
+        }
+    }
+
+    /// Gives a run up that has path left and no plan for it.
+    fn give_up(&mut self) {
+        let Some(run) = &mut self.run else { return };
+        let stuck = self.plan.offer.is_none() && self.plan.expected.is_empty();
+        if stuck && run.stream().is_due() {
+            let block = run.block();
+            self.run = None;
+            self.refuse(block, RefusalCode::Internal);
+        }
+    }
+
+    /// Commits so much of the plan that it reaches `horizon` \[s\] ahead of the servo thread.
+    fn commit(&mut self, horizon: f64) {
+        while self.plan.time - self.shared.played.get() < horizon {
+            let Some(run) = &mut self.run else { return };
+            let Some(step) = run.stream().next_planned() else { return };
+            run.forget(step.s.low);
+            let limit = run.binding(&step, self.overrides.unwrap_or([1.0; 2])).number();
+            self.shared.limit.store(limit, Ordering::Relaxed);
+            self.commit_first();
+        }
+    }
+
+    /// Ends a run that rests with nothing left to plan.
+    fn finish_run(&mut self, aborting: bool) {
+        let Some(run) = &mut self.run else { return };
+        let rests = self.plan.expected.is_empty() && !run.stream().is_due();
+        if rests {
             self.finish(aborting);
         }
     }
@@ -401,7 +464,9 @@ impl PlannerCore {
                 run.end();
                 self.feed(now)
             }
-            Ok(true) => run.stream().speed() > 0.0 || left > 0.0 || aborting,
+            Ok(true) => {
+                run.may_begin() || run.stream().speed() > 0.0 || left > 0.0 || aborting
+            }
             Ok(false) => true,
             Err(RunFault { block }) => {
                 self.refuse(block, RefusalCode::Internal);
@@ -411,37 +476,18 @@ impl PlannerCore {
         }
     }
 
-    /// Commits a step of the stream: as the servo thread expects it, or by an offer.
-    fn commit(&mut self, step: &StreamStep) {
-        let key = key_of(step);
-        if let Some(run) = &mut self.run {
-            run.forget(step.s.low);
-        }
-        if self.plan.expected.front().is_some_and(|next| next.key == key) {
-            self.commit_first();
-        } else {
-            self.offer(step);
-        }
-    }
-
-    /// Offers the plan from a step on.
-    fn offer(&mut self, step: &StreamStep) {
+    /// Offers the plan from what is committed on.
+    fn offer(&mut self, steps: &[StreamStep]) {
         let Some(run) = &mut self.run else { return };
-        let mut steps = vec![*step];
-        steps.extend(run.stream().uncommitted());
         let mut pieces = Vec::new();
         let mut expected = VecDeque::with_capacity(steps.len());
-        for step in &steps {
+        for step in steps {
             let before = pieces.len();
             run.pieces(step, &mut pieces);
             let duration = pieces[before..].iter().map(|piece| piece.duration).sum();
             let pieces = pieces.len() - before;
-            expected.push_back(ExpectedStep {
-                key: key_of(step),
-                end: step.s.high,
-                pieces,
-                duration,
-            });
+            let (key, end) = (key_of(step), step.s.high);
+            expected.push_back(ExpectedStep { key, end, pieces, duration });
         }
         let first = self.plan.free;
         for (index, piece) in pieces.iter().enumerate() {

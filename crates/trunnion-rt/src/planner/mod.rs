@@ -28,5 +28,5 @@ pub use block::{BlockEnding, BlockKind, BlockShape, BlockStart, MotionBlock};
 pub use core::{PlannerCore, PlannerOptions};
 pub use joints::WordsFault;
 pub use servo::{PlannerServo, ServoSample, ServoSpeeds};
-pub use shared::{PlannerFault, PlannerState};
+pub use shared::{PlanLimit, PlannerFault, PlannerState};
 pub use thread::{PlannerThread, planner};

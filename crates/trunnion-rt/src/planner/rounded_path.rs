@@ -27,6 +27,12 @@ const SMALLEST_STEP: f64 = 1e-3;
 /// A place that stands out gets a node unless another one is nearer than this share of a step.
 const NEAR: f64 = 0.3;
 
+/// A kernel is in a crowd where others ask for steps as fine as this multiple of its own.
+const CROWD: f64 = 2.0;
+
+/// A leg as long as this many steps begins at a node: the number of its block is in time.
+const LONG: f64 = 4.0;
+
 /// Share of a tolerance that roundings use; the rest is for the quintics between nodes.
 const USED: f64 = 0.95;
 
@@ -340,13 +346,14 @@ impl RoundedPath {
             step = step.min(LARGEST_TURN / turn.max(f64::MIN_POSITIVE)).min(leg.leg.largest_step());
         }
         for corner in self.near(last, LARGEST_STEP + WIDEST).filter(|corner| corner.width > 0.0) {
-            let (begin, end) = (corner.at - corner.width, corner.at + corner.width);
-            if begin >= last + step || end <= last {
+            let begin = corner.at - corner.width;
+            if begin >= last + step || corner.at + corner.width <= last {
                 continue;
             }
-            // Inside a kernel, or nearly; or before it.
+            // Before a kernel that is narrow beside the step it begins with a node; in a crowd of kernels it need not.
             let own = (corner.width / NODES).max(SMALLEST_STEP);
-            step = if begin > last + NEAR * own { begin - last } else { step.min(own) };
+            let alone = step > CROWD * own && begin > last + NEAR * own;
+            step = if alone { begin - last } else { step.min(own) };
         }
         for leg in legs.skip(1) {
             if leg.from >= last + step {
@@ -374,7 +381,7 @@ impl RoundedPath {
         let before = self.legs.get(self.leg_at(leg.from).saturating_sub(1));
         let changes = before.is_some_and(|before| before.leg.rates != leg.leg.rates);
         // Of short legs the number of the block comes late by less than a step.
-        let marked = leg.leg.begins == BlockStart::Marked || leg.leg.length > step;
+        let marked = leg.leg.begins == BlockStart::Marked || leg.leg.length > LONG * step;
         if changes && distance > 2.0 * SPEED_STEP {
             return step.min(distance - SPEED_STEP).max(SMALLEST_STEP);
         }

@@ -5,20 +5,27 @@ use super::joints::{WordJoints, WordsFault};
 use super::leg::{Leg, LetterVector};
 use super::pieces;
 use super::rounded_path::{CornerTolerance, PathNode, RoundedPath};
+use super::shared::PlanLimit;
 use crate::motion::MotionPiece;
 use std::collections::VecDeque;
 use trunnion::feed::{FeedError, JerkStream, Limits, ProgrammedSpeeds, StreamOptions, StreamStep};
 use trunnion::math::quintic::Quintic;
-use trunnion::types::{AXES, AxisNode, Motion};
+use trunnion::types::{AXES, AxisNode, AxisVector, Motion};
 
 /// Nodes that the plan looks ahead.
-const WINDOW: usize = 128;
+const WINDOW: usize = 256;
+
+/// Nodes with which a run begins, if more are still to come.
+const ENOUGH: usize = 96;
 
 /// Deviation of the tip where a path is to be exact \[mm\]: where it goes on in the same direction, and arcs begin.
 const EXACT: f64 = 0.001;
 
 /// Change of direction that an exact path goes through without a stop.
 const SAME_DIRECTION: f64 = 1e-4;
+
+/// Share of a limit from which it counts as what limits the speed.
+const BINDS: f64 = 0.9;
 
 /// Distance between places where a block is checked \[mm\], and the most places.
 const CHECK_STEP: f64 = 2.0;
@@ -147,6 +154,11 @@ impl Run {
         Ok(false)
     }
 
+    /// True if enough of the path is known to begin with.
+    pub(super) fn may_begin(&self) -> bool {
+        self.nodes.len() >= ENOUGH
+    }
+
     /// Appends the pieces of a step.
     pub(super) fn pieces(&self, step: &StreamStep, out: &mut Vec<MotionPiece>) {
         let after = self.nodes.partition_point(|node| node.path.s <= step.s.low);
@@ -154,6 +166,39 @@ impl Run {
         if let (Some(from), Some(to)) = (self.nodes.get(before), self.nodes.get(before + 1)) {
             pieces::append(step, [&from.path, &to.path], out);
         }
+    }
+
+    /// Returns the limit that a step is nearest to, with overrides of feed and rapid moves.
+    pub(super) fn binding(&self, step: &StreamStep, overrides: [f64; 2]) -> PlanLimit {
+        let after = self.nodes.partition_point(|node| node.path.s <= step.s.low);
+        let before = after.saturating_sub(1);
+        let (Some(from), Some(to)) = (self.nodes.get(before), self.nodes.get(before + 1)) else {
+            return PlanLimit::None;
+        };
+        let state = step.at(0.5 * step.duration);
+        let middle = between(from, to, state.s);
+        let [_, rate, bend, change] = middle.axes.q;
+        let (v, a, j) = (state.speed, state.acceleration, state.jerk);
+        let jerk = rate * j + bend * (3.0 * v * a) + change * v.powi(3);
+        let orders = [
+            (rate * v).component_div(&self.limits.velocity),
+            (rate * a + bend * (v * v)).component_div(&self.limits.acceleration),
+            self.limits.jerk.map_or_else(AxisVector::zeros, |limit| jerk.component_div(&limit)),
+        ];
+        let of_axis = |axis: usize| orders.map(|order| order[axis].abs());
+        let axes = (0..AXES).flat_map(|axis| {
+            let kinds = [PlanLimit::Velocity, PlanLimit::Acceleration, PlanLimit::Jerk];
+            of_axis(axis).into_iter().zip(kinds).map(move |(share, kind)| (share, kind(axis)))
+        });
+        let [feed, rapid] = [from.path.rates[0] / overrides[0], from.path.rates[1] / overrides[1]];
+        let speeds = [(feed * v, PlanLimit::Feed), (rapid * v, PlanLimit::Rapid)];
+        let nearest = axes.chain(speeds).max_by(|one, other| one.0.total_cmp(&other.0));
+        nearest.filter(|(share, _)| *share >= BINDS).map_or(PlanLimit::None, |(_, limit)| limit)
+    }
+
+    /// Returns the block where the committed plan ends.
+    pub(super) fn block(&self) -> u32 {
+        self.nodes.front().map_or(0, |node| node.path.block)
     }
 
     /// Forgets nodes before `s`, but the last of them.

@@ -214,13 +214,14 @@ impl PlannerServo {
         self.shared.answer.store(2 * u64::from(offer.number) + yes, Ordering::Release);
     }
 
-    /// Goes on with the offer for the place at hand, if there is one.
+    /// Goes on with the offer for the place at hand, if there is one. Its first piece may be replaced as well.
     fn jump(&mut self) {
-        let here = self.cursor;
-        let found =
-            |jump: &&mut Option<PlanOffer>| jump.is_some_and(|offer| offer.replaces == here);
-        if let Some(offer) = self.jumps.iter_mut().find(found).and_then(Option::take) {
-            self.cursor = offer.first;
+        loop {
+            let here = self.cursor;
+            let found =
+                |jump: &&mut Option<PlanOffer>| jump.is_some_and(|offer| offer.replaces == here);
+            let Some(jump) = self.jumps.iter_mut().find(found) else { return };
+            self.cursor = jump.take().map_or(here, |offer| offer.first);
         }
     }
 

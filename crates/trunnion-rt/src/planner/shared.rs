@@ -95,6 +95,39 @@ impl Packed<FAULT_NUMBERS> for (PlannerFault, u32) {
     }
 }
 
+/// Limit that keeps the plan from being faster. Axes are in the order of joints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PlanLimit {
+    /// None is near: the tool rests, or passes from one to another.
+    None,
+    /// Programmed feed.
+    Feed,
+    /// Speed of a rapid move.
+    Rapid,
+    /// Velocity of an axis.
+    Velocity(usize),
+    /// Acceleration of an axis.
+    Acceleration(usize),
+    /// Jerk of an axis.
+    Jerk(usize),
+}
+
+impl PlanLimit {
+    /// Returns its number: 0 none, 1 feed, 2 rapid, 10, 20 or 30 and the axis for velocity, acceleration and jerk.
+    pub fn number(self) -> u32 {
+        let (kind, axis) = match self {
+            Self::None => (0, 0),
+            Self::Feed => (1, 0),
+            Self::Rapid => (2, 0),
+            Self::Velocity(axis) => (10, axis),
+            Self::Acceleration(axis) => (20, axis),
+            Self::Jerk(axis) => (30, axis),
+        };
+        kind + u32::try_from(axis).unwrap_or_default()
+    }
+}
+
 /// State of the plan for people.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
@@ -107,6 +140,8 @@ pub struct PlannerState {
     pub worked: f64,
     /// Number of plans that came too late to be taken.
     pub late: u32,
+    /// Limit that binds a little ahead of the tool, as [`PlanLimit::number`].
+    pub limit: u32,
 }
 
 /// Both ends' memory.
@@ -136,6 +171,7 @@ pub(super) struct Shared {
     pub(super) longest_turn: AtomicReal,
     pub(super) worked: AtomicReal,
     pub(super) late: AtomicU32,
+    pub(super) limit: AtomicU32,
     /// Largest deviation of the rotaries at corners \[rad\].
     pub(super) axis_tolerance: AtomicReal,
 }
@@ -161,6 +197,7 @@ impl Shared {
             longest_turn: AtomicReal::new(0.0),
             worked: AtomicReal::new(0.0),
             late: AtomicU32::new(0),
+            limit: AtomicU32::new(0),
             axis_tolerance: AtomicReal::new(axis_tolerance),
         }
     }
@@ -171,6 +208,7 @@ impl Shared {
             longest_turn: self.longest_turn.get(),
             worked: self.worked.get(),
             late: self.late.load(Ordering::Relaxed),
+            limit: self.limit.load(Ordering::Relaxed),
         }
     }
 }

@@ -152,10 +152,15 @@ impl<const N: usize> RollingPlan<N> {
         }
     }
 
+    /// Returns `true` if the stop at the end has a reserve that can be removed.
+    pub(crate) fn is_open(&self) -> bool {
+        self.ahead == PathAhead::More && self.done + FEWEST <= self.spline.len()
+    }
+
     /// Removes the reserve of the stop: the path ends where the plan does, which was not known
     /// when it was made.
     pub(crate) fn end_here(&mut self, limits: [&ReciprocalLimits<N>; 2]) {
-        if self.ahead == PathAhead::More && self.done + FEWEST <= self.spline.len() {
+        if self.is_open() {
             self.forget();
             self.ahead = PathAhead::Nothing;
             let last = self.spline.len() - 2;

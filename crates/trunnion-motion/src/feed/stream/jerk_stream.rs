@@ -73,6 +73,8 @@ pub struct JerkStream<const N: usize = AXES> {
     motion: Motion,
     /// What comes behind the nodes of the last piece.
     behind: PathAhead,
+    /// Number of known nodes by which the plan could not be extended; 0 for none.
+    refused: usize,
     /// Piece that is run.
     piece: usize,
     time: f64,
@@ -106,6 +108,7 @@ impl<const N: usize> JerkStream<N> {
             last: None,
             motion: Motion::Cut,
             behind: PathAhead::Nothing,
+            refused: 0,
             piece: 0,
             time: 0.0,
             speed: 0.0,
@@ -190,6 +193,36 @@ impl<const N: usize> JerkStream<N> {
         self.outdated |= self.factor <= 0.0 || !limits.iter().zip(&self.limits).all(same);
         (self.factor, self.limits) = (1.0, limits);
         Ok(())
+    }
+
+    /// Returns `true` if [`JerkStream::plan_ahead`] has something to do: more of the path, or another override.
+    pub fn is_due(&self) -> bool {
+        let begins = self.factor > 0.0 && self.known.of_a_piece() >= 2;
+        match &self.plan {
+            _ if self.outdated => true,
+            Some(plan) if !self.known.is_run() => {
+                let ends = self.known_of_plan() < 2 && self.ahead() == PathAhead::Nothing;
+                self.factor > 0.0 && (self.extends(plan) || (ends && plan.is_open()))
+            }
+            _ => begins,
+        }
+    }
+
+    /// Plans what is known, from the end of the committed schedule on. [`JerkStream::next`] does so as well.
+    pub fn plan_ahead(&mut self) {
+        self.plan();
+    }
+
+    /// Commits the next step as it is planned, without planning any more.
+    pub fn next_planned(&mut self) -> Option<StreamStep> {
+        let plan = self.plan.as_mut()?;
+        let cell = plan.take_cell()?;
+        self.bounds = self.bounds.max(plan.bounds);
+        let interval = self.known.run_to(cell[0][1])?;
+        let step = step_of(self.piece, interval, self.time, cell);
+        self.time += step.duration;
+        self.speed = step.speed.end;
+        Some(step)
     }
 
     /// Returns the steps that follow the committed schedule if neither nodes nor overrides come: down to rest, as the
@@ -292,24 +325,36 @@ impl<const N: usize> JerkStream<N> {
         self.plan.is_some().then_some(())
     }
 
-    /// Returns the plan, extended where it is time to.
-    fn extended(&mut self, mut plan: RollingPlan<N>) -> Option<RollingPlan<N>> {
+    /// Number of nodes that are known behind the plan, the one at its end among them.
+    fn known_of_plan(&self) -> usize {
         let more = self.known.piece() == Some(self.piece);
-        let known = if more { self.known.of_a_piece() } else { 0 };
+        if more { self.known.of_a_piece() } else { 0 }
+    }
+
+    /// True if it is time to extend a plan.
+    fn extends(&self, plan: &RollingPlan<N>) -> bool {
+        let known = self.known_of_plan();
         // With less than a quarter only where no more is at hand. Every quarter is searched four times so; later, with
         // 40 to 110 us a node instead of 80 to 140, searches are not done with it: up to 2 % of the time is lost.
         let quarter = self.options.window / 4;
         let ends = self.is_short() && self.ahead() == PathAhead::Nothing;
         let fewest = if self.behind == PathAhead::More { FEWEST } else { 2 };
         let due = known > quarter || ends || (known >= fewest && plan.stops_within(quarter));
-        if known >= 2 && due {
+        known >= 2 && due && known != self.refused
+    }
+
+    /// Returns the plan, extended where it is time to.
+    fn extended(&mut self, mut plan: RollingPlan<N>) -> Option<RollingPlan<N>> {
+        let known = self.known_of_plan();
+        if self.extends(&plan) {
             let ahead = self.ahead();
             // A plan that cannot be extended stays as it is, and so do the nodes.
             let before = self.known.clone();
             let piece = self.known.take(self.kept(ahead))?;
             let limits = [self.limits_on(piece.motion), self.axes_on(piece.motion)];
+            self.refused = 0;
             if !plan.extend(&piece, limits.each_ref(), ahead) {
-                self.known = before;
+                (self.known, self.refused) = (before, known);
             }
         } else if known < 2 && self.ahead() == PathAhead::Nothing {
             // The stop at the end is meant: its reserve for an extension can go.
@@ -349,14 +394,7 @@ impl<const N: usize> Iterator for JerkStream<N> {
 
     fn next(&mut self) -> Option<StreamStep> {
         self.plan()?;
-        let plan = self.plan.as_mut()?;
-        let cell = plan.take_cell()?;
-        self.bounds = self.bounds.max(plan.bounds);
-        let interval = self.known.run_to(cell[0][1])?;
-        let step = step_of(self.piece, interval, self.time, cell);
-        self.time += step.duration;
-        self.speed = step.speed.end;
-        Some(step)
+        self.next_planned()
     }
 }
 
