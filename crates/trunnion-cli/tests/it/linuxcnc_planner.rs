@@ -109,7 +109,8 @@ impl Motion {
                 let limit = [axis.vel, axis.acc, axis.jerk][derivative];
                 if joint < 3 { limit } else { limit.to_degrees() }
             };
-            let shares = values.iter().flat_map(|all| (0..5).map(|joint| all[joint].abs() / limit(joint)));
+            let shares =
+                values.iter().flat_map(|all| (0..5).map(|joint| all[joint].abs() / limit(joint)));
             shares.fold(0.0, f64::max)
         })
     }
@@ -188,7 +189,10 @@ fn a_pass_of_short_blocks_takes_what_its_feed_allows() {
         let text = program(&points, &[]);
         let stock = run(&control, temporary.path(), "stock", &text, &[]);
         assert!(stock.errors.is_empty() && stock.ended, "{:?}\n{}", stock.errors, stock.log);
-        eprintln!("{step} mm, LinuxCNC's own: {:.3} s on the pass", Motion::of(&stock).on_the_pass());
+        eprintln!(
+            "{step} mm, LinuxCNC's own: {:.3} s on the pass",
+            Motion::of(&stock).on_the_pass()
+        );
         let own = run(&control, temporary.path(), "trunnion", &text, &[]);
         assert!(own.errors.is_empty() && own.ended, "{:?}\n{}", own.errors, own.log);
         let seconds = check(&own, &points, &format!("{step} mm")).on_the_pass();

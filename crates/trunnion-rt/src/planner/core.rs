@@ -464,9 +464,7 @@ impl PlannerCore {
                 run.end();
                 self.feed(now)
             }
-            Ok(true) => {
-                run.may_begin() || run.stream().speed() > 0.0 || left > 0.0 || aborting
-            }
+            Ok(true) => run.may_begin() || run.stream().speed() > 0.0 || left > 0.0 || aborting,
             Ok(false) => true,
             Err(RunFault { block }) => {
                 self.refuse(block, RefusalCode::Internal);

@@ -246,7 +246,14 @@ fn a_pass_of_short_blocks_runs_at_its_feed() {
         eprintln!(
             "{step} mm: {seconds} s, ratios {velocity:.4} {acceleration:.4} {jerk:.4}, contour {miss:.5}, {state:?}"
         );
-        if std::env::var("LOOK").is_ok() { let mut f=String::new(); for p in &bench.positions { f+=&format!("{} {} {} {} {}\n",p[0],p[1],p[2],p[3],p[5]); } std::fs::write(format!("/tmp/look-{step}.txt"),f).unwrap(); continue; }
+        if std::env::var("LOOK").is_ok() {
+            let mut f = String::new();
+            for p in &bench.positions {
+                f += &format!("{} {} {} {} {}\n", p[0], p[1], p[2], p[3], p[5]);
+            }
+            std::fs::write(format!("/tmp/look-{step}.txt"), f).unwrap();
+            continue;
+        }
         assert!(seconds < 5.6, "{seconds}");
         assert!(velocity <= 1.001 && acceleration <= 1.001 && jerk <= 1.001);
         assert!(miss <= 0.01, "{miss}");

@@ -17,8 +17,9 @@ use crate::types::{AXES, AxisNode, LinearSegment, Motion};
 /// for 4 MB at 512 rows of five axes.
 const WIDEST: usize = 8;
 
-/// Fewest nodes that a plan is extended by while more are to come.
-const FEWEST: usize = 8;
+/// Fewest nodes that a plan is extended by while more are to come, as a share of a quarter of the window: a search over all
+/// of the plan for each few of them would cost more than it brings.
+const FEWEST_SHARE: usize = 4;
 
 /// Plans a path that arrives node by node, within velocity, acceleration and jerk limits.
 ///
@@ -338,7 +339,7 @@ impl<const N: usize> JerkStream<N> {
         // 40 to 110 us a node instead of 80 to 140, searches are not done with it: up to 2 % of the time is lost.
         let quarter = self.options.window / 4;
         let ends = self.is_short() && self.ahead() == PathAhead::Nothing;
-        let fewest = if self.behind == PathAhead::More { FEWEST } else { 2 };
+        let fewest = if self.behind == PathAhead::More { quarter / FEWEST_SHARE } else { 2 };
         let due = known > quarter || ends || (known >= fewest && plan.stops_within(quarter));
         known >= 2 && due && known != self.refused
     }
