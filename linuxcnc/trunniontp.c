@@ -367,6 +367,9 @@ static int append(TP_STRUCT *tp, const EmcPose *end)
 {
     tp->goalPos = *end;
     tp->done = 0;
+    /* The overrides of its kind hold before it begins. */
+    if (!tp->motionType)
+        tp->motionType = block_of(next_block)->canon_type;
     tp->depth = (int)waiting() + 1;
     tpClearDIOs(tp);
     next_block++;
@@ -641,6 +644,7 @@ static void end_at_rest(TP_STRUCT *tp, const TrunnionSample *sample)
     tp->done = 1;
     tp->execId = 0;
     tp->motionType = 0;
+    status->enables_queued = status->enables_new;
 }
 
 int tpRunCycle(TP_STRUCT *const tp, long period)
@@ -652,10 +656,6 @@ int tpRunCycle(TP_STRUCT *const tp, long period)
     (void)period;
     trunnion_planner_set(planner, 0.0, *pins->axis_tolerance / DEGREES);
     hand_over();
-    if (tp->done && waiting() == 0)
-        tp->motionType = 0;
-    else if (running == next_planned - 1 || tp->motionType == 0)
-        tp->motionType = block_of(running + 1)->canon_type;
     overrides(tp, &feed, &rapid);
     trunnion_planner_cycle(planner, feed, rapid, &sample);
     if (!sample.rests)

@@ -4,6 +4,7 @@
 
 use crate::binary::trunnion;
 use crate::linuxcnc_run::{Action, Control, Plan, Run};
+use crate::rs274::examples;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
@@ -76,6 +77,61 @@ fn program(points: &[[f64; 3]], lines: &[(usize, &str)]) -> String {
     text
 }
 
+/// The work offset that the head of a program asks for, as a line.
+fn offset_line(program: &str) -> String {
+    let line = program.lines().find(|line| line.contains("G54 must hold")).unwrap();
+    let words = line.split("hold ").nth(1).unwrap().split(';').next().unwrap();
+    format!("G10 L2 P1 {words} B0 C0 R0")
+}
+
+#[test]
+fn both_examples_take_their_planned_time() {
+    let Some(control) = Control::ready() else { return };
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let machine = parse(built_in("bc-trunnion").unwrap()).unwrap().machine;
+    for (name, text) in examples(folder) {
+        let job = Path::new(&name).parent().unwrap();
+        let summary = fs::read_to_string(folder.join(job).join("summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+        let planned = summary["times"]["planned"].as_f64().unwrap();
+        let work = format!("{}-control", job.display());
+        let arguments = [
+            "linuxcnc",
+            "bc-trunnion",
+            "-o",
+            &work,
+            "--planner",
+            "trunnion",
+            "--tool-length",
+            "120",
+        ];
+        assert!(trunnion(folder, &arguments).status.success());
+        let plan = Plan {
+            ini: "bc-trunnion.ini",
+            program: &text,
+            start: &["G21 G90 G94 G40 G49 G54", &offset_line(&text)],
+            letters: "xyzbc",
+            seconds: 300,
+            actions: &[],
+            pins: &PINS,
+        };
+        let run = control.run(&folder.join(&work), &plan);
+        assert!(run.errors.is_empty() && run.ended, "{name}: {:?}\n{}", run.errors, run.log);
+        let motion = Motion::of(&run);
+        let ratios = motion.ratios(&machine);
+        let seconds = motion.moving();
+        let pins: Vec<String> =
+            PINS.iter().map(|pin| format!("{pin} {}", run.values[*pin])).collect();
+        eprintln!(
+            "{name}: {seconds:.2} s in motion, planned {planned:.2} s, ratios {ratios:.4?}, {}",
+            pins.join(", ")
+        );
+        assert!(ratios.iter().all(|ratio| *ratio <= 1.001), "{name}: {ratios:?}");
+        assert!(seconds <= 1.1 * planned, "{name}: {seconds} {planned}");
+    }
+}
+
 /// Joints and X Y Z words of every cycle [mm and degrees].
 struct Motion {
     joints: Vec<[f64; 5]>,
@@ -113,6 +169,13 @@ impl Motion {
                 values.iter().flat_map(|all| (0..5).map(|joint| all[joint].abs() / limit(joint)));
             shares.fold(0.0, f64::max)
         })
+    }
+
+    /// Cycles in which a joint moves, in seconds.
+    fn moving(&self) -> f64 {
+        let moves =
+            |two: &&[[f64; 5]]| (0..5).any(|joint| (two[1][joint] - two[0][joint]).abs() > 1e-9);
+        self.joints.windows(2).filter(moves).count() as f64 * 1e-3
     }
 
     /// Cycles on the pass, in seconds.

@@ -17,9 +17,14 @@ use trunnion::types::AXES;
 /// Plan time that is committed ahead of the servo thread \[s\]: a change of override, hold or abort is felt after it.
 const HORIZON: f64 = 0.03;
 
-/// What is committed before the plan is made anew, as a multiple of the time that it took of late, and at most \[s\].
+/// What is committed before the plan is made anew: a multiple of the time that it took of late, and at most this \[s\].
 const MARGIN: f64 = 1.6;
 const LONGEST_HORIZON: f64 = 0.4;
+/// A plan takes this long until it is known better \[s\].
+const FIRST_PLANNING: f64 = 0.06;
+
+/// Plans that the ring of pieces holds at least.
+const PLANS_IN_RING: usize = 4;
 
 /// Share of the longest time that is kept from plan to plan.
 const FORGET: f64 = 0.95;
@@ -30,8 +35,9 @@ const PATIENCE: f64 = 0.02;
 /// Plan time left at which a path without further blocks is ended \[s\].
 const SHORT: f64 = 0.12;
 
-/// Legs that wait for nodes, at most: further blocks stay in the queue.
-const MOST_LEGS: usize = 600;
+/// Legs that wait for nodes, and their length \[mm\]: beyond both further blocks stay in the queue.
+const MANY_LEGS: usize = 600;
+const LONG_PATH: f64 = 20.0;
 
 /// Blocks taken in a turn.
 const MOST_BLOCKS: usize = 64;
@@ -60,7 +66,7 @@ pub struct PlannerOptions {
 impl PlannerOptions {
     /// A queue as long as that of `LinuxCNC`, and 0.1 degrees.
     pub const STANDARD: Self =
-        Self { blocks: 2048, pieces: 16384, axis_tolerance: 0.1 * std::f64::consts::PI / 180.0 };
+        Self { blocks: 2048, pieces: 32768, axis_tolerance: 0.1 * std::f64::consts::PI / 180.0 };
 }
 
 /// Step of the plan that the servo thread has, not committed yet.
@@ -149,7 +155,7 @@ impl PlannerCore {
             last_block: f64::NEG_INFINITY,
             overrides: None,
             last_override: f64::NEG_INFINITY,
-            planning: 0.0,
+            planning: FIRST_PLANNING,
         })
     }
 
@@ -253,8 +259,7 @@ impl PlannerCore {
     /// Takes blocks from the queue.
     fn take_blocks(&mut self, now: f64) {
         for _ in 0..MOST_BLOCKS {
-            let full = self.run.as_ref().is_some_and(|run| run.path().waiting() > MOST_LEGS);
-            if full {
+            if self.run.as_ref().is_some_and(is_full) {
                 return;
             }
             let Some(block) = self.next_block(now) else { return };
@@ -317,6 +322,7 @@ impl PlannerCore {
             Ok(run) if begun => {
                 self.run = Some(run);
                 self.overrides = None;
+                self.plan.rest = 0.0;
                 true
             }
             _ => {
@@ -479,9 +485,11 @@ impl PlannerCore {
         let Some(run) = &mut self.run else { return };
         let mut pieces = Vec::new();
         let mut expected = VecDeque::with_capacity(steps.len());
+        // The ring holds several plans: the servo thread may still be in one before.
+        let most = self.shared.pieces.len() / (PLANS_IN_RING * steps.len().max(1));
         for step in steps {
             let before = pieces.len();
-            run.pieces(step, &mut pieces);
+            run.pieces(step, most, &mut pieces);
             let duration = pieces[before..].iter().map(|piece| piece.duration).sum();
             let pieces = pieces.len() - before;
             let (key, end) = (key_of(step), step.s.high);
@@ -529,6 +537,10 @@ impl PlannerCore {
             self.shared.planned_aborts.store(self.aborts, Ordering::Release);
         }
     }
+}
+
+fn is_full(run: &Run) -> bool {
+    run.path().waiting() > MANY_LEGS && run.path().ahead() > LONG_PATH
 }
 
 fn key_of(step: &StreamStep) -> [u64; 2] {

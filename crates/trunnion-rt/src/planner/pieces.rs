@@ -14,12 +14,18 @@ const LONGEST: f64 = 0.004;
 /// Most pieces of a step: one that takes longer is slow, and nearly a polynomial.
 const MOST: u32 = 8;
 
-/// Appends the pieces of a step between two nodes.
-pub(super) fn append(step: &StreamStep, nodes: [&PathNode; 2], out: &mut Vec<MotionPiece>) {
+/// Appends the pieces of a step between two nodes, at most `most` of them.
+pub(super) fn append(
+    step: &StreamStep,
+    nodes: [&PathNode; 2],
+    most: usize,
+    out: &mut Vec<MotionPiece>,
+) {
     let [from, to] = nodes;
     let jet = |node: &PathNode| [node.letters[0], node.letters[1], node.letters[2]];
     let path = Quintic::new(to.s - from.s, jet(from), jet(to));
-    let count = (1..MOST).find(|&n| step.duration <= LONGEST * f64::from(n)).unwrap_or(MOST);
+    let most = u32::try_from(most).map_or(MOST, |most| most.clamp(1, MOST));
+    let count = (1..most).find(|&n| step.duration <= LONGEST * f64::from(n)).unwrap_or(most);
     let duration = step.duration / f64::from(count);
     let mut start = motion(&path, from.s, &start_of(step));
     for k in 1..=count {

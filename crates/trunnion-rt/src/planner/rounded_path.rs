@@ -48,6 +48,9 @@ const LARGEST_BEND: f64 = 27.0 / 3072.0;
 /// Halvings of the range of a width.
 const HALVINGS: u32 = 10;
 
+/// Corners on either side that a kernel reaches at most.
+const MANY: usize = 64;
+
 /// Rounds in which widths are made smaller together.
 const ROUNDS: u32 = 40;
 
@@ -152,6 +155,8 @@ pub(super) struct RoundedPath {
     ended: bool,
     /// Last node.
     node: Option<f64>,
+    /// Largest half width of all kernels.
+    reach: f64,
 }
 
 impl RoundedPath {
@@ -187,6 +192,11 @@ impl RoundedPath {
     /// Returns the direction at the end of the last leg.
     pub(super) fn direction(&self) -> Option<LetterVector> {
         self.legs.back().map(|last| last.leg.at(last.leg.length)[1])
+    }
+
+    /// Returns the length that nodes have not passed.
+    pub(super) fn ahead(&self) -> f64 {
+        self.length - self.node.unwrap_or(0.0)
     }
 
     /// Returns the number of legs that nodes have not passed.
@@ -225,6 +235,7 @@ impl RoundedPath {
     /// Chooses and settles the widths of corners that enough is known of.
     fn settle(&mut self) {
         let known = self.known();
+        self.reach = self.corners.iter().map(|corner| corner.width).fold(0.0, f64::max);
         while let Some(corner) = self.corners.get(self.chosen) {
             if corner.at + WIDEST > known {
                 break;
@@ -233,6 +244,7 @@ impl RoundedPath {
             if let Some(corner) = self.corners.get_mut(self.chosen) {
                 corner.width = width;
             }
+            self.reach = self.reach.max(width);
             self.chosen += 1;
         }
         while self.settled < self.chosen {
@@ -250,7 +262,11 @@ impl RoundedPath {
     fn widest(&self, index: usize) -> f64 {
         let Some(corner) = self.corners.get(index) else { return 0.0 };
         let end = if self.ended { self.length - corner.at } else { f64::INFINITY };
-        let most = WIDEST.min(corner.at).min(end);
+        // A kernel over very many legs is no better than one over many.
+        let neighbours = [index.checked_sub(MANY), index.checked_add(MANY)];
+        let far = neighbours.into_iter().flatten().filter_map(|other| self.corners.get(other));
+        let crowd = far.map(|other| (other.at - corner.at).abs()).fold(f64::INFINITY, f64::min);
+        let most = WIDEST.min(corner.at).min(end).min(crowd);
         let share = |width: f64| {
             let near = self.near(corner.at, width);
             // Corners that cancel out would not, were one of them to become narrower.
@@ -323,7 +339,7 @@ impl RoundedPath {
 
     /// Returns the deviation from the polyline at `s`.
     fn deviation(&self, s: f64) -> LetterVector {
-        let near = self.near(s, WIDEST).filter(|corner| corner.width > 0.0);
+        let near = self.near(s, self.reach).filter(|corner| corner.width > 0.0);
         near.fold(LetterVector::zeros(), |sum, corner| sum + corner.deviation(s, corner.width))
     }
 
@@ -393,7 +409,7 @@ impl RoundedPath {
         let index = self.leg_at(s);
         let PlacedLeg { from, leg } = self.legs.get(index)?;
         let mut letters = leg.at(s - from);
-        for corner in self.near(s, WIDEST).filter(|corner| corner.width > 0.0) {
+        for corner in self.near(s, self.reach).filter(|corner| corner.width > 0.0) {
             for (letter, part) in letters.iter_mut().zip(corner.at(s, corner.width)) {
                 *letter += part;
             }

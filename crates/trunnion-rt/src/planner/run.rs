@@ -159,12 +159,12 @@ impl Run {
         self.nodes.len() >= ENOUGH
     }
 
-    /// Appends the pieces of a step.
-    pub(super) fn pieces(&self, step: &StreamStep, out: &mut Vec<MotionPiece>) {
+    /// Appends the pieces of a step, at most `most` of them.
+    pub(super) fn pieces(&self, step: &StreamStep, most: usize, out: &mut Vec<MotionPiece>) {
         let after = self.nodes.partition_point(|node| node.path.s <= step.s.low);
         let before = after.saturating_sub(1);
         if let (Some(from), Some(to)) = (self.nodes.get(before), self.nodes.get(before + 1)) {
-            pieces::append(step, [&from.path, &to.path], out);
+            pieces::append(step, [&from.path, &to.path], most, out);
         }
     }
 
