@@ -34,6 +34,15 @@
 // See `TRUNNION_ENDS_STOP`.
 #define TRUNNION_ENDS_BLEND 2
 
+// A block moves at its speed at most, as a rapid move, or in the time that its speed makes of its length.
+#define TRUNNION_MOVES_FEED 0
+
+// See `TRUNNION_MOVES_FEED`.
+#define TRUNNION_MOVES_RAPID 1
+
+// See `TRUNNION_MOVES_FEED`.
+#define TRUNNION_MOVES_TIMED 2
+
 // Number of a reason; 0 is no refusal. Numbers keep their meaning in later versions.
 enum TrunnionRefusal
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -130,8 +139,8 @@ typedef struct TrunnionBlock {
   double center[3];
   // Normal of an arc.
   double normal[3];
-  // 1: a rapid move; 0: at the feed.
-  int32_t rapid;
+  // One of `TRUNNION_MOVES_..`.
+  int32_t kind;
   // One of `TRUNNION_BEGINS_..`.
   int32_t begins;
   // One of `TRUNNION_ENDS_..`.

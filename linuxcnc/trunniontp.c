@@ -344,7 +344,8 @@ static struct block *new_block(TP_STRUCT *tp, const EmcPose *end, int canon_type
     motion->number = next_block;
     letters_of(&tp->goalPos, motion->start);
     letters_of(end, motion->end);
-    motion->rapid = canon_type == EMC_MOTION_TYPE_TRAVERSE;
+    motion->kind = canon_type == EMC_MOTION_TYPE_TRAVERSE ? TRUNNION_MOVES_RAPID
+        : tag.packed_flags >> GM_FLAG_FEED_INVERSE_TIME & 1 ? TRUNNION_MOVES_TIMED : TRUNNION_MOVES_FEED;
     motion->begins = at_speed || probes ? TRUNNION_BEGINS_REST
         : block->outputs.anychanged ? TRUNNION_BEGINS_MARKED : TRUNNION_BEGINS_FLOW;
     motion->ending = tp->termCond == TC_TERM_COND_STOP || probes ? TRUNNION_ENDS_STOP

@@ -32,6 +32,13 @@ pub const TRUNNION_ENDS_EXACT: i32 = 1;
 /// See `TRUNNION_ENDS_STOP`.
 pub const TRUNNION_ENDS_BLEND: i32 = 2;
 
+/// A block moves at its speed at most, as a rapid move, or in the time that its speed makes of its length.
+pub const TRUNNION_MOVES_FEED: i32 = 0;
+/// See `TRUNNION_MOVES_FEED`.
+pub const TRUNNION_MOVES_RAPID: i32 = 1;
+/// See `TRUNNION_MOVES_FEED`.
+pub const TRUNNION_MOVES_TIMED: i32 = 2;
+
 /// Planner with its thread; this end belongs to the servo thread.
 #[derive(Debug)]
 pub struct TrunnionPlanner {
@@ -57,8 +64,8 @@ pub struct TrunnionBlock {
     pub center: [f64; 3],
     /// Normal of an arc.
     pub normal: [f64; 3],
-    /// 1: a rapid move; 0: at the feed.
-    pub rapid: i32,
+    /// One of `TRUNNION_MOVES_..`.
+    pub kind: i32,
     /// One of `TRUNNION_BEGINS_..`.
     pub begins: i32,
     /// One of `TRUNNION_ENDS_..`.
@@ -363,7 +370,12 @@ fn block_of(block: &TrunnionBlock) -> Option<MotionBlock> {
         TRUNNION_ENDS_BLEND => BlockEnding::Blend,
         _ => return None,
     };
-    let kind = if block.rapid == 0 { BlockKind::Feed } else { BlockKind::Rapid };
+    let kind = match block.kind {
+        TRUNNION_MOVES_FEED => BlockKind::Feed,
+        TRUNNION_MOVES_RAPID => BlockKind::Rapid,
+        TRUNNION_MOVES_TIMED => BlockKind::Timed,
+        _ => return None,
+    };
     let positive = |value: f64| value > 0.0 && value.is_finite();
     let numbers = block.start.iter().chain(&block.end).chain([&block.tool_length]);
     let finite = numbers.into_iter().all(|value| value.is_finite());

@@ -23,10 +23,13 @@ pub enum BlockShape {
 /// Override that a block obeys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BlockKind {
-    /// At the feed.
+    /// At the feed, which is not exceeded anywhere.
     Feed,
     /// Rapid move.
     Rapid,
+    /// In the time that its speed makes of its length: faster in one part of the block than in another where the blocks
+    /// beside it are.
+    Timed,
 }
 
 /// Beginning of a block.
@@ -107,7 +110,11 @@ impl Packed<BLOCK_NUMBERS> for (MotionBlock, u32) {
             u64::from(block.number),
             u64::from(*round),
             u64::from(turns.cast_unsigned()),
-            u64::from(block.kind == BlockKind::Rapid),
+            match block.kind {
+                BlockKind::Feed => 0,
+                BlockKind::Rapid => 1,
+                BlockKind::Timed => 2,
+            },
             begins,
             ending,
             u64::from(block.mode == KinematicsMode::ToolCenterPoint),
@@ -125,7 +132,11 @@ impl Packed<BLOCK_NUMBERS> for (MotionBlock, u32) {
         reals.iter_mut().for_each(|real| *real = f64::from_bits(next()));
         let small = |number: u64| u32::try_from(number).unwrap_or_default();
         let (number, round, turns) = (small(next()), small(next()), small(next()).cast_signed());
-        let kind = if next() == 1 { BlockKind::Rapid } else { BlockKind::Feed };
+        let kind = match next() {
+            0 => BlockKind::Feed,
+            1 => BlockKind::Rapid,
+            _ => BlockKind::Timed,
+        };
         let begins = match next() {
             0 => BlockStart::Flow,
             1 => BlockStart::Marked,
@@ -168,13 +179,13 @@ mod tests {
     #[test]
     fn a_block_survives_its_slot() {
         let arc = BlockShape::Arc { center: [1.0, 2.0, 3.0], normal: [0.0, 0.0, -1.0], turns: -2 };
-        for shape in [BlockShape::Line, arc] {
+        for (shape, kind) in [(BlockShape::Line, BlockKind::Rapid), (arc, BlockKind::Timed)] {
             let block = MotionBlock {
                 number: 7,
                 start: std::array::from_fn(|letter| letter as f64),
                 end: std::array::from_fn(|letter| -0.5 * letter as f64),
                 shape,
-                kind: BlockKind::Rapid,
+                kind,
                 speed: 50.0,
                 begins: BlockStart::Rest,
                 ending: BlockEnding::Exact,

@@ -30,6 +30,7 @@ pub(super) struct Leg {
     pub(super) block: u32,
     /// Seconds per length at the programmed speed: of a feed, and of a rapid move. Zero for the other kind.
     pub(super) rates: [f64; 2],
+    pub(super) kind: BlockKind,
     pub(super) begins: BlockStart,
 }
 
@@ -76,7 +77,8 @@ impl Leg {
         (length > SHORTEST).then_some(())?;
         let rate = programmed / (length * block.speed);
         let rates = if block.kind == BlockKind::Rapid { [0.0, rate] } else { [rate, 0.0] };
-        Some(Self { curve, length, block: block.number, rates, begins: block.begins })
+        let (number, kind, begins) = (block.number, block.kind, block.begins);
+        Some(Self { curve, length, block: number, rates, kind, begins })
     }
 
     /// Returns the letters and their derivatives at a length from the start.

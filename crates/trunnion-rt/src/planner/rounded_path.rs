@@ -3,7 +3,7 @@
 //! Every corner has a kernel (`kernel`) of its own half width. Where kernels overlap their roundings add up, so short
 //! legs of a smooth curve become that curve again: the kernels reach over many of them.
 
-use super::block::BlockStart;
+use super::block::{BlockKind, BlockStart};
 use super::kernel::{bending, rounding};
 use super::leg::{Leg, LetterVector, triples};
 use std::collections::VecDeque;
@@ -140,6 +140,25 @@ struct PlacedLeg {
 impl PlacedLeg {
     fn end(&self) -> f64 {
         self.from + self.leg.length
+    }
+}
+
+/// The leg, if it is a timed one.
+fn timed(leg: Option<&PlacedLeg>) -> Option<&Leg> {
+    leg.map(|placed| &placed.leg).filter(|leg| leg.kind == BlockKind::Timed)
+}
+
+/// Seconds per length at a place of a timed leg: linear from its middle to an end beside a faster leg.
+fn timed_rate(leg: &Leg, beside: [Option<&Leg>; 2], share: f64) -> f64 {
+    let own = leg.rates[0];
+    let border = |other: &Leg| {
+        (own * other.length + other.rates[0] * leg.length) / (leg.length + other.length)
+    };
+    let [start, end] = beside.map(|other| other.map_or(own, border).min(own));
+    if share < 0.5 {
+        start + (own - start) * 2.0 * share
+    } else {
+        own + (end - own) * (2.0 * share - 1.0)
     }
 }
 
@@ -395,7 +414,8 @@ impl RoundedPath {
             return step;
         }
         let before = self.legs.get(self.leg_at(leg.from).saturating_sub(1));
-        let changes = before.is_some_and(|before| before.leg.rates != leg.leg.rates);
+        let timed = leg.leg.kind == BlockKind::Timed;
+        let changes = !timed && before.is_some_and(|before| before.leg.rates != leg.leg.rates);
         // Of short legs the number of the block comes late by less than a step.
         let marked = leg.leg.begins == BlockStart::Marked || leg.leg.length > LONG * step;
         if changes && distance > 2.0 * SPEED_STEP {
@@ -414,16 +434,26 @@ impl RoundedPath {
                 *letter += part;
             }
         }
-        let mut rates = leg.rates;
-        // Where the speed changes the lower one holds.
-        if s <= *from
-            && let Some(before) = index.checked_sub(1).and_then(|i| self.legs.get(i))
-        {
-            rates = [0, 1].map(|kind| rates[kind].max(before.leg.rates[kind]));
-        }
+        let rates = self.rates_at(s, index)?;
         // A leg that begins so soon has no node of its own.
         let block = self.legs.get(self.leg_at(s + SMALLEST_STEP))?.leg.block;
         Some(PathNode { s, letters, rates, block })
+    }
+
+    /// Returns the seconds per length of a feed and of a rapid move at `s` in a leg.
+    fn rates_at(&self, s: f64, index: usize) -> Option<[f64; 2]> {
+        let PlacedLeg { from, leg } = self.legs.get(index)?;
+        let before = index.checked_sub(1).and_then(|before| self.legs.get(before));
+        if leg.kind == BlockKind::Timed {
+            let share = (s - from) / leg.length;
+            let beside = [before, self.legs.get(index + 1)].map(timed);
+            return Some([timed_rate(leg, beside, share), 0.0]);
+        }
+        // Where the speed changes the lower one holds.
+        let changes = before.filter(|before| s <= *from && before.leg.kind != BlockKind::Timed);
+        Some(changes.map_or(leg.rates, |before| {
+            [0, 1].map(|kind| leg.rates[kind].max(before.leg.rates[kind]))
+        }))
     }
 
     /// Forgets legs and corners before `s`.
