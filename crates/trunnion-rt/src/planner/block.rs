@@ -129,7 +129,9 @@ impl Packed<BLOCK_NUMBERS> for (MotionBlock, u32) {
         let mut rest = numbers.iter().copied();
         let mut next = || rest.next().unwrap_or_default();
         let mut reals = [0.0; 2 * LETTERS + 9];
-        reals.iter_mut().for_each(|real| *real = f64::from_bits(next()));
+        for real in &mut reals {
+            *real = f64::from_bits(next());
+        }
         let small = |number: u64| u32::try_from(number).unwrap_or_default();
         let (number, round, turns) = (small(next()), small(next()), small(next()).cast_signed());
         let kind = match next() {

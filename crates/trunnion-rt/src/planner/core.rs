@@ -317,7 +317,7 @@ impl PlannerCore {
     fn begin_run(&mut self, block: &MotionBlock) -> bool {
         let tolerance = self.shared.axis_tolerance.get();
         let begun = self.joints.set(block.mode, block.tool_length).is_ok();
-        let run = Run::new(self.joints.clone(), self.limits, tolerance);
+        let run = Run::new(self.joints.clone(), &self.limits, tolerance);
         match run {
             Ok(run) if begun => {
                 self.run = Some(run);
@@ -370,7 +370,8 @@ impl PlannerCore {
         let holds = aborting || !(feed > 0.0 && rapid > 0.0);
         let wanted = if holds { [0.0; 2] } else { [feed.min(2.0), rapid.min(1.0)] };
         let wanted = if holds { wanted } else { wanted.map(|one| one.max(SMALLEST_OVERRIDE)) };
-        let same = self.overrides.is_some_and(|now| now == wanted);
+        let bits = |values: [f64; 2]| values.map(f64::to_bits);
+        let same = self.overrides.is_some_and(|now| bits(now) == bits(wanted));
         let soon = !holds && self.overrides.is_some() && now - self.last_override < OVERRIDE_PERIOD;
         if same || soon {
             return;

@@ -137,8 +137,6 @@ impl WordJoints {
 
 #[cfg(test)]
 mod tests {
-    #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
-
     use super::*;
     use crate::load::machine_named;
 

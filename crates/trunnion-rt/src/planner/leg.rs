@@ -199,8 +199,6 @@ fn whole_angle(to: f64, turns: i32, radius: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
-
     use super::*;
     use crate::planner::block::BlockEnding;
     use crate::switched::KinematicsMode;

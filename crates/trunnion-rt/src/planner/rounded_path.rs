@@ -180,7 +180,7 @@ pub(super) struct RoundedPath {
 
 impl RoundedPath {
     /// Appends a leg; `tolerance` is that of the corner where it begins.
-    pub(super) fn push(&mut self, leg: Leg, tolerance: CornerTolerance) {
+    pub(super) fn push(&mut self, leg: &Leg, tolerance: CornerTolerance) {
         if let Some(PlacedLeg { leg: last, .. }) = self.legs.back() {
             let [before, behind] = [last.at(last.length), leg.at(0.0)];
             let [turn, bend] = [1, 2].map(|order: usize| behind[order] - before[order]);
@@ -189,7 +189,7 @@ impl RoundedPath {
                 self.corners.push_back(Corner { at, turn, bend, tolerance, width: 0.0 });
             }
         }
-        self.legs.push_back(PlacedLeg { from: self.length, leg });
+        self.legs.push_back(PlacedLeg { from: self.length, leg: *leg });
         self.length += leg.length;
     }
 
@@ -415,7 +415,8 @@ impl RoundedPath {
         }
         let before = self.legs.get(self.leg_at(leg.from).saturating_sub(1));
         let timed = leg.leg.kind == BlockKind::Timed;
-        let changes = !timed && before.is_some_and(|before| before.leg.rates != leg.leg.rates);
+        let bits = |leg: &Leg| leg.rates.map(f64::to_bits);
+        let changes = !timed && before.is_some_and(|before| bits(&before.leg) != bits(&leg.leg));
         // Of short legs the number of the block comes late by less than a step.
         let marked = leg.leg.begins == BlockStart::Marked || leg.leg.length > LONG * step;
         if changes && distance > 2.0 * SPEED_STEP {

@@ -58,7 +58,7 @@ impl Run {
     /// Begins a run with the kinematics of its blocks.
     pub(super) fn new(
         joints: WordJoints,
-        limits: Limits<AXES>,
+        limits: &Limits<AXES>,
         axis_tolerance: f64,
     ) -> Result<Self, FeedError> {
         let stream = stream(limits)?;
@@ -66,7 +66,7 @@ impl Run {
         Ok(Self {
             path: RoundedPath::default(),
             joints,
-            limits,
+            limits: *limits,
             stream,
             nodes: VecDeque::new(),
             axis_tolerance,
@@ -104,7 +104,7 @@ impl Run {
         }
         check(&self.joints, block, leg.as_ref())?;
         if let Some(leg) = leg {
-            self.path.push(leg, self.tolerance);
+            self.path.push(&leg, self.tolerance);
             (self.ending, self.tolerance) = (block.ending, tolerance);
         }
         Ok(true)
@@ -211,7 +211,7 @@ impl Run {
     /// Plans anew from rest at `s`.
     pub(super) fn restart(&mut self, s: f64) -> Result<(), FeedError> {
         self.forget(s);
-        self.stream = stream(self.limits)?;
+        self.stream = stream(&self.limits)?;
         let halfway = match (self.nodes.front(), self.nodes.get(1)) {
             (Some(from), Some(to)) if from.path.s < s => Some(between(from, to, s)),
             _ => None,
@@ -232,11 +232,11 @@ pub(super) struct RunFault {
     pub(super) block: u32,
 }
 
-fn stream(limits: Limits<AXES>) -> Result<JerkStream, FeedError> {
+fn stream(limits: &Limits<AXES>) -> Result<JerkStream, FeedError> {
     // Nodes have seconds per length: the programmed speed is one.
     let speeds = ProgrammedSpeeds { feed: Some(1.0), link_feed: None, tip: Some(1.0) };
     let options = StreamOptions { speeds, ..StreamOptions::fastest(WINDOW, f64::MAX) };
-    let mut stream = JerkStream::new(limits, options)?;
+    let mut stream = JerkStream::new(*limits, options)?;
     stream.begin(Motion::Cut);
     stream.go_on();
     Ok(stream)
