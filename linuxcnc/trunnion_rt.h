@@ -13,6 +13,36 @@
 // Numbers of a pose: tip, and unit vector from tip to spindle.
 #define TRUNNION_POSE 6
 
+// Number of letters of a pose.
+#define TRUNNION_LETTERS 9
+
+// A block begins on the move, on the move at an exact place (outputs), or at rest.
+#define TRUNNION_BEGINS_FLOW 0
+
+// See `TRUNNION_BEGINS_FLOW`.
+#define TRUNNION_BEGINS_MARKED 1
+
+// See `TRUNNION_BEGINS_FLOW`.
+#define TRUNNION_BEGINS_REST 2
+
+// A block ends at rest, exactly on the path, or rounded within the tolerance.
+#define TRUNNION_ENDS_STOP 0
+
+// See `TRUNNION_ENDS_STOP`.
+#define TRUNNION_ENDS_EXACT 1
+
+// See `TRUNNION_ENDS_STOP`.
+#define TRUNNION_ENDS_BLEND 2
+
+// A block moves at its speed at most, as a rapid move, or in the time that its speed makes of its length.
+#define TRUNNION_MOVES_FEED 0
+
+// See `TRUNNION_MOVES_FEED`.
+#define TRUNNION_MOVES_RAPID 1
+
+// See `TRUNNION_MOVES_FEED`.
+#define TRUNNION_MOVES_TIMED 2
+
 // Number of a reason; 0 is no refusal. Numbers keep their meaning in later versions.
 enum TrunnionRefusal
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -35,6 +65,8 @@ enum TrunnionRefusal
   TRUNNION_REFUSAL_UNKNOWN_MODE = 6,
   // A fault inside the library, or a null pointer from its caller.
   TRUNNION_REFUSAL_INTERNAL = 7,
+  // A block moves a letter for which the machine has no axis.
+  TRUNNION_REFUSAL_NO_AXIS = 8,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -66,6 +98,9 @@ typedef int32_t TrunnionMode;
 // Machine with its switch between plain axes (0) and tool-centre-point control (1).
 typedef struct Trunnion Trunnion;
 
+// Planner with its thread; this end belongs to the servo thread.
+typedef struct TrunnionPlanner TrunnionPlanner;
+
 // Result of a call: a `RefusalCode`, 0 where nothing is refused.
 typedef struct TrunnionStatus {
   // Number of the reason; `trunnion_refusal_text` has its text.
@@ -87,6 +122,78 @@ typedef struct TrunnionAxis {
   // Upper end of travel.
   double high;
 } TrunnionAxis;
+
+// A block of a program.
+typedef struct TrunnionBlock {
+  // Number that `trunnion_planner_cycle` reports back.
+  uint32_t number;
+  // Position at the start.
+  double start[TRUNNION_LETTERS];
+  // Position at the end.
+  double end[TRUNNION_LETTERS];
+  // 1: an arc in X Y Z, the rest in proportion; 0: a line.
+  int32_t arc;
+  // Full turns of an arc besides itself; from -1 downwards it turns clockwise about its normal.
+  int32_t turns;
+  // Centre of an arc.
+  double center[3];
+  // Normal of an arc.
+  double normal[3];
+  // One of `TRUNNION_MOVES_..`.
+  int32_t kind;
+  // One of `TRUNNION_BEGINS_..`.
+  int32_t begins;
+  // One of `TRUNNION_ENDS_..`.
+  int32_t ending;
+  // Number of the kinematics: 0 plain axes, 1 tool-centre-point control.
+  int32_t mode;
+  // Programmed speed: of X Y Z; of U V W if those rest; of A B C if nothing else moves. In mm/s or rad/s.
+  double speed;
+  // Largest deviation of the tip at the corner at the end, in mm.
+  double tolerance;
+  // Length of the tool, in mm.
+  double tool_length;
+} TrunnionBlock;
+
+// Position and state of a servo cycle.
+typedef struct TrunnionSample {
+  // Position of the letters.
+  double position[TRUNNION_LETTERS];
+  // Velocity of the letters.
+  double velocity[TRUNNION_LETTERS];
+  // Block that is run, or the last one.
+  uint32_t block;
+  // 1: nothing moves.
+  int32_t rests;
+  // 1: at rest behind the last block.
+  int32_t done;
+} TrunnionSample;
+
+// Reason why a program cannot go on.
+typedef struct TrunnionFault {
+  // Block that is refused; the tool stops before it.
+  uint32_t block;
+  // Number of the reason, a `TrunnionRefusal`.
+  int32_t code;
+  // Axis outside its travel; for `TRUNNION_REFUSAL_NO_AXIS` the letter; -1 for none.
+  int32_t axis;
+  // Distance outside, in mm or rad.
+  double excess;
+} TrunnionFault;
+
+// State of the plan, for people.
+typedef struct TrunnionPlannerState {
+  // Time until rest of what the servo thread has, in s.
+  double ahead;
+  // Longest turn of the planning thread, in s.
+  double longest_turn;
+  // Time that the planning thread has worked, in s.
+  double worked;
+  // Number of plans that came too late.
+  uint32_t late;
+  // Limit that binds: 0 none, 1 feed, 2 rapid; 10, 20 or 30 and the axis for its velocity, acceleration or jerk.
+  uint32_t limit;
+} TrunnionPlannerState;
 
 
 
@@ -174,6 +281,97 @@ struct TrunnionStatus trunnion_nearest(const struct Trunnion *machine,
 
 // Returns the text of a refusal's number; it lives as long as the program.
 const char *trunnion_refusal_text(int32_t code);
+
+// Starts a planner for `blocks` blocks and a servo period in s. Returns null where that fails, with the reason as text
+// in `message`, which holds `size` bytes. `trunnion_planner_stop` ends it.
+//
+// # Safety
+//
+// `machine` is open; `message` is null or points to `size` writable bytes.
+struct TrunnionPlanner *trunnion_planner_start(const struct Trunnion *machine,
+                                               size_t blocks,
+                                               double period,
+                                               char *message,
+                                               size_t size);
+
+// Ends a planner and its thread; null is ignored.
+//
+// # Safety
+//
+// `planner` comes from `trunnion_planner_start`, and is not used after this call.
+void trunnion_planner_stop(struct TrunnionPlanner *planner);
+
+// Hands a block over. Returns 1, or 0 where the queue is full, an abort is under way, or the block has a number that no
+// block can have.
+//
+// # Safety
+//
+// `planner` is running and used by this thread alone; `block` points to a block.
+int32_t trunnion_planner_push(struct TrunnionPlanner *planner, const struct TrunnionBlock *block);
+
+// Forgets all blocks, and stands at a position at once: for a machine at rest.
+//
+// # Safety
+//
+// As `trunnion_planner_push`; `position` holds `TRUNNION_LETTERS` numbers.
+void trunnion_planner_reset(struct TrunnionPlanner *planner, const double *position);
+
+// Sets the position of a machine that rests behind its last block.
+//
+// # Safety
+//
+// As `trunnion_planner_reset`.
+void trunnion_planner_place(struct TrunnionPlanner *planner, const double *position);
+
+// Begins to stop, and to forget all blocks then.
+//
+// # Safety
+//
+// `planner` is running and used by this thread alone.
+void trunnion_planner_abort(struct TrunnionPlanner *planner);
+
+// Returns 1 until an abort has come to rest, and 0 otherwise.
+//
+// # Safety
+//
+// As `trunnion_planner_abort`.
+int32_t trunnion_planner_is_aborting(const struct TrunnionPlanner *planner);
+
+// Returns 1 at rest behind the last block, and 0 otherwise.
+//
+// # Safety
+//
+// As `trunnion_planner_abort`.
+int32_t trunnion_planner_is_done(const struct TrunnionPlanner *planner);
+
+// Plays one servo cycle with overrides of the feed and of rapid moves; 0 holds.
+//
+// # Safety
+//
+// As `trunnion_planner_abort`; `sample` is writable.
+void trunnion_planner_cycle(struct TrunnionPlanner *planner, double feed, double rapid, struct TrunnionSample *sample);
+
+// Takes the next fault of the plan. Returns 1 if there was one, and 0 otherwise.
+//
+// # Safety
+//
+// As `trunnion_planner_abort`; `fault` is writable.
+int32_t trunnion_planner_fault(struct TrunnionPlanner *planner, struct TrunnionFault *fault);
+
+// Tells the state of the plan.
+//
+// # Safety
+//
+// As `trunnion_planner_abort`; `state` is writable.
+void trunnion_planner_state(const struct TrunnionPlanner *planner, struct TrunnionPlannerState *state);
+
+// Sets the servo period in s, and the largest deviation of the rotaries at corners in rad; one that is not positive is
+// left as it is.
+//
+// # Safety
+//
+// As `trunnion_planner_abort`.
+void trunnion_planner_set(struct TrunnionPlanner *planner, double period, double axis_tolerance);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -7,6 +7,8 @@
 
 #![expect(unsafe_code, reason = "pointers from C; every block states what the caller promises")]
 
+mod planner;
+
 use crate::kinematics::MachineKinematics;
 use crate::load::{LoadError, machine_from_text, machine_named};
 use crate::refusal::{Refusal, RefusalCode};
@@ -16,6 +18,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use trunnion::machine::AxisKind;
 use trunnion::nalgebra::{Point3, UnitVector3, Vector3};
 use trunnion::types::{AxisVector, ToolPose};
+
+pub use planner::*;
 
 /// Number of axes: X, Y, Z and two rotaries.
 pub const TRUNNION_AXES: usize = 5;

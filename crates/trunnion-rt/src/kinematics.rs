@@ -46,6 +46,11 @@ impl MachineKinematics {
         self.bare.kinematics().machine()
     }
 
+    /// Returns the inverse with a tool of no length.
+    pub(crate) fn bare(&self) -> &Inverse {
+        &self.bare
+    }
+
     /// Returns the tool pose in the table frame: the tip \[mm\], and the tool axis from tip to spindle.
     ///
     /// `length` is from the gauge point to the tip \[mm\].

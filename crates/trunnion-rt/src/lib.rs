@@ -37,6 +37,7 @@ pub mod interface;
 mod kinematics;
 mod load;
 pub mod motion;
+pub mod planner;
 mod refusal;
 mod switched;
 

@@ -23,6 +23,8 @@ pub enum RefusalCode {
     UnknownMode = 6,
     /// A fault inside the library, or a null pointer from its caller.
     Internal = 7,
+    /// A block moves a letter for which the machine has no axis.
+    NoAxis = 8,
 }
 
 impl RefusalCode {
@@ -37,6 +39,7 @@ impl RefusalCode {
             Self::LengthChanged,
             Self::UnknownMode,
             Self::Internal,
+            Self::NoAxis,
         ];
         all.into_iter().find(|code| *code as i32 == number)
     }
@@ -71,6 +74,9 @@ impl RefusalCode {
             }
             Self::Internal => {
                 "a fault inside trunnion; please report it with the machine file and the program\0"
+            }
+            Self::NoAxis => {
+                "the machine file has no axis for this letter; take the letter out of the program\0"
             }
         }
     }

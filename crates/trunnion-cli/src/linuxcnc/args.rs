@@ -22,6 +22,6 @@ pub(crate) struct LinuxcncArgs {
 pub(super) enum Planner {
     /// The planner that comes with `LinuxCNC`.
     Stock,
-    /// The planner of trunnion; not available yet.
+    /// The planner of trunnion, which keeps velocity, acceleration and jerk of every joint.
     Trunnion,
 }

@@ -1,5 +1,6 @@
 //! Figures of a machine in the units of `LinuxCNC`: mm, degrees, seconds.
 
+use super::args::Planner;
 use crate::outcome::Failure;
 use trunnion::machine::{Axis, AxisKind, FIRST_ROTARY, Kinematics, Machine, Setup};
 use trunnion::nalgebra::Vector3;
@@ -32,6 +33,8 @@ pub(super) struct Configuration {
     pub(super) tool_length: f64,
     /// All linear axes count along the machine frame.
     pub(super) parallel: bool,
+    /// Planner of the motion.
+    pub(super) planner: Planner,
 }
 
 /// One joint, in mm or degrees.
@@ -49,7 +52,11 @@ pub(super) struct Joint {
 }
 
 impl Configuration {
-    pub(super) fn of(machine: &Machine, tool_length: f64) -> Result<Self, Failure> {
+    pub(super) fn of(
+        machine: &Machine,
+        tool_length: f64,
+        planner: Planner,
+    ) -> Result<Self, Failure> {
         let letters = letters(machine)?;
         let mut joints: Vec<Joint> = letters
             .into_iter()
@@ -72,6 +79,7 @@ impl Configuration {
             tip_travel: (tip_travel / TIP_STEP).ceil() * TIP_STEP,
             tool_length,
             parallel: parallel(machine),
+            planner,
         })
     }
 

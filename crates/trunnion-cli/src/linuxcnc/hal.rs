@@ -1,7 +1,17 @@
 //! The HAL file: every joint is looped back, so that the machine is simulated.
 
+use super::args::Planner;
 use super::configuration::Configuration;
 use std::fmt::Write;
+
+/// Connections of the planner: it plans with the kinematics and the tool of the block.
+const PLANNER: &str = "# The planner needs the same. Corners: rotaries within axis-tolerance, degrees; G64 without P, mm.
+net kinematics-type => trunniontp.kinematics-type
+net tool-length => trunniontp.tool-offset
+setp trunniontp.axis-tolerance 0.1
+setp trunniontp.path-tolerance 0.1
+
+";
 
 /// Writes the HAL file.
 pub(super) fn hal(of: &Configuration) -> String {
@@ -17,14 +27,15 @@ addf motion-controller servo-thread
 net kinematics-type motion.analog-out-03 => motion.switchkins-type
 net tool-length motion.tooloffset.z => trunnionkins.tool-offset
 
-# Emergency stop and tool changer answer at once.
+{planner}# Emergency stop and tool changer answer at once.
 net estop iocontrol.0.user-enable-out => iocontrol.0.emc-enable-in
 net tool-prepare iocontrol.0.tool-prepare => iocontrol.0.tool-prepared
 net tool-change iocontrol.0.tool-change => iocontrol.0.tool-changed
 
 # Drives: replace the loops by your hardware.
 ",
-        of.name
+        of.name,
+        planner = if of.planner == Planner::Trunnion { PLANNER } else { "" },
     );
     for index in 0..of.joints.len() {
         // Writing to a string cannot fail.

@@ -1,5 +1,6 @@
 //! The INI file.
 
+use super::args::Planner;
 use super::configuration::{Configuration, Joint, number};
 use std::fmt::Write;
 use trunnion::machine::AxisKind;
@@ -90,6 +91,14 @@ ANGULAR_UNITS = degree
 ",
         of.coordinates(" ")
     );
+    if of.planner == Planner::Trunnion {
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "# Keeps the limits of every joint, as the machine file has them.\nTPMOD = trunniontp machine={}.toml",
+            of.name
+        );
+    }
     for (name, kind) in [("LINEAR", AxisKind::Linear), ("ANGULAR", AxisKind::Rotary)] {
         let velocity = number(together(of, kind, |joint| joint.velocity));
         let acceleration = number(together(of, kind, |joint| joint.acceleration));

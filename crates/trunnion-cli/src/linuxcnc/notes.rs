@@ -1,6 +1,31 @@
 //! The text that says what to change for a real machine.
 
+use super::args::Planner;
 use super::configuration::Configuration;
+
+/// What to watch with each planner.
+const STOCK: &str = "  LinuxCNC's own planner looks one block ahead while a rotary moves, and limits the words of a program. With
+  tool-centre-point control X, Y and Z are the tip there, so the joints can exceed their limits: program feeds that
+  they can follow, as `trunnion run` and `trunnion post` write them.";
+const TRUNNION: &str = "  trunniontp keeps velocity, acceleration and jerk of every joint as the machine file states them; a joint's limits
+  in the INI file are for jogging and homing. Keep both equal.
+  It rounds corners within P of G64 at the tip; without P within trunniontp.path-tolerance. It does not plan motion
+  in step with the spindle (G33, G33.1, G76, G95) and rotaries that lock: LinuxCNC says so.";
+
+/// Pins of the planner.
+const PINS: &str = "
+HAL pins of trunniontp
+  axis-tolerance     largest deviation of the rotaries at corners, degrees
+  path-tolerance     largest deviation of the tip at corners for G64 without P, mm
+  queue              blocks that are not run
+  time-ahead         time until rest of what the servo thread has, s
+  cycle-ns           time of the planner in the last servo cycle; cycle-ns-max the longest
+  plan-worked        time that the planning thread has worked, s; plan-longest its longest turn
+  binding-limit      what limits the speed: 0 nothing, 1 feed, 2 rapid; 10, 20, 30 and the axis of the machine file
+                     for its velocity, acceleration, jerk
+  plan-late          plans that came too late: the tool stopped, and went on
+  fault              reason of the last refusal, as trunnionkins.refusal; 8: a letter without an axis
+";
 
 /// Writes the notes.
 pub(super) fn notes(of: &Configuration) -> String {
@@ -9,7 +34,7 @@ pub(super) fn notes(of: &Configuration) -> String {
         "Configuration of machine {name} for LinuxCNC
 
 Start it:      linuxcnc {name}.ini
-It needs:      LinuxCNC 2.9, and the kinematics module trunnionkins (folder linuxcnc of trunnion:
+It needs:      LinuxCNC 2.9, and the {modules} (folder linuxcnc of trunnion:
                make && sudo make install)
 
 Files
@@ -35,9 +60,7 @@ For real drives
   5. Cut air first.
 
 Watch
-  LinuxCNC's own planner looks one block ahead while a rotary moves, and limits the words of a program. With
-  tool-centre-point control X, Y and Z are the tip there, so the joints can exceed their limits: program feeds that
-  they can follow, as `trunnion run` and `trunnion post` write them.
+{planner}
   With tool-centre-point control the drives are switched off where a joint would leave its travel inside a block.
   `trunnion check` finds such blocks before.
 
@@ -49,8 +72,19 @@ HAL pins of trunnionkins
   refusal-excess     distance outside, mm or degrees
   refusals           number of refusals
   inverse-ns         time of the last inverse; inverse-ns-max the longest
-"
+",
+        planner = match of.planner {
+            Planner::Stock => STOCK,
+            Planner::Trunnion => TRUNNION,
+        },
+        modules = match of.planner {
+            Planner::Stock => "kinematics module trunnionkins",
+            Planner::Trunnion => "modules trunnionkins and trunniontp",
+        },
     );
+    if of.planner == Planner::Trunnion {
+        text.push_str(PINS);
+    }
     if !of.parallel {
         text.push_str(
             "

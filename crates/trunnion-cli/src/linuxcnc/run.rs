@@ -1,6 +1,6 @@
 //! The verb: reads a machine, writes a configuration.
 
-use super::args::{LinuxcncArgs, Planner};
+use super::args::LinuxcncArgs;
 use super::configuration::{Configuration, Joint};
 use super::subroutines::SWITCHES;
 use super::{hal, ini, notes, subroutines};
@@ -16,15 +16,9 @@ use trunnion::machine::AxisKind;
 const SUBROUTINES: &str = "subroutines";
 
 pub(crate) fn run(args: &LinuxcncArgs, form: OutputForm) -> Result<Done, Failure> {
-    if args.planner == Planner::Trunnion {
-        return Err(Failure::input(
-            "--planner trunnion: this version has no planner for LinuxCNC, only kinematics\n  help: leave --planner \
-             out to use LinuxCNC's own",
-        ));
-    }
     let source = machine::source(&args.machine)?;
     let machine = machine::load(&args.machine)?.machine;
-    let configuration = Configuration::of(&machine, args.tool_length)?;
+    let configuration = Configuration::of(&machine, args.tool_length, args.planner)?;
     let folder = &args.output;
     let name = &configuration.name;
     let ini_file = folder.join(format!("{name}.ini"));

@@ -98,8 +98,7 @@ fn what_cannot_be_configured_is_refused_and_leaves_no_folder() {
     let lettered = text.replace("modulo = \"unwound\" }", "letter = \"W\" }");
     fs::write(folder.join("lettered.toml"), lettered).unwrap();
     for (arguments, reason) in [
-        (&["bc-trunnion", "--planner", "trunnion"][..], "no planner for LinuxCNC"),
-        (&["bc-trunion"], "did you mean the built-in machine `bc-trunnion`?"),
+        (&["bc-trunion"][..], "did you mean the built-in machine `bc-trunnion`?"),
         (&["lettered.toml"], "set output.letter of [axis.C]"),
         (&["bc-trunnion", "--tool-length", "9000"], "at most 500 mm"),
     ] {
@@ -163,7 +162,7 @@ fn cycle(line: &str) -> Cycle {
         AxisVector::from([numbers[at], numbers[at + 1], numbers[at + 2], c, b])
     };
     Cycle {
-        joints: axes(0),
+        joints: axes(0) * 1e-6,
         words: axes(5),
         tool_center_point: numbers[10] > 0.5,
         inverse_ns: numbers[11],
@@ -239,6 +238,8 @@ fn linuxcnc_runs_written_programs_with_these_kinematics() {
             start: &["G21 G90 G94 G40 G49 G54", &offset_line(&program)],
             letters: "xyzbc",
             seconds: 300,
+            actions: &[],
+            pins: &[],
         };
         let run = control.run(&folder.join(&work), &plan);
         assert!(run.errors.is_empty() && run.ended, "{name}: {:?}\n{}", run.errors, run.log);
@@ -289,6 +290,8 @@ fn linuxcnc_says_why_a_program_is_refused_and_stops_inside_travel() {
             start: &["G21 G90 G94 G40 G49 G54", "G10 L2 P1 X-381 Y-254 Z-505 B0 C0 R0"],
             letters: "xyzbc",
             seconds: 60,
+            actions: &[],
+            pins: &[],
         };
         let run = control.run(&folder.join("control"), &plan);
         let said = run.errors.join("\n");

@@ -12,18 +12,22 @@ use std::process::{Command, Stdio};
 
 /// Folder from which `LinuxCNC` loads modules.
 const MODULES: &str = "/usr/lib/linuxcnc/modules";
-const MODULE: &str = "trunnionkins.so";
+const MODULE_NAMES: [&str; 2] = ["trunnionkins.so", "trunniontp.so"];
 
 /// User and group without rights: the control refuses to run as root.
 const NOBODY: &str = "65534";
 
-/// An installed control with the kinematics module of this tree. Dropped, the module that stood there before is back.
+/// An installed control with the modules of this tree. Dropped, the modules that stood there before are back.
 pub(crate) struct Control {
-    module: PathBuf,
+    modules: Vec<InstalledModule>,
+    /// Held while the modules are installed: tests, and other runs of them, wait for each other.
+    _lock: fs::File,
+}
+
+struct InstalledModule {
+    path: PathBuf,
     /// Module that was installed before.
     before: Option<Vec<u8>>,
-    /// Held while the module is installed: tests, and other runs of them, wait for each other.
-    _lock: fs::File,
 }
 
 /// Program to run, and the lines of the operator before it.
@@ -35,7 +39,21 @@ pub(crate) struct Plan<'a> {
     pub(crate) letters: &'a str,
     /// Time limit.
     pub(crate) seconds: u32,
+    /// What the operator does while the program runs.
+    pub(crate) actions: &'a [Action],
+    /// Pins that are read at the end, besides those of the kinematics.
+    pub(crate) pins: &'a [&'a str],
 }
+
+/// One thing that the operator does.
+#[derive(serde::Serialize)]
+pub(crate) struct Action(
+    /// Time after the start \[s\].
+    pub(crate) f64,
+    /// Name in the script of the screen.
+    pub(crate) &'static str,
+    pub(crate) f64,
+);
 
 /// Result of a run.
 pub(crate) struct Run {
@@ -45,18 +63,21 @@ pub(crate) struct Run {
     pub(crate) ended: bool,
     /// Cycles without a sample.
     pub(crate) lost: u64,
-    /// One cycle a line: number, joints, words of the same letters, type of kinematics, time of the inverse in ns.
+    /// One cycle a line: number, joints times a million, words of the same letters, type of kinematics, time of the inverse
+    /// in ns. The sampler writes six decimals, and third differences of joints need more.
     pub(crate) samples: String,
     pub(crate) refusals: u64,
     /// Reason of the last refusal, 0 for none.
     pub(crate) refusal: u64,
     pub(crate) worst_inverse_ns: f64,
+    /// Everything that the screen wrote down, pins among it.
+    pub(crate) values: Value,
     /// Output of the control.
     pub(crate) log: String,
 }
 
 impl Control {
-    /// Builds the module and installs it; `None`, with the reason, where that is not possible.
+    /// Builds the modules and installs them; `None`, with the reason, where that is not possible.
     pub(crate) fn ready() -> Option<Self> {
         for (program, package) in [
             ("linuxcnc", "linuxcnc-uspace"),
@@ -74,10 +95,14 @@ impl Control {
         }
         let lock = fs::File::create(std::env::temp_dir().join("trunnionkins.lock")).unwrap();
         lock.lock().unwrap();
-        let module = Path::new(MODULES).join(MODULE);
-        let before = fs::read(&module).ok();
-        fs::copy(build().path().join(MODULE), &module).unwrap();
-        Some(Self { module, before, _lock: lock })
+        let built = build();
+        let install = |name: &&str| {
+            let path = Path::new(MODULES).join(name);
+            let before = fs::read(&path).ok();
+            fs::copy(built.path().join(name), &path).unwrap();
+            InstalledModule { path, before }
+        };
+        Some(Self { modules: MODULE_NAMES.iter().map(install).collect(), _lock: lock })
     }
 
     /// Runs a program with the configuration in a folder.
@@ -89,7 +114,7 @@ impl Control {
 
     /// Starts the control with a configuration, as a user without rights, and waits for its end: exit code and output.
     pub(crate) fn start(&self, folder: &Path, ini: &str, seconds: u32) -> (Option<i32>, String) {
-        assert!(self.module.is_file());
+        assert!(self.modules.iter().all(|module| module.path.is_file()));
         let owner = format!("{NOBODY}:{NOBODY}");
         assert!(Command::new("chown").args(["-R", &owner]).arg(folder).status().unwrap().success());
         // Memory of the control has one name on a machine: runs wait for each other.
@@ -114,11 +139,13 @@ impl Control {
 
 impl Drop for Control {
     fn drop(&mut self) {
-        // A test that failed already has more to say than this.
-        let _ = match &self.before {
-            Some(bytes) => fs::write(&self.module, bytes),
-            None => fs::remove_file(&self.module),
-        };
+        for InstalledModule { path, before } in &self.modules {
+            // A test that failed already has more to say than this.
+            let _ = match before {
+                Some(bytes) => fs::write(path, bytes),
+                None => fs::remove_file(path),
+            };
+        }
     }
 }
 
@@ -135,10 +162,10 @@ fn library() -> PathBuf {
     newest.expect("cargo builds the static library of trunnion-rt for this test")
 }
 
-/// Builds the module in a folder of its own.
+/// Builds the modules in a folder of its own.
 fn build() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    for name in ["Makefile", "trunnionkins.c", "trunnion_rt.h"] {
+    for name in ["Makefile", "trunnionkins.c", "trunniontp.c", "trunnion_rt.h"] {
         fs::copy(root().join("linuxcnc").join(name), folder.path().join(name)).unwrap();
     }
     let made = Command::new("make")
@@ -181,11 +208,15 @@ fn prepare(folder: &Path, plan: &Plan<'_>) {
     fs::write(&ini, sampled).unwrap();
     fs::write(folder.join("sample.hal"), sampler(plan.letters)).unwrap();
     fs::write(folder.join("program.ngc"), plan.program).unwrap();
+    let kinematics =
+        ["trunnionkins.refusals", "trunnionkins.refusal", "trunnionkins.inverse-ns-max"];
+    let pins: Vec<&str> = kinematics.iter().chain(plan.pins).copied().collect();
     let steps = serde_json::json!({
         "program": "program.ngc",
         "start": plan.start,
         "seconds": plan.seconds,
-        "pins": ["trunnionkins.refusals", "trunnionkins.refusal", "trunnionkins.inverse-ns-max"],
+        "pins": pins,
+        "actions": plan.actions,
     });
     fs::write(folder.join("drive.json"), steps.to_string()).unwrap();
 }
@@ -194,14 +225,19 @@ fn prepare(folder: &Path, plan: &Plan<'_>) {
 fn sampler(letters: &str) -> String {
     let count = letters.len();
     let mut text = format!(
-        "loadrt sampler depth=16000 cfg={}bs\naddf sampler.0 servo-thread\nsetp sampler.0.enable 0\n",
+        "loadrt scale count={count}\nloadrt sampler depth=16000 cfg={}bs\n",
         "f".repeat(2 * count)
     );
+    for joint in 0..count {
+        write!(text, "addf scale.{joint} servo-thread\nsetp scale.{joint}.gain 1e6\n").unwrap();
+    }
+    text.push_str("addf sampler.0 servo-thread\nsetp sampler.0.enable 0\n");
     for (joint, letter) in letters.chars().enumerate() {
         let word = count + joint;
         write!(
             text,
-            "net sampled-joint-{joint} joint.{joint}.pos-cmd => sampler.0.pin.{joint}\n\
+            "net joint-fine-{joint} joint.{joint}.pos-cmd => scale.{joint}.in\n\
+             net sampled-joint-{joint} scale.{joint}.out => sampler.0.pin.{joint}\n\
              net sampled-{letter} axis.{letter}.pos-cmd => sampler.0.pin.{word}\n"
         )
         .unwrap();
@@ -231,6 +267,7 @@ fn result(folder: &Path, log: String) -> Run {
         refusals: whole("trunnionkins.refusals"),
         refusal: whole("trunnionkins.refusal"),
         worst_inverse_ns: number("trunnionkins.inverse-ns-max"),
+        values: result,
         log,
     }
 }

@@ -12,6 +12,7 @@ mod failures;
 mod feed;
 mod inspect;
 mod linuxcnc;
+mod linuxcnc_planner;
 mod linuxcnc_run;
 mod machine;
 mod machine_calibrate;

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Screen of a LinuxCNC without people: homes the joints, runs one program, samples every servo cycle, ends.
 
-Reads `drive.json` of the folder in which it stands: "program", "start" (MDI lines before it), "columns" (of the
-sampler) and "seconds" (time limit). Writes `samples.txt`, one cycle a line, and `result.json`.
+Reads `drive.json` of the folder in which it stands: "program", "start" (MDI lines before it), "seconds" (time limit),
+"pins" (read at the end) and "actions" (seconds after the start, name, value). Writes `samples.txt`, one cycle a line, and `result.json`.
 """
 import json, os, subprocess, sys, time
 import hal, linuxcnc
@@ -57,14 +57,44 @@ def prepare():
     mode(linuxcnc.MODE_AUTO)
 
 
+def act(name, value):
+    """Does what the operator does while the program runs."""
+    if name == "feed":
+        command.feedrate(value)
+    elif name == "rapid":
+        command.rapidrate(value)
+    elif name == "pause":
+        command.auto(linuxcnc.AUTO_PAUSE)
+    elif name == "resume":
+        command.auto(linuxcnc.AUTO_RESUME)
+    elif name == "step":
+        command.auto(linuxcnc.AUTO_STEP)
+    elif name == "abort":
+        command.abort()
+    else:
+        raise ValueError(name)
+
+
 def run():
     """Runs the program to its end, or to the first error."""
     command.program_open(os.path.join(FOLDER, PLAN["program"]))
     command.wait_complete(60)
+    status.poll()
     command.auto(linuxcnc.AUTO_RUN, 0)
     wait(lambda: status.interp_state != linuxcnc.INTERP_IDLE or result["errors"], "the program starts")
-    idle = lambda: status.interp_state == linuxcnc.INTERP_IDLE and status.inpos and not status.queue
-    wait(lambda: idle() or result["errors"], "the program ends", PLAN["seconds"])
+    begin, actions = time.monotonic(), list(PLAN["actions"])
+
+    def over():
+        lines.add(status.motion_line)
+        while actions and time.monotonic() - begin >= actions[0][0]:
+            _, name, value = actions.pop(0)
+            act(name, value)
+        idle = status.interp_state == linuxcnc.INTERP_IDLE and status.inpos and not status.queue
+        return not actions and (idle or result["errors"])
+
+    lines = set()
+    wait(over, "the program ends", PLAN["seconds"])
+    result["lines"] = sorted(lines)
     result["ended"] = not result["errors"]
     # After an error the machine comes to a stop first.
     time.sleep(0.5)

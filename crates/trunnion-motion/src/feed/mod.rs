@@ -111,7 +111,7 @@ pub use given::{GivenSpeed, LimitBreach, given};
 pub use jerk::{jerk, jerk_between};
 pub use limits::{Limits, MinusLimits};
 pub use optimal::{optimal, optimal_schedule};
-pub use options::{FeedOptions, PathEnds, ProgrammedSpeeds};
+pub use options::{FeedOptions, PathEnds, ProgrammedSpeeds, SpeedOverrides};
 pub use plan::{BindingLimit, FeedPlan, LimitRatios};
 pub use speed_limit::limit_speeds;
 pub use stream::{

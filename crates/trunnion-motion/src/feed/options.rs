@@ -18,6 +18,15 @@ impl ProgrammedSpeeds {
     pub const FASTEST: Self = Self { feed: None, link_feed: None, tip: None };
 }
 
+/// Multiples of the programmed speeds; the axes keep theirs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpeedOverrides {
+    /// Of the programmed feed.
+    pub feed: f64,
+    /// Of the largest tip speed.
+    pub tip: f64,
+}
+
 /// A value at the start of the first piece of a path, and one at the end of the last.
 ///
 /// # Example

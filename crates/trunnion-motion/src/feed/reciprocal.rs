@@ -2,7 +2,7 @@
 
 use super::directional::DirectionalLimits;
 use super::limits::Limits;
-use super::options::FeedOptions;
+use super::options::{FeedOptions, SpeedOverrides};
 use crate::types::Motion;
 use nalgebra::SVector;
 
@@ -49,6 +49,11 @@ impl<const N: usize> ReciprocalLimits<N> {
             feed: self.feed / value,
             ..*self
         }
+    }
+
+    /// Scales feed and tip speed; those of the axes stay.
+    pub(super) fn at_speed_overrides(&self, overrides: SpeedOverrides) -> Self {
+        Self { feed: self.feed / overrides.feed, tip: self.tip / overrides.tip, ..*self }
     }
 
     #[cfg(test)]

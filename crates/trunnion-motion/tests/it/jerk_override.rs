@@ -7,7 +7,9 @@ use crate::waves;
 
 use nalgebra::{SVector, Vector1};
 use proptest::prelude::*;
-use trunnion::feed::{FeedError, JerkStream, Limits, ProgrammedSpeeds, StreamOptions, StreamStep};
+use trunnion::feed::{
+    FeedError, JerkStream, Limits, ProgrammedSpeeds, SpeedOverrides, StreamOptions, StreamStep,
+};
 use trunnion::types::{AxisNode, AxisPath, Motion};
 use waves::{Event, any_event, any_waves, machine};
 
@@ -199,4 +201,89 @@ proptest! {
         prop_assert!(jerk <= 1.0 + 1e-6, "jerk {jerk}");
         prop_assert!(gap <= 1e-9, "gap {gap}");
     }
+}
+
+/// A straight path of one axis with the feed of 1 mm/s over its first half and 5 mm/s in tip speed over the second.
+fn two_speeds(k: u32) -> AxisNode<1> {
+    let (s, zero) = (f64::from(k) * 0.1, Vector1::zeros());
+    let q = [Vector1::new(s), Vector1::new(1.0), zero, zero];
+    let [feed_rate, tip_rate] = if k < 100 { [1.0, 0.0] } else { [0.0, 0.2] };
+    AxisNode { s, q, tip_rate, feed_rate }
+}
+
+fn one_axis(window: usize) -> JerkStream<1> {
+    let limits = Limits::symmetric(Vector1::new(50.0), Vector1::new(400.0), Vector1::new(1e4));
+    let speeds = ProgrammedSpeeds { feed: Some(1.0), link_feed: None, tip: Some(1.0) };
+    let options = StreamOptions { speeds, ..StreamOptions::fastest(window, f64::MAX) };
+    let mut stream = JerkStream::new(limits, options).unwrap();
+    stream.begin(Motion::Cut);
+    stream
+}
+
+/// Feed and tip speed have overrides of their own, and the axes keep their speeds.
+#[test]
+fn feed_and_tip_speed_have_overrides_of_their_own() {
+    for (feed, tip) in [(1.0, 1.0), (2.0, 0.5), (0.25, 0.1)] {
+        let mut stream = one_axis(512);
+        (0..=200).for_each(|k| stream.push(two_speeds(k)).unwrap());
+        stream.set_speed_overrides(SpeedOverrides { feed, tip }).unwrap();
+        let steps: Vec<StreamStep> = stream.by_ref().collect();
+        let fastest = |low: f64, high: f64| {
+            let inside = steps.iter().filter(|step| step.s.low >= low && step.s.high <= high);
+            inside.map(|step| step.speed.start).fold(0.0, f64::max)
+        };
+        let [first, second] = [fastest(1.0, 9.0), fastest(11.0, 19.0)];
+        assert!(first <= feed && first > 0.98 * feed, "{feed}: {first}");
+        assert!(second <= 5.0 * tip && second > 0.98 * 5.0 * tip, "{tip}: {second}");
+    }
+    let refused = |feed, tip| one_axis(512).set_speed_overrides(SpeedOverrides { feed, tip });
+    for (feed, tip) in [(0.0, 1.0), (1.0, 0.0), (2.5, 1.0), (1.0, 1.1), (f64::NAN, 1.0)] {
+        assert!(matches!(refused(feed, tip), Err(FeedError::BadOverride { .. })));
+    }
+}
+
+/// What a stream says is uncommitted is what it runs, if nothing comes between.
+#[test]
+fn the_uncommitted_steps_are_those_that_follow() {
+    let mut stream = one_axis(32);
+    stream.go_on();
+    (0..=60).for_each(|k| stream.push(two_speeds(k)).unwrap());
+    stream.plan_ahead();
+    assert!(!stream.is_due());
+    for _ in 0..10 {
+        let ahead = stream.uncommitted();
+        let end = ahead.last().unwrap();
+        assert!(end.speed.end <= 0.0, "the plan rests at its end");
+        assert_eq!(stream.next_planned(), ahead.first().copied());
+    }
+    // The rest of the path, and the word that it is all.
+    (61..=200).for_each(|k| stream.push(two_speeds(k)).unwrap());
+    stream.complete();
+    assert!(stream.is_due());
+    let last = stream.by_ref().last().unwrap();
+    assert!((last.s.high - 20.0).abs() < 1e-12 && !stream.is_due());
+}
+
+/// A slow source of nodes does not end the path: the plan goes on from where it is.
+#[test]
+fn a_path_that_goes_on_is_not_ended_by_a_slow_source() {
+    let mut stream = one_axis(64);
+    stream.go_on();
+    let mut nodes = (0..201_u32).map(two_speeds);
+    nodes.by_ref().take(20).for_each(|node| stream.push(node).unwrap());
+    let mut slowest = f64::INFINITY;
+    let mut end = 0.0;
+    loop {
+        // Three nodes a step: more than the path takes.
+        nodes.by_ref().take(3).for_each(|node| stream.push(node).unwrap());
+        if nodes.len() == 0 {
+            stream.complete();
+        }
+        let Some(step) = stream.next() else { break };
+        end = step.s.high;
+        if (2.0..18.0).contains(&end) {
+            slowest = slowest.min(step.speed.end);
+        }
+    }
+    assert!((end - 20.0).abs() < 1e-12 && slowest > 0.5, "{end} {slowest}");
 }

@@ -11,6 +11,7 @@ mod player;
 mod queue;
 mod rate;
 
+pub(crate) use piece::COEFFICIENTS;
 pub use piece::{LETTERS, MotionPiece, PieceError};
 pub use player::{MotionPlayer, MotionSample};
 pub use queue::{PieceReceiver, PieceSender, piece_queue};

@@ -4,7 +4,7 @@
 pub const LETTERS: usize = 9;
 
 /// Coefficients of a letter: a quintic holds position, velocity and acceleration at both ends.
-pub(super) const COEFFICIENTS: usize = 6;
+pub(crate) const COEFFICIENTS: usize = 6;
 
 /// Velocity and acceleration that count as none \[mm or rad, and s\]: rounding of a quintic's ends.
 const REST: f64 = 1e-6;

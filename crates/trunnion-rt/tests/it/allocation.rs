@@ -6,7 +6,11 @@ use crate::walk::{Dice, machines};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use trunnion_rt::motion::{LETTERS, MotionPiece, MotionPlayer, RateBounds, piece_queue};
-use trunnion_rt::{KinematicsMode, MachineKinematics, SwitchedKinematics};
+use trunnion_rt::planner::{
+    BlockEnding, BlockKind, BlockShape, BlockStart, MotionBlock, PlannerOptions, PlannerThread,
+    ServoSpeeds, planner,
+};
+use trunnion_rt::{KinematicsMode, MachineKinematics, SwitchedKinematics, machine_named};
 
 /// The system's allocator, with a count of this thread's calls.
 struct CountingAllocator;
@@ -105,4 +109,49 @@ fn no_cycle_of_a_plan_allocates() {
         player.cycle(if cycle % 500 < 400 { 1.0 } else { 0.0 });
     }
     assert_eq!(CALLS.with(Cell::get), before);
+}
+
+/// The planning thread allocates as it likes; the servo thread never does, also where it aborts and begins again.
+#[test]
+fn no_servo_call_of_the_planner_allocates() {
+    let kinematics = machine_named("ac-trunnion").unwrap();
+    let (mut servo, core) = planner(kinematics, PlannerOptions::STANDARD, 0.001).unwrap();
+    let thread = PlannerThread::start(core).unwrap();
+    let place = |x: f64| [x, 0.0, -300.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    servo.reset(place(0.0));
+    let (mut number, mut from, mut moved) = (0_u32, 0.0, 0_u32);
+    let before = CALLS.with(Cell::get);
+    for cycle in 0..3000_u32 {
+        if servo.is_done() {
+            from = servo.position()[0];
+        }
+        let to = from + if from > 50.0 { -0.2 } else { 0.2 };
+        number += 1;
+        let block = MotionBlock {
+            number,
+            start: place(from),
+            end: place(to),
+            shape: BlockShape::Line,
+            kind: BlockKind::Feed,
+            speed: 50.0,
+            begins: BlockStart::Flow,
+            ending: BlockEnding::Blend,
+            tolerance: 0.01,
+            mode: KinematicsMode::Axes,
+            tool_length: 0.0,
+        };
+        if servo.push(&block).is_some() {
+            from = to;
+        }
+        let sample = servo.cycle(ServoSpeeds { feed: 1.0, rapid: 1.0 });
+        moved += u32::from(!sample.rests);
+        let _ = (servo.fault(), servo.state());
+        if cycle % 700 == 699 {
+            servo.abort();
+        }
+        std::thread::sleep(std::time::Duration::from_micros(300));
+    }
+    assert_eq!(CALLS.with(Cell::get), before);
+    drop(thread);
+    assert!(moved > 300, "{moved}");
 }

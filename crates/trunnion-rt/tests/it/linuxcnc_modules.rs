@@ -13,7 +13,7 @@ fn built() -> Option<TempDir> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str| folder.path().join(name);
-    for name in ["Makefile", "trunnionkins.c", "trunnion_rt.h"] {
+    for name in ["Makefile", "trunnionkins.c", "trunniontp.c", "trunnion_rt.h"] {
         fs::copy(root.join("../../linuxcnc").join(name), file(name)).unwrap();
     }
     if Command::new("halcompile").arg("--print-modinc").output().is_err() {

@@ -8,5 +8,6 @@ mod header;
 mod kinematics;
 mod linuxcnc_modules;
 mod motion;
+mod planner;
 mod switched;
 mod walk;

@@ -30,5 +30,5 @@ mod stop;
 
 pub(super) use planner::known_of;
 pub use planner::{jerk, jerk_between};
-pub(super) use rolling_plan::{PathAhead, RollingPlan};
+pub(super) use rolling_plan::{CellMotion, PathAhead, RollingPlan};
 pub(super) use stop::stop;

@@ -82,7 +82,8 @@ pub(crate) struct RollingPlan<const N: usize> {
 pub(crate) type CellMotion = [[f64; 2]; 3];
 
 impl<const N: usize> RollingPlan<N> {
-    /// Plans a piece from rest to rest; `None` if it is so short beside its `s` that it has no room for rows.
+    /// Plans a piece from rest to rest; `None` if it is so short beside its `s` that it has no room for rows, or no profile
+    /// moves on it.
     pub(crate) fn new(
         piece: &AxisPiece<N>,
         limits: &ReciprocalLimits<N>,
@@ -93,6 +94,9 @@ impl<const N: usize> RollingPlan<N> {
             return None;
         }
         let FeasibleSpline { spline, references } = start;
+        if !moves(&spline) {
+            return None;
+        }
         let motion = spline.motion();
         let bounds = LimitRatios::default();
         let mut course = Self { grid, spline, references, motion, done: 0, ahead, down: 1, bounds };
@@ -148,10 +152,15 @@ impl<const N: usize> RollingPlan<N> {
         }
     }
 
+    /// Returns `true` if the stop at the end has a reserve that can be removed.
+    pub(crate) fn is_open(&self) -> bool {
+        self.ahead == PathAhead::More && self.done + FEWEST <= self.spline.len()
+    }
+
     /// Removes the reserve of the stop: the path ends where the plan does, which was not known
     /// when it was made.
     pub(crate) fn end_here(&mut self, limits: [&ReciprocalLimits<N>; 2]) {
-        if self.ahead == PathAhead::More && self.done + FEWEST <= self.spline.len() {
+        if self.is_open() {
             self.forget();
             self.ahead = PathAhead::Nothing;
             let last = self.spline.len() - 2;
@@ -161,11 +170,19 @@ impl<const N: usize> RollingPlan<N> {
 
     /// Takes the next cell.
     pub(crate) fn take_cell(&mut self) -> Option<CellMotion> {
-        let cell = self.done;
-        let pair = |list: &[f64]| Some([*list.get(cell)?, *list.get(cell + 1)?]);
-        let run = [pair(&self.grid.s)?, pair(&self.motion[0])?, pair(&self.motion[1])?];
+        let run = self.cell(self.done)?;
         self.done += 1;
         Some(run)
+    }
+
+    /// Returns the cells that were not run, down to rest.
+    pub(crate) fn cells(&self) -> impl Iterator<Item = CellMotion> {
+        (self.done..).map_while(|cell| self.cell(cell))
+    }
+
+    fn cell(&self, cell: usize) -> Option<CellMotion> {
+        let pair = |list: &[f64]| Some([*list.get(cell)?, *list.get(cell + 1)?]);
+        Some([pair(&self.grid.s)?, pair(&self.motion[0])?, pair(&self.motion[1])?])
     }
 
     /// Extends the plan over a piece that begins where this ends; returns `false` if it cannot,
@@ -183,6 +200,9 @@ impl<const N: usize> RollingPlan<N> {
         // The new part is planned from rest to rest; both rests where they meet become one parabola.
         let (onward, start) = slow(piece, limits[0], [RESERVE, ahead.reserve()]);
         let mut other = start.spline;
+        if !moves(&other) {
+            return false;
+        }
         let stop = self.spline.len();
         let mut grid = self.grid.clone();
         grid.s.extend(onward.s.iter().skip(1));
@@ -206,6 +226,10 @@ impl<const N: usize> RollingPlan<N> {
             }
             // The rows where both meet break a limit: the new part is made slower. Jerks go with x^(3/2).
             let less = (0.8 / worst).cbrt().powi(2);
+            // A part that stands still is no plan.
+            if !(less > 0.0 && worst.is_finite()) {
+                return false;
+            }
             other.controls.iter_mut().for_each(|control| *control *= less);
         }
         false
@@ -356,6 +380,11 @@ fn caps_with<const N: usize>(
         }
     }
     Some(caps)
+}
+
+/// True if a profile stands nowhere but at its ends.
+fn moves(spline: &SpeedSpline) -> bool {
+    spline.cells().all(|cell| spline.controls.get(cell).is_some_and(|control| *control > 0.0))
 }
 
 /// Returns a slow plan from rest to rest.

@@ -4,8 +4,9 @@ use super::nodes::{NodeEntry, NodeQueue};
 use super::options::{MOST_OVERRIDE, StreamOptions};
 use super::step::StreamStep;
 use crate::feed::error::FeedError;
-use crate::feed::jerk::{PathAhead, RollingPlan, stop};
+use crate::feed::jerk::{CellMotion, PathAhead, RollingPlan, stop};
 use crate::feed::limits::Limits;
+use crate::feed::options::SpeedOverrides;
 use crate::feed::plan::LimitRatios;
 use crate::feed::reciprocal::ReciprocalLimits;
 use crate::feed::validate;
@@ -15,6 +16,10 @@ use crate::types::{AXES, AxisNode, LinearSegment, Motion};
 /// the speed, or its power 3/2 where jerk alone limits: eight windows let it be 2.8 to 4 times what one can stop,
 /// for 4 MB at 512 rows of five axes.
 const WIDEST: usize = 8;
+
+/// Fewest nodes that a plan is extended by while more are to come, as a share of a quarter of the window: a search over all
+/// of the plan for each few of them would cost more than it brings.
+const FEWEST_SHARE: usize = 4;
 
 /// Plans a path that arrives node by node, within velocity, acceleration and jerk limits.
 ///
@@ -60,13 +65,17 @@ pub struct JerkStream<const N: usize = AXES> {
     given: [ReciprocalLimits<N>; 2],
     limits: [ReciprocalLimits<N>; 2],
     factor: f64,
-    /// Override that the plan was made for.
-    planned_for: f64,
+    /// The plan was made for other limits.
+    outdated: bool,
     known: NodeQueue<N>,
     plan: Option<RollingPlan<N>>,
     pushed: [usize; 2],
     last: Option<f64>,
     motion: Motion,
+    /// What comes behind the nodes of the last piece.
+    behind: PathAhead,
+    /// Number of known nodes by which the plan could not be extended; 0 for none.
+    refused: usize,
     /// Piece that is run.
     piece: usize,
     time: f64,
@@ -93,12 +102,14 @@ impl<const N: usize> JerkStream<N> {
             given,
             limits: given,
             factor: 1.0,
-            planned_for: 1.0,
+            outdated: false,
             known: NodeQueue::new(),
             plan: None,
             pushed: [0; 2],
             last: None,
             motion: Motion::Cut,
+            behind: PathAhead::Nothing,
+            refused: 0,
             piece: 0,
             time: 0.0,
             speed: 0.0,
@@ -110,6 +121,7 @@ impl<const N: usize> JerkStream<N> {
     pub fn begin(&mut self, motion: Motion) {
         self.pushed[0] += usize::from(self.pushed[1] > 0);
         (self.motion, self.last, self.pushed[1]) = (motion, None, 0);
+        self.behind = PathAhead::Nothing;
     }
 
     /// Takes the next node of the piece.
@@ -123,6 +135,17 @@ impl<const N: usize> JerkStream<N> {
         self.known.push(NodeEntry { piece, index, motion: self.motion, node });
         (self.last, self.pushed[1]) = (Some(node.s), index + 1);
         Ok(())
+    }
+
+    /// Says that nodes of this piece are still to come, however few are known: it goes on until [`JerkStream::complete`]
+    /// or the next [`JerkStream::begin`]. Without this word the path ends where nodes run out.
+    pub fn go_on(&mut self) {
+        self.behind = PathAhead::More;
+    }
+
+    /// Says that the piece ends with the last node.
+    pub fn complete(&mut self) {
+        self.behind = PathAhead::Nothing;
     }
 
     /// Returns `true` if more nodes are of use before the next step is taken.
@@ -144,11 +167,80 @@ impl<const N: usize> JerkStream<N> {
         if !(0.0..=MOST_OVERRIDE).contains(&value) {
             return Err(FeedError::BadOverride { value });
         }
+        self.outdated |= value.to_bits() != self.factor.to_bits();
         self.factor = value;
         if value > 0.0 {
             self.limits = self.given.map(|limits| limits.at_override(value));
         }
         Ok(())
+    }
+
+    /// Sets an override for the feed and one for the tip speed, from the next stretch on, as soon as the limits allow. The
+    /// speeds of the axes stay as they are, unlike under [`JerkStream::set_override`], which this replaces.
+    ///
+    /// # Errors
+    ///
+    /// [`FeedError::BadOverride`] unless the feed's is above 0 and at most 2, and the tip's above 0 and at most 1.
+    pub fn set_speed_overrides(&mut self, overrides: SpeedOverrides) -> Result<(), FeedError> {
+        for (value, most) in [(overrides.feed, MOST_OVERRIDE), (overrides.tip, 1.0)] {
+            if !(value > 0.0 && value <= most) {
+                return Err(FeedError::BadOverride { value });
+            }
+        }
+        let limits = self.given.map(|limits| limits.at_speed_overrides(overrides));
+        let same = |(a, b): (&ReciprocalLimits<N>, &ReciprocalLimits<N>)| {
+            a.feed.to_bits() == b.feed.to_bits() && a.tip.to_bits() == b.tip.to_bits()
+        };
+        self.outdated |= self.factor <= 0.0 || !limits.iter().zip(&self.limits).all(same);
+        (self.factor, self.limits) = (1.0, limits);
+        Ok(())
+    }
+
+    /// Returns `true` if [`JerkStream::plan_ahead`] has something to do: more of the path, or another override.
+    pub fn is_due(&self) -> bool {
+        let begins = self.factor > 0.0 && self.known.of_a_piece() >= 2;
+        match &self.plan {
+            _ if self.outdated => true,
+            Some(plan) if !self.known.is_run() => {
+                let ends = self.known_of_plan() < 2 && self.ahead() == PathAhead::Nothing;
+                self.factor > 0.0 && (self.extends(plan) || (ends && plan.is_open()))
+            }
+            _ => begins,
+        }
+    }
+
+    /// Plans what is known, from the end of the committed schedule on. [`JerkStream::next`] does so as well.
+    pub fn plan_ahead(&mut self) {
+        self.plan();
+    }
+
+    /// Commits the next step as it is planned, without planning any more.
+    pub fn next_planned(&mut self) -> Option<StreamStep> {
+        let plan = self.plan.as_mut()?;
+        let cell = plan.take_cell()?;
+        self.bounds = self.bounds.max(plan.bounds);
+        let interval = self.known.run_to(cell[0][1])?;
+        let step = step_of(self.piece, interval, self.time, cell);
+        self.time += step.duration;
+        self.speed = step.speed.end;
+        Some(step)
+    }
+
+    /// Returns the steps that follow the committed schedule if neither nodes nor overrides come: down to rest, as the
+    /// plan has them now.
+    pub fn uncommitted(&self) -> Vec<StreamStep> {
+        let Some(plan) = &self.plan else { return Vec::new() };
+        let mut intervals = self.known.intervals();
+        let mut t = self.time;
+        let mut steps = Vec::new();
+        for cell in plan.cells() {
+            let [[_, high], ..] = cell;
+            let Some(interval) = intervals.of(high) else { break };
+            let step = step_of(self.piece, interval, t, cell);
+            t += step.duration;
+            steps.push(step);
+        }
+        steps
     }
 
     /// Returns guaranteed upper bounds of the ratios over the committed schedule. Where the feed was above a new
@@ -175,8 +267,10 @@ impl<const N: usize> JerkStream<N> {
     /// Returns the path expected after the known nodes: nothing where another piece has begun, or
     /// nodes run out.
     fn ahead(&self) -> PathAhead {
-        if self.is_short() || self.known.has_another_piece() {
+        if self.known.has_another_piece() {
             PathAhead::Nothing
+        } else if self.is_short() {
+            self.behind
         } else {
             PathAhead::More
         }
@@ -206,7 +300,7 @@ impl<const N: usize> JerkStream<N> {
     /// Plans the known nodes where it is time to.
     fn plan(&mut self) -> Option<()> {
         // Another override: from the motion under way, before anything else.
-        if self.factor.to_bits() != self.planned_for.to_bits() {
+        if std::mem::take(&mut self.outdated) {
             self.plan_anew();
         }
         if self.known.is_run() {
@@ -232,22 +326,36 @@ impl<const N: usize> JerkStream<N> {
         self.plan.is_some().then_some(())
     }
 
-    /// Returns the plan, extended where it is time to.
-    fn extended(&mut self, mut plan: RollingPlan<N>) -> Option<RollingPlan<N>> {
+    /// Number of nodes that are known behind the plan, the one at its end among them.
+    fn known_of_plan(&self) -> usize {
         let more = self.known.piece() == Some(self.piece);
-        let known = if more { self.known.of_a_piece() } else { 0 };
+        if more { self.known.of_a_piece() } else { 0 }
+    }
+
+    /// True if it is time to extend a plan.
+    fn extends(&self, plan: &RollingPlan<N>) -> bool {
+        let known = self.known_of_plan();
         // With less than a quarter only where no more is at hand. Every quarter is searched four times so; later, with
         // 40 to 110 us a node instead of 80 to 140, searches are not done with it: up to 2 % of the time is lost.
         let quarter = self.options.window / 4;
-        let due = known > quarter || self.is_short() || plan.stops_within(quarter);
-        if known >= 2 && due {
+        let ends = self.is_short() && self.ahead() == PathAhead::Nothing;
+        let fewest = if self.behind == PathAhead::More { quarter / FEWEST_SHARE } else { 2 };
+        let due = known > quarter || ends || (known >= fewest && plan.stops_within(quarter));
+        known >= 2 && due && known != self.refused
+    }
+
+    /// Returns the plan, extended where it is time to.
+    fn extended(&mut self, mut plan: RollingPlan<N>) -> Option<RollingPlan<N>> {
+        let known = self.known_of_plan();
+        if self.extends(&plan) {
             let ahead = self.ahead();
             // A plan that cannot be extended stays as it is, and so do the nodes.
             let before = self.known.clone();
             let piece = self.known.take(self.kept(ahead))?;
             let limits = [self.limits_on(piece.motion), self.axes_on(piece.motion)];
+            self.refused = 0;
             if !plan.extend(&piece, limits.each_ref(), ahead) {
-                self.known = before;
+                (self.known, self.refused) = (before, known);
             }
         } else if known < 2 && self.ahead() == PathAhead::Nothing {
             // The stop at the end is meant: its reserve for an extension can go.
@@ -259,7 +367,6 @@ impl<const N: usize> JerkStream<N> {
 
     /// Changes to another override from the motion under way.
     fn plan_anew(&mut self) {
-        self.planned_for = self.factor;
         let Some(mut plan) = self.plan.take() else { return };
         let Some([s, speed, acceleration]) = plan.here() else { return };
         if speed <= 0.0 {
@@ -288,23 +395,25 @@ impl<const N: usize> Iterator for JerkStream<N> {
 
     fn next(&mut self) -> Option<StreamStep> {
         self.plan()?;
-        let plan = self.plan.as_mut()?;
-        let [s, speed, acceleration] = plan.take_cell()?;
-        self.bounds = self.bounds.max(plan.bounds);
-        let interval = self.known.run_to(s[1])?;
-        let duration = LinearSegment { length: s[1] - s[0], speed, acceleration }.time();
-        let step = StreamStep {
-            piece: self.piece,
-            interval,
-            s: s.into(),
-            t: self.time,
-            duration,
-            speed: speed.into(),
-            acceleration: acceleration[0],
-            end_acceleration: acceleration[1],
-        };
-        self.time += duration;
-        self.speed = speed[1];
-        Some(step)
+        self.next_planned()
+    }
+}
+
+/// Returns the step over a cell of the plan, from time `t` on.
+fn step_of(
+    piece: usize,
+    interval: usize,
+    t: f64,
+    [s, speed, acceleration]: CellMotion,
+) -> StreamStep {
+    StreamStep {
+        piece,
+        interval,
+        s: s.into(),
+        t,
+        duration: LinearSegment { length: s[1] - s[0], speed, acceleration }.time(),
+        speed: speed.into(),
+        acceleration: acceleration[0],
+        end_acceleration: acceleration[1],
     }
 }

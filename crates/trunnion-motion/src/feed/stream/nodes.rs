@@ -1,7 +1,8 @@
 //! The nodes a stream knows: those of the plan that is run, and those after it.
 
 use crate::types::{AxisNode, AxisPiece, Motion};
-use std::collections::VecDeque;
+use std::collections::{VecDeque, vec_deque};
+use std::iter::Peekable;
 
 /// A node, where it belongs, and how its piece is run.
 #[derive(Debug, Clone)]
@@ -105,6 +106,11 @@ impl<const N: usize> NodeQueue<N> {
         Some(interval)
     }
 
+    /// Finds the intervals of the plan in order.
+    pub(super) fn intervals(&self) -> PlannedIntervals<'_, N> {
+        PlannedIntervals { rest: self.planned.iter().peekable() }
+    }
+
     /// Returns the planned path from `s` on, which lies in the interval that is run.
     pub(super) fn planned_from(&self, s: f64) -> Option<AxisPiece<N>> {
         let here = between(self.from.as_ref()?, self.planned.front()?, s)?;
@@ -147,6 +153,21 @@ impl<const N: usize> NodeQueue<N> {
         if !self.queue.front().is_some_and(stands) {
             self.queue.push_front(entry);
         }
+    }
+}
+
+/// Intervals of the plan that are not run, in order.
+#[derive(Debug)]
+pub(super) struct PlannedIntervals<'a, const N: usize> {
+    rest: Peekable<vec_deque::Iter<'a, NodeEntry<N>>>,
+}
+
+impl<const N: usize> PlannedIntervals<'_, N> {
+    /// Returns the interval in which a cell ends at `s`; cells are asked for in order.
+    pub(super) fn of(&mut self, s: f64) -> Option<usize> {
+        while self.rest.next_if(|end| end.node.s < s).is_some() {}
+        // Entries have the index of the node at the end of their interval.
+        self.rest.peek().map(|end| end.index - 1)
     }
 }
 

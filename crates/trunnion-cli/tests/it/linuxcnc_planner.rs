@@ -1,0 +1,336 @@
+//! The planner of trunnion in `LinuxCNC`: times, limits of the joints, contour, and what the operator does.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+use crate::binary::trunnion;
+use crate::linuxcnc_run::{Action, Control, Plan, Run};
+use crate::rs274::examples;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use trunnion::files::machine::{built_in, parse};
+use trunnion::machine::Machine;
+
+/// Pins that the tests read at the end.
+const PINS: [&str; 5] = [
+    "trunniontp.cycle-ns-max",
+    "trunniontp.plan-longest",
+    "trunniontp.plan-worked",
+    "trunniontp.plan-late",
+    "trunniontp.fault",
+];
+
+/// The table on which `LinuxCNC`'s own planner was timed: it turns about X and Z through the origin, with 500 mm/s,
+/// 5000 mm/s2, 100 deg/s and 1000 deg/s2; and with jerk limits, which that planner has not.
+fn timed_machine() -> String {
+    let mut text = built_in("ac-trunnion").unwrap().to_owned();
+    for (from, to) in [
+        ("point  = [0.0, 0.0, -600.0]", "point  = [0, 0, 0]"),
+        ("point  = [0.0, 0.02, -560.0]", "point  = [0, 0, 0]"),
+        ("[-400.0, 400.0]", "[-500, 500]"),
+        ("[-550.0, 0.0]", "[-500, 500]"),
+        ("vel    = 1000.0", "vel    = 500"),
+        ("acc    = 6000.0", "acc    = 5000"),
+        ("vel    = 390.0", "vel    = 100"),
+        ("acc    = 1500.0", "acc    = 1000"),
+        ("jerk   = 30000.0", "jerk   = 25000"),
+        ("vel    = 150.0", "vel    = 100"),
+        ("acc    = 600.0", "acc    = 1000"),
+        ("jerk   = 15000.0", "jerk   = 25000"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    text
+}
+
+/// X Z A of a pass over a waved surface, the tool leaning 20 degrees ahead, in blocks of so many mm.
+fn pass(step: f64) -> Vec<[f64; 3]> {
+    let wave = std::f64::consts::TAU / 80.0;
+    let mut points = Vec::new();
+    let mut x = 0.0_f64;
+    loop {
+        let at = x.min(250.0);
+        let slope = 3.0 * wave * (wave * at).cos();
+        // Four decimals, as programs have.
+        let rounded = |value: f64| (value * 1e4).round() / 1e4;
+        let tilt = 20.0 - slope.atan().to_degrees();
+        points.push([at, 3.0 * (wave * at).sin(), tilt].map(rounded));
+        if at >= 250.0 {
+            return points;
+        }
+        x += step / slope.hypot(1.0);
+    }
+}
+
+/// The pass as a program with tool-centre-point control, with `lines` among its blocks.
+fn program(points: &[[f64; 3]], lines: &[(usize, &str)]) -> String {
+    let mut text = String::from("G21 G90 G94 G49 G64 P0.01\nM428\n");
+    for (index, [x, z, a]) in points.iter().enumerate() {
+        let code = if index == 0 { "G0 Y0 C90" } else { "G1 F3000" };
+        for (_, line) in lines.iter().filter(|(at, _)| *at == index) {
+            writeln!(text, "{line}").unwrap();
+        }
+        writeln!(text, "{code} X{x:.4} Z{z:.4} A{a:.4}").unwrap();
+    }
+    text.push_str("M2\n");
+    text
+}
+
+/// The work offset that the head of a program asks for, as a line.
+fn offset_line(program: &str) -> String {
+    let line = program.lines().find(|line| line.contains("G54 must hold")).unwrap();
+    let words = line.split("hold ").nth(1).unwrap().split(';').next().unwrap();
+    format!("G10 L2 P1 {words} B0 C0 R0")
+}
+
+#[test]
+fn both_examples_are_quicker_than_with_the_stock_planner() {
+    let Some(control) = Control::ready() else { return };
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let machine = parse(built_in("bc-trunnion").unwrap()).unwrap().machine;
+    for (name, text) in examples(folder) {
+        let job = Path::new(&name).parent().unwrap();
+        let summary = fs::read_to_string(folder.join(job).join("summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+        // What the stock planner takes, by a model of it that is right to 1 %.
+        let [planned, stock] =
+            ["planned", "linuxcnc"].map(|time| summary["times"][time].as_f64().unwrap());
+        let work = format!("{}-control", job.display());
+        let arguments = [
+            "linuxcnc",
+            "bc-trunnion",
+            "-o",
+            &work,
+            "--planner",
+            "trunnion",
+            "--tool-length",
+            "120",
+        ];
+        assert!(trunnion(folder, &arguments).status.success());
+        let plan = Plan {
+            ini: "bc-trunnion.ini",
+            program: &text,
+            start: &["G21 G90 G94 G40 G49 G54", &offset_line(&text)],
+            letters: "xyzbc",
+            seconds: 300,
+            actions: &[],
+            pins: &PINS,
+        };
+        let run = control.run(&folder.join(&work), &plan);
+        assert!(run.errors.is_empty() && run.ended, "{name}: {:?}\n{}", run.errors, run.log);
+        let motion = Motion::of(&run);
+        let ratios = motion.ratios(&machine);
+        let seconds = motion.moving();
+        let pins: Vec<String> =
+            PINS.iter().map(|pin| format!("{pin} {}", run.values[*pin])).collect();
+        eprintln!(
+            "{name}: {seconds:.2} s in motion, planned {planned:.2} s, stock planner {stock:.2} s, ratios {ratios:.4?}, {}",
+            pins.join(", ")
+        );
+        assert!(ratios.iter().all(|ratio| *ratio <= 1.001), "{name}: {ratios:?}");
+        // Links between passes are written in long chords, with corners that P does not let be fast.
+        assert!(seconds < stock, "{name}: {seconds} {planned} {stock}");
+    }
+}
+
+/// Joints and X Y Z words of every cycle [mm and degrees].
+struct Motion {
+    joints: Vec<[f64; 5]>,
+    words: Vec<[f64; 3]>,
+}
+
+impl Motion {
+    fn of(run: &Run) -> Self {
+        let (mut joints, mut words) = (Vec::new(), Vec::new());
+        for line in run.samples.lines().filter(|line| !line.contains("overrun")) {
+            let numbers: Vec<f64> =
+                line.split_whitespace().skip(1).map(|word| word.parse().unwrap()).collect();
+            joints.push(std::array::from_fn(|joint| numbers[joint] * 1e-6));
+            words.push(std::array::from_fn(|letter| numbers[5 + letter]));
+        }
+        Self { joints, words }
+    }
+
+    /// Largest velocity, acceleration and jerk over their limits, from differences of cycles. Joints are X Y Z A C, and the
+    /// machine file has C before A.
+    fn ratios(&self, machine: &Machine) -> [f64; 3] {
+        let order = [0, 1, 2, 4, 3];
+        let mut values = self.joints.clone();
+        [0, 1, 2].map(|derivative| {
+            values = values
+                .windows(2)
+                .map(|two| std::array::from_fn(|joint| (two[1][joint] - two[0][joint]) * 1e3))
+                .collect();
+            let limit = |joint: usize| {
+                let axis = &machine.axes[order[joint]];
+                let limit = [axis.vel, axis.acc, axis.jerk][derivative];
+                if joint < 3 { limit } else { limit.to_degrees() }
+            };
+            let shares =
+                values.iter().flat_map(|all| (0..5).map(|joint| all[joint].abs() / limit(joint)));
+            shares.fold(0.0, f64::max)
+        })
+    }
+
+    /// Cycles in which a joint moves, in seconds.
+    fn moving(&self) -> f64 {
+        let moves =
+            |two: &&[[f64; 5]]| (0..5).any(|joint| (two[1][joint] - two[0][joint]).abs() > 1e-9);
+        self.joints.windows(2).filter(moves).count() as f64 * 1e-3
+    }
+
+    /// Cycles on the pass, in seconds.
+    fn on_the_pass(&self) -> f64 {
+        let inside = |words: &&[f64; 3]| words[0] > 1e-3 && words[0] < 249.999;
+        self.words.iter().filter(inside).count() as f64 * 1e-3
+    }
+
+    /// Largest distance of the tip from the chords of the pass, over the cycles on it.
+    fn contour(&self, points: &[[f64; 3]]) -> f64 {
+        let mut worst = 0.0_f64;
+        for [x, y, z] in self.words.iter().filter(|words| words[0] > 1e-3 && words[0] < 249.999) {
+            let after = points.partition_point(|point| point[0] <= *x).clamp(1, points.len() - 1);
+            let legs = after.saturating_sub(3)..(after + 2).min(points.len() - 1);
+            let distance = |leg: usize| {
+                let [from, to] = [points[leg], points[leg + 1]];
+                let (dx, dz) = (to[0] - from[0], to[1] - from[1]);
+                let share = ((x - from[0]) * dx + (z - from[1]) * dz) / (dx * dx + dz * dz);
+                let share = share.clamp(0.0, 1.0);
+                (x - from[0] - share * dx).hypot(z - from[1] - share * dz).hypot(*y)
+            };
+            worst = worst.max(legs.map(distance).fold(f64::INFINITY, f64::min));
+        }
+        worst
+    }
+}
+
+/// Runs a program on the timed machine with a planner.
+fn run(control: &Control, folder: &Path, planner: &str, text: &str, actions: &[Action]) -> Run {
+    fs::write(folder.join("timed.toml"), timed_machine()).unwrap();
+    let work = folder.join(planner);
+    let _ = fs::remove_dir_all(&work);
+    let arguments =
+        ["linuxcnc", "timed.toml", "-o", planner, "--planner", planner, "--tool-length", "0"];
+    assert!(trunnion(folder, &arguments).status.success());
+    let pins: &[&str] = if planner == "trunnion" { &PINS } else { &[] };
+    let plan = Plan {
+        ini: "ac-trunnion.ini",
+        program: text,
+        start: &["G21 G90 G94 G40 G49 G54", "G10 L2 P1 X0 Y0 Z0 A0 C0 R0"],
+        letters: "xyzac",
+        seconds: 120,
+        actions,
+        pins,
+    };
+    control.run(&work, &plan)
+}
+
+/// Checks the limits of the joints and the contour of a run on the pass.
+fn check(run: &Run, points: &[[f64; 3]], case: &str) -> Motion {
+    let machine = parse(&timed_machine()).unwrap().machine;
+    let motion = Motion::of(run);
+    let [velocity, acceleration, jerk] = motion.ratios(&machine);
+    let miss = motion.contour(points);
+    let pins: Vec<String> = PINS.iter().map(|pin| format!("{pin} {}", run.values[*pin])).collect();
+    eprintln!(
+        "{case}: {:.3} s on the pass, ratios {velocity:.4} {acceleration:.4} {jerk:.4}, contour {miss:.5} mm, {}",
+        motion.on_the_pass(),
+        pins.join(", ")
+    );
+    assert_eq!(run.lost, 0, "{case}: cycles that the sampler lost");
+    assert!(velocity <= 1.001 && acceleration <= 1.001 && jerk <= 1.001, "{case}");
+    // The sampler rounds the words by half a micrometre of a thousandth.
+    assert!(miss <= 0.01, "{case}: {miss}");
+    motion
+}
+
+#[test]
+fn a_pass_of_short_blocks_takes_what_its_feed_allows() {
+    let Some(control) = Control::ready() else { return };
+    let temporary = tempfile::tempdir().unwrap();
+    for step in [0.5, 0.125] {
+        let points = pass(step);
+        let text = program(&points, &[]);
+        let stock = run(&control, temporary.path(), "stock", &text, &[]);
+        assert!(stock.errors.is_empty() && stock.ended, "{:?}\n{}", stock.errors, stock.log);
+        eprintln!(
+            "{step} mm, LinuxCNC's own: {:.3} s on the pass",
+            Motion::of(&stock).on_the_pass()
+        );
+        let own = run(&control, temporary.path(), "trunnion", &text, &[]);
+        assert!(own.errors.is_empty() && own.ended, "{:?}\n{}", own.errors, own.log);
+        let seconds = check(&own, &points, &format!("{step} mm")).on_the_pass();
+        assert!(seconds <= 5.6, "{step} mm: {seconds} s");
+        assert!(seconds < Motion::of(&stock).on_the_pass());
+    }
+}
+
+#[test]
+fn holds_overrides_steps_and_aborts_keep_the_limits() {
+    let Some(control) = Control::ready() else { return };
+    let temporary = tempfile::tempdir().unwrap();
+    let points = pass(0.25);
+    let text = program(&points, &[(5, "M62 P0\nM67 E0 Q3.5"), (20, "M63 P1")]);
+    let actions = [
+        Action(0.8, "feed", 0.3),
+        Action(1.4, "feed", 1.2),
+        Action(2.0, "pause", 0.0),
+        Action(2.6, "step", 0.0),
+        Action(3.2, "step", 0.0),
+        Action(3.8, "resume", 0.0),
+        Action(4.4, "feed", 0.0),
+        Action(4.9, "feed", 1.0),
+        Action(5.2, "rapid", 0.5),
+    ];
+    let whole = run(&control, temporary.path(), "trunnion", &text, &actions);
+    assert!(whole.errors.is_empty() && whole.ended, "{:?}\n{}", whole.errors, whole.log);
+    let motion = check(&whole, &points, "operator");
+    // The two holds are stands of a third of a second at least.
+    let stands = stands(&motion.words, 250);
+    assert!(stands >= 4, "{stands}");
+    // The screen saw line after line.
+    let lines = whole.values["lines"].as_array().unwrap().len();
+    assert!(lines > 100, "{lines}");
+
+    let actions = [Action(1.5, "abort", 0.0)];
+    let ended = run(&control, temporary.path(), "trunnion", &text, &actions);
+    let motion = check(&ended, &points, "abort");
+    let last = motion.words.last().unwrap();
+    assert!(last[0] > 1.0 && last[0] < 240.0, "{last:?}");
+}
+
+/// Number of stands of more than so many cycles on the pass.
+fn stands(words: &[[f64; 3]], cycles: usize) -> usize {
+    let mut count = 0;
+    let mut length = 0;
+    for two in words.windows(2) {
+        let inside = two[0][0] > 1e-3 && two[0][0] < 249.999;
+        let still = (0..3).all(|letter| (two[1][letter] - two[0][letter]).abs() < 1e-7);
+        length = if inside && still { length + 1 } else { 0 };
+        count += usize::from(length == cycles);
+    }
+    count
+}
+
+#[test]
+fn a_refused_block_is_named_and_the_tool_stops_before_it() {
+    let Some(control) = Control::ready() else { return };
+    let temporary = tempfile::tempdir().unwrap();
+    let machine = parse(&timed_machine()).unwrap().machine;
+    // Both ends of the turn are inside travel: half way the tip goes round beyond it.
+    let text = "G21 G90 G94 G49 G64 P0.01\nM428\nG0 X-495 Y0 Z0\nG1 X-450 F6000\nG1 Y300 C0\nG1 C180 F20000\nM2\n";
+    let run = run(&control, temporary.path(), "trunnion", text, &[]);
+    let said = run.errors.join("\n");
+    eprintln!("{said}");
+    assert!(!run.ended && said.contains("trunniontp: line 6: axis"), "{said}");
+    let motion = Motion::of(&run);
+    let [velocity, acceleration, jerk] = motion.ratios(&machine);
+    assert!(velocity <= 1.001 && acceleration <= 1.001 && jerk <= 1.001);
+    for joints in &motion.joints {
+        for (joint, value) in joints.iter().enumerate().take(3) {
+            assert!(value.abs() <= 500.001, "{joint} {value}");
+        }
+    }
+}
