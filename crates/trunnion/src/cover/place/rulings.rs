@@ -204,17 +204,14 @@ impl<'a> RuledFace<'a> {
         let ruling = self.ruling(at)?;
         let spare = INSIDE * (band.upper - band.lower);
         let inside = Interval::new(band.lower + spare, band.upper - spare);
-        let (fit, aside) = match self.chart {
-            RulingChart::Twisted { .. } => {
-                let fit = AxisFit::new(self.face, ruling, radius);
-                let moves = fit.run(inside)?;
-                (fit.ends(&moves), 0.5 * moves[2].abs())
-            }
+        let (fit, aside) = if matches!(self.chart, RulingChart::Twisted { .. }) {
+            let fit = AxisFit::new(self.face, ruling, radius);
+            let moves = fit.run(inside)?;
+            (fit.ends(&moves), 0.5 * moves[2].abs())
+        } else {
             // The side lies on the face itself, where the band holds that.
-            _ => {
-                let off = radius + 0.0_f64.clamp(inside.low, inside.high);
-                ([0, 1].map(|k| ruling.ends[k] + ruling.normals[k].scale(off)), 0.0)
-            }
+            let off = radius + 0.0_f64.clamp(inside.low, inside.high);
+            ([0, 1].map(|k| ruling.ends[k] + ruling.normals[k].scale(off)), 0.0)
         };
         let along = UnitVector3::try_new(fit[1] - fit[0], f64::MIN_POSITIVE)?;
         Some(FlankAxis { low: fit[0], along, aside })
@@ -385,7 +382,9 @@ impl<'a> AxisFit<'a> {
             if sum.is_nan() || sum <= 0.0 {
                 break;
             }
-            weights.iter_mut().for_each(|weight| *weight /= sum);
+            for weight in &mut weights {
+                *weight /= sum;
+            }
             // Step 2: a Gauss-Newton step of the weighted squares.
             let mut normal = Matrix3::zeros();
             let mut right = Vector3::zeros();

@@ -101,10 +101,9 @@ fn method(
         return None;
     }
     let method = match raw.method {
-        // Nothing is placed by strips: their inclination does not matter.
-        RawMethod::Flank => RawMethod::Widest,
         RawMethod::Auto | RawMethod::Rest if kind.is_some_and(is_ball) => RawMethod::Ball,
-        RawMethod::Auto | RawMethod::Rest => RawMethod::Widest,
+        // The flank places nothing by strips: their inclination does not matter.
+        RawMethod::Auto | RawMethod::Rest | RawMethod::Flank => RawMethod::Widest,
         method => method,
     };
     if method == RawMethod::Widest {

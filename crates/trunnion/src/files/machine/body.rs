@@ -64,7 +64,7 @@ fn keys(raw: &RawBody, number: usize, doc: &mut Document<'_>) -> Option<()> {
         let path =
             if is_given { format!("body.{number}.{key}") } else { format!("body.{number}.kind") };
         let all = needed.iter().chain(*others).copied().collect::<Vec<_>>().join(", ");
-        doc.fault(&path, wrong, &format!("its keys are {all}"));
+        doc.fault(&path, wrong, format!("its keys are {all}"));
     }
     sound.then_some(())
 }

@@ -120,7 +120,7 @@ pub(crate) fn nearest(
             least = least.min(low);
             continue;
         }
-        open.extend(spans.halves(&node).map(|node| OpenSpan { low, node }));
+        open.extend(node.halves().map(|node| OpenSpan { low, node }));
     }
     Ok(found)
 }

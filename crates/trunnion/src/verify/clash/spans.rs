@@ -37,6 +37,28 @@ pub(crate) enum SpanNode {
     Part { index: usize, time: [f64; 2] },
 }
 
+impl SpanNode {
+    /// Divides a part in two.
+    pub(crate) fn halves(&self) -> [Self; 2] {
+        match *self {
+            Self::Moves { first, count: 1, .. } => {
+                [[0.0, 0.5], [0.5, 1.0]].map(|time| Self::Part { index: first, time })
+            }
+            Self::Moves { node, first, count } => {
+                let half = count / 2;
+                [
+                    Self::Moves { node: node + 1, first, count: half },
+                    Self::Moves { node: node + 2 * half, first: first + half, count: count - half },
+                ]
+            }
+            Self::Part { index, time: [from, to] } => {
+                let middle = 0.5 * (from + to);
+                [[from, middle], [middle, to]].map(|time| Self::Part { index, time })
+            }
+        }
+    }
+}
+
 /// Batch of moves with one tool, as a tree of boxes.
 pub(crate) struct MoveSpans<'a> {
     controls: &'a Controls,
@@ -142,30 +164,6 @@ impl<'a> MoveSpans<'a> {
                 // The bow falls with the square of the duration.
                 let bow = self.bow(segment) * (to - from).powi(2);
                 Ok(JointHull::around(&ends, &bow).joint_box())
-            }
-        }
-    }
-
-    /// Divides a part in two.
-    pub(crate) fn halves(&self, part: &SpanNode) -> [SpanNode; 2] {
-        match *part {
-            SpanNode::Moves { first, count: 1, .. } => {
-                [[0.0, 0.5], [0.5, 1.0]].map(|time| SpanNode::Part { index: first, time })
-            }
-            SpanNode::Moves { node, first, count } => {
-                let half = count / 2;
-                [
-                    SpanNode::Moves { node: node + 1, first, count: half },
-                    SpanNode::Moves {
-                        node: node + 2 * half,
-                        first: first + half,
-                        count: count - half,
-                    },
-                ]
-            }
-            SpanNode::Part { index, time: [from, to] } => {
-                let middle = 0.5 * (from + to);
-                [[from, middle], [middle, to]].map(|time| SpanNode::Part { index, time })
             }
         }
     }
