@@ -130,7 +130,8 @@ fn every_built_in_machine_starts_as_it_is_written() {
     let Some(control) = Control::ready() else { return };
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path();
-    for (machine, _) in BUILT_IN {
+    // With bodies the kinematics are those of the machine without.
+    for (machine, _) in BUILT_IN.iter().filter(|(name, _)| !name.ends_with("-bodies")) {
         assert!(trunnion(folder, &["linuxcnc", machine, "-o", machine]).status.success());
         let ini = format!("{machine}.ini");
         wait_for_the_task(&folder.join(machine).join(&ini));

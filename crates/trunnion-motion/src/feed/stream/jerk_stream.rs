@@ -72,7 +72,7 @@ pub struct JerkStream<const N: usize = AXES> {
     pushed: [usize; 2],
     last: Option<f64>,
     motion: Motion,
-    /// What comes behind the nodes of the last piece.
+    /// Path that comes behind the nodes of the last piece.
     behind: PathAhead,
     /// Number of known nodes by which the plan could not be extended; 0 for none.
     refused: usize,
