@@ -516,7 +516,11 @@ int tpSetDout(TP_STRUCT *const tp, int index, unsigned char start, unsigned char
 int tpSetRunDir(TP_STRUCT *const tp, tc_direction_t dir)
 {
     (void)tp;
-    return dir == TC_DIR_FORWARD ? TP_ERR_OK : TP_ERR_FAIL;
+    if (dir == TC_DIR_FORWARD)
+        return TP_ERR_OK;
+    rtapi_print_msg(RTAPI_MSG_ERR, "trunniontp: reverse run is not planned; use LinuxCNC's own planner for it: take TPMOD out "
+                                   "of [TRAJ]\n");
+    return TP_ERR_FAIL;
 }
 
 /* Sets the outputs that belong to the beginning of a block. */

@@ -84,6 +84,12 @@ fn with_solids(path: &Path, mut file: MachineFile) -> Result<MachineFile, Failur
     for (number, body) in file.machine.bodies.iter_mut().enumerate() {
         let BodyShape::File { file: name, place, chord } = &body.shape else { continue };
         let solid = path.parent().unwrap_or(Path::new("")).join(name);
+        let key = format!("body.{number}.file");
+        if !disk::is_file(&solid) {
+            let fault = file.places.fault(&key, format!("{name}: there is no such file"));
+            faults.push(fault.with_help("paths count from the folder of the machine file"));
+            continue;
+        }
         let chord = material::is_step(&solid).then_some(*chord);
         match material::mesh_of(&solid, chord) {
             Ok(mesh) => {
@@ -92,7 +98,6 @@ fn with_solids(path: &Path, mut file: MachineFile) -> Result<MachineFile, Failur
                 body.shape = BodyShape::Mesh { mesh, place, allowance };
             }
             Err(what) => {
-                let key = format!("body.{number}.file");
                 faults.push(file.places.fault(&key, format!("{name}: {what}")));
             }
         }

@@ -36,7 +36,6 @@
 pub mod interface;
 mod kinematics;
 mod load;
-pub mod motion;
 pub mod planner;
 mod refusal;
 mod switched;

@@ -3,7 +3,7 @@
 use super::args::Planner;
 use super::configuration::Configuration;
 
-/// What to watch with each planner.
+/// Remarks on each planner for the operator.
 const STOCK: &str = "  LinuxCNC's own planner looks one block ahead while a rotary moves, and limits the words of a program. With
   tool-centre-point control X, Y and Z are the tip there, so the joints can exceed their limits: program feeds that
   they can follow, as `trunnion run` and `trunnion post` write them.";

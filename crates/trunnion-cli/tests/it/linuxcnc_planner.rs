@@ -20,29 +20,8 @@ const PINS: [&str; 5] = [
     "trunniontp.fault",
 ];
 
-/// The table on which `LinuxCNC`'s own planner was timed: it turns about X and Z through the origin, with 500 mm/s,
-/// 5000 mm/s2, 100 deg/s and 1000 deg/s2; and with jerk limits, which that planner has not.
-fn timed_machine() -> String {
-    let mut text = built_in("ac-trunnion").unwrap().to_owned();
-    for (from, to) in [
-        ("point  = [0.0, 0.0, -600.0]", "point  = [0, 0, 0]"),
-        ("point  = [0.0, 0.02, -560.0]", "point  = [0, 0, 0]"),
-        ("[-400.0, 400.0]", "[-500, 500]"),
-        ("[-550.0, 0.0]", "[-500, 500]"),
-        ("vel    = 1000.0", "vel    = 500"),
-        ("acc    = 6000.0", "acc    = 5000"),
-        ("vel    = 390.0", "vel    = 100"),
-        ("acc    = 1500.0", "acc    = 1000"),
-        ("jerk   = 30000.0", "jerk   = 25000"),
-        ("vel    = 150.0", "vel    = 100"),
-        ("acc    = 600.0", "acc    = 1000"),
-        ("jerk   = 15000.0", "jerk   = 25000"),
-    ] {
-        assert!(text.contains(from), "{from}");
-        text = text.replace(from, to);
-    }
-    text
-}
+/// The table on which `LinuxCNC`'s own planner was timed.
+const TIMED_MACHINE: &str = include_str!("../../../../fixtures/linuxcnc/timed-table.toml");
 
 /// X Z A of a pass over a waved surface, the tool leaning 20 degrees ahead, in blocks of so many mm.
 fn pass(step: f64) -> Vec<[f64; 3]> {
@@ -88,7 +67,7 @@ fn offset_line(program: &str) -> String {
 #[test]
 fn both_examples_are_quicker_than_with_the_stock_planner() {
     if std::env::var_os("TRUNNION_TORTURE").is_none() {
-        println!("skipped: `just torture` runs both examples with the planner in LinuxCNC");
+        eprintln!("skipped: `just torture` runs both examples with the planner in LinuxCNC");
         return;
     }
     let Some(control) = Control::ready() else { return };
@@ -99,7 +78,7 @@ fn both_examples_are_quicker_than_with_the_stock_planner() {
         let job = Path::new(&name).parent().unwrap();
         let summary = fs::read_to_string(folder.join(job).join("summary.json")).unwrap();
         let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
-        // What the stock planner takes, by a model of it that is right to 1 %.
+        // Time of the stock planner, by a model of it that is right to 1 %.
         let [planned, stock] =
             ["planned", "linuxcnc"].map(|time| summary["times"][time].as_f64().unwrap());
         let work = format!("{}-control", job.display());
@@ -213,7 +192,7 @@ impl Motion {
 
 /// Runs a program on the timed machine with a planner.
 fn run(control: &Control, folder: &Path, planner: &str, text: &str, actions: &[Action]) -> Run {
-    fs::write(folder.join("timed.toml"), timed_machine()).unwrap();
+    fs::write(folder.join("timed.toml"), TIMED_MACHINE).unwrap();
     let work = folder.join(planner);
     let _ = fs::remove_dir_all(&work);
     let arguments =
@@ -234,7 +213,7 @@ fn run(control: &Control, folder: &Path, planner: &str, text: &str, actions: &[A
 
 /// Checks the limits of the joints and the contour of a run on the pass.
 fn check(run: &Run, points: &[[f64; 3]], case: &str) -> Motion {
-    let machine = parse(&timed_machine()).unwrap().machine;
+    let machine = parse(TIMED_MACHINE).unwrap().machine;
     let motion = Motion::of(run);
     let [velocity, acceleration, jerk] = motion.ratios(&machine);
     let miss = motion.contour(points);
@@ -323,7 +302,7 @@ fn stands(words: &[[f64; 3]], cycles: usize) -> usize {
 fn a_refused_block_is_named_and_the_tool_stops_before_it() {
     let Some(control) = Control::ready() else { return };
     let temporary = tempfile::tempdir().unwrap();
-    let machine = parse(&timed_machine()).unwrap().machine;
+    let machine = parse(TIMED_MACHINE).unwrap().machine;
     // Both ends of the turn are inside travel: half way the tip goes round beyond it.
     let text = "G21 G90 G94 G49 G64 P0.01\nM428\nG0 X-495 Y0 Z0\nG1 X-450 F6000\nG1 Y300 C0\nG1 C180 F20000\nM2\n";
     let run = run(&control, temporary.path(), "trunnion", text, &[]);

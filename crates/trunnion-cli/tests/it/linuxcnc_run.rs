@@ -39,7 +39,7 @@ pub(crate) struct Plan<'a> {
     pub(crate) letters: &'a str,
     /// Time limit.
     pub(crate) seconds: u32,
-    /// What the operator does while the program runs.
+    /// Actions of the operator while the program runs.
     pub(crate) actions: &'a [Action],
     /// Pins that are read at the end, besides those of the kinematics.
     pub(crate) pins: &'a [&'a str],

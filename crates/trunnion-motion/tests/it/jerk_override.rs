@@ -242,7 +242,7 @@ fn feed_and_tip_speed_have_overrides_of_their_own() {
     }
 }
 
-/// What a stream says is uncommitted is what it runs, if nothing comes between.
+/// A stream runs the steps that it says are uncommitted, if nothing comes between.
 #[test]
 fn the_uncommitted_steps_are_those_that_follow() {
     let mut stream = one_axis(32);

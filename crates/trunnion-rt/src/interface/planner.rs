@@ -6,7 +6,7 @@
 #![expect(unsafe_code, reason = "pointers from C; every block states what the caller promises")]
 
 use super::{Trunnion, kinematics, write_text};
-use crate::motion::LETTERS;
+use crate::planner::LETTERS;
 use crate::planner::{
     BlockEnding, BlockKind, BlockShape, BlockStart, MotionBlock, PlannerOptions, PlannerServo,
     PlannerThread, ServoSpeeds, planner,
@@ -308,7 +308,7 @@ pub unsafe extern "C" fn trunnion_planner_fault(
     1
 }
 
-/// Tells the state of the plan.
+/// Writes the state of the plan to `state`.
 ///
 /// # Safety
 ///

@@ -1,7 +1,7 @@
 //! Blocks of a program, as the control hands them over.
 
 use super::numbers::Packed;
-use crate::motion::LETTERS;
+use super::piece::LETTERS;
 use crate::switched::KinematicsMode;
 
 /// Curve of a block.

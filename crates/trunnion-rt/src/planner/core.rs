@@ -17,7 +17,7 @@ use trunnion::types::AXES;
 /// Plan time that is committed ahead of the servo thread \[s\]: a change of override, hold or abort is felt after it.
 const HORIZON: f64 = 0.03;
 
-/// What is committed before the plan is made anew: a multiple of the time that it took of late, and at most this \[s\].
+/// Plan time that stays committed when the plan is made anew: a multiple of the time that planning took of late, and at most this \[s\].
 const MARGIN: f64 = 1.6;
 const LONGEST_HORIZON: f64 = 0.4;
 /// A plan takes this long until it is known better \[s\].

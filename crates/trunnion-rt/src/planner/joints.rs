@@ -1,8 +1,8 @@
 //! Joints along a path of words, with their derivatives.
 
 use super::leg::{LetterVector, SHORTEST};
+use super::piece::LETTERS;
 use crate::kinematics::MachineKinematics;
-use crate::motion::LETTERS;
 use crate::refusal::Refusal;
 use crate::switched::KinematicsMode;
 use trunnion::inverse::{Inverse, InverseError};

@@ -1,7 +1,7 @@
 //! Legs of which a path consists: straight ones and arcs.
 
 use super::block::{BlockKind, BlockShape, BlockStart, MotionBlock};
-use crate::motion::LETTERS;
+use super::piece::LETTERS;
 use std::f64::consts::TAU;
 use trunnion::nalgebra::{SVector, Vector3};
 

@@ -6,7 +6,7 @@
 //! PlannerServo::cycle ◀── pieces, offers ──── pieces
 //! ```
 //!
-//! What the servo thread has of the plan always ends at rest, so that a late planner ends in a stop within the limits. The
+//! The plan that the servo thread holds always ends at rest, so that a late planner ends in a stop within the limits. The
 //! planner replaces the part behind what is committed: it writes pieces into the ring and offers to go on with them. The
 //! servo thread takes an offer unless it is past that place already. Feed override, feed hold and abort are such
 //! replacements as well. Neither side waits for the other.
@@ -17,6 +17,7 @@ mod joints;
 mod kernel;
 mod leg;
 mod numbers;
+mod piece;
 mod pieces;
 mod rounded_path;
 mod run;
@@ -27,6 +28,7 @@ mod thread;
 pub use block::{BlockEnding, BlockKind, BlockShape, BlockStart, MotionBlock};
 pub use core::{PlannerCore, PlannerOptions};
 pub use joints::WordsFault;
+pub use piece::LETTERS;
 pub use servo::{PlannerServo, ServoSample, ServoSpeeds};
 pub use shared::{PlanLimit, PlannerFault, PlannerState};
 pub use thread::{PlannerThread, planner};

@@ -1,8 +1,8 @@
 //! A step of the speed schedule becomes pieces of motion: every letter a polynomial of time.
 
 use super::leg::LetterVector;
+use super::piece::{LETTERS, MotionPiece};
 use super::rounded_path::PathNode;
-use crate::motion::{LETTERS, MotionPiece};
 use trunnion::feed::StreamStep;
 use trunnion::math::quintic::Quintic;
 use trunnion::types::PathState;

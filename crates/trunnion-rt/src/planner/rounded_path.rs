@@ -88,7 +88,7 @@ struct Corner {
 }
 
 impl Corner {
-    /// What a kernel of half width `w` adds to the path at `s`, with derivatives.
+    /// Returns the step that a kernel of half width `w` adds to the path at `s`, with derivatives.
     fn at(&self, s: f64, w: f64) -> [LetterVector; 4] {
         // At a corner the leg behind it counts, and so do the jumps behind it.
         let u =
@@ -102,7 +102,7 @@ impl Corner {
         })
     }
 
-    /// What it adds at `s`, without derivatives.
+    /// Returns that step without derivatives.
     fn deviation(&self, s: f64, w: f64) -> LetterVector {
         let u = (s - self.at) / w;
         self.turn * (rounding(u)[0] * w) + self.bend * (bending(u)[0] * w * w)

@@ -3,10 +3,10 @@
 use super::block::{BlockEnding, BlockStart, MotionBlock};
 use super::joints::{WordJoints, WordsFault};
 use super::leg::{Leg, LetterVector};
+use super::piece::MotionPiece;
 use super::pieces;
 use super::rounded_path::{CornerTolerance, PathNode, RoundedPath};
 use super::shared::PlanLimit;
-use crate::motion::MotionPiece;
 use std::collections::VecDeque;
 use trunnion::feed::{FeedError, JerkStream, Limits, ProgrammedSpeeds, StreamOptions, StreamStep};
 use trunnion::math::quintic::Quintic;
@@ -49,7 +49,7 @@ pub(super) struct Run {
     nodes: VecDeque<RunNode>,
     /// Largest deviation of the rotaries at corners \[rad\].
     axis_tolerance: f64,
-    /// How the last block ends, and the tolerance there.
+    /// Ending of the last block, and the tolerance there.
     ending: BlockEnding,
     tolerance: CornerTolerance,
 }

@@ -1,8 +1,8 @@
 //! The servo side: evaluates polynomials, answers offers.
 
 use super::block::MotionBlock;
+use super::piece::{LETTERS, MotionPiece};
 use super::shared::{PlanOffer, PlannerFault, PlannerState, Shared};
-use crate::motion::{LETTERS, MotionPiece};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 

@@ -1,8 +1,8 @@
-//! What both threads of a planner share.
+//! Memory that both threads of a planner share.
 
 use super::block::BLOCK_NUMBERS;
 use super::numbers::{AtomicReal, NumberQueue, Packed, Slots};
-use crate::motion::{COEFFICIENTS, LETTERS, MotionPiece};
+use super::piece::{COEFFICIENTS, LETTERS, MotionPiece};
 use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
 
 /// Numbers of a piece.

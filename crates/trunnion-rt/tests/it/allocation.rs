@@ -5,7 +5,6 @@
 use crate::walk::{Dice, machines};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
-use trunnion_rt::motion::{LETTERS, MotionPiece, MotionPlayer, RateBounds, piece_queue};
 use trunnion_rt::planner::{
     BlockEnding, BlockKind, BlockShape, BlockStart, MotionBlock, PlannerOptions, PlannerThread,
     ServoSpeeds, planner,
@@ -90,25 +89,6 @@ fn no_call_allocates() {
         assert_eq!(CALLS.with(Cell::get), before, "{}", machine.name);
         assert!(reached > 500 && refused > 500, "{}: {reached} {refused}", machine.name);
     }
-}
-
-#[test]
-fn no_cycle_of_a_plan_allocates() {
-    let (mut sender, receiver) = piece_queue(100);
-    let bounds = RateBounds { change: 10.0, bend: 200.0 };
-    let mut player = MotionPlayer::new(receiver, [0.0; LETTERS], bounds, 0.001).unwrap();
-    let before = CALLS.with(Cell::get);
-    let mut x = 0.0;
-    for cycle in 0..3000 {
-        let mut letters = [[0.0; 6]; LETTERS];
-        letters[0] = [x, 20.0, 0.0, 0.0, 0.0, 0.0];
-        let piece = MotionPiece { duration: 0.002, letters, block: cycle };
-        if sender.send(&piece).is_ok() {
-            x = piece.at(piece.duration)[0];
-        }
-        player.cycle(if cycle % 500 < 400 { 1.0 } else { 0.0 });
-    }
-    assert_eq!(CALLS.with(Cell::get), before);
 }
 
 /// The planning thread allocates as it likes; the servo thread never does, also where it aborts and begins again.

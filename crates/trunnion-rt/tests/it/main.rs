@@ -7,7 +7,6 @@ mod c_interface;
 mod header;
 mod kinematics;
 mod linuxcnc_modules;
-mod motion;
 mod planner;
 mod switched;
 mod walk;

@@ -2,7 +2,6 @@
 
 use crate::walk::Dice;
 use std::time::{Duration, Instant};
-use trunnion::files::machine::built_in;
 use trunnion::types::AxisVector;
 use trunnion_rt::planner::{
     BlockEnding, BlockKind, BlockShape, BlockStart, MotionBlock, PlannerCore, PlannerOptions,
@@ -82,28 +81,11 @@ impl Bench {
     }
 }
 
-/// The machine on which `LinuxCNC`'s own planner was timed: a table that turns about X and Z through the origin, with
-/// 500 mm/s, 5000 mm/s2, 100 deg/s, 1000 deg/s2; and jerk limits, which that planner has not.
+/// The table on which `LinuxCNC`'s own planner was timed, with room for random paths.
 fn timed_machine() -> MachineKinematics {
-    let mut text = built_in("ac-trunnion").unwrap().to_owned();
-    for (from, to) in [
-        ("point  = [0.0, 0.0, -600.0]", "point  = [0, 0, 0]"),
-        ("point  = [0.0, 0.02, -560.0]", "point  = [0, 0, 0]"),
-        ("[-400.0, 400.0]", "[-2000, 2000]"),
-        ("[-550.0, 0.0]", "[-2000, 2000]"),
-        ("vel    = 1000.0", "vel    = 500"),
-        ("acc    = 6000.0", "acc    = 5000"),
-        ("vel    = 390.0", "vel    = 100"),
-        ("acc    = 1500.0", "acc    = 1000"),
-        ("jerk   = 30000.0", "jerk = 25000"),
-        ("vel    = 150.0", "vel    = 100"),
-        ("acc    = 600.0", "acc    = 1000"),
-        ("jerk   = 15000.0", "jerk = 25000"),
-    ] {
-        assert!(text.contains(from), "{from}");
-        text = text.replace(from, to);
-    }
-    machine_from_text(&text).unwrap()
+    let text = include_str!("../../../../fixtures/linuxcnc/timed-table.toml");
+    assert!(text.contains("[-500, 500]"));
+    machine_from_text(&text.replace("[-500, 500]", "[-2000, 2000]")).unwrap()
 }
 
 /// The planning thread is there, or the system keeps it off.

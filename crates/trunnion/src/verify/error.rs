@@ -33,7 +33,7 @@ pub enum VerifyError {
         examined: usize,
     },
     /// Bodies of the machine that cannot be checked.
-    #[error("machine {what}")]
+    #[error("{what}")]
     Bodies {
         /// Defect, with its remedy.
         what: String,

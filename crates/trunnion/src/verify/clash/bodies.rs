@@ -1,13 +1,15 @@
 //! Bodies of a machine as closed meshes on its links.
 
-use super::linked::{LinkedBody, cylinder, placed};
+use super::linked::{LinkedBody, placed};
 use super::pair::BodyPair;
 use crate::machine::{BodyShape, Machine, MachineBody};
 use crate::types::{AxisVector, Mesh};
 use crate::verify::error::VerifyError;
 use crate::verify::fixture::obstacle::Fixture;
 use crate::verify::stock::build::solid::Solid;
+use crate::verify::swept::revolved::revolved;
 use nalgebra::{UnitVector3, Vector3};
+use std::f64::consts::PI;
 
 /// Two bodies that may touch, which are not compared.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -122,7 +124,7 @@ impl MachineBodies {
             return Ok(());
         }
         let what = format!(
-            "bodies {:?} and {:?} run into each other with all axes at home; correct one of them, or write \
+            "bodies {:?} and {:?} of the machine run into each other with all axes at home; correct one of them, or write \
              touches = [{:?}] in the table of the other if they may",
             bodies[0], bodies[1], bodies[1]
         );
@@ -135,11 +137,9 @@ fn positions(machine: &Machine, pair: &BodyPair<'_>) -> Vec<AxisVector> {
     let mut all = vec![machine.home()];
     for index in pair.axes() {
         let Some(axis) = machine.axes.get(index) else { continue };
-        let turn = std::f64::consts::PI;
-        let [low, high] = axis.limits.ends();
-        let [low, high] =
-            [low.max(axis.home - turn.max(-low)), high.min(axis.home + turn.max(high))];
-        let ends = if low.is_finite() && high.is_finite() { [low, high] } else { [-turn, turn] };
+        let ends = axis.limits.ends();
+        // An axis that turns without end is tried over one turn.
+        let ends = if ends.iter().all(|end| end.is_finite()) { ends } else { [-PI, PI] };
         let at = |share: f64| ends[0] + (ends[1] - ends[0]) * share;
         all = all
             .iter()
@@ -162,7 +162,9 @@ fn linked(
     body: &MachineBody,
     tolerance: f64,
 ) -> Result<LinkedBody, VerifyError> {
-    let refuse = |what: &str| VerifyError::Bodies { what: format!("body {:?} {what}", body.name) };
+    let refuse = |what: &str| VerifyError::Bodies {
+        what: format!("body {:?} of the machine {what}", body.name),
+    };
     let link =
         machine.link_of(&body.link).ok_or_else(|| refuse("moves with no link of the chain"))?;
     let (mesh, allowance) = match &body.shape {
@@ -172,12 +174,12 @@ fn linked(
         BodyShape::Cylinder { base, axis, radius, height } => {
             let axis = UnitVector3::try_new(Vector3::from(*axis), 0.0);
             let axis = axis.ok_or_else(|| refuse("has an axis of no length"))?;
-            (cylinder([base, &(base + axis.scale(*height))], [*radius; 2], tolerance), 0.0)
+            (revolved(base, &axis, &[[*radius, 0.0], [*radius, *height]], tolerance), 0.0)
         }
         BodyShape::Mesh { mesh, place, allowance } => {
             let solid = Solid::Mesh(Mesh::clone(mesh));
             let closed = Fixture::new(&solid, tolerance);
-            closed.map_err(|error| refuse(&format!("in its file {error}")))?;
+            closed.map_err(|error| refuse(&format!("cannot be used: {error}")))?;
             (placed(mesh, place), *allowance)
         }
         BodyShape::File { .. } => return Err(refuse("is in a file that was not read")),

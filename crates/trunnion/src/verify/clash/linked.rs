@@ -2,9 +2,9 @@
 
 use crate::machine::LINKS;
 use crate::types::{AXES, Mesh};
-use crate::verify::stock::build::solid::Solid;
 use crate::verify::swept::mesh::ClosedMesh;
-use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3};
+use std::f64::consts::FRAC_PI_2;
 
 /// Body on a link, in the machine frame with all axes at zero.
 #[derive(Debug)]
@@ -38,22 +38,23 @@ pub(crate) fn placed(mesh: &Mesh, place: &Isometry3<f64>) -> Mesh {
     Mesh { vertices, triangles: mesh.triangles.clone() }
 }
 
-/// Returns triangles around a frustum between two points, larger by at most `tolerance` \[mm\].
-pub(crate) fn cylinder([from, to]: [&Point3<f64>; 2], radii: [f64; 2], tolerance: f64) -> Mesh {
-    let way = to - from;
-    let base = Point3::origin();
-    let radius = radii[0].max(radii[1]);
-    let upright = Solid::Cylinder { base, radius, height: way.norm() }.triangles(tolerance);
-    let turn = UnitQuaternion::rotation_between(&Vector3::z(), &way).unwrap_or_else(|| {
-        UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
-    });
-    let place = Isometry3::from_parts(from.coords.into(), turn);
-    // A cone: each end shrinks to its own radius.
-    let shaped = upright.vertices.iter().map(|p| {
-        let share = if p.z > 0.5 * way.norm() { radii[1] } else { radii[0] } / radius;
-        place * Point3::new(p.x * share, p.y * share, p.z)
-    });
-    Mesh { vertices: shaped.collect(), triangles: upright.triangles }
+/// Chords of the corner of a cutter.
+const CORNER: u32 = 16;
+
+/// Returns radii and heights round the cutting end of a tool and its flank: tangents of its corner.
+pub(crate) fn nose_profile([major, minor, top]: [f64; 3]) -> Vec<[f64; 2]> {
+    let step = FRAC_PI_2 / f64::from(CORNER);
+    let out = minor / (0.5 * step).cos();
+    let corner = |k: u32| {
+        let (sin, cos) = ((f64::from(k) + 0.5) * step).sin_cos();
+        [major + out * sin, minor - out * cos]
+    };
+    let mut profile = vec![[major, 0.0]];
+    if minor > 0.0 {
+        profile.extend((0..CORNER).map(corner).map(|[radius, height]| [radius, height.max(0.0)]));
+    }
+    profile.extend([[major + minor, minor], [major + minor, top]]);
+    profile
 }
 
 /// Number of the link that carries the workpiece.
@@ -63,3 +64,36 @@ pub(crate) const WORKPIECE: usize = 0;
 pub(crate) const TOOL: usize = LINKS - 1;
 
 const _: () = assert!(TOOL == AXES);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::verify::swept::revolved::revolved;
+    use nalgebra::{UnitVector3, Vector3};
+    use std::f64::consts::PI;
+
+    /// The mesh of a bull-nose end is outside the cutter, and near it.
+    #[test]
+    fn a_tool_is_enclosed_tightly() {
+        let [major, minor, top] = [4.0, 2.0, 30.0];
+        let along = UnitVector3::new_normalize(Vector3::new(0.3, -0.2, -1.0));
+        let from = Point3::new(1.0, 2.0, 3.0);
+        let mesh = revolved(&from, &along, &nose_profile([major, minor, top]), 1e-3);
+        let shell = ClosedMesh::new(mesh.clone()).unwrap();
+        for p in &mesh.vertices {
+            let height = (p - from).dot(&along);
+            let radius = (p - from - along.scale(height)).norm();
+            let [out, down] = [radius - major, minor - height];
+            let off = out.max(0.0).hypot(down.max(0.0)) - minor;
+            let corner = minor * ((0.25 * PI / f64::from(CORNER)).cos().recip() - 1.0);
+            assert!(off <= corner + 1e-3 + 1e-9, "{off}");
+        }
+        let across = along.cross(&Vector3::x()).normalize();
+        for k in 0..=40 {
+            let angle = f64::from(k) / 40.0 * FRAC_PI_2;
+            let radius = major + minor * angle.sin() - 1e-6;
+            let height = minor - (minor - 1e-6) * angle.cos();
+            assert!(shell.holds(&(from + along.scale(height) + across * radius)), "{k}");
+        }
+    }
+}

@@ -1,7 +1,7 @@
 //! Checks the moves of a program for collisions of the machine's bodies.
 
 use super::bodies::{HeldBody, MachineBodies};
-use super::linked::{LinkedBody, TOOL, WORKPIECE, cylinder, placed};
+use super::linked::{LinkedBody, TOOL, WORKPIECE, nose_profile, placed};
 use super::pair::BodyPair;
 use super::search::{self, PairApproach, PairGoal};
 use super::spans::MoveSpans;
@@ -15,6 +15,7 @@ use crate::verify::replay::controls::Controls;
 use crate::verify::replay::mover::Mover;
 use crate::verify::replay::segment::{Course, Segment};
 use crate::verify::replay::segments::Run;
+use crate::verify::swept::revolved::revolved;
 use crate::verify::swept::tool::{self, ConvexBody};
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
@@ -290,16 +291,18 @@ fn tool_bodies(kinematics: &Kinematics, cutter: &Cutter, tolerance: f64) -> Vec<
     let machine = kinematics.machine();
     let axis = machine.tool_axis;
     let tip = machine.gauge - axis.scale(cutter.length());
-    let at = |height: f64| tip + axis.scale(height);
     let all = tool::bodies(cutter).into_iter().filter_map(|body| {
-        let [low, high] = body.heights();
-        let (name, radii) = match body {
-            ConvexBody::Frustum { radius, slope, .. } => {
-                ("holder", [radius, radius + slope * (high - low)])
+        let (name, profile) = match body {
+            ConvexBody::Frustum { low, high, radius, slope } => {
+                ("holder", vec![[radius, low], [radius + slope * (high - low), high]])
             }
-            _ => ("tool", [body.radius(); 2]),
+            ConvexBody::Nose { major, minor, top } => ("tool", nose_profile([major, minor, top])),
+            // The cylinder round a taper or a barrel.
+            ConvexBody::Tangent(_) => {
+                ("tool", body.heights().map(|height| [body.radius(), height]).into())
+            }
         };
-        let mesh = cylinder([&at(low), &at(high)], radii, tolerance);
+        let mesh = revolved(&tip, &axis, &profile, tolerance);
         LinkedBody::new(name.to_owned(), TOOL, mesh, 0.0)
     });
     all.collect()

@@ -2,11 +2,8 @@
 
 use crate::types::Mesh;
 use crate::verify::stock::build::solid::Solid;
+use crate::verify::swept::revolved::revolved;
 use nalgebra::{Point3, Vector3};
-use std::f64::consts::{PI, TAU};
-
-/// Least and most sides of a prism for a cylinder: at a radius of a metre, 1e5 sides are 0.5 nm off.
-const SIDES: [f64; 2] = [8.0, 1e5];
 
 impl Solid {
     /// Triangulates the solid; a cylinder becomes a prism around it, at most `tolerance` \[mm\] off.
@@ -14,10 +11,8 @@ impl Solid {
         match self {
             Self::Box { low, high } => cuboid(low, high),
             Self::Cylinder { base, radius, height } => {
-                // From the axis, half a side subtends the angle whose cosine is the radius over the corner distance.
-                let half = (radius / (radius + tolerance)).acos();
-                let sides = (PI / half).ceil().clamp(SIDES[0], SIDES[1]);
-                prism(base, radius / (PI / sides).cos(), *height, sides)
+                let profile = [[*radius, 0.0], [*radius, *height]];
+                revolved(base, &Vector3::z_axis(), &profile, tolerance)
             }
             Self::Mesh(mesh) => mesh.clone(),
         }
@@ -35,26 +30,10 @@ fn cuboid(low: &Point3<f64>, high: &Point3<f64>) -> Mesh {
     Mesh { vertices: (0..8).map(corner).collect(), triangles }
 }
 
-/// Returns an upright prism with corners at `radius`.
-fn prism(base: &Point3<f64>, radius: f64, height: f64, sides: f64) -> Mesh {
-    let up = Vector3::z() * height;
-    let mut mesh = Mesh { vertices: vec![*base, base + up], triangles: Vec::new() };
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-    let count = sides as u32;
-    for k in 0..count {
-        // Corners of both ends alternate: k-th lower corner 2 + 2 k, upper corner 3 + 2 k.
-        let angle = TAU * f64::from(k) / sides;
-        let rim = base + Vector3::new(angle.cos(), angle.sin(), 0.0) * radius;
-        mesh.vertices.extend([rim, rim + up]);
-        let [a, b] = [2 + 2 * k, 2 + 2 * ((k + 1) % count)];
-        mesh.triangles.extend([[0, b, a], [1, a + 1, b + 1], [a, b, b + 1], [a, b + 1, a + 1]]);
-    }
-    mesh
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::PI;
 
     fn volume(mesh: &Mesh) -> f64 {
         let at = |corner: u32| mesh.vertices[corner as usize].coords;
