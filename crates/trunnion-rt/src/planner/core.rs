@@ -9,7 +9,6 @@ use crate::refusal::RefusalCode;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
 use trunnion::feed::{Limits, SpeedOverrides, StreamStep};
 use trunnion::nc::write::WordsError;
 use trunnion::types::AXES;
@@ -23,7 +22,7 @@ const LONGEST_HORIZON: f64 = 0.4;
 /// A plan takes this long until it is known better \[s\].
 const FIRST_PLANNING: f64 = 0.06;
 
-/// Plans that the ring of pieces holds at least.
+/// Plans that the ring of pieces holds at least: none is longer than its share.
 const PLANS_IN_RING: usize = 4;
 
 /// Share of the longest time that is kept from plan to plan.
@@ -159,15 +158,16 @@ impl PlannerCore {
         })
     }
 
-    /// Does the work that is due at time `now` \[s\] of a clock of the caller.
-    pub fn turn(&mut self, now: f64) {
+    /// Does the work that is due by a clock \[s\], which also tells how long planning takes.
+    pub fn turn(&mut self, clock: &mut dyn FnMut() -> f64) {
+        let now = clock();
         if self.shared.round.load(Ordering::Acquire) != self.round {
             self.reset();
         }
         if self.settle_offer() && self.recover() {
             self.take_blocks(now);
             self.follow_overrides(now);
-            self.plan(now);
+            self.plan(now, clock);
         }
         let ahead = self.plan.time + self.tail() - self.shared.played.get();
         self.shared.ahead.set(ahead.max(0.0));
@@ -390,11 +390,11 @@ impl PlannerCore {
     }
 
     /// Plans what is due, and commits what the servo thread needs.
-    fn plan(&mut self, now: f64) {
+    fn plan(&mut self, now: f64, clock: &mut dyn FnMut() -> f64) {
         let aborting = self.is_aborting();
         if self.run.is_some() && self.feed(now) {
             self.commit(HORIZON);
-            self.plan_due();
+            self.plan_due(clock);
             if self.plan.offer.is_none() {
                 if aborting {
                     self.commit(f64::INFINITY);
@@ -409,23 +409,31 @@ impl PlannerCore {
     }
 
     /// Plans if it is time to. As long as that takes the servo thread lives on what is committed.
-    fn plan_due(&mut self) {
-        let Some(run) = &mut self.run else { return };
-        if !run.stream().is_due() {
+    fn plan_due(&mut self, clock: &mut dyn FnMut() -> f64) {
+        let is_due = self.run.as_mut().is_some_and(|run| run.stream().is_due());
+        if !is_due || !self.has_room() {
             return;
         }
         self.commit((MARGIN * self.planning).clamp(HORIZON, LONGEST_HORIZON));
         let Some(run) = &mut self.run else { return };
-        let begin = Instant::now();
+        let begin = clock();
         run.stream().plan_ahead();
         // The longest of late, which is forgotten slowly.
-        self.planning = begin.elapsed().as_secs_f64().max(FORGET * self.planning);
+        self.planning = (clock() - begin).max(FORGET * self.planning);
         let steps = run.stream().uncommitted();
         let expected = &self.plan.expected;
         let known = steps.iter().zip(expected).all(|(step, next)| key_of(step) == next.key);
         if steps.len() != expected.len() || !known {
             self.offer(&steps);
         }
+    }
+
+    /// True if a plan fits into the ring without touching a piece that the servo thread may still play: it is at `cursor`
+    /// or behind, in one of the plans that it has taken.
+    fn has_room(&self) -> bool {
+        let all = self.shared.pieces.len();
+        let used = self.plan.free.saturating_sub(self.shared.cursor.load(Ordering::Acquire));
+        used + all / PLANS_IN_RING <= all
     }
 
     /// Gives a run up that has path left and no plan for it.

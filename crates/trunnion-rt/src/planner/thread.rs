@@ -47,10 +47,11 @@ impl PlannerThread {
         let stopped = Arc::clone(&stop);
         let work = move || {
             let begin = Instant::now();
+            let mut clock = || begin.elapsed().as_secs_f64();
             while !stopped.load(Ordering::Acquire) {
-                let start = begin.elapsed().as_secs_f64();
-                core.turn(start);
-                core.note(begin.elapsed().as_secs_f64() - start);
+                let start = clock();
+                core.turn(&mut clock);
+                core.note(clock() - start);
                 std::thread::sleep(PAUSE);
             }
         };

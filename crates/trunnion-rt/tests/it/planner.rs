@@ -23,6 +23,8 @@ struct Bench {
     mode: KinematicsMode,
     length: f64,
     cycle: u32,
+    /// Time that the planner is told a plan takes \[s\].
+    planning: f64,
     positions: Vec<Letters>,
     blocks: Vec<u32>,
 }
@@ -33,16 +35,30 @@ impl Bench {
     }
 
     fn with(kinematics: MachineKinematics, mode: KinematicsMode, length: f64) -> Self {
-        let (servo, core) = planner(kinematics.clone(), PlannerOptions::STANDARD, PERIOD).unwrap();
+        Self::with_options(kinematics, mode, length, PlannerOptions::STANDARD)
+    }
+
+    fn with_options(
+        kinematics: MachineKinematics,
+        mode: KinematicsMode,
+        length: f64,
+        options: PlannerOptions,
+    ) -> Self {
+        let (servo, core) = planner(kinematics.clone(), options, PERIOD).unwrap();
         let (positions, blocks) = (Vec::new(), Vec::new());
-        Self { servo, core, kinematics, mode, length, cycle: 0, positions, blocks }
+        let (cycle, planning) = (0, 0.002);
+        Self { servo, core, kinematics, mode, length, cycle, planning, positions, blocks }
     }
 
     /// One servo cycle, and a turn of the planner if it is not late.
     fn cycle(&mut self, speeds: ServoSpeeds, plans: Plans) {
         self.cycle += 1;
         if plans == Plans::InTime {
-            self.core.turn(f64::from(self.cycle) * PERIOD);
+            let mut now = f64::from(self.cycle) * PERIOD - self.planning;
+            self.core.turn(&mut || {
+                now += self.planning;
+                now
+            });
         }
         let sample = self.servo.cycle(speeds);
         self.positions.push(sample.position);
@@ -318,6 +334,32 @@ fn holds_overrides_and_a_late_planner_keep_limits_and_contour() {
         });
         check(&bench, &points, tolerance, &format!("seed {seed}"));
         assert_at(&bench, points.last().unwrap());
+    }
+}
+
+/// Plans that take long now and then are committed far ahead, and others follow them closely: none may overwrite what
+/// the servo thread still plays.
+#[test]
+fn plans_that_follow_each_other_closely_leave_what_is_played_alone() {
+    for seed in 0..6 {
+        let mut dice = Dice::new(900 + seed);
+        let mode = KinematicsMode::ToolCenterPoint;
+        let options = PlannerOptions { pieces: 4096, ..PlannerOptions::STANDARD };
+        let mut bench = Bench::with_options(timed_machine(), mode, 0.0, options);
+        let points = pass(0.5);
+        let program = blocks(&points, 50.0, &bench);
+        bench.servo.reset(points[0]);
+        let mut waiting = program.iter().peekable();
+        while waiting.peek().is_some() || !bench.servo.is_done() {
+            if waiting.peek().is_some_and(|block| bench.servo.push(block).is_some()) {
+                waiting.next();
+            }
+            bench.planning = if dice.unit() < 0.3 { dice.between(0.0, 0.4) } else { 0.005 };
+            bench.cycle(FULL, Plans::InTime);
+        }
+        check(&bench, &points, 0.01, &format!("seed {seed}"));
+        assert_at(&bench, points.last().unwrap());
+        assert_eq!(bench.servo.state().late, 0);
     }
 }
 
