@@ -189,9 +189,9 @@ fn tools_and_offsets_are_said_by_number() {
     };
     let ((line, height), (wanted_line, wanted)) = (lowest(&summary), lowest(&wanted));
     assert!(line == wanted_line && (height - wanted).abs() < 1e-8, "{height} {wanted}");
-    // Before the first tool, behind it, and behind the second.
+    // Before the first tool, behind it up to above the start, and behind the second.
     assert_eq!(summary["tool_changes"]["count"], 2);
-    assert_eq!(summary["tool_changes"]["unmeasured"], 5, "{summary:#}");
+    assert_eq!(summary["tool_changes"]["unmeasured"], 6, "{summary:#}");
     assert!(
         summary["warnings"]
             .to_string()

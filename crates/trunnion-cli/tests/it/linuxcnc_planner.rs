@@ -265,8 +265,8 @@ fn holds_overrides_steps_and_aborts_keep_the_limits() {
         Action(3.2, "step", 0.0),
         Action(3.8, "resume", 0.0),
         Action(4.4, "feed", 0.0),
-        Action(4.9, "feed", 1.0),
-        Action(5.2, "rapid", 0.5),
+        Action(5.2, "feed", 1.0),
+        Action(5.5, "rapid", 0.5),
     ];
     let whole = run(&control, temporary.path(), "trunnion", &text, &actions);
     assert!(whole.errors.is_empty() && whole.ended, "{:?}\n{}", whole.errors, whole.log);

@@ -181,7 +181,6 @@ fn positive(what: &'static str, value: f64) -> Result<f64, SurfaceError> {
 pub(crate) trait ElementarySurface {
     fn domain(&self) -> [Interval; 2];
     fn periods(&self) -> [Option<f64>; 2];
-    fn table(&self, u: f64, v: f64) -> DerivativeTable;
     /// Returns the parameters of a closest point of the whole surface.
     fn closest(&self, p: &Point3<f64>) -> [f64; 2];
     /// Returns bounds of the curvatures over `v` in the range: of the smaller (or 0) from below, of
@@ -191,6 +190,19 @@ pub(crate) trait ElementarySurface {
 
 const ROUND: Interval = Interval::new(0.0, TAU);
 
+impl PlaneSurface {
+    /// Returns the derivatives up to an order.
+    #[inline]
+    pub(super) fn table<const ORDER: usize>(&self, u: f64, v: f64) -> DerivativeTable {
+        let (x, y) = (self.frame.x().into_inner(), self.frame.y().into_inner());
+        let mut d = [[Vector3::zeros(); 4]; 4];
+        d[0][0] = self.frame.origin.coords + x * u + y * v;
+        d[1][0] = x;
+        d[0][1] = y;
+        d
+    }
+}
+
 impl ElementarySurface for PlaneSurface {
     fn domain(&self) -> [Interval; 2] {
         [Interval::UNBOUNDED; 2]
@@ -198,15 +210,6 @@ impl ElementarySurface for PlaneSurface {
 
     fn periods(&self) -> [Option<f64>; 2] {
         [None; 2]
-    }
-
-    fn table(&self, u: f64, v: f64) -> DerivativeTable {
-        let (x, y) = (self.frame.x().into_inner(), self.frame.y().into_inner());
-        let mut d = [[Vector3::zeros(); 4]; 4];
-        d[0][0] = self.frame.origin.coords + x * u + y * v;
-        d[1][0] = x;
-        d[0][1] = y;
-        d
     }
 
     fn closest(&self, p: &Point3<f64>) -> [f64; 2] {
@@ -219,6 +222,14 @@ impl ElementarySurface for PlaneSurface {
     }
 }
 
+impl CylinderSurface {
+    /// Returns the derivatives up to an order.
+    #[inline]
+    pub(super) fn table<const ORDER: usize>(&self, u: f64, v: f64) -> DerivativeTable {
+        round::<ORDER>(&self.frame, u, [self.radius, 0.0, 0.0, 0.0], [v, 1.0, 0.0, 0.0])
+    }
+}
+
 impl ElementarySurface for CylinderSurface {
     fn domain(&self) -> [Interval; 2] {
         [ROUND, Interval::UNBOUNDED]
@@ -226,10 +237,6 @@ impl ElementarySurface for CylinderSurface {
 
     fn periods(&self) -> [Option<f64>; 2] {
         [Some(TAU), None]
-    }
-
-    fn table(&self, u: f64, v: f64) -> DerivativeTable {
-        round(&self.frame, u, [self.radius, 0.0, 0.0, 0.0], [v, 1.0, 0.0, 0.0])
     }
 
     fn closest(&self, p: &Point3<f64>) -> [f64; 2] {
@@ -242,6 +249,15 @@ impl ElementarySurface for CylinderSurface {
     }
 }
 
+impl ConeSurface {
+    /// Returns the derivatives up to an order.
+    #[inline]
+    pub(super) fn table<const ORDER: usize>(&self, u: f64, v: f64) -> DerivativeTable {
+        let rho = [self.radius + v * self.slope, self.slope, 0.0, 0.0];
+        round::<ORDER>(&self.frame, u, rho, [v, 1.0, 0.0, 0.0])
+    }
+}
+
 impl ElementarySurface for ConeSurface {
     fn domain(&self) -> [Interval; 2] {
         [ROUND, Interval::new(self.apex(), f64::INFINITY)]
@@ -249,11 +265,6 @@ impl ElementarySurface for ConeSurface {
 
     fn periods(&self) -> [Option<f64>; 2] {
         [Some(TAU), None]
-    }
-
-    fn table(&self, u: f64, v: f64) -> DerivativeTable {
-        let rho = [self.radius + v * self.slope, self.slope, 0.0, 0.0];
-        round(&self.frame, u, rho, [v, 1.0, 0.0, 0.0])
     }
 
     /// Returns the foot on the ruling through the half plane of `p`; the apex where it falls short
@@ -273,6 +284,16 @@ impl ElementarySurface for ConeSurface {
     }
 }
 
+impl SphereSurface {
+    /// Returns the derivatives up to an order.
+    #[inline]
+    pub(super) fn table<const ORDER: usize>(&self, u: f64, v: f64) -> DerivativeTable {
+        let (sin, cos) = v.sin_cos();
+        let [rho, z] = circle(self.radius, sin, cos);
+        round::<ORDER>(&self.frame, u, rho, z)
+    }
+}
+
 impl ElementarySurface for SphereSurface {
     fn domain(&self) -> [Interval; 2] {
         [ROUND, Interval::new(-FRAC_PI_2, FRAC_PI_2)]
@@ -280,12 +301,6 @@ impl ElementarySurface for SphereSurface {
 
     fn periods(&self) -> [Option<f64>; 2] {
         [Some(TAU), None]
-    }
-
-    fn table(&self, u: f64, v: f64) -> DerivativeTable {
-        let (sin, cos) = v.sin_cos();
-        let [rho, z] = circle(self.radius, sin, cos);
-        round(&self.frame, u, rho, z)
     }
 
     fn closest(&self, p: &Point3<f64>) -> [f64; 2] {
@@ -298,6 +313,17 @@ impl ElementarySurface for SphereSurface {
     }
 }
 
+impl TorusSurface {
+    /// Returns the derivatives up to an order.
+    #[inline]
+    pub(super) fn table<const ORDER: usize>(&self, u: f64, v: f64) -> DerivativeTable {
+        let (sin, cos) = v.sin_cos();
+        let [mut rho, z] = circle(self.minor, sin, cos);
+        rho[0] += self.major;
+        round::<ORDER>(&self.frame, u, rho, z)
+    }
+}
+
 impl ElementarySurface for TorusSurface {
     fn domain(&self) -> [Interval; 2] {
         [ROUND; 2]
@@ -305,13 +331,6 @@ impl ElementarySurface for TorusSurface {
 
     fn periods(&self) -> [Option<f64>; 2] {
         [Some(TAU); 2]
-    }
-
-    fn table(&self, u: f64, v: f64) -> DerivativeTable {
-        let (sin, cos) = v.sin_cos();
-        let [mut rho, z] = circle(self.minor, sin, cos);
-        rho[0] += self.major;
-        round(&self.frame, u, rho, z)
     }
 
     /// Returns the closest point of the two circles in the half plane of `p`: the far one matters
@@ -351,15 +370,27 @@ fn circle(radius: f64, sin: f64, cos: f64) -> [[f64; 4]; 2] {
     [[cos, -sin, -cos, sin], [sin, cos, -sin, -cos]].map(|row| row.map(|x| radius * x))
 }
 
-/// Returns `origin + rho(v) (cos u x + sin u y) + z(v) z` from the derivatives of `rho` and `z`.
-fn round(frame: &SurfaceFrame, u: f64, rho: [f64; 4], z: [f64; 4]) -> DerivativeTable {
+/// Returns `origin + rho(v) (cos u x + sin u y) + z(v) z` from the derivatives of `rho` and `z`, up to an order.
+#[inline]
+fn round<const ORDER: usize>(
+    frame: &SurfaceFrame,
+    u: f64,
+    rho: [f64; 4],
+    z: [f64; 4],
+) -> DerivativeTable {
     let (sin, cos) = u.sin_cos();
     let [x, y, axis] = frame.axes.map(UnitVector3::into_inner);
     // Differentiation by u takes e to f, f to -e and -e to -f.
     let (e, f) = (x * cos + y * sin, y * cos - x * sin);
-    let mut d = [e, f, -e, -f].map(|ring| rho.map(|rho| ring * rho));
-    for (entry, z) in d[0].iter_mut().zip(z) {
-        *entry += axis * z;
+    let rings = [e, f, -e, -f];
+    let mut d = [[Vector3::zeros(); 4]; 4];
+    for by_u in 0..=ORDER.min(3) {
+        for by_v in 0..=ORDER.min(3) - by_u {
+            d[by_u][by_v] = rings[by_u] * rho[by_v];
+        }
+    }
+    for by_v in 0..=ORDER.min(3) {
+        d[0][by_v] += axis * z[by_v];
     }
     d[0][0] += frame.origin.coords;
     d

@@ -102,13 +102,13 @@ impl Surface {
     pub(super) fn table<const ORDER: usize>(&self, u: f64, v: f64) -> DerivativeTable {
         match self {
             Self::Nurbs(surface) => surface.table::<ORDER>(u, v),
-            Self::Plane(surface) => surface.table(u, v),
-            Self::Cylinder(surface) => surface.table(u, v),
-            Self::Cone(surface) => surface.table(u, v),
-            Self::Sphere(surface) => surface.table(u, v),
-            Self::Torus(surface) => surface.table(u, v),
-            Self::Extrusion(surface) => surface.table(u, v),
-            Self::Revolution(surface) => surface.table(u, v),
+            Self::Plane(surface) => surface.table::<ORDER>(u, v),
+            Self::Cylinder(surface) => surface.table::<ORDER>(u, v),
+            Self::Cone(surface) => surface.table::<ORDER>(u, v),
+            Self::Sphere(surface) => surface.table::<ORDER>(u, v),
+            Self::Torus(surface) => surface.table::<ORDER>(u, v),
+            Self::Extrusion(surface) => surface.table::<ORDER>(u, v),
+            Self::Revolution(surface) => surface.table::<ORDER>(u, v),
         }
     }
 

@@ -60,11 +60,13 @@ impl ExtrusionSurface {
         [self.curve.period(), None]
     }
 
-    pub(crate) fn table(&self, u: f64, v: f64) -> DerivativeTable {
+    /// Returns the derivatives up to an order.
+    #[inline]
+    pub(crate) fn table<const ORDER: usize>(&self, u: f64, v: f64) -> DerivativeTable {
         // S = C(u) + v D: derivatives by u are those of the curve, S_v = D, all others vanish.
         let jet = self.curve.jet(u);
         let mut d = [[Vector3::zeros(); 4]; 4];
-        for (row, c) in d.iter_mut().zip(jet) {
+        for (row, c) in d.iter_mut().zip(jet).take(ORDER + 1) {
             row[0] = c;
         }
         d[0][0] += self.direction * v;
@@ -134,13 +136,15 @@ impl RevolutionSurface {
         [axial, offset - axial, self.axis.cross(offset)]
     }
 
-    pub(crate) fn table(&self, u: f64, v: f64) -> DerivativeTable {
+    /// Returns the derivatives up to an order.
+    #[inline]
+    pub(crate) fn table<const ORDER: usize>(&self, u: f64, v: f64) -> DerivativeTable {
         let (sin, cos) = u.sin_cos();
         // The point is taken from the axis; derivatives do not depend on an origin.
         let mut jet = self.curve.jet(v);
         jet[0] -= self.origin.coords;
         let mut d = [[Vector3::zeros(); 4]; 4];
-        for (l, c) in jet.iter().enumerate() {
+        for (l, c) in jet.iter().enumerate().take(ORDER + 1) {
             let [axial, radial, quarter] = self.split(c);
             // S = O + axial + e(u): e' = f, e'' = -e, e''' = -f; the axial part does not turn.
             let (e, f) = (radial * cos + quarter * sin, quarter * cos - radial * sin);

@@ -7,7 +7,7 @@ use super::number::{NumberForm, list};
 use super::position::WrittenPosition;
 use super::program::ProgramWriter;
 use super::template::{OffsetWords, StartWords, TemplateContext};
-use crate::machine::RetractFrame;
+use crate::machine::{FIRST_ROTARY, RetractFrame};
 use nalgebra::Vector3;
 
 /// Decimals of tolerances.
@@ -53,7 +53,8 @@ impl ProgramWriter {
         }
         // The template moves to this position, so blocks omit words that equal it.
         self.last = words.map(Some);
-        Ok(StartWords { rotary, tip, axes, vector })
+        let above = self.above(start)?;
+        Ok(StartWords { rotary, tip, axes, vector, above })
     }
 
     pub(super) fn context(
@@ -108,14 +109,35 @@ impl ProgramWriter {
 
     /// Returns the word of the machine's retract, where it is an axis position.
     fn retract(&self) -> Result<Option<String>, WriteError> {
+        let to = self.kinematics.machine().retract.to;
+        self.retract_axis().map(|axis| self.machine_word(axis, to)).transpose()
+    }
+
+    /// Returns the words of the other linear axes at the start: the tool goes there before it comes down, since axes
+    /// that run rapid moves each at its own speed would come down beside the way.
+    fn above(&self, start: WrittenPosition<'_>) -> Result<Option<String>, WriteError> {
+        let Some(retract) = self.retract_axis().filter(|axis| *axis < FIRST_ROTARY) else {
+            return Ok(None);
+        };
+        let others = (0..FIRST_ROTARY).filter(|axis| *axis != retract);
+        let words: Result<Vec<String>, WriteError> =
+            others.map(|axis| self.machine_word(axis, start.q[axis])).collect();
+        Ok(Some(words?.join(" ")))
+    }
+
+    /// Returns the axis of the machine's retract, where it goes to an axis position: only that can be written as G53 or
+    /// M91.
+    fn retract_axis(&self) -> Option<usize> {
         let machine = self.kinematics.machine();
-        let retract = &machine.retract;
-        let index = machine.index_of(&retract.axis);
-        let word = index.and_then(|index| self.style.axes.0.get(index));
-        // Only an axis position can be written as G53 or M91.
-        let (RetractFrame::Machine, Some(word)) = (retract.frame, word) else { return Ok(None) };
+        let is_position = machine.retract.frame == RetractFrame::Machine;
+        machine.index_of(&machine.retract.axis).filter(|_| is_position)
+    }
+
+    /// Writes the position of an axis in machine coordinates.
+    fn machine_word(&self, axis: usize, position: f64) -> Result<String, WriteError> {
+        let Some(word) = self.style.axes.0.get(axis) else { return Ok(String::new()) };
         let mut text = word.letter.to_string();
-        self.fixed(word.written(retract.to), word.decimals)?.push(&mut text, self.syntax.form);
-        Ok(Some(text))
+        self.fixed(word.written(position), word.decimals)?.push(&mut text, self.syntax.form);
+        Ok(text)
     }
 }

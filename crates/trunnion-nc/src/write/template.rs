@@ -77,6 +77,8 @@ pub(super) struct StartWords {
     pub(super) tip: String,
     pub(super) axes: String,
     pub(super) vector: String,
+    /// Machine positions of the linear axes but that of the retract: the tool stands above the start, retracted.
+    pub(super) above: Option<String>,
 }
 
 #[derive(Serialize)]

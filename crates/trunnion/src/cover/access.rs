@@ -1,11 +1,12 @@
 //! Access of a tool to single points of a part, without planning passes.
 
 use super::cost::PassCost;
-use super::place::tool_fit::{ContactPoint, fitting_pose};
+use super::place::tool_fit::{ContactPoint, fitting_pose_along, is_hollow};
 use super::prove::part_faces::{KeepOff, PartFaces};
 use crate::cutter::{Cutter, ToolBody};
 use crate::surface::{FaceIndex, FaceSample};
 use crate::types::{ToolPose, UncutReason};
+use nalgebra::UnitVector3;
 
 /// Precision of the distances, as a share of the excess into the part that counts as touching.
 const PRECISION: f64 = 0.5;
@@ -43,24 +44,41 @@ impl<'a> ToolAccess<'a> {
         Self { part_faces, cutter, tool: ToolBody::new(cutter), cost, depth }
     }
 
-    /// Returns the first pose, from upright to inclined, in which the cutter touches a sample of the face at
-    /// `index` and all of the tool keeps off the part, within reach of the machine.
+    /// Returns the pose nearest to an axis in which the cutter touches a sample of the face at `index` and all of the
+    /// tool keeps off the part, within reach of the machine.
     ///
     /// Some tens of directions are tried, not all there are.
     ///
     /// # Errors
     ///
     /// The reason why there is none.
-    pub fn pose(&self, index: usize, sample: &FaceSample) -> Result<ToolPose, UncutReason> {
-        let keep_off = KeepOff {
+    pub fn pose_along(
+        &self,
+        axis: &UnitVector3<f64>,
+        index: usize,
+        sample: &FaceSample,
+    ) -> Result<ToolPose, UncutReason> {
+        fitting_pose_along(&self.keep_off(index), &contact(sample), self.cutter, axis)
+    }
+
+    /// Returns `true` if a ball of a radius \[mm\] that touches a sample of the face at `index` goes into that face
+    /// elsewhere.
+    pub fn is_hollow(&self, radius: f64, index: usize, sample: &FaceSample) -> bool {
+        is_hollow(&self.keep_off(index), &contact(sample), radius)
+    }
+
+    fn keep_off(&self, own: usize) -> KeepOff<'_> {
+        KeepOff {
             cost: self.cost,
             part_faces: &self.part_faces,
-            own: index,
+            own,
             tool: &self.tool,
             least: -self.depth,
             precision: PRECISION * self.depth,
-        };
-        let contact = ContactPoint { point: sample.point, normal: sample.normal };
-        fitting_pose(&keep_off, &contact, self.cutter)
+        }
     }
+}
+
+fn contact(sample: &FaceSample) -> ContactPoint {
+    ContactPoint { point: sample.point, normal: sample.normal }
 }

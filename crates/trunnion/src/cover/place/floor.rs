@@ -95,6 +95,9 @@ const GRADED: f64 = 2.0;
 /// Halvings of the distance between stations where the curve between them comes too near to a face.
 const DENSER: u32 = 3;
 
+/// Halvings of a path that gouges somewhere, or that the machine does not reach all along.
+const HALVINGS: u32 = 5;
+
 /// Underside of a tool that stands on a plane.
 #[derive(Debug, Clone, Copy)]
 struct Underside {
@@ -259,8 +262,8 @@ enum PathKind {
     Border,
 }
 
-/// Plans floor passes over a plane; `None` where the face is none, the tool has no flat underside, the machine does not
-/// reach all of it, or the passes would gouge. What the passes leave is in their report.
+/// Plans floor passes over a plane; `None` where the face is none, the tool has no flat underside, or no pass is possible.
+/// What the passes leave is in their report.
 pub(crate) fn floor_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
     let FaceRequest { face, setup, options } = request;
     let underside = Underside::new(setup.cutter, options.band)?;
@@ -328,9 +331,11 @@ pub(crate) fn floor_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
     paths.extend(ordered(borders, PathKind::Border, &mut at));
     let source = PassSource { face: face.face().number, chart: &chart, options, cost: setup.cost };
     let mut placed = PlacedPasses::new();
-    let planned: Option<Vec<(Pass, PassSweep)>> =
-        paths.par_iter().map(|path| path.pass(&context, &frame, &field)).collect();
-    for (pass, sweep) in planned? {
+    let planned: Vec<(Pass, PassSweep)> = paths
+        .par_iter()
+        .flat_map_iter(|path| path.passes(&context, &frame, &field, HALVINGS))
+        .collect();
+    for (pass, sweep) in planned {
         placed.add_whole(pass, sweep, source);
     }
     if placed.passes.is_empty() {
@@ -419,6 +424,41 @@ fn ordered(mut paths: Vec<Contour>, kind: PathKind, at: &mut Option<PlanePoint>)
 }
 
 impl FloorPath {
+    /// Makes passes of the path but for the pieces where it is none.
+    fn passes<Inside: Fn([f64; 2]) -> bool + Sync>(
+        &self,
+        context: &FaceContext<'_, Inside>,
+        frame: &FloorFrame,
+        field: LevelField<'_>,
+        halvings: u32,
+    ) -> Vec<(Pass, PassSweep)> {
+        let whole = self.pass(context, frame, field);
+        if whole.is_some() || halvings == 0 {
+            return whole.into_iter().collect();
+        }
+        let halves = self.halves().into_iter().flatten();
+        halves.flat_map(|half| half.passes(context, frame, field, halvings - 1)).collect()
+    }
+
+    /// Returns both halves of the path, one behind the other; `None` for a piece of a border between two points.
+    fn halves(&self) -> Option<[Self; 2]> {
+        let Self { contour, kind } = self;
+        let mut points = contour.points.clone();
+        if contour.closed {
+            points.extend(contour.points.first());
+        }
+        if let ([a, b], true) = (&points[..], *kind != PathKind::Border) {
+            points = vec![*a, between(*a, *b, 0.5), *b];
+        }
+        let middle = points.len() / 2;
+        let is_short = middle == 0 || middle + 1 == points.len();
+        let of = |points: &[PlanePoint]| Self {
+            contour: Contour { points: points.to_vec(), closed: false },
+            kind: *kind,
+        };
+        (!is_short).then(|| [of(&points[..=middle]), of(&points[middle..])])
+    }
+
     /// Makes a pass of the path; `None` where the machine does not reach it, or it gouges however dense its stations
     /// are.
     fn pass<Inside: Fn([f64; 2]) -> bool + Sync>(
@@ -429,6 +469,9 @@ impl FloorPath {
     ) -> Option<(Pass, PassSweep)> {
         let cutter = context.setup.cutter;
         let mut points = self.points(SPACING * cutter.radius());
+        if !points.iter().all(|p| context.setup.cost.reaches(&frame.pose(*p))) {
+            return None;
+        }
         if self.kind == PathKind::Border {
             points = graded(&points, field);
         }

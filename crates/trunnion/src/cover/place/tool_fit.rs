@@ -104,42 +104,85 @@ pub(crate) fn reason(
     contact: &ContactPoint,
     cutter: &Cutter,
 ) -> UncutReason {
-    fitting_pose(keep_off, contact, cutter).err().unwrap_or(UncutReason::Passes)
+    let gap = ContactGap { least: keep_off.least, raised: 0.0 };
+    corner_fits(keep_off, contact, cutter.minor())
+        .and_then(|()| first_fitting(keep_off, poses(contact, gap, cutter)))
+        .err()
+        .unwrap_or(UncutReason::Passes)
 }
 
-/// Returns the first pose, from upright to inclined, in which the cutter touches a point and the whole tool keeps
-/// off all faces, within reach of the machine.
+/// Returns the pose nearest to an axis in which the cutter touches a point and the whole tool keeps off all faces,
+/// within reach of the machine.
 ///
 /// # Errors
 ///
 /// The reason why there is none.
-pub(crate) fn fitting_pose(
+pub(crate) fn fitting_pose_along(
     keep_off: &KeepOff<'_>,
     contact: &ContactPoint,
     cutter: &Cutter,
+    axis: &UnitVector3<f64>,
 ) -> Result<ToolPose, UncutReason> {
-    let (part_faces, least) = (keep_off.part_faces, keep_off.least);
-    let within = least - keep_off.precision;
-    // All faces count, the nearest one most.
-    let query =
-        NearestQuery { enough: f64::NEG_INFINITY, ..NearestQuery::any(within, keep_off.precision) };
-    let minor = cutter.minor();
-    // Step 1: the corner alone, or the tip of a barrel, which bends as much as its arc at most. If it does not fit, no
-    // inclination helps.
-    let corner = contact.point + contact.normal.scale(minor + least);
+    corner_fits(keep_off, contact, cutter.minor())?;
+    let gap = ContactGap { least: keep_off.least, raised: 0.0 };
+    let same = pose_along(axis, contact, gap, cutter);
+    let mut others: Vec<ToolPose> = poses(contact, gap, cutter).collect();
+    others.sort_by(|a, b| b.axis.dot(axis).total_cmp(&a.axis.dot(axis)));
+    first_fitting(keep_off, same.into_iter().chain(others))
+}
+
+/// Tells whether a ball that touches a point keeps off all faces: where the corner of a cutter does not, no inclination
+/// helps. Of a barrel it is the tip, which bends as much as its arc at most.
+///
+/// # Errors
+///
+/// The reason why it does not.
+fn corner_fits(
+    keep_off: &KeepOff<'_>,
+    contact: &ContactPoint,
+    radius: f64,
+) -> Result<(), UncutReason> {
+    let part_faces = keep_off.part_faces;
+    let corner = contact.point + contact.normal.scale(radius + keep_off.least);
     let pose = ToolPose { tip: corner, axis: contact.normal };
-    if let Some(near) = part_faces.nearest(&ConvexSolid::ball(minor), &pose, None, query) {
-        return Err(if near.face == keep_off.own {
-            UncutReason::Hollow
-        } else {
-            UncutReason::Neighbour(part_faces.number(near.face))
-        });
+    match part_faces.nearest(&ConvexSolid::ball(radius), &pose, None, nearest_of_all(keep_off)) {
+        None => Ok(()),
+        Some(near) if near.face == keep_off.own => Err(UncutReason::Hollow),
+        Some(near) => Err(UncutReason::Neighbour(part_faces.number(near.face))),
     }
-    // Step 2: the whole tool at many inclinations.
+}
+
+/// Returns `true` if a ball of a radius \[mm\] that touches a point of a face goes into that face elsewhere.
+pub(crate) fn is_hollow(keep_off: &KeepOff<'_>, contact: &ContactPoint, radius: f64) -> bool {
+    let corner = contact.point + contact.normal.scale(radius + keep_off.least);
+    let pose = ToolPose { tip: corner, axis: contact.normal };
+    let within = keep_off.least - keep_off.precision;
+    let query = NearestQuery::any(within, keep_off.precision);
+    let ball = ConvexSolid::ball(radius);
+    keep_off.part_faces.nearest_of(keep_off.own, &ball, &pose, query).is_some()
+}
+
+/// Returns the query in which all faces count, the nearest one most.
+fn nearest_of_all(keep_off: &KeepOff<'_>) -> NearestQuery {
+    let within = keep_off.least - keep_off.precision;
+    NearestQuery { enough: f64::NEG_INFINITY, ..NearestQuery::any(within, keep_off.precision) }
+}
+
+/// Returns the first of some poses in which the whole tool keeps off all faces, within reach of the machine.
+///
+/// # Errors
+///
+/// The reason why there is none.
+fn first_fitting(
+    keep_off: &KeepOff<'_>,
+    poses: impl Iterator<Item = ToolPose>,
+) -> Result<ToolPose, UncutReason> {
+    let part_faces = keep_off.part_faces;
+    let query = nearest_of_all(keep_off);
     let (mut barred, mut far) = (None, false);
-    for pose in poses(contact, ContactGap { least, raised: 0.0 }, cutter) {
+    for pose in poses {
         let hit = keep_off.tool.solids().find_map(|solid| {
-            let enough = NearestQuery { enough: within, ..query };
+            let enough = NearestQuery { enough: query.within, ..query };
             part_faces.nearest(solid, &pose, None, enough)
         });
         match hit {

@@ -9,8 +9,7 @@ use crate::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use crate::inverse::Inverse;
 use crate::machine::{Kinematics, Machine, Setup};
 use crate::pipeline::pass_cost::{LinearTravel, inset};
-use crate::surface::{FaceIndex, FaceSample};
-use crate::types::Interval;
+use crate::surface::FaceSample;
 use crate::types::{AxisVector, Cancelled, Progress, Stage, Station, ToolPose, UncutReason};
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -131,24 +130,21 @@ impl CandidateFaces<'_> {
         let access = ToolAccess::new(self.faces, cutter, &reach, TOLERANCE.excess);
         let mut trial = CutterTrial::empty(cutter.clone());
         for SampledFace { index, area, samples, .. } in &self.candidates {
-            let found: Vec<Result<ToolPose, UncutReason>> =
-                samples.par_iter().map(|sample| access.pose(*index, sample)).collect();
+            // The pose nearest to the upright one: rotaries and linear axes travel least.
+            let found: Vec<Result<ToolPose, UncutReason>> = samples
+                .par_iter()
+                .map(|sample| access.pose_along(&Vector3::z_axis(), *index, sample))
+                .collect();
             let poses: Vec<ToolPose> =
                 found.iter().filter_map(|pose| pose.as_ref().ok().copied()).collect();
             let share = poses.len() as f64 / samples.len().max(1) as f64;
-            // A flat end cuts a hollow with its flank, which has to be narrower.
-            let flat = cutter.kind() == CutterKind::Flat;
-            let widest = if flat { cutter.radius() } else { cutter.minor() };
-            let face = &self.faces[*index];
-            let tight = |radius: f64| radius * CONCAVE < widest;
+            let tight = self.tight(&access, cutter, *index, samples);
             // A few narrow points of a large face are no obstacle, a hollow of the ball's own radius is.
-            let too_tight = tight(face.smallest_concave_radius())
-                && (flat
-                    || share_of(samples, |sample| tight(concave_radius(face, sample))) > NARROW);
-            let fits = |(pose, sample): (&Result<ToolPose, UncutReason>, &FaceSample)| {
-                pose.is_ok() && !tight(concave_radius(face, sample))
-            };
-            let partly = found.iter().zip(samples).filter(|pair| fits(*pair)).count() as f64
+            let narrow = tight.iter().filter(|tight| **tight).count() as f64;
+            let too_tight = narrow > NARROW * samples.len() as f64;
+            let fits =
+                |(pose, tight): (&Result<ToolPose, UncutReason>, &bool)| pose.is_ok() && !tight;
+            let partly = found.iter().zip(&tight).filter(|pair| fits(*pair)).count() as f64
                 / samples.len().max(1) as f64;
             if partly >= REACHED {
                 trial.partly_cut.push(*index);
@@ -167,18 +163,27 @@ impl CandidateFaces<'_> {
         }
         trial
     }
-}
 
-/// Returns the concave radius at a sample \[mm\]; infinite where the face is not concave.
-fn concave_radius(face: &FaceIndex, sample: &FaceSample) -> f64 {
-    let [u, v] = <[f64; 2]>::from(sample.uv).map(Interval::point);
-    let most = face.curvature_range([u, v]).high;
-    if most > 0.0 { most.recip() } else { f64::INFINITY }
-}
-
-/// Returns the share of samples for which `test` holds.
-fn share_of(samples: &[FaceSample], test: impl Fn(&FaceSample) -> bool) -> f64 {
-    samples.iter().filter(|sample| test(sample)).count() as f64 / samples.len().max(1) as f64
+    /// Tells for each sample of a face whether it is hollow for a cutter.
+    ///
+    /// A flat end cuts a hollow with its flank: the tightest curvature decides for all of the face. Another cutter leaves
+    /// material in a hollow: it counts where the corner, made larger by [`CONCAVE`], would go into the face.
+    fn tight(
+        &self,
+        access: &ToolAccess<'_>,
+        cutter: &Cutter,
+        index: usize,
+        samples: &[FaceSample],
+    ) -> Vec<bool> {
+        let tightest = self.faces[index].smallest_concave_radius() * CONCAVE;
+        let is_flat = cutter.kind() == CutterKind::Flat;
+        let widest = if is_flat { cutter.radius() } else { cutter.minor() };
+        if is_flat || tightest >= widest {
+            return vec![tightest < widest; samples.len()];
+        }
+        let radius = widest / CONCAVE;
+        samples.par_iter().map(|sample| access.is_hollow(radius, index, sample)).collect()
+    }
 }
 
 /// Returns the most frequent reason.
