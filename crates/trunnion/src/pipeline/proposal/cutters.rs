@@ -20,9 +20,12 @@ const DIAMETERS: [f64; 9] = [20.0, 16.0, 12.0, 8.0, 6.0, 4.0, 3.0, 2.0, 1.0];
 /// Corner radius of the bull-nose cutters, as a share of the diameter: 2 mm for 16 mm.
 const CORNER: f64 = 0.125;
 
-/// Largest ball, as a share of the tightest concave radius: the ball of the radius itself touches along a line, where
-/// rounding decides.
+/// Largest flank of a flat end, as a share of the tightest concave radius: that of the radius itself touches along a line,
+/// where rounding decides.
 const CONCAVE: f64 = 0.8;
+
+/// Largest ball, as a share of the largest one that fits into a hollow.
+const HOLLOW: f64 = 0.9;
 
 /// Tool length in diameters, and at least \[mm\].
 const LENGTH: [f64; 2] = [6.0, 60.0];
@@ -167,7 +170,7 @@ impl CandidateFaces<'_> {
     /// Tells for each sample of a face whether it is hollow for a cutter.
     ///
     /// A flat end cuts a hollow with its flank: the tightest curvature decides for all of the face. Another cutter leaves
-    /// material in a hollow: it counts where the corner, made larger by [`CONCAVE`], would go into the face.
+    /// material in a hollow: it counts where the corner, made larger by [`HOLLOW`], would go into the face.
     fn tight(
         &self,
         access: &ToolAccess<'_>,
@@ -181,7 +184,7 @@ impl CandidateFaces<'_> {
         if is_flat || tightest >= widest {
             return vec![tightest < widest; samples.len()];
         }
-        let radius = widest / CONCAVE;
+        let radius = widest / HOLLOW;
         samples.par_iter().map(|sample| access.is_hollow(radius, index, sample)).collect()
     }
 }
