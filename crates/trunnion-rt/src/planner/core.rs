@@ -158,7 +158,7 @@ impl PlannerCore {
         })
     }
 
-    /// Does the work that is due by a clock \[s\], which also tells how long planning takes.
+    /// Does what is due now. The caller's clock \[s\] also measures how long planning takes.
     pub fn turn(&mut self, clock: &mut dyn FnMut() -> f64) {
         let now = clock();
         if self.shared.round.load(Ordering::Acquire) != self.round {
@@ -436,8 +436,11 @@ impl PlannerCore {
         used + all / PLANS_IN_RING <= all
     }
 
-    /// Gives a run up that has path left and no plan for it.
+    /// Gives a run up that has path left and no plan for it. A plan that only waits for room is still to come.
     fn give_up(&mut self) {
+        if !self.has_room() {
+            return;
+        }
         let Some(run) = &mut self.run else { return };
         let stuck = self.plan.offer.is_none() && self.plan.expected.is_empty();
         if stuck && run.stream().is_due() {

@@ -23,7 +23,7 @@ struct Bench {
     mode: KinematicsMode,
     length: f64,
     cycle: u32,
-    /// Time that the planner is told a plan takes \[s\].
+    /// Duration of a plan by the clock of this bench \[s\].
     planning: f64,
     positions: Vec<Letters>,
     blocks: Vec<u32>,
@@ -360,6 +360,7 @@ fn plans_that_follow_each_other_closely_leave_what_is_played_alone() {
         check(&bench, &points, 0.01, &format!("seed {seed}"));
         assert_at(&bench, points.last().unwrap());
         assert_eq!(bench.servo.state().late, 0);
+        assert!(bench.servo.fault().is_none());
     }
 }
 

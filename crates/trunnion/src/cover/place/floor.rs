@@ -263,7 +263,7 @@ enum PathKind {
 }
 
 /// Plans floor passes over a plane; `None` where the face is none, the tool has no flat underside, or no pass is possible.
-/// What the passes leave is in their report.
+/// Their report lists the material that they leave.
 pub(crate) fn floor_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
     let FaceRequest { face, setup, options } = request;
     let underside = Underside::new(setup.cutter, options.band)?;

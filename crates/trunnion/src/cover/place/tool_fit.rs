@@ -131,8 +131,8 @@ pub(crate) fn fitting_pose_along(
     first_fitting(keep_off, same.into_iter().chain(others))
 }
 
-/// Tells whether a ball that touches a point keeps off all faces: where the corner of a cutter does not, no inclination
-/// helps. Of a barrel it is the tip, which bends as much as its arc at most.
+/// Checks that a ball which touches a point keeps off all faces. Where the corner of a cutter does not, no inclination
+/// helps; of a barrel it is the tip, which bends as much as its arc at most.
 ///
 /// # Errors
 ///

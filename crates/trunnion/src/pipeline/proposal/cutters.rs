@@ -167,7 +167,7 @@ impl CandidateFaces<'_> {
         trial
     }
 
-    /// Tells for each sample of a face whether it is hollow for a cutter.
+    /// Returns `true` for each sample of a face that is hollow for a cutter.
     ///
     /// A flat end cuts a hollow with its flank: the tightest curvature decides for all of the face. Another cutter leaves
     /// material in a hollow: it counts where the corner, made larger by [`HOLLOW`], would go into the face.
