@@ -2,12 +2,11 @@
 
 use crate::cover::cost::PassCost;
 use crate::cover::prove::part_faces::{KeepOff, NearestQuery, PartFaces};
-use crate::cutter::ConvexSolid;
-use crate::cutter::Cutter;
+use crate::cutter::{ConvexSolid, Cutter, CutterKind};
 use crate::surface::FaceIndex;
 use crate::types::{Interval, ToolPose, UncutReason};
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Radius above which balls are not distinguished, in radii of the cutter.
 const LARGEST: f64 = 20.0;
@@ -125,10 +124,41 @@ pub(crate) fn fitting_pose_along(
 ) -> Result<ToolPose, UncutReason> {
     corner_fits(keep_off, contact, cutter.minor())?;
     let gap = ContactGap { least: keep_off.least, raised: 0.0 };
+    let first = flank_pose(axis, contact, gap, cutter);
+    first_fitting(keep_off, first.into_iter().chain(poses_by_turn(axis, contact, gap, cutter)))
+}
+
+/// Returns the pose in which the lower end of a cylindrical flank touches a point, its axis as near to another as the
+/// tangent plane allows; `None` for a cutter without such a flank, or an axis along the normal.
+fn flank_pose(
+    axis: &UnitVector3<f64>,
+    contact: &ContactPoint,
+    gap: ContactGap,
+    cutter: &Cutter,
+) -> Option<ToolPose> {
+    let has_flank = matches!(cutter.kind(), CutterKind::Flat | CutterKind::Bull);
+    let ahead = direction_ahead(axis, &contact.normal).filter(|_| has_flank)?;
+    let arc = cutter.contact_arc();
+    Some(arc.pose(contact.above(arc.radius, gap), &contact.normal, &ahead, FRAC_PI_2))
+}
+
+/// Returns the poses that touch at a point, the one along an axis first and the others by their turn from it.
+fn poses_by_turn(
+    axis: &UnitVector3<f64>,
+    contact: &ContactPoint,
+    gap: ContactGap,
+    cutter: &Cutter,
+) -> impl Iterator<Item = ToolPose> {
     let same = pose_along(axis, contact, gap, cutter);
     let mut others: Vec<ToolPose> = poses(contact, gap, cutter).collect();
     others.sort_by(|a, b| b.axis.dot(axis).total_cmp(&a.axis.dot(axis)));
-    first_fitting(keep_off, same.into_iter().chain(others))
+    same.into_iter().chain(others)
+}
+
+/// Returns the part of an axis square to a normal, of unit length; `None` along the normal.
+fn direction_ahead(axis: &UnitVector3<f64>, normal: &UnitVector3<f64>) -> Option<UnitVector3<f64>> {
+    let ahead = axis.into_inner() - normal.scale(normal.dot(axis));
+    Unit::try_new(ahead, f64::MIN_POSITIVE)
 }
 
 /// Checks that a ball which touches a point keeps off all faces. Where the corner of a cutter does not, no inclination
@@ -213,23 +243,19 @@ pub(crate) fn fitting_pose_near(
     before: Option<ToolPose>,
 ) -> Option<ToolPose> {
     let query = NearestQuery::any(keep_off.least - keep_off.precision, keep_off.precision);
-    let corner_fits = |corner: &Point3<f64>| {
+    let ball_fits = |corner: &Point3<f64>| {
         let ball = ToolPose { tip: *corner, axis: contact.normal };
         let solid = ConvexSolid::ball(cutter.minor());
         keep_off.part_faces.nearest(&solid, &ball, None, query).is_none()
     };
     // Step 1: the corner alone. Where it does not fit, no inclination helps.
     let gap = |share: f64| ContactGap { least: keep_off.least, raised: share * room };
-    let fits_raised = |gap: &ContactGap| corner_fits(&contact.above(cutter.minor(), *gap));
+    let fits_raised = |gap: &ContactGap| ball_fits(&contact.above(cutter.minor(), *gap));
     let gap = LIFTS.into_iter().map(gap).find(fits_raised)?;
     // Step 2: the whole tool, at inclinations more and more different.
     let fits = |pose: &ToolPose| keep_off.cost.reaches(pose) && !keep_off.hits_any(pose);
     let Some(before) = before else { return poses(contact, gap, cutter).find(fits) };
-    let same = pose_along(&before.axis, contact, gap, cutter);
-    let mut others: Vec<ToolPose> = poses(contact, gap, cutter).collect();
-    let turn = |pose: &ToolPose| -pose.axis.dot(&before.axis);
-    others.sort_by(|a, b| turn(a).total_cmp(&turn(b)));
-    same.into_iter().chain(others).find(fits)
+    poses_by_turn(&before.axis, contact, gap, cutter).find(fits)
 }
 
 /// Returns the pose along an axis that touches at a point; `None` where such an axis leaves the face's side, or inclines
@@ -250,8 +276,7 @@ fn pose_along(
     } else {
         Interval::new(0.0, ANGLES[ANGLES.len() - 1])
     };
-    let ahead = axis.into_inner() - normal.scale(normal.dot(axis));
-    let ahead = Unit::try_new(ahead, f64::MIN_POSITIVE)?;
+    let ahead = direction_ahead(axis, &normal)?;
     let center = contact.above(arc.radius, gap);
     range.contains(angle).then(|| arc.pose(center, &normal, &ahead, angle))
 }

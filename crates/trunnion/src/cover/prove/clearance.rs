@@ -338,9 +338,12 @@ impl ClearanceSearch<'_> {
             self.bound = self.bound.min(bound);
             return;
         }
-        // Divide what loosens the bound most: time, or the parameter with the larger bow and slope.
+        // Divide what loosens the bound most: time, or the parameter with the larger bow and slope. Where all of the cell
+        // is too near at all times, only what the face has of it is open: no division of time tells that.
         let [a, b] = [0, 1].map(|k| sags[k] + slopes[k]);
-        if tangent.moving + rest >= a.max(b) {
+        let moving = tangent.moving + rest;
+        let is_near = gap.distance + moving + a.max(b) < self.enough();
+        if moving >= a.max(b) && !is_near {
             for time in self.later(time) {
                 self.cell(tile, time, depth + 1);
             }
@@ -383,15 +386,16 @@ fn over(
 mod tests {
     use super::*;
     use crate::cover::layout::region::TrimmedRegion;
+    use crate::cover::layout::trims::guarded;
     use crate::cover::pattern::FeedDirection;
     use crate::cutter::{Cutter, CutterSpec};
-    use crate::surface::{Face, NurbsSurface, Surface};
+    use crate::surface::{Face, NurbsSurface, Surface, TrimCurve, TrimLoop};
     use crate::types::{PoseCurve, Station, ToolPose};
     use nalgebra::Unit;
 
-    /// Returns a plate of 20 x 20 mm with a ridge of 0.5 mm at x = 10.
-    fn plate() -> FaceIndex {
-        let points = [[0.0, 0.0], [10.0, 1.0], [20.0, 0.0]]
+    /// Returns a plate of 20 x 20 mm with a ridge at x = 10.
+    fn plate(ridge: f64) -> FaceIndex {
+        let points = [[0.0, 0.0], [10.0, 2.0 * ridge], [20.0, 0.0]]
             .map(|[x, z]| [0.0, 20.0].map(|y| Point3::new(x, y, z)).to_vec())
             .to_vec();
         let knots = [vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
@@ -407,7 +411,7 @@ mod tests {
     /// Returns the clearance of a tool that passes over the plate along x, its tip at height `z`,
     /// inclined by `lean` about x.
     fn least(tool: &ToolBody, z: f64, lean: f64, target: f64) -> f64 {
-        let (face, chart) = (plate(), Chart::straight(FeedDirection::V));
+        let (face, chart) = (plate(0.5), Chart::straight(FeedDirection::V));
         let region = TrimmedRegion::new([[0.0, 1.0]; 2], Vec::new(), |_| true);
         let tree = FaceTree::new(&face, &chart, &region, 1.0);
         let axis = Unit::new_normalize(Vector3::new(0.0, lean.sin(), lean.cos()));
@@ -445,11 +449,49 @@ mod tests {
         assert!(least(&tool(vec![[6.0, 3.0], [6.0, 5.0]]), 4.0, lean, -0.2) < -0.2 - 1e-4);
     }
 
+    /// A flat end sinks towards a plate and is nearer than the target from a certain moment on. Cells at the edge of the
+    /// trims, whose middle the face has not, hide the breach until they are divided: time alone would be divided for ever.
+    #[test]
+    fn a_flat_end_that_sinks_past_the_target_over_an_edge_of_the_trims_is_found_soon() {
+        let edge = 0.0205;
+        let lower = [[edge, 0.0], [1.0, 0.0], [1.0, 1.0]];
+        let upper = [[0.0, 1.0], [0.0, 0.9], [edge, 0.9], [edge, 0.0]];
+        let corners: Vec<_> = lower.into_iter().chain(upper).collect();
+        let border = TrimCurve::polyline(&corners).unwrap();
+        let trims = vec![TrimLoop::new(vec![border], [None, None], 1e-9).unwrap()];
+        let surface = plate(0.0).face().surface.clone();
+        let face = Face::new(1, surface, trims).unwrap();
+        let (face, chart) = (FaceIndex::new(face).unwrap(), Chart::straight(FeedDirection::V));
+        let region = guarded(&face, &chart);
+        let tree = FaceTree::adaptive(&face, &chart, &region, [4.0, 0.25]);
+        let tool = ToolBody::new(&Cutter::new(CutterSpec::of_radii(4.0, 0.0)).unwrap());
+        let at = |x: f64, z: f64| {
+            let tip = Point3::new(x, 2.0, z);
+            Station { pose: ToolPose { tip, axis: Vector3::z_axis() }, contact: tip }
+        };
+        let stations = [at(1.0, 3.0), at(1.5, 1.4), at(2.0, 0.7)];
+        let sweep = PassSweep::of(PoseCurve::through(&stations, 3.0), 3.0);
+        let (target, precision) = (1.0, 1e-5);
+        let clearing = ClearanceProof {
+            face: &face,
+            chart: &chart,
+            tree: &tree,
+            tool: &tool,
+            target,
+            precision,
+        };
+        let solid = tool.solids().next().unwrap();
+        let search = clearing.search(solid, target, &sweep, 1, 1).unwrap();
+        assert!(search.found < target - precision, "{}", search.found);
+        let work = search.slabs.len() + search.tiles.len();
+        assert!(work < 20_000, "{work}");
+    }
+
     /// Trims of real parts have corners with hardly anything between their edges: no middle of a
     /// cell is ever on the face there. The breach is found before cells are as small as rounding.
     #[test]
     fn a_spike_of_the_trims_is_looked_at_no_closer_than_asked() {
-        let (face, chart, tool) = (plate(), Chart::straight(FeedDirection::V), tool(Vec::new()));
+        let (face, chart, tool) = (plate(0.5), Chart::straight(FeedDirection::V), tool(Vec::new()));
         let spike =
             [[0.1, 0.1], [0.1, 0.4], [0.25, 0.4], [0.25, 0.5], [0.25, 0.4], [0.4, 0.4], [0.4, 0.1]];
         let inside = |[u, v]: ChartPoint| (0.1..=0.4).contains(&u) && (0.1..=0.4).contains(&v);
