@@ -271,3 +271,33 @@ fn a_small_gouge_counts_where_much_may_stand() {
         assert_eq!(found.count(), gouges, "{:?}", report.findings);
     }
 }
+
+/// A flat end runs along a wall, 3 um from it: the points at its foot are beside the tool, and finished within the
+/// tolerance. Over widths, so that rows of the grid at the foot are measured alone and with others.
+#[test]
+fn points_just_beside_a_flat_end_are_finished() {
+    let cutter = cutter(CutterKind::Flat);
+    for width in [7.6, 7.8, 8.0] {
+        let corner = |x: f64, y: f64| Point3::new(x, y, 0.0);
+        let net = [0.0, 30.0].map(|x| vec![corner(x, 0.0), corner(x, width)]).to_vec();
+        let knots = || vec![0.0, 0.0, 1.0, 1.0];
+        let surface = NurbsSurface::new([1, 1], [knots(), knots()], net, None).unwrap();
+        let faces = [Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap()];
+        let ends = [-5.0, 35.0].into_iter().zip(1..);
+        let records = ends.map(|(x, line)| ClRecord {
+            line,
+            pose: ToolPose {
+                tip: Point3::new(x, width - RADIUS - 0.003, 0.001),
+                axis: Vector3::z_axis(),
+            },
+            motion: ClMotion::Feed(10.0),
+            way: ClPath::Straight,
+        });
+        let file = ClFile { records: records.collect(), ..ClFile::default() };
+        let input = CheckInput::locations(&file, &cutter).faces(&faces);
+        let tolerance = DeviationTolerance { excess: 0.02, gouge: 0.002 };
+        let report =
+            verify::check(&input, &CheckOptions::of_tolerance(tolerance, 0.2), &Silent).unwrap();
+        assert_eq!(report.deviation.uncut, 0, "{width}");
+    }
+}

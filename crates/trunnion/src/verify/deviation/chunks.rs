@@ -91,7 +91,7 @@ impl MeasureScope {
     }
 
     /// Returns the distance from a ray at which a moving body may still count for it \[mm\].
-    fn aside(&self) -> f64 {
+    pub(super) fn aside(&self) -> f64 {
         self.total.max(0.0) + self.error()
     }
 

@@ -33,7 +33,7 @@ struct GridTile {
     lowest: Vec<LowestEntry>,
     /// Nearest cutting end within the tolerance, where nothing cuts along the normal.
     nearest: Vec<LowestEntry>,
-    /// Box around all rays.
+    /// Box around all rays, and as far beside them as a tool counts.
     region: BoundingBox,
 }
 
@@ -171,6 +171,7 @@ impl GridTile {
         }
         let lowest = vec![LowestEntry::none(scope.top()); indices.len()];
         let nearest = vec![LowestEntry::none(scope.total); indices.len()];
+        let region = region.grown(scope.aside());
         (Self { indices, lowest, nearest, region }, bare)
     }
 
