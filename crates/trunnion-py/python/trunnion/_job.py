@@ -7,7 +7,7 @@ import os
 from typing import TYPE_CHECKING, Any, Mapping, Sequence
 
 from . import _options, _picture
-from ._errors import InputError, TrunnionWarning
+from ._errors import InputError, TrunnionError, TrunnionWarning
 from ._plan import Motion
 from ._progress import Progress, adapted
 
@@ -32,7 +32,7 @@ class Job:
     """
 
     def __init__(self, data: Mapping[str, Any], folder: Any = ".") -> None:
-        self.data: dict[str, Any] = copy.deepcopy(dict(data))
+        self.data: dict[str, Any] = copy.deepcopy(dict(_options.mapping("data", data, "what a job file has")))
         self.data.setdefault("schema", "trunnion-job/1")
         if "tool" in self.data:
             self.data["tool"] = _tool({}, self.data["tool"])
@@ -92,8 +92,7 @@ class Job:
         from . import _trunnion
 
         words = [_options.path("part", part), "--machine", _options.path("machine", machine)]
-        if len(faces):
-            words.append("--faces=" + ",".join(str(int(face)) for face in faces))
+        words += _options.faces_option(faces)
         text, remarks = _trunnion.propose(words, adapted(progress))
         for remark in remarks:
             warnings.warn(_options.worded(remark), TrunnionWarning, stacklevel=2)
@@ -127,8 +126,8 @@ class Job:
             words = [file]
             for name, bounds in (("tilt", tilt), ("towards", towards), ("turn", turn)):
                 if bounds is not None:
-                    low, high = (float(_options.number(name, value)) for value in bounds)
-                    words.append(f"--{name}={low!r}..{high!r}")
+                    low, high = _options.numbers(name, bounds, 2).split(",")
+                    words.append(f"--{name}={low}..{high}")
             summary, _ = _trunnion.setup(words, adapted(progress))
         return dict(summary)
 
@@ -155,8 +154,8 @@ class Job:
         A Cutter takes the place of the whole `tool`, whose number and holder stay: `{"tool": Cutter.barrel(2, 85, 12)}`.
         """
         job = Job(self.data, self.folder)
-        for name, value in changes.items():
-            *sections, key = name.split(".")
+        for name, value in _options.mapping("changes", changes, "values by key").items():
+            *sections, key = str(name).split(".")
             table = job.data
             for section in sections:
                 table = table.setdefault(section, {})
@@ -196,6 +195,24 @@ class Job:
 
     def __repr__(self) -> str:
         return f"Job({self.data.get('name', '')!r}, {self.path!r})"
+
+    def _repr_html_(self) -> str:
+        from ._trunnion import Part
+
+        def words(name: str) -> str:
+            table = self.data.get(name)
+            stated = table.items() if isinstance(table, Mapping) else []
+            return ", ".join(f"{key} {value}" for key, value in stated)
+
+        names = ("part", "setup", "tool", "tolerance", "strategy", "cutting", "machine")
+        shown = _picture.table([("job", self.data.get("name", "")), *((name, words(name)) for name in names)])
+        part = self.data.get("part")
+        file = part.get("file") if isinstance(part, Mapping) else None
+        try:
+            return shown + Part.read(os.path.join(self.folder, str(file))).picture()
+        except TrunnionError:
+            # The check of the job says what is wrong with its part.
+            return shown
 
 
 def _tool(before: Any, value: Any) -> Any:

@@ -244,7 +244,8 @@ def calibrate(machine: "Machine", measurements: Any, tool_length: Any = None, no
     summary["measurements"] = [shown(one) for one in summary["measurements"]]
     for one in summary["contradicting"]:
         one["file"] = shown(one["file"])
-    calibrated = _trunnion.Machine.from_toml(found["text"], "calibrated").with_setup(
+    # Solids of its bodies count from the folder of the machine that was calibrated.
+    calibrated = _trunnion.Machine.from_toml(found["text"], machine.source).with_setup(
         origin=machine.origin, rotation=machine.rotation(), tool_length=machine.tool_length
     )
     return Calibration(found, calibrated)

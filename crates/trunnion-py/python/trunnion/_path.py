@@ -52,7 +52,8 @@ class Path(Table):
     @classmethod
     def from_cl(cls, text: str) -> "Path":
         """Reads the locations of APT/CL text."""
-        return cls.read(text.encode(), suffix=".cls")
+        _options.instance("text", text, str, "a file is read by trunnion.Path.read")
+        return cls.read(text.encode(errors="surrogateescape"), suffix=".cls")
 
     @property
     def length(self) -> float:
@@ -72,8 +73,8 @@ class Path(Table):
 
         from . import _trunnion
 
-        turn = math.radians(max_turn) if deg else max_turn
-        return Path(*_trunnion.interpolate(self.tip, self.axis, max_step, turn))
+        step, turn = (float(_options.number(*one)) for one in (("max_step", max_step), ("max_turn", max_turn)))
+        return Path(*_trunnion.interpolate(self.tip, self.axis, step, math.radians(turn) if deg else turn))
 
     def smooth(self, tip: float = 0.005, axis: float = 1e-3, *, deg: bool = False) -> "SmoothPath":
         """Lays a C3 path within tolerance of the straight moves; corners are rounded within it, or kept.
@@ -89,8 +90,8 @@ class Path(Table):
 
         from . import _trunnion
 
-        angle = math.radians(axis) if deg else axis
-        return SmoothPath(*_trunnion.smooth(self.tip, self.axis, tip, angle))
+        distance, angle = (float(_options.number(*one)) for one in (("tip", tip), ("axis", axis)))
+        return SmoothPath(*_trunnion.smooth(self.tip, self.axis, distance, math.radians(angle) if deg else angle))
 
     def to_cl(self, feed: float = 1000.0) -> str:
         """Returns the locations as APT/CL text with one feed [mm/min]."""
@@ -152,8 +153,9 @@ class SmoothPath:
 
         from . import _trunnion
 
-        angle = math.radians(axis) if deg else axis
-        return Path(*_trunnion.linearise(self.ranges, self.coefficients, tip, angle))
+        distance, angle = (float(_options.number(*one)) for one in (("tip", tip), ("axis", axis)))
+        angle = math.radians(angle) if deg else angle
+        return Path(*_trunnion.linearise(self.ranges, self.coefficients, distance, angle))
 
     def __repr__(self) -> str:
         return f"SmoothPath({len(self.starts)} curves, {len(self.ranges)} spans)"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 from typing import TYPE_CHECKING, Any, Mapping, NamedTuple, Sequence
 
@@ -33,14 +34,18 @@ class Limits:
     """
 
     def __init__(self, axes: Mapping[str, Any], path: Mapping[str, float] | None = None) -> None:
-        self.axes: dict[str, dict[str, float]] = {name: _axis(name, one) for name, one in axes.items()}
-        self.path: dict[str, float] = {
-            name: _finite(f"path.{name}", value) for name, value in (path or {}).items()
-        }
+        axes = _options.mapping("axes", axes, "limits by axis")
+        path = _options.mapping("path", {} if path is None else path, "limits along s")
+        self.axes: dict[str, dict[str, float]] = {str(name): _axis(str(name), one) for name, one in axes.items()}
+        self.path: dict[str, float] = {str(name): _finite(f"path.{name}", value) for name, value in path.items()}
 
     @classmethod
     def of(cls, machine: Any, *, deg: bool = False) -> "Limits":
-        """Returns the limits of a Machine [mm, rad or degrees, s]."""
+        """Returns the limits of a machine: a Machine, or what makes one [mm, rad or degrees, s]."""
+        from ._trunnion import Machine
+
+        if not isinstance(machine, Machine):
+            machine = Machine(machine)
         figures = zip(machine.velocity(deg=deg), machine.acceleration(deg=deg), machine.jerk(deg=deg))
         return cls({name: tuple(map(float, row)) for name, row in zip(machine.axes, figures)})
 
@@ -315,7 +320,7 @@ def plan(
     words = ["table", "--limits=limits", f"--method={method}"]
     if window is not None:
         words.append(f"--window={window}")
-    words += _options.others("plan", _KNOWN, more)
+    words += _options.others("plan", _KNOWN, more, inspect.signature(plan).parameters)
     arguments = (names, values, found.to_toml(), words, adapted(progress))
     if not isinstance(values, list) or axes is not None:
         return Plan(_trunnion.plan(*arguments), found)
@@ -362,15 +367,15 @@ class Stream:
     def __init__(self, limits: Any, method: str = "jerk", *, window: int = 512, step: float = 1.0) -> None:
         from . import _trunnion
 
-        if method not in ("jerk", "optimal"):
-            raise ArgumentError(f"method = {method!r} is neither 'jerk' nor 'optimal'", "method", None, method)
+        _options.choice("method", method, ("jerk", "optimal"))
+        length = float(_options.number("step", step))
         found = _limits(limits)
         self.axes = list(found.axes)
         rows = [[one.get("vel", 0.0), one.get("acc", 0.0), one.get("jerk", 0.0)] for one in found.axes.values()]
         if method == "optimal":
             # Jerk limits are not looked at, but have to be numbers above 0.
             rows = [[vel, acc, jerk or acc] for vel, acc, jerk in rows]
-        self._native = _trunnion.NativeStream(self.axes, rows, method == "jerk", window, float(step))
+        self._native = _trunnion.NativeStream(self.axes, rows, method == "jerk", window, length)
 
     def push(self, rows: Any) -> "NDArray[np.float64]":
         """Takes rows of the path, and returns the steps that are decided by them.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import tempfile
 from typing import TYPE_CHECKING, Any, Mapping
 
@@ -106,7 +107,7 @@ def read(
 
     Args:
         path: the file, or its content as bytes.
-        machine: the machine that a program is for: name, file, or Machine, whose setup holds where none is given. CL files
+        machine: the machine that a program is for: name, file, dict, or Machine, whose setup holds where none is given. CL files
             and programs without rotary words need none.
         dialect: "apt", "linuxcnc", "fanuc", "haas", "siemens" or "heidenhain"; else the text decides.
         origin: workpiece origin in machine coordinates with all axes at zero, (3,) [mm].
@@ -128,7 +129,7 @@ def read(
     from . import _trunnion
 
     with tempfile.TemporaryDirectory() as folder:
-        file = _options.as_file(path, suffix or ".nc", folder)
+        file = _options.as_file(path, ".nc" if suffix is None else suffix, folder)
         name = "program" if file.startswith(folder) else file
         needs = _options.machine_file(machine, folder) if machine is not None else _UPRIGHT
         words = [file, "--machine", needs, "--output", "unused"]
@@ -147,7 +148,7 @@ def read(
             words += _options.per_tool("tool_length", tool_length, _options.number)
         if reversed_rotaries:
             words.append("--from-reversed-rotaries")
-        words += _options.others("read", _KNOWN, more)
+        words += _options.others("read", _KNOWN, more, inspect.signature(read).parameters)
         try:
             found = _trunnion.moves(words, adapted(progress))
         except InputError as error:

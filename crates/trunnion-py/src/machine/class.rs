@@ -428,17 +428,20 @@ fn text_of(source: &Bound<'_, PyAny>) -> PyResult<(String, String)> {
     if source.is_instance_of::<PyDict>() {
         return Ok(("machine".to_owned(), toml_text(source)?));
     }
-    let path = py.import("os")?.call_method1("fspath", (source,)).map_err(|_| {
-        let value =
-            source.get_type().name().map_or_else(|_| "?".to_owned(), |name| name.to_string());
-        let defect = "is no machine";
-        let remedy =
-            "give the name of a built-in machine, a path, or a dict as a machine file has it";
-        WrongArgument { name: "source", index: &[], value, defect, remedy }.error(py)
-    })?;
-    let name: String = path.extract()?;
+    let path =
+        py.import("os")?.call_method1("fspath", (source,)).map_err(|_| no_machine(source))?;
+    // A path of bytes is none of text.
+    let name: String = path.extract().map_err(|_| no_machine(source))?;
     let text = calls::machine_text(&name).map_err(|error| failure(py, error))?;
     Ok((name, text))
+}
+
+fn no_machine(source: &Bound<'_, PyAny>) -> PyErr {
+    let name = source.get_type().name();
+    let value = name.map_or_else(|_| "?".to_owned(), |name| name.to_string());
+    let defect = "is no machine";
+    let remedy = "give the name of a built-in machine, a path, or a dict as a machine file has it";
+    WrongArgument { name: "source", index: &[], value, defect, remedy }.error(source.py())
 }
 
 /// Names of the built-in machines.
