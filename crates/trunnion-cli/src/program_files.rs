@@ -60,7 +60,7 @@ impl ProgramFileArgs {
         Ok(())
     }
 
-    /// Returns the files of the subprograms that a program in the dialect of LinuxCNC runs.
+    /// Returns the files of the subprograms that a program in the dialect of `LinuxCNC` runs.
     pub(crate) fn called(&self, program: &Path) -> Result<Vec<SubprogramFile>, Failure> {
         let ini = match &self.ini {
             Some(path) => ini_file(&text_of(path)?),

@@ -164,6 +164,12 @@ impl Part {
     }
 
     /// Returns a drawing of the faces as SVG.
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> part = trunnion.Part.from_net([[[0, 0, 0], [0, 8, 0]], [[4, 0, 0], [4, 8, 0]]])
+    ///     >>> part.picture().startswith("<svg")
+    ///     True
     fn picture(&self) -> String {
         let faces: Vec<LibraryFace> =
             self.faces.iter().map(|face| face.get().0.face().clone()).collect();
@@ -228,6 +234,12 @@ impl Face {
     }
 
     /// Returns the face with the cutter on its other side.
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> face = trunnion.Part.from_net([[[0, 0, 0], [0, 8, 0]], [[4, 0, 0], [4, 8, 0]]]).faces[0]
+    ///     >>> float(face.flipped().normal([0.5, 0.5])[2])
+    ///     -1.0
     fn flipped(&self, py: Python<'_>) -> PyResult<Self> {
         Self::index(py, self.0.face().clone().flipped())
     }
@@ -239,11 +251,23 @@ impl Face {
     ///
     /// Returns:
     ///     (3,) or (n, 3) [mm].
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> face = trunnion.Part.from_net([[[0, 0, 0], [0, 8, 0]], [[4, 0, 0], [4, 8, 0]]]).faces[0]
+    ///     >>> face.point([[0, 0], [1, 1]]).tolist()
+    ///     [[0.0, 0.0, 0.0], [4.0, 8.0, 0.0]]
     fn point<'py>(&self, uv: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         self.each(uv, |face, [u, v]| face.point(u, v).coords.into())
     }
 
     /// Returns unit normals on the cutter side for parameters uv, (3,) or (n, 3); NaN where there is none.
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> face = trunnion.Part.from_net([[[0, 0, 0], [0, 8, 0]], [[4, 0, 0], [4, 8, 0]]]).faces[0]
+    ///     >>> face.normal([0.5, 0.5]).tolist()
+    ///     [0.0, 0.0, 1.0]
     fn normal<'py>(&self, uv: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         self.each(uv, |face, [u, v]| {
             face.normal(u, v).map_or([f64::NAN; 3], |normal| normal.into_inner().into())
@@ -251,6 +275,12 @@ impl Face {
     }
 
     /// Returns S, S_u, S_v, S_uu, S_uv, S_vv for parameters uv, (6, 3) or (n, 6, 3).
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> face = trunnion.Part.from_net([[[0, 0, 0], [0, 8, 0]], [[4, 0, 0], [4, 8, 0]]]).faces[0]
+    ///     >>> face.derivatives([0.5, 0.5])[1:3].tolist()
+    ///     [[4.0, 0.0, 0.0], [0.0, 8.0, 0.0]]
     fn derivatives<'py>(&self, uv: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let (py, arrays) = (uv.py(), Numbers::of("uv", uv)?);
         let flat: Vec<[f64; 18]> = self.parallel(&arrays, |face, [u, v]| {
@@ -272,6 +302,14 @@ impl Face {
     ///
     /// Returns:
     ///     (2,) or (n, 2) [1/mm].
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> net = [[[x, y, 0.01 * y * y] for y in (-9, -3, 3, 9)] for x in (0, 5)]
+    ///     >>> face = trunnion.Part.from_net(net).faces[0]
+    ///     >>> low, high = face.curvature([0.5, 0.5])
+    ///     >>> bool(abs(low) < 1e-12 and high > 0.01)
+    ///     True
     fn curvature<'py>(&self, uv: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         self.each(uv, |face, [u, v]| {
             let turned = if face.flip { -1.0 } else { 1.0 };
@@ -325,6 +363,13 @@ impl Face {
     }
 
     /// Returns vertices (v, 3) [mm] and corners (t, 3) of triangles within about `chord` [mm] of the face.
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> face = trunnion.Part.from_net([[[0, 0, 0], [0, 8, 0]], [[4, 0, 0], [4, 8, 0]]]).faces[0]
+    ///     >>> vertices, triangles = face.mesh(0.1)
+    ///     >>> triangles.shape[1], float(vertices[:, 1].max())
+    ///     (3, 8.0)
     #[pyo3(signature = (chord=0.01))]
     fn mesh<'py>(
         &self,

@@ -46,6 +46,13 @@ class Job:
 
         Raises:
             InputError: the file cannot be read as TOML. Its content is checked by `check` and `run`.
+
+        Example:
+            >>> import os, tempfile, trunnion
+            >>> file = os.path.join(tempfile.mkdtemp(), "job.toml")
+            >>> trunnion.Job({"name": "patch"}).save(file)
+            >>> trunnion.Job.read(file).data["name"]
+            'patch'
         """
         from . import _trunnion
 
@@ -113,6 +120,13 @@ class Job:
 
         Raises:
             InputError: faults of the job, or bounds that are none.
+
+        Example:
+            >>> import trunnion
+            >>> job = trunnion.Job({"name": "patch", "tool": trunnion.Cutter.ball(10)})
+            >>> job.setups(tilt=(0, 20))  # doctest: +IGNORE_EXCEPTION_DETAIL
+            Traceback (most recent call last):
+            trunnion.InputError: ...
         """
         import tempfile
 
@@ -132,7 +146,14 @@ class Job:
         return dict(summary)
 
     def moved(self, folder: Any) -> "Job":
-        """Returns the job for another folder: files that it names from its own folder are named by their whole path."""
+        """Returns the job for another folder: files that it names from its own folder are named by their whole path.
+
+        Example:
+            >>> import trunnion
+            >>> job = trunnion.Job({"name": "patch", "tool": trunnion.Cutter.ball(10)})
+            >>> job.moved("elsewhere").folder
+            'elsewhere'
+        """
         job = Job(self.data, folder)
         tables = [job.data.get(name) for name in ("part", "machine", "stock")] + list(job.data.get("fixture", []))
         for table in tables:
@@ -152,6 +173,12 @@ class Job:
         """Returns the job with other values, named as in the file: `{"tool.minor_radius": 4.0}`.
 
         A Cutter takes the place of the whole `tool`, whose number and holder stay: `{"tool": Cutter.barrel(2, 85, 12)}`.
+
+        Example:
+            >>> import trunnion
+            >>> job = trunnion.Job({"name": "patch", "tool": trunnion.Cutter.ball(10)})
+            >>> job.replace({"tolerance.total": 0.02}).data["tolerance"]
+            {'total': 0.02}
         """
         job = Job(self.data, self.folder)
         for name, value in _options.mapping("changes", changes, "values by key").items():
@@ -163,7 +190,14 @@ class Job:
         return job
 
     def to_toml(self) -> str:
-        """Returns the text of the job file."""
+        """Returns the text of the job file.
+
+        Example:
+            >>> import trunnion
+            >>> job = trunnion.Job({"name": "patch", "tool": trunnion.Cutter.ball(10)})
+            >>> "[tool]" in job.to_toml()
+            True
+        """
         from . import _trunnion
 
         if self._text is not None and _trunnion.toml_data(self._text) == self.data:
@@ -185,12 +219,26 @@ class Job:
 
         Raises:
             InputError: every fault of the job, with line and column.
+
+        Example:
+            >>> import trunnion
+            >>> job = trunnion.Job({"name": "patch", "tool": trunnion.Cutter.ball(10)})
+            >>> job.check()  # doctest: +IGNORE_EXCEPTION_DETAIL
+            Traceback (most recent call last):
+            trunnion.InputError: ...
         """
         warnings: list[str] = self._native().warnings
         return warnings
 
     def run(self, *, output: Any = None, progress: Progress = None) -> "RunResult":
-        """Runs the job; see `trunnion.run`."""
+        """Runs the job; see `trunnion.run`.
+
+        Example:
+            >>> import trunnion
+            >>> trunnion.Job({"name": "patch"}).run()  # doctest: +IGNORE_EXCEPTION_DETAIL
+            Traceback (most recent call last):
+            trunnion.InputError: ...
+        """
         return run(self, output=output, progress=progress)
 
     def __repr__(self) -> str:

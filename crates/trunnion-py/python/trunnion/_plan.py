@@ -41,7 +41,13 @@ class Limits:
 
     @classmethod
     def of(cls, machine: Any, *, deg: bool = False) -> "Limits":
-        """Returns the limits of a machine: a Machine, or what makes one [mm, rad or degrees, s]."""
+        """Returns the limits of a machine: a Machine, or what makes one [mm, rad or degrees, s].
+
+        Example:
+            >>> import trunnion
+            >>> sorted(trunnion.Limits.of("bc-trunnion").axes)
+            ['B', 'C', 'X', 'Y', 'Z']
+        """
         from ._trunnion import Machine
 
         if not isinstance(machine, Machine):
@@ -51,7 +57,16 @@ class Limits:
 
     @classmethod
     def read(cls, path: Any) -> "Limits":
-        """Reads a limits file (TOML)."""
+        """Reads a limits file (TOML).
+
+        Example:
+            >>> import trunnion
+            >>> import os, tempfile
+            >>> file = os.path.join(tempfile.mkdtemp(), "limits.toml")
+            >>> _ = open(file, "w").write(trunnion.Limits({"X": (1, 2, 3)}).to_toml())
+            >>> trunnion.Limits.read(file).axes["X"]["vel"]
+            1.0
+        """
         from . import _trunnion
 
         name = _options.path("limits", path)
@@ -63,7 +78,13 @@ class Limits:
         return cls(found.get("axis", {}), found.get("path"))
 
     def to_toml(self) -> str:
-        """Returns the limits as a limits file."""
+        """Returns the limits as a limits file.
+
+        Example:
+            >>> import trunnion
+            >>> "[axis.X]" in trunnion.Limits({"X": (1, 2, 3)}).to_toml()
+            True
+        """
         from . import _trunnion
 
         return _trunnion.toml_text({"axis": self.axes, "path": self.path})
@@ -385,11 +406,25 @@ class Stream:
 
         Returns:
             (m, 8): s at start and end of the step, its time and duration [s], ds/dt at both ends, d2s/dt2 at both ends.
+
+        Example:
+            >>> import trunnion
+            >>> stream = trunnion.Stream({"X": (100, 1000, 20000)}, window=16)
+            >>> stream.push([[0, 0, 1, 0], [1, 1, 1, 0]]).shape[1]
+            8
         """
         return self._native.push(rows)
 
     def finish(self) -> "NDArray[np.float64]":
-        """Ends the path at rest, and returns the remaining steps as `push` does."""
+        """Ends the path at rest, and returns the remaining steps as `push` does.
+
+        Example:
+            >>> import trunnion
+            >>> stream = trunnion.Stream({"X": (100, 1000, 20000)}, window=16)
+            >>> _ = stream.push([[0, 0, 1, 0], [1, 1, 1, 0]])
+            >>> float(stream.finish()[-1, 5])
+            0.0
+        """
         return self._native.finish()
 
     @property

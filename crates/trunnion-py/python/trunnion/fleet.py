@@ -46,6 +46,12 @@ class Fleet:
 
     Iterating yields rows as they finish; `rows` runs everything and returns them in order. A row is a dict with the
     columns of the item (`program`, `machine`, ..), `status` ("done" or "failed"), `passed`, figures, and `message`.
+
+    Example:
+        >>> import trunnion
+        >>> fleet = trunnion.fleet.compare({"name": "a"}, {"tolerance": [0.01]}, workers=0)
+        >>> len(fleet), fleet.failed[0]["status"]
+        (1, 'failed')
     """
 
     def __init__(self, items: Sequence[dict[str, Any]], plan: "_Plan") -> None:
