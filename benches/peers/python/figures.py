@@ -187,7 +187,9 @@ def drop():
         surface.addTriangle(ocl.Triangle(*(ocl.Point(*map(float, vertices[corner])) for corner in triangle)))
     operation = ocl.BatchDropCutter()
     operation.setSTL(surface)
-    operation.setCutter(ocl.BullCutter(32, 6, 100))
+    # It is not kept by the operation: without a name here it is gone before the run, which then ends the interpreter.
+    bull = ocl.BullCutter(32, 6, 100)
+    operation.setCutter(bull)
     operation.setThreads(1)
     few = places[:400]
     for place in few:

@@ -6,6 +6,7 @@ would be by `multiprocessing`, and needs no `if __name__ == "__main__"`.
 
 from __future__ import annotations
 
+import collections
 import concurrent.futures as futures
 import contextlib
 import multiprocessing.spawn
@@ -15,6 +16,7 @@ import queue
 import signal
 import subprocess
 import sys
+import threading
 from typing import IO, Any, Callable, Generator, Sequence, cast
 
 #: Modules are found where this process finds them.
@@ -24,6 +26,13 @@ sys.path[:] = pickle.load(sys.stdin.buffer)
 from trunnion import _workers
 _workers.serve()
 """
+
+
+#: Item, result and error.
+_Found = tuple[Any, Any, Exception | None]
+
+#: Items that a worker takes at once, at most.
+_AT_ONCE = 8
 
 
 class WorkerDied(Exception):
@@ -51,18 +60,18 @@ class _Worker:
             # It has ended; that is found where its answer is waited for.
             pass
 
-    def call(self, function: Callable[[Any], Any], item: Any) -> Any:
-        """Calls the function in the process, and returns or raises what it does."""
-        self._send((function, item))
-        try:
-            result, error = pickle.load(self._results)
-        except (EOFError, pickle.UnpicklingError):
-            code = self._process.wait()
-            by = f"by signal {-code}" if code < 0 else f"with exit code {code}"
-            raise WorkerDied(f"the worker process ended {by} in the middle of this item") from None
-        if error is not None:
-            raise error
-        return result
+    def answers(
+        self, function: Callable[[Any], Any], items: Sequence[Any]
+    ) -> Generator[tuple[Any, Exception | None], None, None]:
+        """Calls the function in the process with one item after another; yields results and errors as they come."""
+        self._send((function, items))
+        for _ in items:
+            try:
+                yield pickle.load(self._results)
+            except (EOFError, pickle.UnpicklingError):
+                code = self._process.wait()
+                by = f"by signal {-code}" if code < 0 else f"with exit code {code}"
+                raise WorkerDied(f"the worker process ended {by} in the middle of this item") from None
 
     def stop(self) -> None:
         """Ends the process, whatever it does."""
@@ -81,16 +90,17 @@ def serve() -> None:
     os.dup2(2, 1)
     while True:
         try:
-            function, item = pickle.load(sys.stdin.buffer)
+            function, items = pickle.load(sys.stdin.buffer)
         except EOFError:
             return
-        answer: tuple[Any, Exception | None]
-        try:
-            answer = function(item), None
-        except Exception as error:
-            answer = None, error
-        results.write(_pickled(answer))
-        results.flush()
+        for item in items:
+            answer: tuple[Any, Exception | None]
+            try:
+                answer = function(item), None
+            except Exception as error:
+                answer = None, error
+            results.write(_pickled(answer))
+            results.flush()
 
 
 def _pickled(answer: tuple[Any, Exception | None]) -> bytes:
@@ -105,48 +115,69 @@ def _pickled(answer: tuple[Any, Exception | None]) -> bytes:
 
 def each(
     function: Callable[[Any], Any], items: Sequence[Any], workers: int | None, tries: int
-) -> Generator[tuple[Any, Any, BaseException | None], None, None]:
+) -> Generator[_Found, None, None]:
     """Calls a function with every item in worker processes, and yields item, result and error as they finish.
 
     An item in the middle of which a worker ends is tried again in a new one, `tries` times in all. Leaving the loop ends
     the workers at once.
     """
     count = min(workers or os.cpu_count() or 1, len(items))
-    idle: queue.SimpleQueue[_Worker | None] = queue.SimpleQueue()
-    for _ in range(count):
-        idle.put(None)
-    started: list[_Worker] = []
-    stopped = False
+    waiting = collections.deque((item, 1) for item in items)
+    found: queue.SimpleQueue[_Found] = queue.SimpleQueue()
+    crew: list[_Worker] = []
+    left = threading.Event()
 
-    def called(item: Any) -> Any:
-        for trial in range(tries):
-            worker = idle.get()
+    def taken() -> list[tuple[Any, int]]:
+        # Several at once, so that no worker waits for this process between short items; one by one towards the end, so
+        # that none has a long queue while others have nothing to do.
+        size = max(1, min(_AT_ONCE, len(waiting) // (4 * count)))
+        batch = []
+        with contextlib.suppress(IndexError):
+            for _ in range(size):
+                batch.append(waiting.popleft())
+        return batch
+
+    def drive() -> None:
+        worker = None
+        while not left.is_set() and (batch := taken()):
+            if worker is None:
+                worker = _Worker()
+                crew.append(worker)
+            answered = 0
             try:
-                if worker is None:
-                    worker = _Worker()
-                    started.append(worker)
-                if stopped:
-                    raise WorkerDied("the loop was left")
-                return worker.call(function, item)
-            except WorkerDied:
+                for result, error in worker.answers(function, [item for item, _ in batch]):
+                    found.put((batch[answered][0], result, error))
+                    answered += 1
+            except WorkerDied as death:
                 worker = None
-                if stopped or trial + 1 == tries:
-                    raise
-            finally:
-                idle.put(worker)
+                item, trial = batch[answered]
+                if trial < tries:
+                    waiting.append((item, trial + 1))
+                else:
+                    found.put((item, None, death))
+                waiting.extendleft(reversed(batch[answered + 1 :]))
 
-    pool = futures.ThreadPoolExecutor(count)
-    try:
-        tasks = {pool.submit(called, item): item for item in items}
-        for task in futures.as_completed(tasks):
-            error = task.exception()
-            yield tasks[task], task.result() if error is None else None, error
-    finally:
-        stopped = True
-        pool.shutdown(wait=False, cancel_futures=True)
-        for worker in list(started):
-            worker.stop()
-        pool.shutdown()
-        # One more may have been on its way.
-        for worker in started:
-            worker.stop()
+    with futures.ThreadPoolExecutor(count) as pool:
+        drivers = [pool.submit(drive) for _ in range(count)]
+        try:
+            for _ in items:
+                yield _next(found, drivers)
+        finally:
+            left.set()
+            for worker in list(crew):
+                worker.stop()
+    # One more may have been on its way.
+    for worker in crew:
+        worker.stop()
+
+
+def _next(found: queue.SimpleQueue[_Found], drivers: Sequence[futures.Future[None]]) -> _Found:
+    """Returns the next result, or raises what keeps workers from starting."""
+    while True:
+        try:
+            # Waiting without end would not hear Ctrl-C everywhere.
+            return found.get(timeout=0.2)
+        except queue.Empty:
+            for driver in drivers:
+                if driver.done():
+                    driver.result()
