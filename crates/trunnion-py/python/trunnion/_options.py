@@ -210,16 +210,18 @@ def shank_words(cutter: Any) -> str:
     return ",".join(f"{height!r}:{radius!r}" for height, radius in cutter.shank.tolist())
 
 
-def others(verb: str, known: Iterable[str], extra: Mapping[str, Any], named: Iterable[str] = ()) -> list[str]:
+def others(verb: str, known: Iterable[str], extra: Mapping[str, Any], function: Any = None) -> list[str]:
     """Returns further keywords of a verb as options: True is a switch, a list a repeated option.
 
-    `named` are the keywords that its signature has; a slip of one of them ends up here as well.
+    A slip of a keyword that `function` has in its signature ends up here as well, and is recognised.
     """
     words: list[str] = []
     for name, value in extra.items():
         if name not in known:
             import difflib
+            import inspect
 
+            named = inspect.signature(function).parameters if function is not None else ()
             near = difflib.get_close_matches(name, [*known, *named], 1)
             remedy = f"did you mean {near[0]}?" if near else "known are " + ", ".join(sorted(known))
             raise InputError(f"{verb} has no keyword {name}\n  help: {remedy}")

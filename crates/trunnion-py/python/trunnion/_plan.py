@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import os
 from typing import TYPE_CHECKING, Any, Mapping, NamedTuple, Sequence
 
@@ -341,7 +340,7 @@ def plan(
     words = ["table", "--limits=limits", f"--method={method}"]
     if window is not None:
         words.append(f"--window={window}")
-    words += _options.others("plan", _KNOWN, more, inspect.signature(plan).parameters)
+    words += _options.others("plan", _KNOWN, more, plan)
     arguments = (names, values, found.to_toml(), words, adapted(progress))
     if not isinstance(values, list) or axes is not None:
         return Plan(_trunnion.plan(*arguments), found)

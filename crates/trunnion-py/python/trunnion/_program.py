@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
-import tempfile
 from typing import TYPE_CHECKING, Any, Mapping
 
 from . import _options, _picture
@@ -126,6 +124,8 @@ def read(
         >>> trunnion.read(b"G21 G90\\nG0 X0 Y0 Z5\\nG1 Z0 F600\\nG1 X20\\nM2\\n").line.tolist()
         [2, 3, 4]
     """
+    import tempfile
+
     from . import _trunnion
 
     with tempfile.TemporaryDirectory() as folder:
@@ -148,7 +148,7 @@ def read(
             words += _options.per_tool("tool_length", tool_length, _options.number)
         if reversed_rotaries:
             words.append("--from-reversed-rotaries")
-        words += _options.others("read", _KNOWN, more, inspect.signature(read).parameters)
+        words += _options.others("read", _KNOWN, more, read)
         try:
             found = _trunnion.moves(words, adapted(progress))
         except InputError as error:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import functools
-import inspect
 import os
-import tempfile
 from typing import TYPE_CHECKING, Any, Mapping, Sequence
 
 from . import _options, _picture
@@ -186,6 +184,8 @@ def check(
         >>> trunnion.check(program, machine=machine).passed
         True
     """
+    import tempfile
+
     from . import _trunnion
 
     with tempfile.TemporaryDirectory() as folder:
@@ -216,7 +216,7 @@ def check(
             words.append("--rotation=" + _options.angles("rotation", rotation, 3, deg))
         if output is not None:
             words += ["--output", _options.path("output", output)]
-        words += _options.others("check", _CHECK, more, inspect.signature(check).parameters)
+        words += _options.others("check", _CHECK, more, check)
         return CheckResult(_named(lambda: _trunnion.check(words, adapted(progress)), file, folder))
 
 
@@ -356,6 +356,8 @@ def post(
         >>> posted.kept
         True
     """
+    import tempfile
+
     from . import _trunnion
 
     with tempfile.TemporaryDirectory() as folder:
@@ -385,7 +387,7 @@ def post(
             "rotation": rotation, "deg": deg, "tool_length": tool_length,
             "reversed_rotaries": more.get("reversed_rotaries") is True,
         }
-        words += _options.others("post", _POST, more, inspect.signature(post).parameters)
+        words += _options.others("post", _POST, more, post)
         try:
             found = _trunnion.post(words, adapted(progress))
         except InputError as error:

@@ -406,13 +406,21 @@ def audit(
         >>> [row["passed"] for row in trunnion.fleet.audit(program, "bc-trunnion", workers=0, **setup)]
         [True]
     """
+    # What all items share is read and hashed once.
+    shared = _Hash("options").text(sorted(options.items(), key=lambda one: one[0])).files_in(options, ".").key
+    settings = _anywhere(options)
+    named = [
+        (name, _placed(machine), _Hash("machine").machine(machine).key)
+        for name, machine in _machines("machines", machines)
+    ]
     items = []
-    for program, (name, machine) in itertools.product(_paths("programs", programs), _machines("machines", machines)):
-        key = _Hash("audit").file(program).text(sorted(options.items(), key=lambda one: one[0]))
-        key = key.files_in(options, ".").text(os.path.basename(program)).machine(machine).subprograms(program, options)
-        work = {"program": os.path.abspath(program), "machine": _placed(machine), "options": _anywhere(options)}
-        columns = {"program": program, "machine": name}
-        items.append({"key": key.key, "kind": "audit", "columns": columns, "work": work})
+    for program in _paths("programs", programs):
+        own = _Hash("program").file(program).text(os.path.basename(program)).subprograms(program, options).key
+        for name, machine, of_machine in named:
+            work = {"program": os.path.abspath(program), "machine": machine, "options": settings}
+            columns = {"program": program, "machine": name}
+            key = _Hash("audit").text([own, of_machine, shared]).key
+            items.append({"key": key, "kind": "audit", "columns": columns, "work": work})
     return Fleet(_distinct(items), _Plan(results, client, workers, progress))
 
 
