@@ -245,18 +245,33 @@ fn key(path: &Path, kind: ItemKind, check: &[String]) -> String {
     let content = std::fs::read(path).unwrap_or_default();
     hash.bytes(&content);
     if kind == ItemKind::Job {
-        // Files of a job stand in quotes: each that exists beside it counts with its content.
-        let text = String::from_utf8_lossy(&content);
-        let folder = path.parent().unwrap_or(Path::new(""));
-        text.split('"').skip(1).step_by(2).for_each(|name| hash.file(&folder.join(name)));
+        for named in named(path, &content) {
+            hash.input(&named);
+        }
         return hash.hexadecimal();
     }
     for word in check {
         hash.bytes(word.as_bytes());
-        // `--part=plane.json` names its file behind the sign.
-        hash.file(Path::new(word.rsplit_once('=').map_or(word.as_str(), |(_, value)| value)));
+        // `--part=plane.json` names its file behind the sign, `vise.stl@10,0,0` before its placement.
+        let value = word.rsplit_once('=').map_or(word.as_str(), |(_, value)| value);
+        hash.input(Path::new(value.split('@').next().unwrap_or_default()));
+    }
+    let mut options = vec![path.display().to_string()];
+    options.extend(check.iter().cloned());
+    // What cannot be read is reported by the item itself.
+    for file in calls::subprograms(&options).unwrap_or_default() {
+        hash.bytes(file.name.as_bytes());
+        hash.bytes(file.text.as_bytes());
     }
     hash.hexadecimal()
+}
+
+/// Returns the files that a job or machine file names: its quoted words that are files beside it.
+fn named(file: &Path, content: &[u8]) -> Vec<PathBuf> {
+    let text = String::from_utf8_lossy(content);
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let words = text.split(['"', '\'']).filter(|word| !word.is_empty());
+    words.map(|word| folder.join(word)).filter(|path| path.is_file()).collect()
 }
 
 /// FNV-1a of 128 bits: two different contents of a batch meet by chance with a probability below 1e-25.
@@ -274,11 +289,16 @@ impl ContentHash {
         }
     }
 
-    fn file(&mut self, path: &Path) {
-        if path.is_file()
-            && let Ok(content) = std::fs::read(path)
-        {
-            self.bytes(&content);
+    /// Adds a file; of a machine file also the solids of its bodies.
+    fn input(&mut self, path: &Path) {
+        let Some(content) = path.is_file().then(|| std::fs::read(path).ok()).flatten() else {
+            return;
+        };
+        self.bytes(&content);
+        if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
+            for solid in named(path, &content) {
+                self.bytes(&std::fs::read(solid).unwrap_or_default());
+            }
         }
     }
 
@@ -330,5 +350,32 @@ mod tests {
         assert_ne!(of(&["ab", "c"]), of(&["a", "bc"]));
         assert_eq!(of(&["ab", "c"]), of(&["ab", "c"]));
         assert_eq!(of(&[]).len(), 32);
+    }
+
+    #[test]
+    fn every_file_that_an_item_reads_counts() {
+        let home = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| {
+            let path = home.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            path.display().to_string()
+        };
+        let job = write("job.toml", "[machine]\nfile = 'own.toml'\n");
+        let machine = write("own.toml", "[[body]]\nfile = \"column.stl\"\n");
+        let program = write("part.ngc", "o<pocket> call\nM2\n");
+        let vise = format!("--fixture={}@10,0,0", home.path().join("vise.stl").display());
+        let check = ["--machine".to_owned(), machine, vise];
+        let keys = || {
+            let job = key(Path::new(&job), ItemKind::Job, &[]);
+            (job, key(Path::new(&program), ItemKind::Program, &check))
+        };
+        for (name, job_too) in [("column.stl", true), ("vise.stl", false), ("pocket.ngc", false)] {
+            write(name, "o<pocket> sub\no<pocket> endsub\n");
+            let (job, program) = keys();
+            write(name, "o<pocket> sub\nG4 P1\no<pocket> endsub\n");
+            let again = keys();
+            assert_eq!(job != again.0, job_too, "{name}");
+            assert_ne!(program, again.1, "{name}");
+        }
     }
 }

@@ -35,6 +35,10 @@ pub(crate) fn read_bytes(
     }
     STEP.read(bytes, progress).map_err(|error| match error {
         ImportError::Cancelled(_) => Failure::Stopped,
+        ImportError::WrongFormat { .. } => {
+            let help = "a part is a STEP file with its faces, or a surface JSON file";
+            Failure::input(format!("{}: {error}\n  help: {help}", path.display()))
+        }
         error => Failure::input(format!("{}: {error}", path.display())),
     })
 }

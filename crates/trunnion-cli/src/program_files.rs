@@ -60,6 +60,15 @@ impl ProgramFileArgs {
         Ok(())
     }
 
+    /// Returns the files of the subprograms that a program in the dialect of `LinuxCNC` runs.
+    pub(crate) fn called(&self, program: &Path) -> Result<Vec<SubprogramFile>, Failure> {
+        let ini = match &self.ini {
+            Some(path) => ini_file(&text_of(path)?),
+            None => ini_file(""),
+        };
+        self.subprograms(program, &ini.folders, &ini.remaps)
+    }
+
     /// Returns the files of the subprograms that a program calls, and that these call.
     fn subprograms(
         &self,

@@ -10,6 +10,12 @@ use trunnion::cutter::{
 };
 
 /// Milling cutter with shank.
+///
+/// Example:
+///     >>> import trunnion
+///     >>> cutter = trunnion.Cutter.bull(10, 6, length=120, shank=[[30, 12]])
+///     >>> cutter.kind, cutter.radius, cutter.length
+///     ('bull', 16.0, 120.0)
 #[pyclass(module = "trunnion", frozen, from_py_object)]
 #[derive(Debug, Clone)]
 pub(crate) struct Cutter(pub(crate) LibraryCutter);
@@ -249,6 +255,11 @@ impl Cutter {
     }
 
     /// Returns the angle between the upper end of the side and the axis, 0 for a straight flank [rad, or degrees with deg].
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> round(trunnion.Cutter.taper(1, 5, 8, deg=True).taper_angle(deg=True), 9)
+    ///     5.0
     #[pyo3(signature = (*, deg=false))]
     fn taper_angle(&self, deg: bool) -> f64 {
         AngleUnit::of(deg).outside(self.0.spec().side.taper_angle())

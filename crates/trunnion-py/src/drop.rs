@@ -3,10 +3,12 @@
 use crate::arrays::{Numbers, array, positive, whole};
 use crate::cutter::Cutter;
 use crate::errors::{WrongArgument, failure, input};
-use crate::part::{Face, mesh_arrays};
+use crate::part::{self, Face, mesh_arrays};
+use crate::progress::in_slices;
 use numpy::{PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rayon::prelude::*;
 use std::path::PathBuf;
 use trunnion::drop_cutter::{CuttingEnd, DropContact, DropIndex};
 use trunnion::nalgebra::Point3;
@@ -25,13 +27,14 @@ struct BoundedMesh {
 
 /// Lowers a cutter on triangles, given as vertices and corners, or on faces.
 #[pyfunction]
-#[pyo3(signature = (shape, cutter, points, chord, bounds))]
+#[pyo3(signature = (shape, cutter, points, chord, bounds, progress=None))]
 pub(crate) fn drop_cutter<'py>(
     shape: &Bound<'py, PyAny>,
     cutter: &Cutter,
     points: &Bound<'py, PyAny>,
     chord: f64,
     bounds: bool,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let py = shape.py();
     let rows = Numbers::of("points", points)?;
@@ -43,7 +46,8 @@ pub(crate) fn drop_cutter<'py>(
     let BoundedMesh { mesh, deviation } = mesh_of(shape, chord)?;
     let end = CuttingEnd::of(&cutter.0);
     let index = py.detach(|| DropIndex::new(&mesh)).map_err(|error| input(py, error))?;
-    let found = py.detach(|| index.lowered_at(&end, &places));
+    let watch = ("lowering the cutter", progress.as_ref());
+    let found = in_slices(py, watch, &places, |slice| index.lowered_at(&end, slice))?;
     let answer = PyDict::new(py);
     let tips = found.iter().map(|of| of.map_or(f64::NAN, |of| of.tip.z)).collect();
     let contact = |of: &Option<DropContact>| of.map_or([f64::NAN; 3], |of| of.point.coords.into());
@@ -59,10 +63,8 @@ pub(crate) fn drop_cutter<'py>(
             let found = index.tip_bounds(&end, *place, deviation);
             found.map_or([f64::NAN; 2], Interval::ends)
         };
-        let rows: Vec<[f64; 2]> = py.detach(|| {
-            use rayon::prelude::*;
-            places.par_iter().map(of).collect()
-        });
+        let watch = ("bounding the heights", progress.as_ref());
+        let rows = in_slices(py, watch, &places, |slice| slice.par_iter().map(of).collect())?;
         answer.set_item("bounds", array(py, rows.into_flattened(), &[places.len(), 2])?)?;
     }
     Ok(answer)
@@ -90,7 +92,7 @@ fn mesh_of(shape: &Bound<'_, PyAny>, chord: f64) -> PyResult<BoundedMesh> {
                 faces.iter().map(|face| tessellated(face, chord)).collect();
             all
         });
-        return Ok(joined(all.map_err(|error| input(py, error))?));
+        return Ok(joined(&all.map_err(|error| input(py, error))?));
     }
     let (vertices, triangles): (Bound<'_, PyAny>, Bound<'_, PyAny>) = shape.extract()?;
     let numbers = Numbers::of("vertices", &vertices)?;
@@ -148,14 +150,9 @@ fn tessellated(face: &Face, chord: f64) -> Result<BoundedMesh, trunnion::surface
 }
 
 /// Joins meshes; the deviation is that of the worst.
-fn joined(all: Vec<BoundedMesh>) -> BoundedMesh {
-    let mut whole = BoundedMesh { mesh: Mesh::default(), deviation: Some(0.0) };
-    for BoundedMesh { mesh, deviation } in all {
-        let first = u32::try_from(whole.mesh.vertices.len()).unwrap_or(u32::MAX);
-        whole.mesh.vertices.extend(mesh.vertices);
-        let moved = |corners: &[u32; 3]| corners.map(|corner| corner.saturating_add(first));
-        whole.mesh.triangles.extend(mesh.triangles.iter().map(moved));
-        whole.deviation = whole.deviation.zip(deviation).map(|(a, b)| a.max(b));
-    }
-    whole
+fn joined(all: &[BoundedMesh]) -> BoundedMesh {
+    let worst =
+        |worst: Option<f64>, one: &BoundedMesh| worst.zip(one.deviation).map(|(a, b)| a.max(b));
+    let deviation = all.iter().fold(Some(0.0), worst);
+    BoundedMesh { mesh: part::joined(all.iter().map(|one| &one.mesh)), deviation }
 }

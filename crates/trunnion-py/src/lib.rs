@@ -49,6 +49,7 @@ fn _trunnion(module: &Bound<'_, PyModule>) -> PyResult<()> {
         wrap_pyfunction!(feed::plan, module)?,
         wrap_pyfunction!(feed::plan_columns, module)?,
         wrap_pyfunction!(verbs::check, module)?,
+        wrap_pyfunction!(verbs::subprograms, module)?,
         wrap_pyfunction!(verbs::post, module)?,
         wrap_pyfunction!(verbs::moves, module)?,
         wrap_pyfunction!(verbs::propose, module)?,

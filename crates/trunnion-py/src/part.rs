@@ -2,7 +2,7 @@
 
 use crate::arrays::{Numbers, array, positive};
 use crate::errors::{WrongArgument, failure, input};
-use crate::progress::watched;
+use crate::progress::{in_slices, watched};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use rayon::prelude::*;
@@ -11,15 +11,17 @@ use std::sync::Arc;
 use trunnion::import::inspect;
 use trunnion::nalgebra::Point3;
 use trunnion::surface::{Face as LibraryFace, FaceIndex, NurbsSurface, Surface};
-use trunnion::types::Interval;
+use trunnion::types::{Interval, Mesh};
 use trunnion_cli::calls;
 
-/// Faces of a part.
+/// Faces of a part; or the triangles of an STL file, which have no faces.
 #[pyclass(module = "trunnion", frozen)]
 #[derive(Debug)]
 pub(crate) struct Part {
     pub(crate) faces: Vec<Py<Face>>,
     warnings: Vec<String>,
+    /// Triangles of an STL file.
+    triangles: Option<Mesh>,
 }
 
 /// Face with everything that searches on it need.
@@ -29,10 +31,10 @@ pub(crate) struct Face(pub(crate) Arc<FaceIndex>);
 
 #[pymethods]
 impl Part {
-    /// Reads the faces of a part.
+    /// Reads a part.
     ///
     /// Args:
-    ///     path: surface JSON or STEP file, or its content as bytes.
+    ///     path: surface JSON or STEP file, or its content as bytes; or an STL file, of which there are triangles alone.
     ///     progress: callable of (stage, done, total).
     ///
     /// Raises:
@@ -51,14 +53,19 @@ impl Part {
             let (name, bytes) = (PathBuf::from("part"), bytes.as_bytes().to_vec());
             watched(py, progress.as_ref(), |watch| calls::part_of_bytes(&name, &bytes, watch))?
         } else {
-            let path: PathBuf = path.extract()?;
+            let path: PathBuf = path.extract().map_err(|_| no_part(path))?;
+            if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("stl")) {
+                let mesh = py.detach(|| calls::mesh(&path, None));
+                let triangles = Some(mesh.map_err(|error| failure(py, error))?);
+                return Ok(Self { faces: Vec::new(), warnings: Vec::new(), triangles });
+            }
             watched(py, progress.as_ref(), |watch| calls::part(&path, watch))?
         };
         let part = read.map_err(|error| failure(py, error))?;
         let warnings = part.warnings.iter().map(ToString::to_string).collect();
         let made: PyResult<Vec<Py<Face>>> =
             part.faces.into_iter().map(|face| Py::new(py, Face::index(py, face)?)).collect();
-        Ok(Self { faces: made?, warnings })
+        Ok(Self { faces: made?, warnings, triangles: None })
     }
 
     /// Makes a part of one B-spline face.
@@ -114,7 +121,7 @@ impl Part {
         let surface = Surface::Nurbs(surface.map_err(|faults| input(py, faults))?);
         let face = LibraryFace::new(1, surface, Vec::new()).map_err(|error| input(py, error))?;
         let face = Face::index(py, LibraryFace { flip, ..face })?;
-        Ok(Self { faces: vec![Py::new(py, face)?], warnings: Vec::new() })
+        Ok(Self { faces: vec![Py::new(py, face)?], warnings: Vec::new(), triangles: None })
     }
 
     /// Faces of the part.
@@ -129,7 +136,40 @@ impl Part {
         self.warnings.clone()
     }
 
+    /// Returns vertices (v, 3) [mm] and corners (t, 3) of the triangles of an STL file, or of triangles within about
+    /// `chord` [mm] of all faces.
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> part = trunnion.Part.from_net([[[0, 0, 0], [0, 8, 0]], [[4, 0, 0], [4, 8, 0]]])
+    ///     >>> vertices, triangles = part.mesh()
+    ///     >>> vertices.max(axis=0).tolist()
+    ///     [4.0, 8.0, 0.0]
+    #[pyo3(signature = (chord=0.01))]
+    fn mesh<'py>(
+        &self,
+        py: Python<'py>,
+        chord: f64,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        if let Some(triangles) = &self.triangles {
+            return mesh_arrays(py, triangles);
+        }
+        let chord = positive(py, "chord", chord)?;
+        let faces: Vec<&Face> = self.faces.iter().map(Py::get).collect();
+        let made = py.detach(|| {
+            let each = faces.iter().map(|face| face.0.face().tessellate(chord));
+            each.map(|made| made.map(|made| made.mesh)).collect::<Result<Vec<Mesh>, _>>()
+        });
+        mesh_arrays(py, &joined(&made.map_err(|error| input(py, error))?))
+    }
+
     /// Returns a drawing of the faces as SVG.
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> part = trunnion.Part.from_net([[[0, 0, 0], [0, 8, 0]], [[4, 0, 0], [4, 8, 0]]])
+    ///     >>> part.picture().startswith("<svg")
+    ///     True
     fn picture(&self) -> String {
         let faces: Vec<LibraryFace> =
             self.faces.iter().map(|face| face.get().0.face().clone()).collect();
@@ -137,7 +177,10 @@ impl Part {
     }
 
     fn _repr_html_(&self) -> String {
-        self.picture()
+        match &self.triangles {
+            Some(mesh) => format!("<p>{}</p>", triangles_words(mesh)),
+            None => self.picture(),
+        }
     }
 
     fn __len__(&self) -> usize {
@@ -145,7 +188,10 @@ impl Part {
     }
 
     fn __repr__(&self) -> String {
-        format!("Part({} faces)", self.faces.len())
+        match &self.triangles {
+            Some(mesh) => format!("Part({})", triangles_words(mesh)),
+            None => format!("Part({} faces)", self.faces.len()),
+        }
     }
 }
 
@@ -188,6 +234,12 @@ impl Face {
     }
 
     /// Returns the face with the cutter on its other side.
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> face = trunnion.Part.from_net([[[0, 0, 0], [0, 8, 0]], [[4, 0, 0], [4, 8, 0]]]).faces[0]
+    ///     >>> float(face.flipped().normal([0.5, 0.5])[2])
+    ///     -1.0
     fn flipped(&self, py: Python<'_>) -> PyResult<Self> {
         Self::index(py, self.0.face().clone().flipped())
     }
@@ -199,11 +251,23 @@ impl Face {
     ///
     /// Returns:
     ///     (3,) or (n, 3) [mm].
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> face = trunnion.Part.from_net([[[0, 0, 0], [0, 8, 0]], [[4, 0, 0], [4, 8, 0]]]).faces[0]
+    ///     >>> face.point([[0, 0], [1, 1]]).tolist()
+    ///     [[0.0, 0.0, 0.0], [4.0, 8.0, 0.0]]
     fn point<'py>(&self, uv: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         self.each(uv, |face, [u, v]| face.point(u, v).coords.into())
     }
 
     /// Returns unit normals on the cutter side for parameters uv, (3,) or (n, 3); NaN where there is none.
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> face = trunnion.Part.from_net([[[0, 0, 0], [0, 8, 0]], [[4, 0, 0], [4, 8, 0]]]).faces[0]
+    ///     >>> face.normal([0.5, 0.5]).tolist()
+    ///     [0.0, 0.0, 1.0]
     fn normal<'py>(&self, uv: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         self.each(uv, |face, [u, v]| {
             face.normal(u, v).map_or([f64::NAN; 3], |normal| normal.into_inner().into())
@@ -211,6 +275,12 @@ impl Face {
     }
 
     /// Returns S, S_u, S_v, S_uu, S_uv, S_vv for parameters uv, (6, 3) or (n, 6, 3).
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> face = trunnion.Part.from_net([[[0, 0, 0], [0, 8, 0]], [[4, 0, 0], [4, 8, 0]]]).faces[0]
+    ///     >>> face.derivatives([0.5, 0.5])[1:3].tolist()
+    ///     [[4.0, 0.0, 0.0], [0.0, 8.0, 0.0]]
     fn derivatives<'py>(&self, uv: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let (py, arrays) = (uv.py(), Numbers::of("uv", uv)?);
         let flat: Vec<[f64; 18]> = self.parallel(&arrays, |face, [u, v]| {
@@ -232,6 +302,14 @@ impl Face {
     ///
     /// Returns:
     ///     (2,) or (n, 2) [1/mm].
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> net = [[[x, y, 0.01 * y * y] for y in (-9, -3, 3, 9)] for x in (0, 5)]
+    ///     >>> face = trunnion.Part.from_net(net).faces[0]
+    ///     >>> low, high = face.curvature([0.5, 0.5])
+    ///     >>> bool(abs(low) < 1e-12 and high > 0.01)
+    ///     True
     fn curvature<'py>(&self, uv: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         self.each(uv, |face, [u, v]| {
             let turned = if face.flip { -1.0 } else { 1.0 };
@@ -268,7 +346,8 @@ impl Face {
         arrays.shaped("points", &[&[3], &[0, 3]])?;
         let (rows, index) = (arrays.rows::<3>(), &self.0);
         let find = |point: &[f64; 3]| index.closest(&Point3::from(*point));
-        let found: Vec<_> = py.detach(|| rows.par_iter().map(find).collect());
+        let watch = ("searching closest points", None);
+        let found = in_slices(py, watch, rows, |slice| slice.par_iter().map(find).collect())?;
         let mut columns = (Vec::new(), Vec::new(), Vec::new());
         for (at, foot) in found.into_iter().enumerate() {
             let foot = foot.map_err(|error| input(py, format!("points[{at}]: {error}")))?;
@@ -284,6 +363,13 @@ impl Face {
     }
 
     /// Returns vertices (v, 3) [mm] and corners (t, 3) of triangles within about `chord` [mm] of the face.
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> face = trunnion.Part.from_net([[[0, 0, 0], [0, 8, 0]], [[4, 0, 0], [4, 8, 0]]]).faces[0]
+    ///     >>> vertices, triangles = face.mesh(0.1)
+    ///     >>> triangles.shape[1], float(vertices[:, 1].max())
+    ///     (3, 8.0)
     #[pyo3(signature = (chord=0.01))]
     fn mesh<'py>(
         &self,
@@ -349,7 +435,7 @@ fn shaped_like<'py>(
 /// Returns vertices and triangles of a mesh.
 pub(crate) fn mesh_arrays<'py>(
     py: Python<'py>,
-    mesh: &trunnion::types::Mesh,
+    mesh: &Mesh,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
     let vertices: Vec<f64> =
         mesh.vertices.iter().flat_map(|point| <[f64; 3]>::from(point.coords)).collect();
@@ -357,6 +443,29 @@ pub(crate) fn mesh_arrays<'py>(
     let triangles = crate::arrays::whole(py, corners);
     let triangles = triangles.call_method1("reshape", (mesh.triangles.len(), 3))?;
     Ok((array(py, vertices, &[mesh.vertices.len(), 3])?, triangles))
+}
+
+fn no_part(source: &Bound<'_, PyAny>) -> PyErr {
+    let name = source.get_type().name();
+    let value = name.map_or_else(|_| "?".to_owned(), |name| name.to_string());
+    let (defect, remedy) = ("is no part", "give the path of a STEP, STL or surface JSON file");
+    WrongArgument { name: "path", index: &[], value, defect, remedy }.error(source.py())
+}
+
+/// Joins meshes into one.
+pub(crate) fn joined<'a>(all: impl IntoIterator<Item = &'a Mesh>) -> Mesh {
+    let mut whole = Mesh::default();
+    for mesh in all {
+        let first = u32::try_from(whole.vertices.len()).unwrap_or(u32::MAX);
+        whole.vertices.extend_from_slice(&mesh.vertices);
+        let moved = |corners: &[u32; 3]| corners.map(|corner| corner.saturating_add(first));
+        whole.triangles.extend(mesh.triangles.iter().map(moved));
+    }
+    whole
+}
+
+fn triangles_words(mesh: &Mesh) -> String {
+    format!("{} triangles, no faces", mesh.triangles.len())
 }
 
 /// Returns the clamped knot vector with equal spans from 0 to 1.

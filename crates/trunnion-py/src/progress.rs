@@ -90,6 +90,27 @@ pub(crate) fn watched<T: Send>(
     })
 }
 
+/// Rows between two looks at signals and two reports: below half a second for the slowest search.
+const SLICE: usize = 8192;
+
+/// Works on rows slice by slice, and lets signal handlers and the callable run between them.
+pub(crate) fn in_slices<R: Sync, T: Send>(
+    py: Python<'_>,
+    (stage, callable): (&str, Option<&Py<PyAny>>),
+    rows: &[R],
+    work: impl Fn(&[R]) -> Vec<T> + Sync,
+) -> PyResult<Vec<T>> {
+    let mut all = Vec::with_capacity(rows.len());
+    for slice in rows.chunks(SLICE) {
+        all.extend(py.detach(|| work(slice)));
+        py.check_signals()?;
+        if let Some(callable) = callable {
+            callable.call1(py, (stage, all.len(), rows.len()))?;
+        }
+    }
+    Ok(all)
+}
+
 fn words(stage: Stage) -> &'static str {
     match stage {
         Stage::Import => "reading the part",

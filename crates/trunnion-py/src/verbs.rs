@@ -38,6 +38,13 @@ pub(crate) fn check(
     Ok(answer)
 }
 
+/// Returns name and text of each subprogram that a program runs.
+#[pyfunction]
+pub(crate) fn subprograms(py: Python<'_>, options: Vec<String>) -> PyResult<Vec<(String, String)>> {
+    let found = py.detach(|| calls::subprograms(&options)).map_err(|error| failure(py, error))?;
+    Ok(found.into_iter().map(|file| (file.name, file.text)).collect())
+}
+
 /// Returns the measured points of faces: point, height, line.
 pub(crate) fn maps_of<'py>(py: Python<'py>, maps: &[FaceMap]) -> PyResult<Bound<'py, PyList>> {
     let map_of = |map: &FaceMap| {

@@ -329,16 +329,86 @@ def test_positioning(shared, patch):
         assert found.strip_width >= case["best_l"] - case["tol_l_mm"] - 0.01, case["id"]
 
 
+def test_baselines_of_positioning(shared, patch):
+    """Strips of other methods at the point of the paper, within the tolerance that the cases state."""
+    cases = json.loads((shared / "cases" / "positioning.json").read_text())
+    face = trunnion.Part.read(patch).faces[0]
+    curvature = cases["curvature_at_0_4_0_5"]
+    np.testing.assert_allclose(face.curvature([0.4, 0.5]), [curvature["kmin"], curvature["kmax"]], atol=curvature["tol"])
+    bull = trunnion.Cutter.bull(10, 6)
+
+    def width(feed, cutter=bull, **options):
+        return trunnion.position(face, cutter, at=(0.4, 0.5), feed=feed, tolerance=0.01, **options).strip_width
+
+    groups, near = cases["baselines_at_0_4_0_5"], cases["baselines_at_0_4_0_5"]["tol_rel"]
+    for name, feed in (("feed_v", (0, 1)), ("feed_u", (1, 0))):
+        group, back = groups[name], (-feed[0], -feed[1])
+        for radius in (16, 6):
+            found = width(feed, trunnion.Cutter.ball(2 * radius), method="ball")
+            assert found == pytest.approx(group[f"ball{radius}"], rel=near), (name, radius)
+        for way, sign in ((feed, "plus"), (back, "minus")):
+            assert width(way, method="sturz", lead=5) == pytest.approx(group[f"sturz5_{sign}"], rel=near), (name, sign)
+            best = width(way, offset_range=(-75, 75), side="either")
+            assert best >= group[f"optimum_{sign}"] * (1 - near), (name, sign)
+        # The swept envelope is never wider than the strip that the location claims, within a hundredth.
+        swept = cases["swept_envelope"]
+    assert width((0, 1)) == pytest.approx(swept["feed_v_plus"]["l"], abs=0.003)
+    assert width((0, 1)) >= swept["feed_v_plus"]["swept_width"] - swept["feed_v_plus"]["tol"]
+
+
+def test_passes_of_the_paper(shared, patch):
+    """The whole patch along v: no more passes, and no longer ones, than the cases have."""
+    case = json.loads((shared / "cases" / "positioning.json").read_text())["passes"]
+    part = trunnion.Part.read(patch)
+    found = trunnion.cover(part, trunnion.Cutter.bull(10, 6, length=100), excess=0.01, gouge=0.002, along="v")
+    assert len(found.passes) <= case["full_v"]["passes"] + case["tol_passes"] and not found.unfinished
+    assert found.length <= case["full_v"]["length"] < found.length * case["ball16"]["full_v"][1] / found.length
+    assert found.worst_gouge <= 0.002
+
+
+def de_boor(knots, points, degree, u):
+    """Points of a B-spline, (n, 3)."""
+    span = np.clip(np.searchsorted(knots, u, side="right") - 1, degree, len(knots) - degree - 2)
+    rows = [points[span - degree + j] for j in range(degree + 1)]
+    for level in range(1, degree + 1):
+        for j in range(degree, level - 1, -1):
+            low, high = knots[span - degree + j], knots[span + 1 + j - level]
+            share = ((u - low) / (high - low))[:, None]
+            rows[j] = (1 - share) * rows[j - 1] + share * rows[j]
+    return rows[degree]
+
+
+def spline_jets(knots, points, degree, u):
+    """Points of a B-spline and their derivatives up to the third, (n, 4, 3)."""
+    rows = [de_boor(knots, points, degree, u)]
+    for _ in range(3):
+        points = degree * np.diff(points, axis=0) / (knots[degree + 1 : -1] - knots[1 : -degree - 1])[:, None]
+        knots, degree = knots[1:-1], degree - 1
+        rows.append(de_boor(knots, points, degree, u))
+    return np.stack(rows, axis=1)
+
+
 def test_published_feed(shared):
     case = json.loads((shared / "cases" / "published-feed.json").read_text())["jcde2022"]
     assert case["published_s"]["the paper's optimum"] == 9.44
-    interpolate = pytest.importorskip("scipy.interpolate")
     knots, degree = np.array(case["knots"], dtype=float), case["degree"]
-    tip = interpolate.BSpline(knots, np.array(case["tip"], dtype=float), degree)
-    upper = interpolate.BSpline(knots, np.array(case["upper"], dtype=float), degree)
-    u = np.linspace(knots[degree], knots[-degree - 1], 2001)[:-1]
-    # Axes by finite differences of the closed formulas would be a test of numpy: the path goes through waypoints.
-    axis = upper(u) - tip(u)
-    axis /= np.linalg.norm(axis, axis=1)[:, None]
-    path = trunnion.Path(np.ascontiguousarray(tip(u)), np.ascontiguousarray(axis))
+    u = np.linspace(0.0, 1.0, 1000)
+    tip, upper = (spline_jets(knots, np.array(case[name], dtype=float), degree, u) for name in ("tip", "upper"))
+    # A about x carries C about z, both through the origin.
+    zero = [0.0, 0.0, 0.0]
+    machine = layout({"layout": 23, "table_sign": 1, "L": zero, "R": zero, "T": zero}, "A", "C")
+    jets = machine.jets(tip, upper - tip)
+    table = {"s": u}
+    for index, name in enumerate(machine.axes):
+        table |= {f"{name}{order or ''}": np.ascontiguousarray(jets[:, order, index]) for order in range(4)}
+    # The speed that the chord error allows within a servo period.
+    rate = np.linalg.norm(tip[:, 1], axis=1)
+    bend = np.linalg.norm(np.cross(tip[:, 1], tip[:, 2]), axis=1) / rate**3
+    table["feed"] = np.sqrt(8 * 1.25e-4 / (np.maximum(bend, 1e-12) * 0.002**2)) / rate
+    limits = trunnion.Limits({name: tuple(limit) for name, limit in case["limits"].items()}, {"feed": 1.0})
+    plan = trunnion.plan(table, limits, "jerk")
+    assert plan.within_limits and plan.lower_bound == pytest.approx(case["bound_4a99923_s"], abs=0.002)
+    # As fast as what an interior-point method found with its limits at nodes alone, and faster than any published.
+    assert plan.duration <= case["ipopt_node_limits_s"][1] * 1.002 < min(case["published_s"].values())
+    path = trunnion.Path(tip[:, 0].copy(), (upper - tip)[:, 0] / np.linalg.norm((upper - tip)[:, 0], axis=1)[:, None])
     assert path.smooth(0.001, 1e-4).tip_deviation <= 0.001

@@ -2,6 +2,7 @@
 
 import doctest
 import importlib
+import inspect
 import pkgutil
 import re
 import subprocess
@@ -50,6 +51,28 @@ def public():
 @pytest.mark.parametrize("name, thing", list(public()))
 def test_everything_public_is_documented(name, thing):
     assert (thing.__doc__ or "").strip(), name
+
+
+#: Methods that results share, and those of a run, which takes too long for an example.
+_ALIKE = {"to_dict", "to_pandas", "save", "sample", "limits"}
+
+
+def callables():
+    named = [(name, getattr(trunnion, name)) for name in trunnion.__all__ if name not in ("__version__", "fleet", "plot")]
+    for module in (trunnion.fleet, trunnion.plot):
+        named += [(f"{module.__name__}.{name}", getattr(module, name)) for name in module.__all__]
+    for name, thing in named:
+        if not isinstance(thing, type):
+            yield name, thing
+        elif not issubclass(thing, Exception):
+            methods = [(one, getattr(thing, one)) for one in vars(thing) if not one.startswith("_")]
+            yield from ((f"{name}.{one}", method) for one, method in methods if callable(method))
+
+
+def test_every_function_has_an_example():
+    bare = [name for name, thing in callables() if ">>>" not in (inspect.getdoc(thing) or "")]
+    assert not [name for name in bare if name.rpartition(".")[2] not in _ALIKE]
+    assert len(list(callables())) > 80
 
 
 @pytest.mark.parametrize("document", ["README.md", "docs/book/src/reference/python.md", "crates/trunnion-py/README.md"])

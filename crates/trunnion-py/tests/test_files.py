@@ -69,6 +69,8 @@ def test_keywords_are_named_in_messages():
     assert "--" not in str(found.value)
     with pytest.raises(trunnion.InputError, match="did you mean clearance"):
         trunnion.check(PROGRAM, machine="bc-trunnion", clearence=1)
+    with pytest.raises(trunnion.InputError, match="did you mean tolerance"):
+        trunnion.check(PROGRAM, machine="bc-trunnion", tolerence=1)
 
 
 def test_a_machine_brings_its_setup():
@@ -76,6 +78,33 @@ def test_a_machine_brings_its_setup():
     with_machine = trunnion.check(PROGRAM, machine=machine).summary
     with_words = trunnion.check(PROGRAM, machine="bc-trunnion", **SETUP).summary
     assert with_machine == with_words
+    # A part of the setup that is given takes the place of that of the machine, and of no other part.
+    turned = trunnion.Machine("bc-trunnion", origin=(0, 0, 0), tool_length=120)
+    assert trunnion.check(PROGRAM, machine=turned, origin=SETUP["origin"]).summary == with_words
+    # A machine may be a dict as its file has it.
+    data = trunnion._trunnion.toml_data(machine.to_toml())
+    assert trunnion.check(PROGRAM, machine=data, **SETUP).summary == with_words
+    assert trunnion.read(PROGRAM, machine=data, **SETUP).tip.tolist() == trunnion.read(PROGRAM, machine=machine).tip.tolist()
+
+
+def test_the_solids_of_a_machine_are_found_from_everywhere(tmp_path, root, monkeypatch):
+    corners = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9]])
+    faces = ["".join(f"vertex {x} {y} {z}\n" for x, y, z in corners[list(three)]) for three in ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))]
+    text = "".join(f"facet normal 0 0 0\nouter loop\n{face}endloop\nendfacet\n" for face in faces)
+    (tmp_path / "column.stl").write_text(f"solid a\n{text}endsolid a\n")
+    text = (root / "machines" / "bc-trunnion.toml").read_text()
+    body = '\n[[body]]\nname = "column"\nlink = "b"\nkind = "stl"\nfile = "column.stl"\norigin = [900, 900, 900]\n'
+    (tmp_path / "own.toml").write_text(text + body)
+    data = trunnion._trunnion.toml_data(text + body)
+    by_file = trunnion.Machine(tmp_path / "own.toml", **SETUP)
+    monkeypatch.chdir(tmp_path)
+    by_dict = trunnion.Machine(data, **SETUP)
+    expected = trunnion.check(PROGRAM, machine="own.toml", **SETUP).summary
+    assert trunnion.check(PROGRAM, machine=by_dict).summary == expected
+    monkeypatch.chdir(root)
+    assert trunnion.check(PROGRAM, machine=by_file).summary == expected
+    with pytest.raises(trunnion.InputError, match="column.stl"):
+        trunnion.check(PROGRAM, machine=by_dict)
 
 
 def test_a_post_is_read_back(tmp_path):
@@ -87,6 +116,13 @@ def test_a_post_is_read_back(tmp_path):
     body = [line for line in posted.text.splitlines() if line.startswith("G1")]
     assert body == [line for line in file.read_text().splitlines() if line.startswith("G1")]
     assert again.summary["output"] == str(file)
+    # Its moves as arrays: those of the program that was posted.
+    source = trunnion.read(PROGRAM, machine="bc-trunnion", **SETUP)
+    np.testing.assert_allclose(posted.program.tip[-1], source.tip[-1], atol=1e-3)
+    assert len(posted.to_pandas()) == len(posted.program) and posted._repr_html_().count("<svg") == 1
+    for dialect in ("fanuc", "haas", "siemens", "heidenhain", "siemens-axes", "fanuc-vector"):
+        other = trunnion.post(PROGRAM, trunnion.Machine("bc-trunnion", **SETUP), dialect=dialect)
+        np.testing.assert_allclose(other.program.tip[-1], source.tip[-1], atol=2e-3, err_msg=dialect)
 
 
 def test_the_command_line_says_the_same(tmp_path):
@@ -98,6 +134,23 @@ def test_the_command_line_says_the_same(tmp_path):
     words = ["check", file, "--machine", "bc-trunnion", "--tool-length", "120", "--origin", "-381,-254,-505", "--json"]
     done = subprocess.run([binary, *words], capture_output=True, text=True)
     assert json.loads(done.stdout) == trunnion.check(file, machine="bc-trunnion", **SETUP).summary
+
+
+def test_a_batch_of_the_command_line_is_a_fleet(tmp_path):
+    binary = shutil.which("trunnion")
+    if binary is None:
+        pytest.skip("the program `trunnion` is not installed here")
+    programs = tmp_path / "programs"
+    programs.mkdir()
+    for name, content in (("a", PROGRAM), ("b", PROGRAM.replace(b"X40", b"X4000")), ("c", b"G1 X[2 +\n")):
+        (programs / f"{name}.ngc").write_bytes(content)
+    check = ["--", "--machine", "bc-trunnion", "--tool-length", "120", "--origin", "-381,-254,-505"]
+    words = [binary, "batch", programs, "-o", tmp_path / "out", "--json", *check]
+    items = json.loads(subprocess.run(words, capture_output=True, text=True).stdout)["items"]
+    rows = trunnion.fleet.audit(sorted(programs.iterdir()), "bc-trunnion", workers=0, **SETUP).rows
+    verdicts = {True: "kept", False: "broken", None: "failed"}
+    assert [item["status"] for item in items] == [verdicts[row["passed"]] for row in rows] == ["kept", "broken", "failed"]
+    assert ["\n".join(item["messages"]) for item in items] == [row["message"] for row in rows]
 
 
 def test_a_job_runs(job_folder):
@@ -122,6 +175,8 @@ def test_a_job_runs(job_folder):
 def test_a_job_in_code_is_the_job_of_the_file(job_folder, tmp_path):
     job = trunnion.Job.read(job_folder / "job.toml")
     assert job.check() == []
+    assert "<svg" in job._repr_html_() and "widest" in job._repr_html_()
+    assert "<svg" not in trunnion.Job({"name": "no part"})._repr_html_()
     again = trunnion.Job(job.data, job_folder)
     assert again.check() == []
     again.save(job_folder / "saved.toml")

@@ -3,6 +3,8 @@
 import json
 import os
 import signal
+import subprocess
+import sys
 import time
 
 import pytest
@@ -53,6 +55,53 @@ def test_all_that_a_cutter_states_is_part_of_the_key(programs):
     assert len(keys) == len(cutters)
 
 
+def test_machines_are_names_files_objects_and_dicts(programs, tmp_path):
+    machine = trunnion.Machine("bc-trunnion", **SETUP)
+    data = trunnion._trunnion.toml_data(machine.to_toml())
+    file = tmp_path / "own.toml"
+    file.write_text(machine.to_toml())
+    shorter = machine.with_setup(tool_length=90)
+    results, setup = tmp_path / "r", dict(SETUP, rotation=(0, 0, 0))
+
+    def audited(*machines):
+        return fleet.audit(programs[0], machines, results=results, workers=0, **setup)
+
+    rows = audited("bc-trunnion", file, machine, data).rows
+    assert [row["machine"] for row in rows] == ["bc-trunnion", str(file), "bc-trunnion (2)", "bc-trunnion (3)"]
+    assert all(row["status"] == "done" and row["duration"] == rows[0]["duration"] for row in rows)
+    # An equal machine is the same item, one with another setup or another file is not.
+    kept = len(list(results.iterdir()))
+    assert audited(trunnion.Machine("bc-trunnion", **SETUP), dict(data)).rows and len(list(results.iterdir())) == kept
+    data["axis"]["X"]["vel"] /= 2
+    assert audited(shorter, data).rows and len(list(results.iterdir())) == kept + 2
+    # The setup of a Machine is that of its checks.
+    alone = fleet.audit(programs[0], machine, workers=0)
+    assert alone.rows[0]["duration"] == rows[0]["duration"] and alone.rows[0]["passed"]
+    with pytest.raises(trunnion.InputError, match="chain"):
+        fleet.audit(programs[0], {"schema": "trunnion-machine/1"})
+
+
+def test_every_file_that_an_item_reads_is_part_of_its_key(tmp_path, job_folder):
+    (tmp_path / "column.stl").write_text("solid a\nendsolid a\n")
+    machine = job_folder / "machine.toml"
+    machine.write_text(machine.read_text() + '\n[[body]]\nname = "column"\nlink = "b"\nkind = "stl"\nfile = "column.stl"\n')
+    program, called, vise = (tmp_path / name for name in ("part.ngc", "pocket.ngc", "vise.stl"))
+    program.write_text("o<pocket> call\nM2\n")
+    for file in (called, vise):
+        file.write_text("as it was")
+
+    def keys():
+        options = dict(fixture=[f"{vise}@10,0,0"], **SETUP)
+        audits = fleet.audit(program, [machine, trunnion.Machine(machine)], **options)
+        return [item["key"] for item in [*audits._items, *fleet.compare(job_folder / "job.toml", {"tolerance": [0.1]})._items]]
+
+    for file, changed in ((called, 2), (vise, 2), (tmp_path / "column.stl", 3), (job_folder / "patch.json", 1)):
+        before = keys()
+        with open(file, "a") as out:
+            out.write("\n")
+        assert sum(a != b for a, b in zip(before, keys())) == changed, file
+
+
 def test_failures_stand_beside_results(programs, tmp_path):
     with open(programs[1], "wb") as out:
         out.write(b"G1 X[2 +\n")
@@ -89,8 +138,13 @@ def test_jobs_are_compared(job_folder, tmp_path):
     assert len(found) == 2 and found.to_dict()["tolerance"] == [0.02, 0.05]
     done = [row for row in found.rows if row["status"] == "done"]
     assert done and all(row["passes"] > 0 for row in done)
-    ranked = fleet.which_machine(job_folder / "job.toml", ["no-such", "bc-trunnion"], workers=0)
-    assert [row["machine"] for row in ranked] == ["bc-trunnion", "no-such"]
+    # The job has an origin and a rotation; those of a Machine, where it has some, take their place.
+    where = trunnion.Machine("bc-trunnion", origin=(-381, -254, -500), rotation=(0, 20, 0), deg=True)
+    ranked = fleet.which_machine(job_folder / "job.toml", ["no-such", where], workers=0)
+    assert [row["machine"] for row in ranked] == ["bc-trunnion", "no-such"] and ranked[0]["passed"]
+    (item,) = fleet.compare(job_folder / "job.toml", {"machine": where})._items
+    assert item["work"]["data"]["setup"]["origin"] == [-381, -254, -500]
+    assert item["work"]["data"]["setup"]["rotation"] == pytest.approx([0, 20, 0])
 
 
 def logged(item):
@@ -163,8 +217,53 @@ def always_deadly(item):
     return fleet._audited(item["work"])
 
 
-def test_an_item_that_kills_every_worker_fails_alone(programs, monkeypatch):
+def test_an_item_that_kills_every_worker_fails_alone(programs, tmp_path, monkeypatch):
     monkeypatch.setattr(fleet, "_worked", always_deadly)
-    found = fleet.audit(programs[:4], "bc-trunnion", workers=2, **SETUP)
+    results = tmp_path / "r"
+    found = fleet.audit(programs[:4], "bc-trunnion", results=results, workers=2, **SETUP)
     assert [row["status"] for row in found.rows] == ["done", "done", "failed", "done"]
-    assert "BrokenProcessPool" in found.failed[0]["message"]
+    assert "ended by signal 9 in the middle of this item" in found.failed[0]["message"]
+    # What says nothing of the item is not kept: the next time it is tried again.
+    assert len(list(results.iterdir())) == 3
+
+
+def test_leaving_the_loop_ends_the_workers(tmp_path, monkeypatch):
+    monkeypatch.setattr(fleet, "_worked", logged)
+    log, names = tmp_path / "log", []
+    for index in range(20):
+        names.append(tmp_path / f"part{index}.ngc")
+        names[-1].write_bytes(PROGRAM.replace(b"X20", f"X{20 + index}".encode()))
+    found = fleet.audit(names, "bc-trunnion", workers=2, **SETUP)
+    for item in found._items:
+        item["work"]["log"] = str(log)
+    for row in found:
+        assert row["status"] == "done"
+        break
+    begun = log.read_text().count("begin")
+    assert begun < 10
+    time.sleep(0.5)
+    assert log.read_text().count("begin") == begun
+
+
+def test_ctrl_c_ends_a_fleet(root):
+    script = (
+        "import os, signal, threading, trunnion\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "threading.Timer(1.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()\n"
+        f"job = {str(root / 'examples/bezier-patch/job.toml')!r}\n"
+        "trunnion.fleet.compare(job, {'tolerance': [0.01 + 0.001 * i for i in range(60)]}, workers=2).rows\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
+    assert done.stderr.rstrip().endswith("KeyboardInterrupt"), done.stderr
+
+
+def test_a_script_needs_no_main_guard(programs, tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import trunnion\n"
+        "print('begins')\n"
+        f"found = trunnion.fleet.audit({programs[:2]!r}, 'bc-trunnion', workers=2, tool_length=120, origin=(-381, -254, -505))\n"
+        "print([row['status'] for row in found.rows])\n"
+    )
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True)
+    assert done.stdout == "begins\n['done', 'done']\n", done.stderr

@@ -203,7 +203,7 @@ def test_the_height_on_a_face_is_bounded(cutter):
     places = np.random.default_rng(5).uniform(-40, 40, (50, 2))
     found = trunnion.drop_cutter(part, cutter, places, chord=0.01, bounds=True)
     assert found.deviation <= 0.01
-    finer = trunnion.drop_cutter(part, cutter, places, chord=0.0002)
+    finer = trunnion.drop_cutter(part, cutter, places, chord=0.0007)
     low, high = found.bounds.T
     assert (low <= finer.z + 2e-4).all() and (finer.z - 2e-4 <= high).all()
     assert (high - low).max() < 0.06
@@ -214,8 +214,59 @@ def test_meshes_come_from_stl(tmp_path):
     file = tmp_path / "a.stl"
     file.write_text(text)
     assert trunnion.drop_cutter(file, trunnion.Cutter.ball(2), [[2, 2]]).z.tolist() == [0]
+    part = trunnion.Part.read(file)
+    assert len(part) == 0 and repr(part) == "Part(1 triangles, no faces)" and "1 triangles" in part._repr_html_()
+    assert trunnion.drop_cutter(part, trunnion.Cutter.ball(2), [[2, 2]]).z.tolist() == [0]
+    assert part.mesh()[1].shape == (1, 3) and part.mesh()[0].max() == 9
+    with pytest.raises(trunnion.ArgumentError, match="has no faces"):
+        trunnion.cover(part, trunnion.Cutter.ball(2))
     with pytest.raises(trunnion.ArgumentError) as found:
         trunnion.drop_cutter(([[0, 0, 0]], [[0, 1, -2]]), trunnion.Cutter.ball(2), [[2, 2]])
     assert found.value.argument == "triangles" and found.value.index == (0, 2)
     with pytest.raises(trunnion.InputError, match="corner 1"):
         trunnion.drop_cutter(([[0, 0, 0]], [[0, 1, 2]]), trunnion.Cutter.ball(2), [[2, 2]])
+
+
+def test_lowering_reports_and_stops():
+    square = ([[0, 0, 0], [9, 0, 0], [9, 9, 0], [0, 9, 0]], [[0, 1, 2], [0, 2, 3]])
+    places = np.random.default_rng(1).uniform(0, 9, (20000, 2))
+    seen = []
+    trunnion.drop_cutter(square, trunnion.Cutter.ball(2), places, progress=lambda *report: seen.append(report))
+    assert seen[0][0] == "lowering the cutter" and seen[-1][1:] == (20000, 20000) and len(seen) == 3
+
+    def stop(stage, done, total):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        trunnion.drop_cutter(square, trunnion.Cutter.ball(2), places, progress=stop)
+
+
+def test_passes_become_a_table(plane):
+    found = trunnion.cover(plane, trunnion.Cutter.ball(10, length=60), excess=0.1, gouge=0.01, along="u", method="inclined")
+    frame = found.to_pandas()
+    assert len(frame) == sum(len(one["tip"]) for one in found.passes)
+    assert frame["pass"].nunique() == len(found.passes) and (frame["face"] == 1).all()
+    np.testing.assert_array_equal(frame[["tip_x", "tip_y", "tip_z"]], np.concatenate([one["tip"] for one in found.passes]))
+
+
+@given(st.integers(0, 10**6), st.integers(1, 30))
+@settings(max_examples=40, deadline=None)
+def test_locations_go_through_cl_text(seed, count):
+    rng = np.random.default_rng(seed)
+    axis = rng.normal(size=(count, 3))
+    axis /= np.linalg.norm(axis, axis=1)[:, None]
+    path = trunnion.Path(rng.uniform(-500, 500, (count, 3)), axis)
+    again = trunnion.Path.from_cl(path.to_cl(feed=700))
+    np.testing.assert_allclose(again.tip, path.tip, atol=1e-9)
+    np.testing.assert_allclose(again.axis, path.axis, atol=2e-9)
+
+
+_KEYS = st.text(st.characters(codec="utf-8", exclude_categories=["Cs"]), min_size=1, max_size=8)
+_PLAIN = st.booleans() | st.integers(-(2**53), 2**53) | st.floats(allow_nan=False) | st.text(max_size=12)
+
+
+@given(st.dictionaries(_KEYS, st.recursive(_PLAIN, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(_KEYS, inner, max_size=3))))
+@settings(max_examples=60, deadline=None)
+def test_data_go_through_toml(data):
+    native = trunnion._trunnion
+    assert native.toml_data(native.toml_text(data)) == data

@@ -10,6 +10,7 @@ use crate::setup::SetupAnswer;
 use crate::{check as checks, feed, init, post as posts, setup as setups};
 use clap::{Args, Command};
 use trunnion::files::limits::LimitsFile;
+use trunnion::nc::read::SubprogramFile;
 use trunnion::post::PostMove;
 use trunnion::types::Progress;
 
@@ -29,6 +30,16 @@ pub fn check(options: &[String], progress: &dyn Progress) -> Result<CheckAnswer,
 /// Wrong options or input.
 pub fn replay(options: &[String], progress: &dyn Progress) -> Result<ReplayAnswer, Failure> {
     checks::replay(&parsed("check", options)?, progress)
+}
+
+/// Returns the files of the subprograms that a program runs as `trunnion check` finds them; what it depends on beside the
+/// files that the options name.
+///
+/// # Errors
+///
+/// Wrong options, or a file that cannot be read.
+pub fn subprograms(options: &[String]) -> Result<Vec<SubprogramFile>, Failure> {
+    checks::subprograms(&parsed("check", options)?)
 }
 
 /// Posts a CL file or program, as `trunnion post` does.

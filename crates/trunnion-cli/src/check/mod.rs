@@ -26,5 +26,5 @@ pub(crate) use args::CheckArgs;
 pub use replay::ReplayAnswer;
 pub(crate) use replay::replay;
 pub use run::CheckAnswer;
-pub(crate) use run::{answer, run};
+pub(crate) use run::{answer, run, subprograms};
 pub(crate) use tool::ToolDescription;

@@ -10,6 +10,7 @@ use crate::outcome::{Done, Failure};
 use crate::output::Outputs;
 use crate::progress::Bars;
 use std::path::PathBuf;
+use trunnion::nc::read::SubprogramFile;
 use trunnion::types::Progress;
 use trunnion::verify::InspectionReport;
 
@@ -53,6 +54,11 @@ pub(super) fn checked(args: &CheckArgs, progress: &dyn Progress) -> Result<PartC
         None => Vec::new(),
     };
     Ok(PartCheck { summary, found, places })
+}
+
+/// Returns the files of the subprograms that a program runs.
+pub(crate) fn subprograms(args: &CheckArgs) -> Result<Vec<SubprogramFile>, Failure> {
+    args.files.called(&args.program)
 }
 
 /// Verdict of a check for callers in other languages.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from . import _options
 from ._locate import faces_of
 from ._path import floats
+from ._progress import Progress, adapted
 from ._result import Table
 
 if TYPE_CHECKING:
@@ -68,6 +69,7 @@ def drop_cutter(
     *,
     chord: float = 0.01,
     bounds: bool = False,
+    progress: Progress = None,
 ) -> DropResult:
     """Lowers a cutter along z at many places until it touches a shape.
 
@@ -80,6 +82,7 @@ def drop_cutter(
         points: places, (n, 2) or (n, 3) of which z is ignored [mm].
         chord: largest distance of the triangles from faces [mm]; what is reached stands in `deviation`.
         bounds: also return guaranteed bounds of the height on the faces themselves, at three times the cost.
+        progress: callable of (stage, done, total), or tqdm.
 
     Raises:
         InputError: the shape cannot be read or used.
@@ -95,14 +98,16 @@ def drop_cutter(
 
     bound = 0.0
     if isinstance(shape, (str, os.PathLike)):
-        name = _options.path("shape", shape)
-        if os.path.splitext(name)[1].lower() == ".stl":
-            shape = _trunnion.read_mesh(name)
-        else:
-            shape = Part.read(name)
-    if isinstance(shape, (Part, Face)) or (len(shape) and isinstance(shape[0], Face)):
-        shape, bound = faces_of(shape), chord
-    elif not (isinstance(shape, (tuple, list)) and len(shape) == 2):
+        shape = Part.read(_options.path("shape", shape))
+    if isinstance(shape, Part) and not len(shape):
+        # The triangles of an STL file.
+        shape = shape.mesh()
+    many = isinstance(shape, (tuple, list))
+    if isinstance(shape, (Part, Face)) or (many and len(shape) and isinstance(shape[0], Face)):
+        shape, bound = faces_of(shape), float(_options.number("chord", chord))
+    elif many and len(shape) == 2:
+        shape = tuple(shape)
+    else:
         from ._errors import ArgumentError
 
         kind = type(shape).__name__
@@ -110,5 +115,5 @@ def drop_cutter(
             f"shape = {kind} is no shape\n  help: give (vertices, triangles), a Part, or a file", "shape", None, kind
         )
     places = floats("points", points)
-    found = _trunnion.drop_cutter(shape, cutter, places, bound, bounds)
+    found = _trunnion.drop_cutter(shape, _options.cutter(cutter), places, bound, bounds, adapted(progress))
     return DropResult(places[:, :2], found)

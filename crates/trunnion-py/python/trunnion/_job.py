@@ -7,7 +7,7 @@ import os
 from typing import TYPE_CHECKING, Any, Mapping, Sequence
 
 from . import _options, _picture
-from ._errors import InputError, TrunnionWarning
+from ._errors import InputError, TrunnionError, TrunnionWarning
 from ._plan import Motion
 from ._progress import Progress, adapted
 
@@ -32,7 +32,7 @@ class Job:
     """
 
     def __init__(self, data: Mapping[str, Any], folder: Any = ".") -> None:
-        self.data: dict[str, Any] = copy.deepcopy(dict(data))
+        self.data: dict[str, Any] = copy.deepcopy(dict(_options.mapping("data", data, "what a job file has")))
         self.data.setdefault("schema", "trunnion-job/1")
         if "tool" in self.data:
             self.data["tool"] = _tool({}, self.data["tool"])
@@ -46,6 +46,13 @@ class Job:
 
         Raises:
             InputError: the file cannot be read as TOML. Its content is checked by `check` and `run`.
+
+        Example:
+            >>> import os, tempfile, trunnion
+            >>> file = os.path.join(tempfile.mkdtemp(), "job.toml")
+            >>> trunnion.Job({"name": "patch"}).save(file)
+            >>> trunnion.Job.read(file).data["name"]
+            'patch'
         """
         from . import _trunnion
 
@@ -92,8 +99,7 @@ class Job:
         from . import _trunnion
 
         words = [_options.path("part", part), "--machine", _options.path("machine", machine)]
-        if len(faces):
-            words.append("--faces=" + ",".join(str(int(face)) for face in faces))
+        words += _options.faces_option(faces)
         text, remarks = _trunnion.propose(words, adapted(progress))
         for remark in remarks:
             warnings.warn(_options.worded(remark), TrunnionWarning, stacklevel=2)
@@ -114,6 +120,13 @@ class Job:
 
         Raises:
             InputError: faults of the job, or bounds that are none.
+
+        Example:
+            >>> import trunnion
+            >>> job = trunnion.Job({"name": "patch", "tool": trunnion.Cutter.ball(10)})
+            >>> job.setups(tilt=(0, 20))  # doctest: +IGNORE_EXCEPTION_DETAIL
+            Traceback (most recent call last):
+            trunnion.InputError: ...
         """
         import tempfile
 
@@ -127,13 +140,20 @@ class Job:
             words = [file]
             for name, bounds in (("tilt", tilt), ("towards", towards), ("turn", turn)):
                 if bounds is not None:
-                    low, high = (float(_options.number(name, value)) for value in bounds)
-                    words.append(f"--{name}={low!r}..{high!r}")
+                    low, high = _options.numbers(name, bounds, 2).split(",")
+                    words.append(f"--{name}={low}..{high}")
             summary, _ = _trunnion.setup(words, adapted(progress))
         return dict(summary)
 
     def moved(self, folder: Any) -> "Job":
-        """Returns the job for another folder: files that it names from its own folder are named by their whole path."""
+        """Returns the job for another folder: files that it names from its own folder are named by their whole path.
+
+        Example:
+            >>> import trunnion
+            >>> job = trunnion.Job({"name": "patch", "tool": trunnion.Cutter.ball(10)})
+            >>> job.moved("elsewhere").folder
+            'elsewhere'
+        """
         job = Job(self.data, folder)
         tables = [job.data.get(name) for name in ("part", "machine", "stock")] + list(job.data.get("fixture", []))
         for table in tables:
@@ -153,10 +173,16 @@ class Job:
         """Returns the job with other values, named as in the file: `{"tool.minor_radius": 4.0}`.
 
         A Cutter takes the place of the whole `tool`, whose number and holder stay: `{"tool": Cutter.barrel(2, 85, 12)}`.
+
+        Example:
+            >>> import trunnion
+            >>> job = trunnion.Job({"name": "patch", "tool": trunnion.Cutter.ball(10)})
+            >>> job.replace({"tolerance.total": 0.02}).data["tolerance"]
+            {'total': 0.02}
         """
         job = Job(self.data, self.folder)
-        for name, value in changes.items():
-            *sections, key = name.split(".")
+        for name, value in _options.mapping("changes", changes, "values by key").items():
+            *sections, key = str(name).split(".")
             table = job.data
             for section in sections:
                 table = table.setdefault(section, {})
@@ -164,7 +190,14 @@ class Job:
         return job
 
     def to_toml(self) -> str:
-        """Returns the text of the job file."""
+        """Returns the text of the job file.
+
+        Example:
+            >>> import trunnion
+            >>> job = trunnion.Job({"name": "patch", "tool": trunnion.Cutter.ball(10)})
+            >>> "[tool]" in job.to_toml()
+            True
+        """
         from . import _trunnion
 
         if self._text is not None and _trunnion.toml_data(self._text) == self.data:
@@ -186,16 +219,48 @@ class Job:
 
         Raises:
             InputError: every fault of the job, with line and column.
+
+        Example:
+            >>> import trunnion
+            >>> job = trunnion.Job({"name": "patch", "tool": trunnion.Cutter.ball(10)})
+            >>> job.check()  # doctest: +IGNORE_EXCEPTION_DETAIL
+            Traceback (most recent call last):
+            trunnion.InputError: ...
         """
         warnings: list[str] = self._native().warnings
         return warnings
 
     def run(self, *, output: Any = None, progress: Progress = None) -> "RunResult":
-        """Runs the job; see `trunnion.run`."""
+        """Runs the job; see `trunnion.run`.
+
+        Example:
+            >>> import trunnion
+            >>> trunnion.Job({"name": "patch"}).run()  # doctest: +IGNORE_EXCEPTION_DETAIL
+            Traceback (most recent call last):
+            trunnion.InputError: ...
+        """
         return run(self, output=output, progress=progress)
 
     def __repr__(self) -> str:
         return f"Job({self.data.get('name', '')!r}, {self.path!r})"
+
+    def _repr_html_(self) -> str:
+        from ._trunnion import Part
+
+        def words(name: str) -> str:
+            table = self.data.get(name)
+            stated = table.items() if isinstance(table, Mapping) else []
+            return ", ".join(f"{key} {value}" for key, value in stated)
+
+        names = ("part", "setup", "tool", "tolerance", "strategy", "cutting", "machine")
+        shown = _picture.table([("job", self.data.get("name", "")), *((name, words(name)) for name in names)])
+        part = self.data.get("part")
+        file = part.get("file") if isinstance(part, Mapping) else None
+        try:
+            return shown + Part.read(os.path.join(self.folder, str(file))).picture()
+        except TrunnionError:
+            # The check of the job says what is wrong with its part.
+            return shown
 
 
 def _tool(before: Any, value: Any) -> Any:

@@ -10,6 +10,8 @@ from ._errors import ArgumentError
 from ._progress import Progress, adapted
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from ._trunnion import Cutter, Face, Part
 
 
@@ -98,8 +100,7 @@ def position(
         return [float(one) for one in _options.numbers(name, value, 2).split(",")]
 
     for name, value, known in (("strip", strip, ("right", "left")), ("side", side, ("ahead", "behind", "either"))):
-        if value not in known:
-            raise ArgumentError(f"{name} = {value!r} is not one of {', '.join(known)}", name, None, value)
+        _options.choice(name, value, known)
     options = {
         "at": two("at", at),
         "feed": two("feed", feed),
@@ -110,7 +111,8 @@ def position(
         "method": method,
         "lead": math.radians(float(_options.number("lead", lead))),
     }
-    return CutterLocation(_trunnion.position(face, cutter, options))
+    face = _options.instance("face", face, _trunnion.Face, "take one of a Part: part.faces[0]")
+    return CutterLocation(_trunnion.position(face, _options.cutter(cutter), options))
 
 
 class Covering:
@@ -135,6 +137,14 @@ class Covering:
         """Returns all figures and passes by name."""
         return dict(vars(self))
 
+    def to_pandas(self) -> "pd.DataFrame":
+        """Returns the stations of all passes as a DataFrame: number of the pass, face, tip, axis, contact, width."""
+        return stations(self.passes)
+
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
+        """Hands the stations to Arrow; needs pandas with pyarrow."""
+        return self.to_pandas().__arrow_c_stream__(requested_schema)
+
     def __repr__(self) -> str:
         return f"Covering({len(self.passes)} passes, {self.length:.1f} mm, {len(self.unfinished)} unfinished regions)"
 
@@ -146,6 +156,25 @@ class Covering:
         tip = np.concatenate([one["tip"] for one in self.passes])
         axis = np.concatenate([one["axis"] for one in self.passes])
         return _picture.path(repr(self), tip, axis)
+
+
+def stations(passes: Sequence[dict[str, Any]]) -> "pd.DataFrame":
+    """Returns the stations of passes as rows."""
+    import numpy as np
+    import pandas as pd
+
+    counts = [len(one["tip"]) for one in passes]
+    columns: dict[str, Any] = {
+        "pass": np.repeat(np.arange(len(passes)), counts),
+        "face": np.repeat(np.array([one["face"] for one in passes], dtype=int), counts),
+    }
+    for name, letters in (("tip", "xyz"), ("axis", "ijk"), ("contact", "xyz")):
+        rows = np.concatenate([np.zeros((0, 3)), *(one[name] for one in passes)])
+        columns |= {f"{name}_{letter}": rows[:, index] for index, letter in enumerate(letters)}
+    # A strip has its width from one station to the next.
+    widths = [np.resize(np.append(one["width"], np.nan), count) for one, count in zip(passes, counts)]
+    columns["width"] = np.concatenate([np.zeros(0), *widths])
+    return pd.DataFrame(columns)
 
 
 @_options.pythonic
@@ -193,8 +222,7 @@ def cover(
         ("pattern", pattern, ("zigzag", "one-way")),
         ("method", method, ("widest", "inclined")),
     ):
-        if value not in known:
-            raise ArgumentError(f"{name} = {value!r} is not one of {', '.join(known)}", name, None, value)
+        _options.choice(name, value, known)
     options = {
         "excess": float(_options.number("excess", excess)),
         "gouge": float(_options.number("gouge", gouge)),
@@ -204,13 +232,18 @@ def cover(
         "lead": math.radians(float(_options.number("lead", lead))),
         "tilt": math.radians(float(_options.number("tilt", tilt))),
     }
-    return Covering(_trunnion.cover(faces_of(part), cutter, options, adapted(progress)))
+    return Covering(_trunnion.cover(faces_of(part), _options.cutter(cutter), options, adapted(progress)))
 
 
 def faces_of(part: Any) -> list[Any]:
     """Returns the faces of a part, of one face, or of several."""
     from ._trunnion import Face, Part
 
+    if isinstance(part, Part) and not len(part):
+        remedy = "passes and cutter locations need the faces of a STEP or surface JSON file; drop_cutter takes triangles"
+        raise ArgumentError(f"part = {part!r} has no faces\n  help: {remedy}", "part", None, repr(part))
     if isinstance(part, Part):
         return list(part.faces)
-    return [part] if isinstance(part, Face) else list(part)
+    faces = [part] if isinstance(part, Face) else _options.sequence("part", part, "faces")
+    remedy = "give a Part, one of its faces, or a list of them"
+    return [_options.instance(f"part[{index}]", face, Face, remedy) for index, face in enumerate(faces)]

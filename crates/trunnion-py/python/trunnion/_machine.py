@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from typing import TYPE_CHECKING, Any, Mapping
 
 from . import _options, _picture
@@ -184,6 +183,8 @@ def import_machine(source: Any, format: str | None = None, given: Mapping[str, A
         Traceback (most recent call last):
         trunnion.InputError: ...
     """
+    import tempfile
+
     from . import _trunnion
 
     if given is not None and not isinstance(given, Mapping):
@@ -217,6 +218,8 @@ def _value(value: Any) -> str:
 @_options.pythonic
 def calibrate(machine: "Machine", measurements: Any, tool_length: Any = None, noise: Any = None) -> Calibration:
     """Finds the errors of a machine; see `Machine.calibrate`."""
+    import tempfile
+
     from . import _trunnion
 
     tables = list(measurements) if isinstance(measurements, (list, tuple)) else [measurements]
@@ -244,7 +247,8 @@ def calibrate(machine: "Machine", measurements: Any, tool_length: Any = None, no
     summary["measurements"] = [shown(one) for one in summary["measurements"]]
     for one in summary["contradicting"]:
         one["file"] = shown(one["file"])
-    calibrated = _trunnion.Machine.from_toml(found["text"], "calibrated").with_setup(
+    # Solids of its bodies count from the folder of the machine that was calibrated.
+    calibrated = _trunnion.Machine.from_toml(found["text"], machine.source).with_setup(
         origin=machine.origin, rotation=machine.rotation(), tool_length=machine.tool_length
     )
     return Calibration(found, calibrated)

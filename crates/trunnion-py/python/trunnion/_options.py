@@ -75,6 +75,58 @@ def angles(name: str, value: Any, count: int, deg: bool) -> str:
     return ",".join(repr(math.degrees(float(entry))) for entry in text.split(","))
 
 
+def mapping(name: str, value: Any, what: str) -> Mapping[Any, Any]:
+    """Returns a mapping as it is, and refuses everything else; `what` it should hold stands in the message."""
+    if isinstance(value, Mapping):
+        return value
+    kind = type(value).__name__
+    raise ArgumentError(f"{name} = {kind} is no dict of {what}", name, None, kind)
+
+
+def sequence(name: str, value: Any, what: str) -> list[Any]:
+    """Returns the entries of a list, tuple, array or the like, and refuses everything else."""
+    if not isinstance(value, (str, bytes, bytearray, Mapping)):
+        try:
+            return list(value)
+        except TypeError:
+            pass
+    kind = type(value).__name__
+    raise ArgumentError(f"{name} = {kind} is no list of {what}", name, None, kind)
+
+
+def choice(name: str, value: Any, known: tuple[str, ...]) -> str:
+    """Returns one of several words."""
+    if isinstance(value, str) and value in known:
+        return value
+    shown = repr(value) if isinstance(value, str) else type(value).__name__
+    raise ArgumentError(f"{name} = {shown} is not one of {', '.join(known)}", name, None, shown)
+
+
+def instance(name: str, value: Any, kind: type, remedy: str) -> Any:
+    """Returns an object of a class of the package."""
+    if isinstance(value, kind):
+        return value
+    given = type(value).__name__
+    message = f"{name} = {given} is no {kind.__name__}\n  help: {remedy}"
+    raise ArgumentError(message, name, None, given)
+
+
+def cutter(value: Any) -> Any:
+    """Returns a Cutter."""
+    from ._trunnion import Cutter
+
+    return instance("cutter", value, Cutter, "make one: trunnion.Cutter.ball(10)")
+
+
+def faces_option(value: Any) -> list[str]:
+    """Returns numbers of faces as an option; none without numbers."""
+    numbers = [number(f"faces[{index}]", one) for index, one in enumerate(sequence("faces", value, "numbers of faces"))]
+    for index, one in enumerate(numbers):
+        if not float(one).is_integer():
+            raise ArgumentError(f"faces[{index}] = {one} is no whole number", "faces", (index,), one)
+    return ["--faces=" + ",".join(str(int(float(one))) for one in numbers)] if numbers else []
+
+
 def path(name: str, value: Any) -> str:
     """Returns a path as an option."""
     try:
@@ -83,16 +135,25 @@ def path(name: str, value: Any) -> str:
         kind = type(value).__name__
         raise ArgumentError(f"{name} = {kind} is not a path", name, None, kind) from None
     found = os.fsdecode(found)
-    if "\0" in found or not found:
-        raise ArgumentError(f"{name} = {found!r} is not a path", name, None, found)
+    # Bytes that are no UTF-8 came as surrogates.
+    if "\0" in found or not found or any("\ud800" <= one <= "\udfff" for one in found):
+        raise ArgumentError(f"{name} = {found!r} is not a path in UTF-8", name, None, found)
     # A path that begins with a minus would be taken for an option.
     return os.path.join(os.curdir, found) if found.startswith("-") else found
+
+
+def as_machine(machine: Any) -> Any:
+    """Returns the Machine of a dict; a Machine, a name and a path as they are."""
+    from ._trunnion import Machine
+
+    return Machine(machine) if isinstance(machine, Mapping) else machine
 
 
 def machine_file(machine: Any, folder: str) -> str:
     """Returns name or file of a machine as an option; a Machine that no file has is written into the folder."""
     from ._trunnion import Machine
 
+    machine = as_machine(machine)
     if not isinstance(machine, Machine):
         return path("machine", machine)
     try:
@@ -103,8 +164,22 @@ def machine_file(machine: Any, folder: str) -> str:
         pass
     name = os.path.join(folder, "machine.toml")
     with open(name, "w", encoding="utf-8") as out:
-        out.write(machine.to_toml())
+        out.write(machine_text(machine))
     return name
+
+
+def machine_text(machine: Any) -> str:
+    """Returns the file of a Machine for any folder: the solids of its bodies are named by their whole path."""
+    from . import _trunnion
+
+    text: str = machine.to_toml()
+    data = _trunnion.toml_data(text)
+    solids = [body for body in data.get("body", []) if "file" in body]
+    if not solids:
+        return text
+    for body in solids:
+        body["file"] = os.path.abspath(os.path.join(os.path.dirname(machine.source), body["file"]))
+    return str(_trunnion.toml_text(data))
 
 
 def per_tool(name: str, value: Any, one: Callable[[str, Any], str]) -> list[str]:
@@ -135,14 +210,19 @@ def shank_words(cutter: Any) -> str:
     return ",".join(f"{height!r}:{radius!r}" for height, radius in cutter.shank.tolist())
 
 
-def others(verb: str, known: Iterable[str], extra: Mapping[str, Any]) -> list[str]:
-    """Returns further keywords of a verb as options: True is a switch, a list a repeated option."""
+def others(verb: str, known: Iterable[str], extra: Mapping[str, Any], function: Any = None) -> list[str]:
+    """Returns further keywords of a verb as options: True is a switch, a list a repeated option.
+
+    A slip of a keyword that `function` has in its signature ends up here as well, and is recognised.
+    """
     words: list[str] = []
     for name, value in extra.items():
         if name not in known:
             import difflib
+            import inspect
 
-            near = difflib.get_close_matches(name, list(known), 1)
+            named = inspect.signature(function).parameters if function is not None else ()
+            near = difflib.get_close_matches(name, [*known, *named], 1)
             remedy = f"did you mean {near[0]}?" if near else "known are " + ", ".join(sorted(known))
             raise InputError(f"{verb} has no keyword {name}\n  help: {remedy}")
         flag = "--" + name.replace("_", "-")
@@ -159,6 +239,8 @@ def others(verb: str, known: Iterable[str], extra: Mapping[str, Any]) -> list[st
 def as_file(value: Any, suffix: str, folder: str) -> str:
     """Returns the path of a file, or of a temporary one with the bytes given."""
     if isinstance(value, (bytes, bytearray, memoryview)):
+        if not isinstance(suffix, str) or not suffix.isprintable() or os.sep in suffix:
+            raise ArgumentError(f"suffix = {suffix!r} is no ending of a file\n  help: write suffix=\".cls\"", "suffix", None, suffix)
         name = os.path.join(folder, "content" + suffix)
         with open(name, "wb") as out:
             out.write(value)

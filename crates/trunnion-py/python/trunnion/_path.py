@@ -43,7 +43,13 @@ class Path(Table):
 
     @classmethod
     def read(cls, path: Any, *, progress: Progress = None, **more: Any) -> "Path":
-        """Reads the locations of a CL file or program; see `trunnion.read`."""
+        """Reads the locations of a CL file or program; see `trunnion.read`.
+
+        Example:
+            >>> import trunnion
+            >>> len(trunnion.Path.read(b"UNITS/MM\\nFEDRAT/600,MMPM\\nGOTO/0,0,0,0,0,1\\nGOTO/9,0,0,0,0,1\\nFINI\\n", suffix=".cls"))
+            2
+        """
         from ._program import read
 
         program = read(path, progress=progress, **more)
@@ -51,8 +57,15 @@ class Path(Table):
 
     @classmethod
     def from_cl(cls, text: str) -> "Path":
-        """Reads the locations of APT/CL text."""
-        return cls.read(text.encode(), suffix=".cls")
+        """Reads the locations of APT/CL text.
+
+        Example:
+            >>> import trunnion
+            >>> trunnion.Path.from_cl("UNITS/MM\\nFEDRAT/600,MMPM\\nGOTO/0,0,0,0,0,1\\nGOTO/9,0,0,0,0,1\\nFINI\\n").length
+            9.0
+        """
+        _options.instance("text", text, str, "a file is read by trunnion.Path.read")
+        return cls.read(text.encode(errors="surrogateescape"), suffix=".cls")
 
     @property
     def length(self) -> float:
@@ -67,13 +80,19 @@ class Path(Table):
         Args:
             max_step: largest distance of neighbouring tips [mm].
             max_turn: largest angle of neighbouring tool axes [rad, or degrees with deg].
+
+        Example:
+            >>> import trunnion
+            >>> path = trunnion.Path([[0, 0, 0], [10, 0, 0], [20, 5, 0]])
+            >>> len(path.interpolate(max_step=5, max_turn=10, deg=True))
+            6
         """
         import math
 
         from . import _trunnion
 
-        turn = math.radians(max_turn) if deg else max_turn
-        return Path(*_trunnion.interpolate(self.tip, self.axis, max_step, turn))
+        step, turn = (float(_options.number(*one)) for one in (("max_step", max_step), ("max_turn", max_turn)))
+        return Path(*_trunnion.interpolate(self.tip, self.axis, step, math.radians(turn) if deg else turn))
 
     def smooth(self, tip: float = 0.005, axis: float = 1e-3, *, deg: bool = False) -> "SmoothPath":
         """Lays a C3 path within tolerance of the straight moves; corners are rounded within it, or kept.
@@ -84,16 +103,29 @@ class Path(Table):
 
         Raises:
             InputError: two locations are the same, or their axes opposite.
+
+        Example:
+            >>> import trunnion
+            >>> path = trunnion.Path([[0, 0, 0], [10, 0, 0], [20, 5, 0]])
+            >>> path.smooth(tip=0.01, axis=0.1, deg=True).tip_deviation <= 0.01
+            True
         """
         import math
 
         from . import _trunnion
 
-        angle = math.radians(axis) if deg else axis
-        return SmoothPath(*_trunnion.smooth(self.tip, self.axis, tip, angle))
+        distance, angle = (float(_options.number(*one)) for one in (("tip", tip), ("axis", axis)))
+        return SmoothPath(*_trunnion.smooth(self.tip, self.axis, distance, math.radians(angle) if deg else angle))
 
     def to_cl(self, feed: float = 1000.0) -> str:
-        """Returns the locations as APT/CL text with one feed [mm/min]."""
+        """Returns the locations as APT/CL text with one feed [mm/min].
+
+        Example:
+            >>> import trunnion
+            >>> path = trunnion.Path([[0, 0, 0], [10, 0, 0], [20, 5, 0]])
+            >>> path.to_cl(feed=800).splitlines()[2]
+            'FEDRAT/800,MMPM'
+        """
         lines = ["UNITS/MM", "MULTAX/ON", f"FEDRAT/{feed},MMPM"]
         for row, axis in zip(self.tip.tolist(), self.axis.tolist()):
             lines.append("GOTO/" + ",".join(f"{value:.9f}" for value in [*row, *axis]))
@@ -147,13 +179,20 @@ class SmoothPath:
         Args:
             tip: largest distance of a move from the curve, bounded by its second derivative [mm].
             axis: largest angle of the tool axis from the curve [rad, or degrees with deg].
+
+        Example:
+            >>> import trunnion
+            >>> path = trunnion.Path([[0, 0, 0], [10, 0, 0], [20, 5, 0]])
+            >>> len(path.smooth(tip=0.01).linearise(tip=0.01)) > len(path)
+            True
         """
         import math
 
         from . import _trunnion
 
-        angle = math.radians(axis) if deg else axis
-        return Path(*_trunnion.linearise(self.ranges, self.coefficients, tip, angle))
+        distance, angle = (float(_options.number(*one)) for one in (("tip", tip), ("axis", axis)))
+        angle = math.radians(angle) if deg else angle
+        return Path(*_trunnion.linearise(self.ranges, self.coefficients, distance, angle))
 
     def __repr__(self) -> str:
         return f"SmoothPath({len(self.starts)} curves, {len(self.ranges)} spans)"

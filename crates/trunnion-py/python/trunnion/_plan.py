@@ -33,20 +33,39 @@ class Limits:
     """
 
     def __init__(self, axes: Mapping[str, Any], path: Mapping[str, float] | None = None) -> None:
-        self.axes: dict[str, dict[str, float]] = {name: _axis(name, one) for name, one in axes.items()}
-        self.path: dict[str, float] = {
-            name: _finite(f"path.{name}", value) for name, value in (path or {}).items()
-        }
+        axes = _options.mapping("axes", axes, "limits by axis")
+        path = _options.mapping("path", {} if path is None else path, "limits along s")
+        self.axes: dict[str, dict[str, float]] = {str(name): _axis(str(name), one) for name, one in axes.items()}
+        self.path: dict[str, float] = {str(name): _finite(f"path.{name}", value) for name, value in path.items()}
 
     @classmethod
     def of(cls, machine: Any, *, deg: bool = False) -> "Limits":
-        """Returns the limits of a Machine [mm, rad or degrees, s]."""
+        """Returns the limits of a machine: a Machine, or what makes one [mm, rad or degrees, s].
+
+        Example:
+            >>> import trunnion
+            >>> sorted(trunnion.Limits.of("bc-trunnion").axes)
+            ['B', 'C', 'X', 'Y', 'Z']
+        """
+        from ._trunnion import Machine
+
+        if not isinstance(machine, Machine):
+            machine = Machine(machine)
         figures = zip(machine.velocity(deg=deg), machine.acceleration(deg=deg), machine.jerk(deg=deg))
         return cls({name: tuple(map(float, row)) for name, row in zip(machine.axes, figures)})
 
     @classmethod
     def read(cls, path: Any) -> "Limits":
-        """Reads a limits file (TOML)."""
+        """Reads a limits file (TOML).
+
+        Example:
+            >>> import trunnion
+            >>> import os, tempfile
+            >>> file = os.path.join(tempfile.mkdtemp(), "limits.toml")
+            >>> _ = open(file, "w").write(trunnion.Limits({"X": (1, 2, 3)}).to_toml())
+            >>> trunnion.Limits.read(file).axes["X"]["vel"]
+            1.0
+        """
         from . import _trunnion
 
         name = _options.path("limits", path)
@@ -58,7 +77,13 @@ class Limits:
         return cls(found.get("axis", {}), found.get("path"))
 
     def to_toml(self) -> str:
-        """Returns the limits as a limits file."""
+        """Returns the limits as a limits file.
+
+        Example:
+            >>> import trunnion
+            >>> "[axis.X]" in trunnion.Limits({"X": (1, 2, 3)}).to_toml()
+            True
+        """
         from . import _trunnion
 
         return _trunnion.toml_text({"axis": self.axes, "path": self.path})
@@ -315,7 +340,7 @@ def plan(
     words = ["table", "--limits=limits", f"--method={method}"]
     if window is not None:
         words.append(f"--window={window}")
-    words += _options.others("plan", _KNOWN, more)
+    words += _options.others("plan", _KNOWN, more, plan)
     arguments = (names, values, found.to_toml(), words, adapted(progress))
     if not isinstance(values, list) or axes is not None:
         return Plan(_trunnion.plan(*arguments), found)
@@ -362,15 +387,15 @@ class Stream:
     def __init__(self, limits: Any, method: str = "jerk", *, window: int = 512, step: float = 1.0) -> None:
         from . import _trunnion
 
-        if method not in ("jerk", "optimal"):
-            raise ArgumentError(f"method = {method!r} is neither 'jerk' nor 'optimal'", "method", None, method)
+        _options.choice("method", method, ("jerk", "optimal"))
+        length = float(_options.number("step", step))
         found = _limits(limits)
         self.axes = list(found.axes)
         rows = [[one.get("vel", 0.0), one.get("acc", 0.0), one.get("jerk", 0.0)] for one in found.axes.values()]
         if method == "optimal":
             # Jerk limits are not looked at, but have to be numbers above 0.
             rows = [[vel, acc, jerk or acc] for vel, acc, jerk in rows]
-        self._native = _trunnion.NativeStream(self.axes, rows, method == "jerk", window, float(step))
+        self._native = _trunnion.NativeStream(self.axes, rows, method == "jerk", window, length)
 
     def push(self, rows: Any) -> "NDArray[np.float64]":
         """Takes rows of the path, and returns the steps that are decided by them.
@@ -380,11 +405,25 @@ class Stream:
 
         Returns:
             (m, 8): s at start and end of the step, its time and duration [s], ds/dt at both ends, d2s/dt2 at both ends.
+
+        Example:
+            >>> import trunnion
+            >>> stream = trunnion.Stream({"X": (100, 1000, 20000)}, window=16)
+            >>> stream.push([[0, 0, 1, 0], [1, 1, 1, 0]]).shape[1]
+            8
         """
         return self._native.push(rows)
 
     def finish(self) -> "NDArray[np.float64]":
-        """Ends the path at rest, and returns the remaining steps as `push` does."""
+        """Ends the path at rest, and returns the remaining steps as `push` does.
+
+        Example:
+            >>> import trunnion
+            >>> stream = trunnion.Stream({"X": (100, 1000, 20000)}, window=16)
+            >>> _ = stream.push([[0, 0, 1, 0], [1, 1, 1, 0]])
+            >>> float(stream.finish()[-1, 5])
+            0.0
+        """
         return self._native.finish()
 
     @property

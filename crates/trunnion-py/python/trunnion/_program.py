@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from typing import TYPE_CHECKING, Any, Mapping
 
 from . import _options, _picture
@@ -106,7 +105,7 @@ def read(
 
     Args:
         path: the file, or its content as bytes.
-        machine: the machine that a program is for: name, file, or Machine, whose setup holds where none is given. CL files
+        machine: the machine that a program is for: name, file, dict, or Machine, whose setup holds where none is given. CL files
             and programs without rotary words need none.
         dialect: "apt", "linuxcnc", "fanuc", "haas", "siemens" or "heidenhain"; else the text decides.
         origin: workpiece origin in machine coordinates with all axes at zero, (3,) [mm].
@@ -125,10 +124,12 @@ def read(
         >>> trunnion.read(b"G21 G90\\nG0 X0 Y0 Z5\\nG1 Z0 F600\\nG1 X20\\nM2\\n").line.tolist()
         [2, 3, 4]
     """
+    import tempfile
+
     from . import _trunnion
 
     with tempfile.TemporaryDirectory() as folder:
-        file = _options.as_file(path, suffix or ".nc", folder)
+        file = _options.as_file(path, ".nc" if suffix is None else suffix, folder)
         name = "program" if file.startswith(folder) else file
         needs = _options.machine_file(machine, folder) if machine is not None else _UPRIGHT
         words = [file, "--machine", needs, "--output", "unused"]
@@ -147,7 +148,7 @@ def read(
             words += _options.per_tool("tool_length", tool_length, _options.number)
         if reversed_rotaries:
             words.append("--from-reversed-rotaries")
-        words += _options.others("read", _KNOWN, more)
+        words += _options.others("read", _KNOWN, more, read)
         try:
             found = _trunnion.moves(words, adapted(progress))
         except InputError as error:

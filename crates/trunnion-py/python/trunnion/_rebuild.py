@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 import json
+import os
 from typing import Any, Mapping
 
 
-def json_text(value: Mapping[str, Any]) -> str:
-    """Returns a dictionary of plain values and arrays as JSON."""
+def plain(value: Any) -> Any:
+    """Returns dictionaries of values and arrays as dicts and lists of truth values, numbers and texts.
 
-    def plain(other: Any) -> Any:
-        if hasattr(other, "tolist"):
-            return other.tolist()
-        if hasattr(other, "__fspath__"):
-            return other.__fspath__()
-        raise TypeError(f"{type(other).__name__} has no place in a file: {other!r}")
-
-    return json.dumps(_without_none(value), default=plain)
-
-
-def _without_none(value: Any) -> Any:
-    # TOML has no null: a key that is absent says the same.
+    TOML has no null: a key whose value is None is left out, which says the same.
+    """
     if isinstance(value, Mapping):
-        return {key: _without_none(one) for key, one in value.items() if one is not None}
+        return {str(key): plain(one) for key, one in value.items() if one is not None}
     if isinstance(value, (list, tuple)):
-        return [_without_none(one) for one in value]
-    return value
+        return [plain(one) for one in value]
+    if isinstance(value, (bool, int, float, str)):
+        return value
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if hasattr(value, "__fspath__"):
+        return os.fsdecode(value)
+    raise TypeError(f"{type(value).__name__} has no place in a file: {value!r}")
+
+
+def json_text(value: Mapping[str, Any]) -> str:
+    """Returns a dictionary of values and arrays as JSON."""
+    return json.dumps(plain(value))
 
 
 def machine(text: str, state: dict[str, Any]) -> Any:

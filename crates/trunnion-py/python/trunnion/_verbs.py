@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import os
-import tempfile
 from typing import TYPE_CHECKING, Any, Mapping, Sequence
 
 from . import _options, _picture
-from ._errors import InputError, TrunnionWarning
+from ._errors import InputError, TrunnionError, TrunnionWarning
+from ._program import Program, read
 from ._progress import Progress, adapted
 from ._result import Table
 
@@ -25,6 +26,9 @@ _POST = (
     "from_rotation", "from_tool_length", "from_reversed_rotaries", "tool", "reduce", "unwind", "max_feed", "feed",
     "motion", "period", "reversed_rotaries", "spindle", "coolant", "template",
 )
+
+#: Dialects that are read under another name than the first word of the one they are written under.
+_READ_AS = {"g93": "linuxcnc", "iso": "linuxcnc"}
 
 
 class CheckResult(Table):
@@ -120,6 +124,7 @@ def _machine(machine: Any, folder: str) -> tuple[str, list[str]]:
     """Returns the machine as an option, and the options of its setup if it is a Machine."""
     from ._trunnion import Machine
 
+    machine = _options.as_machine(machine)
     name = _options.machine_file(machine, folder)
     if not isinstance(machine, Machine):
         return name, []
@@ -156,7 +161,7 @@ def check(
     Args:
         program: NC program, CL file or table of setpoints; a path, or the content as bytes.
         job: job file from which everything else is taken.
-        machine: name or file of the machine, or a Machine with its setup.
+        machine: name, file or dict of the machine, or a Machine with its setup.
         part: surface JSON or STEP file; without one only the machine is audited.
         faces: numbers of the faces that are cut; all if empty.
         cutter: Cutter, words as "R=10,r=6", or a dict of them by tool number.
@@ -179,6 +184,8 @@ def check(
         >>> trunnion.check(program, machine=machine).passed
         True
     """
+    import tempfile
+
     from . import _trunnion
 
     with tempfile.TemporaryDirectory() as folder:
@@ -189,12 +196,12 @@ def check(
         if machine is not None:
             name, setup = _machine(machine, folder)
             words += ["--machine", name]
-            if origin is None and rotation is None:
-                words += [one for one in setup if tool_length is None or not one.startswith("--tool")]
+            # What is given takes the place of what the machine has, each by itself.
+            given = {"--origin": origin, "--rotation": rotation, "--tool-length": tool_length}
+            words += [one for one in setup if given[one.partition("=")[0]] is None]
         if part is not None:
             words += ["--part", _options.path("part", part)]
-        if len(faces):
-            words.append("--faces=" + ",".join(str(int(face)) for face in faces))
+        words += _options.faces_option(faces)
         if cutter is not None:
             words += _cutters(cutter)
         if tolerance is not None:
@@ -209,7 +216,7 @@ def check(
             words.append("--rotation=" + _options.angles("rotation", rotation, 3, deg))
         if output is not None:
             words += ["--output", _options.path("output", output)]
-        words += _options.others("check", _CHECK, more)
+        words += _options.others("check", _CHECK, more, check)
         return CheckResult(_named(lambda: _trunnion.check(words, adapted(progress)), file, folder))
 
 
@@ -245,14 +252,16 @@ class PostResult:
         kept: True if every limit is kept.
         summary: everything as `trunnion post --json` prints it; mm, degrees, s.
         warnings: remarks, in words.
+        program: the moves of the text, read back as a Program.
     """
 
-    def __init__(self, found: Mapping[str, Any], text: str, setup: str) -> None:
+    def __init__(self, found: Mapping[str, Any], text: str, setup: str, reading: Mapping[str, Any]) -> None:
         self.summary: dict[str, Any] = found["summary"]
         self.kept: bool = found["kept"]
         self.warnings: list[str] = found["warnings"]
         self.text = text
         self.setup = setup
+        self._reading = reading
         self._table: str = found["table"]
 
     @property
@@ -261,9 +270,26 @@ class PostResult:
         before, after = self.summary["seconds"]
         return before, after
 
+    @functools.cached_property
+    def program(self) -> Program:
+        """The moves of the text, read back: tips, tool axes, axis positions, lines.
+
+        Raises:
+            InputError: the text cannot be read, as it may be with a template of one's own.
+        """
+        return read(self.text.encode(), **self._reading)
+
     def to_dict(self) -> dict[str, Any]:
         """Returns the summary."""
         return dict(self.summary)
+
+    def to_pandas(self) -> Any:
+        """Returns the moves of the text as a DataFrame."""
+        return self.program.to_pandas()
+
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
+        """Hands the moves of the text to Arrow; needs pandas with pyarrow."""
+        return self.program.__arrow_c_stream__(requested_schema)
 
     def __str__(self) -> str:
         return self._table
@@ -278,7 +304,12 @@ class PostResult:
             ("time with feed", f"{before:.2f} s as programmed, {after:.2f} s within the limits"),
             ("lines", len(self.text.splitlines())),
         ]
-        return _picture.table(rows + [("warning", one) for one in self.warnings])
+        shown = _picture.table(rows + [("warning", one) for one in self.warnings])
+        try:
+            return shown + _picture.path("moves of the program", self.program.tip, self.program.axis)
+        except TrunnionError:
+            # A template of one's own may write what no reader knows.
+            return shown
 
 
 @_options.pythonic
@@ -303,7 +334,7 @@ def post(
 
     Args:
         program: the input; a path, or its content as bytes.
-        machine: name or file of the machine, or a Machine with its setup.
+        machine: name, file or dict of the machine, or a Machine with its setup.
         output: file to write; without one the text is only returned.
         dialect: dialect to write [default: that of the machine].
         tolerance: largest deviation from the input: mm at the tip, degrees of the tool axis.
@@ -325,10 +356,12 @@ def post(
         >>> posted.kept
         True
     """
+    import tempfile
+
     from . import _trunnion
 
     with tempfile.TemporaryDirectory() as folder:
-        file = _options.as_file(program, suffix or ".nc", folder)
+        file = _options.as_file(program, ".nc" if suffix is None else suffix, folder)
         target = _options.path("output", output) if output is not None else os.path.join(folder, "out", "program.nc")
         if output is None:
             os.mkdir(os.path.dirname(target))
@@ -349,18 +382,28 @@ def post(
             words += _options.per_tool("tool_length", tool_length, _options.number)
         else:
             words += setup[2:]
-        words += _options.others("post", _POST, more)
+        reading = {
+            "machine": _options.as_machine(machine), "dialect": _read_as(dialect), "origin": origin,
+            "rotation": rotation, "deg": deg, "tool_length": tool_length,
+            "reversed_rotaries": more.get("reversed_rotaries") is True,
+        }
+        words += _options.others("post", _POST, more, post)
         try:
             found = _trunnion.post(words, adapted(progress))
         except InputError as error:
             shown = [one.replace(file, "program") if file.startswith(folder) else one for one in error.messages]
             raise type(error)(*shown) from None
         with open(target, encoding="utf-8", errors="replace") as text:
-            result = PostResult(found, text.read(), _sheet(target))
+            result = PostResult(found, text.read(), _sheet(target), reading)
     if output is None:
         result.summary["output"] = None
     _warn(result.warnings)
     return result
+
+
+def _read_as(dialect: str | None) -> str | None:
+    """Returns the dialect in which a written program is read."""
+    return None if dialect is None else _READ_AS.get(str(dialect), str(dialect).partition("-")[0])
 
 
 def _sheet(target: str) -> str:

@@ -1,21 +1,23 @@
 """Many programs, jobs and machines at once: tables of results that can be resumed.
 
 Every item has a key, the hash of everything that its result depends on. With `results=` a finished item is kept as
-`KEY.json` in a folder (or any fsspec URL), and is not run again. An item that fails is finished too: its message stands
-beside the results. Work runs in processes of this machine, or on a Dask cluster when a client is given.
+`KEY.json` in a folder (or any fsspec URL), and is not run again. An item that is refused is finished too: its message
+stands beside the results. One that took its worker with it has a message as well, and is tried again the next time.
+Work runs in processes of this machine, or on a Dask cluster when a client is given. Ctrl-C, or leaving the loop over the
+rows, ends it: what has finished is kept.
 """
 
 from __future__ import annotations
 
-import concurrent.futures as futures
-import concurrent.futures.process
+import contextlib
 import hashlib
 import itertools
 import json
 import os
-from typing import TYPE_CHECKING, Any, Callable, Iterable, Iterator, Mapping, Sequence
+import tempfile
+from typing import TYPE_CHECKING, Any, Callable, Generator, Iterable, Iterator, Mapping, Sequence
 
-from . import _options
+from . import _options, _workers
 from ._errors import InputError, TrunnionError
 from ._job import Job, run
 from ._progress import Progress, adapted
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Fleet", "audit", "compare", "which_machine"]
 
-#: Times that workers may die before items are run one by one, and times that Dask runs an item again.
+#: Workers that may end in the middle of an item before it counts as failed, and times that Dask runs an item again.
 _DEATHS = 3
 
 #: Figures of a run that stand in the table; the whole summary is in the result.
@@ -44,6 +46,12 @@ class Fleet:
 
     Iterating yields rows as they finish; `rows` runs everything and returns them in order. A row is a dict with the
     columns of the item (`program`, `machine`, ..), `status` ("done" or "failed"), `passed`, figures, and `message`.
+
+    Example:
+        >>> import trunnion
+        >>> fleet = trunnion.fleet.compare({"name": "a"}, {"tolerance": [0.01]}, workers=0)
+        >>> len(fleet), fleet.failed[0]["status"]
+        (1, 'failed')
     """
 
     def __init__(self, items: Sequence[dict[str, Any]], plan: "_Plan") -> None:
@@ -65,13 +73,16 @@ class Fleet:
                 yield self._row(waiting.pop(key))
         done = len(self._items) - len(waiting)
         self._plan.report(done, len(self._items))
-        for key, result in self._plan.run(list(waiting.values())):
-            if store is not None:
-                store.write(key, result)
-            self._found[key] = result
-            done += 1
-            self._plan.report(done, len(self._items))
-            yield self._row(waiting[key])
+        work = self._plan.run(list(waiting.values()))
+        # Closed at once when the loop is left: workers do not go on until the garbage is collected.
+        with contextlib.closing(work):
+            for key, result in work:
+                if store is not None and not result.get("lost"):
+                    store.write(key, result)
+                self._found[key] = result
+                done += 1
+                self._plan.report(done, len(self._items))
+                yield self._row(waiting[key])
 
     def _row(self, item: dict[str, Any]) -> dict[str, Any]:
         return {**item["columns"], **self._found[item["key"]]["row"]}
@@ -179,15 +190,16 @@ class _Plan:
         if self._progress is not None:
             self._progress("running items", done, total)
 
-    def run(self, items: list[dict[str, Any]]) -> Iterator[tuple[str, dict[str, Any]]]:
+    def run(self, items: list[dict[str, Any]]) -> Generator[tuple[str, dict[str, Any]], None, None]:
         if not items:
-            return iter(())
+            return
         if self._client is not None:
-            return self._on_dask(items)
-        if self._workers == 0:
+            yield from self._on_dask(items)
+        elif self._workers == 0:
             # Beside the items, the stages of each are reported: whoever watches this process can stop it between them.
-            return ((item["key"], _worked(item, self._progress)) for item in items)
-        return self._in_processes(items)
+            yield from ((item["key"], _worked(item, self._progress)) for item in items)
+        else:
+            yield from self._in_processes(items)
 
     def _on_dask(self, items: list[dict[str, Any]]) -> Iterator[tuple[str, dict[str, Any]]]:
         from distributed import as_completed
@@ -198,39 +210,24 @@ class _Plan:
             for item in items
         ]
         keys = {task.key: item["key"] for task, item in zip(tasks, items)}
-        for task in as_completed(tasks):
-            error = task.exception() if task.status == "error" else None
-            yield keys[task.key], _failed(error) if error is not None else task.result()
+        try:
+            for task in as_completed(tasks):
+                error = task.exception() if task.status == "error" else None
+                yield keys[task.key], _lost(error) if error is not None else task.result()
+        finally:
+            # The scheduler forgets what nobody waits for.
+            for task in tasks:
+                task.release()
 
     def _in_processes(self, items: list[dict[str, Any]]) -> Iterator[tuple[str, dict[str, Any]]]:
-        import multiprocessing
-
-        waiting = {item["key"]: item for item in items}
-        deaths = 0
-        # Threads of this process do not survive a fork.
-        context = multiprocessing.get_context("spawn")
-        while waiting:
-            # One item after another, once items keep taking their workers with them: the guilty one is known then.
-            alone = deaths >= _DEATHS
-            batch = dict(itertools.islice(waiting.items(), 1 if alone else None))
-            workers = 1 if alone else self._workers
-            with futures.ProcessPoolExecutor(workers, context, initializer=_single_thread) as pool:
-                tasks = {pool.submit(_worked, item): key for key, item in batch.items()}
-                lost = False
-                for task in futures.as_completed(tasks):
-                    error = task.exception()
-                    if isinstance(error, futures.process.BrokenProcessPool) and not alone:
-                        # Whatever was not finished is run again.
-                        lost = True
-                        continue
-                    del waiting[tasks[task]]
-                    yield tasks[task], task.result() if error is None else _failed(error)
-                deaths += lost
+        with contextlib.closing(_workers.each(_worked, items, self._workers, _DEATHS)) as found:
+            for item, result, error in found:
+                yield item["key"], result if error is None else _lost(error)
 
 
-def _single_thread() -> None:
-    # As many workers as cores: threads of their own would only wait for each other.
-    os.environ["RAYON_NUM_THREADS"] = "1"
+def _lost(error: BaseException) -> dict[str, Any]:
+    """Returns the result of an item that ended with its worker: not kept, for it says nothing of the item."""
+    return {**_failed(error), "lost": True}
 
 
 def _failed(error: BaseException) -> dict[str, Any]:
@@ -269,7 +266,11 @@ def _ratio(value: Any) -> float:
 
 
 def _ran(work: dict[str, Any], progress: Progress = None) -> dict[str, Any]:
-    found = run(Job(work["data"], work["folder"]), progress=progress)
+    job = Job(work["data"], work["folder"])
+    with tempfile.TemporaryDirectory() as folder:
+        if work["machine"] is not None:
+            job = job.replace({"machine.file": _options.machine_file(work["machine"], folder)})
+        found = run(job, progress=progress)
     row: dict[str, Any] = {"status": "done", "passed": found.passed}
     for name, (section, key) in _RUN.items():
         row[name] = found.summary[section].get(key)
@@ -312,7 +313,7 @@ class _Hash:
         return self
 
     def files_in(self, value: Any, folder: str) -> "_Hash":
-        """Adds the content of all files that stand in nested values."""
+        """Adds the content of all files that stand in nested values, of a machine file also the solids of its bodies."""
         if isinstance(value, Mapping):
             for key in sorted(value, key=str):
                 self.files_in(value[key], folder)
@@ -320,10 +321,44 @@ class _Hash:
             for one in value:
                 self.files_in(one, folder)
         elif isinstance(value, (str, os.PathLike)):
-            name = os.path.join(folder, os.fspath(value))
+            # A solid may have a placement: vise.stl@10,0,0.
+            name = os.path.join(folder, os.fsdecode(value).split("@")[0])
             if os.path.isfile(name):
-                self.file(name)
+                self.file(name)._bodies(name)
         return self
+
+    def machine(self, machine: Any) -> "_Hash":
+        """Adds a Machine with its setup, or the name or file of one."""
+        from ._trunnion import Machine, toml_data
+
+        if isinstance(machine, Machine):
+            setup = [machine.origin.tolist(), machine.rotation().tolist(), machine.tool_length]
+            text = machine.to_toml()
+            return self.text([text, setup]).files_in(toml_data(text).get("body"), os.path.dirname(machine.source))
+        return self.files_in(machine, "") if os.path.isfile(machine) else self.text(machine)
+
+    def subprograms(self, program: str, options: Mapping[str, Any]) -> "_Hash":
+        """Adds the subprograms that a program runs."""
+        from ._trunnion import subprograms
+
+        folders = {name: options[name] for name in ("ini", "sub_dir") if name in options}
+        try:
+            return self.text(subprograms([program, *_options.others("check", folders, folders)]))
+        except TrunnionError:
+            # The item itself reports what is wrong with its files.
+            return self
+
+    def _bodies(self, file: str) -> "_Hash":
+        from ._trunnion import toml_data
+
+        if not file.lower().endswith(".toml"):
+            return self
+        try:
+            with open(file, encoding="utf-8") as text:
+                bodies = toml_data(text.read()).get("body")
+        except (OSError, ValueError):
+            return self
+        return self.files_in(bodies, os.path.dirname(file))
 
     @property
     def key(self) -> str:
@@ -333,7 +368,7 @@ class _Hash:
 def _paths(name: str, value: Any) -> list[str]:
     if isinstance(value, (str, os.PathLike)):
         return [_options.path(name, value)]
-    return [_options.path(name, one) for one in value]
+    return [_options.path(name, one) for one in _options.sequence(name, value, "paths")]
 
 
 def audit(
@@ -350,7 +385,8 @@ def audit(
 
     Args:
         programs: paths of programs.
-        machines: names or files of machines.
+        machines: machines, one or several: a name, a file, a Machine with its setup, or a dict as a machine file has it.
+            Those of the same name are numbered.
         results: folder or fsspec URL that keeps finished items; without one nothing is kept.
         client: dask.distributed.Client to work on; else processes of this machine.
         workers: number of processes [default: one for each core]; 0 works in this one.
@@ -370,20 +406,58 @@ def audit(
         >>> [row["passed"] for row in trunnion.fleet.audit(program, "bc-trunnion", workers=0, **setup)]
         [True]
     """
+    # What all items share is read and hashed once.
+    shared = _Hash("options").text(sorted(options.items(), key=lambda one: one[0])).files_in(options, ".").key
+    settings = _anywhere(options)
+    named = [
+        (name, _placed(machine), _Hash("machine").machine(machine).key)
+        for name, machine in _machines("machines", machines)
+    ]
     items = []
-    for program, machine in itertools.product(_paths("programs", programs), _paths("machines", machines)):
-        key = _Hash("audit").file(program).text(sorted(options.items(), key=lambda one: one[0]))
-        key = key.files_in(options, ".").text(os.path.basename(program))
-        key = key.file(machine) if os.path.isfile(machine) else key.text(machine)
-        work = {"program": os.path.abspath(program), "machine": _absolute(machine), "options": options}
-        columns = {"program": program, "machine": machine}
-        items.append({"key": key.key, "kind": "audit", "columns": columns, "work": work})
+    for program in _paths("programs", programs):
+        own = _Hash("program").file(program).text(os.path.basename(program)).subprograms(program, options).key
+        for name, machine, of_machine in named:
+            work = {"program": os.path.abspath(program), "machine": machine, "options": settings}
+            columns = {"program": program, "machine": name}
+            key = _Hash("audit").text([own, of_machine, shared]).key
+            items.append({"key": key, "kind": "audit", "columns": columns, "work": work})
     return Fleet(_distinct(items), _Plan(results, client, workers, progress))
 
 
-def _absolute(machine: str) -> str:
-    # Workers may stand in another folder.
-    return os.path.abspath(machine) if os.path.isfile(machine) else machine
+def _machines(argument: str, value: Any) -> list[tuple[str, Any]]:
+    """Returns names of machines for the table, and each machine: a Machine, or the name or file of one."""
+    from ._trunnion import Machine
+
+    one = isinstance(value, (str, os.PathLike, Mapping, Machine))
+    named = []
+    for machine in [value] if one else _options.sequence(argument, value, "machines"):
+        machine = _options.as_machine(machine)
+        if not isinstance(machine, Machine):
+            machine = _options.path(argument, machine)
+        named.append((machine.name if isinstance(machine, Machine) else machine, machine))
+    names = [name for name, _ in named]
+    counts = [names[:index].count(name) for index, name in enumerate(names)]
+    return [(f"{name} ({count + 1})" if count else name, machine) for (name, machine), count in zip(named, counts)]
+
+
+def _placed(machine: Any) -> Any:
+    """Returns a machine for workers that stand in another folder."""
+    from ._trunnion import Machine
+
+    if not isinstance(machine, Machine):
+        return _anywhere(machine)
+    return Machine.from_toml(_options.machine_text(machine), machine.name).with_setup(
+        origin=machine.origin, rotation=machine.rotation(), tool_length=machine.tool_length
+    )
+
+
+def _anywhere(value: Any) -> Any:
+    """Returns nested values with the files in them named by their whole path."""
+    if isinstance(value, Mapping):
+        return {key: _anywhere(one) for key, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_anywhere(one) for one in value]
+    return os.path.abspath(value) if isinstance(value, (str, os.PathLike)) and os.path.isfile(value) else value
 
 
 def _distinct(items: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -410,7 +484,8 @@ def compare(
     Args:
         job: a Job, a job file, or a dict with its content.
         over: values by name: `cutter` (Cutters), `tilt` and `lead` [degrees, for the method fixed-tilt], `direction`,
-            `tolerance` [mm], `machine`, or any key of the job such as "strategy.method".
+            `tolerance` [mm], `machine` (names, files that count from the folder of the job, Machines or dicts; a Machine
+            brings its origin and rotation where it has some), or any key of the job such as "strategy.method".
         results, client, workers, progress: as in `audit`.
 
     Returns:
@@ -423,11 +498,14 @@ def compare(
         >>> [row["status"] for row in fleet]
         ['failed', 'failed']
     """
+    from ._trunnion import Machine
+
     if isinstance(job, Mapping):
         job = Job(job)
     elif not isinstance(job, Job):
         job = Job.read(job)
-    values = {name: list(each) for name, each in over.items()}
+    over = _options.mapping("over", over, "values by name")
+    values = {str(name): _values(str(name), each) for name, each in over.items()}
     if not values or not all(values.values()):
         raise InputError("over has no values\n  help: give values by name: {\"tolerance\": [0.01, 0.02]}")
     folder = os.path.abspath(job.folder)
@@ -435,14 +513,17 @@ def compare(
     for combination in itertools.product(*values.values()):
         changes: dict[str, Any] = {}
         columns: dict[str, Any] = {}
-        for name, value in zip(values, combination):
+        machine = None
+        for name, (word, value) in zip(values, combination):
             changes.update(_changes(name, value))
-            plain = isinstance(value, (str, int, float, bool, type(None)))
-            columns[name] = value if plain else str(value)
+            columns[name] = word
+            machine = value if isinstance(value, Machine) else machine
         data = job.replace(changes).data
-        key = _Hash("run").text(data).files_in(data, folder).key
-        work = {"data": json.loads(_json(data)), "folder": folder}
-        items.append({"key": key, "kind": "run", "columns": columns, "work": work})
+        key = _Hash("run").text(data).files_in(data, folder)
+        key = key if machine is None else key.machine(machine)
+        placed = None if machine is None else _placed(machine)
+        work = {"data": json.loads(_json(data)), "folder": folder, "machine": placed}
+        items.append({"key": key.key, "kind": "run", "columns": columns, "work": work})
     return Fleet(_distinct(items), _Plan(results, client, workers, progress))
 
 
@@ -452,10 +533,25 @@ def _json(data: Any) -> str:
     return json_text(data)
 
 
-def _changes(name: str, value: Any) -> dict[str, Any]:
-    from ._trunnion import Cutter
+def _values(name: str, values: Any) -> list[tuple[Any, Any]]:
+    """Returns words for the table, and the values of a name."""
+    if _KEYS.get(name, name) == _KEYS["machine"]:
+        return _machines(name, values)
+    plain = (str, int, float, bool, type(None))
+    values = _options.sequence(f"over[{name!r}]", values, "values")
+    return [(value if isinstance(value, plain) else str(value), value) for value in values]
 
-    return {"tool": value} if isinstance(value, Cutter) else {_KEYS.get(name, name): value}
+
+def _changes(name: str, value: Any) -> dict[str, Any]:
+    from ._trunnion import Cutter, Machine
+
+    if isinstance(value, Cutter):
+        return {"tool": value}
+    if not isinstance(value, Machine):
+        return {_KEYS.get(name, name): value}
+    changes: dict[str, Any] = {_KEYS["machine"]: value.name}
+    setup = {"setup.origin": value.origin.tolist(), "setup.rotation": value.rotation(deg=True).tolist()}
+    return {**changes, **setup} if any(map(any, setup.values())) else changes
 
 
 def which_machine(
@@ -474,15 +570,14 @@ def which_machine(
 
     Args:
         job, results, client, workers, progress: as in `compare`.
-        machines: names of machines, or files that count from the folder of the job.
+        machines: machines, one or several, as `machine` in `compare`.
 
     Example:
         >>> import trunnion
         >>> [row["machine"] for row in trunnion.fleet.which_machine({"name": "a"}, ["bc-trunnion"], workers=0)]
         ['bc-trunnion']
     """
-    names = _paths("machines", machines)
-    found = compare(job, {"machine": names}, results=results, client=client, workers=workers, progress=progress)
+    found = compare(job, {"machine": machines}, results=results, client=client, workers=workers, progress=progress)
     worst = float("inf")
 
     def rank(row: dict[str, Any]) -> tuple[bool, bool, float]:

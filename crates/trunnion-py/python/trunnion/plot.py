@@ -63,7 +63,16 @@ def axes(result: Any, period: float = 0.002) -> "Figure":
 
 
 def strip_width(result: Any) -> "Figure":
-    """Draws the strip width along every pass of a covering or of a run [mm]."""
+    """Draws the strip width along every pass of a covering or of a run [mm].
+
+    Example:
+        >>> import trunnion
+        >>> plane = trunnion.Part.from_net([[[0, 0, 0], [0, 20, 0]], [[20, 0, 0], [20, 20, 0]]], degree=(1, 1))
+        >>> ball = trunnion.Cutter.ball(10, length=60)
+        >>> found = trunnion.cover(plane, ball, excess=0.1, gouge=0.01, along="u", method="inclined")
+        >>> len(trunnion.plot.strip_width(found).axes)
+        1
+    """
     import numpy as np
 
     figure, (row,) = _figure(1, "strip width, mm")
@@ -79,7 +88,16 @@ def strip_width(result: Any) -> "Figure":
 
 
 def error_curve(location: Any, tolerance: float | None = None) -> "Figure":
-    """Draws the error of a cutter location across the feed [mm], with the tolerance if it is given."""
+    """Draws the error of a cutter location across the feed [mm], with the tolerance if it is given.
+
+    Example:
+        >>> import trunnion
+        >>> net = [[[x, y, 0.002 * (x * x + y * y)] for y in (-40, -15, 15, 40)] for x in (-40, -15, 15, 40)]
+        >>> face = trunnion.Part.from_net(net).faces[0]
+        >>> found = trunnion.position(face, trunnion.Cutter.bull(10, 6), at=(0.5, 0.5), feed=(0, 1))
+        >>> len(trunnion.plot.error_curve(found, 0.01).axes)
+        1
+    """
     figure, (row,) = _figure(1, f"error of one cutter location, strip {location.strip_width:.3f} mm")
     curve = location.error_curve
     row.plot(curve[:, 1], curve[:, 2])
@@ -93,7 +111,13 @@ def error_curve(location: Any, tolerance: float | None = None) -> "Figure":
 
 
 def deviation(result: Any, bins: int = 80) -> "Figure":
-    """Draws the histogram of the deviation of a check or of a run [mm]."""
+    """Draws the histogram of the deviation of a check or of a run [mm].
+
+    Example:
+        >>> import trunnion
+        >>> result = trunnion.run("job.toml")  # doctest: +SKIP
+        >>> figure = trunnion.plot.deviation(result)  # doctest: +SKIP
+    """
     import numpy as np
 
     maps = result.maps if hasattr(result, "maps") else [{"height": result.height}]
@@ -112,6 +136,11 @@ def view(part: Any = None, result: Any = None, chord: float = 0.05) -> Any:
         part: a Part whose faces are drawn.
         result: a run or covering whose passes are drawn, coloured by deviation where it was measured.
         chord: chord tolerance of the drawing [mm].
+
+    Example:
+        >>> import trunnion
+        >>> plane = trunnion.Part.from_net([[[0, 0, 0], [0, 20, 0]], [[20, 0, 0], [20, 20, 0]]], degree=(1, 1))
+        >>> trunnion.plot.view(plane).show()  # doctest: +SKIP
     """
     try:
         import pyvista

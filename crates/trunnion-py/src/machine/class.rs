@@ -124,6 +124,11 @@ impl Machine {
     }
 
     /// Returns the rotation of the workpiece about the fixed x, then y, then z, (3,) [rad, or degrees with deg].
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> trunnion.Machine("bc-trunnion", rotation=(0, 20, 0), deg=True).rotation(deg=True).round(9).tolist()
+    ///     [0.0, 20.0, 0.0]
     #[pyo3(signature = (*, deg=false))]
     fn rotation<'py>(&self, py: Python<'py>, deg: bool) -> Bound<'py, PyAny> {
         let (x, y, z) = self.inverse.kinematics().setup().rotation.euler_angles();
@@ -146,30 +151,60 @@ impl Machine {
     }
 
     /// Returns the velocity limits, (5,) [per second].
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> machine = trunnion.Machine("bc-trunnion")
+    ///     >>> bool((machine.velocity() > 0).all())
+    ///     True
     #[pyo3(signature = (*, deg=false))]
     fn velocity<'py>(&self, py: Python<'py>, deg: bool) -> Bound<'py, PyAny> {
         PyArray1::from_slice(py, &self.figures(deg, |axis| axis.vel)).into_any()
     }
 
     /// Returns the acceleration limits, (5,) [per second squared].
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> machine = trunnion.Machine("bc-trunnion")
+    ///     >>> machine.acceleration(deg=True).shape
+    ///     (5,)
     #[pyo3(signature = (*, deg=false))]
     fn acceleration<'py>(&self, py: Python<'py>, deg: bool) -> Bound<'py, PyAny> {
         PyArray1::from_slice(py, &self.figures(deg, |axis| axis.acc)).into_any()
     }
 
     /// Returns the jerk limits, (5,) [per second cubed].
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> machine = trunnion.Machine("bc-trunnion")
+    ///     >>> bool((machine.jerk() > 0).all())
+    ///     True
     #[pyo3(signature = (*, deg=false))]
     fn jerk<'py>(&self, py: Python<'py>, deg: bool) -> Bound<'py, PyAny> {
         PyArray1::from_slice(py, &self.figures(deg, |axis| axis.jerk)).into_any()
     }
 
     /// Returns the home position, (5,) [mm, rad or degrees].
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> machine = trunnion.Machine("bc-trunnion")
+    ///     >>> machine.home().shape
+    ///     (5,)
     #[pyo3(signature = (*, deg=false))]
     fn home<'py>(&self, py: Python<'py>, deg: bool) -> Bound<'py, PyAny> {
         PyArray1::from_slice(py, &self.figures(deg, |axis| axis.home)).into_any()
     }
 
     /// Returns the tool axes at which the first rotary is free, unit vectors in the workpiece frame, (k, 3).
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> machine = trunnion.Machine("bc-trunnion")
+    ///     >>> abs(machine.singular_directions()).tolist()
+    ///     [[0.0, 0.0, 1.0], [0.0, 0.0, 1.0]]
     fn singular_directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         maps::singular_directions(&self.inverse, py)
     }
@@ -292,11 +327,23 @@ impl Machine {
     }
 
     /// Returns a drawing of the chain as SVG.
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> machine = trunnion.Machine("bc-trunnion")
+    ///     >>> machine.picture().startswith("<svg")
+    ///     True
     fn picture(&self) -> String {
         trunnion::machine::picture(self.machine())
     }
 
     /// Returns the machine file.
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> machine = trunnion.Machine("bc-trunnion")
+    ///     >>> "schema" in machine.to_toml()
+    ///     True
     fn to_toml(&self) -> &str {
         &self.text
     }
@@ -384,6 +431,12 @@ impl Machine {
     }
 
     /// Rebuilds a machine from the text of its file; `source` stands in messages.
+    ///
+    /// Example:
+    ///     >>> import trunnion
+    ///     >>> machine = trunnion.Machine("bc-trunnion")
+    ///     >>> trunnion.Machine.from_toml(machine.to_toml(), "copy").name
+    ///     'bc-trunnion'
     #[staticmethod]
     #[pyo3(signature = (text, source))]
     fn from_toml(py: Python<'_>, text: &str, source: &str) -> PyResult<Self> {
@@ -428,20 +481,28 @@ fn text_of(source: &Bound<'_, PyAny>) -> PyResult<(String, String)> {
     if source.is_instance_of::<PyDict>() {
         return Ok(("machine".to_owned(), toml_text(source)?));
     }
-    let path = py.import("os")?.call_method1("fspath", (source,)).map_err(|_| {
-        let value =
-            source.get_type().name().map_or_else(|_| "?".to_owned(), |name| name.to_string());
-        let defect = "is no machine";
-        let remedy =
-            "give the name of a built-in machine, a path, or a dict as a machine file has it";
-        WrongArgument { name: "source", index: &[], value, defect, remedy }.error(py)
-    })?;
-    let name: String = path.extract()?;
+    let path =
+        py.import("os")?.call_method1("fspath", (source,)).map_err(|_| no_machine(source))?;
+    // A path of bytes is none of text.
+    let name: String = path.extract().map_err(|_| no_machine(source))?;
     let text = calls::machine_text(&name).map_err(|error| failure(py, error))?;
     Ok((name, text))
 }
 
+fn no_machine(source: &Bound<'_, PyAny>) -> PyErr {
+    let name = source.get_type().name();
+    let value = name.map_or_else(|_| "?".to_owned(), |name| name.to_string());
+    let defect = "is no machine";
+    let remedy = "give the name of a built-in machine, a path, or a dict as a machine file has it";
+    WrongArgument { name: "source", index: &[], value, defect, remedy }.error(source.py())
+}
+
 /// Names of the built-in machines.
+///
+/// Example:
+///     >>> import trunnion
+///     >>> "ac-trunnion" in trunnion.built_in()
+///     True
 #[pyfunction]
 pub(crate) fn built_in() -> Vec<&'static str> {
     BUILT_IN.iter().map(|(name, _)| *name).collect()
