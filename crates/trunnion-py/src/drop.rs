@@ -4,7 +4,7 @@ use crate::arrays::{Numbers, array, positive, whole};
 use crate::cutter::Cutter;
 use crate::errors::{WrongArgument, failure, input};
 use crate::part::{self, Face, mesh_arrays};
-use crate::progress::in_slices;
+use crate::progress::{StageWatch, in_slices};
 use numpy::{PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -46,7 +46,7 @@ pub(crate) fn drop_cutter<'py>(
     let BoundedMesh { mesh, deviation } = mesh_of(shape, chord)?;
     let end = CuttingEnd::of(&cutter.0);
     let index = py.detach(|| DropIndex::new(&mesh)).map_err(|error| input(py, error))?;
-    let watch = ("lowering the cutter", progress.as_ref());
+    let watch = StageWatch { stage: "lowering the cutter", callable: progress.as_ref() };
     let found = in_slices(py, watch, &places, |slice| index.lowered_at(&end, slice))?;
     let answer = PyDict::new(py);
     let tips = found.iter().map(|of| of.map_or(f64::NAN, |of| of.tip.z)).collect();
@@ -63,7 +63,7 @@ pub(crate) fn drop_cutter<'py>(
             let found = index.tip_bounds(&end, *place, deviation);
             found.map_or([f64::NAN; 2], Interval::ends)
         };
-        let watch = ("bounding the heights", progress.as_ref());
+        let watch = StageWatch { stage: "bounding the heights", callable: progress.as_ref() };
         let rows = in_slices(py, watch, &places, |slice| slice.par_iter().map(of).collect())?;
         answer.set_item("bounds", array(py, rows.into_flattened(), &[places.len(), 2])?)?;
     }

@@ -2,7 +2,7 @@
 
 use crate::arrays::{Numbers, array, positive};
 use crate::errors::{WrongArgument, failure, input};
-use crate::progress::{in_slices, watched};
+use crate::progress::{StageWatch, in_slices, watched};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use rayon::prelude::*;
@@ -346,7 +346,7 @@ impl Face {
         arrays.shaped("points", &[&[3], &[0, 3]])?;
         let (rows, index) = (arrays.rows::<3>(), &self.0);
         let find = |point: &[f64; 3]| index.closest(&Point3::from(*point));
-        let watch = ("searching closest points", None);
+        let watch = StageWatch { stage: "searching closest points", callable: None };
         let found = in_slices(py, watch, rows, |slice| slice.par_iter().map(find).collect())?;
         let mut columns = (Vec::new(), Vec::new(), Vec::new());
         for (at, foot) in found.into_iter().enumerate() {

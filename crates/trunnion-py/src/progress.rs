@@ -93,10 +93,17 @@ pub(crate) fn watched<T: Send>(
 /// Rows between two looks at signals and two reports: below half a second for the slowest search.
 const SLICE: usize = 8192;
 
+/// Stage of a call, and the callable that hears how far it is.
+#[derive(Clone, Copy)]
+pub(crate) struct StageWatch<'a> {
+    pub(crate) stage: &'a str,
+    pub(crate) callable: Option<&'a Py<PyAny>>,
+}
+
 /// Works on rows slice by slice, and lets signal handlers and the callable run between them.
 pub(crate) fn in_slices<R: Sync, T: Send>(
     py: Python<'_>,
-    (stage, callable): (&str, Option<&Py<PyAny>>),
+    watch: StageWatch<'_>,
     rows: &[R],
     work: impl Fn(&[R]) -> Vec<T> + Sync,
 ) -> PyResult<Vec<T>> {
@@ -104,8 +111,8 @@ pub(crate) fn in_slices<R: Sync, T: Send>(
     for slice in rows.chunks(SLICE) {
         all.extend(py.detach(|| work(slice)));
         py.check_signals()?;
-        if let Some(callable) = callable {
-            callable.call1(py, (stage, all.len(), rows.len()))?;
+        if let Some(callable) = watch.callable {
+            callable.call1(py, (watch.stage, all.len(), rows.len()))?;
         }
     }
     Ok(all)

@@ -338,8 +338,9 @@ impl ClearanceSearch<'_> {
             self.bound = self.bound.min(bound);
             return;
         }
-        // Divide what loosens the bound most: time, or the parameter with the larger bow and slope. Where all of the cell
-        // is too near at all times, only what the face has of it is open: no division of time tells that.
+        // Divide what loosens the bound most: time, or the parameter with the larger bow and slope. Where the whole cell
+        // stays too near throughout the slab, it only matters whether the face has a part of it, and only smaller cells
+        // show that.
         let [a, b] = [0, 1].map(|k| sags[k] + slopes[k]);
         let moving = tangent.moving + rest;
         let is_near = gap.distance + moving + a.max(b) < self.enough();
@@ -449,8 +450,8 @@ mod tests {
         assert!(least(&tool(vec![[6.0, 3.0], [6.0, 5.0]]), 4.0, lean, -0.2) < -0.2 - 1e-4);
     }
 
-    /// A flat end sinks towards a plate and is nearer than the target from a certain moment on. Cells at the edge of the
-    /// trims, whose middle the face has not, hide the breach until they are divided: time alone would be divided for ever.
+    /// A flat end sinks towards a plate and comes nearer than the target. A cell at the edge of the trims hides that while
+    /// its middle lies outside the face: the search has to divide the cell, not only the time.
     #[test]
     fn a_flat_end_that_sinks_past_the_target_over_an_edge_of_the_trims_is_found_soon() {
         let edge = 0.0205;
@@ -472,14 +473,8 @@ mod tests {
         let stations = [at(1.0, 3.0), at(1.5, 1.4), at(2.0, 0.7)];
         let sweep = PassSweep::of(PoseCurve::through(&stations, 3.0), 3.0);
         let (target, precision) = (1.0, 1e-5);
-        let clearing = ClearanceProof {
-            face: &face,
-            chart: &chart,
-            tree: &tree,
-            tool: &tool,
-            target,
-            precision,
-        };
+        let (face, chart, tree, tool) = (&face, &chart, &tree, &tool);
+        let clearing = ClearanceProof { face, chart, tree, tool, target, precision };
         let solid = tool.solids().next().unwrap();
         let search = clearing.search(solid, target, &sweep, 1, 1).unwrap();
         assert!(search.found < target - precision, "{}", search.found);
@@ -503,14 +498,8 @@ mod tests {
         };
         let sweep = PassSweep::of(PoseCurve::through(&[at(-5.0), at(4.0), at(15.0)], 3.0), 3.0);
         let (target, precision) = (0.0, 1e-4);
-        let clearing = ClearanceProof {
-            face: &face,
-            chart: &chart,
-            tree: &tree,
-            tool: &tool,
-            target,
-            precision,
-        };
+        let (face, chart, tree, tool) = (&face, &chart, &tree, &tool);
+        let clearing = ClearanceProof { face, chart, tree, tool, target, precision };
         let solid = tool.solids().next().unwrap();
         let mut kept = f64::INFINITY;
         for span in 0..2 {

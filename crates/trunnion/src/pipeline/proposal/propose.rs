@@ -123,6 +123,9 @@ fn operation(trial: &CutterTrial, faces: Vec<usize>, area: JobArea) -> ProposedO
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cutter::Cutter;
+    use crate::import::Reader;
+    use crate::import::step::StepReader;
     use crate::machine::Machine;
     use crate::surface::{NurbsSurface, Surface};
     use crate::types::Silent;
@@ -149,5 +152,22 @@ mod tests {
         let down = propose_for(sheet().flipped());
         assert!(!up.flip && down.flip);
         assert_eq!(JobProposal { flip: false, ..down }, up);
+    }
+
+    /// The walls of a slot, 10 mm wide, are cut by the flank of an upright tool: its rim reaches them only with the smallest
+    /// cutters, which lean inside the slot.
+    #[test]
+    fn the_walls_of_a_slot_do_not_ask_for_the_smallest_cutter() {
+        let machine = Machine::new(crate::sample_machine::ac_trunnion()).unwrap();
+        let bytes = include_bytes!("../../../../../fixtures/corpus/gate/key_slot.step");
+        let reader = StepReader { chord: 0.002, same: 0.01 };
+        let part = reader.read(bytes, &Silent).unwrap();
+        let found = propose(&ProposalRequest::new(&part.faces, &machine), &Silent).unwrap();
+        let diameters: Vec<f64> = found
+            .operations
+            .iter()
+            .map(|step| 2.0 * Cutter::new(step.cutter.clone()).unwrap().radius())
+            .collect();
+        assert_eq!(diameters, [8.0]);
     }
 }
