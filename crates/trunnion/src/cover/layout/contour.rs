@@ -9,8 +9,8 @@ pub(crate) type PlanePoint = [f64; 2];
 /// Steps of a root search: the interval shrinks by half at least every second step.
 const ROOT_STEPS: usize = 64;
 
-/// Length of the interval, and distance, at which a root search ends \[mm\].
-const ROOT: f64 = 1e-7;
+/// Error of a guess at the contour, as a share of it.
+const GUESSED: f64 = 0.03;
 
 /// Sagitta over chord of a piece that is followed however short it is: at a corner it does not fall with the chord.
 const BENT: f64 = 0.05;
@@ -49,7 +49,28 @@ pub(crate) struct ContourTolerance {
 }
 
 /// Signed distance: the contour is where it is zero. Where it is negative it may be lower than it says.
-pub(crate) type LevelField<'a> = &'a (dyn Fn(PlanePoint) -> f64 + Sync);
+#[derive(Clone, Copy)]
+pub(crate) struct LevelField<'a> {
+    pub(crate) distance: &'a (dyn Fn(PlanePoint) -> f64 + Sync),
+    /// Distance up to which a point lies on the contour, and length at which its search ends \[mm\].
+    pub(crate) root: f64,
+}
+
+impl LevelField<'_> {
+    fn at(self, point: PlanePoint) -> f64 {
+        (self.distance)(point)
+    }
+
+    /// Returns `true` where the tool may stand.
+    pub(crate) fn is_free(self, point: PlanePoint) -> bool {
+        self.at(point) > 0.0
+    }
+
+    /// Returns `true` at the contour. Of a negative value only the sign is certain: the field may be far lower.
+    fn is_zero(self, value: f64) -> bool {
+        (0.0..=self.root).contains(&value)
+    }
+}
 
 impl LevelGrid {
     /// Returns a grid over a box, with cells of about `step`.
@@ -77,7 +98,8 @@ impl LevelGrid {
     /// Finds the contours of a field by marching squares; the same field gives the same contours in the same order.
     pub(crate) fn contours(&self, field: LevelField<'_>) -> Vec<Contour> {
         let [nx, ny] = self.counts;
-        let row = |j: usize| -> Vec<f64> { (0..=nx).map(|i| field(self.node([i, j]))).collect() };
+        let row =
+            |j: usize| -> Vec<f64> { (0..=nx).map(|i| field.at(self.node([i, j]))).collect() };
         // Step 1: the signs at the nodes.
         let values: Vec<Vec<f64>> = (0..=ny).into_par_iter().map(row).collect();
         // Step 2: from each cell, which edge the contour enters by and which it leaves by.
@@ -122,7 +144,7 @@ impl LevelGrid {
             (0..4).filter(|&k| positive[k] && !positive[(k + 1) % 4]).collect();
         let centre = || {
             let [x, y] = self.node([i, j]);
-            field([x + 0.5 * self.step, y + 0.5 * self.step]) > 0.0
+            field.is_free([x + 0.5 * self.step, y + 0.5 * self.step])
         };
         // Two positive corners across from each other are joined if the middle is positive as well.
         let joined = leaves.len() == 2 && centre();
@@ -145,33 +167,39 @@ impl LevelGrid {
     }
 }
 
-/// Returns `true` at the contour. Of a negative value only the sign is certain: the field may be far lower.
-fn is_zero(value: f64) -> bool {
-    (0.0..=ROOT).contains(&value)
+/// Finds the point between `a` and `b` at which a field of different signs there is zero.
+pub(crate) fn zero_between(a: PlanePoint, b: PlanePoint, field: LevelField<'_>) -> PlanePoint {
+    let value = field.at(a);
+    if value > 0.0 {
+        return border_from(a, value, b, field);
+    }
+    border_from(b, field.at(b), a, field)
 }
 
-/// Finds the point between `a` and `b` at which a field of different signs there is zero.
-pub(crate) fn zero_between(
-    mut a: PlanePoint,
-    mut b: PlanePoint,
+/// Finds the border between a point where the field has a positive value and one where it has none.
+fn border_from(
+    mut free: PlanePoint,
+    mut value: f64,
+    mut barred: PlanePoint,
     field: LevelField<'_>,
 ) -> PlanePoint {
-    let (mut fa, mut fb) = (field(a), field(b));
     for step in 0..ROOT_STEPS {
-        // Regula falsi, with a bisection after each: distances bend where another face becomes the nearest.
-        let share = if step % 2 == 0 { (fa / (fa - fb)).clamp(0.0, 1.0) } else { 0.5 };
-        let middle = between(a, b, share);
-        let value = field(middle);
-        if is_zero(value) || apart(a, b) <= ROOT {
-            return middle;
+        let gap = apart(free, barred);
+        if field.is_zero(value) || gap <= field.root {
+            return free;
         }
-        if (value > 0.0) == (fa > 0.0) {
-            (a, fa) = (middle, value);
+        // A step by the distance stays on this side of the border, and ends near it where the border lies straight ahead.
+        // With a bisection after each: the distance may be known as far as that only.
+        let share = if step % 2 == 0 && value < gap { value / gap } else { 0.5 };
+        let middle = between(free, barred, share);
+        let ahead = field.at(middle);
+        if ahead >= 0.0 {
+            (free, value) = (middle, ahead);
         } else {
-            (b, fb) = (middle, value);
+            barred = middle;
         }
     }
-    between(a, b, 0.5)
+    free
 }
 
 pub(crate) fn between(a: PlanePoint, b: PlanePoint, share: f64) -> PlanePoint {
@@ -240,7 +268,7 @@ impl Contour {
             .map(|i| {
                 let mut found = Vec::new();
                 let chord = [self.points[i], self.points[(i + 1) % given]];
-                follow(chord, field, tolerance, &mut found);
+                follow(chord, None, field, tolerance, &mut found);
                 found
             })
             .collect();
@@ -303,45 +331,86 @@ impl Contour {
     }
 }
 
-/// Adds the points of the contour from the beginning of a chord up to its end, without the end.
+/// Adds the points of the contour from the beginning of a chord up to its end, without the end. `guess` is the expected height
+/// of the contour over the chord.
 fn follow(
     [a, b]: [PlanePoint; 2],
+    guess: Option<f64>,
     field: LevelField<'_>,
     tolerance: ContourTolerance,
     found: &mut Vec<PlanePoint>,
 ) {
     let chord = apart(a, b);
     if chord > tolerance.corner
-        && let Some(middle) = on_contour([a, b], field)
-        && (apart(middle, between(a, b, 0.5)) > tolerance.sagitta.min(BENT * chord)
-            || chord > tolerance.longest)
+        && let Some(height) = height_over([a, b], guess, field)
+        && (height.abs() > tolerance.sagitta.min(BENT * chord) || chord > tolerance.longest)
         // A contour whose middle is as far off as its ends is none that this chord stands for.
-        && apart(a, middle).max(apart(middle, b)) < 0.9 * chord
+        && height.hypot(0.5 * chord) < 0.9 * chord
     {
-        follow([a, middle], field, tolerance, found);
-        follow([middle, b], field, tolerance, found);
+        let middle = over_middle([a, b], height);
+        // Over half the chord an arc rises by a quarter.
+        let guess = Some(0.25 * height);
+        follow([a, middle], guess, field, tolerance, found);
+        follow([middle, b], guess, field, tolerance, found);
     } else {
         found.push(a);
     }
 }
 
 /// Finds the point of the contour across from the middle of a chord.
-pub(crate) fn on_contour([a, b]: [PlanePoint; 2], field: LevelField<'_>) -> Option<PlanePoint> {
-    let middle = between(a, b, 0.5);
-    let chord = apart(a, b);
-    let value = field(middle);
-    if is_zero(value) {
-        return Some(middle);
+pub(crate) fn on_contour(chord: [PlanePoint; 2], field: LevelField<'_>) -> Option<PlanePoint> {
+    height_over(chord, None, field).map(|height| over_middle(chord, height))
+}
+
+/// Returns the point at a height over the middle of a chord, on its left.
+fn over_middle([a, b]: [PlanePoint; 2], height: f64) -> PlanePoint {
+    let (middle, share) = (between(a, b, 0.5), height / apart(a, b));
+    [middle[0] - share * (b[1] - a[1]), middle[1] + share * (b[0] - a[0])]
+}
+
+/// Two heights over the middle of a chord, with the contour between them.
+struct HeightBracket {
+    free: f64,
+    /// Value of the field at the free one.
+    value: f64,
+    barred: f64,
+}
+
+/// Finds the height of the contour over the middle of a chord, to the left; no higher than the chord is long.
+fn height_over(chord: [PlanePoint; 2], guess: Option<f64>, field: LevelField<'_>) -> Option<f64> {
+    let HeightBracket { free, value, barred } = bracket(chord, guess, field)?;
+    let [free, barred] = [free, barred].map(|height| over_middle(chord, height));
+    let [a, b] = chord;
+    let border = border_from(free, value, barred, field);
+    let (middle, length) = (between(a, b, 0.5), apart(a, b));
+    let [out, along] = [[border[0] - middle[0], border[1] - middle[1]], [b[0] - a[0], b[1] - a[1]]];
+    Some((along[0] * out[1] - along[1] * out[0]) / length)
+}
+
+/// Finds two heights over the middle of a chord about a guess, or from the chord on.
+fn bracket(
+    chord: [PlanePoint; 2],
+    guess: Option<f64>,
+    field: LevelField<'_>,
+) -> Option<HeightBracket> {
+    let length = apart(chord[0], chord[1]);
+    let at = |height: f64| field.at(over_middle(chord, height));
+    let from = guess.unwrap_or(0.0);
+    let (mut last, mut value) = (from, at(from));
+    // The free side is on the left of the chord: the contour lies lower than a free height, and higher than a barred one.
+    let starts_free = value >= 0.0;
+    let side = if starts_free { -1.0 } else { 1.0 };
+    let mut step = GUESSED * from.abs() + field.root;
+    while (last - from).abs() < length {
+        let next = from + side * step;
+        let ahead = at(next);
+        match (starts_free, ahead >= 0.0) {
+            (true, false) => return Some(HeightBracket { free: last, value, barred: next }),
+            (false, true) => return Some(HeightBracket { free: next, value: ahead, barred: last }),
+            _ => (last, value, step) = (next, ahead, 2.0 * step),
+        }
     }
-    // The positive side is on the left of the chord; the contour is at least as far away as the distance says.
-    let side = -value.signum() / chord;
-    let off =
-        |by: f64| [middle[0] - side * by * (b[1] - a[1]), middle[1] + side * by * (b[0] - a[0])];
-    let reaches = std::iter::successors(Some(1.01 * value.abs()), |by| Some(2.0 * by));
-    let reach = reaches
-        .take_while(|by| *by <= chord)
-        .find(|by| (field(off(*by)) > 0.0) != (value > 0.0))?;
-    Some(zero_between(middle, off(reach), field))
+    None
 }
 
 /// Returns the turn between two chords.
@@ -389,6 +458,11 @@ mod tests {
     const TOLERANCE: ContourTolerance =
         ContourTolerance { sagitta: 1e-3, longest: 3.0, corner: 1e-4 };
 
+    /// Distances that are known to rounding.
+    fn exact<'a>(distance: &'a (dyn Fn(PlanePoint) -> f64 + Sync)) -> LevelField<'a> {
+        LevelField { distance, root: 1e-7 }
+    }
+
     fn grid() -> LevelGrid {
         LevelGrid::over([[-20.3, -20.1], [20.2, 20.4]], 2.5)
     }
@@ -396,9 +470,9 @@ mod tests {
     #[test]
     fn a_circle_is_followed_all_round_with_the_outside_on_the_left() {
         let field = |[x, y]: PlanePoint| x.hypot(y) - 12.0;
-        let found = grid().contours(&field);
+        let found = grid().contours(exact(&field));
         assert_eq!(found.len(), 1);
-        let round = found[0].followed(&field, TOLERANCE);
+        let round = found[0].followed(exact(&field), TOLERANCE);
         assert!(round.len() == 1 && round[0].closed);
         let points = &round[0].points;
         let mut turned = 0.0;
@@ -420,17 +494,37 @@ mod tests {
             let distance = x.hypot(y) - 12.0;
             if distance < 0.0 { -1e-8 } else { distance.min(1e-4) }
         };
-        let round = grid().contours(&field)[0].followed(&field, TOLERANCE);
+        let round = grid().contours(exact(&field))[0].followed(exact(&field), TOLERANCE);
         assert!(round.len() == 1 && round[0].closed);
         assert!(round[0].points.iter().all(|p| (p[0].hypot(p[1]) - 12.0).abs() < 1e-6));
+    }
+
+    /// A point of the tool's border costs a search over the faces at each evaluation.
+    #[test]
+    fn a_point_of_a_contour_takes_few_evaluations() {
+        use std::sync::atomic::{AtomicUsize, Ordering};
+        let count = AtomicUsize::new(0);
+        // Known up to 1e-4 above the contour, and by its sign below, as distances of the tool are.
+        let field = |[x, y]: PlanePoint| {
+            count.fetch_add(1, Ordering::Relaxed);
+            let distance = x.hypot(y) - 12.0;
+            if distance < 0.0 { -1e-8 } else { distance.min(1e-4) }
+        };
+        let field = LevelField { distance: &field, root: 2e-5 };
+        let found = grid().contours(field);
+        count.store(0, Ordering::Relaxed);
+        let round = found[0].followed(field, TOLERANCE);
+        let points = round[0].points.len();
+        let evaluations = count.load(Ordering::Relaxed);
+        assert!(points >= 100 && evaluations <= 9 * points, "{evaluations} for {points}");
     }
 
     #[test]
     fn a_square_has_four_corners() {
         let field = |[x, y]: PlanePoint| 11.0 - x.abs().max(y.abs());
-        let found = grid().contours(&field);
+        let found = grid().contours(exact(&field));
         assert_eq!(found.len(), 1);
-        let sides = found[0].followed(&field, TOLERANCE);
+        let sides = found[0].followed(exact(&field), TOLERANCE);
         assert_eq!(sides.len(), 4);
         for side in &sides {
             let [Some(a), Some(b)] = [side.points.first(), side.points.last()] else { panic!() };
@@ -447,7 +541,7 @@ mod tests {
     #[test]
     fn contours_that_leave_the_grid_are_open() {
         let field = |[x, _]: PlanePoint| x - 3.0;
-        let found = grid().contours(&field);
+        let found = grid().contours(exact(&field));
         assert!(found.len() == 1 && !found[0].closed);
         assert!(found[0].points.iter().all(|p| (p[0] - 3.0).abs() < 1e-6));
     }
@@ -457,7 +551,7 @@ mod tests {
         // Equal signs on the diagonal of a cell, the middle decides.
         let field =
             |[x, y]: PlanePoint| 3.0 - (x - 2.0).hypot(y - 2.0).min((x + 2.2).hypot(y + 2.2));
-        let found = LevelGrid::over([[-7.0, -7.0], [7.0, 7.0]], 1.0).contours(&field);
+        let found = LevelGrid::over([[-7.0, -7.0], [7.0, 7.0]], 1.0).contours(exact(&field));
         assert_eq!(found.len(), 1 + usize::from(field([-0.1, -0.1]) <= 0.0));
         assert!(found.iter().all(|contour| contour.closed));
     }

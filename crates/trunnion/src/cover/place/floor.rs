@@ -80,6 +80,9 @@ const HIGHER: f64 = 4.0 / 3.0;
 /// Distances are known up to this much above the one that the tool keeps \[mm\]: far ones take long to find.
 const KNOWN: f64 = 1e-4;
 
+/// Distance up to which a point lies on the border of the tool's region \[mm\]: about what distances are known to.
+const ROOT: f64 = 2e-5;
+
 /// Chord at which a border that still bends has a corner \[mm\].
 const CORNER: f64 = 1e-4;
 
@@ -293,7 +296,8 @@ pub(crate) fn floor_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
     } else {
         frame
     };
-    let field = |p: PlanePoint| spare(&keep_off, &frame.pose(p), distance);
+    let distance_at = |p: PlanePoint| spare(&keep_off, &frame.pose(p), distance);
+    let field = LevelField { distance: &distance_at, root: ROOT };
     // Step 2: the border of the tool's region near the face, and the lines in that region.
     let tolerance = ContourTolerance {
         sagitta: SAGITTA * options.path_share,
@@ -302,10 +306,10 @@ pub(crate) fn floor_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
     };
     let near = |p: &PlanePoint| outline.is_near(*p, margin);
     let borders: Vec<Contour> = grid
-        .contours(&field)
+        .contours(field)
         .iter()
         .flat_map(|contour| contour.parts(near))
-        .flat_map(|part| part.followed(&field, tolerance))
+        .flat_map(|part| part.followed(field, tolerance))
         .collect();
     let lines: Vec<Contour> = outline
         .lines(underside.reach(), JOINED * radius)
@@ -315,7 +319,7 @@ pub(crate) fn floor_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
                 .along
                 .into_iter()
                 .map(|range| Interval::new(range.low - BEYOND * flat, range.high + BEYOND * flat));
-            let free = ranges.flat_map(|range| free_ranges(range, line.across, &field, radius));
+            let free = ranges.flat_map(|range| free_ranges(range, line.across, field, radius));
             free.map(move |range| [[range.low, line.across], [range.high, line.across]])
                 .collect::<Vec<_>>()
         })
@@ -333,7 +337,7 @@ pub(crate) fn floor_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
     let mut placed = PlacedPasses::new();
     let planned: Vec<(Pass, PassSweep)> = paths
         .par_iter()
-        .flat_map_iter(|path| path.passes(&context, &frame, &field, HALVINGS))
+        .flat_map_iter(|path| path.passes(&context, &frame, field, HALVINGS))
         .collect();
     for (pass, sweep) in planned {
         placed.add_whole(pass, sweep, source);
@@ -366,19 +370,19 @@ fn spare(keep_off: &KeepOff<'_>, pose: &ToolPose, distance: f64) -> f64 {
 fn free_ranges(range: Interval, across: f64, field: LevelField<'_>, radius: f64) -> Vec<Interval> {
     let mut free = Vec::new();
     let mut at = range.low;
-    let mut value = field([at, across]);
-    let mut start = (value > 0.0).then_some(at);
+    let mut is_free = field.is_free([at, across]);
+    let mut start = is_free.then_some(at);
     while at < range.high {
         let next = (at + STEP * radius).min(range.high);
-        let ahead = field([next, across]);
-        if (ahead > 0.0) != (value > 0.0) {
+        let ahead = field.is_free([next, across]);
+        if ahead != is_free {
             let [cut, _] = zero_between([at, across], [next, across], field);
             match start.take() {
                 Some(low) => free.push(Interval::new(low, cut)),
                 None => start = Some(cut),
             }
         }
-        (at, value) = (next, ahead);
+        (at, is_free) = (next, ahead);
     }
     free.extend(start.map(|low| Interval::new(low, range.high)));
     free.retain(|range| range.width() > SHORTEST * radius);
