@@ -16,6 +16,14 @@ const COUNT: [f64; 2] = [8.0, 192.0];
 /// Largest ratio of the sides of a cell that an edge of the trims crosses.
 const SLIVER: f64 = 64.0;
 
+/// Length of a cell along straight lines of the face, over the coarse size.
+const LONG: f64 = 8.0;
+
+/// Largest sag of a straight line, as a share of its length, and largest run of an edge across a parameter along which it
+/// runs, as a share of the cell's range.
+const STRAIGHT: f64 = 1e-9;
+const ALONG: f64 = 1e-6;
+
 /// Rectangle of local parameters with its image at 3 x 3 points, first index across.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FaceCell {
@@ -81,6 +89,11 @@ impl FaceCell {
             ((a - b) + (c - b)).norm()
         };
         bow(0).max(bow(1)).max(bow(2))
+    }
+
+    /// Returns `true` if the lines along parameter `k` are straight.
+    fn is_straight(&self, k: usize) -> bool {
+        self.sag(k) <= STRAIGHT * self.extent(k)
     }
 
     /// Returns the parameter by which to halve the cell, for the loss of a bound by either.
@@ -231,6 +244,12 @@ fn crossed(edges: &[[ChartPoint; 2]], from: ChartPoint, to: ChartPoint) -> bool 
     edges.iter().filter(crosses).count() % 2 == 1
 }
 
+/// Returns `true` if all edges in a cell of a range run along parameter `k`.
+fn run_along(edges: &[[ChartPoint; 2]], k: usize, range: [[f64; 2]; 2]) -> bool {
+    let [low, high] = range[1 - k];
+    edges.iter().all(|[a, b]| (b[1 - k] - a[1 - k]).abs() <= ALONG * (high - low))
+}
+
 /// Most points around what a face has of a cell: more edges are left to the halves of the cell.
 const MOST_KEPT: usize = 12;
 
@@ -375,7 +394,8 @@ impl FaceTree {
     }
 
     /// Divides a region into cells of about the coarse size inside it, and of the fine size \[mm\]
-    /// where its edges cross them.
+    /// where its edges cross them. Along a parameter whose lines are straight, and along edges, cells are longer: they
+    /// bound no worse there.
     pub(crate) fn adaptive<Inside: Fn(ChartPoint) -> bool + Sync>(
         face: &FaceIndex,
         chart: &Chart,
@@ -391,9 +411,12 @@ impl FaceTree {
         let hull = FaceHull::of(face, chart, region, GUARDED_SHARE);
         let mut tree = Self { cells: Vec::new(), edges, marks, nodes, hull };
         while let Some((cell, edges)) = waiting.pop() {
-            let size = if edges.is_empty() { coarse } else { fine };
-            let [a, b] = [0, 1].map(|k| cell.extent(k));
-            if a.max(b) > size {
+            let [a, b] = [0, 1].map(|k| {
+                let is_fine = !edges.is_empty() && !run_along(&edges, k, cell.range);
+                let long = if cell.is_straight(k) { LONG * coarse } else { coarse };
+                cell.extent(k) / if is_fine { fine } else { long }
+            });
+            if a.max(b) > 1.0 {
                 for half in cell.halves(usize::from(b > a), &at) {
                     let near = edges.iter().filter(|edge| meets(**edge, half.range));
                     let near = near.copied().collect();

@@ -210,7 +210,8 @@ impl NearestSearch<'_> {
             let sags = [cell.sag(0), cell.sag(1)];
             let enough = found.is_some_and(|near| near.distance < self.query.enough);
             let limit = self.limit(found.as_ref());
-            let searched = SearchedCell { index, cell: &cell, share, gap: &gap };
+            let sag = sags[0] + sags[1];
+            let searched = SearchedCell { index, cell: &cell, share, gap: &gap, sag };
             if enough || depth == DEPTH || self.is_beyond(&searched, limit) {
                 continue;
             }
@@ -231,6 +232,8 @@ struct SearchedCell<'a> {
     share: CellShare,
     /// Distance of its middle from the solid.
     gap: &'a SignedDistance,
+    /// Deviation of its image from the hull of its corners \[mm\].
+    sag: f64,
 }
 
 impl NearestSearch<'_> {
@@ -240,15 +243,14 @@ impl NearestSearch<'_> {
     /// tangent plane at the middle is tried first, then those along the normal of the cell and the end of the tool,
     /// which often bound more sharply.
     fn is_beyond(&self, part: &SearchedCell<'_>, limit: f64) -> bool {
-        let SearchedCell { index, cell, share, gap } = *part;
+        let SearchedCell { index, cell, share, gap, sag } = *part;
         let middle = cell.centre();
-        let sags = cell.sag(0) + cell.sag(1);
-        let beyond = |points: &[Point3<f64>], plane: &SignedDistance, sags: f64| {
+        let beyond = |points: &[Point3<f64>], plane: &SignedDistance, sag: f64| {
             let over = |point: &Point3<f64>| plane.gradient.dot(&(point - middle));
-            plane.distance + points.iter().map(over).fold(f64::INFINITY, f64::min) - sags >= limit
+            plane.distance + points.iter().map(over).fold(f64::INFINITY, f64::min) - sag >= limit
         };
         let corners = cell.corners();
-        if beyond(&corners, gap, sags) {
+        if beyond(&corners, gap, sag) {
             return true;
         }
         let below = -self.pose.axis.into_inner();
@@ -257,10 +259,10 @@ impl NearestSearch<'_> {
         let kept =
             matches!(share, CellShare::Cut(_)).then(|| self.tree.kept(index, cell)).flatten();
         match kept {
-            None => planes.into_iter().any(|plane| beyond(&corners, &plane, sags)),
+            None => planes.into_iter().any(|plane| beyond(&corners, &plane, sag)),
             Some(kept) => std::iter::once(*gap)
                 .chain(planes)
-                .any(|plane| beyond(kept.points(), &plane, sags + kept.twist)),
+                .any(|plane| beyond(kept.points(), &plane, sag + kept.twist)),
         }
     }
 }
