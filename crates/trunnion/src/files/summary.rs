@@ -112,7 +112,7 @@ pub struct CoverSummary {
     pub turn_limit: Option<TurnLimitSummary>,
     /// Area of the faces, in mm2.
     pub area: f64,
-    /// Layout of each face: feed direction "u", "v", or "bent" to the face; "flank" for one pass of the tool's side, "floor" for
+    /// Layout of each face: feed direction "u", "v", or "bent" to the face; "flank" for passes of the tool's side, "floor" for
     /// lines and borders on a plane and "fixed-axis" for lines on a round face, with an axis that holds still.
     pub along: Vec<String>,
     /// Layouts that were planned whole and compared, face by face; of faces with one layout only, nothing.
@@ -139,7 +139,7 @@ pub struct LayoutSummary {
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[non_exhaustive]
 pub struct LayoutTime {
-    /// Feed direction: "u", "v", or "bent" to the face; "flank" for one pass of the tool's side, "floor" for
+    /// Feed direction: "u", "v", or "bent" to the face; "flank" for passes of the tool's side, "floor" for
     /// lines and borders on a plane and "fixed-axis" for lines on a round face, with an axis that holds still.
     pub along: String,
     /// Time of passes and links, in s.

@@ -10,6 +10,7 @@ use crate::swept_tool::{SPACING, distance, poses};
 
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
+use std::f64::consts::TAU;
 use trunnion::cover::{
     CoverError, CoverOptions, CoverRequest, FinishTolerance, FlankRefusal, PassLayout,
     PrismaticUse, cover, flank_fits,
@@ -17,7 +18,8 @@ use trunnion::cover::{
 use trunnion::cutter::{Cutter, CutterKind, CutterSpec};
 use trunnion::positioning::ToleranceBand;
 use trunnion::surface::{
-    Face, FaceIndex, NurbsSurface, PlaneSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop,
+    CylinderSurface, Face, FaceIndex, NurbsSurface, PlaneSurface, Surface, SurfaceFrame, TrimCurve,
+    TrimLoop,
 };
 use trunnion::types::Silent;
 
@@ -135,6 +137,59 @@ fn the_axis_leaves_the_ruling_where_the_face_twists() {
     // Over the ruling: 6 (1 - cos(0.35 / 2)) = 0.092 mm at the middle of the face.
     let [deepest, highest] = deviations(&face, &cutter);
     assert!(deepest >= -GOUGE && highest <= EXCESS + SHARE + SAMPLING, "{deepest} {highest}");
+}
+
+/// A post beside a wall, too near for the tool: the wall is cut to either side of it, by the same geometry in closed form.
+#[test]
+fn a_wall_is_cut_on_both_sides_of_what_is_in_the_way() {
+    let [post, apart, radius] = [3.0, 9.0, 5.0];
+    let wall = RuledPatch { rises: [0.0, 0.0], turn: 0.0, lean: 0.0 }.face();
+    let normal = wall.face().normal(0.5, 0.5).unwrap().into_inner();
+    let foot = Point3::from(normal * apart);
+    let frame = SurfaceFrame::new(foot, Vector3::z(), Vector3::x()).unwrap();
+    let surface = Surface::Cylinder(CylinderSurface::new(frame, post).unwrap());
+    let trims = vec![[[0.0, 0.0], [TAU, 0.0]], [[TAU, 22.0], [0.0, 22.0]]]
+        .into_iter()
+        .map(|ends| {
+            let curve = TrimCurve::polyline(&ends).unwrap();
+            TrimLoop::new(vec![curve], [Some(TAU), None], 1e-9).unwrap()
+        })
+        .collect();
+    let post_face = FaceIndex::new(Face::new(2, surface, trims).unwrap()).unwrap();
+    let cutter = cutter(radius);
+    let options = options(&cutter);
+    let request = CoverRequest {
+        others: std::slice::from_ref(&post_face),
+        ..CoverRequest::new(std::slice::from_ref(&wall), &cutter, &options)
+    };
+    let covering = cover(&request, &Silent).unwrap();
+    assert_eq!(covering.passes.len(), 2);
+    let poses = poses(&covering.passes, &cutter);
+    let least = |point: &Point3<f64>| {
+        poses.iter().map(|pose| distance(point, pose, &cutter)).fold(f64::INFINITY, f64::min)
+    };
+    for i in 0..60 {
+        for j in 0..=5 {
+            let (sin, cos) = (TAU * f64::from(i) / 60.0).sin_cos();
+            let around = Vector3::new(post * cos, post * sin, 4.0 * f64::from(j));
+            assert!(least(&(foot + around)) >= -GOUGE - SHARE);
+        }
+    }
+    // The axis is `radius` off the wall, and `post + radius` off the middle of the post.
+    let barred = ((post + radius).powi(2) - (apart - radius).powi(2)).sqrt();
+    let beyond = (2.0 * radius * (EXCESS + SHARE)).sqrt();
+    for i in 0..=60 {
+        let point = wall.face().point(f64::from(i) / 60.0, 0.5);
+        let is_free = point.x.abs() >= barred;
+        let gap = (point.x.abs() - barred).abs();
+        // What lies within `beyond` of the last contact is finished by the roundness of the tool.
+        if gap > beyond {
+            assert_eq!(least(&point) <= EXCESS + SHARE, is_free, "at {}", point.x);
+        }
+    }
+    let left: f64 = covering.report.rest.iter().map(|rest| rest.area).sum();
+    let [few, many] = [barred - beyond, barred].map(|half| 2.0 * half * 20.0);
+    assert!(few - 1.0 <= left && left <= many + 1.0, "{few} {left} {many}");
 }
 
 #[test]

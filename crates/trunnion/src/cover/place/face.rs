@@ -11,7 +11,7 @@ use crate::cover::pattern::{FeedDirection, PlacementMethod, PrismaticUse};
 use crate::cover::place::context::{FaceContext, FaceRequest, ProgressFn};
 use crate::cover::place::finish::{REST, SPOTS, finish, is_left, measure_rest};
 use crate::cover::place::fixed_axis::fixed_axis_passes;
-use crate::cover::place::flank::flank_pass;
+use crate::cover::place::flank::flank_passes;
 use crate::cover::place::floor::floor_passes;
 use crate::cover::place::placed::PlacedPasses;
 use crate::cover::place::planner::{FacePlanner, FaceRectangle, WorkLimits};
@@ -37,7 +37,7 @@ pub(crate) fn cover_face(
     }
     if request.options.prismatic == PrismaticUse::Flank {
         let face = request.face.face().number;
-        let placed = flank_pass(*request).map_err(|why| CoverError::NoFlank { face, why })?;
+        let placed = flank_passes(*request).map_err(|why| CoverError::NoFlank { face, why })?;
         report(1.0)?;
         return Ok(with_layout(placed, face, PassLayout::Flank).covering());
     }
@@ -74,16 +74,14 @@ pub(crate) fn cover_face(
 /// Share of a face that a flank or floor pass has to finish: of less, strips are planned over all of it.
 const PRISMATIC: f64 = 0.5;
 
-/// Plans the flank pass of a wall or the passes of a floor, and passes across what they leave; `None` where they
-/// finish too little.
+/// Plans the flank passes of a wall, the passes of a floor or those with an axis that holds still, and passes across what
+/// they leave; `None` where they finish too little.
 fn prismatic(request: &FaceRequest<'_>) -> Result<Option<PlacedPasses>, CoverError> {
-    let flank = || flank_pass(*request).ok().map(|placed| (placed, PassLayout::Flank));
-    let floor = || floor_passes(*request).map(|placed| (placed, PassLayout::Floor));
-    let fixed = || fixed_axis_passes(*request).map(|placed| (placed, PassLayout::FixedAxis));
+    let enough = |placed: &PlacedPasses| placed.left() <= (1.0 - PRISMATIC) * placed.report.area;
+    let flank = || flank_passes(*request).ok().filter(enough).map(|p| (p, PassLayout::Flank));
+    let floor = || floor_passes(*request).filter(enough).map(|p| (p, PassLayout::Floor));
+    let fixed = || fixed_axis_passes(*request).filter(enough).map(|p| (p, PassLayout::FixedAxis));
     let Some((mut placed, layout)) = flank().or_else(floor).or_else(fixed) else { return Ok(None) };
-    if placed.left() > (1.0 - PRISMATIC) * placed.report.area {
-        return Ok(None);
-    }
     let face = request.face;
     let number = face.face().number;
     placed = with_layout(placed, number, layout);

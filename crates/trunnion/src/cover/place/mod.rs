@@ -8,6 +8,7 @@ pub(super) mod face;
 pub(super) mod finish;
 pub(super) mod fixed_axis;
 pub(super) mod flank;
+mod flank_pieces;
 pub(super) mod floor;
 pub(super) mod inclination;
 pub(super) mod keep_off;

@@ -229,11 +229,13 @@ impl<'a> RuledFace<'a> {
         Some(all.into_iter().fold(0.0, f64::max))
     }
 
-    /// Returns the range along the pass, longer at both ends by what the axis there is off the ruling.
-    fn run(&self, radius: f64, band: ToleranceBand) -> Option<[f64; 2]> {
+    /// Returns the range along the pass: of a closed face once round and a little on, of an open one longer at both ends by
+    /// what the axis there is off the ruling.
+    pub(super) fn run(&self, radius: f64, band: ToleranceBand) -> Option<Interval> {
         let [first, last] = self.range;
         if self.closed {
-            return Some(self.range);
+            let length: f64 = self.paces(Interval::new(first, last), radius)?.iter().sum();
+            return Some(Interval::new(first, last + OVERLAP * radius * (last - first) / length));
         }
         let step = (last - first) / f64::from(SAMPLES);
         let on = |at: f64, inwards: f64| {
@@ -243,29 +245,27 @@ impl<'a> RuledFace<'a> {
             let by = aside / pace * step;
             by.is_finite().then_some(by)
         };
-        Some([first - on(first, step)?, last + on(last, -step)?])
+        Some(Interval::new(first - on(first, step)?, last + on(last, -step)?))
     }
 
-    /// Returns the places of stations at most `spacing` apart, over the face and a little more.
-    pub(super) fn stations(
-        &self,
-        spacing: f64,
-        radius: f64,
-        band: ToleranceBand,
-    ) -> Option<Vec<f64>> {
-        let [first, last] = self.run(radius, band)?;
-        let step = (last - first) / f64::from(SAMPLES);
-        let paces: Option<Vec<f64>> =
-            (0..SAMPLES).map(|i| self.pace(first + step * f64::from(i), step, radius)).collect();
-        let paces = paces?;
-        let length: f64 = paces.iter().sum();
-        let more = if self.closed { OVERLAP * radius * (last - first) / length } else { 0.0 };
+    /// Returns once round a closed face; `None` for an open one.
+    pub(super) fn round(&self) -> Option<Interval> {
+        self.closed.then(|| self.range.into())
+    }
+
+    /// Returns the lengths of [`SAMPLES`] even steps over a range.
+    fn paces(&self, range: Interval, radius: f64) -> Option<Vec<f64>> {
+        let step = range.width() / f64::from(SAMPLES);
+        (0..SAMPLES).map(|i| self.pace(range.low + step * f64::from(i), step, radius)).collect()
+    }
+
+    /// Returns the places of stations at most `spacing` apart over a range.
+    pub(super) fn stations(&self, range: Interval, spacing: f64, radius: f64) -> Option<Vec<f64>> {
         // Even steps of the parameter: the longest counts.
-        let longest = paces.iter().copied().fold(0.0, f64::max) * f64::from(SAMPLES);
-        let count = (longest / spacing).ceil().max(2.0);
-        let width = last - first + more;
+        let longest = self.paces(range, radius)?.into_iter().fold(0.0, f64::max);
+        let count = (longest * f64::from(SAMPLES) / spacing).ceil().max(2.0);
         let places = std::iter::successors(Some(0.0), |i| Some(i + 1.0));
-        Some(places.take_while(|i| *i <= count).map(|i| first + width * (i / count)).collect())
+        Some(places.take_while(|i| *i <= count).map(|i| range.at(i / count)).collect())
     }
 }
 

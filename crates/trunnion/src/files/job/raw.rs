@@ -278,7 +278,7 @@ pub(super) struct RawStrategy {
     /// Placement of the tool: "auto" cuts walls, cylinders, cones and other faces of straight lines with the flank of the tool, floors with its
     /// underside, and fillets and other round faces with an axis that holds still, where that finishes them, and other faces by "ball" for a ball cutter, by "widest" for others; "widest" finds the inclination with the widest
     /// strip; "fixed-tilt" keeps `lead_angle` and `tilt_angle`; "ball" is the same for a ball cutter;
-    /// "flank" lays the side of the tool along the straight lines of every face, twisted ones too, in one pass each; "rest" is "auto" for what the operations before have left, and cuts nothing else.
+    /// "flank" lays the side of the tool along the straight lines of every face, twisted ones too, in one pass each, or in pieces beside what is in the way; "rest" is "auto" for what the operations before have left, and cuts nothing else.
     #[serde(default)]
     pub(super) method: RawMethod,
     /// Lead angle of "fixed-tilt" and "ball": inclination forward along the feed, from the surface normal, in degrees.
