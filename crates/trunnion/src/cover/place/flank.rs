@@ -123,7 +123,7 @@ impl<'a> FlankWall<'a> {
     fn pieces(
         &self,
         axes: &FlankAxes,
-        clear: &(dyn Fn(&ToolPose) -> bool + Sync),
+        clear: impl Fn(&ToolPose) -> bool + Sync,
     ) -> Vec<FlankPiece> {
         let (heights, whole) = (self.heights(), self.run);
         // Nothing in the way: the common case, soon found.
@@ -216,7 +216,7 @@ pub(crate) fn flank_passes(request: FaceRequest<'_>) -> Result<PlacedPasses, Fla
     let context = FaceContext::new(request, chart.clone(), &region, &silent);
     // Step 2: pieces that keep off the other faces, and passes over them.
     let keep_off = context.keep_off();
-    let pieces = wall.pieces(&axes, &|pose| keep_off.check(pose, NOWHERE).is_ok());
+    let pieces = wall.pieces(&axes, |pose| keep_off.check(pose, NOWHERE).is_ok());
     let planned: Vec<(Pass, PassSweep)> =
         pieces.par_iter().flat_map_iter(|piece| wall.passes(&context, *piece, PIECES)).collect();
     if planned.is_empty() {
