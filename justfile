@@ -60,7 +60,7 @@ fixtures:
     python3 fixtures/bezier-patch/make.py
     python3 fixtures/step/generate.py
 
-# The studio: its engine, the site in studio/dist, and a `trunnion` that has it inside (needs Node and wasm-bindgen-cli).
+# The studio: its engine, the site in studio/dist, and a `trunnion` that has it inside (needs Node).
 studio:
     cd studio && npm ci && node engine.mjs && npm run build
     cargo build --release -p trunnion-cli --features studio

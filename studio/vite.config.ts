@@ -3,7 +3,7 @@
 import { cpSync, mkdirSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { type Plugin, defineConfig } from "vite";
-import { SAMPLES } from "./src/samples";
+import { SAMPLES } from "./src/samples.ts";
 
 const here = new URL(".", import.meta.url).pathname;
 const three = join(here, "node_modules/three");

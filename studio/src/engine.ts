@@ -1,7 +1,7 @@
 // The worker as functions that return promises.
 
 import type { Drawing } from "./report";
-import type { Answer, Outputs, Replay, Reply, Request } from "./messages";
+import type { Answer, Outputs, PartFaces, Replay, Reply, Request } from "./messages";
 
 export type Files = Map<string, Uint8Array<ArrayBuffer>>;
 export type OnProgress = (stage: string, done: number, total: number) => void;
@@ -113,6 +113,22 @@ export class EngineClient {
 
   check(options: string[], onProgress: OnProgress): Promise<Done> {
     return this.done({ verb: "check", options }, onProgress);
+  }
+
+  propose(options: string[], onProgress: OnProgress): Promise<Done> {
+    return this.done({ verb: "propose", options }, onProgress);
+  }
+
+  async part(name: string): Promise<PartFaces> {
+    const reply = await this.ask({ verb: "part", name });
+    if (reply.kind !== "part") throw new Refused(["the engine gave no faces"]);
+    return reply.part;
+  }
+
+  /** Names of the machines that need no file. */
+  async machines(): Promise<string[]> {
+    const reply = await this.ask({ verb: "machines" });
+    return reply.kind === "machines" ? reply.names : [];
   }
 
   async readJob(job: string): Promise<Answer> {

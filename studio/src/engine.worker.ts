@@ -1,8 +1,8 @@
 // The engine in a worker, so that the page never waits for it.
 
-import start, { Engine, lastPanic } from "./engine/trunnion_web.js";
+import start, { Engine, lastPanic, machines } from "./engine/trunnion_web.js";
 import { drawingOf } from "./report";
-import type { Answer, Replay, Reply, Request } from "./messages";
+import type { Answer, PartFaces, Replay, Reply, Request } from "./messages";
 
 let engine: Engine | undefined;
 
@@ -44,6 +44,15 @@ function replay(of: Engine, options: string[]): Replay {
   return { ...arrays, machine, tools };
 }
 
+/** Faces of a part as arrays of their own. */
+function facesOf(of: Engine, name: string): PartFaces {
+  const part = of.part(name);
+  const { faces, warnings } = JSON.parse(part.model());
+  const arrays = { positions: part.positions(), triangles: part.triangles(), edges: part.edges() };
+  part.free();
+  return { ...arrays, faces, warnings };
+}
+
 function answer(of: Engine, request: Request): void {
   const { id } = request;
   switch (request.verb) {
@@ -53,13 +62,14 @@ function answer(of: Engine, request: Request): void {
       return of.remove(request.name);
     case "run":
     case "check":
+    case "propose":
     case "readJob": {
       const text =
         request.verb === "run"
           ? of.run(request.job, reporter(id))
-          : request.verb === "check"
-            ? of.check(request.options, reporter(id))
-            : of.readJob(request.job);
+          : request.verb === "readJob"
+            ? of.readJob(request.job)
+            : of[request.verb](request.options, reporter(id));
       const done = JSON.parse(text) as Answer;
       const outputs = new Map<string, Uint8Array<ArrayBuffer>>();
       for (const name of done.files) {
@@ -70,6 +80,12 @@ function answer(of: Engine, request: Request): void {
       const page = [...outputs].find(([name]) => name.endsWith("/report.html"))?.[1];
       const drawing = page ? drawingOf(page) : null;
       return send({ id, kind: "answer", answer: done, outputs, drawing }, [...outputs.values()].map((bytes) => bytes.buffer));
+    }
+    case "machines":
+      return send({ id, kind: "machines", names: machines() });
+    case "part": {
+      const part = facesOf(of, request.name);
+      return send({ id, kind: "part", part }, [part.positions, part.triangles, part.edges].map((array) => array.buffer as ArrayBuffer));
     }
     case "timeline": {
       const moves = replay(of, request.options);

@@ -22,7 +22,7 @@ export function kindOf(name: string, bytes: Uint8Array): Kind {
 const baseOf = (name: string) => name.split("/").at(-1)!;
 
 /** Path without `.` and `..`. */
-function plain(path: string): string {
+export function plain(path: string): string {
   const parts: string[] = [];
   for (const part of path.split("/")) {
     if (part === "..") parts.pop();

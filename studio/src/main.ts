@@ -9,14 +9,18 @@ import { deviationAt } from "../../viewer/src/data.js";
 import { layers, legend } from "../../viewer/src/panels.js";
 import { Tabs, find, make, sizeOf } from "./dom";
 import { Editor, faultOf } from "./editor";
-import { EngineClient, Refused, type Done } from "./engine";
-import { LARGEST, found, kindOf, words } from "./files";
+import { EngineClient, Refused, type Done, type OnProgress } from "./engine";
+import { drawingOfPart } from "./faces";
+import { LARGEST, found, kindOf, plain, words } from "./files";
+import { leftOut, partOf } from "./jobtext";
 import type { Outputs } from "./messages";
+import { Planner } from "./planner";
 import { Player } from "./player";
 import { ProgramText } from "./program";
 import { type Drawing, type Place, movesOf, summaryOf, textOf } from "./report";
 import { SAMPLES, filesOf, type Sample } from "./samples";
 import { Stage } from "./stage";
+import { TimeLeft } from "./timeleft";
 import { Timeline } from "./timeline";
 
 /** Milliseconds after the last key before a job is read again. */
@@ -32,6 +36,10 @@ class Studio {
   });
   private readonly text = new ProgramText(find("program"), (line) => this.goToLine(line));
   private readonly editor = new Editor(find("job"), (text) => this.edit(text));
+  private readonly planner = new Planner(
+    (text) => this.write(text),
+    (faces, text) => this.pickFaces(faces, text),
+  );
   private readonly options = find<HTMLInputElement>("options");
   private readonly programs = find<HTMLSelectElement>("programs");
   private job: string | null = null;
@@ -47,6 +55,8 @@ class Studio {
   private shown: Drawing | null = null;
   private measured: number[][] = [];
   private editing = 0;
+  /** Text of the last proposal: until it is edited, other faces mean another proposal. */
+  private proposed: string | null = null;
   /** Counts the programs that were chosen: only the moves of the last one are drawn. */
   private chosen = 0;
   private isBusy = false;
@@ -64,6 +74,7 @@ class Studio {
     });
     find("run").addEventListener("click", () => void this.run());
     find("check").addEventListener("click", () => void this.check());
+    find("faces").addEventListener("click", () => void this.showFaces());
     find("cancel").addEventListener("click", () => this.engine.cancel());
     this.programs.addEventListener("change", () => void this.choose(this.programs.value));
     this.options.addEventListener("input", () => this.enable());
@@ -73,6 +84,7 @@ class Studio {
       this.stage?.theme();
       this.charts?.draw();
     });
+    void this.engine.machines().then((names) => this.planner.offer(names));
     void this.openServed();
   }
 
@@ -127,7 +139,7 @@ class Studio {
       for (const [at, name] of names.entries()) {
         this.engine.insert(name, new Uint8Array(await (await fetch(`opened/${at}`)).arrayBuffer()));
       }
-      if (names.length > 0) await this.opened(null, null);
+      if (names.length > 0) await this.openedByHand(null, null, null);
     } catch {
       // A site without that command has no such list.
     }
@@ -148,8 +160,18 @@ class Studio {
     }
     const of = (kind: string) =>
       files.map(({ name }) => name).find((name) => kindOf(name, this.engine.files.get(name) ?? new Uint8Array()) === kind);
-    await this.opened(of("job") ?? null, of("program") ?? null);
+    await this.openedByHand(of("job") ?? null, of("program") ?? null, of("part") ?? null);
     if (refused.length > 0) this.problems(refused.map((message) => ({ message, kind: "bad" })));
+  }
+
+  /** Opens files, and shows the part of a job; a part alone gets the job that `trunnion init` proposes. */
+  private async openedByHand(job: string | null, program: string | null, part: string | null): Promise<void> {
+    await this.opened(job, program);
+    const isPlanned = this.job !== null && (part === null || job !== null);
+    const kinds = [...this.engine.files].map(([name, bytes]) => ({ name, kind: kindOf(name, bytes) }));
+    const alone = part ?? kinds.find(({ kind }) => kind === "part")?.name ?? null;
+    if (!isPlanned && alone && !this.program && !/\.stl$/i.test(alone)) await this.propose(alone, []);
+    else if (this.job && !this.program) await this.showFaces();
   }
 
   /** Takes a job and a program among the open files; keeps those before where there is none. */
@@ -159,7 +181,7 @@ class Studio {
     this.job = job ?? this.job ?? first("job");
     if (this.job) {
       for (const [path, open] of found(this.engine.files, this.job)) this.engine.insert(path, this.engine.files.get(open)!);
-      this.editor.show(textOf(this.engine.files.get(this.job)!));
+      this.showJob(textOf(this.engine.files.get(this.job)!));
       await this.readJob();
     }
     if (this.options.value === "" || (this.job && !this.options.value.includes("--job"))) {
@@ -208,12 +230,25 @@ class Studio {
     this.outputs = new Map();
     this.options.value = "";
     this.text.show("");
+    this.showJob("");
   }
 
   // Job.
 
+  private showJob(text: string): void {
+    this.editor.show(text);
+    this.planner.read(text);
+  }
+
+  /** Takes the text that a control wrote. */
+  private write(text: string): void {
+    this.showJob(text);
+    this.edit(text);
+  }
+
   private edit(text: string): void {
     if (!this.job) this.job = "job.toml";
+    this.planner.read(text);
     this.engine.insert(this.job, new TextEncoder().encode(text));
     clearTimeout(this.editing);
     this.editing = window.setTimeout(() => void this.readJob(), REST);
@@ -227,6 +262,50 @@ class Studio {
     } catch (error) {
       this.refuse(error);
     }
+  }
+
+  // Planning.
+
+  /** Proposes a job that cuts `faces` of a part, or all of them. */
+  private propose(part: string, faces: number[]): Promise<void> {
+    const machine = [...this.engine.files].find(([name, bytes]) => kindOf(name, bytes) === "machine")?.[0] ?? "bc-trunnion";
+    const options = [part, "--machine", machine, ...(faces.length > 0 ? ["--faces", faces.join(",")] : [])];
+    return this.work(
+      (onProgress) => this.engine.propose(options, onProgress),
+      async ({ answer }) => {
+        if (answer.code !== 0) return this.problems(answer.messages.map((message) => ({ message, kind: "bad" })));
+        this.job = "job.toml";
+        this.proposed = answer.table;
+        this.engine.insert(this.job, new TextEncoder().encode(answer.table));
+        await this.opened(this.job, null);
+        if (!this.planner.isPicking) await this.showFaces();
+        this.showFaults([], [...answer.warnings, ...leftOut(answer.table)]);
+      },
+    );
+  }
+
+  /** Shows the faces of the part of the job, to pick those that are cut. */
+  private async showFaces(): Promise<void> {
+    const name = this.job && partOf(this.editor.text);
+    if (!this.job || !name) return;
+    const folder = this.job.includes("/") ? this.job.slice(0, this.job.lastIndexOf("/")) : "";
+    try {
+      const part = await this.engine.part(plain(`${folder}/${name}`));
+      this.chosen += 1;
+      find("verdict").hidden = true;
+      this.draw(drawingOfPart(part), null);
+      this.planner.show(part, this.stage);
+      if (part.warnings.length > 0) this.problems(part.warnings.map((message) => ({ message, kind: "warning" })));
+      this.tabs.show("job");
+    } catch (error) {
+      this.refuse(error);
+    }
+  }
+
+  private pickFaces(faces: number[], text: string): void {
+    const part = partOf(text);
+    if (this.proposed === this.editor.text && part && faces.length > 0) void this.propose(part, faces);
+    else this.write(text);
   }
 
   /** Marks faults at their lines, and lists them below the text. */
@@ -246,12 +325,13 @@ class Studio {
   // Work.
 
   private enable(): void {
+    find<HTMLButtonElement>("faces").disabled = this.isBusy || this.job === null;
     find<HTMLButtonElement>("run").disabled = this.isBusy || this.job === null;
     find<HTMLButtonElement>("check").disabled = this.isBusy || this.program === null || this.options.value.trim() === "";
   }
 
   /** Runs long work with progress and a way to stop it. */
-  private async work(verb: (onProgress: (stage: string, done: number, total: number) => void) => Promise<Done>): Promise<void> {
+  private async work(verb: (onProgress: OnProgress) => Promise<Done>, finish = (done: Done) => this.show(done)): Promise<void> {
     if (this.isBusy) return;
     this.isBusy = true;
     this.enable();
@@ -260,11 +340,12 @@ class Studio {
     bar.removeAttribute("value");
     find("progress").hidden = false;
     try {
+      const left = new TimeLeft();
       const done = await verb((stage, count, total) => {
-        name.textContent = stage;
+        name.textContent = `${stage}${left.words(stage, total > 0 ? count / total : 0)}`;
         bar.value = total > 0 ? count / total : 0;
       });
-      await this.show(done);
+      await finish(done);
     } catch (error) {
       this.refuse(error);
     } finally {
@@ -389,6 +470,7 @@ class Studio {
     find("aside").hidden = false;
     find("room").classList.add("has-panel");
     find("picked").hidden = true;
+    this.planner.show(null, null);
     this.measured = [];
     try {
       this.stage = new Stage(find("view"), shown);
@@ -450,6 +532,7 @@ class Studio {
   }
 
   private pick(x: number, y: number): void {
+    if (this.planner.isPicking && !find<HTMLInputElement>("measure").checked) return this.isBusy ? undefined : this.planner.click(x, y);
     const { stage, shown: drawing } = this;
     const label = find("picked");
     const vertex = stage?.pick(x, y) ?? null;

@@ -46,12 +46,33 @@ export interface Replay {
   tools: [number, number][][];
 }
 
+/** Face of a part; `triangles` are the first of its triangles and their number. */
+export interface FaceInfo {
+  number: number;
+  kind: string;
+  area: number;
+  concave_radius: number | null;
+  triangles: [number, number];
+}
+
+/** Faces of a part as triangles and edges, mm. */
+export interface PartFaces {
+  faces: FaceInfo[];
+  warnings: string[];
+  positions: Float32Array;
+  triangles: Uint32Array;
+  edges: Float32Array;
+}
+
 export type Request = { id: number } & (
   | { verb: "insert"; name: string; bytes: Uint8Array<ArrayBuffer> }
   | { verb: "remove"; name: string }
   | { verb: "run"; job: string }
   | { verb: "readJob"; job: string }
   | { verb: "check"; options: string[] }
+  | { verb: "propose"; options: string[] }
+  | { verb: "part"; name: string }
+  | { verb: "machines" }
   | { verb: "timeline"; options: string[] }
 );
 
@@ -61,5 +82,7 @@ export type Reply = { id: number } & (
   | { kind: "progress"; stage: string; done: number; total: number }
   | { kind: "answer"; answer: Answer; outputs: Outputs; drawing: Drawing | null }
   | { kind: "replay"; replay: Replay }
+  | { kind: "part"; part: PartFaces }
+  | { kind: "machines"; names: string[] }
   | { kind: "failure"; messages: string[]; isLost: boolean }
 );

@@ -1,9 +1,10 @@
 // The 3-D view of the studio: the report's view with the machine, a section plane, and a ruler.
 
-import { BufferGeometry, Group, Line, LineBasicMaterial, Matrix4, Plane, Vector3 } from "three";
+import { type BufferAttribute, BufferGeometry, Group, Line, LineBasicMaterial, Matrix4, type Mesh, Plane, Raycaster, Vector2, Vector3 } from "three";
 import { View } from "../../viewer/src/scene.js";
+import { FacePainter } from "./faces";
 import { MachineModel } from "./machine";
-import type { Machine } from "./messages";
+import type { FaceInfo, Machine, PartFaces } from "./messages";
 import type { ToolPlace } from "./timeline";
 
 /** Directions in which a section looks. */
@@ -25,6 +26,7 @@ export class Stage extends View {
   private machineStill = false;
   private axes: number[] | null = null;
   private ruler: Line | null = null;
+  private painter: FacePainter | null = null;
   private readonly bench = new Group();
 
   constructor(host: HTMLElement, data: object) {
@@ -89,6 +91,34 @@ export class Stage extends View {
     super.fit(direction as [number, number, number] | undefined);
     this.centre.copy(centre);
     this.radius = radius;
+  }
+
+  /** Shows the edges of a part, and its faces as things to pick. */
+  showFaces(part: PartFaces): void {
+    const { position, normal } = (this.mesh as Mesh).geometry.attributes;
+    this.painter = new FacePainter(part, position as BufferAttribute, normal as BufferAttribute);
+    this.part.add(this.painter.group);
+    this.draw();
+  }
+
+  /** Face under a point of the screen; null beside the part. */
+  faceAt(clientX: number, clientY: number): FaceInfo | null {
+    const box = this.renderer.domElement.getBoundingClientRect();
+    const spot = new Vector2((2 * (clientX - box.left)) / box.width - 1, 1 - (2 * (clientY - box.top)) / box.height);
+    const ray = new Raycaster();
+    ray.setFromCamera(spot, this.camera);
+    const triangle = ray.intersectObject(this.mesh as Mesh)[0]?.faceIndex;
+    return triangle === undefined || triangle === null ? null : (this.painter?.faceOf(triangle) ?? null);
+  }
+
+  pickFaces(numbers: number[]): void {
+    this.painter?.pick(numbers);
+    this.draw();
+  }
+
+  hoverFace(face: FaceInfo | null): void {
+    this.painter?.hover(face);
+    this.draw();
   }
 
   /** Cuts everything away in front of a plane: a `share` of 1 keeps all, one of 0 nothing; null for no section. */

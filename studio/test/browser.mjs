@@ -1,66 +1,23 @@
 // The studio in a real browser: every sample opened, worked on and played, as a user does it.
 //
-//   node test/browser.mjs TRUNNION [OUTPUTS-OF-THE-COMMAND-LINE...]
+//   node test/browser.mjs TRUNNION
 //
-// TRUNNION is the built program; its `studio` verb serves dist/. Pictures go to test/pictures.
+// TRUNNION is the built program; its `studio` verb serves dist/, and the page has to write the bytes that it writes.
+// Pictures go to test/pictures, and are compared with those in test/expected; UPDATE_EXPECT=1 accepts them.
 
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
-import { mkdirSync, readFileSync } from "node:fs";
-import { chromium } from "playwright-core";
+import { execFile, execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, readdirSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { picture } from "./pictures.mjs";
+import { PATIENCE, browser, open, serve, stop, trunnion, watchFrames } from "./studio.mjs";
 
 const here = (name) => new URL(name, import.meta.url).pathname;
-const root = here("../..");
-const trunnion = process.argv[2] ?? `${root}target/release/trunnion`;
-const pictures = here("pictures");
-mkdirSync(pictures, { recursive: true });
-
-/** Longest that a sample may take on a slow machine \[ms\]. */
-const PATIENCE = 480_000;
-
+/** Outputs of the command line, taken away at the end. */
+const folders = [];
 const figures = [];
 const note = (what, value) => figures.push(`${what}: ${value}`);
-
-/** Starts `trunnion studio`, and returns its address. */
-function serve(...files) {
-  const child = spawn(trunnion, ["studio", "--no-open", "--site", here("../dist"), ...files, "--json"], { cwd: root });
-  return new Promise((resolve, reject) => {
-    let text = "";
-    child.stdout.on("data", (part) => {
-      text += part;
-      try {
-        resolve({ child, url: JSON.parse(text).url });
-      } catch {
-        // The rest is still to come.
-      }
-    });
-    child.stderr.on("data", (part) => process.stderr.write(part));
-    child.on("exit", (code) => reject(new Error(`trunnion studio ended with ${code}`)));
-  });
-}
-
-function stop({ child }) {
-  child.removeAllListeners("exit");
-  child.kill();
-}
-
-const browser = await chromium.launch({
-  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-  args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-angle=swiftshader"],
-});
-
-/** A page whose errors fail the test. */
-async function open(url, options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, ...options });
-  const page = await context.newPage();
-  const errors = [];
-  page.on("console", (message) => {
-    if (message.type() === "error") errors.push(`${message.text()} ${message.location().url}`);
-  });
-  page.on("pageerror", (error) => errors.push(String(error)));
-  await page.goto(url);
-  return { page, errors, context };
-}
 
 const clock = async (page) => Number.parseFloat(await page.locator("#clock").textContent());
 
@@ -92,19 +49,6 @@ async function colours(page) {
   });
 }
 
-/** Longest time between two frames while something happens \[ms\]. */
-const watchFrames = (page) =>
-  page.evaluate(() => {
-    window.longest = 0;
-    let before = performance.now();
-    const frame = (now) => {
-      window.longest = Math.max(window.longest, now - before);
-      before = now;
-      requestAnimationFrame(frame);
-    };
-    requestAnimationFrame(frame);
-  });
-
 async function sample(url, name, { passes, words }) {
   const { page, errors, context } = await open(url);
   await watchFrames(page);
@@ -117,7 +61,7 @@ async function sample(url, name, { passes, words }) {
   assert.match(await page.locator("#verdict").getAttribute("class"), passes ? /good/ : /bad/);
   assert.match(await page.locator("#problems").textContent(), words);
   assert.ok((await colours(page)) > 8, `${name}: the picture is blank`);
-  await page.screenshot({ path: `${pictures}/${name}.png` });
+  await picture(page, name);
 
   // The time runs, and the text runs along.
   const before = await clock(page);
@@ -146,33 +90,98 @@ async function firstPaint(url) {
   await page.waitForFunction(painted);
   const paint = await page.evaluate(painted);
   note("first paint", `${paint.toFixed(0)} ms`);
-  await page.screenshot({ path: `${pictures}/gallery.png` });
+  await picture(page, "gallery");
   await context.close();
 }
 
-/** Saves an output of the page, and compares it with that of the command line. */
-async function compare(page, folder) {
+/** Starts a verb of the command line on the files of the gallery; returns the folder of its outputs when it is done. */
+function commandLine(...words) {
+  const out = mkdtempSync(join(tmpdir(), "studio-"));
+  folders.push(out);
+  return new Promise((resolve, reject) => {
+    execFile(trunnion, [...words, "--output", out], { cwd: here("../dist/samples") }, (error, _, messages) => {
+      // 1: something is not kept, as planted.
+      if (error && error.code !== 1) reject(new Error(`trunnion ${words.join(" ")}: ${messages}`));
+      else resolve(out);
+    });
+  });
+}
+
+/** Saves every output of the page, and asserts that each has the bytes of the command line's. */
+async function compare(page, name, folder) {
   await page.getByRole("tab", { name: "Files" }).click();
-  let same = 0;
-  const different = [];
+  const [seen, different] = [[], []];
   for (const item of await page.locator("#outputs li").all()) {
-    const name = (await item.locator("span").textContent()).replace(/^out\//, "");
+    const output = (await item.locator("span").textContent()).replace(/^[^/]*\//, "");
     const [download] = await Promise.all([page.waitForEvent("download"), item.getByText("save").click()]);
-    const [made, expected] = [readFileSync(await download.path()), readFileSync(`${folder}/${name}`)];
-    if (made.equals(expected)) same += 1;
-    else different.push(name);
+    seen.push(output);
+    if (!readFileSync(await download.path()).equals(readFileSync(join(folder, output)))) different.push(output);
   }
-  note(`outputs equal to those in ${folder}`, `${same}; different: ${different.join(", ") || "none"}`);
-  return different;
+  assert.deepEqual(seen.sort(), readdirSync(folder).sort());
+  assert.deepEqual(different, [], `${name}: other bytes than those of the command line`);
+  note(`${name}: outputs with the bytes of the command line`, seen.length);
+}
+
+/** A part alone gets the job that `trunnion init` proposes; clicks on faces and controls write it. */
+async function planning(url) {
+  const { page, errors, context } = await open(url);
+  const folder = here("../../fixtures/corpus/gate");
+  await page.locator("#chooser").setInputFiles(join(folder, "stepped.step"));
+  const job = () => page.locator("#job-text").inputValue();
+  const settled = async (before) => {
+    await page.waitForFunction((text) => document.querySelector("#job-text").value !== text, before, { timeout: PATIENCE });
+    await page.locator("#progress").waitFor({ state: "hidden", timeout: PATIENCE });
+    return job();
+  };
+  const proposed = await settled("");
+  const printed = execFileSync(trunnion, ["init", "stepped.step"], { cwd: folder, encoding: "utf8" });
+  assert.equal(proposed, printed, "the proposal is not that of the command line");
+  await picture(page, "faces");
+
+  // Hovering names a face, a click leaves it out, another takes it in again.
+  const numbers = (text) => /^faces = \[([\d, ]*)\]/m.exec(text)[1].split(", ").map(Number);
+  const box = await page.locator("#view").boundingBox();
+  const place = [box.x + 0.45 * box.width, box.y + 0.5 * box.height];
+  await page.mouse.move(...place);
+  const words = await page.locator("#hovered").textContent();
+  const [, number] = /^face (\d+): .* \(is cut\)$/.exec(words);
+  await page.mouse.click(...place);
+  const fewer = await settled(proposed);
+  assert.deepEqual(numbers(fewer), numbers(proposed).filter((other) => other !== Number(number)));
+  await page.mouse.click(...place);
+  const again = await settled(fewer);
+  assert.ok(numbers(again).includes(Number(number)));
+
+  // A control writes its line and nothing else; faces of an edited job change in its text.
+  await page.getByLabel("Excess, mm").fill("0.015");
+  await page.getByLabel("Excess, mm").press("Tab");
+  const edited = await job();
+  assert.match(edited, /^total = 0\.015  # largest excess/m);
+  assert.equal(edited.replace("total = 0.015", /^total = \S+/m.exec(again)[0]), again);
+  await page.locator("#choose-machine").selectOption("ac-trunnion");
+  assert.match(await job(), /^file = "ac-trunnion"/m);
+  await page.mouse.click(...place);
+  assert.ok(!numbers(await job()).includes(Number(number)));
+  assert.match(await job(), /^total = 0\.015/m);
+  await page.waitForTimeout(600);
+  assert.equal(await page.locator("#faults button").count(), 0);
+  assert.deepEqual(errors, []);
+  await context.close();
 }
 
 const site = await serve();
 try {
   await firstPaint(site.url);
 
+  // The same work by the command line, whose bytes the page has to write.
+  const patchFolder = await commandLine("run", "examples/bezier-patch/job.toml");
+  const stepFolder = await commandLine("run", "examples/step-face/job.toml");
+  const plantedFolder = await commandLine("check", "edited.ngc", "--job", "examples/bezier-patch/job.toml");
+
   // Each page has one worker: two of them take the time of one.
   const kept = { passes: true, words: /is kept/ };
   const [patch, step] = await Promise.all([sample(site.url, "Bezier patch", kept), sample(site.url, "STEP face", kept)]);
+  await compare(step.page, "STEP face", stepFolder);
   assert.deepEqual(step.errors, []);
   await step.context.close();
   const { page } = patch;
@@ -180,7 +189,7 @@ try {
   await page.locator("#still").check();
   await page.waitForTimeout(300);
   assert.ok((await colours(page)) > 8);
-  await page.screenshot({ path: `${pictures}/machine.png` });
+  await picture(page, "machine");
   await page.locator("#still").uncheck();
   await page.locator("#machine").uncheck();
 
@@ -197,9 +206,9 @@ try {
   assert.match(await page.locator("#picked").textContent(), /^[\d.]+ mm/);
   await page.locator("#section").selectOption("x");
   await page.waitForTimeout(200);
-  await page.screenshot({ path: `${pictures}/section.png` });
+  await picture(page, "section");
   await page.locator("#section").selectOption("");
-  for (const folder of process.argv.slice(3, 4)) await compare(page, folder);
+  await compare(page, "Bezier patch", patchFolder);
 
   // A fault in the job is marked at its line; the result stays.
   await page.getByRole("tab", { name: "Job" }).click();
@@ -209,7 +218,7 @@ try {
   assert.match(await page.locator("#faults").textContent(), /job\.toml:\d+:\d+: .*totl[\s\S]*total/);
   assert.equal(await page.locator(".gutter .bad").count(), 1);
   assert.ok(await page.locator("#verdict").isVisible());
-  await page.screenshot({ path: `${pictures}/fault.png` });
+  await picture(page, "fault");
   await page.locator("#job-text").fill(job);
   await page.waitForFunction(() => document.querySelectorAll(".gutter .bad").length === 0);
 
@@ -230,9 +239,12 @@ try {
   const [, line] = /line (\d+)/.exec(words);
   await becomes(planted.page, Number(line), Number(line));
   assert.equal(await planted.page.locator("#program .bad").getAttribute("data-line"), line);
-  await planted.page.screenshot({ path: `${pictures}/place.png` });
+  await picture(planted.page, "place");
+  await compare(planted.page, "Planted fault", plantedFolder);
   assert.deepEqual(planted.errors, []);
   await planted.context.close();
+
+  await planning(site.url);
 
   // Work can be stopped, and done again.
   const stopped = await open(site.url);
@@ -253,12 +265,13 @@ try {
     await page.waitForTimeout(500);
     const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
     assert.ok(wide <= 0, `${name}: the page is ${wide} px too wide`);
-    await page.screenshot({ path: `${pictures}/${name}.png`, fullPage: true });
+    await picture(page, name, { fullPage: true });
     assert.deepEqual(errors, []);
     await context.close();
   }
 } finally {
   stop(site);
+  for (const folder of folders) rmSync(folder, { recursive: true });
 }
 
 // A job that is named on the command line is open with its files.

@@ -3,11 +3,12 @@
 use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
-use crate::{machine, output, part, text};
+use crate::{disk, machine, output, part, text};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use trunnion::cutter::{CutterKind, CutterSpec};
 use trunnion::files::job::JobArea;
+use trunnion::math;
 use trunnion::pipeline::{self, JobProposal, ProposalRequest, ProposedOperation};
 use trunnion::types::Progress;
 
@@ -164,10 +165,7 @@ fn part_name(args: &InitArgs) -> String {
     match args.part.file_name().filter(|_| beside) {
         Some(name) => name.to_string_lossy().into_owned(),
         // Any other folder: the whole path is right from everywhere.
-        None => std::path::absolute(&args.part)
-            .unwrap_or_else(|_| args.part.clone())
-            .to_string_lossy()
-            .into_owned(),
+        None => whole(&args.part),
     }
 }
 
@@ -175,10 +173,16 @@ fn part_name(args: &InitArgs) -> String {
 fn machine_name(args: &InitArgs) -> String {
     let path = Path::new(&args.machine);
     // The name of a built-in machine needs no path.
-    if !path.exists() {
+    if !disk::exists(path) {
         return args.machine.clone();
     }
-    std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).to_string_lossy().into_owned()
+    whole(path)
+}
+
+/// Returns a name that is right from every folder; names in memory are whole.
+fn whole(path: &Path) -> String {
+    let named = if disk::is_memory() { Ok(path.to_owned()) } else { std::path::absolute(path) };
+    named.unwrap_or_else(|_| path.to_owned()).to_string_lossy().into_owned()
 }
 
 /// Returns a string in TOML, quoted.
@@ -263,8 +267,8 @@ impl std::fmt::Display for Short {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let digits = f.precision().unwrap_or(3);
         // Power of ten of the first digit; the smallest number stands in for 0, which has none.
-        let size = self.0.abs().max(f64::MIN_POSITIVE).log10().floor();
-        let unit = 10_f64.powf(size - digits as f64 + 1.0);
+        let size = math::log10(self.0.abs().max(f64::MIN_POSITIVE)).floor();
+        let unit = math::powf(10.0, size - digits as f64 + 1.0);
         write!(f, "{}", tidy((self.0 / unit).round() * unit))
     }
 }

@@ -5,6 +5,8 @@
 //!
 //! The binary calls [`main`]. Shells for other languages call the verbs as functions, in [`calls`].
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod batch;
 pub mod calls;
 mod check;

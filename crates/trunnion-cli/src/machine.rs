@@ -12,6 +12,7 @@ use std::sync::Arc;
 use trunnion::files::machine::{BUILT_IN, MachineFile, built_in, parse};
 use trunnion::inverse::Inverse;
 use trunnion::machine::{Axis, AxisKind, BodyShape, Kinematics, Machine, Setup, picture};
+use trunnion::math;
 use trunnion::types::{Diagnostic, Diagnostics};
 
 pub(crate) use calibrate::{CalibrateArgs, answer as calibration};
@@ -368,8 +369,8 @@ fn short(value: f64) -> f64 {
 /// Rounds to six digits, at least to the unit.
 fn digits(value: f64) -> f64 {
     // Six digits in all: fewer decimals for larger numbers, none from 1e5 on.
-    let places = (5.0 - value.abs().max(1.0).log10().floor()).max(0.0);
-    let scale = 10.0_f64.powf(places);
+    let places = (5.0 - math::log10(value.abs().max(1.0)).floor()).max(0.0);
+    let scale = math::powf(10.0, places);
     (value * scale).round() / scale + 0.0
 }
 

@@ -79,7 +79,9 @@ impl Progress for Bars {
 }
 
 fn bar(stage: Stage) -> ProgressBar {
-    let style = ProgressStyle::with_template("{msg:<28} {bar:32} {percent:>3} %  {elapsed}");
+    // The time left is that of the stage.
+    let style =
+        ProgressStyle::with_template("{msg:<28} {bar:32} {percent:>3} %  {elapsed}, {eta} left");
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::new(0).with_style(style).with_message(stage_words(stage))
 }

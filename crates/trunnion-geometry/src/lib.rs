@@ -4,6 +4,8 @@
 //! describes a milling cutter as a profile of revolution, [`drop_cutter`] lowers one on triangles, and
 //! [`import`] reads STEP, STL and surface JSON. Units everywhere: **mm, rad**.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod cutter;
 pub mod drop_cutter;
 pub mod import;

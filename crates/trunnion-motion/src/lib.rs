@@ -5,6 +5,8 @@
 //! fast as the axes allow, and [`setpoint`] samples the plan at the servo period. No stage needs a
 //! file format. Units everywhere: **mm, rad, s**.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod axes;
 pub mod calibrate;
 pub mod feed;

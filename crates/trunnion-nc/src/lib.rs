@@ -15,6 +15,8 @@
 //!
 //! Motion inside a block is linear in the words: tip and rotaries with TCP, all axes without.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod control;
 pub mod read;
 pub mod words;

@@ -3,6 +3,8 @@
 //! Fill a [`ReportData`], gather its samples over time with a [`Recorder`], and [`render`] it. The page
 //! contains script, style and data, and loads nothing from anywhere.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod data;
 mod page;
 mod payload;

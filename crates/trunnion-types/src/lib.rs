@@ -4,6 +4,8 @@
 //! meshes, progress. [`math`] is what they are computed with: truncated Taylor series, B-splines,
 //! quintics, angles. Units everywhere: **mm, rad, s**.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod math;
 pub mod types;
 

@@ -2,6 +2,7 @@
 
 use crate::answer::{PageAnswer, Verdict};
 use crate::machine_model::MachineModel;
+use crate::part_model::PartModel;
 use crate::timeline::Timeline;
 use std::path::Path;
 use trunnion::types::{Progress, Silent};
@@ -79,6 +80,28 @@ impl Engine {
         read.unwrap_or_else(|failure: Failure| PageAnswer::refused(&failure))
     }
 
+    /// Proposes a job, as `trunnion init OPTIONS` prints it; the job is the table of the answer.
+    pub fn propose(&mut self, options: &[String], progress: &dyn Progress) -> PageAnswer {
+        let propose = || {
+            let made = calls::propose(options, progress)?;
+            let answer = PageAnswer::done(made.job, Verdict::Kept);
+            Ok(PageAnswer { warnings: made.warnings, ..answer })
+        };
+        let proposed = calls::in_memory(&mut self.files, propose);
+        proposed.unwrap_or_else(|failure: Failure| PageAnswer::refused(&failure))
+    }
+
+    /// Reads a part, and draws its faces.
+    ///
+    /// # Errors
+    ///
+    /// The messages of the command line.
+    pub fn part(&mut self, name: &str) -> Result<PartModel, Vec<String>> {
+        let read = || calls::part(Path::new(name), &Silent);
+        let part = calls::in_memory(&mut self.files, read);
+        part.map(|part| PartModel::of(&part)).map_err(|failure| failure.messages())
+    }
+
     /// Runs a program as `trunnion check OPTIONS` would, and returns its moves over time.
     ///
     /// # Errors
@@ -112,5 +135,30 @@ impl Engine {
         let name = |(name, _): (&Path, &[u8])| format!("{folder}/{}", name.display());
         answer.files = self.files.below(folder).map(name).collect();
         answer
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_in_a_folder_is_named_as_it_is_open() {
+        let mut engine = Engine::default();
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/step-face/part.step");
+        engine.insert("parts/face.step", std::fs::read(file).unwrap());
+        let answer = engine.propose(&["parts/face.step".to_owned()], &Silent);
+        assert_eq!((answer.code, &answer.messages[..]), (0, &[][..]));
+        engine.insert("job.toml", answer.table.into_bytes());
+        assert_eq!(engine.read_job("job.toml"), PageAnswer::default());
+    }
+
+    #[test]
+    fn a_part_that_cannot_be_read_is_refused_in_the_words_of_the_command_line() {
+        let mut engine = Engine::default();
+        engine.insert("part.step", b"noise".to_vec());
+        let refused = engine.part("part.step").unwrap_err();
+        assert!(refused[0].starts_with("part.step"), "{refused:?}");
+        assert_eq!(engine.propose(&["part.step".to_owned()], &Silent).messages, refused);
     }
 }

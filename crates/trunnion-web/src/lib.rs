@@ -8,9 +8,11 @@ mod engine;
 mod machine_model;
 #[cfg(target_family = "wasm")]
 pub mod page;
+mod part_model;
 mod timeline;
 
 pub use answer::PageAnswer;
 pub use engine::{CHECK_FOLDER, Engine, RUN_FOLDER};
 pub use machine_model::{LinkModel, MachineModel};
+pub use part_model::{FaceModel, PartModel};
 pub use timeline::Timeline;

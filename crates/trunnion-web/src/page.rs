@@ -2,10 +2,12 @@
 
 use crate::answer::PageAnswer;
 use crate::engine::Engine;
+use crate::part_model::PartModel;
 use crate::timeline::Timeline;
 use js_sys::Function;
 use std::cell::RefCell;
 use std::ops::ControlFlow;
+use trunnion::files::machine::BUILT_IN;
 use trunnion::types::{Progress, Stage};
 use trunnion_cli::calls::stage_words;
 use wasm_bindgen::JsValue;
@@ -88,6 +90,22 @@ impl PageEngine {
         json(&self.engine.read_job(job))
     }
 
+    /// Proposes a job with the options of `trunnion init`; returns the answer as JSON.
+    pub fn propose(&mut self, options: Vec<String>, receiver: &Function) -> String {
+        let answer = receiving(receiver, || self.engine.propose(&options, &PageProgress));
+        json(&answer)
+    }
+
+    /// Reads a part, and draws its faces.
+    ///
+    /// # Errors
+    ///
+    /// The messages of the command line, one a line.
+    pub fn part(&mut self, name: &str) -> Result<PagePart, JsValue> {
+        let part = self.engine.part(name);
+        part.map(PagePart).map_err(|messages| JsValue::from_str(&messages.join("\n")))
+    }
+
     /// Returns the moves of a program over time.
     ///
     /// # Errors
@@ -147,6 +165,40 @@ impl PageTimeline {
     pub fn model(&self) -> String {
         serde_json::json!({ "machine": self.0.machine, "tools": self.0.tools }).to_string()
     }
+}
+
+/// Faces of a part as typed arrays.
+#[wasm_bindgen(js_name = Part)]
+#[derive(Debug)]
+pub struct PagePart(PartModel);
+
+#[wasm_bindgen(js_class = Part)]
+impl PagePart {
+    /// Vertices \[mm\].
+    pub fn positions(&self) -> Vec<f32> {
+        self.0.positions.clone()
+    }
+
+    /// Triangles, face by face.
+    pub fn triangles(&self) -> Vec<u32> {
+        self.0.triangles.clone()
+    }
+
+    /// Edges \[mm\].
+    pub fn edges(&self) -> Vec<f32> {
+        self.0.edges.clone()
+    }
+
+    /// Faces and warnings as JSON.
+    pub fn model(&self) -> String {
+        serde_json::json!({ "faces": self.0.faces, "warnings": self.0.warnings }).to_string()
+    }
+}
+
+/// Names of the built-in machines.
+#[wasm_bindgen]
+pub fn machines() -> Vec<String> {
+    BUILT_IN.iter().map(|(name, _)| (*name).to_owned()).collect()
 }
 
 /// Runs work whose progress goes to `receiver`.

@@ -14,6 +14,8 @@
 //! the same input gives the same bytes on any number of threads.
 //! Which module may use which is written down, and checked, in `tests/it/layers.rs`.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod blocks;
 pub mod cover;
 pub mod files;

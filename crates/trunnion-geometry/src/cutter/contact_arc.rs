@@ -3,6 +3,7 @@
 use super::spec::CutterKind;
 use super::tangent::{ProfileArc, ProfileSide, TangentProfile};
 use super::validated::Cutter;
+use crate::math;
 use crate::types::{Interval, ToolPose};
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
 use std::f64::consts::FRAC_PI_2;
@@ -48,7 +49,7 @@ impl Cutter {
             return ContactArc {
                 center,
                 radius,
-                inclinations: Interval::new(tip_angle, out.atan2(-up)),
+                inclinations: Interval::new(tip_angle, math::atan2(out, -up)),
             };
         }
         let center = [self.major(), self.minor()];
@@ -70,7 +71,7 @@ impl Cutter {
 impl ContactArc {
     /// Returns the point `[rho, z]` of the arc that touches at an inclination \[mm\].
     pub fn point(&self, inclination: f64) -> [f64; 2] {
-        let (sin, cos) = inclination.sin_cos();
+        let (sin, cos) = math::sin_cos(inclination);
         [self.center[0] + self.radius * sin, self.center[1] - self.radius * cos]
     }
 
@@ -80,7 +81,7 @@ impl ContactArc {
     /// the normal is the axis, but for an arc about a point of the axis, which is a ball.
     pub fn radius_across(&self, inclination: f64) -> f64 {
         let [rho, _] = self.center;
-        if rho.abs() <= 0.0 { self.radius } else { self.radius + rho / inclination.sin() }
+        if rho.abs() <= 0.0 { self.radius } else { self.radius + rho / math::sin(inclination) }
     }
 
     /// Returns the pose that touches with the arc around `center`, inclined from the normal of the face by
@@ -92,7 +93,7 @@ impl ContactArc {
         towards: &Vector3<f64>,
         inclination: f64,
     ) -> ToolPose {
-        let (sin, cos) = inclination.sin_cos();
+        let (sin, cos) = math::sin_cos(inclination);
         let axis = Unit::new_normalize(normal.scale(cos) + towards.scale(sin));
         // From the centre of the arc square to the axis onto it, then down to the tip.
         let [rho, z] = self.center;

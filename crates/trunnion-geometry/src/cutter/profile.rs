@@ -2,6 +2,7 @@
 
 use super::spec::CutterSpec;
 use super::tangent::{ProfileSide, TangentProfile};
+use crate::math;
 
 /// A piece of the outline, directed from the tip to the spindle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,9 +49,9 @@ impl ProfilePiece {
         match *self {
             Self::Arc { center, radius, from, to } => {
                 // Angles from straight down.
-                let [first, last] = [from, to].map(|[out, up]| out.atan2(-up));
+                let [first, last] = [from, to].map(|[out, up]| math::atan2(out, -up));
                 let angle = first + (last - first) * share;
-                [center[0] + radius * angle.sin(), center[1] - radius * angle.cos()]
+                [center[0] + radius * math::sin(angle), center[1] - radius * math::cos(angle)]
             }
             Self::Line { from, to } => {
                 [from[0] + share * (to[0] - from[0]), from[1] + share * (to[1] - from[1])]
@@ -72,7 +73,7 @@ impl ProfilePiece {
     /// Returns the distance from start to end \[mm\].
     pub fn extent(&self) -> f64 {
         let ([x0, z0], [x1, z1]) = (self.start(), self.end());
-        (x1 - x0).hypot(z1 - z0)
+        math::hypot(x1 - x0, z1 - z0)
     }
 }
 

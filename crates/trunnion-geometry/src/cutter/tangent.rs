@@ -1,6 +1,7 @@
 //! Cutting ends whose tip arc goes over into a second arc or a cone: tapered, barrel and lens cutters.
 
 use super::spec::CutterSide;
+use crate::math;
 
 /// Convex profile of revolution: a flat bottom, the tip arc, a side tangent to it, and the flank.
 ///
@@ -107,7 +108,7 @@ impl TangentProfile {
         let outer = 0.5 * side.diameter()?;
         let last = match side.taper_angle() {
             // Exactly outward, where the cosine of a right angle would not be 0.
-            angle if angle > 0.0 => [angle.cos(), -angle.sin()],
+            angle if angle > 0.0 => [math::cos(angle), -math::sin(angle)],
             _ => [1.0, 0.0],
         };
         let (joint, form, end) = match side {
@@ -176,7 +177,7 @@ impl TangentProfile {
 
     /// Returns the largest angle between a normal of the tip arc and the axis \[rad\].
     pub fn tip_angle(&self) -> f64 {
-        self.joint[0].atan2(-self.joint[1])
+        math::atan2(self.joint[0], -self.joint[1])
     }
 
     pub(super) fn tip(&self) -> ProfileArc {

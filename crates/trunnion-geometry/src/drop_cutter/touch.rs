@@ -2,6 +2,7 @@
 
 use super::end::CuttingEnd;
 use crate::cutter::{ProfilePiece, TangentProfile};
+use crate::math;
 use nalgebra::{Point3, Vector2, Vector3};
 
 /// Most steps of the root search: bisection alone would need no more for every digit.
@@ -81,7 +82,7 @@ impl PlacedEnd<'_> {
         let distance = side.norm();
         let reach = (radius * radius - distance * distance).max(0.0).sqrt();
         let (low, high) = (start.max(-reach), (start + length).min(reach));
-        let nearest = 0.0_f64.clamp(start, start + length).hypot(distance);
+        let nearest = math::hypot(0.0_f64.clamp(start, start + length), distance);
         let bound = from.z.max(to.z) - self.end.height(nearest.min(radius));
         if distance > radius || low > high || bound <= least {
             return None;
@@ -90,7 +91,7 @@ impl PlacedEnd<'_> {
         let t = self.steepest(slope, distance, reach).clamp(low, high);
         let share = ((t - start) / length).clamp(0.0, 1.0);
         let point = from + (to - from) * share;
-        let tip = point.z - self.end.height(t.hypot(distance));
+        let tip = point.z - self.end.height(math::hypot(t, distance));
         Some(EndTouch { tip, point })
     }
 
@@ -144,7 +145,7 @@ fn on_arc(steep: f64, distance: f64, [major, minor]: [f64; 2]) -> f64 {
     }
     // On a sphere the edge touches its circle, of radius sqrt(r² - d²).
     let reach = (minor * minor - distance * distance).max(0.0).sqrt();
-    steep * reach / steep.hypot(1.0)
+    steep * reach / math::hypot(steep, 1.0)
 }
 
 /// Returns `t` at which a line of that slope, at a distance from the axis, touches a torus.
@@ -154,12 +155,12 @@ fn on_arc(steep: f64, distance: f64, [major, minor]: [f64; 2]) -> f64 {
 /// enters the torus and positive at its rim: Newton's steps stay inside that bracket.
 fn on_torus(steep: f64, distance: f64, [major, minor]: [f64; 2]) -> f64 {
     let rho = |sine: f64| major + minor * sine;
-    let mut low = ((distance - major) / minor).clamp(0.0, 1.0).asin();
+    let mut low = math::asin(((distance - major) / minor).clamp(0.0, 1.0));
     let mut high = std::f64::consts::FRAC_PI_2;
     // The tube angle of the same slope on a line through the axis.
-    let mut angle = steep.atan().max(low);
+    let mut angle = math::atan(steep).max(low);
     for _ in 0..STEPS {
-        let (sine, cosine) = angle.sin_cos();
+        let (sine, cosine) = math::sin_cos(angle);
         let share = distance / rho(sine);
         let across = (1.0 - share * share).max(0.0).sqrt();
         let excess = sine * across - steep * cosine;
@@ -184,7 +185,7 @@ fn on_torus(steep: f64, distance: f64, [major, minor]: [f64; 2]) -> f64 {
         }
         angle = next;
     }
-    let out = rho(angle.sin());
+    let out = rho(math::sin(angle));
     (out * out - distance * distance).max(0.0).sqrt()
 }
 

@@ -2,6 +2,7 @@
 
 use super::error::SurfaceError;
 use super::jet::DerivativeTable;
+use crate::math;
 use crate::types::Interval;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
@@ -136,7 +137,7 @@ impl ConeSurface {
         if !(angle > 0.0 && angle < FRAC_PI_2) {
             return Err(SurfaceError::ConeAngle { angle });
         }
-        Ok(Self { frame, radius, slope: angle.tan() })
+        Ok(Self { frame, radius, slope: math::tan(angle) })
     }
 
     /// Returns `v` of the apex.
@@ -271,7 +272,7 @@ impl ElementarySurface for ConeSurface {
     /// of it.
     fn closest(&self, p: &Point3<f64>) -> [f64; 2] {
         let local = self.frame.local(p);
-        let rho = local.x.hypot(local.y);
+        let rho = math::hypot(local.x, local.y);
         // Projection of (rho - R, z) on the ruling (tan a, 1).
         let v = ((rho - self.radius) * self.slope + local.z) / (1.0 + self.slope * self.slope);
         [turn(&local), v.max(self.apex())]
@@ -280,7 +281,7 @@ impl ElementarySurface for ConeSurface {
     fn curvatures(&self, v: Interval) -> Interval {
         let rho = self.radius + v.low.max(self.apex()) * self.slope;
         // Square to the rulings: cos a / rho, largest at the narrow end. S_u x S_v points outwards.
-        Interval::new(-(rho * 1.0_f64.hypot(self.slope)).recip(), 0.0)
+        Interval::new(-(rho * math::hypot(1.0, self.slope)).recip(), 0.0)
     }
 }
 
@@ -288,7 +289,7 @@ impl SphereSurface {
     /// Returns the derivatives up to an order.
     #[inline]
     pub(super) fn table<const ORDER: usize>(&self, u: f64, v: f64) -> DerivativeTable {
-        let (sin, cos) = v.sin_cos();
+        let (sin, cos) = math::sin_cos(v);
         let [rho, z] = circle(self.radius, sin, cos);
         round::<ORDER>(&self.frame, u, rho, z)
     }
@@ -305,7 +306,7 @@ impl ElementarySurface for SphereSurface {
 
     fn closest(&self, p: &Point3<f64>) -> [f64; 2] {
         let local = self.frame.local(p);
-        [turn(&local), local.z.atan2(local.x.hypot(local.y))]
+        [turn(&local), math::atan2(local.z, math::hypot(local.x, local.y))]
     }
 
     fn curvatures(&self, _: Interval) -> Interval {
@@ -317,7 +318,7 @@ impl TorusSurface {
     /// Returns the derivatives up to an order.
     #[inline]
     pub(super) fn table<const ORDER: usize>(&self, u: f64, v: f64) -> DerivativeTable {
-        let (sin, cos) = v.sin_cos();
+        let (sin, cos) = math::sin_cos(v);
         let [mut rho, z] = circle(self.minor, sin, cos);
         rho[0] += self.major;
         round::<ORDER>(&self.frame, u, rho, z)
@@ -337,15 +338,15 @@ impl ElementarySurface for TorusSurface {
     /// only inside a spindle torus.
     fn closest(&self, p: &Point3<f64>) -> [f64; 2] {
         let local = self.frame.local(p);
-        let rho = local.x.hypot(local.y);
+        let rho = math::hypot(local.x, local.y);
         // The half plane of p cuts the torus in a circle on its own side and one beyond the axis.
-        let gap = |x: f64| (x.hypot(local.z) - self.minor).abs();
+        let gap = |x: f64| (math::hypot(x, local.z) - self.minor).abs();
         let (near, far) = (rho - self.major, -rho - self.major);
         let u = turn(&local);
         if gap(far) < gap(near) {
-            return [(u + 0.5 * TAU).rem_euclid(TAU), local.z.atan2(far).rem_euclid(TAU)];
+            return [(u + 0.5 * TAU).rem_euclid(TAU), math::atan2(local.z, far).rem_euclid(TAU)];
         }
-        [u, local.z.atan2(near).rem_euclid(TAU)]
+        [u, math::atan2(local.z, near).rem_euclid(TAU)]
     }
 
     /// Returns `-1/r` across and `-cos v / (R + r cos v)`, never below `-1/r`, round. Where the
@@ -354,7 +355,7 @@ impl ElementarySurface for TorusSurface {
         // cos v is least at v = pi: at the first such turn above `low` if in the range, else at an
         // end.
         let innermost = 0.5 * TAU + ((low - 0.5 * TAU) / TAU).ceil() * TAU;
-        let smallest = if innermost <= high { -1.0 } else { low.cos().min(high.cos()) };
+        let smallest = if innermost <= high { -1.0 } else { math::cos(low).min(math::cos(high)) };
         let rho = self.major + self.minor * smallest;
         if rho > 0.0 {
             Interval::new(-self.minor.recip(), (-smallest / rho).max(0.0))
@@ -378,7 +379,7 @@ fn round<const ORDER: usize>(
     rho: [f64; 4],
     z: [f64; 4],
 ) -> DerivativeTable {
-    let (sin, cos) = u.sin_cos();
+    let (sin, cos) = math::sin_cos(u);
     let [x, y, axis] = frame.axes.map(UnitVector3::into_inner);
     // Differentiation by u takes e to f, f to -e and -e to -f.
     let (e, f) = (x * cos + y * sin, y * cos - x * sin);
@@ -398,5 +399,5 @@ fn round<const ORDER: usize>(
 
 /// Returns the angle about z in [0, 2 pi); 0 on the axis.
 pub(super) fn turn(local: &Vector3<f64>) -> f64 {
-    local.y.atan2(local.x).rem_euclid(TAU)
+    math::atan2(local.y, local.x).rem_euclid(TAU)
 }

@@ -5,6 +5,7 @@ use super::nurbs::BezierPatch;
 use super::nurbs::NurbsSurface;
 use super::parameter_box::ParameterBox;
 use super::patches::hull_box;
+use crate::math;
 use crate::math::bspline::binomial;
 use crate::types::Interval;
 use nalgebra::Vector3;
@@ -352,13 +353,13 @@ impl TangentBounds {
         let cosine = su.centre.dot(&sv.centre) / (a * b);
         let at_centre = (1.0 - cosine.abs()).sqrt().recip();
         // Frobenius norm of the largest change of both columns.
-        let change = (su.radius / a).hypot(sv.radius / b);
+        let change = math::hypot(su.radius / a, sv.radius / b);
         let room = 1.0 - at_centre * change;
         let unit = su.centre.cross(&sv.centre).try_normalize(f64::MIN_POSITIVE)?;
         let anywhere = at_centre / room;
         // A unit tangent is J x with |x| <= |J+|; its height over the middle plane is the sine of
         // the normal's turn, and chord = sine / cos(turn/2).
-        let sine = anywhere * (su.height / a).hypot(sv.height / b);
+        let sine = anywhere * math::hypot(su.height / a, sv.height / b);
         if !(room > 0.0 && sine < 1.0) {
             return None;
         }

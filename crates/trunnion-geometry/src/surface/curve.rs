@@ -4,6 +4,7 @@ use super::analytic::SurfaceFrame;
 use super::beyond::SplineExtension;
 use super::error::{SurfaceError, SurfaceErrors};
 use super::nurbs::curve_quotient;
+use crate::math;
 use crate::math::bspline::KnotVector;
 use crate::math::bspline::LARGE;
 use crate::math::bspline::SMALL;
@@ -119,7 +120,7 @@ impl SpaceCurve {
             }
             Self::Ellipse { frame, radii: [a, b] } => {
                 // C = O + e, C' = f, C'' = -e, C''' = -f.
-                let (sin, cos) = t.sin_cos();
+                let (sin, cos) = math::sin_cos(t);
                 let (x, y) = (frame.x().scale(*a), frame.y().scale(*b));
                 let (e, f) = (x * cos + y * sin, y * cos - x * sin);
                 [frame.origin().coords + e, f, -e, -f]

@@ -1,5 +1,6 @@
 //! Point and partial derivatives of a surface, and the curvature they give.
 
+use crate::math;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
@@ -143,10 +144,10 @@ impl SurfaceJet2 {
         let h22 = (k - 2.0 * ratio * m + ratio * ratio * l) / (c * c);
         let (half_sum, half_difference) = (0.5 * (h11 + h22), 0.5 * (h11 - h22));
         // Eigenvalues: half the trace, plus and minus the radius of Mohr's circle.
-        let radius = half_difference.hypot(h12);
+        let radius = math::hypot(half_difference, h12);
         // max lies at `angle` from e1, min a quarter turn before it.
-        let angle = 0.5 * h12.atan2(half_difference);
-        let (sin, cos) = angle.sin_cos();
+        let angle = 0.5 * math::atan2(h12, half_difference);
+        let (sin, cos) = math::sin_cos(angle);
         let max_direction = UnitVector3::new_normalize(e1.scale(cos) + e2.scale(sin));
         let min_direction = UnitVector3::new_normalize(e1.scale(sin) - e2.scale(cos));
         let (min, max) = (half_sum - radius, half_sum + radius);

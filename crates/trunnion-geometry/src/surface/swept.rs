@@ -4,6 +4,7 @@ use super::curve::SpaceCurve;
 use super::error::{SurfaceError, SurfaceErrors};
 use super::jet::DerivativeTable;
 use super::nurbs::NurbsSurface;
+use crate::math;
 use crate::types::Interval;
 use nalgebra::Point3;
 use nalgebra::UnitVector3;
@@ -139,7 +140,7 @@ impl RevolutionSurface {
     /// Returns the derivatives up to an order.
     #[inline]
     pub(crate) fn table<const ORDER: usize>(&self, u: f64, v: f64) -> DerivativeTable {
-        let (sin, cos) = u.sin_cos();
+        let (sin, cos) = math::sin_cos(u);
         // The point is taken from the axis; derivatives do not depend on an origin.
         let mut jet = self.curve.jet(v);
         jet[0] -= self.origin.coords;
@@ -164,7 +165,7 @@ impl RevolutionSurface {
         let turned = |point: &Vector4<f64>, angle: f64, weight: f64| {
             let offset = point.xyz() - self.origin.coords * point.w;
             let [axial, radial, quarter] = self.split(&offset);
-            let ring = radial * angle.cos() + quarter * angle.sin();
+            let ring = radial * math::cos(angle) + quarter * math::sin(angle);
             // Radial part 1/weight farther out, then everything times weight.
             let w = point.w * weight;
             (self.origin.coords * w + axial * weight + ring).push(w)
@@ -191,12 +192,12 @@ pub(crate) struct NurbsConversion {
 impl NurbsConversion {
     /// Returns the parameters of the original surface.
     pub(crate) fn original(&self, uv: [f64; 2]) -> [f64; 2] {
-        self.map(uv, |x, half| (2.0 * ((0.5 * half).tan() * x).atan()) / half)
+        self.map(uv, |x, half| (2.0 * math::atan(math::tan(0.5 * half) * x)) / half)
     }
 
     /// Returns the parameters of the NURBS surface.
     pub(crate) fn converted(&self, uv: [f64; 2]) -> [f64; 2] {
-        self.map(uv, |x, half| (0.5 * half * x).tan() / (0.5 * half).tan())
+        self.map(uv, |x, half| math::tan(0.5 * half * x) / math::tan(0.5 * half))
     }
 
     /// Applies `bend` to the position in [-1, 1] within each arc.
@@ -258,7 +259,7 @@ fn arcs(Interval { low, high }: Interval) -> (Vec<f64>, f64) {
 fn arc_angles(breaks: &[f64], half: f64) -> Vec<(f64, f64)> {
     let mut angles = vec![(breaks[0], 1.0)];
     for pair in breaks.windows(2) {
-        angles.extend([(0.5 * (pair[0] + pair[1]), half.cos()), (pair[1], 1.0)]);
+        angles.extend([(0.5 * (pair[0] + pair[1]), math::cos(half)), (pair[1], 1.0)]);
     }
     angles
 }

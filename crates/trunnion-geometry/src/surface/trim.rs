@@ -2,6 +2,7 @@
 
 use super::crossing::crossing;
 use super::error::{SurfaceError, SurfaceErrors};
+use crate::math;
 use crate::math::bspline::KnotVector;
 use crate::math::bspline::LARGE;
 use crate::math::bspline::SMALL;
@@ -135,7 +136,7 @@ impl TrimLoop {
         };
         let mut faults = Vec::new();
         let mut gap_at = |curve: usize, at: [f64; 2], to: [f64; 2]| {
-            let gap = (to[0] - at[0]).hypot(to[1] - at[1]);
+            let gap = math::hypot(to[0] - at[0], to[1] - at[1]);
             if gap > tolerance {
                 let next = (curve + 1) % count;
                 faults.push(SurfaceError::OpenLoop { curve, next, gap, at: at.into(), tolerance });
@@ -160,7 +161,9 @@ impl TrimLoop {
         let turn = whole_periods(start, end, periods);
         let goal = [start[0] + turn[0], start[1] + turn[1]];
         gap_at(count - 1, end, goal);
-        if (end[0] - goal[0]).hypot(end[1] - goal[1]) > ROUNDING * (turn[0].abs() + turn[1].abs()) {
+        if math::hypot(end[0] - goal[0], end[1] - goal[1])
+            > ROUNDING * (turn[0].abs() + turn[1].abs())
+        {
             join(&mut pieces, end, goal);
         }
         if !faults.is_empty() {
@@ -378,9 +381,9 @@ fn unit_ends(pieces: &mut [TrimPiece]) {
         let n = piece.len() - 1;
         let (first, last) = (piece[0].z, piece[n].z);
         // Weights times c^i with c^n = first / last, over the first weight: both ends become 1.
-        let ratio = (first / last).powf(1.0 / n as f64);
+        let ratio = math::powf(first / last, 1.0 / n as f64);
         for (i, point) in piece.iter_mut().enumerate() {
-            *point *= ratio.powf(i as f64) / first;
+            *point *= math::powf(ratio, i as f64) / first;
         }
         for k in [0, n] {
             let [u, v] = cartesian(&piece[k]);

@@ -7,6 +7,7 @@ use super::path_motion::{CurveMotion, Evaluation, LinkMotion, PathMotion};
 use super::result::PathDeviation;
 use crate::inverse::{AxisJets, Inverse, InverseError};
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
+use crate::math;
 use crate::math::angle::angle_between;
 use crate::math::quintic::Quintic;
 use crate::types::{AXES, AxisNode, AxisVector, PoseCurve, ToolPose};
@@ -148,7 +149,7 @@ impl<'a> PathFollower<'a> {
     ) -> Result<AxisTrack, FollowError> {
         let [from, to] = rotaries;
         let distance = (tips[1] - tips[0]).norm();
-        let turn = (to[0] - from[0]).hypot(to[1] - from[1]);
+        let turn = math::hypot(to[0] - from[0], to[1] - from[1]);
         let length = if distance > 0.0 { distance } else { turn };
         if length <= 0.0 {
             return Ok(AxisTrack::nothing());

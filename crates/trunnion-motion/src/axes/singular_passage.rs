@@ -3,6 +3,7 @@
 use super::options::{AxesOptions, SingularOptions};
 use super::result::SingularPassage;
 use crate::inverse::Inverse;
+use crate::math;
 use crate::math::angle::wrap;
 use crate::types::{Motion, PieceGeometry, PoseCurve, PoseSpan, ToolPath};
 use nalgebra::{UnitVector3, Vector3};
@@ -80,7 +81,7 @@ fn across(axis: &Vector3<f64>, pole: &UnitVector3<f64>) -> Vector3<f64> {
 fn distance(curve: &PoseCurve, pole: &UnitVector3<f64>, u: f64) -> f64 {
     // atan2 keeps its digits next to the pole, where the arc cosine loses half of them.
     let axis = axis(curve, u);
-    across(&axis, pole).norm().atan2(axis.dot(pole))
+    math::atan2(across(&axis, pole).norm(), axis.dot(pole))
 }
 
 /// Finds the stretches of a curve that enter the cone and leave it again.
@@ -149,7 +150,7 @@ fn pass(
     let [before, u, after] = visit.at;
     // The workpiece-side rotary follows the azimuth of the tool axis about the pole.
     let [entry, exit] = [before, after].map(|u| across(&axis(curve, u), pole));
-    let turn = entry.cross(&exit).dot(pole).atan2(entry.dot(&exit));
+    let turn = math::atan2(entry.cross(&exit).dot(pole), entry.dot(&exit));
     let closest = distance(curve, pole, u);
     if turn.abs() < allowed.min_rotary || closest <= straight {
         return None;
@@ -157,7 +158,7 @@ fn pass(
     let here = axis(curve, u);
     let off = across(&here, pole);
     // An addition of length a across an axis vector of length l or more tilts it by asin(a / l) at most.
-    let reach = LENGTH_SHARE * visit.length * allowed.tilt.sin();
+    let reach = LENGTH_SHARE * visit.length * math::sin(allowed.tilt);
     let through = off.norm() <= reach;
     // Onto the pole if that is near enough: then the other branch continues, and the turn is short by half
     // a turn. Otherwise away from it, since the peak rate of the rotary goes with 1 / sin(distance).

@@ -7,6 +7,7 @@ use super::model::{ChainModel, DeviatedChain, Deviations};
 use super::reading::SphereReading;
 use super::report::CalibrationReport;
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
+use crate::math;
 use nalgebra::{Point3, Vector3};
 
 /// Most readings that are named.
@@ -90,7 +91,7 @@ impl Search {
         }
         let values = equations.reduced().eigen.eigenvalues;
         let open = values.iter().filter(|value| **value < self.least).count();
-        (open, values.iter().map(|value| value.max(self.least).ln()).sum())
+        (open, values.iter().map(|value| math::ln(value.max(self.least))).sum())
     }
 
     fn best(&self, first: &SphereReading, report: &CalibrationReport) -> Option<FurtherReading> {

@@ -2,8 +2,9 @@
 
 use super::deviation::{CHAIN_DEVIATIONS, ChainDeviation, DeviationKind, deviations};
 use crate::machine::{ChainGeometry, FIRST_ROTARY, Kinematics, Machine, RotaryJoint, Setup};
+use crate::math;
 use crate::types::AxisVector;
-use nalgebra::{Rotation3, SMatrix, SVector, UnitVector3, Vector3};
+use nalgebra::{SMatrix, SVector, UnitVector3, Vector3};
 
 /// One number for each deviation.
 pub(super) type Deviations = SVector<f64, CHAIN_DEVIATIONS>;
@@ -102,7 +103,7 @@ impl DeviatedChain {
     pub(super) fn tip(&self, q: &AxisVector, length: f64) -> TipJet {
         let ChainGeometry { rotary: [first, second], slides, stage, tip, axis, .. } = &self.chain;
         let linear = Vector3::new(q[0], q[1], q[2]);
-        let turn = |joint: &RotaryJoint, angle| Rotation3::from_axis_angle(&joint.dir, angle);
+        let turn = |joint: &RotaryJoint, angle| math::rotation_about(&joint.dir, angle);
         let (angle1, angle2) = (q[FIRST_ROTARY], q[FIRST_ROTARY + 1]);
         let (turn1, turn2) = (turn(first, angle1), turn(second, angle2));
         let inner = slides[2] * linear + tip - axis.scale(length) - second.point;
@@ -137,7 +138,8 @@ fn turned_by(
     arm: &Vector3<f64>,
 ) -> Vector3<f64> {
     let dir = joint.dir.into_inner();
-    by.cross(arm) * angle.sin() + (by * dir.dot(arm) + dir * by.dot(arm)) * (1.0 - angle.cos())
+    by.cross(arm) * math::sin(angle)
+        + (by * dir.dot(arm) + dir * by.dot(arm)) * (1.0 - math::cos(angle))
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Two rotary angles for a tool direction: the spherical triangle.
 
 use crate::machine::ChainGeometry;
+use crate::math;
 use crate::math::jet::{Jet, Real};
 use nalgebra::{UnitVector3, Vector3};
 
@@ -160,16 +161,16 @@ impl RotaryTriangle {
 
     /// Returns the reachable band of `φ` \[rad\].
     pub(super) fn band(&self) -> [f64; 2] {
-        let [low, high] = [self.difference, self.sum].map(|[cos, sin]| sin.abs().atan2(cos));
+        let [low, high] = [self.difference, self.sum].map(|[cos, sin]| math::atan2(sin.abs(), cos));
         [low, high]
     }
 
     fn miss(&self, seen: &FrameDirection<f64>) -> ReachMiss {
         let [low, high] = self.band();
-        let sin = seen.x.hypot(seen.y);
-        let phi = sin.atan2(seen.u);
+        let sin = math::hypot(seen.x, seen.y);
+        let phi = math::atan2(sin, seen.u);
         let to = phi.clamp(low, high);
-        let (sin_to, cos_to) = to.sin_cos();
+        let (sin_to, cos_to) = math::sin_cos(to);
         let [e1, e2, w1] = self.frame;
         // At a pole any azimuth is as near as any other.
         let [x, y] = if sin > 0.0 { [seen.x / sin, seen.y / sin] } else { [1.0, 0.0] };
@@ -268,7 +269,7 @@ impl RotaryTriangle {
         let mut lost = 0;
         for (order, least) in (1..).zip(least) {
             [x, y] = [x.deflated(), y.deflated()];
-            if x.c[0].hypot(y.c[0]) > least {
+            if math::hypot(x.c[0], y.c[0]) > least {
                 lost = order;
                 break;
             }

@@ -6,6 +6,7 @@ use super::rotary::{
 };
 use super::slides::SlideSolver;
 use crate::machine::{FIRST_ROTARY, Kinematics, OutOfTravel, RotaryPair, SECOND_ROTARY};
+use crate::math;
 use crate::math::angle::unwrap_near;
 use crate::math::jet::{Jet, Real};
 use crate::types::{AxisVector, Interval, PoseRates, ToolPose};
@@ -209,7 +210,7 @@ impl Inverse {
     pub fn pole_distance(&self, axis: &UnitVector3<f64>) -> f64 {
         // The angle to the nearer of both directions, by atan2: small angles keep their digits.
         let w1 = self.kinematics.chain().rotary[0].dir;
-        w1.cross(axis).norm().atan2(w1.dot(axis).abs())
+        math::atan2(w1.cross(axis).norm(), w1.dot(axis).abs())
     }
 
     /// Returns the component of a tool direction square to the workpiece-side rotary.

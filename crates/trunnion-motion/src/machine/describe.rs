@@ -3,6 +3,7 @@
 
 use super::checked::{Axis, FIRST_ROTARY, Machine, SECOND_ROTARY};
 use super::forward::{Kinematics, Setup};
+use crate::math;
 use crate::math::angle::unwrap_near;
 use crate::types::{AxisVector, Interval};
 use nalgebra::{Rotation3, UnitVector3, Vector3};
@@ -108,10 +109,11 @@ impl Machine {
         // w1 . R2(t) o = still + with_cos cos t + with_sin sin t
         let [still, with_cos, with_sin] =
             [along, o - along, w2.cross(&o)].map(|vector| w1.dot(&vector));
-        let angle =
-            |t: f64| (still + with_cos * t.cos() + with_sin * t.sin()).clamp(-1.0, 1.0).acos();
+        let angle = |t: f64| {
+            math::acos((still + with_cos * math::cos(t) + with_sin * math::sin(t)).clamp(-1.0, 1.0))
+        };
         // The cosine of the angle is largest at this position of the second rotary, least half a turn away.
-        let turning = with_sin.atan2(with_cos);
+        let turning = math::atan2(with_sin, with_cos);
         let [low, high] = second.limits.ends();
         let whole = [turning, turning + PI];
         if !(low.is_finite() && high.is_finite()) {

@@ -1,6 +1,7 @@
 //! The chain seen from the workpiece, and its forward map.
 
 use super::checked::{Axis, FIRST_ROTARY, Machine, SECOND_ROTARY};
+use crate::math;
 use crate::types::{AxisVector, ToolPose};
 use nalgebra::{Matrix3, Point3, Rotation3, UnitVector3, Vector3};
 
@@ -21,7 +22,7 @@ impl Setup {
     /// Creates a setup from its origin \[mm\] and its rotation \[rad\] about the fixed x, then y, then z.
     pub fn new(origin: Vector3<f64>, rotation: [f64; 3], tool_length: f64) -> Self {
         let [x, y, z] = rotation;
-        Self { origin, rotation: Rotation3::from_euler_angles(x, y, z), tool_length }
+        Self { origin, rotation: math::rotation_of_xyz([x, y, z].into()), tool_length }
     }
 }
 
@@ -132,7 +133,7 @@ impl Kinematics {
     fn arms(&self, q: &AxisVector) -> ChainArms {
         let ChainGeometry { rotary: [first, second], slides, tip, .. } = &self.chain;
         let linear = Vector3::new(q[0], q[1], q[2]);
-        let sin_cos = [FIRST_ROTARY, SECOND_ROTARY].map(|axis| q[axis].sin_cos().into());
+        let sin_cos = [FIRST_ROTARY, SECOND_ROTARY].map(|axis| math::sin_cos(q[axis]).into());
         let inner = slides[2] * linear + (tip - second.point);
         let middle =
             slides[1] * linear + (second.point - first.point) + second.turn(sin_cos[1], &inner);
@@ -166,7 +167,7 @@ impl Kinematics {
         let ChainGeometry { rotary: [first, second], slides, tip, axis, .. } = &self.chain;
         let [linear, slide] = [q, rate].map(|of| Vector3::new(of[0], of[1], of[2]));
         let [sin_cos1, sin_cos2] =
-            [FIRST_ROTARY, SECOND_ROTARY].map(|axis| q[axis].sin_cos().into());
+            [FIRST_ROTARY, SECOND_ROTARY].map(|axis| math::sin_cos(q[axis]).into());
         let [spin1, spin2] = [
             first.dir.into_inner() * rate[FIRST_ROTARY],
             second.dir.into_inner() * rate[SECOND_ROTARY],

@@ -3,8 +3,9 @@
 use super::checked::{Axis, Machine};
 use super::error::MachineError;
 use super::spec::{AxisKind, MachineSpec};
+use crate::math;
 use crate::types::{AXES, AxisVector};
-use nalgebra::{Isometry3, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Translation3};
 
 /// Number of rigid links: the workpiece is on the first, the tool on the last.
 pub const LINKS: usize = AXES + 1;
@@ -46,7 +47,7 @@ pub fn joint_motion(axis: &Axis, value: f64) -> Isometry3<f64> {
     match axis.kind {
         AxisKind::Linear => Translation3::from(axis.dir.scale(by)).into(),
         AxisKind::Rotary => {
-            let turn = UnitQuaternion::from_axis_angle(&axis.dir, by);
+            let turn = math::quaternion_about(&axis.dir, by);
             Isometry3::rotation_wrt_point(turn, axis.point)
         }
     }

@@ -4,6 +4,7 @@
 use super::checked::{Axis, FIRST_ROTARY, Machine};
 use super::describe::{MovedBody, direction};
 use super::spec::AxisKind;
+use crate::math;
 use crate::types::AXES;
 use nalgebra::{Point3, UnitVector3, Vector3};
 use std::f64::consts::TAU;
@@ -96,7 +97,7 @@ impl Svg {
     fn head(&mut self, from: [f64; 2], tip: [f64; 2], class: &str) {
         const LENGTH: f64 = 11.0;
         let [dx, dy] = [tip[0] - from[0], tip[1] - from[1]];
-        let size = dx.hypot(dy);
+        let size = math::hypot(dx, dy);
         if size <= 0.0 {
             return;
         }
@@ -228,7 +229,7 @@ fn rotary(svg: &mut Svg, view: &View, axis: &Axis, class: &str) {
     let center = along(0.8);
     let arc: Vec<[f64; 2]> = (0..=40)
         .map(|step| {
-            let (sin, cos) = (f64::from(step) / 40.0 * 0.75 * TAU).sin_cos();
+            let (sin, cos) = math::sin_cos(f64::from(step) / 40.0 * 0.75 * TAU);
             view.at(&(center + (first * cos + second * sin) * (0.32 * view.unit)))
         })
         .collect();

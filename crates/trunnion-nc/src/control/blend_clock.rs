@@ -5,6 +5,7 @@
 //! and every block is planned to end at rest. It knows of no further block, so that short blocks are slow. Measured on
 //! the real control; see `docs/sources.md`, control model.
 
+use crate::math;
 use nalgebra::UnitVector3;
 
 /// One block as the trajectory planner takes it.
@@ -326,16 +327,16 @@ impl CornerArc {
         let [a, b] = [&current.block, &next.block];
         let is_linear = a.kind == ClockedKind::Linear && b.kind == ClockedKind::Linear;
         let cosine = turn_cosine(a, b).filter(|cosine| is_linear && *cosine > TURNS_BACK)?;
-        let half = 0.5 * cosine.clamp(-1.0, 1.0).acos();
+        let half = 0.5 * math::acos(cosine.clamp(-1.0, 1.0));
         // An arc at the other end of the block has already taken its half.
         let most = (ARC_REACH * current.last.min(b.length)).min(current.left());
         let reach = match current.tolerance {
             BlendTolerance::Within(tolerance) if tolerance > 0.0 => {
-                most.min(tolerance / (half.cos().recip() - 1.0) * half.tan())
+                most.min(tolerance / (math::cos(half).recip() - 1.0) * math::tan(half))
             }
             _ => most,
         };
-        let radius = reach / half.tan();
+        let radius = reach / math::tan(half);
         let acceleration = ARC_SHARE * a.acceleration.min(b.acceleration);
         let velocity = (acceleration * radius).sqrt().min(a.velocity).min(b.velocity);
         let length = 2.0 * half * radius;
@@ -364,8 +365,8 @@ fn blend_velocities(current: &RunningBlock, next: &RunningBlock) -> [f64; 2] {
         && tolerance > 0.0
     {
         // Half of the angle between the reversed first and the second direction: 90 degrees straight on.
-        let half_angle = 0.5 * (-turn).clamp(-1.0, 1.0).acos();
-        let cosine = half_angle.cos().max(LEAST_COSINE);
+        let half_angle = 0.5 * math::acos((-turn).clamp(-1.0, 1.0));
+        let cosine = math::cos(half_angle).max(LEAST_COSINE);
         for (velocity, running) in velocities.iter_mut().zip(pair) {
             let most = 2.0 * (running.acceleration * tolerance / cosine).sqrt();
             *velocity = velocity.min(most);

@@ -1,5 +1,6 @@
 //! Coordinates that a block's words lead to, and the length of its path.
 
+use crate::math;
 use crate::read::{Move, Way};
 use crate::types::AxisVector;
 use nalgebra::Vector3;
@@ -36,7 +37,7 @@ pub fn path_length(block: &Move, from: &AxisVector, to: &AxisVector) -> f64 {
             // A helix unrolls into a straight line: the arc on one side, its rise on the other.
             let rise: f64 =
                 (0..3).filter(|axis| !arc.plane.contains(axis)).map(|axis| change[axis]).sum();
-            (arc.radius() * arc.sweep).hypot(rise)
+            math::hypot(arc.radius() * arc.sweep, rise)
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::control::{ControlState, MoveTarget};
 use super::log::ReadRemark;
 use super::step::{Arc, Way};
+use crate::math;
 use std::f64::consts::TAU;
 
 /// Ends closer to the start than this are the start \[mm\]: below the digits of any program.
@@ -84,7 +85,7 @@ pub(super) fn way(
 }
 
 fn norm([u, v]: [f64; 2]) -> f64 {
-    u.hypot(v)
+    math::hypot(u, v)
 }
 
 fn is_full(end: [f64; 2]) -> bool {
@@ -159,7 +160,7 @@ fn sweep(end: [f64; 2], center: [f64; 2], sense: ArcSense) -> f64 {
     let cross = from[0] * to[1] - from[1] * to[0];
     let dot = from[0] * to[0] + from[1] * to[1];
     // Coinciding ends are a full circle: a zero angle falls through to a full turn in either sense.
-    let turn = if is_full(end) { 0.0 } else { cross.atan2(dot) };
+    let turn = if is_full(end) { 0.0 } else { math::atan2(cross, dot) };
     // The angle of atan2 lies in (-π, π]; a turn is added where it runs against the sense.
     match sense {
         ArcSense::Counterclockwise if turn > 0.0 => turn,

@@ -2,6 +2,7 @@
 
 use super::log::{ReadRemark, excerpt};
 use super::number::{self, DecimalMark};
+use crate::math;
 use std::collections::HashMap;
 
 /// Deepest nesting of brackets.
@@ -230,7 +231,7 @@ impl FormulaScan<'_> {
             return Err(self.remark(") is missing here", "close the bracket"));
         }
         self.at += 1;
-        Ok(arguments[0].atan2(arguments[1]).to_degrees())
+        Ok(math::atan2(arguments[0], arguments[1]).to_degrees())
     }
 
     /// Evaluates `R1`, `SIN(30)`.
@@ -277,11 +278,11 @@ const COMPARISONS: [(&str, Comparison); 6] = [
 /// Returns a function by its name; angles are in degrees.
 fn function(name: &str) -> Option<fn(f64) -> f64> {
     Some(match name {
-        "SIN" => |x| x.to_radians().sin(),
-        "COS" => |x| x.to_radians().cos(),
-        "TAN" => |x| x.to_radians().tan(),
-        "ASIN" => |x| x.asin().to_degrees(),
-        "ACOS" => |x| x.acos().to_degrees(),
+        "SIN" => |x| math::sin(x.to_radians()),
+        "COS" => |x| math::cos(x.to_radians()),
+        "TAN" => |x| math::tan(x.to_radians()),
+        "ASIN" => |x| math::asin(x).to_degrees(),
+        "ACOS" => |x| math::acos(x).to_degrees(),
         "SQRT" => f64::sqrt,
         "ABS" => f64::abs,
         "POT" | "SQ" => |x| x * x,
@@ -289,8 +290,8 @@ fn function(name: &str) -> Option<fn(f64) -> f64> {
         "FRAC" => f64::fract,
         "NEG" => |x| -x,
         "ROUND" => f64::round,
-        "LN" => f64::ln,
-        "EXP" => f64::exp,
+        "LN" => math::ln,
+        "EXP" => math::exp,
         _ => return None,
     })
 }

@@ -1,6 +1,7 @@
 //! Positions of a control: what its words read, with shifts, turns and tool offsets, and which of them are known.
 
 use super::control::{ControlState, SLOTS};
+use crate::math;
 
 impl ControlState {
     /// Returns the shift added to an absolute word.
@@ -124,6 +125,6 @@ impl ControlState {
 
 /// Turns a vector counterclockwise.
 pub(super) fn rotate([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
-    let (sin, cos) = angle.sin_cos();
+    let (sin, cos) = math::sin_cos(angle);
     [x * cos - y * sin, x * sin + y * cos]
 }

@@ -1,5 +1,6 @@
 //! Steps of a program, the same for every dialect.
 
+use crate::math;
 use crate::types::{AXES, AxisVector};
 use nalgebra::{Isometry3, UnitVector3};
 
@@ -246,13 +247,13 @@ impl Move {
 impl Arc {
     /// Returns the radius \[mm\].
     pub fn radius(&self) -> f64 {
-        self.center[0].hypot(self.center[1])
+        math::hypot(self.center[0], self.center[1])
     }
 
     /// Returns the point after the share `t` of the sweep, relative to the start of the arc \[mm\].
     pub fn at(&self, t: f64) -> [f64; 2] {
         // With the start as origin the radius is -c, and the point c + R(t sweep)(-c) = c - R c.
-        let (sin, cos) = (t * self.sweep).sin_cos();
+        let (sin, cos) = math::sin_cos(t * self.sweep);
         let [u, v] = self.center;
         [u - (u * cos - v * sin), v - (u * sin + v * cos)]
     }

@@ -3,6 +3,7 @@
 use super::control::{ActivePlane, ControlState, MoveTarget};
 use super::log::ReadRemark;
 use super::step::{Pace, Plane, Step, Turning, Way};
+use crate::math;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, UnitVector3, Vector3};
 
 /// Point that stands still while the rotary axes turn the tool to a plane.
@@ -16,7 +17,7 @@ pub(super) enum HeldPoint {
 
 /// Returns the rotation about an axis by an angle \[rad\].
 pub(super) fn about(axis: UnitVector3<f64>, angle: f64) -> UnitQuaternion<f64> {
-    UnitQuaternion::from_axis_angle(&axis, angle)
+    math::quaternion_about(&axis, angle)
 }
 
 /// Returns the rotation of Euler angles about Z, the new X, the new Z \[rad\].

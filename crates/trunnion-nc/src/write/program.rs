@@ -14,6 +14,7 @@ use super::style::Style;
 use super::template::{Template, TemplateFrame};
 use super::words_of;
 use crate::machine::{FIRST_ROTARY, Kinematics, TurnFormat};
+use crate::math;
 use crate::types::{AXES, ToolPose};
 use crate::words::{AxisWords, Coolant};
 use nalgebra::Vector3;
@@ -376,7 +377,7 @@ impl ProgramWriter {
         }
         let planned = of.turn.to_degrees();
         // Of a tool vector the control reckons the rotaries, and modulo words hide whole turns.
-        let turn = change(FIRST_ROTARY).hypot(change(FIRST_ROTARY + 1));
+        let turn = math::hypot(change(FIRST_ROTARY), change(FIRST_ROTARY + 1));
         let is_own = matches!(self.syntax.pointing, OrientationWords::Angles);
         let is_near = (turn - planned).abs() < HALF_TURN;
         FeedTravel { planned, written: if is_own && is_near { turn } else { planned } }

@@ -7,6 +7,7 @@ use super::note::{Note, ToolNote};
 use super::style::Style;
 use crate::control::NumberedLength;
 use crate::machine::{AxisKind, Kinematics, TurnFormat};
+use crate::math;
 use crate::types::AxisVector;
 use crate::words::AxisWords;
 use nalgebra::{Matrix3, Vector3};
@@ -252,8 +253,8 @@ fn unsigned_zero(value: f64) -> f64 {
 /// Returns the turns of the workpiece about the fixed x, then y, then z \[deg\].
 fn turns(kinematics: &Kinematics) -> [f64; 3] {
     // Rz(yaw) Ry(pitch) Rx(roll): turns about the fixed x, then y, then z.
-    let (roll, pitch, yaw) = kinematics.setup().rotation.euler_angles();
-    [roll, pitch, yaw].map(|angle| unsigned_zero(angle.to_degrees()))
+    let angles: [f64; 3] = math::xyz_of_rotation(&kinematics.setup().rotation).into();
+    angles.map(|angle| unsigned_zero(angle.to_degrees()))
 }
 
 /// Returns the lines that stand at the head of every program.

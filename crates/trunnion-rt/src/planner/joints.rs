@@ -7,6 +7,7 @@ use crate::refusal::Refusal;
 use crate::switched::KinematicsMode;
 use trunnion::inverse::{Inverse, InverseError};
 use trunnion::machine::{FIRST_ROTARY, Kinematics, Machine, SECOND_ROTARY, Setup, TravelExcess};
+use trunnion::math;
 use trunnion::math::jet::Jet;
 use trunnion::nalgebra::Vector3;
 use trunnion::nc::read::AxisWords;
@@ -131,7 +132,7 @@ impl WordJoints {
             turned[axis] += TURN;
             (tip(&turned) - tip(&joints)).norm() / TURN
         });
-        levers[0].hypot(levers[1])
+        math::hypot(levers[0], levers[1])
     }
 }
 

@@ -3,6 +3,7 @@
 use super::block::{BlockKind, BlockShape, BlockStart, MotionBlock};
 use super::piece::LETTERS;
 use std::f64::consts::TAU;
+use trunnion::math;
 use trunnion::nalgebra::{SVector, Vector3};
 
 /// A vector of all letters.
@@ -137,13 +138,14 @@ impl Arc {
         let radii = flat.map(|arm| arm.norm());
         let first = flat[0].try_normalize(SHORTEST)?;
         let second = axis.cross(&first);
-        let angle = whole_angle(flat[1].dot(&second).atan2(flat[1].dot(&first)), turns, radii[0]);
+        let angle =
+            whole_angle(math::atan2(flat[1].dot(&second), flat[1].dot(&first)), turns, radii[0]);
         // X Y Z drift along the axis alone, the other letters in proportion.
         let rise = heights[1] - heights[0];
         let mut drift = ends[1] - ends[0];
         drift.fixed_rows_mut::<3>(0).copy_from(&(axis * rise));
         let along = 0.5 * (radii[0] + radii[1]) * angle;
-        let travel = along.hypot(rise);
+        let travel = math::hypot(along, rise);
         let [_, abc, uvw] = triples(&drift);
         let others = uvw.norm_squared() + (abc * RADIAN).norm_squared();
         let length = (travel * travel + others).sqrt();
@@ -160,7 +162,7 @@ impl Arc {
     }
 
     fn at(&self, x: f64) -> [LetterVector; 4] {
-        let (sin, cos) = (self.turn * x).sin_cos();
+        let (sin, cos) = math::sin_cos(self.turn * x);
         let [first, second] = self.axes;
         let [out, along] = [first * cos + second * sin, second * cos - first * sin];
         let [start, change] = self.radius;

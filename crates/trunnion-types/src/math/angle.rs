@@ -1,6 +1,7 @@
 //! Angles and great circles.
 
-use nalgebra::{Rotation3, UnitVector3};
+use crate::math;
+use nalgebra::UnitVector3;
 use std::f64::consts::{PI, TAU};
 
 /// Returns the angle between two directions \[rad\], in `[0, π]`.
@@ -10,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 /// Needle-like Triangle*, §13).
 pub fn angle_between(u: &UnitVector3<f64>, v: &UnitVector3<f64>) -> f64 {
     let (u, v) = (u.as_ref(), v.as_ref());
-    2.0 * (u - v).norm().atan2((u + v).norm())
+    2.0 * math::atan2((u - v).norm(), (u + v).norm())
 }
 
 /// Returns the point at `t` of the great circle from `u` (`t` = 0) to `v` (`t` = 1), at constant angular
@@ -24,7 +25,7 @@ pub fn great_circle(
     let Some(normal) = UnitVector3::try_new(u.cross(v), 0.0) else {
         return (u.dot(v) > 0.0).then_some(*u);
     };
-    let turned = Rotation3::from_axis_angle(&normal, t * angle_between(u, v)) * u;
+    let turned = math::rotation_about(&normal, t * angle_between(u, v)) * u;
     Some(UnitVector3::new_normalize(*turned))
 }
 

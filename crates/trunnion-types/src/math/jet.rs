@@ -1,5 +1,6 @@
 //! Truncated Taylor arithmetic: a formula written once gives its value and exact derivatives.
 
+use crate::math;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Number of coefficients of a [`Jet`]: value and three derivatives.
@@ -57,17 +58,17 @@ impl Real for f64 {
     }
     #[inline]
     fn atan2(self, x: Self) -> Self {
-        Self::atan2(self, x)
+        math::atan2(self, x)
     }
     #[inline]
     fn sin_cos(self) -> (Self, Self) {
-        Self::sin_cos(self)
+        math::sin_cos(self)
     }
     #[inline]
     fn polar(self, x: Self) -> [Self; 3] {
         // One square root and one division for sine and cosine; the angle is separate.
         let inverse = 1.0 / (x * x + self * self).sqrt();
-        [self * inverse, x * inverse, Self::atan2(self, x)]
+        [self * inverse, x * inverse, math::atan2(self, x)]
     }
 }
 
@@ -272,12 +273,12 @@ impl Real for Jet {
     #[inline]
     fn atan2(self, x: Self) -> Self {
         // The derivative is rational and has no branches; only the value needs the quadrant.
-        Self::integral(self.c[0].atan2(x.c[0]), self.turning(x))
+        Self::integral(math::atan2(self.c[0], x.c[0]), self.turning(x))
     }
 
     #[inline]
     fn sin_cos(self) -> (Self, Self) {
-        let (sin, cos) = self.c[0].sin_cos();
+        let (sin, cos) = math::sin_cos(self.c[0]);
         let [sin, cos] = Self::turned([sin, cos], self.rate());
         (sin, cos)
     }

@@ -1,5 +1,6 @@
 //! Motion between two rows of a schedule while acceleration is linear in the path parameter.
 
+use crate::math;
 /// A segment on which `d²s/dt² = u + c σ` is linear in the distance `σ` from its start.
 ///
 /// `s` then obeys a linear differential equation: hyperbolic functions for `c > 0`, trigonometric
@@ -58,7 +59,7 @@ impl LinearSegment {
     fn time_from_slower(&self, x: f64) -> f64 {
         if self.rests(0) {
             // s goes with t³ from rest.
-            return self.time() * (x / self.length).cbrt();
+            return self.time() * math::cbrt(x / self.length);
         }
         // v dv/ds = u + c s, so that v² at x is v0² + 2 u x + c x².
         let [v, u, c] = [self.speed[0], self.acceleration[0], self.slope()];
@@ -102,7 +103,7 @@ fn passage(length: f64, sum: f64, c: f64) -> f64 {
     } else if y > 0.0 {
         y.sqrt().atanh() / y.sqrt()
     } else {
-        (-y).sqrt().atan() / (-y).sqrt()
+        math::atan((-y).sqrt()) / (-y).sqrt()
     };
     2.0 * length / sum * factor
 }
@@ -121,9 +122,9 @@ fn stumpff(z: f64) -> [f64; 3] {
     let r = z.abs().sqrt();
     let half = 0.5 * r;
     if z > 0.0 {
-        [r.cosh(), r.sinh() / r, 0.5 * (half.sinh() / half).powi(2)]
+        [math::cosh(r), math::sinh(r) / r, 0.5 * (math::sinh(half) / half).powi(2)]
     } else {
-        [r.cos(), r.sin() / r, 0.5 * (half.sin() / half).powi(2)]
+        [math::cos(r), math::sin(r) / r, 0.5 * (math::sin(half) / half).powi(2)]
     }
 }
 

@@ -1,6 +1,7 @@
 //! Bounds on the second derivatives of paths of tool poses.
 
 use crate::machine::{ChainGeometry, FIRST_ROTARY, SECOND_ROTARY};
+use crate::math;
 use crate::math::quintic::Quintic;
 use crate::types::{AXES, AxisVector};
 use nalgebra::Vector3;
@@ -90,7 +91,7 @@ pub(crate) fn arms(chain: &ChainGeometry, q: &AxisVector) -> RotaryArms {
     let linear = Vector3::new(q[0], q[1], q[2]);
     // Tip as seen from the second rotary, turned with it, then as seen from the first.
     let inner = chain.slides[2] * linear + (chain.tip - second.point);
-    let turned = nalgebra::Rotation3::from_axis_angle(&second.dir, q[SECOND_ROTARY]) * inner;
+    let turned = math::rotation_about(&second.dir, q[SECOND_ROTARY]) * inner;
     let middle = chain.slides[1] * linear + (second.point - first.point) + turned;
     // Distance of a point from an axis through the origin: |p x d| for a unit vector d.
     [middle.cross(&first.dir).norm(), inner.cross(&second.dir).norm()]

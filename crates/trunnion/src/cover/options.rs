@@ -3,6 +3,7 @@
 use super::error::CoverError;
 use super::pattern::{CutPattern, FeedDirection, PlacementMethod, PrismaticUse};
 use crate::cutter::Cutter;
+use crate::math;
 use crate::positioning::{ContactSide, ToleranceBand, ToolInclination};
 use crate::types::Interval;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_6, PI};
@@ -182,5 +183,5 @@ fn usual_inclination(cutter: &Cutter) -> ToolInclination {
 pub fn lever(cutter: &Cutter) -> f64 {
     let arc = cutter.contact_arc();
     let [rho, z] = arc.point(arc.inclinations.high);
-    if cutter.is_barrel() { rho.hypot(z) } else { cutter.radius() }
+    if cutter.is_barrel() { math::hypot(rho, z) } else { cutter.radius() }
 }

@@ -2,6 +2,7 @@
 
 use crate::inverse::{Inverse, InverseSolutions};
 use crate::machine::{Axis, Kinematics};
+use crate::math;
 use crate::types::{AXES, AxisVector, ToolPose};
 
 /// Estimator of motions that are not planned yet.
@@ -54,7 +55,7 @@ pub(super) fn rest_to_rest(axis: &Axis, travel: f64) -> f64 {
     let (v, a, j) = (axis.rapid, axis.acc, axis.jerk);
     // Highest acceleration within the travel. Four jerk phases of a/j each travel 2 a³/j², so that
     // a = (travel j² / 2)^(1/3); the first two reach the speed a²/j, which must stay below v.
-    let a = a.min((0.5 * travel * j * j).cbrt()).min((v * j).sqrt());
+    let a = a.min(math::cbrt(0.5 * travel * j * j)).min((v * j).sqrt());
     // Highest speed: travel = v (v/a + a/j) solved for v.
     let v = v.min(0.5 * ((a * a / j).powi(2) + 4.0 * a * travel).sqrt() - 0.5 * a * a / j);
     // A symmetric profile lasts travel/v plus the time to reach v, v/a + a/j.

@@ -5,6 +5,7 @@
 
 use super::fixtures::Held;
 use super::job::Job;
+use crate::math;
 use crate::surface::{
     CylinderSurface, Face, FaceIndex, PlaneSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop,
 };
@@ -165,10 +166,10 @@ fn of_box(low: &Point3<f64>, high: &Point3<f64>) -> Vec<FixturePart> {
 
 fn of_cylinder(base: Point3<f64>, radius: f64, height: f64) -> Vec<FixturePart> {
     // A polygon round the disc holds all of it.
-    let outside = radius / (0.5 * TAU / f64::from(CORNERS)).cos();
+    let outside = radius / math::cos(0.5 * TAU / f64::from(CORNERS));
     let ring = |z: f64, way: f64| -> Vec<Point3<f64>> {
         let at = |i: u32| {
-            let (sin, cos) = (way * TAU * f64::from(i) / f64::from(CORNERS)).sin_cos();
+            let (sin, cos) = math::sin_cos(way * TAU * f64::from(i) / f64::from(CORNERS));
             base + Vector3::new(outside * cos, outside * sin, z)
         };
         (0..CORNERS).map(at).collect()

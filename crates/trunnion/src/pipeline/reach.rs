@@ -9,6 +9,7 @@ use super::out_of_reach::{INCLINATIONS, OutOfReach};
 use crate::cutter::Cutter;
 use crate::inverse::{Inverse, InverseError};
 use crate::machine::{FIRST_ROTARY, Kinematics, RotaryJoint};
+use crate::math;
 use crate::surface::{FaceIndex, FaceSample};
 use crate::types::{Interval, ToolPose};
 use nalgebra::Vector3;
@@ -241,7 +242,7 @@ fn fine(cutter: &Cutter, more: f64) -> impl Iterator<Item = [f64; 2]> + use<> {
         .take_while(move |lean| *lean < end + step);
     leans.flat_map(move |lean| {
         // The circle of directions at this inclination has a circumference of 360 sin(lean) degrees.
-        let count = (360.0 * lean.to_radians().sin() / across).abs().ceil().max(1.0);
+        let count = (360.0 * math::sin(lean.to_radians()) / across).abs().ceil().max(1.0);
         let turns = (0_u32..).map(f64::from).take_while(move |k| *k < count);
         turns.map(move |k| [lean.to_radians(), TAU * k / count])
     })
@@ -260,7 +261,7 @@ fn leans(
     let other = normal.cross(&side);
     let point = sample.point;
     directions.map(move |[lean, turn]| {
-        let way = side * turn.cos() + other * turn.sin();
+        let way = side * math::cos(turn) + other * math::sin(turn);
         arc.pose(point + normal.scale(arc.radius), &normal, &way, lean)
     })
 }

@@ -6,10 +6,11 @@ use crate::cutter::Cutter;
 use crate::import::inspect;
 use crate::inverse::Inverse;
 use crate::machine::Kinematics;
+use crate::math;
 use crate::nc::write::{self, AxisWords, OutputFormat};
 use crate::surface::FaceIndex;
 use crate::types::ToolPose;
-use nalgebra::{Point3, Rotation3, Vector3};
+use nalgebra::{Point3, Vector3};
 
 /// Tilts of the tool about the mean normal at which rounding is evaluated \[rad\].
 const TILTS: [f64; 3] = [-0.35, 0.0, 0.35];
@@ -57,7 +58,7 @@ fn poses(face: &FaceIndex, tilts: [f64; 3]) -> Vec<ToolPose> {
         let pick = |axis: u32| if corner >> axis & 1 == 0 { low } else { high };
         let tip = Point3::new(pick(0).x, pick(1).y, pick(2).z);
         for [x, y] in tilts.iter().flat_map(|&x| tilts.map(|y| [x, y])) {
-            poses.push(ToolPose { tip, axis: Rotation3::from_euler_angles(x, y, 0.0) * normal });
+            poses.push(ToolPose { tip, axis: math::rotation_of_xyz([x, y, 0.0].into()) * normal });
         }
     }
     poses

@@ -1,6 +1,7 @@
 //! Request for one cutter location.
 
 use crate::cutter::Cutter;
+use crate::math;
 use crate::positioning::error::PositioningError;
 use crate::surface::FaceIndex;
 use crate::types::{Interval, Uv};
@@ -113,8 +114,11 @@ impl ToolInclination {
     pub fn of(lead: f64, tilt: f64) -> Self {
         // The axis is n + tan(lead) a + tan(tilt) b up to its length: both angles are seen in
         // planes square to each other, so their tangents are the components of the inclination.
-        let [ahead, beside] = [lead.tan(), tilt.tan()];
-        Self { angle: ahead.hypot(beside).atan(), towards: Some(beside.atan2(ahead)) }
+        let [ahead, beside] = [math::tan(lead), math::tan(tilt)];
+        Self {
+            angle: math::atan(math::hypot(ahead, beside)),
+            towards: Some(math::atan2(beside, ahead)),
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Curves between cutter locations with exact derivatives: great circle, local cubic.
 
+use crate::math;
 use crate::math::angle::angle_between;
 use crate::types::{PoseCoordinates, PoseCurve, PoseSpan, Station};
 use nalgebra::{UnitVector3, Vector3};
@@ -91,7 +92,7 @@ impl GreatCircle {
         // Kahan's other formula, and the way ahead from whichever of the two is short.
         let [way, sum] = [**to - **from, **to + **from];
         // angle = 2 atan2(|b - a|, |b + a|), accurate at both ends of [0, pi].
-        let angle = 2.0 * way.norm().atan2(sum.norm());
+        let angle = 2.0 * math::atan2(way.norm(), sum.norm());
         let short = if from.dot(to) > 0.0 { way } else { sum };
         let across = |v: Vector3<f64>| UnitVector3::try_new(v - from.scale(from.dot(&v)), 0.0);
         // Twice: of a difference in length alone, once would leave its rounding.
@@ -111,7 +112,7 @@ impl GreatCircle {
     /// Returns the direction and its first three derivatives by the share `t` of the turn, 0 at
     /// its start and 1 at its end \[1 per t^k\].
     pub fn derivatives(&self, t: f64) -> [Vector3<f64>; 4] {
-        let (sin, cos) = (t * self.angle).sin_cos();
+        let (sin, cos) = math::sin_cos(t * self.angle);
         // Uniform turn in the plane of both vectors: d^2/dt^2 = -angle^2, twice.
         let axis = self.from * cos + self.ahead * sin;
         let rate = (self.ahead * cos - self.from * sin) * self.angle;

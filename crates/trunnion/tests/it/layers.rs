@@ -4,17 +4,17 @@ use crate::imports::{Import, imports};
 use crate::sources::{LIBRARIES, Source, library, sources_of};
 use std::collections::BTreeSet;
 
-/// Module, and the modules it may use. Bottom to top: a target stands above its user.
+/// Module, and the modules it may use. Bottom to top: a target stands above its user. Most use `math`, if only for a sine.
 const ARROWS: &[(&str, &[&str])] = &[
     ("math", &[]),
     ("types", &["math"]),
     ("surface", &["math", "types"]),
-    ("cutter", &["types"]),
-    ("drop_cutter", &["cutter", "types"]),
+    ("cutter", &["math", "types"]),
+    ("drop_cutter", &["cutter", "math", "types"]),
     ("machine", &["math", "types"]),
     ("inverse", &["machine", "math", "types"]),
-    ("calibrate", &["machine", "types"]),
-    ("positioning", &["surface", "cutter", "types"]),
+    ("calibrate", &["machine", "math", "types"]),
+    ("positioning", &["surface", "cutter", "math", "types"]),
     ("cover", &["positioning", "surface", "cutter", "math", "types"]),
     ("toolpath", &["math", "types"]),
     ("axes", &["inverse", "machine", "math", "types"]),
@@ -23,7 +23,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("blocks", &["machine", "math", "types"]),
     ("nc", &["machine", "math", "types"]),
     ("import", &["surface", "math", "types"]),
-    ("files", &["calibrate", "machine", "nc", "types"]),
+    ("files", &["calibrate", "machine", "nc", "math", "types"]),
     ("post", &["inverse", "machine", "feed", "toolpath", "blocks", "nc", "math", "types"]),
     ("verify", &["surface", "cutter", "machine", "nc", "math", "types"]),
 ];

@@ -1,6 +1,7 @@
 //! A picture of the faces with their numbers.
 
 use super::quadrature;
+use crate::math;
 use crate::surface::Face;
 use nalgebra::Point3;
 use std::fmt::Write;
@@ -72,7 +73,7 @@ fn outline(face: &Face) -> ProjectedFace {
     let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / count;
     let (x, y) = (mean(0), mean(1));
     // The point of the face closest to its middle: inside, even if the face is a ring.
-    let distance = |p: &[f64; 3]| (p[0] - x).hypot(p[1] - y);
+    let distance = |p: &[f64; 3]| math::hypot(p[0] - x, p[1] - y);
     let label = points.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
     let label = label.map_or([x, y], |p| [p[0], p[1]]);
     ProjectedFace { number: face.number, rims, label, depth: mean(2) }

@@ -1,5 +1,6 @@
 //! Points and weights over the trimmed part of a face.
 
+use crate::math;
 use crate::surface::Face;
 use crate::types::Interval;
 
@@ -104,7 +105,8 @@ fn cuts(face: &Face, rims: &[Vec<[f64; 2]>], sweep: usize) -> Vec<f64> {
             let step = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|k| (b[k] - a[k]) / size[k]);
             let (a, b) = (step(triple[0], triple[1]), step(triple[1], triple[2]));
             // In shares of the range, so that mm and rad compare.
-            let cosine = (a[0] * b[0] + a[1] * b[1]) / (a[0].hypot(a[1]) * b[0].hypot(b[1]));
+            let cosine =
+                (a[0] * b[0] + a[1] * b[1]) / (math::hypot(a[0], a[1]) * math::hypot(b[0], b[1]));
             if cosine < CORNER || a[sweep] * b[sweep] < 0.0 {
                 cuts.push(triple[1][sweep]);
             }

@@ -3,6 +3,7 @@
 use super::curve::StepCurve;
 use super::model::StepFrame;
 use super::shape::StepShape;
+use crate::math;
 use crate::surface::FaceIndex;
 use crate::surface::Surface;
 use crate::types::Interval;
@@ -110,23 +111,23 @@ impl<'a> SurfaceChart<'a> {
             StepShape::Cylinder { frame, .. } => {
                 let q = frame.local(p);
                 // S = O + R (cos u x + sin u y) + v z: longitude and height.
-                Some([q.y.atan2(q.x), q.z])
+                Some([math::atan2(q.y, q.x), q.z])
             }
             StepShape::Cone { frame, radius, angle } => {
                 let q = frame.local(p);
                 // Beyond the apex the radius is negative: the point is on the far side of the axis.
-                let turn = if radius + q.z * angle.tan() < 0.0 { PI } else { 0.0 };
-                Some([q.y.atan2(q.x) + turn, q.z])
+                let turn = if radius + q.z * math::tan(*angle) < 0.0 { PI } else { 0.0 };
+                Some([math::atan2(q.y, q.x) + turn, q.z])
             }
             StepShape::Sphere { frame, .. } => {
                 let q = frame.local(p);
                 // Longitude, and latitude from the equator; both hold off the sphere, too.
-                Some([q.y.atan2(q.x), q.z.atan2(q.x.hypot(q.y))])
+                Some([math::atan2(q.y, q.x), math::atan2(q.z, math::hypot(q.x, q.y))])
             }
             StepShape::Torus { frame, major, .. } => {
                 let q = frame.local(p);
                 // In the half plane of p, the angle about the centre of the tube.
-                Some([q.y.atan2(q.x), q.z.atan2(q.x.hypot(q.y) - major)])
+                Some([math::atan2(q.y, q.x), math::atan2(q.z, math::hypot(q.x, q.y) - major)])
             }
             StepShape::Extrusion { curve, direction } => Some(extrusion(curve, direction, p)),
             StepShape::Revolution { curve, axis } => Some(revolution(curve, axis, p)),
@@ -168,18 +169,18 @@ fn extrusion(curve: &StepCurve, direction: &Vector3<f64>, p: &Point3<f64>) -> [f
 /// Returns the parameters on a revolution: turned into one half plane of the axis, it is its curve.
 fn revolution(curve: &StepCurve, axis: &StepFrame, p: &Point3<f64>) -> [f64; 2] {
     let q = axis.local(p);
-    let radius = q.x.hypot(q.y);
+    let radius = math::hypot(q.x, q.y);
     let v = curve.nearest(window(curve, p), &|s, ds| {
         let local = axis.local(&s);
         let along = Vector3::new(axis.x.dot(&ds), axis.y.dot(&ds), axis.z.dot(&ds));
         // rho = |(x, y)| and d rho / dt = (x x' + y y') / rho; on the axis it has no derivative.
-        let r = local.x.hypot(local.y);
+        let r = math::hypot(local.x, local.y);
         let slope = if r > 0.0 { (local.x * along.x + local.y * along.y) / r } else { 0.0 };
         (Vector3::new(r - radius, local.z - q.z, 0.0), Vector3::new(slope, along.z, 0.0))
     });
     // The profile need not lie in the half plane u = 0: u counts from its own longitude.
     let s = axis.local(&curve.point(v));
-    [q.y.atan2(q.x) - s.y.atan2(s.x), v]
+    [math::atan2(q.y, q.x) - math::atan2(s.y, s.x), v]
 }
 
 /// Returns a range of an endless profile that holds every point as far from its origin as `p`.
@@ -224,13 +225,13 @@ fn poles(shape: &StepShape, surface: &Surface, tolerance: f64) -> Vec<ChartPole>
             .to_vec(),
         StepShape::Cone { frame, radius, angle } => {
             // R + v tan a = 0.
-            let apex = -radius / angle.tan();
+            let apex = -radius / math::tan(*angle);
             vec![at_v(apex, frame.point(0.0, 0.0, apex))]
         }
         StepShape::Torus { frame, major, minor } if minor >= major => {
             // The tube reaches the axis where `major + minor cos v` vanishes.
-            let v = (-major / minor).acos();
-            [-v, v].map(|v| at_v(v, frame.point(0.0, 0.0, minor * v.sin()))).to_vec()
+            let v = math::acos(-major / minor);
+            [-v, v].map(|v| at_v(v, frame.point(0.0, 0.0, minor * math::sin(v)))).to_vec()
         }
         StepShape::Revolution { axis, .. } => {
             let domain = surface.domain()[1];

@@ -7,6 +7,7 @@ use super::model::StepFrame;
 use super::model::StepModel;
 use super::model::loss;
 use super::part21::StepInstance;
+use crate::math;
 use crate::math::bspline::KnotError;
 use crate::math::bspline::KnotVector;
 use crate::math::bspline::MAX_DEGREE;
@@ -62,9 +63,11 @@ impl StepCurve {
     pub(super) fn point(&self, t: f64) -> Point3<f64> {
         match self {
             Self::Line { origin, direction } => origin + direction * t,
-            Self::Ellipse { frame, semi } => frame.point(semi[0] * t.cos(), semi[1] * t.sin(), 0.0),
+            Self::Ellipse { frame, semi } => {
+                frame.point(semi[0] * math::cos(t), semi[1] * math::sin(t), 0.0)
+            }
             Self::Hyperbola { frame, semi } => {
-                frame.point(semi[0] * t.cosh(), semi[1] * t.sinh(), 0.0)
+                frame.point(semi[0] * math::cosh(t), semi[1] * math::sinh(t), 0.0)
             }
             Self::Parabola { frame, focal } => frame.point(focal * t * t, 2.0 * focal * t, 0.0),
             Self::Spline(spline) => spline.jet(t).0,
@@ -80,7 +83,7 @@ impl StepCurve {
             Self::Ellipse { frame, semi } => {
                 let q = frame.local(p);
                 // Scaled to the unit circle, the parameter is the angle.
-                (q.y / semi[1]).atan2(q.x / semi[0])
+                math::atan2(q.y / semi[1], q.x / semi[0])
             }
             Self::Hyperbola { frame, semi } => (frame.local(p).y / semi[1]).asinh(),
             Self::Parabola { frame, focal } => frame.local(p).y / (2.0 * focal),
@@ -93,8 +96,12 @@ impl StepCurve {
         let slope = |frame: &StepFrame, x: f64, y: f64| frame.x.scale(x) + frame.y.scale(y);
         let tangent = match self {
             Self::Line { direction, .. } => *direction,
-            Self::Ellipse { frame, semi } => slope(frame, -semi[0] * t.sin(), semi[1] * t.cos()),
-            Self::Hyperbola { frame, semi } => slope(frame, semi[0] * t.sinh(), semi[1] * t.cosh()),
+            Self::Ellipse { frame, semi } => {
+                slope(frame, -semi[0] * math::sin(t), semi[1] * math::cos(t))
+            }
+            Self::Hyperbola { frame, semi } => {
+                slope(frame, semi[0] * math::sinh(t), semi[1] * math::cosh(t))
+            }
             Self::Parabola { frame, focal } => slope(frame, 2.0 * focal * t, 2.0 * focal),
             Self::Spline(spline) => return spline.jet(t),
         };

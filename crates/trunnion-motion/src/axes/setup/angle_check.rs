@@ -4,6 +4,7 @@ use super::rotary_triangle::{AxisTrail, RotaryTriangle, RotationBall};
 use crate::axes::options::RetractOptions;
 use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, Machine};
+use crate::math;
 use crate::math::angle::angle_between;
 use crate::types::{Interval, PieceGeometry, PoseCurve, ToolPath};
 use nalgebra::{Rotation3, UnitVector3, Vector3};
@@ -146,7 +147,7 @@ impl AngleCheck {
             let along = first.dot(axis);
             range = [range[0].min(along), range[1].max(along)];
         }
-        let [farthest, nearest] = range.map(|along| along.clamp(-1.0, 1.0).acos());
+        let [farthest, nearest] = range.map(|along| math::acos(along.clamp(-1.0, 1.0)));
         // A direction parallel to the first rotary is singular only if the tool can point that way.
         let [up, down] = self.poles;
         let least = [(up, nearest), (down, PI - farthest)]

@@ -11,6 +11,7 @@ use crate::axes::options::AxesOptions;
 use crate::axes::origins::{self, OriginFit};
 use crate::axes::result::FollowedPath;
 use crate::machine::{FIRST_ROTARY, Kinematics, Machine, RotaryPair, SECOND_ROTARY, Setup};
+use crate::math;
 use crate::types::{Cancelled, ToolPath};
 
 /// Everything that a setup search works with.
@@ -63,9 +64,9 @@ impl SetupTask<'_> {
     /// Rounds a rotation as it would be written, and plans the axes with it.
     pub(super) fn evaluate(&self, workpiece: &WorkpieceTilt) -> Result<EvaluatedSetup, Cancelled> {
         let digit = self.search.rotation_digit;
-        let (x, y, z) = workpiece.rotation().euler_angles();
+        let angles: [f64; 3] = math::xyz_of_rotation(&workpiece.rotation()).into();
         // Rounded before it is judged, so that the setup that is written is the one that was planned.
-        let angles = [x, y, z].map(|angle| rounded(angle.to_degrees(), digit).to_radians());
+        let angles = angles.map(|angle| rounded(angle.to_degrees(), digit).to_radians());
         let before = self.kinematics.setup();
         let mut setup = Setup::new(before.origin, angles, before.tool_length);
         let check = self.angles.check_angles(self.samples.finest(), &setup.rotation);

@@ -4,6 +4,7 @@ use super::angle_check::AngleResult;
 use super::evaluation::{PlannedSetups, SetupTask};
 use super::result::EvaluatedSetup;
 use super::workpiece_tilt::WorkpieceTilt;
+use crate::math;
 use crate::types::Cancelled;
 use nalgebra::Rotation3;
 use rayon::prelude::*;
@@ -198,7 +199,7 @@ pub(super) fn spread<T: HasRotation>(all: &[T], count: usize) -> Vec<T> {
     {
         taken.push(*one);
         for (far, rotation) in far.iter_mut().zip(&rotations) {
-            *far = far.min(from.angle_to(rotation));
+            *far = far.min(math::angle_apart(from, rotation));
         }
         next = farthest(&far);
     }

@@ -2,6 +2,7 @@
 
 use super::workpiece_tilt::{TiltBounds, WorkpieceTilt};
 use crate::machine::{FIRST_ROTARY, Kinematics};
+use crate::math;
 use crate::types::Interval;
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -89,7 +90,7 @@ impl TiltBounds {
         };
         let axis = kinematics.machine().axes.get(FIRST_ROTARY);
         let free = axis.is_some_and(|axis| {
-            axis.dir.z.abs() > UPRIGHT.cos() && axis.limits == Interval::UNBOUNDED
+            axis.dir.z.abs() > math::cos(UPRIGHT) && axis.limits == Interval::UNBOUNDED
         });
         let whole = Interval::new(-PI, PI);
         let turn = if free { Interval::point(now.turn) } else { whole };

@@ -3,6 +3,7 @@
 
 use crate::inverse::Inverse;
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
+use crate::math;
 use crate::math::angle::unwrap_near;
 use crate::types::Interval;
 use nalgebra::{Rotation3, Vector3};
@@ -67,7 +68,7 @@ impl RotaryTriangle {
             frame: [towards, w1.cross(&towards), w1],
             cos,
             sin,
-            azimuth2: tool.dot(&w2.cross(&back)).atan2(tool.dot(&back)),
+            azimuth2: math::atan2(tool.dot(&w2.cross(&back)), tool.dot(&back)),
             limits: [FIRST_ROTARY, SECOND_ROTARY].map(|at| axes[at].limits),
         }
     }
@@ -179,15 +180,16 @@ impl RotaryTriangle {
             return [FRAC_PI_2; 2];
         }
         let at = |polar: f64| {
-            let cos = (self.cos[1] - self.cos[0] * polar.cos()) / (self.sin[0] * polar.sin());
-            cos.clamp(-1.0, 1.0).acos()
+            let cos =
+                (self.cos[1] - self.cos[0] * math::cos(polar)) / (self.sin[0] * math::sin(polar));
+            math::acos(cos.clamp(-1.0, 1.0))
         };
         let [low, high] = around.map(at);
         let range = [low.min(high), low.max(high)];
         // The derivative of cos B1 by φ vanishes where cos φ = cos a1 / cos a2: the one extreme inside.
         let turn = self.cos[0] / self.cos[1];
         if turn.abs() < 1.0 {
-            let polar = turn.acos();
+            let polar = math::acos(turn);
             if around[0] < polar && polar < around[1] {
                 let middle = at(polar);
                 return [range[0].min(middle), range[1].max(middle)];
@@ -201,7 +203,7 @@ impl RotaryTriangle {
     fn b2(&self, around: AngleRange) -> AngleRange {
         let [m, v] = self.cos;
         around.map(|polar| {
-            ((polar.cos() - m * v) / (self.sin[0] * self.sin[1])).clamp(-1.0, 1.0).acos()
+            math::acos(((math::cos(polar) - m * v) / (self.sin[0] * self.sin[1])).clamp(-1.0, 1.0))
         })
     }
 }
@@ -218,9 +220,9 @@ impl AxisDirection {
     /// Returns `None` next to the singular directions, where the azimuth is undefined.
     fn of(rows: &[Vector3<f64>; 3], axis: &Vector3<f64>, clear: f64) -> Option<Self> {
         let [x, y, z] = rows.map(|row| row.dot(axis));
-        let sine = x.hypot(y);
-        let polar = sine.atan2(z);
-        (polar.min(PI - polar) > clear).then(|| Self { azimuth: y.atan2(x), polar, sine })
+        let sine = math::hypot(x, y);
+        let polar = math::atan2(sine, z);
+        (polar.min(PI - polar) > clear).then(|| Self { azimuth: math::atan2(y, x), polar, sine })
     }
 
     /// Returns the largest change of its azimuth in a ball of rotations \[rad\].
@@ -228,7 +230,7 @@ impl AxisDirection {
     /// A turn by at most `r` keeps the direction inside a cone that clears the pole; seen from the pole its
     /// half width is `asin(sin r / sin φ)`.
     fn slack(&self, ball: RotationBall) -> f64 {
-        (ball.radius.sin() / self.sine).clamp(0.0, 1.0).asin()
+        math::asin((math::sin(ball.radius) / self.sine).clamp(0.0, 1.0))
     }
 
     /// Returns the range of its polar angle in a ball of rotations \[rad\].
@@ -242,7 +244,7 @@ fn polars(segment: &[Vector3<f64>], from: &Vector3<f64>) -> AngleRange {
     let along = segment.iter().map(|axis| from.dot(axis));
     let [low, high] =
         along.fold([1.0_f64, -1.0_f64], |[low, high], along| [low.min(along), high.max(along)]);
-    [high, low].map(|along| along.clamp(-1.0, 1.0).acos())
+    [high, low].map(|along| math::acos(along.clamp(-1.0, 1.0)))
 }
 
 /// Returns `value - sign * range`.

@@ -1,6 +1,7 @@
 //! Boxes of rotations, and how far they reach.
 
 use super::workpiece_tilt::{TiltBounds, WorkpieceTilt};
+use crate::math;
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -27,22 +28,22 @@ impl RotationCell {
     /// machine's z and the workpiece's, which is `2 sin(tilt / 2)` long.
     pub(super) fn turns(&self) -> [f64; 3] {
         let [tilt, towards, turn] = self.half;
-        [tilt, towards * 2.0 * (0.5 * self.steepest()).sin(), turn]
+        [tilt, towards * 2.0 * math::sin(0.5 * self.steepest()), turn]
     }
 
     /// Returns the largest angle of a rotation from the centre to another of the cell \[rad\]. The axis of the
     /// tilt is perpendicular to the axes of the other two, so that both parts add up by Pythagoras.
     pub(super) fn radius(&self) -> f64 {
         let [tilt, towards, turn] = self.turns();
-        tilt.hypot(towards + turn).min(PI)
+        math::hypot(tilt, towards + turn).min(PI)
     }
 
     /// Returns the largest change of a machine direction by each angle, seen from the workpiece \[rad\]: as
     /// [`Self::turns`], but only across that direction.
     pub(super) fn moves(&self, direction: &Vector3<f64>) -> [f64; 3] {
         let [tilt, towards, turn] = self.half;
-        let (steep, about) = self.centre.tilt.sin_cos();
-        let (sin, cos) = self.centre.towards.sin_cos();
+        let (steep, about) = math::sin_cos(self.centre.tilt);
+        let (sin, cos) = math::sin_cos(self.centre.towards);
         let z = Vector3::new(steep * cos, steep * sin, about);
         // A turn by h about a unit vector a moves a direction d by |a x d| h at most. Along the cell the axes
         // a leave those at the centre by no more than the angle that the workpiece's z does.
@@ -82,7 +83,7 @@ impl RotationCell {
 
 /// Returns the largest sine of all angles from 0 to `angle`, which is in `[0, π]`.
 fn sine_up_to(angle: f64) -> f64 {
-    if angle < FRAC_PI_2 { angle.sin() } else { 1.0 }
+    if angle < FRAC_PI_2 { math::sin(angle) } else { 1.0 }
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@ use crate::axes::origins;
 use crate::axes::result::FollowedPath;
 use crate::inverse::Inverse;
 use crate::machine::{Kinematics, Setup};
+use crate::math;
 use crate::types::{Cancelled, Progress, ToolPath};
 use rayon::prelude::*;
 use std::cmp::Ordering;
@@ -162,22 +163,19 @@ impl SetupTask<'_> {
         let setup = *self.kinematics.setup();
         let check = self.angles.check_angles(self.samples.finest(), &setup.rotation);
         let (verdict, followed) = self.followed(self.kinematics)?;
-        let (x, y, z) = setup.rotation.euler_angles();
+        let angles = math::xyz_of_rotation(&setup.rotation).into();
         let workpiece = WorkpieceTilt::of(&setup.rotation);
-        Ok((
-            EvaluatedSetup { setup, angles: [x, y, z], workpiece, least: check.least, verdict },
-            followed,
-        ))
+        Ok((EvaluatedSetup { setup, angles, workpiece, least: check.least, verdict }, followed))
     }
 
     /// Reports a rotation that needs the tool-side rotary beyond its travel, without planning its axes.
     fn without_axes(&self, candidate: &SetupCandidate) -> EvaluatedSetup {
         let SetupCandidate { workpiece, check } = *candidate;
         let before = self.kinematics.setup();
-        let (x, y, z) = workpiece.rotation().euler_angles();
-        let setup = Setup::new(before.origin, [x, y, z], before.tool_length);
+        let angles = math::xyz_of_rotation(&workpiece.rotation()).into();
+        let setup = Setup::new(before.origin, angles, before.tool_length);
         let verdict = SetupVerdict::BeyondTilt(check.missing_tilt);
-        EvaluatedSetup { setup, angles: [x, y, z], workpiece, least: check.least, verdict }
+        EvaluatedSetup { setup, angles, workpiece, least: check.least, verdict }
     }
 
     /// Returns the best of those that fit whose axes are found with all ends of travel; the others are

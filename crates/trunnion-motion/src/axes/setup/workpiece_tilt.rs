@@ -1,6 +1,7 @@
 //! Tilt of a workpiece as it is clamped: turn about its own z, tilt angle, and direction of the tilt.
 
 use crate::axes::error::AxesError;
+use crate::math;
 use crate::math::angle::{unwrap_near, wrap};
 use crate::types::Interval;
 use nalgebra::{Rotation3, Vector3};
@@ -39,19 +40,19 @@ impl WorkpieceTilt {
         // The third column is where the workpiece's z points: tilt and direction are its polar angle and
         // azimuth. What remains when both are undone is the turn about z.
         let z = rotation * Vector3::z();
-        let across = z.x.hypot(z.y);
-        let tilt = across.atan2(z.z);
-        let towards = if across > UPRIGHT { z.y.atan2(z.x) } else { 0.0 };
+        let across = math::hypot(z.x, z.y);
+        let tilt = math::atan2(across, z.z);
+        let towards = if across > UPRIGHT { math::atan2(z.y, z.x) } else { 0.0 };
         let upright = Self { tilt, towards, turn: 0.0 }.rotation().inverse() * rotation;
-        let turn = upright[(1, 0)].atan2(upright[(0, 0)]);
+        let turn = math::atan2(upright[(1, 0)], upright[(0, 0)]);
         Self { tilt, towards, turn }
     }
 
     /// Returns the rotation `machine_from_workpiece`.
     pub fn rotation(&self) -> Rotation3<f64> {
-        let about_z = |angle| Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
+        let about_z = |angle| math::rotation_about(&Vector3::z_axis(), angle);
         about_z(self.towards)
-            * Rotation3::from_axis_angle(&Vector3::y_axis(), self.tilt)
+            * math::rotation_about(&Vector3::y_axis(), self.tilt)
             * about_z(self.turn - self.towards)
     }
 
@@ -111,7 +112,8 @@ impl TiltBounds {
         let Interval { low, high } = self.tilt;
         let tilt = low - ROUNDING <= workpiece.tilt && workpiece.tilt <= high + ROUNDING;
         // An upright workpiece has no direction of tilt.
-        let towards = workpiece.tilt.sin() <= UPRIGHT || turned(workpiece.towards, self.towards);
+        let towards =
+            math::sin(workpiece.tilt) <= UPRIGHT || turned(workpiece.towards, self.towards);
         tilt && towards && turned(workpiece.turn, self.turn)
     }
 
@@ -121,7 +123,7 @@ impl TiltBounds {
         let mut grid = Vec::new();
         for &tilt in &tilts {
             // Without a tilt all directions are one.
-            let directions = if tilt.sin() > UPRIGHT { towards.len() } else { 1 };
+            let directions = if math::sin(tilt) > UPRIGHT { towards.len() } else { 1 };
             for &towards in towards.iter().take(directions) {
                 grid.extend(turns.iter().map(|&turn| WorkpieceTilt { tilt, towards, turn }));
             }

@@ -6,6 +6,7 @@
 //! and changed little, and raises it after those that were cut short.
 
 use super::newton::BarrierSolver;
+use crate::math;
 use std::ops::Range;
 
 /// Barrier weights as shares of each cell's time: the first about balances the time against the 110
@@ -72,8 +73,8 @@ impl BarrierWeights {
     fn even_out(&mut self, range: Range<usize>) {
         // The geometric mean: weights fall and rise by factors.
         let weights = &mut self.weights[range];
-        let sum = weights.iter().map(|weight| weight.ln()).sum::<f64>();
-        let mean = (sum / weights.len() as f64).exp();
+        let sum = weights.iter().map(|weight| math::ln(*weight)).sum::<f64>();
+        let mean = math::exp(sum / weights.len() as f64);
         let last = mean < NEXT_TO_LAST;
         weights.fill(if last { LAST_WEIGHT } else { mean.min(FIRST_WEIGHT) });
     }

@@ -11,6 +11,7 @@ use super::speed_caps::SpeedCaps;
 use super::speed_spline::{EndMotion, SpeedSpline};
 use crate::feed::grid::FeedGrid;
 use crate::feed::reciprocal::ReciprocalLimits;
+use crate::math;
 use nalgebra::SVector;
 
 /// Share of each limit that the start aims at.
@@ -42,7 +43,7 @@ struct GrowthBound {
 impl GrowthBound {
     /// Returns the largest `dy/ds` at `y`.
     fn growth(&self, y: f64) -> f64 {
-        self.slope.min(self.by_acceleration / y.cbrt()).min(self.by_curvature / y)
+        self.slope.min(self.by_acceleration / math::cbrt(y)).min(self.by_curvature / y)
     }
 }
 
@@ -61,7 +62,7 @@ pub(super) fn feasible<const N: usize>(
         // Step 1: the largest profile below all lines. Step 2: round off its kinks.
         let y = envelope(grid, &bounds, &spline.ends);
         let y = WIDTHS.iter().fold(y, |y, share| smooth(grid, &bounds, &y, *share));
-        let controls = y.iter().map(|y| y.cbrt().powi(4)).collect();
+        let controls = y.iter().map(|y| math::cbrt(*y).powi(4)).collect();
         *spline = SpeedSpline::new(std::mem::take(&mut spline.lengths), controls, spline.ends);
         // Step 3: lower the cells that break a limit, and at last all of them.
         let excess = excess(grid, limits, caps, spline);
@@ -77,7 +78,7 @@ pub(super) fn feasible<const N: usize>(
         }
         for (bound, excess) in bounds.iter_mut().zip(excess) {
             if excess > AT_MOST {
-                bound.steady *= (SHARE / excess).powf(0.75);
+                bound.steady *= math::powf(SHARE / excess, 0.75);
                 let gentler = (SHARE / excess).sqrt();
                 bound.slope *= gentler;
                 bound.by_acceleration *= gentler;
@@ -110,9 +111,9 @@ fn bound<const N: usize>(
     let [accelerations, jerks] = CellRows::new(cell, limits).shares([1.0; 3], 1.0);
     let cap = caps.control[index].min(caps.row[index]).min(caps.row[index + 1]);
     // At constant x accelerations go with x, jerks with x^(3/2).
-    let steady = (of_cap * cap).min(SHARE / accelerations).min((SHARE / jerks).cbrt().powi(2));
+    let steady = (of_cap * cap).min(SHARE / accelerations).min(math::cbrt(SHARE / jerks).powi(2));
     GrowthBound {
-        steady: steady.powf(0.75),
+        steady: math::powf(steady, 0.75),
         // Constant jerk from rest: 2/9 q' (dy/ds)² = J.
         slope: GENTLE * (4.5 / brisk).sqrt(),
         // u = 2/3 y^(1/3) y' and 3 q'' u v: a third of the limits.
@@ -133,7 +134,7 @@ fn envelope<const N: usize>(
     for (end, motion) in [0, last].into_iter().zip(ends) {
         y[end] = match motion {
             EndMotion::Rest => y[end].min(0.5 * grid.cells[end].h * bounds[end].slope),
-            EndMotion::Moving([x, _]) => x.powf(0.75),
+            EndMotion::Moving([x, _]) => math::powf(*x, 0.75),
         };
     }
     let mut pass = |from: usize, to: usize| {
@@ -146,7 +147,7 @@ fn envelope<const N: usize>(
     (0..last).rev().for_each(|cell| pass(cell + 1, cell));
     let mut down = |cells: &mut dyn Iterator<Item = usize>, motion: &EndMotion| {
         let EndMotion::Moving([x, _]) = motion else { return };
-        let mut line = x.powf(0.75);
+        let mut line = math::powf(*x, 0.75);
         let mut left = grid.s[last + 1] - grid.s[0];
         for cell in cells {
             if line <= y[cell] {
@@ -219,7 +220,7 @@ fn excess<const N: usize>(
         let [acceleration, jerk] = CellRows::new(&grid.cells[cell], limits).shares(x, reference(x));
         let speed = (x[1] / caps.control[cell]).max(x[2] / caps.row[cell + 1]);
         // Accelerations go with x, jerks with x^(3/2).
-        acceleration.max(jerk.cbrt().powi(2)).max(speed)
+        acceleration.max(math::cbrt(jerk).powi(2)).max(speed)
     });
     // Rest cells are limited by the controls next to them.
     let [before, after] = [inner.start, grid.cells.len() - inner.end];

@@ -16,6 +16,7 @@ use crate::feed::cell::FeedCell;
 use crate::feed::grid::FeedGrid;
 use crate::feed::plan::LimitRatios;
 use crate::feed::reciprocal::ReciprocalLimits;
+use crate::math;
 use crate::types::AxisPiece;
 use nalgebra::SVector;
 
@@ -225,7 +226,7 @@ impl<const N: usize> RollingPlan<N> {
                 return true;
             }
             // The rows where both meet break a limit: the new part is made slower. Jerks go with x^(3/2).
-            let less = (0.8 / worst).cbrt().powi(2);
+            let less = math::cbrt(0.8 / worst).powi(2);
             // A part that stands still is no plan.
             if !(less > 0.0 && worst.is_finite()) {
                 return false;

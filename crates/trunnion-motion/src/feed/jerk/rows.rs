@@ -13,6 +13,7 @@ use super::speed_spline::middle;
 use crate::feed::cell::FeedCell;
 use crate::feed::numeric::largest;
 use crate::feed::reciprocal::ReciprocalLimits;
+use crate::math;
 use nalgebra::SVector;
 
 /// Bernstein coefficients of a jerk and of an acceleration.
@@ -264,7 +265,7 @@ pub(super) fn rest_cap<const N: usize>(
     let [start, end] = cell.caps(limits);
     let speed = if side == RestSide::End { start } else { end };
     // With k = x / h^(4/3), accelerations are at most x / h and jerks x^(3/2) / h² times these.
-    speed.min(cell.h / most[0]).min((cell.h * cell.h / most[1]).cbrt().powi(2))
+    speed.min(cell.h / most[0]).min(math::cbrt(cell.h * cell.h / most[1]).powi(2))
 }
 
 #[cfg(test)]

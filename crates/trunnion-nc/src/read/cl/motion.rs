@@ -5,6 +5,7 @@ use super::path::{ClArc, ClPath};
 use super::reader::{ClReader, no_number};
 use super::state::{AnnouncedCircle, ClResult, PathShape};
 use super::statement::{ClWord, Numbers, Statement};
+use crate::math;
 use crate::types::ToolPose;
 use nalgebra::{Point3, UnitVector3, Vector3};
 use std::f64::consts::TAU;
@@ -281,7 +282,7 @@ impl AnnouncedCircle {
             return None;
         }
         // a × b = |a| |b| sin along the axis; a · b = |a| |b| cos.
-        let angle = a.cross(&b).dot(&self.normal).atan2(a.dot(&b));
+        let angle = math::atan2(a.cross(&b).dot(&self.normal), a.dot(&b));
         let sweep = if angle > 0.0 { angle } else { angle + TAU };
         // Some writers do not turn the axis round for clockwise arcs; the written angle decides.
         match self.sweep {

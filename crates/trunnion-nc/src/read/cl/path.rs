@@ -1,6 +1,7 @@
 //! Arcs and drilling cycles of a CL file.
 
-use nalgebra::{Point3, Rotation3, UnitVector3, Vector3};
+use crate::math;
+use nalgebra::{Point3, UnitVector3, Vector3};
 
 /// Path of the tool to a location.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,7 +61,7 @@ impl ClArc {
     pub fn length(&self, end: &Point3<f64>) -> f64 {
         let ([start, stop], rise) = self.shape(end);
         // Mean radius times sweep, and the rise of the helix.
-        (0.5 * (start + stop) * self.sweep).hypot(rise)
+        math::hypot(0.5 * (start + stop) * self.sweep, rise)
     }
 
     /// Returns the tip at a share of the path to `end`; distances from the axis that differ change
@@ -74,7 +75,7 @@ impl ClArc {
         // file.
         let stretch = if start > 0.0 { 1.0 + share * (stop - start) / start } else { 1.0 };
         // Cylindrical coordinates: angle, radius and height all change linearly with the share.
-        let turned = Rotation3::from_axis_angle(&self.normal, share * self.sweep) * across;
+        let turned = math::rotation_about(&self.normal, share * self.sweep) * across;
         self.center + turned * stretch + self.normal.scale(low + share * rise)
     }
 

@@ -1,5 +1,6 @@
 //! Corners of a contour that a cutter follows beside it.
 
+use crate::math;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Bends up to this angle need no corner \[rad\], as `LinuxCNC`'s interpreter has it.
@@ -90,7 +91,7 @@ impl ContourCorner {
     /// vector to the cutter at the beginning of the next move.
     fn roll(&self, across: [f64; 2]) -> f64 {
         let before = minus(self.before, self.at);
-        let angle = self.side.sign() * cross(across, before).atan2(dot(across, before));
+        let angle = self.side.sign() * math::atan2(cross(across, before), dot(across, before));
         if angle < -FRAC_PI_2 { angle + TAU } else { angle }
     }
 
@@ -118,7 +119,7 @@ impl ContourCorner {
     /// Returns the point where the offsets of two lines meet.
     pub(super) fn line_to_line(&self, across: [f64; 2]) -> Option<[f64; 2]> {
         let half = 0.5 * (self.roll(across) + PI);
-        let back = self.radius / half.tan();
+        let back = self.radius / math::tan(half);
         back.is_finite().then(|| plus(self.before, scaled(self.direction_before(), -back)))
     }
 
@@ -165,7 +166,7 @@ impl ContourCorner {
         // Law of cosines in the triangle of both centres and the meeting point.
         let radius = self.offset_radius(arc);
         let cosine = (before * before + apart * apart - radius * radius) / (2.0 * before * apart);
-        let (sin, cos) = (cosine.abs() <= 1.0).then(|| cosine.acos())?.sin_cos();
+        let (sin, cos) = math::sin_cos((cosine.abs() <= 1.0).then(|| math::acos(cosine))?);
         let inside = self.side.is_inside(f64::from(turn));
         let sense = if inside == (arc.turn > 0.0) { 1.0 } else { -1.0 };
         let along = scaled(minus(arc.center, center), 1.0 / apart);
@@ -219,12 +220,12 @@ fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 pub(super) fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
+    math::hypot(a[0] - b[0], a[1] - b[1])
 }
 
 /// Returns the direction of a vector; zero for none.
 pub(super) fn unit(a: [f64; 2]) -> [f64; 2] {
-    let length = a[0].hypot(a[1]);
+    let length = math::hypot(a[0], a[1]);
     if length > 0.0 { scaled(a, 1.0 / length) } else { [0.0; 2] }
 }
 
@@ -238,7 +239,7 @@ pub(super) fn sweep_left(center: [f64; 2], ends: [[f64; 2]; 2], turn: i32, progr
 /// Returns the angle from one point to another about a centre in the sense of `turn`, up to a whole turn.
 pub(super) fn sweep(center: [f64; 2], ends: [[f64; 2]; 2], turn: i32) -> f64 {
     let [from, to] = ends.map(|end| minus(end, center));
-    let angle = cross(from, to).atan2(dot(from, to));
+    let angle = math::atan2(cross(from, to), dot(from, to));
     if turn > 0 {
         if angle > 0.0 { angle } else { angle + TAU }
     } else if angle < 0.0 {

@@ -4,6 +4,7 @@ use super::block::{CodeWord, GcodeBlock};
 use super::modal::{BlockActions, CycleState, GcodeMotion};
 use super::reader::GcodeReader;
 use super::words::{natural, not_understood};
+use crate::math;
 use crate::read::control::{DistanceMode, MoveTarget};
 use crate::read::dialect::Dialect;
 use crate::read::log::{ReadRemark, column};
@@ -288,7 +289,7 @@ impl GcodeReader {
             if !self.may_repeat(state, text) {
                 return Ok(());
             }
-            let (sin, cos) = (start + f64::from(index) * apart).sin_cos();
+            let (sin, cos) = math::sin_cos(start + f64::from(index) * apart);
             let mut target = MoveTarget::new(place.at, column(text, place.at));
             target.set(slots[0], u + radius * cos, DistanceMode::Absolute);
             target.set(slots[1], v + radius * sin, DistanceMode::Absolute);

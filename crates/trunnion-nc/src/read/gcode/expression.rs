@@ -3,6 +3,7 @@
 use super::parameters;
 use super::parameters::{ParameterKey, Parameters};
 use super::predefined::ModalView;
+use crate::math;
 use crate::read::control::COMPUTED;
 use crate::read::log::ReadRemark;
 use crate::read::number::{self, DecimalMark};
@@ -113,7 +114,7 @@ impl Operator {
             Self::Times => a * b,
             Self::Over => a / b,
             Self::Modulo => modulo(a, b),
-            Self::Power => a.powf(b),
+            Self::Power => math::powf(a, b),
         };
         finite(value, at, || format!("{a} {} {b}", self.name()))
     }
@@ -360,10 +361,10 @@ impl<'a> ExpressionScan<'a> {
             self.expect(b'/')?;
             self.blanks();
             let below = self.bracket(env)?;
-            return Ok(argument.atan2(below).to_degrees());
+            return Ok(math::atan2(argument, below).to_degrees());
         }
         match name.as_str() {
-            "ATAN" => return Ok(argument.atan().to_degrees()),
+            "ATAN" => return Ok(math::atan(argument).to_degrees()),
             // Towards zero and away from it; LinuxCNC goes down and up.
             "FIX" if env.fanuc => return Ok(argument.trunc()),
             "FUP" if env.fanuc => return Ok(argument.abs().ceil().copysign(argument)),
@@ -378,17 +379,17 @@ fn function(name: &str) -> Option<fn(f64) -> f64> {
     Some(match name {
         // ATAN has two arguments, and is made of them elsewhere.
         "ABS" | "ATAN" => f64::abs,
-        "ACOS" => |x| x.acos().to_degrees(),
-        "ASIN" => |x| x.asin().to_degrees(),
-        "COS" => |x| x.to_radians().cos(),
-        "EXP" => f64::exp,
+        "ACOS" => |x| math::acos(x).to_degrees(),
+        "ASIN" => |x| math::asin(x).to_degrees(),
+        "COS" => |x| math::cos(x.to_radians()),
+        "EXP" => math::exp,
         "FIX" => f64::floor,
         "FUP" => f64::ceil,
-        "LN" => f64::ln,
+        "LN" => math::ln,
         "ROUND" => f64::round,
-        "SIN" => |x| x.to_radians().sin(),
+        "SIN" => |x| math::sin(x.to_radians()),
         "SQRT" => f64::sqrt,
-        "TAN" => |x| x.to_radians().tan(),
+        "TAN" => |x| math::tan(x.to_radians()),
         _ => return None,
     })
 }

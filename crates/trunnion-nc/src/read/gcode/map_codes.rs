@@ -2,6 +2,7 @@
 
 use super::block::{CodeWord, GcodeBlock};
 use super::reader::GcodeReader;
+use crate::math;
 use crate::read::control::{DistanceMode, MoveTarget};
 use crate::read::dialect::Dialect;
 use crate::read::log::{ReadRemark, column};
@@ -170,7 +171,7 @@ impl GcodeReader {
             let message = "polar coordinates (G16) with a distance or an angle alone";
             return Err(ReadRemark::new(first.at, message, "write both behind G16"));
         };
-        let (sin, cos) = angle.to_radians().sin_cos();
+        let (sin, cos) = math::sin_cos(angle.to_radians());
         let place = [radius * cos, radius * sin];
         Ok(Some(PolarEnd { slots, place, at: first.at }))
     }

@@ -2,6 +2,7 @@
 
 use super::block::PolarWords;
 use super::reader::GcodeReader;
+use crate::math;
 use crate::read::control::{ControlState, DistanceMode, MoveTarget};
 use crate::read::log::ReadRemark;
 
@@ -33,7 +34,8 @@ impl GcodeReader {
             (DistanceMode::Absolute, Some(distance), Some(turn)) => [distance, turn],
             (mode, distance, turn) => {
                 let (stood_x, stood_y) = present()?;
-                let [from, bearing] = [stood_x.hypot(stood_y), stood_y.atan2(stood_x)];
+                let [from, bearing] =
+                    [math::hypot(stood_x, stood_y), math::atan2(stood_y, stood_x)];
                 if from <= 0.0 && (mode == DistanceMode::Incremental || turn.is_none()) {
                     let message = "polar coordinates at the origin, where no angle is known";
                     return Err(ReadRemark::new(at, message, "write both @ and ^ under G90"));
@@ -46,8 +48,8 @@ impl GcodeReader {
                 }
             }
         };
-        target.set(x, distance * turn.cos(), DistanceMode::Absolute);
-        target.set(y, distance * turn.sin(), DistanceMode::Absolute);
+        target.set(x, distance * math::cos(turn), DistanceMode::Absolute);
+        target.set(y, distance * math::sin(turn), DistanceMode::Absolute);
         target.at = at;
         Ok(())
     }

@@ -5,6 +5,7 @@ use super::modal::BlockActions;
 use super::reader::GcodeReader;
 use super::spline_points::{SplineState, WeightedPoint};
 use super::words::natural;
+use crate::math;
 use crate::read::control::{ControlState, DistanceMode, FeedMode, MoveTarget};
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
@@ -148,7 +149,8 @@ impl GcodeReader {
         let (axes, _) = self.plane();
         let [u, v, _] = axes.map(|axis| state.control.xyz[axis]);
         let nodes = spline.nodes();
-        let length = |pair: &[[f64; 2]]| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
+        let length =
+            |pair: &[[f64; 2]]| math::hypot(pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]);
         let whole: f64 = nodes.windows(2).map(length).sum();
         let line = state.log.line;
         for pair in nodes.windows(2) {
@@ -283,7 +285,7 @@ fn distance_to_chord(point: [f64; 2], [from, to]: [[f64; 2]; 2]) -> f64 {
     } else {
         0.0
     };
-    (rest[0] - along * chord[0]).hypot(rest[1] - along * chord[1])
+    math::hypot(rest[0] - along * chord[0], rest[1] - along * chord[1])
 }
 
 #[cfg(test)]

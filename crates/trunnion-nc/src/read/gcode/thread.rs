@@ -3,6 +3,7 @@
 use super::block::GcodeBlock;
 use super::reader::GcodeReader;
 use super::words::natural;
+use crate::math;
 use crate::read::control::{ControlState, DistanceMode, MoveTarget};
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
@@ -72,7 +73,7 @@ impl GcodeReader {
         let [Some(x), Some(y), Some(z)] = places else { return Err(unknown(target.at)) };
         let end = thread_end(&state.control, &target, [x, y, z]);
         let backward = if end[2] > z { -1.0 } else { 1.0 };
-        let steeper = if taper > 0.0 { taper.hypot(height) / taper } else { 1.0 };
+        let steeper = if taper > 0.0 { math::hypot(taper, height) / taper } else { 1.0 };
         let cycle = ThreadCycle {
             start: [x, y, z],
             outward: peak.signum(),
@@ -85,8 +86,8 @@ impl GcodeReader {
             ],
             taper: backward * taper,
             ends: if taper > 0.0 { ends } else { 0 },
-            slide: (backward * angle.to_radians()).tan(),
-            end: end[2] + height * (backward * angle.to_radians()).tan(),
+            slide: math::tan(backward * angle.to_radians()),
+            end: end[2] + height * math::tan(backward * angle.to_radians()),
             target,
             line: state.log.line,
         };
@@ -101,7 +102,7 @@ impl GcodeReader {
             }
             cycle.pass(state, depth)?;
             pass += 1;
-            depth = cycle.crest + first * f64::from(pass).powf(root);
+            depth = cycle.crest + first * math::powf(f64::from(pass), root);
         }
         for _ in 0..=springs.min(MOST_PASSES) {
             cycle.pass(state, cycle.full)?;

@@ -2,6 +2,7 @@
 
 use super::reader::HeidenhainReader;
 use super::token::{Token, Tokens, is_q};
+use crate::math;
 use crate::read::log::{ReadRemark, excerpt};
 use crate::read::state::ReaderState;
 
@@ -76,8 +77,11 @@ impl HeidenhainReader {
         };
         let [a, b] = [self.arithmetic(first, from)?, self.arithmetic(second, from)?];
         // The first is opposite to the angle, which counts from 0 to 360 degrees.
-        let value =
-            if number == 8 { a.hypot(b) } else { a.atan2(b).to_degrees().rem_euclid(360.0) };
+        let value = if number == 8 {
+            math::hypot(a, b)
+        } else {
+            math::atan2(a, b).to_degrees().rem_euclid(360.0)
+        };
         self.variables.insert(name.into(), value);
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 use super::path_block::{PathBlock, PolarWord};
 use super::reader::HeidenhainReader;
+use crate::math;
 use crate::read::arc::{self, ArcForm, ArcSense, GivenArc};
 use crate::read::control::{DistanceMode, LARGEST};
 use crate::read::log::ReadRemark;
@@ -76,7 +77,7 @@ impl HeidenhainReader {
         let clockwise = self.sense(block)? == ArcSense::Clockwise;
         let center = self.pole_from_here(state, at)?;
         // Polar angle of the current position about the pole.
-        let start = (-center[1]).atan2(-center[0]);
+        let start = math::atan2(-center[1], -center[0]);
         let Some(PolarWord { value: angle, mode }) = block.polar[1] else {
             return Err(ReadRemark::new(at, "CP without its angle", "write PA or IPA"));
         };
@@ -111,7 +112,7 @@ impl HeidenhainReader {
         let at = block.target.at;
         let center = self.pole_from_here(state, at)?;
         let [from_radius, from_angle] =
-            [center[0].hypot(center[1]), (-center[1]).atan2(-center[0])];
+            [math::hypot(center[0], center[1]), math::atan2(-center[1], -center[0])];
         let value = |given: Option<PolarWord>, from: f64| match given {
             Some(PolarWord { value, mode: DistanceMode::Incremental }) => from + value,
             Some(PolarWord { value, mode: DistanceMode::Absolute }) => value,
@@ -124,7 +125,7 @@ impl HeidenhainReader {
         });
         let angle = value(turned, from_angle);
         // Pole plus radius in the direction of the angle, relative to the current position.
-        let end = [center[0] + radius * angle.cos(), center[1] + radius * angle.sin()];
+        let end = [center[0] + radius * math::cos(angle), center[1] + radius * math::sin(angle)];
         let plane = self.plane.map(|axis| state.control.xyz[axis]);
         for (slot, change) in plane.into_iter().zip(end) {
             block.target.set(slot, change, DistanceMode::Incremental);

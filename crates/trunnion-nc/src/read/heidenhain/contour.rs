@@ -4,6 +4,7 @@
 //! where it begins and ends. Steps that are made in between wait behind the element.
 
 use super::element::{ElementWay, FilletSide, PlaneElement, cross, dot, minus, norm, plus, scaled};
+use crate::math;
 use crate::read::control::{ControlState, SLOTS};
 use crate::read::log::ReadRemark;
 use crate::read::step::{Arc, Frame, Move, Pace, Step, Way};
@@ -349,8 +350,8 @@ pub(super) fn departure(
         return None;
     }
     // to_end = R u + L t, with t square to u in the sense of the arc.
-    let angle = to_end[1].atan2(to_end[0]) - side.sign() * tangent.atan2(radius);
-    let touch = plus(center, [radius * angle.cos(), radius * angle.sin()]);
+    let angle = math::atan2(to_end[1], to_end[0]) - side.sign() * math::atan2(tangent, radius);
+    let touch = plus(center, [radius * math::cos(angle), radius * math::sin(angle)]);
     let sweep = side.sweep(minus(start, center), minus(touch, center));
     Some([
         PlaneElement { start, end: touch, way: ElementWay::Arc { center, sweep } },

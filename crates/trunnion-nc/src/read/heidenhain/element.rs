@@ -1,5 +1,6 @@
 //! Lines and arcs of a contour in their plane.
 
+use crate::math;
 use std::f64::consts::TAU;
 
 /// Slack of points on an element \[mm\].
@@ -47,7 +48,7 @@ impl FilletSide {
 
     /// Returns the angle from one radius to another on an arc that turns to this side, below a full turn.
     pub(super) fn sweep(self, from: [f64; 2], to: [f64; 2]) -> f64 {
-        let angle = cross(from, to).atan2(dot(from, to));
+        let angle = math::atan2(cross(from, to), dot(from, to));
         self.sign() * (self.sign() * angle).rem_euclid(TAU)
     }
 }
@@ -253,5 +254,5 @@ pub(super) fn scaled([u, v]: [f64; 2], by: f64) -> [f64; 2] {
 }
 
 pub(super) fn norm([u, v]: [f64; 2]) -> f64 {
-    u.hypot(v)
+    math::hypot(u, v)
 }

@@ -4,6 +4,7 @@ use super::cycle_call::CallArguments;
 use super::reader::SiemensReader;
 use super::value;
 use super::word::SiemensWord;
+use crate::math;
 use crate::read::control::{DistanceMode, MoveTarget};
 use crate::read::log::{ReadRemark, column};
 use crate::read::state::ReaderState;
@@ -66,7 +67,7 @@ fn row(
 ) -> Result<Vec<[f64; 2]>, ReadRemark> {
     let length = |place: usize| arguments.number(place).map(|value| scale * value);
     let (u, v, first, apart) = (length(0)?, length(1)?, length(3)?, length(4)?);
-    let (sin, cos) = arguments.number(2)?.to_radians().sin_cos();
+    let (sin, cos) = math::sin_cos(arguments.number(2)?.to_radians());
     let number = count(arguments.number(5)?, at)?;
     let point = |index: u32| {
         let along = first + f64::from(index) * apart;
@@ -76,7 +77,7 @@ fn row(
     // The control spares an idle way: it begins at the end of the row that is nearer.
     let ends = points.first().copied().zip(points.last().copied());
     if let ([Some(x), Some(y)], Some((start, end))) = (here, ends) {
-        let away = |[u, v]: [f64; 2]| (u - x).hypot(v - y);
+        let away = |[u, v]: [f64; 2]| math::hypot(u - x, v - y);
         if away(end) < away(start) - 1e-9 {
             points.reverse();
         }
@@ -104,7 +105,7 @@ fn circle(
         _ => TAU / f64::from(number),
     };
     let point = |index: u32| {
-        let (sin, cos) = (start + f64::from(index) * step).sin_cos();
+        let (sin, cos) = math::sin_cos(start + f64::from(index) * step);
         [u + radius * cos, v + radius * sin]
     };
     Ok((0..number).map(point).collect())

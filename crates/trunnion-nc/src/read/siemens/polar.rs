@@ -4,6 +4,7 @@ use super::line::{CenterWord, SiemensBlock, SiemensMotion};
 use super::reader::SiemensReader;
 use super::value::ValueMode;
 use super::word::SiemensWord;
+use crate::math;
 use crate::read::control::DistanceMode;
 use crate::read::log::ReadRemark;
 use crate::read::state::ReaderState;
@@ -97,7 +98,7 @@ impl SiemensReader {
             let message = "polar coordinates with AP or RP alone";
             return Err(ReadRemark::new(at, message, "write both behind the pole"));
         };
-        let (sin, cos) = angle.to_radians().sin_cos();
+        let (sin, cos) = math::sin_cos(angle.to_radians());
         let [u, v] = self.polar.pole;
         let place = [u + radius * cos, v + radius * sin];
         for (slot, value) in slots.into_iter().zip(place) {

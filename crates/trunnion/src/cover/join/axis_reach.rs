@@ -1,5 +1,6 @@
 //! Tool axes within the machine's reach, on the links between passes.
 
+use crate::math;
 use crate::math::angle::{angle_between, great_circle};
 use crate::types::PoseCurve;
 use nalgebra::{Unit, UnitVector3, Vector3};
@@ -68,9 +69,9 @@ impl AxisReach<'_> {
         let other = home.cross(&side);
         RINGS.into_iter().flat_map(move |angle| {
             (0..SPOKES).map(move |k| {
-                let (sin, cos) = (TAU * f64::from(k) / f64::from(SPOKES)).sin_cos();
+                let (sin, cos) = math::sin_cos(TAU * f64::from(k) / f64::from(SPOKES));
                 let out = side.scale(cos) + other * sin;
-                Unit::new_normalize(home.scale(angle.cos()) + out * angle.sin())
+                Unit::new_normalize(home.scale(math::cos(angle)) + out * math::sin(angle))
             })
         })
     }

@@ -1,6 +1,7 @@
 //! Hops: short links from pass to pass, off the face and on again in one sweep.
 
 use crate::cover::prove::sweep::PassSweep;
+use crate::math;
 use crate::math::angle::{angle_between, great_circle};
 use crate::types::{PoseCurve, Station, ToolPose};
 use nalgebra::Point3;
@@ -120,7 +121,7 @@ impl HopPath<'_> {
                 return if step == 0 { *from } else { *to };
             }
             // Half an ellipse: the distance advances by (1 - cos) / 2 while the height follows the sine.
-            let (sin, cos) = (PI * f64::from(step) / f64::from(STEPS)).sin_cos();
+            let (sin, cos) = math::sin_cos(PI * f64::from(step) / f64::from(STEPS));
             let share = 0.5 * (1.0 - cos);
             let between = |a: &Point3<f64>, b: &Point3<f64>| a + (b - a) * share;
             let [a, b] = [from.pose.axis, to.pose.axis];

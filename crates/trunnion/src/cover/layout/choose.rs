@@ -14,6 +14,7 @@ use crate::cover::layout::widths::{self, StripWidthTable, TableFill};
 use crate::cover::options::CoverOptions;
 use crate::cover::pattern::{FeedDirection, PlacementMethod};
 use crate::cutter::Cutter;
+use crate::math;
 use crate::surface::FaceIndex;
 use crate::types::Interval;
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -158,7 +159,7 @@ impl<'a> LayoutChooser<'a> {
 
     /// Returns the straight frame with this index, turned by a share of half a turn, in mm.
     fn frame(&self, index: u32) -> BentChart {
-        let (sin, cos) = (PI * f64::from(index) / f64::from(FRAMES)).sin_cos();
+        let (sin, cos) = math::sin_cos(PI * f64::from(index) / f64::from(FRAMES));
         // Divided by the mean rates, a step of 1 in x or y is about 1 mm on the face in any
         // direction.
         let [by_u, by_v] = self.rates;

@@ -1,5 +1,6 @@
 //! Contours of a distance in the plane, found on a grid and followed to a tolerance.
 
+use crate::math;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -207,7 +208,7 @@ pub(crate) fn between(a: PlanePoint, b: PlanePoint, share: f64) -> PlanePoint {
 }
 
 pub(crate) fn apart(a: PlanePoint, b: PlanePoint) -> f64 {
-    (b[0] - a[0]).hypot(b[1] - a[1])
+    math::hypot(b[0] - a[0], b[1] - a[1])
 }
 
 /// Edges of the grid in the order in which a contour crosses them.
@@ -416,7 +417,7 @@ fn bracket(
 /// Returns the turn between two chords.
 fn turn([a, b, c]: [PlanePoint; 3]) -> f64 {
     let [x, y] = [[b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]]];
-    (x[0] * y[1] - x[1] * y[0]).atan2(x[0] * y[0] + x[1] * y[1]).abs()
+    math::atan2(x[0] * y[1] - x[1] * y[0], x[0] * y[0] + x[1] * y[1]).abs()
 }
 
 /// Drops points that a chord represents.
@@ -446,7 +447,7 @@ fn thin(points: &[PlanePoint], tolerance: ContourTolerance) -> Vec<PlanePoint> {
 /// Returns the distance of a point from a chord.
 fn off_chord([a, b]: [PlanePoint; 2], p: PlanePoint) -> f64 {
     let [along, out] = [[b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]];
-    let length = along[0].hypot(along[1]).max(f64::MIN_POSITIVE);
+    let length = math::hypot(along[0], along[1]).max(f64::MIN_POSITIVE);
     let share = ((along[0] * out[0] + along[1] * out[1]) / (length * length)).clamp(0.0, 1.0);
     apart(between(a, b, share), p)
 }

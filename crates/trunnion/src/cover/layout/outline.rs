@@ -1,6 +1,7 @@
 //! Outline of a plane face, and the straight lines that sweep it.
 
 use super::contour::{PlanePoint, apart, between};
+use crate::math;
 use crate::types::Interval;
 
 /// Length of an edge from which its direction is tried for the lines, as a share of the outline's extent.
@@ -49,7 +50,7 @@ impl FaceOutline {
 
     /// Returns the outline turned by an angle: a point at that angle comes to lie along the first axis.
     pub(crate) fn turned(&self, angle: f64) -> Self {
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = math::sin_cos(angle);
         let turn = |p: &PlanePoint| [cos * p[0] + sin * p[1], cos * p[1] - sin * p[0]];
         Self { loops: self.loops.iter().map(|points| points.iter().map(turn).collect()).collect() }
     }
@@ -63,7 +64,7 @@ impl FaceOutline {
             self.edges().filter(|[a, b]| apart(*a, *b) >= long).collect();
         edges.sort_by(|[a, b], [c, d]| apart(*c, *d).total_cmp(&apart(*a, *b)));
         let edges = edges.into_iter().take(DIRECTIONS);
-        let angles = edges.map(|[a, b]| (b[1] - a[1]).atan2(b[0] - a[0]));
+        let angles = edges.map(|[a, b]| math::atan2(b[1] - a[1], b[0] - a[0]));
         let angles = [0.0, std::f64::consts::FRAC_PI_2].into_iter().chain(angles);
         let rank = |angle: f64| {
             let [low, high] = self.turned(angle).bounds();

@@ -3,6 +3,7 @@
 use crate::cover::layout::effort::{SearchOutcome, WorkCounter};
 use crate::cover::options::CoverOptions;
 use crate::cutter::Cutter;
+use crate::math;
 use crate::positioning::{LocationRequest, StripSide, widest_strip};
 use crate::surface::FaceIndex;
 use crate::types::Interval;
@@ -47,7 +48,7 @@ fn step([su, sv]: [Vector3<f64>; 2], angle: f64) -> Option<[f64; 2]> {
     // Orthonormal frame of the tangent plane: S_u, and the part of S_v square to it.
     let first = Unit::try_new(su, f64::MIN_POSITIVE)?;
     let second = Unit::try_new(sv - first.scale(first.dot(&sv)), f64::MIN_POSITIVE)?;
-    let (sin, cos) = angle.sin_cos();
+    let (sin, cos) = math::sin_cos(angle);
     // The direction is du S_u + dv S_v: its component along `second` gives dv, then that along `first` gives
     // du.
     let dv = sin / sv.dot(&second);
@@ -58,7 +59,7 @@ fn step([su, sv]: [Vector3<f64>; 2], angle: f64) -> Option<[f64; 2]> {
 fn angle([su, sv]: [Vector3<f64>; 2], way: &Vector3<f64>) -> Option<f64> {
     let first = Unit::try_new(su, f64::MIN_POSITIVE)?;
     let second = Unit::try_new(sv - first.scale(first.dot(&sv)), f64::MIN_POSITIVE)?;
-    Some(way.dot(&second).atan2(way.dot(&first)))
+    Some(math::atan2(way.dot(&second), way.dot(&first)))
 }
 
 /// Returns the step of u and v along a direction in the tangent plane.

@@ -16,6 +16,7 @@ use crate::cover::place::tool_fit::ContactPoint;
 use crate::cover::prove::part_faces::KeepOff;
 use crate::cover::prove::sweep::PassSweep;
 use crate::cutter::{ContactArc, Cutter, CutterKind};
+use crate::math;
 use crate::math::angle::angle_between;
 use crate::positioning::ToleranceBand;
 use crate::surface::{FaceIndex, Surface};
@@ -237,8 +238,12 @@ impl<'a> TouchedFace<'a> {
         let places: Vec<ChartPoint> = all.filter(|place| self.holds(*place)).collect();
         let leaning = LEANS.into_iter().flat_map(|lean| {
             (0..DIRECTIONS).map(move |i| {
-                let (sin, cos) = (TAU * f64::from(i) / f64::from(DIRECTIONS)).sin_cos();
-                Unit::new_normalize(Vector3::new(lean.sin() * cos, lean.sin() * sin, lean.cos()))
+                let (sin, cos) = math::sin_cos(TAU * f64::from(i) / f64::from(DIRECTIONS));
+                Unit::new_normalize(Vector3::new(
+                    math::sin(lean) * cos,
+                    math::sin(lean) * sin,
+                    math::cos(lean),
+                ))
             })
         });
         let mut best: Option<(usize, UnitVector3<f64>)> = None;

@@ -22,6 +22,7 @@ use crate::cover::place::placed::{PassSource, PlacedPasses};
 use crate::cover::prove::part_faces::{KeepOff, NearestQuery};
 use crate::cover::prove::sweep::PassSweep;
 use crate::cutter::{Cutter, CutterKind};
+use crate::math;
 use crate::positioning::ToleranceBand;
 use crate::surface::{FaceIndex, Surface};
 use crate::types::{Interval, Pass, Station, ToolPose};
@@ -168,16 +169,17 @@ impl FloorFrame {
 
     /// Leans the tool in a direction of the plane, given as an angle.
     fn leaning(&self, lean: f64, towards: f64) -> Self {
-        let (sin, cos) = towards.sin_cos();
+        let (sin, cos) = math::sin_cos(towards);
         let [x, y] = self.axes;
         let way = x * cos + y * sin;
-        let tool = UnitVector3::new_normalize(self.normal.scale(lean.cos()) + way * lean.sin());
+        let tool =
+            UnitVector3::new_normalize(self.normal.scale(math::cos(lean)) + way * math::sin(lean));
         Self { tool, ..*self }
     }
 
     /// Turns the axes about the normal.
     fn turned(self, angle: f64) -> Self {
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = math::sin_cos(angle);
         let [x, y] = self.axes;
         Self { axes: [x * cos + y * sin, y * cos - x * sin], ..self }
     }

@@ -7,6 +7,7 @@
 
 use crate::cover::place::candidate::{CandidatePass, LocationResult, PlacedStation};
 use crate::cutter::TangentProfile;
+use crate::math;
 use crate::positioning::{ActiveConstraint, PositioningError, ToolInclination};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -214,11 +215,11 @@ fn angle(a: ToolInclination, b: ToolInclination) -> f64 {
     // Inclinations as points of the plane, in polar coordinates: for small angles their distance is
     // the angle between the axes.
     let place = |lean: ToolInclination| {
-        let (sin, cos) = lean.towards.unwrap_or(0.0).sin_cos();
+        let (sin, cos) = math::sin_cos(lean.towards.unwrap_or(0.0));
         [lean.angle * cos, lean.angle * sin]
     };
     let ([x, y], [z, w]) = (place(a), place(b));
-    (x - z).hypot(y - w)
+    math::hypot(x - z, y - w)
 }
 
 /// Keeps the stations where an inclination is taken, and one more at either end, so that nothing

@@ -8,6 +8,7 @@ use crate::cover::layout::effort::SearchOutcome;
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::pattern::PlacementMethod;
 use crate::cover::prove::part_faces::KeepOff;
+use crate::math;
 use crate::positioning::{
     ContactSide, CutterLocation, PositioningError, ToleranceBand, ToolInclination, widest_strip,
     with_inclination,
@@ -191,7 +192,7 @@ impl CandidatePass<'_> {
         let behind = self.options.side == ContactSide::Behind;
         let ahead = if behind { -forward } else { forward };
         let beside = forward.cross(&normal).scale(self.strip().sign());
-        let (sin, cos) = lean.towards.unwrap_or(0.0).sin_cos();
+        let (sin, cos) = math::sin_cos(lean.towards.unwrap_or(0.0));
         let towards = ahead.scale(cos) + beside.scale(sin);
         let arc = self.cutter.contact_arc();
         let corner = contact.point + normal.scale(arc.radius);

@@ -2,8 +2,9 @@
 
 use crate::cover::place::candidate::{CandidatePass, PlacedStation};
 use crate::cover::prove::span_strip::{SpanCheck, SpanStrip};
+use crate::math;
 use crate::types::{Station, ToolPose, Uv};
-use nalgebra::{Point3, Rotation3, Unit, UnitVector3, Vector3};
+use nalgebra::{Point3, Unit, UnitVector3, Vector3};
 
 /// Direction along a track.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,11 +53,12 @@ impl ArcMotion {
         // An arc of this length turns by curvature * length; its chord leaves at half that angle.
         let half = 0.5 * self.curvature * length;
         let axis = Unit::new_normalize(self.feed.cross(&self.normal));
-        let turn = Rotation3::from_axis_angle(&axis, 2.0 * half);
+        let turn = math::rotation_about(&axis, 2.0 * half);
         // Chord 2 sin(half) / curvature; the quotient loses no digits above the smallest numbers.
         let chord =
-            if half.abs() > f64::MIN_POSITIVE { length * half.sin() / half } else { length };
-        let direction: Vector3<f64> = self.feed.scale(half.cos()) + self.normal.scale(half.sin());
+            if half.abs() > f64::MIN_POSITIVE { length * math::sin(half) / half } else { length };
+        let direction: Vector3<f64> =
+            self.feed.scale(math::cos(half)) + self.normal.scale(math::sin(half));
         let moved = |p: &Point3<f64>| self.from + turn * (p - self.from) + direction * chord;
         let axis = Unit::new_normalize(turn * station.pose.axis.into_inner());
         Station {

@@ -3,6 +3,7 @@
 use crate::cover::cost::PassCost;
 use crate::cover::prove::part_faces::{KeepOff, NearestQuery, PartFaces};
 use crate::cutter::{ConvexSolid, Cutter, CutterKind};
+use crate::math;
 use crate::surface::FaceIndex;
 use crate::types::{Interval, ToolPose, UncutReason};
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};
@@ -268,7 +269,7 @@ fn pose_along(
 ) -> Option<ToolPose> {
     let normal = contact.normal;
     let arc = cutter.contact_arc();
-    let angle = normal.dot(axis).clamp(-1.0, 1.0).acos();
+    let angle = math::acos(normal.dot(axis).clamp(-1.0, 1.0));
     let range = if cutter.is_barrel() {
         arc.inclinations
     } else if cutter.major() > 0.0 {
@@ -299,7 +300,7 @@ fn poses(
     let beside = normal.cross(&across);
     angles(cutter).flat_map(move |angle| {
         (0..DIRECTIONS).map(move |i| {
-            let (sin, cos) = (TAU * f64::from(i) / f64::from(DIRECTIONS)).sin_cos();
+            let (sin, cos) = math::sin_cos(TAU * f64::from(i) / f64::from(DIRECTIONS));
             let ahead = across.scale(cos) + beside.scale(sin);
             arc.pose(center, &normal, &ahead, angle)
         })

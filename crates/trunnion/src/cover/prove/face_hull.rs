@@ -6,6 +6,7 @@
 
 use crate::cover::layout::chart::Chart;
 use crate::cover::layout::region::{ChartPoint, TrimmedRegion};
+use crate::math;
 use crate::surface::{FaceIndex, Surface};
 use nalgebra::{Point3, UnitVector3, Vector3};
 use std::f64::consts::TAU;
@@ -91,7 +92,7 @@ fn polygon_around(hull: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let directions = || (0..CORNERS).map(|k| TAU * k as f64 / CORNERS as f64);
     // Each tangent is the line d . p = reach, with the support of the hull.
     let tangent = |angle: f64| {
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = math::sin_cos(angle);
         let reach = hull.iter().map(|p| cos * p[0] + sin * p[1]).fold(f64::NEG_INFINITY, f64::max);
         [cos, sin, reach]
     };

@@ -3,6 +3,7 @@
 use crate::cover::layout::chart::Chart;
 use crate::cover::layout::region::ChartPoint;
 use crate::cutter::Cutter;
+use crate::math;
 use crate::positioning::ToleranceBand;
 use crate::surface::{ClosestError, FaceIndex};
 use crate::types::ToolPose;
@@ -81,7 +82,7 @@ impl CentreCircle {
     }
 
     fn point(&self, angle: f64) -> Point3<f64> {
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = math::sin_cos(angle);
         self.centre + self.axes[0].scale(self.radius * cos) + self.axes[1].scale(self.radius * sin)
     }
 }
@@ -124,7 +125,7 @@ impl SpanCheck<'_> {
         for ring in 1..=RINGS {
             let radius = c.radius * f64::from(ring) / f64::from(RINGS + 1);
             for spoke in 0..SPOKES {
-                let (sin, cos) = (TAU * f64::from(spoke) / f64::from(SPOKES)).sin_cos();
+                let (sin, cos) = math::sin_cos(TAU * f64::from(spoke) / f64::from(SPOKES));
                 let out = c.axes[0].scale(radius * cos) + c.axes[1].scale(radius * sin);
                 let under = self.under(c, axis, c.centre + out, lowest.uv)?;
                 if under.error < lowest.error {

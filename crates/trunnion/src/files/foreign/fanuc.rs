@@ -3,6 +3,7 @@
 use super::draft::{AxisDraft, MachineDraft, tip_format};
 use super::source_values::SourceValues;
 use crate::machine::{AxisInterpolation, AxisKind, MovedBody};
+use crate::math;
 use crate::types::Diagnostic;
 
 pub(super) fn read(text: &str, values: &mut SourceValues) -> Option<MachineDraft> {
@@ -154,7 +155,7 @@ fn rotary(
 
 /// Returns a direction, and the letter of an axis that turns about it.
 fn direction_of(number: f64, degrees: f64) -> Option<([f64; 3], &'static str)> {
-    let (sin, cos) = degrees.to_radians().sin_cos();
+    let (sin, cos) = math::sin_cos(degrees.to_radians());
     match number {
         1.0 => Some(([1.0, 0.0, 0.0], "A")),
         2.0 => Some(([0.0, 1.0, 0.0], "B")),

@@ -3,6 +3,7 @@
 use super::super::places::KeyPositions;
 use super::super::summary::ChordSummary;
 use super::solid::{JobFixture, JobSolid, JobStock};
+use crate::math;
 use crate::nc::write::OutputFormat;
 use crate::types::Interval;
 use nalgebra::{Rotation3, Vector3};
@@ -139,7 +140,7 @@ impl JobSetup {
     /// Returns the rotation part of `machine_from_workpiece`: `Rz Ry Rx`.
     pub fn rotation(&self) -> Rotation3<f64> {
         let [x, y, z] = self.angles;
-        Rotation3::from_euler_angles(x, y, z)
+        math::rotation_of_xyz([x, y, z].into())
     }
 }
 
@@ -219,8 +220,8 @@ impl JobTool {
             ToolSide::Straight => FRAC_PI_2,
             ToolSide::Cone { taper_angle, .. } => FRAC_PI_2 - taper_angle,
             ToolSide::Arc { radius, taper_angle, diameter } => {
-                let rho = 0.5 * diameter - radius * taper_angle.cos();
-                ((rho - self.major) / (self.minor - radius)).asin()
+                let rho = 0.5 * diameter - radius * math::cos(taper_angle);
+                math::asin((rho - self.major) / (self.minor - radius))
             }
         }
     }

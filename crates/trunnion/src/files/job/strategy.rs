@@ -8,6 +8,7 @@ use super::data::{
 };
 use super::raw::{RawAlong, RawDirection, RawLead, RawLinks, RawMethod, RawSide, RawStrategy};
 use super::tool_side::kind_name;
+use crate::math;
 use crate::types::Interval;
 
 /// Reads the strategy, if its entries agree with each other and with the tool.
@@ -134,13 +135,13 @@ fn method(
     };
     let tilt = raw.tilt_angle.unwrap_or(0.0);
     // The axis leans along (tan lead, tan tilt) in the tangent plane of the surface.
-    let [ahead, beside] = [lead, tilt].map(|angle| angle.to_radians().tan());
-    if !ball && beside.abs().atan2(ahead) > MOST_TURN.to_radians() {
+    let [ahead, beside] = [lead, tilt].map(|angle| math::tan(angle.to_radians()));
+    if !ball && math::atan2(beside.abs(), ahead) > MOST_TURN.to_radians() {
         refuse_tilt(lead, tilt, path, doc);
         return None;
     }
     // The inclination from the normal: tan² = tan² lead + tan² tilt.
-    let angle = ahead.hypot(beside).atan().to_degrees();
+    let angle = math::atan(math::hypot(ahead, beside)).to_degrees();
     if ball && angle > most {
         refuse_off_the_tip_arc([angle, most], path, doc);
         return None;
@@ -199,12 +200,12 @@ fn refuse_off_the_tip_arc([angle, most]: [f64; 2], path: &str, doc: &mut Documen
 
 /// Refuses a tilt angle, with the lead angle beside it, that turns the contact too far from the front; in degrees.
 fn refuse_tilt(lead: f64, tilt: f64, path: &str, doc: &mut Document<'_>) {
-    let ahead = lead.to_radians().tan();
+    let ahead = math::tan(lead.to_radians());
     let message = format!(
         "only a ball can tilt by {tilt} deg with a lead of {lead} deg: other cutters cut with their front"
     );
     // atan2(tan tilt, tan lead) <= MOST_TURN solved for the tilt angle.
-    let most = (ahead.max(0.0) * MOST_TURN.to_radians().tan()).atan().to_degrees();
+    let most = math::atan(ahead.max(0.0) * math::tan(MOST_TURN.to_radians())).to_degrees();
     let help = match lead {
         lead if lead > 0.0 => {
             format!("keep tilt_angle within {most:.1} deg, or raise lead_angle")

@@ -6,6 +6,7 @@ use crate::machine::{
     MachineBody, MachineSpec, PreferredSign, ProgramFormat, RetractFrame, RetractPolicy,
     SingularPolicy, TurnFormat,
 };
+use crate::math;
 use std::fmt::Write;
 
 /// Writes the file of a machine; each note becomes a comment line on top.
@@ -75,13 +76,14 @@ fn write_body(text: &mut String, body: &MachineBody) {
             let is_step =
                 file.to_lowercase().ends_with(".step") || file.to_lowercase().ends_with(".stp");
             kind(if is_step { "step" } else { "stl" });
-            let (x, y, z) = place.rotation.euler_angles();
+            let angles = math::xyz_of_rotation(&place.rotation.to_rotation_matrix());
+            let angles: [f64; 3] = angles.into();
             entries.push(("file", quoted(file)));
             if is_step {
                 entries.push(("chord", number(*chord)));
             }
             entries.push(("origin", vector(place.translation.vector.into())));
-            entries.push(("rotation", vector([x, y, z].map(f64::to_degrees))));
+            entries.push(("rotation", vector(angles.map(f64::to_degrees))));
         }
         BodyShape::Mesh { .. } => return,
     }

@@ -1,6 +1,7 @@
 //! The strip of a ball, or of an arc that stands for one across the feed.
 
 use crate::cutter::{Cutter, CutterKind};
+use crate::math;
 use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
 use crate::positioning::distance::width::width_across;
 use crate::positioning::error::PositioningError;
@@ -77,7 +78,7 @@ pub(crate) fn limit(cutter: &Cutter) -> Option<Interval> {
 pub(crate) fn inclination(center: &Point3<f64>, pose: &ToolPose, point: &Point3<f64>) -> f64 {
     let up = center - point;
     // Full accuracy near 0, where the cosine has half of the digits.
-    pose.axis.cross(&up).norm().atan2(pose.axis.dot(&up))
+    math::atan2(pose.axis.cross(&up).norm(), pose.axis.dot(&up))
 }
 
 /// Finds the last point on the arc between a contact and the end of a strip beyond it.

@@ -1,6 +1,7 @@
 //! Flank, shank and holder: everything above the cutting end.
 
 use crate::cutter::ConvexSolid;
+use crate::math;
 use crate::positioning::distance::probe::FaceProbe;
 use crate::positioning::error::PositioningError;
 use crate::positioning::request::ToleranceBand;
@@ -78,7 +79,7 @@ pub(crate) fn check_body(
         let radius = body.widest(stretch);
         let middle = 0.5 * (low + high);
         // Radius of the sphere around the middle that holds the cylinder over the stretch.
-        let needed = radius.hypot(0.5 * (high - low));
+        let needed = math::hypot(radius, 0.5 * (high - low));
         let centre = pose.tip + pose.axis.scale(middle);
         // Boxes show it soonest where all is far away; near the face the solids themselves decide.
         if setting.face.clear_of(&centre, needed + setting.band.lower) {
@@ -186,12 +187,12 @@ impl BodyCheck<'_> {
             .collect();
         while let Some(([low, high], [from, to])) = cells.pop() {
             let (height, angle) = (0.5 * (low + high), 0.5 * (from + to));
-            let (sin, cos) = angle.sin_cos();
+            let (sin, cos) = math::sin_cos(angle);
             let out = one.scale(cos) + two * sin;
             let p = self.pose.tip + axis.scale(height) + out * radius;
             let [tall, wide] = [high - low, radius * (to - from)];
             // Half the diagonal of the patch, unrolled: no point of it is farther from its middle.
-            let needed = 0.5 * tall.hypot(wide);
+            let needed = 0.5 * math::hypot(tall, wide);
             let free = self.free(p, height, needed, probe)?;
             if free >= needed {
                 continue;

@@ -1,5 +1,6 @@
 //! Extrema and contacts of a proposed pose.
 
+use crate::math;
 use crate::positioning::active::ActiveConstraint;
 use crate::positioning::check::cutting_zone::TOUCHING;
 use crate::positioning::check::proposal::{PoseProposal, cutting_context, strip_query};
@@ -53,9 +54,9 @@ impl PoseFindings {
             circle_of_pose(&setting, pose, &strip_query(request, frame, proposal), &middle)?;
         let minor = setting.cutter.minor();
         if ring.radius <= 0.0 {
-            let half = (0.5 * nalgebra::distance(&strip.near.point, &strip.far.point) / minor)
-                .min(1.0)
-                .asin();
+            let half = math::asin(
+                (0.5 * nalgebra::distance(&strip.near.point, &strip.far.point) / minor).min(1.0),
+            );
             let (contacts, touching) = (vec![half], vec![strip.contact]);
             let (arc, active) = (2.0 * half, vec![ActiveConstraint::Touch]);
             let (width, least) = (strip.width, strip.front_min);

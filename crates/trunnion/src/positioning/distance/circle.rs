@@ -1,5 +1,6 @@
 //! The error along the torus circle: samples, slopes, local extrema.
 
+use crate::math;
 use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
 use crate::positioning::distance::ring::{CenterCircle, CirclePoint};
 use crate::positioning::error::PositioningError;
@@ -163,7 +164,7 @@ impl ErrorCircle {
         probe: &mut FaceProbe,
     ) -> Result<Vec<ErrorSample>, PositioningError> {
         let start = self.read(-half, first.foot.uv.into(), probe)?;
-        let angles = (1..=count).map(|k| -half * (PI * f64::from(k) / f64::from(count)).cos());
+        let angles = (1..=count).map(|k| -half * math::cos(PI * f64::from(k) / f64::from(count)));
         // Each foot is the guess for the next one, so that Newton's method stays on one branch.
         let mut samples = self.walk(angles, &start, probe)?;
         samples.insert(0, start);
@@ -182,7 +183,8 @@ impl ErrorCircle {
     ) -> Result<Vec<ErrorSample>, PositioningError> {
         // Chebyshev's abscissas of the rear, which is centred at the angle pi.
         let span = PI - half;
-        let angles = (1..count).map(|k| PI - span * (PI * f64::from(k) / f64::from(count)).cos());
+        let angles =
+            (1..count).map(|k| PI - span * math::cos(PI * f64::from(k) / f64::from(count)));
         self.walk(angles, from, probe)
     }
 

@@ -5,6 +5,7 @@
 //! the rim lies `r` below the circle whose points keep `r` and more. Only over a convex surface
 //! the inside can come closer than the rim.
 
+use crate::math;
 use crate::positioning::distance::gaps::curvatures_under;
 use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
 use crate::positioning::error::PositioningError;
@@ -141,7 +142,7 @@ impl FlatDisc {
             }
             let n = reading.normal();
             // Length of the distance's gradient in the plane of the disc: the sine of the lean.
-            let lean = n.dot(&plane[0]).hypot(n.dot(&plane[1]));
+            let lean = math::hypot(n.dot(&plane[0]), n.dot(&plane[1]));
             // Lower bound over the square: no curvature within pulls the distance lower.
             let falling = falling(high, reading.distance + half);
             let under = reading.distance - half * (lean + 0.5 * half * falling);
@@ -204,7 +205,7 @@ fn descent(
     // Sylvester's criterion fails: the restricted distance is not convex, and Newton's step could
     // lead to a saddle or a maximum.
     if h11 <= 0.0 || determinant <= 0.0 {
-        let size = g1.hypot(g2).max(f64::MIN_POSITIVE);
+        let size = math::hypot(g1, g2).max(f64::MIN_POSITIVE);
         return (-(one * g1 + two * g2) * (0.5 * radius / size), false);
     }
     // Newton's step -H^-1 g by Cramer's rule.

@@ -1,5 +1,6 @@
 //! The centre circle of the torus.
 
+use crate::math;
 use crate::positioning::distance::probe::DistanceReading;
 use nalgebra::{Point3, Vector3};
 
@@ -28,19 +29,19 @@ pub(crate) struct CenterCircle {
 impl CenterCircle {
     /// Returns the point of the circle at the angle `psi`.
     pub(crate) fn at(&self, psi: f64) -> Point3<f64> {
-        let (sin, cos) = psi.sin_cos();
+        let (sin, cos) = math::sin_cos(psi);
         self.center + self.f * (self.radius * cos) + self.e2 * (self.radius * sin)
     }
 
     /// Returns the angle of the point `lift` above a foot, which lies on the circle or near it.
     pub(crate) fn angle_over(&self, end: &DistanceReading, lift: f64) -> f64 {
         let out = end.foot.point + end.normal().scale(lift) - self.center;
-        self.e2.dot(&out).atan2(self.f.dot(&out))
+        math::atan2(self.e2.dot(&out), self.f.dot(&out))
     }
 
     /// Returns the point at the angle `psi` and its derivative.
     pub(crate) fn point(&self, psi: f64) -> CirclePoint {
-        let (sin, cos) = psi.sin_cos();
+        let (sin, cos) = math::sin_cos(psi);
         let (sin, cos) = (self.radius * sin, self.radius * cos);
         CirclePoint {
             psi,

@@ -1,6 +1,7 @@
 //! A ball, which touches in one point, and cutters with an arc that stands for one: the tip of a tapered cutter, the
 //! large arc of a lens or a barrel.
 
+use crate::math;
 use crate::positioning::active::ActiveConstraint;
 use crate::positioning::check::ball_strip::{PlacedBall, ball_strip};
 use crate::positioning::check::body::check_body;
@@ -42,7 +43,7 @@ pub(crate) fn ball_location(
     cuts_there(&setting, &pose, &strip)?;
     let chord = nalgebra::distance(&strip.near.point, &strip.far.point);
     // A chord of a circle of radius r spans the angle 2 asin(c / 2 r).
-    let half = (0.5 * chord / frame.minor).min(1.0).asin();
+    let half = math::asin((0.5 * chord / frame.minor).min(1.0));
     let found = LocationParts {
         pose,
         side,
@@ -86,7 +87,7 @@ fn touching_ball(
     let is_barrel = request.cutter.is_barrel();
     let (first, minor) = (&frame.first, frame.minor);
     let usual = if is_barrel { FRAC_PI_2 } else { 0.0 };
-    let (sin, cos) = lean.towards.unwrap_or(usual).sin_cos();
+    let (sin, cos) = math::sin_cos(lean.towards.unwrap_or(usual));
     // Directions along the feed and to the strip's side, as they are at a contact.
     let towards = |along: &Vector3<f64>, beside: &Vector3<f64>| {
         let ahead = if frame.side == ContactSide::Behind { -along } else { *along };

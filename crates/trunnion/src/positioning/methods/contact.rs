@@ -1,5 +1,6 @@
 //! One contact: fixed lead (Sturz), curvature-matched, the best lead and swivel, a fixed tool axis.
 
+use crate::math;
 use crate::positioning::active::ActiveConstraint;
 use crate::positioning::check::acceptance::{accept_measured, accept_proposal};
 use crate::positioning::check::proposal::{PoseProposal, gouge_depth, measure_proposal};
@@ -56,7 +57,7 @@ pub(crate) fn curvature_matched(
     };
     // Inclined by theta, the circle bends across the feed by sin(theta) / R: equal to the bend of
     // the offset surface for sin(theta) = R k.
-    let least = (frame.major * bend).clamp(0.0, MOST_ROTATION.sin()).asin();
+    let least = math::asin((frame.major * bend).clamp(0.0, math::sin(MOST_ROTATION)));
     let (proposal, strip) = touch.clear(least, 0.0, &mut probe)?;
     accept_measured(request, frame, &proposal, &strip, &mut probe)
 }
@@ -130,7 +131,7 @@ pub(crate) fn fixed_axis(
         let inner = request.cutter.inner_cutting_radius();
         return Err(PositioningError::NotCentreCutting { inner });
     }
-    let lead = axis.dot(&frame.a).atan2(up);
+    let lead = math::atan2(axis.dot(&frame.a), up);
     let proposal = PoseProposal { side, ..touch.propose(&out, axis, lead) };
     let mut location = accept_proposal(request, frame, &proposal, &mut probe)?;
     location.active.push(ActiveConstraint::GivenLead);
@@ -170,9 +171,9 @@ impl<'a> ContactFrame<'a> {
     fn at(&self, lead: f64, swivel: f64) -> PoseProposal {
         let frame = &self.frame;
         let n = frame.first.normal();
-        let ahead = frame.a * swivel.cos() + frame.v * swivel.sin();
+        let ahead = frame.a * math::cos(swivel) + frame.v * math::sin(swivel);
         let along = if self.side == ContactSide::Behind { -ahead } else { ahead };
-        let (sin, cos) = lead.sin_cos();
+        let (sin, cos) = math::sin_cos(lead);
         // Unit vector square to the axis, towards the contact: the axis n cos + a sin turned by 90
         // degrees.
         let out = along * cos - n.scale(sin);

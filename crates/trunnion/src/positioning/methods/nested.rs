@@ -3,6 +3,7 @@
 //!
 //! Source: `docs/sources.md#004`, sections 2.1 to 2.3, with the errata named there.
 
+use crate::math;
 use crate::positioning::active::ActiveConstraint;
 use crate::positioning::check::acceptance::{accept_measured, accept_proposal};
 use crate::positioning::check::proposal::{PoseProposal, gouge_depth, measure_proposal};
@@ -311,7 +312,7 @@ impl NestedSearch<'_> {
             }
             // A rotation by d(theta) lowers the sample by its distance from the chord times
             // d(theta).
-            let lever = self.frame.major * (psi.cos() - placement.half_arc.cos());
+            let lever = self.frame.major * (math::cos(psi) - math::cos(placement.half_arc));
             theta += over / lever;
             if theta.abs() > MOST_ROTATION {
                 return Ok(None);

@@ -7,6 +7,7 @@
 //! `cos(pi/4)` of the arc, as those of Chebyshev's polynomial, which asks for three errors only.
 //! Neither looks at the rest of the cutter: what gouges is refused.
 
+use crate::math;
 use crate::positioning::check::acceptance::accept_proposal;
 use crate::positioning::check::proposal::PoseProposal;
 use crate::positioning::distance::circle::{ErrorCircle, ErrorExtremum};
@@ -155,7 +156,7 @@ impl PairSearch<'_> {
         // From b = -c s_end, where b = 2 R (sin(theta) - R k_chord).
         let lean = frame.major * (chord - (chord - feed) * end);
         // Measured from the normals at the end points, not from that below the arc's middle.
-        let theta = lean.clamp(-0.9, 0.9).asin() - 2.0 * frame.major * feed * end;
+        let theta = math::asin(lean.clamp(-0.9, 0.9)) - 2.0 * frame.major * feed * end;
         Some([w, alpha, theta.clamp(-MOST_ROTATION, MOST_ROTATION)])
     }
 

@@ -1,5 +1,6 @@
 //! Error curves as SVG: one location over its circle, several across the feed.
 
+use crate::math;
 use crate::positioning::report::trace::{ErrorTrace, TracePoint};
 use crate::positioning::request::ToleranceBand;
 use std::f64::consts::PI;
@@ -332,7 +333,7 @@ impl PlotPanel {
 /// Returns the multiples of 1, 2 or 5 times a power of ten in a range, `most` of them or fewer.
 fn ticks([low, high]: [f64; 2], most: f64) -> Vec<f64> {
     let least = ((high - low) / most).max(f64::MIN_POSITIVE);
-    let power = 10.0_f64.powf(least.log10().floor());
+    let power = math::powf(10.0, math::log10(least).floor());
     // Degrees are read in quarters of a turn.
     let quarter = (high - low - 360.0).abs() < 1e-9;
     let steps = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power);

@@ -1,5 +1,6 @@
 //! The error curve of a location, ready to be drawn.
 
+use crate::math;
 use crate::positioning::distance::circle::{ErrorCircle, ErrorSample};
 use crate::positioning::distance::curve::circle_of_pose;
 use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
@@ -142,11 +143,11 @@ impl TraceBuilder<'_> {
             last = self.probe.read(&p, last.foot.uv.into())?;
             let foot = last.foot.point;
             // Angle on the sphere over a point so far beside the contact.
-            let angle = (out / radius).clamp(-1.0, 1.0).asin();
+            let angle = math::asin((out / radius).clamp(-1.0, 1.0));
             let error = (foot - center).norm() - radius;
             points.push(TracePoint { angle, across: self.across(&foot), error });
         }
-        let end = (half / radius).clamp(0.0, 1.0).asin();
+        let end = math::asin((half / radius).clamp(0.0, 1.0));
         Ok((points, Interval::new(-end, end), -end))
     }
 }

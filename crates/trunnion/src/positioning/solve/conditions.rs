@@ -1,5 +1,6 @@
 //! Constraints of a cutter location, with derivatives by `x = (w, alpha, theta)`.
 
+use crate::math;
 use crate::positioning::active::ActiveConstraint;
 use crate::positioning::distance::circle::{ErrorCircle, ErrorExtremum, ErrorSample};
 use crate::positioning::distance::disc::FlatDisc;
@@ -336,7 +337,7 @@ impl StripProblem {
     pub(crate) fn axis(&self, placement: &TorusPlacement, conditions: &mut Vec<StripCondition>) {
         let Some(near) = self.axis_cone else { return };
         // Arc on a circle of the cutter's size: comparable with the other conditions.
-        let (sin, cos) = near.max_turn.sin_cos();
+        let (sin, cos) = math::sin_cos(near.max_turn);
         let scale = self.frame.major / sin.max(f64::EPSILON);
         conditions.push(StripCondition {
             kind: ActiveConstraint::AxisTurn,

@@ -1,5 +1,6 @@
 //! Initial guesses of the search for the widest strip.
 
+use crate::math;
 use crate::positioning::location::CutterLocation;
 use crate::positioning::solve::conditions::{StripProblem, offset_curvature};
 use crate::positioning::solve::optimum::LocalOptimum;
@@ -62,7 +63,7 @@ pub(crate) fn inclined_start(
     let theta = (warm.rotation + turn).clamp(rotation_range.low, rotation_range.high);
     let across = offset_curvature(&frame.first, &frame.direction(alpha), frame.lift);
     // A circle that bends by `bend` more than the surface leaves a strip of sqrt(8 e / bend).
-    let bend = theta.sin() / frame.major - across.unwrap_or(0.0);
+    let bend = math::sin(theta) / frame.major - across.unwrap_or(0.0);
     let band = problem.band.upper - problem.band.lower;
     let w = (8.0 * band / bend.max(f64::MIN_POSITIVE)).sqrt().min(frame.major);
     let scale = scales(w, theta);
@@ -105,8 +106,8 @@ pub(crate) fn cold_starts(
         let (Some(across), Some(along)) = (curvature(0.0), curvature(FRAC_PI_2)) else { continue };
         // sin(theta) = R k, and a margin: bends more than the surface across and along.
         let sine = (frame.major * across.max(along).max(0.0) + tilt).min(0.97);
-        let theta = sine.asin().clamp(rotation_range.low, rotation_range.high);
-        let bend = (theta.sin() / frame.major - across).max(tilt / frame.major);
+        let theta = math::asin(sine).clamp(rotation_range.low, rotation_range.high);
+        let bend = (math::sin(theta) / frame.major - across).max(tilt / frame.major);
         let w = (8.0 * band / bend).sqrt().min(frame.major);
         starts.push(InitialGuess {
             x: [w, alpha, theta],

@@ -1,5 +1,6 @@
 //! Quadratic model of one step of the search.
 
+use crate::math;
 use crate::positioning::solve::conditions::{ProblemState, StripCondition, StripProblem};
 use crate::positioning::solve::initial_guesses::InitialGuess;
 use crate::positioning::solve::placement::EndPointFrame;
@@ -48,7 +49,7 @@ impl<'a> QuadraticModel<'a> {
     }
 
     fn width_gradient(&self, [w, alpha, _]: [f64; 3]) -> Vector3<f64> {
-        self.scaled([alpha.cos(), -w * alpha.sin(), 0.0])
+        self.scaled([math::cos(alpha), -w * math::sin(alpha), 0.0])
     }
 
     /// Returns the best step of the model within the trust region; raises the price while a higher one

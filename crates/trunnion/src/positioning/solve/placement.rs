@@ -3,6 +3,7 @@
 //! `docs/sources.md#004`, section 1: `P3 = P1 + w d`, `P2` its closest surface point, `C1`, `C2` at
 //! `r + e` above them, and the torus circle turned by theta about the chord.
 
+use crate::math;
 use crate::positioning::distance::circle::ErrorSample;
 use crate::positioning::distance::probe::{DistanceReading, FaceProbe};
 use crate::positioning::distance::ring::CenterCircle;
@@ -107,12 +108,12 @@ impl EndPointFrame {
 
     /// Returns the tangent direction at angle `alpha` from `v` towards `a`.
     pub(crate) fn direction(&self, alpha: f64) -> Vector3<f64> {
-        self.v * alpha.cos() + self.a * alpha.sin()
+        self.v * math::cos(alpha) + self.a * math::sin(alpha)
     }
 
     /// Returns the width of the chord across the feed.
     pub(crate) fn width([w, alpha, _]: [f64; 3]) -> f64 {
-        w * alpha.cos()
+        w * math::cos(alpha)
     }
 
     /// Places the cutter; `None` where the chord does not fit into the circle.
@@ -138,7 +139,7 @@ impl EndPointFrame {
         }
         // Frame of the chord: e2 along it, e1 up, e3 along the feed; theta turns e1 towards e3.
         let e3 = e1.cross(&e2) * self.hand;
-        let (sin, cos) = theta.sin_cos();
+        let (sin, cos) = math::sin_cos(theta);
         let f = e3 * cos - e1.scale(sin);
         let axis = UnitVector3::new_normalize(e1.scale(cos) + e3 * sin);
         // Pythagoras: distance of the chord from the centre of the circle.
@@ -154,12 +155,12 @@ impl EndPointFrame {
                 radius: self.major,
             },
             axis,
-            half_arc: half_chord.atan2(sagitta),
+            half_arc: math::atan2(half_chord, sagitta),
             half_chord,
             rates: [MotionRate::turning(middle, -e2.scale(self.hand)); 3],
         };
         // d(P3) / d(alpha) = w d(direction) / d(alpha).
-        let along = self.a * alpha.cos() - self.v * alpha.sin();
+        let along = self.a * math::cos(alpha) - self.v * math::sin(alpha);
         let chord = ChordFrame { e1: e1.into_inner(), up: up.norm(), middle, sagitta };
         let by_w = self.rate(&bare, &chord, &d);
         let by_alpha = self.rate(&bare, &chord, &(along * w));

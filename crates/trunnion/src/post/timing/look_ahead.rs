@@ -3,6 +3,7 @@
 use super::timed_point::TimedPoint;
 use crate::feed::{Limits, LookAhead, LookAheadOptions, PlannedBlock, StraightMoves, look_ahead};
 use crate::machine::Machine;
+use crate::math;
 use crate::post::axis_point::AxisPoint;
 use crate::post::constants::{LEVER, SMALLEST_LENGTH};
 use crate::post::error::PostError;
@@ -82,7 +83,7 @@ impl LookAheadTimer {
         if self.waiting.last().is_some_and(|last| last.least.is_none() != rapid) {
             self.rest(out)?;
         }
-        if point.tip.hypot(turn) <= SMALLEST_LENGTH {
+        if math::hypot(point.tip, turn) <= SMALLEST_LENGTH {
             return Ok(());
         }
         self.at = point.q;

@@ -5,6 +5,7 @@ use super::path_sampler::PathSampler;
 use super::timed_point::TimedPoint;
 use crate::feed::{AnyStream, Limits, ProgrammedSpeeds, StreamKind, StreamOptions, StreamStep};
 use crate::machine::Kinematics;
+use crate::math;
 use crate::math::quintic::Quintic;
 use crate::post::axis_point::AxisPoint;
 use crate::post::constants::{LEVER, SMALLEST_LENGTH};
@@ -152,7 +153,7 @@ impl SmoothPathTimer {
         let travel = point.q - self.at;
         // The path parameter is a length: that of the tip, and of the rotaries at a lever.
         let turn = LEVER * travel.fixed_rows::<2>(3).norm();
-        let length = point.tip.hypot(turn);
+        let length = math::hypot(point.tip, turn);
         if self.motion != Some(motion) {
             self.end_piece(out)?;
         }

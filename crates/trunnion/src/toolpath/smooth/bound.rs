@@ -3,6 +3,7 @@
 use super::bezier::{DEGREE, QuinticBezier, from_powers, middle};
 use super::coordinates::{axis, contact, tip};
 use super::report::PathDeviation;
+use crate::math;
 use crate::types::PoseCoordinates;
 use nalgebra::Vector3;
 
@@ -30,13 +31,13 @@ impl AxisFrame {
         let sum = a + b;
         let [cos, sin] = [0.5 * sum.norm(), 0.5 * (b - a).norm()];
         let tan = sin / cos;
-        let half = tan.atan();
+        let half = math::atan(tan);
         // Below this, tan h / h - 1 is lost in rounding, and the shift, 0.13 h³, is below 1e-12.
         let shift = if half > 1e-4 {
             // Where the derivative of atan(s tan h) - s h by s vanishes: tan h / (1 + s^2 tan^2 h)
             // = h.
             let s = ((tan / half - 1.0).max(0.0)).sqrt() / tan;
-            ((s * tan).atan() - s * half).abs()
+            (math::atan(s * tan) - s * half).abs()
         } else {
             0.129 * half.powi(3)
         };

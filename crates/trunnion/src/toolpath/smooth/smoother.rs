@@ -7,6 +7,7 @@ use super::options::{SmoothLimits, SmoothOptions, SmoothReference};
 use super::report::SmoothReport;
 use super::span::SmoothSpan;
 use super::span_run::{SpanRun, blend};
+use crate::math;
 use crate::math::angle::{angle_between, great_circle};
 use crate::toolpath::interpolation::LARGEST_TURN;
 use crate::types::{PoseCoordinates, Station, ToolPose};
@@ -190,7 +191,7 @@ impl PathSmoother {
         if angle.is_nan() || angle > DEFINED || shift <= OUT_OF_STEP * self.limits.axis {
             return Vec::new();
         }
-        let parts = (shift / (OUT_OF_STEP * self.limits.axis)).cbrt().min(MOST_PARTS);
+        let parts = math::cbrt(shift / (OUT_OF_STEP * self.limits.axis)).min(MOST_PARTS);
         let parts = parts.max(angle / LARGEST_TURN).ceil();
         let at = |part: f64| {
             let share = part / parts;
@@ -340,7 +341,7 @@ impl PathSmoother {
         let placed = tip(&off).norm() / self.limits.tip;
         let [a, b] = [tip(&(here.x - before.x)), tip(&(after.x - here.x))];
         // Turn of the direction of the tip, accurate for small angles and for reversals.
-        let bend = a.cross(&b).norm().atan2(a.dot(&b));
+        let bend = math::atan2(a.cross(&b).norm(), a.dot(&b));
         let sharp = bend > self.options.corner && placed > 1.0;
         let chords = self.limits.reference == SmoothReference::Chords;
         // A short step at the start or between two long ones is a point written twice. Only a second

@@ -8,6 +8,7 @@ use super::knots::{SpanKnots, from_end, from_start};
 use super::options::SmoothLimits;
 use super::report::PathDeviation;
 use super::span::SmoothSpan;
+use crate::math;
 use crate::types::{PoseCoordinates, PoseSpan};
 
 /// Spans between two joins, with the path they stand for.
@@ -128,7 +129,7 @@ pub(super) fn blend(
     let corner = before.range.high;
     let [arriving, leaving] = [before.at(corner)[1], after.at(corner)[1]];
     let [a, b] = [tip(&arriving), tip(&leaving)];
-    if a.cross(&b).norm().atan2(a.dot(&b)) > largest && a.norm() > 0.0 && b.norm() > 0.0 {
+    if math::atan2(a.cross(&b).norm(), a.dot(&b)) > largest && a.norm() > 0.0 && b.norm() > 0.0 {
         return None;
     }
     let spans = before.length().min(after.length());

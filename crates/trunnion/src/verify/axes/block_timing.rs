@@ -1,6 +1,7 @@
 //! Block timing: blocks shorter than the servo period, passages of singular directions, least time.
 
 use crate::machine::Kinematics;
+use crate::math;
 use crate::types::AxisVector;
 use crate::verify::error::VerifyError;
 use crate::verify::replay::control::Control;
@@ -72,7 +73,7 @@ impl<'a> BlockTiming<'a> {
             turned[3] += PI;
             // |a(q3 + pi) - a(q3)| = 2 sin(angle), since only the part of `a` across the rotary axis is turned over.
             let axis = |q: &AxisVector| self.kinematics.forward(q).axis.into_inner();
-            let angle = (0.5 * (axis(&turned) - axis(&q)).norm()).min(1.0).asin();
+            let angle = math::asin((0.5 * (axis(&turned) - axis(&q)).norm()).min(1.0));
             let in_cone = angle <= cone;
             if in_cone {
                 let line = segment.line;

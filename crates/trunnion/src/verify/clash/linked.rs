@@ -1,6 +1,7 @@
 //! Bodies as closed meshes on a link.
 
 use crate::machine::LINKS;
+use crate::math;
 use crate::types::{AXES, Mesh};
 use crate::verify::swept::mesh::ClosedMesh;
 use nalgebra::{Isometry3, Point3};
@@ -44,9 +45,9 @@ const CORNER: u32 = 16;
 /// Returns radii and heights round the cutting end of a tool and its flank: tangents of its corner.
 pub(crate) fn nose_profile([major, minor, top]: [f64; 3]) -> Vec<[f64; 2]> {
     let step = FRAC_PI_2 / f64::from(CORNER);
-    let out = minor / (0.5 * step).cos();
+    let out = minor / math::cos(0.5 * step);
     let corner = |k: u32| {
-        let (sin, cos) = ((f64::from(k) + 0.5) * step).sin_cos();
+        let (sin, cos) = math::sin_cos((f64::from(k) + 0.5) * step);
         [major + out * sin, minor - out * cos]
     };
     let mut profile = vec![[major, 0.0]];

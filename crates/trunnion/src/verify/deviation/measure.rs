@@ -8,6 +8,7 @@ use super::map;
 use super::map::MeasuredMap;
 use super::tool_length;
 use crate::cutter::Cutter;
+use crate::math;
 use crate::surface::Face;
 use crate::types::{Cancelled, Progress, Stage, UncutRegion};
 use crate::verify::error::VerifyError;
@@ -191,7 +192,7 @@ pub(crate) fn pivot(audit: &Audit) -> f64 {
         if half_turns(low) < half_turns(high) {
             return 2.0;
         }
-        [low, high].map(|q| 2.0 * (0.5 * q).sin().abs()).into_iter().fold(0.0, f64::max)
+        [low, high].map(|q| 2.0 * math::sin(0.5 * q).abs()).into_iter().fold(0.0, f64::max)
     };
     audit.axes.iter().skip(3).map(|axis| chord(axis.range.into())).fold(0.0, f64::max)
 }

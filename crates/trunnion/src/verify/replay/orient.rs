@@ -3,10 +3,11 @@
 //! Written for the check alone: the makers' inverse is not asked.
 
 use crate::machine::{Axis, FIRST_ROTARY, Kinematics, PreferredSign, RotaryPair, SECOND_ROTARY};
+use crate::math;
 use crate::math::angle::angle_between;
 use crate::types::AxisVector;
 use crate::verify::error::VerifyError;
-use nalgebra::{Rotation3, UnitVector3, Vector3};
+use nalgebra::{UnitVector3, Vector3};
 use std::f64::consts::TAU;
 
 /// Choices of rotary axes that the program leaves to the control.
@@ -123,7 +124,7 @@ pub(crate) struct TurnRequest<'a> {
 pub(crate) fn branch_at(kinematics: &Kinematics, axes: &AxisVector) -> Option<RotaryBranch> {
     let chain = kinematics.chain();
     let [first, second] = chain.rotary.map(|joint| joint.dir);
-    let turn = Rotation3::from_axis_angle(&second, axes[SECOND_ROTARY]);
+    let turn = math::rotation_about(&second, axes[SECOND_ROTARY]);
     let side = (turn * chain.axis.into_inner()).dot(&first.cross(&second));
     match side {
         _ if side.abs() < ALONG => None,
@@ -158,7 +159,7 @@ pub(crate) fn turned(
     }
     let out = across * (rest.max(0.0) / square).sqrt();
     // Along the first axis every turn of it gives the same direction.
-    let free = angle_between(&direction, &chain.rotary[0].dir).sin().abs() < ALONG;
+    let free = math::sin(angle_between(&direction, &chain.rotary[0].dir)).abs() < ALONG;
     let solution = |sign: f64| {
         let z = d1 * first + d2 * second + out * sign;
         let turn = if free { near[FIRST_ROTARY] } else { angle(&d1, &z, &w) };
@@ -184,7 +185,7 @@ pub(crate) fn turned(
 
 /// Turn about `axis` from the half-plane of one vector to that of another \[rad\].
 fn angle(axis: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
-    axis.dot(&from.cross(to)).atan2(from.dot(to) - axis.dot(from) * axis.dot(to))
+    math::atan2(axis.dot(&from.cross(to)), from.dot(to) - axis.dot(from) * axis.dot(to))
 }
 
 /// A position of the rotaries, and how good it is.

@@ -1,6 +1,7 @@
 //! Position of the machine, as far as the program states it.
 
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
+use crate::math;
 use crate::nc::control::{
     ControlKinematics, RotaryRequest, TipFrame, WordFrame, end_words, keeps_xy, read_words,
     tip_target,
@@ -96,7 +97,8 @@ impl PartlyKnown {
 
     /// X and Y of the tip as far as the axes state them, while the height does not matter.
     fn kept_tip(&self, control: &Control, frame: &TipFrame) -> [Option<f64>; 3] {
-        let turned = frame.table_from_words.is_some_and(|frame| frame.rotation.angle() > 0.0);
+        let turned =
+            frame.table_from_words.is_some_and(|frame| math::angle_of(&frame.rotation) > 0.0);
         let known = at_height(&self.axes, 0.0).filter(|q| !turned && keeps_xy(control, q));
         let Some(q) = known else { return [None; 3] };
         let words = read_words(control, &q, &WordFrame::Tip(*frame));

@@ -5,6 +5,7 @@
 //! with one switch for two moments and two switches for three (bang-bang principle; L. S. Pontryagin et al.,
 //! *The Mathematical Theory of Optimal Processes*, ch. III).
 
+use crate::math;
 /// Rate with its uncertainty.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RateBound {
@@ -24,7 +25,7 @@ const HALVINGS: usize = 56;
 fn two_moments(n0: f64, n1: f64) -> f64 {
     // Of both roots L, whose product is -n0², the larger counts: the switch is in 0..1 only for |L| >= |n0|.
     let lag = n0 - 2.0 * n1;
-    lag.abs() + lag.hypot(n0)
+    lag.abs() + math::hypot(lag, n0)
 }
 
 /// Returns the least bound of `|j|` over 0..1 with `∫j = m0`, `∫(1 - x) j = m1` and `∫(1 - x)²/2 j = m2`.

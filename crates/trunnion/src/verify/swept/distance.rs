@@ -1,6 +1,7 @@
 //! Exact signed distance of a point from a body, with its gradient.
 
 use super::tool::{BodyPose, ConvexBody};
+use crate::math;
 use nalgebra::{Point3, Vector3};
 
 /// Distance in the half plane through the axis, with its derivatives by the distance from the axis and by the height.
@@ -25,7 +26,7 @@ pub(crate) fn distance(
         }
         ConvexBody::Frustum { low, high, radius, slope } => {
             // Signed distance from the line of the cone, whose outward unit normal is (1, -slope) / steep.
-            let steep = slope.hypot(1.0);
+            let steep = math::hypot(slope, 1.0);
             let side = (rho - radius - slope * (height - low)) / steep;
             let ends = [[radius, low], [radius + slope * (high - low), high]];
             frustum([rho, height], (side, 1.0 / steep, -slope / steep), ends)
@@ -51,7 +52,7 @@ pub(crate) fn sides(body: ConvexBody, pose: &BodyPose, point: &Point3<f64>) -> [
     let [across, _, up, down] = other_sides(pose, point);
     let side = match body {
         ConvexBody::Nose { .. } | ConvexBody::Tangent(_) => across,
-        ConvexBody::Frustum { slope, .. } => (across + down * slope) / slope.hypot(1.0),
+        ConvexBody::Frustum { slope, .. } => (across + down * slope) / math::hypot(slope, 1.0),
     };
     [side, up, down]
 }
@@ -72,7 +73,7 @@ fn nose([rho, height]: [f64; 2], [major, minor, top]: [f64; 3]) -> ProfileDistan
     // Relative to the centre of the corner arc: its quadrant, the cylinder above, or the flat end inside.
     let [out, down] = [rho - major, minor - height];
     let side = if out > 0.0 && down > 0.0 {
-        let away = out.hypot(down);
+        let away = math::hypot(out, down);
         (away - minor, out / away, -down / away)
     } else if out >= down {
         (out - minor, 1.0, 0.0)
@@ -112,7 +113,7 @@ fn frustum(
 fn from_disc([out, up]: [f64; 2]) -> ProfileDistance {
     // Over the disc the face is nearest, beside it the rim.
     let out = out.max(0.0);
-    let away = out.hypot(up);
+    let away = math::hypot(out, up);
     (away, out / away, up / away)
 }
 
@@ -146,7 +147,7 @@ pub(crate) fn deepest(body: ConvexBody) -> f64 {
         ConvexBody::Tangent(profile) => profile.deepest(),
         ConvexBody::Frustum { radius, slope, .. } => {
             // At this height the side is as near as the wider end.
-            let steep = slope.hypot(1.0);
+            let steep = math::hypot(slope, 1.0);
             if slope < 0.0 {
                 // x above the lower end, the side is (radius + slope x) / steep away: equal to x at radius / (steep - slope).
                 middle.min(low + radius / (steep - slope))

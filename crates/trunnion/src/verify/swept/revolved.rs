@@ -1,7 +1,8 @@
 //! Solids of revolution as triangles around them.
 
+use crate::math;
 use crate::types::Mesh;
-use nalgebra::{Isometry3, Point3, UnitQuaternion, UnitVector3, Vector3};
+use nalgebra::{Isometry3, Point3, UnitVector3, Vector3};
 use std::f64::consts::{PI, TAU};
 
 /// Least and most sides of a prism for a cylinder: at a radius of a metre, 1e5 sides are 0.5 nm off.
@@ -15,21 +16,20 @@ pub(crate) fn revolved(
     profile: &[[f64; 2]],
     tolerance: f64,
 ) -> Mesh {
-    let turn = UnitQuaternion::rotation_between(&Vector3::z(), along)
-        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI));
+    let turn = math::quaternion_between(&Vector3::z_axis(), along);
     let place = Isometry3::from_parts(from.coords.into(), turn);
     let widest = profile.iter().map(|[radius, _]| *radius).fold(0.0, f64::max);
     // From the axis, half a side subtends the angle whose cosine is the radius over that of the corners.
-    let half = (widest / (widest + tolerance)).acos();
+    let half = math::acos(widest / (widest + tolerance));
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
     let sides = (PI / half).ceil().clamp(SIDES[0], SIDES[1]) as u32;
-    let larger = (PI / f64::from(sides)).cos().recip();
+    let larger = math::cos(PI / f64::from(sides)).recip();
     let ends = [profile.first(), profile.last()].map(|end| end.map_or(0.0, |[_, height]| *height));
     let mut vertices: Vec<Point3<f64>> = ends.map(|height| Point3::new(0.0, 0.0, height)).into();
     // Corner k of ring i is 2 + i sides + k.
     for [radius, height] in profile {
         for k in 0..sides {
-            let (sin, cos) = (TAU * f64::from(k) / f64::from(sides)).sin_cos();
+            let (sin, cos) = math::sin_cos(TAU * f64::from(k) / f64::from(sides));
             vertices.push(Point3::new(radius * larger * cos, radius * larger * sin, *height));
         }
     }

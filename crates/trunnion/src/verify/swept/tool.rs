@@ -1,6 +1,7 @@
 //! The tool as convex bodies of revolution: signed distance and its gradient.
 
 use crate::cutter::{Cutter, TangentProfile};
+use crate::math;
 use nalgebra::{Point3, Vector3};
 
 /// Convex body of revolution about the tool axis.
@@ -57,7 +58,7 @@ pub(crate) fn bodies(cutter: &Cutter) -> Vec<ConvexBody> {
 pub(crate) fn size(cutter: &Cutter) -> f64 {
     let widest = bodies(cutter).iter().map(|body| body.radius()).fold(0.0, f64::max);
     // No point is higher than the length, or farther from the axis than the largest radius.
-    cutter.length().hypot(widest)
+    math::hypot(cutter.length(), widest)
 }
 
 /// Returns the bodies of each tool with a bound on the distance of their points from the tip \[mm\].
@@ -179,7 +180,7 @@ fn frustum(
             return from_rim(out);
         }
     }
-    let steep = slope.hypot(1.0);
+    let steep = math::hypot(slope, 1.0);
     let side = (rho - radius - slope * (height - low)) / steep;
     let end =
         if height - high > low - height { (height - high, 1.0) } else { (low - height, -1.0) };

@@ -6,6 +6,7 @@
 use super::sample::NetSample;
 use crate::import::step::model::StepFrame;
 use crate::import::step::shape::StepShape;
+use crate::math;
 use nalgebra::DMatrix;
 use nalgebra::DVector;
 use nalgebra::Point3;
@@ -101,12 +102,12 @@ pub(super) fn cone(samples: &[NetSample], middle: &NetSample) -> Option<StepShap
     let from_apex = samples.iter().map(|s| s.point - apex).sum::<Vector3<f64>>() / count;
     let axis = towards(axis, &from_apex)?;
     // The normals stand at the half angle to the plane across the axis.
-    let angle = mean.dot(&axis).abs().clamp(0.0, 1.0).asin();
+    let angle = math::asin(mean.dot(&axis).abs().clamp(0.0, 1.0));
     let height = from_apex.dot(&axis);
     let frame = about(&StepFrame::new(apex, axis, None), apex + axis.scale(height), middle);
     (angle > 0.0 && angle < FRAC_PI_2).then_some(StepShape::Cone {
         frame,
-        radius: height * angle.tan(),
+        radius: height * math::tan(angle),
         angle,
     })
 }
@@ -131,7 +132,7 @@ pub(super) fn torus(samples: &[NetSample], middle: &NetSample) -> Option<StepSha
     let frame = StepFrame::new(origin, UnitVector3::try_new(a, f64::MIN_POSITIVE)?, None);
     let rows = samples.iter().map(|s| {
         let q = frame.local(&s.point);
-        let rho = q.x.hypot(q.y);
+        let rho = math::hypot(q.x, q.y);
         ([rho, q.z], rho * rho + q.z * q.z)
     });
     let ([major, height], minor) = round(rows)?;

@@ -7,6 +7,7 @@
 
 use crate::import::step::model::StepFrame;
 use crate::import::step::shape::StepShape;
+use crate::math;
 use crate::surface::BezierPatch;
 use crate::surface::NurbsSurface;
 
@@ -61,7 +62,9 @@ fn of_patch(patch: &BezierPatch<'_>, columns: usize, shape: &StepShape) -> Optio
             let value = square.plus(&l.w.square().times_number(-radius * radius));
             Some(value.largest() / (l.w.least().powi(2) * radius))
         }
-        StepShape::Cone { frame, radius, angle } => Some(cone(&local(frame), *radius, angle.tan())),
+        StepShape::Cone { frame, radius, angle } => {
+            Some(cone(&local(frame), *radius, math::tan(*angle)))
+        }
         StepShape::Torus { frame, major, minor } => Some(torus(&local(frame), *major, *minor)),
         _ => None,
     }

@@ -4,6 +4,7 @@ use super::sample::samples;
 use super::{fit, proof};
 use crate::import::step::model::StepFrame;
 use crate::import::step::shape::StepShape;
+use crate::math;
 use crate::surface::NurbsSurface;
 use nalgebra::Point3;
 use nalgebra::Vector3;
@@ -51,12 +52,12 @@ fn outward(shape: &StepShape, p: &Point3<f64>) -> Option<Vector3<f64>> {
         StepShape::Cone { frame, angle, .. } => {
             let q = frame.local(p);
             // Gradient of rho - z tan a.
-            out(frame, q.x, q.y, -q.x.hypot(q.y) * angle.tan())
+            out(frame, q.x, q.y, -math::hypot(q.x, q.y) * math::tan(*angle))
         }
         StepShape::Torus { frame, major, .. } => {
             let q = frame.local(p);
             // From the centre of the tube in the half plane of p: (rho - R) out, z up.
-            let inner = 1.0 - major / q.x.hypot(q.y);
+            let inner = 1.0 - major / math::hypot(q.x, q.y);
             out(frame, q.x * inner, q.y * inner, q.z)
         }
         _ => None,

@@ -9,6 +9,7 @@ use super::corner::{MeshCorner, PointTriangle};
 use super::ears::{PlanarTriangles, turn};
 use super::ring::off;
 use super::unroll::LoopPolygon;
+use crate::math;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
@@ -195,7 +196,7 @@ impl RefinedMesh<'_> {
     fn worst(&self, triangle: [usize; 3]) -> Option<TriangleSide> {
         let length = |side: &TriangleSide| {
             let [p, q] = [side.from, side.to].map(|k| self.flat[k]);
-            (p[0] - q[0]).hypot(p[1] - q[1])
+            math::hypot(p[0] - q[0], p[1] - q[1])
         };
         // Beside a border that is not quite on the surface there is no end to parting.
         let sides = TriangleSide::of_triangle(triangle);

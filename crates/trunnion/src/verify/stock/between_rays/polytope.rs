@@ -1,5 +1,6 @@
 //! Convex polytope: a box clipped by planes.
 
+use crate::math;
 use crate::verify::swept::bvh::BoundingBox;
 use crate::verify::swept::mesh::kept;
 use nalgebra::{Point3, Vector3};
@@ -73,7 +74,7 @@ fn in_order(mut rim: Vec<Point3<f64>>, direction: &Vector3<f64>) -> Vec<Point3<f
     unit[direction.iamin()] = 1.0;
     let [a, b] = [direction.cross(&unit), direction.cross(&direction.cross(&unit))];
     // The corners of a convex polygon are in order by their angle around an inner point.
-    let angle = |p: &Point3<f64>| (p - middle).dot(&a).atan2((p - middle).dot(&b));
+    let angle = |p: &Point3<f64>| math::atan2((p - middle).dot(&a), (p - middle).dot(&b));
     rim.sort_by(|p, q| angle(p).total_cmp(&angle(q)));
     rim
 }

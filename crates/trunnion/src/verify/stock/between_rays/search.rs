@@ -12,6 +12,7 @@
 
 use super::boxes::EarlierBody;
 use super::polytope::{Polytope, mean};
+use crate::math;
 use crate::verify::stock::clip::closest_approach::{BodyMotion, RayLine, TimeGuess};
 use crate::verify::swept::bvh::BoundingBox;
 use crate::verify::swept::distance;
@@ -285,19 +286,23 @@ impl<'a> DepthSearch<'a> {
         }
         let aside = from_tip - was.axis * height;
         // Below its top the body faces across its axis and back along it; across, within the angle that the box subtends.
-        let round = (half / aside.norm()).min(1.0).asin();
+        let round = math::asin((half / aside.norm()).min(1.0));
         time.into_iter().all(|u| {
             let now = piece.instant(u).pose;
             let by = now.tip - was.tip;
             let along = was.axis.dot(&by);
             let apart = by - was.axis * along;
             // Advance of the nearest surface: the translation resolved into the directions that face the box.
-            let angle = if half < aside.norm() { aside.angle(&apart) - round } else { 0.0 };
-            let [out, back] = [apart.norm() * angle.max(0.0).cos(), -along];
-            let on = if out > 0.0 && back > 0.0 { out.hypot(back) } else { out.max(back) };
+            let angle = if half < aside.norm() {
+                math::angle_of_vectors(&aside, &apart) - round
+            } else {
+                0.0
+            };
+            let [out, back] = [apart.norm() * math::cos(angle.max(0.0)), -along];
+            let on = if out > 0.0 && back > 0.0 { math::hypot(out, back) } else { out.max(back) };
             // The turn of the axis moves points by at most angle times reach; the sag and the error of the
             // bodies add to it.
-            on + (now.axis - was.axis).norm() * top.hypot(body.radius()) + sag + off <= goal
+            on + (now.axis - was.axis).norm() * math::hypot(top, body.radius()) + sag + off <= goal
         })
     }
 

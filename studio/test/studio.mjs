@@ -1,0 +1,69 @@
+// The built site in a real browser, for the test and for the measurements.
+
+import { spawn } from "node:child_process";
+import { chromium } from "playwright-core";
+
+const here = (name) => new URL(name, import.meta.url).pathname;
+const root = here("../..");
+/** The built program: the first word of the command. */
+export const trunnion = process.argv[2] ?? `${root}target/release/trunnion`;
+
+/** Longest that a sample may take on a slow machine \[ms\]. */
+export const PATIENCE = 480_000;
+
+/** Starts `trunnion studio`, and returns its address. */
+export function serve(...files) {
+  const child = spawn(trunnion, ["studio", "--no-open", "--site", here("../dist"), ...files, "--json"], { cwd: root });
+  return new Promise((resolve, reject) => {
+    let text = "";
+    child.stdout.on("data", (part) => {
+      text += part;
+      try {
+        resolve({ child, url: JSON.parse(text).url });
+      } catch {
+        // The rest is still to come.
+      }
+    });
+    child.stderr.on("data", (part) => process.stderr.write(part));
+    child.on("exit", (code) => reject(new Error(`trunnion studio ended with ${code}`)));
+  });
+}
+
+export function stop({ child }) {
+  child.removeAllListeners("exit");
+  child.kill();
+}
+
+export const browser = await chromium.launch({
+  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+  // One font on every machine: the pictures are compared.
+  env: { ...process.env, FONTCONFIG_FILE: here("fonts.conf") },
+  args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-angle=swiftshader"],
+});
+
+/** A page whose errors fail the test. */
+export async function open(url, options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, ...options });
+  const page = await context.newPage();
+  const errors = [];
+  page.on("console", (message) => {
+    if (message.type() === "error") errors.push(`${message.text()} ${message.location().url}`);
+  });
+  page.on("pageerror", (error) => errors.push(String(error)));
+  await page.goto(url);
+  return { page, errors, context };
+}
+
+/** Longest time between two frames while something happens \[ms\]. */
+export const watchFrames = (page) =>
+  page.evaluate(() => {
+    window.longest = 0;
+    let before = performance.now();
+    const frame = (now) => {
+      window.longest = Math.max(window.longest, now - before);
+      before = now;
+      requestAnimationFrame(frame);
+    };
+    requestAnimationFrame(frame);
+  });
+
