@@ -346,7 +346,7 @@ fn follow(
         && let Some(height) = height_over([a, b], guess, field)
         && (height.abs() > tolerance.sagitta.min(BENT * chord) || chord > tolerance.longest)
         // A contour whose middle is as far off as its ends is none that this chord stands for.
-        && height.hypot(0.5 * chord) < 0.9 * chord
+        && math::hypot(height, 0.5 * chord) < 0.9 * chord
     {
         let middle = over_middle([a, b], height);
         // Over half the chord an arc rises by a quarter.

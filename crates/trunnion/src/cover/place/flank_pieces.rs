@@ -120,10 +120,9 @@ impl WallRun {
                 let high = if closes { end(last, last + 1) } else { self.whole.high };
                 pieces.push(FlankPiece { range: Interval::new(low, high), tip });
             }
-            for i in 0..tips.len() {
-                if is_free(i) {
-                    finished[i] = heights.finished(tip).max(finished[i]);
-                }
+            let is_low = |lowest: &Option<f64>| lowest.is_some_and(|lowest| lowest <= tip);
+            for (height, _) in finished.iter_mut().zip(&tips).filter(|(_, low)| is_low(low)) {
+                *height = heights.finished(tip).max(*height);
             }
         }
         pieces
