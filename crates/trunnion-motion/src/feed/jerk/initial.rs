@@ -40,6 +40,12 @@ struct GrowthBound {
     by_curvature: f64,
 }
 
+/// Returns `x^(3/4)` by roots, which are exact everywhere and cost less than a power.
+fn three_quarters(x: f64) -> f64 {
+    let root = x.sqrt();
+    root * root.sqrt()
+}
+
 impl GrowthBound {
     /// Returns the largest `dy/ds` at `y`.
     fn growth(&self, y: f64) -> f64 {
@@ -78,7 +84,7 @@ pub(super) fn feasible<const N: usize>(
         }
         for (bound, excess) in bounds.iter_mut().zip(excess) {
             if excess > AT_MOST {
-                bound.steady *= math::powf(SHARE / excess, 0.75);
+                bound.steady *= three_quarters(SHARE / excess);
                 let gentler = (SHARE / excess).sqrt();
                 bound.slope *= gentler;
                 bound.by_acceleration *= gentler;
@@ -113,7 +119,7 @@ fn bound<const N: usize>(
     // At constant x accelerations go with x, jerks with x^(3/2).
     let steady = (of_cap * cap).min(SHARE / accelerations).min(math::cbrt(SHARE / jerks).powi(2));
     GrowthBound {
-        steady: math::powf(steady, 0.75),
+        steady: three_quarters(steady),
         // Constant jerk from rest: 2/9 q' (dy/ds)² = J.
         slope: GENTLE * (4.5 / brisk).sqrt(),
         // u = 2/3 y^(1/3) y' and 3 q'' u v: a third of the limits.
@@ -134,7 +140,7 @@ fn envelope<const N: usize>(
     for (end, motion) in [0, last].into_iter().zip(ends) {
         y[end] = match motion {
             EndMotion::Rest => y[end].min(0.5 * grid.cells[end].h * bounds[end].slope),
-            EndMotion::Moving([x, _]) => math::powf(*x, 0.75),
+            EndMotion::Moving([x, _]) => three_quarters(*x),
         };
     }
     let mut pass = |from: usize, to: usize| {
@@ -147,7 +153,7 @@ fn envelope<const N: usize>(
     (0..last).rev().for_each(|cell| pass(cell + 1, cell));
     let mut down = |cells: &mut dyn Iterator<Item = usize>, motion: &EndMotion| {
         let EndMotion::Moving([x, _]) = motion else { return };
-        let mut line = math::powf(*x, 0.75);
+        let mut line = three_quarters(*x);
         let mut left = grid.s[last + 1] - grid.s[0];
         for cell in cells {
             if line <= y[cell] {

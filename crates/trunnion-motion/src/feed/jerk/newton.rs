@@ -18,7 +18,6 @@ use crate::feed::grid::FeedGrid;
 use crate::feed::numeric::smallest;
 use crate::feed::plan::LimitRatios;
 use crate::feed::reciprocal::ReciprocalLimits;
-use crate::math;
 use std::ops::Range;
 
 /// Share of the distance to the first limiting row that a step takes.
@@ -161,7 +160,7 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
             if (cell == 1 && rests[0]) || (cell + 1 == last && rests[1]) {
                 // The rest cell next to it: its accelerations go with x, its jerks with x^(3/2).
                 acceleration = acceleration.max(control);
-                jerk = jerk.max(math::powf(control, 1.5));
+                jerk = jerk.max(control * control.sqrt());
             }
         }
         // Caps bound squared speeds, so the ratio of speeds is the root.
