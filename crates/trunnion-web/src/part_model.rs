@@ -116,7 +116,9 @@ mod tests {
         let square = Mesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]] };
         let ends = outline(&square);
         assert_eq!(ends.len(), 8);
-        let is_diagonal = |pair: &[Point3<f64>]| pair[0].x != pair[1].x && pair[0].y != pair[1].y;
+        let apart = |a: f64, b: f64| (a - b).abs() > 1e-9;
+        let is_diagonal =
+            |pair: &[Point3<f64>]| apart(pair[0].x, pair[1].x) && apart(pair[0].y, pair[1].y);
         assert!(!ends.chunks(2).any(is_diagonal), "{ends:?}");
     }
 

@@ -460,7 +460,7 @@ mod tests {
         ContourTolerance { sagitta: 1e-3, longest: 3.0, corner: 1e-4 };
 
     /// Distances that are known to rounding.
-    fn exact<'a>(distance: &'a (dyn Fn(PlanePoint) -> f64 + Sync)) -> LevelField<'a> {
+    fn exact(distance: &(dyn Fn(PlanePoint) -> f64 + Sync)) -> LevelField<'_> {
         LevelField { distance, root: 1e-7 }
     }
 
