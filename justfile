@@ -15,7 +15,7 @@ ci:
 # for more. The round trips of the kinematics, the choice of branches and the programs from dialect to dialect print their seed;
 # TRUNNION_TORTURE_SEED=... repeats one.
 torture cases="20000" seed=`date +%s`:
-    TRUNNION_TORTURE=1 cargo test --release -p trunnion-motion -p trunnion --test it -- --nocapture branches:: setup:: feed:: jerk:: jerk_ends:: feed_stream:: jerk_stream:: jerk_override:: round_trip:: random_motion:: random_programs::
+    TRUNNION_TORTURE=1 cargo test --release -p trunnion-motion -p trunnion --test it -- --nocapture branches:: setup:: feed:: jerk:: jerk_ends:: feed_stream:: jerk_stream:: jerk_override:: round_trip:: random_motion:: random_programs:: planted_bodies::
     TRUNNION_TORTURE=1 TRUNNION_TORTURE_SEED={{seed}} cargo test --release -p trunnion-cli --test it -- --nocapture conservation:: rs274:: linuxcnc_planner::
     PROPTEST_RNG_SEED={{seed}} PROPTEST_CASES={{cases}} POSITIONING_CASES=1000 cargo test --release --workspace
 
@@ -35,6 +35,11 @@ python:
 # Figures, side by side with their peers.
 bench:
     cargo bench --workspace
+
+# Figures of machines: errors found by calibration, a part made anew, distances of bodies over long programs.
+machine-figures:
+    cargo run --release -p trunnion-motion --example calibration_figures
+    cargo run --release -p trunnion --example body_distances
 
 # The book, to target/book. Needs mdbook.
 book:

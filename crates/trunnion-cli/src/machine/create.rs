@@ -4,10 +4,10 @@ use super::import::key_value;
 use crate::form::OutputForm;
 use crate::option_values::three;
 use crate::outcome::{Done, Failure};
-use crate::output;
+use crate::output::{self, Outputs};
 use std::collections::BTreeMap;
 use std::io::{BufRead, IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use trunnion::files::machine::write;
 use trunnion::machine::{AxisSpec, Machine, MachineSpec, SignCheck, picture};
 use trunnion::types::Interval;
@@ -69,6 +69,12 @@ On a terminal, everything that no flag states is asked for. In a script it is an
 pub(crate) fn run(args: &NewArgs, form: OutputForm) -> Result<Done, Failure> {
     // Before the first question: no answers are asked for in vain.
     output::refuse_existing(&args.output)?;
+    if args.drawing.as_ref() == Some(&args.output) {
+        return Err(Failure::input(format!(
+            "{}: the machine file and the drawing cannot be one file\n  help: name another file with --drawing",
+            args.output.display()
+        )));
+    }
     let stdin = std::io::stdin();
     let terminal = stdin.is_terminal() && std::io::stderr().is_terminal();
     let mut input = stdin.lock();
@@ -87,9 +93,13 @@ pub(crate) fn run(args: &NewArgs, form: OutputForm) -> Result<Done, Failure> {
     })?;
     let notes = ["Written by trunnion machine new: compare the signs with the machine, trunnion machine show".to_owned()];
     let text = write(&spec, &notes);
-    output::file(&args.output, |out| out.write_all(text.as_bytes()))?;
+    // Both are complete before either is seen.
+    let mut complete = vec![staged(&args.output, &text)?];
     if let Some(drawing) = &args.drawing {
-        output::file(drawing, |out| out.write_all(picture(&machine).as_bytes()))?;
+        complete.push(staged(drawing, &picture(&machine))?);
+    }
+    for outputs in complete {
+        outputs.commit()?;
     }
     let checks = machine.sign_checks();
     let summary = Summary {
@@ -99,6 +109,12 @@ pub(crate) fn run(args: &NewArgs, form: OutputForm) -> Result<Done, Failure> {
         signs: checks.iter().map(|check| sign_line(check, &machine)).collect(),
     };
     form.print(&summary, Summary::describe)
+}
+
+fn staged(path: &Path, text: &str) -> Result<Outputs, Failure> {
+    let (mut outputs, name) = Outputs::beside(path)?;
+    outputs.text(&name, text)?;
+    Ok(outputs)
 }
 
 /// Result for scripts.

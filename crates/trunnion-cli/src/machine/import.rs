@@ -30,10 +30,12 @@ pub(crate) struct ImportArgs {
 
 const EXAMPLES: &str = "\
 Formats (--from):
-  linuxcnc    INI file; HAL files and the machine file that it names are read beside it
-  siemens     machine data as text: $MC_TRAFO_TYPE_1 24, 40 or 56, $MC_TRAFO5_..., $MC_AXCONF_..., $MA_...
+  linuxcnc    INI file; HAL files and the machine file that it names are read beside it; kinematics xyzac-trt-kins,
+              xyzbc-trt-kins, xyzab_tdr_kins, 5axiskins and trunnionkins
+  siemens     machine data as text: $MC_TRAFO_TYPE_1 24, 40 or 56, $MC_TRAFO5_... with angle offsets and senses of
+              the rotary axes, $MC_AXCONF_..., $MA_...
   heidenhain  description table of the kinematics, with KEY, AXIS, COORD
-  fanuc       parameters as punched out: 19680 to 19714, 1020, 1320, 1321, 1430, 1660
+  fanuc       parameters as punched out: 19680 to 19714 (tilted axes too), 1020, 1320, 1321, 1430, 1660
   haas        list of settings: 9, and 255 to 257 or 300 to 305 (MRZP)
   freecad     .fcm file
 Everything that a description does not state is asked for by key; --set gives it, and wins over the file. Keys:

@@ -50,7 +50,12 @@ fn import(folder: &Path, file: &str, given: &[&str]) -> Machine {
 
 /// Compares the tip at many positions with a formula of positions by axis name.
 fn compare(machine: &Machine, formula: impl Fn(&dyn Fn(&str) -> f64) -> V3) {
-    let setup = Setup { tool_length: LENGTH, ..Setup::default() };
+    compare_in(&Setup::default(), machine, formula);
+}
+
+/// The same in a workpiece frame.
+fn compare_in(setup: &Setup, machine: &Machine, formula: impl Fn(&dyn Fn(&str) -> f64) -> V3) {
+    let setup = Setup { tool_length: LENGTH, ..*setup };
     let kinematics = Kinematics::new(machine, &setup);
     for step in 0..50 {
         let t = f64::from(step);
@@ -103,6 +108,121 @@ fn linuxcnc_trunnion() {
         position + r + tool()
     });
     assert!(machine.axes[3].cyclic && (machine.axes[0].vel - 20.0).abs() < 1e-12);
+}
+
+#[test]
+fn linuxcnc_bridge_mill() {
+    let folder = samples();
+    let machine = import(folder.path(), "5axis.ini", &["linear.jerk=5000", "rotary.jerk=3000"]);
+    assert_eq!(machine.chain, ["w", "b", "X", "Y", "Z", "C", "B", "t"]);
+    // W has the tool length: the position of the control is a tool length above the tip at B = 0.
+    compare(&machine, |at| {
+        let (r, t, p) = (187.25 + LENGTH, at("C"), std::f64::consts::PI - at("B"));
+        let arm = V3::new(p.sin() * t.cos(), p.sin() * t.sin(), p.cos());
+        axes(at) + arm * r + V3::z() * 187.25
+    });
+    // Nothing connected: the module has a length of its own.
+    fs::write(folder.path().join("5axis.hal"), "# nothing\n").unwrap();
+    let machine = import(folder.path(), "5axis.ini", &["linear.jerk=5000", "rotary.jerk=3000"]);
+    assert!(machine.axes.iter().skip(3).all(|axis| (axis.point.z - 250.0).abs() < 1e-12));
+}
+
+/// As in the sample configuration, the pin is driven by a component: its value is asked for.
+#[test]
+fn a_length_that_a_component_computes_is_asked_for() {
+    let folder = samples();
+    let hal = "net :pivot-len <= pivotsum.out\nnet :pivot-len => 5axiskins.pivot-length\n";
+    fs::write(folder.path().join("5axis.hal"), hal).unwrap();
+    let given = ["linear.jerk=5000", "rotary.jerk=3000"];
+    let mut arguments = vec!["machine", "import", "5axis.ini"];
+    arguments.extend(given.iter().flat_map(|one| ["--set", one]));
+    let output = trunnion(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(2));
+    let said = stderr(&output);
+    assert!(said.contains("does not state point of B, C: 5axiskins.pivot-length"), "{said}");
+    assert!(said.contains(":pivot-len") && said.contains("give axis.B.point"), "{said}");
+    let given = [given[0], given[1], "rotary.point=0,0,200"];
+    let machine = import(folder.path(), "5axis.ini", &given);
+    assert!((machine.axes[3].point.z - 200.0).abs() < 1e-12);
+}
+
+/// The formula of the module in inch, without its tool offset.
+#[test]
+fn linuxcnc_two_rotary_tables() {
+    let folder = samples();
+    let machine = import(folder.path(), "xyzab-tdr.ini", &["linear.jerk=5000", "rotary.jerk=3000"]);
+    assert_eq!(machine.chain, ["w", "A", "B", "b", "X", "Y", "Z", "t"]);
+    let (r, dz) = (V3::new(0.5, -0.25, -4.0) * 25.4, -0.4 * 25.4);
+    compare(&machine, |at| {
+        let ((sa, ca), (sb, cb)) = (at("A").sin_cos(), at("B").sin_cos());
+        let [px, py, pz] = (axes(at) + tool() - r).into();
+        r + V3::new(
+            cb * px + sb * pz,
+            sa * sb * px + ca * py - cb * sa * pz + sa * dz,
+            -ca * sb * px + sa * py + ca * cb * pz - ca * dz + dz,
+        )
+    });
+    assert!((machine.axes[0].vel - 25.4).abs() < 1e-12);
+    let limits = machine.axes[0].limits;
+    assert!((limits.low + 203.2).abs() < 1e-9 && (limits.high - 203.2).abs() < 1e-9);
+}
+
+/// The vectors hold at other positions of the rotary axes: the formula turns by the difference.
+#[test]
+fn siemens_angle_offsets() {
+    let folder = samples();
+    let head = import(folder.path(), "siemens-head-angles.mpf", &[]);
+    let (l2, l3) = (V3::new(0.0, -5.0, 385.5), V3::new(-0.2, 0.1, -235.0));
+    let off = |degrees: f64| degrees.to_radians();
+    compare(&head, |at| {
+        let c = turn(V3::z(), at("C") - off(90.0));
+        let a = turn(V3::x(), at("A") + off(15.0));
+        axes(at) - (l2 + l3) + c * (l2 + a * (l3 + tool()))
+    });
+    let table = import(folder.path(), "siemens-table-angles.mpf", &[]);
+    let (l2, l3) = (V3::new(10.0, 20.0, -300.0), V3::new(0.25, 0.5, -30.5));
+    let neutral =
+        |place: V3, a: f64, c: f64| back(back(place, l2, -V3::x(), a), l2 + l3, -V3::z(), c);
+    // The frame of the control is that of the table where the vectors hold.
+    let turned = turn(-V3::z(), off(45.0)) * turn(-V3::x(), off(30.0));
+    let origin = turned.inverse() * (V3::zeros() - neutral(V3::zeros(), -off(30.0), -off(45.0)));
+    let setup = Setup { origin, rotation: turned.inverse(), ..Setup::default() };
+    compare_in(&setup, &table, |at| {
+        neutral(axes(at) + tool(), at("A") - off(30.0), at("C") - off(45.0))
+    });
+    let mixed = import(folder.path(), "siemens-mixed-angles.mpf", &[]);
+    let (l2, l3) = (V3::new(1.5, 0.0, -180.0), V3::new(50.0, 60.0, -450.0));
+    let turned = turn(-V3::z(), off(-60.0));
+    let origin = l3 - turned.inverse() * l3;
+    let setup = Setup { origin, rotation: turned.inverse(), ..Setup::default() };
+    compare_in(&setup, &mixed, |at| {
+        let tip = axes(at) - l2 + turn(V3::y(), -at("B")) * (l2 + tool());
+        back(tip, l3, -V3::z(), at("C") + off(60.0))
+    });
+    let output = trunnion(folder.path(), &["machine", "import", "siemens-table-angles.mpf"]);
+    let said = stdout(&output);
+    assert!(said.contains("as the table stands with A at 30 deg and C at 45 deg"), "{said}");
+}
+
+#[test]
+fn fanuc_tilted_axes() {
+    let folder = samples();
+    let jerk = ["linear.jerk=40000", "rotary.jerk=6000"];
+    let half = 0.5_f64.sqrt();
+    let head = import(folder.path(), "fanuc-tilted.prm", &jerk);
+    let (de, a) = (V3::new(-1.5, 0.0, 180.0), V3::new(50.0, 60.0, -450.0));
+    compare(&head, |at| {
+        let tip = axes(at) + de + turn(V3::new(0.0, half, half), at("B")) * (-de + tool());
+        back(tip, a, V3::z(), at("C"))
+    });
+    let table = import(folder.path(), "fanuc-tilted-table.prm", &jerk);
+    let a = V3::new(10.0, 20.0, -300.0);
+    let b = a + V3::new(0.25, -0.5, -30.5);
+    let [(s1, c1), (s2, c2)] = [-30.0_f64, 20.0].map(|degrees| degrees.to_radians().sin_cos());
+    compare(&table, |at| {
+        let tip = back(axes(at) + tool(), a, V3::new(c1, s1, 0.0), -at("A"));
+        back(tip, b, V3::new(s2, 0.0, c2), -at("C"))
+    });
 }
 
 #[test]
@@ -262,9 +382,9 @@ fn what_cannot_be_used_is_said_with_its_line() {
             "angle.mpf",
             head.replace(
                 "N24550 $MC_TRAFO5_BASE_TOOL_1[0]",
-                "N24510 $MC_TRAFO5_ROT_AX_OFFSET_1[1]=2\nN24550 $MC_TRAFO5_BASE_TOOL_1[0]",
+                "N24510 $MC_TRAFO5_ROT_AX_OFFSET_1[1]=2\nN24520 $MC_TRAFO5_ROT_SIGN_IS_PLUS_1[1]=0\nN24550 $MC_TRAFO5_BASE_TOOL_1[0]",
             ),
-            "A does not stand at 0",
+            "angle.mpf:16: $MC_TRAFO5_ROT_AX_OFFSET_1[1] = 2 deg and",
         ),
         ("base.tab", text("heidenhain.tab").replace("MachBase", "        "), "no row MachBase"),
         (
@@ -274,8 +394,28 @@ fn what_cannot_be_used_is_said_with_its_line() {
         ),
         (
             "kins.ini",
-            text("xyzac-trt.ini").replace("= xyzac-trt-kins", "= 5axiskins"),
-            "kins.ini:7: KINEMATICS = 5axiskins",
+            text("xyzac-trt.ini").replace("= xyzac-trt-kins", "= maxkins"),
+            "kins.ini:7: KINEMATICS = maxkins: this module is not read\n  help: xyzac-trt-kins",
+        ),
+        (
+            "units.ini",
+            text("5axis.ini").replace("LINEAR_UNITS = mm", "LINEAR_UNITS = cm"),
+            "units.ini:18: LINEAR_UNITS = cm is no unit that is read\n  help: mm and inch are read",
+        ),
+        (
+            "radian.ini",
+            text("5axis.ini").replace("ANGULAR_UNITS = degree", "ANGULAR_UNITS = rad"),
+            "radian.ini:19: ANGULAR_UNITS = rad: only degrees are read",
+        ),
+        (
+            "pivot.ini",
+            text("5axis.ini").replace("PIVOT = 187.25", "PIVOT = long"),
+            "5axis.hal:2, setp 5axiskins.pivot-length) = \"long\" is not a number",
+        ),
+        (
+            "tilt.prm",
+            text("fanuc-tilted.prm").replace("N19683 P45.0\n", ""),
+            "19683 is not in the file; axis.dir is made of it",
         ),
     ] {
         fs::write(folder.path().join(name), content).unwrap();

@@ -65,6 +65,24 @@ fn flags_make_a_machine_that_check_accepts() {
     assert!(code == Some(2) && errors.contains("exists already"), "{errors}");
 }
 
+/// The machine file and its drawing: both, or neither.
+#[test]
+fn a_drawing_that_cannot_be_written_leaves_no_machine_file() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("file"), "in the way").unwrap();
+    let with = |drawing: &'static str| -> Vec<&str> {
+        let all = TRUNNION.into_iter().chain(["--rotary", "150,300,6000"]);
+        all.map(|word| if word == "my.svg" { drawing } else { word }).collect()
+    };
+    for (drawing, reason) in [("file/my.svg", "file is a file"), ("my.toml", "cannot be one file")]
+    {
+        let (code, _, errors) = outcome(&trunnion(folder.path(), &with(drawing)));
+        assert!(code != Some(0) && errors.contains(reason), "{code:?} {errors}");
+        assert!(!folder.path().join("my.toml").exists(), "{drawing}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "{drawing}");
+    }
+}
+
 #[test]
 fn missing_and_wrong_answers_are_all_named() {
     let folder = tempfile::tempdir().unwrap();

@@ -23,22 +23,22 @@ use trunnion::verify::{
 const TOLERANCE: f64 = 0.01;
 
 /// Deterministic numbers in -1..1.
-struct Noise(u64);
+pub(crate) struct Noise(pub(crate) u64);
 
 impl Noise {
-    fn next(&mut self) -> f64 {
+    pub(crate) fn next(&mut self) -> f64 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let top = u32::try_from(self.0 >> 33).unwrap();
         f64::from(top) / f64::from(1_u32 << 30) - 1.0
     }
 
-    fn point(&mut self, size: f64) -> [f64; 3] {
+    pub(crate) fn point(&mut self, size: f64) -> [f64; 3] {
         [self.next(), self.next(), self.next()].map(|x| size * x)
     }
 }
 
-fn body(name: &str, link: &str, low: [f64; 3], high: [f64; 3]) -> MachineBody {
+pub(crate) fn body(name: &str, link: &str, low: [f64; 3], high: [f64; 3]) -> MachineBody {
     MachineBody {
         name: name.to_owned(),
         link: link.to_owned(),
@@ -59,7 +59,7 @@ fn check(machine: &Machine, text: &str, clearance: f64) -> Result<BodyReport, Ve
     run(machine, &bodies, text, clearance)
 }
 
-fn run(
+pub(crate) fn run(
     machine: &Machine,
     bodies: &MachineBodies,
     text: &str,
@@ -79,7 +79,7 @@ fn run(
 }
 
 /// A program of moves with all axes together, in machine coordinates.
-fn program(machine: &Machine, positions: &[AxisVector]) -> String {
+pub(crate) fn program(machine: &Machine, positions: &[AxisVector]) -> String {
     let words = AxisWords::of(machine).unwrap();
     let mut text = String::from("G21 G90 G17 G54 G94 F3000\n");
     for q in positions {
@@ -94,7 +94,7 @@ fn program(machine: &Machine, positions: &[AxisVector]) -> String {
 }
 
 /// Place of a link, from the workpiece's side on: plain rotations and translations.
-fn place(machine: &Machine, link: &str, q: &AxisVector) -> Isometry3<f64> {
+pub(crate) fn place(machine: &Machine, link: &str, q: &AxisVector) -> Isometry3<f64> {
     let chain: Vec<&str> = machine.chain.iter().map(String::as_str).collect();
     let at = chain.iter().position(|word| *word == link).unwrap();
     let bed = chain.iter().position(|word| *word == "b").unwrap();

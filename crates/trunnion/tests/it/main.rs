@@ -43,6 +43,7 @@ mod nc;
 mod operations;
 mod paper_002;
 mod planted;
+mod planted_bodies;
 mod positioning;
 mod positioning_bounds;
 mod positioning_threads;

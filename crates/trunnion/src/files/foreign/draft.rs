@@ -11,6 +11,8 @@ pub(super) struct AxisDraft {
     pub(super) dir: Option<[f64; 3]>,
     /// Point of a rotary axis \[mm\].
     pub(super) point: Option<[f64; 3]>,
+    /// Reason why the file does not state the point.
+    pub(super) unknown_point: Option<String>,
     pub(super) sense: f64,
     /// Travel \[mm or deg\].
     pub(super) limits: Option<[f64; 2]>,
@@ -30,6 +32,7 @@ impl AxisDraft {
             kind,
             dir: None,
             point: None,
+            unknown_point: None,
             sense: 1.0,
             limits: None,
             endless: false,

@@ -139,7 +139,9 @@ fn rotary(
     let [number, direction, sense] = numbers.map(|number| number.to_string());
     let controlled = values.needed(&number, "axis names")?;
     let along = values.needed(&direction, "axis.dir")?;
-    let inclination = values.number(&(numbers[1] + 1).to_string(), "axis.dir").unwrap_or(0.0);
+    let tilt = (numbers[1] + 1).to_string();
+    // A direction that is not tilted has no angle.
+    let inclination = if along > 3.0 { values.needed(&tilt, "axis.dir")? } else { 0.0 };
     let Some((dir, letter)) = direction_of(along, inclination) else {
         let message = format!("parameter {direction} = {along} names no direction");
         values.fault(&direction, message, "1 to 3 are X, Y and Z, 4 to 6 are tilted from these");

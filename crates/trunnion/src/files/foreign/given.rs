@@ -117,7 +117,14 @@ fn missing_of(axes: &[AxisDraft], kind: AxisKind, faults: &mut Vec<Diagnostic>) 
             .map(|axis| axis.name.as_str())
             .collect();
         if let Some(first) = names.first() {
-            let message = format!("the file does not state {field} of {}", names.join(", "));
+            let why =
+                axes.iter().filter(|axis| lacks(axis)).find_map(|axis| axis.unknown_point.clone());
+            let why = why.filter(|_| field == "point").map(|why| format!(": {why}"));
+            let message = format!(
+                "the file does not state {field} of {}{}",
+                names.join(", "),
+                why.unwrap_or_default()
+            );
             let all = if names.len() > 1 {
                 format!(", or {group}.{field} for all {group} axes")
             } else {

@@ -1,10 +1,10 @@
-//! `LinuxCNC`: INI file with HAL lines, kinematics `xyzac-trt-kins`, `xyzbc-trt-kins` and `trunnionkins`.
+//! `LinuxCNC`: INI file with HAL lines, kinematics `xyzac-trt-kins`, `xyzbc-trt-kins`, `xyzab_tdr_kins`, `5axiskins` and
+//! `trunnionkins`.
 
 use super::super::machine::parse;
 use super::draft::{AxisDraft, MachineDraft};
-use super::source_value::SourceValue;
+use super::hal_pins::{HalPins, PinLength};
 use super::source_values::SourceValues;
-use super::value_origin::ValueOrigin;
 use crate::machine::{AxisKind, MachineSpec, ProgramFormat};
 use crate::types::Diagnostic;
 use std::collections::BTreeMap;
@@ -21,7 +21,7 @@ pub(super) fn read(
     sections(text, values, &mut hal);
     for file in values.beginning("HAL.HALFILE") {
         match companions.get(file.value.as_str()) {
-            Some(text) => hal.read(text, 0),
+            Some(text) => hal.read(&file.value, text),
             None if file.value.starts_with("LIB:") => {}
             None => {
                 let message = format!("HAL file {} is not beside the INI file", file.value);
@@ -35,22 +35,21 @@ pub(super) fn read(
     let option =
         |name: &str| words.iter().find_map(|word| word.strip_prefix(name)?.strip_prefix('='));
     let module = words.first().copied().unwrap_or_default();
+    let unit = unit(values);
     let mut draft = match module {
         "trunnionkins" => trunnionkins(option("machine"), companions, values)?,
-        "xyzac-trt-kins" | "xyzbc-trt-kins" => rotary_tables(module, &hal, values),
+        "xyzac-trt-kins" | "xyzbc-trt-kins" => rotary_tables(module, &hal, unit, values),
+        "xyzab_tdr_kins" => dual_rotary_table(&hal, unit, values),
+        "5axiskins" => bridge_mill(&hal, unit, values),
         other => {
             let message = format!("KINEMATICS = {other}: this module is not read");
             values.fault(
                 "KINS.KINEMATICS",
                 message,
-                "xyzac-trt-kins, xyzbc-trt-kins and trunnionkins are read",
+                "xyzac-trt-kins, xyzbc-trt-kins, xyzab_tdr_kins, 5axiskins and trunnionkins are read",
             );
             return None;
         }
-    };
-    let unit = match values.text("TRAJ.LINEAR_UNITS", "units").as_deref() {
-        Some("inch" | "in") => 25.4,
-        _ => 1.0,
     };
     if let Some(name) = values.text("EMC.MACHINE", "name") {
         draft.name = name;
@@ -65,6 +64,31 @@ pub(super) fn read(
     Some(draft)
 }
 
+/// Returns the length of a unit of the configuration \[mm\].
+fn unit(values: &mut SourceValues) -> f64 {
+    const LINEAR: &str = "TRAJ.LINEAR_UNITS";
+    const ANGULAR: &str = "TRAJ.ANGULAR_UNITS";
+    if let Some(angular) = values.text(ANGULAR, "units")
+        && !matches!(angular.as_str(), "deg" | "degree")
+    {
+        let message = format!("ANGULAR_UNITS = {angular}: only degrees are read");
+        values.fault(ANGULAR, message, "convert the limits and rates of the rotary axes to degree");
+    }
+    match values.text(LINEAR, "units").as_deref() {
+        Some("mm" | "metric") => 1.0,
+        Some("in" | "inch" | "imperial") => 25.4,
+        Some(other) => {
+            let message = format!("LINEAR_UNITS = {other} is no unit that is read");
+            values.fault(LINEAR, message, "mm and inch are read");
+            1.0
+        }
+        None => {
+            values.missing(LINEAR, "the unit of all lengths");
+            1.0
+        }
+    }
+}
+
 /// Reads sections and keys as `SECTION.KEY`; HAL commands in the INI file are HAL lines.
 fn sections(text: &str, values: &mut SourceValues, hal: &mut HalPins) {
     let mut section = String::new();
@@ -77,8 +101,9 @@ fn sections(text: &str, values: &mut SourceValues, hal: &mut HalPins) {
             name.trim().clone_into(&mut section);
         } else if let Some((key, value)) = row.split_once('=') {
             let (key, value) = (key.trim(), value.split(" #").next().unwrap_or_default());
+            hal.keep(&section, key, value);
             match (section.as_str(), key) {
-                ("HAL", "HALCMD") => hal.command(value, line),
+                ("HAL", "HALCMD") => hal.command(value, line, ""),
                 // Several lines of a key are a list.
                 ("HAL", "HALFILE") => values.add(&format!("HAL.HALFILE {line}"), value, line),
                 ("EMC" | "KINS" | "TRAJ" | "EMCMOT", _) => {
@@ -93,81 +118,139 @@ fn sections(text: &str, values: &mut SourceValues, hal: &mut HalPins) {
     }
 }
 
-/// Values of HAL pins: set directly, or by a signal.
+/// Note about the linear axes.
+const CARRIED: &str = "The configuration does not state which linear axes carry the table: all are written behind the bed, which \
+moves the tool in place of the table and changes no position.";
+
+/// Lengths of pins, and the reason if one is not stated.
 #[derive(Debug, Default)]
-struct HalPins {
-    pins: BTreeMap<String, SourceValue>,
-    signals: BTreeMap<String, SourceValue>,
-    nets: BTreeMap<String, String>,
+struct PinVector {
+    sum: [f64; 3],
+    unknown: Option<String>,
 }
 
-impl HalPins {
-    fn read(&mut self, text: &str, line: u64) {
-        for row in text.lines() {
-            self.command(row, line);
+impl PinVector {
+    /// Adds the length of a pin along a coordinate.
+    fn add(&mut self, coordinate: usize, length: PinLength) {
+        match (length, self.sum.get_mut(coordinate)) {
+            (PinLength::Known(length), Some(sum)) => *sum += length,
+            (PinLength::Driven(why), _) => self.unknown = Some(why),
+            (PinLength::Known(_), None) => {}
         }
     }
 
-    fn command(&mut self, row: &str, line: u64) {
-        let words: Vec<&str> =
-            row.split('#').next().unwrap_or_default().split_whitespace().collect();
-        match words.as_slice() {
-            [command @ ("setp" | "sets"), name, value, ..] => {
-                let found =
-                    SourceValue { key: (*name).to_owned(), value: (*value).to_owned(), line };
-                let map = if *command == "setp" { &mut self.pins } else { &mut self.signals };
-                map.insert((*name).to_owned(), found);
-            }
-            ["net", signal, pins @ ..] => {
-                for pin in pins.iter().filter(|pin| pin.contains('.')) {
-                    self.nets.insert((*pin).to_owned(), (*signal).to_owned());
-                }
-            }
-            _ => {}
-        }
-    }
-
-    /// Returns the value of a pin; a pin that nothing sets is 0 in HAL.
-    fn number(&self, pin: &str, target: &str, values: &mut SourceValues) -> f64 {
-        let by_signal = || self.signals.get(self.nets.get(pin)?);
-        let Some(found) = self.pins.get(pin).or_else(by_signal) else {
-            let from = SourceValue { key: pin.to_owned(), value: "0 (not set)".into(), line: 0 };
-            values.origins.push(ValueOrigin::new(&from, target));
-            return 0.0;
-        };
-        let key = format!("{pin} ({})", found.key);
-        values.add(&key, &found.value, found.line);
-        values.number(&key, target).unwrap_or(0.0)
+    /// Writes the point of an axis, if all of it is stated.
+    fn become_point(self, axis: &mut AxisDraft, unit: f64) {
+        axis.point = self.unknown.is_none().then(|| self.sum.map(|part| part * unit));
+        axis.unknown_point = self.unknown;
     }
 }
+
+/// Returns the sum of pins of a module, each along a coordinate.
+fn pins(
+    module: &str,
+    along: &[PinAlong],
+    target: &str,
+    hal: &HalPins,
+    values: &mut SourceValues,
+) -> PinVector {
+    let mut sum = PinVector::default();
+    for PinAlong { name, coordinate } in along {
+        sum.add(*coordinate, hal.length(&format!("{module}.{name}"), target, 0.0, values));
+    }
+    sum
+}
+
+/// Pin of a length along a coordinate.
+#[derive(Debug, Clone, Copy)]
+struct PinAlong {
+    name: &'static str,
+    coordinate: usize,
+}
+
+const fn pin(name: &'static str, coordinate: usize) -> PinAlong {
+    PinAlong { name, coordinate }
+}
+
+/// Pins of the point at which the rotary axes meet without offsets.
+const MEETING: [PinAlong; 3] =
+    [pin("x-rot-point", 0), pin("y-rot-point", 1), pin("z-rot-point", 2)];
 
 /// Rotary C on a tilting A or B: `tip = r + Rc (o + Rt (joints - r - o))`, all angles against ISO 841 unless
 /// `conventional-directions` is set.
-fn rotary_tables(module: &str, hal: &HalPins, values: &mut SourceValues) -> MachineDraft {
-    let mut pin =
-        |name: &str, target: &str| hal.number(&format!("{module}.{name}"), target, values);
-    let meeting =
-        ["x-rot-point", "y-rot-point", "z-rot-point"].map(|name| pin(name, "axis.C.point"));
+fn rotary_tables(
+    module: &str,
+    hal: &HalPins,
+    unit: f64,
+    values: &mut SourceValues,
+) -> MachineDraft {
     let (tilting, dir, across) = if module.starts_with("xyzac") {
-        ("A", [1.0, 0.0, 0.0], [0.0, pin("y-offset", "axis.A.point"), 0.0])
+        ("A", [1.0, 0.0, 0.0], pin("y-offset", 1))
     } else {
-        ("B", [0.0, 1.0, 0.0], [pin("x-offset", "axis.B.point"), 0.0, 0.0])
+        ("B", [0.0, 1.0, 0.0], pin("x-offset", 0))
     };
-    let up = pin("z-offset", &format!("axis.{tilting}.point"));
-    let conventional = pin("conventional-directions", "axis.sense");
-    let [x, y, z] = meeting;
-    let [dx, dy, _] = across;
+    let [x, y, z] = MEETING;
+    let tilting_pins = [x, y, z, across, pin("z-offset", 2)];
+    let tilting_point = pins(module, &tilting_pins, &format!("axis.{tilting}.point"), hal, values);
+    let turning_point = pins(module, &MEETING, "axis.C.point", hal, values);
+    let conventional = format!("{module}.conventional-directions");
+    let conventional = hal.length(&conventional, "axis.sense", 0.0, values);
+    let mut tilting_axis = AxisDraft::rotary(tilting, dir, None);
+    let mut turning_axis = AxisDraft::rotary("C", [0.0, 0.0, 1.0], None);
+    tilting_point.become_point(&mut tilting_axis, unit);
+    turning_point.become_point(&mut turning_axis, unit);
     let mut draft = MachineDraft::new("linuxcnc", ProgramFormat::linuxcnc());
-    draft.axes.push(AxisDraft::rotary(tilting, dir, Some([x + dx, y + dy, z + up])));
-    draft.axes.push(AxisDraft::rotary("C", [0.0, 0.0, 1.0], Some(meeting)));
-    let sense = if conventional > 0.0 { 1.0 } else { -1.0 };
-    for axis in draft.axes.iter_mut().filter(|axis| axis.kind == AxisKind::Rotary) {
-        axis.sense = sense;
+    let sense = match conventional {
+        PinLength::Known(on) if on > 0.0 => 1.0,
+        PinLength::Known(_) => -1.0,
+        PinLength::Driven(why) => {
+            draft.notes.push(format!("{why}: the rotary axes are taken to count against ISO 841, as they do while it is 0"));
+            -1.0
+        }
+    };
+    for axis in [tilting_axis, turning_axis] {
+        draft.axes.push(AxisDraft { sense, ..axis });
     }
     draft.set_chain(&["w", "C", tilting, "b", "X", "Y", "Z", "t"]);
+    draft.notes.push(CARRIED.to_owned());
+    draft
+}
+
+/// Rotary B on a rotary A, both below the part: `tip = r + o + Ra (Rb (joints - r) - o)`, angles as ISO 841 has them.
+fn dual_rotary_table(hal: &HalPins, unit: f64, values: &mut SourceValues) -> MachineDraft {
+    const MODULE: &str = "xyzab_tdr_kins";
+    let [x, y, z] = MEETING;
+    let outer = [x, y, z, pin("x-offset", 0), pin("z-offset", 2)];
+    let mut first = AxisDraft::rotary("A", [1.0, 0.0, 0.0], None);
+    let mut second = AxisDraft::rotary("B", [0.0, 1.0, 0.0], None);
+    pins(MODULE, &outer, "axis.A.point", hal, values).become_point(&mut first, unit);
+    pins(MODULE, &MEETING, "axis.B.point", hal, values).become_point(&mut second, unit);
+    let mut draft = MachineDraft::new("linuxcnc", ProgramFormat::linuxcnc());
+    draft.axes.extend([first, second]);
+    draft.set_chain(&["w", "A", "B", "b", "X", "Y", "Z", "t"]);
+    draft.notes.push(CARRIED.to_owned());
+    draft
+}
+
+/// Pivot length of `5axiskins` to which nothing is connected \[units of the configuration\].
+const PIVOT_LENGTH: f64 = 250.0;
+
+/// Head C that carries B: `tip = joints + P z + (P + tool) Rc (sin B, 0, -cos B)`, so that B counts against ISO 841.
+fn bridge_mill(hal: &HalPins, unit: f64, values: &mut SourceValues) -> MachineDraft {
+    let pin = "5axiskins.pivot-length";
+    let mut draft = MachineDraft::new("linuxcnc", ProgramFormat::linuxcnc());
+    for (name, dir, sense) in [("B", [0.0, 1.0, 0.0], -1.0), ("C", [0.0, 0.0, 1.0], 1.0)] {
+        let mut pivot = PinVector::default();
+        let target = format!("axis.{name}.point");
+        pivot.add(2, hal.length(pin, &target, PIVOT_LENGTH, values));
+        let mut axis = AxisDraft { sense, ..AxisDraft::rotary(name, dir, None) };
+        pivot.become_point(&mut axis, unit);
+        draft.axes.push(axis);
+    }
+    draft.set_chain(&["w", "b", "X", "Y", "Z", "C", "B", "t"]);
     draft.notes.push(
-        "The configuration does not state which linear axes carry the table: all are written behind the bed, which \
-         moves the tool in place of the table and changes no position."
+        "5axiskins counts the pivot length to the tool tip if the tool length is added to the pin, and to the spindle nose if W has \
+         it: the points of B and C must be at the height above the nose (0, 0, pivot length without a tool)."
             .into(),
     );
     draft
@@ -206,6 +289,7 @@ fn from_spec(spec: MachineSpec) -> MachineDraft {
             kind: axis.kind,
             dir: Some(axis.dir),
             point: axis.point,
+            unknown_point: None,
             sense: axis.sense,
             limits: axis.limits.map(|limits| limits.ends().map(|end| end * unit)),
             endless: axis.cyclic.is_some() && axis.limits.is_none(),

@@ -1,9 +1,11 @@
 //! Siemens machine data: TRAORI with transformation types 24, 40 and 56.
 //!
 //! Vectors are those of the swivel data record, whose relation to the machine data the commissioning manual tabulates
-//! (`docs/sources.md`, machine descriptions): each points from one reference to the next, and the chain closes.
+//! (`docs/sources.md`, machine descriptions): each points from one reference to the next, and the chain closes. They hold where
+//! the rotary axes stand at their offsets (`neutral`), and are carried from there to all axes at zero.
 
 use super::draft::{AxisDraft, MachineDraft, tip_format};
+use super::neutral::carry_to_zero;
 use super::source_values::SourceValues;
 use crate::machine::{AxisInterpolation, AxisKind};
 
@@ -83,7 +85,7 @@ pub(super) fn read(text: &str, values: &mut SourceValues) -> Option<MachineDraft
     });
     draft.set_chain(&named);
     closed(values, kind);
-    offsets(values, &[first, second]);
+    offsets(&mut draft, values, &[first, second]);
     limits(&mut draft, values);
     Some(draft)
 }
@@ -146,20 +148,33 @@ fn closed(values: &mut SourceValues, kind: f64) {
     }
 }
 
-/// Refuses angle offsets, which a machine file does not have.
-fn offsets(values: &mut SourceValues, names: &[String; 2]) {
-    for (index, name) in names.iter().enumerate() {
-        let key = key("ROT_AX_OFFSET", index);
-        if let Some(offset) = values.number(&key, "must be 0").filter(|offset| offset.abs() > 0.0) {
-            let message =
-                format!("{key} = {offset} deg: {name} does not stand at 0 where the vectors hold");
-            values.fault(&key, message, "give the vectors for all axes at 0, and the offset 0");
+/// Note about the sign of the angles.
+const ANGLES: &str = "The angle offsets are read as the positions of the axes at which the vectors hold; the manuals leave open whether \
+every control counts them so: bring the axes there, and compare the direction of tool and table.";
+
+/// Reads the senses of the rotary axes, and the positions at which their vectors hold.
+fn offsets(draft: &mut MachineDraft, values: &mut SourceValues, names: &[String; 2]) {
+    let mut angles = [0.0; 2];
+    for (index, (name, angle)) in names.iter().zip(&mut angles).enumerate() {
+        let sign = format!("$MC_TRAFO5_ROT_SIGN_IS_PLUS_1[{index}]");
+        let target = format!("axis.{name}.sense");
+        let against = values.number(&sign, &target).is_some_and(|plus| plus < 1.0);
+        let offset = key("ROT_AX_OFFSET", index);
+        *angle = values.number(&offset, "position at which the vectors hold").unwrap_or(0.0);
+        if against && angle.abs() > 0.0 {
+            let message = format!(
+                "{offset} = {angle} deg and {sign} = 0: no manual states if the offset of an axis that counts the other way is turned too"
+            );
+            let help = format!("turn the vector of {name} round, and write {sign} = 1");
+            values.fault(&offset, message, &help);
         }
-        let key = format!("$MC_TRAFO5_ROT_SIGN_IS_PLUS_1[{index}]");
-        if values.number(&key, "sense").is_some_and(|plus| plus < 1.0) {
-            let message = format!("{key} = 0: {name} counts the other way");
-            values.fault(&key, message, "turn the vector of the axis round, and write 1");
+        for axis in draft.axes.iter_mut().filter(|axis| against && axis.name == *name) {
+            axis.sense = -1.0;
         }
+    }
+    if angles.iter().any(|angle| angle.abs() > 0.0) {
+        draft.notes.push(ANGLES.to_owned());
+        carry_to_zero(draft, names, angles);
     }
 }
 

@@ -3,7 +3,7 @@
 use super::linked::LinkedBody;
 use crate::machine::{Axis, AxisKind, Machine, joint_motion};
 use crate::types::AxisVector;
-use crate::verify::swept::triangles::{MeshGap, MeshPair};
+use crate::verify::swept::triangles::{GapGoal, MeshGap, MeshPair, SweptGap, SweptTravel};
 use nalgebra::{Isometry3, Point3, Unit, UnitVector3, Vector3};
 
 /// Two bodies, the one nearer to the workpiece in the chain first, and the joints between them.
@@ -45,7 +45,7 @@ impl<'a> BodyPair<'a> {
 
     fn meshes(&self, q: &AxisVector) -> MeshPair<'a> {
         let [first, second] = self.bodies;
-        MeshPair { first: &first.shell, second: &second.shell, place: self.place(q) }
+        MeshPair::new(&first.shell, &second.shell, self.place(q))
     }
 
     /// Returns what the real bodies may be nearer than their triangles \[mm\].
@@ -53,11 +53,32 @@ impl<'a> BodyPair<'a> {
         self.bodies.iter().map(|body| body.allowance).sum()
     }
 
-    /// Returns the gap at a position, if it is below `cap` \[mm\], to within `slack`; points are in the frame of the first
-    /// body.
-    pub(crate) fn gap(&self, q: &AxisVector, [cap, slack]: [f64; 2]) -> Option<MeshGap> {
-        let found = self.meshes(q).gap(cap + self.allowance(), slack)?;
+    /// Returns the gap at a position, if it is below `cap` \[mm\], to within `slack`, and the triangles that it is between.
+    pub(crate) fn gap(
+        &self,
+        q: &AxisVector,
+        [cap, slack]: [f64; 2],
+        hint: Option<[u32; 2]>,
+    ) -> Option<MeshGap> {
+        let found = self.meshes(q).gap(cap + self.allowance(), slack, hint)?;
         Some(MeshGap { distance: found.distance - self.allowance(), ..found })
+    }
+
+    /// Bounds the gap over a box by a goal, whose travel is that of the box; points are in the frame of the first body.
+    pub(crate) fn swept(&self, area: &JointBox, goal: GapGoal) -> Option<SweptGap> {
+        let allowance = self.allowance();
+        let travel = self.swept_travel(area);
+        let goal = GapGoal { cap: goal.cap + allowance, travel, ..goal };
+        let SweptGap { gap, low } = self.meshes(&area.middle).swept(goal)?;
+        let gap = MeshGap { distance: gap.distance - allowance, ..gap };
+        Some(SweptGap { gap, low: low.map(|low| low - allowance) })
+    }
+
+    /// Bounds the travel of the second body against the first, from the middle of a box to anywhere in it.
+    fn swept_travel(&self, area: &JointBox) -> SweptTravel {
+        let along = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()]
+            .map(|across| self.travel(area, &across));
+        SweptTravel { along: along.into(), most: self.spread(area) }
     }
 
     /// Bounds the distance anywhere in a box from below by two parallel planes between the bodies, across the gap in its
@@ -65,9 +86,22 @@ impl<'a> BodyPair<'a> {
     ///
     /// It is sharp where bodies slide along a plane or turn about its normal, which changes nothing.
     pub(crate) fn between_planes(&self, area: &JointBox, gap: &MeshGap) -> f64 {
-        let Some(across) = Unit::try_new(gap.ends[1] - gap.ends[0], f64::MIN_POSITIVE) else {
-            return f64::NEG_INFINITY;
-        };
+        let across = Unit::try_new(gap.ends[1] - gap.ends[0], f64::MIN_POSITIVE);
+        across.map_or(f64::NEG_INFINITY, |across| self.apart_along(area, &across))
+    }
+
+    /// Bounds the distance anywhere in a box from below by planes across the coordinate axes of both links \[mm\]: bodies of
+    /// machines slide and turn along these.
+    pub(crate) fn between_axis_planes(&self, area: &JointBox) -> f64 {
+        let turn = self.place(&area.middle).rotation;
+        let axes = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()];
+        let all = axes.into_iter().chain(axes.map(|axis| turn * axis));
+        let both = all.flat_map(|across| [across, -across]);
+        both.map(|across| self.apart_along(area, &across)).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Bounds the distance anywhere in a box from below by two planes across a direction \[mm\].
+    fn apart_along(&self, area: &JointBox, across: &UnitVector3<f64>) -> f64 {
         let [first, second] = self.bodies;
         let place = self.place(&area.middle);
         // The second body is beyond the first along the direction.
@@ -76,9 +110,9 @@ impl<'a> BodyPair<'a> {
             let points = body.shell.mesh().vertices.iter().map(|p| p.coords.dot(along));
             points.fold(f64::NEG_INFINITY, f64::max)
         };
-        let lowest = place.translation.vector.dot(&across) - reach(second, &-back.into_inner());
-        let apart = lowest - reach(first, &across) - self.allowance();
-        apart - self.travel(area, &across)
+        let lowest = place.translation.vector.dot(across) - reach(second, &-back.into_inner());
+        let apart = lowest - reach(first, across) - self.allowance();
+        apart - self.travel(area, across)
     }
 
     /// Bounds the travel of points of the second body along a direction of the frame of the first, from the middle of a box
@@ -113,9 +147,27 @@ impl<'a> BodyPair<'a> {
         sum
     }
 
+    /// Divides a box across the axis between the bodies that moves them farthest.
+    pub(crate) fn halves(&self, area: &JointBox) -> [JointBox; 2] {
+        let alone = |index: usize| {
+            let mut half = AxisVector::zeros();
+            half[index] = area.half[index];
+            self.spread(&JointBox { half, ..*area })
+        };
+        let farthest = self.axes().max_by(|a, b| alone(*a).total_cmp(&alone(*b)));
+        [-0.5, 0.5].map(|side| {
+            let mut part = *area;
+            if let Some(index) = farthest {
+                part.middle[index] += side * area.half[index];
+                part.half[index] *= 0.5;
+            }
+            part
+        })
+    }
+
     /// Returns true if the bodies touch or overlap.
     pub(crate) fn touches(&self, q: &AxisVector, tolerance: f64) -> bool {
-        self.gap(q, [tolerance, 0.0]).is_some() || self.meshes(q).is_inside()
+        self.gap(q, [tolerance, 0.0], None).is_some() || self.meshes(q).is_inside()
     }
 
     /// Returns true if one body is inside the other.

@@ -82,7 +82,7 @@ impl<'a> MoveSpans<'a> {
         let at = self.tree.len();
         if count == 1 {
             let segment = self.segments.get(first)?;
-            let hull = JointHull::around(&segment.joints, &self.bow(segment));
+            let hull = JointHull::around(&segment.joints, &self.bow(segment, 1.0));
             self.tree.push(hull);
             return Some(hull);
         }
@@ -99,12 +99,16 @@ impl<'a> MoveSpans<'a> {
         Some(hull)
     }
 
-    /// Bounds how far the axes leave the straight line between both ends of a move.
+    /// Bounds how far the axes leave the straight line between both ends of a part of a move, `share` of its duration.
     ///
     /// With the tip straight and the rotaries linear in time, a linear axis has a second derivative of at most
     /// `a^2 r + 2 a v`: `a` the sum of both turns, `r` the distance of the tip from what turns it, `v` the travel. It leaves
-    /// its chord by an eighth of that.
-    fn bow(&self, segment: &Segment) -> AxisVector {
+    /// its chord by an eighth of that, which falls with the square of the duration.
+    ///
+    /// On a great circle between tool vectors the bound is a heuristic. Of orthogonal rotary axes one turns monotonously, and
+    /// the other leaves its ends by at most half of the arc, which is no longer than both turns: that holds. Axes that are not
+    /// orthogonal, and linear axes near a singular direction, where a rotary axis runs ahead, may leave more.
+    fn bow(&self, segment: &Segment, share: f64) -> AxisVector {
         if matches!(segment.course, Course::Joints | Course::Rest) {
             return AxisVector::zeros();
         }
@@ -113,8 +117,9 @@ impl<'a> MoveSpans<'a> {
         let travel = change.fixed_rows::<3>(0).norm();
         let lever = self.controls.of(segment.tool).lever(segment) + travel;
         let linear = (turn * turn * lever + 2.0 * turn * (travel + turn * lever)) / 8.0;
-        // On a great circle the rotaries are not linear: near a singular direction one may run far ahead.
-        let rotary = if matches!(segment.course, Course::Circle { .. }) { 0.5 * turn } else { 0.0 };
+        let linear = linear * share.powi(2);
+        let is_circle = matches!(segment.course, Course::Circle { .. });
+        let rotary = if is_circle { 0.5 * turn * share } else { 0.0 };
         AxisVector::from([linear, linear, linear, rotary, rotary])
     }
 
@@ -161,8 +166,7 @@ impl<'a> MoveSpans<'a> {
                 let segment = self.segments.get(index).ok_or(VerifyError::NoMotion)?;
                 let control = self.controls.of(segment.tool);
                 let ends = [control.joints(segment, from)?, control.joints(segment, to)?];
-                // The bow falls with the square of the duration.
-                let bow = self.bow(segment) * (to - from).powi(2);
+                let bow = self.bow(segment, to - from);
                 Ok(JointHull::around(&ends, &bow).joint_box())
             }
         }

@@ -7,7 +7,7 @@ use super::search::{self, PairApproach, PairGoal};
 use super::spans::MoveSpans;
 use crate::cutter::Cutter;
 use crate::machine::Kinematics;
-use crate::types::{AxisVector, Progress, Stage};
+use crate::types::{Progress, Stage};
 use crate::verify::error::VerifyError;
 use crate::verify::fixture::watch::ClearanceOptions;
 use crate::verify::line_stats::{LineCount, LineStatistics};
@@ -55,6 +55,10 @@ const BATCH: usize = 8192;
 
 /// Positions of a batch at which pairs are compared beforehand.
 const SAMPLES: usize = 24;
+
+/// Share of a sampled distance that may be missed, and the longest distance of which \[mm\]: they are a first bound.
+const ROUGH: f64 = 0.05;
+const FAR: f64 = 1e3;
 
 /// Shares of the tolerance: error of round bodies as prisms, and loss of the search.
 const ROUND: f64 = 0.3;
@@ -237,10 +241,14 @@ impl<'a> BodyWatcher<'a> {
         // stay far apart need few steps, and the result does not depend on the threads.
         let before = found.least.map_or(f64::INFINITY, |least| least.distance);
         let sampled = |pair: &BodyPair<'_>| {
-            let nearer = |least: f64, q: &AxisVector| {
-                pair.gap(q, [least, self.watch.tolerance]).map_or(least, |gap| gap.distance)
-            };
-            spans.samples(SAMPLES).fold(before, nearer)
+            let (mut nearest, mut hint) = (before, None);
+            for q in spans.samples(SAMPLES) {
+                let slack = self.watch.tolerance.max(ROUGH * nearest.min(FAR));
+                if let Some(gap) = pair.gap(q, [nearest, slack], hint) {
+                    (nearest, hint) = (gap.distance, Some(gap.triangles));
+                }
+            }
+            nearest
         };
         let least = pairs.par_iter().map(sampled).reduce(|| f64::INFINITY, f64::min);
         // Not below what is found there again, so that the pair itself is named.
@@ -250,7 +258,7 @@ impl<'a> BodyWatcher<'a> {
             PairGoal { reported: self.reported(), least, tolerance: SEARCH * self.watch.tolerance };
         // Step 2: each pair by itself.
         let all: Vec<Result<Vec<PairApproach>, VerifyError>> =
-            pairs.par_iter().map(|pair| search::nearest(pair, spans, goal)).collect();
+            pairs.par_iter().map(|pair| approaches(pair, spans, goal)).collect();
         let mut ordered: Vec<(usize, PairApproach)> = Vec::new();
         for (index, approaches) in all.into_iter().enumerate() {
             ordered.extend(approaches?.into_iter().map(|approach| (index, approach)));
@@ -284,6 +292,18 @@ impl<'a> BodyWatcher<'a> {
             }
         }
     }
+}
+
+/// Finds the approaches of a pair that is not clear as a whole.
+fn approaches(
+    pair: &BodyPair<'_>,
+    spans: &MoveSpans<'_>,
+    goal: PairGoal,
+) -> Result<Vec<PairApproach>, VerifyError> {
+    if search::is_clear(pair, spans, goal)? {
+        return Ok(Vec::new());
+    }
+    search::nearest(pair, spans, goal)
 }
 
 /// Returns a tool as bodies on its link: prisms and cones around its parts.
