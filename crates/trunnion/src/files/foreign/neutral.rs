@@ -1,7 +1,8 @@
 //! Machines whose description holds where the rotary axes stand at other positions than zero.
 
 use super::draft::{AxisDraft, MachineDraft};
-use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitVector3, Vector3};
+use crate::math;
+use nalgebra::{Isometry3, Point3, Translation3, UnitVector3, Vector3};
 
 /// Carries points and directions from the positions `angles` \[deg\] of two axes to all axes at zero.
 ///
@@ -57,7 +58,7 @@ fn turn(axis: &AxisDraft, degrees: f64) -> Isometry3<f64> {
     let Some(dir) = dir else { return Isometry3::identity() };
     let angle = (axis.sense * degrees).to_radians();
     let point = Translation3::from(Vector3::from(axis.point.unwrap_or_default()));
-    let turn = Rotation3::from_axis_angle(&dir, angle);
+    let turn = math::rotation_about(&dir, angle);
     point * Isometry3::from_parts(Translation3::identity(), turn.into()) * point.inverse()
 }
 
