@@ -31,8 +31,10 @@ impl FacePoint {
         // the sides.
         let towards = |c: PrincipalCurvatures| if face.face().flip { -c.min } else { c.max };
         let bend = jet.curvature().map_or(0.0, towards).max(0.0);
-        let least_concave_radius = face.smallest_concave_radius();
-        Self { uv, point: jet.s, concave_radius: bend.recip(), least_concave_radius }
+        let concave_radius = bend.recip();
+        // Both round on their own: on a cylinder the least one may come out a digit above.
+        let least_concave_radius = face.smallest_concave_radius().min(concave_radius);
+        Self { uv, point: jet.s, concave_radius, least_concave_radius }
     }
 }
 

@@ -231,14 +231,16 @@ fn bent_passes_finish_a_trimmed_face() {
 /// Where turning round costs more than anything, there are no more passes than where it costs nothing.
 #[test]
 fn the_cost_of_links_decides_how_many_passes_there_are() {
+    // A power of two turns lengths into times and back without rounding, so that equal costs are equal bits.
+    const FEED: f64 = 8.0;
     struct Slow(f64);
     impl PassCost for Slow {
         fn feed(&self) -> f64 {
-            10.0
+            FEED
         }
         fn pass(&self, stations: &[Station]) -> f64 {
             let length = stations.windows(2).map(|p| (p[1].contact - p[0].contact).norm());
-            length.sum::<f64>() / 10.0
+            length.sum::<f64>() / FEED
         }
         fn link(&self, _: &Station, _: &Station) -> f64 {
             self.0
@@ -247,7 +249,7 @@ fn the_cost_of_links_decides_how_many_passes_there_are() {
     let face = [face(surface(1.0), &[], false)];
     let passes = |link: f64| {
         let options = CoverOptions { link, ..options() };
-        let cost = Slow(link / 10.0);
+        let cost = Slow(link / FEED);
         let cutter = cutter();
         let request =
             CoverRequest { cost: Some(&cost), ..CoverRequest::new(&face, &cutter, &options) };
