@@ -36,7 +36,7 @@ mod plan;
 mod prove;
 mod report;
 
-pub use access::ToolAccess;
+pub use access::{ToolAccess, flank_axis};
 pub use cost::{LengthCost, PassCost};
 pub use error::{CoverError, FacePoint};
 pub use flank_refusal::FlankRefusal;

@@ -20,6 +20,9 @@ const STEPS: u32 = 60;
 const DIRECTIONS: u32 = 12;
 const ANGLES: [f64; 7] = [0.01, 0.09, 0.25, 0.5, 0.8, 1.1, 1.35];
 
+/// Distance from the middle of its underside at which a standing tool is tried, as a share of the underside's radius.
+const STANDING: f64 = 0.5;
+
 /// Points of the arc of a barrel with which it is tried, as shares of the arc.
 const ARC_SHARES: [f64; 3] = [0.1, 0.5, 0.9];
 
@@ -126,7 +129,27 @@ pub(crate) fn fitting_pose_along(
     corner_fits(keep_off, contact, cutter.minor())?;
     let gap = ContactGap { least: keep_off.least, raised: 0.0 };
     let first = flank_pose(axis, contact, gap, cutter);
-    first_fitting(keep_off, first.into_iter().chain(poses_by_turn(axis, contact, gap, cutter)))
+    let standing = standing_poses(contact, gap, cutter);
+    let others = poses_by_turn(axis, contact, gap, cutter);
+    first_fitting(keep_off, first.into_iter().chain(standing).chain(others))
+}
+
+/// Returns poses of a tool that stands on a point with its flat underside, the middle of it first.
+fn standing_poses(
+    contact: &ContactPoint,
+    gap: ContactGap,
+    cutter: &Cutter,
+) -> impl Iterator<Item = ToolPose> {
+    let (tip, axis) = (contact.above(0.0, gap), contact.normal);
+    let [across, beside] = tangents(&axis);
+    let aside = STANDING * cutter.major();
+    let ring = (0..DIRECTIONS).map(move |i| {
+        let (sin, cos) = math::sin_cos(TAU * f64::from(i) / f64::from(DIRECTIONS));
+        tip + (across.scale(cos) + beside.scale(sin)) * aside
+    });
+    let has_underside = matches!(cutter.kind(), CutterKind::Flat | CutterKind::Bull);
+    let tips = std::iter::once(tip).chain(ring).filter(move |_| has_underside);
+    tips.map(move |tip| ToolPose { tip, axis })
 }
 
 /// Returns the pose in which the lower end of a cylindrical flank touches a point, its axis as near to another as the
@@ -296,8 +319,7 @@ fn poses(
     let arc = cutter.contact_arc();
     let center = contact.above(arc.radius, gap);
     let normal = contact.normal;
-    let across = Unit::new_normalize(normal.cross(&Vector3::ith(normal.iamin(), 1.0)));
-    let beside = normal.cross(&across);
+    let [across, beside] = tangents(&normal);
     angles(cutter).flat_map(move |angle| {
         (0..DIRECTIONS).map(move |i| {
             let (sin, cos) = math::sin_cos(TAU * f64::from(i) / f64::from(DIRECTIONS));
@@ -305,6 +327,13 @@ fn poses(
             arc.pose(center, &normal, &ahead, angle)
         })
     })
+}
+
+/// Returns two directions square to a normal and to each other, of unit length.
+fn tangents(normal: &UnitVector3<f64>) -> [Vector3<f64>; 2] {
+    // The component of least size keeps the cross product away from zero.
+    let across = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
+    [across, normal.cross(&across)]
 }
 
 /// Returns the inclinations at which a cutter is tried at a point \[rad\].

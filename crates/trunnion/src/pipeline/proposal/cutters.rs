@@ -4,7 +4,7 @@ use super::candidates::{CandidateFaces, REACHED, SampledFace};
 use super::left_out::{FaceReason, LeftOutFace};
 use super::part_measure::{LARGEST, PartMeasure};
 use super::request::TOLERANCE;
-use crate::cover::{PassCost, ToolAccess};
+use crate::cover::{PassCost, ToolAccess, flank_axis};
 use crate::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
 use crate::inverse::Inverse;
 use crate::machine::{Kinematics, Machine, Setup};
@@ -42,6 +42,23 @@ const MUCH_LARGER: f64 = 2.0;
 /// Share of the area of the small cutter that the larger one has to cut.
 const GOOD_PART: f64 = 0.5;
 
+/// The same share for a flat end mill where smaller ones gain no more than in proportion to the diameter, and how much less
+/// of that proportion they may leave.
+const ENOUGH: f64 = 0.8;
+const IN_PROPORTION: f64 = 0.5;
+
+/// Share of a face that its samples tell from nothing: strips along its edges are narrower than the samples are apart.
+const SEEN: f64 = 0.1;
+
+/// Area that a flat end mill has to leave, as a share of what it reaches, for a smaller one in its place; and how much of
+/// that area the smaller one may leave. A gap is reached all over as soon as the tool fits; of a corner, half the diameter
+/// leaves a quarter.
+const LEAVES: f64 = 0.03;
+const CLEARS: f64 = 0.2;
+
+/// Least diameter of a cutter in place of another one, as a share of that one's.
+const NOT_SMALLER: f64 = 0.4;
+
 /// Share of a face's samples that may be too concave for a ball.
 const NARROW: f64 = 0.03;
 
@@ -58,11 +75,28 @@ pub(super) struct CutterTrial {
     pub(super) not_cut: Vec<usize>,
     /// Area reached \[mm²\].
     pub(super) area: f64,
+    /// Face by face: index, area, and the area reached \[mm²\].
+    reached: Vec<ReachedFace>,
     /// Indices of the faces of which it cuts a good part, tight hollows aside.
     pub(super) partly_cut: Vec<usize>,
     /// Area of these parts \[mm²\].
     pub(super) partly_area: f64,
     pub(super) poses: Vec<ToolPose>,
+}
+
+/// Part of a face that a cutter reaches; none of a face that it does not cut.
+#[derive(Debug, Clone, Copy)]
+struct ReachedFace {
+    index: usize,
+    /// Areas of the face, and of the part \[mm²\].
+    area: f64,
+    reached: f64,
+}
+
+impl ReachedFace {
+    fn left(&self) -> f64 {
+        self.area - self.reached
+    }
 }
 
 impl CutterTrial {
@@ -73,6 +107,7 @@ impl CutterTrial {
             left_out: Vec::new(),
             not_cut: Vec::new(),
             area: 0.0,
+            reached: Vec::new(),
             partly_cut: Vec::new(),
             partly_area: 0.0,
             poses: Vec::new(),
@@ -82,7 +117,33 @@ impl CutterTrial {
     /// Returns the index of the largest cutter that reaches about as much as any; trials come largest first.
     pub(super) fn choose(trials: &[Self]) -> Option<usize> {
         let most = trials.iter().map(|trial| trial.area).fold(0.0, f64::max);
-        trials.iter().position(|trial| trial.area >= AS_GOOD * most)
+        let good = trials.iter().position(|trial| trial.area >= AS_GOOD * most)?;
+        let chosen = trials.get(good)?;
+        if chosen.cutter.kind() != CutterKind::Flat {
+            return Some(good);
+        }
+        let is_enough = |at: &usize| {
+            let large = &trials[*at];
+            let mut smaller = trials[at + 1..=good].iter();
+            large.area >= ENOUGH * most && smaller.all(|trial| trial.gains_little(large))
+        };
+        let large = (0..good).find(is_enough).unwrap_or(good);
+        Some(Self::choose_finer(trials, large))
+    }
+
+    /// Returns `true` if a larger cutter cuts the same faces, and leaves more by about the ratio of the diameters only: in
+    /// sharp corners, of which no cutter finishes all.
+    fn gains_little(&self, larger: &Self) -> bool {
+        let of_both = |trial: &Self| -> Vec<ReachedFace> {
+            let is_cut = |face: &&ReachedFace| self.cut.contains(&face.index);
+            trial.reached.iter().filter(is_cut).copied().collect()
+        };
+        let left = |faces: &[ReachedFace]| faces.iter().map(ReachedFace::left).sum::<f64>();
+        let before = of_both(larger);
+        let expected = self.cutter.radius() / larger.cutter.radius() * left(&before);
+        let seen = before.iter().filter(|face| face.left() > 0.0).map(|face| SEEN * face.area);
+        self.cut.iter().all(|index| larger.cut.contains(index))
+            && (expected <= seen.sum() || left(&of_both(self)) >= IN_PROPORTION * expected)
     }
 
     /// Returns the index of a far larger cutter than that of index `fine` which cuts most of what that one reaches.
@@ -91,6 +152,27 @@ impl CutterTrial {
         let larger = |trial: &Self| trial.cutter.radius() >= MUCH_LARGER * fine.cutter.radius();
         let most = |trial: &Self| trial.partly_area >= GOOD_PART * fine.area;
         trials.iter().position(|trial| larger(trial) && most(trial))
+    }
+
+    /// Returns the index of the cutter that cuts best alone: that of index `large`, or the largest that also reaches nearly
+    /// all which that one leaves.
+    fn choose_finer(trials: &[Self], large: usize) -> usize {
+        let Some(before) = trials.get(large) else { return large };
+        let least = NOT_SMALLER * before.cutter.radius();
+        let smaller = || {
+            let allowed = move |(_, trial): &(usize, &Self)| trial.cutter.radius() >= least;
+            trials.iter().enumerate().skip(large + 1).filter(allowed)
+        };
+        let is_cut = |index: usize| smaller().any(|(_, trial)| trial.cut.contains(&index));
+        let left = |trial: &Self| -> f64 {
+            let cut = trial.reached.iter().filter(|face| is_cut(face.index));
+            cut.map(ReachedFace::left).sum()
+        };
+        if left(before) < LEAVES * before.area {
+            return large;
+        }
+        let most = CLEARS * left(before);
+        smaller().find(|(_, trial)| left(trial) <= most).map_or(large, |(at, _)| at)
     }
 
     /// The same cutter with another length \[mm\].
@@ -133,11 +215,16 @@ impl CandidateFaces<'_> {
         let access = ToolAccess::new(self.faces, cutter, &reach, TOLERANCE.excess);
         let mut trial = CutterTrial::empty(cutter.clone());
         for SampledFace { index, area, samples, .. } in &self.candidates {
-            // The pose nearest to the upright one: rotaries and linear axes travel least.
-            let found: Vec<Result<ToolPose, UncutReason>> = samples
-                .par_iter()
-                .map(|sample| access.pose_along(&Vector3::z_axis(), *index, sample))
-                .collect();
+            // The pose nearest to the upright one: rotaries and linear axes travel least. Else one along a wall that leans.
+            let leaning = flank_axis(&self.faces[*index]);
+            let pose = |sample: &FaceSample| {
+                let upright = access.pose_along(&Vector3::z_axis(), *index, sample);
+                upright.or_else(|reason| {
+                    let pose = leaning.map(|axis| access.pose_along(&axis, *index, sample));
+                    pose.and_then(Result::ok).ok_or(reason)
+                })
+            };
+            let found: Vec<Result<ToolPose, UncutReason>> = samples.par_iter().map(pose).collect();
             let poses: Vec<ToolPose> =
                 found.iter().filter_map(|pose| pose.as_ref().ok().copied()).collect();
             let share = poses.len() as f64 / samples.len().max(1) as f64;
@@ -153,15 +240,18 @@ impl CandidateFaces<'_> {
                 trial.partly_cut.push(*index);
                 trial.partly_area += partly * area;
             }
-            if share < REACHED || too_tight {
+            let is_cut = share >= REACHED && !too_tight;
+            let reached = if is_cut { share * area } else { 0.0 };
+            trial.reached.push(ReachedFace { index: *index, area: *area, reached });
+            if is_cut {
+                trial.cut.push(*index);
+                trial.area += reached;
+                trial.poses.extend(poses);
+            } else {
                 let number = self.faces[*index].face().number;
                 let reason = FaceReason::NotReached { share, reason: usual(&found) };
                 trial.left_out.push(LeftOutFace { number, reason });
                 trial.not_cut.push(*index);
-            } else {
-                trial.cut.push(*index);
-                trial.area += share * area;
-                trial.poses.extend(poses);
             }
         }
         trial
@@ -239,5 +329,36 @@ impl PassCost for RotaryReach {
 
     fn reaches(&self, pose: &ToolPose) -> bool {
         self.inverse.as_ref().is_some_and(|inverse| inverse.continued(pose, &self.home).is_ok())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Trials of flat end mills that cut two faces of 500 mm² and leave some of each, by diameter.
+    fn choose(left: &[(f64, f64)]) -> f64 {
+        let trial = |&(diameter, left): &(f64, f64)| {
+            let cutter = Cutter::new(spec(CutterKind::Flat, diameter, 20.0)).unwrap();
+            let reached: Vec<ReachedFace> = [0, 1]
+                .map(|index| ReachedFace { index, area: 500.0, reached: 500.0 - left })
+                .into();
+            let area = reached.iter().map(|face| face.reached).sum();
+            CutterTrial { cut: vec![0, 1], area, reached, ..CutterTrial::empty(cutter) }
+        };
+        let trials: Vec<CutterTrial> = left.iter().map(trial).collect();
+        2.0 * trials[CutterTrial::choose(&trials).unwrap()].cutter.radius()
+    }
+
+    #[test]
+    fn sharp_corners_do_not_ask_for_the_smallest_cutter() {
+        // Every cutter leaves strips as wide as its radius beside a corner; the samples do not see those of 2 mm.
+        assert!(
+            (choose(&[(16.0, 90.0), (8.0, 45.0), (4.0, 30.0), (2.0, 0.0)]) - 16.0).abs() < 1e-9
+        );
+        // A gap is another matter: the cutter that fits leaves nothing of it.
+        assert!((choose(&[(16.0, 90.0), (8.0, 0.0), (4.0, 0.0)]) - 8.0).abs() < 1e-9);
+        // Where a far smaller one gains a little, the larger stays.
+        assert!((choose(&[(16.0, 20.0), (8.0, 18.0), (2.0, 0.0)]) - 16.0).abs() < 1e-9);
     }
 }
