@@ -125,7 +125,7 @@ fn each_operation_has_its_own_program(outcome: &Outcome) {
     let is_move = |line: &&str| line.contains(" X") && line.contains(" F");
     let moves =
         |text: &str| -> Vec<String> { text.lines().filter(is_move).map(str::to_owned).collect() };
-    let [first, second] = &program.parts[..] else { panic!("{} parts", program.parts.len()) };
+    let [first, second] = [0, 1].map(|index| &program.parts[index]);
     assert_eq!(first.file, "program-1.linuxcnc.ngc");
     assert_eq!(
         (second.file.as_str(), second.operation.as_str()),
