@@ -1,6 +1,7 @@
 //! Single values of a call: numbers, truth values, texts.
 
 use crate::errors::WrongArgument;
+use pyo3::conversion::FromPyObjectOwned;
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyInt};
 
@@ -8,19 +9,18 @@ use pyo3::types::{PyFloat, PyInt};
 const SHOWN: usize = 40;
 
 /// Value that an argument may be as a whole.
-pub(crate) trait Scalar: Sized {
+pub(crate) trait Scalar {
     /// Description of the defect of everything else, following the value.
     const DEFECT: &'static str;
-
-    /// Takes a value; the exception is not shown.
-    fn of(value: &Bound<'_, PyAny>) -> PyResult<Self>;
 }
 
-/// Takes an argument, by `#[pyo3(from_py_with = scalar)]`.
+/// Takes an argument, by `#[pyo3(from_py_with = scalar)]`; the exception of the extraction is not shown.
 ///
 /// An `ArgumentError` gets its name from the note that `PyO3` adds to every exception of an argument.
-pub(crate) fn scalar<T: Scalar>(value: &Bound<'_, PyAny>) -> PyResult<T> {
-    T::of(value).map_err(|_| {
+pub(crate) fn scalar<'py, T: Scalar + FromPyObjectOwned<'py>>(
+    value: &Bound<'py, PyAny>,
+) -> PyResult<T> {
+    value.extract().map_err(|_| {
         let (py, value, defect) = (value.py(), words(value), T::DEFECT);
         WrongArgument { name: "", index: &[], value, defect, remedy: "" }.error(py)
     })
@@ -37,58 +37,30 @@ fn words(value: &Bound<'_, PyAny>) -> String {
 
 impl Scalar for f64 {
     const DEFECT: &'static str = "is not a number";
-
-    fn of(value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        value.extract()
-    }
 }
 
 impl Scalar for bool {
     const DEFECT: &'static str = "is neither True nor False";
-
-    fn of(value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        value.extract()
-    }
 }
 
 impl Scalar for u16 {
     const DEFECT: &'static str = "is not a whole number from 0 to 65535";
-
-    fn of(value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        value.extract()
-    }
 }
 
 impl Scalar for String {
     const DEFECT: &'static str = "is not a text";
-
-    fn of(value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        value.extract()
-    }
 }
 
 /// Degrees by u and v.
 impl Scalar for [usize; 2] {
     const DEFECT: &'static str = "is not two whole numbers from 0";
-
-    fn of(value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        value.extract()
-    }
 }
 
 /// Knots by u and v.
 impl Scalar for [Vec<f64>; 2] {
     const DEFECT: &'static str = "is not two lists of numbers";
-
-    fn of(value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        value.extract()
-    }
 }
 
 impl<T: Scalar> Scalar for Option<T> {
     const DEFECT: &'static str = T::DEFECT;
-
-    fn of(value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        if value.is_none() { Ok(None) } else { T::of(value).map(Some) }
-    }
 }

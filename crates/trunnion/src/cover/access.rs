@@ -1,7 +1,6 @@
 //! Access of a tool to single points of a part, without planning passes.
 
 use super::cost::PassCost;
-use super::place::rulings::wall_direction;
 use super::place::tool_fit::{ContactPoint, fitting_pose_along, is_hollow};
 use super::prove::part_faces::{KeepOff, PartFaces};
 use crate::cutter::{Cutter, ToolBody};
@@ -78,12 +77,6 @@ impl<'a> ToolAccess<'a> {
             precision: PRECISION * self.depth,
         }
     }
-}
-
-/// Returns the direction in which the flank of a tool suits a wall: along its straight edges, or its straight lines;
-/// `None` for a face without such lines that rise.
-pub fn flank_axis(face: &FaceIndex) -> Option<UnitVector3<f64>> {
-    wall_direction(face)
 }
 
 fn contact(sample: &FaceSample) -> ContactPoint {

@@ -36,7 +36,7 @@ mod plan;
 mod prove;
 mod report;
 
-pub use access::{ToolAccess, flank_axis};
+pub use access::ToolAccess;
 pub use cost::{LengthCost, PassCost};
 pub use error::{CoverError, FacePoint};
 pub use flank_refusal::FlankRefusal;
@@ -48,6 +48,7 @@ pub use join::request::{LeadKind, LinkOptions, LinkRequest};
 pub use options::{CoverOptions, FinishTolerance, lever};
 pub use pattern::{CutPattern, FeedDirection, PlacementMethod, PrismaticUse};
 pub use place::flank::flank_fits;
+pub use place::rulings::flank_axis;
 pub use plan::{CoverRequest, LeftArea, cover};
 pub use report::{
     CoverReport, Covering, FaceLayout, FallbackReason, GivenUp, LayoutCost, PassFallback,

@@ -52,7 +52,7 @@ pub fn setup(
     Ok(SetupResult { search, seconds })
 }
 
-/// Joins the legs of operations, each as the tool of the first operation moves the machine in the same way.
+/// Joins the legs of all operations. Those of other tools are rewritten for the first tool: the machine moves in the same way.
 fn joined(job: &Job, operations: Vec<OperationPasses<'_>>) -> Vec<Leg> {
     let mut all: Vec<Leg> = Vec::new();
     for OperationPasses { job: of, legs, .. } in operations {

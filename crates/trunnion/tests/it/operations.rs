@@ -287,3 +287,15 @@ fn a_setup_is_searched_for_all_operations() {
     let first = cutting_ranges(paths().take(1));
     assert!((first[2].low - run[2].low).abs() > 5.0, "{first:?} {run:?}");
 }
+
+#[test]
+fn an_operation_is_a_job_of_its_own() {
+    let alone = |index: usize| job(TWO).unwrap().into_operation(index);
+    let second = alone(1).unwrap();
+    assert_eq!((second.name.as_str(), second.file.tool.number), ("fillet", 2));
+    assert!(second.following.is_empty() && second.other_tools.is_empty());
+    let first = alone(0).unwrap();
+    assert_eq!(first.file.tool.number, 1);
+    assert!(first.following.is_empty() && first.other_tools.is_empty());
+    assert!(alone(2).is_none());
+}

@@ -211,7 +211,7 @@ pub fn flank_fits(
 
 /// Plans the flank pass over a face, in pieces where other faces are in its way. What the passes leave is in their report.
 ///
-/// Where the steepest lines of a plane leave something, those along its edges are tried.
+/// If passes along the steepest lines of a plane leave material, passes along its edges are tried.
 ///
 /// # Errors
 ///

@@ -21,7 +21,7 @@ const INSIDE: f64 = 0.1;
 /// Overlap of a pass round a closed face, as a share of the radius.
 const OVERLAP: f64 = 0.1;
 
-/// Tolerance of the polylines by which the extent of a face is found, as a share of its ranges.
+/// Tolerance of the polylines that stand for the outline of a face, as a share of its ranges.
 const LOOP_SHARE: f64 = 1e-6;
 
 /// Sine of the angle between edges up to which they are parallel: a micrometre in 10 mm.
@@ -127,7 +127,7 @@ impl<'a> RuledFace<'a> {
     }
 
     /// Takes lines along the edges of a plane as rulings: between walls that lean, a tool leans as they do. `None` where no
-    /// two edges are parallel, or they run along the steepest lines.
+    /// two edges are parallel, or they run along the steepest lines anyway.
     pub(super) fn along_edges(face: &'a FaceIndex) -> Option<Self> {
         let Surface::Plane(plane) = &face.face().surface else { return None };
         let (steepest, edge) = (steepest(face)?, steepest_edges(face)?);
@@ -294,9 +294,9 @@ impl<'a> RuledFace<'a> {
     }
 }
 
-/// Returns the direction of the rulings in the middle of a wall, of a plane that of its edges; `None` for a face without
-/// such lines that rise.
-pub(crate) fn wall_direction(face: &FaceIndex) -> Option<UnitVector3<f64>> {
+/// Returns an axis along which the flank of a tool may lie on a wall, upwards: along the edges of a plane where these are
+/// parallel, else along the ruling in the middle of the wall; `None` for a face without lines that rise.
+pub fn flank_axis(face: &FaceIndex) -> Option<UnitVector3<f64>> {
     let ruled = RuledFace::along_edges(face).or_else(|| RuledFace::new(face))?;
     let [first, last] = ruled.range;
     let Ruling { ends: [low, high], .. } = ruled.ruling(0.5 * (first + last))?;
@@ -313,12 +313,10 @@ fn steepest(face: &FaceIndex) -> Option<UnitVector3<f64>> {
 /// Returns the upward direction of the steepest two straight edges of a face that are parallel and apart; `None` where
 /// there are none.
 fn steepest_edges(face: &FaceIndex) -> Option<UnitVector3<f64>> {
-    let [u, v] = face.face().bounds();
-    let tolerance = [u, v].map(|range| LOOP_SHARE * range.width());
     let corner = |[u, v]: [f64; 2]| face.face().point(u, v);
     let mut edges: Vec<[Point3<f64>; 2]> = Vec::new();
-    for trim in &face.face().loops {
-        let points: Vec<Point3<f64>> = trim.polyline(tolerance).into_iter().map(corner).collect();
+    for outline in outlines(face) {
+        let points: Vec<Point3<f64>> = outline.into_iter().map(corner).collect();
         let next = points.iter().cycle().skip(1);
         edges.extend(points.iter().zip(next).map(|(a, b)| [*a, *b]));
     }
@@ -342,16 +340,20 @@ fn steepest_edges(face: &FaceIndex) -> Option<UnitVector3<f64>> {
     paired.max_by(|a, b| a.z.total_cmp(&b.z))
 }
 
-/// Returns the ranges of the two coordinates of a face's trims; `None` where one is empty.
-fn extent(face: &FaceIndex, place: impl Fn([f64; 2]) -> [f64; 2]) -> Option<[[f64; 2]; 2]> {
+/// Returns the trims of a face as polylines in its parameters; the whole rectangle of a face without trims.
+fn outlines(face: &FaceIndex) -> Vec<Vec<[f64; 2]>> {
     let [u, v] = face.face().bounds();
     let tolerance = [u, v].map(|range| LOOP_SHARE * range.width());
-    let mut points: Vec<[f64; 2]> =
-        face.face().loops.iter().flat_map(|trim| trim.polyline(tolerance)).collect();
-    if points.is_empty() {
-        points = vec![[u.low, v.low], [u.low, v.high], [u.high, v.low], [u.high, v.high]];
+    let loops = &face.face().loops;
+    if loops.is_empty() {
+        return vec![vec![[u.low, v.low], [u.high, v.low], [u.high, v.high], [u.low, v.high]]];
     }
-    let places: Vec<[f64; 2]> = points.into_iter().map(place).collect();
+    loops.iter().map(|trim| trim.polyline(tolerance)).collect()
+}
+
+/// Returns the ranges of the two coordinates of a face's outline; `None` where one is empty.
+fn extent(face: &FaceIndex, place: impl Fn([f64; 2]) -> [f64; 2]) -> Option<[[f64; 2]; 2]> {
+    let places: Vec<[f64; 2]> = outlines(face).into_iter().flatten().map(place).collect();
     let ranges = [0, 1].map(|k| {
         let all = || places.iter().map(|place| place[k]);
         [all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max)]
@@ -498,7 +500,7 @@ mod tests {
     }
 
     fn leans(corners: [[f64; 2]; 4]) -> f64 {
-        let along = wall_direction(&wall(corners)).unwrap();
+        let along = flank_axis(&wall(corners)).unwrap();
         (along.x / along.z).atan().to_degrees()
     }
 

@@ -128,13 +128,13 @@ pub(crate) fn fitting_pose_along(
 ) -> Result<ToolPose, UncutReason> {
     corner_fits(keep_off, contact, cutter.minor())?;
     let gap = ContactGap { least: keep_off.least, raised: 0.0 };
-    let first = flank_pose(axis, contact, gap, cutter);
-    let standing = standing_poses(contact, gap, cutter);
-    let others = poses_by_turn(axis, contact, gap, cutter);
-    first_fitting(keep_off, first.into_iter().chain(standing).chain(others))
+    let along = [flank_pose(axis, contact, gap, cutter), pose_along(axis, contact, gap, cutter)];
+    let others = standing_poses(contact, gap, cutter).chain(poses(contact, gap, cutter));
+    first_fitting(keep_off, along.into_iter().flatten().chain(by_turn(axis, others)))
 }
 
-/// Returns poses of a tool that stands on a point with its flat underside, the middle of it first.
+/// Returns poses of a tool that stands with its flat underside on a point: with the middle of it, and with points around
+/// that.
 fn standing_poses(
     contact: &ContactPoint,
     gap: ContactGap,
@@ -166,17 +166,11 @@ fn flank_pose(
     Some(arc.pose(contact.above(arc.radius, gap), &contact.normal, &ahead, FRAC_PI_2))
 }
 
-/// Returns the poses that touch at a point, the one along an axis first and the others by their turn from it.
-fn poses_by_turn(
-    axis: &UnitVector3<f64>,
-    contact: &ContactPoint,
-    gap: ContactGap,
-    cutter: &Cutter,
-) -> impl Iterator<Item = ToolPose> {
-    let same = pose_along(axis, contact, gap, cutter);
-    let mut others: Vec<ToolPose> = poses(contact, gap, cutter).collect();
-    others.sort_by(|a, b| b.axis.dot(axis).total_cmp(&a.axis.dot(axis)));
-    same.into_iter().chain(others)
+/// Sorts poses by their turn from an axis.
+fn by_turn(axis: &UnitVector3<f64>, poses: impl Iterator<Item = ToolPose>) -> Vec<ToolPose> {
+    let mut poses: Vec<ToolPose> = poses.collect();
+    poses.sort_by(|a, b| b.axis.dot(axis).total_cmp(&a.axis.dot(axis)));
+    poses
 }
 
 /// Returns the part of an axis square to a normal, of unit length; `None` along the normal.
@@ -279,7 +273,9 @@ pub(crate) fn fitting_pose_near(
     // Step 2: the whole tool, at inclinations more and more different.
     let fits = |pose: &ToolPose| keep_off.cost.reaches(pose) && !keep_off.hits_any(pose);
     let Some(before) = before else { return poses(contact, gap, cutter).find(fits) };
-    poses_by_turn(&before.axis, contact, gap, cutter).find(fits)
+    let same = pose_along(&before.axis, contact, gap, cutter);
+    let others = by_turn(&before.axis, poses(contact, gap, cutter));
+    same.into_iter().chain(others).find(fits)
 }
 
 /// Returns the pose along an axis that touches at a point; `None` where such an axis leaves the face's side, or inclines

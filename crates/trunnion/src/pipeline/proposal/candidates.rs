@@ -16,8 +16,7 @@ pub(super) const REACHED: f64 = 0.5;
 /// Cosine between normal and z up to which a face is a wall: two degrees to either side of the horizon.
 const WALL: f64 = 0.035;
 
-/// Cosine down to which a plane or straight wall that looks down is tried all the same, with a tool that leans under it: 30
-/// degrees.
+/// The same for planes and straight walls, which a tool that leans under them may cut: 30 degrees below the horizon.
 const OVERHANG: f64 = 0.5;
 
 /// Least z of the straight lines of a wall, of unit length: 60 degrees.
@@ -50,7 +49,7 @@ enum FaceView {
 }
 
 impl SampledFace {
-    /// Returns the view of a face that looks down by no more than `overhang`, as a cosine.
+    /// Returns the view of the face; it looks down where its normal is below the horizon by more than `overhang`, a sine.
     fn view(&self, overhang: f64) -> FaceView {
         let count = |looks: &dyn Fn(f64) -> bool| {
             let found = self.samples.iter().filter(|sample| looks(sample.normal.z)).count();

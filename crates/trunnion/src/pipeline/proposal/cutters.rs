@@ -42,21 +42,24 @@ const MUCH_LARGER: f64 = 2.0;
 /// Share of the area of the small cutter that the larger one has to cut.
 const GOOD_PART: f64 = 0.5;
 
-/// The same share for a flat end mill where smaller ones gain no more than in proportion to the diameter, and how much less
-/// of that proportion they may leave.
+/// Share of the area that a larger flat end mill has to reach where smaller ones gain only in proportion to the diameter.
 const ENOUGH: f64 = 0.8;
+
+/// Least area that a smaller one leaves then, as a share of what the proportion lets expect.
 const IN_PROPORTION: f64 = 0.5;
 
-/// Share of a face that its samples tell from nothing: strips along its edges are narrower than the samples are apart.
+/// Share of a face below which its samples show no area that is left: they are farther apart than a strip along its edge is
+/// wide.
 const SEEN: f64 = 0.1;
 
-/// Area that a flat end mill has to leave, as a share of what it reaches, for a smaller one in its place; and how much of
-/// that area the smaller one may leave. A gap is reached all over as soon as the tool fits; of a corner, half the diameter
-/// leaves a quarter.
+/// Area that a flat end mill has to leave for a smaller one to take its place, as a share of what it reaches.
 const LEAVES: f64 = 0.03;
+
+/// Share of that area that the smaller one may leave. It reaches all of a gap as soon as it fits, but never all of a sharp
+/// corner.
 const CLEARS: f64 = 0.2;
 
-/// Least diameter of a cutter in place of another one, as a share of that one's.
+/// Least diameter of a cutter that takes the place of another one, as a share of that one's.
 const NOT_SMALLER: f64 = 0.4;
 
 /// Share of a face's samples that may be too concave for a ball.
@@ -68,15 +71,9 @@ const SMALLEST: f64 = 0.01;
 /// Reach of one cutter of the library.
 pub(super) struct CutterTrial {
     pub(super) cutter: Cutter,
-    /// Indices of the faces that it cuts.
-    pub(super) cut: Vec<usize>,
-    pub(super) left_out: Vec<LeftOutFace>,
-    /// Indices of the faces that are left out.
-    pub(super) not_cut: Vec<usize>,
-    /// Area reached \[mm²\].
-    pub(super) area: f64,
-    /// Face by face: index, area, and the area reached \[mm²\].
+    /// What it reaches of each face.
     reached: Vec<ReachedFace>,
+    pub(super) left_out: Vec<LeftOutFace>,
     /// Indices of the faces of which it cuts a good part, tight hollows aside.
     pub(super) partly_cut: Vec<usize>,
     /// Area of these parts \[mm²\].
@@ -84,7 +81,7 @@ pub(super) struct CutterTrial {
     pub(super) poses: Vec<ToolPose>,
 }
 
-/// Part of a face that a cutter reaches; none of a face that it does not cut.
+/// Part of a face that a cutter reaches; 0 for a face that it does not cut.
 #[derive(Debug, Clone, Copy)]
 struct ReachedFace {
     index: usize,
@@ -94,6 +91,10 @@ struct ReachedFace {
 }
 
 impl ReachedFace {
+    fn is_cut(&self) -> bool {
+        self.reached > 0.0
+    }
+
     fn left(&self) -> f64 {
         self.area - self.reached
     }
@@ -103,21 +104,46 @@ impl CutterTrial {
     fn empty(cutter: Cutter) -> Self {
         Self {
             cutter,
-            cut: Vec::new(),
-            left_out: Vec::new(),
-            not_cut: Vec::new(),
-            area: 0.0,
             reached: Vec::new(),
+            left_out: Vec::new(),
             partly_cut: Vec::new(),
             partly_area: 0.0,
             poses: Vec::new(),
         }
     }
 
-    /// Returns the index of the largest cutter that reaches about as much as any; trials come largest first.
+    /// Returns the indices of the faces that it cuts.
+    pub(super) fn cut(&self) -> Vec<usize> {
+        self.reached.iter().filter(|face| face.is_cut()).map(|face| face.index).collect()
+    }
+
+    pub(super) fn cuts(&self, index: usize) -> bool {
+        self.reached.iter().any(|face| face.index == index && face.is_cut())
+    }
+
+    /// Returns `true` for a face that was tried and is left out.
+    pub(super) fn leaves_out(&self, index: usize) -> bool {
+        self.reached.iter().any(|face| face.index == index && !face.is_cut())
+    }
+
+    /// Returns the area that it reaches \[mm²\].
+    fn area(&self) -> f64 {
+        self.reached.iter().map(|face| face.reached).sum()
+    }
+
+    /// Returns the area of the faces that other cutters cut, and this one leaves \[mm²\].
+    fn left(&self, is_cut: impl Fn(usize) -> bool) -> f64 {
+        let faces = self.reached.iter().filter(|face| is_cut(face.index));
+        faces.map(ReachedFace::left).sum()
+    }
+
+    /// Returns the index of the cutter that cuts best alone; trials come largest first.
+    ///
+    /// It is the largest that reaches about as much as any. Of flat end mills it is a larger one where smaller ones gain
+    /// little, and a smaller one where that fits into gaps.
     pub(super) fn choose(trials: &[Self]) -> Option<usize> {
-        let most = trials.iter().map(|trial| trial.area).fold(0.0, f64::max);
-        let good = trials.iter().position(|trial| trial.area >= AS_GOOD * most)?;
+        let most = trials.iter().map(Self::area).fold(0.0, f64::max);
+        let good = trials.iter().position(|trial| trial.area() >= AS_GOOD * most)?;
         let chosen = trials.get(good)?;
         if chosen.cutter.kind() != CutterKind::Flat {
             return Some(good);
@@ -125,7 +151,7 @@ impl CutterTrial {
         let is_enough = |at: &usize| {
             let large = &trials[*at];
             let mut smaller = trials[at + 1..=good].iter();
-            large.area >= ENOUGH * most && smaller.all(|trial| trial.gains_little(large))
+            large.area() >= ENOUGH * most && smaller.all(|trial| trial.gains_little(large))
         };
         let large = (0..good).find(is_enough).unwrap_or(good);
         Some(Self::choose_finer(trials, large))
@@ -134,28 +160,24 @@ impl CutterTrial {
     /// Returns `true` if a larger cutter cuts the same faces, and leaves more by about the ratio of the diameters only: in
     /// sharp corners, of which no cutter finishes all.
     fn gains_little(&self, larger: &Self) -> bool {
-        let of_both = |trial: &Self| -> Vec<ReachedFace> {
-            let is_cut = |face: &&ReachedFace| self.cut.contains(&face.index);
-            trial.reached.iter().filter(is_cut).copied().collect()
-        };
-        let left = |faces: &[ReachedFace]| faces.iter().map(ReachedFace::left).sum::<f64>();
-        let before = of_both(larger);
-        let expected = self.cutter.radius() / larger.cutter.radius() * left(&before);
-        let seen = before.iter().filter(|face| face.left() > 0.0).map(|face| SEEN * face.area);
-        self.cut.iter().all(|index| larger.cut.contains(index))
-            && (expected <= seen.sum() || left(&of_both(self)) >= IN_PROPORTION * expected)
+        let is_cut = |index: usize| self.cuts(index);
+        let ratio = self.cutter.radius() / larger.cutter.radius();
+        let expected = ratio * larger.left(is_cut);
+        let in_part = larger.reached.iter().filter(|face| is_cut(face.index) && face.left() > 0.0);
+        let seen: f64 = in_part.map(|face| SEEN * face.area).sum();
+        self.cut().into_iter().all(|index| larger.cuts(index))
+            && (expected <= seen || self.left(is_cut) >= IN_PROPORTION * expected)
     }
 
     /// Returns the index of a far larger cutter than that of index `fine` which cuts most of what that one reaches.
     pub(super) fn choose_before(trials: &[Self], fine: usize) -> Option<usize> {
         let fine = trials.get(fine)?;
         let larger = |trial: &Self| trial.cutter.radius() >= MUCH_LARGER * fine.cutter.radius();
-        let most = |trial: &Self| trial.partly_area >= GOOD_PART * fine.area;
+        let most = |trial: &Self| trial.partly_area >= GOOD_PART * fine.area();
         trials.iter().position(|trial| larger(trial) && most(trial))
     }
 
-    /// Returns the index of the cutter that cuts best alone: that of index `large`, or the largest that also reaches nearly
-    /// all which that one leaves.
+    /// Returns `large`, or the index of the largest smaller cutter that reaches nearly all of what that one leaves.
     fn choose_finer(trials: &[Self], large: usize) -> usize {
         let Some(before) = trials.get(large) else { return large };
         let least = NOT_SMALLER * before.cutter.radius();
@@ -163,16 +185,13 @@ impl CutterTrial {
             let allowed = move |(_, trial): &(usize, &Self)| trial.cutter.radius() >= least;
             trials.iter().enumerate().skip(large + 1).filter(allowed)
         };
-        let is_cut = |index: usize| smaller().any(|(_, trial)| trial.cut.contains(&index));
-        let left = |trial: &Self| -> f64 {
-            let cut = trial.reached.iter().filter(|face| is_cut(face.index));
-            cut.map(ReachedFace::left).sum()
-        };
-        if left(before) < LEAVES * before.area {
+        let is_cut = |index: usize| smaller().any(|(_, trial)| trial.cuts(index));
+        let left = before.left(is_cut);
+        if left < LEAVES * before.area() {
             return large;
         }
-        let most = CLEARS * left(before);
-        smaller().find(|(_, trial)| left(trial) <= most).map_or(large, |(at, _)| at)
+        let clears = |trial: &Self| trial.left(is_cut) <= CLEARS * left;
+        smaller().find(|(_, trial)| clears(trial)).map_or(large, |(at, _)| at)
     }
 
     /// The same cutter with another length \[mm\].
@@ -244,14 +263,11 @@ impl CandidateFaces<'_> {
             let reached = if is_cut { share * area } else { 0.0 };
             trial.reached.push(ReachedFace { index: *index, area: *area, reached });
             if is_cut {
-                trial.cut.push(*index);
-                trial.area += reached;
                 trial.poses.extend(poses);
             } else {
                 let number = self.faces[*index].face().number;
                 let reason = FaceReason::NotReached { share, reason: usual(&found) };
                 trial.left_out.push(LeftOutFace { number, reason });
-                trial.not_cut.push(*index);
             }
         }
         trial
@@ -343,8 +359,7 @@ mod tests {
             let reached: Vec<ReachedFace> = [0, 1]
                 .map(|index| ReachedFace { index, area: 500.0, reached: 500.0 - left })
                 .into();
-            let area = reached.iter().map(|face| face.reached).sum();
-            CutterTrial { cut: vec![0, 1], area, reached, ..CutterTrial::empty(cutter) }
+            CutterTrial { reached, ..CutterTrial::empty(cutter) }
         };
         let trials: Vec<CutterTrial> = left.iter().map(trial).collect();
         2.0 * trials[CutterTrial::choose(&trials).unwrap()].cutter.radius()
