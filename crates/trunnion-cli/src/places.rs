@@ -28,11 +28,19 @@ pub(crate) fn worst(
         deviation: Some(extreme.height),
         note: extreme.to_string(),
     };
-    let mut places: Vec<WorstPlace> =
-        [("excess", &deviation.highest), ("lowest", &deviation.lowest)]
-            .iter()
-            .filter_map(|(name, extreme)| extreme.as_ref().map(|extreme| place(name, extreme)))
-            .collect();
+    // All places that break a tolerance, and the extremes where none does.
+    let broken = |finding: &Finding| match finding {
+        Finding::Gouge(at) | Finding::Excess(at) => Some(*at),
+        _ => None,
+    };
+    let broken: Vec<ExtremeHeight> = check.findings.iter().filter_map(broken).collect();
+    let kept = [("excess", deviation.highest), ("lowest", deviation.lowest)].into_iter();
+    let kept = kept.filter_map(|(name, extreme)| Some((name, extreme?)));
+    let mut places: Vec<WorstPlace> = kept
+        .filter(|(_, extreme)| !broken.contains(extreme))
+        .map(|(name, extreme)| place(name, &extreme))
+        .collect();
+    places.extend(broken.iter().map(|at| place("excess", at)));
     places.extend(fixtures.into_iter().flat_map(touched));
     for finding in &check.findings {
         if let Finding::Uncut { point, .. } = finding {

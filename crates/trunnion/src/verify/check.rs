@@ -1,6 +1,6 @@
 //! Measures the faces that motion cuts, and audits the axes of a program.
 
-use super::deviation::measure::{self, MeasureSubject};
+use super::deviation::measure::{self, MeasureSubject, MeasuredHeights};
 use super::error::VerifyError;
 use super::findings::{broken_limits, broken_tolerances};
 use super::input::CheckInput;
@@ -41,12 +41,14 @@ pub fn check(
     let cutters = input.cutters();
     let subject = MeasureSubject { faces: input.faces, cutters: &cutters, rest: input.rest };
     // Without faces the motion need not be cut into chunks for their rays.
-    let (maps, mut deviation) = if input.faces.is_empty() {
-        (Vec::new(), Deviation::of(&std::iter::empty::<&FaceMap>()))
+    let heights = if input.faces.is_empty() {
+        let deviation = Deviation::of(&std::iter::empty::<&FaceMap>());
+        MeasuredHeights { maps: Vec::new(), deviation, between: Vec::new() }
     } else {
         measure::measure(&run, &subject, options, progress)?
     };
-    let mut findings = broken_tolerances(&maps, &deviation, options);
+    let mut findings = broken_tolerances(&heights, options);
+    let MeasuredHeights { maps, mut deviation, .. } = heights;
     let Some(ReplayAudit { audit, choices, changes }) = audited else {
         let choices = Choices::default();
         return Ok(Report { maps, deviation, audit: None, choices, changes: None, findings });

@@ -111,8 +111,8 @@ impl Finding {
     /// Returns the kind.
     pub fn kind(&self) -> FindingKind {
         match self {
-            Self::Gouge(_) => FindingKind::Gouge,
-            Self::Excess(_) => FindingKind::Excess,
+            Self::Gouge(_) | Self::FurtherGouges { .. } => FindingKind::Gouge,
+            Self::Excess(_) | Self::FurtherExcess { .. } => FindingKind::Excess,
             Self::Length { .. } => FindingKind::ToolLength,
             Self::Uncut { .. } => FindingKind::Uncut,
             Self::Rapid { .. } => FindingKind::RapidFinish,

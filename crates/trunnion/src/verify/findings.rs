@@ -1,24 +1,34 @@
 //! Findings: broken tolerances and limits.
 
+use super::deviation::measure::MeasuredHeights;
 use super::options::CheckOptions;
-use crate::verify::report::{Audit, Deviation, FaceMap, Finding};
+use super::places::{self, BrokenTolerance};
+use crate::verify::report::{Audit, Finding};
 
-/// Findings of broken tolerances. A gouge is judged with the ray tolerance against it.
-pub(super) fn broken_tolerances(
-    maps: &[FaceMap],
-    deviation: &Deviation,
-    options: &CheckOptions,
-) -> Vec<Finding> {
+/// Most places of gouges that are named, and as many of excess.
+const MOST_NAMED: usize = 20;
+
+/// Findings of broken tolerances.
+pub(super) fn broken_tolerances(heights: &MeasuredHeights, options: &CheckOptions) -> Vec<Finding> {
+    let MeasuredHeights { maps, deviation, between } = heights;
     let mut findings = Vec::new();
-    if let Some(low) = deviation.lowest
-        && low.height - options.ray_tolerance < -options.gouge
-    {
-        findings.push(Finding::Gouge(low));
-    }
-    if let Some(high) = deviation.highest
-        && high.height > options.total
-    {
-        findings.push(Finding::Excess(high));
+    for by in [BrokenTolerance::Gouge, BrokenTolerance::Excess] {
+        let finding = match by {
+            BrokenTolerance::Gouge => Finding::Gouge,
+            BrokenTolerance::Excess => Finding::Excess,
+        };
+        let mut places = places::broken(by, maps, between, options).into_iter();
+        // Where the tool as a whole is too low or too high, no place is to blame: the worst is an example.
+        if deviation.higher.is_some() {
+            findings.extend(places.next().map(finding));
+            continue;
+        }
+        findings.extend(places.by_ref().take(MOST_NAMED).map(finding));
+        findings.extend(match (places.len(), by) {
+            (0, _) => None,
+            (places, BrokenTolerance::Gouge) => Some(Finding::FurtherGouges { places }),
+            (places, BrokenTolerance::Excess) => Some(Finding::FurtherExcess { places }),
+        });
     }
     if let Some(higher) = deviation.higher {
         findings.push(Finding::Length { higher });

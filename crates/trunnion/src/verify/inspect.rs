@@ -5,6 +5,7 @@ use super::clash::bodies::MachineBodies;
 use super::clash::watch::{BodyReport, WatchedBodies, watch_bodies};
 use super::deviation::side::behind;
 use super::error::VerifyError;
+use super::finding_kind::FindingKind;
 use super::fixture::obstacle::Fixture;
 use super::fixture::watch::{ClearanceOptions, ClearanceReport, FixtureApproach, clearance};
 use super::input::CheckInput;
@@ -290,7 +291,7 @@ impl<'a> Inspection<'a> {
         let input = self.input.faces(self.others).rest(&[]);
         let other = check(&input, &options, progress)?;
         // Uncut points and excess are no defects on faces that are not to be cut.
-        let is_gouge = |finding: &Finding| matches!(finding, Finding::Gouge(_));
+        let is_gouge = |finding: &Finding| finding.kind() == FindingKind::Gouge;
         report.findings.extend(other.findings.into_iter().filter(is_gouge));
         let deepest = other.deviation.lowest.map_or(0.0, |lowest| (-lowest.height).max(0.0));
         let gouge_bound = other.deviation.bounds.map(|bounds| bounds.gouge);

@@ -33,6 +33,7 @@ mod input;
 mod inspect;
 mod line_stats;
 mod options;
+mod places;
 mod replay;
 mod report;
 mod setpoints;

@@ -117,6 +117,15 @@ impl Job {
         self.check_of(text, &self.machine, &self.setup, &self.face)
     }
 
+    /// The check with grid points at most so far apart.
+    fn check_on(&self, text: &str, grid: f64) -> Report {
+        let program = parse(text, &self.machine);
+        let kinematics = Kinematics::new(&self.machine, &self.setup);
+        let input = CheckInput::program(&program, &kinematics, &self.cutter)
+            .faces(std::slice::from_ref(&self.face));
+        verify::check(&input, &CheckOptions { grid, ..OPTIONS }, &Silent).unwrap()
+    }
+
     fn check_of(&self, text: &str, machine: &Machine, real: &Setup, face: &Face) -> Report {
         let program = parse(text, machine);
         let [believed, real] = [&self.setup, real].map(|setup| Kinematics::new(machine, setup));
@@ -128,9 +137,14 @@ impl Job {
 
     /// Number (from 1) of a cutting line of row 6, and the line.
     fn line(&self, step: usize) -> (u32, &str) {
+        self.line_of(6, step)
+    }
+
+    /// Number (from 1) of a cutting line, and the line.
+    fn line_of(&self, row: usize, step: usize) -> (u32, &str) {
         let lines: Vec<_> = self.text.lines().collect();
         let first = lines.iter().position(|line| line.starts_with("G1")).unwrap();
-        let at = first + 6 * (STEPS as usize + 1) + step;
+        let at = first + row * (STEPS as usize + 1) + step;
         (u32::try_from(at + 1).unwrap(), lines[at])
     }
 
@@ -172,6 +186,67 @@ fn a_gouge_of_two_micrometres_in_one_block() {
     let (found, depth) = gouge(&job.check(&text));
     assert!(found == number || found == number + 1, "line {found}, planted in {number}");
     assert!((0.0014..0.0028).contains(&depth), "{depth}");
+}
+
+/// Lines and depths of all gouges that are named.
+fn gouges(report: &Report) -> Vec<(u32, f64)> {
+    let gouge = |finding: &Finding| match finding {
+        Finding::Gouge(at) => Some((at.line, -at.height)),
+        _ => None,
+    };
+    report.findings.iter().filter_map(gouge).collect()
+}
+
+/// Locations too deep by 3 micrometres, far from each other: each is named once, on a grid that is finer than what they
+/// cut and on one that misses some of them.
+#[test]
+fn every_place_of_a_fault_is_named() {
+    let job = Job::new();
+    let planted = [[2, 4], [2, 12], [5, 8], [8, 3], [8, 11], [10, 8]];
+    let mut text = job.text.clone();
+    let numbers = planted.map(|[row, step]| {
+        let (number, line) = job.line_of(row, step);
+        let deeper = 0.003 + LIFT + 1e-5 * f64::from(number % 7);
+        let line = posted::reworded(line, 'Z', |z| z - deeper / 20f64.to_radians().cos());
+        text = posted::with_line(&text, number, &line);
+        number
+    });
+    let mut missed = 0;
+    for grid in [0.1, 0.4, 1.0] {
+        let report = job.check_on(&text, grid);
+        let found = gouges(&report);
+        let names =
+            |number: u32| found.iter().filter(|(l, _)| [number, number + 1].contains(l)).count();
+        let named = numbers.map(names);
+        assert_eq!((named, found.len()), ([1; 6], 6), "grid {grid}: {found:?}");
+        assert!(found.is_sorted_by(|a, b| a.1 >= b.1), "{found:?}");
+        let samples = report.maps[0].samples.iter().flatten();
+        let broken = samples.filter(|sample| sample.height.is_some_and(|h| h < -OPTIONS.gouge));
+        missed += usize::from(broken.count() < 6);
+    }
+    assert!(missed > 0, "every fault was on a grid point: nothing had to be found between them");
+}
+
+/// More places than are named are counted.
+#[test]
+fn places_beyond_those_named_are_counted() {
+    let job = Job::new();
+    let mut text = job.text.clone();
+    let mut planted = 0;
+    for row in (1..12).step_by(2) {
+        for step in (2..16).step_by(3) {
+            let (number, line) = job.line_of(row, step);
+            text = posted::with_line(&text, number, &posted::reworded(line, 'Z', |z| z - 0.004));
+            planted += 1;
+        }
+    }
+    let report = job.check_on(&text, 0.05);
+    let named = gouges(&report).len();
+    let further = report.findings.iter().find_map(|finding| match finding {
+        Finding::FurtherGouges { places } => Some(*places),
+        _ => None,
+    });
+    assert_eq!((named, named + further.unwrap()), (20, planted), "{:?}", messages(&report));
 }
 
 #[test]

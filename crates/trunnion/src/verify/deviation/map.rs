@@ -1,6 +1,6 @@
 //! Deviation maps: the lowest point that the tool ever reaches on the normal of each grid point.
 
-use super::chunks::{MeasureScope, MotionChunk, MotionChunks};
+use super::chunks::{MeasureScope, MotionChunk, MotionChunks, MoveKind};
 use super::grid::FaceGrid;
 use super::ray::{DecidingPose, LowestEntry};
 use crate::surface::Face;
@@ -68,7 +68,8 @@ pub(crate) fn maps(
         }
         Ok(())
     })?;
-    Ok(fields.into_iter().map(FaceField::finish).collect())
+    let moves = chunks.scope.moves;
+    Ok(fields.into_iter().map(|field| field.finish(moves)).collect())
 }
 
 /// Returns the ray from a point of a face, if the face has a normal there.
@@ -89,7 +90,7 @@ impl<'a> FaceField<'a> {
         Self { face, tiles, bare: bare.iter().sum(), grid }
     }
 
-    fn finish(self) -> MeasuredMap {
+    fn finish(self, moves: MoveKind) -> MeasuredMap {
         let Self { face, grid, tiles, bare: mut unmeasured } = self;
         let [rows, columns] = grid.size();
         let mut samples = vec![None; rows * columns];
@@ -103,7 +104,9 @@ impl<'a> FaceField<'a> {
                 unmeasured += usize::from(lowest.unresolved);
                 if let (Some(sample), Some(by)) = (samples.get_mut(index), deciding.get_mut(index))
                 {
-                    *sample = self::sample(face, &grid, index, &lowest);
+                    let dog_leg = moves == MoveKind::DogLegs;
+                    *sample = self::sample(face, &grid, index, &lowest)
+                        .map(|sample| HeightSample { dog_leg, ..sample });
                     *by = lowest.by;
                 }
             }
@@ -132,6 +135,7 @@ fn sample(
         point: face.point(u, v),
         height,
         line: lowest.line,
+        dog_leg: false,
         area,
         rest: false,
     })

@@ -1,6 +1,6 @@
 //! Measures heights over faces, and bounds them between the grid points.
 
-use super::bounds::faces::{self, BoundRequest};
+use super::bounds::faces::{self, BoundRequest, FoundBounds};
 use super::bounds::margin::MarginRule;
 use super::chunks::{MeasuredTools, MotionChunks, MoveKind};
 use super::grid::FaceGrid;
@@ -13,6 +13,7 @@ use crate::surface::Face;
 use crate::types::{Cancelled, Progress, Stage, UncutRegion};
 use crate::verify::error::VerifyError;
 use crate::verify::options::{BoundMargins, BoundOptions, CheckOptions};
+use crate::verify::places::{self, BrokenTolerance};
 use crate::verify::replay::segments::Run;
 use crate::verify::report::{Audit, Deviation, ExtremeHeight, FaceMap, HeightBounds, Sensitivity};
 use std::f64::consts::PI;
@@ -29,26 +30,34 @@ pub(crate) struct MeasureSubject<'a> {
 /// Steps of the progress bar.
 const STEPS: f64 = 1000.0;
 
+/// Result of a measurement.
+pub(crate) struct MeasuredHeights {
+    pub(crate) maps: Vec<FaceMap>,
+    pub(crate) deviation: Deviation,
+    /// Heights beyond a tolerance that are not in the maps: found between their points, or of rapids.
+    pub(crate) between: Vec<ExtremeHeight>,
+}
+
 /// Measures the heights over all faces, including what rapids gouge in whichever way they are run.
 pub(crate) fn measure(
     run: &Run<'_>,
     subject: &MeasureSubject<'_>,
     options: &CheckOptions,
     progress: &dyn Progress,
-) -> Result<(Vec<FaceMap>, Deviation), VerifyError> {
+) -> Result<MeasuredHeights, VerifyError> {
     let tools = MeasuredTools { cutters: subject.cutters, options };
     let task = MeasureTask { subject, options, progress };
-    let (mut maps, mut deviation) = task.cuts(&MotionChunks::new(run, tools)?)?;
+    let mut heights = task.cuts(&MotionChunks::new(run, tools)?)?;
     for moves in [MoveKind::Rapids, MoveKind::DogLegs] {
         if let Some(chunks) = MotionChunks::rapids(run, tools, moves)? {
-            task.rapids(&chunks, &mut maps, &mut deviation)?;
+            task.rapids(&chunks, &mut heights)?;
         }
     }
     // At the end of the search range a depth is only a lower bound.
-    if let Some(lowest) = &mut deviation.lowest {
+    if let Some(lowest) = &mut heights.deviation.lowest {
         lowest.or_deeper = lowest.height <= -options.reach;
     }
-    Ok((maps, deviation))
+    Ok(heights)
 }
 
 /// Measurement of one motion: subject, options and progress.
@@ -60,7 +69,7 @@ struct MeasureTask<'a> {
 
 impl MeasureTask<'_> {
     /// Measures the heights that the cutting moves leave.
-    fn cuts(&self, chunks: &MotionChunks<'_>) -> Result<(Vec<FaceMap>, Deviation), VerifyError> {
+    fn cuts(&self, chunks: &MotionChunks<'_>) -> Result<MeasuredHeights, VerifyError> {
         let Self { subject, options, .. } = *self;
         // Step 1: measure the grid points.
         let mut advance = |share: f64| self.advance(share);
@@ -73,10 +82,12 @@ impl MeasureTask<'_> {
         deviation.sensitivity = sensitivity(subject.faces, &measured);
         deviation.higher = tool_length::length(subject.faces, &measured, options);
         // Step 3: bound the heights between them.
-        if let Some(promise) = &options.bounds {
-            self.promised(chunks, &measured, promise, &mut deviation)?;
-        }
-        Ok((measured.into_iter().map(|measured| measured.map).collect(), deviation))
+        let between = match &options.bounds {
+            Some(promise) => self.promised(chunks, &measured, promise, &mut deviation)?,
+            None => Vec::new(),
+        };
+        let maps = measured.into_iter().map(|measured| measured.map).collect();
+        Ok(MeasuredHeights { maps, deviation, between })
     }
 
     /// Reports the share done.
@@ -94,24 +105,28 @@ impl MeasureTask<'_> {
     fn rapids(
         &self,
         chunks: &MotionChunks<'_>,
-        maps: &mut [FaceMap],
-        deviation: &mut Deviation,
+        heights: &mut MeasuredHeights,
     ) -> Result<(), VerifyError> {
         let Self { subject, options, .. } = *self;
+        let MeasuredHeights { maps, deviation, between } = heights;
         // There are few rapids, so progress stays at its end; the run may still be cancelled.
         let mut go_on = |_: f64| self.advance(1.0);
         let measured = map::maps(chunks, subject.faces, self.grids()?, &mut go_on)?;
         let mut other = Deviation::of(&measured.iter().map(|measured| &measured.map));
         let dog_leg = chunks.scope.moves == MoveKind::DogLegs;
-        other.lowest = [deviation.lowest, other.lowest.map(|e| ExtremeHeight { dog_leg, ..e })]
+        other.lowest = [deviation.lowest, other.lowest]
             .into_iter()
             .flatten()
             .min_by(|a, b| a.height.total_cmp(&b.height));
+        let mut found = Vec::new();
         if let Some(promise) = options.bounds.filter(|_| deviation.bounds.is_some()) {
             // Rapids leave nothing that counts as finished, so only their gouges are bounded.
             let promise = BoundOptions { excess: false, ..promise };
-            self.promised(chunks, &measured, &promise, &mut other)?;
+            found = self.promised(chunks, &measured, &promise, &mut other)?;
         }
+        // The map of the cuts takes no gouge where nothing cuts, so their places are kept.
+        let rapids = measured.iter().map(|measured| &measured.map);
+        between.extend(places::broken(BrokenTolerance::Gouge, rapids, &found, options));
         deviation.lowest = other.lowest;
         deviation.bounds = deviation.bounds.zip(other.bounds).map(|(bounds, other)| HeightBounds {
             // The bound over all motion is the larger of both; areas without proof may differ, so they add up.
@@ -133,31 +148,33 @@ impl MeasureTask<'_> {
         Ok(())
     }
 
-    /// Bounds the heights between the points, and records worse points that this finds.
+    /// Bounds the heights between the points, and records worse points that this finds; returns the worst of each tile that
+    /// breaks a tolerance.
     fn promised(
         &self,
         chunks: &MotionChunks<'_>,
         measured: &[MeasuredMap],
         promise: &BoundOptions,
         deviation: &mut Deviation,
-    ) -> Result<(), VerifyError> {
+    ) -> Result<Vec<ExtremeHeight>, VerifyError> {
         let Self { subject, options, .. } = *self;
         let extremes = [&deviation.lowest, &deviation.highest]
             .map(|extreme| extreme.as_ref().map(|extreme| extreme.height));
         if extremes[0].is_some_and(|lowest| lowest <= -options.reach) {
             // Deeper than the search goes: no bound is possible.
-            return Ok(());
+            return Ok(Vec::new());
         }
         let BoundMargins { gouge, excess } = promise.margin;
         let exact = options.ray_tolerance;
         let rules = [(gouge, options.gouge), (excess, options.total)]
             .map(|(margin, tolerance)| MarginRule { margin, tolerance, exact });
         let request = BoundRequest { rules, excess: promise.excess, extremes };
-        let (found, [lowest, highest]) = faces::bounds(chunks, subject.faces, measured, &request)?;
-        deviation.bounds = Some(found);
+        let FoundBounds { bounds, worst: [lowest, highest], broken } =
+            faces::bounds(chunks, subject.faces, measured, &request)?;
+        deviation.bounds = Some(bounds);
         deviation.lowest = lowest.or(deviation.lowest);
         deviation.highest = highest.or(deviation.highest);
-        Ok(())
+        Ok(broken)
     }
 }
 
@@ -265,23 +282,25 @@ mod tests {
             let task = MeasureTask { subject: &subject, options: &options, progress: &Silent };
             task.cuts(&chunks).unwrap()
         };
-        let (maps, deviation) = measure(100_000);
-        let findings = crate::verify::findings::broken_tolerances(&maps, &deviation, &options);
+        let whole = measure(100_000);
+        let MeasuredHeights { maps, deviation, .. } = &whole;
+        let findings = crate::verify::findings::broken_tolerances(&whole, &options);
         assert!(matches!(findings[..], [Finding::Gouge(_)]), "{findings:?}");
         for size in [300, 431] {
-            let (others, other) = measure(size);
+            let parts = measure(size);
+            let MeasuredHeights { maps: others, deviation: other, .. } = &parts;
             for (a, b) in maps[0].samples.iter().zip(&others[0].samples) {
                 let [a, b] = [a, b].map(|sample| sample.unwrap().height.unwrap());
                 assert!((a - b).abs() <= 2.0 * options.ray_tolerance, "{a} {b}");
             }
-            let [a, b] = [&deviation, &other].map(|deviation| deviation.bounds.unwrap());
+            let [a, b] = [deviation, other].map(|deviation| deviation.bounds.unwrap());
             let near = |a: f64, b: f64| (a - b).abs() <= 4.0 * options.ray_tolerance;
             assert!(
                 near(a.gouge, b.gouge) && near(a.excess.unwrap(), b.excess.unwrap()),
                 "{a:?} {b:?}"
             );
             assert!(a.open == 0.0 && b.open == 0.0, "{a:?} {b:?}");
-            let found = crate::verify::findings::broken_tolerances(&others, &other, &options);
+            let found = crate::verify::findings::broken_tolerances(&parts, &options);
             let [Finding::Gouge(a), Finding::Gouge(b)] = [&findings[0], &found[0]] else {
                 panic!("{found:?}")
             };

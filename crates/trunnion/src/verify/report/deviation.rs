@@ -97,6 +97,15 @@ pub struct HistogramBin {
 /// Bins of the histogram.
 const BINS: usize = 40;
 
+impl ExtremeHeight {
+    /// Returns the height of a sample; `None` if nothing cuts there.
+    pub(in crate::verify) fn of(face: usize, sample: &HeightSample) -> Option<Self> {
+        let HeightSample { uv, point, dog_leg, .. } = *sample;
+        let (height, line) = (sample.height?, sample.line?);
+        Some(Self { face, uv, point, height, or_deeper: false, line, dog_leg })
+    }
+}
+
 impl Deviation {
     /// Summarizes maps.
     pub(in crate::verify) fn of<'a, Maps>(maps: &Maps) -> Self
@@ -107,11 +116,7 @@ impl Deviation {
             let samples = |map: &'a FaceMap| map.samples.iter().flatten().map(|s| (map.face, s));
             maps.clone().flat_map(samples)
         };
-        let extreme = |(face, s): (usize, &HeightSample)| {
-            let (height, line) = (s.height?, s.line?);
-            let (uv, point, or_deeper, dog_leg) = (s.uv, s.point, false, false);
-            Some(ExtremeHeight { face, uv, point, height, or_deeper, line, dog_leg })
-        };
+        let extreme = |(face, sample)| ExtremeHeight::of(face, sample);
         let extremes = || samples().filter_map(extreme);
         let by_height = |a: &ExtremeHeight, b: &ExtremeHeight| a.height.total_cmp(&b.height);
         let uncut = || samples().filter(|(_, s)| s.height.is_none() && !s.rest);

@@ -35,6 +35,8 @@ pub struct HeightSample {
     pub height: Option<f64>,
     /// Line of the program that gets there.
     pub line: Option<u32>,
+    /// That line is a rapid move on a control that runs each axis at its own speed.
+    pub dog_leg: bool,
     /// Area of the face that the point stands for \[mm²\].
     pub area: f64,
     /// The point lies in known rest material.
@@ -77,6 +79,7 @@ impl FaceMap {
             // `None`, uncut, compares below every height and is kept.
             if sample.height > other.height && other.height.is_some_and(|height| height < 0.0) {
                 (sample.height, sample.line) = (other.height, other.line);
+                sample.dog_leg = other.dog_leg;
             }
         }
     }

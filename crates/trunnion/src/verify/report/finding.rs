@@ -15,6 +15,16 @@ pub enum Finding {
     Gouge(ExtremeHeight),
     /// The tool leaves too much material.
     Excess(ExtremeHeight),
+    /// Gouges at further places, each less deep than those named.
+    FurtherGouges {
+        /// Number of places.
+        places: usize,
+    },
+    /// Excess at further places, each lower than those named.
+    FurtherExcess {
+        /// Number of places.
+        places: usize,
+    },
     /// One shift of the tool along its axis would keep the tolerance everywhere, see [`Deviation::higher`](super::Deviation::higher).
     Length {
         /// Least and largest shift \[mm\].
@@ -72,6 +82,12 @@ impl fmt::Display for Finding {
                 write!(f, "gouge of {:.4} mm{more} {e}", 0.0 - e.height)
             }
             Self::Excess(e) => write!(f, "excess of {:.4} mm {e}", e.height),
+            Self::FurtherGouges { places } => {
+                write!(f, "gouges at {places} further places, each less deep")
+            }
+            Self::FurtherExcess { places } => {
+                write!(f, "excess at {places} further places, each lower")
+            }
             Self::Length { higher: Interval { low: least, high: most } } => {
                 let (way, near, far) =
                     if least > &0.0 { ("low", *least, *most) } else { ("high", -most, -least) };

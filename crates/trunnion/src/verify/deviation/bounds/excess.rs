@@ -2,7 +2,7 @@
 
 use super::margin::TileBound;
 use super::shape::{FlatCell, UvRectangle, halves, quarters};
-use super::survey::{CellLocation, TILE, TileSurvey};
+use super::survey::{CellLocation, TileCells, TileSurvey, TileTask};
 use crate::verify::deviation::ray::DecidingPose;
 use crate::verify::report::{ExtremeHeight, HeightSample};
 use crate::verify::swept::bvh::ContentId;
@@ -30,17 +30,14 @@ struct ExcessCell {
     border: Option<Vec<u32>>,
 }
 
-/// Bounds the highest excess in a tile with at most `most` pieces.
-pub(crate) fn tile(survey: &TileSurvey<'_>, at: [usize; 2], most: usize) -> TileBound {
-    let mut known = survey.start[1];
+/// Bounds the highest excess in a tile.
+pub(crate) fn tile(survey: &TileSurvey<'_>) -> TileBound {
+    let TileTask { cells, start: [_, mut known], most, .. } = survey.task;
     let mut open = Vec::new();
     // Cells share the list of bodies until it is narrowed for one of them.
     let items: Rc<[ContentId]> = survey.parts.numbers().collect();
-    let [rows, columns] = [survey.map.u.len(), survey.map.v.len()];
-    for i in at[0]..(at[0] + TILE).min(rows.saturating_sub(1)) {
-        for j in at[1]..(at[1] + TILE).min(columns.saturating_sub(1)) {
-            cell(survey, [i, j], &items, &mut open);
-        }
+    for one in cells.each() {
+        cell(survey, one, &items, &mut open);
     }
     let mut count = 0;
     while let Some(next) = open.pop() {
@@ -58,8 +55,11 @@ pub(crate) fn tile(survey: &TileSurvey<'_>, at: [usize; 2], most: usize) -> Tile
         }
         // Step 2: abandon the piece at the limit, as area without a proof.
         if count > most {
-            known.end(piece.area());
-            continue;
+            if !known.relax(&survey.worst[1]) {
+                known.end(piece.area());
+                continue;
+            }
+            count = 0;
         }
         search(survey, next, &piece, &mut known, &mut open);
     }
@@ -71,10 +71,12 @@ pub(crate) fn tile(survey: &TileSurvey<'_>, at: [usize; 2], most: usize) -> Tile
 /// Cells with an uncut corner, and those that touch declared rest material, are reported as such and left out.
 fn cell(
     survey: &TileSurvey<'_>,
-    [i, j]: [usize; 2],
+    cell: TileCells,
     items: &Rc<[ContentId]>,
     open: &mut Vec<ExcessCell>,
 ) {
+    let [i, j] = cell.at;
+    let Some(whole) = survey.rectangle(cell) else { return };
     let columns = survey.map.v.len();
     if survey.map.unfinished.get(i * columns.saturating_sub(1) + j).is_some_and(|meets| *meets) {
         return;
@@ -91,7 +93,6 @@ fn cell(
         let pose = survey.deciding.get(index).copied().flatten();
         poses.extend(pose.filter(|pose| !poses.contains(pose)));
     }
-    let Some(whole) = survey.rectangle([i, j], 1) else { return };
     for rectangle in survey.shape.smooth_parts(whole) {
         let border = match survey.locate_any(&rectangle) {
             CellLocation::Outside => continue,
@@ -231,7 +232,7 @@ fn search(
     let lowest = survey.parts.lowest_or_nearest(&next.items, &ray);
     let inside = survey.holds_middle(&next.rectangle, &location);
     // Moves above `top` were not gathered, but may count here: the tile is inspected again with more of them.
-    if inside && lowest.s > survey.top {
+    if inside && lowest.s > survey.task.top {
         known.short = true;
         open.clear();
         return;
@@ -305,8 +306,9 @@ fn beyond(survey: &TileSurvey<'_>, piece: &FlatCell, next: &ExcessCell, known: &
 /// Returns the bodies that may come to a piece, lowest first.
 fn coming(survey: &TileSurvey<'_>, piece: &FlatCell, items: &[ContentId]) -> Rc<[ContentId]> {
     let bundle = piece.bundle();
-    let keeps =
-        |&numbers: &ContentId| Some((survey.parts.comes(numbers, &bundle, survey.top)?, numbers));
+    let keeps = |&numbers: &ContentId| {
+        Some((survey.parts.comes(numbers, &bundle, survey.task.top)?, numbers))
+    };
     let mut coming: Vec<(f64, ContentId)> = items.iter().filter_map(keeps).collect();
     coming.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     coming.into_iter().map(|(_, numbers)| numbers).collect()

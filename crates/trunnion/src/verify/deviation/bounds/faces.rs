@@ -20,6 +20,8 @@ const FEW_PIECES: usize = 400;
 const ALL_PIECES: usize = 1_500_000;
 /// Most pieces of one such tile. More are needed only where the bound cannot come near the truth.
 const MOST_PIECES: usize = 60_000;
+/// Most broken tiles that are divided into their cells: there are more places then than are named.
+const MOST_DIVIDED: usize = 64;
 /// Accuracy of trims as a share of a cell's parameters.
 const TRIM_SHARE: f64 = 1e-3;
 
@@ -33,20 +35,29 @@ pub(crate) struct BoundRequest {
     pub(crate) extremes: [Option<f64>; 2],
 }
 
-/// Bounds the deviation over measured faces; returns worse points that this finds as well.
+/// Bounds of a set of faces, and the points that were found on the way.
+pub(crate) struct FoundBounds {
+    pub(crate) bounds: HeightBounds,
+    /// Deepest gouge and highest excess, where they are worse than those measured.
+    pub(crate) worst: [Option<ExtremeHeight>; 2],
+    /// Worst points of tiles and cells that break a tolerance.
+    pub(crate) broken: Vec<ExtremeHeight>,
+}
+
+/// Bounds the deviation over measured faces.
 pub(crate) fn bounds(
     chunks: &MotionChunks<'_>,
     faces: &[Face],
     measured: &[MeasuredMap],
     request: &BoundRequest,
-) -> Result<(HeightBounds, [Option<ExtremeHeight>; 2]), VerifyError> {
+) -> Result<FoundBounds, VerifyError> {
     let BoundRequest { rules: [deep, tall], excess: bounded, extremes: [low, high] } = *request;
     // Start from the worst heights measured.
-    let start = [
+    let worst = [
         TileBound::new(low.map_or(0.0, |height| -height), deep),
         TileBound::new(high.unwrap_or(0.0), tall),
     ];
-    let mut known = start;
+    let mut known = worst;
     let mut grounds = Vec::new();
     for (face, MeasuredMap { map, deciding }) in faces.iter().zip(measured) {
         let shape = FaceShape::new(face);
@@ -56,35 +67,59 @@ pub(crate) fn bounds(
             TRIM_SHARE * width / values.len().max(2) as f64
         });
         let trims = TrimSegments::new(face, tolerance)?;
-        grounds.push(MeasuredFace { shape, trims, map, deciding, start, excess: bounded });
+        grounds.push(MeasuredFace { shape, trims, map, deciding, worst, excess: bounded });
     }
-    for [gouge, excess] in &all(chunks, &grounds)? {
+    let tasks = tasks(&grounds, chunks.scope.reach);
+    let tiles = all(chunks, &grounds, tasks.clone())?;
+    for [gouge, excess] in &tiles {
         known = [known[0].join(gouge), known[1].join(excess)];
     }
+    let cells = cell_by_cell(chunks, &tasks, &tiles)?;
+    let broken = tiles.iter().chain(&cells).flatten().filter_map(TileBound::breach).collect();
     let [gouge, excess] = known;
     let bounds = HeightBounds {
         gouge: gouge.bound(),
         excess: bounded.then(|| excess.bound()),
         open: if bounded { gouge.open.max(excess.open) } else { gouge.open },
     };
-    Ok((bounds, [gouge.extreme, excess.extreme]))
+    Ok(FoundBounds { bounds, worst: [gouge.extreme, excess.extreme], broken })
+}
+
+/// Returns the tiles of all faces as tasks.
+fn tasks<'a>(grounds: &'a [MeasuredFace<'a>], reach: f64) -> Vec<TileTask<'a>> {
+    let of = |ground: &'a MeasuredFace<'a>| {
+        ground.tiles().into_iter().map(move |cells| ground.tile_task(cells, FEW_PIECES, reach))
+    };
+    grounds.iter().flat_map(of).collect()
+}
+
+/// Bounds the cells of broken tiles one by one, if such tiles are few: a tile states its worst point alone.
+fn cell_by_cell<'a>(
+    chunks: &MotionChunks<'_>,
+    tasks: &[TileTask<'a>],
+    tiles: &[[TileBound; 2]],
+) -> Result<Vec<[TileBound; 2]>, VerifyError> {
+    let is_broken = |tile: &[TileBound; 2]| tile.iter().any(TileBound::is_broken);
+    let broken = || tasks.iter().zip(tiles).filter(|(_, tile)| is_broken(tile));
+    if broken().count() > MOST_DIVIDED {
+        return Ok(Vec::new());
+    }
+    let reach = chunks.scope.reach;
+    let of_tile = |(task, _): (&TileTask<'a>, _)| {
+        let ground = task.ground;
+        let cells = task.cells.each().filter(|cell| ground.rectangle(*cell).is_some());
+        cells.map(|cell| ground.cell_task(cell, FEW_PIECES, reach))
+    };
+    let mut cells: Vec<TileTask<'_>> = broken().flat_map(of_tile).collect();
+    bound_tiles(chunks, &mut cells)
 }
 
 /// Bounds all tiles of all faces. The tiles of a face that need many pieces share the limit of the face.
-fn all(
+fn all<'a>(
     chunks: &MotionChunks<'_>,
-    grounds: &[MeasuredFace<'_>],
+    grounds: &[MeasuredFace<'a>],
+    mut tasks: Vec<TileTask<'a>>,
 ) -> Result<Vec<[TileBound; 2]>, VerifyError> {
-    let mut tasks = Vec::new();
-    for ground in grounds {
-        let top = ground.top(chunks.scope.reach);
-        tasks.extend(ground.tiles().into_iter().map(|at| TileTask {
-            ground,
-            at,
-            most: FEW_PIECES,
-            top,
-        }));
-    }
     let mut tiles = bound_tiles(chunks, &mut tasks)?;
     let ended = |tile: &[TileBound; 2]| tile.iter().any(|known| known.ended);
     let mut again = Vec::new();

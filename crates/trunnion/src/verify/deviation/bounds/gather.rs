@@ -2,7 +2,7 @@
 
 use super::margin::TileBound;
 use super::shape::{UvRectangle, quarters};
-use super::survey::{MeasuredFace, TILE, TileSurvey, TileTask};
+use super::survey::{MeasuredFace, TileCells, TileSurvey, TileTask};
 use super::{excess, gouge};
 use crate::verify::deviation::chunks::{ChunkMotion, MotionChunk, MotionChunks};
 use crate::verify::error::VerifyError;
@@ -39,13 +39,12 @@ pub(crate) fn each(
         let GatheredMoves { count: taken, pieces, lists, crowded } = gather(chunks, some)?;
         count = taken;
         let bound = |(task, list): (&TileTask<'_>, &Vec<u32>)| {
-            let TileTask { ground, at, top, .. } = *task;
             if crowded {
-                return ground.crowded(at);
+                return task.crowded();
             }
             let of = list.iter().filter_map(|&number| pieces.get(number as usize));
             let parts = ChunkMotion { pieces: of.copied().collect(), scope: chunks.scope.clone() };
-            TileSurvey { ground, parts, top }.tile(task)
+            TileSurvey { task: *task, parts }.tile()
         };
         done.par_extend(some.par_iter().zip(&lists).map(bound));
     }
@@ -55,7 +54,7 @@ pub(crate) fn each(
 /// Collects the moves of some tiles, or of the first of them if those are too many.
 fn gather(chunks: &MotionChunks<'_>, tasks: &[TileTask<'_>]) -> Result<GatheredMoves, VerifyError> {
     let tiles: Vec<(Vec<RayBundle>, f64)> =
-        tasks.par_iter().map(|task| (task.ground.bundles(task.at), task.top)).collect();
+        tasks.par_iter().map(|task| (task.ground.bundles(task.cells), task.top)).collect();
     let count = tasks.len();
     let mut all =
         GatheredMoves { count, pieces: Vec::new(), lists: vec![Vec::new(); count], crowded: false };
@@ -136,11 +135,9 @@ impl GatheredMoves {
 
 impl MeasuredFace<'_> {
     /// Returns ray bundles that cover a tile.
-    fn bundles(&self, at: [usize; 2]) -> Vec<RayBundle> {
+    fn bundles(&self, cells: TileCells) -> Vec<RayBundle> {
         let mut bundles = Vec::new();
-        for part in
-            self.rectangle(at, TILE).iter().flat_map(|&whole| self.shape.smooth_parts(whole))
-        {
+        for part in self.rectangle(cells).iter().flat_map(|&whole| self.shape.smooth_parts(whole)) {
             self.bundle(part, 0, &mut bundles);
         }
         bundles
@@ -158,10 +155,8 @@ impl MeasuredFace<'_> {
 }
 
 impl TileSurvey<'_> {
-    fn tile(&self, task: &TileTask<'_>) -> [TileBound; 2] {
-        let gouge = gouge::tile(self, task.at, task.most);
-        let excess =
-            if self.excess { excess::tile(self, task.at, task.most) } else { self.start[1] };
-        [gouge, excess]
+    fn tile(&self) -> [TileBound; 2] {
+        let excess = if self.excess { excess::tile(self) } else { self.task.start[1] };
+        [gouge::tile(self), excess]
     }
 }

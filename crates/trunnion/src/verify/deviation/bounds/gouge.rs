@@ -2,7 +2,7 @@
 
 use super::margin::TileBound;
 use super::shape::{FlatCell, UvRectangle, quarters};
-use super::survey::{CellLocation, TILE, TileSurvey};
+use super::survey::{CellLocation, TileSurvey, TileTask};
 use crate::verify::deviation::chunks::MoveKind;
 use crate::verify::report::ExtremeHeight;
 use crate::verify::swept::bvh::ContentId;
@@ -39,11 +39,11 @@ struct GougeCell {
     border: Option<Vec<u32>>,
 }
 
-/// Bounds the deepest gouge in a tile with at most `most` pieces.
-pub(crate) fn tile(survey: &TileSurvey<'_>, at: [usize; 2], most: usize) -> TileBound {
-    // Start from the worst gouge measured: the aim of the proof is a margin deeper.
-    let mut known = survey.start[0];
-    let Some(whole) = survey.rectangle(at, TILE) else { return known };
+/// Bounds the deepest gouge in a tile.
+pub(crate) fn tile(survey: &TileSurvey<'_>) -> TileBound {
+    // Start from the worst gouge known: the aim of the proof is a margin deeper.
+    let TileTask { cells, start: [mut known, _], most, .. } = survey.task;
+    let Some(whole) = survey.rectangle(cells) else { return known };
     let mut open: Vec<GougeCell> = survey
         .shape
         .smooth_parts(whole)
@@ -54,8 +54,11 @@ pub(crate) fn tile(survey: &TileSurvey<'_>, at: [usize; 2], most: usize) -> Tile
     while let Some(next) = open.pop() {
         count += 1;
         if count > most {
-            known.end(area(survey, &next.rectangle));
-            continue;
+            if !known.relax(&survey.worst[0]) {
+                known.end(area(survey, &next.rectangle));
+                continue;
+            }
+            count = 0;
         }
         quarter(survey, next, &mut known, &mut open);
     }

@@ -51,7 +51,7 @@ pub(super) struct TileBound {
     pub(super) extreme: Option<ExtremeHeight>,
     /// Area without a proof \[mm²\].
     pub(super) open: f64,
-    /// Part of that area was abandoned at the limit of pieces.
+    /// The limit of pieces was met.
     pub(super) ended: bool,
     /// Moves may count that keep farther off than those inspected.
     pub(super) short: bool,
@@ -66,6 +66,26 @@ impl TileBound {
     pub(super) fn end(&mut self, area: f64) {
         self.open += area;
         self.ended = true;
+    }
+
+    /// Gives up to find what is worse in this tile than its own worst point, and goes on with the worst of all; returns
+    /// `false` if that is what is searched already.
+    pub(super) fn relax(&mut self, all: &Self) -> bool {
+        let is_relaxed = all.worst > self.worst;
+        if is_relaxed {
+            (self.worst, self.ended) = (all.worst, true);
+        }
+        is_relaxed
+    }
+
+    /// Tests if a height of the tile breaks the tolerance.
+    pub(super) fn is_broken(&self) -> bool {
+        self.worst > self.room.tolerance
+    }
+
+    /// Returns the worst point found if it breaks the tolerance.
+    pub(super) fn breach(&self) -> Option<ExtremeHeight> {
+        self.extreme.filter(|extreme| extreme.height.abs() > self.room.tolerance)
     }
 
     /// Returns the margin above the worst height \[mm\].

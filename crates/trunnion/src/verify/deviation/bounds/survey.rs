@@ -4,10 +4,27 @@ use super::margin::TileBound;
 use super::shape::{FaceShape, TrimCrossing, TrimSegments, UvRectangle};
 use crate::verify::deviation::chunks::ChunkMotion;
 use crate::verify::deviation::ray::DecidingPose;
-use crate::verify::report::FaceMap;
+use crate::verify::report::{FaceMap, HeightSample};
 
 /// Grid cells along the side of a tile.
-pub(super) const TILE: usize = 8;
+const TILE: usize = 8;
+
+/// Square of grid cells, by the first of them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TileCells {
+    pub(super) at: [usize; 2],
+    /// Cells along its side.
+    pub(super) size: usize,
+}
+
+impl TileCells {
+    /// Returns the cells one by one.
+    pub(super) fn each(self) -> impl Iterator<Item = Self> {
+        let [i, j] = self.at;
+        let row = move |i| (j..j + self.size).map(move |j| Self { at: [i, j], size: 1 });
+        (i..i + self.size).flat_map(row)
+    }
+}
 
 /// Face with its measured heights.
 pub(super) struct MeasuredFace<'a> {
@@ -15,24 +32,35 @@ pub(super) struct MeasuredFace<'a> {
     pub(super) trims: TrimSegments,
     pub(super) map: &'a FaceMap,
     pub(super) deciding: &'a [Option<DecidingPose>],
-    /// Worst gouge and worst excess known at the start.
-    pub(super) start: [TileBound; 2],
+    /// Worst gouge and worst excess of all faces.
+    pub(super) worst: [TileBound; 2],
     pub(super) excess: bool,
+}
+
+/// Cells to be bounded.
+#[derive(Clone, Copy)]
+pub(super) struct TileTask<'a> {
+    pub(super) ground: &'a MeasuredFace<'a>,
+    pub(super) cells: TileCells,
+    /// Gouge and excess from which the search starts.
+    pub(super) start: [TileBound; 2],
+    /// Largest number of pieces.
+    pub(super) most: usize,
+    /// Height above which moves are ignored until they turn out to count \[mm\].
+    pub(super) top: f64,
 }
 
 /// Tile of a face, with the moves that come to it.
 pub(super) struct TileSurvey<'a> {
-    pub(super) ground: &'a MeasuredFace<'a>,
+    pub(super) task: TileTask<'a>,
     pub(super) parts: ChunkMotion,
-    /// Moves that get no lower than this over the face may be missing \[mm\].
-    pub(super) top: f64,
 }
 
 impl<'a> std::ops::Deref for TileSurvey<'a> {
     type Target = MeasuredFace<'a>;
 
     fn deref(&self) -> &MeasuredFace<'a> {
-        self.ground
+        self.task.ground
     }
 }
 
@@ -78,46 +106,88 @@ impl MeasuredFace<'_> {
         }
     }
 
-    pub(super) fn tiles(&self) -> Vec<[usize; 2]> {
+    pub(super) fn tiles(&self) -> Vec<TileCells> {
         // Cells are one fewer than grid lines.
         let [rows, columns] = [self.map.u.len(), self.map.v.len()].map(|n| n.saturating_sub(1));
-        let along = |i: usize| (0..columns).step_by(TILE).map(move |j| [i, j]);
+        let along = |i: usize| {
+            (0..columns).step_by(TILE).map(move |j| TileCells { at: [i, j], size: TILE })
+        };
         (0..rows).step_by(TILE).flat_map(along).collect()
     }
 
-    /// Returns the parameter rectangle of a range of cells.
-    pub(super) fn rectangle(&self, [i, j]: [usize; 2], count: usize) -> Option<UvRectangle> {
+    /// Returns the parameter rectangle of cells; `None` beyond the grid.
+    pub(super) fn rectangle(&self, cells: TileCells) -> Option<UvRectangle> {
+        let TileCells { at: [i, j], size } = cells;
         let range = |values: &[f64], first: usize| {
-            let last = (first + count).min(values.len().saturating_sub(1));
-            Some([*values.get(first)?, *values.get(last)?])
+            let last = (first + size).min(values.len().saturating_sub(1));
+            (first < last).then_some([*values.get(first)?, *values.get(last)?])
         };
         Some([range(&self.map.u, i)?, range(&self.map.v, j)?])
     }
 }
 
-/// Tile to be bounded: its face and position, its limit of pieces, and the height up to which moves count.
-#[derive(Clone, Copy)]
-pub(super) struct TileTask<'a> {
-    pub(super) ground: &'a MeasuredFace<'a>,
-    pub(super) at: [usize; 2],
-    pub(super) most: usize,
-    pub(super) top: f64,
-}
-
 impl MeasuredFace<'_> {
-    /// Returns the height above which moves are ignored until they turn out to count \[mm\].
-    pub(super) fn top(&self, reach: f64) -> f64 {
-        let start = &self.start[1];
-        // Gouges need moves below the face alone; excess those up to the bound that is tried, with some room.
-        if self.excess { reach.min(2.0 * start.aim() + start.margin()) } else { 0.0 }
+    /// Returns the task to bound a tile with at most `most` pieces.
+    ///
+    /// If all points keep a tolerance, it starts from the worst of them: it is proven that nothing is much worse. Otherwise
+    /// it starts from its own, so that every tile that breaks the tolerance is found.
+    pub(super) fn tile_task(&self, cells: TileCells, most: usize, reach: f64) -> TileTask<'_> {
+        let [gouge, excess] = self.worst;
+        let own = self.own(cells);
+        let start = [(gouge, own[0]), (excess, own[1])]
+            .map(|(worst, own)| if worst.is_broken() { own } else { worst });
+        self.task(cells, start, most, reach)
     }
 
+    /// Returns the task to find what breaks a tolerance in a cell.
+    pub(super) fn cell_task(&self, cell: TileCells, most: usize, reach: f64) -> TileTask<'_> {
+        self.task(cell, self.own(cell), most, reach)
+    }
+
+    fn task(
+        &self,
+        cells: TileCells,
+        start: [TileBound; 2],
+        most: usize,
+        reach: f64,
+    ) -> TileTask<'_> {
+        let [_, excess] = &start;
+        // Gouges need moves below the face alone; excess those up to the bound that is tried, with some room.
+        let top = if self.excess { reach.min(2.0 * excess.aim() + excess.margin()) } else { 0.0 };
+        TileTask { ground: self, cells, start, most, top }
+    }
+
+    /// Returns what is known of some cells by themselves: the tolerance, or the worst of their points beyond it.
+    fn own(&self, cells: TileCells) -> [TileBound; 2] {
+        let mut own = self.worst;
+        for (known, way) in own.iter_mut().zip([-1.0, 1.0]) {
+            let counts = |sample: &&HeightSample| way < 0.0 || !sample.rest;
+            let heights = self.samples(cells).filter(counts).filter_map(|sample| sample.height);
+            let tolerance = known.room.tolerance;
+            known.worst = heights.map(|height| way * height).fold(tolerance, f64::max);
+        }
+        own
+    }
+
+    /// Returns the samples at the corners of the cells of a tile.
+    fn samples(&self, cells: TileCells) -> impl Iterator<Item = &HeightSample> {
+        let TileCells { at: [i, j], size } = cells;
+        let columns = self.map.v.len();
+        let rows = i..(i + size + 1).min(self.map.u.len());
+        let row = move |i: usize| i * columns + j..i * columns + (j + size + 1).min(columns);
+        let samples = rows.map(row).filter_map(|row| self.map.samples.get(row));
+        samples.flatten().flatten()
+    }
+}
+
+impl TileTask<'_> {
     /// Returns the state of a tile that more moves come to than can be inspected.
-    pub(super) fn crowded(&self, at: [usize; 2]) -> [TileBound; 2] {
-        let area = |rectangle: &UvRectangle| self.shape.cell(rectangle).map_or(0.0, |c| c.area());
-        let parts = self.rectangle(at, TILE).map(|whole| self.shape.smooth_parts(whole));
+    pub(super) fn crowded(&self) -> [TileBound; 2] {
+        let Self { ground, cells, start, .. } = *self;
+        let area = |rectangle: &UvRectangle| ground.shape.cell(rectangle).map_or(0.0, |c| c.area());
+        let parts = ground.rectangle(cells).map(|whole| ground.shape.smooth_parts(whole));
         let area = parts.iter().flatten().map(area).sum();
-        self.start.map(|mut known| {
+        start.map(|mut known| {
             known.end(area);
             known
         })
