@@ -240,7 +240,7 @@ fn job_text(args: &InitArgs, proposal: &JobProposal) -> String {
         Short(proposal.tolerance.gouge)
     ));
     line("\n[strategy]");
-    line("method = \"auto\"  # a ball keeps a lead of 10 deg, other cutters cut the widest strips");
+    line("method = \"auto\"  # a ball leans by 10 deg, other cutters cut the widest strips");
     line(
         "along = \"adaptive\"  # the quickest of several layouts; \"u\", \"v\" or \"curvature\" plan sooner",
     );

@@ -104,6 +104,9 @@ fn cover_area(
             (PlacementMethod::Inclined, preset.lean)
         }
         file::JobPlacement::Widest => (PlacementMethod::Widest, preset.lean),
+        file::JobPlacement::Leaning { angle } => {
+            (PlacementMethod::Inclined, ToolInclination { angle, towards: None })
+        }
         file::JobPlacement::Fixed { lead, tilt } => {
             (PlacementMethod::Inclined, ToolInclination::of(lead, tilt))
         }

@@ -408,6 +408,32 @@ fn a_lens_finishes_a_bowl_that_it_nearly_fits() {
     assert!(covering.report.rest.is_empty(), "{:?}", covering.report);
 }
 
+/// To and fro a ball keeps its axis, so that no rotary turns round between passes; a stated lead follows the feed, and
+/// passes one way have nothing to keep.
+#[test]
+fn a_ball_leans_the_same_way_on_the_return() {
+    let spec = CutterSpec { length: 60.0, ..CutterSpec::ball(8.0) };
+    let angle = 10_f64.to_radians();
+    // Largest turn of the axis from the end of a pass to the beginning of the next, beside it.
+    let turn = |towards: Option<f64>, pattern: CutPattern| {
+        let lean = ToolInclination { angle, towards };
+        let method = trunnion::cover::PlacementMethod::Inclined;
+        let options = CoverOptions { method, lean, pattern, ..options() };
+        let covering = finished_by(
+            &Cutter::new(spec.clone()).unwrap(),
+            &face(surface(1.0), &[], false),
+            &options,
+        );
+        let turn = |pair: &[Pass]| {
+            let [from, to] = [pair[0].stations.last(), pair[1].stations.first()];
+            from.unwrap().pose.axis.angle(&to.unwrap().pose.axis)
+        };
+        covering.passes.windows(2).map(turn).fold(0.0, f64::max)
+    };
+    assert!(turn(None, CutPattern::ZigZag) < 0.5 * angle);
+    assert!(turn(Some(0.0), CutPattern::ZigZag) > 1.5 * angle);
+}
+
 #[test]
 fn a_ball_needs_no_more_stations_than_the_face_bends() {
     let spec = CutterSpec { length: 60.0, ..CutterSpec::ball(8.0) };

@@ -240,7 +240,9 @@ fn an_operation_takes_what_it_leaves_out_from_the_job() {
     assert!((second.cutting.feed - 10.0).abs() < 1e-12);
     assert!((second.cutting.spindle - first.cutting.spindle).abs() < 1e-12);
     let lead = |of: &job::JobOperation| match of.strategy.method {
-        job::JobPlacement::Fixed { lead, .. } => lead.to_degrees(),
+        job::JobPlacement::Leaning { angle: lead } | job::JobPlacement::Fixed { lead, .. } => {
+            lead.to_degrees()
+        }
         job::JobPlacement::Widest => f64::NAN,
     };
     assert!((lead(first) - 10.0).abs() < 1e-9 && (lead(second) - 25.0).abs() < 1e-9);

@@ -51,7 +51,7 @@ impl CandidatePass<'_> {
     /// follow from it outwards on both sides: width beyond that reach is of no use, so each stays
     /// as near to its neighbour as it can while it reaches as far.
     pub(crate) fn held_stations(&self, arcs: &[f64], reach: ReachFn<'_>) -> Vec<LocationResult> {
-        let free = self.free_places(arcs, self.options.lean);
+        let free = self.free_places(arcs, self.lean());
         if self.method == PlacementMethod::Inclined {
             return free;
         }

@@ -6,7 +6,7 @@ use crate::cover::layout::effort::WorkCounter;
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::layout::track::EndPointTrack;
 use crate::cover::options::CoverOptions;
-use crate::cover::pattern::PlacementMethod;
+use crate::cover::pattern::{CutPattern, PlacementMethod};
 use crate::cover::prove::part_faces::KeepOff;
 use crate::cutter::Cutter;
 use crate::math::angle::angle_between;
@@ -17,6 +17,7 @@ use crate::positioning::{
 use crate::surface::FaceIndex;
 use crate::types::{Interval, Station, Uv};
 use nalgebra::Vector3;
+use std::f64::consts::PI;
 
 /// Turn of the tool axis allowed, over that of the face's normal between the same points. A tool that keeps its
 /// inclination turns as the normal does, a little before it or after it.
@@ -120,6 +121,19 @@ pub(crate) type ReachFn<'a> = &'a (dyn Fn(&PlacedStation) -> f64 + Sync);
 pub(crate) type LocationResult = Result<PlacedStation, PositioningError>;
 
 impl CandidatePass<'_> {
+    /// Returns the inclination asked for.
+    ///
+    /// A ball that only has to lean somewhere leans along the feed. Where passes run to and fro it leans the same way on
+    /// the return, as the strip is the same and no rotary axis has to turn round between passes.
+    pub(crate) fn lean(&self) -> ToolInclination {
+        let CoverOptions { lean, pattern, .. } = *self.options;
+        let is_ball = self.cutter.touches_in_one_point() && !self.cutter.is_barrel();
+        if is_ball && pattern == CutPattern::ZigZag && lean.towards.is_none() && !self.forward {
+            return ToolInclination { towards: Some(PI), ..lean };
+        }
+        lean
+    }
+
     /// Returns the side of the feed on which the strip lies, so that it is on the side of growing `across`.
     ///
     /// With `f` along and `c` across, `f x (S_u x S_v)` is on the side of `c` where `(c, f)` turn as `(S_u, S_v)` do.

@@ -7,7 +7,7 @@
 
 use crate::cover::layout::chart::Chart;
 use crate::cover::layout::region::ChartPoint;
-use crate::cover::options::lever;
+use crate::cover::options::{CoverOptions, lever};
 use crate::cover::pattern::{CutPattern, FeedDirection};
 use crate::cover::place::ball_cap::BallCap;
 use crate::cover::place::context::{FaceContext, FaceRequest};
@@ -347,7 +347,13 @@ pub(crate) fn fixed_axis_passes(request: FaceRequest<'_>) -> Option<PlacedPasses
 /// The tip goes a longer way round a bulging face than the contact does, and the feed is that of the tip.
 fn follows_sooner(passes: &[&Pass], touched: &TouchedFace<'_>, request: &FaceRequest<'_>) -> bool {
     let cost = request.setup.cost;
+    let CoverOptions { lean, pattern, .. } = *request.options;
+    // To and fro the axis stays as it is: on the return the tool leans back.
+    let keeps = pattern == CutPattern::ZigZag && lean.towards.is_none();
     let leading = |pass: &Pass| -> Option<Vec<Station>> {
+        let [first, last] = [pass.track.first()?, pass.track.last()?]
+            .map(|uv| touched.chart.local((*uv).into())[1]);
+        let way = if keeps && last < first { -1.0 } else { 1.0 };
         let ahead = |i: usize| {
             let (from, to) = (i.saturating_sub(1), (i + 1).min(pass.stations.len() - 1));
             pass.stations[to].contact - pass.stations[from].contact
@@ -356,8 +362,8 @@ fn follows_sooner(passes: &[&Pass], touched: &TouchedFace<'_>, request: &FaceReq
             let uv = pass.track[i];
             let at = ContactPoint::new(touched.face, uv.into())?;
             let feed = ahead(i) - at.normal.scale(at.normal.dot(&ahead(i)));
-            let towards = Unit::try_new(feed, f64::MIN_POSITIVE)?;
-            let pose = touched.ball.inclined(&at, &towards, request.options.lean.angle);
+            let towards = Unit::try_new(feed.scale(way), f64::MIN_POSITIVE)?;
+            let pose = touched.ball.inclined(&at, &towards, lean.angle);
             Some(Station { pose, contact: at.point })
         };
         (0..pass.stations.len()).map(station).collect()

@@ -108,7 +108,7 @@ impl CandidatePass<'_> {
         let others = chosen
             .into_iter()
             .map(|lean| InclinedRow { lean, places: self.leaning(arcs, lean, &bad) });
-        let mut all = vec![InclinedRow { lean: self.options.lean, places }];
+        let mut all = vec![InclinedRow { lean: self.lean(), places }];
         all.extend(others);
         let choice = self.best(&all, wanted);
         all.into_iter()
@@ -173,7 +173,7 @@ impl CandidatePass<'_> {
             };
             // Near the inclination asked for, on the track, and without lifting: in this order of
             // weight, from the least to the greatest.
-            let different = DIFFERENT * angle(*lean, self.options.lean);
+            let different = DIFFERENT * angle(*lean, self.lean());
             match &places[i] {
                 Err(_) => f64::INFINITY,
                 Ok(placed) if placed.across < self.across => different + BACK,

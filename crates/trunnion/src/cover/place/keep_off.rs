@@ -152,7 +152,7 @@ impl CandidatePass<'_> {
         let [start, end] = self.track.face();
         let limits = self.free();
         let of = |arc: f64| {
-            let placed = self.place(arc, &limits, LocationStart::cold(self.options.lean)).ok()?;
+            let placed = self.place(arc, &limits, LocationStart::cold(self.lean())).ok()?;
             let [u, v] = self.chart.uv([self.across, placed.along]);
             let from = self.face.face().point(u, v);
             let [_, feed] = self.steps(arc);

@@ -359,6 +359,11 @@ pub struct JobStrategy {
 pub enum JobPlacement {
     /// Inclination with the widest strip at every cutter location.
     Widest,
+    /// Inclination of a ball that is not stated: along the feed, and the same way on the return.
+    Leaning {
+        /// Angle from the surface normal \[rad\].
+        angle: f64,
+    },
     /// Fixed inclination.
     Fixed {
         /// Lead angle, along the feed from the surface normal \[rad\].

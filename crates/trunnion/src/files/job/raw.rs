@@ -282,7 +282,7 @@ pub(super) struct RawStrategy {
     #[serde(default)]
     pub(super) method: RawMethod,
     /// Lead angle of "fixed-tilt" and "ball": inclination forward along the feed, from the surface normal, in degrees.
-    /// Default for a ball: 10.
+    /// A ball needs none: it leans by 10, and the same way on the return pass, so that no axis turns round between passes.
     #[schemars(extend("minimum" = -80.0, "maximum" = 80.0))]
     pub(super) lead_angle: Option<f64>,
     /// Tilt angle of "fixed-tilt" and "ball": inclination sideways, towards the next pass, in degrees. Default: 0.

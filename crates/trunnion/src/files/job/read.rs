@@ -418,8 +418,8 @@ mod tests {
         let ball = bare
             .replace("kind = \"bull\"", "kind = \"ball\"")
             .replace("major_radius = 10", "major_radius = 0");
-        let lead = 10_f64.to_radians();
-        assert_eq!(parse(&ball).unwrap().strategy.method, JobPlacement::Fixed { lead, tilt: 0.0 });
+        let angle = 10_f64.to_radians();
+        assert_eq!(parse(&ball).unwrap().strategy.method, JobPlacement::Leaning { angle });
     }
 
     #[test]

@@ -128,6 +128,9 @@ fn method(
     // Only a ball has a default: the lead of a bull decides which part of the corner cuts.
     let most = tool.map_or(90.0, |tool| tool.tip_angle().to_degrees());
     let usual = (method == RawMethod::Ball).then_some(BALL_LEAD.min(0.5 * most));
+    if let (Some(usual), None, None) = (usual, raw.lead_angle, raw.tilt_angle) {
+        return Some(JobPlacement::Leaning { angle: usual.to_radians() });
+    }
     let Some(lead) = raw.lead_angle.or(usual) else {
         let message = "method \"fixed-tilt\" needs lead_angle";
         doc.fault(&join(path, "method"), message, "add `lead_angle = 5`, in degrees, for instance");
