@@ -362,7 +362,7 @@ fn kind(motion: Motion) -> MotionKind {
     match motion {
         Motion::Link | Motion::Hop => MotionKind::Link,
         Motion::LeadIn => MotionKind::LeadIn,
-        Motion::Cut => MotionKind::Cut,
+        Motion::Cut | Motion::Step => MotionKind::Cut,
         Motion::LeadOut => MotionKind::LeadOut,
     }
 }

@@ -143,9 +143,8 @@ impl NativeRun {
         let count = stations().count();
         let tips = stations().flat_map(|of| <[f64; 3]>::from(of.pose.tip.coords)).collect();
         let axes = stations().flat_map(|of| <[f64; 3]>::from(of.pose.axis.into_inner())).collect();
-        let cutting = |leg: &Leg| {
-            std::iter::repeat_n(i64::from(leg.motion == Motion::Cut), leg.stations.len())
-        };
+        let cutting =
+            |leg: &Leg| std::iter::repeat_n(i64::from(leg.motion.is_cut()), leg.stations.len());
         let answer = PyDict::new(py);
         answer.set_item("tip", array(py, tips, &[count, 3])?)?;
         answer.set_item("axis", array(py, axes, &[count, 3])?)?;

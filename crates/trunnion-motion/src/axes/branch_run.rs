@@ -4,7 +4,7 @@ use super::axis_bounds::{AxisBounds, rotary_cost};
 use super::candidate::{CandidateRun, CurveRun, rotaries};
 use super::options::AxesOptions;
 use crate::machine::{FIRST_ROTARY, SECOND_ROTARY};
-use crate::types::{AxisNode, AxisPiece, AxisVector, Motion};
+use crate::types::{AxisNode, AxisPiece, AxisVector};
 use std::ops::Range;
 
 /// Cells of a block: enough that a block costs next to nothing a cell, few enough that the axes do not
@@ -195,7 +195,7 @@ impl BranchRun {
     /// Returns `true` if the tool cuts before and after the start of a cell.
     fn is_inside(&self, cell: usize) -> bool {
         let [run, node] = self.starts.at(cell);
-        node > 0 && self.runs.get(run).is_some_and(|run| run.motion == Motion::Cut)
+        node > 0 && self.runs.get(run).is_some_and(|run| run.motion.is_cut())
     }
 
     /// Returns the axes at the start of a cell; zeros for a run without nodes.

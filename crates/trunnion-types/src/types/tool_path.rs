@@ -84,6 +84,8 @@ pub enum Motion {
     LeadIn,
     /// Cutting.
     Cut,
+    /// From one pass to the next beside it, along the face at the feed.
+    Step,
     /// From the end of a pass back up to the clearance height.
     LeadOut,
 }
@@ -92,6 +94,11 @@ impl Motion {
     /// Returns `true` for air moves, in which the axes may move at rapid.
     pub fn is_free(self) -> bool {
         matches!(self, Self::Link | Self::Hop)
+    }
+
+    /// Returns `true` for moves that touch the face: passes, and steps between them.
+    pub fn is_cut(self) -> bool {
+        matches!(self, Self::Cut | Self::Step)
     }
 }
 

@@ -214,7 +214,7 @@ fn section<'a>(
 fn rounding(job: &Job, blocks: &[Block], words: &AxisWords, coordinates: Coordinates) -> f64 {
     let lever = cover::lever(&job.cutter);
     let of = |block: &Block| write::rounding(&job.kinematics, &block.q, words, coordinates, lever);
-    blocks.iter().filter(|block| block.motion == Motion::Cut).map(of).fold(0.0, f64::max)
+    blocks.iter().filter(|block| block.motion.is_cut()).map(of).fold(0.0, f64::max)
 }
 
 /// Text of a program.

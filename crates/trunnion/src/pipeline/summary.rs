@@ -25,7 +25,7 @@ use crate::files::summary::{
 use crate::machine::{Axis, AxisKind};
 use crate::nc::write::WriteError;
 use crate::setpoint;
-use crate::types::{AxisVector, Motion, Uv};
+use crate::types::{AxisVector, Uv};
 
 /// Name and version of this library, as files name their maker.
 const GENERATOR: &str = concat!("trunnion ", env!("CARGO_PKG_VERSION"));
@@ -264,7 +264,7 @@ fn motion(job: &Job, moved: &PlannedMotion<'_>) -> Result<MotionSummary, Pipelin
         .pieces
         .iter()
         .zip(&plan.schedule.pieces)
-        .filter(|(piece, _)| piece.motion == Motion::Cut)
+        .filter(|(piece, _)| piece.motion.is_cut())
         .map(|(_, rows)| rows.t.last().unwrap_or(&0.0) - rows.t.first().unwrap_or(&0.0))
         .sum();
     let mut peaks = AxisPeaks::default();

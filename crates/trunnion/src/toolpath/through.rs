@@ -60,7 +60,7 @@ pub fn through(
         match of.motion {
             Motion::Link if of.stations.len() == 2 => path.pieces.extend(link(of)),
             // A link with stations between its ends: the way matters.
-            Motion::Cut | Motion::Hop | Motion::Link => {
+            Motion::Cut | Motion::Step | Motion::Hop | Motion::Link => {
                 path.pieces.push(curve(leg, of, options.lever)?);
             }
             Motion::LeadIn | Motion::LeadOut => path.pieces.extend(lead(leg, of)?),

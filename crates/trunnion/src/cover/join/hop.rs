@@ -23,20 +23,25 @@ pub struct HopOptions<'a> {
     /// Estimates the time of the machine through poses, from rest to rest \[s\]. A hop is
     /// taken if it is quicker than three straight moves up, over and down.
     pub seconds: TravelTime<'a>,
+    /// Feed of steps \[mm/s\]: from a pass to one beside it the tool may go along the face where that is quicker than a hop.
+    /// `None` always leaves the face.
+    pub step_feed: Option<f64>,
 }
 
 impl<'a> HopOptions<'a> {
     /// Hops `height` \[mm\] high on a machine with that estimate of time, at least half the height from the faces
-    /// in the middle.
+    /// in the middle. There are no steps.
     pub fn new(height: f64, seconds: TravelTime<'a>) -> Self {
-        Self { height, clear: 0.5 * height, seconds }
+        Self { height, clear: 0.5 * height, seconds, step_feed: None }
     }
 }
 
 impl fmt::Debug for HopOptions<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { height, clear, .. } = self;
-        f.debug_struct("Hops").field("height", height).field("clear", clear).finish_non_exhaustive()
+        let Self { height, clear, step_feed, .. } = self;
+        let mut all = f.debug_struct("HopOptions");
+        let all = all.field("height", height).field("clear", clear).field("step_feed", step_feed);
+        all.finish_non_exhaustive()
     }
 }
 
@@ -91,7 +96,7 @@ impl HopPath<'_> {
             (hops.seconds)(&poses) < link
         };
         HEIGHTS.iter().find_map(|share| {
-            let stations = self.stations(share * hops.height);
+            let stations = half_ellipse([self.from, self.to], share * hops.height);
             let sweep = PassSweep::of(PoseCurve::through(&stations, self.lever), self.lever);
             let spans = sweep.curve.spans.len();
             // At its ends the tool may touch the face within the gouge tolerance, and is clear by a share of the way from
@@ -111,30 +116,26 @@ impl HopPath<'_> {
         let away = |station: &Station| ends.map(|end| (station.pose.tip - end).norm());
         stations.iter().flat_map(away).fold(f64::INFINITY, f64::min)
     }
+}
 
-    /// Returns the stations of half an ellipse, up along the tool axis; the axis turns on the great
-    /// circle.
-    fn stations(&self, height: f64) -> Vec<Station> {
-        let [from, to] = [self.from, self.to];
-        let at = |step: u32| {
-            if step == 0 || step == STEPS {
-                return if step == 0 { *from } else { *to };
-            }
-            // Half an ellipse: the distance advances by (1 - cos) / 2 while the height follows the sine.
-            let (sin, cos) = math::sin_cos(PI * f64::from(step) / f64::from(STEPS));
-            let share = 0.5 * (1.0 - cos);
-            let between = |a: &Point3<f64>, b: &Point3<f64>| a + (b - a) * share;
-            let [a, b] = [from.pose.axis, to.pose.axis];
-            let axis = great_circle(&a, &b, share).unwrap_or(a);
-            let up = axis.scale(height * sin);
-            let tip = between(&from.pose.tip, &to.pose.tip) + up;
-            Station {
-                pose: ToolPose { tip, axis },
-                contact: between(&from.contact, &to.contact) + up,
-            }
-        };
-        (0..=STEPS).map(at).collect()
-    }
+/// Returns the stations of half an ellipse between two stations, up along the tool axis; the axis turns on the great
+/// circle.
+pub(super) fn half_ellipse([from, to]: [&Station; 2], height: f64) -> Vec<Station> {
+    let at = |step: u32| {
+        if step == 0 || step == STEPS {
+            return if step == 0 { *from } else { *to };
+        }
+        // Half an ellipse: the distance advances by (1 - cos) / 2 while the height follows the sine.
+        let (sin, cos) = math::sin_cos(PI * f64::from(step) / f64::from(STEPS));
+        let share = 0.5 * (1.0 - cos);
+        let between = |a: &Point3<f64>, b: &Point3<f64>| a + (b - a) * share;
+        let [a, b] = [from.pose.axis, to.pose.axis];
+        let axis = great_circle(&a, &b, share).unwrap_or(a);
+        let up = axis.scale(height * sin);
+        let tip = between(&from.pose.tip, &to.pose.tip) + up;
+        Station { pose: ToolPose { tip, axis }, contact: between(&from.contact, &to.contact) + up }
+    };
+    (0..=STEPS).map(at).collect()
 }
 
 #[cfg(test)]

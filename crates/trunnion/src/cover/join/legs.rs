@@ -17,8 +17,8 @@ const UPRIGHT: f64 = 0.5;
 /// Joins passes: down to the first, along it, over to the next, and up from the last. Passes are run in
 /// the order and direction given.
 ///
-/// From pass to pass the tool hops if [`LinkRequest::hops`] allows it and that is quicker. Otherwise it goes up by a
-/// lead, over at a height where it may turn, and down again. Each hop and each lead is proven to keep off all faces,
+/// From pass to pass the tool steps along the face or hops if [`LinkRequest::hops`] allows it and that is quicker. Otherwise it goes up by a
+/// lead, over at a height where it may turn, and down again. Each step, hop and lead is proven to keep off all faces,
 /// with the whole tool up to the gauge point. If a lead along the tool axis gouges, one inclined towards
 /// [`LinkOptions::up`](super::request::LinkOptions::up) is taken.
 ///
@@ -122,10 +122,13 @@ impl LinkPlanner<'_> {
         hops: Option<&HopOptions<'_>>,
         reach: Option<&AxisReach<'_>>,
     ) -> Result<Vec<Leg>, CoverError> {
-        if let (Some(before), Some(next), Some(hops)) = (before, next, hops)
-            && let Some(stations) = self.hop(before.pass, next.pass, hops, reach)
-        {
-            return Ok(vec![Leg { motion: Motion::Hop, stations }]);
+        if let (Some(before), Some(next), Some(hops)) = (before, next, hops) {
+            let passes = [before.pass, next.pass];
+            let step = || self.step(passes, hops, reach).map(|way| (Motion::Step, way));
+            let hop = || self.hop(passes, hops, reach).map(|way| (Motion::Hop, way));
+            if let Some((motion, stations)) = step().or_else(hop) {
+                return Ok(vec![Leg { motion, stations }]);
+            }
         }
         let PassJoin { up, link, down } = match (before, next) {
             (Some(before), Some(next)) => self.join(before, next, reach)?,
@@ -158,8 +161,7 @@ impl LinkPlanner<'_> {
     /// Plans a hop from one pass to the next, if there is one that is free and quicker than a link.
     fn hop(
         &self,
-        before: &Pass,
-        next: &Pass,
+        [before, next]: [&Pass; 2],
         hops: &HopOptions<'_>,
         reach: Option<&AxisReach<'_>>,
     ) -> Option<Vec<Station>> {

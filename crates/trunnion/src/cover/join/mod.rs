@@ -6,3 +6,4 @@ pub(super) mod hop;
 pub(super) mod leads;
 pub(super) mod legs;
 pub(super) mod request;
+pub(super) mod step;

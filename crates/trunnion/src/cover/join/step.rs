@@ -1,0 +1,85 @@
+//! Steps: from a pass to the next beside it along the face, at the feed.
+//!
+//! Over a distance of a strip or two the tool need not leave the face: off it and on again takes several times as long.
+
+use super::hop::{HopOptions, half_ellipse};
+use super::leads::{LinkPlanner, PRECISION};
+use crate::cover::join::axis_reach::AxisReach;
+use crate::cover::prove::sweep::PassSweep;
+use crate::math::angle::{angle_between, great_circle};
+use crate::types::{Pass, PoseCurve, Station, ToolPose, Uv};
+use nalgebra::{Unit, UnitVector3};
+use std::f64::consts::FRAC_PI_4;
+
+/// Heights in the middle of a step that are tried, over its length: the face may bulge between its ends.
+const HEIGHTS: [f64; 3] = [0.02, 0.1, 0.3];
+
+/// Steps between the stations of a step: a parabola, which a spline follows closely.
+const PARTS: u32 = 4;
+
+/// Longest step, in widths of the strips at its ends. Farther away lies no neighbour.
+const STRIPS: f64 = 2.0;
+
+impl LinkPlanner<'_> {
+    /// Plans a step from one pass to the next, if there is one that keeps off all faces and is quicker than the lowest hop.
+    pub(crate) fn step(
+        &self,
+        [before, next]: [&Pass; 2],
+        hops: &HopOptions<'_>,
+        reach: Option<&AxisReach<'_>>,
+    ) -> Option<Vec<Station>> {
+        let feed = hops.step_feed?;
+        let [from, to] = [before.stations.last()?, next.stations.first()?];
+        let length = (to.contact - from.contact).norm();
+        if length > STRIPS * before.widths.last()?.max(*next.widths.first()?) {
+            return None;
+        }
+        let axes = [from.pose.axis, to.pose.axis];
+        if angle_between(&axes[0], &axes[1]) > FRAC_PI_4
+            || !reach.is_none_or(|reach| reach.holds(&axes))
+        {
+            return None;
+        }
+        let [from_normal, to_normal] =
+            [self.normal(before, before.track.last()?)?, self.normal(next, next.track.first()?)?];
+        let up = Unit::try_new(from_normal.into_inner() + to_normal.into_inner(), 0.5)?;
+        let poses = |stations: &[Station]| -> Vec<ToolPose> {
+            stations.iter().map(|station| station.pose).collect()
+        };
+        let hop = (hops.seconds)(&poses(&half_ellipse([from, to], hops.height)));
+        let is_quick = |stations: &[Station]| {
+            let poses = poses(stations);
+            let way: f64 = poses.windows(2).map(|pair| (pair[1].tip - pair[0].tip).norm()).sum();
+            (hops.seconds)(&poses).max(way / feed) < hop
+        };
+        let gouge = self.options.gouge;
+        let margin = PRECISION * gouge.abs();
+        HEIGHTS.iter().find_map(|share| {
+            let stations = parabola([from, to], &up, share * length);
+            let sweep = PassSweep::of(PoseCurve::through(&stations, self.lever), self.lever);
+            let free = |span| self.depth_in(&sweep, span, margin - gouge) <= gouge;
+            let is_free = is_quick(&stations) && (0..sweep.curve.spans.len()).all(free);
+            is_free.then_some(stations)
+        })
+    }
+
+    /// Returns the normal of the face of a pass at a point of its track.
+    fn normal(&self, pass: &Pass, at: &Uv) -> Option<UnitVector3<f64>> {
+        let face = self.faces.iter().find(|face| face.face().number == pass.face)?;
+        face.face().normal(at.u, at.v)
+    }
+}
+
+/// Returns the stations of a parabola of some height between two stations; the axis turns on the great circle.
+fn parabola([from, to]: [&Station; 2], up: &UnitVector3<f64>, height: f64) -> Vec<Station> {
+    let at = |part: u32| {
+        let share = f64::from(part) / f64::from(PARTS);
+        let rise = up.scale(4.0 * height * share * (1.0 - share));
+        let [a, b] = [from.pose.axis, to.pose.axis];
+        let tip = from.pose.tip + (to.pose.tip - from.pose.tip) * share + rise;
+        let contact = from.contact + (to.contact - from.contact) * share + rise;
+        Station { pose: ToolPose { tip, axis: great_circle(&a, &b, share).unwrap_or(a) }, contact }
+    };
+    let between = (1..PARTS).map(at);
+    std::iter::once(*from).chain(between).chain(std::iter::once(*to)).collect()
+}
