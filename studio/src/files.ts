@@ -1,22 +1,56 @@
 // Files that a user opens: what they are, and where a job looks for them.
 
+import { sizeOf } from "./dom";
 import type { Files } from "./engine";
 import { textOf } from "./report";
 
-export type Kind = "job" | "machine" | "part" | "program" | "other";
+export type Kind = "job" | "machine" | "library" | "part" | "program" | "other";
 
 /** Largest file that is opened \[bytes\], as on the command line. */
 export const LARGEST = 2 ** 30;
+
+/** Memory that an engine in a page can have \[bytes\]. */
+const ROOM = 2 ** 32;
+/** Memory from which a file is opened only when it was said before \[bytes\]. */
+const LARGE = 5e8;
 
 const PARTS = /\.(step|stp|stl|json)$/i;
 const OTHERS = /\.(tbl|ini)$/i;
 
 export function kindOf(name: string, bytes: Uint8Array): Kind {
   if (/\.toml$/i.test(name)) {
-    return /schema\s*=\s*"trunnion-machine\//.test(textOf(bytes.subarray(0, 65536))) ? "machine" : "job";
+    const [, kind] = /schema\s*=\s*"trunnion-(\w+)\//.exec(textOf(bytes.subarray(0, 65536))) ?? [];
+    return kind === "machine" || kind === "library" ? kind : "job";
   }
   if (PARTS.test(name)) return "part";
   return OTHERS.test(name) ? "other" : "program";
+}
+
+/**
+ * Memory that a file needs, in sizes of the file: copies in page and engine, and what is made of it. Measured with
+ * `npm run measure`.
+ */
+const NEED: Record<"step" | "stl" | "json" | "program", number> = { step: 20, stl: 12, json: 12, program: 25 };
+
+/** Memory that the engine needs to work on a file of that name and size \[bytes\]. */
+export function needOf(name: string, size: number): number {
+  const ending = name.split(".").at(-1)!.toLowerCase();
+  const kind = ending === "stp" ? "step" : ending in NEED ? (ending as keyof typeof NEED) : "program";
+  return NEED[kind] * size;
+}
+
+/** Says why a file is not even read; null for one that can be tried. */
+export function refusalOf(name: string, size: number): string | null {
+  if (size > LARGEST) return `${name}: has ${size} bytes; at most ${LARGEST} are read`;
+  const need = needOf(name, size);
+  if (need <= ROOM) return null;
+  return `${name}: has ${sizeOf(size)}, and work on it takes about ${sizeOf(need)} of memory; a page has ${sizeOf(ROOM)}\n  help: use the command line`;
+}
+
+/** Says what a large file will take; null for one of a usual size. */
+export function warningOf(name: string, size: number): string | null {
+  const need = needOf(name, size);
+  return need < LARGE ? null : `${name}: has ${sizeOf(size)}; work on it takes about ${sizeOf(need)} of the ${sizeOf(ROOM)} that a page can have, and minutes. If it ends for want of memory, everything else stays open.`;
 }
 
 const baseOf = (name: string) => name.split("/").at(-1)!;

@@ -49,6 +49,11 @@ pub enum ProposalError {
         /// All faces, each with the reason.
         left_out: Vec<LeftOutFace>,
     },
+    /// No cutter can be chosen.
+    #[error(
+        "the library has no flat, bull-nose or ball end mill; add one, as `[[cutter]]` with `kind = \"ball\"`"
+    )]
+    NoCutter,
     /// The part does not fit into the travel of the machine.
     #[error(
         "the part does not fit into the travel of {axis}: {short:.1} mm are missing wherever the origin is; take a larger machine"

@@ -8,7 +8,10 @@ use super::origin::OriginSearch;
 use super::part_measure::PartMeasure;
 use super::request::{JobProposal, ProposalRequest, ProposedOperation, TOLERANCE};
 use crate::cover::FinishTolerance;
+use crate::cutter::{Cutter, CutterKind};
 use crate::files::job::JobArea;
+use crate::files::library;
+use crate::pipeline::assemble::cutter_spec;
 use crate::surface::{Face, FaceIndex};
 use crate::types::Progress;
 
@@ -24,7 +27,7 @@ const TEETH: f64 = 2.0;
 
 /// Proposes a job that finishes the faces of a part that the machine reaches from above.
 ///
-/// The cutter is the largest of a small built-in library that reaches nearly all that the smaller ones reach: flat
+/// The cutter is the largest of a library that reaches nearly all that the smaller ones reach: flat
 /// for planes, a ball where a face is concave, else a bull-nose. Planes beside concave faces are cut by a flat end mill
 /// first, and most of the concave faces by a large ball where only hollows and corners need a small one; the small one
 /// then cuts the rest. The workpiece stays as drawn, on the middle of the
@@ -72,8 +75,12 @@ fn of_side(
     }
     let part = PartMeasure::new(&faces);
     let candidates = CandidateFaces::new(&faces, request.wanted, &part, &mut left_out);
+    let library = cutters(request);
+    if library.is_empty() {
+        return Err(ProposalError::NoCutter);
+    }
     // Step 2: the cutters, by what each of the library reaches.
-    let ladder = CutterLadder::choose(candidates, request.machine, &part, progress)?;
+    let ladder = CutterLadder::choose(candidates, &library, request.machine, &part, progress)?;
     let Some(CutterLadder { steps, left_out: not_reached }) = ladder else {
         return Err(ProposalError::NothingReached { left_out });
     };
@@ -112,6 +119,20 @@ fn of_side(
     })
 }
 
+/// Returns the flat, bull-nose and ball end mills of the library.
+fn cutters(request: &ProposalRequest<'_>) -> Vec<Cutter> {
+    let standard;
+    let library = if let Some(library) = request.library {
+        library
+    } else {
+        standard = library::standard();
+        &standard
+    };
+    let all = library.cutters.iter().filter_map(|one| Cutter::new(cutter_spec(&one.tool)).ok());
+    let kinds = [CutterKind::Flat, CutterKind::Bull, CutterKind::Ball];
+    all.filter(|cutter| kinds.contains(&cutter.kind())).collect()
+}
+
 /// Returns an operation with cutting data by the diameter.
 fn operation(trial: &CutterTrial, faces: Vec<usize>, area: JobArea) -> ProposedOperation {
     let diameter = 2.0 * trial.cutter.radius();
@@ -123,7 +144,6 @@ fn operation(trial: &CutterTrial, faces: Vec<usize>, area: JobArea) -> ProposedO
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cutter::Cutter;
     use crate::import::Reader;
     use crate::import::step::StepReader;
     use crate::machine::Machine;
@@ -152,6 +172,27 @@ mod tests {
         let down = propose_for(sheet().flipped());
         assert!(!up.flip && down.flip);
         assert_eq!(JobProposal { flip: false, ..down }, up);
+    }
+
+    #[test]
+    fn cutters_are_those_of_the_library() {
+        let machine = Machine::new(crate::sample_machine::ac_trunnion()).unwrap();
+        let faces = [sheet()];
+        let with = |text: &str| {
+            let text = format!("schema = \"trunnion-library/1\"\nname = \"shop\"\n{text}");
+            let library = library::parse(&text).unwrap();
+            let request = ProposalRequest {
+                library: Some(&library),
+                ..ProposalRequest::new(&faces, &machine)
+            };
+            propose(&request, &Silent)
+        };
+        assert_eq!(with(""), Err(ProposalError::NoCutter));
+        let ball =
+            "[[cutter]]\nname = \"b\"\nnumber = 1\nkind = \"ball\"\ndiameter = 7\nlength = 83\n";
+        let found = with(ball).unwrap();
+        let [only] = &found.operations[..] else { panic!("{found:?}") };
+        assert_eq!((only.cutter.minor, only.cutter.length), (3.5, 90.0));
     }
 
     /// The walls of a slot, 10 mm wide, are cut by the flank of an upright tool: its rim reaches them only with the smallest
