@@ -27,8 +27,8 @@ export function kindOf(name: string, bytes: Uint8Array): Kind {
 }
 
 /**
- * Memory that a file needs, in sizes of the file: copies in page and engine, and what is made of it. Measured with
- * `npm run measure`.
+ * Memory that a file needs, in sizes of the file: copies in page and engine, and what is made of it. Estimates, which have
+ * not been measured: a file is asked for by them, never refused.
  */
 const NEED: Record<"step" | "stl" | "json" | "program", number> = { step: 20, stl: 12, json: 12, program: 25 };
 
@@ -41,16 +41,15 @@ export function needOf(name: string, size: number): number {
 
 /** Says why a file is not even read; null for one that can be tried. */
 export function refusalOf(name: string, size: number): string | null {
-  if (size > LARGEST) return `${name}: has ${size} bytes; at most ${LARGEST} are read`;
-  const need = needOf(name, size);
-  if (need <= ROOM) return null;
-  return `${name}: has ${sizeOf(size)}, and work on it takes about ${sizeOf(need)} of memory; a page has ${sizeOf(ROOM)}\n  help: use the command line`;
+  return size > LARGEST ? `${name}: has ${size} bytes; at most ${LARGEST} are read` : null;
 }
 
 /** Says what a large file will take; null for one of a usual size. */
 export function warningOf(name: string, size: number): string | null {
   const need = needOf(name, size);
-  return need < LARGE ? null : `${name}: has ${sizeOf(size)}; work on it takes about ${sizeOf(need)} of the ${sizeOf(ROOM)} that a page can have, and minutes. If it ends for want of memory, everything else stays open.`;
+  if (need < LARGE) return null;
+  const rest = need > ROOM ? "It will probably end for want of memory: use the command line." : "It takes minutes.";
+  return `${name}: has ${sizeOf(size)}; work on it may take ${sizeOf(need)} of memory, and a page can have ${sizeOf(ROOM)}. ${rest} Everything else stays open.`;
 }
 
 const baseOf = (name: string) => name.split("/").at(-1)!;

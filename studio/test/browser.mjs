@@ -312,21 +312,21 @@ async function limits(url) {
   };
   await page.locator("#chooser").setInputFiles(here("../samples/edited.ngc"));
   await page.locator("#view canvas").waitFor();
-  // Nothing of these is read: their size says enough.
+  // Nothing of it is read: its size says enough.
+  await page.locator("#chooser").setInputFiles(sparse("two.step", 2 ** 31));
+  await page.getByText(/two\.step: has 2147483648 bytes; at most \d+ are read/).waitFor();
+  assert.ok(!(await page.locator("#inputs").textContent()).includes("two.step"));
+  // What may work is asked for first.
   for (const [name, size, words] of [
-    ["two.step", 2 ** 31, /two\.step: has 2147483648 bytes; at most \d+ are read/],
-    ["hundreds.ngc", 6e8, /hundreds\.ngc: has 600\.0 MB, and work on it takes about [\d.]+ GB of memory; a page has 4\.3 GB[\s\S]*command line/],
+    ["hundreds.ngc", 6e8, /hundreds\.ngc: has 600\.0 MB; work on it may take [\d.]+ GB of memory.*use the command line/],
+    ["large.step", 5e7, /large\.step: has 50\.0 MB; work on it may take [\d.]+ GB of memory.*It takes minutes/],
   ]) {
     await page.locator("#chooser").setInputFiles(sparse(name, size));
     await page.getByText(words).waitFor();
+    if (name === "large.step") await picture(page, "large");
+    await page.locator("#large-leave").click();
     assert.ok(!(await page.locator("#inputs").textContent()).includes(name));
   }
-  // What may work is asked for first.
-  await page.locator("#chooser").setInputFiles(sparse("large.step", 5e7));
-  await page.getByText(/large\.step: has 50\.0 MB; work on it takes about/).waitFor();
-  await picture(page, "large");
-  await page.locator("#large-leave").click();
-  assert.ok(!(await page.locator("#inputs").textContent()).includes("large.step"));
   // Files of other kinds.
   for (const [name, buffer] of [
     ["empty.step", Buffer.alloc(0)],
