@@ -11,8 +11,17 @@ use trunnion::nc::read::{
     CodeRemap, Dialect, ReadOptions, SubprogramFile, ini_file, subprogram_calls, tool_rows,
 };
 
-/// Characters one of which every call of a subprogram has: `o<name> call`, `M98 P100`.
-const CALLS: &[u8] = b":OoMm";
+/// True for characters one of which every call of a subprogram has: `o<name> call`, `M98 P100`. A table, since every byte of
+/// a program is looked at.
+const CALLS: [bool; 256] = {
+    let mut calls = [false; 256];
+    let (marks, mut at) = (b":OoMm", 0);
+    while at < marks.len() {
+        calls[marks[at] as usize] = true;
+        at += 1;
+    }
+    calls
+};
 
 /// Files of the control.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -90,7 +99,7 @@ impl ProgramFileArgs {
         // A file that cannot be read ends the search; the reader reports it.
         let calls = std::iter::from_fn(|| {
             while let Some(raw) = lines.next().ok()? {
-                if raw.iter().any(|byte| CALLS.contains(byte)) {
+                if raw.iter().any(|byte| CALLS[usize::from(*byte)]) {
                     return Some(lines::text(raw).into_owned());
                 }
             }

@@ -261,6 +261,9 @@ pub(crate) fn write(
     outputs.text("toolpath.cls", &outcome.cl)?;
     for program in &outcome.programs {
         outputs.text(program.file, &program.text)?;
+        for part in &program.parts {
+            outputs.text(&part.file, &part.text)?;
+        }
     }
     outputs.text("setup.txt", &outcome.setup)?;
     for (file, operation) in motions.iter().zip(&outcome.operations) {
@@ -378,8 +381,17 @@ fn program(program: &ProgramSummary) -> Vec<(&str, String)> {
             format!("{} blocks; the same as those of {other}, whose check applies", program.blocks);
         rows.push((program.dialect.as_str(), detail));
     }
-    let Some(check) = &program.check else { return rows };
+    let parts = program.parts.iter();
+    let parts: Vec<String> = parts
+        .map(|part| format!("{} ({}, {} blocks)", part.file, part.operation, part.blocks))
+        .collect();
+    let by_operation = (!parts.is_empty()).then(|| format!("by operation: {}", parts.join(", ")));
+    let Some(check) = &program.check else {
+        rows.extend(by_operation.map(|words| ("", words)));
+        return rows;
+    };
     rows.push((&program.dialect, checked(program, check)));
+    rows.extend(by_operation.map(|words| ("", words)));
     rows.extend(program.stock.iter().flat_map(material::words).map(|words| ("", words)));
     let fixtures = program.fixtures.iter().map(pipeline::nearest_fixture);
     rows.extend(fixtures.map(|words| ("", format!("fixtures: {words}"))));

@@ -70,10 +70,7 @@ pub struct SetupAnswer {
 
 /// Searches setups of a job.
 pub(crate) fn answer(args: &SetupArgs, progress: &dyn Progress) -> Result<SetupAnswer, Failure> {
-    let (job, mut warnings) = jobs::load(&args.job, None, progress)?;
-    if !job.following.is_empty() {
-        warnings.push(format!("the search is for the path of {} alone", job.name));
-    }
+    let (job, warnings) = jobs::load(&args.job, None, progress)?;
     let bounds = bounds(args, &job)?;
     let found = pipeline::setup(&job, &bounds, progress).map_err(jobs::failure)?;
     let table = describe(&job, &bounds, &found, &warnings);

@@ -4,7 +4,7 @@ use crate::errors::WrongArgument;
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use numpy::{PyArrayDescrMethods, PyUntypedArray};
 use pyo3::prelude::*;
-use pyo3::types::{PyByteArray, PyBytes, PyString};
+use pyo3::types::{PyByteArray, PyBytes, PyFloat, PyInt, PyList, PyString, PyTuple};
 use std::fmt::Write;
 
 /// Largest difference of the length of a tool axis from 1: vectors that were written with four decimals pass.
@@ -187,9 +187,27 @@ fn shape_words(shape: &[usize]) -> String {
 
 /// Takes `N` numbers.
 pub(crate) fn numbers<const N: usize>(name: &str, value: &Bound<'_, PyAny>) -> PyResult<[f64; N]> {
+    if let Some(plain) = plain_numbers(value) {
+        return Ok(plain);
+    }
     let numbers = Numbers::of(name, value)?;
     numbers.shaped(name, &[&[N]])?;
     Ok(numbers.slice().try_into().unwrap_or([0.0; N]))
+}
+
+/// Returns the numbers of a list or tuple of `N` finite ones; most calls have these, and they need no numpy, whose import
+/// takes longer than all the rest of the package.
+fn plain_numbers<const N: usize>(value: &Bound<'_, PyAny>) -> Option<[f64; N]> {
+    if !value.is_instance_of::<PyList>() && !value.is_instance_of::<PyTuple>() {
+        return None;
+    }
+    let is_plain = |one: &Bound<'_, PyAny>| {
+        one.is_exact_instance_of::<PyFloat>() || one.is_exact_instance_of::<PyInt>()
+    };
+    let all = value.try_iter().ok()?.collect::<PyResult<Vec<_>>>().ok()?;
+    let numbers = all.iter().map(|one| one.extract().ok().filter(|_| is_plain(one)));
+    let numbers: [f64; N] = numbers.collect::<Option<Vec<f64>>>()?.try_into().ok()?;
+    numbers.iter().all(|number| number.is_finite()).then_some(numbers)
 }
 
 /// Takes a number above 0, or at least 0.
@@ -199,6 +217,29 @@ pub(crate) fn positive(py: Python<'_>, name: &str, value: f64) -> PyResult<f64> 
     }
     let defect = "is not a number above 0";
     Err(WrongArgument { name, index: &[], value: value.to_string(), defect, remedy: "" }.error(py))
+}
+
+/// Most numbers of an array that a call makes \[8 bytes each\]: far beyond any use, and it fits in memory.
+const MOST_NUMBERS: f64 = 1_073_741_824.0;
+
+/// Refuses a period at which the rows of a motion would not fit in memory; an allocation that fails ends the interpreter.
+pub(crate) fn sampled_rows_fit(
+    py: Python<'_>,
+    period: f64,
+    duration: f64,
+    width: usize,
+) -> PyResult<()> {
+    let rows = duration / period;
+    // What is no period at all is refused where it is used.
+    let is_period = period > 0.0;
+    if rows * width as f64 <= MOST_NUMBERS || !is_period {
+        return Ok(());
+    }
+    let longer = duration * width as f64 / MOST_NUMBERS;
+    let defect = format!("s asks for {rows:.3e} rows, which do not fit in memory");
+    let remedy = format!("give a period above {longer:.1e} s");
+    let (name, value) = ("period", period.to_string());
+    Err(WrongArgument { name, index: &[], value, defect: &defect, remedy: &remedy }.error(py))
 }
 
 /// Moves numbers into an array of a shape.

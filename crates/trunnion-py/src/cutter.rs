@@ -3,6 +3,7 @@
 use crate::arrays::{Numbers, array};
 use crate::errors::{WrongArgument, input};
 use crate::machine::AngleUnit;
+use crate::scalar::scalar;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trunnion::cutter::{
@@ -41,10 +42,10 @@ impl Cutter {
     #[pyo3(signature = (d, *, length=None, shank=None, inner=None))]
     fn ball(
         py: Python<'_>,
-        d: f64,
-        length: Option<f64>,
+        #[pyo3(from_py_with = scalar)] d: f64,
+        #[pyo3(from_py_with = scalar)] length: Option<f64>,
         shank: Option<&Bound<'_, PyAny>>,
-        inner: Option<f64>,
+        #[pyo3(from_py_with = scalar)] inner: Option<f64>,
     ) -> PyResult<Self> {
         finite(py, "d", d)?;
         Parts { spec: CutterSpec::ball(d), length, shank, inner }.cutter(py)
@@ -61,11 +62,11 @@ impl Cutter {
     #[expect(non_snake_case, reason = "R and r are the names of both radii, as in job files")]
     fn bull(
         py: Python<'_>,
-        R: f64,
-        r: f64,
-        length: Option<f64>,
+        #[pyo3(from_py_with = scalar)] R: f64,
+        #[pyo3(from_py_with = scalar)] r: f64,
+        #[pyo3(from_py_with = scalar)] length: Option<f64>,
         shank: Option<&Bound<'_, PyAny>>,
-        inner: Option<f64>,
+        #[pyo3(from_py_with = scalar)] inner: Option<f64>,
     ) -> PyResult<Self> {
         finite(py, "R", R)?;
         finite(py, "r", r)?;
@@ -82,10 +83,10 @@ impl Cutter {
     #[pyo3(signature = (d, *, length=None, shank=None, inner=None))]
     fn flat(
         py: Python<'_>,
-        d: f64,
-        length: Option<f64>,
+        #[pyo3(from_py_with = scalar)] d: f64,
+        #[pyo3(from_py_with = scalar)] length: Option<f64>,
         shank: Option<&Bound<'_, PyAny>>,
-        inner: Option<f64>,
+        #[pyo3(from_py_with = scalar)] inner: Option<f64>,
     ) -> PyResult<Self> {
         finite(py, "d", d)?;
         Parts { spec: CutterSpec::flat(d), length, shank, inner }.cutter(py)
@@ -111,13 +112,13 @@ impl Cutter {
     #[expect(clippy::too_many_arguments, reason = "keywords of a Python call")]
     fn taper(
         py: Python<'_>,
-        tip_radius: f64,
-        taper_angle: f64,
-        d: f64,
-        deg: bool,
-        length: Option<f64>,
+        #[pyo3(from_py_with = scalar)] tip_radius: f64,
+        #[pyo3(from_py_with = scalar)] taper_angle: f64,
+        #[pyo3(from_py_with = scalar)] d: f64,
+        #[pyo3(from_py_with = scalar)] deg: bool,
+        #[pyo3(from_py_with = scalar)] length: Option<f64>,
         shank: Option<&Bound<'_, PyAny>>,
-        inner: Option<f64>,
+        #[pyo3(from_py_with = scalar)] inner: Option<f64>,
     ) -> PyResult<Self> {
         let taper_angle = acute(py, taper_angle, AngleUnit::of(deg))?;
         all_finite(py, &[("tip_radius", tip_radius), ("d", d)])?;
@@ -144,12 +145,12 @@ impl Cutter {
     #[pyo3(signature = (tip_radius, barrel_radius, d, *, length=None, shank=None, inner=None))]
     fn barrel(
         py: Python<'_>,
-        tip_radius: f64,
-        barrel_radius: f64,
-        d: f64,
-        length: Option<f64>,
+        #[pyo3(from_py_with = scalar)] tip_radius: f64,
+        #[pyo3(from_py_with = scalar)] barrel_radius: f64,
+        #[pyo3(from_py_with = scalar)] d: f64,
+        #[pyo3(from_py_with = scalar)] length: Option<f64>,
         shank: Option<&Bound<'_, PyAny>>,
-        inner: Option<f64>,
+        #[pyo3(from_py_with = scalar)] inner: Option<f64>,
     ) -> PyResult<Self> {
         all_finite(py, &[("tip_radius", tip_radius), ("barrel_radius", barrel_radius), ("d", d)])?;
         Parts { spec: CutterSpec::barrel(tip_radius, barrel_radius, d), length, shank, inner }
@@ -177,14 +178,14 @@ impl Cutter {
     #[expect(clippy::too_many_arguments, reason = "keywords of a Python call")]
     fn conical_barrel(
         py: Python<'_>,
-        tip_radius: f64,
-        barrel_radius: f64,
-        taper_angle: f64,
-        d: f64,
-        deg: bool,
-        length: Option<f64>,
+        #[pyo3(from_py_with = scalar)] tip_radius: f64,
+        #[pyo3(from_py_with = scalar)] barrel_radius: f64,
+        #[pyo3(from_py_with = scalar)] taper_angle: f64,
+        #[pyo3(from_py_with = scalar)] d: f64,
+        #[pyo3(from_py_with = scalar)] deg: bool,
+        #[pyo3(from_py_with = scalar)] length: Option<f64>,
         shank: Option<&Bound<'_, PyAny>>,
-        inner: Option<f64>,
+        #[pyo3(from_py_with = scalar)] inner: Option<f64>,
     ) -> PyResult<Self> {
         let taper_angle = acute(py, taper_angle, AngleUnit::of(deg))?;
         all_finite(py, &[("tip_radius", tip_radius), ("barrel_radius", barrel_radius), ("d", d)])?;
@@ -211,12 +212,12 @@ impl Cutter {
     #[pyo3(signature = (tip_radius, corner_radius, d, *, length=None, shank=None, inner=None))]
     fn lens(
         py: Python<'_>,
-        tip_radius: f64,
-        corner_radius: f64,
-        d: f64,
-        length: Option<f64>,
+        #[pyo3(from_py_with = scalar)] tip_radius: f64,
+        #[pyo3(from_py_with = scalar)] corner_radius: f64,
+        #[pyo3(from_py_with = scalar)] d: f64,
+        #[pyo3(from_py_with = scalar)] length: Option<f64>,
         shank: Option<&Bound<'_, PyAny>>,
-        inner: Option<f64>,
+        #[pyo3(from_py_with = scalar)] inner: Option<f64>,
     ) -> PyResult<Self> {
         all_finite(py, &[("tip_radius", tip_radius), ("corner_radius", corner_radius), ("d", d)])?;
         Parts { spec: CutterSpec::lens(tip_radius, corner_radius, d), length, shank, inner }
@@ -261,7 +262,7 @@ impl Cutter {
     ///     >>> round(trunnion.Cutter.taper(1, 5, 8, deg=True).taper_angle(deg=True), 9)
     ///     5.0
     #[pyo3(signature = (*, deg=false))]
-    fn taper_angle(&self, deg: bool) -> f64 {
+    fn taper_angle(&self, #[pyo3(from_py_with = scalar)] deg: bool) -> f64 {
         AngleUnit::of(deg).outside(self.0.spec().side.taper_angle())
     }
 
@@ -301,7 +302,11 @@ impl Cutter {
     ///     >>> trunnion.Cutter.flat(4, length=9).outline().tolist()
     ///     [[0.0, 0.0], [2.0, 0.0], [2.0, 9.0]]
     #[pyo3(signature = (steps=32))]
-    fn outline<'py>(&self, py: Python<'py>, steps: u16) -> PyResult<Bound<'py, PyAny>> {
+    fn outline<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = scalar)] steps: u16,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let steps = u32::from(steps).max(1);
         let mut rows: Vec<[f64; 2]> = vec![[0.0; 2]];
         for piece in self.0.profile() {

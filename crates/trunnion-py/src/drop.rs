@@ -5,6 +5,7 @@ use crate::cutter::Cutter;
 use crate::errors::{WrongArgument, failure, input};
 use crate::part::{self, Face, mesh_arrays};
 use crate::progress::{StageWatch, in_slices};
+use crate::scalar::scalar;
 use numpy::{PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -33,7 +34,7 @@ pub(crate) fn drop_cutter<'py>(
     cutter: &Cutter,
     points: &Bound<'py, PyAny>,
     chord: f64,
-    bounds: bool,
+    #[pyo3(from_py_with = scalar)] bounds: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let py = shape.py();

@@ -1,6 +1,6 @@
 //! `trunnion.plan` and `trunnion.Stream`.
 
-use crate::arrays::{Numbers, array};
+use crate::arrays::{Numbers, array, sampled_rows_fit};
 use crate::errors::{WrongArgument, failure, input};
 use crate::progress::watched;
 use crate::verbs::json;
@@ -132,6 +132,7 @@ impl NativePlan {
     /// Time, position, velocity, acceleration and jerk of the axes at every period.
     fn sample<'py>(&self, py: Python<'py>, period: f64) -> PyResult<Bound<'py, PyAny>> {
         let axes = self.0.axes.len();
+        sampled_rows_fit(py, period, self.0.motion.schedule().duration(), 1 + 4 * axes)?;
         let rows = py.detach(|| self.0.motion.sample(axes, period));
         let rows = rows.map_err(|error| failure(py, error))?;
         let width = 1 + 4 * axes;

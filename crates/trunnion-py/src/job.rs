@@ -1,10 +1,11 @@
 //! Jobs and their runs.
 
-use crate::arrays::{array, whole};
+use crate::arrays::{array, sampled_rows_fit, whole};
 use crate::errors::failure;
 use crate::locate::pass_of;
 use crate::machine::AngleUnit;
 use crate::progress::watched;
+use crate::scalar::scalar;
 use crate::verbs::{json, maps_of};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -162,9 +163,16 @@ impl NativeRun {
     /// Motion of the axes at a period \[s\]: time, position, velocity, acceleration, jerk; operation after operation, as
     /// if changes of tool took no time.
     #[pyo3(signature = (period, deg))]
-    fn sample<'py>(&self, py: Python<'py>, period: f64, deg: bool) -> PyResult<Bound<'py, PyDict>> {
+    fn sample<'py>(
+        &self,
+        py: Python<'py>,
+        period: f64,
+        #[pyo3(from_py_with = scalar)] deg: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
         let outcome = &self.answer.outcome;
         let unit = AngleUnit::of(deg);
+        let duration = outcome.operations.iter().map(|one| one.plan.schedule.duration()).sum();
+        sampled_rows_fit(py, period, duration, 1 + 4 * AXES)?;
         let (mut points, mut start): (Vec<Setpoint>, f64) = (Vec::new(), 0.0);
         for one in &outcome.operations {
             let (path, schedule) = (&one.followed.path, &one.plan.schedule);
@@ -192,7 +200,11 @@ impl NativeRun {
 
     /// Names of the axes, and their limits of velocity, acceleration and jerk.
     #[pyo3(signature = (deg))]
-    fn limits<'py>(&self, py: Python<'py>, deg: bool) -> PyResult<Bound<'py, PyDict>> {
+    fn limits<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = scalar)] deg: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
         let machine = self.loaded.job.kinematics.machine();
         let unit = AngleUnit::of(deg);
         let answer = PyDict::new(py);

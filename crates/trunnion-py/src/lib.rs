@@ -16,6 +16,7 @@ mod machine;
 mod part;
 mod path;
 mod progress;
+mod scalar;
 mod toml_text;
 mod verbs;
 

@@ -12,8 +12,8 @@ use trunnion::cover::{
 };
 use trunnion::nalgebra::Vector3;
 use trunnion::positioning::{
-    ContactSide, LocationRequest, PlacementMethod, StripSide, ToleranceBand, ToolInclination,
-    place, trace,
+    ContactSide, LocationRequest, PlacementMethod, PositioningError, StripSide, ToleranceBand,
+    ToolInclination, place, trace,
 };
 use trunnion::surface::FaceIndex;
 use trunnion::types::{Interval, Pass};
@@ -58,7 +58,11 @@ pub(crate) fn position<'py>(
             options.feed,
         )
     };
-    let found = py.detach(|| place(&request, &method)).map_err(|error| input(py, error))?;
+    let refused = |error: PositioningError| {
+        let help = error.remedy().map_or_else(String::new, |remedy| format!("\n  help: {remedy}"));
+        input(py, format!("{error}{help}"))
+    };
+    let found = py.detach(|| place(&request, &method)).map_err(refused)?;
     let answer = PyDict::new(py);
     let point = |point: [f64; 3]| array(py, point.to_vec(), &[3]);
     for (name, value) in [
@@ -87,7 +91,7 @@ pub(crate) fn position<'py>(
     let active: Vec<String> = found.active.iter().map(|active| format!("{active:?}")).collect();
     answer.set_item("active", active)?;
     // The error curve, for pictures.
-    let placed = method.cutter(&cutter.0).map_err(|error| input(py, error))?;
+    let placed = method.cutter(&cutter.0).map_err(refused)?;
     let request = LocationRequest { cutter: &placed, ..request };
     if let Ok(trace) = trace(&request, &found, "error") {
         let samples: Vec<f64> = trace

@@ -2,7 +2,8 @@
 
 use crate::arrays::{Numbers, array, positive};
 use crate::errors::{WrongArgument, failure, input};
-use crate::progress::{StageWatch, in_slices, watched};
+use crate::progress::{StageWatch, adapted, in_slices, watched};
+use crate::scalar::scalar;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use rayon::prelude::*;
@@ -35,7 +36,7 @@ impl Part {
     ///
     /// Args:
     ///     path: surface JSON or STEP file, or its content as bytes; or an STL file, of which there are triangles alone.
-    ///     progress: callable of (stage, done, total).
+    ///     progress: callable of (stage, done, total), or tqdm.
     ///
     /// Raises:
     ///     InputError: every fault of the file.
@@ -49,6 +50,7 @@ impl Part {
     #[pyo3(signature = (path, *, progress=None))]
     fn read(path: &Bound<'_, PyAny>, progress: Option<Py<PyAny>>) -> PyResult<Self> {
         let py = path.py();
+        let progress = adapted(py, progress)?;
         let read = if let Ok(bytes) = path.cast::<PyBytes>() {
             let (name, bytes) = (PathBuf::from("part"), bytes.as_bytes().to_vec());
             watched(py, progress.as_ref(), |watch| calls::part_of_bytes(&name, &bytes, watch))?
@@ -89,10 +91,10 @@ impl Part {
     #[pyo3(signature = (points, degree=[3, 3], knots=None, weights=None, *, flip=false))]
     fn from_net(
         points: &Bound<'_, PyAny>,
-        degree: [usize; 2],
-        knots: Option<[Vec<f64>; 2]>,
+        #[pyo3(from_py_with = scalar)] degree: [usize; 2],
+        #[pyo3(from_py_with = scalar)] knots: Option<[Vec<f64>; 2]>,
         weights: Option<&Bound<'_, PyAny>>,
-        flip: bool,
+        #[pyo3(from_py_with = scalar)] flip: bool,
     ) -> PyResult<Self> {
         let py = points.py();
         let net = Numbers::of("points", points)?;
@@ -149,7 +151,7 @@ impl Part {
     fn mesh<'py>(
         &self,
         py: Python<'py>,
-        chord: f64,
+        #[pyo3(from_py_with = scalar)] chord: f64,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         if let Some(triangles) = &self.triangles {
             return mesh_arrays(py, triangles);
@@ -374,7 +376,7 @@ impl Face {
     fn mesh<'py>(
         &self,
         py: Python<'py>,
-        chord: f64,
+        #[pyo3(from_py_with = scalar)] chord: f64,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let chord = positive(py, "chord", chord)?;
         let face = self.0.face();

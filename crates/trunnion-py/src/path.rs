@@ -26,8 +26,32 @@ pub(crate) fn interpolate<'py>(
         max_step: positive(py, "max_step", max_step)?,
         max_turn: positive(py, "max_turn", max_turn)?,
     };
+    locations_fit(py, &poses, resolution)?;
     let fine = py.detach(|| densify(&poses, resolution)).map_err(|error| input(py, error))?;
     pair(py, fine.iter().map(|pose| (pose.tip.coords, pose.axis.into_inner())))
+}
+
+/// Most cutter locations of a path: far beyond any use, and they fit in memory.
+const MOST_LOCATIONS: f64 = 2e7;
+
+/// Refuses a resolution whose locations would not fit in memory; an allocation that fails ends the interpreter.
+fn locations_fit(py: Python<'_>, poses: &[ToolPose], resolution: PathResolution) -> PyResult<()> {
+    let over = |of: fn(&ToolPose, &ToolPose) -> f64| {
+        poses.iter().zip(poses.iter().skip(1)).map(|(from, to)| of(from, to)).sum::<f64>()
+    };
+    let limits = [
+        ("max_step", resolution.max_step, over(|from, to| (to.tip - from.tip).norm())),
+        ("max_turn", resolution.max_turn, over(|from, to| from.axis.angle(&to.axis))),
+    ];
+    let wrong = |(name, value, whole): (&str, f64, f64)| {
+        let defect =
+            format!("asks for {:.1e} cutter locations, which do not fit in memory", whole / value);
+        let remedy = format!("give a number above {:.1e}", whole / MOST_LOCATIONS);
+        let (defect, remedy, value) = (defect.as_str(), remedy.as_str(), value.to_string());
+        WrongArgument { name, index: &[], value, defect, remedy }.error(py)
+    };
+    let far = limits.into_iter().find(|(_, value, whole)| whole / value > MOST_LOCATIONS);
+    far.map_or(Ok(()), |far| Err(wrong(far)))
 }
 
 /// Curves within tolerance of cutter locations: knots, coefficients, starts of curves, deviations.

@@ -47,6 +47,13 @@ impl Watch {
     }
 }
 
+/// Returns a callable of a callable or a tqdm bar; refuses everything else.
+pub(crate) fn adapted(py: Python<'_>, progress: Option<Py<PyAny>>) -> PyResult<Option<Py<PyAny>>> {
+    let Some(progress) = progress else { return Ok(None) };
+    let found = py.import("trunnion._progress")?.call_method1("adapted", (progress,))?;
+    Ok(Some(found.unbind()))
+}
+
 /// Runs `work` in a thread of its own, so that this one can report progress and take Ctrl-C.
 ///
 /// An exception of the callable or of a signal handler stops the work, and is returned.

@@ -1,6 +1,7 @@
 //! Dictionaries as TOML text, and back: every number keeps its last digit.
 
 use crate::errors::{failure, input};
+use crate::scalar::scalar;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString};
 use toml::Value;
@@ -19,10 +20,13 @@ pub(crate) fn toml_text(source: &Bound<'_, PyAny>) -> PyResult<String> {
 
 /// Returns the content of TOML text.
 #[pyfunction]
-pub(crate) fn toml_data<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
-    let table: toml::Table = toml::from_str(text).map_err(|error| {
+pub(crate) fn toml_data(
+    py: Python<'_>,
+    #[pyo3(from_py_with = scalar)] text: String,
+) -> PyResult<Bound<'_, PyAny>> {
+    let table: toml::Table = toml::from_str(&text).map_err(|error| {
         let at = error.span().map_or(0, |span| span.start);
-        let fault = Diagnostic::at(text, at, error.message()).to_string();
+        let fault = Diagnostic::at(&text, at, error.message()).to_string();
         failure(py, Failure::Input(vec![fault]))
     })?;
     python_of(py, &Value::Table(table))

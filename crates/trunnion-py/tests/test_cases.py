@@ -1,6 +1,7 @@
 """Reference cases from outside the repository, through Python."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -229,7 +230,7 @@ def test_time_law(cases):
 
 
 def test_single_blocks(cases):
-    """Blocks of the look-ahead whose end speeds can be reached; sequences are those of the library's own tests."""
+    """Blocks of the look-ahead whose end speeds can be reached."""
     planned = 0
     for case in cases["lookahead"]:
         if case["kind"] != "single_block" or case["expect"]["ve"] != case["ve"] or case["expect"]["vs"] != case["vs"]:
@@ -242,6 +243,59 @@ def test_single_blocks(cases):
         assert abs(plan.duration - case["total"]) < 2e-6 * case["total"], (case["id"], plan.duration)
         planned += 1
     assert planned >= 5
+
+
+def test_blocks_whose_ends_cannot_be_reached(cases):
+    """A control lowers the speed at an end without a word; here it is refused with the speed that can be reached."""
+    refused = 0
+    for case in cases["lookahead"]:
+        if case["kind"] != "single_block" or (case["expect"]["ve"] == case["ve"] and case["expect"]["vs"] == case["vs"]):
+            continue
+        length = float(case["L"])
+        table = {"s": [0.0, length], "X": [0.0, length], "X1": [1.0, 1.0], "X2": [0.0, 0.0]}
+        axis = {"vel": case["F"], "acc": case["A"], "acc_minus": case["D"]}
+        limits = trunnion.Limits({"X": axis}, {"start": case["vs"], "end": case["ve"]})
+        with pytest.raises(trunnion.InputError) as error:
+            trunnion.plan(table, limits, "optimal")
+        (reached,) = map(float, re.findall(r", ([0-9.]+)", str(error.value)))
+        assert reached == pytest.approx(case["expect"]["vp"], rel=1e-9), (case["id"], error.value)
+        # With the speed that the message names it takes the time of the case.
+        name, slower = ("end", "ve") if case["expect"]["ve"] != case["ve"] else ("start", "vs")
+        limits.path[name] = case["expect"][slower] * (1 - 1e-9)
+        plan = trunnion.plan(table, limits, "optimal", time_tolerance=1e-6)
+        assert plan.duration == pytest.approx(case["total"], rel=2e-6), case["id"]
+        refused += 1
+    assert refused == 2
+
+
+def test_sequences_of_blocks(cases):
+    """Straight moves of five axes, planned as a control with look-ahead plans them."""
+    planned = 0
+    for case in cases["lookahead"]:
+        if case["kind"] != "sequence":
+            continue
+        names, weights = "XYZAC", np.array([1.0, 1.0, 1.0, case["kw_mm_per_deg"], case["kw_mm_per_deg"]])
+        moves = np.array(case["moves"])
+        lengths = np.linalg.norm(moves * weights, axis=1)
+        # Blocks of no length are dropped before planning.
+        moves, lengths = moves[lengths > 0], lengths[lengths > 0]
+        s = np.concatenate([[0.0], np.cumsum(lengths)])
+        at = np.concatenate([np.zeros((1, 5)), np.cumsum(moves, axis=0)])
+        table = {"s": s}
+        for index, name in enumerate(names):
+            table |= {name: at[:, index], f"{name}1": np.gradient(at[:, index], s), f"{name}2": np.zeros(len(s))}
+        limits = {name: (vel, acc) for name, vel, acc in zip(names, case["vmax"], case["amax"])}
+        limits = trunnion.Limits(limits, {"feed": case["F"], "start": case["v_start"], "end": case["v_end"]})
+        plan = trunnion.plan(table, limits, "blocks", period=case["T"])
+        expected, near = case["expect"], case["tol"]
+        np.testing.assert_allclose(lengths, expected["L"], rtol=near, err_msg=case["id"])
+        rows = np.searchsorted(plan.s, s - 1e-9 * s[-1])
+        np.testing.assert_allclose(plan.s[rows], s, atol=1e-9 * s[-1], err_msg=case["id"])
+        np.testing.assert_allclose(plan.speed[rows], expected["v"], rtol=near, atol=near, err_msg=case["id"])
+        np.testing.assert_allclose(np.diff(plan.t[rows]), expected["t"], rtol=near, err_msg=case["id"])
+        assert plan.duration == pytest.approx(expected["total"], rel=near), case["id"]
+        planned += 1
+    assert planned == 10
 
 
 def test_listing_of_paper_003(cases):

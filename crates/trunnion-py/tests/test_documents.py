@@ -110,6 +110,18 @@ def test_the_package_is_typed(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+def test_every_name_is_found_where_it_stands():
+    """Names that are loaded with their first use: all of them, and nothing else."""
+    lazy = [name for names in trunnion._PLACES.values() for name in names]
+    native = {"Cutter", "Face", "Machine", "Part", "__version__", "built_in"}
+    assert sorted([*lazy, *native, "fleet", "plot"]) == sorted(trunnion.__all__)
+    code = "import trunnion; from trunnion import *; print(set(trunnion.__all__) - set(globals()), dir(trunnion))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("set() ") and "'position'" in done.stdout
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        trunnion.nothing
+
+
 def test_importing_is_quick():
     # numpy is loaded with the first array, not with the package.
     code = "import sys, trunnion; print('numpy' in sys.modules, 'pandas' in sys.modules)"

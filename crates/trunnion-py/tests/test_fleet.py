@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -102,6 +103,36 @@ def test_every_file_that_an_item_reads_is_part_of_its_key(tmp_path, job_folder):
         assert sum(a != b for a, b in zip(before, keys())) == changed, file
 
 
+def test_another_build_of_the_same_version_has_other_keys(programs, tmp_path):
+    """Copies of the package: as it is, with another module, and with another line of Python."""
+    script = (
+        "import trunnion\n"
+        f"found = trunnion.fleet.audit({programs[:1]!r}, 'bc-trunnion')\n"
+        "print(trunnion.__version__, trunnion.__file__, found._items[0]['key'])\n"
+    )
+    package, found = os.path.dirname(trunnion.__file__), []
+    for change in (None, os.path.basename(trunnion._trunnion.__file__), "_verbs.py"):
+        copy = tmp_path / str(change)
+        shutil.copytree(package, copy / "trunnion", ignore=shutil.ignore_patterns("__pycache__"))
+        if change:
+            with open(copy / "trunnion" / change, "ab") as out:
+                out.write(b"\n")
+        words = [sys.executable, "-c", script]
+        done = subprocess.run(words, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(copy)}, check=True)
+        version, file, key = done.stdout.split()
+        assert file.startswith(str(copy)) and version == trunnion.__version__
+        found.append(key)
+    (own,) = fleet.audit(programs[:1], "bc-trunnion")._items
+    assert found[0] == own["key"] and len(set(found)) == 3
+
+
+def test_a_worker_with_another_build_does_not_answer(programs):
+    (item,) = fleet.audit(programs[:1], "bc-trunnion", **SETUP)._items
+    assert fleet._worked_by(fleet._build(), fleet._worked, item)["row"]["status"] == "done"
+    refused = fleet._worked_by("another", fleet._worked, item)
+    assert refused["lost"] and "install the same wheel" in refused["row"]["message"]
+
+
 def test_failures_stand_beside_results(programs, tmp_path):
     with open(programs[1], "wb") as out:
         out.write(b"G1 X[2 +\n")
@@ -117,6 +148,13 @@ def test_urls_keep_results(programs):
     place = "memory://fleet-results"
     rows = fleet.audit(programs[:2], "bc-trunnion", results=place, workers=0, **SETUP).rows
     assert fleet.audit(programs[:2], "bc-trunnion", results=place, workers=0, **SETUP).rows == rows
+
+
+def test_what_is_no_place_and_no_client_is_refused(programs):
+    for argument, wrong in (("client", 3), ("results", 3), ("results", "nowhere://folder"), ("workers", -1), ("workers", "two")):
+        with pytest.raises(trunnion.ArgumentError) as found:
+            fleet.audit(programs[:1], "bc-trunnion", **{argument: wrong})
+        assert found.value.argument == argument and str(found.value).startswith(argument)
 
 
 def test_cut_off_results_are_run_again(programs, tmp_path):

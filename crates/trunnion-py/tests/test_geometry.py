@@ -270,3 +270,15 @@ _PLAIN = st.booleans() | st.integers(-(2**53), 2**53) | st.floats(allow_nan=Fals
 def test_data_go_through_toml(data):
     native = trunnion._trunnion
     assert native.toml_data(native.toml_text(data)) == data
+
+
+@pytest.mark.parametrize("method", ["mpm", "hermite", "three-axis"])
+def test_a_refused_location_has_its_remedy_apart(method):
+    """On a saddle, along the feed that is hollow across: no second contact, and no room behind the cutter."""
+    net = [[[x, y, 0.01 * x * x - 0.005 * y * y] for y in (-30, -10, 10, 30)] for x in (-30, -10, 10, 30)]
+    face = trunnion.Part.from_net(net).faces[0]
+    with pytest.raises(trunnion.InputError) as found:
+        trunnion.position(face, trunnion.Cutter.bull(5, 3), at=(0.5, 0.5), feed=(1, 0), method=method)
+    error = found.value
+    assert "end-point method" in error.remedy and "end-point" not in error.message
+    assert error.message.startswith("at (u, v) = (0.500000, 0.500000)")

@@ -50,6 +50,16 @@ pub(super) struct Setting {
     pub(super) warnings: Vec<String>,
 }
 
+/// Returns an operation of a job, counted from 1, as a job of its own.
+fn operation(path: &Path, job: Job, number: u32) -> Result<Job, Failure> {
+    let count = job.operations().count();
+    job.into_operation(number as usize - 1).ok_or_else(|| {
+        let help = format!("--operation is a number from 1 to {count}");
+        let path = path.display();
+        Failure::input(format!("{path}: the job has no operation {number}\n  help: {help}"))
+    })
+}
+
 impl Setting {
     pub(super) fn read(args: &CheckArgs, bars: &dyn Progress) -> Result<Self, Failure> {
         let mut setting = match &args.job {
@@ -130,6 +140,9 @@ impl Setting {
 
     fn of_job(path: &Path, args: &CheckArgs, bars: &dyn Progress) -> Result<Self, Failure> {
         let (mut job, warnings) = run::load(path, args.chord, bars)?;
+        if let Some(number) = args.operation {
+            job = operation(path, job, number)?;
+        }
         // The stock of the command line replaces that of the job.
         if args.stock.is_some() {
             job.file.stock = None;

@@ -146,7 +146,7 @@ impl Subject {
             chords: setting.chords,
             warnings,
             contradictions,
-            accepted: args.accept.clone(),
+            accepted: accepted(args),
             coolant: setting.coolant,
             planned,
             assumptions: args.what_if.clone(),
@@ -237,6 +237,13 @@ impl Subject {
             }
         }
     }
+}
+
+/// Returns the kinds of findings that do not fail the check: the program of one operation leaves what others cut.
+fn accepted(args: &CheckArgs) -> Vec<FindingKind> {
+    let left = [FindingKind::Uncut, FindingKind::Excess];
+    let of_operation = args.operation.map(|_| left).into_iter().flatten();
+    args.accept.iter().copied().chain(of_operation).collect()
 }
 
 /// Returns the work offsets beside that of the setup.

@@ -29,7 +29,7 @@ pub(super) fn run(
         match found {
             // A ball has no circle to place, which is no fault of the comparison.
             Err(error) if is_request_error(&error) && error != PositioningError::NoCircle => {
-                return Err(refusal(error));
+                return Err(refusal(&error));
             }
             found => rows.push(Row { method, found }),
         }
@@ -38,7 +38,8 @@ pub(super) fn run(
         let traces: Result<Vec<ErrorTrace>, PositioningError> =
             rows.iter().filter_map(|row| traced(request, args, row)).collect();
         let title = title(args, "error across the feed");
-        let picture = comparison_picture(&traces.map_err(refusal)?, request.band, &title);
+        let picture =
+            comparison_picture(&traces.map_err(|error| refusal(&error))?, request.band, &title);
         output::file(path, |out| out.write_all(picture.as_bytes()))?;
     }
     // One method that works is an answer: failures of others are part of the comparison.
@@ -64,7 +65,10 @@ fn answer(row: &Row) -> serde_json::Value {
     let name = row.method.name();
     match &row.found {
         Ok(location) => serde_json::json!(Answer::new(location, row.method)),
-        Err(error) => serde_json::json!({ "method": name, "refused": error.to_string() }),
+        Err(error) => {
+            let (refused, remedy) = (error.to_string(), error.remedy());
+            serde_json::json!({ "method": name, "refused": refused, "remedy": remedy })
+        }
     }
 }
 

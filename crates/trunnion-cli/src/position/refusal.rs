@@ -19,6 +19,12 @@ pub(super) fn is_request_error(error: &PositioningError) -> bool {
 }
 
 /// Refuses a wrong request.
-pub(super) fn refusal(error: PositioningError) -> Failure {
-    Failure::input(error)
+pub(super) fn refusal(error: &PositioningError) -> Failure {
+    Failure::input(with_help(error))
+}
+
+/// Returns the reason, and the remedy on a line of its own.
+pub(super) fn with_help(error: &PositioningError) -> String {
+    let help = error.remedy().map_or_else(String::new, |remedy| format!("\n  help: {remedy}"));
+    format!("{error}{help}")
 }

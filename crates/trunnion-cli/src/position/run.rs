@@ -5,7 +5,7 @@ use super::args::{PositionArgs, Side, Strip};
 use super::compare;
 use super::drawing::picture;
 use super::inputs::{cutter, face, require_on_surface};
-use super::refusal::{is_request_error, refusal};
+use super::refusal::{is_request_error, refusal, with_help};
 use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::output;
@@ -42,16 +42,18 @@ pub(crate) fn run(args: &PositionArgs, form: OutputForm) -> Result<Done, Failure
     match place(&request, &method) {
         Ok(location) => {
             if let Some(path) = &args.output {
-                let picture = picture(&request, &location, args).map_err(refusal)?;
+                let picture =
+                    picture(&request, &location, args).map_err(|error| refusal(&error))?;
                 output::file(path, |out| out.write_all(picture.as_bytes()))?;
             }
             form.print(&Answer::new(&location, args.method), |_| table(&location, args))
         }
         // A wrong request is bad input (2); a point without a location is a result (1).
-        Err(error) if is_request_error(&error) => Err(refusal(error)),
+        Err(error) if is_request_error(&error) => Err(refusal(&error)),
         Err(error) => {
-            let refused = serde_json::json!({ "refused": error.to_string() });
-            form.print(&refused, |_| format!("no cutter location: {error}\n"))?;
+            let refused =
+                serde_json::json!({ "refused": error.to_string(), "remedy": error.remedy() });
+            form.print(&refused, |_| format!("no cutter location: {}\n", with_help(&error)))?;
             Ok(Done::Broken)
         }
     }

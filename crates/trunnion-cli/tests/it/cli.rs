@@ -406,7 +406,12 @@ fn one_location_is_found_explained_and_drawn() {
     let answer: serde_json::Value = serde_json::from_slice(&all.stdout).unwrap();
     let methods = answer["methods"].as_array().unwrap();
     assert_eq!(methods.len(), 9);
-    assert!(methods.iter().any(|m| m["method"] == "mpm" && m["refused"].is_string()), "{answer}");
+    assert!(
+        methods
+            .iter()
+            .any(|m| m["method"] == "mpm" && m["refused"].is_string() && m["remedy"].is_string()),
+        "{answer}"
+    );
     let gouging = ["--cutter", "R=10,r=6", "--feed", "1,0", "--method", "sturz", "--lead", "0.876"];
     let refused = call(&gouging);
     assert_eq!(refused.status.code(), Some(1), "{}", stderr(&refused));

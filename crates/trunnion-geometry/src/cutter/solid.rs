@@ -28,6 +28,22 @@ struct GrownCone {
     high: [f64; 2],
     /// Radius of the ball \[mm\].
     rounding: f64,
+    /// From the lower rim to the upper one \[mm\], and the square of its length.
+    along: [f64; 2],
+    square: f64,
+    /// Outward normal of the slanted side.
+    normal: [f64; 2],
+}
+
+impl GrownCone {
+    fn new(low: [f64; 2], high: [f64; 2], rounding: f64) -> Self {
+        let along = [high[0] - low[0], high[1] - low[1]];
+        let square = along[0] * along[0] + along[1] * along[1];
+        let length = square.sqrt();
+        let normal =
+            if length > 0.0 { [along[1] / length, -along[0] / length] } else { [1.0, 0.0] };
+        Self { low, high, rounding, along, square, normal }
+    }
 }
 
 /// Signed distance of a point from a solid, with its gradient.
@@ -94,7 +110,7 @@ impl ToolBody {
 
 impl ConvexSolid {
     fn grown(low: [f64; 2], high: [f64; 2], rounding: f64) -> Self {
-        Self(SolidShape::Grown(GrownCone { low, high, rounding }))
+        Self(SolidShape::Grown(GrownCone::new(low, high, rounding)))
     }
 
     /// Returns the solids above a height: side and flank, shank and holder.
@@ -189,6 +205,7 @@ impl ConvexSolid {
     }
 
     /// Returns the distance in the half plane through the axis, and its gradient by `[rho, z]`.
+    #[inline]
     fn section(&self, place: [f64; 2]) -> (f64, [f64; 2]) {
         match &self.0 {
             SolidShape::Grown(cone) => cone.section(place),
@@ -202,16 +219,11 @@ impl ConvexSolid {
 
 impl GrownCone {
     /// Returns the distance in the half plane through the axis, and its gradient by `[rho, z]`.
+    #[inline]
     fn section(&self, place: [f64; 2]) -> (f64, [f64; 2]) {
         let [rho, z] = place;
-        let (low, high) = (self.low, self.high);
-        // The slanted side from the lower rim to the upper one, and its outward normal.
-        let along = [high[0] - low[0], high[1] - low[1]];
-        let square = along[0] * along[0] + along[1] * along[1];
+        let Self { low, high, along, square, normal, .. } = *self;
         let from_low = [rho - low[0], z - low[1]];
-        let length = square.sqrt();
-        let normal =
-            if length > 0.0 { [along[1] / length, -along[0] / length] } else { [1.0, 0.0] };
         let away = from_low[0] * normal[0] + from_low[1] * normal[1];
         // Inside, the nearest of the three faces decides.
         let (below, above) = (low[1] - z, z - high[1]);

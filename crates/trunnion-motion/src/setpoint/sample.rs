@@ -92,7 +92,11 @@ fn ticks(duration: f64, period: f64) -> u64 {
 impl<const N: usize> SetpointIter<'_, N> {
     /// Returns the number of setpoints still to come.
     pub fn remaining(&self) -> u64 {
-        if self.path.pieces.is_empty() { 0 } else { (self.last + 1).saturating_sub(self.next) }
+        if self.path.pieces.is_empty() {
+            0
+        } else {
+            self.last.saturating_add(1).saturating_sub(self.next)
+        }
     }
 
     /// Returns the setpoint at time `t`, which does not decrease from call to call.
@@ -222,6 +226,14 @@ mod tests {
         assert_eq!(x(0), [0.0, 0.0, 2.0]);
         assert_eq!(x(1), [0.25, 1.0, 2.0]);
         assert_eq!(x(2), [1.0, 2.0, 0.0]);
+    }
+
+    #[test]
+    fn more_periods_than_can_be_counted_are_not_none() {
+        let (path, schedule) = example();
+        let mut endless = sample(&path, &schedule, 1e-300).unwrap();
+        assert_eq!(endless.remaining(), u64::MAX);
+        assert!(endless.next().is_some());
     }
 
     #[test]

@@ -13,30 +13,54 @@ Tool axes are unit vectors from tip to holder, in the workpiece frame.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
-from ._drop import DropResult, drop_cutter
-from ._errors import (
-    ArgumentError,
-    InputError,
-    InternalError,
-    StoppedError,
-    TrunnionError,
-    TrunnionWarning,
-    UnfinishedError,
-    UnreachableWarning,
-)
-from ._job import Job, RunResult, run
-from ._locate import Covering, CutterLocation, cover, position
-from ._machine import Calibration, ImportedMachine, import_machine
-from ._path import Path, SmoothPath
-from ._plan import Limits, Motion, Plan, Stream, plan
-from ._program import Program, read
 from ._trunnion import Cutter, Face, Machine, Part, __version__, built_in
-from ._verbs import CheckResult, PostResult, check, post
 
+# The name alone tells type checkers; the module `typing` would take longer than the rest.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from . import fleet, plot
+    from ._drop import DropResult, drop_cutter
+    from ._errors import (
+        ArgumentError,
+        InputError,
+        InternalError,
+        StoppedError,
+        TrunnionError,
+        TrunnionWarning,
+        UnfinishedError,
+        UnreachableWarning,
+    )
+    from ._job import Job, RunResult, run
+    from ._locate import Covering, CutterLocation, cover, position
+    from ._machine import Calibration, ImportedMachine, import_machine
+    from ._path import Path, SmoothPath
+    from ._plan import Limits, Motion, Plan, Stream, plan
+    from ._program import Program, read
+    from ._verbs import CheckResult, PostResult, check, post
+
+#: Modules that are loaded with the first use of one of their names: most scripts use few of them.
+_PLACES = {
+    "_drop": ("DropResult", "drop_cutter"),
+    "_errors": (
+        "ArgumentError",
+        "InputError",
+        "InternalError",
+        "StoppedError",
+        "TrunnionError",
+        "TrunnionWarning",
+        "UnfinishedError",
+        "UnreachableWarning",
+    ),
+    "_job": ("Job", "RunResult", "run"),
+    "_locate": ("Covering", "CutterLocation", "cover", "position"),
+    "_machine": ("Calibration", "ImportedMachine", "import_machine"),
+    "_path": ("Path", "SmoothPath"),
+    "_plan": ("Limits", "Motion", "Plan", "Stream", "plan"),
+    "_program": ("Program", "read"),
+    "_verbs": ("CheckResult", "PostResult", "check", "post"),
+}
 
 __all__ = [
     "ArgumentError",
@@ -84,9 +108,16 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    # Both bring libraries of their own, which most scripts do not need.
-    if name in ("fleet", "plot"):
-        import importlib
+    from importlib import import_module
 
-        return importlib.import_module(f"trunnion.{name}")
+    if name in ("fleet", "plot"):
+        return import_module(f"trunnion.{name}")
+    for place, names in _PLACES.items():
+        if name in names:
+            found = globals()[name] = getattr(import_module(f"trunnion.{place}"), name)
+            return found
     raise AttributeError(f"module 'trunnion' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import re
 
-_PLACE = re.compile(r"^(?P<file>.*?):(?:(?P<line>\d+)(?::(?P<column>\d+))?:)? (?P<text>.*)$", re.S)
+_PLACE = re.compile(r"^(?P<file>(?:[A-Za-z]:[\\/])?.*?):(?:(?P<line>\d+)(?::(?P<column>\d+))?:)? (?P<text>.*)$", re.S)
+#: Path of a file: an ending, or a folder before a name without spaces; sentences with figures have a full stop as well.
+_PATH = re.compile(r"[^=()]*(\.[A-Za-z]\w{0,7}|[/\\][^/\\ ]*)")
+
+#: Note on exceptions of arguments, by PyO3.
+_NOTE = re.compile(r"while processing '(\w+)'")
 
 
 class TrunnionError(Exception):
@@ -29,7 +34,7 @@ class TrunnionError(Exception):
         self.column: int | None = None
         found = _PLACE.match(first)
         # A colon alone is no place: words may have one too.
-        if found and (found["line"] or "/" in found["file"] or "." in found["file"]):
+        if found and (found["line"] or _PATH.fullmatch(found["file"])):
             self.file = found["file"]
             self.line = int(found["line"]) if found["line"] else None
             self.column = int(found["column"]) if found["column"] else None
@@ -61,6 +66,16 @@ class ArgumentError(InputError):
         self.argument = argument
         self.index = index
         self.value = value
+
+    def add_note(self, note: str) -> None:
+        """Takes the name of the argument, which the native module knows last, from its note; keeps every other note."""
+        found = _NOTE.fullmatch(note)
+        if found and not self.argument:
+            # The message begins with the name that was not known.
+            ArgumentError.__init__(self, found[1] + self.messages[0], found[1], self.index, self.value)
+        elif hasattr(super(), "add_note"):
+            # Python 3.10 has no notes.
+            super().add_note(note)
 
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:
         return (type(self), (self.messages[0], self.argument, self.index, self.value))

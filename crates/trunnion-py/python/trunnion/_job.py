@@ -7,7 +7,7 @@ import os
 from typing import TYPE_CHECKING, Any, Mapping, Sequence
 
 from . import _options, _picture
-from ._errors import InputError, TrunnionError, TrunnionWarning
+from ._errors import ArgumentError, InputError, TrunnionError, TrunnionWarning
 from ._plan import Motion
 from ._progress import Progress, adapted
 
@@ -56,7 +56,7 @@ class Job:
         """
         from . import _trunnion
 
-        name = _options.path("job", path)
+        name = _options.path("path", path)
         try:
             with open(name, encoding="utf-8") as file:
                 text = file.read()
@@ -186,6 +186,9 @@ class Job:
             table = job.data
             for section in sections:
                 table = table.setdefault(section, {})
+                if not isinstance(table, dict):
+                    message = f"changes[{name!r}]: {section} is no table of the job, but {table!r}"
+                    raise ArgumentError(message, "changes", None, name)
             table[key] = _tool(table.get(key, {}), value)
         return job
 
@@ -269,6 +272,7 @@ def _tool(before: Any, value: Any) -> Any:
 
     if not isinstance(value, Cutter):
         return value
+    before = before if isinstance(before, Mapping) else {}
     stays = {name: before[name] for name in ("number", "holder") if name in before}
     return {"number": 1, **stays, **value.to_dict()}
 

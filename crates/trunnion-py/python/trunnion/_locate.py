@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from ._trunnion import Cutter, Face, Part
 
 
+#: Methods of `position`.
+_METHODS = ("end-point", "mpm", "hermite", "lead-swivel", "curvature", "sturz", "three-axis", "ball")
+
+
 class CutterLocation:
     """One cutter location with the strip that it leaves.
 
@@ -99,7 +103,11 @@ def position(
     def two(name: str, value: Sequence[float]) -> list[float]:
         return [float(one) for one in _options.numbers(name, value, 2).split(",")]
 
-    for name, value, known in (("strip", strip, ("right", "left")), ("side", side, ("ahead", "behind", "either"))):
+    for name, value, known in (
+        ("strip", strip, ("right", "left")),
+        ("side", side, ("ahead", "behind", "either")),
+        ("method", method, _METHODS),
+    ):
         _options.choice(name, value, known)
     options = {
         "at": two("at", at),

@@ -183,20 +183,18 @@ def import_machine(source: Any, format: str | None = None, given: Mapping[str, A
         Traceback (most recent call last):
         trunnion.InputError: ...
     """
-    import tempfile
-
     from . import _trunnion
 
     if given is not None and not isinstance(given, Mapping):
         kind = type(given).__name__
         raise ArgumentError(f"given = {kind} is no dict of values by key", "given", None, kind)
-    with tempfile.TemporaryDirectory() as folder:
-        file = _options.as_file(source, ".txt", folder)
+    with _options.Scratch() as folder:
+        file = _options.as_file("source", source, ".txt", folder)
         words = [file]
         if format is not None:
-            words.append(f"--from={format}")
+            words.append("--from=" + _options.word("format", format))
         words += [f"--set={key}={_value(value)}" for key, value in (given or {}).items()]
-        inside = file.startswith(folder)
+        inside = folder.holds(file)
         shown = "description" if inside else file
         try:
             found = _trunnion.import_machine(words)
@@ -218,12 +216,10 @@ def _value(value: Any) -> str:
 @_options.pythonic
 def calibrate(machine: "Machine", measurements: Any, tool_length: Any = None, noise: Any = None) -> Calibration:
     """Finds the errors of a machine; see `Machine.calibrate`."""
-    import tempfile
-
     from . import _trunnion
 
     tables = list(measurements) if isinstance(measurements, (list, tuple)) else [measurements]
-    with tempfile.TemporaryDirectory() as folder:
+    with _options.Scratch() as folder:
         names = [_readings(table, index, folder) for index, table in enumerate(tables, 1)]
         words = [*names, "--machine", _options.machine_file(machine, folder)]
         if tool_length is not None:
@@ -234,7 +230,7 @@ def calibrate(machine: "Machine", measurements: Any, tool_length: Any = None, no
             words.append("--noise=" + _options.number("noise", noise))
 
         def shown(text: str) -> str:
-            return text.replace(folder + os.sep, "")
+            return text.replace(os.path.join(folder, ""), "")
 
         try:
             found = _trunnion.calibrate_machine(words)
@@ -254,17 +250,17 @@ def calibrate(machine: "Machine", measurements: Any, tool_length: Any = None, no
     return Calibration(found, calibrated)
 
 
-def _readings(table: Any, index: int, folder: str) -> str:
+def _readings(table: Any, index: int, folder: _options.Scratch) -> str:
     """Returns the file of a table of readings; columns in memory are written into the folder."""
     import numpy as np
 
+    if not isinstance(table, (bytes, bytearray, memoryview, Mapping)) and not hasattr(table, "columns"):
+        return _options.path("measurements", table)
     file = os.path.join(folder, f"measurements{index}.csv")
     if isinstance(table, (bytes, bytearray, memoryview)):
         with open(file, "wb") as raw:
             raw.write(table)
         return file
-    if not (isinstance(table, Mapping) or hasattr(table, "columns")):
-        return _options.path("measurements", table)
     names = [str(name) for name in (table.columns if hasattr(table, "columns") else table)]
     columns = [np.asarray(table[name]) for name in names]
     for name, column in zip(names, columns):

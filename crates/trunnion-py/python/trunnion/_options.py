@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import functools
+import math
+import operator
 import os
 import re
 from typing import Any, Callable, Iterable, Mapping, TypeVar
@@ -13,6 +15,31 @@ _FLAG = re.compile(r"--([a-z][a-z-]*)")
 #: Options that state true or false, and are no switches.
 _STATED = ("block_delete",)
 _F = TypeVar("_F", bound=Callable[..., Any])
+
+
+class Scratch:
+    """Folder for files of one call: made when the first needs it, and removed with them."""
+
+    def __init__(self) -> None:
+        self._folder: Any = None
+
+    def __fspath__(self) -> str:
+        if self._folder is None:
+            import tempfile
+
+            self._folder = tempfile.TemporaryDirectory()
+        return str(self._folder.name)
+
+    def holds(self, file: str) -> bool:
+        """Returns true for a file in the folder."""
+        return self._folder is not None and file.startswith(self._folder.name)
+
+    def __enter__(self) -> "Scratch":
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        if self._folder is not None:
+            self._folder.cleanup()
 
 
 def worded(text: str) -> str:
@@ -65,13 +92,45 @@ def numbers(name: str, value: Any, count: int) -> str:
     return ",".join(map(repr, entries))
 
 
+def whole(name: str, value: Any, least: int = 0) -> int:
+    """Returns a whole number, `least` or more."""
+    try:
+        found = operator.index(value)
+    except TypeError:
+        found = None
+    if found is None or isinstance(value, bool) or found < least:
+        shown = type(value).__name__ if found is None else repr(value)
+        raise ArgumentError(f"{name} = {shown} is not a whole number from {least}", name, None, value)
+    return found
+
+
+def truth(name: str, value: Any) -> bool:
+    """Returns True or False, also those of numpy."""
+    if isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") == "b":
+        return bool(value)
+    kind = type(value).__name__
+    raise ArgumentError(f"{name} = {kind} is neither True nor False", name, None, value)
+
+
+def word(name: str, value: Any) -> str:
+    """Returns a text of one line as it is; the engine knows which there are."""
+    if isinstance(value, str) and value.isprintable():
+        return value
+    shown = repr(value) if isinstance(value, str) else type(value).__name__
+    raise ArgumentError(f"{name} = {shown} is not a word", name, None, value)
+
+
+def radians(name: str, value: Any, deg: Any) -> float:
+    """Returns an angle in radians."""
+    angle = float(number(name, value))
+    return math.radians(angle) if truth("deg", deg) else angle
+
+
 def angles(name: str, value: Any, count: int, deg: bool) -> str:
     """Returns angles as an option, which is in degrees."""
     text = numbers(name, value, count)
     if deg:
         return text
-    import math
-
     return ",".join(repr(math.degrees(float(entry))) for entry in text.split(","))
 
 
@@ -149,7 +208,7 @@ def as_machine(machine: Any) -> Any:
     return Machine(machine) if isinstance(machine, Mapping) else machine
 
 
-def machine_file(machine: Any, folder: str) -> str:
+def machine_file(machine: Any, folder: Scratch | str) -> str:
     """Returns name or file of a machine as an option; a Machine that no file has is written into the folder."""
     from ._trunnion import Machine
 
@@ -236,13 +295,13 @@ def others(verb: str, known: Iterable[str], extra: Mapping[str, Any], function: 
     return words
 
 
-def as_file(value: Any, suffix: str, folder: str) -> str:
+def as_file(argument: str, value: Any, suffix: str, folder: Scratch) -> str:
     """Returns the path of a file, or of a temporary one with the bytes given."""
     if isinstance(value, (bytes, bytearray, memoryview)):
-        if not isinstance(suffix, str) or not suffix.isprintable() or os.sep in suffix:
+        if os.sep in word("suffix", suffix):
             raise ArgumentError(f"suffix = {suffix!r} is no ending of a file\n  help: write suffix=\".cls\"", "suffix", None, suffix)
         name = os.path.join(folder, "content" + suffix)
         with open(name, "wb") as out:
             out.write(value)
         return name
-    return path("path", value)
+    return path(argument, value)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from . import _options, _picture
+from ._errors import ArgumentError
 from ._progress import Progress
 from ._result import Table
 
@@ -87,12 +88,10 @@ class Path(Table):
             >>> len(path.interpolate(max_step=5, max_turn=10, deg=True))
             6
         """
-        import math
-
         from . import _trunnion
 
-        step, turn = (float(_options.number(*one)) for one in (("max_step", max_step), ("max_turn", max_turn)))
-        return Path(*_trunnion.interpolate(self.tip, self.axis, step, math.radians(turn) if deg else turn))
+        step, turn = float(_options.number("max_step", max_step)), _options.radians("max_turn", max_turn, deg)
+        return Path(*_trunnion.interpolate(self.tip, self.axis, step, turn))
 
     def smooth(self, tip: float = 0.005, axis: float = 1e-3, *, deg: bool = False) -> "SmoothPath":
         """Lays a C3 path within tolerance of the straight moves; corners are rounded within it, or kept.
@@ -110,12 +109,10 @@ class Path(Table):
             >>> path.smooth(tip=0.01, axis=0.1, deg=True).tip_deviation <= 0.01
             True
         """
-        import math
-
         from . import _trunnion
 
-        distance, angle = (float(_options.number(*one)) for one in (("tip", tip), ("axis", axis)))
-        return SmoothPath(*_trunnion.smooth(self.tip, self.axis, distance, math.radians(angle) if deg else angle))
+        distance, angle = float(_options.number("tip", tip)), _options.radians("axis", axis, deg)
+        return SmoothPath(*_trunnion.smooth(self.tip, self.axis, distance, angle))
 
     def to_cl(self, feed: float = 1000.0) -> str:
         """Returns the locations as APT/CL text with one feed [mm/min].
@@ -126,7 +123,10 @@ class Path(Table):
             >>> path.to_cl(feed=800).splitlines()[2]
             'FEDRAT/800,MMPM'
         """
-        lines = ["UNITS/MM", "MULTAX/ON", f"FEDRAT/{feed},MMPM"]
+        speed = float(_options.number("feed", feed))
+        if speed <= 0.0:
+            raise ArgumentError(f"feed = {speed} is not a number above 0", "feed", None, feed)
+        lines = ["UNITS/MM", "MULTAX/ON", f"FEDRAT/{speed:.9g},MMPM"]
         for row, axis in zip(self.tip.tolist(), self.axis.tolist()):
             lines.append("GOTO/" + ",".join(f"{value:.9f}" for value in [*row, *axis]))
         return "\n".join([*lines, "FINI", ""])
@@ -144,8 +144,6 @@ class Path(Table):
 def floats(name: str, value: Any) -> Any:
     """Returns lists and whole numbers as an array; arrays of other types stay, and are refused where they are used."""
     import numpy as np
-
-    from ._errors import ArgumentError
 
     if isinstance(value, np.ndarray) and value.dtype.kind not in "iu":
         return value
@@ -186,12 +184,9 @@ class SmoothPath:
             >>> len(path.smooth(tip=0.01).linearise(tip=0.01)) > len(path)
             True
         """
-        import math
-
         from . import _trunnion
 
-        distance, angle = (float(_options.number(*one)) for one in (("tip", tip), ("axis", axis)))
-        angle = math.radians(angle) if deg else angle
+        distance, angle = float(_options.number("tip", tip)), _options.radians("axis", axis, deg)
         return Path(*_trunnion.linearise(self.ranges, self.coefficients, distance, angle))
 
     def __repr__(self) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from typing import Any, Mapping, Sequence
 
 _COLOURS = ("#2f6f9f", "#c0562f", "#4b8b3b", "#7a5195", "#b08a1e", "#555555")
@@ -83,10 +82,17 @@ def path(title: str, tip: Any, axis: Any) -> str:
 def table(rows: Sequence[tuple[str, object]]) -> str:
     """Returns rows of a name and a value."""
     body = "".join(
-        f"<tr><th style='text-align:left'>{html.escape(name)}</th><td>{html.escape(str(value))}</td></tr>"
+        f"<tr><th style='text-align:left'>{_escaped(name)}</th><td>{_escaped(str(value))}</td></tr>"
         for name, value in rows
     )
     return f"<table>{body}</table>"
+
+
+def _escaped(words: str) -> str:
+    # Imported with the first picture: it takes a tenth of the time of the whole package.
+    import html
+
+    return html.escape(words)
 
 
 def _open(height: float) -> str:
@@ -97,4 +103,4 @@ def _open(height: float) -> str:
 
 
 def _text(x: float, y: float, words: str, weight: str = "normal", colour: str = "#333") -> str:
-    return f'<text x="{x:.1f}" y="{y:.1f}" font-weight="{weight}" fill="{colour}">{html.escape(words)}</text>'
+    return f'<text x="{x:.1f}" y="{y:.1f}" font-weight="{weight}" fill="{colour}">{_escaped(words)}</text>'

@@ -68,7 +68,7 @@ class Limits:
         """
         from . import _trunnion
 
-        name = _options.path("limits", path)
+        name = _options.path("path", path)
         try:
             with open(name, encoding="utf-8") as text:
                 found = _trunnion.toml_data(text.read())
@@ -337,9 +337,9 @@ def plan(
 
     names, values = _table(table, axes)
     found = _limits(limits)
-    words = ["table", "--limits=limits", f"--method={method}"]
+    words = ["table", "--limits=limits", "--method=" + _options.word("method", method)]
     if window is not None:
-        words.append(f"--window={window}")
+        words.append(f"--window={_options.whole('window', window)}")
     words += _options.others("plan", _KNOWN, more, plan)
     arguments = (names, values, found.to_toml(), words, adapted(progress))
     if not isinstance(values, list) or axes is not None:
@@ -395,7 +395,8 @@ class Stream:
         if method == "optimal":
             # Jerk limits are not looked at, but have to be numbers above 0.
             rows = [[vel, acc, jerk or acc] for vel, acc, jerk in rows]
-        self._native = _trunnion.NativeStream(self.axes, rows, method == "jerk", window, length)
+        ahead = _options.whole("window", window)
+        self._native = _trunnion.NativeStream(self.axes, rows, method == "jerk", ahead, length)
 
     def push(self, rows: Any) -> "NDArray[np.float64]":
         """Takes rows of the path, and returns the steps that are decided by them.

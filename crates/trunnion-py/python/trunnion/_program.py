@@ -124,29 +124,29 @@ def read(
         >>> trunnion.read(b"G21 G90\\nG0 X0 Y0 Z5\\nG1 Z0 F600\\nG1 X20\\nM2\\n").line.tolist()
         [2, 3, 4]
     """
-    import tempfile
-
     from . import _trunnion
 
-    with tempfile.TemporaryDirectory() as folder:
-        file = _options.as_file(path, ".nc" if suffix is None else suffix, folder)
-        name = "program" if file.startswith(folder) else file
+    deg = _options.truth("deg", deg)
+    with _options.Scratch() as folder:
+        file = _options.as_file("path", path, ".nc" if suffix is None else suffix, folder)
+        name = "program" if folder.holds(file) else file
         needs = _options.machine_file(machine, folder) if machine is not None else _UPRIGHT
         words = [file, "--machine", needs, "--output", "unused"]
         if isinstance(machine, _trunnion.Machine):
-            origin = machine.origin if origin is None else origin
+            own, turned, length = machine._setup()
+            origin = own if origin is None else origin
             if rotation is None:
-                rotation, deg = machine.rotation(deg=True), True
-            tool_length = machine.tool_length or None if tool_length is None else tool_length
+                rotation, deg = turned, False
+            tool_length = length or None if tool_length is None else tool_length
         if dialect is not None:
-            words.append(f"--from={dialect}")
+            words.append("--from=" + _options.word("dialect", dialect))
         if origin is not None:
             words.append("--origin=" + _options.numbers("origin", origin, 3))
         if rotation is not None:
             words.append("--rotation=" + _options.angles("rotation", rotation, 3, deg))
         if tool_length is not None:
             words += _options.per_tool("tool_length", tool_length, _options.number)
-        if reversed_rotaries:
+        if _options.truth("reversed_rotaries", reversed_rotaries):
             words.append("--from-reversed-rotaries")
         words += _options.others("read", _KNOWN, more, read)
         try:

@@ -120,7 +120,7 @@ def _joined(maps: Sequence[Mapping[str, Any]], name: str, empty: tuple[int, ...]
     return np.concatenate([one[name] for one in maps]) if maps else np.zeros(empty)
 
 
-def _machine(machine: Any, folder: str) -> tuple[str, list[str]]:
+def _machine(machine: Any, folder: _options.Scratch) -> tuple[str, list[str]]:
     """Returns the machine as an option, and the options of its setup if it is a Machine."""
     from ._trunnion import Machine
 
@@ -128,12 +128,13 @@ def _machine(machine: Any, folder: str) -> tuple[str, list[str]]:
     name = _options.machine_file(machine, folder)
     if not isinstance(machine, Machine):
         return name, []
+    origin, rotation, tool_length = machine._setup()
     setup = [
-        "--origin=" + _options.numbers("origin", machine.origin, 3),
-        "--rotation=" + _options.numbers("rotation", machine.rotation(deg=True), 3),
+        "--origin=" + _options.numbers("origin", origin, 3),
+        "--rotation=" + _options.angles("rotation", rotation, 3, False),
     ]
-    if machine.tool_length:
-        setup.append(f"--tool-length={machine.tool_length!r}")
+    if tool_length:
+        setup.append(f"--tool-length={tool_length!r}")
     return name, setup
 
 
@@ -184,12 +185,11 @@ def check(
         >>> trunnion.check(program, machine=machine).passed
         True
     """
-    import tempfile
-
     from . import _trunnion
 
-    with tempfile.TemporaryDirectory() as folder:
-        file = _options.as_file(program, ".nc", folder)
+    deg = _options.truth("deg", deg)
+    with _options.Scratch() as folder:
+        file = _options.as_file("program", program, ".nc", folder)
         words = [file]
         if job is not None:
             words += ["--job", _options.path("job", job)]
@@ -207,7 +207,7 @@ def check(
         if tolerance is not None:
             words.append("--tolerance=" + _options.numbers("tolerance", tolerance, 2))
         if dialect is not None:
-            words.append(f"--dialect={dialect}")
+            words.append("--dialect=" + _options.word("dialect", dialect))
         if tool_length is not None:
             words += _options.per_tool("tool_length", tool_length, _options.number)
         if origin is not None:
@@ -228,9 +228,9 @@ def _cutters(cutter: Any) -> list[str]:
     return words + [one for one in _options.per_tool("shank", cutter, shank) if not one.endswith("=")]
 
 
-def _named(call: Any, file: str, folder: str) -> Any:
+def _named(call: Any, file: str, folder: _options.Scratch) -> Any:
     """Calls; messages about content in a temporary file name it `program`."""
-    if not file.startswith(folder):
+    if not folder.holds(file):
         return call()
     try:
         found = call()
@@ -356,12 +356,11 @@ def post(
         >>> posted.kept
         True
     """
-    import tempfile
-
     from . import _trunnion
 
-    with tempfile.TemporaryDirectory() as folder:
-        file = _options.as_file(program, ".nc" if suffix is None else suffix, folder)
+    deg = _options.truth("deg", deg)
+    with _options.Scratch() as folder:
+        file = _options.as_file("program", program, ".nc" if suffix is None else suffix, folder)
         target = _options.path("output", output) if output is not None else os.path.join(folder, "out", "program.nc")
         if output is None:
             os.mkdir(os.path.dirname(target))
@@ -369,10 +368,10 @@ def post(
         words = [file, "--machine", name, "--output", target]
         words.append("--tolerance=" + _options.numbers("tolerance", tolerance, 2))
         if dialect is not None:
-            words.append(f"--dialect={dialect}")
+            words.append("--dialect=" + _options.word("dialect", dialect))
         if source_dialect is not None:
-            words.append(f"--from={source_dialect}")
-        if smooth:
+            words.append("--from=" + _options.word("source_dialect", source_dialect))
+        if _options.truth("smooth", smooth):
             words.append("--smooth")
         words += [f"--origin={_options.numbers('origin', origin, 3)}"] if origin is not None else setup[:1]
         words += (
@@ -391,7 +390,7 @@ def post(
         try:
             found = _trunnion.post(words, adapted(progress))
         except InputError as error:
-            shown = [one.replace(file, "program") if file.startswith(folder) else one for one in error.messages]
+            shown = [one.replace(file, "program") if folder.holds(file) else one for one in error.messages]
             raise type(error)(*shown) from None
         with open(target, encoding="utf-8", errors="replace") as text:
             result = PostResult(found, text.read(), _sheet(target), reading)

@@ -13,7 +13,6 @@ import multiprocessing.spawn
 import os
 import pickle
 import queue
-import signal
 import subprocess
 import sys
 import threading
@@ -23,8 +22,8 @@ from typing import IO, Any, Callable, Generator, Sequence, cast
 _BOOT = """
 import pickle, sys
 sys.path[:] = pickle.load(sys.stdin.buffer)
-from trunnion import _workers
-_workers.serve()
+from trunnion import _serve
+_serve.serve()
 """
 
 
@@ -79,38 +78,6 @@ class _Worker:
         self._process.wait()
         with contextlib.suppress(OSError):
             self._items.close()
-
-
-def serve() -> None:
-    """Answers calls until nobody asks any more; runs in the worker."""
-    # The process that has the workers hears Ctrl-C, and ends them.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    results = os.fdopen(os.dup(1), "wb")
-    # Whatever an item prints is no result.
-    os.dup2(2, 1)
-    while True:
-        try:
-            function, items = pickle.load(sys.stdin.buffer)
-        except EOFError:
-            return
-        for item in items:
-            answer: tuple[Any, Exception | None]
-            try:
-                answer = function(item), None
-            except Exception as error:
-                answer = None, error
-            results.write(_pickled(answer))
-            results.flush()
-
-
-def _pickled(answer: tuple[Any, Exception | None]) -> bytes:
-    try:
-        text = pickle.dumps(answer)
-        pickle.loads(text)
-    except Exception:
-        # Some exceptions cannot be sent, and some cannot be received.
-        return pickle.dumps((None, RuntimeError(f"{type(answer[1]).__name__}: {answer[1]}")))
-    return text
 
 
 def each(

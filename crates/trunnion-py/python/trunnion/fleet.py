@@ -1,8 +1,10 @@
 """Many programs, jobs and machines at once: tables of results that can be resumed.
 
-Every item has a key, the hash of everything that its result depends on. With `results=` a finished item is kept as
-`KEY.json` in a folder (or any fsspec URL), and is not run again. An item that is refused is finished too: its message
-stands beside the results. One that took its worker with it has a message as well, and is tried again the next time.
+Every item has a key, the hash of everything that its result depends on, the build of trunnion included. With
+`results=` a finished item is kept as `KEY.json` in a folder (or any fsspec URL), and is not run again. An item that is
+refused is finished too: its message stands beside the results. One that took its worker with it has a message as well,
+and is tried again the next time.
+
 Work runs in processes of this machine, or on a Dask cluster when a client is given. Ctrl-C, or leaving the loop over the
 rows, ends it: what has finished is kept.
 """
@@ -10,16 +12,15 @@ rows, ends it: what has finished is kept.
 from __future__ import annotations
 
 import contextlib
-import hashlib
+import functools
+import glob
 import itertools
 import json
 import os
-import tempfile
 from typing import TYPE_CHECKING, Any, Callable, Generator, Iterable, Iterator, Mapping, Sequence
 
-from . import _options, _workers
-from ._errors import InputError, TrunnionError
-from ._job import Job, run
+from . import _options
+from ._errors import ArgumentError, InputError, TrunnionError
 from ._progress import Progress, adapted
 from ._verbs import check
 
@@ -144,9 +145,15 @@ class _Store:
         self._url = str(place) if "://" in str(place) else ""
         self._folder = self._url or _options.path("results", place)
         if self._url:
-            import fsspec
+            try:
+                import fsspec
 
-            self._system, self._root = fsspec.core.url_to_fs(self._url)
+                self._system, self._root = fsspec.core.url_to_fs(self._url)
+            except (ImportError, ValueError) as error:
+                # A protocol of its own may need a library of its own.
+                remedy = "pip install 'trunnion[fsspec]', and the library of the protocol"
+                message = f"results = {self._url!r} cannot be opened: {error}\n  help: {remedy}"
+                raise ArgumentError(message, "results", None, self._url) from error
             self._system.makedirs(self._root, exist_ok=True)
         else:
             os.makedirs(self._folder, exist_ok=True)
@@ -182,8 +189,11 @@ class _Plan:
 
     def __init__(self, results: Any, client: Any, workers: int | None, progress: Progress) -> None:
         self.store = None if results is None else _Store(results)
+        if client is not None and not hasattr(client, "submit"):
+            kind, remedy = type(client).__name__, "give a distributed.Client, or leave it out for processes of this machine"
+            raise ArgumentError(f"client = {kind} is no Dask client\n  help: {remedy}", "client", None, kind)
         self._client = client
-        self._workers = workers
+        self._workers = None if workers is None else _options.whole("workers", workers)
         self._progress = adapted(progress)
 
     def report(self, done: int, total: int) -> None:
@@ -206,7 +216,9 @@ class _Plan:
 
         # The key of the task is that of the item: a scheduler never holds the same work twice.
         tasks = [
-            self._client.submit(_worked, item, key=f"trunnion-{item['key']}", retries=_DEATHS, pure=True)
+            self._client.submit(
+                _worked_by, _build(), _worked, item, key=f"trunnion-{item['key']}", retries=_DEATHS, pure=True
+            )
             for item in items
         ]
         keys = {task.key: item["key"] for task, item in zip(tasks, items)}
@@ -220,6 +232,8 @@ class _Plan:
                 task.release()
 
     def _in_processes(self, items: list[dict[str, Any]]) -> Iterator[tuple[str, dict[str, Any]]]:
+        from . import _workers
+
         with contextlib.closing(_workers.each(_worked, items, self._workers, _DEATHS)) as found:
             for item, result, error in found:
                 yield item["key"], result if error is None else _lost(error)
@@ -244,6 +258,16 @@ def _worked(item: dict[str, Any], progress: Progress = None) -> dict[str, Any]:
         return _failed(error)
 
 
+def _worked_by(build: str, work: Callable[[dict[str, Any]], dict[str, Any]], item: dict[str, Any]) -> dict[str, Any]:
+    """Runs an item on another machine, if that has the same build: the key of the result depends on it."""
+    if build == _build():
+        return work(item)
+    from . import __version__
+
+    message = f"this worker has another build of trunnion ({__version__})\n  help: install the same wheel on all workers"
+    return _lost(TrunnionError(message))
+
+
 def _audited(work: dict[str, Any], progress: Progress = None) -> dict[str, Any]:
     found = check(work["program"], machine=work["machine"], progress=progress, **work["options"])
     summary = found.summary
@@ -266,6 +290,10 @@ def _ratio(value: Any) -> float:
 
 
 def _ran(work: dict[str, Any], progress: Progress = None) -> dict[str, Any]:
+    import tempfile
+
+    from ._job import Job, run
+
     job = Job(work["data"], work["folder"])
     with tempfile.TemporaryDirectory() as folder:
         if work["machine"] is not None:
@@ -288,13 +316,28 @@ def _stated(value: Any) -> Any:
     return value.to_dict() if hasattr(value, "to_dict") else repr(value)
 
 
+@functools.cache
+def _build() -> str:
+    """Returns the hash of the engine and of the package around it: two builds of one version may differ."""
+    import hashlib
+
+    from . import _trunnion
+
+    package = os.path.dirname(os.path.abspath(__file__))
+    found = hashlib.sha256()
+    for name in [*sorted(glob.glob(os.path.join(glob.escape(package), "*.py"))), _trunnion.__file__]:
+        with open(name, "rb") as file:
+            found.update(hashlib.sha256(file.read()).digest())
+    return found.hexdigest()
+
+
 class _Hash:
     """Hash of everything that a result depends on."""
 
     def __init__(self, kind: str) -> None:
-        from . import __version__
+        import hashlib
 
-        self._hash = hashlib.sha256(f"trunnion {__version__} {kind}".encode())
+        self._hash = hashlib.sha256(f"trunnion {_build()} {kind}".encode())
 
     def text(self, value: Any) -> "_Hash":
         part = json.dumps(value, sort_keys=True, default=_stated).encode()
@@ -303,6 +346,8 @@ class _Hash:
 
     def file(self, name: str) -> "_Hash":
         """Adds the content of a file: a copy elsewhere is the same, an edited one is not."""
+        import hashlib
+
         try:
             with open(name, "rb") as file:
                 content = file.read()
@@ -332,9 +377,8 @@ class _Hash:
         from ._trunnion import Machine, toml_data
 
         if isinstance(machine, Machine):
-            setup = [machine.origin.tolist(), machine.rotation().tolist(), machine.tool_length]
             text = machine.to_toml()
-            return self.text([text, setup]).files_in(toml_data(text).get("body"), os.path.dirname(machine.source))
+            return self.text([text, machine._setup()]).files_in(toml_data(text).get("body"), os.path.dirname(machine.source))
         return self.files_in(machine, "") if os.path.isfile(machine) else self.text(machine)
 
     def subprograms(self, program: str, options: Mapping[str, Any]) -> "_Hash":
@@ -414,14 +458,25 @@ def audit(
         for name, machine in _machines("machines", machines)
     ]
     items = []
-    for program in _paths("programs", programs):
-        own = _Hash("program").file(program).text(os.path.basename(program)).subprograms(program, options).key
+    paths = _paths("programs", programs)
+    for program, own in zip(paths, _programs(paths, options)):
         for name, machine, of_machine in named:
             work = {"program": os.path.abspath(program), "machine": machine, "options": settings}
             columns = {"program": program, "machine": name}
             key = _Hash("audit").text([own, of_machine, shared]).key
             items.append({"key": key, "kind": "audit", "columns": columns, "work": work})
     return Fleet(_distinct(items), _Plan(results, client, workers, progress))
+
+
+def _programs(paths: Sequence[str], options: Mapping[str, Any]) -> list[str]:
+    """Returns the keys of programs, on all cores: workers wait for them."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    def key(program: str) -> str:
+        return _Hash("program").file(program).text(os.path.basename(program)).subprograms(program, options).key
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(key, paths))
 
 
 def _machines(argument: str, value: Any) -> list[tuple[str, Any]]:
@@ -446,9 +501,9 @@ def _placed(machine: Any) -> Any:
 
     if not isinstance(machine, Machine):
         return _anywhere(machine)
-    return Machine.from_toml(_options.machine_text(machine), machine.name).with_setup(
-        origin=machine.origin, rotation=machine.rotation(), tool_length=machine.tool_length
-    )
+    origin, rotation, tool_length = machine._setup()
+    placed = Machine.from_toml(_options.machine_text(machine), machine.name)
+    return placed.with_setup(origin=origin, rotation=rotation, tool_length=tool_length)
 
 
 def _anywhere(value: Any) -> Any:
@@ -498,6 +553,7 @@ def compare(
         >>> [row["status"] for row in fleet]
         ['failed', 'failed']
     """
+    from ._job import Job
     from ._trunnion import Machine
 
     if isinstance(job, Mapping):

@@ -129,33 +129,107 @@ def deviation(result: Any, bins: int = 80) -> "Figure":
     return figure  # type: ignore[no-any-return]
 
 
-def view(part: Any = None, result: Any = None, chord: float = 0.05) -> Any:
-    """Returns a pyvista Plotter with faces, passes and measured points.
+def view(
+    part: Any = None, result: Any = None, chord: float = 0.05, *, cutter: Any = None, at: int = 0, **plotter: Any
+) -> Any:
+    """Returns a pyvista Plotter with faces, measured points, passes and the tool.
 
     Args:
-        part: a Part whose faces are drawn.
-        result: a run or covering whose passes are drawn, coloured by deviation where it was measured.
+        part: a Part that is drawn.
+        result: a run or covering whose passes are drawn, with points coloured by deviation where it was measured; or a
+            Path, a Program or one cutter location.
         chord: chord tolerance of the drawing [mm].
+        cutter: Cutter that is drawn at one cutter location of the result.
+        at: index of that location; negative ones count from the end.
+        **plotter: keywords of `pyvista.Plotter`; `off_screen=True` draws without a window, for `.screenshot("view.png")`.
 
     Example:
         >>> import trunnion
         >>> plane = trunnion.Part.from_net([[[0, 0, 0], [0, 20, 0]], [[20, 0, 0], [20, 20, 0]]], degree=(1, 1))
-        >>> trunnion.plot.view(plane).show()  # doctest: +SKIP
+        >>> ball = trunnion.Cutter.ball(10, length=60)
+        >>> found = trunnion.cover(plane, ball, excess=0.1, gouge=0.01, along="u", method="inclined")
+        >>> trunnion.plot.view(plane, found, cutter=ball, at=-1).show()  # doctest: +SKIP
     """
     try:
         import pyvista
     except ImportError as error:
         raise TrunnionError("pictures in space need pyvista\n  help: pip install 'trunnion[view]'") from error
+
+    scene = pyvista.Plotter(**plotter)
+    maps = [one for one in getattr(result, "maps", []) if len(one["height"])]
+    if part is not None:
+        # Measured points lie on the faces, and would be half hidden by them.
+        faces = [face.mesh(chord) for face in part.faces] or [part.mesh()]
+        for vertices, triangles in faces:
+            mesh = pyvista.PolyData.from_regular_faces(vertices, triangles)
+            scene.add_mesh(mesh, color="lightgrey", opacity=0.4 if maps else 1.0)
+    _add_deviation(scene, maps)
+    tips, axes = _locations(result)
+    for tip in _runs(result, tips):
+        scene.add_lines(tip, color="steelblue", width=2, connected=True)
+    if cutter is not None:
+        _add_tool(scene, cutter, tips, axes, at)
+    scene.add_axes()
+    return scene
+
+
+def _add_deviation(scene: Any, maps: Any) -> None:
+    """Adds measured points, one scale of colours for all of them."""
+    import numpy as np
+    import pyvista
+
+    if not maps:
+        return
+    heights = np.concatenate([one["height"] for one in maps])
+    cut = np.isfinite(heights)
+    cloud = pyvista.PolyData(np.concatenate([one["point"] for one in maps])[cut])
+    cloud["deviation, mm"] = heights[cut]
+    # A gouge and an excess of the same size look equally strong.
+    most = max(float(np.abs(heights[cut]).max(initial=0.0)), 1e-9)
+    scale = {"vertical": True, "n_labels": 3, "fmt": "%+.4f", "label_font_size": 14, "title_font_size": 14}
+    scene.add_mesh(
+        cloud, scalars="deviation, mm", cmap="coolwarm", clim=(-most, most), point_size=6, scalar_bar_args=scale
+    )
+
+
+def _locations(result: Any) -> tuple[Any, Any]:
+    """Returns tips and tool axes of all cutter locations, (n, 3) each."""
     import numpy as np
 
-    plotter = pyvista.Plotter()
-    for face in part.faces if part is not None else []:
-        vertices, triangles = face.mesh(chord)
-        plotter.add_mesh(pyvista.PolyData.from_regular_faces(vertices, triangles), color="lightgrey")
-    for one in getattr(result, "passes", []):
-        plotter.add_lines(np.asarray(one["tip"]), color="steelblue", width=2, connected=True)
-    for one in getattr(result, "maps", []):
-        cloud = pyvista.PolyData(np.asarray(one["point"]))
-        cloud["deviation, mm"] = one["height"]
-        plotter.add_mesh(cloud, scalars="deviation, mm", point_size=4)
-    return plotter
+    if hasattr(result, "tip"):
+        return np.atleast_2d(result.tip), np.atleast_2d(result.axis)
+    passes = getattr(result, "passes", [])
+    tips, axes = ([np.zeros((0, 3)), *(one[name] for one in passes)] for name in ("tip", "axis"))
+    return np.concatenate(tips), np.concatenate(axes)
+
+
+def _runs(result: Any, tips: Any) -> list[Any]:
+    """Returns the tips of each pass; of a path without passes those of the whole."""
+    runs = [one["tip"] for one in result.passes] if hasattr(result, "passes") else [tips]
+    return [tip for tip in runs if len(tip) > 1]
+
+
+def _add_tool(scene: Any, cutter: Any, tips: Any, axes: Any, at: int) -> None:
+    """Adds a cutter, its outline turned about the tool axis of one location."""
+    import numpy as np
+    import pyvista
+
+    from . import _options
+    from ._errors import ArgumentError
+
+    # With the shank, and closed above.
+    outline = _options.cutter(cutter).outline()
+    if not isinstance(at, int) or not -len(tips) <= at < len(tips):
+        message = f"at = {at!r} is not the index of one of {len(tips)} cutter locations"
+        raise ArgumentError(message + "\n  help: give a result that has them", "at", None, at)
+    outline = np.concatenate([outline, [[0.0, outline[-1, 1]]]])
+    profile = pyvista.lines_from_points(np.column_stack([outline[:, 0], np.zeros(len(outline)), outline[:, 1]]))
+    tool = profile.extrude_rotate(resolution=48, capping=False)
+    up = axes[at] / np.linalg.norm(axes[at])
+    # Any direction across the axis will do: the tool is round.
+    side = np.cross(up, [1.0, 0.0, 0.0] if abs(up[0]) < 0.9 else [0.0, 1.0, 0.0])
+    side /= np.linalg.norm(side)
+    placed = np.eye(4)
+    placed[:3, :] = np.column_stack([side, np.cross(up, side), up, tips[at]])
+    tool = tool.transform(placed, inplace=False).compute_normals(feature_angle=30, split_vertices=True, auto_orient_normals=True)
+    scene.add_mesh(tool, color="goldenrod", opacity=0.8, smooth_shading=True)

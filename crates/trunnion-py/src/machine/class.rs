@@ -4,6 +4,7 @@ use super::angle_unit::AngleUnit;
 use super::maps::{self, JetParameter};
 use crate::arrays::{array, numbers};
 use crate::errors::{WrongArgument, failure, input};
+use crate::scalar::scalar;
 use crate::toml_text::toml_text;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -46,8 +47,8 @@ impl Machine {
         source: &Bound<'_, PyAny>,
         origin: Option<&Bound<'_, PyAny>>,
         rotation: Option<&Bound<'_, PyAny>>,
-        tool_length: f64,
-        deg: bool,
+        #[pyo3(from_py_with = scalar)] tool_length: f64,
+        #[pyo3(from_py_with = scalar)] deg: bool,
     ) -> PyResult<Self> {
         let py = source.py();
         let (name, text) = text_of(source)?;
@@ -76,8 +77,8 @@ impl Machine {
         py: Python<'_>,
         origin: Option<&Bound<'_, PyAny>>,
         rotation: Option<&Bound<'_, PyAny>>,
-        tool_length: Option<f64>,
-        deg: bool,
+        #[pyo3(from_py_with = scalar)] tool_length: Option<f64>,
+        #[pyo3(from_py_with = scalar)] deg: bool,
     ) -> PyResult<Self> {
         let mut setup = *self.inverse.kinematics().setup();
         if let Some(origin) = origin {
@@ -130,10 +131,22 @@ impl Machine {
     ///     >>> trunnion.Machine("bc-trunnion", rotation=(0, 20, 0), deg=True).rotation(deg=True).round(9).tolist()
     ///     [0.0, 20.0, 0.0]
     #[pyo3(signature = (*, deg=false))]
-    fn rotation<'py>(&self, py: Python<'py>, deg: bool) -> Bound<'py, PyAny> {
+    fn rotation<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = scalar)] deg: bool,
+    ) -> Bound<'py, PyAny> {
         let (x, y, z) = self.inverse.kinematics().setup().rotation.euler_angles();
         let angles = [x, y, z].map(|angle| AngleUnit::of(deg).outside(angle));
         PyArray1::from_slice(py, &angles).into_any()
+    }
+
+    /// Returns origin, rotation in radians and tool length as plain numbers, for which nobody needs numpy.
+    #[pyo3(name = "_setup")]
+    fn plain_setup(&self) -> ([f64; 3], [f64; 3], f64) {
+        let setup = self.inverse.kinematics().setup();
+        let (x, y, z) = setup.rotation.euler_angles();
+        (setup.origin.into(), [x, y, z], setup.tool_length)
     }
 
     /// Returns the travel of the axes, low and high, (5, 2) [mm, rad or degrees]; infinite where there is no end.
@@ -143,7 +156,11 @@ impl Machine {
     ///     >>> trunnion.Machine("bc-trunnion").travel(deg=True)[4].round(9).tolist()
     ///     [-35.0, 120.0]
     #[pyo3(signature = (*, deg=false))]
-    fn travel<'py>(&self, py: Python<'py>, deg: bool) -> PyResult<Bound<'py, PyAny>> {
+    fn travel<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = scalar)] deg: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let low = self.figures(deg, |axis| axis.limits.low);
         let high = self.figures(deg, |axis| axis.limits.high);
         let ends = low.into_iter().zip(high).flat_map(|(low, high)| [low, high]);
@@ -158,7 +175,11 @@ impl Machine {
     ///     >>> bool((machine.velocity() > 0).all())
     ///     True
     #[pyo3(signature = (*, deg=false))]
-    fn velocity<'py>(&self, py: Python<'py>, deg: bool) -> Bound<'py, PyAny> {
+    fn velocity<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = scalar)] deg: bool,
+    ) -> Bound<'py, PyAny> {
         PyArray1::from_slice(py, &self.figures(deg, |axis| axis.vel)).into_any()
     }
 
@@ -170,7 +191,11 @@ impl Machine {
     ///     >>> machine.acceleration(deg=True).shape
     ///     (5,)
     #[pyo3(signature = (*, deg=false))]
-    fn acceleration<'py>(&self, py: Python<'py>, deg: bool) -> Bound<'py, PyAny> {
+    fn acceleration<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = scalar)] deg: bool,
+    ) -> Bound<'py, PyAny> {
         PyArray1::from_slice(py, &self.figures(deg, |axis| axis.acc)).into_any()
     }
 
@@ -182,7 +207,11 @@ impl Machine {
     ///     >>> bool((machine.jerk() > 0).all())
     ///     True
     #[pyo3(signature = (*, deg=false))]
-    fn jerk<'py>(&self, py: Python<'py>, deg: bool) -> Bound<'py, PyAny> {
+    fn jerk<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = scalar)] deg: bool,
+    ) -> Bound<'py, PyAny> {
         PyArray1::from_slice(py, &self.figures(deg, |axis| axis.jerk)).into_any()
     }
 
@@ -194,7 +223,11 @@ impl Machine {
     ///     >>> machine.home().shape
     ///     (5,)
     #[pyo3(signature = (*, deg=false))]
-    fn home<'py>(&self, py: Python<'py>, deg: bool) -> Bound<'py, PyAny> {
+    fn home<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = scalar)] deg: bool,
+    ) -> Bound<'py, PyAny> {
         PyArray1::from_slice(py, &self.figures(deg, |axis| axis.home)).into_any()
     }
 
@@ -225,7 +258,7 @@ impl Machine {
     fn singular_angle<'py>(
         &self,
         axis: &Bound<'py, PyAny>,
-        deg: bool,
+        #[pyo3(from_py_with = scalar)] deg: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         maps::singular_angle(&self.inverse, axis, AngleUnit::of(deg))
     }
@@ -250,7 +283,7 @@ impl Machine {
     fn forward<'py>(
         &self,
         q: &Bound<'py, PyAny>,
-        deg: bool,
+        #[pyo3(from_py_with = scalar)] deg: bool,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         maps::forward(&self.inverse, q, AngleUnit::of(deg))
     }
@@ -282,8 +315,8 @@ impl Machine {
         tip: &Bound<'py, PyAny>,
         axis: &Bound<'py, PyAny>,
         near: Option<&Bound<'py, PyAny>>,
-        all: bool,
-        deg: bool,
+        #[pyo3(from_py_with = scalar)] all: bool,
+        #[pyo3(from_py_with = scalar)] deg: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         match (all, near) {
             (true, Some(_)) => {
@@ -319,8 +352,8 @@ impl Machine {
         tip: &Bound<'py, PyAny>,
         axis: &Bound<'py, PyAny>,
         near: Option<&Bound<'py, PyAny>>,
-        arc_length: bool,
-        deg: bool,
+        #[pyo3(from_py_with = scalar)] arc_length: bool,
+        #[pyo3(from_py_with = scalar)] deg: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let parameter = if arc_length { JetParameter::ArcLength } else { JetParameter::Given };
         maps::jets(&self.inverse, tip, axis, near, parameter, AngleUnit::of(deg))
@@ -357,13 +390,12 @@ impl Machine {
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let setup = self.inverse.kinematics().setup();
-        let (x, y, z) = setup.rotation.euler_angles();
+        let (origin, rotation, tool_length) = self.plain_setup();
         let state = PyDict::new(py);
         state.set_item("source", &self.source)?;
-        state.set_item("origin", <[f64; 3]>::from(setup.origin))?;
-        state.set_item("rotation", [x, y, z])?;
-        state.set_item("tool_length", setup.tool_length)?;
+        state.set_item("origin", origin)?;
+        state.set_item("rotation", rotation)?;
+        state.set_item("tool_length", tool_length)?;
         let rebuild = py.import("trunnion._rebuild")?.getattr("machine")?;
         (rebuild, (&self.text, state)).into_pyobject(py).map(Bound::into_any)
     }
@@ -439,14 +471,18 @@ impl Machine {
     ///     'bc-trunnion'
     #[staticmethod]
     #[pyo3(signature = (text, source))]
-    fn from_toml(py: Python<'_>, text: &str, source: &str) -> PyResult<Self> {
-        let file = parse(text).map_err(|faults| {
+    fn from_toml(
+        py: Python<'_>,
+        #[pyo3(from_py_with = scalar)] text: String,
+        #[pyo3(from_py_with = scalar)] source: String,
+    ) -> PyResult<Self> {
+        let file = parse(&text).map_err(|faults| {
             let messages = faults.iter().map(|fault| format!("{source}:{fault}")).collect();
             failure(py, Failure::Input(messages))
         })?;
         let inverse = Inverse::new(&Kinematics::new(&file.machine, &Setup::default()));
         let inverse = inverse.map_err(|error| input(py, error))?;
-        Ok(Self { source: source.to_owned(), text: text.to_owned(), inverse })
+        Ok(Self { source, text, inverse })
     }
 }
 

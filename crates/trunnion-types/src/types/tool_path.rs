@@ -186,6 +186,20 @@ impl PoseCurve {
         after.saturating_sub(1).min(self.spans.len().saturating_sub(1))
     }
 
+    /// Returns [`PoseCurve::span_at`] by steps from a span that is likely to be near.
+    pub fn span_near(&self, u: f64, near: usize) -> usize {
+        let last = self.spans.len().saturating_sub(1);
+        let begins_by = |span: usize| self.knots.get(span).is_some_and(|&knot| knot <= u);
+        let mut span = near.min(last);
+        while span < last && begins_by(span + 1) {
+            span += 1;
+        }
+        while span > 0 && !begins_by(span) {
+            span -= 1;
+        }
+        span
+    }
+
     /// Returns value and derivatives at `u`; outside the range the end polynomial goes on.
     pub fn rates(&self, u: f64) -> PoseRates {
         self.rates_in(self.span_at(u), u)
@@ -310,6 +324,18 @@ mod tests {
         assert_eq!(ToolPose::new([0.0; 3], [0.0; 3]), None);
         assert_eq!(ToolPose::new([f64::NAN, 0.0, 0.0], [0.0, 0.0, 1.0]), None);
         assert_eq!(ToolPose::new([0.0; 3], [0.0, f64::INFINITY, 1.0]), None);
+    }
+
+    #[test]
+    fn steps_lead_to_the_span_that_a_search_finds() {
+        let spans = vec![PoseSpan { coefficients: [PoseCoordinates::zeros(); 6] }; 6];
+        let curve = PoseCurve { knots: vec![0.0, 0.5, 2.0, 2.0, 2.25, 7.0, 7.5], spans };
+        for near in 0..8 {
+            for k in -4..40 {
+                let u = 0.25 * f64::from(k);
+                assert_eq!(curve.span_near(u, near), curve.span_at(u), "{u} from {near}");
+            }
+        }
     }
 
     #[test]

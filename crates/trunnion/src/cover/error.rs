@@ -78,7 +78,9 @@ pub enum CoverError {
         must: &'static str,
     },
     /// The tool cannot finish a single point of any face.
-    #[error("face {face}: the cutter cannot be placed anywhere, at any inclination: {error}; {at}")]
+    #[error(
+        "face {face}: the cutter cannot be placed anywhere, at any inclination: {}; {at}", .error.in_one_line()
+    )]
     NoPose {
         /// Number of the face.
         face: usize,

@@ -307,6 +307,21 @@ pub struct ProgramSummary {
     /// Distances between the bodies of the machine; absent without bodies or check.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bodies: Option<BodiesSummary>,
+    /// Programs of single operations with the same blocks; absent unless the job asks for them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<OperationProgramSummary>,
+}
+
+/// Program of one operation. The check of the program of all operations holds for it.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[non_exhaustive]
+pub struct OperationProgramSummary {
+    /// Operation.
+    pub operation: String,
+    /// File, relative to this file.
+    pub file: String,
+    /// Number of blocks that move.
+    pub blocks: usize,
 }
 
 /// Distances between the bodies of the machine, the tool with its holder, stock and fixtures.

@@ -105,6 +105,20 @@ impl Job {
         std::iter::once(self).chain(&self.following)
     }
 
+    /// Returns the operation of an index as a job of its own, with stock and fixtures of this job, and without the tools of
+    /// the other operations; `None` if there is none.
+    pub fn into_operation(mut self, index: usize) -> Option<Self> {
+        let of_operations: Vec<u32> = self.operations().map(|one| one.file.tool.number).collect();
+        let mut other_tools = std::mem::take(&mut self.other_tools);
+        other_tools.retain(|(number, _)| !of_operations.contains(number));
+        let following = std::mem::take(&mut self.following);
+        if self.index == index {
+            return Some(Self { other_tools, ..self });
+        }
+        let found = following.into_iter().find(|one| one.index == index)?;
+        Some(Self { stock: self.stock, fixtures: self.fixtures, other_tools, ..found })
+    }
+
     /// Returns the faces that some operation cuts, each once.
     pub fn cut_faces(&self) -> Vec<&FaceIndex> {
         let mut all: Vec<&FaceIndex> = Vec::new();

@@ -54,7 +54,7 @@ pub use job::{Job, JobError};
 pub use operations::PlannedOperation;
 pub use out_of_reach::OutOfReach;
 pub use outcome::Outcome;
-pub use program::{CheckedProgram, LeftOutProgram};
+pub use program::{CheckedProgram, LeftOutProgram, OperationProgram};
 pub use proposal::{
     FaceReason, JobProposal, LeftOutFace, ProposalError, ProposalRequest, ProposedOperation,
     propose,

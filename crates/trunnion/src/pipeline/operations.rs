@@ -17,7 +17,6 @@ use crate::types::{Leg, Progress, ToolPath};
 pub(super) struct OperationPasses<'a> {
     pub(super) job: &'a Job,
     pub(super) covering: Covering,
-    pub(super) turn_limit: Option<TurnLimitSummary>,
     pub(super) legs: Vec<Leg>,
 }
 
@@ -68,9 +67,8 @@ pub(super) fn passes<'a>(
             idle.push(format!("{}: no pass with this tool finishes anything", job.name));
             continue;
         }
-        let turn_limit = turn_limit::cost(job, &covering.report, progress)?;
         let legs = stages::legs(job, &covering.passes, progress)?;
-        operations.push(OperationPasses { job, covering, turn_limit, legs });
+        operations.push(OperationPasses { job, covering, legs });
     }
     if operations.is_empty() {
         return Err(PipelineError::NothingCut { why: regions::unfinished(job, &left) });
@@ -119,7 +117,8 @@ impl<'a> OperationMotion<'a> {
         passes: OperationPasses<'a>,
         progress: &dyn Progress,
     ) -> Result<Self, PipelineError> {
-        let OperationPasses { job, covering, turn_limit, legs } = passes;
+        let OperationPasses { job, covering, legs } = passes;
+        let turn_limit = turn_limit::cost(job, &covering.report, progress)?;
         let tool_path = stages::tool_path(job, &legs, progress)?;
         let followed = stages::axes(job, &tool_path.path, progress)?;
         let plan = stages::feed(job, &followed.path, progress)?;

@@ -48,6 +48,23 @@ pub struct CheckedProgram {
     pub clearance: Option<ClearanceReport>,
     /// Distances of the machine's bodies; `None` without any, or if another program has the same blocks.
     pub bodies: Option<BodyReport>,
+    /// Programs of single operations, in their order; empty unless the job asks for them.
+    pub parts: Vec<OperationProgram>,
     /// True for links, and for cuts or their leads, that come nearer to a fixture than the required clearance.
     pub too_near: [bool; 2],
+}
+
+/// Program of one operation. Its blocks are those of the program of all operations, whose check holds for it; its text was
+/// read back as well.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct OperationProgram {
+    /// Name of the operation.
+    pub operation: String,
+    /// File name.
+    pub file: String,
+    /// Text of the program.
+    pub text: String,
+    /// Number of its blocks.
+    pub blocks: usize,
 }

@@ -4,13 +4,14 @@ use super::error::PipelineError;
 use super::job::Job;
 use super::measured::{self, CheckedAgainst, WrittenProgram};
 use super::operations::OperationMotion;
-use super::program::{CheckedProgram, LeftOutProgram};
+use super::program::{CheckedProgram, LeftOutProgram, OperationProgram};
 use super::program_format::{ProgramFormat, format_of};
 use super::sheets::{note, remarks, shares};
 use super::solids::Solids;
 use super::tolerances::{LINK_TOLERANCE, QUINTIC_SHARE};
 use crate::blocks::{self, BlockInterpolation, BlockOptions};
 use crate::cover;
+use crate::files::job::JobPrograms;
 use crate::nc::write::{
     self, AxisWords, Coordinates, Note, OutputFormat, Remark, Style, Template, ToolSection,
     WriteError,
@@ -95,6 +96,7 @@ fn one(
     let rounding = sections.iter().map(|section| section.rounding).fold(0.0, f64::max);
     // Step 2: their text, read back.
     let ProgramText { text, ends, unread } = text(&sections, &form, words)?;
+    let parts = parts(job, &sections, &form, words)?;
     let blocks: Vec<Block> = sections.into_iter().flat_map(|section| section.blocks).collect();
     // Step 3: its check, unless a program with the same blocks was checked.
     let timed = measured::is_timed(form.dialect);
@@ -132,8 +134,32 @@ fn one(
         carving,
         clearance,
         bodies,
+        parts,
         too_near,
     })
+}
+
+/// Writes a program for each of several operations if the job asks for it, and reads each back.
+fn parts(
+    job: &Job,
+    sections: &[OperationBlocks<'_>],
+    form: &ProgramFormat,
+    words: AxisWords,
+) -> Result<Vec<OperationProgram>, PipelineError> {
+    if job.file.programs == JobPrograms::One || sections.len() < 2 {
+        return Ok(Vec::new());
+    }
+    let part = |section: &OperationBlocks<'_>| {
+        let ProgramText { text, .. } = text(std::slice::from_ref(section), form, words)?;
+        let number = section.job.index + 1;
+        Ok(OperationProgram {
+            operation: section.job.name.clone(),
+            file: form.file.replacen("program", &format!("program-{number}"), 1),
+            text,
+            blocks: section.blocks.len(),
+        })
+    };
+    sections.iter().map(part).collect()
 }
 
 fn options(job: &Job, control: BlockInterpolation) -> BlockOptions {

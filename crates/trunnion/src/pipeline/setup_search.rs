@@ -2,10 +2,11 @@
 
 use super::error::PipelineError;
 use super::job::Job;
+use super::operations::{OperationPasses, passes};
 use super::run::covered;
 use super::stages;
 use crate::axes::{FollowedPath, SetupSearch, TiltBounds};
-use crate::types::Progress;
+use crate::types::{Leg, Motion, Progress, Station};
 
 /// Result of a search for a better setup.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,8 +18,10 @@ pub struct SetupResult {
     pub seconds: [Option<f64>; 2],
 }
 
-/// Searches the rotation of the workpiece that keeps the job's tool path farthest from the singular
+/// Searches the rotation of the workpiece that keeps the tool path of all operations farthest from the singular
 /// directions of the machine, and inside travel: [`crate::axes::setup`].
+///
+/// Operations follow each other by links without a change of tool, which times do not include anyway.
 ///
 /// Passes and curves are those of [`run`](super::run()). A run with the new setup may place them a little differently:
 /// the distance of the part from the rotary axes decides the effect of rounding, and so the shares of the other stages.
@@ -31,8 +34,12 @@ pub fn setup(
     bounds: &TiltBounds,
     progress: &dyn Progress,
 ) -> Result<SetupResult, PipelineError> {
-    let covering = covered(job, progress)?;
-    let legs = stages::legs(job, &covering.passes, progress)?;
+    let legs = if job.following.is_empty() {
+        let covering = covered(job, progress)?;
+        stages::legs(job, &covering.passes, progress)?
+    } else {
+        joined(job, passes(job, progress)?.operations)
+    };
     let tool_path = stages::tool_path(job, &legs, progress)?.path;
     let search = stages::search(job, &tool_path, bounds, progress)?;
     // Both are planned with the same speeds, so that the times compare.
@@ -43,4 +50,29 @@ pub fn setup(
     };
     let seconds = [seconds(search.before_axes.as_ref())?, seconds(best)?];
     Ok(SetupResult { search, seconds })
+}
+
+/// Joins the legs of all operations. Those of other tools are rewritten for the first tool: the machine moves in the same way.
+fn joined(job: &Job, operations: Vec<OperationPasses<'_>>) -> Vec<Leg> {
+    let mut all: Vec<Leg> = Vec::new();
+    for OperationPasses { job: of, legs, .. } in operations {
+        // Only the gauge point counts for the axes. It is the tool length off the tip, along the tool axis.
+        let longer = of.cutter.length() - job.cutter.length();
+        let moved = |station: &Station| {
+            let mut station = *station;
+            station.pose.tip += station.pose.axis.scale(longer);
+            station
+        };
+        for leg in legs {
+            let stations: Vec<Station> = leg.stations.iter().map(moved).collect();
+            let last = all.last().and_then(|leg| leg.stations.last()).copied();
+            if let (Some(last), Some(first)) = (last, stations.first())
+                && last.pose != first.pose
+            {
+                all.push(Leg { motion: Motion::Link, stations: vec![last, *first] });
+            }
+            all.push(Leg { motion: leg.motion, stations });
+        }
+    }
+    all
 }

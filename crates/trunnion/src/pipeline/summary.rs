@@ -9,7 +9,7 @@ use super::joined;
 use super::leftover::Leftover;
 use super::operations::OperationMotion;
 use super::planned_motion::PlannedMotion;
-use super::program::{CheckedProgram, LeftOutProgram};
+use super::program::{CheckedProgram, LeftOutProgram, OperationProgram};
 use super::regions;
 use super::retracts;
 use super::solids::Solids;
@@ -19,7 +19,8 @@ use crate::feed::FeedPlan;
 use crate::files::job::MotionMethod;
 use crate::files::summary::{
     AxisSummary, CheckSummary, CoverSummary, LAYOUT, LayoutSummary, LayoutTime, MotionSummary,
-    OperationSummary, ProgramSummary, SingularSummary, Summary, TimesSummary,
+    OperationProgramSummary, OperationSummary, ProgramSummary, SingularSummary, Summary,
+    TimesSummary,
 };
 use crate::machine::{Axis, AxisKind};
 use crate::nc::write::WriteError;
@@ -355,7 +356,13 @@ fn program(job: &Job, program: &CheckedProgram, solids: &Solids) -> ProgramSumma
             .map(|stock| collisions::stock_summary(&stock.report, &stock.remaining)),
         fixtures: collisions::fixtures_summary(program, solids),
         bodies: collisions::bodies_summary(program, solids),
+        parts: program.parts.iter().map(part).collect(),
     }
+}
+
+fn part(part: &OperationProgram) -> OperationProgramSummary {
+    let OperationProgram { operation, file, blocks, .. } = part;
+    OperationProgramSummary { operation: operation.clone(), file: file.clone(), blocks: *blocks }
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ pub(super) fn reason(reason: &FallbackReason) -> String {
         FallbackReason::NoStrip(PositioningError::NoStrip { binding, .. }) => {
             format!("no wide strip fits, limited by {binding}")
         }
-        FallbackReason::NoStrip(error) => error.to_string(),
+        FallbackReason::NoStrip(error) => error.in_one_line(),
         FallbackReason::Missed(lines) => {
             format!("the widest strips would leave {lines} columns across the pass unfinished")
         }

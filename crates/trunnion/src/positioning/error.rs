@@ -30,8 +30,7 @@ pub enum PositioningError {
     },
     /// The feed direction has no length on the surface, or the surface no normal.
     #[error(
-        "the feed [{}, {}] has no direction at (u, v) = ({:.6}, {:.6}): give another feed, or move \
-         away from the collapsed edge",
+        "the feed [{}, {}] has no direction at (u, v) = ({:.6}, {:.6})",
         .feed[0], .feed[1], .uv.u, .uv.v
     )]
     NoDirection {
@@ -41,10 +40,7 @@ pub enum PositioningError {
         uv: Uv,
     },
     /// The rear of the cutter was asked to cut, but it cannot.
-    #[error(
-        "the contact arc cannot lie behind the centre: inserts cut only outside {inner} mm; use \
-         side \"ahead\" or a centre-cutting tool"
-    )]
+    #[error("the contact arc cannot lie behind the centre: inserts cut only outside {inner} mm")]
     NotCentreCutting {
         /// Inner cutting radius \[mm\].
         inner: f64,
@@ -52,8 +48,7 @@ pub enum PositioningError {
     /// The contact lies on the part of the underside that does not cut.
     #[error(
         "at (u, v) = ({:.6}, {:.6}) the contact lies {radius:.3} mm from the tool axis, inside the \
-         inner cutting radius of {inner} mm; incline the tool more, or take a cutter that cuts nearer to \
-         its axis",
+         inner cutting radius of {inner} mm",
         .uv.u, .uv.v
     )]
     NotCutting {
@@ -67,7 +62,7 @@ pub enum PositioningError {
     /// The surface bends more sharply than the corner of the cutter.
     #[error(
         "cutter too large for the concave radius here: {concave:.3} mm at (u, v) = ({:.6}, {:.6}), \
-         the corner radius is {minor} mm; take a corner radius below {concave:.3} mm",
+         the corner radius is {minor} mm",
         .uv.u, .uv.v
     )]
     ConcaveRadius {
@@ -81,7 +76,7 @@ pub enum PositioningError {
     /// The surface bends more sharply than the arc of the cutter.
     #[error(
         "cutter too large for the concave radius here: {concave:.3} mm at (u, v) = ({:.6}, {:.6}), where the arc of the \
-         cutter touches with {radius:.3} mm; take a radius below {concave:.3} mm, or another feed direction",
+         cutter touches with {radius:.3} mm",
         .uv.u, .uv.v
     )]
     ConcaveArc {
@@ -107,8 +102,8 @@ pub enum PositioningError {
     /// The method's pose cuts too deep.
     #[error(
         "at (u, v) = ({:.6}, {:.6}) the cutter comes {depth:.6} mm too close with {binding}, and this \
-         method cannot avoid it; {}, or let the end-point method find a pose",
-        .uv.u, .uv.v, remedy(*.binding)
+         method cannot avoid it",
+        .uv.u, .uv.v
     )]
     Gouges {
         /// Parameters of the point.
@@ -122,8 +117,7 @@ pub enum PositioningError {
     #[error(
         "at (u, v) = ({:.6}, {:.6}) no pose with an offset direction in [{:.3}, {:.3}] deg touches \
          twice with the error between at the tolerance: along the chord the surface has to bend more \
-         than across it; feed closer to the direction of smallest curvature, widen the offset range, or \
-         use the end-point method",
+         than across it",
         .uv.u, .uv.v, .range.low.to_degrees(), .range.high.to_degrees()
     )]
     NoPair {
@@ -133,14 +127,10 @@ pub enum PositioningError {
         range: Interval,
     },
     /// The method places a circle, and a ball has none.
-    #[error(
-        "the method needs a cutter with R above 0; a ball touches in one point: use ball or sturz"
-    )]
+    #[error("the method needs a cutter with R above 0: a ball touches in one point")]
     NoCircle,
     /// The method places the tip of the cutter.
-    #[error(
-        "the method places the tip of the cutter, and a barrel cuts with its large arc: take end-point or ball"
-    )]
+    #[error("the method places the tip of the cutter, and a barrel cuts with its large arc")]
     BarrelArc,
     /// An angle of the method is out of range.
     #[error("the {name} is {:.4} deg: must be {must}", .value.to_degrees())]
@@ -168,7 +158,7 @@ pub enum PositioningError {
     /// Flank, shank or holder come too close.
     #[error(
         "the tool above its cutting end touches the face at (u, v) = ({:.6}, {:.6}), {height:.3} mm \
-         above the tip: clearance {clearance:.4} mm; use a longer or slimmer tool, or more lead",
+         above the tip: clearance {clearance:.4} mm",
         .uv.u, .uv.v
     )]
     Body {
@@ -181,9 +171,7 @@ pub enum PositioningError {
     },
     /// The machine does not reach the pose.
     #[error(
-        "at (u, v) = ({:.6}, {:.6}) the machine does not reach the pose of the tool; turn the setup, or incline the tool \
-         otherwise",
-        .uv.u, .uv.v
+        "at (u, v) = ({:.6}, {:.6}) the machine does not reach the pose of the tool", .uv.u, .uv.v
     )]
     OutOfReach {
         /// Parameters of the strip.
@@ -191,8 +179,7 @@ pub enum PositioningError {
     },
     /// The tool comes too close to another face of the part.
     #[error(
-        "at (u, v) = ({:.6}, {:.6}) the tool goes into face {face}, by {depth:.4} mm or more; use a smaller, slimmer or \
-         longer cutter, or another inclination",
+        "at (u, v) = ({:.6}, {:.6}) the tool goes into face {face}, by {depth:.4} mm or more",
         .uv.u, .uv.v
     )]
     Neighbour {
@@ -213,6 +200,54 @@ pub enum PositioningError {
     },
 }
 
+impl PositioningError {
+    /// Returns what to change so that there is a cutter location; `None` if the reason alone says it.
+    pub fn remedy(&self) -> Option<String> {
+        Some(match self {
+            Self::EmptyBand { .. }
+            | Self::OffsetRange { .. }
+            | Self::Angle { .. }
+            | Self::Parameter { .. }
+            | Self::Cutter(_)
+            | Self::Closest { .. } => return None,
+            Self::NoDirection { .. } => {
+                "give another feed, or move away from the collapsed edge".to_owned()
+            }
+            Self::NotCentreCutting { .. } => {
+                "use side \"ahead\" or a centre-cutting tool".to_owned()
+            }
+            Self::NotCutting { .. } => {
+                "incline the tool more, or take a cutter that cuts nearer to its axis".to_owned()
+            }
+            Self::ConcaveRadius { concave, .. } => {
+                format!("take a corner radius below {concave:.3} mm")
+            }
+            Self::ConcaveArc { concave, .. } => {
+                format!("take a radius below {concave:.3} mm, or another feed direction")
+            }
+            Self::NoStrip { binding, .. } => against(*binding).to_owned(),
+            Self::Gouges { binding, .. } => {
+                format!("{}, or let the end-point method find a pose", against(*binding))
+            }
+            Self::NoPair { .. } => "feed closer to the direction of smallest curvature, widen the offset range, or use the \
+                                    end-point method"
+                .to_owned(),
+            Self::NoCircle => "use ball or sturz".to_owned(),
+            Self::BarrelArc => "take end-point or ball".to_owned(),
+            Self::Body { .. } => "use a longer or slimmer tool, or more lead".to_owned(),
+            Self::OutOfReach { .. } => "turn the setup, or incline the tool otherwise".to_owned(),
+            Self::Neighbour { .. } => {
+                "use a smaller, slimmer or longer cutter, or another inclination".to_owned()
+            }
+        })
+    }
+
+    /// Returns reason and remedy in one line, for reports of many regions.
+    pub(crate) fn in_one_line(&self) -> String {
+        self.remedy().map_or_else(|| self.to_string(), |remedy| format!("{self}; {remedy}"))
+    }
+}
+
 fn list(faults: &[CutterError]) -> String {
     let faults: Vec<String> = faults.iter().map(ToString::to_string).collect();
     faults.join("; ")
@@ -226,13 +261,12 @@ fn no_strip(Uv { u, v }: Uv, smallest: f64, excess: f64, binding: ActiveConstrai
         "no pose was found to start from".to_owned()
     };
     format!(
-        "{place}: {broken} (on a flat face no strip is narrower than sqrt(8 R e) = {smallest:.3} mm); {}",
-        remedy(binding)
+        "{place}: {broken} (on a flat face no strip is narrower than sqrt(8 R e) = {smallest:.3} mm)"
     )
 }
 
 /// Returns the remedy against a constraint.
-fn remedy(binding: ActiveConstraint) -> &'static str {
+fn against(binding: ActiveConstraint) -> &'static str {
     match binding {
         ActiveConstraint::Rear => {
             "take a smaller R, another feed direction, or a contact arc on the other side"

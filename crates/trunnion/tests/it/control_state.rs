@@ -238,3 +238,22 @@ fn one_fast_cut_between_slow_ones_is_found() {
     assert_eq!(found(0.001, [3000, 6000, 600]), [""; 0]);
     assert_eq!(found(5.0, [600, 6000, 600]), [""; 0]);
 }
+
+/// A tool that comes down to the face at the speed of links finishes a point with the end of that block, and cuts nothing.
+#[test]
+fn a_fast_way_down_to_a_cut_is_none() {
+    let fast = |down: &str| -> usize {
+        let text = clean().replacen(
+            "Z0.001\nG1 F600. X16.\n",
+            &format!("Z5.\nG1 F600. X-4.1\nX-4.\n{down}F600. X16.\n"),
+            1,
+        );
+        let planned = Some(PlannedCuts { tools: &[1, 2], feed: 10.0 });
+        let found = inspect_planned(Dialect::LinuxCnc, &text, (CoolantDemand::Unknown, planned));
+        let findings = found.report.findings.iter();
+        findings.filter(|finding| finding.kind() == FindingKind::FastCuts).count()
+    };
+    assert_eq!(fast("F6000. Z0.001\n"), 0);
+    // The same way aslant cuts with its end.
+    assert_eq!(fast("F6000. X4. Z0.001\n"), 1);
+}

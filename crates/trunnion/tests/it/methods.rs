@@ -352,7 +352,8 @@ fn wrong_questions_are_refused_with_what_would_help() {
     let ball = cutter(0.0, 6.0);
     let along = request(&face, &bull, [0.0, 1.0]);
     let says = |request: &LocationRequest, method: PlacementMethod, words: &[&str]| {
-        let text = place(request, &method).unwrap_err().to_string();
+        let error = place(request, &method).unwrap_err();
+        let text = format!("{error}; {}", error.remedy().unwrap_or_default());
         assert!(words.iter().all(|word| text.contains(word)), "{method:?}: {text}");
     };
     let half_turn = std::f64::consts::FRAC_PI_2;

@@ -7,13 +7,14 @@
 
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::FRAC_PI_2;
+use trunnion::axes::TiltBounds;
 use trunnion::files::{job, machine};
 use trunnion::pipeline::{self, Job, Outcome, PipelineError};
 use trunnion::setpoint;
 use trunnion::surface::{
     CylinderSurface, Face, PlaneSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop,
 };
-use trunnion::types::{Diagnostics, Motion, Silent};
+use trunnion::types::{AXES, AxisPath, Diagnostics, Interval, Motion, Silent};
 
 /// Radius of the fillet \[mm\].
 const FILLET: f64 = 5.0;
@@ -42,6 +43,7 @@ file = "machine.toml"
 servo_period = 0.004
 [output]
 dialects = ["linuxcnc", "g93", "fanuc", "fanuc-vector", "haas", "siemens", "siemens-axes", "heidenhain", "heidenhain-axes"]
+programs = "each"
 [verify]
 grid = 1.0
 "#;
@@ -113,6 +115,29 @@ fn nearest(job: &Job, outcome: &Outcome, index: usize, places: &[Point3<f64>]) -
     least
 }
 
+/// The moves of each program are those of the program of all operations, in the same order; it calls its own tool alone.
+fn each_operation_has_its_own_program(outcome: &Outcome) {
+    for program in &outcome.programs {
+        let of_parts: usize = program.parts.iter().map(|part| part.blocks).sum();
+        assert_eq!((program.parts.len(), of_parts), (2, program.blocks.len()));
+    }
+    let program = &outcome.programs[0];
+    let is_move = |line: &&str| line.contains(" X") && line.contains(" F");
+    let moves =
+        |text: &str| -> Vec<String> { text.lines().filter(is_move).map(str::to_owned).collect() };
+    let [first, second] = [0, 1].map(|index| &program.parts[index]);
+    assert_eq!(first.file, "program-1.linuxcnc.ngc");
+    assert_eq!(
+        (second.file.as_str(), second.operation.as_str()),
+        ("program-2.linuxcnc.ngc", "fillet")
+    );
+    assert_eq!([moves(&first.text), moves(&second.text)].concat(), moves(&program.text));
+    assert!(moves(&second.text).len() > 20);
+    let calls = |text: &str, tool: &str| text.lines().any(|line| line.contains(tool));
+    assert!(calls(&first.text, "T1 M6") && !calls(&first.text, "T2 M6"));
+    assert!(calls(&second.text, "T2 M6") && !calls(&second.text, "T1 M6"));
+}
+
 #[test]
 fn the_second_tool_finishes_what_the_first_leaves() {
     let job = job(TWO).unwrap();
@@ -120,6 +145,7 @@ fn the_second_tool_finishes_what_the_first_leaves() {
     assert!(outcome.summary.passed, "{:#?}", outcome.summary.failures);
     assert!(outcome.left_out.is_empty(), "{:#?}", outcome.left_out);
     assert_eq!(outcome.programs.len(), 9);
+    each_operation_has_its_own_program(&outcome);
 
     // The first ball leaves most of the fillet, both together leave nothing, and neither gouges.
     let places = points();
@@ -221,4 +247,55 @@ fn an_operation_takes_what_it_leaves_out_from_the_job() {
     assert_eq!(first.name, "operation 1, T1");
     // The tools of later operations are those that a check may meet, too.
     assert_eq!(job.other_tools.iter().map(|(number, _)| *number).collect::<Vec<_>>(), [2]);
+}
+
+/// Ranges of the axes while the tool cuts.
+fn cutting_ranges<'a>(paths: impl Iterator<Item = &'a AxisPath>) -> [Interval; AXES] {
+    let mut ranges = [Interval::new(f64::INFINITY, f64::NEG_INFINITY); AXES];
+    let pieces = paths.flat_map(|path| &path.pieces).filter(|piece| piece.motion == Motion::Cut);
+    for node in pieces.flat_map(|piece| &piece.nodes) {
+        let q: &[f64] = node.q[0].as_slice();
+        for (range, q) in ranges.iter_mut().zip(q) {
+            *range = Interval::new(range.low.min(*q), range.high.max(*q));
+        }
+    }
+    ranges
+}
+
+/// The search moves the machine along the paths of all operations, each with the length of its own tool.
+#[test]
+fn a_setup_is_searched_for_all_operations() {
+    let job = job(TWO).unwrap();
+    let as_it_is = |low: f64, high: f64| Interval::new(low, high);
+    let bounds = TiltBounds {
+        tilt: as_it_is(0.0, 0.02),
+        towards: as_it_is(0.0, 0.0),
+        turn: as_it_is(0.0, 0.0),
+    };
+    let found = pipeline::setup(&job, &bounds, &Silent).unwrap();
+    let searched = found.search.before_axes.unwrap();
+    let searched = cutting_ranges(std::iter::once(&searched.path));
+
+    let outcome = pipeline::run(&job, &Silent).unwrap();
+    let paths = || outcome.operations.iter().map(|operation| &operation.followed.path);
+    let run = cutting_ranges(paths());
+    for (axis, (a, b)) in searched.iter().zip(&run).enumerate() {
+        let off = (a.low - b.low).abs().max((a.high - b.high).abs());
+        assert!(off < 0.01, "axis {axis}: {a:?} {b:?}");
+    }
+    // The second tool is shorter: with that of the first its axes would stand elsewhere.
+    let first = cutting_ranges(paths().take(1));
+    assert!((first[2].low - run[2].low).abs() > 5.0, "{first:?} {run:?}");
+}
+
+#[test]
+fn an_operation_is_a_job_of_its_own() {
+    let alone = |index: usize| job(TWO).unwrap().into_operation(index);
+    let second = alone(1).unwrap();
+    assert_eq!((second.name.as_str(), second.file.tool.number), ("fillet", 2));
+    assert!(second.following.is_empty() && second.other_tools.is_empty());
+    let first = alone(0).unwrap();
+    assert_eq!(first.file.tool.number, 1);
+    assert!(first.following.is_empty() && first.other_tools.is_empty());
+    assert!(alone(2).is_none());
 }

@@ -79,6 +79,16 @@ impl<'a> FlankWall<'a> {
         options: &'a CoverOptions,
     ) -> Result<Self, FlankRefusal> {
         let ruled = RuledFace::new(face).ok_or(FlankRefusal::NoRulings)?;
+        Self::along(ruled, face, cutter, options)
+    }
+
+    /// Lays the side of the tool along the rulings of a face.
+    fn along(
+        ruled: RuledFace<'a>,
+        face: &FaceIndex,
+        cutter: &'a Cutter,
+        options: &'a CoverOptions,
+    ) -> Result<Self, FlankRefusal> {
         // The tool has to be as long as the rulings, and on a concave face narrower than it.
         let [corner, top] = straight_side(cutter);
         let side = top * (1.0 - SPARE) - corner;
@@ -201,15 +211,39 @@ pub fn flank_fits(
 
 /// Plans the flank pass over a face, in pieces where other faces are in its way. What the passes leave is in their report.
 ///
+/// If passes along the steepest lines of a plane leave material, passes along its edges are tried.
+///
 /// # Errors
 ///
 /// The face has no rulings for it, the tool is too short, the face twists, or the tool would gouge all along.
 pub(crate) fn flank_passes(request: FaceRequest<'_>) -> Result<PlacedPasses, FlankRefusal> {
     let FaceRequest { face, setup, options } = request;
-    let cutter = setup.cutter;
+    let steepest =
+        FlankWall::new(face, setup.cutter, options).and_then(|wall| wall_passes(request, &wall));
+    if steepest.as_ref().is_ok_and(|placed| placed.report.rest.is_empty()) {
+        return steepest;
+    }
+    let along_edges = || -> Option<PlacedPasses> {
+        let ruled = RuledFace::along_edges(face)?;
+        let wall = FlankWall::along(ruled, face, setup.cutter, options).ok()?;
+        wall_passes(request, &wall).ok()
+    };
+    match (steepest, along_edges()) {
+        (Ok(steepest), Some(other)) if !steepest.leaves_more(&other) => Ok(steepest),
+        (_, Some(other)) => Ok(other),
+        (steepest, None) => steepest,
+    }
+}
+
+/// Plans the passes over a wall.
+fn wall_passes(
+    request: FaceRequest<'_>,
+    wall: &FlankWall<'_>,
+) -> Result<PlacedPasses, FlankRefusal> {
+    let FaceRequest { face, setup, options } = request;
     // Step 1: axes along the rulings.
-    let wall = FlankWall::new(face, cutter, options)?;
-    let axes = wall.axes(wall.run).ok_or(FlankRefusal::Twisted { radius: cutter.radius() })?;
+    let radius = setup.cutter.radius();
+    let axes = wall.axes(wall.run).ok_or(FlankRefusal::Twisted { radius })?;
     let chart = Chart::straight(FeedDirection::U);
     let region = crate::cover::layout::trims::region(face, &chart);
     let silent = |_: f64| Ok(());

@@ -16,7 +16,7 @@ pub(super) mod leftover;
 pub(super) mod locate;
 pub(super) mod placed;
 pub(super) mod planner;
-mod rulings;
+pub(super) mod rulings;
 mod run_out;
 pub(super) mod tool_fit;
 pub(super) mod touch_up;

@@ -21,8 +21,14 @@ const INSIDE: f64 = 0.1;
 /// Overlap of a pass round a closed face, as a share of the radius.
 const OVERLAP: f64 = 0.1;
 
-/// Tolerance of the polylines by which the extent of a face is found, as a share of its ranges.
+/// Tolerance of the polylines that stand for the outline of a face, as a share of its ranges.
 const LOOP_SHARE: f64 = 1e-6;
+
+/// Sine of the angle between edges up to which they are parallel: a micrometre in 10 mm.
+const PARALLEL: f64 = 1e-4;
+
+/// Least length of a straight edge, and distance between two, as a share of the longest.
+const LEAST_EDGE: f64 = 0.1;
 
 /// Lines, and points of each, at which a surface is tried for rulings; largest distance of a point from the line between
 /// the ends, as a share of its length.
@@ -103,10 +109,11 @@ pub(super) struct RuledFace<'a> {
 }
 
 impl<'a> RuledFace<'a> {
-    /// Finds the rulings of a face; `None` where it has none, or they lie too flat for a tool from above.
+    /// Finds the rulings of a face, of a plane the steepest lines; `None` where it has none, or they lie too flat for a
+    /// tool from above.
     pub(super) fn new(face: &'a FaceIndex) -> Option<Self> {
         let ruled = match &face.face().surface {
-            Surface::Plane(_) => Self::plane(face)?,
+            Surface::Plane(_) => Self::plane(face, steepest(face)?)?,
             Surface::Cylinder(_) | Surface::Cone(_) | Surface::Extrusion(_) => {
                 Self::lines(face, 1, |ends| RulingChart::Parallel { ends })?
             }
@@ -116,24 +123,42 @@ impl<'a> RuledFace<'a> {
                 Self::lines(face, ruled, |ends| RulingChart::Twisted { ruled, ends })?
             }
         };
+        ruled.rises()
+    }
+
+    /// Takes lines along the edges of a plane as rulings: between walls that lean, a tool leans as they do. `None` where no
+    /// two edges are parallel, or they run along the steepest lines anyway.
+    pub(super) fn along_edges(face: &'a FaceIndex) -> Option<Self> {
+        let Surface::Plane(plane) = &face.face().surface else { return None };
+        let (steepest, edge) = (steepest(face)?, steepest_edges(face)?);
+        // Edges are straight in the plane up to rounding.
+        let up = UnitVector3::try_new(
+            edge.into_inner() - plane.frame.z().scale(plane.frame.z().dot(&edge)),
+            f64::MIN_POSITIVE,
+        )?;
+        let is_new = up.cross(&steepest).norm() > PARALLEL;
+        is_new.then(|| Self::plane(face, up)).flatten()?.rises()
+    }
+
+    /// Returns the face if its rulings rise enough for a tool from above.
+    fn rises(self) -> Option<Self> {
         let places = (0..=TRIED[0]).map(|i| f64::from(i) / f64::from(TRIED[0]));
-        let [first, last] = ruled.range;
+        let [first, last] = self.range;
         let rises = |share: f64| {
-            let ruling = ruled.ruling(first + (last - first) * share)?;
+            let ruling = self.ruling(first + (last - first) * share)?;
             let along = UnitVector3::try_new(ruling.ends[1] - ruling.ends[0], f64::MIN_POSITIVE)?;
             (along.z >= LEAST_RISE).then_some(())
         };
-        places.map(rises).collect::<Option<()>>().map(|()| ruled)
+        places.map(rises).collect::<Option<()>>().map(|()| self)
     }
 
-    fn plane(face: &'a FaceIndex) -> Option<Self> {
+    /// Takes the lines of a plane along `up` as rulings.
+    fn plane(face: &'a FaceIndex, up: UnitVector3<f64>) -> Option<Self> {
         let Surface::Plane(plane) = &face.face().surface else { return None };
         let normal = plane.frame.z();
         if normal.z.abs() > FLATTEST_WALL {
             return None;
         }
-        // Steepest direction in the plane.
-        let up = UnitVector3::try_new(Vector3::z() - normal.scale(normal.z), f64::MIN_POSITIVE)?;
         let across = up.cross(&normal);
         let origin = plane.frame.origin();
         let place = |[u, v]: [f64; 2]| {
@@ -269,16 +294,66 @@ impl<'a> RuledFace<'a> {
     }
 }
 
-/// Returns the ranges of the two coordinates of a face's trims; `None` where one is empty.
-fn extent(face: &FaceIndex, place: impl Fn([f64; 2]) -> [f64; 2]) -> Option<[[f64; 2]; 2]> {
+/// Returns an axis along which the flank of a tool may lie on a wall, upwards: along the edges of a plane where these are
+/// parallel, else along the ruling in the middle of the wall; `None` for a face without lines that rise.
+pub fn flank_axis(face: &FaceIndex) -> Option<UnitVector3<f64>> {
+    let ruled = RuledFace::along_edges(face).or_else(|| RuledFace::new(face))?;
+    let [first, last] = ruled.range;
+    let Ruling { ends: [low, high], .. } = ruled.ruling(0.5 * (first + last))?;
+    UnitVector3::try_new(high - low, f64::MIN_POSITIVE)
+}
+
+/// Returns the steepest direction in a plane; `None` for another surface, or a level plane.
+fn steepest(face: &FaceIndex) -> Option<UnitVector3<f64>> {
+    let Surface::Plane(plane) = &face.face().surface else { return None };
+    let normal = plane.frame.z();
+    UnitVector3::try_new(Vector3::z() - normal.scale(normal.z), f64::MIN_POSITIVE)
+}
+
+/// Returns the upward direction of the steepest two straight edges of a face that are parallel and apart; `None` where
+/// there are none.
+fn steepest_edges(face: &FaceIndex) -> Option<UnitVector3<f64>> {
+    let corner = |[u, v]: [f64; 2]| face.face().point(u, v);
+    let mut edges: Vec<[Point3<f64>; 2]> = Vec::new();
+    for outline in outlines(face) {
+        let points: Vec<Point3<f64>> = outline.into_iter().map(corner).collect();
+        let next = points.iter().cycle().skip(1);
+        edges.extend(points.iter().zip(next).map(|(a, b)| [*a, *b]));
+    }
+    let length = |[a, b]: &[Point3<f64>; 2]| (b - a).norm();
+    let longest = edges.iter().map(length).fold(0.0, f64::max);
+    // The chords of a bent edge are short.
+    edges.retain(|edge| length(edge) >= LEAST_EDGE * longest);
+    let upward = |[a, b]: &[Point3<f64>; 2]| {
+        let along = UnitVector3::try_new(b - a, f64::MIN_POSITIVE)?;
+        Some(if along.z < 0.0 { -along } else { along })
+    };
+    let directions: Vec<_> =
+        edges.iter().filter_map(|edge| Some((edge[0], upward(edge)?))).collect();
+    let has_partner = |(at, along): &&(Point3<f64>, UnitVector3<f64>)| {
+        directions.iter().any(|(other, same)| {
+            along.cross(same).norm() <= PARALLEL
+                && along.cross(&(other - at)).norm() >= LEAST_EDGE * longest
+        })
+    };
+    let paired = directions.iter().filter(has_partner).map(|(_, along)| *along);
+    paired.max_by(|a, b| a.z.total_cmp(&b.z))
+}
+
+/// Returns the trims of a face as polylines in its parameters; the whole rectangle of a face without trims.
+fn outlines(face: &FaceIndex) -> Vec<Vec<[f64; 2]>> {
     let [u, v] = face.face().bounds();
     let tolerance = [u, v].map(|range| LOOP_SHARE * range.width());
-    let mut points: Vec<[f64; 2]> =
-        face.face().loops.iter().flat_map(|trim| trim.polyline(tolerance)).collect();
-    if points.is_empty() {
-        points = vec![[u.low, v.low], [u.low, v.high], [u.high, v.low], [u.high, v.high]];
+    let loops = &face.face().loops;
+    if loops.is_empty() {
+        return vec![vec![[u.low, v.low], [u.high, v.low], [u.high, v.high], [u.low, v.high]]];
     }
-    let places: Vec<[f64; 2]> = points.into_iter().map(place).collect();
+    loops.iter().map(|trim| trim.polyline(tolerance)).collect()
+}
+
+/// Returns the ranges of the two coordinates of a face's outline; `None` where one is empty.
+fn extent(face: &FaceIndex, place: impl Fn([f64; 2]) -> [f64; 2]) -> Option<[[f64; 2]; 2]> {
+    let places: Vec<[f64; 2]> = outlines(face).into_iter().flatten().map(place).collect();
     let ranges = [0, 1].map(|k| {
         let all = || places.iter().map(|place| place[k]);
         [all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max)]
@@ -406,5 +481,36 @@ impl<'a> AxisFit<'a> {
         let by = 0.0_f64.clamp(inside.low - low, inside.high - high);
         moves += Vector3::new(by, by, 0.0);
         Some(moves)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::{Face, PlaneSurface, SurfaceFrame, TrimCurve, TrimLoop};
+
+    /// Upright wall in the xz plane whose outline has these corners (x, z).
+    fn wall(corners: [[f64; 2]; 4]) -> FaceIndex {
+        let frame = SurfaceFrame::new(Point3::origin(), -Vector3::y(), Vector3::x()).unwrap();
+        let plane = Surface::Plane(PlaneSurface { frame });
+        let [a, b, c, d] = corners;
+        let outline = TrimCurve::polyline(&[a, b, c, d, a]).unwrap();
+        let outline = TrimLoop::new(vec![outline], [None, None], 1e-9).unwrap();
+        FaceIndex::new(Face::new(1, plane, vec![outline]).unwrap()).unwrap()
+    }
+
+    fn leans(corners: [[f64; 2]; 4]) -> f64 {
+        let along = flank_axis(&wall(corners)).unwrap();
+        (along.x / along.z).atan().to_degrees()
+    }
+
+    #[test]
+    fn the_rulings_of_a_plane_run_along_its_edges_where_these_are_parallel() {
+        assert!(leans([[0.0, 0.0], [30.0, 0.0], [30.0, 20.0], [0.0, 20.0]]).abs() < 1e-9);
+        // Between two walls that lean by 45 degrees.
+        let leaning = leans([[0.0, 0.0], [30.0, 0.0], [50.0, 20.0], [20.0, 20.0]]);
+        assert!((leaning - 45.0).abs() < 1e-9, "{leaning}");
+        // Between drafts, which lean against each other, the steepest lines.
+        assert!(leans([[0.0, 0.0], [30.0, 0.0], [35.0, 20.0], [-5.0, 20.0]]).abs() < 1e-9);
     }
 }

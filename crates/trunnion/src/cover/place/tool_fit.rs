@@ -20,6 +20,9 @@ const STEPS: u32 = 60;
 const DIRECTIONS: u32 = 12;
 const ANGLES: [f64; 7] = [0.01, 0.09, 0.25, 0.5, 0.8, 1.1, 1.35];
 
+/// Distance from the middle of its underside at which a standing tool is tried, as a share of the underside's radius.
+const STANDING: f64 = 0.5;
+
 /// Points of the arc of a barrel with which it is tried, as shares of the arc.
 const ARC_SHARES: [f64; 3] = [0.1, 0.5, 0.9];
 
@@ -125,8 +128,28 @@ pub(crate) fn fitting_pose_along(
 ) -> Result<ToolPose, UncutReason> {
     corner_fits(keep_off, contact, cutter.minor())?;
     let gap = ContactGap { least: keep_off.least, raised: 0.0 };
-    let first = flank_pose(axis, contact, gap, cutter);
-    first_fitting(keep_off, first.into_iter().chain(poses_by_turn(axis, contact, gap, cutter)))
+    let along = [flank_pose(axis, contact, gap, cutter), pose_along(axis, contact, gap, cutter)];
+    let others = standing_poses(contact, gap, cutter).chain(poses(contact, gap, cutter));
+    first_fitting(keep_off, along.into_iter().flatten().chain(by_turn(axis, others)))
+}
+
+/// Returns poses of a tool that stands with its flat underside on a point: with the middle of it, and with points around
+/// that.
+fn standing_poses(
+    contact: &ContactPoint,
+    gap: ContactGap,
+    cutter: &Cutter,
+) -> impl Iterator<Item = ToolPose> {
+    let (tip, axis) = (contact.above(0.0, gap), contact.normal);
+    let [across, beside] = tangents(&axis);
+    let aside = STANDING * cutter.major();
+    let ring = (0..DIRECTIONS).map(move |i| {
+        let (sin, cos) = math::sin_cos(TAU * f64::from(i) / f64::from(DIRECTIONS));
+        tip + (across.scale(cos) + beside.scale(sin)) * aside
+    });
+    let has_underside = matches!(cutter.kind(), CutterKind::Flat | CutterKind::Bull);
+    let tips = std::iter::once(tip).chain(ring).filter(move |_| has_underside);
+    tips.map(move |tip| ToolPose { tip, axis })
 }
 
 /// Returns the pose in which the lower end of a cylindrical flank touches a point, its axis as near to another as the
@@ -143,17 +166,11 @@ fn flank_pose(
     Some(arc.pose(contact.above(arc.radius, gap), &contact.normal, &ahead, FRAC_PI_2))
 }
 
-/// Returns the poses that touch at a point, the one along an axis first and the others by their turn from it.
-fn poses_by_turn(
-    axis: &UnitVector3<f64>,
-    contact: &ContactPoint,
-    gap: ContactGap,
-    cutter: &Cutter,
-) -> impl Iterator<Item = ToolPose> {
-    let same = pose_along(axis, contact, gap, cutter);
-    let mut others: Vec<ToolPose> = poses(contact, gap, cutter).collect();
-    others.sort_by(|a, b| b.axis.dot(axis).total_cmp(&a.axis.dot(axis)));
-    same.into_iter().chain(others)
+/// Sorts poses by their turn from an axis.
+fn by_turn(axis: &UnitVector3<f64>, poses: impl Iterator<Item = ToolPose>) -> Vec<ToolPose> {
+    let mut poses: Vec<ToolPose> = poses.collect();
+    poses.sort_by(|a, b| b.axis.dot(axis).total_cmp(&a.axis.dot(axis)));
+    poses
 }
 
 /// Returns the part of an axis square to a normal, of unit length; `None` along the normal.
@@ -256,7 +273,9 @@ pub(crate) fn fitting_pose_near(
     // Step 2: the whole tool, at inclinations more and more different.
     let fits = |pose: &ToolPose| keep_off.cost.reaches(pose) && !keep_off.hits_any(pose);
     let Some(before) = before else { return poses(contact, gap, cutter).find(fits) };
-    poses_by_turn(&before.axis, contact, gap, cutter).find(fits)
+    let same = pose_along(&before.axis, contact, gap, cutter);
+    let others = by_turn(&before.axis, poses(contact, gap, cutter));
+    same.into_iter().chain(others).find(fits)
 }
 
 /// Returns the pose along an axis that touches at a point; `None` where such an axis leaves the face's side, or inclines
@@ -296,8 +315,7 @@ fn poses(
     let arc = cutter.contact_arc();
     let center = contact.above(arc.radius, gap);
     let normal = contact.normal;
-    let across = Unit::new_normalize(normal.cross(&Vector3::ith(normal.iamin(), 1.0)));
-    let beside = normal.cross(&across);
+    let [across, beside] = tangents(&normal);
     angles(cutter).flat_map(move |angle| {
         (0..DIRECTIONS).map(move |i| {
             let (sin, cos) = math::sin_cos(TAU * f64::from(i) / f64::from(DIRECTIONS));
@@ -305,6 +323,13 @@ fn poses(
             arc.pose(center, &normal, &ahead, angle)
         })
     })
+}
+
+/// Returns two directions square to a normal and to each other, of unit length.
+fn tangents(normal: &UnitVector3<f64>) -> [Vector3<f64>; 2] {
+    // The component of least size keeps the cross product away from zero.
+    let across = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
+    [across, normal.cross(&across)]
 }
 
 /// Returns the inclinations at which a cutter is tried at a point \[rad\].

@@ -306,8 +306,15 @@ impl ClearanceSearch<'_> {
         let rest =
             0.5 * self.rest(&slab, far + bows) + slab.middle.turn.norm() * bows * slab.half();
         let gap = self.solid.gap(&centre, pose);
+        // An upper bound: some point of the face is as near, since the distance is 1-Lipschitz.
+        if let Some(away) = cell.some_within(share) {
+            self.found = self.found.min(gap.distance + away);
+        }
         // The tangent plane decides where to divide; the other planes only end the search sooner.
         let tangent = over(&slab, &centre, &corners, gap);
+        if tangent.least - bows - rest >= self.enough() {
+            return;
+        }
         let sides =
             cell.normal().into_iter().flat_map(|n| [n, -n]).chain([-pose.axis.into_inner()]);
         let planes = sides.map(|normal| self.solid.plane(&centre, pose, normal)).chain([gap]);
@@ -326,10 +333,6 @@ impl ClearanceSearch<'_> {
                 .fold(tangent.least, f64::max),
         };
         let slopes = [0, 1].map(|k| 0.5 * gap.gradient.dot(&cell.across_edges(k)).abs());
-        // An upper bound: some point of the face is as near, since the distance is 1-Lipschitz.
-        if let Some(away) = cell.some_within(share) {
-            self.found = self.found.min(gap.distance + away);
-        }
         let bound = least - sags[0] - sags[1] - rest;
         if bound >= self.enough() {
             return;

@@ -52,9 +52,12 @@ pub(crate) fn deepest(
     start: f64,
 ) -> Option<(f64, SweepInstant)> {
     let Interval { low, high } = sweep.curve.range();
-    let look = |u: f64| -> Option<TimeSample> {
+    let mut span = sweep.curve.span_at(start.clamp(low, high));
+    let mut look = |u: f64| -> Option<TimeSample> {
         let u = u.clamp(low, high);
-        let here = sweep.instant(sweep.curve.span_at(u), u)?;
+        // Looks are near to each other.
+        span = sweep.curve.span_near(u, span);
+        let here = sweep.instant(span, u)?;
         let gap = end.gap(place, &here.pose);
         let from_tip = place - here.pose.tip;
         // The point stands still, and the cutter moves by v + w x q: seen from it the point moves

@@ -42,6 +42,8 @@ pub struct JobFile {
     pub motion: MotionSettings,
     /// Programs to write; never empty.
     pub dialects: Vec<OutputFormat>,
+    /// Programs of a job of several operations.
+    pub programs: JobPrograms,
     /// Largest distance between two measured points of the final check \[mm\].
     pub verify_grid: f64,
     /// Largest distance between the rays that represent the stock \[mm\]; `None` derives it from its
@@ -51,6 +53,15 @@ pub struct JobFile {
     pub fixture_clearance: f64,
     /// Positions of the keys in the file.
     pub places: KeyPositions,
+}
+
+/// Programs of a job of several operations, in every dialect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JobPrograms {
+    /// One with changes of tool.
+    One,
+    /// That one, and one more for each operation.
+    Each,
 }
 
 impl JobFile {

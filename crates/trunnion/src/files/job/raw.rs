@@ -479,12 +479,29 @@ pub(super) enum RawMotionMethod {
 pub(super) struct RawOutput {
     /// Dialects of the programs to write.
     #[schemars(length(min = 1))]
+    #[serde(default = "dialects")]
     pub(super) dialects: Vec<RawDialect>,
+    /// "one": a job of several operations becomes one program with changes of tool. "each": beside it, each operation
+    /// becomes a program of its own, with the same blocks.
+    #[serde(default)]
+    pub(super) programs: RawPrograms,
+}
+
+fn dialects() -> Vec<RawDialect> {
+    vec![RawDialect::LinuxCnc, RawDialect::G93]
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum RawPrograms {
+    #[default]
+    One,
+    Each,
 }
 
 impl Default for RawOutput {
     fn default() -> Self {
-        Self { dialects: vec![RawDialect::LinuxCnc, RawDialect::G93] }
+        Self { dialects: dialects(), programs: RawPrograms::One }
     }
 }
 

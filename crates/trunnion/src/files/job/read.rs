@@ -4,15 +4,15 @@ use super::super::document::Document;
 use super::super::schema;
 use super::cutting::cutting;
 use super::data::{
-    JobFile, JobOperation, JobPart, JobSetup, JobTolerance, JobTool, MotionMethod, MotionSettings,
-    ToleranceSplit,
+    JobFile, JobOperation, JobPart, JobPrograms, JobSetup, JobTolerance, JobTool, MotionMethod,
+    MotionSettings, ToleranceSplit,
 };
 use super::layout::LAYOUT;
 use super::operation::{self, OperationDefaults, ReadOperations};
 use super::part::part;
 use super::raw::{
     RawCutting, RawDialect, RawMachineRef, RawMethod, RawMotion, RawMotionMethod, RawOutput,
-    RawPart, RawSetup, RawStock, RawStrategy, RawTolerance, RawTool, RawVerify,
+    RawPart, RawPrograms, RawSetup, RawStock, RawStrategy, RawTolerance, RawTool, RawVerify,
 };
 use super::solid::{fixtures, stock};
 use super::strategy::{side_of, strategy};
@@ -74,7 +74,7 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
     let tolerance = doc.section::<RawTolerance>("tolerance").and_then(|raw| tolerance(&raw, doc));
     let machine = doc.section::<RawMachineRef>("machine").map(|raw| raw.file);
     let motion = doc.or_default::<RawMotion>("motion").and_then(|raw| motion(&raw, doc));
-    let dialects = doc.or_default::<RawOutput>("output").map(|raw| dialects(&raw));
+    let output = doc.or_default::<RawOutput>("output").map(|raw| (dialects(&raw), programs(&raw)));
     let mut verify = doc.or_default::<RawVerify>("verify");
     let other_tools = verify.as_mut().and_then(|verify| verify.tool.take()).unwrap_or_default();
     let read = ReadOperations::read(doc);
@@ -97,6 +97,7 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
         None => None,
     };
     let verify = verify?;
+    let (dialects, programs) = output?;
     let mut operations = first?;
     let other_tools = beside(&operations, other_tools?);
     let JobOperation { faces, tool, strategy, cutting, .. } = operations.first()?.clone();
@@ -117,7 +118,8 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
         operations,
         machine: machine?,
         motion: motion?,
-        dialects: dialects?,
+        dialects,
+        programs,
         verify_grid: verify.grid,
         stock_cell: verify.stock_cell,
         fixture_clearance: verify.fixture_clearance,
@@ -219,6 +221,13 @@ fn motion(raw: &RawMotion, doc: &mut Document<'_>) -> Option<MotionSettings> {
         servo_period: raw.servo_period,
         chord: [raw.chord, raw.chord_angle.map(f64::to_radians)],
     })
+}
+
+fn programs(raw: &RawOutput) -> JobPrograms {
+    match raw.programs {
+        RawPrograms::One => JobPrograms::One,
+        RawPrograms::Each => JobPrograms::Each,
+    }
 }
 
 fn dialects(raw: &RawOutput) -> Vec<OutputFormat> {

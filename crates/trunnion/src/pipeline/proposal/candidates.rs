@@ -16,6 +16,9 @@ pub(super) const REACHED: f64 = 0.5;
 /// Cosine between normal and z up to which a face is a wall: two degrees to either side of the horizon.
 const WALL: f64 = 0.035;
 
+/// The same for planes and straight walls, which a tool that leans under them may cut: 30 degrees below the horizon.
+const OVERHANG: f64 = 0.5;
+
 /// Least z of the straight lines of a wall, of unit length: 60 degrees.
 const STEEP: f64 = 0.87;
 
@@ -46,13 +49,14 @@ enum FaceView {
 }
 
 impl SampledFace {
-    fn view(&self) -> FaceView {
+    /// Returns the view of the face; it looks down where its normal is below the horizon by more than `overhang`, a sine.
+    fn view(&self, overhang: f64) -> FaceView {
         let count = |looks: &dyn Fn(f64) -> bool| {
             let found = self.samples.iter().filter(|sample| looks(sample.normal.z)).count();
             found as f64 >= REACHED * self.samples.len() as f64
         };
         // A dome that goes a little below its equator is still worth cutting.
-        if count(&|z| z < -WALL) {
+        if count(&|z| z < -overhang) {
             FaceView::Down
         } else if count(&|z| z > WALL) {
             FaceView::Up
@@ -83,7 +87,8 @@ impl<'a> CandidateFaces<'a> {
             .collect();
         let mut candidates = Vec::new();
         for face in sampled {
-            let reason = match face.view() {
+            let overhang = if is_prismatic(&faces[face.index]) { OVERHANG } else { WALL };
+            let reason = match face.view(overhang) {
                 FaceView::Up => None,
                 FaceView::Down => Some(FaceReason::Down),
                 FaceView::Wall if wanted.is_some() || !part.holds_at(face.low) => None,

@@ -4,7 +4,7 @@ use super::candidates::{CandidateFaces, REACHED, SampledFace};
 use super::left_out::{FaceReason, LeftOutFace};
 use super::part_measure::{LARGEST, PartMeasure};
 use super::request::TOLERANCE;
-use crate::cover::{PassCost, ToolAccess};
+use crate::cover::{PassCost, ToolAccess, flank_axis};
 use crate::cutter::{Cutter, CutterKind, CutterSpec};
 use crate::inverse::Inverse;
 use crate::machine::{Kinematics, Machine, Setup};
@@ -33,6 +33,26 @@ const MUCH_LARGER: f64 = 2.0;
 /// Share of the area of the small cutter that the larger one has to cut.
 const GOOD_PART: f64 = 0.5;
 
+/// Share of the area that a larger flat end mill has to reach where smaller ones gain only in proportion to the diameter.
+const ENOUGH: f64 = 0.8;
+
+/// Least area that a smaller one leaves then, as a share of what the proportion lets expect.
+const IN_PROPORTION: f64 = 0.5;
+
+/// Share of a face below which its samples show no area that is left: they are farther apart than a strip along its edge is
+/// wide.
+const SEEN: f64 = 0.1;
+
+/// Area that a flat end mill has to leave for a smaller one to take its place, as a share of what it reaches.
+const LEAVES: f64 = 0.03;
+
+/// Share of that area that the smaller one may leave. It reaches all of a gap as soon as it fits, but never all of a sharp
+/// corner.
+const CLEARS: f64 = 0.2;
+
+/// Least diameter of a cutter that takes the place of another one, as a share of that one's.
+const NOT_SMALLER: f64 = 0.4;
+
 /// Share of a face's samples that may be too concave for a ball.
 const NARROW: f64 = 0.03;
 
@@ -42,13 +62,9 @@ const SMALLEST: f64 = 0.01;
 /// Reach of one cutter of the library.
 pub(super) struct CutterTrial {
     pub(super) cutter: Cutter,
-    /// Indices of the faces that it cuts.
-    pub(super) cut: Vec<usize>,
+    /// What it reaches of each face.
+    reached: Vec<ReachedFace>,
     pub(super) left_out: Vec<LeftOutFace>,
-    /// Indices of the faces that are left out.
-    pub(super) not_cut: Vec<usize>,
-    /// Area reached \[mm²\].
-    pub(super) area: f64,
     /// Indices of the faces of which it cuts a good part, tight hollows aside.
     pub(super) partly_cut: Vec<usize>,
     /// Area of these parts \[mm²\].
@@ -56,32 +72,117 @@ pub(super) struct CutterTrial {
     pub(super) poses: Vec<ToolPose>,
 }
 
+/// Part of a face that a cutter reaches; 0 for a face that it does not cut.
+#[derive(Debug, Clone, Copy)]
+struct ReachedFace {
+    index: usize,
+    /// Areas of the face, and of the part \[mm²\].
+    area: f64,
+    reached: f64,
+}
+
+impl ReachedFace {
+    fn is_cut(&self) -> bool {
+        self.reached > 0.0
+    }
+
+    fn left(&self) -> f64 {
+        self.area - self.reached
+    }
+}
+
 impl CutterTrial {
     fn empty(cutter: Cutter) -> Self {
         Self {
             cutter,
-            cut: Vec::new(),
+            reached: Vec::new(),
             left_out: Vec::new(),
-            not_cut: Vec::new(),
-            area: 0.0,
             partly_cut: Vec::new(),
             partly_area: 0.0,
             poses: Vec::new(),
         }
     }
 
-    /// Returns the index of the largest cutter that reaches about as much as any; trials come largest first.
+    /// Returns the indices of the faces that it cuts.
+    pub(super) fn cut(&self) -> Vec<usize> {
+        self.reached.iter().filter(|face| face.is_cut()).map(|face| face.index).collect()
+    }
+
+    pub(super) fn cuts(&self, index: usize) -> bool {
+        self.reached.iter().any(|face| face.index == index && face.is_cut())
+    }
+
+    /// Returns `true` for a face that was tried and is left out.
+    pub(super) fn leaves_out(&self, index: usize) -> bool {
+        self.reached.iter().any(|face| face.index == index && !face.is_cut())
+    }
+
+    /// Returns the area that it reaches \[mm²\].
+    fn area(&self) -> f64 {
+        self.reached.iter().map(|face| face.reached).sum()
+    }
+
+    /// Returns the area of the faces that other cutters cut, and this one leaves \[mm²\].
+    fn left(&self, is_cut: impl Fn(usize) -> bool) -> f64 {
+        let faces = self.reached.iter().filter(|face| is_cut(face.index));
+        faces.map(ReachedFace::left).sum()
+    }
+
+    /// Returns the index of the cutter that cuts best alone; trials come largest first.
+    ///
+    /// It is the largest that reaches about as much as any. Of flat end mills it is a larger one where smaller ones gain
+    /// little, and a smaller one where that fits into gaps.
     pub(super) fn choose(trials: &[Self]) -> Option<usize> {
-        let most = trials.iter().map(|trial| trial.area).fold(0.0, f64::max);
-        trials.iter().position(|trial| trial.area >= AS_GOOD * most)
+        let most = trials.iter().map(Self::area).fold(0.0, f64::max);
+        let good = trials.iter().position(|trial| trial.area() >= AS_GOOD * most)?;
+        let chosen = trials.get(good)?;
+        if chosen.cutter.kind() != CutterKind::Flat {
+            return Some(good);
+        }
+        let is_enough = |at: &usize| {
+            let large = &trials[*at];
+            let mut smaller = trials[at + 1..=good].iter();
+            large.area() >= ENOUGH * most && smaller.all(|trial| trial.gains_little(large))
+        };
+        let large = (0..good).find(is_enough).unwrap_or(good);
+        Some(Self::choose_finer(trials, large))
+    }
+
+    /// Returns `true` if a larger cutter cuts the same faces, and leaves more by about the ratio of the diameters only: in
+    /// sharp corners, of which no cutter finishes all.
+    fn gains_little(&self, larger: &Self) -> bool {
+        let is_cut = |index: usize| self.cuts(index);
+        let ratio = self.cutter.radius() / larger.cutter.radius();
+        let expected = ratio * larger.left(is_cut);
+        let in_part = larger.reached.iter().filter(|face| is_cut(face.index) && face.left() > 0.0);
+        let seen: f64 = in_part.map(|face| SEEN * face.area).sum();
+        self.cut().into_iter().all(|index| larger.cuts(index))
+            && (expected <= seen || self.left(is_cut) >= IN_PROPORTION * expected)
     }
 
     /// Returns the index of a far larger cutter than that of index `fine` which cuts most of what that one reaches.
     pub(super) fn choose_before(trials: &[Self], fine: usize) -> Option<usize> {
         let fine = trials.get(fine)?;
         let larger = |trial: &Self| trial.cutter.radius() >= MUCH_LARGER * fine.cutter.radius();
-        let most = |trial: &Self| trial.partly_area >= GOOD_PART * fine.area;
+        let most = |trial: &Self| trial.partly_area >= GOOD_PART * fine.area();
         trials.iter().position(|trial| larger(trial) && most(trial))
+    }
+
+    /// Returns `large`, or the index of the largest smaller cutter that reaches nearly all of what that one leaves.
+    fn choose_finer(trials: &[Self], large: usize) -> usize {
+        let Some(before) = trials.get(large) else { return large };
+        let least = NOT_SMALLER * before.cutter.radius();
+        let smaller = || {
+            let allowed = move |(_, trial): &(usize, &Self)| trial.cutter.radius() >= least;
+            trials.iter().enumerate().skip(large + 1).filter(allowed)
+        };
+        let is_cut = |index: usize| smaller().any(|(_, trial)| trial.cuts(index));
+        let left = before.left(is_cut);
+        if left < LEAVES * before.area() {
+            return large;
+        }
+        let clears = |trial: &Self| trial.left(is_cut) <= CLEARS * left;
+        smaller().find(|(_, trial)| clears(trial)).map_or(large, |(at, _)| at)
     }
 
     /// The same cutter with another length \[mm\].
@@ -129,11 +230,16 @@ impl CandidateFaces<'_> {
         let access = ToolAccess::new(self.faces, cutter, &reach, TOLERANCE.excess);
         let mut trial = CutterTrial::empty(cutter.clone());
         for SampledFace { index, area, samples, .. } in &self.candidates {
-            // The pose nearest to the upright one: rotaries and linear axes travel least.
-            let found: Vec<Result<ToolPose, UncutReason>> = samples
-                .par_iter()
-                .map(|sample| access.pose_along(&Vector3::z_axis(), *index, sample))
-                .collect();
+            // The pose nearest to the upright one: rotaries and linear axes travel least. Else one along a wall that leans.
+            let leaning = flank_axis(&self.faces[*index]);
+            let pose = |sample: &FaceSample| {
+                let upright = access.pose_along(&Vector3::z_axis(), *index, sample);
+                upright.or_else(|reason| {
+                    let pose = leaning.map(|axis| access.pose_along(&axis, *index, sample));
+                    pose.and_then(Result::ok).ok_or(reason)
+                })
+            };
+            let found: Vec<Result<ToolPose, UncutReason>> = samples.par_iter().map(pose).collect();
             let poses: Vec<ToolPose> =
                 found.iter().filter_map(|pose| pose.as_ref().ok().copied()).collect();
             let share = poses.len() as f64 / samples.len().max(1) as f64;
@@ -149,15 +255,15 @@ impl CandidateFaces<'_> {
                 trial.partly_cut.push(*index);
                 trial.partly_area += partly * area;
             }
-            if share < REACHED || too_tight {
+            let is_cut = share >= REACHED && !too_tight;
+            let reached = if is_cut { share * area } else { 0.0 };
+            trial.reached.push(ReachedFace { index: *index, area: *area, reached });
+            if is_cut {
+                trial.poses.extend(poses);
+            } else {
                 let number = self.faces[*index].face().number;
                 let reason = FaceReason::NotReached { share, reason: usual(&found) };
                 trial.left_out.push(LeftOutFace { number, reason });
-                trial.not_cut.push(*index);
-            } else {
-                trial.cut.push(*index);
-                trial.area += share * area;
-                trial.poses.extend(poses);
             }
         }
         trial
@@ -193,11 +299,14 @@ fn usual(found: &[Result<ToolPose, UncutReason>]) -> UncutReason {
     all.iter().copied().max_by_key(count).unwrap_or(UncutReason::Passes)
 }
 
-/// Returns the cutter, as long as a part of this height \[mm\] needs it.
+/// Returns the cutter, longer where a part of this height \[mm\] needs it.
 fn long_enough(cutter: &Cutter, height: f64) -> Cutter {
+    let least = height + OVER;
+    if cutter.length() >= least {
+        return cutter.clone();
+    }
     // Ten millimetres are how tools are set.
-    let length = 10.0 * (0.1 * cutter.length().max(height + OVER)).ceil();
-    with_length(cutter, length)
+    with_length(cutter, 10.0 * (0.1 * least).ceil())
 }
 
 /// Returns the same cutter with another length \[mm\].
@@ -234,5 +343,35 @@ impl PassCost for RotaryReach {
 
     fn reaches(&self, pose: &ToolPose) -> bool {
         self.inverse.as_ref().is_some_and(|inverse| inverse.continued(pose, &self.home).is_ok())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Trials of flat end mills that cut two faces of 500 mm² and leave some of each, by diameter.
+    fn choose(left: &[(f64, f64)]) -> f64 {
+        let trial = |&(diameter, left): &(f64, f64)| {
+            let cutter = Cutter::new(CutterSpec::of_radii(0.5 * diameter, 0.0)).unwrap();
+            let reached: Vec<ReachedFace> = [0, 1]
+                .map(|index| ReachedFace { index, area: 500.0, reached: 500.0 - left })
+                .into();
+            CutterTrial { reached, ..CutterTrial::empty(cutter) }
+        };
+        let trials: Vec<CutterTrial> = left.iter().map(trial).collect();
+        2.0 * trials[CutterTrial::choose(&trials).unwrap()].cutter.radius()
+    }
+
+    #[test]
+    fn sharp_corners_do_not_ask_for_the_smallest_cutter() {
+        // Every cutter leaves strips as wide as its radius beside a corner; the samples do not see those of 2 mm.
+        assert!(
+            (choose(&[(16.0, 90.0), (8.0, 45.0), (4.0, 30.0), (2.0, 0.0)]) - 16.0).abs() < 1e-9
+        );
+        // A gap is another matter: the cutter that fits leaves nothing of it.
+        assert!((choose(&[(16.0, 90.0), (8.0, 0.0), (4.0, 0.0)]) - 8.0).abs() < 1e-9);
+        // Where a far smaller one gains a little, the larger stays.
+        assert!((choose(&[(16.0, 20.0), (8.0, 18.0), (2.0, 0.0)]) - 16.0).abs() < 1e-9);
     }
 }

@@ -61,13 +61,13 @@ impl CutterLadder {
         let mut flat = None;
         if is_mixed {
             let mut tried = prismatic.tried(library, CutterKind::Flat, machine, part, progress)?;
-            let chosen = CutterTrial::choose(&tried).filter(|at| !tried[*at].cut.is_empty());
+            let chosen = CutterTrial::choose(&tried).filter(|at| !tried[*at].cut().is_empty());
             flat = chosen.map(|at| tried.swap_remove(at));
         }
-        let is_cut = |index: usize| flat.as_ref().is_some_and(|flat| flat.cut.contains(&index));
+        let is_cut = |index: usize| flat.as_ref().is_some_and(|flat| flat.cuts(index));
         others.join(prismatic.candidates.into_iter().filter(|face| !is_cut(face.index)));
         if let Some(trial) = flat {
-            let faces = trial.cut.clone();
+            let faces = trial.cut();
             steps.push(LadderStep { trial, faces, area: JobArea::Whole });
         }
         // Step 2: a ball for all other faces, and a much larger one before it where that cuts most of them.
@@ -86,11 +86,11 @@ impl CutterLadder {
     fn of(mut steps: Vec<LadderStep>, mut tried: Vec<CutterTrial>, fine: usize) -> Self {
         let trial = tried.swap_remove(fine);
         let left_out = trial.left_out.clone();
-        let mut faces = trial.cut.clone();
+        let mut faces = trial.cut();
         let area = if steps.is_empty() { JobArea::Whole } else { JobArea::Rest };
         // A face that the finest cutter does not reach is not begun by another.
         for step in &mut steps {
-            step.faces.retain(|index| !trial.not_cut.contains(index));
+            step.faces.retain(|index| !trial.leaves_out(*index));
             faces.extend(&step.faces);
         }
         steps.retain(|step| !step.faces.is_empty());

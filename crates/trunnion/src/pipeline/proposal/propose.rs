@@ -192,23 +192,41 @@ mod tests {
             "[[cutter]]\nname = \"b\"\nnumber = 1\nkind = \"ball\"\ndiameter = 7\nlength = 83\n";
         let found = with(ball).unwrap();
         let [only] = &found.operations[..] else { panic!("{found:?}") };
-        assert_eq!((only.cutter.minor, only.cutter.length), (3.5, 90.0));
+        assert_eq!((only.cutter.minor, only.cutter.length), (3.5, 83.0));
+    }
+
+    /// Returns the faces and the diameters proposed for a part of the corpus \[mm\].
+    fn proposed(step: &[u8]) -> (Vec<usize>, Vec<f64>) {
+        let machine = Machine::new(crate::sample_machine::ac_trunnion()).unwrap();
+        let reader = StepReader { chord: 0.002, same: 0.01 };
+        let part = reader.read(step, &Silent).unwrap();
+        let found = propose(&ProposalRequest::new(&part.faces, &machine), &Silent).unwrap();
+        let diameter =
+            |step: &ProposedOperation| 2.0 * Cutter::new(step.cutter.clone()).unwrap().radius();
+        (found.faces.clone(), found.operations.iter().map(diameter).collect())
     }
 
     /// The walls of a slot, 10 mm wide, are cut by the flank of an upright tool: its rim reaches them only with the smallest
-    /// cutters, which lean inside the slot.
+    /// cutters, which lean inside the slot. Its ends, 4.999 mm round, ask for less than 8 mm.
     #[test]
     fn the_walls_of_a_slot_do_not_ask_for_the_smallest_cutter() {
-        let machine = Machine::new(crate::sample_machine::ac_trunnion()).unwrap();
-        let bytes = include_bytes!("../../../../../fixtures/corpus/gate/key_slot.step");
-        let reader = StepReader { chord: 0.002, same: 0.01 };
-        let part = reader.read(bytes, &Silent).unwrap();
-        let found = propose(&ProposalRequest::new(&part.faces, &machine), &Silent).unwrap();
-        let diameters: Vec<f64> = found
-            .operations
-            .iter()
-            .map(|step| 2.0 * Cutter::new(step.cutter.clone()).unwrap().radius())
-            .collect();
+        let step = include_bytes!("../../../../../fixtures/corpus/gate/key_slot.step");
+        assert_eq!(proposed(step).1, [6.0]);
+    }
+
+    /// A cutter of 12 mm, which reaches 95 % of all faces, does not get between posts that are 8 mm apart.
+    #[test]
+    fn a_gap_between_posts_gets_a_cutter_that_fits() {
+        let step = include_bytes!("../../../../../fixtures/corpus/gate/bosses.step");
+        assert_eq!(proposed(step).1, [8.0]);
+    }
+
+    /// The pocket leans by 15 degrees, its corners are 5 mm round. Face 10 is the wall that hangs over.
+    #[test]
+    fn a_pocket_that_leans_is_cut_by_a_tool_that_leans() {
+        let step = include_bytes!("../../../../../fixtures/corpus/gate/slanted_pocket.step");
+        let (faces, diameters) = proposed(step);
         assert_eq!(diameters, [8.0]);
+        assert_eq!(faces, [3, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
     }
 }

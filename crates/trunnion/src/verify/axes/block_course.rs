@@ -21,6 +21,8 @@ struct PacedBlock {
     line: u32,
     /// Travel of the tip \[mm\].
     length: f64,
+    /// Part of it square to the tool axis \[mm\].
+    aside: f64,
     /// Time \[s\].
     duration: f64,
 }
@@ -83,10 +85,12 @@ impl BlockCourse {
     fn pace(&mut self, segment: &Segment, [from, to]: &[ToolPose; 2]) {
         let (line, duration) = (segment.line, segment.block.duration);
         if segment.block.begins {
-            self.current = Some(PacedBlock { line, length: 0.0, duration });
+            self.current = Some(PacedBlock { line, length: 0.0, aside: 0.0, duration });
         }
         let Some(block) = &mut self.current else { return };
-        block.length += (to.tip - from.tip).norm();
+        let way = to.tip - from.tip;
+        block.length += way.norm();
+        block.aside += (way - from.axis.scale(way.dot(&from.axis))).norm();
         if !segment.block.ends {
             return;
         }
@@ -115,10 +119,11 @@ impl BlockCourse {
         }
     }
 
-    /// Notes a block that is faster than the faster one of its neighbours by far.
+    /// Notes a block that is faster than the faster one of its neighbours by far. Along its axis a tool plunges or leads off:
+    /// that may be fast, also where its side slides along a wall that is finished.
     fn note_fast(&mut self, block: &PacedBlock, beside: f64) {
-        let speed = block.speed();
-        if block.length >= SHORT && speed >= FASTER * beside {
+        let speed = block.aside / block.duration;
+        if block.aside >= SHORT && speed >= FASTER * beside {
             self.fast.note(block.line, speed, FastBlock { line: block.line, speed, beside });
         }
     }
