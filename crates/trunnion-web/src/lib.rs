@@ -14,7 +14,7 @@ mod timeline;
 
 pub use answer::PageAnswer;
 pub use engine::{CHECK_FOLDER, Engine, RUN_FOLDER};
-pub use library_model::{CutterModel, HolderModel, LibraryModel, MachineChoice};
+pub use library_model::{CutterModel, LibraryModel};
 pub use machine_model::{LinkModel, MachineModel};
 pub use part_model::{FaceModel, PartModel};
 pub use timeline::Timeline;

@@ -12,9 +12,9 @@ pub struct LibraryModel {
     /// Cutters.
     pub cutters: Vec<CutterModel>,
     /// Holders.
-    pub holders: Vec<HolderModel>,
+    pub holders: Vec<LibraryHolder>,
     /// Machines beside the built-in ones.
-    pub machines: Vec<MachineChoice>,
+    pub machines: Vec<LibraryMachine>,
 }
 
 /// Cutter of a library.
@@ -27,41 +27,15 @@ pub struct CutterModel {
     pub keys: Vec<[String; 2]>,
 }
 
-/// Holder of a library.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct HolderModel {
-    /// Name.
-    pub name: String,
-    /// Pairs of height above the lower end and radius \[mm\]; the upper end is at the gauge point.
-    pub profile: Vec<[f64; 2]>,
-}
-
-/// Machine of a library.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[non_exhaustive]
-pub struct MachineChoice {
-    /// Name.
-    pub name: String,
-    /// File, or name of a built-in machine.
-    pub file: String,
-}
-
 impl LibraryModel {
     pub(crate) fn of(file: &LibraryFile) -> Self {
         let cutter =
             |one: &LibraryCutter| CutterModel { name: one.name.clone(), keys: one.keys.clone() };
-        let holder = |one: &LibraryHolder| HolderModel {
-            name: one.name.clone(),
-            profile: one.profile.clone(),
-        };
-        let machine =
-            |one: &LibraryMachine| MachineChoice { name: one.name.clone(), file: one.file.clone() };
         Self {
             name: file.name.clone(),
             cutters: file.cutters.iter().map(cutter).collect(),
-            holders: file.holders.iter().map(holder).collect(),
-            machines: file.machines.iter().map(machine).collect(),
+            holders: file.holders.clone(),
+            machines: file.machines.clone(),
         }
     }
 }

@@ -7,7 +7,7 @@ use super::job::tool::tool;
 use super::schema;
 use crate::types::{Diagnostic, Diagnostics};
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// Name and version of the layout.
 pub const LAYOUT: &str = "trunnion-library/1";
@@ -63,7 +63,7 @@ pub struct LibraryCutter {
 }
 
 /// Holder of a library.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct LibraryHolder {
@@ -76,7 +76,7 @@ pub struct LibraryHolder {
 }
 
 /// Machine of a library.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct LibraryMachine {
@@ -92,11 +92,6 @@ pub struct LibraryMachine {
 pub fn standard() -> LibraryFile {
     // A test reads it; a library of nothing is the only answer without a panic.
     parse(STANDARD).unwrap_or_default()
-}
-
-/// Returns the text of the library that comes with trunnion.
-pub const fn standard_text() -> &'static str {
-    STANDARD
 }
 
 /// Reads a library.

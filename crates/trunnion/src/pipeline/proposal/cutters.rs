@@ -309,9 +309,11 @@ fn long_enough(cutter: &Cutter, height: f64) -> Cutter {
     with_length(cutter, 10.0 * (0.1 * least).ceil())
 }
 
-/// Returns the same cutter with another length \[mm\].
+/// Returns the same cutter with another length \[mm\]; shank and holder stay at the gauge point.
 fn with_length(cutter: &Cutter, length: f64) -> Cutter {
-    let spec = CutterSpec { length, ..cutter.spec().clone() };
+    let up = length - cutter.length();
+    let shank = cutter.spec().shank.iter().map(|[height, radius]| [height + up, *radius]).collect();
+    let spec = CutterSpec { length, shank, ..cutter.spec().clone() };
     // A longer cutter is as valid as it was.
     Cutter::new(spec).unwrap_or_else(|_| cutter.clone())
 }

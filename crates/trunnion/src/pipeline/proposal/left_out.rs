@@ -1,5 +1,6 @@
 //! Faces that a proposed job does not cut, with their reasons.
 
+use crate::cutter::CutterErrors;
 use crate::types::{Cancelled, UncutReason};
 
 /// Face that a proposed job does not cut.
@@ -54,6 +55,14 @@ pub enum ProposalError {
         "the library has no flat, bull-nose or ball end mill; add one, as `[[cutter]]` with `kind = \"ball\"`"
     )]
     NoCutter,
+    /// A cutter of the library cannot exist.
+    #[error("cutter \"{name}\" of the library: {errors}")]
+    BadCutter {
+        /// Name of the cutter.
+        name: String,
+        /// Everything that is wrong with it.
+        errors: CutterErrors,
+    },
     /// The part does not fit into the travel of the machine.
     #[error(
         "the part does not fit into the travel of {axis}: {short:.1} mm are missing wherever the origin is; take a larger machine"

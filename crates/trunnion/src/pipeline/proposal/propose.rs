@@ -10,10 +10,11 @@ use super::request::{JobProposal, ProposalRequest, ProposedOperation, TOLERANCE}
 use crate::cover::FinishTolerance;
 use crate::cutter::{Cutter, CutterKind};
 use crate::files::job::JobArea;
-use crate::files::library;
+use crate::files::library::{self, LibraryCutter};
 use crate::pipeline::assemble::cutter_spec;
 use crate::surface::{Face, FaceIndex};
 use crate::types::Progress;
+use std::borrow::Cow;
 
 /// Largest tolerance, as a share of the part's size.
 const TOLERANCE_SHARE: f64 = 1e-3;
@@ -75,7 +76,7 @@ fn of_side(
     }
     let part = PartMeasure::new(&faces);
     let candidates = CandidateFaces::new(&faces, request.wanted, &part, &mut left_out);
-    let library = cutters(request);
+    let library = cutters(request)?;
     if library.is_empty() {
         return Err(ProposalError::NoCutter);
     }
@@ -120,17 +121,15 @@ fn of_side(
 }
 
 /// Returns the flat, bull-nose and ball end mills of the library.
-fn cutters(request: &ProposalRequest<'_>) -> Vec<Cutter> {
-    let standard;
-    let library = if let Some(library) = request.library {
-        library
-    } else {
-        standard = library::standard();
-        &standard
+fn cutters(request: &ProposalRequest<'_>) -> Result<Vec<Cutter>, ProposalError> {
+    let library = request.library.map_or_else(|| Cow::Owned(library::standard()), Cow::Borrowed);
+    let cutter = |one: &LibraryCutter| {
+        let bad = |errors| ProposalError::BadCutter { name: one.name.clone(), errors };
+        Cutter::new(cutter_spec(&one.tool)).map_err(bad)
     };
-    let all = library.cutters.iter().filter_map(|one| Cutter::new(cutter_spec(&one.tool)).ok());
-    let kinds = [CutterKind::Flat, CutterKind::Bull, CutterKind::Ball];
-    all.filter(|cutter| kinds.contains(&cutter.kind())).collect()
+    let mut all: Vec<Cutter> = library.cutters.iter().map(cutter).collect::<Result<_, _>>()?;
+    all.retain(|one| matches!(one.kind(), CutterKind::Flat | CutterKind::Bull | CutterKind::Ball));
+    Ok(all)
 }
 
 /// Returns an operation with cutting data by the diameter.
@@ -193,6 +192,16 @@ mod tests {
         let found = with(ball).unwrap();
         let [only] = &found.operations[..] else { panic!("{found:?}") };
         assert_eq!((only.cutter.minor, only.cutter.length), (3.5, 83.0));
+        // Its shank is below the end of its ball.
+        let stout = ball.to_owned() + "shank = [[1, 5]]\n";
+        let refused = with(&stout).unwrap_err().to_string();
+        assert!(refused.starts_with("cutter \"b\" of the library: shank entry 0"), "{refused}");
+        // A cutter that is too short for the part is clamped farther out; its holder stays at the gauge point.
+        let short = ball.replace("83", "31") + "holder = [[20, 9], [31, 12]]\n";
+        let found = with(&short).unwrap();
+        let [only] = &found.operations[..] else { panic!("{found:?}") };
+        assert_eq!((only.cutter.minor, only.cutter.length), (3.5, 40.0));
+        assert_eq!(only.cutter.shank, [[29.0, 3.5], [29.0, 9.0], [40.0, 12.0]]);
     }
 
     /// Returns the faces and the diameters proposed for a part of the corpus \[mm\].
