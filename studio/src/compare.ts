@@ -2,17 +2,18 @@
 
 import { find, make } from "./dom";
 import type { Outputs } from "./messages";
-import { summaryOf, type Drawing } from "./report";
+import { linesOf, summaryOf } from "./report";
 import type { Timeline } from "./timeline";
 
 /** Program with what is known of it. */
 export interface Side {
-  /** Name of the program, and of its job or machine. */
+  /** Name of the program, and of its job or options where they differ. */
   name: string;
+  /** File of the program. */
+  program: string;
   text: string;
   timeline: Timeline;
   outputs: Outputs;
-  drawing: Drawing | null;
 }
 
 /** Figures of one program; null where they are unknown. */
@@ -23,12 +24,13 @@ interface Figures {
   bound: number | null;
   passes: number | null;
   /** Paths with feed between rapid moves. */
-  pieces: number;
-  cut: number;
-  rapid: number;
+  cuts: number;
+  /** Lengths with feed and in rapid moves. */
+  cutLength: number;
+  rapidLength: number;
   gouge: number | null;
   excess: number | null;
-  rest: number | null;
+  uncut: number | null;
   lines: number;
 }
 
@@ -45,12 +47,12 @@ const ROWS: Row[] = [
   { name: "Time", of: ({ seconds }) => seconds, unit: "s", digits: 2, less: true },
   { name: "Least time of the axes", of: ({ bound }) => bound, unit: "s", digits: 2, less: null },
   { name: "Passes", of: ({ passes }) => passes, unit: "", digits: 0, less: null },
-  { name: "Cuts between rapid moves", of: ({ pieces }) => pieces, unit: "", digits: 0, less: null },
-  { name: "Path with feed", of: ({ cut }) => cut, unit: "mm", digits: 0, less: true },
-  { name: "Rapid moves", of: ({ rapid }) => rapid, unit: "mm", digits: 0, less: true },
+  { name: "Cuts between rapid moves", of: ({ cuts }) => cuts, unit: "", digits: 0, less: null },
+  { name: "Path with feed", of: ({ cutLength }) => cutLength, unit: "mm", digits: 0, less: true },
+  { name: "Rapid moves", of: ({ rapidLength }) => rapidLength, unit: "mm", digits: 0, less: true },
   { name: "Deepest gouge", of: ({ gouge }) => gouge && 1000 * gouge, unit: "µm", digits: 2, less: true },
   { name: "Largest excess", of: ({ excess }) => excess && 1000 * excess, unit: "µm", digits: 2, less: true },
-  { name: "Not cut", of: ({ rest }) => rest, unit: "points", digits: 0, less: true },
+  { name: "Not cut", of: ({ uncut }) => uncut, unit: "points", digits: 0, less: true },
   { name: "Findings", of: ({ findings }) => findings, unit: "", digits: 0, less: true },
   { name: "Lines", of: ({ lines }) => lines, unit: "", digits: 0, less: null },
 ];
@@ -67,27 +69,34 @@ interface AnySummary {
   times: { planned: number; certified_bound: number | null } | null;
   cover?: { passes: number };
   deviation?: CheckedFigures | null;
-  programs?: { check?: CheckedFigures }[];
+  programs?: { dialect: string; file: string; same_as?: string; check?: CheckedFigures }[];
 }
 
-function figuresOf({ outputs, timeline, text }: Side): Figures {
+/** Check of a program: that of a check's summary, or that of the program in a run's. */
+function checkOf({ deviation, programs = [] }: AnySummary, program: string): CheckedFigures | null {
+  const own = programs.find(({ file }) => program.endsWith(`/${file}`));
+  const checked = own?.same_as ? programs.find(({ dialect }) => dialect === own.same_as) : own;
+  return deviation ?? checked?.check ?? null;
+}
+
+function figuresOf({ program, outputs, timeline, text }: Side): Figures {
   const summary = summaryOf(outputs) as unknown as AnySummary | null;
-  const check = summary?.deviation ?? summary?.programs?.find(({ check }) => check)?.check ?? null;
-  const [cut, rapid] = timeline.lengths();
+  const check = summary && checkOf(summary, program);
+  const [cutLength, rapidLength] = timeline.lengths();
   return {
     passed: summary?.passed ?? null,
     findings: summary?.failures.length ?? null,
     seconds: summary?.times?.planned ?? (timeline.end > 0 ? timeline.end : null),
     bound: summary?.times?.certified_bound ?? null,
     passes: summary?.cover?.passes ?? null,
-    pieces: timeline.passes(),
-    cut,
-    rapid,
+    cuts: timeline.countCuts(),
+    cutLength,
+    rapidLength,
     // Depths are below the surface, whatever their sign.
     gouge: check && Math.abs(check.gouge),
     excess: check && Math.abs(check.excess),
-    rest: check && check.uncut,
-    lines: text.split("\n").length - 1,
+    uncut: check && check.uncut,
+    lines: linesOf(text).length,
   };
 }
 
@@ -113,13 +122,14 @@ function rowOf({ name, unit, digits, less }: Row, a: number | null, b: number | 
     const by = b - a;
     const shown = by.toFixed(digits);
     const isSame = Number(shown) === 0;
-    const share = a !== 0 && !isSame ? ` (${by > 0 ? "+" : ""}${((100 * by) / Math.abs(a)).toFixed(1)} %)` : "";
-    cell.textContent = isSame ? "=" : `${by > 0 ? "+" : ""}${shown}${share}`;
-    if (less !== null && !isSame) {
-      const isBetter = by < 0 === less;
-      cell.className = isBetter ? "good" : "bad";
-      cell.append(make("small", { textContent: isBetter ? " better" : " worse" }));
-    }
+    const sign = by > 0 ? "+" : "−";
+    cell.textContent = isSame ? "=" : `${sign}${shown.replace("-", "")}`;
+    const share = a !== 0 && !isSame ? [`${sign}${Number(Math.abs((100 * by) / a).toPrecision(2))} %`] : [];
+    const isBetter = by < 0 === less;
+    const isJudged = less !== null && !isSame;
+    if (isJudged) cell.className = isBetter ? "good" : "bad";
+    const notes = [...share, ...(isJudged ? [isBetter ? "better" : "worse"] : [])];
+    if (notes.length > 0) cell.append(make("small", { textContent: notes.join(", ") }));
   }
   return make("tr", {}, make("th", { textContent: unit ? `${name}, ${unit}` : name }), make("td", { textContent: words(a) }), make("td", { textContent: words(b) }), cell);
 }
@@ -129,6 +139,37 @@ export function timeThere(t: number, first: Timeline, second: Timeline, sync: st
   if (sync === "time" || first.end <= 0) return Math.min(t, second.end);
   return sync === "path" ? second.timeAtCut(first.cutAt(t)) : (t / first.end) * second.end;
 }
+
+/** Farthest that ends of moves are apart which count as the same, mm: half the last digit of most programs. */
+const SAME = 5e-5;
+
+/** Ends of the drawn lines of two paths with feed, where both are the same and where they differ. */
+export interface ComparedPaths {
+  shared: Float32Array;
+  first: Float32Array;
+  second: Float32Array;
+}
+
+/** Compares two paths move by move; `rows` has the lines that belong together. */
+export function comparePaths(first: Timeline, second: Timeline, rows: Int32Array): ComparedPaths {
+  const [a, b] = [first.pointsOfLines(), second.pointsOfLines()];
+  const [same, there] = [new Set<number>(), new Set<number>()];
+  for (let at = 0; at < rows.length; at += 2) {
+    const [line, other] = [rows[at]!, rows[at + 1]!];
+    const [here, beside] = [a.get(line), b.get(other)];
+    if (!here || !beside) continue;
+    if ([0, 1].some((end) => distance(first.tipAt(here[end]!), second.tipAt(beside[end]!)) > SAME)) continue;
+    same.add(line);
+    there.add(other);
+  }
+  return {
+    shared: first.cutLines((line) => same.has(line)),
+    first: first.cutLines((line) => !same.has(line)),
+    second: second.cutLines((line) => !there.has(line)),
+  };
+}
+
+const distance = (p: number[], q: number[]) => Math.hypot(...p.map((x, k) => x - q[k]!));
 
 /** What a user chose to compare with. */
 export interface Choice {
@@ -140,13 +181,13 @@ export interface Choice {
 /** Dialog that asks for the second program; `open` takes further files and returns the names that can be chosen. */
 export class CompareDialog {
   private readonly dialog = find<HTMLDialogElement>("compare-dialog");
-  private readonly choice = find<HTMLSelectElement>("rival");
-  private readonly options = find<HTMLInputElement>("rival-options");
+  private readonly choice = find<HTMLSelectElement>("second-choice");
+  private readonly options = find<HTMLInputElement>("second-options");
   private answer: ((choice: Choice | null) => void) | null = null;
 
   constructor(open: (files: File[]) => Promise<{ names: string[]; last: string | null }>, private readonly isJob: (name: string) => boolean) {
-    const chooser = find<HTMLInputElement>("rival-chooser");
-    find("rival-open").addEventListener("click", () => chooser.click());
+    const chooser = find<HTMLInputElement>("second-chooser");
+    find("second-open").addEventListener("click", () => chooser.click());
     chooser.addEventListener("change", async () => {
       const { names, last } = await open([...(chooser.files ?? [])]);
       chooser.value = "";
@@ -174,7 +215,7 @@ export class CompareDialog {
 
   /** A job has its own options. */
   private show(): void {
-    find("rival-check").hidden = this.isJob(this.choice.value);
+    find("second-check").hidden = this.isJob(this.choice.value);
     find<HTMLButtonElement>("compare-go").disabled = this.choice.value === "";
   }
 

@@ -7,7 +7,7 @@ import { Charts } from "../../viewer/src/charts.js";
 import { inTolerances, micrometres } from "../../viewer/src/colour.js";
 import { deviationAt } from "../../viewer/src/data.js";
 import { layers, legend } from "../../viewer/src/panels.js";
-import { type Choice, CompareDialog, type Side, comparisonTable, timeThere } from "./compare";
+import { type Choice, CompareDialog, type Side, comparePaths, comparisonTable, timeThere } from "./compare";
 import { Tabs, find, make, sizeOf } from "./dom";
 import { Editor, faultOf } from "./editor";
 import { EngineClient, Refused, type Done, type OnProgress } from "./engine";
@@ -17,7 +17,7 @@ import type { Library, Outputs } from "./messages";
 import { Planner } from "./planner";
 import { Player } from "./player";
 import { type ClickedLine, ProgramText } from "./program";
-import { type Drawing, type Place, summaryOf, textOf } from "./report";
+import { type Drawing, type Place, linesOf, summaryOf, textOf } from "./report";
 import { SAMPLES, filesOf, type Sample } from "./samples";
 import { Stage, warmUp } from "./stage";
 import { TimeLeft } from "./timeleft";
@@ -52,6 +52,8 @@ class Studio {
   private job: string | null = null;
   private program: string | null = null;
   private outputs: Outputs = new Map();
+  /** Those of the last run or check, which the drawing is about. */
+  private result: Outputs = new Map();
   private stage: Stage | null = null;
   private charts: Charts | null = null;
   private timeline: Timeline | null = null;
@@ -70,7 +72,7 @@ class Studio {
   /** Program, and the one that it is compared with. */
   private comparison: { first: Side; second: Side } | null = null;
   /** Engine of the second program while it works. */
-  private rival: EngineClient | null = null;
+  private secondEngine: EngineClient | null = null;
 
   constructor() {
     this.gallery();
@@ -86,12 +88,12 @@ class Studio {
     find("run").addEventListener("click", () => void this.run());
     find("check").addEventListener("click", () => void this.check());
     find("faces").addEventListener("click", () => void this.showFaces());
-    find("cancel").addEventListener("click", () => (this.rival ?? this.engine).cancel());
+    find("cancel").addEventListener("click", () => (this.secondEngine ?? this.engine).cancel());
     find("compare").addEventListener("click", () => void this.compare());
     find("end-comparison").addEventListener("click", () => this.endComparison());
     find("next-difference").addEventListener("click", () => this.nextDifference());
     find("sync").addEventListener("change", () => this.placeSecond());
-    find("show-second").addEventListener("change", () => this.stage?.showRival(find<HTMLInputElement>("show-second").checked));
+    find("show-second").addEventListener("change", () => this.stage?.showSecond(find<HTMLInputElement>("show-second").checked));
     this.programs.addEventListener("change", () => void this.choose(this.programs.value));
     this.options.addEventListener("input", () => this.enable());
     this.dropping();
@@ -282,7 +284,7 @@ class Studio {
 
   private forget(): void {
     this.job = this.program = this.drawing = this.drawn = null;
-    this.outputs = new Map();
+    this.outputs = this.result = new Map();
     this.options.value = "";
     this.text.show("");
     this.showJob("");
@@ -435,6 +437,7 @@ class Studio {
     const folder = [...outputs.keys()][0]!.split("/")[0]!;
     const others = [...this.outputs].filter(([name]) => !name.startsWith(`${folder}/`));
     this.outputs = new Map([...others, ...outputs]);
+    this.result = outputs;
     find("table").textContent = answer.table;
     this.list();
     this.drawing = drawing;
@@ -499,7 +502,7 @@ class Studio {
     if (!drawing) find("verdict").hidden = true;
     const text = textOf(bytes);
     this.text.show(text);
-    find("lines").textContent = `${text.split("\n").length - 1} lines`;
+    find("lines").textContent = `${linesOf(text).length} lines`;
     try {
       const options = program.startsWith("out/program.") && this.job ? ["--job", this.job] : words(this.options.value);
       const moves = await this.engine.timeline([program, ...options], { isDrawn: drawing === null });
@@ -540,7 +543,7 @@ class Studio {
       find("view").append(make("p", { className: "hint", textContent: `There is no picture: this browser has no WebGL (${why}). Numbers and programs are complete.` }));
     }
     if (shown.surface.count > 0) legend(find("legend"), shown);
-    if (this.stage) layers(find("layers"), this.stage, shown);
+    this.showLayers(shown);
     const machine = timeline?.moves.machine ?? null;
     if (machine) this.stage?.setMachine(machine);
     for (const id of ["machine", "still"]) find<HTMLInputElement>(id).disabled = machine === null;
@@ -549,6 +552,12 @@ class Studio {
     requestAnimationFrame(() => this.timeline === timeline && this.showCharts(motion));
     // The beginning of the first cut shows more than the machine at home.
     if (timeline) this.player.set(this.startOf(timeline));
+  }
+
+  /** Offers what the picture has, and shows what is usual. */
+  private showLayers(shown: Drawing): void {
+    find("layers").replaceChildren();
+    if (this.stage) layers(find("layers"), this.stage, shown);
   }
 
   private startOf(timeline: Timeline): number {
@@ -686,7 +695,7 @@ class Studio {
     const { program, timeline } = this;
     if (!program || !timeline || this.drawn !== program) return;
     const bytes = this.engine.files.get(program) ?? this.outputs.get(program)!;
-    const first: Side = { name: program, text: textOf(bytes), timeline, outputs: this.outputs, drawing: this.drawing };
+    const first: Side = { name: program, program, text: textOf(bytes), timeline, outputs: this.result };
     await this.work(
       (onProgress) => this.workOnSecond(choice, first, onProgress),
       async ({ second, rows }) => this.showComparison(first, second, rows),
@@ -695,24 +704,24 @@ class Studio {
 
   /** Works on the second program in an engine of its own: the first one keeps its outputs. */
   private async workOnSecond({ name, options }: Choice, first: Side, onProgress: OnProgress): Promise<{ second: Side; rows: Int32Array }> {
-    const rival = (this.rival = new EngineClient());
+    const engine = (this.secondEngine = new EngineClient());
     try {
-      for (const [file, bytes] of [...this.outputs, ...this.engine.files]) rival.insert(file, bytes);
+      for (const [file, bytes] of [...this.outputs, ...this.engine.files]) engine.insert(file, bytes);
       const isJob = this.isJob(name);
       const given = isJob ? ["--job", name] : words(options);
-      const { answer, outputs, drawing } = isJob ? await rival.run(name, onProgress) : await rival.check([name, ...given], onProgress);
+      const { answer, outputs, drawing } = isJob ? await engine.run(name, onProgress) : await engine.check([name, ...given], onProgress);
       if (outputs.size === 0) throw new Refused(answer.messages);
       const made = [...outputs.keys()].find((output) => /\/program\./.test(output));
       const program = isJob ? ((drawing && measuredIn(drawing, outputs)) ?? made ?? "") : name;
-      const moves = await rival.timeline([program, ...given], { isDrawn: true });
-      const text = textOf(outputs.get(program) ?? rival.files.get(program) ?? new Uint8Array());
-      const rows = await rival.rows([first.text, text]);
-      const timeline = new Timeline(moves.replay);
+      const { replay } = await engine.timeline([program, ...given], { isDrawn: false });
+      const text = textOf(outputs.get(program) ?? engine.files.get(program) ?? new Uint8Array());
+      const rows = await engine.rows([first.text, text]);
+      const timeline = new Timeline(replay);
       const label = isJob ? `${program} of ${name}` : options === this.options.value ? name : `${name} ${options}`;
-      return { second: { name: label, text, timeline, outputs, drawing: moves.drawing }, rows };
+      return { second: { name: label, program, text, timeline, outputs }, rows };
     } finally {
-      rival.end();
-      this.rival = null;
+      engine.end();
+      this.secondEngine = null;
     }
   }
 
@@ -720,7 +729,7 @@ class Studio {
     this.endComparison();
     this.comparison = { first, second };
     const name = (side: string, letter: string, words: string) => make("p", {}, make("i", { className: side }), make("b", { textContent: `${letter} ` }), words);
-    find("sides").replaceChildren(name("first", "A", first.name), name("second", "B", second.name));
+    find("sides").replaceChildren(name("first", "A", first.name), name("second", "B", second.name), name("shared", "A, B", "same path"));
     find("comparison-table").replaceChildren(comparisonTable(first, second));
     const count = this.text.compare(second.text, rows);
     find("difference-count").textContent = count === 0 ? "Both programs have the same lines." : `${count} lines are in one of them alone: − in A, + in B.`;
@@ -728,18 +737,18 @@ class Studio {
     find("tab-comparison").hidden = false;
     this.tabs.show("comparison");
     find<HTMLInputElement>("show-second").checked = true;
-    if (this.stage && second.drawing?.prepared) {
-      this.stage.setRival({ lines: second.drawing.prepared.lines.tip!, tools: second.timeline.moves.tools });
-      this.stage.show("tip", true);
-      this.stage.show("contact", false);
-    }
+    this.stage?.setSecond({ paths: comparePaths(first.timeline, second.timeline, rows), tools: second.timeline.moves.tools });
+    const { shown } = this;
+    // The passes are among the paths that are compared.
+    if (shown) this.showLayers({ ...shown, path: { ...shown.path, pieces: shown.path.pieces.filter(({ kind }) => kind !== "cut") } });
     this.placeSecond();
   }
 
   private endComparison(): void {
     if (!this.comparison) return;
     this.comparison = null;
-    this.stage?.setRival(null);
+    this.stage?.setSecond(null);
+    if (this.shown) this.showLayers(this.shown);
     this.text.alone();
     const wasShown = !find("comparison").hidden;
     find("tab-comparison").hidden = true;
@@ -755,7 +764,7 @@ class Studio {
     if (!this.comparison) return;
     const { first, second } = this.comparison;
     const tool = second.timeline.toolAt(timeThere(this.player.t, first.timeline, second.timeline, this.sync));
-    this.stage?.placeRival(tool);
+    this.stage?.placeSecond(tool);
     this.text.goOther(tool.line);
   }
 

@@ -10,6 +10,7 @@ import {
   Matrix4,
   type Mesh,
   type MeshStandardMaterial,
+  type Object3D,
   Plane,
   Quaternion,
   Raycaster,
@@ -18,7 +19,8 @@ import {
   type WebGLRenderer,
 } from "three";
 import { BufferAttribute as Attribute } from "three";
-import { View, makeRenderer, toolMesh } from "../../viewer/src/scene.js";
+import { TOOL_COLOUR, View, makeRenderer, toolMesh } from "../../viewer/src/scene.js";
+import type { ComparedPaths } from "./compare";
 import { FacePainter } from "./faces";
 import { PartFrame, type Placement } from "./frame";
 import { MachineModel } from "./machine";
@@ -33,16 +35,29 @@ const WHOLE_MACHINE = 4.5;
 /** The same while the part is placed on it. */
 const AROUND_PART = 2;
 
-/** First and second of two programs, on light and on dark: Okabe and Ito, told apart by colour-blind eyes. */
-export const SIDES = { light: ["#0072b2", "#d55e00"], dark: ["#56b4e9", "#ffa64d"] } as const;
+/** First and second of two programs and what they share, on light and on dark: Okabe and Ito, told apart by colour-blind eyes. */
+const SIDES = { light: { first: "#0072b2", second: "#d55e00", shared: "#6b7785" }, dark: { first: "#56b4e9", second: "#ffa64d", shared: "#8e99a5" } };
 
 const isDark = () => matchMedia("(prefers-color-scheme: dark)").matches;
 
-/** Path and tools of a second program. */
-export interface Rival {
-  lines: Float32Array;
+/** Paths of two programs, and the tools of the second. */
+export interface SecondProgram {
+  paths: ComparedPaths;
   tools: number[][][];
 }
+
+/** Gives everything in an object one colour. */
+const tint = (object: Object3D, colour: string) =>
+  object.traverse((one) => ((one as Mesh).material as MeshStandardMaterial | LineBasicMaterial | undefined)?.color.set(colour));
+
+const lineSegments = (ends: Float32Array) => {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new Attribute(ends, 3));
+  return new LineSegments(geometry, new LineBasicMaterial({ transparent: true, opacity: 0.9 }));
+};
+
+/** Frees the memory that an object has on the graphics card. */
+const free = (object: Object3D) => object.traverse((one) => (one as Partial<Mesh>).geometry?.dispose());
 
 let shared: WebGLRenderer | null = null;
 
@@ -72,7 +87,7 @@ export class Stage extends View {
   private axes: number[] | null = null;
   private ruler: Line | null = null;
   private painter: FacePainter | null = null;
-  private rival: { path: LineSegments; tool: Group } | null = null;
+  private second: { paths: Record<keyof ComparedPaths, LineSegments>; tool: Group } | null = null;
   private frame: PartFrame | null = null;
   private readonly bench = new Group();
 
@@ -147,47 +162,47 @@ export class Stage extends View {
 
   // A second program.
 
-  /** Draws the path of a second program beside the first, each in its colour; null takes it away. */
-  setRival(rival: Rival | null): void {
-    if (this.rival) this.part.remove(this.rival.path, this.rival.tool);
-    this.rival = null;
-    if (rival) {
-      const geometry = new BufferGeometry();
-      geometry.setAttribute("position", new Attribute(rival.lines, 3));
-      const path = new LineSegments(geometry, new LineBasicMaterial({ transparent: true, opacity: 0.9 }));
+  /** Draws the path of a second program beside the first, and where they differ each in its colour; null takes it away. */
+  setSecond(second: SecondProgram | null): void {
+    for (const one of this.second ? [...Object.values(this.second.paths), this.second.tool] : []) {
+      this.part.remove(one);
+      free(one);
+    }
+    this.second = null;
+    if (second) {
+      const { shared, first, second: other } = second.paths;
+      const paths = { shared: lineSegments(shared), first: lineSegments(first), second: lineSegments(other) };
       const tool = new Group();
-      tool.add(...rival.tools.map(toolMesh));
-      this.part.add(path, tool);
-      this.rival = { path, tool };
+      tool.add(...second.tools.map(toolMesh));
+      this.part.add(...Object.values(paths), tool);
+      this.second = { paths, tool };
     }
     this.theme();
   }
 
-  placeRival({ tip, axis, tool: number }: ToolPlace): void {
-    if (!this.rival) return;
-    const { tool } = this.rival;
+  placeSecond({ tip, axis, tool: number }: ToolPlace): void {
+    if (!this.second) return;
+    const { tool } = this.second;
     tool.position.fromArray(tip);
     tool.quaternion.copy(new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), new Vector3().fromArray(axis)));
     tool.children.forEach((one, at) => (one.visible = at === number));
     this.draw();
   }
 
-  showRival(shown: boolean): void {
-    if (!this.rival) return;
-    this.rival.path.visible = this.rival.tool.visible = shown;
+  showSecond(shown: boolean): void {
+    if (!this.second) return;
+    this.second.paths.second.visible = this.second.tool.visible = shown;
     this.draw();
   }
 
   override theme(): void {
     super.theme(isDark());
-    if (!this.rival) return;
-    const [first, second] = SIDES[isDark() ? "dark" : "light"];
-    (this.lines as Record<string, LineSegments>).tip!.material = new LineBasicMaterial({ color: first, transparent: true, opacity: 0.9 });
-    (this.rival.path.material as LineBasicMaterial).color.set(second);
-    const tint = (group: Group, colour: string) =>
-      group.traverse((one) => ((one as Mesh).material as MeshStandardMaterial | undefined)?.color.set(colour));
-    tint(this.tool as Group, first);
-    tint(this.rival.tool, second);
+    const colours = SIDES[isDark() ? "dark" : "light"];
+    tint(this.tool as Group, this.second ? colours.first : TOOL_COLOUR);
+    if (!this.second) return;
+    const { paths, tool } = this.second;
+    for (const side of ["shared", "first", "second"] as const) tint(paths[side], colours[side]);
+    tint(tool, colours.second);
     this.draw();
   }
 
@@ -301,9 +316,7 @@ export class Stage extends View {
   /** Frees the memory of the graphics card: a page may open many results. */
   dispose(): void {
     this.endPlacing();
-    this.scene.traverse((object: object) => {
-      if ("geometry" in object) (object.geometry as BufferGeometry).dispose();
-    });
+    free(this.scene as Object3D);
     ((this.mesh as Mesh).material as MeshStandardMaterial).map?.dispose();
     this.renderer.domElement.remove();
     this.observer.disconnect();

@@ -87,11 +87,43 @@ export class Timeline {
   }
 
   /** Paths with feed between rapid moves. */
-  passes(): number {
+  countCuts(): number {
     const { kinds } = this.moves;
     let count = 0;
     for (let at = 1; at < this.count; at += 1) if ((kinds[at]! & 1) === 0 && ((kinds[at - 1]! & 1) === 1 || at === 1)) count += 1;
     return count;
+  }
+
+  /** Point before the first move of every line, and that at the end of its last. */
+  pointsOfLines(): Map<number, [number, number]> {
+    const found = new Map<number, [number, number]>();
+    this.moves.lines.forEach((line, at) => {
+      const known = found.get(line);
+      if (known) known[1] = at;
+      else found.set(line, [Math.max(at - 1, 0), at]);
+    });
+    return found;
+  }
+
+  tipAt(point: number): number[] {
+    return [0, 1, 2].map((k) => this.moves.poses[POSE * point + k]!);
+  }
+
+  /** Ends of the moves with feed of some lines, as three numbers each. */
+  cutLines(isWanted: (line: number) => boolean): Float32Array {
+    const { kinds, lines, poses } = this.moves;
+    const isDrawn = (at: number) => (kinds[at]! & 3) === 0 && isWanted(lines[at]!);
+    let count = 0;
+    for (let at = 1; at < this.count; at += 1) if (isDrawn(at)) count += 1;
+    const ends = new Float32Array(6 * count);
+    let to = 0;
+    for (let at = 1; at < this.count; at += 1) {
+      if (!isDrawn(at)) continue;
+      ends.set(poses.subarray(POSE * (at - 1), POSE * (at - 1) + 3), to);
+      ends.set(poses.subarray(POSE * at, POSE * at + 3), to + 3);
+      to += 6;
+    }
+    return ends;
   }
 
   private stepLength(at: number): number {

@@ -34,6 +34,8 @@ import { LINES, ROWS, prepared } from "./geometry.js";
 
 const UP = new Vector3(0, 0, 1);
 
+export const TOOL_COLOUR = "#8f9aa6";
+
 /** Row 0: the scale; row 1: uncut; row 2: not measured. */
 function lookup() {
   const pixels = new Uint8Array(4 * COLUMNS * ROWS);
@@ -84,7 +86,7 @@ export function toolMesh(outline) {
   const lathe = new LatheGeometry(profile, 72);
   lathe.rotateX(Math.PI / 2);
   const material = new MeshStandardMaterial({
-    color: "#8f9aa6",
+    color: TOOL_COLOUR,
     roughness: 0.35,
     metalness: 0.2,
     transparent: true,
