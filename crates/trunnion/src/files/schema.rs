@@ -1,7 +1,7 @@
 //! The layouts as JSON schemas, which `trunnion schema` prints and the readers check.
 
 use super::job::raw::RawJob;
-use super::library::RawLibrary;
+use super::library::raw::RawLibrary;
 use super::limits::raw::RawLimits;
 use super::machine::raw::RawMachine;
 use super::setups::SetupSummary;

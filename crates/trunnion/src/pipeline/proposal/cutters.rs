@@ -62,7 +62,7 @@ const SMALLEST: f64 = 0.01;
 /// Reach of one cutter of the library.
 pub(super) struct CutterTrial {
     pub(super) cutter: Cutter,
-    /// What it reaches of each face.
+    /// Reach on each face.
     reached: Vec<ReachedFace>,
     pub(super) left_out: Vec<LeftOutFace>,
     /// Indices of the faces of which it cuts a good part, tight hollows aside.

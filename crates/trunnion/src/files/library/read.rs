@@ -1,40 +1,14 @@
-//! Libraries of cutters, holders and machines, from which jobs are made (`trunnion-library/1`).
+//! Library files, read and checked.
 
-use super::document::Document;
-use super::job::JobTool;
-use super::job::raw::RawTool;
-use super::job::tool::tool;
-use super::schema;
+use super::super::document::Document;
+use super::super::job::JobTool;
+use super::super::job::raw::RawTool;
+use super::super::job::tool::tool;
+use super::super::schema;
+use super::raw::{LAYOUT, LibraryHolder, LibraryMachine};
 use crate::types::{Diagnostic, Diagnostics};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
-/// Name and version of the layout.
-pub const LAYOUT: &str = "trunnion-library/1";
-
-const STANDARD: &str = include_str!("../../../../library/standard.toml");
-
-/// Library of trunnion: cutters, holders and machines from which jobs are made.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[schemars(deny_unknown_fields)]
-#[expect(dead_code, reason = "read section by section; the whole describes the layout")]
-pub(super) struct RawLibrary {
-    /// Layout of this file, with its version.
-    #[schemars(extend("const" = LAYOUT))]
-    schema: String,
-    /// Name of the library.
-    #[schemars(length(min = 1))]
-    name: String,
-    /// Cutters, one table each: the keys of [tool] in a job, with a name.
-    #[serde(default)]
-    cutter: Vec<RawTool>,
-    /// Holders, one table each.
-    #[serde(default)]
-    holder: Vec<LibraryHolder>,
-    /// Machines beside the built-in ones, one table each.
-    #[serde(default)]
-    machine: Vec<LibraryMachine>,
-}
+const STANDARD: &str = include_str!("../../../../../library/standard.toml");
 
 /// Library that was read and checked.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -60,32 +34,6 @@ pub struct LibraryCutter {
     pub tool: JobTool,
     /// Keys of the tool with their values in TOML, as the file has them.
     pub keys: Vec<[String; 2]>,
-}
-
-/// Holder of a library.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[schemars(deny_unknown_fields)]
-#[non_exhaustive]
-pub struct LibraryHolder {
-    /// Name of the holder.
-    #[schemars(length(min = 1))]
-    pub name: String,
-    /// Profile: pairs [height above the lower end, radius] in mm, from below up; the upper end is at the gauge point.
-    #[schemars(length(min = 1))]
-    pub profile: Vec<[f64; 2]>,
-}
-
-/// Machine of a library.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[schemars(deny_unknown_fields)]
-#[non_exhaustive]
-pub struct LibraryMachine {
-    /// Name of the machine.
-    #[schemars(length(min = 1))]
-    pub name: String,
-    /// Machine file, or name of a built-in machine, as [machine] in a job has it.
-    #[schemars(length(min = 1))]
-    pub file: String,
 }
 
 /// Returns the library that comes with trunnion: `library/standard.toml`.
