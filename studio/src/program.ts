@@ -99,7 +99,13 @@ export class ProgramText {
 
   private resize(): void {
     this.room.style.height = `${ROW * this.count}px`;
+    // The current line stays in sight where others come between.
+    if (this.current > 0) this.look(this.rowOf(this.current));
     this.draw();
+  }
+
+  private rowOf(line: number): number {
+    return this.both ? this.both.places[0][line]! : line - 1;
   }
 
   private get count(): number {
@@ -120,7 +126,7 @@ export class ProgramText {
   go(line: number): void {
     if (line === this.current) return;
     this.current = line;
-    this.look(this.both ? this.both.places[0][line]! : line - 1);
+    this.look(this.rowOf(line));
     this.draw();
   }
 

@@ -7,7 +7,7 @@
 import { readFileSync } from "node:fs";
 
 const here = (name) => new URL(name, import.meta.url).pathname;
-const sizes = (process.argv[2] ?? "2,8,32").split(",").map(Number);
+const sizes = (process.argv[2] ?? "2,8").split(",").map(Number);
 const wasm = readFileSync(here("../src/engine/trunnion_web_bg.wasm"));
 const step = readFileSync(here("../../examples/step-face/part.step"), "latin1");
 const patch = JSON.parse(readFileSync(here("../../fixtures/bezier-patch/patch.json"), "utf8"));
