@@ -1,7 +1,7 @@
 // The worker as functions that return promises.
 
 import type { Drawing } from "./report";
-import type { Answer, Outputs, PartFaces, Replay, Reply, Request } from "./messages";
+import type { Answer, Library, Machine, Moves, Outputs, PartFaces, Reply, Request } from "./messages";
 
 export type Files = Map<string, Uint8Array<ArrayBuffer>>;
 export type OnProgress = (stage: string, done: number, total: number) => void;
@@ -119,10 +119,11 @@ export class EngineClient {
     return this.done({ verb: "propose", options }, onProgress);
   }
 
-  async part(name: string): Promise<PartFaces> {
+  /** Faces of a part, and the part as a picture. */
+  async part(name: string): Promise<{ part: PartFaces; drawing: Drawing }> {
     const reply = await this.ask({ verb: "part", name });
     if (reply.kind !== "part") throw new Refused(["the engine gave no faces"]);
-    return reply.part;
+    return reply;
   }
 
   /** Names of the machines that need no file. */
@@ -135,9 +136,36 @@ export class EngineClient {
     return (await this.done({ verb: "readJob", job })).answer;
   }
 
-  async timeline(options: string[]): Promise<Replay> {
-    const reply = await this.ask({ verb: "timeline", options });
-    if (reply.kind !== "replay") throw new Refused(["the engine gave no moves"]);
-    return reply.replay;
+  /** Moves of a program, with their picture if they are drawn alone. */
+  async timeline(options: string[], { isDrawn }: { isDrawn: boolean }): Promise<Moves> {
+    const reply = await this.ask({ verb: "timeline", options, isDrawn });
+    if (reply.kind !== "moves") throw new Refused(["the engine gave no moves"]);
+    return reply.moves;
+  }
+
+  /** Chain of a machine file or built-in machine. */
+  async machine(name: string): Promise<Machine> {
+    const reply = await this.ask({ verb: "machine", name });
+    if (reply.kind !== "machine") throw new Refused(["the engine gave no machine"]);
+    return reply.machine;
+  }
+
+  /** A library that is open; the standard one without a name. */
+  async library(name: string | null): Promise<Library> {
+    const reply = await this.ask({ verb: "library", name });
+    if (reply.kind !== "library") throw new Refused(["the engine gave no library"]);
+    return reply.library;
+  }
+
+  /** Lines of two texts in one list: those of the first and the second, 0 where one has none. */
+  async rows(texts: [string, string]): Promise<Int32Array> {
+    const reply = await this.ask({ verb: "rows", texts });
+    return reply.kind === "rows" ? reply.rows : new Int32Array();
+  }
+
+  /** Ends the worker: its memory is free again. */
+  end(): void {
+    this.lose(["stopped on request"]);
+    this.worker.terminate();
   }
 }

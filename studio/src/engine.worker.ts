@@ -1,8 +1,10 @@
 // The engine in a worker, so that the page never waits for it.
 
 import start, { Engine, lastPanic, machines } from "./engine/trunnion_web.js";
-import { drawingOf } from "./report";
-import type { Answer, PartFaces, Replay, Reply, Request } from "./messages";
+import { rowsOf, sharedLines } from "./linediff";
+import { drawingOf, drawingOfPart, linesOf, movesOf, withArrays } from "./report";
+import { Timeline } from "./timeline";
+import type { Answer, Library, Machine, PartFaces, Replay, Reply, Request } from "./messages";
 
 let engine: Engine | undefined;
 
@@ -25,8 +27,19 @@ function reporter(id: number) {
   };
 }
 
-function send(reply: Reply, transfer: Transferable[] = []) {
-  self.postMessage(reply, { transfer });
+function send(reply: Reply) {
+  self.postMessage(reply, { transfer: [...buffersOf(reply)] });
+}
+
+/** Buffers of all arrays inside a value: handed over, they are not copied while the page waits. */
+function buffersOf(value: unknown, found = new Set<ArrayBuffer>()): Set<ArrayBuffer> {
+  if (ArrayBuffer.isView(value)) found.add(value.buffer as ArrayBuffer);
+  else if (value instanceof Map) for (const one of value.values()) buffersOf(one, found);
+  else if (Array.isArray(value)) {
+    // Lists of numbers hold no arrays; only their first entry is looked at.
+    if (typeof value[0] === "object") for (const one of value) buffersOf(one, found);
+  } else if (value !== null && typeof value === "object") for (const one of Object.values(value)) buffersOf(one, found);
+  return found;
 }
 
 /** Moves of a program as arrays of their own. */
@@ -70,7 +83,8 @@ function answer(of: Engine, request: Request): void {
           : request.verb === "readJob"
             ? of.readJob(request.job)
             : of[request.verb](request.options, reporter(id));
-      const done = JSON.parse(text) as Answer;
+      const read = JSON.parse(text) as Answer;
+      const done = { ...read, messages: helped(read.messages) };
       const outputs = new Map<string, Uint8Array<ArrayBuffer>>();
       for (const name of done.files) {
         const bytes = of.file(name);
@@ -79,27 +93,43 @@ function answer(of: Engine, request: Request): void {
       // Unpacked here: the page would stand still for a moment.
       const page = [...outputs].find(([name]) => name.endsWith("/report.html"))?.[1];
       const drawing = page ? drawingOf(page) : null;
-      return send({ id, kind: "answer", answer: done, outputs, drawing }, [...outputs.values()].map((bytes) => bytes.buffer));
+      return send({ id, kind: "answer", answer: done, outputs, drawing: drawing && withArrays(drawing) });
     }
     case "machines":
       return send({ id, kind: "machines", names: machines() });
     case "part": {
       const part = facesOf(of, request.name);
-      return send({ id, kind: "part", part }, [part.positions, part.triangles, part.edges].map((array) => array.buffer as ArrayBuffer));
+      return send({ id, kind: "part", part, drawing: withArrays(drawingOfPart(part)) });
+    }
+    case "machine":
+      return send({ id, kind: "machine", machine: JSON.parse(of.machine(request.name)) as Machine });
+    case "library":
+      return send({ id, kind: "library", library: JSON.parse(of.library(request.name ?? undefined)) as Library });
+    case "rows": {
+      const [first, second] = request.texts.map(linesOf) as [string[], string[]];
+      return send({ id, kind: "rows", rows: rowsOf(sharedLines(first, second), second.length) });
     }
     case "timeline": {
       const moves = replay(of, request.options);
-      const { times, lines, kinds, axes, poses } = moves;
-      return send({ id, kind: "replay", replay: moves }, [times, lines, kinds, axes, poses].map((array) => array.buffer as ArrayBuffer));
+      const timeline = new Timeline(moves);
+      // Computed here: the page would stand still for a moment.
+      const drawing = request.isDrawn && timeline.count > 0 ? withArrays(movesOf(timeline)) : null;
+      return send({ id, kind: "moves", moves: { replay: moves, motion: timeline.motion(), drawing } });
     }
   }
 }
 
+/** Adds what a page can do where the engine found no memory: the words before are those of the command line. */
+const helped = (messages: string[]): string[] =>
+  messages.map((message) => (/out of memory/.test(message) ? `${message}\n  help: a page has at most 4 GB; use the command line` : message));
+
 /** Words for what ended a verb: messages of the engine, or a defect of it. */
 function wordsOf(error: unknown): { messages: string[]; isLost: boolean } {
-  if (typeof error === "string") return { messages: error.split("\n"), isLost: false };
+  if (typeof error === "string") return { messages: helped(error.split(/\n(?! )/)), isLost: false };
   const panic = lastPanic();
-  const cause = panic || (error instanceof Error ? error.message : String(error));
+  // A defect leaves its words; without any it was the allocator that gave up.
+  const isFull = panic === "" && error instanceof WebAssembly.RuntimeError;
+  const cause = isFull ? "its memory is used up" : panic || (error instanceof Error ? error.message : String(error));
   const memory = /memory|allocation/i.test(cause);
   const help = memory ? "this page cannot hold the work; use the command line" : "this is a defect of trunnion";
   return { messages: [`the engine stopped: ${cause}\n  help: ${help}`], isLost: true };

@@ -2,35 +2,19 @@
 
 import { BufferAttribute, BufferGeometry, Group, LineBasicMaterial, LineSegments, Mesh, MeshStandardMaterial, DoubleSide } from "three";
 import type { FaceInfo, PartFaces } from "./messages";
-import type { Drawing } from "./report";
-
-/** A part that nothing was measured on yet, as the stage draws it. */
-export function drawingOfPart({ positions, triangles }: PartFaces): Drawing {
-  const low = [Infinity, Infinity, Infinity];
-  const high = [-Infinity, -Infinity, -Infinity];
-  positions.forEach((value, at) => {
-    low[at % 3] = Math.min(low[at % 3]!, value);
-    high[at % 3] = Math.max(high[at % 3]!, value);
-  });
-  const count = positions.length / 3;
-  // Past the last measured vertex there is no deviation.
-  const surface = { low, high, positions, triangles, deviation: new Int16Array(), step: 0, measured: 0, count };
-  const path = { points: new Float32Array(), pieces: [], count: 0, contacts: false };
-  // One tool without an outline: nothing is drawn of it.
-  return { budget: { total: 0, gouge: 0 }, surface, path, tools: [[]], fixtures: null, check: { method: "", places: [] } };
-}
 
 export class FacePainter {
   readonly group = new Group();
   private readonly picked: Mesh;
   private readonly hovered: Mesh;
+  private under: FaceInfo | null = null;
 
   constructor(private readonly part: PartFaces, positions: BufferAttribute, normals: BufferAttribute) {
     const overlay = (colour: string, nearer: number) => {
       const geometry = new BufferGeometry();
       geometry.setAttribute("position", positions);
       geometry.setAttribute("normal", normals);
-      geometry.setIndex([]);
+      geometry.setIndex(new BufferAttribute(new Uint32Array(), 1));
       const material = new MeshStandardMaterial({ color: colour, side: DoubleSide, roughness: 0.75, polygonOffset: true });
       material.polygonOffsetFactor = material.polygonOffsetUnits = -nearer;
       return new Mesh(geometry, material);
@@ -52,13 +36,20 @@ export class FacePainter {
   }
 
   hover(face: FaceInfo | null): void {
+    if (face === this.under) return;
+    this.under = face;
     this.paint(this.hovered, face ? [face] : []);
   }
 
   private paint(mesh: Mesh, faces: FaceInfo[]): void {
-    const indices = faces.flatMap(({ triangles: [first, count] }) => [...this.part.triangles.subarray(3 * first, 3 * (first + count))]);
-    mesh.geometry.setIndex(indices);
-    mesh.visible = indices.length > 0;
+    const indices = new Uint32Array(faces.reduce((sum, { triangles: [, count] }) => sum + 3 * count, 0));
+    let to = 0;
+    for (const { triangles: [first, count] } of faces) {
+      indices.set(this.part.triangles.subarray(3 * first, 3 * (first + count)), to);
+      to += 3 * count;
+    }
+    mesh.geometry.setIndex(new BufferAttribute(indices, 1));
+    mesh.visible = to > 0;
   }
 }
 

@@ -12,7 +12,7 @@ function sectionOf(text: string, name: string): [number, number] | null {
 
 /** `key = value` in a part of a text: where the value starts and ends. */
 function valueIn(text: string, key: string, [from, to]: [number, number]): [number, number] | null {
-  const found = new RegExp(`^([ \\t]*${key}[ \\t]*=[ \\t]*)(\\[[^\\]]*\\]|"[^"\\n]*"|[^\\s#]+)`, "m").exec(text.slice(from, to));
+  const found = new RegExp(`^([ \\t]*${key}[ \\t]*=[ \\t]*)(\\[\\s*(?:\\[[^\\]]*\\]\\s*,?\\s*)+\\]|\\[[^\\]]*\\]|"[^"\\n]*"|[^\\s#]+)`, "m").exec(text.slice(from, to));
   if (!found) return null;
   const start = from + found.index + found[1]!.length;
   return [start, start + found[2]!.length];
@@ -32,6 +32,44 @@ export function withValue(text: string, section: string, key: string, value: str
   const place = valueIn(text, key, room);
   if (place) return text.slice(0, place[0]) + value + text.slice(place[1]);
   return `${text.slice(0, room[0])}${key} = ${value}\n${text.slice(room[0])}`;
+}
+
+/** Text without a key and the comment behind it. */
+export function withoutKey(text: string, section: string, key: string): string {
+  const room = sectionOf(text, section);
+  const place = room && valueIn(text, key, room);
+  if (!place) return text;
+  const start = text.lastIndexOf("\n", place[0]) + 1;
+  const end = text.indexOf("\n", place[1]);
+  return text.slice(0, start) + (end < 0 ? "" : text.slice(end + 1));
+}
+
+/** Keys of a tool by which its shape is given; a tool of a library brings all of them that it needs. */
+const SHAPE = [
+  "name", "number", "kind", "major_radius", "minor_radius", "diameter", "corner_radius", "tip_radius", "barrel_radius", "taper_angle",
+  "length", "construction", "inner_cutting_radius", "shank",
+];
+
+/** Section of the tool of a job: that of its first operation where it has operations of their own. */
+export const toolSection = (text: string): string => (sectionOf(text, "tool") || !sectionOf(text, "operation.tool") ? "tool" : "operation.tool");
+
+/** Text with another tool in place of the one it has; its holder goes too, because it is measured from the old tip. */
+export function withTool(text: string, keys: [string, string][]): string {
+  const section = toolSection(text);
+  const kept = keys.map(([key]) => key);
+  const stripped = [...SHAPE, "holder"].filter((key) => !kept.includes(key)).reduce((of, key) => withoutKey(of, section, key), text);
+  // A key that is new is put first: in this order they read as in the library.
+  return [...keys].reverse().reduce((of, [key, value]) => withValue(of, section, key, value), stripped);
+}
+
+/** Text with a holder on its tool: heights count from the tip, and the upper end is at the gauge point. */
+export function withHolder(text: string, profile: [number, number][] | null): string {
+  const section = toolSection(text);
+  if (!profile) return withoutKey(text, section, "holder");
+  const length = Number(valueOf(text, section, "length"));
+  const below = length - profile.at(-1)![0];
+  const pairs = profile.map(([height, radius]) => `[${Number((below + height).toFixed(6))}, ${radius}]`);
+  return withValue(text, section, "holder", `[${pairs.join(", ")}]`);
 }
 
 const numbersOf = (value: string): number[] => [...value.matchAll(/\d+/g)].map(Number);

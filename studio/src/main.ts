@@ -7,19 +7,19 @@ import { Charts } from "../../viewer/src/charts.js";
 import { inTolerances, micrometres } from "../../viewer/src/colour.js";
 import { deviationAt } from "../../viewer/src/data.js";
 import { layers, legend } from "../../viewer/src/panels.js";
+import { type Choice, CompareDialog, type Side, comparePaths, comparisonTable, timeThere } from "./compare";
 import { Tabs, find, make, sizeOf } from "./dom";
 import { Editor, faultOf } from "./editor";
 import { EngineClient, Refused, type Done, type OnProgress } from "./engine";
-import { drawingOfPart } from "./faces";
-import { LARGEST, found, kindOf, plain, words } from "./files";
+import { found, kindOf, plain, refusalOf, warningOf, words } from "./files";
 import { leftOut, partOf } from "./jobtext";
-import type { Outputs } from "./messages";
+import type { Library, Outputs } from "./messages";
 import { Planner } from "./planner";
 import { Player } from "./player";
-import { ProgramText } from "./program";
-import { type Drawing, type Place, movesOf, summaryOf, textOf } from "./report";
+import { type ClickedLine, ProgramText } from "./program";
+import { type Drawing, type Place, linesOf, summaryOf, textOf } from "./report";
 import { SAMPLES, filesOf, type Sample } from "./samples";
-import { Stage } from "./stage";
+import { Stage, warmUp } from "./stage";
 import { TimeLeft } from "./timeleft";
 import { Timeline } from "./timeline";
 
@@ -33,18 +33,27 @@ class Studio {
     this.stage?.place(tool, axes);
     this.charts?.setTime(this.player.t);
     this.text.go(tool.line);
+    this.placeSecond();
   });
-  private readonly text = new ProgramText(find("program"), (line) => this.goToLine(line));
+  private readonly text = new ProgramText(find("program"), (clicked) => this.clickLine(clicked));
   private readonly editor = new Editor(find("job"), (text) => this.edit(text));
-  private readonly planner = new Planner(
-    (text) => this.write(text),
-    (faces, text) => this.pickFaces(faces, text),
+  private readonly planner = new Planner({
+    onText: (text) => this.write(text),
+    onFaces: (faces, text) => this.pickFaces(faces, text),
+    machine: (name) => this.engine.machine(this.beside(name)),
+    onRefused: (error) => this.refuse(error),
+  });
+  private readonly dialog = new CompareDialog(
+    (files) => this.openToCompare(files),
+    (name) => this.isJob(name),
   );
   private readonly options = find<HTMLInputElement>("options");
   private readonly programs = find<HTMLSelectElement>("programs");
   private job: string | null = null;
   private program: string | null = null;
   private outputs: Outputs = new Map();
+  /** Those of the last run or check, which the drawing is about. */
+  private result: Outputs = new Map();
   private stage: Stage | null = null;
   private charts: Charts | null = null;
   private timeline: Timeline | null = null;
@@ -60,6 +69,10 @@ class Studio {
   /** Counts the programs that were chosen: only the moves of the last one are drawn. */
   private chosen = 0;
   private isBusy = false;
+  /** Program, and the one that it is compared with. */
+  private comparison: { first: Side; second: Side } | null = null;
+  /** Engine of the second program while it works. */
+  private secondEngine: EngineClient | null = null;
 
   constructor() {
     this.gallery();
@@ -75,7 +88,12 @@ class Studio {
     find("run").addEventListener("click", () => void this.run());
     find("check").addEventListener("click", () => void this.check());
     find("faces").addEventListener("click", () => void this.showFaces());
-    find("cancel").addEventListener("click", () => this.engine.cancel());
+    find("cancel").addEventListener("click", () => (this.secondEngine ?? this.engine).cancel());
+    find("compare").addEventListener("click", () => void this.compare());
+    find("end-comparison").addEventListener("click", () => this.endComparison());
+    find("next-difference").addEventListener("click", () => this.nextDifference());
+    find("sync").addEventListener("change", () => this.placeSecond());
+    find("show-second").addEventListener("change", () => this.stage?.showSecond(find<HTMLInputElement>("show-second").checked));
     this.programs.addEventListener("change", () => void this.choose(this.programs.value));
     this.options.addEventListener("input", () => this.enable());
     this.dropping();
@@ -84,7 +102,10 @@ class Studio {
       this.stage?.theme();
       this.charts?.draw();
     });
-    void this.engine.machines().then((names) => this.planner.offer(names));
+    void this.engine.machines().then((names) => this.planner.offerMachines(names));
+    void this.readLibraries();
+    // Without WebGL the first result says so.
+    setTimeout(() => void warmUp().catch(() => undefined), 200);
     void this.openServed();
   }
 
@@ -146,22 +167,54 @@ class Studio {
   }
 
   private async openFiles(files: File[]): Promise<void> {
-    const refused: string[] = [];
-    for (const file of files) {
-      if (file.size > LARGEST) {
-        refused.push(`${file.name}: has ${file.size} bytes; at most ${LARGEST} are read`);
-        continue;
-      }
+    const { refused, opened } = await this.readFiles(files);
+    const of = (kind: string) => opened.find((name) => kindOf(name, this.engine.files.get(name) ?? new Uint8Array()) === kind);
+    if (of("library")) refused.push(...(await this.readLibraries()));
+    const isMore = opened.some((name) => kindOf(name, this.engine.files.get(name)!) !== "library");
+    this.list();
+    if (isMore) await this.openedByHand(of("job") ?? null, of("program") ?? null, of("part") ?? null);
+    if (refused.length > 0) this.problems(refused.map((message) => ({ message, kind: "bad" })));
+  }
+
+  /** Reads files into memory, large ones after asking; says why others are refused. */
+  private async readFiles(files: File[]): Promise<{ refused: string[]; opened: string[] }> {
+    const refused = files.flatMap(({ name, size }) => refusalOf(name, size) ?? []);
+    const possible = files.filter(({ name, size }) => refusalOf(name, size) === null);
+    const large = possible.filter(({ name, size }) => warningOf(name, size) !== null);
+    const isWanted = large.length === 0 || (await askLarge(large.map(({ name, size }) => warningOf(name, size)!)));
+    const opened: string[] = [];
+    for (const file of possible.filter((one) => isWanted || !large.includes(one))) {
       try {
         this.engine.insert(file.name, new Uint8Array(await file.arrayBuffer()));
+        opened.push(file.name);
       } catch (error) {
         refused.push(`${file.name}: cannot be read (${error instanceof Error ? error.message : String(error)})`);
       }
     }
-    const of = (kind: string) =>
-      files.map(({ name }) => name).find((name) => kindOf(name, this.engine.files.get(name) ?? new Uint8Array()) === kind);
-    await this.openedByHand(of("job") ?? null, of("program") ?? null, of("part") ?? null);
-    if (refused.length > 0) this.problems(refused.map((message) => ({ message, kind: "bad" })));
+    return { refused, opened };
+  }
+
+  /** Offers the standard library and those that are open; returns what is wrong with them. */
+  private async readLibraries(): Promise<string[]> {
+    const names = [...this.engine.files].filter(([name, bytes]) => kindOf(name, bytes) === "library").map(([name]) => name);
+    const libraries: Library[] = [];
+    const refused: string[] = [];
+    for (const name of [...names, null]) {
+      try {
+        libraries.push(await this.engine.library(name));
+      } catch (error) {
+        refused.push(...(error instanceof Refused ? error.messages : [String(error)]));
+      }
+    }
+    this.planner.offerLibraries(libraries);
+    return refused;
+  }
+
+  /** Name of a file as it is open, where the job names it from its own folder. */
+  private beside(name: string): string {
+    const folder = this.job?.includes("/") ? this.job.slice(0, this.job.lastIndexOf("/")) : "";
+    const path = plain(`${folder}/${name}`);
+    return this.engine.files.has(path) ? path : name;
   }
 
   /** Opens files, and shows the part of a job; a part alone gets the job that `trunnion init` proposes. */
@@ -170,7 +223,9 @@ class Studio {
     const isPlanned = this.job !== null && (part === null || job !== null);
     const kinds = [...this.engine.files].map(([name, bytes]) => ({ name, kind: kindOf(name, bytes) }));
     const alone = part ?? kinds.find(({ kind }) => kind === "part")?.name ?? null;
-    if (!isPlanned && alone && !this.program && !/\.stl$/i.test(alone)) await this.propose(alone, []);
+    // A part that is opened by itself is planned, even where a program is in the picture.
+    const isAsked = part === null ? !this.program : program === null;
+    if (!isPlanned && alone && isAsked && !/\.stl$/i.test(alone)) await this.propose(alone, []);
     else if (this.job && !this.program) await this.showFaces();
   }
 
@@ -184,7 +239,8 @@ class Studio {
       this.showJob(textOf(this.engine.files.get(this.job)!));
       await this.readJob();
     }
-    if (this.options.value === "" || (this.job && !this.options.value.includes("--job"))) {
+    // A job that was opened just now is the one that is meant.
+    if (job !== null || this.options.value === "" || (this.job && !this.options.value.includes("--job"))) {
       const machine = first("machine") ?? "bc-trunnion";
       this.options.value = this.job ? `--job ${this.job}` : `--machine ${machine} --tool-length 120`;
     }
@@ -202,6 +258,7 @@ class Studio {
         this.engine.remove(name);
         if (name === this.job) this.job = null;
         if (name === this.program) this.program = null;
+        void this.readLibraries();
         this.list();
         this.enable();
       });
@@ -227,7 +284,7 @@ class Studio {
 
   private forget(): void {
     this.job = this.program = this.drawing = this.drawn = null;
-    this.outputs = new Map();
+    this.outputs = this.result = new Map();
     this.options.value = "";
     this.text.show("");
     this.showJob("");
@@ -290,10 +347,10 @@ class Studio {
     if (!this.job || !name) return;
     const folder = this.job.includes("/") ? this.job.slice(0, this.job.lastIndexOf("/")) : "";
     try {
-      const part = await this.engine.part(plain(`${folder}/${name}`));
+      const { part, drawing } = await this.engine.part(plain(`${folder}/${name}`));
       this.chosen += 1;
       find("verdict").hidden = true;
-      this.draw(drawingOfPart(part), null);
+      this.draw(drawing, null);
       this.planner.show(part, this.stage);
       if (part.warnings.length > 0) this.problems(part.warnings.map((message) => ({ message, kind: "warning" })));
       this.tabs.show("job");
@@ -327,11 +384,12 @@ class Studio {
   private enable(): void {
     find<HTMLButtonElement>("faces").disabled = this.isBusy || this.job === null;
     find<HTMLButtonElement>("run").disabled = this.isBusy || this.job === null;
+    find<HTMLButtonElement>("compare").disabled = this.isBusy || this.timeline === null;
     find<HTMLButtonElement>("check").disabled = this.isBusy || this.program === null || this.options.value.trim() === "";
   }
 
   /** Runs long work with progress and a way to stop it. */
-  private async work(verb: (onProgress: OnProgress) => Promise<Done>, finish = (done: Done) => this.show(done)): Promise<void> {
+  private async work<T>(verb: (onProgress: OnProgress) => Promise<T>, finish: (done: T) => Promise<void>): Promise<void> {
     if (this.isBusy) return;
     this.isBusy = true;
     this.enable();
@@ -356,11 +414,11 @@ class Studio {
   }
 
   private run(): Promise<void> {
-    return this.work((onProgress) => this.engine.run(this.job!, onProgress));
+    return this.work((onProgress) => this.engine.run(this.job!, onProgress), (done) => this.show(done));
   }
 
   private check(): Promise<void> {
-    return this.work((onProgress) => this.engine.check([this.program!, ...words(this.options.value)], onProgress));
+    return this.work((onProgress) => this.engine.check([this.program!, ...words(this.options.value)], onProgress), (done) => this.show(done));
   }
 
   private refuse(error: unknown): void {
@@ -379,6 +437,7 @@ class Studio {
     const folder = [...outputs.keys()][0]!.split("/")[0]!;
     const others = [...this.outputs].filter(([name]) => !name.startsWith(`${folder}/`));
     this.outputs = new Map([...others, ...outputs]);
+    this.result = outputs;
     find("table").textContent = answer.table;
     this.list();
     this.drawing = drawing;
@@ -443,11 +502,11 @@ class Studio {
     if (!drawing) find("verdict").hidden = true;
     const text = textOf(bytes);
     this.text.show(text);
-    find("lines").textContent = `${text.split("\n").length - 1} lines`;
+    find("lines").textContent = `${linesOf(text).length} lines`;
     try {
       const options = program.startsWith("out/program.") && this.job ? ["--job", this.job] : words(this.options.value);
-      const timeline = new Timeline(await this.engine.timeline([program, ...options]));
-      if (chosen === this.chosen) this.draw(drawing, timeline);
+      const moves = await this.engine.timeline([program, ...options], { isDrawn: drawing === null });
+      if (chosen === this.chosen) this.draw(drawing ?? moves.drawing, new Timeline(moves.replay), moves.motion);
     } catch (error) {
       if (chosen !== this.chosen) return;
       // The picture before stays; a program that cannot be run has its text and its faults.
@@ -458,8 +517,9 @@ class Studio {
     this.enable();
   }
 
-  private draw(drawing: Drawing | null, timeline: Timeline | null): void {
-    const shown = drawing ?? (timeline && timeline.count > 0 ? movesOf(timeline) : null);
+  /** Draws a part or moves; moves with a timeline can be played, and their motion has charts. */
+  private draw(shown: Drawing | null, timeline: Timeline | null, motion: object | null = null): void {
+    this.endComparison();
     this.timeline = timeline;
     if (!shown) return this.player.open(null);
     this.shown = shown;
@@ -472,6 +532,9 @@ class Studio {
     find("picked").hidden = true;
     this.planner.show(null, null);
     this.measured = [];
+    // What takes room is there before the picture: a second size would mean a second picture.
+    find("charts").hidden = motion === null;
+    this.player.open(timeline);
     try {
       this.stage = new Stage(find("view"), shown);
     } catch (error) {
@@ -479,16 +542,22 @@ class Studio {
       const why = error instanceof Error ? error.message : String(error);
       find("view").append(make("p", { className: "hint", textContent: `There is no picture: this browser has no WebGL (${why}). Numbers and programs are complete.` }));
     }
-    if (drawing && drawing.surface.count > 0) legend(find("legend"), drawing);
-    if (this.stage) layers(find("layers"), this.stage, shown);
+    if (shown.surface.count > 0) legend(find("legend"), shown);
+    this.showLayers(shown);
     const machine = timeline?.moves.machine ?? null;
     if (machine) this.stage?.setMachine(machine);
     for (const id of ["machine", "still"]) find<HTMLInputElement>(id).disabled = machine === null;
     this.applyControls();
-    this.showCharts(timeline);
-    this.player.open(timeline);
+    // In a frame of their own.
+    requestAnimationFrame(() => this.timeline === timeline && this.showCharts(motion));
     // The beginning of the first cut shows more than the machine at home.
     if (timeline) this.player.set(this.startOf(timeline));
+  }
+
+  /** Offers what the picture has, and shows what is usual. */
+  private showLayers(shown: Drawing): void {
+    find("layers").replaceChildren();
+    if (this.stage) layers(find("layers"), this.stage, shown);
   }
 
   private startOf(timeline: Timeline): number {
@@ -497,11 +566,11 @@ class Studio {
     return times[Math.max(cut, 0)] ?? 0;
   }
 
-  private showCharts(timeline: Timeline | null): void {
-    const motion = timeline?.motion() ?? null;
+  private showCharts(motion: object | null): void {
     this.charts = null;
-    find("charts").hidden = motion === null;
-    if (motion) this.charts = new Charts(find("charts"), null, { motion }, (t: number) => this.player.set(t));
+    if (!motion) return;
+    this.charts = new Charts(find("charts"), null, { motion }, (t: number) => this.player.set(t));
+    this.charts.setTime(this.player.t);
   }
 
   private sceneControls(): void {
@@ -525,14 +594,15 @@ class Studio {
     this.stage.showMachine(isOn("machine"));
     if (changed === "still" || changed === "machine" || changed === undefined) this.stage.keepMachineStill(isOn("still"));
     this.stage.section(section || null, Number(find<HTMLInputElement>("cut").value));
-    if (!isOn("measure")) {
+    if (changed === "measure") {
       this.measured = [];
-      this.stage.measureLine(null);
+      this.stage.measureLine([]);
+      find("picked").hidden = true;
     }
   }
 
   private pick(x: number, y: number): void {
-    if (this.planner.isPicking && !find<HTMLInputElement>("measure").checked) return this.isBusy ? undefined : this.planner.click(x, y);
+    if (this.planner.isPicking && this.ruler === "") return this.isBusy ? undefined : this.planner.click(x, y);
     const { stage, shown: drawing } = this;
     const label = find("picked");
     const vertex = stage?.pick(x, y) ?? null;
@@ -544,22 +614,29 @@ class Studio {
     const point = [...drawing.surface.positions.subarray(3 * vertex, 3 * vertex + 3)];
     stage.mark(point);
     label.hidden = false;
-    if (find<HTMLInputElement>("measure").checked) return this.measure(point, label);
+    if (this.ruler !== "") return this.measure(point, label);
     label.replaceChildren(...this.describe(vertex, point));
   }
 
-  /** Distance between the last two points. */
+  /** What clicks measure: nothing, distances or angles. */
+  private get ruler(): string {
+    return find<HTMLSelectElement>("measure").value;
+  }
+
+  /** Distance between the last two points, or the angle at the second of three. */
   private measure(point: number[], label: HTMLElement): void {
-    this.measured = [...this.measured, point].slice(-2);
-    const [from, to] = this.measured;
-    if (!from || !to) {
-      label.replaceChildren("Click the second point");
+    const wanted = this.ruler === "angle" ? 3 : 2;
+    this.measured = [...(this.measured.length < wanted ? this.measured : []), point];
+    this.stage?.measureLine(this.measured);
+    if (this.measured.length < wanted) {
+      label.replaceChildren(this.measured.length === 1 && wanted === 3 ? "Click the corner" : `Click the ${wanted === 3 ? "end of the second side" : "second point"}`);
       return;
     }
-    this.stage?.measureLine({ from, to });
-    const by = to.map((x, k) => x - from[k]!);
+    const [first, second, third] = this.measured as [number[], number[], number[] | undefined];
+    const by = second.map((x, k) => x - first[k]!);
     const each = by.map((x, k) => `${"xyz"[k]} ${x.toFixed(3)}`).join(", ");
-    label.replaceChildren(make("b", { textContent: `${Math.hypot(...by).toFixed(3)} mm` }), make("small", { textContent: each }));
+    if (!third) label.replaceChildren(make("b", { textContent: `${Math.hypot(...by).toFixed(3)} mm` }), make("small", { textContent: each }));
+    else label.replaceChildren(make("b", { textContent: `${angleAt(second, first, third).toFixed(3)}°` }), make("small", { textContent: "at the second point, between the lines to the first and the third" }));
   }
 
   private describe(vertex: number, point: number[]): HTMLElement[] {
@@ -584,6 +661,126 @@ class Studio {
     return parts;
   }
 
+  // Comparison.
+
+  private isJob(name: string): boolean {
+    const bytes = this.engine.files.get(name);
+    return bytes !== undefined && kindOf(name, bytes) === "job";
+  }
+
+  /** Programs and jobs that can stand beside the program. */
+  private comparable(): string[] {
+    const open = [...this.engine.files].filter(([name, bytes]) => ["program", "job"].includes(kindOf(name, bytes))).map(([name]) => name);
+    const made = [...this.outputs.keys()].filter((name) => /^out\/(program\.|toolpath\.cls)/.test(name));
+    return [...open, ...made].sort((a, b) => Number(a === this.program) - Number(b === this.program));
+  }
+
+  private async openToCompare(files: File[]): Promise<{ names: string[]; last: string | null }> {
+    const { refused, opened } = await this.readFiles(files);
+    for (const name of opened.filter((one) => this.isJob(one))) {
+      for (const [path, open] of found(this.engine.files, name)) this.engine.insert(path, this.engine.files.get(open)!);
+    }
+    this.list();
+    if (refused.length > 0) this.problems(refused.map((message) => ({ message, kind: "bad" })));
+    const names = this.comparable();
+    return { names, last: opened.filter((name) => names.includes(name)).at(-1) ?? null };
+  }
+
+  private async compare(): Promise<void> {
+    if (this.isBusy || !this.program) return;
+    const choice = await this.dialog.ask(this.comparable(), this.options.value);
+    if (!choice) return;
+    // The figures of both come from a check.
+    if (this.drawn !== this.program) await this.check();
+    const { program, timeline } = this;
+    if (!program || !timeline || this.drawn !== program) return;
+    const bytes = this.engine.files.get(program) ?? this.outputs.get(program)!;
+    const first: Side = { name: program, program, text: textOf(bytes), timeline, outputs: this.result };
+    await this.work(
+      (onProgress) => this.workOnSecond(choice, first, onProgress),
+      async ({ second, rows }) => this.showComparison(first, second, rows),
+    );
+  }
+
+  /** Works on the second program in an engine of its own: the first one keeps its outputs. */
+  private async workOnSecond({ name, options }: Choice, first: Side, onProgress: OnProgress): Promise<{ second: Side; rows: Int32Array }> {
+    const engine = (this.secondEngine = new EngineClient());
+    try {
+      for (const [file, bytes] of [...this.outputs, ...this.engine.files]) engine.insert(file, bytes);
+      const isJob = this.isJob(name);
+      const given = isJob ? ["--job", name] : words(options);
+      const { answer, outputs, drawing } = isJob ? await engine.run(name, onProgress) : await engine.check([name, ...given], onProgress);
+      if (outputs.size === 0) throw new Refused(answer.messages);
+      const made = [...outputs.keys()].find((output) => /\/program\./.test(output));
+      const program = isJob ? ((drawing && measuredIn(drawing, outputs)) ?? made ?? "") : name;
+      const { replay } = await engine.timeline([program, ...given], { isDrawn: false });
+      const text = textOf(outputs.get(program) ?? engine.files.get(program) ?? new Uint8Array());
+      const rows = await engine.rows([first.text, text]);
+      const timeline = new Timeline(replay);
+      const label = isJob ? `${program} of ${name}` : options === this.options.value ? name : `${name} ${options}`;
+      return { second: { name: label, program, text, timeline, outputs }, rows };
+    } finally {
+      engine.end();
+      this.secondEngine = null;
+    }
+  }
+
+  private showComparison(first: Side, second: Side, rows: Int32Array): void {
+    this.endComparison();
+    this.comparison = { first, second };
+    const name = (side: string, letter: string, words: string) => make("p", {}, make("i", { className: side }), make("b", { textContent: `${letter} ` }), words);
+    find("sides").replaceChildren(name("first", "A", first.name), name("second", "B", second.name), name("shared", "A, B", "same path"));
+    find("comparison-table").replaceChildren(comparisonTable(first, second));
+    const count = this.text.compare(second.text, rows);
+    find("difference-count").textContent = count === 0 ? "Both programs have the same lines." : `${count} lines are in one of them alone: − in A, + in B.`;
+    find<HTMLButtonElement>("next-difference").disabled = count === 0;
+    find("tab-comparison").hidden = false;
+    this.tabs.show("comparison");
+    find<HTMLInputElement>("show-second").checked = true;
+    this.stage?.setSecond({ paths: comparePaths(first.timeline, second.timeline, rows), tools: second.timeline.moves.tools });
+    const { shown } = this;
+    // The passes are among the paths that are compared.
+    if (shown) this.showLayers({ ...shown, path: { ...shown.path, pieces: shown.path.pieces.filter(({ kind }) => kind !== "cut") } });
+    this.placeSecond();
+  }
+
+  private endComparison(): void {
+    if (!this.comparison) return;
+    this.comparison = null;
+    this.stage?.setSecond(null);
+    if (this.shown) this.showLayers(this.shown);
+    this.text.alone();
+    const wasShown = !find("comparison").hidden;
+    find("tab-comparison").hidden = true;
+    if (wasShown) this.tabs.show("problems");
+  }
+
+  private get sync(): string {
+    return find<HTMLSelectElement>("sync").value;
+  }
+
+  /** Puts the second tool where it is at the place of the first. */
+  private placeSecond(): void {
+    if (!this.comparison) return;
+    const { first, second } = this.comparison;
+    const tool = second.timeline.toolAt(timeThere(this.player.t, first.timeline, second.timeline, this.sync));
+    this.stage?.placeSecond(tool);
+    this.text.goOther(tool.line);
+  }
+
+  private clickLine({ line, isOther }: ClickedLine): void {
+    if (!isOther || !this.comparison) return this.goToLine(line);
+    const { first, second } = this.comparison;
+    const there = second.timeline.timeOfLine(line);
+    this.player.play(false);
+    if (there !== null) this.player.set(timeThere(there, second.timeline, first.timeline, this.sync));
+  }
+
+  private nextDifference(): void {
+    const next = this.text.nextDifference();
+    if (next) this.clickLine(next);
+  }
+
   private goToLine(line: number): void {
     const t = this.timeline?.timeOfLine(line) ?? null;
     this.player.play(false);
@@ -602,6 +799,30 @@ class Studio {
 
 const wordsOf = ({ kind, deviation, note }: Place): string =>
   `${deviation === null ? "" : `${micrometres(deviation)} `}${kind}\n${note}`;
+
+/** Angle at a corner between the lines to two points, degrees. */
+function angleAt(corner: number[], from: number[], to: number[]): number {
+  const [u, v] = [from, to].map((point) => point.map((x, k) => x - corner[k]!)) as [number[], number[]];
+  const dot = u.reduce((sum, x, k) => sum + x * v[k]!, 0);
+  const cross = [0, 1, 2].map((k) => u[(k + 1) % 3]! * v[(k + 2) % 3]! - u[(k + 2) % 3]! * v[(k + 1) % 3]!);
+  return (180 / Math.PI) * Math.atan2(Math.hypot(...cross), dot);
+}
+
+/** Asks whether large files are opened, with what each of them takes. */
+function askLarge(warnings: string[]): Promise<boolean> {
+  const dialog = find<HTMLDialogElement>("large");
+  find("large-list").replaceChildren(...warnings.map((text) => make("li", {}, make("div", { className: "warning", textContent: text }))));
+  dialog.showModal();
+  return new Promise((resolve) => {
+    const close = (isWanted: boolean) => {
+      dialog.close();
+      resolve(isWanted);
+    };
+    find("large-go").onclick = () => close(true);
+    find("large-leave").onclick = () => close(false);
+    dialog.oncancel = () => close(false);
+  });
+}
 
 /** Program of a run that its report draws; null for a check. */
 function measuredIn(drawing: Drawing, outputs: Outputs): string | null {

@@ -46,6 +46,25 @@ export interface Replay {
   tools: [number, number][][];
 }
 
+/** Moves of a program with what is drawn of them. */
+export interface Moves {
+  replay: Replay;
+  /** What the charts draw; null without axes. */
+  motion: object | null;
+  /** The moves as a picture; null where a measured part is drawn. */
+  drawing: Drawing | null;
+}
+
+/** Cutters, holders and machines that a job may choose. */
+export interface Library {
+  name: string;
+  /** Keys of a tool with their values as TOML. */
+  cutters: { name: string; keys: [string, string][] }[];
+  /** Pairs of height above the lower end and radius; the upper end is at the gauge point. */
+  holders: { name: string; profile: [number, number][] }[];
+  machines: { name: string; file: string }[];
+}
+
 /** Face of a part; `triangles` are the first of its triangles and their number. */
 export interface FaceInfo {
   number: number;
@@ -73,7 +92,10 @@ export type Request = { id: number } & (
   | { verb: "propose"; options: string[] }
   | { verb: "part"; name: string }
   | { verb: "machines" }
-  | { verb: "timeline"; options: string[] }
+  | { verb: "machine"; name: string }
+  | { verb: "library"; name: string | null }
+  | { verb: "rows"; texts: [string, string] }
+  | { verb: "timeline"; options: string[]; isDrawn: boolean }
 );
 
 export type Outputs = Map<string, Uint8Array<ArrayBuffer>>;
@@ -81,8 +103,11 @@ export type Outputs = Map<string, Uint8Array<ArrayBuffer>>;
 export type Reply = { id: number } & (
   | { kind: "progress"; stage: string; done: number; total: number }
   | { kind: "answer"; answer: Answer; outputs: Outputs; drawing: Drawing | null }
-  | { kind: "replay"; replay: Replay }
-  | { kind: "part"; part: PartFaces }
+  | { kind: "moves"; moves: Moves }
+  | { kind: "part"; part: PartFaces; drawing: Drawing }
   | { kind: "machines"; names: string[] }
+  | { kind: "machine"; machine: Machine }
+  | { kind: "library"; library: Library }
+  | { kind: "rows"; rows: Int32Array }
   | { kind: "failure"; messages: string[]; isLost: boolean }
 );

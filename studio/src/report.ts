@@ -1,7 +1,8 @@
 // Results of a run or check: the data of its report page, and its summary.
 
 import { STRIDE, unpack } from "../../viewer/src/data.js";
-import type { Outputs } from "./messages";
+import { prepared } from "../../viewer/src/geometry.js";
+import type { Outputs, PartFaces } from "./messages";
 import type { Timeline } from "./timeline";
 
 export interface Place {
@@ -9,6 +10,13 @@ export interface Place {
   point: number[];
   deviation: number | null;
   note: string;
+}
+
+/** Arrays that the view would otherwise compute while it opens. */
+export interface DrawnArrays {
+  places: Float32Array;
+  normals: Float32Array;
+  lines: Record<string, Float32Array>;
 }
 
 /** Part, path, tools and places as the report draws them. */
@@ -19,6 +27,7 @@ export interface Drawing {
   tools: number[][][];
   fixtures: object | null;
   check: { method: string; places: Place[] };
+  prepared?: DrawnArrays;
 }
 
 export interface Summary {
@@ -39,6 +48,12 @@ export function drawingOf(page: Uint8Array): Drawing | null {
   return start < 0 ? null : (unpack(JSON.parse(text.slice(start + OPENING.length, end))) as Drawing);
 }
 
+/** Drawing with the arrays of its view. */
+export const withArrays = (drawing: Drawing): Drawing => ({ ...drawing, prepared: prepared(drawing) as DrawnArrays });
+
+/** Lines of a program. */
+export const linesOf = (text: string): string[] => text.replace(/\r?\n$/, "").split(/\r?\n/);
+
 export function summaryOf(outputs: Outputs): Summary | null {
   const name = [...outputs.keys()].find((name) => name.endsWith("/summary.json"));
   const bytes = name && outputs.get(name);
@@ -52,7 +67,10 @@ export function movesOf(timeline: Timeline): Drawing {
   const pieces: Drawing["path"]["pieces"] = [];
   for (let at = 0; at < timeline.count; at += 1) {
     const p = 6 * at;
-    points.set([times[at]!, ...poses.subarray(p, p + 6), ...poses.subarray(p, p + 3)], STRIDE * at);
+    const to = STRIDE * at;
+    points[to] = times[at]!;
+    for (let k = 0; k < 6; k += 1) points[to + 1 + k] = poses[p + k]!;
+    for (let k = 0; k < 3; k += 1) points[to + 7 + k] = poses[p + k]!;
     const kind = (kinds[at]! & 1) === 1 ? "link" : "cut";
     const last = pieces.at(-1);
     const isApart = (kinds[at]! & 2) !== 0;
@@ -70,4 +88,20 @@ export function movesOf(timeline: Timeline): Drawing {
     fixtures: null,
     check: { method: "", places: [] },
   };
+}
+
+/** A part that nothing was measured on yet, as the stage draws it. */
+export function drawingOfPart({ positions, triangles }: PartFaces): Drawing {
+  const low = [Infinity, Infinity, Infinity];
+  const high = [-Infinity, -Infinity, -Infinity];
+  for (let at = 0; at < positions.length; at += 1) {
+    low[at % 3] = Math.min(low[at % 3]!, positions[at]!);
+    high[at % 3] = Math.max(high[at % 3]!, positions[at]!);
+  }
+  const count = positions.length / 3;
+  // Past the last measured vertex there is no deviation.
+  const surface = { low, high, positions, triangles, deviation: new Int16Array(), step: 0, measured: 0, count };
+  const path = { points: new Float32Array(), pieces: [], count: 0, contacts: false };
+  // One tool without an outline: nothing is drawn of it.
+  return { budget: { total: 0, gouge: 0 }, surface, path, tools: [[]], fixtures: null, check: { method: "", places: [] } };
 }

@@ -1,8 +1,28 @@
-// The 3-D view of the studio: the report's view with the machine, a section plane, and a ruler.
+// The 3-D view of the studio: the report's view with the machine, a second path, a frame to drag, a section plane, and a ruler.
 
-import { type BufferAttribute, BufferGeometry, Group, Line, LineBasicMaterial, Matrix4, type Mesh, Plane, Raycaster, Vector2, Vector3 } from "three";
-import { View } from "../../viewer/src/scene.js";
+import {
+  type BufferAttribute,
+  BufferGeometry,
+  Group,
+  Line,
+  LineBasicMaterial,
+  LineSegments,
+  Matrix4,
+  type Mesh,
+  type MeshStandardMaterial,
+  type Object3D,
+  Plane,
+  Quaternion,
+  Raycaster,
+  Vector2,
+  Vector3,
+  type WebGLRenderer,
+} from "three";
+import { BufferAttribute as Attribute } from "three";
+import { TOOL_COLOUR, View, makeRenderer, toolMesh } from "../../viewer/src/scene.js";
+import type { ComparedPaths } from "./compare";
 import { FacePainter } from "./faces";
+import { PartFrame, type Placement } from "./frame";
 import { MachineModel } from "./machine";
 import type { FaceInfo, Machine, PartFaces } from "./messages";
 import type { ToolPlace } from "./timeline";
@@ -12,10 +32,50 @@ const NORMALS: Record<string, [number, number, number]> = { x: [-1, 0, 0], y: [0
 
 /** Farthest that the machine is looked at from, in radii of the part. */
 const WHOLE_MACHINE = 4.5;
+/** The same while the part is placed on it. */
+const AROUND_PART = 2;
 
-export interface Ruler {
-  from: number[];
-  to: number[];
+/** First and second of two programs and what they share, on light and on dark: Okabe and Ito, told apart by colour-blind eyes. */
+const SIDES = { light: { first: "#0072b2", second: "#d55e00", shared: "#6b7785" }, dark: { first: "#56b4e9", second: "#ffa64d", shared: "#8e99a5" } };
+
+const isDark = () => matchMedia("(prefers-color-scheme: dark)").matches;
+
+/** Paths of two programs, and the tools of the second. */
+export interface SecondProgram {
+  paths: ComparedPaths;
+  tools: number[][][];
+}
+
+/** Gives everything in an object one colour. */
+const tint = (object: Object3D, colour: string) =>
+  object.traverse((one) => ((one as Mesh).material as MeshStandardMaterial | LineBasicMaterial | undefined)?.color.set(colour));
+
+const lineSegments = (ends: Float32Array) => {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new Attribute(ends, 3));
+  return new LineSegments(geometry, new LineBasicMaterial({ transparent: true, opacity: 0.9 }));
+};
+
+/** Frees the memory that an object has on the graphics card. */
+const free = (object: Object3D) => object.traverse((one) => (one as Partial<Mesh>).geometry?.dispose());
+
+let shared: WebGLRenderer | null = null;
+
+/** Makes the renderer and compiles what it draws with, while the page has nothing else to do: a result would wait for it. */
+export async function warmUp(): Promise<void> {
+  if (shared) return;
+  const nothing = { low: [0, 0, 0], high: [1, 1, 1], positions: new Float32Array(9), deviation: new Int16Array(), count: 3, triangles: new Uint32Array([0, 1, 2]), step: 0, measured: 0 };
+  const path = { points: new Float32Array(20), pieces: [{ kind: "cut", start: 0, count: 2, tool: 0 }], count: 2, contacts: false };
+  const outline = [[0, 0], [1, 0], [1, 1]];
+  const stage = new Stage(document.createElement("div"), { budget: { total: 0, gouge: 0 }, surface: nothing, path, tools: [outline], fixtures: null, check: { method: "", places: [] } });
+  // One by one: compiled together, they would hold the page for half a second.
+  const drawn = [stage.mesh, stage.lines.tip, stage.tool, stage.marker] as Mesh[];
+  for (const one of drawn) {
+    await new Promise((resolve) => setTimeout(resolve, 40));
+    stage.renderer.compile(one, stage.camera, stage.scene);
+  }
+  // A result may have been opened meanwhile: its stage has the renderer now.
+  if (stage.renderer.domElement.parentElement === stage.host) stage.dispose();
 }
 
 export class Stage extends View {
@@ -27,10 +87,15 @@ export class Stage extends View {
   private axes: number[] | null = null;
   private ruler: Line | null = null;
   private painter: FacePainter | null = null;
+  private second: { paths: Record<keyof ComparedPaths, LineSegments>; tool: Group } | null = null;
+  private frame: PartFrame | null = null;
   private readonly bench = new Group();
 
+  /** Throws where there is no WebGL. All stages share a renderer: only one is on the page. */
   constructor(host: HTMLElement, data: object) {
-    super(host, data);
+    shared ??= makeRenderer();
+    super(host, data, shared);
+    this.renderer.clippingPlanes = [];
     this.bench.matrixAutoUpdate = false;
     this.part.matrixAutoUpdate = false;
     this.scene.add(this.bench);
@@ -71,6 +136,7 @@ export class Stage extends View {
   }
 
   private arrange(): void {
+    if (this.frame) return;
     const still = this.machineStill && this.machine && this.axes;
     this.bench.visible = this.machineShown && this.machine !== null && this.axes !== null;
     if (this.machine && this.axes) {
@@ -87,11 +153,60 @@ export class Stage extends View {
   override fit(direction?: number[]): void {
     const [centre, radius] = [this.centre.clone(), this.radius];
     if (this.part) this.centre.applyMatrix4(this.part.matrix);
-    if (this.machineStill && this.machineShown) this.radius *= WHOLE_MACHINE;
+    if (this.frame) this.radius *= AROUND_PART;
+    else if (this.machineStill && this.machineShown) this.radius *= WHOLE_MACHINE;
     super.fit(direction as [number, number, number] | undefined);
     this.centre.copy(centre);
     this.radius = radius;
   }
+
+  // A second program.
+
+  /** Draws the path of a second program beside the first, and where they differ each in its colour; null takes it away. */
+  setSecond(second: SecondProgram | null): void {
+    for (const one of this.second ? [...Object.values(this.second.paths), this.second.tool] : []) {
+      this.part.remove(one);
+      free(one);
+    }
+    this.second = null;
+    if (second) {
+      const { shared, first, second: other } = second.paths;
+      const paths = { shared: lineSegments(shared), first: lineSegments(first), second: lineSegments(other) };
+      const tool = new Group();
+      tool.add(...second.tools.map(toolMesh));
+      this.part.add(...Object.values(paths), tool);
+      this.second = { paths, tool };
+    }
+    this.theme();
+  }
+
+  placeSecond({ tip, axis, tool: number }: ToolPlace): void {
+    if (!this.second) return;
+    const { tool } = this.second;
+    tool.position.fromArray(tip);
+    tool.quaternion.copy(new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), new Vector3().fromArray(axis)));
+    tool.children.forEach((one, at) => (one.visible = at === number));
+    this.draw();
+  }
+
+  showSecond(shown: boolean): void {
+    if (!this.second) return;
+    this.second.paths.second.visible = this.second.tool.visible = shown;
+    this.draw();
+  }
+
+  override theme(): void {
+    super.theme(isDark());
+    const colours = SIDES[isDark() ? "dark" : "light"];
+    tint(this.tool as Group, this.second ? colours.first : TOOL_COLOUR);
+    if (!this.second) return;
+    const { paths, tool } = this.second;
+    for (const side of ["shared", "first", "second"] as const) tint(paths[side], colours[side]);
+    tint(tool, colours.second);
+    this.draw();
+  }
+
+  // Faces of a part, and the place of the part on the machine.
 
   /** Shows the edges of a part, and its faces as things to pick. */
   showFaces(part: PartFaces): void {
@@ -103,6 +218,7 @@ export class Stage extends View {
 
   /** Face under a point of the screen; null beside the part. */
   faceAt(clientX: number, clientY: number): FaceInfo | null {
+    if (this.frame?.isHeld) return null;
     const box = this.renderer.domElement.getBoundingClientRect();
     const spot = new Vector2((2 * (clientX - box.left)) / box.width - 1, 1 - (2 * (clientY - box.top)) / box.height);
     const ray = new Raycaster();
@@ -121,6 +237,56 @@ export class Stage extends View {
     this.draw();
   }
 
+  /**
+   * Shows the part on a machine with all axes at zero, with a frame at its origin that is dragged; `onMove` gets every
+   * place, `onPlace` the one at which it is let go.
+   */
+  startPlacing(machine: Machine, placement: Placement, onMove: (at: Placement) => void, onPlace: (at: Placement) => void): void {
+    this.endPlacing();
+    this.setMachine({ ...machine, origin: placement.origin, rotation: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] });
+    this.machine!.place([0, 0, 0, 0, 0]);
+    this.bench.visible = true;
+    this.bench.matrix.identity();
+    this.frame = new PartFrame(this.camera, this.renderer.domElement, this.controls, (at) => {
+      this.part.matrix.copy(this.frame!.matrix);
+      this.scene.updateMatrixWorld(true);
+      this.draw();
+      if (at.isDone) onPlace(at.placement);
+      else onMove(at.placement);
+    });
+    this.scene.add(this.frame.group);
+    this.setPlacement(placement);
+    this.fit();
+  }
+
+  /** Puts the part where a job has it. */
+  setPlacement(placement: Placement): void {
+    if (!this.frame || this.frame.isHeld) return;
+    this.frame.set(placement);
+    this.part.matrix.copy(this.frame.matrix);
+    this.scene.updateMatrixWorld(true);
+    this.draw();
+  }
+
+  /** Moves or turns by dragging. */
+  dragBy(mode: "translate" | "rotate"): void {
+    this.frame?.setMode(mode);
+    this.draw();
+  }
+
+  endPlacing(): void {
+    if (!this.frame) return;
+    this.scene.remove(this.frame.group);
+    this.frame.dispose();
+    this.frame = null;
+    this.bench.visible = false;
+    this.part.matrix.identity();
+    this.scene.updateMatrixWorld(true);
+    this.fit();
+  }
+
+  // Section and ruler.
+
   /** Cuts everything away in front of a plane: a `share` of 1 keeps all, one of 0 nothing; null for no section. */
   section(axis: string | null, share: number): void {
     const normal = axis === null ? null : NORMALS[axis];
@@ -134,12 +300,12 @@ export class Stage extends View {
     this.draw();
   }
 
-  /** Draws a line between two points of the part; null takes it away. */
-  measureLine(ruler: Ruler | null): void {
+  /** Draws a line through points of the part; without two of them it takes the line away. */
+  measureLine(points: number[][]): void {
     if (this.ruler) this.part.remove(this.ruler);
     this.ruler = null;
-    if (ruler) {
-      const geometry = new BufferGeometry().setFromPoints([ruler.from, ruler.to].map((point) => new Vector3().fromArray(point)));
+    if (points.length > 1) {
+      const geometry = new BufferGeometry().setFromPoints(points.map((point) => new Vector3().fromArray(point)));
       this.ruler = new Line(geometry, new LineBasicMaterial({ color: "#ff2bd6", depthTest: false, transparent: true }));
       this.ruler.renderOrder = 8;
       this.part.add(this.ruler);
@@ -147,14 +313,13 @@ export class Stage extends View {
     this.draw();
   }
 
-  /** Frees the graphics card: a page may open many results. */
+  /** Frees the memory of the graphics card: a page may open many results. */
   dispose(): void {
-    this.scene.traverse((object: object) => {
-      if ("geometry" in object) (object.geometry as BufferGeometry).dispose();
-    });
-    this.renderer.dispose();
-    this.renderer.forceContextLoss();
+    this.endPlacing();
+    free(this.scene as Object3D);
+    ((this.mesh as Mesh).material as MeshStandardMaterial).map?.dispose();
     this.renderer.domElement.remove();
+    this.observer.disconnect();
     this.controls.dispose();
   }
 }

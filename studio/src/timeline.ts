@@ -25,6 +25,7 @@ const band = (): Band => ({ min: new Float32Array(SLOTS).fill(Infinity), max: ne
 export class Timeline {
   readonly count: number;
   readonly end: number;
+  private lengthsOfCut: Float64Array | null = null;
 
   constructor(readonly moves: Replay) {
     this.count = moves.times.length;
@@ -76,6 +77,92 @@ export class Timeline {
     if (axes.length === 0) return null;
     const [from, to, share] = this.between(t);
     return [0, 1, 2, 3, 4].map((k) => axes[AXES * from + k]! * (1 - share) + axes[AXES * to + k]! * share);
+  }
+
+  /** Lengths of the path with feed and of rapid moves at the tip, mm. */
+  lengths(): [number, number] {
+    const sums: [number, number] = [0, 0];
+    for (let at = 1; at < this.count; at += 1) sums[this.moves.kinds[at]! & 1]! += this.stepLength(at);
+    return sums;
+  }
+
+  /** Paths with feed between rapid moves. */
+  countCuts(): number {
+    const { kinds } = this.moves;
+    let count = 0;
+    for (let at = 1; at < this.count; at += 1) if ((kinds[at]! & 1) === 0 && ((kinds[at - 1]! & 1) === 1 || at === 1)) count += 1;
+    return count;
+  }
+
+  /** Point before the first move of every line, and that at the end of its last. */
+  pointsOfLines(): Map<number, [number, number]> {
+    const found = new Map<number, [number, number]>();
+    this.moves.lines.forEach((line, at) => {
+      const known = found.get(line);
+      if (known) known[1] = at;
+      else found.set(line, [Math.max(at - 1, 0), at]);
+    });
+    return found;
+  }
+
+  tipAt(point: number): number[] {
+    return [0, 1, 2].map((k) => this.moves.poses[POSE * point + k]!);
+  }
+
+  /** Ends of the moves with feed of some lines, as three numbers each. */
+  cutLines(isWanted: (line: number) => boolean): Float32Array {
+    const { kinds, lines, poses } = this.moves;
+    const isDrawn = (at: number) => (kinds[at]! & 3) === 0 && isWanted(lines[at]!);
+    let count = 0;
+    for (let at = 1; at < this.count; at += 1) if (isDrawn(at)) count += 1;
+    const ends = new Float32Array(6 * count);
+    let to = 0;
+    for (let at = 1; at < this.count; at += 1) {
+      if (!isDrawn(at)) continue;
+      ends.set(poses.subarray(POSE * (at - 1), POSE * (at - 1) + 3), to);
+      ends.set(poses.subarray(POSE * at, POSE * at + 3), to + 3);
+      to += 6;
+    }
+    return ends;
+  }
+
+  private stepLength(at: number): number {
+    const { poses, kinds } = this.moves;
+    const p = POSE * at;
+    if ((kinds[at]! & 2) !== 0) return 0;
+    return Math.hypot(poses[p]! - poses[p - POSE]!, poses[p + 1]! - poses[p + 1 - POSE]!, poses[p + 2]! - poses[p + 2 - POSE]!);
+  }
+
+  /** Length with feed up to every point. */
+  private cuts(): Float64Array {
+    if (this.lengthsOfCut) return this.lengthsOfCut;
+    const sums = new Float64Array(this.count);
+    for (let at = 1; at < this.count; at += 1) sums[at] = sums[at - 1]! + ((this.moves.kinds[at]! & 1) === 0 ? this.stepLength(at) : 0);
+    return (this.lengthsOfCut = sums);
+  }
+
+  /** Share of the path with feed that is cut at a time. */
+  cutAt(t: number): number {
+    const sums = this.cuts();
+    const [from, to, share] = this.between(t);
+    return (sums[from]! * (1 - share) + sums[to]! * share) / (sums[this.count - 1]! || 1);
+  }
+
+  /** First time at which a share of the path with feed is cut. */
+  timeAtCut(share: number): number {
+    const { times } = this.moves;
+    const sums = this.cuts();
+    const wanted = share * sums[this.count - 1]!;
+    let [low, high] = [0, this.count - 1];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (sums[middle]! < wanted) low = middle + 1;
+      else high = middle;
+    }
+    const before = Math.max(low - 1, 0);
+    const span = sums[low]! - sums[before]!;
+    const part = span > 0 ? (wanted - sums[before]!) / span : 1;
+    return times[before]! + part * (times[low]! - times[before]!);
   }
 
   /** End of the move of a line, or of the next line that moves; null after the last. */

@@ -34,16 +34,20 @@ export function stop({ child }) {
   child.kill();
 }
 
-export const browser = await chromium.launch({
-  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-  // One font on every machine: the pictures are compared.
-  env: { ...process.env, FONTCONFIG_FILE: here("fonts.conf") },
-  args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-angle=swiftshader"],
-});
+/** Starts Chromium with further arguments. */
+export const launch = (args = []) =>
+  chromium.launch({
+    executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+    // One font on every machine: the pictures are compared.
+    env: { ...process.env, FONTCONFIG_FILE: here("fonts.conf") },
+    args: ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-angle=swiftshader", ...args],
+  });
+
+export const browser = await launch();
 
 /** A page whose errors fail the test. */
-export async function open(url, options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, ...options });
+export async function open(url, options = {}, of = browser) {
+  const context = await of.newContext({ viewport: { width: 1280, height: 800 }, ...options });
   const page = await context.newPage();
   const errors = [];
   page.on("console", (message) => {

@@ -89,6 +89,9 @@ function cells({ axes, bands, speed, tip, feed }) {
   return all;
 }
 
+/** Longest that cells are drawn in one frame [ms]. */
+const SLICE = 12;
+
 export class Charts {
   constructor(host, strip, data, onTime) {
     this.motion = data.motion;
@@ -218,7 +221,8 @@ export class Charts {
       cursor.style.transform = `translateX(${LEFT + share * (width - LEFT - RIGHT)}px)`;
     };
     for (const cell of this.cells) {
-      place(cell.cursor, cell.plot.clientWidth);
+      // The size at the last drawing: to ask for it anew would lay out the page in every frame.
+      place(cell.cursor, cell.width ?? cell.plot.clientWidth);
       const [min, max] = [cell.band.min[slot] * cell.scale, cell.band.max[slot] * cell.scale];
       const peak = Math.abs(max) > Math.abs(min) ? max : min;
       const percent = cell.unit.startsWith("%") ? " %" : "";
@@ -233,10 +237,25 @@ export class Charts {
     this.waiting = true;
     requestAnimationFrame(() => {
       this.waiting = false;
-      this.cells.forEach((cell) => this.drawCell(cell));
-      if (this.strip) this.drawStrip();
-      this.hover(this.time);
+      this.drawFrom(0);
     });
+  }
+
+  /** Draws cells from one on; what takes longer than a part of a frame goes on in the next. */
+  drawFrom(first) {
+    const [start, drawing] = [performance.now(), (this.drawing = {})];
+    let next = first;
+    do {
+      this.drawCell(this.cells[next]);
+      next += 1;
+    } while (next < this.cells.length && performance.now() - start < SLICE);
+    if (next < this.cells.length) {
+      // A newer drawing begins again from the first cell.
+      requestAnimationFrame(() => this.drawing === drawing && this.drawFrom(next));
+      return;
+    }
+    if (this.strip) this.drawStrip();
+    this.hover(this.time);
   }
 
   prepare(canvas) {
@@ -281,6 +300,7 @@ export class Charts {
 
   drawCell(cell) {
     const [brush, width, height] = this.prepare(cell.canvas);
+    cell.width = width;
     const [low, high] = this.range(cell);
     const y = (value) => TOP + ((high - value) / (high - low)) * (height - TOP - BOTTOM);
     const [start, end] = this.window;

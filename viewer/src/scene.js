@@ -29,30 +29,24 @@ import {
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
-import { COLUMNS, PLAIN_COLOUR, REACH, UNCUT_COLOUR, colourOf, inTolerances } from "./colour.js";
-import { STRIDE, deviationAt } from "./data.js";
+import { COLUMNS, PLAIN_COLOUR, REACH, UNCUT_COLOUR, colourOf } from "./colour.js";
+import { LINES, ROWS, prepared } from "./geometry.js";
 
 const UP = new Vector3(0, 0, 1);
 
-/** Kinds of path lines: which pieces, which point of them, colour by theme. */
-const LINES = [
-  { key: "contact", kinds: ["cut"], first: 7, light: "#10243a", dark: "#0b1826" },
-  { key: "tip", kinds: ["cut"], first: 1, light: "#7a4fbf", dark: "#c3a6ff" },
-  { key: "leads", kinds: ["leadin", "leadout"], first: 1, light: "#1b8a4b", dark: "#59d68f" },
-  { key: "links", kinds: ["link"], first: 1, light: "#b06a00", dark: "#ffb84d" },
-];
+export const TOOL_COLOUR = "#8f9aa6";
 
 /** Row 0: the scale; row 1: uncut; row 2: not measured. */
 function lookup() {
-  const pixels = new Uint8Array(4 * COLUMNS * 4);
-  for (let row = 0; row < 4; row += 1) {
+  const pixels = new Uint8Array(4 * COLUMNS * ROWS);
+  for (let row = 0; row < ROWS; row += 1) {
     for (let column = 0; column < COLUMNS; column += 1) {
       const value = REACH * ((2 * (column + 0.5)) / COLUMNS - 1);
       const colour = [colourOf(value), UNCUT_COLOUR, PLAIN_COLOUR, PLAIN_COLOUR][row];
       pixels.set([...colour, 255], 4 * (row * COLUMNS + column));
     }
   }
-  const texture = new DataTexture(pixels, COLUMNS, 4, RGBAFormat);
+  const texture = new DataTexture(pixels, COLUMNS, ROWS, RGBAFormat);
   texture.colorSpace = SRGBColorSpace;
   texture.magFilter = NearestFilter;
   texture.minFilter = NearestFilter;
@@ -60,21 +54,12 @@ function lookup() {
   return texture;
 }
 
-function surfaceMesh({ surface, budget }) {
-  const places = new Float32Array(2 * surface.count);
-  for (let vertex = 0; vertex < surface.count; vertex += 1) {
-    const deviation = deviationAt(surface, vertex);
-    const row = deviation === undefined ? 2 : deviation === null ? 1 : 0;
-    const value = row === 0 ? inTolerances(deviation, budget) : 0;
-    const clamped = Math.min(Math.max(value, -REACH), REACH);
-    places[2 * vertex] = 0.5 + (0.499 * clamped) / REACH;
-    places[2 * vertex + 1] = (row + 0.5) / 4;
-  }
+function surfaceMesh({ surface }, { places, normals }) {
   const geometry = new BufferGeometry();
   geometry.setAttribute("position", new BufferAttribute(surface.positions, 3));
   geometry.setAttribute("uv", new BufferAttribute(places, 2));
+  geometry.setAttribute("normal", new BufferAttribute(normals, 3));
   geometry.setIndex(new BufferAttribute(surface.triangles, 1));
-  geometry.computeVertexNormals();
   const material = new MeshStandardMaterial({
     map: lookup(),
     side: DoubleSide,
@@ -87,30 +72,21 @@ function surfaceMesh({ surface, budget }) {
   return new Mesh(geometry, material);
 }
 
-function pathLines({ path }, { kinds, first }) {
-  const corners = [];
-  for (const { kind, start, count } of path.pieces) {
-    if (!kinds.includes(kind)) continue;
-    for (let at = start; at + 1 < start + count; at += 1) {
-      for (const point of [at, at + 1]) {
-        const from = STRIDE * point + first;
-        corners.push(path.points[from], path.points[from + 1], path.points[from + 2]);
-      }
-    }
-  }
+function pathMesh(corners) {
   const geometry = new BufferGeometry();
-  geometry.setAttribute("position", new BufferAttribute(new Float32Array(corners), 3));
+  geometry.setAttribute("position", new BufferAttribute(corners, 3));
   return new LineSegments(geometry, new LineBasicMaterial({ transparent: true, opacity: 0.9 }));
 }
 
-function toolMesh(outline) {
+/** Solid of revolution of a tool, open to the sight behind it. */
+export function toolMesh(outline) {
   const group = new Group();
   if (outline.length < 2) return group;
   const profile = outline.map(([radius, height]) => new Vector2(Math.max(radius, 0), height));
   const lathe = new LatheGeometry(profile, 72);
   lathe.rotateX(Math.PI / 2);
   const material = new MeshStandardMaterial({
-    color: "#8f9aa6",
+    color: TOOL_COLOUR,
     roughness: 0.35,
     metalness: 0.2,
     transparent: true,
@@ -170,13 +146,19 @@ class Triad {
   }
 }
 
+/** Throws where there is no WebGL. */
+export function makeRenderer() {
+  const renderer = new WebGLRenderer({ antialias: true, alpha: true, preserveDrawingBuffer: true });
+  renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+  return renderer;
+}
+
 export class View {
-  /** Throws where there is no WebGL. */
-  constructor(host, data) {
+  /** Throws where there is no WebGL. A renderer is dear to make: a page of many results keeps one. */
+  constructor(host, data, renderer = makeRenderer()) {
     this.host = host;
     this.data = data;
-    this.renderer = new WebGLRenderer({ antialias: true, alpha: true, preserveDrawingBuffer: true });
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer = renderer;
     host.append(this.renderer.domElement);
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(28, 1, 0.1, 1000);
@@ -189,9 +171,10 @@ export class View {
     // Everything that moves with the workpiece.
     this.part = new Group();
     this.scene.add(this.part);
-    this.mesh = surfaceMesh(data);
+    const arrays = data.prepared ?? prepared(data);
+    this.mesh = surfaceMesh(data, arrays);
     this.part.add(this.mesh);
-    this.lines = Object.fromEntries(LINES.map((line) => [line.key, pathLines(data, line)]));
+    this.lines = Object.fromEntries(LINES.map(({ key }) => [key, pathMesh(arrays.lines[key])]));
     this.part.add(...Object.values(this.lines));
     this.fixtures = fixtureMesh(data.fixtures);
     this.part.add(this.fixtures);
@@ -201,7 +184,8 @@ export class View {
     this.addMarker();
     this.measure();
     this.theme();
-    new ResizeObserver(() => this.resize()).observe(host);
+    this.observer = new ResizeObserver(() => this.resize());
+    this.observer.observe(host);
     this.resize();
   }
 

@@ -15,6 +15,7 @@ import {
   toolTime,
   unpack,
 } from "../src/data.js";
+import { pathLines, vertexNormals } from "../src/geometry.js";
 
 const base64 = (array) => Buffer.from(array.buffer).toString("base64");
 
@@ -108,4 +109,47 @@ test("ticks are round and within", () => {
   assert.deepEqual(ticks(0, 42, 5), [0, 10, 20, 30, 40]);
   assert.deepEqual(ticks(-1, 1, 4), [-1, -0.5, 0, 0.5, 1]);
   assert.deepEqual(ticks(3, 3, 4), [3]);
+});
+
+test("lines join the points of a piece, and no two pieces", () => {
+  const point = (x) => [0, x, 0, 0, 0, 0, 1, x, 5, 0];
+  const points = new Float32Array([0, 1, 2, 8, 9, 20, 21].flatMap(point));
+  const count = 7;
+  const pieces = [
+    { kind: "cut", start: 0, count: 3 },
+    { kind: "link", start: 3, count: 2 },
+    { kind: "cut", start: 5, count: 2 },
+  ];
+  const tips = pathLines({ pieces, points, count }, { kinds: ["cut"], first: 1 });
+  // The point between two others of a line is left out.
+  assert.deepEqual([...tips].filter((_, at) => at % 3 === 0), [0, 2, 20, 21]);
+  const contacts = pathLines({ pieces, points, count }, { kinds: ["cut"], first: 7 });
+  assert.equal(contacts[1], 5);
+});
+
+test("drawn lines stay near the path, and have fewer points", () => {
+  const count = 20_001;
+  const points = new Float32Array(10 * count);
+  for (let at = 0; at < count; at += 1) {
+    const angle = (at / (count - 1)) * Math.PI;
+    points.set([100 * Math.cos(angle), 100 * Math.sin(angle), 0], 10 * at + 1);
+  }
+  const pieces = [{ kind: "cut", start: 0, count }];
+  const lines = pathLines({ pieces, points, count }, { kinds: ["cut"], first: 1 });
+  const ends = Array.from({ length: lines.length / 3 }, (_, at) => [...lines.subarray(3 * at, 3 * at + 2)]);
+  assert.ok(ends.length < count / 10, `${ends.length} ends`);
+  // The middle of a chord is farthest from the arc; the diagonal is 224 mm.
+  for (let at = 0; at < ends.length; at += 2) {
+    const middle = Math.hypot((ends[at][0] + ends[at + 1][0]) / 2, (ends[at][1] + ends[at + 1][1]) / 2);
+    assert.ok(100 - middle <= 2e-5 * 224 + 1e-4, `${100 - middle} mm`);
+    if (at > 0) assert.deepEqual(ends[at], ends[at - 1]);
+  }
+  assert.ok(Math.abs(ends.at(-1)[0] + 100) < 1e-4);
+});
+
+test("normals are those of the triangles, larger ones first", () => {
+  const positions = new Float32Array([0, 0, 0, 2, 0, 0, 0, 2, 0, 0, 0, 1]);
+  const normals = vertexNormals({ positions, triangles: new Uint32Array([0, 1, 2, 0, 2, 3]) });
+  assert.deepEqual([...normals.subarray(3, 6)], [0, 0, 1]);
+  assert.ok(Math.abs(normals[0] / normals[2] - 0.5) < 1e-6, `${normals.subarray(0, 3)}`);
 });

@@ -3,10 +3,10 @@
 use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
-use crate::{disk, machine, output, part, text};
+use crate::{disk, library, machine, output, part, text};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use trunnion::cutter::{CutterKind, CutterSpec};
+use trunnion::cutter::{CutterConstruction, CutterKind, CutterSpec};
 use trunnion::files::job::JobArea;
 use trunnion::math;
 use trunnion::pipeline::{self, JobProposal, ProposalRequest, ProposedOperation};
@@ -25,6 +25,9 @@ pub(crate) struct InitArgs {
     /// Faces to choose from, by their numbers from `trunnion inspect` [default: all].
     #[arg(long, value_name = "N,N", value_delimiter = ',')]
     faces: Vec<usize>,
+    /// Library of the cutters to choose from, TOML as `trunnion schema library` has it [default: the standard one].
+    #[arg(long, value_name = "FILE")]
+    library: Option<PathBuf>,
 }
 
 pub(crate) fn run(args: &InitArgs, form: OutputForm) -> Result<Done, Failure> {
@@ -68,7 +71,9 @@ pub(crate) fn answer(args: &InitArgs, progress: &dyn Progress) -> Result<Proposa
             return Err(Failure::input(format!("the part has no face {number}\n  help: {help}")));
         }
     }
+    let library = args.library.as_deref().map(library::read).transpose()?;
     let request = ProposalRequest {
+        library: library.as_ref(),
         wanted: (!args.faces.is_empty()).then_some(&args.faces[..]),
         ..ProposalRequest::new(&part.faces, &machine.machine)
     };
@@ -337,6 +342,13 @@ fn tool_lines(cutter: &CutterSpec, number: usize, why: Option<&str>) -> String {
         let _ = writeln!(out, "corner_radius = {}", tidy(cutter.minor));
     }
     let _ = writeln!(out, "length = {}  # check: gauge point to tip, mm", cutter.length);
+    if let CutterConstruction::Insert { inner_cutting_radius } = cutter.construction {
+        let _ = writeln!(out, "construction = \"insert\"");
+        let _ = writeln!(out, "inner_cutting_radius = {}", tidy(inner_cutting_radius));
+    }
+    if !cutter.shank.is_empty() {
+        let _ = writeln!(out, "shank = {:?}  # shank and holder", cutter.shank);
+    }
     out
 }
 

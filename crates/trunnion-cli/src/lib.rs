@@ -17,6 +17,7 @@ mod figure;
 mod form;
 mod init;
 mod inspect;
+mod library;
 mod linuxcnc;
 mod machine;
 mod material;
@@ -64,7 +65,7 @@ struct Arguments {
 enum Verb {
     /// Write a job for a part: faces, cutter, origin and feeds that run as they are, with comments.
     ///
-    /// The job cuts the faces that the machine reaches from above. The cutter is the largest of a small built-in library
+    /// The job cuts the faces that the machine reaches from above. The cutter is the largest of a library
     /// that reaches nearly all that smaller ones reach. Planes beside concave faces get a flat end mill of their own, and
     /// hollows a ball behind a larger one: a job of several operations. The origin keeps the axes inside travel.
     Init(init::InitArgs),
@@ -137,6 +138,7 @@ enum Format {
     Summary,
     Setup,
     Limits,
+    Library,
 }
 
 /// Runs the verb that the arguments of the process name, and returns its exit code.
@@ -181,6 +183,7 @@ fn schema(format: Format) -> Result<Done, Failure> {
         Format::Summary => schema::summary(),
         Format::Setup => schema::setup(),
         Format::Limits => schema::limits(),
+        Format::Library => schema::library(),
     })
 }
 

@@ -1,10 +1,12 @@
 //! Files in memory, and the verbs that work on them.
 
 use crate::answer::{PageAnswer, Verdict};
+use crate::library_model::LibraryModel;
 use crate::machine_model::MachineModel;
 use crate::part_model::PartModel;
 use crate::timeline::Timeline;
 use std::path::Path;
+use trunnion::files::library;
 use trunnion::types::{Progress, Silent};
 use trunnion_cli::Failure;
 use trunnion_cli::calls::{self, MemoryFiles};
@@ -123,6 +125,17 @@ impl Engine {
         Ok(MachineModel::of(&file.machine))
     }
 
+    /// Reads a library; `None` for the standard one.
+    ///
+    /// # Errors
+    ///
+    /// The messages of the command line.
+    pub fn library(&mut self, name: Option<&str>) -> Result<LibraryModel, Vec<String>> {
+        let Some(name) = name else { return Ok(LibraryModel::of(&library::standard())) };
+        let read = calls::in_memory(&mut self.files, || calls::library(Path::new(name)));
+        read.map(|file| LibraryModel::of(&file)).map_err(|failure| failure.messages())
+    }
+
     /// Runs a verb that writes into `folder`, which is emptied first.
     fn written(
         &mut self,
@@ -151,6 +164,19 @@ mod tests {
         assert_eq!((answer.code, &answer.messages[..]), (0, &[][..]));
         engine.insert("job.toml", answer.table.into_bytes());
         assert_eq!(engine.read_job("job.toml"), PageAnswer::default());
+    }
+
+    #[test]
+    fn a_library_is_read_with_its_faults() {
+        let mut engine = Engine::default();
+        let text = "schema = \"trunnion-library/1\"\nname = \"shop\"\n[[cutter]]\nname = \"b\"\nnumber = 2\n\
+                    kind = \"ball\"\ndiameter = 6\nlength = 70\n";
+        engine.insert("shop.toml", text.as_bytes().to_vec());
+        let model = engine.library(Some("shop.toml")).unwrap();
+        assert_eq!(model.cutters[0].keys[3], ["diameter", "6"].map(str::to_owned));
+        engine.insert("shop.toml", text.replace("ball", "bell").into_bytes());
+        assert!(engine.library(Some("shop.toml")).unwrap_err()[0].starts_with("shop.toml:6:8: "));
+        assert_eq!(engine.library(None).unwrap().name, "standard");
     }
 
     #[test]

@@ -5,6 +5,7 @@
 
 mod answer;
 mod engine;
+mod library_model;
 mod machine_model;
 #[cfg(target_family = "wasm")]
 pub mod page;
@@ -13,6 +14,7 @@ mod timeline;
 
 pub use answer::PageAnswer;
 pub use engine::{CHECK_FOLDER, Engine, RUN_FOLDER};
+pub use library_model::{CutterModel, LibraryModel};
 pub use machine_model::{LinkModel, MachineModel};
 pub use part_model::{FaceModel, PartModel};
 pub use timeline::Timeline;

@@ -5,6 +5,7 @@ use crate::engine::Engine;
 use crate::part_model::PartModel;
 use crate::timeline::Timeline;
 use js_sys::Function;
+use serde::Serialize;
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 use trunnion::files::machine::BUILT_IN;
@@ -104,6 +105,24 @@ impl PageEngine {
     pub fn part(&mut self, name: &str) -> Result<PagePart, JsValue> {
         let part = self.engine.part(name);
         part.map(PagePart).map_err(|messages| JsValue::from_str(&messages.join("\n")))
+    }
+
+    /// Returns the chain of a machine file or built-in machine as JSON.
+    ///
+    /// # Errors
+    ///
+    /// The messages of the command line, one a line.
+    pub fn machine(&mut self, name: &str) -> Result<String, JsValue> {
+        data(self.engine.machine(name))
+    }
+
+    /// Returns a library as JSON, the standard one without a name.
+    ///
+    /// # Errors
+    ///
+    /// The messages of the command line, one a line.
+    pub fn library(&mut self, name: Option<String>) -> Result<String, JsValue> {
+        data(self.engine.library(name.as_deref()))
     }
 
     /// Returns the moves of a program over time.
@@ -207,6 +226,13 @@ fn receiving(receiver: &Function, work: impl FnOnce() -> PageAnswer) -> PageAnsw
     let answer = work();
     RECEIVER.set(None);
     answer
+}
+
+/// Turns data or messages into what a page gets.
+fn data(found: Result<impl Serialize, Vec<String>>) -> Result<String, JsValue> {
+    let found = found.map_err(|messages| JsValue::from_str(&messages.join("\n")))?;
+    // Strings and numbers alone: it cannot fail.
+    Ok(serde_json::to_string(&found).unwrap_or_default())
 }
 
 fn json(answer: &PageAnswer) -> String {

@@ -1,8 +1,9 @@
 //! Machines, parts and meshes from files.
 
 use crate::outcome::Failure;
-use crate::{machine as machines, material, part as parts};
+use crate::{library as libraries, machine as machines, material, part as parts};
 use std::path::Path;
+use trunnion::files::library::LibraryFile;
 use trunnion::files::machine::MachineFile;
 use trunnion::import::Part;
 use trunnion::types::{Mesh, Progress};
@@ -23,6 +24,15 @@ pub fn machine(name: &str) -> Result<MachineFile, Failure> {
 /// A file that cannot be read, or a name that no built-in machine has.
 pub fn machine_text(name: &str) -> Result<String, Failure> {
     machines::source(name)
+}
+
+/// Reads a library of cutters, holders and machines.
+///
+/// # Errors
+///
+/// Every fault of the file, with line and column.
+pub fn library(path: &Path) -> Result<LibraryFile, Failure> {
+    libraries::read(path)
 }
 
 /// Reads the faces of a part, surface JSON or STEP.

@@ -16,6 +16,6 @@ pub use crate::outcome::exit_code;
 pub use crate::post::PostAnswer;
 pub use crate::progress::stage_words;
 pub use crate::setup::SetupAnswer;
-pub use files::{machine, machine_text, mesh, part, part_of_bytes};
+pub use files::{library, machine, machine_text, mesh, part, part_of_bytes};
 pub use job::{JobAnswer, LoadedJob, load_job, load_job_text, run_job};
 pub use verbs::{calibrate, check, import, moves, plan, post, propose, replay, setup, subprograms};

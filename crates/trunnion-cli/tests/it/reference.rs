@@ -39,7 +39,7 @@ const VERBS: &[&[&str]] = &[
     &["completions"],
 ];
 
-const FORMATS: &[&str] = &["job", "machine", "limits", "surface", "summary", "setup"];
+const FORMATS: &[&str] = &["job", "machine", "library", "limits", "surface", "summary", "setup"];
 
 #[test]
 fn the_command_line_page_is_the_help() {

@@ -173,6 +173,23 @@ impl<'t> Document<'t> {
         read
     }
 
+    /// Returns the keys of entry `at` of a list of tables in order of the text, with their values as they are written.
+    pub(super) fn written(&self, list: &str, at: usize) -> Vec<[String; 2]> {
+        let Some(DeValue::Array(items)) = self.root.get(list).map(Spanned::get_ref) else {
+            return Vec::new();
+        };
+        let Some(DeValue::Table(table)) = items.get(at).map(Spanned::get_ref) else {
+            return Vec::new();
+        };
+        let mut entries: Vec<_> = table.iter().collect();
+        entries.sort_by_key(|(_, value)| value.span().start);
+        let text = |span| self.lines.text.get::<std::ops::Range<usize>>(span).unwrap_or_default();
+        let entry = |(key, value): (&Spanned<std::borrow::Cow<'_, str>>, &Spanned<DeValue<'_>>)| {
+            [key.get_ref().to_string(), text(value.span()).to_owned()]
+        };
+        entries.into_iter().map(entry).collect()
+    }
+
     /// Reads the table `key` of entry `index` of a `list`, with the values of the table at the top for the keys that it
     /// leaves out.
     pub(super) fn merged<T: DeserializeOwned>(

@@ -3,6 +3,7 @@
 mod document;
 pub mod foreign;
 pub mod job;
+pub mod library;
 pub mod limits;
 pub mod machine;
 pub mod measurements;

@@ -1,6 +1,7 @@
 //! The layouts as JSON schemas, which `trunnion schema` prints and the readers check.
 
 use super::job::raw::RawJob;
+use super::library::raw::RawLibrary;
 use super::limits::raw::RawLimits;
 use super::machine::raw::RawMachine;
 use super::setups::SetupSummary;
@@ -21,6 +22,15 @@ pub fn machine() -> String {
 
 pub(super) fn machine_value() -> Value {
     of::<RawMachine>()
+}
+
+/// Returns the layout of a library of cutters, holders and machines.
+pub fn library() -> String {
+    pretty(&library_value())
+}
+
+pub(super) fn library_value() -> Value {
+    of::<RawLibrary>()
 }
 
 /// Returns the layout of the limits file.

@@ -135,7 +135,8 @@ fn one(
     })
 }
 
-fn cutter_spec(tool: &job::JobTool) -> CutterSpec {
+/// Describes the tool of a job, or of a library.
+pub(super) fn cutter_spec(tool: &job::JobTool) -> CutterSpec {
     CutterSpec {
         kind: match tool.kind {
             job::ToolKind::Flat => CutterKind::Flat,

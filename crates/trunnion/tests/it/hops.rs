@@ -66,7 +66,11 @@ fn joined(
     face: FaceIndex,
     seconds: &(dyn Fn(&[ToolPose]) -> f64 + Sync),
 ) -> Vec<Leg> {
-    let hops = Some(HopOptions { clear: CLEAR, ..HopOptions::new(HEIGHT, seconds) });
+    joined_by(passes, face, &HopOptions { clear: CLEAR, ..HopOptions::new(HEIGHT, seconds) })
+}
+
+fn joined_by(passes: &[Pass], face: FaceIndex, hops: &HopOptions<'_>) -> Vec<Leg> {
+    let hops = Some(*hops);
     let (faces, cutter, link) = ([face], cutter(), link());
     let request = LinkRequest { hops, ..LinkRequest::new(passes, &faces, &cutter, &link) };
     legs(&request, &Silent).unwrap()
@@ -178,6 +182,65 @@ fn a_hop_up_a_slope_is_clear_by_a_share_of_the_way() {
         }
     }
     assert!(hops > 10, "{hops} hops");
+}
+
+/// Pass along y at `x` whose tool stands upright on the face, found by bisection.
+fn standing(x: f64, back: bool, face: &FaceIndex) -> Pass {
+    let mut pass = pass(x, 0.0, back);
+    let places: Vec<Point3<f64>> =
+        (0..=1400).map(|j| face.face().point(7.0 * f64::from(j) / 1400.0, 0.5)).collect();
+    let gap = |z: f64| {
+        let pose = ToolPose { tip: Point3::new(x, 0.0, z), axis: Vector3::z_axis() };
+        places.iter().map(|place| distance(&pose, place)).fold(f64::INFINITY, f64::min)
+    };
+    let (mut low, mut high) = (-1.0, 60.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if gap(middle) > 0.0 { high = middle } else { low = middle }
+    }
+    for station in &mut pass.stations {
+        station.pose.tip.z = high;
+        station.contact = Point3::new(x, station.pose.tip.y, high);
+    }
+    pass.track.fill(Uv::new(3.5 + 3.5 * x / 40.0, 0.5));
+    pass
+}
+
+/// Beside each other passes are joined along the face, over a bulge as well; farther apart, and where the feed is slower
+/// than the way off the face, they are not.
+#[test]
+fn neighbours_are_joined_by_a_step_at_the_feed() {
+    let seconds = |poses: &[ToolPose]| way(poses) / 20.0;
+    let kinds = |passes: &[Pass], face: FaceIndex, feed: f64| {
+        let hops = HopOptions { step_feed: Some(feed), ..HopOptions::new(HEIGHT, &seconds) };
+        joined_by(passes, face, &hops)
+    };
+    let between = |legs: &[Leg]| -> Vec<Motion> {
+        let all = legs.iter().map(|leg| leg.motion);
+        all.filter(|motion| matches!(motion, Motion::Step | Motion::Hop)).collect()
+    };
+    let beside = [pass(-12.0, 0.1, false), pass(-10.5, 0.1, true)];
+    assert_eq!(between(&kinds(&beside, floor(0.0), 10.0)), [Motion::Step]);
+    assert_eq!(between(&kinds(&beside, floor(0.0), 1.0)), [Motion::Hop]);
+    let apart = [pass(-12.0, 0.1, false), pass(-9.5, 0.1, true)];
+    assert_eq!(between(&kinds(&apart, floor(0.0), 10.0)), [Motion::Hop]);
+    let mut steps = 0;
+    for (ridge, x) in
+        [6.0, 16.0, 30.0].into_iter().flat_map(|ridge| (-12..12).map(move |x| (ridge, x)))
+    {
+        let x = f64::from(x);
+        let face = floor(ridge);
+        let passes = [standing(x, false, &face), standing(x + 0.9, true, &face)];
+        let legs = kinds(&passes, floor(ridge), 10.0);
+        let path = curves(&legs);
+        let Some(index) = path.pieces.iter().position(|piece| piece.motion == Motion::Step) else {
+            continue;
+        };
+        steps += 1;
+        let [least, _] = clearance(&path, index, &face);
+        assert!(least >= -GOUGE, "ridge {ridge}, x {x}: {least}");
+    }
+    assert!(steps > 30, "{steps} steps");
 }
 
 #[test]

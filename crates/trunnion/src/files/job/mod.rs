@@ -9,7 +9,7 @@ pub(super) mod raw;
 mod read;
 mod solid;
 mod strategy;
-mod tool;
+pub(super) mod tool;
 mod tool_side;
 
 pub use data::{

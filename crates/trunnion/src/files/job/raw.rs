@@ -116,7 +116,10 @@ pub(super) struct RawSetup {
 
 #[derive(Debug, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
-pub(super) struct RawTool {
+pub(in super::super) struct RawTool {
+    /// Name of the tool, as a library has it.
+    #[schemars(length(min = 1))]
+    pub(in super::super) name: Option<String>,
     /// Tool number in the magazine.
     pub(super) number: u32,
     /// Shape of the cutting end.

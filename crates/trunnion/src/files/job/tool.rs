@@ -27,7 +27,7 @@ pub(super) fn others(
 }
 
 /// Reads the tool at `path`, if its entries agree.
-pub(super) fn tool(raw: RawTool, path: &str, doc: &mut Document<'_>) -> Option<JobTool> {
+pub(in super::super) fn tool(raw: RawTool, path: &str, doc: &mut Document<'_>) -> Option<JobTool> {
     let kind = match raw.kind {
         RawToolKind::Flat => ToolKind::Flat,
         RawToolKind::Ball => ToolKind::Ball,

@@ -1,11 +1,11 @@
-//! Built-in cutters, and what each of them reaches.
+//! Cutters of a library, and what each of them reaches.
 
 use super::candidates::{CandidateFaces, REACHED, SampledFace};
 use super::left_out::{FaceReason, LeftOutFace};
 use super::part_measure::{LARGEST, PartMeasure};
 use super::request::TOLERANCE;
 use crate::cover::{PassCost, ToolAccess, flank_axis};
-use crate::cutter::{Cutter, CutterConstruction, CutterKind, CutterSpec};
+use crate::cutter::{Cutter, CutterKind, CutterSpec};
 use crate::inverse::Inverse;
 use crate::machine::{Kinematics, Machine, Setup};
 use crate::pipeline::pass_cost::{LinearTravel, inset};
@@ -14,21 +14,12 @@ use crate::types::{AxisVector, Cancelled, Progress, Stage, Station, ToolPose, Un
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-/// Diameters of the built-in cutters, the largest first \[mm\].
-const DIAMETERS: [f64; 9] = [20.0, 16.0, 12.0, 8.0, 6.0, 4.0, 3.0, 2.0, 1.0];
-
-/// Corner radius of the bull-nose cutters, as a share of the diameter: 2 mm for 16 mm.
-const CORNER: f64 = 0.125;
-
 /// Largest flank of a flat end, as a share of the tightest concave radius: that of the radius itself touches along a line,
 /// where rounding decides.
 const CONCAVE: f64 = 0.8;
 
 /// Largest ball, as a share of the largest one that fits into a hollow.
 const HOLLOW: f64 = 0.9;
-
-/// Tool length in diameters, and at least \[mm\].
-const LENGTH: [f64; 2] = [6.0, 60.0];
 
 /// Height of the tool above the part when its tip is at the bottom of the part \[mm\].
 const OVER: f64 = 30.0;
@@ -71,7 +62,7 @@ const SMALLEST: f64 = 0.01;
 /// Reach of one cutter of the library.
 pub(super) struct CutterTrial {
     pub(super) cutter: Cutter,
-    /// Share reached of each face.
+    /// Reach on each face.
     reached: Vec<ReachedFace>,
     pub(super) left_out: Vec<LeftOutFace>,
     /// Indices of the faces of which it cuts a good part, tight hollows aside.
@@ -196,9 +187,7 @@ impl CutterTrial {
 
     /// The same cutter with another length \[mm\].
     pub(super) fn with_length(self, length: f64) -> Self {
-        let spec = CutterSpec { length, ..self.cutter.spec().clone() };
-        // A longer cutter is as valid as it was.
-        let cutter = Cutter::new(spec).unwrap_or_else(|_| self.cutter.clone());
+        let cutter = with_length(&self.cutter, length);
         Self { cutter, ..self }
     }
 }
@@ -207,22 +196,29 @@ impl CandidateFaces<'_> {
     /// Tries the cutters of one kind that are not too large for the part; at least the smallest.
     pub(super) fn tried(
         &self,
+        library: &[Cutter],
         kind: CutterKind,
         machine: &Machine,
         part: &PartMeasure,
         progress: &dyn Progress,
     ) -> Result<Vec<CutterTrial>, Cancelled> {
         let most = part.largest_diameter();
-        let [largest, .., smallest] = DIAMETERS;
+        let mut cutters: Vec<&Cutter> =
+            library.iter().filter(|cutter| cutter.kind() == kind).collect();
+        cutters.sort_by(|a, b| b.radius().total_cmp(&a.radius()));
+        let (Some(largest), Some(smallest)) = (cutters.first(), cutters.last()) else {
+            return Ok(Vec::new());
+        };
+        let [largest, smallest] = [largest, smallest].map(|cutter| 2.0 * cutter.radius());
         let least = SMALLEST / LARGEST * most;
-        let fits =
-            |diameter: &f64| *diameter <= most.max(smallest) && *diameter >= least.min(largest);
-        let diameters: Vec<f64> = DIAMETERS.into_iter().filter(fits).collect();
+        cutters.retain(|cutter| {
+            let diameter = 2.0 * cutter.radius();
+            diameter <= most.max(smallest) && diameter >= least.min(largest)
+        });
         let mut trials = Vec::new();
-        for (done, diameter) in diameters.iter().enumerate() {
-            progress.step(Stage::Cover, done as u64, diameters.len() as u64)?;
-            let cutter = Cutter::new(spec(kind, *diameter, part.size().z));
-            trials.extend(cutter.ok().map(|cutter| self.trial(machine, &cutter)));
+        for (done, cutter) in cutters.iter().enumerate() {
+            progress.step(Stage::Cover, done as u64, cutters.len() as u64)?;
+            trials.push(self.trial(machine, &long_enough(cutter, part.size().z)));
         }
         Ok(trials)
     }
@@ -303,19 +299,23 @@ fn usual(found: &[Result<ToolPose, UncutReason>]) -> UncutReason {
     all.iter().copied().max_by_key(count).unwrap_or(UncutReason::Passes)
 }
 
-/// Describes a cutter of the library.
-fn spec(kind: CutterKind, diameter: f64, height: f64) -> CutterSpec {
-    let radius = 0.5 * diameter;
-    let minor = match kind {
-        CutterKind::Bull => CORNER * diameter,
-        CutterKind::Flat => 0.0,
-        _ => radius,
-    };
+/// Returns the cutter, longer where a part of this height \[mm\] needs it.
+fn long_enough(cutter: &Cutter, height: f64) -> Cutter {
+    let least = height + OVER;
+    if cutter.length() >= least {
+        return cutter.clone();
+    }
     // Ten millimetres are how tools are set.
-    let length = (LENGTH[0] * diameter).max(LENGTH[1]).max(height + OVER);
-    let length = 10.0 * (0.1 * length).ceil();
-    let construction = CutterConstruction::Solid;
-    CutterSpec { length, construction, ..CutterSpec::of_radii(radius - minor, minor) }
+    with_length(cutter, 10.0 * (0.1 * least).ceil())
+}
+
+/// Returns the same cutter with another length \[mm\]; shank and holder stay at the gauge point.
+fn with_length(cutter: &Cutter, length: f64) -> Cutter {
+    let up = length - cutter.length();
+    let shank = cutter.spec().shank.iter().map(|[height, radius]| [height + up, *radius]).collect();
+    let spec = CutterSpec { length, shank, ..cutter.spec().clone() };
+    // A longer cutter is as valid as it was.
+    Cutter::new(spec).unwrap_or_else(|_| cutter.clone())
 }
 
 /// Reach of the rotary axes, wherever the workpiece is.
@@ -355,7 +355,7 @@ mod tests {
     /// Trials of flat end mills that cut two faces of 500 mm² and leave some of each, by diameter.
     fn choose(left: &[(f64, f64)]) -> f64 {
         let trial = |&(diameter, left): &(f64, f64)| {
-            let cutter = Cutter::new(spec(CutterKind::Flat, diameter, 20.0)).unwrap();
+            let cutter = Cutter::new(CutterSpec::of_radii(0.5 * diameter, 0.0)).unwrap();
             let reached: Vec<ReachedFace> = [0, 1]
                 .map(|index| ReachedFace { index, area: 500.0, reached: 500.0 - left })
                 .into();

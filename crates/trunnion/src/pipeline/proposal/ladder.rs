@@ -4,7 +4,7 @@ use super::candidates::{CandidateFaces, kind};
 use super::cutters::CutterTrial;
 use super::left_out::LeftOutFace;
 use super::part_measure::PartMeasure;
-use crate::cutter::CutterKind;
+use crate::cutter::{Cutter, CutterKind};
 use crate::files::job::JobArea;
 use crate::machine::Machine;
 use crate::types::{Cancelled, Progress};
@@ -31,16 +31,21 @@ impl CutterLadder {
     /// Chooses the cutters; `None` without a cutter for the part.
     pub(super) fn choose(
         candidates: CandidateFaces<'_>,
+        library: &[Cutter],
         machine: &Machine,
         part: &PartMeasure,
         progress: &dyn Progress,
     ) -> Result<Option<Self>, Cancelled> {
-        let shape = kind(candidates.faces, &candidates.candidates);
+        let has = |kind: CutterKind| library.iter().any(|cutter| cutter.kind() == kind);
+        // A ball cuts every face, and stands in for a kind that the library does not have.
+        let best = kind(candidates.faces, &candidates.candidates);
+        let shape = [best, CutterKind::Ball, CutterKind::Bull, CutterKind::Flat];
+        let Some(shape) = shape.into_iter().find(|kind| has(*kind)) else { return Ok(None) };
         let one = |candidates: CandidateFaces<'_>| -> Result<Option<Self>, Cancelled> {
-            let tried = candidates.tried(shape, machine, part, progress)?;
+            let tried = candidates.tried(library, shape, machine, part, progress)?;
             Ok(CutterTrial::choose(&tried).map(|fine| Self::of(Vec::new(), tried, fine)))
         };
-        if shape == CutterKind::Flat {
+        if shape == CutterKind::Flat || !has(CutterKind::Ball) {
             return one(candidates);
         }
         // Step 1: planes and walls beside other faces get a flat end mill. Without them, wide strips of a bull-nose cut
@@ -55,7 +60,7 @@ impl CutterLadder {
         let mut steps = Vec::new();
         let mut flat = None;
         if is_mixed {
-            let mut tried = prismatic.tried(CutterKind::Flat, machine, part, progress)?;
+            let mut tried = prismatic.tried(library, CutterKind::Flat, machine, part, progress)?;
             let chosen = CutterTrial::choose(&tried).filter(|at| !tried[*at].cut().is_empty());
             flat = chosen.map(|at| tried.swap_remove(at));
         }
@@ -66,7 +71,7 @@ impl CutterLadder {
             steps.push(LadderStep { trial, faces, area: JobArea::Whole });
         }
         // Step 2: a ball for all other faces, and a much larger one before it where that cuts most of them.
-        let mut tried = others.tried(CutterKind::Ball, machine, part, progress)?;
+        let mut tried = others.tried(library, CutterKind::Ball, machine, part, progress)?;
         let Some(fine) = CutterTrial::choose(&tried) else { return Ok(None) };
         if let Some(large) = CutterTrial::choose_before(&tried, fine) {
             let trial = tried.remove(large);

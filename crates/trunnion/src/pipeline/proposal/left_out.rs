@@ -1,5 +1,6 @@
 //! Faces that a proposed job does not cut, with their reasons.
 
+use crate::cutter::CutterErrors;
 use crate::types::{Cancelled, UncutReason};
 
 /// Face that a proposed job does not cut.
@@ -48,6 +49,19 @@ pub enum ProposalError {
     NothingReached {
         /// All faces, each with the reason.
         left_out: Vec<LeftOutFace>,
+    },
+    /// No cutter can be chosen.
+    #[error(
+        "the library has no flat, bull-nose or ball end mill; add one, as `[[cutter]]` with `kind = \"ball\"`"
+    )]
+    NoCutter,
+    /// A cutter of the library cannot exist.
+    #[error("cutter \"{name}\" of the library: {errors}")]
+    BadCutter {
+        /// Name of the cutter.
+        name: String,
+        /// Everything that is wrong with it.
+        errors: CutterErrors,
     },
     /// The part does not fit into the travel of the machine.
     #[error(

@@ -8,9 +8,13 @@ use super::origin::OriginSearch;
 use super::part_measure::PartMeasure;
 use super::request::{JobProposal, ProposalRequest, ProposedOperation, TOLERANCE};
 use crate::cover::FinishTolerance;
+use crate::cutter::{Cutter, CutterKind};
 use crate::files::job::JobArea;
+use crate::files::library::{self, LibraryCutter};
+use crate::pipeline::assemble::cutter_spec;
 use crate::surface::{Face, FaceIndex};
 use crate::types::Progress;
+use std::borrow::Cow;
 
 /// Largest tolerance, as a share of the part's size.
 const TOLERANCE_SHARE: f64 = 1e-3;
@@ -24,7 +28,7 @@ const TEETH: f64 = 2.0;
 
 /// Proposes a job that finishes the faces of a part that the machine reaches from above.
 ///
-/// The cutter is the largest of a small built-in library that reaches nearly all that the smaller ones reach: flat
+/// The cutter is the largest of a library that reaches nearly all that the smaller ones reach: flat
 /// for planes, a ball where a face is concave, else a bull-nose. Planes beside concave faces are cut by a flat end mill
 /// first, and most of the concave faces by a large ball where only hollows and corners need a small one; the small one
 /// then cuts the rest. The workpiece stays as drawn, on the middle of the
@@ -72,8 +76,12 @@ fn of_side(
     }
     let part = PartMeasure::new(&faces);
     let candidates = CandidateFaces::new(&faces, request.wanted, &part, &mut left_out);
+    let library = cutters(request)?;
+    if library.is_empty() {
+        return Err(ProposalError::NoCutter);
+    }
     // Step 2: the cutters, by what each of the library reaches.
-    let ladder = CutterLadder::choose(candidates, request.machine, &part, progress)?;
+    let ladder = CutterLadder::choose(candidates, &library, request.machine, &part, progress)?;
     let Some(CutterLadder { steps, left_out: not_reached }) = ladder else {
         return Err(ProposalError::NothingReached { left_out });
     };
@@ -112,6 +120,18 @@ fn of_side(
     })
 }
 
+/// Returns the flat, bull-nose and ball end mills of the library.
+fn cutters(request: &ProposalRequest<'_>) -> Result<Vec<Cutter>, ProposalError> {
+    let library = request.library.map_or_else(|| Cow::Owned(library::standard()), Cow::Borrowed);
+    let cutter = |one: &LibraryCutter| {
+        let bad = |errors| ProposalError::BadCutter { name: one.name.clone(), errors };
+        Cutter::new(cutter_spec(&one.tool)).map_err(bad)
+    };
+    let mut all: Vec<Cutter> = library.cutters.iter().map(cutter).collect::<Result<_, _>>()?;
+    all.retain(|one| matches!(one.kind(), CutterKind::Flat | CutterKind::Bull | CutterKind::Ball));
+    Ok(all)
+}
+
 /// Returns an operation with cutting data by the diameter.
 fn operation(trial: &CutterTrial, faces: Vec<usize>, area: JobArea) -> ProposedOperation {
     let diameter = 2.0 * trial.cutter.radius();
@@ -123,7 +143,6 @@ fn operation(trial: &CutterTrial, faces: Vec<usize>, area: JobArea) -> ProposedO
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cutter::Cutter;
     use crate::import::Reader;
     use crate::import::step::StepReader;
     use crate::machine::Machine;
@@ -152,6 +171,37 @@ mod tests {
         let down = propose_for(sheet().flipped());
         assert!(!up.flip && down.flip);
         assert_eq!(JobProposal { flip: false, ..down }, up);
+    }
+
+    #[test]
+    fn cutters_are_those_of_the_library() {
+        let machine = Machine::new(crate::sample_machine::ac_trunnion()).unwrap();
+        let faces = [sheet()];
+        let with = |text: &str| {
+            let text = format!("schema = \"trunnion-library/1\"\nname = \"shop\"\n{text}");
+            let library = library::parse(&text).unwrap();
+            let request = ProposalRequest {
+                library: Some(&library),
+                ..ProposalRequest::new(&faces, &machine)
+            };
+            propose(&request, &Silent)
+        };
+        assert_eq!(with(""), Err(ProposalError::NoCutter));
+        let ball =
+            "[[cutter]]\nname = \"b\"\nnumber = 1\nkind = \"ball\"\ndiameter = 7\nlength = 83\n";
+        let found = with(ball).unwrap();
+        let [only] = &found.operations[..] else { panic!("{found:?}") };
+        assert_eq!((only.cutter.minor, only.cutter.length), (3.5, 83.0));
+        // Its shank is below the end of its ball.
+        let stout = ball.to_owned() + "shank = [[1, 5]]\n";
+        let refused = with(&stout).unwrap_err().to_string();
+        assert!(refused.starts_with("cutter \"b\" of the library: shank entry 0"), "{refused}");
+        // A cutter that is too short for the part is clamped farther out; its holder stays at the gauge point.
+        let short = ball.replace("83", "31") + "holder = [[20, 9], [31, 12]]\n";
+        let found = with(&short).unwrap();
+        let [only] = &found.operations[..] else { panic!("{found:?}") };
+        assert_eq!((only.cutter.minor, only.cutter.length), (3.5, 40.0));
+        assert_eq!(only.cutter.shank, [[29.0, 3.5], [29.0, 9.0], [40.0, 12.0]]);
     }
 
     /// Returns the faces and the diameters proposed for a part of the corpus \[mm\].

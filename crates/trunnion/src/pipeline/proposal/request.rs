@@ -4,6 +4,7 @@ use super::left_out::LeftOutFace;
 use crate::cover::FinishTolerance;
 use crate::cutter::CutterSpec;
 use crate::files::job::JobArea;
+use crate::files::library::LibraryFile;
 use crate::machine::Machine;
 use crate::surface::Face;
 use nalgebra::Vector3;
@@ -21,12 +22,14 @@ pub struct ProposalRequest<'a> {
     pub wanted: Option<&'a [usize]>,
     /// Machine that is to cut it.
     pub machine: &'a Machine,
+    /// Library of the cutters to choose from; `None`: the standard one.
+    pub library: Option<&'a LibraryFile>,
 }
 
 impl<'a> ProposalRequest<'a> {
     /// Requests a job for all faces of a part.
     pub const fn new(faces: &'a [Face], machine: &'a Machine) -> Self {
-        Self { faces, wanted: None, machine }
+        Self { faces, wanted: None, machine, library: None }
     }
 }
 
