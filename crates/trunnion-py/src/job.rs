@@ -12,7 +12,7 @@ use pyo3::types::{PyDict, PyList};
 use std::path::PathBuf;
 use std::sync::Arc;
 use trunnion::setpoint;
-use trunnion::types::{AXES, AxisVector, Leg, Motion, Setpoint, Silent};
+use trunnion::types::{AXES, AxisVector, Leg, Setpoint, Silent};
 use trunnion_cli::calls::{self, JobAnswer, LoadedJob};
 
 /// Position of a setpoint, or one of its derivatives.

@@ -21,6 +21,7 @@ mod operations;
 mod out_of_reach;
 mod outcome;
 mod pass_cost;
+mod pass_order;
 mod planned_motion;
 mod program;
 mod program_format;

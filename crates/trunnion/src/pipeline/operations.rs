@@ -4,7 +4,7 @@ use super::error::PipelineError;
 use super::job::Job;
 use super::leftover::Leftover;
 use super::planned_motion::PlannedMotion;
-use super::{regions, retracts, stages, turn_limit};
+use super::{pass_order, regions, retracts, stages, turn_limit};
 use crate::axes::FollowedPath;
 use crate::cover::{Covering, LeftArea};
 use crate::feed::FeedPlan;
@@ -67,6 +67,8 @@ pub(super) fn passes<'a>(
             idle.push(format!("{}: no pass with this tool finishes anything", job.name));
             continue;
         }
+        let passes = pass_order::shorten_ways(&job.kinematics, covering.passes);
+        let covering = Covering { passes, ..covering };
         let legs = stages::legs(job, &covering.passes, progress)?;
         operations.push(OperationPasses { job, covering, legs });
     }

@@ -15,7 +15,7 @@ pub type TravelTime<'a> = &'a (dyn Fn(&[ToolPose]) -> f64 + Sync);
 #[derive(Clone, Copy)]
 pub struct HopOptions<'a> {
     /// Height of the tip above the ends of the passes in the middle of a hop \[mm\]: more than the
-    /// stock. Twice and four times the height are tried as well.
+    /// stock. Twice, four and eight times the height are tried as well.
     pub height: f64,
     /// Least distance from the faces in the middle of a hop \[mm\]: the material that may be left
     /// on them.
@@ -34,6 +34,12 @@ impl<'a> HopOptions<'a> {
     pub fn new(height: f64, seconds: TravelTime<'a>) -> Self {
         Self { height, clear: 0.5 * height, seconds, step_feed: None }
     }
+
+    /// Returns the time of the machine through stations \[s\].
+    pub(super) fn time(&self, stations: &[Station]) -> f64 {
+        let poses: Vec<ToolPose> = stations.iter().map(|station| station.pose).collect();
+        (self.seconds)(&poses)
+    }
 }
 
 impl fmt::Debug for HopOptions<'_> {
@@ -46,7 +52,7 @@ impl fmt::Debug for HopOptions<'_> {
 }
 
 /// Heights that are tried, over [`HopOptions::height`].
-const HEIGHTS: [f64; 3] = [1.0, 2.0, 4.0];
+const HEIGHTS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 
 /// Steps of a hop. A spline through them is half an ellipse to a thousandth of its height.
 const STEPS: u32 = 16;
@@ -65,6 +71,8 @@ pub(crate) struct HopPath<'a> {
     /// Ends of the leads that the hop would replace, if there are any.
     pub(crate) over: [Option<ToolPose>; 2],
     pub(crate) lever: f64,
+    /// Time of the parts of these leads that are run at the feed \[s\].
+    pub(crate) leads: f64,
 }
 
 impl HopPath<'_> {
@@ -83,18 +91,8 @@ impl HopPath<'_> {
         if angle_between(&from.axis, &to.axis) >= FRAC_PI_2 {
             return None;
         }
-        // Time of the three straight moves that the hop replaces.
-        let link = match self.over {
-            [Some(above), Some(beyond)] => [[from, above], [above, beyond], [beyond, to]]
-                .iter()
-                .map(|way| (hops.seconds)(way))
-                .sum(),
-            _ => f64::INFINITY,
-        };
-        let quick = |stations: &[Station]| {
-            let poses: Vec<ToolPose> = stations.iter().map(|station| station.pose).collect();
-            (hops.seconds)(&poses) < link
-        };
+        let link = self.link_time(hops);
+        let quick = |stations: &[Station]| hops.time(stations) < link;
         HEIGHTS.iter().find_map(|share| {
             let stations = half_ellipse([self.from, self.to], share * hops.height);
             let sweep = PassSweep::of(PoseCurve::through(&stations, self.lever), self.lever);
@@ -108,6 +106,24 @@ impl HopPath<'_> {
             };
             (quick(&stations) && (0..spans).all(kept)).then_some(stations)
         })
+    }
+
+    /// Returns the time of the leads at the feed and of the three straight moves that a hop replaces \[s\].
+    pub(crate) fn link_time(&self, hops: &HopOptions<'_>) -> f64 {
+        let [from, to] = [self.from, self.to].map(|station| station.pose);
+        let moves = match self.over {
+            [Some(above), Some(beyond)] => [[from, above], [above, beyond], [beyond, to]]
+                .iter()
+                .map(|way| (hops.seconds)(way))
+                .sum::<f64>(),
+            _ => f64::INFINITY,
+        };
+        moves + self.leads
+    }
+
+    /// Returns the time of the lowest hop, which may not be free \[s\].
+    pub(crate) fn least_time(&self, hops: &HopOptions<'_>) -> f64 {
+        hops.time(&half_ellipse([self.from, self.to], hops.height))
     }
 
     /// Returns the least distance of some stations from the ends of the hop \[mm\].
@@ -153,7 +169,7 @@ mod tests {
         };
         let (from, to) = (at(0.0), at(40.0));
         let over = [None; 2];
-        let hop = HopPath { from: &from, to: &to, over, lever: 5.0 };
+        let hop = HopPath { from: &from, to: &to, over, lever: 5.0, leads: 0.0 };
         let asked = RefCell::new(Vec::new());
         let free = |_: &PassSweep, span: usize, least: f64| {
             asked.borrow_mut().push((span, least));

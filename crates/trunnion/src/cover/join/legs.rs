@@ -123,11 +123,9 @@ impl LinkPlanner<'_> {
         reach: Option<&AxisReach<'_>>,
     ) -> Result<Vec<Leg>, CoverError> {
         if let (Some(before), Some(next), Some(hops)) = (before, next, hops) {
-            let passes = [before.pass, next.pass];
-            let step = || self.step(passes, hops, reach).map(|way| (Motion::Step, way));
-            let hop = || self.hop(passes, hops, reach).map(|way| (Motion::Hop, way));
-            if let Some((motion, stations)) = step().or_else(hop) {
-                return Ok(vec![Leg { motion, stations }]);
+            let near = self.near([before.pass, next.pass], hops, reach);
+            if let Some(leg) = near {
+                return Ok(vec![leg]);
             }
         }
         let PassJoin { up, link, down } = match (before, next) {
@@ -158,26 +156,40 @@ impl LinkPlanner<'_> {
         Ok(legs)
     }
 
-    /// Plans a hop from one pass to the next, if there is one that is free and quicker than a link.
-    fn hop(
+    /// Plans the way from one pass to the next close to the faces: the quicker of a step and a hop, if it is quicker than a
+    /// link.
+    fn near(
         &self,
-        [before, next]: [&Pass; 2],
+        passes: [&Pass; 2],
         hops: &HopOptions<'_>,
         reach: Option<&AxisReach<'_>>,
-    ) -> Option<Vec<Station>> {
-        let from = before.stations.last()?;
-        let to = next.stations.first()?;
+    ) -> Option<Leg> {
+        let from = passes[0].stations.last()?;
+        let to = passes[1].stations.first()?;
         if !reach.is_none_or(|reach| reach.holds(&[from.pose.axis, to.pose.axis])) {
             return None;
         }
         let over = [self.shortest(from), self.shortest(to)].map(|end| end.map(|s| s.pose));
-        let hop = HopPath { from, to, over, lever: self.lever };
+        let leads = hops.step_feed.map_or(0.0, |feed| 2.0 * self.options.approach / feed);
+        let hop = HopPath { from, to, over, lever: self.lever, leads };
+        let step = |most: f64| {
+            let stations = self.step(passes, hops, most)?;
+            Some(Leg { motion: Motion::Step, stations })
+        };
+        // A step that is quicker than the lowest hop spares the proof of hops.
+        let least = hop.least_time(hops).min(hop.link_time(hops));
+        if let Some(leg) = step(least) {
+            return Some(leg);
+        }
         // The proof is short of its target by the precision at most: ask for that much more.
         let margin = PRECISION * self.options.gouge.abs();
         let free = |sweep: &PassSweep, span, least: f64| {
             self.depth_in(sweep, span, least + margin) <= -least
         };
-        hop.find(hops, free, self.options.gouge)
+        let Some(stations) = hop.find(hops, free, self.options.gouge) else {
+            return step(hop.link_time(hops));
+        };
+        step(hops.time(&stations)).or(Some(Leg { motion: Motion::Hop, stations }))
     }
 
     /// Plans the lead at an end of the program.

@@ -2,17 +2,17 @@
 //!
 //! Over a distance of a strip or two the tool need not leave the face: off it and on again takes several times as long.
 
-use super::hop::{HopOptions, half_ellipse};
+use super::hop::HopOptions;
 use super::leads::{LinkPlanner, PRECISION};
-use crate::cover::join::axis_reach::AxisReach;
 use crate::cover::prove::sweep::PassSweep;
 use crate::math::angle::{angle_between, great_circle};
 use crate::types::{Pass, PoseCurve, Station, ToolPose, Uv};
 use nalgebra::{Unit, UnitVector3};
 use std::f64::consts::FRAC_PI_4;
 
-/// Heights in the middle of a step that are tried, over its length: the face may bulge between its ends.
-const HEIGHTS: [f64; 3] = [0.02, 0.1, 0.3];
+/// Heights in the middle of a step that are tried, over its length: the face may bulge between its ends, and round the
+/// edge between two walls the tip goes a longer way than the contact.
+const HEIGHTS: [f64; 4] = [0.02, 0.06, 0.15, 0.3];
 
 /// Steps between the stations of a step: a parabola, which a spline follows closely.
 const PARTS: u32 = 4;
@@ -21,12 +21,12 @@ const PARTS: u32 = 4;
 const STRIPS: f64 = 2.0;
 
 impl LinkPlanner<'_> {
-    /// Plans a step from one pass to the next, if there is one that keeps off all faces and is quicker than the lowest hop.
+    /// Plans a step from one pass to the next, if there is one that keeps off all faces and takes less than `most` \[s\].
     pub(crate) fn step(
         &self,
         [before, next]: [&Pass; 2],
         hops: &HopOptions<'_>,
-        reach: Option<&AxisReach<'_>>,
+        most: f64,
     ) -> Option<Vec<Station>> {
         let feed = hops.step_feed?;
         let [from, to] = [before.stations.last()?, next.stations.first()?];
@@ -34,28 +34,23 @@ impl LinkPlanner<'_> {
         if length > STRIPS * before.widths.last()?.max(*next.widths.first()?) {
             return None;
         }
+        let tips = (to.pose.tip - from.pose.tip).norm();
         let axes = [from.pose.axis, to.pose.axis];
-        if angle_between(&axes[0], &axes[1]) > FRAC_PI_4
-            || !reach.is_none_or(|reach| reach.holds(&axes))
-        {
+        if angle_between(&axes[0], &axes[1]) > FRAC_PI_4 {
             return None;
         }
         let [from_normal, to_normal] =
             [self.normal(before, before.track.last()?)?, self.normal(next, next.track.first()?)?];
         let up = Unit::try_new(from_normal.into_inner() + to_normal.into_inner(), 0.5)?;
-        let poses = |stations: &[Station]| -> Vec<ToolPose> {
-            stations.iter().map(|station| station.pose).collect()
-        };
-        let hop = (hops.seconds)(&poses(&half_ellipse([from, to], hops.height)));
         let is_quick = |stations: &[Station]| {
-            let poses = poses(stations);
-            let way: f64 = poses.windows(2).map(|pair| (pair[1].tip - pair[0].tip).norm()).sum();
-            (hops.seconds)(&poses).max(way / feed) < hop
+            let way: f64 =
+                stations.windows(2).map(|pair| (pair[1].pose.tip - pair[0].pose.tip).norm()).sum();
+            hops.time(stations).max(way / feed) < most
         };
         let gouge = self.options.gouge;
         let margin = PRECISION * gouge.abs();
         HEIGHTS.iter().find_map(|share| {
-            let stations = parabola([from, to], &up, share * length);
+            let stations = parabola([from, to], &up, share * length.max(tips));
             let sweep = PassSweep::of(PoseCurve::through(&stations, self.lever), self.lever);
             let free = |span| self.depth_in(&sweep, span, margin - gouge) <= gouge;
             let is_free = is_quick(&stations) && (0..sweep.curve.spans.len()).all(free);

@@ -313,7 +313,8 @@ pub(super) struct RawStrategy {
     /// Lead-in and lead-out: along the tool axis, or tangential to the pass.
     #[serde(default)]
     pub(super) lead: RawLead,
-    /// Links between passes: "hop" stays close to the part if that is faster and free of collisions; "retract" always
+    /// Links between passes: "hop" stays close to the part if that is faster and free of collisions, and steps along the face
+    /// at the feed to a pass beside the last; "retract" always
     /// goes up to the clearance plane. With a stock of its own shape the tool always retracts.
     #[serde(default)]
     pub(super) links: RawLinks,
