@@ -138,7 +138,8 @@ fn passes_side_by_side_are_joined_by_one_sweep() {
 #[test]
 fn a_ridge_is_passed_higher_and_a_wall_over_the_plane() {
     let passes = [pass(-28.0, 0.0, false), pass(28.0, 0.0, true)];
-    for (ridge, expected) in [(6.0, Motion::Hop), (16.0, Motion::Hop), (45.0, Motion::Link)] {
+    let hops = [6.0, 16.0, 45.0].map(|ridge| (ridge, Motion::Hop));
+    for (ridge, expected) in hops.into_iter().chain([(75.0, Motion::Link)]) {
         let legs = joined(&passes, floor(ridge), &way);
         let between = legs.iter().filter(|leg| leg.motion == Motion::Hop).count();
         assert_eq!(between, usize::from(expected == Motion::Hop), "ridge {ridge}");
@@ -241,6 +242,15 @@ fn neighbours_are_joined_by_a_step_at_the_feed() {
         assert!(least >= -GOUGE, "ridge {ridge}, x {x}: {least}");
     }
     assert!(steps > 30, "{steps} steps");
+    // Where a pass begins at the end of the one before, there is nothing to step over.
+    for gap in [0.0, 1e-9, 1e-6] {
+        let mut next = pass(-12.0, 0.1, true);
+        for station in &mut next.stations {
+            station.pose.tip.x += gap;
+        }
+        let legs = kinds(&[pass(-12.0, 0.1, false), next], floor(0.0), 10.0);
+        assert_eq!(between(&legs), [Motion::Hop], "gap {gap}");
+    }
 }
 
 #[test]

@@ -17,6 +17,9 @@ const HEIGHTS: [f64; 4] = [0.02, 0.06, 0.15, 0.3];
 /// Steps between the stations of a step: a parabola, which a spline follows closely.
 const PARTS: u32 = 4;
 
+/// Shortest step \[mm\]: through points that nearly coincide no curve has a direction.
+const SHORTEST: f64 = 0.01;
+
 /// Longest step, in widths of the strips at its ends. Farther away lies no neighbour.
 const STRIPS: f64 = 2.0;
 
@@ -31,10 +34,11 @@ impl LinkPlanner<'_> {
         let feed = hops.step_feed?;
         let [from, to] = [before.stations.last()?, next.stations.first()?];
         let length = (to.contact - from.contact).norm();
-        if length > STRIPS * before.widths.last()?.max(*next.widths.first()?) {
+        let tips = (to.pose.tip - from.pose.tip).norm();
+        let longest = STRIPS * before.widths.last()?.max(*next.widths.first()?);
+        if length > longest || tips < SHORTEST {
             return None;
         }
-        let tips = (to.pose.tip - from.pose.tip).norm();
         let axes = [from.pose.axis, to.pose.axis];
         if angle_between(&axes[0], &axes[1]) > FRAC_PI_4 {
             return None;
