@@ -242,14 +242,25 @@ fn neighbours_are_joined_by_a_step_at_the_feed() {
         assert!(least >= -GOUGE, "ridge {ridge}, x {x}: {least}");
     }
     assert!(steps > 30, "{steps} steps");
-    // Where a pass begins at the end of the one before, there is nothing to step over.
-    for gap in [0.0, 1e-9, 1e-6] {
+    // A pass that begins at the end of the one before goes on; beside it by less than a curve could show, the step is straight.
+    for (gap, expected) in [
+        (0.0, None),
+        (1e-14, None),
+        (1e-9, None),
+        (1e-5, Some(Motion::Step)),
+        (0.004, Some(Motion::Step)),
+    ] {
         let mut next = pass(-12.0, 0.1, true);
         for station in &mut next.stations {
             station.pose.tip.x += gap;
         }
         let legs = kinds(&[pass(-12.0, 0.1, false), next], floor(0.0), 10.0);
-        assert_eq!(between(&legs), [Motion::Hop], "gap {gap}");
+        assert_eq!(between(&legs), Vec::from_iter(expected), "gap {gap}");
+        let cuts: Vec<&Leg> = legs.iter().filter(|leg| leg.motion == Motion::Cut).collect();
+        let met = cuts[0].stations.last().map(|end| end.pose)
+            == cuts[1].stations.first().map(|start| start.pose);
+        assert_eq!(met, expected.is_none(), "gap {gap}");
+        curves(&legs);
     }
 }
 

@@ -3,6 +3,7 @@
 use super::hop::{HopOptions, HopPath};
 use super::leads::{ClearLevel, LinkPlanner, PRECISION, PassEnd, moved};
 use super::request::LinkRequest;
+use super::step::goes_on;
 use crate::cover::error::CoverError;
 use crate::cover::join::axis_reach::AxisReach;
 use crate::cover::prove::sweep::PassSweep;
@@ -86,8 +87,17 @@ pub fn legs(request: &LinkRequest<'_>, progress: &dyn Progress) -> Result<Vec<Le
         passes.iter().map(|pass| Leg { motion: Motion::Cut, stations: pass.stations.clone() });
     let mut cuts = cuts.fuse();
     for join in joins {
+        // A pass that goes on begins exactly where the one before ended.
+        let end = legs.last().filter(|_| join.is_empty()).and_then(|leg| leg.stations.last());
+        let end = end.copied();
         legs.extend(join);
-        legs.extend(cuts.next());
+        let mut cut = cuts.next();
+        if let (Some(end), Some(first)) =
+            (end, cut.as_mut().and_then(|cut| cut.stations.first_mut()))
+        {
+            *first = end;
+        }
+        legs.extend(cut);
     }
     Ok(legs)
 }
@@ -123,6 +133,9 @@ impl LinkPlanner<'_> {
         reach: Option<&AxisReach<'_>>,
     ) -> Result<Vec<Leg>, CoverError> {
         if let (Some(before), Some(next), Some(hops)) = (before, next, hops) {
+            if goes_on([before.pass, next.pass]) {
+                return Ok(Vec::new());
+            }
             let near = self.near([before.pass, next.pass], hops, reach);
             if let Some(leg) = near {
                 return Ok(vec![leg]);

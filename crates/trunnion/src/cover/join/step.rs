@@ -17,8 +17,12 @@ const HEIGHTS: [f64; 4] = [0.02, 0.06, 0.15, 0.3];
 /// Steps between the stations of a step: a parabola, which a spline follows closely.
 const PARTS: u32 = 4;
 
-/// Shortest step \[mm\]: through points that nearly coincide no curve has a direction.
-const SHORTEST: f64 = 0.01;
+/// Step that goes straight \[mm\]: over so little no face bulges.
+const STRAIGHT: f64 = 0.01;
+
+/// Distance \[mm\] and angle \[rad\] up to which a pass goes on where the one before ends: a hundredth of the last digit of a
+/// program, and as little at the gauge point.
+const SAME: [f64; 2] = [1e-6, 1e-8];
 
 /// Longest step, in widths of the strips at its ends. Farther away lies no neighbour.
 const STRIPS: f64 = 2.0;
@@ -36,7 +40,7 @@ impl LinkPlanner<'_> {
         let length = (to.contact - from.contact).norm();
         let tips = (to.pose.tip - from.pose.tip).norm();
         let longest = STRIPS * before.widths.last()?.max(*next.widths.first()?);
-        if length > longest || tips < SHORTEST {
+        if length > longest {
             return None;
         }
         let axes = [from.pose.axis, to.pose.axis];
@@ -53,7 +57,8 @@ impl LinkPlanner<'_> {
         };
         let gouge = self.options.gouge;
         let margin = PRECISION * gouge.abs();
-        HEIGHTS.iter().find_map(|share| {
+        let heights: &[f64] = if tips < STRAIGHT { &[0.0] } else { &HEIGHTS };
+        heights.iter().find_map(|share| {
             let stations = parabola([from, to], &up, share * length.max(tips));
             let sweep = PassSweep::of(PoseCurve::through(&stations, self.lever), self.lever);
             let free = |span| self.depth_in(&sweep, span, margin - gouge) <= gouge;
@@ -67,6 +72,15 @@ impl LinkPlanner<'_> {
         let face = self.faces.iter().find(|face| face.face().number == pass.face)?;
         face.face().normal(at.u, at.v)
     }
+}
+
+/// Tests if a pass goes on where the one before ends, as at the seam of two walls that meet smoothly.
+pub(super) fn goes_on([before, next]: [&Pass; 2]) -> bool {
+    let ends = before.stations.last().zip(next.stations.first());
+    ends.is_some_and(|(from, to)| {
+        (to.pose.tip - from.pose.tip).norm() <= SAME[0]
+            && angle_between(&from.pose.axis, &to.pose.axis) <= SAME[1]
+    })
 }
 
 /// Returns the stations of a parabola of some height between two stations; the axis turns on the great circle.
