@@ -50,7 +50,7 @@ pub struct LibraryMachine {
     /// Name of the machine.
     #[schemars(length(min = 1))]
     pub name: String,
-    /// Machine file, or name of a built-in machine, as [machine] in a job has it.
+    /// Machine file, or name of a built-in machine, as the table `machine` of a job has it.
     #[schemars(length(min = 1))]
     pub file: String,
 }
