@@ -22,7 +22,7 @@ pub(crate) struct CheckArgs {
     pub(super) job: Option<PathBuf>,
     /// Number of an operation of the job: checks its own program (`output.programs = "each"`), with its faces, tool and
     /// feed. What it leaves uncut is listed and does not fail the check.
-    #[arg(long, value_name = "N", requires = "job", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", requires = "job")]
     pub(super) operation: Option<u32>,
     /// Machine file, or name of a built-in machine. A CL file needs none.
     #[arg(short, long, value_name = "M")]

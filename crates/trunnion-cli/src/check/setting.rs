@@ -53,7 +53,8 @@ pub(super) struct Setting {
 /// Returns an operation of a job, counted from 1, as a job of its own.
 fn operation(path: &Path, job: Job, number: u32) -> Result<Job, Failure> {
     let count = job.operations().count();
-    job.into_operation(number as usize - 1).ok_or_else(|| {
+    let index = (number as usize).checked_sub(1);
+    index.and_then(|index| job.into_operation(index)).ok_or_else(|| {
         let help = format!("--operation is a number from 1 to {count}");
         let path = path.display();
         Failure::input(format!("{path}: the job has no operation {number}\n  help: {help}"))

@@ -67,7 +67,7 @@ pub(super) fn passes<'a>(
             idle.push(format!("{}: no pass with this tool finishes anything", job.name));
             continue;
         }
-        let passes = pass_order::shorten_ways(&job.kinematics, covering.passes);
+        let passes = pass_order::shorten_links(&job.kinematics, covering.passes);
         let covering = Covering { passes, ..covering };
         let legs = stages::legs(job, &covering.passes, progress)?;
         operations.push(OperationPasses { job, covering, legs });

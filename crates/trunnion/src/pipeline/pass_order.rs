@@ -1,4 +1,4 @@
-//! Order of the faces within an operation: each next to the one before, where that saves time.
+//! Order of the faces within an operation: each next to the one before, where that shortens the links.
 
 use super::estimate::TravelEstimate;
 use crate::machine::Kinematics;
@@ -7,11 +7,11 @@ use crate::types::{Pass, ToolPose};
 /// Most groups of passes that are put in order: the estimates grow with the square of their number.
 const MOST_GROUPS: usize = 400;
 
-/// Puts the faces in an order with short ways between them; the passes of a face stay as they are.
+/// Puts the faces in an order with short links between them; the passes of a face stay as they are.
 ///
-/// After each face follows the one that begins nearest to its end in time of the machine. If the ways are no shorter
+/// After each face follows the one that begins nearest to its end in time of the machine. If the links are no shorter
 /// as a whole, the order stays.
-pub(super) fn shorten_ways(kinematics: &Kinematics, passes: Vec<Pass>) -> Vec<Pass> {
+pub(super) fn shorten_links(kinematics: &Kinematics, passes: Vec<Pass>) -> Vec<Pass> {
     let Some(estimate) = TravelEstimate::new(kinematics) else { return passes };
     in_order(passes, &|from, to| estimate.seconds(&[*from, *to]))
 }
@@ -29,16 +29,16 @@ fn in_order(passes: Vec<Pass>, seconds: &dyn Fn(&ToolPose, &ToolPose) -> f64) ->
     let Some(ends) = ends.filter(|ends| (3..=MOST_GROUPS).contains(&ends.len())) else {
         return passes;
     };
-    let way = |from: usize, to: usize| seconds(&ends[from].last, &ends[to].first);
+    let link = |from: usize, to: usize| seconds(&ends[from].last, &ends[to].first);
     let mut order = vec![0];
     let mut left: Vec<usize> = (1..ends.len()).collect();
     while let Some(&from) = order.last().filter(|_| !left.is_empty()) {
         // Of equal ones the first.
         let nearest =
-            (0..left.len()).min_by(|a, b| way(from, left[*a]).total_cmp(&way(from, left[*b])));
+            (0..left.len()).min_by(|a, b| link(from, left[*a]).total_cmp(&link(from, left[*b])));
         order.push(left.remove(nearest.unwrap_or(0)));
     }
-    let whole = |order: &[usize]| order.windows(2).map(|pair| way(pair[0], pair[1])).sum::<f64>();
+    let whole = |order: &[usize]| order.windows(2).map(|pair| link(pair[0], pair[1])).sum::<f64>();
     let given: Vec<usize> = (0..ends.len()).collect();
     if whole(&order) >= whole(&given) {
         return passes;
@@ -67,12 +67,12 @@ mod tests {
         Pass { face, stations, widths: vec![1.0; 2], track: vec![Uv::new(0.0, 0.0); 2] }
     }
 
-    fn way(from: &ToolPose, to: &ToolPose) -> f64 {
+    fn distance(from: &ToolPose, to: &ToolPose) -> f64 {
         (to.tip - from.tip).norm()
     }
 
     fn faces(passes: Vec<Pass>) -> Vec<usize> {
-        in_order(passes, &way).iter().map(|pass| pass.face).collect()
+        in_order(passes, &distance).iter().map(|pass| pass.face).collect()
     }
 
     #[test]
@@ -92,7 +92,7 @@ mod tests {
             pass(3, [40.0, 50.0]),
             pass(2, [12.0, 30.0]),
         ];
-        let ordered = in_order(strips, &way);
+        let ordered = in_order(strips, &distance);
         let starts: Vec<f64> = ordered.iter().map(|pass| pass.stations[0].pose.tip.x).collect();
         assert_eq!(starts, [0.0, 12.0, 50.0, 40.0]);
     }

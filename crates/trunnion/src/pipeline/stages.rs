@@ -207,8 +207,8 @@ pub(super) fn legs(
     // A pose without a solution makes a hop infinitely long, so that the retract wins.
     let seconds =
         |poses: &[ToolPose]| estimate.as_ref().map_or(f64::INFINITY, |e| e.seconds(poses));
-    let step_feed = Some(job.file.cutting.feed);
-    let hops = HopOptions { step_feed, ..HopOptions::new(approach, &seconds) };
+    let feed = Some(job.file.cutting.feed);
+    let hops = HopOptions { feed, ..HopOptions::new(approach, &seconds) };
     let hops = Some(hops).filter(|_| hop(job));
     // Without ends of linear travel the direction alone decides, and any tip will do.
     let directions = Inverse::new(&inset(&job.kinematics, LinearTravel::Unbounded)).ok();

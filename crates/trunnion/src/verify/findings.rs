@@ -1,11 +1,11 @@
 //! Findings: broken tolerances and limits.
 
+use super::broken_regions::{self, BrokenTolerance};
 use super::deviation::measure::MeasuredHeights;
 use super::options::CheckOptions;
-use super::places::{self, BrokenTolerance};
 use crate::verify::report::{Audit, Finding};
 
-/// Most places of gouges that are named, and as many of excess.
+/// Most regions of gouges that are named, and as many of excess.
 const MOST_NAMED: usize = 20;
 
 /// Findings of broken tolerances.
@@ -17,17 +17,17 @@ pub(super) fn broken_tolerances(heights: &MeasuredHeights, options: &CheckOption
             BrokenTolerance::Gouge => Finding::Gouge,
             BrokenTolerance::Excess => Finding::Excess,
         };
-        let mut places = places::broken(by, maps, between, options).into_iter();
-        // Where the tool as a whole is too low or too high, no place is to blame: the worst is an example.
+        let mut regions = broken_regions::broken(by, maps, between, options).into_iter();
+        // Where the tool as a whole is too low or too high, no region is to blame: the worst is an example.
         if deviation.higher.is_some() {
-            findings.extend(places.next().map(finding));
+            findings.extend(regions.next().map(finding));
             continue;
         }
-        findings.extend(places.by_ref().take(MOST_NAMED).map(finding));
-        findings.extend(match (places.len(), by) {
+        findings.extend(regions.by_ref().take(MOST_NAMED).map(finding));
+        findings.extend(match (regions.len(), by) {
             (0, _) => None,
-            (places, BrokenTolerance::Gouge) => Some(Finding::FurtherGouges { places }),
-            (places, BrokenTolerance::Excess) => Some(Finding::FurtherExcess { places }),
+            (regions, BrokenTolerance::Gouge) => Some(Finding::FurtherGouges { regions }),
+            (regions, BrokenTolerance::Excess) => Some(Finding::FurtherExcess { regions }),
         });
     }
     if let Some(higher) = deviation.higher {

@@ -21,6 +21,7 @@
 
 mod assumed_error;
 mod axes;
+mod broken_regions;
 mod check;
 mod clash;
 mod deviation;
@@ -33,7 +34,6 @@ mod input;
 mod inspect;
 mod line_stats;
 mod options;
-mod places;
 mod replay;
 mod report;
 mod setpoints;

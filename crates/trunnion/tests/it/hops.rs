@@ -213,7 +213,7 @@ fn standing(x: f64, back: bool, face: &FaceIndex) -> Pass {
 fn neighbours_are_joined_by_a_step_at_the_feed() {
     let seconds = |poses: &[ToolPose]| way(poses) / 20.0;
     let kinds = |passes: &[Pass], face: FaceIndex, feed: f64| {
-        let hops = HopOptions { step_feed: Some(feed), ..HopOptions::new(HEIGHT, &seconds) };
+        let hops = HopOptions { feed: Some(feed), ..HopOptions::new(HEIGHT, &seconds) };
         joined_by(passes, face, &hops)
     };
     let between = |legs: &[Leg]| -> Vec<Motion> {

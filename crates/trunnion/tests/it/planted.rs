@@ -200,7 +200,7 @@ fn gouges(report: &Report) -> Vec<(u32, f64)> {
 /// Locations too deep by 3 micrometres, far from each other: each is named once, on a grid that is finer than what they
 /// cut and on one that misses some of them.
 #[test]
-fn every_place_of_a_fault_is_named() {
+fn every_fault_is_named() {
     let job = Job::new();
     let planted = [[2, 4], [2, 12], [5, 8], [8, 3], [8, 11], [10, 8]];
     let mut text = job.text.clone();
@@ -227,9 +227,9 @@ fn every_place_of_a_fault_is_named() {
     assert!(missed > 0, "every fault was on a grid point: nothing had to be found between them");
 }
 
-/// More places than are named are counted.
+/// More faults than are named are counted.
 #[test]
-fn places_beyond_those_named_are_counted() {
+fn faults_beyond_those_named_are_counted() {
     let job = Job::new();
     let mut text = job.text.clone();
     let mut planted = 0;
@@ -243,7 +243,7 @@ fn places_beyond_those_named_are_counted() {
     let report = job.check_on(&text, 0.05);
     let named = gouges(&report).len();
     let further = report.findings.iter().find_map(|finding| match finding {
-        Finding::FurtherGouges { places } => Some(*places),
+        Finding::FurtherGouges { regions } => Some(*regions),
         _ => None,
     });
     assert_eq!((named, named + further.unwrap()), (20, planted), "{:?}", messages(&report));

@@ -23,16 +23,16 @@ pub struct HopOptions<'a> {
     /// Estimates the time of the machine through poses, from rest to rest \[s\]. A hop is
     /// taken if it is quicker than three straight moves up, over and down.
     pub seconds: TravelTime<'a>,
-    /// Feed of steps \[mm/s\]: from a pass to one beside it the tool may go along the face where that is quicker than a hop.
-    /// `None` always leaves the face.
-    pub step_feed: Option<f64>,
+    /// Feed of leads and of steps \[mm/s\]: from a pass to one beside it the tool may go along the face where that is quicker
+    /// than to leave it. `None`: leads take no longer than the machine needs, and there are no steps.
+    pub feed: Option<f64>,
 }
 
 impl<'a> HopOptions<'a> {
     /// Hops `height` \[mm\] high on a machine with that estimate of time, at least half the height from the faces
     /// in the middle. There are no steps.
     pub fn new(height: f64, seconds: TravelTime<'a>) -> Self {
-        Self { height, clear: 0.5 * height, seconds, step_feed: None }
+        Self { height, clear: 0.5 * height, seconds, feed: None }
     }
 
     /// Returns the time of the machine through stations \[s\].
@@ -44,9 +44,9 @@ impl<'a> HopOptions<'a> {
 
 impl fmt::Debug for HopOptions<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { height, clear, step_feed, .. } = self;
+        let Self { height, clear, feed, .. } = self;
         let mut all = f.debug_struct("HopOptions");
-        let all = all.field("height", height).field("clear", clear).field("step_feed", step_feed);
+        let all = all.field("height", height).field("clear", clear).field("feed", feed);
         all.finish_non_exhaustive()
     }
 }

@@ -3,7 +3,7 @@
 use super::hop::{HopOptions, HopPath};
 use super::leads::{ClearLevel, LinkPlanner, PRECISION, PassEnd, moved};
 use super::request::LinkRequest;
-use super::step::goes_on;
+use super::step::continues;
 use crate::cover::error::CoverError;
 use crate::cover::join::axis_reach::AxisReach;
 use crate::cover::prove::sweep::PassSweep;
@@ -18,8 +18,8 @@ const UPRIGHT: f64 = 0.5;
 /// Joins passes: down to the first, along it, over to the next, and up from the last. Passes are run in
 /// the order and direction given.
 ///
-/// From pass to pass the tool steps along the face or hops if [`LinkRequest::hops`] allows it and that is quicker. Otherwise it goes up by a
-/// lead, over at a height where it may turn, and down again. Each step, hop and lead is proven to keep off all faces,
+/// From pass to pass the tool steps along the face or hops if [`LinkRequest::hops`] allows it and that is quicker.
+/// Otherwise it goes up by a lead, over at a height where it may turn, and down again. Each step, hop and lead is proven to keep off all faces,
 /// with the whole tool up to the gauge point. If a lead along the tool axis gouges, one inclined towards
 /// [`LinkOptions::up`](super::request::LinkOptions::up) is taken.
 ///
@@ -87,7 +87,7 @@ pub fn legs(request: &LinkRequest<'_>, progress: &dyn Progress) -> Result<Vec<Le
         passes.iter().map(|pass| Leg { motion: Motion::Cut, stations: pass.stations.clone() });
     let mut cuts = cuts.fuse();
     for join in joins {
-        // A pass that goes on begins exactly where the one before ended.
+        // A pass that continues the one before begins exactly where that ended.
         let end = legs.last().filter(|_| join.is_empty()).and_then(|leg| leg.stations.last());
         let end = end.copied();
         legs.extend(join);
@@ -133,11 +133,11 @@ impl LinkPlanner<'_> {
         reach: Option<&AxisReach<'_>>,
     ) -> Result<Vec<Leg>, CoverError> {
         if let (Some(before), Some(next), Some(hops)) = (before, next, hops) {
-            if goes_on([before.pass, next.pass]) {
+            let passes = [before.pass, next.pass];
+            if continues(passes) {
                 return Ok(Vec::new());
             }
-            let near = self.near([before.pass, next.pass], hops, reach);
-            if let Some(leg) = near {
+            if let Some(leg) = self.short_link(passes, hops, reach) {
                 return Ok(vec![leg]);
             }
         }
@@ -169,9 +169,8 @@ impl LinkPlanner<'_> {
         Ok(legs)
     }
 
-    /// Plans the way from one pass to the next close to the faces: the quicker of a step and a hop, if it is quicker than a
-    /// link.
-    fn near(
+    /// Plans a link close to the faces, if it is quicker than one over the part: the quicker of a step and a hop.
+    fn short_link(
         &self,
         passes: [&Pass; 2],
         hops: &HopOptions<'_>,
@@ -183,26 +182,30 @@ impl LinkPlanner<'_> {
             return None;
         }
         let over = [self.shortest(from), self.shortest(to)].map(|end| end.map(|s| s.pose));
-        let leads = hops.step_feed.map_or(0.0, |feed| 2.0 * self.options.approach / feed);
+        let leads = hops.feed.map_or(0.0, |feed| 2.0 * self.options.approach / feed);
         let hop = HopPath { from, to, over, lever: self.lever, leads };
-        let step = |most: f64| {
-            let stations = self.step(passes, hops, most)?;
-            Some(Leg { motion: Motion::Step, stations })
-        };
+        let step = self.step(passes, hops, hop.link_time(hops));
         // A step that is quicker than the lowest hop spares the proof of hops.
-        let least = hop.least_time(hops).min(hop.link_time(hops));
-        if let Some(leg) = step(least) {
-            return Some(leg);
-        }
+        let step = match step {
+            Some((time, stations)) if time < hop.least_time(hops) => {
+                return Some(Leg { motion: Motion::Step, stations });
+            }
+            step => step,
+        };
         // The proof is short of its target by the precision at most: ask for that much more.
         let margin = PRECISION * self.options.gouge.abs();
         let free = |sweep: &PassSweep, span, least: f64| {
             self.depth_in(sweep, span, least + margin) <= -least
         };
-        let Some(stations) = hop.find(hops, free, self.options.gouge) else {
-            return step(hop.link_time(hops));
-        };
-        step(hops.time(&stations)).or(Some(Leg { motion: Motion::Hop, stations }))
+        let hop = hop.find(hops, free, self.options.gouge);
+        match (step, hop) {
+            (Some((time, stations)), hop)
+                if hop.as_ref().is_none_or(|hop| time < hops.time(hop)) =>
+            {
+                Some(Leg { motion: Motion::Step, stations })
+            }
+            (_, hop) => hop.map(|stations| Leg { motion: Motion::Hop, stations }),
+        }
     }
 
     /// Plans the lead at an end of the program.

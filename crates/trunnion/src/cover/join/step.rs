@@ -20,22 +20,25 @@ const PARTS: u32 = 4;
 /// Step that goes straight \[mm\]: over so little no face bulges.
 const STRAIGHT: f64 = 0.01;
 
-/// Distance \[mm\] and angle \[rad\] up to which a pass goes on where the one before ends: a hundredth of the last digit of a
+/// Distance \[mm\] and angle \[rad\] up to which a pass continues the one before: a hundredth of the last digit of a
 /// program, and as little at the gauge point.
 const SAME: [f64; 2] = [1e-6, 1e-8];
+
+/// Least length of the sum of the normals at both ends: of opposite faces, no direction leads off both.
+const LEAST_SUM: f64 = 0.5;
 
 /// Longest step, in widths of the strips at its ends. Farther away lies no neighbour.
 const STRIPS: f64 = 2.0;
 
 impl LinkPlanner<'_> {
-    /// Plans a step from one pass to the next, if there is one that keeps off all faces and takes less than `most` \[s\].
+    /// Plans a step from one pass to the next, with its time \[s\], if one keeps off all faces and takes less than `most`.
     pub(crate) fn step(
         &self,
         [before, next]: [&Pass; 2],
         hops: &HopOptions<'_>,
         most: f64,
-    ) -> Option<Vec<Station>> {
-        let feed = hops.step_feed?;
+    ) -> Option<(f64, Vec<Station>)> {
+        let feed = hops.feed?;
         let [from, to] = [before.stations.last()?, next.stations.first()?];
         let length = (to.contact - from.contact).norm();
         let tips = (to.pose.tip - from.pose.tip).norm();
@@ -49,21 +52,21 @@ impl LinkPlanner<'_> {
         }
         let [from_normal, to_normal] =
             [self.normal(before, before.track.last()?)?, self.normal(next, next.track.first()?)?];
-        let up = Unit::try_new(from_normal.into_inner() + to_normal.into_inner(), 0.5)?;
-        let is_quick = |stations: &[Station]| {
-            let way: f64 =
-                stations.windows(2).map(|pair| (pair[1].pose.tip - pair[0].pose.tip).norm()).sum();
-            hops.time(stations).max(way / feed) < most
+        let up = Unit::try_new(from_normal.into_inner() + to_normal.into_inner(), LEAST_SUM)?;
+        let seconds = |stations: &[Station]| {
+            let lengths =
+                stations.windows(2).map(|pair| (pair[1].pose.tip - pair[0].pose.tip).norm());
+            hops.time(stations).max(lengths.sum::<f64>() / feed)
         };
         let gouge = self.options.gouge;
         let margin = PRECISION * gouge.abs();
         let heights: &[f64] = if tips < STRAIGHT { &[0.0] } else { &HEIGHTS };
         heights.iter().find_map(|share| {
             let stations = parabola([from, to], &up, share * length.max(tips));
+            let time = Some(seconds(&stations)).filter(|time| *time < most)?;
             let sweep = PassSweep::of(PoseCurve::through(&stations, self.lever), self.lever);
             let free = |span| self.depth_in(&sweep, span, margin - gouge) <= gouge;
-            let is_free = is_quick(&stations) && (0..sweep.curve.spans.len()).all(free);
-            is_free.then_some(stations)
+            (0..sweep.curve.spans.len()).all(free).then_some((time, stations))
         })
     }
 
@@ -74,8 +77,8 @@ impl LinkPlanner<'_> {
     }
 }
 
-/// Tests if a pass goes on where the one before ends, as at the seam of two walls that meet smoothly.
-pub(super) fn goes_on([before, next]: [&Pass; 2]) -> bool {
+/// Tests if a pass continues the one before, as at the seam of two walls that meet smoothly.
+pub(super) fn continues([before, next]: [&Pass; 2]) -> bool {
     let ends = before.stations.last().zip(next.stations.first());
     ends.is_some_and(|(from, to)| {
         (to.pose.tip - from.pose.tip).norm() <= SAME[0]

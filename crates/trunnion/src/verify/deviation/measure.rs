@@ -11,9 +11,9 @@ use crate::cutter::Cutter;
 use crate::math;
 use crate::surface::Face;
 use crate::types::{Cancelled, Progress, Stage, UncutRegion};
+use crate::verify::broken_regions::{self, BrokenTolerance};
 use crate::verify::error::VerifyError;
 use crate::verify::options::{BoundMargins, BoundOptions, CheckOptions};
-use crate::verify::places::{self, BrokenTolerance};
 use crate::verify::replay::segments::Run;
 use crate::verify::report::{Audit, Deviation, ExtremeHeight, FaceMap, HeightBounds, Sensitivity};
 use std::f64::consts::PI;
@@ -124,9 +124,9 @@ impl MeasureTask<'_> {
             let promise = BoundOptions { excess: false, ..promise };
             found = self.promised(chunks, &measured, &promise, &mut other)?;
         }
-        // The map of the cuts takes no gouge where nothing cuts, so their places are kept.
+        // The map of the cuts takes no gouge where nothing cuts, so their regions are kept.
         let rapids = measured.iter().map(|measured| &measured.map);
-        between.extend(places::broken(BrokenTolerance::Gouge, rapids, &found, options));
+        between.extend(broken_regions::broken(BrokenTolerance::Gouge, rapids, &found, options));
         deviation.lowest = other.lowest;
         deviation.bounds = deviation.bounds.zip(other.bounds).map(|(bounds, other)| HeightBounds {
             // The bound over all motion is the larger of both; areas without proof may differ, so they add up.

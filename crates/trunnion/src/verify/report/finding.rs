@@ -15,15 +15,15 @@ pub enum Finding {
     Gouge(ExtremeHeight),
     /// The tool leaves too much material.
     Excess(ExtremeHeight),
-    /// Gouges at further places, each less deep than those named.
+    /// Gouges in further regions, each less deep than those named.
     FurtherGouges {
-        /// Number of places.
-        places: usize,
+        /// Number of regions.
+        regions: usize,
     },
-    /// Excess at further places, each lower than those named.
+    /// Excess in further regions, each lower than those named.
     FurtherExcess {
-        /// Number of places.
-        places: usize,
+        /// Number of regions.
+        regions: usize,
     },
     /// One shift of the tool along its axis would keep the tolerance everywhere, see [`Deviation::higher`](super::Deviation::higher).
     Length {
@@ -82,11 +82,11 @@ impl fmt::Display for Finding {
                 write!(f, "gouge of {:.4} mm{more} {e}", 0.0 - e.height)
             }
             Self::Excess(e) => write!(f, "excess of {:.4} mm {e}", e.height),
-            Self::FurtherGouges { places } => {
-                write!(f, "gouges at {places} further places, each less deep")
+            Self::FurtherGouges { regions } => {
+                write!(f, "gouges in {regions} further regions, each less deep")
             }
-            Self::FurtherExcess { places } => {
-                write!(f, "excess at {places} further places, each lower")
+            Self::FurtherExcess { regions } => {
+                write!(f, "excess in {regions} further regions, each lower")
             }
             Self::Length { higher: Interval { low: least, high: most } } => {
                 let (way, near, far) =

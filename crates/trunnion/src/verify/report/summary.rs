@@ -21,7 +21,7 @@ pub struct Report {
     pub choices: Choices,
     /// Moves that are unknown after tool changes; `None` without a tool change.
     pub changes: Option<Changes>,
-    /// Everything that breaks a tolerance or a limit: gouges and excess place by place, the worst first; of all else the
+    /// Everything that breaks a tolerance or a limit: gouges and excess region by region, the worst first; of all else the
     /// worst of its kind.
     pub findings: Vec<Finding>,
 }

@@ -20,7 +20,7 @@ const FEW_PIECES: usize = 400;
 const ALL_PIECES: usize = 1_500_000;
 /// Most pieces of one such tile. More are needed only where the bound cannot come near the truth.
 const MOST_PIECES: usize = 60_000;
-/// Most broken tiles that are divided into their cells: there are more places then than are named.
+/// Most broken tiles that are divided into their cells: there are more regions then than are named.
 const MOST_DIVIDED: usize = 64;
 /// Accuracy of trims as a share of a cell's parameters.
 const TRIM_SHARE: f64 = 1e-3;

@@ -1,4 +1,4 @@
-//! Places at which a tolerance is broken: connected points of a grid, and what the proof found between them.
+//! Regions in which a tolerance is broken: connected points of a grid, and what the proof found between them.
 
 use super::options::CheckOptions;
 use super::report::{ExtremeHeight, FaceMap, HeightSample};
@@ -33,33 +33,33 @@ impl BrokenTolerance {
         let height = sample.height.filter(|height| counts && self.is_broken_by(*height, options));
         // At the end of the search range a depth is only a lower bound.
         let or_deeper = height? <= -options.reach;
-        ExtremeHeight::of(face, sample).map(|place| ExtremeHeight { or_deeper, ..place })
+        ExtremeHeight::of(face, sample).map(|region| ExtremeHeight { or_deeper, ..region })
     }
 }
 
-/// Returns the places of all faces at which a tolerance is broken, the worst first; `between` are heights found between
+/// Returns the regions of all faces in which a tolerance is broken, each by its worst height, the worst first; `between` are heights found between
 /// the points of the maps.
 ///
-/// Points that touch on the grid are one place. A wrong location makes two moves wrong, so what one line makes worst on a
-/// face and what the next does are one place, too. Each place is stated by its worst height.
+/// Points that touch on the grid are one region. A wrong location makes two moves wrong, so what one line makes worst on a
+/// face and what the next does are one region, too.
 pub(super) fn broken<'a>(
     by: BrokenTolerance,
     maps: impl IntoIterator<Item = &'a FaceMap>,
     between: &[ExtremeHeight],
     options: &CheckOptions,
 ) -> Vec<ExtremeHeight> {
-    let of = |map: &FaceMap| MapBreaches::new(by, map, between, options).places();
-    let mut places: Vec<ExtremeHeight> = maps.into_iter().flat_map(of).collect();
-    // Heights of one kind have one sign. A stable sort: equal places keep the order of the faces.
-    places.sort_by(|a, b| b.height.abs().total_cmp(&a.height.abs()));
+    let of = |map: &FaceMap| MapBreaches::new(by, map, between, options).regions();
+    let mut regions: Vec<ExtremeHeight> = maps.into_iter().flat_map(of).collect();
+    // Heights of one kind have one sign. A stable sort: equal regions keep the order of the faces.
+    regions.sort_by(|a, b| b.height.abs().total_cmp(&a.height.abs()));
     let mut stated = BTreeSet::new();
-    places.retain(|ExtremeHeight { face, line, .. }| {
+    regions.retain(|ExtremeHeight { face, line, .. }| {
         let lines = line.saturating_sub(1)..=line.saturating_add(1);
         let is_new = !lines.into_iter().any(|line| stated.contains(&(*face, line)));
         stated.insert((*face, *line));
         is_new
     });
-    places
+    regions
 }
 
 /// Broken heights over one face.
@@ -96,21 +96,21 @@ impl<'a> MapBreaches<'a> {
     }
 
     /// Returns the worst height of each group of marked points that touch, and all heights away from them.
-    fn places(mut self) -> Vec<ExtremeHeight> {
-        // Worst first: a height whose point has lost its mark belongs to a place that is known.
+    fn regions(mut self) -> Vec<ExtremeHeight> {
+        // Worst first: a height whose point has lost its mark belongs to a region that is known.
         self.heights.sort_by(|(_, a), (_, b)| b.height.abs().total_cmp(&a.height.abs()));
         let heights = std::mem::take(&mut self.heights);
-        let mut places = Vec::new();
+        let mut regions = Vec::new();
         for (index, height) in heights {
             let is_new = index.is_none_or(|index| self.marked[index]);
             if is_new {
-                places.push(height);
+                regions.push(height);
             }
             if let Some(index) = index.filter(|_| is_new) {
                 self.unmark_all_touching(index);
             }
         }
-        places
+        regions
     }
 
     /// Takes the marks off a point and off all that are connected to it.
@@ -189,15 +189,16 @@ mod tests {
     }
 
     fn heights(map: &FaceMap, between: &[ExtremeHeight]) -> Vec<f64> {
-        let places = broken(BrokenTolerance::Gouge, std::slice::from_ref(map), between, &options());
-        places.iter().map(|place| place.height).collect()
+        let regions =
+            broken(BrokenTolerance::Gouge, std::slice::from_ref(map), between, &options());
+        regions.iter().map(|region| region.height).collect()
     }
 
     #[test]
     fn points_that_touch_are_one_place() {
         let apart = [([1, 1], -0.003), ([2, 2], -0.005), ([2, 3], -0.004), ([5, 1], -0.006)];
         assert_eq!(heights(&map(&apart), &[]), [-0.006, -0.005]);
-        // What keeps the tolerance is no place, and the last column does not touch the first of the next row.
+        // What keeps the tolerance is no region, and the last column does not touch the first of the next row.
         let ends = [([1, 6], -0.003), ([2, 0], -0.004), ([4, 4], -0.001)];
         assert_eq!(heights(&map(&ends), &[]), [-0.004, -0.003]);
     }
@@ -205,11 +206,11 @@ mod tests {
     #[test]
     fn what_is_found_between_the_points_belongs_to_the_place_around_it() {
         let map = map(&[([2, 2], -0.005)]);
-        // In a cell at the point: the same place, by its deeper height.
+        // In a cell at the point: the same region, by its deeper height.
         assert_eq!(heights(&map, &[gouge(2.5, 2.5, -0.006, 900)]), [-0.006]);
-        // In the next cell: another place.
+        // In the next cell: another region.
         assert_eq!(heights(&map, &[gouge(3.5, 2.5, -0.006, 900)]), [-0.006, -0.005]);
-        // Of the same line, as the point at (2, 2) is made by line 32, or of the next: no further place.
+        // Of the same line, as the point at (2, 2) is made by line 32, or of the next: no further region.
         for line in [31, 32, 33] {
             assert_eq!(heights(&map, &[gouge(6.5, 2.5, -0.004, line)]), [-0.005]);
         }
@@ -223,13 +224,13 @@ mod tests {
         map.samples[2 * COLUMNS + 2].as_mut().unwrap().rest = true;
         let maps = std::slice::from_ref(&map);
         let excess = broken(BrokenTolerance::Excess, maps, &[], &options());
-        assert_eq!(excess.iter().map(|place| place.height).collect::<Vec<_>>(), [0.04]);
+        assert_eq!(excess.iter().map(|region| region.height).collect::<Vec<_>>(), [0.04]);
         let gouges = broken(BrokenTolerance::Gouge, maps, &[], &options());
         assert!(gouges.len() == 1 && gouges[0].or_deeper, "{gouges:?}");
     }
 
     proptest! {
-        /// As many places as a search from point to point by brute force finds.
+        /// As many regions as a search from point to point by brute force finds.
         #[test]
         fn places_are_the_connected_groups(marks in proptest::collection::vec(any::<bool>(), ROWS * COLUMNS)) {
             let at = |index: usize| [index / COLUMNS, index % COLUMNS];
