@@ -1,21 +1,19 @@
 //! Coverage: proves which cells of a face the passes finish, over all of the face and not only at
 //! points.
 //!
-//! A point is finished if the point above it, as high as the excess allowed, was inside the cutter.
-//! The cutter is convex, so a cell is finished if its corners are inside by more than the cell
-//! bows. Every corner may have its own time, as long as the tool between those times bows little as
-//! well. Nothing here uses strips or closest points, so a mistake there cannot hide.
+//! A point is finished if the point above it, as high as the excess allowed, was inside the cutter; a
+//! cell, if [`CellPassage`] proves it. Nothing here uses strips or closest points, so a mistake there cannot hide.
 
 use crate::cover::layout::advance::PassPart;
 use crate::cover::layout::chart::Chart;
 use crate::cover::layout::region::{ChartPoint, TrimmedRegion, meets};
+use crate::cover::prove::cell_passage::CellPassage;
 use crate::cover::prove::connected::hull;
 use crate::cover::prove::deepest::deepest;
 use crate::cover::prove::face_tree::{FaceCell, edge};
 use crate::cover::prove::sweep::{PassSweep, SweepInstant};
 use crate::cutter::ConvexSolid;
 use crate::surface::FaceIndex;
-use crate::types::Interval;
 use nalgebra::Point3;
 use rayon::prelude::*;
 use std::cmp::Ordering;
@@ -34,6 +32,9 @@ const FINER: f64 = 4.0;
 
 /// Largest number of columns.
 const COLUMNS: f64 = 400.0;
+
+/// Ratio of the sides of a cell before it is as narrow as asked, over that of the smallest cells.
+const SLENDER: f64 = 16.0;
 
 /// Width that a pass may finish, in widths of the cutter.
 const WINDOW: f64 = 1.0;
@@ -71,12 +72,6 @@ pub(crate) struct PassColumn {
 struct ClosestPass {
     u: f64,
     distance: f64,
-}
-
-/// Corner of a cell, with the time at which it is compared with the cutter.
-struct TimedCorner {
-    u: f64,
-    corner: Point3<f64>,
 }
 
 /// Column to search for its first open cell.
@@ -401,7 +396,9 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
             }
             // Where no pose comes near, all of a cell is open.
             let b = b / self.grain.long;
-            let longer = usize::from(b > a);
+            // What is finished ends almost straight across a column: first long cells that narrow towards its end.
+            let longest = if a > smallest { SLENDER * a } else { a };
+            let longer = usize::from(b > longest);
             let resolved = is_resolved(&cell, [across, along], longer);
             if a.max(b) <= smallest || resolved || (whole && near.is_empty()) {
                 return Some([cell.range[0][0], cell.middle()[1]]);
@@ -461,7 +458,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
     fn inside(&self, cell: &FaceCell, poses: &[[usize; 2]]) -> Option<bool> {
         let sweep = self.sweeps[poses.first()?[0]];
         for start in self.passings(&cell.centre(), sweep, poses).into_iter().flatten() {
-            if self.inside_about(cell, sweep, start)? {
+            if (CellPassage { end: &self.end, cell, sweep }).is_inside(start)? {
                 return Some(true);
             }
         }
@@ -503,75 +500,6 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
             keep(last);
         }
         found.map(|known| known.map(|passing| passing.u))
-    }
-
-    /// Returns `true` if the cell was inside the cutter about the time `start`.
-    fn inside_about(&self, cell: &FaceCell, sweep: &PassSweep, start: f64) -> Option<bool> {
-        let centre = cell.centre();
-        let (u, here) = deepest(sweep, &self.end, &centre, start)?;
-        if self.end.distance(&centre, &here.pose) > 0.0 {
-            return Some(false);
-        }
-        let at = |u: f64| cell.corners().map(|corner| TimedCorner { u, corner });
-        // First at one instant. Where the cutter hardly moves, as about a pole, the deepest times of neighbouring points
-        // lie far apart, and the bounds over the time between them prove nothing.
-        if self.holds(cell, sweep, &at(u))? {
-            return Some(true);
-        }
-        // Guess for each corner: the time at which the cutter has moved on by its offset.
-        // Time in which the cutter moves on by a vector: its component along the velocity over the
-        // speed.
-        let pace = here.velocity / here.velocity.norm_squared().max(f64::MIN_POSITIVE);
-        let Interval { low, high } = sweep.curve.range();
-        let mut ends = at(u);
-        for end in &mut ends {
-            end.u = (u + (end.corner - centre).dot(&pace)).clamp(low, high);
-        }
-        // Then with guessed times; only if that fails, with the deepest time of each corner.
-        if self.holds(cell, sweep, &ends)? {
-            return Some(true);
-        }
-        for end in &mut ends {
-            end.u = deepest(sweep, &self.end, &end.corner, end.u)?.0;
-        }
-        self.holds(cell, sweep, &ends)
-    }
-
-    /// Returns `true` if all corners, at their times, are inside the cutter by more than anything
-    /// bows.
-    fn holds(&self, cell: &FaceCell, sweep: &PassSweep, ends: &[TimedCorner]) -> Option<bool> {
-        let mut seen = Vec::with_capacity(4);
-        let mut highest = f64::NEG_INFINITY;
-        for TimedCorner { u, corner } in ends {
-            let pose = sweep.curve.pose(*u)?;
-            highest = highest.max(self.end.distance(corner, &pose));
-            seen.push((*u, corner - pose.tip));
-        }
-        if highest > 0.0 {
-            return Some(false);
-        }
-        let times = || seen.iter().map(|(u, _)| *u);
-        let (first, last) =
-            times().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), u| (a.min(u), b.max(u)));
-        let bend = sweep.bend_between(first, last);
-        let far = seen.iter().map(|(_, q)| q.norm()).fold(0.0, f64::max);
-        // Between two corners with times t0 and t1 the image deviates from the chord by its sag,
-        // the second-order motion of the tip, and the turn over the distance, each over 8.
-        let bow = |k: usize| {
-            let pairs = if k == 0 { [(0, 2), (1, 3)] } else { [(0, 1), (2, 3)] };
-            let sag = cell.sag(k);
-            let of = |(i, j): (usize, usize)| {
-                let ((t0, q0), (t1, q1)) = (seen[i], seen[j]);
-                let (time, apart) = ((t1 - t0).abs(), (q1 - q0).norm());
-                let tip = bend.tip * time * time;
-                // Second-order terms of a product: the turn times the change of the point seen from
-                // the tool.
-                let turning = 2.0 * bend.turn * time * (apart + 8.0 * sag + tip);
-                tip + turning + (bend.twist + bend.turn * bend.turn) * time * time * far
-            };
-            sag + 0.125 * pairs.map(of).into_iter().fold(0.0, f64::max)
-        };
-        Some(highest + bow(0) + bow(1) <= 0.0)
     }
 }
 

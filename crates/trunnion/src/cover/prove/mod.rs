@@ -1,5 +1,6 @@
 //! Proofs about moving tools: clearance from faces, and coverage of the face that is cut.
 
+pub(super) mod cell_passage;
 pub(super) mod clearance;
 pub(super) mod connected;
 pub(super) mod coverage;

@@ -14,6 +14,8 @@ pub(crate) struct PassSweep {
     /// Cubic coefficients of tip and tool-axis vector on every span, as in the curve.
     cubics: Vec<[Vector6<f64>; 4]>,
     bends: Vec<CurveBound>,
+    /// Jumps of the third derivatives of tip and tool-axis vector at the knots before each span, added up.
+    kinks: Vec<[f64; 2]>,
     /// Movement over half a step between poses: of the tip, and per mm of distance from it.
     pace: [f64; 2],
     /// Poses to start searches from, with their parameters.
@@ -77,6 +79,19 @@ impl CurveBound {
     }
 }
 
+/// Adds up the jumps of the third derivatives of tip and tool-axis vector, up to the start of each span.
+fn kinks(cubics: &[[Vector6<f64>; 4]]) -> Vec<[f64; 2]> {
+    let mut sum = [0.0; 2];
+    let mut before = cubics.first().map(|[.., d]| *d);
+    let jump = |[.., d]: &[Vector6<f64>; 4]| {
+        let jump = before.replace(*d).map_or_else(Vector6::zeros, |before| (d - before) * 6.0);
+        sum[0] += jump.fixed_rows::<3>(0).norm();
+        sum[1] += jump.fixed_rows::<3>(3).norm();
+        sum
+    };
+    cubics.iter().map(jump).collect()
+}
+
 impl PassSweep {
     /// Lays the curve through `stations`.
     pub(crate) fn through(stations: &[Station], lever: f64) -> Self {
@@ -107,8 +122,9 @@ impl PassSweep {
             let [a, b, c, d, ..] = span.coefficients;
             [a, b, c, d].map(|coefficient| coefficient.fixed_rows::<6>(0).into_owned())
         };
-        let cubics = curve.spans.iter().map(cubic).collect();
-        Self { curve, cubics, bends, poses, pace: [speed * half, turn * half] }
+        let cubics: Vec<[Vector6<f64>; 4]> = curve.spans.iter().map(cubic).collect();
+        let kinks = kinks(&cubics);
+        Self { curve, cubics, bends, kinks, poses, pace: [speed * half, turn * half] }
     }
 
     /// Bounds the movement of a point `distance` from the tip, seen from the tool, from a pose of
@@ -125,6 +141,16 @@ impl PassSweep {
     pub(crate) fn bend_between(&self, a: f64, b: f64) -> CurveBound {
         let [first, last] = [a.min(b), a.max(b)].map(|u| self.curve.span_at(u));
         (first..=last).map(|span| self.bend(span)).fold(self.bend(first), CurveBound::or)
+    }
+
+    /// Bounds how far the second derivatives of tip and tool-axis vector between two parameters are from those of one
+    /// cubic: that of a span between them.
+    pub(crate) fn unevenness(&self, a: f64, b: f64) -> [f64; 2] {
+        let [first, last] = [a.min(b), a.max(b)].map(|u| self.curve.span_at(u));
+        let at = |span: usize| self.kinks.get(span).copied().unwrap_or([0.0; 2]);
+        // A spline is that cubic and J (u - k)^3 / 6 beyond each knot k where the third derivative jumps by J: its second
+        // derivative differs by J (u - k).
+        [0, 1].map(|k| (at(last)[k] - at(first)[k]) * (b - a).abs())
     }
 
     /// Returns the pose and its first derivatives. Searches evaluate them often.
