@@ -318,8 +318,22 @@ fn along(points: &[Vector4<f64>], length: f64) -> [f64; 2] {
 /// Trim curves of a face as straight segments.
 pub(crate) struct TrimSegments {
     segments: Vec<[[f64; 2]; 2]>,
+    /// Box around each [`RUN`] segments, so that few of them are compared with a rectangle.
+    boxes: Vec<UvRectangle>,
     /// Largest distance of the curves from the segments, in u and v.
     tolerance: [f64; 2],
+}
+
+/// Segments in one box: about as many as there are boxes round a loop of a thousand segments.
+const RUN: usize = 32;
+
+/// Returns the box around some segments.
+fn box_around(segments: &[[[f64; 2]; 2]]) -> UvRectangle {
+    let ends = || segments.iter().flatten();
+    [0, 1].map(|k: usize| {
+        let low = ends().map(|end| end[k]).fold(f64::INFINITY, f64::min);
+        [low, ends().map(|end| end[k]).fold(f64::NEG_INFINITY, f64::max)]
+    })
 }
 
 /// Relation of a rectangle to the trims.
@@ -340,11 +354,11 @@ impl TrimSegments {
         let mut segments = Vec::new();
         for trim in &face.loops {
             let points = trim.polyline(tolerance);
-            for pair in points.windows(2) {
-                for du in &turns[0] {
-                    for dv in &turns[1] {
-                        segments.push([pair[0], pair[1]].map(|[u, v]| [u + du, v + dv]));
-                    }
+            for du in &turns[0] {
+                for dv in &turns[1] {
+                    let moved =
+                        |pair: &[[f64; 2]]| [pair[0], pair[1]].map(|[u, v]| [u + du, v + dv]);
+                    segments.extend(points.windows(2).map(moved));
                 }
             }
         }
@@ -356,7 +370,8 @@ impl TrimSegments {
                 most: u32::MAX as usize,
             });
         }
-        Ok(Self { segments, tolerance })
+        let boxes = segments.chunks(RUN).map(box_around).collect();
+        Ok(Self { segments, boxes, tolerance })
     }
 
     /// Returns the part of a rectangle inside the trims, of which `among` cross it.
@@ -392,10 +407,13 @@ impl TrimSegments {
             let segment = self.segments.get(*index as usize);
             segment.is_some_and(|segment| meets(segment, &grown))
         };
+        let near =
+            |of: &UvRectangle| (0..2).all(|k| of[k][0] <= grown[k][1] && of[k][1] >= grown[k][0]);
         let count = u32::try_from(self.segments.len()).unwrap_or(u32::MAX);
+        let runs = (0..count).step_by(RUN).zip(&self.boxes).filter(|(_, of)| near(of));
         let found: Vec<u32> = match among {
             Some(some) => some.iter().copied().filter(touches).collect(),
-            None => (0..count).filter(touches).collect(),
+            None => runs.flat_map(|(first, _)| (first..count).take(RUN)).filter(touches).collect(),
         };
         if found.is_empty() { TrimCrossing::Clear } else { TrimCrossing::Border(found) }
     }
@@ -442,6 +460,8 @@ pub(crate) fn quarters([[u0, u1], [v0, v1]]: UvRectangle) -> [UvRectangle; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::surface::{CylinderSurface, SurfaceFrame, TrimCurve, TrimLoop};
+    use std::f64::consts::TAU;
 
     #[test]
     fn a_segment_meets_a_rectangle_or_passes_its_corner() {
@@ -450,6 +470,37 @@ mod tests {
         assert!(meets(&[[0.4, 0.5], [0.6, 0.5]], &square));
         assert!(!meets(&[[-1.0, 1.5], [0.9, 3.0]], &square));
         assert!(!meets(&[[1.2, -1.0], [1.2, 2.0]], &square));
+    }
+
+    /// Rectangles of all sizes on a turn of a cylinder with a round hole: the boxes hide no segment.
+    #[test]
+    fn all_segments_that_touch_a_rectangle_are_found() {
+        let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+        let surface = Surface::Cylinder(CylinderSurface::new(frame, 5.0).unwrap());
+        let round = |i: u32| {
+            let angle = f64::from(i) * TAU / 300.0;
+            [1.0 + 0.8 * angle.cos(), 4.0 + 3.0 * angle.sin()]
+        };
+        let points: Vec<[f64; 2]> = (0..=300).map(|i| round(i % 300)).collect();
+        let border = TrimCurve::polyline(&points).unwrap();
+        let trim = TrimLoop::new(vec![border], [Some(TAU), None], 1e-9).unwrap();
+        let face = Face::new(1, surface, vec![trim]).unwrap();
+        let trims = TrimSegments::new(&face, [1e-6; 2]).unwrap();
+        assert!(trims.segments.len() >= 900 && trims.boxes.len() >= 28);
+        let mut found = 0;
+        for k in 0..400 {
+            let (i, j, size) = (f64::from(k % 20), f64::from(k / 20), f64::from(k % 7 + 1) * 0.1);
+            let rectangle = [[0.5 * i - 4.0, 0.5 * i - 4.0 + size], [0.4 * j, 0.4 * j + size]];
+            let all: Vec<u32> = (0..900).collect();
+            let some = |of: TrimCrossing| match of {
+                TrimCrossing::Clear => Vec::new(),
+                TrimCrossing::Border(segments) => segments,
+            };
+            let by_boxes = some(trims.side(&rectangle, None));
+            assert_eq!(by_boxes, some(trims.side(&rectangle, Some(&all))));
+            found += by_boxes.len();
+        }
+        assert!(found > 200, "{found}");
     }
 
     #[test]
