@@ -34,7 +34,7 @@ impl CellDerivatives {
     /// Adds `weight d d^T` to the Hessian.
     #[inline]
     pub(super) fn add_square(&mut self, weight: f64, d: [f64; 3]) {
-        let w = d.map(|entry| weight * entry);
+        let w = [weight * d[0], weight * d[1], weight * d[2]];
         let squares =
             [w[0] * d[0], w[1] * d[0], w[1] * d[1], w[2] * d[0], w[2] * d[1], w[2] * d[2]];
         for (entry, square) in self.hessian.iter_mut().zip(squares) {
@@ -87,8 +87,8 @@ const APART: usize = 2;
 #[inline]
 fn add_up(p: &RowLanes, q: &RowLanes, into: &mut [f64; APART]) {
     for (k, sum) in into.iter_mut().enumerate() {
-        let [a, b, c] = [k, k + APART, k + 2 * APART].map(|lane| p[lane] * q[lane]);
-        *sum += a + b + c;
+        // No `map`: it is not inlined, and this is where a plan spends its time.
+        *sum += p[k] * q[k] + p[k + APART] * q[k + APART] + p[k + 2 * APART] * q[k + 2 * APART];
     }
 }
 
@@ -246,14 +246,17 @@ impl RoomSums {
         let half = 0.5 / reference;
         // `mixed` is of factors, which lack the root of the reference.
         let across = half * reference.sqrt();
-        let mixed = self.mixed.map(|mixed| RAISED.map(|raised| across * dot(&raised, &mixed)));
-        let lifted = RAISED.map(|raised| {
-            let mut lifted = raised;
-            for (lifted, square) in lifted.iter_mut().zip(&self.square) {
-                *lifted *= square;
+        let [mut mixed, mut lifted] = [[[0.0; 3]; 3]; 2];
+        for i in 0..3 {
+            let mut raised = RAISED[i];
+            for (entry, square) in raised.iter_mut().zip(&self.square) {
+                *entry *= square;
             }
-            RAISED.map(|raised| half * half * dot(&raised, &lifted))
-        });
+            for j in 0..3 {
+                mixed[i][j] = across * dot(&RAISED[j], &self.mixed[i]);
+                lifted[i][j] = half * half * dot(&RAISED[j], &raised);
+            }
+        }
         // A side has the gradient e ± v. `RowSums` holds v v^T; this adds e e^T, v e^T and e v^T.
         let entry = |i: usize, j: usize| lifted[i][j] + (mixed[i][j] + mixed[j][i]);
         let entries =

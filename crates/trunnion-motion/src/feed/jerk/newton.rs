@@ -39,8 +39,10 @@ pub(super) struct BarrierSolver<'a, const N: usize> {
     pub(super) references: Vec<f64>,
     multipliers: Vec<PerRow<N>>,
     cap_multipliers: Vec<[f64; 2]>,
-    /// Factors of the limits on accelerations and on jerks, cell by cell; none if empty.
-    loose: Vec<[f64; 2]>,
+    /// Rows of all cells: they are needed in every sweep.
+    rows: Vec<CellRows<N>>,
+    /// The rows are those of other limits than `limits`.
+    is_loose: bool,
     /// Factor of the barrier's weight for caps.
     pub(super) caution: f64,
     work: StretchWork<N>,
@@ -52,7 +54,6 @@ pub(super) struct StretchWork<const N: usize> {
     /// Controls, and cells they have a part in.
     range: Range<usize>,
     cells: Range<usize>,
-    rows: Vec<CellRows<N>>,
     slacks: Vec<RowSlacks<N>>,
     turns: Vec<PerRow<N>>,
     /// Of the barrier.
@@ -67,10 +68,13 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
         grid: &'a FeedGrid<N>,
         limits: &'a ReciprocalLimits<N>,
         caps: SpeedCaps,
-        loose: Vec<[f64; 2]>,
+        loose: &[[f64; 2]],
         spline: SpeedSpline,
     ) -> Self {
         let cells = spline.len();
+        let mut rows: Vec<CellRows<N>> =
+            grid.cells.iter().map(|cell| CellRows::new(cell, limits)).collect();
+        rows.iter_mut().zip(loose).for_each(|(rows, loose)| rows.loosen(*loose));
         let mut solver = Self {
             grid,
             limits,
@@ -79,7 +83,8 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
             references: vec![0.0; cells],
             multipliers: vec![[[[0.0; LANES]; 2]; N]; cells],
             cap_multipliers: vec![[0.0; 2]; cells],
-            loose,
+            rows,
+            is_loose: !loose.is_empty(),
             caution: 1.0,
             work: StretchWork::default(),
             spline,
@@ -90,20 +95,11 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
         solver
     }
 
-    /// Rows of a cell.
-    fn rows(&self, cell: usize) -> CellRows<N> {
-        let mut rows = CellRows::new(&self.grid.cells[cell], self.limits);
-        if let Some(loose) = self.loose.get(cell) {
-            rows.loosen(*loose);
-        }
-        rows
-    }
-
     /// Keeps references of an earlier solution where they leave more room.
     pub(super) fn keep_references(&mut self, earlier: &[f64]) {
         for cell in self.spline.cells() {
             let x = self.spline.coefficients(cell);
-            let rows = self.rows(cell);
+            let rows = &self.rows[cell];
             let jerk = |reference: f64| rows.shares(x, reference)[1];
             let kept = earlier.get(cell).copied().unwrap_or_default();
             if kept > 0.0 && jerk(kept) < jerk(self.references[cell]) {
@@ -117,10 +113,10 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
     pub(super) fn centre(&mut self, weight: f64, range: Range<usize>) {
         for cell in range {
             let state = self.state(cell, &self.spline.weights(cell), weight * self.time(cell));
-            let rows = self.rows(cell);
+            let rows = &self.rows[cell];
             let mut slacks = RowSlacks::default();
             let none = [[[0.0; LANES]; 2]; N];
-            add_rows(&mut CellDerivatives::default(), &rows, &state, &none, &mut slacks);
+            add_rows(&mut CellDerivatives::default(), rows, &state, &none, &mut slacks);
             self.multipliers[cell] = slacks
                 .near
                 .map(|kinds| kinds.map(|row| row.map(|inverse| state.weight * inverse.abs())));
@@ -151,7 +147,8 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
         let [mut square, mut acceleration, mut jerk] = [self.caps.given, 0.0, 0.0];
         for cell in self.spline.cells() {
             let x = self.spline.coefficients(cell);
-            let rows = CellRows::new(&self.grid.cells[cell], self.limits);
+            let strict = self.is_loose.then(|| CellRows::new(&self.grid.cells[cell], self.limits));
+            let rows = strict.as_ref().unwrap_or(&self.rows[cell]);
             let [a, j] = rows.shares(x, self.references[cell]);
             acceleration = acceleration.max(a);
             jerk = jerk.max(j);
@@ -226,10 +223,8 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
         let all = self.spline.cells();
         let cells = (range.start - 1).max(all.start)..(range.end + 1).min(all.end);
         let mut work = std::mem::take(&mut self.work);
-        work.rows.clear();
         work.shapes.clear();
         for cell in cells.clone() {
-            work.rows.push(self.rows(cell));
             work.shapes.push(self.spline.weights(cell));
         }
         work.slacks.resize(cells.len(), RowSlacks::default());
@@ -267,7 +262,7 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
             out.add_time(self.spline.lengths[cell], state.x, target);
             add_rows(
                 &mut out,
-                &work.rows[index],
+                &self.rows[cell],
                 &state,
                 &self.multipliers[cell],
                 &mut work.slacks[index],
@@ -312,7 +307,12 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
         let h = &out.hessian;
         let full = [[h[0], h[1], h[3]], [h[1], h[2], h[4]], [h[3], h[4], h[5]]];
         // Chain rule: with `C` the columns, add `C^T H C` and `C^T g`; first `H C`.
-        let times = columns.map(|c| full.map(|row| row[0] * c[0] + row[1] * c[1] + row[2] * c[2]));
+        let mut times = [[0.0; 3]; 3];
+        for (times, c) in times.iter_mut().zip(&columns) {
+            for (product, row) in times.iter_mut().zip(&full) {
+                *product = row[0] * c[0] + row[1] * c[1] + row[2] * c[2];
+            }
+        }
         for i in 0..3 {
             let Some(row) = (cell + i).checked_sub(1 + range.start).filter(|r| *r < range.len())
             else {
@@ -376,7 +376,7 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
             let d = Self::direction(cell, &work.shapes[index], range, &work.band);
             let state = self.state(cell, &work.shapes[index], work.weights[index]);
             let turn =
-                turns(&work.rows[index], &state, d, &work.slacks[index], &mut work.turns[index]);
+                turns(&self.rows[cell], &state, d, &work.slacks[index], &mut work.turns[index]);
             let slacks = self.cap_slacks(cell, state.x);
             let control = d[1] / (self.caps.control[cell] * slacks[0]);
             let row = d[2] / (self.caps.row[cell + 1] * slacks[1]);
@@ -413,15 +413,15 @@ impl<'a, const N: usize> BarrierSolver<'a, N> {
             self.spline.controls[control] += length * change;
         }
         for (index, cell) in cells.clone().enumerate() {
-            self.move_reference(cell, &work.shapes[index], &work.rows[index]);
+            self.move_reference(cell, &work.shapes[index]);
         }
     }
 
     /// Takes the reference that suits the coefficients, unless it leaves some row much less room.
-    fn move_reference(&mut self, cell: usize, shape: &ControlWeights, rows: &CellRows<N>) {
+    fn move_reference(&mut self, cell: usize, shape: &ControlWeights) {
         let x = self.spline.coefficients_with(shape, cell);
         let [old, new] = [self.references[cell], reference(x)];
-        let values = rows.largest(JERK, x);
+        let values = self.rows[cell].largest(JERK, x);
         let roots = [old.sqrt(), new.sqrt()];
         let [rooms_before, rooms_after] = [rooms(x, old), rooms(x, new)];
         let [mut before, mut after] = [f64::INFINITY; 2];

@@ -78,7 +78,7 @@ pub(super) fn restore<const N: usize>(
                 }
             }
         }
-        let mut solver = BarrierSolver::new(grid, limits, wide, loose, spline);
+        let mut solver = BarrierSolver::new(grid, limits, wide, &loose, spline);
         solver.keep_references(&references);
         solver.caution = CAUTION;
         let all = solver.spline.cells();

@@ -113,7 +113,7 @@ impl<const N: usize> RollingPlan<N> {
         limits: &ReciprocalLimits<N>,
     ) -> Self {
         let FeasibleSpline { spline, references } = stop;
-        let mut solver = BarrierSolver::new(&grid, limits, caps, Vec::new(), spline.clone());
+        let mut solver = BarrierSolver::new(&grid, limits, caps, &[], spline.clone());
         solver.keep_references(&references);
         let bounds = solver.bounds();
         let motion = spline.motion();
@@ -337,7 +337,7 @@ impl<const N: usize> RollingPlan<N> {
             FeasibleSpline { spline: self.spline.clone(), references: self.references.clone() };
         let last = self.spline.len() - 1;
         let mut solver =
-            BarrierSolver::new(&self.grid, limits, wanted.clone(), Vec::new(), slow.spline.clone());
+            BarrierSolver::new(&self.grid, limits, wanted.clone(), &[], slow.spline.clone());
         solver.keep_references(&slow.references);
         solver.brake_to(wanted, most);
         let cells = solver.spline.cells();

@@ -44,7 +44,7 @@ pub(super) fn fastest<const N: usize>(
 ) -> (SpeedSpline, LimitRatios) {
     let slow = start.clone();
     // Multipliers of the central path first; then the weight of the barrier falls stretch by stretch.
-    let mut solver = BarrierSolver::new(grid, limits, caps, Vec::new(), start.spline);
+    let mut solver = BarrierSolver::new(grid, limits, caps, &[], start.spline);
     solver.keep_references(&start.references);
     solver.centre(FIRST_WEIGHT, solver.spline.cells());
     solver.hurry(1..solver.spline.len() - 1, FIRST_WEIGHT, tolerance);
