@@ -20,6 +20,7 @@ mod cover;
 #[path = "../../../trunnion-motion/tests/it/dice/mod.rs"]
 mod dice;
 mod dog_legs;
+mod edges;
 #[path = "../../../trunnion-motion/tests/it/every_choice/mod.rs"]
 mod every_choice;
 mod extended;

@@ -1,5 +1,6 @@
 //! Deviation maps: the lowest point that the tool ever reaches on the normal of each grid point.
 
+use super::bounds::shape::TrimSegments;
 use super::chunks::{MeasureScope, MotionChunk, MotionChunks, MoveKind};
 use super::grid::FaceGrid;
 use super::ray::{DecidingPose, LowestEntry};
@@ -9,7 +10,7 @@ use crate::verify::error::VerifyError;
 use crate::verify::report::{FaceMap, HeightSample};
 use crate::verify::swept::bvh::BoundingBox;
 use crate::verify::swept::rays::RayBundle;
-use crate::verify::swept::tool::NormalRay;
+use crate::verify::swept::tool::{DepthRule, NormalRay};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -27,9 +28,18 @@ pub(crate) struct FaceField<'a> {
     bare: usize,
 }
 
+/// Face that is divided into tiles.
+struct TiledFace<'a> {
+    face: &'a Face,
+    trims: &'a TrimSegments,
+    grid: &'a FaceGrid,
+}
+
 /// Points of a face by their indices in the map, with the lowest entry over each.
 struct GridTile {
     indices: Vec<usize>,
+    /// Rules for the depth of a gouge at each of them.
+    rules: Vec<DepthRule>,
     lowest: Vec<LowestEntry>,
     /// Nearest cutting end within the tolerance, where nothing cuts along the normal.
     nearest: Vec<LowestEntry>,
@@ -52,8 +62,9 @@ pub(crate) fn maps(
     advance: &mut dyn FnMut(f64) -> Result<(), Cancelled>,
 ) -> Result<Vec<MeasuredMap>, VerifyError> {
     let fields = faces.iter().zip(grids);
-    let mut fields: Vec<FaceField<'_>> =
-        fields.map(|(face, grid)| FaceField::new(face, grid, &chunks.scope)).collect();
+    let mut fields: Vec<FaceField<'_>> = fields
+        .map(|(face, grid)| FaceField::new(face, grid, &chunks.scope))
+        .collect::<Result<_, _>>()?;
     let all: usize = fields.iter().map(|field| field.tiles.len()).sum();
     chunks.each(&BoundingBox::everywhere(), |chunk, [from, to]| {
         let mut done = 0;
@@ -75,19 +86,21 @@ pub(crate) fn maps(
 /// Returns the ray from a point of a face, if the face has a normal there.
 fn ray(face: &Face, [u, v]: [f64; 2], below: f64) -> Option<NormalRay> {
     let normal = face.normal(u, v)?.into_inner();
-    Some(NormalRay { origin: face.point(u, v), normal, below })
+    Some(NormalRay { origin: face.point(u, v), normal, below, depth: DepthRule::AlongNormal })
 }
 
 impl<'a> FaceField<'a> {
-    fn new(face: &'a Face, grid: FaceGrid, scope: &MeasureScope) -> Self {
+    fn new(face: &'a Face, grid: FaceGrid, scope: &MeasureScope) -> Result<Self, VerifyError> {
         let [rows, columns] = grid.size();
+        let trims = TrimSegments::over(face, [&grid.u, &grid.v])?;
         let corners: Vec<[usize; 2]> = (0..rows)
             .step_by(TILE)
             .flat_map(|i| (0..columns).step_by(TILE).map(move |j| [i, j]))
             .collect();
-        let tile = |&corner| GridTile::new(face, &grid, corner, scope);
+        let whole = TiledFace { face, trims: &trims, grid: &grid };
+        let tile = |&corner| GridTile::new(&whole, corner, scope);
         let (tiles, bare): (Vec<GridTile>, Vec<usize>) = corners.par_iter().map(tile).unzip();
-        Self { face, tiles, bare: bare.iter().sum(), grid }
+        Ok(Self { face, tiles, bare: bare.iter().sum(), grid })
     }
 
     fn finish(self, moves: MoveKind) -> MeasuredMap {
@@ -151,13 +164,14 @@ fn at(grid: &FaceGrid, index: usize) -> Option<([f64; 2], f64)> {
 impl GridTile {
     /// Collects the points of a tile that are on the face, and counts those without a normal.
     fn new(
-        face: &Face,
-        grid: &FaceGrid,
+        whole: &TiledFace<'_>,
         [row, column]: [usize; 2],
         scope: &MeasureScope,
     ) -> (Self, usize) {
+        let TiledFace { face, trims, grid } = *whole;
         let [rows, columns] = grid.size();
         let (mut indices, mut region, mut bare) = (Vec::new(), BoundingBox::empty(), 0);
+        let mut rules = Vec::new();
         for i in row..(row + TILE).min(rows) {
             for j in column..(column + TILE).min(columns) {
                 let Some(uv) = grid.at(i, j).filter(|&[u, v]| face.contains(u, v)) else {
@@ -171,22 +185,26 @@ impl GridTile {
                 let [a, b] = [ray.at(-scope.reach), ray.at(scope.top())];
                 region = region.join(&BoundingBox { low: a.inf(&b), high: a.sup(&b) });
                 indices.push(i * columns + j);
+                rules.push(trims.depth_rule(face, uv, [0.0; 2]));
             }
         }
         let lowest = vec![LowestEntry::none(scope.top()); indices.len()];
         let nearest = vec![LowestEntry::none(scope.total); indices.len()];
         let region = region.grown(scope.aside());
-        (Self { indices, lowest, nearest, region }, bare)
+        (Self { indices, rules, lowest, nearest, region }, bare)
     }
 
     /// Lowers the entries of the tile by the moves of a chunk.
     fn take(&mut self, chunk: &MotionChunk, face: &Face, grid: &FaceGrid) {
-        let Self { indices, lowest, nearest, region } = self;
+        let Self { indices, rules, lowest, nearest, region } = self;
         if !chunk.tree.meets(region) {
             return;
         }
         let MeasureScope { reach, tolerance, total, .. } = chunk.parts.scope;
-        let rays = indices.iter().filter_map(|&index| ray(face, at(grid, index)?.0, reach));
+        let points = indices.iter().zip(rules.iter());
+        let rays = points.filter_map(|(&index, &depth)| {
+            Some(NormalRay { depth, ..ray(face, at(grid, index)?.0, reach)? })
+        });
         let rays: Vec<NormalRay> = rays.collect();
         let Some(middle) = rays.get(rays.len() / 2) else { return };
         let around = chunk.around(region, middle.origin);

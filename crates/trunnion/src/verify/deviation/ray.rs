@@ -1,8 +1,8 @@
 //! The lowest point of a ray that the moving tool reaches.
 
 use crate::verify::swept::bvh::ContentId;
-use crate::verify::swept::quadratic::{MotionInstant, MotionPiece, RayQuery};
-use crate::verify::swept::tool::{BodyPose, ConvexBody, NormalRay};
+use crate::verify::swept::quadratic::{MotionInstant, MotionPiece, RayQuery, SurfacePatch};
+use crate::verify::swept::tool::{BodyPose, ConvexBody, DepthRule, NormalRay};
 use nalgebra::Point3;
 
 /// Lowest entry found so far, among tools that leave the ray at the surface or above it.
@@ -131,9 +131,17 @@ impl LowestEntry {
                 let Some(lower) = drift(ray, limit) else { continue };
                 towards = lower;
             }
+            if limit < 0.0 && ray.depth == DepthRule::InsideTool {
+                let origin = SurfacePatch::point(ray);
+                if piece.keeps_out(&instant, half, body, &origin).least() >= limit {
+                    continue;
+                }
+            }
             // Step 2: evaluate the middle of the interval exactly.
             let entry = body.entry(&instant.pose, ray, self.s, 1e-3 * tolerance);
-            if let Some(s) = entry.filter(|s| *s >= 0.0 || body.holds(&instant.pose, &ray.origin)) {
+            let entry = entry.filter(|s| *s >= 0.0 || body.holds(&instant.pose, &ray.origin));
+            let height = entry.map(|s| body.height_of(&instant.pose, ray, s));
+            if let Some(s) = height.filter(|s| *s < self.s) {
                 let (pose, body, piece) = (instant.pose, numbers.body, numbers.item);
                 let by = DecidingPose { pose, body, piece };
                 (self.s, self.line, self.by) = (s, Some(part.piece.line), Some(by));

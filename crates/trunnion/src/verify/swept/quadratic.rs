@@ -239,6 +239,14 @@ pub(crate) struct PatchPart {
 }
 
 impl SurfacePatch<'_> {
+    /// Returns the patch that is the origin of a ray alone.
+    pub(crate) fn point(ray: &NormalRay) -> Self {
+        const HALF: &[Vector3<f64>; 2] = &[Vector3::new(0.0, 0.0, 0.0); 2];
+        let half = HALF;
+        let (centre, normal) = (ray.origin, ray.normal);
+        Self { centre, half, bulge: 0.0, radius: 0.0, normal, part: None }
+    }
+
     /// Bounds the loss of a linear function over the patch against its centre; `slopes` are its changes along both
     /// halves. Over a part of the patch the loss may be negative.
     pub(crate) fn loss(&self, [a, b]: [f64; 2]) -> f64 {
@@ -372,9 +380,33 @@ impl MotionPiece {
         body: ConvexBody,
         patch: &SurfacePatch<'_>,
     ) -> DistanceMargin {
+        let y = patch.centre - instant.pose.tip;
+        self.margin(instant, half, &body.probe(&y, &instant.pose.axis), patch)
+    }
+
+    /// Bounds how far a patch stays outside the skin of a body ([`ConvexBody::probe_skin`]) over `u` within `half` of the
+    /// instant; negative inside.
+    pub(crate) fn keeps_out(
+        &self,
+        instant: &MotionInstant,
+        half: f64,
+        body: ConvexBody,
+        patch: &SurfacePatch<'_>,
+    ) -> DistanceMargin {
+        let y = patch.centre - instant.pose.tip;
+        self.margin(instant, half, &body.probe_skin(&y, &instant.pose.axis), patch)
+    }
+
+    /// Bounds a convex function of the point seen from the tool, probed at the centre of a patch.
+    fn margin(
+        &self,
+        instant: &MotionInstant,
+        half: f64,
+        probe: &BodyProbe,
+        patch: &SurfacePatch<'_>,
+    ) -> DistanceMargin {
         let MotionInstant { pose, tip_rate, axis_rate } = instant;
         let y = patch.centre - pose.tip;
-        let probe = body.probe(&y, &pose.axis);
         let slope = |direction: &Vector3<f64>| probe.slope(&y, &pose.axis, direction);
         let turning = y.dot(axis_rate) * (probe.axial - probe.radial * probe.height);
         let drift = turning - slope(tip_rate);

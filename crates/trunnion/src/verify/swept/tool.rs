@@ -135,9 +135,34 @@ impl ConvexBody {
                 frustum([rho, height], [low, high], [radius, slope])
             }
         };
-        // On the axis every radial slope up to `by_rho` is a subgradient; 0 is one of them.
-        let radial = if rho > f64::MIN_POSITIVE { by_rho / rho } else { 0.0 };
-        BodyProbe { distance, radial, axial, height }
+        BodyProbe::of([rho, height], [distance, by_rho, axial])
+    }
+
+    /// Evaluates how far `y` lies outside the skin of the tool, negative inside: as [`ConvexBody::probe`], but for the ends
+    /// at which another body goes on. Inside the body it is at most the distance.
+    ///
+    /// An end is taken away even where the next body is thinner. Then a point counts as deeper inside than it is.
+    pub(crate) fn probe_skin(self, y: &Vector3<f64>, axis: &Vector3<f64>) -> BodyProbe {
+        let height = axis.dot(y);
+        let rho = (y - axis * height).norm();
+        let found = match self {
+            Self::Nose { major, minor, .. } => {
+                let (distance, by_rho, axial) = nose([rho, height], [major, minor, f64::INFINITY]);
+                [distance, by_rho, axial]
+            }
+            Self::Tangent(profile) => {
+                let found = profile.distance([rho, height]);
+                // At its upper end nothing is known of what goes on.
+                let is_end = found.gradient[1] >= 1.0;
+                let distance = if is_end { f64::NEG_INFINITY } else { found.distance };
+                [distance, found.gradient[0], found.gradient[1]]
+            }
+            Self::Frustum { low, radius, slope, .. } => {
+                let steep = math::hypot(slope, 1.0);
+                [(rho - radius - slope * (height - low)) / steep, 1.0 / steep, -slope / steep]
+            }
+        };
+        BodyProbe::of([rho, height], found)
     }
 }
 
@@ -210,6 +235,18 @@ pub(crate) struct NormalRay {
     pub(crate) normal: Vector3<f64>,
     /// Start of the search below the origin \[mm\].
     pub(crate) below: f64,
+    /// Rule for gouges at the origin.
+    pub(crate) depth: DepthRule,
+}
+
+/// Rule for the depth of a gouge at a point of a face.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum DepthRule {
+    /// How deep the tool comes along the normal.
+    AlongNormal,
+    /// How deep the point lies inside the tool, as at an edge: a tool that goes down beside the next face leaves this one
+    /// by its border, and what it takes there is as deep as it takes off the next.
+    InsideTool,
 }
 
 impl NormalRay {
@@ -302,9 +339,27 @@ impl ConvexBody {
         }
         Some(s)
     }
+
+    /// Returns the height of the origin of a ray that enters the body at `s`, by the rule of the ray.
+    pub(crate) fn height_of(self, pose: &BodyPose, ray: &NormalRay, s: f64) -> f64 {
+        match ray.depth {
+            DepthRule::InsideTool if s < 0.0 => {
+                s.max(self.probe_skin(&(ray.origin - pose.tip), &pose.axis).distance.min(0.0))
+            }
+            _ => s,
+        }
+    }
 }
 
 impl BodyProbe {
+    /// Describes a distance function with its derivatives by `rho` and height.
+    #[inline]
+    fn of([rho, height]: [f64; 2], [distance, by_rho, axial]: [f64; 3]) -> Self {
+        // On the axis every radial slope up to `by_rho` is a subgradient; 0 is one of them.
+        let radial = if rho > f64::MIN_POSITIVE { by_rho / rho } else { 0.0 };
+        Self { distance, radial, axial, height }
+    }
+
     /// Returns the derivative when the point moves along `direction`.
     #[inline]
     pub(crate) fn slope(
@@ -328,6 +383,30 @@ mod tests {
         body.probe(&Vector3::from(y), &Vector3::z()).distance
     }
 
+    /// Where no end is nearest, points inside lie as deep in the skin as in the body, and nowhere less deep.
+    #[test]
+    fn a_skin_is_the_body_without_its_ends() {
+        let frustum = ConvexBody::Frustum { low: 10.0, high: 30.0, radius: 3.0, slope: 0.2 };
+        for body in [BULL, frustum] {
+            let [bottom, top] = body.heights();
+            for k in 0..4000 {
+                let share = |n: u32| f64::from(k / n % 20) / 20.0;
+                let y =
+                    Vector3::new(24.0 * share(1) - 12.0, 9.0 * share(20) - 4.5, 60.0 * share(200));
+                let (whole, skin) = (
+                    body.probe(&y, &Vector3::z()).distance,
+                    body.probe_skin(&y, &Vector3::z()).distance,
+                );
+                assert!(skin <= whole + 1e-12, "{y}: {skin} {whole}");
+                let ends =
+                    (y.z - top).max(if body == BULL { f64::NEG_INFINITY } else { bottom - y.z });
+                if whole <= 0.0 && ends < whole {
+                    assert!((skin - whole).abs() < 1e-12, "{y}: {skin} {whole}");
+                }
+            }
+        }
+    }
+
     #[test]
     fn distances_to_a_bull_nose_are_a_pencil_calculation() {
         assert!((distance(BULL, [0.0, 3.0, -2.0]) - 2.0).abs() < 1e-15); // below the disc
@@ -339,8 +418,12 @@ mod tests {
     #[test]
     fn a_ray_from_below_enters_where_the_disc_is() {
         let pose = BodyPose { tip: Point3::new(0.0, 0.0, 0.3), axis: Vector3::z() };
-        let ray =
-            NormalRay { origin: Point3::new(5.0, 0.0, 0.0), normal: Vector3::z(), below: 4.0 };
+        let ray = NormalRay {
+            origin: Point3::new(5.0, 0.0, 0.0),
+            normal: Vector3::z(),
+            below: 4.0,
+            depth: DepthRule::AlongNormal,
+        };
         assert!((BULL.entry(&pose, &ray, 2.0, 1e-9).unwrap() - 0.3).abs() < 1e-9);
         assert_eq!(BULL.entry(&pose, &ray, 0.2, 1e-9), None);
         let beside = NormalRay { origin: Point3::new(17.0, 0.0, 0.0), ..ray };
@@ -355,7 +438,12 @@ mod tests {
         let (flat, limit) = (ConvexBody::Nose { major: 5.0, minor: 0.0, top: 50.0 }, 2.0);
         let pose = BodyPose { tip: Point3::origin(), axis: Vector3::z() };
         let normal = Vector3::new(1.0, 0.0, 1.0).normalize();
-        let ray = NormalRay { origin: Point3::new(5.0 + 1e-5, 0.0, -1e-5), normal, below: 2.0 };
+        let ray = NormalRay {
+            origin: Point3::new(5.0 + 1e-5, 0.0, -1e-5),
+            normal,
+            below: 2.0,
+            depth: DepthRule::AlongNormal,
+        };
         let s = flat.closest(&pose, &ray, limit);
         let (distance, slope) = flat.along(&pose, &ray, s);
         assert!(slope.abs() * (limit + ray.below) <= 0.1 * distance, "{s} {distance} {slope}");

@@ -6,7 +6,7 @@ use super::survey::{CellLocation, TileCells, TileSurvey, TileTask};
 use crate::verify::deviation::ray::DecidingPose;
 use crate::verify::report::{ExtremeHeight, HeightSample};
 use crate::verify::swept::bvh::ContentId;
-use crate::verify::swept::tool::NormalRay;
+use crate::verify::swept::tool::{DepthRule, NormalRay};
 use nalgebra::Vector3;
 use std::rc::Rc;
 
@@ -225,8 +225,12 @@ fn search(
     if matches!(location, CellLocation::Outside) {
         return;
     }
-    let ray =
-        NormalRay { origin: piece.centre, normal: piece.normal, below: survey.parts.scope.reach };
+    let ray = NormalRay {
+        origin: piece.centre,
+        normal: piece.normal,
+        below: survey.parts.scope.reach,
+        depth: DepthRule::AlongNormal,
+    };
     // Step 1: keep the bodies that may come to the piece, and measure its middle against them.
     next.items = coming(survey, piece, &next.items);
     let lowest = survey.parts.lowest_or_nearest(&next.items, &ray);

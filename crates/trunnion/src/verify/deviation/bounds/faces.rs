@@ -22,8 +22,6 @@ const ALL_PIECES: usize = 1_500_000;
 const MOST_PIECES: usize = 60_000;
 /// Most broken tiles that are divided into their cells: there are more regions then than are named.
 const MOST_DIVIDED: usize = 64;
-/// Accuracy of trims as a share of a cell's parameters.
-const TRIM_SHARE: f64 = 1e-3;
 
 /// Margins and starting points of the bounds of a set of faces.
 pub(crate) struct BoundRequest {
@@ -61,12 +59,7 @@ pub(crate) fn bounds(
     let mut grounds = Vec::new();
     for (face, MeasuredMap { map, deciding }) in faces.iter().zip(measured) {
         let shape = FaceShape::new(face);
-        let tolerance = [&map.u, &map.v].map(|values| {
-            // A small share of the mean width of a grid cell, in units of the parameter.
-            let width = values.last().unwrap_or(&0.0) - values.first().unwrap_or(&0.0);
-            TRIM_SHARE * width / values.len().max(2) as f64
-        });
-        let trims = TrimSegments::new(face, tolerance)?;
+        let trims = TrimSegments::over(face, [&map.u, &map.v])?;
         grounds.push(MeasuredFace { shape, trims, map, deciding, worst, excess: bounded });
     }
     let tasks = tasks(&grounds, chunks.scope.reach);

@@ -7,7 +7,7 @@ use crate::verify::deviation::chunks::MoveKind;
 use crate::verify::report::ExtremeHeight;
 use crate::verify::swept::bvh::ContentId;
 use crate::verify::swept::quadratic::{DistanceMargin, PatchPart, SurfacePatch};
-use crate::verify::swept::tool::NormalRay;
+use crate::verify::swept::tool::{DepthRule, NormalRay};
 
 /// Quarterings after which the height in the middle of an undecided piece is measured.
 const MEASURED_FROM: u32 = 3;
@@ -37,6 +37,8 @@ struct GougeCell {
     items: Vec<OpenBody>,
     /// Trim segments that may touch it.
     border: Option<Vec<u32>>,
+    /// Rule for the depth at all its points.
+    depth: DepthRule,
 }
 
 /// Bounds the deepest gouge in a tile.
@@ -78,7 +80,7 @@ fn first(survey: &TileSurvey<'_>, rectangle: UvRectangle) -> Option<GougeCell> {
     };
     let items =
         survey.parts.numbers().map(|numbers| OpenBody { numbers, u: 0.0, half: 1.0 }).collect();
-    Some(GougeCell { rectangle, level: 0, items, border })
+    Some(GougeCell { rectangle, level: 0, items, border, depth: DepthRule::AlongNormal })
 }
 
 /// Drops a piece that nothing reaches, or quarters it.
@@ -88,13 +90,17 @@ fn quarter(
     known: &mut TileBound,
     open: &mut Vec<GougeCell>,
 ) {
-    let GougeCell { rectangle, level, items, border } = next;
+    let GougeCell { rectangle, level, items, border, mut depth } = next;
     let location = survey.locate(&rectangle, border.as_deref());
     if matches!(location, CellLocation::Outside) {
         return;
     }
     let mut left = items;
     if let Some(cell) = survey.shape.cell(&rectangle) {
+        // What holds for all points of a piece holds for its quarters.
+        if depth == DepthRule::AlongNormal {
+            depth = survey.depth_rule(middle_of(&rectangle), cell.half.map(|half| half.norm()));
+        }
         // Nothing comes to the piece offset inwards by the aim: no gouge in it is deeper.
         let part = match &location {
             CellLocation::Border(segments) if segments.len() <= FEW_SEGMENTS => {
@@ -102,14 +108,24 @@ fn quarter(
             }
             _ => None,
         };
-        let face = FacePiece { cell: &cell, part: part.as_ref() };
+        let face = FacePiece { cell: &cell, part: part.as_ref(), depth };
         left = coming(survey, &face, known.aim(), &left);
         if left.is_empty() {
             return;
         }
-        // A piece that stays open may hold a deeper gouge than known: measuring it raises the aim.
-        if level >= MEASURED_FROM && survey.holds_middle(&rectangle, &location) {
-            measure(survey, &cell, &rectangle, &left, known);
+        // A piece that stays open may hold a deeper gouge than known: measuring it raises the aim. A tool beside the next
+        // face goes deepest into this one at the border.
+        if level >= MEASURED_FROM {
+            let middle = survey.holds_middle(&rectangle, &location).then(|| middle_of(&rectangle));
+            let rim = match (&location, depth) {
+                (CellLocation::Border(segments), DepthRule::InsideTool) => {
+                    survey.trims.just_inside(survey.shape.face, &rectangle, segments)
+                }
+                _ => None,
+            };
+            for uv in [middle, rim].into_iter().flatten() {
+                measure(survey, uv, &left, known);
+            }
         }
         if level >= DEEPEST {
             beyond(survey, &face, &left, known);
@@ -125,7 +141,7 @@ fn quarter(
     };
     for rectangle in quarters(rectangle) {
         let (items, border) = (left.clone(), border.clone());
-        open.push(GougeCell { rectangle, level: level + 1, items, border });
+        open.push(GougeCell { rectangle, level: level + 1, items, border, depth });
     }
 }
 
@@ -134,6 +150,12 @@ fn quarter(
 struct FacePiece<'a> {
     cell: &'a FlatCell,
     part: Option<&'a PatchPart>,
+    depth: DepthRule,
+}
+
+/// Returns the middle of a rectangle.
+fn middle_of(rectangle: &UvRectangle) -> [f64; 2] {
+    rectangle.map(|[low, high]| 0.5 * (low + high))
 }
 
 /// Returns the bodies that may come to a piece offset inwards by `depth`, their times cut to where they may.
@@ -143,7 +165,7 @@ fn coming(
     depth: f64,
     items: &[OpenBody],
 ) -> Vec<OpenBody> {
-    let FacePiece { cell, part } = *face;
+    let FacePiece { cell, part, depth: rule } = *face;
     // Offset inwards, a point is off the flat piece by the turn of its normal times the depth as well.
     let slack = depth * cell.turn;
     let patch = SurfacePatch {
@@ -154,6 +176,8 @@ fn coming(
         normal: cell.normal,
         part,
     };
+    let surface =
+        SurfacePatch { centre: cell.centre, bulge: cell.bulge, radius: cell.radius(), ..patch };
     let mut left = Vec::new();
     let mut intervals = Vec::new();
     let error = survey.parts.scope.error();
@@ -172,10 +196,21 @@ fn coming(
             if flat.least() > error {
                 continue;
             }
+            // At an edge it is enough that no point of the piece lies deeper in the tool.
+            let inside = (rule == DepthRule::InsideTool).then(|| {
+                let margin = part.piece.keeps_out(&instant, half, part.body, &surface);
+                DistanceMargin { distance: margin.distance + depth, ..margin }
+            });
+            if inside.is_some_and(|inside| inside.least() > error) {
+                continue;
+            }
             // Bisect time where that alone will do, or gains more than quartering the face would. The second bound does
             // not grow with either beyond its distance.
             let proves = |margin: &DistanceMargin| margin.distance - margin.extent > error;
-            let by_time = proves(&near) || proves(&flat) || near.time > near.spread;
+            let by_time = proves(&near)
+                || proves(&flat)
+                || inside.as_ref().is_some_and(proves)
+                || near.time > near.spread;
             if !by_time || half < SHORTEST {
                 left.push(OpenBody { numbers, u, half });
             } else {
@@ -186,31 +221,31 @@ fn coming(
     left
 }
 
-/// Measures the height in the middle of a piece against the bodies that may come to it.
+/// Measures the height at a point against the bodies that may come to it.
 fn measure(
     survey: &TileSurvey<'_>,
-    cell: &FlatCell,
-    rectangle: &UvRectangle,
+    uv: [f64; 2],
     items: &[OpenBody],
     known: &mut TileBound,
-) {
-    let below = survey.parts.scope.reach;
-    let ray = NormalRay { origin: cell.centre, normal: cell.normal, below };
+) -> Option<()> {
+    let (below, face) = (survey.parts.scope.reach, survey.shape.face);
+    let depth = survey.depth_rule(uv, [0.0; 2]);
+    let normal = face.normal(uv[0], uv[1])?.into_inner();
+    let ray = NormalRay { origin: face.point(uv[0], uv[1]), normal, below, depth };
     let lowest = survey.parts.lowest(items.iter().map(|item| item.numbers), &ray);
     if let (Some(line), true) = (lowest.line, -lowest.s > known.worst) {
         known.worst = -lowest.s;
-        let uv = rectangle.map(|[low, high]| 0.5 * (low + high));
-        let face = survey.map.face;
         known.extreme = Some(ExtremeHeight {
-            face,
+            face: survey.map.face,
             uv: uv.into(),
-            point: cell.centre,
+            point: ray.origin,
             height: lowest.s,
             or_deeper: false,
             line,
             dog_leg: survey.parts.scope.moves == MoveKind::DogLegs,
         });
     }
+    Some(())
 }
 
 /// Tries larger bounds until one holds.

@@ -5,6 +5,7 @@ use crate::types::Interval;
 use crate::verify::error::VerifyError;
 use crate::verify::swept::quadratic::PatchPart;
 use crate::verify::swept::rays::RayBundle;
+use crate::verify::swept::tool::DepthRule;
 use nalgebra::{Point3, Vector3, Vector4};
 
 /// Rectangle of parameters.
@@ -324,6 +325,18 @@ pub(crate) struct TrimSegments {
     tolerance: [f64; 2],
 }
 
+/// Distance from the border of a face, along u and along v, at which a point is beside it \[mm\].
+///
+/// A tool that goes down beside the next face and overcuts it by less than this leaves the face by its border: the gouge is
+/// that overcut, not how deep the tool goes down.
+pub(crate) const EDGE: f64 = 0.1;
+
+/// Share of a piece by which its tangents may change.
+const SPREAD: f64 = 0.1;
+
+/// Accuracy of trims as a share of a cell's parameters.
+const TRIM_SHARE: f64 = 1e-3;
+
 /// Segments in one box: about as many as there are boxes round a loop of a thousand segments.
 const RUN: usize = 32;
 
@@ -345,8 +358,18 @@ pub(crate) enum TrimCrossing {
 }
 
 impl TrimSegments {
+    /// Approximates the trims of a face that is measured at a grid of parameters.
+    pub(crate) fn over(face: &Face, grid: [&[f64]; 2]) -> Result<Self, VerifyError> {
+        // A small share of the mean width of a grid cell, in units of the parameter.
+        let tolerance = grid.map(|values| {
+            let width = values.last().unwrap_or(&0.0) - values.first().unwrap_or(&0.0);
+            TRIM_SHARE * width / values.len().max(2) as f64
+        });
+        Self::new(face, tolerance)
+    }
+
     /// Approximates the trims within `tolerance`, on every turn of a periodic surface.
-    pub(crate) fn new(face: &Face, tolerance: [f64; 2]) -> Result<Self, VerifyError> {
+    fn new(face: &Face, tolerance: [f64; 2]) -> Result<Self, VerifyError> {
         let periods = face.surface.periods().map(|period| period.unwrap_or(0.0));
         // Copies one period off on both sides meet rectangles across the seam.
         let turns =
@@ -374,6 +397,22 @@ impl TrimSegments {
         Ok(Self { segments, boxes, tolerance })
     }
 
+    /// Returns the rule for the depth of a gouge at all points within `half` \[mm\] of a point, along u and along v: inside
+    /// the tool if the border is near all of them.
+    pub(crate) fn depth_rule(&self, face: &Face, [u, v]: [f64; 2], half: [f64; 2]) -> DepthRule {
+        let reach = half.map(|half| EDGE - (1.0 + SPREAD) * half);
+        // Larger pieces are no neighbours of a border as a whole.
+        if self.segments.is_empty() || reach.iter().any(|reach| *reach <= 0.0) {
+            return DepthRule::AlongNormal;
+        }
+        let jet = face.surface.jet1(u, v);
+        let [du, dv] = [reach[0] / jet.su.norm(), reach[1] / jet.sv.norm()];
+        match self.side(&[[u - du, u + du], [v - dv, v + dv]], None) {
+            TrimCrossing::Clear => DepthRule::AlongNormal,
+            TrimCrossing::Border(_) => DepthRule::InsideTool,
+        }
+    }
+
     /// Returns the part of a rectangle inside the trims, of which `among` cross it.
     ///
     /// Its corners are corners of the rectangle, ends of segments, and points where segments cross the border.
@@ -390,6 +429,36 @@ impl TrimSegments {
             corners: crossing.chain(inside).map(local).collect(),
             slack: [0, 1].map(|k| self.tolerance[k] / half[k]),
         }
+    }
+
+    /// Returns a point of the face close to a segment in a rectangle, of which `among` cross it; `None` if none is found
+    /// towards the middle, the corners, or the sides.
+    pub(crate) fn just_inside(
+        &self,
+        face: &Face,
+        rectangle: &UvRectangle,
+        among: &[u32],
+    ) -> Option<[f64; 2]> {
+        /// Halvings of the way from the border, and tolerances beside it.
+        const HALVINGS: i32 = 10;
+        const BESIDE: f64 = 4.0;
+        let [u, v] = *rectangle;
+        let middle = rectangle.map(|[low, high]| 0.5 * (low + high));
+        let grown = self.grown(rectangle);
+        let segments = among.iter().filter_map(|index| self.segments.get(*index as usize));
+        let [a, b] = segments.filter_map(|segment| clipped(segment, &grown)).next()?;
+        let from = [0, 1].map(|k: usize| 0.5 * (a[k] + b[k]));
+        // The rectangle may lie beyond the border, within the tolerance of the segments.
+        let [du, dv] = self.tolerance.map(|tolerance| BESIDE * tolerance);
+        let sides = [[du, 0.0], [-du, 0.0], [0.0, dv], [0.0, -dv]];
+        let corners = [middle, [u[0], v[0]], [u[0], v[1]], [u[1], v[0]], [u[1], v[1]]];
+        let places = corners.into_iter().chain(sides.map(|[u, v]| [from[0] + u, from[1] + v]));
+        let inside = places.into_iter().find(|[u, v]| face.contains(*u, *v))?;
+        let at = |halvings: i32| {
+            let share = 0.5f64.powi(halvings);
+            [0, 1].map(|k: usize| from[k] + (inside[k] - from[k]) * share)
+        };
+        (0..=HALVINGS).rev().map(at).find(|[u, v]| face.contains(*u, *v))
     }
 
     /// Returns a rectangle with all points that a trim curve may be off a segment in it.

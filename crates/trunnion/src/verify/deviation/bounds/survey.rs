@@ -5,6 +5,7 @@ use super::shape::{FaceShape, TrimCrossing, TrimSegments, UvRectangle};
 use crate::verify::deviation::chunks::ChunkMotion;
 use crate::verify::deviation::ray::DecidingPose;
 use crate::verify::report::{FaceMap, HeightSample};
+use crate::verify::swept::tool::DepthRule;
 
 /// Grid cells along the side of a tile.
 const TILE: usize = 8;
@@ -94,6 +95,11 @@ impl MeasuredFace<'_> {
             TrimCrossing::Border(segments) => CellLocation::Border(segments),
             TrimCrossing::Clear => self.locate(rectangle, Some(&[])),
         }
+    }
+
+    /// Returns the rule for the depth of a gouge at all points within `half` \[mm\] of a point, along u and along v.
+    pub(super) fn depth_rule(&self, uv: [f64; 2], half: [f64; 2]) -> DepthRule {
+        self.trims.depth_rule(self.shape.face, uv, half)
     }
 
     /// Tests if the middle of a rectangle is on the face.

@@ -1,0 +1,119 @@
+//! Tools that go down beside a wall: what they take off it counts, and not how deep they go down beside the next face.
+
+#![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
+
+use nalgebra::{Point3, Vector3};
+use trunnion::cutter::{Cutter, CutterSpec};
+use trunnion::nc::read::{ClFile, ClMotion, ClPath, ClRecord};
+use trunnion::surface::{Face, NurbsSurface, Surface, TrimCurve, TrimLoop};
+use trunnion::types::{Silent, ToolPose};
+use trunnion::verify::{
+    self, BoundMargins, BoundOptions, CheckInput, CheckOptions, DeviationTolerance, Report,
+};
+
+const RADIUS: f64 = 4.0;
+
+/// Returns a plane face with corners at `origin`, and at `along` and `across` from there, trimmed all round.
+fn plane(number: u32, origin: [f64; 3], along: [f64; 3], across: [f64; 3]) -> Face {
+    let at = |i: f64, j: f64| {
+        Point3::from(origin) + Vector3::from(along) * i + Vector3::from(across) * j
+    };
+    let rows = [0.0, 1.0].map(|i| [0.0, 1.0].map(|j| at(i, j)).to_vec()).to_vec();
+    let knots = vec![0.0, 0.0, 1.0, 1.0];
+    let surface = NurbsSurface::new([1, 1], [knots.clone(), knots], rows, None).unwrap();
+    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
+    let border = TrimCurve::polyline(&corners).unwrap();
+    let trim = TrimLoop::new(vec![border], [None, None], 1e-9).unwrap();
+    Face::new(number, Surface::Nurbs(surface), vec![trim]).unwrap()
+}
+
+/// Returns the top of a block, which looks up and ends at x = 0, and its wall, which looks along x.
+fn block() -> [Face; 2] {
+    [
+        plane(1, [-12.0, -10.0, 0.0], [12.0, 0.0, 0.0], [0.0, 20.0, 0.0]),
+        plane(2, [0.0, -10.0, -8.0], [0.0, 20.0, 0.0], [0.0, 0.0, 8.0]),
+    ]
+}
+
+fn path(points: &[[f64; 3]]) -> ClFile {
+    let record = |(line, tip): (u32, &[f64; 3])| {
+        let pose = ToolPose { tip: Point3::from(*tip), axis: Vector3::z_axis() };
+        ClRecord { line, pose, motion: ClMotion::Feed(10.0), way: ClPath::Straight }
+    };
+    ClFile { records: (1..).zip(points).map(record).collect(), ..ClFile::default() }
+}
+
+/// Returns the path of a flat end mill along the wall, which it overcuts by `depth`, up and down twice on its way.
+fn along_the_wall(depth: f64) -> ClFile {
+    let x = RADIUS - depth;
+    let at = |y: f64, z: f64| [x, y, z];
+    path(&[
+        at(-16.0, -8.0),
+        at(-3.0, -8.0),
+        at(-3.0, 6.0),
+        at(1.7, 6.0),
+        at(1.7, -8.0),
+        at(16.0, -8.0),
+    ])
+}
+
+fn check(faces: &[Face], file: &ClFile, grid: f64) -> Report {
+    let spec = CutterSpec { length: 60.0, ..CutterSpec::of_radii(RADIUS, 0.0) };
+    let cutter = Cutter::new(spec).unwrap();
+    let input = CheckInput::locations(file, &cutter).faces(faces);
+    let options = CheckOptions {
+        ray_tolerance: 1e-5,
+        bounds: Some(BoundOptions::within(BoundMargins::both(1e-3))),
+        ..CheckOptions::of_tolerance(DeviationTolerance { excess: 0.02, gouge: 0.002 }, grid)
+    };
+    verify::check(&input, &options, &Silent).unwrap()
+}
+
+#[test]
+fn beside_a_wall_a_gouge_is_as_deep_as_the_wall_is_overcut() {
+    for depth in [0.0, 0.0008, 0.01, 0.03] {
+        for grid in [0.7, 2.0] {
+            for faces in [&block()[..], &block()[..1]] {
+                let report = check(faces, &along_the_wall(depth), grid);
+                let Some(bounds) = report.deviation.bounds else { panic!("no bounds") };
+                let named = format!("{depth} on {} faces, every {grid}", faces.len());
+                assert!(bounds.gouge <= depth + 2e-3, "{named}: {}", bounds.gouge);
+                assert!(bounds.open <= 0.0, "{named}: {} open", bounds.open);
+                let lowest = report.deviation.lowest.map_or(0.0, |lowest| lowest.height);
+                assert!(lowest >= -depth - 2e-5, "{named}: {lowest}");
+                if faces.len() == 2 {
+                    assert!((lowest.min(0.0) + depth).abs() <= 2e-5, "{named}: {lowest}");
+                }
+            }
+        }
+    }
+}
+
+/// The tool stands over the edge and 0.05 mm too deep, or cuts a groove across the face from its border on.
+#[test]
+fn a_gouge_that_goes_on_beyond_the_edge_is_as_deep_as_the_tool_comes() {
+    let over_the_edge = path(&[[2.0, -16.0, -0.05], [2.0, 16.0, -0.05]]);
+    let groove = path(&[[8.0, 1.0, -0.3], [-5.0, 1.0, -0.3]]);
+    for (file, depth) in [(over_the_edge, 0.05), (groove, 0.3)] {
+        let report = check(&block()[..1], &file, 0.5);
+        let lowest = report.deviation.lowest.unwrap().height;
+        assert!((lowest + depth).abs() <= 2e-5, "{lowest} in place of {}", -depth);
+        assert!(report.deviation.bounds.unwrap().gouge >= depth);
+    }
+}
+
+/// Every point of the map by brute force: at the border by the distance inside the cylinder, elsewhere by the depth.
+#[test]
+fn heights_at_a_border_are_distances_inside_the_tool() {
+    let depth = 0.06;
+    let report = check(&block()[..1], &along_the_wall(depth), 0.013);
+    let mut at_border = 0;
+    for sample in report.maps[0].samples.iter().flatten() {
+        let Some(height) = sample.height.filter(|height| *height < 0.0) else { continue };
+        // The tool passes every y; beside the wall it is a cylinder whose side is at x = -depth.
+        let inside = sample.point.x + depth;
+        assert!(sample.point.x > -depth - 1e-6 && (height + inside).abs() < 5e-5, "{sample:?}");
+        at_border += 1;
+    }
+    assert!(at_border > 100, "{at_border}");
+}
