@@ -14,7 +14,7 @@ use trunnion::verify::{
 const RADIUS: f64 = 4.0;
 
 /// Returns a plane face with corners at `origin`, and at `along` and `across` from there, trimmed all round.
-fn plane(number: u32, origin: [f64; 3], along: [f64; 3], across: [f64; 3]) -> Face {
+fn plane(number: usize, origin: [f64; 3], along: [f64; 3], across: [f64; 3]) -> Face {
     let at = |i: f64, j: f64| {
         Point3::from(origin) + Vector3::from(along) * i + Vector3::from(across) * j
     };
@@ -77,7 +77,9 @@ fn beside_a_wall_a_gouge_is_as_deep_as_the_wall_is_overcut() {
                 let report = check(faces, &along_the_wall(depth), grid);
                 let Some(bounds) = report.deviation.bounds else { panic!("no bounds") };
                 let named = format!("{depth} on {} faces, every {grid}", faces.len());
-                assert!(bounds.gouge <= depth + 2e-3, "{named}: {}", bounds.gouge);
+                // Beyond the tolerance of 0.002 mm the first digits suffice: a tenth of the excess.
+                let margin = 2e-3 + 0.1 * (depth - 0.002).max(0.0);
+                assert!(bounds.gouge <= depth + margin, "{named}: {}", bounds.gouge);
                 assert!(bounds.open <= 0.0, "{named}: {} open", bounds.open);
                 let lowest = report.deviation.lowest.map_or(0.0, |lowest| lowest.height);
                 assert!(lowest >= -depth - 2e-5, "{named}: {lowest}");
@@ -110,9 +112,11 @@ fn heights_at_a_border_are_distances_inside_the_tool() {
     let mut at_border = 0;
     for sample in report.maps[0].samples.iter().flatten() {
         let Some(height) = sample.height.filter(|height| *height < 0.0) else { continue };
-        // The tool passes every y; beside the wall it is a cylinder whose side is at x = -depth.
-        let inside = sample.point.x + depth;
-        assert!(sample.point.x > -depth - 1e-6 && (height + inside).abs() < 5e-5, "{sample:?}");
+        // Below the top the axis of the tool is at x = 4 - depth, and at all y but those between -3 and 1.7.
+        let y = sample.point.y;
+        let axis = if y <= -3.0 || y >= 1.7 { y } else { [-3.0, 1.7][usize::from(y > -0.65)] };
+        let inside = RADIUS - (RADIUS - depth - sample.point.x).hypot(y - axis);
+        assert!(inside > -1e-6 && (height + inside).abs() < 5e-5, "{sample:?}");
         at_border += 1;
     }
     assert!(at_border > 100, "{at_border}");

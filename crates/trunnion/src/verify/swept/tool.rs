@@ -242,9 +242,9 @@ pub(crate) struct NormalRay {
 /// Rule for the depth of a gouge at a point of a face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum DepthRule {
-    /// How deep the tool comes along the normal.
+    /// Depth of the tool along the normal.
     AlongNormal,
-    /// How deep the point lies inside the tool, as at an edge: a tool that goes down beside the next face leaves this one
+    /// Depth of the point inside the tool, as at an edge: a tool that goes down beside the next face leaves this one
     /// by its border, and what it takes there is as deep as it takes off the next.
     InsideTool,
 }

@@ -445,8 +445,8 @@ impl TrimSegments {
         let [u, v] = *rectangle;
         let middle = rectangle.map(|[low, high]| 0.5 * (low + high));
         let grown = self.grown(rectangle);
-        let segments = among.iter().filter_map(|index| self.segments.get(*index as usize));
-        let [a, b] = segments.filter_map(|segment| clipped(segment, &grown)).next()?;
+        let mut segments = among.iter().filter_map(|index| self.segments.get(*index as usize));
+        let [a, b] = segments.find_map(|segment| clipped(segment, &grown))?;
         let from = [0, 1].map(|k: usize| 0.5 * (a[k] + b[k]));
         // The rectangle may lie beyond the border, within the tolerance of the segments.
         let [du, dv] = self.tolerance.map(|tolerance| BESIDE * tolerance);
