@@ -112,7 +112,7 @@ function plantedSample(program) {
   const lines = program.split("\n");
   const first = lines.findIndex((line) => line.includes("pass 15"));
   const move = lines.findIndex((line, at) => at > first && line.startsWith("G1"));
-  lines[move] = lines[move].replace(/ Z[-\d.]+/, " Z-13.2");
+  lines[move] = lines[move].replace(/ Z[-\d.]+/, " Z-13.7");
   for (const file of ["../samples/edited.ngc", "../dist/samples/edited.ngc"].map(here)) {
     if (process.env.UPDATE_EXPECT === "1") writeFileSync(file, lines.join("\n"));
     assert.equal(readFileSync(file, "utf8"), lines.join("\n"), `${file} is another program; UPDATE_EXPECT=1 writes it anew`);
