@@ -4,7 +4,7 @@
 //! own time, as long as the tool between those times bows little as well.
 
 use crate::cover::prove::deepest::deepest;
-use crate::cover::prove::face_tree::FaceCell;
+use crate::cover::prove::face_cell::FaceCell;
 use crate::cover::prove::sweep::PassSweep;
 use crate::cutter::ConvexSolid;
 use crate::math::hypot;
@@ -95,9 +95,7 @@ impl CellPassage<'_> {
     /// \[mm\]: what the face bends, and what the tool turns and bends meanwhile.
     fn bows(&self, seen: &SeenCorners) -> [f64; 2] {
         let SeenCorners { times, from_tip, .. } = seen;
-        let (first, last) = times
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), u| (a.min(*u), b.max(*u)));
+        let (first, last) = earliest_and_latest(times);
         let bend = self.sweep.bend_between(first, last);
         let far = from_tip.iter().map(Vector3::norm).fold(0.0, f64::max);
         // Between two corners with times t0 and t1 the image deviates from the chord by its sag,
@@ -133,38 +131,48 @@ impl CellPassage<'_> {
             [c, mean(c, d), d],
         ];
         let mut seen = [[[0.0; 2]; 3]; 3];
-        let (mut far, mut nearest) = (0.0_f64, f64::INFINITY);
+        let mut from_tip = [[Vector3::zeros(); 3]; 3];
+        let mut nearest = f64::INFINITY;
         for (i, row) in grid.iter().enumerate() {
             for (j, time) in row.iter().enumerate() {
                 let pose = self.sweep.curve.pose(*time)?;
                 let q = self.cell.points[i][j] - pose.tip;
                 let z = q.dot(&pose.axis);
                 let rho = (q.norm_squared() - z * z).max(0.0).sqrt();
-                seen[i][j] = [rho, z];
-                far = far.max(q.norm());
+                (seen[i][j], from_tip[i][j]) = ([rho, z], q);
                 nearest = nearest.min(rho);
             }
         }
-        let radius = self.cell.radius();
+        let largest = |of: &dyn Fn(&Vector3<f64>) -> f64| {
+            from_tip.iter().flatten().map(of).fold(0.0, f64::max)
+        };
+        let centre = from_tip[1][1];
+        let (far, reach) = (largest(&|q| q.norm()), largest(&|q| (q - centre).norm()));
+        let reach = reach.max(self.cell.radius());
         // About the axis the distance from it is not smooth.
-        if nearest <= radius {
+        if nearest <= reach {
             return Some([f64::INFINITY; 2]);
         }
+        // One cubic for all times of the cell. The axis vector of a spline is at least half a unit long, so the axis
+        // deviates by twice as much; it counts with the distance from the tip, which changes by less than the cell's reach.
+        let (first, last) = earliest_and_latest(&times);
+        let [tip, axis] = self.sweep.unevenness(first, last);
+        let uneven = tip + 2.0 * axis * (far + 2.0 * reach);
         let line = |k: usize, i: usize| {
             [0, 1, 2].map(|j: usize| if k == 0 { seen[j][i] } else { seen[i][j] })
         };
         Some([0, 1].map(|k| {
             let sag = (0..3).map(|i| second_difference(line(k, i))).fold(0.0, f64::max);
-            let uneven = |[i, j]: [usize; 2]| {
-                let time = times[j] - times[i];
-                let [tip, axis] = self.sweep.unevenness(times[i], times[j]);
-                // The axis vector of a spline is at least half a unit long, so the axis deviates by twice as much; it
-                // counts with the distance from the tip, which changes by less than the cell's own reach.
-                (tip + 2.0 * axis * (far + 2.0 * radius)) * time * time
-            };
-            sag + 0.125 * opposite(k).map(uneven).into_iter().fold(0.0, f64::max)
+            let time = |[i, j]: [usize; 2]| (times[j] - times[i]).abs();
+            let time = opposite(k).map(time).into_iter().fold(0.0, f64::max);
+            sag + 0.125 * uneven * time * time
         }))
     }
+}
+
+/// Returns the earliest and the latest of some times.
+fn earliest_and_latest(times: &CornerTimes) -> (f64, f64) {
+    times.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), u| (a.min(*u), b.max(*u)))
 }
 
 /// Returns the pairs of corners that differ by parameter `k`.

@@ -7,7 +7,8 @@
 
 use crate::cover::layout::chart::Chart;
 use crate::cover::layout::region::ChartPoint;
-use crate::cover::prove::face_tree::{CellShare, FaceCell, FaceTree, TreeBranch};
+use crate::cover::prove::face_cell::{CellShare, FaceCell};
+use crate::cover::prove::face_tree::{FaceTree, TreeBranch};
 use crate::cover::prove::sweep::{PassSweep, SweepInstant};
 use crate::cutter::{ConvexSolid, SignedDistance, ToolBody};
 use crate::surface::FaceIndex;

@@ -5,6 +5,7 @@ pub(super) mod clearance;
 pub(super) mod connected;
 pub(super) mod coverage;
 pub(super) mod deepest;
+pub(super) mod face_cell;
 pub(super) mod face_hull;
 pub(super) mod face_tree;
 pub(super) mod part_faces;

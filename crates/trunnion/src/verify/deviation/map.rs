@@ -1,6 +1,6 @@
 //! Deviation maps: the lowest point that the tool ever reaches on the normal of each grid point.
 
-use super::bounds::shape::TrimSegments;
+use super::bounds::trim_segments::TrimSegments;
 use super::chunks::{MeasureScope, MotionChunk, MotionChunks, MoveKind};
 use super::grid::FaceGrid;
 use super::ray::{DecidingPose, LowestEntry};
@@ -23,6 +23,7 @@ const BATCH: usize = 128;
 pub(crate) struct FaceField<'a> {
     face: &'a Face,
     grid: FaceGrid,
+    trims: TrimSegments,
     tiles: Vec<GridTile>,
     /// Number of points without a normal.
     bare: usize,
@@ -52,6 +53,8 @@ pub(crate) struct MeasuredMap {
     pub(crate) map: FaceMap,
     /// Deciding pose at each point of the map.
     pub(crate) deciding: Vec<Option<DecidingPose>>,
+    /// Border of the face.
+    pub(crate) trims: TrimSegments,
 }
 
 /// Measures faces at the points of their grids; `advance` receives the share done.
@@ -86,7 +89,7 @@ pub(crate) fn maps(
 /// Returns the ray from a point of a face, if the face has a normal there.
 fn ray(face: &Face, [u, v]: [f64; 2], below: f64) -> Option<NormalRay> {
     let normal = face.normal(u, v)?.into_inner();
-    Some(NormalRay { origin: face.point(u, v), normal, below, depth: DepthRule::AlongNormal })
+    Some(NormalRay { origin: face.point(u, v), normal, below, rule: DepthRule::AlongNormal })
 }
 
 impl<'a> FaceField<'a> {
@@ -100,11 +103,11 @@ impl<'a> FaceField<'a> {
         let whole = TiledFace { face, trims: &trims, grid: &grid };
         let tile = |&corner| GridTile::new(&whole, corner, scope);
         let (tiles, bare): (Vec<GridTile>, Vec<usize>) = corners.par_iter().map(tile).unzip();
-        Ok(Self { face, tiles, bare: bare.iter().sum(), grid })
+        Ok(Self { face, tiles, bare: bare.iter().sum(), grid, trims })
     }
 
     fn finish(self, moves: MoveKind) -> MeasuredMap {
-        let Self { face, grid, tiles, bare: mut unmeasured } = self;
+        let Self { face, grid, trims, tiles, bare: mut unmeasured } = self;
         let [rows, columns] = grid.size();
         let mut samples = vec![None; rows * columns];
         let mut deciding = vec![None; rows * columns];
@@ -127,7 +130,7 @@ impl<'a> FaceField<'a> {
         let FaceGrid { u, v } = grid;
         let unfinished = Vec::new();
         let map = FaceMap { face: face.number, u, v, samples, unmeasured, unfinished };
-        MeasuredMap { map, deciding }
+        MeasuredMap { map, deciding, trims }
     }
 }
 
@@ -202,8 +205,8 @@ impl GridTile {
         }
         let MeasureScope { reach, tolerance, total, .. } = chunk.parts.scope;
         let points = indices.iter().zip(rules.iter());
-        let rays = points.filter_map(|(&index, &depth)| {
-            Some(NormalRay { depth, ..ray(face, at(grid, index)?.0, reach)? })
+        let rays = points.filter_map(|(&index, &rule)| {
+            Some(NormalRay { rule, ..ray(face, at(grid, index)?.0, reach)? })
         });
         let rays: Vec<NormalRay> = rays.collect();
         let Some(middle) = rays.get(rays.len() / 2) else { return };

@@ -184,7 +184,7 @@ const STRIDE: usize = 7;
 /// Returns the effect of tool errors at the points where the tool cuts.
 fn sensitivity(faces: &[Face], measured: &[MeasuredMap]) -> Sensitivity {
     let mut worst = Sensitivity { length: 0.0, radius: 0.0, pivot: None };
-    for (face, MeasuredMap { map, deciding }) in faces.iter().zip(measured) {
+    for (face, MeasuredMap { map, deciding, .. }) in faces.iter().zip(measured) {
         for (sample, by) in map.samples.iter().zip(deciding).step_by(STRIDE) {
             let normal = sample.as_ref().and_then(|s| face.normal(s.uv.u, s.uv.v));
             let (Some(by), Some(normal)) = (by, normal) else { continue };

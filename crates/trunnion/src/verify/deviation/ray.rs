@@ -2,7 +2,7 @@
 
 use crate::verify::swept::bvh::ContentId;
 use crate::verify::swept::quadratic::{MotionInstant, MotionPiece, RayQuery, SurfacePatch};
-use crate::verify::swept::tool::{BodyPose, ConvexBody, DepthRule, NormalRay};
+use crate::verify::swept::tool::{BodyPose, BodySurface, ConvexBody, DepthRule, NormalRay};
 use nalgebra::Point3;
 
 /// Lowest entry found so far, among tools that leave the ray at the surface or above it.
@@ -131,9 +131,9 @@ impl LowestEntry {
                 let Some(lower) = drift(ray, limit) else { continue };
                 towards = lower;
             }
-            if limit < 0.0 && ray.depth == DepthRule::InsideTool {
-                let origin = SurfacePatch::point(ray);
-                if piece.keeps_out(&instant, half, body, &origin).least() >= limit {
+            if limit < 0.0 && ray.rule == DepthRule::InsideTool {
+                let (origin, skin) = (SurfacePatch::point(ray), BodySurface::Skin(body));
+                if piece.keeps_off(&instant, half, skin, &origin).least() >= limit {
                     continue;
                 }
             }

@@ -21,7 +21,7 @@ pub(crate) fn length(
     let [low, high] = [-options.gouge, options.total];
     let mut higher = [f64::NEG_INFINITY, f64::INFINITY];
     let mut lines: BTreeMap<u32, bool> = BTreeMap::new();
-    for (face, MeasuredMap { map, deciding }) in faces.iter().zip(measured) {
+    for (face, MeasuredMap { map, deciding, .. }) in faces.iter().zip(measured) {
         for (sample, by) in map.samples.iter().zip(deciding) {
             let Some(sample) = sample.as_ref().filter(|sample| !sample.rest) else { continue };
             let (height, line) = (sample.height?, sample.line?);

@@ -4,7 +4,7 @@
 //! of the velocity at distance 1 due to turning, `v` and `a` speed and acceleration of the tip \[mm\], all by `u`;
 //! `y` a point relative to the tip, `d` its distance from the body, `g` the gradient of `d`.
 
-use super::tool::{BodyPose, BodyProbe, ConvexBody, NormalRay};
+use super::tool::{BodyPose, BodyProbe, BodySurface, ConvexBody, NormalRay};
 use crate::verify::error::VerifyError;
 use crate::verify::replay::mover::{Mover, Swing};
 use crate::verify::replay::segment::Segment;
@@ -377,36 +377,12 @@ impl MotionPiece {
         &self,
         instant: &MotionInstant,
         half: f64,
-        body: ConvexBody,
-        patch: &SurfacePatch<'_>,
-    ) -> DistanceMargin {
-        let y = patch.centre - instant.pose.tip;
-        self.margin(instant, half, &body.probe(&y, &instant.pose.axis), patch)
-    }
-
-    /// Bounds how far a patch stays outside the skin of a body ([`ConvexBody::probe_skin`]) over `u` within `half` of the
-    /// instant; negative inside.
-    pub(crate) fn keeps_out(
-        &self,
-        instant: &MotionInstant,
-        half: f64,
-        body: ConvexBody,
-        patch: &SurfacePatch<'_>,
-    ) -> DistanceMargin {
-        let y = patch.centre - instant.pose.tip;
-        self.margin(instant, half, &body.probe_skin(&y, &instant.pose.axis), patch)
-    }
-
-    /// Bounds a convex function of the point seen from the tool, probed at the centre of a patch.
-    fn margin(
-        &self,
-        instant: &MotionInstant,
-        half: f64,
-        probe: &BodyProbe,
+        body: BodySurface,
         patch: &SurfacePatch<'_>,
     ) -> DistanceMargin {
         let MotionInstant { pose, tip_rate, axis_rate } = instant;
         let y = patch.centre - pose.tip;
+        let probe = body.probe(&y, &pose.axis);
         let slope = |direction: &Vector3<f64>| probe.slope(&y, &pose.axis, direction);
         let turning = y.dot(axis_rate) * (probe.axial - probe.radial * probe.height);
         let drift = turning - slope(tip_rate);

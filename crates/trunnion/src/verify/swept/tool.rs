@@ -138,11 +138,8 @@ impl ConvexBody {
         BodyProbe::of([rho, height], [distance, by_rho, axial])
     }
 
-    /// Evaluates how far `y` lies outside the skin of the tool, negative inside: as [`ConvexBody::probe`], but for the ends
-    /// at which another body goes on. Inside the body it is at most the distance.
-    ///
-    /// An end is taken away even where the next body is thinner. Then a point counts as deeper inside than it is.
-    pub(crate) fn probe_skin(self, y: &Vector3<f64>, axis: &Vector3<f64>) -> BodyProbe {
+    /// Evaluates the distance function of the body without the ends at which another body goes on ([`BodySurface::Skin`]).
+    fn probe_skin(self, y: &Vector3<f64>, axis: &Vector3<f64>) -> BodyProbe {
         let height = axis.dot(y);
         let rho = (y - axis * height).norm();
         let found = match self {
@@ -236,7 +233,7 @@ pub(crate) struct NormalRay {
     /// Start of the search below the origin \[mm\].
     pub(crate) below: f64,
     /// Rule for gouges at the origin.
-    pub(crate) depth: DepthRule,
+    pub(crate) rule: DepthRule,
 }
 
 /// Rule for the depth of a gouge at a point of a face.
@@ -342,11 +339,34 @@ impl ConvexBody {
 
     /// Returns the height of the origin of a ray that enters the body at `s`, by the rule of the ray.
     pub(crate) fn height_of(self, pose: &BodyPose, ray: &NormalRay, s: f64) -> f64 {
-        match ray.depth {
+        match ray.rule {
             DepthRule::InsideTool if s < 0.0 => {
                 s.max(self.probe_skin(&(ray.origin - pose.tip), &pose.axis).distance.min(0.0))
             }
             _ => s,
+        }
+    }
+}
+
+/// Surface of a body from which distances are counted.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum BodySurface {
+    /// All of it.
+    Whole(ConvexBody),
+    /// The tool's own skin, without the ends at which another body goes on. A point inside the body is at least as deep
+    /// under it as under the whole surface.
+    ///
+    /// An end is left out even where the next body is thinner. There a point counts as deeper than it is.
+    Skin(ConvexBody),
+}
+
+impl BodySurface {
+    /// Evaluates the distance function as [`ConvexBody::probe`] does.
+    #[inline]
+    pub(crate) fn probe(self, y: &Vector3<f64>, axis: &Vector3<f64>) -> BodyProbe {
+        match self {
+            Self::Whole(body) => body.probe(y, axis),
+            Self::Skin(body) => body.probe_skin(y, axis),
         }
     }
 }
@@ -383,7 +403,8 @@ mod tests {
         body.probe(&Vector3::from(y), &Vector3::z()).distance
     }
 
-    /// Where no end is nearest, points inside lie as deep in the skin as in the body, and nowhere less deep.
+    /// No point is farther from the skin than from the whole surface. Inside, both distances are equal unless an end is
+    /// nearest.
     #[test]
     fn a_skin_is_the_body_without_its_ends() {
         let frustum = ConvexBody::Frustum { low: 10.0, high: 30.0, radius: 3.0, slope: 0.2 };
@@ -422,7 +443,7 @@ mod tests {
             origin: Point3::new(5.0, 0.0, 0.0),
             normal: Vector3::z(),
             below: 4.0,
-            depth: DepthRule::AlongNormal,
+            rule: DepthRule::AlongNormal,
         };
         assert!((BULL.entry(&pose, &ray, 2.0, 1e-9).unwrap() - 0.3).abs() < 1e-9);
         assert_eq!(BULL.entry(&pose, &ray, 0.2, 1e-9), None);
@@ -442,7 +463,7 @@ mod tests {
             origin: Point3::new(5.0 + 1e-5, 0.0, -1e-5),
             normal,
             below: 2.0,
-            depth: DepthRule::AlongNormal,
+            rule: DepthRule::AlongNormal,
         };
         let s = flat.closest(&pose, &ray, limit);
         let (distance, slope) = flat.along(&pose, &ray, s);

@@ -229,7 +229,7 @@ fn search(
         origin: piece.centre,
         normal: piece.normal,
         below: survey.parts.scope.reach,
-        depth: DepthRule::AlongNormal,
+        rule: DepthRule::AlongNormal,
     };
     // Step 1: keep the bodies that may come to the piece, and measure its middle against them.
     next.items = coming(survey, piece, &next.items);

@@ -2,7 +2,7 @@
 
 use super::gather;
 use super::margin::{MarginRule, TileBound};
-use super::shape::{FaceShape, TrimSegments};
+use super::shape::FaceShape;
 use super::survey::{MeasuredFace, TileTask};
 use crate::surface::Face;
 use crate::verify::deviation::chunks::MotionChunks;
@@ -57,9 +57,8 @@ pub(crate) fn bounds(
     ];
     let mut known = worst;
     let mut grounds = Vec::new();
-    for (face, MeasuredMap { map, deciding }) in faces.iter().zip(measured) {
+    for (face, MeasuredMap { map, deciding, trims }) in faces.iter().zip(measured) {
         let shape = FaceShape::new(face);
-        let trims = TrimSegments::over(face, [&map.u, &map.v])?;
         grounds.push(MeasuredFace { shape, trims, map, deciding, worst, excess: bounded });
     }
     let tasks = tasks(&grounds, chunks.scope.reach);

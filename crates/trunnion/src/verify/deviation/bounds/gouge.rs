@@ -7,7 +7,7 @@ use crate::verify::deviation::chunks::MoveKind;
 use crate::verify::report::ExtremeHeight;
 use crate::verify::swept::bvh::ContentId;
 use crate::verify::swept::quadratic::{DistanceMargin, PatchPart, SurfacePatch};
-use crate::verify::swept::tool::{DepthRule, NormalRay};
+use crate::verify::swept::tool::{BodySurface, DepthRule, NormalRay};
 
 /// Quarterings after which the height in the middle of an undecided piece is measured.
 const MEASURED_FROM: u32 = 3;
@@ -38,7 +38,7 @@ struct GougeCell {
     /// Trim segments that may touch it.
     border: Option<Vec<u32>>,
     /// Rule for the depth at all its points.
-    depth: DepthRule,
+    rule: DepthRule,
 }
 
 /// Bounds the deepest gouge in a tile.
@@ -80,7 +80,7 @@ fn first(survey: &TileSurvey<'_>, rectangle: UvRectangle) -> Option<GougeCell> {
     };
     let items =
         survey.parts.numbers().map(|numbers| OpenBody { numbers, u: 0.0, half: 1.0 }).collect();
-    Some(GougeCell { rectangle, level: 0, items, border, depth: DepthRule::AlongNormal })
+    Some(GougeCell { rectangle, level: 0, items, border, rule: DepthRule::AlongNormal })
 }
 
 /// Drops a piece that nothing reaches, or quarters it.
@@ -90,7 +90,7 @@ fn quarter(
     known: &mut TileBound,
     open: &mut Vec<GougeCell>,
 ) {
-    let GougeCell { rectangle, level, items, border, mut depth } = next;
+    let GougeCell { rectangle, level, items, border, mut rule } = next;
     let location = survey.locate(&rectangle, border.as_deref());
     if matches!(location, CellLocation::Outside) {
         return;
@@ -98,8 +98,8 @@ fn quarter(
     let mut left = items;
     if let Some(cell) = survey.shape.cell(&rectangle) {
         // What holds for all points of a piece holds for its quarters.
-        if depth == DepthRule::AlongNormal {
-            depth = survey.depth_rule(middle_of(&rectangle), cell.half.map(|half| half.norm()));
+        if rule == DepthRule::AlongNormal {
+            rule = survey.depth_rule(middle_of(&rectangle), cell.half.map(|half| half.norm()));
         }
         // Nothing comes to the piece offset inwards by the aim: no gouge in it is deeper.
         let part = match &location {
@@ -108,7 +108,7 @@ fn quarter(
             }
             _ => None,
         };
-        let face = FacePiece { cell: &cell, part: part.as_ref(), depth };
+        let face = FacePiece { cell: &cell, part: part.as_ref(), rule };
         left = coming(survey, &face, known.aim(), &left);
         if left.is_empty() {
             return;
@@ -117,7 +117,7 @@ fn quarter(
         // face goes deepest into this one at the border.
         if level >= MEASURED_FROM {
             let middle = survey.holds_middle(&rectangle, &location).then(|| middle_of(&rectangle));
-            let rim = match (&location, depth) {
+            let rim = match (&location, rule) {
                 (CellLocation::Border(segments), DepthRule::InsideTool) => {
                     survey.trims.just_inside(survey.shape.face, &rectangle, segments)
                 }
@@ -141,7 +141,7 @@ fn quarter(
     };
     for rectangle in quarters(rectangle) {
         let (items, border) = (left.clone(), border.clone());
-        open.push(GougeCell { rectangle, level: level + 1, items, border, depth });
+        open.push(GougeCell { rectangle, level: level + 1, items, border, rule });
     }
 }
 
@@ -150,7 +150,7 @@ fn quarter(
 struct FacePiece<'a> {
     cell: &'a FlatCell,
     part: Option<&'a PatchPart>,
-    depth: DepthRule,
+    rule: DepthRule,
 }
 
 /// Returns the middle of a rectangle.
@@ -165,7 +165,7 @@ fn coming(
     depth: f64,
     items: &[OpenBody],
 ) -> Vec<OpenBody> {
-    let FacePiece { cell, part, depth: rule } = *face;
+    let FacePiece { cell, part, rule } = *face;
     // Offset inwards, a point is off the flat piece by the turn of its normal times the depth as well.
     let slack = depth * cell.turn;
     let patch = SurfacePatch {
@@ -188,7 +188,8 @@ fn coming(
             let instant = part.piece.instant(u);
             // Two lower bounds of the distance: the gradient at the nearest point, and the support plane across the
             // patch. Either one above the error drops the interval.
-            let near = part.piece.keeps_off(&instant, half, part.body, &patch);
+            let body = BodySurface::Whole(part.body);
+            let near = part.piece.keeps_off(&instant, half, body, &patch);
             if near.least() > error {
                 continue;
             }
@@ -198,7 +199,8 @@ fn coming(
             }
             // At an edge it is enough that no point of the piece lies deeper in the tool.
             let inside = (rule == DepthRule::InsideTool).then(|| {
-                let margin = part.piece.keeps_out(&instant, half, part.body, &surface);
+                let skin = BodySurface::Skin(part.body);
+                let margin = part.piece.keeps_off(&instant, half, skin, &surface);
                 DistanceMargin { distance: margin.distance + depth, ..margin }
             });
             if inside.is_some_and(|inside| inside.least() > error) {
@@ -222,16 +224,11 @@ fn coming(
 }
 
 /// Measures the height at a point against the bodies that may come to it.
-fn measure(
-    survey: &TileSurvey<'_>,
-    uv: [f64; 2],
-    items: &[OpenBody],
-    known: &mut TileBound,
-) -> Option<()> {
+fn measure(survey: &TileSurvey<'_>, uv: [f64; 2], items: &[OpenBody], known: &mut TileBound) {
     let (below, face) = (survey.parts.scope.reach, survey.shape.face);
-    let depth = survey.depth_rule(uv, [0.0; 2]);
-    let normal = face.normal(uv[0], uv[1])?.into_inner();
-    let ray = NormalRay { origin: face.point(uv[0], uv[1]), normal, below, depth };
+    let Some(normal) = face.normal(uv[0], uv[1]) else { return };
+    let (origin, normal) = (face.point(uv[0], uv[1]), normal.into_inner());
+    let ray = NormalRay { origin, normal, below, rule: survey.depth_rule(uv, [0.0; 2]) };
     let lowest = survey.parts.lowest(items.iter().map(|item| item.numbers), &ray);
     if let (Some(line), true) = (lowest.line, -lowest.s > known.worst) {
         known.worst = -lowest.s;
@@ -245,7 +242,6 @@ fn measure(
             dog_leg: survey.parts.scope.moves == MoveKind::DogLegs,
         });
     }
-    Some(())
 }
 
 /// Tries larger bounds until one holds.

@@ -13,5 +13,6 @@ pub(super) mod faces;
 mod gather;
 mod gouge;
 pub(super) mod margin;
-pub(super) mod shape;
+mod shape;
 mod survey;
+pub(super) mod trim_segments;

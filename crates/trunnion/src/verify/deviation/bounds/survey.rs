@@ -1,7 +1,8 @@
 //! Faces and tiles whose deviation is bounded, with the moves that come to them.
 
 use super::margin::TileBound;
-use super::shape::{FaceShape, TrimCrossing, TrimSegments, UvRectangle};
+use super::shape::{FaceShape, UvRectangle};
+use super::trim_segments::{TrimCrossing, TrimSegments};
 use crate::verify::deviation::chunks::ChunkMotion;
 use crate::verify::deviation::ray::DecidingPose;
 use crate::verify::report::{FaceMap, HeightSample};
@@ -30,7 +31,7 @@ impl TileCells {
 /// Face with its measured heights.
 pub(super) struct MeasuredFace<'a> {
     pub(super) shape: FaceShape<'a>,
-    pub(super) trims: TrimSegments,
+    pub(super) trims: &'a TrimSegments,
     pub(super) map: &'a FaceMap,
     pub(super) deciding: &'a [Option<DecidingPose>],
     /// Worst gouge and worst excess of all faces.
