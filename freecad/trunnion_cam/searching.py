@@ -63,7 +63,8 @@ def usual_origin(job: Any, machine: str) -> list[float]:
         with open(path, "wb") as file:
             file.write(shapes.step_bytes(checking.model(job)))
         try:
-            proposed = trunnion.Job.propose(path, machine)
+            # The workpiece of the document lies as it is drawn.
+            proposed = trunnion.Job.propose(path, machine, rotation=[0.0, 0.0, 0.0])
         except trunnion.TrunnionError as error:
             raise Problem(words(error).replace(folder + os.sep, "")) from None
     return [float(value) for value in proposed.data["setup"]["origin"]]

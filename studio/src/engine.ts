@@ -119,9 +119,9 @@ export class EngineClient {
     return this.done({ verb: "propose", options }, onProgress);
   }
 
-  /** Faces of a part, and the part as a picture. */
-  async part(name: string): Promise<{ part: PartFaces; drawing: Drawing }> {
-    const reply = await this.ask({ verb: "part", name });
+  /** Faces of a part turned about x, y and z by angles in degrees, and the part as a picture. */
+  async part(name: string, rotation: number[]): Promise<{ part: PartFaces; drawing: Drawing }> {
+    const reply = await this.ask({ verb: "part", name, rotation });
     if (reply.kind !== "part") throw new Refused(["the engine gave no faces"]);
     return reply;
   }

@@ -58,8 +58,8 @@ function replay(of: Engine, options: string[]): Replay {
 }
 
 /** Faces of a part as arrays of their own. */
-function facesOf(of: Engine, name: string): PartFaces {
-  const part = of.part(name);
+function facesOf(of: Engine, name: string, rotation: number[]): PartFaces {
+  const part = of.part(name, Float64Array.from(rotation));
   const { faces, warnings } = JSON.parse(part.model());
   const arrays = { positions: part.positions(), triangles: part.triangles(), edges: part.edges() };
   part.free();
@@ -98,7 +98,7 @@ function answer(of: Engine, request: Request): void {
     case "machines":
       return send({ id, kind: "machines", names: machines() });
     case "part": {
-      const part = facesOf(of, request.name);
+      const part = facesOf(of, request.name, request.rotation);
       return send({ id, kind: "part", part, drawing: withArrays(drawingOfPart(part)) });
     }
     case "machine":

@@ -94,8 +94,19 @@ export function withFaces(text: string, faces: number[]): string {
   });
 }
 
+const numbersIn = (value: string | null) => (value?.match(/[-+.\deE]+/g) ?? []).map(Number);
+
+/** Three numbers of a job; those that are missing are 0. */
+export function threeOf(text: string, section: string, key: string): [number, number, number] {
+  const numbers = numbersIn(valueOf(text, section, key));
+  return [numbers[0] ?? 0, numbers[1] ?? 0, numbers[2] ?? 0];
+}
+
+/** Rotation of the part of a job about x, y and z, in degrees. */
+export const rotationOf = (text: string) => threeOf(text, "part", "rotation");
+
 /** File of the part of a job, as the job names it. */
 export const partOf = (text: string): string | null => valueOf(text, "part", "file")?.replace(/^"|"$/g, "") ?? null;
 
 /** Faces that a proposal leaves out, in words. */
-export const leftOut = (text: string): string[] => [...text.matchAll(/^# not cut: (face .*)$/gm)].map(([, words]) => `not cut: ${words}`);
+export const leftOut = (text: string): string[] => [...text.matchAll(/^# not cut: (faces? .*)$/gm)].map(([, words]) => `not cut: ${words}`);

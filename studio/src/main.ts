@@ -12,7 +12,7 @@ import { Tabs, find, make, sizeOf } from "./dom";
 import { Editor, faultOf } from "./editor";
 import { EngineClient, Refused, type Done, type OnProgress } from "./engine";
 import { found, kindOf, plain, refusalOf, warningOf, words } from "./files";
-import { leftOut, partOf } from "./jobtext";
+import { leftOut, partOf, rotationOf } from "./jobtext";
 import type { Library, Outputs } from "./messages";
 import { Planner } from "./planner";
 import { Player } from "./player";
@@ -40,6 +40,7 @@ class Studio {
   private readonly planner = new Planner({
     onText: (text) => this.write(text),
     onFaces: (faces, text) => this.pickFaces(faces, text),
+    onTurned: () => void this.showFaces(),
     machine: (name) => this.engine.machine(this.beside(name)),
     onRefused: (error) => this.refuse(error),
   });
@@ -326,7 +327,9 @@ class Studio {
   /** Proposes a job that cuts `faces` of a part, or all of them. */
   private propose(part: string, faces: number[]): Promise<void> {
     const machine = [...this.engine.files].find(([name, bytes]) => kindOf(name, bytes) === "machine")?.[0] ?? "bc-trunnion";
-    const options = [part, "--machine", machine, ...(faces.length > 0 ? ["--faces", faces.join(",")] : [])];
+    // Faces are picked on the part as it is shown.
+    const picked = () => ["--faces", faces.join(","), "--rotation", rotationOf(this.editor.text).join(",")];
+    const options = [part, "--machine", machine, ...(faces.length > 0 ? picked() : [])];
     return this.work(
       (onProgress) => this.engine.propose(options, onProgress),
       async ({ answer }) => {
@@ -347,7 +350,7 @@ class Studio {
     if (!this.job || !name) return;
     const folder = this.job.includes("/") ? this.job.slice(0, this.job.lastIndexOf("/")) : "";
     try {
-      const { part, drawing } = await this.engine.part(plain(`${folder}/${name}`));
+      const { part, drawing } = await this.engine.part(plain(`${folder}/${name}`), rotationOf(this.editor.text));
       this.chosen += 1;
       find("verdict").hidden = true;
       this.draw(drawing, null);

@@ -90,7 +90,7 @@ export type Request = { id: number } & (
   | { verb: "readJob"; job: string }
   | { verb: "check"; options: string[] }
   | { verb: "propose"; options: string[] }
-  | { verb: "part"; name: string }
+  | { verb: "part"; name: string; rotation: number[] }
   | { verb: "machines" }
   | { verb: "machine"; name: string }
   | { verb: "library"; name: string | null }

@@ -1,7 +1,7 @@
 // Planning: faces of the part, machine, cutter, holder, setup and tolerances. Every control writes the text of the job.
 
 import { find, make } from "./dom";
-import { facesOf, toolSection, valueOf, withFaces, withHolder, withTool, withValue } from "./jobtext";
+import { facesOf, rotationOf, threeOf, toolSection, valueOf, withFaces, withHolder, withTool, withValue } from "./jobtext";
 import { wordsOfFace } from "./faces";
 import type { Placement } from "./frame";
 import type { FaceInfo, Library, Machine, PartFaces } from "./messages";
@@ -16,8 +16,9 @@ interface Control {
 }
 
 const CONTROLS: Control[] = [
+  { label: "Part rotation, °", section: "part", key: "rotation", count: 3 },
   { label: "Origin, mm", section: "setup", key: "origin", count: 3 },
-  { label: "Rotation, °", section: "setup", key: "rotation", count: 3 },
+  { label: "Setup rotation, °", section: "setup", key: "rotation", count: 3 },
   { label: "Excess, mm", section: "tolerance", key: "total", count: 1 },
   { label: "Gouge, mm", section: "tolerance", key: "gouge", count: 1 },
 ];
@@ -27,13 +28,14 @@ const OWN = "as in the job";
 const NO_HOLDER = "none";
 
 const unquoted = (value: string | null) => value?.replace(/^"|"$/g, "") ?? "";
-const numbersIn = (value: string | null) => (value?.match(/[-+.\deE]+/g) ?? []).map(Number);
 
 export interface PlannerActions {
   /** Takes the text that a control wrote. */
   onText: (text: string) => void;
   /** Takes the faces that were clicked, and the text with them. */
   onFaces: (faces: number[], text: string) => void;
+  /** Shows the faces anew: the job turns the part. */
+  onTurned: () => void;
   /** Returns the chain of the machine of the job. */
   machine: (name: string) => Promise<Machine>;
   onRefused: (error: unknown) => void;
@@ -42,6 +44,8 @@ export interface PlannerActions {
 export class Planner {
   /** Part whose faces are in the picture. */
   private part: PartFaces | null = null;
+  /** Rotation in which they are. */
+  private turned = [0, 0, 0];
   private stage: Stage | null = null;
   private text = "";
   private readonly fields = new Map<Control, HTMLInputElement[]>();
@@ -142,6 +146,7 @@ export class Planner {
     this.showTool(text);
     if (this.isPlacing) this.stage?.setPlacement(this.placement());
     this.paint();
+    if (this.part && `${rotationOf(text)}` !== `${this.turned}`) this.actions.onTurned();
   }
 
   /** Names cutter and holder where a library has them as the job does. */
@@ -156,7 +161,8 @@ export class Planner {
   }
 
   private writeFields(control: Control): void {
-    const words = this.fields.get(control)!.map(({ value }) => value.trim());
+    // What a job leaves out is 0.
+    const words = this.fields.get(control)!.map(({ value }) => value.trim() || (control.count === 3 ? "0" : ""));
     this.write(control.section, control.key, control.count === 1 ? words[0]! : `[${words.join(", ")}]`);
   }
 
@@ -167,7 +173,7 @@ export class Planner {
   // Place on the machine.
 
   private placement(): Placement {
-    const three = (key: string) => [0, 1, 2].map((at) => numbersIn(valueOf(this.text, "setup", key))[at] ?? 0) as [number, number, number];
+    const three = (key: string) => threeOf(this.text, "setup", key);
     return { origin: three("origin"), rotation: three("rotation") };
   }
 
@@ -193,7 +199,7 @@ export class Planner {
   /** Shows a place in the fields while it is dragged. */
   private showPlacement({ origin, rotation }: Placement): void {
     for (const [key, values] of [["origin", origin], ["rotation", rotation]] as const) {
-      const [control] = CONTROLS.filter((one) => one.key === key);
+      const [control] = CONTROLS.filter((one) => one.section === "setup" && one.key === key);
       this.fields.get(control!)!.forEach((field, at) => (field.value = String(values[at])));
     }
   }
@@ -213,6 +219,7 @@ export class Planner {
   /** Shows the faces of a part on a stage of theirs; null where something else is shown. */
   show(part: PartFaces | null, stage: Stage | null): void {
     this.part = part;
+    this.turned = rotationOf(this.text);
     this.stage = stage;
     this.isPlacing = false;
     this.drag.value = "";

@@ -1,15 +1,17 @@
 //! `trunnion init`: writes a job for a part that runs as it is.
 
 use crate::form::OutputForm;
+use crate::option_values::three;
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
 use crate::{disk, library, machine, output, part, text};
+use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use trunnion::cutter::{CutterConstruction, CutterKind, CutterSpec};
 use trunnion::files::job::JobArea;
 use trunnion::math;
-use trunnion::pipeline::{self, JobProposal, ProposalRequest, ProposedOperation};
+use trunnion::pipeline::{self, FaceReason, JobProposal, ProposalRequest, ProposedOperation};
 use trunnion::types::Progress;
 
 #[derive(Debug, clap::Args)]
@@ -25,6 +27,10 @@ pub(crate) struct InitArgs {
     /// Faces to choose from, by their numbers from `trunnion inspect` [default: all].
     #[arg(long, value_name = "N,N", value_delimiter = ',')]
     faces: Vec<usize>,
+    /// Rotation of the part about its x, then y, then z, in degrees: the side to be cut comes up [default: as drawn, or by a
+    /// quarter or half turn where an upright tool then reaches much more].
+    #[arg(long, value_name = "A,B,C", value_parser = three, allow_hyphen_values = true)]
+    rotation: Option<[f64; 3]>,
     /// Library of the cutters to choose from, TOML as `trunnion schema library` has it [default: the standard one].
     #[arg(long, value_name = "FILE")]
     library: Option<PathBuf>,
@@ -46,7 +52,7 @@ pub(crate) fn run(args: &InitArgs, form: OutputForm) -> Result<Done, Failure> {
     // The part is the only input that the output could replace.
     output::protect(path, &[&args.part])?;
     output::file(path, |out| out.write_all(job.as_bytes()))?;
-    form.print(&InitJson::of(path, &proposal), |_| describe(path, &proposal))
+    form.print(&InitJson::of(path, &proposal), |_| describe(path, args, &proposal))
 }
 
 /// Proposed job for callers in other languages.
@@ -75,6 +81,7 @@ pub(crate) fn answer(args: &InitArgs, progress: &dyn Progress) -> Result<Proposa
     let request = ProposalRequest {
         library: library.as_ref(),
         wanted: (!args.faces.is_empty()).then_some(&args.faces[..]),
+        angles: args.rotation.map(|angles| angles.map(f64::to_radians)),
         ..ProposalRequest::new(&part.faces, &machine.machine)
     };
     let proposal = pipeline::propose(&request, progress).map_err(Failure::input)?;
@@ -92,6 +99,8 @@ struct JobJson {
 #[derive(Debug, serde::Serialize)]
 struct InitJson {
     job: String,
+    /// Rotation of the part, in degrees.
+    rotation: [f64; 3],
     faces: Vec<usize>,
     left_out: Vec<LeftOutJson>,
     /// Kind and diameter of the first tool.
@@ -142,6 +151,7 @@ impl InitJson {
         let first = proposal.operations.first();
         Self {
             job: path.display().to_string(),
+            rotation: rotation(proposal).unwrap_or_default(),
             faces: proposal.faces.clone(),
             left_out: left_out.collect(),
             tool: first.map_or("", |one| one.cutter.kind.name()),
@@ -210,6 +220,12 @@ fn job_text(args: &InitArgs, proposal: &JobProposal) -> String {
     line(&format!("name = {}", quoted(&stem)));
     line("\n[part]");
     line(&format!("file = {}", quoted(&part)));
+    if let Some([x, y, z]) = rotation(proposal) {
+        line(&format!(
+            "rotation = [{x}, {y}, {z}]  # of the part about its x, y, z, deg: {}",
+            turned(args)
+        ));
+    }
     line(&format!("faces = [{}]", faces.join(", ")));
     if proposal.flip {
         line(
@@ -220,8 +236,8 @@ fn job_text(args: &InitArgs, proposal: &JobProposal) -> String {
         "# `trunnion inspect PART -o faces.svg` draws the numbers. The tool keeps off all other faces.",
     );
     // Faces left out stay in the text, so that the user can decide otherwise.
-    for face in &proposal.left_out {
-        line(&format!("# not cut: face {} {}", face.number, face.reason));
+    for group in LeftOutGroup::all(proposal) {
+        line(&format!("# not cut: {group}"));
     }
     line("\n[setup]");
     line(&format!(
@@ -263,6 +279,72 @@ fn job_text(args: &InitArgs, proposal: &JobProposal) -> String {
     line("\n[output]");
     line("dialects = [\"linuxcnc\"]  # `trunnion schema job` lists all dialects and keys");
     out
+}
+
+/// Returns the rotation of the part in degrees; `None` for a part as drawn.
+fn rotation(proposal: &JobProposal) -> Option<[f64; 3]> {
+    let degrees = proposal.angles.map(|angle| tidy(angle.to_degrees()));
+    degrees.iter().any(|angle| *angle != 0.0).then_some(degrees)
+}
+
+/// Returns the reason why the part is turned.
+fn turned(args: &InitArgs) -> &'static str {
+    match args.rotation {
+        Some(_) => "as asked for",
+        None => "more of it is reached from above; `--rotation 0,0,0` leaves it as drawn",
+    }
+}
+
+/// Faces that are left out for the same reason.
+struct LeftOutGroup {
+    faces: Vec<usize>,
+    reason: String,
+    /// Help for the reason.
+    help: String,
+}
+
+impl LeftOutGroup {
+    /// Groups the faces that a proposal leaves out, in order of the first of each.
+    fn all(proposal: &JobProposal) -> Vec<Self> {
+        let mut groups: Vec<Self> = Vec::new();
+        for face in &proposal.left_out {
+            let reason = face.reason.to_string();
+            if let Some(group) = groups.iter_mut().find(|group| group.reason == reason) {
+                group.faces.push(face.number);
+            } else {
+                let help = help(&face.reason, proposal);
+                groups.push(Self { faces: vec![face.number], reason, help });
+            }
+        }
+        groups
+    }
+}
+
+impl std::fmt::Display for LeftOutGroup {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { faces, reason, help } = self;
+        let numbers: Vec<String> = faces.iter().map(usize::to_string).collect();
+        match &faces[..] {
+            [_] => write!(f, "face {} {reason}{help}", numbers.join(", ")),
+            _ => write!(f, "faces {}: each {reason}{help}", numbers.join(", ")),
+        }
+    }
+}
+
+/// Returns how `trunnion init` cuts a face that this proposal leaves out.
+fn help(reason: &FaceReason, proposal: &JobProposal) -> String {
+    match reason {
+        FaceReason::Down => {
+            // Half a turn more about x.
+            let over = math::rotation_of_xyz([PI, 0.0, 0.0].into())
+                * math::exact_rotation_of_xyz(proposal.angles.into());
+            let [x, y, z]: [f64; 3] =
+                math::xyz_of_rotation(&over).map(|angle| tidy(angle.to_degrees())).into();
+            format!(" (`--rotation {x},{y},{z}`)")
+        }
+        FaceReason::Wall => " (`--faces`)".to_owned(),
+        _ => String::new(),
+    }
 }
 
 /// A number with a few significant digits, without trailing zeros.
@@ -352,13 +434,16 @@ fn tool_lines(cutter: &CutterSpec, number: usize, why: Option<&str>) -> String {
     out
 }
 
-fn describe(path: &Path, proposal: &JobProposal) -> String {
+fn describe(path: &Path, args: &InitArgs, proposal: &JobProposal) -> String {
     let mut out = String::new();
     let list: Vec<String> = proposal.faces.iter().map(usize::to_string).collect();
     let plural = if list.len() == 1 { "face" } else { "faces" };
     let _ = writeln!(out, "{}: cuts {plural} {}", path.display(), list.join(", "));
-    for face in &proposal.left_out {
-        let _ = writeln!(out, "  face {} is not cut: {}", face.number, face.reason);
+    if let Some([x, y, z]) = rotation(proposal) {
+        let _ = writeln!(out, "  rotation of the part: [{x}, {y}, {z}] deg, {}", turned(args));
+    }
+    for group in LeftOutGroup::all(proposal) {
+        let _ = writeln!(out, "  not cut: {group}");
     }
     let several = proposal.operations.len() > 1;
     for operation in &proposal.operations {

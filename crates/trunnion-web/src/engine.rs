@@ -7,6 +7,7 @@ use crate::part_model::PartModel;
 use crate::timeline::Timeline;
 use std::path::Path;
 use trunnion::files::library;
+use trunnion::math;
 use trunnion::types::{Progress, Silent};
 use trunnion_cli::Failure;
 use trunnion_cli::calls::{self, MemoryFiles};
@@ -93,15 +94,18 @@ impl Engine {
         proposed.unwrap_or_else(|failure: Failure| PageAnswer::refused(&failure))
     }
 
-    /// Reads a part, and draws its faces.
+    /// Reads a part, turns it about its x, then y, then z by angles in degrees, and draws its faces.
     ///
     /// # Errors
     ///
     /// The messages of the command line.
-    pub fn part(&mut self, name: &str) -> Result<PartModel, Vec<String>> {
+    pub fn part(&mut self, name: &str, angles: [f64; 3]) -> Result<PartModel, Vec<String>> {
         let read = || calls::part(Path::new(name), &Silent);
-        let part = calls::in_memory(&mut self.files, read);
-        part.map(|part| PartModel::of(&part)).map_err(|failure| failure.messages())
+        let mut part =
+            calls::in_memory(&mut self.files, read).map_err(|failure| failure.messages())?;
+        let rotation = math::exact_rotation_of_xyz(angles.map(f64::to_radians).into());
+        part.faces = part.faces.into_iter().map(|face| face.turned(&rotation)).collect();
+        Ok(PartModel::of(&part))
     }
 
     /// Runs a program as `trunnion check OPTIONS` would, and returns its moves over time.
@@ -183,7 +187,7 @@ mod tests {
     fn a_part_that_cannot_be_read_is_refused_in_the_words_of_the_command_line() {
         let mut engine = Engine::default();
         engine.insert("part.step", b"noise".to_vec());
-        let refused = engine.part("part.step").unwrap_err();
+        let refused = engine.part("part.step", [0.0; 3]).unwrap_err();
         assert!(refused[0].starts_with("part.step"), "{refused:?}");
         assert_eq!(engine.propose(&["part.step".to_owned()], &Silent).messages, refused);
     }

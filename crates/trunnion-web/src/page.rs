@@ -97,13 +97,15 @@ impl PageEngine {
         json(&answer)
     }
 
-    /// Reads a part, and draws its faces.
+    /// Reads a part, turns it about its x, then y, then z by three angles in degrees, and draws its faces. Without three
+    /// angles it stays as it is drawn.
     ///
     /// # Errors
     ///
     /// The messages of the command line, one a line.
-    pub fn part(&mut self, name: &str) -> Result<PagePart, JsValue> {
-        let part = self.engine.part(name);
+    pub fn part(&mut self, name: &str, angles: Option<Vec<f64>>) -> Result<PagePart, JsValue> {
+        let angles = angles.and_then(|angles| angles.try_into().ok()).unwrap_or_default();
+        let part = self.engine.part(name, angles);
         part.map(PagePart).map_err(|messages| JsValue::from_str(&messages.join("\n")))
     }
 

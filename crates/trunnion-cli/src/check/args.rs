@@ -18,7 +18,7 @@ pub(crate) struct CheckArgs {
     pub(super) program: PathBuf,
     /// Take machine, part, setup, tool, tolerance, grid, stock and fixtures from a job file.
     #[arg(long, value_name = "JOB.toml", conflicts_with_all = ["machine", "part", "faces", "flip",
-        "origin", "rotation"])]
+        "part_rotation", "origin", "rotation"])]
     pub(super) job: Option<PathBuf>,
     /// Number of an operation of the job: checks its own program (`output.programs = "each"`), with its faces, tool and
     /// feed. What it leaves uncut is listed and does not fail the check.
@@ -36,6 +36,9 @@ pub(crate) struct CheckArgs {
     /// Flip the faces: the cutter is on their other side.
     #[arg(long)]
     pub(super) flip: bool,
+    /// Rotation of the part about its x, then y, then z, in degrees, before it is the workpiece of the program.
+    #[arg(long, value_name = "A,B,C", value_parser = three, allow_hyphen_values = true)]
+    pub(super) part_rotation: Option<[f64; 3]>,
     /// Cutter in mm: R, radius of the centre circle; r, radius of the corner; optionally L, length from gauge point to
     /// tip, instead of --tool-length. Cutters with a side beside the tip arc have r, the radius of that arc, and D, the
     /// diameter where the side ends: taper=5 is a cone with that half angle in degrees, barrel=85 a barrel of that radius,

@@ -13,6 +13,7 @@ use trunnion::cutter::Cutter;
 use trunnion::files::job::STEP_CHORD;
 use trunnion::files::summary::ChordSummary;
 use trunnion::machine::{Kinematics, Setup};
+use trunnion::math;
 use trunnion::pipeline::{Fixtures, Held, Job, WatchedMachine};
 use trunnion::surface::{Face, FaceIndex};
 use trunnion::types::Progress;
@@ -282,6 +283,7 @@ fn refuse_face_options(args: &CheckArgs) -> Result<(), Failure> {
     let given = [
         ("--faces", !args.faces.is_empty()),
         ("--flip", args.flip),
+        ("--part-rotation", args.part_rotation.is_some()),
         ("--grid", args.grid.is_some()),
     ];
     match given.iter().find(|(_, given)| *given) {
@@ -345,7 +347,7 @@ fn numbered(options: &Toolbox<'_>) -> Result<Vec<(u32, Cutter)>, Failure> {
     options.numbers().into_iter().map(tool).collect()
 }
 
-/// Separates the faces that are cut, flipped if asked for, from the others.
+/// Separates the faces that are cut, flipped if asked for, from the others, and turns the part.
 fn choose(faces: Vec<Face>, args: &CheckArgs) -> Result<(Vec<Face>, Vec<Face>), Failure> {
     let known = |number: &usize| faces.iter().any(|face| face.number == *number);
     if let Some(number) = args.faces.iter().find(|number| !known(number)) {
@@ -360,5 +362,8 @@ fn choose(faces: Vec<Face>, args: &CheckArgs) -> Result<(Vec<Face>, Vec<Face>), 
         // The part may have flipped the face already.
         face.flip ^= args.flip;
     }
-    Ok((chosen, others))
+    let angles = args.part_rotation.unwrap_or_default().map(f64::to_radians);
+    let rotation = math::exact_rotation_of_xyz(angles.into());
+    let turned = |faces: Vec<Face>| faces.into_iter().map(|face| face.turned(&rotation)).collect();
+    Ok((turned(chosen), turned(others)))
 }

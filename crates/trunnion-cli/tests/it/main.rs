@@ -10,6 +10,7 @@ mod coolant;
 mod drawn_program;
 mod failures;
 mod feed;
+mod init;
 mod inspect;
 mod linuxcnc;
 mod linuxcnc_planner;

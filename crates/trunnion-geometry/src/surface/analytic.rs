@@ -5,6 +5,7 @@ use super::jet::DerivativeTable;
 use crate::math;
 use crate::types::Interval;
 use nalgebra::Point3;
+use nalgebra::Rotation3;
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
 use std::f64::consts::FRAC_PI_2;
@@ -45,6 +46,13 @@ impl SurfaceFrame {
         };
         let y = UnitVector3::new_normalize(z.cross(&x));
         Ok(Self { origin, axes: [x, y, z] })
+    }
+
+    /// Returns the frame turned about the origin of space.
+    pub(super) fn turned(&self, rotation: &Rotation3<f64>) -> Self {
+        let axis =
+            |axis: UnitVector3<f64>| UnitVector3::new_unchecked(rotation * axis.into_inner());
+        Self { origin: rotation * self.origin, axes: self.axes.map(axis) }
     }
 
     /// Returns the origin.

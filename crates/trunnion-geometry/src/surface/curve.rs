@@ -3,7 +3,7 @@
 use super::analytic::SurfaceFrame;
 use super::beyond::SplineExtension;
 use super::error::{SurfaceError, SurfaceErrors};
-use super::nurbs::curve_quotient;
+use super::nurbs::{curve_quotient, turn_net};
 use crate::math;
 use crate::math::bspline::KnotVector;
 use crate::math::bspline::LARGE;
@@ -11,6 +11,7 @@ use crate::math::bspline::SMALL;
 use crate::math::bspline::bernstein;
 use crate::types::Interval;
 use nalgebra::Point3;
+use nalgebra::Rotation3;
 use nalgebra::Vector3;
 use nalgebra::Vector4;
 use std::f64::consts::TAU;
@@ -106,6 +107,19 @@ impl SpaceCurve {
         }
     }
 
+    /// Returns the curve turned about the origin of space, with the same parameter.
+    pub(super) fn turned(&self, rotation: &Rotation3<f64>) -> Self {
+        match self {
+            Self::Line { origin, direction } => {
+                Self::Line { origin: rotation * origin, direction: rotation * direction }
+            }
+            Self::Ellipse { frame, radii } => {
+                Self::Ellipse { frame: frame.turned(rotation), radii: *radii }
+            }
+            Self::Nurbs(curve) => Self::Nurbs(curve.turned(rotation)),
+        }
+    }
+
     /// Returns the point at `t` \[mm\].
     pub fn point(&self, t: f64) -> Point3<f64> {
         Point3::from(self.jet(t)[0])
@@ -163,6 +177,14 @@ impl NurbsCurve {
             SplineExtension::with(SplineExtension::pace([first, second], outwards))
         });
         Ok(curve)
+    }
+
+    /// Returns the curve turned about the origin of space.
+    fn turned(&self, rotation: &Rotation3<f64>) -> Self {
+        let mut turned = self.clone();
+        turn_net(&mut turned.net, rotation);
+        turn_net(&mut turned.pieces, rotation);
+        turned
     }
 
     /// Returns the knot vector.

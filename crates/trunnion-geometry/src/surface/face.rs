@@ -6,6 +6,7 @@ use super::trim::ROUNDING;
 use super::trim::TrimLoop;
 use crate::types::Interval;
 use nalgebra::Point3;
+use nalgebra::Rotation3;
 use nalgebra::UnitVector3;
 
 /// A surface with trim loops and a side. The cutter stands where the normal
@@ -65,6 +66,26 @@ impl Face {
     pub fn flipped(mut self) -> Self {
         self.flip = !self.flip;
         self
+    }
+
+    /// Turns the face about the origin of space; parameters and trims stay.
+    ///
+    /// # Example
+    ///
+    /// ```
+    /// use nalgebra::{Point3, Rotation3, Vector3};
+    /// use std::f64::consts::FRAC_PI_2;
+    /// use trunnion_geometry::surface::{Face, SphereSurface, Surface, SurfaceFrame};
+    ///
+    /// let frame = SurfaceFrame::new(Point3::new(0.0, 20.0, 0.0), Vector3::z(), Vector3::x())?;
+    /// let ball = Face::new(1, Surface::Sphere(SphereSurface::new(frame, 10.0)?), vec![])?;
+    /// let turned = ball.turned(&Rotation3::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2));
+    /// assert!((turned.point(0.0, 0.0) - Point3::new(10.0, 0.0, 20.0)).norm() < 1e-12);
+    /// # Ok::<(), trunnion_geometry::surface::SurfaceError>(())
+    /// ```
+    #[must_use]
+    pub fn turned(self, rotation: &Rotation3<f64>) -> Self {
+        Self { surface: self.surface.turned(rotation), ..self }
     }
 
     /// Returns the box in u, v of the trim loops, or the domain where there are none. By a periodic

@@ -7,7 +7,7 @@ use super::jet::{DerivativeTable, SurfaceJet, SurfaceJet1, SurfaceJet2};
 use super::nurbs::NurbsSurface;
 use super::swept::{ExtrusionSurface, RevolutionSurface};
 use crate::types::Interval;
-use nalgebra::Point3;
+use nalgebra::{Point3, Rotation3};
 
 /// A surface over a rectangle of parameters u, v, each possibly endless or periodic.
 #[derive(Debug, Clone, PartialEq)]
@@ -95,6 +95,32 @@ impl Surface {
             Self::Torus(_) => "torus",
             Self::Extrusion(_) => "extrusion",
             Self::Revolution(_) => "revolution",
+        }
+    }
+
+    /// Returns the surface turned about the origin of space, with the same parameters.
+    #[must_use]
+    pub fn turned(&self, rotation: &Rotation3<f64>) -> Self {
+        match self {
+            Self::Nurbs(surface) => Self::Nurbs(surface.turned(rotation)),
+            Self::Plane(PlaneSurface { frame }) => {
+                Self::Plane(PlaneSurface { frame: frame.turned(rotation) })
+            }
+            Self::Cylinder(surface) => Self::Cylinder(CylinderSurface {
+                frame: surface.frame.turned(rotation),
+                ..*surface
+            }),
+            Self::Cone(surface) => {
+                Self::Cone(ConeSurface { frame: surface.frame.turned(rotation), ..*surface })
+            }
+            Self::Sphere(surface) => {
+                Self::Sphere(SphereSurface { frame: surface.frame.turned(rotation), ..*surface })
+            }
+            Self::Torus(surface) => {
+                Self::Torus(TorusSurface { frame: surface.frame.turned(rotation), ..*surface })
+            }
+            Self::Extrusion(surface) => Self::Extrusion(surface.turned(rotation)),
+            Self::Revolution(surface) => Self::Revolution(surface.turned(rotation)),
         }
     }
 

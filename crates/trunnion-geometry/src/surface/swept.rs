@@ -7,6 +7,7 @@ use super::nurbs::NurbsSurface;
 use crate::math;
 use crate::types::Interval;
 use nalgebra::Point3;
+use nalgebra::Rotation3;
 use nalgebra::UnitVector3;
 use nalgebra::Vector3;
 use nalgebra::Vector4;
@@ -41,6 +42,11 @@ impl ExtrusionSurface {
             return Err(SurfaceError::Size { what: "length of the extrusion", value, need });
         }
         Ok(Self { curve, direction })
+    }
+
+    /// Returns the surface turned about the origin of space, with the same parameters.
+    pub(super) fn turned(&self, rotation: &Rotation3<f64>) -> Self {
+        Self { curve: self.curve.turned(rotation), direction: rotation * self.direction }
     }
 
     /// Returns a range of `v` that is short \[1e-3 mm\]: curvature is the same at every `v`.
@@ -110,6 +116,15 @@ impl RevolutionSurface {
             return Err(SurfaceError::NotFinite { what: "axis of revolution".into(), value });
         }
         Ok(Self { curve, origin, axis })
+    }
+
+    /// Returns the surface turned about the origin of space, with the same parameters.
+    pub(super) fn turned(&self, rotation: &Rotation3<f64>) -> Self {
+        Self {
+            curve: self.curve.turned(rotation),
+            origin: rotation * self.origin,
+            axis: UnitVector3::new_unchecked(rotation * self.axis.into_inner()),
+        }
     }
 
     /// Returns the curve that is turned.

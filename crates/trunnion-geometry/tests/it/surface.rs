@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 use nalgebra::Point3;
 use nalgebra::Point4;
+use nalgebra::Rotation3;
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use trunnion::surface::ClosestError;
@@ -426,6 +427,32 @@ fn every_kind_has_exact_derivatives_and_closest_points() {
             let there = face.surface.point(foot.uv.u, foot.uv.v);
             assert!((foot.point - there).norm() < 1e-12, "{kind}");
             assert!((p - there).norm() <= h.abs() + 1e-9, "{kind} {query}: {foot:?}");
+        }
+    }
+}
+
+#[test]
+fn every_kind_is_turned_with_its_parameters() {
+    let rotation = Rotation3::from_euler_angles(0.3, -1.1, 2.0);
+    for (face, bounds) in every_kind() {
+        let kind = face.surface.kind();
+        let turned = face.clone().turned(&rotation);
+        assert_eq!(turned.bounds(), bounds, "{kind}");
+        let mut numbers = Numbers(29);
+        for _ in 0..40 {
+            // Beyond the ends too, where splines are continued.
+            let [u, v] = bounds.map(|range| between(range, 1.2 * numbers.next()));
+            let (a, b) = (face.surface.jet(u, v), turned.surface.jet(u, v));
+            let apart = |a: Vector3<f64>, b: Vector3<f64>| {
+                let error = (rotation * a - b).norm();
+                assert!(error <= 1e-12 * (1.0 + a.norm()), "{kind} {u} {v}: {error:e}");
+            };
+            apart(face.point(u, v).coords, turned.point(u, v).coords);
+            apart(a.su, b.su);
+            apart(a.svv, b.svv);
+            if let Some(normal) = face.normal(u, v) {
+                apart(normal.into_inner(), turned.normal(u, v).unwrap().into_inner());
+            }
         }
     }
 }

@@ -13,7 +13,7 @@ from ._progress import Progress, adapted
 
 if TYPE_CHECKING:
     import numpy as np
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
 
 class Job:
@@ -72,7 +72,14 @@ class Job:
 
     @classmethod
     def propose(
-        cls, part: Any, machine: Any = "bc-trunnion", faces: Sequence[int] = (), *, progress: Progress = None
+        cls,
+        part: Any,
+        machine: Any = "bc-trunnion",
+        faces: Sequence[int] = (),
+        *,
+        rotation: "ArrayLike | None" = None,
+        deg: bool = False,
+        progress: Progress = None,
     ) -> "Job":
         """Returns a job that runs as it is: faces that can be reached, cutters by the concave radius, an origin that fits.
 
@@ -80,6 +87,9 @@ class Job:
             part: STEP or surface JSON file.
             machine: name of a built-in machine, or a machine file.
             faces: numbers of the faces to choose from; all if empty.
+            rotation: rotation of the part about its x, then y, then z, (3,) [rad, or degrees with deg]; None: as drawn, or
+                by a quarter or half turn where a tool then reaches much more from above.
+            deg: the rotation is in degrees.
             progress: callable of (stage, done, total), or tqdm.
 
         Returns:
@@ -100,6 +110,8 @@ class Job:
 
         words = [_options.path("part", part), "--machine", _options.path("machine", machine)]
         words += _options.faces_option(faces)
+        if rotation is not None:
+            words.append("--rotation=" + _options.angles("rotation", rotation, 3, deg))
         text, remarks = _trunnion.propose(words, adapted(progress))
         for remark in remarks:
             warnings.warn(_options.worded(remark), TrunnionWarning, stacklevel=2)

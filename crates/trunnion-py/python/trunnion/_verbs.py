@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _CHECK = (
     "set", "block_delete", "tool_table", "ini", "sub_dir", "passive", "offset", "grid", "stock", "fixture",
     "clearance", "chord", "stock_cell", "what_if", "accept", "period", "no_jerk", "shank", "holder",
-    "reversed_rotaries", "flip",
+    "reversed_rotaries", "flip", "part_rotation",
 )
 _POST = (
     "set", "block_delete", "tool_table", "ini", "sub_dir", "passive", "from_machine", "from_origin",

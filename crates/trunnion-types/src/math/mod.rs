@@ -14,6 +14,6 @@ pub use elementary::{
 };
 pub use interval::Interval;
 pub use rotation::{
-    angle_apart, angle_of, angle_of_vectors, quaternion_about, quaternion_between, rotation_about,
-    rotation_of_xyz, xyz_of_rotation,
+    angle_apart, angle_of, angle_of_vectors, exact_rotation_of_xyz, quaternion_about,
+    quaternion_between, rotation_about, rotation_of_xyz, xyz_of_rotation,
 };

@@ -7,6 +7,10 @@ use std::f64::consts::FRAC_PI_2;
 /// Length of the sum of two directions below which rounding alone decides where it points: some units in the last place of 1.
 const OPPOSITE: f64 = 1e-15;
 
+/// Distance from a whole number below which an entry of a rotation by stated angles is that number: sines and cosines of
+/// three angles, each off by their rounding.
+const SQUARE: f64 = 1e-15;
+
 /// Returns the rotation about an axis by an angle \[rad\] (Rodrigues).
 #[must_use]
 pub fn rotation_about(axis: &UnitVector3<f64>, angle: f64) -> Rotation3<f64> {
@@ -54,6 +58,15 @@ pub fn rotation_of_xyz(angles: Vector3<f64>) -> Rotation3<f64> {
         cy * sx,
         cy * cx,
     ))
+}
+
+/// Returns the rotation about the fixed x axis, then y, then z, by angles \[rad\]. Entries that are a whole number but for
+/// rounding are exact: a quarter turn leaves level planes level.
+#[must_use]
+pub fn exact_rotation_of_xyz(angles: Vector3<f64>) -> Rotation3<f64> {
+    let exact =
+        |entry: f64| if (entry - entry.round()).abs() < SQUARE { entry.round() } else { entry };
+    Rotation3::from_matrix_unchecked(rotation_of_xyz(angles).matrix().map(exact))
 }
 
 /// Returns angles about the fixed x, y and z axes \[rad\] whose rotation this is. Where y stands at a quarter turn, x or z
@@ -130,6 +143,23 @@ mod tests {
             let back = xyz_of_rotation(&rotation);
             prop_assert!((rotation_of_xyz(back).matrix() - rotation.matrix()).norm() < 1e-12);
         }
+    }
+
+    #[test]
+    fn quarter_turns_are_exact() {
+        let turn = |x: f64, y: f64, z: f64| {
+            exact_rotation_of_xyz(Vector3::new(x, y, z).map(f64::to_radians))
+        };
+        assert_eq!(
+            turn(90.0, 0.0, 0.0) * Vector3::new(1.0, 2.0, 3.0),
+            Vector3::new(1.0, -3.0, 2.0)
+        );
+        assert_eq!(
+            turn(180.0, 90.0, -270.0).matrix().map(f64::abs).sum().to_bits(),
+            3.0_f64.to_bits()
+        );
+        let other = Vector3::new(0.1, 1.2, -0.4);
+        assert_eq!(exact_rotation_of_xyz(other), rotation_of_xyz(other));
     }
 
     #[test]

@@ -13,13 +13,15 @@ use crate::types::{Diagnostic, Diagnostics};
 use std::collections::BTreeMap;
 
 impl Job {
-    /// Creates a job from its file, the faces of its part and its machine.
+    /// Creates a job from its file, the faces of its part as it is drawn, and its machine.
     ///
     /// # Errors
     ///
     /// All faults found, each at its line of the job file.
     pub fn new(file: JobFile, faces: &[Face], machine: &Machine) -> Result<Self, Diagnostics> {
-        let mut part = PartIndex { faces, known: BTreeMap::new() };
+        let rotation = file.part.rotation();
+        let turned: Vec<Face> = faces.iter().map(|face| face.clone().turned(&rotation)).collect();
+        let mut part = PartIndex { faces: &turned, known: BTreeMap::new() };
         let (other_tools, mut faults) = other_tools(&file);
         let count = file.operations.len().max(1);
         let mut jobs = Vec::new();

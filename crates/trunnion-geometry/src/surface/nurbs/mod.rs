@@ -5,4 +5,5 @@ mod net;
 mod surface;
 
 pub(crate) use evaluate::curve_quotient;
+pub(super) use net::turn_net;
 pub use surface::{BezierPatch, NurbsSurface};

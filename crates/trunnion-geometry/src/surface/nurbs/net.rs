@@ -3,6 +3,7 @@
 use crate::math::bspline::KnotVector;
 use crate::surface::error::SurfaceError;
 use nalgebra::Point3;
+use nalgebra::Rotation3;
 use nalgebra::Vector4;
 
 /// Lists the faults of the net's shape and numbers.
@@ -72,6 +73,13 @@ pub(super) fn homogeneous(
         line.iter().enumerate().map(lift).collect()
     };
     points.iter().enumerate().map(row).collect()
+}
+
+/// Turns control points `(w x, w y, w z, w)` about the origin of space.
+pub(in super::super) fn turn_net(net: &mut [Vector4<f64>], rotation: &Rotation3<f64>) {
+    for point in net {
+        *point = (rotation * point.xyz()).push(point.w);
+    }
 }
 
 /// Converts a net to Bezier patches: along v every row, then along u every column of the result.

@@ -5,11 +5,13 @@ use super::net::bezier_patches;
 use super::net::homogeneous;
 use super::net::net_faults;
 use super::net::net_size;
+use super::net::turn_net;
 use crate::math::bspline::KnotVector;
 use crate::surface::beyond::SplineExtension;
 use crate::surface::error::{SurfaceError, SurfaceErrors};
 use crate::types::Interval;
 use nalgebra::Point3;
+use nalgebra::Rotation3;
 use nalgebra::Vector4;
 
 /// Files carry 7 to 16 digits: opposite rims closer than this share of the size of the control
@@ -114,6 +116,17 @@ impl NurbsSurface {
         surface.collapsed = [0, 1].map(|k| [0, 1].map(|end| surface.is_point(k, end)));
         surface.beyond = [0, 1].map(|k| [surface.continuation(k, 0), surface.continuation(k, 1)]);
         Ok(surface)
+    }
+
+    /// Returns the surface turned about the origin of space, with the same parameters. Knots, seams, poles and
+    /// continuations stay: none depends on directions in space.
+    pub(in super::super) fn turned(&self, rotation: &Rotation3<f64>) -> Self {
+        let mut turned = self.clone();
+        for point in turned.points.iter_mut().flatten() {
+            *point = rotation * *point;
+        }
+        turn_net(&mut turned.patches, rotation);
+        turned
     }
 
     /// Returns the degrees by u and v.

@@ -118,12 +118,22 @@ pub struct JobOperation {
 pub struct JobPart {
     /// Surface JSON or STEP file.
     pub file: String,
+    /// Rotation of the part about its fixed x, then y, then z \[rad\].
+    pub angles: [f64; 3],
     /// Faces to machine.
     pub faces: FaceSelection,
     /// True if the cutter works on the other side of the faces.
     pub flip: bool,
     /// Other faces that the tool must not gouge.
     pub avoid: FaceSelection,
+}
+
+impl JobPart {
+    /// Returns the rotation of `workpiece_from_part`, `Rz Ry Rx`; quarter turns are exact.
+    pub fn rotation(&self) -> Rotation3<f64> {
+        let [x, y, z] = self.angles;
+        math::exact_rotation_of_xyz([x, y, z].into())
+    }
 }
 
 /// Selection of faces of a part.

@@ -8,7 +8,8 @@ use super::raw::{RawFaces, RawPart};
 pub(super) fn part(raw: RawPart, doc: &mut Document<'_>) -> Option<JobPart> {
     let faces = faces(raw.faces, "part.faces", doc);
     let avoid = faces_of(raw.avoid, "part.avoid", doc);
-    Some(JobPart { file: raw.file, faces: faces?, flip: raw.flip, avoid: avoid? })
+    let angles = raw.rotation.map(f64::to_radians);
+    Some(JobPart { file: raw.file, angles, faces: faces?, flip: raw.flip, avoid: avoid? })
 }
 
 /// Reads a selection of at least one face.

@@ -66,6 +66,12 @@ pub(super) struct RawPart {
     /// Surface JSON or STEP file, relative to this file.
     #[schemars(length(min = 1))]
     pub(super) file: String,
+    /// Rotation of the part about its fixed x, then y, then z, in degrees, as it is read: so z points up for a part that is
+    /// drawn lying or upside down. The part turned this way is the workpiece: programs, stock, fixtures and `setup` are
+    /// stated in its coordinates.
+    #[serde(default)]
+    #[schemars(inner(range(min = -360.0, max = 360.0)))]
+    pub(super) rotation: [f64; 3],
     /// Faces to machine: "all", or a list of numbers from `trunnion inspect`.
     #[serde(default = "all")]
     pub(super) faces: RawFaces,

@@ -25,7 +25,7 @@ pub enum FaceReason {
     Down,
     /// The face is an outer wall that goes down to the bottom of the part.
     #[error(
-        "is a wall down to the bottom, where the part is held; `--faces` with its number cuts it, with the tool from the side"
+        "is a wall down to the bottom, where the part is held; a job that names it cuts it, with the tool from the side"
     )]
     Wall,
     /// The tool reaches less than half of it; the reason at most of the points.

@@ -4,6 +4,7 @@ mod candidates;
 mod cutters;
 mod ladder;
 mod left_out;
+mod orientation;
 mod origin;
 mod part_measure;
 mod propose;

@@ -4,6 +4,7 @@ use super::candidates::CandidateFaces;
 use super::cutters::CutterTrial;
 use super::ladder::{CutterLadder, LadderStep};
 use super::left_out::{FaceReason, LeftOutFace, ProposalError};
+use super::orientation;
 use super::origin::OriginSearch;
 use super::part_measure::PartMeasure;
 use super::request::{JobProposal, ProposalRequest, ProposedOperation, TOLERANCE};
@@ -11,9 +12,11 @@ use crate::cover::FinishTolerance;
 use crate::cutter::{Cutter, CutterKind};
 use crate::files::job::JobArea;
 use crate::files::library::{self, LibraryCutter};
+use crate::math;
 use crate::pipeline::assemble::cutter_spec;
 use crate::surface::{Face, FaceIndex};
 use crate::types::Progress;
+use rayon::prelude::*;
 use std::borrow::Cow;
 
 /// Largest tolerance, as a share of the part's size.
@@ -31,9 +34,9 @@ const TEETH: f64 = 2.0;
 /// The cutter is the largest of a library that reaches nearly all that the smaller ones reach: flat
 /// for planes, a ball where a face is concave, else a bull-nose. Planes beside concave faces are cut by a flat end mill
 /// first, and most of the concave faces by a large ball where only hollows and corners need a small one; the small one
-/// then cuts the rest. The workpiece stays as drawn, on the middle of the
-/// rotary table where the machine has one, moved as far as the travel of the axes needs. A sheet that looks down is cut
-/// on its other side.
+/// then cuts the rest. The part stays as drawn unless the request turns it, or an upright tool reaches much more of another side.
+/// It stands on the middle of the rotary table where the machine has one, moved as far as the travel of the axes needs. A
+/// sheet that looks down is cut on its other side.
 ///
 /// # Errors
 ///
@@ -42,19 +45,44 @@ pub fn propose(
     request: &ProposalRequest<'_>,
     progress: &dyn Progress,
 ) -> Result<JobProposal, ProposalError> {
-    match of_side(request, progress) {
+    let drawn = [0.0; 3];
+    if let Some(angles) = request.angles {
+        return turned(request, angles, progress);
+    }
+    let other_side =
+        orientation::choose(request.faces).map(|angles| turned(request, angles, progress));
+    match other_side {
+        // What cannot be proposed for the other side may be for that of the drawing.
+        None | Some(Err(ProposalError::NothingReached { .. } | ProposalError::Travel { .. })) => {
+            turned(request, drawn, progress)
+        }
+        Some(proposal) => proposal,
+    }
+}
+
+/// Proposes a job for the part turned by angles about x, y and z \[rad\].
+fn turned(
+    request: &ProposalRequest<'_>,
+    angles: [f64; 3],
+    progress: &dyn Progress,
+) -> Result<JobProposal, ProposalError> {
+    let rotation = math::exact_rotation_of_xyz(angles.into());
+    let faces: Vec<Face> =
+        request.faces.iter().map(|face| face.clone().turned(&rotation)).collect();
+    let request = ProposalRequest { faces: &faces, ..*request };
+    let proposal = match of_side(&request, progress) {
         // No solid looks down all over: these faces are a sheet, whose sides are as good as each other.
         Err(ProposalError::NothingReached { left_out })
             if request.wanted.is_none()
                 && left_out.iter().all(|face| matches!(face.reason, FaceReason::Down)) =>
         {
-            let faces: Vec<Face> =
-                request.faces.iter().map(|face| face.clone().flipped()).collect();
-            let other = ProposalRequest { faces: &faces, ..*request };
-            Ok(JobProposal { flip: true, ..of_side(&other, progress)? })
+            let faces: Vec<Face> = faces.iter().map(|face| face.clone().flipped()).collect();
+            let other = ProposalRequest { faces: &faces, ..request };
+            JobProposal { flip: true, ..of_side(&other, progress)? }
         }
-        proposal => proposal,
-    }
+        proposal => proposal?,
+    };
+    Ok(JobProposal { angles, ..proposal })
 }
 
 /// Proposes a job for the side of the faces that they have.
@@ -65,8 +93,10 @@ fn of_side(
     // Step 1: faces that look up or to the side.
     let mut left_out = Vec::new();
     let mut faces: Vec<FaceIndex> = Vec::new();
-    for face in request.faces {
-        match FaceIndex::new(face.clone()) {
+    let indexed: Vec<_> =
+        request.faces.par_iter().map(|face| FaceIndex::new(face.clone())).collect();
+    for (face, index) in request.faces.iter().zip(indexed) {
+        match index {
             Ok(index) => faces.push(index),
             Err(error) => {
                 let reason = FaceReason::Surface(error.to_string());
@@ -107,6 +137,7 @@ fn of_side(
     let gouge = excess * TOLERANCE.gouge / TOLERANCE.excess;
     Ok(JobProposal {
         faces: cut.iter().map(number).collect(),
+        angles: [0.0; 3],
         flip: false,
         left_out,
         operations,

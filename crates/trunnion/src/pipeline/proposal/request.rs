@@ -20,6 +20,9 @@ pub struct ProposalRequest<'a> {
     pub faces: &'a [Face],
     /// Numbers of the faces to choose from; `None`: all.
     pub wanted: Option<&'a [usize]>,
+    /// Angles by which the part is turned about x, then y, then z \[rad\]; `None`: a quarter turn or a half where an upright
+    /// tool then reaches much more of the part than as it is drawn.
+    pub angles: Option<[f64; 3]>,
     /// Machine that is to cut it.
     pub machine: &'a Machine,
     /// Library of the cutters to choose from; `None`: the standard one.
@@ -29,7 +32,7 @@ pub struct ProposalRequest<'a> {
 impl<'a> ProposalRequest<'a> {
     /// Requests a job for all faces of a part.
     pub const fn new(faces: &'a [Face], machine: &'a Machine) -> Self {
-        Self { faces, wanted: None, machine, library: None }
+        Self { faces, wanted: None, angles: None, machine, library: None }
     }
 }
 
@@ -39,6 +42,8 @@ impl<'a> ProposalRequest<'a> {
 pub struct JobProposal {
     /// Numbers of the faces to cut.
     pub faces: Vec<usize>,
+    /// Angles by which the part is turned about x, then y, then z \[rad\].
+    pub angles: [f64; 3],
     /// `true` if the cutter works on the other side of the faces.
     pub flip: bool,
     /// Faces that the job does not cut, each with the reason.
@@ -47,7 +52,7 @@ pub struct JobProposal {
     pub operations: Vec<ProposedOperation>,
     /// Tightest concave radius of the faces to cut \[mm\]; infinite where they are nowhere concave.
     pub concave_radius: f64,
-    /// Workpiece origin in machine coordinates \[mm\]; the workpiece is not turned.
+    /// Workpiece origin in machine coordinates \[mm\]; the workpiece is the turned part.
     pub origin: Vector3<f64>,
     /// Height of the clearance plane above the part \[mm\].
     pub clearance: f64,

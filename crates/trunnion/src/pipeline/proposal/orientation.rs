@@ -1,0 +1,238 @@
+//! Orientation of a part: the side of it that looks up.
+
+use crate::drop_cutter::{CuttingEnd, DropIndex};
+use crate::import::inspect::{self, FaceSummary};
+use crate::math;
+use crate::surface::{Face, FaceSample};
+use crate::types::Mesh;
+use nalgebra::{Matrix3, Unit, Vector3};
+use rayon::prelude::*;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Rotations about x, y and z by which each side of a part comes up \[rad\]; as it is drawn first.
+const SIDES: [[f64; 3]; 6] = [
+    [0.0; 3],
+    [FRAC_PI_2, 0.0, 0.0],
+    [-FRAC_PI_2, 0.0, 0.0],
+    [PI, 0.0, 0.0],
+    [0.0, FRAC_PI_2, 0.0],
+    [0.0, -FRAC_PI_2, 0.0],
+];
+
+/// Least cosine between the upright and a direction from which a tool cuts: of the upright itself, and up to 60 degrees.
+const UPRIGHT: f64 = 0.999;
+const LEANING: f64 = 0.499;
+
+/// Ratio of the areas that a tool reaches from which on another side than that of the drawing comes up.
+const WORTH_A_TURN: f64 = 1.15;
+
+/// Factor of the areas of a disc that lies flat: an impeller is cut about its axis, though as much of it is seen from the side.
+const FLAT: f64 = 1.5;
+
+/// Largest difference of the second moments of a disc across its axis, and largest moment along it, as shares of those.
+const ROUND: f64 = 0.02;
+const THIN: f64 = 0.5;
+
+/// About as many samples a face.
+const SAMPLES: f64 = 60.0;
+
+/// Radius of the ball that is lowered on the samples, and chord of the triangles, as shares of the part's size. The ball
+/// is smaller by twice the chord: it would touch the triangles beside the sample otherwise.
+const BALL: f64 = 0.01;
+const CHORD: f64 = 0.002;
+
+/// Distance from the convex hull of the part within which a point is one of the raw block, as a share of the part's size.
+const OUTSIDE: f64 = 1e-3;
+
+/// Largest fall of the normal of a face that does not look down: two degrees.
+const WALL: f64 = 0.035;
+
+/// Returns the angles about x, y and z \[rad\] by which the part is turned so that a tool reaches most of it from above;
+/// `None` where no side gains much over that of the drawing.
+///
+/// Points on the convex hull of the part do not count: raw material has them, whichever way it lies.
+pub(super) fn choose(faces: &[Face]) -> Option<[f64; 3]> {
+    let part = SampledPart::new(faces)?;
+    let reached: Vec<ReachedSamples> =
+        directions().into_par_iter().map(|axis| part.reached(axis)).collect();
+    let [drawn, others @ ..] = SIDES.map(|angles| (part.area(&angles, &reached), angles));
+    let mut best = (WORTH_A_TURN * drawn.0, None);
+    for (area, angles) in others {
+        if area > best.0 {
+            best = (area, Some(angles));
+        }
+    }
+    best.1
+}
+
+/// Samples of the faces of a part, and triangles of all of them.
+struct SampledPart {
+    /// Samples inside the hull, each with the area for which it stands \[mm²\].
+    samples: Vec<(FaceSample, f64)>,
+    mesh: Mesh,
+    /// Index of the axis of a part that is round and flat.
+    axis: Option<usize>,
+    /// Radius of the ball, and chord \[mm\].
+    ball: f64,
+    chord: f64,
+}
+
+impl SampledPart {
+    /// Samples the faces; `None` for a part of no size, and for a sheet that looks down.
+    fn new(faces: &[Face]) -> Option<Self> {
+        let summaries: Vec<FaceSummary> = faces.par_iter().map(inspect::summary).collect();
+        let [low, high] = summaries
+            .iter()
+            .map(|summary| summary.bounds)
+            .reduce(|[a, b], [low, high]| [a.inf(&low), b.sup(&high)])?;
+        let size = (high - low).norm();
+        if !(size > 0.0 && size.is_finite()) {
+            return None;
+        }
+        let chord = CHORD * size;
+        let sampled: Vec<(Vec<FaceSample>, Mesh)> = faces
+            .par_iter()
+            .zip(&summaries)
+            .map(|(face, summary)| {
+                let samples = face.grid((summary.area / SAMPLES).sqrt()).unwrap_or_default();
+                let mesh = face.tessellate(chord).map(|found| found.mesh).unwrap_or_default();
+                (samples, mesh)
+            })
+            .collect();
+        let mut part = Self {
+            samples: Vec::new(),
+            mesh: Mesh::default(),
+            axis: None,
+            ball: BALL * size,
+            chord,
+        };
+        for ((samples, mesh), summary) in sampled.into_iter().zip(&summaries) {
+            let each = summary.area / samples.len().max(1) as f64;
+            part.samples.extend(samples.into_iter().map(|sample| (sample, each)));
+            part.add(mesh);
+        }
+        // No solid looks down all over: these faces are a sheet, which is cut on its other side.
+        if part.samples.iter().all(|(sample, _)| sample.normal.z < -WALL) {
+            return None;
+        }
+        part.axis = part.axis_of_disc();
+        let vertices = &part.mesh.vertices;
+        let is_inside = |(sample, _): &(FaceSample, f64)| {
+            vertices.iter().any(|v| (v - sample.point).dot(&sample.normal) > OUTSIDE * size)
+        };
+        part.samples = part.samples.into_par_iter().filter(is_inside).collect();
+        Some(part)
+    }
+
+    /// Returns the index of the axis about which the second moments of the faces are those of a disc, if there is one.
+    fn axis_of_disc(&self) -> Option<usize> {
+        let total: f64 = self.samples.iter().map(|(_, area)| area).sum();
+        let mean: Vector3<f64> =
+            self.samples.iter().map(|(sample, area)| sample.point.coords * (area / total)).sum();
+        let moments: Matrix3<f64> = self
+            .samples
+            .iter()
+            .map(|(sample, area)| {
+                let apart = sample.point.coords - mean;
+                apart * apart.transpose() * (area / total)
+            })
+            .sum();
+        (0..3).find(|&axis| {
+            let [i, j] = [(axis + 1) % 3, (axis + 2) % 3];
+            let across = 0.5 * (moments[(i, i)] + moments[(j, j)]);
+            let uneven = (moments[(i, i)] - moments[(j, j)]).abs();
+            let skew = [(i, j), (i, axis), (j, axis)].map(|at| moments[at].abs());
+            let most = skew.into_iter().fold(uneven, f64::max);
+            most <= ROUND * across && moments[(axis, axis)] <= THIN * across
+        })
+    }
+
+    fn add(&mut self, mesh: Mesh) {
+        let first = self.mesh.vertices.len();
+        let corner = |corner: u32| u32::try_from(first).ok()?.checked_add(corner);
+        let moved = |[a, b, c]: &[u32; 3]| Some([corner(*a)?, corner(*b)?, corner(*c)?]);
+        self.mesh.triangles.extend(mesh.triangles.iter().filter_map(moved));
+        self.mesh.vertices.extend(mesh.vertices);
+    }
+
+    /// Returns the samples that a ball reaches along an axis.
+    fn reached(&self, axis: Vector3<f64>) -> ReachedSamples {
+        let rotation = math::quaternion_between(&Unit::new_unchecked(axis), &Vector3::z_axis());
+        let vertices = self.mesh.vertices.iter().map(|point| rotation * point).collect();
+        let mesh = Mesh { vertices, triangles: self.mesh.triangles.clone() };
+        let index = DropIndex::new(&mesh).ok();
+        let end = CuttingEnd::round(0.0, self.ball - 2.0 * self.chord);
+        let one = |(sample, _): &(FaceSample, f64)| {
+            let Some(index) = &index else { return false };
+            let centre = rotation * (sample.point.coords + sample.normal.scale(self.ball));
+            let contact = index.lowered(&end, [centre.x, centre.y]);
+            // The ball stands at the sample where nothing holds it up before.
+            contact.is_none_or(|contact| contact.tip.z <= centre.z - end.radius())
+        };
+        ReachedSamples { axis, samples: self.samples.iter().map(one).collect() }
+    }
+
+    /// Returns the sum of the areas that are reached upright and from above at all, once the part is turned \[mm²\].
+    fn area(&self, angles: &[f64; 3], reached: &[ReachedSamples]) -> f64 {
+        let up = math::exact_rotation_of_xyz((*angles).into()).inverse() * Vector3::z();
+        let within = |least: f64| {
+            let from: Vec<&ReachedSamples> =
+                reached.iter().filter(|found| found.axis.dot(&up) >= least).collect();
+            let is_reached = |at: usize| from.iter().any(|found| found.samples[at]);
+            let areas = self.samples.iter().map(|(_, area)| area).enumerate();
+            areas.filter(|(at, _)| is_reached(*at)).map(|(_, area)| area).sum::<f64>()
+        };
+        let is_flat = self.axis.is_some_and(|axis| up[axis].abs() >= UPRIGHT);
+        let factor = if is_flat { FLAT } else { 1.0 };
+        factor * (within(UPRIGHT) + within(LEANING))
+    }
+}
+
+/// Returns the directions from which a tool is tried: along the axes, the edges and the diagonals of a cube.
+fn directions() -> Vec<Vector3<f64>> {
+    let steps = || [-1.0, 0.0, 1.0].into_iter();
+    let plane =
+        move |x: f64| steps().flat_map(move |y| steps().map(move |z| Vector3::new(x, y, z)));
+    steps().flat_map(plane).filter_map(|axis| axis.try_normalize(0.5)).collect()
+}
+
+/// Samples that a ball reaches along an axis.
+struct ReachedSamples {
+    axis: Vector3<f64>,
+    samples: Vec<bool>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::import::Reader;
+    use crate::import::step::StepReader;
+    use crate::types::Silent;
+
+    fn part(step: &[u8]) -> Vec<Face> {
+        StepReader { chord: 0.01, same: 0.01 }.read(step, &Silent).unwrap().faces
+    }
+
+    /// Whichever way a part is drawn, what is cut from above comes up.
+    #[test]
+    fn parts_of_the_corpus_come_up_whichever_way_they_are_drawn() {
+        let parts: [(&str, &[u8]); 4] = [
+            ("pocket", include_bytes!("../../../../../fixtures/corpus/gate/slanted_pocket.step")),
+            ("posts", include_bytes!("../../../../../fixtures/corpus/gate/bosses.step")),
+            ("boss", include_bytes!("../../../../../fixtures/corpus/gate/boss.step")),
+            ("slot", include_bytes!("../../../../../fixtures/corpus/gate/key_slot.step")),
+        ];
+        for (name, step) in parts {
+            let drawn = part(step);
+            assert_eq!(choose(&drawn), None, "{name}");
+            for angles in SIDES {
+                let lying = math::exact_rotation_of_xyz(angles.into());
+                let faces: Vec<Face> =
+                    drawn.iter().map(|face| face.clone().turned(&lying)).collect();
+                let chosen = math::exact_rotation_of_xyz(choose(&faces).unwrap_or_default().into());
+                let up = chosen * lying * Vector3::z();
+                assert!((up - Vector3::z()).norm() < 1e-12, "{name} lying by {angles:?}: {up}");
+            }
+        }
+    }
+}
