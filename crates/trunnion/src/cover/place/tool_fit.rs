@@ -226,15 +226,26 @@ fn first_fitting(
     poses: impl Iterator<Item = ToolPose>,
 ) -> Result<ToolPose, UncutReason> {
     let part_faces = keep_off.part_faces;
-    let query = nearest_of_all(keep_off);
+    let within = keep_off.least - keep_off.precision;
+    let query = NearestQuery::any(within, keep_off.precision);
     let (mut barred, mut far) = (None, false);
+    // The face that bars one pose most often bars the next.
+    let mut last = None;
     for pose in poses {
-        let hit = keep_off.tool.solids().find_map(|solid| {
-            let enough = NearestQuery { enough: query.within, ..query };
-            part_faces.nearest(solid, &pose, None, enough)
-        });
+        let bars = |face: usize| {
+            let hit = |solid| part_faces.nearest_of(face, solid, &pose, query).is_some();
+            keep_off.tool.solids().any(hit)
+        };
+        if last.is_some_and(bars) {
+            continue;
+        }
+        let hit =
+            keep_off.tool.solids().find_map(|solid| part_faces.nearest(solid, &pose, None, query));
         match hit {
-            Some(near) => barred = barred.or(Some(near.face)),
+            Some(near) => {
+                last = Some(near.face);
+                barred = barred.or(last);
+            }
             None if keep_off.cost.reaches(&pose) => return Ok(pose),
             None => far = true,
         }

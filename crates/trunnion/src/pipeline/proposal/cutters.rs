@@ -218,7 +218,13 @@ impl CandidateFaces<'_> {
         let mut trials = Vec::new();
         for (done, cutter) in cutters.iter().enumerate() {
             progress.step(Stage::Cover, done as u64, cutters.len() as u64)?;
-            trials.push(self.trial(machine, &long_enough(cutter, part.size().z)));
+            let trial = self.trial(machine, &long_enough(cutter, part.size().z));
+            // No smaller one reaches so much more that it would be chosen.
+            let is_enough = trial.area() >= AS_GOOD * self.area() && kind != CutterKind::Flat;
+            trials.push(trial);
+            if is_enough {
+                break;
+            }
         }
         Ok(trials)
     }
