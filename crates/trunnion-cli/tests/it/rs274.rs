@@ -46,6 +46,11 @@ fn read(interpreter: &Path, folder: &Path, program: &str) -> usize {
 
 /// Both examples, run with a tenth of the accuracy for a few seconds' work: the programs' names and texts.
 pub(crate) fn examples(folder: &Path) -> Vec<(String, String)> {
+    examples_with(folder, "")
+}
+
+/// As [`examples`], with more lines in the table `[output]` of both jobs.
+pub(crate) fn examples_with(folder: &Path, output: &str) -> Vec<(String, String)> {
     let root = root();
     let of = |name: &str| {
         let example = root.join("examples").join(name);
@@ -58,6 +63,7 @@ pub(crate) fn examples(folder: &Path) -> Vec<(String, String)> {
             ("\ntotal = 0.02 ", "\ntotal = 0.2 "),
             ("\ngouge = 0.002 ", "\ngouge = 0.02 "),
             ("\ngrid = 0.2 ", "\ngrid = 2.0 "),
+            ("\n[output]\n", &format!("\n[output]\n{output}")),
         ] {
             job = job.replace(from, to);
         }

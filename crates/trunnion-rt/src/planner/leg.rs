@@ -1,6 +1,7 @@
 //! Legs of which a path consists: straight ones and arcs.
 
 use super::block::{BlockKind, BlockShape, BlockStart, MotionBlock};
+use super::pace::Pace;
 use super::piece::LETTERS;
 use std::f64::consts::TAU;
 use trunnion::math;
@@ -33,6 +34,8 @@ pub(super) struct Leg {
     pub(super) rates: [f64; 2],
     pub(super) kind: BlockKind,
     pub(super) begins: BlockStart,
+    /// How fast the axes can change the speed, where the block has a time of its own.
+    pub(super) pace: Pace,
 }
 
 /// Splits letters into X Y Z, A B C and U V W.
@@ -79,7 +82,14 @@ impl Leg {
         let rate = programmed / (length * block.speed);
         let rates = if block.kind == BlockKind::Rapid { [0.0, rate] } else { [rate, 0.0] };
         let (number, kind, begins) = (block.number, block.kind, block.begins);
-        Some(Self { curve, length, block: number, rates, kind, begins })
+        let pace = Pace::FREE;
+        Some(Self { curve, length, block: number, rates, kind, begins, pace })
+    }
+
+    /// Returns the seconds per length at the programmed speed.
+    pub(super) fn rate(&self) -> f64 {
+        let [feed, rapid] = self.rates;
+        feed + rapid
     }
 
     /// Returns the letters and their derivatives at a length from the start.

@@ -17,6 +17,7 @@ mod joints;
 mod kernel;
 mod leg;
 mod numbers;
+mod pace;
 mod piece;
 mod pieces;
 mod rounded_path;

@@ -9,7 +9,7 @@ use super::leg::{Leg, LetterVector, triples};
 use std::collections::VecDeque;
 
 /// Largest half width of a kernel \[mm\]: a path must be known three times as far ahead.
-const WIDEST: f64 = 2.0;
+pub(super) const WIDEST: f64 = 2.0;
 
 /// Largest distance between two nodes \[mm\].
 const LARGEST_STEP: f64 = 4.0;
@@ -34,7 +34,7 @@ const CROWD: f64 = 2.0;
 const LONG: f64 = 4.0;
 
 /// Share of a tolerance that roundings use; the rest is for the quintics between nodes.
-const USED: f64 = 0.95;
+pub(super) const USED: f64 = 0.95;
 
 /// Change of direction that is none: rounding of positions.
 const STRAIGHT: f64 = 1e-9;
@@ -65,7 +65,7 @@ pub(super) struct CornerTolerance {
 
 impl CornerTolerance {
     /// Returns a deviation as a share of the tolerance.
-    fn share(&self, deviation: &LetterVector) -> f64 {
+    pub(super) fn share(&self, deviation: &LetterVector) -> f64 {
         let [xyz, abc, uvw] = triples(deviation).map(|triple| triple.norm());
         (xyz / self.tip).max(abc / self.axis).max(uvw / self.tip)
     }
@@ -135,12 +135,36 @@ pub(super) struct PathNode {
 struct PlacedLeg {
     from: f64,
     leg: Leg,
+    /// Speed at its start, and the largest one on it, where it has a time of its own.
+    enters: f64,
+    peak: f64,
 }
 
 impl PlacedLeg {
     fn end(&self) -> f64 {
         self.from + self.leg.length
     }
+
+    /// Notes the speed at its end.
+    fn leave(&mut self, speed: f64) {
+        let Leg { length, pace, .. } = &self.leg;
+        self.peak = pace.peak(*length, length * self.leg.rate(), [self.enters, speed]);
+    }
+}
+
+/// Returns the speed where two legs meet, as their times have it: with the same acceleration on either side of the corner,
+/// which the corner may not allow.
+fn border_speed(before: &Leg, behind: &Leg) -> f64 {
+    let [long, short] = [before, behind].map(|leg| leg.length * leg.rate());
+    let speeds = [before, behind].map(|leg| 1.0 / leg.rate());
+    let even = (speeds[0] * short + speeds[1] * long) / (long + short);
+    even.min(behind.pace.enters)
+}
+
+/// Changes of direction and curvature from the end of a leg to the start of the next one.
+fn turn_between(before: &Leg, behind: &Leg) -> [LetterVector; 2] {
+    let [before, behind] = [before.at(before.length), behind.at(0.0)];
+    [1, 2].map(|order: usize| behind[order] - before[order])
 }
 
 /// The leg, if it is a timed one.
@@ -182,20 +206,29 @@ impl RoundedPath {
     /// Appends a leg; `tolerance` is that of the corner where it begins.
     pub(super) fn push(&mut self, leg: &Leg, tolerance: CornerTolerance) {
         if let Some(PlacedLeg { leg: last, .. }) = self.legs.back() {
-            let [before, behind] = [last.at(last.length), leg.at(0.0)];
-            let [turn, bend] = [1, 2].map(|order: usize| behind[order] - before[order]);
+            let [turn, bend] = turn_between(last, leg);
             if turn.amax() > STRAIGHT || bend.amax() > STRAIGHT {
                 let at = self.length;
                 self.corners.push_back(Corner { at, turn, bend, tolerance, width: 0.0 });
             }
         }
-        self.legs.push_back(PlacedLeg { from: self.length, leg: *leg });
+        let enters = self.legs.back().map_or(0.0, |last| border_speed(&last.leg, leg));
+        if let Some(last) = self.legs.back_mut() {
+            last.leave(enters);
+        }
+        let mut placed = PlacedLeg { from: self.length, leg: *leg, enters, peak: 0.0 };
+        // Until it is known what follows it goes on as it is.
+        placed.leave(f64::INFINITY);
+        self.legs.push_back(placed);
         self.length += leg.length;
     }
 
     /// Ends the path where the last leg ends.
     pub(super) fn end(&mut self) {
         self.ended = true;
+        if let Some(last) = self.legs.back_mut() {
+            last.leave(0.0);
+        }
     }
 
     pub(super) fn is_ended(&self) -> bool {
@@ -206,6 +239,11 @@ impl RoundedPath {
     pub(super) fn is_finished(&self) -> bool {
         let all = self.node.is_some_and(|node| node >= self.length);
         self.ended && (self.legs.is_empty() || all)
+    }
+
+    /// Returns the last leg.
+    pub(super) fn last(&self) -> Option<&Leg> {
+        self.legs.back().map(|last| &last.leg)
     }
 
     /// Returns the direction at the end of the last leg.
@@ -428,7 +466,7 @@ impl RoundedPath {
     /// Returns the path at `s`.
     fn node_at(&self, s: f64) -> Option<PathNode> {
         let index = self.leg_at(s);
-        let PlacedLeg { from, leg } = self.legs.get(index)?;
+        let PlacedLeg { from, leg, .. } = self.legs.get(index)?;
         let mut letters = leg.at(s - from);
         for corner in self.near(s, self.reach).filter(|corner| corner.width > 0.0) {
             for (letter, part) in letters.iter_mut().zip(corner.at(s, corner.width)) {
@@ -443,12 +481,12 @@ impl RoundedPath {
 
     /// Returns the seconds per length of a feed and of a rapid move at `s` in a leg.
     fn rates_at(&self, s: f64, index: usize) -> Option<[f64; 2]> {
-        let PlacedLeg { from, leg } = self.legs.get(index)?;
+        let PlacedLeg { from, leg, peak, .. } = self.legs.get(index)?;
         let before = index.checked_sub(1).and_then(|before| self.legs.get(before));
         if leg.kind == BlockKind::Timed {
             let share = (s - from) / leg.length;
             let beside = [before, self.legs.get(index + 1)].map(timed);
-            return Some([timed_rate(leg, beside, share), 0.0]);
+            return Some([timed_rate(leg, beside, share).min(1.0 / peak), 0.0]);
         }
         // Where the speed changes the lower one holds.
         let changes = before.filter(|before| s <= *from && before.leg.kind != BlockKind::Timed);

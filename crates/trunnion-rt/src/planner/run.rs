@@ -1,8 +1,9 @@
 //! One run from rest to rest: blocks in, steps of its schedule out.
 
-use super::block::{BlockEnding, BlockStart, MotionBlock};
+use super::block::{BlockEnding, BlockKind, BlockStart, MotionBlock};
 use super::joints::{WordJoints, WordsFault};
 use super::leg::{Leg, LetterVector};
+use super::pace::Pace;
 use super::piece::MotionPiece;
 use super::pieces;
 use super::rounded_path::{CornerTolerance, PathNode, RoundedPath};
@@ -103,7 +104,8 @@ impl Run {
             return Ok(false);
         }
         check(&self.joints, block, leg.as_ref())?;
-        if let Some(leg) = leg {
+        if let Some(mut leg) = leg {
+            leg.pace = self.pace(&leg);
             self.path.push(&leg, self.tolerance);
             (self.ending, self.tolerance) = (block.ending, tolerance);
         }
@@ -120,6 +122,23 @@ impl Run {
                 .direction()
                 .is_some_and(|direction| (leg.at(0.0)[1] - direction).amax() < SAME_DIRECTION),
         }
+    }
+
+    /// How fast the axes can change the speed along a leg behind the last one, where one of them has a time
+    /// of its own.
+    fn pace(&self, leg: &Leg) -> Pace {
+        let is_timed = |leg: &Leg| leg.kind == BlockKind::Timed;
+        if !(is_timed(leg) || self.path.last().is_some_and(is_timed)) {
+            return Pace::FREE;
+        }
+        let rates = |leg: &Leg, at: f64| self.joints.jets(&leg.at(at)).map(|[_, rate, ..]| rate);
+        let places = [0.0, 0.5 * leg.length, leg.length].map(|at| rates(leg, at));
+        let [Ok(start), Ok(middle), Ok(end)] = places else { return Pace::FREE };
+        let pace = Pace::of(&[start, middle, end], &self.limits);
+        let Some(last) = self.path.last() else { return pace };
+        let Ok(before) = rates(last, last.length) else { return pace };
+        let turn = leg.at(0.0)[1] - last.at(last.length)[1];
+        pace.with_corner(&turn, &(start - before), &self.tolerance, &self.limits)
     }
 
     /// Tolerance at the end of a block.

@@ -581,3 +581,41 @@ fn timed_blocks_follow_their_neighbours() {
     }
     assert!(seconds[1] < seconds[0], "{seconds:?}");
 }
+
+/// A descent from rest onto slow blocks, as in a posted program: it takes its time only where it is faster than its mean
+/// speed between both.
+#[test]
+fn a_timed_block_from_rest_takes_its_time() {
+    const SECONDS: f64 = 0.4457;
+    let mut bench = Bench::new("bc-trunnion", KinematicsMode::ToolCenterPoint, 120.0);
+    let at = |z: f64| [-400.0, -254.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let slow = (0..=40).map(|k| at(-260.5 - 0.5 * f64::from(k)));
+    let points: Vec<Letters> = std::iter::once(at(-200.0)).chain(slow).collect();
+    let mut program = blocks(&points, 10.0, &bench);
+    for block in &mut program {
+        block.kind = BlockKind::Timed;
+    }
+    program[0].speed = 60.5 / SECONDS;
+    run(&mut bench, &program, |_| (FULL, Plans::InTime));
+    check(&bench, &points, 1e-6, "descent");
+    let (seconds, nominal) = (moving(&bench), SECONDS + 40.0 * 0.05);
+    // Half of a ramp at the end is lost, where it is known late that nothing follows.
+    assert!(seconds > nominal && seconds < 1.06 * nominal, "{seconds} {nominal}");
+}
+
+/// A block between two stops that is slow enough for its ramps takes its time, no less.
+#[test]
+fn a_timed_block_is_not_quicker_than_its_time() {
+    for (length, seconds) in [(10.0, 0.5), (30.0, 0.6), (2.0, 3.0)] {
+        let mut bench = Bench::new("bc-trunnion", KinematicsMode::Axes, 0.0);
+        let at = |x: f64| [x, -254.0, -300.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let points = [at(-400.0), at(-400.0 + length)];
+        let mut program = blocks(&points, length / seconds, &bench);
+        program[0].kind = BlockKind::Timed;
+        run(&mut bench, &program, |_| (FULL, Plans::InTime));
+        check(&bench, &points, 1e-6, "timed");
+        let took = moving(&bench);
+        // That nothing comes behind it is known only late: of the stop's ramp half may be lost.
+        assert!(took > 0.999 * seconds && took < 1.1 * seconds, "{took} {seconds}");
+    }
+}

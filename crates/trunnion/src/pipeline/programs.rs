@@ -11,7 +11,7 @@ use super::solids::Solids;
 use super::tolerances::{LINK_TOLERANCE, QUINTIC_SHARE};
 use crate::blocks::{self, BlockInterpolation, BlockOptions};
 use crate::cover;
-use crate::files::job::JobPrograms;
+use crate::files::job::{JobLinkBlocks, JobPrograms};
 use crate::nc::write::{
     self, AxisWords, Coordinates, Note, OutputFormat, Remark, Style, Template, ToolSection,
     WriteError,
@@ -167,13 +167,23 @@ fn options(job: &Job, control: BlockInterpolation) -> BlockOptions {
         control,
         // The quintic axis path has taken its share twice: for the tip and for the tool axis.
         tolerance: (1.0 - 2.0 * QUINTIC_SHARE) * job.budget.shares.linearisation,
-        link_tolerance: LINK_TOLERANCE,
+        link_tolerance: link_tolerance(job),
         lever: cover::lever(&job.cutter),
         max_step: f64::INFINITY,
         max_turn: LARGEST_TURN,
         max_axis_turn: f64::INFINITY,
         max_duration: LONGEST_BLOCK,
         min_duration: SHORTEST_BLOCK,
+    }
+}
+
+/// Tolerance of the blocks of links \[mm\].
+fn link_tolerance(job: &Job) -> f64 {
+    match job.file.link_blocks {
+        JobLinkBlocks::Long => LINK_TOLERANCE,
+        // Corners of chords are rounded to the curve again where what rounds them reaches three of them: its deviation is
+        // five thirds of the chords' then.
+        JobLinkBlocks::Short => (0.5 * job.budget.shares.control).min(LINK_TOLERANCE),
     }
 }
 

@@ -87,7 +87,7 @@ const APART: usize = 2;
 #[inline]
 fn add_up(p: &RowLanes, q: &RowLanes, into: &mut [f64; APART]) {
     for (k, sum) in into.iter_mut().enumerate() {
-        // No `map`: it is not inlined, and this is where a plan spends its time.
+        // No `map`: built in several units it is not inlined, and this is where a plan spends its time.
         *sum += p[k] * q[k] + p[k + APART] * q[k + APART] + p[k + 2 * APART] * q[k + 2 * APART];
     }
 }

@@ -44,6 +44,8 @@ pub struct JobFile {
     pub dialects: Vec<OutputFormat>,
     /// Programs of a job of several operations.
     pub programs: JobPrograms,
+    /// Blocks of links in the programs.
+    pub link_blocks: JobLinkBlocks,
     /// Largest distance between two measured points of the final check \[mm\].
     pub verify_grid: f64,
     /// Largest distance between the rays that represent the stock \[mm\]; `None` derives it from its
@@ -62,6 +64,15 @@ pub enum JobPrograms {
     One,
     /// That one, and one more for each operation.
     Each,
+}
+
+/// Length of the blocks on links.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JobLinkBlocks {
+    /// As few as possible, for controls that look few blocks ahead.
+    Long,
+    /// Near to the path, for controls that look far ahead and round corners.
+    Short,
 }
 
 impl JobFile {

@@ -14,9 +14,9 @@ mod tool_side;
 
 pub use data::{
     CuttingData, FaceSelection, FeedReference, JobArea, JobContactSide, JobCutPattern,
-    JobFeedDirection, JobFile, JobLead, JobLinks, JobOperation, JobPart, JobPlacement,
-    JobPrismatic, JobPrograms, JobSetup, JobStrategy, JobTolerance, JobTool, MotionMethod,
-    MotionSettings, ToleranceSplit, ToolConstruction, ToolKind, ToolSide,
+    JobFeedDirection, JobFile, JobLead, JobLinkBlocks, JobLinks, JobOperation, JobPart,
+    JobPlacement, JobPrismatic, JobPrograms, JobSetup, JobStrategy, JobTolerance, JobTool,
+    MotionMethod, MotionSettings, ToleranceSplit, ToolConstruction, ToolKind, ToolSide,
 };
 pub use layout::LAYOUT;
 pub use read::parse;

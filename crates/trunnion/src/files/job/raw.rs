@@ -492,6 +492,10 @@ pub(super) struct RawOutput {
     /// becomes a program of its own, with the same blocks.
     #[serde(default)]
     pub(super) programs: RawPrograms,
+    /// Blocks of links between passes. "long": as few as stay within 1 mm of the path, for controls that look few blocks
+    /// ahead. "short": so near to it that a control which looks far ahead rounds their corners at full speed.
+    #[serde(default)]
+    pub(super) link_blocks: RawLinkBlocks,
 }
 
 fn dialects() -> Vec<RawDialect> {
@@ -506,9 +510,17 @@ pub(super) enum RawPrograms {
     Each,
 }
 
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum RawLinkBlocks {
+    #[default]
+    Long,
+    Short,
+}
+
 impl Default for RawOutput {
     fn default() -> Self {
-        Self { dialects: dialects(), programs: RawPrograms::One }
+        Self { dialects: dialects(), programs: RawPrograms::One, link_blocks: RawLinkBlocks::Long }
     }
 }
 

@@ -4,15 +4,16 @@ use super::super::document::Document;
 use super::super::schema;
 use super::cutting::cutting;
 use super::data::{
-    JobFile, JobOperation, JobPart, JobPrograms, JobSetup, JobTolerance, JobTool, MotionMethod,
-    MotionSettings, ToleranceSplit,
+    JobFile, JobLinkBlocks, JobOperation, JobPart, JobPrograms, JobSetup, JobTolerance, JobTool,
+    MotionMethod, MotionSettings, ToleranceSplit,
 };
 use super::layout::LAYOUT;
 use super::operation::{self, OperationDefaults, ReadOperations};
 use super::part::part;
 use super::raw::{
-    RawCutting, RawDialect, RawMachineRef, RawMethod, RawMotion, RawMotionMethod, RawOutput,
-    RawPart, RawPrograms, RawSetup, RawStock, RawStrategy, RawTolerance, RawTool, RawVerify,
+    RawCutting, RawDialect, RawLinkBlocks, RawMachineRef, RawMethod, RawMotion, RawMotionMethod,
+    RawOutput, RawPart, RawPrograms, RawSetup, RawStock, RawStrategy, RawTolerance, RawTool,
+    RawVerify,
 };
 use super::solid::{fixtures, stock};
 use super::strategy::{side_of, strategy};
@@ -74,7 +75,7 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
     let tolerance = doc.section::<RawTolerance>("tolerance").and_then(|raw| tolerance(&raw, doc));
     let machine = doc.section::<RawMachineRef>("machine").map(|raw| raw.file);
     let motion = doc.or_default::<RawMotion>("motion").and_then(|raw| motion(&raw, doc));
-    let output = doc.or_default::<RawOutput>("output").map(|raw| (dialects(&raw), programs(&raw)));
+    let output = doc.or_default::<RawOutput>("output");
     let mut verify = doc.or_default::<RawVerify>("verify");
     let other_tools = verify.as_mut().and_then(|verify| verify.tool.take()).unwrap_or_default();
     let read = ReadOperations::read(doc);
@@ -97,7 +98,7 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
         None => None,
     };
     let verify = verify?;
-    let (dialects, programs) = output?;
+    let output = output?;
     let mut operations = first?;
     let other_tools = beside(&operations, other_tools?);
     let JobOperation { faces, tool, strategy, cutting, .. } = operations.first()?.clone();
@@ -118,8 +119,9 @@ fn sections(doc: &mut Document<'_>) -> Option<JobFile> {
         operations,
         machine: machine?,
         motion: motion?,
-        dialects,
-        programs,
+        dialects: dialects(&output),
+        programs: programs(&output),
+        link_blocks: link_blocks(&output),
         verify_grid: verify.grid,
         stock_cell: verify.stock_cell,
         fixture_clearance: verify.fixture_clearance,
@@ -227,6 +229,13 @@ fn programs(raw: &RawOutput) -> JobPrograms {
     match raw.programs {
         RawPrograms::One => JobPrograms::One,
         RawPrograms::Each => JobPrograms::Each,
+    }
+}
+
+fn link_blocks(raw: &RawOutput) -> JobLinkBlocks {
+    match raw.link_blocks {
+        RawLinkBlocks::Long => JobLinkBlocks::Long,
+        RawLinkBlocks::Short => JobLinkBlocks::Short,
     }
 }
 
