@@ -15,7 +15,7 @@ const GATE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/corpus/g
 fn lying(step: &str) -> String {
     let turned = |line: &str| {
         let is_vector = line.contains("CARTESIAN_POINT(") || line.contains("DIRECTION(");
-        let (head, rest) = line.rsplit_once("(").filter(|_| is_vector)?;
+        let (head, rest) = line.rsplit_once('(').filter(|_| is_vector)?;
         let (numbers, tail) = rest.split_once("))")?;
         let [x, y, z] = numbers.split(',').collect::<Vec<_>>().try_into().ok()?;
         let minus = y.strip_prefix('-').map_or_else(|| format!("-{y}"), str::to_owned);
