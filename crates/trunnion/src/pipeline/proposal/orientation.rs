@@ -5,7 +5,7 @@ use crate::import::inspect::{self, FaceSummary};
 use crate::math;
 use crate::surface::{Face, FaceSample};
 use crate::types::Mesh;
-use nalgebra::{Matrix3, Unit, Vector3};
+use nalgebra::{Matrix3, Point3, Unit, Vector3};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -50,7 +50,8 @@ const WALL: f64 = 0.035;
 /// Returns the angles about x, y and z \[rad\] by which the part is turned so that a tool reaches most of it from above;
 /// `None` where no side gains much over that of the drawing.
 ///
-/// Points on the convex hull of the part do not count: raw material has them, whichever way it lies.
+/// Points on the convex hull of the part do not count: raw material has them, whichever way it lies. Of a convex part those
+/// count that look up, off the box round it.
 pub(super) fn choose(faces: &[Face]) -> Option<[f64; 3]> {
     let part = SampledPart::new(faces)?;
     let reached: Vec<ReachedSamples> =
@@ -67,8 +68,10 @@ pub(super) fn choose(faces: &[Face]) -> Option<[f64; 3]> {
 
 /// Samples of the faces of a part, and triangles of all of them.
 struct SampledPart {
-    /// Samples inside the hull, each with the area for which it stands \[mm²\].
+    /// Samples that raw material does not have, each with the area for which it stands \[mm²\].
     samples: Vec<(FaceSample, f64)>,
+    /// `true` if all of the part is on its hull: then they are those off the box round it.
+    is_convex: bool,
     mesh: Mesh,
     /// Index of the axis of a part that is round and flat.
     axis: Option<usize>,
@@ -101,6 +104,7 @@ impl SampledPart {
             .collect();
         let mut part = Self {
             samples: Vec::new(),
+            is_convex: false,
             mesh: Mesh::default(),
             axis: None,
             ball: BALL * size,
@@ -117,10 +121,17 @@ impl SampledPart {
         }
         part.axis = part.axis_of_disc();
         let vertices = &part.mesh.vertices;
-        let is_inside = |(sample, _): &(FaceSample, f64)| {
+        let is_inside = |(sample, _): &&(FaceSample, f64)| {
             vertices.iter().any(|v| (v - sample.point).dot(&sample.normal) > OUTSIDE * size)
         };
-        part.samples = part.samples.into_par_iter().filter(is_inside).collect();
+        let inside: Vec<(FaceSample, f64)> =
+            part.samples.par_iter().filter(is_inside).copied().collect();
+        part.is_convex = inside.is_empty();
+        if part.is_convex {
+            part.samples.retain(|(sample, _)| !is_on_box(sample, [low, high], OUTSIDE * size));
+        } else {
+            part.samples = inside;
+        }
         Some(part)
     }
 
@@ -172,7 +183,8 @@ impl SampledPart {
         ReachedSamples { axis, samples: self.samples.iter().map(one).collect() }
     }
 
-    /// Returns the sum of the areas that are reached upright and from above at all, once the part is turned \[mm²\].
+    /// Returns the sum of the areas that are reached upright and from above at all, once the part is turned \[mm²\]; of a
+    /// convex part the area that looks up.
     fn area(&self, angles: &[f64; 3], reached: &[ReachedSamples]) -> f64 {
         let up = math::exact_rotation_of_xyz((*angles).into()).inverse() * Vector3::z();
         let within = |least: f64| {
@@ -182,9 +194,13 @@ impl SampledPart {
             let areas = self.samples.iter().map(|(_, area)| area).enumerate();
             areas.filter(|(at, _)| is_reached(*at)).map(|(_, area)| area).sum::<f64>()
         };
+        let slopes = || {
+            let looks_up = |(sample, _): &&(FaceSample, f64)| sample.normal.dot(&up) > WALL;
+            self.samples.iter().filter(looks_up).map(|(_, area)| area).sum::<f64>()
+        };
         let is_flat = self.axis.is_some_and(|axis| up[axis].abs() >= UPRIGHT);
         let factor = if is_flat { FLAT } else { 1.0 };
-        factor * (within(UPRIGHT) + within(LEANING))
+        factor * if self.is_convex { slopes() } else { within(UPRIGHT) + within(LEANING) }
     }
 }
 
@@ -202,6 +218,12 @@ struct ReachedSamples {
     samples: Vec<bool>,
 }
 
+/// Returns `true` if a sample lies on a side of a box, within a distance \[mm\].
+fn is_on_box(sample: &FaceSample, [low, high]: [Point3<f64>; 2], within: f64) -> bool {
+    let on = |axis: usize, side: &Point3<f64>| (sample.point[axis] - side[axis]).abs() <= within;
+    (0..3).any(|axis| on(axis, &low) || on(axis, &high))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -216,10 +238,11 @@ mod tests {
     /// Whichever way a part is drawn, what is cut from above comes up.
     #[test]
     fn parts_of_the_corpus_come_up_whichever_way_they_are_drawn() {
-        let parts: [(&str, &[u8]); 4] = [
+        let parts: [(&str, &[u8]); 5] = [
             ("pocket", include_bytes!("../../../../../fixtures/corpus/gate/slanted_pocket.step")),
             ("posts", include_bytes!("../../../../../fixtures/corpus/gate/bosses.step")),
             ("boss", include_bytes!("../../../../../fixtures/corpus/gate/boss.step")),
+            ("convex", include_bytes!("../../../../../fixtures/corpus/gate/chamfered_inch.step")),
             ("slot", include_bytes!("../../../../../fixtures/corpus/gate/key_slot.step")),
         ];
         for (name, step) in parts {
