@@ -1,7 +1,7 @@
 //! `trunnion init`: writes a job for a part that runs as it is.
 
 use crate::form::OutputForm;
-use crate::option_values::three;
+use crate::option_values::part_angles;
 use crate::outcome::{Done, Failure};
 use crate::progress::Bars;
 use crate::{disk, library, machine, output, part, text};
@@ -28,8 +28,8 @@ pub(crate) struct InitArgs {
     #[arg(long, value_name = "N,N", value_delimiter = ',')]
     faces: Vec<usize>,
     /// Rotation of the part about its x, then y, then z, in degrees: the side to be cut comes up [default: as drawn, or by a
-    /// quarter or half turn where an upright tool then reaches much more].
-    #[arg(long, value_name = "A,B,C", value_parser = three, allow_hyphen_values = true)]
+    /// quarter or half turn where a tool then reaches much more of it from above].
+    #[arg(long, value_name = "A,B,C", value_parser = part_angles, allow_hyphen_values = true)]
     rotation: Option<[f64; 3]>,
     /// Library of the cutters to choose from, TOML as `trunnion schema library` has it [default: the standard one].
     #[arg(long, value_name = "FILE")]

@@ -41,6 +41,15 @@ pub(crate) fn three(text: &str) -> Result<[f64; 3], String> {
     list(text)?.try_into().map_err(|_| expected.to_owned())
 }
 
+/// Reads three angles in degrees, as far as a job file takes them.
+pub(crate) fn part_angles(text: &str) -> Result<[f64; 3], String> {
+    let angles = three(text)?;
+    match angles.iter().find(|angle| angle.abs() > 360.0) {
+        Some(angle) => Err(format!("{angle} is not between -360 and 360 degrees")),
+        None => Ok(angles),
+    }
+}
+
 /// Reads the tolerances of tip \[mm\] and tool axis, in degrees; the angle is returned in rad.
 pub(crate) fn pose_tolerance(text: &str) -> Result<PoseTolerance, String> {
     match text.split_once(',').map(|(tip, axis)| (positive(tip), positive(axis))) {

@@ -59,6 +59,14 @@ def test_a_check_finds_the_gouge(tmp_path, plane, root):
     assert found.line[np.argmin(found.height)] in (5, 6)
     assert len(found.to_pandas()) == len(found.height)
     assert "<svg" in found._repr_html_()
+    # The same plane drawn standing, and turned back.
+    standing = tmp_path / "standing.json"
+    points = [[[0, 0, 0], [0, 0, -10]], [[20, 0, 0], [20, 0, -10]]]
+    standing.write_text(json.dumps({"degree": [1, 1], "knots": [[0, 0, 1, 1]] * 2, "points": points}))
+    again = trunnion.check(
+        LOCATIONS, dialect="apt", part=standing, part_rotation=[90, 0, 0], deg=True, cutter=cutter, tolerance=(0.02, 0.002), grid=0.5
+    )
+    assert again.failures == found.failures and np.array_equal(again.height, found.height)
     # The same as the command line says, number by number.
     assert found.to_dict()["deviation"]["gouge"] == pytest.approx(-found.height.min(), abs=1e-9)
 
@@ -258,6 +266,8 @@ def test_a_proposed_job_runs(root, tmp_path):
     assert job.check() == [] and job.data["machine"]["file"] == "ac-trunnion"
     first = job.data["part"]["faces"][:1]
     assert trunnion.Job.propose(part, faces=first).data["part"]["faces"] == first
+    turned = trunnion.Job.propose(part, "ac-trunnion", rotation=[np.pi, 0, 0])
+    assert turned.data["part"]["rotation"] == [180, 0, 0] and turned.data["part"]["faces"] != job.data["part"]["faces"]
     result = job.run(output=tmp_path / "out")
     assert result.passed, result.failures
     with pytest.raises(trunnion.InputError, match="has no face 99"):

@@ -4,7 +4,7 @@ use super::offset::{self, WorkOffsetArgument};
 use super::tool;
 use super::what_if::{self, Assumption};
 use crate::inspect;
-use crate::option_values::{not_negative, positive, three};
+use crate::option_values::{not_negative, part_angles, positive, three};
 use crate::post::tools::{self, ToolLength};
 use crate::program_files::ProgramFileArgs;
 use std::path::PathBuf;
@@ -37,7 +37,7 @@ pub(crate) struct CheckArgs {
     #[arg(long)]
     pub(super) flip: bool,
     /// Rotation of the part about its x, then y, then z, in degrees, before it is the workpiece of the program.
-    #[arg(long, value_name = "A,B,C", value_parser = three, allow_hyphen_values = true)]
+    #[arg(long, value_name = "A,B,C", value_parser = part_angles, allow_hyphen_values = true)]
     pub(super) part_rotation: Option<[f64; 3]>,
     /// Cutter in mm: R, radius of the centre circle; r, radius of the corner; optionally L, length from gauge point to
     /// tip, instead of --tool-length. Cutters with a side beside the tip arc have r, the radius of that arc, and D, the

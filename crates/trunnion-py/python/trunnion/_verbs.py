@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _CHECK = (
     "set", "block_delete", "tool_table", "ini", "sub_dir", "passive", "offset", "grid", "stock", "fixture",
     "clearance", "chord", "stock_cell", "what_if", "accept", "period", "no_jerk", "shank", "holder",
-    "reversed_rotaries", "flip", "part_rotation",
+    "reversed_rotaries", "flip",
 )
 _POST = (
     "set", "block_delete", "tool_table", "ini", "sub_dir", "passive", "from_machine", "from_origin",
@@ -145,6 +145,7 @@ def check(
     job: Any = None,
     machine: Any = None,
     part: Any = None,
+    part_rotation: "ArrayLike | None" = None,
     faces: Sequence[int] = (),
     cutter: Any = None,
     tolerance: "ArrayLike | None" = None,
@@ -164,6 +165,8 @@ def check(
         job: job file from which everything else is taken.
         machine: name, file or dict of the machine, or a Machine with its setup.
         part: surface JSON or STEP file; without one only the machine is audited.
+        part_rotation: rotation by which the part becomes the workpiece, about its x, then y, then z, (3,) [rad, or degrees
+            with deg].
         faces: numbers of the faces that are cut; all if empty.
         cutter: Cutter, words as "R=10,r=6", or a dict of them by tool number.
         tolerance: largest excess and deepest gouge, (2,) [mm].
@@ -201,6 +204,8 @@ def check(
             words += [one for one in setup if given[one.partition("=")[0]] is None]
         if part is not None:
             words += ["--part", _options.path("part", part)]
+        if part_rotation is not None:
+            words.append("--part-rotation=" + _options.angles("part_rotation", part_rotation, 3, deg))
         words += _options.faces_option(faces)
         if cutter is not None:
             words += _cutters(cutter)

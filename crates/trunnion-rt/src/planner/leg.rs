@@ -34,7 +34,7 @@ pub(super) struct Leg {
     pub(super) rates: [f64; 2],
     pub(super) kind: BlockKind,
     pub(super) begins: BlockStart,
-    /// How fast the axes can change the speed, where the block has a time of its own.
+    /// Limits of the axes to a change of speed, where the block has a time of its own.
     pub(super) pace: Pace,
 }
 

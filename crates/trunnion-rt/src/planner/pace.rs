@@ -23,7 +23,7 @@ const HALVINGS: u32 = 24;
 const LARGEST_BEND: f64 = 1.125;
 const LARGEST_CHANGE: f64 = 2.25;
 
-/// How fast the axes can change the speed along a leg, and pass the corner where it begins.
+/// Limits of the axes to a change of speed along a leg, and to the speed at the corner where it begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Pace {
     /// Largest acceleration and jerk by the length of the leg.

@@ -124,8 +124,7 @@ impl Run {
         }
     }
 
-    /// How fast the axes can change the speed along a leg behind the last one, where one of them has a time
-    /// of its own.
+    /// Returns the limits to a change of speed along a leg behind the last one, where one of the two has a time of its own.
     fn pace(&self, leg: &Leg) -> Pace {
         let is_timed = |leg: &Leg| leg.kind == BlockKind::Timed;
         if !(is_timed(leg) || self.path.last().is_some_and(is_timed)) {

@@ -75,9 +75,8 @@ struct SampledPart {
     mesh: Mesh,
     /// Index of the axis of a part that is round and flat.
     axis: Option<usize>,
-    /// Radius of the ball, and chord \[mm\].
-    ball: f64,
-    chord: f64,
+    /// Diagonal of the box round it \[mm\].
+    size: f64,
 }
 
 impl SampledPart {
@@ -102,14 +101,8 @@ impl SampledPart {
                 (samples, mesh)
             })
             .collect();
-        let mut part = Self {
-            samples: Vec::new(),
-            is_convex: false,
-            mesh: Mesh::default(),
-            axis: None,
-            ball: BALL * size,
-            chord,
-        };
+        let mut part =
+            Self { samples: Vec::new(), is_convex: false, mesh: Mesh::default(), axis: None, size };
         for ((samples, mesh), summary) in sampled.into_iter().zip(&summaries) {
             let each = summary.area / samples.len().max(1) as f64;
             part.samples.extend(samples.into_iter().map(|sample| (sample, each)));
@@ -158,6 +151,7 @@ impl SampledPart {
         })
     }
 
+    /// Adds the triangles of a face.
     fn add(&mut self, mesh: Mesh) {
         let first = self.mesh.vertices.len();
         let corner = |corner: u32| u32::try_from(first).ok()?.checked_add(corner);
@@ -172,10 +166,10 @@ impl SampledPart {
         let vertices = self.mesh.vertices.iter().map(|point| rotation * point).collect();
         let mesh = Mesh { vertices, triangles: self.mesh.triangles.clone() };
         let index = DropIndex::new(&mesh).ok();
-        let end = CuttingEnd::round(0.0, self.ball - 2.0 * self.chord);
+        let end = CuttingEnd::round(0.0, (BALL - 2.0 * CHORD) * self.size);
         let one = |(sample, _): &(FaceSample, f64)| {
             let Some(index) = &index else { return false };
-            let centre = rotation * (sample.point.coords + sample.normal.scale(self.ball));
+            let centre = rotation * (sample.point.coords + sample.normal.scale(BALL * self.size));
             let contact = index.lowered(&end, [centre.x, centre.y]);
             // The ball stands at the sample where nothing holds it up before.
             contact.is_none_or(|contact| contact.tip.z <= centre.z - end.radius())

@@ -20,8 +20,8 @@ pub struct ProposalRequest<'a> {
     pub faces: &'a [Face],
     /// Numbers of the faces to choose from; `None`: all.
     pub wanted: Option<&'a [usize]>,
-    /// Angles by which the part is turned about x, then y, then z \[rad\]; `None`: a quarter turn or a half where an upright
-    /// tool then reaches much more of the part than as it is drawn.
+    /// Angles by which the part is turned about x, then y, then z \[rad\]; `None`: a quarter turn or a half where a
+    /// tool then reaches much more of the part from above than as it is drawn.
     pub angles: Option<[f64; 3]>,
     /// Machine that is to cut it.
     pub machine: &'a Machine,
