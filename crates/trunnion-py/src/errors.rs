@@ -19,6 +19,12 @@ pub(crate) fn input(py: Python<'_>, message: impl Display) -> PyErr {
     failure(py, Failure::Input(vec![message.to_string()]))
 }
 
+/// Returns an `InputError` with the message of a library error and its remedy, which may be empty.
+pub(crate) fn input_with(py: Python<'_>, message: impl Display, remedy: &str) -> PyErr {
+    let help = if remedy.is_empty() { String::new() } else { format!("\n  help: {remedy}") };
+    input(py, format!("{message}{help}"))
+}
+
 /// Returns the exception for a failure of a verb.
 pub(crate) fn failure(py: Python<'_>, failure: Failure) -> PyErr {
     let (class, messages) = match failure {

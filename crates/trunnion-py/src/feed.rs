@@ -1,17 +1,20 @@
 //! `trunnion.plan` and `trunnion.Stream`.
 
 use crate::arrays::{Numbers, array, sampled_rows_fit};
-use crate::errors::{WrongArgument, failure, input};
+use crate::errors::{WrongArgument, failure, input_with};
 use crate::progress::watched;
 use crate::verbs::json;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trunnion::feed::{AnyStream, Limits, StreamKind, StreamOptions, StreamStep};
+use trunnion::feed::{AnyStream, FeedError, Limits, StreamKind, StreamOptions, StreamStep};
 use trunnion::files::limits::{LimitsFile, parse};
 use trunnion::nalgebra::SVector;
 use trunnion::types::{AxisNode, Motion};
 use trunnion_cli::Failure;
 use trunnion_cli::calls::{self, AxisColumn, AxisTable, PlanAnswer, PlanFigures};
+
+/// Rows of a stream between two looks at signals: a few tenths of a second with jerk limits and a long window.
+const SLICE: usize = 64;
 
 /// Axes that streams are compiled for; fewer get axes that stand still.
 const STREAMED: usize = 6;
@@ -177,7 +180,7 @@ impl NativeStream {
         let limits: Limits<STREAMED> = Limits::symmetric(column(0), column(1), column(2));
         let kind = if jerk { StreamKind::Jerk } else { StreamKind::Optimal };
         let stream = AnyStream::new(kind, limits, StreamOptions::fastest(window, step));
-        let mut stream = stream.map_err(|error| input(py, error))?;
+        let mut stream = stream.map_err(|error| refused(py, &error))?;
         stream.begin(Motion::Cut);
         Ok(Self { stream, axes: axes.len() })
     }
@@ -189,26 +192,17 @@ impl NativeStream {
         let width = 1 + 3 * self.axes;
         numbers.shaped("rows", &[&[0, width]])?;
         let mut steps = Vec::new();
-        for row in numbers.slice().chunks_exact(width) {
-            let mut q = [SVector::<f64, STREAMED>::zeros(); 4];
-            for (axis, values) in row[1..].chunks_exact(3).enumerate() {
-                for (derivative, value) in q.iter_mut().zip(values) {
-                    derivative[axis] = *value;
-                }
-            }
-            let node = AxisNode { s: row[0], q, tip_rate: 0.0, feed_rate: 1.0 };
-            self.stream.push(node).map_err(|error| input(py, error))?;
-            while !self.stream.wants() {
-                let Some(step) = self.stream.next() else { break };
-                steps.push(step);
-            }
+        for rows in numbers.slice().chunks(SLICE * width) {
+            py.detach(|| self.taken(rows, width, &mut steps))
+                .map_err(|error| refused(py, &error))?;
+            py.check_signals()?;
         }
         table_of(py, &steps)
     }
 
     /// Ends the path, and returns the rest of its steps.
     fn finish<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let steps: Vec<StreamStep> = self.stream.by_ref().collect();
+        let steps: Vec<StreamStep> = py.detach(|| self.stream.by_ref().collect());
         table_of(py, &steps)
     }
 
@@ -226,6 +220,36 @@ impl NativeStream {
         answer.set_item("jerk", bounds.jerk)?;
         Ok(Some(answer))
     }
+}
+
+impl NativeStream {
+    /// Takes rows of `width` numbers, and adds the steps that are decided by them.
+    fn taken(
+        &mut self,
+        rows: &[f64],
+        width: usize,
+        steps: &mut Vec<StreamStep>,
+    ) -> Result<(), FeedError> {
+        for row in rows.chunks_exact(width) {
+            let mut q = [SVector::<f64, STREAMED>::zeros(); 4];
+            for (axis, values) in row[1..].chunks_exact(3).enumerate() {
+                for (derivative, value) in q.iter_mut().zip(values) {
+                    derivative[axis] = *value;
+                }
+            }
+            let node = AxisNode { s: row[0], q, tip_rate: 0.0, feed_rate: 1.0 };
+            self.stream.push(node)?;
+            while !self.stream.wants() {
+                let Some(step) = self.stream.next() else { break };
+                steps.push(step);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn refused(py: Python<'_>, error: &FeedError) -> PyErr {
+    input_with(py, error, error.remedy().unwrap_or_default())
 }
 
 /// Rows of steps: s, s at the end, t, duration, both speeds, both accelerations.

@@ -2,7 +2,7 @@
 
 use crate::arrays::{array, positive};
 use crate::cutter::Cutter;
-use crate::errors::{WrongArgument, input};
+use crate::errors::{WrongArgument, input, input_with};
 use crate::part::Face;
 use crate::progress::watched;
 use pyo3::prelude::*;
@@ -58,10 +58,8 @@ pub(crate) fn position<'py>(
             options.feed,
         )
     };
-    let refused = |error: PositioningError| {
-        let help = error.remedy().map_or_else(String::new, |remedy| format!("\n  help: {remedy}"));
-        input(py, format!("{error}{help}"))
-    };
+    let refused =
+        |error: PositioningError| input_with(py, &error, &error.remedy().unwrap_or_default());
     let found = py.detach(|| place(&request, &method)).map_err(refused)?;
     let answer = PyDict::new(py);
     let point = |point: [f64; 3]| array(py, point.to_vec(), &[3]);

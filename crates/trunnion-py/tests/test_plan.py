@@ -1,5 +1,8 @@
 """Speed plans."""
 
+import signal
+import time
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -105,3 +108,64 @@ def test_a_stream_ends_where_the_path_does(method):
     assert steps[-1, 5] == pytest.approx(0, abs=1e-6)
     assert steps[-1, 2] + steps[-1, 3] == pytest.approx(stream.time)
     assert stream.time >= trunnion.plan(table, LIMITS, "optimal").lower_bound * (1 - 1e-9)
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="this system has no timer signals")
+def test_ctrl_c_ends_a_push():
+    s = np.linspace(0, 4000, 40_000)
+    rows = np.stack([s, 40 * np.sin(s / 40), np.cos(s / 40), -np.sin(s / 40) / 40], axis=1)
+
+    class Enough(Exception):
+        pass
+
+    def stop(*_):
+        raise Enough
+
+    start = time.process_time()
+    trunnion.Stream({"X": LIMITS["X"]}).push(rows[:1000])
+    part = time.process_time() - start
+    before = signal.signal(signal.SIGALRM, stop)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.05)
+        start = time.process_time()
+        with pytest.raises(Enough):
+            trunnion.Stream({"X": LIMITS["X"]}).push(rows)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    # The whole would take more than forty times as long as the part.
+    assert time.process_time() - start < 2 * part
+
+
+def edited(**columns):
+    return {**circle(), **columns}
+
+
+@pytest.mark.parametrize(
+    "call, message, remedy",
+    [
+        (lambda: trunnion.plan(circle(), trunnion.Limits(LIMITS, path={"start": 1e4, "feed": 1e6}), "optimal"), "start speed", "start slower"),
+        (lambda: trunnion.plan(circle(), trunnion.Limits(LIMITS, path={"end": 1e4, "feed": 1e6}), "optimal"), "end speed", "end slower"),
+        (lambda: trunnion.plan(circle(), {"X": (500, 5000), "Y": (400, 4000)}), "no jerk limit", "add `jerk"),
+        (lambda: trunnion.plan(circle(), {"X": (500, 5000, 1e5)}), "has no limits", "add [axis.Y]"),
+        (lambda: trunnion.plan(edited(s=circle()["s"][::-1].copy()), LIMITS), "is below", "sort the rows"),
+        (lambda: trunnion.plan(circle(rows=1), LIMITS), "at least two rows", "add its other rows"),
+        (lambda: trunnion.plan(circle(), {**LIMITS, "X": (0, 5000, 1e5)}), "must be above 0", "Largest velocity"),
+        (lambda: trunnion.plan(edited(X=circle()["X"] * 1e30), LIMITS, "optimal"), "at most 1e24", "larger units"),
+        (lambda: trunnion.plan(edited(speed=np.zeros(200)), LIMITS, "given"), "given speed is zero", "give a speed"),
+        (lambda: trunnion.plan(circle(), LIMITS, "blocks", window=64), "window goes with", "leave window out"),
+        (lambda: trunnion.plan(circle(), LIMITS, "jerk", no_guarantee=True), "no_guarantee goes with", "leave it out"),
+        (lambda: trunnion.plan(circle(), trunnion.Limits(LIMITS, path={"start": 1.0}), window=64), "at rest", "leave window out"),
+        (lambda: trunnion.Stream(LIMITS, window=2), "the window is 2 rows", "take 512 rows"),
+        (lambda: trunnion.Stream({"X": (-1, 2, 3)}), "velocity limit", "state the limit"),
+        (lambda: trunnion.Stream({"X": (1, 2)}), "jerk limit of axis", "state the limit"),
+        (lambda: trunnion.Stream(LIMITS).push([[0, 0, 1, 0, 0, 1, 0], [0, 1, 1, 0, 1, 1, 0]]), "does not increase", "remove repeated nodes"),
+    ],
+)
+def test_errors_of_planning_have_a_remedy(call, message, remedy):
+    with pytest.raises(trunnion.InputError) as found:
+        call()
+    error = found.value
+    assert message in error.message and remedy in error.remedy, (error.message, error.remedy)
+    # Each says it once.
+    assert error.remedy not in error.message

@@ -120,13 +120,15 @@ impl FeedArgs {
         }
         let optimal = self.method == FeedMethod::Optimal;
         if self.no_guarantee && !optimal {
-            return Err(Failure::input("--no-guarantee goes with --method optimal only"));
+            return Err(Failure::input(
+                "--no-guarantee goes with --method optimal only\n  help: leave it out",
+            ));
         }
         // Only these two planners work in a window.
         let streams = matches!(self.method, FeedMethod::Optimal | FeedMethod::Jerk);
         if self.window.is_some() && (!streams || self.no_guarantee) {
             return Err(Failure::input(
-                "--window goes with --method optimal or jerk, and always keeps the limits",
+                "--window goes with --method optimal or jerk, and always keeps the limits\n  help: choose one of these methods, or leave --window out",
             ));
         }
         if self.stream && self.ends.is_stdin() {

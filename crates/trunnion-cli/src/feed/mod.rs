@@ -4,6 +4,7 @@ mod args;
 mod layout;
 mod path;
 mod plan;
+mod refusal;
 mod run;
 mod schedule;
 mod streamed;

@@ -79,7 +79,9 @@ impl Table {
     ) -> Result<AxisPath<N>, Failure> {
         let mut faults = Faults::default();
         if self.lines.len() < 2 {
-            faults.add(Diagnostic::whole("a path needs at least two rows"));
+            faults.add(
+                Diagnostic::whole("a path needs at least two rows").with_help("add its other rows"),
+            );
         }
         let path = AxisPath { pieces: self.pieces(numbers, &mut faults) };
         // Quintics through faulty rows would only report the same faults again.

@@ -3,6 +3,7 @@
 use super::args::{FeedArgs, FeedMethod};
 use super::path::{Table, TableNumbers};
 use super::plan::{PlanInput, Planned, plan};
+use super::refusal::refusal;
 use super::{schedule, streamed, summary};
 use crate::form::OutputForm;
 use crate::outcome::{Done, Failure};
@@ -53,7 +54,8 @@ pub(crate) fn run(args: &FeedArgs, form: OutputForm) -> Result<Done, Failure> {
 
 fn too_many(args: &FeedArgs, axes: usize) -> Failure {
     Failure::input(format!(
-        "{}: {axes} axes, with the path's own limits; at most {} can be planned together",
+        "{}: {axes} axes, with the path's own limits; at most {} can be planned together\n  help: leave out axes that \
+         stand still",
         args.limits.display(),
         SIZES[3]
     ))
@@ -120,10 +122,8 @@ struct PreparedPlan<const N: usize> {
 impl<const N: usize> PreparedPlan<N> {
     fn new(input: &PathInput<'_>) -> Result<Self, Failure> {
         let PathInput { args, limits: file, table, numbers } = *input;
-        let (limits, chords) = table
-            .layout
-            .limits(file, args.period)
-            .map_err(|error| Failure::input(format!("{}: {error}", args.limits.display())))?;
+        let (limits, chords) =
+            table.layout.limits(file, args.period).map_err(|error| refusal(&args.limits, error))?;
         let path = table.path(numbers, &limits, args)?;
         let mut options = FeedOptions::fastest();
         options.speeds.feed = table.layout.feed();
@@ -154,7 +154,7 @@ impl<const N: usize> PreparedPlan<N> {
 fn refused(args: &FeedArgs, error: FeedError) -> Failure {
     match error {
         FeedError::Cancelled(_) => Failure::Stopped,
-        error => Failure::input(format!("{}: {error}", args.ends.name().display())),
+        error => refusal(args.ends.name(), error),
     }
 }
 

@@ -4,6 +4,7 @@ use super::args::{FeedArgs, FeedMethod};
 use super::layout::{JumpPosition, Layout, Next, PieceInterval, ThirdTolerance, columns};
 use super::path::Rest;
 use super::plan::LEAST_ROWS;
+use super::refusal::refusal;
 use super::schedule::{HEADER, write_row};
 use super::summary::{MOST_LISTED, ROUNDING, Share, print, report_rests};
 use crate::form::OutputForm;
@@ -11,6 +12,7 @@ use crate::outcome::{Done, Failure};
 use crate::table::{Faults, each_of};
 use anyhow::Context;
 use std::io::Write;
+use std::path::Path;
 use std::time::Instant;
 use trunnion::feed::{
     AnyStream, FeedError, LimitRatios, Limits, ProgrammedSpeeds, StreamKind, StreamOptions,
@@ -43,6 +45,8 @@ struct Last<const N: usize> {
 
 /// Writer of the schedule: the last row of a piece waits for the row after it.
 struct Writer<'a> {
+    /// Table, for messages.
+    name: &'a Path,
     out: &'a mut dyn Write,
     line: String,
     last: Option<StreamStep>,
@@ -95,8 +99,7 @@ pub(super) fn run<const N: usize>(
     let start = Instant::now();
     let survey = survey::<N>(args, file)?;
     let limits: Result<(Limits<N>, _), _> = survey.layout.limits(file, args.period);
-    let (limits, _) =
-        limits.map_err(|error| Failure::input(format!("{}: {error}", args.limits.display())))?;
+    let (limits, _) = limits.map_err(|error| refusal(&args.limits, error))?;
     report_rests(&survey.rests, survey.more_rests);
     let Outcome { duration, points, bounds } =
         args.ends.write_checked(|out| planned(args, file, &survey, &limits, out))?;
@@ -167,7 +170,9 @@ fn survey<const N: usize>(args: &FeedArgs, file: &LimitsFile) -> Result<Survey, 
         Ok(())
     })?;
     if rows < 2 {
-        faults.add(Diagnostic::whole("a path needs at least two rows"));
+        faults.add(
+            Diagnostic::whole("a path needs at least two rows").with_help("add its other rows"),
+        );
     }
     // A repeated row at the end of the path has no piece after it.
     if let Some(Last { line, node, .. }) = last.filter(|last| rows > 1 && last.of_piece < 2) {
@@ -188,7 +193,7 @@ fn planned<const N: usize>(
     out: &mut dyn Write,
 ) -> Result<Outcome, Failure> {
     let (name, layout) = (args.ends.name(), &survey.layout);
-    let refused = |error: FeedError| Failure::input(format!("{}: {error}", name.display()));
+    let refused = |error: FeedError| refusal(name, error);
     let window = args.window.unwrap_or(0) as usize;
     let (feed, step) = (layout.feed(), survey.length / LEAST_ROWS);
     // Rows farther apart than the step are divided, as in planning the whole table.
@@ -201,7 +206,7 @@ fn planned<const N: usize>(
         _ => StreamKind::Optimal,
     };
     let mut planner = AnyStream::new(kind, *limits, options).map_err(refused)?;
-    let mut writer = Writer { out, line: String::new(), last: None, rows: 0 };
+    let mut writer = Writer { name, out, line: String::new(), last: None, rows: 0 };
     writeln!(writer.out, "{HEADER}").context(WRITING)?;
     let tolerance = ThirdTolerance { limits, method: args.method, share: args.third_tolerance };
     let mut faults = Faults::default();
@@ -260,8 +265,7 @@ impl Writer<'_> {
             self.end_piece()?;
         }
         if !step.is_resolved() {
-            let error = FeedError::Unresolved { piece: step.piece };
-            return Err(Failure::input(error.to_string()));
+            return Err(refusal(self.name, FeedError::Unresolved { piece: step.piece }));
         }
         let StreamStep { s, t, speed, acceleration, .. } = step;
         self.row([s.low, t, speed.start, acceleration, step.at(0.0).jerk])?;

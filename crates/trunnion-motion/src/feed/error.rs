@@ -51,7 +51,7 @@ pub enum FeedError {
         value: f64,
     },
     /// A jerk-limited schedule needs jerk limits.
-    #[error("no jerk limits are given; give one for every axis, or plan without jerk limits")]
+    #[error("no jerk limits are given, and the method keeps them")]
     NoJerkLimit,
     /// The feed, link feed or tip speed is zero, negative, infinite, not a number, or too large or small to compute
     /// with.
@@ -66,7 +66,7 @@ pub enum FeedError {
         value: f64,
     },
     /// The time tolerance is not positive.
-    #[error("time tolerance is {value}; it must be positive, for instance 1e-3")]
+    #[error("time tolerance is {value}; it must be positive")]
     BadTolerance {
         /// Value given.
         value: f64,
@@ -80,10 +80,7 @@ pub enum FeedError {
         value: f64,
     },
     /// The path does not allow the speed it is to start with.
-    #[error(
-        "start speed {speed} is above what the path allows, {most}; start slower, or raise the \
-         limits that bind near the start"
-    )]
+    #[error("start speed {speed} is above what the path allows, {most}")]
     StartTooFast {
         /// Speed asked for.
         speed: f64,
@@ -92,10 +89,7 @@ pub enum FeedError {
         most: f64,
     },
     /// The speed asked for at the end cannot be reached, or is not allowed there.
-    #[error(
-        "end speed {speed} is above what can be had at the end of the path, {most}; end slower, or \
-         raise the limits that bind"
-    )]
+    #[error("end speed {speed} is above what can be had at the end of the path, {most}")]
     EndTooFast {
         /// Speed asked for.
         speed: f64,
@@ -139,7 +133,7 @@ pub enum FeedError {
         value: f64,
     },
     /// A piece has less than two nodes.
-    #[error("piece {piece} has {nodes} node(s); at least two are needed, or leave the piece out")]
+    #[error("piece {piece} has {nodes} node(s); at least two are needed")]
     TooFewNodes {
         /// Index of the piece.
         piece: usize,
@@ -147,10 +141,7 @@ pub enum FeedError {
         nodes: usize,
     },
     /// The path parameter does not increase.
-    #[error(
-        "piece {piece}, node {node}: s = {s} does not increase from {before}; \
-         remove repeated nodes and sort the rest"
-    )]
+    #[error("piece {piece}, node {node}: s = {s} does not increase from {before}")]
     NotIncreasing {
         /// Index of the piece.
         piece: usize,
@@ -179,9 +170,7 @@ pub enum FeedError {
         value: f64,
     },
     /// A number of the path is too large to compute with.
-    #[error(
-        "piece {piece}, node {node}: {name} is {value:e}; it must be at most 1e24 in size: choose larger units"
-    )]
+    #[error("piece {piece}, node {node}: {name} is {value:e}; it must be at most 1e24 in size")]
     TooLarge {
         /// Index of the piece.
         piece: usize,
@@ -195,7 +184,7 @@ pub enum FeedError {
     /// The numbers of a piece are so far apart, or so close together, that rounding leaves no schedule.
     #[error(
         "piece {piece}: no schedule can be computed; its numbers are too far apart, or its rows too close together \
-         beside s: let s begin near 0, and use units in which limits and path are of like size"
+         beside s"
     )]
     Unresolved {
         /// Index of the piece.
@@ -232,9 +221,7 @@ pub enum FeedError {
         value: f64,
     },
     /// The number of given speeds is not that of the pieces.
-    #[error(
-        "the path has {path} piece(s), but speeds are given for {given}; give one list a piece"
-    )]
+    #[error("the path has {path} piece(s), but speeds are given for {given}")]
     GivenPieces {
         /// Pieces of the path.
         path: usize,
@@ -261,7 +248,7 @@ pub enum FeedError {
     /// Given speeds do not cover their piece.
     #[error(
         "piece {piece} runs from s = {from} to {to}, but its {} path parameters and {} speeds are given \
-         from {first} to {last}; give at least two rows that cover the piece",
+         from {first} to {last}",
         .rows[0], .rows[1]
     )]
     GivenCover {
@@ -280,8 +267,7 @@ pub enum FeedError {
     },
     /// A given speed is zero where the path goes on: the end would never be reached.
     #[error(
-        "piece {piece}: the given speed is zero from s = {from} to {to}, where the path goes on; \
-         give a speed there"
+        "piece {piece}: the given speed is zero from s = {from} to {to}, where the path goes on"
     )]
     GivenStop {
         /// Index of the piece.
@@ -294,7 +280,7 @@ pub enum FeedError {
     /// The window of a stream is too short, or its step is not positive.
     #[error(
         "the window is {window} rows and the largest step {step}; at least 4 rows and a finite, \
-         positive step are needed, for instance 512 rows and 0.5 mm"
+         positive step are needed"
     )]
     BadWindow {
         /// Rows asked for.
@@ -311,4 +297,52 @@ pub enum FeedError {
     /// The caller cancelled the plan.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+}
+
+impl FeedError {
+    /// Returns what to change so that a schedule can be planned; `None` if the reason alone says it.
+    pub fn remedy(&self) -> Option<&'static str> {
+        Some(match self {
+            Self::BadLimit { .. } => {
+                "state the limit of the machine; a large one for an axis that never binds"
+            }
+            Self::NoJerkLimit => "give one for every axis, or plan without jerk limits",
+            Self::BadFeed { .. } => "give a speed above 0, or leave it out for no limit",
+            Self::BadTolerance { .. } => "give 1e-3, for instance",
+            Self::BadEnd { .. } => "give 0 for a path that starts and ends at rest",
+            Self::StartTooFast { .. } => {
+                "start slower, or raise the limits that bind near the start"
+            }
+            Self::EndTooFast { .. } => "end slower, or raise the limits that bind",
+            Self::BadEndAcceleration { .. } => "give 0",
+            Self::BadChord { .. } => {
+                "give the servo period of the control, and no chord error for no limit"
+            }
+            Self::BadSpeedLimit { .. } => {
+                "give a speed above 0, and end the piece where the path is to rest"
+            }
+            Self::TooFewNodes { .. } => "leave the piece out",
+            Self::NotIncreasing { .. } => "remove repeated nodes, and sort the rest",
+            Self::TooLarge { .. } => "choose larger units",
+            Self::Unresolved { .. } => {
+                "let s begin near 0, and use units in which limits and path are of like size"
+            }
+            Self::GivenPieces { .. } => "give one list a piece",
+            Self::GivenRow { .. } => "sort the rows, and leave out those that repeat s",
+            Self::GivenCover { .. } => "give at least two rows that cover the piece",
+            Self::GivenStop { .. } => "give a speed there",
+            Self::BadWindow { .. } => "take 512 rows and 0.5 mm, for instance",
+            Self::NotFinite { .. }
+            | Self::BadRate { .. }
+            | Self::BadBlockOption { .. }
+            | Self::BadMove { .. }
+            | Self::BadOverride { .. }
+            | Self::Cancelled(_) => return None,
+        })
+    }
+
+    /// Returns reason and remedy in one line, for reports that have no line of their own for the remedy.
+    pub fn in_one_line(&self) -> String {
+        self.remedy().map_or_else(|| self.to_string(), |remedy| format!("{self}; {remedy}"))
+    }
 }

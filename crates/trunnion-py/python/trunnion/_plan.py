@@ -230,12 +230,13 @@ def _table(table: Any, axes: Sequence[str] | None) -> tuple[list[str], Any]:
     if isinstance(table, (str, os.PathLike)):
         return _csv(_options.path("table", table))
     if axes is not None:
-        names = ["s", *(f"{axis}{order}" for axis in axes for order in ("", "1", "2"))]
+        known = [_options.word(f"axes[{index}]", axis) for index, axis in enumerate(_options.sequence("axes", axes, "names of axes"))]
+        names = ["s", *(f"{axis}{order}" for axis in known for order in ("", "1", "2"))]
         return names, table
     if isinstance(table, Mapping) or hasattr(table, "columns"):
         found = list(table.columns if hasattr(table, "columns") else table)
         return [str(name) for name in found], _columns({str(name): table[name] for name in found})
-    if getattr(getattr(table, "dtype", None), "names", None):
+    if isinstance(getattr(getattr(table, "dtype", None), "names", None), tuple):
         return list(table.dtype.names), _columns({name: table[name] for name in table.dtype.names})
     kind = type(table).__name__
     remedy = "give a dict of columns, a DataFrame, a CSV file, or an array with axes=[..]"
@@ -399,7 +400,7 @@ class Stream:
         self._native = _trunnion.NativeStream(self.axes, rows, method == "jerk", ahead, length)
 
     def push(self, rows: Any) -> "NDArray[np.float64]":
-        """Takes rows of the path, and returns the steps that are decided by them.
+        """Takes rows of the path, and returns the steps that are decided by them. After Ctrl-C the stream cannot go on.
 
         Args:
             rows: s, then value and two derivatives by s of each axis, (n, 1 + 3 k).

@@ -54,7 +54,7 @@ pub enum PipelineError {
     #[error("solving the axes: {0}")]
     Axes(AxesError),
     /// Speeds.
-    #[error("planning speeds: {0}")]
+    #[error("planning speeds: {}", .0.in_one_line())]
     Feed(FeedError),
     /// A schedule so long that its setpoints would fill the disk.
     #[error(

@@ -164,6 +164,7 @@ impl PostError {
             Self::GoesRound { .. } => PostRemedy::WriteRotaries,
             Self::Refused { remedy, .. } => *remedy,
             Self::Reversal { .. } => PostRemedy::Advice("insert locations between"),
+            Self::Feed(error) => error.remedy().map_or(PostRemedy::None, PostRemedy::Advice),
             Self::Empty => PostRemedy::InspectInput,
             Self::ReadBack(_) => PostRemedy::Advice(
                 "check which modes the template and the strings of the machine file switch on before",
