@@ -3,21 +3,26 @@
 use crate::arrays::{Numbers, array, positive};
 use crate::errors::{WrongArgument, input};
 use crate::machine::{PoseArrays, Poses};
+use crate::progress::watched;
 use pyo3::prelude::*;
 use trunnion::nalgebra::{Unit, Vector3};
 use trunnion::toolpath::{PathResolution, SmoothOptions, densify, smooth as smoothed};
-use trunnion::types::{PoseCoordinates, PoseSpan, PoseTolerance, Station, ToolPose};
+use trunnion::types::{
+    Cancelled, PoseCoordinates, PoseSpan, PoseTolerance, Progress, Stage, Station, ToolPose,
+};
 
 /// Tips and tool axes.
 type PosePair<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
 
 /// Inserts cutter locations so that steps and turns stay below both limits.
 #[pyfunction]
+#[pyo3(signature = (tip, axis, max_step, max_turn, progress=None))]
 pub(crate) fn interpolate<'py>(
     tip: &Bound<'py, PyAny>,
     axis: &Bound<'py, PyAny>,
     max_step: f64,
     max_turn: f64,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<PosePair<'py>> {
     let py = tip.py();
     let arrays = PoseArrays::of(tip, axis)?;
@@ -27,7 +32,8 @@ pub(crate) fn interpolate<'py>(
         max_turn: positive(py, "max_turn", max_turn)?,
     };
     locations_fit(py, &poses, resolution)?;
-    let fine = py.detach(|| densify(&poses, resolution)).map_err(|error| input(py, error))?;
+    let fine = watched(py, progress.as_ref(), |watch| densify(&poses, resolution, watch))?
+        .map_err(|error| input(py, error))?;
     pair(py, fine.iter().map(|pose| (pose.tip.coords, pose.axis.into_inner())))
 }
 
@@ -59,11 +65,13 @@ type Curves<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Vec<usize>, [f64; 2]);
 
 /// Lays smooth curves through cutter locations.
 #[pyfunction]
+#[pyo3(signature = (tip, axis, tip_tolerance, axis_tolerance, progress=None))]
 pub(crate) fn smooth<'py>(
     tip: &Bound<'py, PyAny>,
     axis: &Bound<'py, PyAny>,
     tip_tolerance: f64,
     axis_tolerance: f64,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<Curves<'py>> {
     let py = tip.py();
     let arrays = PoseArrays::of(tip, axis)?;
@@ -74,7 +82,8 @@ pub(crate) fn smooth<'py>(
         positive(py, "axis_tolerance", axis_tolerance)?,
     );
     let options = SmoothOptions::within(tolerance);
-    let found = py.detach(|| smoothed(&stations, &options)).map_err(|error| input(py, error))?;
+    let found = watched(py, progress.as_ref(), |watch| smoothed(&stations, &options, watch))?
+        .map_err(|error| input(py, error))?;
     let (mut ranges, mut coefficients, mut starts) = (Vec::new(), Vec::new(), Vec::new());
     for curve in &found.curves {
         starts.push(coefficients.len() / (6 * 9));
@@ -94,11 +103,13 @@ pub(crate) fn smooth<'py>(
 
 /// Divides curves into straight moves of the tip within tolerance.
 #[pyfunction]
+#[pyo3(signature = (ranges, coefficients, tip_tolerance, axis_tolerance, progress=None))]
 pub(crate) fn linearise<'py>(
     ranges: &Bound<'py, PyAny>,
     coefficients: &Bound<'py, PyAny>,
     tip_tolerance: f64,
     axis_tolerance: f64,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<PosePair<'py>> {
     let py = ranges.py();
     let ranges = Numbers::of("ranges", ranges)?;
@@ -109,22 +120,59 @@ pub(crate) fn linearise<'py>(
         positive(py, "tip_tolerance", tip_tolerance)?,
         positive(py, "axis_tolerance", axis_tolerance)?,
     ];
-    let mut poses = Vec::new();
-    for ([low, high], row) in ranges.rows::<2>().iter().zip(numbers.rows::<54>()) {
-        let span = span_of(row);
-        let parts = parts(&span, high - low, tolerance).map_err(|parts| {
+    let (ranges, rows) = (ranges.rows::<2>(), numbers.rows::<54>());
+    let poses = watched(py, progress.as_ref(), |watch| divided(ranges, rows, tolerance, watch))?;
+    let poses = poses.map_err(|error| match error {
+        DivisionError::Cancelled(cancelled) => input(py, cancelled),
+        DivisionError::TooMany(parts) => {
             let (value, defect) = (tip_tolerance.to_string(), "asks for more moves than fit");
-            let remedy = format!("allow more: a span would need {parts:.0} moves");
+            let remedy = format!("allow more: {parts:.0} moves would be needed");
             let (name, remedy) = ("tip_tolerance", remedy.as_str());
             WrongArgument { name, index: &[], value, defect, remedy }.error(py)
-        })?;
+        }
+    })?;
+    pair(py, poses.into_iter())
+}
+
+/// Reasons why curves were not divided.
+enum DivisionError {
+    /// Moves that would be needed.
+    TooMany(f64),
+    Cancelled(Cancelled),
+}
+
+/// Tips and axes of straight moves.
+type Ends = Vec<(Vector3<f64>, Vector3<f64>)>;
+
+/// Spans between two reports: well below a millisecond of work.
+const REPORTED: usize = 256;
+
+/// Returns the ends of straight moves within tolerance of spans.
+fn divided(
+    ranges: &[[f64; 2]],
+    rows: &[[f64; 54]],
+    tolerance: [f64; 2],
+    progress: &dyn Progress,
+) -> Result<Ends, DivisionError> {
+    let mut poses = Vec::new();
+    for (index, ([low, high], row)) in ranges.iter().zip(rows).enumerate() {
+        if index.is_multiple_of(REPORTED) {
+            let step = progress.step(Stage::ToolPath, index as u64, rows.len() as u64);
+            step.map_err(DivisionError::Cancelled)?;
+        }
+        let span = span_of(row);
+        let parts = parts(&span, high - low, tolerance).map_err(DivisionError::TooMany)?;
+        let all = poses.len() as f64 + f64::from(parts);
+        if all > MOST_LOCATIONS {
+            return Err(DivisionError::TooMany(all));
+        }
         if poses.is_empty() {
             poses.push(at(&span, 0.0));
         }
         let step = (high - low) / f64::from(parts);
         poses.extend((1..=parts).map(|part| at(&span, step * f64::from(part))));
     }
-    pair(py, poses.into_iter())
+    Ok(poses)
 }
 
 /// Most straight moves of one span: far beyond any control, and it fits in memory.

@@ -75,8 +75,8 @@ pub(crate) fn watched<T: Send>(
             loop {
                 match receiver.recv_timeout(LOOK) {
                     Ok(result) => {
-                        // The last report may be newer than the last look.
-                        raised = raised.or(watch.look(callable).err());
+                        // The last report may be newer than the last look. A callable that has raised is not called again.
+                        raised = raised.or_else(|| watch.look(callable).err());
                         return raised.map_or(Ok(result), Err);
                     }
                     Err(RecvTimeoutError::Timeout) if raised.is_none() => {
@@ -129,7 +129,7 @@ fn words(stage: Stage) -> &'static str {
     match stage {
         Stage::Import => "reading the part",
         Stage::Cover => "placing strips",
-        Stage::ToolPath => "fitting curves",
+        Stage::ToolPath => "laying the path",
         Stage::Axes => "solving the axes",
         Stage::Feed => "planning speeds",
         Stage::Setpoints => "sampling setpoints",

@@ -1,7 +1,12 @@
 """Parts, cutters, locations, passes, paths, lowered cutters."""
 
 import json
+import os
 import pickle
+import subprocess
+import sys
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -134,6 +139,95 @@ def test_passes_cover_a_plane():
     )
     assert 10 <= len(found.passes) <= 13 and not found.unfinished
     assert found.passes[0]["tip"].shape[1] == 3 and "<svg" in found._repr_html_()
+
+
+def wave(count):
+    x = np.linspace(0, 0.05 * count, count)
+    axis = np.stack([0.2 * np.sin(x / 7), 0.1 * np.cos(x / 5), np.ones(count)], axis=1)
+    return trunnion.Path(np.stack([x, 5 * np.sin(x / 9), np.cos(x / 3)], axis=1), axis / np.linalg.norm(axis, axis=1)[:, None])
+
+
+#: Long calls on paths, each with an argument that makes it take more than a second.
+LONG_CALLS = {
+    "interpolate": (wave(100_000).interpolate, (0.0005, 1.0)),
+    "smooth": (wave(200_000).smooth, (0.005, 1e-4)),
+    "linearise": (lambda *args, **words: wave(4000).smooth(0.005, 1e-4).linearise(*args, **words), (2e-11, 1.0)),
+}
+
+
+@pytest.mark.parametrize("name", LONG_CALLS)
+def test_long_calls_on_paths_report_and_are_stopped(name):
+    call, arguments = LONG_CALLS[name]
+
+    class Enough(Exception):
+        pass
+
+    seen, threads = [], threading.active_count()
+
+    def stop(stage, done, total):
+        seen.append((stage, done, total))
+        raise Enough
+
+    with pytest.raises(Enough):
+        call(*arguments, progress=stop)
+    # Stopped in the middle: what has reported is gone, and its report was not the last one.
+    (stage, done, total), = seen
+    assert stage == "laying the path" and 0 <= done < total and threading.active_count() == threads
+    tqdm = pytest.importorskip("tqdm").tqdm
+    with tqdm(total=1, disable=False) as bar:
+        wave(200).smooth(progress=bar).linearise(progress=bar).interpolate(0.1, 0.1, progress=bar)
+        assert bar.n == bar.total > 1
+
+
+@pytest.mark.parametrize("name", LONG_CALLS)
+def test_long_calls_on_paths_leave_the_interpreter_to_others(name):
+    call, arguments = LONG_CALLS[name]
+    ticks, ended = [], threading.Event()
+
+    def tick():
+        while not ended.wait(0.01):
+            ticks.append(time.monotonic())
+
+    other = threading.Thread(target=tick)
+    other.start()
+    start = time.monotonic()
+    try:
+        call(*arguments)
+    finally:
+        ended.set()
+        other.join()
+    took = time.monotonic() - start
+    gaps = np.diff([start, *ticks, start + took])
+    # Arrays are made with the lock; the work itself takes longer.
+    assert took > 0.1 and gaps.max() < 0.6 * took, (took, gaps.max())
+
+
+@pytest.mark.parametrize("name", LONG_CALLS)
+def test_ctrl_c_ends_long_calls_on_paths(name):
+    # A signal in the middle of the call: where it were not heard, the call would return its result first.
+    script = (
+        "import os, signal, sys, threading, time\n"
+        f"sys.path.insert(0, {os.path.dirname(__file__)!r})\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "import test_geometry\n"
+        f"call, arguments = test_geometry.LONG_CALLS[{name!r}]\n"
+        "running = threading.Event()\n"
+        "def kill():\n"
+        "    running.wait()\n"
+        "    os.kill(os.getpid(), signal.SIGINT)\n"
+        "threading.Thread(target=kill, daemon=True).start()\n"
+        "call(*arguments, progress=lambda *report: running.set())\n"
+        "print('returned', flush=True)\n"
+        "time.sleep(5)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+    assert done.stderr.rstrip().endswith("KeyboardInterrupt") and not done.stdout, done.stdout + done.stderr
+
+
+def test_more_moves_than_fit_in_memory_are_refused():
+    with pytest.raises(trunnion.ArgumentError, match="more moves than fit") as found:
+        wave(4000).smooth(0.005, 1e-4).linearise(1e-14, 1.0)
+    assert found.value.argument == "tip_tolerance" and "allow more" in found.value.remedy
 
 
 def test_a_path_is_interpolated_smoothed_and_divided():

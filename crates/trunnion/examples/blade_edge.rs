@@ -81,7 +81,7 @@ fn programs() -> Result<[Program; 3], Box<dyn Error>> {
     let inverse = Inverse::new(&kinematics)?;
     let locations = cutter_locations();
     let limit = PathResolution { max_step: f64::INFINITY, max_turn: 0.08 };
-    let inserted = densify(&locations, limit)?;
+    let inserted = densify(&locations, limit, &Silent)?;
     let program =
         |name, axes: Vec<AxisVector>| Program { name, cut: measure(&kinematics, &axes), axes };
     Ok([
@@ -175,7 +175,7 @@ fn bounded(kinematics: &Kinematics, path: &[ToolPose]) -> Result<Vec<AxisVector>
     let mut options = SmoothOptions::within(tolerance);
     options.reference = SmoothReference::Curve;
     options.lever = BALL;
-    let curves = smooth(&stations, &options)?.curves;
+    let curves = smooth(&stations, &options, &Silent)?.curves;
     let piece = |curve| ToolPiece { motion: Motion::Cut, geometry: PieceGeometry::Curve(curve) };
     let path = ToolPath { pieces: curves.into_iter().map(piece).collect() };
     let options = AxesOptions {

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import _options, _picture
 from ._errors import ArgumentError
-from ._progress import Progress
+from ._progress import Progress, adapted
 from ._result import Table
 
 if TYPE_CHECKING:
@@ -66,7 +66,11 @@ class Path(Table):
             9.0
         """
         _options.instance("text", text, str, "a file is read by trunnion.Path.read")
-        return cls.read(text.encode(errors="surrogateescape"), suffix=".cls")
+        try:
+            content = text.encode(errors="surrogateescape")
+        except UnicodeEncodeError as error:
+            raise ArgumentError(f"text[{error.start}] = {text[error.start]!r} is no character", "text", (error.start,), text[error.start]) from None
+        return cls.read(content, suffix=".cls")
 
     @property
     def length(self) -> float:
@@ -75,12 +79,15 @@ class Path(Table):
 
         return float(np.linalg.norm(np.diff(self.tip, axis=0), axis=1).sum())
 
-    def interpolate(self, max_step: float, max_turn: float, *, deg: bool = False) -> "Path":
+    def interpolate(
+        self, max_step: float, max_turn: float, *, deg: bool = False, progress: Progress = None
+    ) -> "Path":
         """Inserts locations so that neither steps nor turns are longer; given ones are kept.
 
         Args:
             max_step: largest distance of neighbouring tips [mm].
             max_turn: largest angle of neighbouring tool axes [rad, or degrees with deg].
+            progress: callable of (stage, done, total), or tqdm.
 
         Example:
             >>> import trunnion
@@ -91,14 +98,17 @@ class Path(Table):
         from . import _trunnion
 
         step, turn = float(_options.number("max_step", max_step)), _options.radians("max_turn", max_turn, deg)
-        return Path(*_trunnion.interpolate(self.tip, self.axis, step, turn))
+        return Path(*_trunnion.interpolate(self.tip, self.axis, step, turn, adapted(progress)))
 
-    def smooth(self, tip: float = 0.005, axis: float = 1e-3, *, deg: bool = False) -> "SmoothPath":
+    def smooth(
+        self, tip: float = 0.005, axis: float = 1e-3, *, deg: bool = False, progress: Progress = None
+    ) -> "SmoothPath":
         """Lays a C3 path within tolerance of the straight moves; corners are rounded within it, or kept.
 
         Args:
             tip: largest distance of the tip [mm].
             axis: largest angle of the tool axis [rad, or degrees with deg].
+            progress: callable of (stage, done, total), or tqdm.
 
         Raises:
             InputError: two locations are the same, or their axes opposite.
@@ -112,7 +122,7 @@ class Path(Table):
         from . import _trunnion
 
         distance, angle = float(_options.number("tip", tip)), _options.radians("axis", axis, deg)
-        return SmoothPath(*_trunnion.smooth(self.tip, self.axis, distance, angle))
+        return SmoothPath(*_trunnion.smooth(self.tip, self.axis, distance, angle, adapted(progress)))
 
     def to_cl(self, feed: float = 1000.0) -> str:
         """Returns the locations as APT/CL text with one feed [mm/min].
@@ -149,7 +159,7 @@ def floats(name: str, value: Any) -> Any:
         return value
     try:
         return np.ascontiguousarray(value, dtype=float)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         kind = type(value).__name__
         raise ArgumentError(f"{name} = {kind} is no array of numbers: {error}", name, None, kind) from None
 
@@ -171,12 +181,15 @@ class SmoothPath:
         self.starts = starts
         self.tip_deviation, self.axis_deviation = deviation
 
-    def linearise(self, tip: float = 0.005, axis: float = 1e-3, *, deg: bool = False) -> Path:
+    def linearise(
+        self, tip: float = 0.005, axis: float = 1e-3, *, deg: bool = False, progress: Progress = None
+    ) -> Path:
         """Divides the curves into straight moves of the tip.
 
         Args:
             tip: largest distance of a move from the curve, bounded by its second derivative [mm].
             axis: largest angle of the tool axis from the curve [rad, or degrees with deg].
+            progress: callable of (stage, done, total), or tqdm.
 
         Example:
             >>> import trunnion
@@ -187,7 +200,8 @@ class SmoothPath:
         from . import _trunnion
 
         distance, angle = float(_options.number("tip", tip)), _options.radians("axis", axis, deg)
-        return Path(*_trunnion.linearise(self.ranges, self.coefficients, distance, angle))
+        found = _trunnion.linearise(self.ranges, self.coefficients, distance, angle, adapted(progress))
+        return Path(*found)
 
     def __repr__(self) -> str:
         return f"SmoothPath({len(self.starts)} curves, {len(self.ranges)} spans)"

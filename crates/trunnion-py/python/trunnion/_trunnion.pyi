@@ -319,12 +319,22 @@ def position(face: Face, cutter: Cutter, options: Mapping[str, Any]) -> dict[str
 def cover(
     faces: Sequence[Face], cutter: Cutter, arguments: Mapping[str, Any], progress: _Report | None
 ) -> dict[str, Any]: ...
-def interpolate(tip: ArrayLike, axis: ArrayLike, max_step: float, max_turn: float) -> tuple[_Array, _Array]: ...
+def interpolate(
+    tip: ArrayLike, axis: ArrayLike, max_step: float, max_turn: float, progress: _Report | None = None
+) -> tuple[_Array, _Array]: ...
 def smooth(
-    tip: ArrayLike, axis: ArrayLike, tip_tolerance: float, axis_tolerance: float
+    tip: ArrayLike,
+    axis: ArrayLike,
+    tip_tolerance: float,
+    axis_tolerance: float,
+    progress: _Report | None = None,
 ) -> tuple[_Array, _Array, list[int], list[float]]: ...
 def linearise(
-    ranges: ArrayLike, coefficients: ArrayLike, tip_tolerance: float, axis_tolerance: float
+    ranges: ArrayLike,
+    coefficients: ArrayLike,
+    tip_tolerance: float,
+    axis_tolerance: float,
+    progress: _Report | None = None,
 ) -> tuple[_Array, _Array]: ...
 def plan(
     names: Sequence[str], rows: ArrayLike, limits: str, options: Sequence[str], progress: _Report | None = None

@@ -1,7 +1,7 @@
 //! More cutter locations between given ones.
 
 use super::interpolation::{GreatCircle, InterpolationError};
-use crate::types::ToolPose;
+use crate::types::{Progress, Stage, ToolPose};
 use nalgebra::UnitVector3;
 
 /// Largest steps between the cutter locations of a path. No `Default`: the caller knows the part.
@@ -13,6 +13,9 @@ pub struct PathResolution {
     pub max_turn: f64,
 }
 
+/// Cutter locations between two reports: below a millisecond of work.
+const REPORTED: usize = 4096;
+
 /// Inserts cutter locations so that neither step nor turn exceeds `resolution`: equal parts of the
 /// straight move of the tip and of the great circle of the tool axis, both in the workpiece frame.
 ///
@@ -21,7 +24,7 @@ pub struct PathResolution {
 /// # Errors
 ///
 /// [`InterpolationError::Opposite`] for opposite tool axes, [`InterpolationError::BadResolution`]
-/// unless both limits are positive.
+/// unless both limits are positive; [`InterpolationError::Cancelled`] on request.
 ///
 /// # Source
 ///
@@ -34,11 +37,11 @@ pub struct PathResolution {
 ///
 /// ```
 /// use trunnion::toolpath::{PathResolution, densify};
-/// use trunnion::types::ToolPose;
+/// use trunnion::types::{Silent, ToolPose};
 ///
 /// let from = ToolPose::new([0.0; 3], [0.0, 0.0, 1.0]).unwrap();
 /// let to = ToolPose::new([10.0, 0.0, 0.0], [0.0, 1.0, 1.0]).unwrap();
-/// let fine = densify(&[from, to], PathResolution { max_step: 4.0, max_turn: 0.1 })?;
+/// let fine = densify(&[from, to], PathResolution { max_step: 4.0, max_turn: 0.1 }, &Silent)?;
 /// assert_eq!(fine.len(), 1 + 8);
 /// assert_eq!([fine[0], fine[8]], [from, to]);
 /// # Ok::<(), trunnion::toolpath::InterpolationError>(())
@@ -46,13 +49,15 @@ pub struct PathResolution {
 pub fn densify(
     path: &[ToolPose],
     resolution: PathResolution,
+    progress: &dyn Progress,
 ) -> Result<Vec<ToolPose>, InterpolationError> {
     let PathResolution { max_step, max_turn } = resolution;
     if !(max_step > 0.0 && max_turn > 0.0) {
         return Err(InterpolationError::BadResolution { max_step, max_turn });
     }
     let mut fine: Vec<ToolPose> = path.first().copied().into_iter().collect();
-    for pair in path.windows(2) {
+    let moves = path.len().saturating_sub(1) as u64;
+    for (done, pair) in (0..).zip(path.windows(2)) {
         let [from, to] = [pair[0], pair[1]];
         let turn = GreatCircle::new(&from.axis, &to.axis)?;
         let way = to.tip - from.tip;
@@ -60,32 +65,45 @@ pub fn densify(
         let parts = (way.norm() / max_step).max(turn.angle() / max_turn).ceil().max(1.0);
         let mut part = 1.0;
         while part < parts {
+            if fine.len().is_multiple_of(REPORTED) {
+                progress.step(Stage::ToolPath, done, moves)?;
+            }
             let share = part / parts;
             // Unit but for rounding, which normalising removes.
             let axis = UnitVector3::new_normalize(turn.derivatives(share)[0]);
             fine.push(ToolPose { tip: from.tip + way * share, axis });
             part += 1.0;
         }
+        if fine.len().is_multiple_of(REPORTED) {
+            progress.step(Stage::ToolPath, done, moves)?;
+        }
         fine.push(to);
     }
+    progress.step(Stage::ToolPath, moves, moves)?;
     Ok(fine)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::types::Silent;
 
     #[test]
     fn parts_are_equal_and_ends_are_kept() {
         let path = [([0.0; 3], [0.0, 0.0, 1.0]), ([10.0, 0.0, 0.0], [0.0, 1.0, 1.0])]
             .map(|(tip, axis)| ToolPose::new(tip, axis).unwrap());
-        let fine = densify(&path, PathResolution { max_step: 4.0, max_turn: 0.1 }).unwrap();
+        let fine =
+            densify(&path, PathResolution { max_step: 4.0, max_turn: 0.1 }, &Silent).unwrap();
         assert_eq!(fine.len(), 1 + 8); // 45° in steps of at most 0.1 rad
         assert_eq!([fine[0], fine[8]], path);
         assert!((fine[4].tip.x - 5.0).abs() < 1e-15);
-        let by_step = densify(&path, PathResolution { max_step: 4.0, max_turn: 1.0 }).unwrap();
+        let by_step =
+            densify(&path, PathResolution { max_step: 4.0, max_turn: 1.0 }, &Silent).unwrap();
         assert_eq!(by_step.len(), 1 + 3);
         let none = PathResolution { max_step: 0.0, max_turn: 1.0 };
-        assert!(matches!(densify(&path, none), Err(InterpolationError::BadResolution { .. })));
+        assert!(matches!(
+            densify(&path, none, &Silent),
+            Err(InterpolationError::BadResolution { .. })
+        ));
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::math;
 use crate::math::angle::angle_between;
-use crate::types::{PoseCoordinates, PoseCurve, PoseSpan, Station};
+use crate::types::{Cancelled, PoseCoordinates, PoseCurve, PoseSpan, Station};
 use nalgebra::{UnitVector3, Vector3};
 
 /// Reasons why no curve could be laid between cutter locations.
@@ -51,6 +51,9 @@ pub enum InterpolationError {
         /// Largest turn \[rad\].
         max_turn: f64,
     },
+    /// Stopped through [`Progress`](crate::types::Progress).
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 /// Turn of the tool axis on the great circle from one direction to another.

@@ -12,7 +12,7 @@ use trunnion::inverse::Inverse;
 use trunnion::math::angle::{angle_between, great_circle};
 use trunnion::toolpath::{PathSmoother, SmoothError, SmoothOptions, SmoothedCurves, smooth};
 use trunnion::types::Interval;
-use trunnion::types::{AxisVector, PoseCurve, PoseTolerance, Station, ToolPose};
+use trunnion::types::{AxisVector, PoseCurve, PoseTolerance, Silent, Station, ToolPose};
 
 const TIP: f64 = 0.01;
 const AXIS: f64 = 5e-4;
@@ -113,7 +113,7 @@ fn check_c3(curve: &PoseCurve) {
 }
 
 fn check(stations: &[Station]) -> SmoothedCurves {
-    let smoothed = smooth(stations, &options()).unwrap();
+    let smoothed = smooth(stations, &options(), &Silent).unwrap();
     let report = smoothed.report;
     assert!(report.deviated.tip_bound <= TIP * (1.0 + 1e-9), "{report:?}");
     assert!(report.deviated.axis_bound <= AXIS * (1.0 + 1e-9), "{report:?}");
@@ -234,7 +234,7 @@ fn the_nose_of_a_blade_is_met_between_its_stations() {
     assert!((straight - 0.0113).abs() < 0.0005, "{straight} deg");
     let mut wide = options();
     wide.axis = 0.03_f64.to_radians();
-    let smoothed = smooth(&stations, &wide).unwrap();
+    let smoothed = smooth(&stations, &wide, &Silent).unwrap();
     let curve = &smoothed.curves[0];
     let Interval { low: start, high: end } = curve.range();
     let worst = (0..=2000).map(|k| {
@@ -265,9 +265,9 @@ fn corners_are_blended_or_kept_and_reversed_axes_refused() {
     assert_eq!((report.blended, report.stops), (0, 1), "{report:?}");
     let mut flipped = corner.clone();
     flipped[7].pose.axis = -flipped[7].pose.axis;
-    let error = smooth(&flipped, &options());
+    let error = smooth(&flipped, &options(), &Silent);
     assert!(matches!(error, Err(SmoothError::AxisReversal { station: 6, .. })), "{error:?}");
-    let error = smooth(&corner[..1], &options());
+    let error = smooth(&corner[..1], &options(), &Silent);
     assert_eq!(error, Err(SmoothError::Stations(1)));
 }
 
@@ -327,7 +327,7 @@ fn a_long_path_is_smoothed_in_a_window() {
     }
     let (rest, report) = smoother.finish().unwrap();
     spans.extend(rest);
-    let whole = smooth(&stations, &options()).unwrap();
+    let whole = smooth(&stations, &options(), &Silent).unwrap();
     assert_eq!(whole.report, report);
     let ends: Vec<f64> = spans.iter().map(|span| span.range.high).collect();
     assert_eq!(whole.curves[0].knots[1..], ends);
@@ -364,7 +364,7 @@ proptest! {
         let leant: Vec<Station> = stations.iter().map(lean).collect();
         let kinematics = shop::kinematics(Layout::TableTable);
         let inverse = Inverse::new(&kinematics).unwrap();
-        for curve in &smooth(&leant, &options()).unwrap().curves {
+        for curve in &smooth(&leant, &options(), &Silent).unwrap().curves {
             for at in 1..curve.knots.len() - 1 {
                 let u = curve.knots[at];
                 let room = (u - curve.knots[at - 1]).min(curve.knots[at + 1] - u);
@@ -394,7 +394,7 @@ fn jerk_of_the_axes_is_finite_and_continuous_over_every_join() {
         let tip = last.pose.tip + Vector3::new(1.0, 0.3, 0.2).normalize() * 0.1 * f64::from(k);
         station(tip.into(), last.pose.axis.into_inner().into())
     }));
-    let smoothed = smooth(&stations, &options()).unwrap();
+    let smoothed = smooth(&stations, &options(), &Silent).unwrap();
     assert!(smoothed.report.blended >= 1 && smoothed.report.stops == 0);
     let curve = &smoothed.curves[0];
     for layout in [Layout::TableTable, Layout::HeadHead] {
@@ -430,14 +430,14 @@ fn places_written_twice_are_no_corners() {
     // 0.2 mm steps stray 0.25 µm from the circle; the second of a pair lies 2 µm ahead.
     let pairs: Vec<_> =
         (0..200).flat_map(|k| [0.0, 0.002].map(|ahead| at(0.2 * f64::from(k) + ahead))).collect();
-    let smoothed = smooth(&pairs, &options()).unwrap();
+    let smoothed = smooth(&pairs, &options(), &Silent).unwrap();
     assert_eq!((smoothed.report.blended, smoothed.report.stops), (0, 0), "{:?}", smoothed.report);
     assert!(smoothed.report.spans < 100, "{:?}", smoothed.report);
     assert!(strays(&smoothed.curves, &pairs) <= 1.0);
     // Steps that stay short are: a line goes over into an arc in fine steps.
     let line = (0..=5).map(|k| station([f64::from(k) - 5.0, 0.0, 0.0], [0.0, 0.0, 1.0]));
     let fine: Vec<_> = line.chain((1..60).map(|k| at(0.05 * f64::from(k)))).collect();
-    let smoothed = smooth(&fine, &options()).unwrap();
+    let smoothed = smooth(&fine, &options(), &Silent).unwrap();
     let corners = smoothed.report.blended + smoothed.report.stops;
     assert_eq!(corners, 1, "{:?}", smoothed.report);
 }

@@ -10,7 +10,7 @@ use trunnion::toolpath::{
     PathSmoother, SmoothError, SmoothOptions, SmoothReference, local_cubic, smooth,
 };
 use trunnion::types::Interval;
-use trunnion::types::{PoseCoordinates, PoseCurve, PoseTolerance, Station, ToolPose};
+use trunnion::types::{PoseCoordinates, PoseCurve, PoseTolerance, Silent, Station, ToolPose};
 
 const LEVER: f64 = 10.0;
 
@@ -156,7 +156,7 @@ proptest! {
         };
         let stations: Vec<_> = (0..200).map(at).collect();
         let options = options(tip, 0.1 * tip, SmoothReference::Curve);
-        let smoothed = smooth(&stations, &options).unwrap();
+        let smoothed = smooth(&stations, &options, &Silent).unwrap();
         let pass = PoseCurve::through(&stations, LEVER);
         let report = smoothed.report;
         prop_assert_eq!((report.stops, report.merged), (0, 0));
@@ -192,7 +192,8 @@ fn the_local_cubic_is_not_the_pass() {
     });
     let apart = apart.fold(0.0, f64::max);
     assert!(apart > 2.0 * tolerance, "{apart} mm apart");
-    let smoothed = smooth(&stations, &options(tolerance, 1e-3, SmoothReference::Curve)).unwrap();
+    let smoothed =
+        smooth(&stations, &options(tolerance, 1e-3, SmoothReference::Curve), &Silent).unwrap();
     let off = smoothed.curves.iter().flat_map(|curve| {
         let Interval { low: from, high: to } = curve.range();
         (0..4000).map(move |k| from + (to - from) * f64::from(k) / 4000.0).map(|u| {
@@ -209,6 +210,6 @@ fn a_pass_with_a_repeated_station_is_refused() {
     let a = station([0.0; 3], [0.0, 0.0, 1.0]);
     let b = station([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
     let options = options(1e-3, 1e-3, SmoothReference::Curve);
-    assert_eq!(smooth(&[a, b, b], &options).unwrap_err(), SmoothError::Repeated(1));
-    assert_eq!(smooth(&[a], &options).unwrap_err(), SmoothError::Stations(1));
+    assert_eq!(smooth(&[a, b, b], &options, &Silent).unwrap_err(), SmoothError::Repeated(1));
+    assert_eq!(smooth(&[a], &options, &Silent).unwrap_err(), SmoothError::Stations(1));
 }

@@ -9,15 +9,17 @@ use num_dual::{Dual3_64, DualNum};
 use proptest::prelude::*;
 use shop::Layout;
 use std::ops::ControlFlow;
+use std::sync::Mutex;
 use trunnion::inverse::Inverse;
 use trunnion::math::angle::angle_between;
 use trunnion::toolpath::{
-    GreatCircle, PathResolution, ToolPathError, ToolPathOptions, densify, deviation, great_circle,
-    local_cubic, through,
+    GreatCircle, InterpolationError, PathResolution, SmoothError, SmoothOptions, SmoothReference,
+    ToolPathError, ToolPathOptions, densify, deviation, great_circle, local_cubic, smooth,
+    smoothed, through,
 };
 use trunnion::types::Interval;
 use trunnion::types::{
-    AxisVector, Leg, Motion, PoseCurve, Progress, Silent, Stage, Station, ToolPose,
+    AxisVector, Leg, Motion, PoseCurve, PoseTolerance, Progress, Silent, Stage, Station, ToolPose,
 };
 
 fn unit(v: &serde_json::Value) -> UnitVector3<f64> {
@@ -68,7 +70,7 @@ fn inserting_reproduces_the_listing_of_paper_003() {
         let turn = angle_between(&ends[0].axis, &ends[1].axis).to_degrees();
         assert!((turn - case["angle_deg"].as_f64().unwrap()).abs() < 1e-9);
         let limit = PathResolution { max_step: f64::INFINITY, max_turn: 0.08 };
-        let fine = densify(&ends, limit).unwrap();
+        let fine = densify(&ends, limit, &Silent).unwrap();
         assert_eq!(fine.len(), 3, "5 degrees are more than 0.08 rad, half of it is not");
         let middle = inverse.near(&fine[1], &from).unwrap();
         let [mm, deg] = apart(&middle, &numbers(&case["mid_XYZAB"]));
@@ -148,6 +150,57 @@ fn a_stop_is_a_typed_error() {
     let legs = [Leg { motion: Motion::Cut, stations: vec![nose(0.0, 9.0), nose(0.1, 9.0)] }];
     let stopped = through(&legs, &ToolPathOptions::with_lever(16.0), &Stop);
     assert!(matches!(stopped, Err(ToolPathError::Cancelled(_))));
+}
+
+/// Stops when so many steps are done, and keeps the last report.
+struct StopAt {
+    done: u64,
+    last: Mutex<(u64, u64)>,
+}
+
+impl Progress for StopAt {
+    fn report(&self, stage: Stage, done: u64, total: u64) -> ControlFlow<()> {
+        assert_eq!(stage, Stage::ToolPath);
+        let mut last = self.last.lock().unwrap();
+        assert!(last.0 <= done && done <= total);
+        *last = (done, total);
+        if done >= self.done { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+#[test]
+fn long_paths_are_stopped_in_the_middle() {
+    let stop_at = |done| StopAt { done, last: Mutex::new((0, 0)) };
+    let stations: Vec<_> = (0..2000).map(|i| nose(0.001 * f64::from(i), 20.0)).collect();
+    let within = PoseTolerance { tip: 0.005, axis: 1e-4 };
+    for reference in [SmoothReference::Chords, SmoothReference::Curve] {
+        let mut options = SmoothOptions::within(within);
+        options.reference = reference;
+        let stop = stop_at(700);
+        assert!(matches!(smooth(&stations, &options, &stop), Err(SmoothError::Cancelled(_))));
+        let (done, total) = *stop.last.lock().unwrap();
+        assert!((700..1000).contains(&done) && total == 2000, "{done} of {total}");
+        // Legs count as their stations, and the second is stopped in its middle.
+        let legs = [0, 1].map(|_| Leg { motion: Motion::Cut, stations: stations.clone() });
+        let legs = [
+            legs[0].clone(),
+            Leg { motion: Motion::Link, stations: vec![stations[1999], stations[0]] },
+            legs[1].clone(),
+        ];
+        let (stop, path) = (stop_at(2700), ToolPathOptions::with_lever(16.0));
+        let stopped = smoothed(&legs, &path, &options, &stop);
+        assert!(matches!(stopped, Err(ToolPathError::Cancelled(_))), "{stopped:?}");
+        let (done, total) = *stop.last.lock().unwrap();
+        assert!((2700..3000).contains(&done) && total == 4002, "{done} of {total}");
+    }
+    let poses: Vec<_> = stations.iter().map(|station| station.pose).collect();
+    // One move of many parts is stopped as well.
+    for (path, done) in [(&poses[..], 1000), (&poses[..2], 0)] {
+        let stop = stop_at(done);
+        let stopped = densify(path, PathResolution { max_step: 1e-6, max_turn: 1.0 }, &stop);
+        assert!(matches!(stopped, Err(InterpolationError::Cancelled(_))));
+        assert_eq!(*stop.last.lock().unwrap(), (done, path.len() as u64 - 1));
+    }
 }
 
 proptest! {

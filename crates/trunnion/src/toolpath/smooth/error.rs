@@ -1,5 +1,7 @@
 //! Errors of smoothing.
 
+use crate::types::Cancelled;
+
 /// Reasons why no smooth path was laid.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -36,6 +38,9 @@ pub enum SmoothError {
         /// Largest angle for which the path is laid \[rad\].
         limit: f64,
     },
+    /// Stopped through [`Progress`](crate::types::Progress).
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 impl SmoothError {
@@ -45,7 +50,7 @@ impl SmoothError {
             Self::NotFinite(station)
             | Self::Repeated(station)
             | Self::AxisReversal { station, .. } => *station = index,
-            Self::BadOption { .. } | Self::Stations(_) => {}
+            Self::BadOption { .. } | Self::Stations(_) | Self::Cancelled(_) => {}
         }
         self
     }

@@ -6,7 +6,7 @@ use super::report::{PathDeviation, SmoothReport};
 use super::smoother::PathSmoother;
 use crate::math::angle::angle_between;
 use crate::toolpath::interpolation::LARGEST_TURN;
-use crate::types::{PoseCurve, Station};
+use crate::types::{PoseCurve, Progress, Stage, Station};
 
 /// Smoothed path.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,13 +29,13 @@ pub struct SmoothedCurves {
 ///
 /// # Errors
 ///
-/// [`SmoothError`] with the station concerned.
+/// [`SmoothError`] with the station concerned; [`SmoothError::Cancelled`] on request.
 ///
 /// # Example
 ///
 /// ```
 /// use trunnion::toolpath::{SmoothOptions, smooth};
-/// use trunnion::types::{PoseTolerance, Station, ToolPose};
+/// use trunnion::types::{PoseTolerance, Silent, Station, ToolPose};
 ///
 /// let at = |k: u32| {
 ///     let t = 0.02 * f64::from(k);
@@ -44,7 +44,7 @@ pub struct SmoothedCurves {
 /// };
 /// let stations: Vec<Station> = (0..=100).filter_map(at).collect();
 /// let options = SmoothOptions::within(PoseTolerance { tip: 0.005, axis: 1e-4 });
-/// let smoothed = smooth(&stations, &options)?;
+/// let smoothed = smooth(&stations, &options, &Silent)?;
 /// assert_eq!((smoothed.curves.len(), smoothed.report.stops), (1, 0));
 /// assert!(smoothed.report.deviated.tip_bound <= 0.005);
 /// # Ok::<(), trunnion::toolpath::SmoothError>(())
@@ -52,15 +52,20 @@ pub struct SmoothedCurves {
 pub fn smooth(
     stations: &[Station],
     options: &SmoothOptions,
+    progress: &dyn Progress,
 ) -> Result<SmoothedCurves, SmoothError> {
     let mut smoother = PathSmoother::new(options)?;
     match options.reference {
         SmoothReference::Chords => {
-            stations.iter().try_for_each(|station| smoother.push(station))?;
+            for (index, station) in stations.iter().enumerate() {
+                reported(progress, index, stations.len())?;
+                smoother.push(station)?;
+            }
         }
-        SmoothReference::Curve => along(stations, &mut smoother)?,
+        SmoothReference::Curve => along(stations, &mut smoother, progress)?,
     }
     let (spans, mut report) = smoother.finish()?;
+    progress.step(Stage::ToolPath, stations.len() as u64, stations.len() as u64)?;
     report.stations = stations.len();
     let (mut curves, mut deviated) = (Vec::<PoseCurve>::new(), Vec::<Vec<PathDeviation>>::new());
     for of in spans {
@@ -77,12 +82,27 @@ pub fn smooth(
     Ok(SmoothedCurves { curves, deviated, report })
 }
 
+/// Stations between two reports: a few milliseconds of work.
+const REPORTED: usize = 64;
+
+/// Reports that the stations before `index` are taken in, at every one of [`REPORTED`].
+fn reported(progress: &dyn Progress, index: usize, stations: usize) -> Result<(), SmoothError> {
+    if index.is_multiple_of(REPORTED) {
+        progress.step(Stage::ToolPath, index as u64, stations as u64)?;
+    }
+    Ok(())
+}
+
 /// Samples of the pass for each of its stations: at its knots the third derivative of the cubic spline
 /// jumps, which a C3 path can follow only with shorter spans.
 const SAMPLES: usize = 4;
 
 /// Takes in the C2 cubic through the stations.
-fn along(stations: &[Station], smoother: &mut PathSmoother) -> Result<(), SmoothError> {
+fn along(
+    stations: &[Station],
+    smoother: &mut PathSmoother,
+    progress: &dyn Progress,
+) -> Result<(), SmoothError> {
     let finite = |station: &Station| station.coordinates().iter().all(|x| x.is_finite());
     if let Some(station) = stations.iter().position(|station| !finite(station)) {
         return Err(SmoothError::NotFinite(station));
@@ -104,6 +124,7 @@ fn along(stations: &[Station], smoother: &mut PathSmoother) -> Result<(), Smooth
     let curve = PoseCurve::through(stations, smoother.lever());
     let last = curve.spans.len() - 1;
     for (index, (span, ends)) in curve.spans.iter().zip(curve.knots.windows(2)).enumerate() {
+        reported(progress, index, stations.len())?;
         for sample in 0..SAMPLES + usize::from(index == last) {
             // The last span also gives its end; all others leave it to the next one.
             let x = (ends[1] - ends[0]) * sample as f64 / SAMPLES as f64;
