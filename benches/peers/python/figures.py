@@ -230,14 +230,43 @@ def fleet():
                 with open(name, "w") as out:
                     out.write(text.replace("M2", f"(copy {index})\nM2"))
                 names.append(name)
-            # In turn, so that a disturbance meets both.
-            pairs = [[_audited(names, machine, workers) for workers in (1, 2)] for _ in range(PAIRS)]
-        words = f"fleet of 200 checks of {len(text.splitlines())} lines, 2 workers / 1"
-        for clock in ("CPU", "wall"):
-            ratios = sorted(one[clock] / two[clock] for one, two in pairs)
-            one, two = (statistics.median(pair[index][clock] for pair in pairs) for index in (0, 1))
-            figure = f"{statistics.median(ratios):.2f}, {ratios[0]:.2f} to {ratios[-1]:.2f} ({one:.2f} / {two:.2f} s {clock})"
-            row(words, figure, "1.8", "1.95")
+            # In turn, so that a disturbance meets all.
+            pairs, plain = [], []
+            for _ in range(PAIRS):
+                pairs.append([_audited(names, machine, workers) for workers in (1, 2)])
+                plain.append([_apart(names, processes) for processes in (1, 2)])
+        count = len(text.splitlines())
+        _ratios(f"fleet of 200 checks of {count} lines, 2 workers / 1", pairs, ("1.8", "1.95"))
+        # The same work without a fleet: the part that the machine takes, whose cores share memory and caches.
+        _ratios("  plain processes with a half each / one with all", plain, ("", ""))
+
+
+def _ratios(words, pairs, wanted):
+    """Prints the ratio of one to two workers by both clocks: median, worst and best, and the median times."""
+    for clock in ("CPU", "wall"):
+        ratios = sorted(one[clock] / two[clock] for one, two in pairs)
+        one, two = (statistics.median(pair[index][clock] for pair in pairs) for index in (0, 1))
+        figure = f"{statistics.median(ratios):.2f}, {ratios[0]:.2f} to {ratios[-1]:.2f} ({one:.2f} / {two:.2f} s {clock})"
+        row(words, figure, *wanted)
+
+
+#: Checks the programs that it is given, and prints its CPU time.
+_PLAIN = f"""
+import sys, time, trunnion
+machine = trunnion.Machine("bc-trunnion", **{SETUP!r})
+for name in sys.argv[1:]:
+    trunnion.check(name, machine=machine)
+print(time.process_time())
+"""
+
+
+def _apart(names, processes):
+    """Returns how long plain processes take that know nothing of each other: on the wall, and the busiest by its clock."""
+    surroundings, start = {**os.environ, "RAYON_NUM_THREADS": "1"}, time.perf_counter()
+    words = [[sys.executable, "-c", _PLAIN, *names[index::processes]] for index in range(processes)]
+    running = [subprocess.Popen(one, stdout=subprocess.PIPE, env=surroundings) for one in words]
+    busy = [float(process.communicate()[0]) for process in running]
+    return {"wall": time.perf_counter() - start, "CPU": max(busy)}
 
 
 def _audited(names, machine, workers):

@@ -47,10 +47,10 @@ def test_items_are_resumed_by_content(programs, tmp_path):
     assert len(list(results.iterdir())) == 7
 
 
-def test_all_that_a_cutter_states_is_part_of_the_key(programs):
+def test_all_that_a_cutter_states_is_part_of_the_key(programs, tmp_path):
     cutters = [dict(), dict(shank=[[30, 7]]), dict(shank=[[30, 8]]), dict(inner=2.0)]
     keys = {
-        fleet.audit(programs[:1], "bc-trunnion", cutter=trunnion.Cutter.bull(3, 2, length=90, **more))._items[0]["key"]
+        fleet.audit(programs[:1], "bc-trunnion", results=tmp_path, cutter=trunnion.Cutter.bull(3, 2, length=90, **more))._items[0]["key"]
         for more in cutters
     }
     assert len(keys) == len(cutters)
@@ -93,7 +93,7 @@ def test_every_file_that_an_item_reads_is_part_of_its_key(tmp_path, job_folder):
 
     def keys():
         options = dict(fixture=[f"{vise}@10,0,0"], **SETUP)
-        audits = fleet.audit(program, [machine, trunnion.Machine(machine)], **options)
+        audits = fleet.audit(program, [machine, trunnion.Machine(machine)], results=tmp_path / "kept", **options)
         return [item["key"] for item in [*audits._items, *fleet.compare(job_folder / "job.toml", {"tolerance": [0.1]})._items]]
 
     for file, changed in ((called, 2), (vise, 2), (tmp_path / "column.stl", 3), (job_folder / "patch.json", 1)):
@@ -103,11 +103,22 @@ def test_every_file_that_an_item_reads_is_part_of_its_key(tmp_path, job_folder):
         assert sum(a != b for a, b in zip(before, keys())) == changed, file
 
 
+def test_programs_are_not_read_where_nothing_is_kept(programs, tmp_path, monkeypatch):
+    def read(paths, options):
+        raise AssertionError
+
+    monkeypatch.setattr(fleet, "_programs", read)
+    found = fleet.audit(programs, ["bc-trunnion", "ac-trunnion"], workers=0)
+    assert len(found) == 2 * len(programs) and len({item["key"] for item in found._items}) == len(found)
+    with pytest.raises(AssertionError):
+        fleet.audit(programs, "bc-trunnion", results=tmp_path / "r")
+
+
 def test_another_build_of_the_same_version_has_other_keys(programs, tmp_path):
     """Copies of the package: as it is, with another module, and with another line of Python."""
     script = (
         "import trunnion\n"
-        f"found = trunnion.fleet.audit({programs[:1]!r}, 'bc-trunnion')\n"
+        f"found = trunnion.fleet.audit({programs[:1]!r}, 'bc-trunnion', results={str(tmp_path / 'r')!r})\n"
         "print(trunnion.__version__, trunnion.__file__, found._items[0]['key'])\n"
     )
     package, found = os.path.dirname(trunnion.__file__), []
@@ -122,7 +133,7 @@ def test_another_build_of_the_same_version_has_other_keys(programs, tmp_path):
         version, file, key = done.stdout.split()
         assert file.startswith(str(copy)) and version == trunnion.__version__
         found.append(key)
-    (own,) = fleet.audit(programs[:1], "bc-trunnion")._items
+    (own,) = fleet.audit(programs[:1], "bc-trunnion", results=tmp_path / "r")._items
     assert found[0] == own["key"] and len(set(found)) == 3
 
 

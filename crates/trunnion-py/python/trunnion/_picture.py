@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, Mapping, Sequence
+# The name alone tells type checkers; the module `typing` would delay every worker.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Mapping, Sequence
 
 _COLOURS = ("#2f6f9f", "#c0562f", "#4b8b3b", "#7a5195", "#b08a1e", "#555555")
 _WIDTH, _HEIGHT, _EDGE = 640.0, 220.0, 34.0

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Mapping
-
 from . import _options, _picture
 from ._errors import InputError
 from ._progress import Progress, adapted
 from ._result import Table
 
+# The name alone tells type checkers; the module `typing` would delay every worker.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any, Mapping
+
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
 

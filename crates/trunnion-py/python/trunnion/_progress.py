@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, Union
+# The name alone tells type checkers; the module `typing` would delay every worker.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Callable, Union
 
-Progress = Union[Callable[[str, int, int], object], Any, None]
+    Progress = Union[Callable[[str, int, int], object], Any, None]
+else:
+    Progress = object
 
 
 def adapted(progress: Progress) -> Callable[[str, int, int], object] | None:

@@ -6,7 +6,11 @@ import os
 import pickle
 import signal
 import sys
-from typing import Any
+
+# The name alone tells type checkers; the module `typing` would delay every worker.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 
 def serve() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import os
-from typing import TYPE_CHECKING, Any, Mapping, Sequence
 
 from . import _options, _picture
 from ._errors import InputError, TrunnionError, TrunnionWarning
@@ -12,7 +11,11 @@ from ._program import Program, read
 from ._progress import Progress, adapted
 from ._result import Table
 
+# The name alone tells type checkers; the module `typing` would delay every worker.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any, Mapping, Sequence
+
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
 

@@ -11,26 +11,30 @@ rows, ends it: what has finished is kept.
 
 from __future__ import annotations
 
-import contextlib
 import functools
-import glob
-import itertools
 import json
 import os
-from typing import TYPE_CHECKING, Any, Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping
 
 from . import _options
 from ._errors import ArgumentError, InputError, TrunnionError
 from ._progress import Progress, adapted
 from ._verbs import check
 
+# The name alone tells type checkers; the module `typing` would delay every worker.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any, Callable, Generator, Iterable, Iterator, Sequence
+
     import pandas as pd
 
 __all__ = ["Fleet", "audit", "compare", "which_machine"]
 
 #: Workers that may end in the middle of an item before it counts as failed, and times that Dask runs an item again.
 _DEATHS = 3
+
+#: Programs that a thread reads at once.
+_AT_ONCE = 8
 
 #: Figures of a run that stand in the table; the whole summary is in the result.
 _RUN = {
@@ -64,6 +68,8 @@ class Fleet:
         return len(self._items)
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
+        import contextlib
+
         waiting = {item["key"]: item for item in self._items if item["key"] not in self._found}
         yield from (self._row(item) for item in self._items if item["key"] in self._found)
         store = self._plan.store
@@ -142,8 +148,8 @@ class _Store:
     """Results by key in a folder, or under an fsspec URL."""
 
     def __init__(self, place: Any) -> None:
-        self._url = str(place) if "://" in str(place) else ""
-        self._folder = self._url or _options.path("results", place)
+        self._folder = _options.path("results", place)
+        self._url = self._folder if "://" in self._folder else ""
         if self._url:
             try:
                 import fsspec
@@ -156,7 +162,11 @@ class _Store:
                 raise ArgumentError(message, "results", None, self._url) from error
             self._system.makedirs(self._root, exist_ok=True)
         else:
-            os.makedirs(self._folder, exist_ok=True)
+            try:
+                os.makedirs(self._folder, exist_ok=True)
+            except OSError as error:
+                message = f"results = {self._folder!r} is no folder, and none can be made: {error.strerror}"
+                raise ArgumentError(message, "results", None, self._folder) from None
 
     def read(self, key: str) -> dict[str, Any] | None:
         try:
@@ -232,6 +242,8 @@ class _Plan:
                 task.release()
 
     def _in_processes(self, items: list[dict[str, Any]]) -> Iterator[tuple[str, dict[str, Any]]]:
+        import contextlib
+
         from . import _workers
 
         with contextlib.closing(_workers.each(_worked, items, self._workers, _DEATHS)) as found:
@@ -319,6 +331,7 @@ def _stated(value: Any) -> Any:
 @functools.cache
 def _build() -> str:
     """Returns the hash of the engine and of the package around it: two builds of one version may differ."""
+    import glob
     import hashlib
 
     from . import _trunnion
@@ -340,7 +353,10 @@ class _Hash:
         self._hash = hashlib.sha256(f"trunnion {_build()} {kind}".encode())
 
     def text(self, value: Any) -> "_Hash":
-        part = json.dumps(value, sort_keys=True, default=_stated).encode()
+        try:
+            part = json.dumps(value, sort_keys=True, default=_stated).encode()
+        except (TypeError, ValueError, RecursionError) as error:
+            raise InputError(f"a value cannot be written down, and so not be kept: {error}") from None
         self._hash.update(len(part).to_bytes(8, "little") + part)
         return self
 
@@ -459,7 +475,10 @@ def audit(
     ]
     items = []
     paths = _paths("programs", programs)
-    for program, own in zip(paths, _programs(paths, options)):
+    # Where nothing is kept, the content of programs does not matter: workers would wait until all are read.
+    is_kept = results is not None or client is not None
+    owns = _programs(paths, options) if is_kept else [os.path.abspath(program) for program in paths]
+    for program, own in zip(paths, owns):
         for name, machine, of_machine in named:
             work = {"program": os.path.abspath(program), "machine": machine, "options": settings}
             columns = {"program": program, "machine": name}
@@ -472,11 +491,16 @@ def _programs(paths: Sequence[str], options: Mapping[str, Any]) -> list[str]:
     """Returns the keys of programs, on all cores: workers wait for them."""
     from concurrent.futures import ThreadPoolExecutor
 
-    def key(program: str) -> str:
-        return _Hash("program").file(program).text(os.path.basename(program)).subprograms(program, options).key
+    def keys(programs: Sequence[str]) -> list[str]:
+        return [
+            _Hash("program").file(program).text(os.path.basename(program)).subprograms(program, options).key
+            for program in programs
+        ]
 
+    # Several at once: most programs are read in less time than a thread needs to take the next.
+    parts = [paths[start : start + _AT_ONCE] for start in range(0, len(paths), _AT_ONCE)]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(key, paths))
+        return [key for part in pool.map(keys, parts) for key in part]
 
 
 def _machines(argument: str, value: Any) -> list[tuple[str, Any]]:
@@ -553,6 +577,8 @@ def compare(
         >>> [row["status"] for row in fleet]
         ['failed', 'failed']
     """
+    import itertools
+
     from ._job import Job
     from ._trunnion import Machine
 
@@ -574,11 +600,11 @@ def compare(
             changes.update(_changes(name, value))
             columns[name] = word
             machine = value if isinstance(value, Machine) else machine
-        data = job.replace(changes).data
+        data = json.loads(_json(job.replace(changes).data))
         key = _Hash("run").text(data).files_in(data, folder)
         key = key if machine is None else key.machine(machine)
         placed = None if machine is None else _placed(machine)
-        work = {"data": json.loads(_json(data)), "folder": folder, "machine": placed}
+        work = {"data": data, "folder": folder, "machine": placed}
         items.append({"key": key.key, "kind": "run", "columns": columns, "work": work})
     return Fleet(_distinct(items), _Plan(results, client, workers, progress))
 
