@@ -69,7 +69,13 @@ impl<'py> Numbers<'py> {
             return Err(wrong(strides, "is not contiguous in C order", remedy));
         }
         let read = array.try_readonly();
-        Ok(Self(read.map_err(|_| wrong("array".to_owned(), "is being written", ""))?))
+        let read = read.map_err(|_| wrong("array".to_owned(), "is being written", ""))?;
+        // Fields of records and parts of buffers may begin between two numbers.
+        if read.as_slice().is_err() {
+            let remedy = "copy it: numpy.array(array)";
+            return Err(wrong("array".to_owned(), "is not aligned in memory", remedy));
+        }
+        Ok(Self(read))
     }
 
     /// Returns the interpreter.

@@ -145,6 +145,22 @@ def test_a_single_value_of_a_wrong_type_is_named(name, place, tmp_path, monkeypa
         assert type(wrong).__name__ in str(error) and error.value in (wrong, type(wrong).__name__), str(error)
 
 
+def test_an_array_that_is_not_aligned_is_refused():
+    # It was taken for an array without numbers: an answer without rows, or an exception of numpy.
+    machine = trunnion.Machine("bc-trunnion", origin=(-381, -254, -505), tool_length=120.0)
+    tip, axis = np.zeros((2, 3)), np.tile([0.0, 0, 1], (2, 1))
+    records = np.zeros(2, dtype=np.dtype([("flag", "i1"), ("tip", "f8", 3)]))
+    raw = np.frombuffer(np.zeros(49, np.uint8).data, np.float64, offset=1).reshape(2, 3)
+    for wrong in (raw, records[:1]["tip"]):
+        assert wrong.flags.c_contiguous and not wrong.flags.aligned
+        with pytest.raises(trunnion.ArgumentError, match="tip = array is not aligned") as found:
+            machine.inverse(wrong, axis[: len(wrong)])
+        assert "copy" in found.value.remedy
+        assert machine.inverse(np.array(wrong), axis[: len(wrong)]).shape == (len(wrong), 5)
+    found = machine.inverse(np.array(raw), axis)
+    assert np.isfinite(found).all() and np.array_equal(found, machine.inverse(tip, axis))
+
+
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("content, suffix", [(PROGRAM, ".ngc"), (LOCATIONS, ".cls")])
 def test_mutated_files_are_refused_or_read(content, suffix):

@@ -115,5 +115,5 @@ def drop_cutter(
             f"shape = {kind} is no shape\n  help: give (vertices, triangles), a Part, or a file", "shape", None, kind
         )
     places = floats("points", points)
-    found = _trunnion.drop_cutter(shape, _options.cutter(cutter), places, bound, bounds, adapted(progress))
+    found = _trunnion.drop_cutter(shape, _options.as_cutter(cutter), places, bound, bounds, adapted(progress))
     return DropResult(places[:, :2], found)

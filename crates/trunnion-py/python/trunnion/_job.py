@@ -32,7 +32,11 @@ class Job:
     """
 
     def __init__(self, data: Mapping[str, Any], folder: Any = ".") -> None:
-        self.data: dict[str, Any] = copy.deepcopy(dict(_options.mapping("data", data, "what a job file has")))
+        given = _options.mapping("data", data, "what a job file has")
+        try:
+            self.data: dict[str, Any] = copy.deepcopy(dict(given))
+        except RecursionError:
+            raise ArgumentError("data = dict is nested too deep for a file", "data", None, "dict") from None
         self.data.setdefault("schema", "trunnion-job/1")
         if "tool" in self.data:
             self.data["tool"] = _tool({}, self.data["tool"])
@@ -221,8 +225,7 @@ class Job:
 
     def save(self, path: Any) -> None:
         """Writes the job file; files in it count from the folder of that file."""
-        with open(_options.path("path", path), "w", encoding="utf-8") as out:
-            out.write(self.to_toml())
+        _options.write(_options.path("path", path), self.to_toml())
 
     def _native(self) -> Any:
         from . import _trunnion

@@ -120,7 +120,7 @@ def position(
         "lead": math.radians(float(_options.number("lead", lead))),
     }
     face = _options.instance("face", face, _trunnion.Face, "take one of a Part: part.faces[0]")
-    return CutterLocation(_trunnion.position(face, _options.cutter(cutter), options))
+    return CutterLocation(_trunnion.position(face, _options.as_cutter(cutter), options))
 
 
 class Covering:
@@ -240,7 +240,7 @@ def cover(
         "lead": math.radians(float(_options.number("lead", lead))),
         "tilt": math.radians(float(_options.number("tilt", tilt))),
     }
-    return Covering(_trunnion.cover(faces_of(part), _options.cutter(cutter), options, adapted(progress)))
+    return Covering(_trunnion.cover(faces_of(part), _options.as_cutter(cutter), options, adapted(progress)))
 
 
 def faces_of(part: Any) -> list[Any]:

@@ -160,8 +160,7 @@ class Calibration(Table):
 
 
 def _write(path: Any, text: str) -> None:
-    with open(_options.path("path", path), "w", encoding="utf-8") as out:
-        out.write(text)
+    _options.write(_options.path("path", path), text)
 
 
 @_options.pythonic
@@ -193,7 +192,7 @@ def import_machine(source: Any, format: str | None = None, given: Mapping[str, A
         words = [file]
         if format is not None:
             words.append("--from=" + _options.word("format", format))
-        words += [f"--set={key}={_value(value)}" for key, value in (given or {}).items()]
+        words += [f"--set={_options.stated('given', key)}={_value(value)}" for key, value in (given or {}).items()]
         inside = folder.holds(file)
         shown = "description" if inside else file
         try:
@@ -208,9 +207,8 @@ def import_machine(source: Any, format: str | None = None, given: Mapping[str, A
 
 def _value(value: Any) -> str:
     """Returns a value of a machine as the command line has it: numbers, or several of them."""
-    if isinstance(value, (list, tuple)) or hasattr(value, "tolist"):
-        return ",".join(str(one) for one in value)
-    return str(value)
+    several = isinstance(value, (list, tuple)) or getattr(value, "ndim", 0) == 1
+    return ",".join(_options.stated("given", one) for one in (value if several else [value]))
 
 
 @_options.pythonic
@@ -261,8 +259,9 @@ def _readings(table: Any, index: int, folder: _options.Scratch) -> str:
         with open(file, "wb") as raw:
             raw.write(table)
         return file
-    names = [str(name) for name in (table.columns if hasattr(table, "columns") else table)]
-    columns = [np.asarray(table[name]) for name in names]
+    given = list(table.columns if hasattr(table, "columns") else table)
+    names = [_options.stated("measurements", name) for name in given]
+    columns = [np.asarray(table[name]) for name in given]
     for name, column in zip(names, columns):
         if column.dtype.kind not in "fiu" or column.ndim != 1 or len(column) != len(columns[0]):
             value = f"dtype {column.dtype}, shape {column.shape}"

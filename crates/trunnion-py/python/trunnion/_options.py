@@ -7,14 +7,21 @@ import math
 import operator
 import os
 import re
-from typing import Any, Callable, Iterable, Mapping, TypeVar
+import sys
+from collections.abc import Mapping
 
 from ._errors import ArgumentError, InputError, TrunnionError
+
+# The name alone tells type checkers; the module `typing` would delay every worker.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Callable, Iterable, TypeVar
+
+    _F = TypeVar("_F", bound=Callable[..., Any])
 
 _FLAG = re.compile(r"--([a-z][a-z-]*)")
 #: Options that state true or false, and are no switches.
 _STATED = ("block_delete",)
-_F = TypeVar("_F", bound=Callable[..., Any])
 
 
 class Scratch:
@@ -67,7 +74,7 @@ def number(name: str, value: Any) -> str:
     """Returns a finite number as an option."""
     try:
         found = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         kind = type(value).__name__
         raise ArgumentError(f"{name} = {kind} is not a number", name, None, value) from None
     if found != found or found in (float("inf"), float("-inf")):
@@ -79,7 +86,7 @@ def numbers(name: str, value: Any, count: int) -> str:
     """Returns `count` numbers as an option."""
     try:
         entries = [float(entry) for entry in value]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         kind = type(value).__name__
         raise ArgumentError(f"{name} = {kind} is not {count} numbers", name, None, kind) from None
     if len(entries) != count:
@@ -93,20 +100,21 @@ def numbers(name: str, value: Any, count: int) -> str:
 
 
 def whole(name: str, value: Any, least: int = 0) -> int:
-    """Returns a whole number, `least` or more."""
+    """Returns a whole number, `least` or more, that fits in memory as an index."""
     try:
         found = operator.index(value)
     except TypeError:
         found = None
-    if found is None or isinstance(value, bool) or found < least:
-        shown = type(value).__name__ if found is None else repr(value)
-        raise ArgumentError(f"{name} = {shown} is not a whole number from {least}", name, None, value)
+    if found is None or isinstance(value, bool) or not least <= found <= sys.maxsize:
+        shown = type(value).__name__ if found is None or found > sys.maxsize else repr(value)
+        raise ArgumentError(f"{name} = {shown} is not a whole number from {least} to {sys.maxsize}", name, None, value)
     return found
 
 
 def truth(name: str, value: Any) -> bool:
     """Returns True or False, also those of numpy."""
-    if isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") == "b":
+    of_numpy = getattr(getattr(value, "dtype", None), "kind", "") == "b" and value.ndim == 0
+    if isinstance(value, bool) or of_numpy:
         return bool(value)
     kind = type(value).__name__
     raise ArgumentError(f"{name} = {kind} is neither True nor False", name, None, value)
@@ -170,7 +178,7 @@ def instance(name: str, value: Any, kind: type, remedy: str) -> Any:
     raise ArgumentError(message, name, None, given)
 
 
-def cutter(value: Any) -> Any:
+def as_cutter(value: Any) -> Any:
     """Returns a Cutter."""
     from ._trunnion import Cutter
 
@@ -216,8 +224,8 @@ def machine_file(machine: Any, folder: Scratch | str) -> str:
     if not isinstance(machine, Machine):
         return path("machine", machine)
     try:
-        if Machine(machine.source).to_toml() == machine.to_toml():
-            return machine.source
+        if _text_of(machine.source) == machine.to_toml():
+            return str(machine.source)
     except InputError:
         # It was made from a dict, imported or calibrated.
         pass
@@ -225,6 +233,21 @@ def machine_file(machine: Any, folder: Scratch | str) -> str:
     with open(name, "w", encoding="utf-8") as out:
         out.write(machine_text(machine))
     return name
+
+
+def _text_of(source: str) -> str:
+    """Returns the text of a built-in machine or of a machine file."""
+    from ._trunnion import Machine, built_in
+
+    # Reading a machine takes a tenth of a short check, and a file may have changed since.
+    return _built_in_text(source) if source in built_in() else Machine(source).to_toml()
+
+
+@functools.cache
+def _built_in_text(name: str) -> str:
+    from ._trunnion import Machine
+
+    return Machine(name).to_toml()
 
 
 def machine_text(machine: Any) -> str:
@@ -241,18 +264,44 @@ def machine_text(machine: Any) -> str:
     return str(_trunnion.toml_text(data))
 
 
+def stated(name: str, value: Any) -> str:
+    """Returns a text, number or path as it stands in an option; the engine knows what it should be."""
+    plain = isinstance(value, (str, int, float, os.PathLike)) or getattr(value, "ndim", None) == 0
+    text = ""
+    try:
+        if plain:
+            text = os.fsdecode(value) if isinstance(value, os.PathLike) else str(value)
+    except ValueError:
+        # Python refuses to write numbers of thousands of digits.
+        plain = False
+    if plain and "\0" not in text and not any("\ud800" <= one <= "\udfff" for one in text):
+        return text
+    shown = repr(text) if isinstance(value, str) else type(value).__name__
+    raise ArgumentError(f"{name} = {shown} is no number and no text in UTF-8", name, None, value)
+
+
+def write(file: str, text: str) -> None:
+    """Writes a text file."""
+    try:
+        with open(file, "w", encoding="utf-8") as out:
+            out.write(text)
+    except OSError as error:
+        raise InputError(f"{file}: {error.strerror}\n  help: choose another file or folder") from None
+
+
 def per_tool(name: str, value: Any, one: Callable[[str, Any], str]) -> list[str]:
     """Returns a value, or one for each tool number, as repeated options."""
     flag = "--" + name.replace("_", "-")
     if isinstance(value, Mapping):
-        return [f"{flag}={number}={one(name, each)}" for number, each in value.items()]
+        return [f"{flag}={stated(name, number)}={one(name, each)}" for number, each in value.items()]
     return [f"{flag}={one(name, value)}"]
 
 
-def cutter_words(cutter: Any) -> str:
+def cutter_words(value: Any) -> str:
     """Returns a cutter as the option `R=10,r=6,L=120`."""
-    if isinstance(cutter, str):
-        return cutter
+    if isinstance(value, str):
+        return word("cutter", value)
+    cutter = as_cutter(value)
     sides = (("taper", cutter.taper_angle(deg=True) or None), ("barrel", cutter.barrel_radius), ("corner", cutter.corner_radius))
     stated = [f"{name}={value!r}" for name, value in sides if value is not None]
     if stated:
@@ -291,7 +340,7 @@ def others(verb: str, known: Iterable[str], extra: Mapping[str, Any], function: 
             elif one is True:
                 words.append(flag)
             elif one is not None and one is not False:
-                words.append(f"{flag}={one}")
+                words.append(f"{flag}={stated(name, one)}")
     return words
 
 
@@ -301,7 +350,10 @@ def as_file(argument: str, value: Any, suffix: str, folder: Scratch) -> str:
         if os.sep in word("suffix", suffix):
             raise ArgumentError(f"suffix = {suffix!r} is no ending of a file\n  help: write suffix=\".cls\"", "suffix", None, suffix)
         name = os.path.join(folder, "content" + suffix)
-        with open(name, "wb") as out:
-            out.write(value)
+        try:
+            with open(name, "wb") as out:
+                out.write(value)
+        except OSError as error:
+            raise ArgumentError(f"suffix = {suffix!r} is no ending of a file: {error.strerror}", "suffix", None, suffix) from None
         return name
     return path(argument, value)

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import json
 import os
-from typing import Any, Mapping
+from collections.abc import Mapping
+
+from ._errors import InputError
+
+# The name alone tells type checkers; the module `typing` would delay every worker.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
 
 
 def plain(value: Any) -> Any:
@@ -27,7 +34,10 @@ def plain(value: Any) -> Any:
 
 def json_text(value: Mapping[str, Any]) -> str:
     """Returns a dictionary of values and arrays as JSON."""
-    return json.dumps(plain(value))
+    try:
+        return json.dumps(plain(value))
+    except (TypeError, ValueError, RecursionError) as error:
+        raise InputError(str(error)) from None
 
 
 def machine(text: str, state: dict[str, Any]) -> Any:

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ._errors import TrunnionError
+from . import _options
+from ._errors import ArgumentError, TrunnionError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+#: Tolerances that an axis of a picture can show [mm].
+_LEAST, _MOST = 1e-12, 1e12
+#: Bars of a histogram: more are below a pixel.
+_MOST_BINS = 10_000
 
 __all__ = ["axes", "deviation", "error_curve", "strip_width", "view"]
 
@@ -21,6 +27,14 @@ def _figure(rows: int, title: str) -> Any:
     figure = Figure(figsize=(9, 2.2 * rows + 0.8), layout="constrained")
     figure.suptitle(title)
     return figure, figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
+
+
+def _one_of(name: str, value: Any, kinds: tuple[type, ...]) -> Any:
+    """Returns a result of one of the kinds that can be drawn."""
+    if isinstance(value, kinds):
+        return value
+    given, known = type(value).__name__, " or ".join(kind.__name__ for kind in kinds)
+    raise ArgumentError(f"{name} = {given} is no {known}", name, None, given)
 
 
 def axes(result: Any, period: float = 0.002) -> "Figure":
@@ -39,7 +53,10 @@ def axes(result: Any, period: float = 0.002) -> "Figure":
     """
     import numpy as np
 
-    motion = result.sample(period)
+    from ._job import RunResult
+    from ._plan import Plan
+
+    motion = _one_of("result", result, (Plan, RunResult)).sample(period)
     if callable(getattr(result, "limits", None)):
         of = result.limits()
         names, limits = of["axes"], [of["velocity"], of["acceleration"], of["jerk"]]
@@ -75,6 +92,10 @@ def strip_width(result: Any) -> "Figure":
     """
     import numpy as np
 
+    from ._job import RunResult
+    from ._locate import Covering
+
+    result = _one_of("result", result, (Covering, RunResult))
     figure, (row,) = _figure(1, "strip width, mm")
     start = 0.0
     for one in result.passes:
@@ -98,13 +119,19 @@ def error_curve(location: Any, tolerance: float | None = None) -> "Figure":
         >>> len(trunnion.plot.error_curve(found, 0.01).axes)
         1
     """
+    from ._locate import CutterLocation
+
+    location = _one_of("location", location, (CutterLocation,))
     figure, (row,) = _figure(1, f"error of one cutter location, strip {location.strip_width:.3f} mm")
     curve = location.error_curve
     row.plot(curve[:, 1], curve[:, 2])
     row.axhline(0.0, color="0.4", linewidth=0.8)
     if tolerance is not None:
-        row.axhline(tolerance, color="0.4", linestyle="--", linewidth=0.8)
-        row.set_ylim(-0.5 * tolerance, 3.0 * tolerance)
+        height = float(_options.number("tolerance", tolerance))
+        if not _LEAST <= height <= _MOST:
+            raise ArgumentError(f"tolerance = {height} mm cannot be drawn", "tolerance", None, height)
+        row.axhline(height, color="0.4", linestyle="--", linewidth=0.8)
+        row.set_ylim(-0.5 * height, 3.0 * height)
     row.set_xlabel("across the feed, mm")
     row.set_ylabel("error, mm")
     return figure  # type: ignore[no-any-return]
@@ -120,11 +147,18 @@ def deviation(result: Any, bins: int = 80) -> "Figure":
     """
     import numpy as np
 
+    from ._job import RunResult
+    from ._verbs import CheckResult
+
+    result = _one_of("result", result, (CheckResult, RunResult))
+    count = _options.whole("bins", bins, 1)
+    if count > _MOST_BINS:
+        raise ArgumentError(f"bins = {count} is more than {_MOST_BINS}", "bins", None, count)
     maps = result.maps if hasattr(result, "maps") else [{"height": result.height}]
     heights = np.concatenate([np.asarray(one["height"]) for one in maps]) if maps else np.zeros(0)
     heights = heights[np.isfinite(heights)]
     figure, (row,) = _figure(1, f"deviation of {heights.size} points, mm")
-    row.hist(heights, bins=bins)
+    row.hist(heights, bins=count)
     row.set_xlabel("gouge < 0 < excess, mm")
     return figure  # type: ignore[no-any-return]
 
@@ -214,11 +248,8 @@ def _add_tool(scene: Any, cutter: Any, tips: Any, axes: Any, at: int) -> None:
     import numpy as np
     import pyvista
 
-    from . import _options
-    from ._errors import ArgumentError
-
     # With the shank, and closed above.
-    outline = _options.cutter(cutter).outline()
+    outline = _options.as_cutter(cutter).outline()
     if not isinstance(at, int) or not -len(tips) <= at < len(tips):
         message = f"at = {at!r} is not the index of one of {len(tips)} cutter locations"
         raise ArgumentError(message + "\n  help: give a result that has them", "at", None, at)
