@@ -1,6 +1,6 @@
 //! Closest points: bound-and-prune over Bezier patches, then Newton's method.
 
-use super::curvatures::CurvatureTree;
+use super::curvature_source::{CurvaturePieces, CurvatureSource};
 use super::error::ClosestError;
 use super::error::{SurfaceError, SurfaceErrors};
 use super::face::Face;
@@ -51,18 +51,6 @@ enum ClosestSearch {
     Closed,
 }
 
-/// Source of the bounds of curvature.
-#[derive(Debug, Clone)]
-enum CurvatureSource {
-    /// Pieces of the surface itself.
-    Own(CurvatureTree),
-    /// Pieces of an equal NURBS surface over a thin strip `across` a sweep: along its straight
-    /// lines or circles the curvature is the same everywhere.
-    Thin { across: usize, strip: Box<NurbsConversion>, tree: CurvatureTree },
-    /// In closed form.
-    Closed,
-}
-
 /// Share of the domain by which trims may lie beyond its ends by rounding of the file's digits.
 const SEAM: f64 = 1e-6;
 
@@ -99,28 +87,21 @@ impl FaceIndex {
         };
         let (search, curvatures) = match &face.surface {
             Surface::Nurbs(surface) => {
-                let curvatures = CurvatureTree::new(surface);
                 let tree = PatchTree::new(surface, surface.domain());
-                (ClosestSearch::Patches(tree), CurvatureSource::Own(curvatures))
+                (ClosestSearch::Patches(tree), CurvatureSource::Own(CurvaturePieces::default()))
             }
             Surface::Extrusion(surface) => {
                 // Along v the curvature of an extrusion is constant: a short strip bounds it
                 // everywhere.
                 let strip = [u, Interval::new(0.0, surface.thin())];
                 let [all, thin] = [bounds, strip].map(|range| surface.to_nurbs(range));
-                (
-                    ClosestSearch::over(all.map_err(whole)?),
-                    CurvatureSource::over(thin.map_err(whole)?, 0),
-                )
+                (ClosestSearch::over(all.map_err(whole)?), thin_strip(thin.map_err(whole)?, 0))
             }
             Surface::Revolution(surface) => {
                 // So it is round the axis of a revolution: a short arc stands for the whole turn.
                 let strip = [Interval::new(0.0, RevolutionSurface::THIN), v];
                 let [all, thin] = [bounds, strip].map(|range| surface.to_nurbs(range));
-                (
-                    ClosestSearch::over(all.map_err(whole)?),
-                    CurvatureSource::over(thin.map_err(whole)?, 1),
-                )
+                (ClosestSearch::over(all.map_err(whole)?), thin_strip(thin.map_err(whole)?, 1))
             }
             _ => (ClosestSearch::Closed, CurvatureSource::Closed),
         };
@@ -265,13 +246,11 @@ impl FaceIndex {
     /// largest curvature over the pieces the rectangle meets, unless the surface is singular there
     /// (infinite at a pole or a collapsed edge). Takes no longer than an evaluation or two.
     pub fn curvature_range(&self, cell: [Interval; 2]) -> Interval {
-        let range = match &self.curvatures {
-            CurvatureSource::Closed => {
-                let elementary = self.face.surface.elementary();
-                elementary.map_or(Interval::point(0.0), |surface| surface.curvatures(cell[1]))
+        let range = match (&self.curvatures, &self.face.surface) {
+            (CurvatureSource::Own(pieces), Surface::Nurbs(surface)) => {
+                pieces.of(surface).range(cell)
             }
-            CurvatureSource::Own(tree) => tree.range(cell),
-            CurvatureSource::Thin { across, strip, tree } => {
+            (CurvatureSource::Thin { across, strip, pieces }, _) => {
                 // The parameter of the profile is clipped to its range; along the sweep all of the
                 // strip counts.
                 let mut within = strip.surface.domain();
@@ -280,7 +259,12 @@ impl FaceIndex {
                 // Parameters of the NURBS form run at another pace in arcs, but increase with
                 // these: ends map to ends.
                 let [low, high] = [0, 1].map(|end| strip.converted(within.map(|x| x.ends()[end])));
-                tree.range([0, 1].map(|k| Interval::new(low[k], high[k])))
+                let cell = [0, 1].map(|k| Interval::new(low[k], high[k]));
+                pieces.of(&strip.surface).range(cell)
+            }
+            (_, surface) => {
+                let elementary = surface.elementary();
+                elementary.map_or(Interval::point(0.0), |surface| surface.curvatures(cell[1]))
             }
         };
         self.towards_cutter(range)
@@ -306,9 +290,11 @@ impl FaceIndex {
         reach: f64,
     ) -> Interval {
         let empty = Interval::new(f64::INFINITY, f64::NEG_INFINITY);
-        if let CurvatureSource::Own(tree) = &self.curvatures {
+        if let (CurvatureSource::Own(pieces), Surface::Nurbs(surface)) =
+            (&self.curvatures, &self.face.surface)
+        {
             let (middle, far) = ball_round(feet);
-            return self.towards_cutter(tree.near(&middle, far + reach));
+            return self.towards_cutter(pieces.of(surface).near(&middle, far + reach));
         }
         let closed = matches!(self.curvatures, CurvatureSource::Closed);
         // A profile may run at half the pace beyond the feet: twice the range of parameters then.
@@ -337,7 +323,8 @@ impl FaceIndex {
         reach: f64,
     ) -> f64 {
         match (&self.curvatures, &self.face.surface) {
-            (CurvatureSource::Own(tree), _) => {
+            (CurvatureSource::Own(pieces), Surface::Nurbs(surface)) => {
+                let tree = pieces.of(surface);
                 let domain = self.face.surface.domain();
                 let inside = |foot: &FootPoint| {
                     let uv: [f64; 2] = foot.uv.into();
@@ -434,11 +421,9 @@ impl ClosestSearch {
     }
 }
 
-impl CurvatureSource {
-    fn over(strip: NurbsConversion, across: usize) -> Self {
-        let tree = CurvatureTree::new(&strip.surface);
-        Self::Thin { across, strip: Box::new(strip), tree }
-    }
+/// Returns the curvature of a strip for all of a sweep.
+fn thin_strip(strip: NurbsConversion, across: usize) -> CurvatureSource {
+    CurvatureSource::Thin { across, strip: Box::new(strip), pieces: CurvaturePieces::default() }
 }
 
 /// Returns a range of parameters within a domain. A range beyond the seam of a closed surface counts as all the way

@@ -29,6 +29,7 @@ mod beyond;
 mod bounds;
 mod creases;
 mod crossing;
+mod curvature_source;
 mod curvatures;
 mod curve;
 mod error;

@@ -11,6 +11,7 @@ use crate::surface::{FaceIndex, SurfaceError};
 use crate::types::Mesh;
 use crate::verify::Solid;
 use nalgebra::{Isometry3, Point3, Unit, UnitVector3, Vector3};
+use rayon::prelude::*;
 
 /// Everything that one run needs. Created by [`Job::new`] from files that were read elsewhere.
 #[derive(Debug)]
@@ -194,11 +195,12 @@ impl Job {
 
     /// Returns boxes that enclose part and stock, without [`Job::thickness`].
     pub(super) fn boxes(&self) -> Vec<[Point3<f64>; 2]> {
-        let all = self.faces.iter().chain(&self.others);
-        let faces = all.map(|face| inspect::summary(face.face()).bounds);
+        let bounds = |face: &FaceIndex| inspect::summary(face.face()).bounds;
+        let mut boxes: Vec<_> = self.faces.par_iter().chain(&self.others).map(bounds).collect();
         // Stock of even thickness on the part is counted by its thickness.
         let stock = self.stock.as_ref().filter(|_| self.thickness() <= 0.0);
-        faces.chain(stock.and_then(Solid::bounds)).collect()
+        boxes.extend(stock.and_then(Solid::bounds));
+        boxes
     }
 
     /// Returns the thickness of even stock on the part \[mm\]; 0 for other stock.

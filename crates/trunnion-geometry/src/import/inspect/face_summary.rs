@@ -61,19 +61,23 @@ pub struct AreaElement {
 /// # Ok::<(), trunnion_geometry::surface::SurfaceError>(())
 /// ```
 pub fn elements(face: &Face) -> Vec<AreaElement> {
+    elements_at(face, &quadrature::nodes(face))
+}
+
+fn elements_at(face: &Face, nodes: &[QuadratureNode]) -> Vec<AreaElement> {
     let element = |node: &QuadratureNode| {
         let jet = face.surface.jet1(node.uv[0], node.uv[1]);
         let side = if face.flip { -node.weight } else { node.weight };
         // dA = S_u x S_v du dv: the weight is the area in parameters.
         AreaElement { uv: node.uv.into(), point: jet.s, area: jet.su.cross(&jet.sv) * side }
     };
-    quadrature::nodes(face).iter().map(element).collect()
+    nodes.iter().map(element).collect()
 }
 
 /// Measures area, extent, tightest hollow and mean normal of a face.
 pub fn summary(face: &Face) -> FaceSummary {
     let nodes = quadrature::nodes(face);
-    let elements = elements(face);
+    let elements = elements_at(face, &nodes);
     let area = elements.iter().map(|element| element.area.norm()).sum();
     // The vector area: 0 for a closed surface, as long as the area for a plane.
     let mean = elements.iter().fold(Vector3::zeros(), |sum, element| sum + element.area);
@@ -118,19 +122,25 @@ fn trimmed(face: &Face, covered: f64) -> bool {
     !face.loops.is_empty() && !complete
 }
 
+/// A point of a face with its parameters.
+type PlacedPoint = ([f64; 2], Point3<f64>);
+
 /// Returns the box of rims and nodes, each side pushed out to the extreme along the rim and inside.
 fn bounds(face: &Face, nodes: &[QuadratureNode]) -> [Point3<f64>; 2] {
-    let rims: Vec<Vec<[f64; 2]>> =
-        quadrature::rims(face).iter().map(|rim| quadrature::dense(face, rim, RIM_CHORDS)).collect();
+    let placed = |uv: [f64; 2]| (uv, face.point(uv[0], uv[1]));
+    let rims: Vec<Vec<PlacedPoint>> = quadrature::rims(face)
+        .iter()
+        .map(|rim| quadrature::dense(face, rim, RIM_CHORDS).into_iter().map(placed).collect())
+        .collect();
+    let inner: Vec<PlacedPoint> = nodes.iter().map(|node| placed(node.uv)).collect();
     let side = |sign: f64| {
         Point3::from([0, 1, 2].map(|k| {
-            let height = |uv: [f64; 2]| sign * face.point(uv[0], uv[1])[k];
-            let inner = nodes.iter().map(|node| node.uv).chain(rims.iter().flatten().copied());
-            let top = inner.max_by(|a, b| height(*a).total_cmp(&height(*b)));
+            let all = inner.iter().chain(rims.iter().flatten());
+            let top = all.max_by(|a, b| (sign * a.1[k]).total_cmp(&(sign * b.1[k])));
             // Inside the face the gradient of the coordinate vanishes at an extreme: found from the
             // best node.
-            let inside = top.map(|uv| extreme(face, k, sign, uv));
-            let along = rims.iter().filter_map(|rim| along_rim(rim, &height));
+            let inside = top.map(|(uv, _)| extreme(face, k, sign, *uv));
+            let along = rims.iter().filter_map(|rim| along_rim(face, rim, k, sign));
             sign * along.chain(inside).fold(f64::NEG_INFINITY, f64::max)
         }))
     };
@@ -140,16 +150,19 @@ fn bounds(face: &Face, nodes: &[QuadratureNode]) -> [Point3<f64>; 2] {
 /// Chords a rim is divided into per range of the face.
 const RIM_CHORDS: f64 = 64.0;
 
-/// Finds the largest height along a rim: the best corner, then golden sections on both chords
-/// beside it.
-fn along_rim(rim: &[[f64; 2]], height: &dyn Fn([f64; 2]) -> f64) -> Option<f64> {
+/// Finds the largest `sign * coordinate k` along a rim: the best corner, then golden sections on both chords beside it.
+fn along_rim(face: &Face, rim: &[PlacedPoint], k: usize, sign: f64) -> Option<f64> {
     const SECTIONS: usize = 40;
     const GOLDEN: f64 = 0.618_033_988_749_894_8;
-    let best = (0..rim.len()).max_by(|a, b| height(rim[*a]).total_cmp(&height(rim[*b])))?;
-    let mut largest = height(rim[best]);
+    let corner = |at: &usize| sign * rim[*at].1[k];
+    let best = (0..rim.len()).max_by(|a, b| corner(a).total_cmp(&corner(b)))?;
+    let mut largest = corner(&best);
     for neighbour in [best.checked_sub(1), Some(best + 1)].into_iter().flatten() {
-        let (Some(a), Some(b)) = (rim.get(best), rim.get(neighbour)) else { continue };
-        let at = |t: f64| height([a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]);
+        let (Some((a, _)), Some((b, _))) = (rim.get(best), rim.get(neighbour)) else { continue };
+        let at = |t: f64| {
+            let [u, v] = [0, 1].map(|k| a[k] + t * (b[k] - a[k]));
+            sign * face.point(u, v)[k]
+        };
         let (mut low, mut high) = (0.0, 1.0);
         // Golden section search: 0.618^40 leaves 4e-9 of the chord.
         for _ in 0..SECTIONS {
