@@ -5,6 +5,7 @@ pub(super) mod cell_grid;
 pub(super) mod chart;
 pub(super) mod choose;
 pub(super) mod contour;
+mod edge_index;
 pub(super) mod effort;
 pub(super) mod outline;
 pub(super) mod region;

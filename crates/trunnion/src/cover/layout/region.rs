@@ -1,16 +1,14 @@
 //! Region of a parameter rectangle inside the trim loops, seen across and along the passes.
 
+use super::edge_index::EdgeIndex;
+pub(crate) use super::edge_index::{ChartPoint, clip, meets};
 use std::sync::Arc;
-
-/// Local parameters of a pass, `[across, along]`. Passes follow `along`; the next pass lies farther
-/// `across`.
-pub(crate) type ChartPoint = [f64; 2];
 
 /// Area that is excluded from a region: a test for points, and its edges.
 #[derive(Clone)]
 struct ExcludedArea {
     holds: Arc<dyn Fn(ChartPoint) -> bool + Send + Sync>,
-    edges: Arc<[Vec<ChartPoint>]>,
+    edges: Arc<EdgeIndex>,
 }
 
 /// Trimmed region of a face in local parameters.
@@ -18,15 +16,16 @@ struct ExcludedArea {
 pub(crate) struct TrimmedRegion<Inside> {
     /// Ranges of across and along that hold the region.
     pub(crate) bounds: [[f64; 2]; 2],
-    /// Trim loops as closed polylines (the last point joins the first).
-    loops: Vec<Vec<ChartPoint>>,
+    /// Edges of the trim loops.
+    loops: Arc<EdgeIndex>,
     inside: Inside,
     out: Option<ExcludedArea>,
 }
 
 impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
-    pub(crate) fn new(bounds: [[f64; 2]; 2], loops: Vec<Vec<ChartPoint>>, inside: Inside) -> Self {
-        Self { bounds, loops, inside, out: None }
+    /// Trims `bounds` by loops, closed polylines whose last point joins the first.
+    pub(crate) fn new(bounds: [[f64; 2]; 2], loops: &[Vec<ChartPoint>], inside: Inside) -> Self {
+        Self { bounds, loops: Arc::new(EdgeIndex::new(loops)), inside, out: None }
     }
 
     /// Excludes the points for which `holds` is true; `edges` bound them.
@@ -36,7 +35,8 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
         edges: Vec<[ChartPoint; 2]>,
     ) -> Self {
         // There and back makes a closed polyline of an edge.
-        let edges = edges.into_iter().map(|edge| edge.to_vec()).collect();
+        let edges: Vec<Vec<ChartPoint>> = edges.into_iter().map(|edge| edge.to_vec()).collect();
+        let edges = Arc::new(EdgeIndex::new(&edges));
         self.out = Some(ExcludedArea { holds: Arc::new(holds), edges });
         self
     }
@@ -48,7 +48,7 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
 
     /// Returns the part of the region within other bounds.
     pub(crate) fn within(&self, bounds: [[f64; 2]; 2]) -> TrimmedRegion<&Inside> {
-        let (loops, out) = (self.loops.clone(), self.out.clone());
+        let (loops, out) = (Arc::clone(&self.loops), self.out.clone());
         TrimmedRegion { bounds, loops, inside: &self.inside, out }
     }
 
@@ -59,12 +59,12 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
 
     /// Returns the corners of all trim loops.
     pub(crate) fn outline(&self) -> impl Iterator<Item = ChartPoint> + '_ {
-        self.loops.iter().flatten().copied()
+        self.loops.corners()
     }
 
-    /// Returns the closed polylines between the region and the rest.
-    fn polylines(&self) -> impl Iterator<Item = &Vec<ChartPoint>> {
-        self.loops.iter().chain(self.out.iter().flat_map(|out| out.edges.iter()))
+    /// Returns the edges between the region and the rest.
+    fn all_edges(&self) -> impl Iterator<Item = &EdgeIndex> {
+        std::iter::once(&*self.loops).chain(self.out.iter().map(|out| &*out.edges))
     }
 
     /// Returns the intervals of `across` inside the region on the line `along` = const; none
@@ -92,29 +92,18 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
     }
 
     fn crossings(&self, along: f64) -> impl Iterator<Item = f64> {
-        // Half-open test: a corner on the line counts for one of two edges that cross, and for none or both
-        // of two that turn back.
-        let edges = self.polylines().flat_map(|points| {
-            let next = points.iter().cycle().skip(1);
-            points.iter().zip(next)
-        });
-        edges
-            .filter(move |(a, b)| (a[1] <= along) != (b[1] <= along))
-            .map(move |(a, b)| a[0] + (b[0] - a[0]) * (along - a[1]) / (b[1] - a[1]))
+        let edges = self.all_edges().flat_map(move |edges| edges.crossing(1, along));
+        edges.map(move |[a, b]| a[0] + (b[0] - a[0]) * (along - a[1]) / (b[1] - a[1]))
     }
 
     /// Returns the edges of the trim loops that meet a box.
     pub(crate) fn edges(&self, range: [[f64; 2]; 2]) -> Vec<[ChartPoint; 2]> {
-        let pairs = self.polylines().flat_map(|points| {
-            let next = points.iter().cycle().skip(1);
-            points.iter().zip(next)
-        });
-        pairs.map(|(a, b)| [*a, *b]).filter(|edge| meets(*edge, range)).collect()
+        self.all_edges().flat_map(|edges| edges.meeting(range)).collect()
     }
 
-    /// Returns the corners of the trim loops within `[low, high]` along.
-    fn corners(&self, [low, high]: [f64; 2]) -> impl Iterator<Item = &ChartPoint> {
-        self.polylines().flatten().filter(move |p| (low..=high).contains(&p[1]))
+    /// Returns the corners of the trim loops within a range along.
+    fn corners(&self, range: [f64; 2]) -> impl Iterator<Item = ChartPoint> {
+        self.all_edges().flat_map(move |edges| edges.corners_along(range))
     }
 
     /// Returns the range along that holds the region between two values of across; `None` if there
@@ -164,13 +153,9 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
     /// Returns `true` if any of the region lies on the line `across` = const.
     fn meets_line(&self, across: f64) -> bool {
         let [low, high] = self.bounds[1];
-        let edges = self.polylines().flat_map(|points| {
-            let next = points.iter().cycle().skip(1);
-            points.iter().zip(next)
-        });
+        let edges = self.all_edges().flat_map(|edges| edges.crossing(0, across));
         let mut cuts: Vec<f64> = edges
-            .filter(|(a, b)| (a[0] <= across) != (b[0] <= across))
-            .map(|(a, b)| a[1] + (b[1] - a[1]) * (across - a[0]) / (b[0] - a[0]))
+            .map(|[a, b]| a[1] + (b[1] - a[1]) * (across - a[0]) / (b[0] - a[0]))
             .map(|cut| cut.clamp(low, high))
             .chain([low, high])
             .collect();
@@ -212,31 +197,6 @@ impl<Inside: Fn(ChartPoint) -> bool> TrimmedRegion<Inside> {
     }
 }
 
-/// Returns `true` if a segment meets a rectangle.
-pub(crate) fn meets(segment: [ChartPoint; 2], range: [[f64; 2]; 2]) -> bool {
-    clip(segment, range).is_some()
-}
-
-/// Returns the ends of the part of a segment in a rectangle, borders included (Liang and Barsky); `None` if there is no
-/// such part.
-pub(crate) fn clip([a, b]: [ChartPoint; 2], range: [[f64; 2]; 2]) -> Option<[ChartPoint; 2]> {
-    let (mut first, mut last) = (0.0_f64, 1.0_f64);
-    for k in 0..2 {
-        let [low, high] = range[k];
-        let way = b[k] - a[k];
-        if way.abs() > 0.0 {
-            // Clip the segment to the slab low..high: the shares at which it enters and leaves.
-            let ends = [(low - a[k]) / way, (high - a[k]) / way];
-            first = first.max(ends[0].min(ends[1]));
-            last = last.min(ends[0].max(ends[1]));
-        } else if a[k] < low || a[k] > high {
-            return None;
-        }
-    }
-    let at = |share: f64| [0, 1].map(|k| a[k] + share * (b[k] - a[k]));
-    (first <= last).then(|| [at(first), at(last)])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -245,7 +205,7 @@ mod tests {
         let inside = |[x, y]: ChartPoint| y > 0.0 && y < x && x < 1.0;
         TrimmedRegion::new(
             [[0.0, 1.0], [0.0, 1.0]],
-            vec![vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]],
+            &[vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]],
             inside,
         )
     }
@@ -267,7 +227,7 @@ mod tests {
         // A square on its corner; the box holds only its left corner.
         let inside = |[x, y]: ChartPoint| (x - 5.0).abs() + (y - 5.0).abs() < 2.0;
         let square = vec![[3.0, 5.0], [5.0, 3.0], [7.0, 5.0], [5.0, 7.0]];
-        let region = TrimmedRegion::new([[0.0, 9.0], [0.0, 9.0]], vec![square], inside);
+        let region = TrimmedRegion::new([[0.0, 9.0], [0.0, 9.0]], &[square], inside);
         assert!(region.touches([0.0, 3.2], [4.5, 5.5]));
         assert_eq!(region.first_from(0.0, [4.5, 5.5]), Some(3.0));
     }
@@ -275,7 +235,7 @@ mod tests {
     #[test]
     fn what_is_left_out_is_a_hole_with_an_end() {
         // The unit square without 0.3 to 0.9.
-        let region = TrimmedRegion::new([[0.0, 1.0]; 2], Vec::new(), |_: ChartPoint| true);
+        let region = TrimmedRegion::new([[0.0, 1.0]; 2], &[], |_: ChartPoint| true);
         let edge = |x: f64| [[x, 0.0], [x, 1.0]];
         let region = region.without(|[x, _]| x > 0.3 && x < 0.9, vec![edge(0.3), edge(0.9)]);
         assert_eq!(region.row(0.5), [[0.0, 0.3], [0.9, 1.0]]);
@@ -301,7 +261,7 @@ mod tests {
         let inside = |[x, y]: ChartPoint| !(x > 0.4 && x < 0.6 && y > 0.4 && y < 0.6);
         let square = |a: f64, b: f64| vec![[a, a], [b, a], [b, b], [a, b]];
         let loops = vec![square(0.0, 1.0), square(0.4, 0.6)];
-        let region = TrimmedRegion::new([[0.0, 1.0], [0.0, 1.0]], loops, inside);
+        let region = TrimmedRegion::new([[0.0, 1.0], [0.0, 1.0]], &loops, inside);
         assert_eq!(region.row(0.5), [[0.0, 0.4], [0.6, 1.0]]);
         assert_eq!(region.row(0.7), [[0.0, 1.0]]);
         assert_eq!(region.first_from(0.45, [0.45, 0.55]), Some(0.6));

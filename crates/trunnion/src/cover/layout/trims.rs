@@ -86,7 +86,7 @@ fn region_within<'a>(
         })
     };
     let chart = chart.clone();
-    TrimmedRegion::new(bounds, loops, move |local| {
+    TrimmedRegion::new(bounds, &loops, move |local| {
         let [u, v] = chart.uv(local);
         face.contains(u, v)
     })

@@ -124,7 +124,7 @@ impl CandidatePass<'_> {
         let uv = self.chart.uv(place);
         let Some(contact) = ContactPoint::new(self.face, uv) else { return Ok(()) };
         let minor = self.cutter.minor();
-        let KeepOff { part_faces, own, least, precision, .. } = self.keep_off;
+        let KeepOff { part_faces, own, least, precision, .. } = self.keep_off.rough();
         let within = least - precision;
         let query = NearestQuery::any(within, precision);
         // Centre of the corner when it touches with the distance that the tool keeps.

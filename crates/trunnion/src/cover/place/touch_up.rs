@@ -12,8 +12,9 @@ use crate::cover::place::tool_fit::{ContactPoint, fitting_pose_near};
 use crate::cover::prove::sweep::PassSweep;
 use crate::math::angle::angle_between;
 use crate::positioning::ToleranceBand;
-use crate::types::{Interval, Station, UncutReason, UncutRegion};
+use crate::types::{Interval, Pass, Station, UncutReason, UncutRegion};
 use nalgebra::{Matrix3, Point3, Vector3};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Distance of the spots that are touched, in widths of a narrow strip.
@@ -66,10 +67,18 @@ pub(crate) fn touch_up<Inside: Fn(ChartPoint) -> bool + Sync>(
             break;
         }
         room -= spots.len();
-        for chain in chains(spots, SPACING * context.narrow()) {
-            for stations in runs(context, &chain) {
-                add(context, &stations, &mut placed);
-            }
+        let chains = chains(spots, SPACING * context.narrow());
+        let passes: Vec<SpotPass> = chains
+            .into_par_iter()
+            .flat_map_iter(|chain| {
+                let runs = runs(context, &chain).into_iter();
+                runs.flat_map(|stations| proven_passes(context, &stations))
+            })
+            .collect();
+        for SpotPass { pass, sweep } in passes {
+            let (chart, options, cost) = (&context.chart, context.options, context.setup.cost);
+            let source = PassSource { face: context.face.face().number, chart, options, cost };
+            placed.add_whole(pass, sweep, source);
         }
     }
     placed
@@ -161,7 +170,7 @@ fn runs<Inside: Fn(ChartPoint) -> bool + Sync>(
     context: &FaceContext<'_, Inside>,
     chain: &[Spot],
 ) -> Vec<Vec<Station>> {
-    let keep_off = context.keep_off();
+    let keep_off = context.keep_off().rough();
     let cutter = context.setup.cutter;
     let mut runs: Vec<Vec<Station>> = Vec::new();
     let mut before: Option<Station> = None;
@@ -182,38 +191,39 @@ fn runs<Inside: Fn(ChartPoint) -> bool + Sync>(
     runs
 }
 
-/// Adds a pass through stations if the tool keeps off all faces on it, with more stations between them where that
+/// A pass over spots, with its curve.
+struct SpotPass {
+    pass: Pass,
+    sweep: PassSweep,
+}
+
+/// Returns the pass through stations if the tool keeps off all faces on it, with more stations between them where that
 /// helps, or else passes through its halves.
-fn add<Inside: Fn(ChartPoint) -> bool + Sync>(
+fn proven_passes<Inside: Fn(ChartPoint) -> bool + Sync>(
     context: &FaceContext<'_, Inside>,
     stations: &[Station],
-    placed: &mut PlacedPasses,
-) {
+) -> Vec<SpotPass> {
     let mut dense = match *stations {
         [single] => match beside(context, single) {
             Some(next) => vec![single, next],
-            None => return,
+            None => return Vec::new(),
         },
         _ => stations.to_vec(),
     };
     for _ in 0..=DENSER {
         let sweep = PassSweep::through(&dense, lever(context.setup.cutter));
         if context.keeps_off(&sweep) {
-            let pass = context.whole_pass(dense, context.narrow());
-            let (chart, options, cost) = (&context.chart, context.options, context.setup.cost);
-            let source = PassSource { face: context.face.face().number, chart, options, cost };
-            placed.add_whole(pass, sweep, source);
-            return;
+            return vec![SpotPass { pass: context.whole_pass(dense, context.narrow()), sweep }];
         }
         // On a face that bulges, the tool cuts the corner between stations far apart.
         let Some(more) = denser(context, &dense) else { break };
         dense = more;
     }
-    if stations.len() > 2 {
-        let (first, last) = stations.split_at(stations.len() / 2);
-        add(context, first, placed);
-        add(context, last, placed);
+    if stations.len() <= 2 {
+        return Vec::new();
     }
+    let (first, last) = stations.split_at(stations.len() / 2);
+    [first, last].into_iter().flat_map(|part| proven_passes(context, part)).collect()
 }
 
 /// Returns stations with another one in the middle of each span; `None` where the tool does not fit there, or has to
@@ -257,7 +267,7 @@ fn near<Inside: Fn(ChartPoint) -> bool + Sync>(
     other: &Station,
 ) -> Option<Station> {
     let contact = ContactPoint::new(context.face, uv)?;
-    let (keep_off, cutter) = (context.keep_off(), context.setup.cutter);
+    let (keep_off, cutter) = (context.keep_off().rough(), context.setup.cutter);
     let pose = fitting_pose_near(&keep_off, &contact, cutter, room(context), Some(other.pose))?;
     (angle_between(&pose.axis, &other.pose.axis) <= TURN)
         .then_some(Station { pose, contact: contact.point })

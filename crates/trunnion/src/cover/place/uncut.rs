@@ -269,7 +269,7 @@ mod tests {
     #[test]
     fn the_share_of_a_cell_inside_by_pencil() {
         let half = vec![[0.0, 0.0], [0.5, 0.0], [0.5, 1.0], [0.0, 1.0]];
-        let region = TrimmedRegion::new([[0.0, 1.0]; 2], vec![half], |[x, _]: ChartPoint| x < 0.5);
+        let region = TrimmedRegion::new([[0.0, 1.0]; 2], &[half], |[x, _]: ChartPoint| x < 0.5);
         assert!((inside(&region, [[0.0, 1.0]; 2]) - 0.5).abs() < 1e-12);
         assert!((inside(&region, [[0.1, 0.2], [0.1, 0.2]]) - 1.0).abs() < 1e-12);
     }

@@ -417,7 +417,7 @@ mod tests {
     /// inclined by `lean` about x.
     fn least(tool: &ToolBody, z: f64, lean: f64, target: f64) -> f64 {
         let (face, chart) = (plate(0.5), Chart::straight(FeedDirection::V));
-        let region = TrimmedRegion::new([[0.0, 1.0]; 2], Vec::new(), |_| true);
+        let region = TrimmedRegion::new([[0.0, 1.0]; 2], &[], |_| true);
         let tree = FaceTree::new(&face, &chart, &region, 1.0);
         let axis = Unit::new_normalize(Vector3::new(0.0, lean.sin(), lean.cos()));
         let at = |x: f64| {
@@ -494,7 +494,7 @@ mod tests {
         let spike =
             [[0.1, 0.1], [0.1, 0.4], [0.25, 0.4], [0.25, 0.5], [0.25, 0.4], [0.4, 0.4], [0.4, 0.1]];
         let inside = |[u, v]: ChartPoint| (0.1..=0.4).contains(&u) && (0.1..=0.4).contains(&v);
-        let region = TrimmedRegion::new([[0.1, 0.4], [0.1, 0.5]], vec![spike.to_vec()], inside);
+        let region = TrimmedRegion::new([[0.1, 0.4], [0.1, 0.5]], &[spike.to_vec()], inside);
         let tree = FaceTree::adaptive(&face, &chart, &region, [3.0, 0.2]);
         let at = |x: f64| {
             let tip = Point3::new(x, 11.5, -0.7);

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 
 /// Sizes of cells inside a face and at its trims, as shares of the cutter's radius. Cells at the
 /// trims are halved further where it matters which part of them the face has.
-pub(crate) const SIZES: [f64; 2] = [1.0, 1.0 / 16.0];
+pub(crate) const SIZES: [f64; 2] = [0.5, 1.0 / 16.0];
 
 /// Halvings of a cell before its bound is taken as it is: from millimetres to nanometres both ways.
 const DEPTH: u32 = 40;
@@ -140,28 +140,33 @@ impl NearestSearch<'_> {
         found.map_or(within - slack, |near| near.distance - precision)
     }
 
-    /// Searches the tree. The distance is convex: over a ball it lies above the tangent plane at
-    /// its centre.
+    /// Returns a lower bound of the distance of a node. The distance is convex: over a ball it lies above the tangent plane
+    /// at its centre.
+    fn bound(&self, node: usize) -> f64 {
+        let node = &self.tree.nodes[node];
+        let gap = self.solid.gap(&node.centre, self.pose);
+        gap.distance - node.along(&gap.gradient)
+    }
+
+    /// Searches the tree, the nearer half first.
     fn run(&self, found: &mut Option<NearestPoint>) {
-        if self.is_beyond_outline(self.limit(found.as_ref())) {
+        let Some(root) = self.tree.nodes.len().checked_sub(1) else { return };
+        let (bound, limit) = (self.bound(root), self.limit(found.as_ref()));
+        if bound >= limit || self.is_beyond_outline(limit) {
             return;
         }
-        let mut waiting: Vec<usize> = self.tree.nodes.len().checked_sub(1).into_iter().collect();
-        while let Some(index) = waiting.pop() {
-            let node = self.tree.nodes[index];
-            let gap = self.solid.gap(&node.centre, self.pose);
-            if gap.distance - node.along(&gap.gradient) >= self.limit(found.as_ref()) {
+        let mut waiting = vec![(root, bound)];
+        while let Some((index, bound)) = waiting.pop() {
+            let limit = self.limit(found.as_ref());
+            if bound >= limit {
                 continue;
             }
-            match node.below {
+            match self.tree.nodes[index].below {
                 TreeBranch::Halves(halves) => {
-                    let near = |i: &usize| {
-                        let node = &self.tree.nodes[*i];
-                        self.solid.distance(&node.centre, self.pose) - node.radius
-                    };
-                    let [a, b] = halves;
+                    let [a, b] = halves.map(|half| (half, self.bound(half)));
                     // The nearer half is popped first.
-                    waiting.extend(if near(&a) < near(&b) { [b, a] } else { [a, b] });
+                    let both = if a.1 < b.1 { [b, a] } else { [a, b] };
+                    waiting.extend(both.into_iter().filter(|(_, bound)| *bound < limit));
                 }
                 TreeBranch::Leaf(cell) => self.cell(cell, found),
             }
@@ -282,7 +287,16 @@ pub(crate) struct KeepOff<'a> {
     pub(crate) precision: f64,
 }
 
+/// Precision of questions whose answer is checked later, over that of the check.
+const ROUGH: f64 = 10.0;
+
 impl KeepOff<'_> {
+    /// Returns the check at a coarser precision: a pose that it passes may go in by that much. A tool that touches the face
+    /// that is cut is searched there down to cells whose size grows with the square root of the precision.
+    pub(crate) fn rough(&self) -> Self {
+        Self { precision: ROUGH * self.precision, ..*self }
+    }
+
     /// Checks that the machine reaches a pose, and that the tool keeps off all other faces.
     ///
     /// # Errors
