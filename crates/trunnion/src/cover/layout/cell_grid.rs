@@ -8,6 +8,9 @@ use crate::surface::FaceIndex;
 use crate::types::Interval;
 use std::sync::Arc;
 
+/// Margin round the ranges of cells, as a share of a cell. On a bent chart an edge bows by far less.
+const BESIDE: f64 = 0.25;
+
 /// Even grid over the box of a face, with the cells that are left out.
 #[derive(Debug, Clone)]
 pub(crate) struct CellGrid {
@@ -60,13 +63,19 @@ impl CellGrid {
         edge(self.bounds[k].ends(), i as f64 / self.counts[k] as f64)
     }
 
-    /// Returns ranges of u and v that together make up all cells that are left out.
+    /// Returns ranges of u and v that together hold all cells that are left out, each a little larger: on a bent chart the
+    /// edges of the region are chords, and a sliver beside them belongs to neither.
     pub(crate) fn ranges(&self) -> Vec<[[f64; 2]; 2]> {
+        let around = |k: usize, first: usize, last: usize| {
+            let margin = BESIDE * self.bounds[k].width() / self.counts[k] as f64;
+            let (low, high) = (self.line(k, first) - margin, self.line(k, last) + margin);
+            [low.max(self.bounds[k].low), high.min(self.bounds[k].high)]
+        };
         let mut ranges = Vec::new();
         for i in 0..self.counts[0] {
-            let u = [self.line(0, i), self.line(0, i + 1)];
+            let u = around(0, i, i + 1);
             for [first, last] in runs(self.counts[1], |j| self.is_out(i, j)) {
-                ranges.push([u, [self.line(1, first), self.line(1, last)]]);
+                ranges.push([u, around(1, first, last)]);
             }
         }
         ranges
@@ -140,7 +149,8 @@ mod tests {
         assert!(!out.holds([10.0, 15.9]) && !out.holds([10.0, 33.0]));
         let ranges = out.ranges();
         assert_eq!(ranges.len(), 64);
-        assert_eq!(ranges[3], [[3.0, 4.0], [16.0, 32.0]]);
+        assert_eq!(ranges[3], [[2.75, 4.25], [15.0, 32.0]]);
+        assert_eq!(ranges[0], [[0.0, 1.25], [15.0, 32.0]]);
         let edges = out.edges(&Chart::straight(FeedDirection::V), [0.0, 0.0]);
         assert_eq!(edges.len(), 64);
         assert!(edges.iter().flatten().all(|place| (place[1] - 16.0).abs() < 1e-12));

@@ -7,6 +7,7 @@
 //! estimated cost are searched, and the best of these are placed beside lines of constant u and v.
 
 use crate::cover::layout::advance::{self, AdvanceCosts, PassPart};
+use crate::cover::layout::cell_grid::CellGrid;
 use crate::cover::layout::chart::{BentChart, Chart, ChartSpline};
 use crate::cover::layout::effort::WorkCounter;
 use crate::cover::layout::region::ChartPoint;
@@ -66,7 +67,12 @@ const CLOSED_HOPE: f64 = 1.25;
 const FORMS: [[i32; 2]; 8] = [[0, 1], [0, 2], [1, 1], [0, 3], [1, 2], [2, 1], [1, 3], [2, 2]];
 
 /// Chooses the charts to place passes on, the most promising first.
-pub(crate) fn choose(face: &FaceIndex, cutter: &Cutter, options: &CoverOptions) -> ChosenLayouts {
+pub(crate) fn choose(
+    part: WantedPart<'_>,
+    cutter: &Cutter,
+    options: &CoverOptions,
+) -> ChosenLayouts {
+    let face = part.face;
     if let FeedDirection::U | FeedDirection::V = options.feed_direction {
         return ChosenLayouts { charts: vec![Chart::straight(options.feed_direction)], work: 0 };
     }
@@ -78,7 +84,7 @@ pub(crate) fn choose(face: &FaceIndex, cutter: &Cutter, options: &CoverOptions) 
     let widths = table
         .then(|| StripWidthTable::new(face, cutter, options, &TableFill { narrow, work: &work }));
     let found =
-        LayoutChooser::new(face, cutter, options, widths).map_or_else(Vec::new, |chooser| {
+        LayoutChooser::new(part, cutter, options, widths).map_or_else(Vec::new, |chooser| {
             if chooser.closed {
                 chooser.straight()
             } else if options.feed_direction == FeedDirection::Curvature {
@@ -99,6 +105,20 @@ pub(crate) struct ChosenLayouts {
     pub(crate) work: u64,
 }
 
+/// Part of a face that passes are to finish.
+#[derive(Clone, Copy)]
+pub(crate) struct WantedPart<'a> {
+    pub(crate) face: &'a FaceIndex,
+    /// Cells that no pass finishes.
+    pub(crate) without: Option<&'a CellGrid>,
+}
+
+impl WantedPart<'_> {
+    fn holds(&self, uv: [f64; 2]) -> bool {
+        self.face.face().contains(uv[0], uv[1]) && self.without.is_none_or(|cells| !cells.holds(uv))
+    }
+}
+
 /// Bent passes with their estimated cost.
 #[derive(Clone)]
 struct PricedBend {
@@ -108,6 +128,7 @@ struct PricedBend {
 
 /// Face whose layouts are compared.
 struct LayoutChooser<'a> {
+    part: WantedPart<'a>,
     face: &'a FaceIndex,
     cutter: &'a Cutter,
     bounds: [Interval; 2],
@@ -122,17 +143,19 @@ struct LayoutChooser<'a> {
 impl<'a> LayoutChooser<'a> {
     /// Prepares the comparison; `None` for a face without extent.
     fn new(
-        face: &'a FaceIndex,
+        part: WantedPart<'a>,
         cutter: &'a Cutter,
         options: &CoverOptions,
         widths: Option<StripWidthTable>,
     ) -> Option<Self> {
+        let face = part.face;
         let bounds = face.face().bounds();
         let periods = face.face().surface.periods();
         let closed = |k: usize| periods[k].is_some_and(|period| bounds[k].width() >= period);
         let closed = closed(0) || closed(1);
         let costs = AdvanceCosts::new(cutter, options);
-        let mut chooser = Self { face, cutter, bounds, closed, rates: [1.0; 2], costs, widths };
+        let mut chooser =
+            Self { part, face, cutter, bounds, closed, rates: [1.0; 2], costs, widths };
         let places: Vec<[f64; 2]> = chooser.samples().collect();
         let mean = |pick: &dyn Fn(&[Vector3<f64>; 2]) -> f64| {
             let sum: f64 = places.iter().map(|uv| pick(&chooser.tangents(*uv))).sum();
@@ -351,8 +374,16 @@ impl<'a> LayoutChooser<'a> {
             .filter_map(|kind| self.best(kind))
             .chain([FeedDirection::V, FeedDirection::U].map(Chart::straight));
         let mut charts = self.promising(charts.collect());
-        // Where all strips are alike, the estimate is exact.
-        charts.truncate(if self.widths.is_some() { PLACED } else { 1 });
+        if self.widths.is_some() {
+            charts.truncate(PLACED);
+            return charts;
+        }
+        // Where all strips are alike, the estimate is exact but for obstacles. These run along the face's own parameters more
+        // often than across them: beside obstacles bent passes break into many short ones.
+        if self.part.without.is_some() && charts.iter().any(Chart::is_straight) {
+            charts.retain(Chart::is_straight);
+        }
+        charts.truncate(1);
         charts
     }
 
@@ -396,7 +427,7 @@ impl<'a> LayoutChooser<'a> {
         let mut across = first;
         let mut price = 0.0;
         for _ in 0..PASSES {
-            let (parts, rate) = self.parts(chart, across, bounds[1]);
+            let EstimatedPass { parts, rate, segments } = self.parts(chart, across, bounds[1]);
             let advance = advance::advance(&parts, &self.costs);
             if parts.is_empty() || advance <= 0.0 {
                 // No face here: go on by a hundredth.
@@ -404,6 +435,8 @@ impl<'a> LayoutChooser<'a> {
             } else {
                 // A pass costs its full length, however little is left for it.
                 price += advance::price(&parts, advance, &self.costs);
+                // The tool is lifted over what is not to be finished.
+                price += f64::from(segments.saturating_sub(1)) * self.costs.pass;
                 across += advance / rate;
             }
             if across >= last {
@@ -430,16 +463,15 @@ impl<'a> LayoutChooser<'a> {
         bounds
     }
 
-    /// Returns the parts of an estimated pass that lie on the face, and the length of a step
-    /// across.
-    fn parts(&self, chart: &Chart, across: f64, [low, high]: [f64; 2]) -> (Vec<PassPart>, f64) {
+    /// Estimates the pass at a place across.
+    fn parts(&self, chart: &Chart, across: f64, [low, high]: [f64; 2]) -> EstimatedPass {
         let mut parts = Vec::new();
-        let mut rates = 0.0;
+        let (mut rates, mut segments, mut last) = (0.0, 0, None);
         let piece = (high - low) / f64::from(SAMPLES);
         for i in 0..SAMPLES {
             let local: ChartPoint = [across, low + piece * (f64::from(i) + 0.5)];
             let uv = chart.uv(local);
-            if !self.face.face().contains(uv[0], uv[1]) {
+            if !self.part.holds(uv) {
                 continue;
             }
             let tangents = self.tangents(uv);
@@ -455,6 +487,8 @@ impl<'a> LayoutChooser<'a> {
                 continue;
             }
             rates += rate;
+            segments += u32::from(last.is_none_or(|last| last + 1 < i));
+            last = Some(i);
             parts.push(PassPart { length: piece * way.norm(), width: width / rate });
         }
         let rate = rates / parts.len().max(1) as f64;
@@ -462,8 +496,18 @@ impl<'a> LayoutChooser<'a> {
             // Widths are compared as parameters across, then given as lengths at the mean rate.
             part.width *= rate;
         }
-        (parts, rate)
+        EstimatedPass { parts, rate, segments }
     }
+}
+
+/// A pass of an estimate.
+struct EstimatedPass {
+    /// Its parts over what is to be finished.
+    parts: Vec<PassPart>,
+    /// Mean length of a step across \[mm\].
+    rate: f64,
+    /// Segments that these parts make up.
+    segments: u32,
 }
 
 /// Adds a form: powers of the coordinates across and along, each from -1 to 1.

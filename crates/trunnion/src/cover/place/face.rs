@@ -3,7 +3,7 @@
 use crate::cover::error::CoverError;
 use crate::cover::layout::cell_grid::{CellGrid, region_without};
 use crate::cover::layout::chart::Chart;
-use crate::cover::layout::choose::{ChosenLayouts, choose};
+use crate::cover::layout::choose::{ChosenLayouts, WantedPart, choose};
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::layout::trims::region;
 use crate::cover::options::CoverOptions;
@@ -109,9 +109,10 @@ fn with_layout(mut placed: PlacedPasses, face: usize, layout: PassLayout) -> Pla
 /// Plans the face on each of the most promising charts, and returns the best result.
 fn on_side(request: &FaceRequest<'_>, report: ProgressFn<'_>) -> Result<PlacedPasses, CoverError> {
     let FaceRequest { face, setup, options } = *request;
-    let ChosenLayouts { charts, mut work } = choose(face, setup.cutter, options);
+    let unreachable = unreachable_cells(face, &setup, options).map(Arc::new);
+    let part = WantedPart { face, without: unreachable.as_deref() };
+    let ChosenLayouts { charts, mut work } = choose(part, setup.cutter, options);
     let share = 1.0 / charts.len().max(1) as f64;
-    let unreachable = unreachable_cells(face, setup.cutter, setup.cost).map(Arc::new);
 
     // Step 1: each chart in earnest, as long as the work for wide strips lasts.
     let mut tried: Vec<PlacedPasses> = Vec::new();
@@ -122,7 +123,7 @@ fn on_side(request: &FaceRequest<'_>, report: ProgressFn<'_>) -> Result<PlacedPa
         let region = region_without(face, &chart, unreachable.as_ref());
         let context = FaceContext::new(*request, chart.clone(), &region, &report);
         let limits = work_limits(&context);
-        // At a fixed inclination all strips are alike: the estimate that put the first chart first is exact, but for what
+        // At a fixed inclination all strips are alike: the estimate that put the first chart first is good, but for what
         // the tool does not get to along it.
         let alike = options.method == PlacementMethod::Inclined
             && tried.iter().any(|placed| placed.left() <= SPOTS * placed.report.area);

@@ -96,7 +96,7 @@ fn meet(a: Interval, b: Interval) -> bool {
     a.low <= b.high && b.low <= a.high
 }
 
-/// Returns the cells of a face that hold nothing of the parts, or that the machine does not reach.
+/// Returns the cells of a face that hold nothing of the parts, or that no pass finishes.
 fn finished_cells(request: &FaceRequest<'_>, parts: &[&UncutRegion]) -> Option<CellGrid> {
     let FaceRequest { face, setup, options } = *request;
     let bounds = face.face().bounds();
@@ -118,8 +118,8 @@ fn finished_cells(request: &FaceRequest<'_>, parts: &[&UncutRegion]) -> Option<C
             }
         }
     }
-    // Step 2: all others are left out, and those out of reach.
-    let unreachable = unreachable_cells(face, setup.cutter, setup.cost);
+    // Step 2: all others are left out, and those that no pass finishes.
+    let unreachable = unreachable_cells(face, &setup, options);
     let middle = |k: usize, i: usize| edge(bounds[k].ends(), (i as f64 + 0.5) / counts[k] as f64);
     let is_beyond = |[i, j]: [usize; 2]| {
         unreachable.as_ref().is_some_and(|out| out.holds([middle(0, i), middle(1, j)]))

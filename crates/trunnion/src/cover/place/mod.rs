@@ -2,6 +2,7 @@
 
 pub(super) mod axis_limit;
 mod ball_cap;
+mod barred;
 pub(super) mod candidate;
 pub(super) mod context;
 pub(super) mod face;

@@ -1,6 +1,5 @@
 //! Largest ball that fits at a point of a face, and the reason why the cutter does not fit.
 
-use crate::cover::cost::PassCost;
 use crate::cover::prove::part_faces::{KeepOff, NearestQuery, PartFaces};
 use crate::cutter::{ConvexSolid, Cutter, CutterKind};
 use crate::math;
@@ -312,9 +311,14 @@ fn pose_along(
     range.contains(angle).then(|| arc.pose(center, &normal, &ahead, angle))
 }
 
-/// Returns `true` if the machine reaches a point at any inclination.
-pub(crate) fn reached(cost: &dyn PassCost, contact: &ContactPoint, cutter: &Cutter) -> bool {
-    poses(contact, ContactGap { least: 0.0, raised: 0.0 }, cutter).any(|pose| cost.reaches(&pose))
+/// Returns `true` if the tool touches a point in some pose within reach of the machine, and keeps off all faces there.
+pub(crate) fn is_accessible(
+    keep_off: &KeepOff<'_>,
+    contact: &ContactPoint,
+    cutter: &Cutter,
+) -> bool {
+    let gap = ContactGap { least: 0.0, raised: 0.0 };
+    first_fitting(keep_off, poses(contact, gap, cutter)).is_ok()
 }
 
 /// Returns poses that touch at a point with a gap, inclined more and more, all round.
