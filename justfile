@@ -60,6 +60,12 @@ corpus folder="target/corpus":
     python3 fixtures/corpus/generate.py {{folder}}/parts
     python3 fixtures/corpus/run.py target/release/trunnion {{folder}}/parts --out {{folder}}/out
 
+# Programs of another CAM system, checked against their parts: a table of answers and times. Needs FreeCAD.
+cam-programs folder="target/cam-programs":
+    cargo build --release -p trunnion-cli
+    PARTS=fixtures/corpus/gate FOLDER={{folder}} freecadcmd fixtures/cam-programs/generate.py
+    python3 fixtures/cam-programs/run.py target/release/trunnion {{folder}}
+
 # Rewrite the fixtures from their generators (needs Python; the STEP ones also build123d).
 fixtures:
     python3 fixtures/bezier-patch/make.py

@@ -113,7 +113,7 @@ fn constant_acceleration_is_the_reference() {
 
 #[test]
 fn wrong_speeds_are_named() {
-    let error = |speed: GivenSpeed| run(speed, &limits(80.0, 400.0)).unwrap_err().to_string();
+    let error = |speed: GivenSpeed| run(speed, &limits(80.0, 400.0)).unwrap_err().in_one_line();
     let mut stop = trapezoid();
     stop.speed[1] = 0.0;
     assert!(error(stop).contains("zero from s = 0 to 10"));

@@ -125,8 +125,8 @@ impl<Inside: Fn(ChartPoint) -> bool> BarredSearch<'_, Inside> {
     fn is_deeper(&self, contact: &ContactPoint, depth: f64) -> bool {
         let PartSetup { cutter, part_faces, own, .. } = *self.setup;
         let radius = cutter.minor();
-        // No ball goes deeper into anything than its diameter.
-        if !(depth < 2.0 * radius) {
+        // No ball goes deeper into anything than its diameter; without a bound of the curvature nothing is known.
+        if depth.is_nan() || depth >= 2.0 * radius {
             return false;
         }
         let tip = contact.point + contact.normal.scale(radius + self.least);

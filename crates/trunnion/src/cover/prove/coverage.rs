@@ -126,6 +126,30 @@ fn is_resolved(cell: &FaceCell, whole: [[f64; 2]; 2], k: usize) -> bool {
     of_cell <= RESOLVED * of_whole
 }
 
+/// Ranges of local parameters.
+type RangeList = Arc<[[[f64; 2]; 2]]>;
+
+/// Returns `true` if a range holds another.
+fn holds(a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]) -> bool {
+    (0..2).all(|k| a[k][0] <= b[k][0] && a[k][1] >= b[k][1])
+}
+
+/// Returns ranges that stand for some over a cell and its parts: none where none overlaps it, one that holds the cell if
+/// there is such a one. The list shrinks with the cells, but is not copied for little.
+fn overlapping(ranges: &RangeList, cell: &[[f64; 2]; 2]) -> RangeList {
+    if let Some(whole) = ranges.iter().find(|range| holds(range, cell)) {
+        return if ranges.len() == 1 { Arc::clone(ranges) } else { [*whole].into() };
+    }
+    let overlaps = |range: &&[[f64; 2]; 2]| {
+        (0..2).all(|k| range[k][0] < cell[k][1] && range[k][1] > cell[k][0])
+    };
+    match ranges.iter().filter(overlaps).count() {
+        0 => [].into(),
+        count if 2 * count > ranges.len() => Arc::clone(ranges),
+        _ => ranges.iter().filter(overlaps).copied().collect(),
+    }
+}
+
 /// Returns `true` for poses of one sweep.
 fn same_sweep(a: &[usize; 2], b: &[usize; 2]) -> bool {
     a[0] == b[0]
@@ -209,18 +233,13 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
         [size, finest]: [f64; 2],
     ) -> Vec<[[f64; 2]; 2]> {
         let at = self.at();
-        let overlap = |a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]| {
-            (0..2).all(|k| a[k][0] < b[k][1] && a[k][1] > b[k][0])
-        };
-        let holds = |a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]| {
-            (0..2).all(|k| a[k][0] <= b[k][0] && a[k][1] >= b[k][1])
-        };
-        let mine: Vec<_> = boxes.iter().filter(|other| overlap(other, &range)).copied().collect();
         let edges = self.region.edges(range);
         let (mut open, mut waiting) = (Vec::new(), Vec::new());
-        waiting.push((FaceCell::new(range, &at), false, near.clone()));
-        while let Some((cell, whole, near)) = waiting.pop() {
-            if !mine.iter().any(|other| overlap(other, &cell.range)) {
+        let boxes = overlapping(&boxes.into(), &range);
+        waiting.push((FaceCell::new(range, &at), false, near.clone(), boxes));
+        while let Some((cell, whole, near, boxes)) = waiting.pop() {
+            let boxes = overlapping(&boxes, &cell.range);
+            if boxes.is_empty() {
                 continue;
             }
             let whole = whole || !edges.iter().any(|edge| meets(*edge, cell.range));
@@ -238,7 +257,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
             }
             let least = a.max(b);
             // Where no tool comes near, smaller cells bring nothing.
-            let inside = || mine.iter().any(|other| holds(other, &cell.range));
+            let inside = || boxes.iter().any(|other| holds(other, &cell.range));
             if whole && near.is_empty() && least <= LARGEST * size && inside() {
                 open.push(cell.range);
                 continue;
@@ -255,7 +274,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> CoverageProof<'_, Inside> {
                 continue;
             }
             for cell in cell.halves(longer, &at) {
-                waiting.push((cell, whole, near.clone()));
+                waiting.push((cell, whole, near.clone(), Arc::clone(&boxes)));
             }
         }
         open
