@@ -55,6 +55,15 @@ pub struct SignedDistance {
     pub gradient: Vector3<f64>,
 }
 
+impl SignedDistance {
+    /// Returns the least value over some points of the plane through this distance at a point \[mm\].
+    #[inline]
+    pub fn least_over(&self, at: &Point3<f64>, points: &[Point3<f64>]) -> f64 {
+        let over = |point: &Point3<f64>| self.gradient.dot(&(point - at));
+        self.distance + points.iter().map(over).fold(f64::INFINITY, f64::min)
+    }
+}
+
 /// A tool as convex solids: the cutting end with its flank, then shank and holder above.
 ///
 /// The flat upper end of the flank is rounded too, so the tool is modelled larger there than it is.
@@ -164,6 +173,15 @@ impl ConvexSolid {
         match &self.0 {
             // A sharp edge has none; then anything well below the width of the cutter serves.
             SolidShape::Grown(cone) => cone.rounding.max(0.05 * cone.low[0]),
+            SolidShape::Tangent(profile) => profile.tip_radius().min(profile.radius()),
+        }
+    }
+
+    /// Returns a radius at which a ball inside touches the surface wherever it is left outwards \[mm\]: the distance from
+    /// the balls' centres grows as that from the solid does, and bends more.
+    pub fn inner_radius(&self) -> f64 {
+        match &self.0 {
+            SolidShape::Grown(cone) => cone.rounding,
             SolidShape::Tangent(profile) => profile.tip_radius().min(profile.radius()),
         }
     }

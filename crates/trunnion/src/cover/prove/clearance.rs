@@ -10,6 +10,7 @@ use crate::cover::layout::region::ChartPoint;
 use crate::cover::prove::face_cell::{CellShare, FaceCell};
 use crate::cover::prove::face_tree::{FaceTree, TreeBranch};
 use crate::cover::prove::sweep::{PassSweep, SweepInstant};
+use crate::cover::prove::swept_cell::SweptCell;
 use crate::cutter::{ConvexSolid, SignedDistance, ToolBody};
 use crate::surface::FaceIndex;
 use nalgebra::{Point3, Vector3};
@@ -293,8 +294,7 @@ impl ClearanceSearch<'_> {
     /// solid touches from below. A plane is least at a corner, but for the bows of the cell and of
     /// the motion.
     fn cell(&mut self, tile: usize, time: usize, depth: u32) {
-        let (slab, CellPart { cell, of, sags, share, .. }) = (self.slabs[time], &self.tiles[tile]);
-        let (of, sags, share) = (*of, *sags, *share);
+        let (slab, CellPart { cell, of, sags, share, .. }) = (self.slabs[time], self.tiles[tile]);
         if share == CellShare::None {
             return;
         }
@@ -311,29 +311,42 @@ impl ClearanceSearch<'_> {
         if let Some(away) = cell.some_within(share) {
             self.found = self.found.min(gap.distance + away);
         }
-        // The tangent plane decides where to divide; the other planes only end the search sooner.
         let tangent = over(&slab, &centre, &corners, gap);
         if tangent.least - bows - rest >= self.enough() {
             return;
         }
+        let nearest = SweptCell::new(&cell, |point| slab.seen(&(point - pose.tip)) * slab.half())
+            .nearest(self.solid, pose);
+        // Where the face has the whole cell, some point of it comes as near at some time as the nearest one of its bilinear
+        // image, but for the bows of the cell and of the motion.
+        if share == CellShare::Whole {
+            self.found = self.found.min(nearest.gap.distance + bows + rest);
+        }
+        let near = over(&slab, &nearest.point, &corners, nearest.gap);
+        if near.least - bows - rest >= self.enough() {
+            return;
+        }
         let sides =
             cell.normal().into_iter().flat_map(|n| [n, -n]).chain([-pose.axis.into_inner()]);
-        let planes = sides.map(|normal| self.solid.plane(&centre, pose, normal)).chain([gap]);
-        let kept =
-            matches!(share, CellShare::Cut(_)).then(|| self.clearing.tree.kept(of, cell)).flatten();
+        let planes = sides.map(|normal| self.solid.plane(&centre, pose, normal));
+        let kept = matches!(share, CellShare::Cut(_))
+            .then(|| self.clearing.tree.kept(of, &cell))
+            .flatten();
+        let whole = tangent.least.max(near.least);
         let least = match &kept {
             // What the face has of the cell lies within its corners; a plane is least at an extreme point of it.
             Some(kept) => {
                 let twist = kept.twist * (1.0 + slab.middle.turn.norm() * slab.half());
+                let planes = planes.map(|plane| (centre, plane));
                 planes
-                    .map(|plane| over(&slab, &centre, kept.points(), plane).least - twist)
-                    .fold(tangent.least, f64::max)
+                    .chain([(centre, gap), (nearest.point, nearest.gap)])
+                    .map(|(at, plane)| over(&slab, &at, kept.points(), plane).least - twist)
+                    .fold(whole, f64::max)
             }
             None => planes
                 .map(|plane| over(&slab, &centre, &corners, plane).least)
-                .fold(tangent.least, f64::max),
+                .fold(whole, f64::max),
         };
-        let slopes = [0, 1].map(|k| 0.5 * gap.gradient.dot(&cell.across_edges(k)).abs());
         let bound = least - sags[0] - sags[1] - rest;
         if bound >= self.enough() {
             return;
@@ -342,18 +355,28 @@ impl ClearanceSearch<'_> {
             self.bound = self.bound.min(bound);
             return;
         }
-        // Divide what loosens the bound most: time, or the parameter with the larger bow and slope. Where the whole cell
-        // stays too near throughout the slab, it only matters whether the face has a part of it, and only smaller cells
-        // show that.
-        let [a, b] = [0, 1].map(|k| sags[k] + slopes[k]);
-        let moving = tangent.moving + rest;
-        let is_near = gap.distance + moving + a.max(b) < self.enough();
+        // Divide what loosens the bound most: time, or a parameter. Of a whole cell the bound falls short of the nearest
+        // point by the bows and by what the search for that point left; where the twist of the cell or the turn of the
+        // tool costs more than both, slopes at the middle decide.
+        let explained = bows + rest + nearest.left.iter().sum::<f64>();
+        let (a, b, moving) =
+            if share == CellShare::Whole && 2.0 * explained >= nearest.gap.distance - bound {
+                let [a, b, time] = nearest.left;
+                (sags[0] + a, sags[1] + b, rest + time)
+            } else {
+                let slopes = [0, 1].map(|k| 0.5 * gap.gradient.dot(&cell.across_edges(k)).abs());
+                (sags[0] + slopes[0], sags[1] + slopes[1], tangent.moving + rest)
+            };
+        // Where the whole cell stays too near throughout the slab, it only matters whether the face has a part of it, and
+        // only smaller cells show that.
+        let is_near = gap.distance + tangent.moving + rest + a.max(b) < self.enough();
         if moving >= a.max(b) && !is_near {
             for time in self.later(time) {
                 self.cell(tile, time, depth + 1);
             }
         } else {
-            for half in self.halves(tile, cell.side([a, b], share)) {
+            let side = cell.side([a, b], share);
+            for half in self.halves(tile, side) {
                 self.cell(half, time, depth + 1);
             }
         }
@@ -484,6 +507,104 @@ mod tests {
         assert!(search.found < target - precision, "{}", search.found);
         let work = search.slabs.len() + search.tiles.len();
         assert!(work < 20_000, "{work}");
+    }
+
+    /// A plate whose straight lines turn, and a tool that turns as it passes: cells lose as much by their twist and by the
+    /// turn of the tool as by anything that halving one way alone takes away. The bound is compared with points and times
+    /// in a grid.
+    #[test]
+    fn a_twisted_plate_under_a_turning_tool_is_bounded_soon_and_from_below() {
+        const N: u32 = 60;
+        let points = [[0.0, 4.0], [4.0, 0.0]];
+        let net = [0, 1].map(|i: usize| {
+            let (x, z) = (20.0 * i as f64, points[i]);
+            [0, 1].map(|j: usize| Point3::new(x, 20.0 * j as f64, z[j])).to_vec()
+        });
+        let knots = [vec![0.0, 0.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
+        let surface = NurbsSurface::new([1, 1], knots, net.to_vec(), None).unwrap();
+        let face =
+            FaceIndex::new(Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap()).unwrap();
+        let chart = Chart::straight(FeedDirection::V);
+        let region = TrimmedRegion::new([[0.0, 1.0]; 2], &[], |_| true);
+        let tree = FaceTree::adaptive(&face, &chart, &region, [8.0, 1.0]);
+        for (radii, target) in [([4.0, 0.0], 0.0), ([3.0, 1.0], -0.05), ([0.0, 4.0], 0.2)] {
+            let tool =
+                ToolBody::new(&Cutter::new(CutterSpec::of_radii(radii[0], radii[1])).unwrap());
+            for k in 0..24 {
+                let (height, turn) = (2.0 + 0.09 * f64::from(k), 0.02 * f64::from(k % 7));
+                let at = |x: f64| {
+                    let tip = Point3::new(x, 10.0 + 0.1 * x, height);
+                    let axis = Vector3::new(turn * (x - 8.0), 0.3 - 0.1 * turn * x, 1.0);
+                    Station {
+                        pose: ToolPose { tip, axis: Unit::new_normalize(axis) },
+                        contact: tip,
+                    }
+                };
+                let stations = [at(4.0), at(8.0), at(12.0)];
+                let sweep = PassSweep::of(PoseCurve::through(&stations, 3.0), 3.0);
+                let (face, chart, tree, tool, precision) = (&face, &chart, &tree, &tool, 1e-4);
+                let clearing = ClearanceProof { face, chart, tree, tool, target, precision };
+                let search = clearing.search(&tool.end, target, &sweep, 0, 1).unwrap();
+                let least = search.bound.min(search.found - precision);
+                let work = search.slabs.len() + search.tiles.len();
+                assert!(work < 4000, "{radii:?} {k}: {work}");
+                let grid = |i: u32| f64::from(i) / f64::from(N);
+                let [start, end] = [sweep.curve.knots[0], sweep.curve.knots[1]];
+                let nearest = (0..=N)
+                    .flat_map(|i| {
+                        let pose = sweep.instant(0, start + (end - start) * grid(i)).unwrap().pose;
+                        let solid = &tool.end;
+                        (0..=N * (N + 2)).map(move |j| {
+                            let point = face.face().point(grid(j / (N + 1)), grid(j % (N + 1)));
+                            solid.distance(&point, &pose)
+                        })
+                    })
+                    .fold(f64::INFINITY, f64::min);
+                // Points of the grid are 0.35 mm apart. Past the target, and after a breach, nothing is searched.
+                if nearest < target - 2.0 * precision {
+                    assert!(least < target - precision, "{radii:?} {k}: {least} {nearest}");
+                } else {
+                    let floor = (nearest - 0.05).min(target - precision);
+                    assert!((floor..=nearest).contains(&least), "{radii:?} {k}: {least} {nearest}");
+                }
+            }
+        }
+    }
+
+    /// Ruled patches whose lines turn have cells that are large, and lose by their twist alone: there neither the bows nor
+    /// the search for the nearest point tells what to divide.
+    #[test]
+    fn twisted_patches_beside_a_tool_are_bounded_soon() {
+        for k in 0..3000_u32 {
+            let part = |n: u32| f64::from((k + 1) * n % 991) / 495.0 - 1.0;
+            let net = [0_u32, 1].map(|i| {
+                let at = |j: u32| [10.0 * f64::from(i) - 5.0, 12.0 * f64::from(j) - 6.0];
+                let point =
+                    |j: u32| Point3::new(at(j)[0], at(j)[1], 3.0 * part(17 + 31 * i + 57 * j));
+                [point(0), point(1)].to_vec()
+            });
+            let knots = [0, 1].map(|_| vec![0.0, 0.0, 1.0, 1.0]);
+            let surface = NurbsSurface::new([1, 1], knots, net.to_vec(), None).unwrap();
+            let face = Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap();
+            let (face, chart) = (FaceIndex::new(face).unwrap(), Chart::straight(FeedDirection::V));
+            let region = TrimmedRegion::new([[0.0, 1.0]; 2], &[], |_| true);
+            let tree = FaceTree::adaptive(&face, &chart, &region, [3.0, 1.0]);
+            let radii = [[4.0, 0.0], [3.0, 1.0], [0.0, 4.0]][(k % 3) as usize];
+            let spec = CutterSpec::of_radii(radii[0], radii[1]);
+            let tool = ToolBody::new(&Cutter::new(spec).unwrap());
+            let at = |t: f64| {
+                let axis = Vector3::new(part(3) + 0.02 * t * part(7), part(5), 1.0);
+                let tip =
+                    Point3::new(8.0 * part(13) + 0.3 * t, 8.0 * part(19), 1.5 + 2.0 * part(23));
+                Station { pose: ToolPose { tip, axis: Unit::new_normalize(axis) }, contact: tip }
+            };
+            let sweep = PassSweep::of(PoseCurve::through(&[at(-1.0), at(0.0), at(1.0)], 3.0), 3.0);
+            let (face, chart, tree, tool, precision) = (&face, &chart, &tree, &tool, 1e-4);
+            let clearing = ClearanceProof { face, chart, tree, tool, target: 0.0, precision };
+            let search = clearing.search(&tool.end, 0.0, &sweep, 0, 1).unwrap();
+            let work = search.slabs.len() + search.tiles.len();
+            assert!(work < 2000, "case {k}: {work}");
+        }
     }
 
     /// Trims of real parts have corners with hardly anything between their edges: no middle of a

@@ -11,3 +11,4 @@ pub(super) mod face_tree;
 pub(super) mod part_faces;
 pub(super) mod span_strip;
 pub(super) mod sweep;
+mod swept_cell;

@@ -9,6 +9,7 @@ use crate::cover::prove::clearance::ClearanceProof;
 use crate::cover::prove::face_cell::{CellShare, FaceCell};
 use crate::cover::prove::face_tree::{FaceTree, TreeBranch};
 use crate::cover::prove::sweep::PassSweep;
+use crate::cover::prove::swept_cell::{SweptCell, SweptPoint};
 use crate::cutter::Cutter;
 use crate::cutter::{ConvexSolid, SignedDistance, ToolBody};
 use crate::positioning::PositioningError;
@@ -211,20 +212,43 @@ impl NearestSearch<'_> {
             if let Some(distance) = some.filter(|distance| *distance < known) {
                 *found = Some(NearestPoint { distance, face: self.index, point });
             }
-            // Lower bound: a plane below the distance at the middle is least at a corner, less the sags in
-            // both directions. The planes along the normal of the cell often bound more sharply.
+            // Lower bound: a plane below the distance is least at a corner, less the sags in both directions.
             let sags = [cell.sag(0), cell.sag(1)];
-            let enough = found.is_some_and(|near| near.distance < self.query.enough);
-            let limit = self.limit(found.as_ref());
-            let sag = sags[0] + sags[1];
-            let searched = SearchedCell { index, cell: &cell, share, gap: &gap, sag };
-            if enough || depth == DEPTH || self.is_beyond(&searched, limit) {
+            let (sag, corners) = (sags[0] + sags[1], cell.corners());
+            let enough = |found: &Option<NearestPoint>| {
+                found.is_some_and(|near| near.distance < self.query.enough)
+            };
+            if enough(found) || gap.least_over(&point, &corners) - sag >= self.limit(found.as_ref())
+            {
                 continue;
             }
-            // Halve the edge along which the bound loses more.
-            let slopes =
-                [0, 1].map(|k| 0.5 * gap.gradient.dot(&cell.across_edges(k)).abs() + sags[k]);
-            let halves = cell.halves(cell.side(slopes, share), &at);
+            let near = SweptCell::new(&cell, |_| Vector3::zeros()).nearest(self.solid, self.pose);
+            // Upper bound of a cell that is all on the face: the image is as near as that point, but for the sags.
+            if share == CellShare::Whole {
+                let known = found.map_or(self.query.within, |near| near.distance);
+                let distance = near.gap.distance + sag;
+                if distance < known {
+                    *found = Some(NearestPoint { distance, face: self.index, point: near.point });
+                }
+            }
+            let limit = self.limit(found.as_ref());
+            let searched = SearchedCell { index, cell: &cell, share, gap: &gap, near: &near, sag };
+            if enough(found) || depth == DEPTH || self.is_beyond(&searched, limit) {
+                continue;
+            }
+            // Halve the edge along which the bound loses more: of a whole cell by the bows and by what the search for the
+            // nearest point left, unless its twist costs more than both.
+            let slopes = [0, 1].map(|k| 0.5 * gap.gradient.dot(&cell.across_edges(k)).abs());
+            let [left, over] =
+                [near.left[0] + near.left[1], near.gap.least_over(&near.point, &corners)];
+            let is_tight = 2.0 * (sag + left) >= near.gap.distance - over + sag;
+            let lost = if share == CellShare::Whole && is_tight {
+                [near.left[0], near.left[1]]
+            } else {
+                slopes
+            };
+            let losses = [0, 1].map(|k| sags[k] + lost[k]);
+            let halves = cell.halves(cell.side(losses, share), &at);
             waiting.extend(halves.map(|half| (half, share, depth + 1)));
         }
     }
@@ -238,6 +262,8 @@ struct SearchedCell<'a> {
     share: CellShare,
     /// Distance of its middle from the solid.
     gap: &'a SignedDistance,
+    /// Point of its flat image that was found nearest to the solid.
+    near: &'a SweptPoint,
     /// Deviation of its image from the hull of its corners \[mm\].
     sag: f64,
 }
@@ -246,30 +272,27 @@ impl NearestSearch<'_> {
     /// Returns `true` if a plane shows all that the face has of a cell to be at least `limit` from the solid.
     ///
     /// A plane is least at an extreme point of what the face has of the cell, less the sags in both directions. The
-    /// tangent plane at the middle is tried first, then those along the normal of the cell and the end of the tool,
-    /// which often bound more sharply.
+    /// tangent plane at the nearest point is tried first, then those along the normal of the cell and the end of the
+    /// tool, which often bound more sharply where the solid has an edge.
     fn is_beyond(&self, part: &SearchedCell<'_>, limit: f64) -> bool {
-        let SearchedCell { index, cell, share, gap, sag } = *part;
-        let middle = cell.centre();
-        let beyond = |points: &[Point3<f64>], plane: &SignedDistance, sag: f64| {
-            let over = |point: &Point3<f64>| plane.gradient.dot(&(point - middle));
-            plane.distance + points.iter().map(over).fold(f64::INFINITY, f64::min) - sag >= limit
-        };
-        let corners = cell.corners();
-        if beyond(&corners, gap, sag) {
+        let SearchedCell { index, cell, share, gap, near, sag } = *part;
+        let (middle, corners) = (cell.centre(), cell.corners());
+        if near.gap.least_over(&near.point, &corners) - sag >= limit {
             return true;
         }
         let below = -self.pose.axis.into_inner();
         let sides = cell.normal().into_iter().flat_map(|n| [n, -n]).chain([below]);
-        let planes = sides.map(|n| self.solid.plane(&middle, self.pose, n));
+        let mut planes = sides.map(|n| self.solid.plane(&middle, self.pose, n));
         let kept =
             matches!(share, CellShare::Cut(_)).then(|| self.tree.kept(index, cell)).flatten();
-        match kept {
-            None => planes.into_iter().any(|plane| beyond(&corners, &plane, sag)),
-            Some(kept) => std::iter::once(*gap)
-                .chain(planes)
-                .any(|plane| beyond(kept.points(), &plane, sag + kept.twist)),
-        }
+        let Some(kept) = kept else {
+            return planes.any(|plane| plane.least_over(&middle, &corners) - sag >= limit);
+        };
+        let touching = [(middle, *gap), (near.point, near.gap)];
+        touching
+            .into_iter()
+            .chain(planes.map(|plane| (middle, plane)))
+            .any(|(at, plane)| plane.least_over(&at, kept.points()) - sag - kept.twist >= limit)
     }
 }
 
