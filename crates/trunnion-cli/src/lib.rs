@@ -10,6 +10,7 @@
 mod batch;
 pub mod calls;
 mod check;
+mod decimals;
 mod desktop;
 mod disk;
 mod feed;

@@ -1,5 +1,6 @@
 //! `motion.csv`: the axes at the servo period.
 
+use crate::decimals;
 use std::io::{Error, Result, Write};
 use std::path::Path;
 use trunnion::files::job::MotionMethod;
@@ -14,6 +15,12 @@ pub(crate) const SUFFIXES: [&str; 4] = ["", "_vel", "_acc", "_jerk"];
 /// Decimals of positions and their derivatives. Over a period of 1 ms their rounding can be taken for a jerk of
 /// 6 units/s³ at most (32 h⁻³, 17 h⁻² and 4.4 h⁻¹ times twice half a unit): below a per mille of what axes have.
 const DECIMALS: [usize; 4] = [10, 7, 4, 1];
+
+/// Decimals of the time.
+const TIME_DECIMALS: usize = 9;
+
+/// Usual length of a row \[bytes\].
+const LINE: usize = 256;
 
 /// Returns the name of the table of an operation: a tool change parts one from the next.
 pub(crate) fn file_name(job: &Job, operation: &PlannedOperation) -> String {
@@ -75,12 +82,17 @@ pub(crate) fn values(axes: &[Axis; AXES], setpoint: &Setpoint) -> Vec<f64> {
 pub(crate) fn row(out: &mut dyn Write, axes: &[Axis; AXES], setpoint: &Setpoint) -> Result<()> {
     let values = values(axes, setpoint);
     let Some((t, values)) = values.split_first() else { return Ok(()) };
-    write!(out, "{t:.9}")?;
+    let mut line = Vec::with_capacity(LINE);
+    decimals::write(&mut line, *t, TIME_DECIMALS)?;
     // Fixed decimals, not the shortest form: columns stay aligned, and their rounding is known.
-    for (group, decimals) in values.chunks(AXES).zip(DECIMALS) {
-        group.iter().try_for_each(|value| write!(out, ",{value:.decimals$}"))?;
+    for (group, count) in values.chunks(AXES).zip(DECIMALS) {
+        for value in group {
+            line.push(b',');
+            decimals::write(&mut line, *value, count)?;
+        }
     }
-    writeln!(out)
+    line.push(b'\n');
+    out.write_all(&line)
 }
 
 /// Returns true if a file is named as a Parquet file.
