@@ -6,6 +6,7 @@ An argument gets its proper value by its name. A callable with an argument of an
 
 import inspect
 import itertools
+import sys
 import threading
 import types
 
@@ -26,6 +27,8 @@ PATH = trunnion.Path(TIP, AXIS)
 JOB = {"name": "a", "part": {"file": "missing.json"}}
 LOCATION = trunnion.position(PART.faces[0], BULL, at=(0.5, 0.5), feed=(0, 1))
 PLAN = trunnion.plan(TABLE, LIMITS)
+COVERING = trunnion.cover(PART, BULL, excess=0.5, gouge=0.05, along="u", method="inclined")
+CHECK = trunnion.check(PROGRAM, machine=MACHINE)
 
 #: Proper values by name of the argument; "function.argument" comes first.
 PROPER = {
@@ -61,8 +64,8 @@ PROPER = {
     "setups.tilt": (0.0, 1.0), "Job.path": "job.toml", "Part.path": b'{"degree": [1, 1]}', "check.faces": (),
     "check.cutter": None,
     "programs": [], "machines": "bc-trunnion", "results": None, "client": None, "workers": 0, "over": {"tolerance": [1]},
-    "axes.result": PLAN, "strip": None, "offset_range": (0.0, 5.0), "result": None, "location": LOCATION, "bins": 10,
-    "view.part": None, "view.cutter": None,
+    "axes.result": PLAN, "strip_width.result": COVERING, "deviation.result": CHECK, "strip": None, "offset_range": (0.0, 5.0), "result": None, "location": LOCATION, "bins": 10,
+    "view.part": PART, "view.cutter": BULL,
     "view.result": PATH, "view.at": 0, "tangent": None, "off_screen": True, "tool": None,
 }
 
@@ -144,8 +147,8 @@ OBJECTS = {
     "SmoothPath": PATH.smooth(0.01, 0.01), "Plan": PLAN, "Limits": trunnion.Limits(LIMITS),
     "Job": trunnion.Job(JOB), "CutterLocation": LOCATION, "Program": trunnion.read(PROGRAM, machine=MACHINE),
     "DropResult": trunnion.drop_cutter(([[0, 0, 0], [9, 0, 0], [0, 9, 0]], [[0, 1, 2]]), BULL, [[1, 1]]),
-    "Covering": trunnion.cover(PART, BULL, excess=0.5, gouge=0.05, along="u", method="inclined"),
-    "CheckResult": trunnion.check(PROGRAM, machine=MACHINE), "PostResult": trunnion.post(PROGRAM, MACHINE, dialect="g93"),
+    "Covering": COVERING,
+    "CheckResult": CHECK, "PostResult": trunnion.post(PROGRAM, MACHINE, dialect="g93"),
     "ImportedMachine": trunnion.import_machine(
         ROOT / "fixtures/machine-descriptions/fanuc-table.prm", given={"linear.jerk": 40000, "rotary.jerk": 6000}
     ),
@@ -266,6 +269,17 @@ def hostile_words(name):
         for a, b in rng.choice(labels, (6, 2)):
             first, second = pairs[index]
             yield f"{first}={a}, {second}={b}", {**words, first: HOSTILE[a](), second: HOSTILE[b]()}
+
+
+@pytest.mark.parametrize("name", [name for name in sorted(CALLS) if name.startswith("plot.")])
+def test_a_wrong_argument_is_refused_whatever_extras_are_installed(name, monkeypatch):
+    for extra in ("matplotlib", "matplotlib.figure", "pyvista"):
+        monkeypatch.setitem(sys.modules, extra, None)
+    words = {one: proper(name, one) for one in parameters(name)}
+    for argument in words:
+        with pytest.raises(trunnion.ArgumentError) as found:
+            CALLS[name](**{**words, argument: object()})
+        assert found.value.argument == argument and "object" in str(found.value)
 
 
 @pytest.mark.filterwarnings("ignore")

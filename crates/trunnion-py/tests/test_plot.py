@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from conftest import LOCATIONS, PROGRAM
 
 import trunnion
 
@@ -59,6 +60,28 @@ def test_deviation_of_a_run_is_coloured(job_folder):
     assert name == "deviation, mm" and high == -low == pytest.approx(np.nanmax(np.abs(heights)))
 
 
+def test_deviation_of_a_check_is_coloured(job_folder):
+    plane = job_folder / "plane.json"
+    plane.write_text('{"degree": [1, 1], "knots": [[0, 0, 1, 1], [0, 0, 1, 1]], "points": [[[0, 0, 0], [0, 10, 0]], [[20, 0, 0], [20, 10, 0]]]}')
+    found = trunnion.check(LOCATIONS, dialect="apt", part=plane, cutter="R=0,r=3,L=40", tolerance=(0.02, 0.002), grid=0.5)
+    scene = trunnion.plot.view(trunnion.Part.read(plane), found, off_screen=True)
+    cloud = scene.meshes[-1]
+    scene.close()
+    cut = np.isfinite(found.height)
+    np.testing.assert_array_equal(cloud.points, found.point[cut].astype(cloud.points.dtype))
+    np.testing.assert_array_equal(cloud["deviation, mm"], found.height[cut])
+
+
+def test_a_face_and_the_moves_of_a_post_are_drawn(dome):
+    face = colours(trunnion.plot.view(dome.faces[0], off_screen=True))
+    assert face == colours(trunnion.plot.view(dome, off_screen=True)) and face["part"] > 10_000
+    posted = trunnion.post(PROGRAM, "bc-trunnion", dialect="g93", origin=(-381, -254, -505), tool_length=120)
+    scene = trunnion.plot.view(result=posted, off_screen=True)
+    tips = np.concatenate([mesh.points for mesh in scene.meshes])
+    scene.close()
+    np.testing.assert_allclose(np.unique(tips, axis=0), np.unique(posted.program.tip, axis=0), atol=1e-4)
+
+
 def test_a_triangulated_part_is_drawn(tmp_path):
     stl = tmp_path / "wedge.stl"
     stl.write_text(
@@ -69,6 +92,6 @@ def test_a_triangulated_part_is_drawn(tmp_path):
 
 def test_an_index_without_a_location_is_refused():
     path = trunnion.Path([[0, 0, 0], [10, 5, 1]])
-    for at in (2, -3, "x"):
+    for at in (2, -3, "x", True, 1.0, None, 10**400):
         with pytest.raises(trunnion.ArgumentError, match="one of 2 cutter locations"):
             trunnion.plot.view(result=path, cutter=BULL, at=at, off_screen=True)

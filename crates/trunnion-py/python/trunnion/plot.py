@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from typing import TYPE_CHECKING, Any
 
 from . import _options
@@ -122,14 +123,14 @@ def error_curve(location: Any, tolerance: float | None = None) -> "Figure":
     from ._locate import CutterLocation
 
     location = _one_of("location", location, (CutterLocation,))
+    height = None if tolerance is None else float(_options.number("tolerance", tolerance))
+    if height is not None and not _LEAST <= height <= _MOST:
+        raise ArgumentError(f"tolerance = {height} mm cannot be drawn", "tolerance", None, height)
     figure, (row,) = _figure(1, f"error of one cutter location, strip {location.strip_width:.3f} mm")
     curve = location.error_curve
     row.plot(curve[:, 1], curve[:, 2])
     row.axhline(0.0, color="0.4", linewidth=0.8)
-    if tolerance is not None:
-        height = float(_options.number("tolerance", tolerance))
-        if not _LEAST <= height <= _MOST:
-            raise ArgumentError(f"tolerance = {height} mm cannot be drawn", "tolerance", None, height)
+    if height is not None:
         row.axhline(height, color="0.4", linestyle="--", linewidth=0.8)
         row.set_ylim(-0.5 * height, 3.0 * height)
     row.set_xlabel("across the feed, mm")
@@ -169,13 +170,16 @@ def view(
     """Returns a pyvista Plotter with faces, measured points, passes and the tool.
 
     Args:
-        part: a Part that is drawn.
+        part: a Part or a Face that is drawn.
         result: a run or covering whose passes are drawn, with points coloured by deviation where it was measured; or a
-            Path, a Program or one cutter location.
+            check with its measured points; or a Path, a Program, the result of `post` or one cutter location.
         chord: chord tolerance of the drawing [mm].
         cutter: Cutter that is drawn at one cutter location of the result.
         at: index of that location; negative ones count from the end.
         **plotter: keywords of `pyvista.Plotter`; `off_screen=True` draws without a window, for `.screenshot("view.png")`.
+
+    Raises:
+        InputError: an argument cannot be drawn.
 
     Example:
         >>> import trunnion
@@ -184,27 +188,66 @@ def view(
         >>> found = trunnion.cover(plane, ball, excess=0.1, gouge=0.01, along="u", method="inclined")
         >>> trunnion.plot.view(plane, found, cutter=ball, at=-1).show()  # doctest: +SKIP
     """
+    # Arguments come before the library: what is wrong does not depend on what is installed.
+    meshes = _meshes(part, chord)
+    result = _placed(result)
+    tips, axes = _locations(result)
+    outline = None if cutter is None else _outline(cutter, at, len(tips))
     try:
         import pyvista
     except ImportError as error:
         raise TrunnionError("pictures in space need pyvista\n  help: pip install 'trunnion[view]'") from error
 
     scene = pyvista.Plotter(**plotter)
-    maps = [one for one in getattr(result, "maps", []) if len(one["height"])]
-    if part is not None:
+    maps = _maps(result)
+    for vertices, triangles in meshes:
+        mesh = pyvista.PolyData.from_regular_faces(vertices, triangles)
         # Measured points lie on the faces, and would be half hidden by them.
-        faces = [face.mesh(chord) for face in part.faces] or [part.mesh()]
-        for vertices, triangles in faces:
-            mesh = pyvista.PolyData.from_regular_faces(vertices, triangles)
-            scene.add_mesh(mesh, color="lightgrey", opacity=0.4 if maps else 1.0)
+        scene.add_mesh(mesh, color="lightgrey", opacity=0.4 if maps else 1.0)
     _add_deviation(scene, maps)
-    tips, axes = _locations(result)
     for tip in _runs(result, tips):
         scene.add_lines(tip, color="steelblue", width=2, connected=True)
-    if cutter is not None:
-        _add_tool(scene, cutter, tips, axes, at)
+    if outline is not None:
+        _add_tool(scene, outline, tips[at], axes[at])
     scene.add_axes()
     return scene
+
+
+def _meshes(part: Any, chord: Any) -> list[Any]:
+    """Returns vertices and triangles of each face."""
+    from ._trunnion import Face, Part
+
+    height = float(_options.number("chord", chord))
+    if not height > 0.0:
+        raise ArgumentError(f"chord = {height} is not above 0", "chord", None, height)
+    if part is None:
+        return []
+    if isinstance(_one_of("part", part, (Part, Face)), Face):
+        return [part.mesh(height)]
+    return [face.mesh(height) for face in part.faces] or [part.mesh()]
+
+
+def _placed(result: Any) -> Any:
+    """Returns a result that has cutter locations or measured points; for that of a post its program."""
+    from ._job import RunResult
+    from ._locate import Covering, CutterLocation
+    from ._path import Path
+    from ._program import Program
+    from ._verbs import CheckResult, PostResult
+
+    if result is None:
+        return None
+    kinds = (RunResult, Covering, CheckResult, Path, Program, PostResult, CutterLocation)
+    found = _one_of("result", result, kinds)
+    return found.program if isinstance(found, PostResult) else found
+
+
+def _maps(result: Any) -> list[Any]:
+    """Returns measured points with their heights, one dict for each face."""
+    from ._verbs import CheckResult
+
+    maps = [{"point": result.point, "height": result.height}] if isinstance(result, CheckResult) else getattr(result, "maps", [])
+    return [one for one in maps if len(one["height"])]
 
 
 def _add_deviation(scene: Any, maps: Any) -> None:
@@ -243,24 +286,34 @@ def _runs(result: Any, tips: Any) -> list[Any]:
     return [tip for tip in runs if len(tip) > 1]
 
 
-def _add_tool(scene: Any, cutter: Any, tips: Any, axes: Any, at: int) -> None:
-    """Adds a cutter, its outline turned about the tool axis of one location."""
+def _outline(cutter: Any, at: Any, locations: int) -> Any:
+    """Returns the outline of a cutter with its shank, (n, 2); refuses the index of a location that there is not."""
+    outline = _options.as_cutter(cutter).outline()
+    try:
+        index = locations if isinstance(at, bool) else operator.index(at)
+    except TypeError:
+        index = locations
+    if not -locations <= index < locations:
+        shown = repr(at) if isinstance(at, str) or abs(index) < _MOST and isinstance(at, int) else type(at).__name__
+        message = f"at = {shown} is not the index of one of {locations} cutter locations"
+        raise ArgumentError(message + "\n  help: give a result that has them", "at", None, at)
+    return outline
+
+
+def _add_tool(scene: Any, outline: Any, tip: Any, axis: Any) -> None:
+    """Adds a cutter, its outline turned about the tool axis of a location."""
     import numpy as np
     import pyvista
 
-    # With the shank, and closed above.
-    outline = _options.as_cutter(cutter).outline()
-    if not isinstance(at, int) or not -len(tips) <= at < len(tips):
-        message = f"at = {at!r} is not the index of one of {len(tips)} cutter locations"
-        raise ArgumentError(message + "\n  help: give a result that has them", "at", None, at)
+    # Closed above.
     outline = np.concatenate([outline, [[0.0, outline[-1, 1]]]])
     profile = pyvista.lines_from_points(np.column_stack([outline[:, 0], np.zeros(len(outline)), outline[:, 1]]))
     tool = profile.extrude_rotate(resolution=48, capping=False)
-    up = axes[at] / np.linalg.norm(axes[at])
+    up = axis / np.linalg.norm(axis)
     # Any direction across the axis will do: the tool is round.
     side = np.cross(up, [1.0, 0.0, 0.0] if abs(up[0]) < 0.9 else [0.0, 1.0, 0.0])
     side /= np.linalg.norm(side)
     placed = np.eye(4)
-    placed[:3, :] = np.column_stack([side, np.cross(up, side), up, tips[at]])
+    placed[:3, :] = np.column_stack([side, np.cross(up, side), up, tip])
     tool = tool.transform(placed, inplace=False).compute_normals(feature_angle=30, split_vertices=True, auto_orient_normals=True)
     scene.add_mesh(tool, color="goldenrod", opacity=0.8, smooth_shading=True)
