@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use std::path::PathBuf;
 use trunnion::drop_cutter::{CuttingEnd, DropContact, DropIndex};
 use trunnion::nalgebra::Point3;
+use trunnion::surface::SurfaceError;
 use trunnion::types::{Interval, Mesh};
 use trunnion_cli::calls;
 
@@ -88,12 +89,9 @@ fn mesh_of(shape: &Bound<'_, PyAny>, chord: f64) -> PyResult<BoundedMesh> {
     let py = shape.py();
     if let Ok(faces) = shape.extract::<Vec<Face>>() {
         let chord = positive(py, "chord", chord)?;
-        let all = py.detach(|| {
-            let all: Result<Vec<BoundedMesh>, _> =
-                faces.iter().map(|face| tessellated(face, chord)).collect();
-            all
-        });
-        return Ok(joined(&all.map_err(|error| input(py, error))?));
+        let all: PyResult<Vec<BoundedMesh>> =
+            faces.iter().map(|face| tessellated(py, face, chord)).collect();
+        return Ok(joined(&all?));
     }
     let (vertices, triangles): (Bound<'_, PyAny>, Bound<'_, PyAny>) = shape.extract()?;
     let numbers = Numbers::of("vertices", &vertices)?;
@@ -133,21 +131,29 @@ fn corners(value: &Bound<'_, PyAny>) -> PyResult<Vec<[u32; 3]>> {
 }
 
 /// Divides a face into triangles until the bound on their distance is at most `chord`.
-fn tessellated(face: &Face, chord: f64) -> Result<BoundedMesh, trunnion::surface::SurfaceError> {
+fn tessellated(py: Python<'_>, face: &Face, chord: f64) -> PyResult<BoundedMesh> {
     let face = face.0.face();
+    let divided = |asked: f64| {
+        // A fine chord takes a while each time.
+        py.check_signals()?;
+        let made = py.detach(|| {
+            let made = face.tessellate(asked)?;
+            let deviation = made.deviation_bound(&face.surface);
+            Ok(BoundedMesh { mesh: made.mesh, deviation })
+        });
+        made.map_err(|error: SurfaceError| input(py, error))
+    };
     let mut asked = chord;
     for _ in 0..REFINED {
-        let made = face.tessellate(asked)?;
-        match made.deviation_bound(&face.surface) {
+        let made = divided(asked)?;
+        match made.deviation {
             // Distances go with the square of the cells, so with the chord that was asked for.
             Some(bound) if bound > chord => asked *= 0.9 * chord / bound,
-            deviation => return Ok(BoundedMesh { mesh: made.mesh, deviation }),
+            _ => return Ok(made),
         }
     }
     // The largest number of cells is reached: the bound is stated as it is.
-    let made = face.tessellate(asked)?;
-    let deviation = made.deviation_bound(&face.surface);
-    Ok(BoundedMesh { mesh: made.mesh, deviation })
+    divided(asked)
 }
 
 /// Joins meshes; the deviation is that of the worst.

@@ -25,6 +25,17 @@ pub(crate) fn input_with(py: Python<'_>, message: impl Display, remedy: &str) ->
     input(py, format!("{message}{help}"))
 }
 
+/// Remedies that name the command line, which a wheel does not bring, and what Python has for them.
+const IN_PYTHON: [(&str, &str); 3] = [
+    ("`trunnion machine list` names", "`trunnion.built_in()` has"),
+    ("numbers from `trunnion inspect`", "numbers of `trunnion.Part.read(..).faces`"),
+    ("`trunnion setup` searches", "`Job.setups` searches"),
+];
+
+fn in_python(message: &str) -> String {
+    IN_PYTHON.iter().fold(message.to_owned(), |text, (shell, here)| text.replace(shell, here))
+}
+
 /// Returns the exception for a failure of a verb.
 pub(crate) fn failure(py: Python<'_>, failure: Failure) -> PyErr {
     let (class, messages) = match failure {
@@ -36,7 +47,7 @@ pub(crate) fn failure(py: Python<'_>, failure: Failure) -> PyErr {
         Failure::Stopped => ("StoppedError", vec!["stopped on request".to_owned()]),
         Failure::Internal(error) => ("InternalError", vec![format!("{error:#}")]),
     };
-    match PyTuple::new(py, messages) {
+    match PyTuple::new(py, messages.iter().map(|message| in_python(message))) {
         Ok(messages) => exception(py, class, messages),
         Err(error) => error,
     }

@@ -136,7 +136,7 @@ impl NativePlan {
     fn sample<'py>(&self, py: Python<'py>, period: f64) -> PyResult<Bound<'py, PyAny>> {
         let axes = self.0.axes.len();
         sampled_rows_fit(py, period, self.0.motion.schedule().duration(), 1 + 4 * axes)?;
-        let rows = py.detach(|| self.0.motion.sample(axes, period));
+        let rows = watched(py, None, |watch| self.0.motion.sample(axes, period, watch))?;
         let rows = rows.map_err(|error| failure(py, error))?;
         let width = 1 + 4 * axes;
         let count = rows.len() / width;

@@ -4,7 +4,7 @@ use crate::arrays::{array, sampled_rows_fit, whole};
 use crate::errors::failure;
 use crate::locate::pass_of;
 use crate::machine::AngleUnit;
-use crate::progress::watched;
+use crate::progress::{SLICE, watched};
 use crate::scalar::scalar;
 use crate::verbs::{json, maps_of};
 use pyo3::prelude::*;
@@ -177,8 +177,13 @@ impl NativeRun {
             let (path, schedule) = (&one.followed.path, &one.plan.schedule);
             let sampled = setpoint::sample(path, schedule, period)
                 .map_err(|error| crate::errors::input(py, error))?;
-            let later = |point: Setpoint| Setpoint { t: start + point.t, ..point };
-            py.detach(|| points.extend(sampled.map(later)));
+            let mut later = sampled.map(|point| Setpoint { t: start + point.t, ..point });
+            let mut before = usize::MAX;
+            while before != points.len() {
+                before = points.len();
+                py.detach(|| points.extend(later.by_ref().take(SLICE)));
+                py.check_signals()?;
+            }
             start += schedule.duration();
         }
         let answer = PyDict::new(py);

@@ -413,7 +413,9 @@ impl Face {
     ) -> PyResult<Vec<[f64; N]>> {
         arrays.shaped("uv", &[&[2], &[0, 2]])?;
         let (pairs, face) = (arrays.rows::<2>(), self.0.face());
-        Ok(arrays.python().detach(|| pairs.par_iter().map(|uv| row(face, *uv)).collect()))
+        let watch = StageWatch { stage: "evaluating the face", callable: None };
+        let all = |slice: &[[f64; 2]]| slice.par_iter().map(|uv| row(face, *uv)).collect();
+        in_slices(arrays.python(), watch, pairs, all)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::errors;
 use pyo3::prelude::*;
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Mutex, PoisonError};
@@ -98,13 +98,27 @@ pub(crate) fn watched<T: Send>(
 }
 
 /// Rows between two looks at signals and two reports: below half a second for the slowest search.
-const SLICE: usize = 8192;
+pub(crate) const SLICE: usize = 8192;
 
 /// Stage of a call, and the callable that hears how far it is.
 #[derive(Clone, Copy)]
 pub(crate) struct StageWatch<'a> {
     pub(crate) stage: &'a str,
     pub(crate) callable: Option<&'a Py<PyAny>>,
+}
+
+/// Works on ranges of `count` rows one after another, and lets signal handlers run between them; for work that goes on
+/// from row to row.
+pub(crate) fn in_turn(
+    py: Python<'_>,
+    count: usize,
+    mut work: impl FnMut(Range<usize>) + Send,
+) -> PyResult<()> {
+    for start in (0..count).step_by(SLICE) {
+        py.detach(|| work(start..count.min(start + SLICE)));
+        py.check_signals()?;
+    }
+    Ok(())
 }
 
 /// Works on rows slice by slice, and lets signal handlers and the callable run between them.

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use trunnion::post::PostPace;
 use trunnion::verify::{FaceMap, HeightSample};
-use trunnion_cli::calls;
+use trunnion_cli::calls::{self, MovesAnswer};
 
 /// Returns a summary as Python data.
 pub(crate) fn json<'py>(
@@ -117,6 +117,7 @@ pub(crate) fn moves(
 ) -> PyResult<Bound<'_, PyDict>> {
     let found = watched(py, progress.as_ref(), |watch| calls::moves(&options, watch))?
         .map_err(|error| failure(py, error))?;
+    let MovesAnswer { moves: found, warnings, .. } = found;
     let count = found.len();
     let answer = PyDict::new(py);
     let tips = found.iter().flat_map(|one| <[f64; 3]>::from(one.pose.tip.coords)).collect();
@@ -132,6 +133,7 @@ pub(crate) fn moves(
         PostPace::Seconds(seconds) => seconds,
         _ => f64::NAN,
     });
+    answer.set_item("warnings", warnings)?;
     answer.set_item("tip", array(py, tips, &[count, 3])?)?;
     answer.set_item("axis", array(py, axes, &[count, 3])?)?;
     answer.set_item("q", array(py, positions, &[count, 5])?)?;

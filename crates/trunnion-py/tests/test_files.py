@@ -118,6 +118,7 @@ def test_the_solids_of_a_machine_are_found_from_everywhere(tmp_path, root, monke
 def test_a_post_is_read_back(tmp_path):
     posted = trunnion.post(PROGRAM, "bc-trunnion", dialect="g93", **SETUP)
     assert posted.kept and "G93" in posted.text and posted.setup
+    assert str(posted).startswith("output: g93 for bc-trunnion")
     assert posted.summary["motion"]["conserved"]
     file = tmp_path / "out.nc"
     again = trunnion.post(PROGRAM, trunnion.Machine("bc-trunnion", **SETUP), dialect="g93", output=file)

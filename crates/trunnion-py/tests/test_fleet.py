@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -151,6 +152,8 @@ def test_failures_stand_beside_results(programs, tmp_path):
     assert [row["status"] for row in found.rows] == ["done", "failed", "failed", "failed", "done", "failed"]
     assert "part1.ngc:1" in found.failed[1]["message"]
     assert len(found.to_pandas()) == 6 and "<table>" in found._repr_html_()
+    # A table for the eye: every digit stands in the rows.
+    assert not re.search(r"<td>\d+\.\d{8}", found._repr_html_())
     assert found.summaries[1] is None and found.summaries[0]["machine"] == "bc-trunnion"
 
 
@@ -274,6 +277,14 @@ def test_an_item_that_kills_every_worker_fails_alone(programs, tmp_path, monkeyp
     assert "ended by signal 9 in the middle of this item" in found.failed[0]["message"]
     # What says nothing of the item is not kept: the next time it is tried again.
     assert len(list(results.iterdir())) == 3
+
+
+@pytest.mark.filterwarnings("error::ResourceWarning", "error::pytest.PytestUnraisableExceptionWarning")
+def test_a_fleet_leaves_no_file_open(programs):
+    import gc
+
+    assert all(row["status"] == "done" for row in fleet.audit(programs[:2], "bc-trunnion", workers=2, **SETUP).rows)
+    gc.collect()
 
 
 def test_leaving_the_loop_ends_the_workers(tmp_path, monkeypatch):

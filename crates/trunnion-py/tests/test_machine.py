@@ -163,3 +163,9 @@ def test_wrong_arguments_are_named(tip, axis, argument, index):
         trunnion.Machine("bc-trunnion").inverse(tip, axis)
     assert found.value.argument == argument and found.value.index == index
     assert argument in str(found.value)
+
+
+def test_remedies_name_what_a_wheel_brings():
+    with pytest.raises(trunnion.InputError) as found:
+        trunnion.Machine("no-such")
+    assert found.value.remedy == "`trunnion.built_in()` has the built-in ones"

@@ -26,4 +26,9 @@ def test_a_notebook_runs(path):
     pytest.importorskip("matplotlib")
     book = nbformat.read(path, as_version=4)
     nbclient.NotebookClient(book, timeout=300, resources={"metadata": {"path": str(path.parent)}}).execute()
-    assert not [out for cell in book.cells for out in cell.get("outputs", []) if out.output_type == "error"]
+    outputs = [out for cell in book.cells for out in cell.get("outputs", [])]
+    assert not [out for out in outputs if out.output_type == "error"]
+    # A page that someone would forward has pictures, and a figure is one of them, not its name.
+    data = [out["data"] for out in outputs if "data" in out]
+    pictures = [one for one in data if "image/png" in one or "<svg" in one.get("text/html", "")]
+    assert len(pictures) >= 3 and not [one for one in data if one.get("text/plain", "").startswith("<Figure") and one not in pictures]

@@ -13,7 +13,7 @@ pub use crate::feed::{AxisColumn, AxisTable, PlanAnswer, PlanFigures, PlannedMot
 pub use crate::init::ProposalAnswer;
 pub use crate::machine::{CalibrationAnswer, CalibrationSummary, ImportAnswer, ImportSummary};
 pub use crate::outcome::exit_code;
-pub use crate::post::PostAnswer;
+pub use crate::post::{MovesAnswer, PostAnswer};
 pub use crate::progress::stage_words;
 pub use crate::setup::SetupAnswer;
 pub use files::{library, machine, machine_text, mesh, part, part_of_bytes};

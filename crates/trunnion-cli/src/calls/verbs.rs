@@ -5,13 +5,12 @@ use crate::feed::{AxisTable, PlanAnswer};
 use crate::init::ProposalAnswer;
 use crate::machine::{self as machines, CalibrationAnswer, ImportAnswer};
 use crate::outcome::Failure;
-use crate::post::PostAnswer;
+use crate::post::{MovesAnswer, PostAnswer};
 use crate::setup::SetupAnswer;
 use crate::{check as checks, feed, init, post as posts, setup as setups};
 use clap::{Args, Command};
 use trunnion::files::limits::LimitsFile;
 use trunnion::nc::read::SubprogramFile;
-use trunnion::post::PostMove;
 use trunnion::types::Progress;
 
 /// Checks a program, CL file or table of setpoints, as `trunnion check` does.
@@ -56,7 +55,7 @@ pub fn post(options: &[String], progress: &dyn Progress) -> Result<PostAnswer, F
 /// # Errors
 ///
 /// Wrong options or input.
-pub fn moves(options: &[String], progress: &dyn Progress) -> Result<Vec<PostMove>, Failure> {
+pub fn moves(options: &[String], progress: &dyn Progress) -> Result<MovesAnswer, Failure> {
     posts::moves(&parsed("post", options)?, progress)
 }
 

@@ -14,7 +14,7 @@ use std::time::Instant;
 use trunnion::feed::{FeedError, FeedOptions, Limits, PathEnds, optimal_schedule};
 use trunnion::files::limits::{LimitsFile, parse};
 use trunnion::setpoint;
-use trunnion::types::{AxisPath, Progress, Schedule, Setpoint, Silent};
+use trunnion::types::{AxisPath, Progress, Schedule, Setpoint, Silent, Stage};
 
 /// Axis counts that plans are compiled for; other counts get additional axes that stand still.
 const SIZES: [usize; 4] = [3, 5, 6, 10];
@@ -235,8 +235,16 @@ pub trait PlannedMotion: Send + Sync {
     /// # Errors
     ///
     /// A period that is not above 0, or so short that the rows would not fit in memory.
-    fn sample(&self, axes: usize, period: f64) -> Result<Vec<f64>, Failure>;
+    fn sample(
+        &self,
+        axes: usize,
+        period: f64,
+        progress: &dyn Progress,
+    ) -> Result<Vec<f64>, Failure>;
 }
+
+/// Rows between two checks for cancellation.
+const ROWS_A_STEP: u64 = 4096;
 
 /// Plan that keeps all it needs to be measured later.
 struct KeptPlan<const N: usize> {
@@ -261,11 +269,23 @@ impl<const N: usize> PlannedMotion for KeptPlan<N> {
         Ok(self.figures.get_or_init(|| measured))
     }
 
-    fn sample(&self, axes: usize, period: f64) -> Result<Vec<f64>, Failure> {
+    fn sample(
+        &self,
+        axes: usize,
+        period: f64,
+        progress: &dyn Progress,
+    ) -> Result<Vec<f64>, Failure> {
         let points = setpoint::sample(&self.prepared.path, &self.schedule, period)
             .map_err(Failure::input)?;
         let mut rows = Vec::new();
-        for Setpoint { t, position, velocity, acceleration, jerk } in points {
+        for (count, point) in (0_u64..).zip(points) {
+            let Setpoint { t, position, velocity, acceleration, jerk } = point;
+            // Reporting every row would cost more than computing it. How many there are the iterator does not know.
+            if count.is_multiple_of(ROWS_A_STEP)
+                && progress.report(Stage::Setpoints, count, 0).is_break()
+            {
+                return Err(Failure::Stopped);
+            }
             rows.push(t);
             for vector in [position, velocity, acceleration, jerk] {
                 rows.extend(vector.iter().take(axes));

@@ -12,6 +12,7 @@ mod summary;
 pub(crate) mod tools;
 
 pub(crate) use args::PostArgs;
+pub use moves::MovesAnswer;
 pub(crate) use moves::moves;
 pub use run::PostAnswer;
 pub(crate) use run::{answer, run};

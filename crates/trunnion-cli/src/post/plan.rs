@@ -2,15 +2,17 @@
 
 use super::args::{PostArgs, PostTiming};
 use super::head::Head;
-use super::input::InputOptions;
+use super::input::{Input, InputOptions};
 use super::tools::Tools;
 use crate::outcome::Failure;
 use crate::{machine, text};
+use std::path::Path;
 use trunnion::machine::{Kinematics, Machine, Setup};
 use trunnion::nc::write::{
     AxisWords, Coolant, OutputFormat, SheetProgram, Style, Template, program_sheet,
 };
 use trunnion::post::{PostFilter, PostMethod, PostOptions, control_of};
+use trunnion::types::Progress;
 
 /// Settings that are known before the input is read.
 pub(super) struct Plan {
@@ -30,6 +32,15 @@ pub(super) struct Plan {
 }
 
 impl Plan {
+    /// Opens the input of the plan.
+    pub(super) fn open<'a>(
+        &self,
+        path: &Path,
+        bars: &'a dyn Progress,
+    ) -> Result<Input<'a>, Failure> {
+        Input::open(path, &self.from_machine, self.from_words, &self.input_options, bars)
+    }
+
     pub(super) fn new(args: &PostArgs, name: &str) -> Result<Self, Failure> {
         let stated = machine::load(name)?.machine;
         let machine = match &args.to_calibrated {

@@ -6,10 +6,8 @@ use super::plan::Plan;
 use super::summary::LeftOutCount;
 use crate::outcome::Failure;
 use std::io::Write;
-use std::path::Path;
 use trunnion::nc::write::Coolant;
 use trunnion::post::{PostError, PostMove, PostPace, PostReport, PostSource, Poster, ProgramHead};
-use trunnion::types::Progress;
 
 /// Bytes of text that are kept before they are written.
 const CHUNK: usize = 1 << 16;
@@ -26,18 +24,28 @@ pub(super) struct Posted {
     pub(super) contradictions: Vec<String>,
 }
 
-/// Reads the input of a plan to its end while the program is written.
+/// Reads the input of a plan to its end while the program is written; its warnings stand also behind a failure.
 pub(super) fn post(
     plan: &Plan,
-    path: &Path,
-    bars: &dyn Progress,
+    input: Input<'_>,
+    warnings: &mut Vec<String>,
     out: &mut dyn Write,
 ) -> Result<Posted, Failure> {
-    let input = Input::open(path, &plan.from_machine, plan.from_words, &plan.input_options, bars)?;
+    let mut reader = BatchReader::new(input);
+    let posted = posted(plan, &mut reader, out);
+    warnings.extend(reader.input.take_warnings());
+    posted
+}
+
+fn posted(
+    plan: &Plan,
+    reader: &mut BatchReader<'_>,
+    out: &mut dyn Write,
+) -> Result<Posted, Failure> {
     let mut posting = Posting {
         plan,
         poster: None,
-        head: Head { name: input.name(), ..Head::default() },
+        head: Head { name: reader.input.name(), ..Head::default() },
         first: None,
         approach: Vec::new(),
         is_cutting: false,
@@ -45,7 +53,6 @@ pub(super) fn post(
         coolant: Coolant::Off,
         text: String::with_capacity(2 * CHUNK),
     };
-    let mut reader = BatchReader::new(input);
     let mut now = reader.next();
     while let Some(batch) = now {
         let mut posted = Ok(());

@@ -30,20 +30,16 @@ pub(crate) fn run(args: &PostArgs, form: OutputForm) -> Result<Done, Failure> {
         return Err(Failure::input("an input, a machine (-m) and an output (-o) are needed"));
     };
     let bars = Bars::new();
-    let Written { summary, warnings } =
-        written(args, &PostFiles { input, machine, output }, &bars)?;
+    let mut warnings = Vec::new();
+    let written = written(args, &PostFiles { input, machine, output }, &bars, &mut warnings);
     bars.finish();
+    // Before a failure as well, of which they may be the reason.
     for warning in warnings {
         eprintln!("warning: {warning}");
     }
+    let summary = written?;
     form.print(&summary, PostSummary::describe)?;
     Ok(if summary.kept() { Done::Kept } else { Done::Broken })
-}
-
-/// Program that was written.
-struct Written {
-    summary: PostSummary,
-    warnings: Vec<String>,
 }
 
 /// Files of a posting.
@@ -73,19 +69,28 @@ pub(crate) fn answer(args: &PostArgs, progress: &dyn Progress) -> Result<PostAns
     else {
         return Err(Failure::input("an input, a machine and an output are needed"));
     };
-    let Written { summary, warnings } =
-        written(args, &PostFiles { input, machine, output }, progress)?;
+    let mut warnings = Vec::new();
+    let written = written(args, &PostFiles { input, machine, output }, progress, &mut warnings);
+    let summary = match written {
+        Ok(summary) => summary,
+        Err(Failure::Input(mut messages)) => {
+            messages.append(&mut warnings);
+            return Err(Failure::Input(messages));
+        }
+        Err(failure) => return Err(failure),
+    };
     let json = serde_json::to_value(&summary).map_err(anyhow::Error::from)?;
     let (table, kept) = (summary.describe(), summary.kept());
     Ok(PostAnswer { summary: json, table, kept, warnings })
 }
 
-/// Posts the input; nothing is in place before everything is complete.
+/// Posts the input; nothing is in place before everything is complete. Warnings stand also behind a failure.
 fn written(
     args: &PostArgs,
     files: &PostFiles<'_>,
     progress: &dyn Progress,
-) -> Result<Written, Failure> {
+    warnings: &mut Vec<String>,
+) -> Result<PostSummary, Failure> {
     let PostFiles { input, machine, output } = *files;
     let calibrated = args.to_calibrated.as_deref().map_or(Path::new(machine), Path::new);
     output::protect(output, &[input, Path::new(machine), calibrated])?;
@@ -96,8 +101,10 @@ fn written(
         output::protect(table, &[input, Path::new(machine), output])?;
     }
     let (mut outputs, name) = Outputs::beside(output)?;
-    let posted = outputs.add_checked(&name, |out| posting::post(&plan, input, progress, out))?;
-    let mut warnings = warnings(&posted.report, input, output);
+    let posted = outputs.add_checked(&name, |out| {
+        posting::post(&plan, plan.open(input, progress)?, warnings, out)
+    })?;
+    warnings.extend(warnings_of(&posted.report, input, output));
     if args.to_calibrated.is_some() {
         warnings.push(format!(
             "{}: the origin of the calibrated machine is not that of the ideal one\n  help: enter G54 as the head of \
@@ -113,12 +120,11 @@ fn written(
     let setpoints = motion.map(|table| sample(args, &plan, input, table, progress)).transpose()?;
     outputs.commit()?;
     let setpoints = setpoints.map(Sampled::commit).transpose()?;
-    let summary = PostSummary::new(&plan, &posted, output).with_setpoints(setpoints);
-    Ok(Written { summary, warnings })
+    Ok(PostSummary::new(&plan, &posted, output).with_setpoints(setpoints))
 }
 
 /// Returns the warnings about a program that was posted.
-fn warnings(report: &PostReport, input: &Path, output: &Path) -> Vec<String> {
+fn warnings_of(report: &PostReport, input: &Path, output: &Path) -> Vec<String> {
     let mut warnings = Vec::new();
     // Text of a template that the reader does not know: the program may still be right.
     if let Some(unread) = &report.unread {

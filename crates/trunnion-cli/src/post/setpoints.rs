@@ -59,8 +59,7 @@ impl<'a> SetpointSource<'a> {
         period: f64,
         bars: &'a dyn Progress,
     ) -> Result<Self, Failure> {
-        let input =
-            Input::open(path, &plan.from_machine, plan.from_words, &plan.input_options, bars)?;
+        let input = plan.open(path, bars)?;
         // The axes run straight from point to point. Points and rounded corners each have half of the tolerance.
         let dialect = OutputFormat::G93;
         let options = PostOptions {
@@ -134,10 +133,7 @@ impl<'a> SetpointSource<'a> {
 
     /// Takes the next move in, and returns the setpoints that are known then; `None` behind the last move.
     fn next(&mut self) -> Result<Option<Vec<Setpoint>>, Failure> {
-        let Some(one) = self.input.next()? else {
-            self.input.warn();
-            return Ok(None);
-        };
+        let Some(one) = self.input.next()? else { return Ok(None) };
         if self.poster.is_none() {
             self.head.name = self.input.name();
         }

@@ -339,6 +339,18 @@ fn tcp_without_a_tool_length_is_warned_of() {
     assert!(bare.contains("bare.ngc:6: no tool length is in force"), "{bare}");
     let with = warned("G43 H1\n");
     assert!(!with.contains("no tool length"), "{with}");
+    // Setpoints read the input a second time, and have nothing to add.
+    let mut arguments = vec!["bare.ngc", "--motion", "motion.csv"];
+    fs::write(
+        folder.path().join("bare.ngc"),
+        "G21 G90 G54 G94\nT1 M6\nS600 M3\nG0 X0 Y0 Z60\nG1 Z50 F600\nM2\n",
+    )
+    .unwrap();
+    arguments.extend(on_bc("linuxcnc", "out.ngc"));
+    let output = post(folder.path(), &arguments);
+    let reported = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{reported}");
+    assert_eq!(reported.matches("no tool length is in force").count(), 1, "{reported}");
 }
 
 /// The same words; F, where both have it, up to a hundredth below: the machine starts from rest.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Any
 
-from . import _options
+from . import _options, _picture
 from ._locate import faces_of
 from ._path import floats
 from ._progress import Progress, adapted
@@ -59,6 +59,13 @@ class DropResult(Table):
 
     def __repr__(self) -> str:
         return f"DropResult({len(self)} places, deviation={self.deviation})"
+
+    def _repr_html_(self) -> str:
+        import numpy as np
+
+        touched = self.z[np.isfinite(self.z)]
+        span = f"tip from {touched.min():.4f} to {touched.max():.4f} mm" if touched.size else "nothing below"
+        return _picture.heights(f"{len(self)} places, {span}", self._places, self.z)
 
 
 @_options.pythonic

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import re
+import sys
+
+# The name alone tells type checkers; the module `typing` would delay every worker.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Iterable
 
 _PLACE = re.compile(r"^(?P<file>(?:[A-Za-z]:[\\/])?.*?):(?:(?P<line>\d+)(?::(?P<column>\d+))?:)? (?P<text>.*)$", re.S)
 #: Path of a file: an ending, or a folder before a name without spaces; sentences with figures have a full stop as well.
@@ -99,3 +106,15 @@ class TrunnionWarning(UserWarning):
 
 class UnreachableWarning(TrunnionWarning):
     """Some poses have no axis position."""
+
+
+def warn(messages: Iterable[str], category: type[Warning] = TrunnionWarning) -> None:
+    """Warns of each message, at the line outside this package that called it."""
+    import warnings
+
+    own = os.path.dirname(os.path.abspath(__file__)) + os.sep
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and os.path.abspath(frame.f_code.co_filename).startswith(own):
+        frame, level = frame.f_back, level + 1
+    for message in messages:
+        warnings.warn(message, category, stacklevel=level)

@@ -7,7 +7,7 @@ import os
 from typing import TYPE_CHECKING, Any, Mapping, Sequence
 
 from . import _options, _picture
-from ._errors import ArgumentError, InputError, TrunnionError, TrunnionWarning
+from ._errors import ArgumentError, InputError, TrunnionError, warn
 from ._plan import Motion
 from ._progress import Progress, adapted
 
@@ -108,8 +108,6 @@ class Job:
             Traceback (most recent call last):
             trunnion.InputError: ...
         """
-        import warnings
-
         from . import _trunnion
 
         words = [_options.path("part", part), "--machine", _options.path("machine", machine)]
@@ -117,8 +115,7 @@ class Job:
         if rotation is not None:
             words.append("--rotation=" + _options.angles("rotation", rotation, 3, deg))
         text, remarks = _trunnion.propose(words, adapted(progress))
-        for remark in remarks:
-            warnings.warn(_options.worded(remark), TrunnionWarning, stacklevel=2)
+        warn(map(_options.worded, remarks))
         job = cls(_trunnion.toml_data(text), os.path.dirname(words[0]) or ".")
         # The part is named from where the caller stands.
         job.data["part"]["file"] = os.path.abspath(words[0])

@@ -82,6 +82,33 @@ def path(title: str, tip: Any, axis: Any) -> str:
     return "".join(parts) + "</svg>"
 
 
+def heights(title: str, points: Any, z: Any) -> str:
+    """Returns places seen from above, the lowest blue and the highest orange; those without a height as small crosses."""
+    import numpy as np
+
+    points, z = np.asarray(points, dtype=float), np.asarray(z, dtype=float)
+    step = max(1, -(-len(points) // _POINTS))
+    points, z = points[::step], z[::step]
+    if not len(points):
+        return _open(40) + _text(4, 24, f"{title}: no places") + "</svg>"
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = float(max(high - low)) or 1.0
+    height = 320.0
+    x, y = ((points - low) * ((height - 2 * _EDGE) / size)).T
+    x, y = _EDGE + x, height - _EDGE - y
+    cut = np.isfinite(z)
+    least, most = (float(z[cut].min()), float(z[cut].max())) if cut.any() else (0.0, 0.0)
+    share = (z - least) / ((most - least) or 1.0)
+    parts = [_open(height), _text(_EDGE, 18, title, "bold")]
+    for across, up, part in zip(x.tolist(), y.tolist(), share.tolist()):
+        if part == part:
+            red, green, blue = (round(a + part * (b - a)) for a, b in zip((47, 111, 159), (224, 122, 47)))
+            parts.append(f'<circle cx="{across:.1f}" cy="{up:.1f}" r="3" fill="#{red:02x}{green:02x}{blue:02x}"/>')
+        else:
+            parts.append(_text(across - 2, up + 3, "x", colour="#999"))
+    return "".join(parts) + "</svg>"
+
+
 def table(rows: Sequence[tuple[str, object]]) -> str:
     """Returns rows of a name and a value."""
     body = "".join(

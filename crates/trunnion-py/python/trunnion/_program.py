@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from . import _options, _picture
-from ._errors import InputError
+from ._errors import InputError, warn
 from ._progress import Progress, adapted
 from ._result import Table
 
@@ -34,6 +34,7 @@ class Program(Table):
         feed: programmed tip speed, NaN for rapid moves and moves with a time, (n,) [mm/s].
         seconds: programmed time of the move, NaN without one, (n,) [s].
         q: axis positions as programmed, NaN for CL files, (n, 5) [mm, rad].
+        warnings: remarks about the file, in words.
 
     Example:
         >>> import trunnion
@@ -44,7 +45,7 @@ class Program(Table):
 
     _columns = ("line", "tip", "axis", "feed", "seconds", "q")
 
-    def __init__(self, name: str, found: Mapping[str, Any]) -> None:
+    def __init__(self, name: str, file: str, found: Mapping[str, Any]) -> None:
         self.name = name
         self.tip: NDArray[np.float64] = found["tip"]
         self.axis: NDArray[np.float64] = found["axis"]
@@ -52,6 +53,7 @@ class Program(Table):
         self.feed: NDArray[np.float64] = found["feed"]
         self.seconds: NDArray[np.float64] = found["seconds"]
         self.q: NDArray[np.float64] = found["q"]
+        self.warnings: list[str] = [_worded(one.replace(file, name)) for one in found["warnings"]]
 
     @property
     def rapid(self) -> "NDArray[np.bool_]":
@@ -121,11 +123,36 @@ def read(
     Raises:
         InputError: the file cannot be read; `messages` has every fault with line and column.
 
+    Warns:
+        TrunnionWarning: something in the file was left out, or may mean something else; `warnings` has it as well.
+
     Example:
         >>> import trunnion
         >>> trunnion.read(b"G21 G90\\nG0 X0 Y0 Z5\\nG1 Z0 F600\\nG1 X20\\nM2\\n").line.tolist()
         [2, 3, 4]
     """
+    program = quietly(
+        path, machine, dialect, origin, rotation, tool_length, reversed_rotaries, deg, suffix, progress, **more
+    )
+    warn(program.warnings)
+    return program
+
+
+@_options.pythonic
+def quietly(
+    path: Any,
+    machine: Any = None,
+    dialect: str | None = None,
+    origin: "ArrayLike | None" = None,
+    rotation: "ArrayLike | None" = None,
+    tool_length: Any = None,
+    reversed_rotaries: bool = False,
+    deg: bool = False,
+    suffix: str | None = None,
+    progress: Progress = None,
+    **more: Any,
+) -> Program:
+    """Reads as `read` does; its remarks are left to `warnings` of the result."""
     from . import _trunnion
 
     deg = _options.truth("deg", deg)
@@ -154,9 +181,8 @@ def read(
         try:
             found = _trunnion.moves(words, adapted(progress))
         except InputError as error:
-            messages = [one.replace(file, name) for one in error.messages]
-            raise type(error)(*messages) from None
-    program = Program(name, found)
+            raise type(error)(*(_worded(one.replace(file, name)) for one in error.messages)) from None
+    program = Program(name, file, found)
     # The file of a machine is needed as soon as a rotary moves: tips depend on its pivots.
     if machine is None and (program.axis[:, :2] != 0.0).any() and not _is_cl(found):
         raise InputError(
@@ -164,6 +190,11 @@ def read(
             "\n  help: name it: machine=\"bc-trunnion\", or a machine file"
         )
     return program
+
+
+def _worded(message: str) -> str:
+    """Words a message of `trunnion post` about its input: that is what is read here, and no program is written."""
+    return _options.worded(message.replace("--from-", "--").removesuffix(": the template has its own"))
 
 
 def _is_cl(found: Mapping[str, Any]) -> bool:

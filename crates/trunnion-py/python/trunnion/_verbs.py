@@ -6,8 +6,8 @@ import functools
 import os
 
 from . import _options, _picture
-from ._errors import InputError, TrunnionError, TrunnionWarning
-from ._program import Program, read
+from ._errors import InputError, TrunnionError, warn
+from ._program import Program, quietly
 from ._progress import Progress, adapted
 from ._result import Table
 
@@ -285,7 +285,8 @@ class PostResult:
         Raises:
             InputError: the text cannot be read, as it may be with a template of one's own.
         """
-        return read(self.text.encode(), **self._reading)
+        # Remarks about the input were made when it was posted; this text is our own.
+        return quietly(self.text.encode(), **self._reading)
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the summary."""
@@ -356,6 +357,9 @@ def post(
     Raises:
         InputError: options or files cannot be used, or a pose is out of reach.
 
+    Warns:
+        TrunnionWarning: something of the input was left out, or a move became much slower; `warnings` has it as well.
+
     Example:
         >>> import trunnion
         >>> cl = b"UNITS/MM\\nFEDRAT/600,MMPM\\nGOTO/0,0,0,0,0,1\\nGOTO/10,0,0,0,0.6,0.8\\nFINI\\n"
@@ -398,14 +402,23 @@ def post(
         try:
             found = _trunnion.post(words, adapted(progress))
         except InputError as error:
-            shown = [one.replace(file, "program") if folder.holds(file) else one for one in error.messages]
+            shown = [_shown(one, file, target, folder) for one in error.messages]
             raise type(error)(*shown) from None
+        found["table"] = _shown(found["table"], file, target, folder)
+        found["warnings"] = [_options.worded(_shown(one, file, target, folder)) for one in found["warnings"]]
         with open(target, encoding="utf-8", errors="replace") as text:
             result = PostResult(found, text.read(), _sheet(target), reading)
     if output is None:
         result.summary["output"] = None
-    _warn(result.warnings)
+    warn(result.warnings)
     return result
+
+
+def _shown(message: str, file: str, target: str, folder: _options.Scratch) -> str:
+    """Returns a message with temporary files named as what they are."""
+    for name, meaning in ((file, "program"), (target, "output")):
+        message = message.replace(name, meaning) if folder.holds(name) else message
+    return message
 
 
 def _read_as(dialect: str | None) -> str | None:
@@ -420,10 +433,3 @@ def _sheet(target: str) -> str:
             return text.read()
     except OSError:
         return ""
-
-
-def _warn(messages: Sequence[str]) -> None:
-    import warnings
-
-    for message in messages:
-        warnings.warn(_options.worded(message), TrunnionWarning, stacklevel=4)

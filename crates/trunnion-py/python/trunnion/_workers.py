@@ -79,6 +79,11 @@ class _Worker:
         with contextlib.suppress(OSError):
             self._items.close()
 
+    def close(self) -> None:
+        """Ends the process; nobody may be waiting for its results any more."""
+        self.stop()
+        self._results.close()
+
 
 def each(
     function: Callable[[Any], Any], items: Sequence[Any], workers: int | None, tries: int
@@ -135,7 +140,7 @@ def each(
                 worker.stop()
     # One more may have been on its way.
     for worker in crew:
-        worker.stop()
+        worker.close()
 
 
 def _next(found: queue.SimpleQueue[_Found], drivers: Sequence[futures.Future[None]]) -> _Found:

@@ -137,10 +137,13 @@ class Fleet:
         rows = [self._row(item) for item in self._items if item["key"] in self._found]
         names = list(dict.fromkeys(name for row in rows for name in row))
         head = "".join(f"<th>{html.escape(name)}</th>" for name in names)
-        body = "".join(
-            "<tr>" + "".join(f"<td>{html.escape(str(row.get(name, '')))}</td>" for name in names) + "</tr>"
-            for row in rows
-        )
+
+        def cell(value: Any) -> str:
+            # A table is for the eye: `rows` have every digit.
+            shown = f"{value:.5g}" if isinstance(value, float) else str(value)
+            return f"<td>{html.escape(shown)}</td>"
+
+        body = "".join("<tr>" + "".join(cell(row.get(name, "")) for name in names) + "</tr>" for row in rows)
         return f"<p>{html.escape(repr(self))}</p><table><tr>{head}</tr>{body}</table>"
 
 

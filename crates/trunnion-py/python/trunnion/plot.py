@@ -21,11 +21,11 @@ __all__ = ["axes", "deviation", "error_curve", "strip_width", "view"]
 
 def _figure(rows: int, title: str) -> Any:
     try:
-        from matplotlib.figure import Figure
+        from ._figure import NotebookFigure
     except ImportError as error:
         raise TrunnionError("pictures need matplotlib\n  help: pip install 'trunnion[plot]'") from error
     # A figure of its own: scripts and notebooks decide how to show it, and none stays open.
-    figure = Figure(figsize=(9, 2.2 * rows + 0.8), layout="constrained")
+    figure = NotebookFigure(figsize=(9, 2.2 * rows + 0.8), layout="constrained")
     figure.suptitle(title)
     return figure, figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
 

@@ -3,9 +3,11 @@
 use super::angle_unit::AngleUnit;
 use super::poses::{PoseArrays, Poses, Unreached, pose};
 use crate::arrays::{Numbers, array, numbers};
+use crate::progress::in_turn;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use rayon::prelude::*;
+use std::ops::Range;
 use trunnion::inverse::{Inverse, InverseError, InverseSolutions};
 use trunnion::machine::FIRST_ROTARY;
 use trunnion::math::jet::by_arc_length;
@@ -101,11 +103,27 @@ pub(super) fn inverse<'py>(
         }
         return Ok(PyArray1::from_slice(py, &row).into_any());
     }
-    let rows = if count < LONG {
-        follow(solver, &poses, start, unit, &mut unreached)
-    } else {
-        py.detach(|| follow(solver, &poses, start, unit, &mut unreached))
+    let mut rows = Vec::with_capacity(count);
+    let mut near = start;
+    let mut follow = |range: Range<usize>| {
+        for index in range {
+            match solver.continued(&pose(&poses.tips[index], &poses.axes[index]), &near) {
+                Ok(found) => {
+                    near = found.q;
+                    rows.push(unit.axes_outside(&found.q));
+                }
+                Err(error) => {
+                    unreached.add(index, &error);
+                    rows.push([f64::NAN; AXES]);
+                }
+            }
+        }
     };
+    if count < LONG {
+        follow(0..count);
+    } else {
+        in_turn(py, count, follow)?;
+    }
     unreached.warn(py, count)?;
     array(py, rows.into_flattened(), &[count, AXES])
 }
@@ -154,12 +172,12 @@ pub(super) fn jets<'py>(
     let mut unreached = Unreached::default();
     let (tips_of, axes_of) = (tips.rows::<12>(), axes.rows::<12>());
     let mut rows: Vec<[f64; AXES]> = Vec::with_capacity(4 * tips_of.len());
-    for (index, (tip, axis)) in tips_of.iter().zip(axes_of).enumerate() {
+    let mut one = |index: usize| {
         let vectors = |row: &[f64; 12]| {
             [0, 3, 6, 9].map(|at| Vector3::new(row[at], row[at + 1], row[at + 2]))
         };
         // The contact is not used by the inverse; the tip stands in for it.
-        let (tip, axis) = (vectors(tip), vectors(axis));
+        let (tip, axis) = (vectors(&tips_of[index]), vectors(&axes_of[index]));
         let rates = PoseRates { tip, axis, contact: tip };
         let found = solver.jets_continued(&rates, &near);
         let found = found.map_err(|error| error.to_string()).and_then(|q| match parameter {
@@ -176,7 +194,8 @@ pub(super) fn jets<'py>(
                 rows.extend([[f64::NAN; AXES]; 4]);
             }
         }
-    }
+    };
+    in_turn(py, tips_of.len(), |range| range.for_each(&mut one))?;
     unreached.warn(py, tips_of.len())?;
     let shape = [tips_of.len(), 4, AXES];
     let single = tips.shape().len() == 2;
@@ -193,30 +212,6 @@ fn start(
         None => Ok(solver.kinematics().machine().home()),
         Some(near) => numbers::<AXES>("near", near).map(|row| unit.axes_inside(row)),
     }
-}
-
-/// Returns a row for each pose, each continuing from the one before; NaN where there is none.
-fn follow(
-    inverse: &Inverse,
-    poses: &Poses<'_>,
-    mut near: AxisVector,
-    unit: AngleUnit,
-    unreached: &mut Unreached,
-) -> Vec<[f64; AXES]> {
-    let mut rows = Vec::with_capacity(poses.tips.len());
-    for (index, (tip, axis)) in poses.tips.iter().zip(poses.axes).enumerate() {
-        match inverse.continued(&pose(tip, axis), &near) {
-            Ok(found) => {
-                near = found.q;
-                rows.push(unit.axes_outside(&found.q));
-            }
-            Err(error) => {
-                unreached.add(index, &error);
-                rows.push([f64::NAN; AXES]);
-            }
-        }
-    }
-    rows
 }
 
 /// Returns two rows for each pose, NaN where a pose has one solution or none.

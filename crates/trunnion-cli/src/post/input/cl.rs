@@ -25,6 +25,8 @@ pub(crate) struct Locations<'a> {
     feed: f64,
     /// Locations of other tools.
     left: usize,
+    /// Warnings of the whole file.
+    pub(super) warnings: Vec<String>,
 }
 
 impl<'a> Locations<'a> {
@@ -39,6 +41,7 @@ impl<'a> Locations<'a> {
             known: options.lengths.iter().map(|tool| tool.number).collect(),
             feed: 0.0,
             left: 0,
+            warnings: Vec::new(),
         }
     }
 
@@ -71,10 +74,9 @@ impl<'a> Locations<'a> {
         let Some(line) = self.source.line()? else {
             let Some(reader) = self.reader.take() else { return Ok(false) };
             let path = &self.source.path;
-            let warnings = reader.finish().map_err(|faults| Failure::faults(path, &faults))?;
-            for warning in warnings {
-                eprintln!("warning: {}:{warning}", path.display());
-            }
+            let found = reader.finish().map_err(|faults| Failure::faults(path, &faults))?;
+            let placed = found.iter().map(|warning| format!("{}:{warning}", path.display()));
+            self.warnings.extend(placed);
             return Ok(false);
         };
         let item = reader.line(&line);

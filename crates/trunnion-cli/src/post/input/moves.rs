@@ -91,11 +91,19 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// Prints the warnings of the whole input, once it was read to its end.
+    /// Adds the warnings of the whole input, once it was read to its end and its moves were taken.
     pub(crate) fn warn(&mut self) {
         if let Self::Program(of) = self {
             of.warn();
         }
+    }
+
+    /// Returns the warnings so far; each once.
+    pub(crate) fn take_warnings(&mut self) -> Vec<String> {
+        std::mem::take(match self {
+            Self::Locations(of) => &mut of.warnings,
+            Self::Program(of) => &mut of.warnings,
+        })
     }
 
     /// Returns the name of the input.
@@ -135,7 +143,7 @@ impl<'a> Input<'a> {
     }
 
     /// Returns an error with its line in the file.
-    pub(crate) fn failure(&self, error: &PostError) -> Failure {
+    pub(crate) fn failure(&mut self, error: &PostError) -> Failure {
         if let Self::Program(of) = self {
             of.explain_refusal(error.line());
         }

@@ -46,8 +46,9 @@ pub(crate) struct Program<'a> {
     taken: usize,
     feed: f64,
     ended: bool,
-    /// The warnings of the whole program are printed.
+    /// The warnings of the whole program are among those below.
     warned: bool,
+    pub(super) warnings: Vec<String>,
     /// Tool table of the control.
     table: Vec<ToolRow>,
     /// Tools so far that the table has otherwise.
@@ -89,6 +90,7 @@ impl<'a> Program<'a> {
             feed: 0.0,
             ended: false,
             warned: false,
+            warnings: Vec::new(),
             table: read_options.tools,
             contradictions: Vec::new(),
             compared: None,
@@ -156,7 +158,7 @@ impl<'a> Program<'a> {
     }
 
     /// Warns of moves without a tool length, of which a refusal may come.
-    pub(super) fn explain_refusal(&self, line: u32) {
+    pub(super) fn explain_refusal(&mut self, line: u32) {
         // At the end of the program it was warned of; behind the refused line it is no reason.
         let first =
             if line == 0 { self.moves.gauge_point() } else { self.moves.gauge_point_at(line) };
@@ -166,7 +168,7 @@ impl<'a> Program<'a> {
     }
 
     /// Warns that the moves from a line on are those of the gauge point.
-    fn warn_gauge_point(&self, line: u32) {
+    fn warn_gauge_point(&mut self, line: u32) {
         let path = self.path.display();
         let length = self.moves.kinematics().setup().tool_length;
         let message = format!(
@@ -175,29 +177,29 @@ impl<'a> Program<'a> {
         );
         let help = "if they are the tip, switch the length on before this line, or give --from-tool-length 0";
         let warning = Diagnostic { line, column: 0, message, help: help.to_owned() };
-        eprintln!("warning: {path}:{warning}");
+        self.warnings.push(format!("{path}:{warning}"));
     }
 
-    /// Prints the warnings of the whole program, once it was read to its end.
+    /// Adds the warnings of the whole program, once it was read to its end.
     pub(super) fn warn(&mut self) {
         if !self.ended || std::mem::replace(&mut self.warned, true) {
             return;
         }
         let path = self.path.display();
-        for warning in self.steps.warnings() {
-            eprintln!("warning: {path}:{warning}");
-        }
+        let placed = self.steps.warnings().iter().map(|warning| format!("{path}:{warning}"));
+        self.warnings.extend(placed);
         if let Some(line) = self.moves.gauge_point() {
             self.warn_gauge_point(line);
         }
         let left = self.moves.left();
         // Words that cannot move the tool are dropped, but never silently.
         if left.dwells > 0 || left.words > 0 {
-            eprintln!(
-                "warning: {path}: left out: {} dwells, {} lines of other words (stops, smoothing, messages): \
-                 the template has its own",
-                left.dwells, left.words
-            );
+            self.warnings.push(format!(
+                "{}: left out: {} dwells, {} lines of other words (stops, smoothing, messages): the template has its own",
+                self.path.display(),
+                left.dwells,
+                left.words
+            ));
         }
     }
 
