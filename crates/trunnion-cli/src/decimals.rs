@@ -52,8 +52,10 @@ fn in_units(value: f64, decimals: usize) -> Option<u64> {
     if (rest - 0.5).abs() <= DOUBT {
         return None;
     }
-    // Below the largest number, which is exact.
-    Some(whole as u64 + u64::from(rest > 0.5))
+    // Whole, not negative, and below the largest number.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]
+    let units = whole as u64;
+    Some(units + u64::from(rest > 0.5))
 }
 
 #[cfg(test)]
