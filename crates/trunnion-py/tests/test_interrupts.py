@@ -59,9 +59,15 @@ def sample():
     return lambda: plan.sample(1e-7)
 
 
+def window():
+    s = np.linspace(0, 300, 3000)
+    table = {"s": s, "X": 50 * np.sin(s / 20), "X1": 2.5 * np.cos(s / 20), "X2": -0.125 * np.sin(s / 20)}
+    return lambda: trunnion.plan(table, {"X": (100, 1000, 20000)}, window=64)
+
+
 CALLS = {
     "inverse": inverse, "jets": jets, "curvature": lambda: evaluation("curvature"), "closest": closest, "drop": drop,
-    "sample": sample,
+    "sample": sample, "window": window,
 }
 
 

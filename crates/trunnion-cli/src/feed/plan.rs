@@ -4,7 +4,7 @@ use super::args::{FeedArgs, FeedMethod};
 use super::path::Table;
 use trunnion::feed::{
     self, FeedError, FeedOptions, FeedPlan, FeedStream, GivenSpeed, LimitBreach, Limits, LookAhead,
-    LookAheadOptions, StreamOptions,
+    LookAheadOptions, RowCount, StreamOptions,
 };
 use trunnion::types::{AxisNode, AxisPath, Progress};
 
@@ -43,14 +43,14 @@ pub(super) fn plan<const N: usize>(
     let unbroken = |plan| (plan, Vec::new());
     match (args.method, args.window) {
         (FeedMethod::Optimal, Some(rows)) => {
-            let speeds = streamed(path, limits, options, rows as usize)?;
+            let speeds = streamed(input, rows as usize, progress)?;
             // The speeds of the stream are measured and bounded as given speeds are.
             let (plan, _) = feed::given(path, &speeds, limits, options, progress)?;
             Ok(unbroken(plan))
         }
         (FeedMethod::Optimal, None) => feed::optimal(path, limits, options, progress).map(unbroken),
         (FeedMethod::Jerk, Some(rows)) => {
-            feed::jerk_through_window(path, limits, options, rows as usize).map(unbroken)
+            feed::jerk_through_window(path, limits, options, rows as usize, progress).map(unbroken)
         }
         (FeedMethod::Jerk, None) => feed::jerk(path, limits, options, progress).map(unbroken),
         (FeedMethod::Blocks, _) => {
@@ -64,11 +64,11 @@ pub(super) fn plan<const N: usize>(
 
 /// Returns the speeds of a path that is planned row by row through a window.
 fn streamed<const N: usize>(
-    path: &AxisPath<N>,
-    limits: &Limits<N>,
-    options: &FeedOptions,
+    input: &PlanInput<'_, N>,
     window: usize,
+    progress: &dyn Progress,
 ) -> Result<Vec<GivenSpeed>, FeedError> {
+    let PlanInput { path, limits, options, .. } = *input;
     let ends = |nodes: &[AxisNode<N>]| Some(nodes.last()?.s - nodes.first()?.s);
     let length: f64 = path.pieces.iter().filter_map(|piece| ends(&piece.nodes)).sum();
     let step = length / LEAST_ROWS;
@@ -78,9 +78,11 @@ fn streamed<const N: usize>(
     let mut nodes = path.pieces.iter().flat_map(|piece| {
         piece.nodes.iter().enumerate().map(|(index, node)| (index == 0, piece.motion, node))
     });
+    let mut rows = RowCount::of(path);
     loop {
         while stream.wants() {
             let Some((first, motion, node)) = nodes.next() else { break };
+            rows.report(progress)?;
             if first {
                 stream.begin(motion);
             }

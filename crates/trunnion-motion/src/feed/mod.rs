@@ -115,6 +115,6 @@ pub use options::{FeedOptions, PathEnds, ProgrammedSpeeds, SpeedOverrides};
 pub use plan::{BindingLimit, FeedPlan, LimitRatios};
 pub use speed_limit::limit_speeds;
 pub use stream::{
-    AnyStream, FeedStream, JerkStream, StepSampler, StreamKind, StreamOptions, StreamStep,
-    jerk_through_window,
+    AnyStream, FeedStream, JerkStream, RowCount, StepSampler, StreamKind, StreamOptions,
+    StreamStep, jerk_through_window,
 };

@@ -7,12 +7,13 @@ use crate::waves;
 use nalgebra::SVector;
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
+use std::ops::ControlFlow;
 use trunnion::feed::{
     FeedError, FeedOptions, JerkStream, Limits, StepSampler, StreamOptions, StreamStep, jerk,
     jerk_through_window,
 };
 use trunnion::setpoint::sample;
-use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Setpoint, Silent};
+use trunnion::types::{AxisNode, AxisPath, AxisPiece, Motion, Progress, Setpoint, Silent, Stage};
 use waves::{FREE, Waves, any_waves, machine, whip};
 
 fn options(window: usize) -> StreamOptions {
@@ -75,13 +76,32 @@ fn worst(waves: &Waves, steps: &[StreamStep]) -> [f64; 4] {
     worst
 }
 
+/// Observer that stops at a count of steps.
+struct StopAt(u64);
+
+impl Progress for StopAt {
+    fn report(&self, _: Stage, done: u64, _: u64) -> ControlFlow<()> {
+        if done >= self.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+#[test]
+fn a_plan_through_a_window_ends_on_request() {
+    let path = whip(150);
+    for rows in [0, 100] {
+        let stopped = jerk_through_window(&path, &machine(), &FREE, 64, &StopAt(rows));
+        assert!(matches!(stopped, Err(FeedError::Cancelled(_))), "{rows}");
+    }
+    assert!(jerk_through_window(&path, &machine(), &FREE, 64, &Silent).is_ok());
+}
+
 /// Sampled step by step, a path has the setpoints of the whole: two pieces, one after the other.
 #[test]
 fn steps_have_the_setpoints_of_the_whole() {
     let piece = whip(300).pieces.remove(0);
     let back = AxisPiece { motion: Motion::Link, ..piece.clone() };
     let path = AxisPath { pieces: vec![piece, back] };
-    let plan = jerk_through_window(&path, &machine(), &FREE, 512).unwrap();
+    let plan = jerk_through_window(&path, &machine(), &FREE, 512, &Silent).unwrap();
     let wanted: Vec<Setpoint> = sample(&path, &plan.schedule, 0.001).unwrap().collect();
     let steps = run_with(
         &path,

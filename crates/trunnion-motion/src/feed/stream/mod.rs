@@ -16,4 +16,4 @@ pub use jerk_stream::JerkStream;
 pub use options::StreamOptions;
 pub use step::StreamStep;
 pub use step_sampler::StepSampler;
-pub use whole_path::jerk_through_window;
+pub use whole_path::{RowCount, jerk_through_window};

@@ -10,19 +10,24 @@ use crate::feed::pieces::{PlannedPiece, assemble};
 use crate::feed::plan::FeedPlan;
 use crate::feed::reciprocal::ReciprocalLimits;
 use crate::feed::validate;
-use crate::types::{AccelerationProfile, AxisPath, AxisPiece, SchedulePiece};
+use crate::types::{AccelerationProfile, AxisPath, AxisPiece, Progress, SchedulePiece, Stage};
+
+/// Rows between two reports: some hundredths of a second with jerk limits.
+const ROWS_A_REPORT: u64 = 64;
 
 /// Plans within jerk limits through a window of so many rows, as a [`JerkStream`] does; from rest
 /// to rest.
 ///
 /// # Errors
 ///
-/// As [`jerk()`](crate::feed::jerk()), and [`FeedError::BadWindow`].
+/// As [`jerk()`](crate::feed::jerk()), and [`FeedError::BadWindow`]; [`FeedError::Cancelled`] if `progress` stops it, which
+/// hears of the rows taken.
 pub fn jerk_through_window<const N: usize>(
     path: &AxisPath<N>,
     limits: &Limits<N>,
     options: &FeedOptions,
     window: usize,
+    progress: &dyn Progress,
 ) -> Result<FeedPlan, FeedError> {
     validate::validate(path, limits, options)?;
     let stream_options = StreamOptions { speeds: options.speeds, window, step: f64::MAX };
@@ -35,10 +40,11 @@ pub fn jerk_through_window<const N: usize>(
             SchedulePiece { profile: AccelerationProfile::Linear, ..SchedulePiece::default() };
             path.pieces.len()
         ];
-    let mut started = None;
+    let (mut started, mut rows) = (None, RowCount::of(path));
     loop {
         while stream.wants() {
             let Some((index, motion, node)) = nodes.next() else { break };
+            rows.report(progress)?;
             if index == 0 {
                 stream.begin(motion);
             }
@@ -67,6 +73,33 @@ pub fn jerk_through_window<const N: usize>(
         PlannedPiece { bounds, ..known_of(piece, schedule, &limits) }
     });
     assemble(planned.collect())
+}
+
+/// Count of the rows that a stream has taken.
+#[derive(Debug, Clone, Copy)]
+pub struct RowCount {
+    taken: u64,
+    total: u64,
+}
+
+impl RowCount {
+    /// Begins at the first row of a path.
+    pub fn of<const N: usize>(path: &AxisPath<N>) -> Self {
+        Self { taken: 0, total: path.pieces.iter().map(|piece| piece.nodes.len() as u64).sum() }
+    }
+
+    /// Counts a row, and reports some of them.
+    ///
+    /// # Errors
+    ///
+    /// [`FeedError::Cancelled`] if `progress` stops the stage.
+    pub fn report(&mut self, progress: &dyn Progress) -> Result<(), FeedError> {
+        if self.taken.is_multiple_of(ROWS_A_REPORT) {
+            progress.step(Stage::Feed, self.taken, self.total)?;
+        }
+        self.taken += 1;
+        Ok(())
+    }
 }
 
 /// Appends a row to a schedule.
