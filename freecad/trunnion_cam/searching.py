@@ -9,6 +9,7 @@ from typing import Any, Callable
 from . import operation
 from .engine import engine
 from .problem import Problem, words
+from .translate import translated
 
 Progress = Callable[[str, int, int], None]
 
@@ -28,7 +29,7 @@ def use_setup(machine: Any, summary: dict[str, Any]) -> None:
 
     best = summary.get("after")
     if not best:
-        raise Problem("no rotation within the bounds fits", "allow more tilt, or take a shorter tool")
+        raise Problem(translated("no rotation within the bounds fits"), translated("allow more tilt, or take a shorter tool"))
     machine.Origin = FreeCAD.Vector(*best["origin"])
     machine.Rotation = FreeCAD.Vector(*best["rotation"])
 
