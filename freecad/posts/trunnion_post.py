@@ -1,7 +1,12 @@
 """Post processor of FreeCAD that calls trunnion; its argument is the dialect, such as --dialect=heidenhain."""
 
-TOOLTIP = "Posts with trunnion: ten dialects for five-axis machines"
-TOOLTIP_ARGS = "--dialect=NAME: linuxcnc, g93, fanuc, fanuc-vector, haas, siemens, siemens-axes, heidenhain, heidenhain-axes, apt"
+from trunnion_cam.translate import translated
+
+TOOLTIP = translated("Posts with trunnion: ten dialects for five-axis machines")
+TOOLTIP_ARGS = translated(
+    "--dialect=NAME, which is one of: {names}",
+    names="linuxcnc, g93, fanuc, fanuc-vector, haas, siemens, siemens-axes, heidenhain, heidenhain-axes, apt",
+)
 
 
 def export(objects, filename, arguments=""):

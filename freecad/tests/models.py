@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import sys
 from typing import Any
@@ -52,6 +53,17 @@ def plate() -> tuple[Any, list[str]]:
     """A plate of 40 x 30 x 8 mm."""
     box = Part.makeBox(40.0, 30.0, 8.0, FreeCAD.Vector(-20, -15, 0))
     return box, [name_of(box, lambda face: face.CenterOfMass.z > 7.9)]
+
+
+def wedge() -> tuple[Any, list[str]]:
+    """A block of 40 x 30 mm with a level top and a slope of 15 degrees; returns its shape, and the names of top and slope."""
+    drop = 20.0 * math.tan(math.radians(15.0))
+    profile = [(-20, 0), (20, 0), (20, 10 - drop), (0, 10), (-20, 10), (-20, 0)]
+    outline = Part.Face(Part.makePolygon([FreeCAD.Vector(x, -15, z) for x, z in profile]))
+    block = outline.extrude(FreeCAD.Vector(0, 30, 0))
+    top = name_of(block, lambda face: face.CenterOfMass.z > 9.99)
+    slope = name_of(block, lambda face: 5.5 < face.CenterOfMass.z < 9.9 and face.normalAt(0, 0).z > 0.5)
+    return block, [top, slope]
 
 
 def fcm() -> str:

@@ -205,4 +205,8 @@ def show(job: Any, found: JobCheck) -> Any:
         job.Document.removeObject(old.Name)
     if found.drawn.mesh is None:
         return None
+    for other in job.Document.Objects:
+        # Meshes of operations lie in the same place.
+        if isinstance(getattr(other, "Proxy", None), pictures.DeviationMesh) and other.ViewObject is not None:
+            other.ViewObject.Visibility = False
     return pictures.add_deviation(job.Document, found.drawn, translated("Deviation of {label}", label=job.Label), name)

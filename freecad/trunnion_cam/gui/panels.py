@@ -134,12 +134,12 @@ class OperationPanel:
         for title, widget in (
             (translated("Machine"), self.machine),
             (translated("Tool"), self.tool),
-            (translated("Length of the tool"), self.length),
+            (translated("Tool length"), self.length),
             (translated("Largest excess"), self.excess),
             (translated("Deepest gouge"), self.gouge),
             (translated("Method"), self.method),
             (translated("Passes along"), self.along),
-            (translated("Order of the passes"), self.order),
+            (translated("Order"), self.order),
             (translated("Side"), self.flip),
         ):
             rows.addRow(title, widget)
@@ -270,30 +270,32 @@ class MachinePanel:
         for box, angle in zip(self.rotation, found.Rotation if found else (0, 0, 0)):
             box.setValue(angle)
         self.clearance = _length(float(found.Clearance.Value) if found else 1.0)
-        load = QtGui.QPushButton(translated("From a file: machine file or .fcm of FreeCAD .."))
+        load = QtGui.QPushButton(translated("From a file .."))
         usual = QtGui.QPushButton(translated("Propose the origin"))
-        take = QtGui.QPushButton(translated("Take the selected solids"))
+        take = QtGui.QPushButton(translated("Take selected solids"))
         self.listed = _words()
         self.message = _words()
         rows.addRow(translated("Machine"), self.machine)
         rows.addRow(load)
-        rows.addRow(translated("Class, for .fcm files"), self.kind)
+        rows.addRow(translated("Class (.fcm)"), self.kind)
         for title, box in zip(
             (
-                translated("Acceleration, mm/s2"), translated("Jerk, mm/s3"),
-                translated("Rotary acceleration, deg/s2"), translated("Rotary jerk, deg/s3"),
+                translated("Linear, mm/s2"), translated("Linear, mm/s3"), translated("Rotary, deg/s2"), translated("Rotary, deg/s3"),
             ),
             self.dynamics,
         ):
+            box.setToolTip(translated("Acceleration and jerk, which .fcm files lack: enter those of your machine"))
             rows.addRow(title, box)
         for name, field in zip("XYZ", self.origin):
-            rows.addRow(translated("Zero of the document at {axis}", axis=name), field)
+            field.setToolTip(translated("Where the zero of the document stands in machine coordinates, with all axes at zero"))
+            rows.addRow(translated("Zero at {axis}", axis=name), field)
         rows.addRow(usual)
         for name, box in zip("xyz", self.rotation):
-            rows.addRow(translated("Rotation about {axis}, degrees", axis=name), box)
+            box.setToolTip(translated("Rotation of the workpiece about the machine's x, then y, then z"))
+            rows.addRow(translated("About {axis}, deg", axis=name), box)
         rows.addRow(translated("Fixtures"), self.listed)
         rows.addRow(take)
-        rows.addRow(translated("Clearance of fixtures"), self.clearance)
+        rows.addRow(translated("Clearance"), self.clearance)
         rows.addRow(self.message)
         load.clicked.connect(self.choose_file)
         usual.clicked.connect(self.propose)

@@ -102,14 +102,19 @@ class DeviationView(View):
         offset.units.setValue(-1.0)
         view.RootNode.insertChild(offset, 0)
         self.legend = coin.SoSwitch()
-        self.legend.addChild(legend(float(view.Object.Excess.Value), float(view.Object.Gouge.Value)))
+        self.legend.addChild(legend(view.Object.Label, float(view.Object.Excess.Value), float(view.Object.Gouge.Value)))
         view.RootNode.addChild(self.legend)
         self.onChanged(view, "Visibility")
 
     def onChanged(self, view: Any, name: str) -> None:
-        """Shows the legend with the mesh."""
-        if name == "Visibility" and hasattr(self, "legend"):
-            self.legend.whichChild.setValue(0 if view.Visibility else -1)
+        """Shows the legend with the mesh; of several meshes, that of the last one."""
+        if name != "Visibility" or not hasattr(self, "legend"):
+            return
+        views = [one.ViewObject for one in view.Object.Document.Objects if isinstance(getattr(one.ViewObject, "Proxy", None), DeviationView)]
+        shown = [one for one in views if one.Visibility and hasattr(one.Proxy, "legend")]
+        for one in views:
+            if hasattr(one.Proxy, "legend"):
+                one.Proxy.legend.whichChild.setValue(0 if shown and one == shown[-1] else -1)
 
 
 def entries(excess: float, gouge: float) -> list[tuple[tuple[float, float, float], str]]:
@@ -135,7 +140,7 @@ def legend_page(excess: float, gouge: float) -> str:
     return "<br>".join(lines)
 
 
-def legend(excess: float, gouge: float) -> Any:
+def legend(title: str, excess: float, gouge: float) -> Any:
     """Returns the legend as a scene in front of everything else."""
     from pivy import coin
 
@@ -164,7 +169,8 @@ def legend(excess: float, gouge: float) -> Any:
     binding.value.setValue(coin.SoMaterialBinding.OVERALL)
     for node in (coin.SoResetTransform(), camera, depth, light, binding, unpicked, font):
         scene.addChild(node)
-    for index, (shade, text) in enumerate(entries(excess, gouge)):
+    scene.addChild(_text(-0.95, 0.90, title))
+    for index, (shade, text) in enumerate(entries(excess, gouge), 1):
         scene.addChild(_entry(-0.95, 0.90 - 0.085 * index, shade, text))
     return root
 
@@ -179,15 +185,24 @@ def _entry(x: float, y: float, shade: tuple[float, float, float], text: str) -> 
     corners.point.setValues(0, 4, [(x, y, 0.0), (x + 0.07, y, 0.0), (x + 0.07, y + 0.06, 0.0), (x, y + 0.06, 0.0)])
     face = coin.SoFaceSet()
     face.numVertices.setValue(4)
+    for node in (colour, corners, face, _text(x + 0.09, y, text)):
+        entry.addChild(node)
+    return entry
+
+
+def _text(x: float, y: float, text: str) -> Any:
+    from pivy import coin
+
+    found = coin.SoSeparator()
     ink = coin.SoBaseColor()
     ink.rgb.setValue(0.05, 0.05, 0.05)
     place = coin.SoTranslation()
-    place.translation.setValue(x + 0.09, y + 0.012, 0.0)
+    place.translation.setValue(x, y + 0.012, 0.0)
     words = coin.SoText2()
     words.string.setValue(text)
-    for node in (colour, corners, face, ink, place, words):
-        entry.addChild(node)
-    return entry
+    for node in (ink, place, words):
+        found.addChild(node)
+    return found
 
 
 KINDS = {"finish": FinishView, "machine": MachineView, "deviation": DeviationView}
