@@ -12,7 +12,7 @@ import standins
 import FreeCAD
 import Part
 
-from trunnion_cam import checking, compat, deviation, machines, operation, postprocessor, posting
+from trunnion_cam import checking, compat, deviation, machines, operation, postprocessor, posting, units
 from trunnion_cam.problem import Problem
 
 
@@ -220,6 +220,22 @@ class Jobs(Base):
         key = obj.InputKey
         self.assertTrue(operation.inputs(obj).step)
         self.assertEqual(obj.InputKey, key)
+
+    def test_texts_of_lengths_and_feeds_read_back_in_all_units(self):
+        schema = FreeCAD.ParamGet("User parameter:BaseApp/Preferences/Units").GetInt("UserSchema", 0)
+        try:
+            for one in range(len(FreeCAD.Units.listSchemas())):
+                FreeCAD.Units.setSchema(one)
+                for value in (0.002, 0.02, 12.7, -381.0, 0.0, 0.0005):
+                    back = float(FreeCAD.Units.Quantity(units.length_text(value)).getValueAs("mm"))
+                    self.assertAlmostEqual(back, value, delta=1e-5 * abs(value), msg=(one, units.length_text(value)))
+                self.assertAlmostEqual(float(FreeCAD.Units.Quantity(units.feed_text(1200.0)).getValueAs("mm/min")), 1200.0, places=2)
+            FreeCAD.Units.setSchema(3)
+            self.assertEqual((units.length_text(25.4), units.feed_text(254.0)), ("1 in", "10 in/min"))
+            FreeCAD.Units.setSchema(6)
+            self.assertEqual((units.length_text(0.002), units.feed_text(254.0)), ("0.002 mm", "254 mm/min"))
+        finally:
+            FreeCAD.Units.setSchema(schema)
 
     def test_nothing_depends_on_the_units_of_the_user(self):
         schema = FreeCAD.ParamGet("User parameter:BaseApp/Preferences/Units").GetInt("UserSchema", 0)

@@ -143,6 +143,10 @@
     <context>
         <name>trunnion</name>
         <message>
+            <source>'{text}' is no feed</source>
+            <translation>'{text}' ist kein Vorschub</translation>
+        </message>
+        <message>
             <source>'{text}' is no length</source>
             <translation>'{text}' ist keine Länge</translation>
         </message>
@@ -205,6 +209,10 @@
         <message>
             <source>Faces</source>
             <translation>Flächen</translation>
+        </message>
+        <message>
+            <source>Feed</source>
+            <translation>Vorschub</translation>
         </message>
         <message>
             <source>Finish the selected faces with five axes</source>
@@ -337,6 +345,10 @@
         <message>
             <source>Simulate</source>
             <translation>Simulieren</translation>
+        </message>
+        <message>
+            <source>Speed, 1/min</source>
+            <translation>Drehzahl, 1/min</translation>
         </message>
         <message>
             <source>Stop</source>
@@ -655,6 +667,10 @@
             <translation>eine Richtung</translation>
         </message>
         <message>
+            <source>origin</source>
+            <translation>Nullpunkt</translation>
+        </message>
+        <message>
             <source>passes</source>
             <translation>Bahnen</translation>
         </message>
@@ -837,6 +853,10 @@
         <message>
             <source>write a number with a unit, such as 0.02 mm</source>
             <translation>eine Zahl mit Einheit schreiben, etwa 0.02 mm</translation>
+        </message>
+        <message>
+            <source>write a number with a unit, such as 1200 mm/min</source>
+            <translation>eine Zahl mit Einheit schreiben, etwa 1200 mm/min</translation>
         </message>
         <message>
             <source>write numbers with commas between them</source>

@@ -49,6 +49,14 @@ def usual_length(controller: Any) -> float:
     return float(getattr(bit, "Length", 0.0) or 0.0) or 100.0
 
 
+def set_cutting(controller: Any, feed: float, spindle: float) -> None:
+    """Sets horizontal feed [mm/min] and spindle speed [1/min] of a controller, where they differ."""
+    if abs(float(getattr(controller.HorizFeed, "Value", controller.HorizFeed)) * 60.0 - feed) > 1e-6:
+        controller.HorizFeed = feed / 60.0
+    if abs(float(controller.SpindleSpeed) - spindle) > 1e-6:
+        controller.SpindleSpeed = spindle
+
+
 def feed(controller: Any) -> float:
     """Returns the horizontal feed [mm/min]."""
     value = float(getattr(controller.HorizFeed, "Value", controller.HorizFeed)) * 60.0

@@ -89,7 +89,7 @@ def finish() -> None:
     document.openTransaction(translated("Five-axis finish"))
     try:
         if machines.machine_of(job) is None:
-            machines.create(job)
+            machines.create(job).Origin = FreeCAD.Vector(*searching.quick_origin(job, "bc-trunnion"))
         created = operation.create(job, body, faces)
     except Problem:
         document.abortTransaction()

@@ -9,10 +9,11 @@ import FreeCAD
 import FreeCADGui
 from PySide import QtCore, QtGui
 
-from .. import checking, compat, machines, operation, searching
+from .. import checking, compat, machines, operation, searching, shapes, tools
 from ..engine import engine
 from ..problem import Problem
 from ..translate import marked, translated
+from ..units import feed_text, length_text
 from . import running, views
 
 
@@ -38,15 +39,15 @@ def _narrow(box: Any) -> None:
 
 
 def _length(value: float) -> Any:
-    """A field for a length in the user's units."""
-    field = FreeCADGui.UiLoader().createWidget("Gui::InputField")
+    """A field for a length in the user's units; FreeCAD's own fields round 0.002 mm to 0.00 mm."""
+    field = QtGui.QLineEdit()
     field.setMinimumWidth(_LEAST_WIDTH)
     _set_length(field, value)
     return field
 
 
 def _set_length(field: Any, value: float) -> None:
-    field.setText(FreeCAD.Units.Quantity(value, FreeCAD.Units.Length).UserString)
+    field.setText(length_text(value))
 
 
 def _millimetres(field: Any) -> float:
@@ -55,6 +56,28 @@ def _millimetres(field: Any) -> float:
     except Exception:
         raise Problem(
             translated("'{text}' is no length", text=field.text()), translated("write a number with a unit, such as 0.02 mm")
+        ) from None
+
+
+def _feed(value: float) -> Any:
+    """A field for a feed in the user's units; the value in mm/s."""
+    field = QtGui.QLineEdit()
+    field.setMinimumWidth(_LEAST_WIDTH)
+    _set_feed(field, value)
+    return field
+
+
+def _set_feed(field: Any, value: float) -> None:
+    field.setText(feed_text(60.0 * value))
+
+
+def _feed_of(field: Any) -> float:
+    """Returns a feed [mm/min]."""
+    try:
+        return float(FreeCAD.Units.Quantity(field.text()).getValueAs("mm/min"))
+    except Exception:
+        raise Problem(
+            translated("'{text}' is no feed", text=field.text()), translated("write a number with a unit, such as 1200 mm/min")
         ) from None
 
 
@@ -94,6 +117,14 @@ def _words(text: str = "") -> Any:
     return label
 
 
+def _guarded(call: Callable[[], None]) -> None:
+    """Calls, unless the panel was closed meanwhile."""
+    try:
+        call()
+    except RuntimeError:
+        return
+
+
 def _form(title: str) -> Any:
     form = QtGui.QWidget()
     form.setWindowTitle(title)
@@ -121,6 +152,7 @@ class OperationPanel:
         rows.addRow(translated("Faces"), QtGui.QLabel(f"{thing.Label}: {', '.join(faces)}"))
         self.machine = _list(_machine_names(machine.Machine), machine.Machine)
         self.tool = _list([one.Label for one in self.controllers], obj.ToolController.Label)
+        self.feed, self.spindle = _feed(0.0), _number(0.0, 1e6)
         self.length = _length(float(obj.ToolLength.Value))
         self.excess, self.gouge = _length(float(obj.Excess.Value)), _length(float(obj.Gouge.Value))
         self.method = _Choice(operation.METHODS, str(obj.Method))
@@ -134,6 +166,8 @@ class OperationPanel:
         for title, widget in (
             (translated("Machine"), self.machine),
             (translated("Tool"), self.tool),
+            (translated("Feed"), self.feed),
+            (translated("Speed, 1/min"), self.spindle),
             (translated("Tool length"), self.length),
             (translated("Largest excess"), self.excess),
             (translated("Deepest gouge"), self.gouge),
@@ -146,18 +180,43 @@ class OperationPanel:
         for widget in (self.preview, self.message, self.legend):
             rows.addRow(widget)
         self.preview.clicked.connect(self.show_preview)
-        self.tool.currentIndexChanged.connect(self.propose_length)
+        self.tool.currentIndexChanged.connect(self.show_tool)
+        self.show_tool(self.tool.currentIndex())
         self._show_legend()
 
-    def propose_length(self, index: int) -> None:
-        """Another tool: its own length is proposed."""
-        _set_length(self.length, tools_length(self.controllers[index], self.obj))
+    def show_tool(self, index: int) -> None:
+        """Shows feed, speed and length of a tool; what is missing can be typed at once."""
+        controller = self.controllers[index]
+        _set_feed(self.feed, float(getattr(controller.HorizFeed, "Value", controller.HorizFeed)))
+        self.spindle.setValue(float(controller.SpindleSpeed))
+        own = controller.Name == self.obj.ToolController.Name
+        _set_length(self.length, float(self.obj.ToolLength.Value) if own else tools.usual_length(controller))
+        self.focus_missing()
+
+    def open(self) -> None:
+        """Called by FreeCAD when the panel is shown."""
+        QtCore.QTimer.singleShot(0, lambda: _guarded(self.focus_missing))
+
+    def focus_missing(self) -> None:
+        """Gives the keyboard to the first field that has to be filled in."""
+        controller = self.controllers[self.tool.currentIndex()]
+        for field, value in ((self.feed, controller.HorizFeed), (self.spindle, controller.SpindleSpeed)):
+            if float(getattr(value, "Value", value)) <= 0:
+                field.setFocus()
+                field.selectAll()
+                return
 
     def take(self) -> None:
         """Puts the settings into the operation; nothing is changed unless all of them can be read."""
         obj = self.obj
         lengths = [_millimetres(field) for field in (self.length, self.excess, self.gouge)]
-        machines.create(obj.Job, self.machine.currentText())
+        feed = _feed_of(self.feed)
+        chosen_machine = self.machine.currentText()
+        if machines.needed_machine(obj.Job).Machine != chosen_machine:
+            # The origin of one machine means nothing on another.
+            origin = searching.quick_origin(obj.Job, chosen_machine)
+            machines.create(obj.Job, chosen_machine).Origin = FreeCAD.Vector(*origin)
+        tools.set_cutting(self.controllers[self.tool.currentIndex()], feed, self.spindle.value())
         chosen = {
             "ToolController": self.controllers[self.tool.currentIndex()],
             "Method": self.method.value(),
@@ -226,15 +285,6 @@ class OperationPanel:
     def getStandardButtons(self) -> Any:
         """Buttons of the panel."""
         return compat.standard_buttons("Ok", "Cancel")
-
-
-def tools_length(controller: Any, obj: Any) -> float:
-    """Returns the length to propose for a tool [mm]: that of the operation for its own, else that of the bit."""
-    from .. import tools
-
-    if controller.Name == obj.ToolController.Name:
-        return float(obj.ToolLength.Value)
-    return tools.usual_length(controller)
 
 
 def _machine_names(chosen: str) -> list[str]:
@@ -345,14 +395,23 @@ class MachinePanel:
 
     def propose(self) -> None:
         """Fills in an origin that fits the machine's travel."""
+        machine = self.machine.currentText()
         try:
-            machines.load(self.machine.currentText())
-            origin = searching.usual_origin(self.job, self.machine.currentText())
+            machines.load(machine)
+            step = shapes.step_bytes(checking.model(self.job))
         except (Problem, engine().TrunnionError) as problem:
             self.message.setText(str(problem))
             return
-        for field, value in zip(self.origin, origin):
-            _set_length(field, value)
+
+        def done(origin: list[float]) -> None:
+            for field, value in zip(self.origin, origin):
+                _guarded(lambda field=field, value=value: _set_length(field, value))
+
+        def failed(text: str) -> None:
+            _guarded(lambda: self.message.setText(text))
+
+        # A part of many faces takes its time.
+        running.Running(translated("origin"), lambda report: searching.origin_of(step, machine, report), done, failed)
 
     def take_fixtures(self) -> None:
         """The selected solids become the fixtures; with nothing selected there are none."""
@@ -634,21 +693,13 @@ class ComparisonPanel:
         self.message.setText(translated("comparing .."))
 
         def done(table: list[dict[str, Any]]) -> None:
-            self.guarded(lambda: self.show_table(name, table))
+            _guarded(lambda: self.show_table(name, table))
 
         def failed(text: str) -> None:
-            self.guarded(lambda: self.message.setText(text))
+            _guarded(lambda: self.message.setText(text))
 
         title = translated("comparison of {label}", label=self.obj.Label)
         self.running = running.Running(title, lambda report: searching.compare(found, {name: values}, report), done, failed)
-
-    @staticmethod
-    def guarded(call: Callable[[], None]) -> None:
-        """Calls, unless the panel was closed meanwhile."""
-        try:
-            call()
-        except RuntimeError:
-            return
 
     def show_table(self, name: str, rows: list[dict[str, Any]]) -> None:
         """Shows a row for each value."""

@@ -5,10 +5,9 @@ from __future__ import annotations
 import os
 from typing import Any
 
-import FreeCAD
-
 from .. import colours
 from ..translate import translated
+from ..units import length_text
 
 _ICONS = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", "..", "resources", "icons"))
 
@@ -119,7 +118,7 @@ class DeviationView(View):
 
 def entries(excess: float, gouge: float) -> list[tuple[tuple[float, float, float], str]]:
     """Returns colours and words of a legend, from high to low; tolerances in mm, words in the user's units."""
-    high, low = (FreeCAD.Units.Quantity(value, FreeCAD.Units.Length).UserString for value in (excess, -gouge))
+    high, low = length_text(excess), length_text(-gouge)
     return [
         (colours.EXCESS, translated("excess, more than {limit}", limit=high)),
         (colours.of_heights([0.999 * excess], excess, gouge)[0], translated("up to {limit}", limit=high)),
