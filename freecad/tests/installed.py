@@ -101,6 +101,7 @@ def main() -> None:
     field.setText("1200 mm/min")
     box = next(one for one in window.findChildren(QtGui.QDoubleSpinBox) if one.isVisible())
     box.setValue(8000.0)
+    shot("panel")
     from trunnion_cam import checking, compat, machines
     from trunnion_cam.gui import running
 

@@ -85,7 +85,6 @@ def _passes(obj: Any, wires: Any) -> Any:
     picture.Label = translated("Passes of {label}", label=obj.Label)
     if picture.ViewObject is not None:
         picture.ViewObject.LineColor = _PASSES
-        picture.ViewObject.LineWidth = 2.0
     return picture
 
 
