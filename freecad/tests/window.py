@@ -160,14 +160,20 @@ def test_settings(obj) -> None:
     assert not panel.accept()
     assert "is no length" in panel.message.text()
     panel.excess.setText("0.05 mm")
+    panel.feed.setText("fast")
+    assert not panel.accept()
+    assert "is no feed" in panel.message.text()
+    panel.feed.setText("2400 mm/min")
     panel.preview.click()
     planned(obj)
     assert abs(float(obj.Excess.Value) - 0.05) < 1e-9 and obj.InputKey != key
+    assert abs(float(obj.ToolController.HorizFeed) - 40.0) < 1e-9
     panel.reject()
     serve(0.2)
     assert not running.busy()
     assert (obj.InputKey, obj.Path.toGCode()) == (key, text)
     assert abs(float(obj.Excess.Value) - 0.02) < 1e-9
+    assert abs(float(obj.ToolController.HorizFeed) - 50.0) < 1e-9
 
 
 def test_check(job, obj) -> None:
@@ -241,7 +247,13 @@ def test_machine(job, obj) -> None:
     panel.machine.setCurrentText("no-such-machine")
     assert not panel.accept()
     assert "no-such-machine" in panel.message.text()
+    panel.machine.setCurrentText("ac-trunnion")
+    panel.propose()
+    wait(lambda: not running.busy())
+    assert [field.text() for field in panel.origin[:2]] == ["0 mm", "0 mm"], [field.text() for field in panel.origin]
     panel.machine.setCurrentText("bc-trunnion")
+    for field, value in zip(panel.origin, ("-381 mm", "-254 mm", "-515 mm")):
+        field.setText(value)
     clamp = document.addObject("Part::Box", "Clamp")
     clamp.Length, clamp.Width, clamp.Height = 4.0, 4.0, 3.0
     clamp.Placement.Base = FreeCAD.Vector(-40, -2, 0)
