@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import math
 import os
 import sys
 from typing import Any
@@ -51,6 +53,28 @@ def plate() -> tuple[Any, list[str]]:
     """A plate of 40 x 30 x 8 mm."""
     box = Part.makeBox(40.0, 30.0, 8.0, FreeCAD.Vector(-20, -15, 0))
     return box, [name_of(box, lambda face: face.CenterOfMass.z > 7.9)]
+
+
+def wedge() -> tuple[Any, list[str]]:
+    """A block of 40 x 30 mm with a level top and a slope of 15 degrees; returns its shape, and the names of top and slope."""
+    drop = 20.0 * math.tan(math.radians(15.0))
+    profile = [(-20, 0), (20, 0), (20, 10 - drop), (0, 10), (-20, 10), (-20, 0)]
+    outline = Part.Face(Part.makePolygon([FreeCAD.Vector(x, -15, z) for x, z in profile]))
+    block = outline.extrude(FreeCAD.Vector(0, 30, 0))
+    top = name_of(block, lambda face: face.CenterOfMass.z > 9.99)
+    slope = name_of(block, lambda face: 5.5 < face.CenterOfMass.z < 9.9 and face.normalAt(0, 0).z > 0.5)
+    return block, [top, slope]
+
+
+def fcm() -> str:
+    """A machine of FreeCAD with a tilting table, as its machine editor writes it: without acceleration and jerk."""
+    axes = {
+        name: {"type": "linear", "role": "head_linear", "joint": {"origin": [0, 0, 0], "axis": axis}, "limits": {"min": -500, "max": 500}, "max_velocity": 18000}
+        for name, axis in (("X", [1, 0, 0]), ("Y", [0, 1, 0]), ("Z", [0, 0, 1]))
+    }
+    axes["A"] = {"type": "rotary", "role": "table_rotary", "parent": None, "joint": {"origin": [0, 0, 50], "axis": [1, 0, 0]}, "limits": {"min": -120, "max": 30}, "max_velocity": 3600}
+    axes["C"] = {"type": "rotary", "role": "table_rotary", "parent": "A", "joint": {"origin": [0, 0, 0], "axis": [0, 0, 1]}, "limits": {"min": -360, "max": 360}, "max_velocity": 7200}
+    return json.dumps({"machine": {"name": "T", "axes": axes}})
 
 
 def name_of(shape: Any, wanted: Any) -> str:

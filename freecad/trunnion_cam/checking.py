@@ -7,9 +7,10 @@ import re
 import tempfile
 from typing import Any, Callable, NamedTuple
 
-from . import compat, machines, programs, shapes, tools
+from . import compat, deviation, machines, pictures, programs, shapes, tools
 from .engine import engine
 from .problem import Problem, words
+from .translate import translated
 
 _LINE = re.compile(r"\bline (\d+)\b")
 
@@ -30,6 +31,7 @@ class JobCheck(NamedTuple):
         problems, remarks: broken limits, and what does not fail the check.
         program: the program that was checked.
         table: the summary as the command line prints it.
+        drawn: the part as a coloured mesh, which `show` puts into the document.
     """
 
     passed: bool
@@ -37,6 +39,7 @@ class JobCheck(NamedTuple):
     remarks: list[Finding]
     program: programs.Program
     table: str
+    drawn: pictures.Drawn
 
 
 class Question(NamedTuple):
@@ -45,30 +48,71 @@ class Question(NamedTuple):
     program: programs.Program
     options: dict[str, Any]
     files: dict[str, bytes]
+    #: A copy of the part, which is triangulated beside the window; None if the part is not measured.
+    shape: Any
+
+
+class Setup(NamedTuple):
+    """The program of a job as it stands on its machine: where, and with which tools [mm, degrees]."""
+
+    program: programs.Program
+    machine: str
+    origin: list[float]
+    rotation: list[float]
+    lengths: dict[int, float]
+
+
+def setup(job: Any, operations: list[Any]) -> Setup:
+    """Gathers the program of some operations of a job, with machine and tool lengths."""
+    machine = machines.needed_machine(job)
+    machines.load(machine.Machine)
+    for one in own_operations(operations):
+        if not one.Path.Commands or one.Stale:
+            # Else the operation would be left out without a word.
+            raise Problem(
+                translated("{label} has no program: {verdict}", label=one.Label, verdict=one.Verdict),
+                translated("wait until it is planned, recompute it, or switch it off with Active"),
+            )
+    program = programs.program_of(operations)
+    lengths: dict[int, float] = {}
+    for one in own_operations(operations):
+        number, length = int(one.ToolController.ToolNumber), float(one.ToolLength.Value)
+        if abs(lengths.setdefault(number, length) - length) > 1e-9:
+            raise Problem(
+                translated("tool {number} has the lengths {first} and {second} mm", number=number, first=lengths[number], second=length),
+                translated("enter the same length in all operations of the tool"),
+            )
+    for number, controller in program.tools.items():
+        lengths.setdefault(number, tools.usual_length(controller))
+    return Setup(program, machine.Machine, [*machine.Origin], [*machine.Rotation], lengths)
+
+
+def own_operations(operations: list[Any]) -> list[Any]:
+    """Returns the active five-axis finishes among operations."""
+    return [one for one in map(compat.base_operation, operations) if hasattr(one, "InputKey") and one.Active]
 
 
 def question(job: Any) -> Question:
     """Gathers the program of a job, its part, stock and fixtures."""
+    stands = setup(job, compat.operations(job))
     machine = machines.needed_machine(job)
-    machines.load(machine.Machine)
-    program = programs.program_of(compat.operations(job))
+    program, lengths = stands.program, stands.lengths
     files: dict[str, bytes] = {}
-    own = [one for one in map(compat.base_operation, compat.operations(job)) if hasattr(one, "InputKey") and one.Active]
-    lengths = {int(one.ToolController.ToolNumber): float(one.ToolLength.Value) for one in own}
-    for number, controller in program.tools.items():
-        lengths.setdefault(number, tools.usual_length(controller))
+    own = own_operations(compat.operations(job))
     options: dict[str, Any] = {
-        "machine": machine.Machine,
+        "machine": stands.machine,
         "dialect": "linuxcnc",
-        "origin": [*machine.Origin],
-        "rotation": [*machine.Rotation],
+        "origin": stands.origin,
+        "rotation": stands.rotation,
         "deg": True,
         "tool_length": lengths,
     }
+    part = None
     cutters = _cutters(program.tools, lengths)
     if cutters is not None:
         options["cutter"] = cutters
-        files["part.step"] = shapes.step_bytes(model(job))
+        part = model(job).copy()
+        files["part.step"] = shapes.step_bytes(part)
         tolerances = [(float(one.Excess.Value), float(one.Gouge.Value)) for one in own]
         excess, gouge = max(tolerances) if tolerances else (1.0, 0.01)
         options["tolerance"] = (excess, gouge)
@@ -81,7 +125,7 @@ def question(job: Any) -> Question:
         files[f"fixture{index}.step"] = shapes.step_bytes(shapes.placed_shape(one))
     if machine.Fixtures:
         options["clearance"] = float(machine.Clearance.Value)
-    return Question(program, options, files)
+    return Question(program, options, files, part)
 
 
 def _cutters(controllers: dict[int, Any], lengths: dict[int, float]) -> str | dict[int, str] | None:
@@ -100,7 +144,7 @@ def model(job: Any) -> Any:
 
     found = [shapes.placed_shape(one) for one in job.Model.Group]
     if not found:
-        raise Problem(f"{job.Label} has no model", "add one to the job")
+        raise Problem(translated("{label} has no model", label=job.Label), translated("add one to the job"))
     return found[0] if len(found) == 1 else Part.Compound(found)
 
 
@@ -129,9 +173,12 @@ def answer(asked: Question, progress: Callable[[str, int, int], None] | None = N
             if not lines:
                 raise Problem(text) from None
             problems = [_finding(text, int(lines[0]), asked.program)]
-            return JobCheck(False, problems, [], asked.program, text)
+            return JobCheck(False, problems, [], asked.program, text, pictures.drawn([], None))
+    mesh = None
+    if asked.shape is not None:
+        mesh = deviation.of_shape(asked.shape, deviation.Measured(found.point, found.height), *asked.options["tolerance"])
     listed = [[_finding(text, _line_of(text), asked.program) for text in texts] for texts in (found.failures, found.warnings)]
-    return JobCheck(found.passed, listed[0], listed[1], asked.program, str(found))
+    return JobCheck(found.passed, listed[0], listed[1], asked.program, str(found), pictures.drawn([], mesh))
 
 
 def _line_of(text: str) -> int:
@@ -146,3 +193,20 @@ def _finding(text: str, line: int, program: programs.Program) -> Finding:
 def check(job: Any, progress: Callable[[str, int, int], None] | None = None) -> JobCheck:
     """Checks a job, in scripts."""
     return answer(question(job), progress)
+
+
+_MESH = "CheckedDeviation"
+
+
+def show(job: Any, found: JobCheck) -> Any:
+    """Puts the coloured mesh of a check into the document, in place of that of an earlier one, and returns it; None if nothing was measured."""
+    name = f"{job.Name}{_MESH}"
+    for old in [one for one in job.Document.Objects if one.Name.startswith(name)]:
+        job.Document.removeObject(old.Name)
+    if found.drawn.mesh is None:
+        return None
+    for other in job.Document.Objects:
+        # Meshes of operations lie in the same place.
+        if isinstance(getattr(other, "Proxy", None), pictures.DeviationMesh) and other.ViewObject is not None:
+            other.ViewObject.Visibility = False
+    return pictures.add_deviation(job.Document, found.drawn, translated("Deviation of {label}", label=job.Label), name)

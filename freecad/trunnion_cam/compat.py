@@ -1,11 +1,19 @@
-"""What differs between FreeCAD 0.20 (modules PathScripts) and 1.x (modules Path.Main and Path.Tool)."""
+"""What differs between FreeCAD 0.20 (modules PathScripts), 1.0 (Path.Main, Path.Tool.Bit) and 1.1 (Path.Tool.toolbit)."""
 
 from __future__ import annotations
 
 import importlib
-from typing import Any
+from typing import Any, NamedTuple
 
 from .problem import Problem
+from .translate import translated
+
+
+class BitMakers(NamedTuple):
+    """Where tool bits are made: the class of 1.1, or the module of earlier versions; the other is None."""
+
+    tool_bit: Any
+    module: Any
 
 
 def _first(*names: str) -> Any:
@@ -15,8 +23,8 @@ def _first(*names: str) -> Any:
         except ImportError:
             continue
     raise Problem(
-        f"none of the modules {', '.join(names)} can be loaded",
-        "install FreeCAD with its CAM (Path) workbench, 0.20.2 or later",
+        translated("none of the modules {names} can be loaded", names=", ".join(names)),
+        translated("install FreeCAD with its CAM (Path) workbench, 0.20.2 or later"),
     )
 
 
@@ -26,43 +34,55 @@ def create_job(name: str, models: list[Any]) -> Any:
 
 
 def create_controller(name: str, number: int) -> Any:
-    """Creates a tool controller with the usual end mill."""
+    """Creates a tool controller with the usual end mill; `add_controller` puts it into a job."""
     module = _first("Path.Tool.Controller", "PathScripts.PathToolController")
     return module.Create(name, toolNumber=number)
 
 
+def add_controller(job: Any, controller: Any) -> None:
+    """Adds a tool controller to a job."""
+    job.Proxy.addToolController(controller)
+
+
+def _bit_makers() -> BitMakers:
+    # 1.1 keeps no `Path.Tool.Bit`; the package has to be loaded whole, since its shapes register themselves.
+    module = _first("Path.Tool.toolbit", "Path.Tool.Bit", "PathScripts.PathToolBit")
+    tool_bit = getattr(module, "ToolBit", None)
+    return BitMakers(tool_bit, None) if hasattr(tool_bit, "from_shape_id") else BitMakers(None, module)
+
+
 def create_bit(shape: str) -> Any:
-    """Creates a tool bit of a shape: endmill, ballend, bullnose."""
-    try:
-        toolbit = importlib.import_module("PathScripts.PathToolBit")
-    except ImportError:
-        toolbit = None
-    if toolbit is not None:
-        return toolbit.Factory.Create(shape, toolbit.findToolShape(f"{shape}.fcstd"))
-    bits = _first("Path.Tool.toolbit.models.base", "Path.Tool.Bit")
-    if hasattr(bits, "ToolBit"):
-        bit = bits.ToolBit.from_shape_id(shape)
-        return bit.attach_to_doc(importlib.import_module("FreeCAD").ActiveDocument)
-    return bits.Factory.Create(shape, bits.findToolShape(f"{shape}.fcstd"))
+    """Creates a tool bit of a shape in the active document: endmill, ballend, bullnose."""
+    makers = _bit_makers()
+    if makers.tool_bit is not None:
+        document = importlib.import_module("FreeCAD").ActiveDocument
+        return makers.tool_bit.from_shape_id(f"{shape}.fcstd").attach_to_doc(doc=document)
+    return makers.module.Factory.Create(shape, makers.module.findToolShape(f"{shape}.fcstd"))
 
 
 def bit_shape(bit: Any) -> str:
     """Returns the name of a tool bit's shape in lower case, without the ending of its file."""
-    for name in ("ShapeType", "ShapeID", "ShapeName"):
-        value = getattr(bit, name, "")
-        if value:
+    for name in ("ShapeType", "ShapeID", "BitShape", "ShapeName"):
+        # "Custom" is what 1.1 calls shapes of the user's own; their file has the name.
+        value = str(getattr(bit, name, "") or "")
+        if value and value != "Custom":
             break
-    else:
-        value = getattr(bit, "BitShape", "") or ""
-    stem = str(value).replace("\\", "/").rsplit("/", 1)[-1]
-    return stem.lower().removesuffix(".fcstd").replace("_", "").replace(" ", "")
+    stem = value.replace("\\", "/").rsplit("/", 1)[-1]
+    return stem.lower().removesuffix(".fcstd").replace("_", "").replace("-", "").replace(" ", "")
+
+
+def bit_size(bit: Any) -> tuple[str, float]:
+    """Returns shape and diameter [mm] of a tool bit: equal for bits that cut alike."""
+    return bit_shape(bit), float(getattr(bit, "Diameter", 0.0) or 0.0)
 
 
 def corner_radius(bit: Any, diameter: float) -> float | None:
     """Returns the corner radius of a bull-nose [mm]; None if its shape does not say it."""
-    if hasattr(bit, "CornerRadius"):
-        return float(bit.CornerRadius)
-    # 0.20 states the radius of the flat part.
+    # 1.1 has CornerRadius, made from TorusRadius of 1.0 where there was one.
+    for name in ("CornerRadius", "TorusRadius"):
+        if hasattr(bit, name):
+            return float(getattr(bit, name))
+    # 0.20 and 1.0 state the radius of the flat part.
     if hasattr(bit, "FlatRadius"):
         return 0.5 * diameter - float(bit.FlatRadius)
     return None
@@ -76,6 +96,11 @@ def is_job(thing: Any) -> bool:
 def controllers(job: Any) -> list[Any]:
     """Returns the tool controllers of a job."""
     return list(job.Tools.Group)
+
+
+def models(job: Any) -> list[Any]:
+    """Returns the models of a job, and the bodies that they were made from."""
+    return [*job.Model.Group, *job.Proxy.baseObjects(job)]
 
 
 def operations(job: Any) -> list[Any]:
@@ -94,3 +119,23 @@ def base_operation(operation: Any) -> Any:
         base = operation.Base
         operation = base[0] if isinstance(base, (list, tuple)) else base
     return operation
+
+
+def document_object(posted: Any) -> Any:
+    """Returns the object of the document behind what FreeCAD hands to a post processor; None for helpers of its own."""
+    # Versions after 1.1 wrap what they hand over, and keep the object as `source`.
+    found = getattr(posted, "source", posted) if hasattr(posted, "item_type") else posted
+    return found if getattr(found, "Document", None) is not None else None
+
+
+def standard_buttons(*names: str) -> Any:
+    """Returns buttons of a task panel, such as "Ok" and "Cancel", as the window wants them."""
+    box = importlib.import_module("PySide.QtGui").QDialogButtonBox
+    found = getattr(box, names[0])
+    for name in names[1:]:
+        found = found | getattr(box, name)
+    try:
+        return int(found)
+    except TypeError:
+        # PySide6, which comes with 1.1, has flags that are no numbers; FreeCAD takes them as they are.
+        return found

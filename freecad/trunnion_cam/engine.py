@@ -6,6 +6,7 @@ import threading
 from typing import Any, Callable
 
 from .problem import Problem, words
+from .translate import translated
 
 #: Versions of the package that this add-on works with.
 _LEAST = (0, 1)
@@ -17,13 +18,16 @@ def engine() -> Any:
         import trunnion
     except ImportError as error:
         raise Problem(
-            f"the Python package trunnion cannot be loaded: {error}",
-            "install it for the Python of FreeCAD: pip install trunnion",
+            translated("the Python package trunnion cannot be loaded: {error}", error=error),
+            translated("install it for the Python of FreeCAD: pip install trunnion"),
         ) from None
     version = tuple(int(part) for part in trunnion.__version__.split(".")[:2])
     if version < _LEAST:
         least = ".".join(map(str, _LEAST))
-        raise Problem(f"trunnion {trunnion.__version__} is too old", f"install {least} or later: pip install -U trunnion")
+        raise Problem(
+            translated("trunnion {version} is too old", version=trunnion.__version__),
+            translated("install {least} or later: pip install -U trunnion", least=least),
+        )
     return trunnion
 
 
@@ -78,6 +82,6 @@ class Work:
         try:
             self.result = self._call(self._report)
         except Cancelled:
-            self.error = "stopped; nothing was changed"
+            self.error = translated("stopped; nothing was changed")
         except Exception as error:  # Whatever it is, the window has to show it.
-            self.error = "stopped; nothing was changed" if self.cancelled else words(error)
+            self.error = translated("stopped; nothing was changed") if self.cancelled else words(error)

@@ -6,8 +6,10 @@ import json
 import os
 from typing import Any, NamedTuple
 
+from . import compat, pictures
 from .engine import engine
 from .problem import Problem
+from .translate import described, marked, translated
 
 
 class AxisDynamics(NamedTuple):
@@ -23,6 +25,8 @@ CLASSES = {
     "machining centre": AxisDynamics((3_000.0, 30_000.0), (600.0, 6_000.0)),
     "high-speed": AxisDynamics((8_000.0, 160_000.0), (1_500.0, 30_000.0)),
 }
+#: What the panel calls them.
+CLASS_NAMES = {"hobby": marked("hobby"), "machining centre": marked("machining centre"), "high-speed": marked("high-speed machine")}
 
 
 class MachineSetup:
@@ -31,17 +35,21 @@ class MachineSetup:
     def __init__(self, obj: Any) -> None:
         obj.Proxy = self
         add = obj.addProperty
-        add("App::PropertyLinkHidden", "Job", "Machine", "Job of the CAM workbench")
-        add("App::PropertyString", "Machine", "Machine", "Name of a built-in machine, or machine file (TOML)")
-        add("App::PropertyVector", "Origin", "Setup", "Zero of the document in machine coordinates, all axes at zero, mm")
-        add("App::PropertyVector", "Rotation", "Setup", "Rotation about the machine's x, then y, then z, degrees")
-        add("App::PropertyLinkList", "Fixtures", "Setup", "Solids that no part of the tool may touch")
-        add("App::PropertyLength", "Clearance", "Setup", "Least distance from fixtures")
+        add("App::PropertyLinkHidden", "Job", "Machine", described("Job of the CAM workbench"))
+        add("App::PropertyString", "Machine", "Machine", described("Name of a built-in machine, or machine file (TOML)"))
+        add("App::PropertyVector", "Origin", "Setup", described("Zero of the document in machine coordinates, all axes at zero, mm"))
+        add("App::PropertyVector", "Rotation", "Setup", described("Rotation about the machine's x, then y, then z, degrees"))
+        add("App::PropertyLinkList", "Fixtures", "Setup", described("Solids that no part of the tool may touch"))
+        add("App::PropertyLength", "Clearance", "Setup", described("Least distance from fixtures"))
         obj.Machine = "bc-trunnion"
         obj.Clearance = 1.0
 
     def execute(self, obj: Any) -> None:
         """Nothing is computed here; operations look when they are."""
+
+    def onDocumentRestored(self, obj: Any) -> None:
+        """Called by FreeCAD when a document was read."""
+        pictures.show_view(obj, "machine")
 
     def dumps(self) -> None:
         """Nothing of the proxy is saved."""
@@ -54,14 +62,20 @@ class MachineSetup:
 
 def create(job: Any, machine: str = "bc-trunnion") -> Any:
     """Adds a machine to a job, or changes the one that it has."""
+    load(machine)
     found = machine_of(job)
     if found is None:
         found = job.Document.addObject("App::FeaturePython", "Machine")
         MachineSetup(found)
         found.Job = job
-        found.Label = f"Machine of {job.Label}"
-    load(machine)
-    found.Machine = machine
+        found.Label = translated("Machine of {label}", label=job.Label)
+        pictures.show_view(found, "machine")
+    if found.Machine != machine:
+        found.Machine = machine
+    for operation in compat.operations(job):
+        # They depend on it: a change of the machine plans them anew.
+        if hasattr(operation, "InputKey") and operation.Machine is None:
+            operation.Machine = found
     return found
 
 
@@ -77,7 +91,7 @@ def needed_machine(job: Any) -> Any:
     """Returns the machine object of a job, and says what to do without one."""
     found = machine_of(job)
     if found is None:
-        raise Problem(f"{job.Label} has no machine", "choose one with the command Machine")
+        raise Problem(translated("{label} has no machine", label=job.Label), translated("choose one with the command Machine"))
     return found
 
 
@@ -86,7 +100,10 @@ def load(source: str) -> Any:
     trunnion = engine()
     if source not in trunnion.built_in() and not os.path.isfile(source):
         names = ", ".join(trunnion.built_in())
-        raise Problem(f"there is no machine {source!r}", f"give a machine file, or one of the built-in machines: {names}")
+        raise Problem(
+            translated("there is no machine '{source}'", source=source),
+            translated("give a machine file, or one of the built-in machines: {names}", names=names),
+        )
     return trunnion.Machine(source)
 
 
@@ -99,19 +116,28 @@ def convert_fcm(text: str, dynamics: AxisDynamics) -> tuple[dict[str, Any], list
     try:
         found = json.loads(text)
     except ValueError as error:
-        raise Problem(f"the file is no machine of FreeCAD: {error}", "choose a .fcm file that its machine editor wrote") from None
+        raise Problem(
+            translated("the file is no machine of FreeCAD: {error}", error=error),
+            translated("choose a .fcm file that the machine editor of FreeCAD wrote"),
+        ) from None
     machine = found.get("machine", found) if isinstance(found, dict) else {}
     axes = machine.get("axes")
     if not isinstance(axes, dict) or not axes:
-        raise Problem("the file has no axes", "choose a .fcm file that the machine editor of FreeCAD wrote")
+        raise Problem(translated("the file has no axes"), translated("choose a .fcm file that the machine editor of FreeCAD wrote"))
     rotaries = [name for name, axis in axes.items() if axis.get("type") in ("rotary", "angular")]
     if len(rotaries) != 2 or set("XYZ") - set(axes):
         names = ", ".join(axes)
-        raise Problem(f"the machine has the axes {names}; five-axis work needs X, Y, Z and two rotaries", "add the missing axes in the machine editor")
+        raise Problem(
+            translated("the machine has the axes {names}; five-axis work needs X, Y, Z and two rotaries", names=names),
+            translated("add the missing axes in the machine editor"),
+        )
     remarks = [
-        "acceleration and jerk are those of the class that was chosen: enter those of your machine",
-        "directions of rotation are taken as ISO 841 has them: jog each rotary by +30 degrees, and add `sense = -1` where it turns the other way",
-        "the gauge point is taken at the zero of all axes: enter where the spindle nose stands",
+        translated("acceleration and jerk are those that were entered: compare them with the parameters of the control"),
+        translated(
+            "directions of rotation are taken as ISO 841 has them: jog each rotary by +30 degrees, "
+            "and add `sense = -1` where it turns the other way"
+        ),
+        translated("the gauge point is taken at the zero of all axes: enter where the spindle nose stands"),
     ]
     table = {name: _axis(name, axis, dynamics) for name, axis in axes.items() if name in (*"XYZ", *rotaries)}
     under, over = ([name for name in table if _carries(axes[name]) == side] for side in ("table", "head"))
@@ -156,7 +182,7 @@ def _axis(name: str, axis: dict[str, Any], dynamics: AxisDynamics) -> dict[str, 
     acceleration, jerk = dynamics.linear if linear else dynamics.rotary
     direction = [float(value) for value in joint.get("axis", [])]
     if len(direction) != 3 or not any(direction):
-        raise Problem(f"axis {name} has no direction", "enter it in the machine editor")
+        raise Problem(translated("axis {name} has no direction", name=name), translated("enter it in the machine editor"))
     table: dict[str, Any] = {
         "kind": "linear" if linear else "rotary",
         "dir": direction,

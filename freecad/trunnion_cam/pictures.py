@@ -2,63 +2,137 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Callable, NamedTuple
+
+from . import colours
+from .deviation import Deviation
+from .translate import described, translated
 
 #: Most points of one pass that are drawn.
 _MOST_POINTS = 2000
+_PASSES = (0.12, 0.47, 0.71)
+#: Passes are drawn this much above where they are, along the tool, over their extent: they would sink into the mesh.
+_LIFT = 2e-3
 
 
-def draw(obj: Any, result: Any) -> None:
-    """Draws the passes and the measured points of a result; pictures of an earlier one are replaced."""
-    document = obj.Document
-    for old in list(obj.Pictures):
-        document.removeObject(old.Name)
-    obj.Pictures = [one for one in (_passes(obj, result), _deviation(obj, result)) if one is not None]
-    for one in obj.Pictures:
-        # They are made within a recompute, which does not come to them any more.
-        one.purgeTouched()
+class Drawn(NamedTuple):
+    """Pictures that are not in the document yet: wires of the passes, the mesh and the colours of its corners; or None."""
+
+    passes: Any
+    mesh: Any
+    colours: list[tuple[float, float, float]]
+    deviation: Deviation | None
 
 
-def _passes(obj: Any, result: Any) -> Any:
+def drawn(passes: list[dict[str, Any]], deviation: Deviation | None) -> Drawn:
+    """Makes the pictures of a result; runs beside the window."""
     import FreeCAD
+    import Mesh
     import Part
 
+    import numpy as np
+
     wires = []
-    for one in result.passes:
-        tips = one["tip"][:: max(1, len(one["tip"]) // _MOST_POINTS)]
+    tips = np.concatenate([one["tip"] for one in passes]) if passes else np.zeros((1, 3))
+    lift = _LIFT * float(np.linalg.norm(np.ptp(tips, axis=0)))
+    for one in passes:
+        step = max(1, len(one["tip"]) // _MOST_POINTS)
+        tips = one["tip"][::step] + lift * one["axis"][::step]
         points = [FreeCAD.Vector(*tip) for tip in tips]
         points = [point for index, point in enumerate(points) if index == 0 or point.distanceToPoint(points[index - 1]) > 1e-6]
         if len(points) > 1:
             wires.append(Part.makePolygon(points))
-    if not wires:
-        return None
-    drawn = obj.Document.addObject("Part::Feature", "Passes")
-    drawn.Shape = Part.Compound(wires)
-    drawn.Label = f"Passes of {obj.Label}"
-    if FreeCAD.GuiUp:
-        drawn.ViewObject.LineColor = (0.12, 0.47, 0.71)
-        # The path itself would be drawn as if the rotaries stood still.
-        obj.ViewObject.Visibility = False
-    return drawn
+    mesh, shades = None, []
+    if deviation is not None:
+        corners = [FreeCAD.Vector(*corner) for corner in deviation.corners.tolist()]
+        mesh = Mesh.Mesh((corners, [tuple(one) for one in deviation.triangles.tolist()]))
+        shades = colours.of_heights(deviation.heights, deviation.excess, deviation.gouge)
+    return Drawn(Part.Compound(wires) if wires else None, mesh, shades, deviation)
 
 
-def _deviation(obj: Any, result: Any) -> Any:
-    import FreeCAD
-    import numpy as np
-    import Points
+def steps(obj: Any, found: Drawn) -> list[Callable[[], None]]:
+    """Returns what puts the pictures of an operation into the document, in pieces; those of an earlier result are replaced."""
 
-    maps = [one for one in result.maps if len(one["point"])]
-    if not maps:
-        return None
-    points = np.concatenate([one["point"] for one in maps])
-    heights = np.concatenate([one["height"] for one in maps])
-    drawn = obj.Document.addObject("Points::FeaturePython", "Deviation")
-    drawn.Points = Points.Points([FreeCAD.Vector(*point) for point in points.tolist()])
-    drawn.Label = f"Deviation of {obj.Label}"
-    drawn.addProperty("App::PropertyFloatList", "Height", "Deviation", "Height over the face, mm; negative is a gouge")
-    drawn.Height = np.where(np.isfinite(heights), heights, 1e3).tolist()
-    if FreeCAD.GuiUp:
-        from .gui import colours
+    def keep(picture: Any) -> None:
+        obj.Pictures = [*obj.Pictures, picture]
+        # It is made within a recompute, which does not come to it any more.
+        picture.purgeTouched()
 
-        colours.show(drawn, heights, float(obj.Excess.Value), float(obj.Gouge.Value))
-    return drawn
+    def passes() -> None:
+        remove(obj)
+        if obj.ViewObject is not None:
+            # The path itself would be drawn as if the rotaries stood still.
+            obj.ViewObject.Visibility = False
+        if found.passes is not None:
+            keep(_passes(obj, found.passes))
+
+    def mesh() -> None:
+        if found.mesh is not None:
+            keep(add_deviation(obj.Document, found, translated("Deviation of {label}", label=obj.Label)))
+
+    return [passes, mesh]
+
+
+def remove(obj: Any) -> None:
+    """Takes the pictures of an operation away."""
+    for old in list(obj.Pictures):
+        obj.Document.removeObject(old.Name)
+
+
+def _passes(obj: Any, wires: Any) -> Any:
+    picture = obj.Document.addObject("Part::Feature", "Passes")
+    picture.Shape = wires
+    picture.Label = translated("Passes of {label}", label=obj.Label)
+    if picture.ViewObject is not None:
+        picture.ViewObject.LineColor = _PASSES
+    return picture
+
+
+class DeviationMesh:
+    """Proxy of a coloured mesh; its heights are its own, for scripts."""
+
+    def __init__(self, obj: Any) -> None:
+        obj.Proxy = self
+        group = "Deviation"
+        obj.addProperty("App::PropertyFloatList", "Height", group, described("Height over the face at each corner, mm; negative is a gouge"))
+        obj.addProperty("App::PropertyLength", "Excess", group, described("Largest excess after everything"))
+        obj.addProperty("App::PropertyLength", "Gouge", group, described("Deepest gouge after everything"))
+        obj.addProperty("App::PropertyColorList", "Colours", group, described("Colour of each corner"))
+
+    def execute(self, obj: Any) -> None:
+        """Nothing is computed here."""
+
+    def onDocumentRestored(self, obj: Any) -> None:
+        """Called by FreeCAD when a document was read."""
+        show_view(obj, "deviation")
+
+    def dumps(self) -> None:
+        """Nothing of the proxy is saved."""
+
+    def loads(self, state: Any) -> None:
+        """Nothing of the proxy was saved."""
+
+    __getstate__, __setstate__ = dumps, loads
+
+
+def add_deviation(document: Any, found: Drawn, label: str, name: str = "Deviation") -> Any:
+    """Adds a coloured mesh to a document, and returns it."""
+    picture = document.addObject("Mesh::FeaturePython", name)
+    DeviationMesh(picture)
+    picture.Label = label
+    picture.Excess, picture.Gouge = found.deviation.excess, found.deviation.gouge
+    picture.Height = found.deviation.heights.tolist()
+    picture.Mesh = found.mesh
+    picture.Colours = found.colours
+    show_view(picture, "deviation")
+    return picture
+
+
+def show_view(obj: Any, kind: str) -> None:
+    """Gives an object its view, where there is a window: "deviation", "finish" or "machine"."""
+    if obj.ViewObject is None:
+        return
+    from .gui import views
+
+    if not isinstance(obj.ViewObject.Proxy, views.KINDS[kind]):
+        views.KINDS[kind](obj.ViewObject)

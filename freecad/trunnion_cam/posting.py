@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import os
-from typing import Any
+from typing import Any, Callable, NamedTuple
 
-from . import checking, compat, machines
+from . import checking, compat, operation
 from .engine import engine
 from .problem import Problem, words
+from .translate import translated
+
+Progress = Callable[[str, int, int], None]
+
+_POST_PROCESSOR = os.path.join(os.path.dirname(__file__), "..", "posts", "trunnion_post.py")
 
 DIALECTS = {
     "linuxcnc": ".ngc", "g93": ".g93.nc", "fanuc": ".nc", "fanuc-vector": ".nc", "haas": ".nc", "siemens": ".mpf",
@@ -15,46 +20,71 @@ DIALECTS = {
 }
 
 
-def own_program(job: Any, dialect: str) -> str | None:
-    """Returns the checked program of a job whose only active operation is a five-axis finish; else None."""
-    active = [one for one in map(compat.base_operation, compat.operations(job)) if getattr(one, "Active", True)]
+def own_program(operations: list[Any], dialect: str) -> str | None:
+    """Returns the checked program of operations of which the only active one is a five-axis finish; else None."""
+    active = [one for one in map(compat.base_operation, operations) if getattr(one, "Active", True)]
     if len(active) != 1 or not hasattr(active[0], "InputKey"):
         return None
-    operation = active[0]
-    if not operation.Programs:
-        raise Problem(f"{operation.Label} has no program: {operation.Verdict}", "recompute it first")
     wanted = f"program.{dialect}."
-    return next((text for name, text in operation.Programs.items() if name.startswith(wanted)), None)
+    return next((text for name, text in active[0].Programs.items() if name.startswith(wanted)), None)
 
 
-def post(job: Any, dialect: str, tolerance: tuple[float, float] = (0.005, 0.02)) -> str:
-    """Returns the program of a job in a dialect.
+def post(job: Any, dialect: str, operations: list[Any] | None = None, tolerance: tuple[float, float] = (0.005, 0.02)) -> str:
+    """Returns the program of a job, or of some of its operations, in a dialect.
 
-    A single five-axis finish comes with the program that its own check has seen. Everything else is posted: the program
-    of all operations, with feeds that the axes can follow.
+    A single five-axis finish comes with the program that its own check has seen. Everything else is posted: one program
+    of all operations with their tool changes, and with feeds that the axes can follow.
+
+    Args:
+        tolerance: largest deviation at the tip [mm] and of the tool axis [degrees].
     """
+    asked = question(job, dialect, operations)
+    return asked if isinstance(asked, str) else answer(asked, tolerance)
+
+
+class Question(NamedTuple):
+    """What is posted, taken from the document: posting itself runs beside the window."""
+
+    setup: checking.Setup
+    dialect: str
+
+
+def question(job: Any, dialect: str, operations: list[Any] | None = None) -> str | Question:
+    """Returns the program where it is there already, else what has to be posted."""
     if dialect not in DIALECTS:
-        raise Problem(f"there is no dialect {dialect!r}", "choose one of: " + ", ".join(DIALECTS))
-    own = own_program(job, dialect)
-    if own is not None:
-        return own
-    asked = checking.question(job)
-    machine = machines.needed_machine(job)
-    options: dict[str, Any] = {"origin": asked.options["origin"], "rotation": asked.options["rotation"], "deg": True}
-    trunnion = engine()
-    if len(asked.program.tools) > 1:
         raise Problem(
-            f"the job has {len(asked.program.tools)} tools, and programs of several tools are not posted yet",
-            "post the operations of each tool by themselves: switch the others off with Active",
+            translated("there is no dialect '{dialect}'", dialect=dialect), translated("choose one of: {names}", names=", ".join(DIALECTS))
         )
-    options["tool_length"] = next(iter(asked.options["tool_length"].values()))
+    chosen = compat.operations(job) if operations is None else operations
+    for one in checking.own_operations(chosen):
+        if one.Programs and operation.key(one) != one.InputKey:
+            raise Problem(
+                translated("{label} is older than the model or its settings", label=one.Label), translated("recompute the document first")
+            )
+    own = own_program(chosen, dialect)
+    return own if own is not None else Question(checking.setup(job, chosen), dialect)
+
+
+def answer(asked: Question, tolerance: tuple[float, float] = (0.005, 0.02), progress: Progress | None = None) -> str:
+    """Posts, and returns the program."""
+    stands = asked.setup
+    trunnion = engine()
     try:
         found = trunnion.post(
-            asked.program.text.encode(), machine.Machine, dialect=dialect, source_dialect="linuxcnc", tolerance=tolerance, **options
+            stands.program.text.encode(),
+            stands.machine,
+            dialect=asked.dialect,
+            source_dialect="linuxcnc",
+            tolerance=tolerance,
+            origin=stands.origin,
+            rotation=stands.rotation,
+            deg=True,
+            tool_length=stands.lengths,
+            progress=progress,
         )
     except trunnion.TrunnionError as error:
         raise Problem(words(error)) from None
-    return found.text
+    return str(found.text)
 
 
 def write(path: str, text: str) -> None:
@@ -65,20 +95,9 @@ def write(path: str, text: str) -> None:
     os.replace(beside, path)
 
 
-POST_PROCESSOR = '''"""Post processor of FreeCAD that calls trunnion; the arguments are the dialect, such as --dialect=heidenhain."""
-
-TOOLTIP = "Posts with trunnion: ten dialects for five-axis machines"
-
-
-def export(objects, filename, arguments=""):
-    from trunnion_cam import postprocessor
-
-    return postprocessor.export(objects, filename, arguments)
-'''
-
-
 def install_post_processor(folder: str) -> str:
     """Writes the post processor `trunnion` into a folder of macros, where FreeCAD looks for them."""
     path = os.path.join(folder, "trunnion_post.py")
-    write(path, POST_PROCESSOR)
+    with open(_POST_PROCESSOR, encoding="utf-8") as file:
+        write(path, file.read())
     return path

@@ -8,6 +8,7 @@ from typing import Any, Iterator, NamedTuple
 
 from . import compat
 from .problem import Problem
+from .translate import translated
 
 _WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))")
 _COMMENT = re.compile(r"\([^)]*\)|;.*")
@@ -64,10 +65,11 @@ def _tidy(value: str) -> str:
 
 
 class Place(NamedTuple):
-    """Where a line of a program comes from: operation, number of its command, and the tip there [mm]."""
+    """Where a line of a program comes from: operation, number of its command, the tip before and after the move [mm]."""
 
     operation: str
     command: int
+    start: tuple[float, float, float]
     tip: tuple[float, float, float]
 
 
@@ -107,7 +109,7 @@ def program_of(operations: list[Any]) -> Program:
     """Returns the program of active operations, one after the other."""
     program = Program()
     program.add("G21 G90 G94 G17 G40 G49 G80 G54")
-    in_spindle: int | None = None
+    in_spindle: Any = None
     cuts = 0
     for operation in operations:
         base = compat.base_operation(operation)
@@ -116,17 +118,18 @@ def program_of(operations: list[Any]) -> Program:
         controller = getattr(base, "ToolController", None)
         if controller is None:
             continue
-        number = int(controller.ToolNumber)
-        program.tools[number] = controller
+        number = _register(program, controller)
         own_head = any(command.Name in ("M6", "M06") for command in operation.Path.Commands)
         program.add(f"({_comment(operation.Label)})")
-        if number != in_spindle and not own_head:
-            for line in _tool_change(number, controller):
+        if not own_head:
+            for line in _change(in_spindle, controller):
                 program.add(line)
-        in_spindle = number
+        in_spindle = controller
         cuts += _add(program, operation)
     if not cuts:
-        raise Problem("no active operation of the job moves a tool", "recompute the operations, and look for their messages")
+        raise Problem(
+            translated("no active operation of the job moves a tool"), translated("recompute the operations, and look for their messages")
+        )
     program.add("M5")
     program.add("M2")
     return program
@@ -136,11 +139,30 @@ def _comment(text: str) -> str:
     return re.sub(r"[()\r\n]", " ", text)
 
 
-def _tool_change(number: int, controller: Any) -> Iterator[str]:
-    yield f"T{number} M6"
+def _register(program: Program, controller: Any) -> int:
+    """Notes the controller of a tool number, and returns the number; raises Problem if it stands for two tools."""
+    number = int(controller.ToolNumber)
+    known = program.tools.setdefault(number, controller)
+    if known.Name != controller.Name and compat.bit_size(known.Tool) != compat.bit_size(controller.Tool):
+        raise Problem(
+            translated("{first} and {second} are different tools with the number {number}", first=known.Label, second=controller.Label, number=number),
+            translated("give each tool a number of its own in its tool controller"),
+        )
+    return number
+
+
+def _change(before: Any, controller: Any) -> Iterator[str]:
+    """Yields the lines between operations of two controllers; `before` is None for the first."""
+    number = int(controller.ToolNumber)
     turn = "M4" if str(controller.SpindleDir) == "Reverse" else "M3"
-    yield f"S{float(controller.SpindleSpeed):g} {turn}"
-    yield f"G43 H{number}"
+    spindle = f"S{float(controller.SpindleSpeed):g} {turn}"
+    if before is None or int(before.ToolNumber) != number:
+        yield f"T{number} M6"
+        yield spindle
+        yield f"G43 H{number}"
+    elif before.Name != controller.Name:
+        # Another speed of the same tool.
+        yield spindle
 
 
 def _add(program: Program, operation: Any) -> int:
@@ -153,6 +175,7 @@ def _add(program: Program, operation: Any) -> int:
         if command.Name in _ENDS:
             continue
         values = dict(command.Parameters)
+        start = (tip[0], tip[1], tip[2])
         for slot, letter in enumerate("XYZ"):
             tip[slot] = values.get(letter, tip[slot])
         moves += bool(set(values) & set("XYZABC"))
@@ -163,7 +186,7 @@ def _add(program: Program, operation: Any) -> int:
                 del values["F"]
         letters = sorted(values, key=lambda letter: (_ORDER.find(letter) % len(_ORDER), letter))
         words = [command.Name, *(letter + number(values[letter]) for letter in letters)]
-        program.add(" ".join(words), Place(operation.Name, index, (tip[0], tip[1], tip[2])))
+        program.add(" ".join(words), Place(operation.Name, index, start, (tip[0], tip[1], tip[2])))
     return moves
 
 

@@ -6,9 +6,10 @@ import os
 import tempfile
 from typing import Any, Callable
 
-from . import operation
+from . import checking, operation, shapes
 from .engine import engine
 from .problem import Problem, words
+from .translate import translated
 
 Progress = Callable[[str, int, int], None]
 
@@ -28,7 +29,7 @@ def use_setup(machine: Any, summary: dict[str, Any]) -> None:
 
     best = summary.get("after")
     if not best:
-        raise Problem("no rotation within the bounds fits", "allow more tilt, or take a shorter tool")
+        raise Problem(translated("no rotation within the bounds fits"), translated("allow more tilt, or take a shorter tool"))
     machine.Origin = FreeCAD.Vector(*best["origin"])
     machine.Rotation = FreeCAD.Vector(*best["rotation"])
 
@@ -55,16 +56,32 @@ def simulate(found: operation.Inputs, folder: str, progress: Progress | None = N
 
 def usual_origin(job: Any, machine: str) -> list[float]:
     """Returns an origin of the document on a machine that `trunnion init` would propose for the model of a job [mm]."""
-    from . import checking, shapes
+    return origin_of(shapes.step_bytes(checking.model(job)), machine)
 
+
+def quick_origin(job: Any, machine: str) -> list[float]:
+    """Returns what `usual_origin` does for the box around the model of a job [mm]: at once, however many faces there are.
+
+    Both are equal unless a rotary axis is oblique: then the exact one knows which way the faces look.
+    """
+    import FreeCAD
+    import Part
+
+    box = checking.model(job).BoundBox
+    solid = Part.makeBox(box.XLength, box.YLength, box.ZLength, FreeCAD.Vector(box.XMin, box.YMin, box.ZMin))
+    return origin_of(shapes.step_bytes(solid), machine)
+
+
+def origin_of(step: bytes, machine: str, progress: Progress | None = None) -> list[float]:
+    """Returns an origin that `trunnion init` would propose for a part [mm]; runs beside the window."""
     trunnion = engine()
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "part.step")
         with open(path, "wb") as file:
-            file.write(shapes.step_bytes(checking.model(job)))
+            file.write(step)
         try:
             # The workpiece of the document lies as it is drawn.
-            proposed = trunnion.Job.propose(path, machine, rotation=[0.0, 0.0, 0.0])
+            proposed = trunnion.Job.propose(path, machine, rotation=[0.0, 0.0, 0.0], progress=progress)
         except trunnion.TrunnionError as error:
             raise Problem(words(error).replace(folder + os.sep, "")) from None
     return [float(value) for value in proposed.data["setup"]["origin"]]

@@ -10,6 +10,7 @@ from typing import Any, Iterable, NamedTuple
 
 from .engine import engine
 from .problem import Problem
+from .translate import translated
 
 #: Chord of the triangles by which faces are recognized, over the diagonal of the part.
 _CHORD = 2e-4
@@ -41,7 +42,9 @@ def placed_shape(thing: Any) -> Any:
 
     found = Part.getShape(thing)
     if found.isNull():
-        raise Problem(f"{thing.Label} has no shape", "recompute the document, or choose another object")
+        raise Problem(
+            translated("{label} has no shape", label=thing.Label), translated("recompute the document, or choose another object")
+        )
     return found
 
 
@@ -53,22 +56,32 @@ def selected_faces(selection: Iterable[tuple[Any, Iterable[str]]]) -> tuple[Any,
     """
     chosen = [(thing, list(names)) for thing, names in selection]
     if not chosen:
-        raise Problem("nothing is selected", "select the faces to finish, of one body")
+        raise Problem(translated("nothing is selected"), translated("select the faces to finish, of one body"))
     for thing, _ in chosen:
         if thing.isDerivedFrom("Mesh::Feature"):
-            raise Problem(f"{thing.Label} is a mesh, which has no surfaces", "select faces of a solid, or convert the mesh to one")
+            raise Problem(
+                translated("{label} is a mesh, which has no surfaces", label=thing.Label),
+                translated("select faces of a solid, or convert the mesh to one"),
+            )
         if thing.isDerivedFrom("Sketcher::SketchObject") or thing.isDerivedFrom("Part::Part2DObject"):
-            raise Problem(f"{thing.Label} is a sketch, which has no faces to cut", "select faces of a solid")
+            raise Problem(
+                translated("{label} is a sketch, which has no faces to cut", label=thing.Label), translated("select faces of a solid")
+            )
         if not hasattr(thing, "Shape"):
-            raise Problem(f"{thing.Label} has no shape", "select faces of a solid")
+            raise Problem(translated("{label} has no shape", label=thing.Label), translated("select faces of a solid"))
     if len(chosen) > 1:
         labels = ", ".join(thing.Label for thing, _ in chosen)
-        raise Problem(f"faces of {len(chosen)} bodies are selected: {labels}", "select faces of one body; give each body an operation of its own")
+        raise Problem(
+            translated("faces of {count} bodies are selected: {labels}", count=len(chosen), labels=labels),
+            translated("select faces of one body; give each body an operation of its own"),
+        )
     thing, names = chosen[0]
     faces = [name for name in names if name.startswith("Face")]
     if not faces:
-        other = ", ".join(names) or "the whole body"
-        raise Problem(f"no face is selected, but {other} of {thing.Label}", "select faces of the body")
+        other = ", ".join(names) or translated("the whole body")
+        raise Problem(
+            translated("no face is selected, but {other} of {label}", other=other, label=thing.Label), translated("select faces of the body")
+        )
     return thing, faces
 
 
@@ -87,7 +100,10 @@ def face_marks(shape: Any, names: Iterable[str]) -> list[FaceMark]:
     for name in names:
         index = int(name.removeprefix("Face"))
         if not 1 <= index <= len(shape.Faces):
-            raise Problem(f"{name} is no face of the part, which has {len(shape.Faces)}", "select the faces anew: the model has changed")
+            raise Problem(
+                translated("{name} is no face of the part, which has {count}", name=name, count=len(shape.Faces)),
+                translated("select the faces anew: the model has changed"),
+            )
         face = shape.Faces[index - 1]
         marks.append(FaceMark(name, index, float(face.Area), tuple(face.CenterOfMass)))
     return marks
@@ -116,8 +132,8 @@ def face_numbers(step: bytes, marks: list[FaceMark], size: float) -> list[int]:
         best = min(known, key=unlike, default=None)
         if best is None or unlike(best)[0] or unlike(best)[1] > _ALIKE_CENTRE:
             raise Problem(
-                f"{mark.name} is not among the {len(known)} faces that the engine reads of the part",
-                "check the part with Part > Check geometry",
+                translated("{name} is not among the {count} faces that the engine reads of the part", name=mark.name, count=len(known)),
+                translated("check the part with Part > Check geometry"),
             )
         numbers.append(best[0])
     return sorted(set(numbers))

@@ -6,6 +6,7 @@ from typing import Any
 
 from . import compat
 from .problem import Problem
+from .translate import translated
 
 #: Shapes of tool bits that can be placed, and the engine's names of them.
 KINDS = {"endmill": "flat", "ballend": "ball", "ballnose": "ball", "bullnose": "bull", "torus": "bull"}
@@ -20,18 +21,24 @@ def tool_table(controller: Any, length: float) -> dict[str, Any]:
     """
     bit = getattr(controller, "Tool", None)
     if bit is None:
-        raise Problem(f"{controller.Label} has no tool", "choose a tool bit for the controller")
+        raise Problem(translated("{label} has no tool", label=controller.Label), translated("choose a tool bit for the controller"))
     shape = compat.bit_shape(bit)
     kind = KINDS.get(shape)
     if kind is None:
         known = ", ".join(sorted(set(KINDS)))
-        raise Problem(f"{bit.Label}: tools of the shape {shape or 'unknown'} are not placed", f"take a tool of a shape that is: {known}")
+        raise Problem(
+            translated("{label}: tools of the shape {shape} are not placed", label=bit.Label, shape=shape or translated("unknown")),
+            translated("take a tool of a shape that is: {known}", known=known),
+        )
     diameter = float(bit.Diameter)
     table: dict[str, Any] = {"number": int(controller.ToolNumber), "kind": kind, "diameter": diameter, "length": length}
     if kind == "bull":
         corner = compat.corner_radius(bit, diameter)
         if corner is None or not 0 < corner < 0.5 * diameter:
-            raise Problem(f"{bit.Label}: the corner radius of the bull-nose is {corner} mm", f"it has to be between 0 and {0.5 * diameter} mm")
+            raise Problem(
+                translated("{label}: the corner radius of the bull-nose is {corner} mm", label=bit.Label, corner=corner),
+                translated("it has to be between 0 and {most} mm", most=0.5 * diameter),
+            )
         table["corner_radius"] = corner
     return table
 
@@ -42,11 +49,19 @@ def usual_length(controller: Any) -> float:
     return float(getattr(bit, "Length", 0.0) or 0.0) or 100.0
 
 
+def set_cutting(controller: Any, feed: float, spindle: float) -> None:
+    """Sets horizontal feed [mm/min] and spindle speed [1/min] of a controller, where they differ."""
+    if abs(float(getattr(controller.HorizFeed, "Value", controller.HorizFeed)) * 60.0 - feed) > 1e-6:
+        controller.HorizFeed = feed / 60.0
+    if abs(float(controller.SpindleSpeed) - spindle) > 1e-6:
+        controller.SpindleSpeed = spindle
+
+
 def feed(controller: Any) -> float:
     """Returns the horizontal feed [mm/min]."""
     value = float(getattr(controller.HorizFeed, "Value", controller.HorizFeed)) * 60.0
     if value <= 0:
-        raise Problem(f"{controller.Label} has no horizontal feed", "set it in the tool controller")
+        raise Problem(translated("{label} has no horizontal feed", label=controller.Label), translated("set it in the tool controller"))
     return value
 
 
@@ -54,7 +69,7 @@ def spindle(controller: Any) -> float:
     """Returns the spindle speed [1/min]."""
     value = float(controller.SpindleSpeed)
     if value <= 0:
-        raise Problem(f"{controller.Label} has no spindle speed", "set it in the tool controller")
+        raise Problem(translated("{label} has no spindle speed", label=controller.Label), translated("set it in the tool controller"))
     return value
 
 

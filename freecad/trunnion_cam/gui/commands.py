@@ -12,10 +12,8 @@ from PySide import QtCore, QtGui
 
 from .. import checking, compat, machines, operation, posting, searching, shapes
 from ..problem import Problem
-from . import panels, running
-from .translate import translated
-
-_ICONS = os.path.join(os.path.dirname(__file__), "..", "..", "resources", "icons")
+from ..translate import marked, translated
+from . import panels, running, views
 
 
 def tell(problem: Exception) -> None:
@@ -32,8 +30,7 @@ class _Command:
         self.title, self.text, self.icon, self.action = title, text, icon, action
 
     def GetResources(self) -> dict[str, str]:
-        icon = os.path.abspath(os.path.join(_ICONS, f"{self.icon}.svg"))
-        return {"MenuText": translated(self.title), "ToolTip": translated(self.text), "Pixmap": icon}
+        return {"MenuText": translated(self.title), "ToolTip": translated(self.text), "Pixmap": views.icon(self.icon)}
 
     def IsActive(self) -> bool:
         return FreeCAD.ActiveDocument is not None
@@ -45,21 +42,25 @@ class _Command:
             tell(problem)
 
 
-def chosen_job() -> Any:
-    """Returns the selected job, or that of a selected operation, or the only one of the document."""
+def chosen_job(body: Any = None) -> Any:
+    """Returns the selected job, that of a selected operation, the only one of the document, or the only one with a body."""
     document = FreeCAD.ActiveDocument
     for thing in FreeCADGui.Selection.getSelection():
         if compat.is_job(thing):
             return thing
-        if hasattr(thing, "InputKey") and thing.Job is not None:
-            return thing.Job
     jobs = [thing for thing in document.Objects if compat.is_job(thing)]
+    for thing in FreeCADGui.Selection.getSelection():
+        owners = [job for job in jobs if any(one.Name == thing.Name for one in compat.operations(job))]
+        if owners:
+            return owners[0]
+    if len(jobs) > 1 and body is not None:
+        jobs = [job for job in jobs if body in compat.models(job)] or jobs
     if len(jobs) == 1:
         return jobs[0]
     if not jobs:
-        raise Problem("the document has no job", "create one with the CAM workbench: Job")
+        raise Problem(translated("the document has no job"), translated("create one with the CAM workbench: Job"))
     labels = ", ".join(job.Label for job in jobs)
-    raise Problem(f"the document has {len(jobs)} jobs: {labels}", "select one of them")
+    raise Problem(translated("the document has {count} jobs: {labels}", count=len(jobs), labels=labels), translated("select one of them"))
 
 
 def chosen_operation() -> Any:
@@ -68,8 +69,13 @@ def chosen_operation() -> Any:
         if hasattr(thing, "InputKey"):
             return thing
     found = [thing for thing in FreeCAD.ActiveDocument.Objects if hasattr(thing, "InputKey")]
-    if len(found) != 1:
-        raise Problem(f"the document has {len(found)} five-axis operations", "select one of them")
+    if not found:
+        raise Problem(translated("the document has no five-axis finish"), translated("select faces, and make one with Five-axis finish"))
+    if len(found) > 1:
+        labels = ", ".join(one.Label for one in found)
+        raise Problem(
+            translated("the document has {count} five-axis operations: {labels}", count=len(found), labels=labels), translated("select one of them")
+        )
     return found[0]
 
 
@@ -77,13 +83,18 @@ def finish() -> None:
     """Five-axis finish of the selected faces."""
     selection = [(one.Object, one.SubElementNames) for one in FreeCADGui.Selection.getSelectionEx()]
     body, faces = shapes.selected_faces([(thing, names) for thing, names in selection if not compat.is_job(thing)])
-    job = chosen_job()
+    job = chosen_job(body)
+    panels.need_room()
     document = job.Document
-    document.openTransaction("Five-axis finish")
-    if machines.machine_of(job) is None:
-        machines.create(job)
-    created = operation.create(job, body, faces)
-    panels.show_operation(created, new=True)
+    document.openTransaction(translated("Five-axis finish"))
+    try:
+        if machines.machine_of(job) is None:
+            machines.create(job).Origin = FreeCAD.Vector(*searching.quick_origin(job, "bc-trunnion"))
+        created = operation.create(job, body, faces)
+    except Problem:
+        document.abortTransaction()
+        raise
+    panels.show_operation(created)
 
 
 def check_job() -> None:
@@ -94,7 +105,8 @@ def check_job() -> None:
     def done(found: checking.JobCheck) -> None:
         panels.show_check(job, found)
 
-    running.Running(f"check of {job.Label}", lambda report: checking.answer(asked, report), done, lambda text: tell(Problem(text)))
+    title = translated("check of {label}", label=job.Label)
+    running.Running(title, lambda report: checking.answer(asked, report), done, lambda text: tell(Problem(text)))
 
 
 def machine() -> None:
@@ -110,17 +122,30 @@ def post() -> None:
     dialect, accepted = QtGui.QInputDialog.getItem(window, "trunnion", translated("Dialect"), names, 0, False)
     if not accepted:
         return
-    text = posting.post(job, dialect)
-    path, _ = QtGui.QFileDialog.getSaveFileName(window, translated("Program"), job.Label + posting.DIALECTS[dialect])
-    if path:
-        posting.write(path, text)
-        FreeCAD.Console.PrintMessage(f"wrote {path}\n")
+    asked = posting.question(job, dialect)
+
+    def done(text: str) -> None:
+        path, _ = QtGui.QFileDialog.getSaveFileName(window, translated("Program"), job.Label + posting.DIALECTS[dialect])
+        if not path:
+            return
+        try:
+            posting.write(path, text)
+        except OSError as error:
+            tell(Problem(translated("{path} cannot be written: {error}", path=path, error=error)))
+            return
+        FreeCAD.Console.PrintMessage(translated("wrote {path}", path=path) + "\n")
+
+    if isinstance(asked, str):
+        done(asked)
+        return
+    title = translated("post of {label}", label=job.Label)
+    running.Running(title, lambda report: posting.answer(asked, progress=report), done, lambda text: tell(Problem(text)))
 
 
 def simulate() -> None:
     """Opens the report page of an operation."""
     obj = chosen_operation()
-    found = operation.inputs(_fresh(obj))
+    found = operation.inputs(obj)
     folder = tempfile.mkdtemp(prefix="trunnion-")
 
     def done(page: str) -> None:
@@ -132,13 +157,13 @@ def simulate() -> None:
 def best_setup() -> None:
     """Searches the rotation of the workpiece."""
     obj = chosen_operation()
-    found = operation.inputs(_fresh(obj))
+    found = operation.inputs(obj)
     target = machines.needed_machine(obj.Job)
 
     def done(summary: dict[str, Any]) -> None:
         panels.show_setups(target, summary)
 
-    running.Running("best setup", lambda report: searching.best_setup(found, report), done, lambda text: tell(Problem(text)))
+    running.Running(translated("best setup"), lambda report: searching.best_setup(found, report), done, lambda text: tell(Problem(text)))
 
 
 def compare() -> None:
@@ -146,27 +171,21 @@ def compare() -> None:
     panels.show_comparison(chosen_operation())
 
 
-def _fresh(obj: Any) -> Any:
-    # The key of a computed operation would leave the part out.
-    obj.InputKey = ""
-    return obj
-
-
 def install_post() -> None:
     """Lets FreeCAD's own Post Process find the post processor `trunnion`."""
     path = posting.install_post_processor(FreeCAD.getUserMacroDir(True))
-    FreeCAD.Console.PrintMessage(f"wrote {path}: the job's post processor may now be `trunnion`\n")
+    FreeCAD.Console.PrintMessage(translated("wrote {path}: the job's post processor may now be `trunnion`", path=path) + "\n")
 
 
 COMMANDS = [
-    ("Trunnion_Finish", "Five-axis finish", "Finish the selected faces with five axes", "finish", finish),
-    ("Trunnion_Check", "Check this job", "Check the program of the job against part, machine, stock and fixtures", "check", check_job),
-    ("Trunnion_Machine", "Machine", "Choose the machine of the job, and where the part stands on it", "machine", machine),
-    ("Trunnion_Post", "Post with trunnion", "Write the program of the job in one of ten dialects", "post", post),
-    ("Trunnion_Simulate", "Simulate", "Play the program of the operation in the browser", "simulate", simulate),
-    ("Trunnion_Setup", "Best setup", "Search the rotation of the part that suits the machine best", "setup", best_setup),
-    ("Trunnion_Compare", "Compare", "Compare tools, tolerances or machines", "compare", compare),
-    ("Trunnion_InstallPost", "Install post processor", "Make trunnion a post processor of FreeCAD's own Post Process", "post", install_post),
+    ("Trunnion_Finish", marked("Five-axis finish"), marked("Finish the selected faces with five axes"), "finish", finish),
+    ("Trunnion_Check", marked("Check this job"), marked("Check the program of the job against part, machine, stock and fixtures"), "check", check_job),
+    ("Trunnion_Machine", marked("Machine"), marked("Choose the machine of the job, and where the part stands on it"), "machine", machine),
+    ("Trunnion_Post", marked("Post with trunnion"), marked("Write the program of the job in one of ten dialects"), "post", post),
+    ("Trunnion_Simulate", marked("Simulate"), marked("Play the program of the operation in the browser"), "simulate", simulate),
+    ("Trunnion_Setup", marked("Best setup"), marked("Search the rotation of the part that suits the machine best"), "setup", best_setup),
+    ("Trunnion_Compare", marked("Compare"), marked("Compare tools, tolerances or machines"), "compare", compare),
+    ("Trunnion_InstallPost", marked("Install post processor"), marked("Make trunnion a post processor of FreeCAD's own Post Process"), "post", install_post),
 ]
 
 

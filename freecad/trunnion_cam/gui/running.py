@@ -11,6 +11,7 @@ from PySide import QtCore, QtGui
 from .. import operation
 from ..engine import Work
 from ..problem import Problem
+from ..translate import translated
 
 #: Time between two looks at the work [ms]: the window never waits longer.
 _PERIOD = 100
@@ -26,6 +27,7 @@ class Running(QtCore.QObject):
     ) -> None:
         super().__init__()
         self.title, self.done, self.failed = title, done, failed
+        self.target: tuple[str, str] | None = None
         self.work = Work(call).start()
         self.bar = _Bar(title, self.work.cancel)
         self.timer = QtCore.QTimer(self)
@@ -56,7 +58,7 @@ class _Bar:
         self.bar = QtGui.QProgressBar()
         self.bar.setMaximumWidth(220)
         self.bar.setRange(0, 0)
-        self.stop = QtGui.QPushButton("Stop")
+        self.stop = QtGui.QPushButton(translated("Stop"))
         self.stop.clicked.connect(stop)
         self.title = title
         for widget in (self.label, self.bar, self.stop):
@@ -73,9 +75,34 @@ class _Bar:
             widget.deleteLater()
 
 
+class _Steps(QtCore.QObject):
+    """Calls one after the other, with the window served between them."""
+
+    def __init__(self, calls: list[Callable[[], None]]) -> None:
+        super().__init__()
+        self.calls = list(calls)
+        _stepping.append(self)
+        self.next()
+
+    def next(self) -> None:
+        """Makes the first call that is left."""
+        if not self.calls:
+            _stepping.remove(self)
+            return
+        try:
+            self.calls.pop(0)()
+        except Exception:
+            _stepping.remove(self)
+            raise
+        QtCore.QTimer.singleShot(0, self.next)
+
+
+_stepping: list[_Steps] = []
+
+
 def busy() -> bool:
     """Returns True while something runs."""
-    return bool(_current)
+    return bool(_current or _stepping)
 
 
 def stop_all() -> None:
@@ -84,32 +111,61 @@ def stop_all() -> None:
         one.work.cancel()
 
 
+def stop(obj: Any) -> None:
+    """Asks the planning of an operation to stop; nothing of it reaches the operation any more."""
+    for one in _current:
+        if one.target == (obj.Document.Name, obj.Name):
+            one.target = None
+            one.work.cancel()
+
+
 def plan(obj: Any, found: operation.Inputs, after: Callable[[str], None] | None = None) -> None:
     """Plans an operation; when it is done, its result goes into the document in one step of undo."""
     document, name = obj.Document.Name, obj.Name
-    for one in list(_current):
-        # The newest state of the model counts.
-        if getattr(one, "target", None) == (document, name):
-            one.work.cancel()
+    # The newest state of the model counts.
+    stop(obj)
 
-    def done(result: Any) -> None:
-        target = _still_there(document, name)
-        if target is None:
+    def target() -> Any:
+        return _still_there(document, name) if running.target else None
+
+    def done(prepared: operation.Prepared) -> None:
+        if target() is None:
             return
-        target.Document.openTransaction("Five-axis finish")
-        operation.apply(target, found, result)
-        target.Document.commitTransaction()
-        if after:
-            after("")
+        # An open panel has a transaction of its own, to which the result belongs.
+        own = not target().Document.HasPendingTransaction
+        if own:
+            target().Document.openTransaction(translated("Five-axis finish"))
+
+        def guarded(step: Callable[[], None]) -> Callable[[], None]:
+            return lambda: step() if target() is not None else None
+
+        def last() -> None:
+            if own and document in FreeCAD.listDocuments():
+                FreeCAD.getDocument(document).commitTransaction()
+            if after:
+                after("")
+
+        _Steps([*map(guarded, operation.steps(target(), found, prepared)), last])
 
     def failed(text: str) -> None:
-        target = _still_there(document, name)
-        if target is not None:
-            operation.refuse(target, Problem(text))
+        if target() is None:
+            return
+        if running.work.cancelled:
+            # It keeps nothing of another model, and is planned with the next recompute.
+            problem = Problem(translated("planning was stopped"), translated("recompute the document to plan the operation"))
+            operation.refuse(target(), problem)
+            target().touch()
+        else:
+            operation.refuse(target(), Problem(text))
         if after:
-            after(text)
+            after(target().Verdict)
 
-    running = Running(obj.Label, lambda report: operation.compute(found, report), done, failed)
+    def call(report: Callable[[str, int, int], None]) -> operation.Prepared:
+        result = operation.compute(found, report)
+        report(translated("drawing"), 0, 0)
+        return operation.prepare(found, result)
+
+    running = Running(obj.Label, call, done, failed)
     running.target = (document, name)
 
 
