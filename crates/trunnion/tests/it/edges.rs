@@ -2,7 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Unit, Vector3};
 use trunnion::cutter::{Cutter, CutterSpec};
 use trunnion::nc::read::{ClFile, ClMotion, ClPath, ClRecord};
 use trunnion::surface::{Face, NurbsSurface, Surface, TrimCurve, TrimLoop};
@@ -58,8 +58,11 @@ fn along_the_wall(depth: f64) -> ClFile {
 }
 
 fn check(faces: &[Face], file: &ClFile, grid: f64) -> Report {
-    let spec = CutterSpec { length: 60.0, ..CutterSpec::of_radii(RADIUS, 0.0) };
-    let cutter = Cutter::new(spec).unwrap();
+    check_with(CutterSpec::of_radii(RADIUS, 0.0), faces, file, grid)
+}
+
+fn check_with(spec: CutterSpec, faces: &[Face], file: &ClFile, grid: f64) -> Report {
+    let cutter = Cutter::new(CutterSpec { length: 60.0, ..spec }).unwrap();
     let input = CheckInput::locations(file, &cutter).faces(faces);
     let options = CheckOptions {
         ray_tolerance: 1e-5,
@@ -102,6 +105,34 @@ fn a_gouge_that_goes_on_beyond_the_edge_is_as_deep_as_the_tool_comes() {
         assert!((lowest + depth).abs() <= 2e-5, "{lowest} in place of {}", -depth);
         assert!(report.deviation.bounds.unwrap().gouge >= depth);
     }
+}
+
+/// A ball that rocks cuts the top beside its edge deeper than the width of the border, so that it goes through the material
+/// behind the wall: it gouges the points of the wall that it holds, and no others. Searched piece by piece until each is too
+/// small, the others had no end.
+#[test]
+fn a_tool_that_goes_through_the_material_behind_a_wall_gouges_what_it_holds_of_the_wall() {
+    let swaying = [0.0, 2.52, 2.73, 0.42, -2.27, -2.88, 0.0, 2.5, 2.7, 0.4, -2.3, -2.9_f64];
+    let records = (1..).zip(swaying).map(|(line, lean): (u32, f64)| {
+        let row = if line <= 6 { -1.4 } else { -0.8 };
+        let along = f64::from(if line <= 6 { line } else { 13 - line });
+        // The machine turns the tool about a point far above: the tip goes aside, and down.
+        let turn = lean.to_radians();
+        let tip = Point3::new(row, 3.0 * along - 10.0 + 50.0 * turn, -0.15 - 0.03 * lean);
+        let pose = ToolPose { tip, axis: Unit::new_normalize(Vector3::new(0.0, -turn, 1.0)) };
+        ClRecord { line, pose, motion: ClMotion::Feed(10.0), way: ClPath::Straight }
+    });
+    let file = ClFile { records: records.collect(), ..ClFile::default() };
+    let ball = CutterSpec::of_radii(0.0, RADIUS);
+    let report = check_with(ball, &block(), &file, 0.2);
+    let bounds = report.deviation.bounds.unwrap();
+    let lowest = -report.deviation.lowest.unwrap().height;
+    assert!(lowest > 0.2, "{lowest}");
+    assert!((lowest..=1.15 * lowest).contains(&bounds.gouge), "{} of {lowest}", bounds.gouge);
+    let wall = &report.maps[1];
+    let held = wall.samples.iter().flatten().filter_map(|sample| sample.height);
+    let gouged = held.filter(|height| *height < -0.002).count();
+    assert!(gouged > 20, "{gouged}");
 }
 
 /// Every point of the map by brute force: at the border by the distance inside the cylinder, elsewhere by the depth.

@@ -132,7 +132,7 @@ mod tests {
                 let velocity = Vector3::new(part(19), part(23), part(29)) * 0.5;
                 let moved = |p: &Point3<f64>| velocity + out.cross(&(p - pose.tip)) * 0.02;
                 let found = SweptCell::new(&cell, moved).nearest(&tool.end, &pose);
-                assert_eq!(found.gap.distance, tool.end.gap(&found.point, &pose).distance);
+                assert_eq!(found.gap, tool.end.gap(&found.point, &pose));
                 let share = |i: i32| f64::from(i) / f64::from(N);
                 let (mut least, mut off) = (f64::INFINITY, f64::INFINITY);
                 for i in 0..(N + 1).pow(3) {

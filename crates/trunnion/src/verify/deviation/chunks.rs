@@ -249,7 +249,18 @@ impl ChunkMotion {
         numbers: impl Iterator<Item = ContentId>,
         ray: &NormalRay,
     ) -> LowestEntry {
-        let mut lowest = LowestEntry::none(self.scope.top());
+        self.lowest_below(self.scope.top(), numbers, ray)
+    }
+
+    /// Returns the lowest entry of a ray into the given moving bodies below `top` \[mm\]: those that come no lower are not
+    /// searched.
+    pub(crate) fn lowest_below(
+        &self,
+        top: f64,
+        numbers: impl Iterator<Item = ContentId>,
+        ray: &NormalRay,
+    ) -> LowestEntry {
+        let mut lowest = LowestEntry::none(top);
         for part in numbers.filter_map(|numbers| self.part(numbers)) {
             lowest.search(&part, ray, self.scope.tolerance);
         }

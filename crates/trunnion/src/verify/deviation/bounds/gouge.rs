@@ -127,6 +127,11 @@ fn quarter(
                 measure(survey, uv, &left, known);
             }
         }
+        // A tool that goes in as deep as the search reaches, or almost, may go deeper: no smaller piece shows how deep.
+        if level >= MEASURED_FROM && known.aim() > survey.parts.scope.reach {
+            known.open += cell.area();
+            return;
+        }
         if level >= DEEPEST {
             beyond(survey, &face, &left, known);
             return;
@@ -197,22 +202,25 @@ fn coming(
             if flat.least() > error {
                 continue;
             }
-            // At an edge it is enough that no point of the piece lies deeper in the tool.
-            let inside = (rule == DepthRule::InsideTool).then(|| {
-                let skin = BodySurface::Skin(part.body);
-                let margin = part.piece.keeps_off(&instant, half, skin, &surface);
-                DistanceMargin { distance: margin.distance + depth, ..margin }
-            });
-            if inside.is_some_and(|inside| inside.least() > error) {
+            // A tool gouges a point that it holds, and no other: one that only goes through the material below, as it does
+            // at the edge of a face that it cuts too deep, gouges that face. At an edge it is enough that no point of the
+            // piece lies deeper in the tool.
+            let margin = |body| part.piece.keeps_off(&instant, half, body, &surface);
+            let inside = match rule {
+                DepthRule::AlongNormal => margin(body),
+                DepthRule::InsideTool => {
+                    let skin = margin(BodySurface::Skin(part.body));
+                    DistanceMargin { distance: skin.distance + depth, ..skin }
+                }
+            };
+            if inside.least() > error {
                 continue;
             }
             // Bisect time where that alone will do, or gains more than quartering the face would. The second bound does
             // not grow with either beyond its distance.
             let proves = |margin: &DistanceMargin| margin.distance - margin.extent > error;
-            let by_time = proves(&near)
-                || proves(&flat)
-                || inside.as_ref().is_some_and(proves)
-                || near.time > near.spread;
+            let by_time =
+                proves(&near) || proves(&flat) || proves(&inside) || near.time > near.spread;
             if !by_time || half < SHORTEST {
                 left.push(OpenBody { numbers, u, half });
             } else {
@@ -223,13 +231,16 @@ fn coming(
     left
 }
 
-/// Measures the height at a point against the bodies that may come to it.
+/// Measures the height at a point against the bodies that may come to it, where it is deeper than the worst known.
+///
+/// A tool that gouges many points of a tile is searched once for each; only what gouges deeper matters.
 fn measure(survey: &TileSurvey<'_>, uv: [f64; 2], items: &[OpenBody], known: &mut TileBound) {
     let (below, face) = (survey.parts.scope.reach, survey.shape.face);
     let Some(normal) = face.normal(uv[0], uv[1]) else { return };
     let (origin, normal) = (face.point(uv[0], uv[1]), normal.into_inner());
     let ray = NormalRay { origin, normal, below, rule: survey.depth_rule(uv, [0.0; 2]) };
-    let lowest = survey.parts.lowest(items.iter().map(|item| item.numbers), &ray);
+    let numbers = items.iter().map(|item| item.numbers);
+    let lowest = survey.parts.lowest_below(-known.worst, numbers, &ray);
     if let (Some(line), true) = (lowest.line, -lowest.s > known.worst) {
         known.worst = -lowest.s;
         known.extreme = Some(ExtremeHeight {
