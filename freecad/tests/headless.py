@@ -10,6 +10,7 @@ import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import models  # noqa: E402
+from documents import DocumentTest  # noqa: E402
 import texts  # noqa: E402, F401  (makes translations/update.py known)
 import language  # noqa: E402
 import results  # noqa: E402
@@ -23,11 +24,7 @@ from trunnion_cam.engine import engine  # noqa: E402
 from trunnion_cam.problem import Problem  # noqa: E402
 
 
-class Base(unittest.TestCase):
-    def tearDown(self):
-        for name in list(FreeCAD.listDocuments()):
-            FreeCAD.closeDocument(name)
-
+class Base(DocumentTest):
     def finish(self, part, tool="ballend", diameter=8.0, **settings):
         shape, faces = part
         job, body = models.document(shape, tool, diameter)
@@ -141,12 +138,6 @@ class Operation(Base):
 
 class Words(Base):
     """What cannot work is said in words, and the document stays whole."""
-
-    def refused(self, call, *words):
-        with self.assertRaises(Problem) as found:
-            call()
-        for word in words:
-            self.assertIn(word, str(found.exception))
 
     def test_selections(self):
         doc = FreeCAD.newDocument("words")

@@ -9,14 +9,13 @@ from __future__ import annotations
 import os
 import sys
 import time
-import traceback
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import FreeCAD  # noqa: E402
 import FreeCADGui  # noqa: E402
 import Part  # noqa: E402
 from PySide import QtCore, QtGui  # noqa: E402
-from screen import serve, shot  # noqa: E402
+from screen import run_in_window, serve, shot  # noqa: E402
 
 #: What the user did with the mouse.
 clicks: list[str] = []
@@ -130,16 +129,4 @@ def main() -> None:
     print("ALL PASSED")
 
 
-def guarded() -> None:
-    status = 0
-    try:
-        main()
-    except BaseException:  # The verdict has to reach the shell.
-        traceback.print_exc()
-        print("FAILED")
-        status = 1
-    sys.stdout.flush()
-    os._exit(status)
-
-
-QtCore.QTimer.singleShot(500, guarded)
+run_in_window(main)

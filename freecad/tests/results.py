@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 import math
-import unittest
 
 import models
 import numpy as np
 import standins
+from documents import DocumentTest
 
 import FreeCAD
 import Part
 
 from trunnion_cam import checking, compat, deviation, machines, operation, postprocessor, posting, units
-from trunnion_cam.problem import Problem
 
 
-class Base(unittest.TestCase):
-    def tearDown(self):
-        for name in list(FreeCAD.listDocuments()):
-            FreeCAD.closeDocument(name)
-
+class Base(DocumentTest):
     def plate(self):
         """A plate whose top is finished."""
         shape, faces = models.plate()
@@ -29,12 +24,6 @@ class Base(unittest.TestCase):
         obj.Along = "v"
         job.Document.recompute()
         return job, obj
-
-    def refused(self, call, *words):
-        with self.assertRaises(Problem) as found:
-            call()
-        for word in words:
-            self.assertIn(word, str(found.exception))
 
 
 class Deviations(Base):

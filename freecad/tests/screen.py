@@ -1,10 +1,12 @@
-"""The window served and pictured, for tests under Xvfb. TRUNNION_SHOTS names a folder for screenshots."""
+"""The window served and pictured, and a test in it, for tests under Xvfb. TRUNNION_SHOTS names a folder for screenshots."""
 
 from __future__ import annotations
 
 import os
+import sys
 import tempfile
 import time
+import traceback
 
 import FreeCADGui
 from PySide import QtCore, QtGui
@@ -35,3 +37,20 @@ def shot(name: str) -> None:
         painter.drawPixmap(area.mapTo(window, QtCore.QPoint(0, 0)), QtGui.QPixmap(path))
         painter.end()
     picture.save(os.path.join(_SHOTS, name + ".png"))
+
+
+def run_in_window(test) -> None:
+    """Runs a test once the window stands, and ends FreeCAD with its verdict."""
+
+    def guarded() -> None:
+        status = 0
+        try:
+            test()
+        except BaseException:  # The verdict has to reach the shell.
+            traceback.print_exc()
+            print("FAILED")
+            status = 1
+        sys.stdout.flush()
+        os._exit(status)
+
+    QtCore.QTimer.singleShot(500, guarded)

@@ -11,7 +11,6 @@ import re
 import sys
 import tempfile
 import time
-import traceback
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 os.environ["TRUNNION_QUIET"] = "1"
@@ -20,7 +19,7 @@ import models  # noqa: E402
 import FreeCAD  # noqa: E402
 import FreeCADGui  # noqa: E402
 from PySide import QtCore, QtGui  # noqa: E402
-from screen import serve, shot  # noqa: E402
+from screen import run_in_window, serve, shot  # noqa: E402
 
 from trunnion_cam import checking, compat, operation, postprocessor  # noqa: E402
 from trunnion_cam.engine import engine  # noqa: E402
@@ -449,16 +448,4 @@ def main() -> None:
     print("ALL PASSED")
 
 
-def guarded() -> None:
-    status = 0
-    try:
-        main()
-    except BaseException:  # The verdict has to reach the shell.
-        traceback.print_exc()
-        print("FAILED")
-        status = 1
-    sys.stdout.flush()
-    os._exit(status)
-
-
-QtCore.QTimer.singleShot(500, guarded)
+run_in_window(main)
