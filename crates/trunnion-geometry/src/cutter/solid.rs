@@ -177,8 +177,7 @@ impl ConvexSolid {
         }
     }
 
-    /// Returns a radius at which a ball inside touches the surface wherever it is left outwards \[mm\]: the distance from
-    /// the balls' centres grows as that from the solid does, and bends more.
+    /// Returns the radius of a ball that rolls inside along the rounded end \[mm\]: the corner radius, 0 at a sharp edge.
     pub fn inner_radius(&self) -> f64 {
         match &self.0 {
             SolidShape::Grown(cone) => cone.rounding,

@@ -10,7 +10,7 @@ use crate::cover::layout::region::ChartPoint;
 use crate::cover::prove::face_cell::{CellShare, FaceCell};
 use crate::cover::prove::face_tree::{FaceTree, TreeBranch};
 use crate::cover::prove::sweep::{PassSweep, SweepInstant};
-use crate::cover::prove::swept_cell::SweptCell;
+use crate::cover::prove::swept_cell::{SweptCell, SweptPoint};
 use crate::cutter::{ConvexSolid, SignedDistance, ToolBody};
 use crate::surface::FaceIndex;
 use nalgebra::{Point3, Vector3};
@@ -294,7 +294,7 @@ impl ClearanceSearch<'_> {
     /// solid touches from below. A plane is least at a corner, but for the bows of the cell and of
     /// the motion.
     fn cell(&mut self, tile: usize, time: usize, depth: u32) {
-        let (slab, CellPart { cell, of, sags, share, .. }) = (self.slabs[time], self.tiles[tile]);
+        let (slab, CellPart { cell, sags, share, .. }) = (self.slabs[time], self.tiles[tile]);
         if share == CellShare::None {
             return;
         }
@@ -315,8 +315,8 @@ impl ClearanceSearch<'_> {
         if tangent.least - bows - rest >= self.enough() {
             return;
         }
-        let nearest = SweptCell::new(&cell, |point| slab.seen(&(point - pose.tip)) * slab.half())
-            .nearest(self.solid, pose);
+        let seen = SweptCell::new(&cell, |point| slab.seen(&(point - pose.tip)) * slab.half());
+        let nearest = seen.nearest(self.solid, pose);
         // Where the face has the whole cell, some point of it comes as near at some time as the nearest one of its bilinear
         // image, but for the bows of the cell and of the motion.
         if share == CellShare::Whole {
@@ -326,28 +326,9 @@ impl ClearanceSearch<'_> {
         if near.least - bows - rest >= self.enough() {
             return;
         }
-        let sides =
-            cell.normal().into_iter().flat_map(|n| [n, -n]).chain([-pose.axis.into_inner()]);
-        let planes = sides.map(|normal| self.solid.plane(&centre, pose, normal));
-        let kept = matches!(share, CellShare::Cut(_))
-            .then(|| self.clearing.tree.kept(of, &cell))
-            .flatten();
-        let whole = tangent.least.max(near.least);
-        let least = match &kept {
-            // What the face has of the cell lies within its corners; a plane is least at an extreme point of it.
-            Some(kept) => {
-                let twist = kept.twist * (1.0 + slab.middle.turn.norm() * slab.half());
-                let planes = planes.map(|plane| (centre, plane));
-                planes
-                    .chain([(centre, gap), (nearest.point, nearest.gap)])
-                    .map(|(at, plane)| over(&slab, &at, kept.points(), plane).least - twist)
-                    .fold(whole, f64::max)
-            }
-            None => planes
-                .map(|plane| over(&slab, &centre, &corners, plane).least)
-                .fold(whole, f64::max),
-        };
-        let bound = least - sags[0] - sags[1] - rest;
+        let bend = bows + rest;
+        let part = CellInSlab { slab, part: &self.tiles[tile], gap, tangent, nearest, bend };
+        let bound = self.planes_over(&part).max(near.least) - bend;
         if bound >= self.enough() {
             return;
         }
@@ -355,31 +336,75 @@ impl ClearanceSearch<'_> {
             self.bound = self.bound.min(bound);
             return;
         }
-        // Divide what loosens the bound most: time, or a parameter. Of a whole cell the bound falls short of the nearest
-        // point by the bows and by what the search for that point left; where the twist of the cell or the turn of the
-        // tool costs more than both, slopes at the middle decide.
-        let explained = bows + rest + nearest.left.iter().sum::<f64>();
-        let (a, b, moving) =
-            if share == CellShare::Whole && 2.0 * explained >= nearest.gap.distance - bound {
-                let [a, b, time] = nearest.left;
-                (sags[0] + a, sags[1] + b, rest + time)
-            } else {
-                let slopes = [0, 1].map(|k| 0.5 * gap.gradient.dot(&cell.across_edges(k)).abs());
-                (sags[0] + slopes[0], sags[1] + slopes[1], tangent.moving + rest)
-            };
+        let [a, b, moving] = part.losses(rest, bound);
         // Where the whole cell stays too near throughout the slab, it only matters whether the face has a part of it, and
         // only smaller cells show that.
-        let is_near = gap.distance + tangent.moving + rest + a.max(b) < self.enough();
+        let is_near = gap.distance + part.tangent.moving + rest + a.max(b) < self.enough();
         if moving >= a.max(b) && !is_near {
             for time in self.later(time) {
                 self.cell(tile, time, depth + 1);
             }
         } else {
-            let side = cell.side([a, b], share);
-            for half in self.halves(tile, side) {
+            for half in self.halves(tile, cell.side([a, b], share)) {
                 self.cell(half, time, depth + 1);
             }
         }
+    }
+
+    /// Returns the largest of the bounds by planes: the tangent plane at the middle, and those along the cell and the end
+    /// of the tool. Of a cell that the face has in part, the plane at the nearest point bounds that part as well.
+    fn planes_over(&self, within: &CellInSlab<'_>) -> f64 {
+        let CellInSlab { slab, part, gap, ref nearest, .. } = *within;
+        let (cell, pose) = (&part.cell, &slab.middle.pose);
+        let centre = cell.centre();
+        let sides =
+            cell.normal().into_iter().flat_map(|n| [n, -n]).chain([-pose.axis.into_inner()]);
+        let planes = sides.map(|normal| (centre, self.solid.plane(&centre, pose, normal)));
+        let whole = within.tangent.least;
+        let kept = matches!(part.share, CellShare::Cut(_))
+            .then(|| self.clearing.tree.kept(part.of, cell))
+            .flatten();
+        let Some(kept) = kept else {
+            let least = |(at, plane)| over(&slab, &at, &cell.corners(), plane).least;
+            return planes.map(least).fold(whole, f64::max);
+        };
+        // What the face has of the cell lies within its corners; a plane is least at an extreme point of it.
+        let twist = kept.twist * (1.0 + slab.middle.turn.norm() * slab.half());
+        planes
+            .chain([(centre, gap), (nearest.point, nearest.gap)])
+            .map(|(at, plane)| over(&slab, &at, kept.points(), plane).least - twist)
+            .fold(whole, f64::max)
+    }
+}
+
+/// Part of a cell during a slab, with what is known of its distance.
+struct CellInSlab<'a> {
+    slab: TimeSlab,
+    part: &'a CellPart,
+    /// Distance of the middle.
+    gap: SignedDistance,
+    /// Tangent plane at the middle.
+    tangent: PlaneBound,
+    nearest: SweptPoint,
+    /// Bows of the cell and of the motion \[mm\].
+    bend: f64,
+}
+
+impl CellInSlab<'_> {
+    /// Returns what loosens a bound, by either parameter and by time \[mm\]; `rest` is the bow of the motion.
+    ///
+    /// Of a whole cell the bound falls short of the nearest point by the bows, and by what the search for that point left.
+    /// Where the twist of the cell or the turn of the tool costs more than both, slopes at the middle decide.
+    fn losses(&self, rest: f64, bound: f64) -> [f64; 3] {
+        let Self { part: CellPart { cell, share, sags, .. }, gap, nearest, .. } = self;
+        let explained = self.bend + nearest.left.iter().sum::<f64>();
+        let is_explained = 2.0 * explained >= nearest.gap.distance - bound;
+        if *share == CellShare::Whole && is_explained {
+            let [a, b, time] = nearest.left;
+            return [sags[0] + a, sags[1] + b, rest + time];
+        }
+        let slope = |k: usize| 0.5 * gap.gradient.dot(&cell.across_edges(k)).abs();
+        [sags[0] + slope(0), sags[1] + slope(1), self.tangent.moving + rest]
     }
 }
 
@@ -571,8 +596,8 @@ mod tests {
         }
     }
 
-    /// Ruled patches whose lines turn have cells that are large, and lose by their twist alone: there neither the bows nor
-    /// the search for the nearest point tells what to divide.
+    /// A ruled patch whose lines turn has large cells, whose bounds lose by the twist alone: neither the bows nor the search
+    /// for the nearest point explain that loss, and a parameter chosen by them was halved without end.
     #[test]
     fn twisted_patches_beside_a_tool_are_bounded_soon() {
         for k in 0..3000_u32 {

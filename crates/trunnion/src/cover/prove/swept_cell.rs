@@ -45,8 +45,9 @@ impl<Motion: Fn(&Point3<f64>) -> Vector3<f64>> SweptCell<Motion> {
     /// Searches the point that is nearest to a solid. What is found lies on the cell; nothing promises that it is the
     /// nearest one.
     ///
-    /// Projections in turn: the point of the solid's core next to the cell's point, then the point of the cell next to
-    /// that one. Both are convex, so the distance never grows.
+    /// Projections in turn: the point of the solid's core next to the cell's point, then the point of the flat cell next to
+    /// that one. Between two convex sets this never leads away; where the twist of the cell or an early end of the rounds
+    /// does, the better point stays.
     pub(super) fn nearest(&self, solid: &ConvexSolid, pose: &ToolPose) -> SweptPoint {
         let moved = (self.motion)(&self.centre);
         let ways = [self.sides[0], self.sides[1], moved];
@@ -91,7 +92,7 @@ impl<Motion: Fn(&Point3<f64>) -> Vector3<f64>> SweptCell<Motion> {
         let still = self.centre + self.sides[0] * a + self.sides[1] * b + self.twist * (a * b);
         let point = still + (self.motion)(&still) * time;
         let gap = solid.gap(&point, pose);
-        // Decrease of the tangent plane from here to the end of a parameter on its side below.
+        // How far the tangent plane falls from here to the end of each parameter to which it falls.
         let left = [0, 1, 2].map(|k| {
             let slope = gap.gradient.dot(&ways[k]);
             slope.abs() + slope * place[k]
@@ -100,6 +101,7 @@ impl<Motion: Fn(&Point3<f64>) -> Vector3<f64>> SweptCell<Motion> {
     }
 }
 
+/// Returns the change from the middle to a place, to first order.
 fn linear(ways: &[Vector3<f64>; 3], place: [f64; 3]) -> Vector3<f64> {
     ways[0] * place[0] + ways[1] * place[1] + ways[2] * place[2]
 }

@@ -230,6 +230,11 @@ impl ChunkMotion {
         Some(MovingBody { piece, body, numbers })
     }
 
+    /// Returns all bodies of the tool that moves in a piece.
+    pub(crate) fn tool_of(&self, piece: &MotionPiece) -> impl Iterator<Item = ConvexBody> {
+        self.scope.bodies_in(piece).filter_map(|number| self.body(number))
+    }
+
     /// Returns a body by its number.
     pub(crate) fn body(&self, number: u32) -> Option<ConvexBody> {
         self.scope.bodies.get(number as usize).copied()

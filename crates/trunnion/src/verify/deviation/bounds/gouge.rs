@@ -202,25 +202,31 @@ fn coming(
             if flat.least() > error {
                 continue;
             }
-            // A tool gouges a point that it holds, and no other: one that only goes through the material below, as it does
-            // at the edge of a face that it cuts too deep, gouges that face. At an edge it is enough that no point of the
-            // piece lies deeper in the tool.
-            let margin = |body| part.piece.keeps_off(&instant, half, body, &surface);
+            let off = |body| part.piece.keeps_off(&instant, half, body, &surface);
             let inside = match rule {
-                DepthRule::AlongNormal => margin(body),
+                // At an edge it is enough that no point of the piece lies deeper in the tool.
                 DepthRule::InsideTool => {
-                    let skin = margin(BodySurface::Skin(part.body));
-                    DistanceMargin { distance: skin.distance + depth, ..skin }
+                    let skin = off(BodySurface::Skin(part.body));
+                    Some(DistanceMargin { distance: skin.distance + depth, ..skin })
+                }
+                // Elsewhere it is enough that the tool holds no point of the piece: if it is in the material below all the
+                // same, it came there through another face, and gouges that one.
+                DepthRule::AlongNormal => {
+                    let bodies = survey.parts.tool_of(part.piece);
+                    let offs = bodies.map(|body| off(BodySurface::Whole(body)));
+                    offs.min_by(|a, b| a.least().total_cmp(&b.least()))
                 }
             };
-            if inside.least() > error {
+            if inside.as_ref().is_some_and(|inside| inside.least() > error) {
                 continue;
             }
             // Bisect time where that alone will do, or gains more than quartering the face would. The second bound does
             // not grow with either beyond its distance.
             let proves = |margin: &DistanceMargin| margin.distance - margin.extent > error;
-            let by_time =
-                proves(&near) || proves(&flat) || proves(&inside) || near.time > near.spread;
+            let by_time = proves(&near)
+                || proves(&flat)
+                || inside.as_ref().is_some_and(proves)
+                || near.time > near.spread;
             if !by_time || half < SHORTEST {
                 left.push(OpenBody { numbers, u, half });
             } else {
