@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -74,18 +76,28 @@ class Parts(Base):
         self.assertTrue(all(one.place.operation == obj.Name for one in broken.problems if one.place))
 
 
+def run(job, output):
+    """Runs a job by the command line where that is installed, and by the package elsewhere."""
+    command = shutil.which("trunnion")
+    if command is None:
+        print("the command trunnion is not here: the package runs in its place")
+        engine().run(job, output=output)
+        return
+    done = subprocess.run([command, "run", job, "-o", output], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
 class Operation(Base):
     def test_the_program_is_that_of_the_command_line(self):
         job, obj = self.finish(models.plate(), tool="endmill", diameter=12.0, Dialects=["heidenhain"])
         obj.InputKey, kept = "", dict(obj.Programs)
         with tempfile.TemporaryDirectory() as folder:
             operation.write_job(operation.inputs(obj), folder)
-            result = engine().run(os.path.join(folder, "job.toml"), output=os.path.join(folder, "out"))
+            run(os.path.join(folder, "job.toml"), os.path.join(folder, "out"))
             for name, text in kept.items():
                 with open(os.path.join(folder, "out", name), encoding="utf-8", newline="") as file:
                     self.assertEqual(file.read(), text, name)
         self.assertEqual(set(kept), {"program.linuxcnc.ngc", "program.heidenhain.h"})
-        self.assertEqual(result.programs, kept)
 
     def test_it_is_computed_when_something_changes_and_only_then(self):
         job, obj = self.finish(models.plate(), tool="endmill", diameter=12.0)

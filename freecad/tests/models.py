@@ -25,17 +25,28 @@ def bump() -> tuple[Any, list[str]]:
         [FreeCAD.Vector(20.0 * (i - 1.5) / 1.5, 15.0 * (j - 1.5) / 1.5, 13.0 if 0 < i < 3 and 0 < j < 3 else 10.0) for j in range(4)]
         for i in range(4)
     ]
+    return _block_below(poles, 0.0)
+
+
+def patch() -> tuple[Any, list[str]]:
+    """The Bezier patch of the examples, 120 x 120 mm, on a block."""
+    with open(os.path.join(os.path.dirname(FOLDER), "fixtures", "bezier-patch", "patch.json"), encoding="utf-8") as file:
+        net = json.load(file)["points"]
+    return _block_below([[FreeCAD.Vector(*point) for point in row] for row in net], -50.0)
+
+
+def _block_below(poles: list[list[Any]], floor: float) -> tuple[Any, list[str]]:
+    """A block from a bicubic patch of 4 x 4 poles, whose edges lie in the planes of a box, down to z = floor."""
     surface = Part.BSplineSurface()
     surface.buildFromPolesMultsKnots(poles, [4, 4], [4, 4], [0, 1], [0, 1], False, False, 3, 3)
     top = surface.toShape()
-    floor = 0.0
     faces = [top]
     for edge in top.Edges:
         ends = [vertex.Point for vertex in edge.Vertexes]
         down = [FreeCAD.Vector(end.x, end.y, floor) for end in ends]
         wire = Part.Wire(Part.__sortEdges__([edge, Part.makeLine(ends[0], down[0]), Part.makeLine(down[0], down[1]), Part.makeLine(down[1], ends[1])]))
         faces.append(Part.Face(wire))
-    corners = [FreeCAD.Vector(x, y, floor) for x, y in ((-20, -15), (20, -15), (20, 15), (-20, 15), (-20, -15))]
+    corners = [FreeCAD.Vector(pole.x, pole.y, floor) for pole in (poles[0][0], poles[3][0], poles[3][3], poles[0][3], poles[0][0])]
     faces.append(Part.Face(Part.makePolygon(corners)))
     shell = Part.Shell(faces)
     shell.sewShape()

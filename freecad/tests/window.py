@@ -127,10 +127,8 @@ def test_finish(job, body, faces) -> object:
     watch.longest()
     obj, panel = click_finish(body, faces)
     panel.along.choose("v")
-    begun = time.monotonic()
     panel.preview.click()
     wait(lambda: not running.busy())
-    print(f"passes on screen {time.monotonic() - begun:.1f} s after the click")
     serve(0.5)
     blocked = watch.longest()
     shot("2-preview")
@@ -371,6 +369,31 @@ def test_german(job, obj) -> None:
     assert translated("Five-axis finish") == "Five-axis finish"
 
 
+def test_first_passes() -> None:
+    """Passes of the example patch are on screen while it is planned; at the end, or stopped, nothing of them stays."""
+    shape, faces = models.patch()
+    job, body = models.document(shape, "ballend", 16.0)
+    scene = FreeCADGui.ActiveDocument.ActiveView.getSceneGraph()
+    FreeCADGui.ActiveDocument.ActiveView.viewIsometric()
+    FreeCADGui.SendMsgToActiveView("ViewFit")
+    obj, panel = click_finish(body, faces)
+    before, watch = scene.getNumChildren(), Watch()
+    begun = time.monotonic()
+    panel.preview.click()
+    wait(lambda: running.previewed() > 0)
+    print(f"first passes of the example patch on screen {time.monotonic() - begun:.1f} s after the click")
+    first = running.previewed()
+    wait(lambda: running.previewed() > first)
+    shot("9-first-passes")
+    assert running.busy() and scene.getNumChildren() == before + 1
+    running.stop_all()
+    planned(obj)
+    assert scene.getNumChildren() == before
+    print(f"while they came the window was never left alone for more than {watch.longest():.0f} ms")
+    panel.reject()
+    FreeCAD.closeDocument(job.Document.Name)
+
+
 def test_stop(job, obj) -> None:
     """Work that is stopped leaves no program of another model, and is planned with the next recompute."""
     key = obj.InputKey
@@ -445,6 +468,7 @@ def main() -> None:
     test_stop(job, obj)
     test_post(job)
     test_reload(job, obj)
+    test_first_passes()
     print("ALL PASSED")
 
 

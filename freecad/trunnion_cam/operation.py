@@ -14,6 +14,7 @@ from .problem import Problem, words
 from .translate import described, marked, translated
 
 Progress = Callable[[str, int, int], None]
+OnPasses = Callable[[int, list[dict[str, Any]]], None]
 
 #: Values of a job file, and what the panel calls them.
 METHODS = {
@@ -273,11 +274,16 @@ def write_job(found: Inputs, folder: str) -> Any:
     return engine().Job.read(path)
 
 
-def compute(found: Inputs, progress: Progress | None = None, output: str | None = None) -> Any:
-    """Runs the job of an operation and returns the engine's result; with `output` the files of the run are written there."""
+def compute(
+    found: Inputs, progress: Progress | None = None, output: str | None = None, on_passes: OnPasses | None = None
+) -> Any:
+    """Runs the job of an operation and returns the engine's result; with `output` the files of the run are written there.
+
+    `on_passes` gets the number of a face and its passes while they are placed.
+    """
     with tempfile.TemporaryDirectory() as folder:
         try:
-            return write_job(found, folder).run(output=output, progress=progress)
+            return write_job(found, folder).run(output=output, progress=progress, on_passes=on_passes)
         except engine().TrunnionError as error:
             raise Problem(words(error).replace(folder + os.sep, "")) from None
 

@@ -10,9 +10,9 @@ from .translate import described, translated
 
 #: Most points of one pass that are drawn.
 _MOST_POINTS = 2000
-_PASSES = (0.12, 0.47, 0.71)
+PASSES = (0.12, 0.47, 0.71)
 #: Passes are drawn this much above where they are, along the tool, over their extent: they would sink into the mesh.
-_LIFT = 2e-3
+LIFT = 2e-3
 
 
 class Drawn(NamedTuple):
@@ -34,11 +34,9 @@ def drawn(passes: list[dict[str, Any]], deviation: Deviation | None) -> Drawn:
 
     wires = []
     tips = np.concatenate([one["tip"] for one in passes]) if passes else np.zeros((1, 3))
-    lift = _LIFT * float(np.linalg.norm(np.ptp(tips, axis=0)))
+    lift = LIFT * float(np.linalg.norm(np.ptp(tips, axis=0)))
     for one in passes:
-        step = max(1, len(one["tip"]) // _MOST_POINTS)
-        tips = one["tip"][::step] + lift * one["axis"][::step]
-        points = [FreeCAD.Vector(*tip) for tip in tips]
+        points = [FreeCAD.Vector(*tip) for tip in points_of(one, lift)]
         points = [point for index, point in enumerate(points) if index == 0 or point.distanceToPoint(points[index - 1]) > 1e-6]
         if len(points) > 1:
             wires.append(Part.makePolygon(points))
@@ -48,6 +46,12 @@ def drawn(passes: list[dict[str, Any]], deviation: Deviation | None) -> Drawn:
         mesh = Mesh.Mesh((corners, [tuple(one) for one in deviation.triangles.tolist()]))
         shades = colours.of_heights(deviation.heights, deviation.excess, deviation.gouge)
     return Drawn(Part.Compound(wires) if wires else None, mesh, shades, deviation)
+
+
+def points_of(one: dict[str, Any], lift: float) -> Any:
+    """Returns the points of a pass that are drawn, (n, 3): each `lift` mm along the tool above its tip."""
+    step = max(1, len(one["tip"]) // _MOST_POINTS)
+    return one["tip"][::step] + lift * one["axis"][::step]
 
 
 def steps(obj: Any, found: Drawn) -> list[Callable[[], None]]:
@@ -84,7 +88,7 @@ def _passes(obj: Any, wires: Any) -> Any:
     picture.Shape = wires
     picture.Label = translated("Passes of {label}", label=obj.Label)
     if picture.ViewObject is not None:
-        picture.ViewObject.LineColor = _PASSES
+        picture.ViewObject.LineColor = PASSES
     return picture
 
 

@@ -5,6 +5,14 @@ import type { Answer, Library, Machine, Moves, Outputs, PartFaces, Reply, Reques
 
 export type Files = Map<string, Uint8Array<ArrayBuffer>>;
 export type OnProgress = (stage: string, done: number, total: number) => void;
+/** Hears the number of passes so far, and the ends of the segments of faces whose passes have changed. */
+export type OnPasses = (count: number, faces: Map<number, Float32Array>) => void;
+
+/** Who hears of a verb while it works. */
+interface Listeners {
+  onProgress?: OnProgress;
+  onPasses?: OnPasses;
+}
 
 /** Verb that could not be finished; its messages are those of the command line. */
 export class Refused extends Error {
@@ -16,7 +24,7 @@ export class Refused extends Error {
 interface Waiting {
   resolve: (reply: Reply) => void;
   reject: (error: Refused) => void;
-  onProgress: OnProgress | undefined;
+  listeners: Listeners;
 }
 
 type Verb<R> = R extends { id: number } ? Omit<R, "id"> : never;
@@ -48,7 +56,8 @@ export class EngineClient {
   private receive(reply: Reply): void {
     const waiting = this.waiting.get(reply.id);
     if (!waiting) return;
-    if (reply.kind === "progress") return waiting.onProgress?.(reply.stage, reply.done, reply.total);
+    if (reply.kind === "progress") return waiting.listeners.onProgress?.(reply.stage, reply.done, reply.total);
+    if (reply.kind === "passes") return waiting.listeners.onPasses?.(reply.count, reply.faces);
     this.waiting.delete(reply.id);
     if (reply.kind !== "failure") return waiting.resolve(reply);
     waiting.reject(new Refused(reply.messages));
@@ -80,14 +89,14 @@ export class EngineClient {
     return this.last;
   }
 
-  private ask(verb: Verb<Request>, onProgress?: OnProgress): Promise<Reply> {
+  private ask(verb: Verb<Request>, listeners: Listeners = {}): Promise<Reply> {
     return new Promise((resolve, reject) => {
-      this.waiting.set(this.tell(verb), { resolve, reject, onProgress });
+      this.waiting.set(this.tell(verb), { resolve, reject, listeners });
     });
   }
 
-  private async done(verb: Verb<Request>, onProgress?: OnProgress): Promise<Done> {
-    const reply = await this.ask(verb, onProgress);
+  private async done(verb: Verb<Request>, listeners: Listeners): Promise<Done> {
+    const reply = await this.ask(verb, listeners);
     if (reply.kind !== "answer") throw new Refused(["the engine gave no answer"]);
     for (const [name, bytes] of reply.outputs) this.made.set(name, bytes);
     return reply;
@@ -107,16 +116,16 @@ export class EngineClient {
     for (const name of [...this.files.keys()]) this.remove(name);
   }
 
-  run(job: string, onProgress: OnProgress): Promise<Done> {
-    return this.done({ verb: "run", job }, onProgress);
+  run(job: string, onProgress: OnProgress, onPasses?: OnPasses): Promise<Done> {
+    return this.done({ verb: "run", job }, { onProgress, onPasses });
   }
 
   check(options: string[], onProgress: OnProgress): Promise<Done> {
-    return this.done({ verb: "check", options }, onProgress);
+    return this.done({ verb: "check", options }, { onProgress });
   }
 
   propose(options: string[], onProgress: OnProgress): Promise<Done> {
-    return this.done({ verb: "propose", options }, onProgress);
+    return this.done({ verb: "propose", options }, { onProgress });
   }
 
   /** Faces of a part turned about x, y and z by angles in degrees, and the part as a picture. */

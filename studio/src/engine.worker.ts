@@ -2,6 +2,7 @@
 
 import start, { Engine, lastPanic, machines } from "./engine/trunnion_web.js";
 import { rowsOf, sharedLines } from "./linediff";
+import { PlacedPasses } from "./placed";
 import { drawingOf, drawingOfPart, linesOf, movesOf, withArrays } from "./report";
 import { Timeline } from "./timeline";
 import type { Answer, Library, Machine, PartFaces, Replay, Reply, Request } from "./messages";
@@ -15,6 +16,9 @@ const ready = start().then(() => {
 /** Milliseconds between two reports of progress: more would only keep the page busy. */
 const PAUSE = 50;
 
+/** Milliseconds between two pictures of the passes: each is drawn anew. */
+const PICTURE = 250;
+
 function reporter(id: number) {
   let last = 0;
   return (stage: string, done: number, total: number) => {
@@ -25,6 +29,27 @@ function reporter(id: number) {
     }
     return true;
   };
+}
+
+/** Runs a job; passes are sent as they are placed, and the last of them before anything else is done. */
+function run(of: Engine, { id, job }: { id: number; job: string }): string {
+  const [placed, report] = [new PlacedPasses(), reporter(id)];
+  let [stageBefore, last] = ["", 0];
+  const show = () => {
+    last = performance.now();
+    const faces = placed.changes();
+    if (faces.size > 0) send({ id, kind: "passes", count: placed.count, faces });
+  };
+  const onProgress = (stage: string, done: number, total: number) => {
+    if (stage !== stageBefore) show();
+    stageBefore = stage;
+    return report(stage, done, total);
+  };
+  const onPasses = (face: number, kept: number, tips: Float32Array, counts: Uint32Array) => {
+    placed.take(face, kept, tips, counts);
+    if (performance.now() - last >= PICTURE) show();
+  };
+  return of.run(job, onProgress, onPasses);
 }
 
 function send(reply: Reply) {
@@ -79,7 +104,7 @@ function answer(of: Engine, request: Request): void {
     case "readJob": {
       const text =
         request.verb === "run"
-          ? of.run(request.job, reporter(id))
+          ? run(of, request)
           : request.verb === "readJob"
             ? of.readJob(request.job)
             : of[request.verb](request.options, reporter(id));

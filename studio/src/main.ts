@@ -10,7 +10,7 @@ import { layers, legend } from "../../viewer/src/panels.js";
 import { type Choice, CompareDialog, type Side, comparePaths, comparisonTable, timeThere } from "./compare";
 import { Tabs, find, make, sizeOf } from "./dom";
 import { Editor, faultOf } from "./editor";
-import { EngineClient, Refused, type Done, type OnProgress } from "./engine";
+import { EngineClient, Refused, type Done, type OnPasses, type OnProgress } from "./engine";
 import { found, kindOf, plain, refusalOf, warningOf, words } from "./files";
 import { leftOut, partOf, rotationOf } from "./jobtext";
 import type { Library, Outputs } from "./messages";
@@ -56,6 +56,8 @@ class Studio {
   /** Those of the last run or check, which the drawing is about. */
   private result: Outputs = new Map();
   private stage: Stage | null = null;
+  /** The stage shows what was open before. */
+  private isOutdated = false;
   private charts: Charts | null = null;
   private timeline: Timeline | null = null;
   private drawing: Drawing | null = null;
@@ -70,6 +72,8 @@ class Studio {
   /** Counts the programs that were chosen: only the moves of the last one are drawn. */
   private chosen = 0;
   private isBusy = false;
+  /** What the stage that runs has brought so far, for the progress. */
+  private soFar = "";
   /** Program, and the one that it is compared with. */
   private comparison: { first: Side; second: Side } | null = null;
   /** Engine of the second program while it works. */
@@ -286,6 +290,7 @@ class Studio {
   private forget(): void {
     this.job = this.program = this.drawing = this.drawn = null;
     this.outputs = this.result = new Map();
+    this.isOutdated = true;
     this.options.value = "";
     this.text.show("");
     this.showJob("");
@@ -402,8 +407,11 @@ class Studio {
     find("progress").hidden = false;
     try {
       const left = new TimeLeft();
+      let before = "";
       const done = await verb((stage, count, total) => {
-        name.textContent = `${stage}${left.words(stage, total > 0 ? count / total : 0)}`;
+        if (stage !== before) this.soFar = "";
+        before = stage;
+        name.textContent = `${stage}${this.soFar}${left.words(stage, total > 0 ? count / total : 0)}`;
         bar.value = total > 0 ? count / total : 0;
       });
       await finish(done);
@@ -416,8 +424,15 @@ class Studio {
     }
   }
 
-  private run(): Promise<void> {
-    return this.work((onProgress) => this.engine.run(this.job!, onProgress), (done) => this.show(done));
+  private async run(): Promise<void> {
+    if (this.isBusy) return;
+    if (!this.stage || this.isOutdated) await this.showFaces();
+    const onPasses: OnPasses = (count, faces) => {
+      this.soFar = `: ${count} ${count === 1 ? "pass" : "passes"}`;
+      this.stage?.showPlaced(faces);
+    };
+    await this.work((onProgress) => this.engine.run(this.job!, onProgress, onPasses), (done) => this.show(done));
+    this.stage?.endPlaced();
   }
 
   private check(): Promise<void> {
@@ -526,6 +541,7 @@ class Studio {
     this.timeline = timeline;
     if (!shown) return this.player.open(null);
     this.shown = shown;
+    this.isOutdated = false;
     find("gallery").hidden = true;
     this.stage?.dispose();
     find("view").replaceChildren();

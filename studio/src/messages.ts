@@ -102,6 +102,7 @@ export type Outputs = Map<string, Uint8Array<ArrayBuffer>>;
 
 export type Reply = { id: number } & (
   | { kind: "progress"; stage: string; done: number; total: number }
+  | { kind: "passes"; count: number; faces: Map<number, Float32Array<ArrayBuffer>> }
   | { kind: "answer"; answer: Answer; outputs: Outputs; drawing: Drawing | null }
   | { kind: "moves"; moves: Moves }
   | { kind: "part"; part: PartFaces; drawing: Drawing }

@@ -87,6 +87,8 @@ export class Stage extends View {
   private axes: number[] | null = null;
   private ruler: Line | null = null;
   private painter: FacePainter | null = null;
+  /** Passes while they are placed, by face. */
+  private placed: Map<number, LineSegments> | null = null;
   private second: { paths: Record<keyof ComparedPaths, LineSegments>; tool: Group } | null = null;
   private frame: PartFrame | null = null;
   private readonly bench = new Group();
@@ -160,6 +162,34 @@ export class Stage extends View {
     this.radius = radius;
   }
 
+  // Passes while they are placed.
+
+  /** Draws the passes of faces, in place of the path and of what was drawn of these faces before. */
+  showPlaced(faces: Map<number, Float32Array>): void {
+    this.placed ??= new Map();
+    this.part.remove(...Object.values(this.lines as Record<string, Object3D>));
+    for (const [face, ends] of faces) {
+      const [before, lines] = [this.placed.get(face), lineSegments(ends)];
+      if (before) this.part.remove(before);
+      if (before) free(before);
+      this.placed.set(face, lines);
+      this.part.add(lines);
+    }
+    this.theme();
+  }
+
+  /** Takes the passes away that were drawn while they were placed. */
+  endPlaced(): void {
+    if (!this.placed) return;
+    for (const lines of this.placed.values()) {
+      this.part.remove(lines);
+      free(lines);
+    }
+    this.placed = null;
+    this.part.add(...Object.values(this.lines as Record<string, Object3D>));
+    this.draw();
+  }
+
   // A second program.
 
   /** Draws the path of a second program beside the first, and where they differ each in its colour; null takes it away. */
@@ -199,6 +229,7 @@ export class Stage extends View {
     super.theme(isDark());
     const colours = SIDES[isDark() ? "dark" : "light"];
     tint(this.tool as Group, this.second ? colours.first : TOOL_COLOUR);
+    for (const lines of this.placed?.values() ?? []) tint(lines, colours.first);
     if (!this.second) return;
     const { paths, tool } = this.second;
     for (const side of ["shared", "first", "second"] as const) tint(paths[side], colours[side]);

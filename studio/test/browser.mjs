@@ -476,9 +476,14 @@ try {
   await limits(site.url);
   await outOfMemory(site.url);
 
-  // Work can be stopped, and done again.
+  // Passes are on the part while they are placed; the work can be stopped then, and done again.
   const stopped = await open(site.url);
-  await stopped.page.getByRole("button", { name: "STEP face" }).click();
+  const begun = performance.now();
+  await stopped.page.getByRole("button", { name: "Bezier patch" }).click();
+  await stopped.page.getByText(/placing strips: \d+ pass/).waitFor();
+  note("Bezier patch: first passes", `${((performance.now() - begun) / 1000).toFixed(1)} s`);
+  await stopped.page.getByText(/placing strips: ([3-9]|\d{2,}) passes/).waitFor();
+  await stopped.page.screenshot({ path: here("pictures/placing.png") });
   await stopped.page.locator("#cancel").click();
   await stopped.page.getByText("stopped on request").waitFor();
   assert.ok(await stopped.page.locator("#run").isEnabled());

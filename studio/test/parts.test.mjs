@@ -10,6 +10,7 @@ after(() => vite.close());
 const { rowsOf, sharedLines } = await vite.ssrLoadModule("/src/linediff.ts");
 const { facesOf, toolSection, valueOf, withFaces, withHolder, withTool, withValue } = await vite.ssrLoadModule("/src/jobtext.ts");
 const { Timeline } = await vite.ssrLoadModule("/src/timeline.ts");
+const { PlacedPasses } = await vite.ssrLoadModule("/src/placed.ts");
 const { comparePaths, timeThere } = await vite.ssrLoadModule("/src/compare.ts");
 const { kindOf, refusalOf, warningOf, words } = await vite.ssrLoadModule("/src/files.ts");
 
@@ -141,4 +142,24 @@ test("kinds of files, options, and sizes that are said before", () => {
   assert.match(refusalOf("a.ngc", 2 ** 30 + 1), /^a\.ngc: has 1073741825 bytes; at most 1073741824 are read$/);
   assert.equal(warningOf("a.ngc", 1e6), null);
   assert.match(warningOf("a.ngc", 9e8), /use the command line/);
+});
+
+test("passes that stay are kept, and faces that change are drawn anew", () => {
+  const placed = new PlacedPasses();
+  const line = (...x) => Float32Array.from(x.flatMap((x) => [x, 0, 1]));
+  placed.take(3, 0, line(1, 2, 3, 7, 8), Uint32Array.of(3, 2));
+  placed.take(5, 0, line(4, 5), Uint32Array.of(2));
+  assert.equal(placed.count, 3);
+  const first = placed.changes();
+  assert.deepEqual([...first.keys()], [3, 5]);
+  assert.deepEqual([...first.get(3)], [...line(1, 2, 2, 3, 7, 8)]);
+  assert.deepEqual([...placed.changes()], []);
+  // The second pass gives way to another, and a third comes.
+  placed.take(3, 1, line(9, 10, 11, 12), Uint32Array.of(2, 2));
+  assert.equal(placed.count, 4);
+  assert.deepEqual([...placed.changes().get(3)], [...line(1, 2, 2, 3, 9, 10, 11, 12)]);
+  // A face that starts anew.
+  placed.take(3, 0, new Float32Array(), new Uint32Array());
+  assert.deepEqual([...placed.changes().get(3)], []);
+  assert.equal(placed.count, 1);
 });

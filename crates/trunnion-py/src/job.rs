@@ -4,7 +4,7 @@ use crate::arrays::{array, sampled_rows_fit, whole};
 use crate::errors::failure;
 use crate::locate::pass_of;
 use crate::machine::AngleUnit;
-use crate::progress::{SLICE, watched};
+use crate::progress::{Listeners, SLICE, heard};
 use crate::scalar::scalar;
 use crate::verbs::{json, maps_of};
 use pyo3::prelude::*;
@@ -64,14 +64,16 @@ impl NativeJob {
         axes.iter().map(|axis| axis.name.clone()).collect()
     }
 
-    #[pyo3(signature = (folder=None, progress=None))]
+    #[pyo3(signature = (folder=None, progress=None, passes=None))]
     fn run(
         &self,
         py: Python<'_>,
         folder: Option<PathBuf>,
         progress: Option<Py<PyAny>>,
+        passes: Option<Py<PyAny>>,
     ) -> PyResult<NativeRun> {
-        let answer = watched(py, progress.as_ref(), |watch| {
+        let listeners = Listeners { progress: progress.as_ref(), passes: passes.as_ref() };
+        let answer = heard(py, listeners, |watch| {
             calls::run_job(&self.path, &self.loaded, folder.as_deref(), watch)
         })?;
         let answer = answer.map_err(|error| failure(py, error))?;

@@ -1,22 +1,39 @@
 //! Long calls: without the lock of the interpreter, with progress and Ctrl-C.
 
 use crate::errors;
+use crate::locate::pass_of;
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use std::collections::BTreeMap;
 use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
-use trunnion::types::{Progress, Stage};
+use trunnion::types::{Pass, Progress, Stage};
 use trunnion_cli::Failure;
 
 /// Time between two looks at signals and two reports: short for a person, long for a computer.
 const LOOK: Duration = Duration::from_millis(40);
 
+/// Passes of each face, by its number.
+type FacePasses = BTreeMap<usize, Vec<Arc<Pass>>>;
+
+/// Callables that hear of a call while it works.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Listeners<'a> {
+    /// Hears stage, steps done and steps in all.
+    pub(crate) progress: Option<&'a Py<PyAny>>,
+    /// Hears the number of a face and its passes as far as they are placed.
+    pub(crate) passes: Option<&'a Py<PyAny>>,
+}
+
 /// Newest report of the work, and the request to stop it.
 #[derive(Default)]
 struct Watch {
     newest: Mutex<Option<(Stage, u64, u64)>>,
+    /// Faces whose passes have changed since the last look; `None` where nobody asks.
+    placed: Option<Mutex<FacePasses>>,
     stopped: AtomicBool,
 }
 
@@ -29,21 +46,60 @@ impl Progress for Watch {
             ControlFlow::Continue(())
         }
     }
+
+    fn report_passes(&self, face: usize, passes: &[Arc<Pass>]) {
+        if let Some(placed) = &self.placed {
+            let mut placed = placed.lock().unwrap_or_else(PoisonError::into_inner);
+            placed.insert(face, passes.to_vec());
+        }
+    }
 }
 
 impl Watch {
-    /// Hands the newest report to the caller, and lets its signal handlers run.
-    fn look(&self, callable: Option<&Py<PyAny>>) -> PyResult<()> {
+    /// Hands what is new to the caller, and lets its signal handlers run.
+    fn look(&self, listeners: Listeners<'_>, shown: &mut ShownPasses) -> PyResult<()> {
         let newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let placed = self.placed.as_ref().map(|placed| {
+            std::mem::take(&mut *placed.lock().unwrap_or_else(PoisonError::into_inner))
+        });
         Python::attach(|py| {
             py.check_signals()?;
-            match (callable, newest) {
-                (Some(callable), Some((stage, done, total))) => {
-                    callable.call1(py, (words(stage), done, total)).map(drop)
-                }
-                _ => Ok(()),
+            if let (Some(callable), Some((stage, done, total))) = (listeners.progress, newest) {
+                callable.call1(py, (words(stage), done, total))?;
             }
+            if let (Some(callable), Some(placed)) = (listeners.passes, placed) {
+                for (face, passes) in placed {
+                    callable.call1(py, (face, shown.list(py, face, passes)?))?;
+                }
+            }
+            Ok(())
         })
+    }
+}
+
+/// Pass, and what the caller got of it.
+type ShownPass = (Arc<Pass>, Py<PyDict>);
+
+/// Passes that the caller has got: those that stay are not converted again.
+#[derive(Default)]
+struct ShownPasses(BTreeMap<usize, Vec<ShownPass>>);
+
+impl ShownPasses {
+    /// Returns the passes of a face as a list of dicts.
+    fn list<'py>(
+        &mut self,
+        py: Python<'py>,
+        face: usize,
+        passes: Vec<Arc<Pass>>,
+    ) -> PyResult<Bound<'py, PyList>> {
+        let shown = self.0.entry(face).or_default();
+        let stay = shown.iter().zip(&passes).take_while(|(old, new)| Arc::ptr_eq(&old.0, new));
+        shown.truncate(stay.count());
+        for pass in passes.into_iter().skip(shown.len()) {
+            let made = pass_of(py, &pass)?.unbind();
+            shown.push((pass, made));
+        }
+        PyList::new(py, shown.iter().map(|(_, made)| made))
     }
 }
 
@@ -62,8 +118,19 @@ pub(crate) fn watched<T: Send>(
     callable: Option<&Py<PyAny>>,
     work: impl FnOnce(&dyn Progress) -> T + Send,
 ) -> PyResult<T> {
+    heard(py, Listeners { progress: callable, ..Listeners::default() }, work)
+}
+
+/// Runs `work` like [`watched`], and hands over passes as they are placed.
+pub(crate) fn heard<T: Send>(
+    py: Python<'_>,
+    listeners: Listeners<'_>,
+    work: impl FnOnce(&dyn Progress) -> T + Send,
+) -> PyResult<T> {
     py.detach(|| {
-        let watch = Watch::default();
+        let placed = listeners.passes.map(|_| Mutex::default());
+        let watch = Watch { placed, ..Watch::default() };
+        let mut shown = ShownPasses::default();
         std::thread::scope(|scope| {
             let (sender, receiver) = channel();
             let watched = &watch;
@@ -76,11 +143,11 @@ pub(crate) fn watched<T: Send>(
                 match receiver.recv_timeout(LOOK) {
                     Ok(result) => {
                         // The last report may be newer than the last look. A callable that has raised is not called again.
-                        raised = raised.or_else(|| watch.look(callable).err());
+                        raised = raised.or_else(|| watch.look(listeners, &mut shown).err());
                         return raised.map_or(Ok(result), Err);
                     }
                     Err(RecvTimeoutError::Timeout) if raised.is_none() => {
-                        raised = watch.look(callable).err();
+                        raised = watch.look(listeners, &mut shown).err();
                         watch.stopped.store(raised.is_some(), Ordering::Relaxed);
                     }
                     Err(RecvTimeoutError::Timeout) => {}

@@ -196,6 +196,25 @@ def test_a_job_in_code_is_the_job_of_the_file(job_folder, tmp_path):
     assert found.value.line
 
 
+def test_passes_are_shown_while_they_are_placed(job_folder):
+    heard = []
+    result = trunnion.run(job_folder / "job.toml", on_passes=lambda face, passes: heard.append((face, passes)))
+    assert {face for face, _ in heard} == {one["face"] for one in result.passes}
+    # The last word about a face is its passes; they are put in another order later.
+    last = dict(heard)
+    placed = sorted(one["tip"].tobytes() for passes in last.values() for one in passes)
+    assert placed == sorted(one["tip"].tobytes() for one in result.passes)
+    assert list(last.values())[0][0].keys() == result.passes[0].keys()
+
+    def stop(face, passes):
+        raise StopIteration(f"face {face}")
+
+    with pytest.raises(StopIteration, match="face"):
+        trunnion.run(job_folder / "job.toml", on_passes=stop)
+    with pytest.raises(trunnion.ArgumentError, match="on_passes = int cannot be called"):
+        trunnion.run(job_folder / "job.toml", on_passes=1)
+
+
 def test_outputs_are_written_where_asked(job_folder):
     result = trunnion.run(job_folder / "job.toml", output=job_folder / "out")
     names = {path.name for path in (job_folder / "out").iterdir()}

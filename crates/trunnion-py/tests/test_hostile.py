@@ -257,7 +257,7 @@ def hostile_words(name):
     more = MORE.get(name, ())
     for place in [*names, *more]:
         for label, make in HOSTILE.items():
-            if (place, label) == ("progress", "class"):
+            if place in ("progress", "on_passes") and label == "class":
                 # It is called, and what it raises goes through.
                 continue
             yield f"{place}={label}", {**words, place: make()}

@@ -4,12 +4,14 @@ use crate::answer::PageAnswer;
 use crate::engine::Engine;
 use crate::part_model::PartModel;
 use crate::timeline::Timeline;
-use js_sys::Function;
+use js_sys::{Array, Float32Array, Function, Uint32Array};
 use serde::Serialize;
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use trunnion::files::machine::BUILT_IN;
-use trunnion::types::{Progress, Stage};
+use trunnion::types::{Pass, Progress, Stage};
 use trunnion_cli::calls::stage_words;
 use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -17,6 +19,8 @@ use wasm_bindgen::prelude::wasm_bindgen;
 thread_local! {
     /// Receiver of progress while a verb runs: JavaScript functions cannot be shared, as an observer must be.
     static RECEIVER: RefCell<Option<Function>> = const { RefCell::new(None) };
+    /// Receiver of passes, likewise.
+    static PASS_RECEIVER: RefCell<Option<PassReceiver>> = const { RefCell::new(None) };
     /// Words of the panic that ended the module.
     static LAST_PANIC: RefCell<String> = const { RefCell::new(String::new()) };
 }
@@ -37,6 +41,49 @@ impl Progress for PageProgress {
                 _ => ControlFlow::Continue(()),
             }
         })
+    }
+
+    fn report_passes(&self, face: usize, passes: &[Arc<Pass>]) {
+        PASS_RECEIVER.with_borrow_mut(|receiver| {
+            if let Some(receiver) = receiver {
+                receiver.send(face, passes);
+            }
+        });
+    }
+}
+
+/// Receiver of passes, and those of each face that it has got.
+struct PassReceiver {
+    function: Function,
+    sent: BTreeMap<usize, Vec<Arc<Pass>>>,
+}
+
+impl PassReceiver {
+    /// Sends what is new: the number of the face, the number of its first passes that stay, the tips of those that follow,
+    /// and how many tips each has.
+    fn send(&mut self, face: usize, passes: &[Arc<Pass>]) {
+        let sent = self.sent.entry(face).or_default();
+        let stay = sent.iter().zip(passes).take_while(|(old, new)| Arc::ptr_eq(old, new)).count();
+        if stay == sent.len() && stay == passes.len() {
+            return;
+        }
+        let new = &passes[stay..];
+        // For the eye.
+        #[expect(clippy::cast_possible_truncation, reason = "see above")]
+        let tips: Vec<f32> = (new.iter().flat_map(|pass| &pass.stations))
+            .flat_map(|station| <[f64; 3]>::from(station.pose.tip.coords))
+            .map(|x| x as f32)
+            .collect();
+        let counts: Vec<u32> =
+            new.iter().map(|pass| u32::try_from(pass.stations.len()).unwrap_or(0)).collect();
+        sent.truncate(stay);
+        sent.extend_from_slice(new);
+        // Numbers of faces and passes are far below the whole numbers that a JavaScript number holds.
+        let [face, stay] = [face, stay].map(|count| JsValue::from_f64(count as f64));
+        let (tips, counts) = (Float32Array::from(&*tips), Uint32Array::from(&*counts));
+        let words = Array::of4(&face, &stay, &tips, &counts);
+        // A receiver that fails must not end the work.
+        let _ = self.function.apply(&JsValue::NULL, &words);
     }
 }
 
@@ -73,9 +120,13 @@ impl PageEngine {
         self.engine.file(name).map(<[u8]>::to_vec)
     }
 
-    /// Runs a job; returns the answer as JSON.
-    pub fn run(&mut self, job: &str, receiver: &Function) -> String {
+    /// Runs a job; returns the answer as JSON. `passes` gets, as passes are placed, the number of a face, how many of the
+    /// passes it got for that face stay, and x, y, z of the tips of those that follow with the number of tips of each.
+    pub fn run(&mut self, job: &str, receiver: &Function, passes: Option<Function>) -> String {
+        let sent = BTreeMap::new();
+        PASS_RECEIVER.set(passes.map(|function| PassReceiver { function, sent }));
         let answer = receiving(receiver, || self.engine.run(job, &PageProgress));
+        PASS_RECEIVER.set(None);
         json(&answer)
     }
 

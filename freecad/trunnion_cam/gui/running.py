@@ -12,6 +12,7 @@ from .. import operation
 from ..engine import Work
 from ..problem import Problem
 from ..translate import translated
+from .preview import Preview
 
 #: Time between two looks at the work [ms]: the window never waits longer.
 _PERIOD = 100
@@ -28,6 +29,8 @@ class Running(QtCore.QObject):
         super().__init__()
         self.title, self.done, self.failed = title, done, failed
         self.target: tuple[str, str] | None = None
+        #: Passes while they are placed.
+        self.preview: Preview | None = None
         self.work = Work(call).start()
         self.bar = _Bar(title, self.work.cancel)
         self.timer = QtCore.QTimer(self)
@@ -38,10 +41,14 @@ class Running(QtCore.QObject):
     def look(self) -> None:
         """Moves the bar, and ends with the work."""
         self.bar.move(self.work.stage, self.work.done, self.work.total)
+        if self.preview:
+            self.preview.look()
         if not self.work.finished:
             return
         self.timer.stop()
         self.bar.close()
+        if self.preview:
+            self.preview.end()
         _current.remove(self)
         if self.work.error:
             self.failed(self.work.error)
@@ -98,6 +105,11 @@ class _Steps(QtCore.QObject):
 
 
 _stepping: list[_Steps] = []
+
+
+def previewed() -> int:
+    """Returns the number of passes on screen of operations that are being planned."""
+    return sum(one.preview.count for one in _current if one.preview)
 
 
 def busy() -> bool:
@@ -161,12 +173,16 @@ def plan(obj: Any, found: operation.Inputs, after: Callable[[str], None] | None 
             after(target().Verdict)
 
     def call(report: Callable[[str, int, int], None]) -> operation.Prepared:
-        result = operation.compute(found, report)
+        result = operation.compute(found, report, on_passes=shown.take)
         report(translated("drawing"), 0, 0)
         return operation.prepare(found, result)
 
+    shown = Preview(document, found.size)
+    for old in obj.Pictures:
+        # Those of the state before; every end of the work takes them away.
+        old.ViewObject.Visibility = False
     running = Running(obj.Label, call, done, failed)
-    running.target = (document, name)
+    running.target, running.preview = (document, name), shown
 
 
 def _still_there(document: str, name: str) -> Any:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Mapping, Sequence
 from . import _options, _picture
 from ._errors import ArgumentError, InputError, TrunnionError, warn
 from ._plan import Motion
-from ._progress import Progress, adapted
+from ._progress import OnPasses, Progress, adapted, receiver
 
 if TYPE_CHECKING:
     import numpy as np
@@ -245,7 +245,7 @@ class Job:
         warnings: list[str] = self._native().warnings
         return warnings
 
-    def run(self, *, output: Any = None, progress: Progress = None) -> "RunResult":
+    def run(self, *, output: Any = None, progress: Progress = None, on_passes: OnPasses = None) -> "RunResult":
         """Runs the job; see `trunnion.run`.
 
         Example:
@@ -254,7 +254,7 @@ class Job:
             Traceback (most recent call last):
             trunnion.InputError: ...
         """
-        return run(self, output=output, progress=progress)
+        return run(self, output=output, progress=progress, on_passes=on_passes)
 
     def __repr__(self) -> str:
         return f"Job({self.data.get('name', '')!r}, {self.path!r})"
@@ -400,13 +400,16 @@ class RunResult:
 
 
 @_options.pythonic
-def run(job: Any, *, output: Any = None, progress: Progress = None) -> RunResult:
+def run(job: Any, *, output: Any = None, progress: Progress = None, on_passes: OnPasses = None) -> RunResult:
     """Runs a job: passes, axis motion, speeds, programs and their check, as `trunnion run` does.
 
     Args:
         job: a Job, a job file, or a dict with its content.
         output: folder for the files of the run; without one nothing is written.
         progress: callable of (stage, done, total), or tqdm.
+        on_passes: callable of (face, passes), called while passes are placed: the number of a face, and its passes so far
+            as in `RunResult.passes`. They may still give way to better ones: each call replaces what those before have
+            said about the face.
 
     Raises:
         InputError: faults of the job or its files; or no pass is possible.
@@ -423,4 +426,4 @@ def run(job: Any, *, output: Any = None, progress: Progress = None) -> RunResult
     elif not isinstance(job, Job):
         job = Job.read(job)
     folder = _options.path("output", output) if output is not None else None
-    return RunResult(job._native().run(folder, adapted(progress)))
+    return RunResult(job._native().run(folder, adapted(progress), receiver(on_passes)))

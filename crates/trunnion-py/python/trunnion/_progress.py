@@ -8,8 +8,9 @@ if TYPE_CHECKING:
     from typing import Any, Callable, Union
 
     Progress = Union[Callable[[str, int, int], object], Any, None]
+    OnPasses = Union[Callable[[int, list[dict[str, Any]]], object], None]
 else:
-    Progress = object
+    Progress = OnPasses = object
 
 
 def adapted(progress: Progress) -> Callable[[str, int, int], object] | None:
@@ -40,4 +41,16 @@ def adapted(progress: Progress) -> Callable[[str, int, int], object] | None:
         "progress",
         None,
         kind,
+    )
+
+
+def receiver(on_passes: OnPasses) -> Callable[[int, list[dict[str, Any]]], object] | None:
+    """Returns `on_passes`, which has to be a callable."""
+    if on_passes is None or callable(on_passes):
+        return on_passes
+    from ._errors import ArgumentError
+
+    kind = type(on_passes).__name__
+    raise ArgumentError(
+        f"on_passes = {kind} cannot be called\n  help: give a function of (face, passes)", "on_passes", None, kind
     )

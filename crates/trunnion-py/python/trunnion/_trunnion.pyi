@@ -254,7 +254,12 @@ class NativeJob:
     def warnings(self) -> list[str]: ...
     @property
     def axes(self) -> list[str]: ...
-    def run(self, folder: _Path | None = None, progress: _Report | None = None) -> NativeRun: ...
+    def run(
+        self,
+        folder: _Path | None = None,
+        progress: _Report | None = None,
+        passes: Callable[[int, list[dict[str, Any]]], object] | None = None,
+    ) -> NativeRun: ...
 
 @final
 class NativeRun:

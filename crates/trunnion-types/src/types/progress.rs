@@ -1,6 +1,8 @@
 //! Progress and cancellation of long loops.
 
+use super::tool_path::Pass;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// The stages a user waits for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -29,6 +31,14 @@ pub trait Progress: Sync {
     ///
     /// `Break` stops the loop soon, and the stage returns its `Cancelled` error.
     fn report(&self, stage: Stage, done: u64, total: u64) -> ControlFlow<()>;
+
+    /// Receives the passes over the face of that number as far as they are placed, in cutting order.
+    ///
+    /// They may still give way to better ones: each call replaces all that those before have said about the face. A pass
+    /// that stays is the same allocation as before. Ignores them unless an observer says otherwise.
+    fn report_passes(&self, face: usize, passes: &[Arc<Pass>]) {
+        let _ = (face, passes);
+    }
 }
 
 /// Observer that ignores every report and never stops.

@@ -6,18 +6,14 @@ use super::options::CoverOptions;
 use super::place::context::{FaceRequest, PartSetup};
 use super::place::face::cover_face;
 use super::place::leftover::cover_leftover;
-use super::place::placed::PlacedPasses;
+use super::place::progress::FacesProgress;
 use super::prove::part_faces::PartFaces;
 use super::report::{Covering, RefusedPoint};
 use crate::cutter::Cutter;
 use crate::surface::FaceIndex;
-use crate::types::{Cancelled, Progress, Stage, UncutRegion};
+use crate::types::{Progress, UncutRegion};
 use rayon::prelude::*;
 use std::fmt;
-use std::sync::atomic::{AtomicU64, Ordering};
-
-/// Steps of progress per face.
-const STEPS: u64 = 1000;
 
 /// Faces to cover, with tool, options and cost model. Begin with [`CoverRequest::new`] and change the rest by struct
 /// update.
@@ -123,37 +119,27 @@ pub fn cover(request: &CoverRequest<'_>, progress: &dyn Progress) -> Result<Cove
     let by_length = LengthCost { link: options.link };
     let cost: &dyn PassCost = cost.unwrap_or(&by_length);
     let part_faces = PartFaces::new(faces.iter().chain(others), cutter);
-    let done: Vec<AtomicU64> = faces.iter().map(|_| AtomicU64::new(0)).collect();
-    let total = STEPS * faces.len() as u64;
+    let progress = FacesProgress::new(progress, faces.len());
     let covered: Vec<_> = faces
         .par_iter()
-        .zip(&done)
         .enumerate()
-        .map(|(own, (face, mine))| {
-            let report = |share: f64| -> Result<(), Cancelled> {
-                // A share of 0..=1: the product is a small non-negative number.
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "see above"
-                )]
-                let steps = (share.clamp(0.0, 1.0) * STEPS as f64) as u64;
-                mine.store(steps, Ordering::Relaxed);
-                let sum = done.iter().map(|face| face.load(Ordering::Relaxed)).sum();
-                progress.step(Stage::Cover, sum, total)
-            };
-            let setup = PartSetup { cutter, part_faces: &part_faces, own, cost };
-            let request = FaceRequest { face, setup, options };
+        .map(|(own, face)| -> Result<Covering, CoverError> {
             let number = face.face().number;
-            let Some(LeftArea { regions, .. }) = left.filter(|left| left.cut.contains(&number))
-            else {
-                return cover_face(&request, &report);
+            let setup = PartSetup { cutter, part_faces: &part_faces, own, cost };
+            let progress = progress.face(own, number);
+            let request = FaceRequest { face, setup, options, progress };
+            let placed = match left.filter(|left| left.cut.contains(&number)) {
+                None => cover_face(&request)?,
+                Some(LeftArea { regions, .. }) => {
+                    let parts: Vec<_> = regions.iter().filter(|part| part.face == number).collect();
+                    if parts.is_empty() {
+                        return Ok(Covering::default());
+                    }
+                    cover_leftover(&request, &parts)?
+                }
             };
-            let parts: Vec<_> = regions.iter().filter(|part| part.face == number).collect();
-            if parts.is_empty() {
-                return Ok(Covering::default());
-            }
-            cover_leftover(&request, &parts, &report).map(PlacedPasses::covering)
+            progress.show(&placed);
+            Ok(placed.covering())
         })
         .collect();
     // Faces are collected in their own order, so that threads decide nothing.

@@ -10,6 +10,7 @@ use crate::swept_tool;
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::FRAC_PI_2;
 use std::ops::ControlFlow;
+use std::sync::{Arc, Mutex};
 use swept_tool::{SPACING, distance, poses};
 use trunnion::cover::{
     CoverError, CoverOptions, CoverRequest, Covering, CutPattern, FeedDirection, FinishTolerance,
@@ -498,6 +499,37 @@ fn a_stop_is_a_typed_error() {
     let face = [face(surface(1.0), &[], false)];
     let stopped = cover(&CoverRequest::new(&face, &cutter(), &options()), &Stop);
     assert!(matches!(stopped, Err(CoverError::Cancelled(_))), "{stopped:?}");
+}
+
+#[test]
+fn passes_are_shown_while_they_are_placed() {
+    #[derive(Default)]
+    struct Shown(Mutex<Vec<(usize, Vec<Arc<Pass>>)>>);
+    impl Progress for Shown {
+        fn report(&self, _: Stage, _: u64, _: u64) -> ControlFlow<()> {
+            ControlFlow::Continue(())
+        }
+
+        fn report_passes(&self, face: usize, passes: &[Arc<Pass>]) {
+            self.0.lock().unwrap().push((face, passes.to_vec()));
+        }
+    }
+    let face = [face(surface(1.0), &[], false)];
+    let shown = Shown::default();
+    let covered = cover(&CoverRequest::new(&face, &cutter(), &options()), &shown).unwrap();
+    let shown = shown.0.into_inner().unwrap();
+    let number = face[0].face().number;
+    assert!(shown.iter().all(|(of, _)| *of == number));
+    // The last word is the result.
+    let (_, last) = shown.last().unwrap();
+    assert!(last.iter().map(AsRef::as_ref).eq(&covered.passes));
+    // Passes come one after the other, and those that stay are not made anew.
+    let grown = shown.windows(2).filter(|pair| {
+        let [(_, before), (_, after)] = pair else { return false };
+        before.len() < after.len() && before.iter().zip(after).all(|(a, b)| Arc::ptr_eq(a, b))
+    });
+    assert!(shown[0].1.len() < last.len(), "{} of {} at first", shown[0].1.len(), last.len());
+    assert!(grown.count() + 2 >= last.len(), "{} reports, {} passes", shown.len(), last.len());
 }
 
 #[test]

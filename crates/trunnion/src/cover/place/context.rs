@@ -7,6 +7,7 @@ use crate::cover::layout::effort::WorkCounter;
 use crate::cover::layout::region::{ChartPoint, TrimmedRegion};
 use crate::cover::options::{CoverOptions, lever};
 use crate::cover::pattern::PlacementMethod;
+use crate::cover::place::progress::FaceProgress;
 use crate::cover::place::trim::PassSegment;
 use crate::cover::prove::clearance::ClearanceProof;
 use crate::cover::prove::coverage::{CellGrain, CoverageProof};
@@ -17,7 +18,7 @@ use crate::cover::prove::sweep::PassSweep;
 use crate::cutter::Cutter;
 use crate::cutter::ToolBody;
 use crate::surface::FaceIndex;
-use crate::types::{Cancelled, Pass, Station, Uv};
+use crate::types::{Pass, Station, Uv};
 
 /// Size of the cells into which a face is divided beforehand, as a share of the cutter's radius. The bows of
 /// smaller cells are far below tolerances.
@@ -40,9 +41,6 @@ const LONG: f64 = 4.0;
 /// Length of the slabs in which a span is checked first, as a share of the cutter's radius.
 const SLAB: f64 = 1.0 / 8.0;
 
-/// Reports the share of the face that is covered, 0 to 1.
-pub(crate) type ProgressFn<'a> = &'a (dyn Fn(f64) -> Result<(), Cancelled> + Sync);
-
 /// Cutter, part and cost model: the same for all charts of a face.
 #[derive(Clone, Copy)]
 pub(crate) struct PartSetup<'a> {
@@ -54,12 +52,13 @@ pub(crate) struct PartSetup<'a> {
     pub(crate) cost: &'a dyn PassCost,
 }
 
-/// Face to cover, with setup and options.
+/// Face to cover, with setup, options and progress.
 #[derive(Clone, Copy)]
 pub(crate) struct FaceRequest<'a> {
     pub(crate) face: &'a FaceIndex,
     pub(crate) setup: PartSetup<'a>,
     pub(crate) options: &'a CoverOptions,
+    pub(crate) progress: FaceProgress<'a>,
 }
 
 /// Face on one chart, ready for passes.
@@ -70,7 +69,7 @@ pub(crate) struct FaceContext<'a, Inside> {
     pub(crate) chart: Chart,
     /// Region to be finished.
     pub(crate) whole: &'a TrimmedRegion<Inside>,
-    pub(crate) report: ProgressFn<'a>,
+    pub(crate) progress: FaceProgress<'a>,
     pub(crate) tool: ToolBody,
     tree: FaceTree,
 }
@@ -81,19 +80,19 @@ impl<'a, Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'a, Inside> {
         request: FaceRequest<'a>,
         chart: Chart,
         whole: &'a TrimmedRegion<Inside>,
-        report: ProgressFn<'a>,
     ) -> Self {
-        let FaceRequest { face, setup, options } = request;
+        let FaceRequest { face, setup, options, progress } = request;
         // The tool may go in where no pass runs, so the tree holds the excluded area as well.
         let size = TREE_SHARE * setup.cutter.radius();
         let tree = FaceTree::new(face, &chart, &whole.complete(), size);
         let tool = ToolBody::new(setup.cutter);
-        Self { face, setup, options, chart, whole, report, tool, tree }
+        Self { face, setup, options, chart, whole, progress, tool, tree }
     }
 
     /// Returns the request that this context was made for.
     pub(crate) fn request(&self) -> FaceRequest<'a> {
-        FaceRequest { face: self.face, setup: self.setup, options: self.options }
+        let Self { face, setup, options, progress, .. } = *self;
+        FaceRequest { face, setup, options, progress }
     }
 
     /// Estimates the work of passes at the fixed lead: as many stations as strips as narrow as a ball's need.

@@ -8,7 +8,7 @@ use crate::cover::layout::region::ChartPoint;
 use crate::cover::layout::trims::region;
 use crate::cover::options::CoverOptions;
 use crate::cover::pattern::{FeedDirection, PlacementMethod, PrismaticUse};
-use crate::cover::place::context::{FaceContext, FaceRequest, ProgressFn};
+use crate::cover::place::context::{FaceContext, FaceRequest};
 use crate::cover::place::finish::{REST, SPOTS, finish, is_left, measure_rest};
 use crate::cover::place::fixed_axis::fixed_axis_passes;
 use crate::cover::place::flank::flank_passes;
@@ -16,7 +16,7 @@ use crate::cover::place::floor::floor_passes;
 use crate::cover::place::placed::PlacedPasses;
 use crate::cover::place::planner::{FacePlanner, FaceRectangle, WorkLimits};
 use crate::cover::place::unreachable::unreachable_cells;
-use crate::cover::report::{Covering, FaceLayout, LayoutCost, PassLayout};
+use crate::cover::report::{FaceLayout, LayoutCost, PassLayout};
 use crate::positioning::{ContactSide, ToolInclination};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -25,21 +25,18 @@ use std::sync::Arc;
 ///
 /// Where either side of the cutter may cut, the side that takes less over the whole face is used: passes that change
 /// sides from point to point would have to turn the tool over. So is the side to which a barrel is inclined.
-pub(crate) fn cover_face(
-    request: &FaceRequest<'_>,
-    report: ProgressFn<'_>,
-) -> Result<Covering, CoverError> {
+pub(crate) fn cover_face(request: &FaceRequest<'_>) -> Result<PlacedPasses, CoverError> {
     if request.options.prismatic == PrismaticUse::WallsAndFloors
         && let Some(placed) = prismatic(request)?
     {
-        report(1.0)?;
-        return Ok(placed.covering());
+        request.progress.report(1.0)?;
+        return Ok(placed);
     }
     if request.options.prismatic == PrismaticUse::Flank {
         let face = request.face.face().number;
         let placed = flank_passes(*request).map_err(|why| CoverError::NoFlank { face, why })?;
-        report(1.0)?;
-        return Ok(with_layout(placed, face, PassLayout::Flank).covering());
+        request.progress.report(1.0)?;
+        return Ok(with_layout(placed, face, PassLayout::Flank));
     }
     let options = *request.options;
     let sides = if request.setup.cutter.is_barrel() && options.lean.towards.is_none() {
@@ -51,13 +48,12 @@ pub(crate) fn cover_face(
     } else if options.side == ContactSide::Either {
         [ContactSide::Ahead, ContactSide::Behind].map(|side| CoverOptions { side, ..options })
     } else {
-        return Ok(on_side(request, report)?.covering());
+        return on_side(request);
     };
-    let half = |options: &CoverOptions, from: f64| {
-        let sided = FaceRequest { options, ..*request };
-        on_side(&sided, &|share| report(from + 0.5 * share))
+    let half = |options: &CoverOptions, part: [f64; 2]| {
+        on_side(&FaceRequest { options, progress: request.progress.within(part), ..*request })
     };
-    let best = match (half(&sides[0], 0.0), half(&sides[1], 0.5)) {
+    match (half(&sides[0], [0.0, 0.5]), half(&sides[1], [0.5, 1.0])) {
         (Ok(ahead), Ok(behind)) => {
             let tried = [ahead, behind];
             // Compared over the whole face, as the passes of both sides do not fit together.
@@ -67,8 +63,7 @@ pub(crate) fn cover_face(
         (_, Err(CoverError::Cancelled(cancelled))) => Err(cancelled.into()),
         (Err(_), Ok(behind)) => Ok(behind),
         (ahead, _) => ahead,
-    };
-    best.map(PlacedPasses::covering)
+    }
 }
 
 /// Share of a face that a flank or floor pass has to finish: of less, strips are planned over all of it.
@@ -90,8 +85,7 @@ fn prismatic(request: &FaceRequest<'_>) -> Result<Option<PlacedPasses>, CoverErr
     if is_left(&placed) {
         let chart = Chart::straight(FeedDirection::U);
         let region = region(face, &chart);
-        let silent = |_: f64| Ok(());
-        let cross = FaceContext::new(*request, chart, &region, &silent);
+        let cross = FaceContext::new(*request, chart, &region);
         placed = finish(&cross, placed)?;
         work = placed.report.work;
     }
@@ -107,8 +101,8 @@ fn with_layout(mut placed: PlacedPasses, face: usize, layout: PassLayout) -> Pla
 }
 
 /// Plans the face on each of the most promising charts, and returns the best result.
-fn on_side(request: &FaceRequest<'_>, report: ProgressFn<'_>) -> Result<PlacedPasses, CoverError> {
-    let FaceRequest { face, setup, options } = *request;
+fn on_side(request: &FaceRequest<'_>) -> Result<PlacedPasses, CoverError> {
+    let FaceRequest { face, setup, options, progress } = *request;
     let unreachable = unreachable_cells(face, &setup, options).map(Arc::new);
     let part = WantedPart { face, without: unreachable.as_deref() };
     let ChosenLayouts { charts, mut work } = choose(part, setup.cutter, options);
@@ -119,9 +113,10 @@ fn on_side(request: &FaceRequest<'_>, report: ProgressFn<'_>) -> Result<PlacedPa
     let mut tried_charts: Vec<Chart> = Vec::new();
     let mut refused = None;
     for (i, chart) in charts.into_iter().enumerate() {
-        let report = |done: f64| report(share * (i as f64 + done));
+        let part = [i, i + 1].map(|i| share * i as f64);
+        let request = FaceRequest { progress: progress.within(part), ..*request };
         let region = region_without(face, &chart, unreachable.as_ref());
-        let context = FaceContext::new(*request, chart.clone(), &region, &report);
+        let context = FaceContext::new(request, chart.clone(), &region);
         let limits = work_limits(&context);
         // At a fixed inclination all strips are alike: the estimate that put the first chart first is good, but for what
         // the tool does not get to along it.
@@ -140,7 +135,7 @@ fn on_side(request: &FaceRequest<'_>, report: ProgressFn<'_>) -> Result<PlacedPa
             Err(error) => refused = refused.or(Some(error)),
         }
     }
-    report(1.0)?;
+    progress.report(1.0)?;
 
     // Step 2: the best of them, or the first error.
     let Some(index) = PlacedPasses::best(tried.iter()) else {
@@ -157,8 +152,8 @@ fn on_side(request: &FaceRequest<'_>, report: ProgressFn<'_>) -> Result<PlacedPa
     if !best.report.rest.is_empty() {
         let chart = chart.crossed();
         let region = region_without(face, &chart, unreachable.as_ref());
-        let report = |_: f64| report(1.0);
-        let cross = FaceContext::new(*request, chart, &region, &report);
+        let request = FaceRequest { progress: progress.within([1.0; 2]), ..*request };
+        let cross = FaceContext::new(request, chart, &region);
         best.report.work = 0;
         best = finish(&cross, best)?;
         work += best.report.work;

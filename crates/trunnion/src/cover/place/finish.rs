@@ -52,7 +52,8 @@ pub(crate) fn touch_up_rounds<Inside: Fn(ChartPoint) -> bool + Sync>(
         if !is_left(&placed) {
             break;
         }
-        (cross.report)(1.0)?;
+        cross.progress.report(1.0)?;
+        cross.progress.show(&placed);
         let mut touched = touch_up(cross, &placed);
         measure_rest(cross, &mut touched);
         // Cells at the rims count in full in both: what differs is finished.
@@ -109,5 +110,5 @@ fn rest<Inside: Fn(ChartPoint) -> bool + Sync>(
     }
     let chart = Chart::straight(FeedDirection::V);
     let region = region(context.face, &chart);
-    FaceContext::new(context.request(), chart, &region, context.report).rest(placed)
+    FaceContext::new(context.request(), chart, &region).rest(placed)
 }

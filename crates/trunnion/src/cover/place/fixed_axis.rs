@@ -295,7 +295,7 @@ const SHARP: f64 = 4.0;
 /// Plans fixed-axis passes over a face; `None` where the face or the cutter is not of the kind, or no axis reaches most
 /// of it. What the passes leave is in their report.
 pub(crate) fn fixed_axis_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
-    let FaceRequest { face, setup, options } = request;
+    let FaceRequest { face, setup, options, .. } = request;
     let ball = CornerBall::new(setup.cutter, options.band)?;
     if !is_worth(face, setup.cutter) {
         return None;
@@ -310,8 +310,7 @@ pub(crate) fn fixed_axis_passes(request: FaceRequest<'_>) -> Option<PlacedPasses
     let both = [FeedDirection::U, FeedDirection::V].into_iter().filter_map(priced);
     let (_, touched, tracks) = both.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let region = crate::cover::layout::trims::region(face, &touched.chart);
-    let silent = |_: f64| Ok(());
-    let context = FaceContext::new(request, touched.chart.clone(), &region, &silent);
+    let context = FaceContext::new(request, touched.chart.clone(), &region);
     let keep_off = context.keep_off();
     // Step 2: the axis.
     let axis = touched.axis(&keep_off)?;

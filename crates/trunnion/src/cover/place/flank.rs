@@ -217,7 +217,7 @@ pub fn flank_fits(
 ///
 /// The face has no rulings for it, the tool is too short, the face twists, or the tool would gouge all along.
 pub(crate) fn flank_passes(request: FaceRequest<'_>) -> Result<PlacedPasses, FlankRefusal> {
-    let FaceRequest { face, setup, options } = request;
+    let FaceRequest { face, setup, options, .. } = request;
     let steepest =
         FlankWall::new(face, setup.cutter, options).and_then(|wall| wall_passes(request, &wall));
     if steepest.as_ref().is_ok_and(|placed| placed.report.rest.is_empty()) {
@@ -240,14 +240,13 @@ fn wall_passes(
     request: FaceRequest<'_>,
     wall: &FlankWall<'_>,
 ) -> Result<PlacedPasses, FlankRefusal> {
-    let FaceRequest { face, setup, options } = request;
+    let FaceRequest { face, setup, options, .. } = request;
     // Step 1: axes along the rulings.
     let radius = setup.cutter.radius();
     let axes = wall.axes(wall.run).ok_or(FlankRefusal::Twisted { radius })?;
     let chart = Chart::straight(FeedDirection::U);
     let region = crate::cover::layout::trims::region(face, &chart);
-    let silent = |_: f64| Ok(());
-    let context = FaceContext::new(request, chart.clone(), &region, &silent);
+    let context = FaceContext::new(request, chart.clone(), &region);
     // Step 2: pieces that keep off the other faces, and passes over them.
     let keep_off = context.keep_off();
     let pieces = wall.pieces(&axes, |pose| keep_off.check(pose, NOWHERE).is_ok());

@@ -270,7 +270,7 @@ enum PathKind {
 /// Plans floor passes over a plane; `None` where the face is none, the tool has no flat underside, or no pass is possible.
 /// Their report lists the material that they leave.
 pub(crate) fn floor_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
-    let FaceRequest { face, setup, options } = request;
+    let FaceRequest { face, setup, options, .. } = request;
     let underside = Underside::new(setup.cutter, options.band)?;
     let (flat, radius) = (underside.radius, setup.cutter.radius());
     let frame = FloorFrame::new(face, options, underside)?;
@@ -289,8 +289,7 @@ pub(crate) fn floor_passes(request: FaceRequest<'_>) -> Option<PlacedPasses> {
     }
     let chart = Chart::straight(FeedDirection::U);
     let region = crate::cover::layout::trims::region(face, &chart);
-    let silent = |_: f64| Ok(());
-    let context = FaceContext::new(request, chart.clone(), &region, &silent);
+    let context = FaceContext::new(request, chart.clone(), &region);
     let keep_off = context.keep_off();
     let distance = keep_off.least + underside.above / HIGHER;
     let frame = if underside.ball > 0.0 {

@@ -6,7 +6,7 @@ use crate::cover::layout::cell_grid::{CellGrid, region_without};
 use crate::cover::layout::chart::Chart;
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::pattern::FeedDirection;
-use crate::cover::place::context::{FaceContext, FaceRequest, ProgressFn};
+use crate::cover::place::context::{FaceContext, FaceRequest};
 use crate::cover::place::finish::{fill_across, is_left, measure_rest, touch_up_rounds};
 use crate::cover::place::placed::PlacedPasses;
 use crate::cover::place::unreachable::unreachable_cells;
@@ -28,17 +28,17 @@ const CELLS: [usize; 2] = [16, 256];
 pub(crate) fn cover_leftover(
     request: &FaceRequest<'_>,
     parts: &[&UncutRegion],
-    report: ProgressFn<'_>,
 ) -> Result<PlacedPasses, CoverError> {
+    let progress = request.progress;
     let finished = finished_cells(request, parts).map(Arc::new);
     let mut tried: Vec<PlacedPasses> = Vec::new();
     let mut charts: Vec<Chart> = Vec::new();
     let mut left = PlacedPasses::new();
-    for (half, direction) in [(0.0, FeedDirection::U), (0.5, FeedDirection::V)] {
+    for (half, direction) in [([0.0, 0.5], FeedDirection::U), ([0.5, 1.0], FeedDirection::V)] {
         let chart = Chart::straight(direction);
         let region = region_without(request.face, &chart, finished.as_ref());
-        let report = |share: f64| report(0.5 * share + half);
-        let context = FaceContext::new(*request, chart.clone(), &region, &report);
+        let half = FaceRequest { progress: progress.within(half), ..*request };
+        let context = FaceContext::new(half, chart.clone(), &region);
         let before = untouched(&context, parts);
         if !is_left(&before) {
             return Ok(lowered(before, parts));
@@ -61,11 +61,11 @@ pub(crate) fn cover_leftover(
     let (mut placed, chart) = (tried.swap_remove(best), charts.swap_remove(best));
     // Spots that passes from edge to edge have left.
     let region = region_without(request.face, &chart, finished.as_ref());
-    let context = FaceContext::new(*request, chart, &region, report);
+    let context = FaceContext::new(*request, chart, &region);
     placed = touch_up_rounds(&context, placed)?;
     let (number, layout) = (request.face.face().number, planned.layout);
     placed.report.layouts = vec![FaceLayout { face: number, layout, planned, others: costs }];
-    report(1.0)?;
+    progress.report(1.0)?;
     Ok(lowered(placed, parts))
 }
 
@@ -98,7 +98,7 @@ fn meet(a: Interval, b: Interval) -> bool {
 
 /// Returns the cells of a face that hold nothing of the parts, or that no pass finishes.
 fn finished_cells(request: &FaceRequest<'_>, parts: &[&UncutRegion]) -> Option<CellGrid> {
-    let FaceRequest { face, setup, options } = *request;
+    let FaceRequest { face, setup, options, .. } = *request;
     let bounds = face.face().bounds();
     let size = CELL * ball_strip_width(setup.cutter, options);
     let at = |[u, v]: ChartPoint| face.face().point(u, v);

@@ -17,6 +17,7 @@ pub(super) mod leftover;
 pub(super) mod locate;
 pub(super) mod placed;
 pub(super) mod planner;
+pub(super) mod progress;
 pub(super) mod rulings;
 mod run_out;
 pub(super) mod tool_fit;

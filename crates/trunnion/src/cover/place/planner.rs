@@ -96,7 +96,9 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         let mut next = first;
         loop {
             self.share = (next - first) / (last - first);
-            let Some(step) = self.pass(&region, next, rectangle)? else { return Ok(()) };
+            let step = self.pass(&region, next, rectangle)?;
+            self.context.progress.show(&self.placed);
+            let Some(step) = step else { return Ok(()) };
             next = step.next;
         }
     }
@@ -125,7 +127,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         across: f64,
         rectangle: &FaceRectangle,
     ) -> Result<Option<PassStep>, CoverError> {
-        (self.context.report)(self.share)?;
+        self.context.progress.report(self.share)?;
         if self.work > self.limits.all {
             let [_, end] = region.bounds[0];
             let left = self.context.uv_range([[across, end], region.bounds[1]]);
