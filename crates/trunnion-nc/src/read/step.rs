@@ -176,7 +176,7 @@ pub enum Turning {
 pub enum Smoothing {
     /// None: it stops exactly at the ends of blocks (`G61`, `G60`).
     Exact,
-    /// As far as stated \[mm\]: `G64 P`, `CYCLE832`, `CYCL DEF 32`, `G187 E`.
+    /// As far as stated \[mm\]: P and Q of `G64` together, `CYCLE832`, `CYCL DEF 32`, `G187 E`.
     Within(f64),
     /// As far as speed demands: `G64` of `LinuxCNC` without P.
     Unbounded,

@@ -31,15 +31,17 @@ fn entries(dialect: Dialect, text: &str) -> Vec<LengthEntry> {
 #[test]
 fn linuxcnc_states_its_blending() {
     use Smoothing::{Exact, Unbounded, Within};
-    let text = "G21 G90 G94 G54\nG61\nG64\nG64 P0.02\nG61.1\nG20\nG64 P[0.001] Q0.0005\nM2\n";
+    let text = "G21 G90 G94 G54\nG61\nG64\nG64 P0.02 Q0\nG61.1\nG20\nG64 P[0.001] Q0.0005\nG64 P0.001\nM2\n";
     let found = smoothing(Dialect::LinuxCnc, text);
-    assert_eq!(found.len(), 5);
+    assert_eq!(found.len(), 6);
     assert_eq!(found[..4], [(2, Exact), (3, Unbounded), (4, Within(0.02)), (5, Exact)]);
-    // P is in the units of the program.
-    assert!(
-        matches!(found[4], (7, Within(distance)) if (distance - 0.0254).abs() < 1e-12),
-        "{found:?}"
-    );
+    // P and Q add up, in the units of the program; Q is P unless stated.
+    for (at, (line, expected)) in [(4, (7, 0.0381)), (5, (8, 0.0508))] {
+        assert!(
+            matches!(found[at], (of, Within(distance)) if of == line && (distance - expected).abs() < 1e-12),
+            "{found:?}"
+        );
+    }
 }
 
 #[test]

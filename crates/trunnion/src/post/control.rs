@@ -7,8 +7,8 @@ use crate::nc::write::{OutputFormat, Style};
 
 /// Returns how far a control may leave the program by the smoothing that a program of this style asks for \[mm\].
 ///
-/// `LinuxCNC` rounds corners within P of `G64`, and joins straight lines within Q before; Heidenhain and Siemens have one
-/// tolerance. The other dialects ask for nothing.
+/// `LinuxCNC` rounds corners within P of `G64`, and is told by Q0 to join no straight lines before; Heidenhain and Siemens
+/// have one tolerance. The other dialects ask for nothing.
 ///
 /// # Example
 ///
@@ -24,7 +24,7 @@ use crate::nc::write::{OutputFormat, Style};
 /// let axes = AxisWords::of(&machine)?;
 /// let blend = Some(PoseTolerance::new(0.01, 1e-3));
 /// let style = |dialect| Style { blend, ..Style::of(&kinematics, dialect, axes) };
-/// assert_eq!(smoothing_bound(&style(OutputFormat::LinuxCnc)), 0.02);
+/// assert_eq!(smoothing_bound(&style(OutputFormat::LinuxCnc)), 0.01);
 /// assert_eq!(smoothing_bound(&style(OutputFormat::Siemens)), 0.01);
 /// assert_eq!(smoothing_bound(&style(OutputFormat::Fanuc)), 0.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -32,8 +32,7 @@ use crate::nc::write::{OutputFormat, Style};
 pub fn smoothing_bound(style: &Style) -> f64 {
     let tip = style.blend.map_or(0.0, |blend| blend.tip);
     match style.dialect.dialect() {
-        Dialect::LinuxCnc => 2.0 * tip,
-        Dialect::Siemens | Dialect::Heidenhain => tip,
+        Dialect::LinuxCnc | Dialect::Siemens | Dialect::Heidenhain => tip,
         _ => 0.0,
     }
 }

@@ -167,7 +167,7 @@ fn the_tcp_program_is_as_the_documentation_says() {
     assert!(motion.contains(x.trim_end_matches('0')), "{motion} has {x}");
     assert!(motion.ends_with(" F2000."), "{motion}");
     assert!(!motion.contains('B'), "{motion}: B does not change");
-    assert!(body.contains(&"G64 P0.001 Q0.001"));
+    assert!(body.contains(&"G64 P0.001 Q0"));
     assert!(body.contains(&"G0 B-11.4592 C-5.7296"), "rotaries are reversed: {body:?}");
     assert!(text.contains("(job      a [strange] j?b $ name?G0 X99)"));
     assert!(text.is_ascii());

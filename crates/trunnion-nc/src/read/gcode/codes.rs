@@ -280,9 +280,13 @@ impl GcodeReader {
     fn smoothing(&self, state: &ReaderState, block: &GcodeBlock, code: CodeWord) -> Smoothing {
         match code.tenths {
             610 | 611 => Smoothing::Exact,
-            // LinuxCNC: G64 P is a tolerance, and without P only speed counts. Elsewhere G64 is the usual cutting mode.
+            // LinuxCNC: lines within Q of one line are joined to it, and corners rounded within P of what is left; Q is P
+            // unless stated. Without P only speed counts. Elsewhere G64 is the usual cutting mode.
             _ if self.dialect == Dialect::LinuxCnc => {
-                stated(state, block, 'P').unwrap_or(Smoothing::Unbounded)
+                block.look('P').map_or(Smoothing::Unbounded, |rounding| {
+                    let joining = block.look('Q').unwrap_or(rounding);
+                    Smoothing::Within((rounding.value + joining.value) * state.control.scale())
+                })
             }
             _ => Smoothing::OfMachine,
         }
