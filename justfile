@@ -32,6 +32,10 @@ fuzz seconds="60":
 python:
     bash .ci/python
 
+# The FreeCAD add-on in FreeCAD 1.x. Needs root, debootstrap, and the Python package installed in a folder of site-packages.
+freecad-1 site:
+    bash .ci/freecad-1 {{site}}
+
 # Figures, side by side with their peers.
 bench:
     cargo bench --workspace

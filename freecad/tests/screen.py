@@ -44,6 +44,8 @@ def run_in_window(test) -> None:
 
     def guarded() -> None:
         status = 0
+        # FreeCAD 1.x sends what is printed to its report view alone.
+        sys.stdout, sys.stderr = sys.__stdout__, sys.__stderr__
         try:
             test()
         except BaseException:  # The verdict has to reach the shell.

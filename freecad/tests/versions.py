@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import enum
 import importlib
+import os
 import types
 import unittest
 import unittest.mock
+from xml.etree import ElementTree
 
-import models  # noqa: F401
+import models
 import standins
 import update
+
+import FreeCAD
 
 from trunnion_cam import compat
 from trunnion_cam.problem import Problem
@@ -82,6 +86,14 @@ class Versions(unittest.TestCase):
                 found = compat.standard_buttons("Ok", "Cancel")
             self.assertEqual(found, wanted)
             self.assertEqual(type(found), int if flags is Old else New)
+
+    def test_the_package_file_is_one_that_every_version_reads(self):
+        # FreeCAD 1.0 loads nothing of an add-on whose dependencies have a type that it does not know.
+        path = os.path.join(models.FOLDER, "package.xml")
+        package = ElementTree.parse(path)
+        needed = package.findall(".//{*}depend")
+        self.assertEqual([(one.get("type"), one.text) for one in needed], [("python", "trunnion")])
+        self.assertEqual(FreeCAD.Metadata(path).Name, "trunnion")
 
     def test_nothing_else_names_what_differs(self):
         for path in update.files():

@@ -95,7 +95,7 @@ export class EngineClient {
     });
   }
 
-  private async done(verb: Verb<Request>, listeners: Listeners): Promise<Done> {
+  private async done(verb: Verb<Request>, listeners: Listeners = {}): Promise<Done> {
     const reply = await this.ask(verb, listeners);
     if (reply.kind !== "answer") throw new Refused(["the engine gave no answer"]);
     for (const [name, bytes] of reply.outputs) this.made.set(name, bytes);

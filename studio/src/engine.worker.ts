@@ -45,8 +45,8 @@ function run(of: Engine, { id, job }: { id: number; job: string }): string {
     stageBefore = stage;
     return report(stage, done, total);
   };
-  const onPasses = (face: number, kept: number, tips: Float32Array, counts: Uint32Array) => {
-    placed.take(face, kept, tips, counts);
+  const onPasses = (face: number, kept: number, points: Float32Array, counts: Uint32Array) => {
+    placed.take(face, kept, points, counts);
     if (performance.now() - last >= PICTURE) show();
   };
   return of.run(job, onProgress, onPasses);

@@ -6,11 +6,11 @@ export class PlacedPasses {
   private readonly changed = new Set<number>();
 
   /** Takes what is new about a face: its first `kept` passes stay, and those of `counts` points each follow, x, y, z by x, y, z. */
-  take(face: number, kept: number, tips: Float32Array, counts: Uint32Array): void {
+  take(face: number, kept: number, points: Float32Array, counts: Uint32Array): void {
     const passes = (this.faces.get(face) ?? []).slice(0, kept);
     let start = 0;
     for (const count of counts) {
-      passes.push(tips.slice(start, start + 3 * count));
+      passes.push(points.slice(start, start + 3 * count));
       start += 3 * count;
     }
     this.faces.set(face, passes);
@@ -32,12 +32,12 @@ export class PlacedPasses {
 
 /** Both ends of every segment of polylines. */
 function segments(passes: Float32Array[]): Float32Array<ArrayBuffer> {
-  const lengths = passes.map((tips) => Math.max(2 * tips.length - 6, 0));
+  const lengths = passes.map((points) => Math.max(2 * points.length - 6, 0));
   const ends = new Float32Array(lengths.reduce((sum, length) => sum + length, 0));
   let at = 0;
-  for (const tips of passes) {
-    for (let k = 0; k + 6 <= tips.length; k += 3) {
-      ends.set(tips.subarray(k, k + 6), at);
+  for (const points of passes) {
+    for (let k = 0; k + 6 <= points.length; k += 3) {
+      ends.set(points.subarray(k, k + 6), at);
       at += 6;
     }
   }

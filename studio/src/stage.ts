@@ -229,7 +229,8 @@ export class Stage extends View {
     super.theme(isDark());
     const colours = SIDES[isDark() ? "dark" : "light"];
     tint(this.tool as Group, this.second ? colours.first : TOOL_COLOUR);
-    for (const lines of this.placed?.values() ?? []) tint(lines, colours.first);
+    // Faces that are cut are blue.
+    for (const lines of this.placed?.values() ?? []) tint(lines, colours.second);
     if (!this.second) return;
     const { paths, tool } = this.second;
     for (const side of ["shared", "first", "second"] as const) tint(paths[side], colours[side]);

@@ -36,7 +36,7 @@ PROPER = {
     "format": "linuxcnc", "given": {"name": "a"}, "text": "a = 1", "measurements": {"X_mm": [0.0], "Y_mm": [0.0]},
     "noise": 0.001, "axis": AXIS, "q": np.zeros((2, 5)), "tip": TIP, "near": np.zeros(5), "all": False,
     "jets.tip": np.ones((1, 4, 3)), "jets.axis": np.ones((1, 4, 3)), "arc_length": False, "path": "missing.toml",
-    "progress": None, "points": [[1.0, 1.0, 1.0]], "from_net.points": np.random.default_rng(1).random((4, 4, 3)),
+    "progress": None, "on_passes": None, "points": [[1.0, 1.0, 1.0]], "from_net.points": np.random.default_rng(1).random((4, 4, 3)),
     "degree": (3, 3), "knots": None, "weights": np.ones((4, 4)), "flip": False, "chord": 0.1, "uv": [[0.5, 0.5]],
     "d": 10.0, "length": 50.0, "shank": [[55.0, 8.0]], "inner": 0.5, "R": 10.0, "r": 2.0, "tip_radius": 2.0, "taper_angle": 0.1,
     "barrel_radius": 85.0, "corner_radius": 1.0, "lens.tip_radius": 40.0, "steps": 8,

@@ -60,7 +60,7 @@ def sample():
 
 
 def window():
-    s = np.linspace(0, 300, 3000)
+    s = np.linspace(0, 15, 150)
     table = {"s": s, "X": 50 * np.sin(s / 20), "X1": 2.5 * np.cos(s / 20), "X2": -0.125 * np.sin(s / 20)}
     return lambda: trunnion.plan(table, {"X": (100, 1000, 20000)}, window=64)
 

@@ -59,8 +59,8 @@ struct PassReceiver {
 }
 
 impl PassReceiver {
-    /// Sends what is new: the number of the face, the number of its first passes that stay, the tips of those that follow,
-    /// and how many tips each has.
+    /// Sends what is new: the number of the face, the number of its first passes that stay, the points of contact of those
+    /// that follow, and how many each has.
     fn send(&mut self, face: usize, passes: &[Arc<Pass>]) {
         let sent = self.sent.entry(face).or_default();
         let stay = sent.iter().zip(passes).take_while(|(old, new)| Arc::ptr_eq(old, new)).count();
@@ -70,8 +70,8 @@ impl PassReceiver {
         let new = &passes[stay..];
         // For the eye.
         #[expect(clippy::cast_possible_truncation, reason = "see above")]
-        let tips: Vec<f32> = (new.iter().flat_map(|pass| &pass.stations))
-            .flat_map(|station| <[f64; 3]>::from(station.pose.tip.coords))
+        let contacts: Vec<f32> = (new.iter().flat_map(|pass| &pass.stations))
+            .flat_map(|station| <[f64; 3]>::from(station.contact.coords))
             .map(|x| x as f32)
             .collect();
         let counts: Vec<u32> =
@@ -80,8 +80,8 @@ impl PassReceiver {
         sent.extend_from_slice(new);
         // Numbers of faces and passes are far below the whole numbers that a JavaScript number holds.
         let [face, stay] = [face, stay].map(|count| JsValue::from_f64(count as f64));
-        let (tips, counts) = (Float32Array::from(&*tips), Uint32Array::from(&*counts));
-        let words = Array::of4(&face, &stay, &tips, &counts);
+        let (contacts, counts) = (Float32Array::from(&*contacts), Uint32Array::from(&*counts));
+        let words = Array::of4(&face, &stay, &contacts, &counts);
         // A receiver that fails must not end the work.
         let _ = self.function.apply(&JsValue::NULL, &words);
     }
@@ -121,7 +121,8 @@ impl PageEngine {
     }
 
     /// Runs a job; returns the answer as JSON. `passes` gets, as passes are placed, the number of a face, how many of the
-    /// passes it got for that face stay, and x, y, z of the tips of those that follow with the number of tips of each.
+    /// passes it got for that face stay, and x, y, z of the points of contact of those that follow, with their number for
+    /// each.
     pub fn run(&mut self, job: &str, receiver: &Function, passes: Option<Function>) -> String {
         let sent = BTreeMap::new();
         PASS_RECEIVER.set(passes.map(|function| PassReceiver { function, sent }));

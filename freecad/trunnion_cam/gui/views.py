@@ -100,6 +100,10 @@ class DeviationView(View):
         offset.factor.setValue(-1.0)
         offset.units.setValue(-1.0)
         view.RootNode.insertChild(offset, 0)
+        # The colours are those of the legend, whatever side the light comes from.
+        light = coin.SoLightModel()
+        light.model.setValue(coin.SoLightModel.BASE_COLOR)
+        view.RootNode.insertChild(light, 0)
         self.legend = coin.SoSwitch()
         self.legend.addChild(legend(view.Object.Label, float(view.Object.Excess.Value), float(view.Object.Gouge.Value)))
         view.RootNode.addChild(self.legend)
