@@ -29,12 +29,16 @@ const REST = 350;
 class Studio {
   private readonly engine = new EngineClient();
   private readonly tabs = new Tabs();
-  private readonly player = new Player((tool, axes) => {
-    this.stage?.place(tool, axes);
-    this.charts?.setTime(this.player.t);
-    this.text.go(tool.line);
-    this.placeSecond();
-  });
+  private readonly player = new Player(
+    (tool, axes) => {
+      this.stage?.place(tool, axes);
+      this.placeSecond();
+    },
+    (tool) => {
+      this.charts?.setTime(this.player.t);
+      this.text.go(tool.line);
+    },
+  );
   private readonly text = new ProgramText(find("program"), (clicked) => this.clickLine(clicked));
   private readonly editor = new Editor(find("job"), (text) => this.edit(text));
   private readonly planner = new Planner({

@@ -3,6 +3,9 @@
 import { find, make } from "./dom";
 import { linksOf, type Timeline, type ToolPlace } from "./timeline";
 
+/** Milliseconds between two readings while it plays. Nobody reads faster, and drawing text anew costs more than the picture. */
+const READING = 200;
+
 export class Player {
   t = 0;
   private timeline: Timeline | null = null;
@@ -11,7 +14,11 @@ export class Player {
   private readonly pace = find<HTMLSelectElement>("pace");
   private values: HTMLElement[] = [];
 
-  constructor(private readonly onTime: (tool: ToolPlace, axes: number[] | null) => void) {
+  /** `onMotion` gets every place of the tool, `onReading` those at which numbers and text are drawn anew. */
+  constructor(
+    private readonly onMotion: (tool: ToolPlace, axes: number[] | null) => void,
+    private readonly onReading: (tool: ToolPlace) => void,
+  ) {
     this.slider.addEventListener("input", () => this.set(Number(this.slider.value)));
     find("play").addEventListener("click", () => this.play(!this.isPlaying));
     find("back").addEventListener("click", () => this.step(-1));
@@ -35,9 +42,20 @@ export class Player {
   }
 
   set(t: number): void {
+    this.move(t);
+    this.read();
+  }
+
+  private move(t: number): void {
     const { timeline } = this;
     if (!timeline) return;
     this.t = Math.min(Math.max(t, 0), timeline.end);
+    this.onMotion(timeline.toolAt(this.t), timeline.axesAt(this.t));
+  }
+
+  private read(): void {
+    const { timeline } = this;
+    if (!timeline) return;
     this.slider.value = String(this.t);
     find("clock").textContent = `${this.t.toFixed(2)} / ${timeline.end.toFixed(2)} s`;
     const axes = timeline.axesAt(this.t);
@@ -46,7 +64,7 @@ export class Player {
       const unit = links[k]!.rotary ? 180 / Math.PI : 1;
       value.textContent = (axes![k]! * unit).toFixed(3);
     });
-    this.onTime(timeline.toolAt(this.t), axes);
+    this.onReading(timeline.toolAt(this.t));
   }
 
   step(by: 1 | -1): void {
@@ -57,13 +75,18 @@ export class Player {
   play(on: boolean): void {
     this.isPlaying = on && this.timeline !== null;
     find("play").textContent = this.isPlaying ? "❚❚" : "▶";
-    if (!this.isPlaying) return;
+    if (!this.isPlaying) return this.read();
     if (this.t >= this.timeline!.end) this.set(0);
     let before = performance.now();
+    let reading = before;
     const frame = (now: number) => {
       if (!this.isPlaying || !this.timeline) return;
-      this.set(this.t + (Number(this.pace.value) * (now - before)) / 1000);
+      this.move(this.t + (Number(this.pace.value) * (now - before)) / 1000);
       before = now;
+      if (now - reading >= READING) {
+        reading = now;
+        this.read();
+      }
       if (this.t >= this.timeline.end) this.play(false);
       else requestAnimationFrame(frame);
     };

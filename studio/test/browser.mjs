@@ -49,6 +49,33 @@ async function colours(page) {
   });
 }
 
+/** Pixels of the picture as they are. */
+const pixels = (page) =>
+  page.evaluate(() => {
+    const from = document.querySelector("#view canvas");
+    const whole = Object.assign(document.createElement("canvas"), { width: from.width, height: from.height });
+    whole.getContext("2d").drawImage(from, 0, 0);
+    return [...whole.getContext("2d").getImageData(0, 0, from.width, from.height).data];
+  });
+
+/** While the tool alone moves, nothing else is drawn: the picture has to be the one that is drawn as a whole. */
+async function movesAlone(page, name) {
+  await page.waitForTimeout(300);
+  const moved = await pixels(page);
+  // Another layer and back: everything is drawn.
+  const layer = page.getByLabel("Surface", { exact: true });
+  await layer.uncheck();
+  await page.waitForTimeout(300);
+  const without = await pixels(page);
+  await layer.check();
+  await page.waitForTimeout(300);
+  const whole = await pixels(page);
+  const differ = (a, b) => a.filter((value, at) => Math.abs(value - b[at]) > 24).length / a.length;
+  assert.ok(differ(without, whole) > 0.02, `${name}: the surface is not seen`);
+  // Edges of the tool where it goes into the surface.
+  assert.ok(differ(moved, whole) < 0.001, `${name}: ${differ(moved, whole)} of the picture is not drawn anew`);
+}
+
 async function sample(url, name, { passes, words }) {
   const { page, errors, context } = await open(url);
   await watchFrames(page);
@@ -81,6 +108,7 @@ async function sample(url, name, { passes, words }) {
   await page.keyboard.press(".");
   assert.ok((await clock(page)) >= time);
   await becomes(page, at + 1, at + 3);
+  await movesAlone(page, name);
   return { page, errors, context };
 }
 

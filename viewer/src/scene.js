@@ -31,6 +31,7 @@ import {
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { COLUMNS, PLAIN_COLOUR, REACH, UNCUT_COLOUR, colourOf } from "./colour.js";
 import { LINES, ROWS, prepared } from "./geometry.js";
+import { MOVING, StillPicture } from "./still.js";
 
 const UP = new Vector3(0, 0, 1);
 
@@ -146,6 +147,9 @@ class Triad {
   }
 }
 
+/** Marks an object and all in it as moving while a program plays. */
+export const setMoving = (object) => object.traverse((one) => one.layers.set(MOVING));
+
 /** Throws where there is no WebGL. */
 export function makeRenderer() {
   const renderer = new WebGLRenderer({ antialias: true, alpha: true, preserveDrawingBuffer: true });
@@ -163,6 +167,8 @@ export class View {
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(28, 1, 0.1, 1000);
     this.camera.up.copy(UP);
+    this.camera.layers.enable(MOVING);
+    this.still = new StillPicture(this.renderer);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.zoomToCursor = true;
     this.controls.addEventListener("change", () => this.draw());
@@ -180,6 +186,7 @@ export class View {
     this.part.add(this.fixtures);
     this.tool = new Group();
     this.tool.add(...data.tools.map(toolMesh));
+    setMoving(this.tool);
     this.part.add(this.tool);
     this.addMarker();
     this.measure();
@@ -193,6 +200,7 @@ export class View {
     this.scene.add(new AmbientLight("#ffffff", 0.9), new HemisphereLight("#ffffff", "#8890a0", 1.4));
     this.lamp = new DirectionalLight("#ffffff", 1.3);
     this.scene.add(this.lamp, this.lamp.target);
+    this.scene.traverse((one) => one.layers.enable(MOVING));
   }
 
   addMarker() {
@@ -271,7 +279,7 @@ export class View {
     this.tool.children.forEach((tool, at) => {
       tool.visible = at === pose.tool;
     });
-    this.draw();
+    this.drawMoving();
   }
 
   /** Puts the marker at a point; looks at it if asked. */
@@ -309,7 +317,19 @@ export class View {
     return corners.reduce((best, corner) => (away(corner) < away(best) ? corner : best));
   }
 
+  /** Draws everything with the next frame. */
   draw() {
+    this.isMovingAlone = false;
+    this.schedule();
+  }
+
+  /** Draws what moves with the next frame; all else is as it was. */
+  drawMoving() {
+    this.isMovingAlone ??= true;
+    this.schedule();
+  }
+
+  schedule() {
     if (this.waiting) return;
     this.waiting = true;
     requestAnimationFrame(() => {
@@ -319,13 +339,20 @@ export class View {
   }
 
   render() {
+    const isMovingAlone = this.isMovingAlone === true;
+    this.isMovingAlone = null;
     // A lamp at the shoulder of whoever looks.
     this.lamp.position.copy(this.camera.position);
     this.lamp.position.addScaledVector(UP, 0.6 * this.radius);
     this.lamp.target.position.copy(this.controls.target);
     const distance = this.camera.position.distanceTo(this.marker.getWorldPosition(new Vector3()));
     this.marker.scale.setScalar(0.006 * distance);
-    this.renderer.render(this.scene, this.camera);
+    if (isMovingAlone) {
+      this.still.render(this.scene, this.camera);
+    } else {
+      this.still.isFresh = false;
+      this.renderer.render(this.scene, this.camera);
+    }
     this.triad.turn(this.camera);
   }
 }
