@@ -49,8 +49,8 @@ async function colours(page) {
   });
 }
 
-/** Pixels of the picture as they are. */
-const pixels = (page) =>
+/** All pixels of the picture, as they are. */
+const wholePicture = (page) =>
   page.evaluate(() => {
     const from = document.querySelector("#view canvas");
     const whole = Object.assign(document.createElement("canvas"), { width: from.width, height: from.height });
@@ -61,15 +61,15 @@ const pixels = (page) =>
 /** While the tool alone moves, nothing else is drawn: the picture has to be the one that is drawn as a whole. */
 async function movesAlone(page, name) {
   await page.waitForTimeout(300);
-  const moved = await pixels(page);
+  const moved = await wholePicture(page);
   // Another layer and back: everything is drawn.
   const layer = page.getByLabel("Surface", { exact: true });
   await layer.uncheck();
   await page.waitForTimeout(300);
-  const without = await pixels(page);
+  const without = await wholePicture(page);
   await layer.check();
   await page.waitForTimeout(300);
-  const whole = await pixels(page);
+  const whole = await wholePicture(page);
   const differ = (a, b) => a.filter((value, at) => Math.abs(value - b[at]) > 24).length / a.length;
   assert.ok(differ(without, whole) > 0.02, `${name}: the surface is not seen`);
   // Edges of the tool where it goes into the surface.

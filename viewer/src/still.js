@@ -28,7 +28,7 @@ export const MOVING = 1;
 /** Pixels around what moves that are drawn anew with it: edges are smooth. */
 const RIM = 2;
 
-/** Box around everything that moves and is seen, in pixels of the page from the upper left corner of the picture. */
+/** Box around everything that moves and is seen, in pixels of the page from the lower left corner of the picture. */
 function boxOnScreen(scene, camera, size) {
   const box = new Box2();
   const corner = new Vector3();
@@ -44,7 +44,7 @@ function boxOnScreen(scene, camera, size) {
       // Behind the eye a corner has no place on the screen.
       if (corner.z > -camera.near) return void box.set(new Vector2(), size);
       corner.applyMatrix4(camera.projectionMatrix);
-      box.expandByPoint(new Vector2(0.5 * size.x * (1 + corner.x), 0.5 * size.y * (1 - corner.y)));
+      box.expandByPoint(new Vector2(0.5 * size.x * (1 + corner.x), 0.5 * size.y * (1 + corner.y)));
     }
   };
   scene.updateMatrixWorld();

@@ -48,7 +48,7 @@ pub use join::request::{LeadKind, LinkOptions, LinkRequest};
 pub use options::{CoverOptions, FinishTolerance, lever};
 pub use pattern::{CutPattern, FeedDirection, PlacementMethod, PrismaticUse};
 pub use place::flank::flank_fits;
-pub use place::rulings::flank_axis;
+pub use place::rulings::{flank_axis, rulings_fit};
 pub use plan::{CoverRequest, LeftArea, cover};
 pub use report::{
     CoverReport, Covering, FaceLayout, FallbackReason, GivenUp, LayoutCost, PassFallback,

@@ -303,6 +303,16 @@ pub fn flank_axis(face: &FaceIndex) -> Option<UnitVector3<f64>> {
     UnitVector3::try_new(high - low, f64::MIN_POSITIVE)
 }
 
+/// Returns `true` if the side of a tool of a radius \[mm\] lies within a band along every straight line of a face: the face
+/// has such lines, and twists little enough along them.
+pub fn rulings_fit(face: &FaceIndex, radius: f64, band: ToleranceBand) -> bool {
+    RuledFace::new(face).is_some_and(|ruled| {
+        let range = Interval::from(ruled.range);
+        let places = (0..=TRIED[0]).map(|i| range.at(f64::from(i) / f64::from(TRIED[0])));
+        places.into_iter().all(|at| ruled.axis(at, radius, band).is_some())
+    })
+}
+
 /// Returns the steepest direction in a plane; `None` for another surface, or a level plane.
 fn steepest(face: &FaceIndex) -> Option<UnitVector3<f64>> {
     let Surface::Plane(plane) = &face.face().surface else { return None };

@@ -2,8 +2,11 @@
 
 use super::left_out::{FaceReason, LeftOutFace};
 use super::part_measure::PartMeasure;
+use super::request::TOLERANCE;
+use crate::cover::{flank_axis, rulings_fit};
 use crate::cutter::CutterKind;
 use crate::import::inspect::{self, FaceSummary};
+use crate::positioning::ToleranceBand;
 use crate::surface::{FaceIndex, FaceSample, Surface};
 use rayon::prelude::*;
 
@@ -21,6 +24,11 @@ const OVERHANG: f64 = 0.5;
 
 /// Least z of the straight lines of a wall, of unit length: 60 degrees.
 const STEEP: f64 = 0.87;
+
+/// Radius of the tool whose side has to lie on walls that twist \[mm\], and the band for it: half of the usual excess, since
+/// a job keeps shares of it for the motion.
+const FLANK: f64 = 8.0;
+const BAND: ToleranceBand = ToleranceBand { lower: 0.0, upper: 0.5 * TOLERANCE.excess };
 
 /// Distance in height within which a face stands on a floor, and beyond which it rises from it \[mm\].
 const FOOT: f64 = 0.01;
@@ -156,9 +164,9 @@ fn has_foot(faces: &[FaceIndex], candidates: &[SampledFace]) -> bool {
     candidates.iter().any(|face| stands(height(&faces[face.index])))
 }
 
-/// Returns `true` for planes, and for walls that the flank of an upright tool finishes.
-fn is_prismatic(face: &FaceIndex) -> bool {
-    let face = face.face();
+/// Returns `true` for planes, and for walls that the flank of a steep tool finishes.
+fn is_prismatic(index: &FaceIndex) -> bool {
+    let face = index.face();
     match face.surface {
         Surface::Plane(_) => true,
         Surface::Cylinder(_) | Surface::Cone(_) | Surface::Extrusion(_) => {
@@ -166,6 +174,10 @@ fn is_prismatic(face: &FaceIndex) -> bool {
             let ruling = face.surface.jet1(u, v).sv;
             ruling.z.abs() >= STEEP * ruling.norm()
         }
-        _ => false,
+        // Walls with a draft are often lofts between two outlines.
+        _ => {
+            let is_steep = || flank_axis(index).is_some_and(|axis| axis.z >= STEEP);
+            rulings_fit(index, FLANK, BAND) && is_steep()
+        }
     }
 }

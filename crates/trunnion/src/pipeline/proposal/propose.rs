@@ -254,6 +254,14 @@ mod tests {
         assert_eq!(proposed(step).1, [6.0]);
     }
 
+    /// The walls of the boss are lofts with a draft of 12 degrees: the flank of the tool that cuts the floor finishes them down
+    /// to their foot, where a ball would leave material.
+    #[test]
+    fn walls_that_are_lofts_go_to_the_flat_end_mill() {
+        let step = include_bytes!("../../../../../fixtures/corpus/gate/drafted_boss.step");
+        assert_eq!(proposed(step), (vec![3, 7, 8, 9, 10, 11], vec![16.0]));
+    }
+
     /// A cutter of 12 mm, which reaches 95 % of all faces, does not get between posts that are 8 mm apart.
     #[test]
     fn a_gap_between_posts_gets_a_cutter_that_fits() {
