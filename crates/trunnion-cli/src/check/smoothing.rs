@@ -30,12 +30,14 @@ impl SmoothingSummary {
         let Some(active) = state.smoothing else {
             return Self { kind: SmoothingKind::NotStated, distance: None, line: None };
         };
-        let (kind, distance) = match active.smoothing {
-            Smoothing::Exact => (SmoothingKind::Exact, Some(0.0)),
-            Smoothing::Within(distance) => (SmoothingKind::Within, Some(distance)),
-            Smoothing::Unbounded => (SmoothingKind::Unbounded, None),
-            Smoothing::OfMachine => (SmoothingKind::OfMachine, None),
+        let kind = match active.smoothing {
+            Smoothing::Exact => SmoothingKind::Exact,
+            Smoothing::Within(_) | Smoothing::Blended { .. } => SmoothingKind::Within,
+            Smoothing::Unbounded => SmoothingKind::Unbounded,
+            Smoothing::OfMachine => SmoothingKind::OfMachine,
         };
+        // A sum of two words has no more decimals than they have.
+        let distance = active.smoothing.bound().map(|sum| (sum * 1e9).round() / 1e9);
         Self { kind, distance, line: Some(active.line) }
     }
 

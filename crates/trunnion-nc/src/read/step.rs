@@ -176,12 +176,31 @@ pub enum Turning {
 pub enum Smoothing {
     /// None: it stops exactly at the ends of blocks (`G61`, `G60`).
     Exact,
-    /// As far as stated \[mm\]: P and Q of `G64` together, `CYCLE832`, `CYCL DEF 32`, `G187 E`.
+    /// As far as stated \[mm\]: `CYCLE832`, `CYCL DEF 32`, `G187 E`.
     Within(f64),
+    /// `G64` of `LinuxCNC`: lines are joined before corners are rounded, and both distances add up.
+    Blended {
+        /// Distance within which corners are rounded, P \[mm\].
+        corners: f64,
+        /// Distance within which lines are joined, Q \[mm\].
+        lines: f64,
+    },
     /// As far as speed demands: `G64` of `LinuxCNC` without P.
     Unbounded,
     /// The setting of the machine, which no program states.
     OfMachine,
+}
+
+impl Smoothing {
+    /// Returns the largest distance from the programmed path \[mm\]; `None` where the program states no bound.
+    pub fn bound(self) -> Option<f64> {
+        match self {
+            Self::Exact => Some(0.0),
+            Self::Within(distance) => Some(distance),
+            Self::Blended { corners, lines } => Some(corners + lines),
+            Self::Unbounded | Self::OfMachine => None,
+        }
+    }
 }
 
 /// Entry of a table of tool lengths.

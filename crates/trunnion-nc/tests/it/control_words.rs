@@ -30,17 +30,19 @@ fn entries(dialect: Dialect, text: &str) -> Vec<LengthEntry> {
 
 #[test]
 fn linuxcnc_states_its_blending() {
-    use Smoothing::{Exact, Unbounded, Within};
+    use Smoothing::{Blended, Exact, Unbounded};
     let text = "G21 G90 G94 G54\nG61\nG64\nG64 P0.02 Q0\nG61.1\nG20\nG64 P[0.001] Q0.0005\nG64 P0.001\nM2\n";
     let found = smoothing(Dialect::LinuxCnc, text);
     assert_eq!(found.len(), 6);
-    assert_eq!(found[..4], [(2, Exact), (3, Unbounded), (4, Within(0.02)), (5, Exact)]);
-    // P and Q add up, in the units of the program; Q is P unless stated.
-    for (at, (line, expected)) in [(4, (7, 0.0381)), (5, (8, 0.0508))] {
-        assert!(
-            matches!(found[at], (of, Within(distance)) if of == line && (distance - expected).abs() < 1e-12),
-            "{found:?}"
-        );
+    assert_eq!(
+        found[..4],
+        [(2, Exact), (3, Unbounded), (4, Blended { corners: 0.02, lines: 0.0 }), (5, Exact)]
+    );
+    // In the units of the program; Q is P unless stated.
+    for (at, expected) in [(4, [0.0254, 0.0127]), (5, [0.0254, 0.0254])] {
+        let (_, Blended { corners, lines }) = found[at] else { panic!("{found:?}") };
+        assert!((corners - expected[0]).abs() < 1e-12 && (lines - expected[1]).abs() < 1e-12);
+        assert_eq!(found[at].1.bound(), Some(corners + lines));
     }
 }
 

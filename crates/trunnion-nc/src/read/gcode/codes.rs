@@ -283,9 +283,11 @@ impl GcodeReader {
             // LinuxCNC: lines within Q of one line are joined to it, and corners rounded within P of what is left; Q is P
             // unless stated. Without P only speed counts. Elsewhere G64 is the usual cutting mode.
             _ if self.dialect == Dialect::LinuxCnc => {
-                block.look('P').map_or(Smoothing::Unbounded, |rounding| {
-                    let joining = block.look('Q').unwrap_or(rounding);
-                    Smoothing::Within((rounding.value + joining.value) * state.control.scale())
+                block.look('P').map_or(Smoothing::Unbounded, |corners| {
+                    let lines = block.look('Q').unwrap_or(corners);
+                    let [corners, lines] =
+                        [corners, lines].map(|word| word.value * state.control.scale());
+                    Smoothing::Blended { corners, lines }
                 })
             }
             _ => Smoothing::OfMachine,

@@ -178,7 +178,9 @@ impl<'a> LinuxCncModel<'a> {
     /// Sets the distance from the path that the control may keep from here on.
     pub(crate) fn smooth(&mut self, smoothing: Option<Smoothing>) {
         self.tolerance = match smoothing {
-            Some(Smoothing::Within(tolerance)) => BlendTolerance::Within(tolerance),
+            Some(Smoothing::Within(corners) | Smoothing::Blended { corners, .. }) => {
+                BlendTolerance::Within(corners)
+            }
             Some(Smoothing::Exact) => BlendTolerance::Stop,
             Some(Smoothing::Unbounded | Smoothing::OfMachine) | None => BlendTolerance::Unbounded,
         };

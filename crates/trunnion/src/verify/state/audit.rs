@@ -166,13 +166,19 @@ impl StateFollower {
         let loose = self.loosest.zip(limits.tolerance).and_then(|(active, tolerance)| match active
             .smoothing
         {
-            Smoothing::Within(smoothing) if smoothing > tolerance => {
-                Some(StateFinding::Smoothing { line: active.line, smoothing, tolerance })
-            }
             Smoothing::Unbounded => {
                 Some(StateFinding::UnboundedSmoothing { line: active.line, tolerance })
             }
-            _ => None,
+            // A sum of two words has no more decimals than they have.
+            stated => stated
+                .bound()
+                .map(|sum| (sum * 1e9).round() / 1e9)
+                .filter(|sum| *sum > tolerance)
+                .map(|smoothing| StateFinding::Smoothing {
+                    line: active.line,
+                    smoothing,
+                    tolerance,
+                }),
         });
         let findings = [
             self.stopped.map(StateFinding::SpindleStopped),
@@ -197,8 +203,6 @@ fn count(cuts: &mut Option<AffectedCuts>, line: u32) {
 fn reach(smoothing: Smoothing) -> f64 {
     match smoothing {
         Smoothing::OfMachine => -1.0,
-        Smoothing::Exact => 0.0,
-        Smoothing::Within(distance) => distance,
-        Smoothing::Unbounded => f64::INFINITY,
+        stated => stated.bound().unwrap_or(f64::INFINITY),
     }
 }
