@@ -221,6 +221,39 @@ class Programs(Base):
         self.assertIn("TX", posting.post(job, "heidenhain") + "TX")
         self.assertIn("L ", posting.post(job, "heidenhain"))
 
+    def test_operations_of_freecad_are_checked_and_posted(self):
+        shape, (floor, hole) = models.pocketed()
+        job, _ = models.document(shape, "endmill", 6.0)
+        profile, drilling = models.ordinary(job, "Profile", []), models.ordinary(job, "Drilling", [hole])
+        # FreeCAD states the offset of a centre across the plane, too.
+        arcs = [one for one in profile.Path.Commands if one.Name in ("G2", "G3")]
+        self.assertTrue(arcs and all("K" in one.Parameters for one in arcs))
+        found = checking.check(job)
+        self.assertTrue(found.passed, [one.text for one in found.problems])
+        self.assertEqual({one.operation for one in found.program.places if one}, {profile.Name, drilling.Name})
+        self.assertRegex(found.program.text, r"\nG[23] X.* I.* J")
+        self.assertRegex(found.program.text, r"\nG81 ")
+        self.assertIn("TOOL CALL 1 Z", posting.post(job, "heidenhain"))
+        # What a pocket gouges is a finding with its line, whatever this version makes of the pocket.
+        pocket = models.ordinary(job, "PocketShape", [floor])
+        profile.Active = drilling.Active = False
+        self.assertTrue(all(one.place.operation == pocket.Name for one in checking.check(job).problems))
+        self.assertTrue(posting.post(job, "siemens"))
+
+    def test_arcs_keep_what_counts_in_their_plane(self):
+        import Path
+
+        job, _ = models.document(models.plate()[0], "endmill", 12.0)
+        custom = job.Document.addObject("Path::FeaturePython", "Custom")
+        custom.addProperty("App::PropertyLink", "ToolController", "Base", "")
+        custom.ToolController = compat.controllers(job)[0]
+        arc = {"X": 10.0, "Y": 0.0, "Z": 30.0, "I": 5.0, "J": 0.0, "K": 0.0}
+        planes = [Path.Command(name) for name in ("G17", "G18", "G19")]
+        custom.Path = Path.Path([one for plane in planes for one in (plane, Path.Command("G2", arc))])
+        compat.add_operation(job, custom)
+        arcs = [line.split()[4:] for line in checking.question(job).program.lines if line.startswith("G2 ")]
+        self.assertEqual(arcs, [["I5", "J0"], ["I5", "K0"], ["I5", "J0", "K0"]])
+
     def test_fixtures_are_kept_off(self):
         job, obj = self.finish(models.plate(), tool="endmill", diameter=12.0)
         clamp = job.Document.addObject("Part::Feature", "Clamp")

@@ -7,7 +7,9 @@ TRUNNION_SHOTS names a folder for screenshots.
 from __future__ import annotations
 
 import os
+import runpy
 import sys
+import tempfile
 import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
@@ -87,6 +89,8 @@ def main() -> None:
     assert len(actions) == 8 and all(not one.icon().isNull() for one in actions), len(actions)
     shot("workbench")
     click("face")
+    # What a click selects replaces what FreeCAD itself has left selected.
+    FreeCADGui.Selection.clearSelection()
     FreeCADGui.Selection.addSelection(body, "Face6")
     click("Five-axis finish")
     FreeCADGui.runCommand("Trunnion_Finish")
@@ -120,15 +124,53 @@ def main() -> None:
     assert obj.Programs["program.linuxcnc.ngc"].count("\n") > 20
     found = checking.check(job)
     assert found.passed, found.problems
-    # FreeCAD itself finds the post processor, once it is installed.
-    FreeCADGui.runCommand("Trunnion_InstallPost")
-    path = os.path.join(FreeCAD.getUserMacroDir(True), "trunnion_post.py")
-    with open(path, encoding="utf-8") as file:
-        space: dict = {}
-        exec(compile(file.read(), path, "exec"), space)
-    assert space["export"]([obj], "-", "") == obj.Programs["program.linuxcnc.ngc"]
-    assert "linuxcnc" in space["TOOLTIP_ARGS"]
+    test_post_processor(job, obj)
     print("ALL PASSED")
+
+
+def choose_post_processor(job, path: str) -> None:
+    """Chooses the post processor and its file in the panel of the job."""
+    window = FreeCADGui.getMainWindow()
+    FreeCADGui.ActiveDocument.setEdit(job.Name)
+    serve(0.5)
+    box = window.findChild(QtGui.QComboBox, "postProcessor")
+    assert "trunnion" in [box.itemText(index) for index in range(box.count())]
+    box.setCurrentIndex(box.findText("trunnion"))
+    field = window.findChild(QtGui.QLineEdit, "postProcessorOutputFile")
+    field.setText(path)
+    field.editingFinished.emit()
+    button("OK")
+    assert (job.PostProcessor, job.PostProcessorOutputFile) == ("trunnion", path)
+
+
+def test_post_processor(job, obj) -> None:
+    """FreeCAD itself finds the post processor, once it is installed, and writes what was checked; a problem leaves the file as it is."""
+    from trunnion_cam.gui import commands
+
+    FreeCADGui.runCommand("Trunnion_InstallPost")
+    program = obj.Programs["program.linuxcnc.ngc"]
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "part.ngc")
+        choose_post_processor(job, path)
+        FreeCADGui.Selection.clearSelection()
+        FreeCADGui.Selection.addSelection(job)
+        post = "CAM_Post" if "CAM_Post" in FreeCADGui.listCommands() else "Path_Post"
+        FreeCADGui.runCommand(post)
+        with open(path, encoding="utf-8") as file:
+            assert file.read() == program
+        told = []
+        tell, commands.tell = commands.tell, lambda problem: told.append(str(problem))
+        job.PostProcessorArgs = "--dialect=nothing"
+        FreeCADGui.runCommand(post)
+        commands.tell = tell
+        assert len(told) == 1 and "there is no dialect" in told[0], told
+        assert os.listdir(folder) == ["part.ngc"]
+        with open(path, encoding="utf-8") as file:
+            assert file.read() == program
+        assert not job.Document.HasPendingTransaction
+    space = runpy.run_path(os.path.join(FreeCAD.getUserMacroDir(True), "trunnion_post.py"))
+    assert space["export"]([obj], "-", "") == program
+    assert "linuxcnc" in space["TOOLTIP_ARGS"]
 
 
 run_in_window(main)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import math
 import os
@@ -64,6 +65,28 @@ def plate() -> tuple[Any, list[str]]:
     """A plate of 40 x 30 x 8 mm."""
     box = Part.makeBox(40.0, 30.0, 8.0, FreeCAD.Vector(-20, -15, 0))
     return box, [name_of(box, lambda face: face.CenterOfMass.z > 7.9)]
+
+
+def pocketed() -> tuple[Any, list[str]]:
+    """A block of 60 x 40 x 20 mm with a pocket and a hole through it; returns its shape, and the names of floor and hole."""
+    block = Part.makeBox(60.0, 40.0, 20.0, FreeCAD.Vector(-30, -20, 0))
+    block = block.cut(Part.makeBox(30.0, 16.0, 8.0, FreeCAD.Vector(-20, -8, 12))).cut(Part.makeCylinder(5.0, 30.0, FreeCAD.Vector(20, 0, -1)))
+    floor = name_of(block, lambda face: abs(face.CenterOfMass.z - 12.0) < 1e-6)
+    return block, [floor, name_of(block, lambda face: type(face.Surface).__name__ == "Cylinder")]
+
+
+def ordinary(job: Any, kind: str, faces: list[str]) -> Any:
+    """Adds an operation of FreeCAD's own to a job, computed: Profile, PocketShape, Drilling; without faces of the whole model."""
+    try:
+        module = importlib.import_module(f"Path.Op.{kind}")
+    except ImportError:
+        module = importlib.import_module(f"PathScripts.Path{kind}")
+    operation = module.Create(kind)
+    if faces:
+        operation.Base = [(job.Model.Group[0], faces)]
+    operation.ToolController = compat.controllers(job)[0]
+    job.Document.recompute()
+    return operation
 
 
 def wedge() -> tuple[Any, list[str]]:

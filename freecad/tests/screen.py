@@ -32,9 +32,13 @@ def shot(name: str) -> None:
     area = [one for one in window.centralWidget().subWindowList() if one.isVisible()][-1]
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "view.png")
-        FreeCADGui.ActiveDocument.ActiveView.saveImage(path, area.width(), area.height(), "White")
+        FreeCADGui.ActiveDocument.ActiveView.saveImage(path, area.width(), area.height(), "Current")
         painter = QtGui.QPainter(picture)
         painter.drawPixmap(area.mapTo(window, QtCore.QPoint(0, 0)), QtGui.QPixmap(path))
+        # Since 1.1 panels lie over the view.
+        for dock in window.findChildren(QtGui.QDockWidget):
+            if dock.isVisible():
+                painter.drawPixmap(dock.mapTo(window, QtCore.QPoint(0, 0)), dock.grab())
         painter.end()
     picture.save(os.path.join(_SHOTS, name + ".png"))
 

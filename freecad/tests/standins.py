@@ -94,6 +94,25 @@ def bit_module(name: str) -> types.ModuleType:
     return module
 
 
+def processor_module(name: str, names_module: bool) -> types.ModuleType:
+    """Path.Post.Processor: the wrapper of scripts, which is told the name of its module after 1.0; a script with "broken" has no text."""
+    module = types.ModuleType(name)
+
+    class WrapperPost:
+        def __init__(self, job: Any, script_path: str, *more: Any) -> None:
+            self.job, self.script_path = job, script_path
+
+        def export(self) -> list[tuple[str, Any]]:
+            return [(part, None if part == "broken" else "G0") for part in self.job]
+
+    class LaterWrapperPost(WrapperPost):
+        def __init__(self, job: Any, script_path: str, module_name: str) -> None:
+            super().__init__(job, script_path)
+
+    module.WrapperPost = LaterWrapperPost if names_module else WrapperPost
+    return module
+
+
 def toolbit_package(name: str) -> types.ModuleType:
     """Path.Tool.toolbit of 1.1: bits are made from the identifier of a shape, and attached to a document."""
     module = types.ModuleType(name)
@@ -129,6 +148,7 @@ def _v10() -> dict[str, types.ModuleType]:
         "Path.Main.Job": job_module("Path.Main.Job"),
         "Path.Tool.Controller": controller_module("Path.Tool.Controller"),
         "Path.Tool.Bit": bit_module("Path.Tool.Bit"),
+        "Path.Post.Processor": processor_module("Path.Post.Processor", names_module=False),
     }
 
 
@@ -142,6 +162,7 @@ def _v11() -> dict[str, types.ModuleType]:
         "Path.Tool.Controller": controller_module("Path.Tool.Controller"),
         "Path.Tool.toolbit": package,
         "Path.Tool.Bit": alias,
+        "Path.Post.Processor": processor_module("Path.Post.Processor", names_module=True),
     }
 
 

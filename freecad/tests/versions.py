@@ -73,6 +73,16 @@ class Versions(unittest.TestCase):
         self.assertIsNone(compat.document_object(standins.Postable("fixture", "G54", None)))
         self.assertIsNone(compat.document_object(types.SimpleNamespace(Label="G54", Path=None)))
 
+    def test_a_script_that_fails_writes_nothing(self):
+        for version in ("0.20", "1.1"):
+            with standins.generation(version):
+                self.assertIsNone(compat.post_processor_class("trunnion_post.py"))
+        with standins.generation("1.0"):
+            made = compat.post_processor_class("trunnion_post.py")
+            self.assertEqual(made(["one"]).script_path, "trunnion_post.py")
+            self.assertEqual(made(["one", "other"]).export(), [("one", "G0"), ("other", "G0")])
+            self.assertEqual(made(["one", "broken"]).export(), [])
+
     def test_buttons_of_both_windows(self):
         class Old(enum.IntFlag):
             Ok, Cancel, Close = 1024, 4194304, 2097152

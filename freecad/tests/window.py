@@ -21,7 +21,7 @@ import FreeCADGui  # noqa: E402
 from PySide import QtCore, QtGui  # noqa: E402
 from screen import run_in_window, serve, shot  # noqa: E402
 
-from trunnion_cam import checking, compat, operation, postprocessor  # noqa: E402
+from trunnion_cam import checking, colours, compat, operation, postprocessor  # noqa: E402
 from trunnion_cam.engine import engine  # noqa: E402
 from trunnion_cam.gui import commands, panels, running, views  # noqa: E402
 from trunnion_cam.translate import translated  # noqa: E402
@@ -147,6 +147,24 @@ def test_finish(job, body, faces) -> object:
     document.recompute()
     assert not running.busy()
     return obj
+
+
+def test_legend(obj) -> None:
+    """The legend has a plate of its own, and can be read over any background."""
+    deviation = obj.Pictures[1]
+    plate = views.legend_plate(deviation.Label, 0.02, 0.002)
+    shades = {plate.pixelColor(2 * x, 2 * y).name() for x in range(plate.width() // 2) for y in range(plate.height() // 2)}
+    wanted = {colours.hexadecimal(shade) for shade, _ in views.entries(0.02, 0.002)}
+    assert wanted < shades, wanted - shades
+    with tempfile.TemporaryDirectory() as folder:
+        for background in ("Black", "White"):
+            path = os.path.join(folder, background + ".png")
+            FreeCADGui.ActiveDocument.ActiveView.saveImage(path, 900, 650, background)
+            picture = QtGui.QImage(path)
+            # Within the corner of the plate; its upper left corner is 13 pixels from those of the picture.
+            assert picture.pixelColor(16, 16).name() == plate.pixelColor(3, 3).name(), picture.pixelColor(16, 16).name()
+            found = {picture.pixelColor(2 * x, 2 * y).name() for x in range(8, 120) for y in range(8, 95)}
+            assert wanted < found, (background, wanted - found)
 
 
 def test_settings(obj) -> None:
@@ -459,6 +477,7 @@ def main() -> None:
     FreeCADGui.SendMsgToActiveView("ViewFit")
     test_refusals(job)
     obj = test_finish(job, body, faces)
+    test_legend(obj)
     test_settings(obj)
     test_check(job, obj)
     test_machine(job, obj)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 from typing import Any, NamedTuple
 
 from .problem import Problem
@@ -126,6 +127,29 @@ def document_object(posted: Any) -> Any:
     # Versions after 1.1 wrap what they hand over, and keep the object as `source`.
     found = getattr(posted, "source", posted) if hasattr(posted, "item_type") else posted
     return found if getattr(found, "Document", None) is not None else None
+
+
+def post_processor_class(path: str) -> Any:
+    """Returns the class that 1.0 takes for the post processor of a script; None for versions that take the script as it is."""
+    try:
+        wrapper = importlib.import_module("Path.Post.Processor").WrapperPost
+    except (ImportError, AttributeError):
+        return None
+    if "module_name" in inspect.signature(wrapper).parameters:
+        return None
+
+    class Script(wrapper):
+        """The script, whose problems leave the file of an earlier program as it is: 1.0 would empty it."""
+
+        def __init__(self, job: Any) -> None:
+            super().__init__(job, path)
+
+        def export(self) -> list[Any]:
+            """Returns names and texts of all programs; none if one of them could not be made."""
+            programs = super().export()
+            return programs if all(text is not None for _, text in programs) else []
+
+    return Script
 
 
 def standard_buttons(*names: str) -> Any:

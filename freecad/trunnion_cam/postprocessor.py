@@ -13,7 +13,8 @@ from .translate import translated
 def export(objects: list[Any], filename: str, arguments: str = "") -> str | None:
     """Posts these operations of a job, writes the file unless its name is "-", and returns the text.
 
-    In a window a problem is shown, and None returned: no file is written then, and FreeCAD closes its transaction.
+    In a window a problem is shown, and None returned: no file is written then. FreeCAD 0.20 closes its transaction;
+    for 1.0 `compat.post_processor_class` sees to both.
     """
     import FreeCAD
 

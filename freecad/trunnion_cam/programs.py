@@ -14,6 +14,8 @@ _WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))")
 _COMMENT = re.compile(r"\([^)]*\)|;.*")
 #: Motion that stays in force.
 _MOTION = {"G0", "G1", "G2", "G3"}
+#: Offset of an arc's centre across the plane, by the code of the plane.
+_ACROSS = {"G17": "K", "G18": "J", "G19": "I"}
 #: Order of the words of a line; others stand before F.
 _ORDER = "XYZABCUVWIJKRPQLHDT?F"
 #: Ends of a program; another operation may follow.
@@ -167,14 +169,18 @@ def _change(before: Any, controller: Any) -> Iterator[str]:
 
 def _add(program: Program, operation: Any) -> int:
     """Adds the commands of an operation, and returns how many of them move."""
-    tip, moves = [0.0, 0.0, 0.0], 0
+    tip, moves, plane = [0.0, 0.0, 0.0], 0, "G17"
     for index, command in enumerate(operation.Path.Commands):
         if command.Name.startswith("("):
             program.add(f"({_comment(command.Name.strip('()'))})")
             continue
         if command.Name in _ENDS:
             continue
+        plane = command.Name if command.Name in _ACROSS else plane
         values = dict(command.Parameters)
+        if not values.get(_ACROSS[plane]):
+            # FreeCAD states it with every arc, where it says nothing; controls refuse it.
+            values.pop(_ACROSS[plane], None)
         start = (tip[0], tip[1], tip[2])
         for slot, letter in enumerate("XYZ"):
             tip[slot] = values.get(letter, tip[slot])

@@ -144,7 +144,7 @@ def legend_page(excess: float, gouge: float) -> str:
 
 
 def legend(title: str, excess: float, gouge: float) -> Any:
-    """Returns the legend as a scene in front of everything else."""
+    """Returns the legend as a scene in front of everything else: a plate with words, which can be read over every background."""
     from pivy import coin
 
     # Nodes of this type count neither for the size of the scene nor for its light.
@@ -161,51 +161,50 @@ def legend(title: str, excess: float, gouge: float) -> Any:
     camera.farDistance.setValue(2.0)
     depth = coin.SoDepthBuffer()
     depth.test.setValue(False)
-    light = coin.SoLightModel()
-    light.model.setValue(coin.SoLightModel.BASE_COLOR)
     unpicked = coin.SoPickStyle()
     unpicked.style.setValue(coin.SoPickStyle.UNPICKABLE)
-    font = coin.SoFont()
-    font.size.setValue(14.0)
-    # The mesh has one colour for each corner; here each entry has one.
-    binding = coin.SoMaterialBinding()
-    binding.value.setValue(coin.SoMaterialBinding.OVERALL)
-    for node in (coin.SoResetTransform(), camera, depth, light, binding, unpicked, font):
+    place = coin.SoTranslation()
+    place.translation.setValue(-0.97, 0.96, 0.0)
+    image = coin.SoImage()
+    image.vertAlignment.setValue(coin.SoImage.TOP)
+    plate = legend_plate(title, excess, gouge)
+    image.image.setValue(coin.SbVec2s(plate.width(), plate.height()), _CHANNELS, bytes(plate.constBits()))
+    for node in (coin.SoResetTransform(), camera, depth, unpicked, place, image):
         scene.addChild(node)
-    scene.addChild(_text(-0.95, 0.90, title))
-    for index, (shade, text) in enumerate(entries(excess, gouge), 1):
-        scene.addChild(_entry(-0.95, 0.90 - 0.085 * index, shade, text))
     return root
 
 
-def _entry(x: float, y: float, shade: tuple[float, float, float], text: str) -> Any:
-    from pivy import coin
-
-    entry = coin.SoSeparator()
-    colour = coin.SoBaseColor()
-    colour.rgb.setValue(*shade)
-    corners = coin.SoCoordinate3()
-    corners.point.setValues(0, 4, [(x, y, 0.0), (x + 0.07, y, 0.0), (x + 0.07, y + 0.06, 0.0), (x, y + 0.06, 0.0)])
-    face = coin.SoFaceSet()
-    face.numVertices.setValue(4)
-    for node in (colour, corners, face, _text(x + 0.09, y, text)):
-        entry.addChild(node)
-    return entry
+#: Bytes of a pixel.
+_CHANNELS = 4
+_INK = "#0d0d0d"
+_PLATE = "#f5f5f5"
+_EDGE = 8
 
 
-def _text(x: float, y: float, text: str) -> Any:
-    from pivy import coin
+def legend_plate(title: str, excess: float, gouge: float) -> Any:
+    """Returns the plate of the legend as an image of Qt: red, green, blue and opacity of each pixel, row by row from below."""
+    from PySide import QtCore, QtGui
 
-    found = coin.SoSeparator()
-    ink = coin.SoBaseColor()
-    ink.rgb.setValue(0.05, 0.05, 0.05)
-    place = coin.SoTranslation()
-    place.translation.setValue(x, y + 0.012, 0.0)
-    words = coin.SoText2()
-    words.string.setValue(text)
-    for node in (ink, place, words):
-        found.addChild(node)
-    return found
+    font = QtGui.QFont()
+    font.setPixelSize(13)
+    rows = entries(excess, gouge)
+    metrics = QtGui.QFontMetrics(font)
+    row, swatch = metrics.height() + 4, 2 * metrics.height()
+    widths = [metrics.boundingRect(title).width(), *(swatch + _EDGE + metrics.boundingRect(text).width() for _, text in rows)]
+    image = QtGui.QImage(max(widths) + 3 * _EDGE, row * (len(rows) + 1) + 2 * _EDGE, QtGui.QImage.Format_RGBA8888)
+    image.fill(QtGui.QColor(_PLATE))
+    painter = QtGui.QPainter(image)
+    painter.setFont(font)
+    painter.setPen(QtGui.QColor(_INK))
+    left = QtCore.Qt.AlignLeft | QtCore.Qt.AlignVCenter
+    painter.drawText(QtCore.QRect(_EDGE, _EDGE, image.width(), row), left, title)
+    for index, (shade, text) in enumerate(rows, 1):
+        top = _EDGE + index * row
+        painter.fillRect(_EDGE, top + 2, swatch, row - 4, QtGui.QColor(colours.hexadecimal(shade)))
+        painter.drawText(QtCore.QRect(2 * _EDGE + swatch, top, image.width(), row), left, text)
+    painter.end()
+    # Rows of Qt begin at the top.
+    return image.mirrored()
 
 
 KINDS = {"finish": FinishView, "machine": MachineView, "deviation": DeviationView}
