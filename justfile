@@ -32,9 +32,9 @@ fuzz seconds="60":
 python:
     bash .ci/python
 
-# The FreeCAD add-on in FreeCAD 1.x. Needs root, debootstrap, and the Python package installed in a folder of site-packages.
-freecad-1 site:
-    bash .ci/freecad-1 {{site}}
+# The FreeCAD add-on in FreeCAD 1.x (suite trixie: 1.0, forky: 1.1). Needs Debian, root, debootstrap, and the Python package installed in `site`.
+freecad-1 site suite="trixie":
+    bash .ci/freecad-1 {{site}} {{suite}}
 
 # Figures, side by side with their peers.
 bench:

@@ -136,6 +136,28 @@ class Operation(Base):
             doc.recompute()
             self.assertEqual(again.InputKey, key)
 
+    def test_a_job_of_another_generation_is_checked_and_posted_and_gets_words(self):
+        job, obj = self.finish(models.plate(), tool="endmill", diameter=12.0)
+        body, faces = obj.Base
+        # FreeCAD finds the module of the proxy no more.
+        job.Proxy = None
+        count = len(job.Document.Objects)
+        self.assertTrue(checking.check(job).passed)
+        self.assertEqual(posting.post(job, "linuxcnc"), obj.Programs["program.linuxcnc.ngc"])
+        self.assertEqual(compat.models(job), job.Model.Group)
+        self.refused(lambda: operation.create(job, body, faces), "another version of FreeCAD", "help:", "new job")
+        self.assertEqual(len(job.Document.Objects), count)
+
+    def test_what_is_older_is_planned_by_the_recompute_that_is_asked_for(self):
+        job, obj = self.finish(models.plate(), tool="endmill", diameter=12.0)
+        # As a machine file that was edited, or another version of FreeCAD, leaves it: nothing is marked.
+        obj.InputKey = "of before"
+        obj.purgeTouched()
+        self.refused(lambda: posting.post(job, "linuxcnc"), "older than the model", "recompute")
+        job.Document.recompute()
+        self.assertEqual(obj.InputKey, operation.key(obj))
+        self.assertEqual(posting.post(job, "linuxcnc"), obj.Programs["program.linuxcnc.ngc"])
+
     def test_undo_takes_the_operation_away(self):
         shape, faces = models.plate()
         job, body = models.document(shape, "endmill", 12.0)

@@ -84,8 +84,13 @@ def main() -> None:
 
     folder = os.path.join(FreeCAD.getUserAppDataDir(), "Mod", "trunnion")
     assert os.path.normpath(trunnion_cam.__file__).startswith(os.path.normpath(folder) + os.sep), trunnion_cam.__file__
-    bars = [one for one in window.findChildren(QtGui.QToolBar) if one.windowTitle() == "trunnion"]
-    actions = [one for one in bars[0].actions() if not one.isSeparator()]
+
+    def bars() -> list:
+        return [one for one in window.findChildren(QtGui.QToolBar) if one.windowTitle() == "trunnion"]
+
+    # 1.1 makes toolbars when it comes to it.
+    serve(10.0, lambda: bool(bars()))
+    actions = [one for one in bars()[0].actions() if not one.isSeparator()]
     assert len(actions) == 8 and all(not one.icon().isNull() for one in actions), len(actions)
     shot("workbench")
     click("face")
@@ -93,11 +98,12 @@ def main() -> None:
     FreeCADGui.Selection.clearSelection()
     FreeCADGui.Selection.addSelection(body, "Face6")
     click("Five-axis finish")
+    # As a window manager would have it, which Xvfb lacks.
+    QtGui.QApplication.setActiveWindow(window)
     FreeCADGui.runCommand("Trunnion_Finish")
     serve(0.5)
     # What the tool controller lacks is typed; the field has the keyboard already.
-    QtGui.QApplication.setActiveWindow(window)
-    field = window.focusWidget()
+    field = QtGui.QApplication.focusWidget()
     assert isinstance(field, QtGui.QLineEdit), field
     fields = [one for one in window.findChildren(QtGui.QLineEdit) if one.isVisible() and one.text().endswith("mm/min")]
     assert fields == [field], (fields, field)

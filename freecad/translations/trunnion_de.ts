@@ -479,6 +479,10 @@
             <translation>zuerst einen Auftrag anlegen</translation>
         </message>
         <message>
+            <source>create a new job; this one can still be checked and posted</source>
+            <translation>lege einen neuen Auftrag an; dieser lässt sich weiter prüfen und ausgeben</translation>
+        </message>
+        <message>
             <source>create it again in a job</source>
             <translation>sie in einem Auftrag neu anlegen</translation>
         </message>
@@ -885,6 +889,10 @@
         <message>
             <source>{label} belongs to no job</source>
             <translation>{label} gehört zu keinem Auftrag</translation>
+        </message>
+        <message>
+            <source>{label} comes from another version of FreeCAD, which keeps jobs elsewhere</source>
+            <translation>{label} kommt aus einer anderen Version von FreeCAD, die Aufträge anderswo hält</translation>
         </message>
         <message>
             <source>{label} has no horizontal feed</source>

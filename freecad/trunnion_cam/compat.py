@@ -42,7 +42,7 @@ def create_controller(name: str, number: int) -> Any:
 
 def add_controller(job: Any, controller: Any) -> None:
     """Adds a tool controller to a job."""
-    job.Proxy.addToolController(controller)
+    need_proxy(job).addToolController(controller)
 
 
 def _bit_makers() -> BitMakers:
@@ -94,14 +94,25 @@ def is_job(thing: Any) -> bool:
     return all(hasattr(thing, name) for name in ("Operations", "Tools", "Model", "Stock"))
 
 
+def need_proxy(job: Any) -> Any:
+    """Returns the proxy of a job; raises Problem where it is lost, as in documents of another generation of FreeCAD."""
+    if getattr(job, "Proxy", None) is None:
+        raise Problem(
+            translated("{label} comes from another version of FreeCAD, which keeps jobs elsewhere", label=job.Label),
+            translated("create a new job; this one can still be checked and posted"),
+        )
+    return job.Proxy
+
+
 def controllers(job: Any) -> list[Any]:
     """Returns the tool controllers of a job."""
     return list(job.Tools.Group)
 
 
 def models(job: Any) -> list[Any]:
-    """Returns the models of a job, and the bodies that they were made from."""
-    return [*job.Model.Group, *job.Proxy.baseObjects(job)]
+    """Returns the models of a job, and the bodies that they were made from, as far as its proxy is there to say them."""
+    bases = job.Proxy.baseObjects(job) if getattr(job, "Proxy", None) is not None else []
+    return [*job.Model.Group, *bases]
 
 
 def operations(job: Any) -> list[Any]:
@@ -111,7 +122,7 @@ def operations(job: Any) -> list[Any]:
 
 def add_operation(job: Any, operation: Any) -> None:
     """Adds an operation behind the others."""
-    job.Proxy.addOperation(operation)
+    need_proxy(job).addOperation(operation)
 
 
 def base_operation(operation: Any) -> Any:

@@ -151,6 +151,7 @@ def create(job: Any, thing: Any, faces: list[str], controller: Any = None) -> An
         raise Problem(
             translated("{label} is no job of the CAM workbench", label=getattr(job, "Label", job)), translated("create a job first")
         )
+    compat.need_proxy(job)
     controllers = compat.controllers(job)
     if controller is None and not controllers:
         raise Problem(

@@ -58,6 +58,8 @@ def question(job: Any, dialect: str, operations: list[Any] | None = None) -> str
     chosen = compat.operations(job) if operations is None else operations
     for one in checking.own_operations(chosen):
         if one.Programs and operation.key(one) != one.InputKey:
+            # What has changed beside the document, a machine file or FreeCAD itself, marks nothing for a recompute.
+            one.touch()
             raise Problem(
                 translated("{label} is older than the model or its settings", label=one.Label), translated("recompute the document first")
             )
