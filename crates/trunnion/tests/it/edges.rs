@@ -94,6 +94,22 @@ fn beside_a_wall_a_gouge_is_as_deep_as_the_wall_is_overcut() {
     }
 }
 
+/// A tool that comes to the wall and leaves again touches it on a line between the points, which stand 0.003 mm off: that
+/// nothing touches the wall can't be proven on any piece of that line, however small, and is given up for the usual margin.
+#[test]
+fn a_wall_that_is_touched_between_the_points_is_bounded_by_the_margin() {
+    for (grid, top) in [(0.2, 0.0), (0.5, 0.0), (0.2, -3.0)] {
+        let at = |away: f64, y: f64, z: f64| [RADIUS + away, y, z];
+        let file = path(&[at(0.5, -9.0, -8.0), at(0.0, 1.03, top - 8.0), at(0.5, 9.0, top - 8.0)]);
+        let report = check(&block(), &file, grid);
+        let lowest = report.deviation.lowest.unwrap().height;
+        assert!(lowest > 1e-4, "every {grid}: {lowest}");
+        let bounds = report.deviation.bounds.unwrap();
+        assert!(bounds.gouge <= 1e-3 + 1e-9, "every {grid}: {}", bounds.gouge);
+        assert!(bounds.open <= 0.0, "every {grid}: {} open", bounds.open);
+    }
+}
+
 /// The tool stands over the edge and 0.05 mm too deep, or cuts a groove across the face from its border on.
 #[test]
 fn a_gouge_that_goes_on_beyond_the_edge_is_as_deep_as_the_tool_comes() {

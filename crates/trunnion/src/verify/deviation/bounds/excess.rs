@@ -300,7 +300,7 @@ fn beyond(survey: &TileSurvey<'_>, piece: &FlatCell, next: &ExcessCell, known: &
         if next.poses.iter().any(|pose| clears(survey, piece, height, pose))
             || next.found.is_some_and(|pose| passes(survey, piece, height, &pose))
         {
-            known.beyond = known.beyond.max(height);
+            known.accept(height);
             return;
         }
     }

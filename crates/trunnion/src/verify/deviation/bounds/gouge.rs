@@ -11,6 +11,8 @@ use crate::verify::swept::tool::{BodySurface, DepthRule, NormalRay};
 
 /// Quarterings after which the height in the middle of an undecided piece is measured.
 const MEASURED_FROM: u32 = 3;
+/// Quarterings after which a piece that stays open counts as touched; it is then some micrometres wide.
+const TOUCHED_FROM: u32 = 10;
 /// Quarterings after which a larger bound is tried; a piece is then some 1e-6 of a cell.
 const DEEPEST: u32 = 20;
 /// Trim segments in a piece up to which its part inside them is bounded: the bodies are compared with each.
@@ -132,6 +134,9 @@ fn quarter(
             known.open += cell.area();
             return;
         }
+        if level >= TOUCHED_FROM {
+            known.allow_touch();
+        }
         if level >= DEEPEST {
             beyond(survey, &face, &left, known);
             return;
@@ -245,7 +250,9 @@ fn measure(survey: &TileSurvey<'_>, uv: [f64; 2], items: &[OpenBody], known: &mu
     let Some(normal) = face.normal(uv[0], uv[1]) else { return };
     let (origin, normal) = (face.point(uv[0], uv[1]), normal.into_inner());
     let ray = NormalRay { origin, normal, below, rule: survey.depth_rule(uv, [0.0; 2]) };
-    let numbers = items.iter().map(|item| item.numbers);
+    // A body has as many intervals as times at which it may come: it is searched once.
+    let bodies = items.chunk_by(|a, b| a.numbers == b.numbers).filter_map(|one| one.first());
+    let numbers = bodies.map(|item| item.numbers);
     let lowest = survey.parts.lowest_below(-known.worst, numbers, &ray);
     if let (Some(line), true) = (lowest.line, -lowest.s > known.worst) {
         known.worst = -lowest.s;
@@ -275,7 +282,7 @@ fn beyond(
             break;
         }
         if coming(survey, face, depth, items).is_empty() {
-            known.beyond = known.beyond.max(depth);
+            known.accept(depth);
             return;
         }
     }

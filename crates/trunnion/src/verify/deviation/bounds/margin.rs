@@ -45,6 +45,8 @@ pub(super) struct TileBound {
     pub(super) worst: f64,
     /// Rule for the margin.
     pub(super) room: MarginRule,
+    /// Least bound that is tried \[mm\].
+    least: f64,
     /// Larger bound, where the margin was not enough.
     pub(super) beyond: f64,
     /// Worst point, if the search found it.
@@ -59,7 +61,16 @@ pub(super) struct TileBound {
 
 impl TileBound {
     pub(super) fn new(worst: f64, room: MarginRule) -> Self {
-        Self { worst, room, beyond: 0.0, extreme: None, open: 0.0, ended: false, short: false }
+        Self {
+            worst,
+            room,
+            least: 0.0,
+            beyond: 0.0,
+            extreme: None,
+            open: 0.0,
+            ended: false,
+            short: false,
+        }
     }
 
     /// Abandons a piece of the face.
@@ -95,7 +106,24 @@ impl TileBound {
 
     /// Returns the bound that is tried next.
     pub(super) fn aim(&self) -> f64 {
-        (self.worst + self.margin()).max(0.0)
+        (self.worst + self.margin()).max(self.least)
+    }
+
+    /// Gives up to prove that nothing touches the face: tries a bound that a touch is below, as if the worst height were 0.
+    ///
+    /// No piece that is touched at depth 0 is ever proven to stay clear, however small it is.
+    pub(super) fn allow_touch(&mut self) {
+        self.least = self.least.max(self.room.margin(0.0));
+    }
+
+    /// Takes a larger bound that holds where the aim could not be proven.
+    ///
+    /// If it keeps the tolerance, it is what is tried from here on: less for the rest of the tile gains nothing.
+    pub(super) fn accept(&mut self, bound: f64) {
+        self.beyond = self.beyond.max(bound);
+        if bound <= self.room.tolerance {
+            self.least = self.least.max(bound);
+        }
     }
 
     /// Returns the proven bound.
@@ -107,6 +135,7 @@ impl TileBound {
         if other.worst > self.worst {
             (self.worst, self.extreme) = (other.worst, other.extreme);
         }
+        self.least = self.least.max(other.least);
         self.beyond = self.beyond.max(other.beyond);
         self.open += other.open;
         self
