@@ -33,8 +33,8 @@ export class ProgramText {
   private height = 0;
   private readonly room = document.createElement("div");
   private waiting = false;
-  /** The place in sight was chosen here, and the page has not got it yet. */
-  private isMoved = false;
+  /** The text was opened in this frame, and the page has not got its place in sight yet. */
+  private isNew = false;
 
   constructor(
     private readonly host: HTMLElement,
@@ -43,7 +43,7 @@ export class ProgramText {
     this.room.className = "room";
     host.append(this.room);
     host.addEventListener("scroll", () => {
-      if (!this.isMoved) this.top = host.scrollTop;
+      if (!this.isNew) this.top = host.scrollTop;
       this.draw();
     });
     new ResizeObserver(() => {
@@ -70,6 +70,8 @@ export class ProgramText {
     this.both = null;
     this.marks.clear();
     this.current = 0;
+    // With the next frame: to scroll now would lay out the page before that.
+    this.isNew = true;
     this.scrollTo(0);
     this.resize();
     return this.lines.count;
@@ -161,9 +163,7 @@ export class ProgramText {
 
   private scrollTo(top: number): void {
     this.top = Math.min(Math.max(top, 0), Math.max(ROW * this.count - this.height, 0));
-    // With the next frame: asked for now, it would lay out the page before that.
-    this.isMoved = true;
-    this.draw();
+    if (!this.isNew) this.host.scrollTop = this.top;
   }
 
   private draw(): void {
@@ -176,8 +176,8 @@ export class ProgramText {
   }
 
   private render(): void {
-    if (this.isMoved) this.host.scrollTop = this.top;
-    this.isMoved = false;
+    if (this.isNew) this.host.scrollTop = this.top;
+    this.isNew = false;
     const first = Math.max(Math.floor(this.top / ROW) - MARGIN, 0);
     const last = Math.min(Math.ceil((this.top + this.height) / ROW) + MARGIN, this.count);
     const rows = [];
