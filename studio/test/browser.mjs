@@ -97,7 +97,8 @@ async function sample(url, name, { passes, words }) {
   await page.waitForTimeout(1500);
   // A busy machine may draw no frame for a second.
   await page.waitForFunction((before) => Number.parseFloat(document.querySelector("#clock").textContent) > before, before, { timeout: 20_000 });
-  await page.locator("#play").click();
+  // A short program may have come to its end, where a click begins again.
+  if ((await page.locator("#play").textContent()) !== "▶") await page.locator("#play").click();
   await becomes(page, line + 1, Infinity);
 
   // A click in the text goes to its block; the block after it is the next line.
@@ -394,6 +395,21 @@ async function limits(url) {
   await context.close();
 }
 
+/** A blade is planned and checked. */
+async function impeller(url) {
+  const { page, errors, context } = await open(url);
+  const start = performance.now();
+  await page.getByRole("button", { name: "Impeller" }).click();
+  await page.locator("#verdict").waitFor({ state: "visible", timeout: PATIENCE });
+  await page.locator("#progress").waitFor({ state: "hidden", timeout: PATIENCE });
+  note("Impeller: opened and worked on", `${((performance.now() - start) / 1000).toFixed(1)} s`);
+  assert.match(await page.locator("#verdict").getAttribute("class"), /good/);
+  assert.ok((await colours(page)) > 8, "Impeller: the picture is blank");
+  await picture(page, "Impeller");
+  assert.deepEqual(errors, []);
+  await context.close();
+}
+
 /** Longest that the page may work without a break while a long program is opened and played [ms of processor time]. */
 const TASK = 60;
 
@@ -448,7 +464,6 @@ try {
   const patchFolder = await commandLine("run", "examples/bezier-patch/job.toml");
   const patchProgram = readFileSync(join(patchFolder, "program.linuxcnc.ngc"), "utf8");
   plantedSample(patchProgram);
-  const impellerFolder = await commandLine("run", "examples/impeller/job.toml");
   const stepFolder = await commandLine("run", "examples/step-face/job.toml");
   const plantedFolder = await commandLine("check", "edited.ngc", "--job", "examples/bezier-patch/job.toml");
 
@@ -516,10 +531,7 @@ try {
   assert.deepEqual(patch.errors, []);
   await patch.context.close();
 
-  const impeller = await sample(site.url, "Impeller", kept);
-  await compare(impeller.page, "Impeller", impellerFolder);
-  assert.deepEqual(impeller.errors, []);
-  await impeller.context.close();
+  await impeller(site.url);
 
   // A problem leads to its block.
   const planted = await sample(site.url, "Planted fault", { passes: false, words: /gouge/ });
