@@ -2,7 +2,8 @@
 
 import { find, make } from "./dom";
 import type { Outputs } from "./messages";
-import { linesOf, summaryOf } from "./report";
+import { Lines } from "./lines";
+import { summaryOf } from "./report";
 import type { Timeline } from "./timeline";
 
 /** Program with what is known of it. */
@@ -11,7 +12,7 @@ export interface Side {
   name: string;
   /** File of the program. */
   program: string;
-  text: string;
+  text: Uint8Array<ArrayBuffer>;
   timeline: Timeline;
   outputs: Outputs;
 }
@@ -96,7 +97,7 @@ function figuresOf({ program, outputs, timeline, text }: Side): Figures {
     gouge: check && Math.abs(check.gouge),
     excess: check && Math.abs(check.excess),
     uncut: check && check.uncut,
-    lines: linesOf(text).length,
+    lines: new Lines(text).count,
   };
 }
 

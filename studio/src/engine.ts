@@ -167,7 +167,7 @@ export class EngineClient {
   }
 
   /** Lines of two texts in one list: those of the first and the second, 0 where one has none. */
-  async rows(texts: [string, string]): Promise<Int32Array> {
+  async rows(texts: [Uint8Array<ArrayBuffer>, Uint8Array<ArrayBuffer>]): Promise<Int32Array> {
     const reply = await this.ask({ verb: "rows", texts });
     return reply.kind === "rows" ? reply.rows : new Int32Array();
   }

@@ -3,7 +3,7 @@
 import start, { Engine, lastPanic, machines } from "./engine/trunnion_web.js";
 import { rowsOf, sharedLines } from "./linediff";
 import { PlacedPasses } from "./placed";
-import { drawingOf, drawingOfPart, linesOf, movesOf, withArrays } from "./report";
+import { drawingOf, drawingOfPart, linesOf, movesOf, textOf, withArrays } from "./report";
 import { Timeline } from "./timeline";
 import type { Answer, Library, Machine, PartFaces, Replay, Reply, Request } from "./messages";
 
@@ -14,7 +14,7 @@ const ready = start().then(() => {
 });
 
 /** Milliseconds between two reports of progress: more would only keep the page busy. */
-const PAUSE = 50;
+const PAUSE = 100;
 
 /** Milliseconds between two pictures of the passes: each is drawn anew. */
 const PICTURE = 250;
@@ -131,7 +131,7 @@ function answer(of: Engine, request: Request): void {
     case "library":
       return send({ id, kind: "library", library: JSON.parse(of.library(request.name ?? undefined)) as Library });
     case "rows": {
-      const [first, second] = request.texts.map(linesOf) as [string[], string[]];
+      const [first, second] = request.texts.map((text) => linesOf(textOf(text))) as [string[], string[]];
       return send({ id, kind: "rows", rows: rowsOf(sharedLines(first, second), second.length) });
     }
     case "timeline": {

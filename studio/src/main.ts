@@ -17,7 +17,7 @@ import type { Library, Outputs } from "./messages";
 import { Planner } from "./planner";
 import { Player } from "./player";
 import { type ClickedLine, ProgramText } from "./program";
-import { type Drawing, type Place, linesOf, summaryOf, textOf } from "./report";
+import { type Drawing, type Place, summaryOf, textOf } from "./report";
 import { SAMPLES, filesOf, type Sample } from "./samples";
 import { Stage, warmUp } from "./stage";
 import { TimeLeft } from "./timeleft";
@@ -296,7 +296,7 @@ class Studio {
     this.outputs = this.result = new Map();
     this.isOutdated = true;
     this.options.value = "";
-    this.text.show("");
+    this.text.show(new Uint8Array());
     this.showJob("");
   }
 
@@ -522,9 +522,7 @@ class Studio {
     // A measured part belongs to the program that was measured.
     const drawing = this.drawn === program ? this.drawing : null;
     if (!drawing) find("verdict").hidden = true;
-    const text = textOf(bytes);
-    this.text.show(text);
-    find("lines").textContent = `${linesOf(text).length} lines`;
+    find("lines").textContent = `${this.text.show(bytes)} lines`;
     try {
       const options = program.startsWith("out/program.") && this.job ? ["--job", this.job] : words(this.options.value);
       const moves = await this.engine.timeline([program, ...options], { isDrawn: drawing === null });
@@ -718,7 +716,7 @@ class Studio {
     const { program, timeline } = this;
     if (!program || !timeline || this.drawn !== program) return;
     const bytes = this.engine.files.get(program) ?? this.outputs.get(program)!;
-    const first: Side = { name: program, program, text: textOf(bytes), timeline, outputs: this.result };
+    const first: Side = { name: program, program, text: bytes, timeline, outputs: this.result };
     await this.work(
       (onProgress) => this.workOnSecond(choice, first, onProgress),
       async ({ second, rows }) => this.showComparison(first, second, rows),
@@ -737,7 +735,7 @@ class Studio {
       const made = [...outputs.keys()].find((output) => /\/program\./.test(output));
       const program = isJob ? ((drawing && measuredIn(drawing, outputs)) ?? made ?? "") : name;
       const { replay } = await engine.timeline([program, ...given], { isDrawn: false });
-      const text = textOf(outputs.get(program) ?? engine.files.get(program) ?? new Uint8Array());
+      const text = outputs.get(program) ?? engine.files.get(program) ?? new Uint8Array();
       const rows = await engine.rows([first.text, text]);
       const timeline = new Timeline(replay);
       const label = isJob ? `${program} of ${name}` : options === this.options.value ? name : `${name} ${options}`;

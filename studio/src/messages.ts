@@ -94,7 +94,7 @@ export type Request = { id: number } & (
   | { verb: "machines" }
   | { verb: "machine"; name: string }
   | { verb: "library"; name: string | null }
-  | { verb: "rows"; texts: [string, string] }
+  | { verb: "rows"; texts: [Uint8Array<ArrayBuffer>, Uint8Array<ArrayBuffer>] }
   | { verb: "timeline"; options: string[]; isDrawn: boolean }
 );
 

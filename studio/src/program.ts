@@ -1,6 +1,6 @@
 // The text of a program, of which only the lines in sight are elements; with a second program, the lines of both.
 
-import { linesOf } from "./report";
+import { Lines } from "./lines";
 
 const ROW = 18;
 /** Lines above and below those in sight. */
@@ -9,7 +9,7 @@ const MARGIN = 12;
 /** Lines of two programs: which line of each a row shows, 0 for none. */
 interface Both {
   rows: Int32Array;
-  others: string[];
+  others: Lines;
   /** Rows of the lines of each program. */
   places: [Int32Array, Int32Array];
   /** First rows of the differences. */
@@ -23,7 +23,7 @@ export interface ClickedLine {
 }
 
 export class ProgramText {
-  private lines: string[] = [];
+  private lines = new Lines(new Uint8Array());
   private both: Both | null = null;
   private current = 0;
   private other = 0;
@@ -33,6 +33,8 @@ export class ProgramText {
   private height = 0;
   private readonly room = document.createElement("div");
   private waiting = false;
+  /** The text was opened in this frame, and the page has not got its place in sight yet. */
+  private isNew = false;
 
   constructor(
     private readonly host: HTMLElement,
@@ -41,7 +43,7 @@ export class ProgramText {
     this.room.className = "room";
     host.append(this.room);
     host.addEventListener("scroll", () => {
-      this.top = host.scrollTop;
+      if (!this.isNew) this.top = host.scrollTop;
       this.draw();
     });
     new ResizeObserver(() => {
@@ -58,23 +60,27 @@ export class ProgramText {
       const by = { ArrowDown: 1, ArrowUp: -1, PageDown: 20, PageUp: -20 }[event.key];
       if (!by) return;
       event.preventDefault();
-      onLine({ line: Math.min(Math.max(this.current + by, 1), this.lines.length), isOther: false });
+      onLine({ line: Math.min(Math.max(this.current + by, 1), this.lines.count), isOther: false });
     });
   }
 
-  show(text: string): void {
-    this.lines = linesOf(text);
+  /** Shows the text of a program; returns the number of its lines. */
+  show(text: Uint8Array): number {
+    this.lines = new Lines(text);
     this.both = null;
     this.marks.clear();
     this.current = 0;
+    // With the next frame: to scroll now would lay out the page before that.
+    this.isNew = true;
     this.scrollTo(0);
     this.resize();
+    return this.lines.count;
   }
 
   /** Shows the lines of a second program among those of the first; returns the number of lines that one of them has alone. */
-  compare(text: string, rows: Int32Array): number {
-    const others = linesOf(text);
-    const places: Both["places"] = [new Int32Array(this.lines.length + 1), new Int32Array(others.length + 1)];
+  compare(text: Uint8Array, rows: Int32Array): number {
+    const others = new Lines(text);
+    const places: Both["places"] = [new Int32Array(this.lines.count + 1), new Int32Array(others.count + 1)];
     const differences: number[] = [];
     let [count, wasSame] = [0, true];
     for (let row = 0; 2 * row < rows.length; row += 1) {
@@ -109,7 +115,7 @@ export class ProgramText {
   }
 
   private get count(): number {
-    return this.both ? this.both.rows.length / 2 : this.lines.length;
+    return this.both ? this.both.rows.length / 2 : this.lines.count;
   }
 
   /** Lines with a problem, and its words. */
@@ -157,7 +163,7 @@ export class ProgramText {
 
   private scrollTo(top: number): void {
     this.top = Math.min(Math.max(top, 0), Math.max(ROW * this.count - this.height, 0));
-    this.host.scrollTop = this.top;
+    if (!this.isNew) this.host.scrollTop = this.top;
   }
 
   private draw(): void {
@@ -170,6 +176,8 @@ export class ProgramText {
   }
 
   private render(): void {
+    if (this.isNew) this.host.scrollTop = this.top;
+    this.isNew = false;
     const first = Math.max(Math.floor(this.top / ROW) - MARGIN, 0);
     const last = Math.min(Math.ceil((this.top + this.height) / ROW) + MARGIN, this.count);
     const rows = [];
@@ -196,7 +204,7 @@ export class ProgramText {
     }
     const number = document.createElement("span");
     number.textContent = both && !other ? `− ${line}` : both && !line ? `+ ${other}` : `${line}`;
-    row.append(number, (line ? this.lines[line - 1] : both!.others[other - 1]) ?? "");
+    row.append(number, line ? this.lines.at(line - 1) : both!.others.at(other - 1));
     return row;
   }
 }

@@ -17,6 +17,8 @@ export interface DrawnArrays {
   places: Float32Array;
   normals: Float32Array;
   lines: Record<string, Float32Array>;
+  coarse: Uint32Array | null;
+  sphere: { centre: number[]; radius: number } | null;
 }
 
 /** Part, path, tools and places as the report draws them. */

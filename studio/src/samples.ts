@@ -23,6 +23,12 @@ export const SAMPLES: Sample[] = [
     job: "examples/step-face/job.toml",
   },
   {
+    name: "Impeller",
+    words: "Plan and check both sides of a twisted blade, cut with the flank on five axes",
+    files: ["examples/impeller/job.toml", "examples/impeller/impeller.step", "machines/bc-trunnion.toml"],
+    job: "examples/impeller/job.toml",
+  },
+  {
     name: "Planted fault",
     words: "Check a program in which one block is too deep",
     files: [

@@ -19,7 +19,9 @@ import {
   type WebGLRenderer,
 } from "three";
 import { BufferAttribute as Attribute } from "three";
+import { SURFACE } from "../../viewer/src/layers.js";
 import { TOOL_COLOUR, View, makeRenderer, setMoving, toolMesh } from "../../viewer/src/scene.js";
+import { StillPicture } from "../../viewer/src/still.js";
 import type { ComparedPaths } from "./compare";
 import { FacePainter } from "./faces";
 import { PartFrame, type Placement } from "./frame";
@@ -71,7 +73,15 @@ function bringForward(lines: LineSegments): LineSegments {
 /** Frees the memory that an object has on the graphics card. */
 const free = (object: Object3D) => object.traverse((one) => (one as Partial<Mesh>).geometry?.dispose());
 
-let shared: WebGLRenderer | null = null;
+/** Size of the first picture, which nobody sees, px. */
+const SMALL = 16;
+
+let shared: { renderer: WebGLRenderer; still: StillPicture } | null = null;
+
+function makeShared(): { renderer: WebGLRenderer; still: StillPicture } {
+  const renderer = makeRenderer();
+  return { renderer, still: new StillPicture(renderer) };
+}
 
 /** Makes the renderer and compiles what it draws with, while the page has nothing else to do: a result would wait for it. */
 export async function warmUp(): Promise<void> {
@@ -80,14 +90,24 @@ export async function warmUp(): Promise<void> {
   const path = { points: new Float32Array(20), pieces: [{ kind: "cut", start: 0, count: 2, tool: 0 }], count: 2, contacts: false };
   const outline = [[0, 0], [1, 0], [1, 1]];
   const stage = new Stage(document.createElement("div"), { budget: { total: 0, gouge: 0 }, surface: nothing, path, tools: [outline], fixtures: null, check: { method: "", places: [] } });
+  const pause = () => new Promise((resolve) => setTimeout(resolve, 40));
+  // A result may be opened meanwhile: its stage has the renderer then.
+  const isStill = () => stage.renderer.domElement.parentElement === stage.host;
   // One by one: compiled together, they would hold the page for half a second.
   const drawn = [stage.mesh, stage.lines.tip, stage.tool, stage.marker] as Mesh[];
   for (const one of drawn) {
-    await new Promise((resolve) => setTimeout(resolve, 40));
+    await pause();
     stage.renderer.compile(one, stage.camera, stage.scene);
   }
-  // A result may have been opened meanwhile: its stage has the renderer now.
-  if (stage.renderer.domElement.parentElement === stage.host) stage.dispose();
+  await pause();
+  stage.still.compile(stage.scene, stage.camera);
+  // Graphics without a card compile once more when they draw.
+  if (isStill()) stage.renderer.setSize(SMALL, SMALL);
+  for (const changes of ["some", "moving"] as const) {
+    await pause();
+    if (isStill()) stage.renderAtOnce(changes);
+  }
+  if (isStill()) stage.dispose();
 }
 
 export class Stage extends View {
@@ -107,8 +127,8 @@ export class Stage extends View {
 
   /** Throws where there is no WebGL. All stages share a renderer: only one is on the page. */
   constructor(host: HTMLElement, data: object) {
-    shared ??= makeRenderer();
-    super(host, data, shared);
+    shared ??= makeShared();
+    super(host, data, shared.renderer, shared.still);
     this.renderer.clippingPlanes = [];
     this.bench.matrixAutoUpdate = false;
     this.part.matrixAutoUpdate = false;
@@ -150,7 +170,7 @@ export class Stage extends View {
     this.placeTool(tool);
     this.arrange();
     // Without them the tool alone has moved.
-    if (this.bench.visible || this.machineStill) this.draw();
+    if (this.bench.visible || this.machineStill) this.drawChanging();
   }
 
   private arrange(): void {
@@ -182,6 +202,7 @@ export class Stage extends View {
   /** Draws the passes of faces, in place of the path and of what was drawn of these faces before. */
   showPlaced(faces: Map<number, Float32Array>): void {
     this.placed ??= new Map();
+    this.drawChanging();
     this.part.remove(...Object.values(this.lines as Record<string, Object3D>));
     for (const [face, ends] of faces) {
       const [before, lines] = [this.placed.get(face), bringForward(lineSegments(ends))];
@@ -270,6 +291,7 @@ export class Stage extends View {
     const box = this.renderer.domElement.getBoundingClientRect();
     const spot = new Vector2((2 * (clientX - box.left)) / box.width - 1, 1 - (2 * (clientY - box.top)) / box.height);
     const ray = new Raycaster();
+    ray.layers.enable(SURFACE);
     ray.setFromCamera(spot, this.camera);
     const triangle = ray.intersectObject(this.mesh as Mesh)[0]?.faceIndex;
     return triangle === undefined || triangle === null ? null : (this.painter?.faceOf(triangle) ?? null);
@@ -298,7 +320,7 @@ export class Stage extends View {
     this.frame = new PartFrame(this.camera, this.renderer.domElement, this.controls, (at) => {
       this.part.matrix.copy(this.frame!.matrix);
       this.scene.updateMatrixWorld(true);
-      this.draw();
+      this.drawChanging();
       if (at.isDone) onPlace(at.placement);
       else onMove(at.placement);
     });
@@ -345,7 +367,7 @@ export class Stage extends View {
       const plane = new Plane().setFromNormalAndCoplanarPoint(new Vector3(...normal), point);
       this.renderer.clippingPlanes = [plane.applyMatrix4(this.part.matrix)];
     }
-    this.draw();
+    this.drawChanging();
   }
 
   /** Draws a line through points of the part; without two of them it takes the line away. */
@@ -364,7 +386,8 @@ export class Stage extends View {
   /** Frees the memory of the graphics card: a page may open many results. */
   dispose(): void {
     this.endPlacing();
-    this.still.dispose();
+    (this.gradual as { dispose(): void } | null)?.dispose();
+    this.still.free();
     free(this.scene as Object3D);
     ((this.mesh as Mesh).material as MeshStandardMaterial).map?.dispose();
     this.renderer.domElement.remove();

@@ -9,6 +9,8 @@ const vite = await createServer({ root, configFile: `${root}vite.config.ts`, app
 after(() => vite.close());
 const { rowsOf, sharedLines } = await vite.ssrLoadModule("/src/linediff.ts");
 const { facesOf, toolSection, valueOf, withFaces, withHolder, withTool, withValue } = await vite.ssrLoadModule("/src/jobtext.ts");
+const { Lines } = await vite.ssrLoadModule("/src/lines.ts");
+const { linesOf } = await vite.ssrLoadModule("/src/report.ts");
 const { Timeline } = await vite.ssrLoadModule("/src/timeline.ts");
 const { PlacedPasses } = await vite.ssrLoadModule("/src/placed.ts");
 const { comparePaths, timeThere } = await vite.ssrLoadModule("/src/compare.ts");
@@ -162,4 +164,12 @@ test("passes that stay are kept, and faces that change are drawn anew", () => {
   placed.take(3, 0, new Float32Array(), new Uint32Array());
   assert.deepEqual([...placed.changes().get(3)], []);
   assert.equal(placed.count, 1);
+});
+
+test("lines of bytes are those of the text", () => {
+  for (const text of ["", "a", "a\n", "a\r\nb", "a\r\n\r\nb\r\n", "\n", "\n\n", "\r\n", "ä°\nµ\n\n", "\ra\r\n"]) {
+    const lines = new Lines(new TextEncoder().encode(text));
+    const found = Array.from({ length: lines.count }, (_, line) => lines.at(line));
+    assert.deepEqual(found, linesOf(text), JSON.stringify(text));
+  }
 });

@@ -2,6 +2,7 @@
 
 import assert from "node:assert/strict";
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { drawn } from "./studio.mjs";
 
 const here = (name) => new URL(name, import.meta.url).pathname;
 const kept = here("pictures");
@@ -51,6 +52,7 @@ async function reduceAndCompare({ shot, before, coarse, near }) {
 
 /** Keeps a picture, and asserts that it looks as the committed one; UPDATE_EXPECT=1 commits it. */
 export async function picture(page, name, options = {}) {
+  await drawn(page);
   const shot = await page.screenshot({ path: `${kept}/${name}.png`, ...options });
   const file = `${expected}/${name}.png`;
   const isAccepted = process.env.UPDATE_EXPECT === "1";

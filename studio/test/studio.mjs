@@ -58,6 +58,23 @@ export async function open(url, options = {}, of = browser) {
   return { page, errors, context };
 }
 
+/** Waits until everything is drawn, a surface of many triangles included. */
+export async function drawn(page) {
+  await page.waitForTimeout(300);
+  await page.waitForFunction(() => !document.querySelector("#view canvas") || document.querySelector("#view").dataset.picture === "whole");
+}
+
+/** Longest task of the page's own thread while something happens, in milliseconds of processor time: a busy machine makes it no longer. */
+export async function longestTask(page, happen) {
+  await browser.startTracing(page, { categories: ["toplevel"] });
+  await happen();
+  const { traceEvents } = JSON.parse((await browser.stopTracing()).toString());
+  const threads = traceEvents.filter(({ name, args }) => name === "thread_name" && args.name === "CrRendererMain");
+  const isPage = ({ pid, tid }) => threads.some((thread) => thread.pid === pid && thread.tid === tid);
+  const tasks = traceEvents.filter((event) => event.tdur !== undefined && /RunTask/.test(event.name) && isPage(event));
+  return Math.max(0, ...tasks.map(({ tdur }) => tdur / 1000));
+}
+
 /** Longest time between two frames while something happens \[ms\]. */
 export const watchFrames = (page) =>
   page.evaluate(() => {

@@ -51,6 +51,49 @@ export function vertexNormals({ positions, triangles }) {
   return normals;
 }
 
+/** Triangles that are drawn at once on any graphics. */
+const MANY = 24_000;
+/** Most of the few triangles that stand for them. */
+const FEW = 8000;
+/** Cells along the diagonal of the box around a surface, the finest first: each becomes one vertex. */
+const CELLS = [112, 80, 56, 40, 28, 20];
+
+/** Few triangles for a surface of many, between vertices of it; null where it has few. */
+export function coarseTriangles(surface) {
+  if (surface.triangles.length / 3 <= MANY) return null;
+  let few = null;
+  for (const cells of CELLS) {
+    few = clustered(surface, cells);
+    if (few.length / 3 <= FEW) break;
+  }
+  return few;
+}
+
+/** Triangles between vertices that each stand for all of a cell. */
+function clustered({ positions, triangles, low, high }, cells) {
+  const step = Math.hypot(...low.map((x, k) => high[k] - x)) / cells;
+  const across = cells + 2;
+  const known = new Int32Array(across ** 3).fill(-1);
+  const cell = (vertex, k) => Math.min(Math.max(Math.floor((positions[3 * vertex + k] - low[k]) / step), 0), cells + 1);
+  const standing = new Uint32Array(positions.length / 3);
+  for (let vertex = 0; vertex < standing.length; vertex += 1) {
+    const key = (cell(vertex, 2) * across + cell(vertex, 1)) * across + cell(vertex, 0);
+    if (known[key] < 0) known[key] = vertex;
+    standing[vertex] = known[key];
+  }
+  const few = new Uint32Array(triangles.length);
+  let count = 0;
+  for (let at = 0; at < triangles.length; at += 3) {
+    const [a, b, c] = [standing[triangles[at]], standing[triangles[at + 1]], standing[triangles[at + 2]]];
+    if (a === b || b === c || c === a) continue;
+    few[count] = a;
+    few[count + 1] = b;
+    few[count + 2] = c;
+    count += 3;
+  }
+  return few.slice(0, count);
+}
+
 /** Distance of drawn lines from the path, in diagonals of the box around it: far below a pixel of the whole. */
 const CHORD = 2e-5;
 /** Most points that one drawn line stands for: each new point is compared with all of them. */
@@ -106,11 +149,31 @@ function isStraight(points, first, [from, to], chord) {
   return true;
 }
 
+/** Sphere around points, from the centre of their box; null without points. */
+export function sphereAround(points) {
+  if (points.length === 0) return null;
+  const low = [Infinity, Infinity, Infinity];
+  const high = [-Infinity, -Infinity, -Infinity];
+  for (let at = 0; at < points.length; at += 1) {
+    low[at % 3] = Math.min(low[at % 3], points[at]);
+    high[at % 3] = Math.max(high[at % 3], points[at]);
+  }
+  const centre = low.map((x, k) => 0.5 * (x + high[k]));
+  let radius = 0;
+  for (let at = 0; at < points.length; at += 3) {
+    radius = Math.max(radius, Math.hypot(points[at] - centre[0], points[at + 1] - centre[1], points[at + 2] - centre[2]));
+  }
+  return { centre, radius };
+}
+
 /** Everything that a view would otherwise compute while it opens. */
 export function prepared(data) {
+  const lines = Object.fromEntries(LINES.map((line) => [line.key, pathLines(data.path, line)]));
   return {
     places: colourPlaces(data),
     normals: vertexNormals(data.surface),
-    lines: Object.fromEntries(LINES.map((line) => [line.key, pathLines(data.path, line)])),
+    coarse: coarseTriangles(data.surface),
+    lines,
+    sphere: sphereAround(lines.tip),
   };
 }

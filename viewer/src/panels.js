@@ -9,6 +9,9 @@ const make = (tag, properties = {}, ...children) => {
   return element;
 };
 
+/** Micrometres with three digits at most: names of marks stand close to each other. */
+const shortMicrometres = (mm) => String(Number((1000 * mm).toPrecision(3)));
+
 export function legend(host, { budget, surface }) {
   if (surface.deviation.length === 0) {
     host.append(make("p", { className: "hint", textContent: "Nothing was measured on this surface." }));
@@ -29,7 +32,7 @@ export function legend(host, { budget, surface }) {
     [1, budget.total],
     [2, 2 * budget.total],
   ]) {
-    const mark = make("span", { textContent: value === 0 ? "0" : micrometres(mm).replace(" µm", "") });
+    const mark = make("span", { textContent: shortMicrometres(mm) });
     if (Math.abs(value) === 1) mark.className = "limit";
     mark.style.left = `${50 + (50 * value) / REACH}%`;
     marks.append(mark);

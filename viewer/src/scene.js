@@ -31,7 +31,10 @@ import {
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { COLUMNS, PLAIN_COLOUR, REACH, UNCUT_COLOUR, colourOf } from "./colour.js";
 import { LINES, ROWS, prepared } from "./geometry.js";
-import { MOVING, StillPicture } from "./still.js";
+import { GradualPicture } from "./gradual.js";
+import { COARSE, MOVING, SURFACE } from "./layers.js";
+import { StillPicture } from "./still.js";
+import { Triad } from "./triad.js";
 
 const UP = new Vector3(0, 0, 1);
 
@@ -70,13 +73,30 @@ function surfaceMesh({ surface }, { places, normals }) {
     polygonOffsetFactor: 1.5,
     polygonOffsetUnits: 1.5,
   });
-  return new Mesh(geometry, material);
+  const mesh = new Mesh(geometry, material);
+  mesh.layers.set(SURFACE);
+  mesh.frustumCulled = false;
+  return mesh;
+}
+
+/** The same surface in few triangles. */
+function coarseMesh({ geometry: { attributes }, material }, triangles) {
+  const geometry = new BufferGeometry();
+  for (const [name, attribute] of Object.entries(attributes)) geometry.setAttribute(name, attribute);
+  geometry.setIndex(new BufferAttribute(triangles, 1));
+  const mesh = new Mesh(geometry, material);
+  mesh.layers.set(COARSE);
+  mesh.frustumCulled = false;
+  return mesh;
 }
 
 function pathMesh(corners) {
   const geometry = new BufferGeometry();
   geometry.setAttribute("position", new BufferAttribute(corners, 3));
-  return new LineSegments(geometry, new LineBasicMaterial({ transparent: true, opacity: 0.9 }));
+  const lines = new LineSegments(geometry, new LineBasicMaterial({ transparent: true, opacity: 0.9 }));
+  // A sphere around so many points takes time, and they are always in the picture.
+  lines.frustumCulled = false;
+  return lines;
 }
 
 /** Solid of revolution of a tool, open to the sight behind it. */
@@ -117,61 +137,34 @@ function fixtureMesh(fixtures) {
   return group;
 }
 
-/** Small arrows that say where the workpiece's x, y and z point. */
-class Triad {
-  constructor(host) {
-    const space = "http://www.w3.org/2000/svg";
-    this.svg = document.createElementNS(space, "svg");
-    this.svg.setAttribute("class", "triad");
-    this.svg.setAttribute("viewBox", "-42 -42 84 84");
-    this.arms = ["x", "y", "z"].map((name) => {
-      const line = document.createElementNS(space, "line");
-      const text = document.createElementNS(space, "text");
-      line.setAttribute("class", name);
-      text.textContent = name;
-      this.svg.append(line, text);
-      return { line, text };
-    });
-    host.append(this.svg);
-  }
-
-  turn(camera) {
-    const view = camera.quaternion.clone().invert();
-    this.arms.forEach(({ line, text }, k) => {
-      const arm = new Vector3().setComponent(k, 1).applyQuaternion(view);
-      line.setAttribute("x2", 26 * arm.x);
-      line.setAttribute("y2", -26 * arm.y);
-      text.setAttribute("x", 35 * arm.x);
-      text.setAttribute("y", -35 * arm.y + 4);
-    });
-  }
-}
-
 /** Marks an object and all in it as moving while a program plays. */
 export const setMoving = (object) => object.traverse((one) => one.layers.set(MOVING));
 
 /** Throws where there is no WebGL. */
 export function makeRenderer() {
   const renderer = new WebGLRenderer({ antialias: true, alpha: true, preserveDrawingBuffer: true });
+  // To ask for errors of a shader is to wait until it is compiled.
+  renderer.debug.checkShaderErrors = false;
   renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
   return renderer;
 }
 
 export class View {
-  /** Throws where there is no WebGL. A renderer is dear to make: a page of many results keeps one. */
-  constructor(host, data, renderer = makeRenderer()) {
+  /** Throws where there is no WebGL. Renderer and still picture are dear to make: a page of many results keeps one of each. */
+  constructor(host, data, renderer = makeRenderer(), still = new StillPicture(renderer)) {
     this.host = host;
     this.data = data;
     this.renderer = renderer;
     host.append(this.renderer.domElement);
+    delete host.dataset.picture;
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(28, 1, 0.1, 1000);
     this.camera.up.copy(UP);
-    this.camera.layers.enable(MOVING);
-    this.still = new StillPicture(this.renderer);
+    for (const layer of [MOVING, SURFACE]) this.camera.layers.enable(layer);
+    this.still = still;
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.zoomToCursor = true;
-    this.controls.addEventListener("change", () => this.draw());
+    this.controls.addEventListener("change", () => this.drawChanging());
     this.triad = new Triad(host);
     this.addLights();
     // Everything that moves with the workpiece.
@@ -180,6 +173,9 @@ export class View {
     const arrays = data.prepared ?? prepared(data);
     this.mesh = surfaceMesh(data, arrays);
     this.part.add(this.mesh);
+    this.coarse = arrays.coarse && coarseMesh(this.mesh, arrays.coarse);
+    this.gradual = this.coarse && new GradualPicture(this);
+    if (this.coarse) this.part.add(this.coarse);
     this.lines = Object.fromEntries(LINES.map(({ key }) => [key, pathMesh(arrays.lines[key])]));
     this.part.add(...Object.values(this.lines));
     this.fixtures = fixtureMesh(data.fixtures);
@@ -189,7 +185,7 @@ export class View {
     setMoving(this.tool);
     this.part.add(this.tool);
     this.addMarker();
-    this.measure();
+    this.measure(arrays);
     this.theme();
     this.observer = new ResizeObserver(() => this.resize());
     this.observer.observe(host);
@@ -200,7 +196,7 @@ export class View {
     this.scene.add(new AmbientLight("#ffffff", 0.9), new HemisphereLight("#ffffff", "#8890a0", 1.4));
     this.lamp = new DirectionalLight("#ffffff", 1.3);
     this.scene.add(this.lamp, this.lamp.target);
-    this.scene.traverse((one) => one.layers.enable(MOVING));
+    this.scene.traverse((one) => one.layers.enableAll());
   }
 
   addMarker() {
@@ -216,17 +212,14 @@ export class View {
     this.part.add(this.marker);
   }
 
-  measure() {
+  measure({ sphere }) {
     const { low, high, count } = this.data.surface;
     if (count > 0) {
       this.centre = new Vector3().fromArray(low.map((x, k) => 0.5 * (x + high[k])));
       this.radius = 0.5 * Math.hypot(...low.map((x, k) => high[k] - x)) || 1;
     } else {
-      this.lines.tip.geometry.computeBoundingSphere();
-      const sphere = this.lines.tip.geometry.boundingSphere;
-      const exists = sphere !== null && sphere.radius > 0;
-      this.centre = exists ? sphere.center.clone() : new Vector3();
-      this.radius = exists ? sphere.radius : 1;
+      this.centre = new Vector3().fromArray(sphere?.centre ?? [0, 0, 0]);
+      this.radius = sphere?.radius || 1;
     }
   }
 
@@ -249,11 +242,14 @@ export class View {
     const [before] = this.size ?? [];
     if (width === 0 || height === 0 || `${this.size}` === `${[width, height]}`) return;
     this.size = [width, height];
-    this.renderer.setSize(width, height);
+    // To set a size is to wait until everything before is drawn.
+    const { x, y } = this.renderer.getSize(new Vector2());
+    if (x !== width || y !== height) this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    if (before === undefined) this.fit();
+    if (before === undefined) return this.fit();
     // A new size empties the canvas: drawn at once, it does not flicker.
+    this.changes = "all";
     this.render();
   }
 
@@ -306,6 +302,7 @@ export class View {
       1 - (2 * (clientY - box.top)) / box.height,
     );
     const ray = new Raycaster();
+    ray.layers.enable(SURFACE);
     ray.setFromCamera(spot, this.camera);
     const hit = this.mesh.visible ? ray.intersectObject(this.mesh)[0] : undefined;
     if (!hit) return null;
@@ -317,15 +314,21 @@ export class View {
     return corners.reduce((best, corner) => (away(corner) < away(best) ? corner : best));
   }
 
-  /** Draws everything with the next frame. */
+  /** Draws everything; a surface of many triangles stays as it was until all of them are drawn. */
   draw() {
-    this.isMovingAlone = false;
+    if (this.changes !== "all") this.changes = "some";
+    this.schedule();
+  }
+
+  /** Draws everything with the next frame, more is about to change: a surface of many triangles in few of them. */
+  drawChanging() {
+    this.changes = "all";
     this.schedule();
   }
 
   /** Draws what moves with the next frame; all else is as it was. */
   drawMoving() {
-    this.isMovingAlone ??= true;
+    this.changes ??= "moving";
     this.schedule();
   }
 
@@ -339,20 +342,32 @@ export class View {
   }
 
   render() {
-    const isMovingAlone = this.isMovingAlone === true;
-    this.isMovingAlone = null;
+    const { changes } = this;
+    this.changes = null;
     // A lamp at the shoulder of whoever looks.
     this.lamp.position.copy(this.camera.position);
     this.lamp.position.addScaledVector(UP, 0.6 * this.radius);
     this.lamp.target.position.copy(this.controls.target);
     const distance = this.camera.position.distanceTo(this.marker.getWorldPosition(new Vector3()));
     this.marker.scale.setScalar(0.006 * distance);
-    if (isMovingAlone) {
-      this.still.render(this.scene, this.camera);
-    } else {
-      this.still.isFresh = false;
-      this.renderer.render(this.scene, this.camera);
-    }
+    if (this.gradual && (this.gradual.isBusy || !this.gradual.isQuick)) this.renderGradually(changes);
+    else this.renderAtOnce(changes);
     this.triad.turn(this.camera);
+  }
+
+  renderAtOnce(changes) {
+    if (changes === "moving") return this.still.render(this.scene, this.camera);
+    this.gradual?.stop();
+    this.still.isFresh = false;
+    this.renderer.render(this.scene, this.camera);
+    this.host.dataset.picture = "whole";
+  }
+
+  renderGradually(changes) {
+    if (changes === "all" || !this.host.dataset.picture) this.gradual.changing();
+    else if (changes === "some") this.gradual.begin();
+    else if (this.still.isFresh) this.still.render(this.scene, this.camera);
+    // A picture that is on its way shows the tool at its end.
+    else if (!this.gradual.isBusy) this.gradual.coarse();
   }
 }

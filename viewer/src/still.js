@@ -20,10 +20,7 @@ import {
   Vector3,
   WebGLRenderTarget,
 } from "three";
-
-/** Layers of a scene: what stands still, and what moves while a program plays. */
-export const STILL = 0;
-export const MOVING = 1;
+import { MOVING, STILL, SURFACE } from "./layers.js";
 
 /** Pixels around what moves that are drawn anew with it: edges are smooth. */
 const RIM = 2;
@@ -105,11 +102,42 @@ export class StillPicture {
     renderer.render(scene, camera);
     renderer.autoClear = true;
     renderer.setScissorTest(false);
-    camera.layers.enable(STILL);
+    for (const seen of [STILL, SURFACE]) camera.layers.enable(seen);
   }
 
   /** Draws what stands still, and keeps its colours and depths. */
   take(scene, camera) {
+    this.prepare();
+    camera.layers.set(STILL);
+    camera.layers.enable(SURFACE);
+    this.beginDepths(scene);
+    this.renderer.render(scene, camera);
+    this.endDepths(scene);
+    this.renderer.render(scene, camera);
+    this.renderer.copyFramebufferToTexture(this.colours);
+    this.covered.makeEmpty();
+    this.isFresh = true;
+  }
+
+  /** What is drawn goes to the depths that are kept. */
+  beginDepths(scene) {
+    this.renderer.setRenderTarget(this.target);
+    scene.overrideMaterial = this.depthMaterial;
+  }
+
+  /** What is drawn goes to the screen again. */
+  endDepths(scene) {
+    scene.overrideMaterial = null;
+    this.renderer.setRenderTarget(null);
+  }
+
+  /** Something may have been drawn over it everywhere. */
+  coverAll() {
+    this.covered.set(new Vector2(), this.renderer.getSize(new Vector2()));
+  }
+
+  /** Makes room for colours and depths of the size of the screen. */
+  prepare() {
     const { renderer, size } = this;
     const { uniforms } = this.sheet.material;
     const before = size.clone();
@@ -124,16 +152,16 @@ export class StillPicture {
       uniforms.colours.value = this.colours;
       uniforms.depths.value = depths;
     }
-    camera.layers.set(STILL);
-    renderer.setRenderTarget(this.target);
-    scene.overrideMaterial = this.depthMaterial;
-    renderer.render(scene, camera);
-    scene.overrideMaterial = null;
-    renderer.setRenderTarget(null);
-    renderer.render(scene, camera);
-    renderer.copyFramebufferToTexture(this.colours);
-    this.covered.makeEmpty();
-    this.isFresh = true;
+  }
+
+  /** Compiles what it draws with: the first moving picture would wait for it. */
+  compile(scene, camera) {
+    const target = new WebGLRenderTarget(1, 1);
+    this.renderer.setRenderTarget(target);
+    this.renderer.compile(new Mesh(this.sheet.geometry, this.depthMaterial), camera, scene);
+    this.renderer.setRenderTarget(null);
+    target.dispose();
+    this.renderer.compile(this.scene, this.camera);
   }
 
   free() {

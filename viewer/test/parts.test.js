@@ -15,7 +15,8 @@ import {
   toolTime,
   unpack,
 } from "../src/data.js";
-import { pathLines, vertexNormals } from "../src/geometry.js";
+import { namePlaces } from "../src/triad.js";
+import { coarseTriangles, pathLines, vertexNormals } from "../src/geometry.js";
 
 const base64 = (array) => Buffer.from(array.buffer).toString("base64");
 
@@ -152,4 +153,44 @@ test("normals are those of the triangles, larger ones first", () => {
   const normals = vertexNormals({ positions, triangles: new Uint32Array([0, 1, 2, 0, 2, 3]) });
   assert.deepEqual([...normals.subarray(3, 6)], [0, 0, 1]);
   assert.ok(Math.abs(normals[0] / normals[2] - 0.5) < 1e-6, `${normals.subarray(0, 3)}`);
+});
+
+test("a surface of many triangles has few that lie near it, and one of few has none", () => {
+  const across = 200;
+  const corners = Array.from({ length: (across + 1) ** 2 }, (_, at) => {
+    const [x, y] = [(at % (across + 1)) / across, Math.floor(at / (across + 1)) / across];
+    return [x, y, x * y];
+  });
+  const square = (at) => [at, at + 1, at + across + 2, at, at + across + 2, at + across + 1];
+  const cells = Array.from({ length: across ** 2 }, (_, at) => (across + 1) * Math.floor(at / across) + (at % across));
+  const surface = { positions: new Float32Array(corners.flat()), triangles: new Uint32Array(cells.flatMap(square)), low: [0, 0, 0], high: [1, 1, 1] };
+  const few = coarseTriangles(surface);
+  assert.ok(few.length / 3 <= 8000 && few.length / 3 > 500, `${few.length / 3} triangles`);
+  // They cover the square once, seen from above.
+  let area = 0;
+  for (let at = 0; at < few.length; at += 3) {
+    const [a, b, c] = [...few.subarray(at, at + 3)].map((vertex) => corners[vertex]);
+    area += 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]));
+  }
+  assert.ok(Math.abs(area - 1) < 0.08, `area ${area}`);
+  assert.equal(coarseTriangles({ ...surface, triangles: surface.triangles.subarray(0, 300) }), null);
+});
+
+test("names of axes keep apart however they are seen", () => {
+  for (let turn = 0; turn < 60; turn += 1) {
+    for (let tilt = -15; tilt <= 15; tilt += 1) {
+      const [a, b] = [(Math.PI * turn) / 30, (Math.PI * tilt) / 30];
+      const arms = [
+        [Math.cos(a), -Math.sin(a) * Math.sin(b)],
+        [Math.sin(a), Math.cos(a) * Math.sin(b)],
+        [0, Math.cos(b)],
+      ];
+      const places = namePlaces(arms);
+      for (const [k, other] of [[0, 1], [1, 2], [2, 0]]) {
+        const away = Math.hypot(places[k][0] - places[other][0], places[k][1] - places[other][1]);
+        assert.ok(away >= 14 - 1e-9, `${k} and ${other} are ${away} apart at ${turn}, ${tilt}`);
+      }
+      assert.ok(places.flat().every((x) => Math.abs(x) < 48 - 6), `a name is cut off: ${places}`);
+    }
+  }
 });
