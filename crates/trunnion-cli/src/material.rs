@@ -41,6 +41,14 @@ pub(crate) fn mesh_of(path: &Path, chord: Option<f64>) -> Result<Mesh, String> {
     mesh.map_err(|what| what.to_string())
 }
 
+/// Reads the triangles of a holder; returns the error without the file name.
+pub(crate) fn holder_mesh(path: &Path) -> Result<Mesh, String> {
+    if is_step(path) {
+        return Err("a holder is read from STL: export it with a tolerance of 0.01 mm".to_owned());
+    }
+    mesh_of(path, None)
+}
+
 /// Writes a mesh as binary STL.
 pub(crate) fn write(out: &mut dyn Write, mesh: &Mesh) -> IoResult<()> {
     // Binary STL: 80 bytes of header, the count, then 50 bytes a triangle, all little-endian.

@@ -88,8 +88,10 @@ pub(crate) fn load_text(
     let machine = machine.map_err(|what| at_key(path, &file, "machine.file", &file.machine, what));
     let part = part::read(&beside(path, &file.part.file), bars);
     let part = part.map_err(|what| at_key(path, &file, "part.file", &file.part.file, what));
+    let solids = solids(path, &file);
+    let file = with_holders(path, file);
     // One run shows the faults of all files.
-    let (machine, (part, solids)) = both(machine, both(part, solids(path, &file)))?;
+    let (machine, (part, (solids, file))) = both(machine, both(part, both(solids, file)))?;
     let warnings = part.warnings.iter().map(|warning| format!("part: {warning}")).collect();
     let mut job = Job::new(file, &part.faces, &machine.machine)
         .map_err(|faults| Failure::faults(path, &faults))?;
@@ -165,6 +167,12 @@ fn solids(path: &Path, file: &JobFile) -> Result<Solids, Failure> {
     } else {
         Err(Failure::faults(path, &faults))
     }
+}
+
+/// Reads the files of the holders.
+fn with_holders(path: &Path, file: JobFile) -> Result<JobFile, Failure> {
+    let read = |name: &str| material::holder_mesh(&beside(path, name));
+    file.with_holders(read).map_err(|faults| Failure::faults(path, &faults))
 }
 
 /// Returns the failure of a stage; defects of stock and fixtures are reported at their lines of the job.

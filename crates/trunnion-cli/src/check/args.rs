@@ -50,7 +50,8 @@ pub(crate) struct CheckArgs {
     /// --cutter.
     #[arg(long, value_name = "[N=]H:R,H:R..")]
     pub(super) shank: Vec<String>,
-    /// Profile of the holder, likewise.
+    /// Profile of the holder, likewise; or an STL file of it in mm, whose z is the tool axis, 0 at the gauge point, and rises to
+    /// the spindle.
     #[arg(long, value_name = "[N=]H:R,H:R..")]
     pub(super) holder: Vec<String>,
     /// Dialect of the program: linuxcnc, fanuc, haas, siemens, heidenhain, apt [default: detected from file name and

@@ -135,7 +135,7 @@ impl Setting {
                 let solid = value.solid.iter();
                 solid.for_each(|solid| machine.hold(&value.name, solid, value.allowance));
             }
-            self.stock.iter().for_each(|stock| machine.hold("stock", &stock.value, 0.0));
+            self.stock.iter().for_each(|stock| machine.hold_stock(&stock.value));
         }
         Ok(machine)
     }

@@ -1,9 +1,12 @@
 //! Tools as arguments.
 
+use crate::material;
 use crate::option_values::{finite, two};
 use crate::outcome::Failure;
 use crate::post::tools::{self, ToolLength};
+use std::path::Path;
 use trunnion::cutter::{Cutter, CutterConstruction, CutterSide, CutterSpec};
+use trunnion::pipeline;
 
 /// Largest tolerance \[mm\]: rays along the normals reach twice as far from each point of the face.
 const LARGEST_TOLERANCE: f64 = 100.0;
@@ -108,7 +111,10 @@ impl ToolDescription<'_> {
         let spec = self.spec(&end)?;
         let outer = spec.side.diameter().map_or(spec.major + spec.minor, |diameter| 0.5 * diameter);
         let mut shank = profile("--shank", self.shank)?;
-        let holder = profile("--holder", self.holder)?;
+        let holder = match self.holder.filter(|name| material::is_stl(Path::new(name))) {
+            Some(name) => holder_of(name, self.length.or(end.length))?,
+            None => profile("--holder", self.holder)?,
+        };
         // The profile is a chain: the shank reaches the lower end of the holder with its last radius.
         if let Some(&[height, _]) = holder.first() {
             let radius = shank.last().map_or(outer, |&[_, radius]| radius);
@@ -203,6 +209,17 @@ struct CuttingEndText {
 }
 
 /// Reads a profile: `30:12.5,60:25`.
+/// Reads a holder from triangles, for a tool of a length \[mm\].
+fn holder_of(name: &str, length: Option<f64>) -> Result<Vec<[f64; 2]>, Failure> {
+    let wrong = |what: String| Failure::input(format!("--holder {name}: {what}"));
+    let length = length.ok_or_else(|| {
+        let help = "give --tool-length, or L in --cutter";
+        wrong(format!("its z counts from the gauge point: the tool needs a length\n  help: {help}"))
+    })?;
+    let mesh = material::holder_mesh(Path::new(name)).map_err(wrong)?;
+    pipeline::holder_profile(&mesh, length).map_err(|error| wrong(error.to_string()))
+}
+
 fn profile(option: &str, text: Option<&str>) -> Result<Vec<[f64; 2]>, Failure> {
     let Some(text) = text else { return Ok(Vec::new()) };
     let wrong = || {

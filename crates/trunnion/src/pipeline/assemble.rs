@@ -23,6 +23,7 @@ impl Job {
         let turned: Vec<Face> = faces.iter().map(|face| face.clone().turned(&rotation)).collect();
         let mut part = PartIndex { faces: &turned, known: BTreeMap::new() };
         let (other_tools, mut faults) = other_tools(&file);
+        faults.extend(file.unread_holders());
         let count = file.operations.len().max(1);
         let mut jobs = Vec::new();
         for index in 0..count {

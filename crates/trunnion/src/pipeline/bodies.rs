@@ -31,9 +31,14 @@ impl WatchedMachine {
         Ok(MachineBodies::new(machine, TOLERANCE)?.map(|bodies| Self { bodies, watch }))
     }
 
-    /// Adds stock or a fixture, which may stand out beyond the solid by `allowance` \[mm\].
+    /// Adds a fixture, which may stand out beyond the solid by `allowance` \[mm\].
     pub fn hold(&mut self, name: &str, solid: &Solid, allowance: f64) {
         self.bodies.hold(name, solid, allowance);
+    }
+
+    /// Adds the uncut stock.
+    pub fn hold_stock(&mut self, solid: &Solid) {
+        self.bodies.hold_stock(solid);
     }
 
     /// Returns the bodies.

@@ -13,6 +13,7 @@ mod fit;
 mod fixture_advice;
 mod fixtures;
 mod guards;
+mod holder;
 mod job;
 mod joined;
 mod leftover;
@@ -51,6 +52,7 @@ pub use fit::fit;
 pub use fixtures::{
     Fixtures, Held, MOST_COLLISIONS, approach, collisions, nearest_fixture, too_near,
 };
+pub use holder::holder_profile;
 pub use job::{Job, JobError};
 pub use operations::PlannedOperation;
 pub use out_of_reach::OutOfReach;

@@ -53,7 +53,7 @@ pub fn solids(job: &Job) -> Result<Solids, PipelineError> {
         for held in &job.fixtures {
             held.solid.iter().for_each(|solid| machine.hold(&held.name, solid, held.allowance));
         }
-        job.stock.iter().for_each(|stock| machine.hold("stock", stock, 0.0));
+        job.stock.iter().for_each(|stock| machine.hold_stock(stock));
     }
     Ok(Solids { stock, fixtures: Some(fixtures).filter(|all| !all.all().is_empty()), machine })
 }

@@ -186,8 +186,8 @@ impl<'a> Inspection<'a> {
         Self { fixtures: Some((fixtures, options)), ..self }
     }
 
-    /// Sets the bodies of the machine, which must not touch each other, the tool, stock and fixtures. Of a CL file nothing
-    /// is known of the machine.
+    /// Sets the bodies of the machine, which must not touch each other, the tool, stock and fixtures. Stock that is set
+    /// too counts as it is cut so far. Of a CL file nothing is known of the machine.
     #[must_use]
     pub fn bodies(self, bodies: &'a MachineBodies, options: &'a ClearanceOptions) -> Self {
         Self { bodies: Some((bodies, options)), ..self }
@@ -306,7 +306,8 @@ impl<'a> Inspection<'a> {
         let controls = self.input.controls()?;
         let run = self.input.run(controls.as_ref(), CHORD_SHARE * watch.tolerance)?;
         let cutters = self.input.cutters();
-        let watched = WatchedBodies { bodies, cutters: &cutters, kinematics, watch: *watch };
+        let (watch, stock) = (*watch, self.stock);
+        let watched = WatchedBodies { bodies, cutters: &cutters, kinematics, watch, stock };
         watch_bodies(&watched, &run, progress).map(Some)
     }
 

@@ -11,13 +11,13 @@ use nalgebra::{Isometry3, Point3, Rotation3, Translation3, Vector3};
 use shop::Layout;
 use std::fmt::Write;
 use trunnion::cutter::{Cutter, CutterSpec};
-use trunnion::machine::{BodyShape, Kinematics, Machine, MachineBody};
+use trunnion::machine::{BodyShape, Kinematics, Machine, MachineBody, Setup};
 use trunnion::nc::read::{self, Dialect, ReadOptions};
 use trunnion::nc::write::AxisWords;
 use trunnion::types::{AxisVector, Silent};
 use trunnion::verify::{
     BodyReport, CheckInput, CheckOptions, ClearanceOptions, DeviationTolerance, Inspection,
-    MachineBodies, Solid, VerifyError,
+    MachineBodies, Solid, Stock, VerifyError,
 };
 
 const TOLERANCE: f64 = 0.01;
@@ -320,6 +320,77 @@ fn stock_and_fixtures_ride_on_the_table() {
     let report = run(&machine, &bodies, &text, 0.0).unwrap();
     assert!(report.hits.is_some());
     assert_eq!(report.near[0].bodies, ["clamp", "head"]);
+}
+
+/// Checks moves of a tool of 20 mm through a block whose top is 40 mm below the tip at home, with a body on the spindle.
+/// Depths count from the top. The block is cut, or counts with all of its material.
+fn in_block(sensor: [[f64; 3]; 2], tips: &[[f64; 3]], is_cut: bool) -> Vec<u32> {
+    const LENGTH: f64 = 60.0;
+    const TOP: f64 = -100.0;
+    let [low, high] = sensor.map(|[x, y, above_tip]| [x, y, above_tip - LENGTH]);
+    let machine = with(Layout::TableTable, vec![body("sensor", "t", low, high)]);
+    let kinematics = Kinematics::new(&machine, &Setup::new(Vector3::zeros(), [0.0; 3], LENGTH));
+    let stops: Vec<AxisVector> = tips
+        .iter()
+        .map(|[x, y, depth]| AxisVector::from([*x, *y, TOP + LENGTH - depth, 0.0, 0.0]))
+        .collect();
+    let options = ReadOptions::new(Dialect::LinuxCnc, AxisWords::of(&machine).unwrap(), 20);
+    let program = read::read(&program(&machine, &stops), &options).unwrap();
+    let cutter = Cutter::new(CutterSpec { length: LENGTH, ..CutterSpec::flat(20.0) }).unwrap();
+    let input = CheckInput::program(&program, &kinematics, &cutter);
+    let block = Solid::Box {
+        low: Point3::new(-30.0, -30.0, TOP - 50.0),
+        high: Point3::new(30.0, 30.0, TOP),
+    };
+    let stock = Stock::new(&block, 0.5, 1_000_000).unwrap();
+    let mut bodies = MachineBodies::new(&machine, TOLERANCE).unwrap().unwrap();
+    bodies.hold_stock(&block);
+    let options =
+        CheckOptions::of_tolerance(DeviationTolerance { excess: 0.02, gouge: 0.002 }, 0.5);
+    let watch = ClearanceOptions::within(TOLERANCE);
+    let mut inspection = Inspection::new(input, options).bodies(&bodies, &watch);
+    if is_cut {
+        inspection = inspection.stock(&stock, 10);
+    }
+    let report = inspection.run(&Silent).unwrap().bodies.unwrap();
+    assert!(report.near.iter().all(|near| near.bodies == ["stock", "sensor"]), "{report:?}");
+    report.near.iter().map(|near| near.line).collect()
+}
+
+/// Lines of a program without its head.
+const FIRST: u32 = 2;
+
+#[test]
+fn stock_is_as_it_is_cut_so_far() {
+    // Down in two steps: beside the tool, 20 mm above its tip, the sensor follows into the hole that the first step cut.
+    let tips = [[-10.0, 0.0, -5.0], [-10.0, 0.0, 18.0], [-10.0, 0.0, 36.0], [-10.0, 0.0, -5.0]];
+    let sensor = |half: f64| [[-half, -half, 20.0], [half, half, 60.0]];
+    let slim = sensor(6.0);
+    assert_eq!(in_block(slim, &tips, true), [0; 0]);
+    assert_eq!(in_block(slim, &tips, false), [FIRST + 2, FIRST + 3]);
+    // Its corners are farther out than the hole is wide.
+    assert_eq!(in_block(sensor(8.0), &tips, true), [FIRST + 2, FIRST + 3]);
+    // In one step nothing is known of the stock in between: all of it counts.
+    assert_eq!(in_block(slim, &[tips[0], tips[2], tips[3]], true), [FIRST + 1]);
+}
+
+/// A body that was let into a pocket is all inside of the uncut block: it still meets the wall.
+#[test]
+fn a_body_inside_a_pocket_meets_its_walls() {
+    let sensor = [[-1.0, 12.0, 12.0], [1.0, 14.0, 14.0]];
+    let to = |x: f64| {
+        [
+            [-10.0, 10.0, -5.0],
+            [-10.0, 10.0, 11.0],
+            [-10.0, 10.0, -5.0],
+            [-10.0, 0.0, -5.0],
+            [-10.0, 0.0, 11.0],
+            [-10.0, 0.0, 18.0],
+            [x, 0.0, 18.0],
+        ]
+    };
+    assert_eq!(in_block(sensor, &to(-6.0), true), [0; 0]);
+    assert_eq!(in_block(sensor, &to(10.0), true), [FIRST + 6]);
 }
 
 #[test]

@@ -30,6 +30,7 @@ mod fixtures;
 mod flanks;
 mod grazes;
 mod growth;
+mod holder;
 mod hops;
 mod imports;
 mod inner_velocities;

@@ -198,6 +198,17 @@ pub struct JobTool {
     pub shank: Vec<[f64; 2]>,
     /// Profile of the holder, likewise.
     pub holder: Vec<[f64; 2]>,
+    /// File of the holder, until it is read: [`JobFile::with_holders`].
+    pub holder_file: Option<HolderFile>,
+}
+
+/// File with the triangles of a holder.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct HolderFile {
+    /// Name, relative to the job file.
+    pub name: String,
+    /// Key of the job file that states it.
+    pub key: String,
 }
 
 /// Shape of the cutting end.

@@ -13,7 +13,7 @@ pub(super) mod tool;
 mod tool_side;
 
 pub use data::{
-    CuttingData, FaceSelection, FeedReference, JobArea, JobContactSide, JobCutPattern,
+    CuttingData, FaceSelection, FeedReference, HolderFile, JobArea, JobContactSide, JobCutPattern,
     JobFeedDirection, JobFile, JobLead, JobLinkBlocks, JobLinks, JobOperation, JobPart,
     JobPlacement, JobPrismatic, JobPrograms, JobSetup, JobStrategy, JobTolerance, JobTool,
     MotionMethod, MotionSettings, ToleranceSplit, ToolConstruction, ToolKind, ToolSide,

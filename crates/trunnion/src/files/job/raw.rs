@@ -169,6 +169,9 @@ pub(in super::super) struct RawTool {
     /// Profile of the holder: pairs as for `shank`.
     #[serde(default)]
     pub(super) holder: Vec<[f64; 2]>,
+    /// STL file of the holder in mm, relative to this file, in place of `holder`. Its z is the tool axis, 0 at the gauge point,
+    /// and rises to the spindle. It turns with the spindle: flats and slots count as round.
+    pub(in super::super) holder_file: Option<String>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]

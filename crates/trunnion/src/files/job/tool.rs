@@ -1,7 +1,7 @@
 //! The job's `[tool]`, and the tools of other programs that are checked.
 
 use super::super::document::Document;
-use super::data::{JobTool, ToolConstruction, ToolKind, ToolSide};
+use super::data::{HolderFile, JobTool, ToolConstruction, ToolKind, ToolSide};
 use super::raw::{RawConstruction, RawTool, RawToolKind};
 use super::tool_side::{self as side, EndShape, kind_name};
 
@@ -61,6 +61,7 @@ pub(in super::super) fn tool(raw: RawTool, path: &str, doc: &mut Document<'_>) -
             "heights count from the tip; the holder sits on the shank",
         );
     }
+    let holder_file = holder_file(&raw, path, doc);
     // Everything that can be checked without kind and radii has been reported by now.
     let EndShape { major, minor, side } = shape?;
     // The corner lies below the gauge point; where a side ends is known when the profile is laid out.
@@ -82,7 +83,18 @@ pub(in super::super) fn tool(raw: RawTool, path: &str, doc: &mut Document<'_>) -
         construction: construction?,
         shank: raw.shank,
         holder: raw.holder,
+        holder_file,
     })
+}
+
+fn holder_file(raw: &RawTool, path: &str, doc: &mut Document<'_>) -> Option<HolderFile> {
+    let name = raw.holder_file.clone()?;
+    let key = format!("{path}.holder_file");
+    if !raw.holder.is_empty() {
+        let message = "the holder is given twice: by holder and by holder_file";
+        doc.fault(&key, message, "keep one of them");
+    }
+    Some(HolderFile { name, key })
 }
 
 /// Reads `[R, r]`, written as radii or as diameter and corner.

@@ -89,6 +89,14 @@ fn cutters(doc: &mut Document<'_>) -> Vec<LibraryCutter> {
             doc.fault(&path, "a cutter of a library needs a name", "add `name = \"...\"`");
             continue;
         };
+        if raw.holder_file.is_some() {
+            let message = "a cutter of a library has its holder as a profile, not in a file";
+            doc.fault(
+                &format!("{path}.holder_file"),
+                message,
+                "write it as `holder`, or name the file in the job",
+            );
+        }
         let keys = doc.written("cutter", at);
         all.extend(tool(raw, &path, doc).map(|tool| LibraryCutter { name, tool, keys }));
     }
@@ -143,6 +151,8 @@ mod tests {
         assert!(faults(&format!("{BALL}{BALL}")).contains("two cutters with the name \"ball\""));
         assert!(faults(&BALL.replace("name = \"ball\"\n", "")).contains("needs a name"));
         assert!(faults(&BALL.replace("diameter", "diametre")).contains("diametre"));
+        let drawn = faults(&format!("{BALL}holder_file = \"chuck.stl\"\n"));
+        assert!(drawn.contains("not in a file"), "{drawn}");
         let falling = "[[holder]]\nname = \"chuck\"\nprofile = [[30, 10], [0, 8]]\n";
         assert!(faults(falling).contains("the heights fall"));
     }

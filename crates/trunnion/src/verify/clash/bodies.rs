@@ -38,7 +38,20 @@ pub(crate) struct HeldBody {
     pub(crate) name: String,
     pub(crate) mesh: Mesh,
     pub(crate) allowance: f64,
+    pub(crate) role: HeldRole,
 }
+
+/// Part that a solid on the workpiece plays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum HeldRole {
+    /// It keeps its shape.
+    Fixture,
+    /// The program cuts it.
+    Stock,
+}
+
+/// Name of the stock in findings.
+pub(crate) const STOCK: &str = "stock";
 
 /// Positions of every axis at which two bodies that touch at home are compared: a share of the travel.
 const SHARES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
@@ -74,11 +87,21 @@ impl MachineBodies {
         Ok(Some(bodies))
     }
 
-    /// Adds stock or a fixture, in the workpiece frame; it may stand out beyond its triangles by `allowance` \[mm\]. It is
-    /// compared with all bodies but those that carry it. Stock counts with all of its material.
+    /// Adds a fixture, in the workpiece frame; it may stand out beyond its triangles by `allowance` \[mm\]. It is
+    /// compared with all bodies but those that carry it.
     pub fn hold(&mut self, name: &str, solid: &Solid, allowance: f64) {
+        self.enter(name, solid, allowance, HeldRole::Fixture);
+    }
+
+    /// Adds the uncut stock, in the workpiece frame. A check that cuts it takes it as it is cut so far; any other check takes
+    /// all of it.
+    pub fn hold_stock(&mut self, solid: &Solid) {
+        self.enter(STOCK, solid, 0.0, HeldRole::Stock);
+    }
+
+    fn enter(&mut self, name: &str, solid: &Solid, allowance: f64, role: HeldRole) {
         let mesh = solid.triangles(self.tolerance);
-        self.held.push(HeldBody { name: name.to_owned(), mesh, allowance });
+        self.held.push(HeldBody { name: name.to_owned(), mesh, allowance, role });
     }
 
     /// Returns the pairs that are not compared.

@@ -10,6 +10,7 @@ mod linked;
 mod pair;
 mod search;
 mod spans;
+mod stock_watch;
 pub(crate) mod watch;
 
 pub use bodies::{BodyMeeting, MachineBodies};

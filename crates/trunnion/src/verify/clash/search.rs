@@ -12,6 +12,8 @@ use std::collections::BinaryHeap;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PairApproach {
     pub(crate) line: u32,
+    /// Index of the first of its moves.
+    pub(crate) first: usize,
     /// Lower bound of the distance \[mm\], within the tolerance.
     pub(crate) distance: f64,
     /// Point between the bodies, in the frame of the first.
@@ -124,6 +126,7 @@ pub(crate) fn nearest(
         if sharp && (low >= goal.reported || spans.is_one_line(&node)) {
             found.push(PairApproach {
                 line: spans.line(&node),
+                first: MoveSpans::first(&node),
                 distance: low,
                 point: gap.middle(),
             });

@@ -137,11 +137,15 @@ impl<'a> MoveSpans<'a> {
 
     /// Returns the line of the program at which a part begins.
     pub(crate) fn line(&self, node: &SpanNode) -> u32 {
-        let index = match *node {
+        self.segments.get(Self::first(node)).map_or(0, |segment| segment.line)
+    }
+
+    /// Returns the index of the first move of a part.
+    pub(crate) fn first(node: &SpanNode) -> usize {
+        match *node {
             SpanNode::Moves { first, .. } => first,
             SpanNode::Part { index, .. } => index,
-        };
-        self.segments.get(index).map_or(0, |segment| segment.line)
+        }
     }
 
     /// Returns the number of lines of a part, or a little more.

@@ -1,10 +1,11 @@
 //! Checks the moves of a program for collisions of the machine's bodies.
 
-use super::bodies::{HeldBody, MachineBodies};
+use super::bodies::{HeldBody, HeldRole, MachineBodies};
 use super::linked::{LinkedBody, TOOL, WORKPIECE, nose_profile, placed};
 use super::pair::BodyPair;
 use super::search::{self, PairApproach, PairGoal};
 use super::spans::MoveSpans;
+use super::stock_watch::{PlacedMoves, StockApproach, StockScene, StockWatch};
 use crate::cutter::Cutter;
 use crate::machine::Kinematics;
 use crate::types::{Progress, Stage};
@@ -15,6 +16,9 @@ use crate::verify::replay::controls::Controls;
 use crate::verify::replay::mover::Mover;
 use crate::verify::replay::segment::{Course, Segment};
 use crate::verify::replay::segments::Run;
+use crate::verify::stock::carve::StockOptions;
+use crate::verify::stock::material::Stock;
+use crate::verify::stock::partly_cut::PartlyCutStock;
 use crate::verify::swept::revolved::revolved;
 use crate::verify::swept::tool::{self, ConvexBody};
 use nalgebra::{Isometry3, Point3};
@@ -70,6 +74,8 @@ pub(crate) struct WatchedBodies<'a> {
     pub(crate) cutters: &'a [&'a Cutter],
     pub(crate) kinematics: &'a Kinematics,
     pub(crate) watch: ClearanceOptions,
+    /// Stock that the program cuts; without it, stock counts with all of its material.
+    pub(crate) stock: Option<(&'a Stock, StockOptions)>,
 }
 
 /// Checks the distances of the bodies of a machine over a program.
@@ -87,7 +93,12 @@ struct BodyWatcher<'a> {
     fixed: Vec<BodyPair<'a>>,
     bodies: &'a MachineBodies,
     kinematics: &'a Kinematics,
+    /// Fixtures, and stock that is not cut.
     held: Vec<LinkedBody>,
+    /// All of the stock that is cut.
+    uncut: Option<LinkedBody>,
+    stock: Option<(&'a Stock, StockOptions)>,
+    cutters: &'a [&'a Cutter],
     /// Bodies of each tool.
     tools: Vec<Vec<LinkedBody>>,
     watch: ClearanceOptions,
@@ -129,12 +140,14 @@ impl BodyFindings {
 
 impl<'a> BodyWatcher<'a> {
     fn new(watched: &WatchedBodies<'a>) -> Self {
-        let WatchedBodies { bodies, cutters, kinematics, watch } = *watched;
-        let setup = kinematics.setup();
-        let place = Isometry3::from_parts(setup.origin.into(), setup.rotation.into());
-        let held = bodies.held.iter().filter_map(|HeldBody { name, mesh, allowance }| {
+        let WatchedBodies { bodies, cutters, kinematics, watch, stock } = *watched;
+        let place = workpiece_place(kinematics);
+        let on_workpiece = |HeldBody { name, mesh, allowance, .. }: &HeldBody| {
             LinkedBody::new(name.clone(), WORKPIECE, placed(mesh, &place), *allowance)
-        });
+        };
+        let is_cut = |held: &&HeldBody| held.role == HeldRole::Stock && stock.is_some();
+        let held = bodies.held.iter().filter(|held| !is_cut(held)).filter_map(on_workpiece);
+        let uncut = bodies.held.iter().find(is_cut).and_then(on_workpiece);
         let tolerance = ROUND * watch.tolerance;
         let tools = cutters.iter().map(|cutter| tool_bodies(kinematics, cutter, tolerance));
         let machine = kinematics.machine();
@@ -146,12 +159,27 @@ impl<'a> BodyWatcher<'a> {
             bodies,
             kinematics,
             held: held.collect(),
+            uncut,
+            stock,
+            cutters,
             tools: tools.collect(),
             watch,
         }
     }
 
-    /// Returns all pairs with a tool in the spindle.
+    /// Returns the watch over stock that is cut; `None` without such stock.
+    fn stock_watch<'w>(&'w self, run: &'w Run<'w>) -> Option<StockWatch<'w>> {
+        let (uncut, (stock, options)) = (self.uncut.as_ref()?, self.stock?);
+        let scene = StockScene {
+            machine: self.kinematics.machine(),
+            bodies: self.bodies.all.iter().filter(|body| body.link != WORKPIECE).collect(),
+            uncut,
+            place: workpiece_place(self.kinematics),
+        };
+        Some(StockWatch::new(scene, PartlyCutStock::new(stock, options, self.cutters, run)))
+    }
+
+    /// Returns all pairs with a tool in the spindle, without stock that is cut.
     fn pairs(&self, tool: usize) -> Vec<BodyPair<'_>> {
         let machine = self.kinematics.machine();
         let mut pairs = self.fixed.clone();
@@ -182,36 +210,49 @@ impl<'a> BodyWatcher<'a> {
         };
         let (mut segments, steps) = (run.segments().peekable(), run.steps());
         let (mut done, mut count, mut start) = (0, 0, true);
+        let mut stock = self.stock_watch(run);
+        let with_stock: Vec<BodyPair<'_>> = stock.iter().flat_map(StockWatch::pairs).collect();
         while segments.peek().is_some() {
             // A batch has one tool.
-            let mut batch: Vec<Segment> = Vec::new();
+            let mut batch = PlacedMoves { segments: Vec::new(), places: Vec::new() };
             let mut tool = None;
-            while batch.len() < BATCH {
+            while batch.segments.len() < BATCH {
                 let Some(Ok(next)) = segments.peek() else { break };
                 if tool.is_some_and(|tool| tool != next.tool) {
                     break;
                 }
                 tool = Some(next.tool);
-                done += 1;
                 if let Some(Ok(segment)) = segments.next() {
-                    if !matches!(segment.course, Course::Unknown) {
-                        batch.push(segment);
-                    }
+                    let is_known = !matches!(segment.course, Course::Unknown);
+                    batch.segments.extend(is_known.then_some(segment));
                     // Rapids run in both ways that controls know; both must keep clear.
-                    batch.extend(run.mover.dog_leg(&segment));
+                    batch.segments.extend(run.mover.dog_leg(&segment));
+                    batch.places.resize(batch.segments.len(), done);
                 }
+                done += 1;
             }
             if let Some(Err(_)) = segments.peek() {
                 segments.next().transpose()?;
             }
             let pairs = self.pairs(tool.unwrap_or_default());
-            count = count.max(pairs.len());
-            if start && let Some(segment) = batch.first() {
+            count = count.max(pairs.len() + with_stock.len());
+            if start && let Some(segment) = batch.segments.first() {
                 start = false;
                 self.note_inside(&pairs, segment, &mut found);
+                self.note_inside(&with_stock, segment, &mut found);
             }
-            let spans = MoveSpans::new(controls, batch);
+            let near_stock = match &mut stock {
+                Some(stock) => stock.search(controls, &batch, self.goal(found_least(&found)))?,
+                None => Vec::new(),
+            };
+            let spans = MoveSpans::new(controls, batch.segments);
             self.search(&pairs, &spans, &mut found)?;
+            for StockApproach { body, approach } in &near_stock {
+                let pair = with_stock.iter().find(|pair| std::ptr::eq(pair.bodies[1], *body));
+                if let Some(pair) = pair {
+                    self.note(pair, approach, &mut found);
+                }
+            }
             progress.step(Stage::Verify, done as u64, steps.max(done) as u64)?;
         }
         let empty = LineStatistics::new(most);
@@ -227,7 +268,7 @@ impl<'a> BodyWatcher<'a> {
         for pair in pairs.iter().filter(|pair| pair.is_inside(&segment.joints[0])) {
             let point = pair.bodies[0].middle;
             let distance = -self.watch.tolerance;
-            self.note(pair, &PairApproach { line: segment.line, distance, point }, found);
+            self.note(pair, &PairApproach { line: segment.line, first: 0, distance, point }, found);
         }
     }
 
@@ -239,7 +280,7 @@ impl<'a> BodyWatcher<'a> {
     ) -> Result<(), VerifyError> {
         // Step 1: all pairs begin with the least distance of the batches before and of some positions, so that those that
         // stay far apart need few steps, and the result does not depend on the threads.
-        let before = found.least.map_or(f64::INFINITY, |least| least.distance);
+        let before = found_least(found);
         let sampled = |pair: &BodyPair<'_>| {
             let (mut nearest, mut hint) = (before, None);
             for q in spans.samples(SAMPLES) {
@@ -254,8 +295,7 @@ impl<'a> BodyWatcher<'a> {
         // Not below what is found there again, so that the pair itself is named.
         let least = least.max(0.0) * (1.0 + 3.0 * search::SHARE) + 2.0 * self.watch.tolerance;
         let least = least.min(before);
-        let goal =
-            PairGoal { reported: self.reported(), least, tolerance: SEARCH * self.watch.tolerance };
+        let goal = self.goal(least);
         // Step 2: each pair by itself.
         let all: Vec<Result<Vec<PairApproach>, VerifyError>> =
             pairs.par_iter().map(|pair| approaches(pair, spans, goal)).collect();
@@ -273,13 +313,18 @@ impl<'a> BodyWatcher<'a> {
         Ok(())
     }
 
+    /// Returns the goal of a search with the least distance so far \[mm\].
+    fn goal(&self, least: f64) -> PairGoal {
+        PairGoal { reported: self.reported(), least, tolerance: SEARCH * self.watch.tolerance }
+    }
+
     /// Returns the distance below which a line is reported \[mm\]: where bodies may touch, always.
     fn reported(&self) -> f64 {
         self.watch.clearance.max(0.0)
     }
 
     fn note(&self, pair: &BodyPair<'_>, approach: &PairApproach, found: &mut BodyFindings) {
-        let PairApproach { line, distance, point } = *approach;
+        let PairApproach { line, distance, point, .. } = *approach;
         let names = pair.bodies.map(|body| found.place_of(&body.name));
         let near = NearBodies { line, names, distance, point };
         if found.least.is_none_or(|least| distance < least.distance) {
@@ -292,6 +337,17 @@ impl<'a> BodyWatcher<'a> {
             }
         }
     }
+}
+
+/// Returns the least distance of all so far \[mm\].
+fn found_least(found: &BodyFindings) -> f64 {
+    found.least.map_or(f64::INFINITY, |least| least.distance)
+}
+
+/// Returns the place of the workpiece in the machine frame with all axes at zero.
+fn workpiece_place(kinematics: &Kinematics) -> Isometry3<f64> {
+    let setup = kinematics.setup();
+    Isometry3::from_parts(setup.origin.into(), setup.rotation.into())
 }
 
 /// Finds the approaches of a pair that is not clear as a whole.

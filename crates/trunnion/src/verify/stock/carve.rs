@@ -16,6 +16,7 @@ use super::moving_tools::MovingTools;
 use crate::cutter::Cutter;
 use crate::types::{Progress, Stage};
 use crate::verify::line_stats::{LineCount, LineHistory, LineStatistics};
+use crate::verify::replay::segment::Segment;
 use crate::verify::replay::segments::Run;
 use crate::verify::swept::mesh::ClosedMesh;
 use rayon::prelude::*;
@@ -125,7 +126,7 @@ pub fn simulate(
 }
 
 /// Stock being cut.
-struct StockCutter<'a> {
+pub(super) struct StockCutter<'a> {
     stock: &'a mut Stock,
     tools: MovingTools,
     worst: usize,
@@ -144,7 +145,7 @@ const MOST_CLOSE: usize = 50_000;
 const PRISM: f64 = 0.1;
 
 impl<'a> StockCutter<'a> {
-    fn new(
+    pub(super) fn new(
         stock: &'a mut Stock,
         cutters: &[&Cutter],
         cutting: &StockOptions,
@@ -204,6 +205,22 @@ impl<'a> StockCutter<'a> {
             lines,
             undecided: self.undecided,
         })
+    }
+
+    /// Cuts with some moves, in batches.
+    pub(super) fn cut_moves(
+        &mut self,
+        run: &Run<'_>,
+        segments: &[Segment],
+    ) -> Result<(), VerifyError> {
+        for batch in segments.chunks(BATCH) {
+            let mut parts = Vec::new();
+            for segment in batch {
+                self.tools.parts(&run.mover, segment, parts.len(), &mut parts)?;
+            }
+            self.cut(&parts);
+        }
+        Ok(())
     }
 
     /// Inspects the boxes in which bodies come close to material.

@@ -14,6 +14,7 @@ pub(crate) mod dexel;
 pub(crate) mod material;
 pub(crate) mod mesh;
 pub(crate) mod moving_tools;
+pub(crate) mod partly_cut;
 
 pub use build::solid::Solid;
 pub use carve::{StockOptions, StockReport, UndecidedCollision, simulate};
