@@ -396,7 +396,7 @@ async function limits(url) {
 }
 
 /** A blade is planned and checked. */
-async function impeller(url) {
+async function impeller(url, folder) {
   const { page, errors, context } = await open(url);
   const start = performance.now();
   await page.getByRole("button", { name: "Impeller" }).click();
@@ -406,6 +406,7 @@ async function impeller(url) {
   assert.match(await page.locator("#verdict").getAttribute("class"), /good/);
   assert.ok((await colours(page)) > 8, "Impeller: the picture is blank");
   await picture(page, "Impeller");
+  await compare(page, "Impeller", folder);
   assert.deepEqual(errors, []);
   await context.close();
 }
@@ -531,7 +532,8 @@ try {
   assert.deepEqual(patch.errors, []);
   await patch.context.close();
 
-  await impeller(site.url);
+  const impellerFolder = await commandLine("run", "examples/impeller/job.toml");
+  await impeller(site.url, impellerFolder);
 
   // A problem leads to its block.
   const planted = await sample(site.url, "Planted fault", { passes: false, words: /gouge/ });

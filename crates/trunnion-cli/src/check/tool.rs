@@ -208,7 +208,6 @@ struct CuttingEndText {
     inner: Option<f64>,
 }
 
-/// Reads a profile: `30:12.5,60:25`.
 /// Reads a holder from triangles, for a tool of a length \[mm\].
 fn holder_of(name: &str, length: Option<f64>) -> Result<Vec<[f64; 2]>, Failure> {
     let wrong = |what: String| Failure::input(format!("--holder {name}: {what}"));
@@ -220,6 +219,7 @@ fn holder_of(name: &str, length: Option<f64>) -> Result<Vec<[f64; 2]>, Failure> 
     pipeline::holder_profile(&mesh, length).map_err(|error| wrong(error.to_string()))
 }
 
+/// Reads a profile: `30:12.5,60:25`.
 fn profile(option: &str, text: Option<&str>) -> Result<Vec<[f64; 2]>, Failure> {
     let Some(text) = text else { return Ok(Vec::new()) };
     let wrong = || {
