@@ -411,8 +411,8 @@ async function impeller(url, folder) {
   await context.close();
 }
 
-/** Longest that the page may work without a break while a long program is opened and played [ms of processor time]. */
-const TASK = 80;
+/** Longest that the page may work without a break while a long program is opened and played [ms of processor time]: a frame. */
+const TASK = 100;
 
 /** A long program is opened and played in short steps. */
 async function longProgram(url) {
