@@ -228,10 +228,11 @@ fn coming(
             // Bisect time where that alone will do, or gains more than quartering the face would. The second bound does
             // not grow with either beyond its distance.
             let proves = |margin: &DistanceMargin| margin.distance - margin.extent > error;
-            let by_time = proves(&near)
-                || proves(&flat)
-                || inside.as_ref().is_some_and(proves)
-                || near.time > near.spread;
+            // Where the tool holds the middle of the piece all the time, no part of the time proves more: under a flat end,
+            // distances change neither with time nor over a plane face.
+            let gains = near.time > near.spread.max(error) && near.distance + near.time > error;
+            let by_time =
+                proves(&near) || proves(&flat) || inside.as_ref().is_some_and(proves) || gains;
             if !by_time || half < SHORTEST {
                 left.push(OpenBody { numbers, u, half });
             } else {

@@ -141,3 +141,36 @@ impl TileBound {
         self
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{MarginRule, TileBound};
+
+    const RULE: MarginRule = MarginRule { margin: 0.0025, tolerance: 0.01, exact: 1e-5 };
+
+    fn near(a: f64, b: f64) -> bool {
+        (a - b).abs() < 1e-12
+    }
+
+    #[test]
+    fn a_touch_is_below_the_bound_that_is_tried_after_it() {
+        let mut known = TileBound::new(-0.0027, RULE);
+        assert!(near(known.aim(), 0.0));
+        known.allow_touch();
+        assert!(near(known.aim(), 0.0025));
+        // What is known to be worse counts as before.
+        let mut known = TileBound::new(0.004, RULE);
+        known.allow_touch();
+        assert!(near(known.aim(), 0.0065));
+    }
+
+    #[test]
+    fn a_larger_bound_is_tried_from_then_on_where_it_keeps_the_tolerance() {
+        let mut known = TileBound::new(0.0, RULE);
+        known.accept(0.008);
+        known.allow_touch();
+        assert!(near(known.aim(), 0.008) && near(known.bound(), 0.008));
+        known.accept(0.02);
+        assert!(near(known.aim(), 0.008) && near(known.bound(), 0.02));
+    }
+}
