@@ -268,6 +268,13 @@ fn vectors_and_postures() {
     assert_eq!(found.iter().map(tcp).collect::<Vec<_>>(), [false, true, true, true, false]);
     refuses(Dialect::Fanuc, "G0 X0.\nG43.5 H1 I0. J0. X1.", 2, "length zero");
     refuses(Dialect::Fanuc, "G0 X0.\nG43.4 H1 I1. X1.", 2, "without G2");
+    // An arc wants the two of its plane alone.
+    refuses(
+        Dialect::LinuxCnc,
+        "G17 G1 X0 Y0 F100\nG3 X1 Y0 I.5 J0 K0",
+        2,
+        "K0 without G2, G3 or a cycle that wants it",
+    );
 }
 
 #[test]

@@ -90,9 +90,11 @@ pub(super) fn left_over(letter: char, text: &str, at: usize, control: &ControlSt
             "leave it out",
         ),
         'Q' => ReadRemark::new(at, "Q word without G64 or a cycle", "leave it out"),
-        'I' | 'J' | 'K' | 'R' => {
-            ReadRemark::new(at, format!("{text} without G2, G3 or a cycle"), "leave it out")
-        }
+        'I' | 'J' | 'K' | 'R' => ReadRemark::new(
+            at,
+            format!("{text} without G2, G3 or a cycle that wants it"),
+            "leave it out; an arc has I and J in the plane XY (G17), I and K in ZX (G18), J and K in YZ (G19)",
+        ),
         _ => ReadRemark::new(at, format!("{text} is not understood"), "leave it out"),
     }
 }
