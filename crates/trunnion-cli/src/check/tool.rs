@@ -111,7 +111,8 @@ impl ToolDescription<'_> {
         let spec = self.spec(&end)?;
         let outer = spec.side.diameter().map_or(spec.major + spec.minor, |diameter| 0.5 * diameter);
         let mut shank = profile("--shank", self.shank)?;
-        let holder = match self.holder.filter(|name| material::is_stl(Path::new(name))) {
+        let is_drawn = |path: &Path| material::is_stl(path) || material::is_step(path);
+        let holder = match self.holder.filter(|name| is_drawn(Path::new(name))) {
             Some(name) => holder_of(name, self.length.or(end.length))?,
             None => profile("--holder", self.holder)?,
         };
