@@ -9,10 +9,10 @@ use trunnion::axes::{
     AxesError, EvaluatedSetup, PathTravel, SearchAssurance, SetupVerdict, TiltBounds,
 };
 use trunnion::files::setups::{
-    LAYOUT, RotaryTravel, SetupAssurance, SetupBounds, SetupEntry, SetupSummary,
+    LAYOUT, RotaryTravel, SetupAssurance, SetupBodies, SetupBounds, SetupEntry, SetupSummary,
 };
 use trunnion::machine::{FIRST_ROTARY, Machine};
-use trunnion::pipeline::{self, Job, SetupResult};
+use trunnion::pipeline::{self, BodiesInSetups, Job, SetupResult};
 use trunnion::types::{Interval, Progress};
 
 /// Most other setups that are listed.
@@ -55,7 +55,8 @@ pub(crate) fn run(args: &SetupArgs, form: OutputForm) -> Result<Done, Failure> {
     let SetupAnswer { summary, table } = answer(args, &bars)?;
     bars.finish();
     form.print(&summary, |_| table)?;
-    Ok(if summary.found { Done::Kept } else { Done::Broken })
+    let clear = summary.bodies.is_none_or(|bodies| bodies.clear);
+    Ok(if summary.found && clear { Done::Kept } else { Done::Broken })
 }
 
 /// Setups that were found, for callers in other languages.
@@ -122,6 +123,9 @@ fn summary(
             looked: evaluated,
             planned,
         },
+        bodies: found
+            .bodies
+            .map(|BodiesInSetups { passed_over, clear, .. }| SetupBodies { passed_over, clear }),
         clearance: job.file.setup.clearance,
         looked: search.evaluated,
         leaning: search.beyond_tilt,
@@ -241,11 +245,29 @@ fn describe(job: &Job, bounds: &TiltBounds, found: &SetupResult, warnings: &[Str
         machine.axes.last().map_or("", |axis| axis.name.as_str())
     ));
     lines.push(assured(found));
+    lines.extend(found.bodies.as_ref().map(bodies));
     if !search.others.is_empty() {
         lines.push(format!("planned as well, {}:", order(search.others.len())));
     }
     lines.extend(search.others.iter().take(OTHERS).map(|other| row(other, machine)));
     lines.join("\n") + "\n"
+}
+
+/// Describes whether bodies of the machine keep clear.
+fn bodies(found: &BodiesInSetups) -> String {
+    let count = found.passed_over;
+    let setups = if count == 1 { "setup".to_owned() } else { format!("{count} setups") };
+    match (found.clear, count) {
+        (true, 0) => "bodies of the machine, fixtures and stock keep clear".to_owned(),
+        (true, _) => format!(
+            "bodies of the machine, fixtures and stock keep clear; better by their angle, but too near: the {setups} named \
+             first below"
+        ),
+        (false, _) => format!(
+            "BODIES COME TOO NEAR in the best {setups} that fit, on their quickest branches: try the best in a run, which \
+             takes other branches, or a longer tool, or a higher part"
+        ),
+    }
 }
 
 fn order(count: usize) -> String {

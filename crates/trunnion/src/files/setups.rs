@@ -29,6 +29,9 @@ pub struct SetupSummary {
     pub after: Option<SetupEntry>,
     /// Assurance over all other rotations within the bounds.
     pub assurance: SetupAssurance,
+    /// Distances of the machine's bodies; absent if the machine has none, or no setup fits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bodies: Option<SetupBodies>,
     /// Height of links above the part, in mm, as in the job.
     pub clearance: f64,
     /// Number of rotations examined on the first grid.
@@ -39,6 +42,15 @@ pub struct SetupSummary {
     pub others: Vec<SetupEntry>,
     /// Warnings about the job.
     pub warnings: Vec<String>,
+}
+
+/// Distances of the machine's bodies in setups.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct SetupBodies {
+    /// Number of better setups in which bodies, fixtures or stock come too near.
+    pub passed_over: usize,
+    /// True if all keep clear in the best setup; if not, it is the best without regard to them.
+    pub clear: bool,
 }
 
 /// Bounds of a search: smallest and largest angle, in degrees.

@@ -1,12 +1,13 @@
 //! Advice for programs that come too near fixtures.
 
 use super::job::Job;
-use super::program::CheckedProgram;
+use super::program::{CheckedProgram, NearMoves};
 use crate::files::job;
 
 /// Returns advice if programs of the job come too near fixtures.
 pub(super) fn remedy(job: &Job, programs: &[CheckedProgram]) -> Option<String> {
-    let [links, cuts] = [0, 1].map(|of| programs.iter().any(|program| program.too_near[of]));
+    let near = programs.iter().map(|program| program.too_near);
+    let NearMoves { links, cuts } = near.fold(NearMoves::default(), NearMoves::or);
     let links = links.then(|| over(job));
     let cuts = cuts.then(|| {
         "cuts or their leads come too near: move the fixture or the part, or take a longer tool or a slimmer holder"

@@ -14,7 +14,7 @@ use nalgebra::{Isometry3, Point3, Unit, UnitVector3, Vector3};
 use rayon::prelude::*;
 
 /// Everything that one run needs. Created by [`Job::new`] from files that were read elsewhere.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Job {
     /// Name of the operation; empty if the job has only one.
     pub name: String,

@@ -7,7 +7,7 @@ use crate::types::{Interval, UncutRegion};
 use std::collections::BTreeMap;
 
 /// Regions that the operations so far leave.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Leftover {
     /// Regions, face after face in the order of their first operation.
     pub(super) regions: Vec<UncutRegion>,

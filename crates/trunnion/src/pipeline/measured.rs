@@ -29,6 +29,45 @@ pub(super) fn run(
     against: &CheckedAgainst<'_>,
     progress: &dyn Progress,
 ) -> Result<InspectionReport, PipelineError> {
+    let plain = |faces: Vec<&FaceIndex>| -> Vec<Face> {
+        faces.into_iter().map(|face| face.face().clone()).collect()
+    };
+    let faces = CheckedFaces { cut: plain(job.cut_faces()), others: plain(job.avoided_faces()) };
+    inspect(ProgramOfJob { job, program, faces: &faces }, against, progress)
+}
+
+/// Checks the motion of a program of a job alone: axes, stock, fixtures and bodies of the machine.
+pub(super) fn motion(
+    job: &Job,
+    program: &WrittenProgram<'_>,
+    against: &CheckedAgainst<'_>,
+    progress: &dyn Progress,
+) -> Result<InspectionReport, PipelineError> {
+    inspect(ProgramOfJob { job, program, faces: &CheckedFaces::default() }, against, progress)
+}
+
+/// Faces that a check compares with.
+#[derive(Default)]
+struct CheckedFaces {
+    cut: Vec<Face>,
+    /// Faces that must not be cut.
+    others: Vec<Face>,
+}
+
+/// Program with its job, and the faces that it is compared with.
+#[derive(Clone, Copy)]
+struct ProgramOfJob<'a> {
+    job: &'a Job,
+    program: &'a WrittenProgram<'a>,
+    faces: &'a CheckedFaces,
+}
+
+fn inspect(
+    checked: ProgramOfJob<'_>,
+    against: &CheckedAgainst<'_>,
+    progress: &dyn Progress,
+) -> Result<InspectionReport, PipelineError> {
+    let ProgramOfJob { job, program, faces } = checked;
     let &WrittenProgram { form, text, axes } = program;
     let options = read::ReadOptions::new(form.dialect.dialect(), axes, MOST_FAULTS);
     let failed = |faults| PipelineError::ReadBack { file: form.file, faults };
@@ -36,20 +75,16 @@ pub(super) fn run(
     if control_of(&job.kinematics, form.dialect) == BlockInterpolation::GreatCircle {
         on_circles(&mut program);
     }
-    let plain = |faces: Vec<&FaceIndex>| -> Vec<Face> {
-        faces.into_iter().map(|face| face.face().clone()).collect()
-    };
-    let (faces, others) = (plain(job.cut_faces()), plain(job.avoided_faces()));
     let tools = tools(job);
     let input = CheckInput::program(&program, &job.kinematics, &job.cutter).tools(&tools);
-    let input = input.faces(&faces).rest(against.rest);
+    let input = input.faces(&faces.cut).rest(against.rest);
     let tolerance = DeviationTolerance { excess: job.budget.total, gouge: job.budget.gouge };
     let options = CheckOptions::of_tolerance(tolerance, job.file.verify_grid);
     // F of a control with tool-centre-point control caps the feed: its times reveal nothing about the axes.
     let feeds = if is_timed(form.dialect) { FeedMeaning::Timed } else { FeedMeaning::Cap };
     let coolant =
         if job.file.cutting.coolant { CoolantDemand::Needed } else { CoolantDemand::Unknown };
-    let inspection = Inspection::new(input, options).others(&others).feeds(feeds);
+    let inspection = Inspection::new(input, options).others(&faces.others).feeds(feeds);
     let mut inspection = inspection.coolant(coolant);
     if let Some(stock) = &against.solids.stock {
         inspection = inspection.stock(stock, MOST_COLLISIONS);

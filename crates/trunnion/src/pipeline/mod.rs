@@ -5,6 +5,7 @@
 
 mod assemble;
 mod bodies;
+mod body_advice;
 mod budget;
 mod collisions;
 mod error;
@@ -16,6 +17,7 @@ mod guards;
 mod holder;
 mod job;
 mod joined;
+mod keep_clear;
 mod leftover;
 mod measured;
 mod operations;
@@ -31,6 +33,7 @@ mod proposal;
 mod reach;
 mod regions;
 mod retracts;
+mod rotary_half;
 mod rounding;
 mod run;
 mod setup_search;
@@ -57,14 +60,14 @@ pub use job::{Job, JobError};
 pub use operations::PlannedOperation;
 pub use out_of_reach::OutOfReach;
 pub use outcome::Outcome;
-pub use program::{CheckedProgram, LeftOutProgram, OperationProgram};
+pub use program::{CheckedProgram, LeftOutProgram, NearMoves, OperationProgram};
 pub use proposal::{
     FaceReason, JobProposal, LeftOutFace, ProposalError, ProposalRequest, ProposedOperation,
     propose,
 };
 pub use reach::reach;
 pub use run::{locations, run};
-pub use setup_search::{SetupResult, setup};
+pub use setup_search::{BodiesInSetups, SetupResult, setup};
 pub use solids::{MOST_RAYS, Solids, solids};
 pub use stages::{SETUP_SHOWN, SETUP_WITHIN, motion_limits};
 pub use too_concave::TooConcave;

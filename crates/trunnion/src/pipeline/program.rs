@@ -50,8 +50,32 @@ pub struct CheckedProgram {
     pub bodies: Option<BodyReport>,
     /// Programs of single operations, in their order; empty unless the job asks for them.
     pub parts: Vec<OperationProgram>,
-    /// True for links, and for cuts or their leads, that come nearer to a fixture than the required clearance.
-    pub too_near: [bool; 2],
+    /// Kinds of moves that come nearer to a fixture than the required clearance.
+    pub too_near: NearMoves,
+    /// Kinds of moves on which bodies of the machine do.
+    pub bodies_near: NearMoves,
+}
+
+/// Kinds of moves that come nearer to something than the required clearance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct NearMoves {
+    /// True if links do.
+    pub links: bool,
+    /// True if cuts or their leads do.
+    pub cuts: bool,
+}
+
+impl NearMoves {
+    /// Returns true if any moves do.
+    pub fn any(self) -> bool {
+        self.links || self.cuts
+    }
+
+    /// Returns the kinds of moves that do in one or the other.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self { links: self.links || other.links, cuts: self.cuts || other.cuts }
+    }
 }
 
 /// Program of one operation. Its blocks are those of the program of all operations, whose check holds for it; its text was

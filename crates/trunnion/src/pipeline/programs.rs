@@ -4,7 +4,7 @@ use super::error::PipelineError;
 use super::job::Job;
 use super::measured::{self, CheckedAgainst, WrittenProgram};
 use super::operations::OperationMotion;
-use super::program::{CheckedProgram, LeftOutProgram, OperationProgram};
+use super::program::{CheckedProgram, LeftOutProgram, NearMoves, OperationProgram};
 use super::program_format::{ProgramFormat, format_of};
 use super::sheets::{note, remarks, shares};
 use super::solids::Solids;
@@ -18,7 +18,7 @@ use crate::nc::write::{
 };
 use crate::post::{ReadBackError, WrittenSection, WrittenText, control_of, read_back_sections};
 use crate::types::{Block, Diagnostic, Motion, PoseTolerance, Progress, UncutRegion};
-use crate::verify::{self, ClearanceReport, OtherFaces};
+use crate::verify::{self, OtherFaces};
 
 /// Longest block \[s\]: a program runs each block at its mean speed, so this bounds its difference from the schedule.
 const LONGEST_BLOCK: f64 = 0.05;
@@ -120,7 +120,10 @@ fn one(
         None => (None, OtherFaces::default(), None, None, None),
     };
     let written = WrittenText { text: &text, ends: &ends };
-    let too_near = too_near(clearance.as_ref(), &blocks, written);
+    let near = clearance.iter().flat_map(|clearance| &clearance.near).map(|near| near.line);
+    let too_near = near_moves(near, &blocks, written);
+    let near = bodies.iter().flat_map(|bodies| &bodies.near).map(|near| near.line);
+    let bodies_near = near_moves(near, &blocks, written);
     Ok(CheckedProgram {
         dialect: form.dialect.name(),
         file: form.file,
@@ -136,7 +139,33 @@ fn one(
         bodies,
         parts,
         too_near,
+        bodies_near,
     })
+}
+
+/// Returns true if bodies of the machine and fixtures keep clear in the programs that the job would write, without a check
+/// against the part.
+pub(super) fn keep_clear(
+    job: &Job,
+    inputs: ProgramInputs<'_>,
+    progress: &dyn Progress,
+) -> Result<bool, PipelineError> {
+    let words = AxisWords::of(job.kinematics.machine())?;
+    let ProgramInputs { operations, uncut, solids } = inputs;
+    for &format in &job.file.dialects {
+        let form = format_of(format);
+        let sections = operations.iter().map(|of| section(of, &form, words, progress));
+        let sections = sections.collect::<Result<Vec<_>, _>>()?;
+        let ProgramText { text, .. } = text(&sections, &form, words)?;
+        let written = WrittenProgram { form: &form, text: &text, axes: words };
+        let against = CheckedAgainst { rest: uncut, solids };
+        let found = measured::motion(job, &written, &against, progress)?;
+        let bodies = found.bodies.iter().all(|bodies| bodies.near.is_empty());
+        if !(bodies && found.clearance.iter().all(|fixtures| fixtures.near.is_empty())) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }
 
 /// Writes a program for each of several operations if the job asks for it, and reads each back.
@@ -236,12 +265,12 @@ struct ProgramText {
     unread: Option<Diagnostic>,
 }
 
-/// Returns true for links, and for cuts or their leads, among the lines that come too near a fixture.
-fn too_near(
-    clearance: Option<&ClearanceReport>,
+/// Returns the kinds of moves on some lines.
+fn near_moves(
+    lines: impl Iterator<Item = u32>,
     blocks: &[Block],
     written: WrittenText<'_>,
-) -> [bool; 2] {
+) -> NearMoves {
     let WrittenText { text, ends } = written;
     let after = text.match_indices('\n').map(|(at, _)| at + 1);
     let starts: Vec<usize> = std::iter::once(0).chain(after).collect();
@@ -252,8 +281,10 @@ fn too_near(
         // After the last block the tool goes home.
         block.is_none_or(|block| matches!(block.motion, Motion::Link | Motion::Hop))
     };
-    let near = || clearance.iter().flat_map(|clearance| &clearance.near);
-    [near().any(|near| is_link(near.line)), near().any(|near| !is_link(near.line))]
+    lines.fold(NearMoves::default(), |near, line| {
+        let links = is_link(line);
+        near.or(NearMoves { links, cuts: !links })
+    })
 }
 
 /// Writes the text of a program and reads it back.

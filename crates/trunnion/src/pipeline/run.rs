@@ -1,8 +1,10 @@
 //! The chain from a job to its programs.
 
+use super::body_advice::near_at_home;
 use super::error::PipelineError;
 use super::fit::fit;
 use super::job::Job;
+use super::keep_clear::{NearThings, PlanChange, nearest};
 use super::leftover::Leftover;
 use super::operations::{JobPasses, OperationMotion, OperationPasses, passes};
 use super::outcome::Outcome;
@@ -18,6 +20,9 @@ use crate::nc::write::OutputFormat;
 use crate::types::Progress;
 
 /// Runs the whole chain, operation by operation.
+///
+/// Where fixtures or bodies of the machine come too near in the programs, other plans are tried: branches of the rotary
+/// axes, links, inclinations. The first that keeps all of them clear is the result.
 ///
 /// A result that breaks a tolerance or a limit is not an error: see [`Summary::passed`](crate::files::summary::Summary::passed).
 ///
@@ -55,35 +60,178 @@ struct JobRun<'a> {
 /// Runs the passes on the machine, and writes the programs.
 fn programs(run: JobRun<'_>, progress: &dyn Progress) -> Result<Outcome, PipelineError> {
     let JobRun { job, passes, too_concave, solids } = run;
-    let JobPasses { operations, left, idle } = passes;
-    let warnings = [too_concave, idle].concat();
-    // Step 3: axes and speeds.
-    let operations = operations.into_iter().map(|passes| OperationMotion::plan(passes, progress));
-    let operations = operations.collect::<Result<Vec<OperationMotion<'_>>, _>>()?;
-    // Step 4: programs with their check, sheets, summary.
-    let inputs = ProgramInputs { operations: &operations, uncut: &left.regions, solids: &solids };
-    let Programs { checked: programs, left_out } = programs::write(job, inputs, progress)?;
-    let is_written = |format: &OutputFormat| left_out.iter().all(|left| left.format != *format);
-    let formats: Vec<OutputFormat> = job.file.dialects.iter().copied().filter(is_written).collect();
-    let Sheets { cl, setup } = sheets(&operations, &formats)?;
-    let results = StageResults {
-        operations: &operations,
-        left: &left,
-        warnings: &warnings,
-        programs: &programs,
-        left_out: &left_out,
-        solids: &solids,
+    let planned = PlannedJob::plan(PassesOfJob { job, passes }, too_concave, progress)?;
+    let written = planned.write(&solids, progress)?;
+    // Other plans, where something comes too near.
+    let near = NearThings::of(&written.checked);
+    let mut clear = None;
+    if near.any() && near_at_home(job, &written.checked, &solids).is_none() {
+        let first = FirstPlan { planned: &planned, written: &written, solids: &solids };
+        for change in near.changes(job) {
+            clear = first.changed(change, progress)?;
+            if clear.is_some() {
+                break;
+            }
+        }
+    }
+    let outcome = match clear {
+        Some(outcome) => outcome,
+        None => planned.outcome(written, &solids)?,
     };
-    let summary = summary(job, &results)?;
-    Ok(Outcome {
-        operations: operations.into_iter().map(OperationMotion::result).collect(),
-        programs,
-        left_out,
-        fixtures: solids.fixtures,
-        cl,
-        setup,
-        summary,
-    })
+    Ok(Outcome { fixtures: solids.fixtures, ..outcome })
+}
+
+/// Passes of the operations of a job.
+struct PassesOfJob<'a> {
+    job: &'a Job,
+    passes: JobPasses<'a>,
+}
+
+/// Job with the motion of its operations.
+struct PlannedJob<'a> {
+    job: &'a Job,
+    operations: Vec<OperationMotion<'a>>,
+    left: Leftover,
+    warnings: Vec<String>,
+}
+
+impl<'a> PlannedJob<'a> {
+    /// Plans axes and speeds.
+    fn plan(
+        passes: PassesOfJob<'a>,
+        warnings: Vec<String>,
+        progress: &dyn Progress,
+    ) -> Result<Self, PipelineError> {
+        let PassesOfJob { job, passes: JobPasses { operations, left, mut idle } } = passes;
+        idle.retain(|line| !warnings.contains(line));
+        let planned = operations.into_iter().map(|passes| OperationMotion::plan(passes, progress));
+        let operations = planned.collect::<Result<Vec<_>, _>>()?;
+        Ok(Self { job, operations, left, warnings: [warnings, idle].concat() })
+    }
+
+    fn inputs<'s>(&'s self, solids: &'s Solids) -> ProgramInputs<'s> {
+        ProgramInputs { operations: &self.operations, uncut: &self.left.regions, solids }
+    }
+
+    /// Writes the programs, and checks them.
+    fn write(&self, solids: &Solids, progress: &dyn Progress) -> Result<Programs, PipelineError> {
+        programs::write(self.job, self.inputs(solids), progress)
+    }
+
+    /// Returns the planned time \[s\].
+    fn duration(&self) -> f64 {
+        self.operations.iter().map(|one| one.motion().plan.schedule.duration()).sum()
+    }
+
+    /// Returns the number of faults of the programs and of regions that they leave, beside what they come too near.
+    fn faults(&self, written: &Programs) -> usize {
+        let checks = written.checked.iter().filter_map(|program| program.check.as_ref());
+        let findings: usize = checks.map(|check| check.findings.len()).sum();
+        findings + regions::unfinished(self.job, &self.left).len()
+    }
+
+    /// Returns sheets and summary with the programs; the fixtures are left out.
+    fn outcome(self, written: Programs, solids: &Solids) -> Result<Outcome, PipelineError> {
+        let Self { job, operations, left, warnings } = self;
+        let Programs { checked: programs, left_out } = written;
+        let is_written = |format: &OutputFormat| left_out.iter().all(|left| left.format != *format);
+        let formats: Vec<OutputFormat> =
+            job.file.dialects.iter().copied().filter(is_written).collect();
+        let Sheets { cl, setup } = sheets(&operations, &formats)?;
+        let results = StageResults {
+            operations: &operations,
+            left: &left,
+            warnings: &warnings,
+            programs: &programs,
+            left_out: &left_out,
+            solids,
+        };
+        let summary = summary(job, &results)?;
+        Ok(Outcome {
+            operations: operations.into_iter().map(OperationMotion::result).collect(),
+            programs,
+            left_out,
+            fixtures: None,
+            cl,
+            setup,
+            summary,
+        })
+    }
+
+    /// Returns the passes of a changed job, as they are but for what the change moves.
+    fn passes_for<'b>(
+        &self,
+        changed: &'b Job,
+        change: PlanChange,
+        progress: &dyn Progress,
+    ) -> Result<JobPasses<'b>, PipelineError> {
+        if change.moves_passes() {
+            changed.operations().try_for_each(reach)?;
+            return passes(changed, progress);
+        }
+        let kept = |job: &'b Job| {
+            self.operations.iter().find(|one| one.job.index == job.index).map(|one| (job, one))
+        };
+        let operations = changed.operations().filter_map(kept).map(|(job, one)| {
+            let covering = one.covering.clone();
+            let legs = if change.moves_links() {
+                stages::legs(job, &covering.passes, progress)?
+            } else {
+                one.legs.clone()
+            };
+            Ok(OperationPasses { job, covering, legs })
+        });
+        let operations = operations.collect::<Result<Vec<_>, PipelineError>>()?;
+        Ok(JobPasses { operations, left: self.left.clone(), idle: Vec::new() })
+    }
+}
+
+/// Quickest plan of a job, in whose programs something comes too near.
+struct FirstPlan<'a> {
+    planned: &'a PlannedJob<'a>,
+    written: &'a Programs,
+    solids: &'a Solids,
+}
+
+impl FirstPlan<'_> {
+    /// Plans the job with a change; `None` if it cannot be planned so, or if not all keeps clear then.
+    fn changed(
+        &self,
+        change: PlanChange,
+        progress: &dyn Progress,
+    ) -> Result<Option<Outcome>, PipelineError> {
+        match self.outcome_of(change, progress) {
+            Err(stop @ PipelineError::Cancelled(_)) => Err(stop),
+            // Out of reach, or out of travel: not with this change.
+            Err(_) => Ok(None),
+            Ok(outcome) => Ok(outcome),
+        }
+    }
+
+    fn outcome_of(
+        &self,
+        change: PlanChange,
+        progress: &dyn Progress,
+    ) -> Result<Option<Outcome>, PipelineError> {
+        let Self { planned: first, written, solids } = self;
+        let job = change.job(first.job);
+        let passes = first.passes_for(&job, change, progress)?;
+        let passes = PassesOfJob { job: &job, passes };
+        let mut planned = PlannedJob::plan(passes, first.warnings.clone(), progress)?;
+        // The motion alone is judged first: it takes a small part of the whole check.
+        if !programs::keep_clear(&job, planned.inputs(solids), progress)? {
+            return Ok(None);
+        }
+        let text = planned.write(solids, progress)?;
+        let times = [first.duration(), planned.duration()];
+        planned.warnings.push(change.describe(first.job, &nearest(&written.checked), times));
+        let is_clear = text.left_out.is_empty() && !NearThings::of(&text.checked).any();
+        // What keeps clear may not be worse elsewhere.
+        if !is_clear || planned.faults(&text) > first.faults(written) {
+            return Ok(None);
+        }
+        Ok(Some(planned.outcome(text, solids)?))
+    }
 }
 
 /// Places the passes of the first operation over its faces; at least one must exist.

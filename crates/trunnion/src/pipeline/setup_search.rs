@@ -2,24 +2,43 @@
 
 use super::error::PipelineError;
 use super::job::Job;
-use super::operations::{OperationPasses, passes};
+use super::operations::{OperationMotion, OperationPasses, passes};
+use super::programs::{self, ProgramInputs};
 use super::run::covered;
+use super::solids::solids;
 use super::stages;
-use crate::axes::{FollowedPath, SetupSearch, TiltBounds};
-use crate::types::{Leg, Motion, Progress, Station};
+use crate::axes::{EvaluatedSetup, FollowedPath, SetupSearch, TiltBounds};
+use crate::machine::{Kinematics, Setup};
+use crate::types::{Cancelled, Leg, Motion, Progress, Station, ToolPath};
+
+/// Most setups in which the distances of the machine's bodies are measured.
+const MOST_MEASURED: usize = 12;
 
 /// Result of a search for a better setup.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct SetupResult {
-    /// The setups.
+    /// The setups; the best is the best of those in which bodies of the machine keep clear, if there is one.
     pub search: SetupSearch,
     /// Planned time with the setup of the job and with the best \[s\]; `None` where none fits.
     pub seconds: [Option<f64>; 2],
+    /// Distances of the machine's bodies; `None` if the machine has none, or no setup fits.
+    pub bodies: Option<BodiesInSetups>,
+}
+
+/// Distances of the machine's bodies in setups.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct BodiesInSetups {
+    /// Setups in which bodies, fixtures or stock come too near, and which are otherwise better.
+    pub passed_over: usize,
+    /// True if all keep clear in the best setup; if not, it is the best without regard to them.
+    pub clear: bool,
 }
 
 /// Searches the rotation of the workpiece that keeps the tool path of all operations farthest from the singular
-/// directions of the machine, and inside travel: [`crate::axes::setup`].
+/// directions of the machine, and inside travel: [`crate::axes::setup`]. On a machine with bodies, setups in which they
+/// come too near are passed over.
 ///
 /// Operations follow each other by links without a change of tool, which times do not include anyway.
 ///
@@ -34,14 +53,17 @@ pub fn setup(
     bounds: &TiltBounds,
     progress: &dyn Progress,
 ) -> Result<SetupResult, PipelineError> {
-    let legs = if job.following.is_empty() {
+    let operations = if job.following.is_empty() {
         let covering = covered(job, progress)?;
-        stages::legs(job, &covering.passes, progress)?
+        let legs = stages::legs(job, &covering.passes, progress)?;
+        vec![OperationPasses { job, covering, legs }]
     } else {
-        joined(job, passes(job, progress)?.operations)
+        passes(job, progress)?.operations
     };
-    let tool_path = stages::tool_path(job, &legs, progress)?.path;
-    let search = stages::search(job, &tool_path, bounds, progress)?;
+    let tool_path = stages::tool_path(job, &joined(job, &operations), progress)?.path;
+    let mut search = stages::search(job, &tool_path, bounds, progress)?;
+    let task = BodiesTask { job, operations: &operations, path: &tool_path };
+    let bodies = task.pass_over(&mut search, progress)?;
     // Both are planned with the same speeds, so that the times compare.
     let best = search.best.as_ref().map(|(_, followed)| followed);
     let seconds = |followed: Option<&FollowedPath>| {
@@ -49,11 +71,94 @@ pub fn setup(
         plan.map(|plan| plan.map(|plan| plan.schedule.duration())).transpose()
     };
     let seconds = [seconds(search.before_axes.as_ref())?, seconds(best)?];
-    Ok(SetupResult { search, seconds })
+    Ok(SetupResult { search, seconds, bodies })
+}
+
+/// Measurement of the distances of the machine's bodies in setups.
+struct BodiesTask<'a> {
+    job: &'a Job,
+    operations: &'a [OperationPasses<'a>],
+    path: &'a ToolPath,
+}
+
+impl BodiesTask<'_> {
+    /// Makes the best setup of those in which the bodies of the machine keep clear the best of all.
+    fn pass_over(
+        &self,
+        search: &mut SetupSearch,
+        progress: &dyn Progress,
+    ) -> Result<Option<BodiesInSetups>, PipelineError> {
+        let solids = solids(self.job)?;
+        let Some((best, _)) = search.best.as_ref().filter(|_| solids.machine.is_some()) else {
+            return Ok(None);
+        };
+        let others = search.others.iter().filter(|other| other.verdict.fits().is_some());
+        let fitting: Vec<EvaluatedSetup> =
+            std::iter::once(best).chain(others).take(MOST_MEASURED).cloned().collect();
+        for (passed_over, candidate) in fitting.iter().enumerate() {
+            let job = placed(self.job, &candidate.setup);
+            let motions = self.motions(&job, progress);
+            let Some(operations) = unless_cancelled(motions)? else { continue };
+            let inputs = ProgramInputs { operations: &operations, uncut: &[], solids: &solids };
+            let clear = programs::keep_clear(&job, inputs, progress);
+            let followed = stages::axes(&job, self.path, progress);
+            let (Some(true), Some(followed)) =
+                (unless_cancelled(clear)?, unless_cancelled(followed)?)
+            else {
+                continue;
+            };
+            if passed_over > 0 {
+                search.others.retain(|other| other.setup != candidate.setup);
+                // Those that are passed over stay the first of the others.
+                if let Some((before, _)) = search.best.replace((candidate.clone(), followed)) {
+                    search.others.insert(0, before);
+                }
+            }
+            return Ok(Some(BodiesInSetups { passed_over, clear: true }));
+        }
+        Ok(Some(BodiesInSetups { passed_over: fitting.len(), clear: false }))
+    }
+
+    /// Plans the motion of the operations of a job that is placed elsewhere.
+    fn motions<'j>(
+        &self,
+        job: &'j Job,
+        progress: &dyn Progress,
+    ) -> Result<Vec<OperationMotion<'j>>, PipelineError> {
+        let motion = |(job, one): (&'j Job, &OperationPasses<'_>)| {
+            let OperationPasses { covering, legs, .. } = one;
+            let passes = OperationPasses { job, covering: covering.clone(), legs: legs.clone() };
+            OperationMotion::plan(passes, progress)
+        };
+        let of =
+            |one: &OperationPasses<'_>| job.operations().find(|job| job.index == one.job.index);
+        self.operations.iter().filter_map(|one| Some((of(one)?, one))).map(motion).collect()
+    }
+}
+
+/// Returns the job with its workpiece in another place.
+fn placed(job: &Job, at: &Setup) -> Job {
+    let mut job = job.clone();
+    let place = |job: &mut Job| {
+        let setup = Setup { tool_length: job.kinematics.setup().tool_length, ..*at };
+        job.kinematics = Kinematics::new(job.kinematics.machine(), &setup);
+    };
+    place(&mut job);
+    job.following.iter_mut().for_each(place);
+    job
+}
+
+/// Returns the result; `None` in place of an error other than cancellation.
+fn unless_cancelled<T>(result: Result<T, PipelineError>) -> Result<Option<T>, Cancelled> {
+    match result {
+        Ok(value) => Ok(Some(value)),
+        Err(PipelineError::Cancelled(stop)) => Err(stop),
+        Err(_) => Ok(None),
+    }
 }
 
 /// Joins the legs of all operations. Those of other tools are rewritten for the first tool: the machine moves in the same way.
-fn joined(job: &Job, operations: Vec<OperationPasses<'_>>) -> Vec<Leg> {
+fn joined(job: &Job, operations: &[OperationPasses<'_>]) -> Vec<Leg> {
     let mut all: Vec<Leg> = Vec::new();
     for OperationPasses { job: of, legs, .. } in operations {
         // Only the gauge point counts for the axes. It is the tool length off the tip, along the tool axis.

@@ -1,5 +1,6 @@
 //! The numbers of a run, for people and scripts.
 
+use super::body_advice;
 use super::collisions;
 use super::error::PipelineError;
 use super::fixture_advice;
@@ -81,6 +82,7 @@ pub(super) fn summary(job: &Job, results: &StageResults<'_>) -> Result<Summary, 
             .chain(guards::unplanned(job))
             .chain(operations.iter().flat_map(motion_warnings))
             .chain(fixture_advice::remedy(job, programs))
+            .chain(body_advice::remedy(job, programs, solids))
             .collect(),
         tolerance: job.budget.summary(),
         cover,

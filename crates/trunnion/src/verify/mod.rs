@@ -43,6 +43,7 @@ mod swept;
 
 pub use assumed_error::AssumedError;
 pub use check::check;
+pub(crate) use clash::watch::StandingBodies;
 pub use clash::{BodyApproach, BodyMeeting, BodyReport, MachineBodies};
 pub use deviation::side::{FacesFromBehind, behind};
 pub use error::{VerifyError, VerifyRemedy};

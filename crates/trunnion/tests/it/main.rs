@@ -34,6 +34,7 @@ mod holder;
 mod hops;
 mod imports;
 mod inner_velocities;
+mod keep_clear;
 mod kinematics;
 mod layers;
 mod links;

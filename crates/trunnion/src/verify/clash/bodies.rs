@@ -109,6 +109,11 @@ impl MachineBodies {
         &self.left_out
     }
 
+    /// Returns the accuracy of round bodies \[mm\].
+    pub(crate) fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
     /// Returns the number of pairs that are compared.
     pub fn pairs(&self) -> usize {
         self.pairs.len()

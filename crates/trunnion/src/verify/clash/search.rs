@@ -2,6 +2,7 @@
 
 use super::pair::{BodyPair, JointBox};
 use super::spans::{MoveSpans, SpanNode};
+use crate::types::AxisVector;
 use crate::verify::error::VerifyError;
 use crate::verify::swept::triangles::{GapGoal, SweptGap};
 use nalgebra::Point3;
@@ -18,6 +19,8 @@ pub(crate) struct PairApproach {
     pub(crate) distance: f64,
     /// Point between the bodies, in the frame of the first.
     pub(crate) point: Point3<f64>,
+    /// Positions of the axes.
+    pub(crate) axes: AxisVector,
 }
 
 /// Distances that a search is after.
@@ -129,6 +132,7 @@ pub(crate) fn nearest(
                 first: MoveSpans::first(&node),
                 distance: low,
                 point: gap.middle(),
+                axes: area.middle,
             });
             least = least.min(low);
             continue;

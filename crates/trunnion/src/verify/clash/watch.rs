@@ -8,7 +8,7 @@ use super::spans::MoveSpans;
 use super::stock_watch::{PlacedMoves, StockApproach, StockScene, StockWatch};
 use crate::cutter::Cutter;
 use crate::machine::Kinematics;
-use crate::types::{Progress, Stage};
+use crate::types::{AxisVector, Progress, Stage};
 use crate::verify::error::VerifyError;
 use crate::verify::fixture::watch::ClearanceOptions;
 use crate::verify::line_stats::{LineCount, LineStatistics};
@@ -36,6 +36,8 @@ pub struct BodyApproach {
     pub distance: f64,
     /// Point between them, in machine coordinates with the link of the first body at zero \[mm\].
     pub point: Point3<f64>,
+    /// Positions of the axes there, to within what the distance is certain to \[mm, rad\].
+    pub axes: AxisVector,
 }
 
 /// Distances of the machine's bodies over a program.
@@ -120,6 +122,7 @@ struct NearBodies {
     names: [usize; 2],
     distance: f64,
     point: Point3<f64>,
+    axes: AxisVector,
 }
 
 impl BodyFindings {
@@ -132,9 +135,33 @@ impl BodyFindings {
     }
 
     fn approach(&self, near: &NearBodies) -> BodyApproach {
-        let NearBodies { line, names, distance, point } = *near;
+        let NearBodies { line, names, distance, point, axes } = *near;
         let bodies = names.map(|at| self.names.get(at).cloned().unwrap_or_default());
-        BodyApproach { line, bodies, distance, point }
+        BodyApproach { line, bodies, distance, point, axes }
+    }
+}
+
+/// Bodies at one position of the axes, with one tool.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct StandingBodies<'a> {
+    pub(crate) bodies: &'a MachineBodies,
+    pub(crate) cutter: &'a Cutter,
+    pub(crate) kinematics: &'a Kinematics,
+}
+
+impl StandingBodies<'_> {
+    /// Returns true if every two bodies of these names keep a clearance \[mm\]; stock counts with all of its material.
+    pub(crate) fn keep_clear(&self, names: &[String; 2], q: &AxisVector, clearance: f64) -> bool {
+        let StandingBodies { bodies, cutter, kinematics } = *self;
+        let watch = ClearanceOptions { clearance, ..ClearanceOptions::within(bodies.tolerance()) };
+        let cutters = [cutter];
+        let watched = WatchedBodies { bodies, cutters: &cutters, kinematics, watch, stock: None };
+        let watcher = BodyWatcher::new(&watched);
+        let pairs = watcher.pairs(0);
+        let named =
+            |pair: &&BodyPair<'_>| pair.bodies.iter().all(|body| names.contains(&body.name));
+        let least = clearance.max(bodies.tolerance());
+        pairs.iter().filter(named).all(|pair| !pair.touches(q, least))
     }
 }
 
@@ -268,7 +295,9 @@ impl<'a> BodyWatcher<'a> {
         for pair in pairs.iter().filter(|pair| pair.is_inside(&segment.joints[0])) {
             let point = pair.bodies[0].middle;
             let distance = -self.watch.tolerance;
-            self.note(pair, &PairApproach { line: segment.line, first: 0, distance, point }, found);
+            let (line, axes) = (segment.line, segment.joints[0]);
+            let approach = PairApproach { line, first: 0, distance, point, axes };
+            self.note(pair, &approach, found);
         }
     }
 
@@ -324,9 +353,9 @@ impl<'a> BodyWatcher<'a> {
     }
 
     fn note(&self, pair: &BodyPair<'_>, approach: &PairApproach, found: &mut BodyFindings) {
-        let PairApproach { line, distance, point, .. } = *approach;
+        let PairApproach { line, distance, point, axes, .. } = *approach;
         let names = pair.bodies.map(|body| found.place_of(&body.name));
-        let near = NearBodies { line, names, distance, point };
+        let near = NearBodies { line, names, distance, point, axes };
         if found.least.is_none_or(|least| distance < least.distance) {
             found.least = Some(near);
         }
