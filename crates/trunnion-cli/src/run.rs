@@ -274,17 +274,23 @@ pub(crate) fn write(
         }
     }
     outputs.text("setup.txt", &outcome.setup)?;
-    for (file, operation) in motions.iter().zip(&outcome.operations) {
-        outputs.add(file, |out| motion::write(out, job, operation))?;
-    }
-    if let Some(left) = material::left(outcome) {
-        summary.files.push("stock.stl".to_owned());
-        outputs.add("stock.stl", |out| {
-            material::write(out, &material::surface(left, job.budget.total))
-        })?;
-    }
+    let left = material::left(outcome);
+    summary.files.extend(left.map(|_| "stock.stl".to_owned()));
+    // The page takes about as long as the tables: both are made at once.
+    let mut tables = || {
+        for (file, operation) in motions.iter().zip(&outcome.operations) {
+            outputs.add(file, |out| motion::write(out, job, operation))?;
+        }
+        if let Some(left) = left {
+            let surface = || material::surface(left, job.budget.total);
+            outputs.add("stock.stl", |out| material::write(out, &surface()))?;
+        }
+        Ok::<(), Failure>(())
+    };
+    let (tables, page) = rayon::join(&mut tables, || report::page(job, outcome, summary));
+    tables?;
     // The page and summary.json come last, when everything else has succeeded.
-    outputs.text("report.html", &report::page(job, outcome, summary)?)?;
+    outputs.text("report.html", &page?)?;
     let json = serde_json::to_string_pretty(&summary).map_err(anyhow::Error::from)?;
     outputs.text("summary.json", &(json + "\n"))?;
     Ok(outputs.commit()?)

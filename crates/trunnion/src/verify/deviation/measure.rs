@@ -2,10 +2,10 @@
 
 use super::bounds::faces::{self, BoundRequest, FoundBounds};
 use super::bounds::margin::MarginRule;
-use super::chunks::{MeasuredTools, MotionChunks, MoveKind};
+use super::chunks::{MeasureScope, MeasuredTools, MotionChunks, MoveKind};
 use super::grid::FaceGrid;
 use super::map;
-use super::map::MeasuredMap;
+use super::map::{FacePoints, GridSamples, MeasuredMap};
 use super::tool_length;
 use crate::cutter::Cutter;
 use crate::math;
@@ -46,8 +46,11 @@ pub(crate) fn measure(
     progress: &dyn Progress,
 ) -> Result<MeasuredHeights, VerifyError> {
     let tools = MeasuredTools { cutters: subject.cutters, options };
-    let task = MeasureTask { subject, options, progress };
-    let mut heights = task.cuts(&MotionChunks::new(run, tools)?)?;
+    let cuts = MotionChunks::new(run, tools)?;
+    // The points are the same for all motion: cuts search farthest.
+    let (points, samples) = points(subject.faces, options, &cuts.scope)?;
+    let task = MeasureTask { subject, points: &points, options, progress };
+    let mut heights = task.cuts(&cuts, samples)?;
     for moves in [MoveKind::Rapids, MoveKind::DogLegs] {
         if let Some(chunks) = MotionChunks::rapids(run, tools, moves)? {
             task.rapids(&chunks, &mut heights)?;
@@ -60,20 +63,36 @@ pub(crate) fn measure(
     Ok(heights)
 }
 
-/// Measurement of one motion: subject, options and progress.
+/// Returns the points of the faces, and their samples without heights.
+fn points<'a>(
+    faces: &'a [Face],
+    options: &CheckOptions,
+    scope: &MeasureScope,
+) -> Result<(Vec<FacePoints<'a>>, Vec<GridSamples>), VerifyError> {
+    let of = |face| FacePoints::new(face, FaceGrid::over(face, options)?, scope);
+    let all = faces.iter().map(of).collect::<Result<Vec<_>, _>>()?;
+    Ok(all.into_iter().unzip())
+}
+
+/// Measurement of one motion: subject, points of its faces, options and progress.
 struct MeasureTask<'a> {
     subject: &'a MeasureSubject<'a>,
+    points: &'a [FacePoints<'a>],
     options: &'a CheckOptions,
     progress: &'a dyn Progress,
 }
 
 impl MeasureTask<'_> {
     /// Measures the heights that the cutting moves leave.
-    fn cuts(&self, chunks: &MotionChunks<'_>) -> Result<MeasuredHeights, VerifyError> {
-        let Self { subject, options, .. } = *self;
+    fn cuts(
+        &self,
+        chunks: &MotionChunks<'_>,
+        samples: Vec<GridSamples>,
+    ) -> Result<MeasuredHeights, VerifyError> {
+        let Self { subject, points, options, .. } = *self;
         // Step 1: measure the grid points.
         let mut advance = |share: f64| self.advance(share);
-        let mut measured = map::maps(chunks, subject.faces, self.grids()?, &mut advance)?;
+        let mut measured = map::maps(chunks, points, samples, &mut advance)?;
         for measured in &mut measured {
             measured.map.note(subject.rest);
         }
@@ -96,10 +115,6 @@ impl MeasureTask<'_> {
         self.progress.step(Stage::Verify, (STEPS * share) as u64, STEPS as u64)
     }
 
-    fn grids(&self) -> Result<Vec<FaceGrid>, VerifyError> {
-        self.subject.faces.iter().map(|face| FaceGrid::over(face, self.options)).collect()
-    }
-
     /// Adds the gouges of rapids, and finds points that only rapids finish. The material left over the faces stays as
     /// measured without them.
     fn rapids(
@@ -107,11 +122,12 @@ impl MeasureTask<'_> {
         chunks: &MotionChunks<'_>,
         heights: &mut MeasuredHeights,
     ) -> Result<(), VerifyError> {
-        let Self { subject, options, .. } = *self;
+        let Self { points, options, .. } = *self;
         let MeasuredHeights { maps, deviation, between } = heights;
         // There are few rapids, so progress stays at its end; the run may still be cancelled.
         let mut go_on = |_: f64| self.advance(1.0);
-        let measured = map::maps(chunks, subject.faces, self.grids()?, &mut go_on)?;
+        let samples = maps.iter().map(map::unmeasured).collect();
+        let measured = map::maps(chunks, points, samples, &mut go_on)?;
         let mut other = Deviation::of(&measured.iter().map(|measured| &measured.map));
         let dog_leg = chunks.scope.moves == MoveKind::DogLegs;
         other.lowest = [deviation.lowest, other.lowest]
@@ -153,7 +169,7 @@ impl MeasureTask<'_> {
     fn promised(
         &self,
         chunks: &MotionChunks<'_>,
-        measured: &[MeasuredMap],
+        measured: &[MeasuredMap<'_>],
         promise: &BoundOptions,
         deviation: &mut Deviation,
     ) -> Result<Vec<ExtremeHeight>, VerifyError> {
@@ -279,8 +295,10 @@ mod tests {
         let measure = |size: usize| {
             let tools = MeasuredTools { cutters: &[&cutter], options: &options };
             let chunks = MotionChunks::of(&run, tools, size).unwrap();
-            let task = MeasureTask { subject: &subject, options: &options, progress: &Silent };
-            task.cuts(&chunks).unwrap()
+            let (points, samples) = points(subject.faces, &options, &chunks.scope).unwrap();
+            let (subject, options) = (&subject, &options);
+            let task = MeasureTask { subject, points: &points, options, progress: &Silent };
+            task.cuts(&chunks, samples).unwrap()
         };
         let whole = measure(100_000);
         let MeasuredHeights { maps, deviation, .. } = &whole;

@@ -15,7 +15,7 @@ const MOST: f64 = 0.5;
 /// by an inclined tool moves by the shift times the cosine.
 pub(crate) fn length(
     faces: &[Face],
-    measured: &[MeasuredMap],
+    measured: &[MeasuredMap<'_>],
     options: &CheckOptions,
 ) -> Option<Interval> {
     let [low, high] = [-options.gouge, options.total];

@@ -46,7 +46,7 @@ pub(crate) struct FoundBounds {
 pub(crate) fn bounds(
     chunks: &MotionChunks<'_>,
     faces: &[Face],
-    measured: &[MeasuredMap],
+    measured: &[MeasuredMap<'_>],
     request: &BoundRequest,
 ) -> Result<FoundBounds, VerifyError> {
     let BoundRequest { rules: [deep, tall], excess: bounded, extremes: [low, high] } = *request;
