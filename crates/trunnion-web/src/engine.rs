@@ -4,6 +4,7 @@ use crate::answer::{PageAnswer, Verdict};
 use crate::library_model::LibraryModel;
 use crate::machine_model::MachineModel;
 use crate::part_model::PartModel;
+use crate::stock_model::StockModel;
 use crate::timeline::Timeline;
 use std::path::Path;
 use trunnion::files::library;
@@ -116,6 +117,22 @@ impl Engine {
     pub fn timeline(&mut self, options: &[String]) -> Result<Timeline, Vec<String>> {
         let replay = calls::in_memory(&mut self.files, || calls::replay(options, &Silent));
         replay.map(|replay| Timeline::of(&replay)).map_err(|failure| failure.messages())
+    }
+
+    /// Prepares the stock of a program, which runs as `trunnion check OPTIONS` would, to be cut in a picture, with rays about
+    /// `cell` \[mm\] apart. Returns nothing without stock and part.
+    ///
+    /// # Errors
+    ///
+    /// The messages of the command line.
+    pub fn stock(
+        &mut self,
+        options: &[String],
+        cell: f64,
+    ) -> Result<Option<StockModel>, Vec<String>> {
+        let read = || calls::timed_stock(options, cell, &Silent);
+        let found = calls::in_memory(&mut self.files, read);
+        found.map(|found| found.map(StockModel::of)).map_err(|failure| failure.messages())
     }
 
     /// Returns the chain of a machine file, or of the built-in machine of that name.

@@ -10,6 +10,7 @@ mod machine_model;
 #[cfg(target_family = "wasm")]
 pub mod page;
 mod part_model;
+mod stock_model;
 mod timeline;
 
 pub use answer::PageAnswer;
@@ -17,4 +18,5 @@ pub use engine::{CHECK_FOLDER, Engine, RUN_FOLDER};
 pub use library_model::{CutterModel, LibraryModel};
 pub use machine_model::{LinkModel, MachineModel};
 pub use part_model::{FaceModel, PartModel};
+pub use stock_model::{BrickModel, StockModel};
 pub use timeline::Timeline;

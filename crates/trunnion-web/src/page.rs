@@ -3,6 +3,7 @@
 use crate::answer::PageAnswer;
 use crate::engine::Engine;
 use crate::part_model::PartModel;
+use crate::stock_model::{BrickModel, StockModel};
 use crate::timeline::Timeline;
 use js_sys::{Array, Float32Array, Function, Uint32Array};
 use serde::Serialize;
@@ -179,6 +180,17 @@ impl PageEngine {
         data(self.engine.library(name.as_deref()))
     }
 
+    /// Prepares the stock of a program to be cut in a picture, with rays about `cell` \[mm\] apart.
+    ///
+    /// # Errors
+    ///
+    /// The messages of the command line, one a line.
+    pub fn stock(&mut self, options: Vec<String>, cell: f64) -> Result<Option<PageStock>, JsValue> {
+        let stock = self.engine.stock(&options, cell);
+        let stock = stock.map(|found| found.map(PageStock));
+        stock.map_err(|messages| JsValue::from_str(&messages.join("\n")))
+    }
+
     /// Returns the moves of a program over time.
     ///
     /// # Errors
@@ -234,9 +246,75 @@ impl PageTimeline {
         self.0.poses.clone()
     }
 
-    /// Machine and tools as JSON.
+    /// Machine, tools and the presence of stock as JSON.
     pub fn model(&self) -> String {
-        serde_json::json!({ "machine": self.0.machine, "tools": self.0.tools }).to_string()
+        let Timeline { machine, tools, has_stock, .. } = &self.0;
+        serde_json::json!({ "machine": machine, "tools": tools, "has_stock": has_stock })
+            .to_string()
+    }
+}
+
+/// Stock of a program as it is cut.
+#[wasm_bindgen(js_name = Stock)]
+#[derive(Debug)]
+pub struct PageStock(StockModel);
+
+#[wasm_bindgen(js_class = Stock)]
+impl PageStock {
+    /// Largest distance of its rays \[mm\], and its origin, as JSON.
+    pub fn model(&self) -> String {
+        serde_json::json!({ "cell": self.0.cell(), "is_stated": self.0.is_stated() }).to_string()
+    }
+
+    /// Returns the time at the end of the program \[s\].
+    pub fn end(&self) -> f64 {
+        self.0.stock().end()
+    }
+
+    /// Goes towards a time \[s\] by at most so many moves; returns the time that it has come to \[s\].
+    ///
+    /// # Errors
+    ///
+    /// The messages of the command line, one a line.
+    pub fn cut(&mut self, time: f64, moves: usize) -> Result<f64, JsValue> {
+        self.0.cut(time, moves).map_err(|message| JsValue::from_str(&message))
+    }
+
+    /// Returns the bricks whose surface has changed since the last call.
+    ///
+    /// # Errors
+    ///
+    /// The messages of the command line, one a line.
+    pub fn changes(&mut self) -> Result<PageBricks, JsValue> {
+        self.0.changes().map(PageBricks).map_err(|message| JsValue::from_str(&message))
+    }
+}
+
+/// Bricks of the surface of stock as typed arrays.
+#[wasm_bindgen(js_name = Bricks)]
+#[derive(Debug)]
+pub struct PageBricks(BrickModel);
+
+#[wasm_bindgen(js_class = Bricks)]
+impl PageBricks {
+    /// Number, vertices and triangles of each brick.
+    pub fn counts(&self) -> Vec<u32> {
+        self.0.counts.clone()
+    }
+
+    /// Vertices \[mm\], brick by brick.
+    pub fn positions(&self) -> Vec<f32> {
+        self.0.positions.clone()
+    }
+
+    /// Triangles, brick by brick; each counts its own vertices.
+    pub fn triangles(&self) -> Vec<u32> {
+        self.0.triangles.clone()
+    }
+
+    /// Box around all that has changed \[mm\]; empty if nothing has.
+    pub fn bounds(&self) -> Vec<f64> {
+        self.0.bounds.clone()
     }
 }
 

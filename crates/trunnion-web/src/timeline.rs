@@ -25,6 +25,8 @@ pub struct Timeline {
     pub machine: Option<MachineModel>,
     /// Outline of each tool: radius and height above the tip \[mm\].
     pub tools: Vec<Vec<[f64; 2]>>,
+    /// True if there is stock, or a part whose box stands for it.
+    pub has_stock: bool,
 }
 
 impl Timeline {
@@ -42,6 +44,7 @@ impl Timeline {
             poses,
             machine: replay.kinematics.as_ref().map(MachineModel::with_setup),
             tools: replay.tools.clone(),
+            has_stock: replay.stock.is_some(),
         }
     }
 }

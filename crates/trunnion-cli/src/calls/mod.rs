@@ -7,7 +7,7 @@ mod files;
 mod job;
 mod verbs;
 
-pub use crate::check::{CheckAnswer, ReplayAnswer};
+pub use crate::check::{CheckAnswer, ReplayAnswer, StockSource, TimedStockAnswer};
 pub use crate::disk::{MemoryFiles, in_memory};
 pub use crate::feed::{AxisColumn, AxisTable, PlanAnswer, PlanFigures, PlannedMotion};
 pub use crate::init::ProposalAnswer;
@@ -18,4 +18,6 @@ pub use crate::progress::stage_words;
 pub use crate::setup::SetupAnswer;
 pub use files::{library, machine, machine_text, mesh, part, part_of_bytes};
 pub use job::{JobAnswer, LoadedJob, load_job, load_job_text, run_job};
-pub use verbs::{calibrate, check, import, moves, plan, post, propose, replay, setup, subprograms};
+pub use verbs::{
+    calibrate, check, import, moves, plan, post, propose, replay, setup, subprograms, timed_stock,
+};

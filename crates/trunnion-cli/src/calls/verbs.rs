@@ -1,6 +1,6 @@
 //! Verbs that take options.
 
-use crate::check::{CheckAnswer, ReplayAnswer};
+use crate::check::{CheckAnswer, ReplayAnswer, TimedStockAnswer};
 use crate::feed::{AxisTable, PlanAnswer};
 use crate::init::ProposalAnswer;
 use crate::machine::{self as machines, CalibrationAnswer, ImportAnswer};
@@ -29,6 +29,20 @@ pub fn check(options: &[String], progress: &dyn Progress) -> Result<CheckAnswer,
 /// Wrong options or input.
 pub fn replay(options: &[String], progress: &dyn Progress) -> Result<ReplayAnswer, Failure> {
     checks::replay(&parsed("check", options)?, progress)
+}
+
+/// Prepares the stock of a program or CL file to be cut in a picture, with rays about `cell` \[mm\] apart; the box of the part
+/// where no stock is named, and nothing without a part. The options are those of `trunnion check`.
+///
+/// # Errors
+///
+/// Wrong options or input.
+pub fn timed_stock(
+    options: &[String],
+    cell: f64,
+    progress: &dyn Progress,
+) -> Result<Option<TimedStockAnswer>, Failure> {
+    checks::timed_stock(&parsed("check", options)?, cell, progress)
 }
 
 /// Returns the files of the subprograms that a program runs as `trunnion check` finds them; what it depends on beside the

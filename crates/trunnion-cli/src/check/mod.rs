@@ -19,6 +19,7 @@ mod smoothing;
 mod stock;
 mod subject;
 mod summary;
+mod timed_stock;
 mod tool;
 mod what_if;
 
@@ -27,4 +28,6 @@ pub use replay::ReplayAnswer;
 pub(crate) use replay::replay;
 pub use run::CheckAnswer;
 pub(crate) use run::{answer, run, subprograms};
+pub(crate) use timed_stock::timed_stock;
+pub use timed_stock::{StockSource, TimedStockAnswer};
 pub(crate) use tool::ToolDescription;

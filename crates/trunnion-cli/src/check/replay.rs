@@ -3,6 +3,7 @@
 use super::args::CheckArgs;
 use super::page;
 use super::subject::{CheckedMotion, Subject};
+use super::timed_stock::{StockSource, stock_source};
 use crate::outcome::Failure;
 use trunnion::machine::Kinematics;
 use trunnion::types::Progress;
@@ -18,6 +19,8 @@ pub struct ReplayAnswer {
     pub kinematics: Option<Kinematics>,
     /// Outline of each tool: radius and height above the tip \[mm\], from the tip up.
     pub tools: Vec<Vec<[f64; 2]>>,
+    /// Origin of the stock that [`timed_stock`](crate::calls::timed_stock) cuts; `None` without one.
+    pub stock: Option<StockSource>,
 }
 
 /// Runs a program without a check. Nothing is written.
@@ -25,9 +28,10 @@ pub(crate) fn replay(args: &CheckArgs, progress: &dyn Progress) -> Result<Replay
     let subject = Subject::load(args, progress)?;
     let points = subject.timeline()?;
     let tools = page::outlines(&subject);
+    let stock = stock_source(&subject);
     let kinematics = match subject.motion {
         CheckedMotion::Program(_, kinematics) => Some(*kinematics),
         CheckedMotion::Locations(_) => None,
     };
-    Ok(ReplayAnswer { points, kinematics, tools })
+    Ok(ReplayAnswer { points, kinematics, tools, stock })
 }

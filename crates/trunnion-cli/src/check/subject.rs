@@ -23,8 +23,8 @@ use trunnion::surface::Face;
 use trunnion::types::Progress;
 use trunnion::verify::{
     self, CheckInput, CheckOptions, CoolantDemand, DeviationTolerance, FindingKind, Inspection,
-    InspectionReport, PlannedCuts, Stock, TimelineOptions, TimelinePoint, Tool, Track, VerifyError,
-    WorkOffset,
+    InspectionReport, PlannedCuts, Stock, TimedStock, TimedStockOptions, TimelineOptions,
+    TimelinePoint, Tool, Track, VerifyError, WorkOffset,
 };
 
 /// Largest distance between two drawn tool positions \[mm\].
@@ -213,6 +213,18 @@ impl Subject {
         let tools = self.table();
         verify::timeline(&self.input(&tools), &TimelineOptions::for_pictures())
             .map_err(|error| self.failure(&error))
+    }
+
+    /// Returns the raw material, if it was named.
+    pub(super) fn stock(&self) -> Option<&Stock> {
+        self.stock.as_ref()
+    }
+
+    /// Prepares stock to be cut by the program, to the accuracy that its rays have.
+    pub(super) fn timed_stock(&self, stock: &Stock) -> Result<TimedStock, Failure> {
+        let options = TimedStockOptions::within(stock.tolerance(f64::INFINITY));
+        let tools = self.table();
+        TimedStock::new(&self.input(&tools), stock, &options).map_err(|error| self.failure(&error))
     }
 
     /// Words an error, with the options that help.

@@ -73,5 +73,6 @@ pub use state::{
     ActiveSmoothing, AffectedCuts, CoolantDemand, PlannedCuts, StateFinding, StateReport,
 };
 pub use stock::{
-    Collision, CollisionKind, Solid, Stock, StockOptions, StockReport, UndecidedCollision, simulate,
+    Collision, CollisionKind, Solid, Stock, StockBrick, StockChanges, StockOptions, StockReport,
+    TimedStock, TimedStockOptions, UndecidedCollision, simulate,
 };

@@ -104,6 +104,24 @@ impl Segment {
     pub(crate) fn is_unknown(&self) -> bool {
         matches!(self.course, Course::Unknown)
     }
+
+    /// Returns its beginning, up to a `share` of its time within 0..=1, with all axes together even if it is rapid.
+    ///
+    /// Between tips the linear axes at the end are not those of the control: nothing that moves the tool reads them.
+    pub(crate) fn until(&self, share: f64) -> Result<Self, VerifyError> {
+        let [from, to] = self.joints;
+        let course = match self.course {
+            Course::Tip { ends: [start, end], length } => {
+                Course::Tip { ends: [start, start + (end - start) * share], length }
+            }
+            Course::Circle { ends } => {
+                Course::Circle { ends: [ends[0], on_circle(&ends, share, self.line)?] }
+            }
+            other => other,
+        };
+        let (joints, duration) = ([from, from + (to - from) * share], self.duration * share);
+        Ok(Self { joints, course, duration, rapid: false, ..*self })
+    }
 }
 
 /// Between two poses.

@@ -78,7 +78,7 @@ impl StockOptions {
 }
 
 /// Moves per batch: enough for threads to share, few enough to keep in memory.
-const BATCH: usize = 256;
+pub(super) const BATCH: usize = 256;
 
 /// Runs a program through stock. Rapid moves run both with all axes together and with each axis at its own speed.
 ///
@@ -123,6 +123,24 @@ pub fn simulate(
     let run = input.run(controls.as_ref(), CHORD_SHARE * cutting.tolerance)?;
     let cutters = input.cutters();
     StockCutter::new(stock, &cutters, cutting)?.run(&run, progress)
+}
+
+/// Clips stock by a batch of bodies, and returns all that they met.
+pub(super) fn clip_by(stock: &mut Stock, parts: &[MovingPart], tolerance: f64) -> ClipFindings {
+    let lattice = stock.lattice;
+    let mut found = ClipFindings::default();
+    // The three families are independent: each is clipped by all moves.
+    for family in &mut stock.families {
+        let near = broad_phase::by_tile(parts, &lattice, family);
+        let work = ClipBatch::new(lattice, family, parts, tolerance);
+        let tiles = family.tiles.par_iter_mut().zip(near.par_iter());
+        let all: Vec<ClipFindings> = tiles.map(|(tile, near)| work.cut(tile, near)).collect();
+        for findings in all {
+            found.hits.extend(findings.hits);
+            found.close.extend(findings.close);
+        }
+    }
+    found
 }
 
 /// Stock being cut.
@@ -258,25 +276,13 @@ impl<'a> StockCutter<'a> {
 
     /// Clips the stock by a batch.
     fn cut(&mut self, parts: &[MovingPart]) {
-        let lattice = self.stock.lattice;
-        let (mut hits, mut close) = (Vec::new(), Vec::new());
-        // The three families are independent: each is clipped by all moves.
-        for family in &mut self.stock.families {
-            let near = broad_phase::by_tile(parts, &lattice, family);
-            let work = ClipBatch::new(lattice, family, parts, self.tools.tolerance);
-            let tiles = family.tiles.par_iter_mut().zip(near.par_iter());
-            let all: Vec<ClipFindings> = tiles.map(|(tile, near)| work.cut(tile, near)).collect();
-            for findings in all {
-                hits.extend(findings.hits);
-                close.extend(findings.close);
-            }
-        }
+        let ClipFindings { hits, close } = clip_by(self.stock, parts, self.tools.tolerance);
         let deepest = self.note(hits);
         if self.uncut.is_none() {
             return;
         }
         // Collisions deeper than the ray spacing show on the rays as well.
-        let cell = lattice.cell.into_iter().fold(f64::INFINITY, f64::min);
+        let cell = self.stock.cell().into_iter().fold(f64::INFINITY, f64::min);
         for mut close in boxes::merge(close) {
             // Collisions that the rays show already are searched for a greater depth only.
             close.known = deepest.get(&(close.kind, close.line)).map_or(0.0, |hit| hit.depth);

@@ -47,6 +47,11 @@ impl Stock {
         (TOLERANCE_SHARE * total).min(CELL_SHARE * cell)
     }
 
+    /// Returns the solid that its rays were cast through; `None` once something has cut it.
+    pub fn solid(&self) -> Option<&Solid> {
+        self.uncut.as_deref()
+    }
+
     /// Returns the number of rays.
     pub fn rays(&self) -> usize {
         self.families.iter().flat_map(|family| &family.tiles).map(|tile| tile.rays.len()).sum()

@@ -15,8 +15,10 @@ pub(crate) mod material;
 pub(crate) mod mesh;
 pub(crate) mod moving_tools;
 pub(crate) mod partly_cut;
+pub(crate) mod timed;
 
 pub use build::solid::Solid;
 pub use carve::{StockOptions, StockReport, UndecidedCollision, simulate};
 pub use collision::{Collision, CollisionKind};
 pub use material::Stock;
+pub use timed::{StockBrick, StockChanges, TimedStock, TimedStockOptions};

@@ -19,13 +19,19 @@ pub(crate) struct MovingTools {
     all: Vec<(Vec<ConvexBody>, f64)>,
     /// Clipping tolerance \[mm\].
     pub(crate) tolerance: f64,
-    /// Distance from material at which a body is close to it \[mm\].
-    margin: f64,
+    /// Distance from material at which a body is close to it \[mm\]; `None` if collisions are not searched.
+    margin: Option<f64>,
 }
 
 impl MovingTools {
+    /// Tools whose collisions are searched within `margin` \[mm\] of material.
     pub(crate) fn new(cutters: &[&Cutter], tolerance: f64, margin: f64) -> Self {
-        Self { all: tool::tools(cutters), tolerance, margin }
+        Self { all: tool::tools(cutters), tolerance, margin: Some(margin) }
+    }
+
+    /// Tools that only cut: nothing that they meet is a collision.
+    pub(crate) fn cutting(cutters: &[&Cutter], tolerance: f64) -> Self {
+        Self { all: tool::tools(cutters), tolerance, margin: None }
     }
 
     /// Returns the largest distance of a tool's points from its tip \[mm\].
@@ -47,7 +53,7 @@ impl MovingTools {
             self.parts_of(mover, other, parts)?;
         }
         for (own, part) in (number..).zip(parts.iter_mut().skip(known)) {
-            part.number([number, own], self.margin);
+            part.number([number, own], self.margin.unwrap_or_default());
         }
         Ok(())
     }
@@ -69,6 +75,7 @@ impl MovingTools {
             for (index, body) in bodies.iter().enumerate() {
                 // The first body is the cutting part: it may meet material at feed, the others never.
                 let harm = match (index, segment.rapid) {
+                    _ if self.margin.is_none() => None,
                     (0, false) => None,
                     (0, true) => Some(CollisionKind::Rapid),
                     _ => Some(CollisionKind::Holder),

@@ -29,6 +29,16 @@ pub(crate) struct NetQuad {
     pub(crate) corners: [u32; 4],
 }
 
+impl NetQuad {
+    /// Returns the node at which its edge begins.
+    pub(crate) fn node(&self) -> [i64; 3] {
+        let [a, b] = across(self.along);
+        let mut node = [self.level; 3];
+        (node[a], node[b]) = (self.at[0], self.at[1]);
+        node
+    }
+}
+
 /// Triangulates the surface of the quads with few triangles.
 ///
 /// `cell` holds the sides of a cube, `tolerance` is that of the ray ends \[mm\].

@@ -12,7 +12,25 @@ use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 
 /// Node by x, y and z; nodes one step outside the lattice count as well.
-type GridNode = [i64; 3];
+pub(crate) type GridNode = [i64; 3];
+
+/// Box of nodes: first, and one past the last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct NodeBox {
+    pub(crate) low: GridNode,
+    pub(crate) high: GridNode,
+}
+
+impl NodeBox {
+    pub(crate) fn contains(&self, node: &GridNode) -> bool {
+        (0..3).all(|axis| (self.low[axis]..self.high[axis]).contains(&node[axis]))
+    }
+
+    /// Returns the box with one more node on every side.
+    fn grown(&self) -> Self {
+        Self { low: self.low.map(|node| node - 1), high: self.high.map(|node| node + 1) }
+    }
+}
 
 impl Stock {
     /// Returns a closed surface around the material, which was cut with a `tolerance` \[mm\].
@@ -40,17 +58,36 @@ impl Stock {
 
     /// Returns the quads of the surface and its vertices.
     pub(crate) fn net(&self) -> (Vec<NetQuad>, Vec<Point3<f64>>) {
-        let [nx, ny, _] = self.lattice.size.map(signed);
-        let mut net = SurfaceNet::default();
-        for i in 0..=nx {
-            for j in 0..=ny {
+        self.net_around(self.nodes())
+    }
+
+    /// Returns all nodes at which an edge begins that the surface may cross.
+    pub(crate) fn nodes(&self) -> NodeBox {
+        NodeBox { low: [-1; 3], high: self.lattice.size.map(signed) }
+    }
+
+    /// Returns the piece of the surface around the edges that begin in a box of nodes, as [`Stock::mesh`] has it. Pieces of
+    /// neighbouring boxes meet: each leaves out other vertices of their border, on lines that are straight.
+    pub(crate) fn mesh_around(&self, nodes: NodeBox, tolerance: f64) -> Mesh {
+        let (quads, points) = self.net_around(nodes);
+        merge::mesh(quads, points, self.lattice.cell, tolerance)
+    }
+
+    /// Returns the quads around the edges that begin in a box of nodes, and their vertices among others.
+    pub(crate) fn net_around(&self, nodes: NodeBox) -> (Vec<NetQuad>, Vec<Point3<f64>>) {
+        // A vertex at the border is the mean of crossings beyond it as well.
+        let mut net = SurfaceNet::of(nodes.grown());
+        let NodeBox { low, high } = net.nodes;
+        for i in low[0].max(0)..=high[0] {
+            for j in low[1].max(0)..=high[1] {
                 let here = self.inside(i, j);
                 self.ends([i, j], &here, &mut net);
                 self.sides(0, [i, j], [&self.inside(i - 1, j), &here], &mut net);
                 self.sides(1, [i, j], [&self.inside(i, j - 1), &here], &mut net);
             }
         }
-        let SurfaceNet { sums, quads, .. } = net;
+        let SurfaceNet { sums, mut quads, .. } = net;
+        quads.retain(|quad| nodes.contains(&quad.node()));
         let points = sums.iter().map(|(sum, count)| Point3::from(sum / f64::from(*count)));
         (quads, points.collect())
     }
@@ -79,7 +116,9 @@ impl Stock {
             for (from, outside) in
                 [([i, j, first - 1], Outside::Below), ([i, j, last], Outside::Above)]
             {
-                net.edge(2, &from, self.crossing(2, &from), outside);
+                if net.nodes.contains(&from) {
+                    net.edge(2, &from, self.crossing(2, &from), outside);
+                }
             }
         }
     }
@@ -104,11 +143,13 @@ impl Stock {
             if was == is {
                 continue;
             }
-            for k in from..to {
+            for k in from.max(net.nodes.low[2])..to.min(net.nodes.high[2]) {
                 let outside = if was { Outside::Above } else { Outside::Below };
                 let mut node = [i, j, k];
                 node[along] -= 1;
-                net.edge(along, &node, self.crossing(along, &node), outside);
+                if net.nodes.contains(&node) {
+                    net.edge(along, &node, self.crossing(along, &node), outside);
+                }
             }
         }
     }
@@ -137,15 +178,21 @@ enum Outside {
     Above,
     Below,
 }
+
 /// Vertices by cube, each cube named after its lowest node.
-#[derive(Default)]
 struct SurfaceNet {
+    /// Nodes at which its edges begin.
+    nodes: NodeBox,
     numbers: HashMap<GridNode, u32>,
     sums: Vec<(Vector3<f64>, u32)>,
     quads: Vec<NetQuad>,
 }
 
 impl SurfaceNet {
+    fn of(nodes: NodeBox) -> Self {
+        Self { nodes, numbers: HashMap::new(), sums: Vec::new(), quads: Vec::new() }
+    }
+
     /// Joins the four cubes around a crossed edge by a quad.
     fn edge(&mut self, along: usize, from: &GridNode, point: Vector3<f64>, outside: Outside) {
         let [a, b] = across(along);
