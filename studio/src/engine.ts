@@ -1,7 +1,7 @@
 // The worker as functions that return promises.
 
 import type { Drawing } from "./report";
-import type { Answer, Library, Machine, Moves, Outputs, PartFaces, Reply, Request } from "./messages";
+import type { Answer, Library, Machine, Moves, Outputs, PartFaces, Reply, Request, StockCut, StockInfo } from "./messages";
 
 export type Files = Map<string, Uint8Array<ArrayBuffer>>;
 export type OnProgress = (stage: string, done: number, total: number) => void;
@@ -170,6 +170,19 @@ export class EngineClient {
   async rows(texts: [Uint8Array<ArrayBuffer>, Uint8Array<ArrayBuffer>]): Promise<Int32Array> {
     const reply = await this.ask({ verb: "rows", texts });
     return reply.kind === "rows" ? reply.rows : new Int32Array();
+  }
+
+  /** Prepares the stock of a program to be cut, with rays about `cell` mm apart; null without stock and part. */
+  async stock(options: string[], cell: number): Promise<StockInfo | null> {
+    const reply = await this.ask({ verb: "stock", options, cell });
+    return reply.kind === "stock" ? reply.stock : null;
+  }
+
+  /** Cuts the stock towards a time, s. */
+  async cut(time: number): Promise<StockCut> {
+    const reply = await this.ask({ verb: "cut", time });
+    if (reply.kind !== "cut") throw new Refused(["the engine cut nothing"]);
+    return reply.cut;
   }
 
   /** Ends the worker: its memory is free again. */

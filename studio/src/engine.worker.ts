@@ -1,13 +1,15 @@
 // The engine in a worker, so that the page never waits for it.
 
-import start, { Engine, lastPanic, machines } from "./engine/trunnion_web.js";
+import start, { Engine, type Stock, lastPanic, machines } from "./engine/trunnion_web.js";
 import { rowsOf, sharedLines } from "./linediff";
 import { PlacedPasses } from "./placed";
 import { drawingOf, drawingOfPart, linesOf, movesOf, textOf, withArrays } from "./report";
 import { Timeline } from "./timeline";
-import type { Answer, Library, Machine, PartFaces, Replay, Reply, Request } from "./messages";
+import type { Answer, Bricks, Library, Machine, PartFaces, Replay, Reply, Request, StockCut, StockInfo } from "./messages";
 
 let engine: Engine | undefined;
+/** Stock that is cut for the picture. */
+let stock: Stock | undefined;
 
 const ready = start().then(() => {
   engine = new Engine();
@@ -70,7 +72,7 @@ function buffersOf(value: unknown, found = new Set<ArrayBuffer>()): Set<ArrayBuf
 /** Moves of a program as arrays of their own. */
 function replay(of: Engine, options: string[]): Replay {
   const timeline = of.timeline(options);
-  const { machine, tools } = JSON.parse(timeline.model());
+  const { machine, tools, has_stock } = JSON.parse(timeline.model());
   const arrays = {
     times: timeline.times(),
     lines: timeline.lines(),
@@ -79,7 +81,7 @@ function replay(of: Engine, options: string[]): Replay {
     poses: timeline.poses(),
   };
   timeline.free();
-  return { ...arrays, machine, tools };
+  return { ...arrays, machine, tools, has_stock };
 }
 
 /** Faces of a part as arrays of their own. */
@@ -89,6 +91,41 @@ function facesOf(of: Engine, name: string, rotation: number[]): PartFaces {
   const arrays = { positions: part.positions(), triangles: part.triangles(), edges: part.edges() };
   part.free();
   return { ...arrays, faces, warnings };
+}
+
+/** Milliseconds for which stock is cut before what has changed is sent: the slider may be elsewhere by then. */
+const SLICE = 60;
+/** The same on a long way: most of the time would go into pictures between. */
+const LONG_SLICE = 500;
+/** Shortest and longest that one call should take [ms]: between them the number of moves stays. */
+const [SHORTEST, LONGEST] = [12, 40];
+/** Most moves of a call: what is cut at once is cut in less time. */
+const MOST = 256;
+let [pace, slice] = [8, SLICE];
+
+/** Cuts stock towards a time. */
+function cutTowards(of: Stock, wanted: number): StockCut {
+  const begin = performance.now();
+  let [time, before, isThere] = [0, begin, false];
+  do {
+    time = of.cut(wanted, pace);
+    // A time after the end of the program is its end.
+    isThere = time >= Math.min(wanted, of.end());
+    const now = performance.now();
+    if (now - before > LONGEST) pace = Math.max(pace >> 1, 1);
+    else if (now - before < SHORTEST) pace = Math.min(2 * pace, MOST);
+    before = now;
+  } while (!isThere && before - begin < slice);
+  slice = isThere ? SLICE : Math.min(2 * slice, LONG_SLICE);
+  return { time, isThere, bricks: changesOf(of) };
+}
+
+/** Bricks that have changed as arrays of their own. */
+function changesOf(of: Stock): Bricks {
+  const changes = of.changes();
+  const bricks = { counts: changes.counts(), positions: changes.positions(), triangles: changes.triangles(), bounds: changes.bounds() };
+  changes.free();
+  return bricks;
 }
 
 function answer(of: Engine, request: Request): void {
@@ -133,6 +170,15 @@ function answer(of: Engine, request: Request): void {
     case "rows": {
       const [first, second] = request.texts.map((text) => linesOf(textOf(text))) as [string[], string[]];
       return send({ id, kind: "rows", rows: rowsOf(sharedLines(first, second), second.length) });
+    }
+    case "stock": {
+      stock?.free();
+      stock = of.stock(request.options, request.cell);
+      return send({ id, kind: "stock", stock: stock ? (JSON.parse(stock.model()) as StockInfo) : null });
+    }
+    case "cut": {
+      if (!stock) throw "there is no stock";
+      return send({ id, kind: "cut", cut: cutTowards(stock, request.time) });
     }
     case "timeline": {
       const moves = replay(of, request.options);

@@ -20,6 +20,7 @@ import { type ClickedLine, ProgramText } from "./program";
 import { type Drawing, type Place, summaryOf, textOf } from "./report";
 import { SAMPLES, filesOf, type Sample } from "./samples";
 import { Stage, warmUp } from "./stage";
+import { StockView } from "./stockview";
 import { TimeLeft } from "./timeleft";
 import { Timeline } from "./timeline";
 
@@ -33,6 +34,7 @@ class Studio {
     (tool, axes) => {
       this.stage?.place(tool, axes);
       this.placeSecond();
+      this.stock?.seek(this.player.t);
     },
     (tool) => {
       this.charts?.setTime(this.player.t);
@@ -60,6 +62,7 @@ class Studio {
   /** Those of the last run or check, which the drawing is about. */
   private result: Outputs = new Map();
   private stage: Stage | null = null;
+  private stock: StockView | null = null;
   /** The stage shows what was open before. */
   private isOutdated = false;
   private charts: Charts | null = null;
@@ -431,6 +434,8 @@ class Studio {
   private async run(): Promise<void> {
     if (this.isBusy) return;
     if (!this.stage || this.isOutdated) await this.showFaces();
+    // Passes are seen while they are placed.
+    this.stock?.show(false);
     const onPasses: OnPasses = (count, faces) => {
       this.soFar = `: ${count} ${count === 1 ? "pass" : "passes"}`;
       this.stage?.showPlaced(faces);
@@ -526,7 +531,10 @@ class Studio {
     try {
       const options = program.startsWith("out/program.") && this.job ? ["--job", this.job] : words(this.options.value);
       const moves = await this.engine.timeline([program, ...options], { isDrawn: drawing === null });
-      if (chosen === this.chosen) this.draw(drawing ?? moves.drawing, new Timeline(moves.replay), moves.motion);
+      if (chosen === this.chosen) {
+        this.draw(drawing ?? moves.drawing, new Timeline(moves.replay), moves.motion);
+        if (moves.replay.has_stock) this.offerStock([program, ...options]);
+      }
     } catch (error) {
       if (chosen !== this.chosen) return;
       // The picture before stays; a program that cannot be run has its text and its faults.
@@ -540,6 +548,8 @@ class Studio {
   /** Draws a part or moves; moves with a timeline can be played, and their motion has charts. */
   private draw(shown: Drawing | null, timeline: Timeline | null, motion: object | null = null): void {
     this.endComparison();
+    this.stock?.end();
+    this.stock = null;
     this.timeline = timeline;
     if (!shown) return this.player.open(null);
     this.shown = shown;
@@ -579,6 +589,15 @@ class Studio {
   private showLayers(shown: Drawing): void {
     find("layers").replaceChildren();
     if (this.stage) layers(find("layers"), this.stage, shown);
+    if (this.stock) find("layers").prepend(...this.stock.elements);
+  }
+
+  /** Stock is cut from the first time that somebody goes to: until then the result is seen. */
+  private offerStock(options: string[]): void {
+    if (!this.stage) return;
+    const made = [...this.outputs].filter(([name]) => name === options[0]);
+    this.stock = new StockView(this.stage, new Map([...made, ...this.engine.files]), options, () => this.player.t);
+    find("layers").prepend(...this.stock.elements);
   }
 
   private startOf(timeline: Timeline): number {
@@ -759,6 +778,8 @@ class Studio {
     this.tabs.show("comparison");
     find<HTMLInputElement>("show-second").checked = true;
     this.stage?.setSecond({ paths: comparePaths(first.timeline, second.timeline, rows), tools: second.timeline.moves.tools });
+    // Paths are compared, which the stock would hide.
+    this.stock?.show(false);
     const { shown } = this;
     // The passes are among the paths that are compared.
     if (shown) this.showLayers({ ...shown, path: { ...shown.path, pieces: shown.path.pieces.filter(({ kind }) => kind !== "cut") } });

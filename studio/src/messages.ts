@@ -44,6 +44,36 @@ export interface Replay {
   poses: Float32Array;
   machine: Machine | null;
   tools: [number, number][][];
+  /** True if there is stock, or a part whose box stands for it. */
+  has_stock: boolean;
+}
+
+/** Pieces of the surface of stock, one brick after the other. */
+export interface Bricks {
+  /** Number, vertices and triangles of each brick. */
+  counts: Uint32Array;
+  /** Vertices, mm. */
+  positions: Float32Array;
+  /** Triangles; every brick counts its own vertices. */
+  triangles: Uint32Array;
+  /** Box around all that has changed, low and high corner, mm; empty if nothing has. */
+  bounds: Float64Array;
+}
+
+/** Stock at a time, with the bricks that have changed since the last one. */
+export interface StockCut {
+  time: number;
+  /** False if the time that was asked for is still to come. */
+  isThere: boolean;
+  bricks: Bricks;
+}
+
+/** Stock that is drawn as it is cut. */
+export interface StockInfo {
+  /** Largest distance of its rays, mm. */
+  cell: number;
+  /** False if the box of the part stands for it. */
+  is_stated: boolean;
 }
 
 /** Moves of a program with what is drawn of them. */
@@ -96,6 +126,8 @@ export type Request = { id: number } & (
   | { verb: "library"; name: string | null }
   | { verb: "rows"; texts: [Uint8Array<ArrayBuffer>, Uint8Array<ArrayBuffer>] }
   | { verb: "timeline"; options: string[]; isDrawn: boolean }
+  | { verb: "stock"; options: string[]; cell: number }
+  | { verb: "cut"; time: number }
 );
 
 export type Outputs = Map<string, Uint8Array<ArrayBuffer>>;
@@ -110,5 +142,7 @@ export type Reply = { id: number } & (
   | { kind: "machine"; machine: Machine }
   | { kind: "library"; library: Library }
   | { kind: "rows"; rows: Int32Array }
+  | { kind: "stock"; stock: StockInfo | null }
+  | { kind: "cut"; cut: StockCut }
   | { kind: "failure"; messages: string[]; isLost: boolean }
 );

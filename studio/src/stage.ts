@@ -1,6 +1,8 @@
 // The 3-D view of the studio: the report's view with the machine, a second path, a frame to drag, a section plane, and a ruler.
 
 import {
+  Box3,
+  BoxGeometry,
   type BufferAttribute,
   BufferGeometry,
   Group,
@@ -8,7 +10,7 @@ import {
   LineBasicMaterial,
   LineSegments,
   Matrix4,
-  type Mesh,
+  Mesh,
   type MeshStandardMaterial,
   type Object3D,
   Plane,
@@ -21,12 +23,13 @@ import {
 import { BufferAttribute as Attribute } from "three";
 import { SURFACE } from "../../viewer/src/layers.js";
 import { TOOL_COLOUR, View, makeRenderer, setMoving, toolMesh } from "../../viewer/src/scene.js";
-import { StillPicture } from "../../viewer/src/still.js";
 import type { ComparedPaths } from "./compare";
 import { FacePainter } from "./faces";
 import { PartFrame, type Placement } from "./frame";
 import { MachineModel } from "./machine";
-import type { FaceInfo, Machine, PartFaces } from "./messages";
+import type { Bricks, FaceInfo, Machine, PartFaces } from "./messages";
+import { PATCHES, RenewedPicture, SurfacePatches, boxOnScreen } from "./renewed";
+import { StockSurface, bricksOf, stockMaterial } from "./stock";
 import type { ToolPlace } from "./timeline";
 
 /** Directions in which a section looks. */
@@ -70,17 +73,20 @@ function bringForward(lines: LineSegments): LineSegments {
   return lines;
 }
 
+/** Milliseconds for which bricks of stock are taken before a frame is drawn. */
+const STEP = 3;
+
 /** Frees the memory that an object has on the graphics card. */
 const free = (object: Object3D) => object.traverse((one) => (one as Partial<Mesh>).geometry?.dispose());
 
 /** Size of the first picture, which nobody sees, px. */
 const SMALL = 16;
 
-let shared: { renderer: WebGLRenderer; still: StillPicture } | null = null;
+let shared: { renderer: WebGLRenderer; still: RenewedPicture } | null = null;
 
-function makeShared(): { renderer: WebGLRenderer; still: StillPicture } {
+function makeShared(): { renderer: WebGLRenderer; still: RenewedPicture } {
   const renderer = makeRenderer();
-  return { renderer, still: new StillPicture(renderer) };
+  return { renderer, still: new RenewedPicture(renderer) };
 }
 
 /** Makes the renderer and compiles what it draws with, while the page has nothing else to do: a result would wait for it. */
@@ -94,7 +100,8 @@ export async function warmUp(): Promise<void> {
   // A result may be opened meanwhile: its stage has the renderer then.
   const isStill = () => stage.renderer.domElement.parentElement === stage.host;
   // One by one: compiled together, they would hold the page for half a second.
-  const drawn = [stage.mesh, stage.lines.tip, stage.tool, stage.marker] as Mesh[];
+  const stock = new Mesh(new BoxGeometry(), stockMaterial(1));
+  const drawn = [stage.mesh, stage.lines.tip, stage.tool, stage.marker, stock] as Mesh[];
   for (const one of drawn) {
     await pause();
     stage.renderer.compile(one, stage.camera, stage.scene);
@@ -113,6 +120,7 @@ export async function warmUp(): Promise<void> {
 export class Stage extends View {
   declare centre: Vector3;
   declare radius: number;
+  declare still: RenewedPicture;
   private machine: MachineModel | null = null;
   private machineShown = false;
   private machineStill = false;
@@ -123,6 +131,12 @@ export class Stage extends View {
   private placed: Map<number, LineSegments> | null = null;
   private second: { paths: Record<keyof ComparedPaths, LineSegments>; tool: Group } | null = null;
   private frame: PartFrame | null = null;
+  private stock: StockSurface | null = null;
+  /** Around all that is to be drawn anew of the stock. */
+  private readonly renewed = new Box3();
+  /** All bricks of a change are there: it can be drawn. */
+  private isRenewed = false;
+  private patches: SurfacePatches | null = null;
   private readonly bench = new Group();
 
   /** Throws where there is no WebGL. All stages share a renderer: only one is on the page. */
@@ -224,6 +238,84 @@ export class Stage extends View {
     this.placed = null;
     this.part.add(...Object.values(this.lines as Record<string, Object3D>));
     this.draw();
+  }
+
+  // Stock as it is cut.
+
+  /** Starts with stock of which nothing is known yet; null takes it away. */
+  setStock(stock: StockSurface | null): void {
+    if (this.stock) {
+      this.part.remove(this.stock.group);
+      free(this.stock.group);
+    }
+    this.stock = stock;
+    if (stock) this.part.add(stock.group);
+    this.draw();
+  }
+
+  showStock(shown: boolean): void {
+    if (!this.stock) return;
+    this.stock.group.visible = shown;
+    this.draw();
+  }
+
+  /** Takes bricks that have changed, some a frame: the page is never held up. */
+  async changeStock(bricks: Bricks): Promise<void> {
+    const { stock } = this;
+    if (!stock) return;
+    const { bounds } = bricks;
+    if (bounds.length > 0) this.renewed.union(new Box3(new Vector3().fromArray(bounds), new Vector3().fromArray(bounds, 3)));
+    let begin = performance.now();
+    for (const brick of bricksOf(bricks)) {
+      stock.take(brick);
+      if (performance.now() - begin < STEP) continue;
+      await new Promise(requestAnimationFrame);
+      if (this.stock !== stock) return;
+      begin = performance.now();
+    }
+    this.scene.updateMatrixWorld(true);
+    this.isRenewed = true;
+    this.drawMoving();
+    // One frame shows it before more is asked for.
+    await new Promise(requestAnimationFrame);
+  }
+
+  /** Draws the place in which the stock has changed anew, where the rest of the picture is as it was. */
+  private renewStill(): void {
+    const isSeen = this.stock?.group.visible && !this.renewed.isEmpty();
+    if (isSeen && this.still.isFresh) {
+      this.patches ??= this.makePatches();
+      const size = this.renderer.getSize(new Vector2());
+      const box = boxOnScreen(this.renewed, this.part, this.camera, size);
+      this.patches.showWithin(box, this.camera, size);
+      const showAll = this.stock!.showWithin(box, this.camera, size);
+      this.still.renew(this.scene, this.camera, box, PATCHES);
+      showAll();
+    } else if (isSeen) {
+      this.still.isFresh = false;
+    }
+    this.isRenewed = false;
+    this.renewed.makeEmpty();
+  }
+
+  private makePatches(): SurfacePatches {
+    const patches = new SurfacePatches(this.mesh as Mesh);
+    this.part.add(patches.group);
+    this.scene.updateMatrixWorld(true);
+    return patches;
+  }
+
+  override renderAtOnce(changes: string | null): void {
+    if (this.isRenewed && changes === "moving") this.renewStill();
+    super.renderAtOnce(changes);
+  }
+
+  override renderGradually(changes: string | null): void {
+    const { isBusy } = this.gradual as unknown as { isBusy: boolean };
+    // What is on its way may have the stock from before: the change is drawn into it when it is complete.
+    if (this.isRenewed && isBusy) requestAnimationFrame(() => this.drawMoving());
+    else if (this.isRenewed && changes === "moving") this.renewStill();
+    super.renderGradually(changes);
   }
 
   // A second program.
@@ -385,6 +477,7 @@ export class Stage extends View {
 
   /** Frees the memory of the graphics card: a page may open many results. */
   dispose(): void {
+    this.stock = null;
     this.endPlacing();
     (this.gradual as { dispose(): void } | null)?.dispose();
     this.still.free();

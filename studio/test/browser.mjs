@@ -70,10 +70,9 @@ async function movesAlone(page, name) {
   await layer.check();
   await drawn(page);
   const whole = await wholePicture(page);
-  const differ = (a, b) => a.filter((value, at) => Math.abs(value - b[at]) > 24).length / a.length;
-  assert.ok(differ(without, whole) > 0.02, `${name}: the surface is not seen`);
+  assert.ok(difference(without, whole) > 0.02, `${name}: the surface is not seen`);
   // Edges of the tool where it goes into the surface.
-  assert.ok(differ(moved, whole) < 0.001, `${name}: ${differ(moved, whole)} of the picture is not drawn anew`);
+  assert.ok(difference(moved, whole) < 0.001, `${name}: ${difference(moved, whole)} of the picture is not drawn anew`);
 }
 
 async function sample(url, name, { passes, words }) {
@@ -89,6 +88,9 @@ async function sample(url, name, { passes, words }) {
   assert.match(await page.locator("#problems").textContent(), words);
   assert.ok((await colours(page)) > 8, `${name}: the picture is blank`);
   await picture(page, name);
+
+  // Stock is for a test of its own.
+  await page.getByLabel("Stock").uncheck();
 
   // The time runs, and the text runs along.
   const before = await clock(page);
@@ -112,6 +114,69 @@ async function sample(url, name, { passes, words }) {
   await becomes(page, at + 1, at + 3);
   await movesAlone(page, name);
   return { page, errors, context };
+}
+
+/** Share of the picture that differs from another. */
+const difference = (a, b) => a.filter((value, at) => Math.abs(value - b[at]) > 24).length / a.length;
+
+/** Material goes away where the tool is, and comes back where the slider goes back. */
+async function cutting(url) {
+  const { page, errors, context } = await open(url);
+  await page.getByRole("button", { name: "Planted fault" }).click();
+  await page.locator("#verdict").waitFor({ state: "visible", timeout: PATIENCE });
+  await drawn(page);
+  for (const layer of ["Tool", "Passes (tool tip)", "Passes (cutter contact)"]) {
+    if ((await page.getByLabel(layer, { exact: true }).count()) > 0) await page.getByLabel(layer, { exact: true }).uncheck();
+  }
+  const end = Number(await page.locator("#time").getAttribute("max"));
+  const settled = async () => {
+    await page.waitForTimeout(500);
+    await page.locator("#behind").waitFor({ state: "hidden", timeout: PATIENCE });
+    await drawn(page);
+  };
+  const seen = async (share) => {
+    const begin = performance.now();
+    await page.locator("#time").fill(`${share * end}`);
+    await settled();
+    note(`stock at ${share} of the time: seen`, `${((performance.now() - begin) / 1000).toFixed(1)} s`);
+    return wholePicture(page);
+  };
+  const uncut = await seen(0);
+  assert.match(await page.locator("#layers").textContent(), /stock: box of the part, cells of [\d.]+ mm/);
+  const half = await seen(0.5);
+  const all = await seen(1);
+  assert.ok(difference(uncut, half) > 0.01 && difference(half, all) > 0.01, `${difference(uncut, half)} and ${difference(half, all)} of the picture change`);
+  assert.ok(difference(half, await seen(0.5)) < 0.001, "the stock at a time is another one when it comes from later");
+  assert.ok(difference(uncut, await seen(0)) < 0.001, "the stock before the first cut does not come back");
+
+  // It is cut while the program plays, and the page stays free for other things.
+  await page.locator("#time").fill(`${0.3 * end}`);
+  await settled();
+  const before = await wholePicture(page);
+  const longest = await longestTask(page, async () => {
+    await page.locator("#play").click();
+    await page.waitForTimeout(4000);
+    await page.locator("#play").click();
+  });
+  note("stock that is cut while it plays: longest task of the page", `${longest.toFixed(0)} ms`);
+  assert.ok(longest > 0 && longest < TASK, `a task of the page took ${longest} ms`);
+  await settled();
+  const after = await wholePicture(page);
+  assert.ok(difference(before, after) > 0.0005, "nothing was cut while it played");
+  // A part of the picture was drawn anew at a time: all of it, drawn at once, is the same.
+  await page.getByLabel("Surface", { exact: true }).uncheck();
+  await drawn(page);
+  await page.getByLabel("Surface", { exact: true }).check();
+  await drawn(page);
+  const whole = await wholePicture(page);
+  assert.ok(difference(after, whole) < 0.001, `${difference(after, whole)} of the picture is not drawn anew`);
+  await page.getByLabel("Tool", { exact: true }).check();
+  await picture(page, "stock");
+  await page.getByLabel("Stock").uncheck();
+  await drawn(page);
+  assert.ok(difference(whole, await wholePicture(page)) > 0.01, "the stock stays in the picture");
+  assert.deepEqual(errors, []);
+  await context.close();
 }
 
 async function firstPaint(url) {
@@ -546,6 +611,7 @@ try {
   await compare(planted.page, "Planted fault", plantedFolder);
   await comparing(planted, patchProgram);
 
+  await cutting(site.url);
   await planning(site.url);
   await choosing(site.url);
   await longProgram(site.url);

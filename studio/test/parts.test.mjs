@@ -14,6 +14,8 @@ const { linesOf } = await vite.ssrLoadModule("/src/report.ts");
 const { Timeline } = await vite.ssrLoadModule("/src/timeline.ts");
 const { PlacedPasses } = await vite.ssrLoadModule("/src/placed.ts");
 const { comparePaths, timeThere } = await vite.ssrLoadModule("/src/compare.ts");
+const { StockFollower, StockSurface, bricksOf } = await vite.ssrLoadModule("/src/stock.ts");
+const { patchesOf } = await vite.ssrLoadModule("/src/renewed.ts");
 const { kindOf, refusalOf, warningOf, words } = await vite.ssrLoadModule("/src/files.ts");
 
 /** Pairs of lines that are shared, counted from 1. */
@@ -172,4 +174,71 @@ test("lines of bytes are those of the text", () => {
     const found = Array.from({ length: lines.count }, (_, line) => lines.at(line));
     assert.deepEqual(found, linesOf(text), JSON.stringify(text));
   }
+});
+
+/** Changes of bricks: number, and how many triangles fan out from its first corner. */
+const changes = (...bricks) => {
+  const corner = (number, at) => [number, at, at * at];
+  const positions = bricks.flatMap(([number, fans]) => (fans === 0 ? [] : Array.from({ length: fans + 2 }, (_, at) => corner(number, at)).flat()));
+  const triangles = bricks.flatMap(([, fans]) => Array.from({ length: fans }, (_, at) => [0, at + 1, at + 2]).flat());
+  const counts = bricks.flatMap(([number, fans]) => [number, fans === 0 ? 0 : fans + 2, fans]);
+  return { counts: Uint32Array.from(counts), positions: Float32Array.from(positions), triangles: Uint32Array.from(triangles), bounds: new Float64Array() };
+};
+
+test("bricks of stock take the place of those with their number", () => {
+  const surface = new StockSurface(0.5);
+  const take = (of) => [...bricksOf(of)].forEach((brick) => surface.take(brick));
+  take(changes([7, 1], [3, 4], [5, 2]));
+  assert.equal(surface.count, 3);
+  take(changes([3, 1], [5, 0], [9, 0]));
+  assert.equal(surface.count, 2);
+  const counts = surface.group.children.map(({ geometry }) => geometry.index.count / 3);
+  assert.deepEqual(counts, [1, 1]);
+});
+
+test("patches of a surface have its triangles, each within its bounds", () => {
+  const positions = Array.from({ length: 400 }, (_, at) => [at % 20, Math.floor(at / 20), (at % 7) / 7]).flat();
+  const triangles = Array.from({ length: 379 }, (_, at) => [at, at + 1, at + 20]).flat();
+  const patches = patchesOf(triangles, positions);
+  assert.ok(patches.length > 20);
+  const triples = (list) => list.flatMap((_, at) => (at % 3 === 0 ? [list.slice(at, at + 3).join()] : []));
+  assert.deepEqual(patches.flatMap((patch) => triples([...patch.triangles])).sort(), triples(triangles).sort());
+  for (const { triangles: own, bounds } of patches) {
+    for (const vertex of own) assert.ok([0, 1, 2].every((k) => bounds.min.getComponent(k) <= positions[3 * vertex + k] && positions[3 * vertex + k] <= bounds.max.getComponent(k)));
+  }
+});
+
+test("stock is asked for the newest time alone, and comes to it in parts", async () => {
+  const asked = [];
+  const behind = [];
+  let answer = null;
+  const follower = new StockFollower({
+    cut: (time) => new Promise((resolve) => (asked.push(time), (answer = (at = time) => resolve({ time: at, isThere: at === time, bricks: changes() })))),
+    draw: async () => undefined,
+    onBehind: (isBehind) => behind.push(isBehind),
+    onRefused: assert.fail,
+  });
+  const settled = () => new Promise((resolve) => setTimeout(resolve));
+  for (const time of [1, 2, 3]) follower.seek(time);
+  assert.deepEqual(asked, [1]);
+  answer();
+  await settled();
+  assert.deepEqual(asked, [1, 3]);
+  // Half of the way: the rest is asked for, unless another time is wanted meanwhile.
+  answer(2.5);
+  await settled();
+  assert.deepEqual(asked, [1, 3, 3]);
+  follower.seek(0);
+  answer(2.8);
+  await settled();
+  answer();
+  await settled();
+  assert.deepEqual(asked, [1, 3, 3, 0]);
+  assert.deepEqual(behind, [false, true, true, false]);
+  // Where it is already, nothing is asked; after its end, nothing at all.
+  follower.seek(0);
+  follower.end();
+  follower.seek(5);
+  await settled();
+  assert.equal(asked.length, 4);
 });
