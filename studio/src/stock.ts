@@ -89,6 +89,11 @@ export function stockMaterial(cell: number): MeshStandardMaterial {
 /** Milliseconds after which stock that does not come is said to be behind. */
 const LATE = 250;
 
+/** Usual milliseconds from one stock that keeps up with the slider to the next. */
+const BETWEEN = 100;
+
+const pause = (milliseconds: number) => new Promise((resolve) => setTimeout(resolve, milliseconds));
+
 /** What stock needs and what hears of it. */
 export interface StockEnds {
   /** Goes towards a time, s; it may stop before it. */
@@ -107,7 +112,11 @@ export class StockFollower {
   private isBusy = false;
   private isEnded = false;
 
-  constructor(private readonly ends: StockEnds) {}
+  /** `between` is the least time from one stock that keeps up with the slider to the next, ms. */
+  constructor(
+    private readonly ends: StockEnds,
+    private readonly between = BETWEEN,
+  ) {}
 
   /** Wants the stock of a time, s. */
   seek(time: number): void {
@@ -124,7 +133,10 @@ export class StockFollower {
     this.isBusy = true;
     try {
       while (!this.isEnded && this.wanted !== null && this.wanted !== this.shown) {
-        await this.go(this.wanted);
+        const begin = performance.now();
+        const isThere = await this.go(this.wanted);
+        // Stock that keeps up with the slider leaves the picture at least as much time as it takes.
+        if (isThere) await pause(Math.max(this.between, performance.now() - begin));
       }
     } catch (error) {
       // An engine that is ended refuses what it was asked for.
@@ -133,14 +145,17 @@ export class StockFollower {
       this.isBusy = false;
     }
   }
-  private async go(asked: number): Promise<void> {
+
+  /** Returns true if the time that was asked for is reached. */
+  private async go(asked: number): Promise<boolean> {
     const late = setTimeout(() => this.ends.onBehind(true), LATE);
     try {
       const { time, isThere, bricks } = await this.ends.cut(asked);
-      if (this.isEnded) return;
+      if (this.isEnded) return false;
       await this.ends.draw(bricks);
       this.shown = isThere ? asked : time;
       this.ends.onBehind(!isThere);
+      return isThere;
     } finally {
       clearTimeout(late);
     }

@@ -212,13 +212,14 @@ test("stock is asked for the newest time alone, and comes to it in parts", async
   const asked = [];
   const behind = [];
   let answer = null;
-  const follower = new StockFollower({
+  const ends = {
     cut: (time) => new Promise((resolve) => (asked.push(time), (answer = (at = time) => resolve({ time: at, isThere: at === time, bricks: changes() })))),
     draw: async () => undefined,
     onBehind: (isBehind) => behind.push(isBehind),
     onRefused: assert.fail,
-  });
-  const settled = () => new Promise((resolve) => setTimeout(resolve));
+  };
+  const follower = new StockFollower(ends, 0);
+  const settled = () => new Promise((resolve) => setTimeout(resolve, 50));
   for (const time of [1, 2, 3]) follower.seek(time);
   assert.deepEqual(asked, [1]);
   answer();
