@@ -265,15 +265,17 @@ impl TileEntries {
         for (clearance, part) in &around {
             // Only moves below the highest entry so far can lower any ray of the tile.
             let top = lowest.iter().map(|lowest| lowest.s).fold(f64::NEG_INFINITY, f64::max);
-            // The list is sorted, and distances change by at most 1 per mm: none of the rest can reach the rays.
-            if *clearance > bundle.radius + bundle.bulge + reach.max(top) {
+            // An entry counts only at the surface and above, or where the surface itself is inside the tool: a body that gets
+            // no nearer to the origin of a ray than its lowest entry is high leaves it. The list is sorted, and distances
+            // change by at most 1 per mm: none of the rest can lower any ray.
+            if *clearance > bundle.radius + bundle.bulge + top.max(0.0) {
                 break;
             }
             if part.piece.keeps_off_rays(part.body, &bundle, [reach, top]) > 0.0 {
                 continue;
             }
             for ((ray, aside), lowest) in rays.iter().zip(&aside).zip(lowest.iter_mut()) {
-                if *clearance <= aside + reach.max(lowest.s) {
+                if *clearance <= aside + lowest.s.max(0.0) {
                     lowest.search(part, ray, tolerance);
                 }
             }
