@@ -274,23 +274,17 @@ pub(crate) fn write(
         }
     }
     outputs.text("setup.txt", &outcome.setup)?;
-    let left = material::left(outcome);
-    summary.files.extend(left.map(|_| "stock.stl".to_owned()));
-    // The page takes about as long as the tables: both are made at once.
-    let mut tables = || {
-        for (file, operation) in motions.iter().zip(&outcome.operations) {
-            outputs.add(file, |out| motion::write(out, job, operation))?;
-        }
-        if let Some(left) = left {
-            let surface = || material::surface(left, job.budget.total);
-            outputs.add("stock.stl", |out| material::write(out, &surface()))?;
-        }
-        Ok::<(), Failure>(())
-    };
-    let (tables, page) = rayon::join(&mut tables, || report::page(job, outcome, summary));
-    tables?;
+    for (file, operation) in motions.iter().zip(&outcome.operations) {
+        outputs.add(file, |out| motion::write(out, job, operation))?;
+    }
+    if let Some(left) = material::left(outcome) {
+        summary.files.push("stock.stl".to_owned());
+        outputs.add("stock.stl", |out| {
+            material::write(out, &material::surface(left, job.budget.total))
+        })?;
+    }
     // The page and summary.json come last, when everything else has succeeded.
-    outputs.text("report.html", &page?)?;
+    outputs.text("report.html", &report::page(job, outcome, summary)?)?;
     let json = serde_json::to_string_pretty(&summary).map_err(anyhow::Error::from)?;
     outputs.text("summary.json", &(json + "\n"))?;
     Ok(outputs.commit()?)
