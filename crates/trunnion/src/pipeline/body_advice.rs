@@ -18,14 +18,14 @@ const MOST_TRIED: usize = 100;
 
 /// Change of a setup that may keep bodies clear.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Change {
+enum SetupChange {
     /// The tool stands out farther.
     LongerTool,
     /// The part is farther from the table, along the machine's z.
     HigherPart,
 }
 
-impl Change {
+impl SetupChange {
     fn words(self, length: f64) -> String {
         match self {
             Self::LongerTool => format!("a tool that stands out {length} mm more"),
@@ -56,14 +56,15 @@ pub(super) fn remedy(job: &Job, programs: &[CheckedProgram], solids: &Solids) ->
         "bodies of the machine: {one} and {other} come nearest, line {line}, and no other branch, link or lean that was tried \
          keeps all clear"
     );
-    let helps = [Change::LongerTool, Change::HigherPart].into_iter().filter_map(|change| {
-        let clears = |length: &&f64| {
-            let changed = Changed { change, length: **length };
-            // Operations have tools of their own; which one a line belongs to does not matter if all of them keep clear.
-            job.operations().all(|one| is_clear(one, solids, &near, changed))
-        };
-        Some(change.words(*TRIED.iter().find(clears)?))
-    });
+    let helps =
+        [SetupChange::LongerTool, SetupChange::HigherPart].into_iter().filter_map(|change| {
+            let clears = |length: &&f64| {
+                let changed = ChangedSetup { change, length: **length };
+                // Operations have tools of their own; which one a line belongs to does not matter if all of them keep clear.
+                job.operations().all(|one| is_clear(one, solids, &near, changed))
+            };
+            Some(change.words(*TRIED.iter().find(clears)?))
+        });
     let helps: Vec<String> = helps.collect();
     let longest = TRIED[TRIED.len() - 1];
     let helps = if helps.is_empty() {
@@ -97,25 +98,27 @@ pub(super) fn near_at_home(
     pairs.into_iter().find(|names| !standing.keep_clear(names, &home, clearance)).cloned()
 }
 
+/// Change of a setup by a length.
 #[derive(Clone, Copy)]
-struct Changed {
-    change: Change,
+struct ChangedSetup {
+    change: SetupChange,
+    /// Length by which the tool is longer, or the part higher \[mm\].
     length: f64,
 }
 
-impl Changed {
+impl ChangedSetup {
     fn setup(&self, before: &Setup) -> Setup {
         let mut setup = *before;
         match self.change {
-            Change::LongerTool => setup.tool_length += self.length,
-            Change::HigherPart => setup.origin += Vector3::z() * self.length,
+            SetupChange::LongerTool => setup.tool_length += self.length,
+            SetupChange::HigherPart => setup.origin += Vector3::z() * self.length,
         }
         setup
     }
 
     /// Returns the cutter, its shank and holder moved up by the length.
     fn cutter(&self, before: &Cutter) -> Option<Cutter> {
-        if self.change == Change::HigherPart {
+        if self.change == SetupChange::HigherPart {
             return Some(before.clone());
         }
         let spec = before.spec();
@@ -130,7 +133,7 @@ impl Changed {
 }
 
 /// Returns true if a change keeps all approaches clear, at the same tool locations.
-fn is_clear(job: &Job, solids: &Solids, near: &[&BodyApproach], changed: Changed) -> bool {
+fn is_clear(job: &Job, solids: &Solids, near: &[&BodyApproach], changed: ChangedSetup) -> bool {
     let Some(watched) = &solids.machine else { return false };
     let kinematics =
         Kinematics::new(job.kinematics.machine(), &changed.setup(job.kinematics.setup()));

@@ -147,6 +147,21 @@ macro_rules! stage_error {
     )*};
 }
 
+/// Returns the result; `None` in place of an error other than cancellation: what was tried is not to be had so.
+///
+/// # Errors
+///
+/// [`PipelineError::Cancelled`].
+pub(super) fn unless_stopped<T>(
+    result: Result<T, PipelineError>,
+) -> Result<Option<T>, PipelineError> {
+    match result {
+        Ok(value) => Ok(Some(value)),
+        Err(stop @ PipelineError::Cancelled(_)) => Err(stop),
+        Err(_) => Ok(None),
+    }
+}
+
 stage_error!(
     CoverError => Cover,
     ToolPathError => ToolPath,

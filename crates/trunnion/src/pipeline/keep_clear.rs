@@ -1,10 +1,13 @@
 //! Changes of a plan after which bodies of the machine and fixtures keep clear: another branch, other links, another lean.
 
+use super::collisions::fixtures_summary;
 use super::job::Job;
 use super::program::{CheckedProgram, NearMoves};
 use super::rotary_half::RotaryHalf;
+use super::solids::Solids;
 use crate::files::job::{JobLinks, JobPlacement};
-use crate::verify::{BodyApproach, FixtureApproach};
+use crate::files::summary::ApproachSummary;
+use crate::verify::BodyApproach;
 
 /// Heights by which links rise above their clearance \[mm\].
 const HIGHER: [f64; 3] = [10.0, 25.0, 50.0];
@@ -22,7 +25,7 @@ pub(super) enum PlanChange {
     Branch(RotaryHalf),
     /// Links go up to their clearance everywhere, without hops.
     Retracts,
-    /// Links travel higher by a length \[mm\].
+    /// Links go up to a clearance that is larger by a length \[mm\], without hops.
     HigherLinks(f64),
     /// The tool leans by another angle \[rad\].
     Lean(f64),
@@ -108,7 +111,11 @@ impl PlanChange {
         match self {
             Self::Branch(half) => job.kinematics = half.of(&job.kinematics),
             Self::Retracts => job.file.strategy.links = JobLinks::Retract,
-            Self::HigherLinks(by) => job.file.setup.clearance += by,
+            Self::HigherLinks(by) => {
+                // Hops stay below the clearance.
+                job.file.strategy.links = JobLinks::Retract;
+                job.file.setup.clearance += by;
+            }
             Self::Lean(angle) => {
                 if let JobPlacement::Leaning { angle: lean } = &mut job.file.strategy.method {
                     *lean = angle;
@@ -126,7 +133,9 @@ impl PlanChange {
             }
             Self::HigherLinks(by) => {
                 let to = job.file.setup.clearance + by;
-                format!("links travel {to} mm above the part, setup.clearance and {by} mm more")
+                format!(
+                    "links go up to {to} mm above the part, without hops (setup.clearance = {to})"
+                )
             }
             Self::Lean(angle) => {
                 let from = job.operations().find_map(lean).unwrap_or_default().to_degrees();
@@ -140,7 +149,7 @@ impl PlanChange {
 }
 
 /// Describes the nearest approach in the programs, and its line.
-pub(super) fn nearest(programs: &[CheckedProgram]) -> String {
+pub(super) fn nearest(programs: &[CheckedProgram], solids: &Solids) -> String {
     let bodies = programs.iter().filter_map(|program| {
         let near = program.bodies.iter().flat_map(|found| &found.near);
         let nearest = near.min_by(|a, b| a.distance.total_cmp(&b.distance))?;
@@ -148,10 +157,11 @@ pub(super) fn nearest(programs: &[CheckedProgram]) -> String {
         Some(format!("{one} and {other} come too near each other ({} line {line})", program.file))
     });
     let fixtures = programs.iter().filter_map(|program| {
-        let near = program.clearance.iter().flat_map(|found| &found.near);
+        let summary = fixtures_summary(program, solids)?;
+        let near = summary.near.iter();
         let nearest = near.min_by(|a, b| a.distance.total_cmp(&b.distance))?;
-        let FixtureApproach { line, .. } = nearest;
-        Some(format!("the tool comes too near a fixture ({} line {line})", program.file))
+        let ApproachSummary { line, fixture, .. } = nearest;
+        Some(format!("the tool comes too near fixture {fixture} ({} line {line})", program.file))
     });
     bodies.chain(fixtures).next().unwrap_or_default()
 }
@@ -185,7 +195,9 @@ mod tests {
         assert_eq!(changes[1..], HIGHER.map(PlanChange::HigherLinks));
         assert_eq!(changes[0].job(&job).file.strategy.links, JobLinks::Retract);
         let before = job.file.setup.clearance;
-        let after = changes[1].job(&job).file.setup.clearance;
+        let higher = changes[1].job(&job).file;
+        assert_eq!(higher.strategy.links, JobLinks::Retract);
+        let after = higher.setup.clearance;
         assert!((after - before - HIGHER[0]).abs() < 1e-12, "{before} {after}");
         // A tool whose widest strips decide its inclination does not lean otherwise; before fixtures all branches are alike.
         let cuts = NearMoves { links: true, cuts: true };

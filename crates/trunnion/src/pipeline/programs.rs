@@ -91,8 +91,7 @@ fn one(
     let ProgramTask { format, words, programs } = task;
     let form = format_of(format);
     // Step 1: blocks within tolerance.
-    let sections = operations.iter().map(|of| section(of, &form, words, progress));
-    let sections = sections.collect::<Result<Vec<_>, _>>()?;
+    let sections = sections(operations, &form, words, progress)?;
     let rounding = sections.iter().map(|section| section.rounding).fold(0.0, f64::max);
     // Step 2: their text, read back.
     let ProgramText { text, ends, unread } = text(&sections, &form, words)?;
@@ -143,8 +142,8 @@ fn one(
     })
 }
 
-/// Returns true if bodies of the machine and fixtures keep clear in the programs that the job would write, without a check
-/// against the part.
+/// Returns true if bodies of the machine and fixtures keep clear in every program of the job. The programs are written for
+/// that, and not checked against the part.
 pub(super) fn keep_clear(
     job: &Job,
     inputs: ProgramInputs<'_>,
@@ -154,8 +153,7 @@ pub(super) fn keep_clear(
     let ProgramInputs { operations, uncut, solids } = inputs;
     for &format in &job.file.dialects {
         let form = format_of(format);
-        let sections = operations.iter().map(|of| section(of, &form, words, progress));
-        let sections = sections.collect::<Result<Vec<_>, _>>()?;
+        let sections = sections(operations, &form, words, progress)?;
         let ProgramText { text, .. } = text(&sections, &form, words)?;
         let written = WrittenProgram { form: &form, text: &text, axes: words };
         let against = CheckedAgainst { rest: uncut, solids };
@@ -225,6 +223,16 @@ struct OperationBlocks<'a> {
     duration: f64,
     /// Bound on the effect of rounding \[mm\].
     rounding: f64,
+}
+
+/// Breaks the motion of each operation into blocks.
+fn sections<'a>(
+    operations: &[OperationMotion<'a>],
+    form: &ProgramFormat,
+    words: AxisWords,
+    progress: &dyn Progress,
+) -> Result<Vec<OperationBlocks<'a>>, PipelineError> {
+    operations.iter().map(|of| section(of, form, words, progress)).collect()
 }
 
 /// Breaks the motion of an operation into blocks.

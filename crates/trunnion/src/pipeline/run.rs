@@ -1,7 +1,7 @@
 //! The chain from a job to its programs.
 
 use super::body_advice::near_at_home;
-use super::error::PipelineError;
+use super::error::{PipelineError, unless_stopped};
 use super::fit::fit;
 use super::job::Job;
 use super::keep_clear::{NearThings, PlanChange, nearest};
@@ -200,12 +200,8 @@ impl FirstPlan<'_> {
         change: PlanChange,
         progress: &dyn Progress,
     ) -> Result<Option<Outcome>, PipelineError> {
-        match self.outcome_of(change, progress) {
-            Err(stop @ PipelineError::Cancelled(_)) => Err(stop),
-            // Out of reach, or out of travel: not with this change.
-            Err(_) => Ok(None),
-            Ok(outcome) => Ok(outcome),
-        }
+        // What is out of reach, or out of travel, cannot be planned with this change.
+        Ok(unless_stopped(self.outcome_of(change, progress))?.flatten())
     }
 
     fn outcome_of(
@@ -224,7 +220,11 @@ impl FirstPlan<'_> {
         }
         let text = planned.write(solids, progress)?;
         let times = [first.duration(), planned.duration()];
-        planned.warnings.push(change.describe(first.job, &nearest(&written.checked), times));
+        planned.warnings.push(change.describe(
+            first.job,
+            &nearest(&written.checked, solids),
+            times,
+        ));
         let is_clear = text.left_out.is_empty() && !NearThings::of(&text.checked).any();
         // What keeps clear may not be worse elsewhere.
         if !is_clear || planned.faults(&text) > first.faults(written) {

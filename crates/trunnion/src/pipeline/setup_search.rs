@@ -1,6 +1,6 @@
 //! Search for a better setup of a job.
 
-use super::error::PipelineError;
+use super::error::{PipelineError, unless_stopped};
 use super::job::Job;
 use super::operations::{OperationMotion, OperationPasses, passes};
 use super::programs::{self, ProgramInputs};
@@ -9,7 +9,7 @@ use super::solids::solids;
 use super::stages;
 use crate::axes::{EvaluatedSetup, FollowedPath, SetupSearch, TiltBounds};
 use crate::machine::{Kinematics, Setup};
-use crate::types::{Cancelled, Leg, Motion, Progress, Station, ToolPath};
+use crate::types::{Leg, Motion, Progress, Station, ToolPath};
 
 /// Most setups in which the distances of the machine's bodies are measured.
 const MOST_MEASURED: usize = 12;
@@ -88,22 +88,22 @@ impl BodiesTask<'_> {
         search: &mut SetupSearch,
         progress: &dyn Progress,
     ) -> Result<Option<BodiesInSetups>, PipelineError> {
-        let solids = solids(self.job)?;
-        let Some((best, _)) = search.best.as_ref().filter(|_| solids.machine.is_some()) else {
+        if self.job.kinematics.machine().bodies.is_empty() {
             return Ok(None);
-        };
+        }
+        let Some((best, _)) = &search.best else { return Ok(None) };
+        let solids = solids(self.job)?;
         let others = search.others.iter().filter(|other| other.verdict.fits().is_some());
         let fitting: Vec<EvaluatedSetup> =
             std::iter::once(best).chain(others).take(MOST_MEASURED).cloned().collect();
         for (passed_over, candidate) in fitting.iter().enumerate() {
             let job = placed(self.job, &candidate.setup);
             let motions = self.motions(&job, progress);
-            let Some(operations) = unless_cancelled(motions)? else { continue };
+            let Some(operations) = unless_stopped(motions)? else { continue };
             let inputs = ProgramInputs { operations: &operations, uncut: &[], solids: &solids };
             let clear = programs::keep_clear(&job, inputs, progress);
             let followed = stages::axes(&job, self.path, progress);
-            let (Some(true), Some(followed)) =
-                (unless_cancelled(clear)?, unless_cancelled(followed)?)
+            let (Some(true), Some(followed)) = (unless_stopped(clear)?, unless_stopped(followed)?)
             else {
                 continue;
             };
@@ -146,15 +146,6 @@ fn placed(job: &Job, at: &Setup) -> Job {
     place(&mut job);
     job.following.iter_mut().for_each(place);
     job
-}
-
-/// Returns the result; `None` in place of an error other than cancellation.
-fn unless_cancelled<T>(result: Result<T, PipelineError>) -> Result<Option<T>, Cancelled> {
-    match result {
-        Ok(value) => Ok(Some(value)),
-        Err(PipelineError::Cancelled(stop)) => Err(stop),
-        Err(_) => Ok(None),
-    }
 }
 
 /// Joins the legs of all operations. Those of other tools are rewritten for the first tool: the machine moves in the same way.

@@ -10,7 +10,7 @@ use trunnion::files::{self, machine};
 use trunnion::import::surface_json;
 use trunnion::machine::{Machine, MachineBody};
 use trunnion::pipeline::{self, Job, Outcome};
-use trunnion::surface::Face;
+use trunnion::surface::{Face, PlaneSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop};
 use trunnion::types::{Interval, Silent};
 
 const JOB: &str = include_str!("../../../../fixtures/small-patch/job.toml");
@@ -43,9 +43,22 @@ fn job_text(changes: &[[&str; 2]]) -> String {
 fn job(text: &str, bodies: Vec<MachineBody>) -> Job {
     let patch = include_str!("../../../../fixtures/small-patch/patch.json");
     let face = Face::new(1, surface_json::read(patch.as_bytes()).unwrap(), Vec::new()).unwrap();
+    job_on(&[face], text, bodies)
+}
+
+/// Returns a job on faces, on a machine with bodies.
+fn job_on(faces: &[Face], text: &str, bodies: Vec<MachineBody>) -> Job {
     let mut machine = plain_machine();
     machine.bodies = bodies;
-    Job::new(files::job::parse(text).unwrap(), &[face], &machine).unwrap()
+    Job::new(files::job::parse(text).unwrap(), faces, &machine).unwrap()
+}
+
+/// Returns a flat face of 20 x 20 mm that begins at an x \[mm\].
+fn flat(id: usize, x: f64) -> Face {
+    let frame = SurfaceFrame::new(Point3::new(x, 0.0, 0.0), Vector3::z(), Vector3::x()).unwrap();
+    let corners = [[0.0, 0.0], [20.0, 0.0], [20.0, 20.0], [0.0, 20.0], [0.0, 0.0]];
+    let trim = TrimLoop::new(vec![TrimCurve::polyline(&corners).unwrap()], [None, None], 1e-9);
+    Face::new(id, Surface::Plane(PlaneSurface { frame }), vec![trim.unwrap()]).unwrap()
 }
 
 /// Runs a job on a machine with bodies.
@@ -121,6 +134,22 @@ fn tool_leans_less_where_bodies_keep_clear() {
     let met = 0.9 * worst;
     let how = assert_clear(&outcome(&text, arm_and_posts(&[met, -met])));
     assert!(how.contains("the tool leans by 5 instead of 10 deg"), "{how}");
+}
+
+#[test]
+fn links_go_up_over_a_body_of_the_table() {
+    let text = job_text(&[[BULL, BALL], ["\"widest\"", "\"auto\""]]);
+    let faces = [flat(1, 0.0), flat(2, 60.0)];
+    let with_bar = |top: f64| {
+        let bar = body("bar", "C", [-343.0, -264.0, -560.0], [-339.0, -214.0, top]);
+        pipeline::run(&job_on(&faces, &text, vec![bar]), &Silent).unwrap()
+    };
+    for (top, how) in
+        [(-487.0, "clearance above the part, without hops"), (-478.0, "30 mm above the part")]
+    {
+        let said = assert_clear(&with_bar(top));
+        assert!(said.contains("bar and") && said.contains(how), "{said}");
+    }
 }
 
 /// Returns the number in front of some words \[mm\].
