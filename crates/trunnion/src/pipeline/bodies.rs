@@ -10,7 +10,7 @@ use crate::verify::{
 /// Tolerance of the distances between bodies \[mm\].
 const TOLERANCE: f64 = 0.01;
 
-/// Most lines on which bodies come too near that are listed one by one.
+/// Most pairs of bodies that come too near which are listed one by one.
 const MOST_LISTED: usize = 10;
 
 /// Bodies of a machine, and the clearance that they must keep.
@@ -76,29 +76,47 @@ fn approach(found: &BodyApproach) -> BodyApproachSummary {
     BodyApproachSummary { line: *line, bodies: bodies.clone(), distance: *distance, point }
 }
 
-/// Describes the lines on which bodies touch or come too near: the first of them, and the number of the others.
+/// Describes the pairs of bodies that touch or come too near: the nearest line of each, and the number of its others.
 pub fn bodies_too_near(bodies: &BodiesSummary) -> Vec<String> {
-    let line = |near: &BodyApproachSummary| {
-        let BodyApproachSummary { line, bodies: [one, other], distance, point: [x, y, z] } = near;
-        let place = format!("at X {x:.3} Y {y:.3} Z {z:.3}");
-        if *distance < 0.0 {
-            format!("line {line}: {one} and {other} run into each other {place}")
-        } else {
-            let least = bodies.clearance;
-            format!(
-                "line {line}: {distance:.3} mm between {one} and {other} {place}, nearer than {least} mm"
-            )
+    let mut pairs: Vec<Vec<&BodyApproachSummary>> = Vec::new();
+    for near in &bodies.near {
+        match pairs.iter_mut().find(|pair| pair.iter().any(|known| known.bodies == near.bodies)) {
+            Some(pair) => pair.push(near),
+            None => pairs.push(vec![near]),
         }
-    };
-    let mut reported: Vec<String> = bodies.near.iter().take(MOST_LISTED).map(line).collect();
+    }
+    let listed = pairs.iter().take(MOST_LISTED);
+    let mut reported: Vec<String> =
+        listed.clone().filter_map(|pair| describe_pair(pair, bodies.clearance)).collect();
+    let described: usize = listed.map(Vec::len).sum();
     let count = bodies.lines.map_or(0, |lines| lines.count);
-    if count > reported.len() {
+    if count > described {
         reported.push(format!(
             "and {} more lines on which bodies of the machine come too near",
-            count - reported.len()
+            count - described
         ));
     }
     reported
+}
+
+/// Describes the nearest of the lines on which two bodies are nearer than `clearance` \[mm\], and the range of the others.
+fn describe_pair(lines: &[&BodyApproachSummary], clearance: f64) -> Option<String> {
+    let nearest = lines.iter().min_by(|a, b| a.distance.total_cmp(&b.distance))?;
+    let BodyApproachSummary { line, bodies: [one, other], distance, point: [x, y, z] } = nearest;
+    let place = format!("at X {x:.3} Y {y:.3} Z {z:.3}");
+    let what = if *distance < 0.0 {
+        format!("line {line}: {one} and {other} run into each other {place}")
+    } else {
+        format!(
+            "line {line}: {distance:.3} mm between {one} and {other} {place}, nearer than {clearance} mm"
+        )
+    };
+    let others = || lines.iter().map(|near| near.line).filter(|other| other != line);
+    let (Some(first), Some(last)) = (others().min(), others().max()) else { return Some(what) };
+    Some(match others().count() {
+        1 => format!("{what}; too near on line {first} as well"),
+        count => format!("{what}; too near on {count} other lines as well, {first} to {last}"),
+    })
 }
 
 /// Describes the least distance, its line, and its tolerance.
@@ -117,5 +135,47 @@ pub fn nearest_bodies(bodies: &BodiesSummary) -> String {
             )
         }
         None => pairs,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::summary::LinesSummary;
+
+    #[test]
+    fn a_pair_is_one_entry() {
+        let near = |line: u32, other: &str, distance: f64| BodyApproachSummary {
+            line,
+            bodies: ["arm".to_owned(), other.to_owned()],
+            distance,
+            point: [0.0; 3],
+        };
+        let bodies = BodiesSummary {
+            tolerance: TOLERANCE,
+            clearance: 2.0,
+            pairs: 3,
+            left_out: Vec::new(),
+            least: None,
+            near: vec![
+                near(7, "post", 0.5),
+                near(9, "bed", -0.1),
+                near(5, "post", 0.7),
+                near(12, "post", 1.0),
+            ],
+            lines: Some(LinesSummary { count: 6, first: 3, last: 20 }),
+            hits: None,
+        };
+        let at = "at X 0.000 Y 0.000 Z 0.000";
+        assert_eq!(
+            bodies_too_near(&bodies),
+            [
+                format!(
+                    "line 7: 0.500 mm between arm and post {at}, nearer than 2 mm; too near on 2 other lines as well, 5 to 12"
+                ),
+                format!("line 9: arm and bed run into each other {at}"),
+                "and 2 more lines on which bodies of the machine come too near".to_owned(),
+            ]
+        );
     }
 }
