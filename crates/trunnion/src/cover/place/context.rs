@@ -15,10 +15,11 @@ use crate::cover::prove::face_cell::FaceCell;
 use crate::cover::prove::face_tree::FaceTree;
 use crate::cover::prove::part_faces::{KeepOff, PartFaces};
 use crate::cover::prove::sweep::PassSweep;
+use crate::cover::report::{FallbackReason, PassFallback};
 use crate::cutter::Cutter;
 use crate::cutter::ToolBody;
 use crate::surface::FaceIndex;
-use crate::types::{Pass, Station, Uv};
+use crate::types::{Interval, Pass, Station, Uv};
 
 /// Size of the cells into which a face is divided beforehand, as a share of the cutter's radius. The bows of
 /// smaller cells are far below tolerances.
@@ -93,6 +94,14 @@ impl<'a, Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'a, Inside> {
     pub(crate) fn request(&self) -> FaceRequest<'a> {
         let Self { face, setup, options, progress, .. } = *self;
         FaceRequest { face, setup, options, progress }
+    }
+
+    /// Returns the note that wide strips are given up on all of the face.
+    pub(crate) fn given_up(&self) -> PassFallback {
+        let [u, v] = self.uv_range(self.whole.bounds).map(Interval::from);
+        let at = self.chart.uv(self.whole.bounds.map(|range| range[0])).into();
+        let reason = FallbackReason::Effort;
+        PassFallback { face: self.face.face().number, at, u, v, reason }
     }
 
     /// Estimates the work of passes at the fixed lead: as many stations as strips as narrow as a ball's need.

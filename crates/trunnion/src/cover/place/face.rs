@@ -112,6 +112,7 @@ fn on_side(request: &FaceRequest<'_>) -> Result<PlacedPasses, CoverError> {
     let mut tried: Vec<PlacedPasses> = Vec::new();
     let mut tried_charts: Vec<Chart> = Vec::new();
     let mut refused = None;
+    let mut badly_begun = None;
     for (i, chart) in charts.into_iter().enumerate() {
         let part = [i, i + 1].map(|i| share * i as f64);
         let request = FaceRequest { progress: progress.within(part), ..*request };
@@ -126,16 +127,30 @@ fn on_side(request: &FaceRequest<'_>) -> Result<PlacedPasses, CoverError> {
             break;
         }
         match on_chart(&context, unreachable.as_deref(), limits) {
-            Ok(placed) => {
+            Ok(ChartPlan { placed, badly_begun: false }) => {
                 work += placed.report.work;
                 tried.push(placed);
                 tried_charts.push(chart);
+            }
+            // No other chart has much work left for wide strips.
+            Ok(ChartPlan { placed, .. }) => {
+                work += placed.report.work;
+                badly_begun = tried.is_empty().then(|| context.given_up());
+                break;
             }
             Err(CoverError::Cancelled(cancelled)) => return Err(cancelled.into()),
             Err(error) => refused = refused.or(Some(error)),
         }
     }
     progress.report(1.0)?;
+    if let Some(given_up) = badly_begun {
+        let options = CoverOptions { method: PlacementMethod::Inclined, ..*options };
+        let progress = progress.within([1.0; 2]);
+        let mut placed = on_side(&FaceRequest { options: &options, progress, ..*request })?;
+        placed.report.work += work;
+        placed.report.fallbacks.push(given_up);
+        return Ok(placed);
+    }
 
     // Step 2: the best of them, or the first error.
     let Some(index) = PlacedPasses::best(tried.iter()) else {
@@ -162,22 +177,32 @@ fn on_side(request: &FaceRequest<'_>) -> Result<PlacedPasses, CoverError> {
     Ok(best)
 }
 
+/// Passes over a face on one chart.
+struct ChartPlan {
+    placed: PlacedPasses,
+    /// `true` if wide strips have used up their work over a small part of the face, or are narrow: the passes end there.
+    badly_begun: bool,
+}
+
 /// Plans all passes on one chart.
 fn on_chart<Inside: Fn(ChartPoint) -> bool + Sync>(
     context: &FaceContext<'_, Inside>,
     unreachable: Option<&CellGrid>,
     limits: WorkLimits,
-) -> Result<PlacedPasses, CoverError> {
+) -> Result<ChartPlan, CoverError> {
     let rectangle = FaceRectangle::whole(context.whole.bounds, context.options.method);
     let mut placed = PlacedPasses::new();
     placed.missed = unreachable.map_or_else(Vec::new, CellGrid::ranges);
     let mut planner = FacePlanner { context, placed, work: 0, limits, share: 0.0 };
     planner.cover_whole(&rectangle)?;
+    let badly_begun = planner.is_badly_begun(&rectangle);
     let mut placed = planner.placed;
     placed.report.work = planner.work;
-    measure_rest(context, &mut placed);
-    placed.report.area = context.area();
-    Ok(placed)
+    if !badly_begun {
+        measure_rest(context, &mut placed);
+        placed.report.area = context.area();
+    }
+    Ok(ChartPlan { placed, badly_begun })
 }
 
 /// Returns the work after which wide strips are given up, and after which everything is.

@@ -29,6 +29,14 @@ const STEP: f64 = 0.25;
 /// Share of the work allowed that trying several advances may take.
 const PACE: f64 = 0.5;
 
+/// Share of a face that wide strips have to have finished when their work is used up; if it is less, the face is planned anew
+/// at the fixed inclination: a few wide strips among many narrow ones gain little.
+const WELL_BEGUN: f64 = 0.5;
+
+/// Share of that work after which strips over such a part have to be wider than those of a ball on average: narrower ones gain nothing over
+/// the fixed inclination.
+const EARLY: f64 = 0.3;
+
 /// Rectangles within rectangles.
 const DEPTH: u32 = 2;
 
@@ -128,6 +136,9 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         rectangle: &FaceRectangle,
     ) -> Result<Option<PassStep>, CoverError> {
         self.context.progress.report(self.share)?;
+        if self.is_badly_begun(rectangle) {
+            return Ok(None);
+        }
         if self.work > self.limits.all {
             let [_, end] = region.bounds[0];
             let left = self.context.uv_range([[across, end], region.bounds[1]]);
@@ -193,6 +204,15 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
             return Some(other);
         }
         Some(trial)
+    }
+
+    /// Returns `true` if wide strips have used up their work over a small part of the face, or are narrow so far.
+    pub(crate) fn is_badly_begun(&self, rectangle: &FaceRectangle) -> bool {
+        let used = self.work as f64 / self.limits.wide.max(1) as f64;
+        let width = self.share * self.context.area() / self.placed.report.length;
+        rectangle.method == PlacementMethod::Widest
+            && self.share < WELL_BEGUN
+            && (used > 1.0 || used > EARLY && width < self.context.narrow())
     }
 
     /// Goes on from a track that is a point. The first pass with a length finishes what lies before it, or it is left.
