@@ -1,7 +1,7 @@
 //! Access of a tool to single points of a part, without planning passes.
 
 use super::cost::PassCost;
-use super::place::tool_fit::{ContactPoint, fitting_pose_along, is_hollow};
+use super::place::tool_fit::{ContactPoint, fitting_pose_along, is_hollow, largest_ball};
 use super::prove::part_faces::{KeepOff, PartFaces};
 use crate::cutter::{Cutter, ToolBody};
 use crate::surface::{FaceIndex, FaceSample};
@@ -65,6 +65,12 @@ impl<'a> ToolAccess<'a> {
     /// elsewhere.
     pub fn is_hollow(&self, radius: f64, index: usize, sample: &FaceSample) -> bool {
         is_hollow(&self.keep_off(index), &contact(sample), radius)
+    }
+
+    /// Returns the radius of the largest ball that touches a sample of the face at `index` and keeps off all faces \[mm\].
+    pub fn largest_ball(&self, index: usize, sample: &FaceSample) -> f64 {
+        let precision = self.keep_off(index).precision;
+        largest_ball(&self.part_faces, &contact(sample), self.cutter, precision)
     }
 
     fn keep_off(&self, own: usize) -> KeepOff<'_> {

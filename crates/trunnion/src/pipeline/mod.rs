@@ -21,6 +21,8 @@ mod keep_clear;
 mod leftover;
 mod measured;
 mod operations;
+mod origin_advice;
+mod origin_search;
 mod out_of_reach;
 mod outcome;
 mod pass_cost;

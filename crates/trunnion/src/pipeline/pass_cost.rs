@@ -2,7 +2,6 @@
 
 use super::estimate::rest_to_rest;
 use super::job::Job;
-use super::reach::linear_travel_suffices;
 use crate::cover::PassCost;
 use crate::files::job::FeedReference;
 use crate::inverse::Inverse;
@@ -23,7 +22,7 @@ const SHARE: f64 = 0.01;
 pub(super) struct JobPassCost {
     /// `None` for a setup without numbers, which is refused where the axes are solved.
     inverse: Option<Inverse>,
-    /// Inverse with less travel; without ends of linear travel where some points lie beyond them at any inclination.
+    /// Inverse with less travel.
     inside: Option<Inverse>,
     home: AxisVector,
     /// Feed of the contact or the tip \[mm/s\].
@@ -40,11 +39,9 @@ impl JobPassCost {
     pub(super) fn new(job: &Job, link: f64) -> Self {
         let machine = job.kinematics.machine();
         let feed = job.file.cutting.feed;
-        let linear =
-            if linear_travel_suffices(job) { LinearTravel::Inset } else { LinearTravel::Unbounded };
         Self {
             inverse: Inverse::new(&job.kinematics).ok(),
-            inside: Inverse::new(&inset(&job.kinematics, linear)).ok(),
+            inside: Inverse::new(&inset(&job.kinematics, LinearTravel::Inset)).ok(),
             home: machine.home(),
             feed,
             at_contact: job.file.cutting.reference == FeedReference::Contact,

@@ -6,6 +6,7 @@
 use super::error::PipelineError;
 use super::job::Job;
 use super::out_of_reach::{INCLINATIONS, OutOfReach};
+use super::pass_cost::{LinearTravel, inset};
 use crate::cutter::Cutter;
 use crate::inverse::{Inverse, InverseError};
 use crate::machine::{FIRST_ROTARY, Kinematics, RotaryJoint};
@@ -98,17 +99,39 @@ pub fn reach(job: &Job) -> Result<(), PipelineError> {
     Ok(())
 }
 
-/// Returns `true` if linear travel keeps the tool from no sample of the faces at every inclination.
-///
-/// Then travel decides between inclinations at most. Otherwise the origin is wrong, and the run says which one fits.
-pub(super) fn linear_travel_suffices(job: &Job) -> bool {
-    let Ok(inverse) = Inverse::new(&job.kinematics) else { return false };
-    let probe = ReachProbe { inverse: &inverse, cutter: &job.cutter };
-    let lacks = |sample: &FaceSample| {
-        let error = probe.miss(sample).map(|miss| miss.error);
-        matches!(error, Some(InverseError::OutOfTravel(out)) if out.index < FIRST_ROTARY)
+/// Returns `true` if the ends of linear travel alone keep the tool of a job from a sample of its faces.
+pub(super) fn lacks_linear_travel(job: &Job, kinematics: &Kinematics) -> bool {
+    let inverse = |linear: LinearTravel| Inverse::new(&inset(kinematics, linear));
+    let (Ok(inside), Ok(free)) = (inverse(LinearTravel::Inset), inverse(LinearTravel::Unbounded))
+    else {
+        return false;
     };
-    job.faces.iter().all(|face| !samples(face).par_iter().any(lacks))
+    let home = kinematics.machine().home();
+    let lacks = |sample: &FaceSample| {
+        let reaches = |inverse: &Inverse| {
+            let mut poses = leans(&job.cutter, sample, coarse(&job.cutter));
+            poses.any(|pose| inverse.continued(&pose, &home).is_ok())
+        };
+        !reaches(&inside) && reaches(&free)
+    };
+    job.faces.iter().any(|face| samples(face).par_iter().any(lacks))
+}
+
+/// Returns the most upright pose of the tool of a job at each sample of its faces, of those that the rotary axes reach.
+pub(super) fn upright_poses(job: &Job) -> Vec<ToolPose> {
+    let Ok(inverse) = Inverse::new(&inset(&job.kinematics, LinearTravel::Unbounded)) else {
+        return Vec::new();
+    };
+    let home = job.kinematics.machine().home();
+    let up = job.kinematics.forward(&home).axis;
+    let upright = |sample: &FaceSample| {
+        let poses = leans(&job.cutter, sample, coarse(&job.cutter));
+        let reached = poses.filter(|pose| inverse.continued(pose, &home).is_ok());
+        reached.max_by(|a, b| a.axis.dot(&up).total_cmp(&b.axis.dot(&up)))
+    };
+    let of =
+        |face: &FaceIndex| samples(face).par_iter().filter_map(upright).collect::<Vec<ToolPose>>();
+    job.faces.iter().flat_map(of).collect()
 }
 
 /// Returns samples spread about evenly over a face.

@@ -3,6 +3,7 @@
 use super::guards::with_fixture_names;
 use super::job::Job;
 use super::leftover::Leftover;
+use super::origin_advice::origin_in_reach;
 use super::wording::{counted, reason};
 use crate::cover::{Covering, PassFallback};
 use crate::files::summary::{RegionSummary, RestSummary};
@@ -126,6 +127,12 @@ pub(super) fn unfinished(job: &Job, left: &Leftover) -> Vec<String> {
         lines.push(format!(
             "rest: {} of {area:.3} mm2 together",
             counted(others.len(), "smaller part")
+        ));
+    }
+    if let Some(origin) = origin_in_reach(job, &left.regions) {
+        let [x, y, z]: [f64; 3] = origin.into();
+        lines.push(format!(
+            "rest: linear axes reach the ends of their travel; setup.origin = [{x}, {y}, {z}] keeps all faces inside"
         ));
     }
     let cutters = job.operations().map(|one| &one.cutter);

@@ -76,6 +76,7 @@ mod tables;
 mod tilted;
 mod tip_feeds;
 mod toolpath;
+mod travel_ends;
 mod unwinding;
 mod validator;
 mod vectors;

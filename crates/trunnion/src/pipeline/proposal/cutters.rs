@@ -6,12 +6,14 @@ use super::part_measure::{LARGEST, PartMeasure};
 use super::request::TOLERANCE;
 use crate::cover::{PassCost, ToolAccess, flank_axis};
 use crate::cutter::{Cutter, CutterKind, CutterSpec};
+use crate::import::inspect;
 use crate::inverse::Inverse;
 use crate::machine::{Kinematics, Machine, Setup};
+use crate::math;
 use crate::pipeline::pass_cost::{LinearTravel, inset};
-use crate::surface::FaceSample;
+use crate::surface::{FaceIndex, FaceSample};
 use crate::types::{AxisVector, Cancelled, Progress, Stage, Station, ToolPose, UncutReason};
-use nalgebra::Vector3;
+use nalgebra::{Unit, Vector3};
 use rayon::prelude::*;
 
 /// Largest flank of a flat end, as a share of the tightest concave radius: that of the radius itself touches along a line,
@@ -55,6 +57,12 @@ const NOT_SMALLER: f64 = 0.4;
 
 /// Share of a face's samples that may be too concave for a ball.
 const NARROW: f64 = 0.03;
+
+/// About as many samples of all faces show how tools lean on them.
+const LEANING: f64 = 100.0;
+
+/// Inclination of a ball that leans as usual \[rad\].
+const USUAL_LEAN: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
 /// Smallest diameter, as a share of the second largest extent of the part: a smaller cutter takes days.
 const SMALLEST: f64 = 0.01;
@@ -229,7 +237,8 @@ impl CandidateFaces<'_> {
         Ok(trials)
     }
 
-    fn trial(&self, machine: &Machine, cutter: &Cutter) -> CutterTrial {
+    /// Tries a cutter.
+    pub(super) fn trial(&self, machine: &Machine, cutter: &Cutter) -> CutterTrial {
         let setup = Setup::new(Vector3::zeros(), [0.0; 3], cutter.length());
         let reach =
             RotaryReach::new(&inset(&Kinematics::new(machine, &setup), LinearTravel::Unbounded));
@@ -297,6 +306,40 @@ impl CandidateFaces<'_> {
     }
 }
 
+/// Returns poses in which a cutter with a round corner leans to either side on faces, as passes may have it.
+///
+/// A tool that lies on a steep face needs more travel than the upright one of a trial.
+pub(super) fn leaning_poses(
+    faces: &[FaceIndex],
+    cut: &[usize],
+    machine: &Machine,
+    cutter: &Cutter,
+) -> Vec<ToolPose> {
+    if cutter.kind() == CutterKind::Flat {
+        return Vec::new();
+    }
+    let setup = Setup::new(Vector3::zeros(), [0.0; 3], cutter.length());
+    let reach =
+        RotaryReach::new(&inset(&Kinematics::new(machine, &setup), LinearTravel::Unbounded));
+    let access = ToolAccess::new(faces, cutter, &reach, TOLERANCE.excess);
+    let few = (LEANING / cut.len().max(1) as f64).max(1.0);
+    let samples = |&index: &usize| {
+        let area = inspect::summary(faces[index].face()).area;
+        let samples = faces[index].face().grid((area / few).sqrt()).unwrap_or_default();
+        samples.into_iter().map(move |sample| (index, sample))
+    };
+    let samples: Vec<(usize, FaceSample)> = cut.iter().flat_map(samples).collect();
+    let poses = |(index, sample): &(usize, FaceSample)| {
+        let across = sample.normal.cross(&Vector3::ith(sample.normal.iamin(), 1.0)).normalize();
+        let along = sample.normal.cross(&across);
+        [across, -across, along, -along].map(|way| {
+            let lean = Unit::new_normalize(*sample.normal + way * math::tan(USUAL_LEAN));
+            access.pose_along(&lean, *index, sample).ok()
+        })
+    };
+    samples.par_iter().flat_map_iter(poses).flatten().collect()
+}
+
 /// Returns the most frequent reason.
 fn usual(found: &[Result<ToolPose, UncutReason>]) -> UncutReason {
     let all: Vec<UncutReason> =
@@ -306,7 +349,7 @@ fn usual(found: &[Result<ToolPose, UncutReason>]) -> UncutReason {
 }
 
 /// Returns the cutter, longer where a part of this height \[mm\] needs it.
-fn long_enough(cutter: &Cutter, height: f64) -> Cutter {
+pub(super) fn long_enough(cutter: &Cutter, height: f64) -> Cutter {
     let least = height + OVER;
     if cutter.length() >= least {
         return cutter.clone();

@@ -1,7 +1,8 @@
 //! Cutters of a proposed job, from the largest to the smallest: each cuts what it can, the last what is left.
 
+use super::borders::NarrowBorders;
 use super::candidates::{CandidateFaces, kind};
-use super::cutters::CutterTrial;
+use super::cutters::{CutterTrial, long_enough};
 use super::left_out::LeftOutFace;
 use super::part_measure::PartMeasure;
 use crate::cutter::{Cutter, CutterKind};
@@ -11,6 +12,9 @@ use crate::types::{Cancelled, Progress};
 
 /// Share of the area that planes and walls must have for a flat end mill of their own.
 const WORTH_A_TOOL: f64 = 0.2;
+
+/// Least radius of a ball for narrow borders, as a share of that of the ball before it.
+const FINEST: f64 = 0.2;
 
 /// Cutters in the order in which they cut.
 pub(super) struct CutterLadder {
@@ -73,13 +77,18 @@ impl CutterLadder {
         // Step 2: a ball for all other faces, and a much larger one before it where that cuts most of them.
         let mut tried = others.tried(library, CutterKind::Ball, machine, part, progress)?;
         let Some(fine) = CutterTrial::choose(&tried) else { return Ok(None) };
+        // Step 3: a smaller ball along borders where that one does not fit.
+        let balls = library.iter().filter(|cutter| cutter.kind() == CutterKind::Ball);
+        let borders = border_step(&others, &tried[fine], balls, |ball| {
+            others.trial(machine, &long_enough(ball, part.size().z))
+        });
         if let Some(large) = CutterTrial::choose_before(&tried, fine) {
             let trial = tried.remove(large);
             let faces = trial.partly_cut.clone();
             steps.push(LadderStep { trial, faces, area: JobArea::Whole });
-            return Ok(Some(Self::of(steps, tried, fine - 1)));
+            return Ok(Some(Self::of(steps, tried, fine - 1).followed_by(borders)));
         }
-        Ok(Some(Self::of(steps, tried, fine)))
+        Ok(Some(Self::of(steps, tried, fine).followed_by(borders)))
     }
 
     /// Ends a ladder with the cutter of index `fine`, which cuts what those before leave.
@@ -97,11 +106,36 @@ impl CutterLadder {
         faces.sort_unstable();
         faces.dedup();
         steps.push(LadderStep { trial, faces, area });
-        let longest = steps.iter().map(|step| step.trial.cutter.length()).fold(0.0, f64::max);
-        let steps = steps
-            .into_iter()
-            .map(|step| LadderStep { trial: step.trial.with_length(longest), ..step })
-            .collect();
-        Self { steps, left_out }
+        Self { steps: equally_long(steps), left_out }
     }
+
+    /// Adds a last step.
+    fn followed_by(self, last: Option<LadderStep>) -> Self {
+        let steps = self.steps.into_iter().chain(last).collect();
+        Self { steps: equally_long(steps), ..self }
+    }
+}
+
+/// Makes the cutters of all steps as long as the longest.
+fn equally_long(steps: Vec<LadderStep>) -> Vec<LadderStep> {
+    let longest = steps.iter().map(|step| step.trial.cutter.length()).fold(0.0, f64::max);
+    let as_long = |step: LadderStep| LadderStep { trial: step.trial.with_length(longest), ..step };
+    steps.into_iter().map(as_long).collect()
+}
+
+/// Returns the step of the largest ball that fits along the borders where a larger one does not.
+fn border_step<'a>(
+    candidates: &CandidateFaces<'_>,
+    before: &CutterTrial,
+    balls: impl Iterator<Item = &'a Cutter> + Clone,
+    trial: impl Fn(&Cutter) -> CutterTrial,
+) -> Option<LadderStep> {
+    let allowed = balls.filter(|ball| ball.minor() >= FINEST * before.cutter.minor());
+    let least = allowed.clone().map(Cutter::minor).reduce(f64::min)?;
+    let borders = NarrowBorders::find(candidates.faces, &before.cut(), &before.cutter, least)?;
+    let fitting = allowed.filter(|ball| borders.fits(ball));
+    let ball = fitting.max_by(|a, b| a.minor().total_cmp(&b.minor()))?;
+    let trial = trial(ball);
+    let faces: Vec<usize> = borders.faces.into_iter().filter(|at| trial.cuts(*at)).collect();
+    (!faces.is_empty()).then_some(LadderStep { trial, faces, area: JobArea::Rest })
 }

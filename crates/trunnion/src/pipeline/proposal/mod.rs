@@ -1,5 +1,6 @@
 //! Proposal of a job for a part: faces, cutter and setup that run as they are.
 
+mod borders;
 mod candidates;
 mod cutters;
 mod ladder;

@@ -1,11 +1,11 @@
 //! Proposal of a job for a part: faces, cutter and setup that run as they are.
 
 use super::candidates::CandidateFaces;
-use super::cutters::CutterTrial;
+use super::cutters::{CutterTrial, leaning_poses};
 use super::ladder::{CutterLadder, LadderStep};
 use super::left_out::{FaceReason, LeftOutFace, ProposalError};
 use super::orientation;
-use super::origin::OriginSearch;
+use super::origin::origin;
 use super::part_measure::PartMeasure;
 use super::request::{JobProposal, ProposalRequest, ProposedOperation, TOLERANCE};
 use crate::cover::FinishTolerance;
@@ -128,11 +128,13 @@ fn of_side(
     let number = |at: &usize| faces[*at].face().number;
     let mut trials = Vec::new();
     let mut operations = Vec::new();
+    let mut leaning = Vec::new();
     for LadderStep { trial, faces: of_step, area } in steps {
+        leaning.extend(leaning_poses(&faces, &of_step, request.machine, &trial.cutter));
         operations.push(operation(&trial, of_step.iter().map(number).collect(), area));
         trials.push(trial);
     }
-    let origin = OriginSearch::new(request.machine, &trials, &part).best()?;
+    let origin = origin(request.machine, &trials, &leaning, &part)?;
     let excess = TOLERANCE.excess.min(TOLERANCE_SHARE * part.size().norm());
     let gouge = excess * TOLERANCE.gouge / TOLERANCE.excess;
     Ok(JobProposal {
