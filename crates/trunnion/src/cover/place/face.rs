@@ -193,9 +193,10 @@ fn on_chart<Inside: Fn(ChartPoint) -> bool + Sync>(
     let rectangle = FaceRectangle::whole(context.whole.bounds, context.options.method);
     let mut placed = PlacedPasses::new();
     placed.missed = unreachable.map_or_else(Vec::new, CellGrid::ranges);
-    let mut planner = FacePlanner { context, placed, work: 0, limits, share: 0.0 };
+    let mut planner =
+        FacePlanner { context, placed, work: 0, limits, share: 0.0, badly_begun: false };
     planner.cover_whole(&rectangle)?;
-    let badly_begun = planner.is_badly_begun(&rectangle);
+    let badly_begun = planner.badly_begun;
     let mut placed = planner.placed;
     placed.report.work = planner.work;
     if !badly_begun {

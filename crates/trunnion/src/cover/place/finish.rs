@@ -80,7 +80,8 @@ pub(crate) fn fill_across<Inside: Fn(ChartPoint) -> bool + Sync>(
     for part in &before.report.rest {
         let bounds = cross.local_range(part.uv.map(Into::into));
         let rectangle = FaceRectangle::whole(bounds, PlacementMethod::Inclined);
-        let mut planner = FacePlanner { context: cross, placed, work, limits, share: 0.0 };
+        let mut planner =
+            FacePlanner { context: cross, placed, work, limits, share: 0.0, badly_begun: false };
         planner.cover_whole(&rectangle)?;
         (placed, work) = (planner.placed, planner.work);
     }

@@ -94,6 +94,9 @@ pub(crate) struct FacePlanner<'a, Inside> {
     pub(crate) limits: WorkLimits,
     /// Share of the face that is done.
     pub(crate) share: f64,
+    /// `true` if wide strips have used up their work over a small part of the face, or are narrow: the passes end there, and
+    /// serve nothing.
+    pub(crate) badly_begun: bool,
 }
 
 impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
@@ -136,7 +139,9 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         rectangle: &FaceRectangle,
     ) -> Result<Option<PassStep>, CoverError> {
         self.context.progress.report(self.share)?;
-        if self.is_badly_begun(rectangle) {
+        // Once true it stays so: passes that are not tried then leave material that nothing measures.
+        self.badly_begun |= self.begins_badly(rectangle);
+        if self.badly_begun {
             return Ok(None);
         }
         if self.work > self.limits.all {
@@ -207,7 +212,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
     }
 
     /// Returns `true` if wide strips have used up their work over a small part of the face, or are narrow so far.
-    pub(crate) fn is_badly_begun(&self, rectangle: &FaceRectangle) -> bool {
+    fn begins_badly(&self, rectangle: &FaceRectangle) -> bool {
         let used = self.work as f64 / self.limits.wide.max(1) as f64;
         let width = self.share * self.context.area() / self.placed.report.length;
         rectangle.method == PlacementMethod::Widest

@@ -89,3 +89,49 @@ fn border_samples(index: &FaceIndex) -> Vec<FaceSample> {
     }
     samples
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cutter::CutterSpec;
+    use crate::surface::{
+        CylinderSurface, Face, PlaneSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop,
+    };
+    use nalgebra::{Point3, Vector3};
+    use std::f64::consts::FRAC_PI_2;
+
+    fn face(number: usize, surface: Surface, [u, v]: [f64; 2]) -> FaceIndex {
+        let corners = [[0.0, 0.0], [u, 0.0], [u, v], [0.0, v], [0.0, 0.0]];
+        let border =
+            TrimLoop::new(vec![TrimCurve::polyline(&corners).unwrap()], [None, None], 1e-9);
+        FaceIndex::new(Face::new(number, surface, vec![border.unwrap()]).unwrap()).unwrap()
+    }
+
+    /// An edge of 2 mm radius and 40 mm length that begins at a height above a floor beside it.
+    fn rounded_edge(height: f64) -> [FaceIndex; 2] {
+        let frame = |origin: Point3<f64>, normal: Vector3<f64>, x: Vector3<f64>| {
+            SurfaceFrame::new(origin, normal, x).unwrap()
+        };
+        let floor = frame(Point3::new(0.0, 2.0, 0.0), Vector3::z(), Vector3::x());
+        let floor = Surface::Plane(PlaneSurface { frame: floor });
+        let edge = frame(Point3::new(0.0, 0.0, height), Vector3::x(), Vector3::y());
+        let edge = Surface::Cylinder(CylinderSurface::new(edge, 2.0).unwrap());
+        [face(1, floor, [40.0, 30.0]), face(2, edge, [FRAC_PI_2, 40.0])]
+    }
+
+    fn ball(diameter: f64) -> Cutter {
+        Cutter::new(CutterSpec::ball(diameter)).unwrap()
+    }
+
+    #[test]
+    fn an_edge_close_above_a_floor_asks_for_a_ball_that_fits_between() {
+        let faces = rounded_edge(3.0);
+        let found = NarrowBorders::find(&faces, &[1], &ball(12.0), 1.0).unwrap();
+        assert_eq!(found.faces, [1]);
+        assert!((found.radius - 3.0).abs() < 0.01, "{}", found.radius);
+        assert!(found.fits(&ball(6.0)) && !found.fits(&ball(8.0)));
+        // The ball that fits asks for no other, and in a sharp corner none does.
+        assert!(NarrowBorders::find(&faces, &[1], &ball(5.9), 1.0).is_none());
+        assert!(NarrowBorders::find(&rounded_edge(0.0), &[1], &ball(12.0), 1.0).is_none());
+    }
+}
