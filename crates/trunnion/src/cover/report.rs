@@ -124,7 +124,8 @@ pub struct GivenUp {
     pub face: usize,
     /// Parameters of the point.
     pub uv: Uv,
-    /// Share of the face that lies before the point, 0 to 1.
+    /// Share of the face that lies before the point, 0 to 1; 0 if no wide strip remains, since they were no wider than those
+    /// of a ball or had used up their work early.
     pub share: f64,
 }
 

@@ -152,12 +152,19 @@ fn warnings(job: &Job, covering: &Covering) -> Vec<String> {
     let mut warnings = Vec::new();
     warnings.extend(regions::fixed(&job.faces, covering));
     if let Some(GivenUp { face, uv: Uv { u, v }, share }) = report.given_up {
-        warnings.push(format!(
-            "wide strips were given up on face {face} from u {u:.4}, v {v:.4} on, after {:.0} % of it: they had \
-             taken the work that is allowed them; the rest is finished at a fixed lead; passes along the \
-             other parameter or a smaller cutter may do better",
-            100.0 * share
-        ));
+        warnings.push(if share > 0.0 {
+            format!(
+                "wide strips were given up on face {face} from u {u:.4}, v {v:.4} on, after {:.0} % of it: they had \
+                 taken the work that is allowed them; the rest is finished at a fixed lead; passes along the \
+                 other parameter or a smaller cutter may do better",
+                100.0 * share
+            )
+        } else {
+            format!(
+                "wide strips were given up on face {face}: they were no wider than those of a ball, or had taken the work \
+                 that is allowed them over a small part of it; all of it is finished at a fixed lead"
+            )
+        });
     }
     if report.shortened > 0 {
         let passes = match report.shortened {

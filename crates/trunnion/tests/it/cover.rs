@@ -269,13 +269,27 @@ fn a_face_is_finished_when_its_work_is_used_up() {
     let shaft = Surface::Cylinder(CylinderSurface::new(frame, 12.0).unwrap());
     let half = [[0.0, 0.0], [3.0, 0.0], [3.0, 60.0], [0.0, 60.0]];
     let face = face(shaft, &[half.to_vec()], false);
-    let options = CoverOptions { effort: 0.2, spacing: Interval::new(0.05, 1.0), ..options() };
-    let Covering { passes, report, .. } = finished(&face, &options);
-    let GivenUp { face: number, share, .. } = report.given_up.unwrap();
-    assert!(number == 1 && share > 0.0 && share < 1.0, "{report:?}");
-    let widest = |pass: &Pass| pass.widths.iter().copied().fold(0.0, f64::max);
-    let [first, last] = [&passes[0], &passes[passes.len() - 1]].map(widest);
-    assert!(first > last, "{first} mm, {last} mm");
+    let with = |effort: f64| {
+        let spacing = Interval::new(0.05, 1.0);
+        finished(&face, &CoverOptions { effort, spacing, ..options() })
+    };
+    let ends = |passes: &[Pass]| {
+        let widest = |pass: &Pass| pass.widths.iter().copied().fold(0.0, f64::max);
+        [&passes[0], &passes[passes.len() - 1]].map(widest)
+    };
+    let mut shares = Vec::new();
+    for effort in [0.05, 0.1, 0.2, 0.3, 0.5] {
+        let Covering { passes, report, .. } = with(effort);
+        let Some(GivenUp { face: number, share, .. }) = report.given_up else { break };
+        assert_eq!(number, 1);
+        shares.push(share);
+        let [first, last] = ends(&passes);
+        // Given up late, the first passes are wide strips.
+        let is_early = share <= 0.0;
+        assert!(is_early || share >= 0.5 && share < 1.0, "{report:?}");
+        assert!(is_early || first > last, "{share}: {first} mm, {last} mm");
+    }
+    assert!(shares.contains(&0.0) && shares.iter().any(|share| *share >= 0.5), "{shares:?}");
 }
 
 #[test]

@@ -97,7 +97,7 @@ impl<'a, Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'a, Inside> {
     }
 
     /// Returns the note that wide strips are given up on all of the face.
-    pub(crate) fn given_up(&self) -> PassFallback {
+    pub(crate) fn fallback_everywhere(&self) -> PassFallback {
         let [u, v] = self.uv_range(self.whole.bounds).map(Interval::from);
         let at = self.chart.uv(self.whole.bounds.map(|range| range[0])).into();
         let reason = FallbackReason::Effort;

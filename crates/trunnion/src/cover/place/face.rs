@@ -16,7 +16,7 @@ use crate::cover::place::floor::floor_passes;
 use crate::cover::place::placed::PlacedPasses;
 use crate::cover::place::planner::{FacePlanner, FaceRectangle, WorkLimits};
 use crate::cover::place::unreachable::unreachable_cells;
-use crate::cover::report::{FaceLayout, LayoutCost, PassLayout};
+use crate::cover::report::{FaceLayout, GivenUp, LayoutCost, PassLayout};
 use crate::positioning::{ContactSide, ToolInclination};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -135,7 +135,7 @@ fn on_side(request: &FaceRequest<'_>) -> Result<PlacedPasses, CoverError> {
             // No other chart has much work left for wide strips.
             Ok(ChartPlan { placed, .. }) => {
                 work += placed.report.work;
-                badly_begun = tried.is_empty().then(|| context.given_up());
+                badly_begun = tried.is_empty().then(|| context.fallback_everywhere());
                 break;
             }
             Err(CoverError::Cancelled(cancelled)) => return Err(cancelled.into()),
@@ -143,12 +143,14 @@ fn on_side(request: &FaceRequest<'_>) -> Result<PlacedPasses, CoverError> {
         }
     }
     progress.report(1.0)?;
-    if let Some(given_up) = badly_begun {
+    if let Some(fallback) = badly_begun {
         let options = CoverOptions { method: PlacementMethod::Inclined, ..*options };
         let progress = progress.within([1.0; 2]);
         let mut placed = on_side(&FaceRequest { options: &options, progress, ..*request })?;
         placed.report.work += work;
-        placed.report.fallbacks.push(given_up);
+        let given_up = GivenUp { face: fallback.face, uv: fallback.at, share: 0.0 };
+        placed.report.given_up = Some(given_up);
+        placed.report.fallbacks.push(fallback);
         return Ok(placed);
     }
 
