@@ -286,7 +286,7 @@ fn a_face_is_finished_when_its_work_is_used_up() {
         let [first, last] = ends(&passes);
         // Given up late, the first passes are wide strips.
         let is_early = share <= 0.0;
-        assert!(is_early || share >= 0.5 && share < 1.0, "{report:?}");
+        assert!(is_early || (0.5..1.0).contains(&share), "{report:?}");
         assert!(is_early || first > last, "{share}: {first} mm, {last} mm");
     }
     assert!(shares.contains(&0.0) && shares.iter().any(|share| *share >= 0.5), "{shares:?}");
