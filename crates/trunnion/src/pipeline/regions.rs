@@ -132,7 +132,7 @@ pub(super) fn unfinished(job: &Job, left: &Leftover) -> Vec<String> {
     if let Some(origin) = origin_in_reach(job, &left.regions) {
         let [x, y, z]: [f64; 3] = origin.into();
         lines.push(format!(
-            "rest: linear axes reach the ends of their travel; setup.origin = [{x}, {y}, {z}] keeps all faces inside"
+            "rest: linear axes reach the ends of their travel; setup.origin = [{x:.1}, {y:.1}, {z:.1}] keeps all faces inside"
         ));
     }
     let cutters = job.operations().map(|one| &one.cutter);

@@ -45,10 +45,14 @@ fixture_clearance = 0.5
 name = "clamp"
 "#;
 
-/// The face z = 0 of 30 x 20 mm.
 fn plate() -> Vec<Face> {
+    plate_of([30.0, 20.0])
+}
+
+/// The face z = 0 from the origin to a corner \[mm\].
+pub(crate) fn plate_of([x, y]: [f64; 2]) -> Vec<Face> {
     let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
-    let corners = [[0.0, 0.0], [30.0, 0.0], [30.0, 20.0], [0.0, 20.0], [0.0, 0.0]];
+    let corners = [[0.0, 0.0], [x, 0.0], [x, y], [0.0, y], [0.0, 0.0]];
     let trim = TrimLoop::new(vec![TrimCurve::polyline(&corners).unwrap()], [None, None], 1e-9);
     let plane = Surface::Plane(PlaneSurface { frame });
     vec![Face::new(1, plane, vec![trim.unwrap()]).unwrap()]

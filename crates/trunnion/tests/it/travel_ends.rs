@@ -2,10 +2,10 @@
 
 #![expect(clippy::unwrap_used, reason = "a test stops on surprise")]
 
-use nalgebra::{Point3, Vector3};
+use crate::clamps::plate_of;
+
 use trunnion::files::{job, machine};
 use trunnion::pipeline::{self, Job, Outcome, PipelineError};
-use trunnion::surface::{Face, PlaneSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop};
 use trunnion::types::Silent;
 
 const JOB: &str = r#"schema = "trunnion-job/1"
@@ -42,14 +42,9 @@ grid = 1.0
 const LENGTH: f64 = 80.0;
 
 fn run(origin: f64) -> Result<Outcome, PipelineError> {
-    let frame = SurfaceFrame::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
-    let corners = [[0.0, 0.0], [LENGTH, 0.0], [LENGTH, 10.0], [0.0, 10.0], [0.0, 0.0]];
-    let trim = TrimLoop::new(vec![TrimCurve::polyline(&corners).unwrap()], [None, None], 1e-9);
-    let plane = Surface::Plane(PlaneSurface { frame });
-    let face = Face::new(1, plane, vec![trim.unwrap()]).unwrap();
     let machine = machine::parse(include_str!("../../../../machines/bc-trunnion.toml")).unwrap();
     let file = job::parse(&JOB.replace('X', &origin.to_string())).unwrap();
-    pipeline::run(&Job::new(file, &[face], &machine.machine).unwrap(), &Silent)
+    pipeline::run(&Job::new(file, &plate_of([LENGTH, 10.0]), &machine.machine).unwrap(), &Silent)
 }
 
 #[test]

@@ -33,8 +33,8 @@ const PACE: f64 = 0.5;
 /// at the fixed inclination: a few wide strips among many narrow ones gain little.
 const WELL_BEGUN: f64 = 0.5;
 
-/// Share of that work after which strips over such a part have to be wider than those of a ball on average: narrower ones gain nothing over
-/// the fixed inclination.
+/// Share of that work after which strips have to be wider than those of a ball on average, while they are over such a part of
+/// the face: narrower ones gain nothing over the fixed inclination.
 const EARLY: f64 = 0.3;
 
 /// Rectangles within rectangles.

@@ -1,6 +1,6 @@
 //! Ball for strips along the borders of faces, which samples inside the faces do not see.
 //!
-//! Where a fillet ends above a floor, or a wall begins, the largest ball that touches the border is as high above the floor.
+//! A rounded edge that begins 3 mm above a floor leaves room for a ball of 3 mm radius at its border, and for no larger one.
 
 use super::request::TOLERANCE;
 use crate::cover::{LengthCost, ToolAccess};
