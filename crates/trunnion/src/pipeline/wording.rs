@@ -18,6 +18,9 @@ pub(super) fn reason(reason: &FallbackReason) -> String {
         FallbackReason::Missed(lines) => {
             format!("the widest strips would leave {lines} columns across the pass unfinished")
         }
-        FallbackReason::Effort => "wide strips had taken the work that is allowed them, or were no wider than those of a ball".to_owned(),
+        FallbackReason::Effort => {
+            "wide strips had taken the work that is allowed them, or were no wider than those of a ball"
+                .to_owned()
+        }
     }
 }
