@@ -15,6 +15,7 @@ mod fixture_advice;
 mod fixtures;
 mod guards;
 mod holder;
+mod inner_velocity;
 mod job;
 mod joined;
 mod keep_clear;

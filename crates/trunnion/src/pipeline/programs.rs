@@ -1,6 +1,7 @@
 //! Programs: blocks, text, and the check of that text.
 
 use super::error::PipelineError;
+use super::inner_velocity::InnerVelocity;
 use super::job::Job;
 use super::measured::{self, CheckedAgainst, WrittenProgram};
 use super::operations::OperationMotion;
@@ -12,6 +13,7 @@ use super::tolerances::{LINK_TOLERANCE, QUINTIC_SHARE};
 use crate::blocks::{self, BlockInterpolation, BlockOptions};
 use crate::cover;
 use crate::files::job::{JobLinkBlocks, JobPrograms};
+use crate::inverse::Inverse;
 use crate::nc::write::{
     self, AxisWords, Coordinates, Note, OutputFormat, Remark, Style, Template, ToolSection,
     WriteError,
@@ -245,10 +247,15 @@ fn section<'a>(
     let (job, motion) = (operation.job, operation.motion());
     let path = &motion.followed.path;
     let schedule = &motion.plan.schedule;
-    let options = options(job, control_of(&job.kinematics, form.dialect));
+    let control = control_of(&job.kinematics, form.dialect);
+    let options = options(job, control);
     let pieces = blocks::by_piece(&job.kinematics, path, schedule, &options, progress)?;
     let remarks = remarks(&motion, &pieces);
-    let blocks: Vec<Block> = pieces.into_iter().flatten().collect();
+    let mut blocks: Vec<Block> = pieces.into_iter().flatten().collect();
+    // A path that was followed has an inverse.
+    if let Ok(inverse) = Inverse::new(&job.kinematics) {
+        InnerVelocity { inverse: &inverse, control }.slow(&mut blocks);
+    }
     let rounding = rounding(job, &blocks, &words, form.dialect.coordinates());
     let share = job.budget.shares.rounding;
     if rounding > share {
