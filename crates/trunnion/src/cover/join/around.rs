@@ -7,7 +7,7 @@
 
 use crate::cover::join::axis_reach::AxisReach;
 use crate::cover::join::leads::LinkPlanner;
-use crate::cover::prove::clearance::ClearanceProof;
+use crate::cover::prove::clearance::{ClearanceProof, SpanTimes};
 use crate::cover::prove::sweep::PassSweep;
 use crate::math::angle::{angle_between, great_circle};
 use crate::types::{PoseCurve, Station, ToolPose};
@@ -112,7 +112,8 @@ impl LinkPlanner<'_> {
         self.faces.iter().zip(&self.trees).all(|(face, tree)| {
             let (target, tool, chart) = (kept, &self.tool, &self.chart);
             let clearance = ClearanceProof { face, chart, tree, tool, target, precision };
-            (0..spans).all(|span| clearance.least(&sweep, span, 1) >= kept - precision)
+            (0..spans)
+                .all(|span| clearance.least(&sweep, span, SpanTimes::Slabs(1)) >= kept - precision)
         })
     }
 }

@@ -5,7 +5,7 @@ use crate::cover::layout::chart::Chart;
 use crate::cover::layout::trims::guarded;
 use crate::cover::options::lever;
 use crate::cover::pattern::FeedDirection;
-use crate::cover::prove::clearance::ClearanceProof;
+use crate::cover::prove::clearance::{ClearanceProof, SpanTimes};
 use crate::cover::prove::face_tree::FaceTree;
 use crate::cover::prove::part_faces::SIZES;
 use crate::cover::prove::sweep::PassSweep;
@@ -178,7 +178,7 @@ impl LinkPlanner<'_> {
             let tool = &self.tool;
             let chart = &self.chart;
             let clearance = ClearanceProof { face, chart, tree, tool, target, precision };
-            -clearance.least(sweep, span, 1)
+            -clearance.least(sweep, span, SpanTimes::Slabs(1))
         };
         self.faces.iter().zip(&self.trees).map(of).fold(f64::NEG_INFINITY, f64::max)
     }

@@ -9,7 +9,7 @@ use crate::cover::options::{CoverOptions, lever};
 use crate::cover::pattern::PlacementMethod;
 use crate::cover::place::progress::FaceProgress;
 use crate::cover::place::trim::PassSegment;
-use crate::cover::prove::clearance::ClearanceProof;
+use crate::cover::prove::clearance::{ClearanceProof, SpanTimes};
 use crate::cover::prove::coverage::{CellGrain, CoverageProof};
 use crate::cover::prove::face_cell::FaceCell;
 use crate::cover::prove::face_tree::FaceTree;
@@ -23,7 +23,7 @@ use crate::types::{Interval, Pass, Station, Uv};
 
 /// Size of the cells into which a face is divided beforehand, as a share of the cutter's radius. The bows of
 /// smaller cells are far below tolerances.
-const TREE_SHARE: f64 = 1.0 / 32.0;
+const TREE_SHARE: f64 = 1.0 / 8.0;
 
 /// Precision to which breaches of the band between stations are found, as a share of the path share.
 const PRECISION: f64 = 0.05;
@@ -38,9 +38,6 @@ const USUAL: f64 = 1.0 / 32.0;
 
 /// Length of these cells along a pass, over their width across it: the edge of such a strip runs along the pass.
 const LONG: f64 = 4.0;
-
-/// Length of the slabs in which a span is checked first, as a share of the cutter's radius.
-const SLAB: f64 = 1.0 / 8.0;
 
 /// Cutter, part and cost model: the same for all charts of a face.
 #[derive(Clone, Copy)]
@@ -170,16 +167,9 @@ impl<'a, Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'a, Inside> {
         let clearance = self.clearance(keep_off.precision);
         let radius = self.setup.cutter.radius();
         (0..sweep.curve.spans.len()).all(|span| {
-            let length = sweep.curve.knots[span + 1] - sweep.curve.knots[span];
-            // Small and positive.
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "see above"
-            )]
-            let slabs = (length / (SLAB * radius)).ceil().max(1.0) as u32;
-            let others = keep_off.clearance(sweep, span, slabs, clearance.target);
-            let least = clearance.least(sweep, span, slabs).min(others);
+            let times = SpanTimes::all(sweep, span, radius);
+            let others = keep_off.clearance(sweep, span, times, clearance.target);
+            let least = clearance.least(sweep, span, times).min(others);
             least >= clearance.target - clearance.precision
         })
     }

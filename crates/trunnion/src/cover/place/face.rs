@@ -15,8 +15,11 @@ use crate::cover::place::flank::flank_passes;
 use crate::cover::place::floor::floor_passes;
 use crate::cover::place::placed::PlacedPasses;
 use crate::cover::place::planner::{FacePlanner, FaceRectangle, WorkLimits};
+use crate::cover::place::trim::SpanProof;
 use crate::cover::place::unreachable::unreachable_cells;
-use crate::cover::report::{FaceLayout, GivenUp, LayoutCost, PassLayout};
+use crate::cover::report::{
+    CoverReport, FaceLayout, GivenUp, LayoutCost, PassFallback, PassLayout,
+};
 use crate::positioning::{ContactSide, ToolInclination};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -48,22 +51,37 @@ pub(crate) fn cover_face(request: &FaceRequest<'_>) -> Result<PlacedPasses, Cove
     } else if options.side == ContactSide::Either {
         [ContactSide::Ahead, ContactSide::Behind].map(|side| CoverOptions { side, ..options })
     } else {
-        return on_side(request);
+        return on_side(request, SpanProof::Throughout, None).map(|plan| plan.placed);
     };
-    let half = |options: &CoverOptions, part: [f64; 2]| {
-        on_side(&FaceRequest { options, progress: request.progress.within(part), ..*request })
+    // Step 1: plans on both sides, proven halfway between stations only.
+    let on = |options: &CoverOptions, part: [f64; 2], proof: SpanProof| {
+        let progress = request.progress.within(part);
+        on_side(&FaceRequest { options, progress, ..*request }, proof, None)
     };
-    match (half(&sides[0], [0.0, 0.5]), half(&sides[1], [0.5, 1.0])) {
-        (Ok(ahead), Ok(behind)) => {
-            let tried = [ahead, behind];
+    let plans = [
+        on(&sides[0], [0.0, 0.3], SpanProof::Middle),
+        on(&sides[1], [0.3, 0.6], SpanProof::Middle),
+    ];
+    let (plan, options) = match plans {
+        [Ok(ahead), Ok(behind)] => {
+            let plans = [ahead, behind];
             // Compared over the whole face, as the passes of both sides do not fit together.
-            let best = PlacedPasses::best(tried.iter()).unwrap_or(0);
-            Ok(tried.into_iter().nth(best).unwrap_or_else(PlacedPasses::new))
+            let best = PlacedPasses::best(plans.iter().map(|plan| &plan.placed)).unwrap_or(0);
+            let both = plans.into_iter().zip(&sides);
+            let Some(best) = both.into_iter().nth(best) else { return Ok(PlacedPasses::new()) };
+            best
         }
-        (_, Err(CoverError::Cancelled(cancelled))) => Err(cancelled.into()),
-        (Err(_), Ok(behind)) => Ok(behind),
-        (ahead, _) => ahead,
+        [_, Err(CoverError::Cancelled(cancelled))] => return Err(cancelled.into()),
+        [Err(_), Ok(behind)] => (behind, &sides[1]),
+        [ahead, _] => (ahead?, &sides[0]),
+    };
+    if plan.proof == SpanProof::Throughout {
+        return Ok(plan.placed);
     }
+    // Step 2: the better one once more, with all of the proof.
+    let progress = request.progress.within([0.6, 1.0]);
+    let proven = FaceRequest { options, progress, ..*request };
+    on_side(&proven, SpanProof::Throughout, Some(plan)).map(|plan| plan.placed)
 }
 
 /// Share of a face that a flank or floor pass has to finish: of less, strips are planned over all of it.
@@ -100,13 +118,40 @@ fn with_layout(mut placed: PlacedPasses, face: usize, layout: PassLayout) -> Pla
     placed
 }
 
-/// Plans the face on each of the most promising charts, and returns the best result.
-fn on_side(request: &FaceRequest<'_>) -> Result<PlacedPasses, CoverError> {
+/// Plan of a face on one side of the cutter.
+struct SidePlan {
+    placed: PlacedPasses,
+    /// Extent of its proof. Plans of which one is chosen are proven after that.
+    proof: SpanProof,
+    /// Chart of its passes; `None` without any.
+    chart: Option<Chart>,
+    /// Cells that the cutter does not reach.
+    unreachable: Option<Arc<CellGrid>>,
+}
+
+/// Plans the face on each of the most promising charts, and returns the best result; or anew on the chart of a plan before.
+///
+/// The plan is proven as far as asked, or throughout.
+fn on_side(
+    request: &FaceRequest<'_>,
+    proof: SpanProof,
+    before: Option<SidePlan>,
+) -> Result<SidePlan, CoverError> {
     let FaceRequest { face, setup, options, progress } = *request;
-    let unreachable = unreachable_cells(face, &setup, options).map(Arc::new);
-    let part = WantedPart { face, without: unreachable.as_deref() };
-    let ChosenLayouts { charts, mut work } = choose(part, setup.cutter, options);
+    let (unreachable, charts, mut work, layouts) = if let Some(before) = before {
+        let SidePlan { placed, chart, unreachable, .. } = before;
+        let CoverReport { work, layouts, .. } = placed.report;
+        (unreachable, chart.into_iter().collect(), work, layouts)
+    } else {
+        let unreachable = unreachable_cells(face, &setup, options).map(Arc::new);
+        let part = WantedPart { face, without: unreachable.as_deref() };
+        let ChosenLayouts { charts, work } = choose(part, setup.cutter, options);
+        (unreachable, charts, work, Vec::new())
+    };
     let share = 1.0 / charts.len().max(1) as f64;
+    // At a fixed inclination the first chart is nearly always the only one.
+    let compared = options.method == PlacementMethod::Widest && charts.len() > 1;
+    let tried_proof = if compared { SpanProof::Middle } else { proof };
 
     // Step 1: each chart in earnest, as long as the work for wide strips lasts.
     let mut tried: Vec<PlacedPasses> = Vec::new();
@@ -126,7 +171,7 @@ fn on_side(request: &FaceRequest<'_>) -> Result<PlacedPasses, CoverError> {
         if !tried.is_empty() && (alike || work > limits.wide) {
             break;
         }
-        match on_chart(&context, unreachable.as_deref(), limits) {
+        match on_chart(&context, unreachable.as_deref(), limits, tried_proof) {
             Ok(ChartPlan { placed, badly_begun: false }) => {
                 work += placed.report.work;
                 tried.push(placed);
@@ -144,39 +189,55 @@ fn on_side(request: &FaceRequest<'_>) -> Result<PlacedPasses, CoverError> {
     }
     progress.report(1.0)?;
     if let Some(fallback) = badly_begun {
-        let options = CoverOptions { method: PlacementMethod::Inclined, ..*options };
-        let progress = progress.within([1.0; 2]);
-        let mut placed = on_side(&FaceRequest { options: &options, progress, ..*request })?;
-        placed.report.work += work;
-        let given_up = GivenUp { face: fallback.face, uv: fallback.at, share: 0.0 };
-        placed.report.given_up = Some(given_up);
-        placed.report.fallbacks.push(fallback);
-        return Ok(placed);
+        return at_fixed_inclination(request, fallback, work);
     }
 
     // Step 2: the best of them, or the first error.
     let Some(index) = PlacedPasses::best(tried.iter()) else {
-        return refused.map_or(Ok(PlacedPasses::new()), Err);
+        let none = SidePlan { placed: PlacedPasses::new(), proof, chart: None, unreachable };
+        return refused.map_or(Ok(none), Err);
     };
     let mut costs: Vec<LayoutCost> =
         tried.iter().zip(&tried_charts).map(|(placed, chart)| placed.cost_on(chart)).collect();
     let planned = costs.remove(index);
     let (mut best, chart) = (tried.swap_remove(index), tried_charts.swap_remove(index));
     let (number, layout) = (face.face().number, planned.layout);
+    costs.extend(layouts.into_iter().flat_map(|layout| layout.others));
     best.report.layouts = vec![FaceLayout { face: number, layout, planned, others: costs }];
+    best.report.work = work;
+    if tried_proof != proof {
+        let before = SidePlan { placed: best, proof: tried_proof, chart: Some(chart), unreachable };
+        return on_side(request, proof, Some(before));
+    }
 
     // Step 3: further passes over the remaining material.
     if !best.report.rest.is_empty() {
-        let chart = chart.crossed();
-        let region = region_without(face, &chart, unreachable.as_ref());
+        let crossed = chart.crossed();
+        let region = region_without(face, &crossed, unreachable.as_ref());
         let request = FaceRequest { progress: progress.within([1.0; 2]), ..*request };
-        let cross = FaceContext::new(request, chart, &region);
+        let cross = FaceContext::new(request, crossed, &region);
         best.report.work = 0;
         best = finish(&cross, best)?;
-        work += best.report.work;
+        best.report.work += work;
     }
-    best.report.work = work;
-    Ok(best)
+    Ok(SidePlan { placed: best, proof, chart: Some(chart), unreachable })
+}
+
+/// Plans a face anew at the fixed inclination, after wide strips on it took some work.
+fn at_fixed_inclination(
+    request: &FaceRequest<'_>,
+    fallback: PassFallback,
+    work: u64,
+) -> Result<SidePlan, CoverError> {
+    let options = CoverOptions { method: PlacementMethod::Inclined, ..*request.options };
+    let progress = request.progress.within([1.0; 2]);
+    let request = FaceRequest { options: &options, progress, ..*request };
+    let mut plan = on_side(&request, SpanProof::Throughout, None)?;
+    let report = &mut plan.placed.report;
+    report.work += work;
+    report.given_up = Some(GivenUp { face: fallback.face, uv: fallback.at, share: 0.0 });
+    report.fallbacks.push(fallback);
+    Ok(plan)
 }
 
 /// Passes over a face on one chart.
@@ -191,12 +252,13 @@ fn on_chart<Inside: Fn(ChartPoint) -> bool + Sync>(
     context: &FaceContext<'_, Inside>,
     unreachable: Option<&CellGrid>,
     limits: WorkLimits,
+    proof: SpanProof,
 ) -> Result<ChartPlan, CoverError> {
     let rectangle = FaceRectangle::whole(context.whole.bounds, context.options.method);
     let mut placed = PlacedPasses::new();
     placed.missed = unreachable.map_or_else(Vec::new, CellGrid::ranges);
     let mut planner =
-        FacePlanner { context, placed, work: 0, limits, share: 0.0, badly_begun: false };
+        FacePlanner { context, placed, work: 0, limits, proof, share: 0.0, badly_begun: false };
     planner.cover_whole(&rectangle)?;
     let badly_begun = planner.badly_begun;
     let mut placed = planner.placed;

@@ -9,6 +9,7 @@ use crate::cover::place::context::FaceContext;
 use crate::cover::place::placed::PlacedPasses;
 use crate::cover::place::planner::{FacePlanner, FaceRectangle, WorkLimits};
 use crate::cover::place::touch_up::{may_fit, touch_up};
+use crate::cover::place::trim::SpanProof;
 use crate::types::UncutRegion;
 
 /// Work, over that of passes at the fixed inclination, after which these are given up as well: several times what they
@@ -80,8 +81,16 @@ pub(crate) fn fill_across<Inside: Fn(ChartPoint) -> bool + Sync>(
     for part in &before.report.rest {
         let bounds = cross.local_range(part.uv.map(Into::into));
         let rectangle = FaceRectangle::whole(bounds, PlacementMethod::Inclined);
-        let mut planner =
-            FacePlanner { context: cross, placed, work, limits, share: 0.0, badly_begun: false };
+        let proof = SpanProof::Throughout;
+        let mut planner = FacePlanner {
+            context: cross,
+            placed,
+            work,
+            limits,
+            proof,
+            share: 0.0,
+            badly_begun: false,
+        };
         planner.cover_whole(&rectangle)?;
         (placed, work) = (planner.placed, planner.work);
     }

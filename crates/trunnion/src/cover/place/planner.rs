@@ -17,6 +17,7 @@ use crate::cover::pattern::{CutPattern, PlacementMethod};
 use crate::cover::place::context::FaceContext;
 use crate::cover::place::placed::{PassSource, PlacedPasses};
 use crate::cover::place::trial::{RefusedPlace, TrialPass};
+use crate::cover::place::trim::SpanProof;
 use crate::cover::prove::coverage::PassColumn;
 use crate::cover::report::{FallbackReason, GivenUp, PassFallback, RefusedPoint};
 use crate::positioning::PositioningError;
@@ -81,6 +82,8 @@ struct PassStep {
 struct TriedAdvance {
     /// Ranges left unfinished, and cost per parameter across: fewer and cheaper is better.
     rank: (usize, f64),
+    /// \[mm\]
+    advance: f64,
     next: f64,
     placed: PlacedPasses,
 }
@@ -92,6 +95,7 @@ pub(crate) struct FacePlanner<'a, Inside> {
     /// Work done so far.
     pub(crate) work: u64,
     pub(crate) limits: WorkLimits,
+    pub(crate) proof: SpanProof,
     /// Share of the face that is done.
     pub(crate) share: f64,
     /// `true` if wide strips have used up their work over a small part of the face, or are narrow: the passes end there, and
@@ -188,7 +192,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         across: f64,
         method: PlacementMethod,
     ) -> Option<TrialPass> {
-        let trial = self.context.lay(region, across, method, &self.placed)?;
+        let trial = self.context.lay(region, across, method, self.proof, &self.placed)?;
         self.work += trial.work;
         let far = matches!(
             trial.refused,
@@ -201,7 +205,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         // The other feed direction wins if it leaves less of the length without a strip.
         let forward = !self.placed.forward;
         let back = self.placed.turned();
-        let other = self.context.lay(region, across, method, &back)?;
+        let other = self.context.lay(region, across, method, self.proof, &back)?;
         self.work += other.work;
         let least = self.least();
         if other.length_below(least) < trial.length_below(least) {
@@ -269,6 +273,8 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
     }
 
     /// Takes each of several advances in turn, and keeps the one with the least cost for what it brings.
+    ///
+    /// The passes beside the trial are proven once it is known which advance they belong to.
     fn take_best(
         &mut self,
         trial: &TrialPass,
@@ -277,6 +283,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
         rectangle: &FaceRectangle,
     ) -> Result<f64, CoverError> {
         let before = self.placed.clone();
+        let proof = std::mem::replace(&mut self.proof, SpanProof::Middle);
         let mut best: Option<TriedAdvance> = None;
         for &advance in advances {
             self.placed = before.clone();
@@ -285,14 +292,23 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FacePlanner<'_, Inside> {
             let cost = self.placed.price() - before.price();
             let rank = (self.placed.missed.len(), cost / (next - across));
             if best.as_ref().is_none_or(|best| rank < best.rank) {
-                best = Some(TriedAdvance { rank, next, placed: self.placed.clone() });
+                best = Some(TriedAdvance { rank, advance, next, placed: self.placed.clone() });
             }
             if self.falls_behind(next) {
                 break;
             }
         }
-        let Some(TriedAdvance { next, placed, .. }) = best else { return Ok(across) };
-        self.placed = placed;
+        self.proof = proof;
+        let Some(TriedAdvance { advance, next, placed, .. }) = best else { return Ok(across) };
+        if proof == SpanProof::Middle {
+            self.placed = placed;
+            return Ok(next);
+        }
+        self.placed = before;
+        let work = self.work;
+        let next = self.take(trial, advance, across, rectangle)?;
+        // The work of the tries has been counted.
+        self.work = work;
         Ok(next)
     }
 

@@ -8,7 +8,7 @@ use crate::cover::pattern::PlacementMethod;
 use crate::cover::place::candidate::{CandidatePass, PlacedStation};
 use crate::cover::place::context::FaceContext;
 use crate::cover::place::placed::PlacedPasses;
-use crate::cover::place::trim::{PassSegment, PassTrimmer};
+use crate::cover::place::trim::{PassSegment, PassTrimmer, SpanProof};
 use crate::cover::prove::coverage::PassColumn;
 use crate::cover::prove::sweep::PassSweep;
 use crate::cover::report::FallbackReason;
@@ -100,6 +100,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
         region: &TrimmedRegion<&Inside>,
         across: f64,
         method: PlacementMethod,
+        proof: SpanProof,
         placed: &PlacedPasses,
     ) -> Option<TrialPass> {
         let keep_off = self.keep_off();
@@ -117,7 +118,7 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> FaceContext<'_, Inside> {
             keep_off,
             work: WorkCounter::default(),
         };
-        let trimmer = PassTrimmer { candidate: &candidate, region, clearance };
+        let trimmer = PassTrimmer { candidate: &candidate, region, clearance, proof };
         // Step 1: the segments as stations along the track give them, and how far they finish the region.
         let (mut segments, refused) = trimmer.segments();
         let rate = candidate.rate_across();

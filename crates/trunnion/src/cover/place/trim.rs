@@ -6,16 +6,13 @@ use crate::cover::options::lever;
 use crate::cover::pattern::PlacementMethod;
 use crate::cover::place::candidate::{CandidatePass, LocationResult, PlacedStation};
 use crate::cover::place::run_out::run_out;
-use crate::cover::prove::clearance::ClearanceProof;
+use crate::cover::prove::clearance::{ClearanceProof, SpanTimes};
 use crate::cover::prove::span_strip::SpanCheck;
 use crate::cover::prove::sweep::PassSweep;
 use crate::math::angle::angle_between;
 use crate::positioning::{PositioningError, ToleranceBand};
 use crate::types::{Station, Uv};
 use rayon::prelude::*;
-
-/// Length of the slabs in which a span is checked first, as a share of the cutter's radius.
-const SLAB: f64 = 1.0 / 8.0;
 
 /// Largest number of times that a segment is cut and laid anew.
 const CUTS: u32 = 4;
@@ -65,12 +62,23 @@ pub(crate) struct RefusedStation {
     pub(crate) error: PositioningError,
 }
 
+/// Extent to which the curve between stations is proven to keep off the part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum SpanProof {
+    /// All of it.
+    Throughout,
+    /// Halfway between stations, which takes a fraction of the time: good enough to compare plans of which the best is
+    /// planned once more.
+    Middle,
+}
+
 /// Candidate pass with the region that it has to cover.
 pub(crate) struct PassTrimmer<'a, Inside> {
     pub(crate) candidate: &'a CandidatePass<'a>,
     pub(crate) region: &'a TrimmedRegion<Inside>,
     /// Proof that the curve keeps off the face between stations.
     pub(crate) clearance: ClearanceProof<'a>,
+    pub(crate) proof: SpanProof,
 }
 
 impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
@@ -389,16 +397,15 @@ impl<Inside: Fn(ChartPoint) -> bool + Sync> PassTrimmer<'_, Inside> {
     /// Returns the depth of the curve below the widened band on a span \[mm\]; 0 or less if it
     /// keeps the band.
     fn gouge(&self, sweep: &PassSweep, span: usize) -> f64 {
-        let length = sweep.curve.knots[span + 1] - sweep.curve.knots[span];
-        // Small and positive.
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]
-        // Short slabs: the remainder of the motion is of second order in their length.
-        let slabs = (length / (SLAB * self.candidate.cutter.radius())).ceil().max(1.0) as u32;
+        let times = match self.proof {
+            SpanProof::Throughout => SpanTimes::all(sweep, span, self.candidate.cutter.radius()),
+            SpanProof::Middle => SpanTimes::Middle,
+        };
         // The gouge is the depth of the least clearance, from this face and the others, below the target. The
         // precision of the proof is allowed for.
         let target = self.clearance.target;
-        let others = self.candidate.keep_off.clearance(sweep, span, slabs, target);
-        let least = self.clearance.least(sweep, span, slabs).min(others);
+        let others = self.candidate.keep_off.clearance(sweep, span, times, target);
+        let least = self.clearance.least(sweep, span, times).min(others);
         self.clearance.target - self.clearance.precision - least
     }
 

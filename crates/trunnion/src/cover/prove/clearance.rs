@@ -34,6 +34,30 @@ pub(crate) struct ClearanceProof<'a> {
     pub(crate) precision: f64,
 }
 
+/// Times of a span for which a clearance is bounded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum SpanTimes {
+    /// All of them, divided into slabs of equal length at first.
+    Slabs(u32),
+    /// The middle alone.
+    Middle,
+}
+
+/// Length of the slabs in which a span is checked first, as a share of the cutter's radius.
+const SLAB: f64 = 1.0 / 8.0;
+
+impl SpanTimes {
+    /// Returns all times of a span, for a cutter of some radius \[mm\].
+    pub(crate) fn all(sweep: &PassSweep, span: usize, radius: f64) -> Self {
+        let length = sweep.curve.knots[span + 1] - sweep.curve.knots[span];
+        // Small and positive.
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]
+        // Short slabs: the remainder of the motion is of second order in their length.
+        let slabs = (length / (SLAB * radius)).ceil().max(1.0) as u32;
+        Self::Slabs(slabs)
+    }
+}
+
 /// Part of the time of one span.
 #[derive(Debug, Clone, Copy)]
 struct TimeSlab {
@@ -73,14 +97,14 @@ struct ClearanceSearch<'a> {
 }
 
 impl ClearanceProof<'_> {
-    /// Returns a lower bound of the clearance during a span, which is divided into `slabs`.
+    /// Returns a lower bound of the clearance at some times of a span.
     ///
     /// It is the target less the precision, or more, if the tool keeps that; otherwise some
     /// distance that is less.
-    pub(crate) fn least(&self, sweep: &PassSweep, span: usize, slabs: u32) -> f64 {
+    pub(crate) fn least(&self, sweep: &PassSweep, span: usize, times: SpanTimes) -> f64 {
         let mut least = self.target;
         for solid in self.tool.solids() {
-            let Some(search) = self.search(solid, least, sweep, span, slabs) else {
+            let Some(search) = self.search(solid, least, sweep, span, times) else {
                 return f64::NEG_INFINITY;
             };
             least = search.bound.min(search.found - self.precision);
@@ -95,7 +119,7 @@ impl ClearanceProof<'_> {
         bound: f64,
         sweep: &'a PassSweep,
         span: usize,
-        slabs: u32,
+        times: SpanTimes,
     ) -> Option<ClearanceSearch<'a>> {
         let [start, end] = [sweep.curve.knots[span], sweep.curve.knots[span + 1]];
         let mut search = ClearanceSearch {
@@ -108,9 +132,16 @@ impl ClearanceProof<'_> {
             found: f64::INFINITY,
             bound,
         };
-        for i in 0..slabs {
-            let at = |i: u32| start + (end - start) * f64::from(i) / f64::from(slabs);
-            search.root(TimeSlab::new(sweep, span, [at(i), at(i + 1)])?);
+        match times {
+            SpanTimes::Slabs(slabs) => {
+                for i in 0..slabs {
+                    let at = |i: u32| start + (end - start) * f64::from(i) / f64::from(slabs);
+                    search.root(TimeSlab::new(sweep, span, [at(i), at(i + 1)])?);
+                }
+            }
+            SpanTimes::Middle => {
+                search.root(TimeSlab::new(sweep, span, [0.5 * (start + end); 2])?);
+            }
         }
         Some(search)
     }
@@ -340,7 +371,7 @@ impl ClearanceSearch<'_> {
         // Where the whole cell stays too near throughout the slab, it only matters whether the face has a part of it, and
         // only smaller cells show that.
         let is_near = gap.distance + part.tangent.moving + rest + a.max(b) < self.enough();
-        if moving >= a.max(b) && !is_near {
+        if moving > 0.0 && moving >= a.max(b) && !is_near {
             for time in self.later(time) {
                 self.cell(tile, time, depth + 1);
             }
@@ -481,7 +512,9 @@ mod tests {
             target,
             precision: 1e-4,
         };
-        (0..2).map(|span| clearing.least(&sweep, span, 1)).fold(f64::INFINITY, f64::min)
+        (0..2)
+            .map(|span| clearing.least(&sweep, span, SpanTimes::Slabs(1)))
+            .fold(f64::INFINITY, f64::min)
     }
 
     #[test]
@@ -528,7 +561,7 @@ mod tests {
         let (face, chart, tree, tool) = (&face, &chart, &tree, &tool);
         let clearing = ClearanceProof { face, chart, tree, tool, target, precision };
         let solid = tool.solids().next().unwrap();
-        let search = clearing.search(solid, target, &sweep, 1, 1).unwrap();
+        let search = clearing.search(solid, target, &sweep, 1, SpanTimes::Slabs(1)).unwrap();
         assert!(search.found < target - precision, "{}", search.found);
         let work = search.slabs.len() + search.tiles.len();
         assert!(work < 20_000, "{work}");
@@ -569,7 +602,8 @@ mod tests {
                 let sweep = PassSweep::of(PoseCurve::through(&stations, 3.0), 3.0);
                 let (face, chart, tree, tool, precision) = (&face, &chart, &tree, &tool, 1e-4);
                 let clearing = ClearanceProof { face, chart, tree, tool, target, precision };
-                let search = clearing.search(&tool.end, target, &sweep, 0, 1).unwrap();
+                let search =
+                    clearing.search(&tool.end, target, &sweep, 0, SpanTimes::Slabs(1)).unwrap();
                 let least = search.bound.min(search.found - precision);
                 let work = search.slabs.len() + search.tiles.len();
                 assert!(work < 4000, "{radii:?} {k}: {work}");
@@ -626,7 +660,7 @@ mod tests {
             let sweep = PassSweep::of(PoseCurve::through(&[at(-1.0), at(0.0), at(1.0)], 3.0), 3.0);
             let (face, chart, tree, tool, precision) = (&face, &chart, &tree, &tool, 1e-4);
             let clearing = ClearanceProof { face, chart, tree, tool, target: 0.0, precision };
-            let search = clearing.search(&tool.end, 0.0, &sweep, 0, 1).unwrap();
+            let search = clearing.search(&tool.end, 0.0, &sweep, 0, SpanTimes::Slabs(1)).unwrap();
             let work = search.slabs.len() + search.tiles.len();
             assert!(work < 2000, "case {k}: {work}");
         }
@@ -653,7 +687,7 @@ mod tests {
         let solid = tool.solids().next().unwrap();
         let mut kept = f64::INFINITY;
         for span in 0..2 {
-            let search = clearing.search(solid, target, &sweep, span, 1).unwrap();
+            let search = clearing.search(solid, target, &sweep, span, SpanTimes::Slabs(1)).unwrap();
             kept = kept.min(search.bound.min(search.found - precision));
             assert!(search.slabs.len() + search.tiles.len() < 20_000);
         }

@@ -5,7 +5,7 @@ use crate::cover::cost::PassCost;
 use crate::cover::layout::chart::Chart;
 use crate::cover::layout::trims;
 use crate::cover::pattern::FeedDirection;
-use crate::cover::prove::clearance::ClearanceProof;
+use crate::cover::prove::clearance::{ClearanceProof, SpanTimes};
 use crate::cover::prove::face_cell::{CellShare, FaceCell};
 use crate::cover::prove::face_tree::{FaceTree, TreeBranch};
 use crate::cover::prove::sweep::PassSweep;
@@ -379,14 +379,20 @@ impl KeepOff<'_> {
     }
 
     /// Returns the least of [`ClearanceProof::least`] over every other face.
-    pub(crate) fn clearance(&self, sweep: &PassSweep, span: usize, slabs: u32, target: f64) -> f64 {
+    pub(crate) fn clearance(
+        &self,
+        sweep: &PassSweep,
+        span: usize,
+        times: SpanTimes,
+        target: f64,
+    ) -> f64 {
         let mut least = target;
         for (index, (face, tree)) in self.part_faces.faces.iter().enumerate() {
             if index != self.own {
                 // The target is the same for every face; the least of all bounds counts.
                 let (tool, precision, chart) = (self.tool, self.precision, &self.part_faces.chart);
                 let clearing = ClearanceProof { face, chart, tree, tool, target, precision };
-                least = least.min(clearing.least(sweep, span, slabs));
+                least = least.min(clearing.least(sweep, span, times));
             }
         }
         least
