@@ -143,7 +143,7 @@ fn miss(cutter: &Cutter, [less, more]: [f64; 2]) -> Option<Miss> {
 }
 
 /// Returns the principal curvatures of a face, the smaller first \[1/mm\]: positive towards the cutter.
-fn curvatures(face: &FaceIndex, Uv { u, v }: Uv) -> Option<[f64; 2]> {
+pub(super) fn curvatures(face: &FaceIndex, Uv { u, v }: Uv) -> Option<[f64; 2]> {
     let curvature = face.face().surface.jet2(u, v).curvature()?;
     // Positive: towards S_u x S_v, which is away from the cutter on a flipped face.
     let both = [curvature.min, curvature.max];

@@ -6,6 +6,7 @@ use super::request::TOLERANCE;
 use crate::cover::{flank_axis, rulings_fit};
 use crate::cutter::CutterKind;
 use crate::import::inspect::{self, FaceSummary};
+use crate::pipeline::fit::curvatures;
 use crate::positioning::ToleranceBand;
 use crate::surface::{FaceIndex, FaceSample, Surface};
 use rayon::prelude::*;
@@ -116,6 +117,19 @@ impl<'a> CandidateFaces<'a> {
     /// Returns the area of the candidates \[mm²\].
     pub(super) fn area(&self) -> f64 {
         self.candidates.iter().map(|candidate| candidate.area).sum()
+    }
+
+    /// Returns the area of the candidates that is convex with less than a radius \[mm\], by samples \[mm²\].
+    pub(super) fn area_rounder_than(&self, radius: f64) -> f64 {
+        let rounder = |candidate: &SampledFace| {
+            let is_rounder = |sample: &&FaceSample| {
+                let face = &self.faces[candidate.index];
+                curvatures(face, sample.uv).is_some_and(|[least, _]| -least * radius > 1.0)
+            };
+            let found = candidate.samples.iter().filter(is_rounder).count() as f64;
+            candidate.area * found / candidate.samples.len().max(1) as f64
+        };
+        self.candidates.iter().map(rounder).sum()
     }
 
     /// Separates planes and upright walls, which a flat end mill cuts, from the other faces.

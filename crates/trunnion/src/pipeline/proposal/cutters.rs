@@ -29,6 +29,9 @@ const OVER: f64 = 30.0;
 /// Share of the area reached by the best cutter that a larger cutter has to reach.
 const AS_GOOD: f64 = 0.95;
 
+/// Share of a face that counts as all of it.
+const ALL: f64 = 0.99;
+
 /// Ratio of radii from which a larger cutter in front of a small one is worth a change of tool.
 const MUCH_LARGER: f64 = 2.0;
 
@@ -123,6 +126,11 @@ impl CutterTrial {
     /// Returns `true` for a face that was tried and is left out.
     pub(super) fn leaves_out(&self, index: usize) -> bool {
         self.reached.iter().any(|face| face.index == index && !face.is_cut())
+    }
+
+    /// Returns `true` if it cuts all faces, and reaches them all over.
+    pub(super) fn reaches_all(&self) -> bool {
+        self.reached.iter().all(|face| face.reached >= ALL * face.area)
     }
 
     /// Returns the area that it reaches \[mm²\].

@@ -8,6 +8,7 @@ use super::part_measure::PartMeasure;
 use crate::cutter::{Cutter, CutterKind};
 use crate::files::job::JobArea;
 use crate::machine::Machine;
+use crate::surface::FaceIndex;
 use crate::types::{Cancelled, Progress};
 
 /// Share of the area that planes and walls must have for a flat end mill of their own.
@@ -15,6 +16,17 @@ const WORTH_A_TOOL: f64 = 0.2;
 
 /// Least radius of a ball for narrow borders, as a share of that of the ball before it.
 const FINEST: f64 = 0.2;
+
+/// Least concave radius under a bull-nose cutter, over its radius. With the corner near 0 it leans by the arc sine of the
+/// ratio's inverse, 20 degrees, before its back touches.
+const GENTLE: f64 = 3.0;
+
+/// Least radius of a bull-nose cutter in place of a ball, over that of the ball.
+const SMALLER: f64 = 0.6;
+
+/// Share of the area whose convex radius may be less than that of a bull-nose cutter: on it strips are hardly wider than a
+/// ball's, and the tool has to turn much.
+const FILLETS: f64 = 0.5;
 
 /// Cutters in the order in which they cut.
 pub(super) struct CutterLadder {
@@ -77,12 +89,22 @@ impl CutterLadder {
         // Step 2: a ball for all other faces, and a much larger one before it where that cuts most of them.
         let mut tried = others.tried(library, CutterKind::Ball, machine, part, progress)?;
         let Some(fine) = CutterTrial::choose(&tried) else { return Ok(None) };
-        // Step 3: a smaller ball along borders where that one does not fit.
+        let large = CutterTrial::choose_before(&tried, fine);
+        // Step 3: a bull-nose instead of a single ball where the faces bend gently.
+        if large.is_none() {
+            let bulls = gentle_bulls(&others, library, tried[fine].cutter.radius());
+            let mut wide = others.tried(&bulls, CutterKind::Bull, machine, part, progress)?;
+            wide.retain(CutterTrial::reaches_all);
+            if !wide.is_empty() {
+                return Ok(Some(Self::of(steps, wide, 0)));
+            }
+        }
+        // Step 4: a smaller ball along borders where that one does not fit.
         let balls = library.iter().filter(|cutter| cutter.kind() == CutterKind::Ball);
         let borders = border_step(&others, &tried[fine], balls, |ball| {
             others.trial(machine, &long_enough(ball, part.size().z))
         });
-        if let Some(large) = CutterTrial::choose_before(&tried, fine) {
+        if let Some(large) = large {
             let trial = tried.remove(large);
             let faces = trial.partly_cut.clone();
             steps.push(LadderStep { trial, faces, area: JobArea::Whole });
@@ -114,6 +136,21 @@ impl CutterLadder {
         let steps = self.steps.into_iter().chain(last).collect();
         Self { steps: equally_long(steps), ..self }
     }
+}
+
+/// Returns the bull-nose cutters that lie well on some faces, on the most concave place and beside tight fillets, and are not
+/// much smaller than a ball of some radius \[mm\].
+fn gentle_bulls(candidates: &CandidateFaces<'_>, library: &[Cutter], ball: f64) -> Vec<Cutter> {
+    let faces = candidates.candidates.iter().map(|face| &candidates.faces[face.index]);
+    let concave = faces.map(FaceIndex::smallest_concave_radius).fold(f64::INFINITY, f64::min);
+    let is_gentle = |cutter: &&Cutter| {
+        let radius = cutter.radius();
+        cutter.kind() == CutterKind::Bull
+            && radius >= SMALLER * ball
+            && GENTLE * radius <= concave
+            && candidates.area_rounder_than(radius) <= FILLETS * candidates.area()
+    };
+    library.iter().filter(is_gentle).cloned().collect()
 }
 
 /// Makes the cutters of all steps as long as the longest.

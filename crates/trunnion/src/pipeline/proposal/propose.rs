@@ -206,6 +206,31 @@ mod tests {
         assert_eq!(JobProposal { flip: false, ..down }, up);
     }
 
+    /// A trough of 40 mm square, `depth` mm deep in its middle.
+    fn trough(depth: f64) -> Face {
+        let point = |i: u8, j: u8| {
+            let z = if i == 1 { -2.0 * depth } else { 0.0 };
+            Point3::new(20.0 * f64::from(i), 40.0 * f64::from(j), z)
+        };
+        let net = (0..3).map(|i| (0..2).map(|j| point(i, j)).collect()).collect();
+        let knots = [vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0], vec![0.0, 0.0, 1.0, 1.0]];
+        let surface = NurbsSurface::new([2, 1], knots, net, None).unwrap();
+        Face::new(1, Surface::Nurbs(surface), Vec::new()).unwrap()
+    }
+
+    #[test]
+    fn a_gentle_hollow_gets_a_bull_nose_and_a_tight_one_a_ball() {
+        let machine = Machine::new(crate::sample_machine::ac_trunnion()).unwrap();
+        let kinds = |face: Face| -> Vec<CutterKind> {
+            let found = propose(&ProposalRequest::new(&[face], &machine), &Silent).unwrap();
+            let kind = |step: &ProposedOperation| Cutter::new(step.cutter.clone()).unwrap().kind();
+            found.operations.iter().map(kind).collect()
+        };
+        // The curvature in the middle of a parabola is 8 depth / width²: radii of 100 and 17 mm.
+        assert_eq!(kinds(trough(2.0)), [CutterKind::Bull]);
+        assert_eq!(kinds(trough(12.0)), [CutterKind::Ball]);
+    }
+
     #[test]
     fn cutters_are_those_of_the_library() {
         let machine = Machine::new(crate::sample_machine::ac_trunnion()).unwrap();
