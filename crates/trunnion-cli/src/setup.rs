@@ -55,7 +55,7 @@ pub(crate) fn run(args: &SetupArgs, form: OutputForm) -> Result<Done, Failure> {
     let SetupAnswer { summary, table } = answer(args, &bars)?;
     bars.finish();
     form.print(&summary, |_| table)?;
-    let clear = summary.bodies.is_none_or(|bodies| bodies.clear);
+    let clear = summary.bodies.as_ref().is_none_or(|bodies| bodies.clear);
     Ok(if summary.found && clear { Done::Kept } else { Done::Broken })
 }
 
@@ -123,9 +123,13 @@ fn summary(
             looked: evaluated,
             planned,
         },
-        bodies: found
-            .bodies
-            .map(|BodiesInSetups { passed_over, clear, .. }| SetupBodies { passed_over, clear }),
+        bodies: found.bodies.clone().map(
+            |BodiesInSetups { passed_over, branch, clear, .. }| SetupBodies {
+                passed_over,
+                branch,
+                clear,
+            },
+        ),
         clearance: job.file.setup.clearance,
         looked: search.evaluated,
         leaning: search.beyond_tilt,
@@ -257,15 +261,16 @@ fn describe(job: &Job, bounds: &TiltBounds, found: &SetupResult, warnings: &[Str
 fn bodies(found: &BodiesInSetups) -> String {
     let count = found.passed_over;
     let setups = if count == 1 { "setup".to_owned() } else { format!("{count} setups") };
+    let on = found.branch.as_ref().map(|branch| format!(" where {branch}")).unwrap_or_default();
     match (found.clear, count) {
-        (true, 0) => "bodies of the machine, fixtures and stock keep clear".to_owned(),
+        (true, 0) => format!("bodies of the machine, fixtures and stock keep clear{on}"),
         (true, _) => format!(
-            "bodies of the machine, fixtures and stock keep clear; better by their angle, but too near: the {setups} named \
-             first below"
+            "bodies of the machine, fixtures and stock keep clear{on}; better by their angle, but too near: the {setups} \
+             named first below"
         ),
         (false, _) => format!(
-            "BODIES COME TOO NEAR in the best {setups} that fit, on their quickest branches: try the best in a run, which \
-             takes other branches, or a longer tool, or a higher part"
+            "BODIES COME TOO NEAR in the best {setups} that fit, on every branch that was tried: try a run, which changes \
+             links and lean as well, or a longer tool, or a higher part"
         ),
     }
 }

@@ -45,10 +45,12 @@ pub struct SetupSummary {
 }
 
 /// Distances of the machine's bodies in setups.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct SetupBodies {
-    /// Number of better setups in which bodies, fixtures or stock come too near.
+    /// Number of better setups in which bodies, fixtures or stock come too near on every branch of the rotary axes.
     pub passed_over: usize,
+    /// Rotary travel within which all keep clear in the best setup; null where they do on the quickest branch.
+    pub branch: Option<String>,
     /// True if all keep clear in the best setup; if not, it is the best without regard to them.
     pub clear: bool,
 }

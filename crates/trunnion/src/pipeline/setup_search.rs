@@ -2,10 +2,12 @@
 
 use super::error::{PipelineError, unless_stopped};
 use super::job::Job;
+use super::keep_clear::PlanChange;
 use super::operations::{OperationMotion, OperationPasses, passes};
 use super::programs::{self, ProgramInputs};
+use super::rotary_half::RotaryHalf;
 use super::run::covered;
-use super::solids::solids;
+use super::solids::{Solids, solids};
 use super::stages;
 use crate::axes::{EvaluatedSetup, FollowedPath, SetupSearch, TiltBounds};
 use crate::machine::{Kinematics, Setup};
@@ -27,18 +29,20 @@ pub struct SetupResult {
 }
 
 /// Distances of the machine's bodies in setups.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct BodiesInSetups {
-    /// Setups in which bodies, fixtures or stock come too near, and which are otherwise better.
+    /// Setups in which bodies, fixtures or stock come too near on every branch, and which are otherwise better.
     pub passed_over: usize,
+    /// Rotary travel within which all keep clear in the best setup; `None` where they do on the quickest branch.
+    pub branch: Option<String>,
     /// True if all keep clear in the best setup; if not, it is the best without regard to them.
     pub clear: bool,
 }
 
 /// Searches the rotation of the workpiece that keeps the tool path of all operations farthest from the singular
 /// directions of the machine, and inside travel: [`crate::axes::setup`]. On a machine with bodies, setups in which they
-/// come too near are passed over.
+/// come too near, on every branch of the rotary axes that is tried, are passed over.
 ///
 /// Operations follow each other by links without a change of tool, which times do not include anyway.
 ///
@@ -98,25 +102,49 @@ impl BodiesTask<'_> {
             std::iter::once(best).chain(others).take(MOST_MEASURED).cloned().collect();
         for (passed_over, candidate) in fitting.iter().enumerate() {
             let job = placed(self.job, &candidate.setup);
-            let motions = self.motions(&job, progress);
-            let Some(operations) = unless_stopped(motions)? else { continue };
-            let inputs = ProgramInputs { operations: &operations, uncut: &[], solids: &solids };
-            let clear = programs::keep_clear(&job, inputs, progress);
-            let followed = stages::axes(&job, self.path, progress);
-            let (Some(true), Some(followed)) = (unless_stopped(clear)?, unless_stopped(followed)?)
-            else {
+            let Some((followed, half)) = self.clear_branch(&job, &solids, progress)? else {
                 continue;
             };
             if passed_over > 0 {
                 search.others.retain(|other| other.setup != candidate.setup);
-                // Those that are passed over stay the first of the others.
-                if let Some((before, _)) = search.best.replace((candidate.clone(), followed)) {
-                    search.others.insert(0, before);
-                }
             }
-            return Ok(Some(BodiesInSetups { passed_over, clear: true }));
+            // Those that are passed over stay the first of the others.
+            if let Some((before, _)) = search.best.replace((candidate.clone(), followed))
+                && passed_over > 0
+            {
+                search.others.insert(0, before);
+            }
+            let branch = half.map(|half| half.describe(job.kinematics.machine()));
+            return Ok(Some(BodiesInSetups { passed_over, branch, clear: true }));
         }
-        Ok(Some(BodiesInSetups { passed_over: fitting.len(), clear: false }))
+        let passed_over = fitting.len();
+        Ok(Some(BodiesInSetups { passed_over, branch: None, clear: false }))
+    }
+
+    /// Finds the quickest branch, or else another one, on which everything keeps clear. Returns the axes, and the half of
+    /// rotary travel of another branch.
+    fn clear_branch(
+        &self,
+        job: &Job,
+        solids: &Solids,
+        progress: &dyn Progress,
+    ) -> Result<Option<(FollowedPath, Option<RotaryHalf>)>, PipelineError> {
+        let halves = RotaryHalf::all(job.kinematics.machine()).into_iter().map(Some);
+        for half in std::iter::once(None).chain(halves) {
+            let on_branch = half.map(|half| PlanChange::Branch(half).job(job));
+            let job = on_branch.as_ref().unwrap_or(job);
+            let motions = self.motions(job, progress);
+            let Some(operations) = unless_stopped(motions)? else { continue };
+            let inputs = ProgramInputs { operations: &operations, uncut: &[], solids };
+            let clear = programs::keep_clear(job, inputs, progress);
+            let followed = stages::axes(job, self.path, progress);
+            if let (Some(true), Some(followed)) =
+                (unless_stopped(clear)?, unless_stopped(followed)?)
+            {
+                return Ok(Some((followed, half)));
+            }
+        }
+        Ok(None)
     }
 
     /// Plans the motion of the operations of a job that is placed elsewhere.

@@ -195,8 +195,17 @@ fn setup_search_passes_over_rotations_in_which_bodies_meet() {
     let nodes = followed.path.pieces.iter().flat_map(|piece| &piece.nodes);
     let tilts = nodes.map(|node| node.q[0][4]);
     let met = 0.9 * tilts.fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
-    // A post is met at the tilt of the best setup alone.
+    // A post is met on the quickest branch of the best setup alone: the other branch keeps clear.
     let found = searched(arm_and_posts(&[met]));
+    let bodies = found.bodies.unwrap();
+    assert!(bodies.clear && bodies.passed_over == 0, "{bodies:?}");
+    assert!(bodies.branch.as_ref().is_some_and(|how| how.contains("B stays in")), "{bodies:?}");
+    let (same, followed) = found.search.best.unwrap();
+    assert_eq!(same.setup, best.setup);
+    let nodes = followed.path.pieces.iter().flat_map(|piece| &piece.nodes);
+    assert!(nodes.map(|node| node.q[0][4] * met).all(|side| side <= 1e-9));
+    // With a post on either side another setup is taken.
+    let found = searched(arm_and_posts(&[met, -met]));
     let bodies = found.bodies.unwrap();
     assert!(bodies.clear && bodies.passed_over > 0, "{bodies:?}");
     let (other, _) = found.search.best.unwrap();
