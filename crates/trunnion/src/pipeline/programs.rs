@@ -144,13 +144,23 @@ fn one(
     })
 }
 
-/// Returns true if bodies of the machine and fixtures keep clear in every program of the job. The programs are written for
-/// that, and not checked against the part.
-pub(super) fn keep_clear(
+/// Things that come too near in the programs of a job.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum TooNear {
+    Nothing,
+    /// Bodies of the machine alone.
+    Bodies,
+    /// The tool and fixtures, whatever the bodies do.
+    Fixtures,
+}
+
+/// Returns what comes too near in the first program of the job in which something does. The programs are written for that,
+/// and not checked against the part.
+pub(super) fn too_near(
     job: &Job,
     inputs: ProgramInputs<'_>,
     progress: &dyn Progress,
-) -> Result<bool, PipelineError> {
+) -> Result<TooNear, PipelineError> {
     let words = AxisWords::of(job.kinematics.machine())?;
     let ProgramInputs { operations, uncut, solids } = inputs;
     for &format in &job.file.dialects {
@@ -160,12 +170,14 @@ pub(super) fn keep_clear(
         let written = WrittenProgram { form: &form, text: &text, axes: words };
         let against = CheckedAgainst { rest: uncut, solids };
         let found = measured::motion(job, &written, &against, progress)?;
-        let bodies = found.bodies.iter().all(|bodies| bodies.near.is_empty());
-        if !(bodies && found.clearance.iter().all(|fixtures| fixtures.near.is_empty())) {
-            return Ok(false);
+        if found.clearance.iter().any(|fixtures| !fixtures.near.is_empty()) {
+            return Ok(TooNear::Fixtures);
+        }
+        if found.bodies.iter().any(|bodies| !bodies.near.is_empty()) {
+            return Ok(TooNear::Bodies);
         }
     }
-    Ok(true)
+    Ok(TooNear::Nothing)
 }
 
 /// Writes a program for each of several operations if the job asks for it, and reads each back.

@@ -8,7 +8,7 @@ use super::keep_clear::{NearThings, PlanChange, nearest};
 use super::leftover::Leftover;
 use super::operations::{JobPasses, OperationMotion, OperationPasses, passes};
 use super::outcome::Outcome;
-use super::programs::{self, ProgramInputs, Programs};
+use super::programs::{self, ProgramInputs, Programs, TooNear};
 use super::reach::reach;
 use super::regions;
 use super::sheets::{LegsOf, Sheets, cutter_locations, sheets};
@@ -215,7 +215,7 @@ impl FirstPlan<'_> {
         let passes = PassesOfJob { job: &job, passes };
         let mut planned = PlannedJob::plan(passes, first.warnings.clone(), progress)?;
         // The motion alone is judged first: it takes a small part of the whole check.
-        if !programs::keep_clear(&job, planned.inputs(solids), progress)? {
+        if programs::too_near(&job, planned.inputs(solids), progress)? != TooNear::Nothing {
             return Ok(None);
         }
         let text = planned.write(solids, progress)?;

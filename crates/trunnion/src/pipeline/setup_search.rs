@@ -4,7 +4,7 @@ use super::error::{PipelineError, unless_stopped};
 use super::job::Job;
 use super::keep_clear::PlanChange;
 use super::operations::{OperationMotion, OperationPasses, passes};
-use super::programs::{self, ProgramInputs};
+use super::programs::{self, ProgramInputs, TooNear};
 use super::rotary_half::RotaryHalf;
 use super::run::covered;
 use super::solids::{Solids, solids};
@@ -105,13 +105,11 @@ impl BodiesTask<'_> {
             let Some((followed, half)) = self.clear_branch(&job, &solids, progress)? else {
                 continue;
             };
-            if passed_over > 0 {
-                search.others.retain(|other| other.setup != candidate.setup);
-            }
+            search.others.retain(|other| other.setup != candidate.setup);
+            let best = search.best.replace((candidate.clone(), followed));
             // Those that are passed over stay the first of the others.
-            if let Some((before, _)) = search.best.replace((candidate.clone(), followed))
-                && passed_over > 0
-            {
+            let before = best.filter(|(best, _)| best.setup != candidate.setup);
+            if let Some((before, _)) = before {
                 search.others.insert(0, before);
             }
             let branch = half.map(|half| half.describe(job.kinematics.machine()));
@@ -136,11 +134,13 @@ impl BodiesTask<'_> {
             let motions = self.motions(job, progress);
             let Some(operations) = unless_stopped(motions)? else { continue };
             let inputs = ProgramInputs { operations: &operations, uncut: &[], solids };
-            let clear = programs::keep_clear(job, inputs, progress);
-            let followed = stages::axes(job, self.path, progress);
-            if let (Some(true), Some(followed)) =
-                (unless_stopped(clear)?, unless_stopped(followed)?)
-            {
+            match unless_stopped(programs::too_near(job, inputs, progress))? {
+                Some(TooNear::Nothing) => {}
+                // The tool stands before the fixtures in the same way on every branch.
+                Some(TooNear::Fixtures) => return Ok(None),
+                Some(TooNear::Bodies) | None => continue,
+            }
+            if let Some(followed) = unless_stopped(stages::axes(job, self.path, progress))? {
                 return Ok(Some((followed, half)));
             }
         }

@@ -9,9 +9,9 @@ use trunnion::axes::TiltBounds;
 use trunnion::files::{self, machine};
 use trunnion::import::surface_json;
 use trunnion::machine::{Machine, MachineBody};
-use trunnion::pipeline::{self, Job, Outcome};
+use trunnion::pipeline::{self, Job, Outcome, SetupResult};
 use trunnion::surface::{Face, PlaneSurface, Surface, SurfaceFrame, TrimCurve, TrimLoop};
-use trunnion::types::{Interval, Silent};
+use trunnion::types::{AxisVector, Interval, Silent};
 
 const JOB: &str = include_str!("../../../../fixtures/small-patch/job.toml");
 
@@ -180,15 +180,50 @@ fn advice_names_changes_after_which_all_keeps_clear() {
     assert!(outcome(&text, bodies()).summary.passed, "{advice}");
 }
 
+/// Searches a setup of the job on a machine with bodies.
+fn searched(bodies: Vec<MachineBody>) -> SetupResult {
+    let job = job(&job_text(&[]), bodies);
+    let usual = TiltBounds::usual(&job.kinematics);
+    let bounds = TiltBounds { tilt: Interval::new(0.0, 0.4), ..usual };
+    pipeline::setup(&job, &bounds, &Silent).unwrap()
+}
+
+/// An arm on the table, and a post that it reaches in one position of the axes; far beside part and tool.
+fn arm_and_post_at(number: usize, q: &AxisVector) -> [MachineBody; 2] {
+    let machine = plain_machine();
+    let c = machine.axes.iter().position(|axis| axis.name == "C").unwrap();
+    let arm = machine.axes[c].point + Vector3::new(500.0 + 100.0 * number as f64, 0.0, -200.0);
+    let [bed, turned] = ["b", "C"].map(|link| place(&machine, link, q));
+    let post = bed.inverse() * turned * arm;
+    [cube(&format!("arm {number}"), "C", arm), cube(&format!("post {number}"), "b", post)]
+}
+
+#[test]
+fn setup_search_passes_over_a_setup_that_meets_on_every_branch() {
+    let middle = |found: &SetupResult| {
+        let (_, followed) = found.search.best.as_ref().unwrap();
+        let nodes: Vec<_> = followed.path.pieces.iter().flat_map(|piece| &piece.nodes).collect();
+        nodes[nodes.len() / 2].q[0]
+    };
+    let free = searched(Vec::new());
+    let best = free.search.best.as_ref().unwrap().0.setup;
+    let mut bodies = Vec::from(arm_and_post_at(0, &middle(&free)));
+    for number in 1.. {
+        let found = searched(bodies.clone());
+        let what = found.bodies.as_ref().unwrap();
+        assert!(what.clear && number < 8, "{what:?}");
+        if what.passed_over > 0 {
+            assert_ne!(found.search.best.as_ref().unwrap().0.setup, best);
+            assert_eq!(found.search.others[0].setup, best);
+            return;
+        }
+        // Another branch of the same setup: a post for that one as well.
+        bodies.extend(arm_and_post_at(number, &middle(&found)));
+    }
+}
+
 #[test]
 fn setup_search_takes_another_branch_where_bodies_meet() {
-    let text = job_text(&[]);
-    let searched = |bodies: Vec<MachineBody>| {
-        let job = job(&text, bodies);
-        let usual = TiltBounds::usual(&job.kinematics);
-        let bounds = TiltBounds { tilt: Interval::new(0.0, 0.4), ..usual };
-        pipeline::setup(&job, &bounds, &Silent).unwrap()
-    };
     let free = searched(Vec::new());
     assert_eq!(free.bodies, None);
     let (best, followed) = free.search.best.unwrap();

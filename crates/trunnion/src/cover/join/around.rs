@@ -7,8 +7,9 @@
 
 use crate::cover::join::axis_reach::AxisReach;
 use crate::cover::join::leads::LinkPlanner;
-use crate::cover::prove::clearance::{ClearanceProof, SpanTimes};
+use crate::cover::prove::clearance::ClearanceProof;
 use crate::cover::prove::sweep::PassSweep;
+use crate::cover::prove::time_slab::SpanTimes;
 use crate::math::angle::{angle_between, great_circle};
 use crate::types::{PoseCurve, Station, ToolPose};
 use nalgebra::{Point3, Unit, UnitVector3, Vector3};

@@ -9,20 +9,21 @@ use crate::cover::options::{CoverOptions, lever};
 use crate::cover::pattern::PlacementMethod;
 use crate::cover::place::progress::FaceProgress;
 use crate::cover::place::trim::PassSegment;
-use crate::cover::prove::clearance::{ClearanceProof, SpanTimes};
+use crate::cover::prove::clearance::ClearanceProof;
 use crate::cover::prove::coverage::{CellGrain, CoverageProof};
 use crate::cover::prove::face_cell::FaceCell;
 use crate::cover::prove::face_tree::FaceTree;
 use crate::cover::prove::part_faces::{KeepOff, PartFaces};
 use crate::cover::prove::sweep::PassSweep;
+use crate::cover::prove::time_slab::SpanTimes;
 use crate::cover::report::{FallbackReason, PassFallback};
 use crate::cutter::Cutter;
 use crate::cutter::ToolBody;
 use crate::surface::FaceIndex;
 use crate::types::{Interval, Pass, Station, Uv};
 
-/// Size of the cells into which a face is divided beforehand, as a share of the cutter's radius. The bows of
-/// smaller cells are far below tolerances.
+/// Size of the cells into which a face is divided beforehand, as a share of the cutter's radius. Proofs halve them where they
+/// have to; smaller ones to begin with took longer.
 const TREE_SHARE: f64 = 1.0 / 8.0;
 
 /// Precision to which breaches of the band between stations are found, as a share of the path share.

@@ -54,22 +54,17 @@ pub(crate) fn cover_face(request: &FaceRequest<'_>) -> Result<PlacedPasses, Cove
         return on_side(request, SpanProof::Throughout, None).map(|plan| plan.placed);
     };
     // Step 1: plans on both sides, proven halfway between stations only.
-    let on = |options: &CoverOptions, part: [f64; 2], proof: SpanProof| {
+    let on = |options: &CoverOptions, part: [f64; 2]| {
         let progress = request.progress.within(part);
-        on_side(&FaceRequest { options, progress, ..*request }, proof, None)
+        on_side(&FaceRequest { options, progress, ..*request }, SpanProof::Middle, None)
     };
-    let plans = [
-        on(&sides[0], [0.0, 0.3], SpanProof::Middle),
-        on(&sides[1], [0.3, 0.6], SpanProof::Middle),
-    ];
+    let [half, most] = [0.5 * COMPARED, COMPARED];
+    let plans = [on(&sides[0], [0.0, half]), on(&sides[1], [half, most])];
     let (plan, options) = match plans {
         [Ok(ahead), Ok(behind)] => {
-            let plans = [ahead, behind];
             // Compared over the whole face, as the passes of both sides do not fit together.
-            let best = PlacedPasses::best(plans.iter().map(|plan| &plan.placed)).unwrap_or(0);
-            let both = plans.into_iter().zip(&sides);
-            let Some(best) = both.into_iter().nth(best) else { return Ok(PlacedPasses::new()) };
-            best
+            let best = PlacedPasses::best([&ahead.placed, &behind.placed].into_iter());
+            if best == Some(1) { (behind, &sides[1]) } else { (ahead, &sides[0]) }
         }
         [_, Err(CoverError::Cancelled(cancelled))] => return Err(cancelled.into()),
         [Err(_), Ok(behind)] => (behind, &sides[1]),
@@ -79,10 +74,13 @@ pub(crate) fn cover_face(request: &FaceRequest<'_>) -> Result<PlacedPasses, Cove
         return Ok(plan.placed);
     }
     // Step 2: the better one once more, with all of the proof.
-    let progress = request.progress.within([0.6, 1.0]);
+    let progress = request.progress.within([COMPARED, 1.0]);
     let proven = FaceRequest { options, progress, ..*request };
     on_side(&proven, SpanProof::Throughout, Some(plan)).map(|plan| plan.placed)
 }
+
+/// Share of the time of a face that plans take which are compared; the rest is for the best of them, once more.
+const COMPARED: f64 = 0.6;
 
 /// Share of a face that a flank or floor pass has to finish: of less, strips are planned over all of it.
 const PRISMATIC: f64 = 0.5;
@@ -152,6 +150,9 @@ fn on_side(
     // At a fixed inclination the first chart is nearly always the only one.
     let compared = options.method == PlacementMethod::Widest && charts.len() > 1;
     let tried_proof = if compared { SpanProof::Middle } else { proof };
+    let [trying, again] =
+        if tried_proof == proof { [[0.0, 1.0]; 2] } else { [[0.0, COMPARED], [COMPARED, 1.0]] };
+    let trying = progress.within(trying);
 
     // Step 1: each chart in earnest, as long as the work for wide strips lasts.
     let mut tried: Vec<PlacedPasses> = Vec::new();
@@ -160,7 +161,7 @@ fn on_side(
     let mut badly_begun = None;
     for (i, chart) in charts.into_iter().enumerate() {
         let part = [i, i + 1].map(|i| share * i as f64);
-        let request = FaceRequest { progress: progress.within(part), ..*request };
+        let request = FaceRequest { progress: trying.within(part), ..*request };
         let region = region_without(face, &chart, unreachable.as_ref());
         let context = FaceContext::new(request, chart.clone(), &region);
         let limits = work_limits(&context);
@@ -187,7 +188,7 @@ fn on_side(
             Err(error) => refused = refused.or(Some(error)),
         }
     }
-    progress.report(1.0)?;
+    trying.report(1.0)?;
     if let Some(fallback) = badly_begun {
         return at_fixed_inclination(request, fallback, work);
     }
@@ -207,7 +208,8 @@ fn on_side(
     best.report.work = work;
     if tried_proof != proof {
         let before = SidePlan { placed: best, proof: tried_proof, chart: Some(chart), unreachable };
-        return on_side(request, proof, Some(before));
+        let progress = progress.within(again);
+        return on_side(&FaceRequest { progress, ..*request }, proof, Some(before));
     }
 
     // Step 3: further passes over the remaining material.

@@ -9,8 +9,9 @@ use crate::cover::layout::chart::Chart;
 use crate::cover::layout::region::ChartPoint;
 use crate::cover::prove::face_cell::{CellShare, FaceCell};
 use crate::cover::prove::face_tree::{FaceTree, TreeBranch};
-use crate::cover::prove::sweep::{PassSweep, SweepInstant};
+use crate::cover::prove::sweep::PassSweep;
 use crate::cover::prove::swept_cell::{SweptCell, SweptPoint};
+use crate::cover::prove::time_slab::{PlaneBound, SpanTimes, TimeSlab, over};
 use crate::cutter::{ConvexSolid, SignedDistance, ToolBody};
 use crate::surface::FaceIndex;
 use nalgebra::{Point3, Vector3};
@@ -32,41 +33,6 @@ pub(crate) struct ClearanceProof<'a> {
     /// Amount below the target that still counts as kept \[mm\]: at this precision a contact cannot be
     /// distinguished from a breach.
     pub(crate) precision: f64,
-}
-
-/// Times of a span for which a clearance is bounded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum SpanTimes {
-    /// All of them, divided into slabs of equal length at first.
-    Slabs(u32),
-    /// The middle alone.
-    Middle,
-}
-
-/// Length of the slabs in which a span is checked first, as a share of the cutter's radius.
-const SLAB: f64 = 1.0 / 8.0;
-
-impl SpanTimes {
-    /// Returns all times of a span, for a cutter of some radius \[mm\].
-    pub(crate) fn all(sweep: &PassSweep, span: usize, radius: f64) -> Self {
-        let length = sweep.curve.knots[span + 1] - sweep.curve.knots[span];
-        // Small and positive.
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "see above")]
-        // Short slabs: the remainder of the motion is of second order in their length.
-        let slabs = (length / (SLAB * radius)).ceil().max(1.0) as u32;
-        Self::Slabs(slabs)
-    }
-}
-
-/// Part of the time of one span.
-#[derive(Debug, Clone, Copy)]
-struct TimeSlab {
-    span: usize,
-    from: f64,
-    to: f64,
-    middle: SweepInstant,
-    /// Indices of the halves, once they are needed.
-    halves: Option<[usize; 2]>,
 }
 
 /// Cell with, once they are needed, its halves by either parameter.
@@ -165,22 +131,6 @@ impl ClearanceProof<'_> {
             let [u, v] = chart.uv(local);
             face.face().point(u, v)
         }
-    }
-}
-
-impl TimeSlab {
-    fn new(sweep: &PassSweep, span: usize, [from, to]: [f64; 2]) -> Option<Self> {
-        let middle = sweep.instant(span, 0.5 * (from + to))?;
-        Some(Self { span, from, to, middle, halves: None })
-    }
-
-    fn half(&self) -> f64 {
-        0.5 * (self.to - self.from)
-    }
-
-    /// Returns the velocity of a fixed point seen from the tool, in the workpiece's directions.
-    fn seen(&self, from_tip: &Vector3<f64>) -> Vector3<f64> {
-        -self.middle.velocity - self.middle.turn.cross(from_tip)
     }
 }
 
@@ -439,33 +389,6 @@ impl CellInSlab<'_> {
     }
 }
 
-/// Plane below the distance, over the corners of a cell and the first-order motion of a slab.
-struct PlaneBound {
-    /// Least value \[mm\].
-    least: f64,
-    /// Largest change by the motion \[mm\].
-    moving: f64,
-}
-
-fn over(
-    slab: &TimeSlab,
-    centre: &Point3<f64>,
-    corners: &[Point3<f64>],
-    plane: SignedDistance,
-) -> PlaneBound {
-    let SignedDistance { distance, gradient } = plane;
-    let (mut least, mut moving) = (f64::INFINITY, 0.0_f64);
-    for corner in corners {
-        // The plane is linear in space and, to first order, in time: least at a corner and at an
-        // end.
-        let seen = slab.seen(&(corner - slab.middle.pose.tip));
-        let moved = gradient.dot(&seen).abs() * slab.half();
-        least = least.min(distance + gradient.dot(&(corner - centre)) - moved);
-        moving = moving.max(moved);
-    }
-    PlaneBound { least, moving }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -524,6 +447,28 @@ mod tests {
         assert!(least(&tool, 0.6, 0.0, 0.101) < 0.101 - 1e-4);
         // Below the ridge the tool gouges, even though its stations are clear.
         assert!(least(&tool, 0.4, 0.0, -0.09) < -0.09 - 1e-4);
+    }
+
+    /// Halfway between two stations the tool stands: its clearance is that of the pose there, whatever comes before and after.
+    #[test]
+    fn the_middle_of_a_span_is_bounded_alone() {
+        let (face, chart) = (plate(0.0), Chart::straight(FeedDirection::V));
+        let region = TrimmedRegion::new([[0.0, 1.0]; 2], &[], |_| true);
+        let tree = FaceTree::new(&face, &chart, &region, 1.0);
+        let tool = tool(Vec::new());
+        let at = |x: f64, z: f64| {
+            let tip = Point3::new(x, 10.0, z);
+            Station { pose: ToolPose { tip, axis: Vector3::z_axis() }, contact: tip }
+        };
+        // The tool comes down to the plate at one end of the span.
+        let sweep = PassSweep::of(PoseCurve::through(&[at(8.0, 1.0), at(12.0, 0.0)], 3.0), 3.0);
+        let clearance = |target: f64, times: SpanTimes| {
+            let (face, chart, tree, tool, precision) = (&face, &chart, &tree, &tool, 1e-4);
+            let clearing = ClearanceProof { face, chart, tree, tool, target, precision };
+            clearing.least(&sweep, 0, times) >= target - precision
+        };
+        assert!(clearance(0.4999, SpanTimes::Middle) && !clearance(0.51, SpanTimes::Middle));
+        assert!(!clearance(0.4999, SpanTimes::all(&sweep, 0, 3.0)));
     }
 
     #[test]

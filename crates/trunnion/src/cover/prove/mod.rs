@@ -12,3 +12,4 @@ pub(super) mod part_faces;
 pub(super) mod span_strip;
 pub(super) mod sweep;
 mod swept_cell;
+pub(super) mod time_slab;

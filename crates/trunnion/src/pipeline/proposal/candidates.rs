@@ -119,8 +119,8 @@ impl<'a> CandidateFaces<'a> {
         self.candidates.iter().map(|candidate| candidate.area).sum()
     }
 
-    /// Returns the area of the candidates that is convex with less than a radius \[mm\], by samples \[mm²\].
-    pub(super) fn area_rounder_than(&self, radius: f64) -> f64 {
+    /// Returns the area of the candidates that is rounder than a radius \[mm\], by samples \[mm²\].
+    pub(super) fn fillet_area(&self, radius: f64) -> f64 {
         let rounder = |candidate: &SampledFace| {
             let is_rounder = |sample: &&FaceSample| {
                 let face = &self.faces[candidate.index];

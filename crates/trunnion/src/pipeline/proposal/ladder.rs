@@ -17,8 +17,8 @@ const WORTH_A_TOOL: f64 = 0.2;
 /// Least radius of a ball for narrow borders, as a share of that of the ball before it.
 const FINEST: f64 = 0.2;
 
-/// Least concave radius under a bull-nose cutter, over its radius. With the corner near 0 it leans by the arc sine of the
-/// ratio's inverse, 20 degrees, before its back touches.
+/// Least concave radius under a bull-nose cutter, over its radius. A cutter with a small corner has to lean by 20 degrees there
+/// (arc sine of a third) before its back is clear.
 const GENTLE: f64 = 3.0;
 
 /// Least radius of a bull-nose cutter in place of a ball, over that of the ball.
@@ -138,8 +138,8 @@ impl CutterLadder {
     }
 }
 
-/// Returns the bull-nose cutters that lie well on some faces, on the most concave place and beside tight fillets, and are not
-/// much smaller than a ball of some radius \[mm\].
+/// Returns the bull-nose cutters that suit some faces: hollows are gentle, fillets are few, and the cutter is not much smaller
+/// than a ball of some radius \[mm\].
 fn gentle_bulls(candidates: &CandidateFaces<'_>, library: &[Cutter], ball: f64) -> Vec<Cutter> {
     let faces = candidates.candidates.iter().map(|face| &candidates.faces[face.index]);
     let concave = faces.map(FaceIndex::smallest_concave_radius).fold(f64::INFINITY, f64::min);
@@ -148,7 +148,7 @@ fn gentle_bulls(candidates: &CandidateFaces<'_>, library: &[Cutter], ball: f64) 
         cutter.kind() == CutterKind::Bull
             && radius >= SMALLER * ball
             && GENTLE * radius <= concave
-            && candidates.area_rounder_than(radius) <= FILLETS * candidates.area()
+            && candidates.fillet_area(radius) <= FILLETS * candidates.area()
     };
     library.iter().filter(is_gentle).cloned().collect()
 }
