@@ -516,6 +516,29 @@ fn a_stop_is_a_typed_error() {
 }
 
 #[test]
+fn progress_does_not_fall_while_plans_are_compared() {
+    #[derive(Default)]
+    struct Rising(Mutex<Vec<u64>>);
+    impl Progress for Rising {
+        fn report(&self, _: Stage, done: u64, _: u64) -> ControlFlow<()> {
+            self.0.lock().unwrap().push(done);
+            ControlFlow::Continue(())
+        }
+    }
+    let face = [face(surface(1.0), &[], false)];
+    let options = CoverOptions {
+        side: ContactSide::Either,
+        feed_direction: FeedDirection::Adaptive,
+        ..options()
+    };
+    let rising = Rising::default();
+    cover(&CoverRequest::new(&face, &cutter(), &options), &rising).unwrap();
+    let done = rising.0.into_inner().unwrap();
+    assert!(done.windows(2).all(|pair| pair[0] <= pair[1]), "{done:?}");
+    assert!(done.len() > 10, "{done:?}");
+}
+
+#[test]
 fn passes_are_shown_while_they_are_placed() {
     #[derive(Default)]
     struct Shown(Mutex<Vec<(usize, Vec<Arc<Pass>>)>>);
