@@ -88,7 +88,7 @@ impl PatchCell {
     /// Returns the curvatures in the middle, likewise.
     pub(super) fn attained(&self, surface: &NurbsSurface) -> Interval {
         let [u, v] = self.bounds.map(|range| range.middle());
-        let curvature = SurfaceJet2::from_table(&surface.table::<2>(u, v)).curvature();
+        let curvature = surface.jet2(u, v).curvature();
         curvature.map_or(Interval::point(0.0), |curvature| {
             Interval::new(curvature.min.min(0.0), curvature.max.max(0.0))
         })

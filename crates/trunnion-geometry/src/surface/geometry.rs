@@ -144,13 +144,22 @@ impl Surface {
     /// the point and first two derivatives of the nearest border point; so for all derivatives.
     #[inline]
     pub fn point(&self, u: f64, v: f64) -> Point3<f64> {
-        Point3::from(self.table::<0>(u, v)[0][0])
+        match self {
+            Self::Nurbs(surface) => surface.point(u, v),
+            _ => Point3::from(self.table::<0>(u, v)[0][0]),
+        }
     }
 
     /// Returns the point and first derivatives.
     #[inline]
     pub fn jet1(&self, u: f64, v: f64) -> SurfaceJet1 {
-        SurfaceJet1::from_table(&self.table::<1>(u, v))
+        match self {
+            Self::Nurbs(surface) => {
+                let SurfaceJet2 { s, su, sv, .. } = surface.jet2(u, v);
+                SurfaceJet1 { s, su, sv }
+            }
+            _ => SurfaceJet1::from_table(&self.table::<1>(u, v)),
+        }
     }
 
     /// Returns the point and derivatives to order 2.

@@ -1,7 +1,6 @@
 //! Bound-and-prune search over the Bezier patches of a NURBS surface.
 
 use super::error::ClosestError;
-use super::jet::SurfaceJet2;
 use super::newton::{self, FacePoint};
 use super::nurbs::BezierPatch;
 use super::nurbs::NurbsSurface;
@@ -248,7 +247,7 @@ impl PatchTree {
         queue: &mut BinaryHeap<QueueEntry>,
     ) {
         let middle = piece.bounds.map(|range| range.middle());
-        let at = |uv: [f64; 2]| SurfaceJet2::from_table(&surface.table::<2>(uv[0], uv[1]));
+        let at = |uv: [f64; 2]| surface.jet2(uv[0], uv[1]);
         let start = at(middle);
         // Newton's method costs as much as many halvings: only from where it is sure to improve.
         if (start.s - p).norm() < best.distance {

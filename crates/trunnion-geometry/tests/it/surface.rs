@@ -298,6 +298,7 @@ fn derivatives_agree_with_the_peers() {
             let peer = NurbsSurface3D::new(degree[0], degree[1], u, v, net.collect());
             let surface = Surface::Nurbs(ours.clone());
             let [u, v] = surface.domain();
+            let width = [u.width(), v.width()];
             let mut numbers = Numbers(seed);
             for _ in 0..50 {
                 let (u, v) = (between(u, numbers.next()), between(v, numbers.next()));
@@ -318,8 +319,15 @@ fn derivatives_agree_with_the_peers() {
                     let error = (theirs[k][l] - own).norm() / (1.0 + own.norm());
                     assert!(error < 1e-10, "({k}, {l}) at ({u}, {v}): {error:e}");
                 }
-                let two = surface.jet2(u, v);
-                assert_eq!(two, surface.jet(u, v).second());
+                // The quick forms, inside and beyond one rim or two, are those of all orders, bit for bit.
+                for [over_u, over_v] in [[0.0, 0.0], [1.2, 0.0], [0.0, -1.1], [-1.4, 1.3]] {
+                    let [u, v] = [u + over_u * width[0], v + over_v * width[1]];
+                    let all = surface.jet(u, v).second();
+                    assert_eq!(surface.jet2(u, v), all, "({u}, {v})");
+                    assert_eq!(surface.point(u, v), all.s, "({u}, {v})");
+                    let one = surface.jet1(u, v);
+                    assert_eq!((one.s, one.su, one.sv), (all.s, all.su, all.sv), "({u}, {v})");
+                }
             }
         }
     }

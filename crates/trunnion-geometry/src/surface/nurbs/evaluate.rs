@@ -5,6 +5,7 @@ use crate::math::bspline::BasisTable;
 use crate::math::bspline::LARGE;
 use crate::math::bspline::SMALL;
 use crate::math::bspline::bernstein;
+use crate::math::bspline::bernstein_values;
 use crate::math::bspline::bernstein2;
 use crate::math::bspline::piece_of;
 use crate::surface::jet::DerivativeTable;
@@ -48,8 +49,42 @@ impl NurbsSurface {
             let net = contract::<ORDER, N>(&local, self.knots[1].degree());
             if self.rational { quotient::<ORDER>(&net) } else { cartesian(&net, self.patches[0].w) }
         } else {
-            self.extended::<ORDER>(u, v, [du, dv])
+            self.extended::<ORDER, N>(u, v, [du, dv])
         }
+    }
+
+    /// Returns the point: the value of [`NurbsSurface::table`], faster for the usual degrees.
+    #[inline]
+    pub(crate) fn point(&self, u: f64, v: f64) -> Point3<f64> {
+        let ([x, du], [y, dv]) = (self.inside(0, u), self.inside(1, v));
+        if du == 0.0 && dv == 0.0 {
+            match self.degree() {
+                [2, 1] => return self.unrolled_point::<3, 2>(x, y),
+                [2, 2] => return self.unrolled_point::<3, 3>(x, y),
+                [2, 3] => return self.unrolled_point::<3, 4>(x, y),
+                [3, 2] => return self.unrolled_point::<4, 3>(x, y),
+                [3, 3] => return self.unrolled_point::<4, 4>(x, y),
+                _ => {}
+            }
+        }
+        Point3::from(self.table::<0>(u, v)[0][0])
+    }
+
+    /// Evaluates [`NurbsSurface::point`] inside the domain, `M` by `N` points a patch.
+    #[inline]
+    fn unrolled_point<const M: usize, const N: usize>(&self, u: f64, v: f64) -> Point3<f64> {
+        let ((i, s, _), (j, t, _)) = (self.place(0, u), self.place(1, v));
+        let (bu, bv) = (bernstein_values::<M>(s), bernstein_values::<N>(t));
+        let mut sum = Vector4::zeros();
+        for (row, weight) in self.block(i, j).chunks_exact(N).zip(bu) {
+            let mut along = Vector4::zeros();
+            for (point, weight) in row.iter().zip(bv) {
+                along += point * weight;
+            }
+            sum += along * weight;
+        }
+        let weight = if self.rational { sum.w } else { self.patches[0].w };
+        Point3::from(sum.xyz() * weight.recip())
     }
 
     /// Returns the point and derivatives to order 2: the values of [`NurbsSurface::table`], faster
@@ -58,7 +93,18 @@ impl NurbsSurface {
     pub(crate) fn jet2(&self, u: f64, v: f64) -> SurfaceJet2 {
         let ([x, du], [y, dv]) = (self.inside(0, u), self.inside(1, v));
         if du != 0.0 || dv != 0.0 {
-            return SurfaceJet2::from_table(&self.extended::<2>(x, y, [du, dv]));
+            let by = [du, dv];
+            return match self.degree() {
+                [2, 1] => self.extended_unrolled::<3, 2>(x, y, by),
+                [2, 2] => self.extended_unrolled::<3, 3>(x, y, by),
+                [2, 3] => self.extended_unrolled::<3, 4>(x, y, by),
+                [3, 2] => self.extended_unrolled::<4, 3>(x, y, by),
+                [3, 3] => self.extended_unrolled::<4, 4>(x, y, by),
+                _ if self.is_small() => {
+                    SurfaceJet2::from_table(&self.extended::<2, SMALL>(x, y, by))
+                }
+                _ => SurfaceJet2::from_table(&self.extended::<2, LARGE>(x, y, by)),
+            };
         }
         match self.degree() {
             [2, 1] => self.unrolled::<3, 2>(x, y),
@@ -73,15 +119,7 @@ impl NurbsSurface {
     /// Evaluates [`NurbsSurface::jet2`] inside the domain, `M` by `N` points a patch.
     #[inline]
     fn unrolled<const M: usize, const N: usize>(&self, u: f64, v: f64) -> SurfaceJet2 {
-        // Parameter within the patch, in [0, 1], and its rate by the surface's.
-        let at = |direction: usize, x: f64| {
-            let breaks = self.knots[direction].breaks();
-            let piece = piece_of(breaks, x);
-            let [a, b] = [breaks[piece], breaks[piece + 1]];
-            let rate = (b - a).recip();
-            (piece, (x - a) * rate, rate)
-        };
-        let ((i, s, by_u), (j, t, by_v)) = (at(0, u), at(1, v));
+        let ((i, s, by_u), (j, t, by_v)) = (self.place(0, u), self.place(1, v));
         let (bu, bv) = (bernstein2::<M>(s, by_u), bernstein2::<N>(t, by_v));
         let block = self.block(i, j);
         let (low, high) = (sums::<M, N>(block, 0, &bu, &bv), sums::<M, N>(block, 2, &bu, &bv));
@@ -99,34 +137,76 @@ impl NurbsSurface {
     /// Evaluates the continuation by each parameter that lies outside, from the border point
     /// `(u, v)`: the product of both at a corner, so that second derivatives are continuous across
     /// all four lines. Orders above 2 by the parameter that lies outside are not looked at.
-    #[cold]
-    fn extended<const ORDER: usize>(&self, u: f64, v: f64, by: [f64; 2]) -> DerivativeTable {
+    fn extended<const ORDER: usize, const N: usize>(
+        &self,
+        u: f64,
+        v: f64,
+        by: [f64; 2],
+    ) -> DerivativeTable {
         // A continuation needs value and two derivatives at the rim, whatever order is asked of it.
         let orders = by.map(|x| if x == 0.0 { ORDER } else { 2 });
-        let local = self.local::<LARGE>(u, v, orders);
+        let local = self.local::<N>(u, v, orders);
         let net = contract_all(&local, self.knots[1].degree(), orders);
+        self.continued::<ORDER>(&net, by, orders)
+    }
+
+    /// Evaluates [`NurbsSurface::extended`] to order 2, `M` by `N` points a patch: a wide cutter over a small face reads
+    /// most of its distances there.
+    #[inline]
+    fn extended_unrolled<const M: usize, const N: usize>(
+        &self,
+        u: f64,
+        v: f64,
+        by: [f64; 2],
+    ) -> SurfaceJet2 {
+        let ((i, s, by_u), (j, t, by_v)) = (self.place(0, u), self.place(1, v));
+        let (bu, bv) = (bernstein2::<M>(s, by_u), bernstein2::<N>(t, by_v));
+        let net = contract_unrolled::<M, N>(self.block(i, j), &bu, &bv);
+        SurfaceJet2::from_table(&self.continued::<2>(&net, by, [2, 2]))
+    }
+
+    /// Continues derivatives at the border, up to the orders by u and v, beyond it.
+    #[inline]
+    fn continued<const ORDER: usize>(
+        &self,
+        net: &ControlNet,
+        by: [f64; 2],
+        orders: [usize; 2],
+    ) -> DerivativeTable {
         let mut d = if self.rational {
-            quotient_all(&net, orders)
+            quotient_all(net, orders)
         } else {
-            cartesian(&net, self.patches[0].w)
+            cartesian(net, self.patches[0].w)
         };
         let [du, dv] = by;
-        let [along_u, along_v] = [0, 1].map(|k| self.beyond[k][usize::from(by[k] > 0.0)]);
+        let along = |k: usize| self.beyond[k][usize::from(by[k] > 0.0)];
         // By u for every derivative by v, then by v for every derivative by u of the result.
         if du != 0.0 {
+            let along_u = along(0);
             for l in 0..=orders[1] {
-                let column = along_u.at(d.map(|row| row[l]), du);
+                let column = along_u.at([d[0][l], d[1][l], d[2][l], d[3][l]], du);
                 for (row, value) in d.iter_mut().zip(column) {
                     row[l] = value;
                 }
             }
         }
         if dv != 0.0 {
+            let along_v = along(1);
             for row in d.iter_mut().take(ORDER + 1) {
                 *row = along_v.at(*row, dv);
             }
         }
         d
+    }
+
+    /// Returns the piece of a parameter, the parameter within it, in \[0, 1\], and the rate of that by the surface's.
+    #[inline]
+    fn place(&self, direction: usize, x: f64) -> (usize, f64, f64) {
+        let breaks = self.knots[direction].breaks();
+        let piece = piece_of(breaks, x);
+        let [a, b] = [breaks[piece], breaks[piece + 1]];
+        let rate = (b - a).recip();
+        (piece, (x - a) * rate, rate)
     }
 
     /// Returns the parameter inside the range, and the signed distance of the given one outside.
@@ -149,11 +229,7 @@ impl NurbsSurface {
         order: [usize; 2],
     ) -> EvaluationWorkspace<'_, N> {
         let at = |direction: usize, x: f64| {
-            let breaks = self.knots[direction].breaks();
-            let piece = piece_of(breaks, x);
-            let [a, b] = [breaks[piece], breaks[piece + 1]];
-            let rate = (b - a).recip();
-            let t = (x - a) * rate;
+            let (piece, t, rate) = self.place(direction, x);
             (piece, bernstein(self.knots[direction].degree(), t, rate, order[direction]))
         };
         let ((i, bu), (j, bv)) = (at(0, u), at(1, v));
@@ -220,6 +296,30 @@ fn contract<const ORDER: usize, const N: usize>(
     out
 }
 
+/// Sums as [`contract_all`] does to order 2 by each parameter, in loops that unroll.
+#[inline]
+fn contract_unrolled<const M: usize, const N: usize>(
+    block: &[Vector4<f64>],
+    bu: &[[f64; M]; 3],
+    bv: &[[f64; N]; 3],
+) -> ControlNet {
+    let mut out = [[Vector4::zeros(); 4]; 4];
+    for (row, i) in block.chunks_exact(N).zip(0..M) {
+        let mut sums = [Vector4::zeros(); 3];
+        for (point, j) in row.iter().zip(0..N) {
+            for l in 0..3 {
+                sums[l] += point * bv[l][j];
+            }
+        }
+        for k in 0..3 {
+            for l in 0..3 {
+                out[k][l] += sums[l] * bu[k][i];
+            }
+        }
+    }
+    out
+}
+
 /// Sums as [`contract`] does, all derivatives up to the order given by each parameter.
 #[inline]
 fn contract_all<const N: usize>(
@@ -249,7 +349,14 @@ fn contract_all<const N: usize>(
 #[inline]
 fn cartesian(net: &ControlNet, weight: f64) -> DerivativeTable {
     let scale = weight.recip();
-    net.map(|row| row.map(|d| d.xyz() * scale))
+    // Loops: a map over both calls for every entry.
+    let mut table = [[Vector3::zeros(); 4]; 4];
+    for (to, row) in table.iter_mut().zip(net) {
+        for (to, d) in to.iter_mut().zip(row) {
+            *to = d.xyz() * scale;
+        }
+    }
+    table
 }
 
 const BINOMIAL: [[f64; 4]; 4] =

@@ -55,6 +55,21 @@ pub fn bernstein2<const N: usize>(t: f64, rate: f64) -> [[f64; N]; 3] {
     basis
 }
 
+/// Computes the Bernstein polynomials of degree `N - 1` alone, bit for bit as [`bernstein`] does.
+#[inline]
+pub fn bernstein_values<const N: usize>(t: f64) -> [f64; N] {
+    let s = 1.0 - t;
+    let mut row = [0.0; N];
+    row[0] = 1.0;
+    for m in 1..N {
+        for i in (0..m).rev() {
+            row[i + 1] += t * row[i];
+            row[i] *= s;
+        }
+    }
+    row
+}
+
 /// Computes [`bernstein`] for one degree, so that the loops unroll.
 #[inline]
 fn bernstein_of<const P: usize, const N: usize>(t: f64, rate: f64, order: usize) -> BasisTable<N> {
@@ -128,6 +143,7 @@ mod tests {
             assert_eq!(bits(&bernstein2::<4>(0.3, 1.7)[k]), bits(&wide[k][..4]));
             assert_eq!(bits(&bernstein2::<3>(0.9, 0.2)[k]), bits(&narrow[k][..3]));
         }
+        assert_eq!(bernstein_values::<4>(0.3), bernstein2::<4>(0.3, 1.7)[0]);
     }
 
     #[test]
