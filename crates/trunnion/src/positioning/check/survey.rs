@@ -19,6 +19,9 @@ const SAMPLES: u32 = 72;
 /// Share of the band to which bounds between samples are refined.
 const SHARE: f64 = 0.05;
 
+/// Bands by which a sample has to be too low so that what gaps hide beside it changes nothing: the location is refused.
+const DEEP: f64 = 10.0;
+
 /// Bisections of one gap: each quarters the distance of bound and value.
 const DEPTH: u32 = 6;
 
@@ -182,7 +185,10 @@ impl CircleSurvey<'_> {
     ) -> Result<(Vec<ErrorSample>, f64), PositioningError> {
         self.add_extrema(&mut points, probe)?;
         let least = points.iter().map(ErrorSample::low).fold(self.setting.band.lower, f64::min);
-        let thorough = self.refinement == GapRefinement::Thorough || gaps.under.rate.is_finite();
+        let ToleranceBand { lower, upper } = self.setting.band;
+        let deep = least < lower - DEEP * (upper - lower);
+        let bounded = self.refinement == GapRefinement::Thorough || gaps.under.rate.is_finite();
+        let thorough = bounded && !deep;
         let mut found = Vec::with_capacity(2 * points.len());
         let mut lowest = f64::INFINITY;
         let mut ahead: Vec<(ErrorSample, u32)> = Vec::with_capacity(DEPTH as usize + 1);

@@ -22,6 +22,10 @@ use crate::types::{ToolPose, Uv};
 /// if any number suffices, a few do.
 const NARROWINGS: usize = 4;
 
+/// Bands by which the fine sampling may break the band and yet have its restarts: a breach that is deeper has to fall to
+/// half with each.
+const DEEP: f64 = 10.0;
+
 /// Measures the optimum densely. Where that finds a breach between the samples, the search goes on
 /// with more samples, and then with the band narrowed from below by the remaining breach.
 pub(crate) fn settle(
@@ -32,6 +36,8 @@ pub(crate) fn settle(
     mut probe: FaceProbe,
 ) -> Result<CutterLocation, PositioningError> {
     let mut problem = StripProblem { ..*problem };
+    let deep = DEEP * (request.band.upper - request.band.lower);
+    let mut before = f64::INFINITY;
     for _ in 0..NARROWINGS {
         let strip =
             measure_optimum(request, GapRefinement::WhereBounded, &problem, &optimum, &mut probe)?;
@@ -41,6 +47,10 @@ pub(crate) fn settle(
         // First more samples; if the gouge stays with the fine sampling, the band is narrowed by
         // twice of it.
         let missing = request.band.lower - strip.front_min.min(strip.rear_min);
+        if missing > deep && missing > 0.5 * before {
+            return Err(broken_by(request, &optimum, missing));
+        }
+        before = missing;
         if problem.intervals == FINE && missing > 0.0 {
             problem.band.lower += 2.0 * missing;
         }
@@ -71,6 +81,12 @@ pub(crate) fn keeps(band: ToleranceBand, strip: &MeasuredStrip, optimum: &LocalO
     const WHOLE: f64 = 0.99;
     let whole = strip.width >= WHOLE * EndPointFrame::width(optimum.state.placement.x);
     whole && is_clear(band, strip)
+}
+
+/// Returns the error of an optimum that its dense measurement finds too low \[mm\].
+fn broken_by(request: &LocationRequest, optimum: &LocalOptimum, excess: f64) -> PositioningError {
+    let (uv, smallest) = (request.at, request.narrowest_strip());
+    PositioningError::NoStrip { uv, smallest, excess, binding: optimum.state.tightest() }
 }
 
 pub(crate) fn no_strip(
