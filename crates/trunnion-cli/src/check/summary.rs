@@ -482,17 +482,17 @@ impl AxisLoad {
 
     fn words(&self) -> String {
         let [low, high] = self.range;
-        let percent = |of: LimitRatio| 100.0 * of.ratio;
+        // A limit that no line comes to names none.
+        let share = |LimitRatio { ratio, line, .. }: LimitRatio| match line {
+            0 => format!("{:.1} %", 100.0 * ratio),
+            _ => format!("{:.1} % (line {line})", 100.0 * ratio),
+        };
         format!(
-            "{low:.3} .. {high:.3} {}, velocity {:.1} % (line {}), acceleration {:.1} % (line {}), \
-             jerk {:.1} % (line {}) at the blocks' own times, not judged",
+            "{low:.3} .. {high:.3} {}, velocity {}, acceleration {}, jerk {} at the blocks' own times, not judged",
             self.unit,
-            percent(self.velocity),
-            self.velocity.line,
-            percent(self.acceleration),
-            self.acceleration.line,
-            percent(self.jerk),
-            self.jerk.line
+            share(self.velocity),
+            share(self.acceleration),
+            share(self.jerk),
         )
     }
 }

@@ -2,10 +2,11 @@
 
 use super::error::WriteError;
 use super::format::{OrientationWords, OutputFormat};
-use super::note::{Note, comment};
+use super::note::comment;
 use super::number::{NumberForm, list};
 use super::position::WrittenPosition;
 use super::program::ProgramWriter;
+use super::sheet::HeadNote;
 use super::template::{OffsetWords, StartWords, TemplateContext};
 use crate::machine::{FIRST_ROTARY, RetractFrame};
 use nalgebra::Vector3;
@@ -59,10 +60,11 @@ impl ProgramWriter {
 
     pub(super) fn context(
         &self,
-        note: &Note<'_>,
+        head: HeadNote<'_>,
         offset: Vector3<f64>,
         first: StartWords,
     ) -> Result<TemplateContext, WriteError> {
+        let note = head.note;
         let dialect = &self.kinematics.machine().dialect;
         // Strings of the machine file are those of its own control.
         let own = OutputFormat::from_name(&dialect.name) == Some(self.style.dialect);
@@ -71,7 +73,7 @@ impl ProgramWriter {
             let text = dialect.strings.get(key).filter(|_| own)?;
             Some(text.replace("{h}", &tool.to_string()))
         };
-        let facts = super::sheet::facts(&self.kinematics, note, self.style.axes);
+        let facts = super::sheet::facts(&self.kinematics, head, self.style.axes);
         // Diameter and corner radius, as CUTTER in APT.
         let cutter = [2.0 * (note.tool.major + note.tool.minor), note.tool.minor];
         // Adding 0 takes the sign off a zero.

@@ -9,7 +9,7 @@ use super::note::Note;
 use super::note::comment;
 use super::number::{FixedNumber, NumberForm};
 use super::position::WrittenPosition;
-use super::sheet::work_offset;
+use super::sheet::{HeadNote, SheetTool, work_offset};
 use super::style::Style;
 use super::template::{Template, TemplateFrame};
 use super::words_of;
@@ -44,6 +44,8 @@ pub struct ProgramForm<'a> {
     pub style: &'a Style,
     /// Text around the blocks.
     pub template: &'a Template,
+    /// Tools that the program changes to, for its head.
+    pub changes: &'a [SheetTool],
 }
 
 /// Change of rotary words from which on they may hide whole turns \[degrees\].
@@ -107,7 +109,7 @@ impl ProgramWriter {
         form: ProgramForm<'_>,
         start: WrittenPosition<'_>,
     ) -> Result<Self, WriteError> {
-        let ProgramForm { note, style, template } = form;
+        let ProgramForm { note, style, template, changes } = form;
         let offset = work_offset(kinematics).ok_or(WriteError::WorkOffset)?;
         let empty = TemplateFrame {
             start: String::new(),
@@ -138,7 +140,7 @@ impl ProgramWriter {
             index: 0,
         };
         let first = writer.first(start)?;
-        let context = writer.context(note, offset, first)?;
+        let context = writer.context(HeadNote { note, changes }, offset, first)?;
         let strings = &kinematics.machine().dialect.strings;
         writer.frame = template.fill(&context, strings)?;
         let text = std::mem::take(&mut writer.frame.start);
@@ -169,7 +171,7 @@ impl ProgramWriter {
         // The template of the change brings the tool to the new start; nothing is pending there.
         self.drop_waiting();
         let first = self.first(start)?;
-        let context = self.context(note, offset, first)?;
+        let context = self.context(HeadNote { note, changes: &[] }, offset, first)?;
         self.frame = template.fill(&context, &kinematics.machine().dialect.strings)?;
         let text = self.frame.toolchange.take().ok_or(WriteError::NoToolChange)?;
         self.lines(out, &text);

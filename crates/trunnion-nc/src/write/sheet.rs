@@ -70,7 +70,8 @@ pub fn setup_sheet(
     let SheetPrograms { axes, dialects, tools } = programs;
     writeln!(out, "Setup sheet")?;
     writeln!(out)?;
-    for line in facts(kinematics, note, axes) {
+    // Its other tools have a list of their own.
+    for line in facts(kinematics, HeadNote { note, changes: &[] }, axes) {
         writeln!(out, "{line}")?;
     }
     writeln!(out)?;
@@ -127,7 +128,7 @@ pub fn program_sheet(
     let SheetProgram { file, style, lengths } = program;
     writeln!(out, "Setup sheet of {file}")?;
     writeln!(out)?;
-    for line in facts(kinematics, note, style.axes) {
+    for line in facts(kinematics, HeadNote { note, changes: &[] }, style.axes) {
         writeln!(out, "{line}")?;
     }
     writeln!(out)?;
@@ -257,12 +258,22 @@ fn turns(kinematics: &Kinematics) -> [f64; 3] {
     angles.map(|angle| unsigned_zero(angle.to_degrees()))
 }
 
+/// Facts at the head of a program.
+#[derive(Clone, Copy)]
+pub(super) struct HeadNote<'a> {
+    /// Facts about the first tool and all motion.
+    pub(super) note: &'a Note<'a>,
+    /// Tools that the program changes to.
+    pub(super) changes: &'a [SheetTool],
+}
+
 /// Returns the lines that stand at the head of every program.
-pub(super) fn facts(kinematics: &Kinematics, note: &Note<'_>, axes: AxisWords) -> Vec<String> {
+pub(super) fn facts(kinematics: &Kinematics, head: HeadNote<'_>, axes: AxisWords) -> Vec<String> {
+    let HeadNote { note, changes } = head;
     let (machine, setup) = (kinematics.machine(), kinematics.setup());
     let [roll, pitch, yaw] = turns(kinematics);
     let [x, y, z] = <[f64; 3]>::from(setup.origin).map(unsigned_zero);
-    let tool = note.tool;
+    let first = SheetTool { tool: note.tool, length: setup.tool_length };
     let budget: Vec<String> =
         note.budget.iter().map(|(what, share)| format!("{what} {share:.6}")).collect();
     let reversed = axes.0.iter().any(|word| word.reversed);
@@ -272,11 +283,8 @@ pub(super) fn facts(kinematics: &Kinematics, note: &Note<'_>, axes: AxisWords) -
         format!("rotaries {}", if reversed { "written reversed" } else { "as the machine counts" }),
         format!("origin   X {x:.4} Y {y:.4} Z {z:.4} mm in machine coordinates, all axes at zero"),
         format!("rotation {roll:.4} {pitch:.4} {yaw:.4} deg about the fixed x, then y, then z"),
-        format!(
-            "tool     T{} R {:.4} r {:.4} mm, gauge length {:.4} mm, reference: tip",
-            tool.number, tool.major, tool.minor, setup.tool_length
-        ),
     ];
+    lines.extend(std::iter::once(&first).chain(changes).map(tool_fact));
     // A program that is written while its input is read knows neither yet.
     if note.feed > 0.0 {
         let feed = note.feed * 60.0;
@@ -289,4 +297,12 @@ pub(super) fn facts(kinematics: &Kinematics, note: &Note<'_>, axes: AxisWords) -
         lines.push(format!("time     {:.1} s planned", note.duration));
     }
     lines
+}
+
+fn tool_fact(of: &SheetTool) -> String {
+    let ToolNote { number, major, minor } = of.tool;
+    format!(
+        "tool     T{number} R {major:.4} r {minor:.4} mm, gauge length {:.4} mm, reference: tip",
+        of.length
+    )
 }

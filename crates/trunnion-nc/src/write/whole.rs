@@ -4,6 +4,7 @@ use super::error::WriteError;
 use super::note::Note;
 use super::position::WrittenPosition;
 use super::program::{BlockPace, ProgramForm, ProgramWriter};
+use super::sheet::SheetTool;
 use super::style::Style;
 use super::template::Template;
 use crate::machine::{FIRST_ROTARY, Kinematics};
@@ -52,7 +53,7 @@ use crate::types::{Block, Motion};
 /// let template = Template::of(OutputFormat::Fanuc)?;
 ///
 /// let mut text = String::new();
-/// let form = ProgramForm { note: &note, style: &style, template: &template };
+/// let form = ProgramForm { note: &note, style: &style, template: &template, changes: &[] };
 /// program(&mut text, &kinematics, &[block(0.0, 0.0), block(5.0, 0.5)], form)?;
 /// assert!(text.contains("G1 X5. F600."));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -67,7 +68,7 @@ pub fn program(
     blocks: &[Block],
     form: ProgramForm<'_>,
 ) -> Result<Vec<usize>, WriteError> {
-    let ProgramForm { note, style, template } = form;
+    let ProgramForm { note, style, template, .. } = form;
     let section = ToolSection { kinematics, note, blocks };
     let ends = sections(out, &[section], style, template)?;
     Ok(ends.into_iter().next().unwrap_or_default())
@@ -98,13 +99,14 @@ pub fn sections(
 ) -> Result<Vec<Vec<usize>>, WriteError> {
     let mut writer: Option<ProgramWriter> = None;
     let mut ends = Vec::new();
+    let changes = changes(sections);
     for section in sections {
         let &ToolSection { kinematics, note, blocks } = section;
         let first = blocks.first().ok_or(WriteError::Empty)?;
         let start = WrittenPosition { q: &first.q, pose: &first.pose };
         let mut at_start = match writer.take() {
             None => {
-                let form = ProgramForm { note, style, template };
+                let form = ProgramForm { note, style, template, changes: &changes };
                 ProgramWriter::new(out, kinematics, form, start)?
             }
             Some(mut before) => {
@@ -118,6 +120,19 @@ pub fn sections(
     }
     writer.ok_or(WriteError::Empty)?.finish(out);
     Ok(ends)
+}
+
+/// Returns the tools behind the first, each once.
+fn changes(sections: &[ToolSection<'_>]) -> Vec<SheetTool> {
+    let mut tools: Vec<SheetTool> = Vec::new();
+    for section in sections {
+        let (tool, length) = (section.note.tool, section.kinematics.setup().tool_length);
+        if tools.iter().all(|known| known.tool.number != tool.number) {
+            tools.push(SheetTool { tool, length });
+        }
+    }
+    tools.drain(..1.min(tools.len()));
+    tools
 }
 
 /// Writes the blocks of a section behind its starting position.

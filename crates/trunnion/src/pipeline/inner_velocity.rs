@@ -26,16 +26,21 @@ pub(super) struct InnerVelocity<'a> {
 }
 
 impl InnerVelocity<'_> {
-    /// Slows the blocks inside which an axis would be faster than it can. The first is where the program starts.
+    /// Slows the blocks inside which an axis would be faster than it can, and returns the time that takes \[s\]. The first
+    /// is where the program starts.
     ///
     /// With tool centre point control the linear axes follow the rotaries, and are not even inside a block: long blocks of
     /// links turn by tens of degrees.
-    pub(super) fn slow(&self, blocks: &mut [Block]) {
+    pub(super) fn slow(&self, blocks: &mut [Block]) -> f64 {
+        let mut added = 0.0;
         for index in 1..blocks.len() {
             let ends = [index - 1, index].map(|at| BlockEnd::new(&blocks[at].q, &blocks[at].pose));
             let least = self.least_duration(ends);
-            blocks[index].duration = blocks[index].duration.max(least);
+            let slowed = blocks[index].duration.max(least);
+            added += slowed - blocks[index].duration;
+            blocks[index].duration = slowed;
         }
+        added
     }
 
     /// Returns the time that a block takes at least, so that each axis keeps its velocity all the way \[s\]. 0 where the
@@ -152,7 +157,8 @@ mod tests {
             let start = block(q, 0.0);
             let to = q + AxisVector::from([way[0], way[1], way[2], 0.5 * turn[0], turn[1]]);
             let mut blocks = [start, block(to, quick)];
-            InnerVelocity { inverse: &inverse, control }.slow(&mut blocks);
+            let added = InnerVelocity { inverse: &inverse, control }.slow(&mut blocks);
+            prop_assert!((added - (blocks[1].duration - quick)).abs() <= 1e-12, "{added}");
             let ratio = ratio(&inverse, control, [&blocks[0], &blocks[1]]);
             prop_assert!(ratio <= 1.0 + 1e-6, "{ratio}");
             // Slowed for an axis that is uneven inside, or one that is even, and by no more than it needs.

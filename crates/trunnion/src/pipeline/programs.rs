@@ -233,7 +233,7 @@ struct OperationBlocks<'a> {
     job: &'a Job,
     blocks: Vec<Block>,
     remarks: Vec<Remark>,
-    /// Planned time \[s\].
+    /// Planned time, with what blocks are slowed by \[s\].
     duration: f64,
     /// Bound on the effect of rounding \[mm\].
     rounding: f64,
@@ -265,15 +265,15 @@ fn section<'a>(
     let remarks = remarks(&motion, &pieces);
     let mut blocks: Vec<Block> = pieces.into_iter().flatten().collect();
     // A path that was followed has an inverse.
-    if let Ok(inverse) = Inverse::new(&job.kinematics) {
-        InnerVelocity { inverse: &inverse, control }.slow(&mut blocks);
-    }
+    let slowed = Inverse::new(&job.kinematics)
+        .map_or(0.0, |inverse| InnerVelocity { inverse: &inverse, control }.slow(&mut blocks));
     let rounding = rounding(job, &blocks, &words, form.dialect.coordinates());
     let share = job.budget.shares.rounding;
     if rounding > share {
         return Err(PipelineError::Rounding { file: form.file, rounding, share });
     }
-    Ok(OperationBlocks { job, blocks, remarks, duration: schedule.duration(), rounding })
+    let duration = schedule.duration() + slowed;
+    Ok(OperationBlocks { job, blocks, remarks, duration, rounding })
 }
 
 /// Bounds the cutter movement caused by rounding while the tool cuts; elsewhere it is clear of the part.

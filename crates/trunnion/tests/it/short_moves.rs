@@ -83,7 +83,12 @@ fn every_dialect_states_the_time_of_short_moves() {
         for (format, dialect) in OUTPUT_FORMATS {
             let style = Style::of(&kinematics, dialect, axes);
             let template = Template::of(dialect).unwrap();
-            let form = ProgramForm { note: &posted::NOTE, style: &style, template: &template };
+            let form = ProgramForm {
+                note: &posted::NOTE,
+                style: &style,
+                template: &template,
+                changes: &[],
+            };
             let mut text = String::new();
             let ends = write::program(&mut text, &kinematics, &blocks, form).unwrap();
             let written = WrittenText { text: &text, ends: &ends };
@@ -118,7 +123,8 @@ fn a_move_that_nearly_stands_can_be_written() {
     for (format, dialect) in OUTPUT_FORMATS {
         let style = Style::of(&kinematics, dialect, axes);
         let template = Template::of(dialect).unwrap();
-        let form = ProgramForm { note: &posted::NOTE, style: &style, template: &template };
+        let form =
+            ProgramForm { note: &posted::NOTE, style: &style, template: &template, changes: &[] };
         let mut text = String::new();
         let ends = write::program(&mut text, &kinematics, &blocks, form).unwrap();
         let written = WrittenText { text: &text, ends: &ends };

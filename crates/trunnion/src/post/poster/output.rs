@@ -32,7 +32,7 @@ impl Poster {
         }
         let begin = out.len();
         let style = &self.style;
-        let form = ProgramForm { note: head.note, style, template: head.template };
+        let form = ProgramForm { note: head.note, style, template: head.template, changes: &[] };
         let start = WrittenPosition { q: &to.q, pose: &to.pose };
         // The head depends on where the program starts, so it is written with the first position.
         let writer = ProgramWriter::new(out, &self.kinematics, form, start)?;

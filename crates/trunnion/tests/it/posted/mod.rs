@@ -34,7 +34,7 @@ pub(crate) fn text(
 ) -> Result<String, WriteError> {
     let mut text = String::new();
     let template = Template::of(style.dialect)?;
-    let form = write::ProgramForm { note, style, template: &template };
+    let form = write::ProgramForm { note, style, template: &template, changes: &[] };
     write::program(&mut text, kinematics, blocks, form)?;
     Ok(text)
 }
