@@ -138,12 +138,12 @@ mod tests {
     fn the_unrolled_form_is_the_same() {
         let [wide, narrow] =
             [bernstein::<SMALL>(3, 0.3, 1.7, 2), bernstein::<SMALL>(2, 0.9, 0.2, 2)];
+        let bits = |row: &[f64]| row.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         for k in 0..3 {
-            let bits = |row: &[f64]| row.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
             assert_eq!(bits(&bernstein2::<4>(0.3, 1.7)[k]), bits(&wide[k][..4]));
             assert_eq!(bits(&bernstein2::<3>(0.9, 0.2)[k]), bits(&narrow[k][..3]));
         }
-        assert_eq!(bernstein_values::<4>(0.3), bernstein2::<4>(0.3, 1.7)[0]);
+        assert_eq!(bits(&bernstein_values::<4>(0.3)), bits(&bernstein2::<4>(0.3, 1.7)[0]));
     }
 
     #[test]
